@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use busbar_alarms::{
     Action, AlarmHandle, AlarmSet, AlarmSource, AlarmSpec, AlarmTable, Condition, Limit, Priority,
-    State, Watch,
+    State, TagCondition,
 };
 use busbar_tags::{
     Moment, Quality, Sample, SourceTime, TagHandle, TagSet, TagSpec, TagTable, Value, ValueKind,
@@ -49,7 +49,7 @@ fn site() -> Site {
         latched: index.is_multiple_of(7),
         group: index.is_multiple_of(5).then(|| format!("{}", index % 100)),
         source: AlarmSource::Tag {
-            watch: Watch {
+            trigger: TagCondition {
                 tag: TagHandle(index),
                 condition: Condition::Limit { limit: Limit::High, at: 1_000.0, deadband: 20.0 },
             },

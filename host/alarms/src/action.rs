@@ -5,7 +5,7 @@ use std::time::Duration;
 use busbar_tags::SourceTime;
 
 use crate::state::Hold;
-use crate::{Happening, Standing, State};
+use crate::{AlarmEvent, AlarmFlags, State};
 
 /// The longest name of an operator, in bytes.
 pub const MAX_OPERATOR_BYTES: usize = 100;
@@ -86,7 +86,7 @@ fn remedy(action: Action, state: State) -> &'static str {
 impl Action {
     /// Whether it has a meaning for an alarm that stands so. A reset needs an alarm that
     /// has returned and was acknowledged (OPC 10000-9, 5.8.5).
-    pub(crate) fn is_legal(self, standing: &Standing) -> bool {
+    pub(crate) fn is_legal(self, standing: &AlarmFlags) -> bool {
         let state = standing.state();
         match self {
             Self::Acknowledge => state.is_unacknowledged(),
@@ -102,34 +102,34 @@ impl Action {
     /// whether the alarm is one that latches.
     pub(crate) fn apply(
         self,
-        standing: &mut Standing,
+        standing: &mut AlarmFlags,
         until: Option<SourceTime>,
         latches: bool,
-    ) -> Happening {
+    ) -> AlarmEvent {
         match self {
             Self::Acknowledge => {
                 standing.acknowledge();
-                Happening::Acknowledged
+                AlarmEvent::Acknowledged
             }
             Self::Reset => {
                 standing.reset();
-                Happening::Reset
+                AlarmEvent::Reset
             }
             Self::Shelve(_) => {
                 standing.hold(Hold::Shelf { until });
-                Happening::Shelved
+                AlarmEvent::Shelved
             }
             Self::Unshelve => {
                 standing.release(Hold::Shelf { until: None }, latches);
-                Happening::Unshelved
+                AlarmEvent::Unshelved
             }
             Self::RemoveFromService => {
                 standing.hold(Hold::OutOfService);
-                Happening::RemovedFromService
+                AlarmEvent::RemovedFromService
             }
             Self::ReturnToService => {
                 standing.release(Hold::OutOfService, latches);
-                Happening::ReturnedToService
+                AlarmEvent::ReturnedToService
             }
         }
     }

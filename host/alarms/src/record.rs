@@ -3,12 +3,12 @@
 use busbar_tags::{Origin, SourceTime, Value};
 use serde::{Deserialize, Serialize};
 
-use crate::{Standing, State};
+use crate::{AlarmFlags, State};
 
 /// What happened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Happening {
+pub enum AlarmEvent {
     /// The condition came, and held for its delay.
     Occurred,
     /// The condition went, and stayed away for its delay.
@@ -37,7 +37,7 @@ pub enum Happening {
 
 /// Something that happened to an alarm: a line of the audit log.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Record {
+pub struct AlarmRecord {
     /// One more than that of the record before.
     pub number: u64,
     /// By the wall clock, nanoseconds since 1970-01-01 UTC.
@@ -45,13 +45,13 @@ pub struct Record {
     /// Id of the alarm.
     pub alarm: String,
     /// What happened.
-    pub happened: Happening,
+    pub happened: AlarmEvent,
     /// The state before.
     pub from: State,
     /// The state after.
     pub to: State,
     /// All that the state after rests on.
-    pub standing: Standing,
+    pub standing: AlarmFlags,
     /// Who did it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub operator: Option<String>,
@@ -107,7 +107,7 @@ mod origin_names {
     }
 }
 
-impl Happening {
+impl AlarmEvent {
     /// In words.
     pub fn name(self) -> &'static str {
         match self {

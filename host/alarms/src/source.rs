@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use busbar_tags::SourceTime;
 use serde::{Deserialize, Serialize};
 
-use crate::{Standing, State};
+use crate::{AlarmFlags, State};
 
 /// Alarms of one report.
 pub const MAX_SOURCE_ALARMS: usize = 5_000;
@@ -80,17 +80,17 @@ pub struct SourceAlarm {
 /// The rule that a report breaks.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("its report of alarms: {0}")]
-pub struct SourceFault(String);
+pub struct SourceReportError(String);
 
 impl SourceReport {
     /// Whether it is such as a plugin may give to who knows a revision, 0 for none.
     ///
     /// # Errors
     /// The rule that it breaks.
-    pub fn check(&self, known: u64) -> Result<(), SourceFault> {
+    pub fn check(&self, known: u64) -> Result<(), SourceReportError> {
         let rule = |holds: bool, what: &str| match holds {
             true => Ok(()),
-            false => Err(SourceFault(what.to_owned())),
+            false => Err(SourceReportError(what.to_owned())),
         };
         rule(self.revision > 0, "its revision is 0")?;
         let fault = self.fault.as_deref().unwrap_or("-");
@@ -102,7 +102,7 @@ impl SourceReport {
         rule(alarms.len() <= MAX_SOURCE_ALARMS, "it has more than 5,000 alarms")?;
         let mut ids = HashSet::with_capacity(alarms.len());
         for alarm in alarms {
-            alarm.check().map_err(|what| SourceFault(what.to_owned()))?;
+            alarm.check().map_err(|what| SourceReportError(what.to_owned()))?;
             rule(ids.insert(alarm.id.as_str()), "two alarms have the same id")?;
         }
         Ok(())
@@ -125,8 +125,8 @@ impl SourceAlarm {
     }
 
     /// What its state rests on.
-    pub fn standing(&self) -> Standing {
-        Standing {
+    pub fn standing(&self) -> AlarmFlags {
+        AlarmFlags {
             is_active: self.is_active,
             is_unacknowledged: self.is_unacknowledged,
             is_latched: false,

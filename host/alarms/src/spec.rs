@@ -35,7 +35,7 @@ pub enum Priority {
 
 /// A condition of a tag.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Watch {
+pub struct TagCondition {
     /// The tag.
     pub tag: TagHandle,
     /// What must hold of it.
@@ -48,13 +48,13 @@ pub enum AlarmSource {
     /// From a tag, decided here.
     Tag {
         /// When it is an alarm.
-        watch: Watch,
+        trigger: TagCondition,
         /// How long the condition must hold before it occurs.
         on_delay: Duration,
         /// How long it must be over before it returns to normal.
         off_delay: Duration,
         /// While this holds, the alarm is suppressed by design.
-        suppressed_by: Option<Watch>,
+        suppressed_by: Option<TagCondition>,
     },
     /// From another alarm system; nothing is decided here.
     Mirrored,

@@ -34,7 +34,7 @@ pub enum State {
 /// service) hides meanwhile. Holds are independent of each other; the strongest shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
-pub struct Standing {
+pub struct AlarmFlags {
     /// Whether the condition holds, delays counted.
     #[serde(skip_serializing_if = "is_false")]
     pub is_active: bool,
@@ -106,7 +106,7 @@ impl State {
     }
 }
 
-impl Standing {
+impl AlarmFlags {
     /// The state that it makes.
     pub fn state(&self) -> State {
         let Self { is_active, is_unacknowledged, is_latched, .. } = *self;
@@ -124,7 +124,7 @@ impl Standing {
     }
 
     /// The standing of which nothing but the state is known.
-    pub fn of(state: State, shelved_until: Option<SourceTime>) -> Self {
+    pub fn from_state(state: State, shelved_until: Option<SourceTime>) -> Self {
         Self {
             is_active: matches!(state, State::B | State::C),
             is_unacknowledged: state.is_unacknowledged(),
@@ -192,7 +192,7 @@ mod tests {
     #[test]
     fn a_standing_of_a_state_makes_that_state() {
         for state in State::ALL {
-            assert_eq!(Standing::of(state, None).state(), state);
+            assert_eq!(AlarmFlags::from_state(state, None).state(), state);
         }
     }
 }

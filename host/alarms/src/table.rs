@@ -11,8 +11,8 @@ use crate::first_out::Group;
 use crate::state::Hold;
 use crate::timers::Timers;
 use crate::{
-    Action, ActionError, AlarmHandle, AlarmSet, AlarmSource, AlarmSpec, Happening,
-    MAX_OPERATOR_BYTES, Priority, Record, Standing, State,
+    Action, ActionError, AlarmEvent, AlarmFlags, AlarmHandle, AlarmRecord, AlarmSet, AlarmSource,
+    AlarmSpec, MAX_OPERATOR_BYTES, Priority, State,
 };
 
 /// The alarms of a scene and their states.
@@ -40,7 +40,7 @@ pub struct AlarmTable {
 /// An alarm.
 #[derive(Debug, Default)]
 pub(crate) struct Cell {
-    pub(crate) standing: Standing,
+    pub(crate) standing: AlarmFlags,
     /// Whether the condition holds, delays aside.
     pub(crate) holds: bool,
     /// Whether its tag's quality is good.
@@ -82,7 +82,7 @@ pub(crate) struct Cause {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AlarmStatus {
     /// What its state rests on.
-    pub standing: Standing,
+    pub standing: AlarmFlags,
     /// Its state.
     pub state: State,
     /// Whether the tag it rests on is good; a mirrored one is certain always.
@@ -112,7 +112,7 @@ pub struct StateCounts([usize; State::ALL.len()]);
 
 impl StateCounts {
     /// How many are in a state.
-    pub fn of(&self, state: State) -> usize {
+    pub fn count(&self, state: State) -> usize {
         self.0[state as usize]
     }
 
@@ -127,7 +127,7 @@ impl StateCounts {
     }
 
     fn sum(&self, counts: impl Fn(State) -> bool) -> usize {
-        State::ALL.into_iter().filter(|state| counts(*state)).map(|state| self.of(state)).sum()
+        State::ALL.into_iter().filter(|state| counts(*state)).map(|state| self.count(state)).sum()
     }
 }
 
@@ -161,7 +161,7 @@ impl AlarmTable {
     /// was active, or suppressed, stays so until a tag says otherwise. Before the first step.
     pub fn restore<'a>(
         &mut self,
-        standings: impl IntoIterator<Item = (&'a str, Standing, SourceTime)>,
+        standings: impl IntoIterator<Item = (&'a str, AlarmFlags, SourceTime)>,
         last_number: u64,
         wall_clock: SourceTime,
     ) {
@@ -292,7 +292,7 @@ impl AlarmTable {
         alarm: AlarmHandle,
         action: Action,
         operator: &str,
-    ) -> Result<Record, ActionError> {
+    ) -> Result<AlarmRecord, ActionError> {
         let spec = self.set.spec(alarm).ok_or(ActionError::Unknown)?;
         let (id, latches) = (|| spec.id.clone(), spec.latched);
         if spec.source == AlarmSource::Mirrored {
@@ -336,10 +336,10 @@ impl AlarmTable {
         state: State,
         until: Option<SourceTime>,
         operator: Option<&str>,
-    ) -> Result<Option<Record>, ActionError> {
+    ) -> Result<Option<AlarmRecord>, ActionError> {
         let spec = self.set.spec(alarm).filter(|spec| spec.source == AlarmSource::Mirrored);
         spec.ok_or(ActionError::Unknown)?;
-        let standing = Standing::of(state, until);
+        let standing = AlarmFlags::from_state(state, until);
         let before = self.cells[alarm.0 as usize].standing;
         if before == standing {
             return Ok(None);
@@ -349,7 +349,7 @@ impl AlarmTable {
         }
         let mut record = self.change(alarm, |now| {
             *now = standing;
-            Happening::Mirrored
+            AlarmEvent::Mirrored
         });
         record.operator = operator.map(str::to_owned);
         Ok(Some(record))
@@ -359,8 +359,8 @@ impl AlarmTable {
     pub(crate) fn change(
         &mut self,
         alarm: AlarmHandle,
-        change: impl FnOnce(&mut Standing) -> Happening,
-    ) -> Record {
+        change: impl FnOnce(&mut AlarmFlags) -> AlarmEvent,
+    ) -> AlarmRecord {
         let cell = &mut self.cells[alarm.0 as usize];
         let from = cell.standing.state();
         let was_active = cell.standing.is_active;
@@ -390,8 +390,8 @@ impl AlarmTable {
         self.recount(alarm, from, to);
         let number = self.next_number;
         self.next_number += 1;
-        let is_of_tag = matches!(happened, Happening::Occurred | Happening::Returned);
-        Record {
+        let is_of_tag = matches!(happened, AlarmEvent::Occurred | AlarmEvent::Returned);
+        AlarmRecord {
             number,
             time: self.wall_clock,
             alarm: self.set.specs()[alarm.0 as usize].id.clone(),

@@ -1,6 +1,6 @@
 //! What an operator does to a chart.
 
-use crate::{Brush, Join, Layout};
+use crate::{Brush, BrushOperator, Layout};
 
 /// What an operator does to a chart.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,7 +19,7 @@ pub enum Action {
     /// Takes all brushes away.
     ClearBrushes,
     /// How brushes come together.
-    SetJoin(Join),
+    SetJoin(BrushOperator),
     /// Moves the axis at a place of the order to another place.
     MoveAxis {
         /// From where.

@@ -33,7 +33,7 @@ pub struct Tick {
 
 impl AxisView {
     /// An axis as it is described.
-    pub fn of(index: usize, axis: &Axis) -> Self {
+    pub fn new(index: usize, axis: &Axis) -> Self {
         let Axis { log, low, high, .. } = *axis;
         Self { axis: index, is_hidden: false, is_flipped: false, log, low, high }
     }

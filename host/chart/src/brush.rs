@@ -30,7 +30,7 @@ pub enum Brush {
 
 /// How brushes come together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Join {
+pub enum BrushOperator {
     /// What meets all of them.
     #[default]
     And,
@@ -42,7 +42,7 @@ pub enum Join {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Brushes {
     /// How they come together.
-    pub join: Join,
+    pub join: BrushOperator,
     /// In the order in which they were made; at most [`MAX_BRUSHES`].
     pub list: Vec<Brush>,
 }
@@ -59,15 +59,15 @@ impl Brushes {
             return vec![false; records.len()];
         }
         let rows = records.values().chunks_exact(records.axes());
-        rows.map(|row| self.mean(row, views)).collect()
+        rows.map(|row| self.matches(row, views)).collect()
     }
 
     /// Whether a record with these values is meant.
-    pub fn mean(&self, row: &[f32], views: &[AxisView]) -> bool {
+    pub fn matches(&self, row: &[f32], views: &[AxisView]) -> bool {
         let mut met = self.list.iter().map(|brush| brush.is_met(row, views));
         match self.join {
-            Join::And => !self.is_empty() && met.all(|met| met),
-            Join::Or => met.any(|met| met),
+            BrushOperator::And => !self.is_empty() && met.all(|met| met),
+            BrushOperator::Or => met.any(|met| met),
         }
     }
 

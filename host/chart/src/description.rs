@@ -16,9 +16,9 @@ const MAX_NAME_BYTES: usize = 128;
 /// The rule that a chart breaks, in words.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
-pub struct ChartFault(pub(crate) String);
+pub struct ChartError(pub(crate) String);
 
-impl ChartFault {
+impl ChartError {
     pub(crate) fn new(what: impl Into<String>) -> Self {
         Self(what.into())
     }
@@ -104,8 +104,8 @@ impl Description {
     ///
     /// # Errors
     /// The rule that it breaks.
-    pub fn check(&self) -> Result<(), ChartFault> {
-        let fault = |what: String| Err(ChartFault(what));
+    pub fn check(&self) -> Result<(), ChartError> {
+        let fault = |what: String| Err(ChartError(what));
         let Self { name, axes, legend, equipment, .. } = self;
         if !(2..=MAX_AXES).contains(&axes.len()) {
             return fault(format!("it has {} axes; 2 to {MAX_AXES} can be drawn", axes.len()));
@@ -128,8 +128,8 @@ impl Description {
 }
 
 impl Axis {
-    fn check(&self) -> Result<(), ChartFault> {
-        let fault = |what: &str| Err(ChartFault(format!("axis '{}': {what}", self.name)));
+    fn check(&self) -> Result<(), ChartError> {
+        let fault = |what: &str| Err(ChartError(format!("axis '{}': {what}", self.name)));
         let is_range = self.low.is_finite() && self.high.is_finite() && self.low < self.high;
         if !is_range {
             return fault("its ends are not finite, or its lower one is not the lower");

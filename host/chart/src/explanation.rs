@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::ChartFault;
+use crate::ChartError;
 
 /// Tables, pieces of evidence, diagrams.
 const MAX_PARTS: usize = 32;
@@ -107,7 +107,7 @@ impl Explanation {
     ///
     /// # Errors
     /// The rule that it breaks.
-    pub fn check(&self, states: usize) -> Result<(), ChartFault> {
+    pub fn check(&self, states: usize) -> Result<(), ChartError> {
         let holds = [
             (self.state as usize) < states,
             [self.tables.len(), self.evidence.len(), self.diagrams.len()]
@@ -126,7 +126,7 @@ impl Explanation {
         ];
         match holds.iter().position(|holds| !holds) {
             None => Ok(()),
-            Some(broken) => Err(ChartFault::new(rules[broken])),
+            Some(broken) => Err(ChartError::new(rules[broken])),
         }
     }
 

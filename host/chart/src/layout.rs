@@ -25,7 +25,7 @@ pub struct Size {
 
 impl Layout {
     /// The feet of so many axes: x and z, metres.
-    pub(crate) fn feet(self, axes: usize, size: Size) -> Vec<[f32; 2]> {
+    pub(crate) fn axis_positions(self, axes: usize, size: Size) -> Vec<[f32; 2]> {
         let Size { width, depth, .. } = size;
         match self {
             Self::Flat | Self::Time => {

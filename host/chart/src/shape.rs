@@ -6,7 +6,7 @@ mod lines;
 
 pub use axes::date;
 
-use crate::{Board, Layout};
+use crate::{Layout, ParallelCoordinates};
 
 /// A line.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,7 +91,7 @@ pub(crate) const PAPER: [u8; 3] = [244, 245, 246];
 pub(crate) const SELECTION: [u8; 3] = [30, 90, 170];
 
 /// Builds it, `now` in nanoseconds since 1970-01-01 UTC.
-pub(crate) fn build(board: &Board, now: i64) -> Shape {
+pub(crate) fn build(board: &ParallelCoordinates, now: i64) -> Shape {
     let mut shape = Shape::default();
     axes::add(board, &mut shape);
     lines::add(board, now, &mut shape);
@@ -100,7 +100,7 @@ pub(crate) fn build(board: &Board, now: i64) -> Shape {
 
 /// How far in the depth the picture of a density stands, metres: that of the instant shown
 /// where time goes into the depth, and just behind the lines elsewhere.
-pub(crate) fn density_depth(board: &Board) -> f32 {
+pub(crate) fn density_depth(board: &ParallelCoordinates) -> f32 {
     const BEHIND: f32 = 0.01;
     match (board.layout, board.records.span()) {
         (Layout::Time, Some(span)) => {

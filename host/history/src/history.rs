@@ -1,10 +1,10 @@
 //! The histories of all tags that have one.
 
-use busbar_tags::{Change, Moment, Renumbering, Snapshot, TagHandle};
+use busbar_tags::{Change, IndexRemap, Moment, Snapshot, TagHandle};
 
 use crate::reduce::Reducer;
 use crate::series::Series;
-use crate::{Point, State};
+use crate::{Point, PointState};
 
 /// Tags whose history is kept. Each takes 23 kB where it changes always, so that all of
 /// them take 96 MB.
@@ -23,7 +23,7 @@ pub struct History {
 
 impl History {
     /// Of the first [`MAX_TAGS`] of these tags.
-    pub fn of(tags: impl IntoIterator<Item = TagHandle>) -> Self {
+    pub fn new(tags: impl IntoIterator<Item = TagHandle>) -> Self {
         let mut history = Self::default();
         for TagHandle(tag) in tags {
             let tag = tag as usize;
@@ -42,7 +42,7 @@ impl History {
     }
 
     /// Goes on with the histories of tags that have these numbers now.
-    pub fn inherit(&mut self, mut before: Self, numbers: &Renumbering) {
+    pub fn inherit(&mut self, mut before: Self, numbers: &IndexRemap) {
         for old in 0..before.of_tags.len() as u32 {
             let new = numbers.tag(TagHandle(old));
             let Some(own) = new.and_then(|new| self.series_mut(new)) else { continue };
@@ -56,7 +56,7 @@ impl History {
     #[inline]
     pub fn note(&mut self, change: &Change) {
         if let Some(series) = self.series_mut(change.tag) {
-            let state = State::of(change.value, change.quality);
+            let state = PointState::from_value(change.value, change.quality);
             series.push(Point { at: change.received, state });
         }
     }
@@ -67,7 +67,7 @@ impl History {
             let (Some(series), Some(tag)) = (self.series_mut(tag), snapshot.state(tag)) else {
                 continue;
             };
-            let state = State::of(tag.value, tag.quality);
+            let state = PointState::from_value(tag.value, tag.quality);
             if series.last() != Some(state) {
                 series.push(Point { at: now, state });
             }

@@ -8,12 +8,12 @@ pub struct Point {
     /// When.
     pub at: Moment,
     /// What.
-    pub state: State,
+    pub state: PointState,
 }
 
 /// A number, as far as it is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum State {
+pub enum PointState {
     /// A good value, finite.
     Good(f64),
     /// A doubtful value, finite.
@@ -22,9 +22,9 @@ pub enum State {
     Bad,
 }
 
-impl State {
+impl PointState {
     /// Of a tag's value and quality; what is no number is not known here.
-    pub fn of(value: Option<Value>, quality: Quality) -> Self {
+    pub fn from_value(value: Option<Value>, quality: Quality) -> Self {
         let number = value.and_then(Value::as_number).filter(|number| number.is_finite());
         match (number, quality) {
             (Some(number), Quality::Good) => Self::Good(number),
@@ -58,17 +58,17 @@ pub(crate) struct Packed {
 impl Packed {
     pub(crate) fn of(Point { at: Moment(at), state }: Point) -> Self {
         match state {
-            State::Good(value) => Self { at: at & !1, value },
-            State::Uncertain(value) => Self { at: at | 1, value },
-            State::Bad => Self { at: at & !1, value: f64::NAN },
+            PointState::Good(value) => Self { at: at & !1, value },
+            PointState::Uncertain(value) => Self { at: at | 1, value },
+            PointState::Bad => Self { at: at & !1, value: f64::NAN },
         }
     }
 
     pub(crate) fn point(self) -> Point {
         let state = match self.value {
-            value if value.is_nan() => State::Bad,
-            value if self.at & 1 == 1 => State::Uncertain(value),
-            value => State::Good(value),
+            value if value.is_nan() => PointState::Bad,
+            value if self.at & 1 == 1 => PointState::Uncertain(value),
+            value => PointState::Good(value),
         };
         Point { at: self.at(), state }
     }

@@ -2,7 +2,7 @@
 
 use busbar_tags::Moment;
 
-use crate::{Point, State};
+use crate::{Point, PointState};
 
 /// Points that stay of one bucket at most.
 pub(crate) const MAX_OF_BUCKET: usize = 5;
@@ -98,7 +98,7 @@ impl Bucket {
 fn is_twin(before: Option<Point>, point: Point) -> bool {
     before.is_some_and(|before| {
         let same = match (before.state, point.state) {
-            (State::Bad, State::Bad) => true,
+            (PointState::Bad, PointState::Bad) => true,
             (before, state) => before == state,
         };
         before.at == point.at && same

@@ -7,7 +7,7 @@ use busbar_tags::Moment;
 
 use crate::point::Packed;
 use crate::reduce::Reducer;
-use crate::{Point, State};
+use crate::{Point, PointState};
 
 /// Points that are kept as they came.
 pub const MAX_FINE_POINTS: usize = 256;
@@ -52,7 +52,7 @@ impl Series {
     }
 
     /// What the tag is since its last point.
-    pub(crate) fn last(&self) -> Option<State> {
+    pub(crate) fn last(&self) -> Option<PointState> {
         self.fine.back().map(|last| last.point().state)
     }
 

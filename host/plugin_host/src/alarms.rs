@@ -20,7 +20,7 @@ impl Alarms {
     ///
     /// # Errors
     /// [`PluginError::WrongCapability`].
-    pub fn of(instance: Arc<Instance>) -> Result<Self, PluginError> {
+    pub fn from_instance(instance: Arc<Instance>) -> Result<Self, PluginError> {
         let table: &abi::BusbarAlarms = instance.capability(abi::ALARMS_ID)?;
         if table.read.is_none() {
             return Err(instance.violation("`read` of its alarms is null"));

@@ -58,7 +58,7 @@ impl Chart {
     ///
     /// # Errors
     /// [`PluginError::WrongCapability`].
-    pub fn of(instance: Arc<Instance>) -> Result<Self, PluginError> {
+    pub fn from_instance(instance: Arc<Instance>) -> Result<Self, PluginError> {
         let table: &abi::BusbarChart = instance.capability(abi::CHART_ID)?;
         if table.describe.is_none() || table.read.is_none() || table.explain.is_none() {
             return Err(instance.violation("`describe`, `read` or `explain` is null"));
@@ -136,7 +136,7 @@ impl Chart {
             // SAFETY: id, output and error live for the call.
             unsafe { explain(self.instance.as_ptr(), id, unix_nanos, output, error) }
         })?;
-        let broken = |fault: busbar_chart::ChartFault| self.instance.violation(fault.to_string());
+        let broken = |fault: busbar_chart::ChartError| self.instance.violation(fault.to_string());
         explanation.check(usize::MAX).map_err(broken)?;
         Ok(explanation)
     }

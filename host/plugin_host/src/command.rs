@@ -138,7 +138,7 @@ impl Commands {
     ///
     /// # Errors
     /// [`PluginError::WrongCapability`].
-    pub fn of(instance: Arc<Instance>) -> Result<Self, PluginError> {
+    pub fn from_instance(instance: Arc<Instance>) -> Result<Self, PluginError> {
         let table = instance.capability(abi::COMMAND_ID)?;
         Ok(Self { table, instance })
     }

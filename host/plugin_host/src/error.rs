@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::Digest;
-use crate::catalog::Refused;
+use crate::catalog::RejectedLibrary;
 
 /// Why a plugin cannot do what the configuration asks of it.
 #[derive(Debug, Error)]
@@ -25,7 +25,7 @@ pub enum PluginError {
         /// Directories searched.
         searched: Vec<PathBuf>,
         /// Libraries there that were refused: one of them may be the plugin.
-        refused: Vec<Refused>,
+        refused: Vec<RejectedLibrary>,
     },
     /// The plugin exists but cannot do this.
     #[error("plugin '{id}' has no capability {wanted}; it has {}", .has.join(", "))]
@@ -43,7 +43,7 @@ pub enum PluginError {
         /// Plugin id.
         id: String,
         /// Each fault.
-        faults: Vec<SettingsFault>,
+        faults: Vec<SettingsError>,
     },
     /// The plugin refused or failed, in its own words.
     #[error("plugin '{id}': {message}")]
@@ -96,7 +96,7 @@ pub enum PluginError {
 
 /// One fault of a plugin's settings.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct SettingsFault {
+pub struct SettingsError {
     /// JSON pointer within the settings.
     pub pointer: String,
     /// What is wrong there.
@@ -122,7 +122,7 @@ impl PluginError {
 
     /// Whether the plugin itself is at fault, rather than what the configuration asks
     /// of it.
-    pub fn is_plugins_own(&self) -> bool {
+    pub fn is_reported_by_plugin(&self) -> bool {
         matches!(
             self,
             Self::Lost { .. }
@@ -169,6 +169,6 @@ fn searched_list(searched: &[PathBuf]) -> String {
     if names.is_empty() { "any directory (none is configured)".into() } else { names.join(", ") }
 }
 
-fn refused_list(refused: &[Refused]) -> String {
+fn refused_list(refused: &[RejectedLibrary]) -> String {
     refused.iter().map(|r| format!("; refused {}: {}", r.path.display(), r.reason)).collect()
 }

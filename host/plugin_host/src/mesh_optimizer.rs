@@ -50,7 +50,7 @@ pub struct WedgesView<'a> {
 
 impl<'a> WedgesView<'a> {
     /// Those of a mesh.
-    pub fn of(mesh: &'a Mesh) -> Self {
+    pub fn from_mesh(mesh: &'a Mesh) -> Self {
         Self {
             corners: &mesh.triangles,
             position: &mesh.wedges.position,
@@ -79,7 +79,7 @@ pub struct Written {
 
 /// A checked sequence and how long its making took.
 #[derive(Clone, Debug)]
-pub struct Optimised {
+pub struct OptimizedMesh {
     /// The sequence.
     pub sequence: CollapseSequence,
     /// Stages that the plugin reported.
@@ -106,7 +106,7 @@ impl MeshOptimizer {
     ///
     /// # Errors
     /// [`PluginError::WrongCapability`].
-    pub fn of(instance: Arc<Instance>) -> Result<Self, PluginError> {
+    pub fn from_instance(instance: Arc<Instance>) -> Result<Self, PluginError> {
         let table = instance.capability(abi::MESH_OPTIMIZER_ID)?;
         Ok(Self { instance, table })
     }
@@ -126,12 +126,12 @@ impl MeshOptimizer {
         &self,
         mesh: &Mesh,
         progress: impl FnMut(f32) -> bool,
-    ) -> Result<Optimised, PluginError> {
+    ) -> Result<OptimizedMesh, PluginError> {
         let triangles: Vec<_> = mesh.triangles.iter().map(|&t| mesh.corner_positions(t)).collect();
         let view = MeshView {
             positions: &mesh.positions,
             triangles: &triangles,
-            wedges: self.reads_wedges().then(|| WedgesView::of(mesh)),
+            wedges: self.reads_wedges().then(|| WedgesView::from_mesh(mesh)),
         };
         let mut room = vec![abi::BusbarCollapse::default(); mesh.positions.len()];
         let Written { collapses, stages } = self.optimize_into(view, &mut room, progress)?;
@@ -143,7 +143,7 @@ impl MeshOptimizer {
             CollapseSequence::new(entries, mesh.positions.len() as u32).map_err(|source| {
                 PluginError::Sequence { id: self.instance.info().id.clone(), source }
             })?;
-        Ok(Optimised { sequence, stages })
+        Ok(OptimizedMesh { sequence, stages })
     }
 
     /// Has the collapses of a mesh written into `room`, which has one element a position.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use busbar_plugin_abi as abi;
-use busbar_records::{Description, Record, RecordFault, Severity};
+use busbar_records::{Description, Record, RecordError, Severity};
 use serde::{Deserialize, Serialize};
 
 use crate::json_output::ask_json;
@@ -39,7 +39,7 @@ impl RecordPage {
     ///
     /// # Errors
     /// The rule that it breaks.
-    pub fn check(&self, columns: u32, count: u32) -> Result<(), RecordFault> {
+    pub fn check(&self, columns: u32, count: u32) -> Result<(), RecordError> {
         self.rows.iter().try_for_each(|row| row.check(columns as usize))?;
         let what = if self.total > abi::BUSBAR_MAX_RECORD_ROWS as u64 {
             "a list claims more rows than one may have"
@@ -48,7 +48,7 @@ impl RecordPage {
         } else {
             return Ok(());
         };
-        Err(RecordFault::new(what))
+        Err(RecordError::new(what))
     }
 }
 
@@ -57,7 +57,7 @@ impl Records {
     ///
     /// # Errors
     /// [`PluginError::WrongCapability`].
-    pub fn of(instance: Arc<Instance>) -> Result<Self, PluginError> {
+    pub fn from_instance(instance: Arc<Instance>) -> Result<Self, PluginError> {
         let table: &abi::BusbarRecords = instance.capability(abi::RECORDS_ID)?;
         if table.describe.is_none() || table.read.is_none() {
             return Err(instance.violation("`describe` or `read` of its records is null"));

@@ -15,12 +15,12 @@ pub struct SimulatedTag {
     /// The tag, as telemetry has it.
     pub tag: TelemetryTag,
     /// How its value moves.
-    pub behaviour: Behaviour,
+    pub behavior: SimulatedBehavior,
 }
 
 /// How a value moves; measures in the tag's unit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Behaviour {
+pub struct SimulatedBehavior {
     /// The form of the movement.
     pub shape: Shape,
     /// What it is about.
@@ -263,7 +263,7 @@ impl Drop for Simulator {
 }
 
 fn to_abi(tag: &SimulatedTag) -> abi::BusbarSimulatedTag {
-    let Behaviour { shape, base, amplitude, period } = tag.behaviour;
+    let SimulatedBehavior { shape, base, amplitude, period } = tag.behavior;
     abi::BusbarSimulatedTag {
         spec: telemetry::to_abi(&tag.tag),
         shape: match shape {

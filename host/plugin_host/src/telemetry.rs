@@ -349,7 +349,7 @@ unsafe extern "C" fn report_scene_time(context: *mut c_void, unix_nanos: i64) {
 
 /// The wall clock; one that is beyond counting is for ever.
 pub fn wall_clock() -> SourceTime {
-    SourceTime::of(SystemTime::now()).unwrap_or(SourceTime(i64::MAX))
+    SourceTime::from_system_time(SystemTime::now()).unwrap_or(SourceTime(i64::MAX))
 }
 
 pub(crate) fn to_abi(tag: &TelemetryTag) -> abi::BusbarTagSpec {

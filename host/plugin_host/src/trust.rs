@@ -15,7 +15,7 @@ use rustix::fs::OFlags;
 use sha2::{Digest as _, Sha256};
 
 use crate::signature::{self, PublicKey};
-use crate::{Digest, Refused};
+use crate::{Digest, RejectedLibrary};
 
 /// Libraries looked at in one directory.
 pub const MAX_LIBRARIES: usize = 256;
@@ -112,11 +112,14 @@ impl LibraryFile {
 
 /// The libraries of absolute directories that may be loaded, in order of
 /// directory and name, and what was refused.
-pub fn libraries(directories: &[PathBuf], rules: &LoadRules) -> (Vec<LibraryFile>, Vec<Refused>) {
+pub fn libraries(
+    directories: &[PathBuf],
+    rules: &LoadRules,
+) -> (Vec<LibraryFile>, Vec<RejectedLibrary>) {
     let (mut files, mut refused) = (Vec::new(), Vec::new());
     for directory in directories {
         let mut refuse =
-            |path: &Path, reason| refused.push(Refused { path: path.to_owned(), reason });
+            |path: &Path, reason| refused.push(RejectedLibrary { path: path.to_owned(), reason });
         let (resolved, paths) = match list(directory) {
             Ok(listed) => listed,
             Err(reason) => {

@@ -24,9 +24,11 @@ impl RunningAlarms {
     ///
     /// # Errors
     /// [`PluginError::WrongCapability`].
-    pub fn of(plugin: &Plugin) -> Result<Self, PluginError> {
+    pub fn from_plugin(plugin: &Plugin) -> Result<Self, PluginError> {
         match plugin {
-            Plugin::InProcess(instance) => Alarms::of(instance.clone()).map(Self::InProcess),
+            Plugin::InProcess(instance) => {
+                Alarms::from_instance(instance.clone()).map(Self::InProcess)
+            }
             Plugin::Isolated(process) => {
                 process.demand(abi::ALARMS_ID)?;
                 Ok(Self::Isolated(process.clone()))

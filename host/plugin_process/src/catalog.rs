@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
 use busbar_plugin_host::{
-    Catalog, Digest, LibraryFile, LoadRules, PluginError, PluginInfo, Refused, libraries,
+    Catalog, Digest, LibraryFile, LoadRules, PluginError, PluginInfo, RejectedLibrary, libraries,
 };
 
 use crate::environment::Environment;
@@ -66,7 +66,7 @@ pub const DEFAULT_CONFINEMENT: Confinement =
 pub struct PluginCatalog {
     searched: Vec<PathBuf>,
     found: Vec<Found>,
-    refused: Vec<Refused>,
+    refused: Vec<RejectedLibrary>,
 }
 
 /// A library that has plugins.
@@ -91,7 +91,7 @@ impl PluginCatalog {
         for (file, described) in files.into_iter().zip(described) {
             let path = file.path().to_owned();
             if let Err(reason) = described.and_then(|found| catalog.add(file, found)) {
-                catalog.refused.push(Refused { path, reason });
+                catalog.refused.push(RejectedLibrary { path, reason });
             }
         }
         catalog
@@ -103,7 +103,7 @@ impl PluginCatalog {
     }
 
     /// What was refused.
-    pub fn refused(&self) -> &[Refused] {
+    pub fn refused(&self) -> &[RejectedLibrary] {
         &self.refused
     }
 
@@ -140,7 +140,7 @@ impl PluginCatalog {
             }
         }
         if options.isolation == Isolation::None {
-            let catalog = Catalog::of_file(&found.file).map_err(broken)?;
+            let catalog = Catalog::from_file(&found.file).map_err(broken)?;
             return catalog.create(name, id, settings).map(Plugin::InProcess);
         }
         let environment = Environment::of_settings(settings).map_err(|message| {
@@ -198,7 +198,7 @@ struct Described {
 }
 
 fn describe_here(file: &LibraryFile) -> Result<Described, String> {
-    let plugins = Catalog::of_file(file)?.plugins().cloned().collect();
+    let plugins = Catalog::from_file(file)?.plugins().cloned().collect();
     Ok(Described { plugins, idle: None })
 }
 

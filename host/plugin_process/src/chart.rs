@@ -24,9 +24,11 @@ impl RunningChart {
     ///
     /// # Errors
     /// [`PluginError::WrongCapability`].
-    pub fn of(plugin: &Plugin) -> Result<Self, PluginError> {
+    pub fn from_plugin(plugin: &Plugin) -> Result<Self, PluginError> {
         match plugin {
-            Plugin::InProcess(instance) => Chart::of(instance.clone()).map(Self::InProcess),
+            Plugin::InProcess(instance) => {
+                Chart::from_instance(instance.clone()).map(Self::InProcess)
+            }
             Plugin::Isolated(process) => {
                 process.demand(abi::CHART_ID)?;
                 Ok(Self::Isolated(process.clone()))

@@ -50,7 +50,7 @@ impl Plugin {
     /// [`PluginError::WrongCapability`], or the rule that it breaks.
     pub fn commands(&self) -> Result<Vec<CommandInfo>, PluginError> {
         match self {
-            Self::InProcess(instance) => Commands::of(instance.clone())?.list(),
+            Self::InProcess(instance) => Commands::from_instance(instance.clone())?.list(),
             Self::Isolated(process) => process.commands(),
         }
     }
@@ -70,7 +70,8 @@ impl Plugin {
     ) -> Result<CommandReport, CommandError> {
         match self {
             Self::InProcess(instance) => {
-                let commands = Commands::of(instance.clone()).map_err(CommandError::Plugin)?;
+                let commands =
+                    Commands::from_instance(instance.clone()).map_err(CommandError::Plugin)?;
                 let size = size_of_input(&input);
                 let mut here = Here { input, size, done: 0, output, progress, failed: None };
                 let report = commands.run(name, arguments, &mut here);

@@ -26,7 +26,7 @@ mod command;
 mod confine;
 mod environment;
 mod feed;
-mod frames;
+mod framing;
 mod loaded;
 mod memory;
 mod message;

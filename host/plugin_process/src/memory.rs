@@ -211,7 +211,7 @@ mod tests {
             let view = shared.view();
             assert_eq!(view.positions, mesh.positions);
             assert_eq!(view.triangles, [[0, 1, 2], [0, 1, 2]]);
-            assert_eq!(view.wedges, with_wedges.then(|| WedgesView::of(&mesh)));
+            assert_eq!(view.wedges, with_wedges.then(|| WedgesView::from_mesh(&mesh)));
             assert!(memory.write_all_at(&[1], 0).is_err());
             assert!(memory.set_len(0).is_err());
             let more = MeshSizes { triangles: 3, ..sizes };

@@ -7,7 +7,7 @@ use busbar_alarms::SourceReport;
 use busbar_plugin_abi as abi;
 use busbar_plugin_host::{
     ChartPage, CommandInfo, CommandReport, DeviceScenario, LinkState, OverlayBinding,
-    OverlayDescription, OverlayPicture, PluginError, PluginInfo, RecordPage, SettingsFault,
+    OverlayDescription, OverlayPicture, PluginError, PluginInfo, RecordPage, SettingsError,
     SimulatedTag, Simulation, SimulationStatus, Stage, TelemetryTag, shown,
 };
 use busbar_tags::TagState;
@@ -138,7 +138,7 @@ pub(crate) enum Answer {
 pub(crate) enum Fault {
     Library(String),
     WrongCapability { wanted: String, has: Vec<String> },
-    Settings(Vec<SettingsFault>),
+    Settings(Vec<SettingsError>),
     Failed { settings_at_fault: bool, message: String },
     Cancelled,
     Violation(String),
@@ -192,7 +192,7 @@ impl Fault {
                 }
             }
             Self::Settings(faults) => {
-                let faults = faults.into_iter().take(MAX_FAULTS).map(|fault| SettingsFault {
+                let faults = faults.into_iter().take(MAX_FAULTS).map(|fault| SettingsError {
                     pointer: words(fault.pointer),
                     message: words(fault.message),
                 });

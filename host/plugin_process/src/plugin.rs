@@ -6,9 +6,9 @@ use std::time::Duration;
 use busbar_geometry::Mesh;
 use busbar_plugin_abi as abi;
 use busbar_plugin_host::{
-    Instance, LinkReport, MeshOptimizer, Optimised, Overlay, OverlayBinding, OverlayDescription,
-    OverlayPicture, PluginError, PluginInfo, SampleSink, SceneClock, SourcePolicy, Telemetry,
-    TelemetryTag,
+    Instance, LinkReport, MeshOptimizer, OptimizedMesh, Overlay, OverlayBinding,
+    OverlayDescription, OverlayPicture, PluginError, PluginInfo, SampleSink, SceneClock,
+    SourcePolicy, Telemetry, TelemetryTag,
 };
 use busbar_tags::{Origin, Sample, SampleQueue, SourceTime, TagHandle, TagState};
 
@@ -60,9 +60,9 @@ impl Plugin {
     }
 
     /// Starts it again now where it waits for that or is in quarantine.
-    pub fn start_again(&self) {
+    pub fn restart(&self) {
         if let Self::Isolated(process) = self {
-            process.start_again();
+            process.restart();
         }
     }
 }
@@ -276,9 +276,11 @@ impl Optimizer {
     ///
     /// # Errors
     /// [`PluginError::WrongCapability`].
-    pub fn of(plugin: &Plugin) -> Result<Self, PluginError> {
+    pub fn from_plugin(plugin: &Plugin) -> Result<Self, PluginError> {
         match plugin {
-            Plugin::InProcess(instance) => MeshOptimizer::of(instance.clone()).map(Self::InProcess),
+            Plugin::InProcess(instance) => {
+                MeshOptimizer::from_instance(instance.clone()).map(Self::InProcess)
+            }
             Plugin::Isolated(process) => {
                 process.demand(abi::MESH_OPTIMIZER_ID)?;
                 Ok(Self::Isolated(process.clone()))
@@ -296,7 +298,7 @@ impl Optimizer {
         &self,
         mesh: &Mesh,
         mut progress: impl FnMut(f32) -> bool,
-    ) -> Result<Optimised, PluginError> {
+    ) -> Result<OptimizedMesh, PluginError> {
         match self {
             Self::InProcess(optimizer) => optimizer.optimize(mesh, progress),
             Self::Isolated(process) => process.optimize(mesh, &mut progress),

@@ -11,7 +11,7 @@ use busbar_plugin_host::{
 };
 
 use crate::feed::Feed;
-use crate::frames::{self, Decoder};
+use crate::framing::{self, Decoder};
 use crate::loaded::check_infos;
 use crate::memory;
 use crate::message::{Answer, FromPlugin};
@@ -19,7 +19,7 @@ use crate::ring::{RING_BYTES, RingReader};
 
 /// What a message comes to.
 #[derive(Debug)]
-pub enum Heard {
+pub enum ReceivedMessages {
     /// A picture that may be drawn.
     Picture(OverlayPicture),
     /// A failed call.
@@ -51,7 +51,7 @@ impl HostSide {
         let mut feed = Feed::new(tags, SourcePolicy::default());
         feed.attach(RingReader::new(&ring)?);
         Ok(Self {
-            decoder: frames::decoder(),
+            decoder: framing::decoder(),
             feed,
             ring,
             rules: PictureRules::new(bindings, &OverlayDescription::default()),
@@ -62,13 +62,17 @@ impl HostSide {
     ///
     /// # Errors
     /// Why the process would be ended.
-    pub fn receive(&mut self, bytes: &[u8], mut heed: impl FnMut(Heard)) -> Result<(), String> {
+    pub fn receive(
+        &mut self,
+        bytes: &[u8],
+        mut heed: impl FnMut(ReceivedMessages),
+    ) -> Result<(), String> {
         self.decoder.push(bytes);
         while let Some(message) = self.decoder.message::<FromPlugin>()? {
             // What was read can be written, and then is read as the same.
-            let written = frames::encode(&message)?;
-            let again: FromPlugin = frames::decode(&written[frames::LENGTH_BYTES..])?;
-            if frames::encode(&again)? != written {
+            let written = framing::encode(&message)?;
+            let again: FromPlugin = framing::decode(&written[framing::LENGTH_BYTES..])?;
+            if framing::encode(&again)? != written {
                 return Err("a message that is another one when written again".into());
             }
             heed(self.take(message));
@@ -76,63 +80,71 @@ impl HostSide {
         Ok(())
     }
 
-    fn take(&mut self, message: FromPlugin) -> Heard {
+    fn take(&mut self, message: FromPlugin) -> ReceivedMessages {
         let result = match message {
-            FromPlugin::Pong | FromPlugin::Progress { .. } => return Heard::Other,
+            FromPlugin::Pong | FromPlugin::Progress { .. } => return ReceivedMessages::Other,
             FromPlugin::Link { state, message } => {
                 self.feed.note_link(state, &message);
-                return Heard::Other;
+                return ReceivedMessages::Other;
             }
             FromPlugin::Done { result, .. } => result,
         };
         let checked = match result {
-            Err(fault) => return Heard::Failed(fault.into_error("plugin")),
+            Err(fault) => return ReceivedMessages::Failed(fault.into_error("plugin")),
             Ok(Answer::Done | Answer::Simulating(_) | Answer::OptimizerDescribed { .. }) => {
-                return Heard::Other;
+                return ReceivedMessages::Other;
             }
-            Ok(Answer::ChartDescribed(description)) => {
-                description.check().map(|()| Heard::Other).map_err(|fault| fault.to_string())
-            }
+            Ok(Answer::ChartDescribed(description)) => description
+                .check()
+                .map(|()| ReceivedMessages::Other)
+                .map_err(|fault| fault.to_string()),
             Ok(Answer::ChartRead(page)) => {
                 let checked = page.check(busbar_chart::MAX_AXES as u32, MAX_PAGE_RECORDS);
-                checked.map(|()| Heard::Other).map_err(str::to_owned)
+                checked.map(|()| ReceivedMessages::Other).map_err(str::to_owned)
             }
             Ok(Answer::Explained(explanation)) => {
                 let checked = explanation.check(usize::MAX);
-                checked.map(|()| Heard::Other).map_err(|fault| fault.to_string())
+                checked.map(|()| ReceivedMessages::Other).map_err(|fault| fault.to_string())
             }
-            Ok(Answer::RecordsDescribed(description)) => {
-                description.check().map(|()| Heard::Other).map_err(|fault| fault.to_string())
-            }
+            Ok(Answer::RecordsDescribed(description)) => description
+                .check()
+                .map(|()| ReceivedMessages::Other)
+                .map_err(|fault| fault.to_string()),
             Ok(Answer::RecordsRead(page)) => {
                 let columns = page.rows.first().map_or(0, |row| row.cells.len()) as u32;
                 let checked = page.check(columns, MAX_PAGE_ROWS);
-                checked.map(|()| Heard::Other).map_err(|fault| fault.to_string())
+                checked.map(|()| ReceivedMessages::Other).map_err(|fault| fault.to_string())
             }
             Ok(Answer::AlarmsRead(report)) => {
                 let checked = report.check(report.revision);
-                checked.map(|()| Heard::Other).map_err(|fault| fault.to_string())
+                checked.map(|()| ReceivedMessages::Other).map_err(|fault| fault.to_string())
             }
-            Ok(Answer::Commands(commands)) => check_commands(&commands).map(|()| Heard::Other),
+            Ok(Answer::Commands(commands)) => {
+                check_commands(&commands).map(|()| ReceivedMessages::Other)
+            }
             Ok(Answer::Ran(report)) => {
                 let kept = report.bounded().diagnostics.len();
-                let rule = (kept <= MAX_DIAGNOSTICS).then_some(Heard::Other);
+                let rule = (kept <= MAX_DIAGNOSTICS).then_some(ReceivedMessages::Other);
                 rule.ok_or_else(|| format!("{kept} diagnostics are kept"))
             }
-            Ok(Answer::Loaded { plugins, .. }) => check_infos(&plugins).map(|()| Heard::Other),
+            Ok(Answer::Loaded { plugins, .. }) => {
+                check_infos(&plugins).map(|()| ReceivedMessages::Other)
+            }
             Ok(Answer::Configured(description)) => {
-                let checked = description.check().map(|()| Heard::Other);
+                let checked = description.check().map(|()| ReceivedMessages::Other);
                 checked.map_err(str::to_owned)
             }
-            Ok(Answer::Drawn(picture)) => {
-                self.rules.check(&picture).map(|()| Heard::Picture(picture)).map_err(str::to_owned)
-            }
+            Ok(Answer::Drawn(picture)) => self
+                .rules
+                .check(&picture)
+                .map(|()| ReceivedMessages::Picture(picture))
+                .map_err(str::to_owned),
             Ok(Answer::Optimized { collapses, stages }) => {
                 let stages = check_stages(&stages).map_err(str::to_owned);
-                stages.map(|()| Heard::Optimized(collapses))
+                stages.map(|()| ReceivedMessages::Optimized(collapses))
             }
         };
-        checked.unwrap_or_else(Heard::Broken)
+        checked.unwrap_or_else(ReceivedMessages::Broken)
     }
 
     /// Writes into the ring as its process can: anywhere.

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 use busbar_geometry::{CollapseSequence, Mesh};
 use busbar_plugin_host::{
-    LinkReport, Optimised, OverlayBinding, OverlayDescription, OverlayPicture, PluginError,
+    LinkReport, OptimizedMesh, OverlayBinding, OverlayDescription, OverlayPicture, PluginError,
     PluginInfo, SampleSink, SourcePolicy, TelemetryTag, check_stages,
 };
 use busbar_tags::{SourceTime, TagState};
@@ -73,10 +73,10 @@ impl PluginProcess {
     }
 
     /// Starts it again now if it waits for that or is in quarantine.
-    pub fn start_again(&self) {
+    pub fn restart(&self) {
         let mut state = self.shared.state();
         if matches!(state.life, Life::Waiting(_) | Life::Quarantined) {
-            state.start_again = true;
+            state.restart = true;
             drop(state);
             self.shared.wake();
         }
@@ -215,7 +215,7 @@ impl PluginProcess {
         &self,
         mesh: &Mesh,
         progress: &mut dyn FnMut(f32) -> bool,
-    ) -> Result<Optimised, PluginError> {
+    ) -> Result<OptimizedMesh, PluginError> {
         let failed = |error: std::io::Error| self.failed(format!("shared memory: {error}"));
         let described = self.call_long(Request::DescribeOptimizer, &[], progress)?;
         let Answer::OptimizerDescribed { reads_wedges } = described else {
@@ -234,7 +234,7 @@ impl PluginProcess {
         let count = mesh.positions.len() as u32;
         let sequence = CollapseSequence::new(entries, count)
             .map_err(|source| PluginError::Sequence { id: self.info.id.clone(), source })?;
-        Ok(Optimised { sequence, stages })
+        Ok(OptimizedMesh { sequence, stages })
     }
 
     /// Whether it has a capability.
@@ -293,7 +293,7 @@ impl PluginProcess {
         let what = request.name();
         match self.done(request, files) {
             Err(PluginError::Lost { .. }) => Ok(()),
-            Err(error) if error.is_plugins_own() => {
+            Err(error) if error.is_reported_by_plugin() => {
                 self.give_up(format!("`{what}` failed: {error}"));
                 Ok(())
             }

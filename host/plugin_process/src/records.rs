@@ -24,9 +24,11 @@ impl RunningRecords {
     ///
     /// # Errors
     /// [`PluginError::WrongCapability`].
-    pub fn of(plugin: &Plugin) -> Result<Self, PluginError> {
+    pub fn from_plugin(plugin: &Plugin) -> Result<Self, PluginError> {
         match plugin {
-            Plugin::InProcess(instance) => Records::of(instance.clone()).map(Self::InProcess),
+            Plugin::InProcess(instance) => {
+                Records::from_instance(instance.clone()).map(Self::InProcess)
+            }
             Plugin::Isolated(process) => {
                 process.demand(abi::RECORDS_ID)?;
                 Ok(Self::Isolated(process.clone()))

@@ -27,7 +27,7 @@ use crate::command::There;
 use crate::confine::{confine, let_go_of_host};
 use crate::message::{Answer, Fault, FromPlugin, PROTOCOL_VERSION, Request, ToPlugin};
 use crate::ring::RingWriter;
-use crate::{frames, memory};
+use crate::{framing, memory};
 use busbar_protocol::socket;
 
 /// Meshes that are optimised at once.
@@ -85,7 +85,7 @@ impl Link {
     /// Sends a message. A host that cannot be reached any more has no use for
     /// this process.
     fn send(&self, message: &FromPlugin) {
-        let sent = frames::encode(message).and_then(|bytes| {
+        let sent = framing::encode(message).and_then(|bytes| {
             let _one = self.sending.lock().unwrap_or_else(PoisonError::into_inner);
             socket::send(&self.socket, &bytes, &[]).map_err(|error| error.to_string())
         });
@@ -111,10 +111,11 @@ fn end_now() -> ! {
 
 fn read_host(link: &Arc<Link>, calls: &Sender<Call>) {
     loop {
-        let Ok(Some((bytes, files))) = socket::receive(&link.socket, frames::MAX_SENT_BYTES) else {
+        let Ok(Some((bytes, files))) = socket::receive(&link.socket, framing::MAX_SENT_BYTES)
+        else {
             end_now()
         };
-        match frames::decode(&bytes) {
+        match framing::decode(&bytes) {
             Ok(ToPlugin::Ping) => link.send(&FromPlugin::Pong),
             Ok(ToPlugin::Call { call, request }) => {
                 if let Request::Optimize { .. } = request {
@@ -178,7 +179,7 @@ impl Session {
             Request::Load { path, confinement, .. } => {
                 let library = LibraryFile::trusted(path, file()?);
                 let confined = confine(confinement);
-                let catalog = Catalog::of_file(&library).map_err(Fault::Library)?;
+                let catalog = Catalog::from_file(&library).map_err(Fault::Library)?;
                 let plugins = catalog.plugins().cloned().collect();
                 self.catalog = Some(catalog);
                 Ok(Answer::Loaded { plugins, confined })
@@ -223,33 +224,33 @@ impl Session {
                 Ok(Answer::Drawn(overlay.draw_states(&states, scene_time)?))
             }
             Request::DescribeOptimizer => {
-                let optimizer = MeshOptimizer::of(self.instance()?.clone())?;
+                let optimizer = MeshOptimizer::from_instance(self.instance()?.clone())?;
                 Ok(Answer::OptimizerDescribed { reads_wedges: optimizer.reads_wedges() })
             }
-            Request::DescribeChart => {
-                Ok(Answer::ChartDescribed(Chart::of(self.instance()?.clone())?.describe()?))
-            }
+            Request::DescribeChart => Ok(Answer::ChartDescribed(
+                Chart::from_instance(self.instance()?.clone())?.describe()?,
+            )),
             Request::ReadChart { axes, first, count } => {
-                let chart = Chart::of(self.instance()?.clone())?;
+                let chart = Chart::from_instance(self.instance()?.clone())?;
                 Ok(Answer::ChartRead(chart.read(axes, first, count)?))
             }
             Request::Explain { equipment, unix_nanos } => {
-                let chart = Chart::of(self.instance()?.clone())?;
+                let chart = Chart::from_instance(self.instance()?.clone())?;
                 Ok(Answer::Explained(chart.explain(&equipment, unix_nanos)?))
             }
             Request::DescribeRecords => {
-                let records = Records::of(self.instance()?.clone())?;
+                let records = Records::from_instance(self.instance()?.clone())?;
                 Ok(Answer::RecordsDescribed(records.describe()?))
             }
             Request::ReadRecords { list, columns, first, count } => {
-                let records = Records::of(self.instance()?.clone())?;
+                let records = Records::from_instance(self.instance()?.clone())?;
                 Ok(Answer::RecordsRead(records.read(list, columns, first, count)?))
             }
-            Request::ReadAlarms { known } => {
-                Ok(Answer::AlarmsRead(Alarms::of(self.instance()?.clone())?.read(known)?))
-            }
+            Request::ReadAlarms { known } => Ok(Answer::AlarmsRead(
+                Alarms::from_instance(self.instance()?.clone())?.read(known)?,
+            )),
             Request::Commands => {
-                Ok(Answer::Commands(Commands::of(self.instance()?.clone())?.list()?))
+                Ok(Answer::Commands(Commands::from_instance(self.instance()?.clone())?.list()?))
             }
             Request::Optimize { .. } | Request::Run { .. } => Err(lie("not done here")),
         }
@@ -271,13 +272,13 @@ impl Session {
             files.try_into().map_err(|_| lie("a descriptor is missing"))?;
         let tell = |fraction| self.link.send(&FromPlugin::Progress { call, fraction });
         let mut streams = There::new(input, output, tell);
-        let commands = Commands::of(self.instance()?.clone())?;
+        let commands = Commands::from_instance(self.instance()?.clone())?;
         Ok(Answer::Ran(commands.run(name, arguments, &mut streams)?))
     }
 
     /// Optimises on a thread of its own, which answers the call.
     fn optimize(&self, call: u64, sizes: memory::MeshSizes, files: Vec<File>) -> Result<(), Fault> {
-        let optimizer = MeshOptimizer::of(self.instance()?.clone())?;
+        let optimizer = MeshOptimizer::from_instance(self.instance()?.clone())?;
         let [mesh, room]: [File; 2] =
             files.try_into().map_err(|_| lie("a descriptor is missing"))?;
         if self.link.cancelled().len() > MAX_OPTIMISING {

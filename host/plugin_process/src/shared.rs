@@ -17,7 +17,7 @@ use rustix::event::{EventfdFlags, eventfd};
 
 use crate::environment::Environment;
 use crate::feed::Feed;
-use crate::frames;
+use crate::framing;
 use crate::message::{Answer, Confinement, Request, ToPlugin};
 use crate::policy::{Deadlines, Deaths, RestartPolicy};
 use crate::slot::Slot;
@@ -79,7 +79,7 @@ pub(crate) struct State {
     pub(crate) pid: Option<u32>,
     pub(crate) memory_bytes: Option<u64>,
     pub(crate) quit: bool,
-    pub(crate) start_again: bool,
+    pub(crate) restart: bool,
     /// Why its process is to be killed, until it is.
     pub(crate) given_up: Option<String>,
 }
@@ -142,7 +142,7 @@ impl Connection {
     /// the connection is over, and the supervisor sees to the rest.
     pub(crate) fn send(&self, message: &ToPlugin, files: &[&File]) {
         let descriptors: Vec<_> = files.iter().map(|file| file.as_fd()).collect();
-        let sent = frames::encode(message).and_then(|bytes| {
+        let sent = framing::encode(message).and_then(|bytes| {
             let _one = self.sending.lock().unwrap_or_else(PoisonError::into_inner);
             socket::send(&self.socket, &bytes, &descriptors).map_err(|error| error.to_string())
         });
@@ -181,7 +181,7 @@ impl Shared {
             pid: Some(pid),
             memory_bytes: None,
             quit: false,
-            start_again: false,
+            restart: false,
             given_up: None,
         };
         Ok(Self {

@@ -90,7 +90,7 @@ fn wait_for_start(shared: &Shared) -> bool {
                 state.life = Life::Ended;
                 return false;
             }
-            if std::mem::take(&mut state.start_again) {
+            if std::mem::take(&mut state.restart) {
                 state.deaths.forgive();
                 return true;
             }

@@ -10,7 +10,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::net::{RecvFlags, recv};
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process_group, waitid};
 
-use crate::frames::{self, Decoder};
+use crate::framing::{self, Decoder};
 use crate::message::{Answer, Fault, FromPlugin, Request, ToPlugin};
 use crate::output::Output;
 use crate::proc;
@@ -88,7 +88,7 @@ impl<'a> Watch<'a> {
             shared,
             spawned,
             output,
-            decoder: frames::decoder(),
+            decoder: framing::decoder(),
             buffer: vec![0; READ_BYTES],
             last_turn: now,
             pinged: now,

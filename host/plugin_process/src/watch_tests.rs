@@ -57,7 +57,7 @@ fn a_process_is_late_only_once_it_is_there() {
         let asked = there.read(&mut [0; 64]).map_err(|error| error.kind());
         assert_eq!(asked, Err(ErrorKind::WouldBlock), "it is still to come");
         assert!(!ended.is_finished());
-        there.write_all(&frames::encode(&FromPlugin::Pong).unwrap()).unwrap();
+        there.write_all(&framing::encode(&FromPlugin::Pong).unwrap()).unwrap();
         assert!(there.read(&mut [0; 64]).unwrap() > 0, "it is asked whether it lives");
         ended.join().unwrap()
     });
@@ -90,7 +90,7 @@ fn a_starved_process_is_not_ended_for_being_late() {
     let (shared, mut there) = (&played.shared, &played.there);
     let ended = thread::scope(|scope| {
         let ended = scope.spawn(move || Watch::new(shared, spawned).run());
-        there.write_all(&frames::encode(&FromPlugin::Pong).unwrap()).unwrap();
+        there.write_all(&framing::encode(&FromPlugin::Pong).unwrap()).unwrap();
         thread::sleep(HEARTBEAT_DEADLINE * 4);
         let is_over = ended.is_finished();
         other.kill().unwrap();

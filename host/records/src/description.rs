@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{RecordFault, is_line};
+use crate::{RecordError, is_line};
 
 /// Lists of a plugin.
 const MAX_LISTS: usize = 16;
@@ -54,12 +54,12 @@ pub struct ListInfo {
     /// Rows of the source that are left out.
     pub left_out: u64,
     /// The first of them, and why.
-    pub faults: Vec<RowFault>,
+    pub faults: Vec<RowError>,
 }
 
 /// A row that is left out.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct RowFault {
+pub struct RowError {
     /// The line of a file, or the row of a result; the first is 1.
     pub row: u64,
     /// What is wrong with it.
@@ -96,13 +96,13 @@ impl Description {
     ///
     /// # Errors
     /// The rule that it breaks.
-    pub fn check(&self) -> Result<(), RecordFault> {
+    pub fn check(&self) -> Result<(), RecordError> {
         if self.lists.len() > MAX_LISTS {
             let count = self.lists.len();
-            return Err(RecordFault::new(format!("it has {count} lists of records")));
+            return Err(RecordError::new(format!("it has {count} lists of records")));
         }
         self.lists.iter().enumerate().try_for_each(|(index, list)| {
-            list.check().map_err(|what| RecordFault(format!("list {index} of records: {what}")))
+            list.check().map_err(|what| RecordError(format!("list {index} of records: {what}")))
         })
     }
 }

@@ -10,16 +10,16 @@ mod description;
 mod list;
 mod record;
 
-pub use description::{Column, ColumnType, Description, Kind, ListInfo, RowFault};
+pub use description::{Column, ColumnType, Description, Kind, ListInfo, RowError};
 pub use list::{List, MAX_BYTES, MAX_ROWS};
 pub use record::{MAX_TEXT_BYTES, Record, Severity};
 
 /// The rule that records break, in words.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
-pub struct RecordFault(pub(crate) String);
+pub struct RecordError(pub(crate) String);
 
-impl RecordFault {
+impl RecordError {
     /// A rule, as a sentence about the plugin.
     pub fn new(what: impl Into<String>) -> Self {
         Self(what.into())

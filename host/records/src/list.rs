@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::{Kind, ListInfo, Record, RecordFault};
+use crate::{Kind, ListInfo, Record, RecordError};
 
 /// Rows of a list.
 pub const MAX_ROWS: usize = 200_000;
@@ -28,14 +28,14 @@ impl List {
     ///
     /// # Errors
     /// The rule that they break; those before the one that breaks it are there then.
-    pub fn append(&mut self, rows: Vec<Record>) -> Result<(), RecordFault> {
+    pub fn append(&mut self, rows: Vec<Record>) -> Result<(), RecordError> {
         for row in rows {
             row.check(self.info.columns.len())?;
             self.bytes += row.bytes();
             if self.rows.len() >= MAX_ROWS || self.bytes > MAX_BYTES {
                 let title = &self.info.title;
                 let limits = format!("{MAX_ROWS} rows or {MAX_BYTES} bytes");
-                return Err(RecordFault(format!("the list '{title}' has more than {limits}")));
+                return Err(RecordError(format!("the list '{title}' has more than {limits}")));
             }
             let index = self.rows.len() as u32;
             match self.of_equipment.get_mut(&row.equipment) {

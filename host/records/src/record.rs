@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{RecordFault, is_line};
+use crate::{RecordError, is_line};
 
 /// Bytes of an equipment id, or of a cell.
 pub const MAX_TEXT_BYTES: usize = 1024;
@@ -57,17 +57,17 @@ impl Record {
     ///
     /// # Errors
     /// The rule that it breaks.
-    pub fn check(&self, columns: usize) -> Result<(), RecordFault> {
+    pub fn check(&self, columns: usize) -> Result<(), RecordError> {
         if self.cells.len() != columns {
             let count = self.cells.len();
-            return Err(RecordFault(format!("a row has {count} cells for {columns} columns")));
+            return Err(RecordError(format!("a row has {count} cells for {columns} columns")));
         }
         if self.equipment.is_empty() || !is_line(&self.equipment, MAX_TEXT_BYTES) {
             let what = "the equipment of a row is empty, too long or not one line";
-            return Err(RecordFault::new(what));
+            return Err(RecordError::new(what));
         }
         if self.cells.iter().any(|cell| cell.len() > MAX_TEXT_BYTES) {
-            return Err(RecordFault(format!("a cell has more than {MAX_TEXT_BYTES} bytes")));
+            return Err(RecordError(format!("a cell has more than {MAX_TEXT_BYTES} bytes")));
         }
         Ok(())
     }

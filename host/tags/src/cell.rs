@@ -1,7 +1,7 @@
 //! The tags of the table: their last values, and what they are worth.
 
+use crate::timing_wheel::{NO_SLOT, Slot};
 use crate::value::Packed;
-use crate::wheel::{NO_SLOT, Slot};
 use crate::{
     Change, DoublePoint, Moment, Origin, Quality, QualityCounts, Reason, Sample, SourceTime,
     TagHandle, TagSet, TagSpec, TagState, Value, ValueKind,

@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap, HashMap};
 
 use crate::{
-    DoublePoint, Expression, Moment, Origin, Quality, Sample, SpecFault, TagHandle, TagSpec,
+    DoublePoint, Expression, Moment, Origin, Quality, Sample, TagHandle, TagSpec, TagSpecError,
     TagState, Value, ValueKind,
 };
 
@@ -31,7 +31,7 @@ pub(crate) struct Due(BinaryHeap<Reverse<usize>>);
 
 impl Derivations {
     /// Reads the expressions of all tags that have one.
-    pub(crate) fn of(specs: &[TagSpec]) -> Result<Self, Vec<SpecFault>> {
+    pub(crate) fn of(specs: &[TagSpec]) -> Result<Self, Vec<TagSpecError>> {
         if specs.iter().all(|spec| spec.expression.is_none()) {
             return Ok(Self::default());
         }
@@ -98,7 +98,7 @@ impl Rule {
         spec: &TagSpec,
         tag: TagHandle,
         handles: &HashMap<&str, TagHandle>,
-    ) -> Option<Result<Self, SpecFault>> {
+    ) -> Option<Result<Self, TagSpecError>> {
         let expression = match Expression::parse(spec.expression.as_deref()?) {
             Ok(expression) => expression,
             Err(error) => {
@@ -156,7 +156,7 @@ impl Rule {
 fn in_order(
     mut rules: BTreeMap<TagHandle, Rule>,
     specs: &[TagSpec],
-) -> Result<Vec<Rule>, Vec<SpecFault>> {
+) -> Result<Vec<Rule>, Vec<TagSpecError>> {
     let mut missing: BTreeMap<TagHandle, usize> = BTreeMap::new();
     let mut resting_on: BTreeMap<TagHandle, Vec<TagHandle>> = BTreeMap::new();
     for rule in rules.values() {
@@ -188,8 +188,8 @@ fn in_order(
     Err(rules.keys().map(circular).collect())
 }
 
-fn fault(spec: &TagSpec, cause: String, remedy: &str) -> SpecFault {
-    SpecFault { id: spec.id.clone(), cause, remedy: remedy.into() }
+fn fault(spec: &TagSpec, cause: String, remedy: &str) -> TagSpecError {
+    TagSpecError { id: spec.id.clone(), cause, remedy: remedy.into() }
 }
 
 /// A value in a formula.

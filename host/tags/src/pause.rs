@@ -64,7 +64,8 @@ impl ClockReadings {
     pub fn now() -> Self {
         let monotonic = clock_gettime(ClockId::Monotonic);
         let monotonic_nanos = monotonic.tv_sec as u64 * 1_000_000_000 + monotonic.tv_nsec as u64;
-        let wall = SourceTime::of(std::time::SystemTime::now()).unwrap_or(SourceTime(i64::MAX));
+        let wall = SourceTime::from_system_time(std::time::SystemTime::now())
+            .unwrap_or(SourceTime(i64::MAX));
         Self { boot: Moment::now(), monotonic_nanos, wall }
     }
 }

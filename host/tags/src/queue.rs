@@ -58,7 +58,7 @@ impl<U: Update> Backlog<U> {
     /// Adds an update at the end.
     pub fn push(&mut self, update: U) {
         if self.updates.len() >= self.thin_at {
-            self.thin_out();
+            self.coalesce();
         }
         self.updates.push_back(update);
     }
@@ -89,7 +89,7 @@ impl<U: Update> Backlog<U> {
         self.dropped
     }
 
-    fn thin_out(&mut self) {
+    fn coalesce(&mut self) {
         let before = self.updates.len();
         let mut known: HashMap<u32, Kept> = HashMap::new();
         for (index, update) in self.updates.iter().enumerate() {
@@ -301,7 +301,7 @@ mod tests {
             });
             let mut backlog = Backlog::default();
             updates.iter().for_each(|&update| backlog.push(update));
-            backlog.thin_out();
+            backlog.coalesce();
             let kept: Vec<Plain> = backlog.take().into();
             prop_assert!(kept.is_sorted_by_key(|update| update.number));
             prop_assert!(kept.len() <= 3 * MAX_KEPT_A_TAG);

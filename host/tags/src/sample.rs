@@ -67,7 +67,7 @@ impl Sample {
 
 impl SourceTime {
     /// Of a time of the wall clock, as far as it can be counted.
-    pub fn of(time: SystemTime) -> Option<Self> {
+    pub fn from_system_time(time: SystemTime) -> Option<Self> {
         let nanos = |duration: Duration| i64::try_from(duration.as_nanos()).ok();
         match time.duration_since(UNIX_EPOCH) {
             Ok(since) => nanos(since).map(Self),
@@ -112,9 +112,9 @@ mod tests {
     fn source_times_are_times_of_the_wall_clock() {
         for nanos in [0, 1, -1, i64::MAX, i64::MIN + 1] {
             let time = SourceTime(nanos).to_system_time().unwrap();
-            assert_eq!(SourceTime::of(time), Some(SourceTime(nanos)));
+            assert_eq!(SourceTime::from_system_time(time), Some(SourceTime(nanos)));
         }
         let late = UNIX_EPOCH + Duration::from_secs(1 << 40);
-        assert_eq!(SourceTime::of(late), None);
+        assert_eq!(SourceTime::from_system_time(late), None);
     }
 }

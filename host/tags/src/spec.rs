@@ -56,7 +56,7 @@ pub struct Scale {
 /// A tag that cannot be.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("tag '{id}': {cause}")]
-pub struct SpecFault {
+pub struct TagSpecError {
     /// Its id.
     pub id: String,
     /// What is wrong with it.
@@ -71,7 +71,7 @@ impl TagSet {
     /// # Errors
     /// The tags whose expressions cannot be read, name tags that are not there, or go
     /// in a circle.
-    pub fn new(specs: Vec<TagSpec>) -> Result<Self, Vec<SpecFault>> {
+    pub fn new(specs: Vec<TagSpec>) -> Result<Self, Vec<TagSpecError>> {
         let derived = Derivations::of(&specs)?;
         Ok(Self { specs, derived })
     }

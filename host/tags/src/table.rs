@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use crate::cell::{Cells, Live, Standing, judge, judge_by_rules, judge_in_range};
 use crate::changes::Changes;
+use crate::timing_wheel::{NO_SLOT, Slot, TimingWheel};
 use crate::value::Packed;
-use crate::wheel::{NO_SLOT, Slot, Wheel};
 use crate::{
-    Change, Moment, Origin, Pause, PauseEvidence, Quality, QualityCounts, Reason, Renumbering,
+    Change, IndexRemap, Moment, Origin, Pause, PauseEvidence, Quality, QualityCounts, Reason,
     Sample, Snapshot, SourceTime, TagHandle, TagSet, TagState, Value,
 };
 
@@ -19,7 +19,7 @@ use crate::{
 pub struct TagTable {
     tags: Arc<TagSet>,
     cells: Cells,
-    wheel: Wheel,
+    wheel: TimingWheel,
     now: Moment,
     changes: Changes,
     /// Inputs of derived tags that came or went stale since.
@@ -35,7 +35,7 @@ impl TagTable {
     pub fn new(tags: Arc<TagSet>, now: Moment) -> Self {
         let cells = Cells::of(&tags);
         let counts = QualityCounts { bad: cells.len(), ..QualityCounts::default() };
-        let wheel = Wheel::new(now);
+        let wheel = TimingWheel::new(now);
         let changes = Changes::of(cells.len());
         let (touched, trusted_from) = (Vec::new(), [Moment(0); 2]);
         Self { tags, cells, wheel, now, changes, touched, counts, trusted_from }
@@ -44,7 +44,7 @@ impl TagTable {
     /// Takes over what another table has of tags that go on under these numbers: value,
     /// times, and what their sources said last. What rests on ranges and freshness is judged
     /// by this table's; derived tags follow by themselves.
-    pub fn inherit(&mut self, before: &Self, numbers: &Renumbering) {
+    pub fn inherit(&mut self, before: &Self, numbers: &IndexRemap) {
         self.now = self.now.max(before.now);
         self.trusted_from = before.trusted_from;
         for index in 0..before.cells.len() as u32 {
@@ -114,14 +114,14 @@ impl TagTable {
 
     /// Lets values of these tags outlive stops of this process: their source tells every
     /// change in a queue that is read afterwards.
-    pub fn let_outlive_stops(&mut self, tags: impl IntoIterator<Item = TagHandle>) {
+    pub fn keep_current_across_stops(&mut self, tags: impl IntoIterator<Item = TagHandle>) {
         tags.into_iter().for_each(|tag| self.cells.get_mut(tag).1.outlives_stops = true);
     }
 
     /// Holds every value from before a pause for stale, whatever its limit, until one comes
     /// that is true from then on: nobody saw what happened meanwhile. `each` is told what
     /// changes.
-    pub fn distrust_before(&mut self, pause: &Pause, mut each: impl FnMut(&Change)) {
+    pub fn mark_uncertain_before(&mut self, pause: &Pause, mut each: impl FnMut(&Change)) {
         let moment = pause.trusted_from();
         let [all, stopped] = &mut self.trusted_from;
         *stopped = moment.max(*stopped);

@@ -191,7 +191,7 @@ fn what_was_before_a_pause_is_stale_until_it_comes_anew() {
         duration: seconds(8.0),
         evidence: PauseEvidence::Suspended,
     };
-    table.distrust_before(&suspended, |change| {
+    table.mark_uncertain_before(&suspended, |change| {
         assert_eq!(change.quality, Quality::Bad(Reason::Stale));
         changed += 1;
     });
@@ -208,13 +208,13 @@ fn what_was_before_a_pause_is_stale_until_it_comes_anew() {
 fn what_a_queue_holds_outlives_a_stop_and_no_sleep() {
     let hour = |id: &str| TagSpec { id: id.into(), freshness: seconds(3600.0), ..spec() };
     let mut table = table_of(vec![hour("device"), hour("program")]);
-    table.let_outlive_stops([TagHandle(1)]);
+    table.keep_current_across_stops([TagHandle(1)]);
     for tag in [0, 1] {
         put(&mut table, Sample { tag: TagHandle(tag), ..sample(60.0, START) });
     }
     let pause =
         |evidence| Pause { from: at(1.0), until: at(9.0), duration: seconds(8.0), evidence };
-    table.distrust_before(&pause(PauseEvidence::Stopped), |_| {});
+    table.mark_uncertain_before(&pause(PauseEvidence::Stopped), |_| {});
     table.advance(at(9.0), |_| {});
     let quality = |table: &TagTable, tag| table.snapshot().state(TagHandle(tag)).unwrap().quality;
     assert_eq!(quality(&table, 0), Quality::Bad(Reason::Stale));
@@ -222,7 +222,7 @@ fn what_a_queue_holds_outlives_a_stop_and_no_sleep() {
     let late = Sample { tag: TagHandle(1), valid_from: at(0.5), ..sample(61.0, at(9.0)) };
     put(&mut table, late);
     assert_eq!(quality(&table, 1), Quality::Good, "it waited in the queue");
-    table.distrust_before(&pause(PauseEvidence::Suspended), |_| {});
+    table.mark_uncertain_before(&pause(PauseEvidence::Suspended), |_| {});
     assert_eq!(quality(&table, 1), Quality::Bad(Reason::Stale));
 }
 
@@ -581,7 +581,7 @@ fn a_table_goes_on_where_another_was_under_its_own_rules() {
     let scale = Some(Scale { factor: 10.0, offset: 0.0 });
     let narrow = TagSpec { scale, ..narrow };
     let mut after = table_of(vec![narrow, other("c", 3.0), derived]);
-    let numbers = Renumbering::of_tags(before.tags(), after.tags());
+    let numbers = IndexRemap::between_tag_sets(before.tags(), after.tags());
     assert_eq!([0, 1, 2].map(|old| numbers.number(old)), [None, Some(0), Some(2)]);
     after.inherit(&before, &numbers);
     let state = |table: &TagTable, tag| table.snapshot().state(TagHandle(tag)).unwrap();

@@ -4,13 +4,13 @@ use std::time::{Duration, Instant};
 
 use busbar_plugin_host::{ClockReport, LinkReport, SampleSink};
 use busbar_plugin_process::RunningTelemetry;
-use busbar_tags::{Renumbering, Sample, SourceTime};
+use busbar_tags::{IndexRemap, Sample, SourceTime};
 
 /// A telemetry plugin that runs, and what it calls its tags.
 pub(crate) struct ServedTags {
     running: RunningTelemetry,
     /// From the numbers that it was told to those of now.
-    numbers: Renumbering,
+    numbers: IndexRemap,
     clock_log: ClockLog,
 }
 
@@ -51,7 +51,7 @@ impl ClockLog {
 impl ServedTags {
     /// By a plugin that was just started.
     pub(crate) fn by(running: RunningTelemetry) -> Self {
-        Self { running, numbers: Renumbering::default(), clock_log: ClockLog::default() }
+        Self { running, numbers: IndexRemap::default(), clock_log: ClockLog::default() }
     }
 
     /// The configuration's id of the instance.
@@ -60,14 +60,14 @@ impl ServedTags {
     }
 
     /// Goes on where tags have other numbers.
-    pub(crate) fn follow(&mut self, numbers: &Renumbering) {
+    pub(crate) fn follow(&mut self, numbers: &IndexRemap) {
         self.numbers = self.numbers.then(numbers);
     }
 
     /// Hands over the samples since the last call, the oldest first.
     #[inline(always)]
     pub(crate) fn drain(&self, sink: &mut impl SampleSink) {
-        if self.numbers.is_none() {
+        if self.numbers.is_identity() {
             return self.running.drain(sink);
         }
         self.running.drain(&mut |sample: &Sample| {

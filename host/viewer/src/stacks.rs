@@ -112,7 +112,7 @@ impl StackBuilder<'_> {
         let optimised = self.optimizer.map(|optimizer| optimizer.optimize(&mesh, |_| true));
         let sequence = match optimised {
             None => CollapseSequence::none(mesh.positions.len() as u32),
-            Some(Err(error)) if self.may_do_without && error.is_plugins_own() => {
+            Some(Err(error)) if self.may_do_without && error.is_reported_by_plugin() => {
                 built.without = Some(error);
                 CollapseSequence::none(mesh.positions.len() as u32)
             }

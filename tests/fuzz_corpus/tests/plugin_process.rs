@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use busbar_geometry::Mesh;
 use busbar_plugin_host::{MAX_LINK_MESSAGE_BYTES, OverlayBinding, TelemetryTag};
-use busbar_plugin_process::probe::{Heard, HostSide, read_collapses};
+use busbar_plugin_process::probe::{HostSide, ReceivedMessages, read_collapses};
 use busbar_tags::{Moment, Sample, TagHandle, ValueKind};
 use glam::Vec3;
 
@@ -52,22 +52,22 @@ fn are_messages(bytes: &[u8], piece: usize) -> bool {
     count > 0
 }
 
-fn check_message(heard: Heard) {
+fn check_message(heard: ReceivedMessages) {
     match heard {
-        Heard::Picture(picture) => {
+        ReceivedMessages::Picture(picture) => {
             let lines = picture.lines.iter().map(|line| (line.node, line.tag));
             for (node, TagHandle(tag)) in lines.chain(picture.tints.iter().map(|t| (t.node, t.tag)))
             {
                 assert!(NODES.contains(&node) && TAGS.contains(&tag), "{picture:?}");
             }
         }
-        Heard::Failed(error) => {
+        ReceivedMessages::Failed(error) => {
             let words = error.to_string();
             assert!(words.len() <= MANY_BYTES);
             assert!(!words.chars().any(|c| c.is_control() && c != '\n'), "{words:?}");
         }
-        Heard::Broken(rule) => assert!(!rule.is_empty()),
-        Heard::Optimized(_) | Heard::Other => {}
+        ReceivedMessages::Broken(rule) => assert!(!rule.is_empty()),
+        ReceivedMessages::Optimized(_) | ReceivedMessages::Other => {}
     }
 }
 

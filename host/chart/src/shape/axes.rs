@@ -2,7 +2,7 @@
 
 use super::{Face, GREY, INK, MISSING_LANE, NO_RECORD, PAPER, Shape, Stroke, Text, TextKind};
 use crate::axis::short;
-use crate::{Axis, AxisView, Band, Board, Layout, Pattern, Size};
+use crate::{Axis, AxisView, Band, Layout, ParallelCoordinates, Pattern, Size};
 
 /// Share of an axis' height that its bands are wide.
 const BAND_WIDTH: f32 = 0.018;
@@ -15,9 +15,9 @@ const BOARD_BEHIND: f32 = 0.06;
 /// How far before it bands are.
 const BAND_BEHIND: f32 = 0.02;
 
-pub(super) fn add(board: &Board, shape: &mut Shape) {
+pub(super) fn add(board: &ParallelCoordinates, shape: &mut Shape) {
     let views = board.shown_axes();
-    let feet = board.layout.feet(views.len(), board.size);
+    let feet = board.layout.axis_positions(views.len(), board.size);
     match board.layout {
         Layout::Flat => add_board(board.size, shape),
         Layout::Focus => add_floor(&feet, board.size, shape),
@@ -137,7 +137,7 @@ fn add_band(
 }
 
 /// The first and the last time, and a frame where the playhead is.
-fn add_times(board: &Board, shape: &mut Shape) {
+fn add_times(board: &ParallelCoordinates, shape: &mut Shape) {
     let Some([first, last]) = board.records.span() else { return };
     let Size { width, height, depth } = board.size;
     for (time, z) in [(first, 0.0), (last, depth)] {

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 
 use super::axes::depth_of;
 use super::{Face, GREY, INK, MISSING_LANE, SELECTION, Shape, Stroke};
-use crate::board::MAX_STROKED_RECORDS;
-use crate::{AxisView, Board, Layout, Pattern, Size, cluster};
+use crate::parallel_coordinates::MAX_STROKED_RECORDS;
+use crate::{AxisView, Layout, ParallelCoordinates, Pattern, Size, cluster};
 
 /// What a line looks like, by how much it is to be seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -20,7 +20,7 @@ enum Rank {
     /// Brushed.
     Meant,
     /// Of selected equipment.
-    Selected,
+    ChartSelection,
 }
 
 impl Rank {
@@ -31,12 +31,12 @@ impl Rank {
             Self::Earlier => (1.0, [0.2, 0.45]),
             Self::Latest => (1.8, [0.75, 1.0]),
             Self::Meant => (1.8, [0.9, 1.0]),
-            Self::Selected => (3.0, [1.0, 1.0]),
+            Self::ChartSelection => (3.0, [1.0, 1.0]),
         }
     }
 }
 
-pub(super) fn add(board: &Board, now: i64, shape: &mut Shape) {
+pub(super) fn add(board: &ParallelCoordinates, now: i64, shape: &mut Shape) {
     let views = board.shown_axes();
     let lines = Lines::of(board, &views);
     if board.shows_clusters {
@@ -55,7 +55,7 @@ pub(super) fn add(board: &Board, now: i64, shape: &mut Shape) {
 }
 
 /// What each record that is drawn is drawn as.
-fn ranks(board: &Board, now: i64) -> BTreeMap<usize, Rank> {
+fn ranks(board: &ParallelCoordinates, now: i64) -> BTreeMap<usize, Rank> {
     let has_brush = !board.brushes().is_empty();
     let selected = board.selected.iter().flat_map(|&one| board.records.of_equipment(one));
     // The last ones, where there are too many.
@@ -64,7 +64,7 @@ fn ranks(board: &Board, now: i64) -> BTreeMap<usize, Rank> {
         true => selected.collect(),
         false => (0..board.records.len()).collect(),
     };
-    let rank = |record: usize| match board.is_meant(record) {
+    let rank = |record: usize| match board.is_brushed(record) {
         true => Rank::Meant,
         false if has_brush => Rank::Rest,
         false => Rank::Earlier,
@@ -77,7 +77,7 @@ fn ranks(board: &Board, now: i64) -> BTreeMap<usize, Rank> {
             *rank = Rank::Latest;
         }
         if board.selected.contains(&known.equipment) {
-            *rank = Rank::Selected;
+            *rank = Rank::ChartSelection;
         }
     }
     ranks
@@ -85,7 +85,7 @@ fn ranks(board: &Board, now: i64) -> BTreeMap<usize, Rank> {
 
 /// Where lines go.
 struct Lines<'a> {
-    board: &'a Board,
+    board: &'a ParallelCoordinates,
     views: &'a [AxisView],
     feet: Vec<[f32; 2]>,
     pairs: Vec<[usize; 2]>,
@@ -93,8 +93,8 @@ struct Lines<'a> {
 }
 
 impl<'a> Lines<'a> {
-    fn of(board: &'a Board, views: &'a [AxisView]) -> Self {
-        let feet = board.layout.feet(views.len(), board.size);
+    fn of(board: &'a ParallelCoordinates, views: &'a [AxisView]) -> Self {
+        let feet = board.layout.axis_positions(views.len(), board.size);
         let pairs = board.layout.pairs(views.len());
         Self { board, views, feet, pairs, span: board.records.span().unwrap_or_default() }
     }
@@ -123,7 +123,7 @@ impl<'a> Lines<'a> {
         let state = &self.board.description.legend[self.board.records.all()[record].state as usize];
         let (width, covers) = rank.look();
         let (color, pattern, cover) = match (rank, state.is_abnormal) {
-            (Rank::Selected, false) => (SELECTION, Pattern::Solid, 1.0),
+            (Rank::ChartSelection, false) => (SELECTION, Pattern::Solid, 1.0),
             (Rank::Meant, false) => (INK, Pattern::Solid, covers[0]),
             (Rank::Rest, _) => (GREY, Pattern::Solid, covers[0]),
             (_, false) => (GREY, Pattern::Solid, covers[0]),
@@ -131,8 +131,8 @@ impl<'a> Lines<'a> {
         };
         for &[from, to] in &self.pairs {
             let (from, to) = (self.place(record, from), self.place(record, to));
-            if rank == Rank::Selected && state.is_abnormal {
-                // Selected shows around the colour of the state.
+            if rank == Rank::ChartSelection && state.is_abnormal {
+                // ChartSelection shows around the colour of the state.
                 let halo = Stroke {
                     from,
                     to,
@@ -196,7 +196,7 @@ impl<'a> Lines<'a> {
     }
 
     fn add_clusters(&self, shape: &mut Shape) {
-        let Board { description, records, .. } = self.board;
+        let ParallelCoordinates { description, records, .. } = self.board;
         let is_known = |record| self.board.is_known(record);
         for (state, bands) in
             cluster::bands(records, self.views, description.legend.len(), is_known)

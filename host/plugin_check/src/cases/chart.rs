@@ -90,7 +90,7 @@ fn read_all(
     capacity: u32,
 ) -> Result<(u64, Records), Stop> {
     let axes = description.axes.len() as u32;
-    let mut all = Records::of(description);
+    let mut all = Records::new(description);
     loop {
         let page = read_page(probe, instance, axes, all.len() as u64, capacity)?;
         let record = |raw: &abi::BusbarChartRecord| Record {

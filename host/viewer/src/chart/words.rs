@@ -1,6 +1,6 @@
 //! What is said of the chart.
 
-use busbar_chart::{Axis, AxisView, Brush, Selected, State};
+use busbar_chart::{Axis, AxisView, Brush, ChartSelection, State};
 use busbar_ui::{
     ChartAxisOnScreen, ChartAxisRow, ChartModel, ChartOverlay, ExplainedEquipment, LegendRow,
 };
@@ -116,12 +116,12 @@ fn counts(chart: &ShownChart) -> [usize; 2] {
         return chart.density.counts().unwrap_or_default();
     }
     let known = || (0..board.records().len()).filter(|&record| board.is_known(record));
-    [known().count(), known().filter(|&record| board.is_meant(record)).count()]
+    [known().count(), known().filter(|&record| board.is_brushed(record)).count()]
 }
 
 pub(super) fn stats(chart: &ShownChart) -> ChartStats {
     let description = chart.board.description();
-    let state = |one: &Selected| {
+    let state = |one: &ChartSelection| {
         let name = one.state.map(|state| description.legend[state as usize].name.clone());
         (description.equipment[one.equipment].clone(), name)
     };

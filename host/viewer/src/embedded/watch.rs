@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use busbar_alarms::{AlarmHandle, Standing, State};
+use busbar_alarms::{AlarmFlags, AlarmHandle, State};
 use busbar_plugin_host::Verdict;
 use busbar_protocol::message::{
     AlarmStanding, CameraPose, EquipmentVerdict, FromViewer, TagQuality,
@@ -23,7 +23,7 @@ pub(super) struct Watch {
     is_ready: bool,
     hovered: Option<String>,
     pose: Option<CameraPose>,
-    alarms: HashMap<AlarmHandle, Standing>,
+    alarms: HashMap<AlarmHandle, AlarmFlags>,
     /// Of each tag, by handle.
     qualities: Vec<Option<Quality>>,
     /// Where the search for changed qualities goes on.
@@ -158,7 +158,7 @@ fn state_number(state: State) -> u8 {
 }
 
 /// As a viewer before this one told them; what cannot be read is passed over.
-pub(super) fn standings_of(alarms: &[AlarmStanding]) -> Vec<(String, Standing, SourceTime)> {
+pub(super) fn standings_of(alarms: &[AlarmStanding]) -> Vec<(String, AlarmFlags, SourceTime)> {
     let standing = |told: &AlarmStanding| {
         let standing = serde_json::from_str(&told.standing).ok()?;
         Some((told.alarm.clone(), standing, SourceTime(told.since)))

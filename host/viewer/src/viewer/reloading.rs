@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use busbar_config::{PluginConfig, TagConfig};
 use busbar_renderer::give_back_freed_memory;
-use busbar_tags::Renumbering;
+use busbar_tags::IndexRemap;
 
 use super::*;
 use crate::file_version::FileVersion;
@@ -100,7 +100,7 @@ impl Viewer {
     }
 
     /// Values go on of tags that are read from where they were.
-    fn carry_tags(&mut self, before: &LoadedScene, numbers: &Renumbering) {
+    fn carry_tags(&mut self, before: &LoadedScene, numbers: &IndexRemap) {
         let (was, is) = (&before.config.tags, &self.scene.config.tags);
         let (was_plugins, are_plugins) = (&before.config.plugins, &self.scene.config.plugins);
         let same_origin = |id: &String| {
@@ -111,16 +111,16 @@ impl Viewer {
                     == is.get(id).map(|tag| device(are_plugins, tag))
         };
         let specs = before.tags.specs();
-        let all_same = numbers.is_none() && specs.iter().all(|spec| same_origin(&spec.id));
+        let all_same = numbers.is_identity() && specs.iter().all(|spec| same_origin(&spec.id));
         if all_same && Arc::ptr_eq(&before.tags, &self.scene.tags) {
             return;
         }
         let own: Vec<Option<u32>> = specs
             .iter()
             .zip(0..)
-            .map(|(spec, old)| numbers.number(old).filter(|_| same_origin(&spec.id)))
+            .map(|(spec, old)| numbers.index(old).filter(|_| same_origin(&spec.id)))
             .collect();
-        let own = Renumbering::of(own.into_iter());
+        let own = IndexRemap::new(own.into_iter());
         let mut tags = opening::table_of(&self.scene);
         tags.inherit(&self.tags, &own);
         self.tags = tags;

@@ -8,7 +8,7 @@ use std::fs::{DirBuilder, File};
 use std::io;
 use std::os::unix::fs::DirBuilderExt;
 
-use busbar_alarms::{Record, State};
+use busbar_alarms::{AlarmRecord, State};
 use rustix::fs::{FlockOperation, flock};
 
 use crate::anchor::{self, Anchor, AnchorState};
@@ -18,10 +18,10 @@ use crate::file_names::{
     CURRENT, FileRole, LOCK, SCRATCH, age_order, ended_names, role_of, unfinished_names,
 };
 use crate::line;
+use crate::options::open_keys;
 use crate::recovery::{EndingFile, Examination, examine};
-use crate::rules::open_keys;
 use crate::storage::{DiskStorage, LogFile, Storage};
-use crate::{LogError, LogRules, Recovered};
+use crate::{AuditLogOptions, LogError, RecoveredLog};
 
 /// Sizes and numbers of files.
 #[derive(Clone, Copy, Debug)]
@@ -43,12 +43,12 @@ pub(crate) struct LogWriter {
     files: Vec<ListedFile>,
     next_file: u64,
     /// The last record of each alarm that is not normal, and of all.
-    open: BTreeMap<String, Record>,
-    last: Option<Record>,
+    open: BTreeMap<String, AlarmRecord>,
+    last: Option<AlarmRecord>,
     last_number: u64,
     /// Faults that the next header keeps.
     remarks: Vec<String>,
-    staged: Vec<Record>,
+    staged: Vec<AlarmRecord>,
     unwritten: Option<UnwrittenText>,
     /// Tells whether an anchor was found or written.
     has_anchor: bool,
@@ -81,7 +81,7 @@ struct UnwrittenText {
 
 impl LogWriter {
     /// Opens a log, and makes its folder where there is none.
-    pub(crate) fn open(rules: &LogRules) -> Result<(Self, Recovered), LogError> {
+    pub(crate) fn open(rules: &AuditLogOptions) -> Result<(Self, RecoveredLog), LogError> {
         let directory = rules.directory.clone();
         let unusable = |source| LogError::Unusable { path: directory.clone(), source };
         rules.check_places()?;
@@ -118,7 +118,7 @@ impl LogWriter {
         rules: FileRules,
         keys: KeyRing,
         anchor: &AnchorState,
-    ) -> io::Result<(Self, Recovered)> {
+    ) -> io::Result<(Self, RecoveredLog)> {
         let examination = examine(storage.as_ref(), &keys, anchor)?;
         let Examination { found, continued, ending, files, next_file, .. } = examination;
         let Examination { takes_scratch, last, kept_remarks, .. } = examination;
@@ -171,7 +171,7 @@ impl LogWriter {
     }
 
     /// Takes records that [`LogWriter::write_staged`] writes.
-    pub(crate) fn stage(&mut self, records: Vec<Record>) {
+    pub(crate) fn stage(&mut self, records: Vec<AlarmRecord>) {
         self.staged.extend(records);
     }
 
@@ -418,8 +418,8 @@ impl LogWriter {
     }
 
     /// Records that a new file begins with.
-    fn carried(&self) -> Vec<&Record> {
-        let mut carried: Vec<&Record> = self.open.values().chain(&self.last).collect();
+    fn carried(&self) -> Vec<&AlarmRecord> {
+        let mut carried: Vec<&AlarmRecord> = self.open.values().chain(&self.last).collect();
         carried.sort_by_key(|record| record.number);
         carried.dedup_by_key(|record| record.number);
         carried
@@ -456,7 +456,7 @@ fn free_name(names: &[String], mut wanted: impl Iterator<Item = String>) -> io::
 }
 
 /// Makes the folder of a log with its parents, and waits until it is on the disk.
-fn make_folder(rules: &LogRules) -> io::Result<()> {
+fn make_folder(rules: &AuditLogOptions) -> io::Result<()> {
     if rules.directory.is_dir() {
         return Ok(());
     }

@@ -1,11 +1,11 @@
 //! Reading of one file: its lines, its chain, and every fault of either.
 
-use busbar_alarms::{Record, State};
+use busbar_alarms::{AlarmRecord, State};
 
 use crate::chain::{Digest256, KeyRing};
 use crate::file_header::FileHeader;
 use crate::line::{self, Line, ReadLine};
-use crate::{MAX_TAIL, Recovered};
+use crate::{MAX_TAIL, RecoveredLog};
 
 /// Lines of a kind that are named by their numbers.
 const MAX_PLACES: usize = 10;
@@ -78,7 +78,7 @@ impl FileReading {
         bytes: &[u8],
         keys: &KeyRing,
         wanted: Option<&Digest256>,
-        found: &mut Recovered,
+        found: &mut RecoveredLog,
     ) -> Self {
         let mut reading = Self { bytes: bytes.len() as u64, ..Self::default() };
         let mut before = Some(Digest256::default());
@@ -112,7 +112,7 @@ impl FileReading {
         before: &mut Option<Digest256>,
         keys: &KeyRing,
         wanted: Option<&Digest256>,
-        found: &mut Recovered,
+        found: &mut RecoveredLog,
     ) {
         let ReadLine { content, link } = line;
         let is_first_header = number == 1 && matches!(content, Line::Header(_));
@@ -238,7 +238,7 @@ impl FileReading {
 }
 
 /// Notes how an alarm stands after a record.
-fn stand(record: &Record, found: &mut Recovered) {
+fn stand(record: &AlarmRecord, found: &mut RecoveredLog) {
     if record.to == State::A {
         found.open.remove(&record.alarm);
     } else {

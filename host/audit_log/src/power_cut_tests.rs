@@ -3,10 +3,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use busbar_alarms::{Record, State};
+use busbar_alarms::{AlarmRecord, State};
 use fastrand::Rng;
 
-use crate::Recovered;
+use crate::RecoveredLog;
 use crate::anchor::{Anchor, AnchorState};
 use crate::chain::{ChainKey, KeyRing};
 use crate::file_names::{CURRENT, SCRATCH};
@@ -30,18 +30,19 @@ fn state(anchor: Option<&Anchor>) -> AnchorState {
     anchor.map_or(AnchorState::Absent, |anchor| AnchorState::Found(anchor.clone()))
 }
 
-fn random_record(number: u64, random: &mut Rng) -> Record {
+fn random_record(number: u64, random: &mut Rng) -> AlarmRecord {
     let to = if random.bool() { State::B } else { State::A };
     record(number, &random.u64(..ALARMS).to_string(), to)
 }
 
 /// Sessions that append; the files before, all operations, and all records.
-fn workload(random: &mut Rng) -> (BTreeMap<String, Vec<u8>>, Vec<Operation>, Vec<Record>) {
-    let mut records: Vec<Record> = Vec::new();
+fn workload(random: &mut Rng) -> (BTreeMap<String, Vec<u8>>, Vec<Operation>, Vec<AlarmRecord>) {
+    let mut records: Vec<AlarmRecord> = Vec::new();
     let mut before = BTreeMap::new();
     if random.u32(..3) == 0 {
         // A log of a release without chain.
-        let line = |record: &Record| probe::signed(&serde_json::to_vec(record).unwrap(), false);
+        let line =
+            |record: &AlarmRecord| probe::signed(&serde_json::to_vec(record).unwrap(), false);
         records.extend((1..=random.u64(1..10)).map(|number| random_record(number, random)));
         before.insert(CURRENT.to_owned(), records.iter().map(line).collect::<Vec<_>>().concat());
     }
@@ -81,7 +82,7 @@ fn logged(files: &BTreeMap<String, Vec<u8>>) -> BTreeSet<u64> {
     numbers
 }
 
-fn open_after(records: &[Record]) -> BTreeMap<String, Record> {
+fn open_after(records: &[AlarmRecord]) -> BTreeMap<String, AlarmRecord> {
     let mut open = BTreeMap::new();
     records.iter().for_each(|record| drop(open.insert(record.alarm.clone(), record.clone())));
     open.retain(|_, record| record.to != State::A);
@@ -122,7 +123,7 @@ fn check_cut(
     storage: &MemoryStorage,
     made: &[Operation],
     old: &BTreeMap<String, Vec<u8>>,
-    records: &[Record],
+    records: &[AlarmRecord],
     order: CrashOrder,
     told: &str,
 ) -> bool {
@@ -160,7 +161,7 @@ fn check_cut(
 
     let (mut writer, found) =
         LogWriter::with_storage(Box::new(storage.clone()), RULES, keys(), &anchor).unwrap();
-    let Recovered { open, last_number, remarks, .. } = found;
+    let RecoveredLog { open, last_number, remarks, .. } = found;
     assert!(last_number >= claimed, "{told}: numbers go back");
     let is_torn = remarks.iter().any(|remark| remark.contains("cut short"));
     let is_damaged = remarks.iter().any(|remark| remark.contains("damaged"));

@@ -5,7 +5,7 @@
 //! versions to come keep checksum, mark and an object with `version` and `number`, so that
 //! a reader tells lines of a newer release from damaged ones.
 
-use busbar_alarms::Record;
+use busbar_alarms::AlarmRecord;
 use serde::{Deserialize, Serialize};
 use twox_hash::XxHash3_64;
 
@@ -39,9 +39,9 @@ pub(crate) enum Line {
     /// End of a log, in a file of its own.
     Anchor(Anchor),
     /// Something that happened.
-    News(Record),
+    News(AlarmRecord),
     /// State of an alarm where a file began; an older file has the same record.
-    Carried(Record),
+    Carried(AlarmRecord),
     /// A line whose checksum is right and whose content a newer release understands.
     Newer {
         /// Number of its record, as far as it tells.

@@ -9,10 +9,10 @@ use crate::chain::KeyRing;
 use crate::file_header::{FileHeader, ListedFile};
 use crate::file_names::{CURRENT, FileRole, SCRATCH, age_order, role_of};
 use crate::file_reading::FileReading;
+use crate::options::open_keys;
 use crate::recovery::is_whole_beginning;
-use crate::rules::open_keys;
 use crate::storage::{DiskStorage, Storage};
-use crate::{LogError, MAX_FILE_BYTES, Recovered};
+use crate::{LogError, MAX_FILE_BYTES, RecoveredLog};
 
 /// Faults, and notes, that one verification tells.
 pub const MAX_FINDINGS: usize = 1_000;
@@ -139,7 +139,7 @@ pub(crate) fn verify_storage(
         };
         let is_cut = bytes.len() as u64 > MAX_FILE_BYTES;
         let bytes = &bytes[..bytes.len().min(MAX_FILE_BYTES as usize)];
-        let mut found = Recovered::default();
+        let mut found = RecoveredLog::default();
         let reading = FileReading::read(bytes, keys, wanted.as_ref(), &mut found);
         files.push(LogFileReading { name: name.clone(), reading, is_cut });
     }
@@ -169,7 +169,7 @@ fn newest_header(
     for name in names.iter().rev() {
         let bytes = storage.read(name, MAX_FILE_BYTES).unwrap_or_default();
         let line = bytes.split_inclusive(|&byte| byte == b'\n').next().unwrap_or_default();
-        let reading = FileReading::read(line, keys, None, &mut Recovered::default());
+        let reading = FileReading::read(line, keys, None, &mut RecoveredLog::default());
         if let Some(header) = reading.header {
             return Ok(Some((name.clone(), header)));
         }

@@ -18,7 +18,7 @@ const SECOND_LOOK: Duration = Duration::from_millis(50);
 
 /// Place of a log, and how large it may grow.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct LogRules {
+pub struct AuditLogOptions {
     /// Folder of the log, made where it is missing.
     pub directory: PathBuf,
     /// Size at which a new file begins, at most [`MAX_FILE_BYTES`](crate::MAX_FILE_BYTES).
@@ -32,7 +32,7 @@ pub struct LogRules {
     pub anchor_file: Option<PathBuf>,
 }
 
-impl LogRules {
+impl AuditLogOptions {
     /// Checks that key and anchor lie outside the folder of the log.
     pub(crate) fn check_places(&self) -> Result<(), LogError> {
         let directory = resolved(&self.directory);
@@ -51,7 +51,7 @@ impl LogRules {
 ///
 /// # Errors
 /// A folder, key or anchor that cannot be used.
-pub fn inspect(rules: &LogRules) -> Result<Vec<String>, LogError> {
+pub fn inspect(rules: &AuditLogOptions) -> Result<Vec<String>, LogError> {
     rules.check_places()?;
     let keys = open_keys(rules.key_file.as_deref())?;
     let mut remarks = Vec::new();
@@ -82,7 +82,7 @@ pub fn inspect(rules: &LogRules) -> Result<Vec<String>, LogError> {
     Ok(remarks)
 }
 
-fn look(storage: &DiskStorage, rules: &LogRules, keys: &KeyRing) -> io::Result<Vec<String>> {
+fn look(storage: &DiskStorage, rules: &AuditLogOptions, keys: &KeyRing) -> io::Result<Vec<String>> {
     storage.check_writable()?;
     let names = storage.names()?;
     // Opened for appending, and left as they are.

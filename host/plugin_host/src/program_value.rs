@@ -9,7 +9,7 @@ use crate::sample_intake::{SampleIntake, SampleSink};
 
 /// A value that a host program says of a tag, with the time that it gives, as it gives it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SaidValue {
+pub struct ProgramValue {
     /// Tag that it is of.
     pub tag: TagHandle,
     /// The value; none says something of quality alone.
@@ -24,9 +24,9 @@ impl SampleIntake {
     /// Hands to `sink` what a host program said a while ago, as a sample of a plugin that was
     /// received then: waiting for a viewer makes no value younger. It is `now`, which
     /// `wall_clock` calls so. Returns false where the tag is another's.
-    pub fn take_said(
+    pub fn take_program_value(
         &mut self,
-        value: &SaidValue,
+        value: &ProgramValue,
         waited: Duration,
         (now, wall_clock): (Moment, SourceTime),
         sink: &mut impl SampleSink,
@@ -40,7 +40,7 @@ impl SampleIntake {
     }
 }
 
-impl SaidValue {
+impl ProgramValue {
     fn to_raw(self) -> abi::BusbarSample {
         let (kind, value) = match self.value {
             None => (abi::BUSBAR_VALUE_NONE, 0),
@@ -77,5 +77,5 @@ impl SaidValue {
 }
 
 #[cfg(test)]
-#[path = "said_value_tests.rs"]
+#[path = "program_value_tests.rs"]
 mod tests;

@@ -1,15 +1,15 @@
 //! The audit log of alarms.
 //!
-//! A line a [`Record`](busbar_alarms::Record): its XXH3 in hexadecimal, a mark, its JSON with
+//! A line a [`AlarmRecord`](busbar_alarms::AlarmRecord): its XXH3 in hexadecimal, a mark, its JSON with
 //! a version and a chain value. Lines are only ever appended. A thread of its own writes what
 //! a frame brings and syncs it (`fdatasync`) before it tells that it is durable; a frame never
-//! waits for the disk. An operator's action counts as done once [`AlarmLog::durable`] has
+//! waits for the disk. An operator's action counts as done once [`AuditLog::durable`] has
 //! reached its record.
 //!
 //! **No byte is destroyed.** A line that a crash cut short, a damaged one, or one of a newer
 //! release stays where it is: the file ends, is renamed, and a new one goes on. Damaged files
-//! are called `quarantine` and are never removed. At [`LogRules::max_file_bytes`] a new file
-//! begins too; of full ones [`LogRules::max_files`] are kept. Each file begins with a header
+//! are called `quarantine` and are never removed. At [`AuditLogOptions::max_file_bytes`] a new file
+//! begins too; of full ones [`AuditLogOptions::max_files`] are kept. Each file begins with a header
 //! and the last record of every alarm that is not normal: so the newest file alone tells how
 //! all alarms stand, however old that is. Where its beginning is damaged, those before tell.
 //!
@@ -33,17 +33,17 @@ mod file_reading;
 mod line;
 mod log;
 mod log_writer;
+mod options;
 pub mod probe;
 mod recovery;
-mod rules;
 mod storage;
 mod verification;
 
 pub use chain::{MAX_KEY_BYTES, MIN_KEY_BYTES};
 pub use line::VERSION;
-pub use log::{ANCHOR_INTERVAL, AlarmLog, MAX_WAITING_RECORDS};
-pub use recovery::Recovered;
-pub use rules::{LogRules, inspect};
+pub use log::{ANCHOR_INTERVAL, AuditLog, MAX_WAITING_RECORDS};
+pub use options::{AuditLogOptions, inspect};
+pub use recovery::RecoveredLog;
 pub use verification::{MAX_FINDINGS, Verification, verify};
 
 use std::path::PathBuf;

@@ -12,11 +12,11 @@ use std::sync::Arc;
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
-use busbar_alarm_log::{AlarmLog, LogRules, verify};
 use busbar_alarms::{
-    Action, AlarmHandle, AlarmSet, AlarmSource, AlarmSpec, AlarmTable, Condition, Priority, Record,
-    State, Watch,
+    Action, AlarmHandle, AlarmRecord, AlarmSet, AlarmSource, AlarmSpec, AlarmTable, Condition,
+    Priority, State, TagCondition,
 };
+use busbar_audit_log::{AuditLog, AuditLogOptions, verify};
 use busbar_tags::{
     Moment, Quality, Sample, SourceTime, TagHandle, TagSet, TagSpec, TagTable, Value, ValueKind,
 };
@@ -34,8 +34,8 @@ const MAX_LIFE_MILLIS: u64 = 100;
 const MAX_START: Duration = Duration::from_secs(60);
 const ALARMS: u32 = 40;
 
-fn rules(folder: &Path) -> LogRules {
-    LogRules {
+fn rules(folder: &Path) -> AuditLogOptions {
+    AuditLogOptions {
         directory: folder.join("log"),
         // Small enough that some kills come while a new file is begun; none goes.
         max_file_bytes: 20_000,
@@ -69,7 +69,7 @@ fn tables(now: Moment) -> (TagTable, AlarmTable) {
         latched: index.is_multiple_of(3),
         group: None,
         source: AlarmSource::Tag {
-            watch: Watch { tag: TagHandle(index), condition },
+            trigger: TagCondition { tag: TagHandle(index), condition },
             on_delay: Duration::ZERO,
             off_delay: Duration::ZERO,
             suppressed_by: None,
@@ -85,13 +85,13 @@ fn tables(now: Moment) -> (TagTable, AlarmTable) {
 #[ignore = "run by its_claims_outlive_a_process_that_is_killed"]
 fn walk_until_killed() {
     let Some(folder) = std::env::var_os(FOLDER_VARIABLE) else { return };
-    let (mut log, found) = AlarmLog::open(rules(Path::new(&folder))).expect("the log opens");
+    let (mut log, found) = AuditLog::open(rules(Path::new(&folder))).expect("the log opens");
     let mut now = Moment::now();
     let (mut tags, mut alarms) = tables(now);
     let standings = found.open.values().map(|r| (r.alarm.as_str(), r.standing, r.time));
     alarms.restore(standings, found.last_number, SourceTime(now.0 as i64));
     let mut dice = Rng::new();
-    let (mut unclaimed, mut out) = (Vec::<Record>::new(), std::io::stdout().lock());
+    let (mut unclaimed, mut out) = (Vec::<AlarmRecord>::new(), std::io::stdout().lock());
     let end = Instant::now() + Duration::from_secs(60);
     while Instant::now() < end {
         now = Moment::now();
@@ -101,7 +101,7 @@ fn walk_until_killed() {
             tags.apply(&sample, |change| alarms.note(change));
         }
         tags.advance(now, |_| {});
-        let mut take = |record: Record| {
+        let mut take = |record: AlarmRecord| {
             log.append(record.clone());
             unclaimed.push(record);
         };
@@ -127,7 +127,7 @@ fn walk_until_killed() {
 
 /// Kills it so long after its start, or after its first claim; the records that it said
 /// were durable.
-fn claims_of_a_life(folder: &Path, life: Duration, after_a_claim: bool) -> Vec<Record> {
+fn claims_of_a_life(folder: &Path, life: Duration, after_a_claim: bool) -> Vec<AlarmRecord> {
     let program = std::env::current_exe().expect("a test has a path");
     let mut child = Command::new(program)
         .args(["--exact", "walk_until_killed", "--ignored", "--nocapture"])
@@ -142,7 +142,7 @@ fn claims_of_a_life(folder: &Path, life: Duration, after_a_claim: bool) -> Vec<R
         for line in BufReader::new(output).lines().map_while(Result::ok) {
             // The harness writes into its first line; the last one may be half.
             let json = line.split_once(CLAIM).map(|(_, json)| json);
-            let claim: Option<Record> = json.and_then(|json| serde_json::from_str(json).ok());
+            let claim: Option<AlarmRecord> = json.and_then(|json| serde_json::from_str(json).ok());
             claim.into_iter().for_each(|claim| told.send(claim).expect("somebody listens"));
         }
     });
@@ -159,13 +159,13 @@ fn claims_of_a_life(folder: &Path, life: Duration, after_a_claim: bool) -> Vec<R
 }
 
 /// All records of all files, by number.
-fn logged(folder: &Path) -> BTreeMap<u64, Record> {
+fn logged(folder: &Path) -> BTreeMap<u64, AlarmRecord> {
     let mut records = BTreeMap::new();
     for file in std::fs::read_dir(folder).expect("the log is there").flatten() {
         let text = std::fs::read_to_string(file.path()).unwrap_or_default();
         for line in text.split_inclusive('\n').filter(|line| line.ends_with('\n')) {
             let json = &line[line.find(['{']).unwrap_or(0)..];
-            if let Ok(record) = serde_json::from_str::<Record>(json) {
+            if let Ok(record) = serde_json::from_str::<AlarmRecord>(json) {
                 records.insert(record.number, record);
             }
         }
@@ -190,7 +190,7 @@ fn its_claims_outlive_a_process_that_is_killed() {
             let verified = verify(&rules.directory, key, Some(anchor)).expect("it can be read");
             assert_eq!(verified.faults, Vec::<String>::new(), "kill {kill}: a false alarm");
         }
-        let (log, found) = AlarmLog::open(rules.clone()).expect("the log opens");
+        let (log, found) = AuditLog::open(rules.clone()).expect("the log opens");
         drop(log);
         let verified = verify(&rules.directory, key, anchor).expect("it can be read");
         assert_eq!(verified.faults, Vec::<String>::new(), "kill {kill}: a false alarm");

@@ -17,7 +17,7 @@ const NANOS_PER_SECOND: i64 = 1_000_000_000;
 
 /// A chart, arranged.
 #[derive(Clone, Debug)]
-pub struct Board {
+pub struct ParallelCoordinates {
     pub(crate) description: Arc<Description>,
     pub(crate) records: Records,
     /// All axes, from the left to the right.
@@ -39,7 +39,7 @@ pub struct Board {
 
 /// What is shown of a piece of equipment by its last known record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Selected {
+pub struct ChartSelection {
     /// Index of the equipment described.
     pub equipment: usize,
     /// The record.
@@ -51,7 +51,7 @@ pub struct Selected {
     pub age_nanos: i64,
 }
 
-impl Board {
+impl ParallelCoordinates {
     /// An empty chart that takes so much room.
     pub fn new(size: Size) -> Self {
         Self {
@@ -75,7 +75,7 @@ impl Board {
     pub fn set_data(&mut self, description: Arc<Description>, records: Records) {
         if self.description.axes != description.axes {
             let views = description.axes.iter().enumerate();
-            self.order = views.map(|(index, axis)| AxisView::of(index, axis)).collect();
+            self.order = views.map(|(index, axis)| AxisView::new(index, axis)).collect();
             self.brushes = Brushes::default();
         }
         let ids: BTreeSet<&String> =
@@ -122,14 +122,14 @@ impl Board {
     }
 
     /// Whether a brush means a record.
-    pub fn is_meant(&self, record: usize) -> bool {
-        let mean = || self.brushes.mean(self.records.row(record), &self.order);
+    pub fn is_brushed(&self, record: usize) -> bool {
+        let mean = || self.brushes.matches(self.records.row(record), &self.order);
         self.meant.get(record).copied().unwrap_or_else(mean)
     }
 
     /// Records that a brush means.
-    pub fn meant(&self) -> impl Iterator<Item = usize> {
-        (0..self.records.len()).filter(|&record| self.is_meant(record))
+    pub fn brushed(&self) -> impl Iterator<Item = usize> {
+        (0..self.records.len()).filter(|&record| self.is_brushed(record))
     }
 
     /// The instant that is shown; `None` for the present.
@@ -170,9 +170,9 @@ impl Board {
     }
 
     /// Where the picture of that stands: the feet of each pair of axes.
-    pub fn density_feet(&self) -> Vec<[[f32; 3]; 2]> {
+    pub fn density_axis_positions(&self) -> Vec<[[f32; 3]; 2]> {
         let count = self.shown_axes().len();
-        let feet = self.layout.feet(count, self.size);
+        let feet = self.layout.axis_positions(count, self.size);
         let back = shape::density_depth(self);
         let foot = |axis: usize| [feet[axis][0], 0.0, feet[axis][1] + back];
         self.layout.pairs(count).into_iter().map(|[from, to]| [foot(from), foot(to)]).collect()
@@ -232,7 +232,7 @@ impl Board {
 
     /// Lets an axis reach from the lowest brushed value to the highest.
     fn rescale(&mut self, at: usize) {
-        let meant: Vec<usize> = self.meant().collect();
+        let meant: Vec<usize> = self.brushed().collect();
         let Some(view) = self.order.get_mut(at) else { return };
         let values = meant.into_iter().map(|record| self.records.row(record)[view.axis]);
         let is_usable = |value: &f32| !value.is_nan() && (!view.log || *value > 0.0);
@@ -276,7 +276,7 @@ impl Board {
 
     /// What is known of each piece of equipment at the instant shown, `now` if that is the
     /// present; nanoseconds since 1970-01-01 UTC.
-    pub fn known(&self, now: i64) -> impl Iterator<Item = Selected> + '_ {
+    pub fn known(&self, now: i64) -> impl Iterator<Item = ChartSelection> + '_ {
         let at = self.playhead.unwrap_or(now);
         let valid = i64::try_from(self.description.valid_seconds).unwrap_or(i64::MAX);
         let valid = valid.saturating_mul(NANOS_PER_SECOND);
@@ -285,13 +285,13 @@ impl Board {
             let Record { unix_nanos, state, .. } = self.records.all()[record];
             let age_nanos = at.saturating_sub(unix_nanos);
             let state = (age_nanos <= valid).then_some(state);
-            Some(Selected { equipment, record, state, age_nanos })
+            Some(ChartSelection { equipment, record, state, age_nanos })
         })
     }
 
     /// Equipment whose last known record a brush means.
     pub fn brushed_equipment(&self, now: i64) -> Vec<usize> {
-        let known = self.known(now).filter(|known| self.is_meant(known.record));
+        let known = self.known(now).filter(|known| self.is_brushed(known.record));
         known.map(|known| known.equipment).collect()
     }
 
@@ -303,8 +303,8 @@ impl Board {
     /// The records that brushes mean as CSV; all that are known where there is no brush.
     pub fn csv(&self) -> String {
         let all = self.brushes.is_empty();
-        let is_meant = |record| self.is_known(record) && (all || self.is_meant(record));
-        export::csv(&self.description, &self.records, is_meant)
+        let is_brushed = |record| self.is_known(record) && (all || self.is_brushed(record));
+        export::csv(&self.description, &self.records, is_brushed)
     }
 
     /// The brush that an interval of positions on a shown axis is: 0 at its foot, 1 at its

@@ -1,6 +1,6 @@
 #![no_main]
 
-#[path = "../../fuzz_corpus/tests/alarm_log.rs"]
+#[path = "../../fuzz_corpus/tests/audit_log.rs"]
 mod body;
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use busbar_chart::{
-    Action, Axis, BINS, Band, Board, Brush, Description, Join, Layout, Pattern, Record, Records,
-    Size, State, bin_of, bin_pairs, edges_of, nearest,
+    Action, Axis, BINS, Band, Brush, BrushOperator, Description, Layout, ParallelCoordinates,
+    Pattern, Record, Records, Size, State, bin_edges, bin_index, bin_pairs, nearest,
 };
 
 const SIZE: Size = Size { width: 20.0, height: 8.0, depth: 10.0 };
@@ -46,10 +46,10 @@ fn description() -> Description {
 }
 
 /// Seeded records of ten pieces of equipment, a day apart; some have no value.
-fn board(count: usize, seed: u64) -> Board {
+fn board(count: usize, seed: u64) -> ParallelCoordinates {
     let description = description();
     let mut random = fastrand::Rng::with_seed(seed);
-    let mut records = Records::of(&description);
+    let mut records = Records::new(&description);
     let (mut rows, mut values) = (Vec::new(), Vec::new());
     for index in 0..count {
         let equipment = (index % 10) as u32;
@@ -65,7 +65,7 @@ fn board(count: usize, seed: u64) -> Board {
         }
     }
     records.append(&rows, &values, 2).expect("they fit");
-    let mut board = Board::new(SIZE);
+    let mut board = ParallelCoordinates::new(SIZE);
     board.set_data(Arc::new(description), records);
     board
 }
@@ -75,8 +75,8 @@ fn ranges(axis: usize, ranges: &[[f32; 2]], with_missing: bool) -> Action {
     Action::AddBrush { brush, alone: false }
 }
 
-fn meant(board: &Board) -> Vec<bool> {
-    (0..board.records().len()).map(|record| board.is_meant(record)).collect()
+fn brushed(board: &ParallelCoordinates) -> Vec<bool> {
+    (0..board.records().len()).map(|record| board.is_brushed(record)).collect()
 }
 
 #[test]
@@ -87,14 +87,14 @@ fn brushes_mean_what_a_plain_filter_means() {
     board.apply(&ranges(2, &[[2.0, 7.0]], true));
     let on_0 = |v: f32| (1.0..=20.0).contains(&v) || (300.0..=400.0).contains(&v);
     let on_2 = |v: f32| (2.0..=7.0).contains(&v) || v.is_nan();
-    for join in [Join::And, Join::Or] {
+    for join in [BrushOperator::And, BrushOperator::Or] {
         board.apply(&Action::SetJoin(join));
         let plain: Vec<bool> = (0..board.records().len())
             .map(|record| {
                 let row = board.records().row(record);
                 match join {
-                    Join::And => on_0(row[0]) && on_2(row[2]),
-                    Join::Or => on_0(row[0]) || on_2(row[2]),
+                    BrushOperator::And => on_0(row[0]) && on_2(row[2]),
+                    BrushOperator::Or => on_0(row[0]) || on_2(row[2]),
                 }
             })
             .collect();
@@ -102,9 +102,9 @@ fn brushes_mean_what_a_plain_filter_means() {
         assert!(plain.iter().any(|meant| *meant) && plain.iter().any(|meant| !meant));
     }
     let lines = board.csv().lines().count();
-    assert_eq!(lines, 1 + board.meant().count());
+    assert_eq!(lines, 1 + board.brushed().count());
     board.apply(&Action::ClearBrushes);
-    assert_eq!(board.meant().count(), 0);
+    assert_eq!(board.brushed().count(), 0);
 }
 
 #[test]
@@ -112,7 +112,7 @@ fn a_rise_is_an_angle_between_axes_as_they_are_shown() {
     let mut board = board(2000, 8);
     let brush = Brush::Rise { axes: [0, 1], range: [0.3, 1.0] };
     board.apply(&Action::AddBrush { brush, alone: false });
-    let plain = |board: &Board| -> Vec<bool> {
+    let plain = |board: &ParallelCoordinates| -> Vec<bool> {
         let views = board.order();
         let rises = |row: &[f32]| {
             let from = views.iter().find(|view| view.axis == 0).unwrap().position(row[0])?;
@@ -143,8 +143,8 @@ fn a_brush_drawn_on_an_axis_takes_in_what_is_seen_there() {
             let position = view.position(board.records().row(record)[view.axis]);
             let is_inside = position.is_some_and(|position| position > 0.8 + 1e-5);
             let is_outside = position.is_none_or(|position| position < 0.8 - 1e-5);
-            assert!(!is_inside || board.is_meant(record), "{position:?}");
-            assert!(!is_outside || !board.is_meant(record), "{position:?}");
+            assert!(!is_inside || board.is_brushed(record), "{position:?}");
+            assert!(!is_outside || !board.is_brushed(record), "{position:?}");
         }
     }
     let missing = board.brush_at(1, [-0.1, -0.05]).unwrap();
@@ -154,7 +154,9 @@ fn a_brush_drawn_on_an_axis_takes_in_what_is_seen_there() {
 #[test]
 fn records_too_old_do_not_speak_for_their_equipment() {
     let mut board = board(50, 10);
-    let state = |board: &Board, now| board.known(now).map(|known| known.state).collect::<Vec<_>>();
+    let state = |board: &ParallelCoordinates, now| {
+        board.known(now).map(|known| known.state).collect::<Vec<_>>()
+    };
     let last = 4 * DAY;
     assert!(state(&board, last + 100 * DAY).iter().all(Option::is_some));
     assert!(state(&board, last + 101 * DAY).iter().all(Option::is_none));
@@ -234,11 +236,11 @@ fn counts_of_bins_are_those_of_lines() {
     assert!(counts.chunks(side * side).all(|pair| pair.iter().sum::<u32>() == 4000));
     // A bin holds what lies between its edges, wherever rounding puts them.
     for view in &views {
-        let edges = edges_of(view);
+        let edges = bin_edges(view);
         assert!(edges.is_sorted());
         for record in 0..board.records().len() {
             let value = board.records().row(record)[view.axis];
-            match bin_of(value, &edges) {
+            match bin_index(value, &edges) {
                 BINS => assert!(value.is_nan()),
                 bin => {
                     assert!(bin == 0 || edges[bin - 1] <= value);
@@ -252,7 +254,8 @@ fn counts_of_bins_are_those_of_lines() {
 #[test]
 fn axes_are_moved_hidden_turned_and_rescaled() {
     let mut board = board(100, 15);
-    let axes = |board: &Board| board.shown_axes().iter().map(|v| v.axis).collect::<Vec<_>>();
+    let axes =
+        |board: &ParallelCoordinates| board.shown_axes().iter().map(|v| v.axis).collect::<Vec<_>>();
     board.apply(&Action::MoveAxis { from: 0, to: 2 });
     assert_eq!(axes(&board), [1, 2, 0]);
     board.apply(&Action::HideAxis(1));
@@ -283,7 +286,7 @@ fn wrong_records_are_refused_whole() {
     let description = description();
     let record = |unix_nanos, equipment, state| Record { unix_nanos, equipment, state };
     let refused = |rows: &[Record], values: &[f32], why: &str| {
-        let mut records = Records::of(&description);
+        let mut records = Records::new(&description);
         records.append(&[record(5, 1, 0)], &[1.0; 3], 2).unwrap();
         let before = records.clone();
         let fault = records.append(rows, values, 2).unwrap_err();

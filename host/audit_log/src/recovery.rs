@@ -5,7 +5,7 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::io;
 
-use busbar_alarms::Record;
+use busbar_alarms::AlarmRecord;
 
 use crate::MAX_FILE_BYTES;
 use crate::anchor::AnchorState;
@@ -18,11 +18,11 @@ use crate::storage::Storage;
 
 /// State of alarms as a log knew it.
 #[derive(Clone, Debug, Default)]
-pub struct Recovered {
+pub struct RecoveredLog {
     /// The last record of each alarm that is not normal, by id.
-    pub open: BTreeMap<String, Record>,
+    pub open: BTreeMap<String, AlarmRecord>,
     /// The newest records, at most [`MAX_TAIL`](crate::MAX_TAIL), the oldest first.
-    pub tail: VecDeque<Record>,
+    pub tail: VecDeque<AlarmRecord>,
     /// Number of the newest record; 0 for none.
     pub last_number: u64,
     /// Faults that were found, for people.
@@ -52,7 +52,7 @@ pub(crate) struct EndingFile {
 /// Condition of a log.
 #[derive(Debug, Default)]
 pub(crate) struct Examination {
-    pub(crate) found: Recovered,
+    pub(crate) found: RecoveredLog,
     pub(crate) continued: Option<ContinuedFile>,
     pub(crate) ending: Option<EndingFile>,
     /// The manifest of the files before the newest.
@@ -62,7 +62,7 @@ pub(crate) struct Examination {
     /// Tells whether the newest file has yet to get its name: a crash came between two renames.
     pub(crate) takes_scratch: bool,
     /// The newest record that is understood.
-    pub(crate) last: Option<Record>,
+    pub(crate) last: Option<AlarmRecord>,
     /// Faults that the files themselves do not show later, so that the next header keeps them.
     pub(crate) kept_remarks: Vec<String>,
 }
@@ -92,9 +92,9 @@ pub(crate) fn examine(
     let bytes = &bytes[..bytes.len().min(MAX_FILE_BYTES as usize)];
 
     // The files before it tell what it does not.
-    let trial = FileReading::read(bytes, keys, None, &mut Recovered::default());
+    let trial = FileReading::read(bytes, keys, None, &mut RecoveredLog::default());
     let ended: Vec<&String> = names.iter().filter(|name| is_ended(name)).collect();
-    let mut found = Recovered::default();
+    let mut found = RecoveredLog::default();
     let mut base: Option<(FileHeader, Option<String>)> =
         trial.header.clone().map(|header| (header, None));
     if !trial.is_complete() {
@@ -192,7 +192,7 @@ fn newest_of(
 
 /// Reports whether these bytes are a file that was begun, and lacks only its name.
 pub(crate) fn is_whole_beginning(bytes: &[u8], keys: &KeyRing) -> bool {
-    let reading = FileReading::read(bytes, keys, None, &mut Recovered::default());
+    let reading = FileReading::read(bytes, keys, None, &mut RecoveredLog::default());
     let is_understood = reading.header.is_some() || reading.carried + reading.news > 0;
     is_understood && reading.is_complete() && !reading.is_faulty() && reading.torn_bytes() == 0
 }
@@ -216,14 +216,14 @@ fn read_ended(
     storage: &dyn Storage,
     keys: &KeyRing,
     ended: &[&String],
-    found: &mut Recovered,
+    found: &mut RecoveredLog,
 ) -> io::Result<Option<(FileHeader, String)>> {
     let mut start = ended.len();
     let mut newest = None;
     while start > 0 {
         start -= 1;
         let bytes = read_some(storage, ended[start])?;
-        let reading = FileReading::read(&bytes, keys, None, &mut Recovered::default());
+        let reading = FileReading::read(&bytes, keys, None, &mut RecoveredLog::default());
         if let (None, Some(header)) = (&newest, &reading.header) {
             newest = Some((header.clone(), ended[start].clone()));
         }
@@ -248,7 +248,7 @@ fn read_some(storage: &dyn Storage, name: &str) -> io::Result<Vec<u8>> {
 fn check_anchor(
     anchor: &AnchorState,
     reading: &FileReading,
-    found: &mut Recovered,
+    found: &mut RecoveredLog,
     next_file: &mut u64,
     base: Option<&(FileHeader, Option<String>)>,
 ) -> Option<String> {

@@ -1,8 +1,8 @@
 //! Any bytes are an audit log as far as their lines are whole: nothing normal is open, no more
 //! is kept than may be, and what was recovered is recovered again from what is written of it.
 
-use busbar_alarm_log::probe::{marked, read, signed, write};
-use busbar_alarm_log::{MAX_TAIL, Recovered};
+use busbar_audit_log::probe::{marked, read, signed, write};
+use busbar_audit_log::{MAX_TAIL, RecoveredLog};
 
 /// Marks of lines: of a header, of an anchor, and of none that is known.
 const MARKS: [u8; 3] = *b"#@?";
@@ -39,7 +39,7 @@ fn is_log(bytes: &[u8]) -> bool {
     !found.tail.is_empty()
 }
 
-fn check(found: &Recovered) {
+fn check(found: &RecoveredLog) {
     assert!(found.tail.len() <= MAX_TAIL && found.last_number < u64::MAX, "another follows");
     assert!(found.tail.iter().all(|record| record.number <= found.last_number));
     for (alarm, record) in &found.open {
@@ -52,5 +52,5 @@ fn check(found: &Recovered) {
 
 #[test]
 fn kept_inputs_and_mutations_of_them() {
-    fuzz_corpus::check("alarm_log", fuzz_one);
+    fuzz_corpus::check("audit_log", fuzz_one);
 }

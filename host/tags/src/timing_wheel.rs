@@ -17,13 +17,13 @@ pub(crate) const NO_SLOT: Slot = Slot::MAX;
 
 /// Tags by the slot of their deadline.
 #[derive(Debug)]
-pub(crate) struct Wheel {
+pub(crate) struct TimingWheel {
     slots: Vec<Vec<u32>>,
     /// The first slot that may hold something.
     first: Slot,
 }
 
-impl Wheel {
+impl TimingWheel {
     /// An empty wheel for deadlines from `now` on.
     pub(crate) fn new(now: Moment) -> Self {
         Self { slots: vec![Vec::new(); SLOTS as usize], first: now.0 >> SLOT_BITS }
@@ -68,18 +68,18 @@ mod tests {
 
     const SLOT: u64 = 1 << SLOT_BITS;
 
-    fn put(wheel: &mut Wheel, tag: u32, deadline: u64) {
+    fn put(wheel: &mut TimingWheel, tag: u32, deadline: u64) {
         let slot = wheel.slot_of(Moment(deadline));
         wheel.put(tag, slot);
     }
 
-    fn take(wheel: &mut Wheel, now: u64) -> Vec<u32> {
+    fn take(wheel: &mut TimingWheel, now: u64) -> Vec<u32> {
         wheel.take_due(Moment(now)).into_iter().flat_map(|(_, tags)| tags).collect()
     }
 
     #[test]
     fn tags_come_out_when_their_time_has_come() {
-        let mut wheel = Wheel::new(Moment(10 * SLOT));
+        let mut wheel = TimingWheel::new(Moment(10 * SLOT));
         put(&mut wheel, 1, 0);
         put(&mut wheel, 2, 12 * SLOT + 5);
         put(&mut wheel, 3, 13 * SLOT);
@@ -92,7 +92,7 @@ mod tests {
 
     #[test]
     fn after_any_leap_each_tag_comes_out_once() {
-        let mut wheel = Wheel::new(Moment(0));
+        let mut wheel = TimingWheel::new(Moment(0));
         (0..3 * SLOTS as u32).for_each(|tag| put(&mut wheel, tag, u64::from(tag) * SLOT));
         let mut all = take(&mut wheel, u64::MAX / 2);
         all.sort_unstable();

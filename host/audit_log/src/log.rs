@@ -9,11 +9,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use busbar_alarms::Record;
+use busbar_alarms::AlarmRecord;
 
 use crate::anchor::{self, Anchor};
 use crate::log_writer::LogWriter;
-use crate::{LogError, LogRules, Recovered};
+use crate::{AuditLogOptions, LogError, RecoveredLog};
 
 /// Records that wait for the disk before new ones are lost.
 pub const MAX_WAITING_RECORDS: usize = 100_000;
@@ -28,13 +28,13 @@ pub const ANCHOR_INTERVAL: Duration = Duration::from_secs(1);
 
 /// A log that is written.
 #[derive(Debug)]
-pub struct AlarmLog {
+pub struct AuditLog {
     /// Gone when the log is to end.
-    sender: Option<SyncSender<Vec<Record>>>,
+    sender: Option<SyncSender<Vec<AlarmRecord>>>,
     thread: Option<JoinHandle<()>>,
     shared: Arc<Shared>,
     /// Not handed over yet.
-    waiting: Vec<Record>,
+    waiting: Vec<AlarmRecord>,
     lost: u64,
 }
 
@@ -48,18 +48,18 @@ struct Shared {
     is_ending: AtomicBool,
 }
 
-impl AlarmLog {
+impl AuditLog {
     /// Opens a log, and makes it where there is none; what it knew.
     ///
     /// # Errors
     /// A folder that cannot be used, or a log that another viewer writes.
-    pub fn open(rules: LogRules) -> Result<(Self, Recovered), LogError> {
+    pub fn open(rules: AuditLogOptions) -> Result<(Self, RecoveredLog), LogError> {
         let (writer, found) = LogWriter::open(&rules)?;
         let shared = Arc::new(Shared::default());
         shared.durable.store(found.last_number, Ordering::Release);
         let (sender, receiver) = sync_channel(MAX_BATCHES);
         let of_thread = shared.clone();
-        let LogRules { directory, anchor_file, .. } = rules;
+        let AuditLogOptions { directory, anchor_file, .. } = rules;
         let thread = thread::Builder::new()
             .name("alarm log".into())
             .spawn(move || {
@@ -71,9 +71,9 @@ impl AlarmLog {
         Ok((Self { sender, thread, shared, waiting: Vec::new(), lost: 0 }, found))
     }
 
-    /// Takes a record; [`AlarmLog::flush`] hands it to the disk. Where the disk is behind by
+    /// Takes a record; [`AuditLog::flush`] hands it to the disk. Where the disk is behind by
     /// [`MAX_WAITING_RECORDS`] it is lost and counted.
-    pub fn append(&mut self, record: Record) {
+    pub fn append(&mut self, record: AlarmRecord) {
         if self.waiting.len() < MAX_WAITING_RECORDS {
             self.waiting.push(record);
         } else {
@@ -118,7 +118,7 @@ impl AlarmLog {
     }
 }
 
-impl Drop for AlarmLog {
+impl Drop for AuditLog {
     fn drop(&mut self) {
         self.shared.is_ending.store(true, Ordering::Release);
         let rest = mem::take(&mut self.waiting);
@@ -136,7 +136,7 @@ impl Drop for AlarmLog {
 fn write_all(
     mut writer: LogWriter,
     mut keeper: AnchorKeeper,
-    receiver: &Receiver<Vec<Record>>,
+    receiver: &Receiver<Vec<AlarmRecord>>,
     shared: &Shared,
 ) {
     keeper.keep(&mut writer, shared);
@@ -166,7 +166,7 @@ fn write_all(
 }
 
 /// Tries until records are written; not so where the log is to end and the disk refuses.
-fn write(writer: &mut LogWriter, records: Vec<Record>, shared: &Shared) -> bool {
+fn write(writer: &mut LogWriter, records: Vec<AlarmRecord>, shared: &Shared) -> bool {
     let newest = records.last().map_or(0, |record| record.number);
     writer.stage(records);
     loop {

@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
 
-use busbar_alarms::{Happening, Standing};
+use busbar_alarms::{AlarmEvent, AlarmFlags};
 use busbar_tags::SourceTime;
 use tempfile::TempDir;
 
@@ -10,15 +10,15 @@ use super::*;
 use crate::memory_storage::MemoryStorage;
 use crate::{Verification, probe, verify};
 
-pub(crate) fn record(number: u64, alarm: &str, to: State) -> Record {
-    Record {
+pub(crate) fn record(number: u64, alarm: &str, to: State) -> AlarmRecord {
+    AlarmRecord {
         number,
         time: SourceTime(number as i64),
         alarm: alarm.into(),
-        happened: Happening::Occurred,
+        happened: AlarmEvent::Occurred,
         from: State::A,
         to,
-        standing: Standing::of(to, None),
+        standing: AlarmFlags::from_state(to, None),
         operator: Some("Ö. Operator".into()),
         value: None,
         source_time: None,
@@ -27,8 +27,8 @@ pub(crate) fn record(number: u64, alarm: &str, to: State) -> Record {
     }
 }
 
-fn rules(folder: &TempDir) -> LogRules {
-    LogRules {
+fn rules(folder: &TempDir) -> AuditLogOptions {
+    AuditLogOptions {
         directory: folder.path().join("log"),
         max_file_bytes: 3_000,
         max_files: 3,
@@ -37,7 +37,7 @@ fn rules(folder: &TempDir) -> LogRules {
     }
 }
 
-fn open(folder: &TempDir) -> (LogWriter, Recovered) {
+fn open(folder: &TempDir) -> (LogWriter, RecoveredLog) {
     LogWriter::open(&rules(folder)).unwrap()
 }
 
@@ -45,7 +45,7 @@ fn newest(folder: &TempDir) -> PathBuf {
     folder.path().join("log").join(CURRENT)
 }
 
-fn append(writer: &mut LogWriter, records: &[Record]) {
+fn append(writer: &mut LogWriter, records: &[AlarmRecord]) {
     writer.stage(records.to_vec());
     writer.write_staged().unwrap();
 }
@@ -55,7 +55,7 @@ fn verified(folder: &TempDir) -> Verification {
 }
 
 /// A line as releases before the chain wrote it.
-pub(crate) fn old_line(record: &Record) -> Vec<u8> {
+pub(crate) fn old_line(record: &AlarmRecord) -> Vec<u8> {
     probe::signed(&serde_json::to_vec(record).unwrap(), false)
 }
 

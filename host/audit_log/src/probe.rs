@@ -1,14 +1,14 @@
 //! Reading and writing a log without a file: for fuzzing.
 
-use crate::Recovered;
+use crate::RecoveredLog;
 use crate::chain::{ChainKey, Digest256, KeyRing};
 use crate::file_header::FileHeader;
 use crate::file_reading::FileReading;
 use crate::line;
 
 /// Reads the bytes of a file: what they tell, and how many of them are whole lines.
-pub fn read(bytes: &[u8]) -> (Recovered, u64) {
-    let mut found = Recovered::default();
+pub fn read(bytes: &[u8]) -> (RecoveredLog, u64) {
+    let mut found = RecoveredLog::default();
     let reading = FileReading::read(bytes, &KeyRing::default(), None, &mut found);
     found.remarks = reading.remarks();
     (found, reading.whole_bytes)
@@ -18,7 +18,7 @@ pub fn read(bytes: &[u8]) -> (Recovered, u64) {
 ///
 /// # Errors
 /// A record that cannot be written.
-pub fn write(recovered: &Recovered) -> std::io::Result<Vec<u8>> {
+pub fn write(recovered: &RecoveredLog) -> std::io::Result<Vec<u8>> {
     let (key, mut text) = (ChainKey::default(), Vec::new());
     let header = FileHeader { carried: recovered.open.len() as u64, ..FileHeader::default() };
     let mut chain = line::write(&mut text, line::HEADER, &header, &Digest256::default(), &key)?;

@@ -34,10 +34,10 @@ impl Fixture {
     /// What comes of a value that was said some seconds ago, with a time in seconds.
     fn samples(&mut self, tag: u32, waited: i64, source_time: Option<i64>) -> Vec<Sample> {
         let (value, quality) = (Some(Value::F64(1.5)), Quality::Good);
-        let said = SaidValue { tag: TagHandle(tag), value, quality, source_time };
+        let said = ProgramValue { tag: TagHandle(tag), value, quality, source_time };
         let at = (Moment((self.now * SECOND) as u64), SourceTime(START + self.wall * SECOND));
         let (waited, mut all) = (Duration::from_secs(waited as u64), Vec::new());
-        self.intake.take_said(&said, waited, at, &mut |sample: &Sample| all.push(*sample));
+        self.intake.take_program_value(&said, waited, at, &mut |sample: &Sample| all.push(*sample));
         all
     }
 
@@ -119,10 +119,10 @@ fn every_value_and_quality_is_handed_on() {
     let unknown = Reason::Unknown;
     for value in values {
         for quality in [Quality::Good, Quality::Uncertain(unknown), Quality::Bad(unknown)] {
-            let said = SaidValue { tag: TagHandle(0), value, quality, source_time: None };
+            let said = ProgramValue { tag: TagHandle(0), value, quality, source_time: None };
             let mut all = Vec::new();
             let mut sink = |sample: &Sample| all.push((sample.value, sample.quality));
-            assert!(fixture.intake.take_said(&said, Duration::ZERO, at, &mut sink));
+            assert!(fixture.intake.take_program_value(&said, Duration::ZERO, at, &mut sink));
             assert_eq!(all, [(value, quality)]);
         }
     }
