@@ -1,6 +1,6 @@
-//! What tags and alarms take of a frame: 5,400 points that change every second, each with
-//! an alarm, at 60 frames a second; and a burst of 1,000 changes within one frame, each of
-//! which is an alarm. `cargo run --release --example frame_cost`.
+//! Benchmark of tags and alarms in a frame: 5,400 points that change every second, each with an
+//! alarm, at 60 frames a second. A burst makes 1,000 changes within one frame, each of which is
+//! an alarm. `cargo run --release --example frame_cost`.
 #![allow(clippy::print_stdout, reason = "figures are its output")]
 
 use std::sync::Arc;

@@ -1,11 +1,11 @@
-//! What happened to an alarm.
+//! Records of alarm events, as the audit log stores them.
 
 use busbar_tags::{Origin, SourceTime, Value};
 use serde::{Deserialize, Serialize};
 
 use crate::{AlarmFlags, State};
 
-/// What happened.
+/// Events of an alarm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AlarmEvent {
@@ -21,7 +21,7 @@ pub enum AlarmEvent {
     Shelved,
     /// An operator took it off the shelf.
     Unshelved,
-    /// Its time on the shelf is over.
+    /// Shelving of the alarm expired.
     ShelfExpired,
     /// The condition that suppresses it came.
     Suppressed,
@@ -44,28 +44,28 @@ pub struct AlarmRecord {
     pub time: SourceTime,
     /// Id of the alarm.
     pub alarm: String,
-    /// What happened.
+    /// Event of the alarm.
     pub happened: AlarmEvent,
-    /// The state before.
+    /// State before the event.
     pub from: State,
-    /// The state after.
+    /// State after the event.
     pub to: State,
     /// All that the state after rests on.
     pub standing: AlarmFlags,
-    /// Who did it.
+    /// Operator who acted; none for other events.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub operator: Option<String>,
     /// The value that the condition was judged by.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub value: Option<Value>,
-    /// When that was so at its source.
+    /// Time of the event at its source.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source_time: Option<SourceTime>,
     /// Origin of the value by which the condition came or went last, where that is not live:
     /// in the log a list of names.
     #[serde(default, skip_serializing_if = "is_live", with = "origin_names")]
     pub origin: Origin,
-    /// Whether it was the first of its group.
+    /// True for the first-out alarm of its group.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub is_first_out: bool,
 }
@@ -108,7 +108,7 @@ mod origin_names {
 }
 
 impl AlarmEvent {
-    /// In words.
+    /// Returns the name of the event for people.
     pub fn name(self) -> &'static str {
         match self {
             Self::Occurred => "occurred",

@@ -11,7 +11,7 @@ use crate::{AlarmHandle, AlarmSource, AlarmSpec, MAX_ALARMS, MAX_DELAY, TagCondi
 pub struct AlarmSet {
     specs: Vec<AlarmSpec>,
     by_id: HashMap<String, AlarmHandle>,
-    /// Where the users of each tag begin; those of the last one end with the list.
+    /// Start index of each tag's users; those of the last one end with the list.
     first_users: Vec<u32>,
     users: Vec<User>,
     /// The group of each alarm, by number; and how many groups there are.
@@ -23,7 +23,7 @@ pub struct AlarmSet {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct User {
     pub(crate) alarm: AlarmHandle,
-    /// Whether the tag suppresses the alarm, and does not make it.
+    /// True where the tag suppresses the alarm and does not raise it.
     pub(crate) suppresses: bool,
 }
 
@@ -31,11 +31,11 @@ pub(crate) struct User {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("alarm '{id}': {cause}; {remedy}")]
 pub struct AlarmSpecError {
-    /// Its id.
+    /// Id of the alarm.
     pub id: String,
-    /// What is wrong with it.
+    /// Cause of the error.
     pub cause: String,
-    /// What helps.
+    /// Remedy for the user.
     pub remedy: String,
 }
 
@@ -102,12 +102,12 @@ impl AlarmSet {
         })
     }
 
-    /// What the alarms are, by handle.
+    /// Returns the definitions of all alarms, by handle.
     pub fn specs(&self) -> &[AlarmSpec] {
         &self.specs
     }
 
-    /// What an alarm is.
+    /// Returns the definition of an alarm.
     pub fn spec(&self, alarm: AlarmHandle) -> Option<&AlarmSpec> {
         self.specs.get(alarm.0 as usize)
     }
@@ -117,7 +117,7 @@ impl AlarmSet {
         self.by_id.get(id).copied()
     }
 
-    /// All handles.
+    /// Iterates over all handles.
     pub fn handles(&self) -> impl ExactSizeIterator<Item = AlarmHandle> + use<> {
         (0..self.specs.len() as u32).map(AlarmHandle)
     }

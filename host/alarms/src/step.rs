@@ -1,9 +1,9 @@
-//! What a frame does to alarms.
+//! State machine of alarms (IEC 62682): evaluation once a frame.
 //!
-//! In this order, so that one cause brings no alarm which another cause of the same frame
-//! takes away: suppressions that begin; conditions that came since the last frame, if only
-//! for a moment; conditions as they are; delays that are over (a condition must hold still
-//! in the frame in which its delay ends); shelves that are over; suppressions that end.
+//! The order keeps an alarm from occurring for a cause that another one of the same frame
+//! removes: suppressions that begin, pulses since the last frame, current conditions, delays,
+//! shelving that expires, suppressions that end. A delay takes effect only if its condition
+//! still holds in the frame in which the delay ends.
 
 use std::time::Duration;
 
@@ -14,7 +14,7 @@ use crate::state::Hold;
 use crate::table::{AlarmTable, Cause, Pending};
 use crate::{AlarmEvent, AlarmHandle, AlarmRecord, AlarmSource, Condition, TagCondition};
 
-/// What is done with the records of a step.
+/// Receiver of the records of a step.
 type Each<'a> = &'a mut dyn FnMut(AlarmRecord);
 
 /// An alarm that looks at a tag, and the tag as it is.

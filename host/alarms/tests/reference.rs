@@ -22,8 +22,8 @@ const ALARMS: usize = 64;
 const TAGS: u32 = 24;
 const MAX_SHELVING: Duration = Duration::from_secs(3600);
 
-/// What happens to an alarm that is not held back: its state, the event, which alarms
-/// (`latched`, `plain` or `any`), the state then. What is not here has no effect.
+/// Transitions of an alarm without suppression: its state, the event, the alarms concerned
+/// (`latched`, `plain` or `any`), the next state. An event that is not listed has no effect.
 const TRANSITIONS: &str = "
     A occurs      any     B
     B returns     plain   D
@@ -56,8 +56,8 @@ const TRANSITIONS: &str = "
     E remove      any     I
     F remove      any     I
 ";
-/// What happens to one that is held back: the state that shows, the event, and what that
-/// does to the holds. The strongest hold shows: I before H before G.
+/// Transitions of a suppressed alarm: the visible state, the event, and its effect on the
+/// suppressions. The strongest suppression is visible: I before H before G.
 const HELD: &str = "
     G shelve      +G
     G unshelve    -G
@@ -82,7 +82,7 @@ const RELEASED: &str = "
     holds latch  B
 ";
 
-/// The reference's alarm.
+/// Alarm of the reference model.
 #[derive(Clone, Debug, Default)]
 struct Model {
     /// Not held back; none while it is.
@@ -167,7 +167,7 @@ impl Model {
     }
 }
 
-/// Whether a condition holds, by its definition alone; `None` where nobody knows.
+/// Evaluates a condition by its definition alone; `None` where nobody knows.
 fn verdict(
     condition: Condition,
     value: Option<Value>,
@@ -279,7 +279,7 @@ fn random_spec(id: usize, dice: &mut Rng) -> AlarmSpec {
     }
 }
 
-/// What the model says of a step: events of each alarm, in their order.
+/// Returns the events of each alarm that the model expects of a step, in their order.
 fn expected_step(
     model: &mut Model,
     spec: &AlarmSpec,

@@ -39,7 +39,7 @@ impl Anchor {
 /// An anchor as it was found.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) enum AnchorState {
-    /// None is configured.
+    /// No anchor is configured.
     #[default]
     Unused,
     /// The file does not exist.

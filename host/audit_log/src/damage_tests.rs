@@ -194,8 +194,8 @@ fn damage(log: &WrittenLog, files: &mut Files, random: &mut Rng) {
     }
 }
 
-/// Whether bytes of the log are gone, in another place, or not its own: more than an end that
-/// lacks its last byte.
+/// Reports whether bytes of the log are gone, moved or foreign: more than an end that lacks its
+/// last byte.
 fn is_changed(log: &WrittenLog, files: &Files) -> bool {
     let is_log = |name: &&String| {
         !matches!(role_of(name), FileRole::Other | FileRole::Unfinished(_) | FileRole::Scratch)

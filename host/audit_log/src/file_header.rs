@@ -38,7 +38,7 @@ pub(crate) struct FileHeader {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct ListedFile {
     pub(crate) name: String,
-    /// Its size when it ended.
+    /// Size at its end, bytes.
     pub(crate) bytes: u64,
     /// SHA-256 of so many bytes, hexadecimal.
     pub(crate) sha256: String,

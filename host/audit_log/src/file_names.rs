@@ -19,7 +19,7 @@ pub(crate) const MAX_NAMES_TRIED: u32 = 10_000;
 /// Role of a file, by its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FileRole {
-    /// The newest.
+    /// File that is being written.
     Current,
     /// One that is being begun.
     Scratch,

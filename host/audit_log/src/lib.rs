@@ -65,7 +65,7 @@ pub enum LogError {
     Unusable {
         /// The folder or file.
         path: PathBuf,
-        /// The system's reason.
+        /// Reason from the system.
         source: std::io::Error,
     },
     /// Another viewer writes the log.
@@ -74,7 +74,7 @@ pub enum LogError {
         .directory.display()
     )]
     InUse {
-        /// The folder.
+        /// Path of the folder.
         directory: PathBuf,
     },
     /// The key of the chain cannot be read.
@@ -84,9 +84,9 @@ pub enum LogError {
         .path.display()
     )]
     Key {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// The system's reason.
+        /// Reason from the system.
         source: std::io::Error,
     },
     /// The anchor cannot be written.
@@ -96,9 +96,9 @@ pub enum LogError {
         .path.display()
     )]
     Anchor {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// The system's reason.
+        /// Reason from the system.
         source: std::io::Error,
     },
     /// Key or anchor lie in the folder of the log.
@@ -114,7 +114,7 @@ pub enum LogError {
     /// The folder has no log.
     #[error("there is no alarm log in '{}'; name its folder", .directory.display())]
     Absent {
-        /// The folder.
+        /// Path of the folder.
         directory: PathBuf,
     },
 }

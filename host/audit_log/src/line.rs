@@ -18,11 +18,11 @@ use crate::{MAX_HEADER_BYTES, MAX_LINE_BYTES};
 pub const VERSION: u32 = 2;
 
 const HASH_DIGITS: usize = 16;
-/// What stands between hash and JSON.
+/// Mark of an event, between hash and JSON.
 pub(crate) const NEWS: u8 = b' ';
 pub(crate) const CARRIED: u8 = b'*';
 pub(crate) const HEADER: u8 = b'#';
-/// Of the one line of an anchor's file.
+/// Mark of the one line of an anchor's file.
 pub(crate) const ANCHOR: u8 = b'@';
 /// Before the chain value, which is the end of the object.
 const CHAIN_KEY: &str = ",\"chain\":\"";
@@ -38,7 +38,7 @@ pub(crate) enum Line {
     Header(Box<FileHeader>),
     /// End of a log, in a file of its own.
     Anchor(Anchor),
-    /// Something that happened.
+    /// Event of an alarm.
     News(AlarmRecord),
     /// State of an alarm where a file began; an older file has the same record.
     Carried(AlarmRecord),

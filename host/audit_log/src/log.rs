@@ -38,13 +38,13 @@ pub struct AuditLog {
     lost: u64,
 }
 
-/// What the thread tells.
+/// State shared with the writing thread.
 #[derive(Debug, Default)]
 struct Shared {
     durable: AtomicU64,
     fault: Mutex<Option<String>>,
     anchor_fault: Mutex<Option<String>>,
-    /// Whether nobody waits for a disk any more that refuses to write.
+    /// True once nobody waits any more for a disk that refuses to write.
     is_ending: AtomicBool,
 }
 
@@ -101,12 +101,13 @@ impl AuditLog {
         self.shared.durable.load(Ordering::Acquire)
     }
 
-    /// Whether the disk keeps up, so that operators may act.
+    /// Reports whether the disk keeps up, so that operators may act.
     pub fn keeps_up(&self) -> bool {
         self.lost == 0 && self.waiting.len() < MAX_WAITING_RECORDS / 2
     }
 
-    /// Why records are not on the disk, while that is so; what was lost for good stays told.
+    /// Returns the reason why records are not on the disk. A final loss of records is reported
+    /// from then on.
     pub fn fault(&self) -> Option<String> {
         let told = |fault: &Mutex<Option<String>>| {
             fault.lock().unwrap_or_else(PoisonError::into_inner).clone()
@@ -187,7 +188,7 @@ fn write(writer: &mut LogWriter, records: Vec<AlarmRecord>, shared: &Shared) -> 
 /// The anchor's file, written once an interval at most.
 struct AnchorKeeper {
     path: Option<PathBuf>,
-    /// When it was tried last.
+    /// Time of the last attempt.
     written: Option<Instant>,
     last: Option<Anchor>,
 }

@@ -35,7 +35,7 @@ pub(crate) trait Storage: fmt::Debug + Send {
     fn id_of(&self, name: &str) -> io::Result<Option<FileId>>;
     /// Renames a file. One of the new name must not exist.
     fn rename(&self, from: &str, to: &str) -> io::Result<()>;
-    /// Removes a file.
+    /// Removes a file of the log.
     fn remove(&self, name: &str) -> io::Result<()>;
     /// Waits until entries that were created, renamed and removed are on the disk.
     fn sync_folder(&self) -> io::Result<()>;

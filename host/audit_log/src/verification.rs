@@ -29,7 +29,7 @@ pub struct Verification {
     pub notes: Vec<String>,
     /// Files of the log.
     pub files: u64,
-    /// Records in them.
+    /// Number of records in the files.
     pub records: u64,
     /// Number of the newest record; 0 for none.
     pub newest: u64,

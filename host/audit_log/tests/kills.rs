@@ -25,7 +25,7 @@ use fastrand::Rng;
 /// Kills in a test run; `BUSBAR_ALARM_KILLS` says otherwise.
 const KILLS: usize = 20;
 const KILLS_VARIABLE: &str = "BUSBAR_ALARM_KILLS";
-/// Where the process that is killed has its log.
+/// Environment variable with the log folder of the process that is killed.
 const FOLDER_VARIABLE: &str = "BUSBAR_ALARM_LOG";
 /// Before each record that it says is durable.
 const CLAIM: &str = "durable ";
@@ -80,7 +80,7 @@ fn tables(now: Moment) -> (TagTable, AlarmTable) {
     (TagTable::new(tags, now), table)
 }
 
-/// What is killed: run by the test below, in a process of its own.
+/// Body of the killed process: run by the test below, in a process of its own.
 #[test]
 #[ignore = "run by its_claims_outlive_a_process_that_is_killed"]
 fn walk_until_killed() {

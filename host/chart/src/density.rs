@@ -49,14 +49,14 @@ pub fn bin_pairs(
     counts
 }
 
-/// What of records is counted, as an operator has arranged the chart.
+/// Request to count records in bins, as an operator has arranged the chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DensityRequest {
     /// Axes that are shown, from the left to the right.
     pub views: Vec<AxisView>,
-    /// Which of those lines go between, by their places.
+    /// Pairs of places between which lines are drawn.
     pub pairs: Vec<[usize; 2]>,
-    /// What is brushed.
+    /// Brushes of the chart.
     pub brushes: Brushes,
     /// The instant that is shown, nanoseconds since 1970-01-01 UTC; `None` for the present.
     pub playhead: Option<i64>,
@@ -65,30 +65,30 @@ pub struct DensityRequest {
 }
 
 impl DensityRequest {
-    /// Whether the picture of another has the same axes.
-    pub fn has_axes_of(&self, other: &Self) -> bool {
+    /// Reports whether another request has the same axes and pairs.
+    pub fn has_same_axes(&self, other: &Self) -> bool {
         self.views == other.views && self.pairs == other.pairs
     }
 
-    /// Whether another differs in the instant at most.
+    /// Reports whether another request differs at most in the instant.
     pub fn differs_only_in_time(&self, other: &Self) -> bool {
-        self.has_axes_of(other) && self.brushes == other.brushes && self.order == other.order
+        self.has_same_axes(other) && self.brushes == other.brushes && self.order == other.order
     }
 
-    /// Whether a record is counted.
+    /// Reports whether a record exists at the instant of the request.
     pub fn is_known(&self, records: &Records, record: usize) -> bool {
         self.playhead.is_none_or(|playhead| records.all()[record].unix_nanos <= playhead)
     }
 
-    /// Whether there are brushes by rise, which are worked out and not compared.
+    /// Reports whether there are brushes by rise, which bins cannot decide.
     pub fn has_rises(&self) -> bool {
         self.rises().next().is_some()
     }
 
-    /// Whether a record meets those.
+    /// Reports whether a record meets the brushes by rise.
     pub fn meets_rises(&self, records: &Records, record: usize) -> bool {
         let mut met = self.rises().map(|brush| brush.is_met(records.row(record), &self.order));
-        match self.brushes.join {
+        match self.brushes.operator {
             BrushOperator::And => met.all(|met| met),
             BrushOperator::Or => met.any(|met| met),
         }

@@ -1,4 +1,4 @@
-//! Records as CSV.
+//! CSV export of records.
 
 use std::fmt::Write;
 

@@ -15,7 +15,7 @@ pub const MAX_STROKED_RECORDS: usize = 20_000;
 const PLAY_SECONDS: f64 = 30.0;
 const NANOS_PER_SECOND: i64 = 1_000_000_000;
 
-/// A chart, arranged.
+/// Chart in parallel coordinates, as an operator has arranged it.
 #[derive(Clone, Debug)]
 pub struct ParallelCoordinates {
     pub(crate) description: Arc<Description>,
@@ -32,17 +32,17 @@ pub struct ParallelCoordinates {
     pub(crate) selected: BTreeSet<usize>,
     /// For each record whether a brush means it; empty where records are too many for that
     /// to be known at once.
-    meant: Vec<bool>,
+    brushed: Vec<bool>,
     /// Grows with every change of what is seen.
     revision: u64,
 }
 
-/// What is shown of a piece of equipment by its last known record.
+/// Selection of a piece of equipment with its last known record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ChartSelection {
     /// Index of the equipment described.
     pub equipment: usize,
-    /// The record.
+    /// Index of the record.
     pub record: usize,
     /// Index of the legend's entry; `None` where the record is too old to speak for the
     /// equipment.
@@ -65,7 +65,7 @@ impl ParallelCoordinates {
             plays: false,
             shows_clusters: false,
             selected: BTreeSet::new(),
-            meant: Vec::new(),
+            brushed: Vec::new(),
             revision: 0,
         }
     }
@@ -86,12 +86,12 @@ impl ParallelCoordinates {
         self.brush();
     }
 
-    /// What it shows.
+    /// Returns the description of the chart.
     pub fn description(&self) -> &Arc<Description> {
         &self.description
     }
 
-    /// Its records.
+    /// Returns the records of the chart.
     pub fn records(&self) -> &Records {
         &self.records
     }
@@ -106,25 +106,25 @@ impl ParallelCoordinates {
         self.order.iter().filter(|view| !view.is_hidden).copied().collect()
     }
 
-    /// How its axes stand.
+    /// Returns the layout of the axes.
     pub fn layout(&self) -> Layout {
         self.layout
     }
 
-    /// How high its axes are, metres.
+    /// Returns the height of the axes, metres.
     pub fn height(&self) -> f32 {
         self.size.height
     }
 
-    /// Its brushes.
+    /// Returns the brushes of the chart.
     pub fn brushes(&self) -> &Brushes {
         &self.brushes
     }
 
-    /// Whether a brush means a record.
+    /// Reports whether a record is brushed.
     pub fn is_brushed(&self, record: usize) -> bool {
-        let mean = || self.brushes.matches(self.records.row(record), &self.order);
-        self.meant.get(record).copied().unwrap_or_else(mean)
+        let matches = || self.brushes.matches(self.records.row(record), &self.order);
+        self.brushed.get(record).copied().unwrap_or_else(matches)
     }
 
     /// Records that a brush means.
@@ -137,12 +137,12 @@ impl ParallelCoordinates {
         self.playhead
     }
 
-    /// Whether time goes by in it.
+    /// Reports whether the playhead moves.
     pub fn plays(&self) -> bool {
         self.plays
     }
 
-    /// Whether it shows how the records of each state spread.
+    /// Reports whether quantile bands of the states are shown.
     pub fn shows_clusters(&self) -> bool {
         self.shows_clusters
     }
@@ -152,12 +152,12 @@ impl ParallelCoordinates {
         self.revision
     }
 
-    /// Whether records are too many for lines.
+    /// Reports whether the records are too many for lines, so that a density is drawn.
     pub fn is_dense(&self) -> bool {
         self.records.len() > MAX_STROKED_RECORDS
     }
 
-    /// What is counted of records that are too many for lines; `None` where they are not.
+    /// Returns the request of a density where records are too many for lines; `None` otherwise.
     pub fn density(&self) -> Option<DensityRequest> {
         let views = self.shown_axes();
         self.is_dense().then(|| DensityRequest {
@@ -169,7 +169,7 @@ impl ParallelCoordinates {
         })
     }
 
-    /// Where the picture of that stands: the feet of each pair of axes.
+    /// Returns the feet of each pair of axes in the density's picture, metres.
     pub fn density_axis_positions(&self) -> Vec<[[f32; 3]; 2]> {
         let count = self.shown_axes().len();
         let feet = self.layout.axis_positions(count, self.size);
@@ -178,7 +178,7 @@ impl ParallelCoordinates {
         self.layout.pairs(count).into_iter().map(|[from, to]| [foot(from), foot(to)]).collect()
     }
 
-    /// Whether a record is known at the instant that is shown.
+    /// Reports whether a record exists at the instant shown.
     pub fn is_known(&self, record: usize) -> bool {
         let record: &Record = &self.records.all()[record];
         self.playhead.is_none_or(|playhead| record.unix_nanos <= playhead)
@@ -194,7 +194,7 @@ impl ParallelCoordinates {
             }
             Action::RemoveBrush(_) => {}
             Action::ClearBrushes => self.brushes.list.clear(),
-            Action::SetJoin(join) => self.brushes.join = *join,
+            Action::SetBrushOperator(operator) => self.brushes.operator = *operator,
             Action::MoveAxis { from, to } => {
                 if (*from).max(*to) < self.order.len() {
                     let moved = self.order.remove(*from);
@@ -232,9 +232,9 @@ impl ParallelCoordinates {
 
     /// Lets an axis reach from the lowest brushed value to the highest.
     fn rescale(&mut self, at: usize) {
-        let meant: Vec<usize> = self.brushed().collect();
+        let brushed: Vec<usize> = self.brushed().collect();
         let Some(view) = self.order.get_mut(at) else { return };
-        let values = meant.into_iter().map(|record| self.records.row(record)[view.axis]);
+        let values = brushed.into_iter().map(|record| self.records.row(record)[view.axis]);
         let is_usable = |value: &f32| !value.is_nan() && (!view.log || *value > 0.0);
         let values: Vec<f32> = values.filter(is_usable).collect();
         let low = values.iter().copied().reduce(f32::min);
@@ -267,14 +267,14 @@ impl ParallelCoordinates {
 
     /// Works out anew what brushes mean.
     fn brush(&mut self) {
-        self.meant = match self.is_dense() {
+        self.brushed = match self.is_dense() {
             true => Vec::new(),
             false => self.brushes.select(&self.records, &self.order),
         };
         self.revision += 1;
     }
 
-    /// What is known of each piece of equipment at the instant shown, `now` if that is the
+    /// Returns the last record of each piece of equipment at the instant shown, `now` for the
     /// present; nanoseconds since 1970-01-01 UTC.
     pub fn known(&self, now: i64) -> impl Iterator<Item = ChartSelection> + '_ {
         let at = self.playhead.unwrap_or(now);
@@ -295,7 +295,7 @@ impl ParallelCoordinates {
         known.map(|known| known.equipment).collect()
     }
 
-    /// What it looks like.
+    /// Builds the geometry of the chart.
     pub fn shape(&self, now: i64) -> Shape {
         shape::build(self, now)
     }

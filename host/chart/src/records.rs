@@ -7,10 +7,10 @@ use crate::{ChartError, Description};
 /// Records of a chart.
 pub const MAX_RECORDS: usize = 10_000_000;
 
-/// What a record is besides its values.
+/// Properties of a record besides its values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Record {
-    /// When it was taken, nanoseconds since 1970-01-01 UTC.
+    /// Time of the record, nanoseconds since 1970-01-01 UTC.
     pub unix_nanos: i64,
     /// Index of the equipment described.
     pub equipment: u32,
@@ -94,27 +94,27 @@ impl Records {
         Ok(())
     }
 
-    /// How many there are.
+    /// Returns the number of records.
     pub fn len(&self) -> usize {
         self.records.len()
     }
 
-    /// Whether there is none.
+    /// Reports whether there are no records.
     pub fn is_empty(&self) -> bool {
         self.records.is_empty()
     }
 
-    /// All of them.
+    /// Returns all records, without their values.
     pub fn all(&self) -> &[Record] {
         &self.records
     }
 
-    /// Their values, record by record.
+    /// Returns the values of all records, record by record.
     pub fn values(&self) -> &[f32] {
         &self.values
     }
 
-    /// Values a record.
+    /// Returns the number of values a record.
     pub fn axes(&self) -> usize {
         self.axes
     }
@@ -124,12 +124,12 @@ impl Records {
         &self.values[record * self.axes..][..self.axes]
     }
 
-    /// Those of a piece of equipment, the oldest first.
+    /// Returns the records of a piece of equipment, the oldest first.
     pub fn of_equipment(&self, equipment: usize) -> &[u32] {
         self.of_equipment.get(equipment).map_or(&[], Vec::as_slice)
     }
 
-    /// Pieces of equipment.
+    /// Returns the number of pieces of equipment.
     pub fn equipment_count(&self) -> usize {
         self.of_equipment.len()
     }

@@ -46,7 +46,7 @@ fn description() -> Description {
 }
 
 /// Seeded records of ten pieces of equipment, a day apart; some have no value.
-fn board(count: usize, seed: u64) -> ParallelCoordinates {
+fn chart(count: usize, seed: u64) -> ParallelCoordinates {
     let description = description();
     let mut random = fastrand::Rng::with_seed(seed);
     let mut records = Records::new(&description);
@@ -65,9 +65,9 @@ fn board(count: usize, seed: u64) -> ParallelCoordinates {
         }
     }
     records.append(&rows, &values, 2).expect("they fit");
-    let mut board = ParallelCoordinates::new(SIZE);
-    board.set_data(Arc::new(description), records);
-    board
+    let mut chart = ParallelCoordinates::new(SIZE);
+    chart.set_data(Arc::new(description), records);
+    chart
 }
 
 fn ranges(axis: usize, ranges: &[[f32; 2]], with_missing: bool) -> Action {
@@ -75,127 +75,127 @@ fn ranges(axis: usize, ranges: &[[f32; 2]], with_missing: bool) -> Action {
     Action::AddBrush { brush, alone: false }
 }
 
-fn brushed(board: &ParallelCoordinates) -> Vec<bool> {
-    (0..board.records().len()).map(|record| board.is_brushed(record)).collect()
+fn brushed(chart: &ParallelCoordinates) -> Vec<bool> {
+    (0..chart.records().len()).map(|record| chart.is_brushed(record)).collect()
 }
 
 #[test]
 fn brushes_mean_what_a_plain_filter_means() {
-    let mut board = board(5000, 7);
-    board.apply(&ranges(0, &[[1.0, 20.0]], false));
-    board.apply(&ranges(0, &[[300.0, 400.0]], false));
-    board.apply(&ranges(2, &[[2.0, 7.0]], true));
+    let mut chart = chart(5000, 7);
+    chart.apply(&ranges(0, &[[1.0, 20.0]], false));
+    chart.apply(&ranges(0, &[[300.0, 400.0]], false));
+    chart.apply(&ranges(2, &[[2.0, 7.0]], true));
     let on_0 = |v: f32| (1.0..=20.0).contains(&v) || (300.0..=400.0).contains(&v);
     let on_2 = |v: f32| (2.0..=7.0).contains(&v) || v.is_nan();
-    for join in [BrushOperator::And, BrushOperator::Or] {
-        board.apply(&Action::SetJoin(join));
-        let plain: Vec<bool> = (0..board.records().len())
+    for operator in [BrushOperator::And, BrushOperator::Or] {
+        chart.apply(&Action::SetBrushOperator(operator));
+        let plain: Vec<bool> = (0..chart.records().len())
             .map(|record| {
-                let row = board.records().row(record);
-                match join {
+                let row = chart.records().row(record);
+                match operator {
                     BrushOperator::And => on_0(row[0]) && on_2(row[2]),
                     BrushOperator::Or => on_0(row[0]) || on_2(row[2]),
                 }
             })
             .collect();
-        assert_eq!(meant(&board), plain);
+        assert_eq!(brushed(&chart), plain);
         assert!(plain.iter().any(|meant| *meant) && plain.iter().any(|meant| !meant));
     }
-    let lines = board.csv().lines().count();
-    assert_eq!(lines, 1 + board.brushed().count());
-    board.apply(&Action::ClearBrushes);
-    assert_eq!(board.brushed().count(), 0);
+    let lines = chart.csv().lines().count();
+    assert_eq!(lines, 1 + chart.brushed().count());
+    chart.apply(&Action::ClearBrushes);
+    assert_eq!(chart.brushed().count(), 0);
 }
 
 #[test]
 fn a_rise_is_an_angle_between_axes_as_they_are_shown() {
-    let mut board = board(2000, 8);
+    let mut chart = chart(2000, 8);
     let brush = Brush::Rise { axes: [0, 1], range: [0.3, 1.0] };
-    board.apply(&Action::AddBrush { brush, alone: false });
-    let plain = |board: &ParallelCoordinates| -> Vec<bool> {
-        let views = board.order();
+    chart.apply(&Action::AddBrush { brush, alone: false });
+    let plain = |chart: &ParallelCoordinates| -> Vec<bool> {
+        let views = chart.order();
         let rises = |row: &[f32]| {
             let from = views.iter().find(|view| view.axis == 0).unwrap().position(row[0])?;
             let to = views.iter().find(|view| view.axis == 1).unwrap().position(row[1])?;
             Some(to - from >= 0.3)
         };
-        (0..board.records().len()).map(|r| rises(board.records().row(r)) == Some(true)).collect()
+        (0..chart.records().len()).map(|r| rises(chart.records().row(r)) == Some(true)).collect()
     };
-    let upright = plain(&board);
-    assert_eq!(meant(&board), upright);
-    board.apply(&Action::FlipAxis(0));
-    assert_eq!(meant(&board), plain(&board));
-    assert_ne!(meant(&board), upright);
+    let upright = plain(&chart);
+    assert_eq!(brushed(&chart), upright);
+    chart.apply(&Action::FlipAxis(0));
+    assert_eq!(brushed(&chart), plain(&chart));
+    assert_ne!(brushed(&chart), upright);
 }
 
 #[test]
 fn a_brush_drawn_on_an_axis_takes_in_what_is_seen_there() {
-    let board = board(3000, 9);
+    let chart = chart(3000, 9);
     for (shown, flipped) in [(0, false), (2, false), (0, true)] {
-        let mut board = board.clone();
+        let mut chart = chart.clone();
         if flipped {
-            board.apply(&Action::FlipAxis(shown));
+            chart.apply(&Action::FlipAxis(shown));
         }
-        let view = board.shown_axes()[shown];
-        let brush = board.brush_at(shown, [0.8, 1.0]).unwrap();
-        board.apply(&Action::AddBrush { brush, alone: true });
-        for record in 0..board.records().len() {
-            let position = view.position(board.records().row(record)[view.axis]);
+        let view = chart.shown_axes()[shown];
+        let brush = chart.brush_at(shown, [0.8, 1.0]).unwrap();
+        chart.apply(&Action::AddBrush { brush, alone: true });
+        for record in 0..chart.records().len() {
+            let position = view.position(chart.records().row(record)[view.axis]);
             let is_inside = position.is_some_and(|position| position > 0.8 + 1e-5);
             let is_outside = position.is_none_or(|position| position < 0.8 - 1e-5);
-            assert!(!is_inside || board.is_brushed(record), "{position:?}");
-            assert!(!is_outside || !board.is_brushed(record), "{position:?}");
+            assert!(!is_inside || chart.is_brushed(record), "{position:?}");
+            assert!(!is_outside || !chart.is_brushed(record), "{position:?}");
         }
     }
-    let missing = board.brush_at(1, [-0.1, -0.05]).unwrap();
+    let missing = chart.brush_at(1, [-0.1, -0.05]).unwrap();
     assert_eq!(missing, Brush::Ranges { axis: 1, ranges: vec![], with_missing: true });
 }
 
 #[test]
 fn records_too_old_do_not_speak_for_their_equipment() {
-    let mut board = board(50, 10);
-    let state = |board: &ParallelCoordinates, now| {
-        board.known(now).map(|known| known.state).collect::<Vec<_>>()
+    let mut chart = chart(50, 10);
+    let state = |chart: &ParallelCoordinates, now| {
+        chart.known(now).map(|known| known.state).collect::<Vec<_>>()
     };
     let last = 4 * DAY;
-    assert!(state(&board, last + 100 * DAY).iter().all(Option::is_some));
-    assert!(state(&board, last + 101 * DAY).iter().all(Option::is_none));
+    assert!(state(&chart, last + 100 * DAY).iter().all(Option::is_some));
+    assert!(state(&chart, last + 101 * DAY).iter().all(Option::is_none));
     // At the playhead it was known, and later records were not.
-    board.apply(&Action::SetPlayhead(Some(2 * DAY)));
-    let known: Vec<_> = board.known(last + 101 * DAY).collect();
+    chart.apply(&Action::SetPlayhead(Some(2 * DAY)));
+    let known: Vec<_> = chart.known(last + 101 * DAY).collect();
     assert!(known.iter().all(|known| known.state.is_some() && known.age_nanos == 0));
-    assert!(known.iter().all(|known| board.records().all()[known.record].unix_nanos == 2 * DAY));
-    board.apply(&Action::SetPlayhead(Some(-DAY)));
-    assert_eq!(board.known(0).count(), 0);
+    assert!(known.iter().all(|known| chart.records().all()[known.record].unix_nanos == 2 * DAY));
+    chart.apply(&Action::SetPlayhead(Some(-DAY)));
+    assert_eq!(chart.known(0).count(), 0);
 }
 
 #[test]
 fn brushed_equipment_is_that_whose_last_known_record_is_meant() {
-    let mut board = board(200, 11);
-    board.apply(&ranges(2, &[[0.0, 5.0]], false));
+    let mut chart = chart(200, 11);
+    chart.apply(&ranges(2, &[[0.0, 5.0]], false));
     let plain: Vec<usize> = (0..10)
         .filter(|equipment| {
             let record = 190 + equipment;
-            (0.0..=5.0).contains(&board.records().row(record)[2])
+            (0.0..=5.0).contains(&chart.records().row(record)[2])
         })
         .collect();
     assert!(!plain.is_empty() && plain.len() < 10);
-    assert_eq!(board.brushed_equipment(i64::MAX), plain);
+    assert_eq!(chart.brushed_equipment(i64::MAX), plain);
 }
 
 #[test]
 fn each_line_goes_through_the_values_of_its_record() {
-    let mut board = board(30, 12);
+    let mut chart = chart(30, 12);
     for layout in [Layout::Flat, Layout::Focus, Layout::Time] {
-        board.apply(&Action::SetLayout(layout));
-        let shape = board.shape(i64::MAX);
+        chart.apply(&Action::SetLayout(layout));
+        let shape = chart.shape(i64::MAX);
         let own = |record: u32| shape.strokes.iter().filter(move |s| s.record == record);
         for record in 0..30 {
             let between = own(record).filter(|s| s.from[0] != s.to[0] || s.from[2] == s.to[2]);
             assert!(between.count() >= 2, "{layout:?} {record}");
-            let row = board.records().row(record as usize);
+            let row = chart.records().row(record as usize);
             let first = own(record).find(|s| s.from[..2] != s.to[..2]).unwrap();
-            let view = board.shown_axes()[0];
+            let view = chart.shown_axes()[0];
             let height = view.position(row[0]).unwrap_or(-8.5 / BINS as f32) * SIZE.height;
             let on_first = own(record).any(|s| (s.from[1] - height).abs() < 1e-4);
             assert!(on_first, "{layout:?} {record}: {first:?} {height}");
@@ -206,9 +206,9 @@ fn each_line_goes_through_the_values_of_its_record() {
 
 #[test]
 fn the_line_under_the_pointer_is_found_and_what_is_in_front_first() {
-    let mut board = board(30, 13);
-    board.select(BTreeSet::from([3]));
-    let shape = board.shape(i64::MAX);
+    let mut chart = chart(30, 13);
+    chart.select(BTreeSet::from([3]));
+    let shape = chart.shape(i64::MAX);
     let project = |[x, y, _]: [f32; 3]| Some([x * 10.0, y * 10.0]);
     for stroke in shape.strokes.iter().filter(|stroke| stroke.record != u32::MAX) {
         let middle = [0, 1].map(|i| (stroke.from[i] + stroke.to[i]) * 5.0);
@@ -222,15 +222,15 @@ fn the_line_under_the_pointer_is_found_and_what_is_in_front_first() {
     }
     assert_eq!(nearest(&shape, project, [-500.0, 0.0], 5.0), None);
     let last = shape.strokes.last().unwrap().record as usize;
-    assert_eq!(board.records().all()[last].equipment, 3, "what is selected is drawn last");
+    assert_eq!(chart.records().all()[last].equipment, 3, "what is selected is drawn last");
 }
 
 #[test]
 fn counts_of_bins_are_those_of_lines() {
-    let board = board(4000, 14);
-    let views = board.shown_axes();
+    let chart = chart(4000, 14);
+    let views = chart.shown_axes();
     let pairs = Layout::Flat.pairs(views.len());
-    let counts = bin_pairs(board.records(), &views, &pairs, |_| true);
+    let counts = bin_pairs(chart.records(), &views, &pairs, |_| true);
     let side = BINS + 1;
     assert_eq!(counts.len(), 2 * side * side);
     assert!(counts.chunks(side * side).all(|pair| pair.iter().sum::<u32>() == 4000));
@@ -238,8 +238,8 @@ fn counts_of_bins_are_those_of_lines() {
     for view in &views {
         let edges = bin_edges(view);
         assert!(edges.is_sorted());
-        for record in 0..board.records().len() {
-            let value = board.records().row(record)[view.axis];
+        for record in 0..chart.records().len() {
+            let value = chart.records().row(record)[view.axis];
             match bin_index(value, &edges) {
                 BINS => assert!(value.is_nan()),
                 bin => {
@@ -253,32 +253,32 @@ fn counts_of_bins_are_those_of_lines() {
 
 #[test]
 fn axes_are_moved_hidden_turned_and_rescaled() {
-    let mut board = board(100, 15);
+    let mut chart = chart(100, 15);
     let axes =
-        |board: &ParallelCoordinates| board.shown_axes().iter().map(|v| v.axis).collect::<Vec<_>>();
-    board.apply(&Action::MoveAxis { from: 0, to: 2 });
-    assert_eq!(axes(&board), [1, 2, 0]);
-    board.apply(&Action::HideAxis(1));
-    assert_eq!(axes(&board), [1, 0]);
-    board.apply(&Action::HideAxis(0));
-    assert_eq!(axes(&board), [1, 0], "two axes always stay");
-    board.apply(&Action::HideAxis(1));
-    assert_eq!(axes(&board), [1, 2, 0]);
-    board.apply(&ranges(0, &[[2.0, 30.0]], false));
-    board.apply(&Action::Rescale(2));
-    let view = board.order()[2];
+        |chart: &ParallelCoordinates| chart.shown_axes().iter().map(|v| v.axis).collect::<Vec<_>>();
+    chart.apply(&Action::MoveAxis { from: 0, to: 2 });
+    assert_eq!(axes(&chart), [1, 2, 0]);
+    chart.apply(&Action::HideAxis(1));
+    assert_eq!(axes(&chart), [1, 0]);
+    chart.apply(&Action::HideAxis(0));
+    assert_eq!(axes(&chart), [1, 0], "two axes always stay");
+    chart.apply(&Action::HideAxis(1));
+    assert_eq!(axes(&chart), [1, 2, 0]);
+    chart.apply(&ranges(0, &[[2.0, 30.0]], false));
+    chart.apply(&Action::Rescale(2));
+    let view = chart.order()[2];
     assert!(view.axis == 0 && view.low >= 2.0 && view.high <= 30.0 && view.low < view.high);
-    board.apply(&Action::ClearBrushes);
-    board.apply(&Action::Rescale(2));
-    assert_eq!((board.order()[2].low, board.order()[2].high), (0.1, 1000.0));
-    board.apply(&Action::SwitchScale(2));
-    assert!(!board.order()[2].log);
+    chart.apply(&Action::ClearBrushes);
+    chart.apply(&Action::Rescale(2));
+    assert_eq!((chart.order()[2].low, chart.order()[2].high), (0.1, 1000.0));
+    chart.apply(&Action::SwitchScale(2));
+    assert!(!chart.order()[2].log);
     // Out of range: nothing happens.
-    let before = board.revision();
-    board.apply(&Action::MoveAxis { from: 0, to: 9 });
-    board.apply(&Action::FlipAxis(9));
-    board.apply(&Action::RemoveBrush(4));
-    assert!(board.revision() > before && axes(&board) == [1, 2, 0]);
+    let before = chart.revision();
+    chart.apply(&Action::MoveAxis { from: 0, to: 9 });
+    chart.apply(&Action::FlipAxis(9));
+    chart.apply(&Action::RemoveBrush(4));
+    assert!(chart.revision() > before && axes(&chart) == [1, 2, 0]);
 }
 
 #[test]

@@ -13,7 +13,7 @@ pub const MAX_TAGS: usize = 4096;
 /// In place of a series: none.
 const NONE: u32 = u32::MAX;
 
-/// What tags were in the last hours.
+/// Time series of the tags of the last hours.
 #[derive(Clone, Debug, Default)]
 pub struct History {
     /// The series of each tag, by handle.
@@ -22,7 +22,7 @@ pub struct History {
 }
 
 impl History {
-    /// Of the first [`MAX_TAGS`] of these tags.
+    /// Creates empty series for the first [`MAX_TAGS`] of these tags.
     pub fn new(tags: impl IntoIterator<Item = TagHandle>) -> Self {
         let mut history = Self::default();
         for TagHandle(tag) in tags {
@@ -74,14 +74,14 @@ impl History {
         }
     }
 
-    /// Whether a tag's history is kept.
+    /// Reports whether a tag has a series.
     pub fn has(&self, tag: TagHandle) -> bool {
         self.series_of(tag).is_some()
     }
 
-    /// What a tag was between two times, reduced to so many columns of a picture; the first
-    /// point is what it was at the beginning, if that is known. Nothing for a tag whose
-    /// history is not kept.
+    /// Returns the points of a tag between two times, downsampled to so many columns of a
+    /// picture. The first point is the state at the beginning, where that is known. The result is
+    /// empty for a tag without a series.
     pub fn between(&self, tag: TagHandle, from: Moment, to: Moment, columns: usize) -> Vec<Point> {
         let Some(series) = self.series_of(tag) else { return Vec::new() };
         let width = to.since(from).as_nanos() as u64 / columns.max(1) as u64;

@@ -1,13 +1,13 @@
-//! What a tag was from an instant on.
+//! Point of a time series, with a packed form.
 
 use busbar_tags::{Moment, Quality, Value};
 
 /// A point of a history; it holds until the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
-    /// When.
+    /// Time since which the state holds.
     pub at: Moment,
-    /// What.
+    /// State of the tag.
     pub state: PointState,
 }
 
@@ -18,12 +18,12 @@ pub enum PointState {
     Good(f64),
     /// A doubtful value, finite.
     Uncertain(f64),
-    /// Not known.
+    /// Value is not usable.
     Bad,
 }
 
 impl PointState {
-    /// Of a tag's value and quality; what is no number is not known here.
+    /// Classifies a tag's value and quality; a value that is no finite number is bad.
     pub fn from_value(value: Option<Value>, quality: Quality) -> Self {
         let number = value.and_then(Value::as_number).filter(|number| number.is_finite());
         match (number, quality) {
@@ -41,7 +41,7 @@ impl PointState {
         }
     }
 
-    /// Whether it can be relied on.
+    /// Reports whether the value can be relied on.
     pub fn is_good(self) -> bool {
         matches!(self, Self::Good(_))
     }

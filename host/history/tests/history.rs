@@ -1,4 +1,4 @@
-//! What a history keeps of a long time, and what a picture of it shows.
+//! Retention and downsampling of histories over a long time.
 
 use std::time::Duration;
 

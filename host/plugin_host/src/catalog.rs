@@ -1,4 +1,4 @@
-//! Which plugins there are: libraries of the configured directories.
+//! Plugin discovery: libraries of the configured directories.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -18,7 +18,7 @@ const MAX_REMEDY_BYTES: usize = 500;
 pub struct RejectedLibrary {
     /// The file or directory.
     pub path: PathBuf,
-    /// Why.
+    /// Reason of the rejection.
     pub reason: String,
 }
 
@@ -54,12 +54,12 @@ impl Catalog {
         Ok(Self { searched, libraries, refused: Vec::new() })
     }
 
-    /// Every plugin found.
+    /// Iterates over all plugins found.
     pub fn plugins(&self) -> impl Iterator<Item = &PluginInfo> {
         self.libraries.iter().flat_map(|library| &library.plugins)
     }
 
-    /// What was refused.
+    /// Returns the libraries that were rejected.
     pub fn refused(&self) -> &[RejectedLibrary] {
         &self.refused
     }

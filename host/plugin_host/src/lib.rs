@@ -43,7 +43,7 @@ pub use error::{PluginError, SettingsError};
 pub use instance::Instance;
 pub use library::PluginInfo;
 pub use mesh_optimizer::{
-    MeshOptimizer, MeshView, OptimizedMesh, Stage, WedgesView, Written, check_stages,
+    MeshOptimizer, MeshView, OptimizedMesh, Stage, WedgesView, WrittenCollapses, check_stages,
 };
 pub use overlay::{Overlay, OverlayBinding};
 pub use overlay_picture::{

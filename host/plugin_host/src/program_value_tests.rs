@@ -31,7 +31,8 @@ impl Fixture {
         (self.now, self.wall) = (self.now + seconds, self.wall + seconds);
     }
 
-    /// What comes of a value that was said some seconds ago, with a time in seconds.
+    /// Returns the samples made of a value that was written `waited` seconds ago, with a source
+    /// time in seconds.
     fn samples(&mut self, tag: u32, waited: i64, source_time: Option<i64>) -> Vec<Sample> {
         let (value, quality) = (Some(Value::F64(1.5)), Quality::Good);
         let said = ProgramValue { tag: TagHandle(tag), value, quality, source_time };

@@ -1,5 +1,4 @@
-//! Which library files may be loaded: where they lie, who may change them, and
-//! what they must be.
+//! Trust in library files: location, owners, permissions, digests and signatures.
 //!
 //! A file is opened once. What is hashed, what a signature is checked against
 //! and what is loaded are the contents behind that one descriptor, so that no
@@ -28,7 +27,7 @@ const STICKY: u32 = 0o1000;
 /// Bytes hashed at once.
 const HASHED_BYTES: usize = 1 << 16;
 
-/// What a library must be, besides being where it may be.
+/// Requirements of a library besides its location.
 #[derive(Clone, Debug, Default)]
 pub struct LoadRules {
     /// The only contents that are loaded; none for any.
@@ -51,12 +50,12 @@ impl LibraryFile {
         Self { path, file: Arc::new(file), digest: OnceLock::new() }
     }
 
-    /// Where it lies.
+    /// Returns the path of the library file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The open file.
+    /// Returns the open file.
     pub fn file(&self) -> &File {
         &self.file
     }

@@ -14,7 +14,7 @@ pub(crate) fn encode(message: &impl Serialize) -> Result<Vec<u8>, String> {
     framing::encode(message, MAX_SENT_BYTES)
 }
 
-/// What takes messages from a plugin's process.
+/// Returns the decoder of messages from a plugin's process.
 pub(crate) fn decoder() -> Decoder {
     Decoder::new(MAX_RECEIVED_BYTES)
 }

@@ -1,5 +1,5 @@
-//! What business and management systems have of equipment: work orders, inspections and
-//! defects (IEC 61968-6), and an asset register (IEC 61968-4).
+//! Business and asset records of equipment: work orders, inspections and defects (IEC 61968-6),
+//! and an asset register (IEC 61968-4).
 //!
 //! A plugin has [lists](ListInfo) of [rows](Record), each of a piece of equipment. A
 //! [`List`] holds checked rows and finds those of a piece of equipment.
@@ -26,7 +26,7 @@ impl RecordError {
     }
 }
 
-/// Whether a text is one line of at most so many bytes.
+/// Reports whether a text is one line of at most `max_bytes` bytes.
 fn is_line(text: &str, max_bytes: usize) -> bool {
     text.len() <= max_bytes && !text.chars().any(char::is_control)
 }

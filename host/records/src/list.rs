@@ -19,12 +19,12 @@ pub struct List {
 }
 
 impl List {
-    /// Without rows yet.
+    /// Creates a list without rows.
     pub fn new(info: ListInfo) -> Self {
         Self { info, ..Self::default() }
     }
 
-    /// Takes more rows.
+    /// Appends rows after validation.
     ///
     /// # Errors
     /// The rule that they break; those before the one that breaks it are there then.
@@ -47,17 +47,17 @@ impl List {
         Ok(())
     }
 
-    /// What it is.
+    /// Returns the description of the list.
     pub fn info(&self) -> &ListInfo {
         &self.info
     }
 
-    /// How many rows there are.
+    /// Returns the number of rows.
     pub fn len(&self) -> usize {
         self.rows.len()
     }
 
-    /// Whether there is none.
+    /// Reports whether the list is empty.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
@@ -67,7 +67,7 @@ impl List {
         self.bytes
     }
 
-    /// What its rows call equipment, each once, in no order.
+    /// Iterates over the equipment names of the rows, each once, in no order.
     pub fn equipment(&self) -> impl Iterator<Item = &str> {
         self.of_equipment.keys().map(String::as_str)
     }

@@ -12,7 +12,7 @@ pub const MAX_EVENTS: usize = 1 << 16;
 pub struct Event {
     /// 0 for the first.
     pub number: u64,
-    /// What changed.
+    /// Change of the tag.
     pub change: Change,
 }
 

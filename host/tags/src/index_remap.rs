@@ -1,4 +1,4 @@
-//! Which number things have in another set than the one that numbered them first.
+//! Index remap: maps the indices of one set of things to those of another.
 
 use crate::{TagHandle, TagSet};
 
@@ -21,7 +21,7 @@ impl IndexRemap {
         Self { new: (!is_plain).then_some(new) }
     }
 
-    /// Of the tags of two sets, by their ids.
+    /// Maps the tags of one set to those of another, by their ids.
     pub fn between_tag_sets(before: &TagSet, after: &TagSet) -> Self {
         // Both are mostly alike: what follows the last one found is tried first.
         let mut next = 0;
@@ -38,7 +38,7 @@ impl IndexRemap {
         Self::new(found.into_iter())
     }
 
-    /// Whether all numbers are what they were.
+    /// Reports whether all indices are unchanged.
     pub fn is_identity(&self) -> bool {
         self.new.is_none()
     }
@@ -80,7 +80,7 @@ mod tests {
         assert_eq!([0, 1, 2, 9].map(|old| first.index(old)), [Some(0), Some(2), None, None]);
         assert!(numbers(&[Some(0), Some(1)]).is_identity());
         let second = numbers(&[Some(1), Some(0), None]);
-        assert_eq!([0, 1, 2].map(|old| first.then(&second).number(old)), [Some(1), None, None]);
+        assert_eq!([0, 1, 2].map(|old| first.then(&second).index(old)), [Some(1), None, None]);
         assert_eq!(IndexRemap::default().then(&second), second);
         assert_eq!(second.then(&IndexRemap::default()), second);
     }

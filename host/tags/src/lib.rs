@@ -6,7 +6,6 @@
 //!
 //! Invariant: nothing here knows a protocol, and nothing here draws.
 
-mod cell;
 mod changes;
 mod derived;
 mod events;
@@ -20,6 +19,7 @@ mod sample;
 mod snapshot;
 mod spec;
 mod table;
+mod tag_state;
 mod timing_wheel;
 mod value;
 

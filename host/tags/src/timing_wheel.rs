@@ -1,6 +1,5 @@
-//! When tags become stale: a timing wheel (G. Varghese and A. Lauck, "Hashed and
-//! Hierarchical Timing Wheels", SOSP 1987), so that a frame looks at those tags alone
-//! whose time may be up.
+//! Timing wheel of staleness deadlines (G. Varghese and A. Lauck, "Hashed and Hierarchical Timing
+//! Wheels", SOSP 1987). A frame visits only the tags whose deadline may have passed.
 
 use crate::Moment;
 
@@ -12,7 +11,7 @@ const SLOTS: u64 = 4096;
 
 /// The number of a slot, counted since boot.
 pub(crate) type Slot = u64;
-/// No slot.
+/// Mark of an entry that is in no slot.
 pub(crate) const NO_SLOT: Slot = Slot::MAX;
 
 /// Tags by the slot of their deadline.
@@ -40,7 +39,7 @@ impl TimingWheel {
         self.slots[(slot % SLOTS) as usize].push(tag);
     }
 
-    /// Entries that wait.
+    /// Returns the number of entries.
     #[cfg(test)]
     pub(crate) fn len(&self) -> usize {
         self.slots.iter().map(Vec::len).sum()

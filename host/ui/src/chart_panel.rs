@@ -139,7 +139,7 @@ fn brushes(ui: &mut Ui, model: &ChartModel, ask: &mut impl FnMut(ChartCommand)) 
             (BrushOperator::Or, "any", "What meets any brush"),
         ] {
             if ui.selectable_label(model.join == join, name).on_hover_text(hint).clicked() {
-                ask(ChartCommand::Do(Action::SetJoin(join)));
+                ask(ChartCommand::Do(Action::SetBrushOperator(join)));
             }
         }
         if !model.brushes.is_empty() && ui.button("Clear").clicked() {

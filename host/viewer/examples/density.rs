@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         with_missing: false,
     };
     let brushes =
-        Brushes { join: BrushOperator::And, list: vec![brush(2, &ranges), brush(6, &ranges[..1])] };
+        Brushes { operator: BrushOperator::And, list: vec![brush(2, &ranges), brush(6, &ranges[..1])] };
     let brushed = [
         BrushedAxis { axis: 2, ranges: &ranges, with_missing: false },
         BrushedAxis { axis: 6, ranges: &ranges[..1], with_missing: false },

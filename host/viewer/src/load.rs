@@ -426,7 +426,7 @@ impl LoadedScene {
     pub(crate) fn served_tags(&self, name: &str, plugin: &Plugin) -> Option<Vec<TelemetryTag>> {
         let tags = plugins::telemetry_tags(&self.config, self.tags.specs(), name);
         let has_alarms = plugins::has_alarms(&self.config, name);
-        let serves = !tags.is_empty() || has_alarms && RunningTelemetry::is_of(plugin);
+        let serves = !tags.is_empty() || has_alarms && RunningTelemetry::has_telemetry(plugin);
         serves.then_some(tags)
     }
 

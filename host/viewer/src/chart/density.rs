@@ -93,7 +93,7 @@ impl Density {
     ) {
         self.planes.clear();
         let Some((request, summary)) = &self.shown else { return };
-        if !request.has_axes_of(wanted) {
+        if !request.has_same_axes(wanted) {
             return;
         }
         let is_brushed = summary.meant > 0 || !wanted.brushes.is_empty();
@@ -163,7 +163,7 @@ fn count(
         flipped: &flipped,
         pairs: &request.pairs,
         brushes: &brushes,
-        any: request.brushes.join == BrushOperator::Or,
+        any: request.brushes.operator == BrushOperator::Or,
         known: if request.playhead.is_some() { Some(&known) } else { None },
         given: if request.has_rises() { Some(&given) } else { None },
     };

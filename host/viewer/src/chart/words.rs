@@ -89,7 +89,7 @@ pub(super) fn model(chart: &ShownChart) -> ChartModel {
         fault: chart.reader.fault(),
         layout: board.layout(),
         axes: board.order().iter().map(axis).collect(),
-        join: board.brushes().join,
+        join: board.brushes().operator,
         brushes: board.brushes().list.iter().map(|brush| brush_words(chart, brush)).collect(),
         known,
         meant: (!board.brushes().is_empty()).then_some(meant),

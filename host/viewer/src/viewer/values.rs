@@ -47,7 +47,7 @@ impl Viewer {
         let Some(pause) = self.pauses.take() else { return };
         tracing::warn!("{pause}");
         let Self { tags, events, history, alarms, .. } = self;
-        tags.mark_uncertain_before(&pause, |change| {
+        tags.mark_stale_before(&pause, |change| {
             events.note(change);
             history.note(change);
             if let Some(alarms) = alarms {

@@ -9,31 +9,31 @@ use busbar_plugin_host::{
 use busbar_tags::{Backlog, Moment, Origin, Quality, Reason, Sample, SourceTime};
 
 use crate::ring::RingReader;
-use crate::simulator_watch::{SimulatorCheck, SimulatorWatch};
+use crate::simulator_detection::{SimulatorCheck, SimulatorDetector};
 
 /// Time after a pause of the plugin's process in which samples may still be what it had
 /// received before: an answer that lay in a socket meanwhile.
 const SETTLE_AFTER_PAUSE: Duration = Duration::from_secs(1);
 
 /// Takes samples out of rings, checks them, and says so when the plugin is gone.
-pub(crate) struct Feed {
+pub(crate) struct SampleFeed {
     tags: Vec<TelemetryTag>,
     intake: SampleIntake,
     ring: Option<RingReader>,
-    /// What came before the ring there is now.
+    /// Samples received before the current ring was attached.
     backlog: Backlog<Sample>,
     link: (LinkState, String),
     longest_freshness: Duration,
     last_sample: Option<Moment>,
-    simulators: SimulatorWatch,
+    simulators: SimulatorDetector,
     /// Reception of the first value in the backlog.
     first_held: Option<Moment>,
-    /// Of the rings that are gone, and of the samples refused here.
+    /// Rejected samples of earlier rings, and of the intake.
     rejected: u64,
     dropped: u64,
 }
 
-impl Feed {
+impl SampleFeed {
     /// A feed of these tags that reads nothing yet.
     pub(crate) fn new(tags: &[TelemetryTag], policy: SourcePolicy) -> Self {
         Self {
@@ -44,7 +44,7 @@ impl Feed {
             link: Default::default(),
             longest_freshness: tags.iter().map(|tag| tag.freshness).max().unwrap_or_default(),
             last_sample: None,
-            simulators: SimulatorWatch::default(),
+            simulators: SimulatorDetector::default(),
             first_held: None,
             rejected: 0,
             dropped: 0,
@@ -124,7 +124,7 @@ impl Feed {
         self.tags.iter().map(lost).for_each(|sample| self.backlog.push(sample));
     }
 
-    /// What the plugin said of its link.
+    /// Takes the link state reported by the plugin.
     pub(crate) fn note_link(&mut self, state: LinkState, message: &str) {
         self.simulators.follow_link(state);
         self.link = (state, shown(message, MAX_LINK_MESSAGE_BYTES));
@@ -135,7 +135,7 @@ impl Feed {
         self.ring.as_ref().and_then(RingReader::scene_time)
     }
 
-    /// What came through, and how the link is.
+    /// Returns the link state with the counts of samples.
     pub(crate) fn link(&self) -> LinkReport {
         let ring = self.ring.as_ref();
         LinkReport {
@@ -160,7 +160,7 @@ impl Feed {
         intake.follow_clock(wall_clock, now);
         // Nothing takes back what the plugin once said of all its values.
         intake.add_origin(origin_of_flags(ring.origin()));
-        let mut unsettled = Unsettled { sink, pause_end: Moment(0) };
+        let mut unsettled = PauseFilter { sink, pause_end: Moment(0) };
         ring.read(|raw, pause_end| {
             // Nothing comes from the future.
             let received = raw.published.min(now);
@@ -185,13 +185,13 @@ impl Feed {
 
 /// Doubts values without a time of their own that came right after a pause of the
 /// plugin's process.
-struct Unsettled<'a, S> {
+struct PauseFilter<'a, S> {
     sink: &'a mut S,
     /// End of the last pause.
     pause_end: Moment,
 }
 
-impl<S: SampleSink> SampleSink for Unsettled<'_, S> {
+impl<S: SampleSink> SampleSink for PauseFilter<'_, S> {
     #[inline(always)]
     fn take(&mut self, sample: &Sample) {
         let settled_from = self.pause_end.after(SETTLE_AFTER_PAUSE);
@@ -213,7 +213,7 @@ mod tests {
     use crate::memory;
     use crate::ring::{RING_BYTES, RingWriter};
 
-    fn feed() -> (RingWriter, Feed) {
+    fn feed() -> (RingWriter, SampleFeed) {
         let tag = TelemetryTag {
             tag: TagHandle(1),
             kind: ValueKind::F64,
@@ -222,7 +222,7 @@ mod tests {
             address_json: "{}".into(),
         };
         let memory = memory::zeroed("ring", RING_BYTES).unwrap();
-        let mut feed = Feed::new(&[tag], SourcePolicy::default());
+        let mut feed = SampleFeed::new(&[tag], SourcePolicy::default());
         feed.attach(RingReader::new(&memory).unwrap());
         (RingWriter::new(&memory).unwrap(), feed)
     }
@@ -239,7 +239,7 @@ mod tests {
         }
     }
 
-    fn drained(feed: &mut Feed) -> Vec<Sample> {
+    fn drained(feed: &mut SampleFeed) -> Vec<Sample> {
         let mut samples = Vec::new();
         feed.drain(&mut |sample: &Sample| samples.push(*sample));
         samples
@@ -271,7 +271,7 @@ mod tests {
 
     #[test]
     fn samples_of_a_simulator_are_marked_from_the_first_on() {
-        let origins = |feed: &mut Feed| -> Vec<Origin> {
+        let origins = |feed: &mut SampleFeed| -> Vec<Origin> {
             drained(feed).iter().map(|sample| sample.origin).collect()
         };
         let (mut ring, mut feed) = feed();

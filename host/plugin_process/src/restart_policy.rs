@@ -1,25 +1,25 @@
-//! When a plugin that died is started again, and when no more.
+//! Restart policy of crashed plugins: exponential backoff with jitter, and quarantine.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-/// Deaths remembered, where the limit is higher or there is none.
+/// Limit of remembered crashes where the policy has a higher one or none.
 const MAX_REMEMBERED: usize = 64;
 /// The share of a delay that chance takes away at most, so that plugins that
 /// died together do not come back together.
 const JITTER: f64 = 0.5;
 
-/// How plugins that die are treated.
+/// Restart policy of a plugin's process.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestartPolicy {
     /// Delay before the first restart; it doubles with each death in the window.
     /// Zero starts again at once, always.
     pub first_delay: Duration,
-    /// The longest delay.
+    /// Upper bound of the delay.
     pub longest_delay: Duration,
-    /// Deaths within the window that put a plugin in quarantine; 0 for none.
+    /// Crashes within the window that put a plugin in quarantine; 0 for no limit.
     pub max_deaths: u32,
-    /// The window.
+    /// Window over which crashes are counted.
     pub window: Duration,
 }
 
@@ -34,11 +34,11 @@ impl Default for RestartPolicy {
     }
 }
 
-/// How long a plugin's calls may take before its process is killed.
+/// Deadlines of calls, after which a plugin's process is killed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Deadlines {
-    /// Of loading, creating, checking, starting and configuring, beside what each tag
-    /// of such a call adds.
+    /// Deadline of loading, creating, checking, starting and configuring, besides an addition for
+    /// each tag.
     pub lifecycle: Duration,
     /// Between two reports of progress of an optimiser or a command.
     pub optimize: Duration,
@@ -50,25 +50,30 @@ impl Default for Deadlines {
     }
 }
 
-/// What follows a death.
+/// Decision after a crash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Verdict {
+pub(crate) enum RestartDecision {
     /// Start again after this delay.
-    Again(Duration),
+    RestartAfter(Duration),
     /// Leave it, until somebody says otherwise.
     Quarantine,
 }
 
 /// The deaths of one plugin.
 #[derive(Debug, Default)]
-pub(crate) struct Deaths {
+pub(crate) struct CrashHistory {
     recent: VecDeque<Instant>,
     all: u64,
 }
 
-impl Deaths {
+impl CrashHistory {
     /// Notes one. `chance` is 0 to 1.
-    pub(crate) fn note(&mut self, policy: &RestartPolicy, now: Instant, chance: f64) -> Verdict {
+    pub(crate) fn record(
+        &mut self,
+        policy: &RestartPolicy,
+        now: Instant,
+        chance: f64,
+    ) -> RestartDecision {
         self.all += 1;
         self.recent.push_back(now);
         while self.recent.len() > MAX_REMEMBERED
@@ -79,15 +84,15 @@ impl Deaths {
         let deaths = self.recent.len() as u32;
         let limit = policy.max_deaths.min(MAX_REMEMBERED as u32);
         if limit > 0 && deaths >= limit {
-            return Verdict::Quarantine;
+            return RestartDecision::Quarantine;
         }
         let doubled = policy.first_delay.saturating_mul(1 << (deaths - 1).min(31));
         let delay = doubled.min(policy.longest_delay);
-        Verdict::Again(delay.mul_f64(1.0 - JITTER * chance.clamp(0.0, 1.0)))
+        RestartDecision::RestartAfter(delay.mul_f64(1.0 - JITTER * chance.clamp(0.0, 1.0)))
     }
 
     /// Forgets what led to quarantine.
-    pub(crate) fn forgive(&mut self) {
+    pub(crate) fn reset(&mut self) {
         self.recent.clear();
     }
 
@@ -106,17 +111,20 @@ mod tests {
     #[test]
     fn delays_grow_and_the_third_death_is_the_last() {
         let (policy, start) = (RestartPolicy::default(), Instant::now());
-        let mut deaths = Deaths::default();
-        assert_eq!(deaths.note(&policy, start, 0.0), Verdict::Again(policy.first_delay));
+        let mut deaths = CrashHistory::default();
         assert_eq!(
-            deaths.note(&policy, start + SECOND, 0.0),
-            Verdict::Again(policy.first_delay * 2)
+            deaths.record(&policy, start, 0.0),
+            RestartDecision::RestartAfter(policy.first_delay)
         );
-        assert_eq!(deaths.note(&policy, start + 2 * SECOND, 0.0), Verdict::Quarantine);
-        deaths.forgive();
         assert_eq!(
-            deaths.note(&policy, start + 3 * SECOND, 1.0),
-            Verdict::Again(policy.first_delay / 2)
+            deaths.record(&policy, start + SECOND, 0.0),
+            RestartDecision::RestartAfter(policy.first_delay * 2)
+        );
+        assert_eq!(deaths.record(&policy, start + 2 * SECOND, 0.0), RestartDecision::Quarantine);
+        deaths.reset();
+        assert_eq!(
+            deaths.record(&policy, start + 3 * SECOND, 1.0),
+            RestartDecision::RestartAfter(policy.first_delay / 2)
         );
         assert_eq!(deaths.count(), 4);
     }
@@ -124,21 +132,27 @@ mod tests {
     #[test]
     fn deaths_far_apart_are_forgotten() {
         let (policy, start) = (RestartPolicy::default(), Instant::now());
-        let mut deaths = Deaths::default();
+        let mut deaths = CrashHistory::default();
         for i in 0..10 {
             let now = start + (policy.window + SECOND) * i;
-            assert_eq!(deaths.note(&policy, now, 0.0), Verdict::Again(policy.first_delay));
+            assert_eq!(
+                deaths.record(&policy, now, 0.0),
+                RestartDecision::RestartAfter(policy.first_delay)
+            );
         }
     }
 
     #[test]
     fn without_a_limit_delays_grow_to_the_longest_and_nothing_overflows() {
         let policy = RestartPolicy { max_deaths: 0, ..RestartPolicy::default() };
-        let (mut deaths, now) = (Deaths::default(), Instant::now());
-        let last = (0..1000).map(|_| deaths.note(&policy, now, 0.0)).last();
-        assert_eq!(last, Some(Verdict::Again(policy.longest_delay)));
+        let (mut deaths, now) = (CrashHistory::default(), Instant::now());
+        let last = (0..1000).map(|_| deaths.record(&policy, now, 0.0)).last();
+        assert_eq!(last, Some(RestartDecision::RestartAfter(policy.longest_delay)));
         assert!(deaths.recent.len() <= MAX_REMEMBERED);
         let at_once = RestartPolicy { first_delay: Duration::ZERO, ..policy };
-        assert_eq!(deaths.note(&at_once, now, 0.3), Verdict::Again(Duration::ZERO));
+        assert_eq!(
+            deaths.record(&at_once, now, 0.3),
+            RestartDecision::RestartAfter(Duration::ZERO)
+        );
     }
 }

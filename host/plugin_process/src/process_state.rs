@@ -1,4 +1,4 @@
-//! What the handle of a plugin's process and its supervisor share.
+//! State shared by the handle of a plugin's process and its supervisor.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -16,17 +16,17 @@ use busbar_plugin_host::{
 use rustix::event::{EventfdFlags, eventfd};
 
 use crate::environment::Environment;
-use crate::feed::Feed;
 use crate::framing;
 use crate::message::{Answer, Confinement, Request, ToPlugin};
-use crate::policy::{Deadlines, Deaths, RestartPolicy};
-use crate::slot::Slot;
+use crate::picture_mailbox::PictureMailbox;
+use crate::restart_policy::{CrashHistory, Deadlines, RestartPolicy};
+use crate::sample_feed::SampleFeed;
 use busbar_protocol::socket;
 
 /// The longest that working out a picture takes.
 const DRAW_DEADLINE: Duration = Duration::from_secs(1);
-/// What a call that takes tags may take longer for each: half a million on a busy machine
-/// want more than the 10 s that are enough for a few.
+/// Additional deadline for each tag of a call: half a million tags on a busy machine take more
+/// than the 10 s that suffice for a few.
 const DEADLINE_PER_TAG: Duration = Duration::from_micros(100);
 /// Calls under way at once.
 const MAX_CALLS: usize = 256;
@@ -37,26 +37,26 @@ pub(crate) struct Shared {
     pub(crate) library: LibraryFile,
     pub(crate) confinement: Confinement,
     pub(crate) environment: Environment,
-    /// Wakes the supervisor.
+    /// Event file descriptor that wakes the supervisor.
     pub(crate) wake: OwnedFd,
     next_call: AtomicU64,
     state: Mutex<State>,
-    feed: Mutex<Option<Feed>>,
-    slot: Mutex<Option<Slot>>,
-    simulation: Mutex<Option<Simulated>>,
+    feed: Mutex<Option<SampleFeed>>,
+    mailbox: Mutex<Option<PictureMailbox>>,
+    simulation: Mutex<Option<SimulationSetup>>,
     /// A picture came, or none will.
     pub(crate) drawn: Condvar,
 }
 
-/// What a process simulates.
+/// Running simulation of a process.
 #[derive(Clone)]
-pub(crate) struct Simulated {
+pub(crate) struct SimulationSetup {
     pub(crate) tags: Vec<SimulatedTag>,
     pub(crate) simulation: Simulation,
     pub(crate) scenario: DeviceScenario,
 }
 
-impl Simulated {
+impl SimulationSetup {
     pub(crate) fn into_request(self) -> Request {
         let Self { tags, simulation, scenario } = self;
         Request::Simulate { tags, simulation, scenario }
@@ -68,23 +68,23 @@ pub(crate) struct State {
     pub(crate) name: String,
     /// Plugin id for errors, likewise.
     pub(crate) id: String,
-    pub(crate) life: Life,
+    pub(crate) phase: ProcessPhase,
     /// The one instance, once it was made; only then is the process started again.
     pub(crate) instance: Option<InstanceSetup>,
     pub(crate) connection: Option<Arc<Connection>>,
-    pub(crate) calls: BTreeMap<u64, Pending>,
+    pub(crate) calls: BTreeMap<u64, UnansweredCall>,
     pub(crate) deadlines: Deadlines,
-    pub(crate) deaths: Deaths,
+    pub(crate) deaths: CrashHistory,
     pub(crate) last_death: Option<String>,
     pub(crate) pid: Option<u32>,
     pub(crate) memory_bytes: Option<u64>,
     pub(crate) quit: bool,
     pub(crate) restart: bool,
-    /// Why its process is to be killed, until it is.
-    pub(crate) given_up: Option<String>,
+    /// Reason to kill the process; none once it was killed.
+    pub(crate) kill_reason: Option<String>,
 }
 
-/// How an instance is made again.
+/// Configuration from which an instance is created again.
 #[derive(Clone)]
 pub(crate) struct InstanceSetup {
     pub(crate) name: String,
@@ -94,7 +94,7 @@ pub(crate) struct InstanceSetup {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Life {
+pub(crate) enum ProcessPhase {
     /// The process is being set up as the one before it was; so many calls to go.
     Starting(usize),
     Running,
@@ -104,14 +104,14 @@ pub(crate) enum Life {
 }
 
 /// A call that the process has not answered.
-pub(crate) struct Pending {
+pub(crate) struct UnansweredCall {
     pub(crate) what: &'static str,
     pub(crate) allowance: Duration,
     pub(crate) deadline: Instant,
     pub(crate) reply: Reply,
 }
 
-/// Who waits for an answer.
+/// Recipient of an answer.
 pub(crate) enum Reply {
     Caller { sender: SyncSender<Outcome>, progress: Arc<AtomicU32> },
     Setup,
@@ -119,7 +119,7 @@ pub(crate) enum Reply {
 }
 
 /// A call of this thread.
-pub(crate) struct Waiting {
+pub(crate) struct PendingCall {
     pub(crate) call: u64,
     pub(crate) outcome: Receiver<Outcome>,
     /// Bits of the fraction done.
@@ -171,18 +171,18 @@ impl Shared {
         let state = State {
             id: name.clone(),
             name,
-            life: Life::Running,
+            phase: ProcessPhase::Running,
             instance: None,
             connection: Some(Arc::new(connection)),
             calls: BTreeMap::new(),
             deadlines: Deadlines::default(),
-            deaths: Deaths::default(),
+            deaths: CrashHistory::default(),
             last_death: None,
             pid: Some(pid),
             memory_bytes: None,
             quit: false,
             restart: false,
-            given_up: None,
+            kill_reason: None,
         };
         Ok(Self {
             library,
@@ -192,7 +192,7 @@ impl Shared {
             next_call: AtomicU64::new(1),
             state: Mutex::new(state),
             feed: Mutex::default(),
-            slot: Mutex::default(),
+            mailbox: Mutex::default(),
             simulation: Mutex::default(),
             drawn: Condvar::new(),
         })
@@ -202,15 +202,15 @@ impl Shared {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    pub(crate) fn feed(&self) -> MutexGuard<'_, Option<Feed>> {
+    pub(crate) fn feed(&self) -> MutexGuard<'_, Option<SampleFeed>> {
         self.feed.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    pub(crate) fn slot(&self) -> MutexGuard<'_, Option<Slot>> {
-        self.slot.lock().unwrap_or_else(PoisonError::into_inner)
+    pub(crate) fn mailbox(&self) -> MutexGuard<'_, Option<PictureMailbox>> {
+        self.mailbox.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    pub(crate) fn simulation(&self) -> MutexGuard<'_, Option<Simulated>> {
+    pub(crate) fn simulation(&self) -> MutexGuard<'_, Option<SimulationSetup>> {
         self.simulation.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -221,23 +221,29 @@ impl Shared {
     }
 
     /// Notes that an answer to `request` is due; its number.
-    pub(crate) fn expect(&self, state: &mut State, request: &Request, reply: Reply) -> u64 {
+    pub(crate) fn register_call(&self, state: &mut State, request: &Request, reply: Reply) -> u64 {
         let allowance = allowance(request, state.deadlines);
         let call = self.next_call.fetch_add(1, Ordering::Relaxed);
         let deadline = Instant::now() + allowance;
-        state.calls.insert(call, Pending { what: request.name(), allowance, deadline, reply });
+        state
+            .calls
+            .insert(call, UnansweredCall { what: request.name(), allowance, deadline, reply });
         call
     }
 
     /// Sends a call whose answer the caller waits for.
-    pub(crate) fn begin(&self, request: Request, files: &[&File]) -> Result<Waiting, PluginError> {
+    pub(crate) fn start_call(
+        &self,
+        request: Request,
+        files: &[&File],
+    ) -> Result<PendingCall, PluginError> {
         let (sender, outcome) = sync_channel(1);
         let progress = Arc::new(AtomicU32::new(0));
         let (call, connection) = {
             let mut state = self.state();
             let lost = |reason: String| PluginError::Lost { id: state.id.clone(), reason };
-            let connection = match (&state.life, &state.connection) {
-                (Life::Running, Some(connection)) => connection.clone(),
+            let connection = match (&state.phase, &state.connection) {
+                (ProcessPhase::Running, Some(connection)) => connection.clone(),
                 _ => {
                     let died = state.last_death.as_deref().unwrap_or("it is not running");
                     return Err(lost(died.to_owned()));
@@ -247,25 +253,25 @@ impl Shared {
                 return Err(lost(format!("more than {MAX_CALLS} calls at once")));
             }
             let reply = Reply::Caller { sender, progress: progress.clone() };
-            (self.expect(&mut state, &request, reply), connection)
+            (self.register_call(&mut state, &request, reply), connection)
         };
         connection.send(&ToPlugin::Call { call, request }, files);
-        Ok(Waiting { call, outcome, progress, connection })
+        Ok(PendingCall { call, outcome, progress, connection })
     }
 
     /// Calls and waits. The supervisor answers in any case.
     pub(crate) fn call(&self, request: Request, files: &[&File]) -> Outcome {
-        let waiting = self.begin(request, files)?;
+        let waiting = self.start_call(request, files)?;
         let gone = |_| PluginError::Lost { id: self.state().id.clone(), reason: "it ended".into() };
         waiting.outcome.recv().map_err(gone)?
     }
 
     /// Takes what an overlay says that it shows besides values.
     pub(crate) fn describe(&self, description: OverlayDescription) -> Result<(), PluginError> {
-        // The slot is let go before the state is taken.
-        let described = self.slot().as_mut().map(|slot| slot.describe(description));
+        // The mailbox is let go before the state is taken.
+        let described = self.mailbox().as_mut().map(|mailbox| mailbox.describe(description));
         match described {
-            None => Err(self.confused()),
+            None => Err(self.unexpected_answer()),
             Some(described) => described.map_err(|what| PluginError::Violation {
                 id: self.state().id.clone(),
                 what: what.to_owned(),
@@ -274,13 +280,13 @@ impl Shared {
     }
 
     /// An answer of another kind than the question.
-    pub(crate) fn confused(&self) -> PluginError {
+    pub(crate) fn unexpected_answer(&self) -> PluginError {
         let what = "its process answers another question".into();
         PluginError::Violation { id: self.state().id.clone(), what }
     }
 }
 
-/// How long a call may take.
+/// Returns the deadline of a call.
 fn allowance(request: &Request, deadlines: Deadlines) -> Duration {
     match request {
         Request::Draw { .. } => DRAW_DEADLINE,

@@ -12,12 +12,12 @@ use rustix::io::ioctl_fionbio;
 use super::*;
 use crate::catalog::DEFAULT_CONFINEMENT;
 use crate::environment::Environment;
-use crate::shared::Connection;
+use crate::process_state::Connection;
 
 /// A supervisor's end of a process that a test plays.
 struct Played {
     shared: Shared,
-    spawned: Option<Spawned>,
+    spawned: Option<SpawnedProcess>,
     there: UnixStream,
     _folder: tempfile::TempDir,
     _silent: std::io::PipeWriter,
@@ -39,7 +39,7 @@ impl Played {
         let environment = Environment::default();
         let shared =
             Shared::new(library, DEFAULT_CONFINEMENT, environment, connection, child.id()).unwrap();
-        let spawned = Some(Spawned { child, socket: here, output });
+        let spawned = Some(SpawnedProcess { child, socket: here, output });
         Self { shared, spawned, there, _folder: folder, _silent: silent }
     }
 }
@@ -52,7 +52,7 @@ fn a_process_is_late_only_once_it_is_there() {
     let (spawned, mut there) = (played.spawned.take().unwrap(), &played.there);
     let shared = &played.shared;
     let ended = thread::scope(|scope| {
-        let ended = scope.spawn(move || Watch::new(shared, spawned).run());
+        let ended = scope.spawn(move || ProcessMonitor::new(shared, spawned).run());
         there.set_read_timeout(Some(PING_PERIOD + HEARTBEAT_DEADLINE + 4 * TURN)).unwrap();
         let asked = there.read(&mut [0; 64]).map_err(|error| error.kind());
         assert_eq!(asked, Err(ErrorKind::WouldBlock), "it is still to come");
@@ -62,7 +62,7 @@ fn a_process_is_late_only_once_it_is_there() {
         ended.join().unwrap()
     });
     assert!(ended.reason.starts_with("no heartbeat for 650ms"), "{}", ended.reason);
-    assert!(!ended.wanted);
+    assert!(!ended.requested);
 }
 
 /// A CPU that this process may use.
@@ -89,7 +89,7 @@ fn a_starved_process_is_not_ended_for_being_late() {
     thread::sleep(Duration::from_millis(500));
     let (shared, mut there) = (&played.shared, &played.there);
     let ended = thread::scope(|scope| {
-        let ended = scope.spawn(move || Watch::new(shared, spawned).run());
+        let ended = scope.spawn(move || ProcessMonitor::new(shared, spawned).run());
         there.write_all(&framing::encode(&FromPlugin::Pong).unwrap()).unwrap();
         thread::sleep(HEARTBEAT_DEADLINE * 4);
         let is_over = ended.is_finished();
@@ -107,17 +107,25 @@ fn nobody_who_is_early_or_stopped_is_given_patience() {
     let mut child = Command::new("sleep").arg("60").spawn().unwrap();
     let mut meter = ProgressMeter::new(child.id());
     let now = Instant::now();
-    assert_eq!(patience(&mut meter, None, now), Duration::ZERO);
-    assert_eq!(patience(&mut meter, Some(now + 2 * DOUBT), now), Duration::ZERO);
-    assert_eq!(patience(&mut meter, Some(now), now), MAX_STARVED, "nothing is known yet");
+    assert_eq!(starvation_allowance(&mut meter, None, now), Duration::ZERO);
+    assert_eq!(starvation_allowance(&mut meter, Some(now + 2 * DOUBT), now), Duration::ZERO);
+    assert_eq!(
+        starvation_allowance(&mut meter, Some(now), now),
+        MAX_STARVED,
+        "nothing is known yet"
+    );
     thread::sleep(DOUBT);
     let later = Instant::now();
-    assert_eq!(patience(&mut meter, Some(now), later), Duration::ZERO, "it sleeps");
+    assert_eq!(starvation_allowance(&mut meter, Some(now), later), Duration::ZERO, "it sleeps");
     meter.reset();
     let pid = Pid::from_raw(child.id() as i32).unwrap();
     rustix::process::kill_process(pid, Signal::STOP).unwrap();
     thread::sleep(DOUBT);
-    assert_eq!(patience(&mut meter, Some(now), Instant::now()), Duration::ZERO, "stopped");
+    assert_eq!(
+        starvation_allowance(&mut meter, Some(now), Instant::now()),
+        Duration::ZERO,
+        "stopped"
+    );
     child.kill().unwrap();
     child.wait().unwrap();
 }

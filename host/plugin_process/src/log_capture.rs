@@ -1,5 +1,4 @@
-//! What a plugin's process writes to its standard output and error: lines of
-//! the log.
+//! Log capture: lines that a plugin's process writes to its standard output and error.
 
 use std::io::{PipeReader, Read};
 use std::time::{Duration, Instant};
@@ -14,7 +13,7 @@ const MAX_LINES_PER_SECOND: u32 = 100;
 const MAX_READ_BYTES: usize = 1 << 16;
 
 /// Cuts output into lines and writes them to the log.
-pub(crate) struct Output {
+pub(crate) struct OutputLog {
     pipe: PipeReader,
     rest: Vec<u8>,
     second: Instant,
@@ -22,7 +21,7 @@ pub(crate) struct Output {
     dropped: u64,
 }
 
-impl Output {
+impl OutputLog {
     /// Reads from a pipe that does not block.
     pub(crate) fn new(pipe: PipeReader) -> Self {
         Self { pipe, rest: Vec::new(), second: Instant::now(), lines: 0, dropped: 0 }
@@ -121,7 +120,7 @@ mod tests {
     #[test]
     fn an_endless_line_is_cut_and_a_flood_is_counted() {
         let (reader, mut writer) = pipe().unwrap();
-        let mut output = Output::new(reader);
+        let mut output = OutputLog::new(reader);
         writer.write_all(&vec![b'x'; 3 * MAX_LINE_BYTES]).unwrap();
         assert!(output.read("p"));
         assert_eq!(output.rest.len(), MAX_LINE_BYTES);

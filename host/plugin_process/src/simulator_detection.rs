@@ -1,4 +1,4 @@
-//! Watch of one instance for connections to simulators of this machine.
+//! ProcessMonitor of one instance for connections to simulators of this machine.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -14,7 +14,7 @@ const CHECK_PERIOD: Duration = Duration::from_secs(1);
 
 /// State of the watch. A simulator that was found counts for as long as the instance runs.
 #[derive(Debug)]
-pub(crate) struct SimulatorWatch {
+pub(crate) struct SimulatorDetector {
     last_check: Option<Instant>,
     /// No samples of the link as it is now were seen yet.
     is_new_link: bool,
@@ -29,7 +29,7 @@ pub(crate) struct SimulatorCheck {
     pub(crate) first_sample: Option<Moment>,
 }
 
-impl Default for SimulatorWatch {
+impl Default for SimulatorDetector {
     fn default() -> Self {
         Self {
             last_check: None,
@@ -40,7 +40,7 @@ impl Default for SimulatorWatch {
     }
 }
 
-impl SimulatorWatch {
+impl SimulatorDetector {
     /// Notes that the link is another one.
     pub(crate) fn note_new_link(&mut self) {
         self.is_new_link = true;
@@ -121,7 +121,7 @@ mod tests {
 
     #[test]
     fn first_samples_of_a_link_wait_for_a_check() {
-        let mut watch = SimulatorWatch::default();
+        let mut watch = SimulatorDetector::default();
         assert!(watch.awaits_samples() && watch.is_due(true));
         watch.note_check(false, false);
         assert!(watch.awaits_samples() && watch.is_due(true), "none had come");

@@ -10,19 +10,19 @@ use rustix::event::{PollFd, PollFlags, poll};
 
 use crate::memory;
 use crate::message::{PROTOCOL_VERSION, Request, ToPlugin};
-use crate::policy::Verdict;
+use crate::process_monitor::{ProcessExit, ProcessMonitor, clear_wake, timespec};
+use crate::process_spawn::{SpawnedProcess, spawn};
+use crate::process_state::{Connection, ProcessPhase, Reply, Shared, State};
+use crate::restart_policy::RestartDecision;
 use crate::ring::{RING_BYTES, RingReader};
-use crate::shared::{Connection, Life, Reply, Shared, State};
-use crate::spawn::{Spawned, spawn};
-use crate::watch::{Ended, Watch, clear_wake, timespec};
 
 /// Looks after a process, and those after it, until nobody needs it.
-pub(crate) fn supervise(shared: &Shared, first: Spawned) {
+pub(crate) fn supervise(shared: &Shared, first: SpawnedProcess) {
     let mut spawned = Ok(first);
     loop {
         let ended = match spawned {
-            Ok(spawned) => Watch::new(shared, spawned).run(),
-            Err(reason) => Ended { reason, wanted: false },
+            Ok(spawned) => ProcessMonitor::new(shared, spawned).run(),
+            Err(reason) => ProcessExit { reason, requested: false },
         };
         if !note_end(shared, &ended) || !wait_for_start(shared) {
             return;
@@ -33,29 +33,29 @@ pub(crate) fn supervise(shared: &Shared, first: Spawned) {
 
 /// Fails everything that waits, and says what becomes of the plugin; false if
 /// it is over.
-fn note_end(shared: &Shared, ended: &Ended) -> bool {
+fn note_end(shared: &Shared, ended: &ProcessExit) -> bool {
     let mut state = shared.state();
     (state.connection, state.pid, state.memory_bytes) = (None, None, None);
     fail_calls(&mut state, &ended.reason);
     let name = state.name.clone();
     state.last_death = Some(ended.reason.clone());
     let policy = match &state.instance {
-        Some(instance) if !ended.wanted && !state.quit => instance.policy,
+        Some(instance) if !ended.requested && !state.quit => instance.policy,
         _ => {
-            state.life = Life::Ended;
+            state.phase = ProcessPhase::Ended;
             return false;
         }
     };
     let now = Instant::now();
     let reason = &ended.reason;
-    let said = match state.deaths.note(&policy, now, fastrand::f64()) {
-        Verdict::Again(delay) => {
-            state.life = Life::Waiting(now + delay);
+    let said = match state.deaths.record(&policy, now, fastrand::f64()) {
+        RestartDecision::RestartAfter(delay) => {
+            state.phase = ProcessPhase::Waiting(now + delay);
             tracing::error!(plugin = %name, "died: {reason}; starts again in {delay:.1?}");
             format!("died: {reason}")
         }
-        Verdict::Quarantine => {
-            state.life = Life::Quarantined;
+        RestartDecision::Quarantine => {
+            state.phase = ProcessPhase::Quarantined;
             let (deaths, within) = (policy.max_deaths, policy.window);
             tracing::error!(
                 plugin = %name,
@@ -87,15 +87,15 @@ fn wait_for_start(shared: &Shared) -> bool {
         let timeout = {
             let mut state = shared.state();
             if state.quit {
-                state.life = Life::Ended;
+                state.phase = ProcessPhase::Ended;
                 return false;
             }
             if std::mem::take(&mut state.restart) {
-                state.deaths.forgive();
+                state.deaths.reset();
                 return true;
             }
-            match state.life {
-                Life::Waiting(until) => {
+            match state.phase {
+                ProcessPhase::Waiting(until) => {
                     let left = until.saturating_duration_since(Instant::now());
                     if left.is_zero() {
                         return true;
@@ -113,7 +113,7 @@ fn wait_for_start(shared: &Shared) -> bool {
 
 /// Makes a new process what the one before it was. Everything is asked at once;
 /// the process does it in order.
-fn set_up(shared: &Shared, spawned: Spawned) -> Result<Spawned, String> {
+fn set_up(shared: &Shared, spawned: SpawnedProcess) -> Result<SpawnedProcess, String> {
     let text = |error: std::io::Error| format!("it cannot be started again: {error}");
     let connection = Arc::new(Connection::new(spawned.socket.try_clone().map_err(text)?));
     let mut requests: Vec<(Request, Option<File>)> = Vec::new();
@@ -129,18 +129,18 @@ fn set_up(shared: &Shared, spawned: Spawned) -> Result<Spawned, String> {
         feed.attach(RingReader::new(&ring)?);
         requests.push((Request::Start { tags: feed.tags().to_vec() }, Some(ring)));
     }
-    if let Some(slot) = &*shared.slot() {
-        requests.push((Request::Configure { bindings: slot.bindings().to_vec() }, None));
+    if let Some(mailbox) = &*shared.mailbox() {
+        requests.push((Request::Configure { bindings: mailbox.bindings().to_vec() }, None));
     }
     if let Some(simulated) = shared.simulation().clone() {
         requests.push((simulated.into_request(), None));
     }
-    state.life = Life::Starting(requests.len());
+    state.phase = ProcessPhase::Starting(requests.len());
     state.pid = Some(spawned.child.id());
     state.connection = Some(connection.clone());
     let calls: Vec<u64> = requests
         .iter()
-        .map(|(request, _)| shared.expect(&mut state, request, Reply::Setup))
+        .map(|(request, _)| shared.register_call(&mut state, request, Reply::Setup))
         .collect();
     drop(state);
     for ((request, file), call) in requests.into_iter().zip(calls) {

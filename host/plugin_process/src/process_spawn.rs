@@ -20,7 +20,7 @@ use crate::environment::Environment;
 
 /// The name of the program that hosts plugins.
 const PROGRAM: &str = "busbar";
-/// Its command.
+/// Command-line verb of the child process.
 const COMMAND: &str = "plugin-host";
 /// glibc reserves 64 MB of address space an arena, which the memory limit counts:
 /// a plugin of many threads shares these.
@@ -29,26 +29,26 @@ const ARENAS: (&str, &str) = ("MALLOC_ARENA_MAX", "16");
 const SEND_TIMEOUT: Duration = Duration::from_millis(500);
 
 /// A process that waits for its first message.
-pub(crate) struct Spawned {
+pub(crate) struct SpawnedProcess {
     pub(crate) child: Child,
     pub(crate) socket: UnixStream,
-    /// Its standard output and error; does not block.
+    /// Pipe of its standard output and error, non-blocking.
     pub(crate) output: PipeReader,
 }
 
-type Reply = Result<Spawned, String>;
-/// What a process is to see, and where it goes.
-type Order = (Environment, SyncSender<Reply>);
+type Reply = Result<SpawnedProcess, String>;
+/// Environment of the new process, and channel for the result.
+type SpawnRequest = (Environment, SyncSender<Reply>);
 
-/// Starts a process.
+/// Starts a process through the thread that is parent of all.
 pub(crate) fn spawn(environment: &Environment) -> Reply {
-    static STARTER: Mutex<Option<Sender<Order>>> = Mutex::new(None);
+    static STARTER: Mutex<Option<Sender<SpawnRequest>>> = Mutex::new(None);
     let fault = |error: &dyn std::fmt::Display| format!("no process can be started: {error}");
     let (sender, reply) = sync_channel(1);
     {
         let mut starter = STARTER.lock().unwrap_or_else(PoisonError::into_inner);
         if starter.is_none() {
-            let (orders, received) = channel::<Order>();
+            let (orders, received) = channel::<SpawnRequest>();
             let work = move || {
                 let program = host_program();
                 for (environment, asker) in received {
@@ -102,5 +102,5 @@ fn start(program: &Path, environment: &Environment) -> Reply {
     command.stdin(OwnedFd::from(theirs)).stdout(writer.try_clone().map_err(text)?).stderr(writer);
     // Signals of a terminal are for the viewer, with which the process ends.
     let child = command.process_group(0).spawn().map_err(text)?;
-    Ok(Spawned { child, socket, output })
+    Ok(SpawnedProcess { child, socket, output })
 }

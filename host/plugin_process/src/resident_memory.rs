@@ -1,4 +1,4 @@
-//! What `/proc` says of a process.
+//! Resident memory of a process, read from `/proc`.
 
 use std::fs::File;
 use std::io::Read;

@@ -10,17 +10,17 @@ use crate::probe::Probe;
 const FIRST_BYTES: usize = 16 << 10;
 /// Bytes behind the room.
 const BEYOND: usize = 64;
-/// What they are.
+/// Byte value of the guard behind a buffer.
 const CANARY: u8 = 0xa5;
 
 /// Room for a text.
-pub(super) struct TextRoom {
+pub(super) struct TextBuffer {
     bytes: Vec<u8>,
     pub(super) output: abi::BusbarTextOutput,
 }
 
-impl TextRoom {
-    pub(super) fn of(capacity: usize) -> Self {
+impl TextBuffer {
+    pub(super) fn with_capacity(capacity: usize) -> Self {
         let mut bytes = vec![CANARY; capacity + BEYOND];
         let output = abi::BusbarTextOutput {
             struct_size: size_of::<abi::BusbarTextOutput>() as u32,
@@ -32,9 +32,9 @@ impl TextRoom {
         Self { bytes, output }
     }
 
-    /// What was written, as far as it keeps the rules.
+    /// Returns the written text, where it keeps the rules.
     fn text(&self, call: &str) -> Result<&str, Finding> {
-        self.keeps_its_end(call)?;
+        self.check_guard(call)?;
         let room = &self.bytes[..self.output.capacity as usize];
         let Some(text) = room.get(..self.output.len as usize) else {
             let fault = format!("`{call}` claims {} bytes, beyond the end", self.output.len);
@@ -48,7 +48,7 @@ impl TextRoom {
         std::str::from_utf8(text).map_err(|_| not_utf8())
     }
 
-    fn keeps_its_end(&self, call: &str) -> Result<(), Finding> {
+    fn check_guard(&self, call: &str) -> Result<(), Finding> {
         let beyond = &self.bytes[self.output.capacity as usize..];
         if beyond.iter().all(|byte| *byte == CANARY) {
             return Ok(());
@@ -67,7 +67,8 @@ pub(super) fn ask<T: DeserializeOwned>(
 ) -> Result<Option<T>, Stop> {
     let mut capacity = FIRST_BYTES;
     loop {
-        let (mut room, mut error) = (TextRoom::of(capacity), abi::BusbarError::empty());
+        let (mut room, mut error) =
+            (TextBuffer::with_capacity(capacity), abi::BusbarError::empty());
         let status = ask(&mut room.output, &mut error);
         let needed = room.output.len as usize;
         if status == abi::BUSBAR_BUFFER_TOO_SMALL && needed > capacity && needed <= max_bytes {
@@ -89,24 +90,24 @@ pub(super) fn ask<T: DeserializeOwned>(
     }
 }
 
-/// Whether a call without room says how much it takes, and then fits.
-pub(super) fn says_its_size(
+/// Checks that a call without room reports its size, and then fits.
+pub(super) fn check_required_size(
     probe: &Probe,
     call: &str,
     ask: impl Fn(*mut abi::BusbarTextOutput, *mut abi::BusbarError) -> abi::BusbarStatus,
 ) {
     let mut error = abi::BusbarError::empty();
-    let mut room = TextRoom::of(0);
+    let mut room = TextBuffer::with_capacity(0);
     let status = ask(&mut room.output, &mut error);
     let case = format!("{call} without room");
     if !probe.expect_status(&case, status, &error, &[abi::BUSBAR_BUFFER_TOO_SMALL]) {
         return;
     }
-    let mut exact = TextRoom::of(room.output.len as usize);
+    let mut exact = TextBuffer::with_capacity(room.output.len as usize);
     let status = ask(&mut exact.output, &mut error);
     let case = format!("{call} with the room that it asked for");
     probe.expect_status(&case, status, &error, &[abi::BUSBAR_OK]);
-    if let Err(finding) = room.keeps_its_end(call).and(exact.text(call).map(drop)) {
+    if let Err(finding) = room.check_guard(call).and(exact.text(call).map(drop)) {
         probe.find(finding);
     }
 }

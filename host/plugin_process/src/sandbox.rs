@@ -1,4 +1,5 @@
-//! What a plugin's process gives up before it loads the library.
+//! Sandbox of a plugin's process: resource limits and namespaces set before the library is
+//! loaded.
 
 use std::collections::BTreeMap;
 
@@ -22,7 +23,7 @@ const X32_BIT: i64 = 0x4000_0000;
 
 /// Closes every descriptor that was inherited, and ends with the host. The first
 /// thing that the process does.
-pub(crate) fn let_go_of_host() -> Result<(), String> {
+pub(crate) fn detach_from_host() -> Result<(), String> {
     // SAFETY: nothing in this process has opened a descriptor yet, so none that
     // anybody owns is closed.
     let status = unsafe { libc::close_range(FIRST_OWN_DESCRIPTOR, u32::MAX, 0) };

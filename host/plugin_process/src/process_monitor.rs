@@ -11,16 +11,16 @@ use rustix::net::{RecvFlags, recv};
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process_group, waitid};
 
 use crate::framing::{self, Decoder};
-use crate::message::{Answer, Fault, FromPlugin, Request, ToPlugin};
-use crate::output::Output;
-use crate::proc;
-use crate::shared::{Life, Reply, Shared};
-use crate::spawn::Spawned;
+use crate::log_capture::OutputLog;
+use crate::message::{Answer, CallError, FromPlugin, Request, ToPlugin};
+use crate::process_spawn::SpawnedProcess;
+use crate::process_state::{ProcessPhase, Reply, Shared};
+use crate::resident_memory;
 use crate::status::ending;
 
-/// How often the supervisor looks at its deadlines at least.
+/// Longest period between two checks of deadlines.
 const TURN: Duration = Duration::from_millis(50);
-/// How often a process is asked whether it lives.
+/// Period of liveness probes.
 const PING_PERIOD: Duration = Duration::from_millis(100);
 /// The longest that it takes to answer that: with the period before it, less than the
 /// second after which the tags of a plugin that hangs must be bad.
@@ -41,48 +41,48 @@ const QUIT_DEADLINE: Duration = Duration::from_millis(2_500);
 const REAP_DEADLINE: Duration = Duration::from_millis(100);
 /// The longest that a killed process takes to be gone.
 const KILL_DEADLINE: Duration = Duration::from_secs(2);
-/// How often its end is looked for.
+/// Period of polls for the exit of the process.
 const REAP_PERIOD: Duration = Duration::from_millis(1);
-/// How often its memory is looked at.
+/// Period of memory checks.
 const MEMORY_PERIOD: Duration = Duration::from_secs(1);
 /// Bytes read at once, and reads in one turn: a flood holds no deadline up.
 const READ_BYTES: usize = 1 << 16;
 const MAX_READS: usize = 16;
 
-/// How a process ended.
-pub(crate) struct Ended {
-    /// For people.
+/// Exit of a process.
+pub(crate) struct ProcessExit {
+    /// Reason of the exit, for people.
     pub(crate) reason: String,
-    /// Whether the host asked for it.
-    pub(crate) wanted: bool,
+    /// True where the host asked for it.
+    pub(crate) requested: bool,
 }
 
 /// One process from its start to its end.
-pub(crate) struct Watch<'a> {
+pub(crate) struct ProcessMonitor<'a> {
     shared: &'a Shared,
-    spawned: Spawned,
-    output: Option<Output>,
+    spawned: SpawnedProcess,
+    output: Option<OutputLog>,
     decoder: Decoder,
     buffer: Vec<u8>,
     last_turn: Instant,
     pinged: Instant,
-    /// Whether it ever said anything: until then it comes from the disk, which may take
-    /// long, nothing rests on it, and the deadline of its loading alone counts.
+    /// True once the process has sent anything. Until then the process is loading from disk and
+    /// only the deadline of loading counts.
     is_there: bool,
-    /// When the ping that was not answered yet was sent.
+    /// Time of the oldest unanswered ping.
     unanswered: Option<Instant>,
     weighed: Option<Instant>,
     quitting: Option<Instant>,
     meter: ProgressMeter,
 }
 
-/// Why a process must go: words for the log.
-type Lapse = String;
+/// Reason to kill a process, in words for the log.
+type KillReason = String;
 
-impl<'a> Watch<'a> {
-    pub(crate) fn new(shared: &'a Shared, spawned: Spawned) -> Self {
+impl<'a> ProcessMonitor<'a> {
+    pub(crate) fn new(shared: &'a Shared, spawned: SpawnedProcess) -> Self {
         let now = Instant::now();
-        let output = spawned.output.try_clone().ok().map(Output::new);
+        let output = spawned.output.try_clone().ok().map(OutputLog::new);
         let meter = ProgressMeter::new(spawned.child.id());
         Self {
             shared,
@@ -101,18 +101,18 @@ impl<'a> Watch<'a> {
     }
 
     /// Until it has ended.
-    pub(crate) fn run(mut self) -> Ended {
+    pub(crate) fn run(mut self) -> ProcessExit {
         loop {
             self.wait();
             self.read_output();
             match self.read_socket() {
                 Ok(true) => {}
-                Ok(false) => return self.end(None),
-                Err(lapse) => return self.end(Some(lapse)),
+                Ok(false) => return self.finish(None),
+                Err(kill_reason) => return self.finish(Some(kill_reason)),
             }
-            self.obey();
-            if let Err(lapse) = self.keep_time() {
-                return self.end(Some(lapse));
+            self.send_requests();
+            if let Err(kill_reason) = self.check_deadlines() {
+                return self.finish(Some(kill_reason));
             }
         }
     }
@@ -143,7 +143,7 @@ impl<'a> Watch<'a> {
     }
 
     /// Takes what came; false at the end.
-    fn read_socket(&mut self) -> Result<bool, Lapse> {
+    fn read_socket(&mut self) -> Result<bool, KillReason> {
         for _ in 0..MAX_READS {
             match recv(&self.spawned.socket, &mut self.buffer[..], RecvFlags::DONTWAIT) {
                 Ok((_, 0)) => return Ok(false),
@@ -161,7 +161,7 @@ impl<'a> Watch<'a> {
         Ok(true)
     }
 
-    fn take(&mut self, message: FromPlugin) -> Result<(), Lapse> {
+    fn take(&mut self, message: FromPlugin) -> Result<(), KillReason> {
         self.is_there = true;
         match message {
             FromPlugin::Pong => self.unanswered = None,
@@ -183,7 +183,11 @@ impl<'a> Watch<'a> {
         Ok(())
     }
 
-    fn take_answer(&mut self, call: u64, result: Result<Answer, Fault>) -> Result<(), Lapse> {
+    fn take_answer(
+        &mut self,
+        call: u64,
+        result: Result<Answer, CallError>,
+    ) -> Result<(), KillReason> {
         let mut state = self.shared.state();
         let Some(pending) = state.calls.remove(&call) else {
             return Err("it broke the protocol between processes: nobody asked for this".into());
@@ -197,13 +201,17 @@ impl<'a> Watch<'a> {
                 let answer = result.map_err(|fault| {
                     format!("`{}` failed: {}", pending.what, fault.into_error(&state.id))
                 })?;
-                if let (Answer::Configured(description), Some(slot)) =
-                    (answer, &mut *self.shared.slot())
+                if let (Answer::Configured(description), Some(mailbox)) =
+                    (answer, &mut *self.shared.mailbox())
                 {
-                    slot.describe(description)?;
+                    mailbox.describe(description)?;
                 }
-                if let Life::Starting(left) = state.life {
-                    state.life = if left <= 1 { Life::Running } else { Life::Starting(left - 1) };
+                if let ProcessPhase::Starting(left) = state.phase {
+                    state.phase = if left <= 1 {
+                        ProcessPhase::Running
+                    } else {
+                        ProcessPhase::Starting(left - 1)
+                    };
                     if left <= 1 {
                         tracing::info!(plugin = %state.name, "runs again");
                     }
@@ -214,11 +222,11 @@ impl<'a> Watch<'a> {
                 drop(state);
                 let picture = match result {
                     Ok(Answer::Drawn(picture)) => Ok(picture),
-                    Ok(_) => Err(Fault::Violation("it answers another question".into())),
+                    Ok(_) => Err(CallError::Violation("it answers another question".into())),
                     Err(fault) => Err(fault),
                 };
-                if let Some(slot) = &mut *self.shared.slot() {
-                    slot.answer(&id, picture);
+                if let Some(mailbox) = &mut *self.shared.mailbox() {
+                    mailbox.answer(&id, picture);
                 }
                 self.shared.drawn.notify_all();
             }
@@ -227,7 +235,7 @@ impl<'a> Watch<'a> {
     }
 
     /// Does what the viewer wants: draws, or ends.
-    fn obey(&mut self) {
+    fn send_requests(&mut self) {
         let mut state = self.shared.state();
         let Some(connection) = state.connection.clone() else { return };
         if state.quit && self.quitting.is_none() {
@@ -240,18 +248,20 @@ impl<'a> Watch<'a> {
                 false => connection.close(),
             };
         }
-        if state.life != Life::Running {
+        if state.phase != ProcessPhase::Running {
             return;
         }
-        let Some(wanted) = self.shared.slot().as_mut().and_then(|slot| slot.take()) else { return };
+        let Some(wanted) = self.shared.mailbox().as_mut().and_then(|mailbox| mailbox.take()) else {
+            return;
+        };
         let request = Request::Draw { states: wanted.states, scene_time: wanted.scene_time };
-        let call = self.shared.expect(&mut state, &request, Reply::Draw);
+        let call = self.shared.register_call(&mut state, &request, Reply::Draw);
         drop(state);
         connection.send(&ToPlugin::Call { call, request }, &[]);
     }
 
     /// Pings, and finds who is late.
-    fn keep_time(&mut self) -> Result<(), Lapse> {
+    fn check_deadlines(&mut self) -> Result<(), KillReason> {
         let now = Instant::now();
         let held_up = (now - self.last_turn).saturating_sub(STALL);
         self.last_turn = now;
@@ -263,26 +273,28 @@ impl<'a> Watch<'a> {
             return if late { Err("it did not stop in time".into()) } else { Ok(()) };
         }
         let mut state = self.shared.state();
-        if let Some(reason) = state.given_up.take() {
+        if let Some(reason) = state.kill_reason.take() {
             return Err(reason);
         }
         state.calls.values_mut().for_each(|pending| pending.deadline += held_up);
         let heartbeat_due = self.unanswered.map(|since| since + HEARTBEAT_DEADLINE);
         let calls_due = state.calls.values().map(|pending| pending.deadline);
         let first_due = calls_due.chain(heartbeat_due).min();
-        let patience = patience(&mut self.meter, first_due, now);
-        if let Some(pending) = state.calls.values().find(|call| now > call.deadline + patience) {
+        let starvation_allowance = starvation_allowance(&mut self.meter, first_due, now);
+        if let Some(pending) =
+            state.calls.values().find(|call| now > call.deadline + starvation_allowance)
+        {
             let (what, allowance) = (pending.what, pending.allowance);
             return Err(format!("`{what}` took longer than {allowance:?}"));
         }
         if self.weighed.is_none_or(|then| now - then > MEMORY_PERIOD) {
             self.weighed = Some(now);
-            state.memory_bytes = state.pid.and_then(proc::resident_bytes);
+            state.memory_bytes = state.pid.and_then(resident_memory::resident_bytes);
         }
         let connection = state.connection.clone();
         drop(state);
         match (self.unanswered, connection) {
-            (Some(since), _) if now - since > HEARTBEAT_DEADLINE + patience => {
+            (Some(since), _) if now - since > HEARTBEAT_DEADLINE + starvation_allowance => {
                 Err(format!("no heartbeat for {HEARTBEAT_DEADLINE:?}"))
             }
             (None, Some(connection)) if self.is_there && now - self.pinged > PING_PERIOD => {
@@ -295,17 +307,17 @@ impl<'a> Watch<'a> {
     }
 
     /// Sees the process off: kills it where it has not ended, and says why.
-    fn end(mut self, lapse: Option<Lapse>) -> Ended {
-        let first_words = lapse.as_deref().unwrap_or("its process is gone");
+    fn finish(mut self, kill_reason: Option<KillReason>) -> ProcessExit {
+        let first_words = kill_reason.as_deref().unwrap_or("its process is gone");
         if let Some(feed) = &mut *self.shared.feed() {
             feed.lose(first_words);
         }
-        if let Some(slot) = &mut *self.shared.slot() {
-            slot.lose();
+        if let Some(mailbox) = &mut *self.shared.mailbox() {
+            mailbox.clear();
         }
         self.shared.drawn.notify_all();
         let child = &mut self.spawned.child;
-        if lapse.is_none() {
+        if kill_reason.is_none() {
             await_ending(child, REAP_DEADLINE);
         }
         // The whole group, with whatever the plugin started itself. Before it is
@@ -314,8 +326,8 @@ impl<'a> Watch<'a> {
             let _ = kill_process_group(group, Signal::KILL);
         }
         let how = reap(child).map_or_else(|| "does not die".to_owned(), ending);
-        let reason = match lapse {
-            Some(lapse) => format!("{lapse}; {how}"),
+        let reason = match kill_reason {
+            Some(kill_reason) => format!("{kill_reason}; {how}"),
             None => how,
         };
         for _ in 0..MAX_READS {
@@ -323,13 +335,17 @@ impl<'a> Watch<'a> {
                 break;
             }
         }
-        Ended { reason, wanted: self.quitting.is_some() }
+        ProcessExit { reason, requested: self.quitting.is_some() }
     }
 }
 
 /// Decides how long a process may be late beyond its deadlines, the first of which is `first_due`:
 /// not at all, or [`MAX_STARVED`] where it waits for a CPU or a disk most of the time.
-fn patience(meter: &mut ProgressMeter, first_due: Option<Instant>, now: Instant) -> Duration {
+fn starvation_allowance(
+    meter: &mut ProgressMeter,
+    first_due: Option<Instant>,
+    now: Instant,
+) -> Duration {
     if first_due.is_none_or(|due| now + DOUBT < due) {
         meter.reset();
         return Duration::ZERO;
@@ -376,5 +392,5 @@ pub(crate) fn timespec(duration: Duration) -> Timespec {
 }
 
 #[cfg(test)]
-#[path = "watch_tests.rs"]
+#[path = "process_monitor_tests.rs"]
 mod tests;

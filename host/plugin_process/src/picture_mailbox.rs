@@ -11,46 +11,54 @@ use busbar_plugin_host::{
 };
 use busbar_tags::{Moment, TagState};
 
-use crate::message::Fault;
+use crate::message::CallError;
 
 /// A picture worked out from older values than this is late; a machine's sleep counts.
 pub(crate) const MAX_PICTURE_AGE: Duration = Duration::from_millis(500);
 
-/// What a frame wants drawn.
+/// Request of a frame to draw the overlay.
 #[derive(Debug)]
-pub(crate) struct Wanted {
-    /// Counts frames.
+pub(crate) struct DrawRequest {
+    /// Sequence number of the request.
     pub(crate) number: u64,
     pub(crate) states: Vec<Option<TagState>>,
     pub(crate) scene_time: SystemTime,
-    /// When the values were read.
+    /// Time at which the values were read.
     pub(crate) since: Moment,
 }
 
-/// The last answer.
-struct Drawn {
+/// Last answer of the plugin.
+struct DrawAnswer {
     number: u64,
     since: Moment,
     picture: Result<Arc<OverlayPicture>, String>,
 }
 
 /// One overlay's wishes and pictures.
-pub(crate) struct Slot {
+pub(crate) struct PictureMailbox {
     bindings: Vec<OverlayBinding>,
     description: Arc<OverlayDescription>,
     rules: PictureRules,
-    wanted: Option<Wanted>,
+    requested: Option<DrawRequest>,
     /// The frame whose picture is being worked out, and when its values were read.
-    under_way: Option<(u64, Moment)>,
-    drawn: Option<Drawn>,
+    in_flight: Option<(u64, Moment)>,
+    drawn: Option<DrawAnswer>,
     next: u64,
 }
 
-impl Slot {
+impl PictureMailbox {
     pub(crate) fn new(bindings: Vec<OverlayBinding>) -> Self {
         let description = Arc::<OverlayDescription>::default();
         let rules = PictureRules::new(&bindings, &description);
-        Self { bindings, description, rules, wanted: None, under_way: None, drawn: None, next: 1 }
+        Self {
+            bindings,
+            description,
+            rules,
+            requested: None,
+            in_flight: None,
+            drawn: None,
+            next: 1,
+        }
     }
 
     /// Takes what the plugin says that it shows besides values.
@@ -64,7 +72,7 @@ impl Slot {
         Ok(())
     }
 
-    /// That; nothing before it came.
+    /// Returns the last description; the default before the first one.
     pub(crate) fn description(&self) -> &Arc<OverlayDescription> {
         &self.description
     }
@@ -74,26 +82,26 @@ impl Slot {
     }
 
     /// Leaves a wish, in place of one that nobody has taken; its number.
-    pub(crate) fn want(&mut self, states: Vec<Option<TagState>>, scene_time: SystemTime) -> u64 {
+    pub(crate) fn request(&mut self, states: Vec<Option<TagState>>, scene_time: SystemTime) -> u64 {
         let number = self.next;
         self.next += 1;
-        self.wanted = Some(Wanted { number, states, scene_time, since: Moment::now() });
+        self.requested = Some(DrawRequest { number, states, scene_time, since: Moment::now() });
         number
     }
 
     /// The wish to work on next, unless one is worked on.
-    pub(crate) fn take(&mut self) -> Option<Wanted> {
-        if self.under_way.is_some() {
+    pub(crate) fn take(&mut self) -> Option<DrawRequest> {
+        if self.in_flight.is_some() {
             return None;
         }
-        let wanted = self.wanted.take()?;
-        self.under_way = Some((wanted.number, wanted.since));
+        let wanted = self.requested.take()?;
+        self.in_flight = Some((wanted.number, wanted.since));
         Some(wanted)
     }
 
     /// The answer to the wish that was worked on.
-    pub(crate) fn answer(&mut self, id: &str, picture: Result<OverlayPicture, Fault>) {
-        let Some((number, since)) = self.under_way.take() else { return };
+    pub(crate) fn answer(&mut self, id: &str, picture: Result<OverlayPicture, CallError>) {
+        let Some((number, since)) = self.in_flight.take() else { return };
         let picture = picture.map_err(|fault| fault.into_error(id).to_string());
         let checked = picture.and_then(|picture| match self.rules.check(&picture) {
             Ok(()) => Ok(picture),
@@ -102,15 +110,15 @@ impl Slot {
                 Err(violation.to_string())
             }
         });
-        self.drawn = Some(Drawn { number, since, picture: checked.map(Arc::new) });
+        self.drawn = Some(DrawAnswer { number, since, picture: checked.map(Arc::new) });
     }
 
     /// The plugin is gone: so is its picture, and nothing is under way.
-    pub(crate) fn lose(&mut self) {
-        (self.under_way, self.drawn) = (None, None);
+    pub(crate) fn clear(&mut self) {
+        (self.in_flight, self.drawn) = (None, None);
     }
 
-    /// Whether the picture of this frame, or a later one, is there.
+    /// Reports whether the answer to this request, or a later one, is there.
     pub(crate) fn has(&self, number: u64) -> bool {
         self.drawn.as_ref().is_some_and(|drawn| drawn.number >= number)
     }
@@ -129,49 +137,49 @@ mod tests {
 
     use super::*;
 
-    fn take(slot: &mut Slot) -> u64 {
-        slot.take().expect("a wish").number
+    fn take(mailbox: &mut PictureMailbox) -> u64 {
+        mailbox.take().expect("a wish").number
     }
 
     #[test]
     fn only_the_last_wish_is_worked_on_and_one_at_a_time() {
-        let mut slot = Slot::new(Vec::new());
-        assert!(slot.take().is_none());
+        let mut mailbox = PictureMailbox::new(Vec::new());
+        assert!(mailbox.take().is_none());
         let now = SystemTime::now();
-        slot.want(Vec::new(), now);
-        let second = slot.want(Vec::new(), now);
-        assert_eq!(take(&mut slot), second);
-        let third = slot.want(Vec::new(), now);
-        assert!(slot.take().is_none(), "one is under way");
-        slot.answer("p", Ok(OverlayPicture::default()));
-        assert!(slot.has(second) && !slot.has(third));
-        assert!(matches!(slot.picture(), Some(Ok(_))));
-        assert_eq!(take(&mut slot), third);
-        slot.lose();
-        assert!(slot.picture().is_none());
-        slot.answer("p", Ok(OverlayPicture::default()));
-        assert!(slot.picture().is_none(), "an answer of a process that is gone");
+        mailbox.request(Vec::new(), now);
+        let second = mailbox.request(Vec::new(), now);
+        assert_eq!(take(&mut mailbox), second);
+        let third = mailbox.request(Vec::new(), now);
+        assert!(mailbox.take().is_none(), "one is under way");
+        mailbox.answer("p", Ok(OverlayPicture::default()));
+        assert!(mailbox.has(second) && !mailbox.has(third));
+        assert!(matches!(mailbox.picture(), Some(Ok(_))));
+        assert_eq!(take(&mut mailbox), third);
+        mailbox.clear();
+        assert!(mailbox.picture().is_none());
+        mailbox.answer("p", Ok(OverlayPicture::default()));
+        assert!(mailbox.picture().is_none(), "an answer of a process that is gone");
     }
 
     #[test]
     fn a_picture_of_what_is_not_bound_is_a_fault() {
-        let mut slot = Slot::new(Vec::new());
-        slot.want(Vec::new(), SystemTime::now());
-        slot.take();
+        let mut mailbox = PictureMailbox::new(Vec::new());
+        mailbox.request(Vec::new(), SystemTime::now());
+        mailbox.take();
         let tint = OverlayTint { node: 1, tag: TagHandle(1), severity: Severity::Alarm };
-        slot.answer("p", Ok(OverlayPicture { tints: vec![tint], ..OverlayPicture::default() }));
-        let Some(Err(fault)) = slot.picture() else { panic!("a fault") };
+        mailbox.answer("p", Ok(OverlayPicture { tints: vec![tint], ..OverlayPicture::default() }));
+        let Some(Err(fault)) = mailbox.picture() else { panic!("a fault") };
         assert!(fault.contains("not bound"), "{fault}");
     }
 
     #[test]
     fn an_old_picture_is_not_shown() {
-        let mut slot = Slot::new(Vec::new());
-        slot.want(Vec::new(), SystemTime::now());
-        slot.take();
-        slot.answer("p", Ok(OverlayPicture::default()));
+        let mut mailbox = PictureMailbox::new(Vec::new());
+        mailbox.request(Vec::new(), SystemTime::now());
+        mailbox.take();
+        mailbox.answer("p", Ok(OverlayPicture::default()));
         let old = Moment::now().before(MAX_PICTURE_AGE * 2);
-        slot.drawn.as_mut().unwrap().since = old;
-        assert!(slot.picture().is_none());
+        mailbox.drawn.as_mut().unwrap().since = old;
+        assert!(mailbox.picture().is_none());
     }
 }

@@ -23,17 +23,17 @@ use busbar_plugin_host::{
 use busbar_tags::{ClockReadings, Moment, PauseDetector, SourceTime};
 use rustix::process::{Signal, getpid, kill_process};
 
-use crate::command::There;
-use crate::confine::{confine, let_go_of_host};
-use crate::message::{Answer, Fault, FromPlugin, PROTOCOL_VERSION, Request, ToPlugin};
+use crate::command::PipeStreams;
+use crate::message::{Answer, CallError, FromPlugin, PROTOCOL_VERSION, Request, ToPlugin};
 use crate::ring::RingWriter;
+use crate::sandbox::{confine, detach_from_host};
 use crate::{framing, memory};
 use busbar_protocol::socket;
 
 /// Meshes that are optimised at once.
 const MAX_OPTIMISING: usize = 64;
 
-type Outcome = Result<Answer, Fault>;
+type Outcome = Result<Answer, CallError>;
 /// A call, what to do, and the descriptors that came along.
 type Call = (u64, Request, Vec<File>);
 
@@ -42,14 +42,14 @@ type Call = (u64, Request, Vec<File>);
 /// # Errors
 /// When this process was not started by a host, or cannot be set apart from it.
 pub fn serve() -> Result<(), String> {
-    let_go_of_host()?;
-    let link = Link::take_stdin()?;
+    detach_from_host()?;
+    let link = HostConnection::take_stdin()?;
     let (sender, calls) = channel();
     let reader = link.clone();
     let spawned =
         thread::Builder::new().name("host".into()).spawn(move || read_host(&reader, &sender));
     spawned.map_err(|error| format!("no thread can be started: {error}"))?;
-    let session = Session {
+    let session = PluginServer {
         link,
         catalog: None,
         stream: None,
@@ -62,14 +62,14 @@ pub fn serve() -> Result<(), String> {
 }
 
 /// The socket to the host.
-struct Link {
+struct HostConnection {
     socket: UnixStream,
     sending: Mutex<()>,
     /// Optimising calls under way, and whether each was cancelled.
     cancelled: Mutex<BTreeMap<u64, Arc<AtomicBool>>>,
 }
 
-impl Link {
+impl HostConnection {
     fn take_stdin() -> Result<Arc<Self>, String> {
         let fault = |error: std::io::Error| {
             format!("this command is for Busbar itself, which starts it: {error}")
@@ -90,7 +90,7 @@ impl Link {
             socket::send(&self.socket, &bytes, &[]).map_err(|error| error.to_string())
         });
         if sent.is_err() {
-            end_now();
+            kill_self();
         }
     }
 
@@ -104,16 +104,16 @@ impl Link {
 }
 
 /// Ends this process without running anything of the plugin's.
-fn end_now() -> ! {
+fn kill_self() -> ! {
     let _ = kill_process(getpid(), Signal::KILL);
     std::process::abort()
 }
 
-fn read_host(link: &Arc<Link>, calls: &Sender<Call>) {
+fn read_host(link: &Arc<HostConnection>, calls: &Sender<Call>) {
     loop {
         let Ok(Some((bytes, files))) = socket::receive(&link.socket, framing::MAX_SENT_BYTES)
         else {
-            end_now()
+            kill_self()
         };
         match framing::decode(&bytes) {
             Ok(ToPlugin::Ping) => link.send(&FromPlugin::Pong),
@@ -132,14 +132,14 @@ fn read_host(link: &Arc<Link>, calls: &Sender<Call>) {
             }
             // The main thread ends when this end of its channel is gone.
             Ok(ToPlugin::Quit) => return,
-            Err(_) => end_now(),
+            Err(_) => kill_self(),
         }
     }
 }
 
 /// The one instance and what it is doing.
-struct Session {
-    link: Arc<Link>,
+struct PluginServer {
+    link: Arc<HostConnection>,
     catalog: Option<Catalog>,
     // In the order in which they must go.
     stream: Option<TelemetryStream>,
@@ -148,7 +148,7 @@ struct Session {
     instance: Option<Arc<Instance>>,
 }
 
-impl Session {
+impl PluginServer {
     fn run(mut self, calls: &Receiver<Call>) {
         while let Ok((call, request, files)) = calls.recv() {
             match request {
@@ -163,31 +163,35 @@ impl Session {
                     self.link.answer(call, outcome);
                 }
                 request => {
-                    let outcome = self.obey(request, files);
+                    let outcome = self.handle_request(request, files);
                     self.link.answer(call, outcome);
                 }
             }
         }
     }
 
-    fn obey(&mut self, request: Request, files: Vec<File>) -> Outcome {
-        let file = || files.into_iter().next().ok_or_else(|| lie("a descriptor is missing"));
+    fn handle_request(&mut self, request: Request, files: Vec<File>) -> Outcome {
+        let file =
+            || files.into_iter().next().ok_or_else(|| invalid_request("a descriptor is missing"));
         match request {
-            Request::Load { version, .. } if version != PROTOCOL_VERSION => Err(Fault::Library(
-                format!("this host speaks version {PROTOCOL_VERSION}, the viewer {version}"),
-            )),
+            Request::Load { version, .. } if version != PROTOCOL_VERSION => {
+                Err(CallError::Library(format!(
+                    "this host speaks version {PROTOCOL_VERSION}, the viewer {version}"
+                )))
+            }
             Request::Load { path, confinement, .. } => {
                 let library = LibraryFile::trusted(path, file()?);
                 let confined = confine(confinement);
-                let catalog = Catalog::from_file(&library).map_err(Fault::Library)?;
+                let catalog = Catalog::from_file(&library).map_err(CallError::Library)?;
                 let plugins = catalog.plugins().cloned().collect();
                 self.catalog = Some(catalog);
                 Ok(Answer::Loaded { plugins, confined })
             }
             Request::Create { name, plugin, settings } => {
-                let catalog = self.catalog.as_ref().ok_or_else(|| lie("nothing is loaded"))?;
+                let catalog =
+                    self.catalog.as_ref().ok_or_else(|| invalid_request("nothing is loaded"))?;
                 let settings = serde_json::from_str(&settings)
-                    .map_err(|error| lie(&format!("settings are no JSON: {error}")))?;
+                    .map_err(|error| invalid_request(&format!("settings are no JSON: {error}")))?;
                 self.instance = Some(catalog.create(&name, &plugin, &settings)?);
                 Ok(Answer::Done)
             }
@@ -196,8 +200,9 @@ impl Session {
                 Ok(Answer::Done)
             }
             Request::Start { tags } => {
-                let ring = RingWriter::new(&file()?).map_err(|error| lie(&error))?;
-                let receiver = Forwarder::start(self.link.clone(), ring).map_err(|e| failed(&e))?;
+                let ring = RingWriter::new(&file()?).map_err(|error| invalid_request(&error))?;
+                let receiver =
+                    SampleForwarder::start(self.link.clone(), ring).map_err(|e| failed(&e))?;
                 let stream = TelemetryStream::start(self.instance()?.clone(), &tags, receiver)?;
                 self.stream = Some(stream);
                 Ok(Answer::Done)
@@ -210,7 +215,7 @@ impl Session {
             }
             Request::SimulationStatus => {
                 let simulator = self.simulator.as_ref();
-                let simulator = simulator.ok_or_else(|| lie("it does not simulate"))?;
+                let simulator = simulator.ok_or_else(|| invalid_request("it does not simulate"))?;
                 Ok(Answer::Simulating(simulator.status()?))
             }
             Request::Configure { bindings } => {
@@ -220,7 +225,8 @@ impl Session {
                 Ok(Answer::Configured(description))
             }
             Request::Draw { states, scene_time } => {
-                let overlay = self.overlay.as_mut().ok_or_else(|| lie("it is not configured"))?;
+                let overlay =
+                    self.overlay.as_mut().ok_or_else(|| invalid_request("it is not configured"))?;
                 Ok(Answer::Drawn(overlay.draw_states(&states, scene_time)?))
             }
             Request::DescribeOptimizer => {
@@ -252,12 +258,12 @@ impl Session {
             Request::Commands => {
                 Ok(Answer::Commands(Commands::from_instance(self.instance()?.clone())?.list()?))
             }
-            Request::Optimize { .. } | Request::Run { .. } => Err(lie("not done here")),
+            Request::Optimize { .. } | Request::Run { .. } => Err(invalid_request("not done here")),
         }
     }
 
-    fn instance(&self) -> Result<&Arc<Instance>, Fault> {
-        self.instance.as_ref().ok_or_else(|| lie("there is no instance"))
+    fn instance(&self) -> Result<&Arc<Instance>, CallError> {
+        self.instance.as_ref().ok_or_else(|| invalid_request("there is no instance"))
     }
 
     /// Runs a command; its output is closed before the answer goes.
@@ -269,20 +275,25 @@ impl Session {
         files: Vec<File>,
     ) -> Outcome {
         let [input, output]: [File; 2] =
-            files.try_into().map_err(|_| lie("a descriptor is missing"))?;
+            files.try_into().map_err(|_| invalid_request("a descriptor is missing"))?;
         let tell = |fraction| self.link.send(&FromPlugin::Progress { call, fraction });
-        let mut streams = There::new(input, output, tell);
+        let mut streams = PipeStreams::new(input, output, tell);
         let commands = Commands::from_instance(self.instance()?.clone())?;
         Ok(Answer::Ran(commands.run(name, arguments, &mut streams)?))
     }
 
     /// Optimises on a thread of its own, which answers the call.
-    fn optimize(&self, call: u64, sizes: memory::MeshSizes, files: Vec<File>) -> Result<(), Fault> {
+    fn optimize(
+        &self,
+        call: u64,
+        sizes: memory::MeshSizes,
+        files: Vec<File>,
+    ) -> Result<(), CallError> {
         let optimizer = MeshOptimizer::from_instance(self.instance()?.clone())?;
         let [mesh, room]: [File; 2] =
-            files.try_into().map_err(|_| lie("a descriptor is missing"))?;
+            files.try_into().map_err(|_| invalid_request("a descriptor is missing"))?;
         if self.link.cancelled().len() > MAX_OPTIMISING {
-            return Err(lie("too many meshes at once"));
+            return Err(invalid_request("too many meshes at once"));
         }
         let link = self.link.clone();
         let work = move || {
@@ -300,7 +311,7 @@ fn optimize_shared(
     sizes: memory::MeshSizes,
     mesh: &File,
     room: &File,
-    link: &Link,
+    link: &HostConnection,
     call: u64,
 ) -> Outcome {
     let mesh = memory::SharedMesh::map(sizes, mesh).map_err(|error| failed(&error))?;
@@ -318,41 +329,41 @@ fn optimize_shared(
     Ok(Answer::Optimized { collapses: written.collapses as u32, stages: written.stages })
 }
 
-/// How often progress is told.
+/// Shortest period between two progress messages.
 const PROGRESS_PERIOD: Duration = Duration::from_millis(20);
 
 /// Samples into the ring, the rest over the socket. Unchecked: the host checks.
-struct Forwarder {
-    link: Arc<Link>,
-    writing: Mutex<Writing>,
+struct SampleForwarder {
+    link: Arc<HostConnection>,
+    writing: Mutex<RingState>,
     /// Told when samples wait for room.
     waiting: Condvar,
 }
 
-struct Writing {
+struct RingState {
     ring: RingWriter,
     pauses: PauseDetector,
 }
 
-impl Writing {
+impl RingState {
     /// Tells the reader of a pause of this process, if one just ended.
-    fn note_pause(&mut self) {
+    fn report_pause(&mut self) {
         if let Some(pause) = self.pauses.observe(ClockReadings::now()) {
             self.ring.note_pause(pause.until);
         }
     }
 }
 
-/// How often it is tried to write samples that found no room.
+/// Retry period for samples that found no room in the ring.
 const FLUSH_PERIOD: Duration = Duration::from_millis(5);
-/// How often the thread that does so looks whether it is still needed, and whether this
-/// process had a pause: well below the gap that counts as one.
+/// Period at which the flushing thread checks for its end and for pauses of this process. It is
+/// well below the gap that counts as a pause.
 const FLUSH_CHECK: Duration = Duration::from_millis(500);
 
-impl Forwarder {
+impl SampleForwarder {
     /// Writes into `ring`, with a thread that helps when that is full.
-    fn start(link: Arc<Link>, ring: RingWriter) -> std::io::Result<Arc<Self>> {
-        let writing = Writing { ring, pauses: PauseDetector::default() };
+    fn start(link: Arc<HostConnection>, ring: RingWriter) -> std::io::Result<Arc<Self>> {
+        let writing = RingState { ring, pauses: PauseDetector::default() };
         let writing = Mutex::new(writing);
         let forwarder = Arc::new(Self { link, writing, waiting: Condvar::new() });
         let weak = Arc::downgrade(&forwarder);
@@ -361,7 +372,7 @@ impl Forwarder {
         Ok(forwarder)
     }
 
-    fn writing(&self) -> MutexGuard<'_, Writing> {
+    fn writing(&self) -> MutexGuard<'_, RingState> {
         self.writing.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -369,17 +380,17 @@ impl Forwarder {
     fn flush(&self) {
         let waiting = self.waiting.wait_timeout(self.writing(), FLUSH_CHECK);
         let (mut writing, _) = waiting.unwrap_or_else(PoisonError::into_inner);
-        writing.note_pause();
+        writing.report_pause();
         while writing.ring.flush() {
             drop(writing);
             thread::sleep(FLUSH_PERIOD);
             writing = self.writing();
-            writing.note_pause();
+            writing.report_pause();
         }
     }
 }
 
-impl SampleReceiver for Forwarder {
+impl SampleReceiver for SampleForwarder {
     fn note_origin(&self, flags: u8) {
         self.writing().ring.note_origin(flags);
     }
@@ -387,7 +398,7 @@ impl SampleReceiver for Forwarder {
     fn publish(&self, samples: &[BusbarSample]) -> usize {
         let mut writing = self.writing();
         // First: what is written after a pause may be from before it.
-        writing.note_pause();
+        writing.report_pause();
         if writing.ring.write(samples, Moment::now()) {
             self.waiting.notify_one();
         }
@@ -408,12 +419,12 @@ impl SampleReceiver for Forwarder {
 }
 
 /// The host asked for what it must not.
-fn lie(what: &str) -> Fault {
-    Fault::Violation(format!("the call does not fit: {what}"))
+fn invalid_request(what: &str) -> CallError {
+    CallError::Violation(format!("the call does not fit: {what}"))
 }
 
-fn failed(error: &std::io::Error) -> Fault {
-    Fault::from(PluginError::Failed {
+fn failed(error: &std::io::Error) -> CallError {
+    CallError::from(PluginError::Failed {
         id: String::new(),
         settings_at_fault: false,
         message: error.to_string(),

@@ -1,4 +1,4 @@
-//! The tags of the table: their last values, and what they are worth.
+//! State of each tag: last value, quality and times, split into hot and cold parts.
 
 use crate::timing_wheel::{NO_SLOT, Slot};
 use crate::value::Packed;
@@ -9,15 +9,16 @@ use crate::{
 
 const NANOS_PER_MILLISECOND: u64 = 1_000_000;
 
-/// What nearly every sample of a tag reads and writes, and no more: half a cache line,
-/// in an array of its own, since a burst finds these cold.
+/// Hot state of a tag, which nearly every sample reads and writes: half a cache line, in an array
+/// of its own, since a burst finds these cold.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
-pub(crate) struct Live {
-    /// What [`Live::value`] and [`Live::source_time`] are made of: apart, all fits.
+pub(crate) struct HotState {
+    /// Bits of [`HotState::value`]. The kind is stored apart, so that all fits into half a cache
+    /// line.
     value_bits: u64,
     pub(crate) source_nanos: i64,
-    /// When the value was true; of no meaning without one.
+    /// Time at which the value was true; without meaning where there is no value.
     pub(crate) valid_from: Moment,
     freshness_millis: u32,
     value_kind: Option<ValueKind>,
@@ -27,45 +28,45 @@ pub(crate) struct Live {
     origin: Origin,
 }
 
-/// Bit of [`Live::state`]: nothing but its own samples, as they are, makes the tag what it
+/// Bit of [`HotState::state`]: nothing but its own samples, as they are, makes the tag what it
 /// is, and nothing rests on it.
 const PLAIN: u8 = 1 << 7;
 /// State of a plain tag that counts as good.
 const PLAIN_GOOD: u8 = PLAIN;
 
-const _: () = assert!(size_of::<Live>() == 32);
+const _: () = assert!(size_of::<HotState>() == 32);
 
-/// The rest of a tag.
+/// Cold state of a tag.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Standing {
-    /// Where the wheel has it, or [`NO_SLOT`]; never later than its deadline.
+pub(crate) struct ColdState {
+    /// Slot in the timing wheel, or [`NO_SLOT`]; never later than the deadline.
     pub(crate) slot: Slot,
-    /// What the source says of the tag.
+    /// Quality that the source gave.
     pub(crate) source_quality: Quality,
-    /// What the host says of the value.
+    /// Quality by the host's rules for the value.
     pub(crate) verdict: Quality,
-    /// Whether range, scale or dead band have to be looked up.
+    /// True where range, scale or dead band apply.
     pub(crate) has_rules: bool,
     pub(crate) is_derived: bool,
-    /// Whether derived tags rest on it.
+    /// True where derived tags depend on this one.
     pub(crate) is_input: bool,
     /// Tells whether its source tells every change, also after a stop of this process.
-    pub(crate) outlives_stops: bool,
+    pub(crate) stays_current_across_stops: bool,
 }
 
 /// All tags, by handle.
 #[derive(Debug)]
-pub(crate) struct Cells {
-    pub(crate) live: Vec<Live>,
-    standing: Vec<Standing>,
+pub(crate) struct TagStates {
+    pub(crate) hot: Vec<HotState>,
+    cold: Vec<ColdState>,
 }
 
-/// No source time.
+/// Mark of a missing source time.
 pub(crate) const NO_TIME: i64 = i64::MIN;
 
-/// What the host itself says of a value.
+/// Returns the quality of a value by its kind alone.
 #[inline(always)]
-pub(crate) fn judge(value: Value, kind: ValueKind) -> Quality {
+pub(crate) fn value_quality(value: Value, kind: ValueKind) -> Quality {
     if value.kind() != kind {
         return Quality::Bad(Reason::Configuration);
     }
@@ -76,8 +77,8 @@ pub(crate) fn judge(value: Value, kind: ValueKind) -> Quality {
     }
 }
 
-impl Live {
-    fn of(spec: &TagSpec, is_plain: bool) -> Self {
+impl HotState {
+    fn from_spec(spec: &TagSpec, is_plain: bool) -> Self {
         Self {
             value_bits: 0,
             source_nanos: NO_TIME,
@@ -136,21 +137,21 @@ impl Live {
         }
     }
 
-    /// Whether it is a good tag without rules, to which a sample brings but another good
-    /// value that is true no earlier, so that its place in the wheel stays right: nearly all
-    /// samples do, and [`TagTable::set`] would end at the same.
+    /// Reports whether a sample takes the fast path: a plain good tag gets another good value
+    /// that is true no earlier. Its slot in the wheel stays right, and [`TagTable::set`] would
+    /// end at the same.
     #[inline(always)]
-    pub(crate) fn stays_good(&self, value: Value, sample: &Sample, now: Moment) -> bool {
+    pub(crate) fn takes_fast_path(&self, value: Value, sample: &Sample, now: Moment) -> bool {
         self.state == PLAIN_GOOD
             && sample.quality == Quality::Good
             && sample.origin == self.origin
-            && judge(value, self.kind) == Quality::Good
+            && value_quality(value, self.kind) == Quality::Good
             && !(sample.is_buffered && self.is_newer_than(sample))
             && sample.valid_from >= self.valid_from
             && self.deadline_of(sample.valid_from) >= now
     }
 
-    /// What a sample made of it, and its quality.
+    /// Describes the change that a sample made.
     #[inline(always)]
     pub(crate) fn change(&self, sample: &Sample, quality: Quality) -> Change {
         Change {
@@ -163,7 +164,7 @@ impl Live {
         }
     }
 
-    /// What became of the tag without a sample.
+    /// Describes a change without a sample.
     pub(crate) fn state_change(&self, tag: TagHandle, quality: Quality, now: Moment) -> Change {
         Change {
             tag,
@@ -203,8 +204,8 @@ impl Live {
     }
 }
 
-impl Standing {
-    fn of(spec: &TagSpec, is_input: bool) -> Self {
+impl ColdState {
+    fn from_spec(spec: &TagSpec, is_input: bool) -> Self {
         Self {
             slot: NO_SLOT,
             source_quality: Quality::Bad(Reason::NotConnected),
@@ -212,77 +213,78 @@ impl Standing {
             has_rules: spec.range.is_some() || spec.scale.is_some() || spec.dead_band > 0.0,
             is_derived: spec.expression.is_some(),
             is_input,
-            outlives_stops: false,
+            stays_current_across_stops: false,
         }
     }
 
-    /// Quality without freshness.
+    /// Returns the quality without freshness.
     #[inline(always)]
     pub(crate) fn own_quality(&self) -> Quality {
         self.source_quality.worst(self.verdict)
     }
 }
 
-impl Cells {
-    /// Tags without values.
-    pub(crate) fn of(tags: &TagSet) -> Self {
-        let standing = |(spec, tag)| Standing::of(spec, tags.derived().is_input(TagHandle(tag)));
-        let standing: Vec<Standing> = tags.specs().iter().zip(0..).map(standing).collect();
-        let live = |(spec, tag): (_, &Standing)| {
-            Live::of(spec, !(tag.has_rules | tag.is_derived | tag.is_input))
+impl TagStates {
+    /// Creates tags without values.
+    pub(crate) fn new(tags: &TagSet) -> Self {
+        let cold =
+            |(spec, tag)| ColdState::from_spec(spec, tags.derived().is_input(TagHandle(tag)));
+        let cold: Vec<ColdState> = tags.specs().iter().zip(0..).map(cold).collect();
+        let hot = |(spec, tag): (_, &ColdState)| {
+            HotState::from_spec(spec, !(tag.has_rules | tag.is_derived | tag.is_input))
         };
-        Self { live: tags.specs().iter().zip(&standing).map(live).collect(), standing }
+        Self { hot: tags.specs().iter().zip(&cold).map(hot).collect(), cold }
     }
 
     pub(crate) fn len(&self) -> usize {
-        self.live.len()
+        self.hot.len()
     }
 
     /// A tag that is there.
-    pub(crate) fn get(&self, tag: TagHandle) -> (&Live, &Standing) {
-        (&self.live[tag.0 as usize], &self.standing[tag.0 as usize])
+    pub(crate) fn get(&self, tag: TagHandle) -> (&HotState, &ColdState) {
+        (&self.hot[tag.0 as usize], &self.cold[tag.0 as usize])
     }
 
-    /// What is said of a tag that is there.
-    pub(crate) fn get_mut(&mut self, tag: TagHandle) -> (&mut Live, &mut Standing) {
-        (&mut self.live[tag.0 as usize], &mut self.standing[tag.0 as usize])
+    /// Returns the state of a tag that exists.
+    pub(crate) fn get_mut(&mut self, tag: TagHandle) -> (&mut HotState, &mut ColdState) {
+        (&mut self.hot[tag.0 as usize], &mut self.cold[tag.0 as usize])
     }
 
     /// Puts a tag under the quality that it has at `now`.
     pub(crate) fn count(&mut self, tag: TagHandle, counts: &mut QualityCounts, now: Moment) {
-        let (live, standing) = self.get_mut(tag);
-        let rank = live.quality(standing.own_quality(), now).rank();
-        if rank != live.counted() {
-            *counts.of(live.counted()) -= 1;
-            *counts.of(rank) += 1;
-            live.state = live.state & PLAIN | rank;
+        let (hot, cold) = self.get_mut(tag);
+        let rank = hot.quality(cold.own_quality(), now).rank();
+        if rank != hot.counted() {
+            *counts.count_mut(hot.counted()) -= 1;
+            *counts.count_mut(rank) += 1;
+            hot.state = hot.state & PLAIN | rank;
         }
     }
 
     pub(crate) fn state(&self, tag: TagHandle, now: Moment) -> Option<TagState> {
         let index = tag.0 as usize;
-        Some(state(self.live.get(index)?, self.standing.get(index)?, now))
+        Some(state(self.hot.get(index)?, self.cold.get(index)?, now))
     }
 
     pub(crate) fn states(&self, now: Moment) -> impl ExactSizeIterator<Item = TagState> {
-        self.live.iter().zip(&self.standing).map(move |(live, tag)| state(live, tag, now))
+        self.hot.iter().zip(&self.cold).map(move |(hot, tag)| state(hot, tag, now))
     }
 }
 
-fn state(live: &Live, standing: &Standing, now: Moment) -> TagState {
-    let has_value = !live.value().is_none();
+fn state(hot: &HotState, cold: &ColdState, now: Moment) -> TagState {
+    let has_value = !hot.value().is_none();
     TagState {
-        value: live.value().unpack(),
-        quality: live.quality(standing.own_quality(), now),
-        age: has_value.then(|| now.since(live.valid_from)),
-        source_time: live.source_time(),
-        origin: live.origin,
+        value: hot.value().unpack(),
+        quality: hot.quality(cold.own_quality(), now),
+        age: has_value.then(|| now.since(hot.valid_from)),
+        source_time: hot.source_time(),
+        origin: hot.origin,
     }
 }
 
-/// What the host says of a value in the tag's unit, its range included.
-pub(crate) fn judge_in_range(value: Value, kind: ValueKind, spec: &TagSpec) -> Quality {
-    match judge(value, kind) {
+/// Returns the quality of a value in the tag's unit, its range included.
+pub(crate) fn value_quality_in_range(value: Value, kind: ValueKind, spec: &TagSpec) -> Quality {
+    match value_quality(value, kind) {
         Quality::Good => match (value.as_number(), &spec.range) {
             (Some(number), Some(range)) if !range.contains(&number) => {
                 Quality::Uncertain(Reason::OutOfRange)
@@ -294,23 +296,18 @@ pub(crate) fn judge_in_range(value: Value, kind: ValueKind, spec: &TagSpec) -> Q
 }
 
 /// Scale, dead band and range: a value goes into its tag as they have it.
-pub(crate) fn judge_by_rules(
-    live: &mut Live,
-    standing: &mut Standing,
-    value: Value,
-    spec: &TagSpec,
-) {
+pub(crate) fn apply_rules(hot: &mut HotState, cold: &mut ColdState, value: Value, spec: &TagSpec) {
     let value = match (value, spec.scale) {
         (Value::F64(number), Some(scale)) => Value::F64(scale.apply(number)),
         (value, _) => value,
     };
-    let verdict = judge_in_range(value, live.kind, spec);
-    let within = match (live.value().unpack().and_then(Value::as_number), value.as_number()) {
+    let verdict = value_quality_in_range(value, hot.kind, spec);
+    let within = match (hot.value().unpack().and_then(Value::as_number), value.as_number()) {
         (Some(old), Some(new)) => (new - old).abs() < spec.dead_band,
         _ => false,
     };
-    if !within || verdict != standing.verdict {
-        live.set_value(Packed::of(value));
+    if !within || verdict != cold.verdict {
+        hot.set_value(Packed::from_value(value));
     }
-    standing.verdict = verdict;
+    cold.verdict = verdict;
 }
