@@ -196,7 +196,7 @@ fn title(
         let nearest = all.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
         if let Some(nearest) = nearest.filter(|nearest| nearest.place != axis.place) {
             let action = busbar_chart::Action::MoveAxis { from: axis.place, to: nearest.place };
-            commands.push(Command::Chart(ChartCommand::Do(action)));
+            commands.push(Command::Chart(ChartCommand::Apply(action)));
         }
     }
 }

@@ -115,7 +115,7 @@ pub struct ChartAxisOnScreen {
 #[derive(Clone, Debug, PartialEq)]
 pub enum ChartCommand {
     /// To be arranged otherwise.
-    Do(Action),
+    Apply(Action),
     /// To brush an interval of positions on an axis shown.
     BrushAt {
         /// Its place among the axes shown.

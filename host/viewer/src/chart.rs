@@ -214,7 +214,7 @@ impl ShownChart {
     /// Does what the operator asks.
     pub(crate) fn obey(&mut self, command: &ChartCommand) -> Option<String> {
         match command {
-            ChartCommand::Do(action) => self.board.apply(action),
+            ChartCommand::Apply(action) => self.board.apply(action),
             ChartCommand::BrushAt { shown, positions, alone } => {
                 if let Some(brush) = self.board.brush_at(*shown, *positions) {
                     self.board.apply(&Action::AddBrush { brush, alone: *alone });

@@ -5,8 +5,8 @@ use busbar_scene::NodeIndex;
 
 use crate::cursors::{Cursors, Drawn, Place};
 use crate::highlight::Highlights;
+use crate::highlight_styles;
 use crate::load::LoadedScene;
-use crate::looks;
 use crate::shown_model::ShownModel;
 use crate::viewer::object_of;
 
@@ -76,7 +76,7 @@ fn node_of(scene: &LoadedScene, drawn: Drawn) -> NodeIndex {
 }
 
 fn highlight_of(highlights: &Highlights, node: NodeIndex) -> [f32; 4] {
-    highlights.of_nodes().get(node.0 as usize).copied().unwrap_or(looks::NONE)
+    highlights.of_nodes().get(node.0 as usize).copied().unwrap_or(highlight_styles::NONE)
 }
 
 fn instance_of(

@@ -6,7 +6,7 @@ use busbar_plugin_host::Severity;
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::Snapshot;
 
-use crate::looks::{self, ALARM, Highlight, NONE, SELECTION, UNKNOWN, WARNING};
+use crate::highlight_styles::{self, ALARM, Highlight, NONE, SELECTION, UNKNOWN, WARNING};
 use crate::running::{Basis, Overlaid, ShownState};
 
 /// What a node is marked as, the least urgent first.
@@ -139,7 +139,7 @@ fn states_of(states: &[ShownState], snapshot: Snapshot<'_>) -> HashMap<u32, High
     let highlight = |run: &[ShownState]| {
         let state = run.last()?;
         let good = run.iter().all(is_good);
-        let known = looks::of_state(state.color, state.pattern);
+        let known = highlight_styles::state_style(state.color, state.pattern);
         Some((state.node.0, if good { known } else { UNKNOWN }))
     };
     states.chunk_by(ShownState::is_same).filter_map(highlight).collect()
@@ -272,7 +272,7 @@ mod tests {
         };
         let fresh = table_after(Duration::ZERO);
         let stale = table_after(Duration::from_secs(2));
-        let red = looks::of_state([255, 0, 0], Pattern::Dotted);
+        let red = highlight_styles::state_style([255, 0, 0], Pattern::Dotted);
         assert_eq!(shown(&[], &fresh, &[]), [red, red], "and at what is under it");
         assert_eq!(shown(&[tint(1, Severity::Alarm)], &fresh, &[]), [red, ALARM]);
         assert_eq!(shown(&[], &stale, &[]), [UNKNOWN; 2]);

@@ -18,7 +18,6 @@ mod contour;
 mod cpu_clock;
 mod cursors;
 mod drawn;
-pub mod embedded;
 mod equipment;
 mod equipment_tree;
 mod error;
@@ -28,9 +27,9 @@ mod flags;
 mod graphics;
 mod ground_marks;
 mod highlight;
+pub mod highlight_styles;
 mod labels;
 mod load;
-pub mod looks;
 mod measuring;
 mod moving;
 mod numbers;
@@ -57,6 +56,7 @@ mod surroundings;
 mod tag_list;
 mod verdicts;
 mod viewer;
+pub mod viewer_server;
 
 pub use busbar_alarm_log::{LogError as AlarmLogError, Verification, verify as verify_alarm_log};
 /// The states of an alarm, by the letters of IEC 62682.
@@ -82,13 +82,13 @@ pub use commands::{OfferedCommand, offered_commands, plugin_with_command};
 pub use error::{LoadError, ViewError};
 pub use graphics::graphics_device;
 pub use load::{
-    CheckedLink, DevicePoints, LoadProgress, LoadedScene, MAX_CONFIG_FILE_BYTES, POINTS_COMMAND,
-    PointSource, Reload, ReloadError, SimulatedDevice, SimulatedDevices, check_links,
+    CheckedLink, DevicePointSource, DevicePoints, LoadProgress, LoadedScene, MAX_CONFIG_FILE_BYTES,
+    POINTS_COMMAND, PreparedReload, ReloadError, SimulatedDevice, SimulatedDevices, check_links,
     plugin_catalog,
 };
 pub use point_import::{ImportedScene, SceneImportError, SceneRequest, import_scene};
 pub use stats::{
-    AlarmStats, CameraStats, ChartAxisStats, ChartEvidence, ChartStats, FaceplateStats, Health,
-    LinkStats, LoadMillis, PluginStats, RecordStats, ReloadStats, Stats, TagStats,
+    AlarmStats, CameraStats, ChartAxisStats, ChartEvidence, ChartStats, FaceplateStats, LinkStats,
+    LoadMillis, PluginStats, RecordStats, ReloadStats, Stats, TagStats, ViewHealth,
 };
-pub use viewer::{FrameOutput, MAX_SELECTED, PartMillis, Viewer};
+pub use viewer::{FrameOutput, FrameStageMillis, MAX_SELECTED, Viewer};

@@ -36,9 +36,9 @@ use busbar_tags::{TagHandle, TagSet};
 pub(crate) use alarms::LoadedAlarms;
 pub(crate) use hlod::{HlodGroup, MeshProxy, Proxies};
 pub use link_check::{CheckedLink, check_links};
-pub use points::{DevicePoints, POINTS_COMMAND, PointSource};
+pub use points::{DevicePointSource, DevicePoints, POINTS_COMMAND};
 use reuse::Reuse;
-pub use reuse::{Reload, ReloadError};
+pub use reuse::{PreparedReload, ReloadError};
 pub use simulate::{SimulatedDevice, SimulatedDevices};
 
 use crate::cursors::policy_of;

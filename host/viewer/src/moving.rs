@@ -152,12 +152,12 @@ impl MovingParts {
         let now = positions.iter().map(|position| (position, is_good(position)));
         if !now.clone().eq(self.told.iter().map(|(position, good)| (position, *good))) {
             self.told = now.map(|(position, good)| (position.clone(), good)).collect();
-            self.take_over(graph);
+            self.apply_positions(graph);
         }
         &self.unknown
     }
 
-    fn take_over(&mut self, graph: &mut Arc<SceneGraph>) {
+    fn apply_positions(&mut self, graph: &mut Arc<SceneGraph>) {
         // Of what an overlay does not tell any more nothing is known.
         let mut now: BTreeMap<u32, Shown> =
             self.shown.keys().map(|&part| (part, Shown::UNKNOWN)).collect();

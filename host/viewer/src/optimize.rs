@@ -17,7 +17,7 @@ use thiserror::Error;
 use crate::stacks::{StackBuilder, millis_since};
 
 /// A model with its stacks, ready to be walked.
-pub struct OptimisedModel {
+pub struct OptimizedModel {
     model: Model,
     stacks: Vec<Arc<CollapseStacks>>,
     imported: Vec<Mesh>,
@@ -99,7 +99,7 @@ pub struct ImportedStats {
     pub euler: i64,
 }
 
-impl OptimisedModel {
+impl OptimizedModel {
     /// Imports a model and runs the plugin on each of its meshes.
     ///
     /// # Errors

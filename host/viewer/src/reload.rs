@@ -8,8 +8,8 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
 use crate::Viewer;
-use crate::load::{LoadedScene, Reload, ReloadError};
-pub use watch::SETTLE;
+use crate::load::{LoadedScene, PreparedReload, ReloadError};
+pub use watch::SETTLE_TIME;
 use watch::Watch;
 
 /// Bytes of a fault that are kept to be shown; a file may have two hundred.
@@ -21,7 +21,7 @@ const LOAD_GRACE: Duration = Duration::from_millis(30);
 
 /// How reloading went so far.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Reloads {
+pub struct ReloadCounters {
     /// Configurations that were shown in place of the one before.
     pub good: u64,
     /// Those that were not, for faults.
@@ -33,16 +33,16 @@ pub struct Reloads {
     pub fault: Option<String>,
 }
 
-impl Reloads {
+impl ReloadCounters {
     /// Notes how a configuration fared that is asked for.
-    pub(crate) fn note(&mut self, outcome: &Outcome, since: Instant) {
+    pub(crate) fn note(&mut self, outcome: &ReloadOutcome, since: Instant) {
         match outcome {
-            Outcome::Shown => {
+            ReloadOutcome::Shown => {
                 self.good += 1;
                 (self.last, self.fault) = (Some(since.elapsed()), None);
             }
-            Outcome::Same => self.fault = None,
-            Outcome::Refused(fault) => {
+            ReloadOutcome::Same => self.fault = None,
+            ReloadOutcome::Refused(fault) => {
                 self.bad += 1;
                 self.fault = Some(shortened(fault));
             }
@@ -60,7 +60,7 @@ fn shortened(fault: &str) -> String {
 
 /// What became of a configuration that was to be shown.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Outcome {
+pub enum ReloadOutcome {
     /// It is shown from the next frame on.
     Shown,
     /// Nothing is otherwise than it was.
@@ -75,7 +75,7 @@ pub(crate) struct Loading {
     loaded: Receiver<Loaded>,
 }
 
-type Loaded = Result<Option<Reload>, ReloadError>;
+type Loaded = Result<Option<PreparedReload>, ReloadError>;
 
 impl Loading {
     /// Begins to load a file in place of what a viewer shows; `wake` is called once it is
@@ -105,25 +105,25 @@ impl Loading {
     ///
     /// # Errors
     /// The device's.
-    pub(crate) fn step(&self, viewer: &mut Viewer) -> Option<Outcome> {
+    pub(crate) fn step(&self, viewer: &mut Viewer) -> Option<ReloadOutcome> {
         self.step_within(Duration::ZERO, viewer)
     }
 
     /// As [`Loading::step`], but waits a while for it to be there.
-    fn step_within(&self, grace: Duration, viewer: &mut Viewer) -> Option<Outcome> {
+    fn step_within(&self, grace: Duration, viewer: &mut Viewer) -> Option<ReloadOutcome> {
         let outcome = match self.loaded.recv_timeout(grace) {
             Err(RecvTimeoutError::Timeout) => return None,
             Err(RecvTimeoutError::Disconnected) => {
-                Outcome::Refused("a fault of Busbar itself; please report it".into())
+                ReloadOutcome::Refused("a fault of Busbar itself; please report it".into())
             }
-            Ok(Err(error)) => Outcome::Refused(error.to_string()),
-            Ok(Ok(None)) => Outcome::Same,
-            Ok(Ok(Some(reload))) => match viewer.take_over(reload) {
-                Ok(()) => Outcome::Shown,
-                Err(error) => Outcome::Refused(error.to_string()),
+            Ok(Err(error)) => ReloadOutcome::Refused(error.to_string()),
+            Ok(Ok(None)) => ReloadOutcome::Same,
+            Ok(Ok(Some(reload))) => match viewer.apply_reload(reload) {
+                Ok(()) => ReloadOutcome::Shown,
+                Err(error) => ReloadOutcome::Refused(error.to_string()),
             },
         };
-        viewer.reloads_mut().note(&outcome, self.since);
+        viewer.reload_counters_mut().note(&outcome, self.since);
         Some(outcome)
     }
 }
@@ -153,7 +153,7 @@ impl Reloader {
 
     /// Between frames: begins to load a file that has changed and settled, and shows it once
     /// it is loaded. What became of it, when that is known.
-    pub fn step(&mut self, viewer: &mut Viewer) -> Option<Outcome> {
+    pub fn step(&mut self, viewer: &mut Viewer) -> Option<ReloadOutcome> {
         if !std::mem::replace(&mut self.follows_models, true) {
             self.watch.follow_models(viewer.model_files());
         }
@@ -165,18 +165,18 @@ impl Reloader {
             match Loading::begin(viewer, &self.path, since, move || wake()) {
                 Ok(loading) => self.loading = Some(loading),
                 Err(error) => {
-                    let outcome = Outcome::Refused(error.to_string());
-                    viewer.reloads_mut().note(&outcome, since);
+                    let outcome = ReloadOutcome::Refused(error.to_string());
+                    viewer.reload_counters_mut().note(&outcome, since);
                     return Some(outcome);
                 }
             }
         }
         let outcome = self.loading.as_ref()?.step_within(grace, viewer)?;
         self.loading = None;
-        self.follows_models = outcome != Outcome::Shown;
+        self.follows_models = outcome != ReloadOutcome::Shown;
         // It may have changed meanwhile.
         (self.wake)();
-        if let Outcome::Refused(fault) = &outcome {
+        if let ReloadOutcome::Refused(fault) = &outcome {
             tracing::error!("the configuration is not loaded, the scene before stays: {fault}");
         }
         Some(outcome)

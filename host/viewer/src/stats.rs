@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use crate::AlarmState;
 use crate::alarms::Alarming;
-use crate::reload::Reloads;
+use crate::reload::ReloadCounters;
 
 /// Milliseconds a stage of loading, in no order.
 pub type LoadMillis = BTreeMap<String, f64>;
@@ -120,7 +120,7 @@ pub struct Stats {
 
 /// What of a view is looked at all the time.
 #[derive(Clone, Debug, Serialize)]
-pub struct Health {
+pub struct ViewHealth {
     /// Tags by quality.
     pub quality: QualityStats,
     /// How many alarms are in each state.
@@ -451,8 +451,8 @@ pub(crate) fn alarms_by_state(alarms: &Alarming) -> Vec<(AlarmState, usize)> {
     AlarmState::ALL.into_iter().map(|state| (state, count(state) + sourced(state))).collect()
 }
 
-pub(crate) fn reloads(reloads: &Reloads) -> ReloadStats {
-    let Reloads { good, bad, last, ref fault } = *reloads;
+pub(crate) fn reloads(reloads: &ReloadCounters) -> ReloadStats {
+    let ReloadCounters { good, bad, last, ref fault } = *reloads;
     let last_ms = last.map(|last| last.as_secs_f64() * 1e3);
     ReloadStats { good, bad, last_ms, fault: fault.clone() }
 }

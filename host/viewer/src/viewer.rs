@@ -48,9 +48,9 @@ use crate::equipment_tree::{self, EquipmentTree};
 use crate::faceplate::{self, AtNodes, OpenFaceplate};
 use crate::ground_marks::GroundMarks;
 use crate::highlight::Highlights;
+use crate::highlight_styles::Highlight;
 use crate::labels::LinesOfNodes;
 use crate::load::LoadedScene;
-use crate::looks::Highlight;
 use crate::measuring::Measuring;
 use crate::moving::MovingParts;
 use crate::origins::OriginWatch;
@@ -60,7 +60,7 @@ use crate::pause_watch::PauseWatch;
 use crate::picker::{Picker, Purpose, Question};
 use crate::records::Books;
 use crate::recovery::Recovery;
-use crate::reload::Reloads;
+use crate::reload::ReloadCounters;
 use crate::running::{self, ShownOverlay, ShownState};
 use crate::served::ServedTags;
 use crate::shown_model::{self, ShownModel, on_device};
@@ -158,18 +158,18 @@ pub struct Viewer {
     picked: VecDeque<Option<NodeIndex>>,
     last: FrameStats,
     cpu_millis: f64,
-    part_millis: PartMillis,
+    stage_millis: FrameStageMillis,
     frame_millis: VecDeque<f64>,
     frames: u64,
     resolved: u64,
     /// How the configuration was reloaded.
-    reloads: Reloads,
+    reloads: ReloadCounters,
 }
 
 /// What parts of the last frame took of the CPU, milliseconds of this thread: what waits,
 /// such as for an overlay's process, does not count.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PartMillis {
+pub struct FrameStageMillis {
     /// Taking over what plugins brought; histories.
     pub tags: f64,
     /// Stepping alarms, listing them, their marks in the scene.
@@ -211,8 +211,8 @@ impl Viewer {
     }
 
     /// What parts of the last frame took of the CPU.
-    pub fn part_millis(&self) -> PartMillis {
-        self.part_millis
+    pub fn stage_millis(&self) -> FrameStageMillis {
+        self.stage_millis
     }
 
     /// Tells the size of the window, pixels.
@@ -386,7 +386,7 @@ impl Viewer {
         self.ground_marks.join(self.chart.as_ref().and_then(ShownChart::polylines));
         parts.overlays += labels_millis + began.millis();
         parts.alarms += beacons_millis;
-        self.part_millis = parts;
+        self.stage_millis = parts;
         let brushed = self.chart.as_ref().map_or_else(BTreeSet::new, ShownChart::brushed_nodes);
         self.outlines.update(&self.scene.graph, &self.selection, self.hovered, &brushed);
         self.force_detail();

@@ -11,7 +11,7 @@ use busbar_config::AlarmSourceConfig;
 use busbar_scene::NodeIndex;
 use busbar_ui::{AlarmLamp, age_text};
 
-use self::reader::{Health, Reader};
+use self::reader::{Reader, SourceHealth};
 use crate::load::LoadedScene;
 
 /// Numbers of these alarms; those of configured ones are below.
@@ -34,7 +34,7 @@ pub(super) struct Source {
     config: AlarmSourceConfig,
     /// None where it could not be started; the fault says why.
     reader: Option<Reader>,
-    health: Health,
+    health: SourceHealth,
     alarms: Vec<Sourced>,
     is_stale: bool,
     /// Whether was told of alarms whose equipment is not in the scene.
@@ -63,7 +63,7 @@ impl Sources {
             sources.all.push(Source {
                 config: config.clone(),
                 reader,
-                health: Health { fault, ..Health::default() },
+                health: SourceHealth { fault, ..SourceHealth::default() },
                 alarms: Vec::new(),
                 is_stale: true,
                 has_told: false,
@@ -78,7 +78,7 @@ impl Sources {
         for mut old in before.all {
             let same = |source: &&mut Source| source.config.plugin == old.config.plugin;
             if let Some(source) = self.all.iter_mut().find(same) {
-                source.health = Health { fault: source.health.fault.take(), ..old.health };
+                source.health = SourceHealth { fault: source.health.fault.take(), ..old.health };
                 for sourced in &mut old.alarms {
                     sourced.place(&source.config, scene);
                 }
@@ -95,7 +95,7 @@ impl Sources {
             if let Some((news, health)) = source.reader.as_ref().map(Reader::take) {
                 // What was inherited was heard by another reader.
                 let heard = health.heard.max(source.health.heard);
-                source.health = Health { heard, ..health };
+                source.health = SourceHealth { heard, ..health };
                 if let Some(news) = news {
                     source.replace(news, &mut self.next_number, scene);
                     is_new = true;

@@ -20,7 +20,7 @@ const NETWORK_REMEDY: &str =
     "without tags it may not use the network: set \"network\": true for it";
 
 /// A plugin instance of a configuration, whose device can be asked.
-pub struct PointSource {
+pub struct DevicePointSource {
     name: String,
     plugin: Plugin,
     has_network: bool,
@@ -34,14 +34,14 @@ pub struct DevicePoints {
     pub report: CommandReport,
 }
 
-impl PointSource {
+impl DevicePointSource {
     /// Makes the instance of this name, as the configuration has it: with its settings and
     /// confinement. Nothing else is made.
     ///
     /// # Errors
     /// Every fault of the configuration and of the instance; also where there is none of
     /// this name, or where its plugin cannot list points.
-    pub fn of(path: &Path, name: &str) -> Result<Self, LoadError> {
+    pub fn open(path: &Path, name: &str) -> Result<Self, LoadError> {
         let config = read_config(path)?;
         let mut faults = Faults::of(&config);
         let mut made =
@@ -78,7 +78,7 @@ impl PointSource {
     ///
     /// # Errors
     /// How the plugin ended, or that its list is too long.
-    pub fn ask(&self, arguments: &[String]) -> Result<DevicePoints, CommandError> {
+    pub fn list_points(&self, arguments: &[String]) -> Result<DevicePoints, CommandError> {
         let nothing = File::open("/dev/null").map_err(CommandError::Output)?;
         let mut list = Vec::new();
         let mut keep = |bytes: &[u8]| {
@@ -109,12 +109,12 @@ impl PointSource {
     }
 
     /// What helps where the configuration keeps the instance from its device.
-    pub fn remedy(&self) -> Option<&'static str> {
+    pub fn network_remedy(&self) -> Option<&'static str> {
         (!self.has_network).then_some(NETWORK_REMEDY)
     }
 }
 
-impl Drop for PointSource {
+impl Drop for DevicePointSource {
     fn drop(&mut self) {
         self.plugin.quit();
     }

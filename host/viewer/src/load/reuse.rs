@@ -20,7 +20,7 @@ use crate::stacks::millis_since;
 use crate::{LoadError, LoadMillis};
 
 /// A changed configuration with everything it names, ready to be shown: its new plugins run.
-pub struct Reload {
+pub struct PreparedReload {
     pub(crate) scene: LoadedScene,
     pub(crate) changes: Changes,
     /// Plugins that go on as they are.
@@ -64,7 +64,7 @@ impl From<PluginError> for ReloadError {
     }
 }
 
-impl Reload {
+impl PreparedReload {
     /// What is otherwise than before.
     pub fn changes(&self) -> &Changes {
         &self.changes
@@ -80,7 +80,7 @@ impl LoadedScene {
     /// # Errors
     /// Every fault of the file, of the files it names, and of what it asks of plugins. This
     /// scene goes on undisturbed.
-    pub fn reload(&self, path: &Path) -> Result<Option<Reload>, ReloadError> {
+    pub fn reload(&self, path: &Path) -> Result<Option<PreparedReload>, ReloadError> {
         let start = Instant::now();
         let config = read_config(path)?;
         let is_elsewhere = self.folder != folder_of(path);
@@ -112,7 +112,7 @@ impl LoadedScene {
                 )?);
             }
         }
-        Ok(Some(Reload { scene, changes, kept, telemetry, overlays, has_same_graph }))
+        Ok(Some(PreparedReload { scene, changes, kept, telemetry, overlays, has_same_graph }))
     }
 
     /// Models whose files have another content than was read. One that is away is being

@@ -15,7 +15,7 @@ use notify::{RecommendedWatcher, RecursiveMode, Watcher};
 use crate::file_version::{FileVersion, version};
 
 /// How long a file must stay as it is before it is read: editors write in several steps.
-pub const SETTLE: Duration = Duration::from_millis(50);
+pub const SETTLE_TIME: Duration = Duration::from_millis(50);
 /// How often it is looked at where nobody tells of it.
 const LOOK_PERIOD: Duration = Duration::from_secs(2);
 /// Folders that are watched; files elsewhere are looked at now and then.
@@ -125,7 +125,7 @@ impl Watched {
             return;
         }
         loop {
-            std::thread::sleep(SETTLE);
+            std::thread::sleep(SETTLE_TIME);
             let later = self.versions();
             if later == now {
                 break;
@@ -206,17 +206,17 @@ mod tests {
         )
         .unwrap();
         fs::write(folder.path().join("other.json"), "1").unwrap();
-        assert!(next(&watch, &woken, SETTLE * 4).is_none(), "another file");
+        assert!(next(&watch, &woken, SETTLE_TIME * 4).is_none(), "another file");
 
         // In place, in several steps.
         let begun = Instant::now();
         for text in ["1", "12", "123"] {
             fs::write(&path, text).unwrap();
-            std::thread::sleep(SETTLE / 3);
+            std::thread::sleep(SETTLE_TIME / 3);
         }
         let written = Instant::now();
         let settled = next(&watch, &woken, PATIENCE).unwrap();
-        assert!(settled >= begun + SETTLE && settled < written + PATIENCE / 2);
+        assert!(settled >= begun + SETTLE_TIME && settled < written + PATIENCE / 2);
         assert_eq!(watch.settled(), None, "once");
 
         // By a new file in its place, away and back, and by a link that leads elsewhere.
@@ -224,13 +224,13 @@ mod tests {
         fs::rename(folder.path().join(".new"), &path).unwrap();
         assert!(next(&watch, &woken, PATIENCE).is_some());
         fs::remove_file(&path).unwrap();
-        std::thread::sleep(SETTLE * 3);
+        std::thread::sleep(SETTLE_TIME * 3);
         assert!(watch.settled().is_none(), "a file that is gone is not to be read");
         let elsewhere = tempfile::tempdir().unwrap();
         fs::write(elsewhere.path().join("real.json"), "5").unwrap();
         symlink(elsewhere.path().join("real.json"), &path).unwrap();
         assert!(next(&watch, &woken, PATIENCE).is_some());
-        std::thread::sleep(SETTLE * 3);
+        std::thread::sleep(SETTLE_TIME * 3);
         fs::write(elsewhere.path().join("real.json"), "56").unwrap();
         assert!(next(&watch, &woken, PATIENCE).is_some(), "what the link leads to");
     }
@@ -254,13 +254,13 @@ mod tests {
         fs::write(&model, "edited again").unwrap();
         assert!(next(&watch, &woken, PATIENCE).is_some());
         fs::remove_file(&model).unwrap();
-        assert!(next(&watch, &woken, SETTLE * 4).is_none(), "away");
+        assert!(next(&watch, &woken, SETTLE_TIME * 4).is_none(), "away");
         fs::write(&model, "back").unwrap();
         assert!(next(&watch, &woken, PATIENCE).is_some());
         watch.follow_models(std::iter::empty());
-        std::thread::sleep(SETTLE * 2);
+        std::thread::sleep(SETTLE_TIME * 2);
         fs::write(&model, "of no use any more").unwrap();
-        assert!(next(&watch, &woken, SETTLE * 4).is_none());
+        assert!(next(&watch, &woken, SETTLE_TIME * 4).is_none());
         fs::write(&path, "1").unwrap();
         assert!(next(&watch, &woken, PATIENCE).is_some(), "the configuration");
     }
@@ -275,7 +275,7 @@ mod tests {
         drop(watch);
         let start = Instant::now();
         while Arc::strong_count(&wake) > 1 && start.elapsed() < PATIENCE {
-            std::thread::sleep(SETTLE);
+            std::thread::sleep(SETTLE_TIME);
         }
         assert_eq!(Arc::strong_count(&wake), 1);
     }

@@ -33,7 +33,7 @@ impl Viewer {
                     }
                 }
                 Command::StartPlugin(name) => self.start_plugin(name),
-                Command::Chart(command) => self.arrange_chart(command),
+                Command::Chart(command) => self.apply_chart_command(command),
                 Command::Pick(position) => self.pick_line_or_ask(*position),
                 Command::PickAll(area) => self.ask_in(Purpose::SelectAll, *area),
                 Command::Hover(position) => self.point_at(*position),
@@ -75,7 +75,7 @@ impl Viewer {
     }
 
     /// Arranges the chart that stands in the scene; without one, nothing happens.
-    pub fn arrange_chart(&mut self, command: &ChartCommand) {
+    pub fn apply_chart_command(&mut self, command: &ChartCommand) {
         let copied = self.chart.as_mut().and_then(|chart| chart.obey(command));
         if let Some(text) = copied {
             self.panels.context().copy_text(text);

@@ -43,7 +43,7 @@ impl Viewer {
 
     /// Whether the last frame had panels, labels or anything else over the scene: those
     /// take a few frames to find their sizes and places.
-    pub fn paints_over_scene(&self) -> bool {
+    pub fn has_content_over_scene(&self) -> bool {
         !self.painted.is_empty()
     }
 

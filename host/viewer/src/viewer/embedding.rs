@@ -60,7 +60,7 @@ impl Viewer {
     }
 
     /// Draws an overlay or leaves it out, by its plugin instance; whether there is one.
-    pub fn show_layer(&mut self, name: &str, shown: bool) -> bool {
+    pub fn set_layer_shown(&mut self, name: &str, shown: bool) -> bool {
         let mut overlays = self.overlays.iter_mut();
         let found = overlays.find(|overlay| overlay.overlay.name() == name);
         found.map(|overlay| overlay.is_shown = shown).is_some()
@@ -68,7 +68,7 @@ impl Viewer {
 
     /// What instant the chart shows.
     pub(crate) fn set_playhead(&mut self, unix_nanos: Option<i64>) {
-        self.arrange_chart(&ChartCommand::Do(Action::SetPlayhead(unix_nanos)));
+        self.apply_chart_command(&ChartCommand::Apply(Action::SetPlayhead(unix_nanos)));
     }
 
     /// Sets a tag that is the host program's.

@@ -20,7 +20,7 @@ impl Viewer {
     ///
     /// # Errors
     /// No usable device, or a plugin that cannot start.
-    pub fn headless(
+    pub fn new_headless(
         scene: LoadedScene,
         options: RendererOptions,
         size: [u32; 2],
@@ -33,7 +33,7 @@ impl Viewer {
     ///
     /// # Errors
     /// No usable device, or a plugin that cannot start.
-    pub fn offscreen(
+    pub fn new_offscreen(
         scene: LoadedScene,
         options: RendererOptions,
         size: [u32; 2],
@@ -45,7 +45,7 @@ impl Viewer {
     ///
     /// # Errors
     /// No usable device, or a plugin that cannot start.
-    pub fn for_window(
+    pub fn new_in_window(
         scene: LoadedScene,
         options: RendererOptions,
         window: Arc<dyn WindowHandles>,
@@ -156,11 +156,11 @@ impl Viewer {
             picked: VecDeque::new(),
             last: FrameStats::default(),
             cpu_millis: 0.0,
-            part_millis: PartMillis::default(),
+            stage_millis: FrameStageMillis::default(),
             frame_millis: VecDeque::new(),
             frames: 0,
             resolved: 0,
-            reloads: Reloads::default(),
+            reloads: ReloadCounters::default(),
         })
     }
 }

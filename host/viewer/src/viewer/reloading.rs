@@ -9,7 +9,7 @@ use busbar_tags::Renumbering;
 
 use super::*;
 use crate::file_version::FileVersion;
-use crate::load::Reload;
+use crate::load::PreparedReload;
 use crate::numbers::Numbers;
 
 impl Viewer {
@@ -19,8 +19,9 @@ impl Viewer {
     ///
     /// # Errors
     /// The device's, or a chart's or records' that cannot be read.
-    pub fn take_over(&mut self, reload: Reload) -> Result<(), ViewError> {
-        let Reload { mut scene, changes, kept, telemetry, overlays, has_same_graph } = reload;
+    pub fn apply_reload(&mut self, reload: PreparedReload) -> Result<(), ViewError> {
+        let PreparedReload { mut scene, changes, kept, telemetry, overlays, has_same_graph } =
+            reload;
         let is_kept = |name: &String| kept.contains(name);
         let chart = self.next_chart(&scene, &is_kept)?;
         let books = self.next_books(&scene, &is_kept)?;
@@ -296,11 +297,11 @@ impl Viewer {
     }
 
     /// How the configuration was reloaded so far.
-    pub fn reloads(&self) -> &Reloads {
+    pub fn reload_counters(&self) -> &ReloadCounters {
         &self.reloads
     }
 
-    pub(crate) fn reloads_mut(&mut self) -> &mut Reloads {
+    pub(crate) fn reload_counters_mut(&mut self) -> &mut ReloadCounters {
         &mut self.reloads
     }
 }

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::clock;
-use crate::stats::Health;
+use crate::stats::ViewHealth;
 use crate::verdicts::JudgingOverlay;
 
 /// Selected pieces of equipment that are named; of more their number.
@@ -98,8 +98,8 @@ impl Viewer {
     }
 
     /// What of it is looked at all the time: cheaper than all numbers.
-    pub fn health(&self) -> Health {
-        Health {
+    pub fn health(&self) -> ViewHealth {
+        ViewHealth {
             quality: self.tags.snapshot().counts().into(),
             alarms: self.alarms.as_ref().map_or_else(Vec::new, stats::alarms_by_state),
             plugins: self

@@ -58,7 +58,7 @@ impl Viewer {
 
     /// Takes over what plugins brought; values past their limit are stale from here on.
     /// Gives what that took.
-    pub(super) fn take_samples(&mut self) -> PartMillis {
+    pub(super) fn take_samples(&mut self) -> FrameStageMillis {
         let began = CpuClock::start();
         self.distrust_after_pause();
         let Self { tags, events, history, .. } = self;
@@ -82,6 +82,6 @@ impl Viewer {
             alarms.step(tags.snapshot(), now, wall_clock());
         }
         let alarms_millis = began.millis() - tags_millis;
-        PartMillis { tags: tags_millis, alarms: alarms_millis, ..PartMillis::default() }
+        FrameStageMillis { tags: tags_millis, alarms: alarms_millis, ..FrameStageMillis::default() }
     }
 }

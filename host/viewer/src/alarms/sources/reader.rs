@@ -17,12 +17,12 @@ struct State {
     ends: bool,
     /// Alarms that nobody took over yet.
     news: Option<Vec<SourceAlarm>>,
-    health: Health,
+    health: SourceHealth,
 }
 
 /// Whether a source is heard of.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Health {
+pub(super) struct SourceHealth {
     /// When it last gave a sign of life.
     pub(super) heard: Option<Instant>,
     /// Why it is not current, if it says so, or if its plugin does not answer.
@@ -67,7 +67,7 @@ impl Reader {
     }
 
     /// The alarms, if they were read anew since the last call; and how the source is.
-    pub(super) fn take(&self) -> (Option<Vec<SourceAlarm>>, Health) {
+    pub(super) fn take(&self) -> (Option<Vec<SourceAlarm>>, SourceHealth) {
         let mut state = self.shared.state();
         (state.news.take(), state.health.clone())
     }
@@ -110,7 +110,7 @@ fn take(report: SourceReport, known: &mut u64, state: &mut State) {
     let heard = heard_millis.and_then(|ago| Instant::now().checked_sub(Duration::from_millis(ago)));
     // A plugin that was started again has heard of nothing yet; its alarms are old.
     let heard = heard.max(state.health.heard);
-    state.health = Health { heard, fault, left_out };
+    state.health = SourceHealth { heard, fault, left_out };
     if let Some(alarms) = alarms.filter(|_| *known != revision) {
         *known = revision;
         state.news = Some(alarms);

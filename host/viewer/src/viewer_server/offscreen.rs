@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use busbar_protocol::pictures::{self, Area, PictureWriter};
 
 use super::input::Hands;
-use super::{Embedded, Pass};
+use super::{FrameRequests, ViewerServer};
 use crate::{LoadedScene, Picture, RenderError, ViewError, Viewer};
 
 /// Live values are drawn this often though nothing is asked.
@@ -15,7 +15,7 @@ const HIDDEN_PERIOD: Duration = Duration::from_millis(200);
 /// Frames come no faster than this.
 const BUSY_PERIOD: Duration = Duration::from_millis(16);
 
-impl Embedded {
+impl ViewerServer {
     /// Shows a scene until the host program lets go.
     ///
     /// # Errors
@@ -24,18 +24,19 @@ impl Embedded {
         let Some(memory) = self.memory.clone() else { return Ok(()) };
         let mut writer = PictureWriter::new(memory);
         let mut size = self.size();
-        let mut viewer = self.open(|| open(scene, size))?;
+        let mut viewer = self.open_viewer(|| open(scene, size))?;
         let (mut last, started) = (None, Instant::now());
         let (mut hands, mut trouble) = (Hands::default(), None);
         loop {
-            let Some(pass) = self.obey(&mut viewer) else { return Ok(()) };
+            let Some(pass) = self.apply_commands(&mut viewer) else { return Ok(()) };
             let began = self.turn.began;
-            let Pass { size: wanted, input: done, .. } = pass;
+            let FrameRequests { size: wanted, input: done, .. } = pass;
             size = wanted.unwrap_or(size);
             viewer.resize_offscreen(size);
             let mut input = viewer.headless_input(started.elapsed().as_secs_f64());
             hands.act(&mut input, done);
-            let frame = viewer.frame(input).inspect_err(|error| self.fail(&error.to_string()))?;
+            let frame =
+                viewer.frame(input).inspect_err(|error| self.report_failure(&error.to_string()))?;
             if frame.trouble.is_none() {
                 match viewer.read_picture() {
                     Ok(picture) => {
@@ -46,7 +47,7 @@ impl Embedded {
                     // The device was lost in between: the next frame says so.
                     Err(ViewError::Render(RenderError::NoPicture)) => {}
                     Err(error) => {
-                        self.fail(&error.to_string());
+                        self.report_failure(&error.to_string());
                         return Err(error);
                     }
                 }
@@ -54,7 +55,7 @@ impl Embedded {
                 self.report_trouble(frame.trouble.as_deref().unwrap_or_default());
             }
             trouble = frame.trouble;
-            self.report(&mut viewer);
+            self.report_changes(&mut viewer);
             let period = if self.is_visible() { IDLE_PERIOD } else { HIDDEN_PERIOD };
             let at_least = if self.is_visible() { BUSY_PERIOD } else { HIDDEN_PERIOD };
             std::thread::sleep(BUSY_PERIOD.saturating_sub(began.elapsed()));
@@ -65,7 +66,7 @@ impl Embedded {
 
 fn open(scene: LoadedScene, size: [u32; 2]) -> Result<Viewer, ViewError> {
     let options = scene.renderer_options();
-    Viewer::offscreen(scene, options, size)
+    Viewer::new_offscreen(scene, options, size)
 }
 
 /// Publishes a picture unless it is the one before; whether it did. It was true at an

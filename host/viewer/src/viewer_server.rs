@@ -18,7 +18,7 @@ pub use busbar_protocol::message::Target;
 use busbar_protocol::message::{Begin, Command, FromViewer, PROTOCOL_VERSION};
 use busbar_protocol::pictures::{self, PictureMemory};
 
-use crate::reload::{Loading, Outcome};
+use crate::reload::{Loading, ReloadOutcome};
 use crate::{LoadError, LoadedScene, Viewer};
 use channel::Channel;
 use heartbeat::Heartbeat;
@@ -29,7 +29,7 @@ use watch::Watch;
 const SLOW_TURN: Duration = Duration::from_millis(80);
 
 /// The host program's end.
-pub struct Embedded {
+pub struct ViewerServer {
     channel: Channel,
     begin: Begin,
     memory: Option<PictureMemory>,
@@ -61,7 +61,7 @@ impl Turn {
 
 /// What the loop around a view has to do itself.
 #[derive(Default)]
-pub struct Pass {
+pub struct FrameRequests {
     /// The size wanted, pixels.
     pub size: Option<[u32; 2]>,
     /// What pointer and keyboard did over an offscreen picture.
@@ -70,7 +70,7 @@ pub struct Pass {
     pub is_due: bool,
 }
 
-impl Embedded {
+impl ViewerServer {
     /// Takes the host program's socket, which is standard input, and its first message.
     ///
     /// # Errors
@@ -130,12 +130,12 @@ impl Embedded {
     pub fn load(&mut self) -> Result<LoadedScene, LoadError> {
         let path = PathBuf::from(&self.begin.config);
         LoadedScene::load(&path, &|_, _, _| {}).inspect_err(|error| {
-            self.fail(&error.to_string());
+            self.report_failure(&error.to_string());
         })
     }
 
     /// Tells why there is no view at all, before the process ends.
-    pub fn fail(&mut self, why: &str) {
+    pub fn report_failure(&mut self, why: &str) {
         self.channel.tell([FromViewer::Failed(why.to_owned())]);
         self.channel.flush_last();
     }
@@ -144,11 +144,11 @@ impl Embedded {
     ///
     /// # Errors
     /// As `open`; the host program has been told.
-    pub fn open<E: std::fmt::Display>(
+    pub fn open_viewer<E: std::fmt::Display>(
         &mut self,
         open: impl FnOnce() -> Result<Viewer, E>,
     ) -> Result<Viewer, E> {
-        let mut viewer = open().inspect_err(|error| self.fail(&error.to_string()))?;
+        let mut viewer = open().inspect_err(|error| self.report_failure(&error.to_string()))?;
         self.settle_in(&mut viewer);
         Ok(viewer)
     }
@@ -162,8 +162,8 @@ impl Embedded {
     }
 
     /// Notes that a frame is drawn; with `is_true`, that the window shows it. The end of the turn
-    /// ([`Embedded::report`]) confirms it.
-    pub fn beat(&mut self, is_true: bool) {
+    /// ([`ViewerServer::report`]) confirms it.
+    pub fn note_frame_drawn(&mut self, is_true: bool) {
         self.turn.is_true = is_true;
     }
 
@@ -180,9 +180,9 @@ impl Embedded {
 
     /// Does what the host program asked since, as far as the view can; the rest is the
     /// loop's. None when the host program has let go: the process ends.
-    pub fn obey(&mut self, viewer: &mut Viewer) -> Option<Pass> {
+    pub fn apply_commands(&mut self, viewer: &mut Viewer) -> Option<FrameRequests> {
         self.turn = Turn::begin();
-        let mut pass = Pass::default();
+        let mut pass = FrameRequests::default();
         for command in self.channel.take()? {
             pass.is_due = true;
             match command {
@@ -218,8 +218,8 @@ impl Embedded {
         };
         self.reloading = None;
         match outcome {
-            Outcome::Refused(why) => self.refuse_reload(&why),
-            Outcome::Shown | Outcome::Same => {
+            ReloadOutcome::Refused(why) => self.refuse_reload(&why),
+            ReloadOutcome::Shown | ReloadOutcome::Same => {
                 // Numbers of alarms and tags may be others now.
                 self.watch = Watch::default();
                 self.begin.config.clone_from(&self.reload_path);
@@ -235,7 +235,7 @@ impl Embedded {
     }
 
     /// Tells the host program what a frame changed.
-    pub fn report(&mut self, viewer: &mut Viewer) {
+    pub fn report_changes(&mut self, viewer: &mut Viewer) {
         self.finish_turn(viewer);
         let happened = self.watch.look(viewer);
         self.channel.tell(happened);

@@ -38,7 +38,7 @@ pub const ALL: [(&str, Highlight); 5] = [
 ];
 
 /// That of a legend's entry; the colour is sRGB.
-pub fn of_state(color: [u8; 3], pattern: Pattern) -> Highlight {
+pub fn state_style(color: [u8; 3], pattern: Pattern) -> Highlight {
     let pattern = match pattern {
         Pattern::Solid => 0,
         Pattern::Striped => STRIPED,

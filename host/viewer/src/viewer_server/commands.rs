@@ -26,7 +26,7 @@ pub(super) fn perform(viewer: &mut Viewer, command: Command) -> Result<(), Strin
             }
             Ok(())
         }
-        Command::SetLayer { layer, shown } if viewer.show_layer(&layer, shown) => Ok(()),
+        Command::SetLayer { layer, shown } if viewer.set_layer_shown(&layer, shown) => Ok(()),
         Command::SetLayer { layer, .. } => Err(format!("there is no overlay '{layer}'")),
         Command::SetTags(tags) => {
             let refused: Vec<_> = tags.iter().filter_map(|tag| viewer.set_tag(tag).err()).collect();
