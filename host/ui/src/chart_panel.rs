@@ -6,7 +6,7 @@ use egui::{
     Window, pos2, vec2,
 };
 
-use crate::chart_model::{ChartCommand, ChartModel, DensityRow};
+use crate::chart_model::{ChartCommand, ChartModel, DensityLegend};
 use crate::{Command, layers, theme};
 
 /// Points.
@@ -107,7 +107,7 @@ fn legend(ui: &mut Ui, model: &ChartModel) {
 }
 
 /// Shades and what they stand for.
-fn density(ui: &mut Ui, density: &DensityRow, known: usize) {
+fn density(ui: &mut Ui, density: &DensityLegend, known: usize) {
     if let Some(fault) = &density.fault {
         ui.label(RichText::new(format!("× cannot be counted: {fault}")).strong());
         return;
@@ -124,7 +124,11 @@ fn density(ui: &mut Ui, density: &DensityRow, known: usize) {
             let left = rect.left() + shade as f32 * step;
             let strip = Rect::from_min_size(pos2(left, rect.top()), vec2(step, rect.height()));
             let share = (shade as f32 + 0.5) / SHADE_COUNT as f32;
-            ui.painter().rect_filled(strip, 0.0, theme::of(ui.ctx()).ink.gamma_multiply(share));
+            ui.painter().rect_filled(
+                strip,
+                0.0,
+                theme::palette(ui.ctx()).text.gamma_multiply(share),
+            );
         }
         let hint = "Lines where most are; between, by the logarithm";
         ui.label(format!("{} lines", density.most)).on_hover_text(hint);

@@ -14,7 +14,7 @@ use busbar_scene::Model;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::stacks::{StackBuilder, millis_since};
+use crate::stack_builder::{StackBuilder, millis_since};
 
 /// A model with its stacks, ready to be walked.
 pub struct OptimizedModel {
@@ -125,7 +125,7 @@ impl OptimizedModel {
             optimizer: Some(&optimizer),
             cache: None,
             by_error: false,
-            may_do_without: false,
+            allows_failure: false,
         };
         let built = builder.build(imported.clone(), &|meshes| done(meshes, total))?;
         let mut build_ms = built.millis;

@@ -1,7 +1,7 @@
 //! Hot reload: the configuration file and its models are watched, loaded beside the frames when
 //! one changed, and shown where it has no fault. One that has leaves the scene as it is.
 
-mod watch;
+mod file_watcher;
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 
 use crate::Viewer;
 use crate::load::{LoadedScene, PreparedReload, ReloadError};
-pub use watch::SETTLE_TIME;
-use watch::Watch;
+use file_watcher::FileWatcher;
+pub use file_watcher::SETTLE_TIME;
 
 /// Bytes of a fault that are kept to be shown; a file may have two hundred.
 const MAX_FAULT_BYTES: usize = 4_000;
@@ -70,14 +70,14 @@ pub enum ReloadOutcome {
 }
 
 /// A configuration that is loaded beside the frames.
-pub(crate) struct Loading {
+pub(crate) struct BackgroundLoad {
     since: Instant,
-    loaded: Receiver<Loaded>,
+    loaded: Receiver<LoadResult>,
 }
 
-type Loaded = Result<Option<PreparedReload>, ReloadError>;
+type LoadResult = Result<Option<PreparedReload>, ReloadError>;
 
-impl Loading {
+impl BackgroundLoad {
     /// Begins to load a file in place of what a viewer shows; `wake` is called once it is
     /// there.
     ///
@@ -109,7 +109,7 @@ impl Loading {
         self.step_within(Duration::ZERO, viewer)
     }
 
-    /// As [`Loading::step`], but waits a while for it to be there.
+    /// As [`BackgroundLoad::step`], but waits a while for it to be there.
     fn step_within(&self, grace: Duration, viewer: &mut Viewer) -> Option<ReloadOutcome> {
         let outcome = match self.loaded.recv_timeout(grace) {
             Err(RecvTimeoutError::Timeout) => return None,
@@ -131,8 +131,8 @@ impl Loading {
 /// Watches the configuration file of a viewer and shows what it becomes.
 pub struct Reloader {
     path: PathBuf,
-    watch: Watch,
-    loading: Option<Loading>,
+    file_watcher: FileWatcher,
+    loading: Option<BackgroundLoad>,
     /// Whether the models of what is shown are watched.
     follows_models: bool,
     wake: std::sync::Arc<dyn Fn() + Send + Sync>,
@@ -147,22 +147,22 @@ impl Reloader {
     pub fn start(path: &Path, wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
         let wake: std::sync::Arc<dyn Fn() + Send + Sync> = std::sync::Arc::new(wake);
         let path = std::path::absolute(path)?;
-        let watch = Watch::start(&path, std::sync::Arc::clone(&wake))?;
-        Ok(Self { path, watch, loading: None, follows_models: false, wake })
+        let file_watcher = FileWatcher::start(&path, std::sync::Arc::clone(&wake))?;
+        Ok(Self { path, file_watcher, loading: None, follows_models: false, wake })
     }
 
     /// Between frames: begins to load a file that has changed and settled, and shows it once
     /// it is loaded. What became of it, when that is known.
     pub fn step(&mut self, viewer: &mut Viewer) -> Option<ReloadOutcome> {
         if !std::mem::replace(&mut self.follows_models, true) {
-            self.watch.follow_models(viewer.model_files());
+            self.file_watcher.follow_models(viewer.model_files());
         }
         let mut grace = Duration::ZERO;
         if self.loading.is_none() {
             grace = LOAD_GRACE;
-            let since = self.watch.settled()?;
+            let since = self.file_watcher.settled()?;
             let wake = std::sync::Arc::clone(&self.wake);
-            match Loading::begin(viewer, &self.path, since, move || wake()) {
+            match BackgroundLoad::begin(viewer, &self.path, since, move || wake()) {
                 Ok(loading) => self.loading = Some(loading),
                 Err(error) => {
                     let outcome = ReloadOutcome::Refused(error.to_string());

@@ -4,12 +4,12 @@
 //! pictures, and ends it by closing the socket. Nothing here waits for the host program:
 //! one that is stopped or slow costs a bounded amount of memory.
 
+mod change_reporter;
 mod channel;
 mod commands;
 mod heartbeat;
 mod input;
 mod offscreen;
-mod watch;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -18,44 +18,44 @@ pub use busbar_protocol::message::Target;
 use busbar_protocol::message::{Begin, Command, FromViewer, PROTOCOL_VERSION};
 use busbar_protocol::pictures::{self, PictureMemory};
 
-use crate::reload::{Loading, ReloadOutcome};
+use crate::reload::{BackgroundLoad, ReloadOutcome};
 use crate::{LoadError, LoadedScene, Viewer};
+use change_reporter::ChangeReporter;
 use channel::Channel;
 use heartbeat::Heartbeat;
-use watch::Watch;
 
 /// Duration of a turn of the frame loop from which a window's frame is waited for before it is
 /// confirmed: frames in flight are then too old to be taken for shown.
-const SLOW_TURN: Duration = Duration::from_millis(80);
+const SLOW_ITERATION: Duration = Duration::from_millis(80);
 
 /// The host program's end.
 pub struct ViewerServer {
     channel: Channel,
     begin: Begin,
     memory: Option<PictureMemory>,
-    watch: Watch,
-    reloading: Option<Loading>,
+    change_reporter: ChangeReporter,
+    reloading: Option<BackgroundLoad>,
     /// What is being loaded.
     reload_path: String,
     /// Asked for meanwhile.
     next_reload: Option<String>,
     is_visible: bool,
-    turn: Turn,
+    iteration: LoopIteration,
     _heartbeat: Heartbeat,
 }
 
 /// One turn of the frame loop.
-struct Turn {
+struct LoopIteration {
     began: Instant,
     /// Its beginning on the clock since boot: no tag value in its frame is read before.
-    began_at: u64,
-    /// Tells whether the window shows its frame, so that the picture is of `began_at`.
-    is_true: bool,
+    began_at_boot_nanos: u64,
+    /// Tells whether the window shows its frame, so that the picture is of `began_at_boot_nanos`.
+    is_presented: bool,
 }
 
-impl Turn {
+impl LoopIteration {
     fn begin() -> Self {
-        Self { began: Instant::now(), began_at: pictures::now(), is_true: false }
+        Self { began: Instant::now(), began_at_boot_nanos: pictures::now(), is_presented: false }
     }
 }
 
@@ -89,12 +89,12 @@ impl ViewerServer {
             begin,
             _heartbeat: Heartbeat::start(&memory),
             memory: Some(memory),
-            watch: Watch::default(),
+            change_reporter: ChangeReporter::default(),
             reloading: None,
             reload_path: String::new(),
             next_reload: None,
             is_visible: true,
-            turn: Turn::begin(),
+            iteration: LoopIteration::begin(),
         })
     }
 
@@ -136,7 +136,7 @@ impl ViewerServer {
 
     /// Tells why there is no view at all, before the process ends.
     pub fn report_failure(&mut self, why: &str) {
-        self.channel.tell([FromViewer::Failed(why.to_owned())]);
+        self.channel.queue([FromViewer::Failed(why.to_owned())]);
         self.channel.flush_last();
     }
 
@@ -149,56 +149,56 @@ impl ViewerServer {
         open: impl FnOnce() -> Result<Viewer, E>,
     ) -> Result<Viewer, E> {
         let mut viewer = open().inspect_err(|error| self.report_failure(&error.to_string()))?;
-        self.settle_in(&mut viewer);
+        self.prepare_viewer(&mut viewer);
         Ok(viewer)
     }
 
-    fn settle_in(&mut self, viewer: &mut Viewer) {
+    fn prepare_viewer(&mut self, viewer: &mut Viewer) {
         viewer.set_operator(&self.begin.operator);
         viewer.set_panels_shown(self.begin.panels);
         viewer.set_host();
-        viewer.restore_alarms(&watch::standings_of(&self.begin.alarms));
-        self.watch = Watch::default();
+        viewer.restore_alarms(&change_reporter::standings_of(&self.begin.alarms));
+        self.change_reporter = ChangeReporter::default();
     }
 
-    /// Notes that a frame is drawn; with `is_true`, that the window shows it. The end of the turn
+    /// Notes that a frame is drawn; with `is_presented`, that the window shows it. The end of the turn
     /// ([`ViewerServer::report`]) confirms it.
-    pub fn note_frame_drawn(&mut self, is_true: bool) {
-        self.turn.is_true = is_true;
+    pub fn note_frame_drawn(&mut self, is_presented: bool) {
+        self.iteration.is_presented = is_presented;
     }
 
     /// Tells the library that the frame loop goes on, and of which instant the picture is.
-    fn finish_turn(&mut self, viewer: &mut Viewer) {
+    fn finish_iteration(&mut self, viewer: &mut Viewer) {
         let Some(memory) = &self.memory else { return };
-        let Turn { began, began_at, is_true } = self.turn;
-        if is_true && (began.elapsed() < SLOW_TURN || viewer.finish_frame()) {
-            memory.confirm(began_at);
+        let LoopIteration { began, began_at_boot_nanos, is_presented } = self.iteration;
+        if is_presented && (began.elapsed() < SLOW_ITERATION || viewer.finish_frame()) {
+            memory.confirm(began_at_boot_nanos);
         }
-        self.turn.is_true = false;
+        self.iteration.is_presented = false;
         memory.note_turn(began.elapsed());
     }
 
     /// Does what the host program asked since, as far as the view can; the rest is the
     /// loop's. None when the host program has let go: the process ends.
     pub fn apply_commands(&mut self, viewer: &mut Viewer) -> Option<FrameRequests> {
-        self.turn = Turn::begin();
-        let mut pass = FrameRequests::default();
+        self.iteration = LoopIteration::begin();
+        let mut requests = FrameRequests::default();
         for command in self.channel.take()? {
-            pass.is_due = true;
+            requests.is_due = true;
             match command {
-                Command::Resize(size) => pass.size = Some(size),
+                Command::Resize(size) => requests.size = Some(size),
                 Command::SetVisible(is_visible) => self.is_visible = is_visible,
-                Command::Point(_) | Command::Type(_) => pass.input.push(command),
+                Command::Point(_) | Command::Type(_) => requests.input.push(command),
                 Command::Reload(path) => self.next_reload = Some(path),
                 command => {
                     if let Err(why) = commands::perform(viewer, command) {
-                        self.channel.tell([FromViewer::Refused(why)]);
+                        self.channel.queue([FromViewer::Refused(why)]);
                     }
                 }
             }
         }
         self.step_reload(viewer);
-        Some(pass)
+        Some(requests)
     }
 
     /// Begins to load what is asked for, and shows it once it is there without fault.
@@ -206,7 +206,7 @@ impl ViewerServer {
         if self.reloading.is_none()
             && let Some(path) = self.next_reload.take()
         {
-            let begun = Loading::begin(viewer, Path::new(&path), Instant::now(), || {});
+            let begun = BackgroundLoad::begin(viewer, Path::new(&path), Instant::now(), || {});
             self.reload_path = path;
             match begun {
                 Ok(loading) => self.reloading = Some(loading),
@@ -221,9 +221,9 @@ impl ViewerServer {
             ReloadOutcome::Refused(why) => self.refuse_reload(&why),
             ReloadOutcome::Shown | ReloadOutcome::Same => {
                 // Numbers of alarms and tags may be others now.
-                self.watch = Watch::default();
+                self.change_reporter = ChangeReporter::default();
                 self.begin.config.clone_from(&self.reload_path);
-                self.channel.tell([FromViewer::Reloaded { config: self.reload_path.clone() }]);
+                self.channel.queue([FromViewer::Reloaded { config: self.reload_path.clone() }]);
             }
         }
     }
@@ -231,20 +231,20 @@ impl ViewerServer {
     fn refuse_reload(&mut self, why: &str) {
         let path = &self.reload_path;
         let words = format!("'{path}' is not shown, the scene before stays: {why}");
-        self.channel.tell([FromViewer::Refused(words)]);
+        self.channel.queue([FromViewer::Refused(words)]);
     }
 
     /// Tells the host program what a frame changed.
     pub fn report_changes(&mut self, viewer: &mut Viewer) {
-        self.finish_turn(viewer);
-        let happened = self.watch.look(viewer);
-        self.channel.tell(happened);
+        self.finish_iteration(viewer);
+        let happened = self.change_reporter.collect_changes(viewer);
+        self.channel.queue(happened);
         self.channel.flush();
     }
 
     /// Tells of a new picture in shared memory.
     fn report_picture(&mut self) {
-        self.channel.tell([FromViewer::Pictured]);
+        self.channel.queue([FromViewer::Pictured]);
     }
 
     /// Tells why the picture is not of now, if it is not.
@@ -252,6 +252,6 @@ impl ViewerServer {
         if trouble.is_empty() {
             return;
         }
-        self.channel.tell([FromViewer::Refused(trouble.to_owned())]);
+        self.channel.queue([FromViewer::Refused(trouble.to_owned())]);
     }
 }

@@ -21,7 +21,7 @@ const MAX_UNSENT_BYTES: usize = 64 << 20;
 /// From the host program's end to that of a view that does not notice.
 const END_GRACE: Duration = Duration::from_secs(2);
 /// How long the last words may take.
-const LAST_WORDS: Duration = Duration::from_millis(500);
+const FINAL_FLUSH_TIMEOUT: Duration = Duration::from_millis(500);
 
 /// The host program's end.
 pub(super) struct Channel {
@@ -34,13 +34,13 @@ type Waker = Box<dyn Fn() + Send>;
 
 #[derive(Default)]
 struct Inbox {
-    held: Mutex<Held>,
+    pending: Mutex<PendingCommands>,
     changed: Condvar,
     waker: Mutex<Option<Waker>>,
 }
 
 #[derive(Default)]
-struct Held {
+struct PendingCommands {
     commands: VecDeque<Command>,
     has_ended: bool,
 }
@@ -81,27 +81,27 @@ impl Channel {
 
     /// What the host program asked since; none once it has gone.
     pub(super) fn take(&self) -> Option<VecDeque<Command>> {
-        let mut held = self.inbox.held();
-        let commands = std::mem::take(&mut held.commands);
+        let mut pending = self.inbox.pending();
+        let commands = std::mem::take(&mut pending.commands);
         self.inbox.changed.notify_all();
-        (!held.has_ended).then_some(commands)
+        (!pending.has_ended).then_some(commands)
     }
 
     /// Waits until something is asked or it is time.
     pub(super) fn wait(&self, until: Instant) {
-        let mut held = self.inbox.held();
-        while held.commands.is_empty() && !held.has_ended {
+        let mut pending = self.inbox.pending();
+        while pending.commands.is_empty() && !pending.has_ended {
             let left = until.saturating_duration_since(Instant::now());
             if left.is_zero() {
                 return;
             }
-            let waited = self.inbox.changed.wait_timeout(held, left);
-            held = waited.unwrap_or_else(PoisonError::into_inner).0;
+            let waited = self.inbox.changed.wait_timeout(pending, left);
+            pending = waited.unwrap_or_else(PoisonError::into_inner).0;
         }
     }
 
     /// Puts events behind those that wait.
-    pub(super) fn tell(&mut self, events: impl IntoIterator<Item = FromViewer>) {
+    pub(super) fn queue(&mut self, events: impl IntoIterator<Item = FromViewer>) {
         for event in events {
             match framing::encode(&event, MAX_MESSAGE_BYTES) {
                 Ok(bytes) => self.unsent.extend(bytes),
@@ -131,7 +131,7 @@ impl Channel {
     /// Sends what is left, before the process ends.
     pub(super) fn flush_last(&mut self) {
         let start = Instant::now();
-        while !self.unsent.is_empty() && start.elapsed() < LAST_WORDS {
+        while !self.unsent.is_empty() && start.elapsed() < FINAL_FLUSH_TIMEOUT {
             self.flush();
             std::thread::sleep(Duration::from_millis(1));
         }
@@ -139,19 +139,19 @@ impl Channel {
 }
 
 impl Inbox {
-    fn held(&self) -> MutexGuard<'_, Held> {
-        self.held.lock().unwrap_or_else(PoisonError::into_inner)
+    fn pending(&self) -> MutexGuard<'_, PendingCommands> {
+        self.pending.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Reads commands until the host program goes, and sees to it that the process follows.
     fn fill(&self, socket: &UnixStream) {
-        while let Some(command) = next(socket) {
-            let mut held = self.held();
-            while held.commands.len() >= MAX_WAITING {
-                held = self.changed.wait(held).unwrap_or_else(PoisonError::into_inner);
+        while let Some(command) = receive_command(socket) {
+            let mut pending = self.pending();
+            while pending.commands.len() >= MAX_WAITING {
+                pending = self.changed.wait(pending).unwrap_or_else(PoisonError::into_inner);
             }
-            held.commands.push_back(command);
-            drop(held);
+            pending.commands.push_back(command);
+            drop(pending);
             self.wake();
         }
         self.end();
@@ -161,7 +161,7 @@ impl Inbox {
     }
 
     fn end(&self) {
-        self.held().has_ended = true;
+        self.pending().has_ended = true;
         self.wake();
     }
 
@@ -174,7 +174,7 @@ impl Inbox {
 }
 
 /// The next command; none at the end, or at what is no command.
-fn next(socket: &UnixStream) -> Option<Command> {
+fn receive_command(socket: &UnixStream) -> Option<Command> {
     let (bytes, _) = socket::receive(socket, MAX_MESSAGE_BYTES).ok()??;
     let command = match framing::decode(&bytes) {
         Ok(ToViewer::Do(command)) => command.check().map(|()| command),

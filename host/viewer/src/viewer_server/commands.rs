@@ -14,7 +14,7 @@ pub(super) fn perform(viewer: &mut Viewer, command: Command) -> Result<(), Strin
     match command {
         Command::UseCamera(name) => viewer.use_camera(&name).map_err(|error| error.to_string()),
         Command::Look(pose) => {
-            viewer.stand(&pose);
+            viewer.set_pose(&pose);
             Ok(())
         }
         Command::Focus(id) if viewer.focus(&id) => Ok(()),

@@ -5,14 +5,14 @@ use egui::{Event, Key, Modifiers, MouseWheelUnit, PointerButton, RawInput, Touch
 
 /// What lasts from frame to frame.
 #[derive(Debug, Default)]
-pub(super) struct Hands {
+pub(super) struct InputState {
     pointer: egui::Pos2,
     modifiers: Modifiers,
 }
 
-impl Hands {
+impl InputState {
     /// Gives egui what they did.
-    pub(super) fn act(&mut self, input: &mut RawInput, done: Vec<Command>) {
+    pub(super) fn apply(&mut self, input: &mut RawInput, done: Vec<Command>) {
         for command in done {
             match command {
                 Command::Point(pointing) => self.point(input, pointing),
@@ -54,7 +54,7 @@ impl Hands {
     fn type_in(&mut self, input: &mut RawInput, typing: Typing) {
         match typing {
             Typing::Key { key, pressed, repeated, modifiers } => {
-                self.hold(input, modifiers);
+                self.set_modifiers(input, modifiers);
                 let modifiers = self.modifiers;
                 input.events.extend(key_of(&key).map(|key| Event::Key {
                     key,
@@ -64,12 +64,12 @@ impl Hands {
                     modifiers,
                 }));
             }
-            Typing::Holds(modifiers) => self.hold(input, modifiers),
+            Typing::Holds(modifiers) => self.set_modifiers(input, modifiers),
             Typing::Text(text) => input.events.push(Event::Text(text)),
         }
     }
 
-    fn hold(&mut self, input: &mut RawInput, held: message::Modifiers) {
+    fn set_modifiers(&mut self, input: &mut RawInput, held: message::Modifiers) {
         let message::Modifiers { shift, ctrl, alt } = held;
         let modifiers = Modifiers { alt, ctrl, shift, mac_cmd: false, command: ctrl };
         if std::mem::replace(&mut self.modifiers, modifiers) != modifiers {
@@ -105,11 +105,12 @@ mod tests {
 
     #[test]
     fn modifiers_last_until_they_are_let_go_of() {
-        let (mut hands, mut input) = (Hands::default(), RawInput::default());
+        let (mut input_state, mut input) = (InputState::default(), RawInput::default());
         let lets_go = Typing::Holds(message::Modifiers::default());
         let wheel = Command::Point(Pointing::Scrolled(1.0));
         let typed = [key("f", true), key("Dead", true)].map(Command::Type);
-        hands.act(&mut input, typed.into_iter().chain([wheel, Command::Type(lets_go)]).collect());
+        input_state
+            .apply(&mut input, typed.into_iter().chain([wheel, Command::Type(lets_go)]).collect());
         let shift = Modifiers::SHIFT;
         let [changed, pressed, wheel, released] = input.events.as_slice() else {
             panic!("{:?}", input.events)

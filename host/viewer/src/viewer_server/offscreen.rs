@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use busbar_protocol::pictures::{self, Area, PictureWriter};
 
-use super::input::Hands;
+use super::input::InputState;
 use super::{FrameRequests, ViewerServer};
 use crate::{LoadedScene, Picture, RenderError, ViewError, Viewer};
 
@@ -26,21 +26,26 @@ impl ViewerServer {
         let mut size = self.size();
         let mut viewer = self.open_viewer(|| open(scene, size))?;
         let (mut last, started) = (None, Instant::now());
-        let (mut hands, mut trouble) = (Hands::default(), None);
+        let (mut input_state, mut trouble) = (InputState::default(), None);
         loop {
-            let Some(pass) = self.apply_commands(&mut viewer) else { return Ok(()) };
-            let began = self.turn.began;
-            let FrameRequests { size: wanted, input: done, .. } = pass;
+            let Some(requests) = self.apply_commands(&mut viewer) else { return Ok(()) };
+            let began = self.iteration.began;
+            let FrameRequests { size: wanted, input: done, .. } = requests;
             size = wanted.unwrap_or(size);
             viewer.resize_offscreen(size);
             let mut input = viewer.headless_input(started.elapsed().as_secs_f64());
-            hands.act(&mut input, done);
+            input_state.apply(&mut input, done);
             let frame =
                 viewer.frame(input).inspect_err(|error| self.report_failure(&error.to_string()))?;
             if frame.trouble.is_none() {
                 match viewer.read_picture() {
                     Ok(picture) => {
-                        if publish(&mut writer, &mut last, picture, self.turn.began_at) {
+                        if publish(
+                            &mut writer,
+                            &mut last,
+                            picture,
+                            self.iteration.began_at_boot_nanos,
+                        ) {
                             self.report_picture();
                         }
                     }
@@ -75,7 +80,7 @@ fn publish(
     writer: &mut PictureWriter,
     last: &mut Option<Picture>,
     mut picture: Picture,
-    true_at: u64,
+    presented_at: u64,
 ) -> bool {
     let size = [picture.width, picture.height];
     for pixel in picture.rgba8.chunks_exact_mut(pictures::PIXEL_BYTES) {
@@ -86,10 +91,10 @@ fn publish(
         Area::of_difference(&last.rgba8, &picture.rgba8, size[0])
     });
     if changed.is_empty() {
-        writer.memory().confirm(true_at);
+        writer.memory().confirm(presented_at);
         return false;
     }
-    let published = writer.publish(size, changed, true_at, |room| {
+    let published = writer.publish(size, changed, presented_at, |room| {
         room.copy_from_slice(&picture.rgba8);
     });
     if let Err(error) = published {

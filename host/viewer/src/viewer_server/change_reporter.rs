@@ -1,0 +1,167 @@
+//! What a frame changed that a host program hears of.
+
+use std::collections::HashMap;
+
+use busbar_alarms::{AlarmHandle, Standing, State};
+use busbar_plugin_host::Verdict;
+use busbar_protocol::message::{
+    AlarmStanding, CameraPose, EquipmentVerdict, FromViewer, TagQuality,
+};
+use busbar_tags::{Quality, SourceTime};
+
+use crate::Viewer;
+use crate::alarms::action_to;
+
+/// Changes of quality told a frame; those beyond come with the frames after.
+const MAX_QUALITIES_A_FRAME: usize = 4096;
+/// Changes of verdicts told a frame; those beyond come with the frames after.
+const MAX_VERDICTS_A_FRAME: usize = 1024;
+
+/// What was told last.
+#[derive(Default)]
+pub(super) struct ChangeReporter {
+    is_ready: bool,
+    hovered: Option<String>,
+    pose: Option<CameraPose>,
+    alarms: HashMap<AlarmHandle, Standing>,
+    /// Of each tag, by handle.
+    qualities: Vec<Option<Quality>>,
+    /// Where the search for changed qualities goes on.
+    next_tag: usize,
+    /// Verdicts by overlay and equipment, with their reasons.
+    verdicts: HashMap<String, Vec<Option<ReportedVerdict>>>,
+    plugins: HashMap<String, String>,
+}
+
+/// Verdict as it was told, and its reason.
+type ReportedVerdict = (EquipmentVerdict, bool, String);
+
+impl ChangeReporter {
+    /// What is otherwise than when it was told.
+    pub(super) fn collect_changes(&mut self, viewer: &mut Viewer) -> Vec<FromViewer> {
+        let mut told = Vec::new();
+        if !std::mem::replace(&mut self.is_ready, true) {
+            told.push(FromViewer::Ready { device: viewer.device_name().to_owned() });
+        }
+        told.extend(viewer.take_host_picks().into_iter().map(FromViewer::Picked));
+        let hovered = viewer.hovered();
+        if hovered != self.hovered {
+            self.hovered.clone_from(&hovered);
+            told.push(FromViewer::Hovered(hovered));
+        }
+        let pose = viewer.pose();
+        if self.pose.replace(pose) != Some(pose) {
+            told.push(FromViewer::Looks(pose));
+        }
+        self.collect_alarms(viewer, &mut told);
+        self.collect_tags(viewer, &mut told);
+        self.collect_verdicts(viewer, &mut told);
+        for (plugin, state) in viewer.plugin_states() {
+            if self.plugins.get(&plugin) != Some(&state) {
+                self.plugins.insert(plugin.clone(), state.clone());
+                told.push(FromViewer::Plugin { plugin, state });
+            }
+        }
+        told
+    }
+
+    fn collect_alarms(&mut self, viewer: &mut Viewer, told: &mut Vec<FromViewer>) {
+        let Some(alarms) = viewer.alarm_service() else { return };
+        let changed = alarms.changed_since(&mut self.alarms);
+        told.extend(changed.into_iter().map(|(alarm, state, standing, since)| {
+            FromViewer::Alarm(AlarmStanding {
+                alarm,
+                state: state_number(state),
+                since: since.0,
+                standing: serde_json::to_string(&standing).unwrap_or_default(),
+            })
+        }));
+        for (alarm, action) in alarms.take_host_requests() {
+            told.extend(action_to(action).map(|action| FromViewer::Asked { alarm, action }));
+        }
+    }
+
+    /// Tells verdicts that changed, or whose reasons did.
+    fn collect_verdicts(&mut self, viewer: &Viewer, told: &mut Vec<FromViewer>) {
+        let mut room = MAX_VERDICTS_A_FRAME;
+        for overlay in viewer.overlay_verdicts() {
+            let known = self.verdicts.entry(overlay.name.to_owned()).or_default();
+            if known.len() != overlay.equipment.len() {
+                *known = vec![None; overlay.equipment.len()];
+            }
+            for (index, (id, known)) in overlay.equipment.iter().zip(known).enumerate() {
+                if room == 0 {
+                    return;
+                }
+                let shown = overlay.verdict(index);
+                let verdict = match (shown.verdict, shown.was_abnormal) {
+                    (Verdict::Normal, _) => EquipmentVerdict::Normal,
+                    (Verdict::Abnormal, _) => EquipmentVerdict::Abnormal,
+                    (Verdict::Unknown, false) => EquipmentVerdict::Unknown,
+                    (Verdict::Unknown, true) => EquipmentVerdict::UnknownAfterAbnormal,
+                };
+                let (is_assumed, reason) = (shown.is_assumed, shown.reason);
+                let is_told = known.as_ref().is_some_and(|told| {
+                    (told.0, told.1, told.2.as_str()) == (verdict, is_assumed, reason.as_ref())
+                });
+                if is_told {
+                    continue;
+                }
+                room -= 1;
+                *known = Some((verdict, is_assumed, reason.clone().into_owned()));
+                told.push(FromViewer::Verdict {
+                    equipment: id.clone(),
+                    overlay: overlay.name.to_owned(),
+                    verdict,
+                    is_assumed,
+                    reason: reason.into_owned(),
+                });
+            }
+        }
+    }
+
+    /// What each tag is worth, freshness included.
+    fn collect_tags(&mut self, viewer: &Viewer, told: &mut Vec<FromViewer>) {
+        let snapshot = viewer.tags();
+        let states = snapshot.states();
+        self.qualities.resize(states.len(), None);
+        let known = &mut self.qualities;
+        let mut room = MAX_QUALITIES_A_FRAME;
+        for (index, state) in states.enumerate().skip(self.next_tag) {
+            if known[index] == Some(state.quality) {
+                continue;
+            }
+            if room == 0 {
+                self.next_tag = index;
+                return;
+            }
+            room -= 1;
+            known[index] = Some(state.quality);
+            let id = viewer.tag_id(busbar_tags::TagHandle(index as u32)).unwrap_or_default();
+            told.push(FromViewer::Quality {
+                tag: id.to_owned(),
+                quality: match state.quality {
+                    Quality::Good => TagQuality::Good,
+                    Quality::Uncertain(_) => TagQuality::Uncertain,
+                    Quality::Bad(_) => TagQuality::Bad,
+                },
+                reason: state.quality.reason().map_or_else(String::new, |r| r.to_string()),
+            });
+        }
+        self.next_tag = 0;
+    }
+}
+
+/// By its letter: 0 for A.
+fn state_number(state: State) -> u8 {
+    State::ALL.iter().position(|other| *other == state).unwrap_or(0) as u8
+}
+
+/// As a viewer before this one told them; what cannot be read is passed over.
+pub(super) fn standings_of(alarms: &[AlarmStanding]) -> Vec<(String, Standing, SourceTime)> {
+    let standing = |told: &AlarmStanding| {
+        let standing = serde_json::from_str(&told.standing).ok()?;
+        Some((told.alarm.clone(), standing, SourceTime(told.since)))
+    };
+    alarms.iter().filter_map(standing).collect()
+}
