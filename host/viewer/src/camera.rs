@@ -236,11 +236,6 @@ impl Camera {
         (back, right, back.cross(right))
     }
 
-    /// From the eye to the target, of unit length.
-    pub(crate) fn ahead(&self) -> Vec3 {
-        -self.direction()
-    }
-
     /// From the target to the eye.
     fn direction(&self) -> Vec3 {
         let (sin_yaw, cos_yaw) = self.yaw.sin_cos();

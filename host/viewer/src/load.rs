@@ -217,7 +217,7 @@ impl LoadedScene {
         let known = reuse.scene().filter(|_| reuse.has_same_graph());
         let graph = known.map(|scene| Arc::clone(&scene.graph)).or_else(|| {
             let mut graph = bindings::place(&config, &imported, &mut faults);
-            models::split_into_pieces(&config, &mut imported, graph.as_mut());
+            models::split_meshes(&config, &mut imported, graph.as_mut());
             graph.map(Arc::new)
         });
         let placed = graph.as_deref();

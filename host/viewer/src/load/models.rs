@@ -7,13 +7,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use busbar_config::{Config, ThetaConfig, join_pointer};
 use busbar_geometry::{Mesh, PieceLimits};
-use busbar_gltf_import::{ImportError, ImportLimits, MeshKeeper, import_kept_file};
+use busbar_gltf_import::{ImportError, ImportLimits, MeshCache, import_file_with_cache};
 use busbar_plugin_process::{Optimizer, Plugin};
 use busbar_scene::{Model, ModelIndex, ModelParts, SceneGraph};
-use busbar_stack_cache::{Maker, StackCache};
+use busbar_stack_cache::{OptimizerDigest, StackCache};
 use rayon::prelude::*;
 
-use super::cache::{self, MeshCache};
+use super::cache::{self, WeldedMeshCache};
 use super::reuse::ReusePlan;
 use super::{DiagnosticsCollector, LoadProgress, LoadedModel, ModelProvenance};
 use crate::LoadMillis;
@@ -44,9 +44,9 @@ impl ModelSource {
     /// What it adds to a scene.
     pub(super) fn parts(&self) -> ModelParts {
         match self {
-            Self::New(model, _) => ModelParts::of(model),
+            Self::New(model, _) => ModelParts::from_model(model),
             Self::Known(_, parts) => parts.clone(),
-            Self::Failed => ModelParts::of(&Model::default()),
+            Self::Failed => ModelParts::from_model(&Model::default()),
         }
     }
 }
@@ -59,8 +59,8 @@ pub(super) fn import(
     progress: &LoadProgress<'_>,
     faults: &mut DiagnosticsCollector<'_>,
 ) -> ImportedModels {
-    let kept = cache.map(MeshCache::new);
-    let keeper = kept.as_ref().map(|kept| kept as &dyn MeshKeeper);
+    let kept = cache.map(WeldedMeshCache::new);
+    let keeper = kept.as_ref().map(|kept| kept as &dyn MeshCache);
     let done = AtomicUsize::new(0);
     let models: Vec<_> = config.models.iter().collect();
     let results: Vec<Result<(ModelSource, Vec<String>), ImportError>> = models
@@ -72,14 +72,14 @@ pub(super) fn import(
             let file = folder.join(&model.file);
             // Before it is read: an edit meanwhile is news.
             let read = version(&file);
-            let imported = import_kept_file(&file, &ImportLimits::default(), keeper);
+            let imported = import_file_with_cache(&file, &ImportLimits::default(), keeper);
             progress("models", done.fetch_add(1, Ordering::Relaxed) + 1, models.len());
             imported.map(|imported| {
                 (ModelSource::New(Box::new(imported.model), read), imported.report.notes)
             })
         })
         .collect();
-    let notes = kept.map_or_else(Vec::new, MeshCache::into_notes);
+    let notes = kept.map_or_else(Vec::new, WeldedMeshCache::into_notes);
     let mut all = ImportedModels { models: Vec::new(), pieces: BTreeMap::new(), notes };
     for ((name, model), result) in models.into_iter().zip(results) {
         match result {
@@ -120,7 +120,7 @@ pub(super) fn screen_error_models(config: &Config) -> BTreeSet<&String> {
 /// Takes the meshes apart whose detail follows the error on the screen, so that each
 /// piece has a cursor for its own distance: a site is often drawn as one mesh, and its
 /// far end may be coarse while the near one is not.
-pub(super) fn split_into_pieces(
+pub(super) fn split_meshes(
     config: &Config,
     imported: &mut ImportedModels,
     graph: Option<&mut SceneGraph>,
@@ -133,7 +133,7 @@ pub(super) fn split_into_pieces(
             ModelSource::Known(known, _) if !known.provenance.pieces.is_empty() => {
                 let boxes: Vec<_> =
                     known.stacks.iter().map(|stacks| stacks.mesh().bounds()).collect();
-                graph.take_apart(model, &known.provenance.pieces, &boxes);
+                graph.split_meshes(model, &known.provenance.pieces, &boxes);
                 continue;
             }
             ModelSource::New(provenance, _) if following.contains(name) => provenance,
@@ -144,7 +144,7 @@ pub(super) fn split_into_pieces(
             continue;
         }
         let whole = std::mem::take(meshes);
-        let apart: Vec<_> = whole.into_par_iter().map(|mesh| mesh.into_islands(PIECES)).collect();
+        let apart: Vec<_> = whole.into_par_iter().map(|mesh| mesh.into_pieces(PIECES)).collect();
         let mut pieces = Vec::with_capacity(apart.len());
         for of_mesh in apart {
             let first = meshes.len() as u32;
@@ -152,7 +152,7 @@ pub(super) fn split_into_pieces(
             pieces.push(first..meshes.len() as u32);
         }
         let boxes: Vec<_> = meshes.iter().map(Mesh::bounds).collect();
-        graph.take_apart(model, &pieces, &boxes);
+        graph.split_meshes(model, &pieces, &boxes);
         imported.pieces.insert(index, pieces);
     }
 }
@@ -198,7 +198,7 @@ impl OptimizationStage<'_> {
                 .transpose()
                 .and_then(|optimizer| {
                     let maker =
-                        maker.map(|maker| if by_error { maker.with(BY_ERROR) } else { maker });
+                        maker.map(|maker| if by_error { maker.with_part(BY_ERROR) } else { maker });
                     let cache = self.cache.as_ref().zip(maker);
                     let optimizer = optimizer.as_ref();
                     let builder = StackBuilder { optimizer, cache, by_error, allows_failure: true };
@@ -244,7 +244,7 @@ impl OptimizationStage<'_> {
     }
 
     /// What the results of each optimiser in use are known by in the cache.
-    fn makers(&mut self, config: &Config) -> BTreeMap<String, Maker> {
+    fn makers(&mut self, config: &Config) -> BTreeMap<String, OptimizerDigest> {
         let mut makers = BTreeMap::new();
         if self.cache.is_none() {
             return makers;
