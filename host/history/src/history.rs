@@ -1,6 +1,6 @@
 //! The histories of all tags that have one.
 
-use busbar_tags::{Change, IndexRemap, Moment, Snapshot, TagHandle};
+use busbar_tags::{Change, HandleRemap, Moment, Snapshot, TagHandle};
 
 use crate::reduce::Reducer;
 use crate::series::Series;
@@ -42,7 +42,7 @@ impl History {
     }
 
     /// Goes on with the histories of tags that have these numbers now.
-    pub fn inherit(&mut self, mut before: Self, numbers: &IndexRemap) {
+    pub fn inherit(&mut self, mut before: Self, numbers: &HandleRemap) {
         for old in 0..before.of_tags.len() as u32 {
             let new = numbers.tag(TagHandle(old));
             let Some(own) = new.and_then(|new| self.series_mut(new)) else { continue };

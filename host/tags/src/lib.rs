@@ -10,7 +10,7 @@ mod changes;
 mod derived;
 mod events;
 mod expression;
-mod index_remap;
+mod handle_remap;
 mod moment;
 mod origin;
 mod pause;
@@ -25,7 +25,7 @@ mod value;
 
 pub use events::{Event, EventLog, MAX_EVENTS};
 pub use expression::{Expression, ExpressionError, MAX_EXPRESSION_BYTES, MAX_EXPRESSION_DEPTH};
-pub use index_remap::IndexRemap;
+pub use handle_remap::HandleRemap;
 pub use moment::Moment;
 pub use origin::Origin;
 pub use pause::{ClockReadings, Pause, PauseDetector, PauseEvidence};

@@ -9,7 +9,7 @@ use crate::tag_state::{
 use crate::timing_wheel::{NO_SLOT, Slot, TimingWheel};
 use crate::value::Packed;
 use crate::{
-    Change, IndexRemap, Moment, Origin, Pause, PauseEvidence, Quality, QualityCounts, Reason,
+    Change, HandleRemap, Moment, Origin, Pause, PauseEvidence, Quality, QualityCounts, Reason,
     Sample, Snapshot, SourceTime, TagHandle, TagSet, TagState, Value,
 };
 
@@ -46,7 +46,7 @@ impl TagTable {
     /// Takes over what another table has of tags that go on under these numbers: value,
     /// times, and what their sources said last. What rests on ranges and freshness is judged
     /// by this table's; derived tags follow by themselves.
-    pub fn inherit(&mut self, before: &Self, numbers: &IndexRemap) {
+    pub fn inherit(&mut self, before: &Self, numbers: &HandleRemap) {
         self.now = self.now.max(before.now);
         self.trusted_from = before.trusted_from;
         for index in 0..before.states.len() as u32 {

@@ -581,7 +581,7 @@ fn a_table_goes_on_where_another_was_under_its_own_rules() {
     let scale = Some(Scale { factor: 10.0, offset: 0.0 });
     let narrow = TagSpec { scale, ..narrow };
     let mut after = table_of(vec![narrow, other("c", 3.0), derived]);
-    let numbers = IndexRemap::between_tag_sets(before.tags(), after.tags());
+    let numbers = HandleRemap::between_tag_sets(before.tags(), after.tags());
     assert_eq!([0, 1, 2].map(|old| numbers.index(old)), [None, Some(0), Some(2)]);
     after.inherit(&before, &numbers);
     let state = |table: &TagTable, tag| table.snapshot().state(TagHandle(tag)).unwrap();

@@ -38,8 +38,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         ranges: ranges.to_vec(),
         with_missing: false,
     };
-    let brushes =
-        Brushes { operator: BrushOperator::And, list: vec![brush(2, &ranges), brush(6, &ranges[..1])] };
+    let brushes = Brushes {
+        operator: BrushOperator::And,
+        list: vec![brush(2, &ranges), brush(6, &ranges[..1])],
+    };
     let brushed = [
         BrushedAxis { axis: 2, ranges: &ranges, with_missing: false },
         BrushedAxis { axis: 6, ranges: &ranges[..1], with_missing: false },
