@@ -59,11 +59,11 @@ impl Viewer {
         cursors.choose(eye, &scene.models, self.settles);
         cursors.advance(&scene.models, self.settles, now, |needed| match needed {
             Needed::Mesh(place) => renderer.triangles_at(&on_device(models, place)).is_some(),
-            Needed::Way(place) => renderer.has_way(&on_device(models, place)),
+            Needed::Way(place) => renderer.has_morph_target(&on_device(models, place)),
         });
         renderer.request(cursors.waiting(&scene.models).map(|needed| match needed {
-            Needed::Mesh(place) => Wanted::Mesh(on_device(models, place)),
-            Needed::Way(place) => Wanted::Way(on_device(models, place)),
+            Needed::Mesh(place) => ResolveRequest::Mesh(on_device(models, place)),
+            Needed::Way(place) => ResolveRequest::MorphTarget(on_device(models, place)),
         }));
     }
 
@@ -115,7 +115,7 @@ impl Viewer {
     ) -> Frame<'a> {
         Frame {
             camera,
-            instances: Instances::Kept(instances),
+            instances: InstanceSource::Retained(instances),
             object_highlights,
             wireframe: self.wireframe,
             background: self.background(),

@@ -26,7 +26,7 @@ impl Viewer {
             theta: rows.clone().map(|row| (row.name.clone(), row.theta[1])).collect(),
             theta_span: rows.map(|row| (row.name.clone(), row.theta)).collect(),
             cpu_ms: self.cpu_millis,
-            hide_ms: self.last.hide_millis,
+            hide_ms: self.last.occlusion_millis,
             draw_calls: self.last.draw_calls,
             draw_commands: self.last.draw_commands,
             gpu_ms: stats::gpu_millis(&self.last),
