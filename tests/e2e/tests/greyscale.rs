@@ -10,7 +10,7 @@ use busbar_renderer::{
     Picture, Quality, Renderer, RendererOptions,
 };
 use busbar_scene::Material;
-use busbar_viewer::looks::{self, Highlight};
+use busbar_viewer::highlight_styles::{self, Highlight};
 use e2e::built_folder;
 use glam::{Mat4, Vec3};
 use serde_json::Value;
@@ -63,7 +63,10 @@ fn legends() -> Vec<(String, Highlight)> {
             .and_then(|instance| Overlay::configure(instance, Vec::new()))
             .unwrap_or_else(|fault| panic!("{fault}"));
         let entry = |entry: &busbar_plugin_host::LegendEntry| {
-            (format!("{name}: {}", entry.name), looks::of_state(entry.color, entry.pattern))
+            (
+                format!("{name}: {}", entry.name),
+                highlight_styles::state_style(entry.color, entry.pattern),
+            )
         };
         overlay.description().legend.iter().map(entry).collect::<Vec<_>>()
     };
@@ -72,9 +75,10 @@ fn legends() -> Vec<(String, Highlight)> {
 
 /// All tints that there are, those that mean the same under several names once.
 fn tints() -> Vec<(String, Highlight)> {
-    let own = looks::ALL.iter().map(|&(name, tint)| (name.to_owned(), tint));
-    let gas =
-        GAS_STATES.map(|(name, color, pattern)| (name.to_owned(), looks::of_state(color, pattern)));
+    let own = highlight_styles::ALL.iter().map(|&(name, tint)| (name.to_owned(), tint));
+    let gas = GAS_STATES.map(|(name, color, pattern)| {
+        (name.to_owned(), highlight_styles::state_style(color, pattern))
+    });
     let mut tints: Vec<(String, Highlight)> = Vec::new();
     for (name, tint) in own.chain(legends()).chain(gas) {
         match tints.iter_mut().find(|(_, known)| *known == tint) {
@@ -92,10 +96,15 @@ fn all_looks() -> Vec<Look> {
         outlines.map(|outline| Look { name: format!("{name}, {outline:?}"), highlight, outline })
     };
     // What is selected shows no state, unless something is wrong with it.
-    let with_selection = [looks::SELECTION, looks::WARNING, looks::ALARM, looks::UNKNOWN];
+    let with_selection = [
+        highlight_styles::SELECTION,
+        highlight_styles::WARNING,
+        highlight_styles::ALARM,
+        highlight_styles::UNKNOWN,
+    ];
     let is_possible = |look: &Look| match look.outline {
         Some(OutlineKind::Selected) => with_selection.contains(&look.highlight),
-        _ => look.highlight != looks::SELECTION,
+        _ => look.highlight != highlight_styles::SELECTION,
     };
     tints().into_iter().flat_map(with_outlines).filter(is_possible).collect()
 }

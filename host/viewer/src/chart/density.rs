@@ -6,7 +6,7 @@ use busbar_renderer::{
     BrushedAxis, DensityInput, DensityPlane, DensityProgress, DensitySummary, RecoveryAction,
     RenderError, Renderer,
 };
-use busbar_ui::DensityRow;
+use busbar_ui::DensityLegend;
 use glam::Affine3A;
 
 /// Lines where nothing is brushed or behind what is, and those that are, sRGB.
@@ -40,7 +40,7 @@ impl Density {
             *self = Self { arrangement: self.arrangement, ..Self::default() };
             return Ok(());
         };
-        self.ask(&wanted);
+        self.request_count(&wanted);
         let Some(request) = &self.request else { return Ok(()) };
         match count(renderer, request, board, (last_read, self.arrangement), settles) {
             Ok(progress) => (self.progress, self.fault) = (progress, None),
@@ -57,13 +57,13 @@ impl Density {
             }
             Some(_) => {}
         }
-        self.stand(&wanted, board, world_from_chart);
+        self.place_planes(&wanted, board, world_from_chart);
         Ok(())
     }
 
     /// Asks for what is wanted. While time goes by, a count that has begun ends first, or
     /// none ever would.
-    fn ask(&mut self, wanted: &DensityRequest) {
+    fn request_count(&mut self, wanted: &DensityRequest) {
         let is_counting = self.is_counting();
         let stays = self.request.as_ref().is_some_and(|request| {
             request == wanted || (is_counting && request.is_but_for_time(wanted))
@@ -80,12 +80,12 @@ impl Density {
     }
 
     /// Whether more frames are needed until all is counted.
-    pub(super) fn is_coming(&self) -> bool {
+    pub(super) fn needs_frames(&self) -> bool {
         self.request.is_some() && self.is_counting()
     }
 
     /// Lets the picture stand between the axes that it was counted for, or nowhere.
-    fn stand(&mut self, wanted: &DensityRequest, board: &Board, world_from_chart: Affine3A) {
+    fn place_planes(&mut self, wanted: &DensityRequest, board: &Board, world_from_chart: Affine3A) {
         self.planes.clear();
         let Some((request, summary)) = &self.shown else { return };
         if !request.has_axes_of(wanted) {
@@ -115,11 +115,11 @@ impl Density {
     }
 
     /// What is said of it in panels.
-    pub(super) fn row(&self) -> Option<DensityRow> {
+    pub(super) fn row(&self) -> Option<DensityLegend> {
         self.request.as_ref()?;
         let summary = self.shown.as_ref().map(|(_, summary)| *summary).unwrap_or_default();
-        Some(DensityRow {
-            counting: self.is_coming().then_some([self.progress.counted, self.progress.of]),
+        Some(DensityLegend {
+            counting: self.needs_frames().then_some([self.progress.counted, self.progress.of]),
             most: summary.peak as usize,
             fault: self.fault.clone(),
         })
