@@ -1,4 +1,4 @@
-//! What is served, and to whom.
+//! Options of the server: content, address, access.
 
 use std::ffi::OsString;
 use std::fmt;
@@ -10,26 +10,26 @@ use crate::token::Token;
 /// Pages that look at one view at most; each costs a picture and its own encoding.
 pub const MAX_CLIENTS: usize = 16;
 
-/// What is served, and to whom.
+/// Options of the server: content, address, access.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// The program `busbar`.
+    /// Path of the program `busbar`.
     pub program: OsString,
     /// Path of the configuration, absolute.
     pub config: String,
-    /// Where to listen.
+    /// Address and port to listen at.
     pub listen: SocketAddr,
-    /// Whether it may be reached from elsewhere, though nothing here is encrypted.
+    /// Reports whether other machines may connect, though nothing here is encrypted.
     pub insecure_remote: bool,
-    /// What whoever looks must have.
+    /// Token that grants access to the view.
     pub token: Token,
     /// Pages of these origins may embed the view, and speak to it.
     pub allowed_origins: Vec<Origin>,
     /// Pages that look at the same time, at most [`MAX_CLIENTS`].
     pub max_clients: usize,
-    /// Whether Busbar's own panels are shown beside the scene.
+    /// Reports whether Busbar's own panels are shown beside the scene.
     pub panels: bool,
-    /// Who acts on alarms, for the audit log; may be empty.
+    /// Operator who acts on alarms, for the audit log; may be empty.
     pub operator: String,
 }
 
@@ -37,17 +37,17 @@ pub struct Options {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Origin {
     text: String,
-    /// Where the host begins, and where it ends.
+    /// Byte range of the host within the text.
     host: (usize, usize),
 }
 
-/// A text is no origin.
+/// Text that is no origin.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("write it as browsers do, such as https://hmi.example or http://10.0.0.5:8080")]
 pub struct OriginFault;
 
 impl Origin {
-    /// Its host, without the port.
+    /// Returns the host, without the port.
     pub(crate) fn host(&self) -> &str {
         &self.text[self.host.0..self.host.1]
     }

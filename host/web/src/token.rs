@@ -1,13 +1,13 @@
-//! The secret that whoever looks must have.
+//! Secret token that grants access to a view.
 
 use std::fmt;
 
 use subtle::ConstantTimeEq;
 
-/// Fewer characters could be guessed.
+/// Fewest characters; a shorter token could be guessed.
 const MIN_CHARACTERS: usize = 16;
 const MAX_CHARACTERS: usize = 256;
-/// Of one that is made here: 256 bits.
+/// Bytes of a generated token: 256 bits.
 const RANDOM_BYTES: usize = 32;
 
 /// A token: 16 to 256 letters, digits, `-` and `_`, which go into addresses and headers as
@@ -15,22 +15,22 @@ const RANDOM_BYTES: usize = 32;
 #[derive(Clone)]
 pub struct Token(String);
 
-/// What is wrong with a token.
+/// Error of a token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TokenFault {
-    /// It could be guessed.
+    /// Token that could be guessed.
     #[error(
         "the token has {0} characters, which could be guessed; give at least {MIN_CHARACTERS}, \
          such as `openssl rand -hex 32` prints"
     )]
     TooShort(usize),
-    /// It does not fit into a header.
+    /// Token that does not fit into a header.
     #[error("the token has {0} characters; give at most {MAX_CHARACTERS}")]
     TooLong(usize),
-    /// It does not fit into an address.
+    /// Token that does not fit into an address.
     #[error("the token has other characters than letters, digits, `-` and `_`")]
     Characters,
-    /// There is no randomness to be had.
+    /// System without random numbers.
     #[error("the system gives no random numbers; give a token")]
     NoRandomness,
 }
@@ -52,7 +52,7 @@ impl Token {
         }
     }
 
-    /// Makes one that nobody can guess.
+    /// Generates a token that nobody can guess.
     ///
     /// # Errors
     /// The system has no randomness.
@@ -62,7 +62,7 @@ impl Token {
         Ok(Self(bytes.iter().map(|byte| format!("{byte:02x}")).collect()))
     }
 
-    /// Whether somebody has it. The time that this takes tells nothing of where they differ.
+    /// Compares a token with this one in constant time.
     pub(crate) fn is(&self, told: &str) -> bool {
         self.0.as_bytes().ct_eq(told.as_bytes()).into()
     }

@@ -1,4 +1,4 @@
-//! Who gets in and how far, by requests as anybody can make them.
+//! Access control over HTTP: tokens, hosts, origins, limits and floods.
 
 mod common;
 

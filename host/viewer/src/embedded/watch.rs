@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use busbar_alarms::{AlarmHandle, Standing, State};
 use busbar_plugin_host::Verdict;
 use busbar_protocol::message::{
-    AlarmStanding, CameraPose, EquipmentVerdict, FromViewer, TagQuality,
+    AlarmSnapshot, CameraPose, EquipmentVerdict, TagQuality, ViewerMessage,
 };
 use busbar_tags::{Quality, SourceTime};
 
@@ -38,20 +38,20 @@ type ToldVerdict = (EquipmentVerdict, bool, String);
 
 impl Watch {
     /// What is otherwise than when it was told.
-    pub(super) fn look(&mut self, viewer: &mut Viewer) -> Vec<FromViewer> {
+    pub(super) fn look(&mut self, viewer: &mut Viewer) -> Vec<ViewerMessage> {
         let mut told = Vec::new();
         if !std::mem::replace(&mut self.is_ready, true) {
-            told.push(FromViewer::Ready { device: viewer.device_name().to_owned() });
+            told.push(ViewerMessage::Ready { device: viewer.device_name().to_owned() });
         }
-        told.extend(viewer.take_picked().into_iter().map(FromViewer::Picked));
+        told.extend(viewer.take_picked().into_iter().map(ViewerMessage::Picked));
         let hovered = viewer.hovered();
         if hovered != self.hovered {
             self.hovered.clone_from(&hovered);
-            told.push(FromViewer::Hovered(hovered));
+            told.push(ViewerMessage::Hovered(hovered));
         }
         let pose = viewer.pose();
         if self.pose.replace(pose) != Some(pose) {
-            told.push(FromViewer::Looks(pose));
+            told.push(ViewerMessage::CameraMoved(pose));
         }
         self.look_at_alarms(viewer, &mut told);
         self.look_at_tags(viewer, &mut told);
@@ -59,17 +59,17 @@ impl Watch {
         for (plugin, state) in viewer.plugin_states() {
             if self.plugins.get(&plugin) != Some(&state) {
                 self.plugins.insert(plugin.clone(), state.clone());
-                told.push(FromViewer::Plugin { plugin, state });
+                told.push(ViewerMessage::Plugin { plugin, state });
             }
         }
         told
     }
 
-    fn look_at_alarms(&mut self, viewer: &mut Viewer, told: &mut Vec<FromViewer>) {
+    fn look_at_alarms(&mut self, viewer: &mut Viewer, told: &mut Vec<ViewerMessage>) {
         let Some(alarms) = viewer.alarming() else { return };
         let changed = alarms.changed_since(&mut self.alarms);
         told.extend(changed.into_iter().map(|(alarm, state, standing, since)| {
-            FromViewer::Alarm(AlarmStanding {
+            ViewerMessage::Alarm(AlarmSnapshot {
                 alarm,
                 state: state_number(state),
                 since: since.0,
@@ -77,12 +77,14 @@ impl Watch {
             })
         }));
         for (alarm, action) in alarms.take_asked() {
-            told.extend(action_to(action).map(|action| FromViewer::Asked { alarm, action }));
+            told.extend(
+                action_to(action).map(|action| ViewerMessage::AlarmRequested { alarm, action }),
+            );
         }
     }
 
     /// Tells verdicts that changed, or whose reasons did.
-    fn look_at_verdicts(&mut self, viewer: &Viewer, told: &mut Vec<FromViewer>) {
+    fn look_at_verdicts(&mut self, viewer: &Viewer, told: &mut Vec<ViewerMessage>) {
         let mut room = MAX_VERDICTS_A_FRAME;
         for overlay in viewer.judging_overlays() {
             let known = self.verdicts.entry(overlay.name.to_owned()).or_default();
@@ -109,7 +111,7 @@ impl Watch {
                 }
                 room -= 1;
                 *known = Some((verdict, is_assumed, reason.clone().into_owned()));
-                told.push(FromViewer::Verdict {
+                told.push(ViewerMessage::Verdict {
                     equipment: id.clone(),
                     overlay: overlay.name.to_owned(),
                     verdict,
@@ -121,7 +123,7 @@ impl Watch {
     }
 
     /// What each tag is worth, freshness included.
-    fn look_at_tags(&mut self, viewer: &Viewer, told: &mut Vec<FromViewer>) {
+    fn look_at_tags(&mut self, viewer: &Viewer, told: &mut Vec<ViewerMessage>) {
         let snapshot = viewer.tags();
         let states = snapshot.states();
         self.qualities.resize(states.len(), None);
@@ -138,7 +140,7 @@ impl Watch {
             room -= 1;
             known[index] = Some(state.quality);
             let id = viewer.tag_id(busbar_tags::TagHandle(index as u32)).unwrap_or_default();
-            told.push(FromViewer::Quality {
+            told.push(ViewerMessage::Quality {
                 tag: id.to_owned(),
                 quality: match state.quality {
                     Quality::Good => TagQuality::Good,
@@ -158,8 +160,8 @@ fn state_number(state: State) -> u8 {
 }
 
 /// As a viewer before this one told them; what cannot be read is passed over.
-pub(super) fn standings_of(alarms: &[AlarmStanding]) -> Vec<(String, Standing, SourceTime)> {
-    let standing = |told: &AlarmStanding| {
+pub(super) fn standings_of(alarms: &[AlarmSnapshot]) -> Vec<(String, Standing, SourceTime)> {
+    let standing = |told: &AlarmSnapshot| {
         let standing = serde_json::from_str(&told.standing).ok()?;
         Some((told.alarm.clone(), standing, SourceTime(told.since)))
     };
