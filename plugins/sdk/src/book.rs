@@ -1,4 +1,4 @@
-//! The book: how to write a plugin, chapter by chapter.
+//! Book for authors of plugins, chapter by chapter.
 //!
 //! 1. [Start](start): a working plugin in five commands
 //! 2. [The life of a plugin](life): what is called when

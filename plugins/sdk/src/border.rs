@@ -1,4 +1,4 @@
-//! What crosses the border, checked as far as it can be.
+//! Validation of pointers, structs and texts at the C boundary.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -29,8 +29,8 @@ pub(crate) unsafe fn guard(
     }
 }
 
-/// A struct that is passed alone: not null, aligned, and as long as this version
-/// of the SDK needs, which its first word says.
+/// Checks a struct that is passed alone: not null, aligned, and as long as this version of the SDK
+/// needs. Its first word has its size.
 ///
 /// # Safety
 /// `pointer` is null or leads to a struct of some version of `T`, alive for `'a`.
@@ -48,7 +48,7 @@ pub(crate) unsafe fn given<'a, T>(pointer: *const T, what: &str) -> Result<&'a T
     Ok(unsafe { &*pointer })
 }
 
-/// As [`given`], for what the callee fills in.
+/// Checks a struct that the callee fills in, as [`checked_ref`] does.
 ///
 /// # Safety
 /// As for [`given`], and nobody else uses it during `'a`.

@@ -1,4 +1,4 @@
-//! Capability `busbar.mesh-optimizer/1-draft`.
+//! Capability `busbar.mesh-optimizer/1-draft`: sequences of half-edge collapses.
 
 use std::mem::offset_of;
 use std::time::Instant;
@@ -8,30 +8,29 @@ use busbar_plugin_abi as abi;
 use crate::border::{given, given_mut, slice};
 use crate::{Error, Plugin};
 
-/// Orders the half-edge collapses of meshes.
+/// Optimizer that orders the half-edge collapses of meshes.
 pub trait MeshOptimizer: Plugin {
-    /// Whether [`Mesh::wedges`] are looked at. Where they are not, the host need not hand
-    /// over half of the mesh; there are none then, whatever the host.
+    /// Reports whether the optimizer reads [`Mesh::wedges`]. Where it does not, the host need not
+    /// pass half of the mesh, and there are none whatever the host.
     const READS_WEDGES: bool = true;
 
-    /// The whole sequence, the least important collapse first. The same mesh
-    /// and settings must give the same sequence everywhere. Several calls may
-    /// run at once.
+    /// Computes the whole sequence, the least important collapse first. The same mesh and settings
+    /// must give the same sequence everywhere. Several calls may run at once.
     ///
     /// # Errors
     /// [`Error::cancelled`] when `progress` says so; otherwise what failed.
     fn optimize(&self, mesh: Mesh<'_>, progress: &mut Progress<'_>) -> Result<CollapseList, Error>;
 }
 
-/// A triangle mesh over welded positions.
+/// Triangle mesh over welded positions.
 #[derive(Clone, Copy, Debug)]
 pub struct Mesh<'a> {
-    /// x, y, z of each position, finite, metres.
+    /// Coordinates x, y, z of each position, finite, metres.
     pub positions: &'a [[f32; 3]],
     /// Three different position indices of each triangle.
     pub triangles: &'a [[u32; 3]],
-    /// Attributes; `None` where the host gives none, or [`MeshOptimizer::READS_WEDGES`] says
-    /// that none are wanted.
+    /// Wedge attributes; `None` where the host gives none, or [`MeshOptimizer::READS_WEDGES`] is
+    /// false.
     pub wedges: Option<Wedges<'a>>,
 }
 
@@ -51,13 +50,13 @@ pub struct Wedges<'a> {
     pub sections: &'a [u32],
 }
 
-/// One half-edge collapse.
+/// Half-edge collapse of one position onto another.
 pub type Collapse = abi::BusbarCollapse;
 
-/// A sequence of collapses with the times of the stages that made it.
+/// Sequence of collapses, with the times of the stages that made it.
 #[derive(Clone, Debug, Default)]
 pub struct CollapseList {
-    /// The collapses in order.
+    /// Collapses in their order.
     pub collapses: Vec<Collapse>,
     stages: Vec<(&'static str, f64)>,
 }
@@ -76,7 +75,7 @@ impl CollapseList {
         result
     }
 
-    /// Names and milliseconds of the stages, in order.
+    /// Returns names and milliseconds of the stages, in order.
     pub fn stages(&self) -> &[(&'static str, f64)] {
         &self.stages
     }
@@ -88,12 +87,12 @@ pub struct Progress<'a> {
 }
 
 impl<'a> Progress<'a> {
-    /// What `raw` says must be true of its function and context.
+    /// Wraps the ABI struct, whose function and context must belong together.
     pub(crate) fn from_raw(raw: &'a abi::BusbarProgress) -> Self {
         Self { raw: Some(raw) }
     }
 
-    /// Says how much is done, 0 to 1.
+    /// Reports the share of the work that is done, 0 to 1.
     ///
     /// # Errors
     /// [`Error::cancelled`] when the host asked to stop: hand it on.
@@ -108,7 +107,7 @@ impl<'a> Progress<'a> {
         }
     }
 
-    /// A progress that nobody watches, for tests.
+    /// Creates a progress without a host, for tests.
     pub fn unwatched() -> Self {
         Self { raw: None }
     }
@@ -228,8 +227,8 @@ unsafe fn read_mesh<'a>(mesh: *const abi::BusbarMesh) -> Result<Mesh<'a>, Error>
     Ok(Mesh { positions, triangles, wedges: Some(wedges) })
 }
 
-/// What an optimiser may rely on: indices exist, corners stand where the
-/// triangles do, and each position has its wedges in one run.
+/// Checks the rules that an optimizer may rely on: indices exist, corners stand where the triangles
+/// do, and each position has its wedges in one run.
 fn check_wedges(
     wedges: &Wedges<'_>,
     position_count: usize,

@@ -1,4 +1,4 @@
-//! Capability `busbar.simulator/1-draft`.
+//! Capability `busbar.simulator/1-draft`: simulated devices.
 
 use std::collections::HashMap;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -26,49 +26,49 @@ pub trait Simulator: Plugin {
     /// Ends all connections and threads within two seconds, and listens no more.
     fn stop_simulation(&mut self);
 
-    /// How it goes; called between start and stop only.
+    /// Returns the status of the simulation; called between start and stop only.
     fn simulation_status(&self) -> SimulationStatus;
 }
 
-/// What is to be simulated.
+/// Parameters of a simulation.
 #[derive(Clone, Debug)]
 pub struct Simulation {
-    /// Tags with their values.
+    /// Tags with their signals.
     pub tags: Vec<SimulatedTag>,
-    /// What goes wrong when, counted from the start.
+    /// Plan of the faults, counted from the start.
     pub faults: FaultPlan,
-    /// Period in which changes are looked for, where the protocol sends them by itself.
+    /// Period of changes, where the protocol sends them unsolicited.
     pub update: Duration,
-    /// For whatever else is left to chance.
+    /// Seed for all other random choices.
     pub seed: u64,
 }
 
-/// A tag and its values.
+/// Tag with its signal.
 #[derive(Clone, Debug)]
 pub struct SimulatedTag {
-    /// The tag, as telemetry has it.
+    /// Specification of the tag, as for telemetry.
     pub spec: TagSpec,
-    /// Its values.
+    /// Signal of the tag's values.
     pub signal: Signal,
 }
 
-/// How a simulation goes.
+/// Status of a simulation.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SimulationStatus {
-    /// Where it listens.
+    /// Address that the simulator listens at.
     pub endpoint: String,
-    /// What goes wrong now.
+    /// Fault that holds now.
     pub fault: Option<FaultKind>,
-    /// Clients that are connected.
+    /// Number of clients that are connected.
     pub clients: u32,
-    /// Connections that were taken so far.
+    /// Number of connections accepted so far.
     pub connections: u64,
-    /// Answers to requests, and messages without one, that were sent so far.
+    /// Number of messages sent so far: answers to requests, and unsolicited ones.
     pub messages: u64,
 }
 
 impl Simulation {
-    /// The specs alone, to read addresses as telemetry does.
+    /// Returns the specifications alone, to read addresses as telemetry does.
     pub fn specs(&self) -> Vec<TagSpec> {
         self.tags.iter().map(|tag| tag.spec.clone()).collect()
     }
@@ -125,12 +125,12 @@ pub(crate) unsafe fn read_simulation(
     })
 }
 
-/// How long ago it was; nothing where the clock was set back.
+/// Returns the time since an instant; zero where the clock was set back.
 fn since(begun: SystemTime) -> Duration {
     SystemTime::now().duration_since(begun).unwrap_or_default()
 }
 
-/// The events of each tag.
+/// Groups the scenario events by tag.
 fn courses(
     begun: SystemTime,
     events: &[abi::BusbarSimulatedEvent],

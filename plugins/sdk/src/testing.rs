@@ -1,4 +1,4 @@
-//! For tests of plugins: a host that records what a plugin sends.
+//! Test support for plugins: a host that records what a plugin sends.
 //!
 //! ```
 //! use std::time::Duration;
@@ -40,12 +40,12 @@ pub use silence::{
 pub use truth::{ShownTag, TruthCounts, TruthMoment, TruthOracle};
 pub use watched::Watched;
 
-/// A host without a log.
+/// Creates a host without a log.
 pub fn host() -> Host {
     Host::closed()
 }
 
-/// A tag with a freshness limit of five seconds and `id` as its name.
+/// Creates a tag with a freshness limit of five seconds and `id` as its name.
 pub fn tag_spec(tag: u32, id: &str, kind: ValueKind, address: serde_json::Value) -> TagSpec {
     TagSpec { tag, kind, freshness: std::time::Duration::from_secs(5), id: id.to_owned(), address }
 }

@@ -1,4 +1,4 @@
-//! A thread of a plugin's own that ends when it is told to.
+//! Worker threads of plugins, with cooperative cancellation.
 
 use std::future::poll_fn;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -9,16 +9,15 @@ use std::time::{Duration, Instant};
 use crate::clock::Clock;
 use crate::{Error, Host, LinkState, LogLevel, Reason, SampleSink, TagSpec};
 
-/// How long dropping a [`Worker`] waits for its thread. The host gives `stop` two
-/// seconds.
+/// Longest time that dropping a [`Worker`] waits for its thread. The host gives `stop` two seconds.
 pub const MAX_STOP: Duration = Duration::from_millis(1500);
-/// How often it looks whether the thread has ended.
+/// Period at which a drop checks whether the thread has ended.
 const STOP_CHECK: Duration = Duration::from_millis(1);
 /// Shortest and longest delay between two sessions of [`Worker::serve`].
 const MIN_RETRY: Duration = Duration::from_millis(500);
 const MAX_RETRY: Duration = Duration::from_secs(30);
 
-/// A thread that runs until it is dropped.
+/// Thread that runs until it is dropped.
 ///
 /// ```
 /// use std::time::Duration;
@@ -46,7 +45,7 @@ pub struct Worker {
     name: String,
 }
 
-/// What a worker's thread asks whether it shall go on.
+/// Stop token of a worker's thread: it reports whether the thread shall continue.
 #[derive(Clone)]
 pub struct Running {
     stop: Arc<Mutex<Stop>>,
@@ -56,19 +55,19 @@ pub struct Running {
 #[derive(Default)]
 struct Stop {
     is_wanted: bool,
-    /// Of the task in [`Running::stopped`].
+    /// Waker of the task in [`StopToken::stopped`].
     waker: Option<Waker>,
 }
 
 impl Running {
-    /// Whether to go on. A loop that blocks elsewhere asks this at least every
+    /// Reports whether the thread shall continue. A loop that blocks elsewhere asks at least every
     /// second.
     pub fn is_running(&self) -> bool {
         !self.stop.lock().unwrap_or_else(PoisonError::into_inner).is_wanted
     }
 
-    /// Ends when the worker is dropped, for threads with an event loop of their own.
-    /// One task at a time may wait for it.
+    /// Completes when the worker is dropped, for threads with an event loop of their own. One task
+    /// at a time may wait for it.
     pub fn stopped(&self) -> impl Future<Output = ()> + Send + use<> {
         let stop = Arc::clone(&self.stop);
         poll_fn(move |context: &mut Context<'_>| {
@@ -92,7 +91,7 @@ impl Running {
         self.clock.wake();
     }
 
-    /// Waits, at most until the worker is dropped; whether to go on.
+    /// Waits, at most until the worker is dropped; returns whether the thread shall continue.
     pub fn wait(&self, duration: Duration) -> bool {
         self.clock.wait(duration, || !self.is_running());
         self.is_running()
@@ -118,10 +117,10 @@ impl Worker {
         Ok(Self { running, thread: Some(thread), host: host.clone(), name: name.to_owned() })
     }
 
-    /// Starts a thread that serves `tags` from a device: it runs `session`, which
-    /// connects, says that the link is up, and publishes for as long as all is well.
-    /// When it ends, the link is reported as down, the tags are bad (communication),
-    /// and it is run again after half a second, then a second, and so on up to thirty.
+    /// Starts a thread that serves `tags` from a device. It runs `session`, which connects, reports
+    /// the link as up, and publishes for as long as all is well. When the session ends, the link is
+    /// reported as down, and the tags are bad (communication). The session runs again after half a
+    /// second, then a second, and so on up to thirty.
     ///
     /// # Errors
     /// As [`Worker::start`].

@@ -1,4 +1,4 @@
-//! Values of simulated tags.
+//! Signals of simulated tags: constant, sine, random walk, steps, counter.
 
 use std::f64::consts::TAU;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -8,24 +8,24 @@ use busbar_plugin_abi as abi;
 use super::{Course, draw, mix, unit};
 use crate::{DoublePoint, Error, Value, ValueKind};
 
-/// How long a switch travels at most.
+/// Longest travel time of a switch.
 const MAX_TRAVEL: Duration = Duration::from_secs(2);
-/// The longest period: a year.
+/// Longest period: a year.
 const MAX_PERIOD: Duration = Duration::from_secs(366 * 86_400);
 
-/// How a value moves.
+/// Shape of a signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
-    /// The base, always.
+    /// Constant at the base.
     Constant,
-    /// A sine about the base, its phase by the tag's id.
+    /// Sine about the base, its phase by the tag's id.
     Sine,
-    /// A smooth random walk about the base: a new aim each period.
+    /// Smooth random walk about the base, with a new target each period.
     Walk,
-    /// Random levels about the base, each held for a period. Of a bool or double
-    /// point: open or closed, by chance. A switch travels first.
+    /// Random levels about the base, each held for a period. A bool or double point is open or
+    /// closed, by chance. A switch travels first.
     Steps,
-    /// One more each period, from the base to base plus amplitude, then anew.
+    /// Counter: one more each period, from the base to base plus amplitude, then anew.
     Counter,
 }
 
@@ -42,7 +42,7 @@ impl Shape {
     }
 }
 
-/// A shape with its measures, which are in range.
+/// Shape with its parameters, which are in range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Behaviour {
     shape: Shape,
@@ -52,7 +52,7 @@ pub struct Behaviour {
 }
 
 impl Behaviour {
-    /// A behaviour about `base`, by `amplitude` to both sides, both in the tag's unit.
+    /// Creates a behaviour about `base`, by `amplitude` to both sides, both in the tag's unit.
     ///
     /// # Errors
     /// [`Error::settings`] for numbers that are not finite, an amplitude below 0, and a
@@ -72,7 +72,7 @@ impl Behaviour {
     }
 }
 
-/// The value of one tag at any instant.
+/// Signal of one tag: its value at any instant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Signal {
     key: u64,
@@ -82,7 +82,7 @@ pub struct Signal {
 }
 
 impl Signal {
-    /// The signal of a tag.
+    /// Creates the signal of a tag.
     ///
     /// # Errors
     /// [`Error::settings`] when values of the kind cannot move so.
@@ -100,7 +100,7 @@ impl Signal {
         Ok(Self { key: mix(hash ^ mix(seed)), kind, behaviour, course: None })
     }
 
-    /// The same that also does what a scenario has it do.
+    /// Returns the signal with the events of a scenario.
     ///
     /// # Errors
     /// [`Error::settings`] for values that its kind does not have.
@@ -123,12 +123,12 @@ impl Signal {
         Ok(Self { course: Some(course), ..self })
     }
 
-    /// What kind of value it gives.
+    /// Returns the kind of its values.
     pub fn kind(&self) -> ValueKind {
         self.kind
     }
 
-    /// The value at an instant, whoever asks and how often.
+    /// Computes the value at an instant, independent of earlier calls.
     pub fn at(&self, time: SystemTime) -> Value {
         let told = self.course.as_ref().and_then(|course| course.at(time, |at| self.own_at(at)));
         if let Some(told) = told {
@@ -147,8 +147,8 @@ impl Signal {
         }
     }
 
-    /// The least and the greatest number that it ever gives; 0 and 1 for a bool, 0 and
-    /// 3 for a double point.
+    /// Returns the least and the greatest number of the signal; 0 and 1 for a bool, 0 and 3 for a
+    /// double point.
     pub fn range(&self) -> (f64, f64) {
         let Behaviour { shape, base, amplitude, .. } = self.behaviour;
         let own = match (self.kind, shape) {
@@ -164,7 +164,7 @@ impl Signal {
         if self.kind == ValueKind::I64 { (low.round(), high.round()) } else { (low, high) }
     }
 
-    /// How much it changes at most in a second; none where it jumps.
+    /// Returns the greatest change in a second; none where the signal jumps.
     pub fn max_slope(&self) -> Option<f64> {
         let Behaviour { shape, amplitude, period, .. } = self.behaviour;
         match shape {
@@ -177,7 +177,8 @@ impl Signal {
         }
     }
 
-    /// By its own shape; a state as a number is of no use to a course, which jumps.
+    /// Computes the value by the signal's own shape. States return the base: a scenario does not
+    /// ramp them.
     fn own_at(&self, time: SystemTime) -> f64 {
         match self.kind {
             ValueKind::F64 | ValueKind::I64 => self.number_at(time),
@@ -226,7 +227,8 @@ impl Signal {
         }
     }
 
-    /// Which period since 1970, and how much of it is over, 0 to less than 1.
+    /// Returns the number of the period since 1970, and the share of it that is over, 0 to less
+    /// than 1.
     fn period_at(&self, time: SystemTime) -> (u64, f64) {
         let nanos = time.duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos();
         let period = self.behaviour.period.as_nanos();
@@ -234,7 +236,7 @@ impl Signal {
         (number, (nanos % period) as f64 / period as f64)
     }
 
-    /// -1 to 1.
+    /// Returns the level of a period, -1 to 1.
     fn level(&self, period: u64) -> f64 {
         2.0 * unit(draw(self.key, period)) - 1.0
     }

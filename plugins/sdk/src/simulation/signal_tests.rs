@@ -52,8 +52,8 @@ fn seed_and_id_make_the_difference() {
     assert_ne!(of(1, "a"), of(1, "b"));
 }
 
-/// What one release promises to a test of another; the numbers are those of a Python
-/// program after the same formulas.
+/// Pins the values across releases; the numbers are those of a Python program after the same
+/// formulas.
 #[test]
 fn values_are_those_of_the_first_release() {
     let value = |shape| number(&signal(shape, ValueKind::F64, 60.0), 0);

@@ -1,4 +1,4 @@
-//! Sequences on small meshes.
+//! Collapse sequences of small meshes.
 
 use busbar_plugin_sdk::testing::{Grid, check_sequence, host, stopping_after};
 

@@ -8,7 +8,7 @@ use busbar_plugin_sdk::{TagSpec, Telemetry, Worker, export_plugin};
 
 /// Longest time to connect, and longest silence that is not a fault.
 const TIMEOUT: Duration = Duration::from_secs(1);
-/// Longest line.
+/// Longest line, in bytes.
 const MAX_LINE_BYTES: u64 = 256;
 
 #[derive(serde::Deserialize, schemars::JsonSchema)]
