@@ -44,7 +44,7 @@ pub struct Origin {
 /// Text that is no origin.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("write it as browsers do, such as https://hmi.example or http://10.0.0.5:8080")]
-pub struct OriginFault;
+pub struct OriginError;
 
 impl Origin {
     /// Returns the host, without the port.
@@ -59,22 +59,22 @@ impl Origin {
 }
 
 impl FromStr for Origin {
-    type Err = OriginFault;
+    type Err = OriginError;
 
     /// Only what needs no escape in headers and pages gets through.
-    fn from_str(text: &str) -> Result<Self, OriginFault> {
+    fn from_str(text: &str) -> Result<Self, OriginError> {
         let text = text.to_ascii_lowercase();
-        let (scheme, rest) = text.split_once("://").ok_or(OriginFault)?;
+        let (scheme, rest) = text.split_once("://").ok_or(OriginError)?;
         let usual = match scheme {
             "http" => ":80",
             "https" => ":443",
-            _ => return Err(OriginFault),
+            _ => return Err(OriginError),
         };
         let rest = rest.strip_suffix('/').unwrap_or(rest);
         let rest = rest.strip_suffix(usual).unwrap_or(rest);
-        let (host, port) = split_port(rest).ok_or(OriginFault)?;
+        let (host, port) = split_port(rest).ok_or(OriginError)?;
         if port.is_some_and(|port| port.parse::<u16>().is_err()) || !is_host(host) {
-            return Err(OriginFault);
+            return Err(OriginError);
         }
         let begin = scheme.len() + "://".len();
         Ok(Self { text: format!("{scheme}://{rest}"), host: (begin, begin + host.len()) })

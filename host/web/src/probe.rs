@@ -30,7 +30,7 @@ impl Pages {
     ///
     /// # Errors
     /// In words, what is wrong with it.
-    pub fn say(&mut self, page: usize, text: &str) -> Result<Vec<Command>, String> {
+    pub fn receive(&mut self, page: usize, text: &str) -> Result<Vec<Command>, String> {
         self.steering.act(self.seats[page], FromPage::parse(text)?)
     }
 

@@ -17,7 +17,7 @@ pub struct Token(String);
 
 /// Error of a token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum TokenFault {
+pub enum TokenError {
     /// Token that could be guessed.
     #[error(
         "the token has {0} characters, which could be guessed; give at least {MIN_CHARACTERS}, \
@@ -40,15 +40,15 @@ impl Token {
     ///
     /// # Errors
     /// It is too short or too long, or has other characters.
-    pub fn parse(text: &str) -> Result<Self, TokenFault> {
+    pub fn parse(text: &str) -> Result<Self, TokenError> {
         let text = text.trim();
         if !text.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"-_".contains(&byte)) {
-            return Err(TokenFault::Characters);
+            return Err(TokenError::Characters);
         }
         match text.len() {
-            length @ ..MIN_CHARACTERS => Err(TokenFault::TooShort(length)),
+            length @ ..MIN_CHARACTERS => Err(TokenError::TooShort(length)),
             MIN_CHARACTERS..=MAX_CHARACTERS => Ok(Self(text.to_owned())),
-            length => Err(TokenFault::TooLong(length)),
+            length => Err(TokenError::TooLong(length)),
         }
     }
 
@@ -56,9 +56,9 @@ impl Token {
     ///
     /// # Errors
     /// The system has no randomness.
-    pub fn random() -> Result<Self, TokenFault> {
+    pub fn random() -> Result<Self, TokenError> {
         let mut bytes = [0; RANDOM_BYTES];
-        getrandom::fill(&mut bytes).map_err(|_| TokenFault::NoRandomness)?;
+        getrandom::fill(&mut bytes).map_err(|_| TokenError::NoRandomness)?;
         Ok(Self(bytes.iter().map(|byte| format!("{byte:02x}")).collect()))
     }
 
@@ -86,10 +86,10 @@ mod tests {
 
     #[test]
     fn what_could_be_guessed_or_does_not_fit_is_refused() {
-        assert_eq!(Token::parse("short").unwrap_err(), TokenFault::TooShort(5));
-        assert_eq!(Token::parse(&"x".repeat(257)).unwrap_err(), TokenFault::TooLong(257));
-        assert_eq!(Token::parse("with space in the middle").unwrap_err(), TokenFault::Characters);
-        assert_eq!(Token::parse("ümläute-sind-keine-zeichen").unwrap_err(), TokenFault::Characters);
+        assert_eq!(Token::parse("short").unwrap_err(), TokenError::TooShort(5));
+        assert_eq!(Token::parse(&"x".repeat(257)).unwrap_err(), TokenError::TooLong(257));
+        assert_eq!(Token::parse("with space in the middle").unwrap_err(), TokenError::Characters);
+        assert_eq!(Token::parse("ümläute-sind-keine-zeichen").unwrap_err(), TokenError::Characters);
         let token = Token::parse("0123456789abcdef\n").unwrap();
         assert!(token.is("0123456789abcdef"));
         for other in ["", "0123456789abcdeF", "0123456789abcde", "0123456789abcdef0"] {

@@ -5,7 +5,7 @@ use std::io::Read;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 
-use record_source::Deadline;
+use record_source::ReadDeadline;
 use rustix::fs::OFlags;
 
 /// Bytes of a file.
@@ -14,7 +14,7 @@ pub(crate) const MAX_FILE_BYTES: u64 = 64 << 20;
 const PIECE_BYTES: usize = 1 << 20;
 
 /// Reads a file, which may be anything: what blocks, is no file or is huge is refused.
-pub(crate) fn read(path: &Path, deadline: &Deadline) -> Result<Vec<u8>, String> {
+pub(crate) fn read(path: &Path, deadline: &ReadDeadline) -> Result<Vec<u8>, String> {
     let words = |error: std::io::Error| error.to_string();
     // Opening a FIFO would wait for somebody who writes.
     let flags = OFlags::NONBLOCK.bits() as i32;

@@ -10,7 +10,7 @@ mod table;
 use std::path::PathBuf;
 
 use busbar_plugin_sdk::{Error, Host, Plugin, RecordList, RecordSet, Records};
-use record_source::{Source, Watched};
+use record_source::{PolledRecords, Source};
 use text_table::{Delimiter, Dialect, Separators};
 
 pub use record_source::ListSettings;
@@ -91,7 +91,7 @@ impl CsvFile {
 
 /// The plugin.
 pub struct CsvRecords {
-    watched: Watched,
+    polled: PolledRecords,
 }
 
 impl Plugin for CsvRecords {
@@ -114,13 +114,13 @@ impl Plugin for CsvRecords {
             let shown = table.list.list(&record_source::shown(&name));
             lists.push((shown, Box::new(table)));
         }
-        Ok(Self { watched: Watched::start(&host, lists)? })
+        Ok(Self { polled: PolledRecords::start(&host, lists)? })
     }
 }
 
 impl Records for CsvRecords {
     fn records(&mut self) -> Result<RecordSet<'_>, Error> {
-        Ok(self.watched.records())
+        Ok(self.polled.records())
     }
 }
 

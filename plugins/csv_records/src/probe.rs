@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use busbar_plugin_sdk::{Record, RecordRowFault};
-use record_source::{Deadline, Gathered, ListSettings};
+use record_source::{ListSettings, ReadDeadline, RowBatch};
 
 use crate::CsvFile;
 use crate::table::Table;
@@ -26,7 +26,7 @@ pub struct Read {
 /// Why they are no table.
 pub fn read(list: ListSettings<CsvFile>, label: &str, bytes: &[u8]) -> Result<Read, String> {
     let table = Table::new(list, Some(label))?;
-    let mut rows = Gathered::of(1);
-    table.parse(bytes, &mut rows, &Deadline::within(MAX_TIME))?;
+    let mut rows = RowBatch::with_lists(1);
+    table.parse(bytes, &mut rows, &ReadDeadline::within(MAX_TIME))?;
     Ok(Read { rows: rows.rows().to_vec(), faults: rows.faults().to_vec() })
 }

@@ -254,7 +254,7 @@ fn settings_of_a_dialect_are_checked() {
     assert!(fault.contains("lists[0].zone: 'MEZ' is no zone"), "{fault}");
 }
 
-/// The most rows there may be, with the clock watched.
+/// The most rows there may be, with the clock polled.
 #[test]
 fn as_many_rows_as_there_may_be_are_read_and_more_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -1,8 +1,8 @@
 //! What the simulators of plugins share: a thread that listens, and connections that
 //! fail as a plan says. It knows bytes and no protocol.
 
-mod link;
-mod pump;
+mod faulty_link;
+mod relay;
 mod socket;
 #[cfg(test)]
 mod tests;
@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use busbar_plugin_sdk::{Error, Host, LogLevel, SimulationStatus};
 use tokio::sync::oneshot;
 
-pub use crate::link::{Link, MAX_CLIENTS};
+pub use crate::faulty_link::{FaultyLink, MAX_CLIENTS};
 pub use crate::socket::Socket;
 
 /// How long dropping a [`DeviceServer`] waits for its thread.
@@ -26,7 +26,7 @@ pub const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 
 /// A simulated device: a thread with its listeners, for as long as this lives.
 pub struct DeviceServer {
-    link: Link,
+    link: FaultyLink,
     endpoint: String,
     host: Host,
     /// Dropped to end the thread.
@@ -43,13 +43,13 @@ impl DeviceServer {
     pub fn start<F, S>(
         name: &str,
         endpoints: &[(String, u16)],
-        link: Link,
+        link: FaultyLink,
         host: &Host,
         serve: S,
     ) -> Result<Self, Error>
     where
         F: Future<Output = ()>,
-        S: FnOnce(Vec<tokio::net::TcpListener>, Link) -> F + Send + 'static,
+        S: FnOnce(Vec<tokio::net::TcpListener>, FaultyLink) -> F + Send + 'static,
     {
         let bound = endpoints.iter().map(listen).collect::<Result<Vec<_>, _>>()?;
         let addresses = bound.iter().filter_map(|listener| listener.local_addr().ok());

@@ -24,9 +24,9 @@ impl Uncertainty {
     /// A share from 0 to below 1.
     ///
     /// # Errors
-    /// [`NotAShare`] for anything else.
-    pub fn new(share: f64) -> Result<Self, NotAShare> {
-        (0.0..1.0).contains(&share).then_some(Self(share)).ok_or(NotAShare)
+    /// [`InvalidUncertainty`] for anything else.
+    pub fn new(share: f64) -> Result<Self, InvalidUncertainty> {
+        (0.0..1.0).contains(&share).then_some(Self(share)).ok_or(InvalidUncertainty)
     }
 
     /// The share.
@@ -43,15 +43,15 @@ impl Default for Uncertainty {
 
 /// An uncertainty that is not from 0 to below 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct NotAShare;
+pub struct InvalidUncertainty;
 
-impl fmt::Display for NotAShare {
+impl fmt::Display for InvalidUncertainty {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("an uncertainty is a share from 0 to below 1, such as 0.15")
     }
 }
 
-impl std::error::Error for NotAShare {}
+impl std::error::Error for InvalidUncertainty {}
 
 /// Where in the box of uncertainty a gas is: from 0 to 1.
 pub(crate) fn place(sample: &Sample, gas: Gas, uncertainty: Uncertainty, at: f64) -> Option<f64> {
@@ -115,7 +115,7 @@ mod tests {
     fn only_shares_are_uncertainties() {
         assert_eq!(Uncertainty::new(0.0).map(Uncertainty::share), Ok(0.0));
         for share in [-0.1, 1.0, f64::NAN, f64::INFINITY] {
-            assert_eq!(Uncertainty::new(share), Err(NotAShare));
+            assert_eq!(Uncertainty::new(share), Err(InvalidUncertainty));
         }
     }
 

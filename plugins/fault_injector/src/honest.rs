@@ -7,9 +7,8 @@ use busbar_plugin_sdk::export::{Capability, Descriptor, Exported};
 use busbar_plugin_sdk::{
     Binding, Canvas, Collapse, CollapseList, Command, CommandExit, CommandInfo, Description,
     DoublePoint, Error, Host, Judgment, LinkState, Mesh, MeshOptimizer, Overlay, OverlayFrame,
-    Plugin, Progress, RecordList, Running, Sample, SampleSink, Severity, Simulation,
-    SimulationStatus, Simulator, Streams, TagSpec, TagValue, Telemetry, Value, ValueKind, Worker,
-    export,
+    Plugin, Progress, RecordList, Sample, SampleSink, Severity, Simulation, SimulationStatus,
+    Simulator, StopToken, Streams, TagSpec, TagValue, Telemetry, Value, ValueKind, Worker, export,
 };
 
 use crate::fault::{At, Fault, Kind, set};
@@ -92,7 +91,7 @@ impl Telemetry for FaultInjector {
 
     fn start(&mut self, tags: Vec<TagSpec>, sink: SampleSink) -> Result<(), Error> {
         strike(At::Start);
-        let work = move |running: &Running| publish(&tags, &sink, running);
+        let work = move |running: &StopToken| publish(&tags, &sink, running);
         self.worker = Some(Worker::start(&self.host, "fault_injector", work)?);
         Ok(())
     }
@@ -104,7 +103,7 @@ impl Telemetry for FaultInjector {
 }
 
 /// Publishes a ramp of every tag until it is told to stop.
-fn publish(tags: &[TagSpec], sink: &SampleSink, running: &Running) {
+fn publish(tags: &[TagSpec], sink: &SampleSink, running: &StopToken) {
     for step in 0_u32.. {
         let kind = strike(At::Publish);
         let mut batch: Vec<_> =

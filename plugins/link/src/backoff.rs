@@ -5,7 +5,7 @@ use std::time::Duration;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::Faults;
+use crate::SettingsFaults;
 
 /// Shortest delay between two tries: a device that is in trouble is asked once a
 /// second at most.
@@ -34,20 +34,20 @@ impl Default for ReconnectSettings {
 
 impl ReconnectSettings {
     /// Checks the setting `reconnect`.
-    pub fn parse(&self, faults: &mut Faults) -> Reconnect {
+    pub fn parse(&self, faults: &mut SettingsFaults) -> ReconnectBounds {
         let allowed = MIN_RETRY_MILLIS..=MAX_RETRY_MILLIS;
         let min = faults.millis("reconnect.min_millis", self.min_millis, allowed.clone());
         let max = faults.millis("reconnect.max_millis", self.max_millis, allowed);
         if min > max {
             faults.add("reconnect: min_millis is larger than max_millis");
         }
-        Reconnect { min, max }
+        ReconnectBounds { min, max }
     }
 }
 
 /// Bounds of the delays between tries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Reconnect {
+pub struct ReconnectBounds {
     /// Shortest delay.
     pub min: Duration,
     /// Longest delay, not less.
@@ -60,24 +60,24 @@ pub struct Reconnect {
 /// device that comes back do not all knock at once.
 #[derive(Debug)]
 pub struct Backoff {
-    bounds: Reconnect,
+    bounds: ReconnectBounds,
     step: Duration,
     random: fastrand::Rng,
 }
 
 impl Backoff {
     /// Delays by a seed from the system.
-    pub fn new(bounds: Reconnect) -> Self {
+    pub fn new(bounds: ReconnectBounds) -> Self {
         Self::with_random(bounds, fastrand::Rng::new())
     }
 
-    fn with_random(bounds: Reconnect, random: fastrand::Rng) -> Self {
+    fn with_random(bounds: ReconnectBounds, random: fastrand::Rng) -> Self {
         Self { bounds, step: bounds.min, random }
     }
 
     /// The delay before the next try.
     pub fn next_delay(&mut self) -> Duration {
-        let Reconnect { min, max } = self.bounds;
+        let ReconnectBounds { min, max } = self.bounds;
         self.step = self.step.saturating_mul(2).min(max);
         let half = self.step / 2;
         (half + half.mul_f64(self.random.f64())).clamp(min, max)
@@ -95,16 +95,16 @@ mod tests {
 
     use super::*;
 
-    const BOUNDS: Reconnect =
-        Reconnect { min: Duration::from_millis(100), max: Duration::from_secs(3) };
+    const BOUNDS: ReconnectBounds =
+        ReconnectBounds { min: Duration::from_millis(100), max: Duration::from_secs(3) };
 
     fn delays(seed: u64, count: usize) -> Vec<u128> {
         let mut backoff = Backoff::with_random(BOUNDS, fastrand::Rng::with_seed(seed));
         (0..count).map(|_| backoff.next_delay().as_millis()).collect()
     }
 
-    fn parse(json: serde_json::Value) -> Result<Reconnect, String> {
-        let mut faults = Faults::default();
+    fn parse(json: serde_json::Value) -> Result<ReconnectBounds, String> {
+        let mut faults = SettingsFaults::default();
         let settings: ReconnectSettings = serde_json::from_value(json).unwrap();
         let reconnect = settings.parse(&mut faults);
         faults.into_result().map(|()| reconnect)

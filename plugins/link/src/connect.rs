@@ -11,7 +11,7 @@ use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpStream, lookup_host};
 use tokio::time::{Instant, timeout_at};
 
-use crate::tls::is_of_tls;
+use crate::tls::is_tls_error;
 use crate::{Endpoint, TlsClient};
 
 /// Addresses of one name that are tried, so that each has a useful share of
@@ -24,7 +24,7 @@ impl<T: AsyncRead + AsyncWrite + Debug + Send + Unpin> ByteStream for T {}
 
 /// Why there is no connection.
 #[derive(Debug, Error)]
-pub enum ConnectFault {
+pub enum ConnectError {
     /// The system says why.
     #[error("{0}")]
     System(String),
@@ -40,7 +40,7 @@ pub enum ConnectFault {
     /// By address.
     #[error("{}", .0.iter().map(|(address, fault)| format!("{address}: {fault}"))
         .collect::<Vec<_>>().join("; "))]
-    NoneConnects(Vec<(SocketAddr, ConnectFault)>),
+    NoneConnects(Vec<(SocketAddr, ConnectError)>),
     /// The device is not who it should be, or takes us for nobody.
     #[error("no secure connection: {0}")]
     Insecure(String),
@@ -54,12 +54,12 @@ pub enum ConnectFault {
 /// time, which sockets do not.
 pub trait Dial: Send + Sync {
     /// Connects within `limit`, all that this takes included.
-    fn dial<'a>(&'a self, endpoint: &'a Endpoint, limit: Duration) -> Dialing<'a>;
+    fn dial<'a>(&'a self, endpoint: &'a Endpoint, limit: Duration) -> DialFuture<'a>;
 }
 
 /// A connection, or in words for operators why there is none.
-pub type Dialing<'a> =
-    Pin<Box<dyn Future<Output = Result<Box<dyn ByteStream>, ConnectFault>> + 'a>>;
+pub type DialFuture<'a> =
+    Pin<Box<dyn Future<Output = Result<Box<dyn ByteStream>, ConnectError>> + 'a>>;
 
 /// Dials over TCP.
 pub struct TcpDial {
@@ -68,7 +68,7 @@ pub struct TcpDial {
 }
 
 impl Dial for TcpDial {
-    fn dial<'a>(&'a self, endpoint: &'a Endpoint, limit: Duration) -> Dialing<'a> {
+    fn dial<'a>(&'a self, endpoint: &'a Endpoint, limit: Duration) -> DialFuture<'a> {
         Box::pin(connect(endpoint, self.tls.as_ref(), limit))
     }
 }
@@ -81,18 +81,18 @@ async fn connect(
     endpoint: &Endpoint,
     tls: Option<&TlsClient>,
     limit: Duration,
-) -> Result<Box<dyn ByteStream>, ConnectFault> {
+) -> Result<Box<dyn ByteStream>, ConnectError> {
     let deadline = Instant::now() + limit;
     let addresses = timeout_at(deadline, lookup_host((&*endpoint.host, endpoint.port)))
         .await
-        .map_err(|_| ConnectFault::LookupTimeout(limit))?
+        .map_err(|_| ConnectError::LookupTimeout(limit))?
         .map_err(|error| system(&error))?;
     let stream = connect_any(addresses.take(MAX_ADDRESSES).collect(), deadline).await?;
     // Messages are small, and each waits for its answer.
     stream.set_nodelay(true).map_err(|error| system(&error))?;
     let Some(tls) = tls else { return Ok(Box::new(stream)) };
     let encrypted = timeout_at(deadline, tls.handshake(endpoint, stream)).await;
-    Ok(Box::new(encrypted.map_err(|_| ConnectFault::InsecureTimeout(limit))??))
+    Ok(Box::new(encrypted.map_err(|_| ConnectError::InsecureTimeout(limit))??))
 }
 
 /// Connects to the first address that lets us. Each has an equal share of the
@@ -100,7 +100,7 @@ async fn connect(
 async fn connect_any(
     addresses: Vec<SocketAddr>,
     deadline: Instant,
-) -> Result<TcpStream, ConnectFault> {
+) -> Result<TcpStream, ConnectError> {
     let mut faults = Vec::new();
     for (address, to_try) in addresses.iter().zip((1..=addresses.len() as u32).rev()) {
         let now = Instant::now();
@@ -108,24 +108,24 @@ async fn connect_any(
         let fault = match timeout_at(now + share, TcpStream::connect(address)).await {
             Ok(Ok(stream)) => return Ok(stream),
             Ok(Err(error)) => system(&error),
-            Err(_) => ConnectFault::Timeout(share),
+            Err(_) => ConnectError::Timeout(share),
         };
         faults.push((*address, fault));
     }
     Err(if faults.len() > 1 {
-        ConnectFault::NoneConnects(faults)
+        ConnectError::NoneConnects(faults)
     } else {
         // The only address is the endpoint, which the report names anyway.
-        faults.pop().map_or(ConnectFault::NoAddress, |(_, fault)| fault)
+        faults.pop().map_or(ConnectError::NoAddress, |(_, fault)| fault)
     })
 }
 
-fn system(error: &io::Error) -> ConnectFault {
-    ConnectFault::System(in_words(error))
+fn system(error: &io::Error) -> ConnectError {
+    ConnectError::System(describe_io_error(error))
 }
 
 /// An I/O error without its number, where the system has words for it.
-pub fn in_words(error: &io::Error) -> String {
+pub fn describe_io_error(error: &io::Error) -> String {
     match error.kind() {
         kind @ (io::ErrorKind::ConnectionRefused
         | io::ErrorKind::ConnectionReset
@@ -136,7 +136,7 @@ pub fn in_words(error: &io::Error) -> String {
         | io::ErrorKind::PermissionDenied
         | io::ErrorKind::ResourceBusy
         | io::ErrorKind::TimedOut) => kind.to_string(),
-        io::ErrorKind::UnexpectedEof if is_of_tls(error) => {
+        io::ErrorKind::UnexpectedEof if is_tls_error(error) => {
             "the device ended the secure connection; does it trust our certificate?".into()
         }
         _ => error.to_string(),

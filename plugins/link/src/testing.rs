@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use rcgen::{BasicConstraints, CertificateParams, DnType, IsCa, Issuer, KeyPair};
 
 /// An authority that signs certificates, all of them files in a folder.
-pub struct Authority {
+pub struct CertificateAuthority {
     name: &'static str,
     folder: PathBuf,
     issuer: Issuer<'static, KeyPair>,
 }
 
-impl Authority {
+impl CertificateAuthority {
     /// Makes an authority.
     ///
     /// # Panics

@@ -16,8 +16,8 @@ use tokio_rustls::rustls::pki_types::pem::{self, PemObject};
 use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer, ServerName};
 use tokio_rustls::rustls::{self, ClientConfig, RootCertStore};
 
-use crate::connect::in_words;
-use crate::{ConnectFault, Endpoint, Faults};
+use crate::connect::describe_io_error;
+use crate::{ConnectError, Endpoint, SettingsFaults};
 
 /// Files in PEM form, by absolute paths. A key is a file that only its owner
 /// should be able to read; its contents are never shown.
@@ -47,11 +47,11 @@ pub struct TlsFiles {
 /// contents of a file.
 #[derive(Debug, Error, PartialEq, Eq)]
 #[error("tls: {0}")]
-pub struct TlsFault(String);
+pub struct TlsError(String);
 
 impl TlsSettings {
     /// Checks the setting `tls`, without a look at the files.
-    pub fn parse(self, faults: &mut Faults) -> TlsFiles {
+    pub fn parse(self, faults: &mut SettingsFaults) -> TlsFiles {
         let own = match (self.certificate, self.key) {
             (Some(certificate), Some(key)) => Some((certificate, key)),
             (None, None) => None,
@@ -83,7 +83,7 @@ impl TlsClient {
     pub fn load<'a>(
         files: &TlsFiles,
         endpoints: impl IntoIterator<Item = &'a Endpoint>,
-    ) -> Result<Self, TlsFault> {
+    ) -> Result<Self, TlsError> {
         let connector = TlsConnector::from(Arc::new(client(files)?));
         let tls = Self { connector, server_name: files.server_name.clone() };
         for endpoint in endpoints {
@@ -97,17 +97,17 @@ impl TlsClient {
         &self,
         endpoint: &Endpoint,
         stream: TcpStream,
-    ) -> Result<TlsStream<TcpStream>, ConnectFault> {
-        let name = self.name_of(endpoint).map_err(|fault| ConnectFault::Insecure(fault.0))?;
+    ) -> Result<TlsStream<TcpStream>, ConnectError> {
+        let name = self.name_of(endpoint).map_err(|fault| ConnectError::Insecure(fault.0))?;
         let connected = self.connector.connect(name, stream).await;
-        connected.map_err(|error| ConnectFault::Insecure(in_words(&error)))
+        connected.map_err(|error| ConnectError::Insecure(describe_io_error(&error)))
     }
 
     /// The name that the device's certificate must have.
-    fn name_of(&self, endpoint: &Endpoint) -> Result<ServerName<'static>, TlsFault> {
+    fn name_of(&self, endpoint: &Endpoint) -> Result<ServerName<'static>, TlsError> {
         let name = self.server_name.as_ref().unwrap_or(&endpoint.host);
         ServerName::try_from(name.clone()).map_err(|_| {
-            TlsFault(format!(
+            TlsError(format!(
                 "'{name}' is no name that a certificate can have: set tls.server_name"
             ))
         })
@@ -115,21 +115,21 @@ impl TlsClient {
 }
 
 /// Whether encryption failed, rather than what is encrypted.
-pub fn is_of_tls(error: &io::Error) -> bool {
+pub fn is_tls_error(error: &io::Error) -> bool {
     let inner = error.get_ref();
     // The end of a stream that was not announced is told by a text alone.
     inner.is_some_and(|inner| inner.is::<rustls::Error>())
         || error.kind() == io::ErrorKind::UnexpectedEof && error.to_string().contains("TLS")
 }
 
-fn client(files: &TlsFiles) -> Result<ClientConfig, TlsFault> {
+fn client(files: &TlsFiles) -> Result<ClientConfig, TlsError> {
     let mut roots = RootCertStore::empty();
     for certificate in certificates(&files.ca)? {
         roots.add(certificate).map_err(|error| in_file(&files.ca, &error))?;
     }
     let builder = ClientConfig::builder_with_provider(Arc::new(ring::default_provider()))
         .with_safe_default_protocol_versions()
-        .map_err(|error: rustls::Error| TlsFault(error.to_string()))?
+        .map_err(|error: rustls::Error| TlsError(error.to_string()))?
         .with_root_certificates(roots);
     let Some((certificate, key)) = &files.own else { return Ok(builder.with_no_client_auth()) };
     let chain = certificates(certificate)?;
@@ -138,7 +138,7 @@ fn client(files: &TlsFiles) -> Result<ClientConfig, TlsFault> {
     builder.with_client_auth_cert(chain, key_bytes).map_err(|error| in_file(key, &error))
 }
 
-fn certificates(path: &Path) -> Result<Vec<CertificateDer<'static>>, TlsFault> {
+fn certificates(path: &Path) -> Result<Vec<CertificateDer<'static>>, TlsError> {
     let read = || CertificateDer::pem_file_iter(path)?.collect::<Result<Vec<_>, pem::Error>>();
     let certificates = read().map_err(|error| in_file(path, &pem_fault(&error)))?;
     if certificates.is_empty() {
@@ -155,6 +155,6 @@ fn pem_fault(error: &pem::Error) -> String {
     }
 }
 
-fn in_file(path: &Path, what: &dyn Display) -> TlsFault {
-    TlsFault(format!("'{}': {what}", path.display()))
+fn in_file(path: &Path, what: &dyn Display) -> TlsError {
+    TlsError(format!("'{}': {what}", path.display()))
 }

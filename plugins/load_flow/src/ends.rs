@@ -173,7 +173,7 @@ fn conversion(
         ));
         return Err("no number");
     }
-    UnitConversion::of_binding(binding, quantity, unit).map_err(|finding| {
+    UnitConversion::for_binding(binding, quantity, unit).map_err(|finding| {
         findings.push(finding);
         "its unit cannot be converted"
     })

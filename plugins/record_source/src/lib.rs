@@ -1,20 +1,20 @@
 //! What plugins with records share: what settings say of a list, rows from cells, and
 //! sources that are read again when they changed.
 //!
-//! A [`Source`] is read on a thread of its own ([`Watched`]), so that one that does not
+//! A [`Source`] is read on a thread of its own ([`PolledRecords`]), so that one that does not
 //! answer holds nobody up. Rows that are wrong are left out and told, and the rest goes on.
 
-mod cells;
-mod formats;
-mod gather;
+mod cell_formats;
+mod column_layout;
+mod polling;
+mod row_batch;
 mod settings;
-mod watch;
 
-pub use cells::Layout;
-pub use formats::CellFormats;
-pub use gather::{Deadline, Gathered};
+pub use cell_formats::CellFormats;
+pub use column_layout::ColumnLayout;
+pub use polling::{PolledRecords, Source, SourceVersion, file_version};
+pub use row_batch::{ReadDeadline, RowBatch};
 pub use settings::{ColumnSettings, ListSettings, OpenSettings, SeveritySettings, check};
-pub use watch::{Source, Version, Watched, version_of};
 
 /// Bytes of a text of a source in a message.
 const MAX_SHOWN: usize = 80;

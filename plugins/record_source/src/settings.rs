@@ -103,7 +103,7 @@ pub struct SeveritySettings {
     /// To be mended at once.
     #[serde(default)]
     pub critical: Vec<String>,
-    /// To be mended soon, and watched until then.
+    /// To be mended soon, and polled until then.
     #[serde(default)]
     pub serious: Vec<String>,
     /// To be mended when there is occasion.
@@ -172,7 +172,7 @@ pub fn check<'a, S: 'a>(
     }
     for (index, list) in lists.iter().enumerate() {
         let wrong = |what: String| Err(Error::settings(format!("lists[{index}]{what}")));
-        if let Err(fault) = CellFormats::times_of(list) {
+        if let Err(fault) = CellFormats::with_decimal_point(list) {
             return wrong(format!(".{fault}"));
         }
         let path = file(&list.source);

@@ -11,8 +11,8 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant, SystemTime};
 
 use busbar_plugin_sdk::{
-    DoublePoint, Error, Host, LinkState, Plugin, Quality, Running, Sample, SampleFlags, SampleSink,
-    TagSpec, Telemetry, Value, ValueKind, Worker, export_plugin,
+    DoublePoint, Error, Host, LinkState, Plugin, Quality, Sample, SampleFlags, SampleSink,
+    StopToken, TagSpec, Telemetry, Value, ValueKind, Worker, export_plugin,
 };
 
 use crate::script::Script;
@@ -104,7 +104,7 @@ impl Telemetry for SampleGenerator {
     }
 }
 
-fn publish(settings: &Settings, tags: &[TagSpec], sink: &SampleSink, running: &Running) {
+fn publish(settings: &Settings, tags: &[TagSpec], sink: &SampleSink, running: &StopToken) {
     let last = if tags.is_empty() { 0 } else { settings.updates.unwrap_or(u64::MAX) };
     let (start, mut sent) = (Instant::now(), 0);
     let mut batch = Vec::new();

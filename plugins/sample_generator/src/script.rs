@@ -7,8 +7,8 @@ use std::path::Path;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use busbar_plugin_sdk::{
-    DoublePoint, Error, Quality, Reason, Running, Sample, SampleFlags, SampleSink, TagSpec, Value,
-    ValueKind,
+    DoublePoint, Error, Quality, Reason, Sample, SampleFlags, SampleSink, StopToken, TagSpec,
+    Value, ValueKind,
 };
 use serde::Deserialize;
 
@@ -109,7 +109,7 @@ impl Script {
     }
 
     /// Sends all that is due from now on; tags that are not served are left out.
-    pub(crate) fn play(&self, tags: &[TagSpec], sink: &SampleSink, running: &Running) {
+    pub(crate) fn play(&self, tags: &[TagSpec], sink: &SampleSink, running: &StopToken) {
         let known = |id: &str| tags.iter().find(|tag| tag.id == id);
         let start = UNIX_EPOCH + Duration::from_millis(self.start_unix_millis);
         let mut first = None;

@@ -3,7 +3,7 @@
 use busbar_plugin_abi as abi;
 use serde::Serialize;
 
-use crate::border::write_json;
+use crate::boundary::write_json;
 use crate::{Error, Plugin};
 
 /// Alarms of one report, at most.

@@ -3,7 +3,7 @@
 use busbar_plugin_abi as abi;
 use serde::Serialize;
 
-use crate::border::{copy_out, given_mut, text, write_json};
+use crate::boundary::{checked_mut, copy_out, text, write_json};
 use crate::{Error, Pattern, Plugin, Severity};
 
 /// Chart of records on axes, with explanations for pieces of equipment.
@@ -235,7 +235,7 @@ pub(crate) unsafe fn read<P: Chart>(
     page: *mut abi::BusbarChartPage,
 ) -> Result<(), Error> {
     // SAFETY: the caller vouches for the pointer.
-    let page = unsafe { given_mut(page, "read: the page")? };
+    let page = unsafe { checked_mut(page, "read: the page")? };
     let axes = page.axis_count as usize;
     let ChartRecords { revision, records, values } = plugin.chart_records()?;
     if page.capacity > 0 && values.len() != records.len() * axes {

@@ -5,7 +5,7 @@ use std::io;
 
 use busbar_plugin_abi as abi;
 
-use crate::border::{given, given_mut, slice, text};
+use crate::boundary::{checked_mut, checked_ref, slice, text};
 use crate::{Error, LogLevel, Plugin};
 
 /// Bytes of one write, at most; longer ones are cut into several.
@@ -163,9 +163,9 @@ pub(crate) unsafe fn run<P: Command>(
     // SAFETY: the caller vouches for the pointers.
     let (call, raw, result) = unsafe {
         (
-            given(call, "run: the call")?,
-            given(streams, "run: the streams")?,
-            given_mut(result, "run: the result")?,
+            checked_ref(call, "run: the call")?,
+            checked_ref(streams, "run: the streams")?,
+            checked_mut(result, "run: the result")?,
         )
     };
     if raw.read.is_none() || raw.write.is_none() || raw.diagnose.is_none() {

@@ -2,7 +2,7 @@
 
 use busbar_plugin_abi as abi;
 
-use crate::border::given_mut;
+use crate::boundary::checked_mut;
 
 /// Error of a call: who must act, and a sentence with fault and remedy.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -50,7 +50,7 @@ impl Error {
     /// `into` is null or points to a `BusbarError` that may be written.
     pub(crate) unsafe fn write(self, into: *mut abi::BusbarError) -> abi::BusbarStatus {
         // SAFETY: the caller vouches for the pointer.
-        if let Ok(into) = unsafe { given_mut(into, "the error") } {
+        if let Ok(into) = unsafe { checked_mut(into, "the error") } {
             let len = self.message.floor_char_boundary(into.message.len());
             into.message[..len].copy_from_slice(&self.message.as_bytes()[..len]);
             into.message_len = len as u32;

@@ -11,7 +11,7 @@ use std::sync::{Mutex, OnceLock, PoisonError, RwLock};
 
 use busbar_plugin_abi as abi;
 
-use crate::border::{given, guard, text};
+use crate::boundary::{checked_ref, guard, text};
 use crate::overlay_description::RawDescription;
 use crate::{Error, Host, Plugin, SampleSink};
 
@@ -193,7 +193,7 @@ unsafe extern "C" fn create<P: Exported>(
     let work = || {
         // SAFETY: the host keeps its table until `destroy` returned, which closes
         // this; after a failure it is closed below.
-        unsafe { host.open(given(table, "create: the host's table")?) };
+        unsafe { host.open(checked_ref(table, "create: the host's table")?) };
         // SAFETY: the host's texts are valid for the call.
         let (id, settings) = unsafe { (text(plugin_id)?, text(settings_json)?) };
         if id != P::ID {
@@ -231,7 +231,7 @@ unsafe extern "C" fn create<P: Exported>(
 unsafe extern "C" fn destroy<P: Exported>(plugin: *mut abi::BusbarPlugin) {
     let _ = catch_unwind(AssertUnwindSafe(|| {
         // SAFETY: the host's pointer is null or what `create` made.
-        if unsafe { given(plugin.cast_const(), "the plugin") }.is_err() {
+        if unsafe { checked_ref(plugin.cast_const(), "the plugin") }.is_err() {
             return;
         }
         // SAFETY: `create` made both boxes, and the host gives them back once.
@@ -260,7 +260,7 @@ unsafe extern "C" fn get_capability<P: Exported>(
 /// `plugin` is null or was made by `create` of the same type and not destroyed.
 unsafe fn instance<'a, P>(plugin: *const abi::BusbarPlugin) -> Result<&'a Instance<P>, Error> {
     // SAFETY: the caller vouches for the pointer.
-    let plugin = unsafe { given(plugin, "the plugin")? };
+    let plugin = unsafe { checked_ref(plugin, "the plugin")? };
     // SAFETY: `create` put an `Instance<P>` there.
     unsafe { plugin.data.cast::<Instance<P>>().as_ref() }
         .ok_or_else(|| Error::argument("plugin has no data"))

@@ -50,7 +50,7 @@ pub use busbar_plugin_abi as abi;
 
 mod alarms;
 pub mod book;
-mod border;
+mod boundary;
 mod chart;
 mod clock;
 mod command;
@@ -100,7 +100,7 @@ pub use simulator::{SimulatedTag, Simulation, SimulationStatus, Simulator};
 pub use states::parse_states;
 pub use telemetry::{LinkState, Sample, SampleSink, TagSpec, Telemetry};
 pub use value::{DoublePoint, Quality, Reason, Value, ValueKind};
-pub use worker::{MAX_STOP, Running, Worker};
+pub use worker::{MAX_STOP, StopToken, Worker};
 
 /// Plugin type: its identity, its settings, and the creation of instances.
 pub trait Plugin: Sized + Send + Sync + 'static {

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use busbar_plugin_abi as abi;
 
-use crate::border::{given, given_mut, slice};
+use crate::boundary::{checked_mut, checked_ref, slice};
 use crate::{Error, Plugin};
 
 /// Optimizer that orders the half-edge collapses of meshes.
@@ -108,7 +108,7 @@ impl<'a> Progress<'a> {
     }
 
     /// Creates a progress without a host, for tests.
-    pub fn unwatched() -> Self {
+    pub fn detached() -> Self {
         Self { raw: None }
     }
 }
@@ -122,7 +122,8 @@ pub(crate) unsafe fn run<P: MeshOptimizer>(
     output: *mut abi::BusbarCollapseOutput,
 ) -> Result<(), Error> {
     // SAFETY: the caller vouches for the pointers.
-    let (mut view, output) = unsafe { (read_mesh(mesh)?, given_mut(output, "optimize: output")?) };
+    let (mut view, output) =
+        unsafe { (read_mesh(mesh)?, checked_mut(output, "optimize: output")?) };
     if !P::READS_WEDGES {
         // A host that knows no flags gives them: the sequence must be the same there.
         view.wedges = None;
@@ -130,7 +131,7 @@ pub(crate) unsafe fn run<P: MeshOptimizer>(
     let raw = match progress.is_null() {
         true => None,
         // SAFETY: as above.
-        false => Some(unsafe { given(progress, "optimize: progress")? }),
+        false => Some(unsafe { checked_ref(progress, "optimize: progress")? }),
     };
     let list = plugin.optimize(view, &mut Progress { raw })?;
     let room = output.collapse_capacity as usize;
@@ -141,8 +142,8 @@ pub(crate) unsafe fn run<P: MeshOptimizer>(
     let stages = &stages[..stages.len().min(output.stage_capacity as usize)];
     // SAFETY: the host gives room for `capacity` elements behind each pointer.
     unsafe {
-        crate::border::copy_out(&list.collapses, output.collapses)?;
-        crate::border::copy_out(stages, output.stages)?;
+        crate::boundary::copy_out(&list.collapses, output.collapses)?;
+        crate::boundary::copy_out(stages, output.stages)?;
     }
     output.collapse_count = list.collapses.len() as u32;
     output.stage_count = stages.len() as u32;
@@ -156,7 +157,7 @@ fn stage(name: &str, millis: f64) -> abi::BusbarStage {
     stage
 }
 
-/// Reads a mesh at the border, without its attributes where the host is too
+/// Reads a mesh at the boundary, without its attributes where the host is too
 /// old to give them.
 ///
 /// # Safety

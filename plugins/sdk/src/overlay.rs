@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use busbar_plugin_abi as abi;
 
-use crate::border::{copy_out, given, given_mut};
+use crate::boundary::{checked_mut, checked_ref, copy_out};
 use crate::judgment::{Basis, Judgment};
 use crate::overlay_description::Description;
 use crate::{Error, Plugin, Quality, Value, ValueKind};
@@ -364,8 +364,9 @@ pub(crate) unsafe fn run<P: Overlay>(
     output: *mut abi::BusbarOverlayOutput,
 ) -> Result<(), Error> {
     // SAFETY: the caller vouches for the pointers.
-    let (frame, output) =
-        unsafe { (given(frame, "draw: the frame")?, given_mut(output, "draw: the output")?) };
+    let (frame, output) = unsafe {
+        (checked_ref(frame, "draw: the frame")?, checked_mut(output, "draw: the output")?)
+    };
     if frame.value_count as usize != bindings {
         let count = frame.value_count;
         return Err(Error::argument(format!("draw: {count} values for {bindings} bindings")));
@@ -379,7 +380,7 @@ pub(crate) unsafe fn run<P: Overlay>(
     output.verdict_count = 0;
     output.basis_count = 0;
     // SAFETY: the host gives `value_count` elements.
-    let values = unsafe { crate::border::slice(frame.values, frame.value_count as usize)? };
+    let values = unsafe { crate::boundary::slice(frame.values, frame.value_count as usize)? };
     let unix_nanos = frame.time_unix_nanos;
     plugin.draw(&OverlayFrame { unix_nanos, values }, &mut Canvas { output })
 }
@@ -391,10 +392,10 @@ pub(crate) unsafe fn read_bindings(
     count: usize,
 ) -> Result<Vec<Binding>, Error> {
     // SAFETY: the host gives `count` elements.
-    let bindings = unsafe { crate::border::slice(bindings, count)? };
+    let bindings = unsafe { crate::boundary::slice(bindings, count)? };
     let owned = |text| {
         // SAFETY: the host's texts are valid for the call.
-        unsafe { crate::border::text(text) }.map(str::to_owned)
+        unsafe { crate::boundary::text(text) }.map(str::to_owned)
     };
     let limit = |value: f64| (!value.is_nan()).then_some(value);
     bindings

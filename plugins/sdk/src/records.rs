@@ -3,7 +3,7 @@
 use busbar_plugin_abi as abi;
 use serde::Serialize;
 
-use crate::border::{copy_out, given_mut, write_json};
+use crate::boundary::{checked_mut, copy_out, write_json};
 use crate::{Error, Plugin};
 
 /// Lists of a plugin, at most.
@@ -177,7 +177,7 @@ pub(crate) unsafe fn read<P: Records>(
     page: *mut abi::BusbarRecordPage,
 ) -> Result<(), Error> {
     // SAFETY: the caller vouches for the pointer.
-    let page = unsafe { given_mut(page, "read: the page")? };
+    let page = unsafe { checked_mut(page, "read: the page")? };
     let set = plugin.records()?;
     page.revision = set.revision;
     (page.row_count, page.total) = (0, 0);

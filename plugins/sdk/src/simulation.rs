@@ -1,31 +1,31 @@
 //! Signals and faults of simulated devices: pure functions without clock or socket.
 //!
 //! A [`Signal`] is the value of a tag at any instant. It follows from the seed, the
-//! tag's id and its [`Behaviour`] alone, so that whoever knows these can work out what
+//! tag's id and its [`Behavior`] alone, so that whoever knows these can work out what
 //! a viewer must show:
 //!
 //! ```
 //! use std::time::{Duration, SystemTime};
 //! use busbar_plugin_sdk::ValueKind;
-//! use busbar_plugin_sdk::simulation::{Behaviour, Shape, Signal};
+//! use busbar_plugin_sdk::simulation::{Behavior, Shape, Signal};
 //!
-//! let behaviour = Behaviour::new(Shape::Sine, 60.0, 5.0, Duration::from_secs(600))?;
-//! let oil = Signal::new(1, "T1.TopOil", ValueKind::F64, behaviour)?;
+//! let behavior = Behavior::new(Shape::Sine, 60.0, 5.0, Duration::from_secs(600))?;
+//! let oil = Signal::new(1, "T1.TopOil", ValueKind::F64, behavior)?;
 //! let now = SystemTime::now();
-//! assert_eq!(oil.at(now), Signal::new(1, "T1.TopOil", ValueKind::F64, behaviour)?.at(now));
+//! assert_eq!(oil.at(now), Signal::new(1, "T1.TopOil", ValueKind::F64, behavior)?.at(now));
 //! # Ok::<(), busbar_plugin_sdk::Error>(())
 //! ```
 //!
 //! A [`FaultPlan`] says which [`FaultKind`] holds at a time since the start; a server
 //! applies what makes sense for its protocol.
 
-mod course;
 mod fault;
+mod scenario;
 mod signal;
 
-pub use course::{Course, CourseEvent};
 pub use fault::{ActiveFault, FaultKind, FaultPlan, LinkFault};
-pub use signal::{Behaviour, Shape, Signal};
+pub use scenario::{Scenario, ScenarioEvent};
+pub use signal::{Behavior, Shape, Signal};
 
 /// Mixes a number into an evenly spread one (SplitMix64: G. L. Steele, D. Lea and C. H. Flood,
 /// "Fast Splittable Pseudorandom Number Generators", OOPSLA 2014).

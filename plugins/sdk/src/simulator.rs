@@ -5,9 +5,9 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use busbar_plugin_abi as abi;
 
-use crate::border::{given, given_mut, slice};
+use crate::boundary::{checked_mut, checked_ref, slice};
 use crate::simulation::{
-    Behaviour, Course, CourseEvent, FaultKind, FaultPlan, LinkFault, Shape, Signal,
+    Behavior, FaultKind, FaultPlan, LinkFault, Scenario, ScenarioEvent, Shape, Signal,
 };
 use crate::telemetry::read_spec;
 use crate::{Error, Plugin, TagSpec};
@@ -83,7 +83,7 @@ pub(crate) unsafe fn read_simulation(
 ) -> Result<Simulation, Error> {
     // SAFETY: the host gives a simulation and `count` elements.
     let (simulation, raw) =
-        unsafe { (given(simulation, "start: the simulation")?, slice(tags, count)?) };
+        unsafe { (checked_ref(simulation, "start: the simulation")?, slice(tags, count)?) };
     let kinds = FaultKind::from_abi(simulation.faults)
         .ok_or_else(|| Error::argument(format!("unknown faults {:#x}", simulation.faults)))?;
     let millis = Duration::from_millis;
@@ -104,17 +104,17 @@ pub(crate) unsafe fn read_simulation(
     };
     let nanos = u64::try_from(simulation.scenario_unix_nanos).unwrap_or_default();
     let begun = UNIX_EPOCH + Duration::from_nanos(nanos);
-    let mut courses = courses(begun, events)?;
+    let mut scenarios = scenarios(begun, events)?;
     let mut tags = Vec::with_capacity(raw.len());
     for tag in raw {
         // SAFETY: the host's texts are valid for the call.
         let mut tag = unsafe { read_tag(tag, simulation.seed)? };
-        if let Some(course) = courses.remove(&tag.spec.tag) {
-            tag.signal = tag.signal.with_course(course)?;
+        if let Some(scenario) = scenarios.remove(&tag.spec.tag) {
+            tag.signal = tag.signal.with_scenario(scenario)?;
         }
         tags.push(tag);
     }
-    if let Some(tag) = courses.keys().next() {
+    if let Some(tag) = scenarios.keys().next() {
         return Err(Error::argument(format!("an event of the unknown tag {tag}")));
     }
     Ok(Simulation {
@@ -131,26 +131,26 @@ fn since(begun: SystemTime) -> Duration {
 }
 
 /// Groups the scenario events by tag.
-fn courses(
+fn scenarios(
     begun: SystemTime,
     events: &[abi::BusbarSimulatedEvent],
-) -> Result<HashMap<u32, Course>, Error> {
-    let mut courses: HashMap<u32, Course> = HashMap::new();
+) -> Result<HashMap<u32, Scenario>, Error> {
+    let mut scenarios: HashMap<u32, Scenario> = HashMap::new();
     for event in events {
         let at = seconds(event.at_seconds)?;
         let happening = match event.kind {
             abi::BUSBAR_EVENT_VALUE if event.value.is_finite() => {
-                CourseEvent::Value { value: event.value, over: seconds(event.over_seconds)? }
+                ScenarioEvent::Value { value: event.value, over: seconds(event.over_seconds)? }
             }
-            abi::BUSBAR_EVENT_RELEASE => CourseEvent::Release,
+            abi::BUSBAR_EVENT_RELEASE => ScenarioEvent::Release,
             _ => {
                 let (kind, value) = (event.kind, event.value);
                 return Err(Error::argument(format!("an event of kind {kind} to {value}")));
             }
         };
-        courses.entry(event.tag).or_insert_with(|| Course::new(begun)).push(at, happening)?;
+        scenarios.entry(event.tag).or_insert_with(|| Scenario::new(begun)).push(at, happening)?;
     }
-    Ok(courses)
+    Ok(scenarios)
 }
 
 fn read_link_faults(raw: &[abi::BusbarLinkFault]) -> Result<Vec<LinkFault>, Error> {
@@ -180,9 +180,9 @@ unsafe fn read_tag(raw: &abi::BusbarSimulatedTag, seed: u64) -> Result<Simulated
         Shape::from_abi(raw.shape).ok_or_else(|| at(format!("unknown shape {}", raw.shape)))?;
     let period = Duration::try_from_secs_f64(raw.period_seconds)
         .map_err(|_| at(format!("a period of {} s", raw.period_seconds)))?;
-    let behaviour = Behaviour::new(shape, raw.base, raw.amplitude, period)
+    let behavior = Behavior::new(shape, raw.base, raw.amplitude, period)
         .map_err(|error| at(error.message().to_owned()))?;
-    let signal = Signal::new(seed, &spec.id, spec.kind, behaviour)
+    let signal = Signal::new(seed, &spec.id, spec.kind, behavior)
         .map_err(|error| Error::argument(error.message()))?;
     Ok(SimulatedTag { spec, signal })
 }
@@ -194,7 +194,7 @@ pub(crate) unsafe fn write_status(
     into: *mut abi::BusbarSimulatorStatus,
 ) -> Result<(), Error> {
     // SAFETY: the caller vouches for the pointer.
-    let into = unsafe { given_mut(into, "status: the status")? };
+    let into = unsafe { checked_mut(into, "status: the status")? };
     let len = status.endpoint.floor_char_boundary(into.message.len());
     into.message[..len].copy_from_slice(&status.endpoint.as_bytes()[..len]);
     into.message_len = len as u32;

@@ -266,7 +266,7 @@ pub(crate) unsafe fn read_specs(
     count: usize,
 ) -> Result<Vec<TagSpec>, Error> {
     // SAFETY: the host gives `count` elements.
-    let tags = unsafe { crate::border::slice(tags, count)? };
+    let tags = unsafe { crate::boundary::slice(tags, count)? };
     // SAFETY: the host's texts are valid for the call.
     tags.iter().map(|raw| unsafe { read_spec(raw) }).collect()
 }
@@ -276,7 +276,7 @@ pub(crate) unsafe fn read_specs(
 pub(crate) unsafe fn read_spec(raw: &abi::BusbarTagSpec) -> Result<TagSpec, Error> {
     // SAFETY: the caller vouches for the texts.
     let (id, address) =
-        unsafe { (crate::border::text(raw.id)?, crate::border::text(raw.address_json)?) };
+        unsafe { (crate::boundary::text(raw.id)?, crate::boundary::text(raw.address_json)?) };
     let kind = ValueKind::from_abi(raw.kind)
         .ok_or_else(|| Error::argument(format!("tag '{id}': unknown kind {}", raw.kind)))?;
     let address = serde_json::from_str(address)

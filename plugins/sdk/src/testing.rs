@@ -17,9 +17,9 @@ mod mesh;
 mod message_faults;
 mod overlay;
 mod recorder;
+mod running_plugin;
 mod silence;
 mod truth;
-mod watched;
 
 use std::ffi::c_void;
 
@@ -33,12 +33,12 @@ pub use mesh::{Grid, check_sequence};
 pub use message_faults::{FaultGenerator, MessageFault, matrix_steps};
 pub use overlay::{Drawing, DrawnLine, DrawnQuantity, DrawnState, DrawnVerdict, draw, draw_at};
 pub use recorder::{MAX_RECORDED, Recorder, Recording};
+pub use running_plugin::RunningPlugin;
 pub use silence::{
     AdmittedVerdicts, InputFault, InputGenerator, SILENCE_CASES_VARIABLE, check_verdicts,
     silence_cases,
 };
 pub use truth::{ShownTag, TruthCounts, TruthMoment, TruthOracle};
-pub use watched::Watched;
 
 /// Creates a host without a log.
 pub fn host() -> Host {

@@ -135,7 +135,7 @@ impl UnitConversion {
     /// # Errors
     /// The finding for [`crate::Description::findings`]: tag, place, unit, and those that
     /// are taken.
-    pub fn of_binding(binding: &Binding, quantity: Quantity, to: &str) -> Result<Self, String> {
+    pub fn for_binding(binding: &Binding, quantity: Quantity, to: &str) -> Result<Self, String> {
         if binding.unit.trim().is_empty() {
             return Ok(Self { is_assumed: true, ..Self::IDENTITY });
         }
@@ -177,7 +177,7 @@ impl Quantity {
     }
 
     /// Finds the quantity of a unit; the first in the table where several have it.
-    pub fn of_unit(unit: &str) -> Option<Self> {
+    pub fn from_unit(unit: &str) -> Option<Self> {
         let unit = unit.trim();
         let has = |row: &&Unit| find(unit, row.quantity).is_some();
         UNITS.iter().find(has).map(|row| row.quantity)

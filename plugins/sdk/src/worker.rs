@@ -39,7 +39,7 @@ const MAX_RETRY: Duration = Duration::from_secs(30);
 /// # Ok::<(), busbar_plugin_sdk::Error>(())
 /// ```
 pub struct Worker {
-    running: Running,
+    running: StopToken,
     thread: Option<JoinHandle<()>>,
     host: Host,
     name: String,
@@ -47,7 +47,7 @@ pub struct Worker {
 
 /// Stop token of a worker's thread: it reports whether the thread shall continue.
 #[derive(Clone)]
-pub struct Running {
+pub struct StopToken {
     stop: Arc<Mutex<Stop>>,
     clock: Clock,
 }
@@ -59,7 +59,7 @@ struct Stop {
     waker: Option<Waker>,
 }
 
-impl Running {
+impl StopToken {
     /// Reports whether the thread shall continue. A loop that blocks elsewhere asks at least every
     /// second.
     pub fn is_running(&self) -> bool {
@@ -106,9 +106,9 @@ impl Worker {
     pub fn start(
         host: &Host,
         name: &str,
-        work: impl FnOnce(&Running) + Send + 'static,
+        work: impl FnOnce(&StopToken) + Send + 'static,
     ) -> Result<Self, Error> {
-        let running = Running { stop: Arc::default(), clock: host.clock().clone() };
+        let running = StopToken { stop: Arc::default(), clock: host.clock().clone() };
         let handed = running.clone();
         let thread = std::thread::Builder::new()
             .name(name.to_owned())
@@ -129,7 +129,7 @@ impl Worker {
         name: &str,
         tags: &[TagSpec],
         sink: SampleSink,
-        mut session: impl FnMut(&SampleSink, &Running) -> Result<(), E> + Send + 'static,
+        mut session: impl FnMut(&SampleSink, &StopToken) -> Result<(), E> + Send + 'static,
     ) -> Result<Self, Error> {
         let tags: Vec<_> = tags.iter().map(|tag| tag.tag).collect();
         Self::start(host, name, move |running| {
@@ -235,7 +235,7 @@ mod tests {
         let (clock, recorder) = (TestClock::new(), Recorder::new());
         let tags = [tag_spec(4, "a", ValueKind::F64, "a".into())];
         let (sender, tries) = channel();
-        let session = move |_: &SampleSink, _: &Running| {
+        let session = move |_: &SampleSink, _: &StopToken| {
             sender.send(()).unwrap();
             Err("no answer")
         };

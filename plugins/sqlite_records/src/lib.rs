@@ -9,7 +9,7 @@ mod query;
 use std::path::PathBuf;
 
 use busbar_plugin_sdk::{Error, Host, Plugin, RecordList, RecordSet, Records};
-use record_source::{CellFormats, ListSettings, Source, Watched};
+use record_source::{CellFormats, ListSettings, PolledRecords, Source};
 
 use crate::query::Query;
 
@@ -36,7 +36,7 @@ pub struct SqliteQuery {
 
 /// The plugin.
 pub struct SqliteRecords {
-    watched: Watched,
+    polled: PolledRecords,
 }
 
 impl Plugin for SqliteRecords {
@@ -48,23 +48,23 @@ impl Plugin for SqliteRecords {
 
     fn create(settings: Settings, host: Host) -> Result<Self, Error> {
         record_source::check(&settings.lists, |source| &source.file)?;
-        let watched = |(index, list): (usize, ListSettings<SqliteQuery>)| {
-            let formats = CellFormats::times_of(&list)
+        let polled = |(index, list): (usize, ListSettings<SqliteQuery>)| {
+            let formats = CellFormats::with_decimal_point(&list)
                 .map_err(|fault| Error::settings(format!("lists[{index}].{fault}")))?;
             let file = &list.source.file;
             let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy();
             let shown = list.list(&record_source::shown(&name));
             Ok((shown, Box::new(Query { list, formats }) as Box<dyn Source>))
         };
-        let lists = settings.lists.into_iter().enumerate().map(watched);
+        let lists = settings.lists.into_iter().enumerate().map(polled);
         let lists: Vec<(RecordList, Box<dyn Source>)> = lists.collect::<Result<_, Error>>()?;
-        Ok(Self { watched: Watched::start(&host, lists)? })
+        Ok(Self { polled: PolledRecords::start(&host, lists)? })
     }
 }
 
 impl Records for SqliteRecords {
     fn records(&mut self) -> Result<RecordSet<'_>, Error> {
-        Ok(self.watched.records())
+        Ok(self.polled.records())
     }
 }
 

@@ -9,7 +9,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use record_source::{
-    CellFormats, Deadline, Gathered, Layout, ListSettings, Source, Version, version_of,
+    CellFormats, ColumnLayout, ListSettings, ReadDeadline, RowBatch, Source, SourceVersion,
+    file_version,
 };
 use rusqlite::config::DbConfig;
 use rusqlite::limits::Limit;
@@ -37,15 +38,15 @@ pub(crate) struct Query {
 
 impl Source for Query {
     /// That of the file and of its write-ahead log, which has what is newer.
-    fn version(&self) -> Result<Version, String> {
-        let file = version_of(&self.list.source.file)?;
-        let Ok(log) = version_of(&log_of(&self.list.source.file)) else { return Ok(file) };
+    fn version(&self) -> Result<SourceVersion, String> {
+        let file = file_version(&self.list.source.file)?;
+        let Ok(log) = file_version(&log_of(&self.list.source.file)) else { return Ok(file) };
         // An empty log is made whenever somebody looks.
         let modified = if log.len > 0 { file.modified.max(log.modified) } else { file.modified };
-        Ok(Version { modified, len: file.len + log.len })
+        Ok(SourceVersion { modified, len: file.len + log.len })
     }
 
-    fn read(&self, rows: &mut Gathered, deadline: &Deadline) -> Result<(), String> {
+    fn read(&self, rows: &mut RowBatch, deadline: &ReadDeadline) -> Result<(), String> {
         let connection = open(&self.list.source.file).map_err(|error| words(&error, deadline))?;
         let mut fault = None;
         let asked = self.ask(connection, rows, deadline, &mut fault);
@@ -59,12 +60,12 @@ impl Query {
     fn ask(
         &self,
         mut connection: Connection,
-        into: &mut Gathered,
-        deadline: &Deadline,
+        into: &mut RowBatch,
+        deadline: &ReadDeadline,
         fault: &mut Option<String>,
     ) -> rusqlite::Result<()> {
         let ends = deadline.clone();
-        connection.progress_handler(STEPS_BETWEEN_LOOKS, Some(move || ends.is_over()))?;
+        connection.progress_handler(STEPS_BETWEEN_LOOKS, Some(move || ends.has_passed()))?;
         let mut statement = connection.prepare(&self.list.source.query)?;
         if !statement.readonly() || statement.column_count() == 0 {
             *fault = Some("the query does not only read: write one SELECT".into());
@@ -75,7 +76,7 @@ impl Query {
             return Ok(());
         }
         let names: Vec<String> = statement.column_names().map(str::to_owned).collect();
-        let layout = match Layout::of(&self.list, &names) {
+        let layout = match ColumnLayout::find(&self.list, &names) {
             Ok(layout) => layout,
             Err(wrong) => {
                 *fault = Some(format!("the query: {wrong}"));
@@ -136,7 +137,7 @@ fn open(path: &Path) -> rusqlite::Result<Connection> {
 }
 
 /// An error for people.
-fn words(error: &rusqlite::Error, deadline: &Deadline) -> String {
+fn words(error: &rusqlite::Error, deadline: &ReadDeadline) -> String {
     match error.sqlite_error_code() {
         Some(ErrorCode::OperationInterrupted) => {
             deadline.check().err().unwrap_or_else(|| "the query was stopped".into())

@@ -29,7 +29,7 @@ pub fn fuzz_one(bytes: &[u8]) -> bool {
             (Some('+'), ..MAX_PAGES) => pages.join(),
             (Some('-'), 1..) => pages.leave(pages.count() - 1),
             (Some(page), count @ 1..) => {
-                pages.say(page as usize % count, rest.as_str()).unwrap_or_else(|_| {
+                pages.receive(page as usize % count, rest.as_str()).unwrap_or_else(|_| {
                     has_refused = true;
                     Vec::new()
                 })

@@ -97,7 +97,7 @@ impl Variant {
 
 /// The collapse sequence of a mesh in some reading and order.
 fn sequence(mesh: &Topology, reading: &Reading, order: Order) -> Result<CollapseSequence> {
-    let mut progress = Unwatched::unwatched();
+    let mut progress = Unwatched::detached();
     let list = weighted_collapse::collapse_list(
         plugin_mesh(mesh),
         reading,

@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 use busbar_plugin_abi as abi;
 
 use super::{Capability, Instance, Table, instance};
-use crate::border::{given, given_mut, guard};
+use crate::boundary::{checked_mut, checked_ref, guard};
 use crate::overlay_description::RawDescription;
 use crate::{
     Alarms, Chart, Command, Error, MeshOptimizer, Overlay, Records, SampleSink, Simulator,
@@ -72,7 +72,7 @@ pub const fn telemetry<P: Telemetry>() -> Capability {
         let status = unsafe {
             guard(error, || {
                 let instance = instance::<P>(plugin)?;
-                given(sink, "start: the sink")?;
+                checked_ref(sink, "start: the sink")?;
                 let tags = crate::telemetry::read_specs(tags, tag_count)?;
                 let sink = SampleSink::open(sink);
                 let mut open = instance.sink.lock().unwrap_or_else(PoisonError::into_inner);
@@ -165,7 +165,7 @@ pub const fn overlay<P: Overlay>() -> Capability {
         unsafe {
             guard(error, || {
                 let instance = instance::<P>(plugin)?;
-                let into = given_mut(description, "describe: the description")?;
+                let into = checked_mut(description, "describe: the description")?;
                 let plugin = instance.plugin.read().unwrap_or_else(PoisonError::into_inner);
                 let raw = RawDescription::of(plugin.describe());
                 let mut kept = instance.description.lock().unwrap_or_else(PoisonError::into_inner);

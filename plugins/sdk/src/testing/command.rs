@@ -4,7 +4,7 @@ use std::ffi::c_void;
 
 use busbar_plugin_abi as abi;
 
-use crate::border::{slice, text};
+use crate::boundary::{slice, text};
 use crate::command::run;
 use crate::{Command, Error};
 

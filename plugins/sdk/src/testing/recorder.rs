@@ -161,7 +161,7 @@ unsafe extern "C" fn publish(
     // SAFETY: the context is the recorder's `Shared`, which outlives the sink.
     let shared = unsafe { &*context.cast::<Shared>() };
     // SAFETY: `SampleSink::publish` gives `count` samples.
-    let Ok(samples) = (unsafe { crate::border::slice(samples, count) }) else {
+    let Ok(samples) = (unsafe { crate::boundary::slice(samples, count) }) else {
         return 0;
     };
     let mut recording = shared.lock();
@@ -176,7 +176,7 @@ unsafe extern "C" fn report_link(context: *mut c_void, state: u32, message: abi:
     // SAFETY: the context is the recorder's `Shared`, which outlives the sink.
     let shared = unsafe { &*context.cast::<Shared>() };
     // SAFETY: `SampleSink::report_link` gives a text that lives for the call.
-    let message = unsafe { crate::border::text(message) }.unwrap_or("not UTF-8");
+    let message = unsafe { crate::boundary::text(message) }.unwrap_or("not UTF-8");
     let state = match state {
         abi::BUSBAR_LINK_UP => LinkState::Up,
         abi::BUSBAR_LINK_DOWN => LinkState::Down,

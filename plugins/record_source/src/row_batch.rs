@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use busbar_plugin_sdk::{MAX_RECORD_BYTES, MAX_RECORD_ROWS, Record, RecordRowFault, Running};
+use busbar_plugin_sdk::{MAX_RECORD_BYTES, MAX_RECORD_ROWS, Record, RecordRowFault, StopToken};
 
 use crate::{MAX_MESSAGE, one_line};
 
@@ -13,14 +13,14 @@ const MAX_FAULTS: usize = 100;
 
 /// Until when a source may be read.
 #[derive(Clone)]
-pub struct Deadline {
+pub struct ReadDeadline {
     /// None where nobody ends it early.
-    running: Option<Running>,
+    running: Option<StopToken>,
     until: Instant,
 }
 
-impl Deadline {
-    pub(crate) fn of(running: &Running) -> Self {
+impl ReadDeadline {
+    pub(crate) fn from_stop_token(running: &StopToken) -> Self {
         Self { running: Some(running.clone()), until: Instant::now() + MAX_READ }
     }
 
@@ -30,7 +30,7 @@ impl Deadline {
     }
 
     /// Whether reading must end now.
-    pub fn is_over(&self) -> bool {
+    pub fn has_passed(&self) -> bool {
         let is_stopped = self.running.as_ref().is_some_and(|running| !running.is_running());
         is_stopped || Instant::now() > self.until
     }
@@ -40,7 +40,7 @@ impl Deadline {
     /// # Errors
     /// That it is, in words.
     pub fn check(&self) -> Result<(), String> {
-        match self.is_over() {
+        match self.has_passed() {
             true => Err(format!("reading it took longer than {} s", MAX_READ.as_secs())),
             false => Ok(()),
         }
@@ -49,7 +49,7 @@ impl Deadline {
 
 /// The rows of a source, as far as they were read.
 #[derive(Debug, Default, PartialEq)]
-pub struct Gathered {
+pub struct RowBatch {
     pub(crate) rows: Vec<Record>,
     pub(crate) left_out: u64,
     pub(crate) faults: Vec<RecordRowFault>,
@@ -57,9 +57,9 @@ pub struct Gathered {
     max_bytes: usize,
 }
 
-impl Gathered {
+impl RowBatch {
     /// For one of so many lists, which share [`MAX_RECORD_BYTES`].
-    pub fn of(lists: usize) -> Self {
+    pub fn with_lists(lists: usize) -> Self {
         Self { max_bytes: MAX_RECORD_BYTES / lists.max(1), ..Self::default() }
     }
 

@@ -10,15 +10,15 @@ use crate::{LinkState, Quality, Reason, Sample, TagSpec, Telemetry, Value};
 ///
 /// ```no_run
 /// # use std::time::Duration;
-/// # use busbar_plugin_sdk::testing::Watched;
+/// # use busbar_plugin_sdk::testing::RunningPlugin;
 /// # use busbar_plugin_sdk::{Reason, TagSpec, Telemetry, Value};
 /// # fn test(plugin: impl Telemetry, tags: Vec<TagSpec>) {
-/// let running = Watched::start(plugin, tags, Duration::from_secs(10));
+/// let running = RunningPlugin::start(plugin, tags, Duration::from_secs(10));
 /// running.wait_for(1, Value::F64(21.5));
 /// running.wait_for_bad(2, Reason::Communication);
 /// # }
 /// ```
-pub struct Watched<P> {
+pub struct RunningPlugin<P> {
     /// Plugin; it ends before its recorder.
     pub plugin: P,
     /// Recorder of the plugin's samples and link reports.
@@ -27,7 +27,7 @@ pub struct Watched<P> {
     pub patience: Duration,
 }
 
-impl<P: Telemetry> Watched<P> {
+impl<P: Telemetry> RunningPlugin<P> {
     /// Starts a plugin with these tags.
     ///
     /// # Panics

@@ -9,7 +9,7 @@ const MAX_NAMED: usize = 20;
 
 /// Columns of a source that a list needs.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Layout {
+pub struct ColumnLayout {
     equipment: usize,
     cells: Vec<usize>,
     time: Option<usize>,
@@ -17,12 +17,12 @@ pub struct Layout {
     severity: Option<usize>,
 }
 
-impl Layout {
+impl ColumnLayout {
     /// By the names of a source's columns.
     ///
     /// # Errors
     /// A column that is not there, or is there twice, in words.
-    pub fn of<S>(list: &ListSettings<S>, names: &[impl AsRef<str>]) -> Result<Self, String> {
+    pub fn find<S>(list: &ListSettings<S>, names: &[impl AsRef<str>]) -> Result<Self, String> {
         let find = |wanted: &String| {
             let mut found = (0..names.len()).filter(|&at| names[at].as_ref().trim() == wanted);
             match (found.next(), found.next()) {

@@ -9,7 +9,7 @@ use busbar_plugin_sdk::simulation::{ActiveFault, FaultKind, FaultPlan};
 use tokio::io::DuplexStream;
 use tokio::time::Instant;
 
-use crate::pump;
+use crate::relay;
 use crate::socket::Socket;
 
 /// Clients at a time; more are turned away.
@@ -21,7 +21,7 @@ const MAX_SLOW: Duration = Duration::from_secs(1);
 
 /// The link between a device and its clients. Clones share it.
 #[derive(Clone, Debug)]
-pub struct Link(Arc<Shared>);
+pub struct FaultyLink(Arc<Shared>);
 
 #[derive(Debug)]
 struct Shared {
@@ -35,15 +35,15 @@ struct Shared {
     messages: AtomicU64,
 }
 
-impl Link {
+impl FaultyLink {
     /// A link that fails by a plan, from now on. `deadline` is the protocol's for
     /// answers: slow ones keep it, late ones do not.
     pub fn new(plan: FaultPlan, seed: u64, deadline: Duration) -> Self {
-        Self::by_clock(plan, seed, deadline, SystemTime::now)
+        Self::with_clock(plan, seed, deadline, SystemTime::now)
     }
 
     /// The same by another wall clock than the system's, for simulated time.
-    pub fn by_clock(
+    pub fn with_clock(
         plan: FaultPlan,
         seed: u64,
         deadline: Duration,
@@ -85,12 +85,12 @@ impl Link {
         if self.fault_kind() == Some(FaultKind::LinkLoss) {
             return None;
         }
-        let client = Client::enter(self)?;
+        let client = ClientSlot::acquire(self)?;
         let number = self.0.connections.fetch_add(1, Ordering::Relaxed);
         let random = fastrand::Rng::with_seed(self.0.seed ^ number.wrapping_mul(0x9E37_79B9));
         let (ours, protocol) = tokio::io::duplex(QUEUE_BYTES);
         tokio::spawn(async move {
-            pump::run(socket, ours, &client, random).await;
+            relay::run(socket, ours, &client, random).await;
             drop(client);
         });
         Some(protocol)
@@ -133,25 +133,25 @@ impl Link {
 }
 
 /// A client's place.
-pub(crate) struct Client(Link);
+pub(crate) struct ClientSlot(FaultyLink);
 
-impl Client {
-    fn enter(link: &Link) -> Option<Self> {
+impl ClientSlot {
+    fn acquire(link: &FaultyLink) -> Option<Self> {
         let count = |clients| (clients < MAX_CLIENTS).then_some(clients + 1);
         link.0.clients.fetch_update(Ordering::Relaxed, Ordering::Relaxed, count).ok()?;
         Some(Self(link.clone()))
     }
 }
 
-impl std::ops::Deref for Client {
-    type Target = Link;
+impl std::ops::Deref for ClientSlot {
+    type Target = FaultyLink;
 
-    fn deref(&self) -> &Link {
+    fn deref(&self) -> &FaultyLink {
         &self.0
     }
 }
 
-impl Drop for Client {
+impl Drop for ClientSlot {
     fn drop(&mut self) {
         self.0.0.clients.fetch_sub(1, Ordering::Relaxed);
     }

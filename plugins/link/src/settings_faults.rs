@@ -6,9 +6,9 @@ use std::time::Duration;
 
 /// Faults found so far, each naming its place and what is allowed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Faults(Vec<String>);
+pub struct SettingsFaults(Vec<String>);
 
-impl Faults {
+impl SettingsFaults {
     /// Notes a fault.
     pub fn add(&mut self, fault: impl Into<String>) {
         self.0.push(fault.into());

@@ -9,7 +9,7 @@ use tokio::io::{
 };
 use tokio::time::sleep;
 
-use crate::link::Link;
+use crate::faulty_link::FaultyLink;
 use crate::socket::Socket;
 
 /// Bytes that are moved at once.
@@ -31,7 +31,7 @@ enum End {
 pub(crate) async fn run(
     client: impl Socket,
     protocol: DuplexStream,
-    link: &Link,
+    link: &FaultyLink,
     mut random: fastrand::Rng,
 ) {
     client.prepare();
@@ -51,7 +51,7 @@ pub(crate) async fn run(
 }
 
 /// Waits for what ends the connection.
-async fn cut(link: &Link, life: Duration) -> End {
+async fn cut(link: &FaultyLink, life: Duration) -> End {
     loop {
         let fault = link.fault_kind();
         match fault {
@@ -72,7 +72,7 @@ async fn cut(link: &Link, life: Duration) -> End {
 async fn listen(
     from: &mut (impl AsyncRead + Unpin),
     mut to: WriteHalf<DuplexStream>,
-    link: &Link,
+    link: &FaultyLink,
 ) -> io::Result<()> {
     let mut piece = vec![0; PIECE_BYTES];
     loop {
@@ -89,7 +89,7 @@ async fn listen(
 async fn answer(
     mut from: ReadHalf<DuplexStream>,
     to: &mut (impl AsyncWrite + Unpin),
-    link: &Link,
+    link: &FaultyLink,
     mut random: fastrand::Rng,
 ) -> io::Result<()> {
     let mut piece = vec![0; PIECE_BYTES];

@@ -4,10 +4,10 @@ use std::path::Path;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use busbar_plugin_sdk::{Error, Host, LogLevel, RecordList, RecordSet, Running, Worker};
+use busbar_plugin_sdk::{Error, Host, LogLevel, RecordList, RecordSet, StopToken, Worker};
 
-use crate::gather::MAX_READ;
-use crate::{Deadline, Gathered, MAX_MESSAGE, one_line};
+use crate::row_batch::MAX_READ;
+use crate::{MAX_MESSAGE, ReadDeadline, RowBatch, one_line};
 
 /// How often it is looked whether a source changed.
 const POLL_PERIOD: Duration = Duration::from_secs(1);
@@ -24,7 +24,7 @@ const MAX_LOGGED: usize = 10;
 
 /// Tells states of a source apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Version {
+pub struct SourceVersion {
     /// When it was changed last.
     pub modified: SystemTime,
     /// Bytes.
@@ -35,13 +35,13 @@ pub struct Version {
 ///
 /// # Errors
 /// Why there is none, in words.
-pub fn version_of(file: &Path) -> Result<Version, String> {
+pub fn file_version(file: &Path) -> Result<SourceVersion, String> {
     let metadata = std::fs::metadata(file).map_err(|error| error.to_string())?;
     if !metadata.is_file() {
         return Err("it is no regular file".into());
     }
     let modified = metadata.modified().map_err(|error| error.to_string())?;
-    Ok(Version { modified, len: metadata.len() })
+    Ok(SourceVersion { modified, len: metadata.len() })
 }
 
 /// Where rows come from.
@@ -50,26 +50,26 @@ pub trait Source: Send + 'static {
     ///
     /// # Errors
     /// Why it is not there, in words.
-    fn version(&self) -> Result<Version, String>;
+    fn version(&self) -> Result<SourceVersion, String>;
 
     /// Reads all rows.
     ///
     /// # Errors
     /// Why it cannot be read, in words.
-    fn read(&self, rows: &mut Gathered, deadline: &Deadline) -> Result<(), String>;
+    fn read(&self, rows: &mut RowBatch, deadline: &ReadDeadline) -> Result<(), String>;
 }
 
 /// What was read of a list and nobody has taken yet.
 #[derive(Default)]
-struct News {
-    read: Option<(Gathered, SystemTime)>,
+struct PendingUpdate {
+    read: Option<(RowBatch, SystemTime)>,
     /// Whether it could be read, the last time that it was tried.
     fault: Option<Option<String>>,
 }
 
 #[derive(Default)]
 struct State {
-    news: Vec<News>,
+    updates: Vec<PendingUpdate>,
     /// Since when which list is read.
     reading: Option<(usize, Instant)>,
     has_tried_all: bool,
@@ -88,31 +88,32 @@ impl Shared {
 }
 
 /// Lists with their sources.
-pub struct Watched {
+pub struct PolledRecords {
     shared: Arc<Shared>,
     lists: Vec<RecordList>,
     revision: u64,
     _worker: Worker,
 }
 
-impl Watched {
+impl PolledRecords {
     /// Begins to read; of each list its source.
     ///
     /// # Errors
     /// No thread can be started.
     pub fn start(host: &Host, lists: Vec<(RecordList, Box<dyn Source>)>) -> Result<Self, Error> {
         let (lists, sources): (Vec<_>, Vec<_>) = lists.into_iter().unzip();
-        let news = sources.iter().map(|_| News::default()).collect();
-        let state = State { news, ..State::default() };
+        let updates = sources.iter().map(|_| PendingUpdate::default()).collect();
+        let state = State { updates, ..State::default() };
         let shared = Arc::new(Shared { state: Mutex::new(state), changed: Condvar::new() });
         let (theirs, log) = (shared.clone(), host.clone());
         let names: Vec<String> = lists.iter().map(|list| list.source.clone()).collect();
         let worker = Worker::start(host, "records", move |running| {
-            let watch = |(source, name)| Watch::of(source, name);
-            let mut watches: Vec<Watch> = sources.into_iter().zip(names).map(watch).collect();
+            let poller = |(source, name)| SourcePoller::new(source, name);
+            let mut pollers: Vec<SourcePoller> =
+                sources.into_iter().zip(names).map(poller).collect();
             loop {
-                for (index, watch) in watches.iter_mut().enumerate() {
-                    watch.look(index, &theirs, &log, running);
+                for (index, poller) in pollers.iter_mut().enumerate() {
+                    poller.poll(index, &theirs, &log, running);
                 }
                 theirs.state().has_tried_all = true;
                 theirs.changed.notify_all();
@@ -135,17 +136,17 @@ impl Watched {
         // Who waited once waits no more.
         state.has_tried_all = true;
         let late = state.reading.filter(|(_, since)| since.elapsed() > MAX_READ + LATE_SLACK);
-        let news: Vec<News> = state.news.iter_mut().map(std::mem::take).collect();
+        let update: Vec<PendingUpdate> = state.updates.iter_mut().map(std::mem::take).collect();
         drop(state);
-        for (list, news) in self.lists.iter_mut().zip(news) {
-            let is_other = news.fault.as_ref().is_some_and(|fault| *fault != list.fault);
-            self.revision += u64::from(news.read.is_some() || is_other);
-            if let Some((gathered, modified)) = news.read {
-                (list.rows, list.left_out) = (gathered.rows, gathered.left_out);
-                list.faults = gathered.faults;
+        for (list, update) in self.lists.iter_mut().zip(update) {
+            let is_other = update.fault.as_ref().is_some_and(|fault| *fault != list.fault);
+            self.revision += u64::from(update.read.is_some() || is_other);
+            if let Some((batch, modified)) = update.read {
+                (list.rows, list.left_out) = (batch.rows, batch.left_out);
+                list.faults = batch.faults;
                 list.as_of_unix_nanos = Some(unix_nanos(modified));
             }
-            if let Some(fault) = news.fault {
+            if let Some(fault) = update.fault {
                 list.fault = fault;
             }
         }
@@ -168,39 +169,39 @@ fn unix_nanos(time: SystemTime) -> i64 {
 }
 
 /// A source, and what it was when it was read.
-struct Watch {
+struct SourcePoller {
     source: Box<dyn Source>,
     name: String,
-    known: Option<Version>,
+    known: Option<SourceVersion>,
     fault: Option<String>,
     tried: Option<Instant>,
     changes: u32,
 }
 
-impl Watch {
-    fn of(source: Box<dyn Source>, name: String) -> Self {
+impl SourcePoller {
+    fn new(source: Box<dyn Source>, name: String) -> Self {
         Self { source, name, known: None, fault: None, tried: None, changes: 0 }
     }
 
     /// Reads it if it changed, or could not be read for a while.
-    fn look(&mut self, index: usize, shared: &Shared, host: &Host, running: &Running) {
+    fn poll(&mut self, index: usize, shared: &Shared, host: &Host, running: &StopToken) {
         let mut state = shared.state();
         state.reading = Some((index, Instant::now()));
-        let lists = state.news.len();
+        let lists = state.updates.len();
         // Whoever asks meanwhile is not held up.
         drop(state);
         let read = self.read(lists, running);
         let mut state = shared.state();
         state.reading = None;
-        let (gathered, fault) = match read {
+        let (batch, fault) = match read {
             Ok(None) => return,
-            Ok(Some((gathered, modified))) => (Some((gathered, modified)), None),
+            Ok(Some((batch, modified))) => (Some((batch, modified)), None),
             Err(fault) => (None, Some(one_line(&fault, MAX_MESSAGE))),
         };
-        let news = &mut state.news[index];
-        news.fault = Some(fault.clone());
-        let told = gathered.as_ref().map_or_else(Vec::new, |(gathered, _)| words(gathered));
-        news.read = gathered.or(news.read.take());
+        let update = &mut state.updates[index];
+        update.fault = Some(fault.clone());
+        let told = batch.as_ref().map_or_else(Vec::new, |(batch, _)| describe_faults(batch));
+        update.read = batch.or(update.read.take());
         drop(state);
         if let Some(fault) = fault.as_ref().filter(|_| fault != self.fault) {
             host.log(LogLevel::Error, &format!("{}: {fault}", self.name));
@@ -213,8 +214,8 @@ impl Watch {
     fn read(
         &mut self,
         lists: usize,
-        running: &Running,
-    ) -> Result<Option<(Gathered, SystemTime)>, String> {
+        running: &StopToken,
+    ) -> Result<Option<(RowBatch, SystemTime)>, String> {
         let version = self.source.version()?;
         let is_same = self.known == Some(version);
         let waits = self.tried.is_some_and(|tried| tried.elapsed() < RETRY_PERIOD);
@@ -222,11 +223,11 @@ impl Watch {
             return self.fault.clone().map_or(Ok(None), Err);
         }
         (self.known, self.tried) = (Some(version), Some(Instant::now()));
-        let mut gathered = Gathered::of(lists);
-        self.source.read(&mut gathered, &Deadline::of(running))?;
+        let mut batch = RowBatch::with_lists(lists);
+        self.source.read(&mut batch, &ReadDeadline::from_stop_token(running))?;
         if self.source.version()? == version {
             self.changes = 0;
-            return Ok(Some((gathered, version.modified)));
+            return Ok(Some((batch, version.modified)));
         }
         // Somebody writes: half of it would pass for all.
         self.known = None;
@@ -239,11 +240,11 @@ impl Watch {
 }
 
 /// What is said in the log of rows that are left out.
-fn words(gathered: &Gathered) -> Vec<String> {
-    let faults = gathered.faults.iter().take(MAX_LOGGED);
+fn describe_faults(batch: &RowBatch) -> Vec<String> {
+    let faults = batch.faults.iter().take(MAX_LOGGED);
     let mut words: Vec<String> =
         faults.map(|f| format!("row {} is left out: {}", f.row, f.reason)).collect();
-    let more = gathered.left_out.saturating_sub(words.len() as u64);
+    let more = batch.left_out.saturating_sub(words.len() as u64);
     words.extend((more > 0).then(|| format!("{more} more rows are left out")));
     words
 }

@@ -9,14 +9,14 @@ const MAX_EVENTS: usize = 10_000;
 
 /// Scenario events of a tag, in the order of time.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Course {
+pub struct Scenario {
     begun: SystemTime,
-    events: Vec<(Duration, CourseEvent)>,
+    events: Vec<(Duration, ScenarioEvent)>,
 }
 
 /// Scenario event of a tag.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum CourseEvent {
+pub enum ScenarioEvent {
     /// Ramp to a value, in the tag's unit, where the tag then stays.
     Value {
         /// Target value of the ramp.
@@ -28,7 +28,7 @@ pub enum CourseEvent {
     Release,
 }
 
-impl Course {
+impl Scenario {
     /// Creates a scenario without events, counted from an instant.
     pub fn new(begun: SystemTime) -> Self {
         Self { begun, events: Vec::new() }
@@ -39,7 +39,7 @@ impl Course {
     /// # Errors
     /// [`Error::settings`] for what would come before what was added last, and for more
     /// than 10,000 events.
-    pub fn push(&mut self, at: Duration, event: CourseEvent) -> Result<(), Error> {
+    pub fn push(&mut self, at: Duration, event: ScenarioEvent) -> Result<(), Error> {
         if self.events.last().is_some_and(|(last, _)| *last > at) {
             return Err(Error::settings("the events of a tag are not in the order of time"));
         }
@@ -53,8 +53,8 @@ impl Course {
     /// Returns the target values, with the durations of their ramps.
     pub(super) fn values(&self) -> impl Iterator<Item = (f64, Duration)> + '_ {
         self.events.iter().filter_map(|(_, event)| match *event {
-            CourseEvent::Value { value, over } => Some((value, over)),
-            CourseEvent::Release => None,
+            ScenarioEvent::Value { value, over } => Some((value, over)),
+            ScenarioEvent::Release => None,
         })
     }
 
@@ -66,8 +66,8 @@ impl Course {
         let mut way: Option<Way> = None;
         for &(at, event) in &self.events[..happened] {
             way = match event {
-                CourseEvent::Release => None,
-                CourseEvent::Value { value, over } => {
+                ScenarioEvent::Release => None,
+                ScenarioEvent::Value { value, over } => {
                     let from = way.map_or_else(|| own(self.begun + at), |way| way.at(at));
                     Some(Way { from, value, at, over })
                 }
@@ -98,5 +98,5 @@ impl Way {
 }
 
 #[cfg(test)]
-#[path = "course_tests.rs"]
+#[path = "scenario_tests.rs"]
 mod tests;

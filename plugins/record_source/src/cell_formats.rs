@@ -15,15 +15,18 @@ impl CellFormats {
     ///
     /// # Errors
     /// The setting at fault, and what is allowed.
-    pub fn times_of<S>(list: &ListSettings<S>) -> Result<Self, String> {
-        Self::of(list, Separators { decimal: '.', thousands: None })
+    pub fn with_decimal_point<S>(list: &ListSettings<S>) -> Result<Self, String> {
+        Self::with_separators(list, Separators { decimal: '.', thousands: None })
     }
 
     /// The formats of a list whose numbers have these separators.
     ///
     /// # Errors
     /// The setting at fault, and what is allowed.
-    pub fn of<S>(list: &ListSettings<S>, separators: Separators) -> Result<Self, String> {
+    pub fn with_separators<S>(
+        list: &ListSettings<S>,
+        separators: Separators,
+    ) -> Result<Self, String> {
         let format = list.time_format.as_deref().map_or(Ok(TimeFormat::Iso), TimeFormat::parse);
         let format = format.map_err(|fault| format!("time_format: {fault}"))?;
         if format.is_relative() {
@@ -79,5 +82,5 @@ impl CellFormats {
 }
 
 #[cfg(test)]
-#[path = "formats_tests.rs"]
+#[path = "cell_formats_tests.rs"]
 mod tests;
