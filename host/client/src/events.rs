@@ -3,7 +3,7 @@
 use std::collections::{HashMap, VecDeque};
 
 use busbar_protocol::message::{
-    AlarmAction, AlarmSnapshot, CameraPose, EquipmentVerdict, TagQuality,
+    AlarmAction, AlarmSnapshot, CameraPose, TagSnapshot, VerdictSnapshot,
 };
 
 /// Events that wait and are not merged. Beyond that, states of an alarm are merged into its
@@ -38,28 +38,10 @@ pub enum Event {
         /// Requested action of the operator.
         action: AlarmAction,
     },
-    /// Quality of a tag's value. Merged by tag.
-    Quality {
-        /// Id of the tag.
-        tag: String,
-        /// By which it can be relied on.
-        quality: TagQuality,
-        /// Reason for a quality that is not good; else empty.
-        reason: String,
-    },
+    /// Quality and origins of a tag's value. Merged by tag.
+    Quality(TagSnapshot),
     /// Verdict of an overlay on a piece of equipment. Merged by both.
-    Verdict {
-        /// Id of the equipment.
-        equipment: String,
-        /// Name of the overlay's plugin instance.
-        overlay: String,
-        /// Verdict of the overlay.
-        verdict: EquipmentVerdict,
-        /// Reports whether it rests on a default, which the reason names.
-        is_assumed: bool,
-        /// Reason; empty for none.
-        reason: String,
-    },
+    Verdict(VerdictSnapshot),
     /// State of a plugin instance. Merged by plugin.
     Plugin {
         /// Name of the plugin instance.
@@ -123,9 +105,9 @@ impl Event {
             Self::Frame => Some(Key::Frame),
             Self::Hovered(_) => Some(Key::Hovered),
             Self::Camera(_) => Some(Key::Camera),
-            Self::Quality { tag, .. } => Some(Key::Quality(tag.clone())),
-            Self::Verdict { equipment, overlay, .. } => {
-                Some(Key::Verdict(equipment.clone(), overlay.clone()))
+            Self::Quality(snapshot) => Some(Key::Quality(snapshot.tag.clone())),
+            Self::Verdict(snapshot) => {
+                Some(Key::Verdict(snapshot.equipment.clone(), snapshot.overlay.clone()))
             }
             Self::Plugin { plugin, .. } => Some(Key::Plugin(plugin.clone())),
             _ => None,
@@ -194,6 +176,8 @@ impl Events {
 
 #[cfg(test)]
 mod tests {
+    use busbar_protocol::message::TagQuality;
+
     use super::*;
 
     fn alarm(number: usize, state: u8) -> Event {
@@ -202,7 +186,8 @@ mod tests {
     }
 
     fn quality(tag: &str) -> Event {
-        Event::Quality { tag: tag.into(), quality: TagQuality::Good, reason: String::new() }
+        let (quality, origins) = (TagQuality::Good, Vec::new());
+        Event::Quality(TagSnapshot { tag: tag.into(), quality, origins, reason: String::new() })
     }
 
     #[test]

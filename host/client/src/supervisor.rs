@@ -174,12 +174,8 @@ impl Supervisor {
             ViewerMessage::AlarmRequested { alarm, action } => {
                 Event::AlarmRequested { alarm, action }
             }
-            ViewerMessage::Quality { tag, quality, reason } => {
-                Event::Quality { tag, quality, reason }
-            }
-            ViewerMessage::Verdict { equipment, overlay, verdict, is_assumed, reason } => {
-                Event::Verdict { equipment, overlay, verdict, is_assumed, reason }
-            }
+            ViewerMessage::Quality(snapshot) => Event::Quality(snapshot),
+            ViewerMessage::Verdict(snapshot) => Event::Verdict(snapshot),
             ViewerMessage::Plugin { plugin, state } => Event::Plugin { plugin, state },
             ViewerMessage::Refused(words) => Event::Error(words),
             ViewerMessage::Failed(words) => {

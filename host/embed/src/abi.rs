@@ -3,7 +3,7 @@
 use std::ffi::{c_char, c_void};
 
 /// Version of this interface; a library of another version must not be used.
-pub const BUSBAR_VIEW_ABI: u32 = 1;
+pub const BUSBAR_VIEW_ABI: u32 = 2;
 
 /// Success of a call.
 pub const BUSBAR_VIEW_OK: i32 = 0;
@@ -70,6 +70,7 @@ pub const BUSBAR_VIEW_ALARM: u32 = 6;
 /// BUSBAR_VIEW_ACKNOWLEDGE and so on; `number`: shelving time, seconds.
 pub const BUSBAR_VIEW_ASKED: u32 = 7;
 /// Event of the tag `id` whose quality `state` is good, uncertain or bad, for the reason `text`.
+/// `origins` names the sources of its value besides the live process: mark a value that has any.
 /// Merged by tag.
 pub const BUSBAR_VIEW_QUALITY: u32 = 8;
 /// Event of the plugin instance `id`, whose state is `text`. Merged by plugin.
@@ -92,6 +93,17 @@ pub const BUSBAR_VIEW_RELOADED: u32 = 13;
 /// overlay's name, a line feed, and the reason. `number` is 1 where the verdict rests on a default,
 /// which the reason names. Merged by overlay and equipment.
 pub const BUSBAR_VIEW_VERDICT: u32 = 14;
+
+/// Origin of a value that a person or program substituted for the measured one.
+pub const BUSBAR_VIEW_SUBSTITUTED: u32 = 1;
+/// Origin of a value from a device under test.
+pub const BUSBAR_VIEW_TEST: u32 = 2;
+/// Origin of a value that a simulator made.
+pub const BUSBAR_VIEW_SIMULATED: u32 = 4;
+/// Origin of a value that is replayed from a recording.
+pub const BUSBAR_VIEW_RECORDED: u32 = 8;
+/// Origin of a value that its source calls historical.
+pub const BUSBAR_VIEW_HISTORICAL: u32 = 16;
 
 /// Verdict on equipment within its limits.
 pub const BUSBAR_VIEW_NORMAL: u32 = 0;
@@ -173,6 +185,10 @@ pub struct BusbarViewEvent {
     pub unix_nanos: i64,
     /// Number, by the kind of the event.
     pub number: f64,
+    /// Origins, a sum of BUSBAR_VIEW_SUBSTITUTED and so on; 0 for a live value, and for other kinds of event.
+    pub origins: u32,
+    /// Reserved field, always 0.
+    pub reserved: u32,
     /// Position of the camera, world space in metres.
     pub eye: [f32; 3],
     /// Point that the camera looks at, world space in metres.

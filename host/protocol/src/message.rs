@@ -6,7 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 /// Version of these messages.
-pub const PROTOCOL_VERSION: u32 = 4;
+pub const PROTOCOL_VERSION: u32 = 5;
 /// The longest message, either way.
 pub const MAX_MESSAGE_BYTES: usize = 4 << 20;
 /// The longest id, name or path in a message, bytes.
@@ -223,6 +223,49 @@ pub enum TagQuality {
     Bad,
 }
 
+/// Source of a value that was not measured just now by the process itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum TagOrigin {
+    /// Put in place of the measured value by a person or program.
+    Substituted,
+    /// Sent by a device under test.
+    Test,
+    /// Made by a simulator.
+    Simulated,
+    /// Replayed from a recording.
+    Recorded,
+    /// Out of the past, as the source says.
+    Historical,
+}
+
+/// Quality and origins of a tag's value.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TagSnapshot {
+    /// Id of the tag.
+    pub tag: String,
+    /// Quality of the value, freshness included.
+    pub quality: TagQuality,
+    /// Origins besides the live process; none for a live value.
+    pub origins: Vec<TagOrigin>,
+    /// Reason in words for a quality that is not good; else empty.
+    pub reason: String,
+}
+
+/// Verdict of an overlay on a piece of equipment, with its reason.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct VerdictSnapshot {
+    /// Equipment id, as the overlay describes it.
+    pub equipment: String,
+    /// Name of the overlay's plugin instance.
+    pub overlay: String,
+    /// Verdict on the equipment.
+    pub verdict: EquipmentVerdict,
+    /// Marks a verdict that rests on a default, which the reason names.
+    pub is_assumed: bool,
+    /// Reason in words; empty for none.
+    pub reason: String,
+}
+
 /// Judgment of an overlay on a piece of equipment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum EquipmentVerdict {
@@ -279,28 +322,10 @@ pub enum ViewerMessage {
         /// Requested action of the operator.
         action: AlarmAction,
     },
-    /// Quality of a tag's value after a change.
-    Quality {
-        /// Id of the tag.
-        tag: String,
-        /// By which it can be relied on.
-        quality: TagQuality,
-        /// Reason for a quality that is not good, in words; else empty.
-        reason: String,
-    },
-    /// Verdict of an overlay on a piece of equipment by now.
-    Verdict {
-        /// Equipment id, as the overlay describes it.
-        equipment: String,
-        /// Name of the overlay's plugin instance.
-        overlay: String,
-        /// Verdict of the overlay.
-        verdict: EquipmentVerdict,
-        /// Reports whether it rests on a default, which the reason names.
-        is_assumed: bool,
-        /// Reason, in words; empty for none.
-        reason: String,
-    },
+    /// Quality and origins of a tag's value after a change.
+    Quality(TagSnapshot),
+    /// Verdict of an overlay on a piece of equipment after a change.
+    Verdict(VerdictSnapshot),
     /// State of a plugin instance after a change.
     Plugin {
         /// Name of the plugin instance.

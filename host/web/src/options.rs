@@ -52,7 +52,7 @@ impl Origin {
         &self.text[self.host.0..self.host.1]
     }
 
-    /// As browsers write it.
+    /// Returns the origin in the form of browsers.
     pub(crate) fn as_str(&self) -> &str {
         &self.text
     }

@@ -325,7 +325,7 @@ pub(crate) async fn refuse(mut socket: WebSocket, places: usize) {
     let _ = timeout(MAX_SEND, socket.recv()).await;
 }
 
-/// As much as fits into a closing frame (RFC 6455, 5.5).
+/// Cuts a reason to the room of a closing frame (RFC 6455, 5.5).
 fn cut(why: &str) -> Utf8Bytes {
     const MAX_REASON_BYTES: usize = 123;
     let mut end = why.len().min(MAX_REASON_BYTES);

@@ -1,4 +1,4 @@
-//! Reading bytes without a file: for fuzzing.
+//! Entry point for fuzzing: reads bytes without a file.
 
 use std::time::Duration;
 
@@ -8,7 +8,7 @@ use record_source::{ListSettings, ReadDeadline, RowBatch};
 use crate::CsvFile;
 use crate::table::Table;
 
-/// More than any bytes take that a fuzzer makes.
+/// Longest time for a fuzzer's bytes; none takes as long.
 const MAX_TIME: Duration = Duration::from_secs(10);
 
 /// Rows and faults of a file's bytes.
@@ -16,7 +16,7 @@ const MAX_TIME: Duration = Duration::from_secs(10);
 pub struct Read {
     /// Rows that are good.
     pub rows: Vec<Record>,
-    /// Rows that are left out.
+    /// Faults of rows left out.
     pub faults: Vec<RecordRowFault>,
 }
 

@@ -1,4 +1,4 @@
-//! Rows of a file as records.
+//! Conversion of a file's rows to records.
 
 use std::io::Cursor;
 
@@ -10,12 +10,12 @@ use text_table::{Dialect, NextRow, RowLimits, Rows};
 
 use crate::{CsvFile, file};
 
-/// Bytes and cells of a row.
+/// Greatest bytes and cells of a row.
 const LIMITS: RowLimits = RowLimits { bytes: 64 << 10, cells: 256 };
-/// Rows between two looks at the time.
+/// Rows between two checks of the deadline.
 const ROWS_A_LOOK: u64 = 64;
 
-/// A file with what is wanted of it.
+/// Source of one list: its file and formats.
 pub(crate) struct Table {
     pub(crate) list: ListSettings<CsvFile>,
     dialect: Dialect,
@@ -34,7 +34,7 @@ impl Source for Table {
 }
 
 impl Table {
-    /// Checks the settings of a list; `encoding` is in place of theirs.
+    /// Checks the settings of a list; `encoding` replaces the one in the settings.
     ///
     /// # Errors
     /// Each setting at fault, with what is allowed.

@@ -1,4 +1,4 @@
-//! What all connections of a device share: its faults, its clock, its counts.
+//! Simulated link with planned faults: state shared by all connections of a device.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
@@ -12,14 +12,14 @@ use tokio::time::Instant;
 use crate::relay;
 use crate::socket::Socket;
 
-/// Clients at a time; more are turned away.
+/// Greatest number of clients at a time; more are refused.
 pub const MAX_CLIENTS: u32 = 64;
 /// Bytes between socket and protocol, in each direction.
 const QUEUE_BYTES: usize = 1 << 16;
-/// The longest that a slow answer takes.
+/// Longest delay of a slow answer.
 const MAX_SLOW: Duration = Duration::from_secs(1);
 
-/// The link between a device and its clients. Clones share it.
+/// Link between a simulated device and its clients, with planned faults. Clones share it.
 #[derive(Clone, Debug)]
 pub struct FaultyLink(Arc<Shared>);
 
@@ -36,13 +36,13 @@ struct Shared {
 }
 
 impl FaultyLink {
-    /// A link that fails by a plan, from now on. `deadline` is the protocol's for
-    /// answers: slow ones keep it, late ones do not.
+    /// Creates a link that fails by a plan, from now on. `deadline` is the protocol's for answers:
+    /// slow ones keep it, late ones do not.
     pub fn new(plan: FaultPlan, seed: u64, deadline: Duration) -> Self {
         Self::with_clock(plan, seed, deadline, SystemTime::now)
     }
 
-    /// The same by another wall clock than the system's, for simulated time.
+    /// Creates a link with another wall clock than the system's, for simulated time.
     pub fn with_clock(
         plan: FaultPlan,
         seed: u64,
@@ -61,7 +61,7 @@ impl FaultyLink {
         }))
     }
 
-    /// The device's clock, by which a fault may be set wrong, and the true one.
+    /// Returns the device's clock, which a fault may set wrong, and the true one.
     pub fn now(&self) -> (SystemTime, SystemTime) {
         let true_time = (self.0.wall_clock)();
         let ahead = self.fault().map_or(0, |fault| fault.clock_ahead_seconds);
@@ -79,8 +79,8 @@ impl FaultyLink {
         self.0.messages.fetch_add(count, Ordering::Relaxed);
     }
 
-    /// Takes a connection: what its client sends and gets, past the faults; none where
-    /// it is turned away. Needs a runtime, which moves the bytes.
+    /// Accepts a connection, and returns the stream to its client, faults included; none where the
+    /// client is refused. Needs a runtime, which moves the bytes.
     pub fn admit(&self, socket: impl Socket) -> Option<DuplexStream> {
         if self.fault_kind() == Some(FaultKind::LinkLoss) {
             return None;
@@ -122,7 +122,7 @@ impl FaultyLink {
         }
     }
 
-    /// How long an answer waits.
+    /// Returns the delay of an answer.
     pub(crate) fn delay(&self) -> Duration {
         match self.fault_kind() {
             Some(FaultKind::Slow) => (self.0.deadline / 4).min(MAX_SLOW),
@@ -132,7 +132,7 @@ impl FaultyLink {
     }
 }
 
-/// A client's place.
+/// Slot of a connected client.
 pub(crate) struct ClientSlot(FaultyLink);
 
 impl ClientSlot {

@@ -1,4 +1,4 @@
-//! Moves the bytes of one connection, and loses, delays or spoils them.
+//! Relay between socket and protocol of one connection, which loses, delays or corrupts bytes.
 
 use std::io;
 use std::time::Duration;
@@ -12,22 +12,22 @@ use tokio::time::sleep;
 use crate::faulty_link::FaultyLink;
 use crate::socket::Socket;
 
-/// Bytes that are moved at once.
+/// Bytes moved at once.
 const PIECE_BYTES: usize = 1 << 14;
-/// The longest that a connection lives while connections are reset.
+/// Longest life of a connection while connections are reset.
 const MAX_RESET_LIFE: Duration = Duration::from_millis(400);
-/// Bytes of garbage instead of an answer.
+/// Bytes of garbage that replace an answer.
 const GARBAGE_BYTES: std::ops::RangeInclusive<usize> = 1..=64;
-/// Set in the first of them: no frame begins so in the protocols that are served.
+/// Bit set in the first byte of garbage: no frame of the protocols served begins so.
 const NO_START: u8 = 0x80;
 
-/// How a connection ends.
+/// End of a connection.
 enum End {
     Closed,
     Reset,
 }
 
-/// Until either end is gone, or a fault ends it.
+/// Relays until either end is gone, or a fault ends the connection.
 pub(crate) async fn run(
     client: impl Socket,
     protocol: DuplexStream,
@@ -50,7 +50,7 @@ pub(crate) async fn run(
     }
 }
 
-/// Waits for what ends the connection.
+/// Waits for a fault that ends the connection.
 async fn cut(link: &FaultyLink, life: Duration) -> End {
     loop {
         let fault = link.fault_kind();

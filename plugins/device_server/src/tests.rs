@@ -1,4 +1,4 @@
-//! Each fault, against real sockets. The protocol is an echo.
+//! Tests of each fault against real sockets, with an echo protocol.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpStream};
@@ -9,11 +9,11 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 
 use super::*;
 
-/// Long enough for a loaded machine; a test that passes does not wait for it.
+/// Longest wait on a loaded machine; a test that passes does not wait for it.
 const PATIENCE: Duration = Duration::from_secs(20);
-/// Of the echo's answers.
+/// Deadline of the echo's answers.
 const DEADLINE: Duration = Duration::from_millis(400);
-/// A fault of 4 to 8 seconds, from the first to the third second on.
+/// Period of faults: one of 4 to 8 seconds begins between the first and the third second.
 const PERIOD: Duration = Duration::from_secs(12);
 const LONGEST: Duration = Duration::from_secs(8);
 const PING: &[u8] = b"ping, and some more than that";
@@ -70,7 +70,7 @@ async fn serve(listeners: Vec<tokio::net::TcpListener>, link: FaultyLink) {
     }
 }
 
-/// Sends the ping; what comes back, at most as many bytes.
+/// Sends the ping; returns the bytes received, at most as many.
 fn ping(stream: &mut TcpStream) -> std::io::Result<Vec<u8>> {
     stream.write_all(PING)?;
     let mut answer = vec![0; PING.len()];

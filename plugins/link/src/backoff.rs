@@ -1,4 +1,4 @@
-//! Delays between tries to connect.
+//! Exponential backoff with jitter between attempts to connect.
 
 use std::time::Duration;
 
@@ -7,21 +7,20 @@ use serde::Deserialize;
 
 use crate::SettingsFaults;
 
-/// Shortest delay between two tries: a device that is in trouble is asked once a
-/// second at most.
+/// Shortest delay between two attempts: a device that is in trouble is asked once a second at most.
 pub const MIN_RETRY_MILLIS: u64 = 1000;
-/// Longest delay: ten minutes.
+/// Longest delay, in milliseconds: ten minutes.
 const MAX_RETRY_MILLIS: u64 = 600_000;
 
-/// Delay between tries to connect: it doubles from `min_millis` to
-/// `max_millis`, with jitter, so that clients do not come back in step.
+/// Delay between attempts to connect. It doubles from `min_millis` to `max_millis`, with jitter, so
+/// that clients do not reconnect in step.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ReconnectSettings {
-    /// Shortest delay, milliseconds.
+    /// Shortest delay between attempts, milliseconds.
     #[schemars(range(min = 1000, max = 600_000))]
     min_millis: u64,
-    /// Longest delay, milliseconds.
+    /// Longest delay between attempts, milliseconds.
     #[schemars(range(min = 1000, max = 600_000))]
     max_millis: u64,
 }
@@ -45,16 +44,16 @@ impl ReconnectSettings {
     }
 }
 
-/// Bounds of the delays between tries.
+/// Bounds of the delays between attempts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReconnectBounds {
-    /// Shortest delay.
+    /// Shortest delay between attempts.
     pub min: Duration,
-    /// Longest delay, not less.
+    /// Longest delay, not less than the shortest.
     pub max: Duration,
 }
 
-/// Doubling, jittered delays within a minimum and a maximum.
+/// Exponential backoff with jitter, within a minimum and a maximum.
 ///
 /// Each delay is drawn from the upper half of its step, so that clients of a
 /// device that comes back do not all knock at once.
@@ -66,7 +65,7 @@ pub struct Backoff {
 }
 
 impl Backoff {
-    /// Delays by a seed from the system.
+    /// Creates a backoff with a random seed from the system.
     pub fn new(bounds: ReconnectBounds) -> Self {
         Self::with_random(bounds, fastrand::Rng::new())
     }
@@ -75,7 +74,7 @@ impl Backoff {
         Self { bounds, step: bounds.min, random }
     }
 
-    /// The delay before the next try.
+    /// Returns the delay before the next attempt.
     pub fn next_delay(&mut self) -> Duration {
         let ReconnectBounds { min, max } = self.bounds;
         self.step = self.step.saturating_mul(2).min(max);
@@ -83,7 +82,7 @@ impl Backoff {
         (half + half.mul_f64(self.random.f64())).clamp(min, max)
     }
 
-    /// After a success: the next delay is a short one again.
+    /// Resets to a short delay, after a success.
     pub fn reset(&mut self) {
         self.step = self.bounds.min;
     }

@@ -1,4 +1,4 @@
-//! Connecting to a device by name, within a deadline.
+//! TCP connections to a device by name, within a deadline.
 
 use std::fmt::Debug;
 use std::io;
@@ -14,56 +14,55 @@ use tokio::time::{Instant, timeout_at};
 use crate::tls::is_tls_error;
 use crate::{Endpoint, TlsClient};
 
-/// Addresses of one name that are tried, so that each has a useful share of
-/// the deadline.
+/// Addresses of one name that are tried, so that each has a useful share of the deadline.
 pub const MAX_ADDRESSES: usize = 8;
 
-/// A connection, encrypted or not.
+/// Byte stream of a connection, encrypted or not.
 pub trait ByteStream: AsyncRead + AsyncWrite + Debug + Send + Unpin {}
 impl<T: AsyncRead + AsyncWrite + Debug + Send + Unpin> ByteStream for T {}
 
-/// Why there is no connection.
+/// Error of an attempt to connect.
 #[derive(Debug, Error)]
 pub enum ConnectError {
-    /// The system says why.
+    /// Error of the system, in words.
     #[error("{0}")]
     System(String),
-    /// Nobody answered.
+    /// No answer within the limit.
     #[error("no connection within {} ms; is the address right, and the device on?", .0.as_millis())]
     Timeout(Duration),
-    /// The name service did not answer.
+    /// No answer of the name service within the limit.
     #[error("the name was not found within {} ms; is the name service up?", .0.as_millis())]
     LookupTimeout(Duration),
-    /// The name service knows the name, but no address.
+    /// Name without an address, as the name service says.
     #[error("the name has no address")]
     NoAddress,
-    /// By address.
+    /// Errors of all addresses tried.
     #[error("{}", .0.iter().map(|(address, fault)| format!("{address}: {fault}"))
         .collect::<Vec<_>>().join("; "))]
     NoneConnects(Vec<(SocketAddr, ConnectError)>),
-    /// The device is not who it should be, or takes us for nobody.
+    /// Certificate of the device or of this client that was refused.
     #[error("no secure connection: {0}")]
     Insecure(String),
-    /// The device did not complete the handshake.
+    /// No complete handshake within the limit.
     #[error("no secure connection within {} ms; does the device speak TLS on this port?",
         .0.as_millis())]
     InsecureTimeout(Duration),
 }
 
-/// How connections come about: over TCP, or through memory where a test simulates
-/// time, which sockets do not.
+/// Connector to endpoints: over TCP, or through memory where a test simulates time, which sockets
+/// do not.
 pub trait Dial: Send + Sync {
-    /// Connects within `limit`, all that this takes included.
+    /// Connects within `limit`, name lookup and handshake included.
     fn dial<'a>(&'a self, endpoint: &'a Endpoint, limit: Duration) -> DialFuture<'a>;
 }
 
-/// A connection, or in words for operators why there is none.
+/// Future of a connection, or of the error in words for operators.
 pub type DialFuture<'a> =
     Pin<Box<dyn Future<Output = Result<Box<dyn ByteStream>, ConnectError>> + 'a>>;
 
-/// Dials over TCP.
+/// Connector to endpoints over TCP.
 pub struct TcpDial {
-    /// Encrypts connections.
+    /// Encryption of the connections; none for plain TCP.
     pub tls: Option<TlsClient>,
 }
 
@@ -95,8 +94,8 @@ async fn connect(
     Ok(Box::new(encrypted.map_err(|_| ConnectError::InsecureTimeout(limit))??))
 }
 
-/// Connects to the first address that lets us. Each has an equal share of the
-/// time that is left, so that one that stays silent does not hide the others.
+/// Connects to the first address that accepts. Each has an equal share of the time that is left, so
+/// that a silent one does not block the others.
 async fn connect_any(
     addresses: Vec<SocketAddr>,
     deadline: Instant,
@@ -124,7 +123,7 @@ fn system(error: &io::Error) -> ConnectError {
     ConnectError::System(describe_io_error(error))
 }
 
-/// An I/O error without its number, where the system has words for it.
+/// Describes an I/O error without its number, where the system has words for it.
 pub fn describe_io_error(error: &io::Error) -> String {
     match error.kind() {
         kind @ (io::ErrorKind::ConnectionRefused

@@ -1,4 +1,4 @@
-//! Host and port.
+//! Endpoint of a device: host and port.
 
 use std::fmt;
 
@@ -7,12 +7,12 @@ use crate::SettingsFaults;
 /// Longest host name (RFC 1035, 2.3.4), bytes.
 pub const MAX_HOST_BYTES: usize = 253;
 
-/// Where a device listens. Shown as `host:port`, an IPv6 address in brackets.
+/// Host and port of a device. Displayed as `host:port`, an IPv6 address in brackets.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Endpoint {
-    /// Name or address.
+    /// Host name or IP address.
     pub host: String,
-    /// TCP port, not 0.
+    /// Port of TCP, not 0.
     pub port: u16,
 }
 

@@ -1,6 +1,5 @@
-//! What adapters to network devices share: settings of endpoints, encryption and
-//! reconnecting, the connection itself, the event loop of a plugin's thread, and log lines
-//! that are limited in number.
+//! Building blocks of adapters to network devices: endpoints, TLS, reconnection, connections, the
+//! event loop of a plugin's thread, and rate-limited log lines.
 //!
 //! It knows no protocol, and nothing of the plugin ABI: plugins import it beside
 //! the SDK.

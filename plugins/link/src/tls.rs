@@ -1,4 +1,4 @@
-//! Encrypted connections: who may be the device, and who we are.
+//! TLS client: trusted authorities, client certificate, server name.
 
 use std::fmt::Display;
 use std::io;
@@ -24,33 +24,32 @@ use crate::{ConnectError, Endpoint, SettingsFaults};
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TlsSettings {
-    /// Certificates of the authorities that may vouch for the device.
+    /// Certificates of the trusted authorities for the device.
     ca: PathBuf,
-    /// Our certificate, and those that lead to its authority.
+    /// Certificate of this client, and those that lead to its authority.
     certificate: Option<PathBuf>,
-    /// The key of our certificate.
+    /// Private key of the client certificate.
     key: Option<PathBuf>,
-    /// The name in the device's certificate, where it is not `host`.
+    /// Name in the device's certificate, where it is not `host`.
     server_name: Option<String>,
 }
 
-/// Where certificates are; all paths are absolute.
+/// Paths of certificates and keys; all are absolute.
 #[derive(Clone, Debug)]
 pub struct TlsFiles {
     ca: PathBuf,
-    /// Our certificate and its key.
+    /// Client certificate and its key.
     own: Option<(PathBuf, PathBuf)>,
     server_name: Option<String>,
 }
 
-/// A file or a name of the settings `tls` that cannot be used. It never shows the
-/// contents of a file.
+/// Error of a file or a name of the settings `tls`. It never shows the contents of a file.
 #[derive(Debug, Error, PartialEq, Eq)]
 #[error("tls: {0}")]
 pub struct TlsError(String);
 
 impl TlsSettings {
-    /// Checks the setting `tls`, without a look at the files.
+    /// Checks the setting `tls`, without reading the files.
     pub fn parse(self, faults: &mut SettingsFaults) -> TlsFiles {
         let own = match (self.certificate, self.key) {
             (Some(certificate), Some(key)) => Some((certificate, key)),
@@ -68,7 +67,7 @@ impl TlsSettings {
     }
 }
 
-/// What every encrypted connection needs.
+/// TLS configuration that all connections share.
 #[derive(Clone)]
 pub struct TlsClient {
     connector: TlsConnector,
@@ -76,7 +75,7 @@ pub struct TlsClient {
 }
 
 impl TlsClient {
-    /// Reads the certificates, for connections to these endpoints.
+    /// Loads the certificates, for connections to these endpoints.
     ///
     /// # Errors
     /// The file or the name at fault.
@@ -103,7 +102,7 @@ impl TlsClient {
         connected.map_err(|error| ConnectError::Insecure(describe_io_error(&error)))
     }
 
-    /// The name that the device's certificate must have.
+    /// Returns the name that the device's certificate must have.
     fn name_of(&self, endpoint: &Endpoint) -> Result<ServerName<'static>, TlsError> {
         let name = self.server_name.as_ref().unwrap_or(&endpoint.host);
         ServerName::try_from(name.clone()).map_err(|_| {
@@ -114,7 +113,7 @@ impl TlsClient {
     }
 }
 
-/// Whether encryption failed, rather than what is encrypted.
+/// Reports whether encryption failed, rather than what is encrypted.
 pub fn is_tls_error(error: &io::Error) -> bool {
     let inner = error.get_ref();
     // The end of a stream that was not announced is told by a text alone.

@@ -1,4 +1,4 @@
-//! Numbers and times of cells as business systems write them.
+//! Formats of numbers and times in cells of business systems.
 
 use text_table::{NumberFormat, Separators, TimeFormat, TimeReader, Zone, units_conflict};
 
@@ -11,7 +11,7 @@ pub struct CellFormats {
 }
 
 impl CellFormats {
-    /// The formats of a list whose numbers have a decimal point.
+    /// Creates the formats of a list whose numbers have a decimal point.
     ///
     /// # Errors
     /// The setting at fault, and what is allowed.
@@ -19,7 +19,7 @@ impl CellFormats {
         Self::with_separators(list, Separators { decimal: '.', thousands: None })
     }
 
-    /// The formats of a list whose numbers have these separators.
+    /// Creates the formats of a list whose numbers have these separators.
     ///
     /// # Errors
     /// The setting at fault, and what is allowed.
@@ -37,7 +37,7 @@ impl CellFormats {
         Ok(Self { times: TimeReader { format, zone, numbers: NumberFormat::new(separators) } })
     }
 
-    /// Nanoseconds since 1970-01-01 UTC of a time or a date.
+    /// Parses a time or a date, to nanoseconds since 1970-01-01 UTC.
     ///
     /// # Errors
     /// What it is not, in words.
@@ -45,7 +45,7 @@ impl CellFormats {
         self.times.read(None, text, None).map(|instant| instant.nanos)
     }
 
-    /// A date as records have it, of ISO 8601.
+    /// Converts a date to ISO 8601, as records have it.
     ///
     /// # Errors
     /// What it is not, in words.
@@ -58,7 +58,7 @@ impl CellFormats {
         zone.in_words(nanos).ok_or_else(|| format!("'{}' is out of reach", shown(text)))
     }
 
-    /// A number as records have it, with a decimal point and without its unit.
+    /// Converts a number to the form of records: a decimal point and no unit.
     ///
     /// # Errors
     /// What it is not, or that its unit is another than the column's, in words.

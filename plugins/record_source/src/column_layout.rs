@@ -1,4 +1,4 @@
-//! From the cells of a source's row to a record.
+//! Mapping of a source's columns to the cells of records.
 
 use busbar_plugin_sdk::{MAX_RECORD_TEXT, Record, RecordColumnType};
 
@@ -7,7 +7,7 @@ use crate::{CellFormats, ColumnSettings, ListSettings, shown};
 /// Columns of a source that a message names.
 const MAX_NAMED: usize = 20;
 
-/// Columns of a source that a list needs.
+/// Positions of the columns that a list needs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ColumnLayout {
     equipment: usize,
@@ -18,7 +18,7 @@ pub struct ColumnLayout {
 }
 
 impl ColumnLayout {
-    /// By the names of a source's columns.
+    /// Finds the columns of a list by the names of a source's columns.
     ///
     /// # Errors
     /// A column that is not there, or is there twice, in words.
@@ -44,7 +44,7 @@ impl ColumnLayout {
         })
     }
 
-    /// The record of a row, whose cells `cell` gives.
+    /// Converts a row to a record; `cell` returns its cells.
     ///
     /// # Errors
     /// What is wrong with it, in words.
@@ -84,7 +84,7 @@ impl ColumnLayout {
     }
 }
 
-/// A cell as a record has it: numbers with a decimal point, dates of ISO 8601.
+/// Converts a cell to the form of records: numbers with a decimal point, dates of ISO 8601.
 fn written(column: &ColumnSettings, text: &str, formats: &CellFormats) -> Result<String, String> {
     let name = &column.column;
     if text.len() > MAX_RECORD_TEXT {

@@ -1,4 +1,4 @@
-//! Sources that are read again when they changed, on a thread of their own.
+//! Polling of record sources for changes, on a thread of their own.
 
 use std::path::Path;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -9,29 +9,29 @@ use busbar_plugin_sdk::{Error, Host, LogLevel, RecordList, RecordSet, StopToken,
 use crate::row_batch::MAX_READ;
 use crate::{MAX_MESSAGE, ReadDeadline, RowBatch, one_line};
 
-/// How often it is looked whether a source changed.
+/// Period at which sources are checked for changes.
 const POLL_PERIOD: Duration = Duration::from_secs(1);
-/// How long it takes until one that could not be read is tried again.
+/// Delay before a source that could not be read is tried again.
 const RETRY_PERIOD: Duration = Duration::from_secs(5);
-/// Polls in a row that may find that a source changed while it was read.
+/// Consecutive polls that may find that a source changed while it was read.
 const MAX_CHANGES: u32 = 5;
-/// How long the first question waits for sources to be read once.
+/// Longest wait of the first call for sources to be read once.
 const FIRST_PATIENCE: Duration = Duration::from_secs(2);
-/// How much longer than it may take reading is not told as late.
+/// Slack beyond [`MAX_READ`] before reading counts as late.
 const LATE_SLACK: Duration = Duration::from_secs(2);
 /// Rows left out that are logged each time.
 const MAX_LOGGED: usize = 10;
 
-/// Tells states of a source apart.
+/// Version of a source, by which changes are detected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SourceVersion {
-    /// When it was changed last.
+    /// Time of the last change.
     pub modified: SystemTime,
-    /// Bytes.
+    /// Size of the source, bytes.
     pub len: u64,
 }
 
-/// The version of a file.
+/// Returns the version of a file.
 ///
 /// # Errors
 /// Why there is none, in words.
@@ -44,33 +44,33 @@ pub fn file_version(file: &Path) -> Result<SourceVersion, String> {
     Ok(SourceVersion { modified, len: metadata.len() })
 }
 
-/// Where rows come from.
+/// Source of a list's rows.
 pub trait Source: Send + 'static {
-    /// What tells whether it changed.
+    /// Returns the version of the source now.
     ///
     /// # Errors
     /// Why it is not there, in words.
     fn version(&self) -> Result<SourceVersion, String>;
 
-    /// Reads all rows.
+    /// Reads all rows of the source.
     ///
     /// # Errors
     /// Why it cannot be read, in words.
     fn read(&self, rows: &mut RowBatch, deadline: &ReadDeadline) -> Result<(), String>;
 }
 
-/// What was read of a list and nobody has taken yet.
+/// Update of a list that nobody has taken yet.
 #[derive(Default)]
 struct PendingUpdate {
     read: Option<(RowBatch, SystemTime)>,
-    /// Whether it could be read, the last time that it was tried.
+    /// Result of the last read: a fault or none; `None` before the first.
     fault: Option<Option<String>>,
 }
 
 #[derive(Default)]
 struct State {
     updates: Vec<PendingUpdate>,
-    /// Since when which list is read.
+    /// Index of the list that is being read, and since when.
     reading: Option<(usize, Instant)>,
     has_tried_all: bool,
 }
@@ -87,7 +87,7 @@ impl Shared {
     }
 }
 
-/// Lists with their sources.
+/// Lists of records whose sources are polled.
 pub struct PolledRecords {
     shared: Arc<Shared>,
     lists: Vec<RecordList>,
@@ -96,7 +96,7 @@ pub struct PolledRecords {
 }
 
 impl PolledRecords {
-    /// Begins to read; of each list its source.
+    /// Starts to poll the source of each list.
     ///
     /// # Errors
     /// No thread can be started.
@@ -127,7 +127,7 @@ impl PolledRecords {
         Ok(Self { shared, lists, revision, _worker: worker })
     }
 
-    /// The lists as they were last read; the first call waits a little for that.
+    /// Returns the lists as they were last read; the first call waits a little for that.
     pub fn records(&mut self) -> RecordSet<'_> {
         let state = self.shared.state();
         let is_new = |state: &mut State| !state.has_tried_all;
@@ -168,7 +168,7 @@ fn unix_nanos(time: SystemTime) -> i64 {
     }
 }
 
-/// A source, and what it was when it was read.
+/// Poller of one source, with the version that was read last.
 struct SourcePoller {
     source: Box<dyn Source>,
     name: String,
@@ -183,7 +183,7 @@ impl SourcePoller {
         Self { source, name, known: None, fault: None, tried: None, changes: 0 }
     }
 
-    /// Reads it if it changed, or could not be read for a while.
+    /// Reads the source if it changed, or could not be read for a while.
     fn poll(&mut self, index: usize, shared: &Shared, host: &Host, running: &StopToken) {
         let mut state = shared.state();
         state.reading = Some((index, Instant::now()));
@@ -210,7 +210,7 @@ impl SourcePoller {
         self.fault = fault;
     }
 
-    /// Its rows and of when they are; none where it is as it was.
+    /// Reads the rows and the time of their version; none where the source is unchanged.
     fn read(
         &mut self,
         lists: usize,
@@ -239,7 +239,7 @@ impl SourcePoller {
     }
 }
 
-/// What is said in the log of rows that are left out.
+/// Describes the rows that are left out, for the log.
 fn describe_faults(batch: &RowBatch) -> Vec<String> {
     let faults = batch.faults.iter().take(MAX_LOGGED);
     let mut words: Vec<String> =

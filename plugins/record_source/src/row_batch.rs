@@ -1,4 +1,4 @@
-//! Rows as they are read, within limits.
+//! Rows read from a source, within limits of number, bytes and time.
 
 use std::time::{Duration, Instant};
 
@@ -6,15 +6,15 @@ use busbar_plugin_sdk::{MAX_RECORD_BYTES, MAX_RECORD_ROWS, Record, RecordRowFaul
 
 use crate::{MAX_MESSAGE, one_line};
 
-/// The longest that reading a source may take.
+/// Longest time that reading a source may take.
 pub(crate) const MAX_READ: Duration = Duration::from_secs(20);
-/// Rows left out that are told one by one.
+/// Rows left out that are reported one by one.
 const MAX_FAULTS: usize = 100;
 
-/// Until when a source may be read.
+/// Deadline of reading a source.
 #[derive(Clone)]
 pub struct ReadDeadline {
-    /// None where nobody ends it early.
+    /// Stop token that ends reading early, if any.
     running: Option<StopToken>,
     until: Instant,
 }
@@ -24,18 +24,18 @@ impl ReadDeadline {
         Self { running: Some(running.clone()), until: Instant::now() + MAX_READ }
     }
 
-    /// So long from now on.
+    /// Creates a deadline after this time.
     pub fn within(time: Duration) -> Self {
         Self { running: None, until: Instant::now() + time }
     }
 
-    /// Whether reading must end now.
+    /// Reports whether reading must end now.
     pub fn has_passed(&self) -> bool {
         let is_stopped = self.running.as_ref().is_some_and(|running| !running.is_running());
         is_stopped || Instant::now() > self.until
     }
 
-    /// Goes on unless it is over.
+    /// Checks that the deadline has not passed.
     ///
     /// # Errors
     /// That it is, in words.
@@ -47,7 +47,7 @@ impl ReadDeadline {
     }
 }
 
-/// The rows of a source, as far as they were read.
+/// Rows of a source read so far.
 #[derive(Debug, Default, PartialEq)]
 pub struct RowBatch {
     pub(crate) rows: Vec<Record>,
@@ -58,13 +58,12 @@ pub struct RowBatch {
 }
 
 impl RowBatch {
-    /// For one of so many lists, which share [`MAX_RECORD_BYTES`].
+    /// Creates a batch for one of so many lists, which share [`MAX_RECORD_BYTES`].
     pub fn with_lists(lists: usize) -> Self {
         Self { max_bytes: MAX_RECORD_BYTES / lists.max(1), ..Self::default() }
     }
 
-    /// Takes a row, or what is wrong with it; its number is that of a line, or a row of a
-    /// result.
+    /// Takes a row, or its fault; the number is that of a line, or of a row of a result.
     ///
     /// # Errors
     /// That there are more than a list may have, in words.
@@ -92,12 +91,12 @@ impl RowBatch {
         Ok(())
     }
 
-    /// The rows so far.
+    /// Returns the rows taken so far.
     pub fn rows(&self) -> &[Record] {
         &self.rows
     }
 
-    /// What is wrong with the first of those that are left out.
+    /// Returns the faults of the first rows left out.
     pub fn faults(&self) -> &[RecordRowFault] {
         &self.faults
     }

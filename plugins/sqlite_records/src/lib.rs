@@ -13,28 +13,28 @@ use record_source::{CellFormats, ListSettings, PolledRecords, Source};
 
 use crate::query::Query;
 
-/// Settings.
+/// Settings of the plugin.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
-    /// The lists, each from a query.
+    /// Lists, each from a query.
     #[schemars(length(min = 1, max = 16))]
     lists: Vec<ListSettings<SqliteQuery>>,
 }
 
-/// A query of an SQLite file.
+/// Query of an SQLite file.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SqliteQuery {
-    /// The file's absolute path.
+    /// Absolute path of the file.
     #[schemars(extend("examples" = ["/var/lib/site/assets.db"]))]
     file: PathBuf,
-    /// One SELECT, whose results are the source's columns.
+    /// Single SELECT statement, whose results are the source's columns.
     #[schemars(length(min = 1, max = 10_000), extend("examples" = ["SELECT * FROM assets"]))]
     query: String,
 }
 
-/// The plugin.
+/// Records plugin for SQLite files.
 pub struct SqliteRecords {
     polled: PolledRecords,
 }

@@ -1,4 +1,4 @@
-//! The rows of a query as records.
+//! Execution of a query, and conversion of its rows to records.
 //!
 //! Each time the file is opened anew: a connection may take a file that was moved into the
 //! place of another for the one that it knows (SQLite file format, 1.3.7).
@@ -19,25 +19,25 @@ use rusqlite::{Connection, ErrorCode, OpenFlags, Row};
 
 use crate::SqliteQuery;
 
-/// The longest text or row, bytes.
+/// Longest text or row, bytes.
 const MAX_VALUE_BYTES: i32 = 1 << 20;
-/// Columns of a result.
+/// Columns of a result, at most.
 const MAX_COLUMNS: i32 = 256;
-/// The most memory of the library in this process, bytes.
+/// Greatest memory of the library in this process, bytes.
 const MAX_HEAP_BYTES: i64 = 64 << 20;
-/// Steps of the library's machine between two looks at the time.
+/// Steps of SQLite's virtual machine between two checks of the deadline.
 const STEPS_BETWEEN_LOOKS: i32 = 1000;
-/// The longest that is waited for a lock: shorter than stopping may take.
+/// Longest wait for a lock: shorter than stopping may take.
 const MAX_LOCK_WAIT: Duration = Duration::from_millis(500);
 
-/// A query with what is wanted of it.
+/// Source of one list: its query and formats.
 pub(crate) struct Query {
     pub(crate) list: ListSettings<SqliteQuery>,
     pub(crate) formats: CellFormats,
 }
 
 impl Source for Query {
-    /// That of the file and of its write-ahead log, which has what is newer.
+    /// Returns the version of the file and of its write-ahead log, which has newer data.
     fn version(&self) -> Result<SourceVersion, String> {
         let file = file_version(&self.list.source.file)?;
         let Ok(log) = file_version(&log_of(&self.list.source.file)) else { return Ok(file) };
@@ -56,7 +56,7 @@ impl Source for Query {
 }
 
 impl Query {
-    /// What is wrong with the query or its result goes into `fault`.
+    /// Runs the query; faults of the query or its result go into `fault`.
     fn ask(
         &self,
         mut connection: Connection,
@@ -119,7 +119,7 @@ fn log_of(file: &Path) -> PathBuf {
     name.into()
 }
 
-/// Opens a file so that nothing can be written and nothing else be opened through it.
+/// Opens a file read-only, so that nothing else can be opened through it.
 fn open(path: &Path) -> rusqlite::Result<Connection> {
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let connection = Connection::open_with_flags(path, flags)?;
@@ -136,7 +136,7 @@ fn open(path: &Path) -> rusqlite::Result<Connection> {
     Ok(connection)
 }
 
-/// An error for people.
+/// Describes an error for operators.
 fn words(error: &rusqlite::Error, deadline: &ReadDeadline) -> String {
     match error.sqlite_error_code() {
         Some(ErrorCode::OperationInterrupted) => {

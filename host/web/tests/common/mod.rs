@@ -303,7 +303,7 @@ impl Page {
         self.was_told("beat")
     }
 
-    /// As the last beat says.
+    /// Returns the condition in the last beat.
     pub(crate) fn condition(&self) -> &str {
         let beats = self.heard.iter().rev().find_map(|message| message["beat"][0].as_str());
         beats.unwrap_or("none")
