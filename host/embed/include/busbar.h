@@ -39,7 +39,7 @@
 #include <stdint.h>
 
 // Version of this interface; a library of another version must not be used.
-#define BUSBAR_VIEW_ABI 1
+#define BUSBAR_VIEW_ABI 2
 
 // Success of a call.
 #define BUSBAR_VIEW_OK 0
@@ -125,6 +125,7 @@
 #define BUSBAR_VIEW_ASKED 7
 
 // Event of the tag `id` whose quality `state` is good, uncertain or bad, for the reason `text`.
+// `origins` names the sources of its value besides the live process: mark a value that has any.
 // Merged by tag.
 #define BUSBAR_VIEW_QUALITY 8
 
@@ -152,6 +153,21 @@
 // overlay's name, a line feed, and the reason. `number` is 1 where the verdict rests on a default,
 // which the reason names. Merged by overlay and equipment.
 #define BUSBAR_VIEW_VERDICT 14
+
+// Origin of a value that a person or program substituted for the measured one.
+#define BUSBAR_VIEW_SUBSTITUTED 1
+
+// Origin of a value from a device under test.
+#define BUSBAR_VIEW_TEST 2
+
+// Origin of a value that a simulator made.
+#define BUSBAR_VIEW_SIMULATED 4
+
+// Origin of a value that is replayed from a recording.
+#define BUSBAR_VIEW_RECORDED 8
+
+// Origin of a value that its source calls historical.
+#define BUSBAR_VIEW_HISTORICAL 16
 
 // Verdict on equipment within its limits.
 #define BUSBAR_VIEW_NORMAL 0
@@ -242,6 +258,10 @@ typedef struct BusbarViewEvent {
   int64_t unix_nanos;
   // Number, by the kind of the event.
   double number;
+  // Origins, a sum of BUSBAR_VIEW_SUBSTITUTED and so on; 0 for a live value, and for other kinds of event.
+  uint32_t origins;
+  // Reserved field, always 0.
+  uint32_t reserved;
   // Position of the camera, world space in metres.
   float eye[3];
   // Point that the camera looks at, world space in metres.

@@ -26,10 +26,10 @@ const PARTS: [(&str, &str, &str); 7] = [
     ("/view.css", "text/css", include_str!("page/view.css")),
     ("/view.js", "text/javascript", include_str!("page/view.js")),
     ("/freshness.js", "text/javascript", include_str!("page/freshness.js")),
-    ("/link.js", "text/javascript", include_str!("page/link.js")),
+    ("/connection.js", "text/javascript", include_str!("page/connection.js")),
     ("/picture.js", "text/javascript", include_str!("page/picture.js")),
-    ("/hands.js", "text/javascript", include_str!("page/hands.js")),
-    ("/program.js", "text/javascript", include_str!("page/program.js")),
+    ("/input.js", "text/javascript", include_str!("page/input.js")),
+    ("/host_page.js", "text/javascript", include_str!("page/host_page.js")),
 ];
 
 /// State shared by all requests.
