@@ -33,7 +33,7 @@ const REQUIRE: &str = "BUSBAR_REQUIRE_PEERS";
 /// Most lines of mdBook's output that are searched for faults.
 const MAX_OUTPUT_LINES: usize = 1024;
 
-/// Options of `book`.
+/// Options of the command `book`.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Write the generated chapters and build nothing.
