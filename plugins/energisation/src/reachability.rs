@@ -2,8 +2,8 @@
 //! search each way: first over what is surely closed, then on by the fewest unknown inputs.
 
 use crate::adjacency::{Adjacency, Arc};
-use crate::state::{Input, Position};
-use crate::topology::Node;
+use crate::state::{ChangedInputs, Input, Position};
+use crate::topology::{Node, Switch};
 
 /// Certainty of a fact about a node, over all completions of unknown inputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -57,12 +57,28 @@ pub(crate) struct Reachability {
 }
 
 /// A step as it is stored.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct RawStep {
     /// The next node, or [`NONE`] at a start.
     to: u32,
     /// The branch, or the index of the start.
     via: u32,
+    /// The switch of the branch or of the earth at a start, or [`Arc::ALWAYS`].
+    switch: u32,
+}
+
+/// Step of a node that is surely reached, with the switch that it passes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum SureStep {
+    /// Over a branch to the next node.
+    Branch {
+        /// The switch of the branch, where it has one.
+        switch: Option<Switch>,
+        /// Next node on the way.
+        to: Node,
+    },
+    /// Ends at the source or earth of this index.
+    Start(usize),
 }
 
 /// A node that is reached perhaps.
@@ -73,18 +89,19 @@ struct Candidate {
     doubt: u32,
 }
 
-const NONE: u32 = u32::MAX;
+/// Mark of an index that is not there.
+pub(crate) const NONE: u32 = u32::MAX;
 /// Bit that tells sources from switches in a stored input.
 const SOURCE_BIT: u32 = 1 << 31;
 
-fn pack(input: Input) -> u32 {
+pub(crate) fn pack(input: Input) -> u32 {
     match input {
         Input::Switch(switch) => switch as u32,
         Input::Source(source) => source as u32 | SOURCE_BIT,
     }
 }
 
-fn unpack(packed: u32) -> Option<Input> {
+pub(crate) fn unpack(packed: u32) -> Option<Input> {
     let index = (packed & !SOURCE_BIT) as usize;
     match packed {
         NONE => None,
@@ -122,14 +139,17 @@ impl Reachability {
     ) {
         self.certainty.clear();
         self.certainty.resize(nodes, Certainty::Not);
-        self.steps.clear();
-        self.steps.resize(nodes, RawStep { to: NONE, via: NONE });
-        self.doubts.clear();
+        // Steps and doubts of nodes that are not reached are never read.
+        self.steps.resize(nodes, RawStep { to: NONE, via: NONE, switch: NONE });
         self.doubts.resize(nodes, NONE);
         self.queue.clear();
         self.next.clear();
         for Start { node, input, position, index } in starts {
-            let step = RawStep { to: NONE, via: index as u32 };
+            let switch = match input {
+                Input::Switch(switch) => switch as u32,
+                Input::Source(_) => Arc::ALWAYS,
+            };
+            let step = RawStep { to: NONE, via: index as u32, switch };
             match position {
                 Position::Open => {}
                 Position::Unknown => {
@@ -159,7 +179,7 @@ impl Reachability {
                 if self.certainty[arc.to as usize] != Certainty::Not {
                     continue;
                 }
-                let step = RawStep { to: from, via: arc.branch };
+                let step = RawStep { to: from, via: arc.branch, switch: arc.switch };
                 match passage.position(arc) {
                     Position::Open => {}
                     Position::Closed => self.settle_surely(arc.to as usize, step),
@@ -188,7 +208,7 @@ impl Reachability {
                     if self.certainty[arc.to as usize] != Certainty::Not {
                         continue;
                     }
-                    let step = RawStep { to: node, via: arc.branch };
+                    let step = RawStep { to: node, via: arc.branch, switch: arc.switch };
                     let candidate = Candidate { node: arc.to, step, doubt };
                     match passage.position(arc) {
                         Position::Open => {}
@@ -207,6 +227,45 @@ impl Reachability {
         self.certainty[node]
     }
 
+    /// The first step of a node that is surely reached.
+    #[inline]
+    pub(crate) fn sure_step(&self, node: Node) -> SureStep {
+        let RawStep { to, via, switch } = self.steps[node];
+        match to {
+            NONE => SureStep::Start(via as usize),
+            _ => SureStep::Branch {
+                switch: (switch != Arc::ALWAYS).then_some(switch as usize),
+                to: to as usize,
+            },
+        }
+    }
+
+    /// Finds the nodes that are surely reached by a way that differs from that of the last
+    /// round, or that passes an input which changed.
+    pub(crate) fn find_changed_ways(
+        &self,
+        before: &Self,
+        flags: &mut Vec<bool>,
+        inputs: &ChangedInputs,
+    ) {
+        flags.clear();
+        flags.resize(self.certainty.len(), false);
+        for node in self.surely_reached() {
+            let RawStep { to, via, switch } = self.steps[node];
+            flags[node] = before.certainty[node] != Certainty::Surely
+                || before.steps[node] != self.steps[node]
+                || match to {
+                    // An earth is known by its switch.
+                    NONE if switch == Arc::ALWAYS => inputs.sources[via as usize],
+                    NONE => inputs.switches[switch as usize],
+                    _ => {
+                        flags[to as usize]
+                            || (switch != Arc::ALWAYS && inputs.switches[switch as usize])
+                    }
+                };
+        }
+    }
+
     /// Nodes that are surely reached, the nearest to a start first.
     pub(crate) fn surely_reached(&self) -> impl Iterator<Item = Node> + '_ {
         self.queue.iter().map(|node| *node as usize)
@@ -216,7 +275,8 @@ impl Reachability {
     /// is reached or not by this input alone in some completion, unless a switch is in two
     /// branches.
     pub(crate) fn doubt(&self, node: Node) -> Option<Input> {
-        unpack(self.doubts[node])
+        let is_perhaps = self.certainty[node] == Certainty::Perhaps;
+        is_perhaps.then(|| unpack(self.doubts[node])).flatten()
     }
 
     /// Indices of the starts that nodes are reached from; `None` where they are not. Linear
@@ -234,7 +294,7 @@ impl Reachability {
                     break None;
                 }
                 way.push(at);
-                let RawStep { to, via } = self.steps[at];
+                let RawStep { to, via, .. } = self.steps[at];
                 if to == NONE {
                     break Some(via);
                 }
@@ -250,7 +310,7 @@ impl Reachability {
     pub(crate) fn way(&self, node: Node) -> impl Iterator<Item = Step> + '_ {
         let mut at = (self.certainty[node] != Certainty::Not).then_some(node);
         std::iter::from_fn(move || {
-            let RawStep { to, via } = self.steps[at?];
+            let RawStep { to, via, .. } = self.steps[at?];
             let (branch, next) = (via as usize, to as usize);
             at = (to != NONE).then_some(next);
             Some(at.map_or(Step::Start(branch), |to| Step::Branch { branch, to }))

@@ -68,6 +68,11 @@ impl VoltageDoubts {
         doubts
     }
 
+    /// Reports whether voltages cast no doubt on any node.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.reach.is_none() && self.unconfirmed.is_empty()
+    }
+
     fn certainty(&self, node: Node) -> Certainty {
         self.reach.as_ref().map_or(Certainty::Not, |reach| reach.certainty(node))
     }
