@@ -52,14 +52,16 @@ impl Borders {
             self.inputs.extend(sources.map(|&source| pack(Input::Source(source))));
             for index in passage.adjacency.range(node) {
                 let arc = passage.adjacency.arcs()[index];
-                let to = arc.to as usize;
+                let to = arc.to();
                 if passage.position(arc) == Position::Open {
-                    if topology.leads_to_source[index] {
-                        self.open_switches.push([arc.switch, arc.to]);
+                    if let Some(switch) = arc.switch()
+                        && topology.leads_to_source[index]
+                    {
+                        self.open_switches.push([switch as u32, to as u32]);
                     }
                 } else if self.parts[to] == NONE {
                     self.parts[to] = part;
-                    self.stack.push(arc.to);
+                    self.stack.push(to as u32);
                 }
             }
         }

@@ -75,7 +75,7 @@ impl Contradictions {
         self.of_nodes[node] = index;
         while let Some(node) = to_visit.pop() {
             for &arc in passage.adjacency.at(node) {
-                let to = arc.to as usize;
+                let to = arc.to();
                 if passage.position(arc) == Position::Closed && self.of_nodes[to] == NONE {
                     self.of_nodes[to] = index;
                     to_visit.push(to);

@@ -85,6 +85,7 @@ pub struct Judgments {
     /// Inputs whose readings changed since the last round.
     changed_inputs: ChangedInputs,
     changed_nodes: ChangedNodes,
+    changed_pieces: Vec<Equipment>,
     /// Reports whether voltages cast doubt in the last round.
     had_voltage_doubts: bool,
     /// Reports whether the last round judged only what had changed.
@@ -246,7 +247,7 @@ impl Judgments {
         }
         self.energisation.find_changes(&self.changed_inputs, &mut self.changed_nodes);
         self.texts.go_on(&changed_switches, &changed_sources);
-        self.judge_changed(network, voltages);
+        self.judge_changed(network, voltages, &changed_switches);
         self.was_partial = true;
         for &switch in &changed_switches {
             self.changed_inputs.switches[switch] = false;
@@ -286,19 +287,23 @@ impl Judgments {
     }
 
     /// Judges the pieces at nodes that changed, and switches whose readings did.
-    fn judge_changed(&mut self, network: &Network, voltages: VoltageDoubts) {
+    fn judge_changed(&mut self, network: &Network, voltages: VoltageDoubts, switches: &[Switch]) {
         let Self { pieces, lists, texts, contradictions, energisation, readings, .. } = self;
-        let Self { changed_inputs, changed_nodes, .. } = self;
+        let Self { changed_nodes, changed_pieces, .. } = self;
         lists.go_on(energisation.dead_part_count());
         let judge = Judge { network, readings, energisation, contradictions, voltages };
         judge.make_lists_of_fed(Some(&changed_nodes.fed), lists);
-        for (piece, judgment) in pieces.iter_mut().enumerate() {
-            let nodes = network.nodes_of.row(piece);
-            if nodes.iter().any(|&node| changed_nodes.nodes[node])
-                || network.switches_of.row(piece).iter().any(|&of| changed_inputs.switches[of])
-            {
-                *judgment = judge.judge_piece(piece, lists, texts);
-            }
+        changed_pieces.clear();
+        for &node in &changed_nodes.nodes {
+            changed_pieces.extend_from_slice(network.pieces_at.row(node as usize));
+        }
+        for &switch in switches {
+            changed_pieces.extend_from_slice(network.pieces_of_switch.row(switch));
+        }
+        changed_pieces.sort_unstable();
+        changed_pieces.dedup();
+        for &piece in &*changed_pieces {
+            pieces[piece] = judge.judge_piece(piece, lists, texts);
         }
     }
 }

@@ -38,6 +38,10 @@ pub struct Network {
     pub nodes_of: Rows,
     /// Switches that each piece of equipment is, and portable earths at it.
     pub switches_of: Rows,
+    /// Equipment at each node.
+    pub pieces_at: Rows,
+    /// Equipment that each switch is, or that a portable earth is placed at.
+    pub pieces_of_switch: Rows,
     /// Switches that each binding tells of.
     pub switches_of_binding: Rows,
     /// Faults of the bindings, each as cause and remedy.
@@ -198,9 +202,9 @@ impl Network {
         let mut to_visit = vec![first];
         while let Some(node) = to_visit.pop() {
             for arc in self.topology.adjacency.at(node) {
-                let is_conductor = arc.switch().is_none() && !arc.stops_earth;
-                if is_conductor && reached.insert(arc.to as usize) {
-                    to_visit.push(arc.to as usize);
+                let is_conductor = arc.switch().is_none() && !arc.stops_earth();
+                if is_conductor && reached.insert(arc.to()) {
+                    to_visit.push(arc.to());
                 }
             }
         }
@@ -222,7 +226,13 @@ impl Network {
             branches.filter_map(|branch| branch.switch.map(|switch| (branch.equipment, switch)));
         let earths = self.topology.earths.iter().map(|earth| (earth.equipment, earth.switch));
         let pieces = self.topology.equipment.len();
-        self.switches_of = Rows::new(pieces, branches.chain(earths));
+        let of_pieces = branches.chain(earths);
+        let of_switches = of_pieces.clone().map(|(piece, switch)| (switch, piece));
+        self.pieces_of_switch = Rows::new(self.topology.switches.len(), of_switches);
+        self.switches_of = Rows::new(pieces, of_pieces);
+        let at_nodes = (0..pieces)
+            .flat_map(|piece| self.nodes_of.row(piece).iter().map(move |&node| (node, piece)));
+        self.pieces_at = Rows::new(self.topology.nodes.len(), at_nodes);
     }
 
     fn wire_sources(&mut self, settings: &Settings, roles: &Roles<'_>) {

@@ -63,8 +63,16 @@ struct RawStep {
     to: u32,
     /// The branch, or the index of the start.
     via: u32,
-    /// The switch of the branch or of the earth at a start, or [`Arc::ALWAYS`].
+    /// The switch of the branch or of the earth at a start, or [`NONE`].
     switch: u32,
+}
+
+impl RawStep {
+    #[inline]
+    fn over(to: u32, arc: Arc) -> Self {
+        let switch = arc.switch().map_or(NONE, |switch| switch as u32);
+        Self { to, via: arc.branch() as u32, switch }
+    }
 }
 
 /// Step of a node that is surely reached, with the switch that it passes.
@@ -122,7 +130,7 @@ impl Passage<'_> {
     /// The position of a branch; open where the search does not pass it.
     #[inline]
     pub(crate) fn position(&self, arc: Arc) -> Position {
-        if arc.stops_earth && !self.passes_windings {
+        if arc.stops_earth() && !self.passes_windings {
             return Position::Open;
         }
         arc.switch().map_or(Position::Closed, |switch| self.positions[switch])
@@ -147,7 +155,7 @@ impl Reachability {
         for Start { node, input, position, index } in starts {
             let switch = match input {
                 Input::Switch(switch) => switch as u32,
-                Input::Source(_) => Arc::ALWAYS,
+                Input::Source(_) => NONE,
             };
             let step = RawStep { to: NONE, via: index as u32, switch };
             match position {
@@ -176,15 +184,17 @@ impl Reachability {
         while let Some(&from) = self.queue.get(done) {
             done += 1;
             for &arc in passage.adjacency.at(from as usize) {
-                if self.certainty[arc.to as usize] != Certainty::Not {
+                let to = arc.to();
+                if self.certainty[to] != Certainty::Not {
                     continue;
                 }
-                let step = RawStep { to: from, via: arc.branch, switch: arc.switch };
+                let step = RawStep::over(from, arc);
                 match passage.position(arc) {
                     Position::Open => {}
-                    Position::Closed => self.settle_surely(arc.to as usize, step),
+                    Position::Closed => self.settle_surely(to, step),
                     Position::Unknown => {
-                        self.next.push(Candidate { node: arc.to, step, doubt: arc.switch });
+                        let doubt = step.switch;
+                        self.next.push(Candidate { node: to as u32, step, doubt });
                     }
                 }
             }
@@ -205,11 +215,12 @@ impl Reachability {
                 self.steps[node as usize] = step;
                 self.doubts[node as usize] = doubt;
                 for &arc in passage.adjacency.at(node as usize) {
-                    if self.certainty[arc.to as usize] != Certainty::Not {
+                    let to = arc.to();
+                    if self.certainty[to] != Certainty::Not {
                         continue;
                     }
-                    let step = RawStep { to: node, via: arc.branch, switch: arc.switch };
-                    let candidate = Candidate { node: arc.to, step, doubt };
+                    let step = RawStep::over(node, arc);
+                    let candidate = Candidate { node: to as u32, step, doubt };
                     match passage.position(arc) {
                         Position::Open => {}
                         Position::Closed => self.now.push(candidate),
@@ -234,7 +245,7 @@ impl Reachability {
         match to {
             NONE => SureStep::Start(via as usize),
             _ => SureStep::Branch {
-                switch: (switch != Arc::ALWAYS).then_some(switch as usize),
+                switch: (switch != NONE).then_some(switch as usize),
                 to: to as usize,
             },
         }
@@ -256,12 +267,9 @@ impl Reachability {
                 || before.steps[node] != self.steps[node]
                 || match to {
                     // An earth is known by its switch.
-                    NONE if switch == Arc::ALWAYS => inputs.sources[via as usize],
+                    NONE if switch == NONE => inputs.sources[via as usize],
                     NONE => inputs.switches[switch as usize],
-                    _ => {
-                        flags[to as usize]
-                            || (switch != Arc::ALWAYS && inputs.switches[switch as usize])
-                    }
+                    _ => flags[to as usize] || (switch != NONE && inputs.switches[switch as usize]),
                 };
         }
     }

@@ -90,8 +90,8 @@ impl ChangedInputs {
 /// Nodes whose judgment may differ from that of the last round.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ChangedNodes {
-    /// Flags of nodes whose state, doubt or basis may differ.
-    pub(crate) nodes: Vec<bool>,
+    /// Nodes whose state, doubt or basis may differ.
+    pub(crate) nodes: Vec<u32>,
     /// Flags of nodes that are surely fed, by a way that differs.
     pub(crate) fed: Vec<bool>,
     earthed: Vec<bool>,
@@ -220,7 +220,7 @@ impl Energisation {
     pub(crate) fn find_changes(&self, inputs: &ChangedInputs, changed: &mut ChangedNodes) {
         let Self { fed, earthed, states, borders, before } = self;
         let nodes = states.len();
-        let ChangedNodes { nodes: flags, fed: fed_flags, earthed: earthed_flags, same_parts } =
+        let ChangedNodes { nodes: found, fed: fed_flags, earthed: earthed_flags, same_parts } =
             changed;
         fed.find_changed_ways(&before.fed, fed_flags, inputs);
         earthed.find_changed_ways(&before.earthed, earthed_flags, inputs);
@@ -240,8 +240,7 @@ impl Energisation {
         let is_other_doubt = |now: Option<Input>, then: Option<Input>| {
             now != then || now.is_some_and(|input| inputs.has(input))
         };
-        flags.clear();
-        flags.extend((0..nodes).map(|node| {
+        let mut is_changed = |node: Node| {
             let state = states[node];
             state != before.states[node]
                 || match state {
@@ -254,7 +253,9 @@ impl Energisation {
                     }
                     State::Earthed => is_other_border(node) || earthed_flags[node],
                 }
-        }));
+        };
+        found.clear();
+        found.extend((0..nodes).filter(|&node| is_changed(node)).map(|node| node as u32));
     }
 
     /// Names the inputs that the state of a node rests on: while all of them stay as they
