@@ -84,6 +84,11 @@ impl Contradictions {
         }
     }
 
+    /// Lists the nodes that are in doubt.
+    pub(crate) fn nodes(&self) -> impl Iterator<Item = Node> + '_ {
+        self.of_nodes.iter().enumerate().filter(|(_, of)| **of != NONE).map(|(node, _)| node)
+    }
+
     /// All contradictions of the network.
     pub fn all(&self) -> &[Contradiction] {
         &self.all

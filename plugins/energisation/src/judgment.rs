@@ -86,8 +86,8 @@ pub struct Judgments {
     changed_inputs: ChangedInputs,
     changed_nodes: ChangedNodes,
     changed_pieces: Vec<Equipment>,
-    /// Reports whether voltages cast doubt in the last round.
-    had_voltage_doubts: bool,
+    /// Nodes that voltages cast doubt on in the last round.
+    doubtful: Vec<u32>,
     /// Reports whether the last round judged only what had changed.
     was_partial: bool,
     /// Length of all texts when all were made last, bytes.
@@ -230,12 +230,7 @@ impl Judgments {
         }
         let contradictions = std::mem::take(&mut self.contradictions);
         let voltages = self.find_states(network);
-        let is_alike = !self.had_voltage_doubts
-            && voltages.is_empty()
-            && self.contradictions == contradictions
-            && !self.lists.has_no_room()
-            && self.texts.len() < self.text_base * 2 + MIN_TEXT_GARBAGE;
-        if !is_alike {
+        if self.lists.has_no_room() || self.texts.len() > self.text_base * 2 + MIN_TEXT_GARBAGE {
             self.judge_all(network, voltages);
             return true;
         }
@@ -246,7 +241,17 @@ impl Judgments {
             self.changed_inputs.sources[source] = true;
         }
         self.energisation.find_changes(&self.changed_inputs, &mut self.changed_nodes);
-        self.texts.go_on(&changed_switches, &changed_sources);
+        let changed = &mut self.changed_nodes.nodes;
+        // What voltages cast doubt on, now or before, is always judged anew.
+        changed.append(&mut self.doubtful);
+        self.doubtful.extend(voltages.nodes().map(|node| node as u32));
+        changed.extend_from_slice(&self.doubtful);
+        if self.contradictions != contradictions {
+            let nodes = self.contradictions.nodes().chain(contradictions.nodes());
+            changed.extend(nodes.map(|node| node as u32));
+        }
+        let contradictions = self.contradictions.all().len();
+        self.texts.go_on(&changed_switches, &changed_sources, contradictions);
         self.judge_changed(network, voltages, &changed_switches);
         self.was_partial = true;
         for &switch in &changed_switches {
@@ -256,7 +261,9 @@ impl Judgments {
             self.changed_inputs.sources[source] = false;
         }
         if self.lists.has_no_room() {
-            self.judge_all(network, VoltageDoubts::default());
+            let Self { energisation, readings, positions, .. } = self;
+            let voltages = VoltageDoubts::find(network, readings, energisation, positions);
+            self.judge_all(network, voltages);
         }
         true
     }
@@ -276,7 +283,8 @@ impl Judgments {
         let topology = &network.topology;
         lists.clear(topology.nodes.len(), energisation.dead_part_count());
         texts.clear(topology, contradictions.all().len());
-        self.had_voltage_doubts = !voltages.is_empty();
+        self.doubtful.clear();
+        self.doubtful.extend(voltages.nodes().map(|node| node as u32));
         let judge = Judge { network, readings, energisation, contradictions, voltages };
         judge.make_lists_of_fed(None, lists);
         pieces.clear();

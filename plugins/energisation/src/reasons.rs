@@ -76,7 +76,9 @@ impl ReasonTexts {
     }
 
     /// Prepares for the next frame with other readings of some inputs, and keeps the texts.
-    pub(crate) fn go_on(&mut self, switches: &[Switch], sources: &[usize]) {
+    pub(crate) fn go_on(&mut self, switches: &[Switch], sources: &[usize], contradictions: usize) {
+        self.of_contradictions.clear();
+        self.of_contradictions.resize(contradictions, Text::NOT_MADE);
         for &switch in switches {
             self.of_switches[switch] = Text::NOT_MADE;
             self.of_earths[switch] = Text::NOT_MADE;

@@ -108,7 +108,7 @@ fn judgments_after_changes_are_those_of_a_network_judged_anew() {
         }
     }
     // Most rounds judge only some of the equipment, or the test says nothing.
-    assert!(partly > cases() as usize * ROUNDS / 4, "{partly}");
+    assert!(partly > cases() as usize * ROUNDS / 2, "{partly}");
 }
 
 #[test]
@@ -168,7 +168,7 @@ fn tags_that_change_are_read_and_judged_as_all_tags_are() {
             }
         }
     }
-    assert!(counts.iter().all(|&count| count > 500), "{counts:?}");
+    assert!(counts.iter().all(|&count| count >= 500), "{counts:?}");
 }
 
 #[test]

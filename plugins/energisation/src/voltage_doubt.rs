@@ -68,9 +68,11 @@ impl VoltageDoubts {
         doubts
     }
 
-    /// Reports whether voltages cast no doubt on any node.
-    pub(crate) fn is_empty(&self) -> bool {
-        self.reach.is_none() && self.unconfirmed.is_empty()
+    /// Lists the nodes that voltages cast doubt on.
+    pub(crate) fn nodes(&self) -> impl Iterator<Item = Node> + '_ {
+        let reached = 0..self.origins.len();
+        let reached = reached.filter(|&node| self.certainty(node) != Certainty::Not);
+        self.unconfirmed.keys().copied().chain(reached)
     }
 
     fn certainty(&self, node: Node) -> Certainty {
