@@ -1,13 +1,9 @@
-//! Nearest of several places by their reference designations (IEC 81346-1): the one whose
-//! id begins with most of the same designations.
+//! Reference designations of equipment (IEC 81346-1): the nearest of several places, and
+//! what is within another.
 
-/// Items whose ids share the most leading designations with an id; several where they are
-/// equally near.
-pub(crate) fn nearest<'a, T: Clone>(
-    id: &str,
-    items: &'a [T],
-    id_of: impl Fn(&'a T) -> &'a str,
-) -> Vec<T> {
+/// Returns the items whose ids share the most leading designations with an id; several where
+/// they are equally near.
+pub fn nearest<'a, T: Clone>(id: &str, items: &'a [T], id_of: impl Fn(&'a T) -> &'a str) -> Vec<T> {
     let shared = |item: &'a T| {
         let pairs = designations(id).into_iter().zip(designations(id_of(item)));
         pairs.take_while(|(a, b)| a == b).count()
@@ -16,7 +12,12 @@ pub(crate) fn nearest<'a, T: Clone>(
     items.iter().filter(|item| shared(item) == most).cloned().collect()
 }
 
-/// Parts an id into designations: `=S12D1Q3-QB1` into `=S12`, `D1`, `Q3`, `-QB1`. Each is
+/// Reports whether an id is a designation, or begins with it.
+pub fn is_within(id: &str, designation: &str) -> bool {
+    designations(id).starts_with(&designations(designation))
+}
+
+/// Splits an id into designations: `=S12D1Q3-QB1` into `=S12`, `D1`, `Q3`, `-QB1`. Each is
 /// letters with the digits that follow them.
 fn designations(id: &str) -> Vec<&str> {
     let mut starts = Vec::new();
@@ -48,5 +49,6 @@ mod tests {
         assert_eq!(near("=Q1-QA1"), ["=Q1-B1"], "=Q10 is another bay");
         assert_eq!(near("=Q3-QA1").len(), 3, "none is nearer");
         assert!(nearest("", &[] as &[&str], |id| id).is_empty());
+        assert!(is_within("=Q1-QB1-L1", "=Q1") && !is_within("=Q10-QB1-L1", "=Q1"));
     }
 }
