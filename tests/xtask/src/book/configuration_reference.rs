@@ -7,7 +7,7 @@ const INTRODUCTION: &str = "\
 # Configuration keys
 
 `cargo xtask book` generates this page from `config/busbar.schema.json`, which editors use to
-complete and check a file. A key without a default must be given where it is marked **required**.
+complete and check a file. A key that is marked **required** must be given.
 ";
 /// Start of a reference to another type of the schema.
 const REFERENCE: &str = "#/$defs/";
