@@ -1,4 +1,4 @@
-//! What the operator looks through: where it stands, where it looks, which lens.
+//! Camera of the view: target, distance, angles and projection.
 
 pub(crate) mod navigator;
 mod path;
@@ -17,7 +17,7 @@ use crate::lod::PixelSize;
 const ORBIT_SPEED: f32 = 0.006;
 /// As close as the poles may be approached by hand, radians.
 const MAX_PITCH: f32 = 1.55;
-/// Metres.
+/// Permitted distances between eye and target, metres.
 const DISTANCE_RANGE: std::ops::RangeInclusive<f32> = 0.2..=100_000.0;
 const DEFAULT_FOV_DEGREES: f32 = 45.0;
 /// A viewport narrower than this sees as much sideways as this one would, so
@@ -26,7 +26,7 @@ const FULL_ASPECT: f32 = 16.0 / 9.0;
 /// Room left around what is framed.
 const FRAME_MARGIN: f32 = 1.12;
 
-/// How depth shows.
+/// Projection of the camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum ProjectionMode {
     #[default]
@@ -85,7 +85,7 @@ impl Camera {
         Self { projection_mode, ..self }
     }
 
-    /// What it looks at, metres.
+    /// Returns the target position, metres.
     pub(crate) fn target(&self) -> Vec3 {
         self.target
     }
@@ -103,12 +103,12 @@ impl Camera {
         }
     }
 
-    /// Where it stands, metres.
+    /// Returns the eye position, metres.
     pub(crate) fn eye(&self) -> Vec3 {
         self.target + self.direction() * self.distance
     }
 
-    /// Where it looks: a unit vector.
+    /// Returns the viewing direction, a unit vector.
     pub(crate) fn forward(&self) -> Vec3 {
         -self.direction()
     }
@@ -208,7 +208,7 @@ impl Camera {
         view
     }
 
-    /// What a pixel covers, in a viewport of this size in pixels.
+    /// Returns the size of a pixel in a viewport of this size in pixels.
     pub(crate) fn pixel_size(&self, viewport: Vec2) -> PixelSize {
         let aspect = viewport.x / viewport.y.max(1.0);
         let tan_y = (self.fov_y(aspect) * 0.5).tan();
@@ -258,7 +258,7 @@ impl Projection {
         Self { clip_from_world: view.clip_from_world(), screen }
     }
 
-    /// Where a world point is on the screen, points; `None` behind the camera.
+    /// Projects a world position to the screen, points; `None` behind the camera.
     pub(crate) fn to_screen(self, world: Vec3) -> Option<Pos2> {
         let clip = self.clip_from_world * world.extend(1.0);
         if clip.w <= 1e-6 {

@@ -25,7 +25,7 @@ use crate::overlay_instances::{NodeState, StateBasis};
 use density::Density;
 use poller::{ChartPoller, ExplanationRequest};
 
-/// How near to a line the pointer must be, points.
+/// Greatest distance at which the pointer picks a polyline, points.
 const PICK_DISTANCE: f32 = 6.0;
 /// The longest that opening a view without a window waits for the first records.
 const FIRST_READ_TIMEOUT: Duration = Duration::from_secs(20);
@@ -44,7 +44,7 @@ pub(crate) struct SceneChart {
     /// The node of each piece of equipment, and the other way.
     nodes: Vec<Option<NodeIndex>>,
     equipment: HashMap<NodeIndex, usize>,
-    /// What was known when it was last looked at, by equipment.
+    /// Last known record of each piece of equipment in the last frame.
     known: Vec<Option<Selected>>,
     hovered: Option<usize>,
     /// As the last frame had them.
@@ -56,10 +56,10 @@ pub(crate) struct SceneChart {
     seconds: f64,
 }
 
-/// What it looks like, as it was last worked out.
+/// Geometry of the chart, cached until the board changes.
 #[derive(Default)]
 struct ChartGeometry {
-    /// Of the board.
+    /// Board revision of the cached geometry.
     revision: Option<u64>,
     shape: Shape,
     faces: Vec<FaceInWorld>,
@@ -275,12 +275,12 @@ impl SceneChart {
         self.board.playhead().is_some()
     }
 
-    /// Whether it will look otherwise by itself.
+    /// Reports whether the chart will change by itself: counting or playback is under way.
     pub(crate) fn needs_frames(&self) -> bool {
         self.density.needs_frames() || self.board.plays()
     }
 
-    /// Its lines and faces.
+    /// Returns the lines and faces of the chart.
     pub(crate) fn polylines(&self) -> Option<Polylines<'_>> {
         let ChartGeometry { revision, faces, strokes, .. } = &self.geometry;
         let planes = self.density.planes();
@@ -307,24 +307,24 @@ impl SceneChart {
         projection.to_screen(self.world_from_chart.transform_point3(at.into()))
     }
 
-    /// What of it lies over the scene.
+    /// Returns the parts of the chart that are painted over the scene.
     pub(crate) fn overlay(&mut self, projection: Projection) -> ChartOverlay {
         let overlay = text::overlay(self, projection);
         self.projected_axes.clone_from(&overlay.axes);
         overlay
     }
 
-    /// What is said of it in panels.
+    /// Returns the view model of the chart panel.
     pub(crate) fn model(&self) -> busbar_ui::ChartModel {
         text::model(self)
     }
 
-    /// What is said of the equipment that is selected.
+    /// Returns the explanation of the selected equipment.
     pub(crate) fn verdict(&self) -> Option<busbar_ui::EquipmentExplanation> {
         text::explained(self)
     }
 
-    /// What is said of it in statistics.
+    /// Returns the chart's part of the statistics.
     pub(crate) fn stats(&self) -> crate::stats::ChartStats {
         text::stats(self)
     }

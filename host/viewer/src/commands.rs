@@ -9,7 +9,7 @@ use crate::POINTS_COMMAND;
 /// A command and the plugin that offers it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OfferedCommand {
-    /// What users type.
+    /// Command name on the command line.
     pub name: String,
     /// One line: what it does.
     pub help: String,

@@ -25,14 +25,14 @@ const STABLE_TIME: Duration = Duration::from_secs(60);
 /// on the device is made anew.
 const MAX_FROZEN: Duration = Duration::from_secs(10);
 
-/// What became of the device so far.
+/// State of the graphics device and of its recovery.
 pub(crate) struct DeviceRecovery {
-    /// Whether work waits for the device; if not, it is left out meanwhile.
+    /// True if work waits for the device; otherwise it is skipped meanwhile.
     waits: bool,
     state: DeviceState,
     /// Since the device last worked for long.
     tries: u32,
-    /// When a device was made last.
+    /// Instant at which the device was last created.
     made_at: Instant,
     /// Since when memory lacks for frames.
     frozen_since: Option<Instant>,
@@ -147,7 +147,7 @@ impl DeviceRecovery {
         self.note_loss(cause)
     }
 
-    /// What the operator must know of the picture, if it is not of now.
+    /// Returns the message for the operator while the picture is frozen.
     pub(crate) fn trouble(&self) -> Option<String> {
         match &self.state {
             DeviceState::Lost { cause, .. } => {
@@ -159,7 +159,7 @@ impl DeviceRecovery {
         }
     }
 
-    /// Whether a lost device waits for its next try, and how long.
+    /// Returns the time until the next try to create a lost device; none while it works.
     pub(crate) fn next_try(&self) -> Option<Duration> {
         match &self.state {
             DeviceState::Works => None,
@@ -239,7 +239,7 @@ impl DeviceRecovery {
     }
 }
 
-/// How long to wait after so many tries.
+/// Returns the delay before a try, by the number of tries so far.
 fn delay_before(tries: u32) -> Duration {
     match tries {
         0 | 1 => Duration::ZERO,

@@ -18,14 +18,13 @@ pub(crate) struct EquipmentTree {
     entries: Vec<Entry>,
     /// Entries in the order of their nodes.
     by_node: Vec<u32>,
-    /// What is searched; only while something is: of a great site it is megabytes, and put
-    /// together within a frame.
+    /// Search index, kept only while a search is active: for a large site it takes megabytes.
     text: Option<SearchIndex>,
     is_open: Vec<bool>,
     query: String,
-    /// Entries shown.
+    /// Entries of the visible rows.
     rows: Vec<u32>,
-    /// Whether more was found than is shown.
+    /// True if the search found more than the rows.
     is_truncated: bool,
     selected: Option<u32>,
     selected_row: Option<usize>,
@@ -113,7 +112,7 @@ impl EquipmentTree {
         Some(self.by_node[self.by_node.binary_search_by_key(&node, node_of).ok()?])
     }
 
-    /// What an entry hangs under, the nearest first.
+    /// Returns the ancestors of an entry, the nearest first.
     fn above(&self, entry: u32) -> impl Iterator<Item = u32> + use<'_> {
         let parent = |entry: &u32| {
             let Entry { parent, .. } = self.entries[*entry as usize];

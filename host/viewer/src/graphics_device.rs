@@ -1,4 +1,4 @@
-//! Whether there is a device to draw with.
+//! Availability of a graphics device.
 
 use busbar_renderer::{RenderError, Renderer, RendererOptions};
 

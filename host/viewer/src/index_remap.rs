@@ -39,12 +39,12 @@ impl IndexRemap {
         Self { tags, nodes }
     }
 
-    /// Both in turn.
+    /// Returns the composition: this map, then the next.
     pub(crate) fn then(&self, next: &Self) -> Self {
         Self { tags: self.tags.then(&next.tags), nodes: self.nodes.then(&next.nodes) }
     }
 
-    /// Where a node is now.
+    /// Returns the present index of a node; none if the node is gone.
     pub(crate) fn node(&self, NodeIndex(old): NodeIndex) -> Option<NodeIndex> {
         self.nodes.number(old).map(NodeIndex)
     }

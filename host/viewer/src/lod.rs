@@ -1,4 +1,4 @@
-//! Where the cursor of each instance stands, and where it is wanted.
+//! Level of detail: chooses the collapse cursor of each instance and tracks the cursor shown.
 //!
 //! A frame chooses a level of detail for the instances whose policy follows
 //! the camera, and so the cursor that each is *wanted* at. It is *shown* there
@@ -39,19 +39,19 @@ const EVERYWHERE: Bounds = Bounds { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY
 /// From where a scene is seen, and how sharply.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LodCamera {
-    /// World space, metres.
+    /// Eye position in world space, metres.
     pub(crate) position: Vec3,
-    /// Where it looks, of unit length.
+    /// Viewing direction, a unit vector.
     pub(crate) ahead: Vec3,
     pub(crate) pixel: PixelSize,
 }
 
-/// What a pixel covers.
+/// Size of a pixel in the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum PixelSize {
-    /// In perspective.
+    /// Perspective projection: the size grows with depth.
     PerMetre {
-        /// Of what is a metre ahead, metres.
+        /// Pixel size one metre ahead of the eye, metres.
         ahead: f32,
         /// Metres ahead of what is a metre away, at the picture's corners.
         corner: f32,
@@ -61,8 +61,7 @@ pub(crate) enum PixelSize {
 }
 
 impl LodCamera {
-    /// What a pixel covers at least of what is within a box in the picture, at a distance in
-    /// metres.
+    /// Returns a lower bound of the pixel size within a box at a distance, both in metres.
     pub(crate) fn pixel_at(&self, bounds: &Bounds, distance: f32) -> f32 {
         match self.pixel {
             PixelSize::PerMetre { ahead, corner } => {
@@ -87,10 +86,10 @@ pub(crate) struct LodCursors {
     kinds: Vec<InstanceKind>,
     /// The graph's, then those of the groups' proxies.
     instances: Vec<InstanceCursor>,
-    /// How many are the graph's.
+    /// Number of instances of the graph.
     own: usize,
     groups: Vec<HlodState>,
-    /// Where the eye was; none when all must be chosen anew.
+    /// Camera of the last choice; none while all must be chosen again.
     eye: Option<LodCamera>,
     /// Instances in full detail, whatever their policies say.
     full_detail: BTreeSet<usize>,
@@ -98,7 +97,7 @@ pub(crate) struct LodCursors {
     displaced: BTreeSet<usize>,
     /// Instances that must be seen, which proxies may leave out: neither are their groups.
     individual: BTreeSet<usize>,
-    /// How many times over errors may show that policies bound, 1 or more.
+    /// Factor on the screen errors that policies permit, at least 1.
     coarseness: f32,
     /// Instances that are not shown where they are wanted, or on their way there.
     moving: Vec<usize>,
@@ -106,13 +105,13 @@ pub(crate) struct LodCursors {
     /// Instances shown at another cursor than in the last frame.
     moved: Vec<usize>,
     reported: ReportedDrawing,
-    /// Whether all were shown where they were wanted once.
+    /// True once all instances were shown at their wanted cursors.
     has_settled: bool,
-    /// Whether counts by model are out of date.
+    /// True if the counts by model are outdated.
     has_changed: bool,
 }
 
-/// What is drawn: an instance of the graph, or a group as one, by their indices.
+/// Drawn item: an instance of the graph or a merged group, by index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum DrawItem {
     Instance(usize),
@@ -127,16 +126,16 @@ pub(crate) struct MeshCursor {
     pub(crate) cursor: u32,
 }
 
-/// What is to be ready before a cursor moves.
+/// Resource that an instance needs before its cursor moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum LodRequest {
-    /// The mesh there.
+    /// Mesh at the cursor.
     Mesh(MeshCursor),
     /// The way to or from it, for what is finer.
     Morph(MeshCursor),
 }
 
-/// Where an instance stands: a site has a hundred thousand of them.
+/// Cursor state of an instance; a site has a hundred thousand of them.
 struct InstanceCursor {
     /// Index of its kind.
     kind: u32,
@@ -144,7 +143,7 @@ struct InstanceCursor {
     level: u32,
     /// Around it in the world, at hand for each frame; without vertices it is everywhere.
     bounds: Bounds,
-    /// The theta wanted.
+    /// Theta that the policy wants.
     theta: f64,
     wanted: u32,
     /// On a way it is the finer end.
@@ -155,23 +154,23 @@ struct InstanceCursor {
     triangles: u32,
 }
 
-/// What the instances of a model come to.
+/// Level of detail of a model, summed over its instances.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct ModelDetail {
     /// Least and greatest theta wanted.
     pub(crate) theta: [f64; 2],
-    /// Whether policies choose, and not a hand.
+    /// True if policies choose theta instead of the operator.
     pub(crate) by_policy: bool,
     /// Entries to be collapsed.
     pub(crate) s1: u64,
-    /// Entries collapsed.
+    /// Number of collapsed entries.
     pub(crate) s2: u64,
-    /// Live triangles.
+    /// Number of live triangles.
     pub(crate) triangles: u64,
 }
 
 impl InstanceCursor {
-    /// Of a kind, in full detail.
+    /// Creates the state of an instance in full detail.
     fn new(kind: u32, bounds: Option<Bounds>, triangles: u32) -> Self {
         let (level, theta, transition) = (NO_LEVEL, 0.0, NO_TRANSITION);
         let bounds = bounds.unwrap_or(EVERYWHERE);
@@ -479,12 +478,12 @@ impl LodCursors {
         self.kind_of(instance).at(cursor)
     }
 
-    /// How many instances are not where they are wanted.
+    /// Returns the number of instances that are not at their wanted cursors.
     pub(crate) fn waiting_count(&self) -> usize {
         self.moving.len()
     }
 
-    /// What instances wait for, with repetitions.
+    /// Returns the resources that instances wait for, with repetitions.
     pub(crate) fn waiting(&self, models: &[LoadedModel]) -> impl Iterator<Item = LodRequest> {
         let cursors = self.moving.iter().map(|&index| &self.instances[index]);
         cursors.filter(|instance| instance.transition == NO_TRANSITION).flat_map(|instance| {
@@ -508,8 +507,7 @@ impl LodCursors {
         });
     }
 
-    /// What the instances of each model come to, if it changed since it was
-    /// last asked for.
+    /// Returns the detail of each model if it has changed since the last call.
     pub(crate) fn changed_detail(&mut self, models: &[LoadedModel]) -> Option<Vec<ModelDetail>> {
         if !std::mem::take(&mut self.has_changed) {
             return None;

@@ -14,7 +14,7 @@ use busbar_tags::Snapshot;
 
 use crate::overlay_instances::{NodeState, StateBasis, SwitchPosition};
 
-/// Where a part of unknown position stands.
+/// Travel of a part whose position is unknown.
 const MIDDLE: f64 = 0.5;
 
 /// All parts of a scene that may move, and where they are. Clones share what parts there are.
@@ -27,9 +27,9 @@ pub(crate) struct MovingParts {
     moved: BTreeSet<usize>,
     /// Instances that the last update moved.
     just_moved: Vec<usize>,
-    /// What the last update was told, and whether each position was good.
+    /// Positions of the last update, with the validity of each.
     positions_seen: Vec<(SwitchPosition, bool)>,
-    /// What was not known then.
+    /// States of the parts whose position was unknown.
     unknown: Vec<NodeState>,
 }
 
@@ -37,13 +37,13 @@ pub(crate) struct MovingParts {
 #[derive(Default)]
 struct PartTable {
     kinds: Vec<PartKind>,
-    /// Of each part its node and kind.
+    /// Node and kind of each part.
     all: Vec<(NodeIndex, u32)>,
     /// Pieces of equipment with runs of the parts at them or under them, in order.
     at: Vec<(NodeIndex, Range<u32>)>,
 }
 
-/// How a part of a model moves, wherever that is placed.
+/// Motion of a model's part, shared by all its placements.
 struct PartKind {
     mechanism: String,
     motion: Motion,
@@ -57,7 +57,7 @@ struct MovedPart {
     instances: Vec<usize>,
 }
 
-/// Where a part is shown, from open, 0, to closed, 1.
+/// Displayed position of a part, from open, 0, to closed, 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct PartPosition {
     travelled: f64,
@@ -106,7 +106,7 @@ impl PartTable {
 }
 
 impl MovingParts {
-    /// Those that the models of a configuration have, wherever they are placed.
+    /// Finds the moving parts of all placed models.
     pub(crate) fn new(config: &Config, graph: &SceneGraph) -> Self {
         let mut parts = PartTable::default();
         let mut first_kinds: HashMap<&str, u32> = HashMap::new();
@@ -132,7 +132,7 @@ impl MovingParts {
         Self { parts: Arc::new(parts.finish()), ..Self::default() }
     }
 
-    /// Whether a position at a piece of equipment moves any part.
+    /// Reports whether a position moves any part.
     pub(crate) fn has(&self, position: &SwitchPosition) -> bool {
         self.parts.moved_by(position).next().is_some()
     }
@@ -326,7 +326,7 @@ mod tests {
         SwitchPosition { node, mechanism: mechanism.into(), tag: TAG, travelled }
     }
 
-    /// Where the tips of both blades are.
+    /// Returns the tips of both blades.
     fn tips(graph: &SceneGraph) -> [Vec3; 2] {
         ["Q-L1/blade", "Q-L2/blade"].map(|id| {
             let world = graph.node(graph.find(id).unwrap()).world_from_node();

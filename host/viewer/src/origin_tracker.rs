@@ -21,7 +21,7 @@ const KINDS: [Origin; 5] =
 /// Origins of all tags. Its cost in a frame is that of the tags that changed.
 #[derive(Debug, Default)]
 pub(crate) struct OriginTracker {
-    /// Of the scene that it follows; none before the first frame.
+    /// Configuration of the tracked scene; none before the first frame.
     config: Option<Arc<Config>>,
     tags: Option<Arc<TagSet>>,
     of_tags: Vec<Origin>,

@@ -19,9 +19,9 @@ pub(crate) struct OverlayGeometry {
     inputs: GeometryInputs,
     contours: Geometry,
     arrows: Geometry,
-    /// Those with the chart's.
+    /// Geometry of overlays and chart together.
     all: Geometry,
-    /// Of the chart, when `all` was put together.
+    /// Revision of the chart when `all` was composed.
     chart: Option<u64>,
     revision: u64,
 }
@@ -32,7 +32,7 @@ struct Geometry {
     strokes: Vec<StrokeInWorld>,
 }
 
-/// What the marks rest on.
+/// Inputs that the geometry was computed from.
 #[derive(Default, PartialEq)]
 struct GeometryInputs {
     eye: Vec3,

@@ -30,21 +30,21 @@ pub(crate) const HEADLESS_TIMEOUT: Duration = Duration::from_millis(250);
 pub(crate) struct OverlayInstance {
     pub(crate) overlay: RunningOverlay,
     pub(crate) fault: Option<String>,
-    /// Whether the operator has it drawn.
+    /// True if the operator shows the layer.
     pub(crate) is_shown: bool,
-    /// What it shows besides values.
+    /// Description that the overlay gives of its output.
     pub(crate) description: Arc<OverlayDescription>,
-    /// Its legend, as panels show it.
+    /// Legend as panels show it.
     pub(crate) legend: Arc<[LegendRow]>,
     /// The nodes of the equipment described; none for what the scene has not.
     nodes: Vec<Option<NodeIndex>>,
-    /// The mechanisms described.
+    /// Names of the described mechanisms.
     mechanisms: Vec<Arc<str>>,
     /// Verdicts on the equipment described.
     pub(crate) verdicts: VerdictBoard,
     /// Ids of the equipment that the verdicts are on.
     verdict_equipment: Vec<String>,
-    /// What it drew last, in the numbers of now.
+    /// Last picture, in the indices of the present scene.
     last: Arc<OverlayPicture>,
     /// The same with nothing to rest on, while it is late.
     late: Option<Arc<OverlayPicture>>,
@@ -61,7 +61,7 @@ const MAX_UNKNOWN_LABELS: usize = 1000;
 /// number, so that nothing of it counts as known; what values are worth is not said by it.
 pub(crate) const LATE_DISPLAY: TagHandle = TagHandle(u32::MAX - 1);
 
-/// What all overlays draw in one frame.
+/// Output of all overlays in one frame.
 #[derive(Default)]
 pub(crate) struct OverlayFrame {
     /// Last picture of each overlay, and whether the overlay is late.
@@ -71,12 +71,12 @@ pub(crate) struct OverlayFrame {
     /// The same with layer and reason, for labels.
     pub(crate) unknown_labels: Vec<UnknownVerdict>,
     pub(crate) tints: Vec<OverlayTint>,
-    /// Of alarms that other systems decide on.
+    /// Tints of alarms that external systems decide on.
     pub(crate) external_tints: Vec<ExternalAlarmTint>,
     pub(crate) states: Vec<NodeState>,
     pub(crate) positions: Vec<SwitchPosition>,
     pub(crate) flows: Vec<PowerFlow>,
-    /// Those of one overlay in a row.
+    /// Contour levels, grouped by overlay.
     pub(crate) levels: Vec<ContourLevel>,
 }
 
@@ -103,11 +103,11 @@ pub(crate) struct ContourLevel {
     pub(crate) value: f64,
 }
 
-/// Where a switch stands.
+/// Position of a switch.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SwitchPosition {
     pub(crate) node: NodeIndex,
-    /// What moves.
+    /// Name of the moving mechanism.
     pub(crate) mechanism: Arc<str>,
     /// The tag that it rests on.
     pub(crate) tag: TagHandle,
@@ -119,9 +119,9 @@ pub(crate) struct SwitchPosition {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct NodeState {
     pub(crate) node: NodeIndex,
-    /// What rests on several tags is named for each, in a row.
+    /// Basis of the state; a state with several tags is listed once for each, consecutively.
     pub(crate) basis: StateBasis,
-    /// sRGB.
+    /// Color of the state, sRGB.
     pub(crate) color: [u8; 3],
     pub(crate) pattern: Pattern,
     /// The overlay, and the entry of its legend; none of a chart's.
@@ -129,7 +129,7 @@ pub(crate) struct NodeState {
 }
 
 impl NodeState {
-    /// Whether another is the same for another reason.
+    /// Reports whether another entry is the same state with another basis.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         (self.node, self.legend) == (other.node, other.legend)
     }
@@ -149,7 +149,7 @@ impl OverlayFrame {
     }
 }
 
-/// What a state rests on.
+/// Basis of a state: a live tag or a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum StateBasis {
     /// The value of a tag.
@@ -159,7 +159,7 @@ pub(crate) enum StateBasis {
 }
 
 impl OverlayInstance {
-    /// Whether it shows flows of power.
+    /// Reports whether the overlay shows power flows.
     pub(crate) fn has_flows(&self) -> bool {
         self.last.quantities.iter().any(|quantity| matches!(quantity.what, Quantity::Flow { .. }))
     }

@@ -10,7 +10,7 @@ use busbar_renderer::{CameraView, DrawList, PixelArea};
 /// Questions of the operator that wait; beyond that the oldest is forgotten.
 const MAX_WAITING: usize = 8;
 
-/// What an answer is for.
+/// Purpose of a pick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum PickPurpose {
     /// Selects what is at a pixel.
@@ -39,7 +39,7 @@ pub(crate) struct PickRequest {
 pub(crate) struct PickQueue {
     waiting: VecDeque<(PickRequest, DrawList)>,
     in_progress: Option<PickRequest>,
-    /// What was last asked for the pointer, and for labels.
+    /// Last requests for hovering and for label occlusion.
     hover: Option<PickRequest>,
     labels: Option<PickRequest>,
 }
@@ -58,7 +58,7 @@ impl PickQueue {
         self.waiting.pop_front()
     }
 
-    /// Whether it is worth asking: it was not asked just before.
+    /// Reports whether the request differs from the last one of its purpose.
     pub(crate) fn is_new(&self, request: &PickRequest) -> bool {
         let last = match request.purpose {
             PickPurpose::Hover => self.hover,
@@ -95,7 +95,7 @@ impl PickQueue {
         self.labels = None;
     }
 
-    /// Whether an answer is to come.
+    /// Reports whether a result is pending.
     pub(crate) fn is_busy(&self) -> bool {
         self.in_progress.is_some() || !self.waiting.is_empty()
     }

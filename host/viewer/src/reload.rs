@@ -15,16 +15,15 @@ pub use file_watcher::SETTLE_TIME;
 /// Bytes of a fault that are kept to be shown; a file may have two hundred.
 const MAX_FAULT_BYTES: usize = 4_000;
 
-/// How long a frame waits for an edit that was just begun to be loaded: most take less, and
-/// are shown a frame earlier.
+/// Time for which a frame waits for a load that has just begun; most loads finish within it.
 const LOAD_GRACE: Duration = Duration::from_millis(30);
 
-/// How reloading went so far.
+/// Counters and last fault of configuration reloads.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReloadCounters {
     /// Configurations that were shown in place of the one before.
     pub good: u64,
-    /// Those that were not, for faults.
+    /// Configurations that were refused for faults.
     pub bad: u64,
     /// From the file's settling to the frame that shows it, of the last good one; not
     /// counting the frame itself.
@@ -58,14 +57,14 @@ fn shortened(fault: &str) -> String {
     format!("{}\u{2026}", &fault[..end])
 }
 
-/// What became of a configuration that was to be shown.
+/// Outcome of a configuration reload.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ReloadOutcome {
-    /// It is shown from the next frame on.
+    /// Configuration is shown from the next frame on.
     Shown,
     /// Nothing is otherwise than it was.
     Same,
-    /// It has faults, as these words say; the scene before stays.
+    /// Configuration is faulty, as the text says; the previous scene stays.
     Refused(String),
 }
 
@@ -133,7 +132,7 @@ pub struct Reloader {
     path: PathBuf,
     file_watcher: FileWatcher,
     loading: Option<BackgroundLoad>,
-    /// Whether the models of what is shown are watched.
+    /// True once the watcher follows the models of the present scene.
     follows_models: bool,
     wake: std::sync::Arc<dyn Fn() + Send + Sync>,
 }

@@ -1,4 +1,4 @@
-//! What frames draw of a scene, kept between them: a frame costs by what changed.
+//! Draw list of the scene, updated incrementally from one frame to the next.
 
 use busbar_renderer::{DrawInstance, DrawList, Morph};
 use busbar_scene::NodeIndex;

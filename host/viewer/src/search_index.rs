@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use memchr::memmem;
 
-/// What is found at most; who finds so many types on.
+/// Largest number of search results.
 pub(crate) const MAX_HITS: usize = 1_000;
 /// Bytes of a query that count.
 const MAX_QUERY_BYTES: usize = 200;
@@ -18,11 +18,11 @@ const ITEM_SEPARATOR: u8 = b'\n';
 #[derive(Debug, Default)]
 pub(crate) struct SearchIndex {
     text: String,
-    /// Where the text of each thing begins.
+    /// Start of each item's text, bytes.
     starts: Vec<u32>,
 }
 
-/// How well a thing fits, the best first.
+/// Rank of a match, the best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum MatchRank {
     Whole,

@@ -1,4 +1,4 @@
-//! Which tags are listed: all, or those that have the words of a filter in their names.
+//! Tag filter: the tags whose id, name or equipment contains all words of the query.
 
 use std::sync::OnceLock;
 

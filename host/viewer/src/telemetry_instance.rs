@@ -94,7 +94,7 @@ impl TelemetryInstance {
         self.running.scene_time()
     }
 
-    /// What it last said of its link, and what came through it.
+    /// Returns the link state that the plugin reported, with sample counters.
     pub(crate) fn link(&self) -> LinkReport {
         self.running.link()
     }

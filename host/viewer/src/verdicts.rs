@@ -148,7 +148,7 @@ impl VerdictBoard {
         pieces.filter(|(_, piece)| piece.verdict == Verdict::Unknown).map(|(index, _)| index)
     }
 
-    /// Number of pieces.
+    /// Returns the number of pieces.
     pub(crate) fn len(&self) -> usize {
         self.pieces.len()
     }
@@ -214,7 +214,7 @@ fn is_or_was_abnormal(piece: &PieceVerdict) -> bool {
     piece.verdict == Verdict::Abnormal || piece.was_abnormal
 }
 
-/// Of two verdicts on one piece the more urgent one counts.
+/// Returns the urgency of a verdict; the more urgent of two on one piece counts.
 fn urgency(verdict: Verdict) -> u8 {
     match verdict {
         Verdict::Normal => 0,

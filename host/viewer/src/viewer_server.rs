@@ -35,9 +35,9 @@ pub struct ViewerServer {
     memory: Option<PictureMemory>,
     change_reporter: ChangeReporter,
     reloading: Option<BackgroundLoad>,
-    /// What is being loaded.
+    /// Path of the configuration that is being loaded.
     reload_path: String,
-    /// Asked for meanwhile.
+    /// Path of a reload requested meanwhile.
     next_reload: Option<String>,
     is_visible: bool,
     iteration: LoopIteration,
@@ -47,7 +47,8 @@ pub struct ViewerServer {
 /// One turn of the frame loop.
 struct LoopIteration {
     began: Instant,
-    /// Its beginning on the clock since boot: no tag value in its frame is read before.
+    /// Start of the iteration on the clock since boot, nanoseconds. Every tag value in its frame is
+    /// read later.
     began_at_boot_nanos: u64,
     /// Tells whether the window shows its frame, so that the picture is of `began_at_boot_nanos`.
     is_presented: bool,
@@ -59,14 +60,14 @@ impl LoopIteration {
     }
 }
 
-/// What the loop around a view has to do itself.
+/// Requests of the host program that the frame loop itself must perform.
 #[derive(Default)]
 pub struct FrameRequests {
     /// The size wanted, pixels.
     pub size: Option<[u32; 2]>,
-    /// What pointer and keyboard did over an offscreen picture.
+    /// Pointer and keyboard events over an offscreen picture.
     pub input: Vec<Command>,
-    /// Whether anything was asked, so that a frame is due now.
+    /// True if any command arrived, so that a frame is due now.
     pub is_due: bool,
 }
 
@@ -98,22 +99,22 @@ impl ViewerServer {
         })
     }
 
-    /// Where the picture goes.
+    /// Returns the target of the picture.
     pub fn target(&self) -> Target {
         self.begin.target
     }
 
-    /// Its size at first, pixels.
+    /// Returns the initial size of the picture, pixels.
     pub fn size(&self) -> [u32; 2] {
         self.begin.size
     }
 
-    /// Whether panels are wanted.
+    /// Reports whether the host program wants panels.
     pub fn has_panels(&self) -> bool {
         self.begin.panels
     }
 
-    /// Whether anybody can see the picture.
+    /// Reports whether the picture is visible to anybody.
     pub fn is_visible(&self) -> bool {
         self.is_visible
     }
@@ -123,7 +124,7 @@ impl ViewerServer {
         self.channel.set_waker(wake);
     }
 
-    /// Loads the configuration.
+    /// Loads the configuration that the host program names.
     ///
     /// # Errors
     /// The configuration's faults; the host program has been told.

@@ -45,7 +45,7 @@ impl AlarmService {
         })
     }
 
-    /// How an alarm stands, whoever decides on it.
+    /// Returns the state of an own or external alarm.
     pub(super) fn state_of(&self, alarm: AlarmHandle) -> Option<State> {
         let own = self.table.status(alarm).map(|status| status.state);
         own.or_else(|| Some(self.sources.get(alarm)?.1.alarm.standing().state()))

@@ -7,8 +7,8 @@ use busbar_alarms::{AlarmSource, Standing};
 
 use super::*;
 
-/// What a host program has yet to hear at most; beyond that the oldest goes: the operator
-/// presses again.
+/// Largest number of requests for the host program; beyond it the oldest is dropped, and the
+/// operator must press again.
 const MAX_HOST_REQUESTS: usize = 256;
 
 impl AlarmService {
@@ -32,7 +32,7 @@ impl AlarmService {
         self.host_requests.push_back((alarm, action));
     }
 
-    /// What operators wanted since, by id.
+    /// Takes the operator requests since the last call, by alarm id.
     pub(crate) fn take_host_requests(&mut self) -> Vec<(String, AlarmAction)> {
         let host_requests = std::mem::take(&mut self.host_requests).into_iter();
         host_requests.filter_map(|(alarm, action)| Some((self.id_of(alarm)?, action))).collect()
@@ -58,8 +58,8 @@ impl AlarmService {
         done.map_err(|error| format!("alarm '{id}': {error}"))
     }
 
-    /// How alarms stand that stand otherwise than as noted in `known`, which is then the
-    /// same. Each has what its state rests on, and since when.
+    /// Returns the alarms whose standing differs from `known`, and updates `known`. Each comes with
+    /// its state, its standing, and the time of its last change.
     pub(crate) fn changed_since(
         &self,
         known: &mut HashMap<AlarmHandle, Standing>,

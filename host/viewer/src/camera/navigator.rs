@@ -16,11 +16,11 @@ use super::{Camera, ProjectionMode, unoccluded_view};
 /// Height of the eye above the ground, metres: standing, as in ISO 7250-1 for men and
 /// women together.
 const EYE_HEIGHT: f32 = 1.6;
-/// Metres a second.
+/// Speeds of walking and flying, metres a second, and the permitted range.
 const WALKING_SPEED: f32 = 1.6;
 const FLYING_SPEED: f32 = 8.0;
 const SPEED_RANGE: std::ops::RangeInclusive<f32> = 0.2..=500.0;
-/// What haste multiplies that by.
+/// Factor of fast movement on the speed.
 const FAST_FACTOR: f32 = 4.0;
 /// The longest step that one frame makes, seconds: no leaps after a pause.
 const MAX_STEP_SECONDS: f32 = 0.25;
@@ -33,29 +33,29 @@ const MIN_INERTIA_SPEED: f32 = 8.0;
 pub(crate) struct Navigator {
     camera: Camera,
     mode: CameraMode,
-    /// Metres a second.
+    /// Flying speed, metres a second.
     speed: f32,
     transition: Option<Transition>,
-    /// Whether it came to another camera since it was last asked.
+    /// True if the camera has arrived at another position since the last query.
     has_arrived: bool,
     transition_seconds: f32,
     has_inertia: bool,
     /// Points of drag a second.
     inertia_velocity: Vec2,
-    /// Those that the operator stored.
+    /// Cameras that the operator stored.
     stored: [Option<Camera>; MAX_BOOKMARKS],
-    /// When the last frame was, seconds.
+    /// Time of the last frame, seconds.
     time: Option<f64>,
 }
 
-/// What steering depends on.
+/// Scene and viewport that camera commands refer to.
 pub(crate) struct NavigationContext<'a> {
     pub(crate) graph: &'a SceneGraph,
-    /// Those of the configuration.
+    /// Cameras of the configuration.
     pub(crate) cameras: &'a BTreeMap<String, CameraConfig>,
-    /// Where panels leave room, points.
+    /// Area that panels leave free, points.
     pub(crate) viewport: Rect,
-    /// Of what is selected.
+    /// Bounds of the selection.
     pub(crate) selection: Option<Bounds>,
 }
 
@@ -99,12 +99,12 @@ impl Navigator {
         self.speed
     }
 
-    /// Whether it moves by itself.
+    /// Reports whether the camera moves by itself.
     pub(crate) fn is_moving(&self) -> bool {
         self.transition.is_some() || self.inertia_velocity != Vec2::ZERO
     }
 
-    /// Whether it came to another camera since this was last asked.
+    /// Takes the flag that the camera has arrived at another position.
     pub(crate) fn take_arrival(&mut self) -> bool {
         std::mem::take(&mut self.has_arrived)
     }
@@ -204,7 +204,7 @@ impl Navigator {
         }
     }
 
-    /// Where it is, or is going to be.
+    /// Returns the camera's destination, or its present state while it rests.
     fn destination(&self) -> Camera {
         self.transition.as_ref().map_or(self.camera, Transition::destination)
     }

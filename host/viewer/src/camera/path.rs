@@ -7,11 +7,11 @@
 use busbar_geometry::Bounds;
 use glam::{Vec3, vec3};
 
-/// How far the eye stays from what it passes, metres.
+/// Clearance between the eye and the equipment it passes, metres.
 pub(crate) const CLEARANCE: f32 = 1.0;
-/// What is added to that, so that rounding cannot eat it up.
+/// Margin on the clearance against rounding, metres.
 const SLACK: f32 = 0.05;
-/// How far aside a column may stand where what is above an end is not free, metres.
+/// Lateral offsets tried for a vertical column where the space above an end is occupied, metres.
 const DETOURS: [f32; 7] = [0.0, 3.0, 8.0, 20.0, 50.0, 120.0, 300.0];
 /// Directions tried at each of these.
 const DIRECTIONS: usize = 12;
@@ -73,7 +73,7 @@ impl CameraPath {
     }
 }
 
-/// What of equipment is kept clear of; `None` where an end is in it.
+/// Returns the bounds to keep clear of; `None` if they contain an end.
 fn obstacle(bounds: Bounds, ends: [Vec3; 2]) -> Option<Bounds> {
     let grown = |by: f32| Bounds { min: bounds.min - by, max: bounds.max + by };
     let holds_an_end = |bounds: Bounds| ends.iter().any(|end| holds(&bounds, *end));
@@ -92,8 +92,8 @@ fn is_free(from: Vec3, to: Vec3, obstacles: &[Bounds]) -> bool {
     !obstacles.iter().any(|obstacle| crosses(from, to, obstacle))
 }
 
-/// Whether a piece has a point in a box (the slab method: T. L. Kay and J. T. Kajiya,
-/// "Ray Tracing Complex Scenes", 1986).
+/// Reports whether a segment intersects a box (slab method: T. L. Kay and J. T. Kajiya, "Ray
+/// Tracing Complex Scenes", 1986).
 fn crosses(from: Vec3, to: Vec3, bounds: &Bounds) -> bool {
     let (mut enters, mut leaves) = (0.0_f32, 1.0_f32);
     for axis in 0..3 {
@@ -164,7 +164,7 @@ fn rounded(corners: &[Vec3], obstacles: &[Bounds]) -> Vec<Vec3> {
     points
 }
 
-/// Those that reach into the box around some places: of a whole site a few.
+/// Returns the obstacles that overlap the box around some points.
 fn near_to(places: [Vec3; 3], obstacles: &[Bounds]) -> Vec<Bounds> {
     let Some(around) = Bounds::from_points(places) else { return Vec::new() };
     let overlaps = |obstacle: &&Bounds| {

@@ -32,7 +32,7 @@ impl Transition {
         Some(Self { from, to, path, seconds, elapsed: 0.0 })
     }
 
-    /// Where it leads.
+    /// Returns the destination of the transition.
     pub(crate) fn destination(&self) -> Camera {
         self.to
     }

@@ -13,16 +13,16 @@ use glam::Affine3A;
 const LINES: [u8; 3] = [72, 76, 82];
 const MEANT: [u8; 3] = [10, 12, 16];
 
-/// What is counted, and what was.
+/// State of the density count.
 #[derive(Default)]
 pub(super) struct Density {
-    /// What is asked for, and its number.
+    /// Requested count, and its number.
     request: Option<DensityRequest>,
     arrangement: u64,
     progress: DensityProgress,
-    /// What is laid out.
+    /// Request and summary of the displayed count.
     shown: Option<(DensityRequest, DensitySummary)>,
-    /// Why nothing can be counted.
+    /// Reason why the records cannot be counted.
     fault: Option<String>,
     planes: Vec<PlaneInWorld>,
 }
@@ -79,7 +79,7 @@ impl Density {
         self.fault.is_none() && shown != Some(self.arrangement)
     }
 
-    /// Whether more frames are needed until all is counted.
+    /// Reports whether the count needs more frames.
     pub(super) fn needs_frames(&self) -> bool {
         self.request.is_some() && self.is_counting()
     }
@@ -114,7 +114,7 @@ impl Density {
         Some([summary.lines as usize, summary.meant as usize])
     }
 
-    /// What is said of it in panels.
+    /// Returns the density part of the chart's legend.
     pub(super) fn row(&self) -> Option<DensityLegend> {
         self.request.as_ref()?;
         let summary = self.shown.as_ref().map(|(_, summary)| *summary).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! What is said of the chart.
+//! Texts and view models of the chart.
 
 use busbar_chart::{Axis, AxisView, Brush, Selected, State};
 use busbar_ui::{
@@ -165,7 +165,7 @@ fn brushed_ids(chart: &SceneChart) -> Vec<String> {
     chart.brushed_known().map(|one| ids[one.equipment].clone()).collect()
 }
 
-/// What is said of the equipment that is selected.
+/// Returns the explanation of the selected equipment.
 pub(super) fn explained(chart: &SceneChart) -> Option<EquipmentExplanation> {
     let (at, explanation) = chart.explained.as_ref()?;
     let known = (*chart.known.get(*at)?)?;

@@ -42,8 +42,8 @@ fn users_cache() -> Option<PathBuf> {
     path("XDG_CACHE_HOME").or_else(|| path("HOME").map(|home| home.join(".cache")))
 }
 
-/// What results of an optimiser depend on besides the mesh: the plugin's id and
-/// version, its very library, and its settings.
+/// Returns the digest of the optimizer for cache keys: plugin id, version, library content and
+/// settings.
 pub(super) fn maker(plugin: &Plugin, settings: &Value) -> std::io::Result<OptimizerDigest> {
     let info = plugin.info();
     let length = std::fs::metadata(&info.path)?.len();
@@ -60,7 +60,7 @@ pub(super) fn maker(plugin: &Plugin, settings: &Value) -> std::io::Result<Optimi
 /// Welded meshes in the cache.
 pub(super) struct WeldedMeshCache<'a> {
     cache: &'a StackCache,
-    /// What was wrong with it.
+    /// Remarks on faults of the cache.
     notes: Mutex<Vec<String>>,
 }
 

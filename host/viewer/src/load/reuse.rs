@@ -1,5 +1,5 @@
-//! What a changed configuration takes over from the scene that is shown: whatever is as it
-//! was goes on, and is neither loaded nor started again.
+//! Reuse at a configuration reload: unchanged plugins, models and nodes are neither loaded nor
+//! started again.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -25,14 +25,14 @@ pub struct PreparedReload {
     pub(crate) changes: Changes,
     /// Plugins that go on as they are.
     pub(crate) kept: BTreeSet<String>,
-    /// Those that are new.
+    /// Telemetry plugins that were started for it.
     pub(crate) telemetry: Vec<RunningTelemetry>,
     pub(crate) overlays: BTreeMap<String, RunningOverlay>,
-    /// Whether nodes and models are what they were.
+    /// True if nodes and models are unchanged.
     pub(crate) has_same_graph: bool,
 }
 
-/// Why a changed configuration is not shown.
+/// Error that keeps a changed configuration from being shown.
 #[derive(Debug)]
 pub enum ReloadError {
     /// Faults of the file, and of what it names.
@@ -65,7 +65,7 @@ impl From<PluginError> for ReloadError {
 }
 
 impl PreparedReload {
-    /// What is otherwise than before.
+    /// Returns the changes against the previous configuration.
     pub fn changes(&self) -> &Changes {
         &self.changes
     }
@@ -125,7 +125,7 @@ impl LoadedScene {
     }
 }
 
-/// What there is to take over, if anything.
+/// Reusable parts of the previous scene, if there is one.
 pub(super) struct ReusePlan<'a>(Option<PreviousScene<'a>>);
 
 struct PreviousScene<'a> {
@@ -139,7 +139,7 @@ struct PreviousScene<'a> {
 }
 
 impl<'a> ReusePlan<'a> {
-    /// All is new.
+    /// Creates a plan that reuses nothing.
     pub(super) fn none() -> Self {
         Self(None)
     }
@@ -175,17 +175,17 @@ impl<'a> ReusePlan<'a> {
         Self(Some(PreviousScene { scene, changes, plugins, models, has_same_graph }))
     }
 
-    /// The scene before.
+    /// Returns the previous scene.
     pub(super) fn scene(&self) -> Option<&'a LoadedScene> {
         self.0.as_ref().map(|before| before.scene)
     }
 
-    /// Whether anything of a section is otherwise than before.
+    /// Reports whether a section of the configuration has changed.
     pub(super) fn touches(&self, section: Section) -> bool {
         self.0.as_ref().is_none_or(|before| before.changes.touch(section))
     }
 
-    /// Whether nodes and models are what they were.
+    /// Reports whether nodes and models are unchanged.
     pub(super) fn has_same_graph(&self) -> bool {
         self.0.as_ref().is_some_and(|before| before.has_same_graph)
     }
@@ -216,7 +216,7 @@ impl<'a> ReusePlan<'a> {
     }
 }
 
-/// Whether a plugin is asked for exactly what it does already.
+/// Reports whether a plugin's settings and duties are unchanged.
 fn is_plugin_kept(before: &Config, after: &Config, name: &str) -> bool {
     before.plugins.get(name) == after.plugins.get(name)
         && plugins::serves(before, name) == plugins::serves(after, name)
@@ -236,7 +236,7 @@ fn served<'a>(
     })
 }
 
-/// Whether it is an overlay, has records, has the chart, simplifies models, or has alarms.
+/// Returns the duties of a plugin: overlay, records, chart, model optimizer, alarms.
 fn jobs(config: &Config, name: &str) -> [bool; 5] {
     [
         config.overlays.iter().any(|overlay| overlay.plugin == name),
@@ -258,7 +258,7 @@ fn bound<'a>(config: &'a Config, name: &str) -> impl Iterator<Item = impl Partia
     })
 }
 
-/// Whether a model comes out as it did, its theta aside.
+/// Reports whether a model is unchanged, except for its theta.
 fn is_same_model(before: &Config, after: &Config, name: &str) -> bool {
     let (Some(was), Some(is)) = (before.models.get(name), after.models.get(name)) else {
         return false;

@@ -25,7 +25,7 @@ pub struct SimulatedDevices {
 /// One plugin instance that is a device.
 pub struct SimulatedDevice {
     simulator: RunningSimulator,
-    /// How many tags it has.
+    /// Number of simulated tags.
     pub tag_count: usize,
 }
 
@@ -35,7 +35,7 @@ impl SimulatedDevice {
         self.simulator.name()
     }
 
-    /// How it goes.
+    /// Returns the status of the simulation.
     ///
     /// # Errors
     /// What the plugin says, or how its process ended; it is started again then.
@@ -150,7 +150,7 @@ impl SimulatedDevices {
         &self.devices
     }
 
-    /// What is not simulated, and why.
+    /// Returns the sources that are not simulated, with reasons.
     pub fn remarks(&self) -> &[String] {
         &self.remarks
     }
@@ -172,7 +172,7 @@ fn read_scenario(path: &Path, config: &Config) -> Result<ScenarioConfig, LoadErr
     busbar_config::parse_scenario(&text, config).map_err(faulty)
 }
 
-/// What a scenario has one device do.
+/// Returns the part of a scenario that concerns one device.
 fn device_scenario(
     scenario: &ScenarioConfig,
     begun: SystemTime,
@@ -212,7 +212,7 @@ fn scale(tag: &TagConfig) -> [f64; 2] {
     tag.scale.filter(|[factor, _]| *factor != 0.0).unwrap_or([1.0, 0.0])
 }
 
-/// How the device's number moves: the host's view of the tag, its scale undone.
+/// Returns the value generator of a tag in device units: the host's scale is inverted.
 fn behaviour(tag: &TagConfig) -> Behaviour {
     let simulate = &tag.simulate;
     let [factor, offset] = scale(tag);

@@ -15,7 +15,7 @@ use crate::load::{HlodGroup, LoadedModel};
 
 /// A group, and how it is drawn.
 pub(super) struct HlodState {
-    /// Its instances, by index.
+    /// Range of the group's instances.
     pub(super) instances: Range<usize>,
     /// Index of the first group after those within this one.
     pub(super) after: usize,
@@ -47,14 +47,14 @@ impl HlodState {
         groups.iter().map(state).collect()
     }
 
-    /// Whether it is drawn as one and is to stay so.
+    /// Reports whether the group is merged and stays merged.
     pub(super) fn stays_merged(&self) -> bool {
         self.is_merged && self.wants_merge
     }
 }
 
 impl InstanceCursor {
-    /// Of a group that is not drawn as one.
+    /// Creates the cursor of a group that is not merged.
     pub(super) fn for_proxy(kind: u32, hlod: &HlodGroup) -> Self {
         let mut proxy = Self::new(kind, Some(hlod.group.bounds), 0);
         proxy.hide();
@@ -104,7 +104,7 @@ impl LodCursors {
         }
     }
 
-    /// Whether nothing but the policy decides on the detail of what is in a group.
+    /// Reports whether the policy alone decides on the detail of the group's instances.
     fn follows_policy(&self, group: usize) -> bool {
         let manual_theta = |&model: &u32| self.manual_theta[model as usize].is_some();
         let within = &self.groups[group].instances;

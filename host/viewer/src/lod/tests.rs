@@ -70,7 +70,7 @@ fn row(places: &[f32], last_theta: Option<f64>) -> (LodCursors, Vec<LoadedModel>
     (LodCursors::new(&graph, &models, policies, &Proxies::default(), 1.0), models)
 }
 
-/// Of a narrow picture.
+/// Pixel size of a narrow perspective picture.
 const PERSPECTIVE: PixelSize = PixelSize::PerMetre { ahead: 1e-3, corner: 1.0 };
 
 pub(super) fn eye_at(x: f32) -> LodCamera {
@@ -312,7 +312,7 @@ fn proxied(places: &[f32]) -> (LodCursors, Vec<LoadedModel>) {
     (LodCursors::new(&graph, &models, policies, &proxies, 1.0), models)
 }
 
-/// Whether instances are shown as proxies, where an eye is so far before them.
+/// Reports which instances are shown as proxies from a distance.
 fn proxies_from(
     cursors: &mut LodCursors,
     models: &[LoadedModel],

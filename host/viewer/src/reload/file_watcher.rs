@@ -1,4 +1,4 @@
-//! When a file has changed and settled: the configuration, or a model that it names.
+//! File watcher for the configuration and its models, with debouncing of writes.
 //!
 //! Folders are watched, since editors replace files by renaming others, and so are those that
 //! links lead to. Where folders tell nothing (some network drives), files are looked at now
@@ -14,9 +14,9 @@ use notify::{RecommendedWatcher, RecursiveMode, Watcher};
 
 use crate::file_version::{FileVersion, version};
 
-/// How long a file must stay as it is before it is read: editors write in several steps.
+/// Debounce time: a file must be unchanged for so long before it is read.
 pub const SETTLE_TIME: Duration = Duration::from_millis(50);
-/// How often it is looked at where nobody tells of it.
+/// Polling period for files without change notification.
 const POLL_PERIOD: Duration = Duration::from_secs(2);
 /// Folders that are watched; files elsewhere are looked at now and then.
 const MAX_FOLDERS: usize = 64;
@@ -24,10 +24,10 @@ const MAX_FOLDERS: usize = 64;
 /// Files, and as what each is known.
 type Versions = BTreeMap<PathBuf, FileVersion>;
 
-/// What the thread and who asks it share.
+/// State shared with the watching thread.
 #[derive(Default)]
 struct Shared {
-    /// When a change settled that nobody has asked for yet.
+    /// Instant at which an unreported change settled.
     settled: Mutex<Option<Instant>>,
     /// Models to follow from now on, in place of those before.
     models: Mutex<Option<Versions>>,
@@ -72,7 +72,7 @@ impl FileWatcher {
         Ok(Self { shared, events: sender })
     }
 
-    /// When a change settled that was not told yet.
+    /// Takes the instant at which an unreported change settled.
     pub(super) fn settled(&self) -> Option<Instant> {
         lock(&self.shared.settled).take()
     }

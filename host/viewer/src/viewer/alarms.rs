@@ -6,7 +6,7 @@ use busbar_tags::SourceTime;
 use super::*;
 
 impl Viewer {
-    /// Who acts on alarms from here on, as it stands in the audit log.
+    /// Sets the operator for later alarm actions, as the audit log names them.
     pub fn set_operator(&mut self, name: &str) {
         name.clone_into(&mut self.operator);
         if let Some(alarms) = &mut self.alarms {

@@ -176,8 +176,7 @@ impl Viewer {
         }
     }
 
-    /// What of the view is configured otherwise than before; the rest stays as the operator
-    /// has it.
+    /// Applies changed view settings; all others stay as the operator set them.
     fn carry_view(&mut self, before: &LoadedScene) {
         let (was, is) = (Arc::clone(&before.config), Arc::clone(&self.scene.config));
         let camera = |config: &busbar_config::Config| {
@@ -282,12 +281,12 @@ impl Viewer {
         }
     }
 
-    /// What is shown.
+    /// Returns the scene that is shown.
     pub fn scene(&self) -> &LoadedScene {
         &self.scene
     }
 
-    /// What is shown, for a thread that loads another configuration in its place.
+    /// Returns a clone of the scene for a thread that loads its replacement.
     pub(crate) fn shared_scene(&self) -> LoadedScene {
         self.scene.clone()
     }
@@ -297,7 +296,7 @@ impl Viewer {
         self.scene.model_files()
     }
 
-    /// How the configuration was reloaded so far.
+    /// Returns the counters of configuration reloads.
     pub fn reload_counters(&self) -> &ReloadCounters {
         &self.reloads
     }

@@ -5,7 +5,7 @@ use busbar_tags::{TagHandle, TagSpec};
 
 use super::*;
 
-/// Who looks at a view.
+/// Target of a view: a picture, another program's window, or an own window.
 enum ViewTarget {
     /// Nobody: a picture is to come of it, the same one each time.
     Headless,
@@ -167,7 +167,7 @@ impl Viewer {
     }
 }
 
-/// How panels look; the font is handed over.
+/// Returns the appearance of the panels; the font is moved out of the scene.
 pub(super) fn appearance_of(scene: &mut LoadedScene) -> Appearance {
     Appearance {
         is_dark: scene.config.view.theme == ThemeConfig::Dark,
@@ -176,7 +176,7 @@ pub(super) fn appearance_of(scene: &mut LoadedScene) -> Appearance {
     }
 }
 
-/// How it is drawn for whom: a picture is the same wherever it is drawn.
+/// Returns the renderer options; headless pictures ignore those for software rasterizers.
 pub(super) fn options_of(options: RendererOptions, is_live: bool) -> RendererOptions {
     RendererOptions { on_processor: options.on_processor.filter(|_| is_live), ..options }
 }

@@ -1,9 +1,8 @@
-//! What a frame shows, at which detail.
+//! Assembly of a frame for the renderer: level of detail, draw list, background.
 
 use super::*;
 
-/// Of the light of the background, what the dark theme leaves: equipment stands out from
-/// it as brighter, and not as darker.
+/// Share of the configured background light that the dark theme keeps.
 const DARK_BACKGROUND: f32 = 0.045;
 
 impl Viewer {
@@ -41,8 +40,8 @@ impl Viewer {
         read?.ok_or(ViewError::Render(RenderError::NoPicture))
     }
 
-    /// Whether the last frame had panels, labels or anything else over the scene: those
-    /// take a few frames to find their sizes and places.
+    /// Reports whether the last frame had panels, labels or other content over the scene. Such
+    /// content takes a few frames to settle.
     pub fn has_content_over_scene(&self) -> bool {
         !self.last_primitives.is_empty()
     }
@@ -97,7 +96,7 @@ impl Viewer {
         drawn.update(scene, models, lod_cursors, highlights);
     }
 
-    /// What is seen now.
+    /// Returns the camera view of the present frame.
     pub(super) fn view(&self) -> CameraView {
         let scene = self.scene.graph.bounds();
         // A wireframe has no ground, and its lines need fine depths.

@@ -1,4 +1,4 @@
-//! What a host program asks of a view, and hears of it.
+//! Interface of the view to a host program.
 
 use busbar_alarms::Standing;
 use busbar_chart::Action;
@@ -43,7 +43,7 @@ impl Viewer {
         true
     }
 
-    /// Where the camera is.
+    /// Returns the pose of the camera.
     pub(crate) fn pose(&self) -> CameraPose {
         let camera = self.navigator.camera();
         CameraPose {
@@ -66,7 +66,7 @@ impl Viewer {
         found.map(|overlay| overlay.is_shown = shown).is_some()
     }
 
-    /// What instant the chart shows.
+    /// Sets the instant that the chart shows.
     pub(crate) fn set_playhead(&mut self, unix_nanos: Option<i64>) {
         self.apply_chart_command(&ChartCommand::Apply(Action::SetPlayhead(unix_nanos)));
     }
@@ -105,7 +105,7 @@ impl Viewer {
         self.host_picks.push_back(node);
     }
 
-    /// What was picked since, by id.
+    /// Takes the ids of the equipment picked since the last call.
     pub(crate) fn take_host_picks(&mut self) -> Vec<Option<String>> {
         let id = |node: NodeIndex| self.scene.graph.node(node).id();
         self.host_picks.drain(..).map(|node| node.map(id)).collect()
@@ -148,7 +148,7 @@ impl Viewer {
         self.plugin_instances().map(state).collect()
     }
 
-    /// The graphics device.
+    /// Returns the name of the graphics device.
     pub(crate) fn device_name(&self) -> &str {
         self.renderer.device_name()
     }

@@ -1,4 +1,4 @@
-//! What is selected, hovered and measured.
+//! Picking: selection, hovering and measuring through the renderer's id picture.
 
 use super::*;
 
@@ -45,7 +45,7 @@ impl Viewer {
         self.hovered.map(|node| self.scene.graph.node(node).id())
     }
 
-    /// Whether frames must go on without input: an answer is to come, or the camera moves.
+    /// Reports whether frames must continue without input: a pick is pending, or something moves.
     pub(super) fn needs_frames(&self) -> bool {
         self.pick_queue.is_busy()
             || self.navigator.is_moving()
@@ -130,7 +130,7 @@ impl Viewer {
         }
     }
 
-    /// What is asked where the operator asks nothing.
+    /// Returns the hover or label request that is due while the operator requests nothing.
     fn idle_request(&self) -> Option<PickRequest> {
         let (view, picture) = (self.last_view?, self.renderer.picked_size());
         let hover = self.pointer.map(|pointer| {
@@ -201,7 +201,7 @@ impl Viewer {
         }
     }
 
-    /// What lines of sight end at.
+    /// Returns the surfaces for ray casts.
     fn surfaces(&self) -> ray_casting::SceneSurfaces<'_> {
         let LoadedScene { graph, models, .. } = &self.scene;
         ray_casting::SceneSurfaces { graph, models, section: self.section }

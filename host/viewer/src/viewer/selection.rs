@@ -1,4 +1,4 @@
-//! What is selected, and its faceplate.
+//! Selection of equipment, and the faceplate that it opens.
 
 use busbar_tags::{TagHandle, ValueKind};
 

@@ -1,4 +1,4 @@
-//! What a frame changed that a host program hears of.
+//! Reports of changes to the host program after each frame.
 
 use std::collections::HashMap;
 
@@ -18,16 +18,16 @@ const MAX_QUALITIES_A_FRAME: usize = 4096;
 /// Changes of verdicts told a frame; those beyond come with the frames after.
 const MAX_VERDICTS_A_FRAME: usize = 1024;
 
-/// What was told last.
+/// State as it was last reported.
 #[derive(Default)]
 pub(super) struct ChangeReporter {
     is_ready: bool,
     hovered: Option<String>,
     pose: Option<CameraPose>,
     alarms: HashMap<AlarmHandle, Standing>,
-    /// Of each tag, by handle.
+    /// Quality and origin of each tag, by handle.
     qualities: Vec<Option<(Quality, Origin)>>,
-    /// Where the search for changed qualities goes on.
+    /// Tag index at which the search for changed qualities continues.
     next_tag: usize,
     /// Verdicts by overlay and equipment, with their reasons.
     verdicts: HashMap<String, Vec<Option<ReportedVerdict>>>,
@@ -40,7 +40,7 @@ pub(super) struct ChangeReporter {
 type ReportedVerdict = (EquipmentVerdict, bool, String);
 
 impl ChangeReporter {
-    /// What is otherwise than when it was told.
+    /// Returns the events for everything that has changed since the last report.
     pub(super) fn collect_changes(&mut self, viewer: &mut Viewer) -> Vec<FromViewer> {
         let mut events = Vec::new();
         if !std::mem::replace(&mut self.is_ready, true) {
@@ -131,7 +131,7 @@ impl ChangeReporter {
         self.next_verdict = 0;
     }
 
-    /// What each tag is worth, freshness included.
+    /// Collects changed qualities and origins of tags, staleness included.
     fn collect_tags(&mut self, viewer: &Viewer, events: &mut Vec<FromViewer>) {
         let snapshot = viewer.tags();
         let states = snapshot.states();

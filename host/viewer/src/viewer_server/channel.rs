@@ -20,7 +20,7 @@ const MAX_WAITING: usize = 1 << 14;
 const MAX_UNSENT_BYTES: usize = 64 << 20;
 /// From the host program's end to that of a view that does not notice.
 const END_GRACE: Duration = Duration::from_secs(2);
-/// How long the last words may take.
+/// Longest time for sending the final events.
 const FINAL_FLUSH_TIMEOUT: Duration = Duration::from_millis(500);
 
 /// The host program's end.
@@ -79,7 +79,7 @@ impl Channel {
         *self.inbox.waker.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(wake));
     }
 
-    /// What the host program asked since; none once it has gone.
+    /// Takes the commands since the last call; none once the host program is gone.
     pub(super) fn take(&self) -> Option<VecDeque<Command>> {
         let mut pending = self.inbox.pending();
         let commands = std::mem::take(&mut pending.commands);

@@ -1,4 +1,4 @@
-//! What a host program asks for, done.
+//! Execution of host commands on the view.
 
 use busbar_alarms::State;
 use busbar_protocol::message::Command;

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use busbar_protocol::pictures::PictureMemory;
 
-/// Period of beats.
+/// Time between two heartbeats.
 const PERIOD: Duration = Duration::from_millis(100);
 
 /// A thread that beats until this is dropped.

@@ -3,7 +3,7 @@
 use busbar_protocol::message::{self, Command, Pointing, Typing};
 use egui::{Event, Key, Modifiers, MouseWheelUnit, PointerButton, RawInput, TouchPhase};
 
-/// What lasts from frame to frame.
+/// Input state that lasts from frame to frame.
 #[derive(Debug, Default)]
 pub(super) struct InputState {
     pointer: egui::Pos2,

@@ -10,7 +10,7 @@ use crate::{LoadedScene, Picture, RenderError, ViewError, Viewer};
 
 /// Live values are drawn this often though nothing is asked.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
-/// Where nobody can see the picture: often enough that it is never taken for dead.
+/// Frame period of an invisible picture: short enough for the liveness check.
 const HIDDEN_PERIOD: Duration = Duration::from_millis(200);
 /// Frames come no faster than this.
 const BUSY_PERIOD: Duration = Duration::from_millis(16);

@@ -20,13 +20,13 @@ pub(super) struct Materials {
 }
 
 impl Materials {
-    /// Of each section of a member's mesh; `None` where there are too many.
+    /// Returns the material of each section of a member's mesh; `None` beyond the limit.
     pub(super) fn of_sections(&mut self, member: &GroupMember<'_>) -> Option<Vec<u32>> {
         let sections = member.stacks.mesh().sections.iter();
         sections.map(|section| self.of_section(member.model, section.material)).collect()
     }
 
-    /// Of a section of a model's mesh, likewise.
+    /// Returns the material of one section of a model's mesh; `None` beyond the limit.
     pub(super) fn of_section(&mut self, model: &LoadedModel, material: Option<u32>) -> Option<u32> {
         let key = (std::ptr::from_ref(model), material);
         if let Some(&known) = self.known.get(&key) {

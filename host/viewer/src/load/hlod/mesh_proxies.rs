@@ -27,7 +27,7 @@ const MAX_RADIUS: f64 = 48.0;
 /// others stand for what is left out; here nothing does.
 const MAX_DIFFERENCE: f32 = 0.1;
 
-/// What a mesh is shown as from some error on.
+/// Proxy of a mesh from a certain error on.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MeshProxy {
     /// Index of the model that it is in, and its own in there.
@@ -125,7 +125,7 @@ fn thinned(stacks: &CollapseStacks, error: f64) -> Option<Mesh> {
     ((area_of(&thinned) - shown).abs() <= MAX_DIFFERENCE * shown).then_some(thinned)
 }
 
-/// Of its surface: a quarter, as what an eye somewhere sees in the mean.
+/// Returns the mean projected area of a mesh: a quarter of its surface.
 fn area_of(mesh: &Mesh) -> f32 {
     let area = |&triangle: &[u32; 3]| {
         let [a, b, c] =
