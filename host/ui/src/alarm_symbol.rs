@@ -1,7 +1,7 @@
 //! The mark of an alarm: its shape and number tell the priority, its fill the state.
 //!
-//! Filled is active, hollow is over; what is unacknowledged flashes a ring around it, once
-//! a second at most (IEC 62682 leaves the rate open; 1 Hz is slow enough not to distract).
+//! A filled symbol is active, a hollow one has cleared. A ring flashes around an unacknowledged
+//! alarm at 1 Hz at most; IEC 62682 leaves the rate open.
 
 use egui::{Align2, Color32, Painter, Pos2, Shape, Stroke, Ui, pos2};
 

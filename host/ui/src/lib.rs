@@ -1,7 +1,7 @@
 //! egui panels, labels and viewport input: a view model in, commands out.
 //!
-//! Invariant: nothing here knows Vulkan, plugins or where a value comes from;
-//! a panel never changes state, it asks by a [`Command`].
+//! Invariant: no code here knows Vulkan, plugins or the source of a value. Panels never change
+//! state; they return [`Command`]s.
 
 mod alarm_banner;
 mod alarm_detail;

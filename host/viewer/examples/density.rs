@@ -115,7 +115,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Draws the picture of what was counted last, across the whole view, and waits for it.
+/// Draws the last density count across the whole view, and waits for the device.
 fn draw(renderer: &mut Renderer, revision: u64) -> Result<(), Box<dyn Error>> {
     let place = |axis: usize| Vec3::new(axis as f32 / (AXES - 1) as f32 * 3.2 - 1.6, -0.9, 0.0);
     let plane = |pair: usize| PlaneInWorld {

@@ -69,8 +69,8 @@ struct PendingAction {
 }
 
 impl AlarmService {
-    /// The alarms of a scene; none where none is configured. Only who watches a window
-    /// writes the log. A log that cannot be used keeps nobody from seeing alarms.
+    /// Creates the alarms of a scene; none if none is configured. Only live views write the log. An
+    /// unusable log does not hide the alarms.
     pub(crate) fn new(scene: &LoadedScene, logs: bool, wall_clock: SourceTime) -> Option<Self> {
         let LoadedScene { alarms, config, graph, alarm_log, .. } = scene;
         if alarms.set.specs().is_empty() && config.alarm_handling.sources.is_empty() {
@@ -140,7 +140,7 @@ impl AlarmService {
         self.table.note(change);
     }
 
-    /// Follows the tags, hands what happened to the log, and lists what is shown.
+    /// Steps the alarm table by the tags, appends records to the log, and updates the listing.
     pub(crate) fn step(&mut self, tags: Snapshot<'_>, now: Moment, wall_clock: SourceTime) {
         (self.now, self.wall_clock) = (now, wall_clock);
         let Self { table, log, tail, .. } = self;
@@ -252,7 +252,7 @@ fn longest_shelf(handling: &AlarmHandlingConfig) -> std::time::Duration {
     std::time::Duration::from_secs(u64::from(handling.max_shelving_minutes) * 60)
 }
 
-/// Hands a record to the log, and keeps it to be shown.
+/// Appends a record to the log and to the displayed tail.
 fn append_record(log: Option<&mut AlarmLog>, tail: &mut VecDeque<Record>, record: Record) {
     if tail.len() == MAX_LOG_TAIL {
         tail.pop_front();

@@ -15,7 +15,7 @@ use crate::lod::PixelSize;
 
 /// Radians a point of drag.
 const ORBIT_SPEED: f32 = 0.006;
-/// As close as the poles may be approached by hand, radians.
+/// Largest pitch by hand, just below the poles, radians.
 const MAX_PITCH: f32 = 1.55;
 /// Permitted distances between eye and target, metres.
 const DISTANCE_RANGE: std::ops::RangeInclusive<f32> = 0.2..=100_000.0;
@@ -23,7 +23,7 @@ const DEFAULT_FOV_DEGREES: f32 = 45.0;
 /// A viewport narrower than this sees as much sideways as this one would, so
 /// that panels do not crop what a configured camera frames.
 const FULL_ASPECT: f32 = 16.0 / 9.0;
-/// Room left around what is framed.
+/// Margin factor around framed bounds.
 const FRAME_MARGIN: f32 = 1.12;
 
 /// Projection of the camera.
@@ -31,7 +31,7 @@ const FRAME_MARGIN: f32 = 1.12;
 pub(crate) enum ProjectionMode {
     #[default]
     Perspective,
-    /// As large as a perspective view shows what is at the target.
+    /// Orthographic projection at the scale that a perspective view has at the target.
     Orthographic,
 }
 
@@ -75,7 +75,7 @@ impl Camera {
         Self::look_at(eye, target, self.fov_y)
     }
 
-    /// With perspective, or without it.
+    /// Returns the camera with orthographic or perspective projection.
     pub(crate) fn with_projection(self, is_orthographic: bool) -> Self {
         let projection_mode = if is_orthographic {
             ProjectionMode::Orthographic
@@ -169,7 +169,7 @@ impl Camera {
         self.target = eye - self.direction() * self.distance;
     }
 
-    /// Moves the target with the pointer: what is under it stays under it.
+    /// Moves the target by a drag, so that the point under the pointer stays there.
     fn pan(&mut self, drag: Vec2, viewport: Vec2) {
         let half_angle = self.fov_y(viewport.x / viewport.y.max(1.0)) * 0.5;
         let metres_per_point = 2.0 * self.distance * half_angle.tan() / viewport.y.max(1.0);
@@ -236,7 +236,7 @@ impl Camera {
         (back, right, back.cross(right))
     }
 
-    /// From the target to the eye.
+    /// Returns the direction from the target to the eye.
     fn direction(&self) -> Vec3 {
         let (sin_yaw, cos_yaw) = self.yaw.sin_cos();
         let (sin_pitch, cos_pitch) = self.pitch.sin_cos();

@@ -1,5 +1,5 @@
-//! The chart that stands in the scene: what a plugin tells of the equipment, arranged by
-//! the operator, and what follows from it for the equipment.
+//! Parallel-coordinates chart in the scene: records of a plugin, brushed by the operator, and the
+//! states they give to equipment.
 
 mod density;
 mod poller;
@@ -47,9 +47,9 @@ pub(crate) struct SceneChart {
     /// Last known record of each piece of equipment in the last frame.
     known: Vec<Option<Selected>>,
     hovered: Option<usize>,
-    /// As the last frame had them.
+    /// Projected axes of the last frame.
     projected_axes: Vec<ProjectedChartAxis>,
-    /// Index of the equipment, and what is said of it.
+    /// Equipment index and its explanation.
     explained: Option<(usize, Explanation)>,
     geometry: ChartGeometry,
     density: Density,
@@ -102,7 +102,7 @@ impl SceneChart {
         Ok(shown)
     }
 
-    /// Takes over what was read.
+    /// Takes the data that the poller has read.
     fn take(&mut self, graph: &SceneGraph) {
         let Some(read) = self.poller.take() else { return };
         self.last_read = read.number;
@@ -115,7 +115,7 @@ impl SceneChart {
         self.hovered = None;
     }
 
-    /// Goes on where nodes have other numbers.
+    /// Finds the equipment's nodes in a scene with other indices.
     pub(crate) fn find_equipment(&mut self, graph: &SceneGraph) {
         let ids = &self.board.description().equipment;
         self.nodes = ids.iter().map(|id| graph.find(id)).collect();
@@ -123,8 +123,8 @@ impl SceneChart {
         self.equipment = there.filter_map(|(at, node)| Some(((*node)?, at))).collect();
     }
 
-    /// Steps it to a frame: takes what was read, lets time go by, and says which equipment
-    /// to go to, if a record of it has become abnormal.
+    /// Steps the chart to a frame: takes new data and advances playback. Returns the equipment to
+    /// visit if one of its records has become abnormal.
     pub(crate) fn step(&mut self, graph: &SceneGraph, seconds: f64) -> Option<String> {
         self.take(graph);
         self.board.advance(seconds - self.seconds);
@@ -144,7 +144,7 @@ impl SceneChart {
         id.filter(|_| self.follows)
     }
 
-    /// Shows what is selected in the scene, and asks what is said of it.
+    /// Selects the records of the selected equipment, and requests its explanation.
     pub(crate) fn follow_selection(&mut self, graph: &SceneGraph, nodes: &BTreeSet<NodeIndex>) {
         let equipment: BTreeSet<usize> =
             nodes.iter().filter_map(|node| self.equipment_at(graph, *node)).collect();
@@ -233,7 +233,7 @@ impl SceneChart {
         None
     }
 
-    /// Works out what it looks like, if that changed.
+    /// Updates the geometry if the board has changed.
     pub(crate) fn update_geometry(&mut self) {
         let revision = self.board.revision();
         if self.geometry.revision == Some(revision) {
@@ -261,10 +261,10 @@ impl SceneChart {
         self.geometry = ChartGeometry { revision: Some(revision), faces, strokes, shape };
     }
 
-    /// Goes on with counting records that are too many for lines.
+    /// Continues the density count of records that are too many for single lines.
     ///
     /// # Errors
-    /// The device's.
+    /// Errors of the graphics device.
     pub(crate) fn count(&mut self, renderer: &mut Renderer) -> Result<(), RenderError> {
         let counted = (&self.board, self.last_read);
         self.density.advance(renderer, counted, self.world_from_chart, self.settles)
@@ -287,7 +287,7 @@ impl SceneChart {
         Some(Polylines { revision: (*revision)?, faces, planes, strokes })
     }
 
-    /// Notes what is under the pointer.
+    /// Picks the polyline under the pointer.
     pub(crate) fn point_at(&mut self, pointer: Option<Pos2>, projection: Projection) {
         self.hovered = pointer.and_then(|pointer| self.record_at(pointer, projection));
     }

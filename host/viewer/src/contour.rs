@@ -1,9 +1,9 @@
 //! The course of a quantity over the ground, from levels at equipment: the mean of those
 //! within reach, each weighted by one over its squared distance (Shepard 1968).
 //!
-//! Where the nearest level is not good there is no data, whatever is known farther away;
-//! where nothing is within reach nothing is shown. Only what lies outside the normal band
-//! is coloured.
+//! A position whose nearest level is not good has no data, whatever is known farther away. A
+//! position without any level within reach shows nothing. Only values outside the normal band are
+//! colored.
 
 use busbar_plugin_host::Contour;
 use busbar_renderer::{FaceInWorld, StrokeInWorld};
@@ -33,18 +33,18 @@ const LINE: [u8; 3] = [46, 48, 54];
 pub(crate) struct MeasuredLevel {
     /// Position seen from above: x and z, metres.
     pub(crate) place: Vec2,
-    /// None where it is not good.
+    /// Measured value; none if it is not good.
     pub(crate) value: Option<f64>,
 }
 
 /// Interpolated value at a position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum FieldValue {
-    /// Nothing is measured within reach.
+    /// No level is within reach.
     OutOfReach,
     /// The nearest measured value is not good.
     NoData,
-    /// In the contour's unit.
+    /// Interpolated value in the contour's unit.
     Value(f64),
 }
 

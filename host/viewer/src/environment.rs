@@ -19,9 +19,9 @@ const MIN_FOG_METRES: f32 = 300.0;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Environment {
     pub(crate) ground: Option<Ground>,
-    /// Distance at which half of what is seen is background, metres.
+    /// Distance at which fog covers half, metres.
     pub(crate) fog_distance: Option<f32>,
-    /// Around what casts shadows; only high quality asks.
+    /// Bounds of shadow casters; used at high quality only.
     pub(crate) shadow_bounds: Option<Bounds>,
 }
 

@@ -54,9 +54,9 @@ impl EquipmentIndex {
 
     /// The device that a node is, or is a pole or part of.
     ///
-    /// That is the nearest node from it upwards that the configuration has names for; else
-    /// the highest whose own designation is one of a product (IEC 81346-1: it has a `-`
-    /// behind a prefix); else the placement that the node is a part of.
+    /// The device is the nearest node upwards that the configuration names. Otherwise it is the
+    /// highest ancestor with a product designation (IEC 81346-1: a `-` behind a prefix), or else
+    /// the placement of the node.
     pub(crate) fn device_of(&self, graph: &SceneGraph, node: NodeIndex) -> NodeIndex {
         let way = || std::iter::successors(Some(node), |node| graph.node(*node).parent());
         let named = way().find(|node| self.names.contains_key(node));

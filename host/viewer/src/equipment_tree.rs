@@ -30,7 +30,7 @@ pub(crate) struct EquipmentTree {
     selected_row: Option<usize>,
 }
 
-/// In place of an entry: there is none.
+/// Placeholder for no entry.
 const NONE: u32 = u32::MAX;
 
 #[derive(Clone, Copy, Debug)]
@@ -43,8 +43,8 @@ struct Entry {
 }
 
 impl EquipmentTree {
-    /// All placements, and of the parts of models those that are equipment: they have a
-    /// reference designation or a name, or are among `involved`.
+    /// Builds the tree of all placements and of model parts that are equipment. Such parts have a
+    /// designation or a name, or are among `involved`.
     pub(crate) fn new(
         graph: &SceneGraph,
         equipment: &EquipmentIndex,
@@ -134,7 +134,7 @@ impl EquipmentTree {
         text
     }
 
-    /// Shows what has these words in its names, or the tree where there are none.
+    /// Searches for the words of a query; an empty query restores the tree.
     pub(crate) fn search(&mut self, query: &str, graph: &SceneGraph, equipment: &EquipmentIndex) {
         if query.trim() == self.query.trim() {
             return;
@@ -175,7 +175,7 @@ impl EquipmentTree {
         self.list();
     }
 
-    /// Marks a node's row, or else its device's, and opens what is above it.
+    /// Selects the row of a node, or else of its device, and opens its ancestors.
     pub(crate) fn select(&mut self, node: Option<NodeIndex>, device: Option<NodeIndex>) {
         let entry_of = |node: Option<NodeIndex>| node.and_then(|node| self.entry_of(node));
         self.selected = entry_of(node).or_else(|| entry_of(device));

@@ -1,4 +1,4 @@
-//! Errors of the façade: who is at fault, where, and what to do.
+//! Errors of the public interface: faulty party, place and remedy.
 
 use std::fmt;
 use std::path::PathBuf;

@@ -48,7 +48,7 @@ const NANOS_PER_SECOND: f64 = 1e9;
 
 /// Color of an abnormal verdict, sRGB: that of a warning in legends.
 const ABNORMAL: [u8; 3] = [0xd9, 0x8a, 0x1c];
-/// Color of a verdict that needs nobody, sRGB.
+/// Color of a verdict that requires no action, sRGB.
 const NEUTRAL: [u8; 3] = [0x8a, 0x8f, 0x96];
 
 /// Bindings and alarms by node, sorted for binary search.
@@ -70,7 +70,7 @@ impl NodeAttachments {
         Self { bindings, alarms }
     }
 
-    /// All nodes that something is at.
+    /// Returns all nodes with a binding or an alarm.
     pub(crate) fn nodes(&self) -> HashSet<NodeIndex> {
         self.bindings.iter().chain(&self.alarms).map(|(node, _)| *node).collect()
     }
@@ -85,7 +85,7 @@ fn at<'a>(all: &'a [(NodeIndex, u32)], node: NodeIndex) -> impl Iterator<Item = 
 #[derive(Debug)]
 pub(crate) struct OpenFaceplate {
     pub(crate) device: NodeIndex,
-    /// The device and what is below it.
+    /// Device and its descendants.
     nodes: HashSet<NodeIndex>,
     id: String,
     name: String,
@@ -190,7 +190,7 @@ impl OpenFaceplate {
         }
     }
 
-    /// As it is in this frame.
+    /// Returns the view model for this frame.
     pub(crate) fn model(&self, inputs: &FaceplateInputs<'_>) -> Faceplate {
         let (alarms, calm_alarms) =
             inputs.alarms.for_equipment(&self.alarms, &self.nodes, MAX_ALARMS);

@@ -1,9 +1,9 @@
 //! Flows of power to arrows in the scene: where to, and how much of the rating.
 //!
-//! An arrow stands over the middle between two pieces of equipment and turns its broad side
-//! to the eye. It does not move: what moves draws the eye to what is normal. Its shape tells
-//! everything without colour: one head within the rating, two above it, none where nothing
-//! flows; a dashed outline without a head where the flow is not known.
+//! An arrow stands above the middle between two pieces of equipment and faces the eye. Arrows are
+//! static, since motion would draw attention to normal values. The shape distinguishes states
+//! without color. One head means within the rating, two above it, none no flow; a dashed outline
+//! means unknown.
 
 use busbar_renderer::{FaceInWorld, StrokeInWorld};
 use busbar_scene::{NodeIndex, SceneGraph};
@@ -15,7 +15,7 @@ use crate::overlay_instances::PowerFlow;
 
 /// Arrows in a frame.
 const MAX_ARROWS: usize = 5_000;
-/// From the higher top to the arrow, metres.
+/// Height of an arrow above the higher end, metres.
 const CLEARANCE: f32 = 1.2;
 /// Share of the distance between the equipment that an arrow takes; least and greatest length,
 /// metres.

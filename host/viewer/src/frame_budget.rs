@@ -35,7 +35,7 @@ pub(crate) struct FrameBudget {
 }
 
 impl FrameBudget {
-    /// Keeps frames to `target` milliseconds; without one, detail is as it is asked for.
+    /// Creates a budget of `target` milliseconds a frame; without one, detail is never reduced.
     pub(crate) fn new(target: Option<f64>) -> Self {
         let frames = VecDeque::with_capacity(MEDIAN_FRAMES);
         Self { target, steps: 0, frames, before: None, cooldown: [0; 2] }

@@ -37,8 +37,8 @@ impl Highlights {
     /// ancestors'. Where nothing is wrong, it takes the nearest ancestor's state, else the
     /// selection color. The selection has an outline besides and hides nothing.
     ///
-    /// A tint or state that rests on a value that is not good is drawn as unknown: what
-    /// is not known must look neither certain nor healthy.
+    /// Tints and states that depend on a value of bad or uncertain quality are drawn as unknown,
+    /// neither certain nor healthy.
     pub(crate) fn update(
         &mut self,
         graph: &SceneGraph,

@@ -1,4 +1,5 @@
-//! The numbers by which plugins that go on know tags and nodes, where others joined these.
+//! Index remap: maps the tag and node indices held by running plugins to those of the reloaded
+//! scene.
 
 use std::sync::Arc;
 
@@ -11,7 +12,7 @@ use crate::load::LoadedScene;
 /// No tag has this number.
 const NO_TAG: TagHandle = TagHandle(u32::MAX);
 
-/// From the numbers of one scene to those of another.
+/// Map from the tag and node indices of one scene to those of another.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct IndexRemap {
     pub(crate) tags: Renumbering,
@@ -19,8 +20,7 @@ pub(crate) struct IndexRemap {
 }
 
 impl IndexRemap {
-    /// From a scene to the one in its place. Where nodes are what they were, that is so of
-    /// their numbers.
+    /// Builds the map between two scenes; with the same nodes it maps tags alone.
     pub(crate) fn between(before: &LoadedScene, after: &LoadedScene, same_nodes: bool) -> Self {
         let tags = match Arc::ptr_eq(&before.tags, &after.tags) {
             true => Renumbering::default(),
@@ -49,7 +49,7 @@ impl IndexRemap {
         self.nodes.number(old).map(NodeIndex)
     }
 
-    /// A picture in the numbers of now. What names something that is gone goes with it.
+    /// Maps a picture to the present indices; entries of removed tags or nodes are dropped.
     pub(crate) fn picture(&self, picture: &Arc<OverlayPicture>) -> Arc<OverlayPicture> {
         if self.tags.is_none() && self.nodes.is_none() {
             return Arc::clone(picture);

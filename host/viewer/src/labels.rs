@@ -13,7 +13,7 @@ use glam::{Vec3, vec3};
 use crate::camera::Projection;
 use crate::verdicts::UnknownVerdict;
 
-/// From where labels are seen.
+/// Projection and eye position for content over the scene.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct OverlayCamera {
     pub(crate) projection: Projection,

@@ -1,4 +1,4 @@
-//! From a configuration file to everything a view needs, without a device.
+//! Scene loader: reads a configuration and all it names, without a graphics device.
 
 mod alarms;
 mod bindings;
@@ -51,7 +51,7 @@ use crate::{LoadError, LoadMillis};
 /// The largest configuration file that is read.
 pub const MAX_CONFIG_FILE_BYTES: u64 = busbar_config::MAX_CONFIG_BYTES as u64;
 
-/// Told what is being loaded: stage, steps done, steps in all.
+/// Progress callback: stage, steps done, steps in all.
 pub type LoadProgress<'a> = dyn Fn(&str, usize, usize) + Sync + 'a;
 
 /// A configuration with everything it names, loaded and checked. Clones share all of it.
@@ -130,7 +130,7 @@ pub(crate) struct Binding {
     pub(crate) role: String,
 }
 
-/// Faults gathered while loading goes on as far as it can.
+/// Collector of diagnostics, so that loading continues as far as possible.
 pub(crate) struct DiagnosticsCollector<'a> {
     config: &'a Config,
     found: Vec<Diagnostic>,
@@ -143,8 +143,8 @@ impl<'a> DiagnosticsCollector<'a> {
         Self { config, found: Vec::new(), plugin_failures: Vec::new() }
     }
 
-    /// Notes what a plugin did or said. What it alone is to blame for keeps nobody from
-    /// seeing the scene.
+    /// Adds a plugin's error. An error that the plugin alone caused does not prevent the scene from
+    /// being shown.
     pub(crate) fn add_plugin_error(&mut self, pointer: &str, error: &PluginError) {
         if error.is_plugins_own() {
             self.add_plugin_failure(pointer, error.to_string(), error.remedy());
@@ -322,8 +322,8 @@ impl LoadedScene {
         }
     }
 
-    /// As [`LoadedScene::load`], but what plugins did wrong by themselves counts too, and
-    /// whether the alarm log can be opened is tried.
+    /// Loads like [`LoadedScene::load`], but plugin failures count as faults, and the alarm log is
+    /// checked.
     ///
     /// # Errors
     /// Every fault of the file, of the files it names, of the plugins, and of the alarm log.
@@ -340,8 +340,8 @@ impl LoadedScene {
         Err(LoadError { file: path.to_owned(), diagnostics })
     }
 
-    /// Tries to open the alarm log, and writes nothing: a failure is a trouble, and what is
-    /// wrong with the log itself a note.
+    /// Checks that the alarm log can be opened, without writing. An unusable log is a failure; a
+    /// damaged one gives a remark.
     fn check_alarm_log(&mut self, path: &Path) -> Result<(), LoadError> {
         let Some(rules) = &self.alarm_log else { return Ok(()) };
         match busbar_alarm_log::inspect(rules) {
@@ -493,7 +493,7 @@ fn folder_of(path: &Path) -> PathBuf {
     folder.canonicalize().unwrap_or_else(|_| folder.to_owned())
 }
 
-/// Reads a configuration; whether what it names is there is not looked at.
+/// Reads a configuration without checking the files it names.
 fn read_config(path: &Path) -> Result<Config, LoadError> {
     let faulty = |diagnostics| LoadError { file: path.to_owned(), diagnostics };
     let text = read_text(path).map_err(|fault| faulty(vec![fault]))?;

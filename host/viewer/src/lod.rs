@@ -1,12 +1,9 @@
 //! Level of detail: chooses the collapse cursor of each instance and tracks the cursor shown.
 //!
-//! A frame chooses a level of detail for the instances whose policy follows
-//! the camera, and so the cursor that each is *wanted* at. It is *shown* there
-//! as soon as the mesh at that cursor is ready; until then it stays where it
-//! is, and on the way there it goes by degrees. Popping and pushing (the paper's
-//! S1 and S2) are a cursor that grows or shrinks: no mesh is edited. A group far
-//! away is drawn as one mesh, its proxy, which has a cursor too; its instances are
-//! then shown nowhere.
+//! Each frame chooses a level of detail for instances whose policy depends on the camera, and thus
+//! their *wanted* cursors. The *shown* cursor follows once the mesh there is ready, by geomorphing.
+//! Moving a cursor pops or pushes collapses (S1 and S2 of the paper); no mesh is edited. A distant
+//! group is drawn as its proxy mesh, which has a cursor of its own, instead of its instances.
 
 mod draw_changes;
 mod geomorphing;
@@ -29,14 +26,14 @@ use self::hlod::HlodState;
 use self::instance_kinds::{FIRST_PROXY, InstanceKind, InstanceKinds, LevelCursors};
 use crate::load::{LoadedModel, Proxies};
 
-/// The cursor of what is not shown.
+/// Cursor of an instance that is not shown.
 const NOT_SHOWN: u32 = u32::MAX;
 /// The level where the past plays no part.
 const NO_LEVEL: u32 = u32::MAX;
 
 const EVERYWHERE: Bounds = Bounds { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY };
 
-/// From where a scene is seen, and how sharply.
+/// Camera position, direction and resolution for the choice of detail.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LodCamera {
     /// Eye position in world space, metres.
@@ -53,7 +50,7 @@ pub(crate) enum PixelSize {
     PerMetre {
         /// Pixel size one metre ahead of the eye, metres.
         ahead: f32,
-        /// Metres ahead of what is a metre away, at the picture's corners.
+        /// Depth per metre of distance at the picture's corners.
         corner: f32,
     },
     /// Whatever the distance, metres: without perspective.
@@ -99,7 +96,7 @@ pub(crate) struct LodCursors {
     individual: BTreeSet<usize>,
     /// Factor on the screen errors that policies permit, at least 1.
     coarseness: f32,
-    /// Instances that are not shown where they are wanted, or on their way there.
+    /// Instances that are not at their wanted cursors, or are morphing.
     moving: Vec<usize>,
     morphs: ActiveMorphs,
     /// Instances shown at another cursor than in the last frame.
@@ -131,7 +128,7 @@ pub(crate) struct MeshCursor {
 pub(crate) enum LodRequest {
     /// Mesh at the cursor.
     Mesh(MeshCursor),
-    /// The way to or from it, for what is finer.
+    /// Morph data of the finer mesh, to or from this cursor.
     Morph(MeshCursor),
 }
 
@@ -141,12 +138,12 @@ struct InstanceCursor {
     kind: u32,
     /// Level of the policy, or [`NO_LEVEL`].
     level: u32,
-    /// Around it in the world, at hand for each frame; without vertices it is everywhere.
+    /// World bounds, cached for each frame; infinite for a mesh without vertices.
     bounds: Bounds,
     /// Theta that the policy wants.
     theta: f64,
     wanted: u32,
-    /// On a way it is the finer end.
+    /// Cursor shown; during a morph, that of the finer mesh.
     shown: u32,
     /// Index of the way that it is on.
     transition: u32,
@@ -183,7 +180,8 @@ impl InstanceCursor {
 }
 
 impl LodCursors {
-    /// All instances in full detail. `policies` has one for each model that is no proxy.
+    /// Creates the cursors of all instances in full detail. `policies` has one entry for each model
+    /// that is not a proxy.
     pub(crate) fn new(
         graph: &SceneGraph,
         models: &[LoadedModel],
@@ -239,9 +237,9 @@ impl LodCursors {
         }
     }
 
-    /// Goes on as those of a scene before: what was set by hand, by model, and the scale; and,
-    /// where the instances of the graph are the same, which are in full detail, apart and marked.
-    /// `model_before`: the index that a model had.
+    /// Inherits manual thetas and scales from the cursors of a previous scene. With the same
+    /// instances, the sets of full-detail, displaced and individual ones are inherited, too.
+    /// `model_before` returns the previous index of a model.
     pub(crate) fn inherit(
         &mut self,
         before: &Self,
@@ -299,7 +297,8 @@ impl LodCursors {
         }
     }
 
-    /// Takes over that instances moved, and which stand elsewhere than proxies show them.
+    /// Updates the bounds of moved instances, and the set of those that proxies would show at a
+    /// wrong place.
     pub(crate) fn move_instances(
         &mut self,
         graph: &SceneGraph,
@@ -320,8 +319,8 @@ impl LodCursors {
         self.scale
     }
 
-    /// Chooses the cursors that are wanted. Costs nothing while nothing moves. To settle
-    /// is to draw groups at once as they are wanted.
+    /// Chooses the wanted cursors. Nothing is computed while the camera rests. With `settle`,
+    /// groups are merged or split at once.
     pub(crate) fn choose_levels(&mut self, eye: LodCamera, models: &[LoadedModel], settle: bool) {
         let settle = settle || !self.has_settled;
         let last = self.eye.replace(eye);
@@ -423,9 +422,9 @@ impl LodCursors {
         }
     }
 
-    /// Shows instances where they are wanted, or lets them go there: those for which all
-    /// is ready, or all and at once, to settle. The first time it settles in any case:
-    /// there is nothing to show meanwhile. `now`: when the frame is, seconds.
+    /// Moves instances to their wanted cursors, or starts their morphs, where the required meshes
+    /// are ready. With `settle`, and at the first call, all move at once. `now` is the frame's
+    /// time, seconds.
     pub(crate) fn advance(
         &mut self,
         models: &[LoadedModel],
@@ -444,7 +443,7 @@ impl LodCursors {
         self.note_morphing();
     }
 
-    /// Moves an instance on, if it can; tells whether it has not arrived.
+    /// Advances an instance if possible; reports whether it has yet to arrive.
     fn advance_instance(
         &mut self,
         index: usize,
@@ -537,7 +536,7 @@ impl LodCursors {
     }
 }
 
-/// The policy that a configuration words.
+/// Converts a configured theta to its policy.
 pub(crate) fn policy_of(theta: &ThetaConfig) -> ThetaPolicy {
     match theta {
         ThetaConfig::Fixed(theta) => ThetaPolicy::Fixed(*theta),

@@ -1,7 +1,7 @@
 //! Parts of models that move with switches: where each stands, as far as it is known.
 //!
-//! A part whose position is not known, or not any more, stands in the middle of its way and
-//! is hatched: it is shown neither open nor closed.
+//! A part of unknown position stands in the middle of its travel and is hatched, neither open nor
+//! closed.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
@@ -17,11 +17,11 @@ use crate::overlay_instances::{NodeState, StateBasis, SwitchPosition};
 /// Travel of a part whose position is unknown.
 const MIDDLE: f64 = 0.5;
 
-/// All parts of a scene that may move, and where they are. Clones share what parts there are.
+/// All moving parts of a scene with their positions. Clones share the table of parts.
 #[derive(Clone, Default)]
 pub(crate) struct MovingParts {
     parts: Arc<PartTable>,
-    /// Parts whose positions were ever told, by index.
+    /// Parts whose position was reported at least once, by index.
     shown: BTreeMap<u32, MovedPart>,
     /// Instances that stand elsewhere than their models show them.
     moved: BTreeSet<usize>,
@@ -137,8 +137,8 @@ impl MovingParts {
         self.parts.moved_by(position).next().is_some()
     }
 
-    /// Moves the parts whose positions changed, and gives what is not known as states. Most
-    /// frames tell what the one before told, and cost a comparison.
+    /// Moves the parts whose positions changed; returns states for parts of unknown position. An
+    /// unchanged frame costs a comparison.
     pub(crate) fn update(
         &mut self,
         graph: &mut Arc<SceneGraph>,

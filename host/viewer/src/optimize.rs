@@ -1,4 +1,4 @@
-//! One model through one optimiser: `busbar optimize`.
+//! Optimization of one model by one plugin: `busbar optimize`.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -105,7 +105,7 @@ impl OptimizedModel {
     /// Imports a model and runs the plugin on each of its meshes.
     ///
     /// # Errors
-    /// The file's or the plugin's.
+    /// Errors of the model file or of the plugin.
     pub fn build(
         file: &Path,
         plugin_directories: &[PathBuf],
@@ -212,7 +212,7 @@ impl OptimizedModel {
     /// The model at theta as GLB bytes.
     ///
     /// # Errors
-    /// When it is too large for the format.
+    /// A model that is too large for the format.
     pub fn write(&self, theta: f64) -> Result<Vec<u8>, OptimizeError> {
         let mut model = self.model.clone();
         model.meshes = self.stacks.iter().map(|stacks| mesh_at(stacks, theta)).collect();

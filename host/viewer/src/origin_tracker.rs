@@ -14,7 +14,7 @@ use crate::load::LoadedScene;
 /// Changes of origin that are kept of one tag; older ones are joined.
 const MAX_CHANGES: usize = 256;
 
-/// All origins but live, each on its own.
+/// All origins except live, one by one.
 const KINDS: [Origin; 5] =
     [Origin::SUBSTITUTED, Origin::TEST, Origin::SIMULATED, Origin::RECORDED, Origin::HISTORICAL];
 
@@ -58,7 +58,7 @@ impl OriginTracker {
         states.for_each(|(state, tag)| self.set(TagHandle(tag), state.origin, history, since));
     }
 
-    /// Goes on with another configuration: what its tags were before is known by their ids.
+    /// Adopts another configuration; past origins of tags are matched by id.
     fn take_scene(&mut self, scene: &LoadedScene) {
         let before = self.tags.replace(Arc::clone(&scene.tags));
         self.config = Some(Arc::clone(&scene.config));

@@ -48,9 +48,9 @@ pub(crate) struct OverlayInstance {
     last: Arc<OverlayPicture>,
     /// The same with nothing to rest on, while it is late.
     late: Option<Arc<OverlayPicture>>,
-    /// From the numbers that it was told to those of now.
+    /// Map from the plugin's indices to the present ones.
     remap: IndexRemap,
-    /// The picture that it gave last, and the same in the numbers of now.
+    /// Last picture of the plugin, before and after the remap.
     remapped: [Arc<OverlayPicture>; 2],
 }
 
@@ -99,7 +99,7 @@ pub(crate) struct ContourLevel {
     pub(crate) node: NodeIndex,
     /// The tag that it rests on.
     pub(crate) tag: TagHandle,
-    /// In the contour's unit.
+    /// Value in the contour's unit.
     pub(crate) value: f64,
 }
 
@@ -111,7 +111,7 @@ pub(crate) struct SwitchPosition {
     pub(crate) mechanism: Arc<str>,
     /// The tag that it rests on.
     pub(crate) tag: TagHandle,
-    /// From open, 0, to closed, 1; none where what is reported contradicts itself.
+    /// Travel from open, 0, to closed, 1; none for a contradictory report.
     pub(crate) travelled: Option<f64>,
 }
 
@@ -183,8 +183,7 @@ impl OverlayInstance {
         }
     }
 
-    /// Takes the place of an overlay with other settings: an operator's choice outlives
-    /// them, and so does what was abnormal.
+    /// Inherits visibility and past abnormal verdicts from the overlay before a change of settings.
     pub(crate) fn inherit(&mut self, before: Self) {
         self.is_shown = before.is_shown;
         (self.verdicts, self.verdict_equipment) = (before.verdicts, before.verdict_equipment);
@@ -195,7 +194,7 @@ impl OverlayInstance {
         self.nodes.get(equipment).copied().flatten()
     }
 
-    /// Goes on in a scene where things have other numbers.
+    /// Adapts to a scene with other tag and node indices.
     pub(crate) fn remap_indices(&mut self, remap: &IndexRemap, graph: &SceneGraph) {
         self.remap = self.remap.then(remap);
         self.last = remap.picture(&self.last);
@@ -205,7 +204,7 @@ impl OverlayInstance {
         self.nodes = equipment.map(|id| graph.find(id)).collect();
     }
 
-    /// A picture that it gave, in the numbers of now.
+    /// Maps a plugin's picture to the present indices.
     fn remap_picture(&mut self, picture: Arc<OverlayPicture>) -> Arc<OverlayPicture> {
         if !Arc::ptr_eq(&self.remapped[0], &picture) {
             let now = self.remap.picture(&picture);
@@ -248,8 +247,8 @@ impl OverlayInstance {
         self.description = description;
     }
 
-    /// Marks what it drew last as late. Were it gone from the picture, equipment would look as if
-    /// all were well; were it bad, the plant would be blamed.
+    /// Marks the last picture as late. Removing it would suggest a healthy plant; marking it bad
+    /// would blame the plant.
     fn late_picture(&mut self) -> Arc<OverlayPicture> {
         let last = &self.last;
         Arc::clone(self.late.get_or_insert_with(|| Arc::new(without_values(last))))
@@ -357,9 +356,9 @@ pub(crate) fn source_policy(config: &Config, name: &str) -> SourcePolicy {
     SourcePolicy { origin, basis }
 }
 
-/// Lets every overlay work, hidden ones too: what they calculate from has a history, and
-/// their verdicts count while nobody looks. All of them share the patience. Of one that
-/// fails what it drew last is shown as late; it keeps its fault, which is logged once.
+/// Runs every overlay, hidden ones included: their calculations have a history, and their verdicts
+/// count. All share the timeout. A failed overlay shows its last picture as late; its fault is
+/// logged once.
 pub(crate) fn run_overlays(
     overlays: &mut [OverlayInstance],
     scene: &LoadedScene,

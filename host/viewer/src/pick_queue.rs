@@ -1,7 +1,7 @@
-//! Asks the device what is at pixels, and does not wait for the answer.
+//! Queue of asynchronous picks: requests the objects at pixels without waiting for the device.
 //!
-//! One question is under way at a time. What the operator asked for waits with the
-//! picture that was on the screen then: the answer is about that one.
+//! One pick is in progress at a time. An operator's request keeps the draw list of the picture that
+//! was displayed then, so that the result refers to that picture.
 
 use std::collections::VecDeque;
 
@@ -13,15 +13,15 @@ const MAX_WAITING: usize = 8;
 /// Purpose of a pick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum PickPurpose {
-    /// Selects what is at a pixel.
+    /// Select the equipment at a pixel.
     Select,
     /// Selects all that shows in a part of the picture.
     SelectAll,
-    /// Measures to what is at a pixel.
+    /// Measure to the surface at a pixel.
     Measure,
-    /// Names what is under the pointer.
+    /// Name the equipment under the pointer.
     Hover,
-    /// Tells which labels' anchors are hidden.
+    /// Find the labels whose anchors are occluded.
     Labels,
 }
 
@@ -30,7 +30,7 @@ pub(crate) enum PickPurpose {
 pub(crate) struct PickRequest {
     pub(crate) purpose: PickPurpose,
     pub(crate) area: PixelArea,
-    /// Through which camera the picture was taken.
+    /// Camera view of the picture.
     pub(crate) view: CameraView,
 }
 
@@ -45,7 +45,7 @@ pub(crate) struct PickQueue {
 }
 
 impl PickQueue {
-    /// Asks about a picture with what it showed.
+    /// Enqueues a request about a picture with its draw list.
     pub(crate) fn enqueue(&mut self, request: PickRequest, shown: &DrawList) {
         if self.waiting.len() == MAX_WAITING {
             self.waiting.pop_front();
@@ -85,12 +85,12 @@ impl PickQueue {
         self.in_progress = None;
     }
 
-    /// Forgets what the pointer was over, so that it is asked for anew.
+    /// Forgets the last hover request, so that the next one is issued.
     pub(crate) fn forget_hover(&mut self) {
         self.hover = None;
     }
 
-    /// Forgets which labels were hidden, so that it is asked anew.
+    /// Forgets the last label request, so that the next one is issued.
     pub(crate) fn forget_labels(&mut self) {
         self.labels = None;
     }

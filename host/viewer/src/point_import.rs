@@ -1,4 +1,4 @@
-//! From a model file and a point list to the text of a scene.
+//! Scene import: a configuration from a model file and a point list.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -11,7 +11,7 @@ use busbar_scene::{Model, ModelIndex, NodeIndex, Placement, SceneError, SceneGra
 use glam::Vec3;
 use thiserror::Error;
 
-/// From the middle of the model to the eye: from the right, above and in front.
+/// Direction from the model's center to the eye: right, above and in front.
 const TO_EYE: Vec3 = Vec3::new(0.62, 0.38, 0.69);
 /// Air around the model in the picture.
 const AIR: f32 = 1.1;
@@ -99,7 +99,7 @@ pub enum SceneImportError {
     List {
         /// Path of the point list.
         file: PathBuf,
-        /// All faults of the list.
+        /// Faults of the list.
         faults: Vec<ListFault>,
     },
 }

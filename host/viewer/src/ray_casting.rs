@@ -17,7 +17,8 @@ pub(crate) struct Ray {
 }
 
 impl Ray {
-    /// Through a place in a picture of some size, both in pixels from its upper left corner.
+    /// Creates the ray through a position in a picture; position and size are in pixels from the
+    /// upper left corner.
     pub(crate) fn through_pixel(view: &CameraView, at: [f64; 2], size: [u32; 2]) -> Self {
         let [projection, camera] = [view.projection, view.camera_from_world].map(|m| m.as_dmat4());
         let world_from_clip: DMat4 = (projection * camera).inverse();

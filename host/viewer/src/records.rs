@@ -60,7 +60,7 @@ impl RecordStore {
         Ok(store)
     }
 
-    /// Takes over what was read.
+    /// Takes the lists that the pollers have read.
     pub(crate) fn step(&mut self, scene: &LoadedScene) {
         for source in &mut self.sources {
             let (is_new, fault) = (source.poller.take(&mut source.lists), source.poller.fault());
@@ -87,7 +87,7 @@ impl RecordStore {
     }
 }
 
-/// Tells of rows that belong to nothing in the scene.
+/// Warns of rows whose equipment is not in the scene.
 fn warn_absent(scene: &LoadedScene, list: &List) {
     let is_absent = |id: &&str| scene.equipment.find(&scene.graph, id).is_none();
     let mut absent = list.equipment().take(MAX_CHECKED_IDS).filter(is_absent);

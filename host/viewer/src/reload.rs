@@ -25,15 +25,15 @@ pub struct ReloadCounters {
     pub good: u64,
     /// Configurations that were refused for faults.
     pub bad: u64,
-    /// From the file's settling to the frame that shows it, of the last good one; not
-    /// counting the frame itself.
+    /// Time from the file's settling to the frame that shows it, without the frame itself; of the
+    /// last good reload.
     pub last: Option<Duration>,
-    /// The faults of the file as it is, if it has any: what is shown is the one before.
+    /// Faults of the file on the disk; none while it is shown.
     pub fault: Option<String>,
 }
 
 impl ReloadCounters {
-    /// Notes how a configuration fared that is asked for.
+    /// Counts the outcome of a reload.
     pub(crate) fn note(&mut self, outcome: &ReloadOutcome, since: Instant) {
         match outcome {
             ReloadOutcome::Shown => {
@@ -62,7 +62,7 @@ fn shortened(fault: &str) -> String {
 pub enum ReloadOutcome {
     /// Configuration is shown from the next frame on.
     Shown,
-    /// Nothing is otherwise than it was.
+    /// Configuration is the same as before.
     Same,
     /// Configuration is faulty, as the text says; the previous scene stays.
     Refused(String),
@@ -81,7 +81,7 @@ impl BackgroundLoad {
     /// there.
     ///
     /// # Errors
-    /// Without a thread for it.
+    /// The operating system's error if no thread can be started.
     pub(crate) fn begin(
         viewer: &Viewer,
         path: &Path,
@@ -103,12 +103,12 @@ impl BackgroundLoad {
     /// Shows it, once it is there; none before.
     ///
     /// # Errors
-    /// The device's.
+    /// Errors of the graphics device.
     pub(crate) fn step(&self, viewer: &mut Viewer) -> Option<ReloadOutcome> {
         self.step_within(Duration::ZERO, viewer)
     }
 
-    /// As [`BackgroundLoad::step`], but waits a while for it to be there.
+    /// Steps like [`BackgroundLoad::step`], but waits up to `grace` for the load.
     fn step_within(&self, grace: Duration, viewer: &mut Viewer) -> Option<ReloadOutcome> {
         let outcome = match self.loaded.recv_timeout(grace) {
             Err(RecvTimeoutError::Timeout) => return None,
@@ -127,7 +127,7 @@ impl BackgroundLoad {
     }
 }
 
-/// Watches the configuration file of a viewer and shows what it becomes.
+/// Watcher of a viewer's configuration file that applies its changes.
 pub struct Reloader {
     path: PathBuf,
     file_watcher: FileWatcher,
@@ -142,7 +142,7 @@ impl Reloader {
     /// something to do.
     ///
     /// # Errors
-    /// Without a thread for it.
+    /// The operating system's error if no thread can be started.
     pub fn start(path: &Path, wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
         let wake: std::sync::Arc<dyn Fn() + Send + Sync> = std::sync::Arc::new(wake);
         let path = std::path::absolute(path)?;
@@ -150,8 +150,8 @@ impl Reloader {
         Ok(Self { path, file_watcher, loading: None, follows_models: false, wake })
     }
 
-    /// Between frames: begins to load a file that has changed and settled, and shows it once
-    /// it is loaded. What became of it, when that is known.
+    /// Starts loading a file that has changed and settled, or applies a finished load, between
+    /// frames. Returns the outcome once it is known.
     pub fn step(&mut self, viewer: &mut Viewer) -> Option<ReloadOutcome> {
         if !std::mem::replace(&mut self.follows_models, true) {
             self.file_watcher.follow_models(viewer.model_files());

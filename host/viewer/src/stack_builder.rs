@@ -25,7 +25,7 @@ pub(crate) struct StackBuilder<'a> {
 /// Stacks of the meshes of one model, and what their making took.
 #[derive(Default)]
 pub(crate) struct BuiltStacks {
-    /// One a mesh, in order.
+    /// Stacks of the meshes, in order.
     pub(crate) stacks: Vec<Arc<CollapseStacks>>,
     /// CPU milliseconds a stage, summed over meshes. `optimize` is the whole
     /// call of the plugin; `optimize/...` are the parts that it reported.
@@ -39,7 +39,7 @@ pub(crate) struct BuiltStacks {
 }
 
 impl StackBuilder<'_> {
-    /// Builds the stacks of all meshes. `done` is told how many are done.
+    /// Builds the stacks of all meshes; `done` receives the number of finished meshes.
     pub(crate) fn build(
         &self,
         meshes: Vec<Mesh>,

@@ -30,18 +30,18 @@ pub struct Stats {
     pub theta: BTreeMap<String, f64>,
     /// Least and greatest theta of its instances by model.
     pub theta_span: BTreeMap<String, [f64; 2]>,
-    /// Milliseconds from the last frame's beginning until it was handed to the device, or what
-    /// is near of it, where that is drawn first; without waiting for it.
+    /// Milliseconds from the last frame's beginning until its submission. With two-pass
+    /// occlusion it ends at the submission of the first pass.
     pub cpu_ms: f64,
-    /// Milliseconds from when what is near was drawn until the rest was handed to the device:
-    /// for what is hidden, where the processor draws.
+    /// Milliseconds from the first pass of two-pass occlusion until the submission of the second,
+    /// on software rasterizers.
     pub hide_ms: f64,
     /// GPU milliseconds of the last frame it finished: `frame` in all, and by stage:
     /// `upload`, `scene`, `panels`. Empty on devices without timestamps.
     pub gpu_ms: BTreeMap<&'static str, f64>,
     /// Draws of the last frame, without those of the panels.
     pub draw_calls: u32,
-    /// Commands that asked for them: what is alike is one, where the device can.
+    /// Number of draw commands; identical draws share one where the device supports it.
     pub draw_commands: u32,
     /// CPU milliseconds that the last frame spent on meshes at new cursors.
     pub resolve_ms: f64,
@@ -55,7 +55,7 @@ pub struct Stats {
     pub index_cache_bytes: u64,
     /// Frames drawn so far.
     pub frames: u64,
-    /// One over the median frame time of the last frames.
+    /// Frame rate, from the median time of the last frames.
     pub fps_median: f64,
     /// 99th percentile of the frame time of the last frames, milliseconds.
     pub frame_ms_p99: f64,
@@ -89,16 +89,16 @@ pub struct Stats {
     pub tags: Vec<TagStats>,
     /// Number of tags by quality.
     pub quality: QualityStats,
-    /// Origins of what is shown that is not live: of any tag's value, and of plugins that
-    /// say it of all their values. Empty where all is live.
+    /// Origins other than live of tag values, and of plugins that declare them for all their
+    /// values. Empty while all is live.
     pub origin: Vec<&'static str>,
     /// Pauses of the process or the machine, after each of which values were held for stale.
     pub pauses: u64,
     /// Equipment id of the selection; null unless exactly one piece is selected.
     pub picked: Option<String>,
-    /// Equipment ids of what is selected.
+    /// Equipment ids of the selection.
     pub selected: Vec<String>,
-    /// Equipment id of what is under the pointer, or null.
+    /// Equipment id under the pointer, or null.
     pub hovered: Option<String>,
     /// Content of the faceplate; null while it is closed.
     pub faceplate: Option<FaceplateStats>,
@@ -213,7 +213,7 @@ pub struct ChartStats {
     pub states: BTreeMap<String, Option<String>>,
     /// The axes shown that are before the camera, from the left to the right.
     pub axes: Vec<ChartAxisStats>,
-    /// The equipment that something is said of.
+    /// Equipment id that the explanation is about.
     pub explained: Option<String>,
     /// Verdict on that equipment.
     pub verdict: Option<String>,
@@ -441,7 +441,7 @@ pub(crate) fn selected_alarm(alarm_service: &AlarmService) -> Option<String> {
     alarm_service.id_of(alarm_service.selected()?)
 }
 
-/// One plugin with its link and its last fault.
+/// Counts the alarms in each state.
 pub(crate) fn alarms_by_state(alarms: &AlarmService) -> Vec<(AlarmState, usize)> {
     let table = alarms.table();
     let count = |state| -> usize {
@@ -499,7 +499,7 @@ pub(crate) fn link(report: LinkReport) -> LinkStats {
     }
 }
 
-/// All tags of a snapshot.
+/// Returns the state of all tags in a snapshot.
 pub(crate) fn tags(tags: &TagSet, snapshot: Snapshot<'_>) -> Vec<TagStats> {
     tags.specs().iter().zip(snapshot.states()).map(|(spec, state)| tag(spec, &state)).collect()
 }

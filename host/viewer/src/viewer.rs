@@ -1,4 +1,4 @@
-//! One view of one scene, stepped frame by frame.
+//! Viewer: one view of one scene, stepped frame by frame.
 
 mod alarms;
 mod apply_reload;
@@ -89,7 +89,7 @@ pub struct Viewer {
     history: History,
     /// Origins of the values in history.
     origins: OriginTracker,
-    /// None where none is configured.
+    /// Alarm service; none without configured alarms.
     alarms: Option<AlarmService>,
     /// Name of the operator who acts on alarms.
     operator: String,
@@ -97,7 +97,7 @@ pub struct Viewer {
     has_host: bool,
     /// Judges the values that it sets.
     host_intake: HostIntake,
-    /// None where none is configured.
+    /// Chart in the scene; none without a configured one.
     chart: Option<SceneChart>,
     /// Records of business and asset management systems.
     records: RecordStore,
@@ -175,7 +175,7 @@ pub struct FrameStageMillis {
     pub tags: f64,
     /// Stepping alarms, listing them, their marks in the scene.
     pub alarms: f64,
-    /// Running overlays, their labels, what they tint.
+    /// Running overlays, their labels and tints.
     pub overlays: f64,
     /// Laying out and tessellating panels and labels.
     pub panels: f64,
@@ -215,7 +215,7 @@ impl Viewer {
         self.stage_millis
     }
 
-    /// Tells the size of the window, pixels.
+    /// Sets the size of the window, pixels.
     pub fn resize(&mut self, size: [u32; 2]) {
         self.renderer.resize(size);
     }
@@ -223,7 +223,7 @@ impl Viewer {
     /// Uses a camera of the configuration.
     ///
     /// # Errors
-    /// [`ViewError::UnknownCamera`].
+    /// [`ViewError::UnknownCamera`] for a name that is not configured.
     pub fn use_camera(&mut self, name: &str) -> Result<(), ViewError> {
         let cameras = &self.scene.config.cameras;
         let camera = cameras.get(name).ok_or_else(|| ViewError::UnknownCamera {
@@ -287,7 +287,7 @@ impl Viewer {
     /// Steps the view: takes samples, runs overlays and panels, draws.
     ///
     /// # Errors
-    /// The device's.
+    /// Errors of the graphics device.
     pub fn frame(&mut self, input: RawInput) -> Result<FrameOutput, ViewError> {
         let started = Instant::now();
         self.update_screen(&input);

@@ -1,9 +1,8 @@
 //! Label placement: boxes beside their anchors, without overlap, stable between frames.
 //!
-//! A box has a slot: a direction from its anchor and how far it is off. It keeps that
-//! from frame to frame as long as it is free there, so that a camera that moves carries
-//! boxes along with their equipment. A more urgent label takes the room of a less urgent
-//! one only where it finds no other.
+//! A box has a slot: a direction and a ring around its anchor. A free slot is kept from frame to
+//! frame, so that boxes follow their equipment when the camera moves. A more urgent label displaces
+//! a less urgent one only if no other slot is free.
 
 use std::collections::HashMap;
 

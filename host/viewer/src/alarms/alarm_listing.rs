@@ -22,7 +22,7 @@ pub(super) struct AlarmListing {
     pub(super) alarms: Vec<AlarmHandle>,
     /// Suppressed alarms: shelved, suppressed by design, out of service.
     pub(super) held: Vec<AlarmHandle>,
-    /// The first of `alarms` that nobody has acknowledged.
+    /// First unacknowledged alarm of `alarms`.
     pub(super) most_urgent: Option<AlarmHandle>,
     /// Equipment in alarm, the most urgent first.
     pub(super) places: Vec<(NodeIndex, EquipmentAlarms)>,
@@ -177,7 +177,7 @@ impl AlarmListing {
         }
     }
 
-    /// Equipment in alarm, if that changed since it was last asked for.
+    /// Takes the equipment in alarm if it has changed since the last call.
     pub(super) fn take_in_alarm(&mut self) -> Option<&EquipmentInAlarm> {
         std::mem::take(&mut self.has_changed).then_some(&self.in_alarm)
     }

@@ -18,7 +18,7 @@ use crate::load::LoadedScene;
 const FIRST_NUMBER: u32 = 1 << 30;
 const _: () = assert!(FIRST_NUMBER as usize > busbar_alarms::MAX_ALARMS);
 
-/// All sources of a view.
+/// All external alarm sources of a view.
 #[derive(Default)]
 pub(crate) struct ExternalSources {
     all: Vec<ExternalSource>,
@@ -32,7 +32,7 @@ pub(crate) struct ExternalSources {
 /// A plugin with alarms of another system.
 pub(super) struct ExternalSource {
     config: AlarmSourceConfig,
-    /// None where it could not be started; the fault says why.
+    /// Polling thread; none if it could not be started, as the fault says.
     poller: Option<AlarmPoller>,
     health: SourceHealth,
     alarms: Vec<ExternalAlarm>,
@@ -72,7 +72,7 @@ impl ExternalSources {
         sources
     }
 
-    /// Goes on with the alarms of sources that were there before, until they are read anew.
+    /// Inherits the alarms of sources that existed before, until they are read again.
     pub(super) fn inherit(&mut self, before: Self, scene: &LoadedScene) {
         self.next_number = before.next_number;
         for mut old in before.all {
@@ -88,7 +88,7 @@ impl ExternalSources {
         self.index();
     }
 
-    /// Takes over what was read; whether it was anything new.
+    /// Takes the alarms that the pollers have read; reports whether any are new.
     pub(super) fn step(&mut self, scene: &LoadedScene) -> bool {
         let (mut is_new, now) = (false, Instant::now());
         for source in &mut self.all {
@@ -187,7 +187,7 @@ impl ExternalSource {
         }
     }
 
-    /// The same in all words.
+    /// Returns the long reason why an alarm's state is uncertain.
     pub(super) fn long_doubt_of(&self, alarm: &SourceAlarm) -> Option<String> {
         let doubt = self.doubt_of(alarm)?;
         let why = self.stale_reason(Instant::now());
@@ -211,7 +211,7 @@ impl ExternalSource {
         self.note_absent();
     }
 
-    /// Tells once of alarms that belong to nothing in the scene.
+    /// Warns once of alarms without equipment in the scene.
     fn note_absent(&mut self) {
         let absent = || self.alarms.iter().filter(|external| external.node.is_none());
         if let Some(first) = absent().next().filter(|_| !self.has_warned_absent) {

@@ -4,7 +4,7 @@ use super::*;
 use crate::stats::AlarmStats;
 
 impl AlarmService {
-    /// Takes over how other systems have their alarms.
+    /// Takes the alarms that external systems have reported.
     pub(crate) fn take_sources(&mut self, scene: &LoadedScene) {
         if self.sources.step(scene) {
             self.note_instances(scene);

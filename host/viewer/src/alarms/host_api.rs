@@ -1,5 +1,4 @@
-//! Alarms as a host program sees them: what it does to them, how they stand, what it is
-//! asked.
+//! Interface of the alarm service to a host program: actions, standings, operator requests.
 
 use std::time::Duration;
 
@@ -12,7 +11,7 @@ use super::*;
 const MAX_HOST_REQUESTS: usize = 256;
 
 impl AlarmService {
-    /// From here on a host program hears what is wanted of the alarms that it decides on.
+    /// Routes operator requests on external alarms to the host program from now on.
     pub(crate) fn set_host(&mut self) {
         self.has_host = true;
     }
@@ -38,10 +37,11 @@ impl AlarmService {
         host_requests.filter_map(|(alarm, action)| Some((self.id_of(alarm)?, action))).collect()
     }
 
-    /// Does what the host program's operator does; nobody by name is the one set.
+    /// Acts on an alarm for the host program's operator; an empty name means the operator set
+    /// before.
     ///
     /// # Errors
-    /// In words, why it cannot be.
+    /// A text with the reason.
     pub(crate) fn act_as(
         &mut self,
         id: &str,
@@ -84,8 +84,8 @@ impl AlarmService {
         changed
     }
 
-    /// Goes on where a viewer before this one ended, unless an audit log tells better.
-    /// Before the first frame.
+    /// Restores the standings of a previous viewer before the first frame, unless an audit log
+    /// exists.
     pub(crate) fn restore(&mut self, standings: &[(String, Standing, SourceTime)]) {
         if self.log.is_none() {
             let standings =
@@ -96,7 +96,7 @@ impl AlarmService {
     }
 }
 
-/// As the wire has it.
+/// Converts an alarm action from the protocol.
 pub(crate) fn action_from(action: busbar_protocol::message::AlarmAction) -> AlarmAction {
     use busbar_protocol::message::AlarmAction as Said;
     match action {

@@ -1,4 +1,4 @@
-//! The operator's hands on the camera: modes, ways to other cameras, bookmarks.
+//! Camera navigation: modes, transitions to other cameras, inertia, bookmarks.
 
 use std::collections::BTreeMap;
 use std::f32::consts::FRAC_PI_2;
@@ -60,7 +60,8 @@ pub(crate) struct NavigationContext<'a> {
 }
 
 impl Navigator {
-    /// Without a window nothing takes time: pictures must not depend on it.
+    /// Creates a navigator. Without a window every movement is instant, so that pictures do not
+    /// depend on time.
     pub(crate) fn new(camera: Camera, view: &ViewConfig, in_window: bool) -> Self {
         Self {
             camera,
@@ -127,7 +128,7 @@ impl Navigator {
         (0..MAX_BOOKMARKS).filter_map(bookmark).collect()
     }
 
-    /// Goes on by itself to a time in seconds.
+    /// Advances transitions and inertia to a time in seconds.
     pub(crate) fn advance(&mut self, time: f64) {
         let last = self.time.replace(time).unwrap_or(time);
         let seconds = ((time - last) as f32).clamp(0.0, MAX_STEP_SECONDS);
@@ -332,12 +333,12 @@ impl Navigator {
     }
 }
 
-/// The boxes of what a scene shows, as whoever looks for a way past them has them.
+/// Returns the bounds of all mesh instances, as obstacles for camera paths.
 fn boxes_of(graph: &SceneGraph) -> Vec<Bounds> {
     graph.instances().filter_map(|instance| graph.bounds_of_mesh(&instance)).collect()
 }
 
-/// The camera with its eye as high above the ground as one who stands there.
+/// Returns the camera with its eye at standing height above the ground.
 fn at_eye_height(mut camera: Camera, scene: Option<Bounds>) -> Camera {
     let ground = scene.map_or(0.0, |bounds| bounds.min.y);
     let eye = camera.eye();

@@ -1,8 +1,8 @@
 //! The way of an eye from one place to another, around what stands between.
 //!
-//! Equipment is its bounds, grown by a clearance. Where the straight way is not free, the
-//! eye rises over them: a column up from either end, to where nothing is, and level
-//! between. What holds an end already cannot be kept clear of.
+//! Obstacles are equipment bounds grown by a clearance. If the straight segment is not free, the
+//! path rises vertically at both ends and passes level above the obstacles. Bounds that contain an
+//! end are ignored.
 
 use busbar_geometry::Bounds;
 use glam::{Vec3, vec3};
@@ -15,7 +15,7 @@ const SLACK: f32 = 0.05;
 const DETOURS: [f32; 7] = [0.0, 3.0, 8.0, 20.0, 50.0, 120.0, 300.0];
 /// Directions tried at each of these.
 const DIRECTIONS: usize = 12;
-/// Times that the level part rises over what is in its way before it goes over all.
+/// Largest number of rises of the level part before it passes over everything.
 const MAX_RISES: usize = 32;
 /// Metres of a leg that rounding a corner takes at most, and pieces of the curve.
 const MAX_ROUNDING: f32 = 12.0;
@@ -27,7 +27,7 @@ const MAX_HALVINGS: usize = 5;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct CameraPath {
     points: Vec<Vec3>,
-    /// From the start to each point, metres.
+    /// Arc length from the start to each point, metres.
     lengths: Vec<f32>,
 }
 

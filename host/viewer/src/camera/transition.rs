@@ -1,4 +1,4 @@
-//! On the way from one camera to another.
+//! Animated transition from one camera to another.
 
 use std::f32::consts::{PI, TAU};
 

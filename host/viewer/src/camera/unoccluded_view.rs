@@ -1,4 +1,4 @@
-//! From where a box is seen with nothing before it.
+//! Search for a viewing direction from which a box is not occluded.
 
 use std::f32::consts::PI;
 

@@ -9,7 +9,7 @@ use busbar_renderer::{
 use busbar_ui::DensityLegend;
 use glam::Affine3A;
 
-/// Lines where nothing is brushed or behind what is, and those that are, sRGB.
+/// Colors of unbrushed and of brushed lines, sRGB.
 const LINES: [u8; 3] = [72, 76, 82];
 const MEANT: [u8; 3] = [10, 12, 16];
 
@@ -28,7 +28,7 @@ pub(super) struct Density {
 }
 
 impl Density {
-    /// Goes on with counting, within what a frame may take; `settles` waits for all of it.
+    /// Continues the count within a frame's budget; with `settles` it waits for the whole count.
     pub(super) fn advance(
         &mut self,
         renderer: &mut Renderer,
@@ -61,8 +61,7 @@ impl Density {
         Ok(())
     }
 
-    /// Asks for what is wanted. While time goes by, a count that has begun ends first, or
-    /// none ever would.
+    /// Requests a count. While playback runs, a count that has begun is finished first.
     fn request_count(&mut self, wanted: &DensityRequest) {
         let is_counting = self.is_counting();
         let stays = self.request.as_ref().is_some_and(|request| {

@@ -91,8 +91,8 @@ impl ChartPoller {
         self.shared.state().fault.clone()
     }
 
-    /// The answer to a question, if it is there; it is asked otherwise. Waits for it for
-    /// `timeout` at most.
+    /// Returns the explanation if it is available, and requests it otherwise. Waits at most
+    /// `timeout`.
     pub(super) fn explain(
         &self,
         question: &ExplanationRequest,
@@ -187,7 +187,7 @@ fn run(plugin: &Plugin, chart: &RunningChart, shared: &Shared) {
     }
 }
 
-/// All records with their revision and what describes them.
+/// Revision, description and records of a complete read.
 type CompleteRead = (u64, Arc<Description>, Records);
 
 /// Everything, if it is of another revision than is known.

@@ -108,8 +108,7 @@ pub(super) fn model(chart: &SceneChart) -> ChartModel {
     }
 }
 
-/// Records that are known, and those of them that brushes mean; of what is dense as far as
-/// it is counted.
+/// Returns the numbers of known and of brushed records; for a density display, as far as counted.
 fn counts(chart: &SceneChart) -> [usize; 2] {
     let board = &chart.board;
     if board.is_dense() {

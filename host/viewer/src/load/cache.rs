@@ -12,8 +12,8 @@ use serde_json::Value;
 /// The largest plugin library whose results are kept.
 const MAX_LIBRARY_BYTES: u64 = 1 << 30;
 
-/// Opens the configured cache; none if it is turned off or nobody says where.
-/// One that cannot be used is a remark: loading then only takes longer.
+/// Opens the configured cache; none if it is turned off or has no directory. An unusable cache
+/// gives a remark; loading then takes longer.
 pub(super) fn open(
     config: &CacheConfig,
     folder: &Path,

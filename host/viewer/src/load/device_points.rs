@@ -77,7 +77,7 @@ impl DevicePointSource {
     /// Asks the device. `arguments` are the plugin's own.
     ///
     /// # Errors
-    /// How the plugin ended, or that its list is too long.
+    /// The plugin's error, or a list that is too long.
     pub fn list_points(&self, arguments: &[String]) -> Result<DevicePoints, CommandError> {
         let nothing = File::open("/dev/null").map_err(CommandError::Output)?;
         let mut list = Vec::new();

@@ -50,7 +50,7 @@ pub(crate) struct HlodGroup {
     pub(crate) after: u32,
     /// Index of the proxy, a model with one mesh in the group's own space.
     pub(crate) model: usize,
-    /// By how much the proxy differs from what it stands for, metres.
+    /// Geometric error of the proxy, metres.
     pub(crate) base_error: f64,
     /// Policy of all instances with levels of detail.
     pub(crate) policy: Arc<ThetaPolicy>,
@@ -204,7 +204,7 @@ fn uncollapsed(mesh: Mesh) -> CollapseStacks {
     CollapseStacks::build(mesh, &nothing_collapses)
 }
 
-/// All members of a group as one mesh that goes down as they do.
+/// All meshes of a group, merged into one with a common collapse sequence.
 struct MergedGroup {
     stacks: CollapseStacks,
     materials: Vec<Material>,
@@ -228,7 +228,7 @@ impl MergedGroup {
         Some(Self { stacks, materials: materials.merged, level })
     }
 
-    /// One a level, from where it was put together, where it has fewer triangles by far.
+    /// Builds one proxy a level, where it has considerably fewer triangles than the one before.
     fn proxies(self, policy: &ThetaPolicy, max_levels: usize) -> Vec<Proxy> {
         let materials: Arc<[Material]> = self.materials.into();
         let mut proxies: Vec<Proxy> = Vec::new();

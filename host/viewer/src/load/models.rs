@@ -22,7 +22,7 @@ use crate::stack_builder::StackBuilder;
 
 /// The models of a configuration, before their stacks are built.
 pub(super) struct ImportedModels {
-    /// In order of name.
+    /// Models in order of name.
     pub(super) models: Vec<ModelSource>,
     /// Ranges of pieces of each mesh, by the index of a model that was split.
     pieces: BTreeMap<usize, Vec<Range<u32>>>,
@@ -32,9 +32,9 @@ pub(super) struct ImportedModels {
 
 /// Source of a model.
 pub(super) enum ModelSource {
-    /// From this content of its file.
+    /// Newly imported model with its file's version.
     New(Box<Model>, FileVersion),
-    /// From the scene before, which has it already.
+    /// Model of the previous scene.
     Known(Box<LoadedModel>, ModelParts),
     /// Model whose file cannot be imported, as a fault says.
     Failed,

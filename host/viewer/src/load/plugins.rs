@@ -59,7 +59,7 @@ fn pin(plugin: &PluginConfig) -> Option<Digest> {
     plugin.sha256.as_ref().and_then(|digits| digits.parse().ok())
 }
 
-/// Takes over the instances that go on, and makes all others that can be made, some at once.
+/// Keeps the unchanged instances and creates all others, several in parallel.
 pub(super) fn create(
     config: &Config,
     folder: &Path,
@@ -73,7 +73,7 @@ pub(super) fn create(
     instances
 }
 
-/// Makes those of the configured instances that are wanted, some at once.
+/// Creates the selected instances of the configuration, several in parallel.
 pub(super) fn create_some(
     config: &Config,
     folder: &Path,
@@ -187,7 +187,7 @@ pub(super) fn place(pointer: &str, error: &PluginError, faults: &mut Diagnostics
     }
 }
 
-/// Tells of the plugins that died so far; they are started again.
+/// Reports the plugins that died during loading; they are restarted.
 pub(super) fn report_deaths(
     config: &Config,
     instances: &BTreeMap<String, Plugin>,

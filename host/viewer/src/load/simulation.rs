@@ -18,11 +18,12 @@ pub struct SimulatedDevices {
     devices: Vec<SimulatedDevice>,
     instances: BTreeMap<String, Plugin>,
     remarks: Vec<String>,
-    /// By which views on this machine know them for simulated. Last: it ends after them.
+    /// Registration by which views on this machine mark these values as simulated. It is dropped
+    /// last.
     registration: Option<SimulatorRegistration>,
 }
 
-/// One plugin instance that is a device.
+/// Plugin instance that simulates its device.
 pub struct SimulatedDevice {
     simulator: RunningSimulator,
     /// Number of simulated tags.
@@ -38,7 +39,7 @@ impl SimulatedDevice {
     /// Returns the status of the simulation.
     ///
     /// # Errors
-    /// What the plugin says, or how its process ended; it is started again then.
+    /// The plugin's error, or the end of its process, which is restarted then.
     pub fn status(&self) -> Result<SimulationStatus, PluginError> {
         self.simulator.status()
     }
@@ -207,7 +208,7 @@ fn device_scenario(
     DeviceScenario { begun, events: events.collect(), link_faults: link_faults.collect() }
 }
 
-/// From the device's number to the host's: factor and offset.
+/// Returns factor and offset from device units to the host's.
 fn scale(tag: &TagConfig) -> [f64; 2] {
     tag.scale.filter(|[factor, _]| *factor != 0.0).unwrap_or([1.0, 0.0])
 }

@@ -20,7 +20,7 @@ const WAS_DRAWN: u8 = 1;
 const IS_DRAWN: u8 = 2;
 
 impl ReportedDrawing {
-    /// Nothing was told yet.
+    /// Creates the state before the first report.
     pub(super) fn nothing() -> Self {
         Self { has_regrouped: true, changed: Vec::new(), drawn: Vec::new(), states: Vec::new() }
     }
@@ -55,7 +55,7 @@ impl LodCursors {
         self.reported = reported;
     }
 
-    /// Finds what is drawn; what is newly so has changed.
+    /// Finds the drawn items; newly drawn ones count as changed.
     fn find_drawn(&self, reported: &mut ReportedDrawing, mut is_gone: impl FnMut(usize)) {
         let ReportedDrawing { changed, drawn, states, .. } = reported;
         states.resize(self.instances.len(), 0);

@@ -1,8 +1,8 @@
 //! Changes of detail that are under way, so that nothing pops.
 //!
-//! Between two cursors the finer mesh is shown, bent towards the coarser one by a weight
-//! that time moves. A way that was begun is gone to its end; what is wanted meanwhile
-//! comes after. What is beyond the limits changes at once.
+//! Between two cursors the finer mesh is drawn, interpolated towards the coarser one by a weight
+//! that grows with time. A morph that has begun is completed before the next. Beyond the limits,
+//! cursors switch at once.
 
 use busbar_renderer::{MAX_MORPHED_BYTES, Morph, VERTEX_BYTES};
 
@@ -15,7 +15,7 @@ pub(crate) const MAX_MORPHS: usize = 1024;
 /// The way of an instance that is on none.
 pub(super) const NO_TRANSITION: u32 = u32::MAX;
 
-/// All ways, and how long one takes.
+/// Active morphs and their duration.
 #[derive(Default)]
 pub(super) struct ActiveMorphs {
     /// 0 where all changes at once.
@@ -27,7 +27,7 @@ pub(super) struct ActiveMorphs {
     bytes: u64,
 }
 
-/// From one cursor to another.
+/// Morph from one cursor to another.
 #[derive(Clone, Copy)]
 struct MorphTransition {
     /// Index of the instance.
@@ -127,7 +127,7 @@ impl LodCursors {
             && bytes + self.vertex_bytes(instance, models) <= MAX_MORPHED_BYTES
     }
 
-    /// Lets an instance go where it is wanted.
+    /// Starts the morph of an instance to its wanted cursor.
     pub(super) fn begin_morph(&mut self, index: usize, models: &[LoadedModel]) {
         let ActiveMorphs { now, transitions, .. } = &self.morphs;
         let (begun, at) = (*now, transitions.len() as u32);

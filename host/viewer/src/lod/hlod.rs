@@ -1,8 +1,8 @@
 //! Groups that are drawn as one where they are far.
 //!
-//! A group *wants* to be drawn as one where the policy lets pass the error that its
-//! proxy has at its finest. It *is* drawn as one, or by its instances, until what is
-//! wanted is ready: nothing is ever missing from the picture.
+//! A group *wants* to be merged if its policy permits the base error of its proxy. It *is* merged
+//! or split only when all required meshes are ready, so that nothing is ever missing from the
+//! picture.
 
 use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
@@ -161,8 +161,8 @@ impl LodCursors {
         ready
     }
 
-    /// Visits what is drawn of a range of instances, by the indices of cursors.
-    /// `group` is the first group that begins there.
+    /// Visits the drawn items of a range of instances with their cursor indices. `group` is the
+    /// first group that begins there.
     pub(super) fn walk(
         &self,
         instances: Range<usize>,

@@ -22,7 +22,7 @@ pub(super) struct InstanceKind {
     pub(super) metres: f32,
     /// Proxies of the mesh, the finest first.
     pub(super) proxies: Option<Arc<[MeshProxy]>>,
-    /// By level of the policy, once it was asked for: many instances come to the same.
+    /// Cursors by policy level, computed at the first use.
     pub(super) level_cursors: Vec<Option<LevelCursors>>,
 }
 

@@ -77,7 +77,7 @@ pub(super) fn eye_at(x: f32) -> LodCamera {
     LodCamera { position: Vec3::X * x, ahead: Vec3::NEG_X, pixel: PERSPECTIVE }
 }
 
-/// Chooses for an eye at this x, shows what is ready, and gives the cursors.
+/// Chooses levels for an eye at x, shows ready meshes, and returns the cursors.
 fn step(cursors: &mut LodCursors, models: &[LoadedModel], x: f32, is_ready: bool) -> Vec<u32> {
     cursors.choose_levels(eye_at(x), models, false);
     cursors.advance(models, false, 0.0, |_| is_ready);

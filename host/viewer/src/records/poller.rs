@@ -64,7 +64,7 @@ impl RecordPoller {
         drop(self.shared.changed.wait_timeout_while(state, timeout, is_new));
     }
 
-    /// Takes over all lists, if they were read since the last call; whether they were.
+    /// Takes the lists if they were read since the last call; reports whether they were.
     pub(super) fn take(&self, lists: &mut Vec<List>) -> bool {
         let mut state = self.shared.state();
         let Some(read) = state.read.take() else { return false };
@@ -131,7 +131,7 @@ fn run(plugin: &Plugin, records: &RunningRecords, shared: &Shared) {
     }
 }
 
-/// All lists with their revision, if that is another than is known.
+/// Reads all lists if the revision differs from the known one.
 fn poll(records: &RunningRecords, known: Option<u64>) -> Result<Option<(u64, Vec<List>)>, String> {
     let words = |error: PluginError| error.to_string();
     for _ in 0..MAX_TRIES {

@@ -13,12 +13,12 @@ use crate::index_remap::IndexRemap;
 use crate::load::PreparedReload;
 
 impl Viewer {
-    /// Shows a changed configuration from the next frame on. What is as it was goes on:
-    /// plugins, values with their ages, alarms as they stand, models on the device, camera,
-    /// selection, theta. After an error all is as it was before.
+    /// Applies a prepared reload from the next frame on. Unchanged parts are kept: plugins, values
+    /// with their ages, alarm states, models on the device, camera, selection, theta. After an
+    /// error all is as before.
     ///
     /// # Errors
-    /// The device's, or a chart's or records' that cannot be read.
+    /// Errors of the graphics device, or of a chart or records that cannot be read.
     pub fn apply_reload(&mut self, reload: PreparedReload) -> Result<(), ViewError> {
         let PreparedReload { mut scene, changes, kept, telemetry, overlays, has_same_graph } =
             reload;
@@ -100,7 +100,7 @@ impl Viewer {
         Ok(())
     }
 
-    /// Values go on of tags that are read from where they were.
+    /// Carries over the values of tags with an unchanged source.
     fn carry_tags(&mut self, before: &LoadedScene, remap: &Renumbering) {
         let (was, is) = (&before.config.tags, &self.scene.config.tags);
         let (was_plugins, are_plugins) = (&before.config.plugins, &self.scene.config.plugins);

@@ -9,7 +9,7 @@ impl Viewer {
     /// The last frame of a view without a window.
     ///
     /// # Errors
-    /// The device's.
+    /// Errors of the graphics device.
     pub fn read_picture(&mut self) -> Result<Picture, ViewError> {
         let no_textures = egui::TexturesDelta::default();
         let overlay = EguiFrame {
@@ -71,7 +71,7 @@ impl Viewer {
         }));
     }
 
-    /// Brings what is said of models up to the frame drawn.
+    /// Updates the panel rows of models after the frame was drawn.
     pub(super) fn update_model_rows(&mut self) {
         let Self { lod_cursors, renderer, models, scene, .. } = self;
         self.resolved += u64::from(self.last_frame.resolved);
@@ -81,7 +81,7 @@ impl Viewer {
         }
     }
 
-    /// Takes over where parts stand that moved.
+    /// Updates cursors and draw list with the instances that moved.
     pub(super) fn move_instances(&mut self) {
         let Self { moving_parts: moving, lod_cursors, scene_draw_list: drawn, scene, .. } = self;
         if !moving.just_moved().is_empty() {
@@ -90,7 +90,7 @@ impl Viewer {
         }
     }
 
-    /// Takes over what is to be drawn otherwise than before.
+    /// Updates the draw list with all changes since the last frame.
     pub(super) fn update_draw_list(&mut self) {
         let Self { scene_draw_list: drawn, scene, models, lod_cursors, highlights, .. } = self;
         drawn.update(scene, models, lod_cursors, highlights);

@@ -93,8 +93,8 @@ impl Viewer {
         }
     }
 
-    /// Origins of what is shown: of any tag's value, of plugins that say it of all their
-    /// values, bad ones included, and of a chart that shows the past.
+    /// Returns the origins of all displayed values. Origins that plugins declare count even without
+    /// good values; a chart of the past counts as historical.
     pub(super) fn shown_origin(&self) -> Origin {
         let links = self.telemetry.iter().map(|telemetry| telemetry.link().origin);
         let is_simulated = self.scene.config.plugins.values().any(|plugin| plugin.simulated);

@@ -56,8 +56,8 @@ impl Viewer {
         });
     }
 
-    /// Takes over what plugins brought; values past their limit are stale from here on.
-    /// Gives what that took.
+    /// Takes the samples of all plugins; values beyond their freshness limit become stale. Returns
+    /// the CPU time.
     pub(super) fn take_samples(&mut self) -> FrameStageMillis {
         let began = CpuClock::start();
         self.distrust_after_pause();

@@ -13,9 +13,9 @@ use busbar_tags::{Origin, Quality, SourceTime};
 use crate::Viewer;
 use crate::alarms::action_to;
 
-/// Changes of quality told a frame; those beyond come with the frames after.
+/// Largest number of quality changes reported a frame; further ones follow in later frames.
 const MAX_QUALITIES_A_FRAME: usize = 4096;
-/// Changes of verdicts told a frame; those beyond come with the frames after.
+/// Largest number of verdict changes reported a frame; further ones follow in later frames.
 const MAX_VERDICTS_A_FRAME: usize = 1024;
 
 /// State as it was last reported.
@@ -31,12 +31,12 @@ pub(super) struct ChangeReporter {
     next_tag: usize,
     /// Verdicts by overlay and equipment, with their reasons.
     verdicts: HashMap<String, Vec<Option<ReportedVerdict>>>,
-    /// Position, counted over all overlays, where the search for changed verdicts goes on.
+    /// Position over all overlays at which the search for changed verdicts continues.
     next_verdict: usize,
     plugins: HashMap<String, String>,
 }
 
-/// Verdict as it was told, and its reason.
+/// Reported verdict, whether it was assumed, and its reason.
 type ReportedVerdict = (EquipmentVerdict, bool, String);
 
 impl ChangeReporter {
@@ -84,7 +84,7 @@ impl ChangeReporter {
         }
     }
 
-    /// Tells verdicts that changed, or whose reasons did.
+    /// Collects verdicts that changed, or whose reasons did.
     fn collect_verdicts(&mut self, viewer: &Viewer, events: &mut Vec<FromViewer>) {
         let mut room = MAX_VERDICTS_A_FRAME;
         let mut position = 0;
@@ -176,12 +176,12 @@ fn origins(origin: Origin) -> Vec<TagOrigin> {
     all.into_iter().filter_map(|(bit, events)| origin.contains(bit).then_some(events)).collect()
 }
 
-/// By its letter: 0 for A.
+/// Returns the number of a state: 0 for A of IEC 62682.
 fn state_number(state: State) -> u8 {
     State::ALL.iter().position(|other| *other == state).unwrap_or(0) as u8
 }
 
-/// As a viewer before this one told them; what cannot be read is passed over.
+/// Parses the standings that a previous viewer reported; unreadable ones are skipped.
 pub(super) fn standings_of(alarms: &[AlarmStanding]) -> Vec<(String, Standing, SourceTime)> {
     let standing = |events: &AlarmStanding| {
         let standing = serde_json::from_str(&events.standing).ok()?;

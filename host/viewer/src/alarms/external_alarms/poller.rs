@@ -15,7 +15,7 @@ const POLL_PERIOD: Duration = Duration::from_millis(500);
 #[derive(Default)]
 struct State {
     ends: bool,
-    /// Alarms that nobody took over yet.
+    /// Alarms that were read and not taken yet.
     new_alarms: Option<Vec<SourceAlarm>>,
     health: SourceHealth,
 }

@@ -15,7 +15,7 @@ const MAX_PROXY_MATERIALS: usize = 64;
 #[derive(Default)]
 pub(super) struct Materials {
     pub(super) merged: Vec<Material>,
-    /// By the models' addresses and their own numbers.
+    /// Merged material index by model address and material index.
     known: HashMap<(*const LoadedModel, Option<u32>), u32>,
 }
 
