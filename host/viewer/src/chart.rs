@@ -13,7 +13,7 @@ use busbar_config::ChartConfig;
 use busbar_plugin_host::{Pattern, PluginError, wall_clock};
 use busbar_plugin_process::Plugin;
 use busbar_renderer::{
-    FaceInWorld, MAX_POLYLINE_PARTS, Polylines, RenderError, Renderer, StrokeInWorld,
+    MAX_POLYLINE_PARTS, Polylines, RenderError, Renderer, WorldFace, WorldStroke,
 };
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_ui::{ChartCommand, ChartOverlay, ProjectedChartAxis};
@@ -62,8 +62,8 @@ struct ChartGeometry {
     /// Board revision of the cached geometry.
     revision: Option<u64>,
     shape: Shape,
-    faces: Vec<FaceInWorld>,
-    strokes: Vec<StrokeInWorld>,
+    faces: Vec<WorldFace>,
+    strokes: Vec<WorldStroke>,
 }
 
 impl SceneChart {
@@ -241,12 +241,12 @@ impl SceneChart {
         }
         let shape = self.board.shape(wall_clock().0);
         let world = |at: [f32; 3]| self.world_from_chart.transform_point3(at.into());
-        let face = |face: &busbar_chart::Face| FaceInWorld {
+        let face = |face: &busbar_chart::Face| WorldFace {
             corners: face.corners.map(world),
             color: face.color,
             cover: face.cover,
         };
-        let stroke = |stroke: &busbar_chart::Stroke| StrokeInWorld {
+        let stroke = |stroke: &busbar_chart::Stroke| WorldStroke {
             from: world(stroke.from),
             to: world(stroke.to),
             width: stroke.width,

@@ -6,7 +6,7 @@
 //! colored.
 
 use busbar_plugin_host::Contour;
-use busbar_renderer::{FaceInWorld, StrokeInWorld};
+use busbar_renderer::{WorldFace, WorldStroke};
 use busbar_ui::ContourRow;
 use glam::{Vec2, Vec3, vec2, vec3};
 
@@ -154,8 +154,8 @@ impl Grid {
 pub(crate) fn draw(
     contour: &Contour,
     levels: &[MeasuredLevel],
-    faces: &mut Vec<FaceInWorld>,
-    strokes: &mut Vec<StrokeInWorld>,
+    faces: &mut Vec<WorldFace>,
+    strokes: &mut Vec<WorldStroke>,
 ) {
     let Some(grid) = Grid::over(levels, contour.reach_metres as f32) else { return };
     let band = |x: usize, y: usize| match grid.value_at(x, y) {
@@ -180,7 +180,7 @@ pub(crate) fn draw(
                     grid.corner(x, y + 1),
                     grid.corner(from, y + 1),
                 ];
-                faces.push(FaceInWorld { corners, color, cover });
+                faces.push(WorldFace { corners, color, cover });
             }
         }
         for x in 0..width {
@@ -191,7 +191,7 @@ pub(crate) fn draw(
 }
 
 /// Slanted lines through cells without data.
-fn hatch(grid: &Grid, x: usize, y: usize, strokes: &mut Vec<StrokeInWorld>) {
+fn hatch(grid: &Grid, x: usize, y: usize, strokes: &mut Vec<WorldStroke>) {
     if grid.value_at(x, y) == FieldValue::NoData && (x + grid.size[1] - y).is_multiple_of(2) {
         strokes.push(line(grid.corner(x, y), grid.corner(x + 1, y + 1), 1.6));
     }
@@ -203,7 +203,7 @@ fn borders(
     band: impl Fn(usize, usize) -> Option<i32>,
     x: usize,
     y: usize,
-    strokes: &mut Vec<StrokeInWorld>,
+    strokes: &mut Vec<WorldStroke>,
 ) {
     let Some(own) = band(x, y) else { return };
     let mut border = |other: Option<i32>, from: Vec3, to: Vec3| {
@@ -219,8 +219,8 @@ fn borders(
     }
 }
 
-fn line(from: Vec3, to: Vec3, width: f32) -> StrokeInWorld {
-    StrokeInWorld { from, to, width, color: LINE, cover: 0.8, pattern: 0 }
+fn line(from: Vec3, to: Vec3, width: f32) -> WorldStroke {
+    WorldStroke { from, to, width, color: LINE, cover: 0.8, pattern: 0 }
 }
 
 #[cfg(test)]

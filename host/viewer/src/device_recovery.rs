@@ -6,7 +6,7 @@
 
 use std::time::{Duration, Instant};
 
-use busbar_renderer::{Cure, RenderError, Renderer};
+use busbar_renderer::{RecoveryAction, RenderError, Renderer};
 
 use crate::load::LoadedScene;
 use crate::{ViewError, uploaded_models};
@@ -68,7 +68,9 @@ impl DeviceRecovery {
         let mut renderer = loop {
             match open() {
                 Ok(renderer) => break renderer,
-                Err(error) if error.cure() == Cure::None => return Err(error.into()),
+                Err(error) if error.recovery_action() == RecoveryAction::None => {
+                    return Err(error.into());
+                }
                 Err(error) => recovery.note_loss(error)?,
             }
             recovery.wait();
@@ -105,17 +107,17 @@ impl DeviceRecovery {
                 }
                 Err(error) => error,
             };
-            match error.cure() {
-                Cure::None => return Err(error.into()),
-                Cure::NewDevice => self.note_loss(error)?,
-                Cure::FreeMemory if !has_freed => {
+            match error.recovery_action() {
+                RecoveryAction::None => return Err(error.into()),
+                RecoveryAction::RecreateDevice => self.note_loss(error)?,
+                RecoveryAction::FreeMemory if !has_freed => {
                     has_freed = true;
                     tracing::warn!("{error}; what can be had again is given back");
                     if let Err(error) = renderer.free_memory() {
                         self.note_loss(error)?;
                     }
                 }
-                Cure::FreeMemory => {
+                RecoveryAction::FreeMemory => {
                     if self.waits {
                         return Err(error.into());
                     }

@@ -5,7 +5,7 @@
 //! without color. One head means within the rating, two above it, none no flow; a dashed outline
 //! means unknown.
 
-use busbar_renderer::{FaceInWorld, StrokeInWorld};
+use busbar_renderer::{WorldFace, WorldStroke};
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::Snapshot;
 use glam::Vec3;
@@ -79,8 +79,8 @@ pub(crate) fn draw(
     graph: &SceneGraph,
     snapshot: Snapshot<'_>,
     eye: Vec3,
-    faces: &mut Vec<FaceInWorld>,
-    strokes: &mut Vec<StrokeInWorld>,
+    faces: &mut Vec<WorldFace>,
+    strokes: &mut Vec<WorldStroke>,
 ) {
     let mut arrows: Vec<Arrow> = flows
         .iter()
@@ -112,7 +112,7 @@ fn arrow(graph: &SceneGraph, ends: [NodeIndex; 2], share: Option<f64>) -> Option
 }
 
 impl Arrow {
-    fn draw(self, eye: Vec3, faces: &mut Vec<FaceInWorld>, strokes: &mut Vec<StrokeInWorld>) {
+    fn draw(self, eye: Vec3, faces: &mut Vec<WorldFace>, strokes: &mut Vec<WorldStroke>) {
         let Self { middle, along, length, shape } = self;
         let aside = along.cross((eye - middle).normalize_or(Vec3::Y));
         // Seen from its end an arrow is short: as narrow then, so that it keeps its shape.
@@ -131,12 +131,12 @@ impl Arrow {
             if is_filled {
                 let [a, b, c] = [corners[0], corners[1], corners[2]];
                 let d = corners.get(3).copied().unwrap_or(c);
-                faces.push(FaceInWorld { corners: [a, b, c, d], color, cover: COVER });
+                faces.push(WorldFace { corners: [a, b, c, d], color, cover: COVER });
             }
             for (index, &from) in corners.iter().enumerate() {
                 let to = corners[(index + 1) % corners.len()];
                 let (width, color, cover) = (EDGE_POINTS, EDGE, 1.0);
-                strokes.push(StrokeInWorld { from, to, width, color, cover, pattern });
+                strokes.push(WorldStroke { from, to, width, color, cover, pattern });
             }
         };
         let start = -0.5 * length;
@@ -154,7 +154,7 @@ impl Arrow {
 mod tests {
     use super::*;
 
-    fn drawn(share: Option<f64>) -> (Vec<FaceInWorld>, Vec<StrokeInWorld>) {
+    fn drawn(share: Option<f64>) -> (Vec<WorldFace>, Vec<WorldStroke>) {
         let (mut faces, mut strokes) = (Vec::new(), Vec::new());
         let along = if share.is_none_or(|share| share >= 0.0) { Vec3::X } else { -Vec3::X };
         let arrow =
@@ -164,7 +164,7 @@ mod tests {
     }
 
     /// Returns the x coordinate of the tip.
-    fn tip(faces: &[FaceInWorld]) -> f32 {
+    fn tip(faces: &[WorldFace]) -> f32 {
         let head = faces.last().unwrap().corners;
         head[1].x
     }

@@ -49,7 +49,7 @@ impl FrameBudget {
     /// Takes a frame into account. One that still waits for meshes at their new detail
     /// says nothing, nor does one that was skipped.
     pub(crate) fn record_frame(&mut self, frame: &FrameStats) {
-        let device_millis = frame.gpu_millis.unwrap_or(0.0) + frame.hide_millis;
+        let device_millis = frame.gpu_millis.unwrap_or(0.0) + frame.occlusion_millis;
         let millis = device_millis.max(frame.cpu_millis);
         if frame.waiting == 0 && frame.draw_calls > 0 {
             self.evaluate(millis);

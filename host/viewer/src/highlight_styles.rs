@@ -2,7 +2,7 @@
 //! (`tests/e2e/tests/greyscale.rs`): abnormal states have patterns, normal ones are plain.
 
 use busbar_plugin_host::Pattern;
-use busbar_renderer::patterned;
+use busbar_renderer::highlight_with_pattern;
 
 use crate::color::linear_from_srgb;
 
@@ -14,12 +14,12 @@ pub const NONE: Highlight = [0.0; 4];
 /// Selected; it has an outline besides.
 pub const SELECTION: Highlight = [0.02, 0.16, 0.55, 0.45];
 /// Outside its normal band.
-pub const WARNING: Highlight = patterned([0.7, 0.25, 0.01], 0.9, DOTTED);
+pub const WARNING: Highlight = highlight_with_pattern([0.7, 0.25, 0.01], 0.9, DOTTED);
 /// Value that needs immediate action.
-pub const ALARM: Highlight = patterned([0.5, 0.005, 0.008], 0.85, CROSSED);
+pub const ALARM: Highlight = highlight_with_pattern([0.5, 0.005, 0.008], 0.85, CROSSED);
 /// Something was shown here, and is not known any more.
-pub const UNKNOWN: Highlight = patterned([0.05, 0.05, 0.06], 0.75, STRIPED);
-/// Strength of plain and of patterned legend states; plain ones are weaker.
+pub const UNKNOWN: Highlight = highlight_with_pattern([0.05, 0.05, 0.06], 0.75, STRIPED);
+/// Strength of plain and of highlight_with_pattern legend states; plain ones are weaker.
 const PLAIN_STRENGTH: f32 = 0.5;
 const PATTERN_STRENGTH: f32 = 0.85;
 /// Pattern numbers of the renderer.
@@ -45,5 +45,5 @@ pub fn state_style(color: [u8; 3], pattern: Pattern) -> Highlight {
         Pattern::Dotted => DOTTED,
     };
     let strength = if pattern == 0 { PLAIN_STRENGTH } else { PATTERN_STRENGTH };
-    patterned(color.map(linear_from_srgb), strength, pattern)
+    highlight_with_pattern(color.map(linear_from_srgb), strength, pattern)
 }

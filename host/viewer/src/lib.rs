@@ -72,8 +72,8 @@ pub use busbar_plugin_process::{
 };
 pub use busbar_point_import::{ListFault, PluginInstance};
 pub use busbar_renderer::{
-    LargePages, Picture, Quality, RenderError, RendererOptions, SectionPlane, WindowHandles,
-    load_within_one_heap,
+    HugePageAllocator, Picture, Quality, RenderError, RendererOptions, SectionPlane, WindowHandles,
+    configure_allocator,
 };
 pub use busbar_ui::{AlarmAction, ChartCommand};
 pub use commands::{OfferedCommand, offered_commands, plugin_with_command};

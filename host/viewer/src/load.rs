@@ -105,7 +105,7 @@ pub(crate) struct LoadedModel {
 impl LoadedModel {
     /// Returns the model's handle on the device.
     pub(crate) fn handle(&self) -> ModelHandle {
-        ModelHandle::of(self.slot.unwrap_or(u32::MAX))
+        ModelHandle::from_index(self.slot.unwrap_or(u32::MAX))
     }
 }
 
@@ -420,8 +420,8 @@ impl LoadedScene {
         };
         let with_samples = |quality: Quality| (quality, view.samples.unwrap_or(quality.samples()));
         let (quality, samples) = with_samples(quality);
-        let on_processor = view.quality.is_none().then(|| with_samples(Quality::Low));
-        RendererOptions { quality, samples, on_processor, validation: false }
+        let on_software_rasterizer = view.quality.is_none().then(|| with_samples(Quality::Low));
+        RendererOptions { quality, samples, on_software_rasterizer, validation: false }
     }
 
     /// The equipment that a tag is bound to first.

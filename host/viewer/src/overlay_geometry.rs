@@ -2,7 +2,7 @@
 //! It is rebuilt when its inputs change, such as the eye position.
 
 use busbar_plugin_host::Contour;
-use busbar_renderer::{FaceInWorld, MAX_POLYLINE_PARTS, Polylines, StrokeInWorld};
+use busbar_renderer::{MAX_POLYLINE_PARTS, Polylines, WorldFace, WorldStroke};
 use busbar_scene::SceneGraph;
 use busbar_tags::Snapshot;
 use glam::{Vec3, vec2};
@@ -28,8 +28,8 @@ pub(crate) struct OverlayGeometry {
 
 #[derive(Default)]
 struct Geometry {
-    faces: Vec<FaceInWorld>,
-    strokes: Vec<StrokeInWorld>,
+    faces: Vec<WorldFace>,
+    strokes: Vec<WorldStroke>,
 }
 
 /// Inputs that the geometry was computed from.

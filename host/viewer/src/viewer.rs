@@ -25,9 +25,9 @@ use busbar_history::History;
 use busbar_plugin_host::{LinkReport, SampleSink, SceneClock, wall_clock};
 use busbar_plugin_process::Plugin;
 use busbar_renderer::{
-    CameraView, DeviceChoice, DrawList, EguiFrame, Frame, FrameStats, Instances, PickState,
-    Picture, PixelArea, RenderError, Renderer, RendererOptions, SectionPlane, Wanted,
-    WindowHandles, give_back_freed_memory,
+    CameraView, DeviceChoice, DrawList, EguiFrame, Frame, FrameStats, InstanceSource, PickState,
+    Picture, PixelArea, RenderError, Renderer, RendererOptions, ResolveRequest, SectionPlane,
+    WindowHandles, release_freed_memory,
 };
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{EventLog, Moment, Origin, Sample, Snapshot, TagTable};
@@ -442,7 +442,7 @@ impl Viewer {
         });
         if !matches!(drawn, Ok(Some(_))) {
             // egui tells of these once, and the next frame needs them.
-            self.renderer.keep_textures(&egui.textures_delta)?;
+            self.renderer.update_textures(&egui.textures_delta)?;
         }
         // Cleared in any case: egui panics when a delta is dropped full.
         egui.textures_delta.clear();
@@ -468,7 +468,7 @@ impl Viewer {
         self.record_frame_time(started);
         if self.frames == 1 && !self.settles {
             // What loading took, nobody needs again.
-            give_back_freed_memory();
+            release_freed_memory();
         }
         let root = egui.viewport_output.get(&egui::ViewportId::ROOT);
         let needs_frames = self.lod_cursors.is_morphing()

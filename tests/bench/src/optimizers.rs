@@ -4,7 +4,7 @@ use anyhow::{Result, anyhow};
 use busbar_geometry::{Collapse, CollapseSequence, Mesh};
 use busbar_plugin_sdk::{self as sdk, CollapseList, MeshOptimizer, Plugin, Progress};
 use quadric_collapse::{QuadricCollapse, Settings};
-use weighted_collapse::{Order, Reading};
+use weighted_collapse::{Interpretation, Order};
 
 /// A mesh as an optimiser is handed it.
 pub(crate) struct Input<'a> {
@@ -28,10 +28,10 @@ impl<'a> Input<'a> {
 
     /// The paper's weights in some order.
     pub(crate) fn weighted(&self, order: Order, max_threads: usize) -> Result<CollapseList> {
-        let progress = &mut Progress::unwatched();
+        let progress = &mut Progress::detached();
         weighted_collapse::collapse_list(
             self.view(),
-            &Reading::BUSBAR,
+            &Interpretation::BUSBAR,
             order,
             max_threads,
             progress,
@@ -43,7 +43,7 @@ impl<'a> Input<'a> {
     pub(crate) fn quadric(&self) -> Result<CollapseList> {
         let optimize = || {
             let plugin = QuadricCollapse::create(Settings::default(), sdk::testing::host())?;
-            plugin.optimize(self.view(), &mut Progress::unwatched())
+            plugin.optimize(self.view(), &mut Progress::detached())
         };
         optimize().map_err(|error| anyhow!("quadric_collapse: {}", error.message()))
     }

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use busbar_geometry::{CollapseSequence, CollapseStacks, RawPrimitive, weld};
 use busbar_plugin_host::{Catalog, Overlay, Pattern};
 use busbar_renderer::{
-    CameraView, DrawInstance, Frame, ModelHandle, ModelUpload, OutlineKind, Outlined, Picture,
-    Quality, Renderer, RendererOptions,
+    CameraView, DrawInstance, Frame, ModelHandle, ModelUpload, OutlineKind, OutlinedObject,
+    Picture, Quality, Renderer, RendererOptions,
 };
 use busbar_scene::Material;
 use busbar_viewer::highlight_styles::{self, Highlight};
@@ -140,14 +140,14 @@ fn picture(renderer: &mut Renderer, model: ModelHandle, look: Option<&Look>) -> 
         first_feature: None,
     };
     let drawn: Vec<DrawInstance> = look.into_iter().map(instance).collect();
-    let outlined: Vec<Outlined> = look
+    let outlined: Vec<OutlinedObject> = look
         .and_then(|look| look.outline)
-        .map(|kind| Outlined { object: 1, kind })
+        .map(|kind| OutlinedObject { object: 1, kind })
         .into_iter()
         .collect();
     let aspect = SIZE[0] as f32 / SIZE[1] as f32;
     let camera = CameraView::look_at(Vec3::Z * 4.0, Vec3::ZERO, Vec3::Y, 0.7, aspect, 0.1);
-    let frame = Frame { background: [0.45; 3], outlined: &outlined, ..Frame::of(camera, &drawn) };
+    let frame = Frame { background: [0.45; 3], outlined: &outlined, ..Frame::new(camera, &drawn) };
     renderer.draw(&frame).expect("it can be drawn");
     renderer.read_picture().expect("it was drawn")
 }

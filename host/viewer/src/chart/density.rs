@@ -3,8 +3,8 @@
 
 use busbar_chart::{Board, Brush, DensityRequest, Join, edges_of};
 use busbar_renderer::{
-    BrushedAxis, Cure, DensityInput, DensityProgress, DensitySummary, PlaneInWorld, RenderError,
-    Renderer,
+    BrushedAxis, DensityInput, DensityPlane, DensityProgress, DensitySummary, RecoveryAction,
+    RenderError, Renderer,
 };
 use busbar_ui::DensityLegend;
 use glam::Affine3A;
@@ -24,7 +24,7 @@ pub(super) struct Density {
     shown: Option<(DensityRequest, DensitySummary)>,
     /// Reason why the records cannot be counted.
     fault: Option<String>,
-    planes: Vec<PlaneInWorld>,
+    planes: Vec<DensityPlane>,
 }
 
 impl Density {
@@ -44,7 +44,7 @@ impl Density {
         let Some(request) = &self.request else { return Ok(()) };
         match count(renderer, request, board, (last_read, self.arrangement), settles) {
             Ok(progress) => (self.progress, self.fault) = (progress, None),
-            Err(error) if error.cure() == Cure::None => {
+            Err(error) if error.recovery_action() == RecoveryAction::None => {
                 self.progress = DensityProgress::default();
                 self.fault = Some(error.to_string());
             }
@@ -90,27 +90,27 @@ impl Density {
         if !request.has_axes_of(wanted) {
             return;
         }
-        let is_brushed = summary.meant > 0 || !wanted.brushes.is_empty();
+        let is_brushed = summary.brushed > 0 || !wanted.brushes.is_empty();
         let meant = (is_brushed && request.brushes == wanted.brushes).then_some(MEANT);
         let world = |at: [f32; 3]| world_from_chart.transform_point3(at.into());
-        let plane = |[from, to]: [[f32; 3]; 2]| PlaneInWorld {
+        let plane = |[from, to]: [[f32; 3]; 2]| DensityPlane {
             from: world(from),
             to: world(to),
             height: board.height(),
             color: LINES,
-            meant,
+            brushed: meant,
         };
         self.planes.extend(board.density_feet().into_iter().map(plane));
     }
 
-    pub(super) fn planes(&self) -> &[PlaneInWorld] {
+    pub(super) fn planes(&self) -> &[DensityPlane] {
         &self.planes
     }
 
     /// Records that are known and those of them that are meant, as far as they are counted.
     pub(super) fn counts(&self) -> Option<[usize; 2]> {
         let (_, summary) = self.shown.as_ref().filter(|_| !self.is_counting())?;
-        Some([summary.lines as usize, summary.meant as usize])
+        Some([summary.lines as usize, summary.brushed as usize])
     }
 
     /// Returns the density part of the chart's legend.
@@ -119,7 +119,7 @@ impl Density {
         let summary = self.shown.as_ref().map(|(_, summary)| *summary).unwrap_or_default();
         Some(DensityLegend {
             counting: self.needs_frames().then_some([self.progress.counted, self.progress.of]),
-            most: summary.most as usize,
+            most: summary.peak as usize,
             fault: self.fault.clone(),
         })
     }

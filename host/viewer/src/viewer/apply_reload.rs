@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use busbar_config::{PluginConfig, TagConfig};
-use busbar_renderer::give_back_freed_memory;
+use busbar_renderer::release_freed_memory;
 use busbar_tags::Renumbering;
 
 use super::*;
@@ -54,7 +54,7 @@ impl Viewer {
         let end = std::thread::Builder::new().name("reload end".into());
         drop(end.spawn(move || {
             drop(before);
-            give_back_freed_memory();
+            release_freed_memory();
         }));
         tracing::info!("the configuration is loaded again: {changes}");
         Ok(())

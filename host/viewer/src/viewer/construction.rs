@@ -178,7 +178,10 @@ pub(super) fn appearance_of(scene: &mut LoadedScene) -> Appearance {
 
 /// Returns the renderer options; headless pictures ignore those for software rasterizers.
 pub(super) fn options_of(options: RendererOptions, is_live: bool) -> RendererOptions {
-    RendererOptions { on_processor: options.on_processor.filter(|_| is_live), ..options }
+    RendererOptions {
+        on_software_rasterizer: options.on_software_rasterizer.filter(|_| is_live),
+        ..options
+    }
 }
 
 /// The device that the configuration wants.

@@ -63,11 +63,11 @@ impl Viewer {
             LodRequest::Mesh(place) => {
                 renderer.triangles_at(&mesh_at_cursor(models, place)).is_some()
             }
-            LodRequest::Morph(place) => renderer.has_way(&mesh_at_cursor(models, place)),
+            LodRequest::Morph(place) => renderer.has_morph_target(&mesh_at_cursor(models, place)),
         });
         renderer.request(lod_cursors.waiting(&scene.models).map(|needed| match needed {
-            LodRequest::Mesh(place) => Wanted::Mesh(mesh_at_cursor(models, place)),
-            LodRequest::Morph(place) => Wanted::Way(mesh_at_cursor(models, place)),
+            LodRequest::Mesh(place) => ResolveRequest::Mesh(mesh_at_cursor(models, place)),
+            LodRequest::Morph(place) => ResolveRequest::MorphTarget(mesh_at_cursor(models, place)),
         }));
     }
 
@@ -119,7 +119,7 @@ impl Viewer {
     ) -> Frame<'a> {
         Frame {
             camera,
-            instances: Instances::Kept(instances),
+            instances: InstanceSource::Retained(instances),
             object_highlights,
             wireframe: self.wireframe,
             background: self.background(),

@@ -26,7 +26,7 @@ impl Viewer {
             theta: rows.clone().map(|row| (row.name.clone(), row.theta[1])).collect(),
             theta_span: rows.map(|row| (row.name.clone(), row.theta)).collect(),
             cpu_ms: self.cpu_millis,
-            hide_ms: self.last_frame.hide_millis,
+            hide_ms: self.last_frame.occlusion_millis,
             draw_calls: self.last_frame.draw_calls,
             draw_commands: self.last_frame.draw_commands,
             gpu_ms: stats::gpu_millis(&self.last_frame),

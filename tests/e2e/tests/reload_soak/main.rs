@@ -9,7 +9,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use busbar_plugin_check::heap_bytes;
-use busbar_renderer::give_back_freed_memory;
+use busbar_renderer::release_freed_memory;
 use busbar_viewer::reload::{ReloadOutcome, Reloader};
 use busbar_viewer::{AlarmAction, LoadedScene, Picture, Viewer};
 use e2e::peer::{Peer, calm_values};
@@ -60,7 +60,7 @@ struct Holdings {
 
 impl Holdings {
     fn now() -> Self {
-        give_back_freed_memory();
+        release_freed_memory();
         let entries = |path: &str| fs::read_dir(path).expect("it is there").count();
         let status = fs::read_to_string("/proc/self/status").expect("it is there");
         let resident = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
