@@ -1,6 +1,6 @@
 //! View model of the parallel-coordinates chart in the scene.
 
-use busbar_chart::{Action, Explanation, Join, Layout, TextKind};
+use busbar_chart::{Action, BrushOperator, Explanation, Layout, TextKind};
 use egui::Pos2;
 
 use crate::LegendRow;
@@ -17,7 +17,7 @@ pub struct ChartModel {
     /// All axes from left to right.
     pub axes: Vec<ChartAxisRow>,
     /// Logical combination of brushes: all or any.
-    pub join: Join,
+    pub join: BrushOperator,
     /// Descriptions of the brushes for the panel.
     pub brushes: Vec<String>,
     /// Records known at the instant shown.

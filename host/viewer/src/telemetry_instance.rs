@@ -4,13 +4,13 @@ use std::time::{Duration, Instant};
 
 use busbar_plugin_host::{ClockReport, LinkReport, SampleSink};
 use busbar_plugin_process::RunningTelemetry;
-use busbar_tags::{Renumbering, Sample, SourceTime};
+use busbar_tags::{HandleRemap, Sample, SourceTime};
 
 /// Running telemetry plugin with the map from its tag indices to the scene's.
 pub(crate) struct TelemetryInstance {
     running: RunningTelemetry,
     /// Map from the plugin's tag indices to the present ones.
-    remap: Renumbering,
+    remap: HandleRemap,
     clock_log: ClockLog,
 }
 
@@ -51,7 +51,7 @@ impl ClockLog {
 impl TelemetryInstance {
     /// Wraps a plugin that was just started.
     pub(crate) fn new(running: RunningTelemetry) -> Self {
-        Self { running, remap: Renumbering::default(), clock_log: ClockLog::default() }
+        Self { running, remap: HandleRemap::default(), clock_log: ClockLog::default() }
     }
 
     /// The configuration's id of the instance.
@@ -60,14 +60,14 @@ impl TelemetryInstance {
     }
 
     /// Adapts to a scene with other tag indices.
-    pub(crate) fn remap_tags(&mut self, remap: &Renumbering) {
+    pub(crate) fn remap_tags(&mut self, remap: &HandleRemap) {
         self.remap = self.remap.then(remap);
     }
 
     /// Passes on the samples since the last call, the oldest first.
     #[inline(always)]
     pub(crate) fn drain(&self, sink: &mut impl SampleSink) {
-        if self.remap.is_none() {
+        if self.remap.is_identity() {
             return self.running.drain(sink);
         }
         self.running.drain(&mut |sample: &Sample| {

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use busbar_alarms::{AlarmSource, Standing};
+use busbar_alarms::{AlarmFlags, AlarmSource};
 
 use super::*;
 
@@ -62,8 +62,8 @@ impl AlarmService {
     /// its state, its standing, and the time of its last change.
     pub(crate) fn changed_since(
         &self,
-        known: &mut HashMap<AlarmHandle, Standing>,
-    ) -> Vec<(String, State, Standing, SourceTime)> {
+        known: &mut HashMap<AlarmHandle, AlarmFlags>,
+    ) -> Vec<(String, State, AlarmFlags, SourceTime)> {
         let mut changed = Vec::new();
         let closed = known.keys().copied().filter(|&alarm| {
             self.table.status(alarm).is_none_or(|status| status.state == State::A)
@@ -86,7 +86,7 @@ impl AlarmService {
 
     /// Restores the standings of a previous viewer before the first frame, unless an audit log
     /// exists.
-    pub(crate) fn restore(&mut self, standings: &[(String, Standing, SourceTime)]) {
+    pub(crate) fn restore(&mut self, standings: &[(String, AlarmFlags, SourceTime)]) {
         if self.log.is_none() {
             let standings =
                 standings.iter().map(|(id, standing, at)| (id.as_str(), *standing, *at));

@@ -6,8 +6,8 @@ use std::time::{Duration, SystemTime};
 
 use busbar_config::{Config, LinkFaultKind, ScenarioConfig, SimulatedShape, TagConfig};
 use busbar_plugin_host::{
-    Behaviour, DeviceScenario, FaultKind, PluginError, Shape, SimulatedEvent, SimulatedLinkFault,
-    SimulatedTag, Simulation, SimulationStatus,
+    DeviceScenario, FaultKind, PluginError, Shape, SimulatedBehavior, SimulatedEvent,
+    SimulatedLinkFault, SimulatedTag, Simulation, SimulationStatus,
 };
 use busbar_plugin_process::{Plugin, RunningSimulator, SimulatorRegistration};
 
@@ -121,8 +121,8 @@ impl SimulatedDevices {
             let simulated: Vec<_> = tags
                 .into_iter()
                 .filter_map(|tag| {
-                    let behaviour = behaviour(config.tags.get(&tag.id)?);
-                    Some(SimulatedTag { tag, behaviour })
+                    let behavior = behavior(config.tags.get(&tag.id)?);
+                    Some(SimulatedTag { tag, behavior })
                 })
                 .collect();
             let tag_count = simulated.len();
@@ -214,10 +214,10 @@ fn scale(tag: &TagConfig) -> [f64; 2] {
 }
 
 /// Returns the value generator of a tag in device units: the host's scale is inverted.
-fn behaviour(tag: &TagConfig) -> Behaviour {
+fn behavior(tag: &TagConfig) -> SimulatedBehavior {
     let simulate = &tag.simulate;
     let [factor, offset] = scale(tag);
-    Behaviour {
+    SimulatedBehavior {
         shape: match simulate.shape {
             SimulatedShape::Constant => Shape::Constant,
             SimulatedShape::Sine => Shape::Sine,

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use busbar_alarms::{AlarmHandle, Standing, State};
+use busbar_alarms::{AlarmFlags, AlarmHandle, State};
 use busbar_plugin_host::Verdict;
 use busbar_protocol::message::{
     AlarmSnapshot, CameraPose, EquipmentVerdict, TagOrigin, TagQuality, TagSnapshot,
@@ -24,7 +24,7 @@ pub(super) struct ChangeReporter {
     is_ready: bool,
     hovered: Option<String>,
     pose: Option<CameraPose>,
-    alarms: HashMap<AlarmHandle, Standing>,
+    alarms: HashMap<AlarmHandle, AlarmFlags>,
     /// Quality and origin of each tag, by handle.
     qualities: Vec<Option<(Quality, Origin)>>,
     /// Tag index at which the search for changed qualities continues.
@@ -184,7 +184,7 @@ fn state_number(state: State) -> u8 {
 }
 
 /// Parses the standings that a previous viewer reported; unreadable ones are skipped.
-pub(super) fn standings_of(alarms: &[AlarmSnapshot]) -> Vec<(String, Standing, SourceTime)> {
+pub(super) fn standings_of(alarms: &[AlarmSnapshot]) -> Vec<(String, AlarmFlags, SourceTime)> {
     let standing = |report: &AlarmSnapshot| {
         let standing = serde_json::from_str(&report.standing).ok()?;
         Some((report.alarm.clone(), standing, SourceTime(report.since)))
