@@ -5,6 +5,7 @@
 //! through one optimizer; [`import_scene`] creates a configuration from a model and a point list.
 //!
 //! Invariant: no Vulkan type and no protocol message crosses this public interface.
+#![doc = include_str!("../DESIGN.md")]
 
 mod alarms;
 mod camera;
