@@ -179,8 +179,8 @@ impl Found {
             let topology = &scene.topology;
             document.text(format!(
                 "{} vertices, {} triangles; {} rounds on {} cores.",
-                document::words::grouped(topology.positions.len() as u64),
-                document::words::grouped(topology.triangles.len() as u64),
+                document::number_format::grouped(topology.positions.len() as u64),
+                document::number_format::grouped(topology.triangles.len() as u64),
                 self.rounds,
                 cores()
             ));

@@ -8,7 +8,7 @@ use busbar_geometry::CollapseStacks;
 use busbar_plugin_host::{Catalog, MeshOptimizer};
 use busbar_plugin_sdk::CollapseList;
 use indicatif::ProgressBar;
-use measure::meshoptimizer::{Input as PeerInput, Kind};
+use measure::meshoptimizer::{Input as PeerInput, Simplifier};
 use serde_json::{Map, Value};
 use weighted_collapse::Order;
 
@@ -54,7 +54,7 @@ pub(crate) fn run(
         [Series::new("paper_through_plugin", "ms"), Series::new("quadric_through_plugin", "ms")];
     let mut reached = 0;
     for _ in 0..rounds {
-        reached = simplify.processor(|| peer.simplify(Kind::Plain, wanted))?.len();
+        reached = simplify.processor(|| peer.simplify(Simplifier::Plain, wanted))?.len();
         let list = paper.measure(|| input.weighted(Order::Paper, 1))?;
         let count = scene.mesh.positions.len();
         for (series, mesh) in [(&mut stacks, &bare), (&mut stacks_of_wedges, &scene.mesh)] {

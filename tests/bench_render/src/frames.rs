@@ -57,7 +57,7 @@ pub(crate) fn measure(
                 share: level.share,
                 triangles: level.triangles,
                 samples: SAMPLES,
-                millis: Series::of(millis),
+                millis: Series::from_values(millis),
                 peak_bytes: drawer.peak_bytes()?,
             });
         }

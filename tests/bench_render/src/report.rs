@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use document::words::grouped;
+use document::number_format::grouped;
 use document::{Claim, Document, Verdict, machine};
 use serde::Serialize;
 use serde_json::json;
@@ -194,7 +194,7 @@ fn document(results: &Results) -> Document {
         "The paper's substation, {} pixels, everyone on one core of the same software rasteriser and \
          without antialiasing, one directional light, in alternating rounds; a frame counts until \
          its picture is finished. Measured on {}.",
-        document::words::size(crate::drawer::SIZE),
+        document::number_format::size(crate::drawer::SIZE),
         machine(),
     ));
     document.heading("Bars");

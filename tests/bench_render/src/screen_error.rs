@@ -94,7 +94,7 @@ pub(crate) fn measure(
             }
         }
         let mut series =
-            drawers.into_iter().map(|(drawer, millis)| (drawer.name, Series::of(millis)));
+            drawers.into_iter().map(|(drawer, millis)| (drawer.name, Series::from_values(millis)));
         let mut own = || series.next().map_or_else(Series::default, |(_, series)| series);
         let (full_millis, millis) = (own(), own());
         let peer = series.min_by(|(_, a), (_, b)| a.p50.total_cmp(&b.p50));

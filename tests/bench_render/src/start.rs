@@ -81,7 +81,7 @@ pub(crate) fn measure(
             series.push(seconds);
         }
     }
-    let summed = |(start, series)| Start { seconds: Series::of(series), ..start };
+    let summed = |(start, series)| Start { seconds: Series::from_values(series), ..start };
     Ok(all.into_iter().map(summed).collect())
 }
 

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::{Block, Claim, Document, Sheet, Table};
+use crate::{Block, Claim, ContactSheet, Document, Table};
 
 /// Calm on a screen, and on paper.
 const STYLE: &str = include_str!("style.css");
@@ -34,7 +34,7 @@ fn write_block(text: &mut String, block: &Block) {
         }
         Block::Table(table) => write_table(text, table),
         Block::Claims(claims) => write_claims(text, claims),
-        Block::Sheet(sheet) => write_sheet(text, sheet),
+        Block::ContactSheet(sheet) => write_sheet(text, sheet),
         Block::Chart(chart) => {
             let (svg, caption) = (&chart.svg, escaped(&chart.caption));
             let _ = writeln!(
@@ -79,7 +79,7 @@ fn write_claims(text: &mut String, claims: &[Claim]) {
     let _ = writeln!(text, "</ul>");
 }
 
-fn write_sheet(text: &mut String, sheet: &Sheet) {
+fn write_sheet(text: &mut String, sheet: &ContactSheet) {
     let caption = escaped(&sheet.caption);
     let columns = sheet.columns;
     let _ = writeln!(text, "<section class=\"sheet\" style=\"--columns:{columns}\">");

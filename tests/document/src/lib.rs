@@ -6,8 +6,8 @@ pub mod chart;
 mod html;
 mod machine;
 mod markdown;
+pub mod number_format;
 mod series;
-pub mod words;
 mod writer;
 
 pub use html::html;
@@ -35,7 +35,7 @@ pub enum Block {
     /// Table.
     Table(Table),
     /// Pictures side by side.
-    Sheet(Sheet),
+    ContactSheet(ContactSheet),
     /// Claims and what became of them.
     Claims(Vec<Claim>),
     /// Drawing.
@@ -57,18 +57,18 @@ pub struct Table {
 
 /// A contact sheet.
 #[derive(Clone, Debug)]
-pub struct Sheet {
+pub struct ContactSheet {
     /// What it shows.
     pub caption: String,
     /// Pictures a row.
     pub columns: usize,
     /// The pictures.
-    pub pictures: Vec<Captioned>,
+    pub pictures: Vec<CaptionedPicture>,
 }
 
 /// A picture with its words.
 #[derive(Clone, Debug)]
-pub struct Captioned {
+pub struct CaptionedPicture {
     /// File beside the report.
     pub file: String,
     /// Words under it.
@@ -155,15 +155,15 @@ impl Document {
     }
 
     /// Adds pictures, so many a row.
-    pub fn sheet(&mut self, caption: &str, columns: usize, pictures: Vec<Captioned>) {
+    pub fn sheet(&mut self, caption: &str, columns: usize, pictures: Vec<CaptionedPicture>) {
         let caption = caption.to_owned();
-        self.blocks.push(Block::Sheet(Sheet { caption, columns, pictures }));
+        self.blocks.push(Block::ContactSheet(ContactSheet { caption, columns, pictures }));
     }
 
     /// Files that the report shows and does not write itself.
     pub fn pictures(&self) -> impl Iterator<Item = &str> {
         let sheets = self.blocks.iter().filter_map(|block| match block {
-            Block::Sheet(sheet) => Some(&sheet.pictures),
+            Block::ContactSheet(sheet) => Some(&sheet.pictures),
             _ => None,
         });
         sheets.flatten().map(|picture| picture.file.as_str())

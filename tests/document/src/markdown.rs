@@ -25,7 +25,7 @@ fn write_block(text: &mut String, block: &Block) {
         }
         Block::Table(table) => write_table(text, table),
         Block::Claims(claims) => write_table(text, &table_of(claims)),
-        Block::Sheet(sheet) => {
+        Block::ContactSheet(sheet) => {
             let _ = writeln!(text, "**{}**", escaped(&sheet.caption));
             for picture in &sheet.pictures {
                 let caption = escaped(&picture.caption);

@@ -17,7 +17,7 @@ pub struct Series {
 
 impl Series {
     /// Sums up values.
-    pub fn of(mut values: Vec<f64>) -> Self {
+    pub fn from_values(mut values: Vec<f64>) -> Self {
         values.sort_by(f64::total_cmp);
         let at = |share: f64| {
             let rank = (values.len().saturating_sub(1) as f64 * share).round() as usize;
@@ -33,8 +33,8 @@ mod tests {
 
     #[test]
     fn ranks_are_those_of_the_sorted_values() {
-        let series = Series::of((0..=100).rev().map(f64::from).collect());
+        let series = Series::from_values((0..=100).rev().map(f64::from).collect());
         assert_eq!(series, Series { count: 101, p50: 50.0, p99: 99.0, longest: 100.0 });
-        assert_eq!(Series::of(Vec::new()), Series::default());
+        assert_eq!(Series::from_values(Vec::new()), Series::default());
     }
 }

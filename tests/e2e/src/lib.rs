@@ -7,6 +7,7 @@
 //! where `CI` or `BUSBAR_REQUIRE_PEERS` is set.
 
 pub mod display;
+pub mod faulty_plugins;
 pub mod glb;
 pub mod peer;
 pub mod picture;
@@ -14,7 +15,6 @@ pub mod process;
 pub mod relay;
 pub mod scene;
 pub mod stats;
-pub mod trouble;
 pub mod window;
 
 use std::path::{Path, PathBuf};

@@ -9,7 +9,9 @@ use busbar_viewer::charts::{Action, AxisView, Brush, Layout, MAX_STROKED_RECORDS
 use busbar_viewer::{ChartStats, LoadedScene, RendererOptions, Stats, Viewer};
 use dga::{Concentration, Gas, Sample, Zone, triangle_1};
 use e2e::Scene;
-use fleet::{Fault, Row, TRANSFORMERS, equipment, histories, monitored, one_by_one, place};
+use fleet::{
+    Row, TRANSFORMERS, TransformerFault, equipment, histories, monitored, one_by_one, place,
+};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::json;
 use time::{Date, Month};
@@ -251,18 +253,18 @@ fn each_of_117_faults_frames_its_transformer_with_verdict_and_evidence() {
         assert!(chart.states[&id].as_ref().is_some_and(|state| state.contains("status 3")));
     }
     let named: Vec<&str> = seen.iter().map(|zone| zone.name()).collect();
-    assert_eq!(seen.len(), Fault::ALL.len(), "every class was among them: {named:?}");
+    assert_eq!(seen.len(), TransformerFault::ALL.len(), "every class was among them: {named:?}");
 }
 
 /// What a verdict must say of a fault, one of these.
-fn words(fault: Fault) -> &'static [&'static str] {
+fn words(fault: TransformerFault) -> &'static [&'static str] {
     match fault {
-        Fault::None => &["typical"],
-        Fault::Pd => &["partial discharges"],
-        Fault::D1 | Fault::D2 => &["discharges of"],
+        TransformerFault::None => &["typical"],
+        TransformerFault::Pd => &["partial discharges"],
+        TransformerFault::D1 | TransformerFault::D2 => &["discharges of"],
         // Only triangle 1 knows both at once.
-        Fault::Dt => &["discharges", "overheating"],
-        Fault::T1 | Fault::T2 | Fault::T3 => &["overheating"],
+        TransformerFault::Dt => &["discharges", "overheating"],
+        TransformerFault::T1 | TransformerFault::T2 | TransformerFault::T3 => &["overheating"],
     }
 }
 

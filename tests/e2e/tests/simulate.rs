@@ -335,7 +335,7 @@ fn what_cannot_be_simulated_is_told() {
 #[test]
 fn sources_without_a_simulator_are_remarked() {
     let mut scene = scene();
-    e2e::trouble::compile(&scene.path("plugins"));
+    e2e::faulty_plugins::compile(&scene.path("plugins"));
     scene.config["plugins"]["other"] = json!({"plugin": "trouble.steady"});
     scene.config["tags"]["C"] = json!({"type": "f64", "source": {"plugin": "other", "address": 1}});
     let mut command = busbar();

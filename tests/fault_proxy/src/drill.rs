@@ -3,22 +3,23 @@
 
 use std::time::{Duration, Instant};
 
-use crate::{Fault, FaultProxy, Script, Usage};
+use crate::{ConnectionFault, FaultProxy, FaultScript, ResourceUsage};
 
 /// All that may happen to a connection.
-pub const ALL_FAULTS: [Fault; 9] = [
-    Fault::None,
-    Fault::Split,
-    Fault::Delay,
-    Fault::Reset,
-    Fault::Close,
-    Fault::Vanish,
-    Fault::Trickle,
-    Fault::Garbage,
-    Fault::Swap,
+pub const ALL_FAULTS: [ConnectionFault; 9] = [
+    ConnectionFault::None,
+    ConnectionFault::Split,
+    ConnectionFault::Delay,
+    ConnectionFault::Reset,
+    ConnectionFault::Close,
+    ConnectionFault::Vanish,
+    ConnectionFault::Trickle,
+    ConnectionFault::Garbage,
+    ConnectionFault::Swap,
 ];
 /// What ends no connection.
-pub const ENDLESS_FAULTS: [Fault; 3] = [Fault::None, Fault::Split, Fault::Delay];
+pub const ENDLESS_FAULTS: [ConnectionFault; 3] =
+    [ConnectionFault::None, ConnectionFault::Split, ConnectionFault::Delay];
 /// Longest time of a drill.
 pub const MAX_DRILL: Duration = Duration::from_secs(120);
 /// Descriptors and threads that an adapter, a proxy and their connections may hold at once,
@@ -57,7 +58,13 @@ impl FaultProxy {
     /// # Panics
     /// When there are not as many within [`MAX_DRILL`], or hardly any was struck.
     #[track_caller]
-    pub fn break_all(&self, script: &Script, count: u64, pause: Duration, endless: &[Fault]) {
+    pub fn break_all(
+        &self,
+        script: &FaultScript,
+        count: u64,
+        pause: Duration,
+        endless: &[ConnectionFault],
+    ) {
         let deadline = Instant::now() + MAX_DRILL;
         while self.connections() < count {
             assert!(Instant::now() < deadline, "{} connections", self.connections());
@@ -75,13 +82,13 @@ impl FaultProxy {
     /// # Panics
     /// When there are not as many within [`MAX_DRILL`], or more is held.
     #[track_caller]
-    pub fn wear_out(&self, count: u64, before: Usage) {
+    pub fn wear_out(&self, count: u64, before: ResourceUsage) {
         let deadline = Instant::now() + MAX_DRILL;
         let mut most = before;
         while self.connections() < count {
             assert!(Instant::now() < deadline, "{} connections", self.connections());
             std::thread::sleep(LOOK_PERIOD);
-            most = most.max(Usage::now());
+            most = most.max(ResourceUsage::now());
         }
         assert!(most.descriptors <= before.descriptors + MAX_DESCRIPTORS, "{before:?}, {most:?}");
         assert!(most.threads <= before.threads + MAX_THREADS, "{before:?}, {most:?}");

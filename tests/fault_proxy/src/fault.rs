@@ -8,7 +8,7 @@ const SPREAD: u64 = 0x9E37_79B9_7F4A_7C15;
 /// What is done to a connection. Faults that strike do so once some bytes have gone
 /// to the client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Fault {
+pub enum ConnectionFault {
     /// Nothing.
     None,
     /// Every byte is a segment of its own, both ways.
@@ -33,32 +33,32 @@ pub enum Fault {
 
 /// Which faults there are.
 #[derive(Clone, Debug)]
-pub struct Script {
+pub struct FaultScript {
     /// Decides all that is random.
     pub seed: u64,
     /// One of these for each connection; without any, nothing is done.
-    pub faults: Vec<Fault>,
+    pub faults: Vec<ConnectionFault>,
     /// Most bytes that go to the client before a fault strikes.
     pub max_bytes: usize,
 }
 
 /// What is done to one connection.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub struct ConnectionPlan {
     /// The fault.
-    pub fault: Fault,
+    pub fault: ConnectionFault,
     /// Bytes to the client before it strikes.
     pub strike_after: usize,
     /// For all that is random in it.
     pub(crate) random: fastrand::Rng,
 }
 
-impl Script {
+impl FaultScript {
     /// What is done to a connection, by its number.
-    pub fn plan(&self, index: u64) -> Plan {
+    pub fn plan(&self, index: u64) -> ConnectionPlan {
         let seed = self.seed ^ index.wrapping_add(1).wrapping_mul(SPREAD);
         let mut random = fastrand::Rng::with_seed(seed);
-        let fault = random.choice(&self.faults).copied().unwrap_or(Fault::None);
-        Plan { fault, strike_after: random.usize(0..=self.max_bytes), random }
+        let fault = random.choice(&self.faults).copied().unwrap_or(ConnectionFault::None);
+        ConnectionPlan { fault, strike_after: random.usize(0..=self.max_bytes), random }
     }
 }

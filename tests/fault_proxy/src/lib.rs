@@ -2,9 +2,9 @@
 //! connection depends on the seed and N alone.
 //!
 //! ```
-//! use fault_proxy::{Fault, FaultProxy, Script};
+//! use fault_proxy::{ConnectionFault, FaultProxy, FaultScript};
 //!
-//! let script = Script { seed: 7, faults: vec![Fault::Reset], max_bytes: 100 };
+//! let script = FaultScript { seed: 7, faults: vec![ConnectionFault::Reset], max_bytes: 100 };
 //! let proxy = FaultProxy::start(([127, 0, 0, 1], 1).into(), script)?;
 //! assert_ne!(proxy.port(), 0);
 //! assert_eq!(proxy.connections(), 0);
@@ -30,9 +30,9 @@ use tokio::task::JoinSet;
 use crate::connection::Connection;
 #[cfg(target_os = "linux")]
 pub use crate::drill::{ALL_FAULTS, ENDLESS_FAULTS, MAX_DRILL, check_stamps};
-pub use crate::fault::{Fault, Plan, Script};
+pub use crate::fault::{ConnectionFault, ConnectionPlan, FaultScript};
 #[cfg(target_os = "linux")]
-pub use crate::usage::Usage;
+pub use crate::usage::ResourceUsage;
 
 /// Connections that are open at once; further ones wait.
 pub const MAX_OPEN: usize = 256;
@@ -61,7 +61,7 @@ impl FaultProxy {
     ///
     /// # Errors
     /// When there is no port or no thread.
-    pub fn start(server: SocketAddr, script: Script) -> io::Result<Self> {
+    pub fn start(server: SocketAddr, script: FaultScript) -> io::Result<Self> {
         Self::start_on(0, server, script)
     }
 
@@ -69,7 +69,7 @@ impl FaultProxy {
     ///
     /// # Errors
     /// When the port is taken, or there is no thread.
-    pub fn start_on(port: u16, server: SocketAddr, script: Script) -> io::Result<Self> {
+    pub fn start_on(port: u16, server: SocketAddr, script: FaultScript) -> io::Result<Self> {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
         listener.set_nonblocking(true)?;
         let port = listener.local_addr()?.port();
@@ -127,7 +127,12 @@ impl Shared {
     }
 }
 
-async fn accept(listener: TcpListener, server: SocketAddr, script: &Script, shared: &Arc<Shared>) {
+async fn accept(
+    listener: TcpListener,
+    server: SocketAddr,
+    script: &FaultScript,
+    shared: &Arc<Shared>,
+) {
     let Ok(listener) = tokio::net::TcpListener::from_std(listener) else { return };
     let mut open = JoinSet::new();
     loop {

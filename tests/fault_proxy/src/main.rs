@@ -5,7 +5,7 @@ use std::net::{SocketAddr, ToSocketAddrs};
 
 use anyhow::{Context, Result};
 use clap::Parser;
-use fault_proxy::{Fault, FaultProxy, Script};
+use fault_proxy::{ConnectionFault, FaultProxy, FaultScript};
 
 /// A TCP proxy that breaks connections in seeded ways.
 #[derive(Parser)]
@@ -20,7 +20,7 @@ struct Arguments {
     seed: u64,
     /// What is done to connections, one of these to each.
     #[arg(long = "fault", value_enum, required = true)]
-    faults: Vec<Fault>,
+    faults: Vec<ConnectionFault>,
     /// Most bytes that go to the client before a fault strikes.
     #[arg(long, default_value_t = 2000)]
     max_bytes: usize,
@@ -28,7 +28,7 @@ struct Arguments {
 
 fn main() -> Result<()> {
     let Arguments { server, port, seed, faults, max_bytes } = Arguments::parse();
-    let script = Script { seed, faults, max_bytes };
+    let script = FaultScript { seed, faults, max_bytes };
     let proxy = FaultProxy::start_on(port, resolve(&server)?, script)
         .with_context(|| format!("cannot listen at port {port}"))?;
     println!("READY {}", proxy.port());

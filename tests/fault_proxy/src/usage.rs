@@ -8,14 +8,14 @@ static EVENT_LOOP: Once = Once::new();
 
 /// Descriptors and threads of this process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Usage {
+pub struct ResourceUsage {
     /// Open descriptors.
     pub descriptors: usize,
     /// Threads.
     pub threads: usize,
 }
 
-impl Usage {
+impl ResourceUsage {
     /// Counts them.
     ///
     /// # Panics

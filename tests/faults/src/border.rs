@@ -13,7 +13,7 @@ use busbar_plugin_process::{
 use busbar_tags::{Sample, TagHandle, ValueKind};
 use busbar_viewer::{LoadedScene, RendererOptions, Viewer};
 use document::Series;
-use e2e::trouble::Trouble;
+use e2e::faulty_plugins::FaultyPluginScene;
 use rustix::process::{Pid, Signal, kill_process};
 use serde::Serialize;
 use serde_json::json;
@@ -52,7 +52,7 @@ pub(crate) struct Border {
 
 /// Measures all of it, with so many kills.
 pub(crate) fn measure(kills: usize) -> Result<Border> {
-    let trouble = Trouble::with("trouble.steady");
+    let trouble = FaultyPluginScene::with("trouble.steady");
     let mut modes = Vec::new();
     let mut away_millis = Series::default();
     for (isolation, name) in [(Isolation::None, "none"), (Isolation::Process, "process")] {
@@ -99,7 +99,7 @@ fn round_trips(plugin: &Plugin) -> Result<Series> {
         millis.push(start.elapsed().as_secs_f64() * 1e3);
         ensure!(picture.lines.len() == TAGS as usize, "{} lines", picture.lines.len());
     }
-    Ok(Series::of(millis))
+    Ok(Series::from_values(millis))
 }
 
 fn tags() -> Vec<TelemetryTag> {
@@ -136,7 +136,7 @@ fn kill_times(plugin: &Plugin, kills: usize) -> Result<Series> {
         wait_for_sample(&telemetry, true)?;
         millis.push(start.elapsed().as_secs_f64() * 1e3);
     }
-    Ok(Series::of(millis))
+    Ok(Series::from_values(millis))
 }
 
 /// Waits for a sample that is good, or for one that is not. What follows it in the same
@@ -156,7 +156,7 @@ fn wait_for_sample(telemetry: &RunningTelemetry, good: bool) -> Result<()> {
 /// Milliseconds between frames beside a plugin that dies of a segmentation fault over
 /// and over, and how often it did.
 fn storm_gaps() -> Result<(Series, u64)> {
-    let mut trouble = Trouble::with("trouble.segfault");
+    let mut trouble = FaultyPluginScene::with("trouble.segfault");
     trouble.config["supervision"] = json!({ "restart_millis": 0, "max_deaths": 0 });
     let scene = LoadedScene::load(&trouble.write(), &|_, _, _| ())?;
     let options = RendererOptions { samples: 1, ..Default::default() };
@@ -173,5 +173,5 @@ fn storm_gaps() -> Result<(Series, u64)> {
         std::thread::sleep(FRAME.saturating_sub(last.map_or(FRAME, |last| last.elapsed())));
     }
     let deaths = viewer.stats().plugins.iter().map(|plugin| plugin.deaths).sum();
-    Ok((Series::of(millis), deaths))
+    Ok((Series::from_values(millis), deaths))
 }

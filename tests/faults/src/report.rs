@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use document::words::grouped;
+use document::number_format::grouped;
 use document::{Block, Document, Series, machine};
 use fault_injector::{At, Kind};
 use serde_json::json;

@@ -87,23 +87,25 @@ impl Results {
     }
 
     pub(crate) fn to_bad(&self) -> Series {
-        Series::of(self.records.iter().filter_map(|record| record.to_bad_millis).collect())
+        Series::from_values(self.records.iter().filter_map(|record| record.to_bad_millis).collect())
     }
 
     pub(crate) fn to_good(&self) -> Series {
-        Series::of(self.records.iter().filter_map(|record| record.to_good_millis).collect())
+        Series::from_values(
+            self.records.iter().filter_map(|record| record.to_good_millis).collect(),
+        )
     }
 
     pub(crate) fn gaps(&self) -> Series {
-        Series::of(self.gaps_millis.clone())
+        Series::from_values(self.gaps_millis.clone())
     }
 
     pub(crate) fn loads(&self) -> Series {
-        Series::of(self.load_millis.clone())
+        Series::from_values(self.load_millis.clone())
     }
 
     pub(crate) fn closes(&self) -> Series {
-        Series::of(self.close_millis.clone())
+        Series::from_values(self.close_millis.clone())
     }
 
     /// The bars, and whether they were reached. A run gets this far only where the view

@@ -7,7 +7,7 @@ use crate::{Row, TRANSFORMERS};
 
 /// What develops in a transformer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fault {
+pub enum TransformerFault {
     /// It ages as most do.
     None,
     /// Partial discharges of corona type.
@@ -26,7 +26,7 @@ pub enum Fault {
     Dt,
 }
 
-impl Fault {
+impl TransformerFault {
     /// All but none.
     pub const ALL: [Self; 7] =
         [Self::Pd, Self::D1, Self::D2, Self::T1, Self::T2, Self::T3, Self::Dt];
@@ -48,19 +48,19 @@ impl Fault {
 }
 
 /// What develops in each transformer.
-const FAULTS: [Fault; TRANSFORMERS] = [
-    Fault::None,
-    Fault::D1,
-    Fault::T3,
-    Fault::None,
-    Fault::Pd,
-    Fault::T1,
-    Fault::None,
-    Fault::D2,
-    Fault::T2,
-    Fault::None,
-    Fault::Dt,
-    Fault::None,
+const FAULTS: [TransformerFault; TRANSFORMERS] = [
+    TransformerFault::None,
+    TransformerFault::D1,
+    TransformerFault::T3,
+    TransformerFault::None,
+    TransformerFault::Pd,
+    TransformerFault::T1,
+    TransformerFault::None,
+    TransformerFault::D2,
+    TransformerFault::T2,
+    TransformerFault::None,
+    TransformerFault::Dt,
+    TransformerFault::None,
 ];
 /// The transformer that was not sampled in the last years, and the one whose laboratory
 /// did not always measure acetylene.
@@ -79,7 +79,7 @@ pub fn histories(seed: u64, until: Date) -> Vec<Row> {
     let mut rows = Vec::new();
     for (transformer, fault) in FAULTS.into_iter().enumerate() {
         // Corona shows in oil that holds little else.
-        let share = if fault == Fault::Pd { 0.05 } else { 1.0 };
+        let share = if fault == TransformerFault::Pd { 0.05 } else { 1.0 };
         let ageing = share * (0.6 + 0.8 * random.f64());
         for sample in 0..SAMPLES {
             let before_last = (SAMPLES - 1 - sample) as i64;
@@ -108,7 +108,7 @@ pub fn monitored(seed: u64, count: usize, until: Date) -> Vec<Row> {
     let mut random = Rng::with_seed(seed);
     let mut rows = Vec::with_capacity(count * TRANSFORMERS);
     for (transformer, fault) in FAULTS.into_iter().enumerate() {
-        let share = if fault == Fault::Pd { 0.05 } else { 1.0 };
+        let share = if fault == TransformerFault::Pd { 0.05 } else { 1.0 };
         let ageing = share * (0.6 + 0.8 * random.f64());
         for sample in 0..count {
             let progress = sample as f64 / count as f64;
@@ -127,11 +127,11 @@ pub fn monitored(seed: u64, count: usize, until: Date) -> Vec<Row> {
 
 /// Samples with a fault each, one a day on one transformer after the other, all classes in
 /// turn; the last one on `until`.
-pub fn one_by_one(seed: u64, count: usize, until: Date) -> Vec<(Fault, Row)> {
+pub fn one_by_one(seed: u64, count: usize, until: Date) -> Vec<(TransformerFault, Row)> {
     let mut random = Rng::with_seed(seed);
     let sample = |index: usize| {
         let day = until - Duration::days((count - 1 - index) as i64);
-        let fault = Fault::ALL[index % Fault::ALL.len()];
+        let fault = TransformerFault::ALL[index % TransformerFault::ALL.len()];
         let mut row = row(&mut random, index % TRANSFORMERS, day);
         let ppm = FAULT_PPM * (1.0 + 3.0 * random.f64());
         add(&mut row, &mut random, 0.02, fault, ppm);
@@ -147,7 +147,7 @@ fn row(random: &mut Rng, transformer: usize, day: Date) -> Row {
 }
 
 /// What ageing and a fault have made, as a laboratory measures it.
-fn add(row: &mut Row, random: &mut Rng, ageing: f64, fault: Fault, fault_ppm: f64) {
+fn add(row: &mut Row, random: &mut Rng, ageing: f64, fault: TransformerFault, fault_ppm: f64) {
     // H2, CH4, C2H6, C2H4, C2H2, CO, CO2, O2, N2 of a sealed transformer.
     const AGED: [f64; 9] = [14.0, 7.0, 9.0, 5.0, 0.1, 150.0, 1300.0, 2400.0, 62_000.0];
     let made = fault.gases();

@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use time::Date;
 
 pub use configuration::{FOLDER, SAMPLES, configuration, text};
-pub use history::{Fault, histories, monitored, one_by_one};
+pub use history::{TransformerFault, histories, monitored, one_by_one};
 
 /// Transformers, the first two in the yard, the others in a row before it.
 pub const TRANSFORMERS: usize = 12;

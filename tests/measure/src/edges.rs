@@ -6,7 +6,7 @@ use crate::Sets;
 
 /// Counts of edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct Edges {
+pub struct EdgeCounts {
     /// Edges with exactly one triangle.
     pub border: u64,
     /// Edges with more than two triangles.
@@ -15,9 +15,9 @@ pub struct Edges {
     pub border_loops: u64,
 }
 
-impl Edges {
+impl EdgeCounts {
     /// Counts the edges of triangles over so many positions.
-    pub fn of(position_count: usize, triangles: &[[u32; 3]]) -> Self {
+    pub fn count(position_count: usize, triangles: &[[u32; 3]]) -> Self {
         let sides = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
         let mut edges: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
         edges.sort_unstable();
@@ -59,11 +59,11 @@ mod tests {
 
     #[test]
     fn a_fan_on_one_edge_is_not_manifold() {
-        let edges = Edges::of(5, &[[0, 1, 2], [1, 0, 3], [0, 1, 4]]);
-        assert_eq!(edges, Edges { border: 6, non_manifold: 1, border_loops: 1 });
+        let edges = EdgeCounts::count(5, &[[0, 1, 2], [1, 0, 3], [0, 1, 4]]);
+        assert_eq!(edges, EdgeCounts { border: 6, non_manifold: 1, border_loops: 1 });
         let tetrahedron = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
-        assert_eq!(Edges::of(4, &tetrahedron), Edges::default());
-        assert_eq!(Edges::of(6, &[[0, 1, 2], [3, 4, 5]]).border_loops, 2);
+        assert_eq!(EdgeCounts::count(4, &tetrahedron), EdgeCounts::default());
+        assert_eq!(EdgeCounts::count(6, &[[0, 1, 2], [3, 4, 5]]).border_loops, 2);
     }
 
     #[test]

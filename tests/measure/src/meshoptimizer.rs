@@ -24,7 +24,7 @@ pub struct Input<'a> {
 
 /// Which of its simplifiers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum Simplifier {
     /// `simplify`: positions alone.
     Plain,
     /// `simplify_with_attributes`: normals too.
@@ -64,13 +64,17 @@ impl<'a> Input<'a> {
     ///
     /// # Errors
     /// When normals are to be kept and there are none.
-    pub fn simplify(&self, kind: Kind, triangles: usize) -> Result<Vec<[u32; 3]>> {
+    pub fn simplify(&self, kind: Simplifier, triangles: usize) -> Result<Vec<[u32; 3]>> {
         let (indices, wanted) = (self.triangles.as_flattened(), triangles * 3);
         let (vertices, options) = (&self.vertices, SimplifyOptions::None);
         let left = match kind {
-            Kind::Plain => meshopt::simplify(indices, vertices, wanted, ANY_ERROR, options, None),
-            Kind::Sloppy => meshopt::simplify_sloppy(indices, vertices, wanted, ANY_ERROR, None),
-            Kind::WithNormals => {
+            Simplifier::Plain => {
+                meshopt::simplify(indices, vertices, wanted, ANY_ERROR, options, None)
+            }
+            Simplifier::Sloppy => {
+                meshopt::simplify_sloppy(indices, vertices, wanted, ANY_ERROR, None)
+            }
+            Simplifier::WithNormals => {
                 ensure!(!self.normals.is_empty(), "the mesh has no normals: give each vertex one");
                 meshopt::simplify_with_attributes_and_locks(
                     indices,
@@ -94,7 +98,7 @@ impl<'a> Input<'a> {
     ///
     /// # Errors
     /// As [`Input::simplify`].
-    pub fn at_vertices(&self, kind: Kind, wanted: usize) -> Result<Vec<[u32; 3]>> {
+    pub fn at_vertices(&self, kind: Simplifier, wanted: usize) -> Result<Vec<[u32; 3]>> {
         let full = [self.triangles.len(), vertices_in_use(self.triangles)];
         let target = search(full, None, wanted, MAX_CALLS, |triangles| {
             anyhow::Ok(vertices_in_use(&self.simplify(kind, triangles)?))
@@ -136,14 +140,14 @@ mod tests {
         let mesh = grid(40);
         let normals = [0.0, 0.0, 1.0].repeat(mesh.positions.len());
         let input = Input::with_normals(&mesh.triangles, &mesh.positions, &normals).unwrap();
-        for kind in [Kind::Plain, Kind::WithNormals] {
+        for kind in [Simplifier::Plain, Simplifier::WithNormals] {
             for wanted in [840, 168] {
                 let found = vertices_in_use(&input.at_vertices(kind, wanted).unwrap());
                 assert!(found.abs_diff(wanted) <= wanted / 20, "{found} for {wanted}");
             }
         }
-        assert!(Input::new(&mesh).unwrap().simplify(Kind::WithNormals, 100).is_err());
-        let sloppy = input.simplify(Kind::Sloppy, 500).unwrap();
+        assert!(Input::new(&mesh).unwrap().simplify(Simplifier::WithNormals, 100).is_err());
+        let sloppy = input.simplify(Simplifier::Sloppy, 500).unwrap();
         assert!(!sloppy.is_empty() && sloppy.len() <= 500, "{}", sloppy.len());
     }
 }

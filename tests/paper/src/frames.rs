@@ -81,7 +81,7 @@ impl FrameTimes {
         let row = |((&theta, triangles), millis)| FrameRow {
             theta,
             triangles,
-            frame: Series::of(millis),
+            frame: Series::from_millis(millis),
         };
         Ok(Self {
             size,

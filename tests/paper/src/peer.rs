@@ -2,7 +2,7 @@
 
 use anyhow::{Result, ensure};
 use busbar_geometry::{Mesh, RawPrimitive, Topology, weld};
-use measure::meshoptimizer::{Input, Kind};
+use measure::meshoptimizer::{Input, Simplifier};
 
 /// The mesh at each theta: as many vertices in use as `round(theta V)` fewer
 /// leaves, as near as the peer comes. Normals are those of faces.
@@ -14,7 +14,7 @@ pub fn levels<const N: usize>(mesh: &Topology, thetas: [f64; N]) -> Result<[Mesh
     let mut levels = Vec::with_capacity(N);
     for theta in thetas {
         let kept = ((1.0 - theta) * mesh.positions.len() as f64).round() as usize;
-        levels.push(flat(mesh, input.at_vertices(Kind::Plain, kept)?)?);
+        levels.push(flat(mesh, input.at_vertices(Simplifier::Plain, kept)?)?);
     }
     match levels.try_into() {
         Ok(levels) => Ok(levels),

@@ -11,7 +11,7 @@ mod ways;
 use crate::verdicts;
 use document::Block;
 use document::Document;
-use document::words::grouped;
+use document::number_format::grouped;
 
 use crate::Results;
 

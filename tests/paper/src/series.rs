@@ -15,7 +15,7 @@ pub struct Series {
 
 impl Series {
     /// Orders times, milliseconds.
-    pub fn of(mut millis: Vec<f64>) -> Self {
+    pub fn from_millis(mut millis: Vec<f64>) -> Self {
         millis.sort_by(f64::total_cmp);
         let at = |share: f64| {
             let rank = (share * millis.len().saturating_sub(1) as f64).round() as usize;
@@ -36,9 +36,9 @@ mod tests {
 
     #[test]
     fn percentiles_are_ranks() {
-        let series = Series::of((0..=100).rev().map(f64::from).collect());
+        let series = Series::from_millis((0..=100).rev().map(f64::from).collect());
         assert_eq!((series.count, series.p50_ms, series.p99_ms), (101, 50.0, 99.0));
         assert_eq!(series.fps(), 20.0);
-        assert_eq!(Series::of(Vec::new()), Series::default());
+        assert_eq!(Series::from_millis(Vec::new()), Series::default());
     }
 }

@@ -61,9 +61,9 @@ impl ThetaChange {
             progress.step();
         }
         Ok(Self {
-            resolve: Series::of(resolve),
-            change: Series::of(change),
-            full_frame: Series::of(full_frame),
+            resolve: Series::from_millis(resolve),
+            change: Series::from_millis(change),
+            full_frame: Series::from_millis(full_frame),
             size,
         })
     }

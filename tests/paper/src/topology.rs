@@ -8,7 +8,7 @@ use std::collections::HashMap;
 
 use busbar_geometry::{CollapseStacks, Topology};
 use glam::{DVec3, Vec3};
-use measure::{Edges, Sets, vertices_in_use};
+use measure::{EdgeCounts, Sets, vertices_in_use};
 use serde::Serialize;
 
 /// A set of points is flat when all lie this close to one plane, as a share of
@@ -88,7 +88,7 @@ impl Shells {
     /// Counts of what is left of the mesh: triangles between points that it
     /// had, and `surviving` vertices.
     pub fn count(&self, live: &Topology, surviving: u32) -> TopologyCounts {
-        let edges = Edges::of(live.positions.len(), &live.triangles);
+        let edges = EdgeCounts::count(live.positions.len(), &live.triangles);
         let pieces = Pieces::of(self.points.len(), &self.by_points(live));
         let triangles = live.triangles.len();
         let mut counts = TopologyCounts {

@@ -5,7 +5,7 @@ use crate::results::{MAX_CACHED_SHARE, Results};
 use crate::run::{LARGE, SMALL};
 use crate::study::{Level, SubjectStudy, THETAS};
 use crate::theta_change::MAX_SHARE_OF_FRAME;
-use document::words::{factor, grouped, millis, percent, signed, theta};
+use document::number_format::{factor, grouped, millis, percent, signed, theta};
 use document::{Claim, Verdict};
 
 /// Mean structural similarity from which a picture counts as "almost full".

@@ -16,14 +16,14 @@ const PYTHON_VARIABLE: &str = "BUSBAR_PYTHON";
 
 /// A script of `tests/peers`.
 #[derive(Clone, Copy, Debug)]
-pub struct Script {
+pub struct PeerScript {
     /// Its file.
     pub file: &'static str,
     /// The statement that fails where its package is missing.
     pub import: &'static str,
 }
 
-impl Script {
+impl PeerScript {
     /// Starts it on a port, 0 for a free one, with arguments after that; `None`, said aloud,
     /// where its package is missing. Where peers are required that is a failure.
     #[track_caller]
@@ -85,7 +85,7 @@ pub struct Peer {
     child: Child,
     stdin: ChildStdin,
     stdout: BufReader<ChildStdout>,
-    script: Script,
+    script: PeerScript,
     /// Where it listens, or what it was told to connect to.
     pub port: u16,
 }

@@ -7,11 +7,11 @@
 //! the runtime's paused clock that of time, so that the same seed gives the same year.
 //! Whatever does not hold panics, with the instant.
 
+mod fault_schedule;
 mod network;
 mod rig;
 mod tally;
 mod time;
-mod weather;
 mod year;
 
 use std::sync::Arc;
@@ -23,10 +23,10 @@ use device_server::Link;
 use tokio::io::DuplexStream;
 use tokio::sync::mpsc;
 
-pub use crate::rig::{DAY, HOUR, Moves, serve_clients, tags};
+pub use crate::fault_schedule::FaultSchedule;
+pub use crate::rig::{DAY, HOUR, SignalParameters, serve_clients, tags};
 pub use crate::tally::Tally;
 pub use crate::time::SimulatedTime;
-pub use crate::weather::Weather;
 pub use crate::year::run;
 
 /// An adapter and the device that it reads.

@@ -20,7 +20,7 @@ pub(crate) struct MemoryNetwork(Arc<Mutex<State>>);
 
 #[derive(Debug, Default)]
 struct State {
-    way: Way,
+    response: DialResponse,
     dials: u64,
     last_dials: BTreeMap<String, Instant>,
     shortest_gap: Option<Duration>,
@@ -28,7 +28,7 @@ struct State {
 
 /// What becomes of those who dial.
 #[derive(Clone, Debug, Default)]
-enum Way {
+enum DialResponse {
     #[default]
     Refused,
     Silence,
@@ -39,18 +39,18 @@ impl MemoryNetwork {
     /// A device listens, in the place of a former one.
     pub(crate) fn listen(&self) -> mpsc::Receiver<DuplexStream> {
         let (device, clients) = mpsc::channel(MAX_WAITING);
-        self.lock().way = Way::Device(device);
+        self.lock().response = DialResponse::Device(device);
         clients
     }
 
     /// Nobody listens.
     pub(crate) fn refuse(&self) {
-        self.lock().way = Way::Refused;
+        self.lock().response = DialResponse::Refused;
     }
 
     /// Nobody answers those who dial.
     pub(crate) fn fall_silent(&self) {
-        self.lock().way = Way::Silence;
+        self.lock().response = DialResponse::Silence;
     }
 
     /// Whoever dials next has not dialled before.
@@ -64,7 +64,7 @@ impl MemoryNetwork {
         (state.dials, state.shortest_gap)
     }
 
-    fn note_dial(&self, endpoint: &Endpoint) -> Way {
+    fn note_dial(&self, endpoint: &Endpoint) -> DialResponse {
         let now = Instant::now();
         let mut state = self.lock();
         state.dials += 1;
@@ -72,7 +72,7 @@ impl MemoryNetwork {
             let gap = now - last;
             state.shortest_gap = Some(state.shortest_gap.map_or(gap, |least| least.min(gap)));
         }
-        state.way.clone()
+        state.response.clone()
     }
 
     fn lock(&self) -> MutexGuard<'_, State> {
@@ -85,12 +85,12 @@ impl Dial for MemoryNetwork {
         Box::pin(async move {
             let refused = || ConnectFault::System("connection refused".into());
             match self.note_dial(endpoint) {
-                Way::Refused => Err(refused()),
-                Way::Silence => {
+                DialResponse::Refused => Err(refused()),
+                DialResponse::Silence => {
                     sleep(limit).await;
                     Err(ConnectFault::Timeout(limit))
                 }
-                Way::Device(device) => {
+                DialResponse::Device(device) => {
                     let (ours, theirs) = tokio::io::duplex(QUEUE_BYTES);
                     device.send(theirs).await.map_err(|_| refused())?;
                     Ok(Box::new(ours) as Box<dyn ByteStream>)

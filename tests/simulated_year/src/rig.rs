@@ -17,7 +17,7 @@ pub const HOUR: f64 = 3600.0;
 pub const DAY: f64 = 24.0 * HOUR;
 
 /// Shape, base, amplitude and seconds of a period.
-pub type Moves = (Shape, f64, f64, f64);
+pub type SignalParameters = (Shape, f64, f64, f64);
 
 /// Tags with handles from 0 on, each of a kind, at an address, and how it moves.
 ///
@@ -25,7 +25,7 @@ pub type Moves = (Shape, f64, f64, f64);
 /// When a tag cannot move so.
 pub fn tags(
     seed: u64,
-    all: impl IntoIterator<Item = (ValueKind, Json, Moves)>,
+    all: impl IntoIterator<Item = (ValueKind, Json, SignalParameters)>,
 ) -> Vec<SimulatedTag> {
     let tag = |(tag, (kind, address, (shape, base, amplitude, period_seconds)))| {
         let spec = tag_spec(tag, &format!("tag{tag}"), kind, address);

@@ -165,7 +165,7 @@ fn measure(libraries: &Path, form: Form, rate: f64) -> Result<Figures> {
         reached: reader.taken.values as f64 / sending,
         reached_share: reader.taken.values as f64 / points,
         overtaken: reader.lost(),
-        latency_millis: Series::of(std::mem::take(&mut reader.taken.latencies)),
+        latency_millis: Series::from_values(std::mem::take(&mut reader.taken.latencies)),
         plugin,
         host,
         broker,

@@ -10,7 +10,7 @@ use serde_json::{Map, Value, json};
 
 use crate::models::{BLADE, EARTHING_BLADE};
 use crate::points::{
-    EARTHED, Gateway, Load, MAIN_TRANSFORMERS, Point, PointKind, Usual, bay_loads, points,
+    EARTHED, Gateway, Load, MAIN_TRANSFORMERS, NormalValue, Point, PointKind, bay_loads, points,
 };
 use crate::{Network, NetworkSwitch, Station, network};
 
@@ -146,15 +146,15 @@ impl Registers {
 fn tag(point: &Point, source: Value, closed: Option<bool>) -> Value {
     let usual = match closed {
         // Double-points as IEC 61850-7-3 counts them: 1 is off, 2 is on.
-        Some(closed) => Usual::Constant(if closed { 2.0 } else { 1.0 }),
+        Some(closed) => NormalValue::Constant(if closed { 2.0 } else { 1.0 }),
         None => point.usual,
     };
     let simulate = match usual {
-        Usual::Constant(base) => json!({ "shape": "constant", "base": base }),
-        Usual::Walk(base, amplitude) => json!({
+        NormalValue::Constant(base) => json!({ "shape": "constant", "base": base }),
+        NormalValue::Walk(base, amplitude) => json!({
             "shape": "walk", "base": base, "amplitude": amplitude, "period_seconds": WALK_SECONDS,
         }),
-        Usual::Counter(base, seconds) => json!({
+        NormalValue::Counter(base, seconds) => json!({
             "shape": "counter", "base": base, "amplitude": 1.0e6, "period_seconds": seconds,
         }),
     };

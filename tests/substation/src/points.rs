@@ -84,7 +84,7 @@ impl Gateway {
 
 /// How a value stands in normal operation.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Usual {
+pub enum NormalValue {
     /// It stays.
     Constant(f64),
     /// It wanders about a value by so much.
@@ -117,7 +117,7 @@ pub struct Point {
     /// The band of normal operation, open where it is none.
     pub limits: [Option<f64>; 2],
     /// How it stands in normal operation.
-    pub usual: Usual,
+    pub usual: NormalValue,
     /// Through which gateway, and as which unit behind it, it is read.
     pub read_by: (Gateway, u8),
 }
@@ -150,7 +150,7 @@ impl List {
         kind: PointKind,
         (reference, name, unit, low, high, scan_millis): Quantity,
         place: Place<'_>,
-        usual: Usual,
+        usual: NormalValue,
     ) -> &mut Point {
         let index = self.points.len();
         let Place { bay, equipment, node, role } = place;

@@ -77,13 +77,15 @@ pub struct StationRecords {
 
 impl StationRecords {
     /// Of a station, by a seed.
-    pub fn of(station: &Station, seed: u64) -> Self {
+    pub fn generate(station: &Station, seed: u64) -> Self {
         let devices: BTreeSet<String> =
             station.placements.iter().map(crate::Placement::device_id).collect();
         let mut chance = Scatter::new(seed);
         let mut records = Self::default();
         for device in devices {
-            let Some(asset) = ASSETS.iter().find(|asset| asset.is_of(&device)) else { continue };
+            let Some(asset) = ASSETS.iter().find(|asset| asset.matches_device(&device)) else {
+                continue;
+            };
             if asset.code == "QA" {
                 let (level, count) = (level_of(&device), records.dispatch.len() + 1);
                 records.dispatch.insert(device.clone(), format!("{level}{count:02}"));
@@ -221,7 +223,7 @@ impl StationRecords {
 
 impl AssetTemplate {
     /// Whether a device, such as `=S12D1Q1-QA1`, is of this kind.
-    fn is_of(&self, device: &str) -> bool {
+    fn matches_device(&self, device: &str) -> bool {
         device.rsplit('-').next().is_some_and(|own| own.starts_with(self.code))
     }
 

@@ -64,6 +64,6 @@ pub(crate) fn measure(site: &Site) -> Result<Avalanche> {
         noted: viewer.events().count(),
         in_order,
         seconds: nanos as f64 / 1e9,
-        gap_millis: Series::of(gaps),
+        gap_millis: Series::from_values(gaps),
     })
 }

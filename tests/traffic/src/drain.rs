@@ -86,5 +86,5 @@ pub(crate) fn measure(site: &Site) -> Result<Drain> {
     }
     let link = telemetry.link();
     ensure!(link.dropped == 0 && link.rejected == 0, "updates were lost: {link:?}");
-    Ok(Drain { millis: Series::of(all), reading_millis: Series::of(reading) })
+    Ok(Drain { millis: Series::from_values(all), reading_millis: Series::from_values(reading) })
 }

@@ -59,7 +59,10 @@ pub(crate) fn measure(site: &Site) -> Result<Latency> {
             latencies.extend(age.map(|age| age.as_secs_f64() * 1e3));
         }
     }
-    Ok(Latency { millis: Series::of(latencies), frame_millis: Series::of(frames) })
+    Ok(Latency {
+        millis: Series::from_values(latencies),
+        frame_millis: Series::from_values(frames),
+    })
 }
 
 /// How much more red than blue the picture is: what lies outside its limits is drawn in

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use document::words::grouped;
+use document::number_format::grouped;
 use document::{Block, Claim, Document, Series, Verdict, machine};
 use serde_json::json;
 
@@ -92,7 +92,7 @@ pub(crate) fn bars(results: &Results) -> Vec<Claim> {
         ),
     ];
     for interrogation in results.requests.iter().flat_map(|requests| &requests.interrogations) {
-        let Series { p50, longest, .. } = Series::of(interrogation.ours.clone());
+        let Series { p50, longest, .. } = Series::from_values(interrogation.ours.clone());
         bars.push(bar(
             format!(
                 "a general interrogation of {} points of {} in at most {MAX_INTERROGATION_MILLIS} \
@@ -181,7 +181,7 @@ fn describe(requests: &Requests, document: &mut Document) {
         let peers = format!("at {}, by c104, from the request", found.server);
         [(ours, &found.ours), (peers, &found.peers)]
     });
-    let rows = rows.map(|(name, millis)| row((&name, Series::of(millis.clone()))));
+    let rows = rows.map(|(name, millis)| row((&name, Series::from_values(millis.clone()))));
     let caption = format!("One interrogation of {} points, ms", grouped(u64::from(POINTS)));
     document.table(&caption, &HEAD, rows.collect());
 }

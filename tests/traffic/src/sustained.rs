@@ -43,7 +43,7 @@ pub(crate) fn measure(site: &Site) -> Result<Sustained> {
             found.load_seconds.push(seconds);
             frames(&mut viewer, SETTLING)?;
             let (before, start) = (rounds_of_all(&viewer), Instant::now());
-            let series = Series::of(frames(&mut viewer, ROUND / site.divisor as u32)?);
+            let series = Series::from_values(frames(&mut viewer, ROUND / site.divisor as u32)?);
             let seconds = start.elapsed().as_secs_f64();
             if rate == 0 {
                 found.quiet.push(series);
@@ -80,5 +80,5 @@ impl Sustained {
 }
 
 pub(crate) fn median(values: impl Iterator<Item = f64>) -> f64 {
-    Series::of(values.collect()).p50
+    Series::from_values(values.collect()).p50
 }

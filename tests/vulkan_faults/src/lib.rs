@@ -19,5 +19,5 @@ mod setup;
 pub use card::AS_CARD_VARIABLE;
 pub use codes::{Code, codes_of, name_of};
 pub use features::WITHOUT_VARIABLE;
-pub use plan::{CALLS_VARIABLE, FAULT_VARIABLE, Fault, STRUCK_VARIABLE};
+pub use plan::{CALLS_VARIABLE, FAULT_VARIABLE, STRUCK_VARIABLE, VulkanFault};
 pub use setup::{LAYER_NAME, VALIDATION_LAYER_NAME, install};

@@ -10,7 +10,7 @@ use anyhow::{Context, Result, ensure};
 
 use crate::codes::{Code, codes_of};
 
-/// Says which call fails: see [`Fault`]'s text.
+/// Says which call fails: see [`VulkanFault`]'s text.
 pub const FAULT_VARIABLE: &str = "BUSBAR_VULKAN_FAULT";
 /// Names a file that gets the name of each call, a line each.
 pub const CALLS_VARIABLE: &str = "BUSBAR_VULKAN_CALLS";
@@ -19,7 +19,7 @@ pub const STRUCK_VARIABLE: &str = "BUSBAR_VULKAN_STRUCK";
 
 /// One call that fails.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Fault {
+pub struct VulkanFault {
     /// The command, as `vkCreateBuffer`.
     pub command: String,
     /// Which of its calls in the process, from 0.
@@ -28,13 +28,13 @@ pub struct Fault {
     pub code: Code,
 }
 
-impl Fault {
+impl VulkanFault {
     /// `command:call:code`, for [`FAULT_VARIABLE`].
     pub fn text(&self) -> String {
         format!("{}:{}:{}", self.command, self.call, self.code)
     }
 
-    /// Reads what [`Fault::text`] wrote.
+    /// Reads what [`VulkanFault::text`] wrote.
     ///
     /// # Errors
     /// When it is no such text, or the command never gives that code.
@@ -72,14 +72,14 @@ pub(crate) fn count(command: &'static str) -> Option<Code> {
     Some(fault.code)
 }
 
-fn planned() -> Option<&'static Fault> {
-    static FAULT: OnceLock<Option<Fault>> = OnceLock::new();
+fn planned() -> Option<&'static VulkanFault> {
+    static FAULT: OnceLock<Option<VulkanFault>> = OnceLock::new();
     let read = || {
         // The loader takes the layer out and in again between instances, and a
         // fault strikes once.
         let struck = std::env::var_os(STRUCK_VARIABLE).is_some_and(|f| Path::new(&f).exists());
         let text = std::env::var(FAULT_VARIABLE).ok().filter(|_| !struck)?;
-        Fault::parse(&text).ok()
+        VulkanFault::parse(&text).ok()
     };
     FAULT.get_or_init(read).as_ref()
 }
@@ -99,11 +99,11 @@ mod tests {
 
     #[test]
     fn a_fault_is_read_as_it_was_written() {
-        let fault = Fault { command: "vkCreateBuffer".into(), call: 3, code: -2 };
-        assert_eq!(Fault::parse(&fault.text()).ok(), Some(fault));
+        let fault = VulkanFault { command: "vkCreateBuffer".into(), call: 3, code: -2 };
+        assert_eq!(VulkanFault::parse(&fault.text()).ok(), Some(fault));
         for wrong in ["", "vkCreateBuffer", "vkCreateBuffer:x:-2", "vkCreateBuffer:0:-4", "vk:0:-1"]
         {
-            assert!(Fault::parse(wrong).is_err(), "{wrong}");
+            assert!(VulkanFault::parse(wrong).is_err(), "{wrong}");
         }
     }
 }

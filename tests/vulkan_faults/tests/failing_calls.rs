@@ -9,7 +9,7 @@ use std::fs;
 use common::{Subject, faults_of, is_final, sample};
 use e2e::{Output, finish};
 use serde_json::{Value, json};
-use vulkan_faults::{Fault, name_of};
+use vulkan_faults::{VulkanFault, name_of};
 
 const SIZE: [u32; 2] = [160, 120];
 /// A pixel that shows the model.
@@ -24,7 +24,7 @@ const PARTS_SAMPLE: usize = 24;
 const CARD_SAMPLE: usize = 12;
 
 /// Renders the scene and picks in it; with a fault if there is one.
-fn render(subject: &Subject, fault: Option<&Fault>) -> Output {
+fn render(subject: &Subject, fault: Option<&VulkanFault>) -> Output {
     let picture = subject.path("picture.png");
     let _ = fs::remove_file(&picture);
     let out = picture.to_string_lossy().into_owned();
@@ -38,7 +38,11 @@ fn render(subject: &Subject, fault: Option<&Fault>) -> Output {
 }
 
 /// What is wrong after a fault, if anything is.
-fn fault_found(subject: &Subject, fault: &Fault, expected: &(Vec<u8>, String)) -> Option<String> {
+fn fault_found(
+    subject: &Subject,
+    fault: &VulkanFault,
+    expected: &(Vec<u8>, String),
+) -> Option<String> {
     let output = render(subject, Some(fault));
     let said = format!("{}{}", output.stdout, output.stderr);
     if !subject.was_struck() {

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use common::{Subject, faults_of, is_final, sample};
 use e2e::{Output, Process, Stats, available};
-use vulkan_faults::{Fault, name_of};
+use vulkan_faults::{VulkanFault, name_of};
 
 const SCREEN: [usize; 2] = [640, 400];
 const WINDOW: [u32; 2] = [600, 360];
@@ -72,7 +72,7 @@ fn view(
     screen: &Screen,
     subject: &Subject,
     seconds: &str,
-    fault: Option<&Fault>,
+    fault: Option<&VulkanFault>,
 ) -> (Vec<u8>, Output, u64) {
     let stats = subject.path("stats.json");
     let _ = fs::remove_file(&stats);
@@ -115,12 +115,13 @@ fn a_window_goes_on_after_failing_calls() {
     let faults = faults_of(&calls);
     // Whatever the lot, a device is lost once, while frames are drawn: one that is lost while the
     // scene opens is not counted.
-    let is_loss = |fault: &&Fault| {
+    let is_loss = |fault: &&VulkanFault| {
         fault.command == "vkQueueSubmit2" && name_of(fault.code) == "VK_ERROR_DEVICE_LOST"
     };
-    let losses: Vec<&Fault> = faults.iter().filter(is_loss).collect();
+    let losses: Vec<&VulkanFault> = faults.iter().filter(is_loss).collect();
     let loss = losses[losses.len() / 2].clone();
-    let chosen: Vec<Fault> = [loss].into_iter().chain(sample(faults.clone(), SAMPLE)).collect();
+    let chosen: Vec<VulkanFault> =
+        [loss].into_iter().chain(sample(faults.clone(), SAMPLE)).collect();
     eprintln!("{} calls, {} faults, {} of them now", calls.len(), faults.len(), chosen.len());
     let (mut wrong, mut missed, mut replaced) = (Vec::new(), 0, 0);
     for fault in &chosen {

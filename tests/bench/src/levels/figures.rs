@@ -2,7 +2,9 @@
 
 use anyhow::{Context, Result};
 use busbar_geometry::{Topology, components};
-use measure::{Edges, Gallery, PictureError, Reference, SurfaceError, duplicates, vertices_in_use};
+use measure::{
+    EdgeCounts, Gallery, PictureError, Reference, SurfaceError, duplicates, vertices_in_use,
+};
 use serde::Serialize;
 
 /// Points drawn on each surface, and what they are drawn by.
@@ -44,7 +46,7 @@ pub(crate) struct Figures {
 
 impl Counts {
     fn of(mesh: &Topology) -> Self {
-        let edges = Edges::of(mesh.positions.len(), &mesh.triangles);
+        let edges = EdgeCounts::count(mesh.positions.len(), &mesh.triangles);
         let triangles = mesh.triangles.len();
         Self {
             vertices: vertices_in_use(&mesh.triangles),

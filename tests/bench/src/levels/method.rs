@@ -1,6 +1,6 @@
 //! Ways to simplify that are compared.
 
-use measure::meshoptimizer::Kind;
+use measure::meshoptimizer::Simplifier;
 use weighted_collapse::Order;
 
 /// A way to simplify.
@@ -19,7 +19,7 @@ pub(crate) enum Work {
     /// The whole sequence by quadric error.
     Quadric,
     /// meshoptimizer, a call a level.
-    Meshoptimizer(Kind),
+    Meshoptimizer(Simplifier),
     /// A Python script, a call a level.
     Script(&'static str),
 }
@@ -33,12 +33,12 @@ pub(crate) const BASELINE: &str = "meshoptimizer";
 /// others begin to search.
 pub(crate) const METHODS: [Method; 10] = [
     method(OURS, Work::Quadric),
-    method(BASELINE, Work::Meshoptimizer(Kind::Plain)),
+    method(BASELINE, Work::Meshoptimizer(Simplifier::Plain)),
     method("weighted, reweighted", Work::Weighted(Order::Reweighted)),
     method("weighted, guarded", Work::Weighted(Order::Guarded)),
     method("weighted, paper", Work::Weighted(Order::Paper)),
-    method("meshoptimizer, normals", Work::Meshoptimizer(Kind::WithNormals)),
-    method("meshoptimizer, sloppy", Work::Meshoptimizer(Kind::Sloppy)),
+    method("meshoptimizer, normals", Work::Meshoptimizer(Simplifier::WithNormals)),
+    method("meshoptimizer, sloppy", Work::Meshoptimizer(Simplifier::Sloppy)),
     method("fast-simplification", Work::Script("decimate_fast_simplification.py")),
     method("VTK", Work::Script("decimate_vtk.py")),
     method("Open3D", Work::Script("decimate_open3d.py")),

@@ -4,12 +4,12 @@
 //! time and memory are measured; its levels come back as files and are measured
 //! here, all by one ruler ([`figures`]).
 
+mod contact_sheet;
 mod exchange;
 mod figures;
 mod method;
 mod ply;
 mod report;
-mod sheet;
 mod subject;
 mod verdicts;
 pub(crate) mod worker;
@@ -20,9 +20,9 @@ use anyhow::{Context, Result};
 use indicatif::ProgressBar;
 use serde::Serialize;
 
+use crate::levels::contact_sheet::ContactSheet;
 use crate::levels::figures::{Counts, Figures, Original};
 use crate::levels::method::{METHODS, OURS};
-use crate::levels::sheet::Sheet;
 use crate::levels::subject::Subject;
 use crate::levels::worker::{Cost, Peers, Target};
 use crate::scene::Scene;
@@ -117,7 +117,7 @@ fn compare(
         wanted.map(|vertices| Target { vertices, triangles: (vertices as f64 * share) as usize });
     let mut sheet = subject
         .sheet
-        .map(|(name, bounds, towards_eye)| Sheet::new(name, &topology, bounds, towards_eye));
+        .map(|(name, bounds, towards_eye)| ContactSheet::new(name, &topology, bounds, towards_eye));
     let mut methods = Vec::new();
     for method in METHODS {
         progress.set_message(format!("{}: {}", subject.name, method.id));

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 use busbar_geometry::{Mesh, Topology, theta_to_cursor};
-use measure::meshoptimizer::{Input as PeerInput, Kind};
+use measure::meshoptimizer::{Input as PeerInput, Simplifier};
 use measure::{level, search, used_alone, vertices_in_use};
 use serde::{Deserialize, Serialize};
 use weighted_collapse::MAX_THREADS;
@@ -192,18 +192,18 @@ fn ours(
 }
 
 /// A search and a call for each level.
-fn theirs(mesh: &Mesh, kind: Kind, targets: &[Target]) -> Result<(Cost, Vec<Topology>)> {
+fn theirs(mesh: &Mesh, kind: Simplifier, targets: &[Target]) -> Result<(Cost, Vec<Topology>)> {
     let topology = mesh.topology();
     let wedges = &mesh.wedges;
     let of_wedges: Vec<_> =
         wedges.position.iter().map(|&p| topology.positions[p as usize]).collect();
     let normals: Vec<[f32; 3]> = wedges.normal.iter().map(|n| n.to_array()).collect();
     let (input, welds) = match kind {
-        Kind::WithNormals => {
+        Simplifier::WithNormals => {
             let normals = normals.as_flattened();
             (PeerInput::with_normals(&mesh.triangles, &of_wedges, normals)?, true)
         }
-        Kind::Plain | Kind::Sloppy => (PeerInput::new(&topology)?, false),
+        Simplifier::Plain | Simplifier::Sloppy => (PeerInput::new(&topology)?, false),
     };
     let welded = |level: Vec<[u32; 3]>| -> Vec<[u32; 3]> {
         if !welds {
@@ -265,11 +265,11 @@ mod tests {
         let target = |vertices| Target { vertices, triangles: vertices * 2 };
         let targets = [target(count / 2), target(count / 4)];
         assert_eq!(targets[0].to_string().parse::<Target>().unwrap(), targets[0]);
-        let (cost, levels) = theirs(&mesh, Kind::Plain, &targets).unwrap();
+        let (cost, levels) = theirs(&mesh, Simplifier::Plain, &targets).unwrap();
         assert!(cost.one_seconds > 0.0 && cost.all_seconds > cost.one_seconds);
         assert!(levels[0].positions.len() > levels[1].positions.len());
         // Hard edges stop it, but nothing is torn.
-        let (_, levels) = theirs(&mesh, Kind::WithNormals, &targets).unwrap();
+        let (_, levels) = theirs(&mesh, Simplifier::WithNormals, &targets).unwrap();
         assert!(levels.iter().all(|level| (count / 4..=count).contains(&level.positions.len())));
         let input = Input::new(&mesh);
         let (cost, levels) = ours(&mesh, &targets, || input.quadric()).unwrap();

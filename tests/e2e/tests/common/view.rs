@@ -4,7 +4,7 @@
 use std::time::{Duration, Instant};
 
 use busbar_viewer::{LoadedScene, PluginStats, RendererOptions, Viewer};
-use e2e::trouble::Trouble;
+use e2e::faulty_plugins::FaultyPluginScene;
 use e2e::wait_for;
 use rustix::process::Pid;
 
@@ -23,11 +23,11 @@ pub(crate) struct View {
     pub(crate) viewer: Viewer,
     /// The longest frame so far.
     pub(crate) longest: Duration,
-    _trouble: Trouble,
+    _trouble: FaultyPluginScene,
 }
 
 impl View {
-    pub(crate) fn open(trouble: Trouble) -> Self {
+    pub(crate) fn open(trouble: FaultyPluginScene) -> Self {
         let loaded = LoadedScene::load(&trouble.write(), &|_, _, _| ());
         let scene = loaded.unwrap_or_else(|error| panic!("{error}"));
         let options = RendererOptions { samples: 1, ..Default::default() };

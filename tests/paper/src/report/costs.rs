@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::theta_change::MAX_SHARE_OF_FRAME;
 use document::Document;
-use document::words::{millis, percent, size};
+use document::number_format::{millis, percent, size};
 
 use crate::Results;
 

@@ -5,7 +5,7 @@ use crate::reference::{PrintedRow, TABLE_I};
 use crate::run::{LARGE, SMALL};
 use document::Document;
 use document::chart::LineChart;
-use document::words::{factor, grouped, millis, percent, size, theta};
+use document::number_format::{factor, grouped, millis, percent, size, theta};
 use document::{Block, Chart};
 
 use crate::Results;

@@ -2,7 +2,7 @@
 
 use crate::run::PICK_THETA;
 use document::Document;
-use document::words::{grouped, percent, theta};
+use document::number_format::{grouped, percent, theta};
 
 use crate::Results;
 

@@ -3,7 +3,7 @@
 use crate::reference::PrintedRow;
 use crate::topology::FLAT_SHARE;
 use document::Document;
-use document::words::{grouped, percent, signed, theta};
+use document::number_format::{grouped, percent, signed, theta};
 
 use crate::Results;
 

@@ -1,7 +1,7 @@
 //! Measured values of a bay.
 
 use super::loads::{POWER_FACTOR, load_of};
-use super::{List, Place, PointKind, Quantity, Usual};
+use super::{List, NormalValue, Place, PointKind, Quantity};
 
 /// Measured values of a bay: 14 of the first, and what voltage transformers have besides.
 const MEASURED: [Quantity; 18] = [
@@ -54,13 +54,15 @@ pub(super) fn add_some_measured(
             2..=4 => ("current", walk(amperes)),
             6..=8 => ("phase_voltage", walk(phase)),
             9 | 14 | 15 => ("voltage", walk(line)),
-            10 => ("frequency", Usual::Walk(50.0, 0.015)),
-            11 => ("power_factor", Usual::Walk(POWER_FACTOR, 0.004)),
-            12 if power > 0.0 => ("energy", Usual::Counter(84_000.0, 3600.0 * hours_a_unit)),
-            13 if power < 0.0 => ("energy", Usual::Counter(84_000.0, 3600.0 * hours_a_unit)),
-            12 | 13 => ("energy", Usual::Constant(1_200.0)),
-            17 => ("distortion", Usual::Walk(1.4, 0.1)),
-            _ => ("residual", Usual::Walk(0.004 * amperes.max(1.0), 0.001 * amperes.max(1.0))),
+            10 => ("frequency", NormalValue::Walk(50.0, 0.015)),
+            11 => ("power_factor", NormalValue::Walk(POWER_FACTOR, 0.004)),
+            12 if power > 0.0 => ("energy", NormalValue::Counter(84_000.0, 3600.0 * hours_a_unit)),
+            13 if power < 0.0 => ("energy", NormalValue::Counter(84_000.0, 3600.0 * hours_a_unit)),
+            12 | 13 => ("energy", NormalValue::Constant(1_200.0)),
+            17 => ("distortion", NormalValue::Walk(1.4, 0.1)),
+            _ => {
+                ("residual", NormalValue::Walk(0.004 * amperes.max(1.0), 0.001 * amperes.max(1.0)))
+            }
         };
         let equipment = if is_voltage { voltage } else { current }.to_owned();
         let point =
@@ -75,6 +77,6 @@ pub(super) fn add_some_measured(
 }
 
 /// By half a percent: within the dead band of a control centre.
-fn walk(base: f64) -> Usual {
-    Usual::Walk(base, 0.005 * base.abs())
+fn walk(base: f64) -> NormalValue {
+    NormalValue::Walk(base, 0.005 * base.abs())
 }

@@ -1,6 +1,6 @@
 //! Points of condition monitoring.
 
-use super::{List, Place, PointKind, Quantity, Usual};
+use super::{List, NormalValue, Place, PointKind, Quantity};
 
 /// Milliseconds between two values of condition monitoring: as a demonstration needs them.
 /// Stations read gas each 1 to 10 minutes, currents and temperatures each 5 to 30.
@@ -48,13 +48,13 @@ impl Monitored<'_> {
                 let temperature = OUTSIDE + 1.0;
                 // The gas law: pressure goes with the absolute temperature.
                 let pressure = SF6_FILLING * (temperature + 273.15) / 293.15;
-                add(PRESSURE, "QA1", pole, "sf6_pressure", Usual::Walk(pressure, 0.005));
+                add(PRESSURE, "QA1", pole, "sf6_pressure", NormalValue::Walk(pressure, 0.005));
                 add(GAS_TEMPERATURE, "QA1", pole, "sf6_temperature", walk(temperature, 0.2));
             }
             if self.arrester {
                 add(TOTAL, "FA1", pole, "arrester_total_current", walk(0.9, 0.02));
                 add(RESISTIVE, "FA1", pole, "arrester_resistive_current", walk(0.12, 0.01));
-                let operations = Usual::Constant((3 * pole + self.bay.len()) as f64);
+                let operations = NormalValue::Constant((3 * pole + self.bay.len()) as f64);
                 add(OPERATIONS, "FA1", pole, "arrester_operations", operations);
             }
             for (index, device) in self.contacts.iter().enumerate() {
@@ -71,8 +71,8 @@ impl Monitored<'_> {
     }
 }
 
-fn walk(base: f64, amplitude: f64) -> Usual {
-    Usual::Walk(base, amplitude)
+fn walk(base: f64, amplitude: f64) -> NormalValue {
+    NormalValue::Walk(base, amplitude)
 }
 
 /// A point of a transformer: its quantity, role, value, and how many sensors there are.

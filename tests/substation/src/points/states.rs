@@ -1,6 +1,6 @@
 //! Positions, states and commands of a bay.
 
-use super::{List, Place, PointKind, Usual};
+use super::{List, NormalValue, Place, PointKind};
 use crate::network;
 
 /// States; the list repeats with the next logical node.
@@ -58,7 +58,7 @@ pub(super) fn add_doubles(bay: &str, switches: &[Switch], earths: usize, list: &
         };
         *count += 1;
         let place = Place { bay, equipment: equipment.clone(), node: *count, role: "position" };
-        let usual = Usual::Constant(if *closed { CLOSED } else { OPEN });
+        let usual = NormalValue::Constant(if *closed { CLOSED } else { OPEN });
         list.add(PointKind::Double, (class, name, "", 0.0, 3.0, 1000), place, usual);
     }
     for node in disconnectors + 1..=disconnectors + earths {
@@ -68,7 +68,7 @@ pub(super) fn add_doubles(bay: &str, switches: &[Switch], earths: usize, list: &
         let Some((equipment, ..)) = line.or(switches.first()) else { continue };
         let place = Place { bay, equipment: equipment.clone(), node, role: "earth_switch" };
         let quantity = ("XSWI.Pos", "earth switch", "", 0.0, 3.0, 1000);
-        list.add(PointKind::Double, quantity, place, Usual::Constant(OPEN));
+        list.add(PointKind::Double, quantity, place, NormalValue::Constant(OPEN));
     }
 }
 
@@ -89,7 +89,12 @@ pub(super) fn add_states(
             let (reference, name) = names[i % names.len()];
             let node = i / names.len() + 1;
             let place = Place { bay, equipment: equipment.to_owned(), node, role };
-            list.add(kind, (reference, name, "", 0.0, 1.0, 1000), place, Usual::Constant(0.0));
+            list.add(
+                kind,
+                (reference, name, "", 0.0, 1.0, 1000),
+                place,
+                NormalValue::Constant(0.0),
+            );
         }
     }
 }

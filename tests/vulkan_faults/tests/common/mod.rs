@@ -14,7 +14,8 @@ use glam::{Mat4, Vec2, Vec3};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 use vulkan_faults::{
-    AS_CARD_VARIABLE, CALLS_VARIABLE, FAULT_VARIABLE, Fault, STRUCK_VARIABLE, codes_of, install,
+    AS_CARD_VARIABLE, CALLS_VARIABLE, FAULT_VARIABLE, STRUCK_VARIABLE, VulkanFault, codes_of,
+    install,
 };
 
 /// Says how many faults are to strike, or "all".
@@ -108,7 +109,7 @@ impl Subject {
         text.lines().map(str::to_owned).collect()
     }
 
-    pub(crate) fn strike(&self, command: &mut Command, fault: &Fault) {
+    pub(crate) fn strike(&self, command: &mut Command, fault: &VulkanFault) {
         command.env(FAULT_VARIABLE, fault.text()).env(STRUCK_VARIABLE, self.path("struck"));
     }
 
@@ -118,13 +119,13 @@ impl Subject {
 }
 
 /// Every call with every code that it may give.
-pub(crate) fn faults_of(calls: &[String]) -> Vec<Fault> {
+pub(crate) fn faults_of(calls: &[String]) -> Vec<VulkanFault> {
     let mut seen: BTreeMap<&str, u32> = BTreeMap::new();
     let mut faults = Vec::new();
     for command in calls {
         let call = seen.entry(command).or_default();
         for &code in codes_of(command) {
-            faults.push(Fault { command: command.clone(), call: *call, code });
+            faults.push(VulkanFault { command: command.clone(), call: *call, code });
         }
         *call += 1;
     }
@@ -133,7 +134,7 @@ pub(crate) fn faults_of(calls: &[String]) -> Vec<Fault> {
 
 /// A sample of faults: of each command and code one, as far as `count` allows;
 /// another number, or all of them, where the environment says so.
-pub(crate) fn sample(mut faults: Vec<Fault>, count: usize) -> Vec<Fault> {
+pub(crate) fn sample(mut faults: Vec<VulkanFault>, count: usize) -> Vec<VulkanFault> {
     let asked = std::env::var(COUNT_VARIABLE).ok();
     if asked.as_deref() == Some("all") {
         return faults;
@@ -149,7 +150,7 @@ pub(crate) fn sample(mut faults: Vec<Fault>, count: usize) -> Vec<Fault> {
 }
 
 /// Whether nothing can be drawn after it: no driver answers at the start.
-pub(crate) fn is_final(fault: &Fault) -> bool {
+pub(crate) fn is_final(fault: &VulkanFault) -> bool {
     const INITIALIZATION_FAILED: i32 = -3;
     const EXTENSION_NOT_PRESENT: i32 = -7;
     const INCOMPATIBLE_DRIVER: i32 = -9;

@@ -27,13 +27,13 @@ const PAPER: u8 = 255;
 const INK: u8 = 20;
 
 /// A sheet in the making.
-pub(crate) struct Sheet {
+pub(crate) struct ContactSheet {
     name: &'static str,
     view: View,
     canvas: GrayImage,
 }
 
-impl Sheet {
+impl ContactSheet {
     /// A sheet of the part of a mesh that lies in a box.
     pub(crate) fn new(
         name: &'static str,

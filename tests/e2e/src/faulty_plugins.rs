@@ -13,9 +13,9 @@ const LIBRARY: &str = "libtrouble.so";
 
 /// A folder with the library in its plugin directory, and a configuration of one
 /// node without a model, three tags and one plugin.
-pub struct Trouble {
+pub struct FaultyPluginScene {
     folder: TempDir,
-    /// The configuration: change it, then [`Trouble::write`] it.
+    /// The configuration: change it, then [`FaultyPluginScene::write`] it.
     pub config: Value,
 }
 
@@ -31,7 +31,7 @@ pub fn compile(folder: &Path) {
     finish(gcc.arg("-o").arg(folder.join(LIBRARY))).expect_code(0);
 }
 
-impl Trouble {
+impl FaultyPluginScene {
     /// Compiles the library; the configuration uses this plugin, as `trouble`.
     ///
     /// # Panics

@@ -21,11 +21,11 @@ const EMPTY_BATTERY: i64 = -60 * 365 * 86_400;
 
 /// What a time is like.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Weather {
+pub enum FaultSchedule {
     /// Nothing fails.
-    Calm,
+    Empty,
     /// Everything fails, some times a day.
-    Rough,
+    Daily,
 }
 
 /// What happens at some point.
@@ -39,17 +39,17 @@ pub(crate) enum Event {
     ClockJump(i64),
 }
 
-impl Weather {
+impl FaultSchedule {
     pub(crate) fn faults(self, random: &mut Rng) -> FaultPlan {
         match self {
-            Self::Calm => FaultPlan::none(),
-            Self::Rough => FaultPlan::new(random.u64(..), &FaultKind::ALL, FAULT_PERIOD, MAX_FAULT)
+            Self::Empty => FaultPlan::none(),
+            Self::Daily => FaultPlan::new(random.u64(..), &FaultKind::ALL, FAULT_PERIOD, MAX_FAULT)
                 .expect("faults are shorter than their period"),
         }
     }
 
     pub(crate) fn event(self, random: &mut Rng) -> Option<Event> {
-        if self == Self::Calm {
+        if self == Self::Empty {
             return None;
         }
         let drawn = random.f64();
@@ -76,7 +76,7 @@ impl Weather {
 
 /// What holds, and since when.
 #[derive(Debug)]
-pub(crate) struct Trouble {
+pub(crate) struct DisturbanceState {
     /// Nothing gets through.
     total_since: Option<Instant>,
     is_disturbed: bool,
@@ -84,7 +84,7 @@ pub(crate) struct Trouble {
     last: Instant,
 }
 
-impl Trouble {
+impl DisturbanceState {
     pub(crate) fn new() -> Self {
         Self { total_since: None, is_disturbed: false, last: Instant::now() }
     }
@@ -108,18 +108,18 @@ impl Trouble {
     }
 
     /// The adapter knows of nothing yet.
-    pub(crate) fn begin_anew(&mut self) {
+    pub(crate) fn restart(&mut self) {
         self.last = Instant::now();
         self.total_since = self.total_since.map(|_| self.last);
     }
 
     /// Whether nothing has got through for so long.
-    pub(crate) fn is_dead(&self, time: Duration) -> bool {
+    pub(crate) fn is_cut_off_for(&self, time: Duration) -> bool {
         self.total_since.is_some_and(|since| since.elapsed() >= time)
     }
 
     /// Whether nothing has been wrong for so long.
-    pub(crate) fn is_over(&self, time: Duration) -> bool {
+    pub(crate) fn is_quiet_for(&self, time: Duration) -> bool {
         !self.is_disturbed && self.last.elapsed() >= time
     }
 }
