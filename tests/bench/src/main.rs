@@ -33,7 +33,7 @@ use crate::scene::Scene;
 /// Fewer rounds have no median worth telling.
 const MIN_ROUNDS: usize = 7;
 const MAX_ROUNDS: usize = 1000;
-/// What can be measured, in order.
+/// Sections of the measurement, in order.
 const SECTIONS: [&str; 4] = ["optimizer", "orders", "collapse_stacks", "levels"];
 
 /// Measures Busbar beside what it is compared with.
@@ -114,7 +114,7 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// What was measured.
+/// Results of all sections.
 struct Found {
     rounds: usize,
     sections: Vec<(&'static str, Section)>,

@@ -1,4 +1,4 @@
-//! What a call takes of the process's memory, whoever allocates it.
+//! Peak memory of a call by the process's resident set, whoever allocates it.
 
 use std::fs;
 

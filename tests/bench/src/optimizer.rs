@@ -20,10 +20,10 @@ use crate::series::Series;
 
 /// The part of the triangles that `simplify` is to leave.
 const TARGET: f64 = 0.30;
-/// What the paper's order may take of its time, from positions to death indices;
+/// Greatest ratio of the paper's order to one `simplify` in time, from positions to death indices;
 /// both see positions and triangles alone.
 const PAPER_BAR: f64 = 0.25;
-/// The same for the order by quadric error.
+/// Greatest ratio of the order by quadric error to one `simplify` in time.
 const QUADRIC_BAR: f64 = 1.5;
 
 /// Measures without the plugins' boundary, and with it where `plugins` is a

@@ -7,7 +7,7 @@ use serde_json::{Map, Value};
 
 use crate::series::Series;
 
-/// What one bench found.
+/// Results of one section.
 pub(crate) struct Section {
     pub(crate) series: Vec<Series>,
 }

@@ -1,4 +1,4 @@
-//! What is measured on: the paper's substation as one mesh, imported.
+//! Test scene: the paper's substation as one mesh, imported.
 
 use anyhow::{Context, Result};
 use busbar_geometry::{
@@ -103,7 +103,7 @@ mod tests {
 
     use super::*;
 
-    /// What is welded again is what was imported.
+    /// Primitives of the scene weld to the imported mesh again.
     #[test]
     fn primitives_are_those_of_the_mesh() {
         let square = |x: f32, material| RawPrimitive {

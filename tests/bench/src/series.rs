@@ -1,4 +1,4 @@
-//! One figure, measured several times.
+//! Series of measurements of one figure.
 
 use std::time::Instant;
 
@@ -10,10 +10,10 @@ use crate::affinity::processor_seconds;
 #[derive(Clone, Debug)]
 pub(crate) struct Series {
     pub(crate) name: String,
-    /// What the values are in: "ms", or "" for a ratio.
+    /// Unit of the values: "ms", or "" for a ratio.
     pub(crate) unit: &'static str,
     values: Vec<f64>,
-    /// What the median should not exceed.
+    /// Greatest median that meets the bar.
     pub(crate) bar: Option<f64>,
 }
 
@@ -34,7 +34,7 @@ impl Series {
         self
     }
 
-    /// Adds a measurement.
+    /// Adds one measured value.
     pub(crate) fn push(&mut self, value: f64) {
         self.values.push(value);
     }
@@ -60,7 +60,7 @@ impl Series {
         self.values.last().copied().unwrap_or(f64::NAN)
     }
 
-    /// Number of measurements.
+    /// Returns the number of measurements.
     pub(crate) fn len(&self) -> usize {
         self.values.len()
     }
@@ -74,7 +74,7 @@ impl Series {
         sorted.get(rank.saturating_sub(1)).copied().unwrap_or(f64::NAN)
     }
 
-    /// Whether the median keeps to the bar; `None` without a bar.
+    /// Reports whether the median meets the bar; `None` without a bar.
     pub(crate) fn is_met(&self) -> Option<bool> {
         self.bar.map(|bar| self.quantile(0.5) <= bar)
     }

@@ -59,7 +59,7 @@ pub(crate) fn run(scene: &Scene, rounds: usize, progress: &ProgressBar) -> Resul
     Ok(Section { series: series.chain(exact).collect() })
 }
 
-/// What is the same every time.
+/// Returns the figures that do not vary between rounds.
 fn facts(stacks: &CollapseStacks) -> Vec<Series> {
     let triangles = stacks.mesh().triangles.len();
     let bytes = stacks.static_bytes() as f64 / triangles as f64;

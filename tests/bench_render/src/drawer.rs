@@ -1,4 +1,4 @@
-//! Whoever draws, in a process of its own on one core.
+//! Renderer in a process of its own on one core: Busbar or a peer.
 
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader, Read, Seek, Write};
@@ -16,13 +16,13 @@ use crate::exchange::{Answer, Wanted};
 /// Pixels of all pictures.
 pub(crate) const SIZE: [u32; 2] = [1280, 720];
 
-/// The longest that anyone may take to load, or for a round of frames.
+/// Longest time for loading, or for a round of frames.
 const MAX_WAIT: Duration = Duration::from_secs(60);
 
 /// Lines of troubles that are told.
 const LAST_WORDS: usize = 4;
 
-/// How to start it.
+/// Command line of a renderer.
 #[derive(Clone, Debug)]
 pub(crate) struct Recipe {
     /// As the tables name it.
@@ -37,14 +37,14 @@ pub(crate) struct Drawer {
     child: Child,
     asks: ChildStdin,
     answers: Receiver<String>,
-    /// What it said of its troubles.
+    /// Log of the renderer's standard error.
     log: File,
 }
 
-/// Ourselves.
+/// Name of Busbar among the renderers.
 pub(crate) const OURS: &str = "busbar";
 
-/// Ourselves, and all peers that are there.
+/// Returns the commands of Busbar and of all installed peers.
 pub(crate) fn recipes(python: Option<&Path>, scripts: &Path) -> Result<Vec<Recipe>> {
     let ours =
         Recipe { name: OURS, program: std::env::current_exe()?, arguments: vec!["worker".into()] };
@@ -105,7 +105,7 @@ impl Drawer {
         Ok(())
     }
 
-    /// The most memory that it had so far, bytes (proc(5), `VmHWM`).
+    /// Returns the peak resident memory of the process so far, bytes (proc(5), `VmHWM`).
     pub(crate) fn peak_bytes(&self) -> Result<u64> {
         peak_bytes(self.child.id())
     }
@@ -139,7 +139,7 @@ impl Drop for Drawer {
     }
 }
 
-/// The most memory that a process had so far, bytes.
+/// Returns the peak resident memory of a process so far, bytes.
 pub(crate) fn peak_bytes(process: u32) -> Result<u64> {
     let status = fs::read_to_string(format!("/proc/{process}/status"))?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));

@@ -1,4 +1,4 @@
-//! What the bench asks of whoever draws, and what comes back: lines of JSON, as
+//! Render protocol: requests of the bench and replies of a renderer as lines of JSON, as
 //! `tests/peers/rendering.py` has them too.
 
 use std::path::PathBuf;
@@ -7,14 +7,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::camera::Camera;
 
-/// What is wanted.
+/// Request to a renderer.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case")]
 pub(crate) enum Wanted {
     /// Load a GLB, or a configuration, and get ready to draw it.
     Load {
         path: PathBuf,
-        /// Pixels.
+        /// Width and height of the picture, pixels.
         size: [u32; 2],
         /// Samples a pixel, 1 or 4.
         samples: u32,
@@ -25,7 +25,7 @@ pub(crate) enum Wanted {
     Picture { camera: Camera, path: PathBuf },
 }
 
-/// What came of it.
+/// Reply of a renderer.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Answer {
     /// A frame each, from its beginning until the picture is finished.

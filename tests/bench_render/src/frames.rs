@@ -17,7 +17,7 @@ const SAMPLES: u32 = 1;
 /// Frames that are drawn first and not counted: caches fill, shaders are compiled.
 const WARM_UP: usize = 3;
 
-/// What one took for the frames of one level.
+/// Frame times of one renderer at one level.
 #[derive(Debug, Serialize)]
 pub(crate) struct Frames {
     pub(crate) who: &'static str,

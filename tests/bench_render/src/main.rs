@@ -23,7 +23,7 @@ use clap::{Parser, Subcommand};
 use crate::report::Results;
 use crate::scenes::Scenes;
 
-/// What can be measured, in order.
+/// Sections of the measurement, in order.
 const SECTIONS: [&str; 4] = ["frames", "screen_error", "start", "many"];
 
 /// Measures frames of Busbar beside other viewers.

@@ -21,27 +21,27 @@ const ROW: usize = 10;
 pub(crate) const STATIONS: usize = ROW * ROW;
 /// Stations that have 10,000 pieces of equipment together.
 pub(crate) const SOME_STATIONS: usize = 12;
-/// Between two stations, metres.
+/// Gap between two stations, metres.
 const GAP: f32 = 20.0;
 const POSES: usize = 6;
-/// From frame to frame where an operator walks, metres: fast, at 60 frames a second.
+/// Step of a walking operator from frame to frame, metres: fast, at 60 frames a second.
 pub(crate) const STRIDE_METRES: f32 = 0.2;
 /// Frames of a walk.
 const STRIDES: usize = 30;
 /// Frames before the counted ones: levels of detail are resolved on the way.
 const WARM_UP_ROUNDS: usize = 2;
-/// From above all stations, however many there are.
+/// View from above all stations, however many there are.
 pub(crate) const BIRD: &str = "bird";
-/// From above one station that fills the picture as all of them do from [`BIRD`].
+/// View from above one station that fills the picture as all of them do from [`BIRD`].
 pub(crate) const FILLING: &str = "filling";
-/// On foot; what the processor takes then is asked for of some stations alone.
+/// View on foot; its bar on processor time is judged for some stations alone.
 const WALKING: &str = "walking";
-/// From within one, in leaps.
+/// View from within one station, in leaps.
 const WITHIN: &str = "within";
 /// Pixels of error that theta may show.
 pub(crate) const MAX_ERROR_PX: f64 = 0.5;
 
-/// So many stations, seen from somewhere.
+/// Results of one view of a number of stations.
 #[derive(Debug, Serialize)]
 pub(crate) struct Many {
     pub(crate) stations: usize,
@@ -51,9 +51,9 @@ pub(crate) struct Many {
     pub(crate) cpu_millis: Series,
     pub(crate) hide_millis: Series,
     pub(crate) peak_bytes: u64,
-    /// Of the picture's pixels, those of the second pose that are not as the first pixel.
+    /// Share of pixels of the second pose that differ from the first pixel.
     pub(crate) covered_share: f64,
-    /// To full detail, of all from within.
+    /// Similarity to full detail, for all stations seen from within.
     pub(crate) likeness: Option<Likeness>,
 }
 
@@ -139,7 +139,8 @@ fn measure_view(
     })
 }
 
-/// Of a picture's pixels, those that are not as the first, which shows the background.
+/// Returns the share of a picture's pixels that differ from the first one, which shows the
+/// background.
 fn covered_share(picture: &Path) -> Result<f64> {
     let picture = image::open(picture)?.into_rgba8();
     let background = picture.get_pixel(0, 0);
@@ -147,7 +148,7 @@ fn covered_share(picture: &Path) -> Result<f64> {
     Ok(covered as f64 / picture.pixels().len() as f64)
 }
 
-/// From one station to the next, in x and z.
+/// Returns the distance from one station to the next, in x and z.
 fn step(station: Bounds) -> Vec3 {
     let size = station.max - station.min;
     Vec3::new(size.x + GAP, 0.0, size.z + GAP)

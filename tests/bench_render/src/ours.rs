@@ -26,7 +26,7 @@ pub(crate) fn serve() -> Result<()> {
 
 struct Ours {
     viewer: Option<Viewer>,
-    /// The views' clock.
+    /// Time of the views' clock, seconds.
     seconds: f64,
 }
 

@@ -15,21 +15,21 @@ use crate::many::{BIRD, FILLING, MAX_ERROR_PX, Many, SOME_STATIONS, STATIONS};
 use crate::screen_error::{Followed, Likeness};
 use crate::start::{EMPTY_CACHE, F3D, FULL_CACHE, Start};
 
-/// How long our frames may take, of the best peer's, at equal triangles.
+/// Greatest ratio of Busbar's frame time to the best peer's at equal triangles.
 const MAX_FRAME_RATIO: f64 = 0.9;
-/// How many times the best peer's frame rate theta by error is to reach.
+/// Lowest ratio of the frame rate with theta from the screen error to that of the best peer.
 const MIN_SPEED_UP: f64 = 3.0;
 const MIN_SSIM: f64 = 0.98;
 const MAX_FLIP: f64 = 0.03;
-/// How long a start with a cache may take, of F3D's.
+/// Greatest ratio of a cached start to that of F3D.
 const MAX_CACHED_START: f64 = 0.5;
-/// How much more a hundred stations may take than one.
+/// Greatest ratio of a frame with a hundred stations to one with a single station.
 const MAX_MANY_FRAME: f64 = 1.5;
 const MAX_MANY_MEMORY: f64 = 1.2;
 /// Milliseconds of processor time that a frame of 10,000 instances may take.
 const MAX_CPU_MILLIS: f64 = 1.0;
 
-/// All that was measured.
+/// Results of all sections.
 #[derive(Debug, Default, Serialize)]
 pub(crate) struct Results {
     pub(crate) frames: Vec<Frames>,

@@ -1,4 +1,4 @@
-//! What is drawn: the paper's substation as one mesh, whole and at levels of detail.
+//! Test scenes: the paper's substation as one mesh, whole and at levels of detail.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use substation::Station;
 pub(crate) const SEED: u64 = 1;
 /// Shares of the triangles that are compared.
 pub(crate) const SHARES: [f64; 3] = [1.0, 0.3, 0.15];
-/// What makes the levels.
+/// Optimizer of the levels of detail.
 const OPTIMIZER: &str = "quadric_collapse";
 /// Halvings until a level's share is met to a ten-thousandth.
 const HALVINGS: usize = 14;
@@ -25,9 +25,9 @@ pub(crate) struct Level {
     pub(crate) triangles: u64,
 }
 
-/// The scene's files.
+/// Files of the test scene.
 pub(crate) struct Scenes {
-    /// One for each of [`SHARES`], the whole first.
+    /// Levels for each of [`SHARES`], the whole first.
     pub(crate) levels: Vec<Level>,
     pub(crate) bounds: Bounds,
 }

@@ -14,12 +14,12 @@ use crate::many::MAX_ERROR_PX;
 use crate::scenes::Scenes;
 
 const POSES: usize = 6;
-/// How many times farther the far path is than one that fills the picture.
+/// Distance ratio of the far path to one that fills the picture.
 const FARTHER: f32 = 4.0;
-/// What makes the levels.
+/// Optimizer of the levels of detail.
 const OPTIMIZER: &str = "quadric_collapse";
 
-/// What one path came to.
+/// Results of one camera path.
 #[derive(Debug, Serialize)]
 pub(crate) struct Followed {
     pub(crate) path: &'static str,
@@ -28,18 +28,18 @@ pub(crate) struct Followed {
     pub(crate) full_millis: Series,
     /// The peer's, at full detail, and its name.
     pub(crate) peer: Option<(&'static str, Series)>,
-    /// To full detail.
+    /// Similarity to the pictures in full detail.
     pub(crate) likeness: Likeness,
 }
 
-/// How pictures at levels of detail are beside those in full detail, each of the worst.
+/// Similarity of pictures at levels of detail to those in full detail: the worst of each measure.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(crate) struct Likeness {
     pub(crate) least_ssim: f64,
     pub(crate) greatest_flip: f64,
 }
 
-/// Measures both paths.
+/// Measures the near and the far path.
 pub(crate) fn measure(
     scenes: &Scenes,
     recipes: &[Recipe],
@@ -104,7 +104,7 @@ pub(crate) fn measure(
 }
 
 impl Likeness {
-    /// Over the pictures of a path, which are kept by its name.
+    /// Compares the pictures of a path, which are kept by its name.
     pub(crate) fn of(
         [detail, followed]: [&mut Drawer; 2],
         cameras: &[Camera],

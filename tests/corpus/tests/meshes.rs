@@ -7,7 +7,7 @@ use busbar_gltf_import::{ImportLimits, import_bytes};
 use busbar_scene::Model;
 use twox_hash::XxHash3_64;
 
-/// What a mesh was when it was fixed.
+/// Counts and checksum that a mesh had when it was fixed.
 #[derive(Debug, PartialEq, Eq)]
 struct Fixed {
     positions: usize,

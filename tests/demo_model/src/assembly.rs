@@ -60,7 +60,7 @@ impl Assembly {
         Ok(self.place(name, parent, mesh, transform))
     }
 
-    /// The finished model.
+    /// Returns the finished model.
     pub fn into_model(self) -> Model {
         self.model
     }

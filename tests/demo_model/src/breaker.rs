@@ -1,4 +1,4 @@
-//! One pole of a 252 kV live-tank SF6 breaker with spring mechanism.
+//! Pole of a 252 kV live-tank SF6 breaker with spring mechanism.
 //!
 //! The scene places it three times, 4 m apart. Lower terminal at 5.5 m.
 
@@ -23,7 +23,7 @@ const BOX_SIZE: Vec3 = Vec3::new(0.72, 1.15, 0.55);
 /// The flange pairs between the pole's stages.
 const JOINT: f32 = 0.05;
 
-/// The breaker pole.
+/// Builds the breaker pole.
 ///
 /// # Errors
 /// [`WeldError`] if a dimension above were not finite.
@@ -106,7 +106,7 @@ fn position_indicator() -> Part {
     part
 }
 
-/// From the mechanism box up to the bell crank's lever.
+/// Builds the rod from the mechanism box up to the bell crank's lever.
 fn drive_rod() -> Part {
     let mut part = Part::new();
     let (z, bottom, top) = (BOX.z - 0.15, BOX.y + 0.55, SUPPORT_TOP + 0.19);

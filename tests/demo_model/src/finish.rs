@@ -1,4 +1,4 @@
-//! What surfaces are made of.
+//! Surface finishes: the materials of the models.
 
 use busbar_scene::{Material, Texture, TextureRef, Wrap};
 
@@ -11,17 +11,17 @@ pub enum Finish {
     GreyPaint,
     /// Darker grey paint of frames, fans and mechanism housings.
     DarkPaint,
-    /// Brown glazed porcelain.
+    /// Porcelain with brown glaze.
     BrownPorcelain,
-    /// Hot-dip galvanised steel.
+    /// Steel, hot-dip galvanised, dull grey.
     Galvanised,
     /// Bare aluminium: caps, flanges, terminals.
     Aluminium,
     /// Bare copper: studs and low-voltage terminals.
     Copper,
-    /// Concrete.
+    /// Cast concrete of foundations.
     Concrete,
-    /// Crushed stone.
+    /// Crushed stone of the yard.
     Gravel,
     /// Black rubber and plastic: seals, handles, cable.
     Rubber,

@@ -5,9 +5,9 @@
 pub struct Sheds {
     /// Number of sheds, large and small together.
     pub count: usize,
-    /// How far a large shed reaches beyond the core, metres.
+    /// Overhang of a large shed beyond the core, metres.
     pub large_overhang: f32,
-    /// How far a small shed reaches beyond the core, metres.
+    /// Overhang of a small shed beyond the core, metres.
     pub small_overhang: f32,
 }
 

@@ -98,7 +98,7 @@ fn corner_hole(x: f32, y: f32, w: f32, h: f32) -> bool {
     dx * dx + dy * dy < 9.0
 }
 
-/// Whether a polygon holds a point, by crossings of a ray.
+/// Reports whether a polygon contains a point, by the even-odd rule.
 fn contains(polygon: &[(f32, f32)], x: f32, y: f32) -> bool {
     let crosses = |(ax, ay): (f32, f32), (bx, by): (f32, f32)| {
         (ay > y) != (by > y) && x < (bx - ax) * (y - ay) / (by - ay) + ax

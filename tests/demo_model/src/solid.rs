@@ -6,8 +6,8 @@ use glam::{Mat4, Vec2, Vec3};
 /// Faces that meet at a smaller angle are shaded as one smooth surface.
 const CREASE_DEGREES: f64 = 46.0;
 
-/// One or more closed shells: every edge has two triangles, which turn
-/// counter-clockwise seen from outside.
+/// Solid of one or more closed shells: every edge has two triangles, which turn counter-clockwise
+/// seen from outside.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Solid {
     /// Points in the part's own space, metres; none repeated in a shell.
@@ -21,11 +21,11 @@ pub struct Solid {
 /// Texture coordinates by projection onto a rectangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanarUv {
-    /// Where the image's top left corner lies.
+    /// Position of the image's top left corner.
     pub top_left: Vec3,
-    /// From the top left to the top right corner.
+    /// Vector from the top left to the top right corner.
     pub along_u: Vec3,
-    /// From the top left to the bottom left corner.
+    /// Vector from the top left to the bottom left corner.
     pub along_v: Vec3,
 }
 

@@ -23,17 +23,17 @@ const STROKES: [(&str, &str); 6] = [
 /// A chart of lines over common axes.
 #[derive(Clone, Debug)]
 pub struct LineChart<'a> {
-    /// What x is, with unit.
+    /// Label of the x axis, with unit.
     pub x: &'a str,
-    /// What y is, with unit.
+    /// Label of the y axis, with unit.
     pub y: &'a str,
-    /// Whether y is drawn by its logarithm.
+    /// Flag for a logarithmic y axis.
     pub log_y: bool,
     /// The lines: name, and points in ascending x.
     pub lines: Vec<(String, Vec<[f64; 2]>)>,
 }
 
-/// From values to pixels along one axis.
+/// Mapping of values to pixels along one axis.
 #[derive(Clone, Copy)]
 struct Axis {
     low: f64,

@@ -16,12 +16,12 @@ pub use markdown::markdown;
 pub use series::Series;
 pub use writer::write;
 
-/// A report.
+/// Report as a sequence of blocks.
 #[derive(Clone, Debug, Default)]
 pub struct Document {
-    /// Its title.
+    /// Title of the report.
     pub title: String,
-    /// What it consists of.
+    /// Blocks in reading order.
     pub blocks: Vec<Block>,
 }
 
@@ -30,39 +30,39 @@ pub struct Document {
 pub enum Block {
     /// Heading of a section.
     Heading(String),
-    /// Paragraph.
+    /// Paragraph of plain text.
     Text(String),
-    /// Table.
+    /// Table with a caption.
     Table(Table),
     /// Pictures side by side.
     ContactSheet(ContactSheet),
     /// Claims and what became of them.
     Claims(Vec<Claim>),
-    /// Drawing.
+    /// Chart with a caption.
     Chart(Chart),
 }
 
 /// Rows under a head; the first column holds names, others figures.
 #[derive(Clone, Debug, Default)]
 pub struct Table {
-    /// What it shows.
+    /// Caption that names the table's subject.
     pub caption: String,
-    /// Names of columns.
+    /// Headings of the columns.
     pub head: Vec<String>,
     /// As many cells each as the head.
     pub rows: Vec<Vec<String>>,
-    /// Whether cells are words rather than figures.
+    /// Flag for cells of text, which are aligned left; figures are aligned right.
     pub is_words: bool,
 }
 
-/// A contact sheet.
+/// Contact sheet of pictures in rows.
 #[derive(Clone, Debug)]
 pub struct ContactSheet {
-    /// What it shows.
+    /// Caption of the whole sheet.
     pub caption: String,
-    /// Pictures a row.
+    /// Number of pictures in a row.
     pub columns: usize,
-    /// The pictures.
+    /// Pictures, row by row.
     pub pictures: Vec<CaptionedPicture>,
 }
 
@@ -71,22 +71,22 @@ pub struct ContactSheet {
 pub struct CaptionedPicture {
     /// File beside the report.
     pub file: String,
-    /// Words under it.
+    /// Caption below the picture.
     pub caption: String,
 }
 
-/// A claim, judged.
+/// Claim with its verdict.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Claim {
-    /// What the paper says.
+    /// Text of the claim.
     pub claim: String,
-    /// What came of it.
+    /// Verdict on the claim.
     pub verdict: Verdict,
     /// The figure that decides.
     pub figure: String,
 }
 
-/// What became of a claim.
+/// Verdict on a claim or bar.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
     /// The figures bear it out.
@@ -110,7 +110,7 @@ impl Verdict {
         if reached { Self::Met } else { Self::Missed }
     }
 
-    /// One word.
+    /// Returns the verdict as one word.
     pub fn word(self) -> &'static str {
         match self {
             Self::Confirmed => "confirmed",
@@ -121,29 +121,29 @@ impl Verdict {
     }
 }
 
-/// A drawing.
+/// Chart as an SVG drawing.
 #[derive(Clone, Debug)]
 pub struct Chart {
-    /// What it shows.
+    /// Caption of the chart.
     pub caption: String,
     /// File that the drawing is written to, beside the report.
     pub file: String,
-    /// SVG.
+    /// Drawing as SVG text.
     pub svg: String,
 }
 
 impl Document {
-    /// Begins a section.
+    /// Adds a section heading.
     pub fn heading(&mut self, text: &str) {
         self.blocks.push(Block::Heading(text.to_owned()));
     }
 
-    /// Adds a paragraph.
+    /// Adds a paragraph of text.
     pub fn text(&mut self, text: impl Into<String>) {
         self.blocks.push(Block::Text(text.into()));
     }
 
-    /// Adds a table.
+    /// Adds a table of figures.
     pub fn table(&mut self, caption: &str, head: &[&str], rows: Vec<Vec<String>>) {
         let head = head.iter().map(|&name| name.to_owned()).collect();
         self.blocks.push(Block::Table(Table {

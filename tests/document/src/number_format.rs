@@ -1,6 +1,6 @@
-//! Figures in words.
+//! Number formats for reports: grouped digits, percentages, factors, times.
 
-/// Thousands apart: `1,057,086`.
+/// Formats a number with grouped thousands: `1,057,086`.
 pub fn grouped(value: u64) -> String {
     let digits = value.to_string();
     let mut text = String::with_capacity(digits.len() + digits.len() / 3);
@@ -13,7 +13,7 @@ pub fn grouped(value: u64) -> String {
     text
 }
 
-/// The same with a sign.
+/// Formats a number with grouped thousands and a sign.
 pub fn signed(value: i64) -> String {
     let sign = if value < 0 { "-" } else { "" };
     format!("{sign}{}", grouped(value.unsigned_abs()))
@@ -37,7 +37,7 @@ pub fn theta(theta: f64) -> String {
     format!("{:.0} %", theta * 100.0)
 }
 
-/// `1280 x 720`.
+/// Formats a size in pixels: `1280 x 720`.
 pub fn size([width, height]: [u32; 2]) -> String {
     format!("{width} x {height}")
 }

@@ -5,18 +5,18 @@ use serde::Serialize;
 /// A series in short.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Series {
-    /// How many.
+    /// Number of the values.
     pub count: usize,
-    /// Median.
+    /// Median of the values.
     pub p50: f64,
-    /// 99th percentile.
+    /// 99th percentile of the values.
     pub p99: f64,
-    /// The greatest.
+    /// Greatest of the values.
     pub longest: f64,
 }
 
 impl Series {
-    /// Sums up values.
+    /// Computes the statistics of values in any order.
     pub fn from_values(mut values: Vec<f64>) -> Self {
         values.sort_by(f64::total_cmp);
         let at = |share: f64| {

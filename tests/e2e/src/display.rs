@@ -21,7 +21,7 @@ const STEP_SECONDS: f64 = 0.03;
 /// A running Xvfb, ended when dropped.
 pub struct Display {
     _server: Process,
-    /// For the variable `DISPLAY`.
+    /// Value of the variable `DISPLAY`.
     pub name: String,
 }
 

@@ -64,7 +64,7 @@ impl FaultyPluginScene {
         Self { folder, config }
     }
 
-    /// Its library.
+    /// Returns the path of the library.
     pub fn library(&self) -> PathBuf {
         self.path("plugins").join(LIBRARY)
     }

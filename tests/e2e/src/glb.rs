@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 /// A mesh with its vertices welded: equal positions are one.
 #[derive(Clone, Debug, Default)]
 pub struct WeldedMesh {
-    /// Different positions.
+    /// Distinct positions after welding.
     pub positions: Vec<[f32; 3]>,
     /// Corners as indices into `positions`.
     pub triangles: Vec<[usize; 3]>,

@@ -27,7 +27,7 @@ pub use stats::Stats;
 
 /// Path from this crate to the workspace's root.
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
-/// How often a condition is looked at.
+/// Polling period of a condition.
 const LOOK_PERIOD: Duration = Duration::from_millis(10);
 
 /// A path of the workspace.
@@ -63,8 +63,8 @@ pub fn model(name: &str) -> PathBuf {
     built(workspace_path("config/models").join(name))
 }
 
-/// Whether a thing that a test needs is there. Where it must be, its absence
-/// is a failure; elsewhere the test is skipped, and says so.
+/// Reports whether a prerequisite of a test is present. Where prerequisites are required, absence
+/// is a failure; elsewhere the test is skipped with a message.
 #[allow(clippy::print_stderr)]
 pub fn available(present: bool, remedy: &str) -> bool {
     let required = |name| std::env::var_os(name).is_some();

@@ -10,7 +10,7 @@ use crate::{Process, available, workspace_path};
 
 /// A Modbus TCP server, killed when dropped.
 pub struct Peer {
-    /// Its process, to stop or kill.
+    /// Process of the server, to stop or kill.
     pub process: Process,
     /// The port that it listens at.
     pub port: u16,

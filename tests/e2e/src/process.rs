@@ -12,27 +12,27 @@ use wait4::Wait4;
 
 use crate::wait_for;
 
-/// The longest that one run of a program takes, loaded machines included.
+/// Longest run of a program, loaded machines included.
 pub const MAX_RUN: Duration = Duration::from_secs(60);
-/// From the start of a server until it says that it is ready.
+/// Longest time from the start of a server until it says that it is ready.
 pub const MAX_START: Duration = Duration::from_secs(20);
 /// Output kept of each stream; more is a failure.
 const MAX_OUTPUT_BYTES: u64 = 4 << 20;
 /// Output read at once.
 const CHUNK_BYTES: usize = 4096;
 
-/// What a program did.
+/// Result of a finished program.
 #[derive(Debug)]
 pub struct Output {
     /// Exit code; none if a signal ended it.
     pub code: Option<i32>,
-    /// Its standard output.
+    /// Text of standard output.
     pub stdout: String,
-    /// Its standard error.
+    /// Text of standard error.
     pub stderr: String,
-    /// From its start to its end.
+    /// Time from the program's start to its end.
     pub elapsed: Duration,
-    /// The most memory that it had in RAM, bytes.
+    /// Peak resident memory, bytes.
     pub peak_bytes: u64,
 }
 
@@ -59,7 +59,7 @@ pub struct Process {
     has_ended: bool,
 }
 
-/// One output stream, gathered by a thread.
+/// Output stream that a thread gathers.
 struct Stream {
     text: Arc<Mutex<Vec<u8>>>,
     reader: Option<JoinHandle<()>>,
@@ -74,7 +74,7 @@ pub fn finish(command: &mut Command) -> Output {
 }
 
 impl Process {
-    /// Starts a program.
+    /// Starts a program with piped streams.
     ///
     /// # Panics
     /// When it cannot be started.
@@ -127,7 +127,7 @@ impl Process {
         writeln!(stdin, "{line}").expect("it reads its input");
     }
 
-    /// Its number.
+    /// Returns the process id.
     pub fn id(&self) -> u32 {
         self.pid.as_raw_pid() as u32
     }
@@ -138,7 +138,7 @@ impl Process {
         let _ = kill_process(self.pid, signal);
     }
 
-    /// Whether it has closed its output, as it does at its end.
+    /// Reports whether the process has closed its output, as at its end.
     pub fn is_over(&self) -> bool {
         self.streams.iter().all(|s| s.reader.as_ref().is_none_or(JoinHandle::is_finished))
     }

@@ -24,9 +24,9 @@ const PLUGINS: [&str; 7] = [
 /// Poll period of the tests: several polls within a second.
 const POLL: Duration = Duration::from_millis(100);
 
-/// How many [`Scene::yards`] has.
+/// Number of yards in [`Scene::yards`].
 pub const YARDS: usize = 3;
-/// Of breakers in each of them.
+/// Number of rows of breakers in each yard.
 const YARD_ROWS: usize = 4;
 const YARD_COLUMNS: usize = 5;
 
@@ -134,7 +134,7 @@ impl Scene {
         self.folder.path().join(name)
     }
 
-    /// Where its plugin directory has a plugin's library.
+    /// Returns the path of a plugin's library in the scene's plugin directory.
     pub fn library(&self, plugin: &str) -> PathBuf {
         self.path("plugins").join(library_name(plugin))
     }

@@ -8,11 +8,11 @@ use crate::{Process, Scene, Stats, busbar};
 
 /// A window that shows a scene, under validation.
 pub struct Window {
-    /// The program.
+    /// Process of the program.
     pub process: Process,
-    /// What it is on.
+    /// Display that shows the window.
     pub display: Display,
-    /// What it shows; its `stats.json` is there at its end.
+    /// Scene in the window; its `stats.json` is written when the program ends.
     pub scene: Scene,
 }
 

@@ -14,11 +14,11 @@ use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 
 const SIZE: [u32; 2] = [480, 270];
-/// Until an alarm is as expected.
+/// Longest wait for an expected alarm.
 const MAX_WAIT: Duration = Duration::from_secs(60);
 /// Silence of the server after which the plugin gives it up.
 const SILENCE: Duration = Duration::from_secs(1);
-/// From then on until that shows, on a loaded machine.
+/// Additional time until that state shows, on a loaded machine.
 const SLACK: Duration = Duration::from_secs(10);
 /// The address in the example of the page.
 const EXAMPLE_PORT: &str = ":4840/";

@@ -20,9 +20,9 @@ const SIZE: [u32; 2] = [480, 270];
 /// Seeded samples, each with a fault.
 const FAULTS: usize = 117;
 const H2_AXIS: usize = 0;
-/// Until many samples are read and judged, on a busy machine.
+/// Longest time until many samples are read and judged, on a busy machine.
 const MAX_READING: Duration = Duration::from_secs(90);
-/// Above table 2 of IEEE C57.104-2019, ppm.
+/// Concentration of H2 above table 2 of IEEE C57.104-2019, ppm.
 const MUCH_H2: f32 = 200.0;
 
 fn day() -> Date {
@@ -126,7 +126,7 @@ fn a_brush_means_the_transformers_that_a_plain_filter_means() {
     }
 }
 
-/// What the file says of H2 and CH4, ppm.
+/// Returns H2 and CH4 as rounded in the file, ppm.
 fn two_gases(row: &Row) -> [f32; 2] {
     [0, 1].map(|gas| {
         let ppm = row.ppm[gas].expect("it was measured");
@@ -256,7 +256,7 @@ fn each_of_117_faults_frames_its_transformer_with_verdict_and_evidence() {
     assert_eq!(seen.len(), TransformerFault::ALL.len(), "every class was among them: {named:?}");
 }
 
-/// What a verdict must say of a fault, one of these.
+/// Returns the phrases of which a verdict on the fault must contain one.
 fn words(fault: TransformerFault) -> &'static [&'static str] {
     match fault {
         TransformerFault::None => &["typical"],
@@ -268,7 +268,7 @@ fn words(fault: TransformerFault) -> &'static [&'static str] {
     }
 }
 
-/// By the method itself, on what the file says.
+/// Returns the zone by the method itself, from the values in the file.
 fn zone_of(row: &Row) -> Zone {
     let five = [Gas::H2, Gas::Ch4, Gas::C2h6, Gas::C2h4, Gas::C2h2];
     let sample = five.into_iter().zip(row.ppm).fold(Sample::new(), |sample, (gas, ppm)| {
@@ -278,7 +278,7 @@ fn zone_of(row: &Row) -> Zone {
     triangle_1::zone(&sample)
 }
 
-/// Whether a transformer's middle is well within what the camera sees.
+/// Reports whether a transformer's middle is well within the camera's view.
 fn is_framed(stats: &Stats, transformer: usize) -> bool {
     let [x, z] = place(transformer).map(|metres| metres as f32);
     let (eye, direction) = (stats.camera.eye, stats.camera.direction);

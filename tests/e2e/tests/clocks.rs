@@ -7,7 +7,7 @@ use e2e::{Process, Scene, Stats, busbar, finish};
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
-/// From the writing of the script to its first batch, milliseconds: all runs by then.
+/// Time from the writing of the script to its first batch, milliseconds; all processes run by then.
 const LEAD_MILLIS: u64 = 6_000;
 /// Freshness of all tags, seconds: nothing grows stale by itself.
 const FRESHNESS_SECONDS: u64 = 600;

@@ -14,7 +14,7 @@ const CURSORS: usize = 1000;
 /// Wedges of a position among which a parent is chosen.
 const MAX_CANDIDATES: usize = 64;
 
-/// Every order there is.
+/// Lists every order of collapses.
 fn orders() -> [(&'static str, Value); 4] {
     [
         ("weighted_collapse", json!({ "order": "paper" })),
@@ -176,7 +176,7 @@ fn any_cursor_is_the_sequential_process() {
     assert_all_orders(&model.meshes, CURSORS);
 }
 
-/// By name, in a release build: minutes.
+/// Runs by name in a release build; takes minutes.
 #[test]
 #[ignore = "takes minutes"]
 fn any_cursor_of_large_meshes_is_the_sequential_process() {

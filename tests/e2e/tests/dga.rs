@@ -13,8 +13,8 @@ use serde_json::json;
 const HEADER: &str = "H2,CH4,C2H6,C2H4,C2H2";
 /// Rows of the large file: enough that a copy of it, or of its results, would show.
 const MANY: u32 = 600_000;
-/// The most memory that any of the processes may take for it. Programs and libraries with
-/// all their checks take some 60 MB by themselves.
+/// Greatest peak memory of any of the processes, bytes. Programs and libraries with all their
+/// checks take some 60 MB by themselves.
 const MAX_PEAK_BYTES: u64 = 120 << 20;
 
 struct Folder(tempfile::TempDir);

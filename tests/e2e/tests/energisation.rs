@@ -16,12 +16,13 @@ const TRANSFORMER: &str = "=S12D1T1-TA1";
 const OPEN: [u16; 2] = [1, 0];
 const CLOSED: [u16; 2] = [0, 1];
 const TRAVELLING: [u16; 2] = [0, 0];
-/// Within which a change is in the picture.
+/// Longest time until a change is in the picture.
 const PATIENCE: Duration = Duration::from_secs(10);
 /// Levels by which a mean of a colour is seen to change.
 const SEEN: f64 = 6.0;
 
-/// One phase of a line that feeds a transformer through a disconnector and a breaker.
+/// Returns a scene of one phase of a line that feeds a transformer through a disconnector and a
+/// breaker.
 fn scene(port: u16) -> Scene {
     let mut scene = Scene::demo(port);
     let position = |register: u32| {
@@ -77,7 +78,7 @@ impl Look {
         mean || (self.spread - other.spread).abs() > SEEN
     }
 
-    /// How much bluer than red it is.
+    /// Returns the excess of blue over red.
     fn blue(&self) -> f64 {
         self.mean[2] - self.mean[0]
     }

@@ -1,4 +1,4 @@
-//! What is wrong is told once, with its place and its remedy; nothing panics.
+//! Error messages: each fault is reported once, with its place and remedy; nothing panics.
 
 use std::path::Path;
 use std::process::Command;
@@ -17,7 +17,7 @@ fn assert_one_error(output: Output, words: &[&str]) {
     }
 }
 
-/// The same, with plugins in processes of their own and without.
+/// Asserts one error with plugins in processes of their own, and without.
 #[track_caller]
 fn assert_one_error_either_way(scene: &mut Scene, words: &[&str]) {
     for isolation in ["process", "none"] {

@@ -16,7 +16,7 @@ use crate::view::{MAX_FRAME, MAX_TO_BAD, MAX_TO_GOOD, View};
 #[path = "common/view.rs"]
 mod view;
 
-/// How long frames are timed beside a storm.
+/// Duration of the frame-time measurement beside a storm.
 const STORM: Duration = Duration::from_secs(3);
 /// Address space of a plugin that wants all there is: 10^6 bytes.
 const MEMORY_MEGABYTES: u64 = 512;
@@ -70,8 +70,8 @@ fn assert_shown(trouble: &FaultyPluginScene, words: &[&str]) -> Stats {
     stats
 }
 
-/// Each kind of fault at each function once, in 49 processes beside one view;
-/// `cargo xtask faults` does it 40 times and measures.
+/// Injects each kind of fault at each function once, in 49 processes beside one view; `cargo xtask
+/// faults` does it 40 times and measures.
 #[test]
 fn a_view_survives_every_fault_at_every_function() {
     let folder = tempfile::tempdir().expect("a temporary folder can be made");
@@ -151,7 +151,7 @@ fn a_model_whose_optimizer_fails_is_shown_in_full_detail() {
     }
 }
 
-/// Without a plugin's process there is no death to outlive: an error is an error.
+/// Wrong settings are errors without a plugin's process, too: there is no death to survive.
 #[test]
 fn settings_that_are_wrong_are_errors_still() {
     let trouble = with_tag(json!({ "kind": "flood", "at": "create" }));

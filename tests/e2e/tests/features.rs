@@ -102,10 +102,11 @@ fn a_pick_names_the_piece_at_every_theta() {
     assert!(viewer.stats().validation_messages.is_empty());
 }
 
-/// How far an outline and what smooths it reach beyond what it is drawn around, pixels.
+/// Reach of an outline with its smoothing beyond the equipment, pixels.
 const OUTLINE_REACH: u32 = 5;
 
-/// Whether a pixel shows a piece, and whether it or one within an outline's reach does.
+/// Returns a function that reports whether a pixel shows the equipment, and whether one within an
+/// outline's reach does.
 fn mask_of(scene: &Scene, id: &str) -> impl Fn(u32, u32) -> [bool; 2] + use<> {
     let pixels: Vec<_> = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| [x, y])).collect();
     let picked = viewer_of(scene, SIZE).pick_many(&pixels).expect("they are in the picture");

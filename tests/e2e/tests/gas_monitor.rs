@@ -9,7 +9,7 @@ use e2e::{Scene, wait_for};
 use serde_json::{Value, json};
 
 const SIZE: [u32; 2] = [320, 180];
-/// Until values, a record or an answer are there.
+/// Longest wait for values, a record or an answer.
 const MAX_WAIT: Duration = Duration::from_secs(60);
 const ID: &str = "=S12D1T1-TA1";
 const GASES: [&str; 9] = ["H2", "CH4", "C2H6", "C2H4", "C2H2", "CO", "CO2", "O2", "N2"];

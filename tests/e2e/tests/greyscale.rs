@@ -1,5 +1,5 @@
-//! Whatever an operator can be shown of equipment is told apart without colour: all pairs
-//! of states, drawn by the renderer and looked at in grey.
+//! Distinction of states without colour: all pairs of states of equipment, drawn by the renderer
+//! and compared in grey.
 
 use std::sync::Arc;
 
@@ -25,7 +25,7 @@ const MIN_SHARE: f32 = 0.15;
 const BORDER: usize = 3;
 /// Linear grey of bodies: paint and zinc, and brown porcelain.
 const BODIES: [f32; 2] = [0.55, 0.06];
-/// What the chart of gas analyses marks equipment with (`ChartState`) where it is abnormal.
+/// Marks of the gas analysis chart on abnormal equipment (`ChartState`).
 const GAS_STATES: [(&str, [u8; 3], Pattern); 3] = [
     ("gas: watch", [176, 128, 0], Pattern::Dotted),
     ("gas: overheating", [214, 84, 16], Pattern::Striped),
@@ -70,7 +70,7 @@ fn legends() -> Vec<(String, Highlight)> {
     names.iter().flat_map(legend).collect()
 }
 
-/// All tints that there are, those that mean the same under several names once.
+/// Lists all tints; those of equal meaning under several names appear once.
 fn tints() -> Vec<(String, Highlight)> {
     let own = looks::ALL.iter().map(|&(name, tint)| (name.to_owned(), tint));
     let gas =
@@ -85,7 +85,7 @@ fn tints() -> Vec<(String, Highlight)> {
     tints
 }
 
-/// Each tint without an outline, under the pointer, and selected.
+/// Lists each tint without an outline, under the pointer, and selected.
 fn all_looks() -> Vec<Look> {
     let outlines = [None, Some(OutlineKind::Hovered), Some(OutlineKind::Selected)];
     let with_outlines = |(name, highlight): (String, Highlight)| {

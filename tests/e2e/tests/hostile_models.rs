@@ -9,7 +9,7 @@ use e2e::glb::{self, WeldedMesh};
 use e2e::{Output, Scene, busbar, finish};
 use serde_json::{Value, json};
 
-/// The longest that a refusal takes.
+/// Longest time of a refusal.
 const MAX_TIME: Duration = Duration::from_secs(1);
 /// Memory beyond that of a run with a tiny model, besides four times the file.
 const MAX_EXTRA_BYTES: u64 = 64 << 20;

@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 /// Messages after which all values have come: the confirmation of the start, and
 /// of the interrogation, its values, its end.
 const ANSWERS_TO_ALL: usize = 2;
-/// For answers that passed the relay to be read, loaded machines included.
+/// Time for reading answers that passed the relay, loaded machines included.
 const READING: Duration = Duration::from_millis(500);
 
 struct Station {

@@ -193,7 +193,7 @@ fn a_scene_is_made_of_an_scl_file() {
     }
 }
 
-/// Whether somebody is connected to a local port, by the kernel's list.
+/// Reports whether a client is connected to a local port, by the kernel's list.
 fn has_client(port: u16) -> bool {
     let list = std::fs::read_to_string("/proc/net/tcp").unwrap_or_default();
     let remote = format!(":{port:04X}");

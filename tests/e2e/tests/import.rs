@@ -9,7 +9,7 @@ use e2e::{Output, Process, Stats, built, built_folder, busbar, finish, model, wo
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-/// How long the device is read before the picture, seconds.
+/// Reading time of the device before the picture, seconds.
 const SECONDS: &str = "4";
 
 /// A folder with the model, the list and the plugins of the example.

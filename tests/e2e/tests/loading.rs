@@ -1,4 +1,4 @@
-//! Which plugin libraries are loaded, and what is said of those that are not.
+//! Selection of plugin libraries: those that are loaded, and messages about those that are not.
 
 use std::fs::{self, Permissions};
 use std::os::unix::fs::{PermissionsExt, symlink};

@@ -12,7 +12,7 @@ use broker::{Broker, Client};
 use e2e::{Process, Scene, busbar, finish, workspace_path};
 use serde_json::{Value, json};
 
-/// For messages that have passed the broker to be read, loaded machines included.
+/// Time for reading messages that have passed the broker, loaded machines included.
 const READING: Duration = Duration::from_millis(700);
 
 /// The scene of the page's example, with the broker's port.
@@ -40,8 +40,8 @@ fn scene_of(heading: &str) -> Scene {
     scene
 }
 
-/// What the example reads: by a publisher that keeps it, and by an edge node, which speaks
-/// again once the viewer has connected.
+/// Sources of the example: a publisher with retained messages, and an edge node that is born again
+/// once the viewer has connected.
 struct Sites {
     broker: Broker,
     publisher: Client,

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 /// Long enough for a loaded machine.
 const PATIENCE: Duration = Duration::from_secs(20);
-/// For values to be read once there is a connection.
+/// Time for reading values once there is a connection.
 const READING: Duration = Duration::from_millis(1500);
 /// The address in the example.
 const EXAMPLE_PORT: &str = ":4840/";
@@ -97,7 +97,7 @@ fn a_server_that_is_killed_or_hangs_leaves_nothing_good() {
     }
 }
 
-/// Whether somebody is connected to a local port.
+/// Reports whether a client is connected to a local port.
 fn is_connected(port: u16) -> bool {
     const ESTABLISHED: &str = "01";
     let table = fs::read_to_string("/proc/net/tcp").expect("Linux has it");

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 /// The address in the page's commands.
 const PAGE_PORT: &str = ":4840/";
-/// How long the server is read before the picture, seconds.
+/// Reading time of the server before the picture, seconds.
 const SECONDS: f64 = 3.0;
 
 struct Server {

@@ -169,7 +169,7 @@ fn a_rectangle_selects_all_that_shows_in_it_and_escape_clears_it() {
     assert!(view.viewer.stats().selected.is_empty());
 }
 
-/// Two slabs of known size, the second 2.5 m higher, at some theta far from 0.
+/// Returns a scene of two slabs of known size, the second 2.5 m higher, at some theta far from 0.
 fn slabs(camera: serde_json::Value) -> Scene {
     let mut scene = demo();
     let corner = |i: usize| [(i & 1, 8.0), (i >> 1 & 1, 0.4), (i >> 2, 8.0)];
@@ -191,7 +191,7 @@ fn slabs(camera: serde_json::Value) -> Scene {
 
 /// The tops of the slabs, metres.
 const TOPS: [f64; 2] = [0.4, 2.9];
-/// What a distance may be wrong by, metres.
+/// Greatest error of a measured distance, metres.
 const MAX_ERROR: f64 = 1e-3;
 
 fn measure(view: &mut View, at: [Pos2; 2]) -> [DVec3; 2] {

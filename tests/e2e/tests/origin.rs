@@ -21,7 +21,7 @@ const MIN_DARK: f64 = 0.35;
 const MIN_LIGHT: f64 = 0.1;
 /// Pixels that a mark changes at a value: the border of its tag.
 const MIN_MARK_PIXELS: usize = 60;
-/// Until values or a process are there.
+/// Longest wait for values or a process.
 const MAX_WAIT: Duration = Duration::from_secs(60);
 
 /// The demo at a free port, its values constant.

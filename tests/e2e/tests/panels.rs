@@ -1,4 +1,4 @@
-//! From a pick, a search or an alarm to the faceplate, by mouse and keys; the dark theme.
+//! Faceplates by mouse and keys, from a pick, a search or an alarm; the dark theme.
 
 use std::path::Path;
 use std::time::Duration;
@@ -12,13 +12,13 @@ use egui::{Event, Key, Modifiers, PointerButton, Pos2, pos2};
 use serde_json::json;
 
 const SIZE: [u32; 2] = [1280, 720];
-/// Until values, an answer or a picture are there.
+/// Longest wait for values, an answer or a picture.
 const MAX_WAIT: Duration = Duration::from_secs(60);
 const TRANSFORMER: &str = "=S12D1T1-TA1";
-/// Where the middle pole of the breaker shows, pixels.
+/// Position of the breaker's middle pole on the picture, pixels.
 const PICKED: [i32; 2] = [923, 185];
 const POLE: &str = "=S12D1Q1-QA1-L2";
-/// Of the Buchholz relay among the discrete inputs.
+/// Address of the Buchholz relay among the discrete inputs.
 const RELAY_INPUT: u16 = 4;
 
 /// The demo with names, aliases and an alarm.
@@ -49,7 +49,7 @@ struct View {
 }
 
 impl View {
-    /// Without a window, with panels.
+    /// Opens a view with panels but without a window.
     fn open(config: &Path) -> Self {
         let loaded = LoadedScene::load(config, &|_, _, _| {});
         let scene = loaded.unwrap_or_else(|error| panic!("{error}"));
@@ -110,7 +110,7 @@ impl View {
         })
     }
 
-    /// Where a part of this equipment shows.
+    /// Returns a pixel that shows a part of this equipment.
     fn place_of(&mut self, id: &str) -> Pos2 {
         let pixels: Vec<[u32; 2]> =
             (10..60).flat_map(|y| (36..124).map(move |x| [x * 10 + 5, y * 10 + 5])).collect();
@@ -198,7 +198,7 @@ fn open(seconds: u32) -> Option<(Window, Peer)> {
     Some((Window::open(scene(peer.port), display, seconds), peer))
 }
 
-/// Every step shows.
+/// Asserts that each step changes the picture.
 fn assert_steps(shots: &[&image::RgbImage]) {
     for pair in shots.windows(2) {
         assert!(picture::difference(pair[0], pair[1]).is_some(), "a step does not show");

@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 const HANG_SECONDS: &str = "4";
 /// Checks that run side by side: most of their time they wait.
 const CHECKED_AT_ONCE: usize = 8;
-/// One fault a kind, each somewhere else: what CI runs of all.
+/// Sample of faults, one of each kind at different functions, which CI runs instead of all.
 const SAMPLE: &[(Kind, At)] = &[
     (Kind::Panic, At::Configure),
     (Kind::MissingVerdict, At::Draw),
@@ -399,7 +399,8 @@ fn check_with(fault: Fault) -> Output {
     finish(&mut command)
 }
 
-/// Whether a line of a report says what is wrong, and for what kills, where.
+/// Reports whether a line of a report names the fault, and its place for kinds that kill the
+/// process.
 fn explains(kind: Kind, at: At, line: &str) -> bool {
     let name = json!(at).as_str().expect("it has a name").to_owned();
     let named = line.contains(&format!("in {name}")) || at == At::Publish;

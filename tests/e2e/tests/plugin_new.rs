@@ -99,7 +99,7 @@ impl Project {
     }
 }
 
-/// One for all projects: they build the same dependencies.
+/// Returns the target folder of all projects, which build the same dependencies.
 fn cargo_target() -> PathBuf {
     built_folder().join("e2e-new-plugins")
 }

@@ -25,7 +25,7 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// The blade, along x from its hinge at the origin of the model's node, metres.
 const LENGTH: f32 = 2.0;
 const HALF: f32 = 0.1;
-/// Where the hinge is, and a pedestal that stays.
+/// Hinge of the blade, in metres; a fixed pedestal stands there.
 const HINGE: Vec3 = Vec3::new(-0.5, 1.0, 0.0);
 
 /// A box from one corner to the other.
@@ -103,7 +103,7 @@ struct View {
     start: Instant,
 }
 
-/// Where the blade is looked for: closed, half-way, open.
+/// Angles at which the blade is looked for: closed, half-way, open.
 const ANGLES: [f32; 3] = [0.0, 45.0, 90.0];
 
 impl View {
@@ -121,8 +121,8 @@ impl View {
         self.viewer.read_picture().expect("the picture is there")
     }
 
-    /// Where on the picture the blade's outer half is when it stands at an angle: worked out
-    /// here, not by what moves it.
+    /// Computes the pixel of the blade's outer half at an angle, independently of the code that
+    /// moves it.
     fn pixel_at(degrees: f32) -> [u32; 2] {
         let (sin, cos) = degrees.to_radians().sin_cos();
         let place = HINGE + Vec3::new(cos, sin, 0.0) * (0.8 * LENGTH) + Vec3::Z * HALF;
@@ -135,7 +135,7 @@ impl View {
         [x.round() as u32, y.round() as u32]
     }
 
-    /// Whether the blade is picked at 0, 45 and 90 degrees.
+    /// Reports whether the blade is picked at 0, 45 and 90 degrees.
     fn seen_at(&mut self) -> [bool; 3] {
         self.draw();
         let pixels = ANGLES.map(Self::pixel_at);
@@ -155,7 +155,7 @@ impl View {
         }
     }
 
-    /// By how much the greys of the blade vary around its outer half: stripes do.
+    /// Returns the variation of the blade's greys around its outer half, which stripes increase.
     fn spread_at(&mut self, degrees: f32) -> f64 {
         let picture = self.draw();
         let [x, y] = Self::pixel_at(degrees);

@@ -15,12 +15,12 @@ use serde_json::{Value, json};
 /// The overlay with values.
 const LABELS: &str = "values";
 const SIZE: [u32; 2] = [480, 270];
-/// Until an edit, a value or an alarm is there.
+/// Longest wait for an edit, a value or an alarm.
 const MAX_WAIT: Duration = Duration::from_secs(60);
 /// Edits that are timed.
 const TIMED: usize = 20;
-/// The longest that an edit may take where other tests keep the machine busy, from its
-/// writing to the picture. On an idle machine the promise is 250 ms after it settled.
+/// Longest time of an edit from its writing to the picture, where other tests keep the machine
+/// busy. On an idle machine the promise is 250 ms after it settled.
 const MAX_LATENCY: Duration = Duration::from_secs(3);
 
 /// The demo with alarms.
@@ -102,7 +102,7 @@ impl View {
         self.frame();
     }
 
-    /// Without labels, whose places depend on where they were before.
+    /// Draws the scene without labels, whose places depend on their former ones.
     fn picture(&mut self) -> Picture {
         assert!(self.viewer.show_layer(LABELS, false));
         // Overlays answer from processes of their own.

@@ -15,7 +15,7 @@ const MAX_START: Duration = Duration::from_secs(20);
 /// Pieces of answers after which a value has come; each is two or three of them.
 const ANSWERS: usize = 12;
 
-/// Two pseudo-terminals that socat joins, in a folder.
+/// Pair of pseudo-terminals that socat joins, in a folder.
 struct Line {
     socat: Process,
     folder: tempfile::TempDir,

@@ -28,7 +28,7 @@ fn scene() -> Scene {
     scene
 }
 
-/// What the doctor says of a machine with these in its environment, and its exit code.
+/// Runs the doctor with these environment variables; returns its report and exit code.
 fn doctor(config: &Path, environment: &[(&str, &str)]) -> (Value, Option<i32>) {
     let mut command = busbar();
     command.args(["doctor", "--json"]).arg(config);

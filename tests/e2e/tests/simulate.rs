@@ -12,9 +12,9 @@ use rustix::process::{Pid, Signal as ProcessSignal, kill_process};
 use serde_json::{Value, json};
 
 const SEED: u64 = 42;
-/// What freshness limits, polls and changes may add to a value's age.
+/// Greatest additional age of a value by freshness limits, polls and changes.
 const FRESHNESS: Duration = Duration::from_secs(3);
-/// The longest that one part of a test takes, loaded machines included.
+/// Longest time of one part of a test, loaded machines included.
 const PATIENCE: Duration = Duration::from_secs(60);
 const FAULT_PERIOD: Duration = Duration::from_secs(8);
 const FAULT_LENGTH: Duration = Duration::from_secs(5);
@@ -130,7 +130,7 @@ fn signal((id, _, kind, _, simulate): &Row) -> Signal {
     Signal::new(SEED, id, kind, behaviour.expect("in range")).expect("it can move so")
 }
 
-/// Whether the generator gives this value at some instant of a stretch of time.
+/// Reports whether the generator gives this value at some instant of a period.
 fn is_given(row: &Row, value: &Value, from: SystemTime, to: SystemTime) -> bool {
     let signal = signal(row);
     let fits = |time| match signal.at(time) {
@@ -229,7 +229,7 @@ impl View {
     }
 }
 
-/// With each fault tags go bad and come back, and nothing wrong is ever shown as good.
+/// Tags go bad and come back with each fault, and no wrong value is ever shown as good.
 #[test]
 fn faults_make_tags_bad_and_never_wrong() {
     // What is slow, or has another clock than its values, need not be lost.

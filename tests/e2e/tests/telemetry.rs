@@ -13,14 +13,13 @@ use image::{Rgb, RgbImage};
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
-/// One poll of the demo is at most this many requests: after these answers
-/// every tag has had its value.
+/// Greatest number of requests in one poll of the demo; after these answers every tag has a value.
 const ANSWERS_TO_ALL: usize = 12;
 /// Distance between the stripes over what is not to be relied on, pixels.
 const HATCH_STEP: u32 = 5;
-/// By how much stripes are darker than their ground, of 255.
+/// Difference between stripes and their darker ground, at least, of 255.
 const MIN_STRIPE_DIFFERENCE: u8 = 16;
-/// By how much the ground varies, of 255.
+/// Variation of the ground, at most, of 255.
 const MAX_GROUND_DIFFERENCE: u8 = 4;
 /// The grey of labels, which is no ground of hatching.
 const PAPER: u8 = 240;
@@ -75,8 +74,7 @@ fn one_label(port: u16) -> Scene {
     scene
 }
 
-/// Where the only label of a scene is: where its picture differs from one
-/// without labels.
+/// Returns the region of the scene's only label: the difference from a picture without labels.
 fn label_region(with_label: &RgbImage) -> Region {
     let mut scene = Scene::demo(1);
     scene.config["bindings"] = json!([]);

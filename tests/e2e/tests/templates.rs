@@ -35,7 +35,7 @@ fn scene_of(nodes: Value, templates: Value) -> Scene {
     scene
 }
 
-/// What is seen, and which equipment at every third pixel.
+/// Returns the picture, and the equipment at every third pixel.
 fn shown(scene: &Scene) -> (Picture, Vec<Option<String>>) {
     let loaded = LoadedScene::load(&scene.write(), &|_, _, _| {}).expect("the scene loads");
     let options = RendererOptions { samples: 1, validation: true, ..Default::default() };

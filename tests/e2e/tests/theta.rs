@@ -9,14 +9,14 @@ use e2e::{Scene, Stats, busbar, finish};
 use serde_json::{Value, json};
 
 const SIZE: [u32; 2] = [320, 180];
-/// Where breakers stand along x, metres; the last has a theta of its own.
+/// Positions of the breakers along x, metres; the last has a theta of its own.
 const PLACES: [f32; 4] = [0.0, 50.0, 200.0, 210.0];
 const OWN_THETA: f64 = 0.3;
 /// Distances beyond which these thetas hold.
 const LEVELS: [(f32, f64); 3] = [(0.0, 0.0), (30.0, 0.5), (100.0, 0.85)];
 /// Eyes of a walk along the row, where no distance is within the hysteresis.
 const WALK: [f32; 7] = [-60.0, -5.0, 15.0, 58.0, 85.0, 165.0, 320.0];
-/// The longest that meshes beside the frames may take, loaded machines included.
+/// Longest time of mesh resolution beside the frames, loaded machines included.
 const MAX_WAIT: Duration = Duration::from_secs(30);
 
 fn policy() -> Value {
@@ -48,7 +48,7 @@ struct View {
     frames: u32,
 }
 
-/// What a frame showed.
+/// Triangles and picture of one frame.
 #[derive(Debug, PartialEq)]
 struct Shown {
     triangles: u64,

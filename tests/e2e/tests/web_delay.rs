@@ -15,7 +15,7 @@ use web_browser::*;
 
 /// Longest time after a fault in which the picture passes for live, milliseconds.
 const MAX_OLD: u64 = 1000;
-/// How long a page is watched after a fault.
+/// Observation time of a page after a fault.
 const WATCHED: Duration = Duration::from_secs(6);
 /// Growth at which a beat each 250 ms arrives twice a second, older and older, seconds a second.
 const GROWTH: f64 = 0.95;

@@ -22,7 +22,7 @@ const SLIDER_QUARTER: [i32; 2] = [94, 189];
 /// Pictures under validation that must not have a single message.
 const MIN_FRAMES: u64 = 200;
 
-/// One breaker pole, framed.
+/// Returns a scene of one breaker pole, framed by the camera.
 fn scene() -> Scene {
     let mut scene = Scene::without_tags();
     let config = &mut scene.config;

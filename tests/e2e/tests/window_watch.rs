@@ -17,9 +17,9 @@ use x11rb::rust_connection::RustConnection;
 const SCREEN: [u32; 2] = [800, 500];
 /// Longest time in which an old picture passes for live.
 const MAX_OLD: Duration = Duration::from_millis(1000);
-/// From a picture that is new again until it is seen.
+/// Longest time from a new picture until the screen shows it.
 const MAX_BACK: Duration = Duration::from_secs(10);
-/// From the end of a viewer until its watcher has ended.
+/// Longest time from the end of a viewer to the end of its watcher.
 const MAX_END: Duration = Duration::from_secs(5);
 /// Times that a viewer is stopped.
 const STOPS: u32 = 10;

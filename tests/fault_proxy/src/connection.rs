@@ -1,4 +1,4 @@
-//! One connection, and what its fault does to it.
+//! Proxied connection with its fault.
 
 use std::io;
 use std::net::SocketAddr;
@@ -17,7 +17,7 @@ use crate::fault::{ConnectionFault, ConnectionPlan};
 const CHUNK_BYTES: usize = 4096;
 /// Longest delay of a piece.
 const MAX_DELAY_MILLIS: u64 = 40;
-/// Between the bytes that dribble.
+/// Time between two bytes of a trickle.
 const TRICKLE: Duration = Duration::from_millis(150);
 /// Random bytes in one place.
 const MAX_GARBAGE_BYTES: usize = 300;
@@ -28,7 +28,7 @@ pub(crate) struct Connection {
     pub(crate) server: SocketAddr,
 }
 
-/// How a connection ends that did not end by itself.
+/// Forced end of a connection.
 enum End {
     Reset,
     Close,

@@ -1,11 +1,11 @@
-//! What every adapter goes through: connections that break in all ways, and so many of them
-//! that whatever one leaves behind is seen.
+//! Endurance test of adapters: connections that break in all ways, and so many of them that leaks
+//! show.
 
 use std::time::{Duration, Instant};
 
 use crate::{ConnectionFault, FaultProxy, FaultScript, ResourceUsage};
 
-/// All that may happen to a connection.
+/// Complete list of connection faults.
 pub const ALL_FAULTS: [ConnectionFault; 9] = [
     ConnectionFault::None,
     ConnectionFault::Split,
@@ -17,7 +17,7 @@ pub const ALL_FAULTS: [ConnectionFault; 9] = [
     ConnectionFault::Garbage,
     ConnectionFault::Swap,
 ];
-/// What ends no connection.
+/// Faults that do not end the connection.
 pub const ENDLESS_FAULTS: [ConnectionFault; 3] =
     [ConnectionFault::None, ConnectionFault::Split, ConnectionFault::Delay];
 /// Longest time of a drill.
@@ -26,9 +26,9 @@ pub const MAX_DRILL: Duration = Duration::from_secs(120);
 /// beside those that were there before.
 const MAX_DESCRIPTORS: usize = 24;
 const MAX_THREADS: usize = 8;
-/// Of every so many connections, one at least is struck.
+/// Lowest rate of struck connections: one in this many.
 const STRUCK: u64 = 4;
-/// Between two looks at what is held.
+/// Polling period of the resource usage.
 const LOOK_PERIOD: Duration = Duration::from_millis(5);
 
 /// Checks values that say which tag they are of, in bits 24 and up, and when they were made, by

@@ -1,28 +1,26 @@
-//! What is done to connections.
+//! Faults of connections, and the seeded script that chooses them.
 
 use clap::ValueEnum;
 
 /// Spreads the numbers of connections over all seeds (the golden ratio, 64 bits).
 const SPREAD: u64 = 0x9E37_79B9_7F4A_7C15;
 
-/// What is done to a connection. Faults that strike do so once some bytes have gone
-/// to the client.
+/// Fault of a connection. Faults that strike do so once some bytes have gone to the client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ConnectionFault {
-    /// Nothing.
+    /// Connection without a fault.
     None,
-    /// Every byte is a segment of its own, both ways.
+    /// Segments of a single byte, in both directions.
     Split,
-    /// Every piece from the server comes late.
+    /// Delay of every piece from the server.
     Delay,
     /// The connection is reset (RST).
     Reset,
     /// The connection is closed (FIN), perhaps in the middle of a message.
     Close,
-    /// Nothing comes or goes any more, and nobody says so: the connection is half
-    /// open.
+    /// Half-open connection: nothing passes any more, and neither side is told.
     Vanish,
-    /// From then on the bytes of the server dribble.
+    /// Slow bytes of the server from the strike on.
     Trickle,
     /// Random bytes come before a piece from the server.
     Garbage,
@@ -31,30 +29,30 @@ pub enum ConnectionFault {
     Swap,
 }
 
-/// Which faults there are.
+/// Script of faults for all connections of a proxy.
 #[derive(Clone, Debug)]
 pub struct FaultScript {
     /// Decides all that is random.
     pub seed: u64,
-    /// One of these for each connection; without any, nothing is done.
+    /// Faults to choose from for each connection; none if empty.
     pub faults: Vec<ConnectionFault>,
-    /// Most bytes that go to the client before a fault strikes.
+    /// Greatest number of bytes to the client before a fault strikes.
     pub max_bytes: usize,
 }
 
-/// What is done to one connection.
+/// Plan for one connection.
 #[derive(Clone, Debug)]
 pub struct ConnectionPlan {
-    /// The fault.
+    /// Fault of this connection.
     pub fault: ConnectionFault,
     /// Bytes to the client before it strikes.
     pub strike_after: usize,
-    /// For all that is random in it.
+    /// Random number generator of this connection.
     pub(crate) random: fastrand::Rng,
 }
 
 impl FaultScript {
-    /// What is done to a connection, by its number.
+    /// Returns the plan for a connection by its number.
     pub fn plan(&self, index: u64) -> ConnectionPlan {
         let seed = self.seed ^ index.wrapping_add(1).wrapping_mul(SPREAD);
         let mut random = fastrand::Rng::with_seed(seed);

@@ -46,12 +46,12 @@ pub struct FaultProxy {
     thread: Option<JoinHandle<()>>,
 }
 
-/// What connections share.
+/// State that all connections share.
 #[derive(Default)]
 pub(crate) struct Shared {
     connections: AtomicU64,
     strikes: AtomicU64,
-    /// What the server sent to a connection that is gone.
+    /// Bytes of the server for a connection that is gone.
     pub(crate) stale: Mutex<Vec<u8>>,
     pub(crate) hang_up: Notify,
 }

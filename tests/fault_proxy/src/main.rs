@@ -18,10 +18,10 @@ struct Arguments {
     /// Decides all that is random.
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// What is done to connections, one of these to each.
+    /// Faults of connections, one of these to each.
     #[arg(long = "fault", value_enum, required = true)]
     faults: Vec<ConnectionFault>,
-    /// Most bytes that go to the client before a fault strikes.
+    /// Greatest number of bytes to the client before a fault strikes.
     #[arg(long, default_value_t = 2000)]
     max_bytes: usize,
 }

@@ -7,7 +7,7 @@ use super::*;
 
 /// Longest wait for what comes at once on an idle machine.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// What the server says to whatever it hears.
+/// Answer of the server to any request.
 const ANSWER: &[u8] = b"twenty bytes, always";
 
 /// A server that gives the answer to each piece that it hears.

@@ -1,4 +1,4 @@
-//! What this process holds, so that a test sees what is left behind.
+//! Resource usage of this process, by which a test finds leaks.
 
 use std::fs;
 use std::sync::Once;
@@ -9,14 +9,14 @@ static EVENT_LOOP: Once = Once::new();
 /// Descriptors and threads of this process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ResourceUsage {
-    /// Open descriptors.
+    /// Number of open descriptors.
     pub descriptors: usize,
-    /// Threads.
+    /// Number of running threads.
     pub threads: usize,
 }
 
 impl ResourceUsage {
-    /// Counts them.
+    /// Counts the open resources.
     ///
     /// # Panics
     /// Where there is no `/proc`.

@@ -1,6 +1,5 @@
-//! What the border between processes costs: the round trip of a call, samples a
-//! second, how long a killed plugin is away, and frames beside a plugin that keeps
-//! dying.
+//! Costs of the process boundary: round trip of a call, samples a second, restart time of a killed
+//! plugin, and frame times beside a plugin that keeps dying.
 
 use std::time::{Duration, Instant, SystemTime};
 
@@ -22,12 +21,12 @@ use serde_json::json;
 const TAGS: u32 = 14;
 const CALLS: usize = 5_000;
 const FLOOD: Duration = Duration::from_secs(3);
-/// How often samples are taken, as frames do.
+/// Time between two reads of samples, as of frames.
 const FRAME: Duration = Duration::from_millis(16);
-/// How long frames are timed beside a storm.
+/// Duration of the frame-time measurement beside a storm.
 const STORM: Duration = Duration::from_secs(10);
 const STORM_PICTURE: [u32; 2] = [320, 180];
-/// The longest that a plugin is waited for.
+/// Longest wait for a plugin.
 const MAX_WAIT: Duration = Duration::from_secs(30);
 
 /// Costs of one mode.
@@ -39,13 +38,13 @@ pub(crate) struct Mode {
     pub(crate) samples_per_second: f64,
 }
 
-/// What was measured without other load.
+/// Costs of the process boundary, measured without other load.
 #[derive(Debug, Serialize)]
 pub(crate) struct Border {
     pub(crate) modes: Vec<Mode>,
-    /// From SIGKILL to the first good sample, back-off and quarantine off.
+    /// Milliseconds from SIGKILL to the first good sample, without back-off and quarantine.
     pub(crate) away_millis: Series,
-    /// Between frames while one plugin dies again and again.
+    /// Milliseconds between frames while one plugin dies again and again.
     pub(crate) storm_gap_millis: Series,
     pub(crate) storm_deaths: u64,
 }

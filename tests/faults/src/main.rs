@@ -22,7 +22,7 @@ use crate::process::{descriptors, resident_bytes, threads};
 use crate::results::{Results, Usage};
 use crate::site::Site;
 
-/// The most injections.
+/// Greatest accepted number of injections.
 const MAX_INJECTIONS: u64 = 10_000_000;
 
 /// Injects faults into plugins beside a live view.

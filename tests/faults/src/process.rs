@@ -1,4 +1,4 @@
-//! What the kernel says of this process.
+//! Resource usage of this process, by `/proc/self`.
 
 use std::fs;
 
@@ -10,12 +10,12 @@ pub(crate) fn resident_bytes() -> u64 {
     kibibytes.unwrap_or(0_u64) * 1024
 }
 
-/// Open descriptors.
+/// Returns the number of open descriptors.
 pub(crate) fn descriptors() -> usize {
     fs::read_dir("/proc/self/fd").map_or(0, Iterator::count)
 }
 
-/// Threads.
+/// Returns the number of threads.
 pub(crate) fn threads() -> usize {
     fs::read_dir("/proc/self/task").map_or(0, Iterator::count)
 }

@@ -1,4 +1,4 @@
-//! What a run gave, and the bars that it must reach.
+//! Results of a run, and their required bars.
 
 use std::collections::BTreeMap;
 
@@ -9,8 +9,8 @@ use crate::border::Border;
 use crate::injection::{Outcome, Record};
 use crate::round::Round;
 
-/// The most that memory may grow from the first round to the last, bytes: what
-/// allocators and the software rasteriser keep is there after the first.
+/// Greatest growth of memory from the first round to the last, bytes. Allocators and the software
+/// rasteriser have their caches after the first round.
 const MAX_GROWTH_BYTES: u64 = 64_000_000;
 /// Milliseconds within which a lost plugin is shown as bad.
 const MAX_TO_BAD_MILLIS: f64 = 1000.0;
@@ -21,7 +21,7 @@ const MAX_GAP_MILLIS: f64 = 100.0;
 /// Samples a second through the border.
 const MIN_SAMPLES_PER_SECOND: f64 = 1e6;
 
-/// What this process uses after a round.
+/// Resource usage of this process after a round.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(crate) struct Usage {
     pub(crate) resident_bytes: u64,
@@ -29,10 +29,10 @@ pub(crate) struct Usage {
     pub(crate) threads: usize,
 }
 
-/// All of a run.
+/// Results of a whole run.
 #[derive(Debug, Serialize)]
 pub(crate) struct Results {
-    /// Without other load.
+    /// Costs of the process boundary without other load.
     pub(crate) border: Option<Border>,
     /// Processes of plugins in a scene.
     pub(crate) processes: usize,
@@ -40,7 +40,7 @@ pub(crate) struct Results {
     pub(crate) records: Vec<Record>,
     pub(crate) rounds: usize,
     pub(crate) seconds: f64,
-    /// After each round.
+    /// Resource usage after each round.
     pub(crate) usage: Vec<Usage>,
     #[serde(skip)]
     gaps_millis: Vec<f64>,
@@ -77,7 +77,7 @@ impl Results {
         self.usage.push(usage);
     }
 
-    /// Injections an outcome.
+    /// Counts the injections by outcome.
     pub(crate) fn outcomes(&self) -> BTreeMap<Outcome, usize> {
         let mut counts = BTreeMap::new();
         for record in &self.records {

@@ -1,4 +1,5 @@
-//! One life of a scene, from its loading to its end, with every fault in it once.
+//! Round of fault injection: one life of a scene, from its loading to its end, with every fault in
+//! it once.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -17,13 +18,13 @@ use crate::subject::{Seen, Subject};
 /// Frames come this often where the machine keeps up.
 const FRAME_PERIOD: Duration = Duration::from_millis(10);
 const PICTURE: [u32; 2] = [64, 64];
-/// From the loaded scene until every plugin has correct data.
+/// Longest time from the loaded scene until every plugin has correct data.
 const MAX_TO_READY: Duration = Duration::from_secs(30);
-/// The longest that closing takes: plugins that hang have 2.5 s each, side by side,
-/// and then are killed.
+/// Longest time that closing takes: plugins that hang have 2.5 s each, side by side, and then are
+/// killed.
 const MAX_TO_CLOSE: Duration = Duration::from_secs(15);
 
-/// What a round gave.
+/// Results of one round.
 #[derive(Default)]
 pub(crate) struct Round {
     pub(crate) records: Vec<Record>,
@@ -211,7 +212,7 @@ impl View {
     }
 }
 
-/// Whether a frame has a plugin's correct data.
+/// Reports whether a frame shows a plugin's correct data.
 fn is_good(stats: &Stats, name: &str, role: Role) -> Result<bool> {
     Ok(match role {
         Role::Telemetry => (0..TAGS).all(|index| {

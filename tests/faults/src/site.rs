@@ -18,7 +18,7 @@ const COUNTS: [(Role, usize); 3] =
 pub(crate) const HEALTHY: &str = "healthy";
 /// Tags of each telemetry plugin.
 pub(crate) const TAGS: usize = 2;
-/// How long values of a faulty plugin stay fresh.
+/// Freshness limit of a faulty plugin's values, milliseconds.
 pub(crate) const FRESHNESS_MILLIS: u64 = 400;
 /// And those of the healthy one: longer than a loaded machine holds it up.
 const HEALTHY_FRESHNESS_MILLIS: u64 = 2000;
@@ -30,7 +30,7 @@ const SIDE: usize = 4;
 /// A folder with a configuration, a model, and a copy of the library a plugin.
 pub(crate) struct Site {
     folder: TempDir,
-    /// Faulty plugins.
+    /// Installed copies of the faulty plugin.
     pub(crate) plugins: Vec<Installed>,
 }
 
@@ -43,7 +43,7 @@ pub(crate) struct Installed {
 }
 
 impl Site {
-    /// Makes the folder.
+    /// Creates the folder with copies of the library.
     pub(crate) fn new(library: &Path) -> Result<Self> {
         let folder = tempfile::tempdir().context("cannot make a temporary folder")?;
         let plugin_folder = folder.path().join("plugins");
@@ -69,7 +69,7 @@ impl Site {
         Ok(site)
     }
 
-    /// The configuration's file.
+    /// Returns the path of the configuration file.
     pub(crate) fn config(&self) -> PathBuf {
         self.folder.path().join("scene.json")
     }
@@ -121,7 +121,7 @@ impl Site {
     }
 }
 
-/// A plugin's tag.
+/// Returns the id of a plugin's tag by its index.
 pub(crate) fn tag_of(plugin: &str, index: usize) -> String {
     format!("{plugin}.{index}")
 }
@@ -137,7 +137,7 @@ impl Installed {
         fs::rename(&draft, &fuse).context("cannot lay a fault ready")
     }
 
-    /// When the fault struck, nanoseconds since 1970.
+    /// Returns the instant of the fault's strike, nanoseconds since 1970.
     pub(crate) fn struck(&self) -> Option<u128> {
         fs::read_to_string(struck_of(&self.library)).ok()?.parse().ok()
     }

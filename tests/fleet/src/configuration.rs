@@ -54,7 +54,8 @@ pub fn configuration(station: &Station, follow: bool) -> Value {
     config
 }
 
-/// The same as text, a line a placement: readable, and a third of it indented.
+/// Formats the configuration as text with one placement a line: readable, and a third of its
+/// indented size.
 pub fn text(station: &Station, follow: bool) -> String {
     let config = configuration(station, follow);
     let mut text = String::from("{\n");

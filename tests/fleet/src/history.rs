@@ -1,14 +1,14 @@
-//! Histories of gases.
+//! Simulated gas histories of transformers.
 
 use fastrand::Rng;
 use time::{Date, Duration};
 
 use crate::{Row, TRANSFORMERS};
 
-/// What develops in a transformer.
+/// Fault that develops in a transformer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TransformerFault {
-    /// It ages as most do.
+    /// Normal ageing without a fault.
     None,
     /// Partial discharges of corona type.
     Pd,
@@ -22,12 +22,12 @@ pub enum TransformerFault {
     T2,
     /// Overheating above 700 °C.
     T3,
-    /// Discharges and overheating.
+    /// Discharges together with overheating.
     Dt,
 }
 
 impl TransformerFault {
-    /// All but none.
+    /// Fault classes without `None`, in order.
     pub const ALL: [Self; 7] =
         [Self::Pd, Self::D1, Self::D2, Self::T1, Self::T2, Self::T3, Self::Dt];
 
@@ -47,7 +47,7 @@ impl TransformerFault {
     }
 }
 
-/// What develops in each transformer.
+/// Fault of each transformer, by its index.
 const FAULTS: [TransformerFault; TRANSFORMERS] = [
     TransformerFault::None,
     TransformerFault::D1,
@@ -146,7 +146,7 @@ fn row(random: &mut Rng, transformer: usize, day: Date) -> Row {
     Row { transformer, day, second: 0, ppm: [None; 9], top_oil, load }
 }
 
-/// What ageing and a fault have made, as a laboratory measures it.
+/// Adds the gases of ageing and a fault, with the accuracy of a laboratory.
 fn add(row: &mut Row, random: &mut Rng, ageing: f64, fault: TransformerFault, fault_ppm: f64) {
     // H2, CH4, C2H6, C2H4, C2H2, CO, CO2, O2, N2 of a sealed transformer.
     const AGED: [f64; 9] = [14.0, 7.0, 9.0, 5.0, 0.1, 150.0, 1300.0, 2400.0, 62_000.0];

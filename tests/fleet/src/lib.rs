@@ -19,7 +19,7 @@ pub fn equipment(transformer: usize) -> String {
     format!("=S12T{}-TA1", transformer + 1)
 }
 
-/// Where a transformer stands: x and z, metres.
+/// Returns the position of a transformer: x and z, metres.
 pub fn place(transformer: usize) -> [f64; 2] {
     match transformer {
         0 => [-28.0, 0.0],
@@ -33,7 +33,7 @@ pub fn place(transformer: usize) -> [f64; 2] {
 pub struct Row {
     /// Index of the transformer.
     pub transformer: usize,
-    /// When it was taken.
+    /// Day of the sample.
     pub day: Date,
     /// Seconds after that day's beginning.
     pub second: u32,
@@ -41,7 +41,7 @@ pub struct Row {
     pub ppm: [Option<f64>; 9],
     /// Temperature of the top oil, °C.
     pub top_oil: f64,
-    /// Load, per unit.
+    /// Load in per unit.
     pub load: f64,
 }
 

@@ -14,12 +14,12 @@ use fastrand::Rng;
 
 /// Mutated inputs of a run.
 const ROUNDS: u64 = 10_000;
-/// Of these, how many at least must be taken, and how many refused.
+/// Lowest number of rounds that must be accepted, and that must be refused.
 const MIN_EITHER: u64 = ROUNDS / 100;
 /// Kept inputs of one target: files, and bytes of all.
 const MAX_FILES: usize = 42;
 const MAX_BYTES: usize = 12 * 1024;
-/// The longest mutated input, bytes.
+/// Length limit of a mutated input, bytes.
 const MAX_INPUT_BYTES: usize = 16 * 1024;
 
 /// Runs the kept inputs of a target, then mutations of them. `body` says whether it took
@@ -54,7 +54,7 @@ pub fn check(target: &str, body: impl Fn(&[u8]) -> bool) {
     );
 }
 
-/// All kept inputs by their names, in order.
+/// Reads all kept inputs of a target with their names, in order.
 fn kept(target: &str) -> Vec<(String, Vec<u8>)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus").join(target);
     let kept = read_all(&folder)

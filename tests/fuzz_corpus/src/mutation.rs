@@ -4,9 +4,9 @@ use fastrand::Rng;
 
 /// Changes of one input; each more is half as likely.
 const MAX_CHANGES: u32 = 4;
-/// The longest part that is copied, moved or taken out, bytes.
+/// Length limit of a part that is copied, moved or removed, bytes.
 const MAX_PART_BYTES: usize = 48;
-/// What readers of text find hard to bear.
+/// Text fragments that are difficult for parsers.
 const HARD_TEXTS: [&[u8]; 22] = [
     b"",
     b"0",
@@ -31,7 +31,7 @@ const HARD_TEXTS: [&[u8]; 22] = [
     b"\xC3\xA9",
     b"\xFF\xFE",
 ];
-/// What readers of binary numbers find hard to bear.
+/// Boundary values that are difficult for parsers of binary numbers.
 const HARD_NUMBERS: [u32; 8] =
     [0, 1, 0x7F, 0xFF, 0x7FFF_FFFF, 0x8000_0000, 0x7F80_0000, 0xFFFF_FFFF];
 

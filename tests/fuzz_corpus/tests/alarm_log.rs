@@ -1,5 +1,5 @@
-//! Any bytes are an audit log as far as their lines are whole: nothing normal is open, no more
-//! is kept than may be, and what was recovered is recovered again from what is written of it.
+//! Fuzzing of the audit log: any bytes are a log as far as their lines are whole. No normal alarm
+//! is open, limits hold, and what was recovered is recovered again from what is written of it.
 
 use busbar_alarm_log::probe::{marked, read, signed, write};
 use busbar_alarm_log::{MAX_TAIL, Recovered};

@@ -1,5 +1,5 @@
-//! Any bytes are a table of records or told; rows have what their columns say, faults have
-//! lines in order, and what is written reads the same again.
+//! Fuzzing of CSV records: any bytes are a table of records or faults. Rows match their columns,
+//! faults have lines in order, and what is written reads the same again.
 
 use std::sync::OnceLock;
 

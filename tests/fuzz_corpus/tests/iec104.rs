@@ -1,6 +1,6 @@
-//! Any bytes of a station are data units or a named fault: no panic, as many objects as
-//! a header says, no memory beyond one frame, values for the tags of the very objects
-//! alone, and what can be written reads the same again.
+//! Fuzzing of IEC 60870-5-104: any bytes of a station are ASDUs or a named fault, without a panic
+//! or memory beyond one frame. Objects are as many as the header says, values are for the tags of
+//! those objects alone, and what can be written reads the same again.
 
 use std::time::{Duration, Instant, UNIX_EPOCH};
 
@@ -57,7 +57,7 @@ pub fn fuzz_one(bytes: &[u8]) -> bool {
     true
 }
 
-/// What becomes of data units.
+/// Receiver of data units: the adapter's protocol state and its recorded samples.
 struct Controlling {
     recorder: Recorder,
     probe: ControllingProbe,
@@ -75,7 +75,7 @@ impl Controlling {
         Self { probe: probe.expect("the addresses are good"), recorder }
     }
 
-    /// Whether it is a data unit with values.
+    /// Reads a data unit; reports whether it holds values.
     fn read(&mut self, asdu: &[u8]) -> bool {
         self.recorder.clear();
         let received = UNIX_EPOCH + Duration::from_secs(RECEIVED_SECONDS);

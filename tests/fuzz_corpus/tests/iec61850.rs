@@ -1,6 +1,6 @@
-//! Whatever a server says over MMS is answers, reports or a named fault: no panic, values
-//! of their tags' kinds alone, and nothing but the attributes of the named report control
-//! block is ever written.
+//! Fuzzing of the IEC 61850 client: any MMS bytes of a server are answers, reports or a named
+//! fault. Values are of their tags' kinds, and only attributes of the named report control block
+//! are ever written.
 
 use busbar_plugin_sdk::testing::{Recorder, tag_spec};
 use busbar_plugin_sdk::{Sample, TagSpec, Value, ValueKind};

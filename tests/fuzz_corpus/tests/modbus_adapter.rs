@@ -1,6 +1,6 @@
-//! Any addresses are refused or read by requests that the protocol allows, each tag
-//! once, whatever the device answers; the simulated device says what its signals say;
-//! and a mark on transaction numbers comes off again.
+//! Fuzzing of the Modbus adapter: any addresses are refused or read by requests that the protocol
+//! allows, each tag once, whatever the device answers. The simulated device serves the values of
+//! its signals, and a mark on transaction numbers can be removed again.
 
 use std::time::{Duration, UNIX_EPOCH};
 
@@ -63,7 +63,7 @@ fn marks_come_off(bytes: &[u8], piece: u8) -> bool {
     stream.len() > TAG_BYTES
 }
 
-/// Whether the plugin would read these tags; it does so from a device that says anything.
+/// Reports whether the plugin would read these tags, from a device with arbitrary answers.
 fn is_read(tags: &[TagSpec], answers: &[u8]) -> bool {
     let mut answers = answers.iter().copied().cycle();
     let mut next = || answers.next().unwrap_or_default();
@@ -98,7 +98,7 @@ fn check(request: &Request) {
     assert!(u32::from(request.first()) + u32::from(request.count()) <= 1 << 16, "{request:?}");
 }
 
-/// One sample a tag, of its kind.
+/// Checks that there is one sample a tag, of the tag's kind.
 fn check_samples(samples: &[Sample], tags: &[TagSpec]) {
     let mut of_tags: Vec<_> = samples.iter().map(|sample| sample.tag).collect();
     of_tags.sort_unstable();

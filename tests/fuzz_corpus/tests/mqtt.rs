@@ -1,5 +1,5 @@
-//! Whatever a broker brings is samples of known tags, of their kinds, with times that
-//! clocks can have, or is left out: no panic, and no memory beyond a message.
+//! Fuzzing of the MQTT adapter: any bytes of a broker are samples of known tags, of their kinds and
+//! with representable times, or ignored. No panic occurs, and no memory is used beyond a message.
 
 use std::time::UNIX_EPOCH;
 
@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 const KINDS: [ValueKind; 4] =
     [ValueKind::F64, ValueKind::I64, ValueKind::Bool, ValueKind::DoublePoint];
-/// Of the edge node and its device, in turn; then plain topics.
+/// Topics of the edge node and its device, in turn, then plain topics.
 const TOPICS: [&str; 8] = [
     "spBv1.0/g/NBIRTH/e",
     "spBv1.0/g/DBIRTH/e/d",

@@ -1,5 +1,5 @@
-//! Whatever a server sends, from its first byte on: a session or a named fault, no panic
-//! that leaves the plugin, values of the tags' own kinds alone, nothing good afterwards.
+//! Fuzzing of the OPC UA client: any bytes of a server are a session or a named fault. No panic
+//! leaves the plugin, values are of the tags' own kinds, and no good value follows the end.
 
 use busbar_plugin_sdk::testing::{Recorder, tag_spec};
 use busbar_plugin_sdk::{Quality, Reason, Value, ValueKind};

@@ -1,5 +1,5 @@
-//! Whatever a server has to be browsed: a point list without a fault, whose addresses the
-//! plugin takes, or a named reason; no panic that leaves the plugin.
+//! Fuzzing of OPC UA browsing: any address space gives a point list without a fault, whose
+//! addresses the plugin takes, or a named reason. No panic leaves the plugin.
 
 use busbar_plugin_sdk::testing::{host, tag_spec};
 use busbar_plugin_sdk::{Plugin, Telemetry, ValueKind};

@@ -1,6 +1,6 @@
-//! Whatever a plugin's process writes into its socket, its ring and the room for its
-//! collapses: samples are of the plugin's own tags and not from the future, pictures name
-//! what is bound, words are short and printable, and collapses are a forest.
+//! Fuzzing of the plugin's process boundary: socket, sample ring and shared collapse list. Samples
+//! are of the plugin's own tags and not from the future, pictures name bound nodes, texts are short
+//! and printable, and collapses are a forest.
 
 use std::time::Duration;
 
@@ -15,7 +15,7 @@ const TAGS: [u32; 3] = [1, 3, 5];
 const NODES: [u32; 2] = [7, 9];
 /// Bytes of a message for people that are far more than any has.
 const MANY_BYTES: usize = 1 << 21;
-/// Where the counters of a ring are; samples come after the last, in order.
+/// Byte offsets of the counters of a ring; samples come after the last, in order.
 const RING_COUNTERS: [u64; 4] = [0, 64, 128, 192];
 const RING_HEADER_BYTES: u64 = 256;
 const RING_SAMPLES: u64 = 1 << 18;

@@ -1,6 +1,5 @@
-//! Whatever the other process writes into the socket between a program and its viewer: what
-//! passes the check has texts, counts and sizes within their limits, and is written and read
-//! the same again.
+//! Fuzzing of the protocol between a program and its viewer: messages that pass the check have
+//! texts, counts and sizes within their limits, and are written and read the same again.
 
 use busbar_protocol::framing::{Decoder, LENGTH_BYTES, decode, encode};
 use busbar_protocol::message::{

@@ -1,5 +1,5 @@
-//! Any bytes of a recording are samples or a named fault: no panic, no value that is
-//! not finite, and nothing without a value that is good.
+//! Fuzzing of recordings: any bytes are samples or a named fault. No panic occurs, no value is
+//! infinite or NaN, and no sample without a value is good.
 
 use busbar_plugin_sdk::testing::tag_spec;
 use busbar_plugin_sdk::{Quality, TagSpec, Value, ValueKind};

@@ -1,5 +1,5 @@
-//! Any text is a list of points or a named fault: no panic, and each row has five cells and
-//! a kind that tags have.
+//! Fuzzing of SCL files (IEC 61850-6): any text is a list of points or a named fault without a
+//! panic. Each row has five cells and a kind that tags have.
 
 use busbar_plugin_sdk::Plugin;
 use busbar_plugin_sdk::testing::{host, run_command};

@@ -1,5 +1,5 @@
-//! Whatever a database says is samples of known tags, of their kinds, finite and with
-//! times that clocks can have, or a named fault.
+//! Fuzzing of the SQL adapter: any bytes of a database are samples of known tags, of their kinds,
+//! finite and with representable times, or a named fault.
 
 use std::time::UNIX_EPOCH;
 

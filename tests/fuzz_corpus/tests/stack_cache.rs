@@ -1,6 +1,6 @@
-//! Any bytes of a cache file are stacks of the mesh or refused, and the mesh is left;
-//! whatever tables are taken, and whatever collapses an optimiser's process gave, the
-//! mesh can be shown at every cursor.
+//! Fuzzing of the stack cache: any bytes of a cache file are stacks of the mesh, or refused with
+//! the mesh unchanged. Whatever tables or collapses are accepted, the mesh can be shown at every
+//! cursor.
 
 use std::sync::OnceLock;
 
@@ -20,7 +20,7 @@ struct Subject {
     key: CacheKey,
 }
 
-/// Of inputs about files of welded meshes.
+/// Selector of inputs that are files of welded meshes.
 const MESH: u8 = 255;
 
 /// The first byte says what the rest is: changes of a good file, tables whose checksum is
@@ -204,7 +204,7 @@ fn tables(subject: &Subject, bytes: &[u8]) -> (Vec<u32>, StackTables) {
     (ranks, tables)
 }
 
-/// Two positions and the exponent of an error each.
+/// Decodes collapses: two positions and the exponent of an error each.
 fn collapses(bytes: &[u8]) -> Vec<Collapse> {
     let collapse = |bytes: &[u8]| Collapse {
         removed: bytes[0].into(),

@@ -1,6 +1,6 @@
-//! Whatever pages say to a server of the view: what reaches the viewer passes its check, the
-//! picture keeps within its limits, one page steers as long as there is one, and what is held
-//! down is let go of in the end.
+//! Fuzzing of the web page's server: input that reaches the viewer passes its check, and the
+//! picture keeps within its limits. One page steers as long as there is one, and held buttons are
+//! released in the end.
 
 use std::collections::BTreeSet;
 
@@ -47,7 +47,7 @@ pub fn fuzz_one(bytes: &[u8]) -> bool {
     has_done && !has_refused
 }
 
-/// What the viewer takes for held down.
+/// Buttons that the viewer takes for held down.
 #[derive(Default)]
 struct Held {
     buttons: BTreeSet<u8>,

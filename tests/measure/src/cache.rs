@@ -1,4 +1,4 @@
-//! How well an order of triangles uses a vertex cache.
+//! Average cache miss ratio (ACMR) of an order of triangles.
 
 use std::collections::VecDeque;
 

@@ -1,4 +1,4 @@
-//! How far one surface is from another.
+//! Distances between two surfaces by sampling, in both directions.
 
 use anyhow::{Context, Result, ensure};
 use busbar_geometry::{Bounds, Topology};
@@ -17,19 +17,19 @@ const TIE: f64 = 1e-6;
 /// points of that to the original.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SurfaceError {
-    /// Mean distance forth.
+    /// Mean distance from the original to the simplified surface.
     pub mean_forth: f64,
     /// Root of the mean squared distance forth.
     pub rms_forth: f64,
-    /// Greatest distance forth.
+    /// Greatest distance from the original to the simplified surface.
     pub max_forth: f64,
     /// Mean angle between the normals of faces forth, degrees.
     pub degrees_forth: f64,
-    /// Mean distance back.
+    /// Mean distance from the simplified surface to the original.
     pub mean_back: f64,
     /// Root of the mean squared distance back.
     pub rms_back: f64,
-    /// Greatest distance back.
+    /// Greatest distance from the simplified surface to the original.
     pub max_back: f64,
     /// Mean angle between the normals of faces back, degrees.
     pub degrees_back: f64,

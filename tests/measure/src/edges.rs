@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::Sets;
 
-/// Counts of edges.
+/// Counts of border and non-manifold edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct EdgeCounts {
     /// Edges with exactly one triangle.

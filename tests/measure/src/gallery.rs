@@ -25,13 +25,13 @@ const VIEWS: [Vec3; 8] = [
 /// Pixels of a picture.
 const SIZE: [u32; 2] = [512, 512];
 
-/// An original's pictures.
+/// Pictures of an original mesh.
 pub struct Gallery {
     views: Vec<View>,
     shots: Vec<Shot>,
 }
 
-/// How far a level's pictures are from the original's, over all views.
+/// Difference of a level's pictures from the original's, over all views.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PictureError {
     /// Mean structural similarity, 1 for equal pictures.

@@ -26,7 +26,7 @@ pub fn vertices_in_use(triangles: &[[u32; 3]]) -> usize {
     used.iter().filter(|&&used| used).count()
 }
 
-/// The same triangles over the positions that they use, and no others.
+/// Returns the same triangles over the positions that they use, and no others.
 pub fn used_alone(mesh: &Topology, triangles: &[[u32; 3]]) -> Topology {
     const UNUSED: u32 = u32::MAX;
     let mut new_of_old = vec![UNUSED; mesh.positions.len()];

@@ -1,8 +1,8 @@
-//! How far a simplified mesh is from its original, by one ruler for everybody:
-//! sampled distances and normals ([`Reference`]), pictures from all around
-//! ([`Gallery`]), topology ([`EdgeCounts`], [`duplicates`]), order of vertices
-//! ([`acmr`]). And levels to measure: those of a sequence ([`level`]), and those
-//! of a peer at a given number of vertices ([`search`], [`meshoptimizer`]).
+//! Measures of a simplified mesh's difference from its original, the same for every simplifier:
+//! sampled distances and normals ([`Reference`]), pictures from all around ([`Gallery`]), topology
+//! ([`EdgeCounts`], [`duplicates`]), order of vertices ([`acmr`]). And levels to measure: those of
+//! a sequence ([`level`]), and those of a peer at a given number of vertices ([`search`],
+//! [`meshoptimizer`]).
 //!
 //! What is measured is a [`busbar_geometry::Topology`]: points and triangles,
 //! nothing that one simplifier keeps and another does not.

@@ -6,10 +6,9 @@ use meshopt::{SimplifyOptions, VertexDataAdapter};
 
 use crate::levels::{search, vertices_in_use};
 
-/// More than any error, so that the target alone ends a call.
+/// Error bound above any error, so that the target alone ends a call.
 const ANY_ERROR: f32 = f32::MAX;
-/// What a normal that turns by one radian counts, as meshoptimizer's own
-/// demonstration has it.
+/// Weight of a normal that turns by one radian, as in meshoptimizer's own demonstration.
 const NORMAL_WEIGHT: f32 = 0.5;
 /// Calls until the number of vertices is met as well as it can be.
 const MAX_CALLS: usize = 8;
@@ -22,14 +21,14 @@ pub struct Input<'a> {
     normals: &'a [f32],
 }
 
-/// Which of its simplifiers.
+/// Simplification function of meshoptimizer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Simplifier {
-    /// `simplify`: positions alone.
+    /// Function `simplify`: positions alone.
     Plain,
-    /// `simplify_with_attributes`: normals too.
+    /// Function `simplify_with_attributes`: normals too.
     WithNormals,
-    /// `simplify_sloppy`: any topology.
+    /// Function `simplify_sloppy`: any topology.
     Sloppy,
 }
 
@@ -60,7 +59,7 @@ impl<'a> Input<'a> {
         Ok(Self { triangles, vertices: adapter(positions)?, normals })
     }
 
-    /// One call, for a number of triangles.
+    /// Simplifies the mesh to a number of triangles by one call.
     ///
     /// # Errors
     /// When normals are to be kept and there are none.

@@ -6,7 +6,7 @@ use image::{GrayImage, Luma};
 
 /// Grey where nothing is.
 const BACKGROUND: u8 = 222;
-/// Least and greatest grey of a surface.
+/// Range of grey shades of a surface.
 const SHADES: [f32; 2] = [30.0, 200.0];
 /// Towards the light, in the camera's axes.
 const LIGHT: Vec3 = Vec3::new(-0.35, 0.5, 0.79);
@@ -21,14 +21,14 @@ pub struct View {
     center: Vec3,
     /// Half of the picture's height, metres.
     half_height: f32,
-    /// What lies outside of this box is left out.
+    /// Clipping box: points outside are not drawn.
     part: Bounds,
 }
 
 /// A picture, and which of its pixels show the mesh.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Shot {
-    /// Shades.
+    /// Grey shade of each pixel.
     pub shades: GrayImage,
     /// Row by row: whether the mesh is there.
     pub covered: Vec<bool>,
@@ -102,7 +102,7 @@ struct Canvas<'a> {
     depths: Vec<f32>,
     shades: Vec<u8>,
     middle: Vec2,
-    /// Pixels a metre.
+    /// Pixels for each metre.
     scale: f32,
     view: &'a View,
 }
@@ -139,7 +139,7 @@ impl Canvas<'_> {
         }
     }
 
-    /// Whether what a point of the picture shows lies in the part.
+    /// Reports whether the point that a pixel shows lies in the clipping box.
     fn is_in_part(&self, p: Vec2, depth: f32) -> bool {
         let View { right, up, back, center, part, .. } = *self.view;
         let offset = (p - self.middle) / self.scale;

@@ -1,4 +1,4 @@
-//! Disjoint sets.
+//! Disjoint sets (union-find) with path halving.
 
 /// Disjoint sets with path halving.
 pub struct Sets {
@@ -6,7 +6,7 @@ pub struct Sets {
 }
 
 impl Sets {
-    /// So many sets of one.
+    /// Creates `count` sets of one member.
     pub fn new(count: usize) -> Self {
         Self { parent: (0..count as u32).collect() }
     }

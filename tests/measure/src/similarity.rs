@@ -1,4 +1,4 @@
-//! How alike two pictures are.
+//! Structural similarity (SSIM) of two pictures.
 
 use anyhow::Result;
 use image::GrayImage;

@@ -10,7 +10,7 @@ const LEAF: usize = 4;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Place {
     pub(crate) distance: f64,
-    /// Of the triangle there; zero for one without area.
+    /// Normal of the closest triangle; zero for one without area.
     pub(crate) normal: DVec3,
 }
 

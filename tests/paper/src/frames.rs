@@ -19,11 +19,11 @@ const STEPS_PER_BLOCK: usize = 5;
 /// Frame times of one size and number of samples.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FrameTimes {
-    /// Pixels.
+    /// Width and height of the picture, pixels.
     pub size: [u32; 2],
-    /// Samples a pixel.
+    /// Number of samples a pixel.
     pub samples: u32,
-    /// One a theta, in order.
+    /// Rows in order, one a theta.
     pub rows: Vec<FrameRow>,
 }
 
@@ -32,7 +32,7 @@ pub struct FrameTimes {
 pub struct FrameRow {
     /// Proportion of simplified vertices.
     pub theta: f64,
-    /// Triangles drawn.
+    /// Number of drawn triangles.
     pub triangles: u64,
     /// Times of whole frames, from their beginning to the end of drawing.
     pub frame: Series,
@@ -100,7 +100,7 @@ impl FrameTimes {
         Some(self.at(theta)?.frame.fps() / self.at(0.0)?.frame.fps())
     }
 
-    /// Least squares over the rows: time = fixed + triangles times slope.
+    /// Fits a line to the rows by least squares: time = fixed + triangles times slope.
     pub fn fit(&self) -> LinearFit {
         let n = self.rows.len() as f64;
         let millions = |row: &FrameRow| row.triangles as f64 / 1e6;

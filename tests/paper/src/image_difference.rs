@@ -1,4 +1,4 @@
-//! How far one picture is from another.
+//! Similarity of two pictures: SSIM and PSNR.
 
 use anyhow::{Context, Result, ensure};
 use busbar_viewer::Picture;
@@ -21,7 +21,7 @@ pub struct ImageDifference {
 }
 
 impl ImageDifference {
-    /// Compares two pictures.
+    /// Compares two pictures of one size.
     ///
     /// # Errors
     /// When their sizes differ.

@@ -11,20 +11,20 @@ use twox_hash::XxHash3_128;
 
 use crate::progress::Progress;
 
-/// One move in this many goes to a place whose bytes are known.
+/// Interval of moves to a cursor whose bytes are known.
 const MOVES_PER_VISIT: usize = 10;
 
 /// Thetas whose bytes are compared at each visit.
 const FIXED_THETAS: [f64; 5] = [0.0, 0.5, 0.7, 0.85, 0.95];
 
-/// What random moves came to.
+/// Results of the random moves.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LosslessWalk {
     /// Moves made, visits included.
     pub moves: usize,
     /// XXH3-128 of the index bytes at theta 0 before the first move.
     pub before: String,
-    /// The same after the last one.
+    /// Hash of the same bytes after the last move.
     pub after: String,
     /// Places visited on the way.
     pub visits: Vec<FixedPlace>,
@@ -40,13 +40,13 @@ pub struct LosslessWalk {
 pub struct FixedPlace {
     /// Proportion of simplified vertices.
     pub theta: f64,
-    /// Collapses done there.
+    /// Position of the cursor: number of collapses done.
     pub cursor: u32,
     /// XXH3-128 of the index bytes before the walk.
     pub hash: String,
     /// Visits during the walk.
     pub visits: usize,
-    /// Of these, visits that found other bytes.
+    /// Number of those visits that found other bytes.
     pub differing: usize,
 }
 
@@ -58,7 +58,7 @@ struct Move {
     place: Option<usize>,
 }
 
-/// What one move found.
+/// Result of one move.
 struct Found {
     triangles: u64,
     /// A visited place, and whether its bytes were others.
@@ -107,7 +107,7 @@ impl LosslessWalk {
         Ok(walk)
     }
 
-    /// Whether every visit and the return found the same bytes.
+    /// Reports whether every visit and the return found the same bytes.
     pub fn is_lossless(&self) -> bool {
         self.before == self.after && self.visits.iter().all(|place| place.differing == 0)
     }
@@ -141,8 +141,8 @@ impl Identity {
         }
     }
 
-    /// All corners of every live triangle belong to the feature that the
-    /// triangle was imported with; returns how many triangles there are.
+    /// Checks that all corners of every live triangle belong to the feature that the triangle was
+    /// imported with; returns the number of triangles.
     fn check(
         &self,
         stacks: &CollapseStacks,

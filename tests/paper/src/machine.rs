@@ -1,4 +1,4 @@
-//! What the run ran on.
+//! Machine of the run: processor and graphics device.
 
 use std::fs;
 use std::thread;
@@ -17,7 +17,7 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// This machine with that graphics device.
+    /// Describes this machine with the given graphics device.
     pub fn here(device: &str) -> Self {
         let facts = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
         Self {

@@ -12,7 +12,7 @@ use serde_json::Value;
 /// The optimiser that implements the paper.
 const PLUGIN: &str = "weighted_collapse";
 
-/// The paper's optimiser.
+/// Optimiser plugin with the paper's method.
 pub struct Optimiser {
     plugin: MeshOptimizer,
 }
@@ -57,7 +57,7 @@ pub fn weld_millis(mesh: &Mesh) -> Result<f64> {
     Ok(millis)
 }
 
-/// One primitive a section, as a file holds them.
+/// Splits a mesh into one primitive a section, as a file holds them.
 pub(crate) fn vertex_arrays(mesh: &Mesh) -> Vec<RawPrimitive> {
     let wedges = &mesh.wedges;
     let mut place = vec![u32::MAX; wedges.len()];

@@ -1,5 +1,4 @@
-//! Which equipment is under random pixels, and whether simplification changes
-//! the answer.
+//! Picks under random pixels: comparison of the equipment ids at a theta with those at theta 0.
 
 use std::collections::BTreeSet;
 
@@ -10,10 +9,10 @@ use serde::Serialize;
 use crate::frames;
 use crate::scene::OVERVIEW;
 
-/// How picks at a theta differ from those at theta 0.
+/// Differences of picks at a theta from those at theta 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct PickChanges {
-    /// Pixels, drawn uniformly.
+    /// Number of uniformly drawn pixels.
     pub pixels: usize,
     /// Pixels on equipment at theta 0.
     pub on_equipment: usize,

@@ -1,4 +1,4 @@
-//! What is being measured, on a terminal.
+//! Progress bar of the measurement on a terminal.
 
 use anyhow::Result;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -32,7 +32,7 @@ impl Progress {
         self.bar.tick();
     }
 
-    /// One step done.
+    /// Advances the bar by one step.
     pub fn step(&self) {
         self.bar.inc(1);
     }

@@ -1,15 +1,15 @@
-//! What the paper prints.
+//! Reference values printed in the paper.
 
 /// A row of the paper's Table I, with the quotients that follow from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrintedRow {
     /// Proportion of simplified vertices.
     pub theta: f64,
-    /// Vertices.
+    /// Number of vertices V.
     pub vertices: u64,
-    /// Triangles.
+    /// Number of triangles T.
     pub triangles: u64,
-    /// Frames per second.
+    /// Frame rate, frames per second.
     pub fps: f64,
 }
 
@@ -26,7 +26,7 @@ impl PrintedRow {
         TABLE_I.into_iter().find(|row| row.theta == theta)
     }
 
-    /// 2V - T.
+    /// Returns 2V - T, from which shells and holes are counted.
     pub fn two_v_minus_t(&self) -> i64 {
         2 * self.vertices as i64 - self.triangles as i64
     }

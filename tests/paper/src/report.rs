@@ -15,7 +15,7 @@ use document::number_format::grouped;
 
 use crate::Results;
 
-/// The report.
+/// Composes the report from the results.
 pub fn report(results: &Results) -> Document {
     let mut document = Document {
         title: "A fast scene constructing method, reproduced: Table I and Figures 5 to 8"

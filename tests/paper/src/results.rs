@@ -1,4 +1,4 @@
-//! Everything the report says, as figures.
+//! Results of the report, as figures.
 
 use std::collections::BTreeMap;
 
@@ -17,21 +17,21 @@ use crate::topology::TopologyCounts;
 /// Figures of one run.
 #[derive(Clone, Debug, Serialize)]
 pub struct Results {
-    /// What it ran on.
+    /// Machine that the run was measured on.
     pub machine: Machine,
-    /// Whether it was the short run.
+    /// Flag of the short run.
     pub quick: bool,
     /// The paper's scene, a level a theta.
     pub levels: Vec<SceneLevel>,
     /// Frame times, a set for each size and number of samples.
     pub frames: Vec<FrameTimes>,
-    /// What loading the scene took.
+    /// Durations of the stages of loading.
     pub stages: Stages,
-    /// What a change of theta costs.
+    /// Costs of a change of theta.
     pub theta_change: ThetaChange,
     /// Orders of collapse on the power transformer.
     pub study: Study,
-    /// The lossless proof.
+    /// Results of the lossless proof.
     pub lossless: LosslessWalk,
     /// Picks that theta changes.
     pub picks: PickChanges,
@@ -42,7 +42,7 @@ pub struct Results {
 pub struct SceneLevel {
     /// Proportion of simplified vertices.
     pub theta: f64,
-    /// What is left.
+    /// Counts of the simplified mesh.
     pub counts: TopologyCounts,
     /// Difference of the overview to theta 0.
     pub difference: ImageDifference,
@@ -55,13 +55,13 @@ pub struct SceneLevel {
 pub struct Stages {
     /// The first load, by the viewer's names of stages.
     pub first: BTreeMap<String, f64>,
-    /// The second load.
+    /// Seconds of each stage of the second load.
     pub second: BTreeMap<String, f64>,
     /// Welding alone, which is part of `import`.
     pub weld: f64,
 }
 
-/// With the cache, optimisation may take at most this share of its time.
+/// Greatest share of the optimisation's time that a load from the cache may take.
 pub const MAX_CACHED_SHARE: f64 = 0.1;
 
 impl Stages {

@@ -1,4 +1,4 @@
-//! All measurements, one after another, in one process.
+//! Run of all measurements, one after another, in one process.
 
 use std::path::Path;
 use std::sync::Arc;

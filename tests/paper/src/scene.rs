@@ -31,20 +31,20 @@ const DOWNWARD: f32 = 0.9;
 /// The camera of the pictures.
 pub const OVERVIEW: &str = "overview";
 
-/// Where the overview stands, what it looks at, metres, and its vertical angle.
+/// Eye of the overview, in metres; target and vertical field of view follow.
 pub const OVERVIEW_EYE: [f64; 3] = [92.0, 44.0, -124.0];
-/// See [`OVERVIEW_EYE`].
+/// Target of the overview, in metres.
 pub const OVERVIEW_TARGET: [f64; 3] = [2.0, 0.0, -26.0];
-/// See [`OVERVIEW_EYE`].
+/// Vertical field of view of the overview, degrees.
 pub const OVERVIEW_FOV_DEGREES: f64 = 42.0;
 
-/// What was made.
+/// Files and data of the paper's scene.
 pub struct PaperScene {
     /// Configuration of the flattened scene.
     pub config: PathBuf,
     /// The model file that it names.
     pub model: PathBuf,
-    /// The power transformer.
+    /// Power transformer as a single mesh.
     pub transformer: SingleMesh,
 }
 
@@ -53,7 +53,7 @@ pub struct PaperScene {
 pub struct SingleMesh {
     /// The mesh, in the model's space.
     pub mesh: Mesh,
-    /// What its sections name.
+    /// Materials by the index that the mesh's sections use.
     pub materials: Vec<Material>,
 }
 
@@ -119,7 +119,8 @@ fn configuration(plugins: &str, steps: usize) -> Value {
     })
 }
 
-/// Once around the station, at the height and distance of the overview.
+/// Returns the eye of a camera path once around the station, at the height and distance of the
+/// overview.
 fn path_eye(step: usize, steps: usize) -> [f64; 3] {
     let [x, y, z] = OVERVIEW_EYE;
     let [target_x, _, target_z] = OVERVIEW_TARGET;
@@ -151,8 +152,8 @@ impl SingleMesh {
         Ok(Self { mesh, materials: model.materials.clone() })
     }
 
-    /// The same without the triangles that look down, as undersides that nobody
-    /// sees are often left out of models: shells with borders.
+    /// Returns the mesh without the triangles that look down: its shells have borders. Models often
+    /// leave out undersides that nobody sees.
     ///
     /// # Errors
     /// When a position is not finite.
@@ -169,8 +170,8 @@ impl SingleMesh {
         Ok(Self { mesh, materials: self.materials.clone() })
     }
 
-    /// The same triangles with a position of its own for every wedge, as vertex
-    /// arrays come from a file: every seam of normals is a border then.
+    /// Returns the same triangles with a position of its own for every wedge, as vertex arrays come
+    /// from a file. Every seam of normals is then a border.
     pub fn split(&self) -> Self {
         let mut mesh = self.mesh.clone();
         let wedges = &mut mesh.wedges;

@@ -5,16 +5,16 @@ use serde::Serialize;
 /// Median and tail of a series of times.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Series {
-    /// How many were measured.
+    /// Number of measured times.
     pub count: usize,
-    /// Median, milliseconds.
+    /// Median of the times, milliseconds.
     pub p50_ms: f64,
-    /// 99th percentile, milliseconds.
+    /// 99th percentile of the times, milliseconds.
     pub p99_ms: f64,
 }
 
 impl Series {
-    /// Orders times, milliseconds.
+    /// Computes the statistics of times in milliseconds.
     pub fn from_millis(mut millis: Vec<f64>) -> Self {
         millis.sort_by(f64::total_cmp);
         let at = |share: f64| {

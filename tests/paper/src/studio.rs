@@ -12,13 +12,13 @@ use glam::camera::rh::{proj::vulkan, view};
 use glam::{Mat4, Vec3, vec3};
 use image::{ImageFormat, RgbaImage};
 
-/// Towards the eye.
+/// Direction from the model towards the eye.
 const DIRECTION: Vec3 = vec3(-0.52, 0.36, -0.78);
 /// Room left around the model.
 const MARGIN: f32 = 1.05;
 /// Linear light of the background, as of paper.
 const BACKGROUND: [f32; 3] = [0.87, 0.87, 0.85];
-/// How far off the eye stands, in diagonals of the box around the model.
+/// Distance of the eye from the model, in diagonals of its bounding box.
 const DISTANCE: f32 = 20.0;
 
 /// A fixed camera in front of models of one size.
@@ -27,12 +27,12 @@ pub struct Studio {
     camera: CameraView,
 }
 
-/// What stands in the studio.
+/// Model to be rendered in the studio.
 #[derive(Clone, Copy)]
 pub struct Subject<'a> {
-    /// Its stacks.
+    /// Collapse stacks of the model.
     pub stacks: &'a Arc<CollapseStacks>,
-    /// What its sections name.
+    /// Materials by the index that the mesh's sections use.
     pub materials: &'a [Material],
 }
 

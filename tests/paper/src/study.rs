@@ -25,11 +25,11 @@ const PICTURE: [u32; 2] = [960, 720];
 /// The model that Figures 6 to 8 show, treated in many ways.
 #[derive(Clone, Debug, Serialize)]
 pub struct Study {
-    /// With positions welded, as imported: edges are those of the surface.
+    /// Study of the welded mesh, as imported: edges are those of the surface.
     pub welded: SubjectStudy,
-    /// The same without undersides: shells have borders.
+    /// Study of the welded mesh without undersides: shells have borders.
     pub open: SubjectStudy,
-    /// With every vertex of the file on its own: seams of normals are borders.
+    /// Study of the mesh with every vertex of the file on its own: seams of normals are borders.
     pub split: SubjectStudy,
 }
 
@@ -40,7 +40,7 @@ pub struct SubjectStudy {
     pub full: TopologyCounts,
     /// Picture at theta 0.
     pub picture: String,
-    /// Its wireframe.
+    /// File of the wireframe picture.
     pub wireframe: String,
     /// Share of each factor in the variance of W, as Busbar reads the paper:
     /// length, flag, area, curvature.
@@ -49,16 +49,16 @@ pub struct SubjectStudy {
     pub variants: Vec<VariantResult>,
 }
 
-/// One variant at each theta.
+/// Results of one variant at each theta.
 #[derive(Clone, Debug, Serialize)]
 pub struct VariantResult {
     /// Short name, in file names too.
     pub id: &'static str,
-    /// In words.
+    /// Name of the variant for readers.
     pub name: &'static str,
     /// Milliseconds to make the sequence, or all levels of the peer.
     pub millis: f64,
-    /// One a theta of [`THETAS`].
+    /// Levels in the order of [`THETAS`].
     pub levels: Vec<Level>,
 }
 
@@ -67,7 +67,7 @@ pub struct VariantResult {
 pub struct Level {
     /// Proportion of simplified vertices.
     pub theta: f64,
-    /// What is left.
+    /// Counts of the simplified mesh.
     pub counts: TopologyCounts,
     /// Distances to the original; none without a surface.
     pub error: Option<SurfaceError>,
@@ -109,7 +109,7 @@ impl Study {
 }
 
 impl SubjectStudy {
-    /// A variant.
+    /// Returns the variant with this id.
     pub fn variant(&self, id: &str) -> Option<&VariantResult> {
         self.variants.iter().find(|variant| variant.id == id)
     }
@@ -120,7 +120,7 @@ impl SubjectStudy {
     }
 }
 
-/// One mesh and what variants of it are measured with.
+/// Mesh with the instruments that its variants are measured with.
 struct Workshop<'a> {
     model: &'a SingleMesh,
     topology: Topology,

@@ -1,4 +1,4 @@
-//! What a change of theta of the whole scene costs.
+//! Costs of a change of theta of the whole scene.
 
 use std::time::Instant;
 
@@ -21,8 +21,8 @@ pub const MAX_SHARE_OF_FRAME: f64 = 0.1;
 pub struct ThetaChange {
     /// [`CollapseStacks::resolve`] alone, one thread.
     pub resolve: Series,
-    /// What the frame in which theta changed took longer than the next one,
-    /// which shows the same: resolve and upload, and the setting itself.
+    /// Difference between the frame in which theta changed and the next one, which shows the same:
+    /// resolve, upload and the setting itself.
     pub change: Series,
     /// Frames at theta 0 of the same view, measured between the changes.
     pub full_frame: Series,

@@ -1,8 +1,8 @@
-//! What simplification does to shells: how many stay three-dimensional.
+//! Topology of shells under simplification: those that stay three-dimensional, flatten or vanish.
 //!
-//! A *shell* is a connected component of the mesh at theta 0, where equal points
-//! count as one. No collapse makes a new point, so shells are followed by the
-//! points of their triangles: one may keep its three dimensions, flatten, or go.
+//! A *shell* is a connected component of the mesh at theta 0, where equal points count as one. No
+//! collapse makes a new point, so shells are followed by the points of their triangles: one may
+//! keep its three dimensions, flatten, or vanish.
 
 use std::collections::HashMap;
 
@@ -15,8 +15,7 @@ use serde::Serialize;
 /// the diagonal of its shell at theta 0.
 pub const FLAT_SHARE: f64 = 1e-4;
 
-/// No tolerance is less than the rounding of coordinates: so many units in the
-/// last place of the largest.
+/// Least tolerance, from the rounding of coordinates: units in the last place of the largest.
 const ROUNDING_UNITS: f64 = 4.0;
 
 /// Counts of a mesh at one cursor.
@@ -24,11 +23,11 @@ const ROUNDING_UNITS: f64 = 4.0;
 pub struct TopologyCounts {
     /// Surviving vertices (welded positions).
     pub vertices: u64,
-    /// Of these, the ones that no live triangle uses.
+    /// Number of those vertices that no live triangle uses.
     pub unused_vertices: u64,
-    /// Live triangles.
+    /// Number of live triangles.
     pub triangles: u64,
-    /// 2V - T.
+    /// Value of 2V - T, from which shells and holes are counted.
     pub two_v_minus_t: i64,
     /// Connected sets of edges with exactly one live triangle.
     pub border_loops: u64,
@@ -38,11 +37,11 @@ pub struct TopologyCounts {
     pub non_manifold_edges: u64,
     /// Shells that have three dimensions at theta 0.
     pub shells: u64,
-    /// Of these, shells with a live piece that is not flat.
+    /// Number of shells with a live piece that is not flat.
     pub solid_shells: u64,
-    /// Of these, shells whose live pieces are all flat.
+    /// Number of shells whose live pieces are all flat.
     pub flattened_shells: u64,
-    /// Of these, shells without a live triangle.
+    /// Number of shells without a live triangle.
     pub vanished_shells: u64,
 }
 
@@ -50,7 +49,7 @@ pub struct TopologyCounts {
 pub struct Shells {
     /// Different points of the mesh.
     points: Vec<DVec3>,
-    /// Each point's number, by its bits.
+    /// Number of each point, by its bits.
     numbers: HashMap<[u32; 3], u32>,
     /// Per point: its shell.
     of_point: Vec<u32>,
@@ -151,8 +150,8 @@ fn measure(positions: &[DVec3], points: &[u32]) -> Shell {
     Shell { tolerance, solid: thickness(positions, points) > tolerance }
 }
 
-/// How far points lie from a plane through three of them that span it widely:
-/// the first, the one farthest from it, and the one farthest from their line.
+/// Returns the greatest distance of the points from a plane through three of them that span it
+/// widely: the first, the farthest from it, and the farthest from their line.
 fn thickness(positions: &[DVec3], points: &[u32]) -> f64 {
     let Some(&first) = points.first() else { return 0.0 };
     let origin = positions[first as usize];

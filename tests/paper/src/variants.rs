@@ -45,7 +45,7 @@ const UNPROTECTED: Variant =
     paper("unprotected", "no border protection (border C = 0, w2 = 0)", Reading::UNPROTECTED);
 const PRINTED_EQ4: Variant = paper("eq4_printed", "Eq. 4 as printed", PRINTED_CURVATURE);
 
-/// What is compared on shells with borders, the reference reading first.
+/// Variants compared on shells with borders, the reference reading first.
 pub(crate) const READINGS: [Variant; 7] = [
     BUSBAR,
     paper("c0_alpha", "border C = 0, w2 = alpha", UNPROTECTED_FLAG),
@@ -55,9 +55,9 @@ pub(crate) const READINGS: [Variant; 7] = [
     paper("eq2_printed", "Eq. 2 as printed", PRINTED_FLAG),
     paper("literal", "Eq. 2 and 4 as printed, border C = 0", LITERAL),
 ];
-/// What may differ on closed shells.
+/// Variants compared on closed shells.
 pub(crate) const CLOSED: [Variant; 3] = [BUSBAR, UNPROTECTED, PRINTED_EQ4];
-/// What is compared on split vertices.
+/// Variants compared on split vertices.
 pub(crate) const SPLIT: [Variant; 2] = [BUSBAR, UNPROTECTED];
 /// Other orders of the same weights, and the peer.
 pub(crate) const ORDERS: [Variant; 3] = [
@@ -73,7 +73,7 @@ pub(crate) const ORDERS: [Variant; 3] = [
     },
     Variant { id: "meshoptimizer", name: "meshoptimizer", maker: Maker::Peer },
 ];
-/// What a variant made of a mesh.
+/// Output of a variant for a mesh.
 pub(crate) enum Made<const N: usize> {
     /// Collapses that reach every theta.
     Sequence(CollapseSequence),
@@ -82,7 +82,7 @@ pub(crate) enum Made<const N: usize> {
 }
 
 impl Variant {
-    /// Simplifies a mesh.
+    /// Simplifies a mesh by this variant.
     pub(crate) fn make<const N: usize>(
         &self,
         mesh: &Topology,

@@ -17,7 +17,7 @@ const EQUAL_VERTICES: f64 = 0.1;
 /// Quotients that differ from 1 by no more count as equal.
 const NEAR: f64 = 0.05;
 
-/// What the paper claims.
+/// Judges the paper's claims.
 pub(crate) fn judge(results: &Results) -> Vec<Claim> {
     let mut claims = counts(results);
     claims.extend(frame_rates(results));
@@ -29,7 +29,7 @@ pub(crate) fn judge(results: &Results) -> Vec<Claim> {
     claims
 }
 
-/// What this project asks of itself.
+/// Judges the bars that this project sets itself.
 pub(crate) fn bars(results: &Results) -> Vec<Claim> {
     let mut claims = Vec::new();
     for (at, least) in [(0.7, 0.8), (0.85, 0.65)] {
@@ -211,8 +211,8 @@ fn borders(results: &Results) -> Vec<Claim> {
     claims
 }
 
-/// Whether the first of two variants keeps more three-dimensional shells at
-/// 95 % than the second.
+/// Judges whether the first of two variants keeps more three-dimensional shells at 95 % than the
+/// second.
 fn keeps_more(study: &SubjectStudy, words: String, [with, without]: [&str; 2]) -> Option<Claim> {
     let (with, without) = (study.level(with, 0.95)?, study.level(without, 0.95)?);
     Some(claim(
@@ -276,7 +276,7 @@ fn mean_quotients(study: &SubjectStudy, of: &str, over: &str) -> Vec<(f64, f64)>
     THETAS.into_iter().filter_map(quotient).collect()
 }
 
-/// Whether there are quotients, and none exceeds `most`.
+/// Reports whether there are quotients and none exceeds `most`.
 fn none_exceeds(quotients: &[(f64, f64)], most: f64) -> bool {
     !quotients.is_empty() && quotients.iter().all(|&(_, quotient)| quotient <= most)
 }

@@ -17,7 +17,7 @@ const PYTHON_VARIABLE: &str = "BUSBAR_PYTHON";
 /// A script of `tests/peers`.
 #[derive(Clone, Copy, Debug)]
 pub struct PeerScript {
-    /// Its file.
+    /// File name of the script.
     pub file: &'static str,
     /// The statement that fails where its package is missing.
     pub import: &'static str,
@@ -49,7 +49,7 @@ impl PeerScript {
         Some(peer)
     }
 
-    /// Its file.
+    /// Returns the path of the script.
     pub fn path(self) -> PathBuf {
         Path::new(ROOT).join("tests/peers").join(self.file)
     }
@@ -86,7 +86,7 @@ pub struct Peer {
     stdin: ChildStdin,
     stdout: BufReader<ChildStdout>,
     script: PeerScript,
-    /// Where it listens, or what it was told to connect to.
+    /// Port that the peer listens at, or connects to.
     pub port: u16,
 }
 
@@ -112,7 +112,7 @@ impl Peer {
         self.line()
     }
 
-    /// Gives a command.
+    /// Sends a command without waiting for its answer.
     #[track_caller]
     pub fn begin(&mut self, command: &Value) {
         writeln!(self.stdin, "{command}").expect("it reads");

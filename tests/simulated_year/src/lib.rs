@@ -33,9 +33,9 @@ pub use crate::year::run;
 pub trait Rig {
     /// The protocol's deadline for answers.
     const DEADLINE: Duration;
-    /// From the beginning of a fault until the adapter has noticed, at the latest.
+    /// Longest time from the beginning of a fault until the adapter has noticed it.
     const NOTICED_AFTER: Duration;
-    /// From the end of a fault, or the adapter's start, until every tag is good.
+    /// Longest time from the end of a fault, or the adapter's start, until every tag is good.
     const WELL_AFTER: Duration;
     /// Age of a value while all is well.
     const MAX_AGE: Duration;

@@ -26,7 +26,7 @@ struct State {
     shortest_gap: Option<Duration>,
 }
 
-/// What becomes of those who dial.
+/// Response of the network to a dial attempt.
 #[derive(Clone, Debug, Default)]
 enum DialResponse {
     #[default]
@@ -43,22 +43,23 @@ impl MemoryNetwork {
         clients
     }
 
-    /// Nobody listens.
+    /// Refuses all further dial attempts.
     pub(crate) fn refuse(&self) {
         self.lock().response = DialResponse::Refused;
     }
 
-    /// Nobody answers those who dial.
+    /// Lets all further dial attempts time out without an answer.
     pub(crate) fn fall_silent(&self) {
         self.lock().response = DialResponse::Silence;
     }
 
-    /// Whoever dials next has not dialled before.
+    /// Forgets the endpoints that were dialled, so that the next attempt counts as the first.
     pub(crate) fn forget_dials(&self) {
         self.lock().last_dials.clear();
     }
 
-    /// How often an endpoint was dialled, and the shortest time between two tries of one.
+    /// Returns the number of dial attempts, and the shortest time between two attempts at one
+    /// endpoint.
     pub(crate) fn dials(&self) -> (u64, Option<Duration>) {
         let state = self.lock();
         (state.dials, state.shortest_gap)

@@ -1,4 +1,4 @@
-//! What rigs are made of.
+//! Building blocks of rigs: tags with simulated signals, and a server for clients.
 
 use std::time::Duration;
 
@@ -11,9 +11,9 @@ use tokio::io::DuplexStream;
 use tokio::sync::mpsc;
 use tokio::task::JoinSet;
 
-/// Seconds.
+/// Length of an hour, seconds.
 pub const HOUR: f64 = 3600.0;
-/// Seconds.
+/// Length of a day, seconds.
 pub const DAY: f64 = 24.0 * HOUR;
 
 /// Shape, base, amplitude and seconds of a period.

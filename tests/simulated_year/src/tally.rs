@@ -1,4 +1,4 @@
-//! What a year brought.
+//! Statistics of a simulated year.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::mem::discriminant;
@@ -9,7 +9,7 @@ use busbar_plugin_sdk::{LinkState, Quality, Sample, Value};
 /// Counts of a year, and what it came to.
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
-    /// Simulated time.
+    /// Simulated time that has passed.
     pub duration: Duration,
     /// Times that the adapter tried to connect.
     pub dials: u64,
@@ -29,13 +29,13 @@ pub struct Tally {
     pub dead_points: u64,
     /// Samples with a time of their source, each of which has that time's value.
     pub timed_samples: u64,
-    /// Samples without.
+    /// Number of samples without a source timestamp.
     pub untimed_samples: u64,
     /// Bytes on the heap at the year's end beyond those after its first days.
     pub heap_growth: i64,
-    /// The most bytes that any day added while it lasted.
+    /// Greatest growth of the heap within a day, bytes.
     pub heap_peak: u64,
-    /// Of all samples and link reports with their times.
+    /// Digest of all samples and link reports with their times.
     pub trace: u64,
 }
 

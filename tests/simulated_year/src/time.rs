@@ -5,12 +5,12 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use tokio::time::Instant;
 
-/// When a year begins: 1 January 2027, UTC, seconds since 1970.
+/// Start of the year as seconds since 1970: 1 January 2027, UTC.
 const BEGINNING: u64 = 1_798_761_600;
 
 thread_local! {
-    /// When the year began by the runtime's clock, and how many seconds the adapter's
-    /// clock is ahead of the true time.
+    /// Start of the year by the runtime's clock, and the seconds by which the adapter's clock is
+    /// ahead of true time.
     static CLOCK: Cell<Option<(Instant, i64)>> = const { Cell::new(None) };
 }
 
@@ -28,13 +28,13 @@ impl SimulatedTime {
         CLOCK.set(CLOCK.get().map(|(started, _)| (started, seconds)));
     }
 
-    /// By which the device's values move.
+    /// Returns the time by the device's clock, by which its values move.
     pub fn of_device() -> SystemTime {
         let since = CLOCK.get().map(|(started, _)| started.elapsed());
         UNIX_EPOCH + Duration::from_secs(BEGINNING) + since.unwrap_or_default()
     }
 
-    /// What the adapter's machine has for the time.
+    /// Returns the time by the clock of the adapter's machine.
     pub fn of_adapter() -> SystemTime {
         let ahead = CLOCK.get().map_or(0, |(_, ahead)| ahead);
         shift(Self::of_device(), ahead)

@@ -22,11 +22,11 @@ use crate::time::{SimulatedTime, shift};
 const DAY: Duration = Duration::from_secs(86_400);
 /// Days until buffers have their lasting size.
 const WARM_UP_DAYS: u32 = 7;
-/// Between two looks, seconds.
+/// Range of the time between two checks, seconds.
 const STEP_SECONDS: std::ops::Range<u64> = 60..1200;
-/// What is lost of a number on the wire.
+/// Tolerance for rounding of a number on the wire.
 const PRECISION: f64 = 1e-3;
-/// Between two instants at which a value that jumps is looked up.
+/// Sampling step for values that jump.
 const SCAN_STEP: Duration = Duration::from_secs(1);
 
 /// Runs so many days on a runtime of one thread whose clock is paused.
@@ -65,7 +65,7 @@ struct Year<R> {
     link: LinkState,
     /// The newest sample of each tag.
     newest: Vec<Option<Sample>>,
-    /// By how many seconds the device's clock was ahead at the last look.
+    /// Seconds by which the device's clock was ahead at the last check.
     ahead_before: i64,
     had_fault: bool,
     tally: Tally,
@@ -313,7 +313,7 @@ fn start_adapter<R: Rig>(rig: &R, recorder: &Recorder, network: &MemoryNetwork) 
     spawn_local(rig.run_adapter(recorder.sink(), Arc::new(network.clone())))
 }
 
-/// Whether a tag may have this value now.
+/// Reports whether a value is one that the signal had within the greatest age.
 fn is_current<R: Rig>(signal: &Signal, value: Value, now: SystemTime) -> bool {
     if let Some(slope) = signal.max_slope() {
         return is_equal(signal.at(now), value, slope * R::MAX_AGE.as_secs_f64() + PRECISION);

@@ -7,9 +7,9 @@ use std::time::Duration;
 use anyhow::Result;
 use rumqttc_v4::{AsyncClient, Event, MqttOptions, Packet, QoS};
 
-/// Longest message.
+/// Longest accepted message, bytes.
 const MAX_BYTES: usize = 16 * 1024 * 1024;
-/// Between two reports.
+/// Time between two reports.
 const PERIOD: Duration = Duration::from_millis(200);
 
 static MESSAGES: AtomicU64 = AtomicU64::new(0);

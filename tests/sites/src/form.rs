@@ -1,4 +1,4 @@
-//! How stations publish their points: three forms of the same.
+//! Payload formats in which stations publish their points.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -17,7 +17,7 @@ const FRESHNESS: std::time::Duration = std::time::Duration::from_secs(600);
 const GROUP: &str = "bench";
 const DEVICE: &str = "station";
 
-/// What messages are made of.
+/// Payload format of messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Form {
@@ -79,7 +79,7 @@ impl Form {
         }
     }
 
-    /// What a station says before its first values.
+    /// Returns the birth certificates that a station sends before its first values.
     pub(crate) fn births(self, station: u32, points: u32, now: i64) -> Vec<Outgoing> {
         if self != Self::Sparkplug {
             return Vec::new();
@@ -102,7 +102,7 @@ impl Form {
         vec![of_node, sparkplug("DBIRTH", station, Some(DEVICE), metrics, 1)]
     }
 
-    /// One round of values of a station, each the instant at which it is published.
+    /// Encodes one round of values of a station, each the instant of its publication.
     pub(crate) fn data(self, station: u32, points: u32, round: u64, now: i64) -> Vec<Outgoing> {
         match self {
             Self::Sparkplug => {

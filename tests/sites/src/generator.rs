@@ -11,16 +11,16 @@ use rumqttc_v4::mqttbytes::v4::{Connect, Packet, Publish};
 
 use crate::form::{Form, Outgoing};
 
-/// What is to be published.
+/// Load that the generator publishes.
 #[derive(clap::Args, Clone, Copy, Debug)]
 pub(crate) struct Load {
     /// Port of the broker on this machine.
     #[arg(long)]
     pub(crate) port: u16,
-    /// What messages are made of.
+    /// Payload format of messages.
     #[arg(long, value_enum)]
     pub(crate) form: Form,
-    /// Stations.
+    /// Number of simulated stations.
     #[arg(long)]
     pub(crate) stations: u32,
     /// Points of a station.
@@ -59,7 +59,7 @@ pub(crate) fn run(load: &Load) -> Result<(u64, f64)> {
     Ok((u64::from(sent) * u64::from(load.points), start.elapsed().as_secs_f64()))
 }
 
-/// Nanoseconds since 1970.
+/// Returns the time as nanoseconds since 1970.
 pub(crate) fn now() -> i64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_nanos() as i64)
 }

@@ -40,22 +40,22 @@ const LOADS: [(Form, f64); 7] = [
     (Form::Text, 20_000.0),
     (Form::Text, 50_000.0),
 ];
-/// Of one load, after the births.
+/// Duration of the measurement of one load, after the births.
 const SECONDS: f64 = 15.0;
-/// For what is under way when the generator has ended.
+/// Time for messages in flight after the generator has ended.
 const DRAINING: Duration = Duration::from_secs(2);
 const BROKER: &str = "/usr/sbin/mosquitto";
 
 #[derive(Parser)]
 #[command(subcommand_negates_reqs = true)]
 struct Arguments {
-    /// The plugin's library.
+    /// Path of the plugin's library.
     #[arg(long, required = true)]
     library: Option<PathBuf>,
-    /// Where the figures go, as JSON.
+    /// Output file of the figures, JSON.
     #[arg(long, required = true)]
     out: Option<PathBuf>,
-    /// Only loads of this form.
+    /// Payload format to measure alone.
     #[arg(long, value_enum)]
     only: Option<Form>,
     #[command(subcommand)]
@@ -64,16 +64,16 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Part {
-    /// The stations.
+    /// Load generator: publishes as all stations.
     Generate(Load),
-    /// The peer.
+    /// Peer client without Busbar.
     Bare {
         /// Port of the broker on this machine.
         port: u16,
     },
 }
 
-/// What was measured of one load.
+/// Figures of one load.
 #[derive(Debug, Serialize)]
 struct Figures {
     form: &'static str,
@@ -82,7 +82,7 @@ struct Figures {
     sent: f64,
     /// Good values a second that reached the table.
     reached: f64,
-    /// Of the values that were sent.
+    /// Share of the sent values that reached the tag table.
     reached_share: f64,
     /// Values that were overtaken in the ring between the plugin's process and the host.
     overtaken: u64,

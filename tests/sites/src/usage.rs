@@ -1,4 +1,4 @@
-//! What a process has taken, by `/proc`.
+//! Resource usage of a process, by `/proc`.
 
 use std::fs;
 use std::path::Path;
@@ -9,7 +9,7 @@ use serde::Serialize;
 /// The kernel's clock ticks a second, as it shows them to programs (proc(5)).
 const TICKS_PER_SECOND: f64 = 100.0;
 
-/// What a process took in a while.
+/// Resource usage of a process over a period.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(crate) struct Usage {
     /// Share of one core.

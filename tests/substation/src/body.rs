@@ -4,7 +4,7 @@ use demo_model::shapes::{cuboid, ring_of_profile};
 use demo_model::{Finish, Part, Solid};
 use glam::{Mat4, Quat, Vec3};
 
-/// Most finishes of one shell.
+/// Number of finishes that one shell may have.
 const MAX_TONES: usize = 2;
 
 /// A part under construction and the positions that its shells have.

@@ -18,7 +18,7 @@ pub struct Catalogue {
 /// A model, and what it shows.
 #[derive(Debug)]
 pub struct Entry {
-    /// The model.
+    /// Model with its materials and meshes.
     pub model: Model,
     /// Welded positions and triangles of all its nodes.
     pub counts: Counts,
@@ -27,9 +27,9 @@ pub struct Entry {
 /// Welded positions and triangles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Welded positions.
+    /// Number of welded positions.
     pub vertices: usize,
-    /// Triangles.
+    /// Number of welded triangles.
     pub triangles: usize,
 }
 
@@ -39,7 +39,7 @@ impl Catalogue {
         self.entries.get(name)
     }
 
-    /// All models with their names.
+    /// Iterates over all models with their names.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &Entry)> {
         self.entries.iter().map(|(name, entry)| (name.as_str(), entry))
     }

@@ -26,10 +26,10 @@ const SPAN_RINGS: std::ops::RangeInclusive<i64> = 4..=120;
 const BOX_TRIANGLES: i64 = 12;
 const SIDES: [i64; 2] = [6, 5];
 
-/// What closes the sums.
+/// Filler geometry that makes up the paper's counts.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Closing {
-    /// Trench covers.
+    /// Number of trench covers.
     pub(crate) covers: usize,
     /// Rings and sides of each earth-wire span.
     pub(crate) spans: Vec<[usize; 2]>,

@@ -98,7 +98,7 @@ fn bays(placements: &[Placement]) -> Vec<Value> {
         .collect()
 }
 
-/// One node, or a group with one node and its instances for the phases.
+/// Returns one node, or a group with one node and its instances for the phases.
 fn device(id: &str, poles: &[&Placement]) -> Value {
     let Some((first, others)) = poles.split_first() else { return json!({ "id": id }) };
     let mut node = placed(first);

@@ -10,10 +10,10 @@ use glam::{Mat4, Vec3};
 use crate::catalogue::Entry;
 use crate::{Station, StationError};
 
-/// The flattened station.
+/// Station flattened into one mesh.
 #[derive(Debug)]
 pub struct FlatStation {
-    /// One node with one mesh, a section a material, a feature a piece of
+    /// Model of one node with one mesh: a section for each material, a feature for each piece of
     /// equipment.
     pub model: Model,
     /// Whose the triangles are, in order, covering all.
@@ -27,7 +27,7 @@ pub struct Run {
     pub first_triangle: usize,
     /// Number of triangles, at least 1.
     pub triangle_count: usize,
-    /// Equipment id.
+    /// Id of the equipment.
     pub equipment: String,
 }
 

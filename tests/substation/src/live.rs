@@ -18,7 +18,7 @@ use crate::{Network, NetworkSwitch, Station, network};
 const FIRST_PORT: u16 = 15_021;
 /// A value is stale once so many of its scans are missing.
 const MISSED_SCANS: u32 = 3;
-/// What is scanned less often than each second is a poll group of its own.
+/// Scan period of fast points, milliseconds; slower ones have a poll group of their own.
 const FAST_MILLIS: u32 = 1000;
 const SLOW_GROUP: &str = "monitoring";
 /// First register of that group: far from the others, so that none is read in vain.
@@ -91,7 +91,7 @@ impl Station {
     }
 }
 
-/// What overlays that are not of condition monitoring need of the station's points.
+/// Overlays that are not of condition monitoring, with the roles of the points that they need.
 const ROLES: [(&str, &[&str]); 6] = [
     ("contact_contour", &["contact_temperature"]),
     ("energised", &["position"]),
@@ -101,7 +101,7 @@ const ROLES: [(&str, &[&str]); 6] = [
     ("values", &["load", "top_oil", "hot_spot"]),
 ];
 
-/// What a camera sees best: the place of a scenario, by its name.
+/// Camera of a scenario: name, eye and target, metres.
 type Camera = (&'static str, [f64; 3], [f64; 3]);
 
 const CAMERAS: [Camera; 5] = [
@@ -112,7 +112,7 @@ const CAMERAS: [Camera; 5] = [
     ("transformer_1", [-33.6, 10.2, -14.0], [-27.6, 4.2, 0.0]),
 ];
 
-/// Where points are read: cells of each unit, one after another.
+/// Register allocator: next free address of each unit and table.
 #[derive(Default)]
 struct Registers {
     next: BTreeMap<(Gateway, u8, &'static str), u16>,
@@ -186,7 +186,8 @@ fn capitalised(name: &str) -> String {
     first.unwrap_or_default() + letters.as_str()
 }
 
-/// Every point at its equipment; the ambient temperature also at the transformers.
+/// Returns the bindings of every point to its equipment; the ambient temperature is also bound to
+/// the transformers.
 fn bindings(points: &[Point]) -> Vec<Value> {
     let binding =
         |tag: &str, node: &str, role: &str| json!({ "tag": tag, "node": node, "role": role });
@@ -196,7 +197,7 @@ fn bindings(points: &[Point]) -> Vec<Value> {
     own.chain(ambient).collect()
 }
 
-/// All switches, and the earthing blades of lines.
+/// Returns the settings for the positions of all switches and the earthing blades of lines.
 fn switch_positions(switches: &[NetworkSwitch]) -> Value {
     let main = |switch: &NetworkSwitch| {
         let equipment = &switch.equipment;

@@ -8,9 +8,9 @@ use crate::layout::{BayKind, YARDS, Yard};
 /// A switch, and how it stands in normal operation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NetworkSwitch {
-    /// Equipment id.
+    /// Id of the switch's equipment.
     pub equipment: String,
-    /// Whether it is closed.
+    /// Position in normal operation: true if closed.
     pub closed: bool,
 }
 
@@ -19,7 +19,7 @@ pub struct NetworkSwitch {
 pub struct Network {
     /// `levels`, `nodes`, `branches`, `earths` and `sources`.
     pub settings: Value,
-    /// All switches.
+    /// Switches of the whole station.
     pub switches: Vec<NetworkSwitch>,
 }
 

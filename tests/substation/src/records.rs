@@ -1,4 +1,4 @@
-//! What business and management systems have of the station: work in a CSV file, an asset
+//! Records of business and management systems about the station: work in a CSV file, an asset
 //! register in an SQLite file. All of it is made up, by a seed.
 
 mod templates;
@@ -31,13 +31,13 @@ const MAX_WORK_DAYS: usize = 60;
 pub struct WorkRow {
     /// `Defect`, `Work order` or `Inspection`.
     pub kind: &'static str,
-    /// Its number there.
+    /// Number of the order in its system.
     pub number: usize,
     /// The equipment by its number in dispatch where it has one, else by its id.
     pub equipment: String,
-    /// What is the matter.
+    /// Description of the defect or task.
     pub text: &'static str,
-    /// How it stands: `closed`, or what is done next.
+    /// Status of the work: `closed`, or the next step.
     pub status: &'static str,
     /// The day it was reported, `2026-11-20`.
     pub reported: String,
@@ -48,15 +48,15 @@ pub struct WorkRow {
 /// A row of the asset register.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AssetRow {
-    /// Equipment id.
+    /// Id of the equipment.
     pub equipment: String,
-    /// Who made it, and as what.
+    /// Maker and type designation.
     pub made: [String; 2],
-    /// Its number there.
+    /// Serial number of the maker.
     pub serial: String,
-    /// Year of manufacture.
+    /// Year of manufacture, AD.
     pub year: u32,
-    /// Rated voltage, kV.
+    /// Rated voltage in kV.
     pub voltage: f64,
     /// Rated values as its plate has them.
     pub rating: String,
@@ -64,19 +64,19 @@ pub struct AssetRow {
     pub criticality: &'static str,
 }
 
-/// All records of a station.
+/// Work orders, assets and dispatch numbers of a station.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StationRecords {
-    /// Work.
+    /// Work orders of the station.
     pub work: Vec<WorkRow>,
-    /// The register.
+    /// Rows of the asset register.
     pub assets: Vec<AssetRow>,
     /// Numbers of breakers in dispatch, by equipment id.
     pub dispatch: BTreeMap<String, String>,
 }
 
 impl StationRecords {
-    /// Of a station, by a seed.
+    /// Generates the records of a station from a seed.
     pub fn generate(station: &Station, seed: u64) -> Self {
         let devices: BTreeSet<String> =
             station.placements.iter().map(crate::Placement::device_id).collect();
@@ -222,7 +222,7 @@ impl StationRecords {
 }
 
 impl AssetTemplate {
-    /// Whether a device, such as `=S12D1Q1-QA1`, is of this kind.
+    /// Reports whether a device, such as `=S12D1Q1-QA1`, is of this template's class.
     fn matches_device(&self, device: &str) -> bool {
         device.rsplit('-').next().is_some_and(|own| own.starts_with(self.code))
     }
@@ -242,7 +242,7 @@ impl AssetTemplate {
     }
 }
 
-/// What dispatch's numbers begin with: of the yard, tens of kilovolts.
+/// Returns the first part of dispatch numbers: the yard's voltage in tens of kilovolts.
 fn level_of(device: &str) -> u32 {
     if device.starts_with("=S12D") || device.starts_with("=S12T") { 22 } else { 11 }
 }

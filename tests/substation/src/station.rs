@@ -9,10 +9,10 @@ use crate::layout::{Placement, YARDS, add_site_wires, add_wires, place_site, pla
 use crate::models;
 use crate::scatter::Scatter;
 
-/// A station.
+/// Station as models and their placements.
 #[derive(Debug)]
 pub struct Station {
-    /// The models.
+    /// Catalogue of the models.
     pub catalogue: Catalogue,
     /// The equipment, a bay after another.
     pub placements: Vec<Placement>,
@@ -54,7 +54,7 @@ impl Station {
         sum(&self.catalogue, self.placements.iter())
     }
 
-    /// How often each model is placed.
+    /// Counts the placements of each model.
     pub fn uses(&self) -> HashMap<&str, usize> {
         let mut uses = HashMap::new();
         for placement in &self.placements {

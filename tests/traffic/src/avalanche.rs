@@ -16,14 +16,14 @@ pub(crate) const SWITCHES: u64 = 10_000;
 const AVALANCHES: u64 = 5;
 const MAX_WAIT: Duration = Duration::from_secs(60);
 
-/// What was measured.
+/// Results of the measurement.
 #[derive(Debug, Serialize)]
 pub(crate) struct Avalanche {
-    /// Changes made.
+    /// Number of changes that were made.
     pub(crate) made: u64,
     /// Changes that the sequence of events has.
     pub(crate) noted: u64,
-    /// Whether they are in the order in which they were made.
+    /// Flag for changes recorded in the order in which they were made.
     pub(crate) in_order: bool,
     /// Seconds that the source took.
     pub(crate) seconds: f64,

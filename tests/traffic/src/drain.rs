@@ -1,5 +1,4 @@
-//! What it costs to take waiting updates over: out of shared memory, checked, into the
-//! tag table, counted.
+//! Cost of draining waiting updates: out of shared memory, checked, into the tag table, counted.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -15,16 +14,16 @@ use crate::site::{Site, tag_id};
 
 /// Tags, each updated once a burst.
 pub(crate) const TAGS: u32 = 100_000;
-/// Between two bursts.
+/// Time between two bursts.
 const PERIOD: Duration = Duration::from_millis(60);
 const ROUNDS: u64 = 100;
 
-/// What was measured.
+/// Results of the measurement.
 #[derive(Debug, Serialize)]
 pub(crate) struct Drain {
     /// Milliseconds for [`TAGS`] updates.
     pub(crate) millis: Series,
-    /// Of it, from shared memory to checked samples that go nowhere.
+    /// Part of that time from shared memory to checked samples that are discarded.
     pub(crate) reading_millis: Series,
 }
 

@@ -45,7 +45,7 @@ struct Arguments {
     quick: bool,
 }
 
-/// All that was measured.
+/// Results of all measurements.
 #[derive(Debug, Serialize)]
 struct Results {
     drain: drain::Drain,

@@ -14,10 +14,9 @@ use crate::{Results, avalanche, drain};
 
 /// Milliseconds that taking [`drain::TAGS`] updates over may take.
 const MAX_DRAIN_MILLIS: f64 = 1.0;
-/// How much longer the 99th percentile of frames may be beside sustained updates.
+/// Greatest ratio of the 99th percentile of frame times beside sustained updates to that without.
 const MAX_P99_RATIO: f64 = 1.1;
-/// Of the updates a second that were asked for, those that must arrive: the rest is
-/// the clock's.
+/// Lowest share of the requested updates a second that must arrive; the rest is the clock's.
 const MIN_SHARE: f64 = 0.98;
 /// Milliseconds between frames in an avalanche.
 const MAX_GAP_MILLIS: f64 = 100.0;

@@ -25,7 +25,7 @@ pub(crate) use modbus::REGISTERS;
 
 /// Alternating rounds of each client.
 const ROUNDS: u64 = 5;
-/// Until an adapter has its first values.
+/// Longest wait until an adapter has its first values.
 const PATIENCE: Duration = Duration::from_secs(60);
 /// Longer than any measurement: values stand still.
 const UPDATE: Duration = Duration::from_secs(3600);
@@ -36,7 +36,7 @@ pub(crate) struct Peers {
     pub(crate) scripts: PathBuf,
 }
 
-/// What a client does a second at a server, by the adapter and by the peer, a round each.
+/// Rates of a client at a server, by the adapter and by the peer, one for each round.
 #[derive(Debug, Serialize)]
 pub(crate) struct Rates {
     pub(crate) server: &'static str,
@@ -44,7 +44,7 @@ pub(crate) struct Rates {
     pub(crate) peers: Vec<f64>,
 }
 
-/// What was measured.
+/// Results of the measurement.
 #[derive(Debug, Serialize)]
 pub(crate) struct Requests {
     /// Modbus: requests a second.

@@ -19,7 +19,7 @@ use tempfile::TempDir;
 
 /// Pixels of the pictures.
 pub(crate) const PICTURE: [u32; 2] = [320, 180];
-/// What the tags' values come from.
+/// Plugin that generates the tags' values.
 const GENERATOR: &str = "sample_generator";
 const OVERLAY: &str = "power_overlay";
 /// Freshness limit of the tags: longer than any measurement.
@@ -30,7 +30,7 @@ const BOUND: usize = 14;
 /// A folder with plugins and models.
 pub(crate) struct Site {
     folder: TempDir,
-    /// What counts and times are divided by.
+    /// Divisor of counts and times.
     pub(crate) divisor: u64,
 }
 

@@ -12,13 +12,13 @@ use crate::site::{Site, frames};
 
 pub(crate) const TAGS: u64 = 1_000_000;
 pub(crate) const UPDATES_PER_SECOND: u64 = 1_000_000;
-/// Each of the alternating measurements.
+/// Duration of each of the alternating measurements.
 const ROUND: Duration = Duration::from_secs(8);
 const ROUNDS: usize = 3;
-/// Until the first updates of all tags are taken over.
+/// Time until the first updates of all tags are in the table.
 const SETTLING: Duration = Duration::from_secs(3);
 
-/// What was measured.
+/// Results of the measurement.
 #[derive(Debug, Default, Serialize)]
 pub(crate) struct Sustained {
     pub(crate) tags: u64,

@@ -5,7 +5,7 @@ use std::ffi::c_void;
 
 use crate::chain::{Function, Handle, ask, ask_about};
 
-/// Where it is set, devices are cards.
+/// Environment variable that makes devices report a graphics card.
 pub const AS_CARD_VARIABLE: &str = "BUSBAR_VULKAN_AS_CARD";
 
 /// `VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU`, and its place in `VkPhysicalDeviceProperties`.
@@ -19,17 +19,17 @@ const OF_PROCESSOR: u32 = 1;
 const DEVICE_LOCAL: u32 = 1;
 const HOST_VISIBLE_COHERENT_CACHED: u32 = 2 | 4 | 8;
 
-/// `VkPhysicalDeviceMemoryProperties`.
+/// Mirror of the C structure `VkPhysicalDeviceMemoryProperties`.
 #[repr(C)]
 struct MemoryProperties {
     type_count: u32,
-    /// Of each, its properties and its heap.
+    /// Property flags and heap index of each memory type.
     types: [[u32; 2]; 32],
     heap_count: u32,
     heaps: [Heap; 16],
 }
 
-/// `VkMemoryHeap`.
+/// Mirror of the C structure `VkMemoryHeap`.
 #[derive(Clone, Copy)]
 #[repr(C)]
 struct Heap {
@@ -37,7 +37,7 @@ struct Heap {
     flags: u32,
 }
 
-/// `VkMemoryRequirements`.
+/// Mirror of the C structure `VkMemoryRequirements`.
 #[repr(C)]
 struct Requirements {
     size: u64,
@@ -132,7 +132,7 @@ pub(crate) unsafe fn with_own_type<R>(
     allocate((&raw mut below).cast())
 }
 
-/// What of a card a function tells.
+/// Returns this layer's implementation of a query about the device, if it has one.
 pub(crate) fn own(name: &str) -> Option<Function> {
     Some(match name {
         "vkGetPhysicalDeviceProperties" => properties as Function,

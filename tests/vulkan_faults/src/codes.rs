@@ -2,7 +2,7 @@
 
 use crate::commands::COMMANDS;
 
-/// A `VkResult`.
+/// Result code of a command (`VkResult`).
 pub type Code = i32;
 
 pub(crate) const SUCCESS: Code = 0;

@@ -14,8 +14,8 @@ use crate::{card, plan};
 type P = *mut c_void;
 type U = u64;
 
-/// For each command: a function that counts, fails or passes on; its entry in
-/// the table of codes; its entry in the table of functions.
+/// Generates for each command a function that counts, fails or passes on, its entry in the table of
+/// codes, and its entry in the table of functions.
 macro_rules! commands {
     ($($name:ident ( $($argument:ident : $type:ty),* ) [ $($code:expr),* ];)*) => {
         /// Commands and their codes besides success ("Return Codes").
@@ -70,9 +70,8 @@ macro_rules! commands {
     };
 }
 
-/// Whether a call does its work and tells of the code besides: a success code,
-/// and presenting, whose semaphores are waited for all the same
-/// (vkQueuePresentKHR).
+/// Reports whether a call has its effect in spite of the code: success codes, and presentation,
+/// whose semaphores are waited for all the same (vkQueuePresentKHR).
 fn happens_all_the_same(command: &str, code: Code) -> bool {
     code > SUCCESS || (command == "vkQueuePresentKHR" && matches!(code, OUT_OF_DATE | SURFACE))
 }
@@ -137,7 +136,7 @@ commands! {
     vkQueuePresentKHR(info: P) [SUBOPTIMAL, HOST, DEVICE, LOST, OUT_OF_DATE, SURFACE];
 }
 
-/// `VkNegotiateLayerInterface`.
+/// Mirror of the C structure `VkNegotiateLayerInterface`.
 #[repr(C)]
 struct Negotiation {
     kind: i32,

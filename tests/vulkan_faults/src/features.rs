@@ -1,4 +1,4 @@
-//! What devices lack, for tests.
+//! Simulated lack of optional device features, for tests.
 
 use std::ffi::c_void;
 

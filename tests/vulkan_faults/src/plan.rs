@@ -1,4 +1,4 @@
-//! Which call is to fail, and what has been called.
+//! Fault plan of a process, and the record of calls.
 
 use std::collections::HashMap;
 use std::fs::OpenOptions;
@@ -17,19 +17,19 @@ pub const CALLS_VARIABLE: &str = "BUSBAR_VULKAN_CALLS";
 /// Names a file that is made when the fault strikes.
 pub const STRUCK_VARIABLE: &str = "BUSBAR_VULKAN_STRUCK";
 
-/// One call that fails.
+/// Fault of one Vulkan call.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct VulkanFault {
     /// The command, as `vkCreateBuffer`.
     pub command: String,
-    /// Which of its calls in the process, from 0.
+    /// Zero-based index among the calls of this command in the process.
     pub call: u32,
-    /// What it gives.
+    /// Result code that the call returns.
     pub code: Code,
 }
 
 impl VulkanFault {
-    /// `command:call:code`, for [`FAULT_VARIABLE`].
+    /// Formats the fault as `command:call:code`, for [`FAULT_VARIABLE`].
     pub fn text(&self) -> String {
         format!("{}:{}:{}", self.command, self.call, self.code)
     }

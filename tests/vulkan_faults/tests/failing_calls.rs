@@ -1,5 +1,5 @@
-//! Every call to Vulkan fails once while a picture is rendered: the picture comes
-//! all the same, to the byte, or a clear message where there is no driver.
+//! Fault injection into every Vulkan call while a picture is rendered: the picture is the same to
+//! the byte, or a clear message appears where there is no driver.
 #![allow(clippy::print_stderr, reason = "progress of a long test")]
 
 mod common;
@@ -16,7 +16,7 @@ const SIZE: [u32; 2] = [160, 120];
 const PICKED: &str = "80,60";
 /// Faults of a run that is not told to let all strike.
 const SAMPLE: usize = 48;
-/// The same at high quality.
+/// Number of sampled faults at high quality.
 const HIGH_SAMPLE: usize = 24;
 /// And where frames are drawn in parts.
 const PARTS_SAMPLE: usize = 24;
@@ -37,7 +37,7 @@ fn render(subject: &Subject, fault: Option<&VulkanFault>) -> Output {
     finish(&mut command)
 }
 
-/// What is wrong after a fault, if anything is.
+/// Describes the failure after a fault, if there is any.
 fn fault_found(
     subject: &Subject,
     fault: &VulkanFault,
@@ -75,7 +75,8 @@ fn at_high_quality_too_with_an_outline_and_a_section() {
     strike_all(&Subject::with_view(view), HIGH_SAMPLE);
 }
 
-/// Where what is near is drawn first, and the rest once it is known what that hides.
+/// Faults strike between the two passes of occlusion culling: near equipment first, then the rest
+/// that it does not hide.
 #[test]
 fn between_the_parts_of_a_frame_too() {
     let view = json!({ "size": SIZE, "quality": "low" });

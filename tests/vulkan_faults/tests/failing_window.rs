@@ -16,10 +16,10 @@ const SCREEN: [usize; 2] = [640, 400];
 const WINDOW: [u32; 2] = [600, 360];
 /// Panels and model, without the status bar and its times: left, top, right, bottom.
 const SHOWN: [usize; 4] = [0, 0, 590, 320];
-/// How long a window is open. One that does not show the picture in that time gets
-/// longer: the machine may be busy.
+/// Seconds that a window stays open. A run that does not show the picture in time gets the next
+/// longer one: the machine may be busy.
 const SECONDS: [&str; 3] = ["2.5", "7", "20"];
-/// Between looks at the screen.
+/// Polling period of the screen.
 const LOOK_PERIOD: Duration = Duration::from_millis(50);
 /// Faults of a run that is not told to let all strike.
 const SAMPLE: usize = 16;

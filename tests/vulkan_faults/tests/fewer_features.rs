@@ -39,7 +39,8 @@ fn without_indirect_draws_each_is_a_command_and_the_picture_the_same() {
     }
 }
 
-/// There all is drawn, hidden or not, and nothing waits for what is near.
+/// Draws everything on a simulated graphics card, hidden or not, without the two passes of
+/// occlusion culling.
 #[test]
 fn as_on_a_card_the_picture_is_the_same() {
     for view in [

@@ -9,7 +9,7 @@ use anyhow::{Context, Result, bail};
 
 use crate::process;
 
-/// Where the Vulkan loader looks for drivers.
+/// Folders in which the Vulkan loader looks for drivers.
 const DRIVER_FOLDERS: [&str; 2] = ["/usr/share/vulkan/icd.d", "/etc/vulkan/icd.d"];
 /// Variables that name driver files instead.
 const DRIVER_VARIABLES: [&str; 2] = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"];
@@ -21,7 +21,7 @@ const PYTHON_VENV: Package = package("python3-venv", "protocol peers that tests 
 
 const VULKAN: &[Package] = &[package("libvulkan1", "the Vulkan loader")];
 
-/// What winit opens at run time.
+/// Libraries that winit opens at run time.
 const WINDOW: &[Package] = &[
     package("libx11-6", "windows on X11"),
     package("libx11-xcb1", "windows on X11"),
@@ -81,18 +81,18 @@ const fn package(name: &'static str, why: &'static str) -> Package {
     Package { name, why }
 }
 
-/// What the packages are wanted for.
+/// Purpose of the required packages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
-    /// To draw a picture.
+    /// Rendering of a picture without a window.
     Picture,
-    /// To open a window.
+    /// Opening of a window on a display.
     Window,
-    /// To run every test.
+    /// Running of every test.
     Tests,
-    /// To run the benches.
+    /// Running of the benches.
     Bench,
-    /// To compare frames.
+    /// Comparison of frame times with other viewers.
     RenderBench,
 }
 
@@ -133,7 +133,7 @@ fn wanted(purpose: Purpose) -> Vec<Package> {
     wanted
 }
 
-/// What drawing takes.
+/// Returns the packages that drawing requires.
 fn driver(purpose: Purpose) -> Vec<Package> {
     let mut wanted = VULKAN.to_vec();
     // Reference pictures are the software rasteriser's, whatever else is there.

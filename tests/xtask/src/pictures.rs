@@ -20,7 +20,7 @@ use crate::x_server::XServer;
 const FOLDER: &str = "tests/pictures";
 /// The small scene that most pictures show.
 pub(crate) const SCENE: &str = "config/demo.json";
-/// How its pictures are made: values need time to arrive.
+/// Render options of the README's pictures; the seconds let values arrive.
 const PICTURE_OPTIONS: [&str; 4] = ["--seconds", "3", "--size", "1280x720"];
 
 /// Rendered pictures: name, and what is added to the options of the demo.
@@ -30,8 +30,7 @@ const RENDERED: &[(&str, &[&str])] = &[
     ("wireframe", &["--camera", "transformer", "--theta", "0.3", "--wireframe"]),
 ];
 
-/// The same without labels and with more in their `view`: name, that, and what is added to
-/// the options.
+/// Pictures of the demo without labels: name, additional settings of `view`, additional options.
 const VIEWS: &[(&str, &str, &[&str])] = &[
     ("high", r#"{ "quality": "high", "ground": true, "fog": true }"#, &[]),
     (
@@ -43,7 +42,7 @@ const VIEWS: &[(&str, &str, &[&str])] = &[
 /// The demo's scene with such a view, beside its own, since its paths start there.
 const VIEW_SCENE: &str = "config/picture.json";
 
-/// The same without a device: every value is marked.
+/// Picture of the demo without a device, in which every value is marked as bad.
 const LINK_DOWN: (&str, &[&str]) = ("link_down", &["--camera", "transformer"]);
 
 /// Places on the screen that the mouse is dragged along; where there is one, it clicks.
@@ -74,15 +73,15 @@ const SCENARIOS: &[(&str, &str, &str)] = &[
     ("link_loss", "yard_110", "14"),
 ];
 
-/// Where the fleet with many samples is generated, and how many each transformer has: a
-/// million in all.
+/// Output folder of the fleet with many samples, a million in all, and the samples for each
+/// transformer.
 const DENSE_FLEET: &str = "target/dense_fleet";
 const DENSE_SAMPLES: &str = "83333";
 
 const SCREEN: &str = "1280x720";
-/// From the window's start to its first frame, on a software rasteriser.
+/// Longest time from the window's start to its first frame, on a software rasteriser.
 const MAX_FIRST_FRAME: Duration = Duration::from_secs(60);
-/// From the first frame until the values have arrived.
+/// Time from the first frame until the values have arrived.
 const LIVE_AFTER: Duration = Duration::from_secs(3);
 /// Enough for a frame on a software rasteriser.
 const A_FRAME: Duration = Duration::from_millis(500);

@@ -17,11 +17,11 @@ use anyhow::{Context, Result, bail};
 use rustix::process::{Pid, Signal, kill_process, kill_process_group};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
-/// Between two looks at a child and at the signal flag.
+/// Polling period of a child and of the signal flag.
 const POLL: Duration = Duration::from_millis(50);
-/// From asking a child to end to killing it.
+/// Longest time between a request to end and the kill of a child.
 const MAX_END_WAIT: Duration = Duration::from_secs(5);
-/// How long output may lag behind the end of the child that made it.
+/// Longest delay of output after the end of its child process.
 const MAX_OUTPUT_LAG: Duration = Duration::from_secs(2);
 /// Lines read from a child and not yet taken.
 const MAX_PENDING_LINES: usize = 256;
@@ -128,7 +128,7 @@ pub(crate) fn run_and_keep(
 pub(crate) struct Process {
     name: String,
     child: Child,
-    /// It leads a process group, not on the terminal's input.
+    /// Flag for a child that leads its own process group, without the terminal's input.
     own_group: bool,
     lines: Option<Receiver<String>>,
 }
@@ -330,7 +330,7 @@ mod tests {
         }
     }
 
-    /// Neither gone nor a zombie that waits for its new parent.
+    /// Reports whether a process is neither gone nor a zombie that waits for its new parent.
     fn runs(pid: Pid) -> bool {
         let stat = format!("/proc/{}/stat", pid.as_raw_nonzero());
         std::fs::read_to_string(stat).is_ok_and(|text| !text.contains(") Z "))

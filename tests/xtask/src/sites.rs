@@ -13,13 +13,13 @@ const PACKAGE: &str = "sites";
 const PLUGIN: &str = "mqtt";
 /// The program whose processes plugins run in.
 const HOST: &str = "busbar";
-/// Where the figures go.
+/// Output file of the figures.
 const FIGURES: &str = "target/sites.json";
 
-/// Options of `sites`.
+/// Command-line options of `sites`.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Only messages of this form: sparkplug, json or text.
+    /// Payload format to measure alone: sparkplug, json or text.
     #[arg(long)]
     only: Option<String>,
 }

@@ -20,12 +20,12 @@ const PROGRAMS: [&str; 3] = ["busbar", MODEL_MAKER, FLEET_MAKER];
 const MODEL_MAKER: &str = "demo_model";
 /// Makes the station and the gas histories that `config/dga.json` opens, and itself.
 const FLEET_MAKER: &str = "fleet";
-/// Where the demo scene's models are.
+/// Folder of the demo scene's models.
 pub(crate) const MODELS: &str = "config/models";
 /// Plugins are not loaded from files that others may write to.
 const LIBRARY_MODE: u32 = 0o755;
 
-/// Options of `stage`.
+/// Command-line options of `stage`.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Cargo profile to build with.

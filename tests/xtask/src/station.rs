@@ -9,7 +9,7 @@ use crate::process;
 use crate::stage;
 use crate::workspace::Workspace;
 
-/// Where the station is generated.
+/// Output folder of the generated station.
 const FOLDER: &str = "target/substation";
 
 /// Files of the generated station.

@@ -1,4 +1,4 @@
-//! Where things are: the workspace, its target folder, its plugins.
+//! Paths of the workspace: root, target folder, plugins, built programs.
 
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX, EXE_SUFFIX};
 use std::path::{Path, PathBuf};
@@ -14,12 +14,12 @@ use crate::process;
 pub(crate) enum Profile {
     /// Quick to build, checks on.
     Dev,
-    /// Optimised.
+    /// Optimised profile for releases.
     Release,
 }
 
 impl Profile {
-    /// What `cargo build --profile` takes.
+    /// Returns the profile's name for `cargo build --profile`.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Dev => "dev",
@@ -36,12 +36,12 @@ impl Profile {
     }
 }
 
-/// What `cargo metadata` says, as far as it concerns us.
+/// Workspace as described by `cargo metadata`.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Workspace {
-    /// The repository's root.
+    /// Root folder of the repository.
     pub(crate) root: PathBuf,
-    /// Cargo's target folder.
+    /// Target folder of Cargo.
     target: PathBuf,
     /// Packages under `plugins/` that make a loadable library for users.
     pub(crate) plugins: Vec<String>,

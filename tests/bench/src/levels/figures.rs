@@ -11,7 +11,7 @@ use serde::Serialize;
 const SAMPLES: usize = 100_000;
 const SEED: u64 = 20_150_773;
 
-/// What a level is compared with.
+/// Original mesh as the reference of its levels.
 pub(crate) struct Original {
     reference: Reference,
     gallery: Gallery,
@@ -25,7 +25,7 @@ pub(crate) struct Counts {
     /// Vertices that triangles use.
     pub(crate) vertices: usize,
     pub(crate) triangles: usize,
-    /// Connected components.
+    /// Number of connected components.
     pub(crate) components: u32,
     /// Connected sets of edges with one triangle.
     pub(crate) border_loops: u64,

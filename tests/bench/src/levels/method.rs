@@ -11,7 +11,7 @@ pub(crate) struct Method {
     pub(crate) work: Work,
 }
 
-/// Who does it.
+/// Implementation of a method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Work {
     /// The whole sequence by the paper's weights.
@@ -26,11 +26,11 @@ pub(crate) enum Work {
 
 /// The method that deployments use by default.
 pub(crate) const OURS: &str = "quadric_collapse";
-/// What the bars compare with.
+/// Method that the bars compare with.
 pub(crate) const BASELINE: &str = "meshoptimizer";
 
-/// All methods. Ours is the first: how many triangles its levels have is where
-/// others begin to search.
+/// List of all methods. Busbar's first method comes first: its triangle counts are where the
+/// searches of the others begin.
 pub(crate) const METHODS: [Method; 10] = [
     method(OURS, Work::Quadric),
     method(BASELINE, Work::Meshoptimizer(Simplifier::Plain)),
@@ -54,7 +54,7 @@ impl Method {
         METHODS.into_iter().find(|method| method.id == id)
     }
 
-    /// Whether it is not this project's.
+    /// Reports whether the method is not this project's.
     pub(crate) fn is_peer(self) -> bool {
         matches!(self.work, Work::Meshoptimizer(_) | Work::Script(_))
     }

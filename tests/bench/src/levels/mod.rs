@@ -33,28 +33,28 @@ pub(crate) use verdicts::{bars, write_worse};
 /// Proportions of simplified vertices at which methods are compared.
 const THETAS: [f64; 3] = [0.70, 0.85, 0.95];
 
-/// What to compare, and with whom.
+/// Scope of the comparison: peers, meshes and output.
 pub(crate) struct Plan {
     pub(crate) peers: Option<Peers>,
-    /// Further meshes.
+    /// Additional meshes to compare on.
     pub(crate) files: Vec<PathBuf>,
     /// A scan that the bars are about.
     pub(crate) scan: Option<PathBuf>,
-    /// Fewer meshes.
+    /// Flag for fewer meshes.
     pub(crate) quick: bool,
-    /// Where contact sheets go.
+    /// Output folder of contact sheets.
     pub(crate) out: PathBuf,
 }
 
-/// What was found.
+/// Results of the comparison.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Levels {
     pub(crate) subjects: Vec<SubjectResult>,
-    /// What could not be done, and why.
+    /// Omissions, with their reasons.
     pub(crate) remarks: Vec<String>,
 }
 
-/// What was found on one mesh.
+/// Results on one mesh.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct SubjectResult {
     pub(crate) name: String,
@@ -69,13 +69,13 @@ pub(crate) struct SubjectResult {
     pub(crate) sheet: Option<String>,
 }
 
-/// What one method did on one mesh.
+/// Results of one method on one mesh.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct MethodResult {
     pub(crate) id: &'static str,
     pub(crate) is_peer: bool,
     pub(crate) cost: Cost,
-    /// One a theta.
+    /// Figures of each level, one a theta.
     pub(crate) levels: Vec<Figures>,
 }
 

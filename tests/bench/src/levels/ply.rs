@@ -13,7 +13,7 @@ const MAX_ELEMENTS: usize = 1 << 26;
 /// Lines of a header at most.
 const MAX_HEADER_LINES: usize = 256;
 
-/// How numbers are written.
+/// Encoding of numbers in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Form {
     Text,

@@ -16,16 +16,16 @@ use crate::scene::Scene;
 const BAY: &str = "=S12D1Q3-Q";
 /// Towards the eye, in pictures.
 const DIRECTION: Vec3 = Vec3::new(-0.52, 0.36, -0.78);
-/// The same for the bay: along the yard, so that no other bay is in front.
+/// Viewing direction for the bay: along the yard, so that no other bay is in front.
 const BAY_DIRECTION: Vec3 = Vec3::new(-0.75, 0.45, -0.5);
 
 /// A mesh, and what is to be done with it.
 pub(crate) struct Subject {
     pub(crate) name: String,
     pub(crate) mesh: Mesh,
-    /// Whether the bars are about it.
+    /// Flag for subjects that the bars are judged on.
     pub(crate) is_judged: bool,
-    /// What its contact sheet shows, if it has one: a part, and from where.
+    /// Contact sheet of the subject, if it has one: name, clipped part, direction towards the eye.
     pub(crate) sheet: Option<(&'static str, Bounds, Vec3)>,
 }
 
@@ -83,7 +83,7 @@ impl Subject {
     }
 }
 
-/// All meshes of a model where its nodes put them, as one.
+/// Merges all meshes of a model, placed by its nodes, into one.
 fn merged(model: &Model) -> Mesh {
     let mut all = Mesh::default();
     for (node, model_from_node) in model.nodes.iter().zip(model.model_from_nodes()) {

@@ -1,5 +1,5 @@
-//! What the figures say: bars that are met or missed, and where ours is worse
-//! than a peer.
+//! Verdicts on the figures: bars that are met or missed, and columns in which Busbar is worse than
+//! a peer.
 
 use document::{Claim, Document, Verdict};
 
@@ -22,7 +22,7 @@ const NEAR: f64 = 1.02;
 /// A column of figures of which less is better, or of which more is.
 struct Column {
     name: &'static str,
-    /// Below this, figures are noise.
+    /// Noise floor: smaller figures are not compared.
     floor: f64,
     value: fn(&SubjectResult, &MethodResult, usize) -> Option<f64>,
 }
@@ -63,8 +63,8 @@ pub(super) fn new_non_manifold(
     method.levels[level].counts.non_manifold.saturating_sub(subject.counts.non_manifold)
 }
 
-/// Whether a peer's level has about as many vertices as wanted. Ours never has
-/// more, and where shells are gone it has fewer in use.
+/// Reports whether a peer's level has about the target number of vertices. Busbar's levels never
+/// have more, and fewer in use where shells are gone.
 fn has_wanted(subject: &SubjectResult, theirs: &MethodResult, level: usize) -> bool {
     let found = theirs.levels[level].counts.vertices as f64;
     (found / subject.wanted[level] as f64 - 1.0).abs() <= EQUAL_VERTICES
@@ -144,7 +144,7 @@ pub(crate) fn write_worse(document: &mut Document, levels: &Levels) {
     document.table(&format!("{OURS} beside each peer"), &head, rows);
 }
 
-/// Where ours is worse than a peer in one column.
+/// Describes the levels at which Busbar is worse than a peer in one column.
 fn worse(levels: &Levels, column: &Column, peer: &str) -> String {
     let (mut compared, mut count, mut most) = (0, 0, (0.0, String::new()));
     for subject in &levels.subjects {

@@ -1,5 +1,5 @@
-//! One method on one mesh, in a process of its own, on one core: so that memory
-//! is the method's own, and a crash or a hang is a result and not the end.
+//! Worker process: one method on one mesh, on one core. Memory is the method's own, and a crash or
+//! a hang is a result and not the end.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -26,27 +26,27 @@ const SHORT_SECONDS: f64 = 1.0;
 const RUNS: usize = 3;
 /// Calls that a search for a number of vertices may take.
 const MAX_CALLS: usize = 6;
-/// The same for scripts, some of whose calls take seconds.
+/// Greatest number of calls of scripts, some of which take seconds.
 const MAX_SCRIPT_CALLS: usize = 2;
 /// A worker that takes longer is ended.
 const MAX_SECONDS: u64 = 300;
 const POLL: Duration = Duration::from_millis(5);
 
-/// What a method costs on one core.
+/// Cost of a method on one core.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Cost {
     /// Seconds of processor time for the level of the first theta alone.
     pub(crate) one_seconds: f64,
     /// Seconds for the levels of all thetas.
     pub(crate) all_seconds: f64,
-    /// By how much resident memory grew at most in the first call.
+    /// Greatest growth of resident memory in the first call, bytes.
     pub(crate) peak_bytes: u64,
     /// The error that each level claims, metres; none from peers.
     #[serde(default)]
     pub(crate) claimed: Vec<f32>,
 }
 
-/// What a worker is to do.
+/// Task of a worker process.
 #[derive(clap::Args, Clone, Debug)]
 pub(crate) struct Task {
     method: String,
@@ -56,7 +56,7 @@ pub(crate) struct Task {
     targets: Vec<Target>,
 }
 
-/// What a level is to be.
+/// Target of a level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Target {
     /// Vertices that it is to have.
@@ -80,7 +80,7 @@ impl fmt::Display for Target {
     }
 }
 
-/// Where Python peers are found.
+/// Python peers: interpreter and folder of scripts.
 #[derive(Clone, Debug)]
 pub(crate) struct Peers {
     pub(crate) python: PathBuf,
@@ -116,7 +116,7 @@ pub(crate) fn levels(
     Ok((cost, levels.collect::<Result<_>>()?))
 }
 
-/// What a process writes, within [`MAX_SECONDS`].
+/// Returns the output of a process that ends within [`MAX_SECONDS`].
 fn output(command: &mut Command) -> Result<String> {
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()?;
     let started = Instant::now();
@@ -141,7 +141,7 @@ fn end(child: &mut Child) -> Result<()> {
     Ok(())
 }
 
-/// What the worker's process does; returns the cost.
+/// Runs a task in the worker process; returns the cost.
 pub(crate) fn run(task: &Task) -> Result<Cost> {
     let method = Method::named(&task.method).context("no such method")?;
     let _core = OneCore::hold()?;

@@ -25,7 +25,7 @@ pub(crate) fn bolt(diameter: f32, grip: f32) -> Shape {
     shape
 }
 
-/// A washer.
+/// Builds a washer with chamfered edges.
 fn ring(diameter: f32, height: f32) -> Shape {
     let (bore, rim, edge) = (diameter * 0.53, diameter * 1.0, height * 0.2);
     Profile::from(bore, 0.0)

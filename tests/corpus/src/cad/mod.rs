@@ -16,7 +16,7 @@ use glam::{Mat4, Vec3};
 
 use crate::cad::shape::Shape;
 
-/// What bodies are made of: name, linear colour, metallic, roughness.
+/// Materials of the bodies: name, linear colour, metallic factor, roughness factor.
 const FINISHES: [(&str, [f32; 3], f32, f32); 6] = [
     ("grey paint", [0.58, 0.60, 0.60], 0.0, 0.45),
     ("galvanised steel", [0.50, 0.52, 0.53], 0.8, 0.55),
@@ -37,7 +37,7 @@ enum Finish {
     Dark,
 }
 
-/// Bodies by finish.
+/// Shapes of the assembly, one for each finish.
 #[derive(Default)]
 struct Assembly {
     shapes: [Shape; FINISHES.len()],

@@ -39,7 +39,7 @@ impl Profile {
         Self { at: Vec2::new(x, y), runs: Vec::new() }
     }
 
-    /// Goes straight on.
+    /// Adds a straight run to a point.
     pub(crate) fn line(mut self, x: f32, y: f32) -> Self {
         let to = Vec2::new(x, y);
         let along = to - self.at;
@@ -122,7 +122,7 @@ impl Profile {
     }
 }
 
-/// How far along the profile each station of a run is.
+/// Returns the arc length from the profile's start to each station of a run, metres.
 fn lengths(run: &[Station], length: &mut f32) -> Vec<f32> {
     let mut last = run.first().map_or(Vec2::ZERO, |station| station.point);
     let along = |station: &Station| {

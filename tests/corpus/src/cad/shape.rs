@@ -8,7 +8,7 @@ use glam::{Mat4, Vec2, Vec3};
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Vertex {
     pub(crate) position: Vec3,
-    /// Of unit length.
+    /// Surface normal of unit length.
     pub(crate) normal: Vec3,
     /// Along the surface, metres.
     pub(crate) uv: Vec2,

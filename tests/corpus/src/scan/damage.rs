@@ -1,4 +1,4 @@
-//! What a scanner does not see, and what it sees amiss.
+//! Scan damage: regions without data, and outliers.
 
 use glam::Vec3;
 
@@ -6,10 +6,10 @@ use crate::random::{noise, unit};
 use crate::scan::Surface;
 use crate::scan::field::HEIGHT;
 
-/// Spots without data.
+/// Number of spots without data.
 const HOLES: u64 = 34;
 const HOLE_SEED: u64 = 0x0401_e500;
-/// In every so many holes a scrap stays, seen from elsewhere.
+/// Interval of holes in which a scrap stays, as seen from another scan position.
 const SCRAP_EVERY: u64 = 5;
 
 /// A place without data.
@@ -46,7 +46,7 @@ pub(crate) fn damaged(whole: &Surface) -> Surface {
 }
 
 impl Spot {
-    /// Whether a point lies within a share of the radius, with a ragged rim.
+    /// Reports whether a point lies within a share of the radius, with a ragged rim.
     fn covers(&self, point: Vec3, share: f32) -> bool {
         let ragged = 1.0 + 0.25 * noise(point * 60.0, 9);
         point.distance(self.centre) < self.radius * share * ragged

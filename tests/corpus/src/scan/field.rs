@@ -12,7 +12,7 @@ pub(crate) const REACH: f32 = 0.26;
 const SHEDS: usize = 9;
 const FIRST_SHED: f32 = 0.16;
 const SHED_PITCH: f32 = 0.125;
-/// How far bodies flow into one another.
+/// Radius of the smooth blend between neighbouring bodies, metres.
 const BLEND: f32 = 0.014;
 const ISLANDS: u64 = 14;
 const ISLAND_SEED: u64 = 0x15_1a4d;

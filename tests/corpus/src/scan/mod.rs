@@ -21,7 +21,7 @@ struct Surface {
     triangles: Vec<[u32; 3]>,
 }
 
-/// The scanned bushing.
+/// Returns the bushing as scanned: noise on the surface, holes and damage.
 pub(crate) fn bushing() -> RawPrimitive {
     let whole = tetrahedra::surface();
     let mut surface = damage::damaged(&whole);
@@ -52,7 +52,7 @@ impl Surface {
         normals.iter().map(|normal| normal.try_normalize().unwrap_or(Vec3::Y)).collect()
     }
 
-    /// The same without points that no triangle uses.
+    /// Returns the surface without points that no triangle uses.
     fn compact(self) -> Self {
         const UNUSED: u32 = u32::MAX;
         let mut new_of_old = vec![UNUSED; self.points.len()];

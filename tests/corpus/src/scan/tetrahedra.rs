@@ -12,9 +12,9 @@ use crate::scan::field::{HEIGHT, REACH, field};
 
 /// Cells along each axis.
 const CELLS: [usize; 3] = [52, 144, 52];
-/// How far grid points stray, as a share of a cell.
+/// Greatest displacement of a grid point by jitter, as a share of a cell.
 const JITTER: f32 = 0.22;
-/// How much denser or sparser the scanner samples along each axis.
+/// Relative variation of the sampling density along each axis.
 const UNEVEN: f32 = 0.3;
 /// A crossing comes no nearer than this share of an edge to its ends, so that
 /// points stay apart.
@@ -23,7 +23,7 @@ const MARGIN: f32 = 0.06;
 /// The way from a cell's lowest to its highest corner, by single axes.
 const PATHS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
 
-/// The whole surface.
+/// Extracts the whole zero surface of the field.
 pub(crate) fn surface() -> Surface {
     let points = grid();
     let values: Vec<f32> = points.iter().map(|&point| field(point)).collect();
@@ -130,7 +130,7 @@ impl Mesher<'_> {
         }
     }
 
-    /// One corner alone inside, or alone outside.
+    /// Adds the triangle that cuts off one corner, alone inside or alone outside.
     fn tip(&mut self, [a, b, c, d]: [u32; 4], inside: bool) {
         let [p, q, r] = [b, c, d].map(|other| match inside {
             true => self.crossing(a, other),

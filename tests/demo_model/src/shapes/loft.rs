@@ -5,10 +5,10 @@ use glam::{DVec3, Vec3};
 use super::{MIN_SEGMENTS, turn};
 use crate::Solid;
 
-/// What becomes of the first and last ring of a loft.
+/// Closure of the first and last ring of a loft.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ends {
-    /// Each is closed by triangles to a point at its centre.
+    /// Closure of each end by triangles to a point at its centre.
     Capped,
     /// The last is joined to the first.
     Joined,

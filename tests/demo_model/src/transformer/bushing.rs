@@ -5,7 +5,7 @@ use crate::shapes::{cuboid, cylinder, lathe, torus};
 use crate::{Finish, Part, Sheds, at, insulator_profile};
 use glam::Vec3;
 
-/// What tells one bushing from another; metres.
+/// Dimensions that distinguish one bushing from another; metres.
 pub(super) struct BushingKind {
     pub(super) sleeve: f32,
     pub(super) porcelain: f32,

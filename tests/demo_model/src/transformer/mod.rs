@@ -38,11 +38,11 @@ const FANS_PER_SIDE: usize = 8;
 const FAN_PITCH: f32 = 0.96;
 const FAN_Y: f32 = 0.82;
 
-/// The conservator's axis.
+/// Middle of the conservator's axis, metres.
 const CONSERVATOR: Vec3 = Vec3::new(-4.95, 5.85, 0.0);
 const TAP_CHANGER: Vec3 = Vec3::new(3.8, COVER_TOP, -0.35);
 
-/// The transformer.
+/// Builds the power transformer.
 ///
 /// # Errors
 /// [`WeldError`] if a dimension above were not finite.

@@ -8,21 +8,21 @@ use crate::shapes::{
 };
 use crate::{Finish, Part, Solid};
 
-/// Between the upper and the lower header, metres.
+/// Distance between the upper and the lower header, metres.
 pub(super) const HEADER_DISTANCE: f32 = 2.7;
-/// From the tank wall to the first panel.
+/// Distance from the tank wall to the first panel, metres.
 const FIRST_PANEL: f32 = 0.30;
 const PANEL_PITCH: f32 = 0.05;
 const PANELS: usize = 20;
 const PANEL_WIDTH: f32 = 0.52;
 const PANEL_THICKNESS: f32 = 0.026;
 const HEADER_RADIUS: f32 = 0.05;
-/// How far the panels reach beyond the headers.
+/// Overhang of the panels beyond the headers, metres.
 const PANEL_OVERHANG: f32 = 0.1;
 
-/// From the tank wall to the middle of the panels.
+/// Distance from the tank wall to the middle of the panels, metres.
 pub(super) const MIDDLE: f32 = FIRST_PANEL + 0.5 * (PANELS - 1) as f32 * PANEL_PITCH;
-/// From the tank wall to the outermost panel.
+/// Distance from the tank wall to the outermost panel, metres.
 pub(super) const REACH: f32 = FIRST_PANEL + (PANELS - 1) as f32 * PANEL_PITCH;
 
 /// A radiator standing out along z from a wall at z = 0, its lower header at
@@ -53,8 +53,8 @@ pub(super) fn radiator() -> Part {
     part
 }
 
-/// One pressed panel about the origin: three oil channels between flat seams,
-/// drawn together at top and bottom.
+/// Builds one pressed panel about the origin: three oil channels between flat seams, drawn together
+/// at top and bottom.
 fn panel() -> Solid {
     let half_height = 0.5 * HEADER_DISTANCE + PANEL_OVERHANG;
     let levels = [

@@ -67,5 +67,5 @@ pub(super) fn motor_drive(shaft_rise: f32) -> Part {
     part
 }
 
-/// From the ribs' face to the motor drive's shaft.
+/// Distance from the ribs' face to the motor drive's shaft, metres.
 pub(super) const DRIVE_SHAFT_X: f32 = 0.31;

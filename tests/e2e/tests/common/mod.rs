@@ -18,7 +18,7 @@ pub(crate) const PIECES: usize = 8;
 const STEPS: u32 = 6;
 /// Quads around and from top to bottom of a ball.
 const BALL: [u32; 2] = [16, 10];
-/// Where the camera stands before the middle of the row.
+/// Position of the camera before the middle of the row.
 const EYE: Vec3 = Vec3::new(PIECES as f32 / 2.0, 0.8, 22.0);
 const FOV_DEGREES: f32 = 24.0;
 

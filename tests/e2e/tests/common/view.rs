@@ -8,9 +8,9 @@ use e2e::faulty_plugins::FaultyPluginScene;
 use e2e::wait_for;
 use rustix::process::Pid;
 
-/// From the death of a plugin until all its tags are bad, at most.
+/// Longest time from the death of a plugin until all its tags are bad.
 pub(crate) const MAX_TO_BAD: Duration = Duration::from_secs(1);
-/// From there until it has values again, a loaded machine included.
+/// Longest time from there until the plugin has values again, a loaded machine included.
 pub(crate) const MAX_TO_GOOD: Duration = Duration::from_secs(10);
 /// The longest frame of a window's kind while a plugin misbehaves. Without other load it
 /// is 100 ms, which `cargo xtask faults` measures; tests run where two cores build and
@@ -21,7 +21,7 @@ pub(crate) const MAX_FRAME: Duration = Duration::from_millis(400);
 /// nobody.
 pub(crate) struct View {
     pub(crate) viewer: Viewer,
-    /// The longest frame so far.
+    /// Duration of the longest frame so far.
     pub(crate) longest: Duration,
     _trouble: FaultyPluginScene,
 }

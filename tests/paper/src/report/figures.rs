@@ -64,7 +64,7 @@ fn border_handling(document: &mut Document, study: &SubjectStudy) {
     document.sheet(&title, 2, levels().map(picture).collect());
 }
 
-/// What comes of vertex arrays as files hold them.
+/// Writes the section about unwelded vertex arrays as files hold them.
 fn split_vertices(document: &mut Document, study: &SubjectStudy) {
     document.heading("Vertex arrays, literally");
     document.text(format!(
@@ -90,7 +90,7 @@ fn split_vertices(document: &mut Document, study: &SubjectStudy) {
     document.sheet("Split vertices", 2, first.collect());
 }
 
-/// Columns of [`level_row`].
+/// Column headings of [`level_row`].
 pub(super) const LEVEL_HEAD: [&str; 9] = [
     "way",
     "vertices",

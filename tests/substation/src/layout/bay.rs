@@ -51,9 +51,9 @@ impl Bay<'_> {
 
 /// Straight behind one another, facing the lines.
 const AHEAD: (f32, f32, f32, f32) = (0.0, 0.0, 0.0, 0.0);
-/// Facing the transformer.
+/// Placement offsets of devices that face the transformer: diagonal, yaw, aside, height.
 const BACK: (f32, f32, f32, f32) = (0.0, 180.0, 0.0, 0.0);
-/// Each under its own tube of the busbar.
+/// Placement offsets of devices that each stand under their own tube of the busbar.
 const DIAGONAL: (f32, f32, f32, f32) = (1.0, 0.0, 0.0, 0.0);
 
 /// Places a bay's devices and wires.

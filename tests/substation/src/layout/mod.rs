@@ -1,5 +1,4 @@
-//! Where everything stands: the two yards, the transformers between them, the
-//! site around.
+//! Layout of the station: the two yards, the transformers between them, the site around.
 
 mod bay;
 mod site;
@@ -25,7 +24,7 @@ pub struct Placement {
     pub phase: Option<u8>,
     /// Name of the model.
     pub model: String,
-    /// Where its origin stands, metres.
+    /// Position of the model's origin, metres.
     pub translation: Vec3,
     /// Turn about the y axis, degrees.
     pub yaw_degrees: f32,

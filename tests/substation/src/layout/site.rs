@@ -1,4 +1,4 @@
-//! What stands between and around the yards.
+//! Layout of the site between and around the yards.
 
 use glam::Vec3;
 

@@ -11,7 +11,7 @@ use crate::models::{
 };
 use crate::{Catalogue, StationError};
 
-/// Kinds of bay.
+/// Kind of a bay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum BayKind {
     Line,

@@ -7,10 +7,10 @@ use super::bay::{Bay, place_bay};
 use super::wires::BayKind;
 use crate::models::{CLASS_126, CLASS_252, Class};
 
-/// One voltage level's yard.
+/// Yard of one voltage level.
 ///
-/// Yard space: x along the busbars, depth positive towards the lines, zero in
-/// the middle of busbar II.
+/// Yard space: x along the busbars, depth positive towards the lines, zero in the middle of busbar
+/// II.
 pub(crate) struct Yard {
     pub(crate) class: &'static Class,
     /// The voltage level (IEC 81346), such as `=S12D1`.
@@ -122,7 +122,7 @@ impl Yard {
     }
 }
 
-/// Places a yard.
+/// Places all devices of a yard.
 pub(crate) fn place_yard(yard: &Yard, placements: &mut Vec<Placement>) {
     let mut numbers = [0_u8; 5];
     for (slot, &kind) in yard.bays.iter().enumerate() {

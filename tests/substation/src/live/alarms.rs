@@ -1,4 +1,4 @@
-//! What the station alarms of its points.
+//! Alarm definitions of the station's points.
 
 use serde_json::{Map, Value, json};
 

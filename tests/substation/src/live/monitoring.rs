@@ -1,4 +1,4 @@
-//! What is made of the points of condition monitoring.
+//! Overlays of condition monitoring for the station's points.
 
 use std::collections::BTreeSet;
 
@@ -52,7 +52,7 @@ pub(super) fn overlays(points: &[Point]) -> [Overlay; 3] {
     ]
 }
 
-/// What points in these roles are at.
+/// Returns the equipment that has points in these roles.
 pub(super) fn equipment<'p>(points: &'p [Point], roles: &[&str]) -> BTreeSet<&'p str> {
     let in_role = points.iter().filter(|point| roles.contains(&point.role));
     in_role.map(|point| point.equipment.as_str()).collect()

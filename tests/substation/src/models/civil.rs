@@ -7,7 +7,7 @@ use glam::{Mat4, Vec3};
 use super::insulator::Column;
 use crate::body::{Body, sheet, tube};
 
-/// Least x and z of the site, metres.
+/// Corner of the site with the least x and z, metres.
 pub(crate) const SITE_MIN: [f32; 2] = [-86.0, -94.0];
 /// Greatest x and z of the site, metres.
 pub(crate) const SITE_MAX: [f32; 2] = [86.0, 70.0];
@@ -153,7 +153,7 @@ pub(super) fn oil_pit() -> Body {
     body
 }
 
-/// Where cable trenches run: start and end, x and z in metres.
+/// Cable trenches by start and end: x and z in metres.
 const TRENCHES: [[[f32; 2]; 2]; 5] = [
     [[-76.0, -54.2], [76.0, -54.2]],
     [[-70.0, 36.4], [60.0, 36.4]],

@@ -25,7 +25,7 @@ pub(super) struct Column {
     pub(super) height: f32,
     /// Radius of the core.
     pub(super) core: f32,
-    /// How far a large shed reaches beyond the core.
+    /// Overhang of a large shed beyond the core, metres.
     pub(super) overhang: f32,
     pub(super) sheds: usize,
 }
@@ -95,12 +95,12 @@ fn string(discs: usize) -> (Body, f32) {
     (body, length)
 }
 
-/// How far a tension set reaches from the beam to the clamp, metres.
+/// Returns the length of a tension set from the beam to the clamp, metres.
 pub(crate) fn tension_reach(discs: usize) -> f32 {
     0.12 + DISC_PITCH * discs as f32 + 0.5
 }
 
-/// Two strings side by side, from the beam at the origin towards -z.
+/// Builds two strings side by side, from the beam at the origin towards -z.
 pub(super) fn tension_set(class: &Class) -> Body {
     let mut body = Body::new();
     let length = tension_reach(class.discs) - 0.5;
@@ -129,7 +129,7 @@ pub(super) fn suspension_set(class: &Class) -> Body {
     body
 }
 
-/// How far the clamp hangs below the beam, metres.
+/// Returns the height of the beam above the clamp, metres.
 pub(crate) fn suspension_reach(discs: usize) -> f32 {
     0.27 + 0.12 + DISC_PITCH * discs as f32
 }

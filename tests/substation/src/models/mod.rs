@@ -31,13 +31,13 @@ pub(crate) struct Class {
     pub(crate) sheds: usize,
     /// Discs of a string.
     pub(crate) discs: usize,
-    /// Distance between phases.
+    /// Distance between phases, metres.
     pub(crate) phase: f32,
-    /// Distance between bays.
+    /// Distance between bays, metres.
     pub(crate) pitch: f32,
 }
 
-/// 220 kV equipment.
+/// Dimensions of 220 kV equipment.
 pub(crate) const CLASS_252: Class = Class {
     highest_kilovolts: 252,
     terminal: 5.5,
@@ -50,7 +50,7 @@ pub(crate) const CLASS_252: Class = Class {
     pitch: 14.0,
 };
 
-/// 110 kV equipment.
+/// Dimensions of 110 kV equipment.
 pub(crate) const CLASS_126: Class = Class {
     highest_kilovolts: 126,
     terminal: 4.1,

@@ -171,7 +171,8 @@ pub(super) fn disconnector(class: &Class) -> Parts {
     }
 }
 
-/// How the parts of a model move, as a configuration words it; none of what stands still.
+/// Returns the moving parts of a model in the form of a configuration; none for models that stand
+/// still.
 pub(crate) fn moving_parts(model: &str) -> Option<Value> {
     let blade = |part: &str, degrees: f32| json!({ "part": part, "mechanism": BLADE, "axis": [0, 1, 0], "degrees": degrees });
     let scissors = json!({ "part": "scissors", "mechanism": BLADE, "scale": [1, 0.3, 1.5] });
@@ -189,7 +190,7 @@ pub(crate) fn moving_parts(model: &str) -> Option<Value> {
     }
 }
 
-/// What moves the current path of a disconnector, and its earthing blade.
+/// Mechanism of a disconnector's current path; that of its earthing blade follows.
 pub(crate) const BLADE: &str = "blade";
 pub(crate) const EARTHING_BLADE: &str = "earthing blade";
 

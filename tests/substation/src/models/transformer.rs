@@ -18,7 +18,7 @@ const PANELS: usize = 10;
 /// A set of bushings on their turrets.
 struct Bushing {
     prefix: &'static str,
-    /// Distance between phases.
+    /// Distance between phases, metres.
     pitch: f32,
     middle: [f32; 2],
     turret: [f32; 2],

@@ -76,7 +76,7 @@ pub(super) fn add_some_measured(
     }
 }
 
-/// By half a percent: within the dead band of a control centre.
+/// Returns a random walk of half a percent, within the deadband of a control centre.
 fn walk(base: f64) -> NormalValue {
     NormalValue::Walk(base, 0.005 * base.abs())
 }

@@ -16,16 +16,16 @@ const LEAKAGE: Quantity = ("SINS.LeakA", "insulator leakage current", "mA", 0.0,
 
 /// Filling pressure of a breaker at 20 °C, bar absolute.
 pub(crate) const SF6_FILLING: f64 = 7.0;
-/// Where an alarm is raised, and where the breaker is locked, bar absolute at 20 °C.
+/// Pressure limit of the alarm, bar absolute at 20 °C; the lock-out limit follows.
 pub(crate) const SF6_ALARM: f64 = 6.4;
 pub(crate) const SF6_LOCK_OUT: f64 = 6.0;
 /// Temperature of gas and of contacts without current, °C.
 const OUTSIDE: f64 = 22.0;
 
-/// What is monitored in a bay: devices of each pole.
+/// Monitored devices of a bay, of each pole.
 pub(super) struct Monitored<'a> {
     pub(super) bay: &'a str,
-    /// Breaker with SF6.
+    /// Flag of a breaker with SF6.
     pub(super) breaker: bool,
     pub(super) arrester: bool,
     /// Devices with a contact that may heat up.
@@ -78,7 +78,7 @@ fn walk(base: f64, amplitude: f64) -> NormalValue {
 /// A point of a transformer: its quantity, role, value, and how many sensors there are.
 type OfTransformer = (Quantity, &'static str, f64, f64, usize);
 
-/// 51 points.
+/// Monitoring points of a transformer, 51 in all.
 const TRANSFORMER: [OfTransformer; 17] = [
     (("SIML.H2", "hydrogen", "ppm", 0.0, 5000.0, SCAN), "hydrogen", 24.0, 0.4, 1),
     (("SIML.CH4", "methane", "ppm", 0.0, 5000.0, SCAN), "methane", 11.0, 0.2, 1),

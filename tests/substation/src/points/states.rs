@@ -42,9 +42,9 @@ pub(super) fn switches(bay: &str) -> Vec<Switch> {
 
 /// The disconnector that has an earthing blade.
 pub(crate) const EARTHED: &str = "-QB9";
-/// Name of breakers.
+/// Name of the breakers' position.
 pub(super) const BREAKER: &str = "breaker";
-/// How an open and a closed switch are told (IEC 61850-7-3, 7.4.4).
+/// Code of an open switch (IEC 61850-7-3, 7.4.4); that of a closed one follows.
 const OPEN: f64 = 1.0;
 const CLOSED: f64 = 2.0;
 

@@ -21,17 +21,17 @@ const ADDRESSES: u32 = 20;
 /// The shortest that the settings allow: then all common addresses are asked, one after
 /// the other.
 const PERIOD_MILLIS: u32 = 1000;
-/// Between two looks at what came.
+/// Polling period of received values.
 const PAUSE: Duration = Duration::from_micros(500);
 
 /// Milliseconds of one interrogation of [`POINTS`], a round each.
 #[derive(Debug, Serialize)]
 pub(crate) struct Interrogations {
     pub(crate) server: &'static str,
-    /// From the plugin's start, with connecting and the start of data transfer, until the
+    /// Seconds from the plugin's start, with connecting and the start of data transfer, until the
     /// host has all values.
     pub(crate) ours: Vec<f64>,
-    /// From the request to its end, on a connection that is there.
+    /// Seconds from the request to its end, on an open connection.
     pub(crate) peers: Vec<f64>,
 }
 
@@ -108,7 +108,7 @@ fn take(telemetry: &RunningTelemetry, count: u32) -> Result<()> {
     Ok(())
 }
 
-/// Seconds.
+/// Runs one interrogation by the peer; returns its seconds.
 fn theirs(client: &mut Peer, addresses: u32) -> Result<f64> {
     let answer = client.ask(&json!({ "addresses": addresses }))?;
     let points = number(&answer, "points")?;

@@ -22,13 +22,13 @@ const VALUES: u32 = FLOATS + 1;
 /// that together, so one is always due, and the adapter never waits.
 const GROUPS: u32 = 8;
 const POLL_MILLIS: u32 = 50;
-/// Of a round; until the first of it, the adapter settles.
+/// Duration of a round; until the first one, the adapter settles.
 const ROUND: Duration = Duration::from_secs(3);
 const SETTLING: Duration = Duration::from_millis(500);
-/// Between two looks at what came.
+/// Polling period of received values.
 const PAUSE: Duration = Duration::from_millis(10);
 
-/// Which registers there are.
+/// Layout of the registers: units and blocks.
 #[derive(Clone, Copy)]
 struct Layout {
     units: u32,

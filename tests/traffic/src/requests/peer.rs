@@ -11,7 +11,7 @@ use serde_json::Value;
 pub(crate) struct Peer {
     child: Child,
     lines: Lines<BufReader<ChildStdout>>,
-    /// What it said after `READY`.
+    /// Text of the peer after `READY`.
     pub(crate) greeting: String,
 }
 

@@ -31,7 +31,7 @@ pub(crate) fn exchanges_per_second(duration: Duration) -> Result<f64> {
     Ok(rate)
 }
 
-/// Until the client closes.
+/// Answers one client until it closes.
 fn answer(listener: &TcpListener) -> Result<()> {
     let (mut stream, _) = listener.accept()?;
     stream.set_nodelay(true)?;

@@ -20,14 +20,14 @@ use vulkan_faults::{
 
 /// Says how many faults are to strike, or "all".
 const COUNT_VARIABLE: &str = "BUSBAR_VULKAN_FAULTS";
-/// What the sample is drawn with; another number gives another sample.
+/// Environment variable with the seed of the random sample of faults.
 const SEED_VARIABLE: &str = "BUSBAR_VULKAN_SEED";
 const DEFAULT_SEED: u64 = 7;
 
 /// The scene in a folder of its own.
 pub(crate) struct Subject {
     pub(crate) folder: TempDir,
-    /// Whether devices say that they are cards.
+    /// Flag that makes devices report a graphics card.
     pub(crate) as_card: bool,
 }
 
@@ -41,7 +41,7 @@ impl Subject {
         Self::with_sheets(view, 0)
     }
 
-    /// The same with so many sheets before it, of some thousand triangles each.
+    /// Creates a scene with additional sheets in front, of some thousand triangles each.
     pub(crate) fn with_sheets(mut view: Value, sheets: usize) -> Self {
         view["camera"] = "front".into();
         let folder = tempfile::tempdir().expect("a temporary folder can be made");
@@ -118,7 +118,7 @@ impl Subject {
     }
 }
 
-/// Every call with every code that it may give.
+/// Lists every call with every code that it may return.
 pub(crate) fn faults_of(calls: &[String]) -> Vec<VulkanFault> {
     let mut seen: BTreeMap<&str, u32> = BTreeMap::new();
     let mut faults = Vec::new();
@@ -149,7 +149,7 @@ pub(crate) fn sample(mut faults: Vec<VulkanFault>, count: usize) -> Vec<VulkanFa
     first.into_iter().chain(rest).take(count).collect()
 }
 
-/// Whether nothing can be drawn after it: no driver answers at the start.
+/// Reports whether rendering is impossible after the fault, since no driver answers at the start.
 pub(crate) fn is_final(fault: &VulkanFault) -> bool {
     const INITIALIZATION_FAILED: i32 = -3;
     const EXTENSION_NOT_PRESENT: i32 = -7;
