@@ -3,7 +3,7 @@
 use std::collections::{HashMap, VecDeque};
 
 use busbar_protocol::message::{
-    AlarmAction, AlarmStanding, CameraPose, EquipmentVerdict, TagQuality,
+    AlarmAction, AlarmStanding, CameraPose, TagStanding, VerdictStanding,
 };
 
 /// Events that wait and are not merged. Beyond that, states of an alarm are merged into its
@@ -38,28 +38,10 @@ pub enum Event {
         /// What.
         action: AlarmAction,
     },
-    /// What a tag is worth. Merged by tag.
-    Quality {
-        /// Its id.
-        tag: String,
-        /// By which it can be relied on.
-        quality: TagQuality,
-        /// Why it is not good; else empty.
-        reason: String,
-    },
+    /// Quality and origins of a tag's value. Merged by tag.
+    Quality(TagStanding),
     /// Verdict of an overlay on a piece of equipment. Merged by both.
-    Verdict {
-        /// Equipment id.
-        equipment: String,
-        /// Name of the overlay's plugin instance.
-        overlay: String,
-        /// The verdict.
-        verdict: EquipmentVerdict,
-        /// Reports whether it rests on a default, which the reason names.
-        is_assumed: bool,
-        /// Reason; empty for none.
-        reason: String,
-    },
+    Verdict(VerdictStanding),
     /// How a plugin instance goes. Merged by plugin.
     Plugin {
         /// Its name.
@@ -123,9 +105,9 @@ impl Event {
             Self::Frame => Some(Key::Frame),
             Self::Hovered(_) => Some(Key::Hovered),
             Self::Camera(_) => Some(Key::Camera),
-            Self::Quality { tag, .. } => Some(Key::Quality(tag.clone())),
-            Self::Verdict { equipment, overlay, .. } => {
-                Some(Key::Verdict(equipment.clone(), overlay.clone()))
+            Self::Quality(standing) => Some(Key::Quality(standing.tag.clone())),
+            Self::Verdict(standing) => {
+                Some(Key::Verdict(standing.equipment.clone(), standing.overlay.clone()))
             }
             Self::Plugin { plugin, .. } => Some(Key::Plugin(plugin.clone())),
             _ => None,
@@ -194,6 +176,8 @@ impl Events {
 
 #[cfg(test)]
 mod tests {
+    use busbar_protocol::message::TagQuality;
+
     use super::*;
 
     fn alarm(number: usize, state: u8) -> Event {
@@ -202,7 +186,8 @@ mod tests {
     }
 
     fn quality(tag: &str) -> Event {
-        Event::Quality { tag: tag.into(), quality: TagQuality::Good, reason: String::new() }
+        let (quality, origins) = (TagQuality::Good, Vec::new());
+        Event::Quality(TagStanding { tag: tag.into(), quality, origins, reason: String::new() })
     }
 
     #[test]

@@ -170,10 +170,8 @@ impl Watch {
                 Event::Alarm(standing)
             }
             FromViewer::Asked { alarm, action } => Event::Asked { alarm, action },
-            FromViewer::Quality { tag, quality, reason } => Event::Quality { tag, quality, reason },
-            FromViewer::Verdict { equipment, overlay, verdict, is_assumed, reason } => {
-                Event::Verdict { equipment, overlay, verdict, is_assumed, reason }
-            }
+            FromViewer::Quality(standing) => Event::Quality(standing),
+            FromViewer::Verdict(standing) => Event::Verdict(standing),
             FromViewer::Plugin { plugin, state } => Event::Plugin { plugin, state },
             FromViewer::Refused(words) => Event::Error(words),
             FromViewer::Failed(words) => {

@@ -39,7 +39,7 @@
 #include <stdint.h>
 
 // Version of this interface: of another one, do not use the library.
-#define BUSBAR_VIEW_ABI 1
+#define BUSBAR_VIEW_ABI 2
 
 // Done.
 #define BUSBAR_VIEW_OK 0
@@ -122,7 +122,8 @@
 // BUSBAR_VIEW_ACKNOWLEDGE and so on; `number`: seconds on the shelf.
 #define BUSBAR_VIEW_ASKED 7
 
-// The tag `id` is good, uncertain or bad (`state`), for the reason `text`. Merged by tag.
+// The tag `id` is good, uncertain or bad (`state`), for the reason `text`. `origins` says of
+// what its value is besides the live process: mark a value that has any. Merged by tag.
 #define BUSBAR_VIEW_QUALITY 8
 
 // The plugin instance `id` goes as `text` says. Merged by plugin.
@@ -148,6 +149,21 @@
 // overlay's name, a line feed, and the reason; `number` is 1 where it rests on a default, which
 // the reason names. Merged by overlay and equipment.
 #define BUSBAR_VIEW_VERDICT 14
+
+// Origin of a value that a person or program put in place of the measured one.
+#define BUSBAR_VIEW_SUBSTITUTED 1
+
+// Origin of a value from a device under test.
+#define BUSBAR_VIEW_TEST 2
+
+// Origin of a value that a simulator made.
+#define BUSBAR_VIEW_SIMULATED 4
+
+// Origin of a value that is replayed from a recording.
+#define BUSBAR_VIEW_RECORDED 8
+
+// Origin of a value of the past, as its source says.
+#define BUSBAR_VIEW_HISTORICAL 16
 
 // Within its limits.
 #define BUSBAR_VIEW_NORMAL 0
@@ -240,6 +256,10 @@ typedef struct BusbarViewEvent {
   int64_t unix_nanos;
   // See the kind.
   double number;
+  // Sum of BUSBAR_VIEW_SUBSTITUTED and so on; 0 for a live value, and for other kinds of event.
+  uint32_t origins;
+  // Always 0.
+  uint32_t reserved;
   // Where the camera stands, world space in metres.
   float eye[3];
   // What it looks at.

@@ -3,7 +3,7 @@
 use std::ffi::{c_char, c_void};
 
 /// Version of this interface: of another one, do not use the library.
-pub const BUSBAR_VIEW_ABI: u32 = 1;
+pub const BUSBAR_VIEW_ABI: u32 = 2;
 
 /// Done.
 pub const BUSBAR_VIEW_OK: i32 = 0;
@@ -67,7 +67,8 @@ pub const BUSBAR_VIEW_ALARM: u32 = 6;
 /// An operator wants something of the alarm `id`, which your program decides on. `state`:
 /// BUSBAR_VIEW_ACKNOWLEDGE and so on; `number`: seconds on the shelf.
 pub const BUSBAR_VIEW_ASKED: u32 = 7;
-/// The tag `id` is good, uncertain or bad (`state`), for the reason `text`. Merged by tag.
+/// The tag `id` is good, uncertain or bad (`state`), for the reason `text`. `origins` says of
+/// what its value is besides the live process: mark a value that has any. Merged by tag.
 pub const BUSBAR_VIEW_QUALITY: u32 = 8;
 /// The plugin instance `id` goes as `text` says. Merged by plugin.
 pub const BUSBAR_VIEW_PLUGIN: u32 = 9;
@@ -88,6 +89,17 @@ pub const BUSBAR_VIEW_RELOADED: u32 = 13;
 /// overlay's name, a line feed, and the reason; `number` is 1 where it rests on a default, which
 /// the reason names. Merged by overlay and equipment.
 pub const BUSBAR_VIEW_VERDICT: u32 = 14;
+
+/// Origin of a value that a person or program put in place of the measured one.
+pub const BUSBAR_VIEW_SUBSTITUTED: u32 = 1;
+/// Origin of a value from a device under test.
+pub const BUSBAR_VIEW_TEST: u32 = 2;
+/// Origin of a value that a simulator made.
+pub const BUSBAR_VIEW_SIMULATED: u32 = 4;
+/// Origin of a value that is replayed from a recording.
+pub const BUSBAR_VIEW_RECORDED: u32 = 8;
+/// Origin of a value of the past, as its source says.
+pub const BUSBAR_VIEW_HISTORICAL: u32 = 16;
 
 /// Within its limits.
 pub const BUSBAR_VIEW_NORMAL: u32 = 0;
@@ -171,6 +183,10 @@ pub struct BusbarViewEvent {
     pub unix_nanos: i64,
     /// See the kind.
     pub number: f64,
+    /// Sum of BUSBAR_VIEW_SUBSTITUTED and so on; 0 for a live value, and for other kinds of event.
+    pub origins: u32,
+    /// Always 0.
+    pub reserved: u32,
     /// Where the camera stands, world space in metres.
     pub eye: [f32; 3],
     /// What it looks at.

@@ -4,7 +4,7 @@ use std::ffi::{CString, c_void};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use busbar_client::{Event, Options, View};
-use busbar_protocol::message::{AlarmAction, EquipmentVerdict, TagQuality};
+use busbar_protocol::message::{AlarmAction, EquipmentVerdict, TagOrigin, TagQuality, TagStanding};
 
 use crate::abi::*;
 use crate::strings::to_c;
@@ -105,6 +105,8 @@ fn to_event(event: Event, dropped: u32, held: &mut Held) -> BusbarViewEvent {
         dropped,
         unix_nanos: 0,
         number: 0.0,
+        origins: 0,
+        reserved: 0,
         eye: [0.0; 3],
         target: [0.0; 3],
         id: std::ptr::null(),
@@ -129,14 +131,16 @@ fn to_event(event: Event, dropped: u32, held: &mut Held) -> BusbarViewEvent {
             (told.state, told.number) = action_number(action);
             (BUSBAR_VIEW_ASKED, alarm, none)
         }
-        Event::Quality { tag, quality, reason } => {
+        Event::Quality(TagStanding { tag, quality, origins, reason }) => {
             told.state = quality_number(quality);
+            told.origins = origins.into_iter().fold(0, |all, origin| all | origin_bit(origin));
             (BUSBAR_VIEW_QUALITY, tag, reason)
         }
-        Event::Verdict { equipment, overlay, verdict, is_assumed, reason } => {
-            told.state = verdict_number(verdict);
-            told.number = f64::from(u8::from(is_assumed));
-            (BUSBAR_VIEW_VERDICT, equipment, format!("{overlay}\n{reason}"))
+        Event::Verdict(standing) => {
+            told.state = verdict_number(standing.verdict);
+            told.number = f64::from(u8::from(standing.is_assumed));
+            let text = format!("{}\n{}", standing.overlay, standing.reason);
+            (BUSBAR_VIEW_VERDICT, standing.equipment, text)
         }
         Event::Plugin { plugin, state } => (BUSBAR_VIEW_PLUGIN, plugin, state),
         Event::Error(words) | Event::Failed(words) => (BUSBAR_VIEW_ERROR, none, words),
@@ -161,6 +165,16 @@ fn quality_number(quality: TagQuality) -> u32 {
         TagQuality::Good => BUSBAR_VIEW_GOOD,
         TagQuality::Uncertain => BUSBAR_VIEW_UNCERTAIN,
         TagQuality::Bad => BUSBAR_VIEW_BAD,
+    }
+}
+
+fn origin_bit(origin: TagOrigin) -> u32 {
+    match origin {
+        TagOrigin::Substituted => BUSBAR_VIEW_SUBSTITUTED,
+        TagOrigin::Test => BUSBAR_VIEW_TEST,
+        TagOrigin::Simulated => BUSBAR_VIEW_SIMULATED,
+        TagOrigin::Recorded => BUSBAR_VIEW_RECORDED,
+        TagOrigin::Historical => BUSBAR_VIEW_HISTORICAL,
     }
 }
 

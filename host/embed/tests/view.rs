@@ -114,6 +114,29 @@ fn a_value_that_nobody_repeats_goes_stale_and_an_alarm_is_told() {
 }
 
 #[test]
+fn the_origin_of_a_value_is_told_with_its_quality() {
+    let mut scene = scene();
+    scene.lend("sample_generator");
+    scene.config["plugins"]["generator"] = serde_json::json!({ "plugin": "sample_generator" });
+    scene.config["tags"]["made"] = serde_json::json!({
+        "type": "f64", "source": { "plugin": "generator", "address": {} },
+    });
+    let mut host = Host::open(&scene);
+    let is_good = |id: &'static str| {
+        move |e: &Happened| {
+            e.kind == BUSBAR_VIEW_QUALITY && e.id == id && e.state == BUSBAR_VIEW_GOOD
+        }
+    };
+    let made = host.wait("good tag of a simulator", is_good("made"));
+    assert_eq!(made.origins, BUSBAR_VIEW_SIMULATED);
+    host.set_tag(TOP_OIL, f64::NAN);
+    let own = host.wait("tag of the program", |e| {
+        e.kind == BUSBAR_VIEW_QUALITY && e.id == TOP_OIL && e.state != BUSBAR_VIEW_GOOD
+    });
+    assert_eq!(own.origins, 0);
+}
+
+#[test]
 fn theta_and_layers_are_the_programs_too() {
     let scene = scene();
     let mut host = Host::open(&scene);

@@ -52,7 +52,7 @@ impl CollapseStacks {
     ///
     /// # Errors
     /// As [`merge`].
-    pub fn from_cursor(&self, cursor: u32) -> Result<(Mesh, CollapseSequence), SequenceError> {
+    pub fn baked_at_cursor(&self, cursor: u32) -> Result<(Mesh, CollapseSequence), SequenceError> {
         let sections = self.mesh().sections.len() as u32;
         let as_it_is = MergePart {
             stacks: self,
@@ -233,10 +233,10 @@ mod tests {
         assert_eq!(sequence.len(), a.collapse_count() - 3 + b.collapse_count());
         let whole = CollapseStacks::build(mesh, &sequence);
         for error in [0.0, 0.3, 0.5, 1.0, 2.5, 9.0] {
-            let mut expected = points(&a, a.cursor_within(error).max(3), Mat4::IDENTITY);
-            expected.extend(points(&b, b.cursor_within(error / 2.0), there));
+            let mut expected = points(&a, a.cursor_for_error(error).max(3), Mat4::IDENTITY);
+            expected.extend(points(&b, b.cursor_for_error(error / 2.0), there));
             expected.sort_unstable();
-            assert_eq!(points(&whole, whole.cursor_within(error), Mat4::IDENTITY), expected);
+            assert_eq!(points(&whole, whole.cursor_for_error(error), Mat4::IDENTITY), expected);
         }
     }
 

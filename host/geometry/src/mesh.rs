@@ -161,7 +161,7 @@ impl Mesh {
 
     /// The box around all positions; `None` for an empty mesh.
     pub fn bounds(&self) -> Option<Bounds> {
-        Bounds::around(self.positions.iter().copied())
+        Bounds::from_points(self.positions.iter().copied())
     }
 }
 
@@ -188,7 +188,7 @@ impl Wedges {
 
 impl Bounds {
     /// The box around points; `None` when there are none.
-    pub fn around(points: impl IntoIterator<Item = Vec3>) -> Option<Self> {
+    pub fn from_points(points: impl IntoIterator<Item = Vec3>) -> Option<Self> {
         points.into_iter().fold(None, |bounds, point| match bounds {
             None => Some(Self { min: point, max: point }),
             Some(b) => Some(Self { min: b.min.min(point), max: b.max.max(point) }),

@@ -94,7 +94,7 @@ impl CollapseSequence {
     }
 
     /// A sequence in which nothing collapses.
-    pub fn none(position_count: u32) -> Self {
+    pub fn empty(position_count: u32) -> Self {
         Self { entries: Vec::new(), position_count }
     }
 

@@ -15,12 +15,12 @@ pub struct ImportError {
     /// JSON pointer of the value at fault, or what part of the file it is in.
     pub place: String,
     /// What is wrong.
-    pub fault: Fault,
+    pub fault: ImportFault,
 }
 
 /// What is wrong with a file.
 #[derive(Debug, Error)]
-pub enum Fault {
+pub enum ImportFault {
     /// A file cannot be opened or read.
     #[error("cannot read '{path}': {reason}")]
     Read {
@@ -130,7 +130,7 @@ pub enum Fault {
     Panicked(String),
 }
 
-impl Fault {
+impl ImportFault {
     /// What the reader of the message can do.
     pub fn remedy(&self) -> &'static str {
         match self {
@@ -162,7 +162,7 @@ impl Fault {
 }
 
 impl ImportError {
-    pub(crate) fn new(place: impl Into<String>, fault: Fault) -> Self {
+    pub(crate) fn new(place: impl Into<String>, fault: ImportFault) -> Self {
         Self { file: PathBuf::new(), place: place.into(), fault }
     }
 
@@ -174,7 +174,7 @@ impl ImportError {
     }
 }
 
-impl Fault {
+impl ImportFault {
     /// This fault, at a place.
     pub(crate) fn at(self, place: impl Into<String>) -> ImportError {
         ImportError::new(place, self)
@@ -189,5 +189,5 @@ pub(crate) fn item<'a, T>(
     place: impl FnOnce() -> String,
 ) -> Result<&'a T, ImportError> {
     let count = items.len();
-    items.get(index).ok_or_else(|| Fault::Index { what, index, count }.at(place()))
+    items.get(index).ok_or_else(|| ImportFault::Index { what, index, count }.at(place()))
 }

@@ -12,7 +12,7 @@ use gltf::json::{self, Root};
 
 use crate::accessor::Accessor;
 use crate::buffers::Buffers;
-use crate::error::{Fault, ImportError, item};
+use crate::error::{ImportError, ImportFault, item};
 use crate::extensions::{Extensions, MESH_FEATURES, PrimitiveFeatures};
 use crate::features::FeatureIds;
 use crate::report::Notes;
@@ -53,7 +53,7 @@ impl<'a> Primitive<'a> {
         place: Place,
     ) -> Result<Option<Self>, ImportError> {
         let Checked::Valid(mode) = primitive.mode else {
-            return Err(Fault::Invalid("unknown mode".into()).at(place.pointer("/mode")));
+            return Err(ImportFault::Invalid("unknown mode".into()).at(place.pointer("/mode")));
         };
         if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
             return Ok(None);
@@ -94,7 +94,7 @@ impl<'a> Primitive<'a> {
             if other.count != positions.count {
                 let what =
                     format!("attributes of {} and {} vertices", positions.count, other.count);
-                return Err(Fault::Invalid(what).at(place.pointer("/attributes")));
+                return Err(ImportFault::Invalid(what).at(place.pointer("/attributes")));
             }
         }
         Ok(Some(Self { positions, normals, uvs, features, indices, material, mode }))
@@ -191,13 +191,13 @@ fn feature_ids<'a>(
     };
     let Some(accessor) = found.accessor else {
         let what = format!("the primitive has no attribute {}", found.attribute);
-        return Err(Fault::Invalid(what).at(here("/attribute")));
+        return Err(ImportFault::Invalid(what).at(here("/attribute")));
     };
     let named_by = || place.pointer(&format!("/attributes/{}", found.attribute));
     let ids = Accessor::new(root, buffers, as_index(accessor), named_by)?;
     FEATURE_ID.check(&ids, named_by)?;
     if ids.normalized {
-        return Err(Fault::Invalid("feature ids cannot be normalised".into()).at(named_by()));
+        return Err(ImportFault::Invalid("feature ids cannot be normalised".into()).at(named_by()));
     }
     let table = found.set.property_table.map(as_index);
     if let Some(table) = table {
@@ -239,7 +239,7 @@ impl Rule {
             return Ok(());
         }
         let what = format!("{} cannot be {shape:?} of {component_type:?}", self.what);
-        Err(Fault::Invalid(what).at(place()))
+        Err(ImportFault::Invalid(what).at(place()))
     }
 }
 

@@ -6,7 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 /// Version of these messages.
-pub const PROTOCOL_VERSION: u32 = 4;
+pub const PROTOCOL_VERSION: u32 = 5;
 /// The longest message, either way.
 pub const MAX_MESSAGE_BYTES: usize = 4 << 20;
 /// The longest id, name or path in a message, bytes.
@@ -223,6 +223,49 @@ pub enum TagQuality {
     Bad,
 }
 
+/// Source of a value that was not measured just now by the process itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum TagOrigin {
+    /// Put in place of the measured value by a person or program.
+    Substituted,
+    /// Sent by a device under test.
+    Test,
+    /// Made by a simulator.
+    Simulated,
+    /// Replayed from a recording.
+    Recorded,
+    /// Out of the past, as the source says.
+    Historical,
+}
+
+/// Quality and origins of a tag's value.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TagStanding {
+    /// Id of the tag.
+    pub tag: String,
+    /// Quality of the value, freshness included.
+    pub quality: TagQuality,
+    /// Origins besides the live process; none for a live value.
+    pub origins: Vec<TagOrigin>,
+    /// Reason in words for a quality that is not good; else empty.
+    pub reason: String,
+}
+
+/// Verdict of an overlay on a piece of equipment, with its reason.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct VerdictStanding {
+    /// Equipment id, as the overlay describes it.
+    pub equipment: String,
+    /// Name of the overlay's plugin instance.
+    pub overlay: String,
+    /// Verdict on the equipment.
+    pub verdict: EquipmentVerdict,
+    /// Marks a verdict that rests on a default, which the reason names.
+    pub is_assumed: bool,
+    /// Reason in words; empty for none.
+    pub reason: String,
+}
+
 /// Judgment of an overlay on a piece of equipment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum EquipmentVerdict {
@@ -279,28 +322,10 @@ pub enum FromViewer {
         /// What.
         action: AlarmAction,
     },
-    /// What a tag's value is worth by now.
-    Quality {
-        /// Its id.
-        tag: String,
-        /// By which it can be relied on.
-        quality: TagQuality,
-        /// Why it is not good, in words; else empty.
-        reason: String,
-    },
+    /// Quality and origins of a tag's value by now.
+    Quality(TagStanding),
     /// Verdict of an overlay on a piece of equipment by now.
-    Verdict {
-        /// Equipment id, as the overlay describes it.
-        equipment: String,
-        /// Name of the overlay's plugin instance.
-        overlay: String,
-        /// The verdict.
-        verdict: EquipmentVerdict,
-        /// Reports whether it rests on a default, which the reason names.
-        is_assumed: bool,
-        /// Reason, in words; empty for none.
-        reason: String,
-    },
+    Verdict(VerdictStanding),
     /// How a plugin instance goes.
     Plugin {
         /// Its name.

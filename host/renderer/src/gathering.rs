@@ -75,7 +75,8 @@ impl Outlook {
             mesh.corner_positions(triangle).map(|position| mesh.positions[position as usize])
         };
         let block = |triangles: &[[u32; 3]]| {
-            let bounds = Bounds::around(triangles.iter().flat_map(corners)).unwrap_or_default();
+            let bounds =
+                Bounds::from_points(triangles.iter().flat_map(corners)).unwrap_or_default();
             let mut normals = [[0; BLOCK]; 3];
             for (at, triangle) in triangles.iter().enumerate() {
                 let [a, b, c] = corners(triangle);

@@ -253,7 +253,7 @@ impl Projected {
             *place = (Vec2::new(corner.x, corner.y) * depth * scale + scale).extend(depth);
         }
         let places = &places[..corners.len()];
-        let Bounds { min: least, max: most } = Bounds::around(places.iter().copied())?;
+        let Bounds { min: least, max: most } = Bounds::from_points(places.iter().copied())?;
         let farthest = least.abs().max(most.abs()).truncate().max_element();
         let are_places = places.iter().all(|place| place.is_finite()) && farthest < MAX_PLACE;
         if places.len() < 3 || !are_places {

@@ -137,7 +137,7 @@ impl Morpher {
         for step in &steps {
             let coarser = step.coarser();
             if !self.is_ready(coarser) {
-                let standing = step.mesh.stacks.standing_wedges(coarser.cursor);
+                let standing = step.mesh.stacks.representative_wedges(coarser.cursor);
                 self.insert(recorder, models, coarser, &standing)?;
             }
         }

@@ -105,7 +105,9 @@ impl Request {
     fn resolve(self, source: Source<'_>) -> Resolved {
         match self {
             Self::Triangles(key) => Resolved::Triangles(ResolvedTriangles::of(source, key.cursor)),
-            Self::Standing(key) => Resolved::Standing(source.stacks.standing_wedges(key.cursor)),
+            Self::Standing(key) => {
+                Resolved::Standing(source.stacks.representative_wedges(key.cursor))
+            }
         }
     }
 }
@@ -319,7 +321,7 @@ mod tests {
         resolver.request([(way(50), whole(&stacks))].into_iter());
         let (request, resolved) = wait_for_one(&mut resolver, u64::MAX).unwrap();
         let Resolved::Standing(standing) = resolved else { panic!("standing vertices") };
-        assert_eq!((request, standing), (way(50), stacks.standing_wedges(50)));
+        assert_eq!((request, standing), (way(50), stacks.representative_wedges(50)));
         assert_eq!((resolver.waiting(), resolver.pending_bytes), (0, 0));
     }
 

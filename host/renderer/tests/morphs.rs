@@ -38,7 +38,7 @@ fn at(model: ModelHandle, cursor: u32) -> DrawInstance {
 /// The finer mesh with its vertices on their way, worked out here: the pass's twin.
 fn bent(stacks: &CollapseStacks, weight: f32) -> Mesh {
     let wedges = &stacks.mesh().wedges;
-    let standing = stacks.standing_wedges(COARSER);
+    let standing = stacks.representative_wedges(COARSER);
     let ways = || standing.iter().enumerate().map(|(wedge, &to)| (wedge, to as usize));
     let position = |wedge: usize| stacks.mesh().positions[wedges.position[wedge] as usize];
     let primitive = RawPrimitive {

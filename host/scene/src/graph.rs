@@ -144,8 +144,8 @@ pub struct ModelParts(Arc<Parts>);
 
 impl ModelParts {
     /// Of a model as imported.
-    pub fn of(model: &Model) -> Self {
-        Self(Arc::new(Parts::of(model)))
+    pub fn from_model(model: &Model) -> Self {
+        Self(Arc::new(Parts::from_model(model)))
     }
 }
 
@@ -183,14 +183,14 @@ impl SceneGraph {
         placements: impl IntoIterator<Item = P, IntoIter: Clone>,
         models: &[Model],
     ) -> Result<Self, SceneError> {
-        Self::of_parts(placements, models.iter().map(ModelParts::of).collect())
+        Self::from_parts(placements, models.iter().map(ModelParts::from_model).collect())
     }
 
     /// Places models whose parts are known, one for each index.
     ///
     /// # Errors
     /// As [`SceneGraph::build`].
-    pub fn of_parts<P: Borrow<Placement>>(
+    pub fn from_parts<P: Borrow<Placement>>(
         placements: impl IntoIterator<Item = P, IntoIter: Clone>,
         models: Vec<ModelParts>,
     ) -> Result<Self, SceneError> {
@@ -278,21 +278,21 @@ impl SceneGraph {
 
     /// Shows the meshes of a model as the pieces that they were taken apart into: for
     /// each mesh the range of its pieces, for each piece its box in mesh space.
-    pub fn take_apart(
+    pub fn split_meshes(
         &mut self,
         model: ModelIndex,
         pieces: &[Range<u32>],
         boxes: &[Option<Bounds>],
     ) {
-        self.instances.take_apart(model, pieces, boxes);
+        self.instances.split_meshes(model, pieces, boxes);
     }
 
     /// Moves a part of a placement, with what hangs under it, from where its model has it:
     /// `pose` is a transform of the part's own space; `None` puts it back. Gives the
     /// instances that moved, by index. What a box around a whole placement holds stays.
-    pub fn pose(&mut self, part: NodeIndex, pose: Option<Mat4>) -> Vec<usize> {
+    pub fn set_part_pose(&mut self, part: NodeIndex, pose: Option<Mat4>) -> Vec<usize> {
         let place = self.nodes.place_of(part);
-        let Some(index) = place.part.filter(|_| self.nodes.pose(place, pose)) else {
+        let Some(index) = place.part.filter(|_| self.nodes.set_part_pose(place, pose)) else {
             return Vec::new();
         };
         let hangs_under = |instance: &usize| {
@@ -356,7 +356,7 @@ impl SceneGraph {
 }
 
 /// By how much a transform stretches at most along an axis of the mesh.
-pub fn greatest_stretch(transform: &Mat4) -> f32 {
+pub fn max_scale_factor(transform: &Mat4) -> f32 {
     let [x, y, z] =
         [transform.x_axis, transform.y_axis, transform.z_axis].map(|axis| axis.truncate().length());
     x.max(y).max(z).max(f32::MIN_POSITIVE)

@@ -53,14 +53,14 @@ pub fn find_groups(graph: &SceneGraph, may: impl Fn(&MeshInstance) -> bool) -> V
     }
     let starts: Vec<u32> = groups.iter().map(|group| group.instances.start).collect();
     for group in &mut groups {
-        group.after = first_after(&starts, group.instances.end);
+        group.after = first_group_after(&starts, group.instances.end);
     }
     find_kinds(graph, &mut groups);
     groups
 }
 
 /// Index of the first group that begins after some instances, of groups in their order.
-pub fn first_after(starts: &[u32], end: u32) -> u32 {
+pub fn first_group_after(starts: &[u32], end: u32) -> u32 {
     starts.partition_point(|&start| start < end) as u32
 }
 

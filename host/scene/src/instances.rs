@@ -19,7 +19,7 @@ pub struct MeshInstance {
     /// Model the mesh belongs to.
     pub model: ModelIndex,
     /// Index into the model's meshes, or their pieces
-    /// ([`SceneGraph::take_apart`](crate::SceneGraph::take_apart)).
+    /// ([`SceneGraph::split_meshes`](crate::SceneGraph::take_apart)).
     pub mesh: u32,
     /// The placement's own theta policy; none where the model's holds.
     pub theta: Option<PolicyIndex>,
@@ -120,8 +120,8 @@ impl Instances {
         first..first + count
     }
 
-    /// See [`crate::SceneGraph::take_apart`].
-    pub(crate) fn take_apart(
+    /// See [`crate::SceneGraph::split_meshes`].
+    pub(crate) fn split_meshes(
         &mut self,
         model: ModelIndex,
         pieces: &[Range<u32>],

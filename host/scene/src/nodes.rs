@@ -245,7 +245,7 @@ impl Nodes {
     }
 
     /// Moves a part from where its model has it, or back there; whether that changes it.
-    pub(crate) fn pose(&mut self, place: Place, pose: Option<Mat4>) -> bool {
+    pub(crate) fn set_part_pose(&mut self, place: Place, pose: Option<Mat4>) -> bool {
         self.poses.set(place, pose)
     }
 

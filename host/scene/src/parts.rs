@@ -38,7 +38,7 @@ pub(crate) struct PartMesh {
 }
 
 impl Parts {
-    pub(crate) fn of(model: &Model) -> Self {
+    pub(crate) fn from_model(model: &Model) -> Self {
         let mut parts = Self::default();
         let boxes: Vec<Option<Bounds>> = model.meshes.iter().map(Mesh::bounds).collect();
         let short_ids = features::short_ids(model);

@@ -23,11 +23,11 @@ pub enum ThetaPolicy {
 
 /// How an instance is seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sight {
+pub struct ViewMetrics {
     /// From the eye to the instance's bounds, metres.
     pub distance: f32,
     /// What a pixel covers at least at that distance, metres.
-    pub pixel: f32,
+    pub meters_per_pixel: f32,
 }
 
 /// How far a mesh may be collapsed.
@@ -87,11 +87,11 @@ impl ThetaPolicy {
 
     /// The level of an instance that was last at level `last`; without `last` the
     /// past plays no part.
-    pub fn level(&self, sight: Sight, last: Option<u32>) -> u32 {
+    pub fn level(&self, view: ViewMetrics, last: Option<u32>) -> u32 {
         match self {
             Self::Fixed(_) => 0,
-            Self::Distance(table) => table.level(sight.distance, last),
-            Self::ScreenError(error) => error.level(sight.pixel, last),
+            Self::Distance(table) => table.level(view.distance, last),
+            Self::ScreenError(error) => error.level(view.meters_per_pixel, last),
         }
     }
 
@@ -126,8 +126,8 @@ mod tests {
         ThetaPolicy::Distance(DistanceTable::new(levels.to_vec(), hysteresis))
     }
 
-    fn at(distance: f32) -> Sight {
-        Sight { distance, pixel: distance * 1e-3 }
+    fn at(distance: f32) -> ViewMetrics {
+        ViewMetrics { distance, meters_per_pixel: distance * 1e-3 }
     }
 
     /// Levels of an eye at these distances, one after the other.

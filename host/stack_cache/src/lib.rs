@@ -24,7 +24,7 @@ use std::time::SystemTime;
 use busbar_geometry::{CollapseStacks, Mesh, StackTables, WeldReport};
 use thiserror::Error;
 
-pub use key::{CacheKey, Maker};
+pub use key::{CacheKey, OptimizerDigest};
 pub use welded::{MeshKey, WeldedMesh, content_digest};
 
 /// Bytes that are written at a time: of one write the system may make one page, as large, and

@@ -36,7 +36,7 @@ pub struct MeshKey(u128);
 
 impl MeshKey {
     /// `content` is a [`content_digest`].
-    pub fn of(content: u128, mesh: usize) -> Self {
+    pub fn new(content: u128, mesh: usize) -> Self {
         let [low, high] = halves(content);
         Self(XxHash3_128::oneshot(bytemuck::bytes_of(&[low, high, mesh as u64])))
     }

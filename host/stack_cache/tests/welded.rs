@@ -31,7 +31,7 @@ fn welded(has_uvs: bool) -> WeldedMesh {
 }
 
 fn key() -> MeshKey {
-    MeshKey::of(content_digest(&[b"document", b"buffer"]), 3)
+    MeshKey::new(content_digest(&[b"document", b"buffer"]), 3)
 }
 
 #[test]
@@ -50,7 +50,7 @@ fn what_was_stored_is_found_to_the_bit() {
 
 #[test]
 fn another_content_or_mesh_has_another_key() {
-    let of = |parts: &[&[u8]], mesh| MeshKey::of(content_digest(parts), mesh);
+    let of = |parts: &[&[u8]], mesh| MeshKey::new(content_digest(parts), mesh);
     let keys = [
         of(&[b"document", b"buffer"], 3),
         of(&[b"document", b"buffer"], 4),

@@ -18,8 +18,8 @@ use std::collections::BTreeSet;
 use busbar_config::ThetaConfig;
 use busbar_geometry::Bounds;
 use busbar_scene::{
-    DistanceLevel, DistanceTable, SceneGraph, ScreenError, Sight, ThetaPolicy, distance_to_bounds,
-    greatest_stretch,
+    DistanceLevel, DistanceTable, SceneGraph, ScreenError, ThetaPolicy, ViewMetrics,
+    distance_to_bounds, max_scale_factor,
 };
 use glam::Vec3;
 
@@ -201,7 +201,7 @@ impl Cursors {
                 model: instance.model.0,
                 mesh: instance.mesh,
                 policy: instance.theta.map_or(instance.model.0, |theta| own_policies + theta.0),
-                metres: greatest_stretch(&graph.world_from_mesh(&instance)),
+                metres: max_scale_factor(&graph.world_from_mesh(&instance)),
                 proxies: of_meshes.get(&(instance.model.0, instance.mesh)).cloned(),
                 standings: Vec::new(),
             };
@@ -378,7 +378,8 @@ impl Cursors {
         let policy = self.kind_of(instance).policy;
         let distance = distance_to_bounds(eye.position, &instance.bounds);
         let pixel = eye.pixel_at(&instance.bounds, distance) * self.coarseness;
-        self.policies[policy as usize].level(Sight { distance, pixel }, instance.level())
+        self.policies[policy as usize]
+            .level(ViewMetrics { distance, meters_per_pixel: pixel }, instance.level())
     }
 
     fn take_level(&mut self, index: usize, level: u32, models: &[LoadedModel]) {
@@ -397,7 +398,7 @@ impl Cursors {
 
     fn want_theta(&mut self, index: usize, theta: f64, models: &[LoadedModel]) {
         let stacks = self.kind_of(&self.instances[index]).stacks(models);
-        self.want(index, theta, stacks.cursor_at(theta));
+        self.want(index, theta, stacks.cursor_for_theta(theta));
     }
 
     /// Wants a theta, which is at this cursor.
@@ -517,7 +518,8 @@ impl Cursors {
             detail.theta = [least.min(instance.theta), greatest.max(instance.theta)];
             let stacks = kind.stacks(models);
             let is_own = instance.shown < FIRST_PROXY;
-            let cursor = if is_own { instance.shown } else { stacks.cursor_at(instance.theta) };
+            let cursor =
+                if is_own { instance.shown } else { stacks.cursor_for_theta(instance.theta) };
             detail.s1 += u64::from(stacks.collapse_count() - cursor);
             detail.s2 += u64::from(cursor);
             detail.triangles += u64::from(instance.triangles);

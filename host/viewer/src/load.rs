@@ -214,7 +214,7 @@ impl LoadedScene {
         let known = reuse.scene().filter(|_| reuse.has_same_graph());
         let graph = known.map(|scene| Arc::clone(&scene.graph)).or_else(|| {
             let mut graph = bindings::place(&config, &imported, &mut faults);
-            models::take_apart(&config, &mut imported, graph.as_mut());
+            models::split_meshes(&config, &mut imported, graph.as_mut());
             graph.map(Arc::new)
         });
         let placed = graph.as_deref();

@@ -184,9 +184,9 @@ impl MovingParts {
             EndConfig::Closed => 1.0 - position.travelled,
             EndConfig::Open => position.travelled,
         };
-        let pose = (away != 0.0).then(|| motion.at(away as f32));
+        let pose = (away != 0.0).then(|| motion.transform_at(away as f32));
         // A copy where a reload looks at the graph just now.
-        let moved = Arc::make_mut(graph).pose(self.parts.all[part as usize].0, pose);
+        let moved = Arc::make_mut(graph).set_part_pose(self.parts.all[part as usize].0, pose);
         let shown = self.shown.entry(part).or_insert(ShownPart { position, instances: Vec::new() });
         shown.position = position;
         if !moved.is_empty() {

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use busbar_geometry::{CollapseStacks, Mesh, MeshStatistics, NO_FEATURE, Section, components};
+use busbar_geometry::{
+    CollapseStacks, Mesh, MeshStatistics, NO_FEATURE, Section, count_components,
+};
 use busbar_gltf_export::{ExportError, write_glb};
 use busbar_gltf_import::{ImportError, ImportLimits, import_file};
 use busbar_plugin_host::{LoadRules, PluginError};
@@ -139,12 +141,13 @@ impl OptimisedModel {
         let mut full = MeshStatistics::default();
         let mut all_components = 0;
         for (stacks, imported) in self.stacks.iter().zip(&self.imported) {
-            let cursor = stacks.cursor_at(theta);
-            live = live + MeshStatistics::of(&stacks.resolve(cursor), stacks.surviving(cursor));
-            full = full + MeshStatistics::of(&stacks.resolve(0), stacks.surviving(0));
+            let cursor = stacks.cursor_for_theta(theta);
+            live = live
+                + MeshStatistics::from_resolved(&stacks.resolve(cursor), stacks.surviving(cursor));
+            full = full + MeshStatistics::from_resolved(&stacks.resolve(0), stacks.surviving(0));
             let topology = imported.topology();
             let count = topology.positions.len() as u32;
-            all_components += u64::from(components(count, &topology.triangles).all);
+            all_components += u64::from(count_components(count, &topology.triangles).all);
         }
         OptimizeStats {
             theta,
@@ -154,12 +157,16 @@ impl OptimisedModel {
             components: live.components,
             border_edges: live.border_edges,
             non_manifold_edges: live.non_manifold_edges,
-            euler: live.euler(),
+            euler: live.euler_characteristic(),
             collapses: self.stacks.iter().map(|s| u64::from(s.collapse_count())).sum(),
-            cursor: self.stacks.iter().map(|s| u64::from(s.cursor_at(theta))).sum(),
+            cursor: self.stacks.iter().map(|s| u64::from(s.cursor_for_theta(theta))).sum(),
             build_ms: self.build_ms.clone(),
             max_depth: self.stacks.iter().map(|s| s.max_depth()).max().unwrap_or(0),
-            error: self.stacks.iter().map(|s| s.error_at(s.cursor_at(theta))).fold(0.0, f32::max),
+            error: self
+                .stacks
+                .iter()
+                .map(|s| s.error_at(s.cursor_for_theta(theta)))
+                .fold(0.0, f32::max),
             bytes: self.stacks.iter().map(|s| s.static_bytes()).sum(),
             imported: ImportedStats {
                 meshes: self.stacks.len(),
@@ -167,7 +174,7 @@ impl OptimisedModel {
                 triangles: full.triangles,
                 components: all_components,
                 border_edges: full.border_edges,
-                euler: full.euler(),
+                euler: full.euler_characteristic(),
             },
             round_trips: 0,
             lossless: None,
@@ -184,7 +191,7 @@ impl OptimisedModel {
         for trip in 0..count {
             let theta = random.unit();
             for (stacks, imported) in self.stacks.iter().zip(&imported) {
-                let cursor = stacks.cursor_at(theta);
+                let cursor = stacks.cursor_for_theta(theta);
                 if !stacks.resolve(cursor).position_triangles().eq(redo(stacks, cursor)) {
                     return false;
                 }
@@ -221,7 +228,7 @@ impl From<PluginError> for OptimizeError {
 
 /// The live mesh of stacks at theta.
 fn mesh_at(stacks: &CollapseStacks, theta: f64) -> Mesh {
-    let resolved = stacks.resolve(stacks.cursor_at(theta));
+    let resolved = stacks.resolve(stacks.cursor_for_theta(theta));
     let full = stacks.mesh();
     let sections = full.sections.iter().zip(&resolved.sections).map(|(section, range)| Section {
         material: section.material,

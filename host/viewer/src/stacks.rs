@@ -8,14 +8,14 @@ use std::time::Instant;
 use busbar_geometry::{CollapseSequence, CollapseStacks, Mesh, removal_ranks};
 use busbar_plugin_host::PluginError;
 use busbar_plugin_process::Optimizer;
-use busbar_stack_cache::{CacheKey, Lookup, Maker, StackCache};
+use busbar_stack_cache::{CacheKey, Lookup, OptimizerDigest, StackCache};
 use rayon::prelude::*;
 
 /// Makes stacks, with an optimiser or (nothing then collapses) without.
 pub(crate) struct StackBuilder<'a> {
     pub(crate) optimizer: Option<&'a Optimizer>,
     /// Where results are kept, and what this optimiser's are known by.
-    pub(crate) cache: Option<(&'a StackCache, Maker)>,
+    pub(crate) cache: Option<(&'a StackCache, OptimizerDigest)>,
     /// Whether collapses are done in the order of their errors, not in the plugin's.
     pub(crate) by_error: bool,
     /// Whether a mesh with which the optimiser fails by itself gets stacks in which
@@ -75,7 +75,7 @@ impl StackBuilder<'_> {
             return Ok(built);
         };
         let start = Instant::now();
-        let key = CacheKey::of(&mesh, maker);
+        let key = CacheKey::new(&mesh, maker);
         let found = cache.load(key, &mut mesh);
         built.millis.insert("cache".into(), millis_since(start));
         match found {
@@ -111,10 +111,10 @@ impl StackBuilder<'_> {
         let start = Instant::now();
         let optimised = self.optimizer.map(|optimizer| optimizer.optimize(&mesh, |_| true));
         let sequence = match optimised {
-            None => CollapseSequence::none(mesh.positions.len() as u32),
+            None => CollapseSequence::empty(mesh.positions.len() as u32),
             Some(Err(error)) if self.may_do_without && error.is_plugins_own() => {
                 built.without = Some(error);
-                CollapseSequence::none(mesh.positions.len() as u32)
+                CollapseSequence::empty(mesh.positions.len() as u32)
             }
             Some(optimised) => {
                 let optimised = optimised?;
@@ -122,7 +122,7 @@ impl StackBuilder<'_> {
                 let parts = optimised.stages.into_iter();
                 built.millis.extend(parts.map(|(name, spent)| (format!("optimize/{name}"), spent)));
                 match self.by_error {
-                    true => optimised.sequence.by_error(&mesh),
+                    true => optimised.sequence.ordered_by_error(&mesh),
                     false => optimised.sequence,
                 }
             }

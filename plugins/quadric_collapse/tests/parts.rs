@@ -59,9 +59,9 @@ fn cuts_leave_no_trace_in_the_topology() {
     let sequence = in_parts(&ball, 900, 4);
     let stacks = CollapseStacks::build(ball, &sequence);
     for theta in [0.3, 0.6, 0.8, 0.9] {
-        let found = statistics(&stacks, stacks.cursor_at(theta));
+        let found = statistics(&stacks, stacks.cursor_for_theta(theta));
         assert_eq!(found.border_edges, 0, "theta {theta}");
-        assert_eq!(found.euler(), 2, "theta {theta}");
+        assert_eq!(found.euler_characteristic(), 2, "theta {theta}");
     }
 }
 

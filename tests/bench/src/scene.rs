@@ -65,7 +65,9 @@ impl Scene {
             name.flatten().is_some_and(|name| name.starts_with(start))
         };
         let points = self.mesh.positions.iter().zip(&self.mesh.features);
-        Bounds::around(points.filter(|(_, feature)| is_meant(feature)).map(|(&point, _)| point))
+        Bounds::from_points(
+            points.filter(|(_, feature)| is_meant(feature)).map(|(&point, _)| point),
+        )
     }
 
     /// The mesh as a file would give it, a primitive a section.

@@ -47,7 +47,7 @@ pub(crate) fn run(scene: &Scene, rounds: usize, progress: &ProgressBar) -> Resul
         let stacks = build_time.processor(|| CollapseStacks::build(mesh, &sequence));
         for _ in 0..RESOLVES_A_ROUND {
             for ((theta, ..), time) in RESOLVES.into_iter().zip(&mut resolve_times) {
-                let cursor = stacks.cursor_at(theta);
+                let cursor = stacks.cursor_for_theta(theta);
                 // What is resolved is dropped outside the time.
                 black_box(time.processor(|| stacks.resolve(cursor)));
             }
@@ -65,7 +65,7 @@ fn facts(stacks: &CollapseStacks) -> Vec<Series> {
     let bytes = stacks.static_bytes() as f64 / triangles as f64;
     let bytes = Series::exact("static_bytes_a_triangle", "B", bytes).at_most(STATIC_BYTES_BAR);
     let orders = RESOLVES.map(|(theta, _, name)| {
-        let level = stacks.resolve(stacks.cursor_at(theta)).triangles;
+        let level = stacks.resolve(stacks.cursor_for_theta(theta)).triangles;
         let vertices = stacks.mesh().wedges.len();
         let best = meshopt::optimize_vertex_cache(level.as_flattened(), vertices);
         let ratio = acmr(&level, CACHE_ENTRIES) / acmr(best.as_chunks().0, CACHE_ENTRIES);

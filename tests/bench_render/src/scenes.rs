@@ -37,7 +37,8 @@ impl Scenes {
     pub(crate) fn make(folder: &Path, plugins: &Path) -> Result<Self> {
         let flat = Station::generate(SEED)?.flatten()?;
         let mesh = flat.model.meshes.first().context("the scene has no mesh")?;
-        let bounds = Bounds::around(mesh.positions.iter().copied()).context("an empty scene")?;
+        let bounds =
+            Bounds::from_points(mesh.positions.iter().copied()).context("an empty scene")?;
         let whole = folder.join("paper.glb");
         fs::write(&whole, busbar_gltf_export::write_glb(&flat.model)?)?;
         let (plugins, none) = ([plugins.to_owned()], json!({}));

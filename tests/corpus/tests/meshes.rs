@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use busbar_geometry::{Mesh, components};
+use busbar_geometry::{Mesh, count_components};
 use busbar_gltf_import::{ImportLimits, import_bytes};
 use busbar_scene::Model;
 use twox_hash::XxHash3_64;
@@ -30,7 +30,7 @@ fn check(model: &Model, fixed: &Fixed) {
         wedges: mesh.wedges.len(),
         triangles: mesh.triangles.len(),
         sections: mesh.sections.len(),
-        components: components(mesh.positions.len() as u32, &triangles).referenced,
+        components: count_components(mesh.positions.len() as u32, &triangles).referenced,
         border_edges: border_edges(mesh),
         hash: XxHash3_64::oneshot(&bytes),
     };

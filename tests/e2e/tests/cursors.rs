@@ -102,7 +102,7 @@ fn assert_cursors(name: &str, mesh: &Mesh, sequence: &CollapseSequence, count: u
     let mut state = 7;
     let mut cursor = || (random(&mut state) % (u64::from(sequence.len()) + 1)) as u32;
     let mut cursors: Vec<u32> = (0..count).map(|_| cursor()).collect();
-    cursors.push(stacks.cursor_at(0.95));
+    cursors.push(stacks.cursor_for_theta(0.95));
     cursors.sort_unstable();
     let mut process = Process::new(mesh);
     let mut done = 0;

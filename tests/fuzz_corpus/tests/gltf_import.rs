@@ -2,7 +2,7 @@
 //! can be written again, which checks every index in it.
 
 use busbar_gltf_export::write_glb;
-use busbar_gltf_import::{Fault, ImportLimits, import_bytes};
+use busbar_gltf_import::{ImportFault, ImportLimits, import_bytes};
 
 /// Small, so that the time goes into finding, not into building.
 const MAX_TEXTURE_PIXELS: u64 = 1 << 16;
@@ -22,7 +22,7 @@ pub fn fuzz_one(bytes: &[u8]) -> bool {
             true
         }
         Err(error) => {
-            assert!(!matches!(error.fault, Fault::Panicked(_)), "{error}");
+            assert!(!matches!(error.fault, ImportFault::Panicked(_)), "{error}");
             false
         }
     }

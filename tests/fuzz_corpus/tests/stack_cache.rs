@@ -8,7 +8,7 @@ use busbar_geometry::{
     Collapse, CollapseSequence, CollapseStacks, Mesh, RawPrimitive, StackTables, WeldReport,
     removal_ranks, weld,
 };
-use busbar_stack_cache::{CacheKey, Maker, MeshKey, WeldedMesh, content_digest, probe};
+use busbar_stack_cache::{CacheKey, MeshKey, OptimizerDigest, WeldedMesh, content_digest, probe};
 use glam::Vec3;
 
 /// Quads of the mesh, a strip.
@@ -73,7 +73,7 @@ fn is_read(subject: &Subject, bytes: &[u8]) -> bool {
 /// what is taken can be made stacks of and shown.
 fn is_mesh_read(subject: &Subject, bytes: &[u8]) -> bool {
     let Some((&kind, rest)) = bytes.split_first() else { return false };
-    let key = MeshKey::of(content_digest(&[b"a file"]), 0);
+    let key = MeshKey::new(content_digest(&[b"a file"]), 0);
     let mut welded = WeldedMesh {
         mesh: subject.mesh.clone(),
         feature_names: vec!["T1".into()],
@@ -105,7 +105,7 @@ fn is_mesh_read(subject: &Subject, bytes: &[u8]) -> bool {
     match probe::read_mesh(&file, key) {
         Ok(WeldedMesh { mesh, .. }) => {
             let positions = mesh.positions.len() as u32;
-            check(&CollapseStacks::build(mesh, &CollapseSequence::none(positions)));
+            check(&CollapseStacks::build(mesh, &CollapseSequence::empty(positions)));
             true
         }
         Err(reason) => {
@@ -124,7 +124,7 @@ fn check(stacks: &CollapseStacks) {
         assert!(resolved.triangles.len() <= mesh.triangles.len());
         assert_eq!(resolved.triangles.len() as u64, stacks.live_triangles(cursor));
         assert!(resolved.triangles.iter().flatten().all(|wedge| *wedge < wedges));
-        assert!(stacks.standing_wedges(cursor).iter().all(|wedge| *wedge < wedges));
+        assert!(stacks.representative_wedges(cursor).iter().all(|wedge| *wedge < wedges));
         for position in resolved.position_triangles().flatten() {
             assert!(position < stacks.surviving(cursor), "a position that is removed");
         }
@@ -148,7 +148,7 @@ fn subject() -> &'static Subject {
         };
         let (mut mesh, _) = weld(&[primitive]).expect("it is a mesh");
         mesh.group_wedges();
-        let key = CacheKey::of(&mesh, Maker::of(&[b"optimiser"]));
+        let key = CacheKey::new(&mesh, OptimizerDigest::from_parts(&[b"optimiser"]));
         Subject { mesh, key }
     })
 }
@@ -192,11 +192,11 @@ fn tables(subject: &Subject, bytes: &[u8]) -> (Vec<u32>, StackTables) {
     }
     let mut words = |count: usize| (0..count).map(|_| u32::from(next())).collect::<Vec<_>>();
     let parent_start = words(collapses);
-    let death_index = words(triangles.len());
+    let removal_cursor = words(triangles.len());
     let errors: Vec<_> = words(collapses).into_iter().map(f32::from_bits).collect();
     let tables = StackTables {
         parent_start,
-        death_index,
+        removal_cursor,
         errors,
         parent_offset: words(wedges.len()).iter().map(|word| *word as u8 & 3).collect(),
         max_depth: words(1)[0],

@@ -83,7 +83,7 @@ impl Reference {
     /// # Errors
     /// When the mesh has no surface.
     pub fn new(original: &Topology, samples: usize, seed: u64) -> Result<Self> {
-        let bounds = Bounds::around(original.positions.iter().copied());
+        let bounds = Bounds::from_points(original.positions.iter().copied());
         let diagonal = bounds.map_or(0.0, |b| (b.max - b.min).as_dvec3().length());
         let samples = sample(original, samples, seed).context("the original has no surface")?;
         ensure!(diagonal > 0.0, "the original has no size");

@@ -48,7 +48,7 @@ impl Gallery {
     /// # Errors
     /// When the mesh has no points.
     pub fn new(original: &Topology) -> Result<Self> {
-        let bounds = Bounds::around(original.positions.iter().copied());
+        let bounds = Bounds::from_points(original.positions.iter().copied());
         let bounds = bounds.context("the original has no points")?;
         let views: Vec<View> =
             VIEWS.iter().map(|&towards_eye| View::of_box(bounds, towards_eye, 1.0)).collect();

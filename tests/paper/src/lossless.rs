@@ -74,7 +74,7 @@ impl LosslessWalk {
     pub fn walk(stacks: &CollapseStacks, moves: usize, progress: &Progress) -> Result<Self> {
         let hash_at = |cursor| hash(&stacks.resolve(cursor));
         let place = |theta| {
-            let cursor = stacks.cursor_at(theta);
+            let cursor = stacks.cursor_for_theta(theta);
             FixedPlace { theta, cursor, hash: hash_at(cursor), visits: 0, differing: 0 }
         };
         let mut walk = Self {

@@ -114,7 +114,7 @@ fn levels(
     let mut full: Option<Picture> = None;
     let mut levels = Vec::with_capacity(THETAS.len());
     for theta in THETAS {
-        let cursor = stacks.cursor_at(theta);
+        let cursor = stacks.cursor_for_theta(theta);
         let counts = shells.count(&live(stacks, cursor), stacks.surviving(cursor));
         frames::settle(viewer, theta)?;
         let shown = viewer.read_picture()?;

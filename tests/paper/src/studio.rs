@@ -84,7 +84,7 @@ fn parallel_view(points: &[Vec3], aspect: f32) -> CameraView {
     let up = back.cross(right);
     // In the camera's axes.
     let seen = points.iter().map(|p| vec3(p.dot(right), p.dot(up), p.dot(back)));
-    let bounds = Bounds::around(seen).unwrap_or(Bounds { min: Vec3::NEG_ONE, max: Vec3::ONE });
+    let bounds = Bounds::from_points(seen).unwrap_or(Bounds { min: Vec3::NEG_ONE, max: Vec3::ONE });
     let half = (bounds.max - bounds.min) * 0.5;
     let height = half.y.max(half.x / aspect) * MARGIN;
     let width = height * aspect;
@@ -121,7 +121,7 @@ mod tests {
         let points = bounds.corners();
         let camera = parallel_view(&points, 16.0 / 9.0);
         let clip = |point: Vec3| camera.clip_from_world().project_point3(point);
-        let seen = Bounds::around(points.map(clip)).unwrap();
+        let seen = Bounds::from_points(points.map(clip)).unwrap();
         assert!((seen.max.y - 1.0 / MARGIN).abs() < 1e-3, "{seen:?}");
         assert!((seen.min.y + 1.0 / MARGIN).abs() < 1e-3, "{seen:?}");
         assert!(seen.max.x < 1.0 && seen.min.x > -1.0, "{seen:?}");

@@ -173,7 +173,7 @@ impl<'a> Workshop<'a> {
             Made::Sequence(sequence) => {
                 let stacks = CollapseStacks::build(self.model.mesh.clone(), &sequence);
                 let stacks = Arc::new(stacks);
-                THETAS.map(|theta| (stacks.clone(), stacks.cursor_at(theta)))
+                THETAS.map(|theta| (stacks.clone(), stacks.cursor_for_theta(theta)))
             }
             Made::Levels(levels) => levels.map(|mesh| (uncollapsed(&mesh), 0)),
         };
@@ -225,7 +225,7 @@ impl<'a> Workshop<'a> {
 
 /// Stacks in which nothing collapses.
 fn uncollapsed(mesh: &Mesh) -> Arc<CollapseStacks> {
-    let sequence = CollapseSequence::none(mesh.positions.len() as u32);
+    let sequence = CollapseSequence::empty(mesh.positions.len() as u32);
     Arc::new(CollapseStacks::build(mesh.clone(), &sequence))
 }
 

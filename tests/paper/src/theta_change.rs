@@ -70,7 +70,7 @@ impl ThetaChange {
 }
 
 fn timed_resolve(stacks: &CollapseStacks, theta: f64) -> f64 {
-    let cursor = stacks.cursor_at(theta);
+    let cursor = stacks.cursor_for_theta(theta);
     let started = Instant::now();
     let resolved = stacks.resolve(cursor);
     let millis = started.elapsed().as_secs_f64() * 1e3;

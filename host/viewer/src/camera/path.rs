@@ -166,7 +166,7 @@ fn rounded(corners: &[Vec3], obstacles: &[Bounds]) -> Vec<Vec3> {
 
 /// Those that reach into the box around some places: of a whole site a few.
 fn near_to(places: [Vec3; 3], obstacles: &[Bounds]) -> Vec<Bounds> {
-    let Some(around) = Bounds::around(places) else { return Vec::new() };
+    let Some(around) = Bounds::from_points(places) else { return Vec::new() };
     let overlaps = |obstacle: &&Bounds| {
         (obstacle.min.cmple(around.max) & obstacle.max.cmpge(around.min)).all()
     };

@@ -69,12 +69,12 @@ impl Kind {
             Detail::Theta(theta) => (theta, None),
             Detail::Error(metres) => {
                 let error = metres / f64::from(self.metres);
-                let cursor = stacks.cursor_within(error as f32);
+                let cursor = stacks.cursor_for_error(error as f32);
                 let theta = f64::from(cursor) / f64::from(stacks.position_count().max(1));
                 (theta, self.proxy_within(error))
             }
         };
-        Standing { theta, own: stacks.cursor_at(theta), proxy }
+        Standing { theta, own: stacks.cursor_for_theta(theta), proxy }
     }
 
     /// The cursor of the coarsest proxy with at most this error, in units of the mesh.

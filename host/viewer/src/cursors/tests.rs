@@ -344,7 +344,7 @@ fn proxies_count_as_the_mesh_that_they_stand_for() {
     cursors.count_moved(|place| Some(if place.model == 1 { 3 } else { 99 }));
     let detail = cursors.changed_detail(&models).unwrap();
     let own = &models[0].stacks[0];
-    let cursor = own.cursor_at(detail[0].theta[0]);
+    let cursor = own.cursor_for_theta(detail[0].theta[0]);
     assert!(cursor > 0 && detail[0].triangles == 2 * 3);
     assert_eq!(detail[0].s2, 2 * u64::from(cursor));
     assert_eq!(detail[0].s1, 2 * u64::from(own.collapse_count() - cursor));

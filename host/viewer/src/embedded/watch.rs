@@ -5,9 +5,10 @@ use std::collections::HashMap;
 use busbar_alarms::{AlarmHandle, Standing, State};
 use busbar_plugin_host::Verdict;
 use busbar_protocol::message::{
-    AlarmStanding, CameraPose, EquipmentVerdict, FromViewer, TagQuality,
+    AlarmStanding, CameraPose, EquipmentVerdict, FromViewer, TagOrigin, TagQuality, TagStanding,
+    VerdictStanding,
 };
-use busbar_tags::{Quality, SourceTime};
+use busbar_tags::{Origin, Quality, SourceTime};
 
 use crate::Viewer;
 use crate::alarms::action_to;
@@ -25,11 +26,13 @@ pub(super) struct Watch {
     pose: Option<CameraPose>,
     alarms: HashMap<AlarmHandle, Standing>,
     /// Of each tag, by handle.
-    qualities: Vec<Option<Quality>>,
+    qualities: Vec<Option<(Quality, Origin)>>,
     /// Where the search for changed qualities goes on.
     next_tag: usize,
     /// Verdicts by overlay and equipment, with their reasons.
     verdicts: HashMap<String, Vec<Option<ToldVerdict>>>,
+    /// Position, counted over all overlays, where the search for changed verdicts goes on.
+    next_verdict: usize,
     plugins: HashMap<String, String>,
 }
 
@@ -84,13 +87,19 @@ impl Watch {
     /// Tells verdicts that changed, or whose reasons did.
     fn look_at_verdicts(&mut self, viewer: &Viewer, told: &mut Vec<FromViewer>) {
         let mut room = MAX_VERDICTS_A_FRAME;
+        let mut position = 0;
         for overlay in viewer.judging_overlays() {
             let known = self.verdicts.entry(overlay.name.to_owned()).or_default();
             if known.len() != overlay.equipment.len() {
                 *known = vec![None; overlay.equipment.len()];
             }
-            for (index, (id, known)) in overlay.equipment.iter().zip(known).enumerate() {
+            let skipped = self.next_verdict.saturating_sub(position).min(known.len());
+            let start = position;
+            position += known.len();
+            let all = overlay.equipment.iter().zip(known).enumerate();
+            for (index, (id, known)) in all.skip(skipped) {
                 if room == 0 {
+                    self.next_verdict = start + index;
                     return;
                 }
                 let shown = overlay.verdict(index);
@@ -109,15 +118,16 @@ impl Watch {
                 }
                 room -= 1;
                 *known = Some((verdict, is_assumed, reason.clone().into_owned()));
-                told.push(FromViewer::Verdict {
+                told.push(FromViewer::Verdict(VerdictStanding {
                     equipment: id.clone(),
                     overlay: overlay.name.to_owned(),
                     verdict,
                     is_assumed,
                     reason: reason.into_owned(),
-                });
+                }));
             }
         }
+        self.next_verdict = 0;
     }
 
     /// What each tag is worth, freshness included.
@@ -128,7 +138,7 @@ impl Watch {
         let known = &mut self.qualities;
         let mut room = MAX_QUALITIES_A_FRAME;
         for (index, state) in states.enumerate().skip(self.next_tag) {
-            if known[index] == Some(state.quality) {
+            if known[index] == Some((state.quality, state.origin)) {
                 continue;
             }
             if room == 0 {
@@ -136,20 +146,33 @@ impl Watch {
                 return;
             }
             room -= 1;
-            known[index] = Some(state.quality);
+            known[index] = Some((state.quality, state.origin));
             let id = viewer.tag_id(busbar_tags::TagHandle(index as u32)).unwrap_or_default();
-            told.push(FromViewer::Quality {
+            told.push(FromViewer::Quality(TagStanding {
                 tag: id.to_owned(),
+                origins: origins(state.origin),
                 quality: match state.quality {
                     Quality::Good => TagQuality::Good,
                     Quality::Uncertain(_) => TagQuality::Uncertain,
                     Quality::Bad(_) => TagQuality::Bad,
                 },
                 reason: state.quality.reason().map_or_else(String::new, |r| r.to_string()),
-            });
+            }));
         }
         self.next_tag = 0;
     }
+}
+
+/// Lists the origins that are set.
+fn origins(origin: Origin) -> Vec<TagOrigin> {
+    let all = [
+        (Origin::SUBSTITUTED, TagOrigin::Substituted),
+        (Origin::TEST, TagOrigin::Test),
+        (Origin::SIMULATED, TagOrigin::Simulated),
+        (Origin::RECORDED, TagOrigin::Recorded),
+        (Origin::HISTORICAL, TagOrigin::Historical),
+    ];
+    all.into_iter().filter_map(|(bit, told)| origin.contains(bit).then_some(told)).collect()
 }
 
 /// By its letter: 0 for A.

@@ -36,7 +36,7 @@ pub(super) fn place(
         theta: node.theta.as_ref().map(cursors::policy_of),
     });
     let parts = imported.models.iter().map(ModelSource::parts).collect();
-    SceneGraph::of_parts(placements, parts)
+    SceneGraph::from_parts(placements, parts)
         .map_err(|error| {
             faults.add("/scene", error.to_string(), error.remedy());
         })

@@ -11,8 +11,8 @@ use std::sync::Arc;
 
 use busbar_geometry::{CollapseSequence, CollapseStacks, MergePart, Mesh, merge};
 use busbar_scene::{
-    Detail, Group, Material, MeshInstance, SceneGraph, Sight, ThetaPolicy, find_groups,
-    first_after, greatest_stretch,
+    Detail, Group, Material, MeshInstance, SceneGraph, ThetaPolicy, ViewMetrics, find_groups,
+    first_group_after, max_scale_factor,
 };
 use glam::Mat4;
 use rayon::prelude::*;
@@ -147,7 +147,7 @@ fn keep(
     }
     let starts: Vec<u32> = kept.iter().map(|hlod| hlod.group.instances.start).collect();
     for HlodGroup { group, after, .. } in &mut kept {
-        *after = first_after(&starts, group.instances.end);
+        *after = first_group_after(&starts, group.instances.end);
     }
     kept
 }
@@ -177,7 +177,7 @@ impl Proxy {
                 let instance = graph.instance(index as usize);
                 let world_from_mesh = graph.world_from_mesh(&instance);
                 let placed =
-                    (group_from_world * world_from_mesh, greatest_stretch(&world_from_mesh));
+                    (group_from_world * world_from_mesh, max_scale_factor(&world_from_mesh));
                 Member::of(&instance, policies.of(&instance), group, placed, models)
             })
             .collect();
@@ -200,7 +200,7 @@ impl Proxy {
 
 /// A mesh that stays as it is.
 fn uncollapsed(mesh: Mesh) -> CollapseStacks {
-    let nothing_collapses = CollapseSequence::none(mesh.positions.len() as u32);
+    let nothing_collapses = CollapseSequence::empty(mesh.positions.len() as u32);
     CollapseStacks::build(mesh, &nothing_collapses)
 }
 
@@ -254,9 +254,9 @@ impl Whole {
 /// that.
 fn thinned(stacks: &CollapseStacks, error: f64) -> Option<Mesh> {
     let (mesh, left) =
-        stacks.from_cursor(stacks.cursor_within((error * COLLAPSES_SHARE) as f32)).ok()?;
+        stacks.baked_at_cursor(stacks.cursor_for_error((error * COLLAPSES_SHARE) as f32)).ok()?;
     let stacks = CollapseStacks::build(mesh, &left);
-    let mesh = stacks.thinned((ISLAND_ERRORS * error) as f32).ok()?;
+    let mesh = stacks.simplified_stochastically((ISLAND_ERRORS * error) as f32).ok()?;
     (!mesh.triangles.is_empty()).then_some(mesh)
 }
 
@@ -287,7 +287,7 @@ impl<'a> Member<'a> {
             model,
             stacks,
             held_at: match policy {
-                ThetaPolicy::Fixed(theta) => Some(stacks.cursor_at(*theta)),
+                ThetaPolicy::Fixed(theta) => Some(stacks.cursor_for_theta(*theta)),
                 _ => None,
             },
             transform,
@@ -297,16 +297,16 @@ impl<'a> Member<'a> {
         }
     }
 
-    fn cursor_within(&self, metres: f64) -> u32 {
+    fn cursor_for_error(&self, metres: f64) -> u32 {
         let own = metres * COLLAPSES_SHARE / f64::from(self.stretch);
-        let within = || self.stacks.cursor_within(own as f32);
+        let within = || self.stacks.cursor_for_error(own as f32);
         self.held_at.unwrap_or_else(within)
     }
 
     fn part<'b>(&'b self, base_error: f64, materials: &'b [u32]) -> MergePart<'b> {
         MergePart {
             stacks: self.stacks,
-            cursors: self.cursor_within(base_error)
+            cursors: self.cursor_for_error(base_error)
                 ..self.held_at.unwrap_or(self.stacks.collapse_count()),
             transform: self.transform,
             stretch: self.stretch,
@@ -323,13 +323,14 @@ fn finest(members: &[Member<'_>], policy: &ThetaPolicy) -> Option<(u32, f64)> {
     let max_triangles = members.len() as u64 * MAX_TRIANGLES_PER_INSTANCE;
     // Many members show the same mesh at the same size.
     let mut counted: HashMap<(*const CollapseStacks, u32), u64> = HashMap::new();
-    let coarsest = policy.level(Sight { distance: f32::MAX, pixel: f32::MAX }, None);
+    let coarsest =
+        policy.level(ViewMetrics { distance: f32::MAX, meters_per_pixel: f32::MAX }, None);
     for level in 0..=coarsest {
         let Detail::Error(metres) = policy.detail(level) else { return None };
         let triangles: u64 = members
             .iter()
             .map(|member| {
-                let (stacks, cursor) = (member.stacks, member.cursor_within(metres));
+                let (stacks, cursor) = (member.stacks, member.cursor_for_error(metres));
                 let live = || stacks.live_triangles(cursor);
                 *counted.entry((std::ptr::from_ref(stacks), cursor)).or_insert_with(live)
             })

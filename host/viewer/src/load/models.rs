@@ -7,10 +7,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use busbar_config::{Config, ThetaConfig, join_pointer};
 use busbar_geometry::{Mesh, PieceLimits};
-use busbar_gltf_import::{ImportError, ImportLimits, MeshKeeper, import_kept_file};
+use busbar_gltf_import::{ImportError, ImportLimits, MeshCache, import_file_with_cache};
 use busbar_plugin_process::{Optimizer, Plugin};
 use busbar_scene::{Model, ModelIndex, ModelParts, SceneGraph};
-use busbar_stack_cache::{Maker, StackCache};
+use busbar_stack_cache::{OptimizerDigest, StackCache};
 use rayon::prelude::*;
 
 use super::cache::{self, KeptMeshes};
@@ -44,9 +44,9 @@ impl ModelSource {
     /// What it adds to a scene.
     pub(super) fn parts(&self) -> ModelParts {
         match self {
-            Self::New(model, _) => ModelParts::of(model),
+            Self::New(model, _) => ModelParts::from_model(model),
             Self::Known(_, parts) => parts.clone(),
-            Self::Failed => ModelParts::of(&Model::default()),
+            Self::Failed => ModelParts::from_model(&Model::default()),
         }
     }
 }
@@ -60,7 +60,7 @@ pub(super) fn import(
     faults: &mut Faults<'_>,
 ) -> ImportedModels {
     let kept = cache.map(KeptMeshes::of);
-    let keeper = kept.as_ref().map(|kept| kept as &dyn MeshKeeper);
+    let keeper = kept.as_ref().map(|kept| kept as &dyn MeshCache);
     let done = AtomicUsize::new(0);
     let models: Vec<_> = config.models.iter().collect();
     let results: Vec<Result<(ModelSource, Vec<String>), ImportError>> = models
@@ -72,7 +72,7 @@ pub(super) fn import(
             let file = folder.join(&model.file);
             // Before it is read: an edit meanwhile is news.
             let read = version(&file);
-            let imported = import_kept_file(&file, &ImportLimits::default(), keeper);
+            let imported = import_file_with_cache(&file, &ImportLimits::default(), keeper);
             progress("models", done.fetch_add(1, Ordering::Relaxed) + 1, models.len());
             imported.map(|imported| {
                 (ModelSource::New(Box::new(imported.model), read), imported.report.notes)
@@ -120,7 +120,7 @@ pub(super) fn following_error(config: &Config) -> BTreeSet<&String> {
 /// Takes the meshes apart whose detail follows the error on the screen, so that each
 /// piece has a cursor for its own distance: a site is often drawn as one mesh, and its
 /// far end may be coarse while the near one is not.
-pub(super) fn take_apart(
+pub(super) fn split_meshes(
     config: &Config,
     imported: &mut ImportedModels,
     graph: Option<&mut SceneGraph>,
@@ -133,7 +133,7 @@ pub(super) fn take_apart(
             ModelSource::Known(known, _) if !known.made.pieces.is_empty() => {
                 let boxes: Vec<_> =
                     known.stacks.iter().map(|stacks| stacks.mesh().bounds()).collect();
-                graph.take_apart(model, &known.made.pieces, &boxes);
+                graph.split_meshes(model, &known.made.pieces, &boxes);
                 continue;
             }
             ModelSource::New(made, _) if following.contains(name) => made,
@@ -144,7 +144,7 @@ pub(super) fn take_apart(
             continue;
         }
         let whole = std::mem::take(meshes);
-        let apart: Vec<_> = whole.into_par_iter().map(|mesh| mesh.into_islands(PIECES)).collect();
+        let apart: Vec<_> = whole.into_par_iter().map(|mesh| mesh.into_pieces(PIECES)).collect();
         let mut pieces = Vec::with_capacity(apart.len());
         for of_mesh in apart {
             let first = meshes.len() as u32;
@@ -152,7 +152,7 @@ pub(super) fn take_apart(
             pieces.push(first..meshes.len() as u32);
         }
         let boxes: Vec<_> = meshes.iter().map(Mesh::bounds).collect();
-        graph.take_apart(model, &pieces, &boxes);
+        graph.split_meshes(model, &pieces, &boxes);
         imported.pieces.insert(index, pieces);
     }
 }
@@ -198,7 +198,7 @@ impl Optimising<'_> {
                 .transpose()
                 .and_then(|optimizer| {
                     let maker =
-                        maker.map(|maker| if by_error { maker.with(BY_ERROR) } else { maker });
+                        maker.map(|maker| if by_error { maker.with_part(BY_ERROR) } else { maker });
                     let cache = self.cache.as_ref().zip(maker);
                     let optimizer = optimizer.as_ref();
                     let builder = StackBuilder { optimizer, cache, by_error, may_do_without: true };
@@ -244,7 +244,7 @@ impl Optimising<'_> {
     }
 
     /// What the results of each optimiser in use are known by in the cache.
-    fn makers(&mut self, config: &Config) -> BTreeMap<String, Maker> {
+    fn makers(&mut self, config: &Config) -> BTreeMap<String, OptimizerDigest> {
         let mut makers = BTreeMap::new();
         if self.cache.is_none() {
             return makers;

@@ -56,7 +56,7 @@ pub(crate) fn stacks(mesh: &Mesh) -> CollapseStacks {
 }
 
 pub(crate) fn statistics(stacks: &CollapseStacks, cursor: u32) -> MeshStatistics {
-    MeshStatistics::of(&stacks.resolve(cursor), stacks.surviving(cursor))
+    MeshStatistics::from_resolved(&stacks.resolve(cursor), stacks.surviving(cursor))
 }
 
 /// A surface over a grid of `n` by `n` cells in [0, 1]; smooth normals and

@@ -1,7 +1,7 @@
 //! A level's figures, each by the same ruler.
 
 use anyhow::{Context, Result};
-use busbar_geometry::{Topology, components};
+use busbar_geometry::{Topology, count_components};
 use measure::{
     EdgeCounts, Gallery, PictureError, Reference, SurfaceError, duplicates, vertices_in_use,
 };
@@ -51,7 +51,7 @@ impl Counts {
         Self {
             vertices: vertices_in_use(&mesh.triangles),
             triangles,
-            components: components(mesh.positions.len() as u32, &mesh.triangles).referenced,
+            components: count_components(mesh.positions.len() as u32, &mesh.triangles).referenced,
             border_loops: edges.border_loops,
             non_manifold: edges.non_manifold,
             duplicates: duplicates(&mesh.triangles) as f64 / triangles.max(1) as f64,

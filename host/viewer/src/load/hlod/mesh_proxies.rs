@@ -1,14 +1,14 @@
 //! Proxies of single meshes that are shown often.
 //!
 //! A mesh goes down by its own collapses, and those leave a lattice hundreds of triangles
-//! wherever it is ([`CollapseStacks::thinned`]). Where it is small in the picture, what is left
+//! wherever it is ([`CollapseStacks::simplified_stochastically`]). Where it is small in the picture, what is left
 //! is thinned out as the proxies of groups are, once for all that show the mesh.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use busbar_geometry::{CollapseStacks, Mesh};
-use busbar_scene::{Detail, SceneGraph, Sight, ThetaPolicy};
+use busbar_scene::{Detail, SceneGraph, ThetaPolicy, ViewMetrics};
 use rayon::prelude::*;
 
 use super::materials::Materials;
@@ -93,10 +93,11 @@ fn all_of(stacks: &CollapseStacks, policy: &ThetaPolicy) -> Vec<Made> {
     let least_error = f64::from(bounds.radius()) / MAX_RADIUS;
     let shown = area_of(stacks.mesh());
     let mut made: Vec<Made> = Vec::new();
-    let coarsest = policy.level(Sight { distance: f32::MAX, pixel: f32::MAX }, None);
+    let coarsest =
+        policy.level(ViewMetrics { distance: f32::MAX, meters_per_pixel: f32::MAX }, None);
     for level in 1..=coarsest {
         let Detail::Error(error) = policy.detail(level) else { break };
-        let own = stacks.live_triangles(stacks.cursor_within(error as f32));
+        let own = stacks.live_triangles(stacks.cursor_for_error(error as f32));
         let least = made.last().map_or(own, |(finer, _)| own.min(finer.triangles.len() as u64));
         let most = least as f64 * GREATEST_SHARE;
         if most < 1.0 || made.len() == MAX_LEVELS {
@@ -116,10 +117,11 @@ fn all_of(stacks: &CollapseStacks, policy: &ThetaPolicy) -> Vec<Made> {
 /// The mesh at an error in its own units, thinned out; `None` where it would show more or less
 /// for it.
 fn thinned(stacks: &CollapseStacks, error: f64) -> Option<Mesh> {
-    let (mesh, left) = stacks.from_cursor(stacks.cursor_within(error as f32)).ok()?;
+    let (mesh, left) = stacks.baked_at_cursor(stacks.cursor_for_error(error as f32)).ok()?;
     let shown = area_of(&mesh);
-    let thinned =
-        CollapseStacks::build(mesh, &left).thinned((ISLAND_ERRORS * error) as f32).ok()?;
+    let thinned = CollapseStacks::build(mesh, &left)
+        .simplified_stochastically((ISLAND_ERRORS * error) as f32)
+        .ok()?;
     ((area_of(&thinned) - shown).abs() <= MAX_DIFFERENCE * shown).then_some(thinned)
 }
 
@@ -237,7 +239,7 @@ mod tests {
         let placements: Vec<_> = (0..count).map(placement).collect();
         let graph = SceneGraph::build(&placements, std::slice::from_ref(&model)).unwrap();
         let mesh = rack(40);
-        let none = CollapseSequence::none(mesh.positions.len() as u32);
+        let none = CollapseSequence::empty(mesh.positions.len() as u32);
         let material = Material {
             base_color: [0.5, 0.25, 1.0, 1.0],
             base_color_texture: Some(TextureRef { texture: 0, wrap: [Wrap::Repeat; 2] }),
@@ -288,7 +290,7 @@ mod tests {
     #[test]
     fn what_there_is_no_room_for_is_left_out_the_finest_first() {
         let made =
-            all_of(&CollapseStacks::build(rack(40), &CollapseSequence::none(320)), &policy());
+            all_of(&CollapseStacks::build(rack(40), &CollapseSequence::empty(320)), &policy());
         let coarsest = made.last().unwrap().0.triangles.len() as u64;
         let mut left = coarsest + 1;
         let model = LoadedModel::default();

@@ -1,5 +1,8 @@
 //! The house's rules: who may import whom, who names plugins, who is unsafe,
-//! and whether documents lead where they say.
+//! whether documents lead where they say, how large crates are, and how doc comments read.
+
+mod crate_size;
+mod doc_comments;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -9,7 +12,7 @@ use std::process::Command;
 use e2e::{finish, workspace_path};
 use serde_json::Value;
 
-/// What each crate may import from this workspace, by design.md, section 1.
+/// Imports from this workspace that each crate may have.
 const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar", &["busbar_client", "busbar_plugin_check", "busbar_viewer", "busbar_web"]),
     (
@@ -207,7 +210,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("vulkan_faults", &[]),
     ("xtask", &["vulkan_faults"]),
 ];
-/// What tests alone may import besides.
+/// Imports that tests alone may have besides.
 const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
     (
         "e2e",
@@ -293,7 +296,7 @@ const RESERVED: &[(&str, &[&str])] = &[
     ("tokio-postgres", &["sql_adapter"]),
     ("tokio-postgres-rustls", &["sql_adapter"]),
 ];
-/// Of these, what others may use in tests and examples.
+/// Reserved crates that others may use in tests and examples.
 const RESERVED_BUT_IN_TESTS: [(&str, &str); 2] =
     [("gltf", "busbar_gltf_export"), ("winit", "busbar_renderer")];
 /// Crates that may have unsafe code: they call Vulkan or the system, speak the C ABI or

@@ -11,7 +11,7 @@ use std::cmp::Reverse;
 
 use glam::Vec3;
 
-use crate::by_error::LAST_TRIANGLES;
+use crate::error_order::LAST_TRIANGLES;
 use crate::{Bounds, Collapse, CollapseSequence, CollapseStacks, Mesh, SequenceError};
 
 /// How much thinner than the side of a square an island may be that shows as much as it.
@@ -76,19 +76,19 @@ impl Island {
 
 /// What becomes of an island.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Fate {
+struct IslandDecision {
     /// What it is to show, square metres; nothing where others stand for it.
     shows: f32,
     /// The most triangles that it should have.
     max_triangles: usize,
 }
 
-impl Fate {
+impl IslandDecision {
     /// Of all islands where a pixel is a square with this side.
     fn of<'a>(islands: impl Iterator<Item = &'a Island>, sections: usize, side: f32) -> Vec<Self> {
         // Of what each section lost so far, in islands.
         let mut owed = vec![0.0_f32; sections];
-        let fate = |island: &Island| {
+        let decisions = |island: &Island| {
             let least = island.least_shown(side);
             let is_small = island.shown < least;
             let owed = &mut owed[island.section as usize];
@@ -99,7 +99,7 @@ impl Fate {
             let max_triangles = (shows / (side * side)).ceil() as usize;
             Self { shows: if stays { shows } else { 0.0 }, max_triangles }
         };
-        islands.map(fate).collect()
+        islands.map(decisions).collect()
     }
 }
 
@@ -108,7 +108,7 @@ struct Pieces {
     /// Of each position, or [`NOWHERE`].
     island_of: Vec<u32>,
     islands: Vec<Island>,
-    fates: Vec<Fate>,
+    decisions: Vec<IslandDecision>,
 }
 
 impl CollapseStacks {
@@ -123,29 +123,30 @@ impl CollapseStacks {
     ///
     /// # Errors
     /// None where errors are numbers.
-    pub fn thinned(self, side: f32) -> Result<Mesh, SequenceError> {
+    pub fn simplified_stochastically(self, side: f32) -> Result<Mesh, SequenceError> {
         let (island_of, count) = self.mesh().numbered_islands();
         let islands = self.mesh().shown_islands(&island_of, count);
-        let fates = Fate::of(islands.iter(), self.mesh().sections.len(), side);
-        let sequence = self.beyond(&island_of, &fates, MAX_ERROR_SIDES * side)?;
+        let decisions = IslandDecision::of(islands.iter(), self.mesh().sections.len(), side);
+        let sequence = self.beyond(&island_of, &decisions, MAX_ERROR_SIDES * side)?;
         let coarse = Self::build(self.into_mesh(), &sequence);
         // Their numbers are by the order of triangles, which is the same.
         let (mut island_of, _) = coarse.mesh().numbered_islands();
-        let (mut mesh, _) = coarse.from_cursor(coarse.collapse_count())?;
+        let (mut mesh, _) = coarse.baked_at_cursor(coarse.collapse_count())?;
         island_of.truncate(mesh.positions.len());
-        let Pieces { island_of, islands, fates } = mesh.take_apart(&island_of, &fates, side);
+        let Pieces { island_of, islands, decisions } =
+            mesh.take_apart(&island_of, &decisions, side);
         let stretches: Vec<Option<Stretch>> = islands
             .iter()
-            .zip(&fates)
-            .map(|(island, fate)| Stretch::to(island, *fate, side))
+            .zip(&decisions)
+            .map(|(island, decisions)| Stretch::to(island, *decisions, side))
             .collect();
         mesh.stretch(&island_of, &stretches);
-        let stays = |&island: &u32| fates.get(island as usize).is_some_and(|f| f.shows > 0.0);
+        let stays = |&island: &u32| decisions.get(island as usize).is_some_and(|f| f.shows > 0.0);
         let piece = |island: &u32| if stays(island) { KEPT } else { DROPPED };
         let piece_of_position: Vec<u32> = island_of.iter().map(piece).collect();
-        let mut thinned = mesh.divide(&piece_of_position, 2).swap_remove(KEPT as usize);
-        thinned.shrink_to_fit();
-        Ok(thinned)
+        let mut simplified = mesh.divide(&piece_of_position, 2).swap_remove(KEPT as usize);
+        simplified.shrink_to_fit();
+        Ok(simplified)
     }
 
     /// The collapses by which each island goes down to as many triangles as it should have, or
@@ -153,22 +154,22 @@ impl CollapseStacks {
     fn beyond(
         &self,
         island_of: &[u32],
-        fates: &[Fate],
+        decisions: &[IslandDecision],
         max_error: f32,
     ) -> Result<CollapseSequence, SequenceError> {
         let mesh = self.mesh();
         let mut deaths: Vec<(u32, Reverse<u32>)> = (mesh.triangles.iter().enumerate())
             .map(|(triangle, &corners)| {
                 let [position, ..] = mesh.corner_positions(corners);
-                (island_of[position as usize], Reverse(self.death_index(triangle)))
+                (island_of[position as usize], Reverse(self.removal_cursor(triangle)))
             })
             .collect();
         deaths.sort_unstable();
-        let last = self.cursor_within(max_error);
-        let mut cursors = vec![0_u32; fates.len()];
+        let last = self.cursor_for_error(max_error);
+        let mut cursors = vec![0_u32; decisions.len()];
         for deaths in deaths.chunk_by(|(a, _), (b, _)| a == b) {
             let island = deaths[0].0 as usize;
-            let most = fates[island].max_triangles.max(LAST_TRIANGLES);
+            let most = decisions[island].max_triangles.max(LAST_TRIANGLES);
             if let Some(&(_, Reverse(death))) = deaths.get(most) {
                 let (_, Reverse(vanishes)) = deaths[LAST_TRIANGLES - 1];
                 cursors[island] = death.min(vanishes - 1).min(last);
@@ -240,32 +241,32 @@ impl Mesh {
     }
 
     /// Takes those islands apart that have too many triangles for what they show.
-    fn take_apart(&mut self, island_of: &[u32], fates: &[Fate], side: f32) -> Pieces {
-        let mut triangles = vec![0_usize; fates.len()];
+    fn take_apart(&mut self, island_of: &[u32], decisions: &[IslandDecision], side: f32) -> Pieces {
+        let mut triangles = vec![0_usize; decisions.len()];
         for &corners in &self.triangles {
             let [position, ..] = self.corner_positions(corners);
             triangles[island_of[position as usize] as usize] += 1;
         }
         let has_too_many = |island: u32| {
-            let Fate { shows, max_triangles } = fates[island as usize];
+            let IslandDecision { shows, max_triangles } = decisions[island as usize];
             shows > 0.0 && triangles[island as usize] > MAX_TRIANGLES_A_SQUARE * max_triangles
         };
-        self.loosen_faces(island_of, has_too_many);
+        self.split_into_faces(island_of, has_too_many);
         let (piece_of, count) = self.numbered_islands();
         let mut pieces = self.shown_islands(&piece_of, count);
         let mut known = vec![None; count];
         for (&piece, &island) in piece_of.iter().zip(island_of) {
             if let Some(known) = known.get_mut(piece as usize) {
-                *known = fates.get(island as usize).copied();
+                *known = decisions.get(island as usize).copied();
             }
         }
         let is_face: Vec<bool> = known.iter().map(Option::is_none).collect();
         self.see_faces(&piece_of, &mut pieces, &is_face);
         let faces = pieces.iter().zip(&is_face).filter(|(_, is_face)| **is_face);
         let faces = faces.map(|(face, _)| face);
-        let mut of_faces = Fate::of(faces, self.sections.len(), side).into_iter();
-        let fates = known.into_iter().filter_map(|known| known.or_else(|| of_faces.next()));
-        Pieces { fates: fates.collect(), island_of: piece_of, islands: pieces }
+        let mut of_faces = IslandDecision::of(faces, self.sections.len(), side).into_iter();
+        let decisions = known.into_iter().filter_map(|known| known.or_else(|| of_faces.next()));
+        Pieces { decisions: decisions.collect(), island_of: piece_of, islands: pieces }
     }
 
     /// A face is seen from one side, all of it, and is as long as its longer edges, not as its
@@ -341,11 +342,11 @@ struct Stretch {
 impl Stretch {
     /// Makes an island show what it is to: thicker as long as it is long, then to a square; as
     /// far as no point moves for it by more than [`MAX_MOVE_SIDES`]. `None` where it does.
-    fn to(island: &Island, fate: Fate, side: f32) -> Option<Self> {
-        if island.shown <= 0.0 || fate.shows <= 0.0 {
+    fn to(island: &Island, decisions: IslandDecision, side: f32) -> Option<Self> {
+        if island.shown <= 0.0 || decisions.shows <= 0.0 {
             return None;
         }
-        let more = (fate.shows / island.shown).max(LEAST_SHARE);
+        let more = (decisions.shows / island.shown).max(LEAST_SHARE);
         if (more - 1.0).abs() <= LEAST_STRETCH {
             return None;
         }
@@ -415,44 +416,46 @@ mod tests {
         islands.iter().map(|i| i.bounds.max - i.bounds.min).collect()
     }
 
-    fn thinned(mesh: &Mesh, side: f32) -> Mesh {
-        let sequence = CollapseSequence::none(mesh.positions.len() as u32);
-        CollapseStacks::build(mesh.clone(), &sequence).thinned(side).unwrap()
+    fn simplified(mesh: &Mesh, side: f32) -> Mesh {
+        let sequence = CollapseSequence::empty(mesh.positions.len() as u32);
+        CollapseStacks::build(mesh.clone(), &sequence).simplified_stochastically(side).unwrap()
     }
 
     #[test]
     fn what_is_large_enough_stays_as_it_is() {
         let mesh = plates(&[[3.0, 1.0], [2.0, 2.0]]);
-        let thinned = thinned(&mesh, 1.7);
-        assert_eq!((thinned.positions, thinned.triangles), (mesh.positions, mesh.triangles));
+        let simplified = simplified(&mesh, 1.7);
+        assert_eq!((simplified.positions, simplified.triangles), (mesh.positions, mesh.triangles));
     }
 
     #[test]
     fn a_few_cover_what_all_did() {
         let mesh = plates(&[[10.0, 0.1]; 40]);
-        let thinned = thinned(&mesh, 8.0_f32.sqrt());
-        assert_eq!(sizes(&thinned).len(), 5);
-        assert!((shown(&thinned) / shown(&mesh) - 1.0).abs() < 1e-3, "{}", shown(&thinned));
+        let simplified = simplified(&mesh, 8.0_f32.sqrt());
+        assert_eq!(sizes(&simplified).len(), 5);
+        assert!((shown(&simplified) / shown(&mesh) - 1.0).abs() < 1e-3, "{}", shown(&simplified));
         // Along the plate's diagonal, which is not quite its axis.
-        assert!(sizes(&thinned).iter().all(|size| size.x < 10.2 && size.z > 0.7 && size.z < 2.0));
-        for (normal, &p) in thinned.wedges.normal.iter().zip(&thinned.wedges.position) {
-            assert!(normal.is_normalized() && (p as usize) < thinned.positions.len());
+        assert!(
+            sizes(&simplified).iter().all(|size| size.x < 10.2 && size.z > 0.7 && size.z < 2.0)
+        );
+        for (normal, &p) in simplified.wedges.normal.iter().zip(&simplified.wedges.position) {
+            assert!(normal.is_normalized() && (p as usize) < simplified.positions.len());
         }
     }
 
     #[test]
     fn what_is_long_and_thin_has_a_least_thickness() {
         let mesh = plates(&[[100.0, 0.1]; 32]);
-        let thinned = thinned(&mesh, 3.2);
-        assert_eq!(sizes(&thinned).len(), 16, "0.1 of 0.2 m");
-        assert!((shown(&thinned) / shown(&mesh) - 1.0).abs() < 1e-3, "{}", shown(&thinned));
+        let simplified = simplified(&mesh, 3.2);
+        assert_eq!(sizes(&simplified).len(), 16, "0.1 of 0.2 m");
+        assert!((shown(&simplified) / shown(&mesh) - 1.0).abs() < 1e-3, "{}", shown(&simplified));
     }
 
     #[test]
     fn what_is_short_becomes_a_square() {
-        let thinned = thinned(&plates(&[[1.0, 0.5]; 32]), 8.0_f32.sqrt());
-        assert_eq!(sizes(&thinned).len(), 2);
-        for size in sizes(&thinned) {
+        let simplified = simplified(&plates(&[[1.0, 0.5]; 32]), 8.0_f32.sqrt());
+        assert_eq!(sizes(&simplified).len(), 2);
+        for size in sizes(&simplified) {
             assert!(size.max_element() < 4.5, "{size}");
         }
     }
@@ -468,18 +471,18 @@ mod tests {
         }
         arms.normals = vec![Vec3::Y; arms.positions.len()];
         let mesh = weld(&[arms]).unwrap().0;
-        let thinned = thinned(&mesh, 0.5);
-        assert_ne!(thinned.positions, mesh.positions, "it is widened");
-        for (&is, &was) in thinned.positions.iter().zip(&mesh.positions) {
+        let simplified = simplified(&mesh, 0.5);
+        assert_ne!(simplified.positions, mesh.positions, "it is widened");
+        for (&is, &was) in simplified.positions.iter().zip(&mesh.positions) {
             assert!(is.distance(was) <= 0.5 * MAX_MOVE_SIDES * 1.001, "{was} moved to {is}");
         }
     }
 
     #[test]
     fn small_ones_that_come_to_little_are_gone() {
-        let few = thinned(&plates(&[[0.1, 0.1], [50.0, 50.0]]), 8.0_f32.sqrt());
+        let few = simplified(&plates(&[[0.1, 0.1], [50.0, 50.0]]), 8.0_f32.sqrt());
         assert_eq!(sizes(&few), [Vec3::new(50.0, 0.0, 50.0)]);
-        assert!(thinned(&plates(&[[0.1, 0.1]; 3]), 8.0_f32.sqrt()).triangles.is_empty());
+        assert!(simplified(&plates(&[[0.1, 0.1]; 3]), 8.0_f32.sqrt()).triangles.is_empty());
     }
 
     /// A two-sided strip of so many squares; what is between its ends moves onto one of them,
@@ -507,12 +510,12 @@ mod tests {
     #[test]
     fn triangles_are_no_more_than_what_they_show() {
         let strip = strip(40, 0.8);
-        let thinned = strip.clone().thinned(2.0).unwrap();
-        let triangles = thinned.triangles.len();
+        let simplified = strip.clone().simplified_stochastically(2.0).unwrap();
+        let triangles = simplified.triangles.len();
         assert!((4..=10).contains(&triangles), "{triangles}, and 40 square metres are 10 squares");
-        assert_eq!(sizes(&thinned), [Vec3::new(40.0, 0.0, 1.0)]);
-        assert!((shown(&thinned) / 40.0 - 1.0).abs() < 1e-3, "{}", shown(&thinned));
-        let beyond = strip.thinned(1.0).unwrap();
+        assert_eq!(sizes(&simplified), [Vec3::new(40.0, 0.0, 1.0)]);
+        assert!((shown(&simplified) / 40.0 - 1.0).abs() < 1e-3, "{}", shown(&simplified));
+        let beyond = strip.simplified_stochastically(1.0).unwrap();
         assert_eq!(beyond.triangles.len(), 160, "0.8 m is too much an error for squares of 1 m");
     }
 
@@ -538,25 +541,25 @@ mod tests {
     #[test]
     fn of_a_lattice_a_share_of_its_faces_is_kept() {
         let mesh = lattice(40);
-        let thinned = thinned(&mesh, 2.0);
-        let [before, after] = [&mesh, &thinned].map(|mesh| mesh.triangles.len());
+        let simplified = simplified(&mesh, 2.0);
+        let [before, after] = [&mesh, &simplified].map(|mesh| mesh.triangles.len());
         assert!(after * 5 < before, "{after} of {before} triangles");
-        assert!((shown(&thinned) / shown(&mesh) - 1.0).abs() < 0.02, "{}", shown(&thinned));
+        assert!((shown(&simplified) / shown(&mesh) - 1.0).abs() < 0.02, "{}", shown(&simplified));
         // Everywhere: in each quarter of it as much as in the others.
         let quarter = |of: usize| {
             let in_it = |t: &&[u32; 3]| {
                 let [a, b, c] =
-                    thinned.corner_positions(**t).map(|p| thinned.positions[p as usize]);
+                    simplified.corner_positions(**t).map(|p| simplified.positions[p as usize]);
                 let middle = (a + b + c) / 3.0;
                 usize::from(middle.x > 20.0) + 2 * usize::from(middle.z > 20.0) == of
             };
-            thinned.triangles.iter().filter(in_it).count()
+            simplified.triangles.iter().filter(in_it).count()
         };
         for of in 0..4 {
             let share = quarter(of) as f32 / after as f32;
             assert!((share - 0.25).abs() < 0.05, "{share} in quarter {of}");
         }
-        let near = super::tests::thinned(&mesh, 0.2);
+        let near = super::tests::simplified(&mesh, 0.2);
         assert_eq!(near.triangles.len(), before, "what is large enough stays as it is");
     }
 
@@ -587,8 +590,13 @@ mod tests {
             down.map(|(a, b)| Collapse { removed: number(a), kept: number(b), error: 1.0 });
         let sequence = CollapseSequence::new(entries.to_vec(), 6).unwrap();
         let before = shown(&mesh);
-        let thinned = CollapseStacks::build(mesh, &sequence).thinned(4.0).unwrap();
-        assert_eq!(thinned.triangles.len(), 4);
-        assert!((shown(&thinned) / before - 1.0).abs() < 1e-3, "{} of {before}", shown(&thinned));
+        let simplified =
+            CollapseStacks::build(mesh, &sequence).simplified_stochastically(4.0).unwrap();
+        assert_eq!(simplified.triangles.len(), 4);
+        assert!(
+            (shown(&simplified) / before - 1.0).abs() < 1e-3,
+            "{} of {before}",
+            shown(&simplified)
+        );
     }
 }

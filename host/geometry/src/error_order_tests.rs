@@ -38,7 +38,7 @@ fn onto_hubs(mesh: &Mesh, error: f32) -> CollapseSequence {
 #[test]
 fn small_islands_go_first_and_errors_go_by_their_sizes() {
     let mesh = fans(&[4.0, 1.0, 2.0]);
-    let sequence = onto_hubs(&mesh, 100.0).by_error(&mesh);
+    let sequence = onto_hubs(&mesh, 100.0).ordered_by_error(&mesh);
     assert_eq!(sequence.len(), 18, "hubs stay");
     let of = |fan: u32| -> Vec<f32> {
         let of_fan = sequence.entries().iter().filter(|e| e.kept / 7 == fan);
@@ -50,14 +50,15 @@ fn small_islands_go_first_and_errors_go_by_their_sizes() {
         }
     }
     let stacks = CollapseStacks::build(mesh, &sequence);
-    let left = [0.1, 1.3, 2.6, 6.0].map(|error| stacks.live_triangles(stacks.cursor_within(error)));
+    let left =
+        [0.1, 1.3, 2.6, 6.0].map(|error| stacks.live_triangles(stacks.cursor_for_error(error)));
     assert_eq!(left, [15, 9, 4, 0]);
 }
 
 #[test]
 fn the_optimisers_error_counts_where_it_is_less() {
     let mesh = fans(&[4.0, 1.0]);
-    let sequence = onto_hubs(&mesh, 0.25).by_error(&mesh);
+    let sequence = onto_hubs(&mesh, 0.25).ordered_by_error(&mesh);
     // Two of the five triangles go; what is left vanishes with the whole.
     let least = |fan: u32| sequence.entries().iter().filter(move |e| e.kept / 7 == fan);
     for (fan, size) in [(0, 4.0), (1, 1.0_f32)] {
@@ -86,9 +87,9 @@ fn a_long_strut_outlives_its_thickness() {
     let onto =
         |removed, kept| Collapse { removed: number(removed), kept: number(kept), error: 10.0 };
     let entries = vec![onto(1, 0), onto(4, 3), onto(2, 0), onto(5, 3), onto(3, 0)];
-    let sequence = CollapseSequence::new(entries, 6).unwrap().by_error(&mesh);
+    let sequence = CollapseSequence::new(entries, 6).unwrap().ordered_by_error(&mesh);
     let stacks = CollapseStacks::build(mesh, &sequence);
-    let left = |error| stacks.live_triangles(stacks.cursor_within(error));
+    let left = |error| stacks.live_triangles(stacks.cursor_for_error(error));
     assert!(left(0.01) == 8 && left(0.5) >= 4, "{} {}", left(0.01), left(0.5));
     assert_eq!(left(2.0), 0);
 }
@@ -119,7 +120,7 @@ fn what_slides_along_its_own_surface_is_no_error_but_colours_are() {
     let onto = |removed, kept| Collapse { removed, kept, error: 100.0 };
     let error = |entries: Vec<Collapse>| {
         let sequence = CollapseSequence::new(entries, mesh.positions.len() as u32).unwrap();
-        sequence.by_error(&mesh).entries().last().unwrap().error
+        sequence.ordered_by_error(&mesh).entries().last().unwrap().error
     };
     let inside = onto(at(1.0, 1.0), at(2.0, 1.0));
     let corner = onto(at(0.0, 0.0), at(0.0, 1.0));
@@ -152,7 +153,7 @@ fn what_covers_a_hole_is_an_error() {
     let mesh = weld(&[frame]).unwrap().0;
     let number = |i| mesh.positions.iter().position(|&p| p == at(i)).unwrap() as u32;
     let closing = Collapse { removed: number(0), kept: number(2), error: 100.0 };
-    let sequence = CollapseSequence::new(vec![closing], 8).unwrap().by_error(&mesh);
+    let sequence = CollapseSequence::new(vec![closing], 8).unwrap().ordered_by_error(&mesh);
     assert!(sequence.entries()[0].error > 0.5, "{:?}", sequence.entries());
 }
 
@@ -168,7 +169,7 @@ fn what_is_apart_does_not_wait() {
     let [flat, beside] = [onto(at(12.0, 4.0), at(13.0, 4.0)), onto(at(1.0, 1.0), at(2.0, 1.0))];
     let entries = vec![torn, flat, beside];
     let sequence = CollapseSequence::new(entries, mesh.positions.len() as u32).unwrap();
-    let sorted = sequence.by_error(&mesh);
+    let sorted = sequence.ordered_by_error(&mesh);
     let pairs: Vec<_> = sorted.entries().iter().map(|e| (e.removed, e.kept)).collect();
     assert_eq!(pairs, [flat, torn, beside].map(|e| (e.removed, e.kept)));
     assert_eq!(sorted.entries()[1].error, sorted.entries()[2].error, "it waits");
@@ -197,7 +198,7 @@ fn faces_keep_their_shading_for_as_long_as_they_are_seen() {
         let [removed, kept] = [number(TOP), number(corner(0))];
         let collapse = Collapse { removed, kept, error: 100.0 };
         let sequence = CollapseSequence::new(vec![collapse], SIDES + 1).unwrap();
-        sequence.by_error(&mesh).entries()[0].error
+        sequence.ordered_by_error(&mesh).entries()[0].error
     };
     assert!(error(0.0) < 1e-3, "{}", error(0.0));
     assert!(error(0.5) > 0.05, "{}", error(0.5));
@@ -230,9 +231,9 @@ fn something_slender_keeps_three_sides_until_it_vanishes() {
     let at_ends = |turn| [0, SIDES].map(|end| onto(end, turn));
     let entries: Vec<Collapse> = turns.into_iter().flat_map(at_ends).collect();
     let sequence = CollapseSequence::new(entries, mesh.positions.len() as u32).unwrap();
-    let sequence = sequence.by_error(&mesh);
+    let sequence = sequence.ordered_by_error(&mesh);
     let stacks = CollapseStacks::build(mesh, &sequence);
-    let left = [0.0, 0.1, 0.3, 1.0].map(|e| stacks.live_triangles(stacks.cursor_within(e)));
+    let left = [0.0, 0.1, 0.3, 1.0].map(|e| stacks.live_triangles(stacks.cursor_for_error(e)));
     assert_eq!(left, [16, 6, 6, 0]);
 }
 
@@ -254,7 +255,7 @@ proptest! {
             entries.push(Collapse { removed, kept, error: 1e6 });
         }
         let sequence = CollapseSequence::new(entries, mesh.positions.len() as u32).unwrap();
-        let sorted = sequence.by_error(&mesh);
+        let sorted = sequence.ordered_by_error(&mesh);
         let stacks = CollapseStacks::build(mesh.clone(), &sorted);
         for (cursor, entry) in (1..).zip(sorted.entries()) {
             let left: Vec<[Vec3; 3]> = stacks

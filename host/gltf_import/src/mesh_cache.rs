@@ -3,21 +3,21 @@
 use busbar_geometry::{Mesh, WeldReport};
 
 /// A mesh, the names of its features, and what welding did.
-pub type BuiltMesh = (Mesh, Vec<String>, WeldReport);
+pub type CachedMesh = (Mesh, Vec<String>, WeldReport);
 
 /// Triangles from which a mesh is worth keeping: fewer are welded sooner than found.
-pub const MIN_KEPT_TRIANGLES: usize = 50_000;
+pub const MIN_CACHED_TRIANGLES: usize = 50_000;
 
-/// Keeps welded meshes of at least [`MIN_KEPT_TRIANGLES`] by the content of the file that
+/// Keeps welded meshes of at least [`MIN_CACHED_TRIANGLES`] by the content of the file that
 /// they come from, and by their index in it.
-pub trait MeshKeeper: Sync {
+pub trait MeshCache: Sync {
     /// What the content is known by: the file's JSON, then its buffers, which together
     /// decide every mesh.
     fn digest(&self, content: &[&[u8]]) -> u128;
 
     /// A mesh that was kept.
-    fn find(&self, content: u128, mesh: usize) -> Option<BuiltMesh>;
+    fn get(&self, content: u128, mesh: usize) -> Option<CachedMesh>;
 
     /// Keeps one.
-    fn keep(&self, content: u128, mesh: usize, built: &BuiltMesh);
+    fn insert(&self, content: u128, mesh: usize, built: &CachedMesh);
 }

@@ -1,6 +1,6 @@
 //! Death indices: when triangles lose a corner.
 
-use super::NEVER;
+use super::NEVER_REMOVED;
 use crate::{CollapseSequence, Mesh};
 
 /// Chains of ancestors up to this length are climbed as they are.
@@ -16,11 +16,11 @@ fn link(entry: u32, onto: u32) -> Link {
 
 /// Of a position that is never joined to another one.
 fn stays(position: u32) -> Link {
-    link(NEVER, position)
+    link(NEVER_REMOVED, position)
 }
 
 /// The same, for a sequence of any depth.
-pub(crate) fn death_indices(mesh: &Mesh, sequence: &CollapseSequence) -> Vec<u32> {
+pub(crate) fn removal_cursors(mesh: &Mesh, sequence: &CollapseSequence) -> Vec<u32> {
     find(mesh, sequence, u32::MAX)
 }
 
@@ -68,8 +68,8 @@ fn death(links: &[Link], [mut a, mut b, mut c]: [u32; 3]) -> u32 {
     loop {
         let first = a_link.min(b_link).min(c_link);
         let (entry, onto) = ((first >> 32) as u32, first as u32);
-        if entry == NEVER {
-            return NEVER;
+        if entry == NEVER_REMOVED {
+            return NEVER_REMOVED;
         }
         if onto == a || onto == b || onto == c {
             return entry + 1;

@@ -1,7 +1,7 @@
 //! A sequence in the order of its errors.
 
 use crate::deviation::Deviation;
-use crate::stacks::death_indices;
+use crate::stacks::removal_cursors;
 use crate::{Collapse, CollapseSequence, Mesh};
 
 /// The fewest triangles that an island has while it counts as there: a tetrahedron's.
@@ -21,7 +21,7 @@ impl CollapseSequence {
     ///
     /// Entries that join islands of which nothing is left are dropped: they change
     /// nothing that is seen.
-    pub fn by_error(&self, mesh: &Mesh) -> Self {
+    pub fn ordered_by_error(&self, mesh: &Mesh) -> Self {
         let island_of = mesh.island_roots();
         let ends = self.ends(mesh, &island_of);
         let mut deviation = Deviation::new(mesh);
@@ -75,7 +75,7 @@ impl CollapseSequence {
     fn ends(&self, mesh: &Mesh, island_of: &[u32]) -> Vec<End> {
         let none = End { last_deaths: [0; LAST_TRIANGLES], area: 0.0, seen: 0.0 };
         let mut ends = vec![none; mesh.positions.len()];
-        for (&corners, death) in mesh.triangles.iter().zip(death_indices(mesh, self)) {
+        for (&corners, death) in mesh.triangles.iter().zip(removal_cursors(mesh, self)) {
             let positions = mesh.corner_positions(corners);
             let [a, b, c] = positions.map(|position| mesh.positions[position as usize]);
             let area = 0.5 * (b - a).cross(c - a).length();
@@ -88,5 +88,5 @@ impl CollapseSequence {
 }
 
 #[cfg(test)]
-#[path = "by_error_tests.rs"]
+#[path = "error_order_tests.rs"]
 mod tests;

@@ -2,7 +2,7 @@
 //!
 //! An optimiser that keeps a surface a surface stops at a tube of three sides around each bar of
 //! a lattice, say, until the whole dies. Where all of it is a few pixels, its faces may go one by
-//! one ([`crate::CollapseStacks::thinned`]).
+//! one ([`crate::CollapseStacks::simplified_stochastically`]).
 
 use std::cmp::Reverse;
 
@@ -20,12 +20,12 @@ impl Mesh {
     /// that are nearly flat and of one section, over their longest edges first: pieces of any
     /// other shape could not be made larger in place of others. Their positions come after all
     /// that there were, and those that they had are left without triangles.
-    pub(crate) fn loosen_faces(&mut self, island_of: &[u32], is_loosened: impl Fn(u32) -> bool) {
-        let is_loosened = |&triangle: &u32| {
+    pub(crate) fn split_into_faces(&mut self, island_of: &[u32], is_split: impl Fn(u32) -> bool) {
+        let is_split = |&triangle: &u32| {
             let [position, ..] = self.corner_positions(self.triangles[triangle as usize]);
-            is_loosened(island_of[position as usize])
+            is_split(island_of[position as usize])
         };
-        let loosened: Vec<u32> = (0..self.triangles.len() as u32).filter(is_loosened).collect();
+        let loosened: Vec<u32> = (0..self.triangles.len() as u32).filter(is_split).collect();
         let faces = self.find_faces(&loosened);
         let mut by_face: Vec<(u32, u32)> = faces.into_iter().zip(loosened).collect();
         by_face.sort_unstable();
@@ -169,7 +169,7 @@ mod tests {
         let roots = mesh.island_roots();
         let [of_plate, ..] = mesh.corner_positions(*mesh.triangles.last().unwrap());
         let mut loose = mesh.clone();
-        loose.loosen_faces(&roots, |island| island != roots[of_plate as usize]);
+        loose.split_into_faces(&roots, |island| island != roots[of_plate as usize]);
         loose
     }
 
