@@ -17,7 +17,7 @@ pub(crate) fn peak<T>(work: impl FnOnce() -> Result<T>) -> Result<(T, u64)> {
     Ok((result, resident("VmHWM")?.saturating_sub(before)))
 }
 
-/// A figure of the process's memory, bytes.
+/// Reads a figure of the process's memory, bytes.
 fn resident(field: &str) -> Result<u64> {
     let status = fs::read_to_string(STATUS).with_context(|| format!("cannot read {STATUS}"))?;
     let line = status.lines().find_map(|line| line.strip_prefix(field)?.strip_prefix(':'));

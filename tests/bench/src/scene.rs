@@ -37,7 +37,7 @@ impl Scene {
         Self { topology: mesh.topology(), mesh, features }
     }
 
-    /// The paper's sequence, checked.
+    /// Computes the paper's sequence, checked.
     pub(crate) fn sequence(&self) -> Result<CollapseSequence> {
         let list = Input::new(&self.mesh).weighted(Order::Paper, MAX_THREADS)?;
         sequence(&list, self.mesh.positions.len())
@@ -58,7 +58,8 @@ impl Scene {
         Mesh { positions, wedges, triangles, sections, features: Vec::new() }
     }
 
-    /// The box around all equipment whose id begins so; `None` if there is none.
+    /// Returns the bounding box of all equipment whose id begins with `start`; `None` if there is
+    /// none.
     pub(crate) fn bounds_of(&self, start: &str) -> Option<Bounds> {
         let is_meant = |&feature: &u32| {
             let name = (feature != NO_FEATURE).then(|| self.features.get(feature as usize));
@@ -70,7 +71,7 @@ impl Scene {
         )
     }
 
-    /// The mesh as a file would give it, a primitive a section.
+    /// Returns the mesh as the primitives of a file, one a section.
     pub(crate) fn primitives(&self) -> Vec<RawPrimitive> {
         let wedges = &self.mesh.wedges;
         let sections = self.mesh.sections.iter().map(|section| {

@@ -18,17 +18,17 @@ pub(crate) struct Series {
 }
 
 impl Series {
-    /// A figure without measurements yet.
+    /// Creates a series without measurements.
     pub(crate) fn new(name: impl Into<String>, unit: &'static str) -> Self {
         Self { name: name.into(), unit, values: Vec::new(), bar: None }
     }
 
-    /// A figure that is the same every time.
+    /// Creates a series of a figure that does not vary.
     pub(crate) fn exact(name: impl Into<String>, unit: &'static str, value: f64) -> Self {
         Self { values: vec![value], ..Self::new(name, unit) }
     }
 
-    /// The figure with what its median should not exceed.
+    /// Returns the series with the greatest median that meets its bar.
     pub(crate) fn at_most(mut self, bar: f64) -> Self {
         self.bar = Some(bar);
         self
@@ -55,7 +55,7 @@ impl Series {
         result
     }
 
-    /// The measurement of the last round.
+    /// Returns the measurement of the last round.
     pub(crate) fn last(&self) -> f64 {
         self.values.last().copied().unwrap_or(f64::NAN)
     }
@@ -65,8 +65,8 @@ impl Series {
         self.values.len()
     }
 
-    /// The value that a share of the measurements does not exceed, by nearest
-    /// rank: 0 is the least, 0.5 the (lower) median, 1 the greatest.
+    /// Returns the value that a share of the measurements does not exceed, by nearest rank: 0 is
+    /// the least, 0.5 the (lower) median, 1 the greatest.
     pub(crate) fn quantile(&self, share: f64) -> f64 {
         let mut sorted = self.values.clone();
         sorted.sort_by(f64::total_cmp);

@@ -65,7 +65,7 @@ pub(crate) fn measure(
     Ok(found)
 }
 
-/// Someone who is ready to draw a level.
+/// Starts a renderer, warmed up to draw a level.
 fn begin(
     recipe: &Recipe,
     level: &Level,

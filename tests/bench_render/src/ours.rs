@@ -76,7 +76,8 @@ impl Ours {
     }
 }
 
-/// A configuration that shows a model alone, beside it; one that is one stays.
+/// Writes a configuration that shows a model alone, beside it; a path of a configuration is
+/// returned unchanged.
 fn configuration_of(path: &Path) -> Result<PathBuf> {
     if path.extension().is_some_and(|extension| extension == "json") {
         return Ok(path.to_owned());

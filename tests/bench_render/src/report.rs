@@ -53,7 +53,7 @@ pub(crate) fn write(results: &Results, folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// The bars of this project.
+/// Judges the bars of this project.
 pub(crate) fn bars(results: &Results) -> Vec<Claim> {
     let mut bars = frame_bars(&results.frames);
     bars.extend(results.followed.iter().flat_map(followed_bars));

@@ -68,7 +68,7 @@ pub(crate) fn write_models(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Theta at which no more than so many triangles are left.
+/// Returns the theta at which no more than so many triangles are left.
 fn theta_of(model: &OptimisedModel, triangles: u64) -> f64 {
     let (mut fine, mut coarse) = (0.0, 1.0);
     for _ in 0..HALVINGS {

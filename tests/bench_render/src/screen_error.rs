@@ -126,8 +126,8 @@ impl Likeness {
     }
 }
 
-/// Mean FLIP (P. Andersson et al., "FLIP: A Difference Evaluator for Alternating Images",
-/// HPG 2020) at the pixels a degree that it has by default.
+/// Computes the mean FLIP (P. Andersson et al., "FLIP: A Difference Evaluator for Alternating
+/// Images", HPG 2020) at its default pixels a degree.
 fn flip(reference: &image::RgbImage, test: &image::RgbImage) -> Result<f64> {
     let (width, height) = reference.dimensions();
     anyhow::ensure!(test.dimensions() == (width, height), "pictures of different sizes");

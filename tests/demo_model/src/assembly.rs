@@ -22,7 +22,7 @@ pub struct Assembly {
 }
 
 impl Assembly {
-    /// An assembly whose root node has this name and stands on the origin.
+    /// Creates an assembly whose root node has this name and stands on the origin.
     pub fn new(name: &str) -> (Self, NodeId) {
         let mut assembly = Self::default();
         let root = assembly.push_node(name, None, None, Mat4::IDENTITY);
@@ -92,7 +92,7 @@ impl Assembly {
     }
 }
 
-/// The transform that moves the origin to a point.
+/// Returns the transform that moves the origin to a point.
 pub fn at(x: f32, y: f32, z: f32) -> Mat4 {
     Mat4::from_translation(Vec3::new(x, y, z))
 }

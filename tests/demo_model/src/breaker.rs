@@ -95,7 +95,7 @@ fn mechanism_box() -> Part {
     part
 }
 
-/// A disc with a bar, turning about z: upright closed, level open.
+/// Builds a disc with a bar, turning about z: upright closed, level open.
 fn position_indicator() -> Part {
     let mut part = Part::new();
     part.add(
@@ -141,7 +141,7 @@ fn bell_crank_housing() -> Part {
     part
 }
 
-/// A hollow porcelain between two flange pairs, from y = 0 to `height`.
+/// Builds a hollow porcelain between two flange pairs, from y = 0 to `height`.
 fn porcelain_stage(height: f32, core_radii: [f32; 2], sheds: Sheds) -> Part {
     const SEGMENTS: usize = 12;
     const FITTING: f32 = 0.11;
@@ -194,7 +194,7 @@ fn interrupter() -> Part {
     part
 }
 
-/// A palm that stands out along x, its face upwards.
+/// Builds a palm that stands out along x, its face upwards.
 fn terminal() -> Part {
     let mut part = Part::new();
     part.add(Finish::Aluminium, block(Vec3::new(0.14, 0.12, 0.16), 0.015).moved(0.05, 0.0, 0.0));

@@ -120,7 +120,7 @@ fn column() -> Part {
     part
 }
 
-/// The part of both arms that stands on a column, the arm along x.
+/// Builds the part of both arms that stands on a column, the arm along x.
 fn arm(length: f32) -> Part {
     let metal = Finish::Aluminium;
     let mut part = Part::new();

@@ -38,7 +38,7 @@ pub enum Finish {
 }
 
 impl Finish {
-    /// The material; a texture that it needs is added to `textures`.
+    /// Returns the material; a texture that it needs is added to `textures`.
     pub(crate) fn material(self, textures: &mut Vec<Texture>) -> Material {
         // Name, linear colour, metallic, roughness.
         let (name, [r, g, b], metallic, roughness) = match self {

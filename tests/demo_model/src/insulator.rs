@@ -14,8 +14,8 @@ pub struct Sheds {
 /// Profile rings per shed: root, drip edge, tip, shoulder.
 const RINGS_PER_SHED: usize = 4;
 
-/// The (radius, height) profile of a porcelain body that stands at height
-/// `base`, its core tapering from `core_radii[0]` to `core_radii[1]`.
+/// Returns the (radius, height) profile of a porcelain body that stands at height `base`, its core
+/// tapering from `core_radii[0]` to `core_radii[1]`.
 ///
 /// `4 count + 2` rings: a plain collar at either end and four to a shed, whose
 /// underside hangs a little and whose top slopes so that rain runs off.

@@ -15,8 +15,8 @@ const BLACK: Rgb = [22.0, 22.0, 22.0];
 const STEEL: Rgb = [196.0, 198.0, 200.0];
 const ENGRAVED: Rgb = [52.0, 54.0, 58.0];
 
-/// The sign for dangerous voltage (ISO 7010 W012): a black bolt in a yellow
-/// triangle with a black border.
+/// Draws the sign for dangerous voltage (ISO 7010 W012): a black bolt in a yellow triangle with a
+/// black border.
 pub(crate) fn warning_sign() -> Texture {
     draw(SIGN_PIXELS, SIGN_PIXELS, |x, y| {
         let (x, y) = (x / SIGN_PIXELS as f32, y / SIGN_PIXELS as f32);
@@ -42,8 +42,8 @@ pub(crate) fn warning_sign() -> Texture {
     })
 }
 
-/// A rating plate: a frame, a headline, lines of engraving, a table of taps.
-/// The engraving is unreadable on purpose: this transformer has no maker.
+/// Draws a rating plate: a frame, a headline, lines of engraving, a table of taps. The engraving is
+/// unreadable on purpose: this transformer has no maker.
 pub(crate) fn rating_plate() -> Texture {
     draw(PLATE_WIDTH, PLATE_HEIGHT, |x, y| {
         let (w, h) = (PLATE_WIDTH as f32, PLATE_HEIGHT as f32);

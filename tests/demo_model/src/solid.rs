@@ -40,7 +40,7 @@ impl PlanarUv {
 }
 
 impl Solid {
-    /// The solid placed elsewhere. A mirroring transform keeps outside outside.
+    /// Transforms the solid. A mirroring transform keeps its faces outward.
     pub fn transformed(mut self, transform: Mat4) -> Self {
         for point in &mut self.points {
             *point = transform.transform_point3(*point);
@@ -56,18 +56,18 @@ impl Solid {
         self
     }
 
-    /// The solid moved without turning.
+    /// Translates the solid without rotation.
     pub fn moved(self, x: f32, y: f32, z: f32) -> Self {
         self.transformed(Mat4::from_translation(Vec3::new(x, y, z)))
     }
 
-    /// The solid with a texture laid on it.
+    /// Maps a texture onto the solid.
     pub fn textured(mut self, uv: PlanarUv) -> Self {
         self.uv = Some(uv);
         self
     }
 
-    /// Enclosed volume in cubic metres; negative if the shells are inside out.
+    /// Computes the enclosed volume in cubic metres; negative if the shells are inside out.
     pub fn signed_volume(&self) -> f64 {
         let point = |i: u32| self.points[i as usize].as_dvec3();
         let sum: f64 =

@@ -37,7 +37,7 @@ fn check(solid: &Solid, expected: Expected) {
     assert!(error <= expected.tolerance, "volume {volume}, expected {}", expected.volume);
 }
 
-/// Area of a regular polygon over the area of its circle.
+/// Returns the area of a regular polygon divided by that of its circle.
 fn polygon_share(n: usize) -> f64 {
     let step = std::f64::consts::TAU / n as f64;
     step.sin() / step

@@ -49,7 +49,7 @@ impl Axis {
         self.pixels[0] + share * (self.pixels[1] - self.pixels[0])
     }
 
-    /// Round values along the axis.
+    /// Returns round tick values along the axis.
     fn ticks(&self) -> Vec<f64> {
         if self.log {
             let (first, last) = (self.low.log10().ceil() as i32, self.high.log10().floor() as i32);
@@ -161,7 +161,7 @@ impl LineChart<'_> {
     }
 }
 
-/// An axis with room for all values; linear ones begin at zero.
+/// Creates an axis with room for all values; linear ones begin at zero.
 fn axis(values: impl Iterator<Item = f64>, pixels: [f64; 2], log: bool) -> Axis {
     let (low, high) =
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));

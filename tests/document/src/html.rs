@@ -95,7 +95,7 @@ fn write_sheet(text: &mut String, sheet: &ContactSheet) {
     let _ = writeln!(text, "</section>");
 }
 
-/// Text without meaning for HTML.
+/// Escapes the characters of a text that are markup in HTML.
 pub(crate) fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {

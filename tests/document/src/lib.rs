@@ -100,12 +100,12 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// Confirmed if so, else refuted.
+    /// Returns `Confirmed` if the claim holds, else `Refuted`.
     pub fn of_claim(holds: bool) -> Self {
         if holds { Self::Confirmed } else { Self::Refuted }
     }
 
-    /// Met if so, else missed.
+    /// Returns `Met` if the bar was reached, else `Missed`.
     pub fn of_bar(reached: bool) -> Self {
         if reached { Self::Met } else { Self::Missed }
     }

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-/// The processor's name, and cores.
+/// Returns the processor's name and the number of cores.
 pub fn machine() -> String {
     let facts = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = facts.lines().find_map(|line| line.strip_prefix("model name"));

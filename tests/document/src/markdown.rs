@@ -68,7 +68,7 @@ fn write_table(text: &mut String, table: &Table) {
     }
 }
 
-/// Text without meaning for Markdown.
+/// Escapes the characters of a text that are markup in Markdown.
 fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {

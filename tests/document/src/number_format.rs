@@ -19,7 +19,7 @@ pub fn signed(value: i64) -> String {
     format!("{sign}{}", grouped(value.unsigned_abs()))
 }
 
-/// A share as per cent, with as many decimals as a small one needs.
+/// Formats a share as per cent, with as many decimals as a small one needs.
 pub fn percent(share: f64) -> String {
     // Minus nothing is nothing.
     let percent = share * 100.0 + 0.0;
@@ -32,7 +32,7 @@ pub fn percent(share: f64) -> String {
     }
 }
 
-/// A theta as the paper writes it: `70 %`.
+/// Formats a theta as the paper writes it: `70 %`.
 pub fn theta(theta: f64) -> String {
     format!("{:.0} %", theta * 100.0)
 }
@@ -51,7 +51,7 @@ pub fn millis(value: f64) -> String {
     }
 }
 
-/// A factor with two decimals, or `-`.
+/// Formats a factor with two decimals, or `-`.
 pub fn factor(value: Option<f64>) -> String {
     value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"))
 }

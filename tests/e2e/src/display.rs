@@ -52,7 +52,7 @@ impl Display {
         finish(&mut command).expect_code(0)
     }
 
-    /// A picture of the screen, kept where `BUSBAR_PICTURES` says, else in a folder.
+    /// Takes a picture of the screen, kept where `BUSBAR_PICTURES` says, else in a folder.
     ///
     /// # Panics
     /// When none can be taken.

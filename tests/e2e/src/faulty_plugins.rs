@@ -69,7 +69,7 @@ impl FaultyPluginScene {
         self.path("plugins").join(LIBRARY)
     }
 
-    /// A path in its folder.
+    /// Returns a path in the scene's folder.
     pub fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }

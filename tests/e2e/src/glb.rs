@@ -63,7 +63,7 @@ fn read_mesh(document: &Value, buffer: &[u8], mesh: &Value) -> WeldedMesh {
     welded
 }
 
-/// The bytes of each element of an accessor.
+/// Returns the bytes of each element of an accessor.
 fn elements<'a>(
     document: &Value,
     buffer: &'a [u8],
@@ -124,7 +124,7 @@ pub fn write(mesh: &WeldedMesh) -> Vec<u8> {
 }
 
 impl WeldedMesh {
-    /// Connected components of its positions.
+    /// Counts the connected components of the positions.
     pub fn components(&self) -> usize {
         let mut parent: Vec<usize> = (0..self.positions.len()).collect();
         for &[a, b, c] in &self.triangles {

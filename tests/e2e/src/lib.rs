@@ -30,35 +30,35 @@ const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 /// Polling period of a condition.
 const LOOK_PERIOD: Duration = Duration::from_millis(10);
 
-/// A path of the workspace.
+/// Returns a path of the workspace.
 pub fn workspace_path(path: &str) -> PathBuf {
     Path::new(ROOT).join(path)
 }
 
-/// The folder of programs and plugins, `target/<profile>`: the tests
-/// themselves are in `deps` below it.
+/// Returns the folder of programs and plugins, `target/<profile>`: the tests themselves are in
+/// `deps` below it.
 pub fn built_folder() -> PathBuf {
     let test = std::env::current_exe().expect("a test has a path");
     test.ancestors().nth(2).expect("it is in target/<profile>/deps").to_owned()
 }
 
-/// A file that a build or staging makes.
+/// Returns the path of a file that a build or staging makes.
 ///
 /// # Panics
-/// When it is not there, saying how to make it.
+/// When it is missing, with the command that makes it.
 pub fn built(path: PathBuf) -> PathBuf {
     assert!(path.exists(), "{} is missing: run `cargo xtask test`", path.display());
     path
 }
 
-/// The built program, ready for arguments, with a user's cache of its own.
+/// Returns the command of the built program, ready for arguments, with a user's cache of its own.
 pub fn busbar() -> Command {
     let mut command = Command::new(built(built_folder().join("busbar")));
     command.env_remove("BUSBAR_LOG").env("XDG_CACHE_HOME", built_folder().join("e2e-cache"));
     command
 }
 
-/// A staged model of the demo, such as `breaker.glb`.
+/// Returns the path of a staged model of the demo, such as `breaker.glb`.
 pub fn model(name: &str) -> PathBuf {
     built(workspace_path("config/models").join(name))
 }

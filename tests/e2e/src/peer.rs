@@ -57,13 +57,13 @@ impl Peer {
     }
 }
 
-/// The two registers of a 32-bit float, high word first.
+/// Returns the two registers of a 32-bit float, high word first.
 pub fn f32_registers(value: f32) -> [u16; 2] {
     let bits = value.to_bits();
     [(bits >> 16) as u16, bits as u16]
 }
 
-/// The interpreter that has the peers' packages, if `import NAME` works there.
+/// Returns the interpreter that has the peers' packages, if `import NAME` works there.
 pub fn python(import: &str) -> Option<PathBuf> {
     let path = std::env::var_os("BUSBAR_PYTHON")
         .map_or_else(|| workspace_path("target/venv/bin/python"), PathBuf::from);

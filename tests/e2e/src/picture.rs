@@ -25,7 +25,7 @@ pub struct Region {
 }
 
 impl Region {
-    /// Grown by a margin.
+    /// Returns the region grown by a margin.
     pub fn grow(self, margin: u32) -> Self {
         Self {
             min: self.min.map(|side| side.saturating_sub(margin)),

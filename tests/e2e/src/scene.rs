@@ -39,7 +39,7 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// The demo, asking a server at this port.
+    /// Creates the demo scene with its device at this port.
     ///
     /// # Panics
     /// When the plugins or models are not built.
@@ -86,7 +86,7 @@ impl Scene {
         scene
     }
 
-    /// The demo's equipment without tags, labels and what serves them.
+    /// Creates a scene of the demo's equipment without tags, labels and the plugins for them.
     pub fn without_tags() -> Self {
         let mut scene = Self::demo(1);
         let config = scene.config.as_object_mut().expect("the demo is an object");
@@ -124,12 +124,12 @@ impl Scene {
         command
     }
 
-    /// The statistics that a rendering left.
+    /// Reads the statistics that a rendering left.
     pub fn stats(&self) -> Stats {
         Stats::read(&self.path("stats.json"))
     }
 
-    /// A path in its folder.
+    /// Returns a path in the scene's folder.
     pub fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }

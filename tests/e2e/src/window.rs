@@ -35,7 +35,7 @@ impl Window {
         Self { process, display, scene }
     }
 
-    /// A picture of the screen, a while later.
+    /// Takes a picture of the screen, a while later.
     ///
     /// # Panics
     /// When none can be taken.

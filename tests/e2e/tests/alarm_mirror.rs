@@ -52,7 +52,7 @@ impl Server {
     }
 }
 
-/// An alarm of the transformer.
+/// Returns an alarm of the transformer.
 fn hot(active: bool, acked: bool, shelf: u32) -> Value {
     json!({
         "ActiveState/Id": active, "AckedState/Id": acked, "SuppressedState/Id": false,
@@ -65,7 +65,7 @@ fn only_hot(active: bool, acked: bool) -> Value {
     json!({ "ns=2;s=Hot": hot(active, acked, UNSHELVED) })
 }
 
-/// The configuration under a heading of the plugin's page.
+/// Returns the configuration under a heading of the plugin's page.
 fn example() -> Value {
     let page = std::fs::read_to_string(workspace_path("plugins/opcua/README.md"));
     let page = page.expect("it is there");
@@ -75,7 +75,7 @@ fn example() -> Value {
     serde_json::from_str(&text).expect("it is JSON")
 }
 
-/// The demo's equipment with the page's example.
+/// Returns a scene of the demo's equipment with the page's example.
 fn scene(port: u16, isolation: &str) -> Scene {
     let mut scene = Scene::without_tags();
     scene.lend("opcua");
@@ -121,7 +121,7 @@ impl View {
         self.frame(vec![event(false)]);
     }
 
-    /// The plugin's process, if it has one now.
+    /// Returns the process of the plugin, if it has one now.
     fn plugin_pid(&self) -> Option<Pid> {
         let stats = self.viewer.stats();
         let plugin = stats.plugins.iter().find(|plugin| plugin.name == "plc")?;

@@ -22,7 +22,7 @@ const RELAY: &str = "=S12D1T1-TA1/buchholz relay";
 const RELAY_INPUT: u16 = 4;
 const SF6_REGISTER: u16 = 106;
 
-/// The demo with alarms, at theta 0.7 where nothing says otherwise.
+/// Returns the demo scene with alarms, at theta 0.7 unless set otherwise.
 fn scene(port: u16) -> Scene {
     let mut scene = Scene::demo(port);
     let config = &mut scene.config;

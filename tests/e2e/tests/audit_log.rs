@@ -42,7 +42,7 @@ impl Logged {
         logged
     }
 
-    /// Lets an alarm of a host program change its state twelve times.
+    /// Changes the state of a host program's alarm twelve times.
     fn write_records(&self) {
         let scene = LoadedScene::load(&self.scene.write(), &|_, _, _| {}).expect("it loads");
         let options = RendererOptions { samples: 1, ..Default::default() };

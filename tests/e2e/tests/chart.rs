@@ -34,7 +34,7 @@ fn nanos(day: Date) -> i64 {
     since.whole_seconds() * 1_000_000_000
 }
 
-/// The fleet without the rest of the station, each transformer as a breaker of the demo.
+/// Returns a scene of the fleet alone, each transformer as a breaker of the demo.
 fn scene(rows: &[Row], follow: bool) -> Scene {
     let mut scene = Scene::without_tags();
     std::fs::write(scene.path("samples.csv"), fleet::csv(rows)).expect("it can be written");

@@ -21,7 +21,7 @@ const OUTLINE: i32 = 3;
 /// The blue of what is selected in a chart.
 const SELECTION: [u8; 3] = [30, 90, 170];
 
-/// The fleet without the rest of the station, its chart above it.
+/// Returns a scene of the fleet alone, its chart above it.
 fn scene(rows: &[Row]) -> Scene {
     let mut scene = Scene::without_tags();
     std::fs::write(scene.path("samples.csv"), fleet::csv(rows)).expect("it can be written");
@@ -90,7 +90,7 @@ impl Places {
     }
 }
 
-/// A window in which the samples were read.
+/// Opens a window in which the samples were read.
 fn open(scene: Scene, display: Display) -> Window {
     let window = Window::open(scene, display, 30);
     // They are read beside the first frames.
@@ -102,7 +102,7 @@ fn rows() -> Vec<Row> {
     histories(3, OffsetDateTime::now_utc().date())
 }
 
-/// The transformers whose last sample has so much H2, by the rows of the file alone.
+/// Returns the transformers whose last sample has so much H2, by the rows of the file alone.
 fn with_much_h2(rows: &[Row]) -> BTreeSet<String> {
     let last = |transformer| {
         let own = rows.iter().filter(|row| row.transformer == transformer);

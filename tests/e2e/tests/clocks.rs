@@ -12,7 +12,7 @@ const LEAD_MILLIS: u64 = 6_000;
 /// Freshness of all tags, seconds: nothing grows stale by itself.
 const FRESHNESS_SECONDS: u64 = 600;
 
-/// A scene without equipment whose tags follow a script: batches as milliseconds after the
+/// Returns a scene without equipment whose tags follow a script: batches as milliseconds after the
 /// lead, and samples.
 fn scene(plugin: Value, batches: &[(u64, Value)]) -> Scene {
     let mut scene = Scene::without_tags();

@@ -68,7 +68,7 @@ impl<'a> Process<'a> {
         }
     }
 
-    /// The wedge of `kept` that fits a wedge best.
+    /// Returns the wedge of `kept` that fits a wedge best.
     fn heir(&self, wedge: u32, kept: u32) -> u32 {
         let wedges = &self.mesh.wedges;
         let wedge = wedge as usize;
@@ -87,7 +87,7 @@ impl<'a> Process<'a> {
     }
 }
 
-/// SplitMix64 (Steele et al., OOPSLA 2014).
+/// Returns the next number of SplitMix64 (Steele et al., OOPSLA 2014).
 fn random(state: &mut u64) -> u64 {
     *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let z = (*state ^ (*state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -138,7 +138,7 @@ fn assert_all_orders(meshes: &[Mesh], count: usize) {
     }
 }
 
-/// A hill of two materials with a texture seam and a sharp ridge.
+/// Builds a hill of two materials with a texture seam and a sharp ridge.
 fn patchwork() -> Mesh {
     const SIDE: u32 = 30;
     let half = |material: u32| {

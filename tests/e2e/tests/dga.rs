@@ -34,7 +34,7 @@ impl Folder {
         path
     }
 
-    /// A plugin directory with this one library.
+    /// Creates a plugin directory with this one library.
     fn plugins(&self, plugin: &str) -> PathBuf {
         let name = format!("lib{plugin}.{}", std::env::consts::DLL_EXTENSION);
         let folder = self.path("plugins");
@@ -44,7 +44,7 @@ impl Folder {
     }
 }
 
-/// `busbar NAME FILE`, with the plugins of this folder.
+/// Returns the command `busbar NAME FILE`, with the plugins of this folder.
 fn offered(name: &str, file: &Path, plugins: &Path) -> Command {
     let mut command = busbar();
     command.arg(name).arg(file).arg("--plugin-directory").arg(plugins);

@@ -113,7 +113,7 @@ impl View {
         self.viewer.read_picture().expect("the picture is there")
     }
 
-    /// Disconnector, breaker and transformer.
+    /// Measures the colours of disconnector, breaker and transformer.
     fn looks(&mut self) -> [Look; 3] {
         let picture = self.draw();
         let look = |shape: &Vec<usize>| {

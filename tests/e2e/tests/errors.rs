@@ -26,7 +26,7 @@ fn assert_one_error_either_way(scene: &mut Scene, words: &[&str]) {
     }
 }
 
-/// The lines that tell an error; none may tell of a panic.
+/// Returns the lines that describe an error; none may describe a panic.
 #[track_caller]
 fn errors_of(output: &Output) -> Vec<&str> {
     assert!(!output.stderr.contains("panicked"), "{}", output.stderr);
@@ -48,7 +48,7 @@ fn rendering(scene: &Scene, more: &[&str]) -> Command {
     command
 }
 
-/// The demo with one value of its configuration changed.
+/// Returns the demo with one value of its configuration changed.
 fn with(pointer: &str, value: Value) -> Scene {
     let mut scene = Scene::demo(1);
     *scene.config.pointer_mut(pointer).expect("the demo has it") = value;
@@ -179,7 +179,7 @@ fn a_library_that_is_no_plugin() {
     }
 }
 
-/// A plugin entry in C that says it speaks this version.
+/// Returns the C source of a plugin entry of this version.
 fn entry_of_version(major: u32, minor: u32) -> String {
     format!(
         "#include \"busbar_plugin.h\"\n\

@@ -22,7 +22,7 @@ impl View {
         self.draw_moved(eye, 0.0)
     }
 
-    /// As many metres to the right and up.
+    /// Draws from an eye moved by `metres` to the right and up.
     fn draw_moved(&mut self, eye: [f32; 3], metres: f32) -> Picture {
         let moved = |[x, y, z]: [f32; 3]| [x + metres, y + metres, z];
         self.viewer.look_from(moved(eye), moved(TARGET));
@@ -68,7 +68,7 @@ impl Differences {
     }
 }
 
-/// The breaker that a piece `=Y0Q16/support` is of.
+/// Returns the breaker that a piece such as `=Y0Q16/support` belongs to.
 fn breaker_of(piece: &str) -> &str {
     piece.split_once('/').map_or(piece, |(breaker, _)| breaker)
 }

@@ -21,7 +21,8 @@ const STORM: Duration = Duration::from_secs(3);
 /// Address space of a plugin that wants all there is: 10^6 bytes.
 const MEMORY_MEGABYTES: u64 = 512;
 
-/// A steady plugin with its three tags beside one that has this fault, and one tag.
+/// Returns a scene of a steady plugin with its three tags beside one that has this fault, and one
+/// tag.
 fn beside(fault: Value) -> FaultyPluginScene {
     let mut trouble = FaultyPluginScene::with("trouble.steady");
     let name = format!("libfault_injector.{}", std::env::consts::DLL_EXTENSION);
@@ -55,7 +56,7 @@ fn assert_says(output: &Output, words: &[&str]) {
     }
 }
 
-/// The scene is shown with the others' values; the faulty plugin in quarantine.
+/// Asserts that the scene is shown with the others' values, and the faulty plugin is in quarantine.
 #[track_caller]
 fn assert_shown(trouble: &FaultyPluginScene, words: &[&str]) -> Stats {
     let output = run("render", trouble).expect_code(0);

@@ -20,7 +20,7 @@ use serde_json::{Value, json};
 
 const SIZE: [u32; 2] = [480, 270];
 
-/// The piece that each triangle of the yard is of, by where it lies.
+/// Asserts that each triangle of the yard belongs to the piece at its place.
 fn assert_triangles_lie_in_their_pieces(model: &Model) {
     let [mesh] = model.meshes.as_slice() else { panic!("not one mesh") };
     for &triangle in &mesh.triangles {
@@ -166,7 +166,7 @@ fn an_alarm_on_a_piece_colours_it_alone() {
     assert_eq!(red, [6]);
 }
 
-/// Deterministic pixels (Steele, Lea, Flood, "SplitMix", OOPSLA 2014).
+/// Draws deterministic pixels (Steele, Lea, Flood, "SplitMix", OOPSLA 2014).
 fn random_pixels(count: u64, size: [u32; 2]) -> Vec<[u32; 2]> {
     let word = |i: u64| {
         let mut z = i.wrapping_mul(0x9E37_79B9_7F4A_7C15);

@@ -53,7 +53,7 @@ struct View {
 }
 
 impl View {
-    /// The chart, once it is as wanted.
+    /// Waits until the chart is as expected.
     fn until(&mut self, what: &str, holds: impl Fn(&ChartStats) -> bool) -> ChartStats {
         wait_for(what, MAX_WAIT, || {
             self.seconds += 0.1;

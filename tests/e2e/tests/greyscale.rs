@@ -47,7 +47,7 @@ struct Look {
     outline: Option<OutlineKind>,
 }
 
-/// The legends of all overlays of the station, from their plugins as they are built.
+/// Returns the legends of all overlays of the station, from their plugins as they are built.
 fn legends() -> Vec<(String, Highlight)> {
     let station = Station::generate(1).expect("it is sound");
     let configuration = station.live_configuration(|switch| switch.closed);
@@ -143,14 +143,14 @@ fn picture(renderer: &mut Renderer, model: ModelHandle, look: Option<&Look>) -> 
     renderer.read_picture().expect("it was drawn")
 }
 
-/// Luma (ITU-R BT.709) of each pixel.
+/// Computes the luma (ITU-R BT.709) of each pixel.
 fn grey(picture: &Picture) -> Vec<f32> {
     let luma =
         |p: &[u8]| 0.2126 * f32::from(p[0]) + 0.7152 * f32::from(p[1]) + 0.0722 * f32::from(p[2]);
     picture.rgba8.chunks_exact(4).map(luma).collect()
 }
 
-/// The pixels well within the square, and those about its border.
+/// Returns the pixels well within the square, and those about its border.
 fn regions(bare: &[f32], empty: &[f32]) -> [Vec<usize>; 2] {
     let [width, height] = SIZE.map(|side| side as usize);
     let is_shape = |x: usize, y: usize| (bare[y * width + x] - empty[y * width + x]).abs() > 1.0;

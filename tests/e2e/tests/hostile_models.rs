@@ -14,7 +14,7 @@ const MAX_TIME: Duration = Duration::from_secs(1);
 /// Memory beyond that of a run with a tiny model, besides four times the file.
 const MAX_EXTRA_BYTES: u64 = 64 << 20;
 
-/// A model with one triangle, whose data are a file beside it.
+/// Returns a model with one triangle, whose data are a file beside it.
 fn triangle() -> Value {
     json!({
         "asset": {"version": "2.0"},

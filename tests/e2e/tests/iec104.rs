@@ -33,7 +33,7 @@ impl Station {
     }
 }
 
-/// A point, its tag's kind, and what the statistics say: value, quality, reason.
+/// Lists points with their tags' kinds and the expected statistics: value, quality, reason.
 fn points() -> [(Value, &'static str, Value, &'static str, Option<&'static str>); 6] {
     let point = |ioa: u32, kind: &str, value: Value, quality: u8| json!({"common_address": 1, "ioa": ioa, "type": kind, "value": value, "quality": quality});
     [
@@ -56,7 +56,7 @@ fn id(point: &Value) -> String {
     format!("P{}", point["ioa"])
 }
 
-/// A scene whose tags are the points.
+/// Returns a scene whose tags are the points.
 fn scene(port: u16) -> Scene {
     let mut scene = Scene::without_tags();
     scene.lend("iec104");

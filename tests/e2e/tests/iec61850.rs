@@ -41,7 +41,7 @@ impl Server {
     }
 }
 
-/// The example of the plugin's page in a scene, at the port of a server.
+/// Returns a scene of the example on the plugin's page, at the port of a server.
 fn scene(port: u16) -> Scene {
     let page = std::fs::read_to_string(workspace_path("plugins/iec61850/README.md"));
     let page = page.expect("the plugin has a page");

@@ -50,7 +50,7 @@ impl Example {
         serde_json::from_slice(&text).expect("it is JSON")
     }
 
-    /// `busbar import` of the example's files, with more arguments.
+    /// Runs `busbar import` on the example's files, with more arguments.
     fn import(&self, more: &[&str]) -> Output {
         let mut command = busbar();
         command.current_dir(self.folder.path());
@@ -69,14 +69,14 @@ impl Example {
     }
 }
 
-/// `--plugin` for a device at a port that nobody has.
+/// Returns the argument of `--plugin` for a device at an unused port.
 fn device() -> String {
     let taken = TcpListener::bind("127.0.0.1:0").expect("a port is free");
     let port = taken.local_addr().expect("it has an address").port();
     format!("bay=modbus_adapter,host=127.0.0.1,port={port},poll_millis=200")
 }
 
-/// The device of a scene, simulated.
+/// Simulates the device of a scene.
 fn simulate(scene: &Path) -> Process {
     let process = Process::start(busbar().arg("simulate").arg(scene));
     process.wait_for_line(|line| (line == "ready").then_some(()));

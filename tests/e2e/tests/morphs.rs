@@ -40,7 +40,7 @@ fn breakers() -> Scene {
     scene
 }
 
-/// A view of a scene whose frames do not wait.
+/// Opens a view of a scene whose frames do not wait.
 fn open(config: &Path) -> Viewer {
     let scene = LoadedScene::load(config, &|_, _, _| {}).expect("the scene loads");
     let options = RendererOptions { samples: 4, validation: true, ..Default::default() };

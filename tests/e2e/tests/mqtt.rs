@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 /// Time for reading messages that have passed the broker, loaded machines included.
 const READING: Duration = Duration::from_millis(700);
 
-/// The scene of the page's example, with the broker's port.
+/// Returns the scene of the page's example, with the broker's port.
 fn scene(port: u16) -> Scene {
     let mut scene = scene_of("Example");
     let settings = &mut scene.config["plugins"]["sites"]["settings"];
@@ -24,7 +24,7 @@ fn scene(port: u16) -> Scene {
     scene
 }
 
-/// The scene of the example below this heading of the page.
+/// Returns the scene of the example below this heading of the page.
 fn scene_of(heading: &str) -> Scene {
     let mut scene = Scene::without_tags();
     scene.lend("mqtt");

@@ -38,7 +38,7 @@ impl Server {
     }
 }
 
-/// The configuration under the heading "Example" of the plugin's page.
+/// Returns the configuration under the heading "Example" of the plugin's page.
 fn example() -> Value {
     let page = fs::read_to_string(workspace_path("plugins/opcua/README.md")).expect("it is there");
     let (_, rest) = page.split_once("## Example").expect("it has an example");

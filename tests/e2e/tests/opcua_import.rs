@@ -28,7 +28,7 @@ impl Server {
     }
 }
 
-/// A scene with an instance `plc` for the server at a port, and no tag.
+/// Returns a scene with an instance `plc` for the server at a port, and no tag.
 fn scene(port: u16) -> Scene {
     let mut scene = Scene::without_tags();
     scene.lend("opcua");
@@ -52,7 +52,7 @@ fn run(scene: &Scene, line: &str, port: u16) -> Output {
     finish(command.args(line.split_whitespace().skip(1)))
 }
 
-/// The commands under the heading "Points of a server" of the plugin's page.
+/// Returns the commands under the heading "Points of a server" of the plugin's page.
 fn commands() -> [String; 3] {
     let page = fs::read_to_string(workspace_path("plugins/opcua/README.md")).expect("it is there");
     let (_, rest) = page.split_once("## Points of a server").expect("it has the heading");

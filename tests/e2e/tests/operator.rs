@@ -49,7 +49,7 @@ impl View {
         Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers }
     }
 
-    /// A click, in one frame; the answer comes in a later one.
+    /// Clicks in one frame; the answer comes in a later one.
     fn click(&mut self, pos: Pos2) {
         self.frame(vec![Event::PointerMoved(pos)]);
         self.frame(vec![self.button(pos, true), self.button(pos, false)]);

@@ -12,7 +12,7 @@ use serde_json::json;
 /// Far less than optimising the large grid takes.
 const MAX_TO_CANCEL: Duration = Duration::from_secs(5);
 
-/// A bumpy sheet of `side` by `side` positions.
+/// Builds a bumpy sheet of `side` by `side` positions.
 fn sheet(side: u32) -> Mesh {
     let at = |x: u32, y: u32| {
         let [fx, fy] = [x, y].map(|c| c as f32 * 0.1);

@@ -24,7 +24,7 @@ const MIN_MARK_PIXELS: usize = 60;
 /// Longest wait for values or a process.
 const MAX_WAIT: Duration = Duration::from_secs(60);
 
-/// The demo at a free port, its values constant.
+/// Returns the demo scene at a free port, its values constant.
 fn scene() -> (Scene, u16) {
     let listener = std::net::TcpListener::bind("127.0.0.1:0").expect("a port is free");
     let port = listener.local_addr().expect("it is bound").port();
@@ -46,7 +46,7 @@ fn simulate(scene: &Scene) -> Process {
     process
 }
 
-/// A picture of a scene without panels, and its statistics.
+/// Renders a picture of a scene without panels, and its statistics.
 fn rendered(scene: &Scene, size: [u32; 2]) -> (RgbImage, Value) {
     let mut command = busbar();
     command.arg("render").arg(scene.write()).arg("--stats").arg(scene.path("stats.json"));
@@ -56,7 +56,7 @@ fn rendered(scene: &Scene, size: [u32; 2]) -> (RgbImage, Value) {
     (picture::load(&scene.path("picture.png")), scene.stats().0)
 }
 
-/// A scene with one recorded tag at the transformer.
+/// Returns a scene with one recorded tag at the transformer.
 fn replay() -> Scene {
     let mut scene = Scene::without_tags();
     scene.lend("replay");
@@ -74,7 +74,7 @@ fn replay() -> Scene {
     scene
 }
 
-/// Has the transformer show a tag of an instance.
+/// Binds a tag of an instance to the transformer.
 fn with_value(scene: &mut Scene, plugin: &str, address: Value) {
     let config = &mut scene.config;
     config["plugins"]["values"] = json!({ "plugin": "power_overlay" });

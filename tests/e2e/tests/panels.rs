@@ -21,7 +21,7 @@ const POLE: &str = "=S12D1Q1-QA1-L2";
 /// Address of the Buchholz relay among the discrete inputs.
 const RELAY_INPUT: u16 = 4;
 
-/// The demo with names, aliases and an alarm.
+/// Returns the demo scene with names, aliases and an alarm.
 fn scene(port: u16) -> Scene {
     let mut scene = Scene::demo(port);
     let config = &mut scene.config;
@@ -185,14 +185,14 @@ fn a_key_changes_the_theme_and_a_font_must_be_one() {
     assert!(text.contains("/view/font") && text.contains("name a TrueType"), "{text}");
 }
 
-/// Mean of all channels, of 255.
+/// Returns the mean of all channels, of 255.
 fn brightness(picture: &image::RgbImage) -> f64 {
     let bytes = picture.as_raw();
     bytes.iter().map(|byte| f64::from(*byte)).sum::<f64>() / bytes.len() as f64
 }
 
-/// A window of the scene, and what its values come from; none where there is no server or
-/// display to be had.
+/// Opens a window of the scene with the server of its values; `None` where no server or display is
+/// available.
 fn open(seconds: u32) -> Option<(Window, Peer)> {
     let (peer, display) = (Peer::start(&calm_values())?, Display::start(SIZE)?);
     Some((Window::open(scene(peer.port), display, seconds), peer))

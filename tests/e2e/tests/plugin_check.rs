@@ -76,7 +76,7 @@ fn quantities() -> Value {
     })
 }
 
-/// An asset register from somewhere.
+/// Returns the settings of an asset register from a source.
 fn lists(source: Value) -> Value {
     json!({ "lists": [{
         "title": "Asset register", "kind": "asset", "source": source, "equipment": "ID",
@@ -102,7 +102,7 @@ fn switches() -> Value {
     json!({ "switches": [{ "equipment": "=Q1", "mechanism": "blade", "travel_seconds": 6 }] })
 }
 
-/// A source, and a switch between it and another node.
+/// Returns the settings of a network of a source, and a switch between it and another node.
 fn network() -> Value {
     json!({
         "levels": [{ "name": "220 kV", "color": "#7a4fb5" }],
@@ -306,7 +306,7 @@ fn what_cannot_be_checked_is_told_in_words() {
     assert!(output.stdout.contains("6 passed, 0 failed, 0 skipped"), "{}", output.stdout);
 }
 
-/// An optimiser in C whose flags say that it reads no wedges, with another line of work.
+/// Compiles an optimiser in C whose flags say that it reads no wedges, with another line of work.
 fn optimizer_without_wedges(folder: &Path, work: &str) -> PathBuf {
     let templates = workspace_path("plugins/sdk/templates");
     let mut text = std::fs::read_to_string(templates.join("optimizer_c/plugin.c"))

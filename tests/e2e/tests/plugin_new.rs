@@ -118,7 +118,7 @@ fn simulator(command: &mut Command) -> (Process, u16) {
     (process, port)
 }
 
-/// Telemetry shows the simulator's values, and that they are bad once it is gone.
+/// Asserts that telemetry shows the simulator's values, and that they are bad once it is gone.
 fn assert_telemetry_works(project: &Project, mut command: Command) {
     let (device, port) = simulator(&mut command);
     project.edit_scene("127.0.0.1:7070", &format!("127.0.0.1:{port}"));
@@ -133,7 +133,7 @@ fn assert_telemetry_works(project: &Project, mut command: Command) {
     assert_eq!(stats.tag("Temperature").quality, "bad");
 }
 
-/// Telemetry beside all else of the demo: its value is among the tags.
+/// Asserts that the telemetry's value is among the tags of the whole demo.
 fn assert_runs_in_demo(project: &Project, mut command: Command) {
     let (_device, port) = simulator(&mut command);
     let mut scene = Scene::demo(1);

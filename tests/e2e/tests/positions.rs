@@ -28,7 +28,7 @@ const HALF: f32 = 0.1;
 /// Hinge of the blade, in metres; a fixed pedestal stands there.
 const HINGE: Vec3 = Vec3::new(-0.5, 1.0, 0.0);
 
-/// A box from one corner to the other.
+/// Builds a box from one corner to the other.
 fn cuboid(least: Vec3, most: Vec3) -> busbar_geometry::Mesh {
     let corner = |index: u32| {
         let part = |axis: u32| if index >> axis & 1 == 1 { most } else { least }[axis as usize];
@@ -48,7 +48,7 @@ fn cuboid(least: Vec3, most: Vec3) -> busbar_geometry::Mesh {
     weld(&[primitive]).expect("it is sound").0
 }
 
-/// A pedestal, and a blade that is modelled closed.
+/// Builds a pedestal, and a blade that is modelled closed.
 fn model() -> Model {
     let node = |name: &str, mesh, place: Vec3| ModelNode {
         name: name.into(),

@@ -64,7 +64,7 @@ fn records() -> StationRecords {
     }
 }
 
-/// The demo with records.
+/// Returns the demo scene with records.
 fn scene(port: u16) -> Scene {
     let mut scene = Scene::demo(port);
     for model in ["transformer", "breaker", "disconnector"] {
@@ -96,7 +96,7 @@ impl View {
         Self { viewer, scene }
     }
 
-    /// Work and register as soon as they are as wanted.
+    /// Waits until work and register are as expected.
     fn until(
         &mut self,
         what: &str,

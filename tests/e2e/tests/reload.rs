@@ -23,7 +23,7 @@ const TIMED: usize = 20;
 /// busy. On an idle machine the promise is 250 ms after it settled.
 const MAX_LATENCY: Duration = Duration::from_secs(3);
 
-/// The demo with alarms.
+/// Returns the demo scene with alarms.
 fn scene(port: u16) -> Scene {
     let mut scene = Scene::demo(port);
     scene.config["alarms"] = json!({
@@ -53,7 +53,7 @@ struct View {
 }
 
 impl View {
-    /// An operator's view without a window of its own.
+    /// Opens an operator's view without a window of its own.
     fn open(scene: Scene) -> Self {
         let path = scene.write();
         let loaded = LoadedScene::load(&path, &|_, _, _| {}).unwrap_or_else(|e| panic!("{e}"));
@@ -114,13 +114,13 @@ impl View {
         picture
     }
 
-    /// The processes of plugins.
+    /// Returns the processes of plugins.
     fn processes(&self) -> BTreeMap<String, u32> {
         let plugins = self.stats().plugins.into_iter();
         plugins.filter_map(|plugin| Some((plugin.name, plugin.pid?))).collect()
     }
 
-    /// A number as it is shown, and its quality.
+    /// Returns a number as it is shown, with its quality.
     fn value(&self, tag: &str) -> (String, &'static str) {
         let stats = self.stats();
         let found = stats.tags.iter().find(|one| one.id == tag).expect("there is such a tag");

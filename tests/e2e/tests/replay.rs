@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 /// Samples a second of the COMTRADE recording.
 const HERTZ: u64 = 100;
 
-/// A scene with these tags from one recording.
+/// Returns a scene with these tags from one recording.
 fn scene(file: &str, text: &str, settings: Value, tags: &[(&str, &str, Value)]) -> Scene {
     let mut scene = Scene::without_tags();
     scene.lend("replay");
@@ -40,8 +40,8 @@ fn render(scene: &Scene, seconds: f64) -> (String, Stats) {
     (output.stdout + &output.stderr, Stats::read(&stats))
 }
 
-/// A configuration of 2013 for `seconds` of 100 Hz: a current, its number, a breaker
-/// of two contacts.
+/// Returns a COMTRADE file of 2013 for `seconds` of 100 Hz: configuration, and data of a current,
+/// its number, a breaker of two contacts.
 fn comtrade(seconds: u64) -> (String, String) {
     let samples = seconds * HERTZ;
     let cfg = format!(

@@ -73,7 +73,7 @@ fn scene(device: &Path) -> Scene {
     scene
 }
 
-/// Unit 1 alone, which has this value.
+/// Returns the register table of unit 1 alone, which has this value.
 fn unit_one(value: u16) -> Value {
     json!({"units": {"1": {"holding": {"0": value}}}})
 }

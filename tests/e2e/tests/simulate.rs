@@ -68,7 +68,7 @@ fn rows() -> Vec<Row> {
     ]
 }
 
-/// A scene with both sources at free ports.
+/// Returns a scene with both sources at free ports.
 fn scene() -> Scene {
     let mut scene = Scene::without_tags();
     let station = scene.library("iec104");
@@ -289,7 +289,7 @@ fn a_device_that_dies_comes_back() {
     assert!(said.stderr.contains("SIGKILL"), "{}", said.stderr);
 }
 
-/// The processes that any thread of a process has started.
+/// Returns the processes that any thread of a process has started.
 fn children(process: u32) -> Vec<Pid> {
     let threads = std::fs::read_dir(format!("/proc/{process}/task")).expect("it lives");
     let lists = threads

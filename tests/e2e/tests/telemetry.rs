@@ -26,7 +26,7 @@ const PAPER: u8 = 240;
 /// Pixels of hatched ground that a value has at least.
 const MIN_HATCHED_PIXELS: usize = 60;
 
-/// The tables of the demo as a server has them.
+/// Returns the tables of the demo as a server has them.
 fn demo_values() -> Value {
     let floats = |values: &[f32]| values.iter().flat_map(|&v| f32_registers(v)).collect::<Vec<_>>();
     json!({
@@ -65,7 +65,7 @@ fn outputs(scene: &Scene) -> (PathBuf, PathBuf) {
     (scene.path("picture.png"), scene.path("stats.json"))
 }
 
-/// The demo with one label: the top oil temperature.
+/// Returns the demo scene with one label: the top oil temperature.
 fn one_label(port: u16) -> Scene {
     let mut scene = Scene::demo(port);
     let binding = scene.config["bindings"][0].take();
@@ -260,7 +260,7 @@ fn a_stopped_server_makes_tags_stale_within_their_own_limits() {
     }
 }
 
-/// A label's value stands on hatched ground, where before it stood on paper.
+/// Asserts that a label's value stands on hatched ground, where before it stood on paper.
 #[track_caller]
 fn assert_hatched(good: &RgbImage, bad: &RgbImage, region: Region) {
     let [before, after] = [good, bad].map(|picture| hatched_pixels(picture, region));

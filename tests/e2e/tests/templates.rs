@@ -13,7 +13,7 @@ fn at(x: f32, z: f32) -> Value {
     json!({ "translation": [x, 0, z] })
 }
 
-/// The nodes of a bay, with this before their ids.
+/// Returns the nodes of a bay, with a prefix before their ids.
 fn bay(prefix: &str) -> Value {
     let id = |id: &str| format!("{prefix}{id}");
     json!([

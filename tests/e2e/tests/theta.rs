@@ -99,7 +99,7 @@ impl Drop for View {
     }
 }
 
-/// The thetas of the row seen from x; the eye is some 15 m beside it.
+/// Returns the thetas of the row seen from x; the eye is some 15 m beside it.
 fn expected_thetas(x: f32) -> [f64; 4] {
     let mut thetas = PLACES.map(|place| {
         let distance = (place - x).abs();
@@ -109,7 +109,7 @@ fn expected_thetas(x: f32) -> [f64; 4] {
     thetas
 }
 
-/// Share of pixels of which some channel differs by more than a fourth of its range.
+/// Returns the share of pixels of which some channel differs by more than a fourth of its range.
 fn differing(a: &Picture, b: &Picture) -> f64 {
     let pixels = a.rgba8.chunks_exact(4).zip(b.rgba8.chunks_exact(4));
     let differs = |(a, b): &(&[u8], &[u8])| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > 64);

@@ -13,7 +13,8 @@ const BREAKER: &str = "=S12D1Q1-QA1-L1";
 /// Longest time until a step of the script is seen.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// An oil temperature at the transformer: far above its alarm, then bad, then cool.
+/// Returns a scene of an oil temperature at the transformer: far above its alarm, then bad, then
+/// cool.
 fn scene() -> Scene {
     let mut scene = Scene::demo(1);
     scene.lend("condition");

@@ -46,8 +46,8 @@ fn strike(server: &Process, victim: Victim, signal: Signal) {
     }
 }
 
-/// Longest time in which a page passes for live after a fault, milliseconds: by its own record,
-/// and by pixels, of which the second is the last screenshot that was begun.
+/// Measures the longest time in which a page passes for live after a fault, milliseconds: by its
+/// own record, and by pixels. The latter is that of the last screenshot begun.
 fn longest_old(
     browser: &mut Browser,
     struck: u64,

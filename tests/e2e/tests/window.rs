@@ -58,7 +58,7 @@ fn the_theta_slider_takes_triangles_away() {
     assert!(live > 0 && live < full, "{live} of {full} triangles");
 }
 
-/// A flat slab, framed: seen from the side it is low and wide.
+/// Returns a scene of a flat slab, framed: seen from the side it is low and wide.
 fn slab_scene() -> Scene {
     let mut scene = scene();
     scene.config["scene"] = json!([{"id": "=Q2", "model": "slab"}]);

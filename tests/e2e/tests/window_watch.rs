@@ -117,7 +117,7 @@ impl Screen {
     }
 }
 
-/// The processes that a viewer has as children and whose command is the watcher's.
+/// Lists the child processes of a viewer that run the watcher's command.
 fn watchers_of(viewer: u32) -> Vec<u32> {
     let listed = std::fs::read_dir("/proc").expect("there are processes").flatten();
     let ids = listed.filter_map(|entry| entry.file_name().to_str()?.parse::<u32>().ok());

@@ -52,8 +52,8 @@ pub fn check_stamps<const N: usize>(values: &[(u32, i64)], tags: [u32; N]) -> [u
 }
 
 impl FaultProxy {
-    /// Lets `count` connections come and break; every `pause` it hangs up on one whose fault is
-    /// among `endless`.
+    /// Waits until `count` connections have come and broken; every `pause` it closes one whose
+    /// fault is among `endless`.
     ///
     /// # Panics
     /// When there are not as many within [`MAX_DRILL`], or hardly any was struck.

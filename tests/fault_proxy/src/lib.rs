@@ -88,7 +88,7 @@ impl FaultProxy {
         Ok(Self { port, shared, stop: Some(stop), thread: Some(thread) })
     }
 
-    /// The port that it listens at.
+    /// Returns the port that the proxy listens at.
     pub fn port(&self) -> u16 {
         self.port
     }

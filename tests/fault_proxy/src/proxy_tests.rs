@@ -10,7 +10,7 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// Answer of the server to any request.
 const ANSWER: &[u8] = b"twenty bytes, always";
 
-/// A server that gives the answer to each piece that it hears.
+/// Starts a server that sends the answer for each piece that it receives.
 fn server() -> SocketAddr {
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
     let address = listener.local_addr().unwrap();

@@ -38,7 +38,7 @@ impl ResourceUsage {
         assert!(is_within, "{before:?}, then {self:?}");
     }
 
-    /// The larger of both counts.
+    /// Returns the larger of both counts.
     #[must_use]
     pub fn max(self, other: Self) -> Self {
         Self {

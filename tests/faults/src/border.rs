@@ -112,7 +112,7 @@ fn tags() -> Vec<TelemetryTag> {
     (0..TAGS).map(tag).collect()
 }
 
-/// Checked samples that reach the host.
+/// Measures the checked samples a second that reach the host.
 fn samples_per_second(plugin: &Plugin) -> Result<f64> {
     let telemetry = RunningTelemetry::start(plugin, &tags(), SourcePolicy::default())?;
     let (start, mut count) = (Instant::now(), 0_u64);

@@ -107,7 +107,7 @@ pub(crate) fn must_die(fault: Fault) -> bool {
     is_sudden(fault.kind) || (hangs && fault.at != At::Publish)
 }
 
-/// A reason without the figures and words that differ from case to case.
+/// Returns a reason without the figures and words that differ from case to case.
 pub(crate) fn class_of(reason: &str) -> String {
     if reason.contains("took longer than") {
         return "killed past the deadline of its call".into();

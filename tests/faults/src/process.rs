@@ -2,7 +2,7 @@
 
 use std::fs;
 
-/// Memory in RAM, bytes.
+/// Returns the resident memory of this process, bytes.
 pub(crate) fn resident_bytes() -> u64 {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));

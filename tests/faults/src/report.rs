@@ -158,7 +158,7 @@ fn matrix(results: &Results) -> Vec<Vec<String>> {
     in_view().map(row).collect()
 }
 
-/// The functions that a view calls.
+/// Iterates over the plugin functions that a view calls.
 fn in_view() -> impl Iterator<Item = &'static At> {
     At::ALL.iter().filter(|at| at.is_in_view())
 }

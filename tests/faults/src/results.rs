@@ -108,8 +108,8 @@ impl Results {
         Series::from_values(self.close_millis.clone())
     }
 
-    /// The bars, and whether they were reached. A run gets this far only where the view
-    /// survived everything and the healthy plugin never suffered.
+    /// Judges the bars. A run gets this far only where the view survived everything and the healthy
+    /// plugin never suffered.
     pub(crate) fn bars(&self) -> Vec<Claim> {
         let bar = |claim: &str, reached: bool, figure: String| Claim {
             claim: claim.to_owned(),
@@ -167,7 +167,7 @@ impl Results {
         bars
     }
 
-    /// The bars that were missed, with their figures.
+    /// Returns the bars that were missed, with their figures.
     pub(crate) fn missed_bars(&self) -> Vec<String> {
         let bars = self.bars().into_iter();
         let missed = bars.filter(|bar| bar.verdict == Verdict::Missed);

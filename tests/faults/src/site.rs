@@ -156,7 +156,7 @@ impl Installed {
     }
 }
 
-/// A flat sheet of triangles.
+/// Builds a flat sheet of triangles.
 fn sheet() -> WeldedMesh {
     let index = |x: usize, y: usize| y * (SIDE + 1) + x;
     let mut mesh = WeldedMesh::default();

@@ -184,7 +184,7 @@ fn kill(plugin: &PluginStats) -> Result<Instant> {
     Ok(now)
 }
 
-/// A time of the wall clock as an instant, never later than now.
+/// Converts a time of the wall clock to an instant, never later than now.
 fn instant_of(unix_nanos: u128) -> Instant {
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos();
     let age = Duration::from_nanos(now.saturating_sub(unix_nanos) as u64);

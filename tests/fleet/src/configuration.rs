@@ -10,7 +10,7 @@ pub const FOLDER: &str = "models";
 /// The samples in it.
 pub const SAMPLES: &str = "samples.csv";
 
-/// The configuration; `follow` says whether the camera goes to faults by itself.
+/// Returns the configuration of the fleet; with `follow`, the camera moves to faults by itself.
 pub fn configuration(station: &Station, follow: bool) -> Value {
     let mut config = station.configuration();
     if let Some(models) = config["models"].as_object_mut() {

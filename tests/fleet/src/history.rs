@@ -31,8 +31,8 @@ impl TransformerFault {
     pub const ALL: [Self; 7] =
         [Self::Pd, Self::D1, Self::D2, Self::T1, Self::T2, Self::T3, Self::Dt];
 
-    /// H2, CH4, C2H6, C2H4 and C2H2 that it makes, in shares that need not sum up to 1: the
-    /// middles of zones of Duval's triangle 1 and of the ratios of IEC 60599.
+    /// Returns the shares of H2, CH4, C2H6, C2H4 and C2H2 that the fault produces, which need not
+    /// sum up to 1: the middles of zones of Duval's triangle 1 and of the ratios of IEC 60599.
     fn gases(self) -> [f64; 5] {
         match self {
             Self::None => [0.0; 5],
@@ -73,7 +73,7 @@ const DAYS: i64 = 182;
 const DEVELOPING: usize = 7;
 const FAULT_PPM: f64 = 900.0;
 
-/// The histories of all transformers, the last sample some days before `until`.
+/// Generates the histories of all transformers, the last sample some days before `until`.
 pub fn histories(seed: u64, until: Date) -> Vec<Row> {
     let mut random = Rng::with_seed(seed);
     let mut rows = Vec::new();

@@ -14,7 +14,7 @@ pub use history::{TransformerFault, histories, monitored, one_by_one};
 /// Transformers, the first two in the yard, the others in a row before it.
 pub const TRANSFORMERS: usize = 12;
 
-/// The equipment id of a transformer, from 0 on.
+/// Returns the equipment id of a transformer, from 0 on.
 pub fn equipment(transformer: usize) -> String {
     format!("=S12T{}-TA1", transformer + 1)
 }

@@ -35,7 +35,7 @@ const HARD_TEXTS: [&[u8]; 22] = [
 const HARD_NUMBERS: [u32; 8] =
     [0, 1, 0x7F, 0xFF, 0x7FFF_FFFF, 0x8000_0000, 0x7F80_0000, 0xFFFF_FFFF];
 
-/// An input with some changes, some of them taken from another one.
+/// Mutates an input, partly by pieces of another one.
 pub(crate) fn mutated(input: &[u8], other: &[u8], max_bytes: usize, random: &mut Rng) -> Vec<u8> {
     let mut bytes = input.to_vec();
     for _ in 0..(1 + random.u32(..).trailing_zeros()).min(MAX_CHANGES) {

@@ -7,7 +7,8 @@ use busbar_alarm_log::{MAX_TAIL, Recovered};
 /// Marks of lines: of a header, of an anchor, and of none that is known.
 const MARKS: [u8; 3] = *b"#@?";
 
-/// The first byte says what the rest is: a file, or texts of lines whose checksums are right.
+/// Runs one input. Its first byte selects the form of the rest: a file, or texts of lines whose
+/// checksums are right.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Some((&kind, rest)) = bytes.split_first() else { return false };
     if kind & 1 == 0 {

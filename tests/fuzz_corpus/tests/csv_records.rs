@@ -13,7 +13,7 @@ const DELIMITERS: [&str; 3] = ["comma", "semicolon", "tab"];
 /// Bytes of a cell.
 const MAX_CELL: usize = 1024;
 
-/// The first byte says the encoding and the delimiter.
+/// Runs one input. Its first byte selects the encoding and the delimiter.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Some((&kind, bytes)) = bytes.split_first() else { return false };
     let (label, delimiter) = (LABELS[usize::from(kind & 3)], usize::from(kind >> 2) % 3);

@@ -31,8 +31,8 @@ const MAX_REQUESTS: usize = 100;
 /// 2024-02-29, for short time tags.
 const RECEIVED_SECONDS: u64 = 1_709_210_096;
 
-/// The first byte says in what pieces the rest arrives. The rest is also read as one data
-/// unit, which spares the fuzzer the frames around it.
+/// Runs one input. Its first byte selects the pieces in which the rest arrives. The rest is also
+/// read as one data unit, which spares the fuzzer the frames around it.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Some((&piece, rest)) = bytes.split_first() else { return false };
     let mut end = Controlling::new();
@@ -117,7 +117,7 @@ fn is_understood(header: &Header) -> bool {
     !header.is_negative && matches!(header.cause, 1..=5 | 11 | 12 | 20..=41)
 }
 
-/// A value is of its tag's kind.
+/// Checks that a value is of its tag's kind.
 fn check_sample(sample: &Sample) {
     let kind = match sample.value {
         None => return assert!(!sample.quality.is_good()),

@@ -27,7 +27,7 @@ struct Client {
     units: usize,
 }
 
-/// The input is a list of steps: an operation, the number of bytes after it, and these.
+/// Runs one input: a list of steps, each an operation, the number of bytes after it, and these.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let mut station = station().connect(UNIX_EPOCH + Duration::from_secs(STARTS_SECONDS));
     let mut client = Client::default();
@@ -53,7 +53,7 @@ pub fn fuzz_one(bytes: &[u8]) -> bool {
 }
 
 impl Client {
-    /// An information frame with the numbers that are due.
+    /// Encodes an information frame with the sequence numbers that are due.
     fn request(&mut self, asdu: &[u8]) -> Vec<u8> {
         let (send, receive) = (Sequence::new(self.sent), Sequence::new(self.received));
         self.sent += 1;

@@ -19,9 +19,8 @@ const ATTRIBUTES: [&str; 6] = ["OptFlds", "TrgOps", "IntgPd", "EntryID", "RptEna
 /// Bytes that tell how long a message is.
 const LENGTH_BYTES: usize = 2;
 
-/// The first byte says in what form the rest is: odd ones as messages, each behind its
-/// length, to a client with an association; even ones as the bytes of a connection, in
-/// pieces of that many.
+/// Runs one input. An odd first byte means messages, each behind its length, to a client with an
+/// association. An even one means the bytes of a connection, in pieces of that many.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Some((&form, rest)) = bytes.split_first() else { return false };
     let recorder = Recorder::new();
@@ -72,7 +71,7 @@ fn tags() -> Vec<TagSpec> {
     (0..).zip(&TAGS).map(tag).collect()
 }
 
-/// A value is of its tag's kind.
+/// Checks that a value is of its tag's kind.
 fn check_sample(sample: &Sample) {
     let kind = match sample.value {
         None => return assert!(!sample.quality.is_good()),

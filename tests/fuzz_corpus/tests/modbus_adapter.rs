@@ -25,8 +25,8 @@ const KINDS: [ValueKind; 4] =
     [ValueKind::F64, ValueKind::I64, ValueKind::Bool, ValueKind::DoublePoint];
 const SCALES: [f64; 4] = [1.0, 0.1, -2.5, 1e6];
 
-/// The first byte says what the rest is: a stream, an address as text and the device's
-/// answers, or tags and the device's answers.
+/// Runs one input. Its first byte selects the form of the rest: a stream, an address as text and
+/// the device's answers, or tags and the device's answers.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Some((&kind, rest)) = bytes.split_first() else { return false };
     match kind & 3 {
@@ -112,7 +112,7 @@ fn check_samples(samples: &[Sample], tags: &[TagSpec]) {
     }
 }
 
-/// A device that simulates these tags is read as its signals are.
+/// Checks that a device that simulates these tags is read as its signals are.
 fn is_simulated(tags: &[TagSpec], base: usize) {
     let behaviour = Behaviour::new(Shape::Constant, (base % 4) as f64, 0.0, Duration::from_secs(1));
     let behaviour = behaviour.expect("in range");
@@ -150,7 +150,7 @@ fn is_simulated(tags: &[TagSpec], base: usize) {
     }
 }
 
-/// A tag from [`TAG_BYTES`] bytes; those that are all there may still not fit each other.
+/// Decodes a tag from [`TAG_BYTES`] bytes; its fields may still not fit each other.
 fn tag((number, bytes): (u32, &[u8])) -> TagSpec {
     let [shape, high, low, format, bit, scale] = bytes.try_into().expect("so many bytes");
     let kind = KINDS[usize::from(shape & 3)];

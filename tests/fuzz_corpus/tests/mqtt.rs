@@ -26,9 +26,9 @@ const RETAINED: u8 = 0x80;
 /// Messages of one input.
 const MAX_MESSAGES: usize = 64;
 
-/// The first byte says what the rest is: with its lowest bit set, bytes of a broker, of MQTT
-/// 5 with the next, in pieces of the length in the others; else messages, each with a byte
-/// for its topic, two for its length, and its payload.
+/// Runs one input. With the lowest bit of its first byte set, the rest are bytes of a broker, of
+/// MQTT 5 with the next bit, in pieces of the length in the others. Else it is messages, each with
+/// a byte for its topic, two for its length, and its payload.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Some((&kind, rest)) = bytes.split_first() else { return false };
     let (tags, recorder) = (tags(), Recorder::new());

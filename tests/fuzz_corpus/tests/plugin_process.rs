@@ -22,8 +22,8 @@ const RING_SAMPLES: u64 = 1 << 18;
 const SAMPLE_BYTES: usize = 32;
 const POSITIONS: usize = 16;
 
-/// The first byte says what the rest is: bytes of the socket, in pieces, words of the
-/// ring, or collapses.
+/// Runs one input. Its first byte selects the form of the rest: bytes of the socket, in pieces,
+/// words of the ring, or collapses.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Some((&kind, rest)) = bytes.split_first() else { return false };
     match kind & 3 {
@@ -71,8 +71,8 @@ fn check_message(heard: Heard) {
     }
 }
 
-/// Eight bytes each of the numbers written, read, rejected and dropped, then the samples
-/// before the number written.
+/// Checks a ring: eight bytes each of the numbers written, read, rejected and dropped, then the
+/// samples before the number written.
 fn are_samples(bytes: &[u8]) -> bool {
     let Some((header, samples)) = bytes.split_first_chunk::<32>() else { return false };
     let mut header = *header;

@@ -99,7 +99,7 @@ fn check_proposals(points: &[Point], proposals: &[Proposal]) {
     }
 }
 
-/// The report has every tag, as it was.
+/// Checks that the report has every tag, unchanged.
 fn check_report(points: &[Point], proposals: &[Proposal]) {
     assert!(!report::markdown(points, proposals).is_empty());
     let text = report::csv(points, proposals);

@@ -8,7 +8,7 @@ use busbar_protocol::message::{
 };
 use busbar_protocol::pictures::bytes_of;
 
-/// The first byte says which side reads, and in what pieces.
+/// Runs one input. Its first byte selects the side that reads, and the pieces.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Some((&kind, rest)) = bytes.split_first() else { return false };
     let piece = 1 + usize::from(kind >> 1);

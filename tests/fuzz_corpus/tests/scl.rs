@@ -11,7 +11,7 @@ const KINDS: [&str; 4] = ["bool", "double_point", "f64", "i64"];
 const PIECE: usize = 4096;
 const CONSTRAINTS: [&str; 2] = ["ST", "MX"];
 
-/// The input is the text of a file.
+/// Runs one input, the text of a file.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let settings = serde_json::from_value(json!({})).expect("no setting is needed");
     let plugin = Iec61850::create(settings, host()).expect("no server is needed");

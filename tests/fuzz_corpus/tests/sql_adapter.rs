@@ -18,8 +18,8 @@ const NAMES: [&str; 8] = ["key", "value", "quality", "time", "a", "b", "a", ""];
 /// timestamptz, timestamp, json, unknown, and none.
 const OIDS: [u32; 14] = [16, 20, 21, 23, 25, 26, 700, 701, 1700, 1184, 1114, 114, 705, 1];
 
-/// The first byte says what the rest is: a payload, rows of one of both databases, or
-/// messages of a server.
+/// Runs one input. Its first byte selects the form of the rest: a payload, rows of one of both
+/// databases, or messages of a server.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Some((&kind, rest)) = bytes.split_first() else { return false };
     let is_keyed = kind & 4 == 0;

@@ -23,8 +23,8 @@ struct Subject {
 /// Selector of inputs that are files of welded meshes.
 const MESH: u8 = 255;
 
-/// The first byte says what the rest is: changes of a good file, tables whose checksum is
-/// right, or collapses; or changes of a welded mesh.
+/// Runs one input. Its first byte selects the form of the rest: changes of a good file, tables
+/// whose checksum is right, collapses, or changes of a welded mesh.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Some((&kind, rest)) = bytes.split_first() else { return false };
     let subject = subject();
@@ -69,8 +69,8 @@ fn is_read(subject: &Subject, bytes: &[u8]) -> bool {
     }
 }
 
-/// A file of the mesh with other bytes, or one whose checksum is right over other indices:
-/// what is taken can be made stacks of and shown.
+/// Reads a changed file of the mesh, or one whose checksum is right over other indices. An accepted
+/// mesh can be made stacks of and shown.
 fn is_mesh_read(subject: &Subject, bytes: &[u8]) -> bool {
     let Some((&kind, rest)) = bytes.split_first() else { return false };
     let key = MeshKey::new(content_digest(&[b"a file"]), 0);
@@ -131,7 +131,7 @@ fn check(stacks: &CollapseStacks) {
     }
 }
 
-/// Cursor 0 is the mesh itself.
+/// Checks that cursor 0 is the mesh itself.
 fn check_lossless(subject: &Subject, stacks: &CollapseStacks) {
     assert_eq!(stacks.resolve(0).triangles, subject.mesh.triangles);
 }
@@ -161,7 +161,7 @@ fn good_file(subject: &Subject) -> Vec<u8> {
     probe::file(subject.key, &removal_ranks(&sequence), stacks.tables())
 }
 
-/// A file with other bytes: each change is a place, and what comes there. Without one it
+/// Changes bytes of a file: each change is a place and its new byte. Without a change the file
 /// stays good.
 fn changed(file: &[u8], changes: &[u8]) -> Vec<u8> {
     let mut bytes = file.to_vec();

@@ -13,8 +13,9 @@ const MAX_PAGES: usize = 4;
 /// Pixels of the largest picture that a page gets.
 const MAX_PIXELS: u32 = 2560 * 1600;
 
-/// A line each: `+` comes, `-` goes, else the first byte says which page, the rest what. A
-/// line that begins with `o` is an origin instead.
+/// Runs one input, a line for each event: `+` connects a page, `-` disconnects one. Else the first
+/// byte selects the page, and the rest is its message. A line that begins with `o` is an origin
+/// instead.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Ok(text) = std::str::from_utf8(bytes) else { return false };
     let (mut pages, mut held) = (Pages::default(), Held::default());

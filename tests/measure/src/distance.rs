@@ -36,27 +36,27 @@ pub struct SurfaceError {
 }
 
 impl SurfaceError {
-    /// The larger of both means.
+    /// Returns the larger of both means.
     pub fn mean(&self) -> f64 {
         self.mean_forth.max(self.mean_back)
     }
 
-    /// The larger of both maxima: Hausdorff's distance, as far as sampled.
+    /// Returns the larger of both maxima: Hausdorff's distance, as far as sampled.
     pub fn max(&self) -> f64 {
         self.max_forth.max(self.max_back)
     }
 
-    /// The mean over the samples of both ways.
+    /// Returns the mean over the samples of both directions.
     pub fn mean_of_both(&self) -> f64 {
         (self.mean_forth + self.mean_back) / 2.0
     }
 
-    /// The root of the mean square over the samples of both ways.
+    /// Returns the root mean square over the samples of both directions.
     pub fn rms_of_both(&self) -> f64 {
         ((self.rms_forth.powi(2) + self.rms_back.powi(2)) / 2.0).sqrt()
     }
 
-    /// The mean angle over the samples of both ways, degrees.
+    /// Returns the mean angle over the samples of both directions, degrees.
     pub fn degrees_of_both(&self) -> f64 {
         (self.degrees_forth + self.degrees_back) / 2.0
     }
@@ -90,7 +90,7 @@ impl Reference {
         Ok(Self { surface: Tree::build(original), samples, diagonal, seed })
     }
 
-    /// The diagonal of the box around the original, metres.
+    /// Returns the diagonal of the original's bounding box, metres.
     pub fn diagonal(&self) -> f64 {
         self.diagonal
     }
@@ -176,7 +176,7 @@ mod tests {
 
     const SAMPLES: usize = 2000;
 
-    /// A square of side 2 at a height.
+    /// Returns a square of side 2 at a height.
     fn square(height: f32) -> Topology {
         let at = |x: f32, y: f32| Vec3::new(x, y, height);
         Topology {

@@ -86,7 +86,7 @@ fn shots(mesh: &Topology, views: &[View]) -> Vec<Shot> {
 mod tests {
     use super::*;
 
-    /// A box without its lid.
+    /// Returns a box without its lid.
     fn tray(width: f32) -> Topology {
         let corner =
             |i: u32| Vec3::new((i & 1) as f32 * width, (i >> 1 & 1) as f32, (i >> 2 & 1) as f32);

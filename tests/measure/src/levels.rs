@@ -8,7 +8,7 @@ const NEAR: f64 = 0.002;
 /// A guess stays this share of the bracket away from its ends.
 const INWARD: f64 = 0.03;
 
-/// The triangles that live after `cursor` collapses, over the mesh's positions.
+/// Returns the live triangles after `cursor` collapses, over the mesh's positions.
 pub fn level(mesh: &Topology, sequence: &CollapseSequence, cursor: u32) -> Vec<[u32; 3]> {
     let mut stands_for: Vec<u32> = (0..mesh.positions.len() as u32).collect();
     for entry in sequence.entries()[..cursor as usize].iter().rev() {
@@ -43,13 +43,12 @@ pub fn used_alone(mesh: &Topology, triangles: &[[u32; 3]]) -> Topology {
     Topology { positions, triangles }
 }
 
-/// The number of triangles to ask a simplifier for so that it leaves about
-/// `wanted` vertices, by at most `max_calls` calls, the first for `first`
-/// triangles if that lies between none and all. `full` is the mesh's number of
-/// triangles and of vertices; `vertices` calls the simplifier.
+/// Searches for the number of triangles at which a simplifier leaves about `wanted` vertices, by at
+/// most `max_calls` calls. The first call is for `first` triangles if that lies between none and
+/// all. `full` is the mesh's number of triangles and of vertices; `vertices` calls the simplifier.
 ///
 /// # Errors
-/// The simplifier's.
+/// Those of the simplifier.
 pub fn search<E>(
     full: [usize; 2],
     first: Option<usize>,

@@ -33,7 +33,7 @@ pub enum Simplifier {
 }
 
 impl<'a> Input<'a> {
-    /// Welded positions without attributes.
+    /// Takes welded positions without attributes.
     ///
     /// # Errors
     /// When there is none.
@@ -92,8 +92,8 @@ impl<'a> Input<'a> {
         Ok(left.as_chunks().0.to_vec())
     }
 
-    /// The level whose number of vertices in use is nearest to a wanted one, as
-    /// far as some calls find it.
+    /// Searches for the level whose number of vertices in use is nearest to `wanted`, within a
+    /// limited number of calls.
     ///
     /// # Errors
     /// As [`Input::simplify`].
@@ -118,7 +118,7 @@ mod tests {
 
     use super::*;
 
-    /// A bumpy grid of n by n squares.
+    /// Returns a bumpy grid of n by n squares.
     fn grid(n: u32) -> Topology {
         let at = |i: u32| {
             let (x, y) = ((i % (n + 1)) as f32, (i / (n + 1)) as f32);

@@ -35,8 +35,8 @@ pub struct Shot {
 }
 
 impl View {
-    /// A view of what lies in a box, and of nothing else, from a direction towards the eye that
-    /// is not straight up or down; `aspect` is width over height.
+    /// Creates a view that frames a box alone, from a direction towards the eye that is not
+    /// straight up or down; `aspect` is width over height.
     pub fn of_box(bounds: Bounds, towards_eye: Vec3, aspect: f32) -> Self {
         const MARGIN: f32 = 1.04;
         // Vertices that a simplifier moves may leave the box by a little.
@@ -149,7 +149,7 @@ impl Canvas<'_> {
     }
 }
 
-/// A point as a mean of three, by areas.
+/// Returns the barycentric weights of a point, by areas.
 fn weights(p: Vec2, [a, b, c]: [Vec2; 3], area: f32) -> [f32; 3] {
     let along = (p - a).perp_dot(c - a) / area;
     let across = (b - a).perp_dot(p - a) / area;

@@ -11,7 +11,7 @@ impl Sets {
         Self { parent: (0..count as u32).collect() }
     }
 
-    /// The least member of a set.
+    /// Returns the representative of a set, its least member.
     pub fn root(&mut self, mut x: u32) -> u32 {
         while self.parent[x as usize] != x {
             self.parent[x as usize] = self.parent[self.parent[x as usize] as usize];

@@ -7,8 +7,8 @@ use glam::Vec3;
 /// and of levels alike.
 pub const CREASE_DEGREES: f32 = 40.0;
 
-/// The normal of each triangle's corners: that of the faces around the vertex,
-/// weighted by area, that differ from the triangle by less than an angle.
+/// Computes the normal of each triangle's corners: the area-weighted sum of the faces around the
+/// vertex that differ from the triangle by less than an angle.
 pub fn creased_normals(mesh: &Topology, crease_degrees: f32) -> Vec<[Vec3; 3]> {
     let area_vector = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|v| mesh.positions[v as usize]);

@@ -4,8 +4,8 @@ use anyhow::Result;
 use image::GrayImage;
 use image_compare::Algorithm;
 
-/// Mean structural similarity of two pictures of equal size (Wang et al.
-/// 2004), 1 for equal ones.
+/// Computes the mean structural similarity of two pictures of equal size (Wang et al. 2004), 1 for
+/// equal ones.
 ///
 /// # Errors
 /// When their sizes differ.

@@ -90,7 +90,7 @@ impl FrameTimes {
         })
     }
 
-    /// The row of a theta.
+    /// Returns the row of a theta.
     pub fn at(&self, theta: f64) -> Option<&FrameRow> {
         self.rows.iter().find(|row| row.theta == theta)
     }
@@ -117,8 +117,8 @@ impl FrameTimes {
     }
 }
 
-/// The share of a frame that its pixels cost, from the same frame at a smaller
-/// size: triangles are the same, so what differs is pixels.
+/// Estimates the share of a frame that its pixels cost, from the same frame at a smaller size:
+/// triangles are the same, so the difference is due to pixels.
 pub fn pixel_share(large: &FrameTimes, small: &FrameTimes, theta: f64) -> Option<f64> {
     let pixels = |times: &FrameTimes| f64::from(times.size[0]) * f64::from(times.size[1]);
     let (many, few) = (large.at(theta)?.frame.p50_ms, small.at(theta)?.frame.p50_ms);

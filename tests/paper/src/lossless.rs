@@ -113,7 +113,7 @@ impl LosslessWalk {
     }
 }
 
-/// Random cursors, and now and then a known place.
+/// Draws a route of random cursors, with a known place now and then.
 fn route(stacks: &CollapseStacks, places: &[FixedPlace], moves: usize) -> Vec<Move> {
     let mut random = fastrand::Rng::with_seed(1015);
     let mut next = |step: usize| match step % MOVES_PER_VISIT {

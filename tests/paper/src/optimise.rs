@@ -33,10 +33,10 @@ impl Optimiser {
         Ok(Self { plugin })
     }
 
-    /// The stacks of a mesh.
+    /// Builds the collapse stacks of a mesh.
     ///
     /// # Errors
-    /// The plugin's.
+    /// Those of the plugin.
     pub fn stacks(&self, mesh: Mesh) -> Result<Arc<CollapseStacks>> {
         let optimised = self.plugin.optimize(&mesh, |_| true)?;
         Ok(Arc::new(CollapseStacks::build(mesh, &optimised.sequence)))

@@ -9,7 +9,7 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// A bar that stands at nothing.
+    /// Creates a bar at zero.
     ///
     /// # Errors
     /// When the bar's template is wrong.
@@ -19,7 +19,7 @@ impl Progress {
         Ok(Self { bar })
     }
 
-    /// A bar that nobody sees.
+    /// Creates a bar that is not drawn.
     pub fn hidden() -> Self {
         Self { bar: ProgressBar::hidden() }
     }

@@ -21,7 +21,7 @@ pub const TABLE_I: [PrintedRow; 3] = [
 ];
 
 impl PrintedRow {
-    /// The row of a theta, if the paper has one.
+    /// Returns the row of a theta, if the paper has one.
     pub fn at(theta: f64) -> Option<Self> {
         TABLE_I.into_iter().find(|row| row.theta == theta)
     }

@@ -78,7 +78,7 @@ impl Stages {
 }
 
 impl Results {
-    /// The scene at a theta.
+    /// Returns the scene's figures at a theta.
     pub fn level(&self, theta: f64) -> Option<&SceneLevel> {
         self.levels.iter().find(|level| level.theta == theta)
     }
@@ -89,15 +89,15 @@ impl Results {
         Some(triangles(0.0)? / triangles(theta)?)
     }
 
-    /// The median change of theta as a share of the median frame at theta 0,
-    /// of the pictures' size and of the smaller one, 1 sample a pixel.
+    /// Returns the median change of theta as a share of the median frame at theta 0, for the
+    /// pictures' size and for the smaller one, at 1 sample a pixel.
     pub fn shares_of_frame(&self) -> Option<[f64; 2]> {
         let change = &self.theta_change;
         let large = self.frames_of(LARGE, 1)?.at(0.0)?.frame.p50_ms;
         Some([large, change.full_frame.p50_ms].map(|frame| change.change.p50_ms / frame))
     }
 
-    /// Frame times of a size and number of samples.
+    /// Returns the frame times for a size and number of samples.
     pub fn frames_of(&self, size: [u32; 2], samples: u32) -> Option<&FrameTimes> {
         self.frames.iter().find(|f| f.size == size && f.samples == samples)
     }

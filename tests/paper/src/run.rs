@@ -81,7 +81,7 @@ pub fn measure(
     })
 }
 
-/// The only mesh of the flattened scene, as the importer gives it.
+/// Imports the only mesh of the flattened scene.
 fn imported(model: &Path) -> Result<Mesh> {
     let model = import_file(model, &ImportLimits::default())?.model;
     let [mesh] =
@@ -89,7 +89,7 @@ fn imported(model: &Path) -> Result<Mesh> {
     Ok(mesh)
 }
 
-/// A viewer of the scene, and the milliseconds that its stages of loading took.
+/// Loads the scene; returns its viewer, and the milliseconds of its stages of loading.
 fn load(
     scene: &PaperScene,
     samples: u32,

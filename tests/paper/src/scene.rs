@@ -94,7 +94,7 @@ fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     fs::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
 }
 
-/// The name of a camera of the path.
+/// Returns the name of a camera of the path.
 pub fn path_camera(step: usize) -> String {
     format!("path {step:03}")
 }

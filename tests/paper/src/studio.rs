@@ -37,7 +37,7 @@ pub struct Subject<'a> {
 }
 
 impl Studio {
-    /// A studio whose camera has all of `points` in view, and no more.
+    /// Creates a studio whose camera frames all of `points` exactly.
     ///
     /// # Errors
     /// When there is no usable device.
@@ -77,7 +77,7 @@ impl Studio {
     }
 }
 
-/// A parallel view of points, reverse-Z as all views of the renderer.
+/// Returns a parallel projection that frames the points, reverse-Z as all views of the renderer.
 fn parallel_view(points: &[Vec3], aspect: f32) -> CameraView {
     let back = DIRECTION.normalize();
     let right = Vec3::Y.cross(back).normalize();

@@ -114,7 +114,7 @@ impl SubjectStudy {
         self.variants.iter().find(|variant| variant.id == id)
     }
 
-    /// A variant at a theta.
+    /// Returns a variant at a theta.
     pub fn level(&self, id: &str, theta: f64) -> Option<&Level> {
         self.variant(id)?.levels.iter().find(|level| level.theta == theta)
     }
@@ -237,8 +237,8 @@ fn area(mesh: &Topology) -> f64 {
     mesh.triangles.iter().map(product).sum()
 }
 
-/// The volume that closed shells enclose, each counted by itself: a sixth of
-/// the sum of triple products. Where shells are open it is of no meaning.
+/// Computes the volume that closed shells enclose, each counted by itself: a sixth of the sum of
+/// triple products. The value has no meaning for open shells.
 fn volume(mesh: &Topology) -> f64 {
     let product = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|v| mesh.positions[v as usize].as_dvec3());

@@ -135,7 +135,7 @@ impl Shells {
     }
 }
 
-/// A point's bits, with -0 read as 0.
+/// Returns the bits of a point's coordinates, with -0 read as 0.
 fn bits(point: Vec3) -> [u32; 3] {
     (point + Vec3::ZERO).to_array().map(f32::to_bits)
 }
@@ -165,7 +165,7 @@ fn thickness(positions: &[DVec3], points: &[u32]) -> f64 {
     offsets().map(|o| o.dot(normal).abs()).fold(0.0, f64::max)
 }
 
-/// The live mesh after `cursor` collapses.
+/// Returns the live mesh after `cursor` collapses.
 pub fn live(stacks: &CollapseStacks, cursor: u32) -> Topology {
     Topology {
         positions: stacks.mesh().positions.clone(),
@@ -213,7 +213,7 @@ mod tests {
 
     use super::*;
 
-    /// A unit cube at `x`, closed unless its top is left off.
+    /// Builds a unit cube at `x`, closed unless its top is left off.
     fn cube(x: f32, top: bool) -> RawPrimitive {
         let corner =
             |i: usize| Vec3::new((i & 1) as f32 + x, (i >> 1 & 1) as f32, (i >> 2 & 1) as f32);

@@ -35,7 +35,7 @@ const LITERAL: Reading = Reading {
     border_weight: BorderWeight::Alpha,
 };
 
-/// The paper's order with one reading.
+/// Returns the variant with the paper's order and one reading.
 const fn paper(id: &'static str, name: &'static str, reading: Reading) -> Variant {
     Variant { id, name, maker: Maker::Weighted(reading, Order::Paper) }
 }
@@ -95,7 +95,7 @@ impl Variant {
     }
 }
 
-/// The collapse sequence of a mesh in some reading and order.
+/// Computes the collapse sequence of a mesh in some reading and order.
 fn sequence(mesh: &Topology, reading: &Reading, order: Order) -> Result<CollapseSequence> {
     let mut progress = Unwatched::unwatched();
     let list = weighted_collapse::collapse_list(

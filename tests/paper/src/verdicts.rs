@@ -264,8 +264,8 @@ fn lossless(results: &Results) -> Claim {
     )
 }
 
-/// The mean errors of one variant over those of another at each theta, as far
-/// as they keep about as many vertices there.
+/// Divides the mean errors of one variant by those of another at each theta at which they keep
+/// about as many vertices.
 fn mean_quotients(study: &SubjectStudy, of: &str, over: &str) -> Vec<(f64, f64)> {
     let quotient = |at| {
         let (of, over) = (study.level(of, at)?, study.level(over, at)?);

@@ -54,7 +54,7 @@ impl PeerScript {
         Path::new(ROOT).join("tests/peers").join(self.file)
     }
 
-    /// The interpreter, if it has the package.
+    /// Returns the interpreter, if it has the package.
     #[track_caller]
     pub fn python(self) -> Option<PathBuf> {
         let path = std::env::var_os(PYTHON_VARIABLE)
@@ -72,7 +72,7 @@ impl PeerScript {
     }
 }
 
-/// Says that a test has no peer; where peers are required that is a failure.
+/// Announces that a test has no peer; where peers are required that is a failure.
 #[track_caller]
 pub fn skip(remedy: &str) {
     let required = |name| std::env::var_os(name).is_some();

@@ -89,7 +89,7 @@ impl DisturbanceState {
         Self { total_since: None, is_disturbed: false, last: Instant::now() }
     }
 
-    /// The state now: the device is gone, or its link has a fault.
+    /// Records the state at this instant: the device is gone, or its link has a fault.
     pub(crate) fn note(&mut self, is_gone: bool, fault: Option<FaultKind>) {
         use FaultKind::{ClockJump, Garbage, HalfOpen, Late, LinkLoss, Reset, Slow};
         let now = Instant::now();
@@ -107,7 +107,7 @@ impl DisturbanceState {
         self.is_disturbed = is_disturbed;
     }
 
-    /// The adapter knows of nothing yet.
+    /// Restarts the observation, since a new adapter knows of no fault yet.
     pub(crate) fn restart(&mut self) {
         self.last = Instant::now();
         self.total_since = self.total_since.map(|_| self.last);

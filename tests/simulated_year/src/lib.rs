@@ -42,7 +42,7 @@ pub trait Rig {
     /// Tasks of the device while all is well.
     const TASKS: usize;
 
-    /// The tags; their handles count from 0.
+    /// Returns the tags; their handles count from 0.
     fn tags(&self) -> &[SimulatedTag];
 
     /// Serves the tags until it is dropped.

@@ -36,7 +36,7 @@ enum DialResponse {
 }
 
 impl MemoryNetwork {
-    /// A device listens, in the place of a former one.
+    /// Lets a device listen, in the place of a former one; returns its clients.
     pub(crate) fn listen(&self) -> mpsc::Receiver<DuplexStream> {
         let (device, clients) = mpsc::channel(MAX_WAITING);
         self.lock().response = DialResponse::Device(device);
@@ -48,7 +48,7 @@ impl MemoryNetwork {
         self.lock().response = DialResponse::Refused;
     }
 
-    /// Lets all further dial attempts time out without an answer.
+    /// Makes all further dial attempts time out without an answer.
     pub(crate) fn fall_silent(&self) {
         self.lock().response = DialResponse::Silence;
     }

@@ -19,7 +19,7 @@ thread_local! {
 pub struct SimulatedTime;
 
 impl SimulatedTime {
-    /// Now it is the beginning of the year.
+    /// Sets the clocks to the beginning of the year.
     pub(crate) fn begin() {
         CLOCK.set(Some((Instant::now(), 0)));
     }
@@ -41,7 +41,7 @@ impl SimulatedTime {
     }
 }
 
-/// A time so many seconds later; not before 1970.
+/// Returns the time so many seconds later; not before 1970.
 pub(crate) fn shift(time: SystemTime, seconds: i64) -> SystemTime {
     let distance = Duration::from_secs(seconds.unsigned_abs());
     let shifted = if seconds < 0 { time.checked_sub(distance) } else { time.checked_add(distance) };

@@ -114,7 +114,7 @@ impl<R: Rig> Year<R> {
         year
     }
 
-    /// A day, and what it takes until all is well again.
+    /// Simulates a day, and then steps until no disturbance is left.
     async fn day(&mut self) {
         let end = Instant::now() + DAY;
         while Instant::now() < end {
@@ -223,7 +223,7 @@ impl<R: Rig> Year<R> {
         }
     }
 
-    /// A sample with a time has the value that the device had then, by its own clock.
+    /// Checks that a sample with a time has the value that the device had then, by its own clock.
     fn check_time(&mut self, sample: &Sample, time: Duration, aheads: [i64; 2]) {
         let (Some(value), Some(said_time)) = (sample.value, sample.source_time) else {
             self.tally.untimed_samples += 1;

@@ -44,7 +44,7 @@ impl Form {
         }
     }
 
-    /// The plugin's settings beside host and port.
+    /// Returns the topics that the plugin subscribes to.
     pub(crate) fn subscriptions(self) -> Vec<&'static str> {
         match self {
             Self::Sparkplug => Vec::new(),
@@ -52,7 +52,7 @@ impl Form {
         }
     }
 
-    /// The tags of a number of stations.
+    /// Returns the tags of a number of stations.
     pub(crate) fn tags(self, stations: u32, points: u32) -> Vec<TelemetryTag> {
         let all = (0..stations).flat_map(|station| (0..points).map(move |point| (station, point)));
         let tag = |(tag, (station, point)): (u32, (u32, u32))| TelemetryTag {

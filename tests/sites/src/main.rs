@@ -205,7 +205,7 @@ impl Drop for Ended {
     }
 }
 
-/// Mosquitto as it comes, on a free port.
+/// Starts Mosquitto with its default settings, on a free port.
 fn broker() -> Result<(Ended, u16)> {
     let port = TcpListener::bind("127.0.0.1:0")?.local_addr()?.port();
     let mut command = Command::new(BROKER);

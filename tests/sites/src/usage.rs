@@ -28,7 +28,7 @@ pub(crate) fn cpu_seconds(process: u32) -> Result<f64> {
     Ok((user + system) / TICKS_PER_SECOND)
 }
 
-/// Since `before` seconds of CPU, over so many seconds.
+/// Measures the usage of a process over `seconds`, since it had used `before` seconds of CPU.
 pub(crate) fn usage(process: u32, before: f64, seconds: f64) -> Result<Usage> {
     let cores = (cpu_seconds(process)? - before) / seconds;
     let status = fs::read_to_string(format!("/proc/{process}/status"))?;
@@ -41,7 +41,7 @@ pub(crate) fn usage(process: u32, before: f64, seconds: f64) -> Result<Usage> {
     Ok(Usage { cores, mib: now, peak_mib: peak })
 }
 
-/// The child of this process that runs a plugin.
+/// Finds the child of this process that runs a plugin.
 pub(crate) fn plugin_process() -> Result<u32> {
     let own = std::process::id().to_string();
     for entry in fs::read_dir("/proc")? {

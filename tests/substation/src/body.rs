@@ -72,7 +72,7 @@ fn cut_out(solid: &Solid, wanted: impl Fn(Vec3) -> bool) -> Solid {
     cut
 }
 
-/// An open grid of `[across, along]` cells, facing up, at height `y`.
+/// Builds an open grid of `[across, along]` cells, facing up, at height `y`.
 pub(crate) fn sheet(min: [f32; 2], max: [f32; 2], y: f32, cells: [u32; 2]) -> Solid {
     let mut solid = Solid::default();
     for j in 0..=cells[1] {
@@ -94,12 +94,12 @@ pub(crate) fn sheet(min: [f32; 2], max: [f32; 2], y: f32, cells: [u32; 2]) -> So
     solid
 }
 
-/// A hollow tube that stands from `bottom` to `top`.
+/// Builds a hollow tube that stands from `bottom` to `top`.
 pub(crate) fn tube(inner: f32, outer: f32, bottom: f32, top: f32, sides: usize) -> Solid {
     ring_of_profile(&[(inner, bottom), (outer, bottom), (outer, top), (inner, top)], sides)
 }
 
-/// A turn about an axis of unit length, the same on every machine.
+/// Returns a rotation about an axis of unit length, the same on every machine.
 pub(crate) fn turned(axis: Vec3, degrees: f32) -> Mat4 {
     let half = f64::from(degrees).to_radians() * 0.5;
     let (sin, cos) = (libm::sin(half) as f32, libm::cos(half) as f32);

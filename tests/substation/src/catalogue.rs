@@ -34,7 +34,7 @@ pub struct Counts {
 }
 
 impl Catalogue {
-    /// A model, if the name is known.
+    /// Returns a model if the name is known.
     pub fn get(&self, name: &str) -> Option<&Entry> {
         self.entries.get(name)
     }

@@ -87,7 +87,7 @@ fn share_rings(left: i64, spans: i64) -> Result<Vec<[usize; 2]>, StationError> {
     Ok(shares)
 }
 
-/// The earth wires with these rings and sides.
+/// Builds the earth wires with these rings and sides.
 pub(crate) fn earth_wires(spans: &[[usize; 2]]) -> Body {
     let mut body = Body::new();
     for (i, (ends, &[rings, sides])) in earth_spans().into_iter().zip(spans).enumerate() {

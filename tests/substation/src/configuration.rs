@@ -12,8 +12,8 @@ const MODEL_FOLDER: &str = "station";
 const MIN_REDUCED_TRIANGLES: usize = 1000;
 
 impl Station {
-    /// The configuration that places the models: bays, devices in them, poles
-    /// as instances. It has no tags yet.
+    /// Returns the configuration that places the models: bays, devices in them, poles as instances.
+    /// It has no tags yet.
     pub fn configuration(&self) -> Value {
         let models: Map<String, Value> = self
             .catalogue
@@ -57,7 +57,7 @@ impl Station {
     }
 }
 
-/// Full detail of what stands near, less of what is far.
+/// Returns the thetas of the models: full detail of near equipment, less of far equipment.
 fn theta() -> Value {
     json!({
         "distance": [

@@ -156,7 +156,7 @@ fn note_owner(owners: &mut Vec<(u32, usize)>, feature: u32, triangles: usize) {
 }
 
 impl FlatStation {
-    /// The runs as CSV.
+    /// Formats the runs as CSV.
     pub fn equipment_csv(&self) -> String {
         let mut csv = "first_triangle,triangle_count,equipment\n".to_owned();
         for Run { first_triangle, triangle_count, equipment } in &self.runs {

@@ -28,8 +28,8 @@ const WALK_SECONDS: f64 = 30.0;
 const AMBIENT: &str = "S12Z1MON/MMET1.EnvTmp";
 
 impl Station {
-    /// The configuration with all points, from simulated gateways, and what is made of
-    /// them. `closed` may have switches stand otherwise than in normal operation.
+    /// Returns the configuration with all points from simulated gateways, and with overlays and
+    /// alarms. `closed` may set switches to other positions than those of normal operation.
     pub fn live_configuration(&self, closed: impl Fn(&NetworkSwitch) -> bool) -> Value {
         let Network { settings, switches } = network();
         let stands: HashMap<&str, bool> =
@@ -221,7 +221,8 @@ fn switch_positions(switches: &[NetworkSwitch]) -> Value {
     json!({ "switches": all.collect::<Vec<_>>() })
 }
 
-/// Power at the current transformers of all bays: out of the busbar is positive.
+/// Returns the settings of power at the current transformers of all bays: out of the busbar is
+/// positive.
 fn flows() -> Value {
     let flow = |load: Load| {
         let at = |device: &str| format!("{}-{device}", load.bay);
@@ -254,7 +255,7 @@ fn contact_contour(points: &[Point]) -> Value {
     })
 }
 
-/// Forced-air cooling, as transformers of this size have.
+/// Returns the settings of forced-air cooling, as transformers of this size have.
 fn thermal() -> Value {
     let transformer = |number: usize| {
         json!({

@@ -125,12 +125,12 @@ impl Builder {
     }
 }
 
-/// The node of a transformer's winding.
+/// Returns the connectivity node of a transformer's winding.
 fn winding(number: u8, level: &str) -> String {
     format!("=S12T{number}.{}", level.trim_end_matches(" kV"))
 }
 
-/// The station's network in normal operation.
+/// Returns the station's network in normal operation.
 pub fn network() -> Network {
     let mut builder = Builder::default();
     for (yard, level) in YARDS.iter().zip(["220 kV", "110 kV"]) {

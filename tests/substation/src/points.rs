@@ -39,7 +39,7 @@ impl PointKind {
         }
     }
 
-    /// The logical device that has such points.
+    /// Returns the logical device that has such points.
     fn logical_device(self) -> &'static str {
         match self {
             Self::Analog => "MEAS",
@@ -181,7 +181,7 @@ pub fn points() -> Vec<Point> {
     list.points
 }
 
-/// The list as CSV.
+/// Formats the list as CSV.
 pub fn csv(points: &[Point]) -> String {
     let mut csv = "id,equipment,name,type,unit,low,high,scan_millis\n".to_owned();
     for p in points {

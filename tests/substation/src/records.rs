@@ -247,7 +247,8 @@ fn level_of(device: &str) -> u32 {
     if device.starts_with("=S12D") || device.starts_with("=S12T") { 22 } else { 11 }
 }
 
-/// A day so many days before the last, in a calendar of 28 days a month: every one is in ours.
+/// Returns a day so many days before the last, in a calendar of 28 days a month; every such day is
+/// also in the Gregorian one.
 fn day(days_ago: usize) -> String {
     let [year, month, day] = LAST_DAY;
     let last = (year * 12 + month - 1) * 28 + day - 1;

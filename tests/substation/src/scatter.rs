@@ -11,13 +11,13 @@ impl Scatter {
         Self(seed)
     }
 
-    /// A length between minus and plus the tolerance, metres.
+    /// Returns a length between minus and plus the tolerance, metres.
     pub(crate) fn metres(&mut self) -> f32 {
         let unit = (self.next() >> 40) as f32 / (1_u64 << 24) as f32;
         (2.0 * unit - 1.0) * TOLERANCE_METRES
     }
 
-    /// A number from 0 to below `count`.
+    /// Returns a number from 0 to below `count`.
     pub(crate) fn below(&mut self, count: usize) -> usize {
         (self.next() % count.max(1) as u64) as usize
     }

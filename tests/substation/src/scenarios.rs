@@ -50,7 +50,7 @@ impl Timeline {
         self.events.push(json!({ "at": at, "tag": tag, "value": value, "over": over }));
     }
 
-    /// Power out of a bay's busbar, and the currents that it makes.
+    /// Sets the power out of a bay's busbar, and the currents that result from it.
     fn load(&mut self, at: f64, bay: &str, megawatts: f64, over: f64) {
         let Some(usual) = bay_loads().into_iter().find(|load| load.bay == bay) else { return };
         let load = Load { megawatts, ..usual };

@@ -13,7 +13,7 @@ fn topology(network: &Network) -> Topology {
     Topology::new(&settings).expect("a network")
 }
 
-/// The nodes that are joined to a source, by walking from node to node over the JSON text
+/// Returns the nodes that are joined to a source, by walking from node to node over the JSON text
 /// itself.
 fn energised(network: &Network, open: &BTreeSet<&str>) -> BTreeSet<String> {
     let text = |value: &serde_json::Value| value.as_str().expect("a text").to_owned();

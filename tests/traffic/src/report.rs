@@ -45,7 +45,7 @@ pub(crate) fn write(results: &Results, folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// The bars of this project.
+/// Judges the bars of this project.
 pub(crate) fn bars(results: &Results) -> Vec<Claim> {
     let Results { drain, sustained, avalanche, .. } = results;
     let [quiet, busy] = sustained.p99();

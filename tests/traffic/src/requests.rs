@@ -66,12 +66,12 @@ pub(crate) fn measure(site: &Site, peers: &Peers) -> Result<Requests> {
     })
 }
 
-/// A port that was free a moment ago.
+/// Returns a port that was free a moment ago.
 fn free_port() -> Result<u16> {
     Ok(TcpListener::bind("127.0.0.1:0")?.local_addr()?.port())
 }
 
-/// A plugin as the device of its tags, whose values stand still.
+/// Starts a simulated device of the plugin's tags, whose values stand still.
 fn device(
     site: &Site,
     plugin: &str,
@@ -99,7 +99,7 @@ fn device(
     Ok(RunningSimulator::start(&plugin, tags, &simulation, DeviceScenario::NONE)?)
 }
 
-/// Good values that came since the last call.
+/// Counts the good values that came since the last call.
 fn good(telemetry: &RunningTelemetry) -> u32 {
     let mut count = 0;
     telemetry.drain(&mut |sample: &Sample| count += u32::from(sample.quality.is_good()));

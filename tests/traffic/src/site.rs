@@ -49,14 +49,14 @@ impl Site {
         Ok(Self { folder, divisor })
     }
 
-    /// A generator that serves so many tags, isolated, without a scene.
+    /// Starts a generator that serves so many tags, isolated, without a scene.
     pub(crate) fn generator(&self, settings: &Value, tags: u32) -> Result<RunningTelemetry> {
         let plugin = self.plugin(GENERATOR, settings)?;
         let tags: Vec<_> = (0..tags).map(|tag| telemetry_tag(tag, &json!({}))).collect();
         Ok(RunningTelemetry::start(&plugin, &tags, SourcePolicy::default())?)
     }
 
-    /// A plugin in a process of its own.
+    /// Returns a plugin in a process of its own.
     pub(crate) fn plugin(&self, id: &str, settings: &Value) -> Result<Plugin> {
         let directories = [self.folder.path().join("plugins")];
         let isolation = Isolation::Process;
@@ -67,8 +67,8 @@ impl Site {
         Ok(catalog.create("source", id, settings, &options)?)
     }
 
-    /// A view of the demo's transformer with so many tags of this type, some of them
-    /// shown there, and the seconds that loading it took.
+    /// Opens a view of the demo's transformer with so many tags of this type, some of them shown
+    /// there; returns the seconds of loading too.
     pub(crate) fn view(
         &self,
         settings: &Value,
@@ -87,7 +87,7 @@ impl Site {
     }
 }
 
-/// A number at an address.
+/// Returns a tag of a number at an address.
 pub(crate) fn telemetry_tag(tag: u32, address: &Value) -> TelemetryTag {
     TelemetryTag {
         tag: TagHandle(tag),
@@ -98,7 +98,7 @@ pub(crate) fn telemetry_tag(tag: u32, address: &Value) -> TelemetryTag {
     }
 }
 
-/// Built as text: a value of a million tags would take gigabytes.
+/// Formats the configuration as text directly: a value of a million tags would take gigabytes.
 fn configuration(settings: &Value, tags: u64, kind: &str, shown: usize) -> String {
     let frame = json!({
         "version": 1,

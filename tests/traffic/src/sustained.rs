@@ -59,7 +59,7 @@ pub(crate) fn measure(site: &Site) -> Result<Sustained> {
     Ok(found)
 }
 
-/// The updates that the tags got: each counts its own.
+/// Sums up the updates that the tags received; each counts its own.
 fn rounds_of_all(viewer: &busbar_viewer::Viewer) -> i64 {
     let of_one = |state: busbar_tags::TagState| match state.value {
         Some(Value::I64(round)) => round + 1,
@@ -69,7 +69,7 @@ fn rounds_of_all(viewer: &busbar_viewer::Viewer) -> i64 {
 }
 
 impl Sustained {
-    /// The medians over the rounds of the 99th percentiles, quiet and busy.
+    /// Returns the medians over the rounds of the 99th percentiles, quiet and busy.
     pub(crate) fn p99(&self) -> [f64; 2] {
         [&self.quiet, &self.busy].map(|rounds| median(rounds.iter().map(|series| series.p99)))
     }

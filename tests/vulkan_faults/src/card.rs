@@ -115,7 +115,7 @@ unsafe extern "system" fn buffer_requirements2(device: Handle, about: Handle, ou
     }
 }
 
-/// The call that allocates, with the type that there is below.
+/// Calls `allocate` with the memory type that exists below this layer.
 ///
 /// # Safety
 /// As for `vkAllocateMemory`.

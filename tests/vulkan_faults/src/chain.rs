@@ -97,7 +97,7 @@ pub(crate) fn next_of(handle: Handle) -> Option<Arc<Next>> {
     table().lock().unwrap_or_else(PoisonError::into_inner).get(&key_of(handle)).cloned()
 }
 
-/// Lets the next layer's function of a name write a structure; tells whether it did.
+/// Calls the next layer's query of this name, which writes a structure; reports whether it exists.
 pub(crate) fn ask(device: Handle, name: &CStr, structure: *mut c_void) -> bool {
     type Ask = unsafe extern "system" fn(Handle, *mut c_void);
     let function = function_of(device, name);
@@ -131,7 +131,8 @@ fn remember(handle: Handle, get: GetProcAddr) {
     table().lock().unwrap_or_else(PoisonError::into_inner).insert(key_of(handle), Arc::new(next));
 }
 
-/// The loader's link in the chain of a create info, moved on for the next layer.
+/// Takes the loader's link from the chain of a create info, and advances the chain for the next
+/// layer.
 fn take_link(info: *const c_void, kind: i32) -> Option<&'static Link> {
     let mut at = info.cast_mut().cast::<LayerCreateInfo>();
     for _ in 0..MAX_CHAIN {

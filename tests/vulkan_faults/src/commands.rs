@@ -150,7 +150,8 @@ struct Negotiation {
 /// The version of the interface that this layer speaks.
 const INTERFACE_VERSION: u32 = 2;
 
-/// Called by the loader first; says where the other entry points are.
+/// Negotiates the interface with the loader, which calls this first, and reports the other entry
+/// points.
 ///
 /// # Safety
 /// `negotiation` is null or a `VkNegotiateLayerInterface` that may be written.
@@ -198,7 +199,7 @@ unsafe extern "system" fn get_device_proc_addr(device: Handle, name: *const c_ch
     }
 }
 
-/// The layer's own function where there is one below to pass on to.
+/// Returns the layer's own function where there is one below to pass on to; else the one below.
 fn own_or_below(handle: Handle, name: *const c_char, text: &str) -> Function {
     let Some(next) = next_of(handle) else { return std::ptr::null() };
     let below = next.function(name);

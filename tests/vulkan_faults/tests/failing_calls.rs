@@ -95,7 +95,7 @@ fn as_on_a_card_too() {
     strike_all(&Subject { as_card: true, ..Subject::new(SIZE) }, CARD_SAMPLE);
 }
 
-/// Lets calls of a run fail, `count` of them if nobody asks for more.
+/// Injects faults into calls of a run, `count` of them unless the environment asks for more.
 fn strike_all(subject: &Subject, count: usize) {
     let output = render(subject, None).expect_code(0);
     assert!(output.stdout.contains("=Q1"), "{}", output.stdout);

@@ -47,8 +47,8 @@ impl Screen {
         Some(Self { _server: server, name: format!(":{number}"), folder })
     }
 
-    /// The pixels of [`SHOWN`], rows from the top: an XWD file (XWDFile.h), its
-    /// header in big-endian words.
+    /// Reads the pixels of [`SHOWN`], rows from the top: an XWD file (XWDFile.h), its header in
+    /// big-endian words.
     fn shown(&self) -> Vec<u8> {
         let file = fs::read(self.folder.path().join("Xvfb_screen0")).expect("the screen's file");
         let word = |index: usize| {

@@ -10,7 +10,7 @@ use e2e::finish;
 use serde_json::{Value, json};
 use vulkan_faults::WITHOUT_VARIABLE;
 
-/// The picture, and `--stats`, on a device without these features.
+/// Renders on a device without these features; returns the picture and `--stats`.
 fn render(subject: &Subject, without: &str) -> (Vec<u8>, Value) {
     let [picture, stats] = ["picture.png", "stats.json"].map(|name| subject.path(name));
     let paths = [&picture, &stats].map(|path| path.to_string_lossy().into_owned());

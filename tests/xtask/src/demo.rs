@@ -53,7 +53,7 @@ fn has_display() -> bool {
     is_set("DISPLAY") || is_set("WAYLAND_DISPLAY")
 }
 
-/// `busbar`, to be run from the repository's root.
+/// Returns the command `busbar`, to be run from the repository's root.
 pub(crate) fn busbar(workspace: &Workspace) -> Command {
     let mut command = Command::new(workspace.program(Profile::Release, "busbar"));
     command.current_dir(&workspace.root);

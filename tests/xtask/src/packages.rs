@@ -149,7 +149,7 @@ fn driver(purpose: Purpose) -> Vec<Package> {
     wanted
 }
 
-/// Driver files that the Vulkan loader will find.
+/// Lists the driver files that the Vulkan loader will find.
 fn driver_files() -> Vec<PathBuf> {
     for variable in DRIVER_VARIABLES {
         if let Some(value) = std::env::var_os(variable) {
@@ -177,7 +177,7 @@ fn missing(wanted: &[Package]) -> Result<Vec<Package>> {
     Ok(not_installed(wanted, &String::from_utf8_lossy(&output.stdout)))
 }
 
-/// The packages that a listing of `name status` lines does not call installed.
+/// Returns the packages that a listing of `name status` lines does not call installed.
 fn not_installed(wanted: &[Package], listing: &str) -> Vec<Package> {
     let lines = listing.lines().filter_map(|line| line.split_once(' '));
     let installed: HashSet<&str> =

@@ -157,7 +157,7 @@ fn render_substation(workspace: &Workspace, pictures: &Path) -> Result<()> {
     Ok(())
 }
 
-/// The chart of a fleet's gases: of `config/dga.json`, and of a million samples.
+/// Renders the chart of a fleet's gases: of `config/dga.json`, and of a million samples.
 fn render_charts(workspace: &Workspace, pictures: &Path) -> Result<()> {
     let dense = workspace.path(DENSE_FLEET);
     let fleet = |program: &str| {

@@ -56,12 +56,12 @@ pub(crate) fn sleep(duration: Duration) -> Result<()> {
     Ok(())
 }
 
-/// The `cargo` that runs us.
+/// Returns the command of the `cargo` that runs this program.
 pub(crate) fn cargo() -> Command {
     Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
 }
 
-/// True if the command can be started and succeeds; its output is not shown.
+/// Reports whether the command can be started and succeeds; its output is not shown.
 pub(crate) fn succeeds(command: &mut Command) -> bool {
     quiet_output(command).is_ok_and(|output| output.status.success())
 }
@@ -79,7 +79,7 @@ pub(crate) fn run(command: &mut Command) -> Result<()> {
     Process::start(command)?.finish()
 }
 
-/// As [`run`], but on this program's terminal: the command may ask something.
+/// Runs a command as [`run`] does, but on this program's terminal: the command may ask something.
 pub(crate) fn run_on_terminal(command: &mut Command) -> Result<()> {
     Process::spawn(command, false, None)?.finish()
 }
@@ -210,7 +210,7 @@ impl Process {
         }
     }
 
-    /// The exit status, if the child has ended.
+    /// Returns the exit status, if the child has ended.
     fn exited(&mut self) -> Result<Option<ExitStatus>> {
         self.child.try_wait().with_context(|| format!("cannot wait for `{}`", self.name))
     }
@@ -266,7 +266,7 @@ fn name_of(command: &Command) -> String {
     name.to_string_lossy().into_owned()
 }
 
-/// The command as one would type it.
+/// Formats the command as one would type it.
 fn shown(command: &Command) -> String {
     let mut text = name_of(command);
     for argument in command.get_args() {

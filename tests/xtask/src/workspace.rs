@@ -27,7 +27,7 @@ impl Profile {
         }
     }
 
-    /// The profile's folder under the target folder.
+    /// Returns the profile's folder under the target folder.
     fn folder(self) -> &'static str {
         match self {
             Self::Dev => "debug",
@@ -98,17 +98,17 @@ impl Workspace {
         })
     }
 
-    /// A file of the repository.
+    /// Returns the path of a file of the repository.
     pub(crate) fn path(&self, relative: impl AsRef<Path>) -> PathBuf {
         self.root.join(relative)
     }
 
-    /// A program of the workspace, once built.
+    /// Returns the path of a program of the workspace, once built.
     pub(crate) fn program(&self, profile: Profile, name: &str) -> PathBuf {
         self.target.join(profile.folder()).join(format!("{name}{EXE_SUFFIX}"))
     }
 
-    /// A plugin's library, once built.
+    /// Returns the path of a plugin's library, once built.
     pub(crate) fn library(&self, profile: Profile, package: &str) -> PathBuf {
         let name = package.replace('-', "_");
         self.target.join(profile.folder()).join(format!("{DLL_PREFIX}{name}{DLL_SUFFIX}"))

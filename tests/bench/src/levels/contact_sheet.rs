@@ -34,7 +34,7 @@ pub(crate) struct ContactSheet {
 }
 
 impl ContactSheet {
-    /// A sheet of the part of a mesh that lies in a box.
+    /// Creates a sheet of the part of a mesh that lies in a box.
     pub(crate) fn new(
         name: &'static str,
         original: &Topology,

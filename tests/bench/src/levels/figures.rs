@@ -68,7 +68,7 @@ impl Original {
         })
     }
 
-    /// The diagonal that distances are relative to, metres.
+    /// Returns the diagonal that distances are relative to, metres.
     pub(crate) fn diagonal(&self) -> f64 {
         self.reference.diagonal()
     }

@@ -49,7 +49,7 @@ const fn method(id: &'static str, work: Work) -> Method {
 }
 
 impl Method {
-    /// The method of a name.
+    /// Returns the method with this id.
     pub(crate) fn named(id: &str) -> Option<Self> {
         METHODS.into_iter().find(|method| method.id == id)
     }

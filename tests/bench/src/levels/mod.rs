@@ -171,7 +171,7 @@ impl SubjectResult {
     }
 }
 
-/// Interpreter and scripts, if there is one.
+/// Returns interpreter and scripts, if there is an interpreter.
 pub(crate) fn peers(python: Option<&Path>, scripts: &Path) -> Option<Peers> {
     python.map(|python| Peers { python: python.to_owned(), scripts: scripts.to_owned() })
 }

@@ -120,7 +120,7 @@ fn kind_of(name: &str) -> Result<Kind> {
     })
 }
 
-/// The values of one element, a list a property.
+/// Reads the values of one element, a list for each property.
 fn row(rest: &mut &[u8], form: Form, element: &Element) -> Result<Vec<Vec<f64>>> {
     let mut values = Vec::with_capacity(element.properties.len());
     for property in &element.properties {

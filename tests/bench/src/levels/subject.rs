@@ -29,8 +29,7 @@ pub(crate) struct Subject {
     pub(crate) sheet: Option<(&'static str, Bounds, Vec3)>,
 }
 
-/// The meshes of this project, those of `files` last; a quick run leaves the
-/// large ones out.
+/// Loads the meshes of this project, those of `files` last; a quick run omits the large ones.
 pub(crate) fn all(
     scene: &Scene,
     files: &[std::path::PathBuf],
@@ -60,7 +59,7 @@ pub(crate) fn all(
     Ok(subjects)
 }
 
-/// A scan from elsewhere, which the bars are about too.
+/// Loads a scan from elsewhere, which the bars are judged on too.
 pub(crate) fn scan(file: &Path) -> Result<Subject> {
     let name = file.file_stem().unwrap_or_default().to_string_lossy();
     Ok(Subject::judged(&format!("{name} (scan)"), load(file)?))

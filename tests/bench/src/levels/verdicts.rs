@@ -70,7 +70,7 @@ fn has_wanted(subject: &SubjectResult, theirs: &MethodResult, level: usize) -> b
     (found / subject.wanted[level] as f64 - 1.0).abs() <= EQUAL_VERTICES
 }
 
-/// The bars, met or missed.
+/// Judges the bars of the comparison.
 pub(crate) fn bars(levels: &Levels) -> Vec<Claim> {
     let mut claims = Vec::new();
     for subject in levels.subjects.iter().filter(|subject| subject.is_judged) {
@@ -116,7 +116,7 @@ pub(crate) fn bars(levels: &Levels) -> Vec<Claim> {
     claims
 }
 
-/// The report's first lines: where ours is worse than a peer.
+/// Writes the report's first lines: the levels at which Busbar is worse than a peer.
 pub(crate) fn write_worse(document: &mut Document, levels: &Levels) {
     let mut peers: Vec<&str> = Vec::new();
     for method in levels.subjects.iter().flat_map(|s| &s.methods).filter(|m| m.is_peer) {

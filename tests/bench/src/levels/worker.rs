@@ -164,7 +164,7 @@ pub(crate) fn run(task: &Task) -> Result<Cost> {
     Ok(cost)
 }
 
-/// A whole sequence, and the levels on it.
+/// Builds a whole sequence, then its levels.
 fn ours(
     mesh: &Mesh,
     targets: &[Target],
@@ -191,7 +191,7 @@ fn ours(
     Ok((Cost { one_seconds, all_seconds, peak_bytes, claimed }, levels))
 }
 
-/// A search and a call for each level.
+/// Runs a search and a call for each level.
 fn theirs(mesh: &Mesh, kind: Simplifier, targets: &[Target]) -> Result<(Cost, Vec<Topology>)> {
     let topology = mesh.topology();
     let wedges = &mesh.wedges;
@@ -237,7 +237,7 @@ fn runs(seconds: f64) -> usize {
     if seconds < SHORT_SECONDS { RUNS } else { 1 }
 }
 
-/// Work, and its seconds of processor time.
+/// Runs work; returns its result and its seconds of processor time.
 fn timed<T>(work: impl FnOnce() -> Result<T>) -> Result<(f64, T)> {
     let start = processor_seconds();
     let result = work()?;

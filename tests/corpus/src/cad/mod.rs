@@ -80,7 +80,7 @@ fn along_z() -> Mat4 {
     )
 }
 
-/// The breaker, a primitive a finish.
+/// Builds the breaker, with one primitive for each finish.
 pub(crate) fn breaker() -> (Vec<RawPrimitive>, Vec<Material>) {
     let mut assembly = Assembly::default();
     parts::tank(&mut assembly);

@@ -18,7 +18,7 @@ pub(crate) struct Profile {
     runs: Vec<Vec<Station>>,
 }
 
-/// Cosine and sine of a share of a turn; quarters are exact.
+/// Returns cosine and sine of a share of a turn; quarters are exact.
 pub(crate) fn turn(step: usize, steps: usize) -> Vec2 {
     let step = step % steps;
     let eighths = [Vec2::X, Vec2::Y, Vec2::NEG_X, Vec2::NEG_Y];
@@ -75,7 +75,7 @@ impl Profile {
         self
     }
 
-    /// The surface that the profile makes about the y axis; x is the radius.
+    /// Builds the surface of revolution of the profile about the y axis; x is the radius.
     pub(crate) fn revolved(&self, segments: usize) -> Shape {
         let mut shape = Shape::default();
         let mut length = 0.0;
@@ -93,8 +93,7 @@ impl Profile {
         shape
     }
 
-    /// The walls over the profile in the plane of x and z, from one height to
-    /// another.
+    /// Builds the walls over the profile in the plane of x and z, from one height to another.
     pub(crate) fn walls(&self, from: f32, to: f32) -> Shape {
         let mut shape = Shape::default();
         let mut length = 0.0;
@@ -113,7 +112,7 @@ impl Profile {
         shape
     }
 
-    /// The points of a closed profile.
+    /// Returns the points of a closed profile.
     pub(crate) fn outline(&self) -> Vec<Vec2> {
         let points = |run: &Vec<Station>| -> Vec<Vec2> {
             run[..run.len() - 1].iter().map(|station| station.point).collect()

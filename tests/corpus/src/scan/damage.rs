@@ -20,7 +20,7 @@ struct Spot {
     scrap: Option<Vec3>,
 }
 
-/// The surface with holes, shadows and scraps.
+/// Returns the surface with holes, shadows and scraps.
 pub(crate) fn damaged(whole: &Surface) -> Surface {
     let spots: Vec<Spot> = (0..HOLES).map(|index| spot(whole, index)).collect();
     let mut left = Surface { points: whole.points.clone(), triangles: Vec::new() };

@@ -40,7 +40,7 @@ pub(crate) fn bushing() -> RawPrimitive {
 }
 
 impl Surface {
-    /// Smooth normals, weighted by area.
+    /// Computes smooth normals, weighted by area.
     fn normals(&self) -> Vec<Vec3> {
         let mut normals = vec![Vec3::ZERO; self.points.len()];
         for triangle in &self.triangles {

@@ -47,7 +47,7 @@ fn index([x, y, z]: [usize; 3]) -> usize {
     (x * (CELLS[1] + 1) + y) * (CELLS[2] + 1) + z
 }
 
-/// Grid points, uneven along each axis, each a little off its place.
+/// Returns grid points, uneven along each axis, each a little off its place.
 fn grid() -> Vec<Vec3> {
     let low = Vec3::new(-REACH, -0.03, -REACH);
     let high = Vec3::new(REACH, HEIGHT + 0.15, REACH);
@@ -139,7 +139,8 @@ impl Mesher<'_> {
         self.found.triangles.push(if inside { [p, q, r] } else { [p, r, q] });
     }
 
-    /// The first two corners inside.
+    /// Adds the quadrilateral that separates the first two corners, which are inside, from the
+    /// others.
     fn band(&mut self, [a, b, c, d]: [u32; 4]) {
         let [p, q, r, s] = [(a, c), (a, d), (b, d), (b, c)].map(|(i, o)| self.crossing(i, o));
         self.found.triangles.extend([[p, q, r], [p, r, s]]);

@@ -65,7 +65,7 @@ pub(super) const KV_35: BushingKind = BushingKind {
     segments: 12,
 };
 
-/// A bushing standing on its flange at y = 0.
+/// Builds a bushing standing on its flange at y = 0.
 pub(super) fn bushing(kind: &BushingKind) -> Part {
     let [foot, head] = kind.core_radii;
     let n = kind.segments;
@@ -120,8 +120,8 @@ pub(super) fn bushing(kind: &BushingKind) -> Part {
     part
 }
 
-/// A turret with current transformers, from below the cover (y = 0) up to the
-/// bushing's flange at `height`.
+/// Builds a turret with current transformers, from below the cover (y = 0) up to the bushing's
+/// flange at `height`.
 pub(super) fn turret(radius: f32, height: f32, below: f32) -> Part {
     let mut part = Part::new();
     part.add(

@@ -258,7 +258,7 @@ fn place_fittings(assembly: &mut Assembly, root: NodeId) -> Result<(), WeldError
     Ok(())
 }
 
-/// The place of item `i` of `n` about the middle, in pitches.
+/// Returns the position of item `i` of `n` about the middle, in pitches.
 fn centred(i: usize, n: usize) -> f32 {
     i as f32 - 0.5 * (n - 1) as f32
 }

@@ -25,8 +25,7 @@ pub(super) const MIDDLE: f32 = FIRST_PANEL + 0.5 * (PANELS - 1) as f32 * PANEL_P
 /// Distance from the tank wall to the outermost panel, metres.
 pub(super) const REACH: f32 = FIRST_PANEL + (PANELS - 1) as f32 * PANEL_PITCH;
 
-/// A radiator standing out along z from a wall at z = 0, its lower header at
-/// y = 0.
+/// Builds a radiator standing out along z from a wall at z = 0, its lower header at y = 0.
 pub(super) fn radiator() -> Part {
     let paint = Finish::GreyPaint;
     let mut part = Part::new();
@@ -80,7 +79,7 @@ const FAN_RADIUS: f32 = 0.38;
 const BLADES: usize = 6;
 const SPOKES: usize = 6;
 
-/// A fan that blows upwards, about the origin.
+/// Builds a fan that blows upwards, about the origin.
 pub(super) fn fan() -> Part {
     let mut part = Part::new();
     let shroud = [
@@ -112,7 +111,7 @@ pub(super) fn fan() -> Part {
     part
 }
 
-/// A twisted blade along x: flatter at the tip than at the root.
+/// Builds a twisted blade along x: flatter at the tip than at the root.
 fn blade() -> Solid {
     let stations = [(0.05, 0.07, 42.0), (0.2, 0.1, 30.0), (FAN_RADIUS - 0.02, 0.12, 20.0)];
     let ring = |&(x, half_chord, degrees): &(f32, f32, f64)| -> Vec<Vec3> {
@@ -126,8 +125,8 @@ fn blade() -> Solid {
     loft(&stations.iter().map(ring).collect::<Vec<_>>(), Ends::Capped)
 }
 
-/// The frame that carries the fans of one side: two rails along x, hangers to
-/// the tank wall at z = 0. The fans' plane is y = 0.
+/// Builds the frame that carries the fans of one side: two rails along x, hangers to the tank wall
+/// at z = 0. The fans' plane is y = 0.
 pub(super) fn fan_frame(length: f32) -> Part {
     let steel = Finish::Galvanised;
     let mut part = Part::new();

@@ -26,7 +26,7 @@ pub(crate) fn name_of(piece: usize) -> String {
     format!("=S1Q{piece}-QA1")
 }
 
-/// The equipment id of a piece in [`scene_of`].
+/// Returns the equipment id of a piece in [`scene_of`].
 pub(crate) fn id_of(piece: usize) -> String {
     format!("yard/{}", name_of(piece))
 }
@@ -103,7 +103,7 @@ fn add_box(into: &mut RawPrimitive, low: Vec3, high: Vec3, feature: u32) {
     }
 }
 
-/// Half a metre across at most, closed but for rounding at its seam.
+/// Adds a ball half a metre across at most, closed but for rounding at its seam.
 fn add_ball(into: &mut RawPrimitive, center: Vec3, feature: u32) {
     add_grid(into, BALL, feature, |u, v| {
         // The last column is the first one, to the bit.
@@ -113,7 +113,7 @@ fn add_ball(into: &mut RawPrimitive, center: Vec3, feature: u32) {
     });
 }
 
-/// A configuration that shows a model as `yard`, from before the middle.
+/// Returns a configuration that shows a model as `yard`, from before the middle.
 pub(crate) fn scene_of(model: &Model, size: [u32; 2]) -> Scene {
     let mut scene = Scene::without_tags();
     let file = write_glb(model).expect("it can be written");
@@ -127,12 +127,12 @@ pub(crate) fn scene_of(model: &Model, size: [u32; 2]) -> Scene {
     scene
 }
 
-/// The pixel of the middle of a box's front.
+/// Returns the pixel of the middle of a box's front.
 pub(crate) fn pixel_of(piece: usize, size: [u32; 2]) -> [u32; 2] {
     pixel_at(Vec3::new(piece as f32 + 0.5, 0.5, 1.0), size)
 }
 
-/// The pixel of the middle of the ground's front.
+/// Returns the pixel of the middle of the ground's front.
 pub(crate) fn pixel_of_ground(size: [u32; 2]) -> [u32; 2] {
     let (low, high) = ground_box();
     pixel_at(((low + high) / 2.0).with_z(high.z), size)

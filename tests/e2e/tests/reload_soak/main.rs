@@ -125,7 +125,7 @@ impl View {
         }
     }
 
-    /// The picture once all values are good.
+    /// Returns the picture once all values are good.
     fn good_picture(&mut self) -> Picture {
         self.viewer.show_layer(LABELS, false);
         wait_for("all values", MAX_WAIT, || {

@@ -74,7 +74,7 @@ struct View {
 }
 
 impl View {
-    /// A view once all records are there.
+    /// Opens a view once all records are there.
     fn open(folder: &Path, size: [u32; 2]) -> Result<Self> {
         let path = folder.join("dga.json");
         let scene = LoadedScene::load(&path, &|_, _, _| {})?;

@@ -39,7 +39,7 @@ pub(super) fn write(document: &mut Document, results: &Results) {
     split_vertices(document, &study.split);
 }
 
-/// The 2 x 2 of {border C} x {w2}.
+/// Writes the 2 x 2 comparison of {border C} x {w2}.
 fn border_handling(document: &mut Document, study: &SubjectStudy) {
     document.heading("Border handling, two by two");
     document.text(

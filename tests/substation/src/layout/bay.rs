@@ -14,7 +14,7 @@ pub(super) struct Bay<'y> {
 }
 
 impl Bay<'_> {
-    /// A pole in each phase at a depth that may depend on the phase's place.
+    /// Places a pole in each phase at a depth that may depend on the phase's place.
     fn poles(
         &self,
         device: &str,

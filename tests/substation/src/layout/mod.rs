@@ -31,12 +31,12 @@ pub struct Placement {
 }
 
 impl Placement {
-    /// The device's id, such as `=S12D1Q3-QB9`.
+    /// Returns the device's id, such as `=S12D1Q3-QB9`.
     pub fn device_id(&self) -> String {
         format!("{}-{}", self.bay, self.device)
     }
 
-    /// The equipment id, such as `=S12D1Q3-QB9-L1`.
+    /// Returns the equipment id, such as `=S12D1Q3-QB9-L1`.
     pub fn id(&self) -> String {
         match self.phase {
             Some(phase) => format!("{}-L{phase}", self.device_id()),
@@ -44,7 +44,7 @@ impl Placement {
         }
     }
 
-    /// The transform from the model's space to the world.
+    /// Returns the transform from the model's space to the world.
     pub fn world_from_model(&self) -> Mat4 {
         Mat4::from_translation(self.translation) * turned(Vec3::Y, self.yaw_degrees)
     }

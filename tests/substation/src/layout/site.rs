@@ -24,7 +24,7 @@ pub(crate) fn add_site_wires(catalogue: &mut Catalogue) -> Result<(), StationErr
     Ok(())
 }
 
-/// The model of transformer `i`'s conductors to the 35 kV house.
+/// Returns the name of the model of transformer `i`'s conductors to the 35 kV house.
 fn low_voltage(i: usize) -> String {
     format!("wires_low_voltage_{}", i + 1)
 }

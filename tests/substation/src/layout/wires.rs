@@ -24,7 +24,7 @@ pub(crate) enum BayKind {
 }
 
 impl BayKind {
-    /// The bay's designation; `number` counts bays of the kind from 1.
+    /// Returns the bay's designation; `number` counts bays of the kind from 1.
     pub(crate) fn designation(self, number: u8) -> String {
         match self {
             Self::Line => format!("Q{number}"),
@@ -35,7 +35,7 @@ impl BayKind {
         }
     }
 
-    /// The kind of model that holds its wires.
+    /// Returns the kind of model that holds the bay's wires.
     pub(crate) fn wires(self) -> &'static str {
         match self {
             Self::Line => "wires_line",

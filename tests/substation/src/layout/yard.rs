@@ -105,18 +105,18 @@ pub(crate) const YARDS: [Yard; 2] = [
 ];
 
 impl Yard {
-    /// World x of the middle of bay slot `i` (fractions lie between slots).
+    /// Returns world x of the middle of bay slot `i` (fractions lie between slots).
     pub(crate) fn slot_x(&self, i: f32) -> f32 {
         (i - 0.5 * (self.bays.len() - 1) as f32) * self.class.pitch
     }
 
-    /// The world point at world x, height and depth.
+    /// Returns the world point at world x, height and depth.
     pub(crate) fn point(&self, x: f32, y: f32, depth: f32) -> Vec3 {
         let towards_lines = if self.yaw_degrees == 0.0 { -1.0 } else { 1.0 };
         Vec3::new(x, y, self.origin_z + towards_lines * depth)
     }
 
-    /// Phase 1 to 3's distance from the bay's middle along world x.
+    /// Returns the distance of phase 1 to 3 from the bay's middle along world x.
     pub(crate) fn phase_x(&self, phase: u8) -> f32 {
         (f32::from(phase) - 2.0) * self.class.phase
     }
@@ -153,7 +153,7 @@ pub(crate) fn place_yard(yard: &Yard, placements: &mut Vec<Placement>) {
     }
 }
 
-/// Busbar I and II at one support line.
+/// Places the supports of busbars I and II at one support line.
 fn place_supports(yard: &Yard, line: usize, placements: &mut Vec<Placement>) {
     let x = yard.slot_x(line as f32 - 0.5);
     for (bus, depth) in [("W1", yard.depths.bus_one), ("W2", 0.0)] {

@@ -25,8 +25,8 @@ pub(crate) struct Wire {
     pub(crate) sides: usize,
 }
 
-/// The tube along a wire. Between clamps it follows the parabola that a
-/// catenary of small sag is.
+/// Builds the tube along a wire. Between clamps it follows the parabola that a catenary of small
+/// sag is.
 pub(crate) fn wire(wire: &Wire) -> Solid {
     let mut path = Vec::new();
     for span in wire.clamps.windows(2) {

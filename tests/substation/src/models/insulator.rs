@@ -31,13 +31,13 @@ pub(super) struct Column {
 }
 
 impl Column {
-    /// `2 sheds + 4` rings: two to a flange, root and tip to a shed.
+    /// Builds the column of `2 sheds + 4` rings: two to a flange, root and tip to a shed.
     pub(super) fn body(self) -> Body {
         self.with_head(&[])
     }
 
-    /// The column and, in the same shell, metal turned to `head`: radius and
-    /// height above the column.
+    /// Builds the column and, in the same shell, metal turned to `head`: radius and height above
+    /// the column.
     pub(super) fn with_head(self, head: &[(f32, f32)]) -> Body {
         let mut profile = self.profile();
         let top = self.base + self.height;
@@ -45,7 +45,7 @@ impl Column {
         two_tone(&profile, |y| y > self.base + FLANGE && y < top - FLANGE)
     }
 
-    /// A second column on the first, with metal between and above them.
+    /// Builds a second column on the first, with metal between and above them.
     pub(super) fn stacked(self, waist: &[(f32, f32)], second: Column, head: &[(f32, f32)]) -> Body {
         let mut profile = self.profile();
         let (low, high) = (self.base + self.height, second.base + second.height);
@@ -81,7 +81,7 @@ fn two_tone(profile: &[(f32, f32)], is_porcelain: impl Fn(f32) -> bool) -> Body 
     body
 }
 
-/// A string of discs, from y = 0 up to its length; returns the length too.
+/// Builds a string of discs from y = 0 up to its length; returns the length too.
 fn string(discs: usize) -> (Body, f32) {
     let mut profile = vec![(0.02, 0.0)];
     for disc in 0..discs {
@@ -119,7 +119,7 @@ pub(super) fn tension_set(class: &Class) -> Body {
     body
 }
 
-/// A string that hangs from the origin, with its clamp.
+/// Builds a string that hangs from the origin, with its clamp.
 pub(super) fn suspension_set(class: &Class) -> Body {
     let mut body = Body::new();
     let (string, length) = string(class.discs);

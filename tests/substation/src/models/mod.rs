@@ -64,17 +64,17 @@ pub(crate) const CLASS_126: Class = Class {
 };
 
 impl Class {
-    /// The name of this class's model of a kind.
+    /// Returns the name of this class's model of a kind.
     pub(crate) fn named(&self, kind: &str) -> String {
         format!("{kind}_{}", self.highest_kilovolts)
     }
 
-    /// Size of what carries no voltage, relative to 252 kV.
+    /// Returns the scale of parts without voltage, relative to 252 kV.
     fn scale(&self) -> f32 {
         self.column / CLASS_252.column
     }
 
-    /// A column from `base` upwards, its core `core` metres in radius.
+    /// Returns a column from `base` upwards, its core `core` metres in radius.
     fn column_at(&self, base: f32, core: f32) -> Column {
         let overhang = 0.045 + 0.02 * self.scale();
         Column { base, height: self.column, core, overhang, sheds: self.sheds }

@@ -63,7 +63,7 @@ pub(crate) enum Winding {
     Low,
 }
 
-/// Tip of a bushing; `phase` is -1, 0 or 1.
+/// Returns the tip of a bushing; `phase` is -1, 0 or 1.
 pub(crate) fn bushing_tip(winding: Winding, phase: f32) -> Vec3 {
     let set = match winding {
         Winding::High => &HIGH,
@@ -74,7 +74,7 @@ pub(crate) fn bushing_tip(winding: Winding, phase: f32) -> Vec3 {
     Vec3::new(set.middle[0] + phase * set.pitch, y, set.middle[1])
 }
 
-/// The bodies, and the parts: name, index of the body, place.
+/// Builds the bodies and the parts: name, index of the body, place.
 pub(super) fn transformer() -> (Vec<Body>, Vec<(String, usize, Mat4)>) {
     let bodies = vec![
         tank(),
@@ -184,7 +184,7 @@ impl Bushing {
     }
 }
 
-/// A panel radiator that stands out along z from the wall, with its two pipes.
+/// Builds a panel radiator that stands out along z from the wall, with its two pipes.
 fn radiator() -> Body {
     const HEIGHT: f32 = 2.7;
     const REACH: f32 = 1.1;
@@ -203,7 +203,7 @@ fn radiator() -> Body {
     body
 }
 
-/// A fan under a radiator, blowing upwards.
+/// Builds a fan under a radiator, blowing upwards.
 fn fan() -> Body {
     let mut body = Body::new();
     body.add(Finish::DarkPaint, tube(0.39, 0.41, -0.09, 0.09, 16));

@@ -77,7 +77,7 @@ pub(super) fn load_of(bay: &str) -> Load {
     bay_loads().into_iter().find(|load| load.bay == bay).unwrap_or(feeder)
 }
 
-/// Share of a bay's rated current that flows.
+/// Returns the share of a bay's rated current that flows.
 pub(super) fn loading(bay: &str) -> f64 {
     let load = load_of(bay);
     load.amperes() / load.rated_amperes

@@ -27,7 +27,7 @@ const COMMANDS: [(&str, &str); 3] =
 /// A switch: equipment, name, whether it is closed. Breakers are those named so.
 pub(super) type Switch = (String, &'static str, bool);
 
-/// The switches of a bay of the network.
+/// Returns the switches of a bay of the network.
 pub(super) fn switches(bay: &str) -> Vec<Switch> {
     let prefix = format!("{bay}-");
     let own = network::network().switches.into_iter();

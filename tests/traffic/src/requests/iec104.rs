@@ -67,8 +67,8 @@ fn alternate(
     Ok((rates, interrogations))
 }
 
-/// While all common addresses are interrogated a second time, from the first to the last
-/// of their values: at the first time all is new to the plugin.
+/// Measures points a second in the second interrogation of all common addresses, from the first to
+/// the last of their values: in the first one all is new to the plugin.
 fn points_per_second(site: &Site, port: u16) -> Result<f64> {
     let all = ADDRESSES * POINTS;
     let plugin = site.plugin(PLUGIN, &settings(port))?;

@@ -85,7 +85,7 @@ fn ours(site: &Site, port: u16, layout: Layout, round: Duration) -> Result<f64> 
     Ok(rate)
 }
 
-/// Good values that come in this time.
+/// Counts the good values that arrive in this time.
 fn for_so_long(telemetry: &RunningTelemetry, time: Duration) -> u64 {
     let (begun, mut count) = (Instant::now(), 0);
     while begun.elapsed() < time {

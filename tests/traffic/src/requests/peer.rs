@@ -54,7 +54,7 @@ impl Drop for Peer {
     }
 }
 
-/// A number of an answer.
+/// Returns a number of an answer.
 pub(crate) fn number(answer: &Value, name: &str) -> Result<f64> {
     answer[name].as_f64().with_context(|| format!("no {name} in {answer}"))
 }

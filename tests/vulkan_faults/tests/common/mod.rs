@@ -36,7 +36,7 @@ impl Subject {
         Self::with_view(json!({ "size": size, "samples": 4 }))
     }
 
-    /// `view` as in a configuration, without a camera.
+    /// Creates a scene with these settings of `view`, without a camera.
     pub(crate) fn with_view(view: Value) -> Self {
         Self::with_sheets(view, 0)
     }
@@ -81,8 +81,8 @@ impl Subject {
         self.folder.path().join(name)
     }
 
-    /// `busbar` with these words, the scene after the first, going through the
-    /// layer; no fault is set.
+    /// Returns the command `busbar` with these words, the scene after the first, through the layer;
+    /// no fault is set.
     pub(crate) fn command(&self, verb: &str, words: &[&str]) -> Command {
         // Every run compiles its pipelines.
         let _ = fs::remove_dir_all(self.path("cache"));
@@ -97,13 +97,13 @@ impl Subject {
         command
     }
 
-    /// Lets a run count its calls.
+    /// Makes a run count its calls.
     pub(crate) fn count(&self, command: &mut Command) {
         let _ = fs::remove_file(self.path("calls"));
         command.env(CALLS_VARIABLE, self.path("calls"));
     }
 
-    /// The commands that the counting run called, in order.
+    /// Returns the commands that the counting run called, in order.
     pub(crate) fn calls(&self) -> Vec<String> {
         let text = fs::read_to_string(self.path("calls")).expect("the layer writes its calls");
         text.lines().map(str::to_owned).collect()
@@ -132,8 +132,8 @@ pub(crate) fn faults_of(calls: &[String]) -> Vec<VulkanFault> {
     faults
 }
 
-/// A sample of faults: of each command and code one, as far as `count` allows;
-/// another number, or all of them, where the environment says so.
+/// Draws a sample of faults: one of each command and code first, `count` in all. The environment
+/// may ask for another number, or for all.
 pub(crate) fn sample(mut faults: Vec<VulkanFault>, count: usize) -> Vec<VulkanFault> {
     let asked = std::env::var(COUNT_VARIABLE).ok();
     if asked.as_deref() == Some("all") {
@@ -199,7 +199,7 @@ fn model() -> Model {
     }
 }
 
-/// A sheet of 2,048 triangles.
+/// Builds a sheet of 2,048 triangles.
 fn sheet() -> Model {
     const SIDE: u32 = 32;
     let point = |number: u32| {
