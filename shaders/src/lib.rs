@@ -5,7 +5,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-include!(concat!(env!("OUT_DIR"), "/words.rs"));
+include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 include!(concat!(env!("OUT_DIR"), "/layouts.rs"));
 
 /// One vertex, as the passes take it at locations 0 and 1: whole vectors are
@@ -217,11 +217,11 @@ pub struct DensityStep {
     pub given_words: u32,
 }
 
-/// What a dispatch of [`DENSITY_WEAVE`] is told: an invocation a pair, column and bin with
+/// What a dispatch of [`DENSITY_RASTERIZE`] is told: an invocation a pair, column and bin with
 /// that of records without a value, [`DENSITY_GROUP`] of them in a workgroup.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct WeaveStep {
+pub struct RasterizeStep {
     /// Pairs of axes.
     pub pairs: u32,
 }
@@ -241,9 +241,9 @@ pub struct PlaneInstance {
     /// Foot of the second; the number of the pair.
     pub to_pair: [f32; 4],
     /// As the target takes it; most lines in a cell.
-    pub color_most: [f32; 4],
+    pub color_peak: [f32; 4],
     /// Likewise of lines that are meant.
-    pub meant_most: [f32; 4],
+    pub brushed_peak: [f32; 4],
     /// Pairs there are; 1 where lines may be meant; unused.
     pub pairs: [f32; 4],
 }
@@ -294,13 +294,13 @@ mod tests {
             check(words, &["plain_vertex_main", "plain_fragment_main", "feature_vertex_main"]);
         }
         check(super::SHADOW, &["vertex_main", "fragment_main", "plain_vertex_main"]);
-        check(super::OCCLUSION, &["screen_main", "occlusion_main", "apply_main"]);
+        check(super::AMBIENT_OCCLUSION, &["screen_main", "ambient_occlusion_main", "apply_main"]);
         check(super::MASK, &["vertex_main", "fragment_main"]);
         check(super::OUTLINE, &["screen_main", "tile_main", "edge_main", "outline_main"]);
         check(super::PANELS, &["vertex_main", "fragment_main"]);
         check(super::MORPH, &["morph_main"]);
         check(super::DENSITY, &["count_main"]);
-        check(super::DENSITY_WEAVE, &["weave_main"]);
+        check(super::DENSITY_RASTERIZE, &["rasterize_main"]);
         check(super::DENSITY_PLANE, &["plane_vertex", "plane_fragment"]);
         let polylines = ["stroke_vertex", "stroke_fragment", "face_vertex", "face_fragment"];
         check(super::POLYLINES, &polylines);

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use crate::deferred_destruction::DiscardedObject;
 use crate::device::Device;
-use crate::error::at;
-use crate::garbage::Garbage;
-use crate::pipeline::Module;
+use crate::error::vulkan_error;
+use crate::pipeline::ShaderModule;
 use crate::{BindGroup, BindGroupLayout, Gpu, GpuError, Recorder, ShaderStage};
 
 /// Bytes of constants that every device takes (Vulkan 1.3, table 53, required limits).
@@ -57,7 +57,7 @@ impl ComputePipeline {
             .push_constant_ranges(&constants[..usize::from(constant_bytes > 0)]);
         // SAFETY: the layouts belong to this device.
         let layout = unsafe { device.raw.create_pipeline_layout(&info, None) }
-            .map_err(at("creating a pipeline layout"))?;
+            .map_err(vulkan_error("creating a pipeline layout"))?;
         // Owns the layout from here on.
         let mut pipeline = Self {
             device,
@@ -73,21 +73,23 @@ impl ComputePipeline {
     }
 
     fn compile(&self, stage: &ShaderStage<'_>) -> Result<vk::Pipeline, GpuError> {
-        let module = Module::new(&self.device, stage.words)?;
+        let module = ShaderModule::new(&self.device, stage.words)?;
         let info = vk::ComputePipelineCreateInfo::default()
             .stage(module.stage(vk::ShaderStageFlags::COMPUTE, stage.entry))
             .layout(self.layout);
         // SAFETY: all that `info` points to lives until the call returns; the shader
         // comes from naga's validated output. One info gives one pipeline.
-        unsafe { self.device.raw.create_compute_pipelines(self.device.compiled(), &[info], None) }
-            .map(|pipelines| pipelines[0])
-            .map_err(|(_, code)| at("compiling a pipeline")(code))
+        unsafe {
+            self.device.raw.create_compute_pipelines(self.device.pipeline_cache(), &[info], None)
+        }
+        .map(|pipelines| pipelines[0])
+        .map_err(|(_, code)| vulkan_error("compiling a pipeline")(code))
     }
 }
 
 impl Drop for ComputePipeline {
     fn drop(&mut self) {
-        self.device.discard(Garbage::Pipeline(self.raw, self.layout));
+        self.device.discard(DiscardedObject::Pipeline(self.raw, self.layout));
     }
 }
 

@@ -92,28 +92,28 @@ pub enum GpuError {
 
 /// What may help against a failure of the GPU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cure {
+pub enum RecoveryAction {
     /// Giving memory back, then trying once more.
     FreeMemory,
     /// A new device, with everything on it uploaded again.
-    NewDevice,
+    RecreateDevice,
     /// Nothing: somebody asked for what is not possible.
     None,
 }
 
 impl GpuError {
     /// What may help against it.
-    pub fn cure(&self) -> Cure {
+    pub fn recovery_action(&self) -> RecoveryAction {
         match self {
-            Self::OutOfMemory(_) => Cure::FreeMemory,
-            Self::DeviceLost(_) | Self::Vulkan { .. } => Cure::NewDevice,
-            _ => Cure::None,
+            Self::OutOfMemory(_) => RecoveryAction::FreeMemory,
+            Self::DeviceLost(_) | Self::Vulkan { .. } => RecoveryAction::RecreateDevice,
+            _ => RecoveryAction::None,
         }
     }
 }
 
-/// Tells what was tried when a Vulkan call fails: `call.map_err(at("..."))?`.
-pub(crate) fn at(what: &'static str) -> impl Fn(vk::Result) -> GpuError {
+/// Tells what was tried when a Vulkan call fails: `call.map_err(vulkan_error("..."))?`.
+pub(crate) fn vulkan_error(what: &'static str) -> impl Fn(vk::Result) -> GpuError {
     move |code| match code {
         vk::Result::ERROR_OUT_OF_HOST_MEMORY
         | vk::Result::ERROR_OUT_OF_DEVICE_MEMORY
@@ -127,7 +127,7 @@ pub(crate) fn at(what: &'static str) -> impl Fn(vk::Result) -> GpuError {
 }
 
 /// The same for gpu-allocator.
-pub(crate) fn allocating(
+pub(crate) fn allocation_error(
     what: &'static str,
 ) -> impl Fn(gpu_allocator::AllocationError) -> GpuError {
     move |error| match error {

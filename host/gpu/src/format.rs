@@ -44,7 +44,7 @@ impl Format {
     }
 
     /// The picture format whose bytes a swapchain format takes unchanged.
-    pub(crate) fn of_swapchain(format: vk::Format) -> Option<Self> {
+    pub(crate) fn from_swapchain(format: vk::Format) -> Option<Self> {
         match format {
             vk::Format::R8G8B8A8_UNORM | vk::Format::R8G8B8A8_SRGB => Some(Self::Rgba8Srgb),
             vk::Format::B8G8R8A8_UNORM | vk::Format::B8G8R8A8_SRGB => Some(Self::Bgra8Srgb),

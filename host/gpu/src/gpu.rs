@@ -4,12 +4,12 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::adapter::Adapter;
+use crate::command_slot::{CommandSlot, StageMillis};
 use crate::device::Device;
 use crate::image::sample_flag;
 use crate::instance::Instance;
 use crate::presenter::Presenter;
 use crate::recorder::Submission;
-use crate::slot::{CommandSlot, StageMillis};
 use crate::surface::Surface;
 use crate::{Format, GpuError, Recorder, ValidationLog, WindowHandles};
 
@@ -108,7 +108,7 @@ impl Gpu {
     }
 
     /// Whether targets can have this many samples a pixel.
-    pub fn can_sample(&self, samples: u32) -> bool {
+    pub fn supports_samples(&self, samples: u32) -> bool {
         let limits = &self.device.adapter.limits;
         samples.is_power_of_two()
             && (limits.framebuffer_color_sample_counts & limits.framebuffer_depth_sample_counts)
@@ -148,11 +148,11 @@ impl Gpu {
     /// # Errors
     /// When memory runs out.
     pub fn save_pipelines(&self) -> Result<(), GpuError> {
-        self.device.save_compiled()
+        self.device.save_pipeline_cache()
     }
 
     /// Gives the window up, so that another device can draw into it.
-    pub fn leave_window(&mut self) {
+    pub fn release_window(&mut self) {
         self.presenter = None;
     }
 
@@ -197,7 +197,7 @@ impl Gpu {
 
     fn begin(&mut self, slot: usize) -> Result<Recorder<'_>, GpuError> {
         self.device.wait(self.slots[slot].value, "an earlier frame")?;
-        self.device.collect_garbage()?;
+        self.device.destroy_finished()?;
         if slot != TRANSFER_SLOT
             && let Some((millis, stages)) = self.slots[slot].elapsed_millis()?
         {

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use crate::deferred_destruction::DiscardedObject;
 use crate::device::Device;
-use crate::error::at;
-use crate::garbage::Garbage;
+use crate::error::vulkan_error;
 use crate::image::sample_flag;
 use crate::{BindGroup, BindGroupLayout, Format, Gpu, GpuError};
 
@@ -25,12 +25,12 @@ pub struct ShaderStage<'a> {
 pub enum Blend {
     /// Paints over a finished picture: its alpha is premultiplied, bytes are
     /// blended undecoded, and there is no depth.
-    Paint,
+    PremultipliedAlpha,
     /// Replaces it.
     Replace,
     /// Replaces it in as many of a pixel's samples as its alpha says, a single one in any case,
     /// and leaves its alpha.
-    Cover,
+    AlphaToCoverage,
     /// Covers it by its alpha, and leaves depth alone.
     Over,
     /// Multiplies it.
@@ -57,7 +57,7 @@ pub struct PipelineDescription<'a> {
     pub blend: Blend,
     /// Draws edges instead of faces; needs [`Gpu::can_draw_lines`].
     pub lines: bool,
-    /// For [`Recorder::screen_pass`](crate::Recorder::screen_pass): there is no depth.
+    /// For [`Recorder::fullscreen_pass`](crate::Recorder::screen_pass): there is no depth.
     pub screen: bool,
 }
 
@@ -91,7 +91,7 @@ pub enum AttributeKind {
     /// Four floats.
     Float4,
     /// Four bytes, read as 0 to 1.
-    Share4,
+    Unorm4,
     /// Four whole numbers.
     Uint4,
 }
@@ -101,7 +101,7 @@ impl AttributeKind {
         match self {
             Self::Float2 => vk::Format::R32G32_SFLOAT,
             Self::Float4 => vk::Format::R32G32B32A32_SFLOAT,
-            Self::Share4 => vk::Format::R8G8B8A8_UNORM,
+            Self::Unorm4 => vk::Format::R8G8B8A8_UNORM,
             Self::Uint4 => vk::Format::R32G32B32A32_UINT,
         }
     }
@@ -120,7 +120,7 @@ pub struct Pipeline {
 
 impl Pipeline {
     /// Whether bind groups are those of its layout.
-    pub(crate) fn takes(&self, groups: &[&BindGroup]) -> bool {
+    pub(crate) fn accepts_groups(&self, groups: &[&BindGroup]) -> bool {
         let layouts = self.groups.iter().map(BindGroupLayout::raw);
         layouts.eq(groups.iter().map(|group| group.layout()))
     }
@@ -138,7 +138,7 @@ impl Pipeline {
         let info = vk::PipelineLayoutCreateInfo::default().set_layouts(&layouts);
         // SAFETY: the layouts belong to this device.
         let layout = unsafe { device.raw.create_pipeline_layout(&info, None) }
-            .map_err(at("creating a pipeline layout"))?;
+            .map_err(vulkan_error("creating a pipeline layout"))?;
         // Owns the layout from here on.
         let mut pipeline = Self {
             device,
@@ -161,10 +161,12 @@ impl Pipeline {
     }
 
     fn compile(&self, description: &PipelineDescription<'_>) -> Result<vk::Pipeline, GpuError> {
-        let vertex = Module::new(&self.device, description.vertex.words)?;
+        let vertex = ShaderModule::new(&self.device, description.vertex.words)?;
         let fragment = description
             .fragment
-            .map(|stage| Ok::<_, GpuError>((Module::new(&self.device, stage.words)?, stage.entry)))
+            .map(|stage| {
+                Ok::<_, GpuError>((ShaderModule::new(&self.device, stage.words)?, stage.entry))
+            })
             .transpose()?;
         let mut stages = vec![vertex.stage(vk::ShaderStageFlags::VERTEX, description.vertex.entry)];
         stages.extend(
@@ -185,15 +187,17 @@ impl Pipeline {
             .line_width(1.0);
         let multisample = vk::PipelineMultisampleStateCreateInfo::default()
             .rasterization_samples(sample_flag(description.samples))
-            .alpha_to_coverage_enable(description.blend == Blend::Cover && description.samples > 1);
-        let paints = description.blend == Blend::Paint;
+            .alpha_to_coverage_enable(
+                description.blend == Blend::AlphaToCoverage && description.samples > 1,
+            );
+        let paints = description.blend == Blend::PremultipliedAlpha;
         let has_depth = !paints && !description.screen;
         let depth = vk::PipelineDepthStencilStateCreateInfo::default()
             .depth_test_enable(has_depth)
-            .depth_write_enable(has_depth && covers(description.blend))
+            .depth_write_enable(has_depth && writes_depth(description.blend))
             .depth_compare_op(vk::CompareOp::GREATER_OR_EQUAL);
         let colors: Vec<_> =
-            description.color.map(|format| shown_as(format, paints)).into_iter().collect();
+            description.color.map(|format| attachment_format(format, paints)).into_iter().collect();
         let attachments = vec![blend_state(description.blend); colors.len()];
         let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&attachments);
         let dynamic_states = [
@@ -222,20 +226,22 @@ impl Pipeline {
         // SAFETY: all that `info` points to lives until the call returns; the
         // shaders come from naga's validated output. One info gives one
         // pipeline.
-        unsafe { self.device.raw.create_graphics_pipelines(self.device.compiled(), &[info], None) }
-            .map(|pipelines| pipelines[0])
-            .map_err(|(_, code)| at("compiling a pipeline")(code))
+        unsafe {
+            self.device.raw.create_graphics_pipelines(self.device.pipeline_cache(), &[info], None)
+        }
+        .map(|pipelines| pipelines[0])
+        .map_err(|(_, code)| vulkan_error("compiling a pipeline")(code))
     }
 }
 
 impl Drop for Pipeline {
     fn drop(&mut self) {
-        self.device.discard(Garbage::Pipeline(self.raw, self.layout));
+        self.device.discard(DiscardedObject::Pipeline(self.raw, self.layout));
     }
 }
 
 /// What a target of this format is drawn as.
-fn shown_as(format: Format, paints: bool) -> vk::Format {
+fn attachment_format(format: Format, paints: bool) -> vk::Format {
     format.undecoded().filter(|_| paints).unwrap_or(format).vk()
 }
 
@@ -265,24 +271,24 @@ fn vertex_input(
 }
 
 /// Whether what is behind it is hidden.
-fn covers(blend: Blend) -> bool {
-    matches!(blend, Blend::Replace | Blend::Cover)
+fn writes_depth(blend: Blend) -> bool {
+    matches!(blend, Blend::Replace | Blend::AlphaToCoverage)
 }
 
 fn blend_state(blend: Blend) -> vk::PipelineColorBlendAttachmentState {
     use vk::BlendFactor as Factor;
     let (color, alpha) = match blend {
-        Blend::Replace | Blend::Cover | Blend::Over => (
+        Blend::Replace | Blend::AlphaToCoverage | Blend::Over => (
             [Factor::SRC_ALPHA, Factor::ONE_MINUS_SRC_ALPHA],
             [Factor::ONE, Factor::ONE_MINUS_SRC_ALPHA],
         ),
         Blend::Multiply => ([Factor::ZERO, Factor::SRC_COLOR], [Factor::ZERO, Factor::ONE]),
-        Blend::Paint => {
+        Blend::PremultipliedAlpha => {
             ([Factor::ONE, Factor::ONE_MINUS_SRC_ALPHA], [Factor::ONE_MINUS_DST_ALPHA, Factor::ONE])
         }
     };
     vk::PipelineColorBlendAttachmentState {
-        blend_enable: (!covers(blend)).into(),
+        blend_enable: (!writes_depth(blend)).into(),
         src_color_blend_factor: color[0],
         dst_color_blend_factor: color[1],
         color_blend_op: vk::BlendOp::ADD,
@@ -290,24 +296,24 @@ fn blend_state(blend: Blend) -> vk::PipelineColorBlendAttachmentState {
         dst_alpha_blend_factor: alpha[1],
         alpha_blend_op: vk::BlendOp::ADD,
         color_write_mask: match blend {
-            Blend::Cover => vk::ColorComponentFlags::RGBA & !vk::ColorComponentFlags::A,
+            Blend::AlphaToCoverage => vk::ColorComponentFlags::RGBA & !vk::ColorComponentFlags::A,
             _ => vk::ColorComponentFlags::RGBA,
         },
     }
 }
 
 /// A shader module, needed only while a pipeline is compiled.
-pub(crate) struct Module<'d> {
+pub(crate) struct ShaderModule<'d> {
     device: &'d Device,
     raw: vk::ShaderModule,
 }
 
-impl<'d> Module<'d> {
+impl<'d> ShaderModule<'d> {
     pub(crate) fn new(device: &'d Device, words: &[u32]) -> Result<Self, GpuError> {
         let info = vk::ShaderModuleCreateInfo::default().code(words);
         // SAFETY: the words are naga's validated output.
         let raw = unsafe { device.raw.create_shader_module(&info, None) }
-            .map_err(at("loading a shader"))?;
+            .map_err(vulkan_error("loading a shader"))?;
         Ok(Self { device, raw })
     }
 
@@ -320,7 +326,7 @@ impl<'d> Module<'d> {
     }
 }
 
-impl Drop for Module<'_> {
+impl Drop for ShaderModule<'_> {
     fn drop(&mut self) {
         // SAFETY: pipelines keep nothing of the modules they were compiled from.
         unsafe { self.device.raw.destroy_shader_module(self.raw, None) };

@@ -12,7 +12,7 @@ use ash::vk;
 use twox_hash::XxHash3_128;
 
 use crate::GpuError;
-use crate::error::at;
+use crate::error::vulkan_error;
 
 /// The most that is read or written.
 const MAX_BYTES: usize = 64 << 20;
@@ -117,7 +117,7 @@ impl PipelineCache {
         };
         // SAFETY: the cache is this device's.
         let data = unsafe { device.get_pipeline_cache_data(self.raw) }
-            .map_err(at("reading compiled pipelines"))?;
+            .map_err(vulkan_error("reading compiled pipelines"))?;
         let checksum = checksum_of(&data);
         if self.kept == Some(checksum) || data.is_empty() || data.len() > MAX_BYTES - HEADER_BYTES {
             return Ok(());

@@ -6,7 +6,7 @@ use ash::{khr, vk};
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
 
 use crate::GpuError;
-use crate::error::at;
+use crate::error::vulkan_error;
 use crate::instance::Instance;
 
 /// A window that can be drawn into.
@@ -55,7 +55,7 @@ impl Surface {
                 None,
             )
         }
-        .map_err(at("creating the window's surface"))?;
+        .map_err(vulkan_error("creating the window's surface"))?;
         Ok(())
     }
 
@@ -74,7 +74,7 @@ impl Surface {
         unsafe {
             self.functions.get_physical_device_surface_support(device, queue_family, self.raw)
         }
-        .map_err(at("asking what the window supports"))
+        .map_err(vulkan_error("asking what the window supports"))
     }
 
     pub(crate) fn capabilities(

@@ -134,7 +134,7 @@ impl Swapchain {
     }
 
     /// Waits until nothing is drawn into it and nothing waits to be shown.
-    fn settle(&self) -> Result<(), GpuError> {
+    fn wait_idle(&self) -> Result<(), GpuError> {
         self.device.wait_for_all("the window's last frame")?;
         // Presents wait on the queue, out of the timeline's sight. All
         // submissions are done, so this does not block.
@@ -145,7 +145,7 @@ impl Swapchain {
 impl Drop for Swapchain {
     fn drop(&mut self) {
         // On a hung device it stays; the device reports it.
-        if let Err(error) = self.settle()
+        if let Err(error) = self.wait_idle()
             && !matches!(error, GpuError::DeviceLost(_))
         {
             return;

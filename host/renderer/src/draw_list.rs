@@ -46,20 +46,20 @@ impl DrawList {
 
     /// What is in a place.
     pub fn get(&self, place: usize) -> Option<&DrawInstance> {
-        self.at(*self.places.get(place)?)
+        self.get_drawn(*self.places.get(place)?)
     }
 
     /// All that is drawn, in the order of places.
     pub fn iter(&self) -> impl Iterator<Item = &DrawInstance> {
-        self.places.iter().filter_map(|&index| self.at(index))
+        self.places.iter().filter_map(|&index| self.get_drawn(index))
     }
 
     /// All that is drawn, with its places, in their order.
-    pub(crate) fn placed(&self) -> impl Iterator<Item = (u32, &DrawInstance)> {
-        (0..).zip(&self.places).filter_map(|(place, &index)| Some((place, self.at(index)?)))
+    pub(crate) fn iter_with_places(&self) -> impl Iterator<Item = (u32, &DrawInstance)> {
+        (0..).zip(&self.places).filter_map(|(place, &index)| Some((place, self.get_drawn(index)?)))
     }
 
-    fn at(&self, index: u32) -> Option<&DrawInstance> {
+    fn get_drawn(&self, index: u32) -> Option<&DrawInstance> {
         // `EMPTY` is beyond all.
         self.drawn.get(index as usize).map(|(_, drawn)| drawn)
     }
@@ -70,7 +70,7 @@ impl DrawList {
             self.places.resize(place + 1, EMPTY);
         }
         let index = self.places[place];
-        if self.at(index) == drawn.as_ref() {
+        if self.get_drawn(index) == drawn.as_ref() {
             return;
         }
         match (self.drawn.get_mut(index as usize), drawn) {
@@ -87,7 +87,7 @@ impl DrawList {
                 }
             }
         }
-        self.note(place);
+        self.record_change(place);
     }
 
     /// Tints what is in a place.
@@ -97,11 +97,11 @@ impl DrawList {
             && drawn.highlight != highlight
         {
             drawn.highlight = highlight;
-            self.note(place);
+            self.record_change(place);
         }
     }
 
-    fn note(&mut self, place: usize) {
+    fn record_change(&mut self, place: usize) {
         // No two lists that differ are of the same revision.
         static LAST: AtomicU64 = AtomicU64::new(0);
         self.revision = LAST.fetch_add(1, Ordering::Relaxed) + 1;
@@ -131,19 +131,19 @@ impl DrawList {
 
 /// What a frame draws.
 #[derive(Clone, Copy, Debug)]
-pub enum Instances<'a> {
+pub enum InstanceSource<'a> {
     /// Listed for this frame.
     Listed(&'a [DrawInstance]),
     /// Kept between frames, for as many as there may be.
-    Kept(&'a DrawList),
+    Retained(&'a DrawList),
 }
 
-impl<'a> Instances<'a> {
+impl<'a> InstanceSource<'a> {
     /// All of it, in order.
     pub fn iter(self) -> impl Iterator<Item = &'a DrawInstance> {
         let (listed, kept) = match self {
             Self::Listed(listed) => (Some(listed), None),
-            Self::Kept(kept) => (None, Some(kept)),
+            Self::Retained(kept) => (None, Some(kept)),
         };
         listed.into_iter().flatten().chain(kept.into_iter().flat_map(DrawList::iter))
     }

@@ -1,6 +1,6 @@
 //! Why something could not be drawn.
 
-use busbar_gpu::{Cure, GpuError};
+use busbar_gpu::{GpuError, RecoveryAction};
 use thiserror::Error;
 
 /// A failure to upload, draw, pick or read back.
@@ -78,10 +78,10 @@ pub enum RenderError {
 
 impl RenderError {
     /// What may help against it.
-    pub fn cure(&self) -> Cure {
+    pub fn recovery_action(&self) -> RecoveryAction {
         match self {
-            Self::Gpu(error) => error.cure(),
-            _ => Cure::None,
+            Self::Gpu(error) => error.recovery_action(),
+            _ => RecoveryAction::None,
         }
     }
 }

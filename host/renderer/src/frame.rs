@@ -4,7 +4,7 @@ use busbar_geometry::Bounds;
 use busbar_gpu::StageMillis;
 use glam::Mat4;
 
-use crate::{CameraView, Ground, Instances, ModelHandle, Polylines, SectionPlane};
+use crate::{CameraView, Ground, InstanceSource, ModelHandle, Polylines, SectionPlane};
 
 /// Everything one picture shows.
 #[derive(Clone, Copy)]
@@ -12,7 +12,7 @@ pub struct Frame<'a> {
     /// The camera.
     pub camera: CameraView,
     /// What is drawn; may be empty.
-    pub instances: Instances<'a>,
+    pub instances: InstanceSource<'a>,
     /// Tints of the objects 1, 2 and so on, as [`DrawInstance::highlight`]; read
     /// for features only. Empty where none of them is tinted.
     pub object_highlights: &'a [[f32; 4]],
@@ -31,7 +31,7 @@ pub struct Frame<'a> {
     /// high quality alone, and not in wireframes.
     pub shadow_bounds: Option<Bounds>,
     /// What gets an outline; what is named twice, by its last mention.
-    pub outlined: &'a [Outlined],
+    pub outlined: &'a [OutlinedObject],
     /// Cuts away what lies before it.
     pub section: Option<SectionPlane>,
     /// Lines and faces in the world; not in wireframes, and not picked.
@@ -42,10 +42,10 @@ pub struct Frame<'a> {
 
 impl<'a> Frame<'a> {
     /// Instances alone, before black, listed for this frame.
-    pub fn of(camera: CameraView, instances: &'a [DrawInstance]) -> Self {
+    pub fn new(camera: CameraView, instances: &'a [DrawInstance]) -> Self {
         Self {
             camera,
-            instances: Instances::Listed(instances),
+            instances: InstanceSource::Listed(instances),
             object_highlights: &[],
             wireframe: false,
             background: [0.0; 3],
@@ -63,7 +63,7 @@ impl<'a> Frame<'a> {
 /// An object with an outline: a light line with a dark one around it, at least two pixels
 /// wide in all, dashed where something lies before the object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Outlined {
+pub struct OutlinedObject {
     /// As [`DrawInstance::object`], or of a feature.
     pub object: u32,
     /// Why.
@@ -84,7 +84,11 @@ pub const PATTERNS: u32 = 4;
 
 /// A tint in a pattern, by its number below [`PATTERNS`]: between the pattern's marks
 /// little of the tint is seen.
-pub const fn patterned([red, green, blue]: [f32; 3], strength: f32, pattern: u32) -> [f32; 4] {
+pub const fn highlight_with_pattern(
+    [red, green, blue]: [f32; 3],
+    strength: f32,
+    pattern: u32,
+) -> [f32; 4] {
     [red, green, blue, strength.clamp(0.0, 1.0) + 2.0 * pattern as f32]
 }
 
@@ -104,7 +108,7 @@ pub struct DrawInstance {
     /// Non-zero id that picking gives back.
     pub object: u32,
     /// Tint for hover, selection, alarm or state: linear rgb, strength from 0 to 1; more
-    /// by a pattern, as [`patterned`] has it.
+    /// by a pattern, as [`highlight_with_pattern`] has it.
     pub highlight: [f32; 4],
     /// Object of the mesh's feature 0, those of the others after it. Features
     /// then stand in for this instance, in picking and in
@@ -125,11 +129,11 @@ pub struct Morph {
 
 /// What is asked for before a frame needs it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Wanted {
+pub enum ResolveRequest {
     /// A mesh to draw.
     Mesh(MeshAtCursor),
     /// The way to and from a cursor, for instances that are finer.
-    Way(MeshAtCursor),
+    MorphTarget(MeshAtCursor),
 }
 
 /// A mesh of a model with so many collapses done; beyond the last it means all.
@@ -164,7 +168,7 @@ pub struct FrameStats {
     pub triangles: u64,
     /// Instances that may be seen: they are in the picture, and not known to be hidden. Parts
     /// of a model in one place count as one.
-    pub seen_instances: u32,
+    pub visible_instances: u32,
     /// Draw calls, without those of the panels.
     pub draw_calls: u32,
     /// Commands that ask for them: those beside each other that are alike are one, where the
@@ -174,10 +178,10 @@ pub struct FrameStats {
     /// where that is drawn first; waiting for the GPU is left out.
     pub cpu_millis: f64,
     /// How long the frame waited for what is near, to see what that hides.
-    pub waited_millis: f64,
+    pub depth_wait_millis: f64,
     /// CPU time from then until the GPU has the rest. It is where the processor is the GPU,
     /// and what it does in place of drawing.
-    pub hide_millis: f64,
+    pub occlusion_millis: f64,
     /// Part of `cpu_millis` spent on meshes at new cursors.
     pub resolve_millis: f64,
     /// Meshes at new cursors that came onto the device, and ways to them.

@@ -4,12 +4,12 @@ use glam::{Mat4, Vec3, Vec4};
 
 /// A ball around a mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Ball {
+pub(crate) struct BoundingSphere {
     pub(crate) center: Vec3,
     pub(crate) radius: f32,
 }
 
-impl Ball {
+impl BoundingSphere {
     /// A ball around this one as a transform turns, stretches and moves it.
     pub(crate) fn transformed(self, transform: &Mat4) -> Self {
         let [x, y, z] = [transform.x_axis, transform.y_axis, transform.z_axis].map(Vec4::truncate);
@@ -32,7 +32,7 @@ pub(crate) struct Frustum {
 impl Frustum {
     /// Of a transform to Vulkan clip space with reverse-Z (G. Gribb and K. Hartmann,
     /// "Fast Extraction of Viewing Frustum Planes", 2001).
-    pub(crate) fn of(clip_from_world: &Mat4) -> Self {
+    pub(crate) fn from_matrix(clip_from_world: &Mat4) -> Self {
         let [x, y, z, w] = [0, 1, 2, 3].map(|row| clip_from_world.row(row));
         // Planes of unit length measure distances.
         let unit = |plane: Vec4| plane / plane.truncate().length().max(f32::MIN_POSITIVE);
@@ -41,10 +41,10 @@ impl Frustum {
     }
 
     /// Whether any of a ball may be in the picture; what is not a number may be.
-    pub(crate) fn may_see(&self, ball: &Ball) -> bool {
-        let center = ball.center.extend(1.0);
-        let is_outside = (self.sides * center).cmplt(Vec4::splat(-ball.radius)).any();
-        !(is_outside | (self.near.dot(center) < -ball.radius))
+    pub(crate) fn is_visible(&self, sphere: &BoundingSphere) -> bool {
+        let center = sphere.center.extend(1.0);
+        let is_outside = (self.sides * center).cmplt(Vec4::splat(-sphere.radius)).any();
+        !(is_outside | (self.near.dot(center) < -sphere.radius))
     }
 }
 
@@ -58,13 +58,13 @@ mod tests {
     fn frustum() -> (CameraView, Frustum) {
         let eye = Vec3::new(3.0, 2.0, 10.0);
         let camera = CameraView::look_at(eye, Vec3::ZERO, Vec3::Y, 0.8, 1.6, 0.5);
-        (camera, Frustum::of(&camera.clip_from_world()))
+        (camera, Frustum::from_matrix(&camera.clip_from_world()))
     }
 
     #[test]
     fn what_is_beside_behind_or_too_near_is_not_seen() {
         let (camera, frustum) = frustum();
-        let sees = |center: Vec3, radius| frustum.may_see(&Ball { center, radius });
+        let sees = |center: Vec3, radius| frustum.is_visible(&BoundingSphere { center, radius });
         assert!(sees(Vec3::ZERO, 0.1));
         assert!(sees(-camera.eye * 1e5, 0.1), "however far");
         assert!(!sees(camera.eye * 2.0, 1.0), "behind the eye");
@@ -88,8 +88,8 @@ mod tests {
             // A ball that holds the point.
             let center = point + Vec3::from(away).clamp_length_max(1.0) * radius;
             let radius = radius * 1.0001 + 1e-3 * depth;
-            let ball = Ball { center, radius };
-            prop_assert!(frustum.may_see(&ball));
+            let sphere = BoundingSphere { center, radius };
+            prop_assert!(frustum.is_visible(&sphere));
         }
 
         #[test]
@@ -98,13 +98,13 @@ mod tests {
             scale in prop::array::uniform3(-3.0_f32..3.0),
             angle in -3.0_f32..3.0,
         ) {
-            let ball = Ball { center: Vec3::new(1.0, -2.0, 0.5), radius: 2.0 };
+            let sphere = BoundingSphere { center: Vec3::new(1.0, -2.0, 0.5), radius: 2.0 };
             let transform = Mat4::from_rotation_y(angle)
                 * Mat4::from_scale(scale.into())
                 * Mat4::from_rotation_x(angle)
                 * Mat4::from_translation(Vec3::splat(4.0));
-            let point = ball.center + Vec3::from(at).clamp_length_max(1.0) * ball.radius;
-            let around = ball.transformed(&transform);
+            let point = sphere.center + Vec3::from(at).clamp_length_max(1.0) * sphere.radius;
+            let around = sphere.transformed(&transform);
             let distance = transform.transform_point3(point).distance(around.center);
             prop_assert!(distance <= around.radius * 1.0001 + 1e-4);
         }

@@ -1,6 +1,6 @@
 //! The ground below the equipment.
 
-use busbar_gpu::{BindGroup, Buffer, BufferUsage, Draw, Gpu, GpuError, Pass, Pipeline};
+use busbar_gpu::{BindGroup, Buffer, BufferUsage, DrawCall, Gpu, GpuError, Pipeline, RenderPass};
 use busbar_shaders::Vertex;
 use glam::Vec3;
 
@@ -23,12 +23,12 @@ pub struct Ground {
 }
 
 /// What draws it.
-pub(crate) struct GroundKit {
+pub(crate) struct GroundResources {
     vertices: Buffer,
     indices: Buffer,
 }
 
-impl GroundKit {
+impl GroundResources {
     pub(crate) fn new(gpu: &mut Gpu) -> Result<Self, RenderError> {
         let corner = |[x, z]: [f32; 2]| Vertex {
             position_u: [x, 0.0, z, 0.0],
@@ -53,12 +53,12 @@ impl GroundKit {
     /// Draws it over what is farther. The instances are any: none is read.
     pub(crate) fn draw(
         &self,
-        pass: &mut Pass<'_>,
+        pass: &mut RenderPass<'_>,
         pipeline: &Pipeline,
         frame_group: &BindGroup,
         instances: &Buffer,
     ) -> Result<(), GpuError> {
-        pass.draw(&Draw {
+        pass.draw(&DrawCall {
             pipeline,
             groups: &[frame_group],
             vertices: &self.vertices,

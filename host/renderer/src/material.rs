@@ -44,7 +44,7 @@ impl GpuMaterial {
 }
 
 /// What all materials share.
-pub(crate) struct MaterialKit {
+pub(crate) struct MaterialResources {
     layout: BindGroupLayout,
     samplers: HashMap<[Wrap; 2], Sampler>,
     /// Of materials without textures, by what is in them: models often have the same.
@@ -57,7 +57,7 @@ pub(crate) struct MaterialKit {
     colors_vertices: bool,
 }
 
-impl MaterialKit {
+impl MaterialResources {
     pub(crate) fn new(
         gpu: &mut Gpu,
         layout: BindGroupLayout,

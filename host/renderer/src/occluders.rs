@@ -57,7 +57,7 @@ pub(crate) fn occluders_of(
         if std::mem::replace(&mut is_used[first], true) {
             continue;
         }
-        let mut face = Face::of(mesh, &candidates[first]);
+        let mut face = GrowingFace::new(mesh, &candidates[first]);
         while let Some(added) = face.grow(&candidates, &by_edge, &is_used) {
             is_used[added] = true;
         }
@@ -69,7 +69,7 @@ pub(crate) fn occluders_of(
 }
 
 /// What faces take.
-pub(crate) fn bytes_of(faces: &[Occluder]) -> u64 {
+pub(crate) fn occluder_bytes(faces: &[Occluder]) -> u64 {
     let corners: usize = faces.iter().map(|face| face.corners.len()).sum();
     (size_of_val(faces) + corners * size_of::<Vec3>()) as u64
 }
@@ -123,7 +123,7 @@ fn keep_largest(candidates: &mut Vec<Candidate>) {
 }
 
 /// A face that grows from a triangle.
-struct Face<'a> {
+struct GrowingFace<'a> {
     mesh: &'a Mesh,
     /// Positions of the mesh around it.
     ring: Vec<u32>,
@@ -132,8 +132,8 @@ struct Face<'a> {
     section: u32,
 }
 
-impl<'a> Face<'a> {
-    fn of(mesh: &'a Mesh, first: &Candidate) -> Self {
+impl<'a> GrowingFace<'a> {
+    fn new(mesh: &'a Mesh, first: &Candidate) -> Self {
         let mut face = Self {
             mesh,
             ring: first.corners.to_vec(),

@@ -1,8 +1,8 @@
 //! Which object is at a pixel.
 
 use busbar_gpu::{
-    Area, ClearColor, DepthAfter, Download, Format, Gpu, GpuError, Image, ImageDescription,
-    ImageKind, Start, Submission, Targets, Viewport,
+    ClearColor, DepthStore, Download, Format, Gpu, GpuError, Image, ImageArea, ImageDescription,
+    ImageKind, LoadOp, RenderTargets, Submission, Viewport,
 };
 use glam::{Mat4, vec3};
 
@@ -31,13 +31,13 @@ impl PickTargets {
         })
     }
 
-    pub(crate) fn cleared(&self) -> Targets<'_> {
-        Targets {
+    pub(crate) fn cleared(&self) -> RenderTargets<'_> {
+        RenderTargets {
             color: &self.id,
             resolve: None,
             depth: &self.depth,
-            depth_after: DepthAfter::Forgotten,
-            start: Start::Cleared(ClearColor::Number(BACKGROUND)),
+            depth_store: DepthStore::Discard,
+            load: LoadOp::Clear(ClearColor::Integer(BACKGROUND)),
             undecoded: false,
         }
     }
@@ -67,7 +67,7 @@ impl PixelArea {
 
     pub(crate) fn is_within(&self) -> bool {
         let Self { origin, size, picture } = *self;
-        Area { origin, size }.is_in(picture)
+        ImageArea { origin, size }.is_within(picture)
     }
 
     /// The picture's viewport, moved so that this part falls onto the target.

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use busbar_geometry::Bounds;
-use busbar_gpu::Area;
+use busbar_gpu::ImageArea;
 use glam::{Mat4, Vec2, Vec4};
 
 /// A box in clip space.
@@ -16,7 +16,7 @@ pub(crate) struct ScreenBox {
 
 impl ScreenBox {
     #[inline]
-    pub(crate) fn of(clip_from_box: &Mat4, bounds: &Bounds) -> Self {
+    pub(crate) fn project(clip_from_box: &Mat4, bounds: &Bounds) -> Self {
         let half = (bounds.max - bounds.min) * 0.5;
         let halves = [
             clip_from_box.x_axis * half.x,
@@ -99,11 +99,15 @@ pub(crate) fn hull(one: &Range<u32>, other: &Range<u32>) -> Range<u32> {
 }
 
 /// The pixels of columns and rows of tiles, as far as they are in a picture.
-pub(crate) fn pixels_of([columns, rows]: [&Range<u32>; 2], tile: u32, picture: [u32; 2]) -> Area {
+pub(crate) fn tile_pixels(
+    [columns, rows]: [&Range<u32>; 2],
+    tile: u32,
+    picture: [u32; 2],
+) -> ImageArea {
     let along = |tiles: &Range<u32>, most: u32| {
         let start = tiles.start * tile;
         [start, (tiles.end * tile).min(most).saturating_sub(start)]
     };
     let [[left, width], [top, height]] = [along(columns, picture[0]), along(rows, picture[1])];
-    Area { origin: [left, top], size: [width, height] }
+    ImageArea { origin: [left, top], size: [width, height] }
 }

@@ -15,7 +15,7 @@ pub(crate) struct SectionRange {
 
 impl SlenderWedges {
     /// Of that many wedges, those of which it is true.
-    pub(crate) fn of(count: usize, is_slender: impl Fn(usize) -> bool) -> Self {
+    pub(crate) fn new(count: usize, is_slender: impl Fn(usize) -> bool) -> Self {
         let word = |first: usize| {
             let wedges = (first..count).take(u64::BITS as usize);
             wedges.fold(0, |word, wedge| word | u64::from(is_slender(wedge)) << (wedge - first))
@@ -30,7 +30,11 @@ impl SlenderWedges {
 
     /// Puts slender triangles of a section behind its others, neither out of their order.
     /// Islands share no triangle, so one corner tells.
-    pub(crate) fn part(&self, triangles: &mut [[u32; 3]], section: Range<u32>) -> SectionRange {
+    pub(crate) fn partition(
+        &self,
+        triangles: &mut [[u32; 3]],
+        section: Range<u32>,
+    ) -> SectionRange {
         let of_section = &mut triangles[section.start as usize..section.end as usize];
         let mut slender = Vec::new();
         let mut kept = 0;
@@ -73,9 +77,9 @@ mod tests {
 
     #[test]
     fn slender_triangles_come_last_and_all_keep_their_order() {
-        let slender = SlenderWedges::of(200, |wedge| wedge % 3 == 0);
+        let slender = SlenderWedges::new(200, |wedge| wedge % 3 == 0);
         let mut triangles: Vec<[u32; 3]> = (0..200).map(|wedge| [wedge; 3]).collect();
-        let range = slender.part(&mut triangles, 10..190);
+        let range = slender.partition(&mut triangles, 10..190);
         let first = |range: Range<u32>| {
             let range = range.start as usize..range.end as usize;
             triangles[range].iter().map(|triangle| triangle[0]).collect::<Vec<_>>()

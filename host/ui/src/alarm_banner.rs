@@ -2,7 +2,7 @@
 
 use egui::{Align2, Area, Frame, Id, Label, Order, Rect, RichText, Sense, Stroke, Ui, vec2};
 
-use crate::alarm_mark::{self, Look};
+use crate::alarm_symbol::{self, AlarmSymbol};
 use crate::{AlarmModel, AlarmRow, Command, origin_mark, theme};
 
 /// Below the upper border of the scene, points.
@@ -22,13 +22,13 @@ pub(crate) fn show(
 ) -> Option<Rect> {
     let alarm = model.banner.as_ref()?;
     let waiting: usize = model.counts.iter().map(|[unacknowledged, _]| unacknowledged).sum();
-    let (color, _) = alarm_mark::colors(alarm.priority);
+    let (color, _) = alarm_symbol::colors(alarm.priority);
     let area = Area::new(Id::new("alarm banner"))
         .order(Order::Foreground)
         .pivot(Align2::CENTER_TOP)
         .fixed_pos(scene.center_top() + vec2(0.0, TOP));
     let frame = Frame::new()
-        .fill(theme::of(ui.ctx()).paper)
+        .fill(theme::palette(ui.ctx()).background)
         .stroke(Stroke::new(2.0, color))
         .inner_margin(vec2(8.0, 5.0))
         .corner_radius(3.0);
@@ -39,21 +39,21 @@ pub(crate) fn show(
             ui.horizontal(|ui| {
                 let (place, _) =
                     ui.allocate_exact_size(vec2(2.0 * MARK_RADIUS + 8.0, 22.0), Sense::hover());
-                let look = Look {
+                let symbol = AlarmSymbol {
                     priority: alarm.priority,
                     // Hollow as at the equipment where nobody knows.
                     is_active: alarm.is_active && alarm.doubt.is_none(),
-                    has_ring: alarm_mark::is_lit(ui, model.flashes),
+                    has_ring: alarm_symbol::is_flash_on(ui, model.flashes),
                 };
-                alarm_mark::paint(ui.painter(), place.center(), MARK_RADIUS, look);
+                alarm_symbol::paint(ui.painter(), place.center(), MARK_RADIUS, symbol);
                 if scene.width() > ONE_LINE_WIDTH {
-                    what(ui, alarm);
-                    since(ui, alarm, waiting);
+                    show_message(ui, alarm);
+                    show_state(ui, alarm, waiting);
                     return;
                 }
                 ui.vertical(|ui| {
-                    ui.horizontal(|ui| what(ui, alarm));
-                    ui.horizontal(|ui| since(ui, alarm, waiting));
+                    ui.horizontal(|ui| show_message(ui, alarm));
+                    ui.horizontal(|ui| show_state(ui, alarm, waiting));
                 });
             })
         })
@@ -70,7 +70,7 @@ pub(crate) fn show(
 }
 
 /// What is wrong, and with what.
-fn what(ui: &mut Ui, alarm: &AlarmRow) {
+fn show_message(ui: &mut Ui, alarm: &AlarmRow) {
     if !alarm.origin.is_live() {
         let size = origin_mark::size(ui.painter(), alarm.origin);
         let (place, _) = ui.allocate_exact_size(size, Sense::hover());
@@ -81,13 +81,13 @@ fn what(ui: &mut Ui, alarm: &AlarmRow) {
 }
 
 /// How it stands, since when, and how many more there are.
-fn since(ui: &mut Ui, alarm: &AlarmRow, waiting: usize) {
+fn show_state(ui: &mut Ui, alarm: &AlarmRow, waiting: usize) {
     text(ui, RichText::new(format!("{} {}", alarm.priority.name(), alarm.state)));
     text(ui, RichText::new(&alarm.time));
     if let Some(doubt) = &alarm.doubt {
         text(ui, RichText::new(format!("? {doubt}")));
     }
-    let faint = theme::of(ui.ctx()).faint_ink;
+    let faint = theme::palette(ui.ctx()).weak_text;
     if waiting > 1 {
         text(ui, RichText::new(format!("and {} more", waiting - 1)).color(faint));
     }

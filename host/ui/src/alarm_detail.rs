@@ -42,7 +42,7 @@ fn line(ui: &mut Ui, caption: &str, text: &str) {
         return;
     }
     ui.horizontal_wrapped(|ui| {
-        ui.label(RichText::new(caption).color(theme::of(ui.ctx()).faint_ink));
+        ui.label(RichText::new(caption).color(theme::palette(ui.ctx()).weak_text));
         ui.label(text);
     });
 }
@@ -73,7 +73,7 @@ fn buttons(ui: &mut Ui, model: &AlarmModel, detail: &AlarmDetail, commands: &mut
     });
     if detail.can_shelve && is_ours {
         ui.horizontal(|ui| {
-            ui.label(RichText::new("Shelve for").color(theme::of(ui.ctx()).faint_ink));
+            ui.label(RichText::new("Shelve for").color(theme::palette(ui.ctx()).weak_text));
             for (minutes, words) in SHELVES {
                 let time = Duration::from_secs(minutes * 60);
                 if time <= model.max_shelving && ui.button(words).clicked() {
@@ -91,6 +91,6 @@ fn buttons(ui: &mut Ui, model: &AlarmModel, detail: &AlarmDetail, commands: &mut
     if let Some(who) = &detail.decided_by {
         let how = if detail.can_ask { "a button asks it." } else { "act on it there." };
         let words = format!("{who} decides: {how}");
-        ui.label(RichText::new(words).color(theme::of(ui.ctx()).faint_ink));
+        ui.label(RichText::new(words).color(theme::palette(ui.ctx()).weak_text));
     }
 }

@@ -64,7 +64,7 @@ pub struct AlarmModel {
     /// What happened last, the newest first.
     pub log: Vec<String>,
     /// Other systems whose alarms are among them.
-    pub sources: Vec<AlarmLamp>,
+    pub sources: Vec<AlarmSourceStatus>,
     /// What keeps the audit log from being written, or an action from being done.
     pub trouble: Option<String>,
     /// How long one may be shelved.
@@ -143,7 +143,7 @@ pub struct AlarmRow {
 
 /// A system whose alarms are shown and decided on elsewhere.
 #[derive(Clone, Debug, Default)]
-pub struct AlarmLamp {
+pub struct AlarmSourceStatus {
     /// What it is called.
     pub name: String,
     /// How many alarms it reports.
@@ -174,7 +174,7 @@ pub trait AlarmRows {
 
 /// A mark at equipment in alarm.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Beacon {
+pub struct AlarmMarker {
     /// Where the equipment is on the screen, points.
     pub anchor: Pos2,
     /// The most urgent of its alarms.

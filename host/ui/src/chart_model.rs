@@ -27,7 +27,7 @@ pub struct ChartModel {
     /// Pieces of equipment whose last record they mean.
     pub meant_equipment: Vec<String>,
     /// Of records that are too many to be lines.
-    pub density: Option<DensityRow>,
+    pub density: Option<DensityLegend>,
     /// The states of records.
     pub legend: Vec<LegendRow>,
     /// First and last time, nanoseconds since 1970-01-01 UTC.
@@ -46,7 +46,7 @@ pub struct ChartModel {
 
 /// Records that are too many to be lines: how many there are is shown instead.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct DensityRow {
+pub struct DensityLegend {
     /// Records counted, and all there are, while they are counted.
     pub counting: Option<[usize; 2]>,
     /// Lines where there are most.
@@ -70,7 +70,7 @@ pub struct ChartAxisRow {
 
 /// What a chart says of a piece of equipment.
 #[derive(Clone, Debug, Default)]
-pub struct ExplainedEquipment {
+pub struct EquipmentExplanation {
     /// What the chart is called.
     pub chart: String,
     /// Equipment id: that of the faceplate, or what that is part of.
@@ -91,14 +91,14 @@ pub struct ChartOverlay {
     /// Words with their places on the screen, points.
     pub texts: Vec<(Pos2, String, TextKind)>,
     /// The axes shown, from the left to the right; those before the camera.
-    pub axes: Vec<ChartAxisOnScreen>,
+    pub axes: Vec<ProjectedChartAxis>,
     /// What is said of the line under the pointer.
     pub tooltip: Vec<String>,
 }
 
 /// An axis on the screen.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct ChartAxisOnScreen {
+pub struct ProjectedChartAxis {
     /// Its place among the axes shown.
     pub shown: usize,
     /// Its place among all axes.
@@ -115,7 +115,7 @@ pub struct ChartAxisOnScreen {
 #[derive(Clone, Debug, PartialEq)]
 pub enum ChartCommand {
     /// To be arranged otherwise.
-    Do(Action),
+    Apply(Action),
     /// To brush an interval of positions on an axis shown.
     BrushAt {
         /// Its place among the axes shown.

@@ -23,7 +23,7 @@ pub enum CameraMode {
 
 /// From where plans and elevations are looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
+pub enum StandardView {
     /// From above; -z is up.
     Top,
     /// From +z.
@@ -34,7 +34,7 @@ pub enum Side {
 
 /// A plane that cuts the scene open, across an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SectionCut {
+pub struct AxisSection {
     /// 0 to 2: x, y or z.
     pub axis: usize,
     /// Where it lies on the axis, metres.
@@ -65,7 +65,7 @@ pub enum Command {
     /// Draw as wireframe, or not.
     SetWireframe(bool),
     /// Cut the scene open, or show all of it.
-    SetSection(Option<SectionCut>),
+    SetSection(Option<AxisSection>),
     /// Go to a named camera.
     UseCamera(String),
     /// Store the camera under a number, 1 to [`MAX_BOOKMARKS`].
@@ -77,7 +77,7 @@ pub enum Command {
     /// Look without perspective, or with it.
     SetOrthographic(bool),
     /// Look at the scene, or what is selected, from a side, without perspective.
-    LookFrom(Side),
+    UseStandardView(StandardView),
     /// Select and frame an equipment id.
     Focus(String),
     /// Select an equipment id and frame it from where nothing stands before it.
@@ -113,7 +113,7 @@ pub enum Command {
     /// Turn about the target, or the head; points of drag.
     Orbit(Vec2),
     /// Go on turning after a drag that ended at this speed, points a second.
-    Coast(Vec2),
+    StartInertia(Vec2),
     /// Move sideways, points of drag.
     Pan(Vec2),
     /// Move to or from the target: factor on the distance. On foot or in the air, one
@@ -126,7 +126,7 @@ pub enum Command {
         /// For how long.
         seconds: f32,
         /// Whether in haste.
-        hasty: bool,
+        is_fast: bool,
     },
     /// Draw an overlay, or leave it out.
     SetLayer {
@@ -140,7 +140,7 @@ pub enum Command {
     /// Name and select what is at a point of the screen.
     Pick(Pos2),
     /// Select all that shows in a part of the screen.
-    PickAll(Rect),
+    PickRectangle(Rect),
     /// Name what is under the pointer; none where it has left the scene.
     Hover(Option<Pos2>),
     /// Begin measuring distances, or end it.

@@ -15,7 +15,7 @@ pub trait EquipmentRows {
     fn total(&self) -> usize;
 
     /// Whether more was found than there are rows.
-    fn is_cut(&self) -> bool;
+    fn is_truncated(&self) -> bool;
 
     /// The row of what is selected.
     fn selected(&self) -> Option<usize>;

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use busbar_tags::Origin;
 
-use crate::{AlarmRow, ExplainedEquipment, LegendRow, Mark, RecordSection, TagRow};
+use crate::{AlarmRow, EquipmentExplanation, LegendRow, RecordSection, TagRow, ValueMark};
 
 /// A piece of equipment: what it is called, how it is, what is known of it.
 #[derive(Clone, Debug, Default)]
@@ -23,7 +23,7 @@ pub struct Faceplate {
     /// Its alarms that are normal.
     pub calm_alarms: usize,
     /// What the chart in the scene says of it.
-    pub verdict: Option<ExplainedEquipment>,
+    pub verdict: Option<EquipmentExplanation>,
     /// What overlays show it in.
     pub states: Vec<FaceplateState>,
     /// Its live values.
@@ -48,7 +48,7 @@ pub struct FaceplateState {
     /// The pole or part of the equipment that it is; none for all of it.
     pub place: Option<String>,
     /// How the value is marked that it rests on: if that is not good, it is not known.
-    pub mark: Mark,
+    pub mark: ValueMark,
     /// Age of that value.
     pub age: Option<Duration>,
     /// Origin of all values that it rests on.

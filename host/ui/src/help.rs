@@ -78,7 +78,7 @@ pub(crate) fn show(context: &Context, shown: &mut bool) {
                 ui.end_row();
                 for (key, does) in keys {
                     ui.label(*key);
-                    ui.label(RichText::new(*does).color(theme::of(context).faint_ink));
+                    ui.label(RichText::new(*does).color(theme::palette(context).weak_text));
                     ui.end_row();
                 }
             }
@@ -97,7 +97,7 @@ fn origins(ui: &mut Ui) {
         origin_mark::paint(ui.painter(), place.center(), Align2::CENTER_CENTER, words.origin);
         let band = words.band.map_or_else(String::new, |band| format!("; band: {band}"));
         let meaning = format!("{}{band}", words.meaning);
-        ui.label(RichText::new(meaning).color(theme::of(ui.ctx()).faint_ink));
+        ui.label(RichText::new(meaning).color(theme::palette(ui.ctx()).weak_text));
         ui.end_row();
     }
 }

@@ -7,15 +7,15 @@ use egui::{
     StrokeKind, Ui, pos2, vec2,
 };
 
-use crate::flags::{self, FlagState};
-use crate::{Command, Mark, hatch, theme};
+use crate::switch_symbols::{self, SwitchState};
+use crate::{Command, ValueMark, hatch, theme};
 
 /// Points between the layers and the edge of the scene.
 const MARGIN: f32 = 8.0;
 /// Size of a sample, points.
-const SAMPLE: [f32; 2] = [26.0, 13.0];
+const SWATCH_SIZE: [f32; 2] = [26.0, 13.0];
 /// Height of a flag's sample, points.
-const FLAG_HEIGHT: f32 = 17.0;
+const SYMBOL_HEIGHT: f32 = 17.0;
 /// Of the scene's height that they take before the rest is left to scrolling.
 const MAX_SHARE: f32 = 0.5;
 /// Of their area.
@@ -37,7 +37,7 @@ pub struct LayerRow {
     /// The states that it shows equipment in.
     pub legend: Arc<[LegendRow]>,
     /// Whether it shows where switches stand.
-    pub has_flags: bool,
+    pub has_switch_symbols: bool,
     /// Whether it shows flows of power.
     pub has_arrows: bool,
     /// The contour that it shows.
@@ -85,7 +85,7 @@ pub enum Pattern {
 }
 
 /// Where the layers were in the last frame: values that belong to the scene stay beside them.
-pub(crate) fn place(context: &Context, layers: &[LayerRow]) -> Option<Rect> {
+pub(crate) fn last_rect(context: &Context, layers: &[LayerRow]) -> Option<Rect> {
     context.memory(|memory| memory.area_rect(Id::new(ID))).filter(|_| !layers.is_empty())
 }
 
@@ -97,8 +97,8 @@ pub(crate) fn show(context: &Context, scene: Rect, layers: &[LayerRow], into: &m
     let area = Area::new(Id::new(ID)).pivot(Align2::LEFT_BOTTOM).constrain_to(scene);
     area.fixed_pos(scene.left_bottom() + vec2(MARGIN, -MARGIN)).show(context, |ui| {
         let frame = Frame::new()
-            .fill(theme::of(context).paper)
-            .stroke(Stroke::new(1.0, theme::of(context).line));
+            .fill(theme::palette(context).background)
+            .stroke(Stroke::new(1.0, theme::palette(context).border));
         frame.corner_radius(2.0).inner_margin(6.0).show(ui, |ui| {
             let height = scene.height() * MAX_SHARE;
             let scroll = egui::ScrollArea::vertical().id_salt("legend").max_height(height);
@@ -111,19 +111,21 @@ pub(crate) fn show(context: &Context, scene: Rect, layers: &[LayerRow], into: &m
                     if layer.shown && layer.is_late {
                         ui.horizontal(|ui| {
                             ui.add_space(18.0);
-                            let mark = Mark::LateDisplay;
+                            let mark = ValueMark::LateDisplay;
                             let words = format!("{} {}", theme::symbol(&mark), theme::LATE_DISPLAY);
-                            let (ground, ink) = theme::ground_and_ink(context, &mark);
+                            let (ground, ink) = theme::background_and_text(context, &mark);
                             ui.label(RichText::new(words).color(ink).background_color(ground));
                         });
                     }
                     if layer.shown {
                         layer.legend.iter().for_each(|row| entry(ui, row));
-                        if layer.has_flags {
-                            FlagState::ALL.into_iter().for_each(|state| flag_entry(ui, state));
+                        if layer.has_switch_symbols {
+                            SwitchState::ALL
+                                .into_iter()
+                                .for_each(|state| switch_symbol_entry(ui, state));
                         }
                         if layer.has_arrows {
-                            ArrowKey::ALL.into_iter().for_each(|key| arrow_entry(ui, key));
+                            FlowArrowKind::ALL.into_iter().for_each(|key| arrow_entry(ui, key));
                         }
                         if let Some(contour) = &layer.contour {
                             contour_entries(ui, contour);
@@ -139,26 +141,26 @@ pub(crate) fn show(context: &Context, scene: Rect, layers: &[LayerRow], into: &m
 pub(crate) fn entry(ui: &mut Ui, row: &LegendRow) {
     ui.horizontal(|ui| {
         ui.add_space(18.0);
-        let (rect, _) = ui.allocate_exact_size(SAMPLE.into(), egui::Sense::hover());
-        sample(&ui.painter().with_clip_rect(rect), rect, row);
+        let (rect, _) = ui.allocate_exact_size(SWATCH_SIZE.into(), egui::Sense::hover());
+        paint_swatch(&ui.painter().with_clip_rect(rect), rect, row);
         ui.label(&row.name);
     });
 }
 
 /// The flag of a state with its name.
-fn flag_entry(ui: &mut Ui, state: FlagState) {
+fn switch_symbol_entry(ui: &mut Ui, state: SwitchState) {
     ui.horizontal(|ui| {
         ui.add_space(18.0);
-        let size = vec2(SAMPLE[0], FLAG_HEIGHT);
+        let size = vec2(SWATCH_SIZE[0], SYMBOL_HEIGHT);
         let (rect, _) = ui.allocate_exact_size(size, egui::Sense::hover());
-        flags::shape(ui.painter(), rect.center(), state);
+        switch_symbols::shape(ui.painter(), rect.center(), state);
         ui.label(state.word());
     });
 }
 
 /// The arrows of a legend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum ArrowKey {
+pub(crate) enum FlowArrowKind {
     /// Within the rating.
     Within,
     /// Above it.
@@ -169,7 +171,7 @@ pub(crate) enum ArrowKey {
     Unknown,
 }
 
-impl ArrowKey {
+impl FlowArrowKind {
     pub(crate) const ALL: [Self; 4] = [Self::Within, Self::Above, Self::None, Self::Unknown];
 
     fn word(self) -> &'static str {
@@ -182,32 +184,32 @@ impl ArrowKey {
     }
 }
 
-fn arrow_entry(ui: &mut Ui, key: ArrowKey) {
+fn arrow_entry(ui: &mut Ui, key: FlowArrowKind) {
     ui.horizontal(|ui| {
         ui.add_space(18.0);
-        let (rect, _) = ui.allocate_exact_size(SAMPLE.into(), egui::Sense::hover());
+        let (rect, _) = ui.allocate_exact_size(SWATCH_SIZE.into(), egui::Sense::hover());
         arrow(ui.painter(), rect, key);
         ui.label(key.word());
     });
 }
 
 /// An arrow as it is in the scene, in a sample.
-pub(crate) fn arrow(painter: &Painter, rect: Rect, key: ArrowKey) {
-    let ink = theme::of(painter.ctx()).ink;
+pub(crate) fn arrow(painter: &Painter, rect: Rect, key: FlowArrowKind) {
+    let ink = theme::palette(painter.ctx()).text;
     let fill = match key {
-        ArrowKey::Above => theme::WARNING,
+        FlowArrowKind::Above => theme::WARNING,
         _ => Color32::from_gray(120),
     };
     let heads = match key {
-        ArrowKey::Within => 1,
-        ArrowKey::Above => 2,
-        ArrowKey::None | ArrowKey::Unknown => 0,
+        FlowArrowKind::Within => 1,
+        FlowArrowKind::Above => 2,
+        FlowArrowKind::None | FlowArrowKind::Unknown => 0,
     };
     let edge = Stroke::new(1.0, ink);
     let head = 6.0;
     let shaft = Rect::from_center_size(rect.center(), vec2(rect.width(), 5.0));
     let shaft = shaft.with_max_x(rect.right() - head * heads as f32);
-    if key == ArrowKey::Unknown {
+    if key == FlowArrowKind::Unknown {
         let [a, b, c, d] =
             [shaft.left_top(), shaft.right_top(), shaft.right_bottom(), shaft.left_bottom()];
         painter.extend(Shape::dashed_line(&[a, b, c, d, a], edge, 3.0, 2.0));
@@ -229,7 +231,7 @@ fn contour_entries(ui: &mut Ui, contour: &ContourRow) {
     let row = |ui: &mut Ui, words: &str, paint: &dyn Fn(&Painter, Rect)| {
         ui.horizontal(|ui| {
             ui.add_space(18.0);
-            let (rect, _) = ui.allocate_exact_size(SAMPLE.into(), egui::Sense::hover());
+            let (rect, _) = ui.allocate_exact_size(SWATCH_SIZE.into(), egui::Sense::hover());
             paint(&ui.painter().with_clip_rect(rect), rect);
             ui.label(words);
         });
@@ -253,7 +255,7 @@ fn contour_entries(ui: &mut Ui, contour: &ContourRow) {
         }
     });
     row(ui, "no data", &|painter, rect| {
-        hatch::stripe(painter, rect, &Mark::Bad { reason: String::new() });
+        hatch::draw_stripes(painter, rect, &ValueMark::Bad { reason: String::new() });
         painter.rect_stroke(rect, 0.0, line, StrokeKind::Inside);
     });
     ui.horizontal(|ui| {
@@ -262,7 +264,7 @@ fn contour_entries(ui: &mut Ui, contour: &ContourRow) {
     });
 }
 
-pub(crate) fn sample(painter: &Painter, rect: Rect, row: &LegendRow) {
+pub(crate) fn paint_swatch(painter: &Painter, rect: Rect, row: &LegendRow) {
     let [red, green, blue] = row.color;
     let color = Color32::from_rgb(red, green, blue);
     // What shows between stripes is equipment, as a rule light grey.

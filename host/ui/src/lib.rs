@@ -6,11 +6,11 @@
 mod alarm_banner;
 mod alarm_detail;
 mod alarm_keys;
-mod alarm_lamps;
-mod alarm_mark;
+mod alarm_markers;
 mod alarm_model;
 mod alarm_panel;
-mod beacons;
+mod alarm_source_status;
+mod alarm_symbol;
 mod camera_panel;
 mod chart_axes;
 mod chart_model;
@@ -22,12 +22,11 @@ mod faceplate;
 mod faceplate_model;
 mod faceplate_records;
 mod faceplate_verdict;
-mod flags;
 #[cfg(test)]
 mod greyscale_tests;
 mod hatch;
 mod help;
-mod hover;
+mod hover_tooltip;
 mod labels;
 mod layers;
 mod measure;
@@ -42,6 +41,7 @@ mod search_field;
 mod section_panel;
 mod side_panel;
 mod status_bar;
+mod switch_symbols;
 mod tag_panel;
 #[cfg(test)]
 mod test_lists;
@@ -51,31 +51,31 @@ mod view_model;
 mod viewport;
 
 pub use alarm_model::{
-    AlarmAction, AlarmDetail, AlarmLamp, AlarmList, AlarmModel, AlarmPriority, AlarmRow, AlarmRows,
-    Beacon,
+    AlarmAction, AlarmDetail, AlarmList, AlarmMarker, AlarmModel, AlarmPriority, AlarmRow,
+    AlarmRows, AlarmSourceStatus,
 };
 pub use chart_model::{
-    ChartAxisOnScreen, ChartAxisRow, ChartCommand, ChartModel, ChartOverlay, DensityRow,
-    ExplainedEquipment,
+    ChartAxisRow, ChartCommand, ChartModel, ChartOverlay, DensityLegend, EquipmentExplanation,
+    ProjectedChartAxis,
 };
-pub use command::{CameraMode, Command, MAX_BOOKMARKS, SectionCut, Side};
+pub use command::{AxisSection, CameraMode, Command, MAX_BOOKMARKS, StandardView};
 pub use equipment_model::{EquipmentRow, EquipmentRows};
 pub use faceplate_model::{
     Faceplate, FaceplateState, FaceplateValue, Trend, TrendOrigin, TrendPoint, TrendState,
 };
-pub use flags::{Flag, FlagState};
 pub use layers::{ContourRow, LayerRow, LegendRow, Pattern};
 pub use measure::{MeasuredPoint, Measurement};
 pub use record_model::{RecordRow, RecordSection};
+pub use switch_symbols::{SwitchState, SwitchSymbol};
 pub use view_model::{
-    Bookmark, Label, LabelLine, LinkLamp, Mark, ModelRow, Navigation, PluginRow, StatusLine,
-    TagRow, TagRows, ViewModel, age_text,
+    Bookmark, Label, LabelLine, LinkIndicator, ModelRow, Navigation, PluginRow, StatusBarModel,
+    TagRow, TagRows, ValueMark, ViewModel, age_text,
 };
 
 use std::num::NonZeroUsize;
 
 use faceplate::FaceplatePanel;
-use labels::Placement;
+use labels::LabelPlacement;
 use side_panel::SidePanel;
 
 use egui::{CentralPanel, Context, Frame, FullOutput, Key, Panel, RawInput, Rect};
@@ -97,7 +97,7 @@ pub struct Panels {
     side: SidePanel,
     face: FaceplatePanel,
     /// Where labels were.
-    placement: Placement,
+    placement: LabelPlacement,
 }
 
 /// How panels and labels look.
@@ -112,7 +112,7 @@ pub struct Appearance {
 }
 
 /// Lists that may be very long: only rows in view are asked for.
-pub struct Lists<'a> {
+pub struct ListModels<'a> {
     /// Tags.
     pub tags: &'a dyn TagRows,
     /// Alarms.
@@ -127,9 +127,9 @@ pub struct SceneOverlay<'a> {
     /// Labels at equipment.
     pub labels: Vec<Label<'a>>,
     /// Marks at equipment in alarm.
-    pub beacons: Vec<Beacon>,
+    pub alarm_markers: Vec<AlarmMarker>,
     /// Where switches stand.
-    pub flags: Vec<Flag>,
+    pub switch_symbols: Vec<SwitchSymbol>,
     /// What is being measured.
     pub measurement: Option<Measurement>,
     /// Whether the camera has just come to another place: labels are placed anew.
@@ -168,7 +168,7 @@ impl Panels {
             lists_alarms: true,
             side: SidePanel::default(),
             face: FaceplatePanel::default(),
-            placement: Placement::default(),
+            placement: LabelPlacement::default(),
         }
     }
 
@@ -208,7 +208,7 @@ impl Panels {
         &mut self,
         input: RawInput,
         model: &ViewModel,
-        lists: &Lists<'_>,
+        lists: &ListModels<'_>,
         mut overlay: impl FnMut(Rect, &[Command]) -> SceneOverlay<'a>,
     ) -> PanelsOutput {
         let mut commands = Vec::new();
@@ -258,20 +258,20 @@ impl Panels {
                     .and_then(|model| alarm_banner::show(ui, below, model, &mut commands));
                 let overlay = overlay(viewport, &commands);
                 if overlay.arrived {
-                    *placement = Placement::default();
+                    *placement = LabelPlacement::default();
                 }
-                let flags = flags::placed(ui, &overlay.flags);
-                let layers = layers::place(ui.ctx(), &model.layers).filter(|_| shown);
+                let switch_symbols = switch_symbols::placed(ui, &overlay.switch_symbols);
+                let layers = layers::last_rect(ui.ctx(), &model.layers).filter(|_| shown);
                 let occupied: Vec<Rect> = banner
                     .into_iter()
                     .chain(layers)
-                    .chain(beacons::places(below, &overlay.beacons))
+                    .chain(alarm_markers::places(below, &overlay.alarm_markers))
                     .chain(band)
-                    .chain(flags.iter().map(|(_, place)| *place))
+                    .chain(switch_symbols.iter().map(|(_, place)| *place))
                     .collect();
-                flags::paint(ui, &flags);
+                switch_symbols::paint(ui, &switch_symbols);
                 labels::paint(ui, &overlay.labels, placement, &occupied);
-                beacons::paint(ui, below, &overlay.beacons, flashes);
+                alarm_markers::paint(ui, below, &overlay.alarm_markers, flashes);
                 if let Some(measurement) = &overlay.measurement {
                     measure::paint(ui, measurement);
                 }
@@ -279,7 +279,7 @@ impl Panels {
                     chart_axes::show(ui, chart, &mut commands);
                 }
                 if let Some(hovered) = &overlay.hovered {
-                    hover::paint(ui, hovered);
+                    hover_tooltip::paint(ui, hovered);
                 }
                 if !shown {
                     status_bar::paint_clock(ui, viewport, model);

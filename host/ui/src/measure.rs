@@ -54,16 +54,16 @@ pub(crate) fn paint(ui: &Ui, measurement: &Measurement) {
         let [from, to] = pair else { continue };
         if let (Some(a), Some(b)) = (from.at, to.at) {
             // Light under dark: it shows on any ground.
-            painter.line_segment([a, b], Stroke::new(4.0, theme::of(ui.ctx()).paper));
-            painter.line_segment([a, b], Stroke::new(1.5, theme::of(ui.ctx()).ink));
+            painter.line_segment([a, b], Stroke::new(4.0, theme::palette(ui.ctx()).background));
+            painter.line_segment([a, b], Stroke::new(1.5, theme::palette(ui.ctx()).text));
         }
     }
     for at in measurement.points.iter().filter_map(|point| point.at) {
         painter.circle(
             at,
             POINT_RADIUS,
-            theme::of(ui.ctx()).paper,
-            Stroke::new(1.5, theme::of(ui.ctx()).ink),
+            theme::palette(ui.ctx()).background,
+            Stroke::new(1.5, theme::palette(ui.ctx()).text),
         );
     }
     for pair in measurement.points.windows(2) {
@@ -84,10 +84,10 @@ fn caption(
 ) {
     let layout = |text, font, ink: Color32| painter.layout_no_wrap(text, font, ink);
     let whole =
-        layout(metres(length(difference)), theme::value_font(), theme::of(painter.ctx()).ink);
+        layout(metres(length(difference)), theme::value_font(), theme::palette(painter.ctx()).text);
     let [x, y, z] = difference.map(signed_metres);
     let parts = format!("dx {x}   dy {y} (height)   dz {z}");
-    let parts = layout(parts, theme::small_font(), theme::of(painter.ctx()).faint_ink);
+    let parts = layout(parts, theme::small_font(), theme::palette(painter.ctx()).weak_text);
     let size = vec2(whole.size().x.max(parts.size().x), whole.size().y + parts.size().y);
     let size = size + PADDING * 2.0;
     let across = (b - a).normalized().rot90();
@@ -109,15 +109,15 @@ fn caption(
     painter.rect(
         place,
         2.0,
-        theme::of(painter.ctx()).paper,
-        Stroke::new(1.0, theme::of(painter.ctx()).line),
+        theme::palette(painter.ctx()).background,
+        Stroke::new(1.0, theme::palette(painter.ctx()).border),
         StrokeKind::Inside,
     );
-    painter.galley(place.min + PADDING, whole.clone(), theme::of(painter.ctx()).ink);
+    painter.galley(place.min + PADDING, whole.clone(), theme::palette(painter.ctx()).text);
     painter.galley(
         place.min + PADDING + vec2(0.0, whole.size().y),
         parts,
-        theme::of(painter.ctx()).faint_ink,
+        theme::palette(painter.ctx()).weak_text,
     );
 }
 

@@ -12,7 +12,8 @@ pub(crate) fn show(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) 
         ui.horizontal(|ui| {
             ui.label(RichText::new(&row.name).strong());
             ui.label(
-                RichText::new(format!("× {}", row.instances)).color(theme::of(ui.ctx()).faint_ink),
+                RichText::new(format!("× {}", row.instances))
+                    .color(theme::palette(ui.ctx()).weak_text),
             );
         });
         if row.s1 + row.s2 > 0 {
@@ -24,7 +25,7 @@ pub(crate) fn show(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) 
             thousands(row.s2),
             thousands(row.triangles)
         );
-        ui.label(RichText::new(sizes).color(theme::of(ui.ctx()).faint_ink));
+        ui.label(RichText::new(sizes).color(theme::palette(ui.ctx()).weak_text));
         ui.add_space(4.0);
     }
 }

@@ -39,8 +39,8 @@ pub(crate) fn paint(context: &Context, place: Rect, origin: Origin) {
     // A layer of its own above windows, menus and tooltips.
     let layer = LayerId::new(Order::Debug, Id::new("origin band"));
     let painter = Painter::new(context.clone(), layer, place);
-    let palette = theme::of(context);
-    painter.rect_filled(place, 0.0, palette.ink);
+    let palette = theme::palette(context);
+    painter.rect_filled(place, 0.0, palette.text);
     let height = row_height(context);
     for (index, row) in rows(context, place.width(), origin).into_iter().enumerate() {
         let top = place.top() + index as f32 * height;
@@ -59,7 +59,7 @@ fn paint_row(painter: &Painter, line: Rect, words: &[&str]) {
         let mut left = center - width * 0.5;
         for word in words {
             let at = pos2(left, line.center().y);
-            let ink = theme::of(painter.ctx()).paper;
+            let ink = theme::palette(painter.ctx()).background;
             let shown = painter.text(at, Align2::LEFT_CENTER, word, font(painter.ctx()), ink);
             left = shown.right() + WORD_GAP;
         }
@@ -78,7 +78,7 @@ fn paint_row(painter: &Painter, line: Rect, words: &[&str]) {
 /// Slanting stripes, as on a barrier.
 fn stripe(painter: &Painter, place: Rect) {
     let painter = painter.with_clip_rect(place.intersect(painter.clip_rect()));
-    let stroke = Stroke::new(STRIPE_STEP * 0.4, theme::of(painter.ctx()).paper);
+    let stroke = Stroke::new(STRIPE_STEP * 0.4, theme::palette(painter.ctx()).background);
     // On one grid all along the band.
     let first = ((place.left() - place.height()) / STRIPE_STEP).floor() as i32;
     let last = (place.right() / STRIPE_STEP).ceil() as i32;
@@ -109,7 +109,10 @@ fn width(context: &Context, words: &[&str]) -> f32 {
     let font = font(context);
     let of_word = |word: &&str| {
         let text = (*word).to_owned();
-        context.fonts_mut(|fonts| fonts.layout_no_wrap(text, font.clone(), theme::INK)).size().x
+        context
+            .fonts_mut(|fonts| fonts.layout_no_wrap(text, font.clone(), theme::DARK_TEXT))
+            .size()
+            .x
     };
     words.iter().map(of_word).sum::<f32>() + WORD_GAP * words.len().saturating_sub(1) as f32
 }

@@ -4,7 +4,7 @@ use egui::{Event, Key, ScrollArea, Ui};
 
 use crate::equipment_panel::EquipmentPanel;
 use crate::search_field::SearchField;
-use crate::{Command, Lists, ViewModel, model_panel, plugin_panel, tag_panel};
+use crate::{Command, ListModels, ViewModel, model_panel, plugin_panel, tag_panel};
 
 /// What the panel shows one of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -60,7 +60,7 @@ impl SidePanel {
         &mut self,
         ui: &mut Ui,
         model: &ViewModel,
-        lists: &Lists<'_>,
+        lists: &ListModels<'_>,
         commands: &mut Vec<Command>,
     ) {
         ui.add_space(3.0);

@@ -5,7 +5,7 @@ use std::time::Duration;
 use busbar_tags::Origin;
 use egui::Pos2;
 
-use crate::{AlarmModel, CameraMode, ChartModel, Faceplate, LayerRow, SectionCut};
+use crate::{AlarmModel, AxisSection, CameraMode, ChartModel, Faceplate, LayerRow};
 
 /// Everything that the panels show in one frame.
 #[derive(Clone, Debug, Default)]
@@ -29,7 +29,7 @@ pub struct ViewModel {
     /// The greatest that it may be.
     pub max_theta_scale: f64,
     /// The plane that cuts the scene open.
-    pub section: Option<SectionCut>,
+    pub section: Option<AxisSection>,
     /// The least and greatest coordinates of the scene, metres.
     pub extent: [[f32; 3]; 2],
     /// What is said of alarms; none where there are none configured.
@@ -37,7 +37,7 @@ pub struct ViewModel {
     /// The chart that stands in the scene; none where there is none.
     pub chart: Option<ChartModel>,
     /// The line at the bottom.
-    pub status: StatusLine,
+    pub status: StatusBarModel,
     /// Equipment id of what is selected, or how many are.
     pub selected: Option<String>,
     /// What is said of the equipment that is selected; none where none or several are.
@@ -90,7 +90,7 @@ pub struct ModelRow {
 
 /// How a value must be marked.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub enum Mark {
+pub enum ValueMark {
     /// Good and in its normal band.
     #[default]
     Normal,
@@ -121,7 +121,7 @@ pub trait TagRows {
     fn total(&self) -> usize;
 
     /// Whether more fit what was asked for than are listed.
-    fn is_cut(&self) -> bool;
+    fn is_truncated(&self) -> bool;
 
     /// Whether there is none.
     fn is_empty(&self) -> bool {
@@ -144,7 +144,7 @@ pub struct TagRow {
     /// Unit.
     pub unit: String,
     /// How it is marked.
-    pub mark: Mark,
+    pub mark: ValueMark,
     /// Time since the value came.
     pub age: Option<Duration>,
     /// Equipment it is bound to.
@@ -180,7 +180,7 @@ pub struct LabelLine<'a> {
     /// Value with unit.
     pub text: &'a str,
     /// How it is marked.
-    pub mark: Mark,
+    pub mark: ValueMark,
     /// Time since the value came.
     pub age: Option<Duration>,
     /// Origin of the value, live or not.
@@ -189,7 +189,7 @@ pub struct LabelLine<'a> {
 
 /// State of a plugin's link.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum LinkLamp {
+pub enum LinkIndicator {
     /// It has no link.
     #[default]
     None,
@@ -209,7 +209,7 @@ pub struct PluginRow {
     /// Plugin id and version.
     pub plugin: String,
     /// Link.
-    pub lamp: LinkLamp,
+    pub link_indicator: LinkIndicator,
     /// What it last said.
     pub message: String,
     /// How its process is.
@@ -222,7 +222,7 @@ pub struct PluginRow {
 
 /// The line at the bottom.
 #[derive(Clone, Debug, Default)]
-pub struct StatusLine {
+pub struct StatusBarModel {
     /// Time of day with seconds, so that a picture that stands still is noticed; none in
     /// pictures that nobody watches.
     pub clock: Option<String>,
@@ -249,7 +249,7 @@ pub struct StatusLine {
     pub fault: Option<String>,
 }
 
-impl Mark {
+impl ValueMark {
     /// The more urgent of two: alarm, bad, warning, uncertain, normal.
     pub fn most_urgent(self, other: Self) -> Self {
         if other.urgency() > self.urgency() { other } else { self }
@@ -293,9 +293,9 @@ mod tests {
 
     #[test]
     fn the_most_urgent_mark_wins() {
-        let bad = Mark::Bad { reason: "stale".into() };
-        assert_eq!(Mark::Warning.most_urgent(bad.clone()), bad);
-        assert_eq!(Mark::Alarm.most_urgent(bad.clone()), Mark::Alarm);
-        assert_eq!(Mark::Normal.most_urgent(Mark::Normal), Mark::Normal);
+        let bad = ValueMark::Bad { reason: "stale".into() };
+        assert_eq!(ValueMark::Warning.most_urgent(bad.clone()), bad);
+        assert_eq!(ValueMark::Alarm.most_urgent(bad.clone()), ValueMark::Alarm);
+        assert_eq!(ValueMark::Normal.most_urgent(ValueMark::Normal), ValueMark::Normal);
     }
 }

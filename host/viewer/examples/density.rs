@@ -12,7 +12,7 @@ use busbar_chart::{
     Axis, Brush, Brushes, Description, Join, Layout, Record, Records, State, bin_pairs, edges_of,
 };
 use busbar_renderer::{
-    BrushedAxis, CameraView, DensityInput, Frame, PlaneInWorld, Polylines, Renderer,
+    BrushedAxis, CameraView, DensityInput, DensityPlane, Frame, Polylines, Renderer,
     RendererOptions,
 };
 use fastrand::Rng;
@@ -88,7 +88,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (Some(counted), Some((meant, all, of_meant))) = (counted, twin) else { return Ok(()) };
     let bit = |record: usize| counted.mask[record / 32] >> (record % 32) & 1 == 1;
     assert!((0..count).all(|record| bit(record) == meant[record]), "other records are meant");
-    assert!(counted.all == all && counted.meant == of_meant, "counts differ");
+    assert!(counted.all == all && counted.brushed == of_meant, "counts differ");
     device.sort();
     plain.sort();
     drawn.sort();
@@ -118,19 +118,19 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// Draws the picture of what was counted last, across the whole view, and waits for it.
 fn draw(renderer: &mut Renderer, revision: u64) -> Result<(), Box<dyn Error>> {
     let place = |axis: usize| Vec3::new(axis as f32 / (AXES - 1) as f32 * 3.2 - 1.6, -0.9, 0.0);
-    let plane = |pair: usize| PlaneInWorld {
+    let plane = |pair: usize| DensityPlane {
         from: place(pair),
         to: place(pair + 1),
         height: 1.8,
         color: [72, 76, 82],
-        meant: Some([10, 12, 16]),
+        brushed: Some([10, 12, 16]),
     };
     let planes: Vec<_> = (0..AXES - 1).map(plane).collect();
     let aspect = SIZE[0] as f32 / SIZE[1] as f32;
     let camera = CameraView::look_at(Vec3::Z * 2.2, Vec3::ZERO, Vec3::Y, 0.9, aspect, 0.1);
     let polylines = Polylines { revision, faces: &[], planes: &planes, strokes: &[] };
     let frame =
-        Frame { background: [1.0; 3], polylines: Some(polylines), ..Frame::of(camera, &[]) };
+        Frame { background: [1.0; 3], polylines: Some(polylines), ..Frame::new(camera, &[]) };
     renderer.draw(&frame)?;
     Ok(renderer.finish()?)
 }

@@ -2,8 +2,8 @@
 
 pub(crate) mod navigator;
 mod path;
-mod reveal;
 mod transition;
+mod unoccluded_view;
 
 use busbar_config::{CameraConfig, ProjectionConfig};
 use busbar_geometry::Bounds;
@@ -11,7 +11,7 @@ use busbar_renderer::CameraView;
 use egui::{Pos2, Rect, Vec2, pos2};
 use glam::{Mat4, Vec3, Vec4, vec3};
 
-use crate::cursors::PixelSize;
+use crate::lod::PixelSize;
 
 /// Radians a point of drag.
 const ORBIT_SPEED: f32 = 0.006;
@@ -28,7 +28,7 @@ const FRAME_MARGIN: f32 = 1.12;
 
 /// How depth shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum Lens {
+pub(crate) enum ProjectionMode {
     #[default]
     Perspective,
     /// As large as a perspective view shows what is at the target.
@@ -45,7 +45,7 @@ pub(crate) struct Camera {
     /// Above the horizon, radians.
     pitch: f32,
     fov_y: f32,
-    lens: Lens,
+    projection_mode: ProjectionMode,
 }
 
 /// World to screen, for labels.
@@ -60,9 +60,9 @@ impl Camera {
     /// as far from the target as a perspective one that sees so much there.
     pub(crate) fn from_config(config: &CameraConfig) -> Self {
         let fov_y = config.fov_degrees.to_radians();
-        let mut camera = Self::looking(config.eye.into(), config.target.into(), fov_y);
+        let mut camera = Self::look_at(config.eye.into(), config.target.into(), fov_y);
         if let ProjectionConfig::Orthographic { height } = config.projection {
-            camera.lens = Lens::Orthographic;
+            camera.projection_mode = ProjectionMode::Orthographic;
             if let Some(height) = height {
                 camera.distance = height * 0.5 / (fov_y * 0.5).tan();
             }
@@ -72,13 +72,17 @@ impl Camera {
 
     /// A camera at `eye` that looks at `target`, with the angle of this one.
     pub(crate) fn moved_to(&self, eye: Vec3, target: Vec3) -> Self {
-        Self::looking(eye, target, self.fov_y)
+        Self::look_at(eye, target, self.fov_y)
     }
 
     /// With perspective, or without it.
-    pub(crate) fn through(self, is_orthographic: bool) -> Self {
-        let lens = if is_orthographic { Lens::Orthographic } else { Lens::Perspective };
-        Self { lens, ..self }
+    pub(crate) fn with_projection(self, is_orthographic: bool) -> Self {
+        let projection_mode = if is_orthographic {
+            ProjectionMode::Orthographic
+        } else {
+            ProjectionMode::Perspective
+        };
+        Self { projection_mode, ..self }
     }
 
     /// What it looks at, metres.
@@ -86,7 +90,7 @@ impl Camera {
         self.target
     }
 
-    fn looking(eye: Vec3, target: Vec3, fov_y: f32) -> Self {
+    fn look_at(eye: Vec3, target: Vec3, fov_y: f32) -> Self {
         let offset = eye - target;
         let distance = offset.length().max(*DISTANCE_RANGE.start());
         Self {
@@ -95,7 +99,7 @@ impl Camera {
             yaw: offset.x.atan2(offset.z),
             pitch: (offset.y / distance).clamp(-1.0, 1.0).asin(),
             fov_y,
-            lens: Lens::Perspective,
+            projection_mode: ProjectionMode::Perspective,
         }
     }
 
@@ -117,7 +121,7 @@ impl Camera {
             yaw: 0.6,
             pitch: 0.35,
             fov_y: DEFAULT_FOV_DEGREES.to_radians(),
-            lens: Lens::Perspective,
+            projection_mode: ProjectionMode::Perspective,
         };
         camera.frame(bounds);
         camera
@@ -134,9 +138,9 @@ impl Camera {
             let needed = bounds.corners().map(|corner| {
                 let offset = corner - self.target;
                 let sideways = (offset.dot(right).abs() / tan_x).max(offset.dot(up).abs() / tan_y);
-                let nearer = match self.lens {
-                    Lens::Perspective => offset.dot(back),
-                    Lens::Orthographic => 0.0,
+                let nearer = match self.projection_mode {
+                    ProjectionMode::Perspective => offset.dot(back),
+                    ProjectionMode::Orthographic => 0.0,
                 };
                 sideways * FRAME_MARGIN + nearer
             });
@@ -158,10 +162,10 @@ impl Camera {
         let eye = self.eye();
         // What is seen follows the hand, as in an orbit.
         self.orbit(drag);
-        self.stand_at(eye);
+        self.move_eye_to(eye);
     }
 
-    fn stand_at(&mut self, eye: Vec3) {
+    fn move_eye_to(&mut self, eye: Vec3) {
         self.target = eye - self.direction() * self.distance;
     }
 
@@ -185,14 +189,14 @@ impl Camera {
         let aspect = viewport.width() / viewport.height().max(1.0);
         let fov_y = self.fov_y(aspect);
         let (_, _, up) = self.axes();
-        let mut view = match self.lens {
-            Lens::Perspective => {
+        let mut view = match self.projection_mode {
+            ProjectionMode::Perspective => {
                 let near = (self.distance * 0.005).clamp(0.01, 1.0);
                 // Up is only needed where the camera looks along it.
                 let up = if self.pitch.abs() > MAX_PITCH { up } else { Vec3::Y };
                 CameraView::look_at(eye, self.target, up, fov_y, aspect, near)
             }
-            Lens::Orthographic => {
+            ProjectionMode::Orthographic => {
                 let height = 2.0 * self.distance * (fov_y * 0.5).tan();
                 let farthest = around
                     .map_or(0.0, |bounds| self.target.distance(bounds.center()) + bounds.radius());
@@ -205,16 +209,16 @@ impl Camera {
     }
 
     /// What a pixel covers, in a viewport of this size in pixels.
-    pub(crate) fn pixel(&self, viewport: Vec2) -> PixelSize {
+    pub(crate) fn pixel_size(&self, viewport: Vec2) -> PixelSize {
         let aspect = viewport.x / viewport.y.max(1.0);
         let tan_y = (self.fov_y(aspect) * 0.5).tan();
         let in_the_middle = 2.0 * tan_y / viewport.y.max(1.0);
-        match self.lens {
-            Lens::Perspective => {
+        match self.projection_mode {
+            ProjectionMode::Perspective => {
                 let tan_diagonal = tan_y * aspect.hypot(1.0);
                 PixelSize::PerMetre { ahead: in_the_middle, corner: 1.0 / tan_diagonal.hypot(1.0) }
             }
-            Lens::Orthographic => PixelSize::Metres(in_the_middle * self.distance),
+            ProjectionMode::Orthographic => PixelSize::Metres(in_the_middle * self.distance),
         }
     }
 
@@ -230,11 +234,6 @@ impl Camera {
         // By yaw alone, so that it holds when looking straight down too.
         let right = vec3(self.yaw.cos(), 0.0, -self.yaw.sin());
         (back, right, back.cross(right))
-    }
-
-    /// From the eye to the target, of unit length.
-    pub(crate) fn ahead(&self) -> Vec3 {
-        -self.direction()
     }
 
     /// From the target to the eye.

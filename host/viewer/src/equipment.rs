@@ -7,7 +7,7 @@ use busbar_scene::{NodeIndex, SceneGraph};
 
 /// The names of a piece of equipment besides its id.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Names {
+pub(crate) struct EquipmentNames {
     /// May be empty.
     pub(crate) name: String,
     pub(crate) aliases: Vec<String>,
@@ -15,15 +15,15 @@ pub(crate) struct Names {
 
 /// What the equipment of a scene is called.
 #[derive(Debug, Default)]
-pub(crate) struct Equipment {
-    names: HashMap<NodeIndex, Names>,
+pub(crate) struct EquipmentIndex {
+    names: HashMap<NodeIndex, EquipmentNames>,
     by_alias: HashMap<String, NodeIndex>,
 }
 
-impl Equipment {
+impl EquipmentIndex {
     /// Of a configuration, as far as the scene has it; what it has not is given to
     /// `absent`.
-    pub(crate) fn of(
+    pub(crate) fn new(
         graph: &SceneGraph,
         equipment: &BTreeMap<String, EquipmentConfig>,
         mut absent: impl FnMut(&str, &EquipmentConfig),
@@ -36,13 +36,15 @@ impl Equipment {
             };
             let EquipmentConfig { name, aliases, .. } = config;
             found.by_alias.extend(aliases.iter().map(|alias| (alias.clone(), node)));
-            found.names.insert(node, Names { name: name.clone(), aliases: aliases.clone() });
+            found
+                .names
+                .insert(node, EquipmentNames { name: name.clone(), aliases: aliases.clone() });
         }
         found
     }
 
     /// What a node is called besides its id.
-    pub(crate) fn names(&self, node: NodeIndex) -> Option<&Names> {
+    pub(crate) fn names(&self, node: NodeIndex) -> Option<&EquipmentNames> {
         self.names.get(&node)
     }
 
@@ -94,12 +96,12 @@ mod tests {
         SceneGraph::build(&placements, &[]).expect("ids are used once")
     }
 
-    fn equipment(graph: &SceneGraph, named: &[(&str, &[&str])]) -> Equipment {
+    fn equipment(graph: &SceneGraph, named: &[(&str, &[&str])]) -> EquipmentIndex {
         let config = |(id, aliases): &(&str, &[&str])| {
             let aliases = aliases.iter().map(|alias| (*alias).to_owned()).collect();
             ((*id).to_owned(), EquipmentConfig { aliases, ..EquipmentConfig::default() })
         };
-        Equipment::of(graph, &named.iter().map(config).collect(), |_, _| ())
+        EquipmentIndex::new(graph, &named.iter().map(config).collect(), |_, _| ())
     }
 
     #[test]
@@ -110,11 +112,11 @@ mod tests {
             ("=S12D1Q3-QB9-L1", Some(1)),
             ("gate", None),
         ]);
-        let device = |id: &str, equipment: &Equipment| {
+        let device = |id: &str, equipment: &EquipmentIndex| {
             let node = graph.find(id).expect("it is there");
             graph.node(equipment.device_of(&graph, node)).id()
         };
-        let none = Equipment::default();
+        let none = EquipmentIndex::default();
         assert_eq!(device("=S12D1Q3-QB9-L1", &none), "=S12D1Q3-QB9");
         assert_eq!(device("=S12D1Q3-QB9", &none), "=S12D1Q3-QB9");
         assert_eq!(device("=S12D1Q3", &none), "=S12D1Q3");

@@ -16,10 +16,10 @@ use busbar_scene::Model;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::stacks::{StackBuilder, millis_since};
+use crate::stack_builder::{StackBuilder, millis_since};
 
 /// A model with its stacks, ready to be walked.
-pub struct OptimisedModel {
+pub struct OptimizedModel {
     model: Model,
     stacks: Vec<Arc<CollapseStacks>>,
     imported: Vec<Mesh>,
@@ -101,7 +101,7 @@ pub struct ImportedStats {
     pub euler: i64,
 }
 
-impl OptimisedModel {
+impl OptimizedModel {
     /// Imports a model and runs the plugin on each of its meshes.
     ///
     /// # Errors
@@ -127,7 +127,7 @@ impl OptimisedModel {
             optimizer: Some(&optimizer),
             cache: None,
             by_error: false,
-            may_do_without: false,
+            allows_failure: false,
         };
         let built = builder.build(imported.clone(), &|meshes| done(meshes, total))?;
         let mut build_ms = built.millis;

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use busbar_renderer::{OutlineKind, Outlined};
+use busbar_renderer::{OutlineKind, OutlinedObject};
 use busbar_scene::{NodeIndex, SceneGraph};
 
 /// The list, as it was last worked out.
@@ -12,7 +12,7 @@ pub(crate) struct Outlines {
     selection: BTreeSet<NodeIndex>,
     hovered: Option<NodeIndex>,
     brushed: BTreeSet<NodeIndex>,
-    list: Vec<Outlined>,
+    list: Vec<OutlinedObject>,
 }
 
 impl Outlines {
@@ -45,11 +45,11 @@ impl Outlines {
             };
             inherited.push(kind);
             // Objects count from 1, nodes from 0.
-            self.list.extend(kind.map(|kind| Outlined { object: index + 1, kind }));
+            self.list.extend(kind.map(|kind| OutlinedObject { object: index + 1, kind }));
         }
     }
 
-    pub(crate) fn list(&self) -> &[Outlined] {
+    pub(crate) fn list(&self) -> &[OutlinedObject] {
         &self.list
     }
 }

@@ -11,8 +11,8 @@ use busbar_ui::{CameraMode, Faceplate, RecordRow, RecordSection};
 use serde::Serialize;
 
 use crate::AlarmState;
-use crate::alarms::Alarming;
-use crate::reload::Reloads;
+use crate::alarms::AlarmService;
+use crate::reload::ReloadCounters;
 
 /// Milliseconds a stage of loading, in no order.
 pub type LoadMillis = BTreeMap<String, f64>;
@@ -120,7 +120,7 @@ pub struct Stats {
 
 /// What of a view is looked at all the time.
 #[derive(Clone, Debug, Serialize)]
-pub struct Health {
+pub struct ViewHealth {
     /// Tags by quality.
     pub quality: QualityStats,
     /// How many alarms are in each state.
@@ -419,8 +419,8 @@ pub(crate) fn gpu_millis(frame: &FrameStats) -> BTreeMap<&'static str, f64> {
 }
 
 /// The alarms that are not normal.
-pub(crate) fn alarms(alarming: &Alarming) -> Vec<AlarmStats> {
-    let table = alarming.table();
+pub(crate) fn alarms(alarm_service: &AlarmService) -> Vec<AlarmStats> {
+    let table = alarm_service.table();
     let of = |alarm| {
         let (spec, status) = (table.set().spec(alarm)?, table.status(alarm)?);
         Some(AlarmStats {
@@ -433,26 +433,26 @@ pub(crate) fn alarms(alarming: &Alarming) -> Vec<AlarmStats> {
             doubt: None,
         })
     };
-    table.open().filter_map(of).chain(alarming.sourced_stats()).collect()
+    table.open().filter_map(of).chain(alarm_service.external_stats()).collect()
 }
 
 /// Id of the alarm that was chosen.
-pub(crate) fn selected_alarm(alarming: &Alarming) -> Option<String> {
-    alarming.id_of(alarming.selected()?)
+pub(crate) fn selected_alarm(alarm_service: &AlarmService) -> Option<String> {
+    alarm_service.id_of(alarm_service.selected()?)
 }
 
 /// One plugin with its link and its last fault.
-pub(crate) fn alarms_by_state(alarms: &Alarming) -> Vec<(AlarmState, usize)> {
+pub(crate) fn alarms_by_state(alarms: &AlarmService) -> Vec<(AlarmState, usize)> {
     let table = alarms.table();
     let count = |state| -> usize {
         Priority::ALL.into_iter().map(|priority| table.counts(priority).of(state)).sum()
     };
-    let sourced = |state| alarms.sourced_stats().filter(|alarm| alarm.state == state).count();
+    let sourced = |state| alarms.external_stats().filter(|alarm| alarm.state == state).count();
     AlarmState::ALL.into_iter().map(|state| (state, count(state) + sourced(state))).collect()
 }
 
-pub(crate) fn reloads(reloads: &Reloads) -> ReloadStats {
-    let Reloads { good, bad, last, ref fault } = *reloads;
+pub(crate) fn reloads(reloads: &ReloadCounters) -> ReloadStats {
+    let ReloadCounters { good, bad, last, ref fault } = *reloads;
     let last_ms = last.map(|last| last.as_secs_f64() * 1e3);
     ReloadStats { good, bad, last_ms, fault: fault.clone() }
 }

@@ -16,7 +16,7 @@ use crate::load::LoadedScene;
 
 /// Reason of a verdict, or its lack.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Cause {
+enum VerdictCause {
     /// The plugin gave none: a fault of it.
     #[default]
     Missing,
@@ -35,7 +35,7 @@ struct PieceVerdict {
     is_assumed: bool,
     /// Unknown now, and abnormal when it was last known.
     was_abnormal: bool,
-    cause: Cause,
+    cause: VerdictCause,
 }
 
 impl Default for PieceVerdict {
@@ -44,7 +44,7 @@ impl Default for PieceVerdict {
             verdict: Verdict::Unknown,
             is_assumed: false,
             was_abnormal: false,
-            cause: Cause::Missing,
+            cause: VerdictCause::Missing,
         }
     }
 }
@@ -55,12 +55,12 @@ pub(crate) struct VerdictBoard {
     pieces: Vec<PieceVerdict>,
     /// The picture that they come of.
     picture: Arc<OverlayPicture>,
-    has_told_missing: bool,
+    has_logged_missing: bool,
 }
 
 /// A verdict with its words.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct ShownVerdict<'a> {
+pub(crate) struct VerdictText<'a> {
     pub(crate) verdict: Verdict,
     pub(crate) is_assumed: bool,
     /// Unknown now, and abnormal when it was last known.
@@ -79,7 +79,7 @@ impl VerdictBoard {
             let doubted = picture.verdicts.basis(verdict).iter().find(|tag| !is_good(**tag));
             let next = match doubted.filter(|_| verdict.verdict != Verdict::Unknown) {
                 Some(tag) => PieceVerdict {
-                    cause: Cause::Tag(*tag),
+                    cause: VerdictCause::Tag(*tag),
                     // The plugin has not heard of it yet, or thinks that it knows better.
                     was_abnormal: verdict.verdict == Verdict::Abnormal,
                     ..PieceVerdict::default()
@@ -88,29 +88,31 @@ impl VerdictBoard {
                     verdict: verdict.verdict,
                     is_assumed: verdict.is_assumed,
                     was_abnormal: false,
-                    cause: Cause::Plugin(index),
+                    cause: VerdictCause::Plugin(index),
                 },
             };
-            if piece.cause == Cause::Missing || urgency(next.verdict) > urgency(piece.verdict) {
+            if piece.cause == VerdictCause::Missing
+                || urgency(next.verdict) > urgency(piece.verdict)
+            {
                 *piece = next;
             }
         }
-        self.keep_abnormal(&before);
+        self.carry_abnormal(&before);
         self.picture = Arc::clone(picture);
     }
 
     /// Marks all verdicts as not known: the overlay is late or gone.
-    pub(crate) fn lose(&mut self) {
+    pub(crate) fn mark_unknown(&mut self) {
         for piece in &mut self.pieces {
             *piece = PieceVerdict {
                 was_abnormal: is_or_was_abnormal(piece),
-                cause: Cause::LateDisplay,
+                cause: VerdictCause::LateDisplay,
                 ..PieceVerdict::default()
             };
         }
     }
 
-    fn keep_abnormal(&mut self, before: &[PieceVerdict]) {
+    fn carry_abnormal(&mut self, before: &[PieceVerdict]) {
         for (piece, before) in self.pieces.iter_mut().zip(before) {
             piece.was_abnormal |= piece.verdict == Verdict::Unknown && is_or_was_abnormal(before);
         }
@@ -125,13 +127,13 @@ impl VerdictBoard {
     }
 
     /// Logs once that the plugin is at fault: pieces that it described have no verdict.
-    pub(crate) fn tell_missing(&mut self, plugin: &str, equipment: &[String]) {
-        let is_missing = |piece: &&PieceVerdict| piece.cause == Cause::Missing;
+    pub(crate) fn log_missing(&mut self, plugin: &str, equipment: &[String]) {
+        let is_missing = |piece: &&PieceVerdict| piece.cause == VerdictCause::Missing;
         let missing = self.pieces.iter().filter(is_missing).count();
-        if missing == 0 || std::mem::replace(&mut self.has_told_missing, true) {
+        if missing == 0 || std::mem::replace(&mut self.has_logged_missing, true) {
             return;
         }
-        let first = self.pieces.iter().position(|piece| piece.cause == Cause::Missing);
+        let first = self.pieces.iter().position(|piece| piece.cause == VerdictCause::Missing);
         let first = first.and_then(|index| equipment.get(index)).map_or("", String::as_str);
         tracing::error!(
             plugin,
@@ -157,22 +159,22 @@ impl VerdictBoard {
         equipment: usize,
         scene: &LoadedScene,
         snapshot: Snapshot<'_>,
-    ) -> ShownVerdict<'a> {
+    ) -> VerdictText<'a> {
         let piece = self.pieces.get(equipment).copied().unwrap_or_default();
         let mut reason = match piece.cause {
-            Cause::Missing => Cow::Borrowed("the overlay gave no verdict"),
-            Cause::LateDisplay => Cow::Borrowed("display late"),
-            Cause::Plugin(index) => {
+            VerdictCause::Missing => Cow::Borrowed("the overlay gave no verdict"),
+            VerdictCause::LateDisplay => Cow::Borrowed("display late"),
+            VerdictCause::Plugin(index) => {
                 let verdicts = &self.picture.verdicts;
                 let verdict = verdicts.iter().nth(index as usize);
                 Cow::Borrowed(verdict.map_or("", |verdict| verdicts.reason(verdict)))
             }
-            Cause::Tag(tag) => Cow::Owned(doubt_of(tag, scene, snapshot)),
+            VerdictCause::Tag(tag) => Cow::Owned(doubt_of(tag, scene, snapshot)),
         };
         if piece.was_abnormal {
             reason += "; abnormal when last known";
         }
-        ShownVerdict {
+        VerdictText {
             verdict: piece.verdict,
             is_assumed: piece.is_assumed,
             was_abnormal: piece.was_abnormal,
@@ -183,7 +185,7 @@ impl VerdictBoard {
 
 /// An unknown verdict at a node, for its label.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct UnknownAtNode {
+pub(crate) struct UnknownVerdict {
     pub(crate) node: NodeIndex,
     /// Name of the overlay.
     pub(crate) layer: String,
@@ -191,7 +193,7 @@ pub(crate) struct UnknownAtNode {
 }
 
 /// An overlay with the equipment that it judges.
-pub(crate) struct JudgingOverlay<'a> {
+pub(crate) struct OverlayVerdicts<'a> {
     /// Name of its plugin instance.
     pub(crate) name: &'a str,
     /// Ids of the equipment, as it describes them.
@@ -201,9 +203,9 @@ pub(crate) struct JudgingOverlay<'a> {
     pub(crate) snapshot: Snapshot<'a>,
 }
 
-impl JudgingOverlay<'_> {
+impl OverlayVerdicts<'_> {
     /// The verdict on a piece of its equipment.
-    pub(crate) fn verdict(&self, equipment: usize) -> ShownVerdict<'_> {
+    pub(crate) fn verdict(&self, equipment: usize) -> VerdictText<'_> {
         self.verdicts.verdict(equipment, self.scene, self.snapshot)
     }
 }

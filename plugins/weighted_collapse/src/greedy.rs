@@ -7,8 +7,8 @@ use crate::factors::measure;
 use crate::forest::{Classes, Errors, distance};
 use crate::guards::Candidate;
 use crate::guards::MAX_VALENCE;
+use crate::interpretation::Interpretation;
 use crate::queue::{Entry, Queue};
-use crate::reading::Reading;
 use crate::surface::{Ring, Spoke, Surface};
 use crate::weights::Coefficients;
 
@@ -23,7 +23,7 @@ pub(crate) enum Keys<'a> {
     /// W, edge by edge to begin with. After a collapse that of the edges around
     /// the kept vertex is found anew: Eq. 1-4 of the mesh as it is, with the
     /// maxima, deviations and proportion of borders of the whole mesh.
-    Weights { weights: &'a [f64], reading: &'a Reading, coefficients: Coefficients },
+    Weights { weights: &'a [f64], interpretation: &'a Interpretation, coefficients: Coefficients },
 }
 
 impl Keys<'_> {
@@ -192,12 +192,12 @@ impl<'a> Greedy<'a> {
                     let keys = spokes.iter().map(|spoke| self.side_keys[spoke.side]);
                     keys.min().unwrap_or(u64::MAX)
                 }
-                Keys::Weights { reading, coefficients, .. } => {
+                Keys::Weights { interpretation, coefficients, .. } => {
                     let ends = [kept.min(neighbour), kept.max(neighbour)];
                     let side = |spoke: &Spoke| Side::new(ends[1], spoke.opposite);
                     self.sides.clear();
                     self.sides.extend(spokes.iter().map(side));
-                    let factors = measure(&self.surface.mesh, ends, &self.sides, reading);
+                    let factors = measure(&self.surface.mesh, ends, &self.sides, interpretation);
                     coefficients.weigh(&factors).to_bits()
                 }
             };

@@ -4,7 +4,7 @@ use anyhow::{Result, anyhow};
 use busbar_geometry::{Collapse, CollapseSequence, Mesh};
 use busbar_plugin_sdk::{self as sdk, CollapseList, MeshOptimizer, Plugin, Progress};
 use quadric_collapse::{QuadricCollapse, Settings};
-use weighted_collapse::{Order, Reading};
+use weighted_collapse::{Interpretation, Order};
 
 /// A mesh as an optimiser is handed it.
 pub(crate) struct Input<'a> {
@@ -31,7 +31,7 @@ impl<'a> Input<'a> {
         let progress = &mut Progress::unwatched();
         weighted_collapse::collapse_list(
             self.view(),
-            &Reading::BUSBAR,
+            &Interpretation::BUSBAR,
             order,
             max_threads,
             progress,

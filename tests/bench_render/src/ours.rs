@@ -37,7 +37,7 @@ impl Ours {
                 let scene = LoadedScene::load(&configuration_of(&path)?, &|_, _, _| ())?;
                 let options =
                     RendererOptions { quality: Quality::Low, samples, ..Default::default() };
-                self.viewer = Some(Viewer::headless(scene, options, size)?);
+                self.viewer = Some(Viewer::new_headless(scene, options, size)?);
                 Ok(Answer::default())
             }
             Wanted::Frames { cameras } => {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use busbar_geometry::Bounds;
-use busbar_viewer::optimize::OptimisedModel;
+use busbar_viewer::optimize::OptimizedModel;
 use serde_json::json;
 use substation::Station;
 
@@ -42,7 +42,7 @@ impl Scenes {
         let whole = folder.join("paper.glb");
         fs::write(&whole, busbar_gltf_export::write_glb(&flat.model)?)?;
         let (plugins, none) = ([plugins.to_owned()], json!({}));
-        let model = OptimisedModel::build(&whole, &plugins, OPTIMIZER, &none, &|_, _| ())?;
+        let model = OptimizedModel::build(&whole, &plugins, OPTIMIZER, &none, &|_, _| ())?;
         let full = model.stats(0.0).triangles;
         let mut levels = vec![Level { share: 1.0, glb: whole, triangles: full }];
         for &share in &SHARES[1..] {
@@ -69,7 +69,7 @@ pub(crate) fn write_models(folder: &Path) -> Result<()> {
 }
 
 /// Returns the theta at which no more than so many triangles are left.
-fn theta_of(model: &OptimisedModel, triangles: u64) -> f64 {
+fn theta_of(model: &OptimizedModel, triangles: u64) -> f64 {
     let (mut fine, mut coarse) = (0.0, 1.0);
     for _ in 0..HALVINGS {
         let middle = (fine + coarse) * 0.5;

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use busbar_viewer::reload::{Outcome, Reloader};
+use busbar_viewer::reload::{ReloadOutcome, Reloader};
 use busbar_viewer::{AlarmState, AlarmStats, LoadedScene, RendererOptions, Viewer};
 use e2e::peer::python;
 use e2e::{Process, Scene, busbar, finish, wait_for, workspace_path};
@@ -102,7 +102,7 @@ impl View {
     fn open(config: &Path) -> Self {
         let scene = LoadedScene::load(config, &|_, _, _| {}).expect("the scene loads");
         let options = RendererOptions { samples: 1, validation: true, ..Default::default() };
-        let viewer = Viewer::headless(scene, options, SIZE).expect("there is a device");
+        let viewer = Viewer::new_headless(scene, options, SIZE).expect("there is a device");
         Self { viewer, seconds: 0.0 }
     }
 
@@ -293,7 +293,7 @@ fn a_reload_drops_no_alarm_and_places_it_by_the_new_rules() {
         assert_eq!(view.viewer.stats().alarms.len(), 1, "it is kept");
         reloader.step(&mut view.viewer)
     });
-    assert_eq!(outcome, Outcome::Shown);
+    assert_eq!(outcome, ReloadOutcome::Shown);
     let alarm = view.until_current(AlarmState::B);
     assert_eq!(alarm.priority, "critical");
     assert_eq!(view.plugin_pid(), before, "the plugin goes on");

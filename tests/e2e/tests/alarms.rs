@@ -54,7 +54,7 @@ impl View {
     fn open(config: &Path) -> Self {
         let scene = LoadedScene::load(config, &|_, _, _| {}).expect("the scene loads");
         let options = RendererOptions { samples: 1, validation: true, ..Default::default() };
-        let mut viewer = Viewer::headless(scene, options, SIZE).expect("there is a device");
+        let mut viewer = Viewer::new_headless(scene, options, SIZE).expect("there is a device");
         viewer.set_operator("A. Operator");
         Self { viewer, seconds: 0.0 }
     }

@@ -46,7 +46,7 @@ impl Logged {
     fn write_records(&self) {
         let scene = LoadedScene::load(&self.scene.write(), &|_, _, _| {}).expect("it loads");
         let options = RendererOptions { samples: 1, ..Default::default() };
-        let mut viewer = Viewer::offscreen(scene, options, SIZE).expect("there is a device");
+        let mut viewer = Viewer::new_offscreen(scene, options, SIZE).expect("there is a device");
         for (number, state) in STATES.into_iter().cycle().take(12).enumerate() {
             viewer.mirror_alarm("Grid", state, None, Some("host")).expect("it is mirrored");
             let input = viewer.headless_input(number as f64);

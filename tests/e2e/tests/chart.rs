@@ -67,7 +67,7 @@ impl View {
     fn open(config: &Path) -> Self {
         let scene = LoadedScene::load(config, &|_, _, _| {}).expect("the scene loads");
         let options = RendererOptions { samples: 1, validation: true, ..Default::default() };
-        let viewer = Viewer::headless(scene, options, SIZE).expect("there is a device");
+        let viewer = Viewer::new_headless(scene, options, SIZE).expect("there is a device");
         let mut view = Self { viewer, seconds: 0.0 };
         view.frame();
         view
@@ -80,7 +80,7 @@ impl View {
     }
 
     fn act(&mut self, action: Action) {
-        self.viewer.arrange_chart(&busbar_viewer::ChartCommand::Do(action));
+        self.viewer.apply_chart_command(&busbar_viewer::ChartCommand::Apply(action));
         self.frame();
     }
 

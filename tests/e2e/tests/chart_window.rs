@@ -58,7 +58,7 @@ impl Places {
     fn of(config: &Path) -> Self {
         let scene = LoadedScene::load(config, &|_, _, _| {}).expect("the scene loads");
         let options = RendererOptions { samples: 1, ..Default::default() };
-        let mut viewer = Viewer::headless(scene, options, SIZE).expect("there is a device");
+        let mut viewer = Viewer::new_headless(scene, options, SIZE).expect("there is a device");
         viewer.set_panels_shown(true);
         for frame in 0..3 {
             let input = viewer.headless_input(f64::from(frame));

@@ -88,7 +88,7 @@ impl View {
     fn open(scene: &Scene) -> Self {
         let loaded = LoadedScene::load(&scene.write(), &|_, _, _| {}).expect("it loads");
         let options = RendererOptions { samples: 1, validation: true, ..Default::default() };
-        let viewer = Viewer::headless(loaded, options, SIZE).expect("there is a device");
+        let viewer = Viewer::new_headless(loaded, options, SIZE).expect("there is a device");
         let mut view = Self { viewer, shapes: Vec::new(), start: Instant::now() };
         view.draw();
         let pixels: Vec<_> = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| [x, y])).collect();

@@ -83,7 +83,7 @@ fn far_yards_are_one_mesh_each_and_look_and_pick_as_their_breakers() {
     yards.config["view"] = json!({ "samples": 1, "size": SIZE });
     let scene = LoadedScene::load(&yards.write(), &|_, _, _| {}).expect("the scene loads");
     let options = RendererOptions { samples: 1, validation: true, ..Default::default() };
-    let viewer = Viewer::headless(scene, options, SIZE).expect("there is a device");
+    let viewer = Viewer::new_headless(scene, options, SIZE).expect("there is a device");
     let mut view = View { viewer, seconds: 0.0 };
 
     let near = view.draw(NEAR);

@@ -78,7 +78,7 @@ fn gases_over_modbus_are_judged_and_not_once_they_are_stale() {
     let loaded = LoadedScene::load(&scene(peer.port).write(), &|_, _, _| {});
     let scene = loaded.unwrap_or_else(|error| panic!("{error}"));
     let options = RendererOptions { samples: 1, validation: true, ..Default::default() };
-    let viewer = Viewer::headless(scene, options, SIZE).expect("there is a device");
+    let viewer = Viewer::new_headless(scene, options, SIZE).expect("there is a device");
     let mut view = View { viewer, seconds: 0.0 };
     let calm = view.until_state("normal");
     assert!(calm.records >= 1);

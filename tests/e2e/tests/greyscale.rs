@@ -6,11 +6,11 @@ use std::sync::Arc;
 use busbar_geometry::{CollapseSequence, CollapseStacks, RawPrimitive, weld};
 use busbar_plugin_host::{Catalog, Overlay, Pattern};
 use busbar_renderer::{
-    CameraView, DrawInstance, Frame, ModelHandle, ModelUpload, OutlineKind, Outlined, Picture,
-    Quality, Renderer, RendererOptions,
+    CameraView, DrawInstance, Frame, ModelHandle, ModelUpload, OutlineKind, OutlinedObject,
+    Picture, Quality, Renderer, RendererOptions,
 };
 use busbar_scene::Material;
-use busbar_viewer::looks::{self, Highlight};
+use busbar_viewer::highlight_styles::{self, Highlight};
 use e2e::built_folder;
 use glam::{Mat4, Vec3};
 use serde_json::Value;
@@ -63,7 +63,10 @@ fn legends() -> Vec<(String, Highlight)> {
             .and_then(|instance| Overlay::configure(instance, Vec::new()))
             .unwrap_or_else(|fault| panic!("{fault}"));
         let entry = |entry: &busbar_plugin_host::LegendEntry| {
-            (format!("{name}: {}", entry.name), looks::of_state(entry.color, entry.pattern))
+            (
+                format!("{name}: {}", entry.name),
+                highlight_styles::state_style(entry.color, entry.pattern),
+            )
         };
         overlay.description().legend.iter().map(entry).collect::<Vec<_>>()
     };
@@ -72,9 +75,10 @@ fn legends() -> Vec<(String, Highlight)> {
 
 /// Lists all tints; those of equal meaning under several names appear once.
 fn tints() -> Vec<(String, Highlight)> {
-    let own = looks::ALL.iter().map(|&(name, tint)| (name.to_owned(), tint));
-    let gas =
-        GAS_STATES.map(|(name, color, pattern)| (name.to_owned(), looks::of_state(color, pattern)));
+    let own = highlight_styles::ALL.iter().map(|&(name, tint)| (name.to_owned(), tint));
+    let gas = GAS_STATES.map(|(name, color, pattern)| {
+        (name.to_owned(), highlight_styles::state_style(color, pattern))
+    });
     let mut tints: Vec<(String, Highlight)> = Vec::new();
     for (name, tint) in own.chain(legends()).chain(gas) {
         match tints.iter_mut().find(|(_, known)| *known == tint) {
@@ -92,10 +96,15 @@ fn all_looks() -> Vec<Look> {
         outlines.map(|outline| Look { name: format!("{name}, {outline:?}"), highlight, outline })
     };
     // What is selected shows no state, unless something is wrong with it.
-    let with_selection = [looks::SELECTION, looks::WARNING, looks::ALARM, looks::UNKNOWN];
+    let with_selection = [
+        highlight_styles::SELECTION,
+        highlight_styles::WARNING,
+        highlight_styles::ALARM,
+        highlight_styles::UNKNOWN,
+    ];
     let is_possible = |look: &Look| match look.outline {
         Some(OutlineKind::Selected) => with_selection.contains(&look.highlight),
-        _ => look.highlight != looks::SELECTION,
+        _ => look.highlight != highlight_styles::SELECTION,
     };
     tints().into_iter().flat_map(with_outlines).filter(is_possible).collect()
 }
@@ -131,14 +140,14 @@ fn picture(renderer: &mut Renderer, model: ModelHandle, look: Option<&Look>) -> 
         first_feature: None,
     };
     let drawn: Vec<DrawInstance> = look.into_iter().map(instance).collect();
-    let outlined: Vec<Outlined> = look
+    let outlined: Vec<OutlinedObject> = look
         .and_then(|look| look.outline)
-        .map(|kind| Outlined { object: 1, kind })
+        .map(|kind| OutlinedObject { object: 1, kind })
         .into_iter()
         .collect();
     let aspect = SIZE[0] as f32 / SIZE[1] as f32;
     let camera = CameraView::look_at(Vec3::Z * 4.0, Vec3::ZERO, Vec3::Y, 0.7, aspect, 0.1);
-    let frame = Frame { background: [0.45; 3], outlined: &outlined, ..Frame::of(camera, &drawn) };
+    let frame = Frame { background: [0.45; 3], outlined: &outlined, ..Frame::new(camera, &drawn) };
     renderer.draw(&frame).expect("it can be drawn");
     renderer.read_picture().expect("it was drawn")
 }

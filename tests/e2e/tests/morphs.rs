@@ -44,7 +44,7 @@ fn breakers() -> Scene {
 fn open(config: &Path) -> Viewer {
     let scene = LoadedScene::load(config, &|_, _, _| {}).expect("the scene loads");
     let options = RendererOptions { samples: 4, validation: true, ..Default::default() };
-    let mut viewer = Viewer::headless(scene, options, SIZE).expect("there is a device");
+    let mut viewer = Viewer::new_headless(scene, options, SIZE).expect("there is a device");
     viewer.set_settles(false);
     viewer
 }

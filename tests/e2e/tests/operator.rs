@@ -27,7 +27,7 @@ impl View {
     fn open(config: &Path) -> Self {
         let scene = LoadedScene::load(config, &|_, _, _| {}).expect("the scene loads");
         let options = RendererOptions { samples: 1, validation: true, ..Default::default() };
-        let viewer = Viewer::headless(scene, options, SIZE).expect("there is a device");
+        let viewer = Viewer::new_headless(scene, options, SIZE).expect("there is a device");
         Self { viewer, seconds: 0.0, modifiers: Modifiers::NONE }
     }
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use busbar_viewer::charts::Action;
-use busbar_viewer::reload::{Outcome, Reloader};
+use busbar_viewer::reload::{ReloadOutcome, Reloader};
 use busbar_viewer::{ChartCommand, LoadedScene, Stats, Viewer};
 use e2e::relay::Relay;
 use e2e::{Process, Scene, busbar, finish, picture, wait_for};
@@ -212,7 +212,7 @@ impl View {
         let path = scene.write();
         let loaded = LoadedScene::load(&path, &|_, _, _| {}).unwrap_or_else(|e| panic!("{e}"));
         let options = loaded.renderer_options();
-        let viewer = Viewer::offscreen(loaded, options, SIZE).expect("there is a device");
+        let viewer = Viewer::new_offscreen(loaded, options, SIZE).expect("there is a device");
         let reloader = Reloader::start(&path, || {}).expect("a file can be watched");
         Self { scene, path, viewer, reloader, started: Instant::now() }
     }
@@ -236,7 +236,7 @@ impl View {
             self.frame();
             self.reloader.step(&mut self.viewer)
         });
-        assert_eq!(outcome, Outcome::Shown);
+        assert_eq!(outcome, ReloadOutcome::Shown);
         self.frame();
     }
 
@@ -326,7 +326,7 @@ fn a_chart_that_shows_the_past_says_so_with_its_panel_hidden() {
     view.wait_for("records", |stats| stats.chart.as_ref().is_some_and(|chart| chart.records > 0));
     assert!(!has_band(&view.picture()));
     let mut show = |at| {
-        view.viewer.arrange_chart(&ChartCommand::Do(Action::SetPlayhead(at)));
+        view.viewer.apply_chart_command(&ChartCommand::Apply(Action::SetPlayhead(at)));
         view.frame();
         view.frame();
         (view.viewer.stats().origin, has_band(&view.picture()))

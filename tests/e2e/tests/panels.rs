@@ -54,7 +54,7 @@ impl View {
         let loaded = LoadedScene::load(config, &|_, _, _| {});
         let scene = loaded.unwrap_or_else(|error| panic!("{error}"));
         let options = RendererOptions { samples: 1, validation: true, ..Default::default() };
-        let mut viewer = Viewer::headless(scene, options, SIZE).expect("there is a device");
+        let mut viewer = Viewer::new_headless(scene, options, SIZE).expect("there is a device");
         viewer.set_panels_shown(true);
         Self { viewer, seconds: 0.0 }
     }

@@ -111,7 +111,7 @@ impl View {
         let loaded = LoadedScene::load(&scene.write(), &|_, _, _| {});
         let loaded = loaded.unwrap_or_else(|fault| panic!("{fault}"));
         let options = RendererOptions { samples: 1, validation: true, ..Default::default() };
-        let viewer = Viewer::headless(loaded, options, SIZE).expect("there is a device");
+        let viewer = Viewer::new_headless(loaded, options, SIZE).expect("there is a device");
         Self { viewer, start: Instant::now() }
     }
 

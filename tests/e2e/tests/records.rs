@@ -91,7 +91,8 @@ impl View {
         let loaded = LoadedScene::load(&scene.write(), &|_, _, _| {});
         let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
         let options = RendererOptions { samples: 1, ..Default::default() };
-        let mut viewer = Viewer::headless(loaded, options, [64, 64]).expect("there is a device");
+        let mut viewer =
+            Viewer::new_headless(loaded, options, [64, 64]).expect("there is a device");
         assert!(viewer.select_equipment("2211"), "it is known by its number in dispatch");
         Self { viewer, scene }
     }

@@ -200,7 +200,7 @@ impl View {
         let loaded = LoadedScene::load(&scene.path("scene.json"), &|_, _, _| ());
         let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
         let options = RendererOptions { samples: 1, ..Default::default() };
-        let viewer = Viewer::headless(loaded, options, [64, 64]).expect("there is a device");
+        let viewer = Viewer::new_headless(loaded, options, [64, 64]).expect("there is a device");
         Self { viewer, looked: SystemTime::now() }
     }
 

@@ -39,7 +39,7 @@ fn scene_of(nodes: Value, templates: Value) -> Scene {
 fn shown(scene: &Scene) -> (Picture, Vec<Option<String>>) {
     let loaded = LoadedScene::load(&scene.write(), &|_, _, _| {}).expect("the scene loads");
     let options = RendererOptions { samples: 1, validation: true, ..Default::default() };
-    let mut viewer = Viewer::headless(loaded, options, SIZE).expect("there is a device");
+    let mut viewer = Viewer::new_headless(loaded, options, SIZE).expect("there is a device");
     viewer.look_from([14.0, 14.0, 30.0], [14.0, 1.0, -4.0]);
     let input = viewer.headless_input(0.0);
     viewer.frame(input).expect("a frame is drawn");

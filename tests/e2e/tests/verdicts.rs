@@ -66,7 +66,7 @@ fn a_verdict_is_given_taken_back_and_remembered_also_while_hidden() {
     let scene = scene();
     let loaded = LoadedScene::load(&scene.write(), &|_, _, _| {}).unwrap_or_else(|e| panic!("{e}"));
     let options = RendererOptions { samples: 1, ..Default::default() };
-    let mut viewer = Viewer::offscreen(loaded, options, SIZE).expect("there is a device");
+    let mut viewer = Viewer::new_offscreen(loaded, options, SIZE).expect("there is a device");
     let started = Instant::now();
     let wait_until = |viewer: &mut Viewer, verdict: &str, was_abnormal: bool| {
         wait_for(verdict, PATIENCE, || {
@@ -81,7 +81,7 @@ fn a_verdict_is_given_taken_back_and_remembered_also_while_hidden() {
     };
     let reason = wait_until(&mut viewer, "abnormal", false);
     assert!(reason.contains("95"), "in the unit of the thresholds: {reason}");
-    assert!(viewer.show_layer("monitored", false), "there is such a layer");
+    assert!(viewer.set_layer_shown("monitored", false), "there is such a layer");
     let reason = wait_until(&mut viewer, "unknown", true);
     assert!(reason.contains("Oil") && reason.contains("abnormal when last known"), "{reason}");
     wait_until(&mut viewer, "normal", false);

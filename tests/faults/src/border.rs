@@ -159,7 +159,7 @@ fn storm_gaps() -> Result<(Series, u64)> {
     trouble.config["supervision"] = json!({ "restart_millis": 0, "max_deaths": 0 });
     let scene = LoadedScene::load(&trouble.write(), &|_, _, _| ())?;
     let options = RendererOptions { samples: 1, ..Default::default() };
-    let mut viewer = Viewer::headless(scene, options, STORM_PICTURE)?;
+    let mut viewer = Viewer::new_headless(scene, options, STORM_PICTURE)?;
     viewer.set_settles(false);
     let (start, mut millis, mut last) = (Instant::now(), Vec::new(), None::<Instant>);
     while start.elapsed() < STORM {

@@ -82,7 +82,7 @@ impl Round {
         self.load_millis = start.elapsed().as_secs_f64() * 1e3;
         let remarks = scene.remarks(&site.config());
         let options = RendererOptions { samples: 1, ..Default::default() };
-        let mut viewer = Viewer::headless(scene, options, PICTURE)?;
+        let mut viewer = Viewer::new_headless(scene, options, PICTURE)?;
         viewer.set_settles(false);
         let stats = viewer.stats();
         for (subject, fault) in subjects.iter().zip(armed) {

@@ -96,7 +96,7 @@ fn load(
 ) -> Result<(Viewer, std::collections::BTreeMap<String, f64>)> {
     let loaded = LoadedScene::load(&scene.config, &|_, _, _| {})?;
     let viewer =
-        Viewer::headless(loaded, RendererOptions { samples, ..Default::default() }, LARGE)?;
+        Viewer::new_headless(loaded, RendererOptions { samples, ..Default::default() }, LARGE)?;
     let millis = viewer.stats().load_ms;
     Ok((viewer, millis))
 }

@@ -69,7 +69,7 @@ impl Studio {
         self.renderer.draw(&Frame {
             wireframe,
             background: BACKGROUND,
-            ..Frame::of(self.camera, &[instance])
+            ..Frame::new(self.camera, &[instance])
         })?;
         let picture = self.renderer.read_picture()?;
         self.renderer.remove_model(model);

@@ -3,7 +3,7 @@
 use anyhow::{Result, anyhow};
 use busbar_geometry::{Collapse, CollapseSequence, Mesh, Topology};
 use weighted_collapse::{
-    BorderFlag, BorderWeight, Curvature, MAX_THREADS, Order, Progress as Unwatched, Reading,
+    BorderFlag, BorderWeight, Curvature, Interpretation, MAX_THREADS, Order, Progress as Unwatched,
 };
 
 use crate::peer;
@@ -19,16 +19,20 @@ pub(crate) struct Variant {
 #[derive(Clone, Copy, Debug)]
 enum Maker {
     /// The paper's weights in some reading and order.
-    Weighted(Reading, Order),
+    Weighted(Interpretation, Order),
     /// meshoptimizer at as many vertices.
     Peer,
 }
 
-const UNPROTECTED_FLAG: Reading = Reading { border_curvature: 0.0, ..Reading::BUSBAR };
-const UNWEIGHTED_FLAG: Reading = Reading { border_weight: BorderWeight::Zero, ..Reading::BUSBAR };
-const PRINTED_CURVATURE: Reading = Reading { curvature: Curvature::AsPrinted, ..Reading::BUSBAR };
-const PRINTED_FLAG: Reading = Reading { border_flag: BorderFlag::Equation2, ..Reading::BUSBAR };
-const LITERAL: Reading = Reading {
+const UNPROTECTED_FLAG: Interpretation =
+    Interpretation { border_curvature: 0.0, ..Interpretation::BUSBAR };
+const UNWEIGHTED_FLAG: Interpretation =
+    Interpretation { border_weight: BorderWeight::Zero, ..Interpretation::BUSBAR };
+const PRINTED_CURVATURE: Interpretation =
+    Interpretation { curvature: Curvature::AsPrinted, ..Interpretation::BUSBAR };
+const PRINTED_FLAG: Interpretation =
+    Interpretation { border_flag: BorderFlag::Equation2, ..Interpretation::BUSBAR };
+const LITERAL: Interpretation = Interpretation {
     curvature: Curvature::AsPrinted,
     border_flag: BorderFlag::Equation2,
     border_curvature: 0.0,
@@ -36,13 +40,16 @@ const LITERAL: Reading = Reading {
 };
 
 /// Returns the variant with the paper's order and one reading.
-const fn paper(id: &'static str, name: &'static str, reading: Reading) -> Variant {
+const fn paper(id: &'static str, name: &'static str, reading: Interpretation) -> Variant {
     Variant { id, name, maker: Maker::Weighted(reading, Order::Paper) }
 }
 
-const BUSBAR: Variant = paper("busbar", "paper, as Busbar reads it", Reading::BUSBAR);
-const UNPROTECTED: Variant =
-    paper("unprotected", "no border protection (border C = 0, w2 = 0)", Reading::UNPROTECTED);
+const BUSBAR: Variant = paper("busbar", "paper, as Busbar reads it", Interpretation::BUSBAR);
+const UNPROTECTED: Variant = paper(
+    "unprotected",
+    "no border protection (border C = 0, w2 = 0)",
+    Interpretation::UNPROTECTED,
+);
 const PRINTED_EQ4: Variant = paper("eq4_printed", "Eq. 4 as printed", PRINTED_CURVATURE);
 
 /// Variants compared on shells with borders, the reference reading first.
@@ -64,12 +71,12 @@ pub(crate) const ORDERS: [Variant; 3] = [
     Variant {
         id: "guarded",
         name: "paper's order, collapses that fold put off",
-        maker: Maker::Weighted(Reading::BUSBAR, Order::Guarded),
+        maker: Maker::Weighted(Interpretation::BUSBAR, Order::Guarded),
     },
     Variant {
         id: "reweighted",
         name: "W anew after each collapse, none that folds",
-        maker: Maker::Weighted(Reading::BUSBAR, Order::Reweighted),
+        maker: Maker::Weighted(Interpretation::BUSBAR, Order::Reweighted),
     },
     Variant { id: "meshoptimizer", name: "meshoptimizer", maker: Maker::Peer },
 ];
@@ -96,7 +103,7 @@ impl Variant {
 }
 
 /// Computes the collapse sequence of a mesh in some reading and order.
-fn sequence(mesh: &Topology, reading: &Reading, order: Order) -> Result<CollapseSequence> {
+fn sequence(mesh: &Topology, reading: &Interpretation, order: Order) -> Result<CollapseSequence> {
     let mut progress = Unwatched::unwatched();
     let list = weighted_collapse::collapse_list(
         plugin_mesh(mesh),
@@ -126,7 +133,7 @@ fn plugin_mesh(mesh: &Topology) -> weighted_collapse::Mesh<'_> {
 /// Shares of length, flag, area and curvature in the variance of W, as Busbar
 /// reads the paper.
 pub(crate) fn variance_shares(mesh: &Topology) -> Result<[f64; 4]> {
-    let shares = weighted_collapse::variance_shares(plugin_mesh(mesh), &Reading::BUSBAR)
+    let shares = weighted_collapse::variance_shares(plugin_mesh(mesh), &Interpretation::BUSBAR)
         .map_err(|error| anyhow!("{}", error.message()))?;
     Ok([shares.length, shares.flag, shares.area, shares.curvature])
 }
@@ -143,8 +150,8 @@ mod tests {
         assert_eq!(UNWEIGHTED_FLAG.border_curvature, PI);
         assert_eq!(UNPROTECTED_FLAG.border_weight, BorderWeight::Alpha);
         assert_eq!(
-            Reading { border_weight: BorderWeight::Zero, ..UNPROTECTED_FLAG },
-            Reading::UNPROTECTED
+            Interpretation { border_weight: BorderWeight::Zero, ..UNPROTECTED_FLAG },
+            Interpretation::UNPROTECTED
         );
         let mut ids: Vec<_> = READINGS.iter().chain(&ORDERS).map(|variant| variant.id).collect();
         ids.sort_unstable();

@@ -81,7 +81,7 @@ impl Site {
         let start = Instant::now();
         let scene = LoadedScene::load(&path, &|_, _, _| ())?;
         let options = RendererOptions { samples: 1, ..Default::default() };
-        let mut viewer = Viewer::headless(scene, options, PICTURE)?;
+        let mut viewer = Viewer::new_headless(scene, options, PICTURE)?;
         viewer.set_settles(false);
         Ok((viewer, start.elapsed().as_secs_f64()))
     }

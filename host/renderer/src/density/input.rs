@@ -65,7 +65,7 @@ pub struct DensityCounts {
     /// the last bin is that of records without a value.
     pub all: Vec<u32>,
     /// Likewise of the records that are meant.
-    pub meant: Vec<u32>,
+    pub brushed: Vec<u32>,
     /// A bit a record: whether it is meant.
     pub mask: Vec<u32>,
     /// For each pair 64 columns of 137 cells from below: how many lines pass; first of all,
@@ -83,13 +83,13 @@ pub struct DensitySummary {
     /// Pairs of axes.
     pub pairs: u32,
     /// Most lines in a cell.
-    pub most: u32,
+    pub peak: u32,
     /// Likewise of those that are meant.
-    pub meant_most: u32,
+    pub brushed_peak: u32,
     /// Records that were counted.
     pub lines: u32,
     /// Those of them that are meant.
-    pub meant: u32,
+    pub brushed: u32,
 }
 
 /// How far counting is.

@@ -44,7 +44,7 @@ pub(crate) fn with_quality(quality: Quality, samples: u32, test: impl FnOnce(&mu
 /// Whether a card draws: that draws what is hidden as well, and does not gather.
 pub(crate) fn draws_on_card() -> bool {
     let options = RendererOptions { validation: true, ..RendererOptions::default() };
-    !Renderer::headless(options, SIZE).unwrap().draws_on_processor()
+    !Renderer::headless(options, SIZE).unwrap().uses_software_rasterizer()
 }
 
 /// Emits its colour and reflects next to nothing, so that pixels are known.
@@ -124,7 +124,7 @@ pub(crate) fn camera() -> CameraView {
 }
 
 pub(crate) fn frame(instances: &[DrawInstance]) -> Frame<'_> {
-    Frame { background: BACKGROUND, ..Frame::of(camera(), instances) }
+    Frame { background: BACKGROUND, ..Frame::new(camera(), instances) }
 }
 
 pub(crate) fn picture(renderer: &mut Renderer, frame: &Frame<'_>) -> Picture {

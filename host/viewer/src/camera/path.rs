@@ -25,19 +25,19 @@ const MAX_HALVINGS: usize = 5;
 
 /// A way as straight pieces, each of which is free.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Path {
+pub(crate) struct CameraPath {
     points: Vec<Vec3>,
     /// From the start to each point, metres.
     lengths: Vec<f32>,
 }
 
-impl Path {
+impl CameraPath {
     /// A free way; `None` where none was found.
     pub(crate) fn between(from: Vec3, to: Vec3, equipment: &[Bounds]) -> Option<Self> {
         let obstacles: Vec<Bounds> =
             equipment.iter().filter_map(|bounds| obstacle(*bounds, [from, to])).collect();
         if is_free(from, to, &obstacles) {
-            return Some(Self::through(vec![from, to]));
+            return Some(Self::through_points(vec![from, to]));
         }
         let tops = obstacles.iter().map(|obstacle| obstacle.max.y);
         let over_all = tops.fold(from.y.max(to.y), f32::max) + SLACK;
@@ -47,10 +47,10 @@ impl Path {
         let mut corners = vec![from, up, vec3(up.x, level, up.z), vec3(down.x, level, down.z)];
         corners.extend([down, to]);
         corners.dedup();
-        Some(Self::through(rounded(&corners, &obstacles)))
+        Some(Self::through_points(rounded(&corners, &obstacles)))
     }
 
-    fn through(points: Vec<Vec3>) -> Self {
+    fn through_points(points: Vec<Vec3>) -> Self {
         let mut length = 0.0;
         let mut last = None;
         let lengths = points.iter().map(|&point| {

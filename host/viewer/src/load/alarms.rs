@@ -13,7 +13,7 @@ use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{DoublePoint, TagHandle, TagSet, Value};
 
 use super::models::ImportedModels;
-use super::{Faults, bindings};
+use super::{DiagnosticsCollector, bindings};
 
 /// The alarms of a scene, and where they show.
 #[derive(Clone, Debug, Default)]
@@ -30,7 +30,7 @@ pub(super) fn resolve(
     graph: Option<&SceneGraph>,
     imported: &ImportedModels,
     nodes_of_tags: &HashMap<TagHandle, NodeIndex>,
-    faults: &mut Faults<'_>,
+    faults: &mut DiagnosticsCollector<'_>,
 ) -> LoadedAlarms {
     // Ids are the keys of a sorted map: their rank is their handle.
     let handles: HashMap<&str, TagHandle> =

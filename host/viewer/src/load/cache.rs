@@ -58,14 +58,14 @@ pub(super) fn maker(plugin: &Plugin, settings: &Value) -> std::io::Result<Optimi
 }
 
 /// Welded meshes in the cache.
-pub(super) struct KeptMeshes<'a> {
+pub(super) struct WeldedMeshCache<'a> {
     cache: &'a StackCache,
     /// What was wrong with it.
     notes: Mutex<Vec<String>>,
 }
 
-impl<'a> KeptMeshes<'a> {
-    pub(super) fn of(cache: &'a StackCache) -> Self {
+impl<'a> WeldedMeshCache<'a> {
+    pub(super) fn new(cache: &'a StackCache) -> Self {
         Self { cache, notes: Mutex::default() }
     }
 
@@ -78,7 +78,7 @@ impl<'a> KeptMeshes<'a> {
     }
 }
 
-impl MeshCache for KeptMeshes<'_> {
+impl MeshCache for WeldedMeshCache<'_> {
     fn digest(&self, content: &[&[u8]]) -> u128 {
         content_digest(content)
     }

@@ -91,7 +91,7 @@ fn build_groups(
     let mut kinds: Vec<u32> = groups.iter().map(|group| group.kind).collect();
     kinds.sort_unstable();
     kinds.dedup();
-    let made: Vec<Vec<Proxy>> = kinds
+    let built: Vec<Vec<Proxy>> = kinds
         .par_iter()
         .map(|&kind| {
             let group = &groups[kind as usize];
@@ -102,15 +102,15 @@ fn build_groups(
         .collect();
     let mut left = MAX_PROXY_TRIANGLES;
     let mut proxies: HashMap<u32, Vec<(usize, f64)>> = HashMap::new();
-    for (kind, made) in kinds.into_iter().zip(made) {
-        for proxy in made.into_iter().rev() {
+    for (kind, built) in kinds.into_iter().zip(built) {
+        for proxy in built.into_iter().rev() {
             let Some(rest) = left.checked_sub(proxy.triangles()) else { break };
             left = rest;
             proxies.entry(kind).or_default().push((models.len(), proxy.error));
             models.push(proxy.into_model());
         }
     }
-    keep(groups, &proxies, policy)
+    order_groups(groups, &proxies, policy)
 }
 
 /// How the theta of mesh instances is chosen.
@@ -132,7 +132,7 @@ impl<'a> Policies<'a> {
 }
 
 /// The groups that have proxies, once for each, the coarsest outermost.
-fn keep(
+fn order_groups(
     groups: Vec<Group>,
     proxies: &HashMap<u32, Vec<(usize, f64)>>,
     policy: &ThetaPolicy,
@@ -170,7 +170,7 @@ impl Proxy {
         models: &[LoadedModel],
     ) -> Vec<Self> {
         let group_from_world = group.world_from_group.inverse();
-        let members: Vec<Member<'_>> = group
+        let members: Vec<GroupMember<'_>> = group
             .instances
             .clone()
             .map(|index| {
@@ -178,10 +178,11 @@ impl Proxy {
                 let world_from_mesh = graph.world_from_mesh(&instance);
                 let placed =
                     (group_from_world * world_from_mesh, max_scale_factor(&world_from_mesh));
-                Member::of(&instance, policies.of(&instance), group, placed, models)
+                GroupMember::new(&instance, policies.of(&instance), group, placed, models)
             })
             .collect();
-        Whole::of(&members, policy).map_or_else(Vec::new, |whole| whole.proxies(policy, max_levels))
+        MergedGroup::merge(&members, policy)
+            .map_or_else(Vec::new, |whole| whole.proxies(policy, max_levels))
     }
 
     fn triangles(&self) -> u64 {
@@ -205,15 +206,15 @@ fn uncollapsed(mesh: Mesh) -> CollapseStacks {
 }
 
 /// All members of a group as one mesh that goes down as they do.
-struct Whole {
+struct MergedGroup {
     stacks: CollapseStacks,
     materials: Vec<Material>,
     /// The level at which it was put together.
     level: u32,
 }
 
-impl Whole {
-    fn of(members: &[Member<'_>], policy: &ThetaPolicy) -> Option<Self> {
+impl MergedGroup {
+    fn merge(members: &[GroupMember<'_>], policy: &ThetaPolicy) -> Option<Self> {
         let (level, error) = finest(members, policy)?;
         let mut materials = Materials::default();
         let of_sections: Vec<Vec<u32>> =
@@ -261,11 +262,11 @@ fn thinned(stacks: &CollapseStacks, error: f64) -> Option<Mesh> {
 }
 
 /// A mesh instance of a group, in the group's space.
-struct Member<'a> {
+struct GroupMember<'a> {
     model: &'a LoadedModel,
     stacks: &'a CollapseStacks,
     /// Where it stays from however far.
-    held_at: Option<u32>,
+    fixed_cursor: Option<u32>,
     transform: Mat4,
     stretch: f32,
     /// Its node and its first feature's, counted from the group's.
@@ -273,8 +274,8 @@ struct Member<'a> {
     first_feature: Option<u32>,
 }
 
-impl<'a> Member<'a> {
-    fn of(
+impl<'a> GroupMember<'a> {
+    fn new(
         instance: &MeshInstance,
         policy: &ThetaPolicy,
         group: &Group,
@@ -286,7 +287,7 @@ impl<'a> Member<'a> {
         Self {
             model,
             stacks,
-            held_at: match policy {
+            fixed_cursor: match policy {
                 ThetaPolicy::Fixed(theta) => Some(stacks.cursor_for_theta(*theta)),
                 _ => None,
             },
@@ -300,14 +301,14 @@ impl<'a> Member<'a> {
     fn cursor_for_error(&self, metres: f64) -> u32 {
         let own = metres * COLLAPSES_SHARE / f64::from(self.stretch);
         let within = || self.stacks.cursor_for_error(own as f32);
-        self.held_at.unwrap_or_else(within)
+        self.fixed_cursor.unwrap_or_else(within)
     }
 
     fn part<'b>(&'b self, base_error: f64, materials: &'b [u32]) -> MergePart<'b> {
         MergePart {
             stacks: self.stacks,
             cursors: self.cursor_for_error(base_error)
-                ..self.held_at.unwrap_or(self.stacks.collapse_count()),
+                ..self.fixed_cursor.unwrap_or(self.stacks.collapse_count()),
             transform: self.transform,
             stretch: self.stretch,
             materials,
@@ -319,7 +320,7 @@ impl<'a> Member<'a> {
 
 /// The policy's finest level, and its error, at which the members have few enough
 /// triangles and yet some.
-fn finest(members: &[Member<'_>], policy: &ThetaPolicy) -> Option<(u32, f64)> {
+fn finest(members: &[GroupMember<'_>], policy: &ThetaPolicy) -> Option<(u32, f64)> {
     let max_triangles = members.len() as u64 * MAX_TRIANGLES_PER_INSTANCE;
     // Many members show the same mesh at the same size.
     let mut counted: HashMap<(*const CollapseStacks, u32), u64> = HashMap::new();

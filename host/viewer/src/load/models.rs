@@ -13,12 +13,12 @@ use busbar_scene::{Model, ModelIndex, ModelParts, SceneGraph};
 use busbar_stack_cache::{OptimizerDigest, StackCache};
 use rayon::prelude::*;
 
-use super::cache::{self, KeptMeshes};
-use super::reuse::Reuse;
-use super::{Faults, LoadProgress, LoadedModel, Made};
+use super::cache::{self, WeldedMeshCache};
+use super::reuse::ReusePlan;
+use super::{DiagnosticsCollector, LoadProgress, LoadedModel, ModelProvenance};
 use crate::LoadMillis;
 use crate::file_version::{FileVersion, version};
-use crate::stacks::StackBuilder;
+use crate::stack_builder::StackBuilder;
 
 /// The models of a configuration, before their stacks are built.
 pub(super) struct ImportedModels {
@@ -55,11 +55,11 @@ impl ModelSource {
 pub(super) fn import(
     config: &Config,
     folder: &Path,
-    (reuse, cache): (&Reuse<'_>, Option<&StackCache>),
+    (reuse, cache): (&ReusePlan<'_>, Option<&StackCache>),
     progress: &LoadProgress<'_>,
-    faults: &mut Faults<'_>,
+    faults: &mut DiagnosticsCollector<'_>,
 ) -> ImportedModels {
-    let kept = cache.map(KeptMeshes::of);
+    let kept = cache.map(WeldedMeshCache::new);
     let keeper = kept.as_ref().map(|kept| kept as &dyn MeshCache);
     let done = AtomicUsize::new(0);
     let models: Vec<_> = config.models.iter().collect();
@@ -79,7 +79,7 @@ pub(super) fn import(
             })
         })
         .collect();
-    let notes = kept.map_or_else(Vec::new, KeptMeshes::into_notes);
+    let notes = kept.map_or_else(Vec::new, WeldedMeshCache::into_notes);
     let mut all = ImportedModels { models: Vec::new(), pieces: BTreeMap::new(), notes };
     for ((name, model), result) in models.into_iter().zip(results) {
         match result {
@@ -108,7 +108,7 @@ const PIECES: PieceLimits = PieceLimits { triangles: 16_384, triangles_if_wide: 
 const BY_ERROR: &[u8] = b"by error, 4";
 
 /// The models whose detail, somewhere they are placed, follows the error on the screen.
-pub(super) fn following_error(config: &Config) -> BTreeSet<&String> {
+pub(super) fn screen_error_models(config: &Config) -> BTreeSet<&String> {
     let follows = |theta: &ThetaConfig| matches!(theta, ThetaConfig::ScreenError { .. });
     let placed = config.scene.iter().filter(|node| node.theta.as_ref().is_some_and(follows));
     let placed: BTreeSet<String> = placed.filter_map(|node| node.model).collect();
@@ -126,20 +126,20 @@ pub(super) fn split_meshes(
     graph: Option<&mut SceneGraph>,
 ) {
     let Some(graph) = graph else { return };
-    let following = following_error(config);
+    let following = screen_error_models(config);
     for (index, name) in config.models.keys().enumerate() {
         let model = ModelIndex(index as u32);
-        let made = match &mut imported.models[index] {
-            ModelSource::Known(known, _) if !known.made.pieces.is_empty() => {
+        let provenance = match &mut imported.models[index] {
+            ModelSource::Known(known, _) if !known.provenance.pieces.is_empty() => {
                 let boxes: Vec<_> =
                     known.stacks.iter().map(|stacks| stacks.mesh().bounds()).collect();
-                graph.split_meshes(model, &known.made.pieces, &boxes);
+                graph.split_meshes(model, &known.provenance.pieces, &boxes);
                 continue;
             }
-            ModelSource::New(made, _) if following.contains(name) => made,
+            ModelSource::New(provenance, _) if following.contains(name) => provenance,
             _ => continue,
         };
-        let meshes = &mut made.meshes;
+        let meshes = &mut provenance.meshes;
         if meshes.iter().all(|mesh| mesh.triangles.len() <= PIECES.triangles as usize) {
             continue;
         }
@@ -158,7 +158,7 @@ pub(super) fn split_meshes(
 }
 
 /// The stage of loading that builds stacks.
-pub(super) struct Optimising<'a> {
+pub(super) struct OptimizationStage<'a> {
     pub(super) instances: &'a BTreeMap<String, Plugin>,
     pub(super) cache: Option<StackCache>,
     pub(super) progress: &'a LoadProgress<'a>,
@@ -167,16 +167,16 @@ pub(super) struct Optimising<'a> {
     pub(super) notes: &'a mut Vec<String>,
 }
 
-impl Optimising<'_> {
+impl OptimizationStage<'_> {
     /// Builds the stacks of all models.
     pub(super) fn run(
         &mut self,
         config: &Config,
         mut imported: ImportedModels,
-        faults: &mut Faults<'_>,
+        faults: &mut DiagnosticsCollector<'_>,
     ) -> Vec<LoadedModel> {
         let makers = self.makers(config);
-        let following = following_error(config);
+        let following = screen_error_models(config);
         let mut loaded = Vec::with_capacity(imported.models.len());
         for (((name, configured), source), index) in
             config.models.iter().zip(imported.models).zip(0..)
@@ -201,7 +201,7 @@ impl Optimising<'_> {
                         maker.map(|maker| if by_error { maker.with_part(BY_ERROR) } else { maker });
                     let cache = self.cache.as_ref().zip(maker);
                     let optimizer = optimizer.as_ref();
-                    let builder = StackBuilder { optimizer, cache, by_error, may_do_without: true };
+                    let builder = StackBuilder { optimizer, cache, by_error, allows_failure: true };
                     let total = model.meshes.len();
                     builder.build(model.meshes, &|done| {
                         (self.progress)(&format!("collapse stacks of {name}"), done, total);
@@ -214,11 +214,11 @@ impl Optimising<'_> {
                     }
                     *self.cached_meshes += built.cached;
                     self.notes.extend(built.notes);
-                    let is_complete = built.without.is_none();
-                    if let Some(error) = built.without {
+                    let is_complete = built.optimizer_failure.is_none();
+                    if let Some(error) = built.optimizer_failure {
                         let pointer = join_pointer(&configured.pointer, "optimizer");
                         let cause = format!("model '{name}' is shown in full detail: {error}");
-                        faults.add_trouble(&pointer, cause, error.remedy());
+                        faults.add_plugin_failure(&pointer, cause, error.remedy());
                     }
                     loaded.push(LoadedModel {
                         name: name.clone(),
@@ -226,7 +226,7 @@ impl Optimising<'_> {
                         materials: model.materials.into(),
                         textures: model.textures.into(),
                         slot: None,
-                        made: Made {
+                        provenance: ModelProvenance {
                             by_error,
                             is_complete,
                             file,

@@ -14,15 +14,15 @@ use busbar_tags::{TagHandle, TagSpec};
 use rayon::prelude::*;
 use serde_json::Value;
 
-use super::Faults;
-use super::reuse::Reuse;
+use super::DiagnosticsCollector;
+use super::reuse::ReusePlan;
 
 /// The plugins of the configured directories; none with a fault where it is not
 /// known which libraries may be loaded.
 pub(super) fn catalog(
     config: &Config,
     folder: &Path,
-    faults: &mut Faults<'_>,
+    faults: &mut DiagnosticsCollector<'_>,
 ) -> Option<PluginCatalog> {
     let directories: Vec<_> =
         config.plugin_directories.iter().map(|d| folder.join(&d.path)).collect();
@@ -37,7 +37,7 @@ pub(super) fn catalog(
 
 /// Which libraries may be loaded. Where every plugin is pinned, no other library
 /// than theirs runs at all.
-fn load_rules(config: &Config, faults: &mut Faults<'_>) -> Option<LoadRules> {
+fn load_rules(config: &Config, faults: &mut DiagnosticsCollector<'_>) -> Option<LoadRules> {
     let pins: Option<BTreeSet<Digest>> = config.plugins.values().map(pin).collect();
     let only = pins.filter(|pins| !pins.is_empty());
     let signed_by = match &config.signature {
@@ -63,8 +63,8 @@ fn pin(plugin: &PluginConfig) -> Option<Digest> {
 pub(super) fn create(
     config: &Config,
     folder: &Path,
-    reuse: &Reuse<'_>,
-    faults: &mut Faults<'_>,
+    reuse: &ReusePlan<'_>,
+    faults: &mut DiagnosticsCollector<'_>,
 ) -> BTreeMap<String, Plugin> {
     let is_new = |name: &str| reuse.plugin(name).is_none();
     let mut instances = create_some(config, folder, faults, &is_new);
@@ -77,7 +77,7 @@ pub(super) fn create(
 pub(super) fn create_some(
     config: &Config,
     folder: &Path,
-    faults: &mut Faults<'_>,
+    faults: &mut DiagnosticsCollector<'_>,
     is_wanted: &(dyn Fn(&str) -> bool + Sync),
 ) -> BTreeMap<String, Plugin> {
     if !config.plugins.keys().any(|name| is_wanted(name)) {
@@ -169,7 +169,7 @@ pub(super) fn has_alarms(config: &Config, name: &str) -> bool {
 }
 
 /// Puts a plugin's error where the configuration caused it.
-pub(super) fn place(pointer: &str, error: &PluginError, faults: &mut Faults<'_>) {
+pub(super) fn place(pointer: &str, error: &PluginError, faults: &mut DiagnosticsCollector<'_>) {
     let settings = join_pointer(pointer, "settings");
     match error {
         PluginError::Settings { id, faults: wrong } => {
@@ -189,10 +189,10 @@ pub(super) fn place(pointer: &str, error: &PluginError, faults: &mut Faults<'_>)
 }
 
 /// Tells of the plugins that died so far; they are started again.
-pub(super) fn note_deaths(
+pub(super) fn report_deaths(
     config: &Config,
     instances: &BTreeMap<String, Plugin>,
-    faults: &mut Faults<'_>,
+    faults: &mut DiagnosticsCollector<'_>,
 ) {
     for (name, instance) in instances {
         let Some(reason) = instance.status().last_death else { continue };
@@ -201,7 +201,11 @@ pub(super) fn note_deaths(
             reason: format!("it died while the scene was loaded: {reason}"),
         };
         let pointer = config.plugins.get(name).map_or("", |plugin| &plugin.pointer);
-        faults.add_trouble(&join_pointer(pointer, "plugin"), lost.to_string(), lost.remedy());
+        faults.add_plugin_failure(
+            &join_pointer(pointer, "plugin"),
+            lost.to_string(),
+            lost.remedy(),
+        );
     }
 }
 
@@ -211,12 +215,12 @@ pub(super) fn check_capabilities(
     config: &Config,
     instances: &BTreeMap<String, Plugin>,
     tags: &[TagSpec],
-    reuse: &Reuse<'_>,
-    faults: &mut Faults<'_>,
+    reuse: &ReusePlan<'_>,
+    faults: &mut DiagnosticsCollector<'_>,
 ) {
     // What goes on was asked before, and is not to be disturbed.
     let is_new = |name: &String| reuse.plugin(name).is_none();
-    let mut add = |pointer: String, error: &PluginError| faults.add_of_plugin(&pointer, error);
+    let mut add = |pointer: String, error: &PluginError| faults.add_plugin_error(&pointer, error);
     for model in config.models.values() {
         let optimizer = model.optimizer.as_ref().and_then(|name| instances.get(name));
         if let Some(Err(error)) = optimizer.map(Optimizer::of) {

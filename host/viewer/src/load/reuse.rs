@@ -11,16 +11,16 @@ use busbar_plugin_host::PluginError;
 use busbar_plugin_process::{Plugin, RunningOverlay, RunningTelemetry};
 use busbar_scene::{ModelIndex, ModelParts};
 
-use super::models::following_error;
-use crate::running::source_policy;
+use super::models::screen_error_models;
+use crate::overlay_instances::source_policy;
 
 use super::{LoadedModel, LoadedScene, folder_of, plugins, read_config};
 use crate::file_version::version;
-use crate::stacks::millis_since;
+use crate::stack_builder::millis_since;
 use crate::{LoadError, LoadMillis};
 
 /// A changed configuration with everything it names, ready to be shown: its new plugins run.
-pub struct Reload {
+pub struct PreparedReload {
     pub(crate) scene: LoadedScene,
     pub(crate) changes: Changes,
     /// Plugins that go on as they are.
@@ -64,7 +64,7 @@ impl From<PluginError> for ReloadError {
     }
 }
 
-impl Reload {
+impl PreparedReload {
     /// What is otherwise than before.
     pub fn changes(&self) -> &Changes {
         &self.changes
@@ -80,7 +80,7 @@ impl LoadedScene {
     /// # Errors
     /// Every fault of the file, of the files it names, and of what it asks of plugins. This
     /// scene goes on undisturbed.
-    pub fn reload(&self, path: &Path) -> Result<Option<Reload>, ReloadError> {
+    pub fn reload(&self, path: &Path) -> Result<Option<PreparedReload>, ReloadError> {
         let start = Instant::now();
         let config = read_config(path)?;
         let is_elsewhere = self.folder != folder_of(path);
@@ -92,10 +92,10 @@ impl LoadedScene {
         let millis = LoadMillis::from([("config".into(), millis_since(start))]);
         // Relative paths of another folder lead elsewhere.
         let reuse = match is_elsewhere {
-            true => Reuse::nothing_of(self, &changes),
-            false => Reuse::of(self, &config, &changes),
+            true => ReusePlan::none_of(self, &changes),
+            false => ReusePlan::of(self, &config, &changes),
         };
-        let scene = Self::of(path, config, millis, &reuse, &|_, _, _| {})?;
+        let scene = Self::assemble(path, config, millis, &reuse, &|_, _, _| {})?;
         let has_same_graph = reuse.has_same_graph();
         let kept = reuse.0.map(|before| before.plugins).unwrap_or_default();
         let (mut telemetry, mut overlays) = (Vec::new(), BTreeMap::new());
@@ -112,7 +112,7 @@ impl LoadedScene {
                 )?);
             }
         }
-        Ok(Some(Reload { scene, changes, kept, telemetry, overlays, has_same_graph }))
+        Ok(Some(PreparedReload { scene, changes, kept, telemetry, overlays, has_same_graph }))
     }
 
     /// Models whose files have another content than was read. One that is away is being
@@ -126,9 +126,9 @@ impl LoadedScene {
 }
 
 /// What there is to take over, if anything.
-pub(super) struct Reuse<'a>(Option<Before<'a>>);
+pub(super) struct ReusePlan<'a>(Option<PreviousScene<'a>>);
 
-struct Before<'a> {
+struct PreviousScene<'a> {
     scene: &'a LoadedScene,
     changes: &'a Changes,
     /// Plugins that go on.
@@ -138,33 +138,33 @@ struct Before<'a> {
     has_same_graph: bool,
 }
 
-impl<'a> Reuse<'a> {
+impl<'a> ReusePlan<'a> {
     /// All is new.
-    pub(super) fn nothing() -> Self {
+    pub(super) fn none() -> Self {
         Self(None)
     }
 
     /// All is new in place of this scene.
-    fn nothing_of(scene: &'a LoadedScene, changes: &'a Changes) -> Self {
+    fn none_of(scene: &'a LoadedScene, changes: &'a Changes) -> Self {
         let (plugins, models) = (BTreeSet::new(), BTreeMap::new());
-        Self(Some(Before { scene, changes, plugins, models, has_same_graph: false }))
+        Self(Some(PreviousScene { scene, changes, plugins, models, has_same_graph: false }))
     }
 
     fn of(scene: &'a LoadedScene, config: &Config, changes: &'a Changes) -> Self {
         let names = scene.instances.keys();
-        let goes_on = |name: &&String| {
-            !changes.touch(Section::PluginRules) && goes_on(&scene.config, config, name)
+        let is_plugin_kept = |name: &&String| {
+            !changes.touch(Section::PluginRules) && is_plugin_kept(&scene.config, config, name)
         };
-        let plugins = names.filter(goes_on).cloned().collect();
-        let following = following_error(config);
+        let plugins = names.filter(is_plugin_kept).cloned().collect();
+        let following = screen_error_models(config);
         let edited: BTreeSet<String> = scene.edited_models().into_iter().collect();
         let numbered = scene.config.models.keys().zip(0..);
         let models: BTreeMap<String, usize> = numbered
             .filter(|(name, index)| {
-                let made = &scene.models[*index].made;
-                made.is_complete
+                let provenance = &scene.models[*index].provenance;
+                provenance.is_complete
                     && !edited.contains(*name)
-                    && made.by_error == following.contains(name)
+                    && provenance.by_error == following.contains(name)
                     && is_same_model(&scene.config, config, name)
             })
             .map(|(name, index)| (name.clone(), index))
@@ -172,7 +172,7 @@ impl<'a> Reuse<'a> {
         let has_same_graph = !changes.touch(Section::Scene)
             && models.keys().eq(config.models.keys())
             && models.len() == scene.config.models.len();
-        Self(Some(Before { scene, changes, plugins, models, has_same_graph }))
+        Self(Some(PreviousScene { scene, changes, plugins, models, has_same_graph }))
     }
 
     /// The scene before.
@@ -217,7 +217,7 @@ impl<'a> Reuse<'a> {
 }
 
 /// Whether a plugin is asked for exactly what it does already.
-fn goes_on(before: &Config, after: &Config, name: &str) -> bool {
+fn is_plugin_kept(before: &Config, after: &Config, name: &str) -> bool {
     before.plugins.get(name) == after.plugins.get(name)
         && plugins::serves(before, name) == plugins::serves(after, name)
         && served(before, name).eq(served(after, name))

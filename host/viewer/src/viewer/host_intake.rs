@@ -13,7 +13,7 @@ pub(super) struct HostIntake(SampleIntake);
 
 /// An instant by the clocks of this process.
 #[derive(Clone, Copy)]
-pub(super) struct Instants {
+pub(super) struct ArrivalTimes {
     /// By the clock of moments.
     pub(super) now: Moment,
     /// By the wall clock.
@@ -44,7 +44,7 @@ impl HostIntake {
         &mut self,
         tag: TagHandle,
         update: &TagUpdate,
-        Instants { now, wall, boot }: Instants,
+        ArrivalTimes { now, wall, boot }: ArrivalTimes,
         sink: &mut impl SampleSink,
     ) {
         let waited = Duration::from_nanos(boot.saturating_sub(update.said_at));

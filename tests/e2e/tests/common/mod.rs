@@ -153,7 +153,7 @@ pub(crate) fn viewer_of(scene: &Scene, size: [u32; 2]) -> Viewer {
     let loaded = LoadedScene::load(&scene.write(), &|_, _, _| ());
     let loaded = loaded.unwrap_or_else(|faults| panic!("{faults}"));
     let options = RendererOptions { validation: true, ..Default::default() };
-    Viewer::headless(loaded, options, size).unwrap_or_else(|fault| panic!("{fault}"))
+    Viewer::new_headless(loaded, options, size).unwrap_or_else(|fault| panic!("{fault}"))
 }
 
 /// Moves all cursors to theta and draws a frame with them; its triangles.

@@ -31,7 +31,7 @@ impl View {
         let loaded = LoadedScene::load(&trouble.write(), &|_, _, _| ());
         let scene = loaded.unwrap_or_else(|error| panic!("{error}"));
         let options = RendererOptions { samples: 1, ..Default::default() };
-        let mut viewer = Viewer::headless(scene, options, [64, 64]).expect("there is a device");
+        let mut viewer = Viewer::new_headless(scene, options, [64, 64]).expect("there is a device");
         viewer.set_settles(false);
         Self { viewer, longest: Duration::ZERO, _trouble: trouble }
     }

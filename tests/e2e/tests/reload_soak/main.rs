@@ -9,8 +9,8 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use busbar_plugin_check::heap_bytes;
-use busbar_renderer::give_back_freed_memory;
-use busbar_viewer::reload::{Outcome, Reloader};
+use busbar_renderer::release_freed_memory;
+use busbar_viewer::reload::{ReloadOutcome, Reloader};
 use busbar_viewer::{AlarmAction, LoadedScene, Picture, Viewer};
 use e2e::peer::{Peer, calm_values};
 use e2e::{Scene, wait_for};
@@ -61,7 +61,7 @@ struct Holdings {
 
 impl Holdings {
     fn now() -> Self {
-        give_back_freed_memory();
+        release_freed_memory();
         let entries = |path: &str| fs::read_dir(path).expect("it is there").count();
         let status = fs::read_to_string("/proc/self/status").expect("it is there");
         let resident = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
@@ -100,7 +100,7 @@ impl View {
     fn open(path: &Path) -> Self {
         let scene = LoadedScene::load(path, &|_, _, _| {}).unwrap_or_else(|e| panic!("{e}"));
         let options = scene.renderer_options();
-        let viewer = Viewer::offscreen(scene, options, SIZE).expect("there is a device");
+        let viewer = Viewer::new_offscreen(scene, options, SIZE).expect("there is a device");
         let reloader = Reloader::start(path, || {}).expect("a file can be watched");
         Self { viewer, reloader, started: Instant::now() }
     }
@@ -110,7 +110,7 @@ impl View {
         self.viewer.frame(input).expect("a frame is drawn");
     }
 
-    fn outcome(&mut self) -> Outcome {
+    fn outcome(&mut self) -> ReloadOutcome {
         wait_for("the file to be read again", MAX_WAIT, || {
             self.frame();
             self.reloader.step(&mut self.viewer)
@@ -127,7 +127,7 @@ impl View {
 
     /// Returns the picture once all values are good.
     fn good_picture(&mut self) -> Picture {
-        self.viewer.show_layer(LABELS, false);
+        self.viewer.set_layer_shown(LABELS, false);
         wait_for("all values", MAX_WAIT, || {
             self.frame();
             (self.viewer.stats().quality.bad == 0).then_some(())
@@ -160,12 +160,12 @@ fn the_scene_outlives_whatever_is_written() {
         }
         scene.write_text(&text);
         match view.outcome() {
-            Outcome::Shown => shown += 1,
-            Outcome::Refused(fault) => {
+            ReloadOutcome::Shown => shown += 1,
+            ReloadOutcome::Refused(fault) => {
                 refused += 1;
                 assert!(!fault.is_empty());
             }
-            Outcome::Same => same += 1,
+            ReloadOutcome::Same => same += 1,
         }
         last = text;
         if number % BETWEEN_LOOKS != 0 && number != reloads {

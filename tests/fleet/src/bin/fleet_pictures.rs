@@ -79,7 +79,7 @@ impl View {
         let path = folder.join("dga.json");
         let scene = LoadedScene::load(&path, &|_, _, _| {})?;
         let options = scene.renderer_options();
-        let viewer = Viewer::headless(scene, options, size)?;
+        let viewer = Viewer::new_headless(scene, options, size)?;
         let mut view = Self { viewer, seconds: 0.0 };
         let begun = Instant::now();
         let is_there = |stats: &Stats| {
@@ -105,7 +105,7 @@ impl View {
     }
 
     fn act(&mut self, action: Action) -> Result<()> {
-        self.viewer.arrange_chart(&ChartCommand::Do(action));
+        self.viewer.apply_chart_command(&ChartCommand::Apply(action));
         self.frames(2)
     }
 

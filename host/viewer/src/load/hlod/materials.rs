@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use busbar_scene::{AlphaMode, Material, Texture};
 
-use super::Member;
+use super::GroupMember;
 use crate::color::linear_from_srgb;
 use crate::load::LoadedModel;
 
@@ -21,7 +21,7 @@ pub(super) struct Materials {
 
 impl Materials {
     /// Of each section of a member's mesh; `None` where there are too many.
-    pub(super) fn of_sections(&mut self, member: &Member<'_>) -> Option<Vec<u32>> {
+    pub(super) fn of_sections(&mut self, member: &GroupMember<'_>) -> Option<Vec<u32>> {
         let sections = member.stacks.mesh().sections.iter();
         sections.map(|section| self.of_section(member.model, section.material)).collect()
     }

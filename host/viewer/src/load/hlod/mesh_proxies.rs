@@ -38,7 +38,7 @@ pub(crate) struct MeshProxy {
 }
 
 /// One in the making, and its error.
-type Made = (Mesh, f64);
+type ProxyMesh = (Mesh, f64);
 
 /// The proxies of meshes, by the indices of model and mesh, the finest first.
 pub(crate) type MeshProxies = HashMap<(u32, u32), Arc<[MeshProxy]>>;
@@ -59,7 +59,7 @@ pub(super) fn build(
     }
     shown.retain(|_, (count, _)| *count >= MIN_INSTANCES);
     let shown: Vec<_> = shown.into_iter().collect();
-    let mut of_meshes: Vec<((u32, u32), Vec<Made>)> = shown
+    let mut of_meshes: Vec<((u32, u32), Vec<ProxyMesh>)> = shown
         .into_par_iter()
         .map(|(of, (_, policy))| {
             let (model, mesh) = of;
@@ -70,9 +70,9 @@ pub(super) fn build(
     let mut proxies = MeshProxies::new();
     for of_model in of_meshes.chunk_by_mut(|((one, _), _), ((next, _), _)| one == next) {
         let mut whole = ProxyModel::default();
-        for (of, made) in of_model {
-            let (made, index) = (std::mem::take(made), models.len());
-            let taken = whole.take(&models[of.0 as usize], made, index, &mut left);
+        for (of, built) in of_model {
+            let (built, index) = (std::mem::take(built), models.len());
+            let taken = whole.take(&models[of.0 as usize], built, index, &mut left);
             if !taken.is_empty() {
                 proxies.insert(*of, taken.into());
             }
@@ -86,21 +86,21 @@ pub(super) fn build(
 
 /// The proxies of a mesh, the finest first, each with its error. What is slender has none: it
 /// is widened where it is less than a pixel.
-fn all_of(stacks: &CollapseStacks, policy: &ThetaPolicy) -> Vec<Made> {
+fn all_of(stacks: &CollapseStacks, policy: &ThetaPolicy) -> Vec<ProxyMesh> {
     let Some(bounds) = stacks.mesh().bounds().filter(|_| stacks.slender_points().is_empty()) else {
         return Vec::new();
     };
     let least_error = f64::from(bounds.radius()) / MAX_RADIUS;
     let shown = area_of(stacks.mesh());
-    let mut made: Vec<Made> = Vec::new();
+    let mut built: Vec<ProxyMesh> = Vec::new();
     let coarsest =
         policy.level(ViewMetrics { distance: f32::MAX, meters_per_pixel: f32::MAX }, None);
     for level in 1..=coarsest {
         let Detail::Error(error) = policy.detail(level) else { break };
         let own = stacks.live_triangles(stacks.cursor_for_error(error as f32));
-        let least = made.last().map_or(own, |(finer, _)| own.min(finer.triangles.len() as u64));
+        let least = built.last().map_or(own, |(finer, _)| own.min(finer.triangles.len() as u64));
         let most = least as f64 * GREATEST_SHARE;
-        if most < 1.0 || made.len() == MAX_LEVELS {
+        if most < 1.0 || built.len() == MAX_LEVELS {
             break;
         }
         let squares = f64::from(shown) / (ISLAND_ERRORS * error).powi(2);
@@ -109,9 +109,9 @@ fn all_of(stacks: &CollapseStacks, policy: &ThetaPolicy) -> Vec<Made> {
             continue;
         }
         let mesh = thinned(stacks, error).filter(|mesh| mesh.triangles.len() as f64 <= most);
-        made.extend(mesh.map(|mesh| (mesh, error)));
+        built.extend(mesh.map(|mesh| (mesh, error)));
     }
-    made
+    built
 }
 
 /// The mesh at an error in its own units, thinned out; `None` where it would show more or less
@@ -148,12 +148,12 @@ impl ProxyModel {
     fn take(
         &mut self,
         model: &LoadedModel,
-        made: Vec<Made>,
+        built: Vec<ProxyMesh>,
         index: usize,
         left: &mut u64,
     ) -> Vec<MeshProxy> {
         let mut taken = Vec::new();
-        for (mut mesh, error) in made.into_iter().rev() {
+        for (mut mesh, error) in built.into_iter().rev() {
             let of_sections = mesh.sections.iter();
             let materials: Option<Vec<u32>> = of_sections
                 .map(|section| self.materials.of_section(model, section.material))
@@ -289,13 +289,13 @@ mod tests {
 
     #[test]
     fn what_there_is_no_room_for_is_left_out_the_finest_first() {
-        let made =
+        let built =
             all_of(&CollapseStacks::build(rack(40), &CollapseSequence::empty(320)), &policy());
-        let coarsest = made.last().unwrap().0.triangles.len() as u64;
+        let coarsest = built.last().unwrap().0.triangles.len() as u64;
         let mut left = coarsest + 1;
         let model = LoadedModel::default();
-        let error = made.last().unwrap().1;
-        let taken = ProxyModel::default().take(&model, made, 7, &mut left);
+        let error = built.last().unwrap().1;
+        let taken = ProxyModel::default().take(&model, built, 7, &mut left);
         assert_eq!(
             taken.iter().map(|proxy| (proxy.model, proxy.error)).collect::<Vec<_>>(),
             [(7, error)]

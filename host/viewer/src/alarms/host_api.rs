@@ -1,0 +1,122 @@
+//! Alarms as a host program sees them: what it does to them, how they stand, what it is
+//! asked.
+
+use std::time::Duration;
+
+use busbar_alarms::{AlarmSource, Standing};
+
+use super::*;
+
+/// What a host program has yet to hear at most; beyond that the oldest goes: the operator
+/// presses again.
+const MAX_HOST_REQUESTS: usize = 256;
+
+impl AlarmService {
+    /// From here on a host program hears what is wanted of the alarms that it decides on.
+    pub(crate) fn set_host(&mut self) {
+        self.has_host = true;
+    }
+
+    pub(super) fn is_mirrored(&self, alarm: AlarmHandle) -> bool {
+        let spec = self.table.set().spec(alarm);
+        spec.map_or_else(
+            || self.sources.get(alarm).is_some(),
+            |spec| spec.source == AlarmSource::Mirrored,
+        )
+    }
+
+    pub(super) fn request_from_host(&mut self, alarm: AlarmHandle, action: AlarmAction) {
+        if self.host_requests.len() == MAX_HOST_REQUESTS {
+            self.host_requests.pop_front();
+        }
+        self.host_requests.push_back((alarm, action));
+    }
+
+    /// What operators wanted since, by id.
+    pub(crate) fn take_host_requests(&mut self) -> Vec<(String, AlarmAction)> {
+        let host_requests = std::mem::take(&mut self.host_requests).into_iter();
+        host_requests.filter_map(|(alarm, action)| Some((self.id_of(alarm)?, action))).collect()
+    }
+
+    /// Does what the host program's operator does; nobody by name is the one set.
+    ///
+    /// # Errors
+    /// In words, why it cannot be.
+    pub(crate) fn act_as(
+        &mut self,
+        id: &str,
+        action: AlarmAction,
+        operator: &str,
+    ) -> Result<(), String> {
+        let alarm = self.table.set().find(id).ok_or_else(|| format!("there is no alarm '{id}'"))?;
+        let usual = self.operator.clone();
+        if !operator.is_empty() {
+            operator.clone_into(&mut self.operator);
+        }
+        let done = self.perform(alarm, action_of(action));
+        self.operator = usual;
+        done.map_err(|error| format!("alarm '{id}': {error}"))
+    }
+
+    /// How alarms stand that stand otherwise than as noted in `known`, which is then the
+    /// same. Each has what its state rests on, and since when.
+    pub(crate) fn changed_since(
+        &self,
+        known: &mut HashMap<AlarmHandle, Standing>,
+    ) -> Vec<(String, State, Standing, SourceTime)> {
+        let mut changed = Vec::new();
+        let closed = known.keys().copied().filter(|&alarm| {
+            self.table.status(alarm).is_none_or(|status| status.state == State::A)
+        });
+        let closed: Vec<_> = closed.collect();
+        for alarm in self.table.open().chain(closed) {
+            let Some(status) = self.table.status(alarm) else { continue };
+            let before = match status.state {
+                State::A => known.remove(&alarm),
+                _ => known.insert(alarm, status.standing),
+            };
+            let Some(spec) = self.table.set().spec(alarm) else { continue };
+            if before != Some(status.standing) {
+                let since = status.since.unwrap_or(self.wall_clock);
+                changed.push((spec.id.clone(), status.state, status.standing, since));
+            }
+        }
+        changed
+    }
+
+    /// Goes on where a viewer before this one ended, unless an audit log tells better.
+    /// Before the first frame.
+    pub(crate) fn restore(&mut self, standings: &[(String, Standing, SourceTime)]) {
+        if self.log.is_none() {
+            let standings =
+                standings.iter().map(|(id, standing, at)| (id.as_str(), *standing, *at));
+            self.table.restore(standings, 0, self.wall_clock);
+            self.refresh();
+        }
+    }
+}
+
+/// As the wire has it.
+pub(crate) fn action_from(action: busbar_protocol::message::AlarmAction) -> AlarmAction {
+    use busbar_protocol::message::AlarmAction as Said;
+    match action {
+        Said::Acknowledge => AlarmAction::Acknowledge,
+        Said::Reset => AlarmAction::Reset,
+        Said::Unshelve => AlarmAction::Unshelve,
+        Said::Shelve(seconds) => AlarmAction::Shelve(Duration::from_secs(u64::from(seconds))),
+    }
+}
+
+/// To the wire; none for what a host program is not asked.
+pub(crate) fn action_to(action: AlarmAction) -> Option<busbar_protocol::message::AlarmAction> {
+    use busbar_protocol::message::AlarmAction as Said;
+    match action {
+        AlarmAction::Acknowledge => Some(Said::Acknowledge),
+        AlarmAction::Reset => Some(Said::Reset),
+        AlarmAction::Unshelve => Some(Said::Unshelve),
+        AlarmAction::Shelve(time) => {
+            Some(Said::Shelve(u32::try_from(time.as_secs()).unwrap_or(u32::MAX)))
+        }
+        AlarmAction::RemoveFromService | AlarmAction::ReturnToService => None,
+    }
+}

@@ -1,0 +1,74 @@
+//! The numbers by which plugins that go on know tags and nodes, where others joined these.
+
+use std::sync::Arc;
+
+use busbar_plugin_host::OverlayPicture;
+use busbar_scene::NodeIndex;
+use busbar_tags::{Renumbering, TagHandle};
+
+use crate::load::LoadedScene;
+
+/// No tag has this number.
+const NO_TAG: TagHandle = TagHandle(u32::MAX);
+
+/// From the numbers of one scene to those of another.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct IndexRemap {
+    pub(crate) tags: Renumbering,
+    nodes: Renumbering,
+}
+
+impl IndexRemap {
+    /// From a scene to the one in its place. Where nodes are what they were, that is so of
+    /// their numbers.
+    pub(crate) fn between(before: &LoadedScene, after: &LoadedScene, same_nodes: bool) -> Self {
+        let tags = match Arc::ptr_eq(&before.tags, &after.tags) {
+            true => Renumbering::default(),
+            false => Renumbering::of_tags(&before.tags, &after.tags),
+        };
+        let nodes = match same_nodes {
+            true => Renumbering::default(),
+            false => {
+                let ids = (0..before.graph.node_count() as u32)
+                    .map(|index| before.graph.node(NodeIndex(index)).id());
+                let found: Vec<Option<u32>> =
+                    ids.map(|id| Some(after.graph.find(&id)?.0)).collect();
+                Renumbering::of(found.into_iter())
+            }
+        };
+        Self { tags, nodes }
+    }
+
+    /// Both in turn.
+    pub(crate) fn then(&self, next: &Self) -> Self {
+        Self { tags: self.tags.then(&next.tags), nodes: self.nodes.then(&next.nodes) }
+    }
+
+    /// Where a node is now.
+    pub(crate) fn node(&self, NodeIndex(old): NodeIndex) -> Option<NodeIndex> {
+        self.nodes.number(old).map(NodeIndex)
+    }
+
+    /// A picture in the numbers of now. What names something that is gone goes with it.
+    pub(crate) fn picture(&self, picture: &Arc<OverlayPicture>) -> Arc<OverlayPicture> {
+        if self.tags.is_none() && self.nodes.is_none() {
+            return Arc::clone(picture);
+        }
+        let mut now = OverlayPicture::clone(picture);
+        let remap = |node: &mut u32, tag: &mut TagHandle| {
+            let found = self.nodes.number(*node).zip(self.tags.tag(*tag));
+            found.map(|found| (*node, *tag) = found).is_some()
+        };
+        now.lines.retain_mut(|line| remap(&mut line.node, &mut line.tag));
+        now.tints.retain_mut(|tint| remap(&mut tint.node, &mut tint.tag));
+        let remap = |tag: &mut TagHandle| {
+            let found = self.tags.tag(*tag);
+            found.map(|found| *tag = found).is_some()
+        };
+        now.states.retain_mut(|state| remap(&mut state.tag));
+        now.quantities.retain_mut(|quantity| remap(&mut quantity.tag));
+        // A verdict that rests on a tag that is gone is taken back.
+        now.verdicts.map_tags(|tag| self.tags.tag(tag).unwrap_or(NO_TAG));
+        Arc::new(now)
+    }
+}

@@ -1,0 +1,160 @@
+//! What a host program asks of a view, and hears of it.
+
+use busbar_alarms::Standing;
+use busbar_chart::Action;
+use busbar_protocol::message::{CameraPose, TagUpdate};
+use busbar_tags::{SourceTime, TagHandle};
+use busbar_ui::{AlarmAction, ChartCommand};
+
+use super::host_intake::ArrivalTimes;
+use super::sample_intake::SampleUpdates;
+use super::*;
+
+/// Picks that a host program has yet to hear; of more the oldest goes.
+const MAX_HOST_PICKS: usize = 256;
+
+impl Viewer {
+    /// From here on a host program takes part.
+    pub(crate) fn set_host(&mut self) {
+        self.has_host = true;
+        if let Some(alarms) = &mut self.alarms {
+            alarms.set_host();
+        }
+    }
+
+    /// Tells the size of a view without a window, pixels.
+    pub(crate) fn resize_offscreen(&mut self, size: [u32; 2]) {
+        self.renderer.resize(size);
+        let points = size.map(|pixels| pixels as f32 / self.scene.config.view.scale);
+        self.screen = Rect::from_min_size(Pos2::ZERO, points.into());
+    }
+
+    /// Waits until the device has drawn the last frame; whether it has. A device that is lost is
+    /// told by the next frame.
+    pub(crate) fn finish_frame(&mut self) -> bool {
+        self.renderer.finish().is_ok()
+    }
+
+    /// Selects and frames a piece of equipment, by its id or an alias; whether there is one.
+    pub(crate) fn focus(&mut self, id: &str) -> bool {
+        let Some(node) = self.scene.equipment.find(&self.scene.graph, id) else { return false };
+        self.select([node]);
+        self.host_camera_commands.push(Command::Focus(self.scene.graph.node(node).id()));
+        true
+    }
+
+    /// Where the camera is.
+    pub(crate) fn pose(&self) -> CameraPose {
+        let camera = self.navigator.camera();
+        CameraPose {
+            eye: camera.eye().to_array(),
+            target: camera.target().to_array(),
+            is_orthographic: self.navigator.is_orthographic(),
+        }
+    }
+
+    /// Puts the camera somewhere at once.
+    pub(crate) fn set_pose(&mut self, pose: &CameraPose) {
+        let camera = self.navigator.camera().moved_to(pose.eye.into(), pose.target.into());
+        self.navigator.jump_to(camera.with_projection(pose.is_orthographic));
+    }
+
+    /// Draws an overlay or leaves it out, by its plugin instance; whether there is one.
+    pub fn set_layer_shown(&mut self, name: &str, shown: bool) -> bool {
+        let mut overlays = self.overlays.iter_mut();
+        let found = overlays.find(|overlay| overlay.overlay.name() == name);
+        found.map(|overlay| overlay.is_shown = shown).is_some()
+    }
+
+    /// What instant the chart shows.
+    pub(crate) fn set_playhead(&mut self, unix_nanos: Option<i64>) {
+        self.apply_chart_command(&ChartCommand::Apply(Action::SetPlayhead(unix_nanos)));
+    }
+
+    /// Sets a tag that is the host program's.
+    ///
+    /// # Errors
+    /// In words: a tag that is not there or not set by the host.
+    pub(crate) fn set_tag(&mut self, update: &TagUpdate) -> Result<(), String> {
+        let specs = self.scene.tags.specs();
+        let found = specs.binary_search_by(|spec| spec.id.as_str().cmp(&update.tag));
+        let by_host = self.scene.config.tags.get(&update.tag).map(|tag| tag.is_hosts());
+        let (Ok(index), Some(by_host)) = (found, by_host) else {
+            return Err(format!("there is no tag '{}'", update.tag));
+        };
+        if !by_host {
+            return Err(format!(
+                "tag '{}' comes from elsewhere; say \"set_by_host\": true in the configuration \
+                 instead of its source",
+                update.tag
+            ));
+        }
+        let boot = busbar_protocol::pictures::now();
+        let at = ArrivalTimes { now: Moment::now(), wall: wall_clock(), boot };
+        let Self { tags, events, history, alarms, host_intake, .. } = self;
+        let mut updates = SampleUpdates { tags, events, history, alarms: alarms.as_mut() };
+        host_intake.take(TagHandle(index as u32), update, at, &mut updates);
+        Ok(())
+    }
+
+    /// Notes what an operator picked.
+    pub(super) fn note_host_pick(&mut self, node: Option<NodeIndex>) {
+        if self.host_picks.len() == MAX_HOST_PICKS {
+            self.host_picks.pop_front();
+        }
+        self.host_picks.push_back(node);
+    }
+
+    /// What was picked since, by id.
+    pub(crate) fn take_host_picks(&mut self) -> Vec<Option<String>> {
+        let id = |node: NodeIndex| self.scene.graph.node(node).id();
+        self.host_picks.drain(..).map(|node| node.map(id)).collect()
+    }
+
+    /// Does what the host program's operator does to an alarm.
+    ///
+    /// # Errors
+    /// In words, why it cannot be.
+    pub fn act_on_alarm(
+        &mut self,
+        id: &str,
+        action: AlarmAction,
+        operator: &str,
+    ) -> Result<(), String> {
+        let alarms = self.alarms.as_mut().ok_or_else(|| format!("there is no alarm '{id}'"))?;
+        alarms.act_as(id, action, operator)
+    }
+
+    /// Alarms, if any is configured.
+    pub(crate) fn alarm_service(&mut self) -> Option<&mut AlarmService> {
+        self.alarms.as_mut()
+    }
+
+    /// Alarms go on as they stood in a viewer before this one.
+    pub(crate) fn restore_alarms(&mut self, standings: &[(String, Standing, SourceTime)]) {
+        if let Some(alarms) = &mut self.alarms {
+            alarms.restore(standings);
+        }
+    }
+
+    /// Each plugin instance and how it goes, in words.
+    pub(crate) fn plugin_states(&self) -> Vec<(String, String)> {
+        let state = |(plugin, link, fault): (&Plugin, Option<LinkReport>, Option<&str>)| {
+            let row = panel_rows::plugin(plugin, link, fault);
+            let process = plugin.status().state.name();
+            let words = [process, row.message.as_str()].join(": ");
+            (row.name, words.trim_end_matches(": ").to_owned())
+        };
+        self.plugin_instances().map(state).collect()
+    }
+
+    /// The graphics device.
+    pub(crate) fn device_name(&self) -> &str {
+        self.renderer.device_name()
+    }
+
+    /// Id of a tag.
+    pub(crate) fn tag_id(&self, tag: TagHandle) -> Option<&str> {
+        self.scene.tags.spec(tag).map(|spec| spec.id.as_str())
+    }
+}

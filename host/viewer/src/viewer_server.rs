@@ -1,0 +1,257 @@
+//! The view of a host program: commands come from another process, events go back.
+//!
+//! The host program's library starts this process, hands it a socket and the memory of
+//! pictures, and ends it by closing the socket. Nothing here waits for the host program:
+//! one that is stopped or slow costs a bounded amount of memory.
+
+mod change_reporter;
+mod channel;
+mod commands;
+mod heartbeat;
+mod input;
+mod offscreen;
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+pub use busbar_protocol::message::Target;
+use busbar_protocol::message::{Begin, Command, FromViewer, PROTOCOL_VERSION};
+use busbar_protocol::pictures::{self, PictureMemory};
+
+use crate::reload::{BackgroundLoad, ReloadOutcome};
+use crate::{LoadError, LoadedScene, Viewer};
+use change_reporter::ChangeReporter;
+use channel::Channel;
+use heartbeat::Heartbeat;
+
+/// Duration of a turn of the frame loop from which a window's frame is waited for before it is
+/// confirmed: frames in flight are then too old to be taken for shown.
+const SLOW_ITERATION: Duration = Duration::from_millis(80);
+
+/// The host program's end.
+pub struct ViewerServer {
+    channel: Channel,
+    begin: Begin,
+    memory: Option<PictureMemory>,
+    change_reporter: ChangeReporter,
+    reloading: Option<BackgroundLoad>,
+    /// What is being loaded.
+    reload_path: String,
+    /// Asked for meanwhile.
+    next_reload: Option<String>,
+    is_visible: bool,
+    iteration: LoopIteration,
+    _heartbeat: Heartbeat,
+}
+
+/// One turn of the frame loop.
+struct LoopIteration {
+    began: Instant,
+    /// Its beginning on the clock since boot: no tag value in its frame is read before.
+    began_at_boot_nanos: u64,
+    /// Tells whether the window shows its frame, so that the picture is of `began_at_boot_nanos`.
+    is_presented: bool,
+}
+
+impl LoopIteration {
+    fn begin() -> Self {
+        Self { began: Instant::now(), began_at_boot_nanos: pictures::now(), is_presented: false }
+    }
+}
+
+/// What the loop around a view has to do itself.
+#[derive(Default)]
+pub struct FrameRequests {
+    /// The size wanted, pixels.
+    pub size: Option<[u32; 2]>,
+    /// What pointer and keyboard did over an offscreen picture.
+    pub input: Vec<Command>,
+    /// Whether anything was asked, so that a frame is due now.
+    pub is_due: bool,
+}
+
+impl ViewerServer {
+    /// Takes the host program's socket, which is standard input, and its first message.
+    ///
+    /// # Errors
+    /// In words: no such socket, or a host program of another release.
+    pub fn accept() -> Result<Self, String> {
+        let (channel, begin, memory) = Channel::accept()?;
+        if begin.version != PROTOCOL_VERSION {
+            return Err(format!(
+                "the host program's library speaks version {} of the protocol, this viewer \
+                 {PROTOCOL_VERSION}; install both from one release",
+                begin.version
+            ));
+        }
+        Ok(Self {
+            channel,
+            begin,
+            _heartbeat: Heartbeat::start(&memory),
+            memory: Some(memory),
+            change_reporter: ChangeReporter::default(),
+            reloading: None,
+            reload_path: String::new(),
+            next_reload: None,
+            is_visible: true,
+            iteration: LoopIteration::begin(),
+        })
+    }
+
+    /// Where the picture goes.
+    pub fn target(&self) -> Target {
+        self.begin.target
+    }
+
+    /// Its size at first, pixels.
+    pub fn size(&self) -> [u32; 2] {
+        self.begin.size
+    }
+
+    /// Whether panels are wanted.
+    pub fn has_panels(&self) -> bool {
+        self.begin.panels
+    }
+
+    /// Whether anybody can see the picture.
+    pub fn is_visible(&self) -> bool {
+        self.is_visible
+    }
+
+    /// Calls this whenever a command came, from a thread of its own.
+    pub fn set_waker(&self, wake: impl Fn() + Send + 'static) {
+        self.channel.set_waker(wake);
+    }
+
+    /// Loads the configuration.
+    ///
+    /// # Errors
+    /// The configuration's faults; the host program has been told.
+    pub fn load(&mut self) -> Result<LoadedScene, LoadError> {
+        let path = PathBuf::from(&self.begin.config);
+        LoadedScene::load(&path, &|_, _, _| {}).inspect_err(|error| {
+            self.report_failure(&error.to_string());
+        })
+    }
+
+    /// Tells why there is no view at all, before the process ends.
+    pub fn report_failure(&mut self, why: &str) {
+        self.channel.queue([FromViewer::Failed(why.to_owned())]);
+        self.channel.flush_last();
+    }
+
+    /// Opens a view with `open`, with alarms and panels as the host program has them.
+    ///
+    /// # Errors
+    /// As `open`; the host program has been told.
+    pub fn open_viewer<E: std::fmt::Display>(
+        &mut self,
+        open: impl FnOnce() -> Result<Viewer, E>,
+    ) -> Result<Viewer, E> {
+        let mut viewer = open().inspect_err(|error| self.report_failure(&error.to_string()))?;
+        self.prepare_viewer(&mut viewer);
+        Ok(viewer)
+    }
+
+    fn prepare_viewer(&mut self, viewer: &mut Viewer) {
+        viewer.set_operator(&self.begin.operator);
+        viewer.set_panels_shown(self.begin.panels);
+        viewer.set_host();
+        viewer.restore_alarms(&change_reporter::standings_of(&self.begin.alarms));
+        self.change_reporter = ChangeReporter::default();
+    }
+
+    /// Notes that a frame is drawn; with `is_presented`, that the window shows it. The end of the turn
+    /// ([`ViewerServer::report`]) confirms it.
+    pub fn note_frame_drawn(&mut self, is_presented: bool) {
+        self.iteration.is_presented = is_presented;
+    }
+
+    /// Tells the library that the frame loop goes on, and of which instant the picture is.
+    fn finish_iteration(&mut self, viewer: &mut Viewer) {
+        let Some(memory) = &self.memory else { return };
+        let LoopIteration { began, began_at_boot_nanos, is_presented } = self.iteration;
+        if is_presented && (began.elapsed() < SLOW_ITERATION || viewer.finish_frame()) {
+            memory.confirm(began_at_boot_nanos);
+        }
+        self.iteration.is_presented = false;
+        memory.note_turn(began.elapsed());
+    }
+
+    /// Does what the host program asked since, as far as the view can; the rest is the
+    /// loop's. None when the host program has let go: the process ends.
+    pub fn apply_commands(&mut self, viewer: &mut Viewer) -> Option<FrameRequests> {
+        self.iteration = LoopIteration::begin();
+        let mut requests = FrameRequests::default();
+        for command in self.channel.take()? {
+            requests.is_due = true;
+            match command {
+                Command::Resize(size) => requests.size = Some(size),
+                Command::SetVisible(is_visible) => self.is_visible = is_visible,
+                Command::Point(_) | Command::Type(_) => requests.input.push(command),
+                Command::Reload(path) => self.next_reload = Some(path),
+                command => {
+                    if let Err(why) = commands::perform(viewer, command) {
+                        self.channel.queue([FromViewer::Refused(why)]);
+                    }
+                }
+            }
+        }
+        self.step_reload(viewer);
+        Some(requests)
+    }
+
+    /// Begins to load what is asked for, and shows it once it is there without fault.
+    fn step_reload(&mut self, viewer: &mut Viewer) {
+        if self.reloading.is_none()
+            && let Some(path) = self.next_reload.take()
+        {
+            let begun = BackgroundLoad::begin(viewer, Path::new(&path), Instant::now(), || {});
+            self.reload_path = path;
+            match begun {
+                Ok(loading) => self.reloading = Some(loading),
+                Err(error) => return self.refuse_reload(&error.to_string()),
+            }
+        }
+        let Some(outcome) = self.reloading.as_ref().and_then(|loading| loading.step(viewer)) else {
+            return;
+        };
+        self.reloading = None;
+        match outcome {
+            ReloadOutcome::Refused(why) => self.refuse_reload(&why),
+            ReloadOutcome::Shown | ReloadOutcome::Same => {
+                // Numbers of alarms and tags may be others now.
+                self.change_reporter = ChangeReporter::default();
+                self.begin.config.clone_from(&self.reload_path);
+                self.channel.queue([FromViewer::Reloaded { config: self.reload_path.clone() }]);
+            }
+        }
+    }
+
+    fn refuse_reload(&mut self, why: &str) {
+        let path = &self.reload_path;
+        let words = format!("'{path}' is not shown, the scene before stays: {why}");
+        self.channel.queue([FromViewer::Refused(words)]);
+    }
+
+    /// Tells the host program what a frame changed.
+    pub fn report_changes(&mut self, viewer: &mut Viewer) {
+        self.finish_iteration(viewer);
+        let happened = self.change_reporter.collect_changes(viewer);
+        self.channel.queue(happened);
+        self.channel.flush();
+    }
+
+    /// Tells of a new picture in shared memory.
+    fn report_picture(&mut self) {
+        self.channel.queue([FromViewer::Pictured]);
+    }
+
+    /// Tells why the picture is not of now, if it is not.
+    pub fn report_trouble(&mut self, trouble: &str) {
+        if trouble.is_empty() {
+            return;
+        }
+        self.channel.queue([FromViewer::Refused(trouble.to_owned())]);
+    }
+}
