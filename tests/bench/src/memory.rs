@@ -6,9 +6,8 @@ use anyhow::{Context, Result};
 
 const STATUS: &str = "/proc/self/status";
 
-/// Runs work, and tells by how many bytes the process's resident memory grew at
-/// most meanwhile (proc(5), `VmHWM`). Memory that was freed before and not given
-/// back to the system does not count: only a fresh process tells all.
+/// Runs work; returns the greatest growth of the process's resident memory meanwhile, bytes
+/// (proc(5), `VmHWM`).
 pub(crate) fn peak<T>(work: impl FnOnce() -> Result<T>) -> Result<(T, u64)> {
     // The peak is that from here on.
     fs::write("/proc/self/clear_refs", "5").context("cannot reset the peak of memory")?;

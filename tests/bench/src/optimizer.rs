@@ -1,4 +1,4 @@
-//! Whole sequences, which hold every level, beside one level made by
+//! Optimizer times: whole sequences, which hold every level, beside one level made by
 //! meshoptimizer's `simplify`; all on one core, in its processor time.
 
 use std::path::Path;
@@ -18,7 +18,7 @@ use crate::report::Section;
 use crate::scene::Scene;
 use crate::series::Series;
 
-/// The part of the triangles that `simplify` is to leave.
+/// Share of the triangles that `simplify` is to leave.
 const TARGET: f64 = 0.30;
 /// Greatest ratio of the paper's order to one `simplify` in time, from positions to death indices;
 /// both see positions and triangles alone.
@@ -116,7 +116,7 @@ impl Sequence {
     }
 }
 
-/// The optimisers as a viewer has them.
+/// Optimisers loaded as a viewer loads them.
 struct Through {
     plugins: [MeshOptimizer; 2],
 }

@@ -6,7 +6,7 @@ use busbar_plugin_sdk::{self as sdk, CollapseList, MeshOptimizer, Plugin, Progre
 use quadric_collapse::{QuadricCollapse, Settings};
 use weighted_collapse::{Interpretation, Order};
 
-/// A mesh as an optimiser is handed it.
+/// Mesh in the form of an optimiser's input.
 pub(crate) struct Input<'a> {
     mesh: &'a Mesh,
     positions: Vec<[f32; 3]>,

@@ -1,4 +1,4 @@
-//! Figures as a table, as a document and as JSON.
+//! Report of figures as a table, as a document and as JSON.
 
 use std::fmt::Write;
 

@@ -11,10 +11,10 @@ use weighted_collapse::{MAX_THREADS, Order};
 
 use crate::optimizers::{Input, sequence};
 
-/// Decides how the equipment stands; as the generator does by itself.
+/// Seed of the equipment's erection tolerance, which is the generator's default.
 const SEED: u64 = 1;
 
-/// The mesh as imported, and as optimisers see it.
+/// Mesh as imported, and in the form of optimisers' input.
 pub(crate) struct Scene {
     pub(crate) mesh: Mesh,
     /// Names of the mesh's features.
@@ -43,7 +43,7 @@ impl Scene {
         sequence(&list, self.mesh.positions.len())
     }
 
-    /// Positions and triangles alone, which is what meshoptimizer gets.
+    /// Returns positions and triangles alone, which meshoptimizer gets.
     pub(crate) fn bare(&self) -> Mesh {
         let Topology { positions, triangles } = self.topology.clone();
         let count = positions.len();

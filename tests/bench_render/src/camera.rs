@@ -4,16 +4,16 @@ use busbar_geometry::Bounds;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// Vertical angle, as everyone here has it by default or can be told.
+/// Full vertical field of view, degrees: the default of every renderer, or its setting.
 pub(crate) const FOV_DEGREES: f32 = 45.0;
-/// Width by height of all pictures.
+/// Aspect ratio of all pictures, width over height.
 const ASPECT: f32 = 16.0 / 9.0;
 /// Pitch of the orbit above the horizon, radians.
 const ORBIT_PITCH: f32 = 0.35;
 /// Height of an operator's eyes in a walk through the yard, metres.
 const EYE_HEIGHT: f32 = 1.8;
 
-/// A camera, metres, y up.
+/// Camera pose in metres, y up.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Camera {
     pub(crate) eye: [f32; 3],

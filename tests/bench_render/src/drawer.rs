@@ -13,25 +13,25 @@ use anyhow::{Context, Result, bail, ensure};
 use crate::camera::Camera;
 use crate::exchange::{Answer, Wanted};
 
-/// Pixels of all pictures.
+/// Size of all pictures, pixels.
 pub(crate) const SIZE: [u32; 2] = [1280, 720];
 
 /// Longest time for loading, or for a round of frames.
 const MAX_WAIT: Duration = Duration::from_secs(60);
 
-/// Lines of troubles that are told.
+/// Greatest number of log lines in an error message.
 const LAST_WORDS: usize = 4;
 
 /// Command line of a renderer.
 #[derive(Clone, Debug)]
 pub(crate) struct Recipe {
-    /// As the tables name it.
+    /// Name in the tables.
     pub(crate) name: &'static str,
     program: PathBuf,
     arguments: Vec<String>,
 }
 
-/// A process that draws.
+/// Running process of a renderer.
 pub(crate) struct Drawer {
     pub(crate) name: &'static str,
     child: Child,
@@ -69,7 +69,7 @@ pub(crate) fn recipes(python: Option<&Path>, scripts: &Path) -> Result<Vec<Recip
 }
 
 impl Drawer {
-    /// Starts it on a core and loads a scene.
+    /// Starts the renderer on a core and loads a scene.
     pub(crate) fn start(recipe: &Recipe, core: &str, path: &Path, samples: u32) -> Result<Self> {
         let log = tempfile::tempfile()?;
         let mut child = Command::new("taskset")
@@ -98,7 +98,7 @@ impl Drawer {
         Ok(answer)
     }
 
-    /// Draws one and writes it.
+    /// Draws one picture and writes it.
     pub(crate) fn picture(&mut self, camera: Camera, path: &Path) -> Result<()> {
         self.ask(&Wanted::Picture { camera, path: path.to_owned() })?;
         ensure!(path.exists(), "{} wrote no {}", self.name, path.display());

@@ -1,4 +1,4 @@
-//! Many stations of the same models: by how much a frame grows with what is there.
+//! Many stations of the same models: growth of the frame time with the size of the scene.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -16,19 +16,19 @@ use crate::drawer::{Drawer, Recipe};
 use crate::scenes::{Scenes, write_models};
 use crate::screen_error::Likeness;
 
-/// Stations stand in rows of so many.
+/// Number of stations in a row.
 const ROW: usize = 10;
 pub(crate) const STATIONS: usize = ROW * ROW;
-/// Stations that have 10,000 pieces of equipment together.
+/// Number of stations that have 10,000 pieces of equipment together.
 pub(crate) const SOME_STATIONS: usize = 12;
 /// Gap between two stations, metres.
 const GAP: f32 = 20.0;
 const POSES: usize = 6;
 /// Step of a walking operator from frame to frame, metres: fast, at 60 frames a second.
 pub(crate) const STRIDE_METRES: f32 = 0.2;
-/// Frames of a walk.
+/// Number of frames of a walk.
 const STRIDES: usize = 30;
-/// Frames before the counted ones: levels of detail are resolved on the way.
+/// Number of rounds before the counted ones: levels of detail are resolved on the way.
 const WARM_UP_ROUNDS: usize = 2;
 /// View from above all stations, however many there are.
 pub(crate) const BIRD: &str = "bird";
@@ -38,7 +38,7 @@ pub(crate) const FILLING: &str = "filling";
 const WALKING: &str = "walking";
 /// View from within one station, in leaps.
 const WITHIN: &str = "within";
-/// Pixels of error that theta may show.
+/// Greatest screen error of theta, pixels.
 pub(crate) const MAX_ERROR_PX: f64 = 0.5;
 
 /// Results of one view of a number of stations.
@@ -57,8 +57,8 @@ pub(crate) struct Many {
     pub(crate) likeness: Option<Likeness>,
 }
 
-/// Measures one station, some and all, from above all of them and from within one, in leaps
-/// and as one walks; and one that fills the picture.
+/// Measures one station, some and all: from above all of them, and from within one, in leaps and on
+/// foot. A single station is also measured filling the picture.
 pub(crate) fn measure(
     scenes: &Scenes,
     ours: &Recipe,
@@ -154,7 +154,7 @@ fn step(station: Bounds) -> Vec3 {
     Vec3::new(size.x + GAP, 0.0, size.z + GAP)
 }
 
-/// Writes a scene of so many stations with a theta that has a name.
+/// Writes a scene of so many stations with a named theta.
 fn configuration(
     (stations, name, theta): (usize, &str, &serde_json::Value),
     bounds: Bounds,

@@ -1,4 +1,4 @@
-//! Busbar as one of those that draw, in a process of its own.
+//! Busbar as a renderer of the bench, in a process of its own.
 
 use std::fs;
 use std::io::{BufRead, Write, stdin, stdout};
@@ -12,7 +12,7 @@ use serde_json::json;
 use crate::camera::{Camera, FOV_DEGREES};
 use crate::exchange::{Answer, Wanted};
 
-/// Answers until the input ends.
+/// Serves requests until the input ends.
 pub(crate) fn serve() -> Result<()> {
     let mut ours = Ours { viewer: None, seconds: 0.0 };
     for line in stdin().lock().lines() {

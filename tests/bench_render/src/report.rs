@@ -26,7 +26,7 @@ const MAX_CACHED_START: f64 = 0.5;
 /// Greatest ratio of a frame with a hundred stations to one with a single station.
 const MAX_MANY_FRAME: f64 = 1.5;
 const MAX_MANY_MEMORY: f64 = 1.2;
-/// Milliseconds of processor time that a frame of 10,000 instances may take.
+/// Greatest processor time of a frame of 10,000 instances, milliseconds.
 const MAX_CPU_MILLIS: f64 = 1.0;
 
 /// Results of all sections.
@@ -38,7 +38,7 @@ pub(crate) struct Results {
     pub(crate) many: Vec<Many>,
 }
 
-/// Writes the report; its files.
+/// Writes the report; returns its files.
 pub(crate) fn write(results: &Results, folder: &Path) -> Result<Vec<PathBuf>> {
     let mut files = document::write(&document(results), folder)?.to_vec();
     let path = folder.join("report.json");
@@ -66,7 +66,7 @@ fn bar(claim: String, reached: bool, figure: String) -> Claim {
     Claim { claim, verdict: Verdict::of_bar(reached), figure }
 }
 
-/// Ours, and the fastest other, of each level.
+/// Judges Busbar's frames beside those of the fastest peer at each level.
 fn frame_bars(frames: &[Frames]) -> Vec<Claim> {
     let ours = frames.iter().filter(|frames| frames.who == OURS);
     let judged = ours.filter_map(|ours| {

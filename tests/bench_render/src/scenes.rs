@@ -9,16 +9,16 @@ use busbar_viewer::optimize::OptimizedModel;
 use serde_json::json;
 use substation::Station;
 
-/// Decides how the equipment stands; as the generator does by itself.
+/// Seed of the equipment's erection tolerance, which is the generator's default.
 pub(crate) const SEED: u64 = 1;
-/// Shares of the triangles that are compared.
+/// Shares of the triangles at the compared levels.
 pub(crate) const SHARES: [f64; 3] = [1.0, 0.3, 0.15];
 /// Optimizer of the levels of detail.
 const OPTIMIZER: &str = "quadric_collapse";
-/// Halvings until a level's share is met to a ten-thousandth.
+/// Number of halvings until a level's share is met to a ten-thousandth.
 const HALVINGS: usize = 14;
 
-/// The scene at a level of detail.
+/// Scene at a level of detail.
 pub(crate) struct Level {
     pub(crate) share: f64,
     pub(crate) glb: PathBuf,
@@ -33,7 +33,7 @@ pub(crate) struct Scenes {
 }
 
 impl Scenes {
-    /// Makes them in a folder, with the optimiser of a folder of plugins.
+    /// Makes the scenes in a folder, with the optimiser of a folder of plugins.
     pub(crate) fn make(folder: &Path, plugins: &Path) -> Result<Self> {
         let flat = Station::generate(SEED)?.flatten()?;
         let mesh = flat.model.meshes.first().context("the scene has no mesh")?;

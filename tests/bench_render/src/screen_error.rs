@@ -1,4 +1,4 @@
-//! Theta by the error on the screen, beside the best peer at full detail.
+//! Frame times with theta from the screen error, beside the best peer at full detail.
 
 use std::fs;
 use std::path::Path;
@@ -26,7 +26,7 @@ pub(crate) struct Followed {
     pub(crate) triangles: u64,
     pub(crate) millis: Series,
     pub(crate) full_millis: Series,
-    /// The peer's, at full detail, and its name.
+    /// Name and frame times of the best peer at full detail.
     pub(crate) peer: Option<(&'static str, Series)>,
     /// Similarity to the pictures in full detail.
     pub(crate) likeness: Likeness,

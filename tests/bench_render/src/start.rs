@@ -32,12 +32,12 @@ pub(crate) struct Start {
     pub(crate) peak_bytes: u64,
 }
 
-/// As the tables name them.
+/// Names in the tables.
 pub(crate) const EMPTY_CACHE: &str = "busbar, sequence built as well";
 pub(crate) const FULL_CACHE: &str = "busbar, sequence from the cache";
 pub(crate) const F3D: &str = "F3D";
 
-/// Starts all of them in alternating rounds; their pictures go to a folder.
+/// Starts all programs in alternating rounds; their pictures go to a folder.
 pub(crate) fn measure(
     glb: &Path,
     camera: Camera,
@@ -103,7 +103,7 @@ fn f3d(glb: &Path, camera: Camera, core: &str, picture: &Path) -> Command {
     command
 }
 
-/// Runs it to its end: seconds, and bytes at most.
+/// Runs a command to its end; returns its seconds and its peak memory, bytes.
 fn run(command: &mut Command) -> Result<(f64, u64)> {
     let started = Instant::now();
     let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn()?;

@@ -1,4 +1,4 @@
-//! Numbers that look random and are the same everywhere.
+//! Pseudo-random numbers by hashing, the same on every machine.
 
 use glam::{IVec3, Vec3};
 

@@ -1,4 +1,4 @@
-//! The meshes stay what optimisers have been judged on.
+//! Fixed meshes: those that optimisers have been judged on do not change.
 
 use std::collections::HashMap;
 
@@ -37,7 +37,7 @@ fn check(model: &Model, fixed: &Fixed) {
     assert_eq!(&found, fixed, "the meshes that results rest on have changed");
 }
 
-/// Edges with one triangle.
+/// Counts the edges with exactly one triangle.
 fn border_edges(mesh: &Mesh) -> usize {
     let mut edges: HashMap<[u32; 2], u32> = HashMap::new();
     for [a, b, c] in mesh.topology().triangles {

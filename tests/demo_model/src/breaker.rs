@@ -17,10 +17,10 @@ const HOUSING_HEIGHT: f32 = 0.34;
 const COLUMN_HEIGHT: f32 = 2.4;
 const CHAMBER_HEIGHT: f32 = 0.38;
 const INTERRUPTER_HEIGHT: f32 = 1.9;
-/// The mechanism box's middle.
+/// Middle of the mechanism box, metres.
 const BOX: Vec3 = Vec3::new(0.0, 1.55, 0.74);
 const BOX_SIZE: Vec3 = Vec3::new(0.72, 1.15, 0.55);
-/// The flange pairs between the pole's stages.
+/// Height of a flange pair between the pole's stages, metres.
 const JOINT: f32 = 0.05;
 
 /// Builds the breaker pole.

@@ -4,7 +4,7 @@ use busbar_scene::{Material, Texture, TextureRef, Wrap};
 
 use crate::plates;
 
-/// A surface as paint shop, kiln or zinc bath leave it.
+/// Surface finish by paint, glaze or zinc.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Finish {
     /// Light-grey paint (near RAL 7035) of tanks, radiators and cabinets.
@@ -31,9 +31,9 @@ pub enum Finish {
     SilicaGel,
     /// White enamel of dials and indicators.
     WhiteEnamel,
-    /// The warning triangle on doors.
+    /// Warning triangle on doors.
     WarningSign,
-    /// The engraved rating plate.
+    /// Rating plate with engraving.
     RatingPlate,
 }
 

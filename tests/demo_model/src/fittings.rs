@@ -1,11 +1,11 @@
-//! Small things that many parts carry: bolts, flanges, terminals, lugs.
+//! Small fittings of many parts: bolts, flanges, terminals, lugs.
 
 use glam::{Mat4, Quat, Vec3};
 
 use crate::shapes::{block, cos_sin, cuboid, cylinder, strut, turn};
 use crate::{Finish, Part, Solid, at};
 
-/// Sides of a bolt head.
+/// Number of sides of a bolt head.
 const HEXAGON: usize = 6;
 
 /// Returns a rotation about `axis` (unit length) in degrees.
@@ -14,12 +14,12 @@ pub(crate) fn rotation(axis: Vec3, degrees: f64) -> Mat4 {
     Mat4::from_quat(Quat::from_xyzw(axis.x * half.y, axis.y * half.y, axis.z * half.y, half.x))
 }
 
-/// Turns what stands along y so that it lies along x.
+/// Returns the rotation of the y axis onto the x axis.
 pub(crate) fn along_x() -> Mat4 {
     rotation(Vec3::Z, -90.0)
 }
 
-/// Turns what stands along y so that it lies along z.
+/// Returns the rotation of the y axis onto the z axis.
 pub(crate) fn along_z() -> Mat4 {
     rotation(Vec3::X, 90.0)
 }

@@ -1,4 +1,4 @@
-//! Porcelain insulators: the profile that is turned on the lathe.
+//! Porcelain insulators: the profile of revolution.
 
 /// Sheds of a porcelain body, large and small in turn.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,7 +8,7 @@ use anyhow::{Context, Result};
 use busbar_scene::Model;
 use clap::Parser;
 
-/// Makes the demo models.
+/// Generator of the demo models.
 #[derive(Parser)]
 struct Arguments {
     /// Folder to write to; made if it does not exist.

@@ -1,11 +1,11 @@
-//! A part: solids with finishes, which become one mesh.
+//! Parts: solids with finishes, which become one mesh.
 
 use busbar_geometry::RawPrimitive;
 use glam::Mat4;
 
 use crate::{Finish, Solid};
 
-/// Solids that move together and are one mesh in the file.
+/// Part of solids that move together and are one mesh in the file.
 #[derive(Clone, Debug, Default)]
 pub struct Part {
     solids: Vec<(Finish, Solid)>,

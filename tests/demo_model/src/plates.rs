@@ -1,11 +1,11 @@
-//! Images drawn by rule: the warning sign and the rating plate.
+//! Procedural images: the warning sign and the rating plate.
 
 use busbar_scene::Texture;
 
 const SIGN_PIXELS: u32 = 128;
 const PLATE_WIDTH: u32 = 256;
 const PLATE_HEIGHT: u32 = 192;
-/// Samples a pixel along each axis, for soft edges.
+/// Number of samples along each axis of a pixel, for soft edges.
 const SAMPLES: u32 = 4;
 
 type Rgb = [f32; 3];
@@ -69,7 +69,7 @@ fn engraved_line(x: f32, y: f32) -> bool {
     in_row && (16.0..end).contains(&x) && letters(x, y, 5.0, row as u32 + 11)
 }
 
-/// Strokes of letter-like width; `seed` varies them from line to line.
+/// Draws strokes of letter-like width; `seed` varies them from line to line.
 fn letters(x: f32, y: f32, pitch: f32, seed: u32) -> bool {
     let cell = (x / pitch).floor() as u32;
     let mixed = cell.wrapping_mul(2_654_435_761).wrapping_add(seed.wrapping_mul(40_503)) >> 7;

@@ -1,9 +1,9 @@
-//! A closed surface, and how it is shaded.
+//! Closed surfaces with their shading.
 
 use busbar_geometry::RawPrimitive;
 use glam::{Mat4, Vec2, Vec3};
 
-/// Faces that meet at a smaller angle are shaded as one smooth surface.
+/// Greatest angle between faces that are shaded as one smooth surface, degrees.
 const CREASE_DEGREES: f64 = 46.0;
 
 /// Solid of one or more closed shells: every edge has two triangles, which turn counter-clockwise

@@ -1,4 +1,4 @@
-//! Line charts as SVG.
+//! Line charts in SVG format.
 
 use std::fmt::Write as _;
 
@@ -10,7 +10,7 @@ const LEFT: f64 = 64.0;
 const RIGHT: f64 = 190.0;
 const TOP: f64 = 20.0;
 const BOTTOM: f64 = 52.0;
-/// Told apart in greyscale too: by colour and dash.
+/// Strokes distinguished by colour and dash, in greyscale too.
 const STROKES: [(&str, &str); 6] = [
     ("#1f4e79", ""),
     ("#b4532a", "7 4"),
@@ -20,7 +20,7 @@ const STROKES: [(&str, &str); 6] = [
     ("#a08a1b", "1 2"),
 ];
 
-/// A chart of lines over common axes.
+/// Chart of lines over common axes.
 #[derive(Clone, Debug)]
 pub struct LineChart<'a> {
     /// Label of the x axis, with unit.
@@ -29,7 +29,7 @@ pub struct LineChart<'a> {
     pub y: &'a str,
     /// Flag for a logarithmic y axis.
     pub log_y: bool,
-    /// The lines: name, and points in ascending x.
+    /// Lines: name, and points in ascending x.
     pub lines: Vec<(String, Vec<[f64; 2]>)>,
 }
 

@@ -1,10 +1,10 @@
-//! A report as one HTML page; its pictures lie beside it.
+//! Report as one HTML page; its pictures lie beside it.
 
 use std::fmt::Write as _;
 
 use crate::{Block, Claim, ContactSheet, Document, Table};
 
-/// Calm on a screen, and on paper.
+/// Style sheet for screen and paper.
 const STYLE: &str = include_str!("style.css");
 
 /// Writes a document as HTML.

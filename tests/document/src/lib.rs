@@ -1,6 +1,6 @@
-//! A report as blocks, written as Markdown and as HTML.
+//! Reports as blocks, written as Markdown and as HTML.
 //!
-//! Words and figures come from who makes the report; this crate knows none.
+//! Words and figures come from the author of the report; this crate knows none.
 
 pub mod chart;
 mod html;
@@ -25,7 +25,7 @@ pub struct Document {
     pub blocks: Vec<Block>,
 }
 
-/// A part of a report. All text is plain.
+/// Block of a report. All text is plain.
 #[derive(Clone, Debug)]
 pub enum Block {
     /// Heading of a section.
@@ -34,22 +34,22 @@ pub enum Block {
     Text(String),
     /// Table with a caption.
     Table(Table),
-    /// Pictures side by side.
+    /// Contact sheet of pictures side by side.
     ContactSheet(ContactSheet),
-    /// Claims and what became of them.
+    /// Claims with their verdicts.
     Claims(Vec<Claim>),
     /// Chart with a caption.
     Chart(Chart),
 }
 
-/// Rows under a head; the first column holds names, others figures.
+/// Table of rows under a head; the first column holds names, others figures.
 #[derive(Clone, Debug, Default)]
 pub struct Table {
     /// Caption that names the table's subject.
     pub caption: String,
     /// Headings of the columns.
     pub head: Vec<String>,
-    /// As many cells each as the head.
+    /// Rows, each with as many cells as the head.
     pub rows: Vec<Vec<String>>,
     /// Flag for cells of text, which are aligned left; figures are aligned right.
     pub is_words: bool,
@@ -66,10 +66,10 @@ pub struct ContactSheet {
     pub pictures: Vec<CaptionedPicture>,
 }
 
-/// A picture with its words.
+/// Picture with its caption.
 #[derive(Clone, Debug)]
 pub struct CaptionedPicture {
-    /// File beside the report.
+    /// File name beside the report.
     pub file: String,
     /// Caption below the picture.
     pub caption: String,
@@ -82,20 +82,20 @@ pub struct Claim {
     pub claim: String,
     /// Verdict on the claim.
     pub verdict: Verdict,
-    /// The figure that decides.
+    /// Figure that decides the verdict.
     pub figure: String,
 }
 
 /// Verdict on a claim or bar.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// The figures bear it out.
+    /// Claim that the figures support.
     Confirmed,
-    /// The figures contradict it.
+    /// Claim that the figures contradict.
     Refuted,
-    /// A bar of this project that the figures reach.
+    /// Bar of this project that the figures reach.
     Met,
-    /// A bar of this project that they do not reach.
+    /// Bar of this project that they do not reach.
     Missed,
 }
 
@@ -126,7 +126,7 @@ impl Verdict {
 pub struct Chart {
     /// Caption of the chart.
     pub caption: String,
-    /// File that the drawing is written to, beside the report.
+    /// File name of the drawing, beside the report.
     pub file: String,
     /// Drawing as SVG text.
     pub svg: String,
@@ -154,13 +154,13 @@ impl Document {
         }));
     }
 
-    /// Adds pictures, so many a row.
+    /// Adds a contact sheet with a number of pictures in a row.
     pub fn sheet(&mut self, caption: &str, columns: usize, pictures: Vec<CaptionedPicture>) {
         let caption = caption.to_owned();
         self.blocks.push(Block::ContactSheet(ContactSheet { caption, columns, pictures }));
     }
 
-    /// Files that the report shows and does not write itself.
+    /// Iterates over the files that the report shows and does not write itself.
     pub fn pictures(&self) -> impl Iterator<Item = &str> {
         let sheets = self.blocks.iter().filter_map(|block| match block {
             Block::ContactSheet(sheet) => Some(&sheet.pictures),

@@ -1,4 +1,4 @@
-//! A report as Markdown.
+//! Report in Markdown format.
 
 use std::fmt::Write as _;
 

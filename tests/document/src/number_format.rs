@@ -42,7 +42,7 @@ pub fn size([width, height]: [u32; 2]) -> String {
     format!("{width} x {height}")
 }
 
-/// Milliseconds with about three digits.
+/// Formats milliseconds with about three digits.
 pub fn millis(value: f64) -> String {
     match value.abs() {
         v if v >= 100.0 => format!("{value:.0}"),

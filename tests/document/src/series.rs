@@ -1,8 +1,8 @@
-//! Figures of one kind, in short.
+//! Statistics of a series of figures: count, median, 99th percentile, maximum.
 
 use serde::Serialize;
 
-/// A series in short.
+/// Statistics of a series.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Series {
     /// Number of the values.

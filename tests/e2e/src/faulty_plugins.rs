@@ -1,4 +1,4 @@
-//! A small library of plugins, in C, for the tests of isolation.
+//! Faulty plugins in C for the tests of isolation, several in one library.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -11,11 +11,11 @@ use crate::{finish, workspace_path};
 /// Name of the library's file.
 const LIBRARY: &str = "libtrouble.so";
 
-/// A folder with the library in its plugin directory, and a configuration of one
-/// node without a model, three tags and one plugin.
+/// Folder with the library in its plugin directory, and a configuration of one node without a
+/// model, three tags and one plugin.
 pub struct FaultyPluginScene {
     folder: TempDir,
-    /// The configuration: change it, then [`FaultyPluginScene::write`] it.
+    /// Configuration; after a change call [`FaultyPluginScene::write`].
     pub config: Value,
 }
 
@@ -74,7 +74,7 @@ impl FaultyPluginScene {
         self.folder.path().join(name)
     }
 
-    /// Writes the configuration; its path.
+    /// Writes the configuration; returns its path.
     ///
     /// # Panics
     /// When it cannot be written.

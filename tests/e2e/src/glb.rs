@@ -1,11 +1,10 @@
-//! GLB files read and written by simple means of our own, independent of the
-//! importer under test.
+//! Independent reader and writer of GLB files, apart from the importer under test.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::{Value, json};
 
-/// A mesh with its vertices welded: equal positions are one.
+/// Mesh with welded vertices: equal positions are one.
 #[derive(Clone, Debug, Default)]
 pub struct WeldedMesh {
     /// Distinct positions after welding.
@@ -136,7 +135,7 @@ impl WeldedMesh {
         (0..parent.len()).filter(|&i| parent[i] == i).count()
     }
 
-    /// Edges with one triangle.
+    /// Counts the edges with exactly one triangle.
     pub fn border_edges(&self) -> usize {
         let mut uses = BTreeMap::new();
         for &[a, b, c] in &self.triangles {
@@ -147,7 +146,7 @@ impl WeldedMesh {
         uses.values().filter(|&&count| count == 1).count()
     }
 
-    /// Positions that a triangle uses.
+    /// Counts the positions that a triangle uses.
     pub fn referenced(&self) -> usize {
         self.triangles.iter().flatten().collect::<BTreeSet<_>>().len()
     }

@@ -1,5 +1,5 @@
-//! The kit of the end-to-end tests: the built program is run as a user runs
-//! it, against real servers, displays and drivers.
+//! Support of the end-to-end tests: the built program is run as a user runs it, against real
+//! servers, displays and drivers.
 //!
 //! Everything here panics with a clear message instead of returning errors: a
 //! test that cannot be set up has failed. What may be missing on a developer's
@@ -75,7 +75,7 @@ pub fn available(present: bool, remedy: &str) -> bool {
     present
 }
 
-/// Waits until `condition` gives something.
+/// Waits until `condition` returns a value.
 ///
 /// # Panics
 /// When `limit` passes before.

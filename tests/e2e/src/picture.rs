@@ -6,16 +6,16 @@ use image::{Rgb, RgbImage};
 
 use crate::workspace_path;
 
-/// Channels that differ by more make a pixel differ visibly.
+/// Greatest difference of a channel that is not a visible one.
 const MAX_CHANNEL_DIFFERENCE: u8 = 24;
-/// Share of pixels that may differ visibly from a golden picture.
+/// Greatest share of pixels that differ visibly from a golden picture.
 const MAX_DIFFERENT_SHARE: f64 = 0.005;
-/// Mean absolute difference of channels from a golden picture, of 255.
+/// Greatest mean absolute difference of channels from a golden picture, of 255.
 const MAX_MEAN_DIFFERENCE: f64 = 0.5;
 /// Output folder of pictures that failed.
 const FAILURES: &str = "target/golden-failures";
 
-/// A rectangle of pixels, its ends inside.
+/// Rectangle of pixels, its ends inside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Region {
     /// Left and top pixel.

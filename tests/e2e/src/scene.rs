@@ -1,4 +1,4 @@
-//! Configurations in folders of their own.
+//! Test scenes: configurations in folders of their own.
 
 use std::fs;
 use std::os::unix::fs::symlink;
@@ -11,7 +11,7 @@ use tempfile::TempDir;
 
 use crate::{Stats, built, built_folder, busbar, workspace_path};
 
-/// The plugins that the demo names, and one more optimiser.
+/// Plugins that the demo names, and one more optimiser.
 const PLUGINS: [&str; 7] = [
     "energisation",
     "gas_analysis",
@@ -30,11 +30,10 @@ pub const YARDS: usize = 3;
 const YARD_ROWS: usize = 4;
 const YARD_COLUMNS: usize = 5;
 
-/// A configuration made from `config/demo.json`, in a temporary folder with
-/// its plugins and models.
+/// Configuration made from `config/demo.json`, in a temporary folder with its plugins and models.
 pub struct Scene {
     folder: TempDir,
-    /// The configuration: change it, then [`Scene::write`] it.
+    /// Configuration; after a change call [`Scene::write`].
     pub config: Value,
 }
 
@@ -59,7 +58,7 @@ impl Scene {
         scene
     }
 
-    /// Yards of breakers, 60 m apart along x; their detail follows half a pixel of error.
+    /// Creates yards of breakers, 60 m apart along x; their detail follows half a pixel of error.
     pub fn yards() -> Self {
         let mut scene = Self::without_tags();
         let mut breaker = scene.config["models"]["breaker"].take();
@@ -98,7 +97,7 @@ impl Scene {
         scene
     }
 
-    /// Puts a plugin's library into its plugin directory.
+    /// Copies a plugin's library into the scene's plugin directory.
     ///
     /// # Panics
     /// When the plugin is not built.
@@ -114,7 +113,8 @@ impl Scene {
         linked.or_else(|_| fs::copy(&library, &lent).map(drop)).expect("a copy");
     }
 
-    /// Renders a small picture of it after so many seconds, and statistics for [`Scene::stats`].
+    /// Returns the command that renders a small picture after so many seconds, and statistics for
+    /// [`Scene::stats`].
     pub fn rendering(&self, seconds: f64) -> Command {
         let mut command = busbar();
         command.arg("render").arg(self.write()).args(["--size", "320x180"]);
@@ -139,12 +139,12 @@ impl Scene {
         self.path("plugins").join(library_name(plugin))
     }
 
-    /// Writes the configuration; its path.
+    /// Writes the configuration; returns its path.
     pub fn write(&self) -> PathBuf {
         self.write_text(&serde_json::to_string_pretty(&self.config).expect("values are JSON"))
     }
 
-    /// Writes this text as the configuration; its path.
+    /// Writes this text as the configuration; returns its path.
     ///
     /// # Panics
     /// When it cannot be written.

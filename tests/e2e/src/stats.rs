@@ -4,15 +4,15 @@ use std::path::Path;
 
 use serde_json::Value;
 
-/// Numbers about a view.
+/// Statistics of a view as JSON.
 pub struct Stats(pub Value);
 
-/// A tag as the statistics have it.
+/// Tag of the statistics.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tag {
-    /// Last value, null if none came.
+    /// Last value; null if none came.
     pub value: Value,
-    /// `good`, `uncertain` or `bad`.
+    /// Quality: `good`, `uncertain` or `bad`.
     pub quality: String,
     /// Reason of a quality that is not good.
     pub reason: Option<String>,
@@ -24,7 +24,7 @@ impl Stats {
     /// Reads a file that the program wrote.
     ///
     /// # Panics
-    /// When it is not there or no JSON.
+    /// When it is missing or is no JSON.
     pub fn read(path: &Path) -> Self {
         let text = std::fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
         Self(serde_json::from_slice(&text).expect("statistics are JSON"))

@@ -1,4 +1,4 @@
-//! The program's window on a display in memory.
+//! Window of the program on a display in memory.
 
 use image::RgbImage;
 use serde_json::json;
@@ -6,7 +6,7 @@ use serde_json::json;
 use crate::display::Display;
 use crate::{Process, Scene, Stats, busbar};
 
-/// A window that shows a scene, under validation.
+/// Window that shows a scene, under Vulkan validation.
 pub struct Window {
     /// Process of the program.
     pub process: Process,
@@ -17,7 +17,7 @@ pub struct Window {
 }
 
 impl Window {
-    /// Opens it for so many seconds, and gives it the keys once it is ready.
+    /// Opens the window for so many seconds, and gives it the keyboard focus once it is ready.
     ///
     /// # Panics
     /// When it does not open.
@@ -46,10 +46,10 @@ impl Window {
         self.display.screenshot(stats.parent().expect("a folder"), name)
     }
 
-    /// Waits for its end; what it said of itself then.
+    /// Waits for the window's end; returns its statistics.
     ///
     /// # Panics
-    /// When it fails, or the validation layer said anything.
+    /// When the program fails, or the validation layer reports anything.
     pub fn close(self) -> Stats {
         self.process.finish().expect_code(0);
         let stats = Stats::read(&self.scene.path("stats.json"));

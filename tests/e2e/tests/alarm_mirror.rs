@@ -1,5 +1,5 @@
-//! The alarms of an independent OPC UA server, asyncua, as the view shows them: each state as
-//! the server has it, and never as current where the server or the plugin is lost.
+//! Mirrored alarms of an independent OPC UA server, asyncua, as the view shows them: each state as
+//! the server has it, and never as current where the server or its connection is gone.
 
 use std::path::Path;
 use std::process::Command;
@@ -128,7 +128,7 @@ impl View {
         Pid::from_raw(plugin.pid? as i32)
     }
 
-    /// Draws until the alarms are such.
+    /// Draws until the alarms satisfy a condition.
     fn until(&mut self, what: &str, holds: impl Fn(&[AlarmStats]) -> bool) -> Vec<AlarmStats> {
         wait_for(what, MAX_WAIT, || {
             self.frame(Vec::new());
@@ -144,7 +144,7 @@ impl View {
         self.until(&format!("an alarm in state {state:?}"), is_so).remove(0)
     }
 
-    /// Draws until it is stale; what it says of that.
+    /// Draws until the alarm is stale; returns the reason.
     fn until_stale(&mut self) -> String {
         let mut alarms = self.until("a stale alarm", |alarms| {
             assert_eq!(alarms.len(), 1, "it is kept");

@@ -1,5 +1,5 @@
-//! Alarms from an independent server to the operator and back: states, the way to the
-//! equipment, detail, keys in a window, and what the audit log has of it.
+//! Alarms from an independent server to the operator and back: states, the way to the equipment,
+//! detail, keys in a window, and the entries of the audit log.
 
 use std::path::Path;
 use std::time::Duration;

@@ -1,4 +1,4 @@
-//! Results of optimisers on disk: found again, never trusted, never needed.
+//! Cache of optimisers' results on disk: found again, never trusted, never needed.
 
 use std::fs;
 use std::path::PathBuf;
@@ -109,7 +109,7 @@ fn a_cache_of_no_size_keeps_nothing() {
     assert!(!scene.path("cache").exists());
 }
 
-/// Hills of 51,200 triangles.
+/// Builds hills of 51,200 triangles.
 fn hills() -> Model {
     const SIDE: u32 = 160;
     let at = |i: u32| {

@@ -1,5 +1,5 @@
-//! The chart of a fleet's gases in the scene: brushes and picks lead to transformers and back,
-//! and a replay of faults frames each transformer with its verdict.
+//! Chart of a fleet's gases in the scene: brushes and picks lead to transformers and back, and a
+//! replay of faults frames each transformer with its verdict.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -17,7 +17,7 @@ use serde_json::json;
 use time::{Date, Month};
 
 const SIZE: [u32; 2] = [480, 270];
-/// Seeded samples, each with a fault.
+/// Number of seeded samples, each with a fault.
 const FAULTS: usize = 117;
 const H2_AXIS: usize = 0;
 /// Longest time until many samples are read and judged, on a busy machine.

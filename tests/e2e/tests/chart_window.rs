@@ -1,5 +1,5 @@
-//! A chart under an operator's hands, in a window: a brush marks transformers in the scene, and
-//! a click on a transformer marks its line.
+//! Chart in a window: a brush marks transformers in the scene, and a click on a transformer marks
+//! its line.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -16,9 +16,9 @@ use time::OffsetDateTime;
 const SIZE: [u32; 2] = [1280, 720];
 /// Concentration of H2 above table 2 of IEEE C57.104-2019, ppm.
 const MUCH_H2: f32 = 200.0;
-/// Pixels around a transformer that its outline takes.
+/// Width of a transformer's outline, pixels.
 const OUTLINE: i32 = 3;
-/// The blue of what is selected in a chart.
+/// Blue of selected items in a chart.
 const SELECTION: [u8; 3] = [30, 90, 170];
 
 /// Returns a scene of the fleet alone, its chart above it.

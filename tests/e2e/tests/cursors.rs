@@ -1,6 +1,5 @@
-//! The mesh at any cursor against the process as the paper words it, one
-//! collapse after the other: for every optimiser and order, on meshes with hard
-//! edges, seams, textures and several materials.
+//! Meshes at any cursor against the paper's sequential process, one collapse after the other: for
+//! every optimiser and order, on meshes with hard edges.
 
 use busbar_geometry::{Collapse, CollapseSequence, CollapseStacks, Mesh, RawPrimitive, weld};
 use busbar_gltf_import::{ImportLimits, import_file};
@@ -9,9 +8,9 @@ use e2e::{Scene, workspace_path};
 use glam::{Vec2, Vec3};
 use serde_json::{Value, json};
 
-/// Cursors that are looked at, each mesh and order.
+/// Number of compared cursors for each mesh and order.
 const CURSORS: usize = 1000;
-/// Wedges of a position among which a parent is chosen.
+/// Greatest number of wedges of a position among which a parent is chosen.
 const MAX_CANDIDATES: usize = 64;
 
 /// Lists every order of collapses.
@@ -24,7 +23,7 @@ fn orders() -> [(&'static str, Value); 4] {
     ]
 }
 
-/// Moves wedges as a text would say it, without death indices or tables.
+/// Sequential collapse of wedges by the paper's definition, without death indices or tables.
 struct Process<'a> {
     mesh: &'a Mesh,
     /// Live triangles, as wedges; `None` for a dead one.

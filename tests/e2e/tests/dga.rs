@@ -11,7 +11,7 @@ use e2e::{Output, built, built_folder, busbar, finish};
 use serde_json::json;
 
 const HEADER: &str = "H2,CH4,C2H6,C2H4,C2H2";
-/// Rows of the large file: enough that a copy of it, or of its results, would show.
+/// Number of rows of the large file: enough that a copy of it, or of its results, would show.
 const MANY: u32 = 600_000;
 /// Greatest peak memory of any of the processes, bytes. Programs and libraries with all their
 /// checks take some 60 MB by themselves.

@@ -1,5 +1,5 @@
-//! Switches of a real server make equipment live, dead, earthed and unknown in the
-//! picture, which is read as an operator reads it.
+//! Energisation by switches of a real server: live, dead, earthed and unknown equipment, judged by
+//! the picture.
 
 use std::time::{Duration, Instant};
 
@@ -18,7 +18,7 @@ const CLOSED: [u16; 2] = [0, 1];
 const TRAVELLING: [u16; 2] = [0, 0];
 /// Longest time until a change is in the picture.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// Levels by which a mean of a colour is seen to change.
+/// Least visible change in a mean of a colour, of 255.
 const SEEN: f64 = 6.0;
 
 /// Returns a scene of one phase of a line that feeds a transformer through a disconnector and a
@@ -65,7 +65,7 @@ struct View {
     start: Instant,
 }
 
-/// Mean red, green and blue of a shape, and by how much its grey varies.
+/// Mean red, green and blue of a shape, and the spread of its grey.
 #[derive(Clone, Copy, Debug)]
 struct Look {
     mean: [f64; 3],
@@ -128,7 +128,7 @@ impl View {
         [0, 1, 2].map(|at| look(&self.shapes[at]))
     }
 
-    /// Draws until something holds.
+    /// Draws until a condition holds.
     fn until(&mut self, what: &str, holds: impl Fn(&[Look; 3]) -> bool) -> [Look; 3] {
         let start = Instant::now();
         loop {

@@ -6,8 +6,8 @@ use std::process::Command;
 use e2e::{Output, Scene, busbar, finish, model, workspace_path};
 use serde_json::{Value, json};
 
-/// Checks that a run failed by the user's input and told it in one error that
-/// holds all these words.
+/// Asserts that a run failed by the user's input, and reported it in one error with all these
+/// words.
 #[track_caller]
 fn assert_one_error(output: Output, words: &[&str]) {
     let output = output.expect_code(1);

@@ -1,4 +1,5 @@
-//! Yards far away are drawn as one mesh each, and nobody sees or feels it.
+//! Hierarchical levels of detail: yards far away are drawn as one mesh each, without a visible
+//! difference.
 
 use busbar_viewer::{LoadedScene, Picture, RendererOptions, Viewer};
 use e2e::{Scene, YARDS};

@@ -1,5 +1,5 @@
-//! Plugins that die while the scene loads, storms, and what a plugin's process may
-//! use up: the view is there, goes on, and says what is wrong.
+//! Plugin faults: deaths while the scene loads, storms, and resource limits of a plugin's process.
+//! The view is there, continues, and reports the fault.
 
 use std::fs;
 use std::path::Path;
@@ -18,7 +18,7 @@ mod view;
 
 /// Duration of the frame-time measurement beside a storm.
 const STORM: Duration = Duration::from_secs(3);
-/// Address space of a plugin that wants all there is: 10^6 bytes.
+/// Greatest address space of a greedy plugin, 10^6 bytes.
 const MEMORY_MEGABYTES: u64 = 512;
 
 /// Returns a scene of a steady plugin with its three tags beside one that has this fault, and one

@@ -66,7 +66,7 @@ fn an_optimised_file_keeps_its_features() {
     }
 }
 
-/// Renders the scene; the picture, and what was said.
+/// Renders the scene; returns the picture and the output.
 fn render(scene: &Scene, more: &[&str]) -> (RgbImage, String, Stats) {
     let (out, stats) = (scene.path("picture.png"), scene.path("stats.json"));
     let mut command = busbar();

@@ -1,5 +1,5 @@
-//! A monitor of dissolved gases behind an independent server: its gases become a verdict and a
-//! line of the chart, and once they are stale there is no verdict.
+//! Monitor of dissolved gases behind an independent server: its gases become a verdict and a line
+//! of the chart; stale gases have no verdict.
 
 use std::time::Duration;
 
@@ -13,7 +13,7 @@ const SIZE: [u32; 2] = [320, 180];
 const MAX_WAIT: Duration = Duration::from_secs(60);
 const ID: &str = "=S12D1T1-TA1";
 const GASES: [&str; 9] = ["H2", "CH4", "C2H6", "C2H4", "C2H2", "CO", "CO2", "O2", "N2"];
-/// Quiet oil of a sealed transformer, and one with discharges of low energy, ppm.
+/// Gases of quiet oil in a sealed transformer, ppm; those with discharges of low energy follow.
 const CALM: [f32; 9] = [14.0, 7.0, 9.0, 5.0, 0.1, 150.0, 1300.0, 2400.0, 62_000.0];
 const ARCING: [f32; 9] = [550.0, 100.0, 20.0, 50.0, 240.0, 150.0, 1300.0, 2400.0, 62_000.0];
 

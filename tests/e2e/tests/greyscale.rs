@@ -17,11 +17,11 @@ use serde_json::Value;
 use substation::Station;
 
 const SIZE: [u32; 2] = [128, 96];
-/// Levels of grey, of 255, by which a pixel is seen to differ beside its neighbour.
+/// Least visible difference of grey between neighbouring pixels, of 255.
 const VISIBLE: f32 = 14.0;
-/// The share of a surface, or of the line around it, that differs where two states do.
+/// Least share of a surface, or of the line around it, that differs between two states.
 const MIN_SHARE: f32 = 0.15;
-/// Pixels on both sides of a border that belong to it.
+/// Number of pixels on both sides of a border that belong to it.
 const BORDER: usize = 3;
 /// Linear grey of bodies: paint and zinc, and brown porcelain.
 const BODIES: [f32; 2] = [0.55, 0.06];
@@ -32,8 +32,8 @@ const GAS_STATES: [(&str, [u8; 3], Pattern); 3] = [
     ("gas: discharges", [178, 16, 36], Pattern::Crossed),
 ];
 
-/// States that say the same of different things: how bad it is, or that nobody knows. The
-/// words beside them say of what.
+/// States of equal meaning for different conditions: their severity, or that it is unknown. The
+/// words beside them name the condition.
 const SAME: [&[&str]; 4] = [
     &["warning", "attention", "general defect", "gas: watch"],
     &["SF6 low", "serious defect", "gas: overheating"],

@@ -1,4 +1,4 @@
-//! Models made to harm: refused at once, in little memory, with one error.
+//! Hostile models: refused at once, in little memory, with one error.
 
 use std::fs;
 use std::path::Path;
@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 /// Longest time of a refusal.
 const MAX_TIME: Duration = Duration::from_secs(1);
-/// Memory beyond that of a run with a tiny model, besides four times the file.
+/// Greatest additional memory over a run with a tiny model, besides four times the file, bytes.
 const MAX_EXTRA_BYTES: u64 = 64 << 20;
 
 /// Returns a model with one triangle, whose data are a file beside it.

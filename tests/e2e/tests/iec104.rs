@@ -1,5 +1,5 @@
-//! A 104 station of c104's in a scene: what it has is in the statistics, and what
-//! it no longer vouches for is bad.
+//! IEC 60870-5-104 in a scene, with a station of c104: its values are in the statistics, and those
+//! that it no longer confirms are bad.
 
 use std::process::Command;
 use std::thread;
@@ -11,8 +11,8 @@ use e2e::{Process, Scene, finish, workspace_path};
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
-/// Messages after which all values have come: the confirmation of the start, and
-/// of the interrogation, its values, its end.
+/// Number of messages after which all values have come: the confirmation of the start, and of the
+/// interrogation, its values, its end.
 const ANSWERS_TO_ALL: usize = 2;
 /// Time for reading answers that passed the relay, loaded machines included.
 const READING: Duration = Duration::from_millis(500);

@@ -1,5 +1,5 @@
-//! A server of libiec61850 in a scene: what it has is in the statistics, and what it no
-//! longer vouches for is bad. The configuration is the one of the plugin's page.
+//! IEC 61850 in a scene, with a server of libiec61850: its values are in the statistics, and those
+//! that it no longer confirms are bad. The configuration is the one of the plugin's page.
 
 use std::process::Command;
 use std::time::Duration;
@@ -9,7 +9,7 @@ use e2e::{Process, Scene, busbar, finish, wait_for, workspace_path};
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
-/// Long enough for a loaded machine.
+/// Longest wait on a loaded machine.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 const READING: Duration = Duration::from_millis(1500);

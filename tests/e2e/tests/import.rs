@@ -1,5 +1,5 @@
-//! `busbar import`: from a model and a point list to a live scene, by the commands of
-//! README.md; and what it says to lists and requests that are no good.
+//! `busbar import`: from a model and a point list to a live scene, by the commands of README.md,
+//! and its errors for invalid lists and requests.
 
 use std::fs;
 use std::net::TcpListener;
@@ -12,7 +12,7 @@ use tempfile::TempDir;
 /// Reading time of the device before the picture, seconds.
 const SECONDS: &str = "4";
 
-/// A folder with the model, the list and the plugins of the example.
+/// Folder with the model, the list and the plugins of the example.
 struct Example {
     folder: TempDir,
 }

@@ -1,5 +1,5 @@
-//! Plugins in processes of their own: whatever happens to one, the view goes on,
-//! says so, and has it back.
+//! Isolation of plugins in processes of their own: whatever happens to one, the view continues,
+//! reports it, and restarts the plugin.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -15,8 +15,8 @@ use crate::view::{MAX_FRAME, MAX_TO_BAD, MAX_TO_GOOD, View};
 #[path = "common/view.rs"]
 mod view;
 
-/// Letters are rounded by where they lie in their texture, which depends on what
-/// was written first: levels of 255.
+/// Greatest difference of letters, of 255: they are rounded by their places in the font texture,
+/// which depend on the order of first use.
 const MAX_ROUNDING: u8 = 2;
 
 #[track_caller]

@@ -9,7 +9,7 @@ use e2e::faulty_plugins::FaultyPluginScene;
 use e2e::{busbar, finish};
 use serde_json::json;
 
-/// The digest of something else.
+/// Digest of another file.
 const NO_DIGEST: &str = "9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08";
 
 fn trouble() -> FaultyPluginScene {

@@ -1,4 +1,4 @@
-//! A slow dolly: detail comes and goes, and nobody sees it happen.
+//! Slow dolly: levels of detail change without a visible difference.
 
 use std::path::Path;
 use std::time::Duration;
@@ -9,9 +9,9 @@ use glam::{Vec3, vec3};
 use serde_json::{Value, json};
 
 const SIZE: [u32; 2] = [480, 270];
-/// Frames of a dolly one way.
+/// Number of frames of a dolly in one direction.
 const FRAMES: usize = 120;
-/// Likewise along the yards, which take longer to draw.
+/// Number of frames along the yards, which take longer to draw.
 const YARD_FRAMES: usize = 40;
 const FRAMES_A_SECOND: f64 = 60.0;
 /// Distances of the dolly's start and end before the breakers, metres; the level changes on the
@@ -20,7 +20,7 @@ const DOLLY: [f32; 2] = [11.0, 12.0];
 /// Greatest difference between neighbouring frames beyond that of the camera's motion at full
 /// detail: mean over all channels, of 255.
 const MEAN_BOUND: f64 = 0.06;
-/// The share of pixels of which some channel differs by more than an eighth of its range.
+/// Greatest share of pixels of which some channel differs by more than an eighth of its range.
 const SHARE_BOUND: f64 = 0.0015;
 
 /// Returns a scene of two breakers side by side whose detail changes along the way.
@@ -49,7 +49,7 @@ fn open(config: &Path) -> Viewer {
     viewer
 }
 
-/// Frames between two eyes, there and back, and what `count` says of each.
+/// Draws frames between two eyes, there and back; returns each with the result of `count`.
 fn dolly(
     mut viewer: Viewer,
     (frames, [near, far]): (usize, [Vec3; 2]),

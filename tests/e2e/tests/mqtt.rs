@@ -1,5 +1,5 @@
-//! Mosquitto in a scene: the example of the plugin's page runs, and what the broker no
-//! longer brings is bad.
+//! MQTT in a scene, with Mosquitto: the example of the plugin's page runs, and values that the
+//! broker no longer brings are bad.
 
 #[allow(dead_code, clippy::unwrap_used)]
 #[path = "../../../plugins/mqtt/src/tests/broker.rs"]
@@ -68,7 +68,7 @@ impl Sites {
     }
 }
 
-/// Runs the scene, and has the sites speak for as long as it connects.
+/// Runs the scene while the sites publish for as long as it connects.
 fn run(scene: &Scene, sites: &mut Sites, seconds: f64) -> Process {
     let running = Process::start(&mut scene.rendering(seconds));
     for _ in 0..8 {

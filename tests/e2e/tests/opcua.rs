@@ -1,5 +1,5 @@
-//! The example of the plugin's page, read from asyncua in a scene: what the server has is
-//! in the statistics, and what it no longer vouches for is bad.
+//! OPC UA in a scene, with asyncua: the example of the plugin's page has the server's values in the
+//! statistics, and those that it no longer confirms are bad.
 
 use std::fs;
 use std::process::Command;
@@ -11,11 +11,11 @@ use e2e::{Process, Scene, finish, wait_for, workspace_path};
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
-/// Long enough for a loaded machine.
+/// Longest wait on a loaded machine.
 const PATIENCE: Duration = Duration::from_secs(20);
 /// Time for reading values once there is a connection.
 const READING: Duration = Duration::from_millis(1500);
-/// The address in the example.
+/// Address in the example.
 const EXAMPLE_PORT: &str = ":4840/";
 
 struct Server {

@@ -1,5 +1,5 @@
-//! `busbar import --from`: what a running server has becomes the tags of a configuration,
-//! which are live as they are. The commands are those of the plugin's page.
+//! `busbar import --from`: the points of a running server become the tags of a configuration, which
+//! are live at once. The commands are those of the plugin's page.
 
 use std::fs;
 use std::process::Command;
@@ -8,7 +8,7 @@ use e2e::peer::python;
 use e2e::{Output, Process, Scene, busbar, finish, model, workspace_path};
 use serde_json::{Value, json};
 
-/// The address in the page's commands.
+/// Address in the page's commands.
 const PAGE_PORT: &str = ":4840/";
 /// Reading time of the server before the picture, seconds.
 const SECONDS: f64 = 3.0;
@@ -65,7 +65,7 @@ fn json_of(scene: &Scene, name: &str) -> Value {
     serde_json::from_slice(&fs::read(scene.path(name)).expect("it is there")).expect("it is JSON")
 }
 
-/// Checks what the server has, by the tags' ids after a prefix.
+/// Checks the server's values, by the tags' ids after a prefix.
 #[track_caller]
 fn check_values(scene: &Scene, prefix: &str) {
     let stats = scene.stats();

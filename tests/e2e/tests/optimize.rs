@@ -1,4 +1,4 @@
-//! `busbar optimize` against counts made here, from the bytes of the files.
+//! `busbar optimize` against independent counts from the bytes of the files.
 
 use std::collections::HashSet;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! An optimiser in a process of its own: the same results, and it can be stopped.
+//! Optimisers in a process of their own: the same results, and cancellation.
 
 use std::time::{Duration, Instant};
 
@@ -9,7 +9,7 @@ use e2e::Scene;
 use glam::{Vec2, Vec3};
 use serde_json::json;
 
-/// Far less than optimising the large grid takes.
+/// Longest time of a cancellation, far below the optimisation of the large grid.
 const MAX_TO_CANCEL: Duration = Duration::from_secs(5);
 
 /// Builds a bumpy sheet of `side` by `side` positions.

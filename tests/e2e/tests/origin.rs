@@ -1,5 +1,5 @@
-//! Values that are not live say so: at each of them and by a band across the scene, whether
-//! they are simulated, recorded or declared so, through restarts and reloads.
+//! Origin of values: those that are not live are marked, each of them and by a band across the
+//! scene, whether simulated, recorded or declared so, through restarts.
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -14,12 +14,12 @@ use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 
 const SIZE: [u32; 2] = [960, 540];
-/// Rows of pixels of the band: less than its height at every size.
+/// Number of the band's pixel rows, below its height at every size.
 const BAND_ROWS: u32 = 14;
-/// Shares of the band's pixels: dark ground, light letters and stripes.
+/// Least share of the band's pixels with dark ground; that of light letters and stripes follows.
 const MIN_DARK: f64 = 0.35;
 const MIN_LIGHT: f64 = 0.1;
-/// Pixels that a mark changes at a value: the border of its tag.
+/// Least number of pixels that a mark changes at a value: the border of its tag.
 const MIN_MARK_PIXELS: usize = 60;
 /// Longest wait for values or a process.
 const MAX_WAIT: Duration = Duration::from_secs(60);
@@ -101,7 +101,7 @@ fn has_band(picture: &RgbImage) -> bool {
     share(&|level| level < 60) >= MIN_DARK && share(&|level| level > 200) >= MIN_LIGHT
 }
 
-/// Pixels below the band by which two pictures differ.
+/// Counts the pixels below the band by which two pictures differ.
 fn marks(a: &RgbImage, b: &RgbImage) -> usize {
     let pixels = a.enumerate_pixels().zip(b.pixels());
     pixels.filter(|((_, y, a), b)| *y > 24 && a != b).count()
@@ -112,7 +112,7 @@ fn origin(stats: &Value) -> Vec<&str> {
     all.iter().filter_map(Value::as_str).collect()
 }
 
-/// Origins of all tags, the same for each.
+/// Returns the origins of all tags, the same for each.
 fn origins_of_tags(stats: &Value) -> Vec<Value> {
     let tags = stats["tags"].as_array().expect("statistics have tags");
     let mut all: Vec<Value> = tags.iter().map(|tag| tag["origin"].clone()).collect();
@@ -198,7 +198,7 @@ fn generated_samples_are_marked_as_simulated() {
     assert!(has_band(&picture));
 }
 
-/// An operator's view without a window of its own.
+/// View of an operator without a window of its own.
 struct View {
     scene: Scene,
     path: PathBuf,

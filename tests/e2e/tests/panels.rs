@@ -85,7 +85,7 @@ impl View {
         self.frame(vec![button(true), button(false)]);
     }
 
-    /// Searches, and goes to what is found first.
+    /// Searches, and moves to the first result.
     fn find(&mut self, words: &str) -> Option<FaceplateStats> {
         self.key(Key::F, Modifiers::COMMAND);
         self.frame(Vec::new());

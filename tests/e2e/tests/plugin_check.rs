@@ -1,5 +1,5 @@
-//! `busbar plugin check`: it passes every plugin that ships, and finds each way to
-//! misbehave wherever it can happen.
+//! `busbar plugin check`: it passes every plugin that ships, and finds each kind of misbehaviour at
+//! each function.
 
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
@@ -11,9 +11,9 @@ use e2e::{Output, built, built_folder, busbar, finish, workspace_path};
 use fault_injector::{At, FAULT_VARIABLE, Fault, Kind};
 use serde_json::{Value, json};
 
-/// Longest time of a case that is told to hang, seconds.
+/// Longest time of a case with a hang, seconds.
 const HANG_SECONDS: &str = "4";
-/// Checks that run side by side: most of their time they wait.
+/// Number of checks side by side, which mostly wait.
 const CHECKED_AT_ONCE: usize = 8;
 /// Sample of faults, one of each kind at different functions, which CI runs instead of all.
 const SAMPLE: &[(Kind, At)] = &[
@@ -125,7 +125,7 @@ fn check(library: &PathBuf, sample: &Value) -> (Command, tempfile::TempDir) {
     (command, folder)
 }
 
-/// Tags that the fault injector serves, and nothing wrong.
+/// Returns tags of the fault injector without a fault.
 fn good_sample() -> Value {
     json!({ "tags": [
         { "kind": "f64", "address": 1 },
@@ -382,7 +382,7 @@ fn find_all(faults: impl Iterator<Item = (Kind, At)>) {
     assert!(missed.is_empty(), "{count} of {all} not found:\n{}", missed.join("\n\n"));
 }
 
-/// Checks the injector with a fault, told by settings as far as they reach.
+/// Checks the injector with a fault, configured by settings as far as they reach.
 fn check_with(fault: Fault) -> Output {
     let mut sample = good_sample();
     if fault.at.knows_settings() {

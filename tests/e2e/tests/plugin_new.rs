@@ -1,5 +1,5 @@
-//! `busbar plugin new`: what it makes builds, passes its own tests and the checker, and
-//! runs against a simulator, by the commands of its README.
+//! `busbar plugin new`: its project builds, passes its own tests and the checker, and runs against
+//! a simulator, by the commands of its README.
 
 use std::fs;
 use std::net::TcpListener;
@@ -12,7 +12,7 @@ use rustix::process::Signal;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-/// Lines of code in a new telemetry plugin in Rust.
+/// Greatest number of lines of code in a new telemetry plugin in Rust.
 const MAX_LINES: usize = 60;
 const KINDS: [&str; 3] = ["telemetry", "overlay", "optimizer"];
 
@@ -58,7 +58,7 @@ impl Project {
         assert!(output.status.success(), "{program} {arguments:?}: {said}");
     }
 
-    /// Builds it and runs its tests.
+    /// Builds the project and runs its tests.
     fn build(&self) {
         if !self.is_rust {
             self.run("make", &[]);
@@ -110,7 +110,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     paths.flat_map(|path| if path.is_dir() { files(&path) } else { vec![path] }).collect()
 }
 
-/// Starts a simulator that says where it listens; its port.
+/// Starts a simulator that prints its port; returns the port.
 fn simulator(command: &mut Command) -> (Process, u16) {
     let process = Process::start(command);
     let port = process

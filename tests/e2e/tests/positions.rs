@@ -1,5 +1,5 @@
-//! Positions of a real server move a blade: what is seen, picked and outlined is where it
-//! stands, and where it is not known it is shown neither open nor closed.
+//! Switch positions of a real server move a blade: it is seen, picked and outlined at its place. An
+//! unknown position is shown neither open nor closed.
 
 use std::time::{Duration, Instant};
 
@@ -12,7 +12,7 @@ use e2e::peer::Peer;
 use glam::{Mat4, Vec3};
 use serde_json::{Value, json};
 
-/// Wide enough for the angle of a camera to be that of its height.
+/// Size of the picture, wide enough for the field of view to be that of its height.
 const SIZE: [u32; 2] = [480, 270];
 const SWITCH: &str = "=Q1-QB9";
 const BLADE: &str = "=Q1-QB9/blade";
@@ -22,7 +22,7 @@ const CLOSED: [u16; 2] = [0, 1];
 const TRAVELLING: [u16; 2] = [0, 0];
 const CONTRADICTION: [u16; 2] = [1, 1];
 const PATIENCE: Duration = Duration::from_secs(10);
-/// The blade, along x from its hinge at the origin of the model's node, metres.
+/// Length of the blade, along x from its hinge at the origin of the model's node, metres.
 const LENGTH: f32 = 2.0;
 const HALF: f32 = 0.1;
 /// Hinge of the blade, in metres; a fixed pedestal stands there.
@@ -172,7 +172,7 @@ impl View {
 }
 
 const FOV_DEGREES: f32 = 45.0;
-/// Levels of grey by which a blade varies that is hatched, and one that is not.
+/// Least variation of grey of a hatched blade, of 255; the greatest of a plain one follows.
 const HATCHED: f64 = 20.0;
 const PLAIN: f64 = 8.0;
 

@@ -1,5 +1,5 @@
-//! Work and the asset register on the faceplate of a breaker, from plugins in processes of
-//! their own; and whatever may happen to their sources.
+//! Work orders and the asset register on the faceplate of a breaker, from plugins in processes of
+//! their own, with faults of their sources.
 
 use std::fs::File;
 use std::path::Path;

@@ -1,5 +1,5 @@
-//! Hot reload: an edit of the configuration shows within a moment, what it does not touch
-//! goes on undisturbed, and one that has faults changes nothing.
+//! Hot reload: an edit of the configuration shows within a moment, unrelated parts continue
+//! undisturbed, and one with errors changes nothing.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,12 +12,12 @@ use e2e::peer::{Peer, calm_values};
 use e2e::{Scene, wait_for};
 use serde_json::{Value, json};
 
-/// The overlay with values.
+/// Overlay with the values.
 const LABELS: &str = "values";
 const SIZE: [u32; 2] = [480, 270];
 /// Longest wait for an edit, a value or an alarm.
 const MAX_WAIT: Duration = Duration::from_secs(60);
-/// Edits that are timed.
+/// Number of timed edits.
 const TIMED: usize = 20;
 /// Longest time of an edit from its writing to the picture, where other tests keep the machine
 /// busy. On an idle machine the promise is 250 ms after it settled.
@@ -86,7 +86,7 @@ impl View {
         });
     }
 
-    /// Frames until what was written is shown or refused.
+    /// Draws frames until the edit is shown or refused.
     fn outcome(&mut self) -> ReloadOutcome {
         wait_for("the file to be read again", MAX_WAIT, || {
             self.frame();
@@ -94,7 +94,7 @@ impl View {
         })
     }
 
-    /// Changes the configuration, which must be shown.
+    /// Changes the configuration, and requires that the change is shown.
     fn edit(&mut self, change: impl FnOnce(&mut Value)) {
         change(&mut self.scene.config);
         self.scene.write();
@@ -127,7 +127,7 @@ impl View {
         (format!("{:.1}", found.value.as_f64().expect("a number")), found.quality)
     }
 
-    /// Waits until the picture is this one, but for what flashes or settles.
+    /// Waits until the picture is this one, except for flashing and settling parts.
     fn wait_for_picture(&mut self, what: &str, wanted: &Picture) {
         wait_for(what, MAX_WAIT, || is_same(&self.picture(), wanted).then_some(()));
     }

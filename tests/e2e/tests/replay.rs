@@ -1,5 +1,4 @@
-//! Recordings in a scene: what they have is in the statistics, and when they end
-//! nothing is good any more.
+//! Recordings in a scene: their values are in the statistics, and no value is good after their end.
 
 use std::fs;
 use std::path::PathBuf;
@@ -30,7 +29,7 @@ fn scene(file: &str, text: &str, settings: Value, tags: &[(&str, &str, Value)]) 
     scene
 }
 
-/// Shows a scene for some seconds; what was said, and the statistics.
+/// Shows a scene for some seconds; returns the output and the statistics.
 fn render(scene: &Scene, seconds: f64) -> (String, Stats) {
     let stats: PathBuf = scene.path("stats.json");
     let mut command = busbar();

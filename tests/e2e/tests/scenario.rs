@@ -1,4 +1,4 @@
-//! `busbar simulate --scenario`: what a file says happens, and shows.
+//! `busbar simulate --scenario`: the events of a file happen, and show.
 
 use std::net::TcpListener;
 

@@ -1,5 +1,4 @@
-//! A view that runs for years: what is wrong on its machine, its log, its numbers, a screen
-//! of its own, and the units that keep it.
+//! Unattended operation: machine diagnosis, log, metrics, full screen, and systemd units.
 
 use std::fs;
 use std::io::{Read, Write};

@@ -1,4 +1,4 @@
-//! `busbar simulate` beside `busbar render`: what is shown is what the generator gives.
+//! `busbar simulate` beside `busbar render`: the shown values are those of the generator.
 
 use std::net::{TcpListener, TcpStream};
 use std::process::Command;
@@ -19,7 +19,7 @@ const PATIENCE: Duration = Duration::from_secs(60);
 const FAULT_PERIOD: Duration = Duration::from_secs(8);
 const FAULT_LENGTH: Duration = Duration::from_secs(5);
 
-/// Tags: id, source, type, address, and how they move.
+/// Tag of the scene: id, source, type, address, signal.
 type Row = (&'static str, &'static str, &'static str, Value, Value);
 
 fn rows() -> Vec<Row> {
@@ -189,7 +189,7 @@ fn what_is_rendered_is_what_the_generator_gives() {
     }
 }
 
-/// A view that looks at every tag in every frame.
+/// View that checks every tag in every frame.
 struct View {
     viewer: Viewer,
     looked: SystemTime,
@@ -204,7 +204,7 @@ impl View {
         Self { viewer, looked: SystemTime::now() }
     }
 
-    /// Draws until the tags are as wanted; what is good must be right in every frame.
+    /// Draws until the tags satisfy a condition; good values must be right in every frame.
     fn until(&mut self, what: &str, is: impl Fn(&[TagStats]) -> bool) {
         let begun = Instant::now();
         loop {

@@ -1,5 +1,5 @@
-//! Live values from an independent server: what is in it is in the statistics
-//! and on the picture, and what it no longer vouches for is shown as such.
+//! Live values from an independent server: they are in the statistics and on the picture, and those
+//! that it no longer confirms are shown as bad.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -15,15 +15,15 @@ use serde_json::{Value, json};
 
 /// Greatest number of requests in one poll of the demo; after these answers every tag has a value.
 const ANSWERS_TO_ALL: usize = 12;
-/// Distance between the stripes over what is not to be relied on, pixels.
+/// Distance between the stripes of the hatching, pixels.
 const HATCH_STEP: u32 = 5;
 /// Difference between stripes and their darker ground, at least, of 255.
 const MIN_STRIPE_DIFFERENCE: u8 = 16;
 /// Variation of the ground, at most, of 255.
 const MAX_GROUND_DIFFERENCE: u8 = 4;
-/// The grey of labels, which is no ground of hatching.
+/// Grey of labels, which is no ground of hatching.
 const PAPER: u8 = 240;
-/// Pixels of hatched ground that a value has at least.
+/// Least number of pixels of hatched ground for a value.
 const MIN_HATCHED_PIXELS: usize = 60;
 
 /// Returns the tables of the demo as a server has them.
@@ -45,7 +45,7 @@ fn top_oil_of(stats: &Stats) -> Tag {
     stats.tag("T1.TopOil")
 }
 
-/// Renders a scene for some seconds; the picture and the statistics.
+/// Renders a scene for some seconds; returns the picture and the statistics.
 fn render(scene: &Scene, seconds: f64) -> (RgbImage, Stats) {
     let (picture, stats) = outputs(scene);
     finish(&mut rendering(scene, seconds)).expect_code(0);
@@ -85,8 +85,8 @@ fn label_region(with_label: &RgbImage) -> Region {
     region
 }
 
-/// Pixels of a region that look like the ground of hatching: grey, the same
-/// again one stripe to the right and along the stripe, darker in between.
+/// Counts the pixels of a region that look like the ground of hatching: grey, the same again one
+/// stripe to the right and along the stripe, darker in between.
 fn hatched_pixels(picture: &RgbImage, region: Region) -> usize {
     let grey = |x: u32, y: u32| {
         let Rgb([r, g, b]) = *picture.get_pixel_checked(x, y)?;

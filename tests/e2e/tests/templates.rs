@@ -1,4 +1,4 @@
-//! Templates against the same scene written out.
+//! Templates compared with the same scene written out.
 
 use busbar_viewer::{LoadedScene, Picture, RendererOptions, Viewer};
 use e2e::Scene;
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 const SIZE: [u32; 2] = [320, 180];
 
-/// Bays at these places along x, each with two breakers and a disconnector.
+/// Bays by prefix and place along x, each with two breakers and a disconnector.
 const BAYS: [(&str, f32); 3] = [("=S1Q1", 0.0), ("=S1Q2", 14.0), ("=S1Q3", 28.0)];
 
 fn at(x: f32, z: f32) -> Value {

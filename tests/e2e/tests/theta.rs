@@ -1,5 +1,5 @@
-//! Theta that follows the camera: a walk along a row of breakers and back, in
-//! one view, and the same through the command line.
+//! Theta by the distance of the camera: a walk along a row of breakers and back, in one view, and
+//! the same through the command line.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -24,7 +24,7 @@ fn policy() -> Value {
     json!({ "distance": LEVELS.map(level), "hysteresis": 0.1 })
 }
 
-/// Breakers in a row along x.
+/// Returns a row of breakers along x.
 fn row() -> Scene {
     let mut scene = Scene::without_tags();
     let mut breaker = scene.config["models"]["breaker"].take();
@@ -42,7 +42,7 @@ fn row() -> Scene {
     scene
 }
 
-/// A view without a window, and what it shows.
+/// View without a window.
 struct View {
     viewer: Viewer,
     frames: u32,
@@ -81,7 +81,7 @@ impl View {
         self.draw()
     }
 
-    /// Triangles of one breaker at a theta.
+    /// Returns the triangles of one breaker at a theta.
     fn triangles_of_one(&mut self, theta: f64) -> u64 {
         self.viewer.set_theta(theta);
         let triangles = self.draw().triangles;

@@ -13,13 +13,13 @@ use tokio::time::sleep;
 use crate::Shared;
 use crate::fault::{ConnectionFault, ConnectionPlan};
 
-/// Bytes that are passed on at once.
+/// Greatest number of bytes that are passed on at once.
 const CHUNK_BYTES: usize = 4096;
 /// Longest delay of a piece.
 const MAX_DELAY_MILLIS: u64 = 40;
 /// Time between two bytes of a trickle.
 const TRICKLE: Duration = Duration::from_millis(150);
-/// Random bytes in one place.
+/// Greatest number of random bytes in one place.
 const MAX_GARBAGE_BYTES: usize = 300;
 
 pub(crate) struct Connection {
@@ -66,7 +66,7 @@ impl Connection {
         }
     }
 
-    /// Hands on what the server says, up to the strike of a fault.
+    /// Forwards the server's bytes, up to the strike of a fault.
     async fn pass_down(
         &mut self,
         mut from: ReadHalf<'_>,
@@ -142,7 +142,7 @@ impl Connection {
     }
 }
 
-/// Hands on what the client says; `said` is used at its first bytes.
+/// Forwards the client's bytes; `said` is used at the first of them.
 async fn pass_up(
     from: &mut ReadHalf<'_>,
     to: &mut WriteHalf<'_>,
@@ -178,7 +178,7 @@ async fn write_bytes(to: &mut WriteHalf<'_>, bytes: &[u8], pause: Duration) -> i
     Ok(())
 }
 
-/// Takes what comes, says nothing, until the client has had enough.
+/// Discards the client's bytes without an answer until it closes.
 async fn swallow(client: &mut TcpStream) {
     let mut chunk = [0; CHUNK_BYTES];
     while let Ok(1..) = client.read(&mut chunk).await {}

@@ -14,25 +14,25 @@ pub enum ConnectionFault {
     Split,
     /// Delay of every piece from the server.
     Delay,
-    /// The connection is reset (RST).
+    /// Reset of the connection (RST).
     Reset,
-    /// The connection is closed (FIN), perhaps in the middle of a message.
+    /// Close of the connection (FIN), perhaps in the middle of a message.
     Close,
     /// Half-open connection: nothing passes any more, and neither side is told.
     Vanish,
     /// Slow bytes of the server from the strike on.
     Trickle,
-    /// Random bytes come before a piece from the server.
+    /// Garbage: random bytes before a piece from the server.
     Garbage,
-    /// A piece from the server is kept, and the connection closed; the next
-    /// connection gets the piece as the answer to what it first says.
+    /// Swapped answers: a piece from the server is kept, and the connection closed. The next
+    /// connection gets the piece as the answer to its first request.
     Swap,
 }
 
 /// Script of faults for all connections of a proxy.
 #[derive(Clone, Debug)]
 pub struct FaultScript {
-    /// Decides all that is random.
+    /// Seed of all random decisions.
     pub seed: u64,
     /// Faults to choose from for each connection; none if empty.
     pub faults: Vec<ConnectionFault>,
@@ -45,7 +45,7 @@ pub struct FaultScript {
 pub struct ConnectionPlan {
     /// Fault of this connection.
     pub fault: ConnectionFault,
-    /// Bytes to the client before it strikes.
+    /// Number of bytes to the client before the fault strikes.
     pub strike_after: usize,
     /// Random number generator of this connection.
     pub(crate) random: fastrand::Rng,

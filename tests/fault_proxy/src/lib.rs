@@ -34,14 +34,14 @@ pub use crate::fault::{ConnectionFault, ConnectionPlan, FaultScript};
 #[cfg(target_os = "linux")]
 pub use crate::usage::ResourceUsage;
 
-/// Connections that are open at once; further ones wait.
+/// Greatest number of open connections; further ones wait.
 pub const MAX_OPEN: usize = 256;
 
-/// A proxy on a local port; it and all of its connections end when it is dropped.
+/// Running proxy on a local port; it ends with all of its connections when dropped.
 pub struct FaultProxy {
     port: u16,
     shared: Arc<Shared>,
-    /// Dropped to end the thread.
+    /// Sender whose drop ends the thread.
     stop: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
@@ -60,15 +60,15 @@ impl FaultProxy {
     /// Starts a proxy on a free port.
     ///
     /// # Errors
-    /// When there is no port or no thread.
+    /// When no port or no thread is available.
     pub fn start(server: SocketAddr, script: FaultScript) -> io::Result<Self> {
         Self::start_on(0, server, script)
     }
 
-    /// Starts a proxy on this port of the local host; 0 is any that is free.
+    /// Starts a proxy on this port of the local host; 0 is any free one.
     ///
     /// # Errors
-    /// When the port is taken, or there is no thread.
+    /// When the port is taken, or no thread is available.
     pub fn start_on(port: u16, server: SocketAddr, script: FaultScript) -> io::Result<Self> {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
         listener.set_nonblocking(true)?;
@@ -93,19 +93,19 @@ impl FaultProxy {
         self.port
     }
 
-    /// Connections taken so far.
+    /// Returns the number of connections so far.
     pub fn connections(&self) -> u64 {
         self.shared.connections.load(Ordering::Relaxed)
     }
 
-    /// Connections whose fault has struck so far.
+    /// Returns the number of faults that have struck so far.
     pub fn strikes(&self) -> u64 {
         self.shared.strikes.load(Ordering::Relaxed)
     }
 }
 
 impl FaultProxy {
-    /// Closes all connections that are open now.
+    /// Closes all open connections.
     pub fn hang_up(&self) {
         self.shared.hang_up.notify_waiters();
     }

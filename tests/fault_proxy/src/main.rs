@@ -15,7 +15,7 @@ struct Arguments {
     /// Port to listen at, on the local host; any that is free by default.
     #[arg(long, default_value_t = 0)]
     port: u16,
-    /// Decides all that is random.
+    /// Seed of all random decisions.
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// Faults of connections, one of these to each.

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::*;
 
-/// Longest wait for what comes at once on an idle machine.
+/// Longest wait for events that are immediate on an idle machine.
 const PATIENCE: Duration = Duration::from_secs(10);
 /// Answer of the server to any request.
 const ANSWER: &[u8] = b"twenty bytes, always";

@@ -3,7 +3,7 @@
 use std::fs;
 use std::sync::Once;
 
-/// An event loop leaves descriptors for signals behind, once a process.
+/// Initialisation of an event loop, which leaves descriptors for signals behind, once a process.
 static EVENT_LOOP: Once = Once::new();
 
 /// Descriptors and threads of this process.
@@ -28,10 +28,10 @@ impl ResourceUsage {
         Self { descriptors: count("/proc/self/fd"), threads: count("/proc/self/task") }
     }
 
-    /// Checks that neither is more than before.
+    /// Checks that neither count is above `before`.
     ///
     /// # Panics
-    /// Where one is.
+    /// When one is.
     #[track_caller]
     pub fn assert_within(self, before: Self) {
         let is_within = self.descriptors <= before.descriptors && self.threads <= before.threads;

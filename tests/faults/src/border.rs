@@ -17,7 +17,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use serde::Serialize;
 use serde_json::json;
 
-/// Tags that samples are for, and bindings of the overlay.
+/// Number of tags of the samples, and of bindings of the overlay.
 const TAGS: u32 = 14;
 const CALLS: usize = 5_000;
 const FLOOD: Duration = Duration::from_secs(3);
@@ -49,7 +49,7 @@ pub(crate) struct Border {
     pub(crate) storm_deaths: u64,
 }
 
-/// Measures all of it, with so many kills.
+/// Measures all costs, with a number of kills.
 pub(crate) fn measure(kills: usize) -> Result<Border> {
     let trouble = FaultyPluginScene::with("trouble.steady");
     let mut modes = Vec::new();
@@ -138,8 +138,8 @@ fn kill_times(plugin: &Plugin, kills: usize) -> Result<Series> {
     Ok(Series::from_values(millis))
 }
 
-/// Waits for a sample that is good, or for one that is not. What follows it in the same
-/// batch is passed over, so that times are rather too long than too short.
+/// Waits for a sample of the given quality. Later samples of the same batch are skipped, so that
+/// times are rather too long than too short.
 fn wait_for_sample(telemetry: &RunningTelemetry, good: bool) -> Result<()> {
     let (start, mut came) = (Instant::now(), false);
     loop {
@@ -152,8 +152,8 @@ fn wait_for_sample(telemetry: &RunningTelemetry, good: bool) -> Result<()> {
     }
 }
 
-/// Milliseconds between frames beside a plugin that dies of a segmentation fault over
-/// and over, and how often it did.
+/// Measures milliseconds between frames beside a plugin that dies of a segmentation fault over and
+/// over; returns the number of deaths too.
 fn storm_gaps() -> Result<(Series, u64)> {
     let mut trouble = FaultyPluginScene::with("trouble.segfault");
     trouble.config["supervision"] = json!({ "restart_millis": 0, "max_deaths": 0 });

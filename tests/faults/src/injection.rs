@@ -7,11 +7,11 @@ use serde::Serialize;
 /// Phase of a scene's life in which a fault strikes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Phase {
-    /// While the scene is loaded.
+    /// Loading of the scene.
     Load,
     /// Restart of the plugin's process.
     Restart,
-    /// While the plugin runs.
+    /// Operation of the plugin.
     Running,
     /// Closing of the scene.
     End,

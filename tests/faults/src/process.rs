@@ -20,7 +20,7 @@ pub(crate) fn threads() -> usize {
     fs::read_dir("/proc/self/task").map_or(0, Iterator::count)
 }
 
-/// Numbers of the processes that it started and that are still there.
+/// Lists the ids of this process's living children.
 pub(crate) fn children() -> Vec<u32> {
     let own = std::process::id().to_string();
     let all = fs::read_dir("/proc").into_iter().flatten();

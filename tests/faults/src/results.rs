@@ -12,13 +12,13 @@ use crate::round::Round;
 /// Greatest growth of memory from the first round to the last, bytes. Allocators and the software
 /// rasteriser have their caches after the first round.
 const MAX_GROWTH_BYTES: u64 = 64_000_000;
-/// Milliseconds within which a lost plugin is shown as bad.
+/// Longest time until a lost plugin is shown as bad, milliseconds.
 const MAX_TO_BAD_MILLIS: f64 = 1000.0;
-/// Milliseconds from death to correct data, without other load.
+/// Longest time from death to correct data without other load, milliseconds.
 const MAX_AWAY_MILLIS: f64 = 100.0;
-/// Milliseconds between frames beside a storm in one plugin.
+/// Longest time between frames beside a storm in one plugin, milliseconds.
 const MAX_GAP_MILLIS: f64 = 100.0;
-/// Samples a second through the border.
+/// Lowest rate of samples a second through the process boundary.
 const MIN_SAMPLES_PER_SECOND: f64 = 1e6;
 
 /// Resource usage of this process after a round.
@@ -34,7 +34,7 @@ pub(crate) struct Usage {
 pub(crate) struct Results {
     /// Costs of the process boundary without other load.
     pub(crate) border: Option<Border>,
-    /// Processes of plugins in a scene.
+    /// Number of plugin processes in a scene.
     pub(crate) processes: usize,
     #[serde(skip)]
     pub(crate) records: Vec<Record>,

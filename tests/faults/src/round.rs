@@ -15,7 +15,7 @@ use crate::process::children;
 use crate::site::{HEALTHY, Site, TAGS, tag_of};
 use crate::subject::{Seen, Subject};
 
-/// Frames come this often where the machine keeps up.
+/// Period of frames where the machine keeps up.
 const FRAME_PERIOD: Duration = Duration::from_millis(10);
 const PICTURE: [u32; 2] = [64, 64];
 /// Longest time from the loaded scene until every plugin has correct data.
@@ -45,7 +45,7 @@ pub(crate) fn run(site: &Site, number: usize) -> Result<Round> {
     Ok(round)
 }
 
-/// Deals every fault to a plugin, another one each round.
+/// Assigns every fault to a plugin, to another one in each round.
 fn deal(site: &Site, number: usize) -> Result<Vec<Subject>> {
     let mut subjects: Vec<_> = site.plugins.iter().cloned().map(Subject::new).collect();
     let mut dealt: BTreeMap<(usize, bool), usize> = BTreeMap::new();
@@ -137,14 +137,14 @@ impl Round {
     }
 }
 
-/// A view without a window that behaves like one in a window.
+/// View without a window that waits between frames like one in a window.
 struct View {
     viewer: Viewer,
     last_frame: Option<Instant>,
 }
 
 impl View {
-    /// Draws a frame; plugins before it, tags after it, and when it was done.
+    /// Draws a frame; returns the plugins before it, the tags after it, and its end.
     fn frame(&mut self) -> Result<(Stats, Stats, Instant)> {
         if let Some(last) = self.last_frame {
             std::thread::sleep(FRAME_PERIOD.saturating_sub(last.elapsed()));

@@ -17,7 +17,7 @@ pub(crate) const MAX_INJECTION: Duration = Duration::from_secs(30);
 /// Observation time of a plugin that continues after a fault; its values would be stale by then.
 const WATCHED: Duration = Duration::from_millis(2 * FRESHNESS_MILLIS);
 
-/// A plugin, and the faults to come.
+/// Plugin under test with its queue of faults.
 pub(crate) struct Subject {
     pub(crate) plugin: Installed,
     pub(crate) queue: VecDeque<Fault>,
@@ -26,7 +26,7 @@ pub(crate) struct Subject {
 
 /// Observation of a plugin in one frame.
 pub(crate) struct Seen<'a> {
-    /// Read before the frame: what is dead here cannot look alive in the frame.
+    /// State before the frame: a plugin that is dead here cannot look alive in the frame.
     pub(crate) before: &'a PluginStats,
     /// Presence of the plugin's correct data in the frame.
     pub(crate) is_good: bool,
@@ -37,7 +37,7 @@ pub(crate) struct Seen<'a> {
 struct Injection {
     fault: Fault,
     armed: Instant,
-    /// Deaths before it, and those that the injection itself causes.
+    /// Number of deaths before the injection, and of those that it causes itself.
     deaths: u64,
     /// Instant of the kill that lets the fault strike the next process.
     killed: Option<Instant>,
@@ -58,7 +58,7 @@ impl Subject {
         self.current.is_none() && self.queue.is_empty()
     }
 
-    /// Looks at a frame; an injection that is over.
+    /// Evaluates a frame; returns the record of an injection that is over.
     pub(crate) fn step(&mut self, seen: &Seen<'_>) -> Result<Option<Record>> {
         let Some(injection) = &mut self.current else {
             if seen.is_well() {

@@ -1,4 +1,4 @@
-//! The station with the fleet and its chart, as a configuration.
+//! Configuration of the station with the fleet and its chart.
 
 use serde_json::{Value, json};
 use substation::Station;
@@ -7,7 +7,7 @@ use crate::{TRANSFORMERS, equipment, place};
 
 /// Folder of models and samples, beside the configuration.
 pub const FOLDER: &str = "models";
-/// The samples in it.
+/// File name of the samples in it.
 pub const SAMPLES: &str = "samples.csv";
 
 /// Returns the configuration of the fleet; with `follow`, the camera moves to faults by itself.

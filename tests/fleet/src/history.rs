@@ -62,14 +62,14 @@ const FAULTS: [TransformerFault; TRANSFORMERS] = [
     TransformerFault::Dt,
     TransformerFault::None,
 ];
-/// The transformer that was not sampled in the last years, and the one whose laboratory
-/// did not always measure acetylene.
+/// Transformer that was not sampled in the last years; the one whose laboratory did not always
+/// measure acetylene follows.
 const FORGOTTEN: usize = 11;
 const INCOMPLETE: usize = 6;
-/// Samples of each transformer, and days between them.
+/// Number of samples of each transformer; days between them follow.
 const SAMPLES: usize = 20;
 const DAYS: i64 = 182;
-/// Samples over which a fault develops, and the gas that it has made in the end, ppm.
+/// Number of samples over which a fault develops; its gas in the end follows, ppm.
 const DEVELOPING: usize = 7;
 const FAULT_PPM: f64 = 900.0;
 
@@ -101,8 +101,8 @@ pub fn histories(seed: u64, until: Date) -> Vec<Row> {
     rows
 }
 
-/// Samples of monitors: `count` of each transformer over ten years, the last one on the day
-/// before `until`.
+/// Generates samples of monitors: `count` of each transformer over ten years, the last one on the
+/// day before `until`.
 pub fn monitored(seed: u64, count: usize, until: Date) -> Vec<Row> {
     const SECONDS: u64 = 10 * 365 * 86_400;
     let mut random = Rng::with_seed(seed);
@@ -125,8 +125,8 @@ pub fn monitored(seed: u64, count: usize, until: Date) -> Vec<Row> {
     rows
 }
 
-/// Samples with a fault each, one a day on one transformer after the other, all classes in
-/// turn; the last one on `until`.
+/// Generates samples with a fault each, one a day on one transformer after the other, all classes
+/// in turn; the last one on `until`.
 pub fn one_by_one(seed: u64, count: usize, until: Date) -> Vec<(TransformerFault, Row)> {
     let mut random = Rng::with_seed(seed);
     let sample = |index: usize| {

@@ -1,5 +1,5 @@
-//! Inputs that are kept for fuzz targets, and seeded mutations of them, run as an
-//! ordinary test: what the fuzzer does for minutes, CI does for seconds.
+//! Regression tests of fuzz targets: kept inputs and seeded mutations of them, run as an ordinary
+//! test. The fuzzer takes minutes for it, CI seconds.
 //!
 //! `corpus/TARGET` has the inputs, `tests/TARGET.rs` what is done with each. The fuzz
 //! targets of `tests/fuzz` are these very files.
@@ -12,11 +12,11 @@ use std::path::Path;
 
 use fastrand::Rng;
 
-/// Mutated inputs of a run.
+/// Number of mutated inputs in a run.
 const ROUNDS: u64 = 10_000;
 /// Lowest number of rounds that must be accepted, and that must be refused.
 const MIN_EITHER: u64 = ROUNDS / 100;
-/// Kept inputs of one target: files, and bytes of all.
+/// Greatest number of kept inputs of one target, and of their bytes.
 const MAX_FILES: usize = 42;
 const MAX_BYTES: usize = 12 * 1024;
 /// Length limit of a mutated input, bytes.
@@ -86,7 +86,7 @@ fn run(name: &str, input: &[u8], body: impl Fn(&[u8]) -> bool) -> bool {
     taken
 }
 
-/// Tells the input if what is done with it panics.
+/// Report of the input on a panic.
 struct Told<'a> {
     name: &'a str,
     input: &'a [u8],

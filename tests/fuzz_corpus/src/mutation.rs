@@ -1,8 +1,8 @@
-//! Inputs made of other inputs.
+//! Seeded mutation of inputs.
 
 use fastrand::Rng;
 
-/// Changes of one input; each more is half as likely.
+/// Greatest number of changes of one input; each more is half as likely.
 const MAX_CHANGES: u32 = 4;
 /// Length limit of a part that is copied, moved or removed, bytes.
 const MAX_PART_BYTES: usize = 48;
@@ -85,7 +85,7 @@ fn change(bytes: &mut Vec<u8>, other: &[u8], random: &mut Rng) {
     }
 }
 
-/// Puts another text in place of the first number after `at`.
+/// Replaces the first number after `at` by another text.
 fn replace_number(bytes: &mut Vec<u8>, at: usize, random: &mut Rng) {
     let is_digit = |byte: &u8| byte.is_ascii_digit();
     let Some(start) = bytes[at..].iter().position(is_digit).map(|place| at + place) else {

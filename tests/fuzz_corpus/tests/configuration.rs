@@ -73,7 +73,7 @@ fn check_references(config: &Config) {
     assert!(config.view.camera.as_ref().is_none_or(|name| config.cameras.contains_key(name)));
 }
 
-/// Numbers are such as the rest of the program can bear.
+/// Checks that numbers are within the limits of the program.
 fn check_numbers(config: &Config) {
     let is_near = |metres: &f32| metres.is_finite() && metres.abs() <= MAX_COORDINATE_METRES;
     for node in config.scene.iter() {

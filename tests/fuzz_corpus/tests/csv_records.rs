@@ -10,7 +10,7 @@ use serde_json::json;
 const COLUMNS: [&str; 5] = ["ID", "COUNT", "TEXT", "DAY", "STATE"];
 const LABELS: [&str; 4] = ["utf-8", "gb18030", "windows-1252", "shift_jis"];
 const DELIMITERS: [&str; 3] = ["comma", "semicolon", "tab"];
-/// Bytes of a cell.
+/// Greatest length of a cell, bytes.
 const MAX_CELL: usize = 1024;
 
 /// Runs one input. Its first byte selects the encoding and the delimiter.

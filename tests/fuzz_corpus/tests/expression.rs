@@ -3,7 +3,7 @@
 
 use busbar_tags::{Expression, MAX_EXPRESSION_BYTES};
 
-/// Numbers that inputs get, in turn.
+/// Numbers assigned to the inputs, in turn.
 const NUMBERS: [f64; 6] = [1.5, -3.0, 0.0, f64::NAN, f64::INFINITY, 1e300];
 
 /// Runs one input; reports whether the expression is accepted.

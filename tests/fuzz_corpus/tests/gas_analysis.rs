@@ -5,7 +5,7 @@ use busbar_plugin_sdk::Plugin;
 use busbar_plugin_sdk::testing::{host, run_command};
 use gas_analysis::{GasAnalysis, Settings};
 
-/// Columns of results that are numbers, from the end.
+/// Columns of the results that are numbers, from the end.
 const NUMBERS: std::ops::Range<usize> = 1..3;
 /// Number of columns of the results.
 const RESULTS: usize = 15;

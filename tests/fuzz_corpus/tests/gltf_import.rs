@@ -4,7 +4,7 @@
 use busbar_gltf_export::write_glb;
 use busbar_gltf_import::{ImportFault, ImportLimits, import_bytes};
 
-/// Small, so that the time goes into finding, not into building.
+/// Limits of the import, small so that the time goes into parsing.
 const MAX_TEXTURE_PIXELS: u64 = 1 << 16;
 const MAX_TRIANGLES: u64 = 1 << 16;
 

@@ -26,9 +26,9 @@ const TAGS: std::ops::Range<u32> = 1..17;
 const KINDS: [ValueKind; 4] =
     [ValueKind::F64, ValueKind::I64, ValueKind::Bool, ValueKind::DoublePoint];
 const COMMON_ADDRESS: u16 = 1;
-/// Requests of one input.
+/// Greatest number of requests for one input.
 const MAX_REQUESTS: usize = 100;
-/// 2024-02-29, for short time tags.
+/// Time of reception, seconds since 1970: 2024-02-29, for short time tags.
 const RECEIVED_SECONDS: u64 = 1_709_210_096;
 
 /// Runs one input. Its first byte selects the pieces in which the rest arrives. The rest is also

@@ -112,7 +112,7 @@ fn station() -> &'static StationProbe {
     })
 }
 
-/// Objects of all kinds in both stations, some of which move.
+/// Returns objects of all kinds in both stations, some of which change.
 fn simulation() -> Simulation {
     let kinds = [
         (ValueKind::F64, json!({})),

@@ -16,7 +16,7 @@ const TAGS: [(ValueKind, &str, &str); 4] = [
 ];
 const BLOCK: &str = "IED1LD0/LLN0$BR$brcbA01";
 const ATTRIBUTES: [&str; 6] = ["OptFlds", "TrgOps", "IntgPd", "EntryID", "RptEna", "GI"];
-/// Bytes that tell how long a message is.
+/// Number of bytes of a message's length.
 const LENGTH_BYTES: usize = 2;
 
 /// Runs one input. An odd first byte means messages, each behind its length, to a client with an

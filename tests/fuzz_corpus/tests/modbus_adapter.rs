@@ -11,13 +11,13 @@ use modbus_adapter::Settings;
 use modbus_adapter::probe::{Cells, Device, Request, mark, poll};
 use serde_json::{Value as Json, json};
 
-/// Cells of one request (Modbus Application Protocol V1.1b3, 6.1 to 6.4).
+/// Greatest number of cells in one request (Modbus Application Protocol V1.1b3, 6.1 to 6.4).
 const MAX_REGISTERS: u16 = 125;
 const MAX_BITS: u16 = 2000;
 const MAX_TAGS: usize = 64;
-/// Bytes of a tag.
+/// Number of bytes that encode a tag.
 const TAG_BYTES: usize = 6;
-/// Answers that may be late.
+/// Greatest number of answers that may be late.
 const MAX_UNANSWERED: usize = 8;
 const TABLES: [&str; 4] = ["coil", "discrete", "holding", "input"];
 const FORMATS: [&str; 8] = ["u16", "i16", "u32", "i32", "u64", "i64", "f32", "f64"];

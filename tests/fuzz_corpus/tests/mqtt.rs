@@ -23,7 +23,7 @@ const TOPICS: [&str; 8] = [
 ];
 /// Bits of the byte before a message.
 const RETAINED: u8 = 0x80;
-/// Messages of one input.
+/// Greatest number of messages in one input.
 const MAX_MESSAGES: usize = 64;
 
 /// Runs one input. With the lowest bit of its first byte set, the rest are bytes of a broker, of
@@ -62,7 +62,8 @@ pub fn fuzz_one(bytes: &[u8]) -> bool {
     samples.iter().any(|sample| sample.value.is_some())
 }
 
-/// Samples are of tags that there are, of their kinds; what has no value is not good.
+/// Checks that samples are of existing tags and of their kinds, and that none without a value is
+/// good.
 fn check(recorder: &Recorder, tags: &[TagSpec]) {
     for sample in recorder.recording().samples {
         let tag = tags.get(sample.tag as usize).expect("it is of a known tag");
@@ -74,7 +75,7 @@ fn check(recorder: &Recorder, tags: &[TagSpec]) {
     }
 }
 
-/// Tags of all kinds, of the edge node, of its device, and of two topics.
+/// Returns tags of all kinds, of the edge node, of its device, and of two topics.
 fn tags() -> Vec<TagSpec> {
     let metric = |name: &str| json!({ "group": "g", "edge_node": "e", "metric": name });
     let places: [Value; 4] = [

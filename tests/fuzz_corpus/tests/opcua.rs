@@ -6,7 +6,7 @@ use busbar_plugin_sdk::{Quality, Reason, Value, ValueKind};
 use opcua::probe::converse;
 use serde_json::json;
 
-/// Tags of the server that the kept inputs were recorded of, of kinds in turn.
+/// Tags of the server that the kept inputs were recorded from, of kinds in turn.
 const NODES: [(&str, ValueKind); 5] = [
     ("A", ValueKind::F64),
     ("B", ValueKind::I64),

@@ -10,10 +10,10 @@ use busbar_plugin_process::probe::{Heard, HostSide, read_collapses};
 use busbar_tags::{Moment, Sample, TagHandle, ValueKind};
 use glam::Vec3;
 
-/// Tags and nodes of the plugin: odd ones.
+/// Tags of the plugin, with odd numbers; nodes follow.
 const TAGS: [u32; 3] = [1, 3, 5];
 const NODES: [u32; 2] = [7, 9];
-/// Bytes of a message for people that are far more than any has.
+/// Size far above that of any text message, bytes.
 const MANY_BYTES: usize = 1 << 21;
 /// Byte offsets of the counters of a ring; samples come after the last, in order.
 const RING_COUNTERS: [u64; 4] = [0, 64, 128, 192];

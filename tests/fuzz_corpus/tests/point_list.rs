@@ -9,7 +9,7 @@ use busbar_point_import::{
     Proposal, SceneParts, assign_plugins, place, report, scene,
 };
 
-/// The model: ids, and indices of what each hangs under.
+/// Nodes of the model: id, name, and index of the parent.
 const NODES: [(&str, &str, Option<usize>); 9] = [
     ("S1", "S1", None),
     ("S1/E01", "E01", Some(0)),

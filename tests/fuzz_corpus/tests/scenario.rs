@@ -18,7 +18,7 @@ const CONFIG: &str = r#"{
         "Q1": { "type": "double_point", "source": { "plugin": "bay", "address": {} } }
     }
 }"#;
-/// A year, the longest that a scenario goes.
+/// Longest duration of a scenario, seconds: a year.
 const MAX_SECONDS: f64 = 366.0 * 86_400.0;
 
 /// Runs one input; reports whether it is a scenario.

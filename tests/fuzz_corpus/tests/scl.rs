@@ -7,7 +7,7 @@ use iec61850::Iec61850;
 use serde_json::json;
 
 const KINDS: [&str; 4] = ["bool", "double_point", "f64", "i64"];
-/// Bytes that the command reads at once, and writes that it may do.
+/// Size of the pieces that the command reads and writes, bytes.
 const PIECE: usize = 4096;
 const CONSTRAINTS: [&str; 2] = ["ST", "MX"];
 

@@ -11,10 +11,10 @@ use busbar_geometry::{
 use busbar_stack_cache::{CacheKey, MeshKey, OptimizerDigest, WeldedMesh, content_digest, probe};
 use glam::Vec3;
 
-/// Quads of the mesh, a strip.
+/// Number of quads of the mesh, a strip.
 const QUADS: u32 = 8;
 
-/// The mesh, and the key of its stacks.
+/// Mesh under test with the key of its stacks.
 struct Subject {
     mesh: Mesh,
     key: CacheKey,
@@ -115,7 +115,7 @@ fn is_mesh_read(subject: &Subject, bytes: &[u8]) -> bool {
     }
 }
 
-/// Indices are within the mesh at every cursor, and none beyond it.
+/// Checks that indices are within the mesh at every cursor.
 fn check(stacks: &CollapseStacks) {
     let mesh = stacks.mesh();
     let wedges = mesh.wedges.len() as u32;
@@ -175,7 +175,7 @@ fn changed(file: &[u8], changes: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// Tables of the right lengths, mostly.
+/// Decodes tables, mostly of the right lengths.
 fn tables(subject: &Subject, bytes: &[u8]) -> (Vec<u32>, StackTables) {
     let Mesh { positions, wedges, triangles, .. } = &subject.mesh;
     let mut bytes = bytes.iter().copied();

@@ -8,9 +8,9 @@ use busbar_protocol::message::{Command, Pointing, Typing};
 use busbar_web::Origin;
 use busbar_web::probe::{MAX_MESSAGE_BYTES, Pages};
 
-/// Pages at once, as a server has them by default.
+/// Greatest number of pages at once, as servers have it by default.
 const MAX_PAGES: usize = 4;
-/// Pixels of the largest picture that a page gets.
+/// Greatest number of pixels of a picture for a page.
 const MAX_PIXELS: u32 = 2560 * 1600;
 
 /// Runs one input, a line for each event: `+` connects a page, `-` disconnects one. Else the first

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::tree::{Place, Tree};
 
-/// Places this near to one another, as a share of the diagonal, are one place.
+/// Tolerance within which places count as one, as a share of the diagonal.
 const TIE: f64 = 1e-6;
 
 /// Distances between an original and a simplified surface, relative to the
@@ -19,7 +19,7 @@ const TIE: f64 = 1e-6;
 pub struct SurfaceError {
     /// Mean distance from the original to the simplified surface.
     pub mean_forth: f64,
-    /// Root of the mean squared distance forth.
+    /// Root mean square distance from the original to the simplified surface.
     pub rms_forth: f64,
     /// Greatest distance from the original to the simplified surface.
     pub max_forth: f64,
@@ -27,7 +27,7 @@ pub struct SurfaceError {
     pub degrees_forth: f64,
     /// Mean distance from the simplified surface to the original.
     pub mean_back: f64,
-    /// Root of the mean squared distance back.
+    /// Root mean square distance from the simplified surface to the original.
     pub rms_back: f64,
     /// Greatest distance from the simplified surface to the original.
     pub max_back: f64,
@@ -62,7 +62,7 @@ impl SurfaceError {
     }
 }
 
-/// A surface with points drawn on it, to compare others with.
+/// Reference surface with sample points, to compare others with.
 pub struct Reference {
     surface: Tree,
     samples: Vec<Sample>,
@@ -70,7 +70,7 @@ pub struct Reference {
     seed: u64,
 }
 
-/// A point drawn on a surface.
+/// Sample point on a surface.
 #[derive(Clone, Copy, Debug)]
 struct Sample {
     point: DVec3,
@@ -133,7 +133,7 @@ impl Reference {
     }
 }
 
-/// Figures of one direction.
+/// Distances of one direction.
 struct OneWay {
     mean: f64,
     rms: f64,
@@ -141,8 +141,7 @@ struct OneWay {
     degrees: f64,
 }
 
-/// Points drawn by area, one in each of `count` equal shares of it; `None` if
-/// there is no area.
+/// Draws points by area, one in each of `count` equal shares of it; `None` if there is no area.
 fn sample(mesh: &Topology, count: usize, seed: u64) -> Option<Vec<Sample>> {
     let corners = |t: &[u32; 3]| t.map(|v| mesh.positions[v as usize].as_dvec3());
     let mut total = 0.0;

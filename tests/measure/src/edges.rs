@@ -1,4 +1,4 @@
-//! Edges and triangles that tell how whole a surface is.
+//! Edge and triangle counts that show the defects of a surface.
 
 use serde::Serialize;
 
@@ -7,11 +7,11 @@ use crate::Sets;
 /// Counts of border and non-manifold edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct EdgeCounts {
-    /// Edges with exactly one triangle.
+    /// Number of edges with exactly one triangle.
     pub border: u64,
-    /// Edges with more than two triangles.
+    /// Number of edges with more than two triangles.
     pub non_manifold: u64,
-    /// Connected sets of border edges.
+    /// Number of connected sets of border edges.
     pub border_loops: u64,
 }
 
@@ -40,8 +40,8 @@ impl EdgeCounts {
     }
 }
 
-/// Triangles on the same three vertices as another, either way round: all but
-/// one of each such group.
+/// Counts the triangles on the same three vertices as another, either way round: all but one of
+/// each such group.
 pub fn duplicates(triangles: &[[u32; 3]]) -> u64 {
     let ordered = |triangle: &[u32; 3]| {
         let mut triangle = *triangle;

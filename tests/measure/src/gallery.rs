@@ -1,4 +1,4 @@
-//! Pictures of a mesh from all around, and how far others are from them.
+//! Picture comparison of meshes from all around.
 
 use anyhow::{Context, Result};
 use busbar_geometry::{Bounds, Topology};
@@ -10,8 +10,8 @@ use crate::raster::{Shot, View, draw};
 use crate::shading::{CREASE_DEGREES, creased_normals};
 use crate::similarity::ssim;
 
-/// Towards the eye: the corners of a cube, a little turned, so that no view
-/// looks along what is built square.
+/// Directions towards the eye: the corners of a cube, a little turned, so that no view looks along
+/// square edges.
 const VIEWS: [Vec3; 8] = [
     Vec3::new(1.0, 0.7, 0.8),
     Vec3::new(0.8, 0.6, -1.0),
@@ -22,7 +22,7 @@ const VIEWS: [Vec3; 8] = [
     Vec3::new(-1.0, -0.5, -0.8),
     Vec3::new(-0.6, -0.8, 1.0),
 ];
-/// Pixels of a picture.
+/// Size of a picture, pixels.
 const SIZE: [u32; 2] = [512, 512];
 
 /// Pictures of an original mesh.
@@ -36,14 +36,13 @@ pub struct Gallery {
 pub struct PictureError {
     /// Mean structural similarity, 1 for equal pictures.
     pub ssim: f64,
-    /// Pixels that only one of both covers, as a share of those that the
-    /// original covers.
+    /// Number of pixels that only one of both covers, as a share of those that the original covers.
     pub silhouette: f64,
 }
 
 impl Gallery {
-    /// Takes an original's pictures. Normals come from its faces, as those of
-    /// levels do: what a simplifier keeps beside the surface is not judged here.
+    /// Renders an original's pictures. Normals come from its faces, as those of levels do, so that
+    /// only the surface is judged here.
     ///
     /// # Errors
     /// When the mesh has no points.

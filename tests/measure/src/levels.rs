@@ -3,9 +3,9 @@
 
 use busbar_geometry::{CollapseSequence, Topology};
 
-/// A count may miss the wanted one by this share of it.
+/// Greatest miss of the wanted count, as a share of it.
 const NEAR: f64 = 0.002;
-/// A guess stays this share of the bracket away from its ends.
+/// Least distance of a guess from the ends of its bracket, as a share of it.
 const INWARD: f64 = 0.03;
 
 /// Returns the live triangles after `cursor` collapses, over the mesh's positions.
@@ -18,7 +18,7 @@ pub fn level(mesh: &Topology, sequence: &CollapseSequence, cursor: u32) -> Vec<[
     moved.filter(|[a, b, c]| a != b && b != c && c != a).collect()
 }
 
-/// Vertices that triangles use.
+/// Counts the vertices that triangles use.
 pub fn vertices_in_use(triangles: &[[u32; 3]]) -> usize {
     let most = triangles.as_flattened().iter().max().map_or(0, |&most| most as usize + 1);
     let mut used = vec![false; most];

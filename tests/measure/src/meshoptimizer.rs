@@ -1,4 +1,4 @@
-//! meshoptimizer's simplifiers, called alike.
+//! Simplifiers of meshoptimizer behind one interface.
 
 use anyhow::{Result, ensure};
 use busbar_geometry::Topology;
@@ -10,10 +10,10 @@ use crate::levels::{search, vertices_in_use};
 const ANY_ERROR: f32 = f32::MAX;
 /// Weight of a normal that turns by one radian, as in meshoptimizer's own demonstration.
 const NORMAL_WEIGHT: f32 = 0.5;
-/// Calls until the number of vertices is met as well as it can be.
+/// Greatest number of calls in the search for a number of vertices.
 const MAX_CALLS: usize = 8;
 
-/// A mesh as meshoptimizer sees it.
+/// Mesh in the form of meshoptimizer's input.
 pub struct Input<'a> {
     triangles: &'a [[u32; 3]],
     vertices: VertexDataAdapter<'a>,
@@ -41,7 +41,7 @@ impl<'a> Input<'a> {
         Ok(Self { triangles: &mesh.triangles, vertices: adapter(&mesh.positions)?, normals: &[] })
     }
 
-    /// Vertices with normals, as many as positions.
+    /// Takes vertices with normals, as many as positions.
     ///
     /// # Errors
     /// When there is none, or the numbers differ.

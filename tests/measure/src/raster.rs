@@ -1,17 +1,17 @@
-//! A small rasteriser with a depth buffer: parallel projection, one light.
+//! Small software rasteriser with a depth buffer: parallel projection, one light.
 
 use busbar_geometry::{Bounds, Topology};
 use glam::{Vec2, Vec3, vec2};
 use image::{GrayImage, Luma};
 
-/// Grey where nothing is.
+/// Grey shade of the background.
 const BACKGROUND: u8 = 222;
 /// Range of grey shades of a surface.
 const SHADES: [f32; 2] = [30.0, 200.0];
-/// Towards the light, in the camera's axes.
+/// Direction towards the light, in the camera's axes.
 const LIGHT: Vec3 = Vec3::new(-0.35, 0.5, 0.79);
 
-/// A camera far off.
+/// Parallel view with its clipping box.
 #[derive(Clone, Copy, Debug)]
 pub struct View {
     right: Vec3,
@@ -25,12 +25,12 @@ pub struct View {
     part: Bounds,
 }
 
-/// A picture, and which of its pixels show the mesh.
+/// Rendered picture with its coverage.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Shot {
     /// Grey shade of each pixel.
     pub shades: GrayImage,
-    /// Row by row: whether the mesh is there.
+    /// Coverage of each pixel by the mesh, row by row.
     pub covered: Vec<bool>,
 }
 
@@ -98,7 +98,7 @@ pub fn draw(
 
 struct Canvas<'a> {
     size: [usize; 2],
-    /// Nearness to the eye of what each pixel shows.
+    /// Depth buffer: nearness to the eye of each pixel's surface.
     depths: Vec<f32>,
     shades: Vec<u8>,
     middle: Vec2,

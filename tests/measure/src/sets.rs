@@ -20,7 +20,7 @@ impl Sets {
         x
     }
 
-    /// Makes two sets one; whether they were two.
+    /// Joins two sets; reports whether they were disjoint.
     pub fn join(&mut self, a: u32, b: u32) -> bool {
         let (a, b) = (self.root(a), self.root(b));
         self.parent[a.max(b) as usize] = a.min(b);

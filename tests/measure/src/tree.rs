@@ -1,12 +1,12 @@
-//! The nearest place on a surface, by a tree of boxes.
+//! Bounding volume hierarchy for the nearest point on a surface.
 
 use busbar_geometry::Topology;
 use glam::DVec3;
 
-/// Triangles in a leaf at most.
+/// Greatest number of triangles in a leaf.
 const LEAF: usize = 4;
 
-/// A place on a surface.
+/// Closest point on a surface.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Place {
     pub(crate) distance: f64,
@@ -19,11 +19,11 @@ struct Node {
     max: DVec3,
     /// First triangle of a leaf, or right child.
     start: usize,
-    /// Triangles of a leaf, or 0.
+    /// Number of triangles of a leaf, or 0.
     count: usize,
 }
 
-/// A surface that can be asked.
+/// Bounding volume hierarchy of a surface's triangles.
 pub(crate) struct Tree {
     nodes: Vec<Node>,
     triangles: Vec<[DVec3; 3]>,

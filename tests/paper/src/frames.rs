@@ -10,10 +10,10 @@ use crate::progress::Progress;
 use crate::scene::path_camera;
 use crate::series::Series;
 
-/// Frames after a change of theta until every cursor must stand still.
+/// Greatest number of frames after a change of theta until every cursor must stand still.
 const MAX_SETTLING_FRAMES: usize = 240;
 
-/// Steps of the path that are drawn at one theta before the next.
+/// Number of steps of the path that are drawn at one theta before the next.
 const STEPS_PER_BLOCK: usize = 5;
 
 /// Frame times of one size and number of samples.
@@ -38,21 +38,21 @@ pub struct FrameRow {
     pub frame: Series,
 }
 
-/// A line through frame times over triangles.
+/// Linear fit of frame times over triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LinearFit {
-    /// Milliseconds a frame that no triangle explains.
+    /// Constant part of a frame, milliseconds.
     pub fixed_ms: f64,
-    /// Milliseconds a million triangles.
+    /// Milliseconds for each million triangles.
     pub ms_per_million: f64,
 }
 
 impl FrameTimes {
-    /// Draws the path a few steps at a time at each theta in turn, so that
-    /// whatever else the machine does meets all thetas alike.
+    /// Draws the path a few steps at a time at each theta in turn, so that other load of the
+    /// machine affects all thetas alike.
     ///
     /// # Errors
-    /// The device's.
+    /// Those of the device.
     pub fn measure(
         viewer: &mut Viewer,
         (size, samples): ([u32; 2], u32),
@@ -95,7 +95,7 @@ impl FrameTimes {
         self.rows.iter().find(|row| row.theta == theta)
     }
 
-    /// Frames per second over those at theta 0.
+    /// Returns the frame rate divided by that at theta 0.
     pub fn fps_ratio(&self, theta: f64) -> Option<f64> {
         Some(self.at(theta)?.frame.fps() / self.at(0.0)?.frame.fps())
     }
@@ -126,8 +126,7 @@ pub fn pixel_share(large: &FrameTimes, small: &FrameTimes, theta: f64) -> Option
     Some((per_pixel * pixels(large) / many).clamp(0.0, 1.0))
 }
 
-/// Moves to a theta and draws until nothing moves any more; returns the
-/// triangles drawn then.
+/// Moves to a theta and draws until every cursor stands still; returns the triangles drawn then.
 pub(crate) fn settle(viewer: &mut Viewer, theta: f64) -> Result<u64> {
     viewer.set_theta(theta);
     let mut last = None;

@@ -1,5 +1,5 @@
-//! The lossless proof: random moves of the cursor, and the bytes at places
-//! that are visited again and again.
+//! Lossless proof: random moves of the cursor, and hashes at cursors that are visited again and
+//! again.
 
 use std::collections::BTreeSet;
 
@@ -20,22 +20,22 @@ const FIXED_THETAS: [f64; 5] = [0.0, 0.5, 0.7, 0.85, 0.95];
 /// Results of the random moves.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LosslessWalk {
-    /// Moves made, visits included.
+    /// Number of moves, visits included.
     pub moves: usize,
     /// XXH3-128 of the index bytes at theta 0 before the first move.
     pub before: String,
     /// Hash of the same bytes after the last move.
     pub after: String,
-    /// Places visited on the way.
+    /// Places visited during the walk.
     pub visits: Vec<FixedPlace>,
-    /// Live triangles looked at, each of which still belongs to the equipment
-    /// that it was imported with.
+    /// Number of checked live triangles, each of which still belongs to the equipment that it was
+    /// imported with.
     pub triangles_checked: u64,
-    /// Pieces of equipment that the triangles belong to.
+    /// Number of pieces of equipment that the triangles belong to.
     pub equipment: usize,
 }
 
-/// A cursor that the walk came back to.
+/// Cursor to which the walk returns.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FixedPlace {
     /// Proportion of simplified vertices.
@@ -44,13 +44,13 @@ pub struct FixedPlace {
     pub cursor: u32,
     /// XXH3-128 of the index bytes before the walk.
     pub hash: String,
-    /// Visits during the walk.
+    /// Number of visits during the walk.
     pub visits: usize,
     /// Number of those visits that found other bytes.
     pub differing: usize,
 }
 
-/// A place of the walk.
+/// Move of the walk.
 #[derive(Clone, Copy)]
 struct Move {
     cursor: u32,
@@ -61,7 +61,7 @@ struct Move {
 /// Result of one move.
 struct Found {
     triangles: u64,
-    /// A visited place, and whether its bytes were others.
+    /// Index of the visited place, and whether its bytes differed.
     visit: Option<(usize, bool)>,
 }
 
@@ -126,7 +126,7 @@ fn route(stacks: &CollapseStacks, places: &[FixedPlace], moves: usize) -> Vec<Mo
     (0..moves).map(&mut next).collect()
 }
 
-/// The feature of each wedge and of each triangle, as imported.
+/// Features of each wedge and of each triangle, as imported.
 struct Identity {
     of_wedge: Vec<Option<u32>>,
     of_triangle: Vec<Option<u32>>,

@@ -5,7 +5,7 @@ use std::thread;
 
 use serde::Serialize;
 
-/// Facts of the machine.
+/// Processor and graphics device of the machine.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Machine {
     /// Model of the processor, or "unknown".

@@ -1,4 +1,4 @@
-//! Meshes to collapse stacks, through the plugin as a viewer loads it.
+//! Optimisation of meshes to collapse stacks, through the plugin as a viewer loads it.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use busbar_geometry::{CollapseStacks, Mesh, RawPrimitive, weld};
 use busbar_plugin_host::{Catalog, MeshOptimizer};
 use serde_json::Value;
 
-/// The optimiser that implements the paper.
+/// Plugin that implements the paper.
 const PLUGIN: &str = "weighted_collapse";
 
 /// Optimiser plugin with the paper's method.
@@ -21,7 +21,7 @@ impl Optimiser {
     /// Loads the plugin from a folder, with its own settings.
     ///
     /// # Errors
-    /// When it is not there or does not load.
+    /// When it is missing or does not load.
     pub fn load(folder: &Path) -> Result<Self> {
         let folders: [PathBuf; 1] = [std::path::absolute(folder)?];
         let plugin = Catalog::discover(&folders)
@@ -43,8 +43,8 @@ impl Optimiser {
     }
 }
 
-/// Milliseconds that welding takes, which an import does among other things:
-/// the same mesh, split into vertex arrays again and welded.
+/// Measures the milliseconds of welding, which an import does among other things: the same mesh,
+/// split into vertex arrays, is welded again.
 ///
 /// # Errors
 /// When the mesh cannot be welded.

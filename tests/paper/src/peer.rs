@@ -1,4 +1,4 @@
-//! meshoptimizer's levels of a mesh, as the outside peer.
+//! Levels of a mesh by meshoptimizer, as the outside peer.
 
 use anyhow::{Result, ensure};
 use busbar_geometry::{Mesh, RawPrimitive, Topology, weld};

@@ -3,7 +3,7 @@
 use anyhow::Result;
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// A bar a stage; hidden where the output is not a terminal.
+/// Progress bar for each stage; hidden where the output is not a terminal.
 pub struct Progress {
     bar: ProgressBar,
 }
@@ -37,7 +37,7 @@ impl Progress {
         self.bar.inc(1);
     }
 
-    /// Takes the bar away.
+    /// Removes the bar from the terminal.
     pub fn finish(&self) {
         self.bar.finish_and_clear();
     }

@@ -1,6 +1,6 @@
 //! Reference values printed in the paper.
 
-/// A row of the paper's Table I, with the quotients that follow from it.
+/// Row of the paper's Table I, with the quotients that follow from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrintedRow {
     /// Proportion of simplified vertices.
@@ -31,13 +31,13 @@ impl PrintedRow {
         2 * self.vertices as i64 - self.triangles as i64
     }
 
-    /// Frames per second over those at theta 0.
+    /// Returns the frame rate divided by that at theta 0.
     pub fn fps_ratio(&self) -> f64 {
         self.fps / TABLE_I[0].fps
     }
 
-    /// Triangles at theta 0 over triangles here: what fewer triangles alone
-    /// can give.
+    /// Returns triangles at theta 0 divided by those of this row: the gain of fewer triangles
+    /// alone.
     pub fn triangle_ratio(&self) -> f64 {
         TABLE_I[0].triangles as f64 / self.triangles as f64
     }

@@ -21,7 +21,7 @@ pub struct Results {
     pub machine: Machine,
     /// Flag of the short run.
     pub quick: bool,
-    /// The paper's scene, a level a theta.
+    /// Levels of the paper's scene, one a theta.
     pub levels: Vec<SceneLevel>,
     /// Frame times, a set for each size and number of samples.
     pub frames: Vec<FrameTimes>,
@@ -29,35 +29,35 @@ pub struct Results {
     pub stages: Stages,
     /// Costs of a change of theta.
     pub theta_change: ThetaChange,
-    /// Orders of collapse on the power transformer.
+    /// Study of collapse orders on the power transformer.
     pub study: Study,
     /// Results of the lossless proof.
     pub lossless: LosslessWalk,
-    /// Picks that theta changes.
+    /// Changes of picks by theta.
     pub picks: PickChanges,
 }
 
-/// The paper's scene at one theta.
+/// Level of the paper's scene at one theta.
 #[derive(Clone, Debug, Serialize)]
 pub struct SceneLevel {
     /// Proportion of simplified vertices.
     pub theta: f64,
     /// Counts of the simplified mesh.
     pub counts: TopologyCounts,
-    /// Difference of the overview to theta 0.
+    /// Difference of the overview from that at theta 0.
     pub difference: ImageDifference,
-    /// The overview, a file beside the report.
+    /// File of the overview, beside the report.
     pub picture: String,
 }
 
-/// Milliseconds a stage of loading.
+/// Milliseconds of each stage of loading.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Stages {
-    /// The first load, by the viewer's names of stages.
+    /// Stages of the first load, by the viewer's names.
     pub first: BTreeMap<String, f64>,
     /// Seconds of each stage of the second load.
     pub second: BTreeMap<String, f64>,
-    /// Welding alone, which is part of `import`.
+    /// Milliseconds of welding alone, which is part of `import`.
     pub weld: f64,
 }
 
@@ -65,9 +65,8 @@ pub struct Stages {
 pub const MAX_CACHED_SHARE: f64 = 0.1;
 
 impl Stages {
-    /// Milliseconds that finding or making stacks took in the second load, as a
-    /// share of making them in the first; `None` unless the first made them
-    /// and the second found them.
+    /// Returns the time for stacks in the second load as a share of that in the first; `None`
+    /// unless the first made them and the second found them.
     pub fn cached_share(&self) -> Option<f64> {
         let made = |load: &BTreeMap<String, f64>| {
             Some(load.get("optimize")? + load.get("stacks").copied().unwrap_or(0.0))
@@ -83,7 +82,7 @@ impl Results {
         self.levels.iter().find(|level| level.theta == theta)
     }
 
-    /// Triangles at theta 0 over triangles at theta, in our scene.
+    /// Returns triangles at theta 0 divided by those at theta, in the measured scene.
     pub fn triangle_ratio(&self, theta: f64) -> Option<f64> {
         let triangles = |theta| Some(self.level(theta)?.counts.triangles as f64);
         Some(triangles(0.0)? / triangles(theta)?)

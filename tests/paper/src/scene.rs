@@ -1,5 +1,5 @@
-//! The files that the report looks at: the paper's scene with its
-//! configuration, and the power transformer as one mesh.
+//! Files of the report's scenes: the paper's scene with its configuration, and the power
+//! transformer as one mesh.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -15,7 +15,7 @@ use substation::Station;
 
 use crate::optimise::vertex_arrays;
 
-/// The seed of the station, which the generator's own program has by default.
+/// Seed of the station, which is the default of its generator.
 const SEED: u64 = 1;
 
 /// Name of the station's model that Figures 6 to 8 show.
@@ -24,11 +24,10 @@ const TRANSFORMER: &str = "transformer";
 /// Folder of results kept on disk, beside the configuration.
 const CACHE: &str = "cache";
 
-/// A triangle looks down if its normal is within this of straight down: the
-/// cosine of the angle.
+/// Least downward component of a normal for a triangle to look down: the cosine of the angle.
 const DOWNWARD: f32 = 0.9;
 
-/// The camera of the pictures.
+/// Name of the pictures' camera.
 pub const OVERVIEW: &str = "overview";
 
 /// Eye of the overview, in metres; target and vertical field of view follow.
@@ -42,16 +41,16 @@ pub const OVERVIEW_FOV_DEGREES: f64 = 42.0;
 pub struct PaperScene {
     /// Configuration of the flattened scene.
     pub config: PathBuf,
-    /// The model file that it names.
+    /// Model file that the configuration names.
     pub model: PathBuf,
     /// Power transformer as a single mesh.
     pub transformer: SingleMesh,
 }
 
-/// A model flattened to one mesh, as the paper treats a model.
+/// Model flattened to one mesh, as the paper treats a model.
 #[derive(Clone, Debug)]
 pub struct SingleMesh {
-    /// The mesh, in the model's space.
+    /// Mesh in the model's space.
     pub mesh: Mesh,
     /// Materials by the index that the mesh's sections use.
     pub materials: Vec<Material>,
@@ -130,7 +129,7 @@ fn path_eye(step: usize, steps: usize) -> [f64; 3] {
 }
 
 impl SingleMesh {
-    /// Puts the triangles of all nodes into one welded mesh.
+    /// Merges the triangles of all nodes into one welded mesh.
     ///
     /// # Errors
     /// When a position is not finite.

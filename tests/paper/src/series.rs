@@ -1,4 +1,4 @@
-//! Measured times in order.
+//! Statistics of measured times.
 
 use serde::Serialize;
 
@@ -24,7 +24,7 @@ impl Series {
         Self { count: millis.len(), p50_ms: at(0.5), p99_ms: at(0.99) }
     }
 
-    /// Frames per second at the median.
+    /// Returns the frame rate at the median.
     pub fn fps(&self) -> f64 {
         if self.p50_ms > 0.0 { 1e3 / self.p50_ms } else { 0.0 }
     }

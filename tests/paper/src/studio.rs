@@ -14,14 +14,14 @@ use image::{ImageFormat, RgbaImage};
 
 /// Direction from the model towards the eye.
 const DIRECTION: Vec3 = vec3(-0.52, 0.36, -0.78);
-/// Room left around the model.
+/// Factor of the room left around the model.
 const MARGIN: f32 = 1.05;
 /// Linear light of the background, as of paper.
 const BACKGROUND: [f32; 3] = [0.87, 0.87, 0.85];
 /// Distance of the eye from the model, in diagonals of its bounding box.
 const DISTANCE: f32 = 20.0;
 
-/// A fixed camera in front of models of one size.
+/// Studio with a fixed camera for pictures of one model.
 pub struct Studio {
     renderer: Renderer,
     camera: CameraView,
@@ -46,10 +46,10 @@ impl Studio {
         Ok(Self { renderer, camera: parallel_view(points, size[0] as f32 / size[1] as f32) })
     }
 
-    /// Takes a picture of a model after `cursor` collapses.
+    /// Renders a picture of a model after `cursor` collapses.
     ///
     /// # Errors
-    /// The device's.
+    /// Those of the device.
     pub fn shoot(&mut self, subject: Subject<'_>, cursor: u32, wireframe: bool) -> Result<Picture> {
         let model = self.renderer.upload_model(ModelUpload {
             stacks: std::slice::from_ref(subject.stacks),

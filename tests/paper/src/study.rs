@@ -1,4 +1,4 @@
-//! Many ways to simplify one model, each with its error and pictures.
+//! Study of variants to simplify one model, each with its error and pictures.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -17,12 +17,12 @@ use measure::{Reference, SurfaceError};
 
 /// Thetas at which variants are compared.
 pub const THETAS: [f64; 3] = [0.7, 0.85, 0.95];
-/// Points drawn on a surface; the seed is the same for all.
+/// Number of points drawn on a surface; the seed is the same for all.
 const SAMPLE_SEED: u64 = 773;
-/// Pixels of a picture.
+/// Size of a picture, pixels.
 const PICTURE: [u32; 2] = [960, 720];
 
-/// The model that Figures 6 to 8 show, treated in many ways.
+/// Study of the model that Figures 6 to 8 show.
 #[derive(Clone, Debug, Serialize)]
 pub struct Study {
     /// Study of the welded mesh, as imported: edges are those of the surface.
@@ -33,19 +33,19 @@ pub struct Study {
     pub split: SubjectStudy,
 }
 
-/// Variants on one mesh.
+/// Results of all variants on one mesh.
 #[derive(Clone, Debug, Serialize)]
 pub struct SubjectStudy {
-    /// The mesh at theta 0.
+    /// Counts of the mesh at theta 0.
     pub full: TopologyCounts,
-    /// Picture at theta 0.
+    /// File of the picture at theta 0.
     pub picture: String,
     /// File of the wireframe picture.
     pub wireframe: String,
-    /// Share of each factor in the variance of W, as Busbar reads the paper:
-    /// length, flag, area, curvature.
+    /// Shares of the four factors in the variance of W, as Busbar reads the paper: length, flag,
+    /// area, curvature.
     pub variance_shares: [f64; 4],
-    /// The variants, the reference reading first.
+    /// Variants, the reference reading first.
     pub variants: Vec<VariantResult>,
 }
 
@@ -62,7 +62,7 @@ pub struct VariantResult {
     pub levels: Vec<Level>,
 }
 
-/// A variant at one theta.
+/// Level of a variant at one theta.
 #[derive(Clone, Debug, Serialize)]
 pub struct Level {
     /// Proportion of simplified vertices.
@@ -71,14 +71,14 @@ pub struct Level {
     pub counts: TopologyCounts,
     /// Distances to the original; none without a surface.
     pub error: Option<SurfaceError>,
-    /// Area, as a share of the original's.
+    /// Area as a share of the original's.
     pub area_share: f64,
     /// Enclosed volume, as a share of the original's; none where the original
     /// has borders, and so encloses nothing.
     pub volume_share: Option<f64>,
-    /// Picture, a file beside the report.
+    /// File of the picture, beside the report.
     pub picture: String,
-    /// Wireframe at the greatest theta.
+    /// File of the wireframe at the greatest theta.
     pub wireframe: Option<String>,
 }
 
@@ -223,7 +223,7 @@ impl<'a> Workshop<'a> {
     }
 }
 
-/// Stacks in which nothing collapses.
+/// Creates stacks without any collapse.
 fn uncollapsed(mesh: &Mesh) -> Arc<CollapseStacks> {
     let sequence = CollapseSequence::empty(mesh.positions.len() as u32);
     Arc::new(CollapseStacks::build(mesh.clone(), &sequence))

@@ -11,17 +11,17 @@ use glam::{DVec3, Vec3};
 use measure::{EdgeCounts, Sets, vertices_in_use};
 use serde::Serialize;
 
-/// A set of points is flat when all lie this close to one plane, as a share of
-/// the diagonal of its shell at theta 0.
+/// Greatest distance of a flat set of points from its plane, as a share of the diagonal of its
+/// shell at theta 0.
 pub const FLAT_SHARE: f64 = 1e-4;
 
 /// Least tolerance, from the rounding of coordinates: units in the last place of the largest.
 const ROUNDING_UNITS: f64 = 4.0;
 
-/// Counts of a mesh at one cursor.
+/// Topology of a mesh at one cursor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct TopologyCounts {
-    /// Surviving vertices (welded positions).
+    /// Number of surviving vertices (welded positions).
     pub vertices: u64,
     /// Number of those vertices that no live triangle uses.
     pub unused_vertices: u64,
@@ -29,13 +29,13 @@ pub struct TopologyCounts {
     pub triangles: u64,
     /// Value of 2V - T, from which shells and holes are counted.
     pub two_v_minus_t: i64,
-    /// Connected sets of edges with exactly one live triangle.
+    /// Number of connected sets of edges with exactly one live triangle.
     pub border_loops: u64,
-    /// Edges with exactly one live triangle.
+    /// Number of edges with exactly one live triangle.
     pub border_edges: u64,
-    /// Edges with more than two live triangles.
+    /// Number of edges with more than two live triangles.
     pub non_manifold_edges: u64,
-    /// Shells that have three dimensions at theta 0.
+    /// Number of shells that have three dimensions at theta 0.
     pub shells: u64,
     /// Number of shells with a live piece that is not flat.
     pub solid_shells: u64,
@@ -45,26 +45,26 @@ pub struct TopologyCounts {
     pub vanished_shells: u64,
 }
 
-/// The shells of a mesh at theta 0.
+/// Shells of a mesh at theta 0.
 pub struct Shells {
-    /// Different points of the mesh.
+    /// Distinct points of the mesh.
     points: Vec<DVec3>,
     /// Number of each point, by its bits.
     numbers: HashMap<[u32; 3], u32>,
-    /// Per point: its shell.
+    /// Shell of each point.
     of_point: Vec<u32>,
     shells: Vec<Shell>,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Shell {
-    /// Distance from one plane within which points are flat, metres.
+    /// Greatest distance of flat points from their plane, metres.
     tolerance: f64,
     solid: bool,
 }
 
 impl Shells {
-    /// Finds the shells of a mesh and which have three dimensions.
+    /// Finds the shells of a mesh, and those with three dimensions.
     pub fn of(full: &Topology) -> Self {
         let mut shells = Self {
             points: Vec::new(),
@@ -84,8 +84,8 @@ impl Shells {
         shells
     }
 
-    /// Counts of what is left of the mesh: triangles between points that it
-    /// had, and `surviving` vertices.
+    /// Counts the topology of the simplified mesh: triangles between points that it had, and
+    /// `surviving` vertices.
     pub fn count(&self, live: &Topology, surviving: u32) -> TopologyCounts {
         let edges = EdgeCounts::count(live.positions.len(), &live.triangles);
         let pieces = Pieces::of(self.points.len(), &self.by_points(live));
@@ -105,7 +105,7 @@ impl Shells {
         counts
     }
 
-    /// Triangles as numbers of points.
+    /// Returns triangles as numbers of points.
     fn by_points(&self, mesh: &Topology) -> Vec<[u32; 3]> {
         let number = |&p: &Vec3| self.numbers.get(&bits(p)).copied().unwrap_or(u32::MAX);
         let numbers: Vec<u32> = mesh.positions.iter().map(number).collect();
@@ -173,9 +173,9 @@ pub fn live(stacks: &CollapseStacks, cursor: u32) -> Topology {
     }
 }
 
-/// Connected components of triangles, by the positions they use.
+/// Connected components of triangles, by the positions that they use.
 struct Pieces {
-    /// Per position: its piece; of no meaning where no triangle uses it.
+    /// Component of each position; without meaning where no triangle uses it.
     of_position: Vec<u32>,
     points: Vec<Vec<u32>>,
 }

@@ -1,4 +1,4 @@
-//! The readings and orders that the report compares.
+//! Variants of the method that the report compares: readings of the equations, and orders.
 
 use anyhow::{Result, anyhow};
 use busbar_geometry::{Collapse, CollapseSequence, Mesh, Topology};
@@ -8,7 +8,7 @@ use weighted_collapse::{
 
 use crate::peer;
 
-/// A way to simplify.
+/// Variant of the simplification.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Variant {
     pub(crate) id: &'static str,
@@ -18,9 +18,9 @@ pub(crate) struct Variant {
 
 #[derive(Clone, Copy, Debug)]
 enum Maker {
-    /// The paper's weights in some reading and order.
+    /// Order by the paper's weights in some reading.
     Weighted(Interpretation, Order),
-    /// meshoptimizer at as many vertices.
+    /// Simplification by meshoptimizer to as many vertices.
     Peer,
 }
 
@@ -66,7 +66,7 @@ pub(crate) const READINGS: [Variant; 7] = [
 pub(crate) const CLOSED: [Variant; 3] = [BUSBAR, UNPROTECTED, PRINTED_EQ4];
 /// Variants compared on split vertices.
 pub(crate) const SPLIT: [Variant; 2] = [BUSBAR, UNPROTECTED];
-/// Other orders of the same weights, and the peer.
+/// Variants with other orders of the same weights, and the peer.
 pub(crate) const ORDERS: [Variant; 3] = [
     Variant {
         id: "guarded",
@@ -82,9 +82,9 @@ pub(crate) const ORDERS: [Variant; 3] = [
 ];
 /// Output of a variant for a mesh.
 pub(crate) enum Made<const N: usize> {
-    /// Collapses that reach every theta.
+    /// Sequence of collapses that reaches every theta.
     Sequence(CollapseSequence),
-    /// A mesh of its own for each theta.
+    /// Mesh of its own for each theta.
     Levels([Mesh; N]),
 }
 
@@ -130,8 +130,8 @@ fn plugin_mesh(mesh: &Topology) -> weighted_collapse::Mesh<'_> {
     }
 }
 
-/// Shares of length, flag, area and curvature in the variance of W, as Busbar
-/// reads the paper.
+/// Computes the shares of length, flag, area and curvature in the variance of W, as Busbar reads
+/// the paper.
 pub(crate) fn variance_shares(mesh: &Topology) -> Result<[f64; 4]> {
     let shares = weighted_collapse::variance_shares(plugin_mesh(mesh), &Interpretation::BUSBAR)
         .map_err(|error| anyhow!("{}", error.message()))?;

@@ -1,4 +1,4 @@
-//! The paper's claims, each judged by a figure of the run.
+//! Verdicts on the paper's claims, each by a figure of the run.
 
 use crate::reference::PrintedRow;
 use crate::results::{MAX_CACHED_SHARE, Results};
@@ -8,13 +8,13 @@ use crate::theta_change::MAX_SHARE_OF_FRAME;
 use document::number_format::{factor, grouped, millis, percent, signed, theta};
 use document::{Claim, Verdict};
 
-/// Mean structural similarity from which a picture counts as "almost full".
+/// Least mean structural similarity of a picture that counts as "almost full".
 const ALMOST_FULL_SSIM: f64 = 0.95;
-/// A factor is balanced with three others if it explains no more than this.
+/// Greatest share of the variance of a factor that is balanced with three others.
 const BALANCED_SHARE: f64 = 0.5;
-/// Errors are compared where numbers of vertices differ by no more.
+/// Greatest relative difference of vertex numbers at which errors are compared.
 const EQUAL_VERTICES: f64 = 0.1;
-/// Quotients that differ from 1 by no more count as equal.
+/// Greatest difference from 1 of a quotient that counts as equal.
 const NEAR: f64 = 0.05;
 
 /// Judges the paper's claims.

@@ -11,15 +11,15 @@ use serde_json::Value;
 
 /// Path from this crate to the workspace's root.
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
-/// Names the interpreter that has the peers' packages.
+/// Environment variable with the interpreter that has the peers' packages.
 const PYTHON_VARIABLE: &str = "BUSBAR_PYTHON";
 
-/// A script of `tests/peers`.
+/// Python script of `tests/peers`.
 #[derive(Clone, Copy, Debug)]
 pub struct PeerScript {
     /// File name of the script.
     pub file: &'static str,
-    /// The statement that fails where its package is missing.
+    /// Import statement that fails where its package is missing.
     pub import: &'static str,
 }
 
@@ -80,7 +80,7 @@ pub fn skip(remedy: &str) {
     eprintln!("SKIPPED: {remedy}");
 }
 
-/// A running script; it ends when this is dropped.
+/// Running script that ends when dropped.
 pub struct Peer {
     child: Child,
     stdin: ChildStdin,
@@ -91,7 +91,7 @@ pub struct Peer {
 }
 
 impl Peer {
-    /// Ends it and starts another on its port, told `spec`.
+    /// Ends the script and starts another on its port with `spec`.
     #[track_caller]
     pub fn restart(self, spec: &Value) -> Self {
         let (script, port) = (self.script, self.port);
@@ -99,13 +99,13 @@ impl Peer {
         script.start(port, &[&spec.to_string()]).expect("it was there before")
     }
 
-    /// Gives a command and waits until it is carried out.
+    /// Sends a command and waits until it is carried out.
     #[track_caller]
     pub fn command(&mut self, command: &Value) {
         assert_eq!(self.ask(command), "OK", "{command}");
     }
 
-    /// Gives a command; its answer.
+    /// Sends a command; returns its answer.
     #[track_caller]
     pub fn ask(&mut self, command: &Value) -> String {
         self.begin(command);
@@ -124,7 +124,7 @@ impl Peer {
         assert_eq!(self.line(), "OK", "{}", self.script.file);
     }
 
-    /// Stops it (`STOP`), as if its machine hung, or lets it go on (`CONT`).
+    /// Stops the process (`STOP`), as if its machine hung, or continues it (`CONT`).
     #[track_caller]
     pub fn signal(&self, name: &str) {
         let id = self.child.id().to_string();

@@ -31,11 +31,12 @@ pub enum FaultSchedule {
 /// Single fault event between two steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Event {
-    /// The device is gone for so long; whether those who dial hear nothing.
+    /// Outage of the device for this time. A silent one ignores dial attempts, another refuses
+    /// them.
     Outage { length: Duration, is_silent: bool },
-    /// The configuration is loaded again.
+    /// Reload of the configuration.
     Reload,
-    /// The adapter's clock is so many seconds ahead.
+    /// Jump of the adapter's clock to so many seconds ahead.
     ClockJump(i64),
 }
 

@@ -29,7 +29,7 @@ pub use crate::tally::Tally;
 pub use crate::time::SimulatedTime;
 pub use crate::year::run;
 
-/// An adapter and the device that it reads.
+/// Test rig: an adapter and the device that it reads.
 pub trait Rig {
     /// The protocol's deadline for answers.
     const DEADLINE: Duration;
@@ -37,9 +37,9 @@ pub trait Rig {
     const NOTICED_AFTER: Duration;
     /// Longest time from the end of a fault, or the adapter's start, until every tag is good.
     const WELL_AFTER: Duration;
-    /// Age of a value while all is well.
+    /// Greatest age of a value without disturbance.
     const MAX_AGE: Duration;
-    /// Tasks of the device while all is well.
+    /// Number of the device's tasks without disturbance.
     const TASKS: usize;
 
     /// Returns the tags; their handles count from 0.

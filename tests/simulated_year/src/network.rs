@@ -9,12 +9,12 @@ use tokio::io::DuplexStream;
 use tokio::sync::mpsc;
 use tokio::time::{Instant, sleep};
 
-/// Bytes under way in each direction, about what sockets hold.
+/// Capacity of each direction of a connection, bytes, about that of sockets.
 const QUEUE_BYTES: usize = 1 << 16;
-/// Connections that wait for the device to take them.
+/// Greatest number of connections that wait for the device.
 const MAX_WAITING: usize = 16;
 
-/// Connects whoever dials to the device that listens. Clones share it.
+/// In-memory network that connects dial attempts to the listening device. Clones share it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MemoryNetwork(Arc<Mutex<State>>);
 

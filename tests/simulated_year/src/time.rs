@@ -14,7 +14,7 @@ thread_local! {
     static CLOCK: Cell<Option<(Instant, i64)>> = const { Cell::new(None) };
 }
 
-/// The wall clocks of the adapter and of its device, of the year on this thread.
+/// Wall clocks of the adapter and of its device for the year on this thread.
 #[derive(Clone, Copy, Debug)]
 pub struct SimulatedTime;
 

@@ -1,4 +1,4 @@
-//! The year itself: what is done, and what must hold.
+//! Simulation of the year: its steps, and the checks of all that must hold.
 
 use std::sync::Arc;
 use std::time::{Duration, SystemTime};
@@ -20,7 +20,7 @@ use crate::tally::Tally;
 use crate::time::{SimulatedTime, shift};
 
 const DAY: Duration = Duration::from_secs(86_400);
-/// Days until buffers have their lasting size.
+/// Number of days until buffers have their lasting size.
 const WARM_UP_DAYS: u32 = 7;
 /// Range of the time between two checks, seconds.
 const STEP_SECONDS: std::ops::Range<u64> = 60..1200;
@@ -29,10 +29,10 @@ const PRECISION: f64 = 1e-3;
 /// Sampling step for values that jump.
 const SCAN_STEP: Duration = Duration::from_secs(1);
 
-/// Runs so many days on a runtime of one thread whose clock is paused.
+/// Runs a number of days on a runtime of one thread whose clock is paused.
 ///
 /// # Panics
-/// When something does not hold.
+/// When a check fails.
 pub fn run<R: Rig>(
     rig: R,
     seed: u64,
@@ -63,7 +63,7 @@ struct Year<R> {
     device_back_at: Option<Instant>,
     disturbance: DisturbanceState,
     link: LinkState,
-    /// The newest sample of each tag.
+    /// Newest sample of each tag.
     newest: Vec<Option<Sample>>,
     /// Seconds by which the device's clock was ahead at the last check.
     ahead_before: i64,
@@ -128,7 +128,7 @@ impl<R: Rig> Year<R> {
         }
     }
 
-    /// Goes on to the next point, and looks.
+    /// Advances to the next point, and checks all tags.
     async fn step(&mut self) {
         let from = Instant::now();
         let some = from + Duration::from_secs(self.random.u64(STEP_SECONDS));
@@ -199,7 +199,7 @@ impl<R: Rig> Year<R> {
         self.disturbance.is_quiet_for(R::WELL_AFTER)
     }
 
-    /// Takes what came in this time.
+    /// Applies the samples of this period.
     fn take_samples(&mut self, time: Duration) {
         let recording = self.recorder.recording();
         self.recorder.clear();

@@ -1,4 +1,4 @@
-//! The peer: rumqttc's own event loop, which takes the same messages and looks at none.
+//! Peer client: rumqttc's own event loop, which receives the same messages without decoding any.
 
 use std::io::Write;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -15,7 +15,7 @@ const PERIOD: Duration = Duration::from_millis(200);
 static MESSAGES: AtomicU64 = AtomicU64::new(0);
 static BYTES: AtomicU64 = AtomicU64::new(0);
 
-/// Subscribes to all and prints, for ever, how many messages and bytes came so far.
+/// Subscribes to all topics and prints, for ever, the messages and bytes received so far.
 pub(crate) fn run(port: u16) -> Result<()> {
     std::thread::spawn(|| {
         loop {

@@ -10,7 +10,7 @@ use srad_types::payload::{DataType, Message, Metric, Payload, metric};
 
 use busbar_plugin_host::TelemetryTag;
 
-/// Points of one JSON document, as those of a bay.
+/// Number of points in one JSON document, as of a bay.
 pub(crate) const POINTS_A_DOCUMENT: u32 = 100;
 /// Freshness limit of the tags: longer than any measurement.
 const FRESHNESS: std::time::Duration = std::time::Duration::from_secs(600);
@@ -21,15 +21,15 @@ const DEVICE: &str = "station";
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Form {
-    /// Sparkplug B: a message a station has all of its points, by alias.
+    /// Sparkplug B: one message a station with all of its points, by alias.
     Sparkplug,
     /// A JSON document for every [`POINTS_A_DOCUMENT`] points.
     Json,
-    /// A topic and a text a point.
+    /// Plain text: one topic and one text for each point.
     Text,
 }
 
-/// A message of a station.
+/// Message of a station to be published.
 pub(crate) struct Outgoing {
     pub(crate) topic: String,
     pub(crate) payload: Vec<u8>,

@@ -1,4 +1,4 @@
-//! The stations: a connection each, messages at an even pace.
+//! Load generator: a connection for each station, messages at an even pace.
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -23,18 +23,18 @@ pub(crate) struct Load {
     /// Number of simulated stations.
     #[arg(long)]
     pub(crate) stations: u32,
-    /// Points of a station.
+    /// Number of points of a station.
     #[arg(long)]
     pub(crate) points: u32,
-    /// Points of all stations a second.
+    /// Rate in points of all stations a second.
     #[arg(long)]
     pub(crate) rate: f64,
-    /// Seconds, after the births.
+    /// Duration after the births, seconds.
     #[arg(long)]
     pub(crate) seconds: f64,
 }
 
-/// Publishes; prints how many points there were, and how many seconds they took.
+/// Publishes the load; prints the number of points and the seconds.
 pub(crate) fn run(load: &Load) -> Result<(u64, f64)> {
     let connect = |station| Station::connect(load.port, station);
     let mut stations: Vec<_> = (0..load.stations).map(connect).collect::<Result<_>>()?;
@@ -64,7 +64,7 @@ pub(crate) fn now() -> i64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_nanos() as i64)
 }
 
-/// The connection of a station.
+/// Connection of one station.
 struct Station(TcpStream);
 
 impl Station {

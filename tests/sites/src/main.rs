@@ -29,8 +29,8 @@ use crate::usage::{Usage, cpu_seconds, plugin_process, usage};
 
 const STATIONS: u32 = 100;
 const POINTS: u32 = 5400;
-/// Points of all stations a second, by form: the last of each is every point once a second,
-/// but for texts, each of which is a message.
+/// Loads by payload format, points of all stations a second. The last of each is every point once a
+/// second, except for texts, each of which is a message.
 const LOADS: [(Form, f64); 7] = [
     (Form::Sparkplug, 108_000.0),
     (Form::Sparkplug, 540_000.0),
@@ -77,22 +77,23 @@ enum Part {
 #[derive(Debug, Serialize)]
 struct Figures {
     form: &'static str,
-    /// Points of all stations a second that were to be sent, and that were.
+    /// Rate of all stations that was to be sent, points a second; the rate that was sent follows.
     wanted: f64,
     sent: f64,
-    /// Good values a second that reached the table.
+    /// Rate of good values that reached the table, a second.
     reached: f64,
     /// Share of the sent values that reached the tag table.
     reached_share: f64,
-    /// Values that were overtaken in the ring between the plugin's process and the host.
+    /// Number of values that were overtaken in the ring between the plugin's process and the host.
     overtaken: u64,
-    /// Milliseconds from a value's making to the table, a frame's wait of 16 ms included.
+    /// Latency of values from publication to the table, milliseconds, a frame's wait of 16 ms
+    /// included.
     latency_millis: Series,
     plugin: Usage,
     host: Usage,
     broker: Usage,
     bare: Usage,
-    /// Messages a second that the bare client took.
+    /// Rate of messages that the bare client received, a second.
     bare_messages: f64,
 }
 
@@ -195,7 +196,7 @@ fn tell(figures: &Figures) {
     println!("          bare client: {:.0} messages a second", figures.bare_messages);
 }
 
-/// A process that ends with this value.
+/// Guard that kills a process when dropped.
 struct Ended(Child);
 
 impl Drop for Ended {
@@ -227,7 +228,7 @@ fn generator_of(port: u16, form: Form, rate: f64) -> Result<Child> {
     Ok(command.stdout(Stdio::piped()).spawn()?)
 }
 
-/// The peer's process, and what it says.
+/// Process of the peer client, with its counts.
 struct Bare {
     child: Ended,
     messages: Arc<Mutex<u64>>,

@@ -23,7 +23,7 @@ const PATIENCE: Duration = Duration::from_secs(120);
 /// Interval of values for latency: one of so many is sampled.
 const SAMPLED: u64 = 97;
 
-/// The plugin and the table.
+/// Running plugin with the tag table.
 pub(crate) struct Reader {
     telemetry: RunningTelemetry,
     table: TagTable,
@@ -37,7 +37,7 @@ pub(crate) struct Taken {
     pub(crate) values: u64,
     /// Publish times of some values of a frame, nanoseconds since 1970.
     published: Vec<i64>,
-    /// Milliseconds from there to the table.
+    /// Latencies from publication to the table, milliseconds.
     pub(crate) latencies: Vec<f64>,
 }
 
@@ -108,7 +108,7 @@ impl Reader {
         self.taken.latencies.extend(self.taken.published.drain(..).map(millis));
     }
 
-    /// Values that were overtaken or refused on their way through the ring.
+    /// Returns the number of values that were overtaken or refused in the ring.
     pub(crate) fn lost(&self) -> u64 {
         let link = self.telemetry.link();
         link.dropped + link.rejected

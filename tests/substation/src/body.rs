@@ -1,4 +1,4 @@
-//! Solids of one part, counted, so that shells that touch are found out.
+//! Parts under construction with counted positions, by which touching shells are detected.
 
 use demo_model::shapes::{cuboid, ring_of_profile};
 use demo_model::{Finish, Part, Solid};
@@ -7,7 +7,7 @@ use glam::{Mat4, Quat, Vec3};
 /// Number of finishes that one shell may have.
 const MAX_TONES: usize = 2;
 
-/// A part under construction and the positions that its shells have.
+/// Part under construction, with the number of its shells' positions.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Body {
     pub(crate) part: Part,
@@ -106,12 +106,12 @@ pub(crate) fn turned(axis: Vec3, degrees: f32) -> Mat4 {
     Mat4::from_quat(Quat::from_xyzw(axis.x * sin, axis.y * sin, axis.z * sin, cos))
 }
 
-/// Turns what stands along y so that it lies along x.
+/// Returns the rotation of the y axis onto the x axis.
 pub(crate) fn along_x() -> Mat4 {
     turned(Vec3::Z, -90.0)
 }
 
-/// Turns what stands along y so that it lies along z.
+/// Returns the rotation of the y axis onto the z axis.
 pub(crate) fn along_z() -> Mat4 {
     turned(Vec3::X, 90.0)
 }

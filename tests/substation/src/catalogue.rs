@@ -1,4 +1,4 @@
-//! The models that a station is made of.
+//! Catalogue of the station's models.
 
 use std::collections::BTreeMap;
 
@@ -15,16 +15,16 @@ pub struct Catalogue {
     entries: BTreeMap<String, Entry>,
 }
 
-/// A model, and what it shows.
+/// Model with its counts.
 #[derive(Debug)]
 pub struct Entry {
     /// Model with its materials and meshes.
     pub model: Model,
-    /// Welded positions and triangles of all its nodes.
+    /// Counts of welded positions and triangles of all its nodes.
     pub counts: Counts,
 }
 
-/// Welded positions and triangles.
+/// Counts of welded positions and triangles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Number of welded positions.

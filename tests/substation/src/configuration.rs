@@ -1,4 +1,4 @@
-//! The station as a Busbar configuration.
+//! Busbar configuration of the station.
 
 use serde_json::{Map, Value, json};
 
@@ -8,7 +8,7 @@ use crate::{Placement, Station};
 /// Folder of the models, beside the configuration.
 const MODEL_FOLDER: &str = "station";
 
-/// Houses, walls and roads have less: there is nothing to take from them.
+/// Least number of triangles of a reducible model; houses, walls and roads have fewer.
 const MIN_REDUCED_TRIANGLES: usize = 1000;
 
 impl Station {
@@ -69,7 +69,7 @@ fn theta() -> Value {
     })
 }
 
-/// Runs of equal keys, in order of first use.
+/// Groups runs of equal keys, in order of first use.
 fn grouped<'p, K: PartialEq>(
     placements: impl IntoIterator<Item = &'p Placement>,
     key: impl Fn(&'p Placement) -> K,

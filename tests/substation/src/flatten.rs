@@ -1,4 +1,4 @@
-//! The station as one mesh in world space, and whose each triangle is.
+//! Station as one mesh in world space, with the equipment of each triangle.
 
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -16,14 +16,14 @@ pub struct FlatStation {
     /// Model of one node with one mesh: a section for each material, a feature for each piece of
     /// equipment.
     pub model: Model,
-    /// Whose the triangles are, in order, covering all.
+    /// Runs of triangles of one piece of equipment, in order, covering all.
     pub runs: Vec<Run>,
 }
 
 /// Consecutive triangles of one piece of equipment.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Run {
-    /// First triangle of the mesh.
+    /// Index of the first triangle in the mesh.
     pub first_triangle: usize,
     /// Number of triangles, at least 1.
     pub triangle_count: usize,
@@ -43,7 +43,7 @@ struct Flattener {
 }
 
 impl Station {
-    /// Puts all triangles into one mesh, by material, then by equipment.
+    /// Merges all triangles into one mesh, by material, then by equipment.
     ///
     /// # Errors
     /// [`StationError`] if two shells of one piece of equipment share a position

@@ -1,5 +1,4 @@
-//! The station live: every point a tag that a simulated gateway serves, and what is shown
-//! and alarmed of it.
+//! Live station: every point a tag of a simulated gateway, with its overlays and alarms.
 
 mod alarms;
 mod monitoring;
@@ -16,14 +15,14 @@ use crate::{Network, NetworkSwitch, Station, network};
 
 /// Port of the first simulated gateway; the others follow.
 const FIRST_PORT: u16 = 15_021;
-/// A value is stale once so many of its scans are missing.
+/// Number of missing scans after which a value is stale.
 const MISSED_SCANS: u32 = 3;
 /// Scan period of fast points, milliseconds; slower ones have a poll group of their own.
 const FAST_MILLIS: u32 = 1000;
 const SLOW_GROUP: &str = "monitoring";
-/// First register of that group: far from the others, so that none is read in vain.
+/// First register of that group: far from the others, so that no read covers the gap.
 const SLOW_REGISTER: u16 = 2000;
-/// Seconds in which what wanders finds a new aim.
+/// Period of a random walk between two targets, seconds.
 const WALK_SECONDS: f64 = 30.0;
 const AMBIENT: &str = "S12Z1MON/MMET1.EnvTmp";
 
@@ -241,8 +240,8 @@ fn flows() -> Value {
     json!({ "flows": in_yards.map(flow).collect::<Vec<_>>() })
 }
 
-/// Temperatures of all contacts; the limit is that of copper contacts in air (IEC 62271-1,
-/// table 14: a rise of 65 K for tin-plated ones, at 20 °C).
+/// Returns the settings of the temperatures of all contacts. The limit is that of copper contacts
+/// in air (IEC 62271-1, table 14: a rise of 65 K for tin-plated ones, at 20 °C).
 fn contact_contour(points: &[Point]) -> Value {
     json!({
         "name": "Contact temperature, °C",

@@ -12,7 +12,7 @@ use substation::{Station, StationRecords};
 /// Folder of the scenarios, beside the configuration.
 const SCENARIO_FOLDER: &str = "scenarios";
 
-/// Makes the 220 kV substation of the paper.
+/// Generator of the paper's 220 kV substation.
 #[derive(Parser)]
 struct Arguments {
     /// Folder to write to; made if it does not exist.

@@ -1,11 +1,10 @@
-//! The station as a network: what joins which connectivity nodes, and how its switches
-//! stand in normal operation.
+//! Network of the station: connectivity nodes, branches, and the normal positions of switches.
 
 use serde_json::{Value, json};
 
 use crate::layout::{BayKind, YARDS, Yard};
 
-/// A switch, and how it stands in normal operation.
+/// Switch with its position in normal operation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NetworkSwitch {
     /// Id of the switch's equipment.
@@ -14,10 +13,10 @@ pub struct NetworkSwitch {
     pub closed: bool,
 }
 
-/// The network, as the settings of an overlay have it, with its switches.
+/// Network in the form of an overlay's settings, with its switches.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Network {
-    /// `levels`, `nodes`, `branches`, `earths` and `sources`.
+    /// Settings `levels`, `nodes`, `branches`, `earths` and `sources`.
     pub settings: Value,
     /// Switches of the whole station.
     pub switches: Vec<NetworkSwitch>,

@@ -1,5 +1,5 @@
-//! The point list: what the station's devices report, as a control centre would list it,
-//! and how each value stands in normal operation.
+//! Point list: the values that the station's devices report, as of a control centre, with their
+//! course in normal operation.
 
 mod bays;
 mod loads;
@@ -18,13 +18,13 @@ pub(crate) use states::EARTHED;
 pub enum PointKind {
     /// Analog value that is measured.
     Analog,
-    /// A switch position in two bits.
+    /// Double point: a switch position in two bits.
     Double,
-    /// A status or alarm.
+    /// Single point: a status or alarm.
     Single,
-    /// A command; Busbar shows it and never sends it.
+    /// Command; Busbar shows it and never sends it.
     Control,
-    /// A value of condition monitoring.
+    /// Value of condition monitoring.
     Monitoring,
 }
 
@@ -50,7 +50,7 @@ impl PointKind {
     }
 }
 
-/// The gateway that bays are read through; each bay is a unit behind it.
+/// Gateway through which bays are read; each bay is a unit behind it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Gateway {
     /// Gateway of the 220 kV yard.
@@ -59,7 +59,7 @@ pub enum Gateway {
     Yard110,
     /// Gateway of the main transformers.
     Transformers,
-    /// 35 kV switch house.
+    /// Gateway of the 35 kV switch house.
     House35,
     /// Gateway of points of the whole station.
     Station,
@@ -96,9 +96,9 @@ pub enum NormalValue {
 /// Point of the list: one value of one device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {
-    /// Reference in the style of IEC 61850, unique.
+    /// Unique reference in the style of IEC 61850.
     pub id: String,
-    /// The equipment (IEC 81346) that it belongs to.
+    /// Equipment (IEC 81346) that the point belongs to.
     pub equipment: String,
     /// Name of the point for people.
     pub name: String,
@@ -110,11 +110,11 @@ pub struct Point {
     pub low: f64,
     /// Upper end of the plausible range.
     pub high: f64,
-    /// Milliseconds between two values at most.
+    /// Longest time between two values, milliseconds.
     pub scan_millis: u32,
     /// Role of the point for its equipment.
     pub role: &'static str,
-    /// The band of normal operation, open where it is none.
+    /// Limits of the band of normal operation; `None` where it is open.
     pub limits: [Option<f64>; 2],
     /// Course in normal operation.
     pub usual: NormalValue,
@@ -122,10 +122,11 @@ pub struct Point {
     pub read_by: (Gateway, u8),
 }
 
-/// A quantity: reference, name, unit, least and greatest plausible value, milliseconds.
+/// Quantity: reference, name, unit, least and greatest plausible value, scan period in
+/// milliseconds.
 pub(crate) type Quantity = (&'static str, &'static str, &'static str, f64, f64, u32);
 
-/// A list that grows.
+/// Builder of the point list.
 pub(crate) struct List {
     pub(crate) points: Vec<Point>,
     /// Gateway and unit of the points added next.

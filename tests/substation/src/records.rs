@@ -14,38 +14,38 @@ use crate::Station;
 use crate::scatter::Scatter;
 use templates::{ASSETS, AssetTemplate, WORK, WorkTemplate};
 
-/// The files, beside the configuration.
+/// Files of the records, beside the configuration.
 const WORK_FILE: &str = "work.csv";
 const REGISTER_FILE: &str = "register.db";
-/// First number of a row of work.
+/// Number of the first row of work.
 const FIRST_NUMBER: usize = 410_027;
-/// The last day that anything was reported, as days before it are counted.
+/// Last day of the records, from which earlier days are counted.
 const LAST_DAY: [u32; 3] = [2026, 11, 20];
-/// Rows of one device at most.
+/// Greatest number of rows of one device.
 const MAX_ROWS: usize = 6;
-/// Days that work takes.
+/// Longest duration of work, days.
 const MAX_WORK_DAYS: usize = 60;
 
-/// A row of work.
+/// Row of the work orders.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct WorkRow {
-    /// `Defect`, `Work order` or `Inspection`.
+    /// Kind of work: `Defect`, `Work order` or `Inspection`.
     pub kind: &'static str,
     /// Number of the order in its system.
     pub number: usize,
-    /// The equipment by its number in dispatch where it has one, else by its id.
+    /// Equipment by its number in dispatch where it has one, else by its id.
     pub equipment: String,
     /// Description of the defect or task.
     pub text: &'static str,
     /// Status of the work: `closed`, or the next step.
     pub status: &'static str,
-    /// The day it was reported, `2026-11-20`.
+    /// Day of the report, such as `2026-11-20`.
     pub reported: String,
-    /// 1 to 3 for a defect, 1 being the most urgent; else empty.
+    /// Priority of a defect, 1 (most urgent) to 3; else empty.
     pub priority: &'static str,
 }
 
-/// A row of the asset register.
+/// Row of the asset register.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AssetRow {
     /// Id of the equipment.
@@ -58,9 +58,9 @@ pub struct AssetRow {
     pub year: u32,
     /// Rated voltage in kV.
     pub voltage: f64,
-    /// Rated values as its plate has them.
+    /// Rated values of the plate.
     pub rating: String,
-    /// A to C; A matters most.
+    /// Criticality from A (highest) to C.
     pub criticality: &'static str,
 }
 
@@ -71,7 +71,7 @@ pub struct StationRecords {
     pub work: Vec<WorkRow>,
     /// Rows of the asset register.
     pub assets: Vec<AssetRow>,
-    /// Numbers of breakers in dispatch, by equipment id.
+    /// Dispatch numbers of breakers by equipment id.
     pub dispatch: BTreeMap<String, String>,
 }
 
@@ -118,8 +118,8 @@ impl StationRecords {
         }
     }
 
-    /// Adds the plugins that read them, and what dispatch calls breakers, to a configuration;
-    /// the files are in `folder`, an absolute path.
+    /// Adds the plugins that read the records, and the dispatch numbers of breakers, to a
+    /// configuration. The files are in `folder`, an absolute path.
     pub fn add_to(&self, configuration: &mut Value, folder: &Path) {
         configuration["plugins"]["work"] = json!({
             "plugin": "csv_records",

@@ -1,9 +1,9 @@
-//! Erection tolerance: how far foundations stand from where they are drawn; and other chance.
+//! Seeded random numbers: erection tolerance of foundations, and choices of the records.
 
-/// Greatest distance from the drawn place along either axis, metres.
+/// Greatest displacement from the drawn place along either axis, metres.
 const TOLERANCE_METRES: f32 = 0.004;
 
-/// A generator of chance (SplitMix64), the same on every machine.
+/// Random number generator (SplitMix64), the same on every machine.
 pub(crate) struct Scatter(u64);
 
 impl Scatter {

@@ -7,9 +7,9 @@ use crate::points::{Load, bay_loads};
 /// Scenario with its file name and events.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scenario {
-    /// Name of its file, without extension.
+    /// Name of the scenario's file, without extension.
     pub name: &'static str,
-    /// The scenario as `busbar simulate` reads it.
+    /// Scenario as `busbar simulate` reads it.
     pub events: Value,
 }
 

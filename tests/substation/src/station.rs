@@ -1,4 +1,4 @@
-//! The station: models, and where each stands.
+//! Station as models and their placements.
 
 use std::collections::HashMap;
 
@@ -14,13 +14,13 @@ use crate::scatter::Scatter;
 pub struct Station {
     /// Catalogue of the models.
     pub catalogue: Catalogue,
-    /// The equipment, a bay after another.
+    /// Placements of the equipment, bay after bay.
     pub placements: Vec<Placement>,
 }
 
 impl Station {
-    /// Makes the station; the seed decides by how many millimetres each piece
-    /// of equipment stands off its drawn place.
+    /// Generates the station; the seed decides the millimetres by which each piece of equipment
+    /// stands off its drawn place.
     ///
     /// # Errors
     /// [`StationError`] if the dimensions in this crate contradict themselves.
@@ -46,7 +46,7 @@ impl Station {
         Ok(Self { catalogue, placements })
     }
 
-    /// Positions and triangles of all equipment.
+    /// Counts positions and triangles of all equipment.
     ///
     /// # Errors
     /// [`StationError::NoModel`] if a placement names no model.

@@ -1,4 +1,5 @@
-//! The station's network: which switch makes what dead, by two ways of working it out.
+//! Tests of the station's network: the equipment that each switch de-energises, computed in two
+//! ways.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;

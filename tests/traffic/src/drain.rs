@@ -12,7 +12,7 @@ use serde_json::json;
 
 use crate::site::{Site, tag_id};
 
-/// Tags, each updated once a burst.
+/// Number of tags, each updated once a burst.
 pub(crate) const TAGS: u32 = 100_000;
 /// Time between two bursts.
 const PERIOD: Duration = Duration::from_millis(60);
@@ -27,7 +27,7 @@ pub(crate) struct Drain {
     pub(crate) reading_millis: Series,
 }
 
-/// As the viewer takes them.
+/// Sink of updates as the viewer has it.
 struct Updates<'a> {
     table: &'a mut TagTable,
     count: u32,

@@ -13,7 +13,7 @@ use crate::site::Site;
 /// Time between two changes; no multiple of a frame, so that they come at any phase of one.
 const PERIOD: Duration = Duration::from_millis(137);
 const CHANGES: u64 = 200;
-/// Levels of 255 by which the warmth of the whole picture changes at least.
+/// Least change in the warmth of the whole picture, of 255.
 const CHANGE: f64 = 0.5;
 const MAX_WAIT: Duration = Duration::from_secs(120);
 
@@ -22,7 +22,7 @@ const MAX_WAIT: Duration = Duration::from_secs(120);
 pub(crate) struct Latency {
     /// Milliseconds from the value's source time until a picture with it was read back.
     pub(crate) millis: Series,
-    /// Milliseconds of a frame, reading it back among them.
+    /// Milliseconds of a frame, including the read-back.
     pub(crate) frame_millis: Series,
 }
 

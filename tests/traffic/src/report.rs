@@ -12,22 +12,22 @@ use crate::requests::{POINTS, REGISTERS, Rates, Requests};
 use crate::sustained::{UPDATES_PER_SECOND, median};
 use crate::{Results, avalanche, drain};
 
-/// Milliseconds that taking [`drain::TAGS`] updates over may take.
+/// Longest time for draining [`drain::TAGS`] updates, milliseconds.
 const MAX_DRAIN_MILLIS: f64 = 1.0;
 /// Greatest ratio of the 99th percentile of frame times beside sustained updates to that without.
 const MAX_P99_RATIO: f64 = 1.1;
 /// Lowest share of the requested updates a second that must arrive; the rest is the clock's.
 const MIN_SHARE: f64 = 0.98;
-/// Milliseconds between frames in an avalanche.
+/// Longest time between frames in an avalanche, milliseconds.
 const MAX_GAP_MILLIS: f64 = 100.0;
 
-/// Milliseconds that a general interrogation of [`POINTS`] may take.
+/// Longest time of a general interrogation of [`POINTS`], milliseconds.
 const MAX_INTERROGATION_MILLIS: f64 = 250.0;
 
 const RATES_HEAD: [&str; 4] = ["", "plugin", "peer", "ratio"];
 const HEAD: [&str; 5] = ["", "median", "99th percentile", "longest", "count"];
 
-/// Writes the report; its files.
+/// Writes the report; returns its files.
 pub(crate) fn write(results: &Results, folder: &Path) -> Result<Vec<PathBuf>> {
     let mut files = document::write(&document(results), folder)?.to_vec();
     let path = folder.join("report.json");

@@ -1,4 +1,4 @@
-//! Requests a second of the adapters beside the peers' own clients, at the same servers.
+//! Request rates of the adapters beside the peers' own clients, at the same servers.
 
 mod iec104;
 mod modbus;
@@ -23,14 +23,14 @@ use crate::site::Site;
 pub(crate) use iec104::{Interrogations, POINTS};
 pub(crate) use modbus::REGISTERS;
 
-/// Alternating rounds of each client.
+/// Number of alternating rounds of each client.
 const ROUNDS: u64 = 5;
 /// Longest wait until an adapter has its first values.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// Longer than any measurement: values stand still.
+/// Update period above that of any measurement, so that values stand still.
 const UPDATE: Duration = Duration::from_secs(3600);
 
-/// Python with the peers, and where their scripts are.
+/// Python with the peers' packages, and the folder of their scripts.
 pub(crate) struct Peers {
     pub(crate) python: PathBuf,
     pub(crate) scripts: PathBuf,
@@ -47,11 +47,11 @@ pub(crate) struct Rates {
 /// Results of the measurement.
 #[derive(Debug, Serialize)]
 pub(crate) struct Requests {
-    /// Modbus: requests a second.
+    /// Rates of Modbus, requests a second.
     pub(crate) modbus: Vec<Rates>,
-    /// As many bytes to and fro on a bare connection: exchanges a second.
+    /// Rate of exchanges of as many bytes on a bare connection, a second.
     pub(crate) wire: f64,
-    /// IEC 104: points a second.
+    /// Rates of IEC 60870-5-104, points a second.
     pub(crate) iec104: Vec<Rates>,
     pub(crate) interrogations: Vec<Interrogations>,
 }

@@ -17,17 +17,17 @@ use busbar_viewer::{LoadedScene, RendererOptions, Viewer};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-/// Pixels of the pictures.
+/// Size of the pictures, pixels.
 pub(crate) const PICTURE: [u32; 2] = [320, 180];
 /// Plugin that generates the tags' values.
 const GENERATOR: &str = "sample_generator";
 const OVERLAY: &str = "power_overlay";
 /// Freshness limit of the tags: longer than any measurement.
 const FRESHNESS: Duration = Duration::from_secs(600);
-/// Tags that show at the transformer.
+/// Number of tags that show at the transformer.
 const BOUND: usize = 14;
 
-/// A folder with plugins and models.
+/// Folder with plugins and models for generated scenes.
 pub(crate) struct Site {
     folder: TempDir,
     /// Divisor of counts and times.
@@ -132,13 +132,13 @@ fn configuration(settings: &Value, tags: u64, kind: &str, shown: usize) -> Strin
     text + "}}"
 }
 
-/// Ids in the order of their numbers.
+/// Returns the id of a tag; ids are in the order of their numbers.
 pub(crate) fn tag_id(tag: u64) -> String {
     format!("T{tag:07}")
 }
 
-/// Steps frames as fast as they come for so long, and gives the milliseconds of each,
-/// from its beginning to its end.
+/// Draws frames without a pause for `duration`; returns the milliseconds of each, from its
+/// beginning to its end.
 pub(crate) fn frames(viewer: &mut Viewer, duration: Duration) -> Result<Vec<f64>> {
     let (start, mut millis) = (Instant::now(), Vec::new());
     while start.elapsed() < duration {

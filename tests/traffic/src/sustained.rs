@@ -24,12 +24,12 @@ pub(crate) struct Sustained {
     pub(crate) tags: u64,
     /// Seconds from the configuration to the first frame.
     pub(crate) load_seconds: Vec<f64>,
-    /// Milliseconds of frames, a round each.
+    /// Milliseconds of frames in each quiet round; those of busy rounds follow.
     pub(crate) quiet: Vec<Series>,
     pub(crate) busy: Vec<Series>,
-    /// Updates that reached the table, a second, a busy round each.
+    /// Rate of updates that reached the table in each busy round, a second.
     pub(crate) updates_per_second: Vec<f64>,
-    /// Updates overtaken or refused.
+    /// Number of updates overtaken or refused.
     pub(crate) lost: u64,
 }
 

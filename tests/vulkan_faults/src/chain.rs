@@ -24,7 +24,7 @@ const LOADER_INSTANCE_CREATE_INFO: i32 = 47;
 const LOADER_DEVICE_CREATE_INFO: i32 = 48;
 /// Value of `VK_LAYER_LINK_INFO` in C.
 const LINK_INFO: i32 = 0;
-/// Structures that a chain of the loader has at most.
+/// Greatest number of structures in a chain of the loader.
 const MAX_CHAIN: usize = 256;
 
 /// Common layout of `VkLayerInstanceCreateInfo` and `VkLayerDeviceCreateInfo`.
@@ -36,7 +36,7 @@ struct LayerCreateInfo {
     link: *mut Link,
 }
 
-/// `VkLayerInstanceLink` and `VkLayerDeviceLink`; the last field differs.
+/// Common layout of `VkLayerInstanceLink` and `VkLayerDeviceLink`; the last field differs.
 #[repr(C)]
 struct Link {
     next: *mut Self,
@@ -45,7 +45,7 @@ struct Link {
     other_proc_addr: GetProcAddr,
 }
 
-/// The layer below, for one instance or device.
+/// Next layer below, for one instance or device.
 pub(crate) struct Next {
     handle: usize,
     get: GetProcAddr,
@@ -62,7 +62,7 @@ impl Next {
         self.lost.load(Ordering::Acquire)
     }
 
-    /// Loses the device: nothing runs on it any more, as on a real one.
+    /// Marks the device as lost: nothing runs on it any more, as on a real one.
     pub(crate) fn lose(&self) {
         self.lost.store(true, Ordering::Release);
         let wait = self.function(c"vkDeviceWaitIdle".as_ptr());

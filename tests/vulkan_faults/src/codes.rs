@@ -1,4 +1,4 @@
-//! Result codes, and which of them a command may give.
+//! Result codes, and those that each command may return.
 
 use crate::commands::COMMANDS;
 

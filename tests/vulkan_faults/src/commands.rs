@@ -1,4 +1,4 @@
-//! The commands that may fail, and the layer's entry points.
+//! Intercepted commands that may fail, and the layer's entry points.
 
 use std::ffi::{CStr, c_char, c_void};
 
@@ -10,7 +10,7 @@ use crate::codes::*;
 use crate::features::physical_device_features;
 use crate::{card, plan};
 
-/// Pointers and non-dispatchable handles, as they cross the ABI.
+/// Pointer as it crosses the ABI; `U` is a non-dispatchable handle.
 type P = *mut c_void;
 type U = u64;
 

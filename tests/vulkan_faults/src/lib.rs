@@ -1,4 +1,4 @@
-//! A Vulkan layer that lets calls fail, for tests of what comes after.
+//! Vulkan layer for fault injection: it makes calls fail, for tests of error handling.
 //!
 //! The loader puts it between a program and the driver. It counts the calls that
 //! may fail and, told so by the environment ([`FAULT_VARIABLE`]), answers one of

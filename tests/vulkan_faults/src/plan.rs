@@ -10,17 +10,17 @@ use anyhow::{Context, Result, ensure};
 
 use crate::codes::{Code, codes_of};
 
-/// Says which call fails: see [`VulkanFault`]'s text.
+/// Environment variable with the call that fails: see [`VulkanFault`]'s text.
 pub const FAULT_VARIABLE: &str = "BUSBAR_VULKAN_FAULT";
-/// Names a file that gets the name of each call, a line each.
+/// Environment variable with the file that gets the name of each call, a line each.
 pub const CALLS_VARIABLE: &str = "BUSBAR_VULKAN_CALLS";
-/// Names a file that is made when the fault strikes.
+/// Environment variable with the file that is made when the fault strikes.
 pub const STRUCK_VARIABLE: &str = "BUSBAR_VULKAN_STRUCK";
 
 /// Fault of one Vulkan call.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct VulkanFault {
-    /// The command, as `vkCreateBuffer`.
+    /// Name of the command, such as `vkCreateBuffer`.
     pub command: String,
     /// Zero-based index among the calls of this command in the process.
     pub call: u32,
@@ -34,7 +34,7 @@ impl VulkanFault {
         format!("{}:{}:{}", self.command, self.call, self.code)
     }
 
-    /// Reads what [`VulkanFault::text`] wrote.
+    /// Parses the text that [`VulkanFault::text`] wrote.
     ///
     /// # Errors
     /// When it is no such text, or the command never gives that code.
@@ -55,7 +55,7 @@ impl VulkanFault {
 #[derive(Default)]
 struct Calls(HashMap<&'static str, u32>);
 
-/// Counts a call; the code with which it is to fail, if it is.
+/// Counts a call; returns the code with which it is to fail, if it is.
 pub(crate) fn count(command: &'static str) -> Option<Code> {
     static CALLS: OnceLock<Mutex<Calls>> = OnceLock::new();
     let mut calls =
@@ -84,8 +84,8 @@ fn planned() -> Option<&'static VulkanFault> {
     FAULT.get_or_init(read).as_ref()
 }
 
-/// Adds a line to the file that a variable names. A file that cannot be written
-/// stays empty, which the test notices.
+/// Appends a line to the file that a variable names. A file that cannot be written stays empty,
+/// which the test notices.
 fn append(variable: &str, line: &str) {
     let Some(path) = std::env::var_os(variable) else { return };
     if let Ok(mut file) = OpenOptions::new().create(true).append(true).open(path) {

@@ -12,18 +12,18 @@ use serde_json::{Value, json};
 use vulkan_faults::{VulkanFault, name_of};
 
 const SIZE: [u32; 2] = [160, 120];
-/// A pixel that shows the model.
+/// Position of a pixel that shows the model.
 const PICKED: &str = "80,60";
-/// Faults of a run that is not told to let all strike.
+/// Number of faults unless the environment asks for others.
 const SAMPLE: usize = 48;
 /// Number of sampled faults at high quality.
 const HIGH_SAMPLE: usize = 24;
-/// And where frames are drawn in parts.
+/// Number of faults where frames are drawn in two passes.
 const PARTS_SAMPLE: usize = 24;
-/// And as on a graphics card.
+/// Number of faults on a simulated graphics card.
 const CARD_SAMPLE: usize = 12;
 
-/// Renders the scene and picks in it; with a fault if there is one.
+/// Renders the scene and picks in it, with a fault if there is one.
 fn render(subject: &Subject, fault: Option<&VulkanFault>) -> Output {
     let picture = subject.path("picture.png");
     let _ = fs::remove_file(&picture);

@@ -1,5 +1,5 @@
-//! Calls to Vulkan fail while a window is open: it stays open, and shows what it
-//! would have shown.
+//! Fault injection into Vulkan calls while a window is open: it stays open, and shows the same
+//! picture.
 #![allow(clippy::print_stderr, reason = "progress of a long test")]
 
 mod common;
@@ -14,17 +14,17 @@ use vulkan_faults::{VulkanFault, name_of};
 
 const SCREEN: [usize; 2] = [640, 400];
 const WINDOW: [u32; 2] = [600, 360];
-/// Panels and model, without the status bar and its times: left, top, right, bottom.
+/// Region of panels and model, without the status bar and its times: left, top, right, bottom.
 const SHOWN: [usize; 4] = [0, 0, 590, 320];
 /// Seconds that a window stays open. A run that does not show the picture in time gets the next
 /// longer one: the machine may be busy.
 const SECONDS: [&str; 3] = ["2.5", "7", "20"];
 /// Polling period of the screen.
 const LOOK_PERIOD: Duration = Duration::from_millis(50);
-/// Faults of a run that is not told to let all strike.
+/// Number of faults unless the environment asks for others.
 const SAMPLE: usize = 16;
 
-/// A display whose pixels lie in a file.
+/// Display whose pixels lie in a file.
 struct Screen {
     _server: Process,
     name: String,
@@ -66,8 +66,8 @@ impl Screen {
     }
 }
 
-/// Opens a window until it closes by itself. What was shown of it last, what it
-/// said, and how many devices it lost.
+/// Opens a window until it closes by itself; returns its last pixels, its output, and the number of
+/// lost devices.
 fn view(
     screen: &Screen,
     subject: &Subject,

@@ -1,5 +1,5 @@
-//! Devices that lack what makes frames cheap draw the same, and so do those that are drawn with
-//! in other ways.
+//! Rendering without optional device features: pictures are the same, as with other ways of
+//! drawing.
 
 mod common;
 

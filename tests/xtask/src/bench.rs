@@ -15,7 +15,7 @@ use crate::workspace::{Profile, Workspace};
 const PACKAGE: &str = "bench";
 /// Plugins whose boundary is measured.
 const PLUGINS: [&str; 2] = ["weighted_collapse", "quadric_collapse"];
-/// The section that others than this project take part in.
+/// Section with methods from outside this project.
 const LEVELS: &str = "levels";
 /// Output folder of the report.
 const FOLDER: &str = "target/bench";

@@ -14,7 +14,7 @@ use crate::x_server::XServer;
 const PACKAGE: &str = "bench_render";
 /// Optimisers that scenes name.
 const PLUGINS: [&str; 2] = ["weighted_collapse", "quadric_collapse"];
-/// The program whose start is measured.
+/// Program whose start is measured.
 const HOST: &str = "busbar";
 /// Output folder of the report.
 const FOLDER: &str = "target/bench_render";

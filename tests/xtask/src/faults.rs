@@ -10,9 +10,9 @@ use crate::stage;
 use crate::workspace::{Profile, Workspace};
 
 const PACKAGE: &str = "faults";
-/// The plugin that misbehaves.
+/// Plugin that injects the faults.
 const PLUGIN: &str = "fault_injector";
-/// The program whose processes plugins run in.
+/// Program whose processes run plugins.
 const HOST: &str = "busbar";
 /// Output folder of the report.
 const FOLDER: &str = "target/faults";

@@ -7,7 +7,7 @@ use anyhow::{Context, Result};
 use crate::stage::{build_packages, copy_whole, replace_libraries};
 use crate::workspace::{Profile, Workspace};
 
-/// The viewer's program, and the library of programs that embed it.
+/// Package of the viewer's program, and that of the library for embedding.
 const PROGRAM: &str = "busbar";
 const LIBRARY_PACKAGE: &str = "busbar_embed";
 /// Name of the shared library.

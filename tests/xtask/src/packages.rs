@@ -1,4 +1,4 @@
-//! System packages: what is missing, and its installation.
+//! System packages: detection and installation of missing ones.
 
 use std::collections::HashSet;
 use std::fs;
@@ -11,9 +11,9 @@ use crate::process;
 
 /// Folders in which the Vulkan loader looks for drivers.
 const DRIVER_FOLDERS: [&str; 2] = ["/usr/share/vulkan/icd.d", "/etc/vulkan/icd.d"];
-/// Variables that name driver files instead.
+/// Environment variables that name driver files instead.
 const DRIVER_VARIABLES: [&str; 2] = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"];
-/// Mesa's software rasteriser, as its driver file is called.
+/// Prefix of the driver file of Mesa's software rasteriser.
 const SOFTWARE_DRIVER_PREFIX: &str = "lvp_icd";
 
 const SOFTWARE_DRIVER: Package = package("mesa-vulkan-drivers", "a Vulkan driver");
@@ -70,7 +70,7 @@ const RENDER_BENCH: &[Package] = &[
     package("libgl1-mesa-dri", "the rasteriser of viewers that are compared with"),
 ];
 
-/// A Debian package and what Busbar wants it for.
+/// Debian package and its purpose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Package {
     name: &'static str,
@@ -96,7 +96,7 @@ pub(crate) enum Purpose {
     RenderBench,
 }
 
-/// Installs what is missing where that is possible, lists it elsewhere.
+/// Installs missing packages where that is possible; lists them elsewhere.
 pub(crate) fn ensure(purpose: Purpose) -> Result<()> {
     let wanted = wanted(purpose);
     if !in_path("dpkg-query") || !in_path("apt-get") {

@@ -9,7 +9,7 @@ use crate::process;
 use crate::stage;
 use crate::workspace::{Profile, Workspace};
 
-/// The plugin whose collapses are measured.
+/// Plugin whose collapses are measured.
 const PLUGIN: &str = "weighted_collapse";
 /// Output folder of the report.
 const FOLDER: &str = "target/paper";

@@ -23,9 +23,9 @@ const POLL: Duration = Duration::from_millis(50);
 const MAX_END_WAIT: Duration = Duration::from_secs(5);
 /// Longest delay of output after the end of its child process.
 const MAX_OUTPUT_LAG: Duration = Duration::from_secs(2);
-/// Lines read from a child and not yet taken.
+/// Greatest number of lines read from a child and not yet taken.
 const MAX_PENDING_LINES: usize = 256;
-/// A longer line is cut in pieces.
+/// Greatest length of a line, bytes; a longer one is cut in pieces.
 const MAX_LINE_BYTES: u64 = 64 * 1024;
 
 static INTERRUPTED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
@@ -46,7 +46,7 @@ fn fail_if_interrupted() -> Result<()> {
     Ok(())
 }
 
-/// Sleeps, unless a signal comes.
+/// Sleeps for a time, or fails when a signal comes.
 pub(crate) fn sleep(duration: Duration) -> Result<()> {
     let end = Instant::now() + duration;
     while Instant::now() < end {
@@ -124,7 +124,7 @@ pub(crate) fn run_and_keep(
     Ok((process.wait()?, kept))
 }
 
-/// A running child, ended when dropped.
+/// Running child that is ended when dropped.
 pub(crate) struct Process {
     name: String,
     child: Child,
@@ -134,7 +134,7 @@ pub(crate) struct Process {
 }
 
 impl Process {
-    /// Starts a child whose output goes where ours goes.
+    /// Starts a child that inherits this program's output.
     pub(crate) fn start(command: &mut Command) -> Result<Self> {
         Self::spawn(command, true, None)
     }
@@ -191,7 +191,7 @@ impl Process {
         }
     }
 
-    /// Waits for the end, which must be a success.
+    /// Waits for the end of the child, and requires its success.
     pub(crate) fn finish(mut self) -> Result<()> {
         let status = self.wait()?;
         if !status.success() {
@@ -215,7 +215,7 @@ impl Process {
         self.child.try_wait().with_context(|| format!("cannot wait for `{}`", self.name))
     }
 
-    /// Sends to the child's group; it may be gone already, which is well.
+    /// Sends a signal to the child's group, which may be gone already.
     fn signal(&self, signal: Signal) {
         let Some(pid) = i32::try_from(self.child.id()).ok().and_then(Pid::from_raw) else {
             return;

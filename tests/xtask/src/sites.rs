@@ -11,7 +11,7 @@ use crate::workspace::{Profile, Workspace};
 
 const PACKAGE: &str = "sites";
 const PLUGIN: &str = "mqtt";
-/// The program whose processes plugins run in.
+/// Program whose processes run plugins.
 const HOST: &str = "busbar";
 /// Output file of the figures.
 const FIGURES: &str = "target/sites.json";

@@ -1,4 +1,4 @@
-//! The generated station: where it is, and what may happen in it.
+//! Generated station: its files and its scenarios.
 
 use std::fs;
 use std::path::PathBuf;

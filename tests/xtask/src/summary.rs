@@ -1,4 +1,4 @@
-//! The statistics of a render, in a form to read.
+//! Summary of a render's statistics as readable text.
 
 use std::fmt::Write as _;
 

@@ -16,7 +16,7 @@ const PACKAGE: &str = "traffic";
 const PLUGINS: [&str; 4] = ["sample_generator", "power_overlay", "modbus_adapter", "iec104"];
 /// Scripts of the peers.
 const PEERS: &str = "tests/peers";
-/// The program whose processes plugins run in.
+/// Program whose processes run plugins.
 const HOST: &str = "busbar";
 /// Output folder of the report.
 const FOLDER: &str = "target/traffic";

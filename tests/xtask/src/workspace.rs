@@ -9,10 +9,10 @@ use serde::Deserialize;
 
 use crate::process;
 
-/// Cargo profiles that we build with.
+/// Cargo profile of a build.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Profile {
-    /// Quick to build, checks on.
+    /// Development profile: quick to build, checks on.
     Dev,
     /// Optimised profile for releases.
     Release,

@@ -1,4 +1,4 @@
-//! An X display in memory.
+//! X server with a display in memory (Xvfb).
 
 use std::process::Command;
 use std::time::Duration;
@@ -10,7 +10,7 @@ use crate::process::Process;
 /// Longest time from the server's start until it takes clients.
 const MAX_START: Duration = Duration::from_secs(20);
 
-/// A running Xvfb, ended when dropped.
+/// Running Xvfb that is ended when dropped.
 pub(crate) struct XServer {
     _process: Process,
     /// Value of the `DISPLAY` variable.

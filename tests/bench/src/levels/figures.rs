@@ -1,4 +1,4 @@
-//! A level's figures, each by the same ruler.
+//! Figures of a level, measured alike for all methods.
 
 use anyhow::{Context, Result};
 use busbar_geometry::{Topology, count_components};
@@ -7,7 +7,7 @@ use measure::{
 };
 use serde::Serialize;
 
-/// Points drawn on each surface, and what they are drawn by.
+/// Number of points drawn on each surface, with their seed.
 const SAMPLES: usize = 100_000;
 const SEED: u64 = 20_150_773;
 
@@ -22,16 +22,16 @@ pub(crate) struct Original {
 /// Counts of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct Counts {
-    /// Vertices that triangles use.
+    /// Number of vertices that triangles use.
     pub(crate) vertices: usize,
     pub(crate) triangles: usize,
     /// Number of connected components.
     pub(crate) components: u32,
-    /// Connected sets of edges with one triangle.
+    /// Number of connected sets of edges with one triangle.
     pub(crate) border_loops: u64,
-    /// Edges with more than two triangles.
+    /// Number of edges with more than two triangles.
     pub(crate) non_manifold: u64,
-    /// Triangles on the same vertices as another, as a share of all.
+    /// Number of triangles on the same vertices as another, as a share of all.
     pub(crate) duplicates: f64,
 }
 

@@ -1,9 +1,9 @@
-//! Ways to simplify that are compared.
+//! Methods of simplification that are compared.
 
 use measure::meshoptimizer::Simplifier;
 use weighted_collapse::Order;
 
-/// A way to simplify.
+/// Method of simplification.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Method {
     /// Short name, in file names and in JSON too.
@@ -14,17 +14,17 @@ pub(crate) struct Method {
 /// Implementation of a method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Work {
-    /// The whole sequence by the paper's weights.
+    /// Whole sequence by the paper's weights.
     Weighted(Order),
-    /// The whole sequence by quadric error.
+    /// Whole sequence by quadric error.
     Quadric,
-    /// meshoptimizer, a call a level.
+    /// Function of meshoptimizer, one call for each level.
     Meshoptimizer(Simplifier),
-    /// A Python script, a call a level.
+    /// Python script, one call for each level.
     Script(&'static str),
 }
 
-/// The method that deployments use by default.
+/// Method that deployments use by default.
 pub(crate) const OURS: &str = "quadric_collapse";
 /// Method that the bars compare with.
 pub(crate) const BASELINE: &str = "meshoptimizer";

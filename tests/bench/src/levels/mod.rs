@@ -1,4 +1,4 @@
-//! Levels of detail: ours and those of the field, at equal numbers of vertices.
+//! Levels of detail: Busbar's and those of the field, at equal numbers of vertices.
 //!
 //! Each method runs in a process of its own on one core ([`worker`]), where its
 //! time and memory are measured; its levels come back as files and are measured
@@ -38,7 +38,7 @@ pub(crate) struct Plan {
     pub(crate) peers: Option<Peers>,
     /// Additional meshes to compare on.
     pub(crate) files: Vec<PathBuf>,
-    /// A scan that the bars are about.
+    /// Scan that the bars are judged on.
     pub(crate) scan: Option<PathBuf>,
     /// Flag for fewer meshes.
     pub(crate) quick: bool,
@@ -59,13 +59,13 @@ pub(crate) struct Levels {
 pub(crate) struct SubjectResult {
     pub(crate) name: String,
     pub(crate) is_judged: bool,
-    /// Diagonal of the box around it, metres.
+    /// Diagonal of the mesh's bounding box, metres.
     pub(crate) diagonal: f64,
     pub(crate) counts: Counts,
-    /// Vertices wanted at each of the thetas.
+    /// Target numbers of vertices at each of the thetas.
     pub(crate) wanted: Vec<usize>,
     pub(crate) methods: Vec<MethodResult>,
-    /// File of its contact sheet, beside the report.
+    /// File of the contact sheet, beside the report.
     pub(crate) sheet: Option<String>,
 }
 

@@ -1,4 +1,4 @@
-//! The section of levels as tables and pictures.
+//! Report section of levels as tables and pictures.
 
 use document::number_format::{grouped, percent, theta};
 use document::{CaptionedPicture, Document};
@@ -31,7 +31,7 @@ const LEVEL_HEAD: [&str; 14] = [
     "new non-manifold",
 ];
 
-/// Writes what was found on each mesh.
+/// Writes the results on each mesh.
 pub(crate) fn write(document: &mut Document, levels: &Levels) {
     document.heading("Levels of detail, ours and the field's");
     document.text(

@@ -1,4 +1,4 @@
-//! Meshes that methods are compared on.
+//! Test meshes of the comparison.
 
 use std::path::Path;
 
@@ -11,15 +11,14 @@ use glam::{Mat3, Mat4, Vec3};
 use crate::levels::ply;
 use crate::scene::Scene;
 
-/// Switchgear of the bay of the station that is pictured: its wires reach far
-/// beyond it.
+/// Prefix of the switchgear in the pictured bay, whose wires reach far beyond it.
 const BAY: &str = "=S12D1Q3-Q";
-/// Towards the eye, in pictures.
+/// Direction towards the eye, in pictures.
 const DIRECTION: Vec3 = Vec3::new(-0.52, 0.36, -0.78);
 /// Viewing direction for the bay: along the yard, so that no other bay is in front.
 const BAY_DIRECTION: Vec3 = Vec3::new(-0.75, 0.45, -0.5);
 
-/// A mesh, and what is to be done with it.
+/// Test mesh with its options.
 pub(crate) struct Subject {
     pub(crate) name: String,
     pub(crate) mesh: Mesh,

@@ -6,20 +6,20 @@ use document::{Claim, Document, Verdict};
 use crate::levels::method::{BASELINE, OURS};
 use crate::levels::{Levels, MethodResult, SubjectResult, THETAS};
 
-/// Ours may have this share of the baseline's mean distance, a bar a theta.
+/// Greatest ratio of Busbar's mean distance to the baseline's, for each theta.
 const MEAN_BARS: [f64; 3] = [0.6, 0.75, 1.0];
-/// The whole sequence may take so many times the baseline's first level.
+/// Greatest ratio of the whole sequence's time to that of the baseline's first level.
 const SEQUENCE_BAR: f64 = 1.5;
-/// Bytes of memory a triangle that making it may take.
+/// Greatest memory of the optimisation, bytes a triangle.
 const MEMORY_BAR: f64 = 200.0;
-/// Triangles that coincide with another, as a share.
+/// Greatest share of triangles that coincide with another.
 const DUPLICATES_BAR: f64 = 0.001;
-/// Levels are compared where the peer's has the vertices wanted, or so near.
+/// Greatest relative difference of a peer's vertices from the target at which levels are compared.
 const EQUAL_VERTICES: f64 = 0.03;
-/// Worse by less is as good.
+/// Greatest ratio of figures that count as equal.
 const NEAR: f64 = 1.02;
 
-/// A column of figures of which less is better, or of which more is.
+/// Column of figures, with the direction that is better.
 struct Column {
     name: &'static str,
     /// Noise floor: smaller figures are not compared.
@@ -54,7 +54,7 @@ const fn column(
     Column { name, floor, value }
 }
 
-/// Edges of a level with more than two triangles, beyond those there were.
+/// Counts the edges of a level with more than two triangles, beyond those of the original.
 pub(super) fn new_non_manifold(
     subject: &SubjectResult,
     method: &MethodResult,

@@ -21,14 +21,14 @@ use crate::levels::method::{Method, Work};
 use crate::memory;
 use crate::optimizers::{Input, sequence};
 
-/// A call that takes less is repeated, and the fastest counts.
+/// Longest time of a call that is repeated, seconds; the fastest counts.
 const SHORT_SECONDS: f64 = 1.0;
 const RUNS: usize = 3;
-/// Calls that a search for a number of vertices may take.
+/// Greatest number of calls in a search for a number of vertices.
 const MAX_CALLS: usize = 6;
 /// Greatest number of calls of scripts, some of which take seconds.
 const MAX_SCRIPT_CALLS: usize = 2;
-/// A worker that takes longer is ended.
+/// Longest time of a worker, seconds; then it is ended.
 const MAX_SECONDS: u64 = 300;
 const POLL: Duration = Duration::from_millis(5);
 
@@ -41,7 +41,7 @@ pub(crate) struct Cost {
     pub(crate) all_seconds: f64,
     /// Greatest growth of resident memory in the first call, bytes.
     pub(crate) peak_bytes: u64,
-    /// The error that each level claims, metres; none from peers.
+    /// Errors that each level claims, metres; none from peers.
     #[serde(default)]
     pub(crate) claimed: Vec<f32>,
 }
@@ -52,16 +52,16 @@ pub(crate) struct Task {
     method: String,
     mesh: PathBuf,
     out: PathBuf,
-    /// The levels, as `VERTICES:TRIANGLES`.
+    /// Targets of the levels, as `VERTICES:TRIANGLES`.
     targets: Vec<Target>,
 }
 
 /// Target of a level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Target {
-    /// Vertices that it is to have.
+    /// Number of vertices to reach.
     pub(crate) vertices: usize,
-    /// Triangles that it is likely to have then.
+    /// Number of triangles to be expected then.
     pub(crate) triangles: usize,
 }
 
@@ -87,7 +87,7 @@ pub(crate) struct Peers {
     pub(crate) scripts: PathBuf,
 }
 
-/// Starts a worker and reads its levels, one a target.
+/// Starts a worker and reads its levels, one for each target.
 pub(crate) fn levels(
     method: Method,
     peers: Option<&Peers>,

@@ -86,8 +86,8 @@ fn thread(diameter: f32, from: f32, to: f32) -> Shape {
     profile.line(0.0, to).revolved(ROUND)
 }
 
-/// Bolts on a circle about the y axis, tightened as it came: each turned by
-/// another angle.
+/// Places bolts on a circle about the y axis, each turned by another angle, as tightening leaves
+/// them.
 pub(crate) fn bolt_circle(count: usize, on_radius: f32, diameter: f32, grip: f32) -> Shape {
     let one = bolt(diameter, grip);
     let mut shape = Shape::default();

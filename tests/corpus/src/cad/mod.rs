@@ -55,12 +55,12 @@ impl Assembly {
     }
 }
 
-/// Moves the origin to a point.
+/// Returns the transform that moves the origin to a point.
 fn at(x: f32, y: f32, z: f32) -> Mat4 {
     Mat4::from_translation(Vec3::new(x, y, z))
 }
 
-/// Lays what stands along y along x.
+/// Returns the rotation of the y axis onto the x axis.
 fn along_x() -> Mat4 {
     Mat4::from_cols(
         Vec3::NEG_Y.extend(0.0),
@@ -70,7 +70,7 @@ fn along_x() -> Mat4 {
     )
 }
 
-/// Lays what stands along y along z.
+/// Returns the rotation of the y axis onto the z axis.
 fn along_z() -> Mat4 {
     Mat4::from_cols(
         Vec3::X.extend(0.0),

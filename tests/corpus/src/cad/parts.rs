@@ -1,4 +1,4 @@
-//! The breaker's parts where they stand, ground at y = 0.
+//! Parts of the breaker at their places, ground at y = 0.
 
 use glam::{Mat4, Vec2, Vec3, vec2, vec3, vec4};
 
@@ -10,7 +10,7 @@ use crate::cad::solids::{
 };
 use crate::cad::{Assembly, Finish, along_x, along_z, at};
 
-/// The tank's axis above ground.
+/// Height of the tank's axis above ground, metres.
 pub(crate) const AXIS_HEIGHT: f32 = 2.1;
 const TANK_RADIUS: f32 = 0.44;
 const TANK_HALF: f32 = 1.15;
@@ -180,7 +180,7 @@ pub(crate) fn mechanism(assembly: &mut Assembly) {
     }
 }
 
-/// Gas pipes with bends, flanged, and a gauge.
+/// Builds gas pipes with bends, flanged, and a gauge.
 pub(crate) fn pipes(assembly: &mut Assembly) {
     let runs: [&[[f32; 3]]; 3] = [
         &[[-0.8, 1.7, 0.1], [-0.8, 1.45, 0.1], [-0.8, 1.45, 0.5], [-0.4, 1.45, 0.5]],

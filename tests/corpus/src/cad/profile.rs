@@ -1,17 +1,17 @@
-//! Lines and arcs that are revolved, or extruded upwards.
+//! Profiles of lines and arcs, to be revolved or extruded.
 
 use glam::{Vec2, Vec3};
 
 use crate::cad::shape::{Shape, Vertex};
 
-/// A point of a profile with the normal there.
+/// Point of a profile with its normal.
 #[derive(Clone, Copy, Debug)]
 struct Station {
     point: Vec2,
     normal: Vec2,
 }
 
-/// A line of runs, each smooth in itself; matter lies on its left.
+/// Profile of runs, each smooth in itself; matter lies on its left.
 #[derive(Clone, Debug)]
 pub(crate) struct Profile {
     at: Vec2,
@@ -29,7 +29,7 @@ pub(crate) fn turn(step: usize, steps: usize) -> Vec2 {
     Vec2::new(libm::cos(angle) as f32, libm::sin(angle) as f32)
 }
 
-/// Points on a circle.
+/// Returns points on a circle.
 pub(crate) fn circle(centre: Vec2, radius: f32, steps: usize) -> Vec<Vec2> {
     (0..steps).map(|step| centre + turn(step, steps) * radius).collect()
 }
@@ -49,8 +49,8 @@ impl Profile {
         self
     }
 
-    /// Goes round a centre, left about (the profile bulges) or right about (it
-    /// is hollow), by less than a full turn.
+    /// Adds an arc about a centre by less than a full turn: left about bulges, right about is
+    /// hollow.
     pub(crate) fn arc(mut self, to: [f32; 2], centre: [f32; 2], left: bool, steps: usize) -> Self {
         let (to, centre) = (Vec2::from(to), Vec2::from(centre));
         let (out, end) = (self.at - centre, to - centre);

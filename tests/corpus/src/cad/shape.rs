@@ -4,13 +4,13 @@
 use busbar_geometry::RawPrimitive;
 use glam::{Mat4, Vec2, Vec3};
 
-/// A point of a face.
+/// Vertex of a face.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Vertex {
     pub(crate) position: Vec3,
     /// Surface normal of unit length.
     pub(crate) normal: Vec3,
-    /// Along the surface, metres.
+    /// Coordinates along the surface, metres.
     pub(crate) uv: Vec2,
 }
 
@@ -62,7 +62,7 @@ impl Shape {
         }
     }
 
-    /// Adds a triangle, turned as its normals say; none whose corners meet.
+    /// Adds a triangle, oriented by its normals, unless its corners coincide.
     fn triangle(&mut self, [a, b, c]: [u32; 3]) {
         let [p, q, r] = [a, b, c].map(|v| self.vertices[v as usize]);
         if p.position == q.position || q.position == r.position || r.position == p.position {

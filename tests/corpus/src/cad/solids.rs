@@ -1,12 +1,11 @@
-//! Bodies that the breaker is made of. Each stands on y = 0 about the y axis
-//! unless it says otherwise.
+//! Solids of the breaker. Each stands on y = 0 about the y axis unless it says otherwise.
 
 use glam::{Mat4, Vec2, Vec3};
 
 use crate::cad::profile::{Profile, circle, turn};
 use crate::cad::shape::{Shape, Vertex};
 
-/// A round hole upright through a plate.
+/// Round hole upright through a plate.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hole {
     pub(crate) centre: Vec2,
@@ -35,7 +34,7 @@ impl Hole {
     }
 }
 
-/// Holes on a circle about the origin.
+/// Returns holes on a circle about the origin.
 pub(crate) fn hole_circle(count: usize, on_radius: f32, radius: f32) -> Vec<Hole> {
     let hole = |i| Hole { centre: turn(i, count) * on_radius, radius, steps: 20 };
     (0..count).map(hole).collect()

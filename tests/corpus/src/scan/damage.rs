@@ -12,11 +12,11 @@ const HOLE_SEED: u64 = 0x0401_e500;
 /// Interval of holes in which a scrap stays, as seen from another scan position.
 const SCRAP_EVERY: u64 = 5;
 
-/// A place without data.
+/// Spot of the surface without data.
 struct Spot {
     centre: Vec3,
     radius: f32,
-    /// Offset of the scrap that stays in it.
+    /// Offset of the scrap within the spot, metres.
     scrap: Option<Vec3>,
 }
 
@@ -65,8 +65,8 @@ fn spot(whole: &Surface, index: u64) -> Spot {
     }
 }
 
-/// Undersides near the core on the side away from the scanner, and the foot,
-/// which stands on the ground.
+/// Reports whether a place is hidden from the scanner: undersides near the core on its far side,
+/// and the foot, which stands on the ground.
 fn is_shadowed(place: Vec3, normal: Vec3) -> bool {
     let down = -normal.y / normal.length().max(f32::MIN_POSITIVE);
     let radius = Vec3::new(place.x, 0.0, place.z).length();

@@ -1,12 +1,12 @@
-//! The scanned body as a field: negative inside, positive outside, metres.
+//! Signed distance field of the scanned body: negative inside, positive outside, metres.
 
 use glam::{Vec2, Vec3};
 
 use crate::random::{noise, signed_vector, unit};
 
-/// Height of the porcelain.
+/// Height of the porcelain, metres.
 pub(crate) const HEIGHT: f32 = 1.3;
-/// Outermost radius that the field has anything in.
+/// Outermost radius of the field's bodies, metres.
 pub(crate) const REACH: f32 = 0.26;
 
 const SHEDS: usize = 9;
@@ -69,7 +69,7 @@ fn blended(a: f32, b: f32) -> f32 {
     a.min(b) - near * near * BLEND * 0.25
 }
 
-/// Specks of dust and reflections.
+/// Returns the signed distance of specks of dust and reflections.
 fn islands(place: Vec3) -> f32 {
     let island = |index: u64| {
         let seed = ISLAND_SEED + 16 * index;

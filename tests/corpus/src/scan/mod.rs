@@ -14,7 +14,7 @@ use crate::random::signed;
 /// Noise of the range along the surface's normal, metres.
 const RANGE_NOISE: f32 = 0.00035;
 
-/// Points and triangles over them.
+/// Surface as points and triangles over them.
 #[derive(Clone, Debug, Default)]
 struct Surface {
     points: Vec<Vec3>,

@@ -10,17 +10,17 @@ use crate::random::{signed_vector, unit};
 use crate::scan::Surface;
 use crate::scan::field::{HEIGHT, REACH, field};
 
-/// Cells along each axis.
+/// Number of cells along each axis.
 const CELLS: [usize; 3] = [52, 144, 52];
 /// Greatest displacement of a grid point by jitter, as a share of a cell.
 const JITTER: f32 = 0.22;
 /// Relative variation of the sampling density along each axis.
 const UNEVEN: f32 = 0.3;
-/// A crossing comes no nearer than this share of an edge to its ends, so that
-/// points stay apart.
+/// Least distance of a crossing from the ends of its edge, as a share of the edge, so that points
+/// stay apart.
 const MARGIN: f32 = 0.06;
 
-/// The way from a cell's lowest to its highest corner, by single axes.
+/// Paths from a cell's lowest to its highest corner, by single axes.
 const PATHS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
 
 /// Extracts the whole zero surface of the field.
@@ -65,7 +65,7 @@ fn grid() -> Vec<Vec3> {
     points
 }
 
-/// Coordinates of grid lines along an axis: some denser, some sparser.
+/// Returns the coordinates of grid lines along an axis, with a varying density.
 fn lines(axis: usize, low: f32, high: f32) -> Vec<f32> {
     let spacing = |i: usize| 1.0 + UNEVEN * (2.0 * unit((i as u64 / 9) << 2 | axis as u64) - 1.0);
     let total: f32 = (0..CELLS[axis]).map(spacing).sum();
@@ -81,7 +81,7 @@ fn lines(axis: usize, low: f32, high: f32) -> Vec<f32> {
 struct Mesher<'a> {
     points: &'a [Vec3],
     values: &'a [f32],
-    /// The point on each edge that the surface crosses, by inner and outer end.
+    /// Points at which edges cross the surface, by inner and outer end.
     crossings: HashMap<[u32; 2], u32>,
     found: Surface,
 }

@@ -81,7 +81,7 @@ fn signs(octant: usize) -> Vec3 {
     Vec3::new(sign(0), sign(1), sign(2))
 }
 
-/// Corners of a face, counter-clockwise about the positive axis.
+/// Returns the corners of a face, counter-clockwise about the positive axis.
 fn octants_of_face(axis: usize, positive: bool) -> [usize; 4] {
     let (u, v) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3));
     let base = if positive { 1 << axis } else { 0 };

@@ -10,7 +10,7 @@ use crate::Solid;
 pub enum Ends {
     /// Closure of each end by triangles to a point at its centre.
     Capped,
-    /// The last is joined to the first.
+    /// Joint of the last ring with the first.
     Joined,
 }
 

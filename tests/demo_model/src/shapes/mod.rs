@@ -11,7 +11,7 @@ pub use sweep::{pipe, rounded_path, sweep};
 
 use glam::Vec2;
 
-/// Fewest points of a ring.
+/// Least number of points of a ring.
 pub(crate) const MIN_SEGMENTS: usize = 3;
 
 /// Returns cosine and sine of part `i` of a full turn cut into `n`.

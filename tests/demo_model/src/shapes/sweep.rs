@@ -5,9 +5,9 @@ use glam::{Quat, Vec2, Vec3};
 use super::{Ends, MIN_SEGMENTS, loft, turn};
 use crate::Solid;
 
-/// Points that round off one corner of a path.
+/// Number of points that round off one corner of a path.
 const ELBOW_STEPS: usize = 4;
-/// A bend gets at most this share of either leg.
+/// Greatest share of either leg that a bend takes.
 const MAX_LEG_SHARE: f32 = 0.49;
 
 /// Sweeps a convex `section` (counter-clockwise) along `path`, mitred at its corners and capped.

@@ -136,7 +136,7 @@ pub(super) fn turret(radius: f32, height: f32, below: f32) -> Part {
     part
 }
 
-/// Bolts that a flange of this radius carries, 0.13 m apart or so.
+/// Returns the number of bolts of a flange of this radius, some 0.13 m apart.
 fn bolts_on(radius: f32) -> usize {
     ((radius * 48.0) as usize).clamp(6, 18)
 }

@@ -8,7 +8,7 @@ use crate::{Finish, Part, at};
 
 pub(super) const RADIUS: f32 = 0.55;
 pub(super) const LENGTH: f32 = 6.0;
-/// The bracket's posts stand at plus and minus this z.
+/// Distance of the bracket's posts from z = 0, metres.
 const POST_Z: f32 = 1.25;
 
 /// Builds the vessel about the origin, lying along z.

@@ -21,14 +21,14 @@ use crate::shapes::{block, cuboid, strut};
 use crate::structure::plinth;
 use crate::{Assembly, Finish, NodeId, Part, at};
 
-/// Half of the tank's length (x) and width (z).
+/// Half of the tank's length (x) and width (z), metres.
 const TANK_HALF: Vec2 = Vec2::new(4.25, 1.6);
 const TANK_BOTTOM: f32 = 0.62;
 const COVER_TOP: f32 = TANK_BOTTOM + 4.0;
-/// Top of the foundation, and of the rails on it.
+/// Height of the foundation's top, metres; that of the rails follows.
 const FOUNDATION_TOP: f32 = 0.25;
 const RAIL_TOP: f32 = 0.39;
-/// The ribs of the end walls stand out as far.
+/// Distance to which the ribs of the end walls stand out, metres.
 const RIB_FACE: f32 = TANK_HALF.x + 0.13;
 
 const RADIATORS_PER_SIDE: usize = 11;

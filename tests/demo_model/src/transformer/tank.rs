@@ -10,11 +10,11 @@ use crate::shapes::{block, cuboid, cylinder, lathe, torus};
 use crate::{Finish, Part, PlanarUv, at};
 
 const FLANGE: f32 = 0.045;
-/// Room between the tank's wall and the flange's outer edge.
+/// Distance between the tank's wall and the flange's outer edge, metres.
 const FLANGE_WIDTH: f32 = 0.15;
 const RIB_DEPTH: f32 = 0.15;
 
-/// Walls, stiffeners, bottom, flange, lugs, jacking pads and the drain.
+/// Builds the walls, stiffeners, bottom, flange, lugs, jacking pads and the drain.
 pub(super) fn tank() -> Part {
     let paint = Finish::GreyPaint;
     let mut part = Part::new();
@@ -101,7 +101,7 @@ pub(super) fn pressure_relief() -> Part {
     part
 }
 
-/// Skids across the rails, with their bolts.
+/// Builds skids across the rails, with their bolts.
 pub(super) fn skids(bottom: f32) -> Part {
     let mut part = Part::new();
     let height = TANK_BOTTOM - bottom;

@@ -6,7 +6,7 @@ use crate::fittings::{along_x, bolt_circle, flange_pair};
 use crate::shapes::{block, cuboid, cylinder, lathe};
 use crate::{Finish, Part, at};
 
-/// Height of the head's drive shaft above the cover.
+/// Height of the head's drive shaft above the cover, metres.
 pub(super) const SHAFT_HEIGHT: f32 = 0.52;
 
 /// Builds the head, standing on the cover at y = 0; its shaft leaves along x.

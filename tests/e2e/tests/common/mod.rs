@@ -1,4 +1,4 @@
-//! A yard as sites export it: all equipment in one mesh, ids by vertex.
+//! Yard as sites export it: all equipment in one mesh, ids by vertex.
 
 use std::f32::consts::{PI, TAU};
 use std::fs;
@@ -12,11 +12,11 @@ use e2e::Scene;
 use glam::{Mat4, Vec3};
 use serde_json::json;
 
-/// Pieces of equipment, side by side along x, a metre each.
+/// Number of pieces of equipment, side by side along x, a metre each.
 pub(crate) const PIECES: usize = 8;
-/// Quads along an edge of a box.
+/// Number of quads along an edge of a box.
 const STEPS: u32 = 6;
-/// Quads around and from top to bottom of a ball.
+/// Number of quads around and from top to bottom of a ball.
 const BALL: [u32; 2] = [16, 10];
 /// Position of the camera before the middle of the row.
 const EYE: Vec3 = Vec3::new(PIECES as f32 / 2.0, 0.8, 22.0);
@@ -31,13 +31,13 @@ pub(crate) fn id_of(piece: usize) -> String {
     format!("yard/{}", name_of(piece))
 }
 
-/// Corners of the ground, which is no feature.
+/// Returns the corners of the ground, which is no feature.
 pub(crate) fn ground_box() -> (Vec3, Vec3) {
     (Vec3::new(-1.0, -1.0, -1.0), Vec3::new(PIECES as f32 + 1.0, -0.5, 2.0))
 }
 
-/// Boxes, wall to wall, each with a ball of another material above; each two
-/// are a feature. One mesh at one node.
+/// Builds boxes, wall to wall, each with a ball of another material above; each two are a feature.
+/// One mesh at one node.
 pub(crate) fn merged_yard() -> Model {
     let mut boxes = RawPrimitive { material: Some(0), ..RawPrimitive::default() };
     let mut balls = RawPrimitive { material: Some(1), ..RawPrimitive::default() };
@@ -156,7 +156,7 @@ pub(crate) fn viewer_of(scene: &Scene, size: [u32; 2]) -> Viewer {
     Viewer::new_headless(loaded, options, size).unwrap_or_else(|fault| panic!("{fault}"))
 }
 
-/// Moves all cursors to theta and draws a frame with them; its triangles.
+/// Moves all cursors to theta and draws a frame with them; returns its triangles.
 pub(crate) fn show_at(viewer: &mut Viewer, theta: f64) -> u64 {
     viewer.set_theta(theta);
     let input = viewer.headless_input(0.0);
@@ -164,8 +164,8 @@ pub(crate) fn show_at(viewer: &mut Viewer, theta: f64) -> u64 {
     viewer.stats().triangles
 }
 
-/// Runs the optimiser, and looks at every corner of every live triangle at
-/// `steps` cursors and at the last one.
+/// Runs the optimiser, and checks every corner of every live triangle at `steps` cursors and at the
+/// last one.
 pub(crate) fn assert_every_theta_keeps_features(model: &Model, steps: u32) {
     let scene = Scene::without_tags();
     let optimizer = Catalog::discover(&[scene.path("plugins")])

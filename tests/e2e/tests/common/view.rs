@@ -1,4 +1,4 @@
-//! A view of plugins that are in trouble.
+//! View of faulty plugins.
 #![allow(dead_code, reason = "each test program uses its part of it")]
 
 use std::time::{Duration, Instant};
@@ -17,8 +17,7 @@ pub(crate) const MAX_TO_GOOD: Duration = Duration::from_secs(10);
 /// draw at once, and a thread may wait for some hundred milliseconds for its turn.
 pub(crate) const MAX_FRAME: Duration = Duration::from_millis(400);
 
-/// A view without a window that behaves like one in a window: frames wait for
-/// nobody.
+/// View without a window that paces frames like one in a window.
 pub(crate) struct View {
     pub(crate) viewer: Viewer,
     /// Duration of the longest frame so far.
@@ -53,7 +52,7 @@ impl View {
         Pid::from_raw(pid as i32).expect("no process has the number 0")
     }
 
-    /// Draws until all tags are of this quality; how long that took.
+    /// Draws until all tags are of this quality; returns the time that took.
     #[track_caller]
     pub(crate) fn wait_for_quality(&mut self, quality: &str, limit: Duration) -> Duration {
         self.wait_for(quality, limit, |view| {

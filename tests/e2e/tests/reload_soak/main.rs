@@ -18,10 +18,10 @@ use serde_json::json;
 
 use mutator::{Random, mutated};
 
-/// The overlay with values; where labels stand depends on where they were before.
+/// Overlay with the values; places of labels depend on their former ones.
 const LABELS: &str = "values";
 const SIZE: [u32; 2] = [320, 180];
-/// Configurations in a test; `cargo xtask soak --reload` has 10,000.
+/// Number of reloads in a test; `cargo xtask soak --reload` has 10,000.
 const RELOADS: usize = 60;
 const RELOADS_VARIABLE: &str = "BUSBAR_RELOADS";
 const SEED_VARIABLE: &str = "BUSBAR_RELOAD_SEED";
@@ -30,7 +30,7 @@ const SEED_VARIABLE: &str = "BUSBAR_RELOAD_SEED";
 const BETWEEN_LOOKS: usize = 20;
 /// Number of reloads after which the resources are printed.
 const BETWEEN_REPORTS: usize = 500;
-/// Looks after which nothing may grow any more.
+/// Number of checks after which nothing may grow any more.
 const WARM: usize = 2;
 const MAX_WAIT: Duration = Duration::from_secs(120);
 /// Allowed growth of descriptors between checks: a thread of the last plugin may still be ending.

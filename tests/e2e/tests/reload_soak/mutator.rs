@@ -1,11 +1,11 @@
-//! Edits as people and programs make them, good and bad, by a seed.
+//! Seeded edits of configurations as people and programs make them, good and bad.
 
 use serde_json::{Map, Value, json};
 
-/// Bytes of a text that are cut or overwritten at once, at most.
+/// Greatest number of bytes of a text that are cut or overwritten at once.
 const MAX_DAMAGE: usize = 64;
 
-/// Numbers that follow from a seed (SplitMix64).
+/// Random number generator (SplitMix64).
 pub(crate) struct Random(u64);
 
 impl Random {

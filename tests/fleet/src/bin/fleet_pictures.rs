@@ -13,13 +13,13 @@ use clap::Parser;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 
-/// Pixels: half a megabyte at most.
+/// Size of pictures, pixels, for files of at most half a megabyte.
 const SIZE: [u32; 2] = [960, 540];
 /// Size of pictures with panels, pixels.
 const PANELS_SIZE: [u32; 2] = [1600, 900];
 /// Longest time until a million samples are read, judged and counted.
 const MAX_WAIT: Duration = Duration::from_secs(300);
-/// Places of axes among all.
+/// Index of the axis of H2 among all; others follow.
 const H2: usize = 0;
 const C2H2: usize = 4;
 /// Transformer with overheating and discharges, whose verdict is shown.

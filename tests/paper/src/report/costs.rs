@@ -1,4 +1,4 @@
-//! Initialisation, and changes of theta.
+//! Section on the costs of initialisation and of changes of theta.
 
 use std::collections::BTreeSet;
 

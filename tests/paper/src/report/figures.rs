@@ -1,4 +1,4 @@
-//! Figures 5 to 8.
+//! Section on Figures 5 to 8.
 
 use crate::results::SceneLevel;
 use crate::study::{Level, SubjectStudy};
@@ -9,7 +9,7 @@ use document::number_format::{grouped, percent, theta};
 
 use crate::Results;
 
-/// The theta of Figures 7 and 8.
+/// Theta of Figures 7 and 8.
 pub(super) const LAST: f64 = 0.95;
 
 pub(super) fn write(document: &mut Document, results: &Results) {

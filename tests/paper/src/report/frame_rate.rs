@@ -1,4 +1,4 @@
-//! Frames per second, and what bounds them.
+//! Section on frame rates, and the limits on them.
 
 use crate::frames::{FrameTimes, pixel_share};
 use crate::reference::{PrintedRow, TABLE_I};

@@ -1,4 +1,4 @@
-//! The lossless walk, and picks.
+//! Section on the lossless walk and on picks.
 
 use crate::run::PICK_THETA;
 use document::Document;

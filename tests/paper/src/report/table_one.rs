@@ -1,4 +1,4 @@
-//! Table I and its topology.
+//! Section on Table I and its topology.
 
 use crate::reference::PrintedRow;
 use crate::topology::FLAT_SHARE;

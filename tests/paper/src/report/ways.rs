@@ -1,4 +1,4 @@
-//! Readings and orders, side by side.
+//! Section that compares readings and orders.
 
 use super::figures::{LAST, LEVEL_HEAD, caption, level_row};
 use crate::study::{Level, SubjectStudy, THETAS, VariantResult};

@@ -1,4 +1,4 @@
-//! The devices of one bay.
+//! Layout of the devices of one bay.
 
 use super::Placement;
 use super::wires::BayKind;
@@ -9,7 +9,7 @@ pub(super) struct Bay<'y> {
     pub(super) yard: &'y Yard,
     pub(super) kind: BayKind,
     pub(super) id: String,
-    /// World x of its middle.
+    /// World x of the bay's middle, metres.
     pub(super) x: f32,
 }
 
@@ -49,7 +49,7 @@ impl Bay<'_> {
     }
 }
 
-/// Straight behind one another, facing the lines.
+/// Placement offsets of devices straight behind one another, facing the lines.
 const AHEAD: (f32, f32, f32, f32) = (0.0, 0.0, 0.0, 0.0);
 /// Placement offsets of devices that face the transformer: diagonal, yaw, aside, height.
 const BACK: (f32, f32, f32, f32) = (0.0, 180.0, 0.0, 0.0);

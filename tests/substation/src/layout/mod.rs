@@ -13,20 +13,20 @@ pub(crate) use yard::{YARDS, Yard, place_yard};
 
 use crate::body::turned;
 
-/// A piece of equipment: what it is and where it stands.
+/// Placement of a piece of equipment: its model and position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Placement {
-    /// The bay (IEC 81346), such as `=S12D1Q3`.
+    /// Designation of the bay (IEC 81346), such as `=S12D1Q3`.
     pub bay: String,
-    /// The device in the bay, such as `QB9`.
+    /// Designation of the device in the bay, such as `QB9`.
     pub device: String,
-    /// Phase 1 to 3; none for what is not in phases.
+    /// Phase 1 to 3; `None` for equipment without phases.
     pub phase: Option<u8>,
     /// Name of the model.
     pub model: String,
     /// Position of the model's origin, metres.
     pub translation: Vec3,
-    /// Turn about the y axis, degrees.
+    /// Rotation about the y axis, degrees.
     pub yaw_degrees: f32,
 }
 

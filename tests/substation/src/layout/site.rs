@@ -69,8 +69,8 @@ pub(crate) fn place_site(placements: &mut Vec<Placement>) {
     }
 }
 
-/// Ends of the earth wires: from peak to peak along the line gantries, and
-/// from their ends to the masts.
+/// Returns the ends of the earth wires: from peak to peak along the line gantries, and from their
+/// ends to the masts.
 pub(crate) fn earth_spans() -> Vec<[Vec3; 2]> {
     let mut spans = Vec::new();
     for (yard, masts) in YARDS.iter().zip([&MASTS[..2], &MASTS[2..]]) {

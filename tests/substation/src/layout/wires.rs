@@ -1,4 +1,4 @@
-//! The conductors of a bay, from clamp to clamp.
+//! Conductors of a bay, from clamp to clamp.
 
 use demo_model::Finish;
 use glam::Vec3;
@@ -110,7 +110,7 @@ pub(crate) fn add_low_voltage(
     catalogue.add(name, body)
 }
 
-/// Clamps of each wire of a phase: x from the bay's middle, height, depth.
+/// Returns the clamps of each wire of a phase: x from the bay's middle, height, depth.
 fn runs(yard: &Yard, kind: BayKind, x: f32) -> Vec<Vec<[f32; 3]>> {
     let class = yard.class;
     let d = &yard.depths;

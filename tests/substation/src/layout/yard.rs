@@ -1,4 +1,4 @@
-//! A yard: its bays side by side along two busbars, and the gantries.
+//! Layout of a yard: its bays side by side along two busbars, and the gantries.
 
 use glam::{Vec2, Vec3};
 
@@ -13,13 +13,13 @@ use crate::models::{CLASS_126, CLASS_252, Class};
 /// II.
 pub(crate) struct Yard {
     pub(crate) class: &'static Class,
-    /// The voltage level (IEC 81346), such as `=S12D1`.
+    /// Designation of the voltage level (IEC 81346), such as `=S12D1`.
     pub(crate) level: &'static str,
-    /// World z of depth zero.
+    /// World z of depth zero, metres.
     pub(crate) origin_z: f32,
-    /// 0 where lines leave towards -z, 180 towards +z.
+    /// Rotation of the yard: 0 where lines leave towards -z, 180 towards +z.
     pub(crate) yaw_degrees: f32,
-    /// The bays, in order along x of the world.
+    /// Bays in order along x of the world.
     pub(crate) bays: &'static [BayKind],
     pub(crate) depths: Depths,
 }
@@ -34,13 +34,13 @@ pub(crate) struct Depths {
     pub(crate) voltage: f32,
     pub(crate) arrester: f32,
     pub(crate) gantry: f32,
-    /// Towards the transformer: breaker, current transformer, arrester, gantry.
+    /// Depths towards the transformer: breaker, current transformer, arrester, gantry.
     pub(crate) back: [f32; 4],
 }
 
 use BayKind::{Coupler, Line, Transformer, VoltageOne, VoltageTwo};
 
-/// The 220 and the 110 kV yard.
+/// Yards of 220 and 110 kV.
 pub(crate) const YARDS: [Yard; 2] = [
     Yard {
         class: &CLASS_252,

@@ -9,7 +9,7 @@ use crate::body::{Body, sheet, tube};
 
 /// Corner of the site with the least x and z, metres.
 pub(crate) const SITE_MIN: [f32; 2] = [-86.0, -94.0];
-/// Greatest x and z of the site, metres.
+/// Corner of the site with the greatest x and z, metres.
 pub(crate) const SITE_MAX: [f32; 2] = [86.0, 70.0];
 /// Distance from the wall to the middle of the ring road, metres.
 const ROAD_INSET: f32 = 6.0;

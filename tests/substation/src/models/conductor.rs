@@ -10,16 +10,16 @@ use crate::body::{Body, along_x, tube};
 /// Number of points that one wire may have.
 pub(crate) const MAX_WIRE_POINTS: usize = 512;
 
-/// A wire through points, hanging between each two of them.
+/// Wire through points, hanging between each two of them.
 #[derive(Clone, Debug)]
 pub(crate) struct Wire {
     /// Clamps of the wire, in order, metres.
     pub(crate) clamps: Vec<Vec3>,
-    /// Sag at mid-span over the span's length.
+    /// Ratio of the sag at mid-span to the span's length.
     pub(crate) sag_ratio: f32,
     /// Radius of the wire, metres.
     pub(crate) radius: f32,
-    /// Segments of each span.
+    /// Number of segments of each span.
     pub(crate) segments: usize,
     /// Number of points around.
     pub(crate) sides: usize,

@@ -9,7 +9,7 @@ use super::insulator::Column;
 use super::steel::{grading_ring, support};
 use crate::body::{Body, along_z, tube};
 
-/// A rounded metal cap with its clamp: radius, height above the column.
+/// Profile of a rounded metal cap with its clamp: radius, height above the column.
 const CAP: [(f32, f32); 4] = [(0.12, 0.03), (0.1, 0.08), (0.05, 0.1), (0.05, 0.16)];
 
 /// Builds an inverted (head-type) current transformer, its primary along z.

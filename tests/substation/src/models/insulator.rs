@@ -7,9 +7,9 @@ use glam::{Mat4, Vec3};
 use super::Class;
 use crate::body::{Body, along_z};
 
-/// Points around a porcelain.
+/// Number of points around a porcelain.
 const SEGMENTS: usize = 10;
-/// Points around a disc.
+/// Number of points around a disc.
 const DISC_SEGMENTS: usize = 8;
 /// Height of the cemented flange at either end of a column, metres.
 const FLANGE: f32 = 0.09;
@@ -18,12 +18,12 @@ const DISC_PITCH: f32 = 0.146;
 const DISC_RADIUS: f32 = 0.1275;
 const CAP_RADIUS: f32 = 0.05;
 
-/// A porcelain column with a flange at either end.
+/// Porcelain column with a flange at either end.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Column {
     pub(super) base: f32,
     pub(super) height: f32,
-    /// Radius of the core.
+    /// Radius of the core, metres.
     pub(super) core: f32,
     /// Overhang of a large shed beyond the core, metres.
     pub(super) overhang: f32,

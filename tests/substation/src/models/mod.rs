@@ -1,5 +1,5 @@
-//! The equipment, a function a kind. Models stand on the origin, y up, and
-//! turn their line side towards -z.
+//! Models of the equipment, one function for each kind. Models stand on the origin, y up, and turn
+//! their line side towards -z.
 
 mod civil;
 mod conductor;
@@ -27,9 +27,9 @@ pub(crate) struct Class {
     pub(crate) gantry: f32,
     /// Height of an insulator column.
     pub(crate) column: f32,
-    /// Sheds of a column.
+    /// Number of sheds of a column.
     pub(crate) sheds: usize,
-    /// Discs of a string.
+    /// Number of discs of a string.
     pub(crate) discs: usize,
     /// Distance between phases, metres.
     pub(crate) phase: f32,
@@ -81,7 +81,7 @@ impl Class {
     }
 }
 
-/// Fills a catalogue with everything but what closes the sums.
+/// Fills a catalogue with all models except the filler geometry.
 pub(crate) fn add_all(catalogue: &mut Catalogue) -> Result<(), StationError> {
     for class in [&CLASS_252, &CLASS_126] {
         for (kind, body) in [

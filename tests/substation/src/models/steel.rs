@@ -70,11 +70,11 @@ pub(super) fn hollow_beam(side: f32, length: f32) -> Body {
     body
 }
 
-/// A lattice of four legs, laced on its four sides.
+/// Lattice of four legs, laced on its four sides.
 struct Lattice {
-    /// The legs at the start, in turn.
+    /// Start points of the legs, in turn.
     start: [Vec3; 4],
-    /// The legs at the end.
+    /// End points of the legs.
     end: [Vec3; 4],
     panels: usize,
     leg: f32,

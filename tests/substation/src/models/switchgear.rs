@@ -10,7 +10,7 @@ use super::insulator::Column;
 use super::steel::{hollow_beam, support};
 use crate::body::{Body, along_x, along_z, tube, turned};
 
-/// Bodies, and where each is, by name.
+/// Bodies with their names and places.
 pub(super) struct Parts {
     pub(super) bodies: Vec<Body>,
     pub(super) places: Vec<(String, usize, Mat4)>,

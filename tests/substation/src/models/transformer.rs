@@ -1,5 +1,5 @@
-//! The main transformer 220/110/35 kV, 180 MVA, lean enough for the paper's
-//! sum of triangles. High voltage towards -z, medium voltage towards +z.
+//! Main transformer 220/110/35 kV, 180 MVA, lean enough for the paper's number of triangles. High
+//! voltage towards -z, medium voltage towards +z.
 
 use demo_model::shapes::{block, cylinder, lathe, pipe, strut};
 use demo_model::{Finish, at};
@@ -15,7 +15,7 @@ const RADIATORS_PER_SIDE: usize = 8;
 const RADIATOR_PITCH: f32 = 0.98;
 const PANELS: usize = 10;
 
-/// A set of bushings on their turrets.
+/// Set of bushings on their turrets.
 struct Bushing {
     prefix: &'static str,
     /// Distance between phases, metres.
@@ -55,7 +55,7 @@ const LOW: Bushing = Bushing {
     sheds: 7,
 };
 
-/// A winding of the transformer.
+/// Winding of the transformer by its voltage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Winding {
     High,

@@ -7,7 +7,7 @@ use super::states::{BREAKER, add_doubles, add_states, switches};
 use super::{Gateway, List, NormalValue, Place, PointKind};
 use crate::layout::{BayKind, YARDS};
 
-/// 35 kV feeders, capacitor banks, station transformers and incomers.
+/// Number of 35 kV feeders, capacitor banks, station transformers and incomers.
 const FEEDER_BAYS: usize = 20;
 const HOUSE: &str = "=S12H1-UH1";
 const CONTROL_HOUSE: &str = "=S12Z1-UH1";

@@ -8,7 +8,7 @@ pub(crate) const MAIN_TRANSFORMERS: usize = 2;
 pub(crate) struct Load {
     /// Designation of the bay, such as `=S12D1Q1`.
     pub(crate) bay: String,
-    /// Active power out of the busbar, MW.
+    /// Active power out of the busbar in MW.
     pub(crate) megawatts: f64,
     /// Nominal voltage in kV.
     pub(crate) kilovolts: f64,

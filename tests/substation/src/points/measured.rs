@@ -3,7 +3,7 @@
 use super::loads::{POWER_FACTOR, load_of};
 use super::{List, NormalValue, Place, PointKind, Quantity};
 
-/// Measured values of a bay: 14 of the first, and what voltage transformers have besides.
+/// Measured values of a bay: the first 14 of every bay, the rest of voltage transformers.
 const MEASURED: [Quantity; 18] = [
     ("MMXU.TotW", "active power", "MW", -400.0, 400.0, 1000),
     ("MMXU.TotVAr", "reactive power", "Mvar", -200.0, 200.0, 1000),
@@ -26,12 +26,12 @@ const MEASURED: [Quantity; 18] = [
 ];
 const OF_FEEDER: [usize; 14] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13];
 
-/// Adds what a feeder measures, at where currents are measured, and voltages.
+/// Adds the measured values of a feeder, at the devices that measure currents and voltages.
 pub(super) fn add_measured(bay: &str, at: [&str; 2], node: usize, list: &mut List) {
     add_some_measured(bay, at, node, &OF_FEEDER, list);
 }
 
-/// Adds those with these indices, at where currents are measured, and voltages.
+/// Adds the measured values with these indices, at the devices that measure currents and voltages.
 pub(super) fn add_some_measured(
     bay: &str,
     [current, voltage]: [&str; 2],

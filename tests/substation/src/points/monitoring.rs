@@ -2,8 +2,8 @@
 
 use super::{List, NormalValue, Place, PointKind, Quantity};
 
-/// Milliseconds between two values of condition monitoring: as a demonstration needs them.
-/// Stations read gas each 1 to 10 minutes, currents and temperatures each 5 to 30.
+/// Scan period of condition monitoring, milliseconds, as a demonstration needs it. Stations read
+/// gas each 1 to 10 minutes, currents and temperatures each 5 to 30.
 const SCAN: u32 = 5000;
 
 const PRESSURE: Quantity = ("SIMG.Pres", "SF6 pressure", "bar", 0.0, 12.0, SCAN);
@@ -75,7 +75,7 @@ fn walk(base: f64, amplitude: f64) -> NormalValue {
     NormalValue::Walk(base, amplitude)
 }
 
-/// A point of a transformer: its quantity, role, value, and how many sensors there are.
+/// Point of a transformer: quantity, role, value, deviation, number of sensors.
 type OfTransformer = (Quantity, &'static str, f64, f64, usize);
 
 /// Monitoring points of a transformer, 51 in all.
@@ -105,7 +105,7 @@ const TRANSFORMER: [OfTransformer; 17] = [
     (("YLTC.OilTmp", "tap changer oil", "°C", -40.0, 150.0, SCAN), "tap_changer_oil", 41.0, 0.3, 1),
 ];
 
-/// Adds what is monitored at a transformer.
+/// Adds the monitoring points of a transformer.
 pub(super) fn add_of_transformer(bay: &str, list: &mut List) {
     for (quantity, role, base, amplitude, sensors) in TRANSFORMER {
         for node in 1..=sensors {
@@ -122,10 +122,11 @@ pub(super) fn add_of_transformer(bay: &str, list: &mut List) {
     }
 }
 
-/// A point of the station: its quantity, value, and how many sensors there are.
+/// Point of the station: quantity, value, deviation, number of sensors.
 type OfStation = (Quantity, f64, f64, usize);
 
-/// Weather, batteries, fire detection, gas in the switch room, cameras: 102 points.
+/// Monitoring points of the station: weather, batteries, fire detection, gas in the switch room,
+/// cameras: 102 points.
 const STATION: [OfStation; 9] = [
     (("MMET.EnvTmp", "ambient temperature", "°C", -50.0, 60.0, 1000), OUTSIDE, 0.2, 2),
     (("MMET.EnvHum", "humidity", "%", 0.0, 100.0, SCAN), 54.0, 0.5, 2),
@@ -138,7 +139,7 @@ const STATION: [OfStation; 9] = [
     (("SCAM.Rate", "video stream rate", "Mbit/s", 0.0, 100.0, SCAN), 8.0, 0.6, 40),
 ];
 
-/// Adds what is monitored for the station as a whole.
+/// Adds the monitoring points of the station as a whole.
 pub(super) fn add_of_station(bay: &str, equipment: &str, list: &mut List) {
     for (quantity, base, amplitude, sensors) in STATION {
         for node in 1..=sensors {
@@ -148,7 +149,7 @@ pub(super) fn add_of_station(bay: &str, equipment: &str, list: &mut List) {
     }
 }
 
-/// Adds what is monitored at a 35 kV feeder: 6 points.
+/// Adds the 6 monitoring points of a 35 kV feeder.
 pub(super) fn add_of_feeder(bay: &str, equipment: &str, list: &mut List) {
     let contacts = (1..=3).map(|node| (CONTACT, node, 31.0, 0.4));
     let others = [(PRESSURE, 1, 1.4, 0.002), (GAS_TEMPERATURE, 1, OUTSIDE, 0.2)];

@@ -3,7 +3,7 @@
 use super::{List, NormalValue, Place, PointKind};
 use crate::network;
 
-/// States; the list repeats with the next logical node.
+/// States by reference and name; the list repeats with the next logical node.
 const STATES: [(&str, &str); 15] = [
     ("PTRC.Tr", "trip"),
     ("PTRC.Str", "protection picked up"),
@@ -24,7 +24,7 @@ const STATES: [(&str, &str); 15] = [
 const COMMANDS: [(&str, &str); 3] =
     [("CSWI.Pos.Oper", "operate"), ("GGIO.SPCSO.Oper", "reset"), ("RREC.Auto.Oper", "reclosing")];
 
-/// A switch: equipment, name, whether it is closed. Breakers are those named so.
+/// Switch: equipment, name, true if closed. Breakers have the name [`BREAKER`].
 pub(super) type Switch = (String, &'static str, bool);
 
 /// Returns the switches of a bay of the network.
@@ -40,7 +40,7 @@ pub(super) fn switches(bay: &str) -> Vec<Switch> {
         .collect()
 }
 
-/// The disconnector that has an earthing blade.
+/// Suffix of the disconnector that has an earthing blade.
 pub(crate) const EARTHED: &str = "-QB9";
 /// Name of the breakers' position.
 pub(super) const BREAKER: &str = "breaker";
@@ -48,7 +48,7 @@ pub(super) const BREAKER: &str = "breaker";
 const OPEN: f64 = 1.0;
 const CLOSED: f64 = 2.0;
 
-/// Positions of switches, and of `earths` earth switches, which are open.
+/// Adds positions of switches, and of `earths` earth switches, which are open.
 pub(super) fn add_doubles(bay: &str, switches: &[Switch], earths: usize, list: &mut List) {
     let (mut breakers, mut disconnectors) = (0, 0);
     for (equipment, name, closed) in switches {
@@ -72,7 +72,7 @@ pub(super) fn add_doubles(bay: &str, switches: &[Switch], earths: usize, list: &
     }
 }
 
-/// States, all as they should be, and commands.
+/// Adds states, all in their normal condition, and commands.
 pub(super) fn add_states(
     bay: &str,
     equipment: &str,

@@ -1,6 +1,6 @@
 //! Templates of work orders and assets by the class of equipment (IEC 81346-2).
 
-/// Work on a class of equipment.
+/// Template of work on a class of equipment.
 pub(super) struct WorkTemplate {
     pub(super) code: &'static str,
     pub(super) kind: &'static str,
@@ -10,10 +10,10 @@ pub(super) struct WorkTemplate {
     pub(super) priority: &'static str,
 }
 
-/// A class of equipment.
+/// Template of a class of equipment.
 pub(super) struct AssetTemplate {
     pub(super) code: &'static str,
-    /// Makers that do not exist, and their models.
+    /// Fictitious makers and their types.
     pub(super) made: [(&'static str, &'static str); 2],
     pub(super) rating: &'static str,
     pub(super) criticality: &'static str,

@@ -14,17 +14,17 @@ use super::{PATIENCE, Peers, ROUNDS, Rates, device, ensure_none_lost, free_port,
 use crate::site::{Site, telemetry_tag};
 
 const PLUGIN: &str = "iec104";
-/// Points of a common address, and of an interrogation.
+/// Number of points of a common address, and of an interrogation.
 pub(crate) const POINTS: u32 = 5000;
-/// As many as the plugin's limit of tags allows.
+/// Number of common addresses, as many as the plugin's limit of tags allows.
 const ADDRESSES: u32 = 20;
-/// The shortest that the settings allow: then all common addresses are asked, one after
-/// the other.
+/// Shortest interrogation period that the settings allow, milliseconds; then all common addresses
+/// are asked, one after the other.
 const PERIOD_MILLIS: u32 = 1000;
 /// Polling period of received values.
 const PAUSE: Duration = Duration::from_micros(500);
 
-/// Milliseconds of one interrogation of [`POINTS`], a round each.
+/// Milliseconds of one interrogation of [`POINTS`], one for each round.
 #[derive(Debug, Serialize)]
 pub(crate) struct Interrogations {
     pub(crate) server: &'static str,

@@ -1,4 +1,4 @@
-//! A peer in Python that takes a line, and answers with one.
+//! Peer in Python that answers each line with one line.
 
 use std::io::{BufRead, BufReader, Lines, Write};
 use std::path::Path;
@@ -7,7 +7,7 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 use anyhow::{Context, Result, bail};
 use serde_json::Value;
 
-/// A running peer; it is ended when this is dropped.
+/// Running peer that is ended when dropped.
 pub(crate) struct Peer {
     child: Child,
     lines: Lines<BufReader<ChildStdout>>,
@@ -33,7 +33,7 @@ impl Peer {
         Ok(peer)
     }
 
-    /// Asks, and waits for the answer.
+    /// Sends a question and waits for its answer.
     pub(crate) fn ask(&mut self, question: &Value) -> Result<Value> {
         let stdin = self.child.stdin.as_mut().context("it has no input")?;
         writeln!(stdin, "{question}")?;

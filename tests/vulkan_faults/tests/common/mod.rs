@@ -18,13 +18,13 @@ use vulkan_faults::{
     install,
 };
 
-/// Says how many faults are to strike, or "all".
+/// Environment variable with the number of faults, or "all".
 const COUNT_VARIABLE: &str = "BUSBAR_VULKAN_FAULTS";
 /// Environment variable with the seed of the random sample of faults.
 const SEED_VARIABLE: &str = "BUSBAR_VULKAN_SEED";
 const DEFAULT_SEED: u64 = 7;
 
-/// The scene in a folder of its own.
+/// Scene under test in a folder of its own.
 pub(crate) struct Subject {
     pub(crate) folder: TempDir,
     /// Flag that makes devices report a graphics card.
