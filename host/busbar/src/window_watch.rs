@@ -14,7 +14,9 @@ use std::process::{Child, ChildStdin, Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
 
 use anyhow::anyhow;
-use busbar_client::liveness::{Beats, Liveness, LivenessLimits, LivenessWatch, assess};
+use busbar_client::liveness::{
+    Liveness, LivenessInstants, LivenessLimits, LivenessMonitor, assess,
+};
 use busbar_client::{CoverError, WindowCover};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::OFlags;
@@ -189,12 +191,17 @@ pub(crate) fn run(window: u32) -> anyhow::Result<ExitCode> {
         Err(error) => return Err(anyhow!("{error}")),
     };
     let mut pipe = InstantPipe { true_at: boot_nanos(), rest: Vec::new() };
-    let mut viewer = LivenessWatch::new(parent(), Instant::now());
+    let mut viewer = LivenessMonitor::new(parent(), Instant::now());
     let mut decision = CoverDecision::default();
     loop {
         let (now, at) = (Instant::now(), pipe.true_at);
-        let beats = Beats { heartbeat: at, frame: at, picture_true_at: at, ..Beats::default() };
-        let signs = viewer.look(beats, boot_nanos(), now);
+        let beats = LivenessInstants {
+            heartbeat: at,
+            frame: at,
+            picture_true_at: at,
+            ..LivenessInstants::default()
+        };
+        let signs = viewer.sample(beats, boot_nanos(), now);
         let age = signs.picture_age.unwrap_or_default();
         let covered = match decision.cover(assess(&signs, &LIMITS), now) {
             None => cover.hide(),

@@ -13,13 +13,13 @@ use common::*;
 use e2e::{built, built_folder};
 use vulkan_faults::{FAULT_VARIABLE, STRUCK_VARIABLE, VulkanFault, install};
 
-/// How often where nobody says.
+/// Default number of device losses.
 const LOSSES: u32 = 2;
 const VARIABLE: &str = "BUSBAR_EMBED_FAULTS";
 /// The submission that fails first, of those after the first picture, and how far on each
 /// further one is.
 const FIRST_CALL: u32 = 60;
-/// `VK_ERROR_DEVICE_LOST`.
+/// Number of the Vulkan result `VK_ERROR_DEVICE_LOST`.
 const DEVICE_LOST: &str = "-4";
 
 #[test]

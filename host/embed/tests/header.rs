@@ -90,7 +90,7 @@ fn layout_is_the_same_in_c_and_cpp() {
     }
 }
 
-/// As Cargo built it.
+/// Returns the library as Cargo built it.
 fn library() -> PathBuf {
     let test = std::env::current_exe().unwrap();
     test.ancestors().nth(2).unwrap().join("libbusbar.so")

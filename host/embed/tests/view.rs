@@ -1,4 +1,4 @@
-//! What a program gets of a view, and what a view does for it.
+//! End-to-end tests of a view: events, pictures, commands and their effects.
 
 #![allow(
     clippy::undocumented_unsafe_blocks,

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 pub use busbar_protocol::message::Target;
-use busbar_protocol::message::{Begin, Command, FromViewer, PROTOCOL_VERSION};
+use busbar_protocol::message::{Command, PROTOCOL_VERSION, StartParameters, ViewerMessage};
 use busbar_protocol::pictures::{self, PictureMemory};
 
 use crate::reload::{BackgroundLoad, ReloadOutcome};
@@ -31,7 +31,7 @@ const SLOW_ITERATION: Duration = Duration::from_millis(80);
 /// The host program's end.
 pub struct ViewerServer {
     channel: Channel,
-    begin: Begin,
+    begin: StartParameters,
     memory: Option<PictureMemory>,
     change_reporter: ChangeReporter,
     reloading: Option<BackgroundLoad>,
@@ -136,7 +136,7 @@ impl ViewerServer {
 
     /// Tells why there is no view at all, before the process ends.
     pub fn report_failure(&mut self, why: &str) {
-        self.channel.queue([FromViewer::Failed(why.to_owned())]);
+        self.channel.queue([ViewerMessage::Failed(why.to_owned())]);
         self.channel.flush_last();
     }
 
@@ -188,11 +188,11 @@ impl ViewerServer {
             match command {
                 Command::Resize(size) => requests.size = Some(size),
                 Command::SetVisible(is_visible) => self.is_visible = is_visible,
-                Command::Point(_) | Command::Type(_) => requests.input.push(command),
+                Command::Pointer(_) | Command::Key(_) => requests.input.push(command),
                 Command::Reload(path) => self.next_reload = Some(path),
                 command => {
                     if let Err(why) = commands::perform(viewer, command) {
-                        self.channel.queue([FromViewer::Refused(why)]);
+                        self.channel.queue([ViewerMessage::Refused(why)]);
                     }
                 }
             }
@@ -223,7 +223,7 @@ impl ViewerServer {
                 // Numbers of alarms and tags may be others now.
                 self.change_reporter = ChangeReporter::default();
                 self.begin.config.clone_from(&self.reload_path);
-                self.channel.queue([FromViewer::Reloaded { config: self.reload_path.clone() }]);
+                self.channel.queue([ViewerMessage::Reloaded { config: self.reload_path.clone() }]);
             }
         }
     }
@@ -231,7 +231,7 @@ impl ViewerServer {
     fn refuse_reload(&mut self, why: &str) {
         let path = &self.reload_path;
         let words = format!("'{path}' is not shown, the scene before stays: {why}");
-        self.channel.queue([FromViewer::Refused(words)]);
+        self.channel.queue([ViewerMessage::Refused(words)]);
     }
 
     /// Tells the host program what a frame changed.
@@ -244,7 +244,7 @@ impl ViewerServer {
 
     /// Tells of a new picture in shared memory.
     fn report_picture(&mut self) {
-        self.channel.queue([FromViewer::Pictured]);
+        self.channel.queue([ViewerMessage::PictureReady]);
     }
 
     /// Tells why the picture is not of now, if it is not.
@@ -252,6 +252,6 @@ impl ViewerServer {
         if trouble.is_empty() {
             return;
         }
-        self.channel.queue([FromViewer::Refused(trouble.to_owned())]);
+        self.channel.queue([ViewerMessage::Refused(trouble.to_owned())]);
     }
 }

@@ -19,6 +19,6 @@ mod session;
 mod steering;
 mod token;
 
-pub use options::{MAX_CLIENTS, Options, Origin, OriginFault};
+pub use options::{MAX_CLIENTS, Options, Origin, OriginError};
 pub use server::{ServeError, Server};
-pub use token::{Token, TokenFault};
+pub use token::{Token, TokenError};

@@ -1,4 +1,4 @@
-//! Dissolved gas analysis (DGA): what the gases in a transformer's oil say of faults.
+//! Dissolved gas analysis (DGA): fault diagnosis of transformers by the gases in their oil.
 //!
 //! A [`Sample`] holds concentrations in ppm (µL of gas in a litre of oil). Each method is
 //! a module with `zone`, its bare result, and `diagnose`, the same with the rule that

@@ -12,7 +12,7 @@ use quadric_collapse::{Limits, Settings};
 
 fn in_parts(mesh: &Mesh, part_triangles: usize, threads: usize) -> CollapseSequence {
     let limits = Limits { threads, part_triangles };
-    let progress = &mut Progress::unwatched();
+    let progress = &mut Progress::detached();
     let list = optimize_within(&limits, mesh, Settings::default(), progress).expect("it ends");
     let entries = list.collapses.iter();
     let entries = entries.map(|c| Collapse { removed: c.removed, kept: c.kept, error: c.error });

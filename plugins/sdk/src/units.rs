@@ -22,7 +22,7 @@ pub enum Quantity {
     ReactivePower,
     /// Apparent power; base unit VA.
     ApparentPower,
-    /// Share of something; base unit 1.
+    /// Ratio of two like quantities; base unit 1.
     Ratio,
     /// Volume of a gas in a volume of oil or gas; base unit ppm (µL/L).
     Concentration,
@@ -33,13 +33,13 @@ pub enum Quantity {
 /// Zero of a pressure scale.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PressureReference {
-    /// Vacuum.
+    /// Zero of the scale at vacuum.
     Absolute,
-    /// Pressure of the air around.
+    /// Zero of the scale at the pressure of the surrounding air.
     Gauge,
 }
 
-/// A row of the table: base = value · factor + offset.
+/// Row of the unit table: base = value · factor + offset.
 struct Unit {
     quantity: Quantity,
     symbols: &'static [&'static str],
@@ -112,11 +112,12 @@ pub struct UnitConversion {
 }
 
 impl UnitConversion {
-    /// Leaves values as they are.
+    /// Conversion that leaves values as they are.
     pub const IDENTITY: Self =
         Self { factor: 1.0, offset: 0.0, reference: None, is_assumed: false };
 
-    /// Conversion from a unit to another; `None` where one of them is none of the quantity.
+    /// Finds the conversion from a unit to another; `None` where one of them is none of the
+    /// quantity.
     pub fn between(from: &str, to: &str, quantity: Quantity) -> Option<Self> {
         let (from, reference) = find(from, quantity)?;
         let (to, _) = find(to, quantity)?;
@@ -128,13 +129,13 @@ impl UnitConversion {
         })
     }
 
-    /// Conversion of a binding's values to a unit. A binding without a unit is assumed to
+    /// Finds the conversion of a binding's values to a unit. A binding without a unit is assumed to
     /// have the one wanted.
     ///
     /// # Errors
     /// The finding for [`crate::Description::findings`]: tag, place, unit, and those that
     /// are taken.
-    pub fn of_binding(binding: &Binding, quantity: Quantity, to: &str) -> Result<Self, String> {
+    pub fn for_binding(binding: &Binding, quantity: Quantity, to: &str) -> Result<Self, String> {
         if binding.unit.trim().is_empty() {
             return Ok(Self { is_assumed: true, ..Self::IDENTITY });
         }
@@ -152,14 +153,14 @@ impl UnitConversion {
         })
     }
 
-    /// The value in the unit wanted.
+    /// Converts a value to the unit wanted.
     pub fn apply(&self, value: f64) -> f64 {
         value * self.factor + self.offset
     }
 }
 
 impl Quantity {
-    /// Name for messages.
+    /// Returns the name of the quantity, for messages.
     pub fn name(self) -> &'static str {
         match self {
             Self::Temperature => "temperature",
@@ -176,13 +177,13 @@ impl Quantity {
     }
 
     /// Finds the quantity of a unit; the first in the table where several have it.
-    pub fn of_unit(unit: &str) -> Option<Self> {
+    pub fn from_unit(unit: &str) -> Option<Self> {
         let unit = unit.trim();
         let has = |row: &&Unit| find(unit, row.quantity).is_some();
         UNITS.iter().find(has).map(|row| row.quantity)
     }
 
-    /// The units of the quantity, for messages.
+    /// Lists the units of the quantity, for messages.
     fn symbols(self) -> String {
         let rows = UNITS.iter().filter(|row| row.quantity == self);
         let symbols: Vec<&str> = rows.take(MAX_NAMED_UNITS).map(|row| row.symbols[0]).collect();
@@ -226,7 +227,7 @@ fn find_symbol(text: &str, quantity: Quantity) -> Option<&'static Unit> {
     })
 }
 
-/// The first letter, where it may be milli or mega.
+/// Returns the first letter, where it may be milli or mega.
 fn starts_with_m(symbol: &str) -> Option<char> {
     symbol.chars().next().filter(|first| matches!(first, 'm' | 'M'))
 }

@@ -202,7 +202,7 @@ fn input(
         ));
         return Err(format!("{} is no number", binding.tag_id));
     }
-    match UnitConversion::of_binding(binding, quantity, unit) {
+    match UnitConversion::for_binding(binding, quantity, unit) {
         Ok(conversion) => Ok(Input { binding: index, tag_id: binding.tag_id.clone(), conversion }),
         Err(finding) => {
             findings.push(finding);

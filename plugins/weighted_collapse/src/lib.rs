@@ -181,7 +181,7 @@ mod tests {
             let mesh =
                 Mesh { positions: &positions, triangles: &[[0, 1, 2], corners], wedges: None };
             for order in [Order::Paper, Order::Guarded, Order::Reweighted] {
-                let progress = &mut Progress::unwatched();
+                let progress = &mut Progress::detached();
                 let error =
                     collapse_list(mesh, &Interpretation::BUSBAR, order, 1, progress).unwrap_err();
                 assert!(error.message().contains("triangle 1"), "{error}");

@@ -28,7 +28,7 @@ impl<'a> Input<'a> {
 
     /// Runs the paper's weights in some order.
     pub(crate) fn weighted(&self, order: Order, max_threads: usize) -> Result<CollapseList> {
-        let progress = &mut Progress::unwatched();
+        let progress = &mut Progress::detached();
         weighted_collapse::collapse_list(
             self.view(),
             &Interpretation::BUSBAR,
@@ -43,7 +43,7 @@ impl<'a> Input<'a> {
     pub(crate) fn quadric(&self) -> Result<CollapseList> {
         let optimize = || {
             let plugin = QuadricCollapse::create(Settings::default(), sdk::testing::host())?;
-            plugin.optimize(self.view(), &mut Progress::unwatched())
+            plugin.optimize(self.view(), &mut Progress::detached())
         };
         optimize().map_err(|error| anyhow!("quadric_collapse: {}", error.message()))
     }

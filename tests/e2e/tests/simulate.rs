@@ -4,7 +4,7 @@ use std::net::{TcpListener, TcpStream};
 use std::process::Command;
 use std::time::{Duration, Instant, SystemTime};
 
-use busbar_plugin_sdk::simulation::{Behaviour, Shape, Signal};
+use busbar_plugin_sdk::simulation::{Behavior, Shape, Signal};
 use busbar_plugin_sdk::{DoublePoint, Value as SimulatedValue, ValueKind};
 use busbar_viewer::{LoadedScene, RendererOptions, TagStats, Viewer};
 use e2e::{Process, Scene, Stats, built, built_folder, busbar, finish, wait_for};
@@ -126,7 +126,7 @@ fn signal((id, _, kind, _, simulate): &Row) -> Signal {
     };
     let number = |name: &str| simulate[name].as_f64().unwrap_or_default();
     let period = Duration::from_secs_f64(number("period_seconds"));
-    let behaviour = Behaviour::new(shape, number("base"), number("amplitude"), period);
+    let behaviour = Behavior::new(shape, number("base"), number("amplitude"), period);
     Signal::new(SEED, id, kind, behaviour.expect("in range")).expect("it can move so")
 }
 

@@ -4,7 +4,7 @@
 
 use std::collections::BTreeSet;
 
-use busbar_protocol::message::{Command, Pointing, Typing};
+use busbar_protocol::message::{Command, KeyEvent, PointerEvent};
 use busbar_web::Origin;
 use busbar_web::probe::{MAX_MESSAGE_BYTES, Pages};
 
@@ -30,7 +30,7 @@ pub fn fuzz_one(bytes: &[u8]) -> bool {
             (Some('+'), ..MAX_PAGES) => pages.join(),
             (Some('-'), 1..) => pages.leave(pages.count() - 1),
             (Some(page), count @ 1..) => {
-                pages.say(page as usize % count, rest.as_str()).unwrap_or_else(|_| {
+                pages.receive(page as usize % count, rest.as_str()).unwrap_or_else(|_| {
                     has_refused = true;
                     Vec::new()
                 })
@@ -62,17 +62,17 @@ impl Held {
                 // Rounding, and the least side of one that is very long.
                 assert!(width * height <= MAX_PIXELS + 64 * 3840, "{width} x {height}");
             }
-            Command::Point(Pointing::Button { button, pressed: true, .. }) => {
+            Command::Pointer(PointerEvent::Button { button, pressed: true, .. }) => {
                 self.buttons.insert(*button);
             }
-            Command::Point(Pointing::Button { button, .. }) => {
+            Command::Pointer(PointerEvent::Button { button, .. }) => {
                 self.buttons.remove(button);
             }
-            Command::Point(Pointing::Scrolled(steps)) => assert!(steps.abs() <= 100.0),
-            Command::Type(Typing::Text(text)) => assert!(text.len() <= 256),
+            Command::Pointer(PointerEvent::Scrolled(steps)) => assert!(steps.abs() <= 100.0),
+            Command::Key(KeyEvent::Text(text)) => assert!(text.len() <= 256),
             // Nothing else is a page's to ask.
-            Command::Point(_)
-            | Command::Type(_)
+            Command::Pointer(_)
+            | Command::Key(_)
             | Command::SetVisible(_)
             | Command::Focus(_)
             | Command::UseCamera(_)

@@ -104,7 +104,7 @@ impl Variant {
 
 /// Computes the collapse sequence of a mesh in some reading and order.
 fn sequence(mesh: &Topology, reading: &Interpretation, order: Order) -> Result<CollapseSequence> {
-    let mut progress = Unwatched::unwatched();
+    let mut progress = Unwatched::detached();
     let list = weighted_collapse::collapse_list(
         plugin_mesh(mesh),
         reading,

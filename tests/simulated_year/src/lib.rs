@@ -19,7 +19,7 @@ use std::time::Duration;
 
 use busbar_link::Dial;
 use busbar_plugin_sdk::{SampleSink, SimulatedTag};
-use device_server::Link;
+use device_server::FaultyLink;
 use tokio::io::DuplexStream;
 use tokio::sync::mpsc;
 
@@ -56,6 +56,6 @@ pub trait Rig {
     fn run_device(
         &self,
         clients: mpsc::Receiver<DuplexStream>,
-        link: Link,
+        link: FaultyLink,
     ) -> impl Future<Output = ()> + 'static;
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use busbar_link::{ByteStream, ConnectFault, Dial, Dialing, Endpoint};
+use busbar_link::{ByteStream, ConnectError, Dial, DialFuture, Endpoint};
 use tokio::io::DuplexStream;
 use tokio::sync::mpsc;
 use tokio::time::{Instant, sleep};
@@ -82,14 +82,14 @@ impl MemoryNetwork {
 }
 
 impl Dial for MemoryNetwork {
-    fn dial<'a>(&'a self, endpoint: &'a Endpoint, limit: Duration) -> Dialing<'a> {
+    fn dial<'a>(&'a self, endpoint: &'a Endpoint, limit: Duration) -> DialFuture<'a> {
         Box::pin(async move {
-            let refused = || ConnectFault::System("connection refused".into());
+            let refused = || ConnectError::System("connection refused".into());
             match self.note_dial(endpoint) {
                 DialResponse::Refused => Err(refused()),
                 DialResponse::Silence => {
                     sleep(limit).await;
-                    Err(ConnectFault::Timeout(limit))
+                    Err(ConnectError::Timeout(limit))
                 }
                 DialResponse::Device(device) => {
                     let (ours, theirs) = tokio::io::duplex(QUEUE_BYTES);

@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use busbar_plugin_sdk::simulation::{Behaviour, Shape, Signal};
+use busbar_plugin_sdk::simulation::{Behavior, Shape, Signal};
 use busbar_plugin_sdk::testing::tag_spec;
 use busbar_plugin_sdk::{SimulatedTag, ValueKind};
-use device_server::Link;
+use device_server::FaultyLink;
 use serde_json::Value as Json;
 use tokio::io::DuplexStream;
 use tokio::sync::mpsc;
@@ -30,7 +30,7 @@ pub fn tags(
     let tag = |(tag, (kind, address, (shape, base, amplitude, period_seconds)))| {
         let spec = tag_spec(tag, &format!("tag{tag}"), kind, address);
         let period = Duration::from_secs_f64(period_seconds);
-        let behaviour = Behaviour::new(shape, base, amplitude, period).expect("it can move so");
+        let behaviour = Behavior::new(shape, base, amplitude, period).expect("it can move so");
         let signal = Signal::new(seed, &spec.id, kind, behaviour).expect("it can move so");
         SimulatedTag { spec, signal }
     };
@@ -40,8 +40,8 @@ pub fn tags(
 /// Serves each client that the link admits, in a task of its own, until this is dropped.
 pub async fn serve_clients<F: Future<Output: Send> + Send + 'static>(
     mut clients: mpsc::Receiver<DuplexStream>,
-    link: Link,
-    mut serve: impl FnMut(DuplexStream, Link) -> F,
+    link: FaultyLink,
+    mut serve: impl FnMut(DuplexStream, FaultyLink) -> F,
 ) {
     let mut serving = JoinSet::new();
     while let Some(stream) = clients.recv().await {

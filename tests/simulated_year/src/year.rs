@@ -7,7 +7,7 @@ use allocation_counter::AllocationInfo;
 use busbar_plugin_sdk::simulation::{ActiveFault, FaultPlan, Signal};
 use busbar_plugin_sdk::testing::{MAX_RECORDED, Recorder};
 use busbar_plugin_sdk::{LinkState, Quality, Reason, Sample, Value};
-use device_server::Link;
+use device_server::FaultyLink;
 use fastrand::Rng;
 use tokio::runtime::{Handle, Runtime};
 use tokio::task::{JoinHandle, LocalSet, spawn_local};
@@ -181,7 +181,7 @@ impl<R: Rig> Year<R> {
     fn start_device(&mut self) {
         let faults = self.fault_schedule.faults(&mut self.random);
         let clock = SimulatedTime::of_device;
-        let link = Link::by_clock(faults.clone(), self.random.u64(..), R::DEADLINE, clock);
+        let link = FaultyLink::with_clock(faults.clone(), self.random.u64(..), R::DEADLINE, clock);
         let task = spawn_local(self.rig.run_device(self.network.listen(), link));
         self.device = Some(Device { task, faults, started: Instant::now() });
         self.note_disturbance();

@@ -47,7 +47,7 @@ impl HostIntake {
         ArrivalTimes { now, wall, boot }: ArrivalTimes,
         sink: &mut impl SampleSink,
     ) {
-        let waited = Duration::from_nanos(boot.saturating_sub(update.said_at));
+        let waited = Duration::from_nanos(boot.saturating_sub(update.sent_at));
         self.0.take_said(&said_value(tag, update), waited, (now, wall), sink);
     }
 }

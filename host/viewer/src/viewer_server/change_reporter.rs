@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use busbar_alarms::{AlarmHandle, Standing, State};
 use busbar_plugin_host::Verdict;
 use busbar_protocol::message::{
-    AlarmStanding, CameraPose, EquipmentVerdict, FromViewer, TagOrigin, TagQuality, TagStanding,
-    VerdictStanding,
+    AlarmSnapshot, CameraPose, EquipmentVerdict, TagOrigin, TagQuality, TagSnapshot,
+    VerdictSnapshot, ViewerMessage,
 };
 use busbar_tags::{Origin, Quality, SourceTime};
 
@@ -41,20 +41,20 @@ type ReportedVerdict = (EquipmentVerdict, bool, String);
 
 impl ChangeReporter {
     /// What is otherwise than when it was told.
-    pub(super) fn collect_changes(&mut self, viewer: &mut Viewer) -> Vec<FromViewer> {
+    pub(super) fn collect_changes(&mut self, viewer: &mut Viewer) -> Vec<ViewerMessage> {
         let mut events = Vec::new();
         if !std::mem::replace(&mut self.is_ready, true) {
-            events.push(FromViewer::Ready { device: viewer.device_name().to_owned() });
+            events.push(ViewerMessage::Ready { device: viewer.device_name().to_owned() });
         }
-        events.extend(viewer.take_host_picks().into_iter().map(FromViewer::Picked));
+        events.extend(viewer.take_host_picks().into_iter().map(ViewerMessage::Picked));
         let hovered = viewer.hovered();
         if hovered != self.hovered {
             self.hovered.clone_from(&hovered);
-            events.push(FromViewer::Hovered(hovered));
+            events.push(ViewerMessage::Hovered(hovered));
         }
         let pose = viewer.pose();
         if self.pose.replace(pose) != Some(pose) {
-            events.push(FromViewer::Looks(pose));
+            events.push(ViewerMessage::CameraMoved(pose));
         }
         self.collect_alarms(viewer, &mut events);
         self.collect_tags(viewer, &mut events);
@@ -62,17 +62,17 @@ impl ChangeReporter {
         for (plugin, state) in viewer.plugin_states() {
             if self.plugins.get(&plugin) != Some(&state) {
                 self.plugins.insert(plugin.clone(), state.clone());
-                events.push(FromViewer::Plugin { plugin, state });
+                events.push(ViewerMessage::Plugin { plugin, state });
             }
         }
         events
     }
 
-    fn collect_alarms(&mut self, viewer: &mut Viewer, events: &mut Vec<FromViewer>) {
+    fn collect_alarms(&mut self, viewer: &mut Viewer, events: &mut Vec<ViewerMessage>) {
         let Some(alarms) = viewer.alarm_service() else { return };
         let changed = alarms.changed_since(&mut self.alarms);
         events.extend(changed.into_iter().map(|(alarm, state, standing, since)| {
-            FromViewer::Alarm(AlarmStanding {
+            ViewerMessage::Alarm(AlarmSnapshot {
                 alarm,
                 state: state_number(state),
                 since: since.0,
@@ -80,12 +80,14 @@ impl ChangeReporter {
             })
         }));
         for (alarm, action) in alarms.take_host_requests() {
-            events.extend(action_to(action).map(|action| FromViewer::Asked { alarm, action }));
+            events.extend(
+                action_to(action).map(|action| ViewerMessage::AlarmRequested { alarm, action }),
+            );
         }
     }
 
     /// Tells verdicts that changed, or whose reasons did.
-    fn collect_verdicts(&mut self, viewer: &Viewer, events: &mut Vec<FromViewer>) {
+    fn collect_verdicts(&mut self, viewer: &Viewer, events: &mut Vec<ViewerMessage>) {
         let mut room = MAX_VERDICTS_A_FRAME;
         let mut position = 0;
         for overlay in viewer.overlay_verdicts() {
@@ -119,7 +121,7 @@ impl ChangeReporter {
                 }
                 room -= 1;
                 *known = Some((verdict, is_assumed, reason.clone().into_owned()));
-                events.push(FromViewer::Verdict(VerdictStanding {
+                events.push(ViewerMessage::Verdict(VerdictSnapshot {
                     equipment: id.clone(),
                     overlay: overlay.name.to_owned(),
                     verdict,
@@ -132,7 +134,7 @@ impl ChangeReporter {
     }
 
     /// What each tag is worth, freshness included.
-    fn collect_tags(&mut self, viewer: &Viewer, events: &mut Vec<FromViewer>) {
+    fn collect_tags(&mut self, viewer: &Viewer, events: &mut Vec<ViewerMessage>) {
         let snapshot = viewer.tags();
         let states = snapshot.states();
         self.qualities.resize(states.len(), None);
@@ -149,7 +151,7 @@ impl ChangeReporter {
             room -= 1;
             known[index] = Some((state.quality, state.origin));
             let id = viewer.tag_id(busbar_tags::TagHandle(index as u32)).unwrap_or_default();
-            events.push(FromViewer::Quality(TagStanding {
+            events.push(ViewerMessage::Quality(TagSnapshot {
                 tag: id.to_owned(),
                 origins: origins(state.origin),
                 quality: match state.quality {
@@ -182,8 +184,8 @@ fn state_number(state: State) -> u8 {
 }
 
 /// As a viewer before this one told them; what cannot be read is passed over.
-pub(super) fn standings_of(alarms: &[AlarmStanding]) -> Vec<(String, Standing, SourceTime)> {
-    let standing = |events: &AlarmStanding| {
+pub(super) fn standings_of(alarms: &[AlarmSnapshot]) -> Vec<(String, Standing, SourceTime)> {
+    let standing = |events: &AlarmSnapshot| {
         let standing = serde_json::from_str(&events.standing).ok()?;
         Some((events.alarm.clone(), standing, SourceTime(events.since)))
     };

@@ -7,7 +7,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use busbar_protocol::message::{
-    Begin, Command, FromViewer, MAX_MESSAGE_BYTES, PROTOCOL_VERSION, ToViewer,
+    Command, HostMessage, MAX_MESSAGE_BYTES, PROTOCOL_VERSION, StartParameters, ViewerMessage,
 };
 use busbar_protocol::pictures::PictureMemory;
 use busbar_protocol::{framing, socket};
@@ -47,7 +47,7 @@ struct PendingCommands {
 
 impl Channel {
     /// Waits for the first message, and reads from then on.
-    pub(super) fn accept() -> Result<(Self, Begin, PictureMemory), String> {
+    pub(super) fn accept() -> Result<(Self, StartParameters, PictureMemory), String> {
         let text = |error: std::io::Error| format!("no host program at standard input: {error}");
         let owned = rustix::stdio::stdin().as_fd().try_clone_to_owned().map_err(text)?;
         let socket = UnixStream::from(owned);
@@ -55,7 +55,7 @@ impl Channel {
         let first = socket::receive(&socket, MAX_MESSAGE_BYTES).map_err(text)?;
         let (bytes, files) = first.ok_or("the host program has gone")?;
         let begin = match framing::decode(&bytes) {
-            Ok(ToViewer::Begin(begin)) => begin,
+            Ok(HostMessage::Start(begin)) => begin,
             _ => {
                 return Err(format!(
                     "the host program does not speak version {PROTOCOL_VERSION} of the protocol; \
@@ -63,7 +63,7 @@ impl Channel {
                 ));
             }
         };
-        ToViewer::Begin(begin.clone()).check()?;
+        HostMessage::Start(begin.clone()).check()?;
         let memory = files.first().ok_or("the host program sent no memory for pictures")?;
         let memory = PictureMemory::open(memory).map_err(text)?;
         let inbox = Arc::new(Inbox::default());
@@ -101,7 +101,7 @@ impl Channel {
     }
 
     /// Puts events behind those that wait.
-    pub(super) fn queue(&mut self, events: impl IntoIterator<Item = FromViewer>) {
+    pub(super) fn queue(&mut self, events: impl IntoIterator<Item = ViewerMessage>) {
         for event in events {
             match framing::encode(&event, MAX_MESSAGE_BYTES) {
                 Ok(bytes) => self.unsent.extend(bytes),
@@ -177,8 +177,8 @@ impl Inbox {
 fn receive_command(socket: &UnixStream) -> Option<Command> {
     let (bytes, _) = socket::receive(socket, MAX_MESSAGE_BYTES).ok()??;
     let command = match framing::decode(&bytes) {
-        Ok(ToViewer::Do(command)) => command.check().map(|()| command),
-        Ok(ToViewer::Begin(_)) => Err("a second beginning".to_owned()),
+        Ok(HostMessage::Command(command)) => command.check().map(|()| command),
+        Ok(HostMessage::Start(_)) => Err("a second beginning".to_owned()),
         Err(fault) => Err(fault),
     };
     command

@@ -13,7 +13,7 @@ use crate::alarms::action_from;
 pub(super) fn perform(viewer: &mut Viewer, command: Command) -> Result<(), String> {
     match command {
         Command::UseCamera(name) => viewer.use_camera(&name).map_err(|error| error.to_string()),
-        Command::Look(pose) => {
+        Command::SetCamera(pose) => {
             viewer.set_pose(&pose);
             Ok(())
         }
@@ -55,7 +55,7 @@ pub(super) fn perform(viewer: &mut Viewer, command: Command) -> Result<(), Strin
         Command::Resize(_)
         | Command::SetVisible(_)
         | Command::Reload(_)
-        | Command::Point(_)
-        | Command::Type(_) => Ok(()),
+        | Command::Pointer(_)
+        | Command::Key(_) => Ok(()),
     }
 }

@@ -17,7 +17,7 @@ pub(super) struct Heartbeat {
 }
 
 impl Heartbeat {
-    /// Beats at once, and from then on once a period.
+    /// LivenessInstants at once, and from then on once a period.
     pub(super) fn start(memory: &PictureMemory) -> Self {
         let memory = memory.clone();
         memory.beat();

@@ -1,6 +1,6 @@
 //! Hands of a host program's user, as egui knows them.
 
-use busbar_protocol::message::{self, Command, Pointing, Typing};
+use busbar_protocol::message::{self, Command, KeyEvent, PointerEvent};
 use egui::{Event, Key, Modifiers, MouseWheelUnit, PointerButton, RawInput, TouchPhase};
 
 /// What lasts from frame to frame.
@@ -15,24 +15,24 @@ impl InputState {
     pub(super) fn apply(&mut self, input: &mut RawInput, done: Vec<Command>) {
         for command in done {
             match command {
-                Command::Point(pointing) => self.point(input, pointing),
-                Command::Type(typing) => self.type_in(input, typing),
+                Command::Pointer(pointing) => self.point(input, pointing),
+                Command::Key(typing) => self.type_in(input, typing),
                 _ => {}
             }
         }
     }
 
-    fn point(&mut self, input: &mut RawInput, pointing: Pointing) {
+    fn point(&mut self, input: &mut RawInput, pointing: PointerEvent) {
         let viewport = input.viewports.get(&input.viewport_id);
         let scale = viewport.and_then(|v| v.native_pixels_per_point).unwrap_or(1.0);
         let points = |[x, y]: [f32; 2]| egui::pos2(x / scale, y / scale);
         let modifiers = self.modifiers;
         input.events.push(match pointing {
-            Pointing::Moved(at) => {
+            PointerEvent::Moved(at) => {
                 self.pointer = points(at);
                 Event::PointerMoved(self.pointer)
             }
-            Pointing::Button { at, button, pressed } => {
+            PointerEvent::Button { at, button, pressed } => {
                 let button = match button {
                     2 => PointerButton::Middle,
                     3 => PointerButton::Secondary,
@@ -41,19 +41,19 @@ impl InputState {
                 self.pointer = points(at);
                 Event::PointerButton { pos: self.pointer, button, pressed, modifiers }
             }
-            Pointing::Scrolled(steps) => Event::MouseWheel {
+            PointerEvent::Scrolled(steps) => Event::MouseWheel {
                 unit: MouseWheelUnit::Line,
                 delta: egui::vec2(0.0, steps),
                 phase: TouchPhase::Move,
                 modifiers,
             },
-            Pointing::Left => Event::PointerGone,
+            PointerEvent::Left => Event::PointerGone,
         });
     }
 
-    fn type_in(&mut self, input: &mut RawInput, typing: Typing) {
+    fn type_in(&mut self, input: &mut RawInput, typing: KeyEvent) {
         match typing {
-            Typing::Key { key, pressed, repeated, modifiers } => {
+            KeyEvent::Key { key, pressed, repeated, modifiers } => {
                 self.set_modifiers(input, modifiers);
                 let modifiers = self.modifiers;
                 input.events.extend(key_of(&key).map(|key| Event::Key {
@@ -64,8 +64,8 @@ impl InputState {
                     modifiers,
                 }));
             }
-            Typing::Holds(modifiers) => self.set_modifiers(input, modifiers),
-            Typing::Text(text) => input.events.push(Event::Text(text)),
+            KeyEvent::Modifiers(modifiers) => self.set_modifiers(input, modifiers),
+            KeyEvent::Text(text) => input.events.push(Event::Text(text)),
         }
     }
 
@@ -87,9 +87,9 @@ fn key_of(name: &str) -> Option<Key> {
 mod tests {
     use super::*;
 
-    fn key(name: &str, shift: bool) -> Typing {
+    fn key(name: &str, shift: bool) -> KeyEvent {
         let modifiers = message::Modifiers { shift, ..Default::default() };
-        Typing::Key { key: name.into(), pressed: true, repeated: false, modifiers }
+        KeyEvent::Key { key: name.into(), pressed: true, repeated: false, modifiers }
     }
 
     #[test]
@@ -106,11 +106,11 @@ mod tests {
     #[test]
     fn modifiers_last_until_they_are_let_go_of() {
         let (mut input_state, mut input) = (InputState::default(), RawInput::default());
-        let lets_go = Typing::Holds(message::Modifiers::default());
-        let wheel = Command::Point(Pointing::Scrolled(1.0));
-        let typed = [key("f", true), key("Dead", true)].map(Command::Type);
+        let lets_go = KeyEvent::Modifiers(message::Modifiers::default());
+        let wheel = Command::Pointer(PointerEvent::Scrolled(1.0));
+        let typed = [key("f", true), key("Dead", true)].map(Command::Key);
         input_state
-            .apply(&mut input, typed.into_iter().chain([wheel, Command::Type(lets_go)]).collect());
+            .apply(&mut input, typed.into_iter().chain([wheel, Command::Key(lets_go)]).collect());
         let shift = Modifiers::SHIFT;
         let [changed, pressed, wheel, released] = input.events.as_slice() else {
             panic!("{:?}", input.events)

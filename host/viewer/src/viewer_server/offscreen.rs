@@ -88,7 +88,7 @@ fn publish(
     }
     let same_size = last.as_ref().filter(|last| [last.width, last.height] == size);
     let changed = same_size.map_or(Area { x: 0, y: 0, width: size[0], height: size[1] }, |last| {
-        Area::of_difference(&last.rgba8, &picture.rgba8, size[0])
+        Area::from_difference(&last.rgba8, &picture.rgba8, size[0])
     });
     if changed.is_empty() {
         writer.memory().confirm(presented_at);

@@ -99,7 +99,7 @@ impl Rig for TwoConnections {
     fn run_device(
         &self,
         clients: mpsc::Receiver<DuplexStream>,
-        link: Link,
+        link: FaultyLink,
     ) -> impl Future<Output = ()> + 'static {
         let shared = lay_out(&self.config, &self.simulation(), &host()).unwrap();
         let update = self.update;

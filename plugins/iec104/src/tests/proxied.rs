@@ -11,8 +11,8 @@ use super::peer;
 use super::*;
 
 /// Delays that make reconnects quick.
-const AT_ONCE: Reconnect =
-    Reconnect { min: Duration::from_millis(1), max: Duration::from_millis(4) };
+const AT_ONCE: ReconnectBounds =
+    ReconnectBounds { min: Duration::from_millis(1), max: Duration::from_millis(4) };
 /// Object addresses; values have them in their bits 24 to 30.
 const TAGS: [u32; 3] = [1, 2, 3];
 /// Connections of a test of all faults.

@@ -8,8 +8,8 @@ use fault_proxy::{
 use super::*;
 
 /// Delays that make reconnects quick.
-const AT_ONCE: Reconnect =
-    Reconnect { min: Duration::from_millis(1), max: Duration::from_millis(4) };
+const AT_ONCE: ReconnectBounds =
+    ReconnectBounds { min: Duration::from_millis(1), max: Duration::from_millis(4) };
 /// Integers whose values have their number in bits 24 to 30, and count up.
 const TAGS: [u32; 3] = [1, 2, 3];
 /// Connections of a test of all faults, and of one that leaves nothing behind.

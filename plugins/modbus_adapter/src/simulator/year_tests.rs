@@ -96,7 +96,7 @@ impl Rig for OneDevice {
     fn run_device(
         &self,
         clients: mpsc::Receiver<DuplexStream>,
-        link: Link,
+        link: FaultyLink,
     ) -> impl Future<Output = ()> + 'static {
         let (bank, remark) = bank(&self.config, &self.simulation()).unwrap();
         assert_eq!(remark, None);

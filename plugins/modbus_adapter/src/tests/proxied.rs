@@ -10,8 +10,8 @@ use super::peer::{Libmodbus, Peer, Place, free_port};
 use super::*;
 
 /// Delays that make reconnects quick.
-const AT_ONCE: Reconnect =
-    Reconnect { min: Duration::from_millis(1), max: Duration::from_millis(4) };
+const AT_ONCE: ReconnectBounds =
+    ReconnectBounds { min: Duration::from_millis(1), max: Duration::from_millis(4) };
 /// Connections of a test of all faults.
 const CONNECTIONS: u64 = 60;
 

@@ -1,6 +1,6 @@
 //! Over connections that break in every way: no wrong value, nothing left behind.
 
-use busbar_link::testing::Authority;
+use busbar_link::testing::CertificateAuthority;
 use fault_proxy::{ConnectionFault, FaultProxy, FaultScript, ResourceUsage, check_stamps};
 
 use super::*;
@@ -23,8 +23,8 @@ const ENDLESS: [ConnectionFault; 4] = [
     ConnectionFault::Delay,
     ConnectionFault::Trickle,
 ];
-const AT_ONCE: Reconnect =
-    Reconnect { min: Duration::from_millis(1), max: Duration::from_millis(4) };
+const AT_ONCE: ReconnectBounds =
+    ReconnectBounds { min: Duration::from_millis(1), max: Duration::from_millis(4) };
 const TAGS: [u32; 3] = [1, 2, 3];
 /// Connections of a test of all faults.
 const CONNECTIONS: u64 = 30;
@@ -59,7 +59,7 @@ fn connect_with(proxy: &FaultProxy, settings: &Json) -> Running {
     let mut plugin = Mqtt::create(settings, host()).unwrap();
     plugin.config.reconnect = AT_ONCE;
     plugin.config.keep_alive = Duration::from_millis(800);
-    Watched::start(plugin, tags.into(), PATIENCE)
+    RunningPlugin::start(plugin, tags.into(), PATIENCE)
 }
 
 fn proxy(broker: &Broker, script: &FaultScript) -> FaultProxy {
@@ -75,7 +75,7 @@ fn no_value_is_wrong_whatever_happens_to_connections() {
 #[test]
 fn over_tls_no_value_is_wrong_even_if_bytes_are() {
     let folder = tempfile::tempdir().unwrap();
-    let ours = Authority::new(folder.path(), "ours");
+    let ours = CertificateAuthority::new(folder.path(), "ours");
     let (certificate, key) = ours.sign("broker", "127.0.0.1");
     let lines = format!(
         "allow_anonymous true\ncertfile {}\nkeyfile {}\n",

@@ -11,8 +11,8 @@ use super::peer;
 use super::*;
 
 /// Delays that make reconnects quick.
-const AT_ONCE: Reconnect =
-    Reconnect { min: Duration::from_millis(1), max: Duration::from_millis(4) };
+const AT_ONCE: ReconnectBounds =
+    ReconnectBounds { min: Duration::from_millis(1), max: Duration::from_millis(4) };
 const NODES: [&str; 3] = ["A", "B", "C"];
 /// Connections of a test of all faults.
 const CONNECTIONS: u64 = 60;

@@ -10,7 +10,7 @@ use quadric_collapse::{Limits, QuadricCollapse, Settings};
 
 /// Runs the optimiser with its defaults.
 pub(crate) fn optimize(mesh: &Mesh) -> Vec<Collapse> {
-    let list = optimize_with(mesh, Settings::default(), &mut Progress::unwatched());
+    let list = optimize_with(mesh, Settings::default(), &mut Progress::detached());
     let list = list.expect("the optimiser takes every mesh");
     let entry = |c: &busbar_plugin_sdk::Collapse| Collapse {
         removed: c.removed,

@@ -13,7 +13,7 @@ use crate::{Order, collapse_list, edges, sort, weights};
 const ORDERS: [Order; 2] = [Order::Guarded, Order::Reweighted];
 
 fn run(mesh: Mesh<'_>, order: Order) -> Vec<Collapse> {
-    let progress = &mut Progress::unwatched();
+    let progress = &mut Progress::detached();
     collapse_list(mesh, &Interpretation::BUSBAR, order, 4, progress).unwrap().collapses
 }
 

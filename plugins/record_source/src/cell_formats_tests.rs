@@ -14,7 +14,7 @@ fn formats(list: serde_json::Value, decimal: &str, thousands: Option<&str>) -> C
         all.extend(list.clone());
     }
     let list: ListSettings<()> = serde_json::from_value(all).unwrap();
-    CellFormats::of(&list, Separators::parse(decimal, thousands).unwrap()).unwrap()
+    CellFormats::with_separators(&list, Separators::parse(decimal, thousands).unwrap()).unwrap()
 }
 
 fn iso() -> CellFormats {

@@ -1,38 +1,38 @@
-//! What a viewer must be told to be as the one before it.
+//! Desired state of the viewer, replayed to each new viewer process.
 
 use std::collections::BTreeMap;
 
 use busbar_protocol::message::{
-    AlarmStanding, Begin, CameraPose, Command, MAX_TAGS_A_MESSAGE, PROTOCOL_VERSION, TagUpdate,
-    Target,
+    AlarmSnapshot, CameraPose, Command, MAX_TAGS_A_MESSAGE, PROTOCOL_VERSION, StartParameters,
+    TagUpdate, Target,
 };
 
 /// Tags whose last value is kept for the next viewer.
 pub(crate) const MAX_TAGS: usize = 100_000;
-/// Alarms and layers that are kept likewise.
+/// Alarms and layers whose last state is kept for the next viewer.
 pub(crate) const MAX_NAMES: usize = 1 << 17;
 
 /// All that outlives a viewer.
 #[derive(Clone, Debug)]
-pub(crate) struct Wanted {
-    /// The last one that was shown, or the first.
+pub(crate) struct DesiredState {
+    /// Path of the configuration that was shown last, or of the first.
     pub(crate) config: String,
     pub(crate) target: Target,
     pub(crate) size: [u32; 2],
     pub(crate) panels: bool,
     pub(crate) operator: String,
     is_visible: bool,
-    /// What the program asked of the camera last, until the viewer says where it is.
+    /// Last camera command of the program, until the viewer reports its pose.
     camera: Option<Command>,
     theta: Option<f64>,
     layers: BTreeMap<String, bool>,
     time: Option<i64>,
     tags: BTreeMap<String, TagUpdate>,
     mirrored: BTreeMap<String, u8>,
-    alarms: BTreeMap<String, AlarmStanding>,
+    alarms: BTreeMap<String, AlarmSnapshot>,
 }
 
-impl Wanted {
+impl DesiredState {
     pub(crate) fn new(config: String, target: Target, size: [u32; 2]) -> Self {
         Self {
             config,
@@ -56,7 +56,7 @@ impl Wanted {
         match command {
             Command::Resize(size) => self.size = *size,
             Command::SetVisible(is_visible) => self.is_visible = *is_visible,
-            Command::UseCamera(_) | Command::Focus(_) | Command::Look(_) => {
+            Command::UseCamera(_) | Command::Focus(_) | Command::SetCamera(_) => {
                 self.camera = Some(command.clone());
             }
             Command::SetTheta(theta) => self.theta = *theta,
@@ -71,8 +71,8 @@ impl Wanted {
             Command::ActOnAlarm { .. }
             | Command::Reload(_)
             | Command::Pick(_)
-            | Command::Point(_)
-            | Command::Type(_) => {}
+            | Command::Pointer(_)
+            | Command::Key(_) => {}
         }
         true
     }
@@ -94,20 +94,20 @@ impl Wanted {
 
     /// Notes where the viewer says the camera is.
     pub(crate) fn note_pose(&mut self, pose: CameraPose) {
-        self.camera = Some(Command::Look(pose));
+        self.camera = Some(Command::SetCamera(pose));
     }
 
     /// Notes how the viewer says an alarm stands.
-    pub(crate) fn note_alarm(&mut self, standing: &AlarmStanding) {
-        match standing.state {
-            0 => drop(self.alarms.remove(&standing.alarm)),
-            _ => drop(put(&mut self.alarms, &standing.alarm, standing.clone(), MAX_NAMES)),
+    pub(crate) fn note_alarm(&mut self, snapshot: &AlarmSnapshot) {
+        match snapshot.state {
+            0 => drop(self.alarms.remove(&snapshot.alarm)),
+            _ => drop(put(&mut self.alarms, &snapshot.alarm, snapshot.clone(), MAX_NAMES)),
         }
     }
 
     /// The first message to a viewer.
-    pub(crate) fn begin(&self) -> Begin {
-        Begin {
+    pub(crate) fn start_parameters(&self) -> StartParameters {
+        StartParameters {
             version: PROTOCOL_VERSION,
             config: self.config.clone(),
             target: self.target,
@@ -118,7 +118,7 @@ impl Wanted {
         }
     }
 
-    /// What is to be told after that.
+    /// Returns the commands that bring a viewer from its start parameters to the desired state.
     pub(crate) fn commands(&self) -> Vec<Command> {
         let mut commands = Vec::new();
         if !self.is_visible {
@@ -157,58 +157,58 @@ mod tests {
 
     use super::*;
 
-    fn wanted() -> Wanted {
-        Wanted::new("/a.json".into(), Target::Offscreen, [4, 4])
+    fn desired() -> DesiredState {
+        DesiredState::new("/a.json".into(), Target::Offscreen, [4, 4])
     }
 
-    fn tag(id: &str, value: Option<f64>, said_at: u64) -> TagUpdate {
+    fn tag(id: &str, value: Option<f64>, sent_at: u64) -> TagUpdate {
         TagUpdate {
             tag: id.into(),
             value: value.map(TagValue::F64),
             quality: if value.is_some() { TagQuality::Good } else { TagQuality::Bad },
             source_time: None,
-            said_at,
+            sent_at,
         }
     }
 
     #[test]
     fn the_next_viewer_is_told_what_the_last_one_was() {
-        let mut wanted = wanted();
+        let mut desired = desired();
         let pose = CameraPose { eye: [1.0; 3], target: [0.0; 3], is_orthographic: true };
-        wanted.note(&Command::UseCamera("bay".into()));
-        assert_eq!(wanted.commands(), [Command::UseCamera("bay".into())]);
-        wanted.note_pose(pose);
-        wanted.note(&Command::SetTheta(Some(0.5)));
-        wanted.note(&Command::Pick([1, 1]));
-        let told = wanted.commands();
-        assert_eq!(told, [Command::Look(pose), Command::SetTheta(Some(0.5))]);
-        let standing =
-            |state| AlarmStanding { alarm: "A".into(), state, since: 1, standing: "{}".into() };
-        wanted.note_alarm(&standing(6));
-        assert_eq!(wanted.begin().alarms, [standing(6)]);
-        wanted.note_alarm(&standing(0));
-        assert_eq!(wanted.begin().alarms, []);
+        desired.note(&Command::UseCamera("bay".into()));
+        assert_eq!(desired.commands(), [Command::UseCamera("bay".into())]);
+        desired.note_pose(pose);
+        desired.note(&Command::SetTheta(Some(0.5)));
+        desired.note(&Command::Pick([1, 1]));
+        let reported = desired.commands();
+        assert_eq!(reported, [Command::SetCamera(pose), Command::SetTheta(Some(0.5))]);
+        let snapshot =
+            |state| AlarmSnapshot { alarm: "A".into(), state, since: 1, standing: "{}".into() };
+        desired.note_alarm(&snapshot(6));
+        assert_eq!(desired.start_parameters().alarms, [snapshot(6)]);
+        desired.note_alarm(&snapshot(0));
+        assert_eq!(desired.start_parameters().alarms, []);
     }
 
     #[test]
     fn a_tag_is_as_old_for_the_next_viewer_as_it_was() {
-        let mut wanted = wanted();
-        wanted.note(&Command::SetTags(vec![tag("T", Some(1.0), 10)]));
-        wanted.note(&Command::SetTags(vec![tag("T", None, 20)]));
+        let mut desired = desired();
+        desired.note(&Command::SetTags(vec![tag("T", Some(1.0), 10)]));
+        desired.note(&Command::SetTags(vec![tag("T", None, 20)]));
         let known = TagUpdate { quality: TagQuality::Bad, ..tag("T", Some(1.0), 10) };
-        assert_eq!(wanted.commands(), [Command::SetTags(vec![known])]);
+        assert_eq!(desired.commands(), [Command::SetTags(vec![known])]);
     }
 
     #[test]
     fn more_tags_than_there_is_room_for_are_refused_whole() {
-        let mut wanted = wanted();
+        let mut desired = desired();
         let set = |range: std::ops::Range<usize>| {
             Command::SetTags(range.map(|n| tag(&n.to_string(), Some(0.0), 1)).collect())
         };
-        assert!(wanted.note(&set(0..MAX_TAGS)));
-        assert!(!wanted.note(&set(MAX_TAGS - 1..MAX_TAGS + 1)));
-        assert!(wanted.note(&set(0..10)), "those that are known");
-        let told = wanted.commands();
-        assert_eq!(told.len(), MAX_TAGS.div_ceil(MAX_TAGS_A_MESSAGE));
+        assert!(desired.note(&set(0..MAX_TAGS)));
+        assert!(!desired.note(&set(MAX_TAGS - 1..MAX_TAGS + 1)));
+        assert!(desired.note(&set(0..10)), "those that are known");
+        let reported = desired.commands();
+        assert_eq!(reported.len(), MAX_TAGS.div_ceil(MAX_TAGS_A_MESSAGE));
     }
 }

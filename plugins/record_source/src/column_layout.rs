@@ -1,4 +1,4 @@
-//! From the cells of a source's row to a record.
+//! Mapping of a source's columns to the cells of records.
 
 use busbar_plugin_sdk::{MAX_RECORD_TEXT, Record, RecordColumnType};
 
@@ -7,9 +7,9 @@ use crate::{CellFormats, ColumnSettings, ListSettings, shown};
 /// Columns of a source that a message names.
 const MAX_NAMED: usize = 20;
 
-/// Columns of a source that a list needs.
+/// Positions of the columns that a list needs.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Layout {
+pub struct ColumnLayout {
     equipment: usize,
     cells: Vec<usize>,
     time: Option<usize>,
@@ -17,12 +17,12 @@ pub struct Layout {
     severity: Option<usize>,
 }
 
-impl Layout {
-    /// By the names of a source's columns.
+impl ColumnLayout {
+    /// Finds the columns of a list by the names of a source's columns.
     ///
     /// # Errors
     /// A column that is not there, or is there twice, in words.
-    pub fn of<S>(list: &ListSettings<S>, names: &[impl AsRef<str>]) -> Result<Self, String> {
+    pub fn find<S>(list: &ListSettings<S>, names: &[impl AsRef<str>]) -> Result<Self, String> {
         let find = |wanted: &String| {
             let mut found = (0..names.len()).filter(|&at| names[at].as_ref().trim() == wanted);
             match (found.next(), found.next()) {
@@ -44,7 +44,7 @@ impl Layout {
         })
     }
 
-    /// The record of a row, whose cells `cell` gives.
+    /// Converts a row to a record; `cell` returns its cells.
     ///
     /// # Errors
     /// What is wrong with it, in words.
@@ -84,7 +84,7 @@ impl Layout {
     }
 }
 
-/// A cell as a record has it: numbers with a decimal point, dates of ISO 8601.
+/// Converts a cell to the form of records: numbers with a decimal point, dates of ISO 8601.
 fn written(column: &ColumnSettings, text: &str, formats: &CellFormats) -> Result<String, String> {
     let name = &column.column;
     if text.len() > MAX_RECORD_TEXT {

@@ -1,4 +1,4 @@
-//! One viewer: its process, the socket to it, the memory of its pictures.
+//! Viewer process: start, socket, shared memory of its pictures, end.
 
 use std::ffi::OsStr;
 use std::io;
@@ -8,12 +8,12 @@ use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::Duration;
 
-use busbar_protocol::message::{FromViewer, MAX_MESSAGE_BYTES, ToViewer};
+use busbar_protocol::message::{HostMessage, MAX_MESSAGE_BYTES, ViewerMessage};
 use busbar_protocol::pictures::{PictureMemory, PictureReader};
 use busbar_protocol::{framing, socket};
 use rustix::net::{RecvFlags, SendFlags};
 
-use crate::wanted::Wanted;
+use crate::desired_state::DesiredState;
 
 /// The program's command for this.
 const COMMAND: &str = "embedded";
@@ -24,7 +24,7 @@ const PIECE_BYTES: usize = 1 << 16;
 const MAX_PIECES: usize = 64;
 
 /// A viewer that runs.
-pub(crate) struct Viewer {
+pub(crate) struct ViewerProcess {
     child: Child,
     socket: UnixStream,
     memory: PictureMemory,
@@ -33,12 +33,15 @@ pub(crate) struct Viewer {
     sent: usize,
 }
 
-impl Viewer {
+impl ViewerProcess {
     /// Starts one, and says what it is to show.
     ///
     /// # Errors
     /// In words: no such program, or no memory or descriptors for it.
-    pub(crate) fn start(program: &OsStr, wanted: &Wanted) -> Result<(Self, PictureReader), String> {
+    pub(crate) fn start(
+        program: &OsStr,
+        desired: &DesiredState,
+    ) -> Result<(Self, PictureReader), String> {
         let shown = program.to_string_lossy().into_owned();
         let text = |error: io::Error| format!("no viewer '{shown}' can be started: {error}");
         let (socket, theirs) = UnixStream::pair().map_err(text)?;
@@ -51,7 +54,8 @@ impl Viewer {
         let reader = PictureReader::new(memory.clone());
         let decoder = framing::Decoder::new(MAX_MESSAGE_BYTES);
         let mut viewer = Self { child, socket, memory, decoder, unsent: Vec::new(), sent: 0 };
-        let begin = framing::encode(&ToViewer::Begin(wanted.begin()), MAX_MESSAGE_BYTES);
+        let begin =
+            framing::encode(&HostMessage::Start(desired.start_parameters()), MAX_MESSAGE_BYTES);
         let begun = begin
             .and_then(|begin| socket::send(&viewer.socket, &begin, &[file.as_fd()]).map_err(text));
         match begun {
@@ -77,13 +81,13 @@ impl Viewer {
         &self.memory
     }
 
-    /// Whether something waits to be sent.
+    /// Reports whether bytes of a message wait to be sent.
     pub(crate) fn has_unsent(&self) -> bool {
         self.sent < self.unsent.len()
     }
 
     /// Sends what waits, and then commands, as far as the socket takes them at once.
-    pub(crate) fn send(&mut self, mut next: impl FnMut() -> Option<ToViewer>) {
+    pub(crate) fn send(&mut self, mut next: impl FnMut() -> Option<HostMessage>) {
         loop {
             if !self.has_unsent() {
                 let Some(message) = next() else { return };
@@ -101,11 +105,11 @@ impl Viewer {
         }
     }
 
-    /// Takes what it told since, into `each`.
+    /// Receives the messages that arrived, and hands them to `each`.
     ///
     /// # Errors
     /// In words, when it has gone or sends what is no message.
-    pub(crate) fn hear(&mut self, mut each: impl FnMut(FromViewer)) -> Result<(), String> {
+    pub(crate) fn receive(&mut self, mut each: impl FnMut(ViewerMessage)) -> Result<(), String> {
         let mut piece = [0; PIECE_BYTES];
         for _ in 0..MAX_PIECES {
             let received = rustix::net::recv(&self.socket, &mut piece[..], RecvFlags::DONTWAIT);
@@ -128,18 +132,19 @@ impl Viewer {
     }
 
     /// Lets it end by itself, as it does without the program: its process, to be waited for.
-    pub(crate) fn let_go(self) -> Child {
+    pub(crate) fn detach(self) -> Child {
         self.child
     }
 
-    /// Its process, ended, to be waited for; its pictures stay with whoever shows them.
+    /// Kills the process and returns it, to be waited for; its pictures stay mapped by their
+    /// readers.
     pub(crate) fn into_child(mut self) -> Child {
         self.kill();
         self.child
     }
 }
 
-/// How a process ended, in words.
+/// Describes how a process ended, in words.
 pub(crate) fn ending(status: ExitStatus) -> String {
     match (status.signal(), status.code()) {
         (Some(signal), _) => format!("ended by signal {signal}"),

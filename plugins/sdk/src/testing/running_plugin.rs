@@ -1,33 +1,33 @@
-//! A plugin that runs in a test, and what it publishes.
+//! Telemetry plugin that runs in a test, with its recorder.
 
 use std::time::Duration;
 
 use super::{Recorder, Recording};
 use crate::{LinkState, Quality, Reason, Sample, TagSpec, Telemetry, Value};
 
-/// A telemetry plugin that was started, and what it published. Its waits end a test that
-/// they wait in for too long.
+/// Telemetry plugin that was started, with the recorder of its samples. Its waits fail the test
+/// when they take too long.
 ///
 /// ```no_run
 /// # use std::time::Duration;
-/// # use busbar_plugin_sdk::testing::Watched;
+/// # use busbar_plugin_sdk::testing::RunningPlugin;
 /// # use busbar_plugin_sdk::{Reason, TagSpec, Telemetry, Value};
 /// # fn test(plugin: impl Telemetry, tags: Vec<TagSpec>) {
-/// let running = Watched::start(plugin, tags, Duration::from_secs(10));
+/// let running = RunningPlugin::start(plugin, tags, Duration::from_secs(10));
 /// running.wait_for(1, Value::F64(21.5));
 /// running.wait_for_bad(2, Reason::Communication);
 /// # }
 /// ```
-pub struct Watched<P> {
-    /// The plugin; it ends before its recorder.
+pub struct RunningPlugin<P> {
+    /// Plugin; it ends before its recorder.
     pub plugin: P,
-    /// What it published.
+    /// Recorder of the plugin's samples and link reports.
     pub recorder: Recorder,
     /// Longest time of a wait: enough for a loaded machine.
     pub patience: Duration,
 }
 
-impl<P: Telemetry> Watched<P> {
+impl<P: Telemetry> RunningPlugin<P> {
     /// Starts a plugin with these tags.
     ///
     /// # Panics
@@ -68,7 +68,7 @@ impl<P: Telemetry> Watched<P> {
         self.wait("quality", tag, |sample| sample.quality == quality);
     }
 
-    /// Waits until a tag's newest sample is as wanted; `what` names that.
+    /// Waits until a tag's newest sample satisfies a condition; `what` names the condition.
     ///
     /// # Panics
     /// When it is not in time.
@@ -80,7 +80,7 @@ impl<P: Telemetry> Watched<P> {
         assert!(arrived, "{what} of tag {tag}: {:?}; links {:?}", latest(), self.links());
     }
 
-    /// Waits for a sample of a tag, were it overtaken since.
+    /// Waits for any sample of a tag that satisfies a condition, newest or not.
     ///
     /// # Panics
     /// When there is none in time.
@@ -92,7 +92,7 @@ impl<P: Telemetry> Watched<P> {
         assert!(self.recorder.wait_until(self.patience, has), "tag {tag}: {:?}", latest());
     }
 
-    /// Waits for a report of the link that says this.
+    /// Waits for a link report with this state and text.
     ///
     /// # Panics
     /// When there is none in time.
@@ -105,12 +105,12 @@ impl<P: Telemetry> Watched<P> {
         assert!(arrived, "{state:?} {message}: {:?}", self.links());
     }
 
-    /// Whether any sample is good.
+    /// Reports whether any sample is good.
     pub fn has_good_samples(&self) -> bool {
         self.recorder.recording().samples.iter().any(|sample| sample.quality.is_good())
     }
 
-    /// The samples of a tag that have a value, in order.
+    /// Returns the samples of a tag that have a value, in order.
     pub fn samples(&self, tag: u32) -> Vec<Sample> {
         let samples = self.recorder.recording().samples;
         samples.into_iter().filter(|s| s.tag == tag && s.value.is_some()).collect()

@@ -1,4 +1,4 @@
-//! Moves the bytes of one connection, and loses, delays or spoils them.
+//! Relay between socket and protocol of one connection, which loses, delays or corrupts bytes.
 
 use std::io;
 use std::time::Duration;
@@ -9,29 +9,29 @@ use tokio::io::{
 };
 use tokio::time::sleep;
 
-use crate::link::Link;
+use crate::faulty_link::FaultyLink;
 use crate::socket::Socket;
 
-/// Bytes that are moved at once.
+/// Bytes moved at once.
 const PIECE_BYTES: usize = 1 << 14;
-/// The longest that a connection lives while connections are reset.
+/// Longest life of a connection while connections are reset.
 const MAX_RESET_LIFE: Duration = Duration::from_millis(400);
-/// Bytes of garbage instead of an answer.
+/// Bytes of garbage that replace an answer.
 const GARBAGE_BYTES: std::ops::RangeInclusive<usize> = 1..=64;
-/// Set in the first of them: no frame begins so in the protocols that are served.
+/// Bit set in the first byte of garbage: no frame of the protocols served begins so.
 const NO_START: u8 = 0x80;
 
-/// How a connection ends.
+/// End of a connection.
 enum End {
     Closed,
     Reset,
 }
 
-/// Until either end is gone, or a fault ends it.
+/// Relays until either end is gone, or a fault ends the connection.
 pub(crate) async fn run(
     client: impl Socket,
     protocol: DuplexStream,
-    link: &Link,
+    link: &FaultyLink,
     mut random: fastrand::Rng,
 ) {
     client.prepare();
@@ -50,8 +50,8 @@ pub(crate) async fn run(
     }
 }
 
-/// Waits for what ends the connection.
-async fn cut(link: &Link, life: Duration) -> End {
+/// Waits for a fault that ends the connection.
+async fn cut(link: &FaultyLink, life: Duration) -> End {
     loop {
         let fault = link.fault_kind();
         match fault {
@@ -72,7 +72,7 @@ async fn cut(link: &Link, life: Duration) -> End {
 async fn listen(
     from: &mut (impl AsyncRead + Unpin),
     mut to: WriteHalf<DuplexStream>,
-    link: &Link,
+    link: &FaultyLink,
 ) -> io::Result<()> {
     let mut piece = vec![0; PIECE_BYTES];
     loop {
@@ -89,7 +89,7 @@ async fn listen(
 async fn answer(
     mut from: ReadHalf<DuplexStream>,
     to: &mut (impl AsyncWrite + Unpin),
-    link: &Link,
+    link: &FaultyLink,
     mut random: fastrand::Rng,
 ) -> io::Result<()> {
     let mut piece = vec![0; PIECE_BYTES];

@@ -5,7 +5,7 @@ use std::process::Child;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use busbar_protocol::message::{FromViewer, ToViewer};
+use busbar_protocol::message::{HostMessage, ViewerMessage};
 use busbar_protocol::pictures::now;
 use busbar_protocol::progress::Activity;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -13,50 +13,51 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use crate::cover_thread::MIN_LIVE;
 use crate::events::Event;
 use crate::liveness::{
-    Beats, Liveness, LivenessLimits, LivenessWatch, SignsOfLife, assess, picture_limit,
+    Liveness, LivenessInstants, LivenessLimits, LivenessMonitor, LivenessSample, assess,
+    picture_limit,
 };
-use crate::process::{Viewer, ending};
 use crate::restarts::Restarts;
-use crate::shared::{Shared, lock, lower};
+use crate::shared::{Shared, clear, lock};
+use crate::viewer_process::{ViewerProcess, ending};
 
-/// How often a viewer's signs of life are looked at.
-const LOOK_PERIOD: Duration = Duration::from_millis(25);
+/// Period at which a viewer's signs of life are sampled.
+const SAMPLE_PERIOD: Duration = Duration::from_millis(25);
 /// From a viewer's start to its first picture at most: optimisers may have much to do.
 const MAX_START: Duration = Duration::from_secs(300);
 /// The longest time without heartbeat and progress before the first picture: a process that
 /// starts may have to wait for the disk and the processor.
 const MAX_START_SILENCE: Duration = Duration::from_secs(10);
-/// Viewers that were killed and are not gone yet; with more, none is started.
+/// Greatest number of killed viewers that have not exited yet; at this number, none is started.
 const MAX_DYING: usize = 8;
-/// How long the end of a viewer is waited for when a view is closed.
+/// Longest wait for the end of a viewer when a view is closed.
 const CLOSE_GRACE: Duration = Duration::from_secs(2);
 
-pub(crate) struct Watch {
+pub(crate) struct Supervisor {
     shared: Arc<Shared>,
     program: OsString,
     limits: LivenessLimits,
     restarts: Restarts,
-    viewer: Option<Running>,
-    /// When the next is to be started, without one.
+    viewer: Option<RunningViewer>,
+    /// Instant of the next start, while no viewer runs.
     due: Instant,
     dying: Vec<Child>,
-    /// What the program was told last of the picture: live, late or lost.
-    told: Liveness,
+    /// Liveness of the picture that the program was last told: live, late or lost.
+    reported: Liveness,
     /// Since when the picture has been live without a pause.
     live_since: Option<Instant>,
     was_ever_ready: bool,
 }
 
-struct Running {
-    viewer: Viewer,
-    life: LivenessWatch,
+struct RunningViewer {
+    viewer: ViewerProcess,
+    life: LivenessMonitor,
     started: Instant,
     is_ready: bool,
-    /// Whether it told why it ends.
-    has_said_why: bool,
+    /// Reports whether the viewer gave the reason for its end.
+    has_reported_reason: bool,
 }
 
-impl Watch {
+impl Supervisor {
     pub(crate) fn new(
         shared: Arc<Shared>,
         program: OsString,
@@ -71,7 +72,7 @@ impl Watch {
             viewer: None,
             due: Instant::now(),
             dying: Vec::new(),
-            told: Liveness::Live,
+            reported: Liveness::Live,
             live_since: None,
             was_ever_ready: false,
         }
@@ -85,40 +86,41 @@ impl Watch {
                 self.start();
             }
             self.wait();
-            if let Err(why) = self.talk() {
-                self.lose(&why);
+            if let Err(why) = self.exchange_messages() {
+                self.handle_loss(&why);
             }
-            self.look_for_life();
-            self.shared.tell_listener();
+            self.check_liveness();
+            self.shared.notify_listener();
         }
         self.close();
     }
 
     fn start(&mut self) {
-        let wanted = lock(&self.shared.wanted).clone();
-        lock(&self.shared.outbox).begin_anew(&wanted);
-        match Viewer::start(&self.program, &wanted) {
+        let desired = lock(&self.shared.desired).clone();
+        lock(&self.shared.outbox).reset(&desired);
+        match ViewerProcess::start(&self.program, &desired) {
             Ok((viewer, reader)) => {
-                lock(&self.shared.frames).follow(reader);
+                lock(&self.shared.frames).attach(reader);
                 self.shared.set_viewer(viewer.id(), Some(viewer.memory().clone()));
                 let started = Instant::now();
-                let life = LivenessWatch::new(viewer.id(), started);
-                let (is_ready, has_said_why) = (false, false);
-                self.viewer = Some(Running { viewer, life, started, is_ready, has_said_why });
+                let life = LivenessMonitor::new(viewer.id(), started);
+                let (is_ready, has_reported_reason) = (false, false);
+                self.viewer =
+                    Some(RunningViewer { viewer, life, started, is_ready, has_reported_reason });
             }
             Err(why) => {
-                self.shared.tell(Event::Error(why));
+                self.shared.push_event(Event::Error(why));
                 self.due = Instant::now() + self.restarts.note(Instant::now());
             }
         }
     }
 
-    /// Until something comes, there is something to send, or it is time to look.
+    /// Waits until a message arrives, the socket takes more bytes, or the next sample is due.
     fn wait(&self) {
         let timeout = match (&self.viewer, self.due.saturating_duration_since(Instant::now())) {
             (None, left) if self.dying.is_empty() => left,
-            (None, left) => left.clamp(Duration::from_millis(1), LOOK_PERIOD),
-            (Some(_), _) => LOOK_PERIOD,
+            (None, left) => left.clamp(Duration::from_millis(1), SAMPLE_PERIOD),
+            (Some(_), _) => SAMPLE_PERIOD,
         };
         let timeout = Timespec {
             tv_sec: timeout.as_secs() as i64,
@@ -131,76 +133,78 @@ impl Watch {
         }
         // Interrupted is as good as awake.
         let _ = poll(&mut descriptors, Some(&timeout));
-        lower(&self.shared.wakes);
+        clear(&self.shared.wakes);
     }
 
     /// Sends what waits and takes what came.
-    fn talk(&mut self) -> Result<(), String> {
+    fn exchange_messages(&mut self) -> Result<(), String> {
         let Some(running) = &mut self.viewer else { return Ok(()) };
         let shared = &self.shared;
-        running.viewer.send(|| lock(&shared.outbox).pop().map(ToViewer::Do));
+        running.viewer.send(|| lock(&shared.outbox).pop().map(HostMessage::Command));
         let mut messages = Vec::new();
-        let heard = running.viewer.hear(|message| messages.push(message));
+        let heard = running.viewer.receive(|message| messages.push(message));
         for message in messages {
             self.take(message);
         }
         heard
     }
 
-    fn take(&mut self, message: FromViewer) {
+    fn take(&mut self, message: ViewerMessage) {
         let shared = &self.shared;
         let event = match message {
-            FromViewer::Ready { device } => return self.note_ready(device),
-            FromViewer::Reloaded { config } => {
-                // The viewer shows it with its own state: the rest is told anew.
-                let mut wanted = lock(&shared.wanted);
-                wanted.config.clone_from(&config);
-                lock(&shared.outbox).begin_anew(&wanted);
+            ViewerMessage::Ready { device } => return self.note_ready(device),
+            ViewerMessage::Reloaded { config } => {
+                // The viewer shows it with its own state: the rest is reported anew.
+                let mut desired = lock(&shared.desired);
+                desired.config.clone_from(&config);
+                lock(&shared.outbox).reset(&desired);
                 Event::Reloaded(config)
             }
-            FromViewer::Pictured => Event::Frame,
-            FromViewer::Picked(id) => Event::Picked(id.unwrap_or_default()),
-            FromViewer::Hovered(id) => Event::Hovered(id.unwrap_or_default()),
-            FromViewer::Looks(pose) => {
-                lock(&shared.wanted).note_pose(pose);
+            ViewerMessage::PictureReady => Event::Frame,
+            ViewerMessage::Picked(id) => Event::Picked(id.unwrap_or_default()),
+            ViewerMessage::Hovered(id) => Event::Hovered(id.unwrap_or_default()),
+            ViewerMessage::CameraMoved(pose) => {
+                lock(&shared.desired).note_pose(pose);
                 Event::Camera(pose)
             }
-            FromViewer::Alarm(standing) => {
-                lock(&shared.wanted).note_alarm(&standing);
-                Event::Alarm(standing)
+            ViewerMessage::Alarm(snapshot) => {
+                lock(&shared.desired).note_alarm(&snapshot);
+                Event::Alarm(snapshot)
             }
-            FromViewer::Asked { alarm, action } => Event::Asked { alarm, action },
-            FromViewer::Quality(standing) => Event::Quality(standing),
-            FromViewer::Verdict(standing) => Event::Verdict(standing),
-            FromViewer::Plugin { plugin, state } => Event::Plugin { plugin, state },
-            FromViewer::Refused(words) => Event::Error(words),
-            FromViewer::Failed(words) => {
+            ViewerMessage::AlarmRequested { alarm, action } => {
+                Event::AlarmRequested { alarm, action }
+            }
+            ViewerMessage::Quality(snapshot) => Event::Quality(snapshot),
+            ViewerMessage::Verdict(snapshot) => Event::Verdict(snapshot),
+            ViewerMessage::Plugin { plugin, state } => Event::Plugin { plugin, state },
+            ViewerMessage::Refused(words) => Event::Error(words),
+            ViewerMessage::Failed(words) => {
                 if let Some(running) = &mut self.viewer {
-                    running.has_said_why = true;
+                    running.has_reported_reason = true;
                 }
                 Event::Failed(words)
             }
         };
-        shared.tell(event);
+        shared.push_event(event);
     }
 
     fn note_ready(&mut self, device: String) {
         if let Some(running) = &mut self.viewer {
             running.is_ready = true;
         }
-        self.told = Liveness::Live;
-        self.shared.tell(match std::mem::replace(&mut self.was_ever_ready, true) {
+        self.reported = Liveness::Live;
+        self.shared.push_event(match std::mem::replace(&mut self.was_ever_ready, true) {
             true => Event::Recovered { is_another: true, how: device },
             false => Event::Ready { device },
         });
     }
 
-    /// Judges the viewer by its signs of life, and ends one that hangs.
-    fn look_for_life(&mut self) {
+    /// Assesses the viewer's signs of life, and ends a viewer that hangs.
+    fn check_liveness(&mut self) {
         let Some(running) = &mut self.viewer else { return };
-        let signs = running.look();
+        let signs = running.sample();
         if !running.is_ready {
-            return self.look_at_start(signs);
+            return self.check_startup(signs);
         }
         let verdict = assess(&signs, &self.limits);
         let limit = picture_limit(self.limits.silent, signs.frame_time);
@@ -208,33 +212,33 @@ impl Watch {
         let before = self.shared.verdict();
         self.shared.set_verdict(verdict);
         if verdict == Liveness::Hung {
-            return self.lose(&why_hung(&signs));
+            return self.handle_loss(&why_hung(&signs));
         }
         if verdict != before {
             // The picture is marked, or is not any more.
-            self.shared.tell(Event::Frame);
+            self.shared.push_event(Event::Frame);
         }
-        self.tell_verdict(verdict, &signs);
+        self.report_verdict(verdict, &signs);
     }
 
     /// Ends a viewer that hangs before its first picture.
-    fn look_at_start(&mut self, signs: SignsOfLife) {
+    fn check_startup(&mut self, signs: LivenessSample) {
         let Some(running) = &self.viewer else { return };
         let silence = signs.without_heartbeat.min(signs.without_progress);
         if silence >= self.limits.hung.max(MAX_START_SILENCE) {
-            self.lose(&format!("silent for {} ms", silence.as_millis()));
+            self.handle_loss(&format!("silent for {} ms", silence.as_millis()));
         } else if running.started.elapsed() >= MAX_START {
-            self.lose(&format!("no picture within {} s", MAX_START.as_secs()));
+            self.handle_loss(&format!("no picture within {} s", MAX_START.as_secs()));
         }
     }
 
-    /// Tells the program of a picture that is late or lost, and of one that is live again for
-    /// longer than [`MIN_LIVE`].
-    fn tell_verdict(&mut self, verdict: Liveness, signs: &SignsOfLife) {
+    /// Reports a picture that became late or lost, and one that has been live again for longer than
+    /// [`MIN_LIVE`].
+    fn report_verdict(&mut self, verdict: Liveness, signs: &LivenessSample) {
         if verdict != Liveness::Live {
             self.live_since = None;
         }
-        if verdict == self.told {
+        if verdict == self.reported {
             return;
         }
         let age = signs.picture_age.unwrap_or_default().as_millis();
@@ -249,18 +253,18 @@ impl Watch {
             Liveness::Late => Event::Late(format!("the picture is of {age} ms ago")),
             _ => Event::Lost(format!("no picture for {age} ms")),
         };
-        self.told = verdict;
-        self.shared.tell(event);
+        self.reported = verdict;
+        self.shared.push_event(event);
     }
 
     /// Ends what is left of a viewer, and sees to the next one.
-    fn lose(&mut self, why: &str) {
+    fn handle_loss(&mut self, why: &str) {
         let Some(running) = self.viewer.take() else { return };
         self.shared.set_viewer(0, None);
         self.shared.set_verdict(Liveness::Lost);
-        lock(&self.shared.frames).let_go();
+        lock(&self.shared.frames).mark_ended();
         let was_ready = running.is_ready;
-        let has_said_why = running.has_said_why;
+        let has_reported_reason = running.has_reported_reason;
         let mut child = running.viewer.into_child();
         let why = match child.try_wait() {
             Ok(Some(status)) => ending(status),
@@ -270,20 +274,20 @@ impl Watch {
             }
         };
         self.due = Instant::now() + self.restarts.note(Instant::now());
-        // One that was never there is no loss; why is told by an error.
+        // One that was never there is no loss; why is reported by an error.
         self.live_since = None;
-        if was_ready && std::mem::replace(&mut self.told, Liveness::Lost) != Liveness::Lost {
-            self.shared.tell(Event::Lost(why));
-            self.shared.tell(Event::Frame);
-        } else if !has_said_why {
-            self.shared.tell(Event::Error(format!("the viewer: {why}")));
+        if was_ready && std::mem::replace(&mut self.reported, Liveness::Lost) != Liveness::Lost {
+            self.shared.push_event(Event::Lost(why));
+            self.shared.push_event(Event::Frame);
+        } else if !has_reported_reason {
+            self.shared.push_event(Event::Error(format!("the viewer: {why}")));
         }
     }
 
     /// Lets the viewer end by itself, so that what operators did gets to the disk, and ends
     /// it where it does not.
     fn close(&mut self) {
-        self.dying.extend(self.viewer.take().map(|running| running.viewer.let_go()));
+        self.dying.extend(self.viewer.take().map(|running| running.viewer.detach()));
         if !self.reap() {
             self.dying.iter_mut().for_each(|child| drop(child.kill()));
             self.reap();
@@ -301,22 +305,22 @@ impl Watch {
     }
 }
 
-impl Running {
-    /// Takes a look at the viewer's signs of life.
-    fn look(&mut self) -> SignsOfLife {
+impl RunningViewer {
+    /// Samples the viewer's signs of life.
+    fn sample(&mut self) -> LivenessSample {
         let memory = self.viewer.memory();
-        let beats = Beats {
+        let beats = LivenessInstants {
             heartbeat: memory.last_beat(),
             frame: memory.last_turn(),
             frame_time: memory.turn_time(),
             picture_true_at: memory.last_true(),
         };
-        self.life.look(beats, now(), Instant::now())
+        self.life.sample(beats, now(), Instant::now())
     }
 }
 
 /// Reason for which a viewer is ended, in words.
-fn why_hung(signs: &SignsOfLife) -> String {
+fn why_hung(signs: &LivenessSample) -> String {
     let (silence, frame) = (signs.without_heartbeat.as_millis(), signs.without_frame.as_millis());
     match signs.activity {
         Activity::Stopped => format!("stopped by a signal for {frame} ms"),

@@ -1,21 +1,21 @@
-// The program around this page: an HMI that has it in a frame. `README.md` tells what is said.
+// Messages to and from the host page: an HMI that embeds this page in a frame. `README.md` lists them.
 
-export class Program {
+export class HostPage {
   #origins;
 
-  /** `origins` may speak to this page, parted by spaces; `obey` does what they ask. */
-  constructor(origins, obey) {
-    // What is served beside the page may, too.
+  /** `origins` may speak to this page, separated by spaces; `handleRequest` takes their requests. */
+  constructor(origins, handleRequest) {
+    // Pages of this server may speak to it, too.
     this.#origins = [location.origin, ...origins.split(" ").filter(Boolean)];
     if (window.parent === window) return;
     addEventListener("message", ({ source, origin, data }) => {
       const isKnown = source === window.parent && this.#origins.includes(origin);
-      if (isKnown && typeof data?.busbar === "string") obey(data);
+      if (isKnown && typeof data?.busbar === "string") handleRequest(data);
     });
   }
 
-  /** Tells the program around this page something: it hears of it if its origin is known. */
-  tell(message) {
+  /** Posts a message to the host page, if its origin is known. */
+  post(message) {
     if (window.parent === window) return;
     const around = location.ancestorOrigins?.[0];
     const origins = around ? this.#origins.filter((origin) => origin === around) : this.#origins;

@@ -1,4 +1,4 @@
-//! What crosses the border, checked as far as it can be.
+//! Validation of pointers, structs and texts at the C boundary.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -29,12 +29,12 @@ pub(crate) unsafe fn guard(
     }
 }
 
-/// A struct that is passed alone: not null, aligned, and as long as this version
-/// of the SDK needs, which its first word says.
+/// Checks a struct that is passed alone: not null, aligned, and as long as this version of the SDK
+/// needs. Its first word has its size.
 ///
 /// # Safety
 /// `pointer` is null or leads to a struct of some version of `T`, alive for `'a`.
-pub(crate) unsafe fn given<'a, T>(pointer: *const T, what: &str) -> Result<&'a T, Error> {
+pub(crate) unsafe fn checked_ref<'a, T>(pointer: *const T, what: &str) -> Result<&'a T, Error> {
     if pointer.is_null() || !pointer.is_aligned() {
         return Err(Error::argument(format!("{what} is null or misaligned")));
     }
@@ -48,13 +48,13 @@ pub(crate) unsafe fn given<'a, T>(pointer: *const T, what: &str) -> Result<&'a T
     Ok(unsafe { &*pointer })
 }
 
-/// As [`given`], for what the callee fills in.
+/// Checks a struct that the callee fills in, as [`checked_ref`] does.
 ///
 /// # Safety
-/// As for [`given`], and nobody else uses it during `'a`.
-pub(crate) unsafe fn given_mut<'a, T>(pointer: *mut T, what: &str) -> Result<&'a mut T, Error> {
+/// As for [`checked_ref`], and nobody else uses it during `'a`.
+pub(crate) unsafe fn checked_mut<'a, T>(pointer: *mut T, what: &str) -> Result<&'a mut T, Error> {
     // SAFETY: the caller vouches for the pointer.
-    unsafe { given(pointer.cast_const(), what)? };
+    unsafe { checked_ref(pointer.cast_const(), what)? };
     // SAFETY: as above, and nobody else uses it.
     Ok(unsafe { &mut *pointer })
 }
@@ -104,7 +104,7 @@ pub(crate) unsafe fn write_json(
     output: *mut abi::BusbarTextOutput,
 ) -> Result<(), Error> {
     // SAFETY: the caller vouches for the pointer.
-    let output = unsafe { given_mut(output, "the text output")? };
+    let output = unsafe { checked_mut(output, "the text output")? };
     let json = serde_json::to_string(value)
         .map_err(|error| Error::internal(format!("it cannot be told as JSON: {error}")))?;
     output.len = u32::try_from(json.len()).unwrap_or(u32::MAX);

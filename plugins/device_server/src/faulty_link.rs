@@ -1,4 +1,4 @@
-//! What all connections of a device share: its faults, its clock, its counts.
+//! Simulated link with planned faults: state shared by all connections of a device.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
@@ -9,19 +9,19 @@ use busbar_plugin_sdk::simulation::{ActiveFault, FaultKind, FaultPlan};
 use tokio::io::DuplexStream;
 use tokio::time::Instant;
 
-use crate::pump;
+use crate::relay;
 use crate::socket::Socket;
 
-/// Clients at a time; more are turned away.
+/// Greatest number of clients at a time; more are refused.
 pub const MAX_CLIENTS: u32 = 64;
 /// Bytes between socket and protocol, in each direction.
 const QUEUE_BYTES: usize = 1 << 16;
-/// The longest that a slow answer takes.
+/// Longest delay of a slow answer.
 const MAX_SLOW: Duration = Duration::from_secs(1);
 
-/// The link between a device and its clients. Clones share it.
+/// Link between a simulated device and its clients, with planned faults. Clones share it.
 #[derive(Clone, Debug)]
-pub struct Link(Arc<Shared>);
+pub struct FaultyLink(Arc<Shared>);
 
 #[derive(Debug)]
 struct Shared {
@@ -35,15 +35,15 @@ struct Shared {
     messages: AtomicU64,
 }
 
-impl Link {
-    /// A link that fails by a plan, from now on. `deadline` is the protocol's for
-    /// answers: slow ones keep it, late ones do not.
+impl FaultyLink {
+    /// Creates a link that fails by a plan, from now on. `deadline` is the protocol's for answers:
+    /// slow ones keep it, late ones do not.
     pub fn new(plan: FaultPlan, seed: u64, deadline: Duration) -> Self {
-        Self::by_clock(plan, seed, deadline, SystemTime::now)
+        Self::with_clock(plan, seed, deadline, SystemTime::now)
     }
 
-    /// The same by another wall clock than the system's, for simulated time.
-    pub fn by_clock(
+    /// Creates a link with another wall clock than the system's, for simulated time.
+    pub fn with_clock(
         plan: FaultPlan,
         seed: u64,
         deadline: Duration,
@@ -61,7 +61,7 @@ impl Link {
         }))
     }
 
-    /// The device's clock, by which a fault may be set wrong, and the true one.
+    /// Returns the device's clock, which a fault may set wrong, and the true one.
     pub fn now(&self) -> (SystemTime, SystemTime) {
         let true_time = (self.0.wall_clock)();
         let ahead = self.fault().map_or(0, |fault| fault.clock_ahead_seconds);
@@ -79,18 +79,18 @@ impl Link {
         self.0.messages.fetch_add(count, Ordering::Relaxed);
     }
 
-    /// Takes a connection: what its client sends and gets, past the faults; none where
-    /// it is turned away. Needs a runtime, which moves the bytes.
+    /// Accepts a connection, and returns the stream to its client, faults included; none where the
+    /// client is refused. Needs a runtime, which moves the bytes.
     pub fn admit(&self, socket: impl Socket) -> Option<DuplexStream> {
         if self.fault_kind() == Some(FaultKind::LinkLoss) {
             return None;
         }
-        let client = Client::enter(self)?;
+        let client = ClientSlot::acquire(self)?;
         let number = self.0.connections.fetch_add(1, Ordering::Relaxed);
         let random = fastrand::Rng::with_seed(self.0.seed ^ number.wrapping_mul(0x9E37_79B9));
         let (ours, protocol) = tokio::io::duplex(QUEUE_BYTES);
         tokio::spawn(async move {
-            pump::run(socket, ours, &client, random).await;
+            relay::run(socket, ours, &client, random).await;
             drop(client);
         });
         Some(protocol)
@@ -122,7 +122,7 @@ impl Link {
         }
     }
 
-    /// How long an answer waits.
+    /// Returns the delay of an answer.
     pub(crate) fn delay(&self) -> Duration {
         match self.fault_kind() {
             Some(FaultKind::Slow) => (self.0.deadline / 4).min(MAX_SLOW),
@@ -132,26 +132,26 @@ impl Link {
     }
 }
 
-/// A client's place.
-pub(crate) struct Client(Link);
+/// Slot of a connected client.
+pub(crate) struct ClientSlot(FaultyLink);
 
-impl Client {
-    fn enter(link: &Link) -> Option<Self> {
+impl ClientSlot {
+    fn acquire(link: &FaultyLink) -> Option<Self> {
         let count = |clients| (clients < MAX_CLIENTS).then_some(clients + 1);
         link.0.clients.fetch_update(Ordering::Relaxed, Ordering::Relaxed, count).ok()?;
         Some(Self(link.clone()))
     }
 }
 
-impl std::ops::Deref for Client {
-    type Target = Link;
+impl std::ops::Deref for ClientSlot {
+    type Target = FaultyLink;
 
-    fn deref(&self) -> &Link {
+    fn deref(&self) -> &FaultyLink {
         &self.0
     }
 }
 
-impl Drop for Client {
+impl Drop for ClientSlot {
     fn drop(&mut self) {
         self.0.0.clients.fetch_sub(1, Ordering::Relaxed);
     }

@@ -1,76 +1,76 @@
-//! Sources that are read again when they changed, on a thread of their own.
+//! Polling of record sources for changes, on a thread of their own.
 
 use std::path::Path;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use busbar_plugin_sdk::{Error, Host, LogLevel, RecordList, RecordSet, Running, Worker};
+use busbar_plugin_sdk::{Error, Host, LogLevel, RecordList, RecordSet, StopToken, Worker};
 
-use crate::gather::MAX_READ;
-use crate::{Deadline, Gathered, MAX_MESSAGE, one_line};
+use crate::row_batch::MAX_READ;
+use crate::{MAX_MESSAGE, ReadDeadline, RowBatch, one_line};
 
-/// How often it is looked whether a source changed.
+/// Period at which sources are checked for changes.
 const POLL_PERIOD: Duration = Duration::from_secs(1);
-/// How long it takes until one that could not be read is tried again.
+/// Delay before a source that could not be read is tried again.
 const RETRY_PERIOD: Duration = Duration::from_secs(5);
-/// Polls in a row that may find that a source changed while it was read.
+/// Consecutive polls that may find that a source changed while it was read.
 const MAX_CHANGES: u32 = 5;
-/// How long the first question waits for sources to be read once.
+/// Longest wait of the first call for sources to be read once.
 const FIRST_PATIENCE: Duration = Duration::from_secs(2);
-/// How much longer than it may take reading is not told as late.
+/// Slack beyond [`MAX_READ`] before reading counts as late.
 const LATE_SLACK: Duration = Duration::from_secs(2);
 /// Rows left out that are logged each time.
 const MAX_LOGGED: usize = 10;
 
-/// Tells states of a source apart.
+/// Version of a source, by which changes are detected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Version {
-    /// When it was changed last.
+pub struct SourceVersion {
+    /// Time of the last change.
     pub modified: SystemTime,
-    /// Bytes.
+    /// Size of the source, bytes.
     pub len: u64,
 }
 
-/// The version of a file.
+/// Returns the version of a file.
 ///
 /// # Errors
 /// Why there is none, in words.
-pub fn version_of(file: &Path) -> Result<Version, String> {
+pub fn file_version(file: &Path) -> Result<SourceVersion, String> {
     let metadata = std::fs::metadata(file).map_err(|error| error.to_string())?;
     if !metadata.is_file() {
         return Err("it is no regular file".into());
     }
     let modified = metadata.modified().map_err(|error| error.to_string())?;
-    Ok(Version { modified, len: metadata.len() })
+    Ok(SourceVersion { modified, len: metadata.len() })
 }
 
-/// Where rows come from.
+/// Source of a list's rows.
 pub trait Source: Send + 'static {
-    /// What tells whether it changed.
+    /// Returns the version of the source now.
     ///
     /// # Errors
     /// Why it is not there, in words.
-    fn version(&self) -> Result<Version, String>;
+    fn version(&self) -> Result<SourceVersion, String>;
 
-    /// Reads all rows.
+    /// Reads all rows of the source.
     ///
     /// # Errors
     /// Why it cannot be read, in words.
-    fn read(&self, rows: &mut Gathered, deadline: &Deadline) -> Result<(), String>;
+    fn read(&self, rows: &mut RowBatch, deadline: &ReadDeadline) -> Result<(), String>;
 }
 
-/// What was read of a list and nobody has taken yet.
+/// Update of a list that nobody has taken yet.
 #[derive(Default)]
-struct News {
-    read: Option<(Gathered, SystemTime)>,
-    /// Whether it could be read, the last time that it was tried.
+struct PendingUpdate {
+    read: Option<(RowBatch, SystemTime)>,
+    /// Result of the last read: a fault or none; `None` before the first.
     fault: Option<Option<String>>,
 }
 
 #[derive(Default)]
 struct State {
-    news: Vec<News>,
-    /// Since when which list is read.
+    updates: Vec<PendingUpdate>,
+    /// Index of the list that is being read, and since when.
     reading: Option<(usize, Instant)>,
     has_tried_all: bool,
 }
@@ -87,32 +87,33 @@ impl Shared {
     }
 }
 
-/// Lists with their sources.
-pub struct Watched {
+/// Lists of records whose sources are polled.
+pub struct PolledRecords {
     shared: Arc<Shared>,
     lists: Vec<RecordList>,
     revision: u64,
     _worker: Worker,
 }
 
-impl Watched {
-    /// Begins to read; of each list its source.
+impl PolledRecords {
+    /// Starts to poll the source of each list.
     ///
     /// # Errors
     /// No thread can be started.
     pub fn start(host: &Host, lists: Vec<(RecordList, Box<dyn Source>)>) -> Result<Self, Error> {
         let (lists, sources): (Vec<_>, Vec<_>) = lists.into_iter().unzip();
-        let news = sources.iter().map(|_| News::default()).collect();
-        let state = State { news, ..State::default() };
+        let updates = sources.iter().map(|_| PendingUpdate::default()).collect();
+        let state = State { updates, ..State::default() };
         let shared = Arc::new(Shared { state: Mutex::new(state), changed: Condvar::new() });
         let (theirs, log) = (shared.clone(), host.clone());
         let names: Vec<String> = lists.iter().map(|list| list.source.clone()).collect();
         let worker = Worker::start(host, "records", move |running| {
-            let watch = |(source, name)| Watch::of(source, name);
-            let mut watches: Vec<Watch> = sources.into_iter().zip(names).map(watch).collect();
+            let poller = |(source, name)| SourcePoller::new(source, name);
+            let mut pollers: Vec<SourcePoller> =
+                sources.into_iter().zip(names).map(poller).collect();
             loop {
-                for (index, watch) in watches.iter_mut().enumerate() {
-                    watch.look(index, &theirs, &log, running);
+                for (index, poller) in pollers.iter_mut().enumerate() {
+                    poller.poll(index, &theirs, &log, running);
                 }
                 theirs.state().has_tried_all = true;
                 theirs.changed.notify_all();
@@ -126,7 +127,7 @@ impl Watched {
         Ok(Self { shared, lists, revision, _worker: worker })
     }
 
-    /// The lists as they were last read; the first call waits a little for that.
+    /// Returns the lists as they were last read; the first call waits a little for that.
     pub fn records(&mut self) -> RecordSet<'_> {
         let state = self.shared.state();
         let is_new = |state: &mut State| !state.has_tried_all;
@@ -135,17 +136,17 @@ impl Watched {
         // Who waited once waits no more.
         state.has_tried_all = true;
         let late = state.reading.filter(|(_, since)| since.elapsed() > MAX_READ + LATE_SLACK);
-        let news: Vec<News> = state.news.iter_mut().map(std::mem::take).collect();
+        let update: Vec<PendingUpdate> = state.updates.iter_mut().map(std::mem::take).collect();
         drop(state);
-        for (list, news) in self.lists.iter_mut().zip(news) {
-            let is_other = news.fault.as_ref().is_some_and(|fault| *fault != list.fault);
-            self.revision += u64::from(news.read.is_some() || is_other);
-            if let Some((gathered, modified)) = news.read {
-                (list.rows, list.left_out) = (gathered.rows, gathered.left_out);
-                list.faults = gathered.faults;
+        for (list, update) in self.lists.iter_mut().zip(update) {
+            let is_other = update.fault.as_ref().is_some_and(|fault| *fault != list.fault);
+            self.revision += u64::from(update.read.is_some() || is_other);
+            if let Some((batch, modified)) = update.read {
+                (list.rows, list.left_out) = (batch.rows, batch.left_out);
+                list.faults = batch.faults;
                 list.as_of_unix_nanos = Some(unix_nanos(modified));
             }
-            if let Some(fault) = news.fault {
+            if let Some(fault) = update.fault {
                 list.fault = fault;
             }
         }
@@ -167,40 +168,40 @@ fn unix_nanos(time: SystemTime) -> i64 {
     }
 }
 
-/// A source, and what it was when it was read.
-struct Watch {
+/// Poller of one source, with the version that was read last.
+struct SourcePoller {
     source: Box<dyn Source>,
     name: String,
-    known: Option<Version>,
+    known: Option<SourceVersion>,
     fault: Option<String>,
     tried: Option<Instant>,
     changes: u32,
 }
 
-impl Watch {
-    fn of(source: Box<dyn Source>, name: String) -> Self {
+impl SourcePoller {
+    fn new(source: Box<dyn Source>, name: String) -> Self {
         Self { source, name, known: None, fault: None, tried: None, changes: 0 }
     }
 
-    /// Reads it if it changed, or could not be read for a while.
-    fn look(&mut self, index: usize, shared: &Shared, host: &Host, running: &Running) {
+    /// Reads the source if it changed, or could not be read for a while.
+    fn poll(&mut self, index: usize, shared: &Shared, host: &Host, running: &StopToken) {
         let mut state = shared.state();
         state.reading = Some((index, Instant::now()));
-        let lists = state.news.len();
+        let lists = state.updates.len();
         // Whoever asks meanwhile is not held up.
         drop(state);
         let read = self.read(lists, running);
         let mut state = shared.state();
         state.reading = None;
-        let (gathered, fault) = match read {
+        let (batch, fault) = match read {
             Ok(None) => return,
-            Ok(Some((gathered, modified))) => (Some((gathered, modified)), None),
+            Ok(Some((batch, modified))) => (Some((batch, modified)), None),
             Err(fault) => (None, Some(one_line(&fault, MAX_MESSAGE))),
         };
-        let news = &mut state.news[index];
-        news.fault = Some(fault.clone());
-        let told = gathered.as_ref().map_or_else(Vec::new, |(gathered, _)| words(gathered));
-        news.read = gathered.or(news.read.take());
+        let update = &mut state.updates[index];
+        update.fault = Some(fault.clone());
+        let told = batch.as_ref().map_or_else(Vec::new, |(batch, _)| describe_faults(batch));
+        update.read = batch.or(update.read.take());
         drop(state);
         if let Some(fault) = fault.as_ref().filter(|_| fault != self.fault) {
             host.log(LogLevel::Error, &format!("{}: {fault}", self.name));
@@ -209,12 +210,12 @@ impl Watch {
         self.fault = fault;
     }
 
-    /// Its rows and of when they are; none where it is as it was.
+    /// Reads the rows and the time of their version; none where the source is unchanged.
     fn read(
         &mut self,
         lists: usize,
-        running: &Running,
-    ) -> Result<Option<(Gathered, SystemTime)>, String> {
+        running: &StopToken,
+    ) -> Result<Option<(RowBatch, SystemTime)>, String> {
         let version = self.source.version()?;
         let is_same = self.known == Some(version);
         let waits = self.tried.is_some_and(|tried| tried.elapsed() < RETRY_PERIOD);
@@ -222,11 +223,11 @@ impl Watch {
             return self.fault.clone().map_or(Ok(None), Err);
         }
         (self.known, self.tried) = (Some(version), Some(Instant::now()));
-        let mut gathered = Gathered::of(lists);
-        self.source.read(&mut gathered, &Deadline::of(running))?;
+        let mut batch = RowBatch::with_lists(lists);
+        self.source.read(&mut batch, &ReadDeadline::from_stop_token(running))?;
         if self.source.version()? == version {
             self.changes = 0;
-            return Ok(Some((gathered, version.modified)));
+            return Ok(Some((batch, version.modified)));
         }
         // Somebody writes: half of it would pass for all.
         self.known = None;
@@ -238,12 +239,12 @@ impl Watch {
     }
 }
 
-/// What is said in the log of rows that are left out.
-fn words(gathered: &Gathered) -> Vec<String> {
-    let faults = gathered.faults.iter().take(MAX_LOGGED);
+/// Describes the rows that are left out, for the log.
+fn describe_faults(batch: &RowBatch) -> Vec<String> {
+    let faults = batch.faults.iter().take(MAX_LOGGED);
     let mut words: Vec<String> =
         faults.map(|f| format!("row {} is left out: {}", f.row, f.reason)).collect();
-    let more = gathered.left_out.saturating_sub(words.len() as u64);
+    let more = batch.left_out.saturating_sub(words.len() as u64);
     words.extend((more > 0).then(|| format!("{more} more rows are left out")));
     words
 }

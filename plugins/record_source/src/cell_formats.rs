@@ -1,4 +1,4 @@
-//! Numbers and times of cells as business systems write them.
+//! Formats of numbers and times in cells of business systems.
 
 use text_table::{NumberFormat, Separators, TimeFormat, TimeReader, Zone, units_conflict};
 
@@ -11,19 +11,22 @@ pub struct CellFormats {
 }
 
 impl CellFormats {
-    /// The formats of a list whose numbers have a decimal point.
+    /// Creates the formats of a list whose numbers have a decimal point.
     ///
     /// # Errors
     /// The setting at fault, and what is allowed.
-    pub fn times_of<S>(list: &ListSettings<S>) -> Result<Self, String> {
-        Self::of(list, Separators { decimal: '.', thousands: None })
+    pub fn with_decimal_point<S>(list: &ListSettings<S>) -> Result<Self, String> {
+        Self::with_separators(list, Separators { decimal: '.', thousands: None })
     }
 
-    /// The formats of a list whose numbers have these separators.
+    /// Creates the formats of a list whose numbers have these separators.
     ///
     /// # Errors
     /// The setting at fault, and what is allowed.
-    pub fn of<S>(list: &ListSettings<S>, separators: Separators) -> Result<Self, String> {
+    pub fn with_separators<S>(
+        list: &ListSettings<S>,
+        separators: Separators,
+    ) -> Result<Self, String> {
         let format = list.time_format.as_deref().map_or(Ok(TimeFormat::Iso), TimeFormat::parse);
         let format = format.map_err(|fault| format!("time_format: {fault}"))?;
         if format.is_relative() {
@@ -34,7 +37,7 @@ impl CellFormats {
         Ok(Self { times: TimeReader { format, zone, numbers: NumberFormat::new(separators) } })
     }
 
-    /// Nanoseconds since 1970-01-01 UTC of a time or a date.
+    /// Parses a time or a date, to nanoseconds since 1970-01-01 UTC.
     ///
     /// # Errors
     /// What it is not, in words.
@@ -42,7 +45,7 @@ impl CellFormats {
         self.times.read(None, text, None).map(|instant| instant.nanos)
     }
 
-    /// A date as records have it, of ISO 8601.
+    /// Converts a date to ISO 8601, as records have it.
     ///
     /// # Errors
     /// What it is not, in words.
@@ -55,7 +58,7 @@ impl CellFormats {
         zone.in_words(nanos).ok_or_else(|| format!("'{}' is out of reach", shown(text)))
     }
 
-    /// A number as records have it, with a decimal point and without its unit.
+    /// Converts a number to the form of records: a decimal point and no unit.
     ///
     /// # Errors
     /// What it is not, or that its unit is another than the column's, in words.
@@ -79,5 +82,5 @@ impl CellFormats {
 }
 
 #[cfg(test)]
-#[path = "formats_tests.rs"]
+#[path = "cell_formats_tests.rs"]
 mod tests;

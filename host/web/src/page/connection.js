@@ -1,14 +1,14 @@
-// The socket to the server, opened again and again.
+// WebSocket connection to the server, reopened with growing delays.
 
 const PROTOCOL = "busbar.2";
 const TOKEN_PROTOCOL = "busbar.token.";
-/** Delays between tries, milliseconds. */
+/** Shortest and longest delay between attempts, milliseconds. */
 const FIRST_DELAY = 250;
 const MAX_DELAY = 5000;
-/** A connection that says nothing for so long is given up. */
+/** Silence after which a connection is closed, milliseconds. */
 const MAX_SILENCE = 4000;
 
-/** The token, where the address has it: kept here, and no longer in the address. */
+/** Takes the token out of the address of the page; null where it has none. */
 function takeToken() {
   const address = new URL(location.href);
   const token = address.searchParams.get("token");
@@ -19,18 +19,18 @@ function takeToken() {
   return token;
 }
 
-export class Link {
+export class ServerConnection {
   #listener;
   #token = takeToken();
   #socket = null;
   #delay = FIRST_DELAY;
-  #heard = 0;
+  #receivedAt = 0;
 
-  /** `listener` has opened(), closed(words), told(message) and pictured(bytes, say),
-   *  whose `say` speaks to whoever sent the picture. */
+  /** `listener` has opened(), closed(reason), handleMessage(message) and handlePicture(bytes, reply),
+   *  whose `reply` sends to the socket of the picture. */
   constructor(listener) {
     this.#listener = listener;
-    setInterval(() => this.#giveUpIfSilent(), 500);
+    setInterval(() => this.#closeIfSilent(), 500);
   }
 
   open() {
@@ -44,36 +44,36 @@ export class Link {
     socket.binaryType = "arraybuffer";
     let wasOpen = false;
     this.#socket = socket;
-    this.#heard = performance.now();
+    this.#receivedAt = performance.now();
     socket.onopen = () => {
       wasOpen = true;
       this.#listener.opened();
     };
     socket.onmessage = ({ data }) => {
       if (socket !== this.#socket) return;
-      this.#heard = performance.now();
+      this.#receivedAt = performance.now();
       this.#delay = FIRST_DELAY;
-      if (typeof data === "string") this.#listener.told(JSON.parse(data));
-      else this.#listener.pictured(data, (message) => socket === this.#socket && this.say(message));
+      if (typeof data === "string") this.#listener.handleMessage(JSON.parse(data));
+      else this.#listener.handlePicture(data, (message) => socket === this.#socket && this.send(message));
     };
     socket.onclose = ({ reason }) => {
-      if (socket === this.#socket) this.#lose(reason, wasOpen);
+      if (socket === this.#socket) this.#handleClose(reason, wasOpen);
     };
   }
 
-  /** Whether anybody is there. */
+  /** Reports whether the connection is open. */
   get isOpen() {
     return this.#socket?.readyState === WebSocket.OPEN;
   }
 
-  /** Says something, if anybody is there; whether it did. */
-  say(message) {
+  /** Sends a message where the connection is open; returns whether it was sent. */
+  send(message) {
     if (!this.isOpen) return false;
     this.#socket.send(JSON.stringify(message));
     return true;
   }
 
-  async #lose(reason, wasOpen) {
+  async #handleClose(reason, wasOpen) {
     this.#socket = null;
     this.#listener.closed(reason);
     const delay = this.#delay * (0.75 + Math.random() / 2);
@@ -94,11 +94,11 @@ export class Link {
     }
   }
 
-  #giveUpIfSilent() {
+  #closeIfSilent() {
     const socket = this.#socket;
-    if (socket === null || performance.now() - this.#heard < MAX_SILENCE) return;
+    if (socket === null || performance.now() - this.#receivedAt < MAX_SILENCE) return;
     // Its own end may come much later.
     socket.close();
-    this.#lose("", true);
+    this.#handleClose("", true);
   }
 }

@@ -1,45 +1,45 @@
-//! What a scenario has a tag do.
+//! Scenario of a tag: ramps to values, and release, in the order of time.
 
 use std::time::{Duration, SystemTime};
 
 use crate::Error;
 
-/// Events of one tag.
+/// Events of one tag, at most.
 const MAX_EVENTS: usize = 10_000;
 
-/// What happens to a tag in a scenario, in the order of time.
+/// Scenario events of a tag, in the order of time.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Course {
+pub struct Scenario {
     begun: SystemTime,
-    events: Vec<(Duration, CourseEvent)>,
+    events: Vec<(Duration, ScenarioEvent)>,
 }
 
-/// Something that happens to a tag.
+/// Scenario event of a tag.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum CourseEvent {
-    /// It goes to a value, in the tag's unit, and stays there.
+pub enum ScenarioEvent {
+    /// Ramp to a value, in the tag's unit, where the tag then stays.
     Value {
-        /// Where to.
+        /// Target value of the ramp.
         value: f64,
-        /// How long the way takes, at an even pace.
+        /// Duration of the linear ramp.
         over: Duration,
     },
-    /// It moves by its own shape again.
+    /// Release: the tag follows its own shape again.
     Release,
 }
 
-impl Course {
-    /// Nothing happens, counted from an instant.
+impl Scenario {
+    /// Creates a scenario without events, counted from an instant.
     pub fn new(begun: SystemTime) -> Self {
         Self { begun, events: Vec::new() }
     }
 
-    /// Adds what happens so long after the begin.
+    /// Appends an event at a time after the begin.
     ///
     /// # Errors
     /// [`Error::settings`] for what would come before what was added last, and for more
     /// than 10,000 events.
-    pub fn push(&mut self, at: Duration, event: CourseEvent) -> Result<(), Error> {
+    pub fn push(&mut self, at: Duration, event: ScenarioEvent) -> Result<(), Error> {
         if self.events.last().is_some_and(|(last, _)| *last > at) {
             return Err(Error::settings("the events of a tag are not in the order of time"));
         }
@@ -50,24 +50,24 @@ impl Course {
         Ok(())
     }
 
-    /// The values that it goes to, and how long that takes.
+    /// Returns the target values, with the durations of their ramps.
     pub(super) fn values(&self) -> impl Iterator<Item = (f64, Duration)> + '_ {
         self.events.iter().filter_map(|(_, event)| match *event {
-            CourseEvent::Value { value, over } => Some((value, over)),
-            CourseEvent::Release => None,
+            ScenarioEvent::Value { value, over } => Some((value, over)),
+            ScenarioEvent::Release => None,
         })
     }
 
-    /// The value at an instant; none where the tag moves by its own shape, which `own`
-    /// has the value of.
+    /// Returns the value at an instant; none where the tag follows its own shape, whose value `own`
+    /// returns.
     pub(super) fn at(&self, time: SystemTime, own: impl Fn(SystemTime) -> f64) -> Option<f64> {
         let since = time.duration_since(self.begun).ok()?;
         let happened = self.events.partition_point(|(at, _)| *at <= since);
         let mut way: Option<Way> = None;
         for &(at, event) in &self.events[..happened] {
             way = match event {
-                CourseEvent::Release => None,
-                CourseEvent::Value { value, over } => {
+                ScenarioEvent::Release => None,
+                ScenarioEvent::Value { value, over } => {
                     let from = way.map_or_else(|| own(self.begun + at), |way| way.at(at));
                     Some(Way { from, value, at, over })
                 }
@@ -77,7 +77,7 @@ impl Course {
     }
 }
 
-/// From a value to another.
+/// Linear ramp from one value to another.
 #[derive(Clone, Copy)]
 struct Way {
     from: f64,
@@ -98,5 +98,5 @@ impl Way {
 }
 
 #[cfg(test)]
-#[path = "course_tests.rs"]
+#[path = "scenario_tests.rs"]
 mod tests;

@@ -1,4 +1,4 @@
-//! All that is wrong with settings, so that it can be told at once.
+//! Collected faults of settings, so that all can be reported at once.
 
 use std::fmt::Display;
 use std::ops::RangeInclusive;
@@ -6,15 +6,15 @@ use std::time::Duration;
 
 /// Faults found so far, each naming its place and what is allowed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Faults(Vec<String>);
+pub struct SettingsFaults(Vec<String>);
 
-impl Faults {
-    /// Notes a fault.
+impl SettingsFaults {
+    /// Records a fault of the settings.
     pub fn add(&mut self, fault: impl Into<String>) {
         self.0.push(fault.into());
     }
 
-    /// Hands a value on, noting a fault where it is out of range.
+    /// Passes a value on, recording a fault where it is out of range.
     pub fn check<T: Copy + PartialOrd + Display>(
         &mut self,
         name: &str,
@@ -28,12 +28,12 @@ impl Faults {
         value
     }
 
-    /// The same for a number of milliseconds.
+    /// Converts a number of milliseconds, recording a fault where it is out of range.
     pub fn millis(&mut self, name: &str, value: u64, allowed: RangeInclusive<u64>) -> Duration {
         Duration::from_millis(self.check(name, value, allowed))
     }
 
-    /// Nothing, if there was no fault.
+    /// Returns all faults as one error, if there are any.
     ///
     /// # Errors
     /// All faults in one text.

@@ -1,55 +1,55 @@
-//! Rows as they are read, within limits.
+//! Rows read from a source, within limits of number, bytes and time.
 
 use std::time::{Duration, Instant};
 
-use busbar_plugin_sdk::{MAX_RECORD_BYTES, MAX_RECORD_ROWS, Record, RecordRowFault, Running};
+use busbar_plugin_sdk::{MAX_RECORD_BYTES, MAX_RECORD_ROWS, Record, RecordRowFault, StopToken};
 
 use crate::{MAX_MESSAGE, one_line};
 
-/// The longest that reading a source may take.
+/// Longest time that reading a source may take.
 pub(crate) const MAX_READ: Duration = Duration::from_secs(20);
-/// Rows left out that are told one by one.
+/// Rows left out that are reported one by one.
 const MAX_FAULTS: usize = 100;
 
-/// Until when a source may be read.
+/// Deadline of reading a source.
 #[derive(Clone)]
-pub struct Deadline {
-    /// None where nobody ends it early.
-    running: Option<Running>,
+pub struct ReadDeadline {
+    /// Stop token that ends reading early, if any.
+    running: Option<StopToken>,
     until: Instant,
 }
 
-impl Deadline {
-    pub(crate) fn of(running: &Running) -> Self {
+impl ReadDeadline {
+    pub(crate) fn from_stop_token(running: &StopToken) -> Self {
         Self { running: Some(running.clone()), until: Instant::now() + MAX_READ }
     }
 
-    /// So long from now on.
+    /// Creates a deadline after this time.
     pub fn within(time: Duration) -> Self {
         Self { running: None, until: Instant::now() + time }
     }
 
-    /// Whether reading must end now.
-    pub fn is_over(&self) -> bool {
+    /// Reports whether reading must end now.
+    pub fn has_passed(&self) -> bool {
         let is_stopped = self.running.as_ref().is_some_and(|running| !running.is_running());
         is_stopped || Instant::now() > self.until
     }
 
-    /// Goes on unless it is over.
+    /// Checks that the deadline has not passed.
     ///
     /// # Errors
     /// That it is, in words.
     pub fn check(&self) -> Result<(), String> {
-        match self.is_over() {
+        match self.has_passed() {
             true => Err(format!("reading it took longer than {} s", MAX_READ.as_secs())),
             false => Ok(()),
         }
     }
 }
 
-/// The rows of a source, as far as they were read.
+/// Rows of a source read so far.
 #[derive(Debug, Default, PartialEq)]
-pub struct Gathered {
+pub struct RowBatch {
     pub(crate) rows: Vec<Record>,
     pub(crate) left_out: u64,
     pub(crate) faults: Vec<RecordRowFault>,
@@ -57,14 +57,13 @@ pub struct Gathered {
     max_bytes: usize,
 }
 
-impl Gathered {
-    /// For one of so many lists, which share [`MAX_RECORD_BYTES`].
-    pub fn of(lists: usize) -> Self {
+impl RowBatch {
+    /// Creates a batch for one of so many lists, which share [`MAX_RECORD_BYTES`].
+    pub fn with_lists(lists: usize) -> Self {
         Self { max_bytes: MAX_RECORD_BYTES / lists.max(1), ..Self::default() }
     }
 
-    /// Takes a row, or what is wrong with it; its number is that of a line, or a row of a
-    /// result.
+    /// Takes a row, or its fault; the number is that of a line, or of a row of a result.
     ///
     /// # Errors
     /// That there are more than a list may have, in words.
@@ -92,12 +91,12 @@ impl Gathered {
         Ok(())
     }
 
-    /// The rows so far.
+    /// Returns the rows taken so far.
     pub fn rows(&self) -> &[Record] {
         &self.rows
     }
 
-    /// What is wrong with the first of those that are left out.
+    /// Returns the faults of the first rows left out.
     pub fn faults(&self) -> &[RecordRowFault] {
         &self.faults
     }
