@@ -29,16 +29,16 @@ pub(crate) fn retain_freed_memory() {
     }
 }
 
-/// Whether all threads take from one heap.
+/// Single-arena mode: all threads allocate from one heap.
 static IS_ONE_HEAP: AtomicBool = AtomicBool::new(false);
 
-/// What a scene of a million triangles and its first frame take.
+/// Bytes of a scene of a million triangles with its first frame.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 const FIRST_HEAP_BYTES: libc::c_int = 384 << 20;
 /// Makes the heap grow, as what it has at first is smaller.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 const FIRST_BLOCK_BYTES: usize = 1 << 20;
-/// What glibc has by default.
+/// Default top padding of glibc, bytes.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 const TOP_PAD_BYTES: libc::c_int = 128 << 10;
 
@@ -117,7 +117,7 @@ unsafe impl GlobalAlloc for HugePageAllocator {
     }
 }
 
-/// Where the one heap lies that is under huge pages, and how long it is.
+/// Address and length of the single heap under huge pages.
 static HEAP: (AtomicUsize, AtomicUsize) = (AtomicUsize::new(0), AtomicUsize::new(0));
 
 /// Asks for huge pages where they lie wholly within a large block, while they are fast; once
