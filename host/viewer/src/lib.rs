@@ -6,6 +6,7 @@
 //! [`import_scene`] makes a configuration from a model and a point list.
 //!
 //! Invariant: no Vulkan type and no protocol word crosses this façade.
+#![doc = include_str!("../DESIGN.md")]
 
 mod alarms;
 mod camera;

@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
 use busbar_plugin_host::{
-    Behaviour, DeviceScenario, Shape, SimulatedTag, Simulation, TelemetryTag,
+    DeviceScenario, Shape, SimulatedBehavior, SimulatedTag, Simulation, TelemetryTag,
 };
 use busbar_plugin_process::{RunningSimulator, RunningTelemetry};
 use busbar_tags::Sample;
@@ -80,7 +80,7 @@ fn device(
 ) -> Result<RunningSimulator> {
     let simulated = |tag: &TelemetryTag| SimulatedTag {
         tag: tag.clone(),
-        behaviour: Behaviour {
+        behavior: SimulatedBehavior {
             shape: Shape::Constant,
             base: f64::from(tag.tag.0 % 100),
             amplitude: 0.0,
