@@ -4,7 +4,7 @@ use glam::Vec3;
 use proptest::prelude::*;
 
 use super::*;
-use crate::deviation::{GREATEST_BY_ERROR, distance_squared};
+use crate::surface_deviation::{MAX_ERROR_RATIO, distance_squared};
 use crate::{CollapseStacks, RawPrimitive, weld};
 
 /// Fans of different sizes, each an island about a hub of its own.
@@ -271,7 +271,7 @@ proptest! {
                 let distances = left.iter().filter(of_island);
                 let distances = distances.map(|&corners| distance_squared(point, corners));
                 let nearest = distances.fold(f32::INFINITY, f32::min).sqrt();
-                prop_assert!(nearest.is_infinite() || nearest <= entry.error * GREATEST_BY_ERROR * 1.001 + 1e-4);
+                prop_assert!(nearest.is_infinite() || nearest <= entry.error * MAX_ERROR_RATIO * 1.001 + 1e-4);
             }
         }
         for island in 0..sizes.len() as u32 {

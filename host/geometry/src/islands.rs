@@ -43,24 +43,24 @@ impl Mesh {
             return vec![self];
         }
         let (island_of, islands) = self.find_islands();
-        let (piece_of, pieces) = gather(&islands, limits);
+        let (piece_of, pieces) = group_islands(&islands, limits);
         if pieces <= 1 {
             return vec![self];
         }
         let of_position = |&island: &u32| piece_of.get(island as usize).copied().unwrap_or(0);
         let piece_of_position: Vec<u32> = island_of.iter().map(of_position).collect();
-        self.divide(&piece_of_position, pieces)
+        self.split_by_position(&piece_of_position, pieces)
     }
 
     /// For each position, one that stands for its island: the same for all of it.
     pub(crate) fn island_roots(&self) -> Vec<u32> {
         let mut above: Vec<u32> = (0..self.positions.len() as u32).collect();
         for &corners in &self.triangles {
-            let [a, b, c] = self.corner_positions(corners).map(|p| root(&mut above, p));
+            let [a, b, c] = self.corner_positions(corners).map(|p| find_root(&mut above, p));
             let least = a.min(b).min(c);
             [a, b, c].into_iter().for_each(|root| above[root as usize] = least);
         }
-        (0..above.len() as u32).map(|position| root(&mut above, position)).collect()
+        (0..above.len() as u32).map(|position| find_root(&mut above, position)).collect()
     }
 
     /// The island of each position, numbered from 0, and how many there are; a position that
@@ -112,7 +112,7 @@ impl Mesh {
     }
 
     /// One mesh a piece. The corners of a triangle are in one piece.
-    pub(crate) fn divide(self, piece_of_position: &[u32], pieces: u32) -> Vec<Self> {
+    pub(crate) fn split_by_position(self, piece_of_position: &[u32], pieces: u32) -> Vec<Self> {
         let mut divided = vec![Self::default(); pieces as usize];
         let mut new_position = Vec::with_capacity(self.positions.len());
         for (index, (&position, &piece)) in self.positions.iter().zip(piece_of_position).enumerate()
@@ -162,7 +162,7 @@ impl Mesh {
 }
 
 /// The position at the top of the one that a position is under; the way is halved.
-pub(crate) fn root(above: &mut [u32], mut position: u32) -> u32 {
+pub(crate) fn find_root(above: &mut [u32], mut position: u32) -> u32 {
     while above[position as usize] != position {
         above[position as usize] = above[above[position as usize] as usize];
         position = above[position as usize];
@@ -172,7 +172,7 @@ pub(crate) fn root(above: &mut [u32], mut position: u32) -> u32 {
 
 /// The piece of each island, and how many pieces there are: those of the same materials,
 /// halved along the longest axis until each is within the limits.
-fn gather(islands: &[Island], limits: PieceLimits) -> (Vec<u32>, u32) {
+fn group_islands(islands: &[Island], limits: PieceLimits) -> (Vec<u32>, u32) {
     let mut piece_of = vec![0; islands.len()];
     let mut pieces = 0;
     let mut of_materials: BTreeMap<u64, Vec<u32>> = BTreeMap::new();

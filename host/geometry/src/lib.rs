@@ -4,7 +4,6 @@
 //! ([`weld()`]) into a [`Mesh`]; an optimiser turns its [`Topology`] into a
 //! [`CollapseSequence`]; [`CollapseStacks`] then gives the mesh at any cursor.
 
-mod deviation;
 mod error_order;
 mod face_splitting;
 mod islands;
@@ -15,6 +14,7 @@ mod slender;
 mod stacks;
 mod statistics;
 mod stochastic_simplification;
+mod surface_deviation;
 mod weld;
 
 pub use islands::PieceLimits;

@@ -39,7 +39,7 @@ pub fn merge(
     parts: &[MergePart<'_>],
     materials: u32,
 ) -> Result<(Mesh, CollapseSequence), SequenceError> {
-    let mut merged = Merged { corners: vec![Vec::new(); materials as usize], ..Merged::default() };
+    let mut merged = Merger { corners: vec![Vec::new(); materials as usize], ..Merger::default() };
     for part in parts {
         merged.add(part);
     }
@@ -68,14 +68,14 @@ impl CollapseStacks {
 }
 
 #[derive(Default)]
-struct Merged {
+struct Merger {
     mesh: Mesh,
     /// Triangles of each material.
     corners: Vec<Vec<[u32; 3]>>,
     collapses: Vec<Collapse>,
 }
 
-impl Merged {
+impl Merger {
     fn add(&mut self, part: &MergePart<'_>) {
         let MergePart { stacks, cursors, .. } = part;
         let cursor = cursors.start;

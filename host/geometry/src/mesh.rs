@@ -1,6 +1,6 @@
 //! A triangle mesh with welded positions and the wedges that split them.
 
-mod valid;
+mod validation;
 
 use std::ops::Range;
 

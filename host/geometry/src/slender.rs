@@ -71,7 +71,7 @@ impl Mesh {
         let island = |corners: [u32; 3]| island_of[corners[0] as usize] as usize;
         let mut tubes = vec![Tube::NONE; islands];
         for &triangle in &self.triangles {
-            let (corners, normal) = self.facing(triangle);
+            let (corners, normal) = self.corners_and_normal(triangle);
             let tube = &mut tubes[island(corners)];
             tube.area += normal.length();
             tube.facing += normal;
@@ -85,7 +85,7 @@ impl Mesh {
         }
         let is_slender = |triangle: &&[u32; 3]| slender[island(self.corner_positions(**triangle))];
         let faces: Vec<_> =
-            self.triangles.iter().filter(is_slender).map(|&t| self.facing(t)).collect();
+            self.triangles.iter().filter(is_slender).map(|&t| self.corners_and_normal(t)).collect();
         let mut outward = vec![Vec3::ZERO; self.positions.len()];
         for &(corners, normal) in &faces {
             // By angles, so that it does not matter which way a flat side is cut in two; and
@@ -114,7 +114,7 @@ impl Mesh {
     }
 
     /// The positions of a triangle's corners; its normal, as long as its area is large.
-    fn facing(&self, triangle: [u32; 3]) -> ([u32; 3], Vec3) {
+    fn corners_and_normal(&self, triangle: [u32; 3]) -> ([u32; 3], Vec3) {
         let corners = self.corner_positions(triangle);
         let [a, b, c] = corners.map(|position| self.positions[position as usize]);
         (corners, 0.5 * (b - a).cross(c - a))

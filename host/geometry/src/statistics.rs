@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use crate::ResolvedMesh;
-use crate::islands::root;
+use crate::islands::find_root;
 
 /// Topology of a mesh at one cursor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -90,7 +90,7 @@ pub fn count_components(position_count: u32, triangles: &[[u32; 3]]) -> Componen
     let mut referenced = vec![false; position_count as usize];
     for &[a, b, c] in triangles {
         for (x, y) in [(a, b), (b, c)] {
-            let (rx, ry) = (root(&mut parent, x), root(&mut parent, y));
+            let (rx, ry) = (find_root(&mut parent, x), find_root(&mut parent, y));
             if rx != ry {
                 parent[rx.max(ry) as usize] = rx.min(ry);
                 all -= 1;

@@ -41,7 +41,7 @@ impl<'a> MeshFeatureWriter<'a> {
     }
 
     /// `None` where no vertex has a feature.
-    pub(crate) fn of(&self, wedges: &[u32]) -> Option<VertexFeatures> {
+    pub(crate) fn vertex_features(&self, wedges: &[u32]) -> Option<VertexFeatures> {
         let mesh = self.mesh;
         let feature = |&wedge: &u32| {
             let position = mesh.wedges.position[wedge as usize];

@@ -60,7 +60,7 @@ struct MeshWriter<'a> {
 impl MeshWriter<'_> {
     fn section(&mut self, section: &Section) -> Primitive {
         let (wedges, indices) = self.gather(section);
-        let features = self.features.of(&wedges);
+        let features = self.features.vertex_features(&wedges);
         Primitive {
             attributes: Attributes {
                 position: self.positions(&wedges),

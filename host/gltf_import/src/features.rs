@@ -8,7 +8,7 @@ use crate::ImportLimits;
 use crate::accessor::Accessor;
 use crate::error::{ImportError, ImportFault};
 use crate::name_table::NameTable;
-use crate::names::{Names, clean_name};
+use crate::names::{UniqueNames, clean_name};
 
 /// Feature ids of a primitive's vertices.
 #[derive(Clone, Copy)]
@@ -90,7 +90,7 @@ impl<'a> FeatureNamer<'a> {
                 *feature = its_number;
             }
         }
-        let mut names = Names::default();
+        let mut names = UniqueNames::default();
         Ok(keys.into_iter().map(|key| names.unique(self.own_name(key))).collect())
     }
 

@@ -43,7 +43,7 @@ pub(crate) enum Source {
 /// Textures, and which of them only stand in for an image that is missing or broken.
 pub(crate) struct Decoded {
     pub(crate) textures: Vec<Texture>,
-    pub(crate) stands_in: Vec<bool>,
+    pub(crate) placeholders: Vec<bool>,
 }
 
 /// Finds the bytes of images. One that cannot be read is missing; what would harm, such
@@ -113,14 +113,14 @@ pub(crate) fn decode(
         measured.push((index, sound.map(|(bytes, _)| bytes)));
     }
     let verifies = pixels > MAX_UNVERIFIED_PIXELS;
-    let mut decoded = Decoded { textures: Vec::new(), stands_in: Vec::new() };
+    let mut decoded = Decoded { textures: Vec::new(), placeholders: Vec::new() };
     for (index, sound) in measured {
         let texture = sound.and_then(|bytes| {
             let verified = if verifies { verify(bytes) } else { Ok(()) };
             let texture = verified.and_then(|()| decode_one(bytes));
             texture.map_err(|fault| fault.at(format!("/images/{index}")))
         });
-        decoded.stands_in.push(texture.is_err());
+        decoded.placeholders.push(texture.is_err());
         decoded.textures.push(texture.unwrap_or_else(|ImportError { fault, place, .. }| {
             let remedy = fault.remedy();
             notes.add(format!("texture shown as a checker: {fault}, at {place}: {remedy}"));

@@ -18,9 +18,9 @@ pub(crate) struct Materials {
 
 impl Materials {
     /// A texture that stands in for a lost one says nothing of roughness and metal.
-    pub(crate) fn forget_roughness_of(&mut self, stands_in: &[bool]) {
+    pub(crate) fn drop_roughness_textures(&mut self, placeholders: &[bool]) {
         for material in &mut self.materials {
-            let is_lost = |of: &TextureRef| stands_in.get(of.texture as usize) == Some(&true);
+            let is_lost = |of: &TextureRef| placeholders.get(of.texture as usize) == Some(&true);
             material.metallic_roughness_texture =
                 material.metallic_roughness_texture.filter(|of| !is_lost(of));
         }

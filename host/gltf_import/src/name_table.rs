@@ -28,7 +28,7 @@ impl<'a> NameTable<'a> {
     /// The names of a table's rows; `None` without a column of strings.
     /// `place` is where the table stands; `charge` is told, before the time is
     /// spent, how many bytes will be gone through.
-    pub(crate) fn of(
+    pub(crate) fn read(
         table: &PropertyTable,
         class: &Class,
         buffers: &Buffers<'a>,

@@ -7,7 +7,7 @@ use gltf::json::{Node, Root, scene};
 use crate::ImportLimits;
 use crate::error::{ImportError, ImportFault, item};
 use crate::limits::MAX_COORDINATE;
-use crate::names::{Names, clean_name};
+use crate::names::{UniqueNames, clean_name};
 use crate::report::Notes;
 
 const NONE: u32 = u32::MAX;
@@ -105,7 +105,7 @@ fn flatten(
         model_from_parent: Mat4,
         level: u32,
     }
-    let mut names = Names::default();
+    let mut names = UniqueNames::default();
     let mut nodes = Vec::new();
     let pend =
         |node, parent, model_from_parent, level| Pending { node, parent, model_from_parent, level };

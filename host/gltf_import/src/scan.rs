@@ -18,7 +18,7 @@ use crate::extensions;
 use crate::limits::{MAX_JSON_DEPTH, MAX_JSON_MEMORY, MAX_NAME_BYTES};
 
 /// Memory cost of the parsed elements of a top-level array, bytes.
-struct Section {
+struct ParseCost {
     name: &'static str,
     element: usize,
     nested_object: usize,
@@ -30,8 +30,8 @@ const fn section(
     element: usize,
     nested_object: usize,
     nested_scalar: usize,
-) -> Section {
-    Section { name, element, nested_object, nested_scalar }
+) -> ParseCost {
+    ParseCost { name, element, nested_object, nested_scalar }
 }
 
 /// A growing vector holds up to twice its elements.
@@ -42,7 +42,7 @@ const fn vec_bytes<T>() -> usize {
 /// A B-tree leaf, allocated whole for a primitive's first attribute.
 const ATTRIBUTES_BYTES: usize = 400;
 
-const SECTIONS: &[Section] = &[
+const SECTIONS: &[ParseCost] = &[
     section("accessors", vec_bytes::<json::Accessor>(), 0, vec_bytes::<json::Value>()),
     section(
         "animations",
@@ -123,7 +123,7 @@ enum Step<'a> {
 
 struct Scanner<'a> {
     path: Vec<Step<'a>>,
-    section: Option<&'static Section>,
+    section: Option<&'static ParseCost>,
     memory: u64,
     memory_limit: u64,
     max_nodes: u64,

@@ -31,7 +31,7 @@ pub(crate) fn short_ids(model: &Model) -> Vec<bool> {
 }
 
 /// The box around each of a mesh's first `count` features, in the mesh's space.
-pub(crate) fn boxes(mesh: &Mesh, count: usize) -> Vec<Option<Bounds>> {
+pub(crate) fn feature_bounds(mesh: &Mesh, count: usize) -> Vec<Option<Bounds>> {
     let mut boxes: Vec<Option<Bounds>> = vec![None; count];
     for (&position, &feature) in mesh.positions.iter().zip(&mesh.features) {
         if let Some(bounds) = boxes.get_mut(feature as usize) {

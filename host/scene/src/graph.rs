@@ -9,7 +9,7 @@ use glam::{EulerRot, Mat4, Quat, Vec3};
 use thiserror::Error;
 
 use crate::instances::{Instances, MeshInstance};
-use crate::nodes::{Nodes, Place};
+use crate::nodes::{NodeAddress, Nodes};
 use crate::parts::Parts;
 use crate::{Model, ModelIndex, ThetaPolicy};
 
@@ -53,7 +53,7 @@ pub struct Placement {
 #[derive(Clone, Copy, Debug)]
 pub struct SceneNode<'a> {
     nodes: &'a Nodes,
-    place: Place,
+    place: NodeAddress,
 }
 
 impl<'a> SceneNode<'a> {
@@ -231,17 +231,17 @@ impl SceneGraph {
 
     /// Iterates over all nodes.
     pub fn nodes(&self) -> impl Iterator<Item = SceneNode<'_>> {
-        self.nodes.places().map(|place| SceneNode { nodes: &self.nodes, place })
+        self.nodes.addresses().map(|place| SceneNode { nodes: &self.nodes, place })
     }
 
     /// Returns the node of an index.
     pub fn node(&self, index: NodeIndex) -> SceneNode<'_> {
-        SceneNode { nodes: &self.nodes, place: self.nodes.place_of(index) }
+        SceneNode { nodes: &self.nodes, place: self.nodes.address_of(index) }
     }
 
     /// Transform from the space of an instance's mesh to the world.
     pub fn world_from_mesh(&self, instance: &MeshInstance) -> Mat4 {
-        self.nodes.world_from(self.nodes.place_in(instance.placement, instance.node))
+        self.nodes.world_from(self.nodes.address_in(instance.placement, instance.node))
     }
 
     /// World-space box around an instance's mesh; `None` without vertices.
@@ -290,12 +290,12 @@ impl SceneGraph {
     /// `pose` is a transform of the part's own space; `None` puts it back. Gives the
     /// instances that moved, by index. What a box around a whole placement holds stays.
     pub fn set_part_pose(&mut self, part: NodeIndex, pose: Option<Mat4>) -> Vec<usize> {
-        let place = self.nodes.place_of(part);
+        let place = self.nodes.address_of(part);
         let Some(index) = place.part.filter(|_| self.nodes.set_part_pose(place, pose)) else {
             return Vec::new();
         };
         let hangs_under = |instance: &usize| {
-            let own = self.nodes.place_in(place.placement, self.instance(*instance).node);
+            let own = self.nodes.address_in(place.placement, self.instance(*instance).node);
             self.nodes.hangs_under(own, index)
         };
         self.instances.of_placement(place.placement).filter(hangs_under).collect()
@@ -307,11 +307,13 @@ impl SceneGraph {
             return Err(SceneError::SlashInId { id: id.clone() });
         }
         let parent = parent.map(|parent| parent as u32);
-        let id_of = |nodes: &Nodes, placement: u32| nodes.id(Place { placement, part: None });
+        let id_of = |nodes: &Nodes, placement: u32| nodes.id(NodeAddress { placement, part: None });
         let placed = self.nodes.place(id, parent, &transform.matrix(), *model);
         let placement = placed.map_err(|first| {
-            let first =
-                SceneNode { nodes: &self.nodes, place: Place { placement: first, part: None } };
+            let first = SceneNode {
+                nodes: &self.nodes,
+                place: NodeAddress { placement: first, part: None },
+            };
             SceneError::DuplicateId {
                 id: id.clone(),
                 first_parent: first.parent().map(|parent| self.node(parent).id()),
@@ -332,7 +334,7 @@ impl SceneGraph {
         model: ModelIndex,
         theta: Option<PolicyIndex>,
     ) -> Result<(), SceneError> {
-        let place = |part: u32| Place { placement, part: Some(part) };
+        let place = |part: u32| NodeAddress { placement, part: Some(part) };
         let parts = self.nodes.parts_of_model(model);
         if let Some((first, second)) = parts.twins {
             let [first, second] =

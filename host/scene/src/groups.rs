@@ -36,8 +36,8 @@ pub struct Group {
 
 /// The groups of a scene whose instances may all be in one, outer ones before those
 /// within them.
-pub fn find_groups(graph: &SceneGraph, may: impl Fn(&MeshInstance) -> bool) -> Vec<Group> {
-    let trees = Trees::of(graph, may);
+pub fn find_groups(graph: &SceneGraph, is_allowed: impl Fn(&MeshInstance) -> bool) -> Vec<Group> {
+    let trees = Subtrees::new(graph, is_allowed);
     let mut groups: Vec<Group> = Vec::new();
     for (node, scene_node) in graph.nodes().enumerate() {
         if let (true, Some(bounds)) = (trees.is_group(node), scene_node.bounds()) {
@@ -55,7 +55,7 @@ pub fn find_groups(graph: &SceneGraph, may: impl Fn(&MeshInstance) -> bool) -> V
     for group in &mut groups {
         group.after = first_group_after(&starts, group.instances.end);
     }
-    find_kinds(graph, &mut groups);
+    find_equal_groups(graph, &mut groups);
     groups
 }
 
@@ -65,7 +65,7 @@ pub fn first_group_after(starts: &[u32], end: u32) -> u32 {
 }
 
 /// Subtree measurements of each node.
-struct Trees {
+struct Subtrees {
     /// The first node after those under it.
     ends: Vec<u32>,
     instances: Vec<Range<u32>>,
@@ -74,8 +74,8 @@ struct Trees {
     greatest: Vec<u32>,
 }
 
-impl Trees {
-    fn of(graph: &SceneGraph, may: impl Fn(&MeshInstance) -> bool) -> Self {
+impl Subtrees {
+    fn new(graph: &SceneGraph, is_allowed: impl Fn(&MeshInstance) -> bool) -> Self {
         let count = graph.node_count();
         let mut trees = Self {
             ends: (1..=count as u32).collect(),
@@ -86,7 +86,7 @@ impl Trees {
         let mut below = vec![1_u32; count];
         for (index, instance) in (0..).zip(graph.instances()) {
             let node = instance.node.0 as usize;
-            trees.usable[node] &= may(&instance);
+            trees.usable[node] &= is_allowed(&instance);
             trees.include(node, &(index..index + 1));
         }
         for node in (0..count).rev() {
@@ -126,16 +126,16 @@ impl Trees {
 }
 
 /// Identity of a mesh instance apart from its transform.
-type Look = (u32, u32, u32, Option<u32>, Option<u32>);
+type InstanceSignature = (u32, u32, u32, Option<u32>, Option<u32>);
 
 /// Notes which groups look the same.
-fn find_kinds(graph: &SceneGraph, groups: &mut [Group]) {
-    let mut kinds: HashMap<Vec<Look>, Vec<u32>> = HashMap::new();
+fn find_equal_groups(graph: &SceneGraph, groups: &mut [Group]) {
+    let mut kinds: HashMap<Vec<InstanceSignature>, Vec<u32>> = HashMap::new();
     for index in 0..groups.len() {
         let group = &groups[index];
-        let looks = instances_of(graph, group).map(|instance| look(group, &instance));
-        let alike = kinds.entry(looks.collect()).or_default();
-        let same = |kind: &&u32| looks_the_same(graph, &groups[**kind as usize], group);
+        let signatures = instances_of(graph, group).map(|instance| signature(group, &instance));
+        let alike = kinds.entry(signatures.collect()).or_default();
+        let same = |kind: &&u32| has_same_layout(graph, &groups[**kind as usize], group);
         let kind = alike.iter().find(same).copied();
         if kind.is_none() {
             alike.push(index as u32);
@@ -148,7 +148,7 @@ fn instances_of(graph: &SceneGraph, group: &Group) -> impl Iterator<Item = MeshI
     group.instances.clone().map(|index| graph.instance(index as usize))
 }
 
-fn look(group: &Group, instance: &MeshInstance) -> Look {
+fn signature(group: &Group, instance: &MeshInstance) -> InstanceSignature {
     let relative = |node: NodeIndex| node.0 - group.nodes.start;
     (
         instance.model.0,
@@ -160,7 +160,7 @@ fn look(group: &Group, instance: &MeshInstance) -> Look {
 }
 
 /// Reports whether instances of the same meshes are arranged alike as well.
-fn looks_the_same(graph: &SceneGraph, a: &Group, b: &Group) -> bool {
+fn has_same_layout(graph: &SceneGraph, a: &Group, b: &Group) -> bool {
     if a.nodes.len() != b.nodes.len() {
         return false;
     }

@@ -5,7 +5,7 @@ use std::fmt;
 use busbar_geometry::Mesh;
 use twox_hash::XxHash3_128;
 
-use crate::welded::section_words;
+use crate::mesh_file::section_words;
 
 /// Content hash of the optimiser: everything besides the mesh that decides a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -10,10 +10,10 @@
 //! costs no more than mapping, checking and copying (ARCHITECTURE.md).
 
 mod directory;
-mod file;
 mod key;
+mod mesh_file;
 pub mod probe;
-mod welded;
+mod stack_file;
 
 use std::borrow::Cow;
 use std::fs::File;
@@ -25,7 +25,7 @@ use busbar_geometry::{CollapseStacks, Mesh, StackTables, WeldReport};
 use thiserror::Error;
 
 pub use key::{CacheKey, OptimizerDigest};
-pub use welded::{MeshKey, WeldedMesh, content_digest};
+pub use mesh_file::{MeshKey, WeldedMesh, content_digest};
 
 /// Bytes that are written at a time: of one write the system may make one page, as large, and
 /// looks for that much free memory in one place.
@@ -114,7 +114,7 @@ impl StackCache {
         ranks: &[u32],
         tables: &StackTables,
     ) -> Result<(), CacheError> {
-        self.write(&self.path(key), &file::parts(key, ranks, tables))
+        self.write(&self.path(key), &stack_file::parts(key, ranks, tables))
     }
 
     /// Looks for a welded mesh; none if there is none.
@@ -123,7 +123,7 @@ impl StackCache {
     /// Why its file cannot be used.
     pub fn load_mesh(&self, key: MeshKey) -> Result<Option<WeldedMesh>, String> {
         let path = self.mesh_path(key);
-        open(&path, |file, length| welded::read(file, length, key)).transpose()
+        open(&path, |file, length| mesh_file::read(file, length, key)).transpose()
     }
 
     /// Keeps a welded mesh.
@@ -137,7 +137,7 @@ impl StackCache {
         feature_names: &[String],
         report: WeldReport,
     ) -> Result<(), CacheError> {
-        self.write(&self.mesh_path(key), &welded::parts(key, mesh, feature_names, report))
+        self.write(&self.mesh_path(key), &mesh_file::parts(key, mesh, feature_names, report))
     }
 
     fn write(&self, path: &Path, parts: &[Cow<'_, [u8]>]) -> Result<(), CacheError> {
@@ -195,6 +195,6 @@ fn restore(
     key: CacheKey,
     mesh: &mut Mesh,
 ) -> Result<CollapseStacks, String> {
-    let (ranks, tables) = file::read(file, length, key, mesh)?;
+    let (ranks, tables) = stack_file::read(file, length, key, mesh)?;
     CollapseStacks::restore(mesh, &ranks, tables).map_err(|error| error.to_string())
 }

@@ -19,7 +19,7 @@ pub(crate) struct Attributes<'a> {
 
 impl<'a> Attributes<'a> {
     /// `None` for a mesh without attributes.
-    pub(crate) fn of(mesh: &Mesh<'a>) -> Option<Self> {
+    pub(crate) fn new(mesh: &Mesh<'a>) -> Option<Self> {
         let wedges = mesh.wedges?;
         let mut starts = vec![0; mesh.positions.len()];
         let mut last = None;
@@ -86,12 +86,12 @@ impl<'a> Attributes<'a> {
 
 /// The triangles at a vertex by the wedge that they have there.
 #[derive(Default)]
-pub(crate) struct Passages {
+pub(crate) struct WedgeAreas {
     /// Wedges with their areas.
     list: Vec<(u32, f64)>,
 }
 
-impl Passages {
+impl WedgeAreas {
     /// Adds up the area of each wedge, square metres.
     pub(crate) fn gather(&mut self, wedges: impl Iterator<Item = (u32, f64)>) {
         self.list.clear();

@@ -34,7 +34,8 @@ pub(crate) fn measure(
     for vertex in 0..surface.len() as u32 {
         let complete = surface.ring(vertex, &mut ring);
         let quadric = &mut quadrics[vertex as usize];
-        if hold_edges(surface, attributes, vertex, &ring, border_weight, quadric) || !complete {
+        if add_edge_planes(surface, attributes, vertex, &ring, border_weight, quadric) || !complete
+        {
             surface.open[vertex as usize] = true;
         }
     }
@@ -42,7 +43,7 @@ pub(crate) fn measure(
 
 /// Adds the planes of the edges at a vertex. Returns whether one is open: has
 /// not exactly one triangle on either side.
-fn hold_edges(
+fn add_edge_planes(
     surface: &mut Surface,
     attributes: Option<&Attributes<'_>>,
     vertex: u32,

@@ -37,7 +37,7 @@ pub(crate) struct Hinge {
 
 impl Hinge {
     #[inline(always)]
-    pub(crate) fn at(mesh: &Mesh<'_>, [v1, v2]: [u32; 2], first: Side, second: Side) -> Self {
+    pub(crate) fn new(mesh: &Mesh<'_>, [v1, v2]: [u32; 2], first: Side, second: Side) -> Self {
         let p1 = point(mesh, v1);
         let along = sub(point(mesh, v2), p1);
         let normal = |side: Side| cross(along, sub(point(mesh, side.opposite()), p1));
@@ -65,7 +65,7 @@ pub(crate) fn measure(
     interpretation: &Interpretation,
 ) -> Factors {
     let length = norm(sub(point(mesh, ends[1]), point(mesh, ends[0])));
-    let hinge = |a: &Side, b: &Side| Hinge::at(mesh, ends, *a, *b);
+    let hinge = |a: &Side, b: &Side| Hinge::new(mesh, ends, *a, *b);
     let double_area = |side: &Side| hinge(side, side).first_squared.sqrt();
     let curvature_cosine = match sides {
         [_] => interpretation.border_curvature_cosine(),

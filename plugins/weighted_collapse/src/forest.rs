@@ -3,7 +3,7 @@
 use busbar_plugin_sdk::{Collapse, CollapseList, Mesh, on_huge_pages};
 
 use crate::edges::Edges;
-use crate::sort::Parts;
+use crate::sort::KeyPartitions;
 use crate::vector::{norm, point, sub};
 
 /// Points looked up at a time, ahead of their use: the lookups wait for memory
@@ -34,7 +34,7 @@ pub(crate) fn collapse(
 ) {
     let mut classes = Classes::new(mesh.positions.len());
     let mut collapses = on_huge_pages(Vec::with_capacity(mesh.positions.len()));
-    let mut parts = list.stage("sort", || Parts::of(weights, part_size));
+    let mut parts = list.stage("sort", || KeyPartitions::new(weights, part_size));
     let mut joining: Vec<[u32; 2]> = Vec::new();
     for part in 0..parts.len() {
         list.stage("sort", || {

@@ -132,9 +132,9 @@ pub fn collapse_list(
         progress.report(SORTED)?;
         let keys = match order {
             Order::Reweighted => {
-                greedy::Keys::Weights { weights: &weights, interpretation, coefficients }
+                greedy::EdgeKeys::Weights { weights: &weights, interpretation, coefficients }
             }
-            _ => greedy::Keys::Ranks(sort::ranks(&sorted)),
+            _ => greedy::EdgeKeys::Ranks(sort::ranks(&sorted)),
         };
         let collapses = || greedy::collapse(mesh, &edges, &sorted, &keys, progress);
         list.collapses = list.stage("collapse", collapses)?;

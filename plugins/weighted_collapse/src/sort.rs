@@ -14,15 +14,15 @@ pub(crate) const PART: usize = 1 << 16;
 /// different ones equal: the upper bits of what lies between the least weight
 /// and each.
 #[derive(Clone, Copy)]
-struct Keys {
+struct SortKeys {
     least_bits: u64,
     shift: u32,
 }
 
-impl Keys {
+impl SortKeys {
     /// For finite weights that are not negative: their bits, as integers, have
     /// their order.
-    fn of(weights: &[f64]) -> Self {
+    fn new(weights: &[f64]) -> Self {
         let (least_bits, most_bits) = weights
             .iter()
             .map(|w| w.to_bits())
@@ -41,7 +41,7 @@ impl Keys {
 type Pair = (u32, u32);
 
 /// Edges in parts: each edge of one part weighs less than any of the next.
-pub(crate) struct Parts<'a> {
+pub(crate) struct KeyPartitions<'a> {
     weights: &'a [f64],
     pairs: Vec<Pair>,
     /// Start of each part, and the total.
@@ -49,10 +49,10 @@ pub(crate) struct Parts<'a> {
     spare: Vec<Pair>,
 }
 
-impl<'a> Parts<'a> {
+impl<'a> KeyPartitions<'a> {
     /// Parts of at least `size` edges, but for the last.
-    pub(crate) fn of(weights: &'a [f64], size: usize) -> Self {
-        let keys = Keys::of(weights);
+    pub(crate) fn new(weights: &'a [f64], size: usize) -> Self {
+        let keys = SortKeys::new(weights);
         let mut next = [0_usize; DIGITS];
         weights.iter().for_each(|&weight| next[upper_digit(keys.key(weight))] += 1);
         let (mut starts, mut total) = (vec![0], 0);
@@ -110,7 +110,7 @@ impl<'a> Parts<'a> {
 /// Edge indices in ascending order of (W, edge index). The order of edges is
 /// that of (smaller, larger) vertex index.
 pub(crate) fn sort(weights: &[f64]) -> Vec<u32> {
-    let mut parts = Parts::of(weights, PART);
+    let mut parts = KeyPartitions::new(weights, PART);
     let mut sorted = Vec::with_capacity(weights.len());
     for part in 0..parts.len() {
         sorted.extend(parts.sort(part, |_| true));

@@ -17,7 +17,7 @@ use crate::threads;
 
 /// The factors of all edges, in parallel arrays.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Measured {
+pub(crate) struct MeasuredEdges {
     lengths: Vec<f64>,
     flags: Vec<bool>,
     areas: Vec<f64>,
@@ -60,7 +60,7 @@ pub(crate) fn measure_all(
     edges: &Edges,
     interpretation: &Interpretation,
     threads: usize,
-) -> Measured {
+) -> MeasuredEdges {
     let zeros = || on_huge_pages(vec![0.0; edges.len()]);
     let (mut lengths, mut areas, mut curvatures) = (zeros(), zeros(), zeros());
     let mut flags = vec![false; edges.len()];
@@ -79,8 +79,8 @@ pub(crate) fn measure_all(
     let totals = threads::map(chunks.collect(), threads, |chunk| {
         measure_chunk(mesh, edges, interpretation, chunk)
     });
-    let totals = totals.into_iter().fold(Totals::default(), Totals::and);
-    Measured { lengths, flags, areas, curvatures, totals }
+    let totals = totals.into_iter().fold(Totals::default(), Totals::combine);
+    MeasuredEdges { lengths, flags, areas, curvatures, totals }
 }
 
 fn measure_chunk(
@@ -98,7 +98,7 @@ fn measure_chunk(
     for i in 0..lengths.len() {
         let edge = first_edge + i;
         if let &[first, second] = edges.sides(edge) {
-            let hinge = Hinge::at(mesh, edges.ends[edge], first, second);
+            let hinge = Hinge::new(mesh, edges.ends[edge], first, second);
             lengths[i] = hinge.length_squared;
             areas[i] = hinge.first_squared;
             second_squares[i] = hinge.second_squared;
@@ -125,27 +125,27 @@ fn measure_chunk(
     }
     angles(curvatures);
     Totals {
-        lengths: Moments::of(lengths),
-        areas: Moments::of(areas),
-        curvatures: Moments::of(curvatures),
+        lengths: Moments::from_values(lengths),
+        areas: Moments::from_values(areas),
+        curvatures: Moments::from_values(curvatures),
         borders: borders.len(),
         edges: lengths.len(),
     }
 }
 
 impl Totals {
-    fn and(self, other: Self) -> Self {
+    fn combine(self, other: Self) -> Self {
         Self {
-            lengths: self.lengths.and(other.lengths),
-            areas: self.areas.and(other.areas),
-            curvatures: self.curvatures.and(other.curvatures),
+            lengths: self.lengths.combine(other.lengths),
+            areas: self.areas.combine(other.areas),
+            curvatures: self.curvatures.combine(other.curvatures),
             borders: self.borders + other.borders,
             edges: self.edges + other.edges,
         }
     }
 }
 
-impl Measured {
+impl MeasuredEdges {
     /// Eq. 6-10. Maxima, standard deviations and the proportion of borders are
     /// taken over the mesh.
     ///

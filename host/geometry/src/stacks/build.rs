@@ -23,7 +23,7 @@ impl CollapseStacks {
             "sequence of this mesh"
         );
         let max_depth = max_depth(sequence);
-        let removal_cursor = triangle_removal::find(&mesh, sequence, max_depth);
+        let removal_cursor = triangle_removal::find_removal_cursors(&mesh, sequence, max_depth);
         let ranks = removal_ranks(sequence);
         mesh.group_wedges();
         let slender = slender_points(&mesh, &ranks);

@@ -8,7 +8,7 @@ use crate::interpretation::{BorderFlag, Curvature};
 
 struct Weighed {
     edges: Edges,
-    measured: Measured,
+    measured: MeasuredEdges,
     weights: Vec<f64>,
 }
 

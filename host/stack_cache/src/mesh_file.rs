@@ -11,8 +11,8 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec2;
 use twox_hash::XxHash3_128;
 
-use crate::file::{array, checksum, halves};
 use crate::key::digest;
+use crate::stack_file::{array, checksum, halves};
 
 /// Says what the file is, and in which byte order it was written.
 const MAGIC: u64 = 0x6275_7362_6172_4d57;

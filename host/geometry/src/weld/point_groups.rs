@@ -7,17 +7,17 @@ use std::hash::BuildHasher;
 
 use hashbrown::{DefaultHashBuilder, HashTable};
 
-use super::{RawPrimitive, clean};
+use super::{RawPrimitive, normalize_zero};
 use crate::NO_FEATURE;
 
-/// Vertices that a pile has on average, at most, up to [`MAX_PILES`].
-const PILE: usize = 4096;
+/// Vertices that a pile has on average, at most, up to [`MAX_PARTITIONS`].
+const PARTITION_SIZE: usize = 4096;
 /// More would be dealt to than the processor can write to at once.
-const MAX_PILES: usize = 512;
+const MAX_PARTITIONS: usize = 512;
 
 /// First vertex at the same point, and of the same feature, for each vertex. Vertices come
 /// primitive by primitive; then all triangle corners whose feature is not their vertex's own.
-pub(super) struct Points {
+pub(super) struct PointGroups {
     firsts: Vec<u32>,
     /// The vertex that the next primitive begins with, and the next foreign corner.
     next_vertex: u32,
@@ -31,15 +31,16 @@ struct Entry {
     vertex: u32,
 }
 
-impl Points {
+impl PointGroups {
     /// All together must be fewer than 2^32.
-    pub(super) fn of(primitives: &[RawPrimitive]) -> Self {
+    pub(super) fn new(primitives: &[RawPrimitive]) -> Self {
         let hasher = DefaultHashBuilder::default();
         let count = keys(primitives).count();
-        let piles = (count / PILE).next_power_of_two().min(MAX_PILES);
-        let pile_of = |key: [u32; 4]| hasher.hash_one(as_number(key)) as usize & (piles - 1);
-        let mut ends = vec![0; piles];
-        keys(primitives).for_each(|key| ends[pile_of(key)] += 1);
+        let partitions = (count / PARTITION_SIZE).next_power_of_two().min(MAX_PARTITIONS);
+        let partition_of =
+            |key: [u32; 4]| hasher.hash_one(as_number(key)) as usize & (partitions - 1);
+        let mut ends = vec![0; partitions];
+        keys(primitives).for_each(|key| ends[partition_of(key)] += 1);
         let mut sum = 0;
         for end in &mut ends {
             (*end, sum) = (sum, sum + *end);
@@ -47,27 +48,27 @@ impl Points {
         let mut entries = vec![Entry::default(); count];
         let mut vertex = 0;
         keys(primitives).for_each(|key| {
-            let end: &mut usize = &mut ends[pile_of(key)];
+            let end: &mut usize = &mut ends[partition_of(key)];
             entries[*end] = Entry { key, vertex };
             (*end, vertex) = (*end + 1, vertex + 1);
         });
         let mut firsts = vec![0; count];
         let (mut table, mut start) = (HashTable::new(), 0);
         for end in ends {
-            let pile = &entries[start..end];
+            let partition = &entries[start..end];
             start = end;
             table.clear();
-            for (index, entry) in pile.iter().enumerate() {
+            for (index, entry) in partition.iter().enumerate() {
                 // The pile's own bits are the same for all of it.
                 let hash_of =
                     |entry: &Entry| hasher.hash_one(as_number(entry.key)).rotate_right(32);
                 let found = table.entry(
                     hash_of(entry),
-                    |&other: &u32| pile[other as usize].key == entry.key,
-                    |&other| hash_of(&pile[other as usize]),
+                    |&other: &u32| partition[other as usize].key == entry.key,
+                    |&other| hash_of(&partition[other as usize]),
                 );
                 let first = *found.or_insert(index as u32).get();
-                firsts[entry.vertex as usize] = pile[first as usize].vertex;
+                firsts[entry.vertex as usize] = partition[first as usize].vertex;
             }
         }
         let vertices: usize = primitives.iter().map(|primitive| primitive.positions.len()).sum();
@@ -127,6 +128,7 @@ fn as_number(key: [u32; 4]) -> u128 {
 
 /// Returns the key by which two vertices are one position.
 fn key(primitive: &RawPrimitive, vertex: u32, feature: u32) -> [u32; 4] {
-    let [x, y, z] = clean(primitive.positions[vertex as usize]).to_array().map(f32::to_bits);
+    let [x, y, z] =
+        normalize_zero(primitive.positions[vertex as usize]).to_array().map(f32::to_bits);
     [x, y, z, feature]
 }

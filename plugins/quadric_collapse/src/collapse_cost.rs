@@ -3,7 +3,7 @@
 use busbar_plugin_sdk::Mesh;
 use glam::DVec3;
 
-use crate::attributes::{Attributes, Passages};
+use crate::attributes::{Attributes, WedgeAreas};
 use crate::quadric::Quadric;
 use crate::shells::Shells;
 use crate::surface::{Spoke, Surface};
@@ -51,7 +51,7 @@ pub(crate) enum Guards {
 
 /// Best target of a vertex, with its cost.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Choice {
+pub(crate) struct CollapseTarget {
     /// The vertex it moves onto.
     pub(crate) kept: u32,
     /// Cost that decides the order: fourth power of metres.
@@ -61,16 +61,16 @@ pub(crate) struct Choice {
 }
 
 /// A triangle that a collapse moves or kills, before it.
-struct Face {
+struct FaceShape {
     normal: DVec3,
     double_area: f64,
     height_squared: f64,
 }
 
-impl Face {
+impl FaceShape {
     /// By the sides at the vertex: over the longer of these it is as high, or
     /// higher than over the third.
-    fn of([ahead, behind]: [DVec3; 2]) -> Self {
+    fn new([ahead, behind]: [DVec3; 2]) -> Self {
         let normal = ahead.cross(behind);
         let double_area = normal.length();
         let side_squared = ahead.length_squared().max(behind.length_squared());
@@ -81,13 +81,13 @@ impl Face {
 
 /// Judges collapses of one vertex after the other.
 #[derive(Default)]
-pub(crate) struct Judge {
+pub(crate) struct CostEvaluator {
     ring: Vec<Spoke>,
     other_ring: Vec<Spoke>,
-    faces: Vec<Face>,
+    faces: Vec<FaceShape>,
     candidates: Vec<(f64, u32)>,
-    choices: Vec<Choice>,
-    passages: Passages,
+    choices: Vec<CollapseTarget>,
+    wedge_areas: WedgeAreas,
 }
 
 /// The mesh that shells are of, and what weighs how much.
@@ -120,11 +120,11 @@ impl Shell {
         let quadric = &self.quadrics[removed as usize];
         let target = self.surface.positions[kept as usize];
         let length_squared = target.distance_squared(self.surface.positions[removed as usize]);
-        quadric.at(target) + LENGTH_WEIGHT * quadric.area * length_squared
+        quadric.evaluate(target) + LENGTH_WEIGHT * quadric.area * length_squared
     }
 }
 
-impl Judge {
+impl CostEvaluator {
     /// The least that any collapse of a vertex can cost; `None` if it cannot
     /// go: it has no triangles, or is a hub.
     pub(crate) fn least_cost(&mut self, shell: &mut Shell, vertex: u32) -> Option<f64> {
@@ -150,14 +150,14 @@ impl Judge {
         shell: &mut Shell,
         vertex: u32,
         enough: f64,
-    ) -> Option<Choice> {
+    ) -> Option<CollapseTarget> {
         if !shell.surface.ring(vertex, &mut self.ring) {
             return None;
         }
         self.find_candidates(shell, vertex);
         self.measure_faces(&shell.surface, vertex);
         if source.attributes.is_some() {
-            self.passages.gather(
+            self.wedge_areas.gather(
                 self.ring
                     .iter()
                     .zip(&self.faces)
@@ -247,7 +247,8 @@ impl Judge {
         self.faces.clear();
         for spoke in &self.ring {
             let ends = [spoke.ahead, spoke.behind];
-            self.faces.push(Face::of(ends.map(|end| surface.positions[end as usize] - origin)));
+            self.faces
+                .push(FaceShape::new(ends.map(|end| surface.positions[end as usize] - origin)));
         }
     }
 
@@ -266,7 +267,7 @@ impl Judge {
         removed: u32,
         kept: u32,
         least: f64,
-    ) -> Option<Choice> {
+    ) -> Option<CollapseTarget> {
         let positions = &shell.surface.positions;
         let target = positions[kept as usize];
         let mut lost = 0.0;
@@ -279,7 +280,7 @@ impl Judge {
                 continue;
             }
             let ends = [spoke.ahead, spoke.behind];
-            let moved = Face::of(ends.map(|end| positions[end as usize] - target));
+            let moved = FaceShape::new(ends.map(|end| positions[end as usize] - target));
             highest_squared = highest_squared.max(moved.height_squared);
             let turn = face.normal.dot(moved.normal);
             let scale = face.double_area * moved.double_area;
@@ -302,11 +303,11 @@ impl Judge {
         let mut cost = least + lost + TURN_WEIGHT * 0.5 * turned * reach_squared;
         if let Some(attributes) = source.attributes {
             let onto = shell.surface.vertices[kept as usize];
-            let misfit = self.passages.misfit(attributes, &self.ring, kept, onto);
+            let misfit = self.wedge_areas.misfit(attributes, &self.ring, kept, onto);
             cost += source.weights.attribute * misfit * reach_squared;
         }
-        let shape = shell.quadrics[removed as usize].at(target) + lost;
-        Some(Choice { kept, cost, shape })
+        let shape = shell.quadrics[removed as usize].evaluate(target) + lost;
+        Some(CollapseTarget { kept, cost, shape })
     }
 
     /// Returns the squared distance from a moved vertex to the edges at its new place, at most the
