@@ -1,4 +1,4 @@
-//! A sequence in the order of its errors.
+//! Error order: a collapse sequence sorted by the error that each collapse may show.
 
 use crate::stacks::removal_cursors;
 use crate::surface_deviation::SurfaceDeviation;

@@ -1,4 +1,4 @@
-//! Islands taken apart into faces.
+//! Face splitting: islands split into flat faces, so that a lattice can be simplified face by face.
 //!
 //! An optimiser that keeps a surface a surface stops at a tube of three sides around each bar of
 //! a lattice, say, until the whole dies. Where all of it is a few pixels, its faces may go one by

@@ -1,4 +1,4 @@
-//! Takes a mesh apart where nothing holds it together.
+//! Islands (connected components), and the division of a mesh into pieces along them.
 //!
 //! Collapses follow edges, so they never leave an island (a connected component): its
 //! pieces can go down and up each for itself, and the mesh stays whole.

@@ -1,4 +1,5 @@
-//! Many meshes, each at a cursor, as one mesh that collapses on.
+//! Mesh merging: many meshes, each at a cursor, become one mesh that collapses further (HLOD
+//! proxies).
 //!
 //! What lies far off costs by the piece, not by the triangle. The parts' collapses that
 //! are left are done in the order of their errors, so that the whole goes down as its

@@ -1,4 +1,4 @@
-//! The ordered list of half-edge collapses that an optimiser makes.
+//! Collapse sequence: the ordered list of half-edge collapses that an optimiser makes.
 
 use thiserror::Error;
 

@@ -1,4 +1,4 @@
-//! Finds what is long, thin and round: conductors, wires, rods.
+//! Slender islands: long, thin and round shapes such as conductors, wires and rods.
 //!
 //! They are narrower than a pixel long before they are too short to matter, and what draws
 //! them has to know how thick they are.

@@ -1,4 +1,4 @@
-//! Counts that describe a mesh's topology, in welded positions.
+//! Topology statistics of a mesh: vertices, edges, borders and components in welded positions.
 
 use std::collections::HashSet;
 

@@ -1,4 +1,4 @@
-//! A few islands for many, where each is less than a pixel.
+//! Stochastic simplification: a share of the islands below a pixel stands in for all of them.
 //!
 //! Stochastic simplification (Cook, Halstead, Planck and Ryu, "Stochastic Simplification of
 //! Aggregate Detail", SIGGRAPH 2007): of islands that show less than a given area only a

@@ -1,4 +1,4 @@
-//! Features of meshes: an id a vertex, and a table of names a mesh.
+//! Feature export (EXT_mesh_features): an id a vertex, and a table of names a mesh.
 
 use std::collections::HashSet;
 

@@ -1,4 +1,4 @@
-//! Materials, textures, samplers and embedded images.
+//! Material export: materials, textures, samplers and embedded images.
 
 use busbar_scene::{AlphaMode, Material, Model, Texture, TextureRef, Wrap};
 use image::codecs::png::PngEncoder;

@@ -1,4 +1,4 @@
-//! Meshes to primitives and accessors.
+//! Mesh export: sections become primitives with their accessors.
 
 use busbar_geometry::{Mesh, Section};
 use busbar_scene::Model;

@@ -1,4 +1,4 @@
-//! Buffers and views as byte slices, every range checked.
+//! Buffers and buffer views as byte slices, with every range checked.
 
 use std::collections::HashMap;
 

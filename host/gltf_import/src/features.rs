@@ -1,4 +1,4 @@
-//! Features: which vertices belong to which, and what features are called.
+//! Feature ids (EXT_mesh_features): vertices of each feature, and the features' names.
 
 use std::collections::HashMap;
 

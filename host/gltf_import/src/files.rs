@@ -1,4 +1,4 @@
-//! Reading files without trusting what lies at a path.
+//! External files, read without trusting the path: regular files within limits only.
 
 use std::collections::HashMap;
 use std::fs::{File, Metadata, OpenOptions};

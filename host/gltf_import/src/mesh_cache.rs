@@ -1,4 +1,4 @@
-//! Meshes that somebody keeps between imports of the same bytes.
+//! Mesh cache interface: welded meshes kept between imports of the same bytes.
 
 use busbar_geometry::{Mesh, WeldReport};
 

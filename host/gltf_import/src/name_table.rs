@@ -1,4 +1,4 @@
-//! A column of strings of a property table (EXT_structural_metadata).
+//! Property table strings: a column of feature names (EXT_structural_metadata).
 
 use crate::buffers::Buffers;
 use crate::error::{ImportError, ImportFault};

@@ -1,4 +1,4 @@
-//! The hierarchy: strict trees, flattened with parents before children.
+//! Node hierarchy: strict trees, flattened with parents before children.
 
 use busbar_scene::ModelNode;
 use glam::{Mat4, Quat, Vec3};

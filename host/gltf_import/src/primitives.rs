@@ -1,4 +1,4 @@
-//! One primitive: which accessors it reads, and its triangles.
+//! Primitives: the accessors of one primitive, and its triangles.
 
 use std::collections::HashMap;
 

@@ -1,4 +1,4 @@
-//! Chooses the physical device, by what it can do.
+//! Physical device selection by abilities, type and name.
 
 use std::ffi::CStr;
 use std::num::NonZeroU32;

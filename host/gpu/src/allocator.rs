@@ -1,4 +1,4 @@
-//! The heap under models of many megabytes, and under a software rasteriser.
+//! Process allocator: huge pages, a single glibc arena, and memory kept for software rasterizers.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};

@@ -1,4 +1,4 @@
-//! Parts of a few large buffers, so that what is drawn together is bound once.
+//! Buffer arena: slices of a few large buffers, so that neighbouring draws bind once.
 
 use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};

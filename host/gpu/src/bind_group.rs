@@ -1,4 +1,4 @@
-//! Bind groups: what shaders read besides vertices.
+//! Bind groups (descriptor sets): buffers, textures and samplers that shaders read.
 
 use std::sync::{Arc, PoisonError};
 

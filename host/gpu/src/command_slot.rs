@@ -1,4 +1,4 @@
-//! A command buffer of one frame in flight, and the time it takes.
+//! Command buffer of one frame in flight, with timestamp queries of its stages.
 
 use std::cell::RefCell;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! Compute pipelines and passes.
+//! Compute pipelines, passes and dispatches.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! One triangle over a whole image: what is worked out from images alone.
+//! Full-screen passes: one triangle covers an image for post-processing.
 
 use ash::vk;
 

@@ -1,4 +1,4 @@
-//! The GPU as its users see it: open it, begin frames, ask what it can do.
+//! GPU device interface: opening, frames, abilities and timing.
 
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! Draw calls that the device reads from memory: many of them are one command.
+//! Indirect draws: many draw calls in a buffer become one command.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! The Vulkan loader and instance.
+//! Vulkan loader, instance and debug messenger.
 
 use std::ffi::{CStr, c_char};
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! Painting flat triangles over a finished picture.
+//! Overlay pass: user-interface triangles blended over a finished picture.
 
 use ash::vk;
 

@@ -1,4 +1,4 @@
-//! Compiled pipelines on disk, so that the next start compiles nothing.
+//! Pipeline cache on disk: compiled pipelines, so that the next start compiles nothing.
 //!
 //! A file is used only where device, driver and checksum are those that it was
 //! written for; anything else is ignored and written anew. Failures cost time,

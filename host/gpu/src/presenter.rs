@@ -1,4 +1,4 @@
-//! Shows pictures in a window, and follows the window as it changes.
+//! Presentation in a window, with swapchain recreation as the window changes.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! A swapchain and the semaphores of its images.
+//! Swapchain with the semaphores of its images.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Bytes to the device and back.
+//! Transfers: staging uploads, mipmap generation and read-back.
 
 use ash::vk;
 

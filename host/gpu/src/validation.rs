@@ -1,4 +1,4 @@
-//! Collects what the validation layer says.
+//! Validation log: messages of the Vulkan validation layer.
 
 use std::borrow::Cow;
 use std::ffi::{CStr, c_void};

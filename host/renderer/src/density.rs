@@ -1,6 +1,6 @@
-//! Density of polylines: records go through bins of axes, and compute passes count how many
-//! go from where to where and lay that out as a picture. What there is of records stays on
-//! the device until others come.
+//! Density of polylines (parallel coordinates): compute passes bin records along axes, count the
+//! lines between bins, and rasterize the counts into a picture. Records stay on the device until
+//! others come.
 //!
 //! Counting goes by slices of [`SLICE_RECORDS`] records, one at a time beside the frames;
 //! what was counted before shows until the next is whole.
@@ -42,7 +42,7 @@ pub(crate) struct DensityResources {
 /// Count that is under way, slice by slice.
 struct RunningCount {
     arrangement: u64,
-    /// Counts of all, of those meant, and the mask.
+    /// Counts of all records, counts of brushed ones, and the mask.
     counts: [Buffer; 3],
     group: BindGroup,
     /// Records that were handed to the device.
@@ -174,7 +174,7 @@ fn hand_slice(
     Ok(())
 }
 
-/// Lays out what was counted; the picture, and where its summary arrives.
+/// Rasterizes the counts; returns the picture, and the buffer where its summary arrives.
 fn rasterize(
     recorder: &mut Recorder<'_>,
     pipelines: &DensityPipelines,
@@ -199,7 +199,7 @@ fn words(download: &Buffer) -> Result<Vec<u32>, GpuError> {
     Ok(bytemuck::pod_collect_to_vec(&download.contents()?))
 }
 
-/// Goes on with counting what is not counted yet; `waits` waits for all of it.
+/// Advances the count that is under way; with `waits`, to its end.
 pub(crate) fn advance(
     gpu: &mut Gpu,
     density: &mut Option<DensityResources>,

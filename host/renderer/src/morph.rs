@@ -1,4 +1,4 @@
-//! Meshes between two cursors, so that a change of detail does not pop.
+//! Geomorphing: meshes between two cursors, so that a change of detail does not pop.
 //!
 //! The finer mesh is drawn with vertices that go straight to those that stand for them at
 //! the coarser cursor. A compute pass puts them there once a frame, for all passes that
@@ -25,7 +25,7 @@ pub const MAX_MORPHED_BYTES: u64 = 64 << 20;
 /// Bytes that a vertex takes.
 pub const VERTEX_BYTES: u64 = size_of::<Vertex>() as u64;
 
-/// Bytes of standing vertices that are kept beyond what the current frame needs.
+/// Bytes of morph targets kept beyond the needs of the current frame.
 const MAX_STANDING_BYTES: u64 = 64 << 20;
 
 /// The way that instances are on, and how far.
@@ -65,9 +65,9 @@ pub(crate) struct Morpher {
     moved: Option<MorphedVertices>,
     standing: HashMap<IndexKey, MorphTarget>,
     standing_bytes: u64,
-    /// Bytes from the start of what was moved last, by mesh and way.
+    /// Byte offset of the moved vertices, by mesh and morph.
     offsets: HashMap<(IndexKey, MorphKey), u64>,
-    /// Counts what is prepared.
+    /// Counter of the prepared plans.
     clock: u64,
 }
 
@@ -82,7 +82,7 @@ struct MorphDispatch<'a> {
 }
 
 impl MorphDispatch<'_> {
-    /// The mesh where the way ends.
+    /// Returns the key of the coarser mesh.
     fn coarser(&self) -> IndexKey {
         IndexKey { cursor: self.morph.coarser, ..self.key }
     }
@@ -94,7 +94,7 @@ impl Morpher {
         self.standing.contains_key(&coarser)
     }
 
-    /// Takes what stands for each vertex of a mesh at a cursor.
+    /// Uploads the representative of each vertex of a mesh at a cursor.
     pub(crate) fn insert(
         &mut self,
         recorder: &mut Recorder<'_>,
@@ -122,7 +122,7 @@ impl Morpher {
         Ok(())
     }
 
-    /// Moves the vertices of all that a plan shows on its way.
+    /// Moves the vertices of all morphing batches of a plan.
     pub(crate) fn record(
         &mut self,
         recorder: &mut Recorder<'_>,
@@ -204,14 +204,13 @@ impl Morpher {
         Ok(steps)
     }
 
-    /// The vertices that a batch is drawn with, and where they begin in bytes, if it is
-    /// on its way.
+    /// Returns the moved vertices of a batch and their byte offset, if it morphs.
     pub(crate) fn vertices_of(&self, batch: &Batch) -> Option<(&Buffer, u64)> {
         let offset = *self.offsets.get(&(batch.key, batch.morph?))?;
         Some((&self.moved.as_ref()?.buffer, offset))
     }
 
-    /// Drops what was used least recently, down to the limit, but nothing of this frame.
+    /// Drops the least recently used targets, down to the limit, but none of this frame.
     fn evict(&mut self) {
         if self.standing_bytes <= MAX_STANDING_BYTES {
             return;
@@ -234,7 +233,7 @@ impl Morpher {
         self.standing_bytes = self.standing.values().map(|entry| entry.bytes).sum();
     }
 
-    /// Drops all; what a frame needs is made again.
+    /// Drops all targets; a frame makes those it needs again.
     pub(crate) fn drop_all(&mut self) {
         self.remove_where(|_| true);
         self.offsets.clear();

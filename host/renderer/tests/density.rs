@@ -1,4 +1,4 @@
-//! Counts of the GPU against those of the CPU: equal to the last one.
+//! Density counts of the GPU, bit-equal to those of the CPU.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 

@@ -1,4 +1,4 @@
-//! Meshes on their way between two cursors.
+//! Geomorphs: meshes between two cursors.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 

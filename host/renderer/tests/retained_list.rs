@@ -1,4 +1,4 @@
-//! A list that is kept between frames shows what one made for each frame does.
+//! Retained draw lists give the same pictures as lists made for each frame.
 
 mod common;
 

@@ -1,4 +1,4 @@
-//! Features of meshes as nodes: what they are called, and where they are.
+//! Feature nodes: names and boxes of the features of meshes.
 
 use std::collections::HashMap;
 

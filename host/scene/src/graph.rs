@@ -1,4 +1,4 @@
-//! The scene graph: placed models, flattened to mesh instances.
+//! Scene graph: placed models, flattened to mesh instances.
 
 use std::borrow::Borrow;
 use std::ops::Range;

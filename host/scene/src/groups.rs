@@ -1,4 +1,4 @@
-//! Parts of a scene that can stand for one thing where they are far away.
+//! Instance groups: subtrees that one proxy can stand for at a distance (HLOD).
 
 use std::collections::HashMap;
 use std::ops::Range;

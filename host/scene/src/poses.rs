@@ -1,4 +1,4 @@
-//! Parts that stand elsewhere than their models show them.
+//! Poses of parts that are moved from their modelled place.
 
 use std::collections::HashMap;
 

@@ -1,4 +1,4 @@
-//! Levels by what an error comes to on the screen.
+//! Screen-space error: levels of detail by the size of an error in pixels.
 
 use std::sync::LazyLock;
 

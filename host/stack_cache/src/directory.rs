@@ -1,4 +1,4 @@
-//! The directory: private, and of bounded size.
+//! Cache directory: private to its owner, and of bounded size.
 
 use std::fs::DirBuilder;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};

@@ -1,4 +1,4 @@
-//! Collapse stacks on disk, by content, and welded meshes.
+//! Cache of collapse stacks and welded meshes on disk, by content hash.
 //!
 //! Invariant: nothing that is read is trusted. A file that is shorter, longer,
 //! altered, of another version or of another mesh is reported as damaged, and

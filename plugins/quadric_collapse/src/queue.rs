@@ -1,4 +1,4 @@
-//! A priority queue of vertices whose costs change.
+//! Priority queue (binary heap) of vertices whose costs change.
 
 /// Children of a node: a flat heap touches fewer cache lines.
 const ARITY: usize = 4;

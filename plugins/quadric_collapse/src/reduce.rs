@@ -1,4 +1,4 @@
-//! Simplifies one shell down to one vertex, or a part of one to a fraction.
+//! Greedy simplification of one shell down to one vertex, or of a part to a fraction.
 
 use glam::DVec3;
 

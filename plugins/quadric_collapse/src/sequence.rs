@@ -1,4 +1,4 @@
-//! All shells of a mesh to one sequence.
+//! Parallel simplification of all shells, merged into one collapse sequence.
 
 use std::ops::Range;
 use std::sync::Mutex;

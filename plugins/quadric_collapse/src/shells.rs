@@ -1,4 +1,4 @@
-//! The connected pieces of a mesh.
+//! Shells: the connected components of a mesh.
 
 use std::ops::Range;
 

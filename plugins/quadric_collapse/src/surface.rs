@@ -1,4 +1,4 @@
-//! One piece of a mesh while it is being simplified.
+//! Half-edge connectivity of one piece while it is being simplified.
 
 use busbar_plugin_sdk::Mesh;
 use glam::DVec3;

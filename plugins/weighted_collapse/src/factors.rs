@@ -1,4 +1,4 @@
-//! The four factors of an edge: Eq. 1-4 of the paper.
+//! Edge factors: length, border flag, area and curvature (Eq. 1-4 of the paper).
 
 use busbar_plugin_sdk::Mesh;
 

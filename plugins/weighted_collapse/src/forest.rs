@@ -1,4 +1,4 @@
-//! The paper's order: edges ascending by W, joined into a spanning forest.
+//! Static collapse order of the paper: edges ascending by W, joined into a spanning forest.
 
 use busbar_plugin_sdk::{Collapse, CollapseList, Mesh, on_huge_pages};
 

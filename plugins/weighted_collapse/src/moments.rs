@@ -1,4 +1,4 @@
-//! Mean, deviation and maximum in one pass over fixed chunks.
+//! Statistical moments: mean, deviation and maximum in one pass over fixed chunks.
 
 /// Values summed at a time. Sums over chunks are combined in the chunks' order,
 /// so they are the same for every number of threads.

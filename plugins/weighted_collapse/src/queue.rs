@@ -1,4 +1,4 @@
-//! Edges waiting for their collapse, the least first.
+//! Priority queue of edges in buckets, the least key first.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;

@@ -1,4 +1,4 @@
-//! Edges in ascending order of weight.
+//! Radix sort of edges by ascending weight.
 
 use busbar_plugin_sdk::on_huge_pages;
 

@@ -1,4 +1,4 @@
-//! Work on fixed parts, in as many threads as the machine grants.
+//! Deterministic parallelism: work on fixed parts, in as many threads as the machine grants.
 
 use std::{panic, thread};
 

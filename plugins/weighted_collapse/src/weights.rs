@@ -1,4 +1,4 @@
-//! The importance W of every edge: Eq. 5-10 of the paper.
+//! Edge weights: the importance W of every edge (Eq. 5-10 of the paper).
 //!
 //! All arithmetic is in double precision with `libm`, and sums run over fixed
 //! chunks of edges, so that the same mesh gives the same weights on every

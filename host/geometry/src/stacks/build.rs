@@ -1,4 +1,4 @@
-//! From a mesh and a sequence to stacks.
+//! Construction of collapse stacks from a mesh and a collapse sequence.
 
 use std::ops::Range;
 

@@ -1,4 +1,4 @@
-//! The mesh at a cursor.
+//! Level-of-detail extraction: the live triangles of a mesh at a cursor.
 
 use super::{CollapseStacks, ResolvedMesh};
 use crate::Section;

@@ -1,4 +1,4 @@
-//! Death indices: when triangles lose a corner.
+//! Triangle removal: the cursor at which each triangle loses a corner and degenerates.
 
 use super::NEVER_REMOVED;
 use crate::{CollapseSequence, Mesh};

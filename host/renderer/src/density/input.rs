@@ -21,9 +21,9 @@ type OfRecord<'a> = Option<&'a dyn Fn(usize) -> bool>;
 /// Records, axes and brushes to count.
 #[derive(Clone, Copy)]
 pub struct DensityInput<'a> {
-    /// Another one for other values: the same are not uploaded again.
+    /// Revision of the values: the same revision is not uploaded again.
     pub revision: u64,
-    /// Another one for whatever else is counted otherwise.
+    /// Revision of everything else that changes the count.
     pub arrangement: u64,
     /// Values a record; at most [`MAX_DENSITY_AXES`].
     pub axes: usize,
@@ -33,9 +33,9 @@ pub struct DensityInput<'a> {
     /// Axes that are binned: which they are, and the lower edges of their bins 1, 2 and so
     /// on, ascending.
     pub shown: &'a [(usize, [f32; DENSITY_BINS as usize - 1])],
-    /// For each of those whether it is drawn upside down.
+    /// Direction of each binned axis: whether it is drawn upside down.
     pub flipped: &'a [bool],
-    /// Pairs of those, by their places.
+    /// Pairs of binned axes, by their places.
     pub pairs: &'a [[usize; 2]],
     /// Brushes that select records; empty where there is none.
     pub brushes: &'a [BrushedAxis<'a>],
@@ -43,7 +43,7 @@ pub struct DensityInput<'a> {
     pub any: bool,
     /// Filter of the records that are counted; `None` counts all.
     pub known: OfRecord<'a>,
-    /// One more condition for those that are meant.
+    /// One more condition for brushed records.
     pub given: OfRecord<'a>,
 }
 
@@ -52,7 +52,7 @@ pub struct DensityInput<'a> {
 pub struct BrushedAxis<'a> {
     /// Index of the axis.
     pub axis: usize,
-    /// The value lies in one of these, ends included.
+    /// Ranges that the value may lie in, ends included.
     pub ranges: &'a [[f32; 2]],
     /// Missing values: whether records without a value are selected too.
     pub with_missing: bool,
@@ -64,12 +64,12 @@ pub struct DensityCounts {
     /// For each pair, from each bin of the first to each of the second: 129 times 129 counts;
     /// the last bin is that of records without a value.
     pub all: Vec<u32>,
-    /// Likewise of the records that are meant.
+    /// Counts of the brushed records, in the same order.
     pub brushed: Vec<u32>,
-    /// A bit a record: whether it is meant.
+    /// Brush mask: one bit a record.
     pub mask: Vec<u32>,
-    /// For each pair 64 columns of 137 cells from below: how many lines pass; first of all,
-    /// then of those meant.
+    /// Density picture of each pair, 64 columns of 137 cells from below: lines through each cell,
+    /// first of all records, then of brushed ones.
     pub picture: Vec<u32>,
     /// All of that in few numbers.
     pub summary: DensitySummary,
@@ -84,7 +84,7 @@ pub struct DensitySummary {
     pub pairs: u32,
     /// Most lines in a cell.
     pub peak: u32,
-    /// Likewise of those that are meant.
+    /// Greatest number of brushed lines in a cell.
     pub brushed_peak: u32,
     /// Records that were counted.
     pub lines: u32,
@@ -139,7 +139,7 @@ pub(super) fn plan(input: &DensityInput<'_>) -> Vec<u32> {
     plan
 }
 
-/// Two a pair: 1 where the axis is upside down.
+/// Packs the axes' directions, two a pair: 1 where the axis is upside down.
 pub(super) fn flips(input: &DensityInput<'_>) -> Vec<u32> {
     let flips = input.pairs.iter().flatten().map(|place| u32::from(input.flipped[*place]));
     let mut flips: Vec<u32> = flips.collect();

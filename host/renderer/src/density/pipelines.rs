@@ -1,4 +1,4 @@
-//! Pipelines that count and lay out.
+//! Compute pipelines of density counting and of the density picture.
 
 use std::ops::Range;
 
