@@ -8,13 +8,12 @@ use crate::{Collapse, CollapseSequence, Mesh};
 pub(crate) const MIN_VISIBLE_TRIANGLES: usize = 4;
 
 impl CollapseSequence {
-    /// The same collapses of a mesh in the order of how far what is seen may differ. The
-    /// error of each is the optimiser's own, or the root mean square distance between the
-    /// surface that it moves and the one before all collapses if that is less (half the greatest
-    /// distance at least, or what its shading comes to, and all of it of something slender);
-    /// and no less than those of the collapses around it before. What is not around it need
-    /// not wait for it: an optimiser that goes by areas, say, does not keep a small part from
-    /// going before a large one is touched.
+    /// Sorts the collapses of a mesh by the error that each may show. The error of a collapse is
+    /// the optimiser's own, or the root mean square distance of the moved surface from the original
+    /// if that is less. It counts at least half the greatest distance and the shading error, and
+    /// all of the greatest distance for slender islands. It is no less than the errors of earlier
+    /// collapses around it. Collapses elsewhere need not wait: an optimiser that goes by areas does
+    /// not keep a small part from going before a large one is touched.
     ///
     /// That an island vanishes is an error as large as a square of the area that it shows
     /// at most: a long conductor is seen for longer than it is thick. No error is greater.
@@ -55,7 +54,7 @@ struct IslandEnd {
 }
 
 impl IslandEnd {
-    /// The cursor from which on it has fewer than [`MIN_VISIBLE_TRIANGLES`].
+    /// Returns the cursor from which on the island has fewer than [`MIN_VISIBLE_TRIANGLES`].
     fn vanishes_at(&self) -> u32 {
         self.last_removals.iter().copied().filter(|&removal| removal > 0).min().unwrap_or(u32::MAX)
     }
@@ -71,7 +70,7 @@ impl IslandEnd {
 }
 
 impl CollapseSequence {
-    /// The ends of islands, by the positions that stand for them.
+    /// Computes the ends of islands, by their root positions.
     fn island_ends(&self, mesh: &Mesh, island_of: &[u32]) -> Vec<IslandEnd> {
         let none = IslandEnd { last_removals: [0; MIN_VISIBLE_TRIANGLES], area: 0.0, seen: 0.0 };
         let mut ends = vec![none; mesh.positions.len()];

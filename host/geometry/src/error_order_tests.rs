@@ -21,7 +21,7 @@ fn fans(sizes: &[f32]) -> Mesh {
     weld(&sizes.iter().enumerate().map(fan).collect::<Vec<_>>()).unwrap().0
 }
 
-/// Each fan onto its hub, in the order of fans, then all hubs onto the first.
+/// Collapses each fan onto its hub, in the order of fans, then all hubs onto the first.
 fn onto_hubs(mesh: &Mesh, error: f32) -> CollapseSequence {
     let hub_of = |position: usize| position / 7 * 7;
     let onto = |removed: usize, kept: usize| Collapse {
@@ -94,7 +94,7 @@ fn a_long_strut_outlives_its_thickness() {
     assert_eq!(left(2.0), 0);
 }
 
-/// A plate of two sections, each of so many squares a side, beside the other.
+/// Makes two plates of different sections side by side, each of so many squares a side.
 fn plates(side: u32) -> Mesh {
     let plate = |material: u32| RawPrimitive {
         positions: (0..=side)
@@ -238,8 +238,8 @@ fn something_slender_keeps_three_sides_until_it_vanishes() {
 }
 
 proptest! {
-    /// No vertex is farther from what is left than twice what the entry says, as
-    /// long as anything is; and every island does the collapses that it did before.
+    /// Every vertex stays within twice the entry's error of the remaining surface, and every island
+    /// keeps its collapses.
     #[test]
     fn vertices_stay_within_the_error(
         sizes in prop::collection::vec(0.1_f32..9.0, 1..6),

@@ -51,7 +51,7 @@ impl Mesh {
         }
     }
 
-    /// For each of some triangles, the first of its face.
+    /// Returns for each triangle the first triangle of its face.
     fn find_faces(&self, triangles: &[u32]) -> Vec<u32> {
         let at = |position: u32| self.positions[position as usize];
         let corners = |triangle: u32| self.corner_positions(self.triangles[triangle as usize]);
@@ -131,8 +131,7 @@ mod tests {
     use super::*;
     use crate::{RawPrimitive, weld};
 
-    /// A tube with square sides of a metre around a hole, so many metres long, and a plate
-    /// beside it.
+    /// Makes a tube with square sides of a metre, so many metres long, and a plate beside it.
     fn tube_and_plate(length: u32) -> Mesh {
         let corner = |along: u32, side: u32| {
             let [y, z] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]][side as usize % 4];
@@ -157,7 +156,7 @@ mod tests {
         weld(&[tube, plate]).unwrap().0
     }
 
-    /// Triangles as points, which loosening does not move.
+    /// Returns the triangles as points, which splitting does not move.
     fn points(mesh: &Mesh) -> Vec<[Vec3; 3]> {
         let at = |&corners: &[u32; 3]| {
             mesh.corner_positions(corners).map(|position| mesh.positions[position as usize])

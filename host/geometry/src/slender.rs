@@ -11,8 +11,8 @@ use crate::{Bounds, Mesh};
 const LEAST_SLENDERNESS: f32 = 60.0;
 /// Share of its area that has to be round.
 const ROUND_SHARE: f32 = 0.9;
-/// Cosine of what a face may lean away from its corners' own directions: a tube of five
-/// sides is round (36 degrees), a box is not (45).
+/// Least cosine between a face and its corners' outward directions: a tube of five sides is round
+/// (36 degrees), a box is not (45).
 const ROUND_COSINE: f32 = 0.76;
 
 /// A point of the surface of something slender.
@@ -32,7 +32,7 @@ struct Tube {
     bounds: Bounds,
     area: f32,
     round_area: f32,
-    /// Sum of all normals: none of what faces all ways.
+    /// Sum of all normals: zero for a closed surface.
     facing: Vec3,
 }
 
@@ -65,7 +65,7 @@ impl Tube {
 }
 
 impl Mesh {
-    /// The points of all islands (connected components) that are slender and round.
+    /// Returns the points of all islands (connected components) that are slender and round.
     pub fn slender_points(&self) -> Vec<SlenderPoint> {
         let (island_of, islands) = self.island_numbers();
         let island = |corners: [u32; 3]| island_of[corners[0] as usize] as usize;
@@ -113,7 +113,7 @@ impl Mesh {
         (0..).zip(&island_of).filter_map(point).collect()
     }
 
-    /// The positions of a triangle's corners; its normal, as long as its area is large.
+    /// Returns the positions of a triangle's corners, and its normal with the area as length.
     fn corners_and_normal(&self, triangle: [u32; 3]) -> ([u32; 3], Vec3) {
         let corners = self.corner_positions(triangle);
         let [a, b, c] = corners.map(|position| self.positions[position as usize]);

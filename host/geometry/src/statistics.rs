@@ -51,7 +51,7 @@ impl MeshStatistics {
         statistics
     }
 
-    /// Euler characteristic V - E + F over referenced vertices.
+    /// Computes the Euler characteristic V - E + F over referenced vertices.
     pub fn euler_characteristic(&self) -> i64 {
         self.vertices_referenced as i64 - self.edges as i64 + self.triangles as i64
     }

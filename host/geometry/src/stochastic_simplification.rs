@@ -21,7 +21,7 @@ const MAX_ERROR_SIDES: f32 = 0.5;
 /// Greatest distance that widening moves a point, in sides of a square. Bent or flat islands would
 /// stand out of the picture without this limit.
 const MAX_MOVE_SIDES: f32 = 0.6;
-/// The share that such an island is narrowed to at least, to show what it did.
+/// Least share that an island is narrowed to, to show what it did.
 const LEAST_SHARE: f32 = 0.25;
 /// Least change of the shown area that stretching is worth, as a share.
 const LEAST_STRETCH: f32 = 0.01;
@@ -57,7 +57,7 @@ impl Island {
         reach: 0.0,
     };
 
-    /// The way from one end to the other, of unit length.
+    /// Returns the unit vector from one end to the other.
     fn axis(&self) -> Vec3 {
         (self.second.point - self.first.point).normalize_or_zero()
     }
@@ -92,7 +92,7 @@ impl IslandDecision {
     ) -> Vec<Self> {
         // Of what each section lost so far, in islands.
         let mut owed = vec![0.0_f32; sections];
-        let decisions = |island: &Island| {
+        let decide = |island: &Island| {
             let least = island.least_shown(side);
             let is_small = island.shown < least;
             let owed = &mut owed[island.section as usize];
@@ -103,11 +103,11 @@ impl IslandDecision {
             let max_triangles = (shows / (side * side)).ceil() as usize;
             Self { shows: if stays { shows } else { 0.0 }, max_triangles }
         };
-        islands.map(decisions).collect()
+        islands.map(decide).collect()
     }
 }
 
-/// Islands, and faces of those that were taken apart.
+/// Islands, and the faces of split islands.
 struct Pieces {
     /// Island of each position, or [`NOWHERE`].
     island_of: Vec<u32>,
@@ -116,10 +116,10 @@ struct Pieces {
 }
 
 impl CollapseStacks {
-    /// The mesh without most of the islands that show less than a square with a side of so
-    /// many metres, or are thinner than a sixteenth of that; the others of these are widened
-    /// to be as large. Section by section they cover what all covered, to within half a
-    /// square, or what the longest of them shows.
+    /// Simplifies the mesh stochastically. Most islands below a square with a side of so many
+    /// metres, or thinner than a sixteenth of that, are dropped; others of these are widened to
+    /// stand in. Section by section they cover the same area, to within half a square, or that of
+    /// the longest island.
     ///
     /// Islands of more triangles than one a square go down further, by collapses with errors up
     /// to half of its sides; they show as much as before. Those that have many times as many even
@@ -143,7 +143,7 @@ impl CollapseStacks {
         let stretches: Vec<Option<Stretch>> = islands
             .iter()
             .zip(&decisions)
-            .map(|(island, decisions)| Stretch::for_decision(island, *decisions, side))
+            .map(|(island, decision)| Stretch::for_decision(island, *decision, side))
             .collect();
         mesh.stretch(&island_of, &stretches);
         let stays = |&island: &u32| decisions.get(island as usize).is_some_and(|f| f.shows > 0.0);
@@ -155,8 +155,8 @@ impl CollapseStacks {
         Ok(simplified)
     }
 
-    /// The collapses by which each island goes down to as many triangles as it should have, or
-    /// as near as it comes without vanishing.
+    /// Selects the collapses by which each island reaches its number of triangles, or comes as near
+    /// as it can without vanishing.
     fn coarsening_sequence(
         &self,
         island_of: &[u32],
@@ -193,8 +193,8 @@ impl CollapseStacks {
 }
 
 impl Mesh {
-    /// The number of the island of each position, in the order of their first triangles, or
-    /// [`NOWHERE`] of one without triangles; and how many there are.
+    /// Numbers the islands in the order of their first triangles; positions without triangles have
+    /// [`NOWHERE`]. Returns also the number of islands.
     fn number_islands(&self) -> (Vec<u32>, usize) {
         let roots = self.island_roots();
         let mut of_root = vec![NOWHERE; roots.len()];
@@ -231,8 +231,8 @@ impl Mesh {
         islands
     }
 
-    /// The farthest from the middle, then the farthest from there: near enough its length.
-    /// Then the farthest from the line between.
+    /// Finds the ends of islands: the farthest point from the middle, then the farthest from there.
+    /// Then the farthest from the axis.
     fn find_ends(&self, island_of: &[u32], islands: &mut [Island]) {
         let mut at_each_point = |note: fn(&mut Island, Vec3)| {
             for (&point, &island) in self.positions.iter().zip(island_of) {
@@ -246,7 +246,7 @@ impl Mesh {
         at_each_point(Island::extend_reach);
     }
 
-    /// Takes those islands apart that have too many triangles for what they show.
+    /// Splits islands into faces that have too many triangles for the area they show.
     fn split_lattices(
         &mut self,
         island_of: &[u32],
@@ -280,8 +280,8 @@ impl Mesh {
         Pieces { decisions: decisions.collect(), island_of: piece_of, islands: pieces }
     }
 
-    /// A face is seen from one side, all of it, and is as long as its longer edges, not as its
-    /// diagonal, which is the longest edge of its triangles.
+    /// Measures faces: all of a face is seen from one side, and its length is that of its longer
+    /// edges, not of its diagonal.
     fn measure_faces(&self, piece_of: &[u32], pieces: &mut [Island], is_face: &[bool]) {
         for (piece, _) in pieces.iter_mut().zip(is_face).filter(|(_, is_face)| **is_face) {
             piece.shown *= 2.0;
@@ -352,13 +352,13 @@ struct Stretch {
 }
 
 impl Stretch {
-    /// Makes an island show what it is to: thicker as long as it is long, then to a square; as
-    /// far as no point moves for it by more than [`MAX_MOVE_SIDES`]. `None` where it does.
-    fn for_decision(island: &Island, decisions: IslandDecision, side: f32) -> Option<Self> {
-        if island.shown <= 0.0 || decisions.shows <= 0.0 {
+    /// Makes an island show its decided area: thicker up to its length, then towards a square, but
+    /// no point moves by more than [`MAX_MOVE_SIDES`]. `None` without a change.
+    fn for_decision(island: &Island, decision: IslandDecision, side: f32) -> Option<Self> {
+        if island.shown <= 0.0 || decision.shows <= 0.0 {
             return None;
         }
-        let more = (decisions.shows / island.shown).max(LEAST_SHARE);
+        let more = (decision.shows / island.shown).max(LEAST_SHARE);
         if (more - 1.0).abs() <= LEAST_STRETCH {
             return None;
         }
@@ -398,7 +398,7 @@ mod tests {
     use super::*;
     use crate::{RawPrimitive, weld};
 
-    /// Two-sided plates of a length and width, in a row.
+    /// Makes two-sided plates of a length and width, in a row.
     fn plates(sizes: &[[f32; 2]]) -> Mesh {
         let mut plates = RawPrimitive::default();
         for (place, &[length, width]) in (0..).zip(sizes) {
@@ -497,8 +497,8 @@ mod tests {
         assert!(simplified(&plates(&[[0.1, 0.1]; 3]), 8.0_f32.sqrt()).triangles.is_empty());
     }
 
-    /// A two-sided strip of so many squares; what is between its ends moves onto one of them,
-    /// by collapses of this error.
+    /// Makes a two-sided strip of so many squares; inner vertices collapse onto one end with this
+    /// error.
     fn strip(squares: u32, error: f32) -> CollapseStacks {
         let mut strip = RawPrimitive::default();
         strip
@@ -531,8 +531,8 @@ mod tests {
         assert_eq!(beyond.triangles.len(), 160, "0.8 m is too much an error for squares of 1 m");
     }
 
-    /// A lattice in the plane x, z: a square of so many metres with bars of 0.1 m a metre apart
-    /// both ways, which nothing collapses.
+    /// Makes a lattice in the plane x, z: a square with bars of 0.1 m, a metre apart both ways,
+    /// without collapses.
     fn lattice(metres: u32) -> Mesh {
         let marks: Vec<f32> = (0..=metres).flat_map(|at| [at as f32, at as f32 + 0.1]).collect();
         let (count, mut lattice) = (marks.len(), RawPrimitive::default());

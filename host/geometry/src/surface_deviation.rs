@@ -34,7 +34,8 @@ pub(crate) struct SurfaceDeviation<'a> {
     area: Vec<f32>,
     /// Outward direction of each slender position; zero of others.
     outward: Vec<Vec3>,
-    /// The greatest angle between that of each position and of those that stand there.
+    /// Greatest angle between the outward direction of each position and those of the positions it
+    /// stands for.
     spread: Vec<f32>,
     /// The greatest error of the collapses around each position.
     errors: Vec<f32>,
@@ -91,11 +92,11 @@ impl<'a> SurfaceDeviation<'a> {
         }
     }
 
-    /// Does a collapse. Returns its error, units of the mesh: the root mean square distance
-    /// between the surface that it moves and the one before all collapses, or half the greatest
-    /// distance or what its shading comes to if that is more; of something slender, all of the greatest distance, and no
-    /// end of it where it becomes flat. It is at most the collapse's own, and `most`; and at
-    /// least that of any collapse around it before.
+    /// Performs a collapse and returns its error in units of the mesh. The error is the root mean
+    /// square distance of the moved surface from the original, or half the greatest distance or the
+    /// shading error if that is more. For slender islands it is the greatest distance, and infinite
+    /// where the island becomes flat. It is at most the collapse's own error and `most`, and at
+    /// least that of earlier collapses around it.
     pub(crate) fn collapse(
         &mut self,
         &Collapse { removed, kept, error }: &Collapse,
@@ -116,8 +117,8 @@ impl<'a> SurfaceDeviation<'a> {
         error
     }
 
-    /// Moves the corners at a position onto another one, and lets go of all that their
-    /// triangles hold.
+    /// Moves the corners at a position onto another one, and releases the wedges of their
+    /// triangles.
     fn move_corners(&mut self, removed: u32, kept: u32) {
         let Self { corners, at, attached, before, after, released, .. } = self;
         before.clear();
@@ -157,8 +158,7 @@ impl<'a> SurfaceDeviation<'a> {
         }
     }
 
-    /// Has all that is loose held anew; tells how far the surface that moved is from where
-    /// it was.
+    /// Attaches all released wedges again; returns the error of the moved surface.
     fn measure(&mut self, removed: u32, kept: u32) -> f32 {
         // Of what stays where it is, a third is on the triangles that moved; each is at two.
         let stays = self.before.as_flattened().iter().filter(|&&position| position != removed);
@@ -180,8 +180,8 @@ impl<'a> SurfaceDeviation<'a> {
         mean.sqrt().max(greatest.sqrt() / MAX_ERROR_RATIO).max(self.shading_error(kept))
     }
 
-    /// The greatest angle between the way out at a position and those of all that stand
-    /// there once another one does.
+    /// Updates and returns the greatest angle between the kept position's outward direction and
+    /// those of all that it stands for.
     fn outward_spread(&mut self, removed: u32, kept: u32) -> f32 {
         let [removed, kept] = [removed, kept].map(|position| position as usize);
         let turn = self.outward[removed].dot(self.outward[kept]).clamp(-1.0, 1.0).acos();
@@ -189,8 +189,8 @@ impl<'a> SurfaceDeviation<'a> {
         self.spread[kept]
     }
 
-    /// Has a wedge held by the nearest triangle of its section of those that moved, or else of
-    /// those at the position that is kept; tells the square of its distance.
+    /// Attaches a wedge to the nearest moved triangle of its section, or else to one at the kept
+    /// position. Returns the squared distance.
     fn attach_wedge(&mut self, wedge: u32, kept: u32) -> f32 {
         let point = self.point(self.mesh.wedges.position[wedge as usize]);
         let section = self.mesh.wedges.section[wedge as usize];
@@ -210,7 +210,7 @@ impl<'a> SurfaceDeviation<'a> {
         nearest.0
     }
 
-    /// The nearest of some triangles of a section, after the square of its distance.
+    /// Returns the squared distance of the nearest triangle of a section, and the triangle.
     fn nearest(
         &self,
         point: Vec3,
@@ -268,7 +268,7 @@ impl<'a> SurfaceDeviation<'a> {
         self.after.iter().map(of_triangle).fold(0.0, f32::max) * SHADING_WEIGHT
     }
 
-    /// The triangles at a position.
+    /// Iterates over the triangles at a position.
     fn around(&self, position: u32) -> impl Iterator<Item = u32> + '_ {
         let stands =
             move |&corner: &u32| self.corners[corner as usize / 3][corner as usize % 3] == position;
@@ -295,7 +295,7 @@ impl LinkedLists {
         Self { first: vec![END; lists], next: vec![END; numbers] }
     }
 
-    /// All numbers, by the list that each is in.
+    /// Builds the lists from the list that each number is in.
     fn from_assignment(lists: usize, list_of: &[u32]) -> Self {
         let mut all = Self::empty(lists, list_of.len());
         (0..).zip(list_of).for_each(|(number, &list)| all.push(list, number));
@@ -321,7 +321,7 @@ impl LinkedLists {
     }
 }
 
-/// From a point to the nearest one of a triangle, squared.
+/// Computes the squared distance from a point to a triangle.
 pub(crate) fn distance_squared(point: Vec3, [a, b, c]: [Vec3; 3]) -> f32 {
     let (ab, ac, ap) = (b - a, c - a, point - a);
     let normal = ab.cross(ac);

@@ -185,8 +185,8 @@ struct Welder {
 }
 
 impl Welder {
-    /// Room for as many positions and wedges as there are vertices: growing costs more
-    /// than filling. What stays empty is given back in the end.
+    /// Makes a welder with room for as many positions and wedges as there are vertices: growing
+    /// costs more than filling. Unused room is released in the end.
     fn with_room_for(primitives: &[RawPrimitive]) -> Self {
         let vertices = primitives.iter().map(|primitive| primitive.positions.len()).sum();
         let triangles = primitives.iter().map(|primitive| primitive.triangles.len()).sum();
@@ -260,7 +260,7 @@ impl Welder {
         });
     }
 
-    /// The position of a vertex, numbered by first use.
+    /// Returns the position of a vertex, numbered by first use.
     fn position(&mut self, vertex: u32, point: Vec3, feature: u32) -> u32 {
         let position = &mut self.positions[self.points.first_at(vertex) as usize];
         if *position == NEW {
@@ -295,7 +295,7 @@ impl Welder {
         wedge
     }
 
-    /// A wedge of a position that has many.
+    /// Finds or adds a wedge of a position that has many.
     fn further_wedge(&mut self, position: u32, normal: Vec3, uv: Vec2, section: u32) -> u32 {
         let Self { mesh, more_wedges, wedges_before, hasher, .. } = self;
         let wanted = wedge_key(position, normal, uv, section);
@@ -343,7 +343,7 @@ fn wedge_key_at(mesh: &Mesh, wedge: u32) -> [u32; 7] {
     wedge_key(wedges.position[wedge], normal, uv, wedges.section[wedge])
 }
 
-/// Adding zero turns -0 into 0 and leaves every other value as it is.
+/// Turns -0 into 0 by adding zero; every other value stays.
 fn normalize_zero(point: Vec3) -> Vec3 {
     point + Vec3::ZERO
 }

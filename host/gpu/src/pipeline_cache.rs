@@ -70,7 +70,7 @@ pub(crate) struct PipelineCache {
 }
 
 impl PipelineCache {
-    /// Reads what is kept in a folder; without one nothing is.
+    /// Reads the cache of a folder; without a folder nothing is kept.
     pub(crate) fn open(
         device: &ash::Device,
         properties: &vk::PhysicalDeviceProperties,
@@ -109,7 +109,7 @@ impl PipelineCache {
         cache
     }
 
-    /// Writes what was compiled since, if anything was.
+    /// Writes pipelines compiled since the last write, if any.
     pub(crate) fn save(&mut self, device: &ash::Device) -> Result<(), GpuError> {
         let Some(path) = self.file.as_ref().filter(|_| self.raw != vk::PipelineCache::null())
         else {

@@ -57,14 +57,13 @@ pub struct SceneNode<'a> {
 }
 
 impl<'a> SceneNode<'a> {
-    /// Equipment id; model nodes are called `placement/node`, features of their
-    /// meshes `placement/feature` or, where that would be ambiguous within the
-    /// model, `placement/node/feature`.
+    /// Returns the equipment id. Model nodes are called `placement/node`, features of their meshes
+    /// `placement/feature` or, where that would be ambiguous, `placement/node/feature`.
     pub fn id(&self) -> EquipmentId {
         self.nodes.id(self.place)
     }
 
-    /// The last part of its id: what a part is called, or the id of a placement.
+    /// Returns the last part of its id: the name of a part, or the id of a placement.
     pub fn name(&self) -> &'a str {
         self.nodes.name(self.place)
     }
@@ -74,17 +73,17 @@ impl<'a> SceneNode<'a> {
         self.place.part.is_some()
     }
 
-    /// Parent, an earlier node.
+    /// Returns the parent, an earlier node.
     pub fn parent(&self) -> Option<NodeIndex> {
         self.nodes.parent(self.place)
     }
 
-    /// Transform from this node's space to the world.
+    /// Returns the transform from this node's space to the world.
     pub fn world_from_node(&self) -> Mat4 {
         self.nodes.world_from(self.place)
     }
 
-    /// World-space box around all that hangs under this node.
+    /// Returns the world-space box around this node's subtree.
     pub fn bounds(&self) -> Option<Bounds> {
         self.nodes.bounds(self.place)
     }
@@ -165,7 +164,7 @@ impl Default for Transform {
 }
 
 impl Transform {
-    /// The matrix from the placed thing's space to its parent's.
+    /// Returns the matrix from the placement's space to its parent's.
     pub fn matrix(&self) -> Mat4 {
         let [x, y, z] = (self.rotation_degrees * (std::f32::consts::PI / 180.0)).to_array();
         let rotation = Quat::from_euler(EulerRot::ZYX, z, y, x);
@@ -239,12 +238,12 @@ impl SceneGraph {
         SceneNode { nodes: &self.nodes, place: self.nodes.address_of(index) }
     }
 
-    /// Transform from the space of an instance's mesh to the world.
+    /// Returns the transform from the space of an instance's mesh to the world.
     pub fn world_from_mesh(&self, instance: &MeshInstance) -> Mat4 {
         self.nodes.world_from(self.nodes.address_in(instance.placement, instance.node))
     }
 
-    /// World-space box around an instance's mesh; `None` without vertices.
+    /// Returns the world-space box around an instance's mesh; `None` without vertices.
     pub fn bounds_of_mesh(&self, instance: &MeshInstance) -> Option<Bounds> {
         let bounds = self.instances.bounds_of_mesh(instance)?;
         Some(bounds.transformed(&self.world_from_mesh(instance)))
@@ -255,22 +254,22 @@ impl SceneGraph {
         (0..self.instances.len()).map(|index| self.instance(index))
     }
 
-    /// One of them, by its place in their order.
+    /// Returns the mesh instance of an index.
     pub fn instance(&self, index: usize) -> MeshInstance {
         self.instances.get(index, &self.nodes)
     }
 
-    /// Theta policies that placements have of their own.
+    /// Returns the theta policies of single placements.
     pub fn policies(&self) -> &[ThetaPolicy] {
         &self.policies
     }
 
-    /// The node of an equipment id.
+    /// Finds the node of an equipment id.
     pub fn find(&self, id: &str) -> Option<NodeIndex> {
         self.nodes.find(id)
     }
 
-    /// The box around everything.
+    /// Returns the box around everything.
     pub fn bounds(&self) -> Option<Bounds> {
         self.bounds
     }
@@ -286,9 +285,9 @@ impl SceneGraph {
         self.instances.split_meshes(model, pieces, boxes);
     }
 
-    /// Moves a part of a placement, with what hangs under it, from where its model has it:
-    /// `pose` is a transform of the part's own space; `None` puts it back. Gives the
-    /// instances that moved, by index. What a box around a whole placement holds stays.
+    /// Moves a part of a placement, with its subtree, from its modelled place. `pose` is a
+    /// transform of the part's own space; `None` restores it. Returns the indices of the instances
+    /// that moved. The box of the whole placement stays.
     pub fn set_part_pose(&mut self, part: NodeIndex, pose: Option<Mat4>) -> Vec<usize> {
         let place = self.nodes.address_of(part);
         let Some(index) = place.part.filter(|_| self.nodes.set_part_pose(place, pose)) else {
@@ -356,7 +355,7 @@ impl SceneGraph {
     }
 }
 
-/// By how much a transform stretches at most along an axis of the mesh.
+/// Returns the greatest scale factor of a transform along an axis of the mesh.
 pub fn max_scale_factor(transform: &Mat4) -> f32 {
     let [x, y, z] =
         [transform.x_axis, transform.y_axis, transform.z_axis].map(|axis| axis.truncate().length());

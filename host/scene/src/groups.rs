@@ -13,8 +13,8 @@ const MIN_INSTANCES: u32 = 16;
 /// Least ratio of a group's instances to those of the greatest group within it. A smaller ratio
 /// would stand for hardly more.
 const MIN_GROWTH: u32 = 2;
-/// By how much transforms of groups that look the same may differ, as a share of their
-/// size and in their axes: what rounding makes of it.
+/// Rounding tolerance between transforms of equal groups, as a share of their size and of their
+/// axes.
 const TOLERANCE: f32 = 1e-4;
 
 /// A node with all that hangs under it.
@@ -30,12 +30,11 @@ pub struct Group {
     pub bounds: Bounds,
     /// Transform from the top node's space to the world.
     pub world_from_group: Mat4,
-    /// Index of the first group that looks the same, in its own space.
+    /// Index of the first group with the same contents, in its own space.
     pub kind: u32,
 }
 
-/// The groups of a scene whose instances may all be in one, outer ones before those
-/// within them.
+/// Finds the groups of a scene whose instances are all allowed, outer groups before inner ones.
 pub fn find_groups(graph: &SceneGraph, is_allowed: impl Fn(&MeshInstance) -> bool) -> Vec<Group> {
     let trees = Subtrees::new(graph, is_allowed);
     let mut groups: Vec<Group> = Vec::new();
@@ -59,7 +58,7 @@ pub fn find_groups(graph: &SceneGraph, is_allowed: impl Fn(&MeshInstance) -> boo
     groups
 }
 
-/// Index of the first group that begins after some instances, of groups in their order.
+/// Returns the index of the first group that begins after some instances, of groups in order.
 pub fn first_group_after(starts: &[u32], end: u32) -> u32 {
     starts.partition_point(|&start| start < end) as u32
 }
@@ -128,7 +127,7 @@ impl Subtrees {
 /// Identity of a mesh instance apart from its transform.
 type InstanceSignature = (u32, u32, u32, Option<u32>, Option<u32>);
 
-/// Notes which groups look the same.
+/// Finds groups with the same contents.
 fn find_equal_groups(graph: &SceneGraph, groups: &mut [Group]) {
     let mut kinds: HashMap<Vec<InstanceSignature>, Vec<u32>> = HashMap::new();
     for index in 0..groups.len() {
@@ -159,7 +158,7 @@ fn signature(group: &Group, instance: &MeshInstance) -> InstanceSignature {
     )
 }
 
-/// Reports whether instances of the same meshes are arranged alike as well.
+/// Reports whether instances of the same meshes have the same layout as well.
 fn has_same_layout(graph: &SceneGraph, a: &Group, b: &Group) -> bool {
     if a.nodes.len() != b.nodes.len() {
         return false;

@@ -1,5 +1,5 @@
-//! The meshes that placements show, packed: a site of a hundred stations has some 120,000
-//! of few kinds.
+//! Mesh instances of all placements, packed: a site of a hundred stations has some 120,000 of few
+//! kinds.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -44,7 +44,7 @@ struct InstanceKind {
     bounds: Option<Bounds>,
 }
 
-/// A kind where it is placed.
+/// Instance kind at a placement.
 #[derive(Clone, Copy, Debug)]
 struct ShownInstance {
     placement: u32,
@@ -55,8 +55,8 @@ struct ShownInstance {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Instances {
     kinds: Vec<InstanceKind>,
-    /// The kind of a model's first mesh, those of the others after it; as long as something
-    /// is placed.
+    /// Instance kind of a model's first mesh, those of the others after it; kept while placements
+    /// are added.
     known: HashMap<(ModelIndex, Option<PolicyIndex>), u32>,
     shown: Vec<ShownInstance>,
 }
@@ -86,7 +86,7 @@ impl Instances {
         self.shown.extend(kinds.map(|kind| ShownInstance { placement, kind }));
     }
 
-    /// Nothing is placed after that.
+    /// Ends the adding of placements.
     pub(crate) fn finish(&mut self) {
         self.known = HashMap::new();
     }
@@ -104,7 +104,7 @@ impl Instances {
         MeshInstance { node, model, mesh, theta, first_feature, placement, kind }
     }
 
-    /// The box around an instance's mesh, in its own space.
+    /// Returns the box around an instance's mesh, in its own space.
     pub(crate) fn bounds_of_mesh(&self, instance: &MeshInstance) -> Option<Bounds> {
         self.kinds.get(instance.kind as usize)?.bounds
     }

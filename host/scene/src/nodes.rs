@@ -1,5 +1,5 @@
-//! The nodes of a scene, packed: a site of a hundred stations has some 300,000. What is
-//! placed has a record each; its parts follow from its model.
+//! Nodes of a scene, packed: a site of a hundred stations has some 300,000. Each placement has a
+//! record; its parts follow from its model.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasher, RandomState};
@@ -88,7 +88,7 @@ pub(crate) struct Nodes {
     parts: Vec<Arc<Parts>>,
     records: Vec<PlacementRecord>,
     world_from_placements: Transforms,
-    /// Around placements with what hangs under them, where anything does.
+    /// Boxes of the subtrees of placements that have children.
     tree_bounds: HashMap<u32, Bounds>,
     /// All placements' ids, one behind the other.
     ids: String,
@@ -150,14 +150,14 @@ impl Nodes {
         Ok(placement)
     }
 
-    /// The placement that has an id.
+    /// Finds the placement that has an id.
     fn placement(&self, id: &str) -> Option<u32> {
         let has_id = |&placement: &u32| id_of(&self.records, &self.ids, placement) == id;
         self.by_id.find(self.hasher.hash_one(id), has_id).copied()
     }
 
-    /// Measures placements with what hangs under them. Gives the box around all; nothing is
-    /// placed after that.
+    /// Measures the subtrees of placements. Returns the box around all; no placement is added
+    /// afterwards.
     pub(crate) fn finish(&mut self) -> Option<Bounds> {
         self.world_from_placements.known = HashMap::new();
         self.ids.shrink_to_fit();
@@ -179,7 +179,7 @@ impl Nodes {
         all
     }
 
-    /// The box around what a placement shows by itself, where its model has it.
+    /// Returns the box around a placement's own meshes, as modelled.
     fn bounds_as_modelled(&self, placement: u32) -> Option<Bounds> {
         let parts = self.parts.get(self.records[placement as usize].model as usize)?;
         let world_from_placement = self.world_from_placements.get(placement);
@@ -190,7 +190,7 @@ impl Nodes {
         parts.meshes.iter().filter_map(of_mesh).reduce(Bounds::union)
     }
 
-    /// The nodes of all placements and parts.
+    /// Iterates over the addresses of all placements and parts.
     pub(crate) fn addresses(&self) -> impl Iterator<Item = NodeAddress> {
         let of_placement = |(record, placement): (&PlacementRecord, u32)| {
             let parts = self.parts.get(record.model as usize).map_or(0, |parts| parts.all.len());
@@ -205,7 +205,7 @@ impl Nodes {
         self.address_in(placement, NodeIndex(node))
     }
 
-    /// The place of a node that belongs to a placement.
+    /// Returns the address of a node that belongs to a placement.
     pub(crate) fn address_in(&self, placement: u32, NodeIndex(node): NodeIndex) -> NodeAddress {
         let part = (node - self.records[placement as usize].node).checked_sub(1);
         NodeAddress { placement, part }
@@ -304,7 +304,7 @@ impl Nodes {
     }
 }
 
-/// The id of a placement.
+/// Returns the id of a placement.
 fn id_of<'a>(records: &[PlacementRecord], ids: &'a str, placement: u32) -> &'a str {
     let placement = placement as usize;
     let start = placement.checked_sub(1).map_or(0, |before| records[before].id_end);

@@ -13,7 +13,7 @@ pub(crate) struct Parts {
     pub(crate) all: Vec<Part>,
     pub(crate) meshes: Vec<PartMesh>,
     by_name: HashMap<String, u32>,
-    /// Two parts that are called the same.
+    /// Two parts with the same name, if any.
     pub(crate) twins: Option<(u32, u32)>,
 }
 
@@ -67,7 +67,7 @@ impl Parts {
         parts
     }
 
-    /// The part that is called so.
+    /// Finds the part of a name.
     pub(crate) fn find(&self, name: &str) -> Option<u32> {
         self.by_name.get(name).copied()
     }
@@ -105,7 +105,7 @@ impl Parts {
     }
 }
 
-/// The box around both.
+/// Returns the box around both boxes.
 pub(crate) fn union_bounds(a: Option<Bounds>, b: Option<Bounds>) -> Option<Bounds> {
     match (a, b) {
         (Some(a), Some(b)) => Some(a.union(b)),

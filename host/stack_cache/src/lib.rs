@@ -27,8 +27,8 @@ use thiserror::Error;
 pub use key::{CacheKey, OptimizerDigest};
 pub use mesh_file::{MeshKey, WeldedMesh, content_digest};
 
-/// Bytes that are written at a time: of one write the system may make one page, as large, and
-/// looks for that much free memory in one place.
+/// Bytes that are written at a time. For one write the system may make one page of that size, and
+/// needs that much contiguous free memory.
 const PIECE_BYTES: usize = 64 << 10;
 
 /// A directory of stacks and welded meshes, one file each.
@@ -79,8 +79,8 @@ pub enum CacheError {
 }
 
 impl StackCache {
-    /// Opens a directory, and makes it if it is missing. Beyond the limit, what
-    /// was used longest ago goes.
+    /// Opens a directory, and makes it if it is missing. Beyond the limit, the least recently used
+    /// files are evicted.
     ///
     /// # Errors
     /// When it cannot be made, or others than its owner may write into it.
@@ -94,7 +94,7 @@ impl StackCache {
         &self.directory
     }
 
-    /// Looks for the stacks of a mesh.
+    /// Loads the stacks of a mesh.
     pub fn load(&self, key: CacheKey, mesh: &mut Mesh) -> Lookup {
         match open(&self.path(key), |file, length| restore(file, length, key, mesh)) {
             None => Lookup::Absent,
@@ -117,7 +117,7 @@ impl StackCache {
         self.write(&self.path(key), &stack_file::parts(key, ranks, tables))
     }
 
-    /// Looks for a welded mesh; none if there is none.
+    /// Loads a welded mesh; `None` if there is none.
     ///
     /// # Errors
     /// Why its file cannot be used.
@@ -156,12 +156,12 @@ impl StackCache {
         directory::evict(&self.directory, self.limit_bytes).map_err(fault)
     }
 
-    /// The file of a mesh's stacks.
+    /// Returns the path of a mesh's stack file.
     pub fn path(&self, key: CacheKey) -> PathBuf {
         self.directory.join(format!("{key}.{}", directory::STACKS))
     }
 
-    /// The file of a welded mesh.
+    /// Returns the path of a welded mesh's file.
     pub fn mesh_path(&self, key: MeshKey) -> PathBuf {
         self.directory.join(format!("{key}.{}", directory::MESH))
     }

@@ -19,12 +19,12 @@ fn unlinked(position: u32) -> Link {
     pack_link(NEVER_REMOVED, position)
 }
 
-/// The same, for a sequence of any depth.
+/// Computes the removal cursor of each triangle, for a sequence of any depth.
 pub(crate) fn removal_cursors(mesh: &Mesh, sequence: &CollapseSequence) -> Vec<u32> {
     find_removal_cursors(mesh, sequence, u32::MAX)
 }
 
-/// The smallest cursor at which two corners share a position, per triangle.
+/// Finds the smallest cursor at which two corners share a position, per triangle.
 ///
 /// Positions are as imported: those of a triangle are near each other, and so
 /// are their links.
@@ -52,8 +52,8 @@ fn direct_links(sequence: &CollapseSequence) -> Vec<Link> {
     links
 }
 
-/// The same classes, joined by size, so that chains are at most log2 V long
-/// whatever chains the optimiser makes.
+/// Builds balanced links of the same classes, joined by size, so that chains are at most log2 V
+/// long whatever the optimiser made.
 fn balanced_links(sequence: &CollapseSequence) -> Vec<Link> {
     let count = sequence.position_count();
     let mut links: Vec<Link> = (0..count).map(unlinked).collect();

@@ -16,7 +16,7 @@ const PARTITION_SIZE: usize = 4096;
 const MAX_PARTITIONS: usize = 512;
 
 /// First vertex at the same point, and of the same feature, for each vertex. Vertices come
-/// primitive by primitive; then all triangle corners whose feature is not their vertex's own.
+/// primitive by primitive, then the foreign corners of triangles.
 pub(super) struct PointGroups {
     firsts: Vec<u32>,
     /// The vertex that the next primitive begins with, and the next foreign corner.
@@ -24,7 +24,7 @@ pub(super) struct PointGroups {
     next_foreign: u32,
 }
 
-/// A vertex, and what makes two of them one position.
+/// Vertex with its position key.
 #[derive(Clone, Copy, Default)]
 struct Entry {
     key: [u32; 4],
@@ -32,7 +32,7 @@ struct Entry {
 }
 
 impl PointGroups {
-    /// All together must be fewer than 2^32.
+    /// Groups all vertices; together they must be fewer than 2^32.
     pub(super) fn new(primitives: &[RawPrimitive]) -> Self {
         let hasher = DefaultHashBuilder::default();
         let count = keys(primitives).count();
@@ -75,25 +75,25 @@ impl PointGroups {
         Self { firsts, next_vertex: 0, next_foreign: vertices as u32 }
     }
 
-    /// Vertices and foreign corners.
+    /// Returns the number of vertices and foreign corners.
     pub(super) fn len(&self) -> usize {
         self.firsts.len()
     }
 
-    /// The number of a primitive's first vertex; primitives come in order.
+    /// Returns the number of a primitive's first vertex; primitives come in order.
     pub(super) fn begin(&mut self, primitive: &RawPrimitive) -> u32 {
         let first = self.next_vertex;
         self.next_vertex += primitive.positions.len() as u32;
         first
     }
 
-    /// The number of the next foreign corner, in the order of triangles.
+    /// Returns the number of the next foreign corner, in the order of triangles.
     pub(super) fn next_foreign(&mut self) -> u32 {
         self.next_foreign += 1;
         self.next_foreign - 1
     }
 
-    /// The first that is where a vertex or foreign corner is.
+    /// Returns the first vertex at the point of a vertex or foreign corner.
     pub(super) fn first_at(&self, vertex: u32) -> u32 {
         self.firsts[vertex as usize]
     }
@@ -121,7 +121,7 @@ fn foreign_keys(primitive: &RawPrimitive) -> impl Iterator<Item = [u32; 4]> {
     })
 }
 
-/// A key for the hasher, which takes one number faster than an array.
+/// Converts a key to one number, which the hasher takes faster than an array.
 fn as_number(key: [u32; 4]) -> u128 {
     key.into_iter().rev().fold(0, |number, word| number << 32 | u128::from(word))
 }

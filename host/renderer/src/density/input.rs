@@ -149,8 +149,8 @@ pub(super) fn flips(input: &DensityInput<'_>) -> Vec<u32> {
     flips
 }
 
-/// Bits of some records: whether each is known, then whether it meets what is given; and how
-/// many words each of the two takes.
+/// Packs the gate bits of some records: whether each is counted, then whether it meets `given`.
+/// Returns the words with the length of each of the two.
 pub(super) fn gates(input: &DensityInput<'_>, records: Range<usize>) -> (Vec<u32>, u32, u32) {
     let words = records.len().div_ceil(WORD);
     let mut gates = Vec::new();
