@@ -40,7 +40,7 @@ impl<'a> MeshFeatureWriter<'a> {
         Self { mesh, table: used.and_then(|_| tables.add(names)), null }
     }
 
-    /// `None` where no vertex has a feature.
+    /// Collects the feature ids of vertices; `None` where no vertex has a feature.
     pub(crate) fn vertex_features(&self, wedges: &[u32]) -> Option<VertexFeatures> {
         let mesh = self.mesh;
         let feature = |&wedge: &u32| {

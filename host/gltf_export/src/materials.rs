@@ -22,7 +22,7 @@ pub(crate) struct MaterialWriter<'a> {
 }
 
 impl<'a> MaterialWriter<'a> {
-    /// Writes all materials, in order, and what they name.
+    /// Writes all materials, in order, with their textures and images.
     pub(crate) fn write(
         model: &'a Model,
         document: &'a mut Document,

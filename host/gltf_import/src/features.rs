@@ -21,7 +21,7 @@ pub(crate) struct FeatureIds<'a> {
 }
 
 impl FeatureIds<'_> {
-    /// The id of a checked vertex, or [`NO_FEATURE`].
+    /// Returns the id of a checked vertex, or [`NO_FEATURE`].
     pub(crate) fn at(&self, vertex: usize) -> u32 {
         self.feature(self.ids.id_at(vertex).unwrap_or(NO_FEATURE))
     }
@@ -107,7 +107,7 @@ impl<'a> FeatureNamer<'a> {
         ImportFault::TooMany { what: "features", count, limit }
     }
 
-    /// The features that triangles have.
+    /// Collects the features that triangles have.
     fn collect(
         &mut self,
         primitives: &[RawPrimitive],

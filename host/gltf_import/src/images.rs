@@ -26,7 +26,7 @@ const DECODER_BYTES: u64 = 4 << 20;
 /// without keeping its pixels, so that a damaged one costs no memory.
 const MAX_UNVERIFIED_PIXELS: u64 = 8 << 20;
 
-/// Pixels along a side of what stands in for an image, and of one of its cells.
+/// Side of the placeholder checker and of one of its cells, pixels.
 const CHECKER_SIDE: u32 = 16;
 const CHECKER_CELL: u32 = 4;
 /// Colours of the checker's cells in turn; nothing in a station looks like this.
@@ -46,8 +46,8 @@ pub(crate) struct Decoded {
     pub(crate) placeholders: Vec<bool>,
 }
 
-/// Finds the bytes of images. One that cannot be read is missing; what would harm, such
-/// as a path out of the model's folder, is an error.
+/// Loads the bytes of images. An unreadable one is missing; a harmful one, such as a path out of
+/// the model's folder, is an error.
 pub(crate) fn load(
     root: &Root,
     images: &[usize],
@@ -73,8 +73,8 @@ pub(crate) fn load(
     images.iter().map(load).collect()
 }
 
-/// Decodes images; what is missing or broken is shown as a checker, with a remark. Their
-/// pixels together stay within the limit.
+/// Decodes images; missing or broken ones become a checker, with a remark. Their pixels together
+/// stay within the limit.
 pub(crate) fn decode(
     root: &Root,
     (images, sources): (&[usize], Vec<Source>),
@@ -140,7 +140,7 @@ fn checker() -> Texture {
     Texture { width: CHECKER_SIDE, height: CHECKER_SIDE, rgba8 }
 }
 
-/// The pixels of an image, from its header alone.
+/// Counts the pixels of an image, from its header alone.
 fn measure(bytes: &[u8]) -> Result<u64, ImportFault> {
     if ktx2_image::is_ktx2(bytes) {
         let [width, height] = ktx2_image::dimensions(bytes)?;

@@ -51,7 +51,7 @@ pub use crate::limits::{
 pub use crate::mesh_cache::{CachedMesh, MIN_CACHED_TRIANGLES, MeshCache};
 pub use crate::report::ImportReport;
 
-/// A model and what was left out of it.
+/// Imported model, with a report of skipped content.
 #[derive(Clone, Debug)]
 pub struct ImportedModel {
     /// Model of the file.

@@ -1,5 +1,5 @@
-//! Meshes: everything is checked first, without building anything; what is
-//! built then cannot fail halfway with memory taken.
+//! Meshes in two phases: everything is checked first, without building anything. Building then
+//! cannot fail halfway with memory taken.
 
 use std::cell::OnceCell;
 use std::collections::{HashMap, HashSet};
@@ -85,8 +85,8 @@ impl<'a> Checker<'a> {
         Ok(self.triangles - before)
     }
 
-    /// A triangle takes a byte of some buffer at the very least; the same bytes
-    /// named a thousand times are no thousand triangles.
+    /// Counts triangles against the limit. Each takes at least a byte of some buffer; naming the
+    /// same bytes a thousand times does not help.
     fn count(
         &mut self,
         primitive: &Primitive<'_>,
@@ -194,8 +194,8 @@ impl<'a> Checker<'a> {
         Ok(())
     }
 
-    /// An element takes a byte at least: this bounds the time that many
-    /// accessors of the same bytes can cost.
+    /// Charges the visit of an accessor's elements, a byte each at least. This bounds the time that
+    /// many accessors of the same bytes can cost.
     fn visit(&mut self, accessor: &Accessor<'_>) -> Result<(), ImportError> {
         self.charge(accessor.stored_elements(), &format!("/accessors/{}", accessor.index))
     }
@@ -253,7 +253,7 @@ impl<'a> Builder<'a> {
         Self { root, buffers, extensions, namer, cached }
     }
 
-    /// A mesh that was kept, or reads and welds it.
+    /// Builds a mesh, from the cache if possible.
     pub(crate) fn build(&mut self, mesh: usize) -> Result<CachedMesh, ImportError> {
         let here = || format!("/meshes/{mesh}");
         let primitives = self.primitives(mesh)?;

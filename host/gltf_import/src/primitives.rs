@@ -44,7 +44,7 @@ impl PrimitivePlace {
 }
 
 impl<'a> Primitive<'a> {
-    /// `None` for what has no triangles by its nature: points and lines.
+    /// Describes a primitive; `None` for points and lines, which have no triangles.
     pub(crate) fn new(
         root: &'a Root,
         buffers: &Buffers<'a>,
@@ -109,7 +109,7 @@ impl<'a> Primitive<'a> {
         }
     }
 
-    /// Remarks on what is left out of it.
+    /// Adds remarks on skipped attributes.
     pub(crate) fn note(&self, primitive: &json::mesh::Primitive, notes: &mut Notes) {
         let has = |semantic| primitive.attributes.contains_key(&Checked::Valid(semantic));
         notes.add_many("set of vertex colours ignored", has(Semantic::Colors(0)).into());
@@ -162,7 +162,7 @@ impl<'a> Primitive<'a> {
         self.indices.as_ref().map_or(self.positions.count, |indices| indices.count)
     }
 
-    /// Corners as vertex indices (glTF 2.0, section 3.7.2.1).
+    /// Returns the corners as vertex indices (glTF 2.0, section 3.7.2.1).
     fn triangles(&self) -> Vec<[u32; 3]> {
         let corners = |i: usize| match self.mode {
             Mode::TriangleStrip => [i, i + 1 + i % 2, i + 2 - i % 2],
@@ -177,7 +177,7 @@ impl<'a> Primitive<'a> {
     }
 }
 
-/// The set of feature ids that a primitive names.
+/// Reads the set of feature ids that a primitive names.
 fn feature_ids<'a>(
     root: &'a Root,
     buffers: &Buffers<'a>,
@@ -252,7 +252,7 @@ impl AccessorRule {
     }
 }
 
-/// Quantised normals are a little off; unit ones stay as they are to the bit.
+/// Normalises slightly inexact quantised normals; unit ones stay unchanged to the bit.
 fn unit_normal(normal: Vec3) -> Vec3 {
     const TOLERANCE: f32 = 1e-3;
     if (normal.length_squared() - 1.0).abs() <= TOLERANCE {

@@ -1,5 +1,5 @@
-//! A first pass over the JSON that builds nothing: it bounds what the second
-//! one will build.
+//! Cost scan of the JSON: a first pass that builds nothing and bounds what the second one will
+//! build.
 //!
 //! `{},` takes three bytes in the file and some three hundred as a node of
 //! `gltf::json`, and that crate reads indices modulo 2^32. So before it parses,
@@ -34,7 +34,7 @@ const fn section(
     ParseCost { name, element, nested_object, nested_scalar }
 }
 
-/// A growing vector holds up to twice its elements.
+/// Returns the greatest memory of a growing vector, which holds up to twice its elements.
 const fn vec_bytes<T>() -> usize {
     2 * size_of::<T>()
 }
@@ -110,7 +110,7 @@ pub(crate) fn json_fault(error: &serde_json::Error) -> ImportFault {
     ImportFault::Json { line, column, reason }
 }
 
-/// One step of a JSON pointer, escaped (RFC 6901) and shortened.
+/// Escapes one step of a JSON pointer (RFC 6901) and shortens it.
 pub(crate) fn pointer_step(step: &str) -> String {
     let end = step.floor_char_boundary(MAX_NAME_BYTES);
     step[..end].replace('~', "~0").replace('/', "~1")
@@ -160,7 +160,7 @@ impl<'a> Scanner<'a> {
         Ok(())
     }
 
-    /// A number, `true`, `false` or `null`.
+    /// Visits a number, `true`, `false` or `null`.
     fn scalar<E: Error>(&mut self) -> Result<(), E> {
         let nested = self.path.len() >= 4;
         let bytes = self.section.filter(|_| nested).map_or(0, |s| s.nested_scalar);
@@ -199,7 +199,7 @@ impl<'a> Scanner<'a> {
         Ok(())
     }
 
-    /// Called before the content of each array element is read.
+    /// Visits an array element, before its content is read.
     fn element<E: Error>(&mut self, index: usize) -> Result<(), E> {
         if self.path.len() != 2 {
             return Ok(());

@@ -87,7 +87,7 @@ fn add_edge_planes(
     open
 }
 
-/// The plane through an edge that stands upright on the face towards `apex`.
+/// Returns the plane through an edge, perpendicular to the face towards `apex`.
 fn upright(surface: &Surface, vertex: u32, end: u32, apex: u32, weight: f64) -> Quadric {
     let origin = surface.positions[vertex as usize];
     let along = surface.positions[end as usize] - origin;

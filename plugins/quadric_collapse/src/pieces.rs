@@ -64,7 +64,7 @@ pub(crate) struct Remainder {
 }
 
 impl Remainder {
-    /// A shell as the mesh has it.
+    /// Copies a shell of the mesh.
     pub(crate) fn from_shell(mesh: &Mesh<'_>, shells: &Shells, shell: usize) -> Self {
         let triangles = &shells.triangles[shells.triangle_range(shell)];
         let wedges = |wedges: busbar_plugin_sdk::Wedges<'_>| {
@@ -84,8 +84,8 @@ impl Remainder {
         PieceView { vertices: &self.vertices, places, triangles }
     }
 
-    /// Joins what is left of parts. A vertex on a cut takes the first part's memory. All parts know
-    /// the same of it: that it is on a cut, and the greatest rank of the steps around it.
+    /// Joins the remainders of parts. A vertex on a cut takes the first part's state. All parts
+    /// know the same of it: that it is on a cut, and the greatest rank of the steps around it.
     pub(crate) fn join(parts: impl Iterator<Item = Self>) -> Self {
         let mut all = Self::default();
         let mut known: Vec<(u32, VertexState)> = Vec::new();
@@ -168,7 +168,7 @@ impl CutParts {
         self.starts.len() - 1
     }
 
-    /// One part by itself. `places` is as long as the mesh has vertices.
+    /// Takes one part by itself. `places` is as long as the mesh has vertices.
     pub(crate) fn take(&self, whole: &Remainder, part: usize, places: &mut [u32]) -> Remainder {
         // In the order of the remainder: the cuts shuffled them.
         let mut indices = self.indices[self.starts[part]..self.starts[part + 1]].to_vec();
@@ -202,7 +202,7 @@ impl CutParts {
     }
 }
 
-/// A vertex in double precision, metres.
+/// Returns a vertex in double precision, metres.
 pub(crate) fn point(mesh: &Mesh<'_>, vertex: u32) -> DVec3 {
     DVec3::from(mesh.positions[vertex as usize].map(f64::from))
 }

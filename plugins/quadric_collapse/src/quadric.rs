@@ -19,7 +19,7 @@ pub(crate) struct Quadric {
 }
 
 impl Quadric {
-    /// Squared distance to the plane through `point`, times `weight`.
+    /// Makes the quadric of the squared distance to the plane through `point`, times `weight`.
     /// `normal` has length 1.
     pub(crate) fn plane(normal: DVec3, point: DVec3, weight: f64) -> Self {
         let offset = -normal.dot(point);
@@ -33,12 +33,12 @@ impl Quadric {
         }
     }
 
-    /// The same, standing for an area as well.
+    /// Returns the quadric, weighted by an area as well.
     pub(crate) fn with_area(self, area: f64) -> Self {
         Self { area, ..self }
     }
 
-    /// The value at a point; rounding never makes it negative.
+    /// Evaluates the quadric at a point; rounding never makes it negative.
     #[inline]
     pub(crate) fn evaluate(&self, p: DVec3) -> f64 {
         let cross = DVec3::new(p.y * p.z, p.z * p.x, p.x * p.y);

@@ -12,8 +12,7 @@ use crate::surface::Spoke;
 /// would make the cuts show.
 const LEFT_OF_PART: f64 = 0.25;
 
-/// A shell with no legal collapse and at most so many vertices dies as a
-/// whole.
+/// Greatest number of vertices of a shell without legal collapse that is removed as a whole.
 const MAX_DYING: usize = 32;
 /// Greatest number of vertices of a shell whose refused vertices are not looked at again: guards
 /// fall.
@@ -89,8 +88,8 @@ impl Reducer {
         self.finish(source, steps, watch)
     }
 
-    /// The same for what is left of a large shell. `places` is for the mesh's
-    /// vertices; what it holds is of no account.
+    /// Reduces the remainder of a large shell to one vertex. `places` is as long as the mesh has
+    /// vertices; its contents do not matter.
     pub(crate) fn reduce_remainder(
         &mut self,
         source: Source<'_, '_>,
@@ -106,9 +105,8 @@ impl Reducer {
         self.finish(source, steps, watch)
     }
 
-    /// Appends the steps that take what is inside a part down to
-    /// [`LEFT_OF_PART`], as far as the guards allow. Returns what is left, or
-    /// nothing if `watch` said stop.
+    /// Appends the steps that reduce the inside of a part to [`LEFT_OF_PART`], as far as the guards
+    /// allow. Returns the remainder, or nothing if `watch` stopped the work.
     pub(crate) fn reduce_part(
         &mut self,
         source: Source<'_, '_>,
@@ -130,7 +128,7 @@ impl Reducer {
         self.drain(source, start, limit, steps, watch).then(|| self.remainder(part))
     }
 
-    /// Takes what is loaded down to one vertex.
+    /// Reduces the loaded piece to one vertex.
     fn finish(
         &mut self,
         source: Source<'_, '_>,
@@ -299,7 +297,7 @@ impl Reducer {
         true
     }
 
-    /// Puts a vertex into the queue at what it may cost.
+    /// Queues a vertex at a lower bound of its cost.
     fn enqueue(&mut self, vertex: u32) {
         if self.shell.surface.frozen[vertex as usize] {
             return;
@@ -406,7 +404,7 @@ impl Reducer {
         (DEATH_WEIGHT * area * radius * radius, (radius as f32).min(f32::MAX))
     }
 
-    /// Joins what the guards or lost triangles left apart.
+    /// Joins vertices that the guards or lost triangles left apart.
     fn join_rest(&mut self, start: usize, steps: &mut Vec<Step>) {
         let vertices = &self.shell.surface.vertices;
         if steps.len() - start + 1 == vertices.len() {

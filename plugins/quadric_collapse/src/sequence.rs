@@ -27,8 +27,8 @@ const MAX_LEFT: f64 = 0.8;
 /// Interval of progress reports while other threads work.
 const WATCH_INTERVAL: Duration = Duration::from_millis(5);
 
-/// The steps of all shells, whatever the number of threads: a step comes
-/// behind those that it builds on.
+/// Computes the steps of all shells, the same for any number of threads: a step comes behind those
+/// that it builds on.
 ///
 /// # Errors
 /// [`Error::cancelled`].
@@ -254,9 +254,8 @@ fn batches<'a>(shells: &Shells, is_large: impl Fn(&usize) -> bool) -> Vec<Job<'a
     batches
 }
 
-/// Lets what is left of each shell go as soon as the shell is dead: without
-/// triangles it would only be counted. It joins the vertex that is left of the
-/// shell that dies last.
+/// Removes the last vertex of each shell as soon as the shell has no triangles. It joins the last
+/// vertex of the shell that vanishes last.
 pub(crate) fn remove_collapsed_shells(shells: &Shells, steps: &mut Vec<Step>) {
     let mut shell_of = vec![0_u32; shells.vertices.len()];
     for shell in 0..shells.len() {

@@ -51,7 +51,7 @@ impl Hinge {
     }
 }
 
-/// Eq. 1-4 for the edge between two vertices.
+/// Measures Eq. 1-4 for the edge between two vertices.
 ///
 /// S on a border is its one triangle; on an edge of three and more triangles it
 /// is the sum of all, and C the largest of any two (of the first [`MAX_PAIRS`]
@@ -87,7 +87,7 @@ pub(crate) fn measure(
     }
 }
 
-/// The cosine of C by Eq. 4 from n1 n2 and |n1| |n2|, clamped to [-1, 1].
+/// Computes the cosine of C by Eq. 4 from n1 n2 and |n1| |n2|, clamped to [-1, 1].
 #[inline(always)]
 pub(crate) fn bend_cosine(dot: f64, scale: f64, interpretation: Curvature) -> f64 {
     let cosine = (dot / scale).clamp(-1.0, 1.0);
@@ -98,7 +98,7 @@ pub(crate) fn bend_cosine(dot: f64, scale: f64, interpretation: Curvature) -> f6
     if scale == 0.0 { 1.0 } else { cosine }
 }
 
-/// The angle of a cosine in [-1, 1], radians in [0, pi].
+/// Computes the angle of a cosine in [-1, 1], radians in [0, pi].
 pub(crate) fn angle(cosine: f64) -> f64 {
     libm::acos(cosine)
 }

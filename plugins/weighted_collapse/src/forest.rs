@@ -70,7 +70,7 @@ fn measure_errors(mesh: &Mesh<'_>, collapses: &mut [Collapse]) {
     }
 }
 
-/// From vertex to vertex, at most what f32 reaches.
+/// Computes the distance between two vertices, at most the greatest f32.
 pub(crate) fn distance(mesh: &Mesh<'_>, a: u32, b: u32) -> f32 {
     norm(sub(point(mesh, a), point(mesh, b))).min(f64::from(f32::MAX)) as f32
 }
@@ -88,12 +88,12 @@ impl Classes {
     /// Vertices that the links have room for.
     pub(crate) const MAX_VERTICES: usize = (1 << 31) - 1;
 
-    /// Each vertex by itself; at most [`Self::MAX_VERTICES`].
+    /// Makes a class of each vertex by itself; at most [`Self::MAX_VERTICES`].
     pub(crate) fn new(count: usize) -> Self {
         Self { link: vec![Self::SURVIVES | 1; count] }
     }
 
-    /// The survivor of a vertex.
+    /// Finds the survivor of a vertex.
     fn survivor(&mut self, mut vertex: u32) -> u32 {
         loop {
             let parent = self.link[vertex as usize];
@@ -146,8 +146,8 @@ impl Errors {
         Self { radius: vec![0.0; count], largest: 0.0 }
     }
 
-    /// The error after a class has joined another one, so far from it: the
-    /// greatest distance that any vertex of a removed class has moved so far.
+    /// Returns the error after a class has joined another one at a distance: the greatest distance
+    /// that any vertex of a removed class has moved so far.
     pub(crate) fn join(&mut self, distance: f32, removed: u32, kept: u32) -> f32 {
         // Radii can add up to more than f32 reaches.
         let moved = (distance + self.radius[removed as usize]).min(f32::MAX);

@@ -36,8 +36,8 @@ impl EdgeKeys<'_> {
     }
 }
 
-/// Collapses edges, given sorted by their keys, in the order of these, each only when it is legal:
-/// when it would fold no face over and keeps the topology (`guards`).
+/// Collapses edges in the order of their keys, each only when the collapse is legal: it folds no
+/// face over and keeps the topology (`guards`).
 ///
 /// The smaller class moves onto the larger, as in the paper's order, unless
 /// only the other direction is legal. An edge that cannot go either way is put
@@ -171,8 +171,8 @@ impl<'a> GreedyCollapser<'a> {
         self.rings[0] = removed_ring;
     }
 
-    /// Edges that are about to become one take the lesser of their keys. Some of
-    /// their sides die, with what they know.
+    /// Merges the keys of edges that are about to become one: they take the lesser. Sides of dying
+    /// triangles lose their entries.
     fn merge_keys(&mut self, kept: u32) {
         let [removed_ring, kept_ring, _] = &self.rings;
         for dying in removed_ring.edge_to(kept) {

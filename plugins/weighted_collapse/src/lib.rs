@@ -143,7 +143,7 @@ pub fn collapse_list(
     Ok(list)
 }
 
-/// Refuses what the stages cannot count or index.
+/// Refuses meshes that the stages cannot count or index.
 fn check(mesh: &Mesh<'_>) -> Result<(), Error> {
     let vertices = mesh.positions.len();
     let limits = [

@@ -1,7 +1,7 @@
 //! Statistical moments: mean, deviation and maximum in one pass over fixed chunks.
 
-/// Values summed at a time. Sums over chunks are combined in the chunks' order,
-/// so they are the same for every number of threads.
+/// Values summed at a time. Chunk sums are combined in order, so the result is the same for every
+/// number of threads.
 pub(crate) const CHUNK: usize = 1024;
 
 /// Running sums that are added up side by side, for the processor's sake.
@@ -44,8 +44,8 @@ impl Moments {
         }
     }
 
-    /// Population standard deviation; the paper's sum "from i = 0 to n" is read
-    /// as one over the n edges.
+    /// Returns the population standard deviation; the paper's sum "from i = 0 to n" is read as one
+    /// over the n edges.
     pub(crate) fn deviation(&self) -> f64 {
         (self.squares / self.count.max(1.0)).sqrt()
     }
@@ -61,7 +61,7 @@ fn fold(values: &[f64], step: impl Fn(f64, f64) -> f64) -> f64 {
     lanes.iter().sum::<f64>() + rest.iter().fold(0.0, |sum, &value| step(sum, value))
 }
 
-/// The largest value; 0 for none.
+/// Returns the largest value; 0 for none.
 fn max(values: &[f64]) -> f64 {
     let larger = |a: f64, b: f64| if b > a { b } else { a };
     let (quads, rest) = values.as_chunks::<LANES>();

@@ -7,12 +7,11 @@ const DIGIT_BITS: u32 = 11;
 const DIGITS: usize = 1 << DIGIT_BITS;
 /// Passes over a key of 32 bits.
 const PASSES: usize = u32::BITS.div_ceil(DIGIT_BITS) as usize;
-/// A good least size of parts: what the cache next to a core holds.
+/// Least size of a partition: as much as the cache next to a core holds.
 pub(crate) const PART: usize = 1 << 16;
 
-/// Weights as integers that never order two weights wrongly, but may call
-/// different ones equal: the upper bits of what lies between the least weight
-/// and each.
+/// Weights as integer keys: the upper bits of the difference to the least weight. Keys never order
+/// two weights wrongly, but may call different ones equal.
 #[derive(Clone, Copy)]
 struct SortKeys {
     least_bits: u64,
@@ -20,8 +19,8 @@ struct SortKeys {
 }
 
 impl SortKeys {
-    /// For finite weights that are not negative: their bits, as integers, have
-    /// their order.
+    /// Makes keys of finite weights that are not negative: their bits, as integers, have their
+    /// order.
     fn new(weights: &[f64]) -> Self {
         let (least_bits, most_bits) = weights
             .iter()
@@ -84,8 +83,8 @@ impl<'a> KeyPartitions<'a> {
         self.starts.len() - 1
     }
 
-    /// The edges of a part that are wanted, in ascending order of (W, edge
-    /// index). To be asked once a part: what is not wanted is gone.
+    /// Sorts the wanted edges of a partition by (W, edge index). To be called once a partition:
+    /// other edges are lost.
     pub(crate) fn sort(
         &mut self,
         part: usize,
@@ -107,8 +106,8 @@ impl<'a> KeyPartitions<'a> {
     }
 }
 
-/// Edge indices in ascending order of (W, edge index). The order of edges is
-/// that of (smaller, larger) vertex index.
+/// Returns edge indices in ascending order of (W, edge index). The order of edges is that of
+/// (smaller, larger) vertex index.
 pub(crate) fn sort(weights: &[f64]) -> Vec<u32> {
     let mut parts = KeyPartitions::new(weights, PART);
     let mut sorted = Vec::with_capacity(weights.len());
@@ -118,7 +117,7 @@ pub(crate) fn sort(weights: &[f64]) -> Vec<u32> {
     sorted
 }
 
-/// Each edge's place in a sorted list of them.
+/// Returns each edge's place in a sorted list of them.
 pub(crate) fn ranks(sorted: &[u32]) -> Vec<u32> {
     let mut ranks = vec![0; sorted.len()];
     for (rank, &edge) in (0..).zip(sorted) {
@@ -127,7 +126,7 @@ pub(crate) fn ranks(sorted: &[u32]) -> Vec<u32> {
     ranks
 }
 
-/// Radix sort; `spare` is as long as `pairs`.
+/// Sorts pairs by radix sort; `spare` is as long as `pairs`.
 fn sort_by_key(pairs: &mut [Pair], spare: &mut [Pair]) {
     let mut counts = [[0_u32; DIGITS]; PASSES];
     for &(key, _) in pairs.iter() {
@@ -151,7 +150,7 @@ fn sort_by_key(pairs: &mut [Pair], spare: &mut [Pair]) {
     }
 }
 
-/// The digit that parts are made by.
+/// Returns the digit that decides the partition.
 fn upper_digit(key: u32) -> usize {
     (key >> (u32::BITS - DIGIT_BITS)) as usize
 }

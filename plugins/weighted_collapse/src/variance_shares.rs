@@ -64,9 +64,9 @@ mod tests {
     use super::*;
     use crate::reference::{interpretation, soup};
 
-    /// A unit square of two triangles: each term has one value on the four
-    /// borders and another on the diagonal, so all covariances are as the
-    /// products of differences, and a share is as its difference.
+    /// Shares of a unit square of two triangles. Each term has one value on the four borders and
+    /// another on the diagonal, so covariances go as the products of differences, and shares as
+    /// differences.
     #[test]
     fn shares_of_the_square() {
         let positions = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];

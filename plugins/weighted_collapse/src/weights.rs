@@ -54,7 +54,7 @@ struct Chunk<'a> {
     curvatures: &'a mut [f64],
 }
 
-/// Eq. 1-4 for all edges.
+/// Measures Eq. 1-4 for all edges.
 pub(crate) fn measure_all(
     mesh: &Mesh<'_>,
     edges: &Edges,
@@ -146,8 +146,8 @@ impl Totals {
 }
 
 impl MeasuredEdges {
-    /// Eq. 6-10. Maxima, standard deviations and the proportion of borders are
-    /// taken over the mesh.
+    /// Computes the coefficients of Eq. 6-10. Maxima, standard deviations and the proportion of
+    /// borders are taken over the mesh.
     ///
     /// The paper calls Eq. 6-8 histogram equalisation; they are a rescaling by
     /// the maximum to [0, pi], done as printed. A maximum of 0 maps to 0.
@@ -170,7 +170,7 @@ impl MeasuredEdges {
         }
     }
 
-    /// The terms of Eq. 10, edge by edge.
+    /// Computes the terms of Eq. 10, edge by edge.
     pub(crate) fn terms(&self, coefficients: Coefficients) -> impl Iterator<Item = [f64; 4]> {
         (0..self.lengths.len()).map(move |edge| {
             let (length, flag) = (self.lengths[edge], self.flags[edge]);
@@ -178,7 +178,7 @@ impl MeasuredEdges {
         })
     }
 
-    /// W of all edges.
+    /// Computes W of all edges.
     pub(crate) fn weigh(mut self, coefficients: &Coefficients, threads: usize) -> Vec<f64> {
         let chunks = self.lengths.chunks_mut(CHUNK).zip(self.flags.chunks(CHUNK));
         let chunks = chunks.zip(self.areas.chunks(CHUNK).zip(self.curvatures.chunks(CHUNK)));
@@ -193,13 +193,13 @@ impl MeasuredEdges {
 }
 
 impl Coefficients {
-    /// W of one edge, Eq. 10.
+    /// Computes W of one edge (Eq. 10).
     pub(crate) fn weigh(&self, factors: &Factors) -> f64 {
         let curvature = angle(factors.curvature_cosine);
         self.terms(factors.length, factors.flag, factors.area, curvature).iter().sum()
     }
 
-    /// The terms of Eq. 10 from L, F, S and C.
+    /// Computes the terms of Eq. 10 from L, F, S and C.
     fn terms(&self, length: f64, flag: bool, area: f64, curvature: f64) -> [f64; 4] {
         [
             self.length * length,
