@@ -1,6 +1,6 @@
 //! What is shown of a chart that stands in the scene.
 
-use busbar_chart::{Action, Explanation, Join, Layout, TextKind};
+use busbar_chart::{Action, BrushOperator, Explanation, Layout, TextKind};
 use egui::Pos2;
 
 use crate::LegendRow;
@@ -17,7 +17,7 @@ pub struct ChartModel {
     /// All axes, from the left to the right.
     pub axes: Vec<ChartAxisRow>,
     /// How brushes come together.
-    pub join: Join,
+    pub join: BrushOperator,
     /// Brushes in words.
     pub brushes: Vec<String>,
     /// Records known at the instant shown.

@@ -1,6 +1,6 @@
 //! The panel of a chart: layout, axes, brushes, time.
 
-use busbar_chart::{Action, Join, Layout};
+use busbar_chart::{Action, BrushOperator, Layout};
 use egui::{
     Align2, Button, Context, DragValue, Rect, RichText, ScrollArea, Sense, Slider, Ui, Vec2,
     Window, pos2, vec2,
@@ -139,11 +139,11 @@ fn brushes(ui: &mut Ui, model: &ChartModel, ask: &mut impl FnMut(ChartCommand)) 
     ui.horizontal(|ui| {
         ui.strong("Brushes");
         for (join, name, hint) in [
-            (Join::And, "all", "What meets all brushes"),
-            (Join::Or, "any", "What meets any brush"),
+            (BrushOperator::And, "all", "What meets all brushes"),
+            (BrushOperator::Or, "any", "What meets any brush"),
         ] {
             if ui.selectable_label(model.join == join, name).on_hover_text(hint).clicked() {
-                ask(ChartCommand::Apply(Action::SetJoin(join)));
+                ask(ChartCommand::Apply(Action::SetBrushOperator(join)));
             }
         }
         if !model.brushes.is_empty() && ui.button("Clear").clicked() {

@@ -7,7 +7,8 @@ use crate::{origin_mark, theme};
 /// Points: all lines fit from the first frame on.
 const WIDTH: f32 = 420.0;
 
-/// Gestures and keys with what they do, in groups; README has the same table.
+/// Gestures and keys with what they do, in groups; the book's page on the window has the
+/// same table.
 const HELP: [(&str, &[(&str, &str)]); 5] = [
     (
         "Camera",

@@ -11,8 +11,8 @@ mod text;
 use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::sync::Arc;
 
-use busbar_alarm_log::{AlarmLog, Recovered};
-use busbar_alarms::{Action, AlarmHandle, AlarmTable, Record, State};
+use busbar_alarms::{Action, AlarmHandle, AlarmRecord, AlarmTable, State};
+use busbar_audit_log::{AuditLog, RecoveredLog};
 use busbar_config::AlarmHandlingConfig;
 use busbar_plugin_host::OverlayTint;
 use busbar_scene::{NodeIndex, SceneGraph};
@@ -38,7 +38,7 @@ pub(crate) struct AlarmService {
     table: AlarmTable,
     /// Alarms that other systems decide on.
     sources: ExternalSources,
-    log: Option<AlarmLog>,
+    log: Option<AuditLog>,
     /// Why there is no log, or what was wrong with it when it was opened.
     log_remark: Option<String>,
     operator: String,
@@ -50,7 +50,7 @@ pub(crate) struct AlarmService {
     instances: HashMap<NodeIndex, Vec<usize>>,
     /// What operators did that is not on the disk yet.
     pending: VecDeque<PendingAction>,
-    tail: VecDeque<Record>,
+    tail: VecDeque<AlarmRecord>,
     refusal: Option<(Moment, String)>,
     /// Whether a host program hears what is wanted of alarms that it decides on.
     has_host: bool,
@@ -72,7 +72,7 @@ impl AlarmService {
     /// The alarms of a scene; none where none is configured. Only who watches a window
     /// writes the log. A log that cannot be used keeps nobody from seeing alarms.
     pub(crate) fn new(scene: &LoadedScene, logs: bool, wall_clock: SourceTime) -> Option<Self> {
-        let LoadedScene { alarms, config, graph, alarm_log, .. } = scene;
+        let LoadedScene { alarms, config, graph, audit_log, .. } = scene;
         if alarms.set.specs().is_empty() && config.alarm_handling.sources.is_empty() {
             return None;
         }
@@ -80,9 +80,9 @@ impl AlarmService {
         let longest = longest_shelf(handling);
         let now = Moment::now();
         let mut table = AlarmTable::new(alarms.set.clone(), longest, now);
-        let rules = alarm_log.clone().filter(|_| logs);
+        let rules = audit_log.clone().filter(|_| logs);
         let (mut log, mut tail) = (None, VecDeque::new());
-        let log_remark = match rules.map(AlarmLog::open) {
+        let log_remark = match rules.map(AuditLog::open) {
             None if logs && !alarms.set.specs().is_empty() => {
                 Some("no audit log: name one in \"alarm_handling\"".to_owned())
             }
@@ -92,7 +92,7 @@ impl AlarmService {
                 Some(error.to_string())
             }
             Some(Ok((opened, found))) => {
-                let Recovered { open, tail: records, last_number, remarks } = found;
+                let RecoveredLog { open, tail: records, last_number, remarks } = found;
                 let last = open.values().map(|r| (r.alarm.as_str(), r.standing, r.time));
                 table.restore(last, last_number, wall_clock);
                 (log, tail) = (Some(opened), records);
@@ -242,7 +242,7 @@ impl AlarmService {
     fn trouble(&self) -> Option<String> {
         let fresh = |at: Moment| self.now.since(at) < REFUSAL_SHOWN_FOR;
         let refusal = self.refusal.as_ref().filter(|(at, _)| fresh(*at));
-        let log = self.log.as_ref().and_then(AlarmLog::fault);
+        let log = self.log.as_ref().and_then(AuditLog::fault);
         refusal.map(|(_, words)| words.clone()).or(log).or_else(|| self.log_remark.clone())
     }
 }
@@ -253,7 +253,11 @@ fn longest_shelf(handling: &AlarmHandlingConfig) -> std::time::Duration {
 }
 
 /// Hands a record to the log, and keeps it to be shown.
-fn append_record(log: Option<&mut AlarmLog>, tail: &mut VecDeque<Record>, record: Record) {
+fn append_record(
+    log: Option<&mut AuditLog>,
+    tail: &mut VecDeque<AlarmRecord>,
+    record: AlarmRecord,
+) {
     if tail.len() == MAX_LOG_TAIL {
         tail.pop_front();
     }

@@ -8,7 +8,9 @@ mod text;
 use std::collections::{BTreeSet, HashMap};
 use std::time::Duration;
 
-use busbar_chart::{Action, Board, Brush, Explanation, Selected, Shape, Size, nearest};
+use busbar_chart::{
+    Action, Brush, ChartSelection, Explanation, ParallelCoordinates, Shape, Size, nearest,
+};
 use busbar_config::ChartConfig;
 use busbar_plugin_host::{Pattern, PluginError, wall_clock};
 use busbar_plugin_process::Plugin;
@@ -35,7 +37,7 @@ const EXPLANATION_TIMEOUT: Duration = Duration::from_secs(2);
 /// A chart in the scene.
 pub(crate) struct SceneChart {
     poller: ChartPoller,
-    board: Board,
+    board: ParallelCoordinates,
     /// [`ChartData::number`](poller::ChartData::number) of the records shown.
     last_read: u64,
     world_from_chart: Affine3A,
@@ -45,7 +47,7 @@ pub(crate) struct SceneChart {
     nodes: Vec<Option<NodeIndex>>,
     equipment: HashMap<NodeIndex, usize>,
     /// What was known when it was last looked at, by equipment.
-    known: Vec<Option<Selected>>,
+    known: Vec<Option<ChartSelection>>,
     hovered: Option<usize>,
     /// As the last frame had them.
     projected_axes: Vec<ProjectedChartAxis>,
@@ -80,7 +82,7 @@ impl SceneChart {
         let position = Vec3::from(config.position.map(|metres| metres as f32));
         let mut shown = Self {
             poller,
-            board: Board::new(Size { width, height, depth }),
+            board: ParallelCoordinates::new(Size { width, height, depth }),
             last_read: 0,
             world_from_chart: Affine3A::from_rotation_translation(turn, position),
             follows: config.follows,
@@ -129,13 +131,13 @@ impl SceneChart {
         self.take(graph);
         self.board.advance(seconds - self.seconds);
         self.seconds = seconds;
-        let known: Vec<Selected> = self.board.known(wall_clock().0).collect();
+        let known: Vec<ChartSelection> = self.board.known(wall_clock().0).collect();
         let mut by_equipment = vec![None; self.board.records().equipment_count()];
         known.iter().for_each(|one| by_equipment[one.equipment] = Some(*one));
         let before = std::mem::replace(&mut self.known, by_equipment);
         let record_before = |equipment: usize| Some((*before.get(equipment)?)?.record);
         let legend = &self.board.description().legend;
-        let is_new = |one: &&Selected| {
+        let is_new = |one: &&ChartSelection| {
             let abnormal = one.state.is_some_and(|state| legend[state as usize].is_abnormal);
             abnormal && record_before(one.equipment) != Some(one.record)
         };
@@ -151,7 +153,7 @@ impl SceneChart {
         let only = equipment.first().copied().filter(|_| nodes.len() == 1);
         self.board.select(equipment);
         let known = only.and_then(|one| *self.known.get(one)?);
-        let Some(Selected { equipment, record, .. }) = known else {
+        let Some(ChartSelection { equipment, record, .. }) = known else {
             self.explained = None;
             return;
         };
@@ -207,8 +209,8 @@ impl SceneChart {
         self.brushed_known().filter_map(|one| self.nodes[one.equipment]).collect()
     }
 
-    fn brushed_known(&self) -> impl Iterator<Item = &Selected> {
-        self.known.iter().flatten().filter(|one| self.board.is_meant(one.record))
+    fn brushed_known(&self) -> impl Iterator<Item = &ChartSelection> {
+        self.known.iter().flatten().filter(|one| self.board.is_brushed(one.record))
     }
 
     /// Does what the operator asks.

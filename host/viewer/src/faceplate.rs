@@ -4,11 +4,11 @@ use std::collections::HashSet;
 use std::time::Duration;
 
 use busbar_alarms::AlarmHandle;
-use busbar_history::{History, Point, State};
+use busbar_history::{History, Point, PointState};
 use busbar_plugin_host::{Severity, Verdict};
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{
-    Moment, Origin, Quality, Reason, Renumbering, Snapshot, SourceTime, TagHandle, TagState,
+    HandleRemap, Moment, Origin, Quality, Reason, Snapshot, SourceTime, TagHandle, TagState,
 };
 use busbar_ui::{
     Faceplate, FaceplateState, FaceplateValue, LegendRow, Trend, TrendPoint, TrendState, ValueMark,
@@ -171,7 +171,7 @@ impl OpenFaceplate {
     }
 
     /// Shows the trends that another showed, of the values that it has.
-    pub(crate) fn keep_trends(&mut self, before: &Self, numbers: &Renumbering) {
+    pub(crate) fn keep_trends(&mut self, before: &Self, numbers: &HandleRemap) {
         let has = |tag: &TagHandle| self.values.iter().any(|(own, _)| own == tag);
         let kept = before.trended.iter().filter_map(|tag| numbers.tag(*tag)).filter(has);
         self.trended = kept.collect();
@@ -330,9 +330,9 @@ fn verdict_state(layer: &str, place: Option<String>, verdict: &VerdictText<'_>) 
 
 fn trend_point(point: &Point, now: Moment) -> TrendPoint {
     let state = match point.state {
-        State::Good(value) => TrendState::Good(value),
-        State::Uncertain(value) => TrendState::Uncertain(value),
-        State::Bad => TrendState::Bad,
+        PointState::Good(value) => TrendState::Good(value),
+        PointState::Uncertain(value) => TrendState::Uncertain(value),
+        PointState::Bad => TrendState::Bad,
     };
     TrendPoint { at: -now.since(point.at).as_secs_f64(), state }
 }

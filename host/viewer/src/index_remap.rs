@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use busbar_plugin_host::OverlayPicture;
 use busbar_scene::NodeIndex;
-use busbar_tags::{Renumbering, TagHandle};
+use busbar_tags::{HandleRemap, TagHandle};
 
 use crate::load::LoadedScene;
 
@@ -14,8 +14,8 @@ const NO_TAG: TagHandle = TagHandle(u32::MAX);
 /// From the numbers of one scene to those of another.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct IndexRemap {
-    pub(crate) tags: Renumbering,
-    nodes: Renumbering,
+    pub(crate) tags: HandleRemap,
+    nodes: HandleRemap,
 }
 
 impl IndexRemap {
@@ -23,17 +23,17 @@ impl IndexRemap {
     /// their numbers.
     pub(crate) fn between(before: &LoadedScene, after: &LoadedScene, same_nodes: bool) -> Self {
         let tags = match Arc::ptr_eq(&before.tags, &after.tags) {
-            true => Renumbering::default(),
-            false => Renumbering::of_tags(&before.tags, &after.tags),
+            true => HandleRemap::default(),
+            false => HandleRemap::between_tag_sets(&before.tags, &after.tags),
         };
         let nodes = match same_nodes {
-            true => Renumbering::default(),
+            true => HandleRemap::default(),
             false => {
                 let ids = (0..before.graph.node_count() as u32)
                     .map(|index| before.graph.node(NodeIndex(index)).id());
                 let found: Vec<Option<u32>> =
                     ids.map(|id| Some(after.graph.find(&id)?.0)).collect();
-                Renumbering::of(found.into_iter())
+                HandleRemap::new(found.into_iter())
             }
         };
         Self { tags, nodes }
@@ -46,17 +46,17 @@ impl IndexRemap {
 
     /// Where a node is now.
     pub(crate) fn node(&self, NodeIndex(old): NodeIndex) -> Option<NodeIndex> {
-        self.nodes.number(old).map(NodeIndex)
+        self.nodes.index(old).map(NodeIndex)
     }
 
     /// A picture in the numbers of now. What names something that is gone goes with it.
     pub(crate) fn picture(&self, picture: &Arc<OverlayPicture>) -> Arc<OverlayPicture> {
-        if self.tags.is_none() && self.nodes.is_none() {
+        if self.tags.is_identity() && self.nodes.is_identity() {
             return Arc::clone(picture);
         }
         let mut now = OverlayPicture::clone(picture);
         let remap = |node: &mut u32, tag: &mut TagHandle| {
-            let found = self.nodes.number(*node).zip(self.tags.tag(*tag));
+            let found = self.nodes.index(*node).zip(self.tags.tag(*tag));
             found.map(|found| (*node, *tag) = found).is_some()
         };
         now.lines.retain_mut(|line| remap(&mut line.node, &mut line.tag));

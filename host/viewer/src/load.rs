@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use busbar_alarm_log::LogRules;
+use busbar_audit_log::AuditLogOptions;
 use busbar_config::{
     Config, Diagnostic, LogConfig, MetricsConfig, QualityConfig, Section, Severity,
 };
@@ -73,7 +73,7 @@ pub struct LoadedScene {
     pub(crate) moving: MovingParts,
     pub(crate) alarms: LoadedAlarms,
     /// The alarm log that the configuration asks for.
-    pub(crate) alarm_log: Option<LogRules>,
+    pub(crate) audit_log: Option<AuditLogOptions>,
     /// What its equipment is called.
     pub(crate) equipment: Arc<EquipmentIndex>,
     /// The font of panels and labels; none for the one built in.
@@ -146,7 +146,7 @@ impl<'a> DiagnosticsCollector<'a> {
     /// Notes what a plugin did or said. What it alone is to blame for keeps nobody from
     /// seeing the scene.
     pub(crate) fn add_plugin_error(&mut self, pointer: &str, error: &PluginError) {
-        if error.is_plugins_own() {
+        if error.is_reported_by_plugin() {
             self.add_plugin_failure(pointer, error.to_string(), error.remedy());
         } else {
             self.add(pointer, error.to_string(), error.remedy());
@@ -287,7 +287,7 @@ impl LoadedScene {
                 reuse.give_slots(&mut models);
                 millis.insert("proxies".into(), millis_since(start));
                 let instances_of_models = count_placed(&config);
-                let alarm_log = alarm_log_of(&config, &folder);
+                let audit_log = audit_log_of(&config, &folder);
                 let moving = MovingParts::new(&config, &graph);
                 let mut config = config.loaded();
                 config.warnings = diagnostics;
@@ -303,7 +303,7 @@ impl LoadedScene {
                     bindings: bindings.into(),
                     moving,
                     alarms,
-                    alarm_log,
+                    audit_log,
                     equipment: equipment.unwrap_or_default(),
                     font: font.map(Arc::from),
                     nodes_of_tags: Arc::new(nodes_of_tags),
@@ -329,7 +329,7 @@ impl LoadedScene {
     /// Every fault of the file, of the files it names, of the plugins, and of the alarm log.
     pub fn check(path: &Path, progress: &LoadProgress<'_>) -> Result<Self, LoadError> {
         let mut scene = Self::load(path, progress)?;
-        scene.check_alarm_log(path)?;
+        scene.check_audit_log(path)?;
         scene.check_overlays(path)?;
         if scene.plugin_failures.is_empty() {
             return Ok(scene);
@@ -342,9 +342,9 @@ impl LoadedScene {
 
     /// Tries to open the alarm log, and writes nothing: a failure is a trouble, and what is
     /// wrong with the log itself a note.
-    fn check_alarm_log(&mut self, path: &Path) -> Result<(), LoadError> {
-        let Some(rules) = &self.alarm_log else { return Ok(()) };
-        match busbar_alarm_log::inspect(rules) {
+    fn check_audit_log(&mut self, path: &Path) -> Result<(), LoadError> {
+        let Some(rules) = &self.audit_log else { return Ok(()) };
+        match busbar_audit_log::inspect(rules) {
             Ok(remarks) => {
                 let told = |remark| format!("warning: the audit log: {remark}");
                 self.notes.extend(remarks.into_iter().map(told));
@@ -433,7 +433,7 @@ impl LoadedScene {
     pub(crate) fn served_tags(&self, name: &str, plugin: &Plugin) -> Option<Vec<TelemetryTag>> {
         let tags = plugins::telemetry_tags(&self.config, self.tags.specs(), name);
         let has_alarms = plugins::has_alarms(&self.config, name);
-        let serves = !tags.is_empty() || has_alarms && RunningTelemetry::is_of(plugin);
+        let serves = !tags.is_empty() || has_alarms && RunningTelemetry::has_telemetry(plugin);
         serves.then_some(tags)
     }
 
@@ -445,10 +445,10 @@ impl LoadedScene {
 }
 
 /// The alarm log that a configuration asks for.
-fn alarm_log_of(config: &Config, folder: &Path) -> Option<LogRules> {
+fn audit_log_of(config: &Config, folder: &Path) -> Option<AuditLogOptions> {
     let handling = &config.alarm_handling;
     let placed = |path: &Option<String>| path.as_ref().map(|path| folder.join(path));
-    Some(LogRules {
+    Some(AuditLogOptions {
         directory: placed(&handling.log_directory)?,
         max_file_bytes: u64::from(handling.log_megabytes) * 1_000_000,
         max_files: handling.log_files,

@@ -116,7 +116,7 @@ impl OptimizedModel {
         let rules = LoadRules::default();
         let optimizer = PluginCatalog::discover(plugin_directories, &rules, Isolation::Process)
             .create(plugin, plugin, settings, &PluginOptions::default())
-            .and_then(|plugin| Optimizer::of(&plugin))?;
+            .and_then(|plugin| Optimizer::from_plugin(&plugin))?;
         let start = Instant::now();
         let mut model = import_file(file, &ImportLimits::default())?.model;
         let import_millis = millis_since(start);

@@ -138,7 +138,7 @@ mod tests {
     use super::*;
 
     fn history() -> History {
-        History::of([TagHandle(0), TagHandle(1)])
+        History::new([TagHandle(0), TagHandle(1)])
     }
 
     fn watch(tags: usize) -> OriginTracker {

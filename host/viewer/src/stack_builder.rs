@@ -112,7 +112,7 @@ impl StackBuilder<'_> {
         let optimised = self.optimizer.map(|optimizer| optimizer.optimize(&mesh, |_| true));
         let sequence = match optimised {
             None => CollapseSequence::empty(mesh.positions.len() as u32),
-            Some(Err(error)) if self.allows_failure && error.is_plugins_own() => {
+            Some(Err(error)) if self.allows_failure && error.is_reported_by_plugin() => {
                 built.optimizer_failure = Some(error);
                 CollapseSequence::empty(mesh.positions.len() as u32)
             }

@@ -445,7 +445,7 @@ pub(crate) fn selected_alarm(alarm_service: &AlarmService) -> Option<String> {
 pub(crate) fn alarms_by_state(alarms: &AlarmService) -> Vec<(AlarmState, usize)> {
     let table = alarms.table();
     let count = |state| -> usize {
-        Priority::ALL.into_iter().map(|priority| table.counts(priority).of(state)).sum()
+        Priority::ALL.into_iter().map(|priority| table.counts(priority).count(state)).sum()
     };
     let sourced = |state| alarms.external_stats().filter(|alarm| alarm.state == state).count();
     AlarmState::ALL.into_iter().map(|state| (state, count(state) + sourced(state))).collect()

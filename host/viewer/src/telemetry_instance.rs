@@ -4,13 +4,13 @@ use std::time::{Duration, Instant};
 
 use busbar_plugin_host::{ClockReport, LinkReport, SampleSink};
 use busbar_plugin_process::RunningTelemetry;
-use busbar_tags::{Renumbering, Sample, SourceTime};
+use busbar_tags::{HandleRemap, Sample, SourceTime};
 
 /// A telemetry plugin that runs, and what it calls its tags.
 pub(crate) struct TelemetryInstance {
     running: RunningTelemetry,
     /// From the numbers that it was told to those of now.
-    remap: Renumbering,
+    remap: HandleRemap,
     clock_log: ClockLog,
 }
 
@@ -51,7 +51,7 @@ impl ClockLog {
 impl TelemetryInstance {
     /// By a plugin that was just started.
     pub(crate) fn new(running: RunningTelemetry) -> Self {
-        Self { running, remap: Renumbering::default(), clock_log: ClockLog::default() }
+        Self { running, remap: HandleRemap::default(), clock_log: ClockLog::default() }
     }
 
     /// The configuration's id of the instance.
@@ -60,14 +60,14 @@ impl TelemetryInstance {
     }
 
     /// Goes on where tags have other numbers.
-    pub(crate) fn remap_tags(&mut self, remap: &Renumbering) {
+    pub(crate) fn remap_tags(&mut self, remap: &HandleRemap) {
         self.remap = self.remap.then(remap);
     }
 
     /// Hands over the samples since the last call, the oldest first.
     #[inline(always)]
     pub(crate) fn drain(&self, sink: &mut impl SampleSink) {
-        if self.remap.is_none() {
+        if self.remap.is_identity() {
             return self.running.drain(sink);
         }
         self.running.drain(&mut |sample: &Sample| {

@@ -12,6 +12,7 @@
 //! metres), so the sequence keeps the mean distance small. Error: each entry
 //! carries the largest error of a collapse so far in metres, see
 //! [`reduce::Step`].
+#![doc = include_str!("../DESIGN.md")]
 
 mod attributes;
 mod collapse_cost;

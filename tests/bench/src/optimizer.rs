@@ -127,7 +127,7 @@ impl Through {
         let load = |id: &str| {
             let plugin = catalog.create(id, id, &Value::Object(Map::new()));
             plugin
-                .and_then(MeshOptimizer::of)
+                .and_then(MeshOptimizer::from_instance)
                 .with_context(|| format!("no plugin {id} in {}: build it there", folder.display()))
         };
         Ok(Self { plugins: [load("weighted_collapse")?, load("quadric_collapse")?] })

@@ -124,7 +124,7 @@ fn assert_all_orders(meshes: &[Mesh], count: usize) {
     for (plugin, settings) in orders() {
         let optimizer = catalog
             .create("optimizer", plugin, &settings)
-            .and_then(MeshOptimizer::of)
+            .and_then(MeshOptimizer::from_instance)
             .unwrap_or_else(|fault| panic!("{fault}"));
         let mut collapses = 0;
         for mesh in meshes {

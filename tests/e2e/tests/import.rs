@@ -1,5 +1,5 @@
 //! `busbar import`: from a model and a point list to a live scene, by the commands of
-//! README.md; and what it says to lists and requests that are no good.
+//! the book; and what it says to lists and requests that are no good.
 
 use std::fs;
 use std::net::TcpListener;
@@ -9,6 +9,8 @@ use e2e::{Output, Process, Stats, built, built_folder, busbar, finish, model, wo
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
+/// Chapter of the book with the commands.
+const CHAPTER: &str = "host/busbar/book/src/configure/import.md";
 /// How long the device is read before the picture, seconds.
 const SECONDS: &str = "4";
 
@@ -129,15 +131,15 @@ fn a_model_and_a_list_become_a_live_scene() {
 }
 
 #[test]
-fn the_readme_has_these_commands() {
-    let readme = fs::read_to_string(workspace_path("README.md")).expect("it is there");
+fn the_book_has_these_commands() {
+    let chapter = fs::read_to_string(workspace_path(CHAPTER)).expect("it is there");
     for part in [
         "busbar import config/models/transformer.glb config/transformer_points.csv",
         "--plugin bay=modbus_adapter,host=127.0.0.1,port=15020",
         "--overlay power_overlay",
         "busbar view config/transformer.json",
     ] {
-        assert!(readme.contains(part), "README.md does not say `{part}`");
+        assert!(chapter.contains(part), "{CHAPTER} does not say `{part}`");
     }
 }
 

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use busbar_geometry::Mesh;
 use busbar_plugin_host::{MAX_LINK_MESSAGE_BYTES, OverlayBinding, TelemetryTag};
-use busbar_plugin_process::probe::{Heard, HostSide, read_collapses};
+use busbar_plugin_process::probe::{DecodedMessage, HostSide, read_collapses};
 use busbar_tags::{Moment, Sample, TagHandle, ValueKind};
 use glam::Vec3;
 
@@ -37,11 +37,11 @@ fn are_messages(bytes: &[u8], piece: usize) -> bool {
     let mut host = host_side();
     let mut count = 0;
     for piece in bytes.chunks(piece) {
-        let heed = |heard| {
+        let handle = |heard| {
             count += 1;
             check_message(heard);
         };
-        if let Err(fault) = host.receive(piece, heed) {
+        if let Err(fault) = host.receive(piece, handle) {
             assert!(!fault.contains("another one"), "{fault}");
             return false;
         }
@@ -52,22 +52,22 @@ fn are_messages(bytes: &[u8], piece: usize) -> bool {
     count > 0
 }
 
-fn check_message(heard: Heard) {
+fn check_message(heard: DecodedMessage) {
     match heard {
-        Heard::Picture(picture) => {
+        DecodedMessage::Picture(picture) => {
             let lines = picture.lines.iter().map(|line| (line.node, line.tag));
             for (node, TagHandle(tag)) in lines.chain(picture.tints.iter().map(|t| (t.node, t.tag)))
             {
                 assert!(NODES.contains(&node) && TAGS.contains(&tag), "{picture:?}");
             }
         }
-        Heard::Failed(error) => {
+        DecodedMessage::Failed(error) => {
             let words = error.to_string();
             assert!(words.len() <= MANY_BYTES);
             assert!(!words.chars().any(|c| c.is_control() && c != '\n'), "{words:?}");
         }
-        Heard::Broken(rule) => assert!(!rule.is_empty()),
-        Heard::Optimized(_) | Heard::Other => {}
+        DecodedMessage::Broken(rule) => assert!(!rule.is_empty()),
+        DecodedMessage::Optimized(_) | DecodedMessage::Other => {}
     }
 }
 

@@ -26,7 +26,7 @@ impl Optimiser {
         let folders: [PathBuf; 1] = [std::path::absolute(folder)?];
         let plugin = Catalog::discover(&folders)
             .create(PLUGIN, PLUGIN, &Value::Object(serde_json::Map::new()))
-            .and_then(MeshOptimizer::of)
+            .and_then(MeshOptimizer::from_instance)
             .with_context(|| {
                 format!("no plugin {PLUGIN} in {}: build it there", folder.display())
             })?;

@@ -14,7 +14,7 @@ use crate::process;
 pub(crate) enum Profile {
     /// Quick to build, checks on.
     Dev,
-    /// Optimised.
+    /// OptimizedMesh.
     Release,
 }
 

@@ -144,11 +144,11 @@ impl AlarmListing {
             let is_unacknowledged = status.state.is_unacknowledged();
             let ranked = (spec.priority, Reverse(status.occurred), alarm, is_unacknowledged);
             collector.add(ranked, node, status.is_certain, status.origin);
-            if let (Some(node), true, AlarmSource::Tag { watch, .. }) =
+            if let (Some(node), true, AlarmSource::Tag { trigger, .. }) =
                 (node, status.standing.is_active, &spec.source)
             {
                 let severity = severity(spec.priority);
-                self.tints.push(OverlayTint { node: node.0, tag: watch.tag, severity });
+                self.tints.push(OverlayTint { node: node.0, tag: trigger.tag, severity });
             }
         }
     }

@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use busbar_alarms::{AlarmSource, Standing};
+use busbar_alarms::{AlarmFlags, AlarmSource};
 
 use super::*;
 
@@ -62,8 +62,8 @@ impl AlarmService {
     /// same. Each has what its state rests on, and since when.
     pub(crate) fn changed_since(
         &self,
-        known: &mut HashMap<AlarmHandle, Standing>,
-    ) -> Vec<(String, State, Standing, SourceTime)> {
+        known: &mut HashMap<AlarmHandle, AlarmFlags>,
+    ) -> Vec<(String, State, AlarmFlags, SourceTime)> {
         let mut changed = Vec::new();
         let closed = known.keys().copied().filter(|&alarm| {
             self.table.status(alarm).is_none_or(|status| status.state == State::A)
@@ -86,7 +86,7 @@ impl AlarmService {
 
     /// Goes on where a viewer before this one ended, unless an audit log tells better.
     /// Before the first frame.
-    pub(crate) fn restore(&mut self, standings: &[(String, Standing, SourceTime)]) {
+    pub(crate) fn restore(&mut self, standings: &[(String, AlarmFlags, SourceTime)]) {
         if self.log.is_none() {
             let standings =
                 standings.iter().map(|(id, standing, at)| (id.as_str(), *standing, *at));

@@ -13,7 +13,7 @@ impl AlarmService {
         wall_clock: SourceTime,
     ) -> Option<Self> {
         let is = &scene.config.alarm_handling;
-        let same_log = before.alarm_log == scene.alarm_log;
+        let same_log = before.audit_log == scene.audit_log;
         let mut next = if same_log {
             let log = self.log.take();
             let mut next = Self::new(scene, false, wall_clock)?;

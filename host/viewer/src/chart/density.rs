@@ -1,7 +1,7 @@
 //! The density of records that are too many for lines: counted on the device beside the
 //! frames, and where its picture stands.
 
-use busbar_chart::{Board, Brush, DensityRequest, Join, edges_of};
+use busbar_chart::{Brush, BrushOperator, DensityRequest, ParallelCoordinates, bin_edges};
 use busbar_renderer::{
     BrushedAxis, DensityInput, DensityPlane, DensityProgress, DensitySummary, RecoveryAction,
     RenderError, Renderer,
@@ -32,7 +32,7 @@ impl Density {
     pub(super) fn advance(
         &mut self,
         renderer: &mut Renderer,
-        (board, last_read): (&Board, u64),
+        (board, last_read): (&ParallelCoordinates, u64),
         world_from_chart: Affine3A,
         settles: bool,
     ) -> Result<(), RenderError> {
@@ -66,7 +66,7 @@ impl Density {
     fn request_count(&mut self, wanted: &DensityRequest) {
         let is_counting = self.is_counting();
         let stays = self.request.as_ref().is_some_and(|request| {
-            request == wanted || (is_counting && request.is_but_for_time(wanted))
+            request == wanted || (is_counting && request.differs_only_in_time(wanted))
         });
         if !stays {
             self.request = Some(wanted.clone());
@@ -85,10 +85,15 @@ impl Density {
     }
 
     /// Lets the picture stand between the axes that it was counted for, or nowhere.
-    fn place_planes(&mut self, wanted: &DensityRequest, board: &Board, world_from_chart: Affine3A) {
+    fn place_planes(
+        &mut self,
+        wanted: &DensityRequest,
+        board: &ParallelCoordinates,
+        world_from_chart: Affine3A,
+    ) {
         self.planes.clear();
         let Some((request, summary)) = &self.shown else { return };
-        if !request.has_axes_of(wanted) {
+        if !request.has_same_axes(wanted) {
             return;
         }
         let is_brushed = summary.brushed > 0 || !wanted.brushes.is_empty();
@@ -101,7 +106,7 @@ impl Density {
             color: LINES,
             brushed: meant,
         };
-        self.planes.extend(board.density_feet().into_iter().map(plane));
+        self.planes.extend(board.density_axis_positions().into_iter().map(plane));
     }
 
     pub(super) fn planes(&self) -> &[DensityPlane] {
@@ -129,12 +134,12 @@ impl Density {
 fn count(
     renderer: &mut Renderer,
     request: &DensityRequest,
-    board: &Board,
+    board: &ParallelCoordinates,
     (revision, arrangement): (u64, u64),
     settles: bool,
 ) -> Result<DensityProgress, RenderError> {
     let records = board.records();
-    let shown: Vec<_> = request.views.iter().map(|view| (view.axis, edges_of(view))).collect();
+    let shown: Vec<_> = request.views.iter().map(|view| (view.axis, bin_edges(view))).collect();
     let flipped: Vec<bool> = request.views.iter().map(|view| view.is_flipped).collect();
     let brushes: Vec<BrushedAxis<'_>> = request
         .brushes
@@ -158,7 +163,7 @@ fn count(
         flipped: &flipped,
         pairs: &request.pairs,
         brushes: &brushes,
-        any: request.brushes.join == Join::Or,
+        any: request.brushes.operator == BrushOperator::Or,
         known: if request.playhead.is_some() { Some(&known) } else { None },
         given: if request.has_rises() { Some(&given) } else { None },
     };

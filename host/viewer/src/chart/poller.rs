@@ -62,7 +62,7 @@ pub(super) struct ChartPoller {
 
 impl ChartPoller {
     pub(super) fn start(plugin: &Plugin) -> Result<Self, PluginError> {
-        let chart = RunningChart::of(plugin)?;
+        let chart = RunningChart::from_plugin(plugin)?;
         let shared = Arc::new(Shared::default());
         let (theirs, plugin) = (shared.clone(), plugin.clone());
         let id = plugin.info().id.clone();
@@ -209,7 +209,7 @@ fn read_all(chart: &RunningChart) -> Result<Option<CompleteRead>, String> {
     let words = |error: PluginError| error.to_string();
     let revision = chart.read(0, 0, 0).map_err(words)?.revision;
     let description = chart.describe().map_err(words)?;
-    let mut records = Records::of(&description);
+    let mut records = Records::new(&description);
     let axes = description.axes.len() as u32;
     loop {
         let first = records.len() as u64;

@@ -1,6 +1,6 @@
 //! What is said of the chart.
 
-use busbar_chart::{Axis, AxisView, Brush, Selected, State};
+use busbar_chart::{Axis, AxisView, Brush, ChartSelection, State};
 use busbar_ui::{
     ChartAxisRow, ChartModel, ChartOverlay, EquipmentExplanation, LegendRow, ProjectedChartAxis,
 };
@@ -89,7 +89,7 @@ pub(super) fn model(chart: &SceneChart) -> ChartModel {
         fault: chart.poller.fault(),
         layout: board.layout(),
         axes: board.order().iter().map(axis).collect(),
-        join: board.brushes().join,
+        join: board.brushes().operator,
         brushes: board.brushes().list.iter().map(|brush| brush_words(chart, brush)).collect(),
         known,
         meant: (!board.brushes().is_empty()).then_some(meant),
@@ -116,12 +116,12 @@ fn counts(chart: &SceneChart) -> [usize; 2] {
         return chart.density.counts().unwrap_or_default();
     }
     let known = || (0..board.records().len()).filter(|&record| board.is_known(record));
-    [known().count(), known().filter(|&record| board.is_meant(record)).count()]
+    [known().count(), known().filter(|&record| board.is_brushed(record)).count()]
 }
 
 pub(super) fn stats(chart: &SceneChart) -> ChartStats {
     let description = chart.board.description();
-    let state = |one: &Selected| {
+    let state = |one: &ChartSelection| {
         let name = one.state.map(|state| description.legend[state as usize].name.clone());
         (description.equipment[one.equipment].clone(), name)
     };

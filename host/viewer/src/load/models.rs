@@ -194,7 +194,7 @@ impl OptimizationStage<'_> {
             let maker = optimizer.and_then(|name| makers.get(name).copied());
             let built = optimizer
                 .and_then(|name| self.instances.get(name))
-                .map(Optimizer::of)
+                .map(Optimizer::from_plugin)
                 .transpose()
                 .and_then(|optimizer| {
                     let maker =

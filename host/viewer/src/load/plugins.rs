@@ -223,7 +223,7 @@ pub(super) fn check_capabilities(
     let mut add = |pointer: String, error: &PluginError| faults.add_plugin_error(&pointer, error);
     for model in config.models.values() {
         let optimizer = model.optimizer.as_ref().and_then(|name| instances.get(name));
-        if let Some(Err(error)) = optimizer.map(Optimizer::of) {
+        if let Some(Err(error)) = optimizer.map(Optimizer::from_plugin) {
             add(join_pointer(&model.pointer, "optimizer"), &error);
         }
     }
@@ -235,12 +235,12 @@ pub(super) fn check_capabilities(
         }
     }
     for records in &config.records {
-        if let Some(Err(error)) = instances.get(&records.plugin).map(RunningRecords::of) {
+        if let Some(Err(error)) = instances.get(&records.plugin).map(RunningRecords::from_plugin) {
             add(records.pointer.clone(), &error);
         }
     }
     for source in &config.alarm_handling.sources {
-        if let Some(Err(error)) = instances.get(&source.plugin).map(RunningAlarms::of) {
+        if let Some(Err(error)) = instances.get(&source.plugin).map(RunningAlarms::from_plugin) {
             add(join_pointer(&source.pointer, "plugin"), &error);
         }
     }

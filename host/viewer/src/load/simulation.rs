@@ -6,8 +6,8 @@ use std::time::{Duration, SystemTime};
 
 use busbar_config::{Config, LinkFaultKind, ScenarioConfig, SimulatedShape, TagConfig};
 use busbar_plugin_host::{
-    Behaviour, DeviceScenario, FaultKind, PluginError, Shape, SimulatedEvent, SimulatedLinkFault,
-    SimulatedTag, Simulation, SimulationStatus,
+    DeviceScenario, FaultKind, PluginError, Shape, SimulatedBehavior, SimulatedEvent,
+    SimulatedLinkFault, SimulatedTag, Simulation, SimulationStatus,
 };
 use busbar_plugin_process::{Plugin, RunningSimulator, SimulatorRegistration};
 
@@ -120,8 +120,8 @@ impl SimulatedDevices {
             let simulated: Vec<_> = tags
                 .into_iter()
                 .filter_map(|tag| {
-                    let behaviour = behaviour(config.tags.get(&tag.id)?);
-                    Some(SimulatedTag { tag, behaviour })
+                    let behavior = behavior(config.tags.get(&tag.id)?);
+                    Some(SimulatedTag { tag, behavior })
                 })
                 .collect();
             let tag_count = simulated.len();
@@ -213,10 +213,10 @@ fn scale(tag: &TagConfig) -> [f64; 2] {
 }
 
 /// How the device's number moves: the host's view of the tag, its scale undone.
-fn behaviour(tag: &TagConfig) -> Behaviour {
+fn behavior(tag: &TagConfig) -> SimulatedBehavior {
     let simulate = &tag.simulate;
     let [factor, offset] = scale(tag);
-    Behaviour {
+    SimulatedBehavior {
         shape: match simulate.shape {
             SimulatedShape::Constant => Shape::Constant,
             SimulatedShape::Sine => Shape::Sine,

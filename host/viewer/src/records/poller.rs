@@ -43,7 +43,7 @@ pub(super) struct RecordPoller {
 
 impl RecordPoller {
     pub(super) fn start(plugin: &Plugin) -> Result<Self, PluginError> {
-        let records = RunningRecords::of(plugin)?;
+        let records = RunningRecords::from_plugin(plugin)?;
         let shared = Arc::new(Shared::default());
         let (theirs, plugin) = (shared.clone(), plugin.clone());
         let id = plugin.info().id.clone();

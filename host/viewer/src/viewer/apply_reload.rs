@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use busbar_config::{PluginConfig, TagConfig};
 use busbar_renderer::release_freed_memory;
-use busbar_tags::Renumbering;
+use busbar_tags::HandleRemap;
 
 use super::*;
 use crate::file_version::FileVersion;
@@ -101,7 +101,7 @@ impl Viewer {
     }
 
     /// Values go on of tags that are read from where they were.
-    fn carry_tags(&mut self, before: &LoadedScene, remap: &Renumbering) {
+    fn carry_tags(&mut self, before: &LoadedScene, remap: &HandleRemap) {
         let (was, is) = (&before.config.tags, &self.scene.config.tags);
         let (was_plugins, are_plugins) = (&before.config.plugins, &self.scene.config.plugins);
         let same_origin = |id: &String| {
@@ -112,16 +112,16 @@ impl Viewer {
                     == is.get(id).map(|tag| device(are_plugins, tag))
         };
         let specs = before.tags.specs();
-        let all_same = remap.is_none() && specs.iter().all(|spec| same_origin(&spec.id));
+        let all_same = remap.is_identity() && specs.iter().all(|spec| same_origin(&spec.id));
         if all_same && Arc::ptr_eq(&before.tags, &self.scene.tags) {
             return;
         }
         let own: Vec<Option<u32>> = specs
             .iter()
             .zip(0..)
-            .map(|(spec, old)| remap.number(old).filter(|_| same_origin(&spec.id)))
+            .map(|(spec, old)| remap.index(old).filter(|_| same_origin(&spec.id)))
             .collect();
-        let own = Renumbering::of(own.into_iter());
+        let own = HandleRemap::new(own.into_iter());
         let mut tags = construction::table_of(&self.scene);
         tags.inherit(&self.tags, &own);
         self.tags = tags;

@@ -219,6 +219,6 @@ pub(super) fn table_of(scene: &LoadedScene) -> TagTable {
     };
     let specs = scene.tags.specs().iter().zip(0..);
     let by_host = specs.filter(|(spec, _)| is_by_host(spec)).map(|(_, tag)| TagHandle(tag));
-    table.let_outlive_stops(by_host);
+    table.keep_current_across_stops(by_host);
     table
 }

@@ -1,6 +1,6 @@
 //! What a host program asks of a view, and hears of it.
 
-use busbar_alarms::Standing;
+use busbar_alarms::AlarmFlags;
 use busbar_chart::Action;
 use busbar_protocol::message::{CameraPose, TagUpdate};
 use busbar_tags::{SourceTime, TagHandle};
@@ -78,7 +78,7 @@ impl Viewer {
     pub(crate) fn set_tag(&mut self, update: &TagUpdate) -> Result<(), String> {
         let specs = self.scene.tags.specs();
         let found = specs.binary_search_by(|spec| spec.id.as_str().cmp(&update.tag));
-        let by_host = self.scene.config.tags.get(&update.tag).map(|tag| tag.is_hosts());
+        let by_host = self.scene.config.tags.get(&update.tag).map(|tag| tag.is_host_written());
         let (Ok(index), Some(by_host)) = (found, by_host) else {
             return Err(format!("there is no tag '{}'", update.tag));
         };
@@ -131,7 +131,7 @@ impl Viewer {
     }
 
     /// Alarms go on as they stood in a viewer before this one.
-    pub(crate) fn restore_alarms(&mut self, standings: &[(String, Standing, SourceTime)]) {
+    pub(crate) fn restore_alarms(&mut self, standings: &[(String, AlarmFlags, SourceTime)]) {
         if let Some(alarms) = &mut self.alarms {
             alarms.restore(standings);
         }

@@ -28,7 +28,7 @@ impl Viewer {
     /// Starts a plugin again that waits for that or is in quarantine.
     pub fn start_plugin(&self, name: &str) {
         if let Some(plugin) = self.scene.instances.get(name) {
-            plugin.start_again();
+            plugin.restart();
         }
     }
 
@@ -47,7 +47,7 @@ impl Viewer {
         let Some(pause) = self.pauses.take() else { return };
         tracing::warn!("{pause}");
         let Self { tags, events, history, alarms, .. } = self;
-        tags.distrust_before(&pause, |change| {
+        tags.mark_stale_before(&pause, |change| {
             events.note(change);
             history.note(change);
             if let Some(alarms) = alarms {

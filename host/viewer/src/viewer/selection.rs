@@ -38,5 +38,5 @@ pub(super) fn history_of(scene: &LoadedScene) -> History {
     };
     let bound = scene.bindings.iter().map(|binding| binding.tag);
     let all = (0..scene.tags.specs().len() as u32).map(TagHandle);
-    History::of(bound.chain(all).filter(is_number))
+    History::new(bound.chain(all).filter(is_number))
 }

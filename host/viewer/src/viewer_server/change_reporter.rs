@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use busbar_alarms::{AlarmHandle, Standing, State};
+use busbar_alarms::{AlarmFlags, AlarmHandle, State};
 use busbar_plugin_host::Verdict;
 use busbar_protocol::message::{
     AlarmSnapshot, CameraPose, EquipmentVerdict, TagOrigin, TagQuality, TagSnapshot,
@@ -24,7 +24,7 @@ pub(super) struct ChangeReporter {
     is_ready: bool,
     hovered: Option<String>,
     pose: Option<CameraPose>,
-    alarms: HashMap<AlarmHandle, Standing>,
+    alarms: HashMap<AlarmHandle, AlarmFlags>,
     /// Of each tag, by handle.
     qualities: Vec<Option<(Quality, Origin)>>,
     /// Where the search for changed qualities goes on.
@@ -184,7 +184,7 @@ fn state_number(state: State) -> u8 {
 }
 
 /// As a viewer before this one told them; what cannot be read is passed over.
-pub(super) fn standings_of(alarms: &[AlarmSnapshot]) -> Vec<(String, Standing, SourceTime)> {
+pub(super) fn standings_of(alarms: &[AlarmSnapshot]) -> Vec<(String, AlarmFlags, SourceTime)> {
     let standing = |events: &AlarmSnapshot| {
         let standing = serde_json::from_str(&events.standing).ok()?;
         Some((events.alarm.clone(), standing, SourceTime(events.since)))

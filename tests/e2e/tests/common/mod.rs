@@ -170,7 +170,7 @@ pub(crate) fn assert_every_theta_keeps_features(model: &Model, steps: u32) {
     let scene = Scene::without_tags();
     let optimizer = Catalog::discover(&[scene.path("plugins")])
         .create("optimizer", "weighted_collapse", &json!({ "border_protection": true }))
-        .and_then(MeshOptimizer::of)
+        .and_then(MeshOptimizer::from_instance)
         .unwrap_or_else(|fault| panic!("{fault}"));
     for imported in &model.meshes {
         let optimised = optimizer.optimize(imported, |_| true);

@@ -51,7 +51,7 @@ pub(super) struct AlarmPoller {
 
 impl AlarmPoller {
     pub(super) fn start(plugin: &Plugin) -> Result<Self, PluginError> {
-        let alarms = RunningAlarms::of(plugin)?;
+        let alarms = RunningAlarms::from_plugin(plugin)?;
         let shared = Arc::new(Shared::default());
         shared.state().health.fault = Some("not asked yet".to_owned());
         let (theirs, plugin) = (shared.clone(), plugin.clone());
