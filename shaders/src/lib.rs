@@ -16,7 +16,7 @@ pub struct Vertex {
     /// Mesh space, metres; then u of the texture coordinate. At low quality a vertex of a plain
     /// material has a [`vertex_color`] in place of that.
     pub position_u: [f32; 4],
-    /// Unit normal, mesh space, or that of a slender thing, [`SLENDER`] and its radius long;
+    /// Unit normal, mesh space, or that of a slender part, of length [`SLENDER`] plus its radius;
     /// then v of the texture coordinate, down.
     pub normal_v: [f32; 4],
 }
@@ -199,21 +199,21 @@ pub struct DensityStep {
     pub records: u32,
     /// Number of values a record.
     pub axes: u32,
-    /// Axes that are binned.
-    pub shown: u32,
+    /// Number of binned axes.
+    pub binned_axes: u32,
     /// Number of pairs of binned axes.
     pub pairs: u32,
     /// Number of brushed axes.
     pub brushes: u32,
-    /// 1 where meeting any of them is enough.
+    /// 1 where matching any of them is enough.
     pub any: u32,
     /// Words of the mask before the first of these records.
     pub first_word: u32,
-    /// Words of the gate that says which records are counted; 0 where all are.
-    pub known_words: u32,
-    /// Words of the gate that says which meet brushes that are not among these, behind that
-    /// one; 0 where there is no such brush.
-    pub given_words: u32,
+    /// Length of the gate of counted records, words; 0 where all are counted.
+    pub record_filter_words: u32,
+    /// Length of the gate of records that match brushes evaluated on the CPU, behind that one,
+    /// words; 0 without such brushes.
+    pub brush_filter_words: u32,
 }
 
 /// Push constants of [`DENSITY_RASTERIZE`]. An invocation takes a pair, column and bin (that of

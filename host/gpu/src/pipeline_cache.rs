@@ -70,7 +70,7 @@ pub(crate) struct PipelineCache {
 }
 
 impl PipelineCache {
-    /// Reads the cache of a folder; without a folder nothing is kept.
+    /// Reads the cache of a folder; without a folder the cache is not persistent.
     pub(crate) fn open(
         device: &ash::Device,
         properties: &vk::PhysicalDeviceProperties,

@@ -21,7 +21,7 @@ impl CameraView {
     /// Builds a perspective view without far limit.
     ///
     /// `fov_y_radians` is the whole vertical angle, `aspect` width by height,
-    /// `near` the distance in metres before which nothing is seen. An `up`
+    /// `near` the distance of the near clipping plane in metres. An `up`
     /// along the line of sight, or a target at the eye, is replaced by some
     /// other direction.
     pub fn look_at(

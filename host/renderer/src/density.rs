@@ -123,7 +123,7 @@ fn begin(
     records: usize,
 ) -> Result<RunningCount, RenderError> {
     let mut recorder = gpu.begin_transfer()?;
-    let edges: Vec<f32> = input.shown.iter().flat_map(|(_, edges)| *edges).collect();
+    let edges: Vec<f32> = input.binned_axes.iter().flat_map(|(_, edges)| *edges).collect();
     let zeros = vec![0u32; (input.pairs.len() * SIDE * SIDE).max(1)];
     let no_mask = vec![0u32; records.div_ceil(WORD).max(1)];
     let mut upload = |name, usage, bytes: &[u8]| recorder.upload_buffer(name, usage, bytes);
@@ -164,11 +164,16 @@ fn hand_slice(
         chunks
             .push(pipelines.upload(recorder, &input.values[first * input.axes..end * input.axes])?);
     }
-    let (gates, known_words, given_words) = gates(input, first..end);
+    let (gates, record_filter_words, brush_filter_words) = gates(input, first..end);
     let gates =
         recorder.upload_buffer("gates", BufferUsage::Storage, bytemuck::cast_slice(&gates))?;
     let gates = BindGroup::new(&pipelines.of_values, &[Binding::Buffer(&gates)])?;
-    let counted = CountTarget { group: &running.group, gates: &gates, known_words, given_words };
+    let counted = CountTarget {
+        group: &running.group,
+        gates: &gates,
+        record_filter_words,
+        brush_filter_words,
+    };
     pipelines.count(recorder, &chunks[at], &counted, input, first..end)?;
     running.handed = end;
     Ok(())

@@ -28,13 +28,12 @@ const ROUNDING: f32 = 1.0 / (1 << 17) as f32;
 const MAX_PLACE: f32 = 1e8;
 /// From a pixel's middle to where samples may be, pixels.
 const SAMPLE_OFFSET_PIXELS: f32 = 0.5;
-/// Margin in pixels around a box: slender things are drawn a pixel wide.
+/// Margin in pixels around a box: slender parts are drawn at least a pixel wide.
 const MARGIN_PIXELS: f32 = 2.0;
 /// Margin by which occluded boxes lie farther, as a share of the distance, whatever the picture's
 /// size.
 const DEPTH_TOLERANCE: f32 = 1e-3;
-/// Half of the width in pixels that slender things are drawn with, which takes them as much
-/// nearer.
+/// Half of the minimum width of slender parts in pixels; it brings them nearer by as much.
 const SLENDER: f32 = 0.5;
 
 /// Masked depth buffer of large faces. Depths are one over the distance along the line of sight,

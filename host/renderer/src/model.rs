@@ -155,8 +155,8 @@ fn bounding_sphere(mesh: &Mesh, bounds: Bounds) -> BoundingSphere {
     BoundingSphere { center, radius }
 }
 
-/// Computes the normals of slender islands by position. Each leads away from the axis and is longer
-/// than one by the radius. Zero elsewhere; empty where nothing is slender.
+/// Computes the normals of slender pieces by position. Each points away from the axis and is longer
+/// than one by the radius. Zero elsewhere; empty without slender pieces.
 fn slender_normals(stacks: &CollapseStacks) -> Vec<Vec3> {
     let points = stacks.slender_points();
     if points.is_empty() {
@@ -190,7 +190,7 @@ fn write_vertices(mesh: &Mesh, slender: &[Vec3], colors: &[Option<[f32; 2]>], in
     }
 }
 
-/// Files hold normals of any length, and a long one says something.
+/// Normalizes long normals: files hold normals of any length, and a long one marks slender parts.
 fn unit_at_most(normal: Vec3) -> Vec3 {
     const LONG: f32 = 1.1;
     if normal.length_squared() > LONG { normal.normalize() } else { normal }

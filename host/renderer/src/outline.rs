@@ -25,9 +25,9 @@ use crate::{CameraView, DrawInstance, Frame, InstanceSource, OutlinedObject, Ren
 
 /// Side of a tile in pixels, as `TILE` of the shader.
 const TILE_PIXELS: u32 = 4;
-/// Tiles that outlines reach at most, as `MAX_REACH` of the shader has it in pixels.
+/// Maximum reach of outlines in tiles; `MAX_REACH` of the shader is the same in pixels.
 const REACH: u32 = 2;
-/// Margin in pixels around a box: slender things and edges are drawn a pixel wide.
+/// Margin in pixels around a box: slender parts and edges are drawn at least a pixel wide.
 const MARGIN_PIXELS: f32 = 2.0;
 
 /// GPU resources of outlines, made on first use.

@@ -23,8 +23,8 @@ const MAX_MODELS: usize = 1 << 20;
 /// Quality of a picture, and thereby its cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quality {
-    /// Shape under one light and a hemisphere, worked out at vertices: for remote
-    /// desktops and software rasterisers.
+    /// Per-vertex lighting by one sun and a hemisphere: for remote desktops and software
+    /// rasterizers.
     Low,
     /// Materials as they reflect light, ground and fog.
     #[default]

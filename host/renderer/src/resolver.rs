@@ -32,7 +32,7 @@ const MAX_RESOLVE_THREADS: usize = 4;
 #[derive(Clone, Copy)]
 pub(crate) struct ResolveSource<'a> {
     pub(crate) stacks: &'a Arc<CollapseStacks>,
-    /// `None` for a mesh without slender things.
+    /// `None` for a mesh without slender parts.
     pub(crate) slender: Option<&'a Arc<SlenderWedges>>,
     /// Least number of live triangles for CPU triangle culling.
     pub(crate) min_culled_triangles: usize,

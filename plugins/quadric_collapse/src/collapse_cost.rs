@@ -308,8 +308,8 @@ impl CostEvaluator {
         Some(CollapseTarget { kept, cost, shape })
     }
 
-    /// Returns the squared distance from a moved vertex to the edges at its new place, at most the
-    /// distance moved. At the end of a wire nothing is left.
+    /// Returns the squared distance from a moved vertex to the edges at its new position, at most the
+    /// distance moved. Zero at the end of a wire.
     fn gap_squared(&self, surface: &Surface, removed: u32, kept: u32) -> f64 {
         let positions = &surface.positions;
         let [point, target] = [removed, kept].map(|vertex| positions[vertex as usize]);

@@ -105,8 +105,8 @@ impl Reducer {
         self.finish(source, steps, watch)
     }
 
-    /// Appends the steps that reduce the inside of a part to [`LEFT_OF_PART`], as far as the guards
-    /// allow. Returns the remainder, or nothing if `watch` stopped the work.
+    /// Appends the steps that reduce the inside of a part to [`LEFT_OF_PART`], within the limits of
+    /// the guards. Returns the remainder, or nothing if `watch` stopped the work.
     pub(crate) fn reduce_part(
         &mut self,
         source: Source<'_, '_>,
