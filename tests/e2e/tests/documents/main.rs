@@ -30,6 +30,9 @@ const FORMER_STATES: [&str; 7] =
     ["the plan ", "used to be", "no longer", "formerly", "fell from", "by now", "issue #"];
 /// Verbs that are run; they are quick and write nothing.
 const RUN_VERBS: [&[&str]; 3] = [&["check"], &["schema"], &["plugin", "list"]];
+/// Table of keys that the window shows, and the book's page with the same keys.
+const KEY_HELP: &str = "host/ui/src/help.rs";
+const KEY_PAGE: &str = "host/busbar/book/src/operate/window.md";
 /// Mark of code blocks whose commands are not run.
 const NOT_RUN: &str = "no_run";
 
@@ -220,6 +223,24 @@ fn documents_tell_how_things_are() {
         }
     }
     assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn the_book_has_all_keys_of_the_window() {
+    let help = fs::read_to_string(workspace_path(KEY_HELP)).expect("it is there");
+    let (_, table) = help.split_once("const HELP").expect("it has a table of keys");
+    let table = table.split("];").next().unwrap_or_default();
+    let page = Document::read(KEY_PAGE);
+    let told: BTreeSet<_> = page.code.iter().flat_map(|code| code.split_whitespace()).collect();
+    let words = table.split(|c: char| !c.is_alphanumeric());
+    let is_function = |word: &str| {
+        word.strip_prefix('F').is_some_and(|n| !n.is_empty() && n.chars().all(char::is_numeric))
+    };
+    let is_letter = |word: &str| word.len() == 1 && word.chars().all(|c| c.is_ascii_uppercase());
+    let keys: BTreeSet<_> = words.filter(|word| is_function(word) || is_letter(word)).collect();
+    assert!(keys.len() > 15, "{keys:?}");
+    let missing: Vec<_> = keys.iter().filter(|key| !told.contains(**key)).collect();
+    assert!(missing.is_empty(), "{KEY_PAGE} does not have {missing:?}");
 }
 
 fn exists(path: &str) -> bool {

@@ -1,4 +1,4 @@
-//! A contact sheet: the original and some methods side by side, a row a theta.
+//! Contact sheet: the original and some methods side by side, a row a theta.
 
 use std::path::Path;
 
@@ -16,25 +16,25 @@ use crate::levels::method::Method;
 /// Methods shown, in the order of their columns, after the original.
 const COLUMNS: [&str; 4] =
     ["weighted, paper", "weighted, reweighted", "quadric_collapse", "meshoptimizer"];
-/// Pixels of a picture.
+/// Size of a picture, pixels.
 const SIZE: [u32; 2] = [560, 460];
-/// Drawn so much larger, then averaged.
+/// Supersampling factor of the pictures.
 const SAMPLES: u32 = 2;
-/// Pixels of a label's line, and of a dot of its letters.
+/// Height of a label's line, pixels; the size of a dot of its letters follows.
 const LABEL: u32 = 24;
 const DOT: u32 = 2;
 const PAPER: u8 = 255;
 const INK: u8 = 20;
 
-/// A sheet in the making.
-pub(crate) struct Sheet {
+/// Contact sheet under construction.
+pub(crate) struct ContactSheet {
     name: &'static str,
     view: View,
     canvas: GrayImage,
 }
 
-impl Sheet {
-    /// A sheet of the part of a mesh that lies in a box.
+impl ContactSheet {
+    /// Creates a sheet of the part of a mesh that lies in a box.
     pub(crate) fn new(
         name: &'static str,
         original: &Topology,

@@ -1,6 +1,6 @@
-//! Figures in words.
+//! Number formats for reports: grouped digits, percentages, factors, times.
 
-/// Thousands apart: `1,057,086`.
+/// Formats a number with grouped thousands: `1,057,086`.
 pub fn grouped(value: u64) -> String {
     let digits = value.to_string();
     let mut text = String::with_capacity(digits.len() + digits.len() / 3);
@@ -13,13 +13,13 @@ pub fn grouped(value: u64) -> String {
     text
 }
 
-/// The same with a sign.
+/// Formats a number with grouped thousands and a sign.
 pub fn signed(value: i64) -> String {
     let sign = if value < 0 { "-" } else { "" };
     format!("{sign}{}", grouped(value.unsigned_abs()))
 }
 
-/// A share as per cent, with as many decimals as a small one needs.
+/// Formats a share as per cent, with as many decimals as a small one needs.
 pub fn percent(share: f64) -> String {
     // Minus nothing is nothing.
     let percent = share * 100.0 + 0.0;
@@ -32,17 +32,17 @@ pub fn percent(share: f64) -> String {
     }
 }
 
-/// A theta as the paper writes it: `70 %`.
+/// Formats a theta as the paper writes it: `70 %`.
 pub fn theta(theta: f64) -> String {
     format!("{:.0} %", theta * 100.0)
 }
 
-/// `1280 x 720`.
+/// Formats a size in pixels: `1280 x 720`.
 pub fn size([width, height]: [u32; 2]) -> String {
     format!("{width} x {height}")
 }
 
-/// Milliseconds with about three digits.
+/// Formats milliseconds with about three digits.
 pub fn millis(value: f64) -> String {
     match value.abs() {
         v if v >= 100.0 => format!("{value:.0}"),
@@ -51,7 +51,7 @@ pub fn millis(value: f64) -> String {
     }
 }
 
-/// A factor with two decimals, or `-`.
+/// Formats a factor with two decimals, or `-`.
 pub fn factor(value: Option<f64>) -> String {
     value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"))
 }

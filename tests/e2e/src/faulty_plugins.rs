@@ -1,4 +1,4 @@
-//! A small library of plugins, in C, for the tests of isolation.
+//! Faulty plugins in C for the tests of isolation, several in one library.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -11,11 +11,11 @@ use crate::{finish, workspace_path};
 /// Name of the library's file.
 const LIBRARY: &str = "libtrouble.so";
 
-/// A folder with the library in its plugin directory, and a configuration of one
-/// node without a model, three tags and one plugin.
-pub struct Trouble {
+/// Folder with the library in its plugin directory, and a configuration of one node without a
+/// model, three tags and one plugin.
+pub struct FaultyPluginScene {
     folder: TempDir,
-    /// The configuration: change it, then [`Trouble::write`] it.
+    /// Configuration; after a change call [`FaultyPluginScene::write`].
     pub config: Value,
 }
 
@@ -31,7 +31,7 @@ pub fn compile(folder: &Path) {
     finish(gcc.arg("-o").arg(folder.join(LIBRARY))).expect_code(0);
 }
 
-impl Trouble {
+impl FaultyPluginScene {
     /// Compiles the library; the configuration uses this plugin, as `trouble`.
     ///
     /// # Panics
@@ -64,17 +64,17 @@ impl Trouble {
         Self { folder, config }
     }
 
-    /// Its library.
+    /// Returns the path of the library.
     pub fn library(&self) -> PathBuf {
         self.path("plugins").join(LIBRARY)
     }
 
-    /// A path in its folder.
+    /// Returns a path in the scene's folder.
     pub fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
-    /// Writes the configuration; its path.
+    /// Writes the configuration; returns its path.
     ///
     /// # Panics
     /// When it cannot be written.

@@ -1,4 +1,4 @@
-//! What goes wrong when.
+//! Fault schedules: outages, reloads, clock jumps and link faults, drawn from a seed.
 
 use std::time::Duration;
 
@@ -6,50 +6,51 @@ use busbar_plugin_sdk::simulation::{FaultKind, FaultPlan};
 use fastrand::Rng;
 use tokio::time::Instant;
 
-/// One fault of the device's link in each of these.
+/// Period within which the device's link has one fault.
 const FAULT_PERIOD: Duration = Duration::from_secs(6 * 3600);
-/// The longest such fault.
+/// Longest fault of the device's link.
 const MAX_FAULT: Duration = Duration::from_secs(30 * 60);
-/// How long the device is gone, seconds.
+/// Range of the length of an outage, seconds.
 const OUTAGE_SECONDS: std::ops::Range<u64> = 5..1200;
-/// Each once a day on average, where steps take some ten minutes.
+/// Probability of an outage in one step: once a day on average, as steps take some ten minutes.
 const CHANCE_OF_OUTAGE: f64 = 1.0 / 130.0;
 const CHANCE_OF_RELOAD: f64 = 1.0 / 130.0;
 const CHANCE_OF_CLOCK_JUMP: f64 = 1.0 / 130.0;
-/// To the beginning of 1970 and before: a machine whose battery is empty.
+/// Clock jump in seconds to 1970 or before: a machine whose battery is empty.
 const EMPTY_BATTERY: i64 = -60 * 365 * 86_400;
 
-/// What a time is like.
+/// Schedule of faults during a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Weather {
-    /// Nothing fails.
-    Calm,
-    /// Everything fails, some times a day.
-    Rough,
+pub enum FaultSchedule {
+    /// Schedule without any fault.
+    Empty,
+    /// Schedule with each kind of fault, some times a day.
+    Daily,
 }
 
-/// What happens at some point.
+/// Single fault event between two steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Event {
-    /// The device is gone for so long; whether those who dial hear nothing.
+    /// Outage of the device for this time. A silent one ignores dial attempts, another refuses
+    /// them.
     Outage { length: Duration, is_silent: bool },
-    /// The configuration is loaded again.
+    /// Reload of the configuration.
     Reload,
-    /// The adapter's clock is so many seconds ahead.
+    /// Jump of the adapter's clock to so many seconds ahead.
     ClockJump(i64),
 }
 
-impl Weather {
+impl FaultSchedule {
     pub(crate) fn faults(self, random: &mut Rng) -> FaultPlan {
         match self {
-            Self::Calm => FaultPlan::none(),
-            Self::Rough => FaultPlan::new(random.u64(..), &FaultKind::ALL, FAULT_PERIOD, MAX_FAULT)
+            Self::Empty => FaultPlan::none(),
+            Self::Daily => FaultPlan::new(random.u64(..), &FaultKind::ALL, FAULT_PERIOD, MAX_FAULT)
                 .expect("faults are shorter than their period"),
         }
     }
 
     pub(crate) fn event(self, random: &mut Rng) -> Option<Event> {
-        if self == Self::Calm {
+        if self == Self::Empty {
             return None;
         }
         let drawn = random.f64();
@@ -74,22 +75,22 @@ impl Weather {
     }
 }
 
-/// What holds, and since when.
+/// State of the current disturbance and its start.
 #[derive(Debug)]
-pub(crate) struct Trouble {
-    /// Nothing gets through.
+pub(crate) struct DisturbanceState {
+    /// Start of the time since which no data gets through.
     total_since: Option<Instant>,
     is_disturbed: bool,
-    /// When something last was wrong, or began anew.
+    /// Instant of the last disturbance, or of the adapter's last start.
     last: Instant,
 }
 
-impl Trouble {
+impl DisturbanceState {
     pub(crate) fn new() -> Self {
         Self { total_since: None, is_disturbed: false, last: Instant::now() }
     }
 
-    /// The state now: the device is gone, or its link has a fault.
+    /// Records the state at this instant: the device is gone, or its link has a fault.
     pub(crate) fn note(&mut self, is_gone: bool, fault: Option<FaultKind>) {
         use FaultKind::{ClockJump, Garbage, HalfOpen, Late, LinkLoss, Reset, Slow};
         let now = Instant::now();
@@ -107,19 +108,19 @@ impl Trouble {
         self.is_disturbed = is_disturbed;
     }
 
-    /// The adapter knows of nothing yet.
-    pub(crate) fn begin_anew(&mut self) {
+    /// Restarts the observation, since a new adapter knows of no fault yet.
+    pub(crate) fn restart(&mut self) {
         self.last = Instant::now();
         self.total_since = self.total_since.map(|_| self.last);
     }
 
-    /// Whether nothing has got through for so long.
-    pub(crate) fn is_dead(&self, time: Duration) -> bool {
+    /// Reports whether no data has got through for at least this time.
+    pub(crate) fn is_cut_off_for(&self, time: Duration) -> bool {
         self.total_since.is_some_and(|since| since.elapsed() >= time)
     }
 
-    /// Whether nothing has been wrong for so long.
-    pub(crate) fn is_over(&self, time: Duration) -> bool {
+    /// Reports whether no disturbance has occurred for at least this time.
+    pub(crate) fn is_quiet_for(&self, time: Duration) -> bool {
         !self.is_disturbed && self.last.elapsed() >= time
     }
 }
