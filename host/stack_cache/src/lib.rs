@@ -7,7 +7,7 @@
 //!
 //! Files are read, not mapped: a mapped file that somebody cuts short kills
 //! the process that looks at it, and reading straight into the final arrays
-//! costs no more than mapping, checking and copying (ARCHITECTURE.md).
+//! costs no more than mapping, checking and copying (`DESIGN.md`).
 #![doc = include_str!("../DESIGN.md")]
 
 mod directory;
