@@ -41,12 +41,12 @@ const PASSES: [(&str, &str, &[&str]); 24] = [
     ("outline/mask.wgsl", "MASK", &[WHOLE]),
     ("outline/mask.wgsl", "MASK_SECTION", &[SECTION]),
     ("outline/outline.wgsl", "OUTLINE", &[SCREEN]),
-    ("occlusion/occlusion.wgsl", "OCCLUSION", &[SCREEN]),
+    ("ambient_occlusion/ambient_occlusion.wgsl", "AMBIENT_OCCLUSION", &[SCREEN]),
     ("panels/panels.wgsl", "PANELS", &[]),
     ("morph/morph.wgsl", "MORPH", &[]),
     ("polylines/polylines.wgsl", "POLYLINES", &[]),
     ("density/density.wgsl", "DENSITY", &[]),
-    ("density/weave.wgsl", "DENSITY_WEAVE", &[]),
+    ("density/rasterize.wgsl", "DENSITY_RASTERIZE", &[]),
     ("density/plane.wgsl", "DENSITY_PLANE", &[]),
 ];
 
@@ -55,9 +55,9 @@ const SHARED_STRUCTS: [&str; 2] = ["FrameUniform", "MaterialUniform"];
 
 /// Likewise, with the pass that takes it.
 const STEP_STRUCTS: [(&str, &str); 3] =
-    [("MORPH", "MorphStep"), ("DENSITY", "DensityStep"), ("DENSITY_WEAVE", "WeaveStep")];
+    [("MORPH", "MorphStep"), ("DENSITY", "DensityStep"), ("DENSITY_RASTERIZE", "RasterizeStep")];
 
-/// What vertices and instances bring.
+/// Struct of the attributes of vertices and instances.
 const VERTEX_INPUT: &str = "VertexInput";
 
 fn main() {
@@ -97,7 +97,7 @@ fn build() -> Result<(), Box<dyn Error>> {
         }
     }
     let out = std::env::var("OUT_DIR")?;
-    std::fs::write(Path::new(&out).join("words.rs"), words)?;
+    std::fs::write(Path::new(&out).join("shaders.rs"), words)?;
     std::fs::write(Path::new(&out).join("layouts.rs"), layouts)?;
     Ok(())
 }

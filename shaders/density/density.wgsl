@@ -30,10 +30,10 @@ var<immediate> step: DensityStep;
 // Lower edges of the bins 1, 2 and so on, axis by axis.
 @group(1) @binding(0) var<storage, read> edges: array<f32>;
 // The axis of each that is binned; two places a pair; then for each brushed axis itself, its
-// number of ranges, whether records without a value are meant, and the ranges' ends.
+// number of ranges, whether records without a value are brushed, and the ranges' ends.
 @group(1) @binding(1) var<storage, read> plan: array<u32>;
 @group(1) @binding(2) var<storage, read_write> counts: array<atomic<u32>>;
-@group(1) @binding(3) var<storage, read_write> meant_counts: array<atomic<u32>>;
+@group(1) @binding(3) var<storage, read_write> brushed_counts: array<atomic<u32>>;
 @group(1) @binding(4) var<storage, read_write> mask: array<atomic<u32>>;
 // A bit a record of this dispatch: whether it is counted; then whether it meets brushes that
 // cannot be compared here.
@@ -47,7 +47,7 @@ fn bit(first_word: u32, record: u32) -> bool {
     return (gates[first_word + record / 32u] >> (record % 32u) & 1u) == 1u;
 }
 
-fn is_meant(record: u32) -> bool {
+fn is_brushed(record: u32) -> bool {
     let base = record * step.axes;
     var at = step.shown + 2u * step.pairs;
     let has_given = step.given_words > 0u;
@@ -97,8 +97,8 @@ fn count_main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let base = id.x * step.axes;
-    let meant = is_meant(id.x);
-    if meant {
+    let brushed = is_brushed(id.x);
+    if brushed {
         atomicOr(&mask[step.first_word + id.x / 32u], 1u << (id.x % 32u));
     }
     var bins: array<u32, MAX_AXES>;
@@ -110,8 +110,8 @@ fn count_main(@builtin(global_invocation_id) id: vec3<u32>) {
         let row = pair * SIDE + bins[plan[places]];
         let at = row * SIDE + bins[plan[places + 1u]];
         atomicAdd(&counts[at], 1u);
-        if meant {
-            atomicAdd(&meant_counts[at], 1u);
+        if brushed {
+            atomicAdd(&brushed_counts[at], 1u);
         }
     }
 }

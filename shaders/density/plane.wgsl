@@ -1,18 +1,18 @@
 // The picture of a density between two axes, standing in the world: the more lines, the
-// darker; those that are meant before the rest.
+// darker; those that are brushed before the rest.
 
 const COLUMNS = 64u;
 const ROWS = 137u;
 // Rows below the feet of axes.
 const LANE_ROWS = 9.0;
 // Looks at rows that a pixel takes.
-const MAX_LOOKS = 12.0;
-// What one line covers, and what most lines cover, alone or behind those meant.
-const LEAST = 0.07;
-const MOST = 0.85;
-const BEHIND = 0.3;
-const MEANT_LEAST = 0.3;
-const MEANT_MOST = 0.95;
+const MAX_ROW_SAMPLES = 12.0;
+// What one line covers, and what most lines cover, alone or behind those brushed.
+const MIN_COVER = 0.07;
+const MAX_COVER = 0.85;
+const BEHIND_MAX_COVER = 0.3;
+const BRUSHED_MIN_COVER = 0.3;
+const BRUSHED_MAX_COVER = 0.95;
 
 @group(1) @binding(0) var<storage, read> picture: array<u32>;
 
@@ -24,10 +24,10 @@ struct PlaneInput {
     // The foot of the second; the number of the pair.
     @location(2) to_pair: vec4<f32>,
     // As the target takes it; most lines in a cell.
-    @location(3) color_most: vec4<f32>,
-    // Likewise of lines that are meant.
-    @location(4) meant_most: vec4<f32>,
-    // Pairs there are; 1 where lines may be meant.
+    @location(3) color_peak: vec4<f32>,
+    // Likewise of lines that are brushed.
+    @location(4) brushed_peak: vec4<f32>,
+    // Pairs there are; 1 where lines may be brushed.
     @location(5) pairs: vec4<f32>,
 }
 
@@ -35,9 +35,9 @@ struct PlaneVaryings {
     @builtin(position) clip: vec4<f32>,
     // Columns and rows.
     @location(0) place: vec2<f32>,
-    @location(1) @interpolate(flat) color_most: vec4<f32>,
-    @location(2) @interpolate(flat) meant_most: vec4<f32>,
-    // The first cell of all lines, and of those meant; 1 where some may be.
+    @location(1) @interpolate(flat) color_peak: vec4<f32>,
+    @location(2) @interpolate(flat) brushed_peak: vec4<f32>,
+    // The first cell of all lines, and of those brushed; 1 where some may be.
     @location(3) @interpolate(flat) cells: vec3<u32>,
 }
 
@@ -48,10 +48,10 @@ fn plane_vertex(in: PlaneInput) -> PlaneVaryings {
     let bins = f32(ROWS) - LANE_ROWS;
     let up = vec3<f32>(0.0, in.from_height.w * (row - LANE_ROWS) / bins, 0.0);
     let first = u32(in.to_pair.w) * COLUMNS * ROWS;
-    let of_meant = u32(in.pairs.x) * COLUMNS * ROWS + first;
-    let cells = vec3<u32>(first, of_meant, u32(in.pairs.y));
+    let of_brushed = u32(in.pairs.x) * COLUMNS * ROWS + first;
+    let cells = vec3<u32>(first, of_brushed, u32(in.pairs.y));
     let place = vec2<f32>(in.corner.x * f32(COLUMNS), row);
-    return PlaneVaryings(clip_position(foot + up), place, in.color_most, in.meant_most, cells);
+    return PlaneVaryings(clip_position(foot + up), place, in.color_peak, in.brushed_peak, cells);
 }
 
 fn lines_at(first: u32, column: i32, row: i32) -> f32 {
@@ -73,10 +73,10 @@ fn lines_around(first: u32, place: vec2<f32>) -> f32 {
 
 // Most lines within a pixel that covers so many rows: from afar none is passed over.
 fn lines_within(first: u32, place: vec2<f32>, rows: f32) -> f32 {
-    let looks = clamp(ceil(rows), 1.0, MAX_LOOKS);
+    let samples = clamp(ceil(rows), 1.0, MAX_ROW_SAMPLES);
     var most = 0.0;
-    for (var look = 0.5; look < looks; look += 1.0) {
-        let row = place.y + (look / looks - 0.5) * rows;
+    for (var sample = 0.5; sample < samples; sample += 1.0) {
+        let row = place.y + (sample / samples - 0.5) * rows;
         most = max(most, lines_around(first, vec2<f32>(place.x, row)));
     }
     return most;
@@ -91,15 +91,15 @@ fn cover(lines: f32, most: f32, least: f32, full: f32) -> f32 {
 @fragment
 fn plane_fragment(in: PlaneVaryings) -> @location(0) vec4<f32> {
     let brushed = in.cells.z == 1u;
-    let full = select(MOST, BEHIND, brushed);
+    let full = select(MAX_COVER, BEHIND_MAX_COVER, brushed);
     let rows = fwidth(in.place.y);
-    let back = cover(lines_within(in.cells.x, in.place, rows), in.color_most.w, LEAST, full);
+    let back = cover(lines_within(in.cells.x, in.place, rows), in.color_peak.w, MIN_COVER, full);
     if !brushed {
-        return vec4<f32>(in.color_most.rgb, back);
+        return vec4<f32>(in.color_peak.rgb, back);
     }
     let lines = lines_within(in.cells.y, in.place, rows);
-    let front = cover(lines, in.meant_most.w, MEANT_LEAST, MEANT_MOST);
+    let front = cover(lines, in.brushed_peak.w, BRUSHED_MIN_COVER, BRUSHED_MAX_COVER);
     let both = front + back * (1.0 - front);
-    let color = mix(in.color_most.rgb, in.meant_most.rgb, front / max(both, 1e-4));
+    let color = mix(in.color_peak.rgb, in.brushed_peak.rgb, front / max(both, 1e-4));
     return vec4<f32>(color, both);
 }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow};
-use busbar_viewer::embedded::{Embedded, Target};
+use busbar_viewer::viewer_server::{Target, ViewerServer};
 use busbar_viewer::{LoadedScene, Viewer};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
@@ -25,7 +25,7 @@ const BUSY_PERIOD: Duration = Duration::from_millis(16);
 const HIDDEN_PERIOD: Duration = Duration::from_millis(300);
 
 pub(crate) fn run() -> anyhow::Result<ExitCode> {
-    let mut embedded = Embedded::accept().map_err(|error| anyhow!(error))?;
+    let mut embedded = ViewerServer::accept().map_err(|error| anyhow!(error))?;
     let scene = embedded.load()?;
     match embedded.target() {
         Target::Offscreen => embedded.run_offscreen(scene)?,
@@ -46,11 +46,11 @@ enum Wake {
     Gone,
 }
 
-fn in_window(mut embedded: Embedded, scene: LoadedScene, window: u32) -> anyhow::Result<()> {
+fn in_window(mut embedded: ViewerServer, scene: LoadedScene, window: u32) -> anyhow::Result<()> {
     let mut builder = EventLoop::<Wake>::with_user_event();
     let event_loop = builder.with_x11().build();
     let event_loop = event_loop.map_err(|error| anyhow!("no X11 display: {error}"));
-    let event_loop = event_loop.inspect_err(|error| embedded.fail(&error.to_string()))?;
+    let event_loop = event_loop.inspect_err(|error| embedded.report_failure(&error.to_string()))?;
     let proxy = event_loop.create_proxy();
     embedded.set_waker(move || drop(proxy.send_event(Wake::Asked)));
     let proxy = event_loop.create_proxy();
@@ -62,7 +62,7 @@ fn in_window(mut embedded: Embedded, scene: LoadedScene, window: u32) -> anyhow:
         };
         proxy.send_event(wake).is_ok()
     });
-    let size = size.inspect_err(|error| embedded.fail(&format!("{error:#}")))?;
+    let size = size.inspect_err(|error| embedded.report_failure(&format!("{error:#}")))?;
     let mut application = Application {
         embedded,
         scene: Some(scene),
@@ -78,7 +78,7 @@ fn in_window(mut embedded: Embedded, scene: LoadedScene, window: u32) -> anyhow:
 }
 
 struct Application {
-    embedded: Embedded,
+    embedded: ViewerServer,
     /// Until the window is there.
     scene: Option<LoadedScene>,
     parent: u32,
@@ -160,8 +160,8 @@ impl Application {
         let window = event_loop.create_window(attributes);
         let window = Arc::new(window.context("no window in that of the host program")?);
         let options = scene.renderer_options();
-        let open = || Viewer::for_window(scene, options, window.clone(), [width, height]);
-        let viewer = self.embedded.open(open)?;
+        let open = || Viewer::new_in_window(scene, options, window.clone(), [width, height]);
+        let viewer = self.embedded.open_viewer(open)?;
         let egui = glue(&viewer, &window);
         Ok(Pane { viewer, egui, window, trouble: None })
     }
@@ -178,19 +178,19 @@ impl Application {
     /// program has let go.
     fn step(&mut self) -> anyhow::Result<()> {
         let Some(mut pane) = self.pane.take() else { return Ok(()) };
-        if self.embedded.obey(&mut pane.viewer).is_none() {
+        if self.embedded.apply_commands(&mut pane.viewer).is_none() {
             return Ok(());
         }
         let input = pane.egui.take_egui_input(&pane.window);
         pane.window.pre_present_notify();
         let frame = pane.viewer.frame(input)?;
         pane.egui.handle_platform_output(&pane.window, frame.platform);
-        self.embedded.beat(frame.trouble.is_none());
+        self.embedded.note_frame_drawn(frame.trouble.is_none());
         if frame.trouble != pane.trouble {
             self.embedded.report_trouble(frame.trouble.as_deref().unwrap_or_default());
             pane.trouble = frame.trouble;
         }
-        self.embedded.report(&mut pane.viewer);
+        self.embedded.report_changes(&mut pane.viewer);
         // Unseen or not, alarms and values go on.
         let wait = match self.is_shown && self.embedded.is_visible() {
             true => frame.repaint_after.clamp(BUSY_PERIOD, IDLE_PERIOD),
@@ -202,7 +202,7 @@ impl Application {
     }
 
     fn fail(&mut self, event_loop: &ActiveEventLoop, error: anyhow::Error) {
-        self.embedded.fail(&format!("{error:#}"));
+        self.embedded.report_failure(&format!("{error:#}"));
         self.pane = None;
         self.result = Err(error);
         event_loop.exit();

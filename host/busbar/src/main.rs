@@ -30,7 +30,7 @@ use log::Log;
 
 /// Models are many megabytes.
 #[global_allocator]
-static HEAP: busbar_viewer::LargePages = busbar_viewer::LargePages;
+static HEAP: busbar_viewer::HugePageAllocator = busbar_viewer::HugePageAllocator;
 
 /// Input or environment at fault.
 const EXIT_INPUT: u8 = 1;
@@ -56,7 +56,7 @@ fn main() -> ExitCode {
 
 fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
     if matches!(arguments.command, Command::View(_) | Command::Render(_) | Command::Embedded) {
-        busbar_viewer::load_within_one_heap();
+        busbar_viewer::configure_allocator();
     }
     let log = match arguments.command {
         Command::PluginHost => {

@@ -9,7 +9,7 @@ use anyhow::{Context, bail};
 use axum::Router;
 use axum::http::header::CONTENT_TYPE;
 use axum::routing::get;
-use busbar_viewer::{Health, MetricsConfig, Viewer};
+use busbar_viewer::{MetricsConfig, ViewHealth, Viewer};
 use prometheus_client::encoding::text::encode;
 use prometheus_client::metrics::counter::Counter;
 use prometheus_client::metrics::family::Family;
@@ -184,7 +184,7 @@ impl Metrics {
         self.look(&viewer.health());
     }
 
-    fn look(&self, health: &Health) {
+    fn look(&self, health: &ViewHealth) {
         let quality = &health.quality;
         for (name, count) in
             [("good", quality.good), ("uncertain", quality.uncertain), ("bad", quality.bad)]

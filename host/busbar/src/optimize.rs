@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use busbar_viewer::optimize::{OptimisedModel, OptimizeStats};
+use busbar_viewer::optimize::{OptimizeStats, OptimizedModel};
 
 use crate::arguments::OptimizeOptions;
 use crate::{EXIT_INTERNAL, output, plugin};
@@ -14,7 +14,7 @@ pub(crate) fn run(options: &OptimizeOptions) -> anyhow::Result<ExitCode> {
     };
     let settings = options.set.iter().cloned().collect::<serde_json::Map<_, _>>().into();
     let bar = output::progress_bar();
-    let model = OptimisedModel::build(
+    let model = OptimizedModel::build(
         &options.model,
         &directories,
         &options.plugin,

@@ -19,7 +19,7 @@ pub(crate) fn run(options: &RenderOptions) -> anyhow::Result<ExitCode> {
     let scene = check::load(&options.config)?;
     let size = options.size.map_or(scene.size(), |size| size.0);
     let renderer = RendererOptions { validation: options.validation, ..scene.renderer_options() };
-    let mut viewer = Viewer::headless(scene, renderer, size)?;
+    let mut viewer = Viewer::new_headless(scene, renderer, size)?;
     if let Some(camera) = &options.camera {
         viewer.use_camera(camera)?;
     }
@@ -48,7 +48,7 @@ fn draw(viewer: &mut Viewer, wanted: Duration, is_timed: bool) -> anyhow::Result
     let start = Instant::now();
     let mut frames = 0;
     let is_done = |viewer: &Viewer, frames| {
-        let settles = is_timed || viewer.paints_over_scene();
+        let settles = is_timed || viewer.has_content_over_scene();
         frames >= if settles { SETTLING_FRAMES } else { 1 }
     };
     while !is_done(viewer, frames) || start.elapsed() < wanted {

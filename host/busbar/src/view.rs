@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow};
-use busbar_viewer::reload::{Outcome, Reloader};
+use busbar_viewer::reload::{ReloadOutcome, Reloader};
 use busbar_viewer::{LoadedScene, RendererOptions, Viewer};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
@@ -137,7 +137,7 @@ impl ApplicationHandler<Wake> for Application<'_> {
             }
             WindowEvent::RedrawRequested => {
                 if let Some(reloader) = &mut self.reloader
-                    && reloader.step(&mut open.viewer) == Some(Outcome::Shown)
+                    && reloader.step(&mut open.viewer) == Some(ReloadOutcome::Shown)
                 {
                     self.telling.follow(open.viewer.scene());
                 }
@@ -209,7 +209,7 @@ impl OpenWindow {
         let size = window.inner_size();
         let options = RendererOptions { validation, ..scene.renderer_options() };
         let mut viewer =
-            Viewer::for_window(scene, options, window.clone(), [size.width, size.height])?;
+            Viewer::new_in_window(scene, options, window.clone(), [size.width, size.height])?;
         viewer.set_operator(&operator());
         let egui = egui_winit::State::new(
             viewer.egui_context().clone(),

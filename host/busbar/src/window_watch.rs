@@ -14,7 +14,9 @@ use std::process::{Child, ChildStdin, Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
 
 use anyhow::anyhow;
-use busbar_client::liveness::{Beats, Liveness, LivenessLimits, LivenessWatch, assess};
+use busbar_client::liveness::{
+    Liveness, LivenessInstants, LivenessLimits, LivenessMonitor, assess,
+};
 use busbar_client::{CoverError, WindowCover};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::OFlags;
@@ -34,13 +36,18 @@ const MIN_LIVE: Duration = Duration::from_millis(400);
 const LOOK_PERIOD: Duration = Duration::from_millis(50);
 /// Limits by which a picture is live; nothing is ended by this watch.
 const LIMITS: LivenessLimits = LivenessLimits { silent: MAX_AGE, hung: Duration::MAX };
-/// Delay until a watcher that ended is started again.
+/// Delay from one start of a watcher to the next; it doubles with each start, up to
+/// [`MAX_RESTART_DELAY`], until a watcher has run for [`MIN_RUN`].
 const RESTART_DELAY: Duration = Duration::from_secs(1);
-/// Watchers started in all: one that ends again and again is no use.
-const MAX_STARTS: u32 = 100;
+const MAX_RESTART_DELAY: Duration = Duration::from_secs(60);
+/// Run of a watcher after which its end says nothing of the next one.
+const MIN_RUN: Duration = Duration::from_secs(10);
 /// Bytes of an instant in the pipe, and instants that are read at once.
 const INSTANT_BYTES: usize = size_of::<u64>();
 const INSTANTS_AT_ONCE: usize = 512;
+/// Wait for the exit status of a watcher whose pipe is closed, and the period of looks at it.
+const END_GRACE: Duration = Duration::from_millis(20);
+const END_POLL: Duration = Duration::from_millis(2);
 /// Variables by which systemd would take the watcher for the viewer.
 const SYSTEMD_VARIABLES: [&str; 3] = ["NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID"];
 
@@ -55,7 +62,8 @@ pub(crate) struct WindowWatch {
     window: u32,
     watcher: Option<Watcher>,
     started_at: Option<Instant>,
-    starts: u32,
+    /// Delay from the last start to the next one.
+    restart_delay: Duration,
     /// Instant of the values in the frame that was presented last: it may not be seen yet.
     presented: Option<u64>,
 }
@@ -74,7 +82,13 @@ impl WindowWatch {
                 return None;
             }
         };
-        Some(Self { window, watcher: None, started_at: None, starts: 0, presented: None })
+        Some(Self {
+            window,
+            watcher: None,
+            started_at: None,
+            restart_delay: RESTART_DELAY,
+            presented: None,
+        })
     }
 
     /// Notes a frame that was presented, by the instant of the values in it. The frame before it
@@ -86,17 +100,25 @@ impl WindowWatch {
         }
         let (Some(watcher), Some(seen)) = (&mut self.watcher, seen) else { return };
         if let Err(error) = watcher.tell(seen) {
-            tracing::warn!("the watcher of the window has ended: {error}");
+            let how = watcher.ending().unwrap_or_else(|| error.to_string());
             self.watcher = None;
+            if self.started_at.is_some_and(|at| at.elapsed() >= MIN_RUN) {
+                self.restart_delay = RESTART_DELAY;
+            }
+            tracing::warn!(
+                "the watcher of the window has ended ({how}); another is started within {} s",
+                self.restart_delay.as_secs()
+            );
         }
     }
 
     fn start_if_due(&mut self) {
-        let is_early = self.started_at.is_some_and(|at| at.elapsed() < RESTART_DELAY);
-        if is_early || self.starts >= MAX_STARTS {
-            return;
+        if let Some(at) = self.started_at {
+            if at.elapsed() < self.restart_delay {
+                return;
+            }
+            self.restart_delay = (self.restart_delay * 2).min(MAX_RESTART_DELAY);
         }
-        self.starts += 1;
         self.started_at = Some(Instant::now());
         match Watcher::start(self.window) {
             Ok(watcher) => self.watcher = Some(watcher),
@@ -118,7 +140,7 @@ impl Watcher {
         for variable in SYSTEMD_VARIABLES {
             command.env_remove(variable);
         }
-        command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null());
+        command.stdin(Stdio::piped()).stdout(Stdio::null());
         // What a terminal stops is the viewer, and not who tells of it.
         let mut process = command.process_group(0).spawn()?;
         let pipe = process.stdin.take();
@@ -127,6 +149,19 @@ impl Watcher {
             rustix::fs::fcntl_setfl(pipe, OFlags::NONBLOCK)?;
         }
         Ok(Self { pipe, process })
+    }
+
+    /// Waits a moment for the end of the process; its exit status in words.
+    fn ending(&mut self) -> Option<String> {
+        self.pipe = None;
+        let start = Instant::now();
+        while start.elapsed() < END_GRACE {
+            if let Ok(Some(status)) = self.process.try_wait() {
+                return Some(status.to_string());
+            }
+            std::thread::sleep(END_POLL);
+        }
+        None
     }
 
     /// Tells the instant of the values on the screen.
@@ -156,12 +191,17 @@ pub(crate) fn run(window: u32) -> anyhow::Result<ExitCode> {
         Err(error) => return Err(anyhow!("{error}")),
     };
     let mut pipe = InstantPipe { true_at: boot_nanos(), rest: Vec::new() };
-    let mut viewer = LivenessWatch::new(parent(), Instant::now());
+    let mut viewer = LivenessMonitor::new(parent(), Instant::now());
     let mut decision = CoverDecision::default();
     loop {
         let (now, at) = (Instant::now(), pipe.true_at);
-        let beats = Beats { heartbeat: at, frame: at, picture_true_at: at, ..Beats::default() };
-        let signs = viewer.look(beats, boot_nanos(), now);
+        let beats = LivenessInstants {
+            heartbeat: at,
+            frame: at,
+            picture_true_at: at,
+            ..LivenessInstants::default()
+        };
+        let signs = viewer.sample(beats, boot_nanos(), now);
         let age = signs.picture_age.unwrap_or_default();
         let covered = match decision.cover(assess(&signs, &LIMITS), now) {
             None => cover.hide(),

@@ -17,7 +17,7 @@ use crate::shared::Shared;
 use crate::window_cover::{CoverError, WindowCover};
 
 /// Period of looks at the picture's age.
-const LOOK_PERIOD: Duration = Duration::from_millis(25);
+const SAMPLE_PERIOD: Duration = Duration::from_millis(25);
 /// Time that a picture must stay live before it is uncovered: one that is late again and again
 /// does not flash.
 pub(crate) const MIN_LIVE: Duration = Duration::from_millis(400);
@@ -32,16 +32,16 @@ pub(crate) struct CoverThread {
     window: u32,
     silent: Duration,
     cover: Option<WindowCover>,
-    /// When to try again to reach the display, without a cover.
+    /// Instant of the next attempt to reach the display, without a cover.
     due: Instant,
-    has_told: bool,
+    has_reported: bool,
     decision: CoverDecision,
 }
 
 impl CoverThread {
     pub(crate) fn new(shared: Arc<Shared>, window: u32, silent: Duration) -> Self {
         let (due, decision) = (Instant::now(), CoverDecision::default());
-        Self { shared, window, silent, cover: None, due, has_told: false, decision }
+        Self { shared, window, silent, cover: None, due, has_reported: false, decision }
     }
 
     /// Covers and uncovers until the view is closed or the window has gone.
@@ -82,16 +82,17 @@ impl CoverThread {
             Err(why) => {
                 self.due = Instant::now() + RETRY_PERIOD;
                 // Not before there is something to cover.
-                if self.decision.since.is_some() && !std::mem::replace(&mut self.has_told, true) {
+                if self.decision.since.is_some() && !std::mem::replace(&mut self.has_reported, true)
+                {
                     let words = format!("an old picture in the window is not covered: {why}");
-                    self.shared.tell(Event::Error(words));
+                    self.shared.push_event(Event::Error(words));
                 }
             }
         }
     }
 
     fn wait(&self) {
-        let timeout = Timespec { tv_sec: 0, tv_nsec: LOOK_PERIOD.as_nanos() as i64 };
+        let timeout = Timespec { tv_sec: 0, tv_nsec: SAMPLE_PERIOD.as_nanos() as i64 };
         let descriptors = self.cover.as_ref().map(WindowCover::descriptor);
         let mut polled: Vec<_> =
             descriptors.iter().map(|descriptor| PollFd::new(descriptor, PollFlags::IN)).collect();
@@ -100,7 +101,7 @@ impl CoverThread {
     }
 }
 
-/// What is known of the picture in the window.
+/// Age and liveness of the picture in the window.
 #[derive(Clone, Copy, Debug)]
 struct PictureAge {
     /// Instant of the values in it; none without a viewer, or before its first picture.

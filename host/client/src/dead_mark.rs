@@ -5,7 +5,7 @@ use busbar_protocol::pictures::PIXEL_BYTES;
 /// Columns from stripe to stripe, and of a stripe.
 const PERIOD: usize = 24;
 const STRIPE: usize = 4;
-/// Of a stripe: dark on what is light, light on what is dark.
+/// Shades of a stripe: dark over light pixels, light over dark ones.
 const DARK: u8 = 0x30;
 const LIGHT: u8 = 0xc0;
 

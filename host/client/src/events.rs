@@ -1,9 +1,9 @@
-//! What waits to be told, in order and within a limit.
+//! Bounded event queue from the viewer to the program, with merging of superseded events.
 
 use std::collections::{HashMap, VecDeque};
 
 use busbar_protocol::message::{
-    AlarmAction, AlarmStanding, CameraPose, EquipmentVerdict, TagQuality,
+    AlarmAction, AlarmSnapshot, CameraPose, TagSnapshot, VerdictSnapshot,
 };
 
 /// Events that wait and are not merged. Beyond that, states of an alarm are merged into its
@@ -12,87 +12,69 @@ pub(crate) const MAX_EVENTS: usize = 4096;
 /// Names that something merged waits of: all tags, plugins and alarms that there can be.
 const MAX_MERGED: usize = 1 << 18;
 
-/// Something to tell.
+/// Event of a view for the program.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
     /// The first picture is there.
     Ready {
-        /// The graphics device.
+        /// Name of the graphics device.
         device: String,
     },
-    /// There is a new picture, or the state of the one before changed. Merged.
+    /// A new picture, or a changed state of the previous one. Merged.
     Frame,
     /// A piece of equipment was picked; empty for nothing.
     Picked(String),
     /// The pointer is over this; empty for nothing. Merged.
     Hovered(String),
-    /// Where the camera is. Merged.
+    /// Pose of the camera. Merged.
     Camera(CameraPose),
-    /// How an alarm stands. Each change comes while there is room, and the last one of each
+    /// State of an alarm. Each change is delivered while there is room, and the last one of each
     /// alarm always.
-    Alarm(AlarmStanding),
+    Alarm(AlarmSnapshot),
     /// An operator wants this of an alarm that the program decides on.
-    Asked {
-        /// Its id.
+    AlarmRequested {
+        /// Id of the alarm.
         alarm: String,
-        /// What.
+        /// Requested action of the operator.
         action: AlarmAction,
     },
-    /// What a tag is worth. Merged by tag.
-    Quality {
-        /// Its id.
-        tag: String,
-        /// By which it can be relied on.
-        quality: TagQuality,
-        /// Why it is not good; else empty.
-        reason: String,
-    },
+    /// Quality and origins of a tag's value. Merged by tag.
+    Quality(TagSnapshot),
     /// Verdict of an overlay on a piece of equipment. Merged by both.
-    Verdict {
-        /// Equipment id.
-        equipment: String,
-        /// Name of the overlay's plugin instance.
-        overlay: String,
-        /// The verdict.
-        verdict: EquipmentVerdict,
-        /// Reports whether it rests on a default, which the reason names.
-        is_assumed: bool,
-        /// Reason; empty for none.
-        reason: String,
-    },
-    /// How a plugin instance goes. Merged by plugin.
+    Verdict(VerdictSnapshot),
+    /// State of a plugin instance. Merged by plugin.
     Plugin {
-        /// Its name.
+        /// Name of the plugin instance.
         plugin: String,
-        /// In words.
+        /// State of the instance, in words.
         state: String,
     },
-    /// Something could not be done, or goes wrong, and what helps.
+    /// A command that failed, or a fault, with a remedy.
     Error(String),
-    /// Why no scene can be shown at all; the viewer ends, and is started again.
+    /// Reason for which no scene can be shown at all; the viewer ends, and is started again.
     Failed(String),
     /// The viewer is silent or gone, and how. What it last drew is dead.
     Lost(String),
-    /// The viewer goes on, and its picture is old: how old. It is marked until the viewer is
-    /// fast enough again, which an [`Event::Recovered`] says.
+    /// The viewer makes progress, and its picture is old; the text has the age. The picture stays
+    /// marked until the viewer is fast enough again, which an [`Event::Recovered`] reports.
     Late(String),
     /// The viewer is back: with its last good configuration, camera, alarms and tags. Or it is
     /// fast enough again.
     Recovered {
-        /// Whether it is another process, which tells the states of alarms anew.
+        /// Reports whether another process draws, which reports the states of all alarms anew.
         is_another: bool,
-        /// In words.
+        /// Reason for the recovery, in words.
         how: String,
     },
     /// The configuration of this path is shown from here on.
     Reloaded(String),
 }
 
-/// Events that wait.
+/// Events that the program has not taken yet.
 #[derive(Debug, Default)]
 pub(crate) struct Events {
     waiting: VecDeque<Waiting>,
-    /// How many of them are single.
+    /// Number of events that are not merged.
     single: usize,
     merged: HashMap<Key, Event>,
     dropped: u32,
@@ -104,7 +86,7 @@ enum Waiting {
     Merged(Key),
 }
 
-/// What a later event of the same says all of.
+/// Key by which a later event supersedes an earlier one.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 enum Key {
     Frame,
@@ -117,15 +99,15 @@ enum Key {
 }
 
 impl Event {
-    /// What it is merged by, if a later one says all that it does.
+    /// Returns the merge key, if a later event of that key makes this one superfluous.
     fn key(&self) -> Option<Key> {
         match self {
             Self::Frame => Some(Key::Frame),
             Self::Hovered(_) => Some(Key::Hovered),
             Self::Camera(_) => Some(Key::Camera),
-            Self::Quality { tag, .. } => Some(Key::Quality(tag.clone())),
-            Self::Verdict { equipment, overlay, .. } => {
-                Some(Key::Verdict(equipment.clone(), overlay.clone()))
+            Self::Quality(snapshot) => Some(Key::Quality(snapshot.tag.clone())),
+            Self::Verdict(snapshot) => {
+                Some(Key::Verdict(snapshot.equipment.clone(), snapshot.overlay.clone()))
             }
             Self::Plugin { plugin, .. } => Some(Key::Plugin(plugin.clone())),
             _ => None,
@@ -134,12 +116,12 @@ impl Event {
 }
 
 impl Events {
-    /// Puts one behind the others.
+    /// Appends an event to the queue, or merges it.
     pub(crate) fn push(&mut self, event: Event) {
         let key = match &event {
             // One by one while there is room; but never past one that waits merged.
-            Event::Alarm(standing) => {
-                let key = Key::Alarm(standing.alarm.clone());
+            Event::Alarm(snapshot) => {
+                let key = Key::Alarm(snapshot.alarm.clone());
                 let merges = self.single >= MAX_EVENTS || self.merged.contains_key(&key);
                 merges.then_some(key)
             }
@@ -175,7 +157,7 @@ impl Events {
         self.single += 1;
     }
 
-    /// The oldest, and how many were dropped since the one before.
+    /// Returns the oldest event, and how many were dropped since the event before it.
     pub(crate) fn pop(&mut self) -> Option<(Event, u32)> {
         let event = match self.waiting.pop_front()? {
             Waiting::Single(event) => {
@@ -194,15 +176,18 @@ impl Events {
 
 #[cfg(test)]
 mod tests {
+    use busbar_protocol::message::TagQuality;
+
     use super::*;
 
     fn alarm(number: usize, state: u8) -> Event {
         let alarm = format!("alarm {number}");
-        Event::Alarm(AlarmStanding { alarm, state, since: 1, standing: String::new() })
+        Event::Alarm(AlarmSnapshot { alarm, state, since: 1, standing: String::new() })
     }
 
     fn quality(tag: &str) -> Event {
-        Event::Quality { tag: tag.into(), quality: TagQuality::Good, reason: String::new() }
+        let (quality, origins) = (TagQuality::Good, Vec::new());
+        Event::Quality(TagSnapshot { tag: tag.into(), quality, origins, reason: String::new() })
     }
 
     #[test]
@@ -237,8 +222,8 @@ mod tests {
         let (mut last, mut count) = (HashMap::new(), 0);
         while let Some((event, _)) = events.pop() {
             count += 1;
-            if let Event::Alarm(standing) = event {
-                last.insert(standing.alarm, standing.state);
+            if let Event::Alarm(snapshot) = event {
+                last.insert(snapshot.alarm, snapshot.state);
             }
         }
         for number in 0..2 * MAX_EVENTS {

@@ -7,6 +7,7 @@
 //!
 //! Nothing old passes for live: [`liveness`] decides, pictures in memory are hatched, and a
 //! [`WindowCover`] hatches what a viewer draws into an X11 window.
+#![doc = include_str!("../DESIGN.md")]
 
 #[cfg(not(target_os = "linux"))]
 compile_error!("unsupported system: a viewer is watched by means of Linux");
@@ -14,20 +15,20 @@ compile_error!("unsupported system: a viewer is watched by means of Linux");
 mod bitmap_font;
 mod cover_thread;
 mod dead_mark;
+mod desired_state;
 mod events;
 pub mod liveness;
 mod outbox;
 mod pictures;
-mod process;
 mod restarts;
 mod shared;
+mod supervisor;
 mod view;
-mod wanted;
-mod watch;
+mod viewer_process;
 mod window_cover;
 
 pub use events::Event;
-pub use pictures::{Copied, Given, PictureState};
-pub use shared::Full;
+pub use pictures::{FrameCopy, FrameView, PictureState};
+pub use shared::OutboxFull;
 pub use view::{Listener, Options, View};
 pub use window_cover::{CoverError, WindowCover};

@@ -30,7 +30,7 @@ const FRAMES_OF_A_PICTURE: u32 = 2;
 /// Time between two frames beside their own, and for handing a picture over.
 const BETWEEN_FRAMES: Duration = Duration::from_millis(50);
 /// Time that one look counts at most: whoever watches may be held up as well.
-const MAX_LOOK: Duration = Duration::from_millis(100);
+const MAX_SAMPLE_PERIOD: Duration = Duration::from_millis(100);
 /// Silence from which the process itself is looked at.
 const FIRST_DOUBT: Duration = Duration::from_millis(250);
 /// Frame times that are remembered.
@@ -47,7 +47,7 @@ pub struct LivenessLimits {
 
 /// Signs of life of a viewer at one instant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SignsOfLife {
+pub struct LivenessSample {
     /// Age of what the picture shows: time since the tag values in it were read. None before
     /// the first picture.
     pub picture_age: Option<Duration>,
@@ -91,7 +91,7 @@ pub fn picture_limit(silent: Duration, frame_time: Duration) -> Duration {
 }
 
 /// Decides on a viewer by its signs of life.
-pub fn assess(signs: &SignsOfLife, limits: &LivenessLimits) -> Liveness {
+pub fn assess(signs: &LivenessSample, limits: &LivenessLimits) -> Liveness {
     let LivenessLimits { silent, hung } = *limits;
     let by_frames = signs.frame_time.saturating_mul(FRAME_PATIENCE).min(MAX_FRAME_PATIENCE);
     let patience = |bound: Duration| bound.max(hung).max(by_frames);
@@ -119,7 +119,7 @@ pub fn assess(signs: &SignsOfLife, limits: &LivenessLimits) -> Liveness {
 
 /// Instants that a viewer last showed signs of life at, nanoseconds of the clock since boot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Beats {
+pub struct LivenessInstants {
     /// Last beat of the heartbeat.
     pub heartbeat: u64,
     /// Last finished turn of the frame loop.
@@ -130,15 +130,15 @@ pub struct Beats {
     pub picture_true_at: u64,
 }
 
-/// Watch over the signs of life of one process, by repeated looks.
+/// Supervisor over the signs of life of one process, by repeated looks.
 ///
 /// Silence counts by looks and not by a clock: where the watching process itself was stopped,
 /// suspended or starved, nobody is late for that time.
 #[derive(Debug)]
-pub struct LivenessWatch {
+pub struct LivenessMonitor {
     meter: ProgressMeter,
-    last_look: Instant,
-    last: Beats,
+    last_sample: Instant,
+    last: LivenessInstants,
     without_frame: Duration,
     without_heartbeat: Duration,
     without_progress: Duration,
@@ -146,13 +146,13 @@ pub struct LivenessWatch {
     next_frame_time: usize,
 }
 
-impl LivenessWatch {
+impl LivenessMonitor {
     /// Creates the watch over a process that was just started, or is just seen.
     pub fn new(pid: u32, now: Instant) -> Self {
         Self {
             meter: ProgressMeter::new(pid),
-            last_look: now,
-            last: Beats::default(),
+            last_sample: now,
+            last: LivenessInstants::default(),
             without_frame: Duration::ZERO,
             without_heartbeat: Duration::ZERO,
             without_progress: Duration::ZERO,
@@ -163,9 +163,14 @@ impl LivenessWatch {
 
     /// Takes one look: `beats` is what the process showed last, and `boot_now` the instant now on
     /// the same clock.
-    pub fn look(&mut self, beats: Beats, boot_now: u64, now: Instant) -> SignsOfLife {
-        let passed = now.saturating_duration_since(self.last_look).min(MAX_LOOK);
-        self.last_look = now;
+    pub fn sample(
+        &mut self,
+        beats: LivenessInstants,
+        boot_now: u64,
+        now: Instant,
+    ) -> LivenessSample {
+        let passed = now.saturating_duration_since(self.last_sample).min(MAX_SAMPLE_PERIOD);
+        self.last_sample = now;
         let before = std::mem::replace(&mut self.last, beats);
         if beats.frame != before.frame {
             self.frame_times[self.next_frame_time] = beats.frame_time.min(MAX_FRAME_PATIENCE);
@@ -176,8 +181,8 @@ impl LivenessWatch {
         };
         count(&mut self.without_frame, beats.frame == before.frame);
         count(&mut self.without_heartbeat, beats.heartbeat == before.heartbeat);
-        let activity = self.look_at_process(now, passed);
-        SignsOfLife {
+        let activity = self.observe_process(now, passed);
+        LivenessSample {
             picture_age: (beats.picture_true_at != 0).then(|| {
                 // One in the future was never noted by a viewer that is well.
                 let age = boot_now.checked_sub(beats.picture_true_at);
@@ -192,7 +197,7 @@ impl LivenessWatch {
     }
 
     /// Reads the process only where it gives reason to: that takes some file reads a thread.
-    fn look_at_process(&mut self, now: Instant, passed: Duration) -> Activity {
+    fn observe_process(&mut self, now: Instant, passed: Duration) -> Activity {
         if self.without_heartbeat.max(self.without_frame) < FIRST_DOUBT {
             self.meter.reset();
             self.without_progress = Duration::ZERO;

@@ -12,8 +12,8 @@ fn millis(millis: u64) -> Duration {
 }
 
 /// A viewer that is well, with a picture of this age.
-fn well(picture_age: u64) -> SignsOfLife {
-    SignsOfLife {
+fn well(picture_age: u64) -> LivenessSample {
+    LivenessSample {
         picture_age: Some(millis(picture_age)),
         without_frame: Duration::ZERO,
         without_heartbeat: Duration::ZERO,
@@ -23,7 +23,7 @@ fn well(picture_age: u64) -> SignsOfLife {
     }
 }
 
-fn check(signs: SignsOfLife, expected: Liveness) {
+fn check(signs: LivenessSample, expected: Liveness) {
     assert_eq!(assess(&signs, &LIMITS), expected, "{signs:?}");
 }
 
@@ -33,26 +33,27 @@ fn a_picture_passes_for_live_by_the_age_of_what_it_shows() {
     check(well(500), Liveness::Live);
     // However well the viewer is: a frame of 4.5 s shows values of 4.5 s ago.
     check(well(501), Liveness::Late);
-    check(SignsOfLife { frame_time: millis(4500), ..well(4500) }, Liveness::Late);
-    check(SignsOfLife { picture_age: None, ..well(0) }, Liveness::Late);
+    check(LivenessSample { frame_time: millis(4500), ..well(4500) }, Liveness::Late);
+    check(LivenessSample { picture_age: None, ..well(0) }, Liveness::Late);
 }
 
 #[test]
 fn silence_is_loss_unless_the_process_makes_progress() {
     let silent =
-        SignsOfLife { without_frame: millis(600), without_heartbeat: millis(600), ..well(600) };
+        LivenessSample { without_frame: millis(600), without_heartbeat: millis(600), ..well(600) };
     for activity in [Activity::Running, Activity::Starved, Activity::Blocked] {
-        check(SignsOfLife { activity, ..silent }, Liveness::Late);
+        check(LivenessSample { activity, ..silent }, Liveness::Late);
     }
-    let asleep = SignsOfLife { activity: Activity::Idle, without_progress: millis(600), ..silent };
+    let asleep =
+        LivenessSample { activity: Activity::Idle, without_progress: millis(600), ..silent };
     check(asleep, Liveness::Lost);
     // One that a signal stopped is lost before its picture is old.
-    check(SignsOfLife { activity: Activity::Stopped, ..well(100) }, Liveness::Lost);
+    check(LivenessSample { activity: Activity::Stopped, ..well(100) }, Liveness::Lost);
 }
 
 #[test]
 fn nothing_that_makes_progress_is_ended_within_the_bound() {
-    let slow = |activity, seconds: u64| SignsOfLife {
+    let slow = |activity, seconds: u64| LivenessSample {
         activity,
         without_frame: millis(seconds * 1000),
         without_heartbeat: millis(seconds * 1000),
@@ -66,16 +67,16 @@ fn nothing_that_makes_progress_is_ended_within_the_bound() {
     }
     // Measured frame times give more patience, up to a limit.
     let slow_frames =
-        |seconds| SignsOfLife { frame_time: millis(10_000), ..slow(Activity::Running, seconds) };
+        |seconds| LivenessSample { frame_time: millis(10_000), ..slow(Activity::Running, seconds) };
     check(slow_frames(79), Liveness::Late);
     check(slow_frames(80), Liveness::Hung);
-    let slowest = SignsOfLife { frame_time: Duration::MAX, ..slow(Activity::Running, 120) };
+    let slowest = LivenessSample { frame_time: Duration::MAX, ..slow(Activity::Running, 120) };
     check(slowest, Liveness::Hung);
 }
 
 #[test]
 fn what_hangs_is_ended() {
-    let dead = |silence: u64| SignsOfLife {
+    let dead = |silence: u64| LivenessSample {
         activity: Activity::Idle,
         without_frame: millis(silence),
         without_heartbeat: millis(silence),
@@ -86,17 +87,18 @@ fn what_hangs_is_ended() {
     check(dead(1000), Liveness::Hung);
     // The heartbeat goes on, the frame loop waits for ever.
     let deadlocked =
-        |silence: u64| SignsOfLife { without_heartbeat: Duration::ZERO, ..dead(silence) };
+        |silence: u64| LivenessSample { without_heartbeat: Duration::ZERO, ..dead(silence) };
     check(deadlocked(4999), Liveness::Late);
     check(deadlocked(5000), Liveness::Hung);
     // The heartbeat goes on, and the frame loop turns without end.
-    let livelocked = |silence: u64| SignsOfLife { without_frame: millis(silence), ..well(silence) };
+    let livelocked =
+        |silence: u64| LivenessSample { without_frame: millis(silence), ..well(silence) };
     check(livelocked(29_999), Liveness::Late);
     check(livelocked(30_000), Liveness::Hung);
-    let stopped = |silence| SignsOfLife { activity: Activity::Stopped, ..dead(silence) };
+    let stopped = |silence| LivenessSample { activity: Activity::Stopped, ..dead(silence) };
     check(stopped(9_999), Liveness::Lost);
     check(stopped(10_000), Liveness::Hung);
-    check(SignsOfLife { activity: Activity::Gone, ..well(0) }, Liveness::Hung);
+    check(LivenessSample { activity: Activity::Gone, ..well(0) }, Liveness::Hung);
     // A host program that asks for more patience gets it in each case.
     let patient = LivenessLimits { hung: millis(60_000), ..LIMITS };
     for signs in [dead(59_000), deadlocked(59_000), livelocked(59_000), stopped(59_000)] {
@@ -126,7 +128,7 @@ impl Drop for Victim {
 
 /// Looks every 50 ms at a process that shows no beat, until the verdict is another than `before`.
 fn next_verdict(
-    watch: &mut LivenessWatch,
+    watch: &mut LivenessMonitor,
     true_at: u64,
     before: Liveness,
     limit: Duration,
@@ -135,8 +137,13 @@ fn next_verdict(
     loop {
         let now = Instant::now();
         let boot_now = true_at + (now - start).as_nanos() as u64;
-        let beats = Beats { heartbeat: 1, frame: 1, picture_true_at: true_at, ..Beats::default() };
-        let verdict = assess(&watch.look(beats, boot_now, now), &LIMITS);
+        let beats = LivenessInstants {
+            heartbeat: 1,
+            frame: 1,
+            picture_true_at: true_at,
+            ..LivenessInstants::default()
+        };
+        let verdict = assess(&watch.sample(beats, boot_now, now), &LIMITS);
         if verdict != before || start.elapsed() > limit {
             return verdict;
         }
@@ -147,11 +154,11 @@ fn next_verdict(
 #[test]
 fn a_busy_process_is_late_and_a_sleeping_one_hangs() {
     let busy = Victim::start("while :; do :; done");
-    let mut watch = LivenessWatch::new(busy.0.id(), Instant::now());
+    let mut watch = LivenessMonitor::new(busy.0.id(), Instant::now());
     assert_eq!(next_verdict(&mut watch, 1, Liveness::Live, millis(9000)), Liveness::Late);
     assert_eq!(next_verdict(&mut watch, 1, Liveness::Live, millis(9000)), Liveness::Late);
     let idle = Victim::start("exec sleep 60");
-    let mut watch = LivenessWatch::new(idle.0.id(), Instant::now());
+    let mut watch = LivenessMonitor::new(idle.0.id(), Instant::now());
     let first = next_verdict(&mut watch, 1, Liveness::Live, millis(9000));
     assert!(matches!(first, Liveness::Late | Liveness::Lost), "{first:?}");
 }
@@ -159,7 +166,7 @@ fn a_busy_process_is_late_and_a_sleeping_one_hangs() {
 #[test]
 fn a_stopped_process_is_lost_before_its_picture_is_old() {
     let busy = Victim::start("while :; do :; done");
-    let mut watch = LivenessWatch::new(busy.0.id(), Instant::now());
+    let mut watch = LivenessMonitor::new(busy.0.id(), Instant::now());
     busy.signal(Signal::STOP);
     let start = Instant::now();
     let verdict = next_verdict(&mut watch, 1, Liveness::Live, millis(9000));
@@ -171,11 +178,16 @@ fn a_stopped_process_is_lost_before_its_picture_is_old() {
 fn whoever_was_held_up_itself_blames_nobody() {
     let idle = Victim::start("exec sleep 60");
     let start = Instant::now();
-    let mut watch = LivenessWatch::new(idle.0.id(), start);
-    let beats = Beats { heartbeat: 1, frame: 1, picture_true_at: 1, ..Beats::default() };
-    watch.look(beats, 1, start);
+    let mut watch = LivenessMonitor::new(idle.0.id(), start);
+    let beats = LivenessInstants {
+        heartbeat: 1,
+        frame: 1,
+        picture_true_at: 1,
+        ..LivenessInstants::default()
+    };
+    watch.sample(beats, 1, start);
     let hour = Duration::from_secs(3600);
-    let signs = watch.look(beats, hour.as_nanos() as u64, start + hour);
+    let signs = watch.sample(beats, hour.as_nanos() as u64, start + hour);
     assert_eq!(signs.picture_age, Some(hour - Duration::from_nanos(1)));
     assert_ne!(assess(&signs, &LIMITS), Liveness::Hung, "{signs:?}");
     assert!(!assess(&signs, &LIMITS).is_live());
@@ -184,10 +196,11 @@ fn whoever_was_held_up_itself_blames_nobody() {
 #[test]
 fn frame_times_are_those_that_were_measured_last() {
     let start = Instant::now();
-    let mut watch = LivenessWatch::new(std::process::id(), start);
+    let mut watch = LivenessMonitor::new(std::process::id(), start);
     let mut look = |frame, time| {
-        let beats = Beats { frame, frame_time: millis(time), ..Beats::default() };
-        watch.look(beats, 1, start).frame_time
+        let beats =
+            LivenessInstants { frame, frame_time: millis(time), ..LivenessInstants::default() };
+        watch.sample(beats, 1, start).frame_time
     };
     assert_eq!(look(1, 700), millis(700));
     assert_eq!(look(1, 900), millis(700), "the same frame");

@@ -2,19 +2,19 @@
 
 use std::collections::VecDeque;
 
-use busbar_protocol::message::{Command, MAX_TAGS_A_MESSAGE, Pointing};
+use busbar_protocol::message::{Command, MAX_TAGS_A_MESSAGE, PointerEvent};
 
-use crate::wanted::Wanted;
+use crate::desired_state::DesiredState;
 
-/// Commands that wait at most; then callers are told that there is no room.
+/// Commands that wait at most; then callers get [`crate::OutboxFull`].
 const MAX_WAITING: usize = 4096;
 
-/// Commands in their order. A later one takes the place of an earlier one that it overrides.
+/// Queue of commands in their order. A later command replaces an earlier one that it overrides.
 #[derive(Debug, Default)]
 pub(crate) struct Outbox(VecDeque<Command>);
 
 impl Outbox {
-    /// Whether any command finds room.
+    /// Reports whether any command finds room.
     pub(crate) fn has_room(&self) -> bool {
         self.0.len() < MAX_WAITING
     }
@@ -37,26 +37,31 @@ impl Outbox {
         self.0.pop_front()
     }
 
-    /// For a new viewer: what it must be like, and then what nobody has done yet.
-    pub(crate) fn begin_anew(&mut self, wanted: &Wanted) {
+    /// Resets the queue for a new viewer: the desired state, then actions that are not done yet.
+    pub(crate) fn reset(&mut self, desired: &DesiredState) {
         let is_deed = |command: &Command| {
             matches!(command, Command::ActOnAlarm { .. } | Command::Reload(_) | Command::Pick(_))
         };
         let deeds: Vec<_> = self.0.drain(..).filter(is_deed).collect();
-        self.0.extend(wanted.commands().into_iter().chain(deeds));
+        self.0.extend(desired.commands().into_iter().chain(deeds));
     }
 }
 
-/// Whether the later of two neighbours leaves nothing of the earlier one, or can go along
-/// with it.
+/// Reports whether the later of two neighbouring commands supersedes the earlier one, or can be
+/// merged with it.
 fn merges(last: &Command, next: &Command) -> bool {
     match (last, next) {
         (Command::Resize(_), Command::Resize(_))
         | (Command::SetVisible(_), Command::SetVisible(_))
-        | (Command::Look(_) | Command::UseCamera(_), Command::Look(_) | Command::UseCamera(_))
+        | (
+            Command::SetCamera(_) | Command::UseCamera(_),
+            Command::SetCamera(_) | Command::UseCamera(_),
+        )
         | (Command::SetTheta(_), Command::SetTheta(_))
         | (Command::SetTime(_), Command::SetTime(_))
-        | (Command::Point(Pointing::Moved(_)), Command::Point(Pointing::Moved(_))) => true,
+        | (Command::Pointer(PointerEvent::Moved(_)), Command::Pointer(PointerEvent::Moved(_))) => {
+            true
+        }
         (Command::SetTags(tags), Command::SetTags(more)) => {
             tags.len() + more.len() <= MAX_TAGS_A_MESSAGE
         }
@@ -71,7 +76,7 @@ mod tests {
     #[test]
     fn a_viewer_that_reads_nothing_costs_no_more_than_the_limit() {
         let mut outbox = Outbox::default();
-        let moved = |x| Command::Point(Pointing::Moved([x, 0.0]));
+        let moved = |x| Command::Pointer(PointerEvent::Moved([x, 0.0]));
         (0..1_000_000).for_each(|x| outbox.push(moved(x as f32)));
         assert_eq!(outbox.0, [moved(999_999.0)]);
         (1..MAX_WAITING).for_each(|_| outbox.push(Command::Pick([1, 1])));

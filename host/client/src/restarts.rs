@@ -1,11 +1,11 @@
-//! When a viewer that ended is started again.
+//! Restart delays of a viewer that ended: exponential backoff by the ends of the last minute.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 /// Ends in the last minute that cost no delay: a driver may fall over more than once.
 const FREE_ENDS: usize = 3;
-/// After one more; it doubles with each.
+/// Delay after one more end; it doubles with each.
 const FIRST_DELAY: Duration = Duration::from_millis(100);
 const WINDOW: Duration = Duration::from_secs(60);
 /// Ends that are remembered.

@@ -1,5 +1,4 @@
-//! What the program's threads and the one that watches the viewer share. Nobody does
-//! anything under the lock that could wait.
+//! State shared by the program's threads and the supervisor's. No operation under a lock may wait.
 
 use std::os::fd::OwnedFd;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering};
@@ -10,22 +9,22 @@ use busbar_protocol::message::Command;
 use busbar_protocol::pictures::PictureMemory;
 use rustix::event::{EventfdFlags, eventfd};
 
+use crate::desired_state::DesiredState;
 use crate::events::{Event, Events};
 use crate::liveness::Liveness;
 use crate::outbox::Outbox;
-use crate::pictures::Frames;
+use crate::pictures::PictureStream;
 use crate::view::Listener;
-use crate::wanted::Wanted;
 
-/// Events that a listener is told in a row.
+/// Events handed to a listener in one call.
 const MAX_A_ROUND: usize = 1024;
 
 /// Shared by both sides of a view.
 pub(crate) struct Shared {
-    pub(crate) wanted: Mutex<Wanted>,
+    pub(crate) desired: Mutex<DesiredState>,
     pub(crate) outbox: Mutex<Outbox>,
     pub(crate) events: Mutex<Events>,
-    pub(crate) frames: Mutex<Frames>,
+    pub(crate) frames: Mutex<PictureStream>,
     pub(crate) listener: Mutex<Option<Listener>>,
     /// Readable while events wait: the program's.
     pub(crate) has_events: OwnedFd,
@@ -47,7 +46,7 @@ const VERDICTS: [Liveness; 4] = [Liveness::Lost, Liveness::Live, Liveness::Late,
 
 /// Too much waits for the viewer already. Nothing was done: try again later.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Full;
+pub struct OutboxFull;
 
 /// Locks; a thread that panicked under a lock left nothing half done.
 pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -57,10 +56,10 @@ pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 impl Shared {
     /// # Errors
     /// No descriptors left.
-    pub(crate) fn new(wanted: Wanted) -> rustix::io::Result<Self> {
+    pub(crate) fn new(desired: DesiredState) -> rustix::io::Result<Self> {
         let flags = EventfdFlags::NONBLOCK | EventfdFlags::CLOEXEC;
         Ok(Self {
-            wanted: Mutex::new(wanted),
+            desired: Mutex::new(desired),
             outbox: Mutex::default(),
             events: Mutex::default(),
             frames: Mutex::default(),
@@ -91,21 +90,21 @@ impl Shared {
     ///
     /// # Errors
     /// There is no room.
-    pub(crate) fn command(&self, command: Command) -> Result<(), Full> {
-        let (mut wanted, mut outbox) = (lock(&self.wanted), lock(&self.outbox));
-        if !outbox.has_room() || !wanted.note(&command) {
-            return Err(Full);
+    pub(crate) fn command(&self, command: Command) -> Result<(), OutboxFull> {
+        let (mut desired, mut outbox) = (lock(&self.desired), lock(&self.outbox));
+        if !outbox.has_room() || !desired.note(&command) {
+            return Err(OutboxFull);
         }
         outbox.push(command);
-        drop((wanted, outbox));
-        raise(&self.wakes);
+        drop((desired, outbox));
+        signal(&self.wakes);
         Ok(())
     }
 
-    /// Tells the program something.
-    pub(crate) fn tell(&self, event: Event) {
+    /// Queues an event for the program.
+    pub(crate) fn push_event(&self, event: Event) {
         lock(&self.events).push(event);
-        raise(&self.has_events);
+        signal(&self.has_events);
     }
 
     /// The next event for the program, and how many were dropped before it.
@@ -113,22 +112,22 @@ impl Shared {
         let mut events = lock(&self.events);
         let next = events.pop();
         if events.is_empty() {
-            lower(&self.has_events);
+            clear(&self.has_events);
         }
         next
     }
 
-    /// Tells the listener what waits, if there is one.
-    pub(crate) fn tell_listener(&self) {
+    /// Hands waiting events to the listener, if there is one.
+    pub(crate) fn notify_listener(&self) {
         let mut listener = lock(&self.listener);
         let Some(listener) = &mut *listener else { return };
         listener(&mut std::iter::from_fn(|| self.next_event()).take(MAX_A_ROUND));
         if !lock(&self.events).is_empty() {
-            raise(&self.wakes);
+            signal(&self.wakes);
         }
     }
 
-    /// From here on this viewer's picture counts; none for no viewer.
+    /// Sets the viewer whose picture counts from now on; none for no viewer.
     pub(crate) fn set_viewer(&self, process: u32, memory: Option<PictureMemory>) {
         self.viewer_id.store(process, Ordering::Release);
         *lock(&self.memory) = memory;
@@ -141,7 +140,7 @@ impl Shared {
         (true_at != 0).then_some(true_at)
     }
 
-    /// Last verdict on the viewer; one that was never there is lost.
+    /// Returns the last verdict on the viewer; lost before the first viewer.
     pub(crate) fn verdict(&self) -> Liveness {
         let number = usize::from(self.verdict.load(Ordering::Acquire));
         VERDICTS.get(number).copied().unwrap_or(Liveness::Lost)
@@ -158,12 +157,12 @@ impl Shared {
 }
 
 /// Makes an eventfd readable.
-pub(crate) fn raise(eventfd: &OwnedFd) {
-    // Full is readable, too.
+pub(crate) fn signal(eventfd: &OwnedFd) {
+    // A full counter is readable, too.
     let _ = rustix::io::write(eventfd, &1_u64.to_ne_bytes());
 }
 
-/// Makes it unreadable.
-pub(crate) fn lower(eventfd: &OwnedFd) {
+/// Makes an eventfd unreadable again.
+pub(crate) fn clear(eventfd: &OwnedFd) {
     let _ = rustix::io::read(eventfd, &mut [0_u8; 8]);
 }

@@ -10,32 +10,32 @@ use std::time::Duration;
 use busbar_protocol::message::{Command, Target};
 
 use crate::cover_thread::CoverThread;
+use crate::desired_state::DesiredState;
 use crate::events::Event;
 use crate::liveness::LivenessLimits;
-use crate::pictures::{Copied, Given};
+use crate::pictures::{FrameCopy, FrameView};
 use crate::restarts::Restarts;
-use crate::shared::{Full, Shared, lock, raise};
-use crate::wanted::Wanted;
-use crate::watch::Watch;
+use crate::shared::{OutboxFull, Shared, lock, signal};
+use crate::supervisor::Supervisor;
 
-/// Told what waits, each time with how many events were dropped before it; what it leaves
-/// it is told again.
+/// Callback that takes waiting events, each with the number of events dropped before it. Events
+/// that it leaves are handed over again.
 pub type Listener = Box<dyn FnMut(&mut dyn Iterator<Item = (Event, u32)>) + Send>;
 
-/// What a view shows, and how it is watched.
+/// Content of a view, and limits of its supervision.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// The program `busbar`.
+    /// Path of the program `busbar`.
     pub program: OsString,
     /// Path of the configuration, absolute.
     pub config: String,
-    /// Where the picture goes.
+    /// Destination of the pictures.
     pub target: Target,
-    /// Its size, pixels.
+    /// Size of the pictures, pixels.
     pub size: [u32; 2],
-    /// Whether Busbar's own panels are shown beside the scene.
+    /// Reports whether Busbar's own panels are shown beside the scene.
     pub panels: bool,
-    /// Who acts on alarms, for the audit log; may be empty.
+    /// Operator who acts on alarms, for the audit log; may be empty.
     pub operator: String,
     /// Age from which what the picture shows is not live: the picture is marked.
     pub silent: Duration,
@@ -47,7 +47,7 @@ pub struct Options {
     pub longest_delay: Duration,
 }
 
-/// One view. Dropping it closes it; its viewer ends by itself soon after.
+/// One view of a viewer process. Dropping it closes it; its viewer ends by itself soon after.
 pub struct View {
     shared: Arc<Shared>,
     silent: Duration,
@@ -60,12 +60,12 @@ impl View {
     /// No descriptors or no thread left.
     pub fn open(options: Options) -> io::Result<Self> {
         let Options { program, silent, hung, longest_delay, .. } = options;
-        let mut wanted = Wanted::new(options.config, options.target, options.size);
-        wanted.panels = options.panels;
-        wanted.operator = options.operator;
-        let shared = Arc::new(Shared::new(wanted)?);
+        let mut desired = DesiredState::new(options.config, options.target, options.size);
+        desired.panels = options.panels;
+        desired.operator = options.operator;
+        let shared = Arc::new(Shared::new(desired)?);
         let (limits, restarts) = (LivenessLimits { silent, hung }, Restarts::new(longest_delay));
-        let watch = Watch::new(shared.clone(), program, limits, restarts);
+        let watch = Supervisor::new(shared.clone(), program, limits, restarts);
         let view = Self { shared: shared.clone(), silent };
         if let Target::Window(window) = options.target {
             let cover = CoverThread::new(shared, window, silent);
@@ -80,7 +80,7 @@ impl View {
     ///
     /// # Errors
     /// Too much waits for the viewer already.
-    pub fn command(&self, command: Command) -> Result<(), Full> {
+    pub fn command(&self, command: Command) -> Result<(), OutboxFull> {
         self.shared.command(command)
     }
 
@@ -94,21 +94,21 @@ impl View {
         self.shared.has_events.as_fd()
     }
 
-    /// Sets who is told of events by the view's own thread; must not take long, for the
-    /// viewer is not watched meanwhile. Waits for one that is being told.
+    /// Sets the listener that the view's own thread hands events to. It must not take long, for the
+    /// viewer is not supervised meanwhile. Waits for a listener that runs.
     pub fn set_listener(&self, listener: Option<Listener>) {
         *lock(&self.shared.listener) = listener;
-        raise(&self.shared.wakes);
+        signal(&self.shared.wakes);
     }
 
-    /// The newest picture, marked where it is not live. None before the first.
-    pub fn frame(&self) -> Option<Given> {
+    /// Returns the newest picture, marked where it is not live. None before the first.
+    pub fn frame(&self) -> Option<FrameView> {
         lock(&self.shared.frames)
-            .give(self.shared.picture_limit(self.silent), self.shared.verdict())
+            .marked_frame(self.shared.picture_limit(self.silent), self.shared.verdict())
     }
 
     /// Copies the newest picture, unmarked, where it is new and not dead. None before the first.
-    pub fn copy_frame(&self, pixels: &mut Vec<u8>) -> Option<Copied> {
+    pub fn copy_frame(&self, pixels: &mut Vec<u8>) -> Option<FrameCopy> {
         lock(&self.shared.frames).copy(
             self.shared.picture_limit(self.silent),
             self.shared.verdict(),
@@ -118,7 +118,7 @@ impl View {
 
     /// The configuration that is shown.
     pub fn config(&self) -> String {
-        lock(&self.shared.wanted).config.clone()
+        lock(&self.shared.desired).config.clone()
     }
 
     /// The process of the viewer, 0 while there is none.
@@ -129,9 +129,9 @@ impl View {
 
 impl Drop for View {
     fn drop(&mut self) {
-        // Waits for a listener that runs: none is told after this.
+        // Waits for a listener that runs: none is reported after this.
         *lock(&self.shared.listener) = None;
         self.shared.is_closing.store(true, Ordering::Release);
-        raise(&self.shared.wakes);
+        signal(&self.shared.wakes);
     }
 }

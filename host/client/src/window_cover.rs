@@ -35,7 +35,7 @@ const MAX_EVENTS_A_STEP: usize = 256;
 /// Fault of a cover.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum CoverError {
-    /// There is no X display to be reached by this name, or no such window on it.
+    /// No X display by this name can be reached, or it has no such window.
     Unreachable(String),
     /// The covered window is there no more, or its display has gone.
     Gone,
@@ -133,7 +133,7 @@ impl WindowCover {
         let is_same = self.is_shown && self.text == text;
         if !is_same {
             self.text = text.chars().take(MAX_CHARACTERS).collect();
-            self.raise()?;
+            self.signal()?;
             self.connection.map_window(self.cover)?;
             self.connection.clear_area(true, self.cover, 0, 0, 0, 0)?;
             self.draw_text()?;
@@ -189,7 +189,7 @@ impl WindowCover {
             }
         }
         if self.is_shown && !is_raised {
-            self.raise()?;
+            self.signal()?;
         }
         if self.is_shown && is_exposed {
             self.draw_text()?;
@@ -198,7 +198,7 @@ impl WindowCover {
         Ok(())
     }
 
-    fn raise(&self) -> Result<(), CoverError> {
+    fn signal(&self) -> Result<(), CoverError> {
         let above = ConfigureWindowAux::new().stack_mode(StackMode::ABOVE);
         self.connection.configure_window(self.cover, &above)?;
         Ok(())

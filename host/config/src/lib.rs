@@ -41,7 +41,7 @@ mod world;
 pub use alarm_sources::AlarmSourceConfig;
 pub use alarms::{
     AlarmConfig, AlarmHandlingConfig, AlarmOriginConfig, ConditionConfig, DoublePointConfig,
-    LimitConfig, PriorityConfig, StateConfig, WatchConfig,
+    LimitConfig, PriorityConfig, StateConfig, TagConditionConfig,
 };
 pub use changes::{Change, ChangeKind, Changes, Fingerprints, Section};
 pub use config::{

@@ -15,7 +15,8 @@ class Options(Structure):
 
 class Event(Structure):
     _fields_ = [(name, c_uint32) for name in "struct_size kind state dropped".split()] + [
-        ("unix_nanos", c_int64), ("number", c_double), ("eye", c_float * 3),
+        ("unix_nanos", c_int64), ("number", c_double),
+        ("origins", c_uint32), ("reserved", c_uint32), ("eye", c_float * 3),
         ("target", c_float * 3), ("id", c_char_p), ("text", c_char_p)]
 
 

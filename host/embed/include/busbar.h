@@ -38,264 +38,286 @@
 #include <stddef.h>
 #include <stdint.h>
 
-// Version of this interface: of another one, do not use the library.
-#define BUSBAR_VIEW_ABI 1
+// Version of this interface; a library of another version must not be used.
+#define BUSBAR_VIEW_ABI 2
 
-// Done.
+// Success of a call.
 #define BUSBAR_VIEW_OK 0
 
-// An argument is null, too small, too large, not UTF-8, or not finite. Nothing was done.
+// Status of an argument that is null, too small, too large, not UTF-8, or not finite. Nothing was
+// done.
 #define BUSBAR_VIEW_INVALID -1
 
-// Too much waits for the viewer already. Nothing was done: try again later.
+// Status of a full command queue. Nothing was done: try again later.
 #define BUSBAR_VIEW_FULL -2
 
-// The system has no descriptor, no memory or no thread left. Nothing was done.
+// Status of a system without a descriptor, memory or a thread left. Nothing was done.
 #define BUSBAR_VIEW_SYSTEM -3
 
-// A fault of the library itself; the view does nothing any more. Close it.
+// Status of an internal fault of the library; the view does nothing any more. Close it.
 #define BUSBAR_VIEW_FAULT -4
 
 // Flag of BusbarViewOptions: show Busbar's own panels beside the scene.
 #define BUSBAR_VIEW_PANELS 1
 
-// The picture shows values that were read at most `silent_millis` ago; where frames take long,
-// two frame times, at most 900 ms.
+// State of a picture whose values were read at most `silent_millis` ago. Where frames take long,
+// the limit is two frame times, at most 900 ms.
 #define BUSBAR_VIEW_LIVE 0
 
-// The viewer is silent or gone: no value in the picture may be relied on. The library has taken
-// its colour and hatched it.
+// State of a picture whose viewer is silent or gone: no value in it may be relied on. The library
+// has removed its colour and hatched it.
 #define BUSBAR_VIEW_DEAD 1
 
-// The viewer goes on, and is too slow: the picture shows values that were read more than
-// `silent_millis` ago. The library has taken its colour and hatched it, as a dead one.
+// State of a picture whose viewer makes progress too slowly: its values were read more than
+// `silent_millis` ago. The library has removed its colour and hatched it, like a dead one.
 #define BUSBAR_VIEW_LATE 2
 
-// Usable.
+// Quality of a usable value.
 #define BUSBAR_VIEW_GOOD 0
 
-// Doubtful.
+// Quality of a doubtful value.
 #define BUSBAR_VIEW_UNCERTAIN 1
 
-// Not usable.
+// Quality of an unusable value.
 #define BUSBAR_VIEW_BAD 2
 
-// `number` is a measurement.
+// Value kind of a measurement, in `number`.
 #define BUSBAR_VIEW_F64 0
 
-// `integer` is a counter or code.
+// Value kind of a counter or code, in `integer`.
 #define BUSBAR_VIEW_I64 1
 
-// `integer` is 0 or 1.
+// Value kind of a single point: `integer` is 0 or 1.
 #define BUSBAR_VIEW_BOOL 2
 
-// `integer` is a switch position: 0 travelling, 1 open, 2 closed, 3 invalid
-// (IEC 60870-5-101, 7.2.6.2).
+// Value kind of a switch position in `integer`: 0 travelling, 1 open, 2 closed, 3 invalid (IEC
+// 60870-5-101, 7.2.6.2).
 #define BUSBAR_VIEW_DOUBLE_POINT 3
 
-// No value: something is said of the quality alone.
+// Value kind of an update that sets the quality alone.
 #define BUSBAR_VIEW_NO_VALUE 4
 
-// No time is known.
+// Source timestamp that is not known.
 #define BUSBAR_VIEW_NO_TIME INT64_MIN
 
-// The first picture is there. `text`: the graphics device.
+// Event of the first picture. `text`: the graphics device.
 #define BUSBAR_VIEW_READY 1
 
-// busbar_view_frame has something new. Merged: one waits at most.
+// Event of a new picture, or a new state of the last one, for busbar_view_frame. Merged: one waits
+// at most.
 #define BUSBAR_VIEW_FRAME 2
 
-// Something was picked. `id`: its equipment, empty for nothing.
+// Event of a pick. `id`: the equipment, empty for nothing.
 #define BUSBAR_VIEW_PICKED 3
 
-// The pointer is over `id`, or over nothing. Merged.
+// Event of the pointer over the equipment `id`, or over nothing. Merged.
 #define BUSBAR_VIEW_HOVERED 4
 
-// The camera is at `eye` and looks at `target`. Merged.
+// Event of a camera at `eye` that looks at `target`. Merged.
 #define BUSBAR_VIEW_CAMERA 5
 
-// The alarm `id` is in `state`: 'A' to 'I' by IEC 62682, since `unix_nanos`. Each change
-// comes while there is room, and the last one of each alarm always.
+// Event of the alarm `id` in `state`: 'A' to 'I' by IEC 62682, since `unix_nanos`. Each change is
+// delivered while there is room, and the last one of each alarm always.
 #define BUSBAR_VIEW_ALARM 6
 
-// An operator wants something of the alarm `id`, which your program decides on. `state`:
-// BUSBAR_VIEW_ACKNOWLEDGE and so on; `number`: seconds on the shelf.
+// Event of an operator's request for the alarm `id`, which your program decides on. `state`:
+// BUSBAR_VIEW_ACKNOWLEDGE and so on; `number`: shelving time, seconds.
 #define BUSBAR_VIEW_ASKED 7
 
-// The tag `id` is good, uncertain or bad (`state`), for the reason `text`. Merged by tag.
+// Event of the tag `id` whose quality `state` is good, uncertain or bad, for the reason `text`.
+// `origins` names the sources of its value besides the live process: mark a value that has any.
+// Merged by tag.
 #define BUSBAR_VIEW_QUALITY 8
 
-// The plugin instance `id` goes as `text` says. Merged by plugin.
+// Event of the plugin instance `id`, whose state is `text`. Merged by plugin.
 #define BUSBAR_VIEW_PLUGIN 9
 
-// Something could not be done, or goes wrong; `text` says what, and what helps.
+// Event of a failed command or another fault; `text` names it and a remedy.
 #define BUSBAR_VIEW_ERROR 10
 
-// The picture is not live; `text` says how. `state`: BUSBAR_VIEW_DEAD where the viewer is silent
-// or gone, BUSBAR_VIEW_LATE where it goes on too slowly. In a window the library has covered the
-// picture with hatching, in memory it hatches it: say beside it that it is not live.
+// Event of a picture that is not live, for the reason `text`. `state`: BUSBAR_VIEW_DEAD where the
+// viewer is silent or gone, BUSBAR_VIEW_LATE where it is too slow. The library has covered the
+// picture in a window with hatching, and hatches it in memory: state beside it that it is not
+// live.
 #define BUSBAR_VIEW_LOST 11
 
-// The picture is live again. Of another viewer it is with its last good configuration, camera,
+// Event of a picture that is live again. A new viewer has the last good configuration, camera,
 // alarms and tags.
 #define BUSBAR_VIEW_RECOVERED 12
 
-// The configuration `id` is shown from here on.
+// Event of the configuration `id`, shown from now on.
 #define BUSBAR_VIEW_RELOADED 13
 
-// The verdict of an overlay on the equipment `id` is `state`: BUSBAR_VIEW_NORMAL,
+// Event of an overlay's verdict `state` on the equipment `id`: BUSBAR_VIEW_NORMAL,
 // BUSBAR_VIEW_ABNORMAL, BUSBAR_VIEW_UNKNOWN or BUSBAR_VIEW_UNKNOWN_AFTER_ABNORMAL. `text` is the
-// overlay's name, a line feed, and the reason; `number` is 1 where it rests on a default, which
-// the reason names. Merged by overlay and equipment.
+// overlay's name, a line feed, and the reason. `number` is 1 where the verdict rests on a default,
+// which the reason names. Merged by overlay and equipment.
 #define BUSBAR_VIEW_VERDICT 14
 
-// Within its limits.
+// Origin of a value that a person or program substituted for the measured one.
+#define BUSBAR_VIEW_SUBSTITUTED 1
+
+// Origin of a value from a device under test.
+#define BUSBAR_VIEW_TEST 2
+
+// Origin of a value that a simulator made.
+#define BUSBAR_VIEW_SIMULATED 4
+
+// Origin of a value that is replayed from a recording.
+#define BUSBAR_VIEW_RECORDED 8
+
+// Origin of a value that its source calls historical.
+#define BUSBAR_VIEW_HISTORICAL 16
+
+// Verdict on equipment within its limits.
 #define BUSBAR_VIEW_NORMAL 0
 
-// Outside its limits, or in a state that needs attention.
+// Verdict on equipment outside its limits, or in a state that needs attention.
 #define BUSBAR_VIEW_ABNORMAL 1
 
-// Nobody can judge it.
+// Verdict on equipment that cannot be judged.
 #define BUSBAR_VIEW_UNKNOWN 2
 
-// Nobody can judge it, and it was abnormal when it was last known.
+// Verdict on equipment that cannot be judged, and was abnormal at the last judgment.
 #define BUSBAR_VIEW_UNKNOWN_AFTER_ABNORMAL 3
 
-// Acknowledge an alarm.
+// Acknowledgement of an alarm.
 #define BUSBAR_VIEW_ACKNOWLEDGE 1
 
-// Put an alarm on the shelf.
+// Shelving of an alarm.
 #define BUSBAR_VIEW_SHELVE 2
 
-// Take an alarm off the shelf.
+// Unshelving of an alarm.
 #define BUSBAR_VIEW_UNSHELVE 3
 
-// Let go of an alarm's latch.
+// Reset of a latched alarm.
 #define BUSBAR_VIEW_RESET 4
 
-// The pointer moved to x, y.
+// Movement of the pointer to x, y.
 #define BUSBAR_VIEW_MOVED 1
 
-// A button went down at x, y.
+// Press of a button at x, y.
 #define BUSBAR_VIEW_PRESSED 2
 
-// A button went up at x, y.
+// Release of a button at x, y.
 #define BUSBAR_VIEW_RELEASED 3
 
-// The wheel turned by `steps`, away from the hand above 0.
+// Turn of the wheel by `steps`, positive away from the user.
 #define BUSBAR_VIEW_SCROLLED 4
 
-// The pointer left the picture.
+// Pointer leaves the picture.
 #define BUSBAR_VIEW_LEFT 5
 
-// One view.
+// View of a viewer process.
 typedef struct BusbarView BusbarView;
 
-// What a view is to show. Set all to 0 first, then `struct_size`, `config` and the size.
+// Content and limits of a view. Set all to 0 first, then `struct_size`, `config` and the size.
 typedef struct BusbarViewOptions {
   // Size of this struct, bytes.
   uint32_t struct_size;
-  // BUSBAR_VIEW_PANELS or 0.
+  // Flags of the view: BUSBAR_VIEW_PANELS or 0.
   uint32_t flags;
   // Width of the picture, pixels: 1 to 8192.
   uint32_t width;
-  // Height, likewise; width times height at most 16,777,216.
+  // Height of the picture, pixels: 1 to 8192; width times height at most 16,777,216.
   uint32_t height;
   // X11 window to draw into; 0 draws offscreen.
   uint32_t window;
-  // Milliseconds since the values in the picture were read after which it is not live: it is
-  // hatched; 0 for 500. Where frames take so long that no picture could be younger it is two
-  // frame times, at most 900 ms. A window is covered at most 50 ms later, on a machine with a CPU to
-  // spare.
+  // Age of the picture's values from which it is not live and hatched, milliseconds; 0 for 500.
+  // Where frames take longer, the limit is two frame times, at most 900 ms. A window is covered
+  // at most 50 ms later, on a machine with a CPU to spare.
   uint32_t silent_millis;
-  // Milliseconds without a heartbeat and without progress of its process after which the
-  // viewer is ended and started again; 0 for 1000. At least silent_millis. A viewer that
-  // makes progress is slow and not hung: it is ended after 30 s without a frame, one that
-  // sleeps after 5 s, one that a signal stopped after 10 s; later where hung_millis is more,
-  // or where its last frames took more than an eighth of that.
+  // Time without a heartbeat and without progress of its process after which the viewer is ended
+  // and started again, milliseconds; 0 for 1000. At least silent_millis. A viewer that makes
+  // progress is slow and not hung: it is ended after 30 s without a frame. One that sleeps is
+  // ended after 5 s, one that a signal stopped after 10 s. All limits are at least hung_millis;
+  // those of 30 s and 5 s are at least eight of its longest recent frame times.
   uint32_t hung_millis;
-  // The longest delay before a viewer that keeps dying is started again, milliseconds;
-  // 0 for 5000.
+  // Longest delay before a viewer that keeps ending is started again, milliseconds; 0 for 5000.
   uint32_t max_restart_millis;
   // Path of the configuration, UTF-8.
   const char *config;
   // Path of the program `busbar`; null looks for it in PATH.
   const char *program;
-  // Who acts on alarms, for the audit log; null for nobody.
+  // Operator who acts on alarms, for the audit log; null for nobody.
   const char *operator_name;
 } BusbarViewOptions;
 
-// What happened. Texts end with a zero byte and are never null; they stay as they are
-// until the next event of the view is taken, or until the callback returns.
+// Event of a view. Texts end with a zero byte and are never null. They stay valid until the next
+// event of the view is taken, or until the callback returns.
 typedef struct BusbarViewEvent {
   // Size of this struct, bytes; set it before the call.
   uint32_t struct_size;
-  // BUSBAR_VIEW_READY and so on.
+  // Kind of the event: BUSBAR_VIEW_READY and so on.
   uint32_t kind;
-  // See the kind.
+  // State, by the kind of the event.
   uint32_t state;
-  // Events that were dropped since the last one for want of room; never of alarms.
+  // Events dropped for want of room since the last one; events of alarms are never dropped.
   uint32_t dropped;
-  // See the kind; nanoseconds since 1970-01-01 UTC.
+  // Time by the kind of the event, nanoseconds since 1970-01-01 UTC.
   int64_t unix_nanos;
-  // See the kind.
+  // Number, by the kind of the event.
   double number;
-  // Where the camera stands, world space in metres.
+  // Origins, a sum of BUSBAR_VIEW_SUBSTITUTED and so on; 0 for a live value, and for other kinds of event.
+  uint32_t origins;
+  // Reserved field, always 0.
+  uint32_t reserved;
+  // Position of the camera, world space in metres.
   float eye[3];
-  // What it looks at.
+  // Point that the camera looks at, world space in metres.
   float target[3];
-  // See the kind.
+  // Identifier, by the kind of the event.
   const char *id;
-  // See the kind.
+  // Text, by the kind of the event.
   const char *text;
 } BusbarViewEvent;
 
-// Told of each event. It must not close the view, and not unwind.
+// Callback for events. It must not close the view, and not unwind.
 typedef void (*BusbarViewCallback)(void *context, const struct BusbarViewEvent *event);
 
-// A picture. Its pixels are blue, green, red and 255, rows from the top.
+// Picture of a view. Its pixels are blue, green, red and 255, rows from the top.
 typedef struct BusbarViewFrame {
   // Size of this struct, bytes; set it before the call.
   uint32_t struct_size;
-  // BUSBAR_VIEW_LIVE, BUSBAR_VIEW_LATE or BUSBAR_VIEW_DEAD.
+  // Liveness of the picture: BUSBAR_VIEW_LIVE, BUSBAR_VIEW_LATE or BUSBAR_VIEW_DEAD.
   uint32_t state;
-  // Pixels in a row; 0 where there is no picture yet.
+  // Width of the picture, pixels; 0 where there is no picture yet.
   uint32_t width;
-  // Rows.
+  // Height of the picture, pixels.
   uint32_t height;
-  // Bytes from row to row.
+  // Bytes from one row to the next.
   uint32_t stride;
-  // Leftmost column of what may differ from the picture of the call before.
+  // Left column of the damaged area, which may differ from the picture of the call before.
   uint32_t damage_x;
-  // Topmost row of it.
+  // Top row of the damaged area.
   uint32_t damage_y;
-  // Its columns; 0 where nothing differs.
+  // Width of the damaged area, pixels; 0 where nothing differs.
   uint32_t damage_width;
-  // Its rows.
+  // Height of the damaged area, pixels.
   uint32_t damage_height;
-  // Milliseconds since the values that the picture shows were read.
+  // Age of the values that the picture shows, milliseconds since they were read.
   uint32_t age_millis;
-  // Number of the picture in its viewer, from 1.
+  // Sequence number of the picture in its viewer, from 1.
   uint64_t sequence;
-  // The first pixel; null where there is no picture yet. Stays as it is until the next
+  // First pixel; null where there is no picture yet. The pixels stay unchanged until the next
   // call of busbar_view_frame or busbar_view_close.
   const uint8_t *pixels;
 } BusbarViewFrame;
 
-// A value of a tag that the configuration marks with "set_by_host". Its age counts from the
-// call, or from its source time if that is earlier; past the tag's freshness it is stale.
+// Value of a tag that the configuration marks with "set_by_host". Its age counts from the call, or
+// from its source time if that is earlier. Past the tag's freshness it is stale.
 typedef struct BusbarViewTag {
   // Id of the tag, UTF-8.
   const char *id;
-  // BUSBAR_VIEW_F64 and so on.
+  // Kind of the value: BUSBAR_VIEW_F64 and so on.
   uint32_t kind;
-  // BUSBAR_VIEW_GOOD, BUSBAR_VIEW_UNCERTAIN or BUSBAR_VIEW_BAD.
+  // Quality of the value: BUSBAR_VIEW_GOOD, BUSBAR_VIEW_UNCERTAIN or BUSBAR_VIEW_BAD.
   uint32_t quality;
-  // When it was so, nanoseconds since 1970-01-01 UTC, or BUSBAR_VIEW_NO_TIME.
+  // Source timestamp, nanoseconds since 1970-01-01 UTC, or BUSBAR_VIEW_NO_TIME.
   int64_t source_unix_nanos;
-  // The value of kind BUSBAR_VIEW_F64.
+  // Value of kind BUSBAR_VIEW_F64.
   double number;
-  // The value of the other kinds.
+  // Value of the other kinds.
   int64_t integer;
 } BusbarViewTag;
 
@@ -303,45 +325,45 @@ typedef struct BusbarViewTag {
 extern "C" {
 #endif // __cplusplus
 
-// The version of this library's interface: BUSBAR_VIEW_ABI where library and header fit.
+// Returns the version of this library's interface: BUSBAR_VIEW_ABI where library and header fit.
 uint32_t busbar_view_abi(void);
 
-// Opens a view and starts its viewer, a process of its own. `*view` is yours: close it.
-// Whatever is wrong with the configuration comes as BUSBAR_VIEW_ERROR; the viewer is then
-// tried again, less and less often. The library has one thread a view, two for one in a window,
-// and must not be unloaded. Returns BUSBAR_VIEW_OK, INVALID or SYSTEM; `*view` is then null.
+// Opens a view and starts its viewer, a process of its own. `*view` is yours: close it. A fault of
+// the configuration arrives as BUSBAR_VIEW_ERROR; the viewer is then started again with growing
+// delays. The library has one thread a view, two for one in a window, and must not be unloaded.
+// Returns BUSBAR_VIEW_OK, INVALID or SYSTEM; `*view` is then null.
 //
 // Your part:
 // `options` points to a struct as its `struct_size` says, with texts that end with a zero
 // byte; `view` to room for a pointer. Neither is kept.
 int32_t busbar_view_open(const struct BusbarViewOptions *options, struct BusbarView **view);
 
-// Closes a view; its viewer ends by itself soon after. No callback runs after this; one that
-// runs on another thread is waited for. Null is no view and no fault.
+// Closes a view; its viewer ends by itself soon after. No callback runs after this; one that runs
+// on another thread is waited for. A null view is no fault.
 //
 // Your part:
 // `view` is null or from [`busbar_view_open`]; no other call on it is under way or comes
 // later; not from its own callback.
 void busbar_view_close(struct BusbarView *view);
 
-// A descriptor that is readable while events wait, for your event loop. It is the view's:
-// do not read, write or close it. Below 0 is a status.
+// Returns a descriptor that is readable while events wait, for your event loop. The view owns it:
+// do not read, write or close it. A number below 0 is a status.
 //
 // Your part:
 // `view` is null or open.
 int32_t busbar_view_descriptor(const struct BusbarView *view);
 
 // Takes the next event: 1 where there is one, 0 where none waits, below 0 a status. Set
-// `event->struct_size` first. Its texts stay until the next call.
+// `event->struct_size` first. Its texts stay valid until the next call.
 //
 // Your part:
 // `view` is null or open; `event` points to a struct as its `struct_size` says. One thread
 // at a time.
 int32_t busbar_view_next_event(const struct BusbarView *view, struct BusbarViewEvent *event);
 
-// Sets who is told of events; null for nobody. With `on_own_thread` 0 the callback runs
-// within busbar_view_dispatch alone; else the view's own thread calls it, as soon as
-// something happens, and it must not take long: the viewer is not watched meanwhile.
+// Sets the callback for events; null for none. With `on_own_thread` 0 the callback runs within
+// busbar_view_dispatch alone. Otherwise the view's own thread calls it at once. It must not take
+// long there: the viewer is not supervised meanwhile.
 //
 // Your part:
 // `view` is null or open; `callback` can be called with `context` until another is set or
@@ -351,47 +373,47 @@ int32_t busbar_view_set_callback(const struct BusbarView *view,
                                  void *context,
                                  int32_t on_own_thread);
 
-// Calls the callback for each event that waits, on this thread. Returns how many, at most
-// 1024; below 0 is a status.
+// Calls the callback for each event that waits, on this thread. Returns the number of events, at
+// most 1024; a number below 0 is a status.
 //
 // Your part:
 // `view` is null or open.
 int32_t busbar_view_dispatch(const struct BusbarView *view);
 
-// Gives the newest picture of a view without a window: 1 where it differs from that of the
-// call before, 0 where it does not, below 0 a status. Set `frame->struct_size` first. A
-// picture that is old is marked by the library: see BUSBAR_VIEW_DEAD and BUSBAR_VIEW_LATE.
+// Returns the newest picture of a view without a window. The result is 1 where it differs from
+// that of the call before, 0 where it does not, below 0 a status. Set `frame->struct_size` first.
+// The library marks a picture that is old: see BUSBAR_VIEW_DEAD and BUSBAR_VIEW_LATE.
 //
 // Your part:
 // `view` is null or open; `frame` points to a struct as its `struct_size` says. One thread
 // at a time.
 int32_t busbar_view_frame(const struct BusbarView *view, struct BusbarViewFrame *frame);
 
-// The process of the viewer, 0 while there is none. For diagnosis.
+// Returns the process id of the viewer, 0 while there is none. For diagnosis.
 //
 // Your part:
 // `view` is null or open.
 uint32_t busbar_view_process(const struct BusbarView *view);
 
-// Draws pictures of another size. A view in a window follows that by itself.
+// Sets the size of the pictures. A view in a window follows the window's size by itself.
 //
 // Your part:
 // `view` is null or open.
 int32_t busbar_view_resize(const struct BusbarView *view, uint32_t width, uint32_t height);
 
-// Says whether anybody can see the picture; if not, few are drawn. Alarms go on.
+// Sets whether anybody can see the picture; few frames are rendered otherwise. Alarms continue.
 //
 // Your part:
 // `view` is null or open.
 int32_t busbar_view_set_visible(const struct BusbarView *view, int32_t visible);
 
-// Goes to a camera of the configuration.
+// Moves the camera to one of the configuration.
 //
 // Your part:
 // `view` is null or open; `name` null or a text.
 int32_t busbar_view_use_camera(const struct BusbarView *view, const char *name);
 
-// Stands at `eye` and looks at `target`: three numbers each, world space in metres.
+// Moves the camera to `eye`, looking at `target`: three numbers each, world space in metres.
 //
 // Your part:
 // `view` is null or open; `eye` and `target` null or three numbers.
@@ -409,14 +431,14 @@ int32_t busbar_view_focus(const struct BusbarView *view, const char *id);
 // `view` is null or open.
 int32_t busbar_view_set_theta(const struct BusbarView *view, double theta);
 
-// Draws an overlay, by the name of its plugin instance, or leaves it out.
+// Shows or hides an overlay, by the name of its plugin instance.
 //
 // Your part:
 // `view` is null or open; `layer` null or a text.
 int32_t busbar_view_set_layer(const struct BusbarView *view, const char *layer, int32_t shown);
 
-// Sets tags, at most 4096 at once; all of them or none. Say them again before their
-// freshness ends: a value that nobody repeats goes stale, whatever the reason.
+// Sets tags, at most 4096 at once; all of them or none. Set them again before their freshness
+// ends: a value that nobody repeats goes stale, whatever the reason.
 //
 // Your part:
 // `view` is null or open; `tags` null or so many tags with texts.
@@ -424,8 +446,8 @@ int32_t busbar_view_set_tags(const struct BusbarView *view,
                              const struct BusbarViewTag *tags,
                              size_t count);
 
-// Does what an operator does to an alarm: BUSBAR_VIEW_ACKNOWLEDGE and so on; `seconds` on
-// the shelf. `operator_name` null is that of the options.
+// Applies an operator's action to an alarm: BUSBAR_VIEW_ACKNOWLEDGE and so on. `seconds` is the
+// shelving time. A null `operator_name` stands for that of the options.
 //
 // Your part:
 // `view` is null or open; texts are null or texts.
@@ -435,37 +457,36 @@ int32_t busbar_view_act_on_alarm(const struct BusbarView *view,
                                  uint32_t seconds,
                                  const char *operator_name);
 
-// Sets an alarm that your program decides on ("mirrored") to a state, 'A' to 'I' by
-// IEC 62682.
+// Sets an alarm that your program decides on ("mirrored") to a state, 'A' to 'I' by IEC 62682.
 //
 // Your part:
 // `view` is null or open; `alarm` null or a text.
 int32_t busbar_view_mirror_alarm(const struct BusbarView *view, const char *alarm, char state);
 
-// Says what instant a chart in the scene shows, nanoseconds since 1970-01-01 UTC;
+// Sets the instant that a chart in the scene shows, nanoseconds since 1970-01-01 UTC;
 // BUSBAR_VIEW_NO_TIME shows all.
 //
 // Your part:
 // `view` is null or open.
 int32_t busbar_view_set_time(const struct BusbarView *view, int64_t unix_nanos);
 
-// Loads a configuration, or null for the present one, anew. The scene before stays until
-// that is loaded without a fault (BUSBAR_VIEW_RELOADED), and for good where it has one
-// (BUSBAR_VIEW_ERROR).
+// Loads a configuration, or null for the present one, anew. The present scene stays until the new
+// one is loaded without a fault (BUSBAR_VIEW_RELOADED). It stays for good where the new one has a
+// fault (BUSBAR_VIEW_ERROR).
 //
 // Your part:
 // `view` is null or open; `config` null or a text.
 int32_t busbar_view_reload(const struct BusbarView *view, const char *config);
 
-// Selects what is at a pixel; BUSBAR_VIEW_PICKED tells what that is.
+// Selects the equipment at a pixel, which a BUSBAR_VIEW_PICKED reports.
 //
 // Your part:
 // `view` is null or open.
 int32_t busbar_view_pick(const struct BusbarView *view, uint32_t x, uint32_t y);
 
-// Tells what the pointer did over the picture of a view without a window:
-// BUSBAR_VIEW_MOVED and so on; x and y in pixels from the top left; `button` 1 the left,
-// 2 the middle, 3 the right one; `steps` of the wheel.
+// Sends pointer input over the picture of a view without a window: BUSBAR_VIEW_MOVED and so on. x
+// and y are in pixels from the top left; `button` is 1 the left, 2 the middle, 3 the right one;
+// `steps` are those of the wheel.
 //
 // Your part:
 // `view` is null or open.

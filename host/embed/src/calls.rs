@@ -1,4 +1,4 @@
-//! What C calls: a view's life, its events, its pictures.
+//! C functions for the lifetime of a view, its events and its pictures.
 //!
 //! Every function may be called on any thread, except that nothing may be called on a view
 //! while or after it is closed. None waits for the viewer or for a disk.
@@ -8,28 +8,28 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::time::Duration;
 
-use busbar_client::{Given, Options, PictureState};
+use busbar_client::{FrameView, Options, PictureState};
 use busbar_protocol::message::Target;
-use busbar_protocol::pictures::{PIXEL_BYTES, bytes_of};
+use busbar_protocol::pictures::{PIXEL_BYTES, picture_bytes};
 
 use crate::abi::*;
 use crate::strings::from_c;
 use crate::view::{BusbarView, Callback};
 
-/// Where no other is named.
+/// Default program name of the viewer.
 const PROGRAM: &str = "busbar";
 const SILENT_MILLIS: u32 = 500;
 const HUNG_MILLIS: u32 = 1000;
 const MAX_RESTART_MILLIS: u32 = 5000;
-/// The least patience: a frame takes its time.
+/// Least limit of a picture's age, milliseconds: one frame takes its time.
 const MIN_SILENT_MILLIS: u32 = 100;
 
-/// A call with a fault of ours in it answers that, and no panic leaves it.
+/// Runs a call; a panic in it becomes a status and never reaches C.
 pub(crate) fn guarded(call: impl FnOnce() -> i32) -> i32 {
     catch_unwind(AssertUnwindSafe(call)).unwrap_or(BUSBAR_VIEW_FAULT)
 }
 
-/// Does something with a view.
+/// Runs a call with a view, after a null check.
 ///
 /// # Safety
 /// `view` is null or from [`busbar_view_open`] and not closed.
@@ -39,16 +39,16 @@ pub(crate) unsafe fn with(view: *const BusbarView, call: impl FnOnce(&BusbarView
     guarded(|| call(view))
 }
 
-/// The version of this library's interface: BUSBAR_VIEW_ABI where library and header fit.
+/// Returns the version of this library's interface: BUSBAR_VIEW_ABI where library and header fit.
 #[unsafe(no_mangle)]
 pub extern "C" fn busbar_view_abi() -> u32 {
     BUSBAR_VIEW_ABI
 }
 
-/// Opens a view and starts its viewer, a process of its own. `*view` is yours: close it.
-/// Whatever is wrong with the configuration comes as BUSBAR_VIEW_ERROR; the viewer is then
-/// tried again, less and less often. The library has one thread a view, two for one in a window,
-/// and must not be unloaded. Returns BUSBAR_VIEW_OK, INVALID or SYSTEM; `*view` is then null.
+/// Opens a view and starts its viewer, a process of its own. `*view` is yours: close it. A fault of
+/// the configuration arrives as BUSBAR_VIEW_ERROR; the viewer is then started again with growing
+/// delays. The library has one thread a view, two for one in a window, and must not be unloaded.
+/// Returns BUSBAR_VIEW_OK, INVALID or SYSTEM; `*view` is then null.
 ///
 /// # Safety
 /// `options` points to a struct as its `struct_size` says, with texts that end with a zero
@@ -94,7 +94,7 @@ unsafe fn parse(options: &BusbarViewOptions) -> Result<Options, i32> {
     // SAFETY: the caller's.
     let config = unsafe { from_c(options.config) }.filter(|config| !config.is_empty());
     let config = config.and_then(absolute).ok_or(BUSBAR_VIEW_INVALID)?;
-    let is_valid = bytes_of(size).is_some()
+    let is_valid = picture_bytes(size).is_some()
         && options.flags & !BUSBAR_VIEW_PANELS == 0
         && silent >= MIN_SILENT_MILLIS
         && hung >= silent;
@@ -123,14 +123,14 @@ unsafe fn parse(options: &BusbarViewOptions) -> Result<Options, i32> {
     })
 }
 
-/// A path as a process in another folder finds it.
+/// Returns an absolute path, which a process in another folder finds.
 pub(crate) fn absolute(path: &str) -> Option<String> {
     let path: PathBuf = std::path::absolute(path).ok()?;
     path.into_os_string().into_string().ok()
 }
 
-/// Closes a view; its viewer ends by itself soon after. No callback runs after this; one that
-/// runs on another thread is waited for. Null is no view and no fault.
+/// Closes a view; its viewer ends by itself soon after. No callback runs after this; one that runs
+/// on another thread is waited for. A null view is no fault.
 ///
 /// # Safety
 /// `view` is null or from [`busbar_view_open`]; no other call on it is under way or comes
@@ -147,8 +147,8 @@ pub unsafe extern "C" fn busbar_view_close(view: *mut BusbarView) {
     }
 }
 
-/// A descriptor that is readable while events wait, for your event loop. It is the view's:
-/// do not read, write or close it. Below 0 is a status.
+/// Returns a descriptor that is readable while events wait, for your event loop. The view owns it:
+/// do not read, write or close it. A number below 0 is a status.
 ///
 /// # Safety
 /// `view` is null or open.
@@ -160,7 +160,7 @@ pub unsafe extern "C" fn busbar_view_descriptor(view: *const BusbarView) -> i32 
 }
 
 /// Takes the next event: 1 where there is one, 0 where none waits, below 0 a status. Set
-/// `event->struct_size` first. Its texts stay until the next call.
+/// `event->struct_size` first. Its texts stay valid until the next call.
 ///
 /// # Safety
 /// `view` is null or open; `event` points to a struct as its `struct_size` says. One thread
@@ -195,9 +195,9 @@ unsafe fn fits(to: *const u32, is_aligned: bool, size: usize) -> bool {
     !to.is_null() && is_aligned && unsafe { to.read() } as usize >= size
 }
 
-/// Sets who is told of events; null for nobody. With `on_own_thread` 0 the callback runs
-/// within busbar_view_dispatch alone; else the view's own thread calls it, as soon as
-/// something happens, and it must not take long: the viewer is not watched meanwhile.
+/// Sets the callback for events; null for none. With `on_own_thread` 0 the callback runs within
+/// busbar_view_dispatch alone. Otherwise the view's own thread calls it at once. It must not take
+/// long there: the viewer is not supervised meanwhile.
 ///
 /// # Safety
 /// `view` is null or open; `callback` can be called with `context` until another is set or
@@ -217,8 +217,8 @@ pub unsafe extern "C" fn busbar_view_set_callback(
     unsafe { with(view, set) }
 }
 
-/// Calls the callback for each event that waits, on this thread. Returns how many, at most
-/// 1024; below 0 is a status.
+/// Calls the callback for each event that waits, on this thread. Returns the number of events, at
+/// most 1024; a number below 0 is a status.
 ///
 /// # Safety
 /// `view` is null or open.
@@ -228,9 +228,9 @@ pub unsafe extern "C" fn busbar_view_dispatch(view: *const BusbarView) -> i32 {
     unsafe { with(view, |view| view.dispatch() as i32) }
 }
 
-/// Gives the newest picture of a view without a window: 1 where it differs from that of the
-/// call before, 0 where it does not, below 0 a status. Set `frame->struct_size` first. A
-/// picture that is old is marked by the library: see BUSBAR_VIEW_DEAD and BUSBAR_VIEW_LATE.
+/// Returns the newest picture of a view without a window. The result is 1 where it differs from
+/// that of the call before, 0 where it does not, below 0 a status. Set `frame->struct_size` first.
+/// The library marks a picture that is old: see BUSBAR_VIEW_DEAD and BUSBAR_VIEW_LATE.
 ///
 /// # Safety
 /// `view` is null or open; `frame` points to a struct as its `struct_size` says. One thread
@@ -259,8 +259,8 @@ pub unsafe extern "C" fn busbar_view_frame(
     unsafe { with(view, give) }
 }
 
-fn to_frame(given: &Given, struct_size: u32) -> BusbarViewFrame {
-    let ([width, height], damage) = (given.numbers.size, given.numbers.damage);
+fn to_frame(given: &FrameView, struct_size: u32) -> BusbarViewFrame {
+    let ([width, height], damage) = (given.info.size, given.info.damage);
     BusbarViewFrame {
         struct_size,
         state: match given.state {
@@ -276,7 +276,7 @@ fn to_frame(given: &Given, struct_size: u32) -> BusbarViewFrame {
         damage_width: damage.width,
         damage_height: damage.height,
         age_millis: u32::try_from(given.age.as_millis()).unwrap_or(u32::MAX),
-        sequence: given.numbers.sequence,
+        sequence: given.info.sequence,
         pixels: given.pixels,
     }
 }
@@ -298,7 +298,7 @@ fn no_frame(struct_size: u32) -> BusbarViewFrame {
     }
 }
 
-/// The process of the viewer, 0 while there is none. For diagnosis.
+/// Returns the process id of the viewer, 0 while there is none. For diagnosis.
 ///
 /// # Safety
 /// `view` is null or open.

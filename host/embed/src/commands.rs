@@ -1,12 +1,13 @@
-//! What C asks of a view. Each of these returns BUSBAR_VIEW_OK, INVALID or FULL at once;
-//! what the viewer refuses comes as BUSBAR_VIEW_ERROR. What is asked while the viewer is
-//! away is done when it is back.
+//! C functions that command a viewer. Each returns BUSBAR_VIEW_OK, INVALID or FULL at once; a
+//! refusal of the viewer arrives as BUSBAR_VIEW_ERROR. A command given while no viewer runs is
+//! executed when one is back.
 
 use std::ffi::c_char;
 
-use busbar_client::Full;
+use busbar_client::OutboxFull;
 use busbar_protocol::message::{
-    AlarmAction, CameraPose, Command, MAX_TAGS_A_MESSAGE, Pointing, TagQuality, TagUpdate, TagValue,
+    AlarmAction, CameraPose, Command, MAX_TAGS_A_MESSAGE, PointerEvent, TagQuality, TagUpdate,
+    TagValue,
 };
 use busbar_protocol::pictures::now;
 
@@ -15,7 +16,7 @@ use crate::calls::{absolute, with};
 use crate::strings::from_c;
 use crate::view::BusbarView;
 
-/// Checks a command and puts it on its way.
+/// Checks a command and puts it into the queue.
 ///
 /// # Safety
 /// `view` is null or open.
@@ -28,7 +29,7 @@ unsafe fn ask(view: *const BusbarView, command: Option<Command>) -> i32 {
     unsafe { with(view, send) }
 }
 
-fn status(result: Result<(), Full>) -> i32 {
+fn status(result: Result<(), OutboxFull>) -> i32 {
     result.map_or(BUSBAR_VIEW_FULL, |()| BUSBAR_VIEW_OK)
 }
 
@@ -39,7 +40,7 @@ unsafe fn named(text: *const c_char, command: fn(String) -> Command) -> Option<C
     unsafe { from_c(text) }.map(|text| command(text.to_owned()))
 }
 
-/// Draws pictures of another size. A view in a window follows that by itself.
+/// Sets the size of the pictures. A view in a window follows the window's size by itself.
 ///
 /// # Safety
 /// `view` is null or open.
@@ -53,7 +54,7 @@ pub unsafe extern "C" fn busbar_view_resize(
     unsafe { ask(view, Some(Command::Resize([width, height]))) }
 }
 
-/// Says whether anybody can see the picture; if not, few are drawn. Alarms go on.
+/// Sets whether anybody can see the picture; few frames are rendered otherwise. Alarms continue.
 ///
 /// # Safety
 /// `view` is null or open.
@@ -63,7 +64,7 @@ pub unsafe extern "C" fn busbar_view_set_visible(view: *const BusbarView, visibl
     unsafe { ask(view, Some(Command::SetVisible(visible != 0))) }
 }
 
-/// Goes to a camera of the configuration.
+/// Moves the camera to one of the configuration.
 ///
 /// # Safety
 /// `view` is null or open; `name` null or a text.
@@ -76,7 +77,7 @@ pub unsafe extern "C" fn busbar_view_use_camera(
     unsafe { ask(view, named(name, Command::UseCamera)) }
 }
 
-/// Stands at `eye` and looks at `target`: three numbers each, world space in metres.
+/// Moves the camera to `eye`, looking at `target`: three numbers each, world space in metres.
 ///
 /// # Safety
 /// `view` is null or open; `eye` and `target` null or three numbers.
@@ -94,7 +95,7 @@ pub unsafe extern "C" fn busbar_view_look(
         unsafe { (eye.cast::<[f32; 3]>().read(), target.cast::<[f32; 3]>().read()) };
     let pose = CameraPose { eye, target, is_orthographic: false };
     // SAFETY: the caller's.
-    unsafe { ask(view, Some(Command::Look(pose))) }
+    unsafe { ask(view, Some(Command::SetCamera(pose))) }
 }
 
 /// Selects and frames a piece of equipment, by its id or an alias.
@@ -118,7 +119,7 @@ pub unsafe extern "C" fn busbar_view_set_theta(view: *const BusbarView, theta: f
     unsafe { ask(view, Some(Command::SetTheta(theta))) }
 }
 
-/// Draws an overlay, by the name of its plugin instance, or leaves it out.
+/// Shows or hides an overlay, by the name of its plugin instance.
 ///
 /// # Safety
 /// `view` is null or open; `layer` null or a text.
@@ -135,8 +136,8 @@ pub unsafe extern "C" fn busbar_view_set_layer(
     unsafe { ask(view, command) }
 }
 
-/// Sets tags, at most 4096 at once; all of them or none. Say them again before their
-/// freshness ends: a value that nobody repeats goes stale, whatever the reason.
+/// Sets tags, at most 4096 at once; all of them or none. Set them again before their freshness
+/// ends: a value that nobody repeats goes stale, whatever the reason.
 ///
 /// # Safety
 /// `view` is null or open; `tags` null or so many tags with texts.
@@ -151,16 +152,16 @@ pub unsafe extern "C" fn busbar_view_set_tags(
     }
     // SAFETY: the caller's.
     let tags = unsafe { std::slice::from_raw_parts(tags, count) };
-    let said_at = now();
+    let sent_at = now();
     // SAFETY: the caller's texts.
-    let updates: Option<Vec<_>> = tags.iter().map(|tag| unsafe { update(tag, said_at) }).collect();
+    let updates: Option<Vec<_>> = tags.iter().map(|tag| unsafe { update(tag, sent_at) }).collect();
     // SAFETY: the caller's.
     unsafe { ask(view, updates.map(Command::SetTags)) }
 }
 
 /// # Safety
 /// The tag's id is null or ends with a zero byte.
-unsafe fn update(tag: &BusbarViewTag, said_at: u64) -> Option<TagUpdate> {
+unsafe fn update(tag: &BusbarViewTag, sent_at: u64) -> Option<TagUpdate> {
     // SAFETY: the caller's.
     let id = unsafe { from_c(tag.id) }?;
     let value = match tag.kind {
@@ -179,11 +180,11 @@ unsafe fn update(tag: &BusbarViewTag, said_at: u64) -> Option<TagUpdate> {
     };
     let is_known = tag.source_unix_nanos != BUSBAR_VIEW_NO_TIME;
     let source_time = is_known.then_some(tag.source_unix_nanos);
-    Some(TagUpdate { tag: id.to_owned(), value, quality, source_time, said_at })
+    Some(TagUpdate { tag: id.to_owned(), value, quality, source_time, sent_at })
 }
 
-/// Does what an operator does to an alarm: BUSBAR_VIEW_ACKNOWLEDGE and so on; `seconds` on
-/// the shelf. `operator_name` null is that of the options.
+/// Applies an operator's action to an alarm: BUSBAR_VIEW_ACKNOWLEDGE and so on. `seconds` is the
+/// shelving time. A null `operator_name` stands for that of the options.
 ///
 /// # Safety
 /// `view` is null or open; texts are null or texts.
@@ -215,8 +216,7 @@ pub unsafe extern "C" fn busbar_view_act_on_alarm(
     unsafe { ask(view, command) }
 }
 
-/// Sets an alarm that your program decides on ("mirrored") to a state, 'A' to 'I' by
-/// IEC 62682.
+/// Sets an alarm that your program decides on ("mirrored") to a state, 'A' to 'I' by IEC 62682.
 ///
 /// # Safety
 /// `view` is null or open; `alarm` null or a text.
@@ -234,7 +234,7 @@ pub unsafe extern "C" fn busbar_view_mirror_alarm(
     unsafe { ask(view, command) }
 }
 
-/// Says what instant a chart in the scene shows, nanoseconds since 1970-01-01 UTC;
+/// Sets the instant that a chart in the scene shows, nanoseconds since 1970-01-01 UTC;
 /// BUSBAR_VIEW_NO_TIME shows all.
 ///
 /// # Safety
@@ -246,9 +246,9 @@ pub unsafe extern "C" fn busbar_view_set_time(view: *const BusbarView, unix_nano
     unsafe { ask(view, Some(Command::SetTime(time))) }
 }
 
-/// Loads a configuration, or null for the present one, anew. The scene before stays until
-/// that is loaded without a fault (BUSBAR_VIEW_RELOADED), and for good where it has one
-/// (BUSBAR_VIEW_ERROR).
+/// Loads a configuration, or null for the present one, anew. The present scene stays until the new
+/// one is loaded without a fault (BUSBAR_VIEW_RELOADED). It stays for good where the new one has a
+/// fault (BUSBAR_VIEW_ERROR).
 ///
 /// # Safety
 /// `view` is null or open; `config` null or a text.
@@ -269,7 +269,7 @@ pub unsafe extern "C" fn busbar_view_reload(view: *const BusbarView, config: *co
     unsafe { with(view, reload) }
 }
 
-/// Selects what is at a pixel; BUSBAR_VIEW_PICKED tells what that is.
+/// Selects the equipment at a pixel, which a BUSBAR_VIEW_PICKED reports.
 ///
 /// # Safety
 /// `view` is null or open.
@@ -279,9 +279,9 @@ pub unsafe extern "C" fn busbar_view_pick(view: *const BusbarView, x: u32, y: u3
     unsafe { ask(view, Some(Command::Pick([x, y]))) }
 }
 
-/// Tells what the pointer did over the picture of a view without a window:
-/// BUSBAR_VIEW_MOVED and so on; x and y in pixels from the top left; `button` 1 the left,
-/// 2 the middle, 3 the right one; `steps` of the wheel.
+/// Sends pointer input over the picture of a view without a window: BUSBAR_VIEW_MOVED and so on. x
+/// and y are in pixels from the top left; `button` is 1 the left, 2 the middle, 3 the right one;
+/// `steps` are those of the wheel.
 ///
 /// # Safety
 /// `view` is null or open.
@@ -297,14 +297,14 @@ pub unsafe extern "C" fn busbar_view_point(
     let at = [x, y];
     let pressed = what == BUSBAR_VIEW_PRESSED;
     let pointing = match (what, button) {
-        (BUSBAR_VIEW_MOVED, _) => Pointing::Moved(at),
+        (BUSBAR_VIEW_MOVED, _) => PointerEvent::Moved(at),
         (BUSBAR_VIEW_PRESSED | BUSBAR_VIEW_RELEASED, 1..=3) => {
-            Pointing::Button { at, button: button as u8, pressed }
+            PointerEvent::Button { at, button: button as u8, pressed }
         }
-        (BUSBAR_VIEW_SCROLLED, _) => Pointing::Scrolled(steps),
-        (BUSBAR_VIEW_LEFT, _) => Pointing::Left,
+        (BUSBAR_VIEW_SCROLLED, _) => PointerEvent::Scrolled(steps),
+        (BUSBAR_VIEW_LEFT, _) => PointerEvent::Left,
         _ => return BUSBAR_VIEW_INVALID,
     };
     // SAFETY: the caller's.
-    unsafe { ask(view, Some(Command::Point(pointing))) }
+    unsafe { ask(view, Some(Command::Pointer(pointing))) }
 }

@@ -1,4 +1,4 @@
-//! libbusbar: a viewer in another program.
+//! libbusbar: the embeddable viewer for programs in C.
 //!
 //! All that it does is `busbar_client`'s; here is what C calls, and nothing of Rust leaves it.
 //!

@@ -1,27 +1,27 @@
-//! A view as a program in C holds it.
+//! View handle of a program in C.
 
 use std::ffi::{CString, c_void};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use busbar_client::{Event, Options, View};
-use busbar_protocol::message::{AlarmAction, EquipmentVerdict, TagQuality};
+use busbar_protocol::message::{AlarmAction, EquipmentVerdict, TagOrigin, TagQuality, TagSnapshot};
 
 use crate::abi::*;
 use crate::strings::to_c;
 
-/// Events that one round of callbacks tells.
+/// Events that one call of the callback's thread delivers.
 const MAX_A_ROUND: usize = 1024;
 
-/// One view.
+/// View of a viewer process.
 pub struct BusbarView {
     pub(crate) view: View,
-    /// Who is told of events by busbar_view_dispatch.
+    /// Callback that busbar_view_dispatch runs.
     callback: Mutex<Callback>,
     /// Texts of the event that was taken last.
     held: Mutex<Held>,
 }
 
-/// Who is told of events.
+/// Callback for events, with its context.
 #[derive(Clone, Copy)]
 pub(crate) struct Callback {
     pub(crate) function: BusbarViewCallback,
@@ -39,7 +39,7 @@ struct Held {
 }
 
 impl BusbarView {
-    /// Begins to watch a viewer, which is started at once.
+    /// Opens the view and starts its viewer at once.
     ///
     /// # Errors
     /// No descriptors or no thread left.
@@ -49,7 +49,7 @@ impl BusbarView {
         Ok(Self { view, callback: Mutex::new(callback), held: Mutex::default() })
     }
 
-    /// Sets who is told of events, and by which thread.
+    /// Sets the callback for events, and the thread that runs it.
     pub(crate) fn set_callback(&self, callback: Callback, on_own_thread: bool) {
         let nobody = Callback { function: None, ..callback };
         *lock(&self.callback) = if on_own_thread { nobody } else { callback };
@@ -66,7 +66,7 @@ impl BusbarView {
         Some(to_event(event, dropped, &mut lock(&self.held)))
     }
 
-    /// Tells the callback what waits, on this thread; how many events.
+    /// Runs the callback for each event that waits, on this thread; returns their number.
     pub(crate) fn dispatch(&self) -> usize {
         // Not under its lock: the callback may set another.
         let callback = *lock(&self.callback);
@@ -96,7 +96,7 @@ fn call_back(callback: Callback, events: &mut dyn Iterator<Item = (Event, u32)>)
     }
 }
 
-/// As the header has it.
+/// Converts an event to its C struct.
 fn to_event(event: Event, dropped: u32, held: &mut Held) -> BusbarViewEvent {
     let mut told = BusbarViewEvent {
         struct_size: size_of::<BusbarViewEvent>() as u32,
@@ -105,6 +105,8 @@ fn to_event(event: Event, dropped: u32, held: &mut Held) -> BusbarViewEvent {
         dropped,
         unix_nanos: 0,
         number: 0.0,
+        origins: 0,
+        reserved: 0,
         eye: [0.0; 3],
         target: [0.0; 3],
         id: std::ptr::null(),
@@ -120,23 +122,25 @@ fn to_event(event: Event, dropped: u32, held: &mut Held) -> BusbarViewEvent {
             (told.eye, told.target) = (pose.eye, pose.target);
             (BUSBAR_VIEW_CAMERA, none.clone(), none)
         }
-        Event::Alarm(standing) => {
-            told.state = u32::from(b'A' + standing.state.min(8));
-            told.unix_nanos = standing.since;
-            (BUSBAR_VIEW_ALARM, standing.alarm, none)
+        Event::Alarm(snapshot) => {
+            told.state = u32::from(b'A' + snapshot.state.min(8));
+            told.unix_nanos = snapshot.since;
+            (BUSBAR_VIEW_ALARM, snapshot.alarm, none)
         }
-        Event::Asked { alarm, action } => {
+        Event::AlarmRequested { alarm, action } => {
             (told.state, told.number) = action_number(action);
             (BUSBAR_VIEW_ASKED, alarm, none)
         }
-        Event::Quality { tag, quality, reason } => {
+        Event::Quality(TagSnapshot { tag, quality, origins, reason }) => {
             told.state = quality_number(quality);
+            told.origins = origins.into_iter().fold(0, |all, origin| all | origin_bit(origin));
             (BUSBAR_VIEW_QUALITY, tag, reason)
         }
-        Event::Verdict { equipment, overlay, verdict, is_assumed, reason } => {
-            told.state = verdict_number(verdict);
-            told.number = f64::from(u8::from(is_assumed));
-            (BUSBAR_VIEW_VERDICT, equipment, format!("{overlay}\n{reason}"))
+        Event::Verdict(snapshot) => {
+            told.state = verdict_number(snapshot.verdict);
+            told.number = f64::from(u8::from(snapshot.is_assumed));
+            let text = format!("{}\n{}", snapshot.overlay, snapshot.reason);
+            (BUSBAR_VIEW_VERDICT, snapshot.equipment, text)
         }
         Event::Plugin { plugin, state } => (BUSBAR_VIEW_PLUGIN, plugin, state),
         Event::Error(words) | Event::Failed(words) => (BUSBAR_VIEW_ERROR, none, words),
@@ -164,6 +168,16 @@ fn quality_number(quality: TagQuality) -> u32 {
     }
 }
 
+fn origin_bit(origin: TagOrigin) -> u32 {
+    match origin {
+        TagOrigin::Substituted => BUSBAR_VIEW_SUBSTITUTED,
+        TagOrigin::Test => BUSBAR_VIEW_TEST,
+        TagOrigin::Simulated => BUSBAR_VIEW_SIMULATED,
+        TagOrigin::Recorded => BUSBAR_VIEW_RECORDED,
+        TagOrigin::Historical => BUSBAR_VIEW_HISTORICAL,
+    }
+}
+
 fn verdict_number(verdict: EquipmentVerdict) -> u32 {
     match verdict {
         EquipmentVerdict::Normal => BUSBAR_VIEW_NORMAL,
@@ -173,7 +187,7 @@ fn verdict_number(verdict: EquipmentVerdict) -> u32 {
     }
 }
 
-/// With seconds on the shelf.
+/// Returns the number of an action in the C ABI, with the shelving time in seconds.
 fn action_number(action: AlarmAction) -> (u32, f64) {
     match action {
         AlarmAction::Acknowledge => (BUSBAR_VIEW_ACKNOWLEDGE, 0.0),

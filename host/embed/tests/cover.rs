@@ -32,7 +32,7 @@ fn wait(
     }
 }
 
-/// Pixels of a shade.
+/// Counts the pixels of a shade.
 fn count(seen: &Seen, shade: u8) -> usize {
     seen.pixels.chunks(4).filter(|pixel| pixel[..3] == [shade; 3]).count()
 }

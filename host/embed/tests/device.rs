@@ -11,15 +11,15 @@ use std::time::{Duration, SystemTime};
 use busbar::abi::*;
 use common::*;
 use e2e::{built, built_folder};
-use vulkan_faults::{FAULT_VARIABLE, Fault, STRUCK_VARIABLE, install};
+use vulkan_faults::{FAULT_VARIABLE, STRUCK_VARIABLE, VulkanFault, install};
 
-/// How often where nobody says.
+/// Default number of device losses.
 const LOSSES: u32 = 2;
 const VARIABLE: &str = "BUSBAR_EMBED_FAULTS";
 /// The submission that fails first, of those after the first picture, and how far on each
 /// further one is.
 const FIRST_CALL: u32 = 60;
-/// `VK_ERROR_DEVICE_LOST`.
+/// Number of the Vulkan result `VK_ERROR_DEVICE_LOST`.
 const DEVICE_LOST: &str = "-4";
 
 #[test]
@@ -35,7 +35,7 @@ fn a_lost_device_is_not_seen_but_as_a_pause() {
         let mut environment = Command::new("busbar");
         install(&mut environment, &library, &scene.path("")).expect("it can be written");
         let text = format!("vkQueueSubmit2:{}:{DEVICE_LOST}", FIRST_CALL + number % 7);
-        let fault = Fault::parse(&text).expect("such a call may give that");
+        let fault = VulkanFault::parse(&text).expect("such a call may give that");
         environment.env(FAULT_VARIABLE, fault.text()).env(STRUCK_VARIABLE, &struck);
         let program = program_with(&scene, &environment);
         let mut host = Host::open_with(&scene, |options| {

@@ -15,12 +15,12 @@ use image::RgbImage;
 use tempfile::TempDir;
 
 const SCREEN: [u32; 2] = [900, 560];
-/// With what POSIX has and C99 has not.
+/// Compiler with the extensions of POSIX, which C99 lacks.
 const X11_COMPILER: [&str; 3] = ["gcc", "-std=c99", "-D_POSIX_C_SOURCE=200809L"];
-/// So many, until one is answered: the first may come before the picture.
+/// Number of clicks until one is answered: the first may come before the picture.
 const CLICKS: &str = "20";
 
-/// A prefix that the library is installed in.
+/// Installation prefix of the library.
 struct Installed(TempDir);
 
 impl Installed {
@@ -46,7 +46,7 @@ impl Installed {
         self.0.path().join(name)
     }
 
-    /// What pkg-config says of packages; none where one is not there.
+    /// Returns what pkg-config says of packages; none where one is missing.
     fn flags(&self, packages: &[&str], more: &[&str]) -> Option<Vec<String>> {
         let mut command = Command::new("pkg-config");
         command.env("PKG_CONFIG_PATH", self.path("lib/pkgconfig"));
@@ -89,7 +89,7 @@ fn example_scene() -> e2e::Scene {
     scene
 }
 
-/// Whether a picture shows a scene: many shades, and more than a background in the middle.
+/// Reports whether a picture shows a scene: many shades, and more than a background in the middle.
 fn shows_a_scene(picture: &RgbImage) -> bool {
     let [width, height] = [picture.width(), picture.height()];
     let middle =
@@ -124,7 +124,7 @@ fn plain_x11() {
     );
 }
 
-/// The viewer that a program started last; none while it has none.
+/// Returns the viewer that a program started last; none while it has none.
 fn viewer_of(program: u32) -> Option<u32> {
     let tasks = std::fs::read_dir(format!("/proc/{program}/task")).ok()?;
     let children = tasks
@@ -133,7 +133,7 @@ fn viewer_of(program: u32) -> Option<u32> {
     children.flat_map(|list| list.split_whitespace().filter_map(|id| id.parse().ok()).max()).max()
 }
 
-/// Whether a part of the screen that the first picture did not reach shows something.
+/// Reports whether a part of the screen that the first picture did not reach shows something.
 fn reaches_the_corner(picture: &RgbImage) -> bool {
     (820..SCREEN[0]).all(|x| picture.get_pixel(x, 540).0 != [0; 3])
 }

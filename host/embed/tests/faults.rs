@@ -11,14 +11,13 @@ use busbar::abi::*;
 use common::*;
 use rustix::process::{Pid, Signal, kill_process};
 
-/// How often each fault strikes where nobody says.
+/// Default number of strikes of each fault.
 const FAULTS: usize = 3;
 const VARIABLE: &str = "BUSBAR_EMBED_FAULTS";
-/// The longest that a picture passes for live after its viewer stopped: 500 ms, and a turn of
-/// a machine that does much else.
+/// Longest time that a picture passes for live after its viewer stopped: 500 ms, and a scheduling
+/// delay of a busy machine.
 const MAX_UNNOTICED: Duration = Duration::from_millis(800);
-/// Of the program's own memory, what a view may cost more in the end than after its first
-/// faults.
+/// Growth of the program's own memory that a view may cost after its first faults, bytes.
 const MAX_GROWTH: u64 = 8 << 20;
 
 fn faults() -> usize {
@@ -31,7 +30,7 @@ fn strike(viewer: u32, signal: Signal) {
     kill_process(pid, signal).expect("it is there");
 }
 
-/// What one kind of fault costs.
+/// Recovery times of one kind of fault.
 #[derive(Default)]
 struct Times {
     until_dead: Vec<Duration>,
@@ -81,8 +80,8 @@ fn a_program_outlives_its_viewers() {
     assert!(bytes_after < bytes + MAX_GROWTH, "{bytes} bytes, then {bytes_after}");
 }
 
-/// One fault: the picture dies in time, looks dead, and a viewer comes back that shows what
-/// the one before did.
+/// Injects one fault: the picture dies in time, looks dead, and a viewer comes back that shows the
+/// same.
 fn fault(host: &mut Host, signal: Signal, correct: &Shown, times: &mut Times) {
     let viewer = host.viewer();
     host.events.clear();

@@ -74,8 +74,8 @@ fn layout_is_the_same_in_c_and_cpp() {
     same! {
         BusbarViewOptions { struct_size, flags, width, height, window, silent_millis, hung_millis,
             max_restart_millis, config, program, operator_name }
-        BusbarViewEvent { struct_size, kind, state, dropped, unix_nanos, number, eye, target, id,
-            text }
+        BusbarViewEvent { struct_size, kind, state, dropped, unix_nanos, number, origins,
+            reserved, eye, target, id, text }
         BusbarViewFrame { struct_size, state, width, height, stride, damage_x, damage_y,
             damage_width, damage_height, age_millis, sequence, pixels }
         BusbarViewTag { id, kind, quality, source_unix_nanos, number, integer }
@@ -90,7 +90,7 @@ fn layout_is_the_same_in_c_and_cpp() {
     }
 }
 
-/// As Cargo built it.
+/// Returns the library as Cargo built it.
 fn library() -> PathBuf {
     let test = std::env::current_exe().unwrap();
     test.ancestors().nth(2).unwrap().join("libbusbar.so")

@@ -9,10 +9,10 @@ use std::time::{Duration, Instant};
 use busbar::abi::*;
 use common::*;
 
-/// How often where nobody says.
+/// Default number of values.
 const VALUES: usize = 20;
-/// What a value may take on a busy machine that draws in software; the figure that counts is
-/// printed beside the time of a frame.
+/// Longest latency on a busy machine that draws in software. The figure that counts is printed
+/// beside the frame time.
 const MAX_LATENCY: Duration = Duration::from_secs(2);
 
 #[test]

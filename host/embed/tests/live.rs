@@ -16,7 +16,7 @@ use common::*;
 use rustix::process::{Pid, Signal, kill_process};
 use x11_window::X11Window;
 
-/// How often each signal strikes, and how long the machine is busy, where nobody says.
+/// Default number of signals, and of seconds under load.
 const FAULTS: u64 = 1;
 const BUSY_SECONDS: u64 = 5;
 /// Time for which a surface is watched after a signal.
@@ -25,7 +25,7 @@ const WATCHED: Duration = Duration::from_secs(2);
 const MAX_OLD: Duration = Duration::from_secs(1);
 /// From the end of a viewer to the hatching.
 const MAX_UNCOVERED: Duration = Duration::from_millis(700);
-/// Busy processes.
+/// Number of busy processes.
 const LOAD: usize = 20;
 /// The longest that a call of the program may take while the machine is that busy.
 const MAX_BUSY_CALL: Duration = Duration::from_secs(5);
@@ -40,7 +40,7 @@ fn strike(viewer: u32, signal: Signal) {
     kill_process(pid, signal).expect("it is there");
 }
 
-/// Stops and kills viewers; the longest that an old picture passed for live.
+/// Stops and kills viewers; returns the longest time that an old picture passed for live.
 #[allow(clippy::print_stderr)]
 fn check_signals(name: &str, host: &mut Host, surface: &mut impl Surface) {
     let mut judge = Judge::learn(host, surface);
@@ -77,7 +77,7 @@ fn check_signals(name: &str, host: &mut Host, surface: &mut impl Surface) {
     judge.wait_until_live(host, surface);
 }
 
-/// Makes the machine busy; the longest that an old picture passes for live, and no viewer ends.
+/// Loads the machine; returns the longest time that an old picture passed for live. No viewer ends.
 #[allow(clippy::print_stderr)]
 fn check_busy(name: &str, host: &mut Host, surface: &mut impl Surface) {
     let mut judge = Judge::learn(host, surface);

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use busbar::abi::*;
 use busbar_client::liveness::{MAX_ASLEEP, MAX_STOPPED, MAX_WITHOUT_FRAME};
-use busbar_protocol::message::{FromViewer, MAX_MESSAGE_BYTES};
+use busbar_protocol::message::{MAX_MESSAGE_BYTES, ViewerMessage};
 use busbar_protocol::pictures::{Area, PictureMemory, PictureWriter, now};
 use busbar_protocol::{framing, socket};
 use common::*;
@@ -30,10 +30,11 @@ const SLOW_FRAME: Duration = Duration::from_millis(2500);
 const SLOW_SECONDS: u64 = 12;
 /// Limit of the library where nobody says: a picture is live no longer.
 const SILENT: Duration = Duration::from_millis(500);
-/// What a busy machine may add to any of the times.
+/// Slack that a busy machine may add to any of the times.
 const SLACK: Duration = Duration::from_secs(5);
 
-/// The viewer: begins well, and then plays its part. Nothing where no library started it.
+/// Plays the viewer: begins well, and then plays its part. Does nothing where no library started
+/// it.
 #[test]
 fn played_viewer() {
     let Ok(part) = std::env::var(PART) else { return };
@@ -53,7 +54,7 @@ fn played_viewer() {
             }
         });
     }
-    let ready = FromViewer::Ready { device: "played".into() };
+    let ready = ViewerMessage::Ready { device: "played".into() };
     let ready = framing::encode(&ready, MAX_MESSAGE_BYTES).expect("it is short");
     let mut number = 0_u8;
     let mut frame = |work: &dyn Fn()| {
@@ -122,10 +123,10 @@ fn open(part: &str) -> Host {
     host
 }
 
-/// What happened to a viewer and its picture.
+/// Observed fate of a viewer and its picture.
 #[derive(Debug, Default)]
 struct Course {
-    /// Until the library ended it; none where it did not.
+    /// Time until the library ended the viewer; none where it did not.
     ended_after: Option<Duration>,
     /// Ages of the oldest picture that was called live, and whether one that was not looked live.
     oldest_live: Duration,

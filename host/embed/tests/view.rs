@@ -1,4 +1,4 @@
-//! What a program gets of a view, and what a view does for it.
+//! End-to-end tests of a view: events, pictures, commands and their effects.
 
 #![allow(
     clippy::undocumented_unsafe_blocks,
@@ -111,6 +111,29 @@ fn a_value_that_nobody_repeats_goes_stale_and_an_alarm_is_told() {
     assert_eq!(stale.text, "stale");
     let after = host.wait_for_frame("that shows it", |f| f.pixels != live.pixels);
     assert_eq!(after.state, BUSBAR_VIEW_LIVE, "the picture lives, the value does not");
+}
+
+#[test]
+fn the_origin_of_a_value_is_told_with_its_quality() {
+    let mut scene = scene();
+    scene.lend("sample_generator");
+    scene.config["plugins"]["generator"] = serde_json::json!({ "plugin": "sample_generator" });
+    scene.config["tags"]["made"] = serde_json::json!({
+        "type": "f64", "source": { "plugin": "generator", "address": {} },
+    });
+    let mut host = Host::open(&scene);
+    let is_good = |id: &'static str| {
+        move |e: &Happened| {
+            e.kind == BUSBAR_VIEW_QUALITY && e.id == id && e.state == BUSBAR_VIEW_GOOD
+        }
+    };
+    let made = host.wait("good tag of a simulator", is_good("made"));
+    assert_eq!(made.origins, BUSBAR_VIEW_SIMULATED);
+    host.set_tag(TOP_OIL, f64::NAN);
+    let own = host.wait("tag of the program", |e| {
+        e.kind == BUSBAR_VIEW_QUALITY && e.id == TOP_OIL && e.state != BUSBAR_VIEW_GOOD
+    });
+    assert_eq!(own.origins, 0);
 }
 
 #[test]

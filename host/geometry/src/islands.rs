@@ -9,13 +9,13 @@ use glam::Vec3;
 
 use crate::{Bounds, Mesh, Section, Wedges};
 
-/// Of an index that is not in a piece yet.
+/// Marker of an index that is in no piece yet.
 const ABSENT: u32 = u32::MAX;
 
-/// When a mesh, or a piece of it, is divided further.
+/// Limits beyond which a mesh, or a piece of it, is divided further.
 #[derive(Clone, Copy, Debug)]
 pub struct PieceLimits {
-    /// With more triangles.
+    /// Greatest number of triangles of a piece.
     pub triangles: u32,
     /// With more triangles, if it is wide.
     pub triangles_if_wide: u32,
@@ -38,7 +38,7 @@ impl Mesh {
     /// it is one island; triangles keep their order within a piece. A mesh of no more
     /// triangles, however wide, or of one island, is a single piece. Positions that no triangle
     /// uses are in the first piece.
-    pub fn into_islands(self, limits: PieceLimits) -> Vec<Self> {
+    pub fn into_pieces(self, limits: PieceLimits) -> Vec<Self> {
         if self.triangles.len() <= limits.triangles as usize {
             return vec![self];
         }
@@ -192,7 +192,7 @@ fn gather(islands: &[Island], limits: PieceLimits) -> (Vec<u32>, u32) {
             pieces += 1;
             continue;
         }
-        let centers = Bounds::around(members.iter().map(|member| of(member).bounds.center()));
+        let centers = Bounds::from_points(members.iter().map(|member| of(member).bounds.center()));
         let size = centers.map_or(Vec3::ONE, |bounds| bounds.max - bounds.min).to_array();
         let axis = (0..3).max_by(|&a, &b| size[a].total_cmp(&size[b])).unwrap_or(0);
         let along = |member: &u32| of(member).bounds.center().to_array()[axis];
@@ -270,16 +270,16 @@ mod tests {
     fn what_is_small_or_hangs_together_stays_whole() {
         let one = strips(&[(0, 0, 99)]);
         let narrow = |triangles| limits(triangles, triangles);
-        assert_eq!(one.clone().into_islands(narrow(10)), vec![one.clone()]);
+        assert_eq!(one.clone().into_pieces(narrow(10)), vec![one.clone()]);
         let two = strips(&[(0, 0, 9), (5, 0, 9)]);
-        assert_eq!(two.clone().into_islands(narrow(40)), vec![two.clone()]);
-        assert_eq!(two.into_islands(narrow(39)).len(), 2);
+        assert_eq!(two.clone().into_pieces(narrow(40)), vec![two.clone()]);
+        assert_eq!(two.into_pieces(narrow(39)).len(), 2);
     }
 
     #[test]
     fn neighbours_stay_together() {
         let mesh = strips(&[(0, 0, 9), (20, 0, 9), (0, 1, 9), (20, 1, 9)]);
-        let pieces = mesh.into_islands(limits(40, 40));
+        let pieces = mesh.into_pieces(limits(40, 40));
         let sizes: Vec<f32> = pieces.iter().map(|p| p.bounds().unwrap().radius()).collect();
         assert_eq!(pieces.len(), 2);
         assert!(sizes.iter().all(|&radius| radius < 10.0), "{sizes:?}");
@@ -291,14 +291,14 @@ mod tests {
             strips(&[(0, 0, 9), (0, 1, 9), (0, 2, 9)]),
             strips(&[(0, 0, 9), (2, 0, 9), (4, 0, 9)]),
         ];
-        let count = |mesh: &Mesh| mesh.clone().into_islands(limits(50, 30)).len();
+        let count = |mesh: &Mesh| mesh.clone().into_pieces(limits(50, 30)).len();
         assert_eq!([count(&near), count(&far)], [2, 3]);
     }
 
     #[test]
     fn pieces_have_one_material_where_islands_do() {
         let mesh = strips(&[(0, 0, 9), (1, 0, 9), (2, 0, 9), (3, 0, 9)]);
-        let pieces = mesh.into_islands(limits(79, 79));
+        let pieces = mesh.into_pieces(limits(79, 79));
         let materials: Vec<Vec<Option<u32>>> = pieces
             .iter()
             .map(|piece| piece.sections.iter().map(|section| section.material).collect())
@@ -317,7 +317,7 @@ mod tests {
             let places: Vec<_> = places.into_iter().map(|((x, z), quads)| (x, z, quads)).collect();
             let mesh = strips(&places);
             let mut expected = triangles(&mesh);
-            let pieces = mesh.clone().into_islands(limits(max_triangles, (max_triangles as f32 * share_if_wide) as u32));
+            let pieces = mesh.clone().into_pieces(limits(max_triangles, (max_triangles as f32 * share_if_wide) as u32));
             let mut found: Vec<_> = pieces.iter().flat_map(triangles).collect();
             expected.sort_unstable();
             found.sort_unstable();

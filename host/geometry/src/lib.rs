@@ -3,18 +3,19 @@
 //! The path of a mesh through this crate: raw primitives are welded
 //! ([`weld()`]) into a [`Mesh`]; an optimiser turns its [`Topology`] into a
 //! [`CollapseSequence`]; [`CollapseStacks`] then gives the mesh at any cursor.
+#![doc = include_str!("../DESIGN.md")]
 
-mod by_error;
 mod deviation;
+mod error_order;
+mod face_splitting;
 mod islands;
-mod loose_faces;
 mod merge;
 mod mesh;
 mod sequence;
 mod slender;
 mod stacks;
 mod statistics;
-mod thin_out;
+mod stochastic_simplification;
 mod weld;
 
 pub use islands::PieceLimits;
@@ -22,6 +23,8 @@ pub use merge::{MergePart, merge};
 pub use mesh::{Bounds, Mesh, NO_FEATURE, Section, Topology, Wedges};
 pub use sequence::{Collapse, CollapseSequence, SequenceError, theta_to_cursor};
 pub use slender::SlenderPoint;
-pub use stacks::{CollapseStacks, NEVER, ResolvedMesh, StackTables, TablesError, removal_ranks};
-pub use statistics::{Components, MeshStatistics, components};
+pub use stacks::{
+    CollapseStacks, NEVER_REMOVED, ResolvedMesh, StackTables, TablesError, removal_ranks,
+};
+pub use statistics::{Components, MeshStatistics, count_components};
 pub use weld::{RawPrimitive, WeldError, WeldReport, weld};

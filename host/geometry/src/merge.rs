@@ -13,7 +13,7 @@ use crate::{Collapse, CollapseSequence, CollapseStacks, Mesh, NO_FEATURE, Sectio
 /// A mesh as part of a greater one.
 #[derive(Clone, Debug)]
 pub struct MergePart<'a> {
-    /// The mesh.
+    /// Collapse stacks of the mesh.
     pub stacks: &'a CollapseStacks,
     /// Collapses done beforehand, which cannot be undone in the whole, to those that the
     /// whole may do.
@@ -25,7 +25,7 @@ pub struct MergePart<'a> {
     /// For each section of the mesh, its material in the whole, below `materials` of
     /// [`merge`].
     pub materials: &'a [u32],
-    /// What the part's features become: that which feature 0 is, others after it.
+    /// Feature of the whole that the part's feature 0 becomes; others follow it.
     pub first_feature: Option<u32>,
     /// The feature of what has none of these.
     pub feature: u32,
@@ -52,7 +52,7 @@ impl CollapseStacks {
     ///
     /// # Errors
     /// As [`merge`].
-    pub fn from_cursor(&self, cursor: u32) -> Result<(Mesh, CollapseSequence), SequenceError> {
+    pub fn baked_at_cursor(&self, cursor: u32) -> Result<(Mesh, CollapseSequence), SequenceError> {
         let sections = self.mesh().sections.len() as u32;
         let as_it_is = MergePart {
             stacks: self,
@@ -70,7 +70,7 @@ impl CollapseStacks {
 #[derive(Default)]
 struct Merged {
     mesh: Mesh,
-    /// Triangles by material.
+    /// Triangles of each material.
     corners: Vec<Vec<[u32; 3]>>,
     collapses: Vec<Collapse>,
 }
@@ -233,10 +233,10 @@ mod tests {
         assert_eq!(sequence.len(), a.collapse_count() - 3 + b.collapse_count());
         let whole = CollapseStacks::build(mesh, &sequence);
         for error in [0.0, 0.3, 0.5, 1.0, 2.5, 9.0] {
-            let mut expected = points(&a, a.cursor_within(error).max(3), Mat4::IDENTITY);
-            expected.extend(points(&b, b.cursor_within(error / 2.0), there));
+            let mut expected = points(&a, a.cursor_for_error(error).max(3), Mat4::IDENTITY);
+            expected.extend(points(&b, b.cursor_for_error(error / 2.0), there));
             expected.sort_unstable();
-            assert_eq!(points(&whole, whole.cursor_within(error), Mat4::IDENTITY), expected);
+            assert_eq!(points(&whole, whole.cursor_for_error(error), Mat4::IDENTITY), expected);
         }
     }
 

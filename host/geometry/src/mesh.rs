@@ -50,16 +50,16 @@ pub struct Wedges {
 pub struct Section {
     /// Index into the model's materials; `None` draws the default material.
     pub material: Option<u32>,
-    /// First triangle.
+    /// Index of the first triangle.
     pub first_triangle: u32,
-    /// Number of triangles.
+    /// Number of triangles in it.
     pub triangle_count: u32,
 }
 
-/// What an optimiser looks at: welded positions and triangles over them.
+/// Input of an optimiser: welded positions and triangles over them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Topology {
-    /// Welded positions.
+    /// Welded positions, in metres.
     pub positions: Vec<Vec3>,
     /// Corners as position indices.
     pub triangles: Vec<[u32; 3]>,
@@ -68,9 +68,9 @@ pub struct Topology {
 /// An axis-aligned box; by default the origin alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Bounds {
-    /// Smallest coordinates.
+    /// Smallest coordinates along each axis.
     pub min: Vec3,
-    /// Largest coordinates.
+    /// Largest coordinates along each axis.
     pub max: Vec3,
 }
 
@@ -161,7 +161,7 @@ impl Mesh {
 
     /// The box around all positions; `None` for an empty mesh.
     pub fn bounds(&self) -> Option<Bounds> {
-        Bounds::around(self.positions.iter().copied())
+        Bounds::from_points(self.positions.iter().copied())
     }
 }
 
@@ -175,12 +175,12 @@ pub(crate) fn scatter<T: Copy + Default>(values: &[T], new_of_old: &[u32]) -> Ve
 }
 
 impl Wedges {
-    /// Number of wedges.
+    /// Returns the number of wedges.
     pub fn len(&self) -> usize {
         self.position.len()
     }
 
-    /// Whether there is no wedge.
+    /// Reports whether there is no wedge.
     pub fn is_empty(&self) -> bool {
         self.position.is_empty()
     }
@@ -188,7 +188,7 @@ impl Wedges {
 
 impl Bounds {
     /// The box around points; `None` when there are none.
-    pub fn around(points: impl IntoIterator<Item = Vec3>) -> Option<Self> {
+    pub fn from_points(points: impl IntoIterator<Item = Vec3>) -> Option<Self> {
         points.into_iter().fold(None, |bounds, point| match bounds {
             None => Some(Self { min: point, max: point }),
             Some(b) => Some(Self { min: b.min.min(point), max: b.max.max(point) }),
@@ -200,7 +200,7 @@ impl Bounds {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
-    /// Centre.
+    /// Returns the centre of the box.
     pub fn center(self) -> Vec3 {
         (self.min + self.max) * 0.5
     }
@@ -218,7 +218,7 @@ impl Bounds {
         others.into_iter().fold(Self { min: first, max: first }, grown)
     }
 
-    /// The eight corners.
+    /// Returns the eight corners of the box.
     pub fn corners(self) -> [Vec3; 8] {
         std::array::from_fn(|i| {
             Vec3::new(

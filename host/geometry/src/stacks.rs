@@ -11,22 +11,22 @@
 //! entries. So neither the array nor anybody's collapse index needs to be kept.
 
 mod build;
-mod deaths;
 mod resolve;
 mod tables;
 #[cfg(test)]
 mod tests;
+mod triangle_removal;
 
 use std::ops::Range;
 
 use crate::{Mesh, SlenderPoint, theta_to_cursor};
 
 pub use build::removal_ranks;
-pub(crate) use deaths::death_indices;
 pub use tables::{StackTables, TablesError};
+pub(crate) use triangle_removal::removal_cursors;
 
 /// The death index of a triangle that no cursor kills.
-pub const NEVER: u32 = u32::MAX;
+pub const NEVER_REMOVED: u32 = u32::MAX;
 
 /// A mesh with everything needed to show it at any cursor.
 ///
@@ -55,12 +55,12 @@ impl CollapseStacks {
         &self.mesh
     }
 
-    /// The mesh alone.
+    /// Returns the mesh without its tables.
     pub(crate) fn into_mesh(self) -> Mesh {
         self.mesh
     }
 
-    /// What is known beyond the mesh.
+    /// Returns the tables that belong to the mesh.
     pub fn tables(&self) -> &StackTables {
         &self.tables
     }
@@ -89,7 +89,7 @@ impl CollapseStacks {
     }
 
     /// The cursor for a proportion of simplified vertices.
-    pub fn cursor_at(&self, theta: f64) -> u32 {
+    pub fn cursor_for_theta(&self, theta: f64) -> u32 {
         theta_to_cursor(theta, self.position_count(), self.collapse_count())
     }
 
@@ -100,14 +100,14 @@ impl CollapseStacks {
 
     /// Triangles that live at a cursor.
     pub fn live_triangles(&self, cursor: u32) -> u64 {
-        self.tables.death_index.iter().filter(|&&death| death > cursor).count() as u64
+        self.tables.removal_cursor.iter().filter(|&&death| death > cursor).count() as u64
     }
 
     /// Import indices of the triangles that live at a cursor, in the order of
     /// [`ResolvedMesh::triangles`]: a triangle keeps its identity.
     pub fn live(&self, cursor: u32) -> impl Iterator<Item = u32> + '_ {
         (0_u32..)
-            .zip(&self.tables.death_index)
+            .zip(&self.tables.removal_cursor)
             .filter_map(move |(triangle, &death)| (death > cursor).then_some(triangle))
     }
 
@@ -116,9 +116,9 @@ impl CollapseStacks {
         self.tables.max_depth
     }
 
-    /// The smallest cursor at which a triangle is dead, or [`NEVER`].
-    pub fn death_index(&self, triangle: usize) -> u32 {
-        self.tables.death_index[triangle]
+    /// The smallest cursor at which a triangle is dead, or [`NEVER_REMOVED`].
+    pub fn removal_cursor(&self, triangle: usize) -> u32 {
+        self.tables.removal_cursor[triangle]
     }
 
     /// A bound on the geometric error at a cursor, in the mesh's units.
@@ -128,8 +128,8 @@ impl CollapseStacks {
 
     /// The farthest cursor whose error is known to be within `error`, in the mesh's
     /// units: up to a step of the table of errors short of the farthest there is.
-    pub fn cursor_within(&self, error: f32) -> u32 {
-        self.tables.cursor_within(error)
+    pub fn cursor_for_error(&self, error: f32) -> u32 {
+        self.tables.cursor_for_error(error)
     }
 
     /// Bytes that the stacks add to a plain indexed mesh.

@@ -12,7 +12,7 @@ pub struct MeshStatistics {
     pub vertices: u64,
     /// Positions that a live triangle uses; at most `vertices`.
     pub vertices_referenced: u64,
-    /// Live triangles.
+    /// Number of live triangles.
     pub triangles: u64,
     /// Edges of live triangles.
     pub edges: u64,
@@ -26,7 +26,7 @@ pub struct MeshStatistics {
 
 impl MeshStatistics {
     /// Counts over a resolved mesh. `surviving` is V - k.
-    pub fn of(resolved: &ResolvedMesh<'_>, surviving: u32) -> Self {
+    pub fn from_resolved(resolved: &ResolvedMesh<'_>, surviving: u32) -> Self {
         let triangles: Vec<[u32; 3]> = resolved.position_triangles().collect();
         let mut edges: Vec<u64> = triangles
             .iter()
@@ -47,12 +47,12 @@ impl MeshStatistics {
         let used: HashSet<u32> = triangles.iter().flatten().copied().collect();
         statistics.vertices_referenced = used.len() as u64;
         statistics.components =
-            u64::from(components(resolved.position_count(), &triangles).referenced);
+            u64::from(count_components(resolved.position_count(), &triangles).referenced);
         statistics
     }
 
     /// Euler characteristic V - E + F over referenced vertices.
-    pub fn euler(&self) -> i64 {
+    pub fn euler_characteristic(&self) -> i64 {
         self.vertices_referenced as i64 - self.edges as i64 + self.triangles as i64
     }
 }
@@ -84,7 +84,7 @@ pub struct Components {
 }
 
 /// Counts connected components (positions joined by triangle edges).
-pub fn components(position_count: u32, triangles: &[[u32; 3]]) -> Components {
+pub fn count_components(position_count: u32, triangles: &[[u32; 3]]) -> Components {
     let mut parent: Vec<u32> = (0..position_count).collect();
     let mut all = position_count;
     let mut referenced = vec![false; position_count as usize];

@@ -9,7 +9,7 @@ use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::validation::Checked;
 
 use crate::buffers::{Buffers, View, range};
-use crate::error::{Fault, ImportError, item};
+use crate::error::{ImportError, ImportFault, item};
 
 /// Elements at equal distances, all within the bytes.
 #[derive(Clone, Copy)]
@@ -28,7 +28,7 @@ struct Sparse<'a> {
     values: Elements<'a>,
 }
 
-/// A checked accessor.
+/// Accessor whose ranges were checked.
 #[derive(Clone, Copy)]
 pub(crate) struct Accessor<'a> {
     pub(crate) index: usize,
@@ -52,7 +52,7 @@ impl<'a> Elements<'a> {
         let stride = view.stride.unwrap_or(size);
         if stride < size {
             let fault = format!("elements of {size} bytes overlap at a stride of {stride}");
-            return Err(Fault::Invalid(fault).at(place()));
+            return Err(ImportFault::Invalid(fault).at(place()));
         }
         let length = match count.checked_sub(1) {
             None => 0,
@@ -84,7 +84,7 @@ impl<'a> Accessor<'a> {
     ) -> Result<Self, ImportError> {
         let accessor = item(&root.accessors, index, "accessor", named_by)?;
         let here = |field: &str| format!("/accessors/{index}{field}");
-        let invalid = |field: &str, what: &str| Fault::Invalid(what.into()).at(here(field));
+        let invalid = |field: &str, what: &str| ImportFault::Invalid(what.into()).at(here(field));
         let Checked::Valid(json::accessor::GenericComponentType(component_type)) =
             accessor.component_type
         else {
@@ -111,13 +111,13 @@ impl<'a> Accessor<'a> {
             return Err(invalid("", "an accessor without data"));
         }
         let Ok(count) = usize::try_from(count) else {
-            return Err(Fault::HugeNumber(count).at(here("/count")));
+            return Err(ImportFault::HugeNumber(count).at(here("/count")));
         };
         let normalized = accessor.normalized;
         Ok(Self { index, count, component_type, normalized, shape, base, sparse })
     }
 
-    /// How many elements a pass over all stored bytes visits.
+    /// Returns how many elements a pass over all stored bytes visits.
     pub(crate) fn stored_elements(&self) -> u64 {
         let base = self.base.map_or(0, |b| b.count as u64);
         base + self.sparse.map_or(0, |s| s.values.count as u64)
@@ -134,7 +134,7 @@ impl<'a> Accessor<'a> {
             if index < next || index >= self.count {
                 let what = format!("sparse index {index} is out of order or beyond {}", self.count);
                 let place = format!("/accessors/{}/sparse/indices", self.index);
-                return Err(Fault::Invalid(what).at(place));
+                return Err(ImportFault::Invalid(what).at(place));
             }
             next = index + 1;
         }
@@ -243,13 +243,13 @@ impl<'a> Sparse<'a> {
         let Checked::Valid(json::accessor::IndexComponentType(index_type)) =
             sparse.indices.component_type
         else {
-            let fault = Fault::Invalid("unknown component type".into());
+            let fault = ImportFault::Invalid("unknown component type".into());
             return Err(fault.at(here("/indices/componentType")));
         };
         let replaced = sparse.count.0;
         if replaced > count {
             let what = format!("{replaced} of {count} elements replaced");
-            return Err(Fault::Invalid(what).at(here("/count")));
+            return Err(ImportFault::Invalid(what).at(here("/count")));
         }
         let view = |index: usize, field: &'static str| {
             let view = buffers.view(index, || here(&format!("{field}/bufferView")))?;

@@ -6,7 +6,7 @@ use std::marker::PhantomData;
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
 
-use crate::error::Fault;
+use crate::error::ImportFault;
 use crate::limits::MAX_METADATA_ITEMS;
 
 /// An array of at most [`MAX_METADATA_ITEMS`] elements.
@@ -20,7 +20,7 @@ fn bound<E: Error>(items: usize) -> Result<(), E> {
         return Ok(());
     }
     let (count, limit) = (items as u64, MAX_METADATA_ITEMS as u64);
-    Err(E::custom(Fault::TooMany { what: "items in one place", count, limit }))
+    Err(E::custom(ImportFault::TooMany { what: "items in one place", count, limit }))
 }
 
 impl<T> Default for List<T> {

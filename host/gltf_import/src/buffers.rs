@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use gltf::json::Root;
 
-use crate::error::{Fault, ImportError, item};
+use crate::error::{ImportError, ImportFault, item};
 use crate::files::Files;
 
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
@@ -27,7 +27,7 @@ pub(crate) struct View<'a> {
     pub(crate) stride: Option<usize>,
 }
 
-/// Where each buffer's bytes are.
+/// Sources of the buffers' bytes.
 pub(crate) struct LoadedBuffers(Vec<Source>);
 
 /// Loads the files and data URIs that buffers name.
@@ -42,7 +42,8 @@ pub(crate) fn load(
             Some(uri) => Source::File(files.load(uri, &format!("/buffers/{index}/uri"))?),
             None if index == 0 && bin.is_some() => Source::Glb,
             None => {
-                let fault = Fault::Invalid("a buffer without URI and without GLB chunk".into());
+                let fault =
+                    ImportFault::Invalid("a buffer without URI and without GLB chunk".into());
                 return Err(fault.at(format!("/buffers/{index}")));
             }
         };
@@ -120,7 +121,7 @@ pub(crate) fn range<'a>(
     let needed = offset.saturating_add(length);
     let available = bytes.len() as u64;
     if needed > available {
-        return Err(Fault::Beyond { what, needed, available }.at(place()));
+        return Err(ImportFault::Beyond { what, needed, available }.at(place()));
     }
     // Both are at most the length of a slice.
     Ok(&bytes[offset as usize..needed as usize])

@@ -1,7 +1,7 @@
 //! The outer form of a file: JSON alone, or the GLB container (glTF 2.0,
 //! section 4.4).
 
-use crate::error::{Fault, ImportError};
+use crate::error::{ImportError, ImportFault};
 
 const GLB_MAGIC: &[u8] = b"glTF";
 const JSON_CHUNK: u32 = 0x4E4F_534A;
@@ -18,7 +18,7 @@ pub(crate) fn open(bytes: &[u8]) -> Result<Container<'_>, ImportError> {
     if !bytes.starts_with(GLB_MAGIC) {
         return Ok(Container { json: bytes, bin: None });
     }
-    open_glb(bytes).map_err(|reason| Fault::Container(reason).at("its header"))
+    open_glb(bytes).map_err(|reason| ImportFault::Container(reason).at("its header"))
 }
 
 fn open_glb(bytes: &[u8]) -> Result<Container<'_>, String> {

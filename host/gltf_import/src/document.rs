@@ -4,7 +4,7 @@ use gltf::json::Root;
 use serde_path_to_error::Segment;
 
 use crate::ImportLimits;
-use crate::error::{Fault, ImportError};
+use crate::error::{ImportError, ImportFault};
 use crate::extensions::{MESH_FEATURES, STRUCTURAL_METADATA, TEXTURE_BASISU};
 use crate::limits::MAX_JSON_BYTES;
 use crate::report::Notes;
@@ -23,7 +23,9 @@ pub(crate) fn parse(
     let count = json.len() as u64;
     if count > MAX_JSON_BYTES {
         let limit = MAX_JSON_BYTES;
-        return Err(Fault::TooMany { what: "bytes of JSON", count, limit }.at("the whole file"));
+        return Err(
+            ImportFault::TooMany { what: "bytes of JSON", count, limit }.at("the whole file")
+        );
     }
     scan(json, limits)?;
     let parser = &mut serde_json::Deserializer::from_slice(json);
@@ -42,7 +44,11 @@ fn check_version(root: &Root) -> Result<(), ImportError> {
         Some(minimum) => minimum == "2.0",
         None => asset.version.starts_with("2."),
     };
-    if supported { Ok(()) } else { Err(Fault::Version(shortened(needed)).at("/asset/version")) }
+    if supported {
+        Ok(())
+    } else {
+        Err(ImportFault::Version(shortened(needed)).at("/asset/version"))
+    }
 }
 
 fn check_extensions(root: &Root, notes: &mut Notes) -> Result<(), ImportError> {
@@ -50,7 +56,7 @@ fn check_extensions(root: &Root, notes: &mut Notes) -> Result<(), ImportError> {
     for (index, name) in root.extensions_required.iter().enumerate() {
         if !supported(name) {
             let place = format!("/extensionsRequired/{index}");
-            return Err(Fault::Extension(shortened(name)).at(place));
+            return Err(ImportFault::Extension(shortened(name)).at(place));
         }
     }
     for name in root.extensions_used.iter().filter(|n| !supported(n)) {
@@ -72,7 +78,7 @@ pub(crate) fn shortened(text: &str) -> String {
     format!("{}{dots}", &text[..end])
 }
 
-/// Where a parser stopped, as a JSON pointer.
+/// Returns the place where a parser stopped, as a JSON pointer.
 pub(crate) fn pointer(path: &serde_path_to_error::Path) -> String {
     let steps = path.iter().filter_map(|segment| match segment {
         Segment::Seq { index } => Some(format!("/{index}")),

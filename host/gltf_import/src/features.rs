@@ -6,7 +6,7 @@ use busbar_geometry::{NO_FEATURE, RawPrimitive};
 
 use crate::ImportLimits;
 use crate::accessor::Accessor;
-use crate::error::{Fault, ImportError};
+use crate::error::{ImportError, ImportFault};
 use crate::name_table::NameTable;
 use crate::names::{Names, clean_name};
 
@@ -36,7 +36,7 @@ impl FeatureIds<'_> {
             None => Ok(()),
             Some(element) => {
                 let what = format!("element {element} is no whole number below {limit}");
-                Err(Fault::Invalid(what).at(format!("/accessors/{}", self.ids.index)))
+                Err(ImportFault::Invalid(what).at(format!("/accessors/{}", self.ids.index)))
             }
         }
     }
@@ -56,7 +56,7 @@ pub(crate) struct FeatureNamer<'a> {
     limit: u32,
 }
 
-/// What makes two features one: features of different tables never are.
+/// Key of a feature: features of different tables are never the same.
 type Key = (Option<usize>, u32);
 
 impl<'a> FeatureNamer<'a> {
@@ -71,7 +71,7 @@ impl<'a> FeatureNamer<'a> {
         &mut self,
         primitives: &mut [RawPrimitive],
         tables: &[Option<usize>],
-    ) -> Result<Vec<String>, Fault> {
+    ) -> Result<Vec<String>, ImportFault> {
         let mut numbers = self.collect(primitives, tables)?;
         let mut keys: Vec<Key> = numbers.keys().copied().collect();
         keys.sort_unstable();
@@ -95,16 +95,16 @@ impl<'a> FeatureNamer<'a> {
     }
 
     /// Counts the features of a mesh that has its names already.
-    pub(crate) fn count(&mut self, features: usize) -> Result<(), Fault> {
+    pub(crate) fn count(&mut self, features: usize) -> Result<(), ImportFault> {
         let left =
             u32::try_from(features).ok().and_then(|features| self.left.checked_sub(features));
         self.left = left.ok_or_else(|| self.too_many())?;
         Ok(())
     }
 
-    fn too_many(&self) -> Fault {
+    fn too_many(&self) -> ImportFault {
         let (count, limit) = (u64::from(self.limit) + 1, self.limit.into());
-        Fault::TooMany { what: "features", count, limit }
+        ImportFault::TooMany { what: "features", count, limit }
     }
 
     /// The features that triangles have.
@@ -112,7 +112,7 @@ impl<'a> FeatureNamer<'a> {
         &mut self,
         primitives: &[RawPrimitive],
         tables: &[Option<usize>],
-    ) -> Result<HashMap<Key, u32>, Fault> {
+    ) -> Result<HashMap<Key, u32>, ImportFault> {
         let mut found = HashMap::new();
         for (primitive, &table) in primitives.iter().zip(tables) {
             // Triangles of one feature mostly follow each other.

@@ -5,22 +5,26 @@ use std::fs::{File, Metadata, OpenOptions};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use crate::error::{Fault, ImportError};
+use crate::error::{ImportError, ImportFault};
 use crate::limits::MAX_EXTERNAL_FILES;
 use crate::uri;
 
 /// Reads a regular file of at most `limit` bytes. Never blocks: a pipe or a
 /// device is refused unread.
-pub(crate) fn read_regular(path: &Path, limit: u64) -> Result<Vec<u8>, Fault> {
-    let read_fault = |reason| Fault::Read { path: path.to_owned(), reason };
+pub(crate) fn read_regular(path: &Path, limit: u64) -> Result<Vec<u8>, ImportFault> {
+    let read_fault = |reason| ImportFault::Read { path: path.to_owned(), reason };
     let require_file = |metadata: Metadata| {
-        if metadata.is_file() { Ok(metadata.len()) } else { Err(Fault::NotAFile(path.to_owned())) }
+        if metadata.is_file() {
+            Ok(metadata.len())
+        } else {
+            Err(ImportFault::NotAFile(path.to_owned()))
+        }
     };
     require_file(std::fs::metadata(path).map_err(read_fault)?)?;
     let file = open_without_blocking(path).map_err(read_fault)?;
     // Asked again of what was opened: the path may have changed hands.
     let length = require_file(file.metadata().map_err(read_fault)?)?;
-    let too_many = |count| Fault::TooMany { what: "bytes", count, limit };
+    let too_many = |count| ImportFault::TooMany { what: "bytes", count, limit };
     if length > limit {
         return Err(too_many(length));
     }
@@ -63,12 +67,12 @@ impl<'a> Files<'a> {
         self.try_load(uri).map_err(|fault| fault.at(place))
     }
 
-    /// What [`Files::load`] read.
+    /// Returns the bytes that [`Files::load`] read.
     pub(crate) fn get(&self, index: usize) -> &[u8] {
         &self.contents[index]
     }
 
-    fn try_load(&mut self, uri: &str) -> Result<usize, Fault> {
+    fn try_load(&mut self, uri: &str) -> Result<usize, ImportFault> {
         if let Some(data) = uri.strip_prefix("data:") {
             let bytes = uri::decode_data(data).map_err(|reason| uri_fault(uri, reason))?;
             return Ok(self.keep(bytes));
@@ -83,7 +87,7 @@ impl<'a> Files<'a> {
         }
         let (count, limit) = (self.index_of.len() as u64 + 1, MAX_EXTERNAL_FILES as u64);
         if count > limit {
-            return Err(Fault::TooMany { what: "files named", count, limit });
+            return Err(ImportFault::TooMany { what: "files named", count, limit });
         }
         let bytes = read_regular(&path, self.bytes_left)?;
         self.bytes_left -= bytes.len() as u64;
@@ -99,9 +103,10 @@ impl<'a> Files<'a> {
 }
 
 /// The real path, which lies below the real base, whatever links are in it.
-fn resolve(base: &Path, relative: &Path, uri: &str) -> Result<PathBuf, Fault> {
+fn resolve(base: &Path, relative: &Path, uri: &str) -> Result<PathBuf, ImportFault> {
     let canonical = |path: &Path| {
-        std::fs::canonicalize(path).map_err(|reason| Fault::Read { path: path.to_owned(), reason })
+        std::fs::canonicalize(path)
+            .map_err(|reason| ImportFault::Read { path: path.to_owned(), reason })
     };
     let base = canonical(base)?;
     let path = canonical(&base.join(relative))?;
@@ -112,6 +117,6 @@ fn resolve(base: &Path, relative: &Path, uri: &str) -> Result<PathBuf, Fault> {
     }
 }
 
-fn uri_fault(uri: &str, reason: &'static str) -> Fault {
-    Fault::Uri { uri: crate::document::shortened(uri), reason }
+fn uri_fault(uri: &str, reason: &'static str) -> ImportFault {
+    ImportFault::Uri { uri: crate::document::shortened(uri), reason }
 }

@@ -8,7 +8,7 @@ use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use crate::ImportLimits;
 use crate::buffers::Buffers;
-use crate::error::{Fault, ImportError};
+use crate::error::{ImportError, ImportFault};
 use crate::files::Files;
 use crate::ktx2_image;
 use crate::limits::MAX_TEXTURE_SIDE;
@@ -19,7 +19,7 @@ use crate::report::Notes;
 /// than this cannot come from the bytes.
 const MAX_COMPRESSION: u64 = 1032;
 
-/// What a decoder may take beside the pixels.
+/// Memory that a decoder may take besides the pixels, bytes.
 const DECODER_BYTES: u64 = 4 << 20;
 
 /// Pixels that are decoded on trust. Of more, every PNG and KTX2 is first read through
@@ -29,10 +29,10 @@ const MAX_UNVERIFIED_PIXELS: u64 = 8 << 20;
 /// Pixels along a side of what stands in for an image, and of one of its cells.
 const CHECKER_SIDE: u32 = 16;
 const CHECKER_CELL: u32 = 4;
-/// Of its cells in turn; nothing in a station looks like this.
+/// Colours of the checker's cells in turn; nothing in a station looks like this.
 const CHECKER: [[u8; 4]; 2] = [[255, 0, 255, 255], [128, 128, 128, 255]];
 
-/// Where an image's bytes are.
+/// Source of an image's bytes.
 pub(crate) enum Source {
     InBuffer,
     File(usize),
@@ -57,13 +57,16 @@ pub(crate) fn load(
         (_, Some(_)) => Ok(Source::InBuffer),
         (Some(uri), None) => match files.load(uri, &format!("/images/{index}/uri")) {
             Ok(file) => Ok(Source::File(file)),
-            Err(error @ ImportError { fault: Fault::Read { .. } | Fault::NotAFile(_), .. }) => {
-                Ok(Source::Missing(error))
-            }
+            Err(
+                error @ ImportError {
+                    fault: ImportFault::Read { .. } | ImportFault::NotAFile(_),
+                    ..
+                },
+            ) => Ok(Source::Missing(error)),
             Err(error) => Err(error),
         },
         (None, None) => {
-            let fault = Fault::Image("it names neither a URI nor a buffer view".into());
+            let fault = ImportFault::Image("it names neither a URI nor a buffer view".into());
             Ok(Source::Missing(fault.at(format!("/images/{index}"))))
         }
     };
@@ -97,14 +100,14 @@ pub(crate) fn decode(
             Err(fault) => Err(fault.at(place())),
         });
         let sound = match sound {
-            Err(error) if matches!(error.fault, Fault::TooMany { .. }) => return Err(error),
+            Err(error) if matches!(error.fault, ImportFault::TooMany { .. }) => return Err(error),
             sound => sound,
         };
         let checker = u64::from(CHECKER_SIDE * CHECKER_SIDE);
         pixels += sound.as_ref().map_or(checker, |&(_, count)| count);
         let limit = limits.max_texture_pixels;
         if pixels > limit {
-            let fault = Fault::TooMany { what: "texture pixels", count: pixels, limit };
+            let fault = ImportFault::TooMany { what: "texture pixels", count: pixels, limit };
             return Err(fault.at(place()));
         }
         measured.push((index, sound.map(|(bytes, _)| bytes)));
@@ -127,7 +130,7 @@ pub(crate) fn decode(
     Ok(decoded)
 }
 
-/// What stands in for an image.
+/// Returns the placeholder texture of a missing or broken image.
 fn checker() -> Texture {
     let cell = |i: u32| {
         let (x, y) = (i % CHECKER_SIDE / CHECKER_CELL, i / CHECKER_SIDE / CHECKER_CELL);
@@ -138,7 +141,7 @@ fn checker() -> Texture {
 }
 
 /// The pixels of an image, from its header alone.
-fn measure(bytes: &[u8]) -> Result<u64, Fault> {
+fn measure(bytes: &[u8]) -> Result<u64, ImportFault> {
     if ktx2_image::is_ktx2(bytes) {
         let [width, height] = ktx2_image::dimensions(bytes)?;
         check_sides(width, height)?;
@@ -152,24 +155,24 @@ fn measure(bytes: &[u8]) -> Result<u64, Fault> {
     let bits = pixels * u64::from(decoder.original_color_type().bits_per_pixel());
     let (needed, available) = (bits.div_ceil(8 * MAX_COMPRESSION), bytes.len() as u64);
     if needed > available {
-        return Err(Fault::Beyond { what: "an image of its size", needed, available });
+        return Err(ImportFault::Beyond { what: "an image of its size", needed, available });
     }
     Ok(pixels)
 }
 
-fn check_sides(width: u32, height: u32) -> Result<(), Fault> {
+fn check_sides(width: u32, height: u32) -> Result<(), ImportFault> {
     if width == 0 || height == 0 {
-        return Err(Fault::Image("it has no pixels".into()));
+        return Err(ImportFault::Image("it has no pixels".into()));
     }
     if width > MAX_TEXTURE_SIDE || height > MAX_TEXTURE_SIDE {
         let (count, limit) = (width.max(height).into(), MAX_TEXTURE_SIDE.into());
-        return Err(Fault::TooMany { what: "pixels along a side", count, limit });
+        return Err(ImportFault::TooMany { what: "pixels along a side", count, limit });
     }
     Ok(())
 }
 
 /// Reads a PNG row by row, a KTX2 block by block. The JPEG decoder has no such way.
-fn verify(bytes: &[u8]) -> Result<(), Fault> {
+fn verify(bytes: &[u8]) -> Result<(), ImportFault> {
     if ktx2_image::is_ktx2(bytes) {
         return ktx2_image::first_level(bytes)?.verify();
     }
@@ -182,10 +185,10 @@ fn verify(bytes: &[u8]) -> Result<(), Fault> {
         while reader.next_row()?.is_some() {}
         Ok(())
     });
-    verified.map_err(|reason| Fault::Image(reason.to_string()))
+    verified.map_err(|reason| ImportFault::Image(reason.to_string()))
 }
 
-fn decode_one(bytes: &[u8]) -> Result<Texture, Fault> {
+fn decode_one(bytes: &[u8]) -> Result<Texture, ImportFault> {
     if ktx2_image::is_ktx2(bytes) {
         return ktx2_image::first_level(bytes)?.decode();
     }
@@ -207,6 +210,6 @@ fn decoder(bytes: &[u8]) -> Result<impl ImageDecoder + '_, image::ImageError> {
     reader.into_decoder()
 }
 
-fn image_fault(reason: image::ImageError) -> Fault {
-    Fault::Image(reason.to_string())
+fn image_fault(reason: image::ImageError) -> ImportFault {
+    ImportFault::Image(reason.to_string())
 }

@@ -7,7 +7,7 @@ use busbar_scene::Texture;
 use ktx2::{Format, Reader, SupercompressionScheme};
 use ruzstd::decoding::StreamingDecoder;
 
-use crate::error::Fault;
+use crate::error::ImportFault;
 
 /// "File identifier" (section 3.1).
 const IDENTIFIER: [u8; 12] = *b"\xABKTX 20\xBB\r\n\x1A\n";
@@ -22,12 +22,12 @@ const MAX_WINDOW: u64 = 8 << 20;
 /// Pixels along a side of a block.
 const BLOCK: usize = 4;
 
-/// Whether bytes say that they are of this kind.
+/// Reports whether bytes begin with the KTX2 identifier.
 pub(crate) fn is_ktx2(bytes: &[u8]) -> bool {
     bytes.starts_with(&IDENTIFIER)
 }
 
-/// How pixels are kept.
+/// Encoding of the pixels in a level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Coding {
     Rgba8,
@@ -51,12 +51,12 @@ pub(crate) struct Level<'a> {
     coding: Coding,
     reader: Reader<&'a [u8]>,
     is_compressed: bool,
-    /// Bytes once decompressed.
+    /// Number of bytes once decompressed.
     bytes: u64,
 }
 
 /// Width and height in pixels, at least 1, from the header alone.
-pub(crate) fn dimensions(bytes: &[u8]) -> Result<[u32; 2], Fault> {
+pub(crate) fn dimensions(bytes: &[u8]) -> Result<[u32; 2], ImportFault> {
     let header = read(bytes)?.header();
     let is_flat = header.pixel_height > 0
         && header.pixel_depth <= 1
@@ -69,7 +69,7 @@ pub(crate) fn dimensions(bytes: &[u8]) -> Result<[u32; 2], Fault> {
 }
 
 /// The first level, checked against the bytes that are there; nothing is decompressed.
-pub(crate) fn first_level(bytes: &[u8]) -> Result<Level<'_>, Fault> {
+pub(crate) fn first_level(bytes: &[u8]) -> Result<Level<'_>, ImportFault> {
     let size = dimensions(bytes)?;
     let reader = read(bytes)?;
     let header = reader.header();
@@ -85,19 +85,19 @@ pub(crate) fn first_level(bytes: &[u8]) -> Result<Level<'_>, Fault> {
     let least = if is_compressed { needed.div_ceil(MAX_COMPRESSION) } else { needed };
     if available < least {
         let what = "an image of its size";
-        return Err(Fault::Beyond { what, needed: least, available });
+        return Err(ImportFault::Beyond { what, needed: least, available });
     }
     Ok(level)
 }
 
 impl Level<'_> {
-    /// As the file has it.
+    /// Returns the level's bytes as stored.
     fn data(&self) -> &[u8] {
         self.reader.levels().next().map_or(&[], |level| level.data)
     }
 
-    /// Its pixels.
-    pub(crate) fn decode(&self) -> Result<Texture, Fault> {
+    /// Decodes the pixels of the first level.
+    pub(crate) fn decode(&self) -> Result<Texture, ImportFault> {
         let [width, height] = self.size;
         let rgba8 = match (self.is_compressed, self.coding) {
             (false, coding) => coding.decode(self.size, &self.data()[..self.bytes as usize]),
@@ -109,20 +109,20 @@ impl Level<'_> {
 
     /// Reads the level through without keeping its pixels, so that a broken one costs no
     /// memory.
-    pub(crate) fn verify(&self) -> Result<(), Fault> {
+    pub(crate) fn verify(&self) -> Result<(), ImportFault> {
         match self.is_compressed {
             true => self.decompress(&mut io::sink()),
             false => Ok(()),
         }
     }
 
-    fn decompressed(&self) -> Result<Vec<u8>, Fault> {
+    fn decompressed(&self) -> Result<Vec<u8>, ImportFault> {
         let mut bytes = Vec::with_capacity(self.bytes as usize);
         self.decompress(&mut bytes)?;
         Ok(bytes)
     }
 
-    fn decompress(&self, into: &mut impl io::Write) -> Result<(), Fault> {
+    fn decompress(&self, into: &mut impl io::Write) -> Result<(), ImportFault> {
         let broken = |reason: String| fault(&format!("Zstandard: {reason}"));
         let stream = StreamingDecoder::new_with_max_window_size(self.data(), MAX_WINDOW)
             .map_err(|reason| broken(reason.to_string()))?;
@@ -195,8 +195,8 @@ impl Block {
     }
 }
 
-/// Of the formats whose bytes are read as those of a PNG: what a material means by them
-/// says whether they are sRGB.
+/// Returns the encoding of a supported format. Whether bytes are sRGB follows from the material's
+/// use of them, as for PNG.
 fn coding_of(format: Option<Format>) -> Option<Coding> {
     Some(match format? {
         Format::R8G8B8A8_UNORM | Format::R8G8B8A8_SRGB => Coding::Rgba8,
@@ -220,10 +220,10 @@ fn unreadable(format: Option<Format>) -> String {
     }
 }
 
-fn read(bytes: &[u8]) -> Result<Reader<&[u8]>, Fault> {
+fn read(bytes: &[u8]) -> Result<Reader<&[u8]>, ImportFault> {
     Reader::new(bytes).map_err(|reason| fault(&format!("KTX: {reason}")))
 }
 
-fn fault(reason: &str) -> Fault {
-    Fault::Image(reason.to_owned())
+fn fault(reason: &str) -> ImportFault {
+    ImportFault::Image(reason.to_owned())
 }

@@ -18,10 +18,10 @@ mod extensions;
 mod features;
 mod files;
 mod images;
-mod known;
 mod ktx2_image;
 mod limits;
 mod materials;
+mod mesh_cache;
 mod meshes;
 mod name_table;
 mod names;
@@ -42,21 +42,21 @@ use crate::files::Files;
 use crate::meshes::{Builder, Checker, Keeping};
 use crate::report::Notes;
 
-pub use crate::error::{Fault, ImportError};
-pub use crate::known::{BuiltMesh, MIN_KEPT_TRIANGLES, MeshKeeper};
+pub use crate::error::{ImportError, ImportFault};
 pub use crate::limits::{
     ImportLimits, MAX_COORDINATE, MAX_DEPTH, MAX_EXTERNAL_FILES, MAX_FEATURES, MAX_FILE_BYTES,
     MAX_JSON_BYTES, MAX_JSON_DEPTH, MAX_JSON_MEMORY, MAX_METADATA_ITEMS, MAX_NAME_BYTES, MAX_NODES,
     MAX_NOTES, MAX_TEXTURE_PIXELS, MAX_TEXTURE_SIDE, MAX_TRIANGLES,
 };
+pub use crate::mesh_cache::{CachedMesh, MIN_CACHED_TRIANGLES, MeshCache};
 pub use crate::report::ImportReport;
 
 /// A model and what was left out of it.
 #[derive(Clone, Debug)]
-pub struct Imported {
-    /// The model.
+pub struct ImportedModel {
+    /// Model of the file.
     pub model: Model,
-    /// What happened on the way.
+    /// Report of the import.
     pub report: ImportReport,
 }
 
@@ -75,19 +75,19 @@ pub struct Imported {
 /// # Errors
 /// [`ImportError`]: file, what, where and remedy, for files that cannot be
 /// read, contradict themselves or exceed the limits.
-pub fn import_file(path: &Path, limits: &ImportLimits) -> Result<Imported, ImportError> {
-    import_kept_file(path, limits, None)
+pub fn import_file(path: &Path, limits: &ImportLimits) -> Result<ImportedModel, ImportError> {
+    import_file_with_cache(path, limits, None)
 }
 
-/// As [`import_file`], with somebody who keeps large meshes between imports.
+/// Imports like [`import_file`], with a cache that keeps large meshes between imports.
 ///
 /// # Errors
 /// As [`import_file`].
-pub fn import_kept_file(
+pub fn import_file_with_cache(
     path: &Path,
     limits: &ImportLimits,
-    keeper: Option<&dyn MeshKeeper>,
-) -> Result<Imported, ImportError> {
+    cache: Option<&dyn MeshCache>,
+) -> Result<ImportedModel, ImportError> {
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
@@ -95,7 +95,7 @@ pub fn import_kept_file(
     let named = |error: ImportError| ImportError { file: path.to_owned(), ..error };
     let bytes = files::read_regular(path, limits.max_file_bytes)
         .map_err(|fault| named(fault.at("the whole file")))?;
-    import_guarded(&bytes, Some(folder), limits, keeper).map_err(named)
+    import_guarded(&bytes, Some(folder), limits, cache).map_err(named)
 }
 
 /// Imports the bytes of a `.gltf` or `.glb` file. Relative URIs resolve in
@@ -107,7 +107,7 @@ pub fn import_bytes(
     bytes: &[u8],
     base: Option<&Path>,
     limits: &ImportLimits,
-) -> Result<Imported, ImportError> {
+) -> Result<ImportedModel, ImportError> {
     import_guarded(bytes, base, limits, None)
 }
 
@@ -115,14 +115,14 @@ fn import_guarded(
     bytes: &[u8],
     base: Option<&Path>,
     limits: &ImportLimits,
-    keeper: Option<&dyn MeshKeeper>,
-) -> Result<Imported, ImportError> {
+    cache: Option<&dyn MeshCache>,
+) -> Result<ImportedModel, ImportError> {
     // The closure only reads, and what it builds is dropped when it unwinds.
-    let imported = catch_unwind(AssertUnwindSafe(|| import(bytes, base, limits, keeper)));
+    let imported = catch_unwind(AssertUnwindSafe(|| import(bytes, base, limits, cache)));
     imported.unwrap_or_else(|panic| {
         let text = panic.downcast_ref::<String>().map(String::as_str);
         let text = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("without a message");
-        Err(Fault::Panicked(text.to_owned()).at("the whole file"))
+        Err(ImportFault::Panicked(text.to_owned()).at("the whole file"))
     })
 }
 
@@ -130,11 +130,11 @@ fn import(
     bytes: &[u8],
     base: Option<&Path>,
     limits: &ImportLimits,
-    keeper: Option<&dyn MeshKeeper>,
-) -> Result<Imported, ImportError> {
+    cache: Option<&dyn MeshCache>,
+) -> Result<ImportedModel, ImportError> {
     let (count, limit) = (bytes.len() as u64, limits.max_file_bytes);
     if count > limit {
-        return Err(Fault::TooMany { what: "bytes", count, limit }.at("the whole file"));
+        return Err(ImportFault::TooMany { what: "bytes", count, limit }.at("the whole file"));
     }
     let mut notes = Notes::default();
     let container = container::open(bytes)?;
@@ -155,7 +155,7 @@ fn import(
     materials.forget_roughness_of(&decoded.stands_in);
     let mut report = ImportReport::default();
     let content = || buffers.content(container.json);
-    let mut builder = Builder::new(checker, keeper.map(|keeper| Keeping::of(keeper, &content)));
+    let mut builder = Builder::new(checker, cache.map(|cache| Keeping::of(cache, &content)));
     let (mut meshes, mut features) = (Vec::new(), Vec::new());
     let mut model_mesh = vec![None; root.meshes.len()];
     for mesh in shown {
@@ -171,7 +171,7 @@ fn import(
     report.notes = notes.into_sentences();
     let materials = materials.materials;
     let model = Model { meshes, features, materials, textures: decoded.textures, nodes };
-    Ok(Imported { model, report })
+    Ok(ImportedModel { model, report })
 }
 
 /// Checks the meshes that nodes show. Returns those with triangles, in the

@@ -5,7 +5,7 @@ use gltf::json::texture::{Info, Sampler, WrappingMode};
 use gltf::json::validation::Checked;
 use gltf::json::{self, Root};
 
-use crate::error::{Fault, ImportError, item};
+use crate::error::{ImportError, ImportFault, item};
 use crate::extensions::Extensions;
 use crate::names::clean_name;
 use crate::report::Notes;
@@ -59,8 +59,9 @@ impl Converter<'_> {
         let here = |field: &str| format!("/materials/{index}{field}");
         let pbr_here = |field: &str| here(&format!("/pbrMetallicRoughness{field}"));
         self.note_left_out(material);
-        let alpha = alpha_mode(material)
-            .ok_or_else(|| Fault::Invalid("unknown alpha mode".into()).at(here("/alphaMode")))?;
+        let alpha = alpha_mode(material).ok_or_else(|| {
+            ImportFault::Invalid("unknown alpha mode".into()).at(here("/alphaMode"))
+        })?;
         // The file's light is in the picture that is left out: without it, none.
         let emissive = match material.emissive_texture {
             Some(_) => [0.0; 3],
@@ -121,7 +122,7 @@ impl Converter<'_> {
                 let sampler_index = sampler.value();
                 let sampler = item(&self.root.samplers, sampler_index, "sampler", place)?;
                 wraps(sampler).ok_or_else(|| {
-                    let fault = Fault::Invalid("unknown wrapping mode".into());
+                    let fault = ImportFault::Invalid("unknown wrapping mode".into());
                     fault.at(format!("/samplers/{sampler_index}"))
                 })?
             }

@@ -10,11 +10,11 @@ use gltf::json::Root;
 use crate::ImportLimits;
 use crate::accessor::Accessor;
 use crate::buffers::Buffers;
-use crate::error::{Fault, ImportError};
+use crate::error::{ImportError, ImportFault};
 use crate::extensions::{Extensions, PropertyTable, STRUCTURAL_METADATA};
 use crate::features::{FeatureIds, FeatureNamer, NameTables};
-use crate::known::{BuiltMesh, MIN_KEPT_TRIANGLES, MeshKeeper};
 use crate::limits::MAX_COORDINATE;
+use crate::mesh_cache::{CachedMesh, MIN_CACHED_TRIANGLES, MeshCache};
 use crate::name_table::NameTable;
 use crate::primitives::{Place, Primitive};
 use crate::report::Notes;
@@ -95,7 +95,7 @@ impl<'a> Checker<'a> {
             return Ok(());
         }
         let what = if limit == backed { "triangles for the bytes there are" } else { "triangles" };
-        Err(Fault::TooMany { what, count: self.triangles, limit }.at(place.pointer("")))
+        Err(ImportFault::TooMany { what, count: self.triangles, limit }.at(place.pointer("")))
     }
 
     fn check_values(&mut self, primitive: &Primitive<'_>, place: Place) -> Result<(), ImportError> {
@@ -121,7 +121,7 @@ impl<'a> Checker<'a> {
             }
         };
         if indices.count > 0 && largest as usize >= vertices {
-            let fault = Fault::Vertex { index: largest, count: vertices };
+            let fault = ImportFault::Vertex { index: largest, count: vertices };
             return Err(fault.at(place.pointer("/indices")));
         }
         Ok(())
@@ -138,7 +138,7 @@ impl<'a> Checker<'a> {
             None => Ok(()),
             Some(element) => {
                 let place = format!("/accessors/{}", positions.index);
-                Err(Fault::Coordinate(element).at(place))
+                Err(ImportFault::Coordinate(element).at(place))
             }
         }
     }
@@ -199,33 +199,33 @@ impl<'a> Checker<'a> {
             return Ok(());
         }
         let what = "elements for the bytes there are";
-        Err(Fault::TooMany { what, count: self.visits, limit }.at(place))
+        Err(ImportFault::TooMany { what, count: self.visits, limit }.at(place))
     }
 }
 
-/// Who keeps large meshes, and of which content.
+/// Mesh cache with the content of the file.
 pub(crate) struct Keeping<'a> {
-    keeper: &'a dyn MeshKeeper,
+    cache: &'a dyn MeshCache,
     content: &'a dyn Fn() -> Vec<&'a [u8]>,
     /// Worked out once a mesh is large enough.
     digest: OnceCell<u128>,
 }
 
 impl<'a> Keeping<'a> {
-    pub(crate) fn of(keeper: &'a dyn MeshKeeper, content: &'a dyn Fn() -> Vec<&'a [u8]>) -> Self {
-        Self { keeper, content, digest: OnceCell::new() }
+    pub(crate) fn of(cache: &'a dyn MeshCache, content: &'a dyn Fn() -> Vec<&'a [u8]>) -> Self {
+        Self { cache, content, digest: OnceCell::new() }
     }
 
     fn digest(&self) -> u128 {
-        *self.digest.get_or_init(|| self.keeper.digest(&(self.content)()))
+        *self.digest.get_or_init(|| self.cache.digest(&(self.content)()))
     }
 
-    fn find(&self, mesh: usize) -> Option<BuiltMesh> {
-        self.keeper.find(self.digest(), mesh)
+    fn find(&self, mesh: usize) -> Option<CachedMesh> {
+        self.cache.get(self.digest(), mesh)
     }
 
-    fn keep(&self, mesh: usize, built: &BuiltMesh) {
-        self.keeper.keep(self.digest(), mesh, built);
+    fn keep(&self, mesh: usize, built: &CachedMesh) {
+        self.cache.insert(self.digest(), mesh, built);
     }
 }
 
@@ -246,11 +246,11 @@ impl<'a> Builder<'a> {
     }
 
     /// A mesh that was kept, or reads and welds it.
-    pub(crate) fn build(&mut self, mesh: usize) -> Result<BuiltMesh, ImportError> {
+    pub(crate) fn build(&mut self, mesh: usize) -> Result<CachedMesh, ImportError> {
         let here = || format!("/meshes/{mesh}");
         let primitives = self.primitives(mesh)?;
         let triangles: usize = primitives.iter().map(Primitive::triangle_count).sum();
-        let keeping = self.keeping.as_ref().filter(|_| triangles >= MIN_KEPT_TRIANGLES);
+        let keeping = self.keeping.as_ref().filter(|_| triangles >= MIN_CACHED_TRIANGLES);
         if let Some(built) = keeping.and_then(|keeping| keeping.find(mesh)) {
             self.namer.count(built.1.len()).map_err(|fault| fault.at(here()))?;
             return Ok(built);
@@ -259,7 +259,8 @@ impl<'a> Builder<'a> {
         let tables: Vec<_> = primitives.iter().map(table).collect();
         let mut read: Vec<_> = primitives.iter().map(Primitive::read).collect();
         let names = self.namer.name(&mut read, &tables).map_err(|f| f.at(here()))?;
-        let (welded, report) = weld(&read).map_err(|e| Fault::Invalid(e.to_string()).at(here()))?;
+        let (welded, report) =
+            weld(&read).map_err(|e| ImportFault::Invalid(e.to_string()).at(here()))?;
         drop(read);
         let built = (welded, names, report);
         if let Some(keeping) = keeping {

@@ -1,7 +1,7 @@
 //! A column of strings of a property table (EXT_structural_metadata).
 
 use crate::buffers::Buffers;
-use crate::error::{Fault, ImportError};
+use crate::error::{ImportError, ImportFault};
 use crate::extensions::{Class, Column, PropertyTable};
 use crate::primitives::as_index;
 use crate::scan::pointer_step;
@@ -17,7 +17,7 @@ pub(crate) struct NameTable<'a> {
     offsets: Offsets<'a>,
 }
 
-/// Where each string begins, and where the last one ends.
+/// Offsets of the strings' beginnings, and the end of the last one.
 #[derive(Clone, Copy)]
 struct Offsets<'a> {
     bytes: &'a [u8],
@@ -45,7 +45,7 @@ impl<'a> NameTable<'a> {
         let view = |index: u64, field: &str| buffers.view(as_index(index), || here(field));
         let values = view(column.values, "/values")?.bytes;
         let Some(offsets) = column.string_offsets else {
-            let fault = Fault::Invalid("a column of strings without stringOffsets".into());
+            let fault = ImportFault::Invalid("a column of strings without stringOffsets".into());
             return Err(fault.at(here("")));
         };
         let bytes = view(offsets, "/stringOffsets")?.bytes;
@@ -56,7 +56,7 @@ impl<'a> NameTable<'a> {
         Ok(Some(names))
     }
 
-    fn new(values: &'a [u8], offsets: Offsets<'a>) -> Result<Self, Fault> {
+    fn new(values: &'a [u8], offsets: Offsets<'a>) -> Result<Self, ImportFault> {
         let (first, last) = (offsets.get(0), offsets.get(offsets.count() - 1));
         let text = usize::try_from(first)
             .ok()
@@ -64,10 +64,10 @@ impl<'a> NameTable<'a> {
             .and_then(|(first, last)| values.get(first..last));
         let Some(text) = text else {
             let (needed, available) = (last.max(first), values.len() as u64);
-            return Err(Fault::Beyond { what: "the names", needed, available });
+            return Err(ImportFault::Beyond { what: "the names", needed, available });
         };
         let text = std::str::from_utf8(text).map_err(|e| {
-            Fault::Invalid(format!("byte {} of the names is not UTF-8", e.valid_up_to()))
+            ImportFault::Invalid(format!("byte {} of the names is not UTF-8", e.valid_up_to()))
         })?;
         let mut before = first;
         for row in 1..offsets.count() {
@@ -75,7 +75,7 @@ impl<'a> NameTable<'a> {
             // Within the text: no end is before `first` or after `last`.
             if end < before || end > last || !text.is_char_boundary((end - first) as usize) {
                 let what = format!("the name of row {} does not end at {end}", row - 1);
-                return Err(Fault::Invalid(what));
+                return Err(ImportFault::Invalid(what));
             }
             before = end;
         }
@@ -94,12 +94,12 @@ impl<'a> NameTable<'a> {
 }
 
 impl<'a> Offsets<'a> {
-    /// Those of so many rows: one more than rows.
-    fn new(bytes: &'a [u8], width: usize, rows: u64) -> Result<Self, Fault> {
+    /// Checks the offsets of so many rows: one more than rows.
+    fn new(bytes: &'a [u8], width: usize, rows: u64) -> Result<Self, ImportFault> {
         let needed = rows.saturating_add(1).saturating_mul(width as u64);
         let available = bytes.len() as u64;
         if needed > available {
-            return Err(Fault::Beyond { what: "a list of offsets", needed, available });
+            return Err(ImportFault::Beyond { what: "a list of offsets", needed, available });
         }
         // At most the length of a slice.
         Ok(Self { bytes: &bytes[..needed as usize], width })
@@ -123,7 +123,7 @@ fn offset_width(column: &Column, here: &impl Fn(&str) -> String) -> Result<usize
         Some("UINT32") | None => Ok(4),
         Some("UINT64") => Ok(8),
         Some(_) => {
-            let fault = Fault::Invalid("unknown type of offsets".into());
+            let fault = ImportFault::Invalid("unknown type of offsets".into());
             Err(fault.at(here("/stringOffsetType")))
         }
     }

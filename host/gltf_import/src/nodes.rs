@@ -5,7 +5,7 @@ use glam::{Mat4, Quat, Vec3};
 use gltf::json::{Node, Root, scene};
 
 use crate::ImportLimits;
-use crate::error::{Fault, ImportError, item};
+use crate::error::{ImportError, ImportFault, item};
 use crate::limits::MAX_COORDINATE;
 use crate::names::{Names, clean_name};
 use crate::report::Notes;
@@ -36,7 +36,7 @@ fn parents(root: &Root) -> Result<Vec<u32>, ImportError> {
             let parent = &mut parents[child.value()];
             if *parent != NONE {
                 let (first, second) = (*parent as usize, index);
-                let fault = Fault::TwoParents { node: child.value(), first, second };
+                let fault = ImportFault::TwoParents { node: child.value(), first, second };
                 return Err(fault.at(place()));
             }
             *parent = index as u32;
@@ -57,7 +57,7 @@ fn refuse_cycles(root: &Root, parents: &[u32]) -> Result<(), ImportError> {
     }
     match reached.iter().position(|&r| !r) {
         None => Ok(()),
-        Some(node) => Err(Fault::Cycle(node).at(format!("/nodes/{node}/children"))),
+        Some(node) => Err(ImportFault::Cycle(node).at(format!("/nodes/{node}/children"))),
     }
 }
 
@@ -83,7 +83,7 @@ fn starts(root: &Root, parents: &[u32]) -> Result<Vec<usize>, ImportError> {
             item(&root.nodes, node, "node", place)?;
             if parents[node] != NONE {
                 let what = format!("node {node} is a child of node {}, no root", parents[node]);
-                return Err(Fault::Invalid(what).at(place()));
+                return Err(ImportFault::Invalid(what).at(place()));
             }
             if !std::mem::replace(&mut listed[node], true) {
                 starts.push(node);
@@ -115,7 +115,7 @@ fn flatten(
         let node = &root.nodes[index];
         if level > limits.max_depth {
             let (count, limit) = (level.into(), limits.max_depth.into());
-            let fault = Fault::TooMany { what: "levels of nodes", count, limit };
+            let fault = ImportFault::TooMany { what: "levels of nodes", count, limit };
             return Err(fault.at(format!("/nodes/{index}")));
         }
         let parent_from_node = matrix(node);
@@ -140,7 +140,7 @@ fn flatten(
 
 /// Nodes keep to the bound that positions keep to; so do the factors of the
 /// products down the hierarchy, which else would soon not be finite.
-fn refuse_far(parent_from_node: &Mat4, model_from_node: &Mat4) -> Result<(), Fault> {
+fn refuse_far(parent_from_node: &Mat4, model_from_node: &Mat4) -> Result<(), ImportFault> {
     let within = |values: &[f32]| values.iter().all(|v| v.abs() <= MAX_COORDINATE);
     let what = if !parent_from_node.is_finite() || !model_from_node.is_finite() {
         "the transform is not finite".to_owned()
@@ -151,7 +151,7 @@ fn refuse_far(parent_from_node: &Mat4, model_from_node: &Mat4) -> Result<(), Fau
     } else {
         return Ok(());
     };
-    Err(Fault::Invalid(what))
+    Err(ImportFault::Invalid(what))
 }
 
 fn children(node: &Node) -> &[gltf::json::Index<scene::Node>] {

@@ -12,7 +12,7 @@ use gltf::json::{self, Root};
 
 use crate::accessor::Accessor;
 use crate::buffers::Buffers;
-use crate::error::{Fault, ImportError, item};
+use crate::error::{ImportError, ImportFault, item};
 use crate::extensions::{Extensions, MESH_FEATURES, PrimitiveFeatures};
 use crate::features::FeatureIds;
 use crate::report::Notes;
@@ -30,7 +30,7 @@ pub(crate) struct Primitive<'a> {
     mode: Mode,
 }
 
-/// Where a primitive stands in the file.
+/// Position of a primitive in the file.
 #[derive(Clone, Copy)]
 pub(crate) struct Place {
     pub(crate) mesh: usize,
@@ -53,7 +53,7 @@ impl<'a> Primitive<'a> {
         place: Place,
     ) -> Result<Option<Self>, ImportError> {
         let Checked::Valid(mode) = primitive.mode else {
-            return Err(Fault::Invalid("unknown mode".into()).at(place.pointer("/mode")));
+            return Err(ImportFault::Invalid("unknown mode".into()).at(place.pointer("/mode")));
         };
         if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
             return Ok(None);
@@ -94,13 +94,13 @@ impl<'a> Primitive<'a> {
             if other.count != positions.count {
                 let what =
                     format!("attributes of {} and {} vertices", positions.count, other.count);
-                return Err(Fault::Invalid(what).at(place.pointer("/attributes")));
+                return Err(ImportFault::Invalid(what).at(place.pointer("/attributes")));
             }
         }
         Ok(Some(Self { positions, normals, uvs, features, indices, material, mode }))
     }
 
-    /// How many triangles there will be.
+    /// Returns how many triangles the primitive makes.
     pub(crate) fn triangle_count(&self) -> usize {
         let corners = self.corner_count();
         match self.mode {
@@ -191,13 +191,13 @@ fn feature_ids<'a>(
     };
     let Some(accessor) = found.accessor else {
         let what = format!("the primitive has no attribute {}", found.attribute);
-        return Err(Fault::Invalid(what).at(here("/attribute")));
+        return Err(ImportFault::Invalid(what).at(here("/attribute")));
     };
     let named_by = || place.pointer(&format!("/attributes/{}", found.attribute));
     let ids = Accessor::new(root, buffers, as_index(accessor), named_by)?;
     FEATURE_ID.check(&ids, named_by)?;
     if ids.normalized {
-        return Err(Fault::Invalid("feature ids cannot be normalised".into()).at(named_by()));
+        return Err(ImportFault::Invalid("feature ids cannot be normalised".into()).at(named_by()));
     }
     let table = found.set.property_table.map(as_index);
     if let Some(table) = table {
@@ -207,12 +207,12 @@ fn feature_ids<'a>(
     Ok(FeatureIds { ids, null: found.set.null_feature_id, table })
 }
 
-/// What does not fit is beyond what there is.
+/// Converts a number to an index; one that does not fit becomes an index beyond all.
 pub(crate) fn as_index(number: u64) -> usize {
     usize::try_from(number).unwrap_or(usize::MAX)
 }
 
-/// What an accessor must be for its use (glTF 2.0, section 3.7.2.1, widened by
+/// Requirements on an accessor for its use (glTF 2.0, section 3.7.2.1, widened by
 /// KHR_mesh_quantization).
 struct Rule {
     what: &'static str,
@@ -239,7 +239,7 @@ impl Rule {
             return Ok(());
         }
         let what = format!("{} cannot be {shape:?} of {component_type:?}", self.what);
-        Err(Fault::Invalid(what).at(place()))
+        Err(ImportFault::Invalid(what).at(place()))
     }
 }
 

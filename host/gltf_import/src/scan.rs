@@ -13,11 +13,11 @@ use gltf::json;
 use serde::de::{DeserializeSeed, Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 
 use crate::ImportLimits;
-use crate::error::{Fault, ImportError};
+use crate::error::{ImportError, ImportFault};
 use crate::extensions;
 use crate::limits::{MAX_JSON_DEPTH, MAX_JSON_MEMORY, MAX_NAME_BYTES};
 
-/// What the elements of a top-level array cost when parsed, bytes.
+/// Memory cost of the parsed elements of a top-level array, bytes.
 struct Section {
     name: &'static str,
     element: usize,
@@ -99,15 +99,15 @@ pub(crate) fn scan(json: &[u8], limits: &ImportLimits) -> Result<(), ImportError
     }
 }
 
-/// What the JSON parser says, as a fault.
-pub(crate) fn json_fault(error: &serde_json::Error) -> Fault {
+/// Converts an error of the JSON parser to a fault.
+pub(crate) fn json_fault(error: &serde_json::Error) -> ImportFault {
     let (line, column) = (error.line(), error.column());
     let mut reason = error.to_string();
     // The position is said once, by the fault.
     if let Some(at) = reason.rfind(" at line ") {
         reason.truncate(at);
     }
-    Fault::Json { line, column, reason }
+    ImportFault::Json { line, column, reason }
 }
 
 /// One step of a JSON pointer, escaped (RFC 6901) and shortened.
@@ -127,7 +127,7 @@ struct Scanner<'a> {
     memory: u64,
     memory_limit: u64,
     max_nodes: u64,
-    fault: Option<Fault>,
+    fault: Option<ImportFault>,
 }
 
 impl<'a> Scanner<'a> {
@@ -142,7 +142,7 @@ impl<'a> Scanner<'a> {
         steps.collect()
     }
 
-    fn refuse<E: Error>(&mut self, fault: Fault) -> E {
+    fn refuse<E: Error>(&mut self, fault: ImportFault) -> E {
         self.fault = Some(fault);
         E::custom("refused")
     }
@@ -151,7 +151,11 @@ impl<'a> Scanner<'a> {
         self.memory += bytes as u64;
         if self.memory > self.memory_limit {
             let (count, limit) = (self.memory, self.memory_limit);
-            return Err(self.refuse(Fault::TooMany { what: "bytes of parsed JSON", count, limit }));
+            return Err(self.refuse(ImportFault::TooMany {
+                what: "bytes of parsed JSON",
+                count,
+                limit,
+            }));
         }
         Ok(())
     }
@@ -165,7 +169,7 @@ impl<'a> Scanner<'a> {
 
     fn integer<E: Error>(&mut self, value: u64) -> Result<(), E> {
         if value > u32::MAX.into() && !self.in_bounds() {
-            return Err(self.refuse(Fault::HugeNumber(value)));
+            return Err(self.refuse(ImportFault::HugeNumber(value)));
         }
         self.scalar()
     }
@@ -182,7 +186,7 @@ impl<'a> Scanner<'a> {
         self.charge(bytes)
     }
 
-    /// Whether the path is `/accessors/N/min...` or `max`.
+    /// Reports whether the path is `/accessors/N/min...` or `max`.
     fn in_bounds(&self) -> bool {
         self.section.is_some_and(|s| s.name == "accessors")
             && matches!(self.path.get(2), Some(Step::Key(key)) if key == "min" || key == "max")
@@ -190,7 +194,7 @@ impl<'a> Scanner<'a> {
 
     fn only_numbers_in_bounds<E: Error>(&mut self) -> Result<(), E> {
         if self.in_bounds() {
-            return Err(self.refuse(Fault::Invalid("min and max hold numbers only".into())));
+            return Err(self.refuse(ImportFault::Invalid("min and max hold numbers only".into())));
         }
         Ok(())
     }
@@ -206,7 +210,7 @@ impl<'a> Scanner<'a> {
         let count = index as u64 + 1;
         if section.name == "nodes" && count > self.max_nodes {
             let limit = self.max_nodes;
-            return Err(self.refuse(Fault::TooMany { what: "nodes", count, limit }));
+            return Err(self.refuse(ImportFault::TooMany { what: "nodes", count, limit }));
         }
         self.charge(section.element)
     }
@@ -219,7 +223,7 @@ impl<'de> DeserializeSeed<'de> for ValueSeed<'_, 'de> {
 
     fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
         if self.0.path.len() > MAX_JSON_DEPTH {
-            return Err(self.0.refuse(Fault::JsonDepth));
+            return Err(self.0.refuse(ImportFault::JsonDepth));
         }
         deserializer.deserialize_any(self)
     }

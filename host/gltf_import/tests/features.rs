@@ -5,12 +5,12 @@
 mod common;
 
 use busbar_gltf_export::write_glb;
-use busbar_gltf_import::{ImportLimits, Imported, import_bytes};
+use busbar_gltf_import::{ImportLimits, ImportedModel, import_bytes};
 use common::{Builder, TABLE, floats, import, push, shorts, square_with_features};
 use serde_json::{Value, json};
 
 /// The name of each triangle's feature, mesh by mesh.
-fn owners(imported: &Imported) -> Vec<Option<&str>> {
+fn owners(imported: &ImportedModel) -> Vec<Option<&str>> {
     let model = &imported.model;
     let meshes = model.meshes.iter().zip(&model.features);
     meshes

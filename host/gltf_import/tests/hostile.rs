@@ -4,7 +4,7 @@
 
 mod common;
 
-use busbar_gltf_import::{Fault, ImportLimits, import_bytes, import_file};
+use busbar_gltf_import::{ImportFault, ImportLimits, import_bytes, import_file};
 use common::{Builder, data_uri, square_with_image};
 use serde_json::json;
 
@@ -19,7 +19,7 @@ fn each_hostile_file_is_refused_with_what_where_and_remedy() {
         for expected in case.expected {
             assert!(message.contains(expected), "{}: '{expected}' not in: {message}", case.name);
         }
-        assert!(!matches!(error.fault, Fault::Panicked(_)), "{}: {message}", case.name);
+        assert!(!matches!(error.fault, ImportFault::Panicked(_)), "{}: {message}", case.name);
         assert!(message.contains(error.fault.remedy()) && message.contains(&error.place));
         assert!(message.len() < 600, "{}: too long: {message}", case.name);
         assert!(!message.contains('\n'), "{}: {message}", case.name);
@@ -119,10 +119,10 @@ fn links_out_pipes_and_devices_are_refused_at_once() {
     // The model itself may be none of these either.
     for path in [folder.join("pipe.bin"), "/dev/zero".into(), folder.clone()] {
         let error = import_file(&path, &ImportLimits::default()).unwrap_err();
-        assert!(matches!(error.fault, Fault::NotAFile(_)), "{error}");
+        assert!(matches!(error.fault, ImportFault::NotAFile(_)), "{error}");
     }
     let error = import_file(&folder.join("none.glb"), &ImportLimits::default()).unwrap_err();
-    assert!(matches!(error.fault, Fault::Read { .. }), "{error}");
+    assert!(matches!(error.fault, ImportFault::Read { .. }), "{error}");
 }
 
 #[test]
@@ -150,7 +150,7 @@ fn external_files_count_towards_the_file_limit() {
     let bytes = document.to_string().into_bytes();
     let limits = ImportLimits { max_file_bytes: 100_000, ..Default::default() };
     let error = import_bytes(&bytes, Some(folder.path()), &limits).unwrap_err();
-    assert!(matches!(error.fault, Fault::TooMany { what: "bytes", .. }), "{error}");
+    assert!(matches!(error.fault, ImportFault::TooMany { what: "bytes", .. }), "{error}");
 }
 
 #[test]

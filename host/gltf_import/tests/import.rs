@@ -1,18 +1,18 @@
-//! What well-formed and odd files become.
+//! Import of well-formed and of odd files.
 
 #![allow(clippy::unwrap_used)]
 
 mod common;
 
 use busbar_gltf_export::write_glb;
-use busbar_gltf_import::{ImportLimits, Imported, import_file};
+use busbar_gltf_import::{ImportLimits, ImportedModel, import_file};
 use busbar_scene::{AlphaMode, Material, Model, Texture, TextureRef, Wrap};
 use common::{Builder, SQUARE, floats, glb, import, import_json, shorts, square_with_image};
 use glam::{Mat4, Quat, Vec2, Vec3};
 use serde_json::json;
 
 /// The triangles of mesh 0 as points.
-fn triangles(imported: &Imported) -> Vec<[[f32; 3]; 3]> {
+fn triangles(imported: &ImportedModel) -> Vec<[[f32; 3]; 3]> {
     let mesh = &imported.model.meshes[0];
     let point = |position: u32| mesh.positions[position as usize].to_array();
     mesh.triangles.iter().map(|&t| mesh.corner_positions(t).map(point)).collect()
@@ -26,7 +26,7 @@ fn corners<const N: usize>(indices: [[usize; 3]; N]) -> Vec<[[f32; 3]; 3]> {
 
 const HALVES: [[usize; 3]; 2] = [[0, 1, 2], [0, 2, 3]];
 
-fn note(imported: &Imported, expected: &str) -> bool {
+fn note(imported: &ImportedModel, expected: &str) -> bool {
     imported.report.notes.iter().any(|n| n.contains(expected))
 }
 
@@ -135,7 +135,7 @@ fn sparse_accessors_replace_elements_with_or_without_a_base() {
     let sparse = json!({ "count": 2, "indices": { "bufferView": which, "componentType": 5121 },
         "values": { "bufferView": raised } });
     builder.json["accessors"][0]["sparse"] = sparse;
-    let heights = |imported: &Imported| -> Vec<f32> {
+    let heights = |imported: &ImportedModel| -> Vec<f32> {
         imported.model.meshes[0].positions.iter().map(|p| p.z).collect()
     };
     assert_eq!(heights(&builder.import()), [0.0, 0.0, 5.0, 6.0]);

@@ -9,7 +9,8 @@ use std::fs;
 use std::sync::Mutex;
 
 use busbar_gltf_import::{
-    BuiltMesh, ImportLimits, Imported, MIN_KEPT_TRIANGLES, MeshKeeper, import_kept_file,
+    CachedMesh, ImportLimits, ImportedModel, MIN_CACHED_TRIANGLES, MeshCache,
+    import_file_with_cache,
 };
 use common::{Builder, shorts, square_with_features};
 use serde_json::json;
@@ -18,11 +19,11 @@ use serde_json::json;
 #[derive(Default)]
 struct Keeper {
     contents: Mutex<Vec<Vec<u8>>>,
-    kept: Mutex<HashMap<(u128, usize), BuiltMesh>>,
+    kept: Mutex<HashMap<(u128, usize), CachedMesh>>,
     found: Mutex<usize>,
 }
 
-impl MeshKeeper for Keeper {
+impl MeshCache for Keeper {
     fn digest(&self, content: &[&[u8]]) -> u128 {
         let mut contents = self.contents.lock().unwrap();
         let content = content.concat();
@@ -33,13 +34,13 @@ impl MeshKeeper for Keeper {
         }) as u128
     }
 
-    fn find(&self, content: u128, mesh: usize) -> Option<BuiltMesh> {
+    fn get(&self, content: u128, mesh: usize) -> Option<CachedMesh> {
         let found = self.kept.lock().unwrap().get(&(content, mesh)).cloned();
         *self.found.lock().unwrap() += usize::from(found.is_some());
         found
     }
 
-    fn keep(&self, content: u128, mesh: usize, built: &BuiltMesh) {
+    fn insert(&self, content: u128, mesh: usize, built: &CachedMesh) {
         self.kept.lock().unwrap().insert((content, mesh), built.clone());
     }
 }
@@ -53,47 +54,47 @@ fn squares(triangles: usize) -> Builder {
     builder
 }
 
-fn import(keeper: &Keeper, builder: &Builder, max_features: u32) -> Result<Imported, String> {
+fn import(cache: &Keeper, builder: &Builder, max_features: u32) -> Result<ImportedModel, String> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("model.gltf");
     fs::write(&path, builder.bytes()).unwrap();
     let limits = ImportLimits { max_features, ..ImportLimits::default() };
-    import_kept_file(&path, &limits, Some(keeper)).map_err(|error| error.to_string())
+    import_file_with_cache(&path, &limits, Some(cache)).map_err(|error| error.to_string())
 }
 
 #[test]
 fn what_is_kept_comes_back_as_it_was_welded() {
-    let (keeper, builder) = (Keeper::default(), squares(MIN_KEPT_TRIANGLES));
+    let (cache, builder) = (Keeper::default(), squares(MIN_CACHED_TRIANGLES));
     let plain = builder.import();
     for found in 0..2 {
-        let imported = import(&keeper, &builder, 10).unwrap();
+        let imported = import(&cache, &builder, 10).unwrap();
         assert_eq!(imported.model.meshes, plain.model.meshes);
         assert_eq!(imported.model.features, plain.model.features);
         assert_eq!(imported.report.meshes, plain.report.meshes);
-        assert_eq!(*keeper.found.lock().unwrap(), found);
+        assert_eq!(*cache.found.lock().unwrap(), found);
     }
 }
 
 #[test]
 fn other_bytes_are_another_content() {
-    let keeper = Keeper::default();
-    import(&keeper, &squares(MIN_KEPT_TRIANGLES), 10).unwrap();
-    import(&keeper, &squares(MIN_KEPT_TRIANGLES + 1), 10).unwrap();
-    assert_eq!((keeper.kept.lock().unwrap().len(), *keeper.found.lock().unwrap()), (2, 0));
+    let cache = Keeper::default();
+    import(&cache, &squares(MIN_CACHED_TRIANGLES), 10).unwrap();
+    import(&cache, &squares(MIN_CACHED_TRIANGLES + 1), 10).unwrap();
+    assert_eq!((cache.kept.lock().unwrap().len(), *cache.found.lock().unwrap()), (2, 0));
 }
 
 #[test]
 fn small_meshes_are_not_worth_it() {
-    let keeper = Keeper::default();
-    import(&keeper, &squares(MIN_KEPT_TRIANGLES - 1), 10).unwrap();
-    assert!(keeper.kept.lock().unwrap().is_empty() && keeper.contents.lock().unwrap().is_empty());
+    let cache = Keeper::default();
+    import(&cache, &squares(MIN_CACHED_TRIANGLES - 1), 10).unwrap();
+    assert!(cache.kept.lock().unwrap().is_empty() && cache.contents.lock().unwrap().is_empty());
 }
 
 #[test]
 fn features_of_kept_meshes_count_towards_their_limit() {
-    let (keeper, builder) = (Keeper::default(), squares(MIN_KEPT_TRIANGLES));
-    import(&keeper, &builder, 2).unwrap();
-    let error = import(&keeper, &builder, 1).unwrap_err();
+    let (cache, builder) = (Keeper::default(), squares(MIN_CACHED_TRIANGLES));
+    import(&cache, &builder, 2).unwrap();
+    let error = import(&cache, &builder, 1).unwrap_err();
     assert!(error.contains("2 features, and the limit is 1"), "{error}");
-    assert_eq!(*keeper.found.lock().unwrap(), 1);
+    assert_eq!(*cache.found.lock().unwrap(), 1);
 }

@@ -7,7 +7,7 @@ mod common;
 
 use std::time::Duration;
 
-use busbar_gltf_import::{ImportError, ImportLimits, Imported, import_file};
+use busbar_gltf_import::{ImportError, ImportLimits, ImportedModel, import_file};
 use peak_alloc::PeakAlloc;
 use rustix::time::{ClockId, clock_gettime};
 
@@ -30,7 +30,7 @@ fn assert_cheap(
     (name, is_refused): (&str, bool),
     size: usize,
     before: usize,
-    import: impl FnOnce() -> Result<Imported, ImportError>,
+    import: impl FnOnce() -> Result<ImportedModel, ImportError>,
 ) -> (usize, Duration) {
     ALLOCATOR.reset_peak_usage();
     let usage = ALLOCATOR.current_usage();

@@ -6,7 +6,7 @@
 
 mod common;
 
-use busbar_gltf_import::{Fault, Imported};
+use busbar_gltf_import::{ImportFault, ImportedModel};
 use common::{Builder, glb, import, square_with_image};
 use serde_json::json;
 
@@ -116,7 +116,7 @@ fn replace_number(file: &mut Vec<u8>, at: usize, random: &mut Random) {
     file.splice(start..end, NUMBERS[random.below(NUMBERS.len())].bytes());
 }
 
-fn assert_sound(imported: &Imported) {
+fn assert_sound(imported: &ImportedModel) {
     let model = &imported.model;
     for (index, node) in model.nodes.iter().enumerate() {
         assert!(node.parent.is_none_or(|p| (p as usize) < index));
@@ -149,7 +149,7 @@ fn mutated_files_are_imported_or_refused() {
                     accepted += 1;
                 }
                 Err(error) => {
-                    let panicked = matches!(error.fault, Fault::Panicked(_));
+                    let panicked = matches!(error.fault, ImportFault::Panicked(_));
                     assert!(!panicked, "seed file {which}, round {round}: {error}");
                     refused += 1;
                 }

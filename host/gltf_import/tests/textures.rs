@@ -3,14 +3,14 @@
 
 mod common;
 
-use busbar_gltf_import::{ImportLimits, Imported, import_bytes};
+use busbar_gltf_import::{ImportLimits, ImportedModel, import_bytes};
 use common::ktx2::*;
 use common::square_with_image;
 use serde_json::json;
 
 /// The first pixels of what is imported, and the remarks.
 fn shown(image: &[u8]) -> (Vec<[u8; 4]>, Vec<String>) {
-    let Imported { model, report } = square_with_image(image).import();
+    let ImportedModel { model, report } = square_with_image(image).import();
     let texture = &model.textures[0];
     assert_eq!(texture.rgba8.len(), (texture.width * texture.height * 4) as usize);
     (texture.rgba8.as_chunks().0.to_vec(), report.notes)

@@ -5,15 +5,15 @@ use std::num::NonZeroU32;
 
 use ash::{khr, vk};
 
-use crate::error::at;
+use crate::error::vulkan_error;
 use crate::instance::Instance;
-use crate::rounds::round_triangles;
+use crate::pass_splitting::max_triangles_per_pass;
 use crate::surface::Surface;
 use crate::{Format, GpuError};
 
 /// Names the device to use, before the configuration does.
 const OVERRIDE_VARIABLE: &str = "BUSBAR_DEVICE";
-/// Where the configuration names it.
+/// Setting of the configuration that names the device.
 const CONFIGURED: &str = "view.device";
 
 /// A physical device that can do the work.
@@ -26,13 +26,13 @@ pub(crate) struct Adapter {
     pub(crate) can_draw_lines: bool,
     /// Many draw calls can be read from memory by one command.
     pub(crate) draws_indirectly: bool,
-    /// Whether the queue writes timestamps.
+    /// Timestamp support of the queue.
     pub(crate) has_timestamps: bool,
     pub(crate) filters_depth: bool,
-    /// The processor draws.
+    /// Software rasterizer: the processor draws.
     pub(crate) is_software: bool,
     /// Triangles that it draws at a time, there.
-    pub(crate) round_triangles: Option<NonZeroU32>,
+    pub(crate) max_triangles_per_pass: Option<NonZeroU32>,
     rank: u32,
 }
 
@@ -48,13 +48,13 @@ impl Adapter {
         let devices =
             unsafe { instance.raw.enumerate_physical_devices() }.map_err(|code| match code {
                 vk::Result::ERROR_INITIALIZATION_FAILED => GpuError::NoDriver(code.to_string()),
-                code => at("listing devices")(code),
+                code => vulkan_error("listing devices")(code),
             })?;
         if devices.is_empty() {
             return Err(GpuError::NoDriver("no device found".to_owned()));
         }
-        let devices = match asked_for(wanted) {
-            Some(asked) => narrow(instance, devices, asked)?,
+        let devices = match requested_device(wanted) {
+            Some(asked) => filter_by_name(instance, devices, asked)?,
             None => devices,
         };
         let mut refused = Vec::new();
@@ -80,7 +80,7 @@ impl Adapter {
         // SAFETY: `device` comes from this live instance.
         let properties = unsafe { instance.raw.get_physical_device_properties(device) };
         let name = device_name(&properties);
-        if let Some(missing) = missing_ability(instance, device, &properties, surface.is_some())? {
+        if let Some(missing) = missing_feature(instance, device, &properties, surface.is_some())? {
             return Ok(Err(format!("{name} lacks {missing}")));
         }
         let is_software = properties.device_type == vk::PhysicalDeviceType::CPU;
@@ -101,13 +101,13 @@ impl Adapter {
             has_timestamps: has_timestamps && properties.limits.timestamp_period > 0.0,
             filters_depth: filters_depth(instance, device),
             is_software,
-            round_triangles: is_software.then(round_triangles),
+            max_triangles_per_pass: is_software.then(max_triangles_per_pass),
             rank: rank(properties.device_type),
         }))
     }
 }
 
-/// Whether samplers interpolate what comparing depth gives.
+/// Reports whether samplers filter the results of depth comparisons.
 fn filters_depth(instance: &Instance, device: vk::PhysicalDevice) -> bool {
     let format = Format::Depth32.vk();
     // SAFETY: `device` comes from this live instance.
@@ -131,8 +131,8 @@ fn device_name(properties: &vk::PhysicalDeviceProperties) -> String {
         .map_or_else(|_| "unnamed device".to_owned(), |name| name.to_string_lossy().into_owned())
 }
 
-/// What device is asked for, and where; the environment goes before.
-fn asked_for(wanted: Option<&str>) -> Option<(&'static str, String)> {
+/// Returns the device asked for, and the place that asks; the environment takes precedence.
+fn requested_device(wanted: Option<&str>) -> Option<(&'static str, String)> {
     let named = std::env::var(OVERRIDE_VARIABLE).ok().map(|name| (OVERRIDE_VARIABLE, name));
     named
         .filter(|(_, name)| !name.is_empty())
@@ -140,7 +140,7 @@ fn asked_for(wanted: Option<&str>) -> Option<(&'static str, String)> {
 }
 
 /// Keeps the devices that a number or a part of a name names.
-fn narrow(
+fn filter_by_name(
     instance: &Instance,
     devices: Vec<vk::PhysicalDevice>,
     (place, wanted): (&'static str, String),
@@ -150,7 +150,7 @@ fn narrow(
         device_name(&unsafe { instance.raw.get_physical_device_properties(device) })
     };
     let names: Vec<String> = devices.iter().map(name_of).collect();
-    let named: Vec<_> = chosen(&names, &wanted)
+    let named: Vec<_> = matching_devices(&names, &wanted)
         .into_iter()
         .filter_map(|index| devices.get(index).copied())
         .collect();
@@ -164,7 +164,7 @@ fn narrow(
 
 /// The devices of that number, or with that part in their names, whatever its
 /// case.
-fn chosen(names: &[String], wanted: &str) -> Vec<usize> {
+fn matching_devices(names: &[String], wanted: &str) -> Vec<usize> {
     if let Ok(index) = wanted.parse::<usize>()
         && index < names.len()
     {
@@ -175,7 +175,7 @@ fn chosen(names: &[String], wanted: &str) -> Vec<usize> {
 }
 
 /// The first thing the device needs and has not.
-fn missing_ability(
+fn missing_feature(
     instance: &Instance,
     device: vk::PhysicalDevice,
     properties: &vk::PhysicalDeviceProperties,
@@ -214,7 +214,7 @@ fn has_extension(
 ) -> Result<bool, GpuError> {
     // SAFETY: `device` comes from this live instance.
     let extensions = unsafe { instance.raw.enumerate_device_extension_properties(device) }
-        .map_err(at("listing device extensions"))?;
+        .map_err(vulkan_error("listing device extensions"))?;
     Ok(extensions.iter().any(|extension| extension.extension_name_as_c_str() == Ok(wanted)))
 }
 
@@ -243,7 +243,7 @@ fn queue_family(
 
 #[cfg(test)]
 mod tests {
-    use super::chosen;
+    use super::matching_devices;
 
     #[test]
     fn devices_are_chosen_by_number_or_part_of_their_name() {
@@ -259,7 +259,7 @@ mod tests {
             ("radeon", &[]),
         ];
         for (wanted, expected) in cases {
-            assert_eq!(chosen(&names, wanted), expected, "{wanted}");
+            assert_eq!(matching_devices(&names, wanted), expected, "{wanted}");
         }
     }
 }

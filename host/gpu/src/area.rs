@@ -1,4 +1,4 @@
-//! Parts of images.
+//! Rectangular parts of images, in pixels.
 
 use ash::vk;
 
@@ -6,27 +6,27 @@ use crate::Image;
 
 /// A part of an image, pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Area {
-    /// Its upper left pixel.
+pub struct ImageArea {
+    /// Upper left pixel of the part.
     pub origin: [u32; 2],
-    /// Width and height.
+    /// Width and height of the part.
     pub size: [u32; 2],
 }
 
-impl Area {
+impl ImageArea {
     /// All of an image.
-    pub fn of(image: &Image) -> Self {
+    pub fn whole(image: &Image) -> Self {
         Self { origin: [0; 2], size: image.size() }
     }
 
-    /// Whether there is anything of it, and all of it in an image so wide and high.
-    pub fn is_in(self, size: [u32; 2]) -> bool {
+    /// Reports whether the area is not empty and lies within an image of a size.
+    pub fn is_within(self, size: [u32; 2]) -> bool {
         let ends = [0, 1].map(|axis| self.origin[axis].checked_add(self.size[axis]));
         let fits = |(end, most): (Option<u32>, u32)| end.is_some_and(|end| end <= most);
         !self.size.contains(&0) && ends.into_iter().zip(size).all(fits)
     }
 
-    pub(crate) fn rect(self) -> vk::Rect2D {
+    pub(crate) fn to_rect(self) -> vk::Rect2D {
         let ([x, y], [width, height]) = (self.origin.map(u32::cast_signed), self.size);
         vk::Rect2D { offset: vk::Offset2D { x, y }, extent: vk::Extent2D { width, height } }
     }

@@ -5,8 +5,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use range_alloc::RangeAllocator;
 
+use crate::deferred_destruction::DiscardedObject;
 use crate::device::Device;
-use crate::garbage::Garbage;
 use crate::{Buffer, BufferUsage, GpuError};
 
 /// Bytes of one block; what is larger gets a block of its own. A driver that renders in
@@ -17,8 +17,8 @@ const BLOCK_BYTES: u64 = 16 << 20;
 /// of `minStorageBufferOffsetAlignment`).
 const ALIGNMENT: u64 = 256;
 
-/// Where slices of one usage come from.
-pub struct Arena {
+/// Arena that suballocates slices of one usage from large buffers.
+pub struct BufferArena {
     name: &'static str,
     usage: BufferUsage,
     blocks: Vec<Arc<Block>>,
@@ -33,15 +33,22 @@ pub(crate) struct Block {
     free: Mutex<RangeAllocator<u64>>,
 }
 
-impl Arena {
+impl BufferArena {
     /// An empty one; `usage` is one that a [`Recorder`](crate::Recorder) fills.
     pub fn new(name: &'static str, usage: BufferUsage) -> Self {
         Self { name, usage, blocks: Vec::new(), made: 0 }
     }
 
-    pub(crate) fn allocate(&mut self, device: &Arc<Device>, bytes: u64) -> Result<Slice, GpuError> {
+    pub(crate) fn allocate(
+        &mut self,
+        device: &Arc<Device>,
+        bytes: u64,
+    ) -> Result<BufferSlice, GpuError> {
         let needed = bytes.max(1).next_multiple_of(ALIGNMENT);
-        let found = self.blocks.iter().find_map(|block| Slice::of(device, block, needed, bytes));
+        let found = self
+            .blocks
+            .iter()
+            .find_map(|block| BufferSlice::allocate(device, block, needed, bytes));
         if let Some(slice) = found {
             return Ok(slice);
         }
@@ -51,7 +58,7 @@ impl Arena {
             buffer: Buffer::on(device, self.name, self.usage, size)?,
             free: Mutex::new(RangeAllocator::new(0..size)),
         });
-        let slice = Slice::of(device, &block, needed, bytes);
+        let slice = BufferSlice::allocate(device, &block, needed, bytes);
         self.blocks.push(block);
         self.made += 1;
         slice.ok_or(GpuError::Misuse("a slice that does not fit a block of its size"))
@@ -85,29 +92,29 @@ impl Block {
 
 /// A part of a buffer; clones share it. It lives until the GPU is done with it.
 #[derive(Clone)]
-pub struct Slice {
+pub struct BufferSlice {
     // At hand: each draw of each frame asks.
     block: Arc<Block>,
     offset: u64,
     size: u64,
-    /// Shared by clones.
+    /// Reserved range, shared by clones.
     #[expect(dead_code, reason = "its end is what matters")]
-    part: Arc<Part>,
+    part: Arc<SliceRange>,
 }
 
 /// Gives back what slices hold of a block.
-struct Part {
+struct SliceRange {
     device: Arc<Device>,
     block: Arc<Block>,
-    /// Rounded up.
+    /// Reserved bytes, rounded up to the alignment.
     range: Range<u64>,
 }
 
-impl Slice {
-    fn of(device: &Arc<Device>, block: &Arc<Block>, needed: u64, size: u64) -> Option<Self> {
+impl BufferSlice {
+    fn allocate(device: &Arc<Device>, block: &Arc<Block>, needed: u64, size: u64) -> Option<Self> {
         let range = block.free().allocate_range(needed).ok()?;
         let (device, of, offset) = (Arc::clone(device), Arc::clone(block), range.start);
-        let part = Arc::new(Part { device, block: of, range });
+        let part = Arc::new(SliceRange { device, block: of, range });
         Some(Self { block: Arc::clone(block), offset, size, part })
     }
 
@@ -116,7 +123,7 @@ impl Slice {
         &self.block.buffer
     }
 
-    /// Which of its arena's buffers that is.
+    /// Returns the number of its buffer within the arena.
     pub fn block(&self) -> u32 {
         self.block.number
     }
@@ -126,32 +133,32 @@ impl Slice {
         self.offset
     }
 
-    /// Size in bytes.
+    /// Returns the size in bytes.
     pub fn size(&self) -> u64 {
         self.size
     }
 
-    /// Whether the processor sees it as it is: of a software rasteriser, and where device
-    /// memory is the system's.
-    pub fn is_in_sight(&self) -> bool {
-        self.buffer().is_in_sight()
+    /// Reports whether the processor sees the memory directly. Software rasterizers and unified
+    /// memory allow it.
+    pub fn is_host_visible(&self) -> bool {
+        self.buffer().is_host_visible()
     }
 
     /// Has `read` read what was uploaded. Memory of a graphics card may be slow to read.
     ///
     /// # Errors
     /// When it is not in sight.
-    pub fn read_by(&self, read: impl FnOnce(&[u8])) -> Result<(), GpuError> {
+    pub fn read_with(&self, read: impl FnOnce(&[u8])) -> Result<(), GpuError> {
         let start = self.offset();
-        self.buffer().read_by(start..start + self.size(), read)
+        self.buffer().read_with(start..start + self.size(), read)
     }
 }
 
-impl Drop for Part {
+impl Drop for SliceRange {
     fn drop(&mut self) {
         // Not the block itself: it would keep the device, which keeps the garbage.
         let block: Weak<Block> = Arc::downgrade(&self.block);
-        self.device.discard(Garbage::Range(block, self.range.clone()));
+        self.device.discard(DiscardedObject::Range(block, self.range.clone()));
     }
 }
 
@@ -164,14 +171,14 @@ mod tests {
         Gpu::headless(&GpuOptions { validation: true, ..GpuOptions::default() }).unwrap()
     }
 
-    fn upload(gpu: &mut Gpu, arena: &mut Arena, bytes: usize) -> Slice {
+    fn upload(gpu: &mut Gpu, arena: &mut BufferArena, bytes: usize) -> BufferSlice {
         let mut recorder = gpu.begin_transfer().unwrap();
         let slice = recorder.upload_slice(arena, &vec![7; bytes]).unwrap();
         recorder.submit_and_wait().unwrap();
         slice
     }
 
-    fn overlaps(a: &Slice, b: &Slice) -> bool {
+    fn overlaps(a: &BufferSlice, b: &BufferSlice) -> bool {
         let [a_range, b_range] = [a, b].map(|slice| slice.offset..slice.offset + slice.size);
         a.block() == b.block() && a_range.start < b_range.end && b_range.start < a_range.end
     }
@@ -180,8 +187,8 @@ mod tests {
     fn slices_share_blocks_never_overlap_and_are_used_again() {
         let mut gpu = open();
         let log = gpu.validation_log();
-        let mut arena = Arena::new("vertices", BufferUsage::Vertex);
-        let mut slices: Vec<Slice> = Vec::new();
+        let mut arena = BufferArena::new("vertices", BufferUsage::Vertex);
+        let mut slices: Vec<BufferSlice> = Vec::new();
         let mut sizes = (1..).map(|i: usize| i * 7919 % 300_000);
         for round in 0..6 {
             for _ in 0..20 {
@@ -211,20 +218,21 @@ mod tests {
         let options = GpuOptions { validation: true, ..GpuOptions::default() };
         let mut gpu = Gpu::headless(&options).unwrap();
         let log = gpu.validation_log();
-        let mut arena = Arena::new("counts", BufferUsage::Counted);
+        let mut arena = BufferArena::new("counts", BufferUsage::ComputeReadback);
         let mut recorder = gpu.begin_transfer().unwrap();
         let bytes = |slice: u8| vec![slice; 1000 * usize::from(slice)];
-        let slices: Vec<Slice> =
+        let slices: Vec<BufferSlice> =
             (1..4).map(|slice| recorder.upload_slice(&mut arena, &bytes(slice)).unwrap()).collect();
-        let single = recorder.upload_buffer("one", BufferUsage::Counted, &bytes(9)).unwrap();
-        let in_sight = single.is_in_sight();
-        assert!(in_sight || !recorder.gpu().is_software());
+        let single =
+            recorder.upload_buffer("one", BufferUsage::ComputeReadback, &bytes(9)).unwrap();
+        let is_host_visible = single.is_host_visible();
+        assert!(is_host_visible || !recorder.gpu().is_software());
         for (number, slice) in (1..).zip(&slices) {
-            assert_eq!(slice.is_in_sight(), in_sight);
+            assert_eq!(slice.is_host_visible(), is_host_visible);
             let mut seen = Vec::new();
-            let read = slice.read_by(|bytes| seen.extend_from_slice(bytes));
-            assert_eq!(read.is_ok(), in_sight);
-            assert!(!in_sight || seen == bytes(number));
+            let read = slice.read_with(|bytes| seen.extend_from_slice(bytes));
+            assert_eq!(read.is_ok(), is_host_visible);
+            assert!(!is_host_visible || seen == bytes(number));
         }
         let all = recorder.download_buffer(slices[0].buffer()).unwrap();
         let one = recorder.download_buffer(&single).unwrap();
@@ -242,7 +250,7 @@ mod tests {
     #[test]
     fn large_slices_have_blocks_of_their_own_which_go_with_them() {
         let mut gpu = open();
-        let mut arena = Arena::new("vertices", BufferUsage::Vertex);
+        let mut arena = BufferArena::new("vertices", BufferUsage::Vertex);
         let small = upload(&mut gpu, &mut arena, 100);
         let large = upload(&mut gpu, &mut arena, BLOCK_BYTES as usize + 1);
         assert_ne!(small.block(), large.block());

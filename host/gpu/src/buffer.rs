@@ -1,4 +1,4 @@
-//! Buffers.
+//! Device buffers and their memory.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -6,22 +6,22 @@ use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::Allocation;
 
+use crate::deferred_destruction::DiscardedObject;
 use crate::device::Device;
-use crate::error::at;
-use crate::garbage::Garbage;
+use crate::error::vulkan_error;
 use crate::{Gpu, GpuError};
 
-/// What a buffer is for, and thereby where it lies.
+/// Usage of a buffer, which decides its memory type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BufferUsage {
     /// Vertices on the device, filled by a [`Recorder`](crate::Recorder); a storage
     /// buffer too, where it is no larger than one may be.
     Vertex,
     /// Vertices on the device that a compute shader writes.
-    Computed,
+    ComputeVertex,
     /// Words on the device, filled likewise, that a compute shader writes and the CPU reads
     /// back.
-    Counted,
+    ComputeReadback,
     /// 32-bit indices on the device, filled likewise.
     Index,
     /// A uniform on the device, filled likewise.
@@ -52,10 +52,10 @@ impl BufferUsage {
                     | vk::BufferUsageFlags::STORAGE_BUFFER
                     | vk::BufferUsageFlags::TRANSFER_DST
             }
-            Self::Computed => {
+            Self::ComputeVertex => {
                 vk::BufferUsageFlags::VERTEX_BUFFER | vk::BufferUsageFlags::STORAGE_BUFFER
             }
-            Self::Counted => {
+            Self::ComputeReadback => {
                 vk::BufferUsageFlags::STORAGE_BUFFER
                     | vk::BufferUsageFlags::TRANSFER_DST
                     | vk::BufferUsageFlags::TRANSFER_SRC
@@ -80,8 +80,8 @@ impl BufferUsage {
     fn location(self) -> MemoryLocation {
         match self {
             Self::Vertex
-            | Self::Computed
-            | Self::Counted
+            | Self::ComputeVertex
+            | Self::ComputeReadback
             | Self::Index
             | Self::Uniform
             | Self::Storage => MemoryLocation::GpuOnly,
@@ -95,11 +95,11 @@ impl BufferUsage {
         }
     }
 
-    /// How many bytes a shader may see at once.
+    /// Returns how many bytes a shader may see at once.
     fn limit(self, limits: &vk::PhysicalDeviceLimits) -> u64 {
         match self {
             Self::Uniform | Self::HostUniform => u64::from(limits.max_uniform_buffer_range),
-            Self::Storage | Self::HostStorage | Self::Computed | Self::Counted => {
+            Self::Storage | Self::HostStorage | Self::ComputeVertex | Self::ComputeReadback => {
                 u64::from(limits.max_storage_buffer_range)
             }
             _ => u64::MAX,
@@ -149,7 +149,7 @@ impl Buffer {
             .usage(usage.flags())
             .sharing_mode(vk::SharingMode::EXCLUSIVE);
         // SAFETY: the device lives; the size is not zero.
-        let raw = unsafe { device.raw.create_buffer(&info, None) }.map_err(at(name))?;
+        let raw = unsafe { device.raw.create_buffer(&info, None) }.map_err(vulkan_error(name))?;
         device.name(raw, name);
         let buffer = Self(Arc::new(Inner {
             device: Arc::clone(device),
@@ -172,7 +172,7 @@ impl Buffer {
             device.raw.bind_buffer_memory(*raw, allocation.memory(), allocation.offset())
         };
         *self.allocation() = Some(allocation);
-        bound.map_err(at(name))
+        bound.map_err(vulkan_error(name))
     }
 
     fn allocation(&self) -> std::sync::MutexGuard<'_, Option<Allocation>> {
@@ -190,14 +190,14 @@ impl Buffer {
 
     /// Likewise, from some byte on.
     pub(crate) fn write_at(&self, start: usize, bytes: &[u8]) -> Result<(), GpuError> {
-        self.write_by(start as u64, bytes.len() as u64, |into| into.copy_from_slice(bytes))
+        self.write_with(start as u64, bytes.len() as u64, |into| into.copy_from_slice(bytes))
     }
 
     /// Likewise so many bytes from some byte on, which `write` writes.
     ///
     /// # Errors
     /// As [`Buffer::write`].
-    pub fn write_by(
+    pub fn write_with(
         &self,
         start: u64,
         bytes: u64,
@@ -212,22 +212,23 @@ impl Buffer {
     }
 
     /// Has a range read as the processor sees it.
-    pub(crate) fn read_by(
+    pub(crate) fn read_with(
         &self,
         range: std::ops::Range<u64>,
         read: impl FnOnce(&[u8]),
     ) -> Result<(), GpuError> {
-        let in_sight = self.is_in_sight();
+        let is_host_visible = self.is_host_visible();
         let allocation = self.allocation();
-        let memory = allocation.as_ref().filter(|_| in_sight).and_then(Allocation::mapped_slice);
+        let memory =
+            allocation.as_ref().filter(|_| is_host_visible).and_then(Allocation::mapped_slice);
         let place = memory.and_then(|memory| memory.get(range.start as usize..range.end as usize));
         read(place.ok_or(GpuError::Misuse("a read of what is out of sight"))?);
         Ok(())
     }
 
-    /// Whether the processor writes to it as it is: of a software rasteriser, and where
-    /// device memory is the system's.
-    pub(crate) fn is_in_sight(&self) -> bool {
+    /// Reports whether the processor writes to the memory directly. Software rasterizers and
+    /// unified memory allow it.
+    pub(crate) fn is_host_visible(&self) -> bool {
         let is_coherent = |allocation: &Allocation| {
             let properties = allocation.memory_properties();
             properties.contains(vk::MemoryPropertyFlags::HOST_COHERENT)
@@ -236,8 +237,8 @@ impl Buffer {
         self.allocation().as_ref().is_some_and(is_coherent)
     }
 
-    /// What [`Recorder::download_buffer`](crate::Recorder::download_buffer) brought, once
-    /// its recorder was submitted and waited for.
+    /// Returns the bytes that [`Recorder::download_buffer`](crate::Recorder::download_buffer)
+    /// copied, once its recorder was submitted and waited for.
     ///
     /// # Errors
     /// When the buffer is on the device.
@@ -247,12 +248,12 @@ impl Buffer {
 
     pub(crate) fn read(&self) -> Result<Vec<u8>, GpuError> {
         let mut bytes = Vec::new();
-        self.read_whole_by(|contents| bytes.extend_from_slice(contents))?;
+        self.read_whole_with(|contents| bytes.extend_from_slice(contents))?;
         Ok(bytes)
     }
 
     /// Has what was copied to it read.
-    pub(crate) fn read_whole_by(&self, read: impl FnOnce(&[u8])) -> Result<(), GpuError> {
+    pub(crate) fn read_whole_with(&self, read: impl FnOnce(&[u8])) -> Result<(), GpuError> {
         let allocation = self.allocation();
         let memory = allocation.as_ref().and_then(Allocation::mapped_slice);
         let contents = memory.and_then(|memory| memory.get(..self.0.size as usize));
@@ -260,12 +261,12 @@ impl Buffer {
         Ok(())
     }
 
-    /// Size in bytes.
+    /// Returns the size in bytes.
     pub fn size(&self) -> u64 {
         self.0.size
     }
 
-    /// Whether a shader can see so many bytes of it as a storage buffer.
+    /// Reports whether a shader can see so many bytes of it as a storage buffer.
     pub(crate) fn can_be_storage(&self, bytes: u64) -> bool {
         let Inner { device, usage, .. } = &*self.0;
         let is_storage = usage.flags().contains(vk::BufferUsageFlags::STORAGE_BUFFER);
@@ -284,6 +285,6 @@ impl Buffer {
 impl Drop for Inner {
     fn drop(&mut self) {
         let allocation = self.allocation.get_mut().unwrap_or_else(PoisonError::into_inner).take();
-        self.device.discard(Garbage::Buffer(self.raw, allocation));
+        self.device.discard(DiscardedObject::Buffer(self.raw, allocation));
     }
 }

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use crate::deferred_destruction::DiscardedObject;
 use crate::device::Device;
-use crate::error::at;
-use crate::garbage::Garbage;
-use crate::pipeline::Module;
+use crate::error::vulkan_error;
+use crate::pipeline::ShaderModule;
 use crate::{BindGroup, BindGroupLayout, Gpu, GpuError, Recorder, ShaderStage};
 
 /// Bytes of constants that every device takes (Vulkan 1.3, table 53, required limits).
@@ -18,9 +18,9 @@ const MAX_WORKGROUPS: u32 = 65_535;
 
 /// A compute pipeline to make.
 pub struct ComputeDescription<'a> {
-    /// Shown in messages.
+    /// Name shown in messages.
     pub name: &'a str,
-    /// Its shader.
+    /// Compute shader and entry point.
     pub stage: ShaderStage<'a>,
     /// Layouts of the groups, numbered from 0.
     pub groups: &'a [&'a BindGroupLayout],
@@ -28,7 +28,7 @@ pub struct ComputeDescription<'a> {
     pub constant_bytes: usize,
 }
 
-/// A compute pipeline.
+/// Compiled compute pipeline and its layout.
 pub struct ComputePipeline {
     device: Arc<Device>,
     raw: vk::Pipeline,
@@ -38,7 +38,7 @@ pub struct ComputePipeline {
 }
 
 impl ComputePipeline {
-    /// Compiles a pipeline.
+    /// Compiles a compute pipeline.
     ///
     /// # Errors
     /// When its constants are too many, or memory runs out.
@@ -57,7 +57,7 @@ impl ComputePipeline {
             .push_constant_ranges(&constants[..usize::from(constant_bytes > 0)]);
         // SAFETY: the layouts belong to this device.
         let layout = unsafe { device.raw.create_pipeline_layout(&info, None) }
-            .map_err(at("creating a pipeline layout"))?;
+            .map_err(vulkan_error("creating a pipeline layout"))?;
         // Owns the layout from here on.
         let mut pipeline = Self {
             device,
@@ -73,33 +73,35 @@ impl ComputePipeline {
     }
 
     fn compile(&self, stage: &ShaderStage<'_>) -> Result<vk::Pipeline, GpuError> {
-        let module = Module::new(&self.device, stage.words)?;
+        let module = ShaderModule::new(&self.device, stage.words)?;
         let info = vk::ComputePipelineCreateInfo::default()
             .stage(module.stage(vk::ShaderStageFlags::COMPUTE, stage.entry))
             .layout(self.layout);
         // SAFETY: all that `info` points to lives until the call returns; the shader
         // comes from naga's validated output. One info gives one pipeline.
-        unsafe { self.device.raw.create_compute_pipelines(self.device.compiled(), &[info], None) }
-            .map(|pipelines| pipelines[0])
-            .map_err(|(_, code)| at("compiling a pipeline")(code))
+        unsafe {
+            self.device.raw.create_compute_pipelines(self.device.pipeline_cache(), &[info], None)
+        }
+        .map(|pipelines| pipelines[0])
+        .map_err(|(_, code)| vulkan_error("compiling a pipeline")(code))
     }
 }
 
 impl Drop for ComputePipeline {
     fn drop(&mut self) {
-        self.device.discard(Garbage::Pipeline(self.raw, self.layout));
+        self.device.discard(DiscardedObject::Pipeline(self.raw, self.layout));
     }
 }
 
-/// Workgroups to run.
+/// Dispatch of workgroups to a compute pipeline.
 pub struct Dispatch<'a> {
-    /// The pipeline.
+    /// Pipeline that is dispatched.
     pub pipeline: &'a ComputePipeline,
     /// The groups that the pipeline's layout asks for.
     pub groups: &'a [&'a BindGroup],
-    /// The constants.
+    /// Push constants of the dispatch.
     pub constants: &'a [u8],
-    /// How many, at most 65,535.
+    /// Number of workgroups, at most 65,535.
     pub workgroups: u32,
 }
 
@@ -125,7 +127,7 @@ impl Recorder<'_> {
 }
 
 impl ComputePass<'_> {
-    /// Runs workgroups.
+    /// Records a dispatch of workgroups.
     ///
     /// # Errors
     /// When groups, constants or their number do not fit the pipeline.

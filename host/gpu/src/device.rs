@@ -15,15 +15,15 @@ use gpu_allocator::{AllocationSizes, MemoryLocation};
 
 use crate::GpuError;
 use crate::adapter::Adapter;
-use crate::bind::DescriptorPools;
-use crate::error::{allocating, at};
-use crate::garbage::Garbage;
-use crate::heap::keep_freed_memory;
+use crate::allocator::retain_freed_memory;
+use crate::bind_group::DescriptorPools;
+use crate::deferred_destruction::DiscardedObject;
+use crate::error::{allocation_error, vulkan_error};
 use crate::instance::Instance;
 use crate::pipeline_cache::PipelineCache;
 
-/// How long submitted work may take before it counts as hung. Long, because a
-/// software rasteriser on a busy machine is slow, not hung.
+/// Time that submitted work may take before it counts as hung, milliseconds. A software rasterizer
+/// on a busy machine is slow, not hung.
 const MAX_WAIT_MILLIS: u64 = 30_000;
 
 /// Attempts at a wait for which the driver lacks memory: nothing can be taken
@@ -48,7 +48,7 @@ pub(crate) struct Device {
     submitted: AtomicU64,
     /// A wait ran out of time.
     hung: AtomicBool,
-    garbage: Mutex<Vec<(u64, Garbage)>>,
+    discarded: Mutex<Vec<(u64, DiscardedObject)>>,
     names: Option<ext::debug_utils::Device>,
     pub(crate) instance: Arc<Instance>,
 }
@@ -61,11 +61,11 @@ impl Device {
         compiled: Option<&Path>,
     ) -> Result<Arc<Self>, GpuError> {
         let raw = create(&instance, &adapter, presents)?;
-        let made = Parts::of(&instance, &adapter, &raw);
-        let Parts { allocator, timeline } = match made {
+        let made = DeviceParts::new(&instance, &adapter, &raw);
+        let DeviceParts { allocator, timeline } = match made {
             Ok(parts) => parts,
             Err(error) => {
-                // SAFETY: `Parts` leaves nothing behind when it fails.
+                // SAFETY: `DeviceParts` leaves nothing behind when it fails.
                 unsafe { raw.destroy_device(None) };
                 return Err(error);
             }
@@ -84,7 +84,7 @@ impl Device {
             compiled: Mutex::new(compiled),
             submitted: AtomicU64::new(0),
             hung: AtomicBool::new(false),
-            garbage: Mutex::default(),
+            discarded: Mutex::default(),
             names,
             instance,
         });
@@ -94,12 +94,12 @@ impl Device {
     }
 
     /// The cache of compiled pipelines; null where there is none.
-    pub(crate) fn compiled(&self) -> vk::PipelineCache {
+    pub(crate) fn pipeline_cache(&self) -> vk::PipelineCache {
         self.compiled.lock().unwrap_or_else(PoisonError::into_inner).raw
     }
 
     /// Writes compiled pipelines to disk.
-    pub(crate) fn save_compiled(&self) -> Result<(), GpuError> {
+    pub(crate) fn save_pipeline_cache(&self) -> Result<(), GpuError> {
         self.compiled.lock().unwrap_or_else(PoisonError::into_inner).save(&self.raw)
     }
 
@@ -122,7 +122,7 @@ impl Device {
                 linear,
                 allocation_scheme: AllocationScheme::GpuAllocatorManaged,
             })
-            .map_err(allocating(name))
+            .map_err(allocation_error(name))
     }
 
     /// Names an object in messages of the validation layer and in debuggers.
@@ -156,34 +156,34 @@ impl Device {
 
     /// Destroys something once the submission now being recorded is done, or
     /// the next one if none is.
-    pub(crate) fn discard(&self, garbage: Garbage) {
+    pub(crate) fn discard(&self, object: DiscardedObject) {
         let value = self.submitted() + 1;
-        self.garbage().push((value, garbage));
+        self.discarded().push((value, object));
     }
 
     /// Destroys what the GPU is done with.
-    pub(crate) fn collect_garbage(&self) -> Result<(), GpuError> {
+    pub(crate) fn destroy_finished(&self) -> Result<(), GpuError> {
         let finished = self.finished()?;
-        let mut garbage = self.garbage();
-        let done: Vec<_> = garbage.extract_if(.., |(value, _)| *value <= finished).collect();
-        drop(garbage);
+        let mut discarded = self.discarded();
+        let done: Vec<_> = discarded.extract_if(.., |(value, _)| *value <= finished).collect();
+        drop(discarded);
         self.destroy(done);
         Ok(())
     }
 
-    fn destroy(&self, garbage: Vec<(u64, Garbage)>) {
+    fn destroy(&self, discarded: Vec<(u64, DiscardedObject)>) {
         // Descriptor sets go back to pools that allocation uses too.
         let _pools = self.pools.lock().unwrap_or_else(PoisonError::into_inner);
         let mut allocator = self.allocator();
-        for (_, item) in garbage {
+        for (_, item) in discarded {
             // SAFETY: all was made from this device; the submissions that used
             // it are finished; the pools are locked.
             unsafe { item.destroy(&self.raw, &mut allocator) };
         }
     }
 
-    fn garbage(&self) -> MutexGuard<'_, Vec<(u64, Garbage)>> {
-        self.garbage.lock().unwrap_or_else(PoisonError::into_inner)
+    fn discarded(&self) -> MutexGuard<'_, Vec<(u64, DiscardedObject)>> {
+        self.discarded.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The number of the last submission.
@@ -195,7 +195,7 @@ impl Device {
     pub(crate) fn finished(&self) -> Result<u64, GpuError> {
         // SAFETY: the semaphore is this device's timeline.
         unsafe { self.raw.get_semaphore_counter_value(self.timeline) }
-            .map_err(at("reading the timeline"))
+            .map_err(vulkan_error("reading the timeline"))
     }
 
     /// Waits until a submission is finished.
@@ -209,28 +209,29 @@ impl Device {
         let info = vk::SemaphoreWaitInfo::default().semaphores(&semaphores).values(&values);
         // SAFETY: the semaphore is this device's timeline.
         let wait = || unsafe { self.raw.wait_semaphores(&info, MAX_WAIT_MILLIS * 1_000_000) };
-        match patiently(wait) {
+        match retry_on_out_of_memory(wait) {
             Ok(()) => Ok(()),
             Err(vk::Result::TIMEOUT) => {
                 self.hung.store(true, Ordering::Release);
                 Err(timeout())
             }
-            Err(code) => Err(at(what)(code)),
+            Err(code) => Err(vulkan_error(what)(code)),
         }
     }
 
     /// Waits until the queue is idle, presents included.
     pub(crate) fn wait_for_queue(&self, what: &'static str) -> Result<(), GpuError> {
         // SAFETY: `&mut Gpu` stands behind every use of the queue.
-        patiently(|| unsafe { self.raw.queue_wait_idle(self.queue) }).map_err(at(what))
+        retry_on_out_of_memory(|| unsafe { self.raw.queue_wait_idle(self.queue) })
+            .map_err(vulkan_error(what))
     }
 
     /// Destroys all that was discarded, whatever commands were recorded with it.
     /// The caller knows that none of those will ever be submitted.
     pub(crate) fn destroy_discarded(&self) -> Result<(), GpuError> {
         self.wait_for_all("freeing memory")?;
-        let garbage = std::mem::take(&mut *self.garbage());
-        self.destroy(garbage);
+        let discarded = std::mem::take(&mut *self.discarded());
+        self.destroy(discarded);
         Ok(())
     }
 
@@ -267,7 +268,7 @@ impl Device {
             .signal_semaphore_infos(&signals);
         // SAFETY: the caller's promise.
         unsafe { self.raw.queue_submit2(self.queue, &[submit], vk::Fence::null()) }
-            .map_err(at("submitting a frame"))?;
+            .map_err(vulkan_error("submitting a frame"))?;
         self.submitted.store(value, Ordering::Release);
         Ok(value)
     }
@@ -283,14 +284,14 @@ impl Drop for Device {
             std::mem::forget(Arc::clone(&self.instance));
             return;
         }
-        let garbage = std::mem::take(&mut *self.garbage());
-        self.destroy(garbage);
+        let discarded = std::mem::take(&mut *self.discarded());
+        self.destroy(discarded);
         // SAFETY: everything made from the device held an Arc of it and is
         // gone; the queue is idle or lost; the allocator is not used again.
         unsafe {
             self.pools.lock().unwrap_or_else(PoisonError::into_inner).destroy(&self.raw);
             ManuallyDrop::drop(&mut self.allocator);
-            self.raw.destroy_pipeline_cache(self.compiled(), None);
+            self.raw.destroy_pipeline_cache(self.pipeline_cache(), None);
             self.raw.destroy_semaphore(self.timeline, None);
             self.raw.destroy_device(None);
         }
@@ -298,7 +299,7 @@ impl Drop for Device {
 }
 
 /// Tries a wait again for which there was no memory.
-fn patiently(wait: impl Fn() -> Result<(), vk::Result>) -> Result<(), vk::Result> {
+fn retry_on_out_of_memory(wait: impl Fn() -> Result<(), vk::Result>) -> Result<(), vk::Result> {
     let mut tries = 1;
     loop {
         match wait() {
@@ -312,14 +313,14 @@ fn patiently(wait: impl Fn() -> Result<(), vk::Result>) -> Result<(), vk::Result
     }
 }
 
-/// What is made right after the device and may fail.
-struct Parts {
+/// Parts that are made right after the device and may fail.
+struct DeviceParts {
     allocator: Allocator,
     timeline: vk::Semaphore,
 }
 
-impl Parts {
-    fn of(instance: &Instance, adapter: &Adapter, device: &ash::Device) -> Result<Self, GpuError> {
+impl DeviceParts {
+    fn new(instance: &Instance, adapter: &Adapter, device: &ash::Device) -> Result<Self, GpuError> {
         let allocator = Allocator::new(&AllocatorCreateDesc {
             instance: instance.raw.clone(),
             device: device.clone(),
@@ -328,20 +329,20 @@ impl Parts {
             buffer_device_address: false,
             allocation_sizes: AllocationSizes::new(DEVICE_BLOCK_BYTES, HOST_BLOCK_BYTES),
         })
-        .map_err(allocating("preparing GPU memory"))?;
+        .map_err(allocation_error("preparing GPU memory"))?;
         let mut kind =
             vk::SemaphoreTypeCreateInfo::default().semaphore_type(vk::SemaphoreType::TIMELINE);
         let info = vk::SemaphoreCreateInfo::default().push_next(&mut kind);
         // SAFETY: the device was made with timeline semaphores.
-        let timeline =
-            unsafe { device.create_semaphore(&info, None) }.map_err(at("creating the timeline"))?;
+        let timeline = unsafe { device.create_semaphore(&info, None) }
+            .map_err(vulkan_error("creating the timeline"))?;
         Ok(Self { allocator, timeline })
     }
 }
 
 fn create(instance: &Instance, adapter: &Adapter, presents: bool) -> Result<ash::Device, GpuError> {
     if adapter.is_software {
-        keep_freed_memory();
+        retain_freed_memory();
     }
     let priorities = [1.0];
     let queues = [vk::DeviceQueueCreateInfo::default()
@@ -370,5 +371,5 @@ fn create(instance: &Instance, adapter: &Adapter, presents: bool) -> Result<ash:
     // SAFETY: the adapter was examined for each feature and extension, and all
     // that `info` points to lives until the call returns.
     unsafe { instance.raw.create_device(adapter.raw, &info, None) }
-        .map_err(at("opening the device"))
+        .map_err(vulkan_error("opening the device"))
 }

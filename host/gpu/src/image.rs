@@ -1,4 +1,4 @@
-//! Images.
+//! Device images, their views and memory.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -6,12 +6,12 @@ use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::Allocation;
 
+use crate::deferred_destruction::DiscardedObject;
 use crate::device::Device;
-use crate::error::at;
-use crate::garbage::Garbage;
+use crate::error::vulkan_error;
 use crate::{Format, Gpu, GpuError};
 
-/// What an image is for.
+/// Kind of an image, which decides its usage flags.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImageKind {
     /// Sampled by shaders, with all its smaller levels.
@@ -20,7 +20,7 @@ pub enum ImageKind {
     FlatTexture,
     /// Drawn into, with this many samples a pixel, and perhaps read back.
     Target {
-        /// 1 or 4.
+        /// Samples a pixel, 1 or 4.
         samples: u32,
     },
     /// Drawn into, one sample a pixel, and then sampled by shaders; depth is perhaps read back.
@@ -30,11 +30,11 @@ pub enum ImageKind {
 /// An image to make.
 #[derive(Clone, Copy, Debug)]
 pub struct ImageDescription {
-    /// Shown in messages.
+    /// Name shown in messages.
     pub name: &'static str,
-    /// What it is for.
+    /// Kind of the image.
     pub kind: ImageKind,
-    /// How pixels are kept.
+    /// Format of its pixels.
     pub format: Format,
     /// Width and height in pixels, at least 1.
     pub size: [u32; 2],
@@ -55,7 +55,7 @@ struct Inner {
     usage: Mutex<ImageUse>,
 }
 
-/// How the GPU used an image last; decides the next barrier.
+/// Last use of an image by the GPU; decides the next barrier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ImageUse {
     Undefined,
@@ -209,7 +209,7 @@ impl Image {
             .sharing_mode(vk::SharingMode::EXCLUSIVE)
             .initial_layout(vk::ImageLayout::UNDEFINED);
         // SAFETY: size, samples and format are within the device's abilities.
-        let raw = unsafe { device.raw.create_image(&info, None) }.map_err(at(name))?;
+        let raw = unsafe { device.raw.create_image(&info, None) }.map_err(vulkan_error(name))?;
         device.name(raw, name);
         // Owns what is made from here on, so that a failure frees it.
         let mut inner = Inner {
@@ -237,7 +237,7 @@ impl Image {
         self.0.description.name
     }
 
-    /// How pixels are kept.
+    /// Returns the pixel format.
     pub fn format(&self) -> Format {
         self.0.description.format
     }
@@ -284,7 +284,8 @@ impl Inner {
         };
         self.allocation = Some(allocation);
         // SAFETY: the memory meets the image's requirements and is its alone.
-        unsafe { self.device.raw.bind_image_memory(self.raw, memory, offset) }.map_err(at(name))
+        unsafe { self.device.raw.bind_image_memory(self.raw, memory, offset) }
+            .map_err(vulkan_error(name))
     }
 
     fn make_view(&self, format: vk::Format) -> Result<vk::ImageView, GpuError> {
@@ -302,7 +303,7 @@ impl Inner {
         // SAFETY: the image lives and is bound; its format is this one or it is
         // mutable.
         let view = unsafe { self.device.raw.create_image_view(&info, None) }
-            .map_err(at(self.description.name))?;
+            .map_err(vulkan_error(self.description.name))?;
         self.device.name(view, self.description.name);
         Ok(view)
     }
@@ -313,6 +314,6 @@ impl Drop for Inner {
         let mut views: Vec<_> = self.undecoded_view.into_iter().collect();
         views.push(self.view);
         let allocation = self.allocation.take();
-        self.device.discard(Garbage::Image { image: self.raw, views, allocation });
+        self.device.discard(DiscardedObject::Image { image: self.raw, views, allocation });
     }
 }

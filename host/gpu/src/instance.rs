@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ash::{ext, vk};
 use raw_window_handle::HasDisplayHandle;
 
-use crate::error::at;
+use crate::error::vulkan_error;
 use crate::{GpuError, ValidationLog, WindowHandles};
 
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
@@ -18,7 +18,7 @@ pub(crate) struct Instance {
     pub(crate) raw: ash::Instance,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     pub(crate) log: ValidationLog,
-    /// Whether objects and passes can be named, for debuggers.
+    /// Debug names: whether objects and passes can be named for debuggers.
     pub(crate) can_name: bool,
 }
 
@@ -42,17 +42,17 @@ impl Instance {
         let raw = create(&entry, &log, validation, &extensions)?;
         let mut instance = Self { entry, raw, messenger: None, log, can_name };
         if validation {
-            instance.listen()?;
+            instance.attach_messenger()?;
         }
         Ok(Arc::new(instance))
     }
 
-    fn listen(&mut self) -> Result<(), GpuError> {
+    fn attach_messenger(&mut self) -> Result<(), GpuError> {
         let functions = ext::debug_utils::Instance::new(&self.entry, &self.raw);
         // SAFETY: the instance lives, and owns the log the messenger points to.
         let messenger =
             unsafe { functions.create_debug_utils_messenger(&self.log.messenger(), None) }
-                .map_err(at("listening to the validation layer"))?;
+                .map_err(vulkan_error("listening to the validation layer"))?;
         self.messenger = Some((functions, messenger));
         Ok(())
     }
@@ -73,15 +73,15 @@ impl Drop for Instance {
 
 fn has_layer(entry: &ash::Entry, wanted: &CStr) -> Result<bool, GpuError> {
     // SAFETY: the loader is loaded.
-    let layers =
-        unsafe { entry.enumerate_instance_layer_properties() }.map_err(at("listing layers"))?;
+    let layers = unsafe { entry.enumerate_instance_layer_properties() }
+        .map_err(vulkan_error("listing layers"))?;
     Ok(layers.iter().any(|layer| layer.layer_name_as_c_str() == Ok(wanted)))
 }
 
 fn has_extension(entry: &ash::Entry, wanted: &CStr) -> Result<bool, GpuError> {
     // SAFETY: the loader is loaded.
     let extensions = unsafe { entry.enumerate_instance_extension_properties(None) }
-        .map_err(at("listing extensions"))?;
+        .map_err(vulkan_error("listing extensions"))?;
     Ok(extensions.iter().any(|extension| extension.extension_name_as_c_str() == Ok(wanted)))
 }
 
@@ -137,6 +137,6 @@ fn create(
         vk::Result::ERROR_EXTENSION_NOT_PRESENT => GpuError::NoDriver(
             "the drivers there are cannot draw into this kind of window".to_owned(),
         ),
-        code => at("creating the instance")(code),
+        code => vulkan_error("creating the instance")(code),
     })
 }

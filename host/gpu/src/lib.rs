@@ -6,55 +6,58 @@
 //! Work is recorded by a [`Recorder`] and runs on one queue in order. One
 //! timeline semaphore counts submissions; a dropped resource lives on until
 //! the submission that may still use it has finished.
+#![doc = include_str!("../DESIGN.md")]
 
 mod adapter;
+mod allocator;
 mod area;
 mod arena;
-mod bind;
+mod bind_group;
 mod buffer;
+mod command_slot;
 mod compute;
+mod deferred_destruction;
 mod device;
 mod error;
 mod format;
-mod garbage;
+mod fullscreen_pass;
 mod gpu;
-mod heap;
 mod image;
-mod indirect;
+mod indirect_draws;
 mod instance;
-mod paint;
+mod overlay_pass;
 mod pass;
+mod pass_splitting;
 mod pipeline;
 mod pipeline_cache;
 mod presenter;
 mod recorder;
-mod rounds;
 mod sampler;
-mod screen;
-mod slot;
 mod surface;
 mod swapchain;
 mod transfer;
 mod validation;
 
-pub use area::Area;
-pub use arena::{Arena, Slice};
-pub use bind::{BindGroup, BindGroupLayout, Binding, BindingKind};
+pub use allocator::{HugePageAllocator, configure_allocator, release_freed_memory};
+pub use area::ImageArea;
+pub use arena::{BufferArena, BufferSlice};
+pub use bind_group::{BindGroup, BindGroupLayout, Binding, BindingKind};
 pub use buffer::{Buffer, BufferUsage};
+pub use command_slot::{MAX_STAGES, StageMillis};
 pub use compute::{ComputeDescription, ComputePass, ComputePipeline, Dispatch};
-pub use error::{Cure, GpuError};
+pub use error::{GpuError, RecoveryAction};
 pub use format::Format;
 pub use gpu::{Gpu, GpuOptions, MAX_FRAMES_IN_FLIGHT};
-pub use heap::{LargePages, give_back_freed_memory, load_within_one_heap};
 pub use image::{Image, ImageDescription, ImageKind};
-pub use paint::{Paint, PaintPass};
-pub use pass::{ClearColor, DepthAfter, Draw, DrawCount, Pass, Start, Targets, Viewport};
+pub use overlay_pass::{OverlayDraw, OverlayPass};
+pub use pass::{
+    ClearColor, DepthStore, DrawCall, DrawCount, LoadOp, RenderPass, RenderTargets, Viewport,
+};
 pub use pipeline::{
     AttributeKind, Blend, Pipeline, PipelineDescription, ShaderStage, VertexAttribute, VertexBuffer,
 };
 pub use recorder::{Recorder, Submission};
 pub use sampler::{AddressMode, Sampler};
-pub use slot::{MAX_STAGES, StageMillis};
 pub use surface::WindowHandles;
 pub use transfer::{DepthCopy, Download};
 pub use validation::ValidationLog;

@@ -1,74 +1,75 @@
-//! Drawing into targets.
+//! Render passes: attachments, draw calls, and their recording.
 
 use std::ops::AddAssign;
 
 use ash::vk;
 
 use crate::image::ImageUse;
-use crate::indirect::{CALL_BYTES, Call};
-use crate::rounds::Rounds;
-use crate::{Area, BindGroup, Buffer, BufferUsage, Format, GpuError, Image, Pipeline, Recorder};
+use crate::indirect_draws::{COMMAND_BYTES, IndirectCommand};
+use crate::pass_splitting::PassSplitter;
+use crate::{
+    BindGroup, Buffer, BufferUsage, Format, GpuError, Image, ImageArea, Pipeline, Recorder,
+};
 
-/// What colour targets are filled with first.
+/// Clear value of a colour target.
 #[derive(Clone, Copy, Debug)]
 pub enum ClearColor {
     /// Linear colour and alpha.
     Linear([f32; 4]),
     /// A number, for number formats.
-    Number(u32),
+    Integer(u32),
 }
 
-/// Where a pass draws. All of one size.
-pub struct Targets<'a> {
-    /// Drawn into.
+/// Attachments of a render pass, all of one size.
+pub struct RenderTargets<'a> {
+    /// Colour attachment that is drawn into.
     pub color: &'a Image,
     /// Gets the mean of the samples, if the colour has several.
     pub resolve: Option<&'a Image>,
     /// Depth, with as many samples as the colour.
     pub depth: &'a Image,
-    /// What becomes of it.
-    pub depth_after: DepthAfter<'a>,
-    /// What they start with.
-    pub start: Start,
+    /// Store operation of depth after the pass.
+    pub depth_store: DepthStore<'a>,
+    /// Load operation of colour and depth.
+    pub load: LoadOp,
     /// Takes sRGB colours as bytes: shaders encode, and blending and resolving do not
     /// decode.
     pub undecoded: bool,
 }
 
-/// What a pass's targets start with.
+/// Load operation of a pass's attachments.
 #[derive(Clone, Copy, Debug)]
-pub enum Start {
-    /// This colour, and depth "infinitely far".
-    Cleared(ClearColor),
-    /// What the last pass left there, which kept its depth.
-    Resumed,
+pub enum LoadOp {
+    /// Clears colour to a value, and depth to infinitely far.
+    Clear(ClearColor),
+    /// Keeps the contents of the last pass, whose depth was stored.
+    Load,
 }
 
-/// What becomes of a pass's depth.
+/// Store operation of a pass's depth.
 #[derive(Clone, Copy)]
-pub enum DepthAfter<'a> {
-    /// Nobody reads it.
-    Forgotten,
-    /// It is there for passes after this one.
-    Kept,
-    /// This image gets the first of its samples.
-    First(&'a Image),
+pub enum DepthStore<'a> {
+    /// Discards depth after the pass.
+    Discard,
+    /// Stores depth for later passes.
+    Store,
+    /// Resolves the first sample of each pixel into an image.
+    ResolveFirstSample(&'a Image),
 }
 
-/// Where clip space lies on the targets, in pixels; it may be larger than they
-/// are.
+/// Viewport of clip space on the targets, in pixels; it may be larger than they are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Viewport {
-    /// Upper left corner.
+    /// Upper left corner, pixels.
     pub origin: [f32; 2],
-    /// Width and height.
+    /// Width and height, pixels.
     pub size: [f32; 2],
 }
 
 /// One indexed, instanced draw and all that it needs.
 #[derive(Clone)]
-pub struct Draw<'a> {
-    /// The pipeline.
+pub struct DrawCall<'a> {
+    /// Pipeline to draw with.
     pub pipeline: &'a Pipeline,
     /// The groups that the pipeline's layout asks for.
     pub groups: &'a [&'a BindGroup],
@@ -78,13 +79,13 @@ pub struct Draw<'a> {
     pub vertex_offset: u64,
     /// Added to each index.
     pub first_vertex: u32,
-    /// Instances: its second.
+    /// Instances: the pipeline's second vertex buffer.
     pub instances: &'a Buffer,
     /// Indices, 32 bits each.
     pub indices: &'a Buffer,
-    /// Which indices.
+    /// Range of indices drawn.
     pub index_range: std::ops::Range<u32>,
-    /// Which instances.
+    /// Range of instances drawn.
     pub instance_range: std::ops::Range<u32>,
     /// Leaves out faces seen from behind.
     pub cull_back: bool,
@@ -93,19 +94,19 @@ pub struct Draw<'a> {
 }
 
 /// A pass being recorded; it ends when dropped.
-pub struct Pass<'r> {
+pub struct RenderPass<'r> {
     recorder: &'r Recorder<'r>,
     device: &'r ash::Device,
     commands: vk::CommandBuffer,
     format: Option<Format>,
     samples: u32,
-    bound: Bound,
+    bound: BoundState,
     attachments: Attachments,
-    /// Where it is drawn in rounds.
-    rounds: Option<Rounds>,
+    /// Splitter of the pass, on software rasterizers.
+    splitter: Option<PassSplitter>,
 }
 
-/// What a pass draws into, as it is begun.
+/// Attachments of a pass as it was begun.
 #[derive(Clone, Copy)]
 struct Attachments {
     area: vk::Rect2D,
@@ -113,7 +114,7 @@ struct Attachments {
     depth: vk::RenderingAttachmentInfo<'static>,
 }
 
-/// What drawing took.
+/// Numbers of draws and of the commands for them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DrawCount {
     /// Draws that the device runs.
@@ -134,9 +135,9 @@ impl AddAssign for DrawCount {
     }
 }
 
-impl Draw<'_> {
-    /// Whether the other is drawn with all that this one is drawn with.
-    fn is_like(&self, other: &Self) -> bool {
+impl DrawCall<'_> {
+    /// Reports whether another draw call uses the same pipeline, buffers, groups and raster state.
+    fn shares_state_with(&self, other: &Self) -> bool {
         let state = |draw: &Self| {
             let buffers = [draw.vertices, draw.instances, draw.indices].map(Buffer::raw);
             let ways = (draw.vertex_offset, draw.cull_back, draw.mirrored);
@@ -146,7 +147,7 @@ impl Draw<'_> {
         state(self) == state(other) && groups(self).eq(groups(other))
     }
 
-    fn call(&self) -> Call {
+    fn indirect_command(&self) -> IndirectCommand {
         [
             self.index_range.len() as u32,
             self.instance_range.len() as u32,
@@ -160,9 +161,9 @@ impl Draw<'_> {
 /// Groups that a pipeline takes at most (Vulkan 1.3, limit of `maxBoundDescriptorSets`).
 const MAX_GROUPS: usize = 4;
 
-/// What was bound last, so that it is not bound again.
+/// State that was bound last, so that it is not bound again.
 #[derive(Default)]
-struct Bound {
+struct BoundState {
     pipeline: vk::Pipeline,
     groups: [vk::DescriptorSet; MAX_GROUPS],
     vertices: ([vk::Buffer; 2], u64),
@@ -171,16 +172,16 @@ struct Bound {
 }
 
 impl Recorder<'_> {
-    /// Begins a pass.
+    /// Begins a render pass over all of the targets.
     ///
     /// # Errors
     /// When the targets do not fit together.
     pub fn pass(
         &mut self,
-        targets: &Targets<'_>,
+        targets: &RenderTargets<'_>,
         viewport: Viewport,
-    ) -> Result<Pass<'_>, GpuError> {
-        self.pass_in(targets, viewport, Area::of(targets.color))
+    ) -> Result<RenderPass<'_>, GpuError> {
+        self.pass_in(targets, viewport, ImageArea::whole(targets.color))
     }
 
     /// Begins a pass over a part of the targets; beside it they stay as they are.
@@ -189,23 +190,23 @@ impl Recorder<'_> {
     /// When the targets do not fit together or have no such part.
     pub fn pass_in(
         &mut self,
-        targets: &Targets<'_>,
+        targets: &RenderTargets<'_>,
         viewport: Viewport,
-        area: Area,
-    ) -> Result<Pass<'_>, GpuError> {
-        let Targets { color, resolve, depth, depth_after, start, undecoded } = targets;
+        area: ImageArea,
+    ) -> Result<RenderPass<'_>, GpuError> {
+        let RenderTargets { color, resolve, depth, depth_store, load, undecoded } = targets;
         let fits = color.size() == depth.size()
             && color.samples() == depth.samples()
             && depth.format() == Format::Depth32
             && resolve.is_none_or(|r| {
                 r.size() == color.size() && r.format() == color.format() && color.samples() > 1
             })
-            && depth_after.fits(depth)
-            && area.is_in(color.size());
+            && depth_store.fits(depth)
+            && area.is_within(color.size());
         if !fits {
             return Err(GpuError::Misuse("targets that do not fit together"));
         }
-        self.use_image(color, ImageUse::ColorTarget);
+        self.transition(color, ImageUse::ColorTarget);
         let viewed = |image: &Image| {
             if !undecoded {
                 return Ok((image.view(), image.format()));
@@ -217,17 +218,17 @@ impl Recorder<'_> {
         let mut color_info =
             attachment(view, ImageUse::ColorTarget).store_op(vk::AttachmentStoreOp::STORE);
         if let Some(resolve) = resolve {
-            self.use_image(resolve, ImageUse::ColorTarget);
+            self.transition(resolve, ImageUse::ColorTarget);
             color_info = color_info
                 .store_op(vk::AttachmentStoreOp::DONT_CARE)
                 .resolve_mode(vk::ResolveModeFlags::AVERAGE)
                 .resolve_image_view(viewed(resolve)?.0)
                 .resolve_image_layout(ImageUse::ColorTarget.layout());
         }
-        let mut depth_info = self.depth_attachment(depth, *depth_after);
-        match start {
-            Start::Cleared(clear) => color_info = color_info.clear_value(clear.vk()),
-            Start::Resumed => {
+        let mut depth_info = self.depth_attachment(depth, *depth_store);
+        match load {
+            LoadOp::Clear(clear) => color_info = color_info.clear_value(clear.vk()),
+            LoadOp::Load => {
                 color_info = color_info.load_op(vk::AttachmentLoadOp::LOAD);
                 depth_info = depth_info.load_op(vk::AttachmentLoadOp::LOAD);
             }
@@ -239,29 +240,29 @@ impl Recorder<'_> {
     ///
     /// # Errors
     /// When the image holds no depth.
-    pub fn depth_pass(&mut self, depth: &Image) -> Result<Pass<'_>, GpuError> {
+    pub fn depth_pass(&mut self, depth: &Image) -> Result<RenderPass<'_>, GpuError> {
         if depth.format() != Format::Depth32 {
             return Err(GpuError::Misuse("a depth pass without depth"));
         }
         let viewport =
             Viewport { origin: [0.0; 2], size: depth.size().map(|pixels| pixels as f32) };
-        let info = self.depth_attachment(depth, DepthAfter::Kept);
-        Ok(self.begin_pass((depth, Area::of(depth)), None, info, viewport))
+        let info = self.depth_attachment(depth, DepthStore::Store);
+        Ok(self.begin_pass((depth, ImageArea::whole(depth)), None, info, viewport))
     }
 
     fn depth_attachment(
         &mut self,
         depth: &Image,
-        after: DepthAfter<'_>,
+        after: DepthStore<'_>,
     ) -> vk::RenderingAttachmentInfo<'static> {
-        self.use_image(depth, ImageUse::DepthTarget);
+        self.transition(depth, ImageUse::DepthTarget);
         // Reverse-Z: zero is infinitely far.
         let info = attachment(depth.view(), ImageUse::DepthTarget);
         match after {
-            DepthAfter::Forgotten => info.store_op(vk::AttachmentStoreOp::DONT_CARE),
-            DepthAfter::Kept => info.store_op(vk::AttachmentStoreOp::STORE),
-            DepthAfter::First(image) => {
-                self.use_image(image, ImageUse::DepthResolve);
+            DepthStore::Discard => info.store_op(vk::AttachmentStoreOp::DONT_CARE),
+            DepthStore::Store => info.store_op(vk::AttachmentStoreOp::STORE),
+            DepthStore::ResolveFirstSample(image) => {
+                self.transition(image, ImageUse::DepthResolve);
                 info.store_op(vk::AttachmentStoreOp::DONT_CARE)
                     .resolve_mode(vk::ResolveModeFlags::SAMPLE_ZERO)
                     .resolve_image_view(image.view())
@@ -273,16 +274,16 @@ impl Recorder<'_> {
     /// `target`: any image of the pass; images are ready for their use.
     fn begin_pass(
         &mut self,
-        (target, area): (&Image, Area),
+        (target, area): (&Image, ImageArea),
         color: Option<(vk::RenderingAttachmentInfo<'static>, Format)>,
         depth: vk::RenderingAttachmentInfo<'static>,
         viewport: Viewport,
-    ) -> Pass<'_> {
-        let area = area.rect();
+    ) -> RenderPass<'_> {
+        let area = area.to_rect();
         let format = color.map(|(_, format)| format);
         let attachments = Attachments { area, color: color.map(|(info, _)| info), depth };
-        let rounds = self.device().adapter.round_triangles.map(Rounds::of);
-        let begun = if rounds.is_some() { attachments.kept() } else { attachments };
+        let splitter = self.device().adapter.max_triangles_per_pass.map(PassSplitter::new);
+        let begun = if splitter.is_some() { attachments.with_store() } else { attachments };
         let samples = target.samples();
         self.begin_label(target.name());
         let commands = self.commands();
@@ -302,8 +303,8 @@ impl Recorder<'_> {
             device.cmd_set_scissor(commands, 0, &[area]);
         }
         let recorder: &Recorder<'_> = self;
-        let bound = Bound::default();
-        Pass { recorder, device, commands, format, samples, bound, attachments, rounds }
+        let bound = BoundState::default();
+        RenderPass { recorder, device, commands, format, samples, bound, attachments, splitter }
     }
 }
 
@@ -316,18 +317,18 @@ impl Attachments {
     }
 
     /// The same for a round that another follows.
-    fn kept(self) -> Self {
+    fn with_store(self) -> Self {
         self.map(|info| {
             info.store_op(vk::AttachmentStoreOp::STORE).resolve_mode(vk::ResolveModeFlags::NONE)
         })
     }
 
     /// The same after a round.
-    fn resumed(self) -> Self {
+    fn with_load(self) -> Self {
         self.map(|info| info.load_op(vk::AttachmentLoadOp::LOAD))
     }
 
-    fn are_resolved(&self) -> bool {
+    fn has_resolve(&self) -> bool {
         let mut all = self.color.iter().chain([&self.depth]);
         all.any(|info| info.resolve_mode != vk::ResolveModeFlags::NONE)
     }
@@ -344,11 +345,11 @@ impl Attachments {
     }
 }
 
-impl DepthAfter<'_> {
+impl DepthStore<'_> {
     fn fits(self, depth: &Image) -> bool {
         match self {
-            Self::Forgotten | Self::Kept => true,
-            Self::First(image) => {
+            Self::Discard | Self::Store => true,
+            Self::ResolveFirstSample(image) => {
                 let is_alike = (image.size(), image.format()) == (depth.size(), depth.format());
                 is_alike && image.samples() == 1 && depth.samples() > 1
             }
@@ -367,22 +368,22 @@ impl ClearColor {
     fn vk(self) -> vk::ClearValue {
         let color = match self {
             Self::Linear(float32) => vk::ClearColorValue { float32 },
-            Self::Number(number) => vk::ClearColorValue { uint32: [number, 0, 0, 0] },
+            Self::Integer(number) => vk::ClearColorValue { uint32: [number, 0, 0, 0] },
         };
         vk::ClearValue { color }
     }
 }
 
-impl Pass<'_> {
-    /// Draws.
+impl RenderPass<'_> {
+    /// Records one draw call.
     ///
     /// # Errors
     /// When the draw does not fit the pass, its pipeline or its buffers.
-    pub fn draw(&mut self, draw: &Draw<'_>) -> Result<(), GpuError> {
+    pub fn draw(&mut self, draw: &DrawCall<'_>) -> Result<(), GpuError> {
         self.check_state(draw)?;
         check_ranges(draw)?;
         self.bind(draw);
-        self.call(draw.call());
+        self.draw_indexed(draw.indirect_command());
         Ok(())
     }
 
@@ -390,36 +391,36 @@ impl Pass<'_> {
     /// one command, where the device can.
     ///
     /// # Errors
-    /// As [`Pass::draw`].
-    pub fn draw_all(&mut self, draws: &[Draw<'_>]) -> Result<DrawCount, GpuError> {
+    /// As [`RenderPass::draw`].
+    pub fn draw_all(&mut self, draws: &[DrawCall<'_>]) -> Result<DrawCount, GpuError> {
         let mut count = DrawCount::default();
-        for alike in draws.chunk_by(Draw::is_like) {
+        for alike in draws.chunk_by(DrawCall::shares_state_with) {
             self.check_state(&alike[0])?;
             alike.iter().try_for_each(check_ranges)?;
             self.bind(&alike[0]);
-            count += self.call_in_rounds(alike.iter().map(Draw::call).collect())?;
+            count += self.draw_split(alike.iter().map(DrawCall::indirect_command).collect())?;
         }
         Ok(count)
     }
 
     /// Draws what is alike.
-    fn call_in_rounds(&mut self, mut calls: Vec<Call>) -> Result<DrawCount, GpuError> {
-        let Some(mut rounds) = self.rounds else { return self.call_all(&calls) };
+    fn draw_split(&mut self, mut calls: Vec<IndirectCommand>) -> Result<DrawCount, GpuError> {
+        let Some(mut splitter) = self.splitter else { return self.draw_commands(&calls) };
         let mut count = DrawCount::default();
         calls.reverse();
         while !calls.is_empty() {
-            if rounds.is_full() {
-                self.resume(self.attachments.resumed().kept());
-                rounds.restart();
+            if splitter.is_full() {
+                self.split(self.attachments.with_load().with_store());
+                splitter.restart();
             }
-            count += self.call_all(&rounds.take(&mut calls))?;
+            count += self.draw_commands(&splitter.take_commands(&mut calls))?;
         }
-        self.rounds = Some(rounds);
+        self.splitter = Some(splitter);
         Ok(count)
     }
 
     /// Has all drawn that was recorded, and goes on.
-    fn resume(&self, attachments: Attachments) {
+    fn split(&self, attachments: Attachments) {
         let uses = [ImageUse::ColorTarget, ImageUse::DepthTarget];
         let stages = uses[0].stages() | uses[1].stages();
         let access = uses[0].access() | uses[1].access();
@@ -434,11 +435,12 @@ impl Pass<'_> {
         attachments.begin(self.device, self.commands);
     }
 
-    fn call_all(&self, calls: &[Call]) -> Result<DrawCount, GpuError> {
+    fn draw_commands(&self, calls: &[IndirectCommand]) -> Result<DrawCount, GpuError> {
         let (mut left, mut commands) = (calls, 0);
         if calls.len() > 1 && self.recorder.device().adapter.draws_indirectly {
             while !left.is_empty() {
-                let Some((buffer, offset, count)) = self.recorder.write_calls(left)? else {
+                let Some((buffer, offset, count)) = self.recorder.write_indirect_commands(left)?
+                else {
                     break;
                 };
                 // SAFETY: as in `call`; the buffer holds so many calls from there on, and is
@@ -449,19 +451,22 @@ impl Pass<'_> {
                         buffer,
                         offset,
                         count as u32,
-                        CALL_BYTES,
+                        COMMAND_BYTES,
                     );
                 }
                 left = &left[count..];
                 commands += 1;
             }
         }
-        left.iter().for_each(|&call| self.call(call));
+        left.iter().for_each(|&call| self.draw_indexed(call));
         commands += left.len() as u32;
         Ok(DrawCount { draws: calls.len() as u32, commands })
     }
 
-    fn call(&self, [indices, instances, first_index, first_vertex, first_instance]: Call) {
+    fn draw_indexed(
+        &self,
+        [indices, instances, first_index, first_vertex, first_instance]: IndirectCommand,
+    ) {
         // SAFETY: the commands are being recorded, inside this pass; all that
         // the pipeline needs is bound and checked; what shaders read beyond a
         // buffer is zero, by robust buffer access.
@@ -477,16 +482,16 @@ impl Pass<'_> {
         }
     }
 
-    fn check_state(&self, draw: &Draw<'_>) -> Result<(), GpuError> {
+    fn check_state(&self, draw: &DrawCall<'_>) -> Result<(), GpuError> {
         let pipeline = draw.pipeline;
         let made_for = (pipeline.color, pipeline.samples, pipeline.screen);
         if made_for != (self.format, self.samples, false) {
             return Err(GpuError::Misuse("a pipeline made for other targets"));
         }
-        if !pipeline.takes(draw.groups) || draw.groups.len() > MAX_GROUPS {
+        if !pipeline.accepts_groups(draw.groups) || draw.groups.len() > MAX_GROUPS {
             return Err(GpuError::Misuse("bind groups made for another pipeline"));
         }
-        if !matches!(draw.vertices.usage(), BufferUsage::Vertex | BufferUsage::Computed)
+        if !matches!(draw.vertices.usage(), BufferUsage::Vertex | BufferUsage::ComputeVertex)
             || draw.instances.usage() != BufferUsage::HostVertex
             || !matches!(draw.indices.usage(), BufferUsage::Index | BufferUsage::HostIndex)
         {
@@ -497,7 +502,7 @@ impl Pass<'_> {
         Ok(())
     }
 
-    fn bind(&mut self, draw: &Draw<'_>) {
+    fn bind(&mut self, draw: &DrawCall<'_>) {
         let (device, commands, bound) = (self.device, self.commands, &mut self.bound);
         let graphics = vk::PipelineBindPoint::GRAPHICS;
         // SAFETY: the commands are being recorded, inside this pass; all that is
@@ -537,7 +542,7 @@ impl Pass<'_> {
     }
 }
 
-fn check_ranges(draw: &Draw<'_>) -> Result<(), GpuError> {
+fn check_ranges(draw: &DrawCall<'_>) -> Result<(), GpuError> {
     if draw.vertex_offset >= draw.vertices.size() {
         return Err(GpuError::Misuse("a draw beyond its vertices"));
     }
@@ -555,11 +560,11 @@ fn front_face(mirrored: bool) -> vk::FrontFace {
     if mirrored { vk::FrontFace::CLOCKWISE } else { vk::FrontFace::COUNTER_CLOCKWISE }
 }
 
-impl Drop for Pass<'_> {
+impl Drop for RenderPass<'_> {
     fn drop(&mut self) {
-        if self.rounds.is_some() && self.attachments.are_resolved() {
+        if self.splitter.is_some() && self.attachments.has_resolve() {
             // No round did.
-            self.resume(self.attachments.resumed());
+            self.split(self.attachments.with_load());
         }
         // SAFETY: the pass was begun in these commands and not ended yet.
         unsafe { self.device.cmd_end_rendering(self.commands) };

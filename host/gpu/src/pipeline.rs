@@ -1,83 +1,83 @@
-//! Graphics pipelines.
+//! Graphics pipelines: description and compilation.
 
 use std::ffi::CStr;
 use std::sync::Arc;
 
 use ash::vk;
 
+use crate::deferred_destruction::DiscardedObject;
 use crate::device::Device;
-use crate::error::at;
-use crate::garbage::Garbage;
+use crate::error::vulkan_error;
 use crate::image::sample_flag;
 use crate::{BindGroup, BindGroupLayout, Format, Gpu, GpuError};
 
 /// One shader entry point.
 #[derive(Clone, Copy)]
 pub struct ShaderStage<'a> {
-    /// SPIR-V words.
+    /// SPIR-V words of the module.
     pub words: &'a [u32],
     /// Name of the entry point.
     pub entry: &'a CStr,
 }
 
-/// How a fragment meets what is there already.
+/// Blending of a fragment with the target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Blend {
     /// Paints over a finished picture: its alpha is premultiplied, bytes are
     /// blended undecoded, and there is no depth.
-    Paint,
-    /// Replaces it.
+    PremultipliedAlpha,
+    /// Replaces the colour of the target.
     Replace,
     /// Replaces it in as many of a pixel's samples as its alpha says, a single one in any case,
     /// and leaves its alpha.
-    Cover,
+    AlphaToCoverage,
     /// Covers it by its alpha, and leaves depth alone.
     Over,
-    /// Multiplies it.
+    /// Multiplies the colour of the target.
     Multiply,
 }
 
 /// A pipeline to make. Triangles; counter-clockwise is the front; reverse-Z.
 pub struct PipelineDescription<'a> {
-    /// Shown in messages.
+    /// Name shown in messages.
     pub name: &'a str,
-    /// Vertex shader.
+    /// Vertex shader and entry point.
     pub vertex: ShaderStage<'a>,
     /// Fragment shader; none where depth alone is drawn and nothing is left out.
     pub fragment: Option<ShaderStage<'a>>,
-    /// What the vertex buffers hold, in the order in which they are bound.
+    /// Layouts of the vertex buffers, in the order in which they are bound.
     pub vertex_buffers: &'a [VertexBuffer<'a>],
     /// Layouts of the groups, numbered from 0.
     pub groups: &'a [&'a BindGroupLayout],
     /// Format of the colour target; none where depth alone is drawn.
     pub color: Option<Format>,
-    /// Samples a pixel.
+    /// Number of samples a pixel.
     pub samples: u32,
-    /// How fragments meet what is there.
+    /// Blending of fragments with the target.
     pub blend: Blend,
     /// Draws edges instead of faces; needs [`Gpu::can_draw_lines`].
     pub lines: bool,
-    /// For [`Recorder::screen_pass`](crate::Recorder::screen_pass): there is no depth.
+    /// For [`Recorder::fullscreen_pass`](crate::Recorder::screen_pass): there is no depth.
     pub screen: bool,
 }
 
-/// What one vertex buffer holds.
+/// Layout of one vertex buffer.
 #[derive(Clone, Copy, Debug)]
 pub struct VertexBuffer<'a> {
     /// Bytes from one element to the next.
     pub stride: u32,
     /// An element an instance rather than a vertex.
     pub per_instance: bool,
-    /// What a shader reads of an element.
+    /// Attributes that a shader reads of an element.
     pub attributes: &'a [VertexAttribute],
 }
 
-/// What a shader reads at one location.
+/// Vertex attribute at one location.
 #[derive(Clone, Copy, Debug)]
 pub struct VertexAttribute {
     /// Location in the shader.
     pub location: u32,
-    /// Its numbers.
+    /// Kind of its numbers.
     pub kind: AttributeKind,
     /// Bytes from the start of the element.
     pub offset: u32,
@@ -86,13 +86,13 @@ pub struct VertexAttribute {
 /// Numbers of a vertex attribute.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AttributeKind {
-    /// Two floats.
+    /// Two 32-bit floats each.
     Float2,
-    /// Four floats.
+    /// Four 32-bit floats each.
     Float4,
     /// Four bytes, read as 0 to 1.
-    Share4,
-    /// Four whole numbers.
+    Unorm4,
+    /// Four unsigned 32-bit integers.
     Uint4,
 }
 
@@ -101,13 +101,13 @@ impl AttributeKind {
         match self {
             Self::Float2 => vk::Format::R32G32_SFLOAT,
             Self::Float4 => vk::Format::R32G32B32A32_SFLOAT,
-            Self::Share4 => vk::Format::R8G8B8A8_UNORM,
+            Self::Unorm4 => vk::Format::R8G8B8A8_UNORM,
             Self::Uint4 => vk::Format::R32G32B32A32_UINT,
         }
     }
 }
 
-/// A graphics pipeline.
+/// Compiled graphics pipeline and its layout.
 pub struct Pipeline {
     device: Arc<Device>,
     pub(crate) raw: vk::Pipeline,
@@ -119,13 +119,13 @@ pub struct Pipeline {
 }
 
 impl Pipeline {
-    /// Whether bind groups are those of its layout.
-    pub(crate) fn takes(&self, groups: &[&BindGroup]) -> bool {
+    /// Reports whether bind groups match its layout.
+    pub(crate) fn accepts_groups(&self, groups: &[&BindGroup]) -> bool {
         let layouts = self.groups.iter().map(BindGroupLayout::raw);
         layouts.eq(groups.iter().map(|group| group.layout()))
     }
 
-    /// Compiles a pipeline.
+    /// Compiles a graphics pipeline.
     ///
     /// # Errors
     /// When lines are asked for and not possible, or memory runs out.
@@ -138,7 +138,7 @@ impl Pipeline {
         let info = vk::PipelineLayoutCreateInfo::default().set_layouts(&layouts);
         // SAFETY: the layouts belong to this device.
         let layout = unsafe { device.raw.create_pipeline_layout(&info, None) }
-            .map_err(at("creating a pipeline layout"))?;
+            .map_err(vulkan_error("creating a pipeline layout"))?;
         // Owns the layout from here on.
         let mut pipeline = Self {
             device,
@@ -155,16 +155,18 @@ impl Pipeline {
         Ok(pipeline)
     }
 
-    /// How many bind groups its shaders take.
+    /// Returns how many bind groups its shaders take.
     pub fn group_count(&self) -> usize {
         self.groups.len()
     }
 
     fn compile(&self, description: &PipelineDescription<'_>) -> Result<vk::Pipeline, GpuError> {
-        let vertex = Module::new(&self.device, description.vertex.words)?;
+        let vertex = ShaderModule::new(&self.device, description.vertex.words)?;
         let fragment = description
             .fragment
-            .map(|stage| Ok::<_, GpuError>((Module::new(&self.device, stage.words)?, stage.entry)))
+            .map(|stage| {
+                Ok::<_, GpuError>((ShaderModule::new(&self.device, stage.words)?, stage.entry))
+            })
             .transpose()?;
         let mut stages = vec![vertex.stage(vk::ShaderStageFlags::VERTEX, description.vertex.entry)];
         stages.extend(
@@ -185,15 +187,17 @@ impl Pipeline {
             .line_width(1.0);
         let multisample = vk::PipelineMultisampleStateCreateInfo::default()
             .rasterization_samples(sample_flag(description.samples))
-            .alpha_to_coverage_enable(description.blend == Blend::Cover && description.samples > 1);
-        let paints = description.blend == Blend::Paint;
+            .alpha_to_coverage_enable(
+                description.blend == Blend::AlphaToCoverage && description.samples > 1,
+            );
+        let paints = description.blend == Blend::PremultipliedAlpha;
         let has_depth = !paints && !description.screen;
         let depth = vk::PipelineDepthStencilStateCreateInfo::default()
             .depth_test_enable(has_depth)
-            .depth_write_enable(has_depth && covers(description.blend))
+            .depth_write_enable(has_depth && writes_depth(description.blend))
             .depth_compare_op(vk::CompareOp::GREATER_OR_EQUAL);
         let colors: Vec<_> =
-            description.color.map(|format| shown_as(format, paints)).into_iter().collect();
+            description.color.map(|format| attachment_format(format, paints)).into_iter().collect();
         let attachments = vec![blend_state(description.blend); colors.len()];
         let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&attachments);
         let dynamic_states = [
@@ -222,20 +226,22 @@ impl Pipeline {
         // SAFETY: all that `info` points to lives until the call returns; the
         // shaders come from naga's validated output. One info gives one
         // pipeline.
-        unsafe { self.device.raw.create_graphics_pipelines(self.device.compiled(), &[info], None) }
-            .map(|pipelines| pipelines[0])
-            .map_err(|(_, code)| at("compiling a pipeline")(code))
+        unsafe {
+            self.device.raw.create_graphics_pipelines(self.device.pipeline_cache(), &[info], None)
+        }
+        .map(|pipelines| pipelines[0])
+        .map_err(|(_, code)| vulkan_error("compiling a pipeline")(code))
     }
 }
 
 impl Drop for Pipeline {
     fn drop(&mut self) {
-        self.device.discard(Garbage::Pipeline(self.raw, self.layout));
+        self.device.discard(DiscardedObject::Pipeline(self.raw, self.layout));
     }
 }
 
-/// What a target of this format is drawn as.
-fn shown_as(format: Format, paints: bool) -> vk::Format {
+/// Returns the attachment format of a target: without sRGB decoding for overlays.
+fn attachment_format(format: Format, paints: bool) -> vk::Format {
     format.undecoded().filter(|_| paints).unwrap_or(format).vk()
 }
 
@@ -264,25 +270,25 @@ fn vertex_input(
     (bindings, (0..).zip(buffers).flat_map(attributes_of).collect())
 }
 
-/// Whether what is behind it is hidden.
-fn covers(blend: Blend) -> bool {
-    matches!(blend, Blend::Replace | Blend::Cover)
+/// Reports whether fragments write depth.
+fn writes_depth(blend: Blend) -> bool {
+    matches!(blend, Blend::Replace | Blend::AlphaToCoverage)
 }
 
 fn blend_state(blend: Blend) -> vk::PipelineColorBlendAttachmentState {
     use vk::BlendFactor as Factor;
     let (color, alpha) = match blend {
-        Blend::Replace | Blend::Cover | Blend::Over => (
+        Blend::Replace | Blend::AlphaToCoverage | Blend::Over => (
             [Factor::SRC_ALPHA, Factor::ONE_MINUS_SRC_ALPHA],
             [Factor::ONE, Factor::ONE_MINUS_SRC_ALPHA],
         ),
         Blend::Multiply => ([Factor::ZERO, Factor::SRC_COLOR], [Factor::ZERO, Factor::ONE]),
-        Blend::Paint => {
+        Blend::PremultipliedAlpha => {
             ([Factor::ONE, Factor::ONE_MINUS_SRC_ALPHA], [Factor::ONE_MINUS_DST_ALPHA, Factor::ONE])
         }
     };
     vk::PipelineColorBlendAttachmentState {
-        blend_enable: (!covers(blend)).into(),
+        blend_enable: (!writes_depth(blend)).into(),
         src_color_blend_factor: color[0],
         dst_color_blend_factor: color[1],
         color_blend_op: vk::BlendOp::ADD,
@@ -290,24 +296,24 @@ fn blend_state(blend: Blend) -> vk::PipelineColorBlendAttachmentState {
         dst_alpha_blend_factor: alpha[1],
         alpha_blend_op: vk::BlendOp::ADD,
         color_write_mask: match blend {
-            Blend::Cover => vk::ColorComponentFlags::RGBA & !vk::ColorComponentFlags::A,
+            Blend::AlphaToCoverage => vk::ColorComponentFlags::RGBA & !vk::ColorComponentFlags::A,
             _ => vk::ColorComponentFlags::RGBA,
         },
     }
 }
 
 /// A shader module, needed only while a pipeline is compiled.
-pub(crate) struct Module<'d> {
+pub(crate) struct ShaderModule<'d> {
     device: &'d Device,
     raw: vk::ShaderModule,
 }
 
-impl<'d> Module<'d> {
+impl<'d> ShaderModule<'d> {
     pub(crate) fn new(device: &'d Device, words: &[u32]) -> Result<Self, GpuError> {
         let info = vk::ShaderModuleCreateInfo::default().code(words);
         // SAFETY: the words are naga's validated output.
         let raw = unsafe { device.raw.create_shader_module(&info, None) }
-            .map_err(at("loading a shader"))?;
+            .map_err(vulkan_error("loading a shader"))?;
         Ok(Self { device, raw })
     }
 
@@ -320,7 +326,7 @@ impl<'d> Module<'d> {
     }
 }
 
-impl Drop for Module<'_> {
+impl Drop for ShaderModule<'_> {
     fn drop(&mut self) {
         // SAFETY: pipelines keep nothing of the modules they were compiled from.
         unsafe { self.device.raw.destroy_shader_module(self.raw, None) };

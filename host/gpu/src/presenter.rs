@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use crate::device::Device;
-use crate::error::at;
+use crate::error::vulkan_error;
 use crate::format::Format;
 use crate::image::ImageUse;
 use crate::surface::Surface;
@@ -27,14 +27,15 @@ pub(crate) struct Presenter {
     size: [u32; 2],
     /// The swapchain is to be made anew before the next frame.
     outdated: bool,
-    /// The surface too.
+    /// Surface loss: the surface is to be made anew too.
     surface_lost: bool,
 }
 
 impl Presenter {
     pub(crate) fn new(device: Arc<Device>, surface: Surface) -> Result<Self, GpuError> {
-        let formats =
-            surface.formats(device.adapter.raw).map_err(at("asking for the window's formats"))?;
+        let formats = surface
+            .formats(device.adapter.raw)
+            .map_err(vulkan_error("asking for the window's formats"))?;
         let (surface_format, format) = choose_format(&formats).ok_or_else(|| {
             GpuError::Window("it offers no 8-bit sRGB format; use a display of 24 bits".to_owned())
         })?;
@@ -62,7 +63,7 @@ impl Presenter {
     }
 
     /// Forgets the swapchain with all its semaphores.
-    pub(crate) fn renew(&mut self) {
+    pub(crate) fn reset_swapchain(&mut self) {
         self.swapchain = None;
         self.outdated = true;
     }
@@ -77,26 +78,27 @@ impl Presenter {
                 return Ok(Some([swapchain.extent.width, swapchain.extent.height]));
             }
             if self.surface_lost {
-                self.renew_surface()?;
+                self.recreate_surface()?;
             }
             match self.rebuild() {
                 Ok(true) => {}
                 Ok(false) => return Ok(None),
                 Err(vk::Result::ERROR_SURFACE_LOST_KHR) => self.surface_lost = true,
-                Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => self.renew(),
-                Err(code) => return Err(at("preparing the window")(code)),
+                Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => self.reset_swapchain(),
+                Err(code) => return Err(vulkan_error("preparing the window")(code)),
             }
         }
         Ok(None)
     }
 
     /// Makes the surface anew, and the swapchain with it.
-    fn renew_surface(&mut self) -> Result<(), GpuError> {
+    fn recreate_surface(&mut self) -> Result<(), GpuError> {
         tracing::warn!("the window's surface was lost: it is made anew");
-        self.renew();
+        self.reset_swapchain();
         self.surface.recreate()?;
         let adapter = &self.device.adapter;
-        let offered = self.surface.formats(adapter.raw).map_err(at("asking for formats again"))?;
+        let offered =
+            self.surface.formats(adapter.raw).map_err(vulkan_error("asking for formats again"))?;
         if !self.surface.supports(adapter.raw, adapter.queue_family)?
             || !offered.contains(&self.surface_format)
         {
@@ -108,7 +110,7 @@ impl Presenter {
     }
 
     /// Notes what the window system says of an image; true if that is all.
-    fn notes(&mut self, code: vk::Result) -> bool {
+    fn note_surface_change(&mut self, code: vk::Result) -> bool {
         let lost = code == vk::Result::ERROR_SURFACE_LOST_KHR;
         let noted = lost || code == vk::Result::ERROR_OUT_OF_DATE_KHR;
         self.surface_lost |= lost;
@@ -148,8 +150,8 @@ impl Presenter {
                 self.outdated |= target.as_ref().is_some_and(|target| target.suboptimal);
                 Ok(target)
             }
-            Err(code) if self.notes(code) => Ok(None),
-            Err(code) => Err(at("taking the window's next image")(code)),
+            Err(code) if self.note_surface_change(code) => Ok(None),
+            Err(code) => Err(vulkan_error("taking the window's next image")(code)),
         }
     }
 
@@ -224,8 +226,8 @@ impl Presenter {
         };
         match swapchain.present(target) {
             Ok(suboptimal) => self.outdated |= suboptimal,
-            Err(code) if self.notes(code) => {}
-            Err(code) => return Err(at("showing a frame")(code)),
+            Err(code) if self.note_surface_change(code) => {}
+            Err(code) => return Err(vulkan_error("showing a frame")(code)),
         }
         Ok(())
     }
@@ -235,7 +237,7 @@ fn choose_format(formats: &[vk::SurfaceFormatKHR]) -> Option<(vk::SurfaceFormatK
     formats
         .iter()
         .filter(|format| format.color_space == vk::ColorSpaceKHR::SRGB_NONLINEAR)
-        .find_map(|&format| Some((format, Format::of_swapchain(format.format)?)))
+        .find_map(|&format| Some((format, Format::from_swapchain(format.format)?)))
 }
 
 /// The window's own size where it has one, else the size we were told.

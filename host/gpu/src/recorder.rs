@@ -1,15 +1,15 @@
-//! Records one submission.
+//! Recorder of one submission's commands, with image layout tracking.
 
 use std::sync::Arc;
 
 use ash::vk;
 
+use crate::command_slot::CommandSlot;
 use crate::device::Device;
 use crate::image::ImageUse;
-use crate::indirect::Call;
+use crate::indirect_draws::IndirectCommand;
 use crate::presenter::Presenter;
-use crate::slot::CommandSlot;
-use crate::{Area, Gpu, GpuError, Image};
+use crate::{Gpu, GpuError, Image, ImageArea};
 
 /// Commands being recorded. Dropping it unsubmitted abandons them.
 pub struct Recorder<'g> {
@@ -35,8 +35,7 @@ impl<'g> Recorder<'g> {
         self.gpu
     }
 
-    /// Which of the frames in flight this is: what belongs to its slot is free
-    /// to be written.
+    /// Returns the number of this frame in flight. Resources of its slot are free to be written.
     pub fn slot(&self) -> usize {
         self.slot
     }
@@ -59,16 +58,16 @@ impl<'g> Recorder<'g> {
         self.command_slot().commands
     }
 
-    /// Puts draw calls where the device reads them, as [`IndirectCalls::write`] does.
-    pub(crate) fn write_calls(
+    /// Puts draw calls where the device reads them, as [`IndirectCommands::write`] does.
+    pub(crate) fn write_indirect_commands(
         &self,
-        calls: &[Call],
+        calls: &[IndirectCommand],
     ) -> Result<Option<(vk::Buffer, u64, usize)>, GpuError> {
-        self.command_slot().calls.borrow_mut().write(self.device(), calls)
+        self.command_slot().indirect.borrow_mut().write(self.device(), calls)
     }
 
     /// Makes an image ready for its next use, after its last.
-    pub(crate) fn use_image(&mut self, image: &Image, next: ImageUse) {
+    pub(crate) fn transition(&mut self, image: &Image, next: ImageUse) {
         let last = std::mem::replace(&mut *image.usage(), next);
         self.barrier(image.raw(), image.format().aspect(), 0..image.levels(), last, next);
         self.touched.push(image.clone());
@@ -135,7 +134,7 @@ impl<'g> Recorder<'g> {
     ///
     /// # Errors
     /// As [`Recorder::submit`].
-    pub fn submit_for_later(mut self) -> Result<Submission, GpuError> {
+    pub fn submit_tracked(mut self) -> Result<Submission, GpuError> {
         self.finish(None, None)?;
         Ok(Submission(self.command_slot().value))
     }
@@ -157,7 +156,7 @@ impl<'g> Recorder<'g> {
     pub fn flush(&mut self) -> Result<(), GpuError> {
         self.finish(None, None)?;
         self.device().wait(self.command_slot().value, "the first part of a submission")?;
-        self.device().collect_garbage()?;
+        self.device().destroy_finished()?;
         self.staged_bytes = 0;
         self.gpu.slots[self.slot].resume()
     }
@@ -174,14 +173,14 @@ impl<'g> Recorder<'g> {
         let presented = self.present_to(&mut presenter, picture);
         if presented.is_err() {
             // Its semaphores may be left signalled: make all of it anew.
-            presenter.renew();
+            presenter.reset_swapchain();
         }
         self.gpu.presenter = Some(presenter);
         presented
     }
 
     fn present_to(&mut self, presenter: &mut Presenter, picture: &Image) -> Result<(), GpuError> {
-        self.use_image(picture, ImageUse::CopySource);
+        self.transition(picture, ImageUse::CopySource);
         let Some(target) = presenter.acquire(self.slot)? else {
             return self.finish(None, None);
         };
@@ -206,7 +205,7 @@ impl<'g> Recorder<'g> {
     }
 
     pub(crate) fn copy_to_image(&self, source: vk::Buffer, image: &Image) {
-        let region = [part_of(image, Area::of(image))];
+        let region = [copy_region(image, ImageArea::whole(image))];
         // SAFETY: the commands are being recorded; the image is a copy target
         // by the caller's barrier, and the buffer holds all its pixels.
         unsafe {
@@ -220,8 +219,8 @@ impl<'g> Recorder<'g> {
         }
     }
 
-    pub(crate) fn copy_from_image(&self, image: &Image, area: Area, target: vk::Buffer) {
-        let region = [part_of(image, area)];
+    pub(crate) fn copy_from_image(&self, image: &Image, area: ImageArea, target: vk::Buffer) {
+        let region = [copy_region(image, area)];
         // SAFETY: as above, the other way round.
         unsafe {
             self.device().raw.cmd_copy_image_to_buffer(
@@ -246,8 +245,8 @@ impl Drop for Recorder<'_> {
 }
 
 /// A part of the first level.
-fn part_of(image: &Image, area: Area) -> vk::BufferImageCopy {
-    let vk::Rect2D { offset, extent } = area.rect();
+fn copy_region(image: &Image, area: ImageArea) -> vk::BufferImageCopy {
+    let vk::Rect2D { offset, extent } = area.to_rect();
     vk::BufferImageCopy::default()
         .image_subresource(vk::ImageSubresourceLayers {
             aspect_mask: image.format().aspect(),

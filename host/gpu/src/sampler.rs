@@ -1,26 +1,26 @@
-//! Samplers.
+//! Samplers: filtering and address modes.
 
 use std::sync::Arc;
 
 use ash::vk;
 
+use crate::deferred_destruction::DiscardedObject;
 use crate::device::Device;
-use crate::error::at;
-use crate::garbage::Garbage;
+use crate::error::vulkan_error;
 use crate::{Gpu, GpuError};
 
-/// What a sampler does outside 0..1.
+/// Address mode of a sampler outside 0..1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum AddressMode {
-    /// Tiles.
+    /// Repeats the texture in tiles.
     Repeat,
-    /// Stretches the edge.
+    /// Clamps to the edge's colour.
     Clamp,
     /// Tiles, every other one mirrored.
     Mirror,
 }
 
-/// How textures are read: linear between pixels and levels. Clones share it.
+/// Sampler with linear filtering between pixels and levels; clones share it.
 #[derive(Clone)]
 pub struct Sampler(Arc<SamplerInner>);
 
@@ -35,7 +35,7 @@ impl Sampler {
     /// # Errors
     /// When memory runs out.
     pub fn new(gpu: &Gpu, modes: [AddressMode; 2]) -> Result<Self, GpuError> {
-        Self::of(gpu, modes, None)
+        Self::create(gpu, modes, None)
     }
 
     /// A sampler of depth that gives the share of the nearest texels that a reference
@@ -43,12 +43,16 @@ impl Sampler {
     ///
     /// # Errors
     /// When memory runs out.
-    pub fn comparing(gpu: &Gpu) -> Result<Self, GpuError> {
-        Self::of(gpu, [AddressMode::Clamp; 2], Some(gpu.device().adapter.filters_depth))
+    pub fn with_depth_comparison(gpu: &Gpu) -> Result<Self, GpuError> {
+        Self::create(gpu, [AddressMode::Clamp; 2], Some(gpu.device().adapter.filters_depth))
     }
 
     /// `compares`: whether a comparison is filtered.
-    fn of(gpu: &Gpu, [u, v]: [AddressMode; 2], compares: Option<bool>) -> Result<Self, GpuError> {
+    fn create(
+        gpu: &Gpu,
+        [u, v]: [AddressMode; 2],
+        compares: Option<bool>,
+    ) -> Result<Self, GpuError> {
         let filter = match compares {
             Some(false) => vk::Filter::NEAREST,
             _ => vk::Filter::LINEAR,
@@ -70,8 +74,8 @@ impl Sampler {
             .max_lod(vk::LOD_CLAMP_NONE);
         let device = Arc::clone(gpu.device());
         // SAFETY: the device lives; no optional feature is used.
-        let raw =
-            unsafe { device.raw.create_sampler(&info, None) }.map_err(at("creating a sampler"))?;
+        let raw = unsafe { device.raw.create_sampler(&info, None) }
+            .map_err(vulkan_error("creating a sampler"))?;
         device.name(raw, "sampler");
         Ok(Self(Arc::new(SamplerInner { device, raw })))
     }
@@ -83,6 +87,6 @@ impl Sampler {
 
 impl Drop for SamplerInner {
     fn drop(&mut self) {
-        self.device.discard(Garbage::Sampler(self.raw));
+        self.device.discard(DiscardedObject::Sampler(self.raw));
     }
 }

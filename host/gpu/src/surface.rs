@@ -1,4 +1,4 @@
-//! A window's surface.
+//! Vulkan surface of a window.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use ash::{khr, vk};
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
 
 use crate::GpuError;
-use crate::error::at;
+use crate::error::vulkan_error;
 use crate::instance::Instance;
 
 /// A window that can be drawn into.
@@ -55,7 +55,7 @@ impl Surface {
                 None,
             )
         }
-        .map_err(at("creating the window's surface"))?;
+        .map_err(vulkan_error("creating the window's surface"))?;
         Ok(())
     }
 
@@ -74,7 +74,7 @@ impl Surface {
         unsafe {
             self.functions.get_physical_device_surface_support(device, queue_family, self.raw)
         }
-        .map_err(at("asking what the window supports"))
+        .map_err(vulkan_error("asking what the window supports"))
     }
 
     pub(crate) fn capabilities(
@@ -88,9 +88,8 @@ impl Surface {
         unsafe { self.functions.get_physical_device_surface_capabilities(device, self.raw) }
     }
 
-    /// How images are handed to the window system. Frames are paced by whoever
-    /// asks for them, so a mode that never blocks is best: with FIFO, a hidden
-    /// window can hold up the thread that also handles events.
+    /// Chooses the present mode. Callers pace the frames, so a mode that never blocks is best. With
+    /// FIFO, a hidden window can block the thread that also handles events.
     pub(crate) fn present_mode(
         &self,
         device: vk::PhysicalDevice,

@@ -9,11 +9,11 @@ use crate::MAX_FRAMES_IN_FLIGHT;
 use crate::device::Device;
 use crate::surface::Surface;
 
-/// How long the window system may take to give an image back. A window that is
-/// hidden may give none; the frame is then not shown.
+/// Time that the window system may take to give an image back, milliseconds. A hidden window may
+/// give none; the frame is then not shown.
 const MAX_ACQUIRE_MILLIS: u64 = 1_000;
 
-/// What a swapchain is made for.
+/// Parameters that a swapchain is made with.
 pub(crate) struct SwapchainShape {
     pub(crate) format: vk::SurfaceFormatKHR,
     pub(crate) extent: vk::Extent2D,
@@ -134,7 +134,7 @@ impl Swapchain {
     }
 
     /// Waits until nothing is drawn into it and nothing waits to be shown.
-    fn settle(&self) -> Result<(), GpuError> {
+    fn wait_idle(&self) -> Result<(), GpuError> {
         self.device.wait_for_all("the window's last frame")?;
         // Presents wait on the queue, out of the timeline's sight. All
         // submissions are done, so this does not block.
@@ -145,7 +145,7 @@ impl Swapchain {
 impl Drop for Swapchain {
     fn drop(&mut self) {
         // On a hung device it stays; the device reports it.
-        if let Err(error) = self.settle()
+        if let Err(error) = self.wait_idle()
             && !matches!(error, GpuError::DeviceLost(_))
         {
             return;

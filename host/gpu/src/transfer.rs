@@ -5,8 +5,8 @@ use ash::vk;
 use crate::format::PIXEL_BYTES;
 use crate::image::ImageUse;
 use crate::{
-    Area, Arena, Buffer, BufferUsage, Format, Gpu, GpuError, Image, ImageDescription, ImageKind,
-    Recorder, Slice,
+    Buffer, BufferArena, BufferSlice, BufferUsage, Format, Gpu, GpuError, Image, ImageArea,
+    ImageDescription, ImageKind, Recorder,
 };
 
 /// Bytes that may wait in staging buffers before an upload waits for the GPU.
@@ -33,9 +33,13 @@ impl Recorder<'_> {
     ///
     /// # Errors
     /// When memory runs out.
-    pub fn upload_slice(&mut self, arena: &mut Arena, bytes: &[u8]) -> Result<Slice, GpuError> {
+    pub fn upload_slice(
+        &mut self,
+        arena: &mut BufferArena,
+        bytes: &[u8],
+    ) -> Result<BufferSlice, GpuError> {
         let write = |into: &mut [u8]| into.copy_from_slice(bytes);
-        self.upload_slice_by(arena, bytes.len() as u64, write)
+        self.upload_slice_with(arena, bytes.len() as u64, write)
     }
 
     /// A part of an arena's buffers that holds so many bytes once submitted, which `write`
@@ -43,14 +47,14 @@ impl Recorder<'_> {
     ///
     /// # Errors
     /// When memory runs out.
-    pub fn upload_slice_by(
+    pub fn upload_slice_with(
         &mut self,
-        arena: &mut Arena,
+        arena: &mut BufferArena,
         bytes: u64,
         write: impl FnOnce(&mut [u8]),
-    ) -> Result<Slice, GpuError> {
+    ) -> Result<BufferSlice, GpuError> {
         let slice = arena.allocate(self.device(), bytes)?;
-        if !slice.buffer().is_in_sight() {
+        if !slice.buffer().is_host_visible() {
             // Draws of other parts count as reads of the whole buffer.
             let read = vk::MemoryBarrier2::default()
                 .src_stage_mask(
@@ -75,10 +79,10 @@ impl Recorder<'_> {
         if bytes == 0 {
             return Ok(());
         }
-        if buffer.is_in_sight() {
+        if buffer.is_host_visible() {
             // Submitting makes it visible to the device (Vulkan specification, "Host Write
             // Ordering Guarantees").
-            return buffer.write_by(offset, bytes, write);
+            return buffer.write_with(offset, bytes, write);
         }
         let staging = self.stage(bytes, write)?;
         let region = [vk::BufferCopy::default().dst_offset(offset).size(bytes)];
@@ -157,7 +161,7 @@ impl Recorder<'_> {
         }
         let image = Image::on(self.device(), description)?;
         let staging = self.stage(needed, |into| into.copy_from_slice(pixels))?;
-        self.use_image(&image, ImageUse::CopyTarget);
+        self.transition(&image, ImageUse::CopyTarget);
         self.copy_to_image(staging.raw(), &image);
         self.fill_levels(&image);
         Ok(image)
@@ -222,7 +226,7 @@ impl Recorder<'_> {
             self.flush()?;
         }
         let staging = Buffer::on(self.device(), "staging", BufferUsage::Staging, size)?;
-        staging.write_by(0, size, write)?;
+        staging.write_with(0, size, write)?;
         self.staged_bytes += size;
         Ok(staging)
     }
@@ -232,7 +236,7 @@ impl Recorder<'_> {
     /// # Errors
     /// When memory runs out, or the buffer is none that is read back.
     pub fn download_buffer(&mut self, from: &Buffer) -> Result<Buffer, GpuError> {
-        if from.usage() != BufferUsage::Counted {
+        if from.usage() != BufferUsage::ComputeReadback {
             return Err(GpuError::Misuse("a read-back of a buffer that is not made for it"));
         }
         let buffer = Buffer::on(self.device(), "read-back", BufferUsage::Readback, from.size())?;
@@ -248,7 +252,7 @@ impl Recorder<'_> {
         unsafe {
             self.device().raw.cmd_copy_buffer(self.commands(), from.raw(), buffer.raw(), &region);
         }
-        self.barriers(&[], &[copied()]);
+        self.barriers(&[], &[host_read_barrier()]);
         Ok(buffer)
     }
 
@@ -259,18 +263,19 @@ impl Recorder<'_> {
     pub fn copy_depth(
         &mut self,
         image: &Image,
-        area: Area,
+        area: ImageArea,
         copy: &mut DepthCopy,
     ) -> Result<(), GpuError> {
         let [width, height] = area.size.map(u64::from);
-        let fits = area.is_in(image.size()) && width * height * PIXEL_BYTES <= copy.buffer.size();
+        let fits =
+            area.is_within(image.size()) && width * height * PIXEL_BYTES <= copy.buffer.size();
         if image.kind() != ImageKind::SampledTarget || image.format() != Format::Depth32 || !fits {
             return Err(GpuError::Misuse("a read-back of depth that is not there"));
         }
-        self.use_image(image, ImageUse::CopySource);
+        self.transition(image, ImageUse::CopySource);
         copy.size = area.size;
         self.copy_from_image(image, area, copy.buffer.raw());
-        self.barriers(&[], &[copied()]);
+        self.barriers(&[], &[host_read_barrier()]);
         Ok(())
     }
 
@@ -285,15 +290,15 @@ impl Recorder<'_> {
         let size = image.size();
         let bytes = u64::from(size[0]) * u64::from(size[1]) * PIXEL_BYTES;
         let buffer = Buffer::on(self.device(), "read-back", BufferUsage::Readback, bytes)?;
-        self.use_image(image, ImageUse::CopySource);
-        self.copy_from_image(image, Area::of(image), buffer.raw());
-        self.barriers(&[], &[copied()]);
+        self.transition(image, ImageUse::CopySource);
+        self.copy_from_image(image, ImageArea::whole(image), buffer.raw());
+        self.barriers(&[], &[host_read_barrier()]);
         Ok(Download { buffer, format: image.format() })
     }
 }
 
-/// What was copied is there for the CPU.
-fn copied() -> vk::MemoryBarrier2<'static> {
+/// Returns the barrier after which the host can read copied bytes.
+fn host_read_barrier() -> vk::MemoryBarrier2<'static> {
     vk::MemoryBarrier2::default()
         .src_stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER)
         .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
@@ -308,7 +313,7 @@ pub struct DepthCopy {
 }
 
 impl DepthCopy {
-    /// Of an image of at most so many pixels; nothing is in it yet.
+    /// Allocates room for the depth of an image of at most so many pixels; it is empty at first.
     ///
     /// # Errors
     /// When memory runs out.
@@ -327,10 +332,10 @@ impl DepthCopy {
     ///
     /// # Errors
     /// When it cannot be read.
-    pub fn read_by(&self, read: impl FnOnce(&[f32])) -> Result<(), GpuError> {
+    pub fn read_with(&self, read: impl FnOnce(&[f32])) -> Result<(), GpuError> {
         let [width, height] = self.size.map(|pixels| pixels as usize);
         let mut done = Err(GpuError::Misuse("depth that does not lie as numbers do"));
-        self.buffer.read_whole_by(|bytes| {
+        self.buffer.read_whole_with(|bytes| {
             let depths = bytemuck::try_cast_slice(&bytes[..width * height * size_of::<f32>()]);
             if let Ok(depths) = depths {
                 read(depths);

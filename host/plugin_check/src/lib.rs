@@ -29,6 +29,6 @@ mod text;
 
 pub use environment::heap_bytes;
 pub use finding::Finding;
-pub use report::{CaseResult, Report, Verdict};
+pub use report::{CaseResult, CaseVerdict, Report};
 pub use request::{Options, RequestError, Sample, SampleTag};
 pub use supervise::{CheckError, check, run_case};

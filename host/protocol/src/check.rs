@@ -1,30 +1,30 @@
-//! What the form of a message leaves open: lengths, sizes, numbers that are finite.
+//! Validation of received messages: text lengths, picture sizes, finite numbers.
 
 use crate::message::{
-    Command, MAX_SIDE, MAX_TAGS_A_MESSAGE, MAX_TEXT_BYTES, MAX_TYPED_BYTES, Pointing, TagUpdate,
-    TagValue, ToViewer, Typing,
+    Command, HostMessage, KeyEvent, MAX_SIDE, MAX_TAGS_A_MESSAGE, MAX_TEXT_BYTES, MAX_TYPED_BYTES,
+    PointerEvent, TagUpdate, TagValue,
 };
-use crate::pictures::{MAX_PICTURE_BYTES, bytes_of};
+use crate::pictures::{MAX_PICTURE_BYTES, picture_bytes};
 
-impl ToViewer {
+impl HostMessage {
     /// Checks what its form leaves open: lengths, sizes, numbers that are finite.
     ///
     /// # Errors
     /// In words, what is wrong.
     pub fn check(&self) -> Result<(), String> {
         match self {
-            Self::Begin(begin) => {
-                text(&begin.config)?;
-                text(&begin.operator)?;
-                size(begin.size)
+            Self::Start(start) => {
+                text(&start.config)?;
+                text(&start.operator)?;
+                size(start.size)
             }
-            Self::Do(command) => command.check(),
+            Self::Command(command) => command.check(),
         }
     }
 }
 
 impl Command {
-    /// As [`ToViewer::check`].
+    /// Checks lengths, sizes and numbers as [`HostMessage::check`] does.
     ///
     /// # Errors
     /// In words, what is wrong.
@@ -33,7 +33,7 @@ impl Command {
             Self::Resize(wanted) => size(*wanted),
             Self::UseCamera(name) | Self::Focus(name) | Self::Reload(name) => text(name),
             Self::SetLayer { layer, .. } => text(layer),
-            Self::Look(pose) => finite(pose.eye.iter().chain(&pose.target)),
+            Self::SetCamera(pose) => finite(pose.eye.iter().chain(&pose.target)),
             Self::SetTheta(Some(theta)) if !(0.0..=1.0).contains(theta) => {
                 Err(format!("theta is {theta}; give 0 to 1"))
             }
@@ -46,19 +46,19 @@ impl Command {
                 Err(format!("alarm state {state}; give 0 for A to 8 for I"))
             }
             Self::MirrorAlarm { alarm, .. } => text(alarm),
-            Self::Point(Pointing::Moved(at) | Pointing::Button { at, .. }) => finite(at),
-            Self::Point(Pointing::Scrolled(steps)) => finite([steps]),
-            Self::Type(Typing::Key { key: typed, .. } | Typing::Text(typed))
+            Self::Pointer(PointerEvent::Moved(at) | PointerEvent::Button { at, .. }) => finite(at),
+            Self::Pointer(PointerEvent::Scrolled(steps)) => finite([steps]),
+            Self::Key(KeyEvent::Key { key: typed, .. } | KeyEvent::Text(typed))
                 if typed.len() > MAX_TYPED_BYTES =>
             {
                 Err(format!("{} bytes typed at once; at most {MAX_TYPED_BYTES}", typed.len()))
             }
-            Self::Type(_)
+            Self::Key(_)
             | Self::SetVisible(_)
             | Self::SetTheta(_)
             | Self::SetTime(_)
             | Self::Pick(_)
-            | Self::Point(Pointing::Left) => Ok(()),
+            | Self::Pointer(PointerEvent::Left) => Ok(()),
         }
     }
 }
@@ -82,7 +82,7 @@ fn text(text: &str) -> Result<(), String> {
 }
 
 fn size(size: [u32; 2]) -> Result<(), String> {
-    if bytes_of(size).is_none() {
+    if picture_bytes(size).is_none() {
         let [width, height] = size;
         return Err(format!(
             "a picture of {width} x {height} pixels; each side from 1 to {MAX_SIDE}, and at most \

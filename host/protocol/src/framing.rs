@@ -94,7 +94,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::message::{MAX_MESSAGE_BYTES as LIMIT, ToViewer};
+    use crate::message::{HostMessage, MAX_MESSAGE_BYTES as LIMIT};
 
     proptest! {
         #[test]
@@ -117,8 +117,8 @@ mod tests {
         fn random_bytes_are_an_error_or_a_message(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
             let mut decoder = Decoder::new(LIMIT);
             decoder.push(&bytes);
-            while let Ok(Some(_)) = decoder.message::<ToViewer>() {}
-            let _ = decode::<ToViewer>(&bytes);
+            while let Ok(Some(_)) = decoder.message::<HostMessage>() {}
+            let _ = decode::<HostMessage>(&bytes);
         }
     }
 
@@ -126,6 +126,6 @@ mod tests {
     fn a_length_past_the_limit_is_refused_before_its_bytes_come() {
         let mut decoder = Decoder::new(LIMIT);
         decoder.push(&u32::MAX.to_le_bytes());
-        assert!(decoder.message::<ToViewer>().unwrap_err().contains("the limit"));
+        assert!(decoder.message::<HostMessage>().unwrap_err().contains("the limit"));
     }
 }

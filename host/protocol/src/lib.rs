@@ -1,4 +1,4 @@
-//! What processes of Busbar tell each other, and how.
+//! Inter-process protocol of Busbar: messages, framing, descriptor passing and shared memory.
 //!
 //! [`framing`] makes messages of bytes, [`socket`] carries them with descriptors,
 //! [`memory`] is shared. Those serve a plugin's process as well; [`message`] and

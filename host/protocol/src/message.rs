@@ -6,7 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 /// Version of these messages.
-pub const PROTOCOL_VERSION: u32 = 4;
+pub const PROTOCOL_VERSION: u32 = 5;
 /// The longest message, either way.
 pub const MAX_MESSAGE_BYTES: usize = 4 << 20;
 /// The longest id, name or path in a message, bytes.
@@ -20,106 +20,106 @@ pub const MAX_SIDE: u32 = 8192;
 
 /// From the host program's library.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum ToViewer {
+pub enum HostMessage {
     /// The first message; the descriptor of the pictures' memory comes along.
-    Begin(Begin),
-    /// Something to do.
-    Do(Command),
+    Start(StartParameters),
+    /// A command for the running viewer.
+    Command(Command),
 }
 
-/// What a viewer is to show.
+/// Parameters that start a viewer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Begin {
-    /// [`PROTOCOL_VERSION`].
+pub struct StartParameters {
+    /// Protocol version of the library, [`PROTOCOL_VERSION`].
     pub version: u32,
     /// Path of the configuration, absolute.
     pub config: String,
-    /// Where the picture goes.
+    /// Destination of the pictures.
     pub target: Target,
-    /// Its size, pixels.
+    /// Size of the pictures, pixels.
     pub size: [u32; 2],
-    /// Whether panels are shown beside the scene.
+    /// Reports whether panels are shown beside the scene.
     pub panels: bool,
-    /// Who acts on alarms, as the audit log has it; may be empty.
+    /// Operator who acts on alarms, as the audit log records the name; may be empty.
     pub operator: String,
-    /// How alarms stood in the viewer before; an audit log goes before them.
-    pub alarms: Vec<AlarmStanding>,
+    /// Alarms of the previous viewer; those of an audit log take precedence.
+    pub alarms: Vec<AlarmSnapshot>,
 }
 
-/// Where a picture goes.
+/// Destination of rendered pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Target {
-    /// Into shared memory.
+    /// Shared memory of the host program.
     Offscreen,
     /// Into a child of this X11 window.
     Window(u32),
 }
 
-/// Where the camera is, world space in metres.
+/// Pose of the camera, world space in metres.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CameraPose {
-    /// Where it stands.
+    /// Position of the camera.
     pub eye: [f32; 3],
-    /// What it looks at.
+    /// Point that the camera looks at.
     pub target: [f32; 3],
-    /// Whether it looks without perspective.
+    /// Reports whether the projection is orthographic.
     pub is_orthographic: bool,
 }
 
-/// What a host program can ask for.
+/// Command of a host program to its viewer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Command {
     /// Draw pictures of this size, pixels.
     Resize([u32; 2]),
-    /// Whether anybody can see the picture: if not, few are drawn.
+    /// Sets whether anybody can see the picture; few frames are rendered otherwise.
     SetVisible(bool),
     /// Go to a camera of the configuration.
     UseCamera(String),
     /// Stand somewhere at once.
-    Look(CameraPose),
+    SetCamera(CameraPose),
     /// Select and frame a piece of equipment, by its id or an alias.
     Focus(String),
     /// Set theta of every model, 0 to 1; none lets their policies choose.
     SetTheta(Option<f64>),
     /// Draw an overlay, by the name of its plugin instance, or leave it out.
     SetLayer {
-        /// Its name.
+        /// Name of the overlay's plugin instance.
         layer: String,
-        /// Whether it is drawn.
+        /// Reports whether the overlay is drawn.
         shown: bool,
     },
     /// Values of tags that the host program sets.
     SetTags(Vec<TagUpdate>),
-    /// What an operator does to an alarm.
+    /// Applies an operator's action to an alarm.
     ActOnAlarm {
-        /// Its id.
+        /// Id of the alarm.
         alarm: String,
-        /// What.
+        /// Action of the operator.
         action: AlarmAction,
-        /// Who; empty for the operator of the beginning.
+        /// Name of the operator; empty for the operator of [`StartParameters`].
         operator: String,
     },
     /// Sets an alarm that the host program decides on.
     MirrorAlarm {
-        /// Its id.
+        /// Id of the alarm.
         alarm: String,
         /// By the letter of IEC 62682, 0 for A to 8 for I.
         state: u8,
     },
-    /// What instant a chart shows, nanoseconds since 1970-01-01 UTC; none for all.
+    /// Sets the instant that a chart shows, nanoseconds since 1970-01-01 UTC; none for all.
     SetTime(Option<i64>),
     /// Load a configuration, absolute, in place of the one shown. Where it has a fault the
     /// one before stays.
     Reload(String),
     /// Select what is at a pixel, and name it.
     Pick([u32; 2]),
-    /// What the pointer did over the picture.
-    Point(Pointing),
-    /// What was done on the keyboard over the picture.
-    Type(Typing),
+    /// Pointer input over the picture.
+    Pointer(PointerEvent),
+    /// Keyboard input over the picture.
+    Key(KeyEvent),
 }
 
-/// What an operator does to an alarm.
+/// Operator action on an alarm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum AlarmAction {
     /// Say that it was seen.
@@ -132,42 +132,42 @@ pub enum AlarmAction {
     Reset,
 }
 
-/// What a pointer did; places are in pixels from the top left.
+/// Pointer input; positions are in pixels from the top left.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Pointing {
-    /// It moved there.
+pub enum PointerEvent {
+    /// Movement of the pointer to a position.
     Moved([f32; 2]),
     /// A button went down or up: 1 the left, 2 the middle, 3 the right one.
     Button {
-        /// Where.
+        /// Position of the pointer.
         at: [f32; 2],
-        /// Which.
+        /// Number of the button.
         button: u8,
-        /// Whether it went down.
+        /// Reports whether the button went down.
         pressed: bool,
     },
     /// The wheel turned by so many steps, away from the hand above 0.
     Scrolled(f32),
-    /// It left the picture.
+    /// Pointer leaves the picture.
     Left,
 }
 
-/// What was done on a keyboard.
+/// Keyboard input or text input.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Typing {
+pub enum KeyEvent {
     /// A key went down or up. One that the viewer does not know does nothing.
     Key {
-        /// Its name, as `KeyboardEvent.key` of UI Events (W3C) has it: `A`, `F9`, `ArrowUp`.
+        /// Key name as `KeyboardEvent.key` of UI Events (W3C): `A`, `F9`, `ArrowUp`.
         key: String,
-        /// Whether it went down.
+        /// Reports whether the key went down.
         pressed: bool,
-        /// Whether it was down already, and the keyboard repeats it.
+        /// Reports whether the key was down already, and the keyboard repeats it.
         repeated: bool,
-        /// What is held meanwhile.
+        /// Modifier keys held down meanwhile.
         modifiers: Modifiers,
     },
-    /// What is held, where no key tells.
-    Holds(Modifiers),
+    /// Modifier keys held down, sent without another key.
+    Modifiers(Modifiers),
     /// Text, for a field that takes it.
     Text(String),
 }
@@ -175,58 +175,101 @@ pub enum Typing {
 /// Keys that change what others mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Modifiers {
-    /// Shift.
+    /// Shift key held down.
     pub shift: bool,
-    /// Ctrl.
+    /// Ctrl key held down.
     pub ctrl: bool,
-    /// Alt.
+    /// Alt key held down.
     pub alt: bool,
 }
 
 /// A value of a tag as the host program has it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TagUpdate {
-    /// Its id.
+    /// Id of the tag.
     pub tag: String,
-    /// Its value; none says something of quality alone.
+    /// Value of the tag; none changes the quality alone.
     pub value: Option<TagValue>,
-    /// What it is worth.
+    /// Quality of the value.
     pub quality: TagQuality,
-    /// When it was so, nanoseconds since 1970-01-01 UTC, if that is known.
+    /// Source timestamp, nanoseconds since 1970-01-01 UTC, if known.
     pub source_time: Option<i64>,
-    /// When the host program said so, nanoseconds of the clock since boot: waiting for a
-    /// viewer makes no value younger.
-    pub said_at: u64,
+    /// Instant at which the host program set the value, nanoseconds of the clock since boot. The
+    /// time that an update waits for a viewer counts as age.
+    pub sent_at: u64,
 }
 
-/// A value.
+/// Value of a tag.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum TagValue {
-    /// A measurement.
+    /// Floating-point measurement, in the tag's unit.
     F64(f64),
     /// A counter or code.
     I64(i64),
-    /// A single point.
+    /// Single point (on or off).
     Bool(bool),
     /// A switch position: 0 travelling, 1 open, 2 closed, 3 invalid (IEC 60870-5-101, 7.2.6.2).
     DoublePoint(u8),
 }
 
-/// What a value is worth.
+/// Quality of a tag value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum TagQuality {
-    /// Usable.
+    /// Value that is usable.
     Good,
-    /// Doubtful.
+    /// Value that is doubtful.
     Uncertain,
-    /// Not usable.
+    /// Value that is not usable.
     Bad,
+}
+
+/// Source of a value that was not measured just now by the process itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum TagOrigin {
+    /// Put in place of the measured value by a person or program.
+    Substituted,
+    /// Sent by a device under test.
+    Test,
+    /// Made by a simulator.
+    Simulated,
+    /// Replayed from a recording.
+    Recorded,
+    /// Out of the past, as the source says.
+    Historical,
+}
+
+/// Quality and origins of a tag's value.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TagSnapshot {
+    /// Id of the tag.
+    pub tag: String,
+    /// Quality of the value, freshness included.
+    pub quality: TagQuality,
+    /// Origins besides the live process; none for a live value.
+    pub origins: Vec<TagOrigin>,
+    /// Reason in words for a quality that is not good; else empty.
+    pub reason: String,
+}
+
+/// Verdict of an overlay on a piece of equipment, with its reason.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct VerdictSnapshot {
+    /// Equipment id, as the overlay describes it.
+    pub equipment: String,
+    /// Name of the overlay's plugin instance.
+    pub overlay: String,
+    /// Verdict on the equipment.
+    pub verdict: EquipmentVerdict,
+    /// Marks a verdict that rests on a default, which the reason names.
+    pub is_assumed: bool,
+    /// Reason in words; empty for none.
+    pub reason: String,
 }
 
 /// Judgment of an overlay on a piece of equipment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum EquipmentVerdict {
-    /// Within its limits.
+    /// Equipment within its limits.
     Normal,
     /// Outside its limits, or in a state that needs attention.
     Abnormal,
@@ -236,10 +279,10 @@ pub enum EquipmentVerdict {
     UnknownAfterAbnormal,
 }
 
-/// How an alarm stands.
+/// State of an alarm.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct AlarmStanding {
-    /// Its id.
+pub struct AlarmSnapshot {
+    /// Id of the alarm.
     pub alarm: String,
     /// By the letter of IEC 62682, 0 for A to 8 for I.
     pub state: u8,
@@ -249,67 +292,49 @@ pub struct AlarmStanding {
     pub standing: String,
 }
 
-/// From a viewer.
+/// Message of a viewer to the library of the host program.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum FromViewer {
+pub enum ViewerMessage {
     /// The first picture is there.
     Ready {
-        /// The graphics device.
+        /// Name of the graphics device.
         device: String,
     },
     /// A configuration is shown in place of the one before.
     Reloaded {
-        /// Its path.
+        /// Absolute path of the configuration.
         config: String,
     },
     /// A new picture lies in shared memory.
-    Pictured,
-    /// What was picked: an equipment id, none for nothing.
+    PictureReady,
+    /// Equipment that was picked, by id; none for nothing.
     Picked(Option<String>),
-    /// What is under the pointer.
+    /// Equipment under the pointer, by id; none for nothing.
     Hovered(Option<String>),
-    /// Where the camera is.
-    Looks(CameraPose),
-    /// How an alarm stands by now.
-    Alarm(AlarmStanding),
+    /// Pose of the camera after a change.
+    CameraMoved(CameraPose),
+    /// State of an alarm after a change.
+    Alarm(AlarmSnapshot),
     /// An operator wants this of an alarm that the host program decides on.
-    Asked {
-        /// Its id.
+    AlarmRequested {
+        /// Id of the alarm.
         alarm: String,
-        /// What.
+        /// Requested action of the operator.
         action: AlarmAction,
     },
-    /// What a tag's value is worth by now.
-    Quality {
-        /// Its id.
-        tag: String,
-        /// By which it can be relied on.
-        quality: TagQuality,
-        /// Why it is not good, in words; else empty.
-        reason: String,
-    },
-    /// Verdict of an overlay on a piece of equipment by now.
-    Verdict {
-        /// Equipment id, as the overlay describes it.
-        equipment: String,
-        /// Name of the overlay's plugin instance.
-        overlay: String,
-        /// The verdict.
-        verdict: EquipmentVerdict,
-        /// Reports whether it rests on a default, which the reason names.
-        is_assumed: bool,
-        /// Reason, in words; empty for none.
-        reason: String,
-    },
-    /// How a plugin instance goes.
+    /// Quality and origins of a tag's value after a change.
+    Quality(TagSnapshot),
+    /// Verdict of an overlay on a piece of equipment after a change.
+    Verdict(VerdictSnapshot),
+    /// State of a plugin instance after a change.
     Plugin {
-        /// Its name.
+        /// Name of the plugin instance.
         plugin: String,
-        /// In words.
+        /// State of the instance, in words.
         state: String,
     },
-    /// What could not be done, with a remedy.
+    /// Command that could not be executed, with a remedy.
     Refused(String),
-    /// Why no scene can be shown at all, with a remedy; the viewer ends.
+    /// Reason for which no scene can be shown at all, with a remedy; the viewer ends.
     Failed(String),
 }

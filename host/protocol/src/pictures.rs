@@ -1,9 +1,8 @@
 //! Pictures in shared memory: a viewer draws, a host program reads, neither waits.
 //!
-//! There is room for three. One is the writer's, one the reader's; the third lies between
-//! them and changes hands in one atomic exchange, so that nobody ever sees half a picture.
-//! What a viewer that fell over left in the numbers beside a picture is checked before it
-//! is used.
+//! Triple buffering: one picture is the writer's, one the reader's, and the third lies between
+//! them. It changes hands in one atomic exchange, so that nobody ever sees half a picture. Header
+//! words that a crashed viewer left behind are checked before use.
 
 use std::fs::File;
 use std::io;
@@ -23,85 +22,85 @@ pub const MAX_PICTURE_BYTES: usize = 64 << 20;
 pub const PIXEL_BYTES: usize = 4;
 
 const PICTURES: usize = 3;
-/// Before the first picture; whole pages.
+/// Size of the header before the first picture, bytes; a whole number of pages.
 const HEADER_BYTES: usize = 4096;
-/// Bytes of the memory. Only what pictures touch takes room.
+/// Size of the shared memory, bytes. Pages that no picture touches use no memory.
 const MEMORY_BYTES: u64 = (HEADER_BYTES + PICTURES * MAX_PICTURE_BYTES) as u64;
-/// Words of the header: which picture lies between the two sides, with [`IS_NEW`].
+/// Header word with the index of the picture between the two sides, and [`IS_NEW`].
 const BETWEEN: usize = 0;
 /// Instant of the last beat of the viewer's heartbeat.
 const BEAT: usize = 8;
-/// The instant of the values in the picture, and when it was shown or found to be so still.
+/// Header words with the instant of the values in the picture, and of its last confirmation.
 const TRUE_AT: usize = 16;
 const CONFIRMED: usize = 24;
 /// End of the last turn of the frame loop, and its duration.
 const TURN: usize = 32;
 const TURN_NANOS: usize = 33;
-/// Numbers of the first picture; those of the others follow.
-const NUMBERS: usize = 40;
-const NUMBERS_A_PICTURE: usize = 8;
-/// Place of the instant of a picture's values among its numbers.
-const NUMBER_TRUE_AT: usize = 7;
-/// Set where the reader has not taken the picture between.
+/// First header word of the first picture's [`PictureInfo`]; those of the others follow.
+const INFO: usize = 40;
+const INFO_WORDS: usize = 8;
+/// Position of the instant of a picture's values among its words.
+const INFO_TRUE_AT: usize = 7;
+/// Bit that is set while the reader has not taken the picture between the sides.
 const IS_NEW: u64 = 4;
 
 /// A part of a picture: x, y, width and height in pixels from the top left.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Area {
-    /// Leftmost column.
+    /// Column of the left edge.
     pub x: u32,
-    /// Topmost row.
+    /// Row of the top edge.
     pub y: u32,
-    /// Columns.
+    /// Number of columns, pixels.
     pub width: u32,
-    /// Rows.
+    /// Number of rows, pixels.
     pub height: u32,
 }
 
-/// What is said of a picture.
+/// Description of a picture beside its pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Numbers {
+pub struct PictureInfo {
     /// Width and height, pixels.
     pub size: [u32; 2],
-    /// One more than that of the picture before.
+    /// Sequence number, greater by one than that of the previous picture.
     pub sequence: u64,
-    /// What may differ from the picture that the reader took before.
+    /// Damaged area: pixels that may differ from the picture that the reader took before.
     pub damage: Area,
     /// Instant of the values that the picture was drawn of, on the clock of [`now`].
     pub true_at: u64,
 }
 
-/// The memory of pictures.
+/// Shared memory of three pictures with their header.
 #[derive(Clone)]
 pub struct PictureMemory {
     map: Arc<MmapRaw>,
 }
 
-/// The viewer's side.
+/// Writing side of the shared memory, in the viewer.
 pub struct PictureWriter {
     memory: PictureMemory,
     own: usize,
     sequence: u64,
-    /// What changed since the last picture that the reader surely took.
+    /// Damage accumulated since the last picture that the reader certainly took.
     damage: Area,
     size: [u32; 2],
 }
 
-/// The host program's side.
+/// Reading side of the shared memory, in the host program.
 pub struct PictureReader {
     memory: PictureMemory,
     own: usize,
-    numbers: Option<Numbers>,
+    info: Option<PictureInfo>,
 }
 
-/// Now, nanoseconds of the clock since boot, which all processes share.
+/// Returns the present instant, nanoseconds of the clock since boot, which all processes share.
 pub fn now() -> u64 {
     let now = clock_gettime(ClockId::Boottime);
     now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
 }
 
-/// Bytes of a picture of this size; none where it has no pixel or too many.
-pub fn bytes_of([width, height]: [u32; 2]) -> Option<usize> {
+/// Returns the bytes of a picture of this size; none where it has no pixel or too many.
+pub fn picture_bytes([width, height]: [u32; 2]) -> Option<usize> {
     let is_side = |side| (1..=MAX_SIDE).contains(&side);
     let bytes = width as usize * height as usize * PIXEL_BYTES;
     (is_side(width) && is_side(height) && bytes <= MAX_PICTURE_BYTES).then_some(bytes)
@@ -130,44 +129,45 @@ impl PictureMemory {
         Ok(Self { map: Arc::new(MmapRaw::map_raw(file)?) })
     }
 
-    /// Beats: the viewer's process goes on, whatever its frame loop does.
+    /// Records a heartbeat: the viewer's process runs, whatever its frame loop does.
     pub fn beat(&self) {
         self.word(BEAT).store(now(), Ordering::Release);
     }
 
-    /// Instant of the last beat, on the clock of [`now`]; 0 for never.
+    /// Returns the instant of the last heartbeat, on the clock of [`now`]; 0 before the first.
     pub fn last_beat(&self) -> u64 {
         self.word(BEAT).load(Ordering::Acquire)
     }
 
-    /// Notes that the frame loop has finished a turn, with a picture of now or without.
+    /// Records that the frame loop finished a turn, with a new picture or without.
     pub fn note_turn(&self, took: Duration) {
         let nanos = u64::try_from(took.as_nanos()).unwrap_or(u64::MAX);
         self.word(TURN_NANOS).store(nanos, Ordering::Relaxed);
         self.word(TURN).store(now(), Ordering::Release);
     }
 
-    /// End of the frame loop's last turn, on the clock of [`now`]; 0 for never.
+    /// Returns the end of the frame loop's last turn, on the clock of [`now`]; 0 before the first.
     pub fn last_turn(&self) -> u64 {
         self.word(TURN).load(Ordering::Acquire)
     }
 
-    /// Duration of the frame loop's last turn.
+    /// Returns the duration of the frame loop's last turn.
     pub fn turn_time(&self) -> Duration {
         Duration::from_nanos(self.word(TURN_NANOS).load(Ordering::Relaxed))
     }
 
-    /// The instant of the values that the picture shows, likewise.
+    /// Returns the instant of the values that the picture shows, on the clock of [`now`].
     pub fn last_true(&self) -> u64 {
         self.word(TRUE_AT).load(Ordering::Acquire)
     }
 
-    /// When the viewer last showed a picture, or found that it is as it was, likewise.
+    /// Returns the instant at which the viewer last published or confirmed a picture, on the clock
+    /// of [`now`].
     pub fn last_confirmed(&self) -> u64 {
         self.word(CONFIRMED).load(Ordering::Acquire)
     }
 
-    /// Says that what is shown is so by values of the instant `at`.
+    /// Confirms that the picture shown still agrees with the values of the instant `at`.
     pub fn confirm(&self, at: u64) {
         self.word(TRUE_AT).store(at, Ordering::Release);
         self.word(CONFIRMED).store(now(), Ordering::Release);
@@ -179,18 +179,18 @@ impl PictureMemory {
         unsafe { AtomicU64::from_ptr(self.map.as_mut_ptr().cast::<u64>().add(index)) }
     }
 
-    /// Where a picture begins; [`MAX_PICTURE_BYTES`] follow.
+    /// Returns the first byte of a picture; [`MAX_PICTURE_BYTES`] follow.
     fn pixels(&self, picture: usize) -> *mut u8 {
         assert!(picture < PICTURES);
         // SAFETY: within the mapping, whose size is checked and sealed.
         unsafe { self.map.as_mut_ptr().add(HEADER_BYTES + picture * MAX_PICTURE_BYTES) }
     }
 
-    fn numbers(&self, picture: usize) -> [&AtomicU64; NUMBERS_A_PICTURE] {
-        std::array::from_fn(|i| self.word(NUMBERS + picture * NUMBERS_A_PICTURE + i))
+    fn info_words(&self, picture: usize) -> [&AtomicU64; INFO_WORDS] {
+        std::array::from_fn(|i| self.word(INFO + picture * INFO_WORDS + i))
     }
 
-    /// Puts a picture between the sides and takes the one that was there: which, and
+    /// Puts a picture between the sides, and takes the one that lay there. Returns its index, and
     /// whether it was new.
     fn exchange(&self, picture: usize, is_new: bool) -> (usize, bool) {
         let put = picture as u64 | if is_new { IS_NEW } else { 0 };
@@ -200,12 +200,12 @@ impl PictureMemory {
 }
 
 impl PictureWriter {
-    /// The writer; there is one a memory.
+    /// Creates the writer; each memory has one.
     pub fn new(memory: PictureMemory) -> Self {
         Self { memory, own: 0, sequence: 0, damage: Area::default(), size: [0; 2] }
     }
 
-    /// The memory it writes to.
+    /// Returns the memory that the writer fills.
     pub fn memory(&self) -> &PictureMemory {
         &self.memory
     }
@@ -222,7 +222,8 @@ impl PictureWriter {
         at: u64,
         fill: impl FnOnce(&mut [u8]),
     ) -> io::Result<()> {
-        let bytes = bytes_of(size).ok_or_else(|| io::Error::other("a picture without room"))?;
+        let bytes =
+            picture_bytes(size).ok_or_else(|| io::Error::other("a picture without room"))?;
         // SAFETY: the writer's own picture: the reader reaches it only after the exchange
         // below, and `own` is another one by then.
         fill(unsafe { std::slice::from_raw_parts_mut(self.memory.pixels(self.own), bytes) });
@@ -232,10 +233,10 @@ impl PictureWriter {
         self.sequence += 1;
         let Area { x, y, width, height } = self.damage;
         let pairs = [size[0], size[1], x, y, width, height].map(u64::from);
-        let words = self.memory.numbers(self.own);
+        let words = self.memory.info_words(self.own);
         words[0].store(self.sequence, Ordering::Relaxed);
         words[1..].iter().zip(pairs).for_each(|(word, n)| word.store(n, Ordering::Relaxed));
-        words[NUMBER_TRUE_AT].store(at, Ordering::Relaxed);
+        words[INFO_TRUE_AT].store(at, Ordering::Relaxed);
         let (own, was_new) = self.memory.exchange(self.own, true);
         // Only now: a reader that still has the picture before must not take this for its own.
         self.memory.confirm(at);
@@ -249,9 +250,9 @@ impl PictureWriter {
 }
 
 impl PictureReader {
-    /// The reader; there is one a memory.
+    /// Creates the reader; each memory has one.
     pub fn new(memory: PictureMemory) -> Self {
-        Self { memory, own: 1, numbers: None }
+        Self { memory, own: 1, info: None }
     }
 
     /// The memory it reads.
@@ -266,37 +267,37 @@ impl PictureReader {
         }
         let (own, _) = self.memory.exchange(self.own, false);
         if own >= PICTURES {
-            self.numbers = None;
+            self.info = None;
             return false;
         }
         self.own = own;
-        self.numbers = self.read_numbers();
-        self.numbers.is_some()
+        self.info = self.read_info();
+        self.info.is_some()
     }
 
     /// The picture taken last: what is said of it, and its pixels from the top left, row by
     /// row, blue first. They stay as they are until the next is taken.
-    pub fn picture(&self) -> Option<(Numbers, *const u8)> {
-        self.numbers.map(|numbers| (numbers, self.memory.pixels(self.own).cast_const()))
+    pub fn picture(&self) -> Option<(PictureInfo, *const u8)> {
+        self.info.map(|info| (info, self.memory.pixels(self.own).cast_const()))
     }
 
     /// Copies the pixels of the picture taken last; what is said of it.
-    pub fn copy(&self, pixels: &mut Vec<u8>) -> Option<Numbers> {
-        let (numbers, first) = self.picture()?;
-        let bytes = bytes_of(numbers.size)?;
+    pub fn copy(&self, pixels: &mut Vec<u8>) -> Option<PictureInfo> {
+        let (info, first) = self.picture()?;
+        let bytes = picture_bytes(info.size)?;
         // SAFETY: the reader's own picture, which the viewer has let go of, and that many bytes
         // fit. Were it to write there all the same, it would be seen in the picture and
         // nowhere else.
         let own = unsafe { std::slice::from_raw_parts(first, bytes) };
         pixels.clear();
         pixels.extend_from_slice(own);
-        Some(numbers)
+        Some(info)
     }
 
     /// Instant of the values that the picture taken last shows: that it was drawn of, or a later
     /// one at which the viewer found it to be the same. None before the first.
     pub fn true_at(&self) -> Option<u64> {
-        let own = self.numbers?.true_at;
+        let own = self.info?.true_at;
         let confirmed = self.memory.last_true();
         // One that was published since may be what was confirmed.
         let is_newest = self.memory.word(BETWEEN).load(Ordering::Acquire) & IS_NEW == 0;
@@ -304,20 +305,20 @@ impl PictureReader {
     }
 
     /// None where they name no picture.
-    fn read_numbers(&self) -> Option<Numbers> {
+    fn read_info(&self) -> Option<PictureInfo> {
         let [sequence, rest @ .., true_at] =
-            self.memory.numbers(self.own).map(|w| w.load(Ordering::Relaxed));
+            self.memory.info_words(self.own).map(|w| w.load(Ordering::Relaxed));
         let rest = rest.map(|number| u32::try_from(number).unwrap_or(u32::MAX));
         let [width, height, x, y, columns, rows] = rest;
-        bytes_of([width, height])?;
+        picture_bytes([width, height])?;
         let (x, y) = (x.min(width), y.min(height));
         let damage = Area { x, y, width: columns.min(width - x), height: rows.min(height - y) };
-        Some(Numbers { size: [width, height], sequence, damage, true_at })
+        Some(PictureInfo { size: [width, height], sequence, damage, true_at })
     }
 }
 
 impl Area {
-    /// Whether it has no pixel.
+    /// Reports whether the area has no pixel.
     pub fn is_empty(self) -> bool {
         self.width == 0 || self.height == 0
     }
@@ -338,7 +339,7 @@ impl Area {
     }
 
     /// The least area around all pixels in which two pictures of one size differ.
-    pub fn of_difference(before: &[u8], after: &[u8], width: u32) -> Self {
+    pub fn from_difference(before: &[u8], after: &[u8], width: u32) -> Self {
         let stride = width as usize * PIXEL_BYTES;
         let mut area = Self::default();
         for (y, (one, other)) in before.chunks(stride).zip(after.chunks(stride)).enumerate() {

@@ -20,7 +20,7 @@ const LEAST_SHARE: f64 = 0.01;
 /// Activity of a process between two readings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Activity {
-    /// It used a CPU.
+    /// A thread used a CPU.
     Running,
     /// A thread is ready to run, and others have the CPUs.
     Starved,
@@ -28,9 +28,9 @@ pub enum Activity {
     Blocked,
     /// A signal or a debugger stopped it (states T and t).
     Stopped,
-    /// All threads sleep.
+    /// All threads are asleep.
     Idle,
-    /// It has ended, or was never there (states Z and X).
+    /// The process has ended, or never existed (states Z and X).
     Gone,
 }
 

@@ -25,7 +25,7 @@ fn main() -> Result<()> {
         let target = Vec3::new(0.0, 1.9, 0.0);
         let camera = CameraView::look_at(eye, target, Vec3::Y, 0.7, aspect, 0.05);
         let background = [0.68, 0.70, 0.72];
-        let frame = Frame { wireframe, background, ..Frame::of(camera, &instances) };
+        let frame = Frame { wireframe, background, ..Frame::new(camera, &instances) };
         renderer.draw(&frame)?;
         let picture = renderer.read_picture()?;
         let path = folder.join(name);

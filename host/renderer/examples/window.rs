@@ -80,7 +80,7 @@ impl View {
                 primitives: &primitives,
                 pixels_per_point: 1.0,
             }),
-            ..Frame::of(camera, &self.instances)
+            ..Frame::new(camera, &self.instances)
         });
         output.textures_delta.clear();
         Ok(drawn?.triangles > 0)

@@ -6,22 +6,22 @@
 //! what was counted before shows until the next is whole.
 
 mod input;
-mod kit;
+mod pipelines;
 mod plane;
 
 use busbar_gpu::{BindGroup, Binding, Buffer, BufferUsage, Gpu, GpuError, Recorder, Submission};
 use busbar_shaders::{DENSITY_COLUMNS, DENSITY_ROWS};
 
 use crate::RenderError;
-use crate::layer::ready;
+use crate::layer::get_or_create;
 pub use input::{
     BrushedAxis, DensityCounts, DensityInput, DensityProgress, DensitySummary, MAX_DENSITY_AXES,
     MAX_DENSITY_BYTES,
 };
 use input::{SIDE, check, flips, gates, plan};
-use kit::{Chunk, Kit, OfCounts};
-pub use plane::PlaneInWorld;
-pub(crate) use plane::PlaneKit;
+use pipelines::{CountTarget, DensityPipelines, RecordChunk};
+pub use plane::DensityPlane;
+pub(crate) use plane::DensityPlaneResources;
 
 /// Records that are uploaded and counted at once: with 32 values each 8 MiB, and some 25 ms of
 /// a software rasteriser on two busy cores.
@@ -29,39 +29,39 @@ pub const SLICE_RECORDS: usize = 1 << 16;
 /// Records of a mask word.
 const WORD: usize = 32;
 
-/// What counts, and what was counted.
-pub(crate) struct Density {
-    kit: Kit,
-    /// Of the values that are on the device.
+/// GPU state of density counting: pipelines, uploaded records, the running and the last count.
+pub(crate) struct DensityResources {
+    pipelines: DensityPipelines,
+    /// Revision of the values on the device.
     revision: Option<u64>,
-    chunks: Vec<Chunk>,
-    running: Option<Running>,
-    shown: Option<Woven>,
+    chunks: Vec<RecordChunk>,
+    running: Option<RunningCount>,
+    shown: Option<DensityPicture>,
 }
 
-/// What is being counted.
-struct Running {
+/// Count that is under way, slice by slice.
+struct RunningCount {
     arrangement: u64,
     /// Counts of all, of those meant, and the mask.
     counts: [Buffer; 3],
     group: BindGroup,
     /// Records that were handed to the device.
     handed: usize,
-    /// Of the slice before.
+    /// Submission of the slice before.
     submission: Submission,
     /// Once all were: the picture, and where its summary arrives.
     last: Option<(Buffer, Buffer)>,
 }
 
-/// What was counted, laid out.
-pub(crate) struct Woven {
+/// Finished count with its density picture.
+pub(crate) struct DensityPicture {
     summary: DensitySummary,
     counts: [Buffer; 3],
     picture: Buffer,
     group: BindGroup,
 }
 
-impl Density {
+impl DensityResources {
     /// Hands the next slice to the device, if it is done with the one before; does not wait.
     fn step(
         &mut self,
@@ -74,12 +74,13 @@ impl Density {
             self.revision = Some(input.revision);
         }
         let of = input.values.len() / input.axes;
-        let progress = |counted, shown: &Option<Woven>| DensityProgress {
+        let progress = |counted, shown: &Option<DensityPicture>| DensityProgress {
             counted,
             of,
-            shown: shown.as_ref().map(|woven| woven.summary),
+            shown: shown.as_ref().map(|picture_shown| picture_shown.summary),
         };
-        let is_wanted = |woven: &Woven| woven.summary.arrangement == input.arrangement;
+        let is_wanted =
+            |picture_shown: &DensityPicture| picture_shown.summary.arrangement == input.arrangement;
         if self.shown.as_ref().is_some_and(is_wanted) {
             self.running = None;
             return Ok(progress(of, &self.shown));
@@ -87,40 +88,40 @@ impl Density {
         self.running.take_if(|running| running.arrangement != input.arrangement);
         let running = match &mut self.running {
             Some(running) => running,
-            none => none.insert(begin(gpu, &self.kit, input, of)?),
+            none => none.insert(begin(gpu, &self.pipelines, input, of)?),
         };
         if !gpu.has_finished(running.submission)? {
             return Ok(progress(running.handed, &self.shown));
         }
         if let Some((picture, summary)) = &running.last {
-            let group = BindGroup::new(&self.kit.of_picture, &[Binding::Buffer(picture)])?;
-            let [most, meant_most, lines, meant] = words(summary)?[..] else {
+            let group = BindGroup::new(&self.pipelines.of_picture, &[Binding::Buffer(picture)])?;
+            let [peak, brushed_peak, lines, brushed] = words(summary)?[..] else {
                 return Err(GpuError::Misuse("a summary of another size").into());
             };
             let arrangement = input.arrangement;
             let pairs = input.pairs.len() as u32;
-            let summary = DensitySummary { arrangement, pairs, most, meant_most, lines, meant };
+            let summary = DensitySummary { arrangement, pairs, peak, brushed_peak, lines, brushed };
             let (counts, picture) = (running.counts.clone(), picture.clone());
-            self.shown = Some(Woven { summary, counts, picture, group });
+            self.shown = Some(DensityPicture { summary, counts, picture, group });
             self.running = None;
             return Ok(progress(of, &self.shown));
         }
         let mut recorder = gpu.begin_transfer()?;
-        hand_slice(&mut recorder, &self.kit, &mut self.chunks, running, input)?;
+        hand_slice(&mut recorder, &self.pipelines, &mut self.chunks, running, input)?;
         if running.handed == of {
-            running.last = Some(weave(&mut recorder, &self.kit, running, input)?);
+            running.last = Some(rasterize(&mut recorder, &self.pipelines, running, input)?);
         }
-        running.submission = recorder.submit_for_later()?;
+        running.submission = recorder.submit_tracked()?;
         Ok(progress(running.handed, &self.shown))
     }
 }
 
 fn begin(
     gpu: &mut Gpu,
-    kit: &Kit,
+    pipelines: &DensityPipelines,
     input: &DensityInput<'_>,
     records: usize,
-) -> Result<Running, RenderError> {
+) -> Result<RunningCount, RenderError> {
     let mut recorder = gpu.begin_transfer()?;
     let edges: Vec<f32> = input.shown.iter().flat_map(|(_, edges)| *edges).collect();
     let zeros = vec![0u32; (input.pairs.len() * SIDE * SIDE).max(1)];
@@ -129,27 +130,28 @@ fn begin(
     let edges = upload("density edges", BufferUsage::Storage, bytemuck::cast_slice(&edges))?;
     let plan = plan(input);
     let plan = upload("density plan", BufferUsage::Storage, bytemuck::cast_slice(&plan))?;
-    let mut written =
-        |name, words: &[u32]| upload(name, BufferUsage::Counted, bytemuck::cast_slice(words));
+    let mut written = |name, words: &[u32]| {
+        upload(name, BufferUsage::ComputeReadback, bytemuck::cast_slice(words))
+    };
     let counts = [
         written("density counts", &zeros)?,
-        written("density meant", &zeros)?,
+        written("density brushed", &zeros)?,
         written("density mask", &no_mask)?,
     ];
-    let [all, meant, mask] = &counts;
-    let bindings = [&edges, &plan, all, meant, mask].map(Binding::Buffer);
-    let group = BindGroup::new(&kit.of_counts, &bindings)?;
-    let submission = recorder.submit_for_later()?;
+    let [all, brushed, mask] = &counts;
+    let bindings = [&edges, &plan, all, brushed, mask].map(Binding::Buffer);
+    let group = BindGroup::new(&pipelines.of_counts, &bindings)?;
+    let submission = recorder.submit_tracked()?;
     let arrangement = input.arrangement;
-    Ok(Running { arrangement, counts, group, handed: 0, submission, last: None })
+    Ok(RunningCount { arrangement, counts, group, handed: 0, submission, last: None })
 }
 
 /// Uploads the next slice, unless it is there, and counts it.
 fn hand_slice(
     recorder: &mut Recorder<'_>,
-    kit: &Kit,
-    chunks: &mut Vec<Chunk>,
-    running: &mut Running,
+    pipelines: &DensityPipelines,
+    chunks: &mut Vec<RecordChunk>,
+    running: &mut RunningCount,
     input: &DensityInput<'_>,
 ) -> Result<(), RenderError> {
     let first = running.handed;
@@ -159,35 +161,36 @@ fn hand_slice(
     }
     let at = first / SLICE_RECORDS;
     if chunks.len() == at {
-        chunks.push(kit.upload(recorder, &input.values[first * input.axes..end * input.axes])?);
+        chunks
+            .push(pipelines.upload(recorder, &input.values[first * input.axes..end * input.axes])?);
     }
     let (gates, known_words, given_words) = gates(input, first..end);
     let gates =
         recorder.upload_buffer("gates", BufferUsage::Storage, bytemuck::cast_slice(&gates))?;
-    let gates = BindGroup::new(&kit.of_values, &[Binding::Buffer(&gates)])?;
-    let counted = OfCounts { group: &running.group, gates: &gates, known_words, given_words };
-    kit.count(recorder, &chunks[at], &counted, input, first..end)?;
+    let gates = BindGroup::new(&pipelines.of_values, &[Binding::Buffer(&gates)])?;
+    let counted = CountTarget { group: &running.group, gates: &gates, known_words, given_words };
+    pipelines.count(recorder, &chunks[at], &counted, input, first..end)?;
     running.handed = end;
     Ok(())
 }
 
 /// Lays out what was counted; the picture, and where its summary arrives.
-fn weave(
+fn rasterize(
     recorder: &mut Recorder<'_>,
-    kit: &Kit,
-    running: &Running,
+    pipelines: &DensityPipelines,
+    running: &RunningCount,
     input: &DensityInput<'_>,
 ) -> Result<(Buffer, Buffer), RenderError> {
     let cells = 2 * input.pairs.len() * (DENSITY_COLUMNS * DENSITY_ROWS) as usize;
     let mut upload = |name, usage, words: &[u32]| {
         recorder.upload_buffer(name, usage, bytemuck::cast_slice(words))
     };
-    let picture = upload("density picture", BufferUsage::Counted, &vec![0; cells.max(1)])?;
-    let summary = upload("density summary", BufferUsage::Counted, &[0; 4])?;
+    let picture = upload("density picture", BufferUsage::ComputeReadback, &vec![0; cells.max(1)])?;
+    let summary = upload("density summary", BufferUsage::ComputeReadback, &[0; 4])?;
     let flips = upload("density flips", BufferUsage::Storage, &flips(input))?;
-    let [all, meant, _] = &running.counts;
-    let bindings = [all, meant, &flips, &picture, &summary].map(Binding::Buffer);
-    kit.weave(recorder, &bindings, input.pairs.len() as u32)?;
+    let [all, brushed, _] = &running.counts;
+    let bindings = [all, brushed, &flips, &picture, &summary].map(Binding::Buffer);
+    pipelines.rasterize(recorder, &bindings, input.pairs.len() as u32)?;
     let summary = recorder.download_buffer(&summary)?;
     Ok((picture, summary))
 }
@@ -196,23 +199,29 @@ fn words(download: &Buffer) -> Result<Vec<u32>, GpuError> {
     Ok(bytemuck::pod_collect_to_vec(&download.contents()?))
 }
 
-/// Goes on with counting what is not counted yet; `settles` waits for all of it.
+/// Goes on with counting what is not counted yet; `waits` waits for all of it.
 pub(crate) fn advance(
     gpu: &mut Gpu,
-    density: &mut Option<Density>,
+    density: &mut Option<DensityResources>,
     input: &DensityInput<'_>,
-    settles: bool,
+    waits: bool,
 ) -> Result<DensityProgress, RenderError> {
     check(input)?;
     let made = || -> Result<_, RenderError> {
-        let kit = Kit::new(gpu)?;
-        Ok(Density { kit, revision: None, chunks: Vec::new(), running: None, shown: None })
+        let pipelines = DensityPipelines::new(gpu)?;
+        Ok(DensityResources {
+            pipelines,
+            revision: None,
+            chunks: Vec::new(),
+            running: None,
+            shown: None,
+        })
     };
-    let density = ready(density, made)?;
+    let density = get_or_create(density, made)?;
     loop {
         let progress = density.step(gpu, input)?;
         let is_done = density.running.is_none();
-        if is_done || !settles {
+        if is_done || !waits {
             return Ok(progress);
         }
         gpu.wait()?;
@@ -222,25 +231,26 @@ pub(crate) fn advance(
 /// Counts anew, and waits for it.
 pub(crate) fn count(
     gpu: &mut Gpu,
-    density: &mut Option<Density>,
+    density: &mut Option<DensityResources>,
     input: &DensityInput<'_>,
 ) -> Result<DensityCounts, RenderError> {
     if let Some(density) = density {
         (density.running, density.shown) = (None, None);
     }
     advance(gpu, density, input, true)?;
-    let woven = density.as_ref().and_then(|density| density.shown.as_ref());
-    let woven = woven.ok_or(GpuError::Misuse("a count that ended without a result"))?;
+    let picture_shown = density.as_ref().and_then(|density| density.shown.as_ref());
+    let picture_shown =
+        picture_shown.ok_or(GpuError::Misuse("a count that ended without a result"))?;
     let mut recorder = gpu.begin_transfer()?;
-    let downloads = woven.counts.each_ref().map(|buffer| recorder.download_buffer(buffer));
-    let picture = recorder.download_buffer(&woven.picture)?;
+    let downloads = picture_shown.counts.each_ref().map(|buffer| recorder.download_buffer(buffer));
+    let picture = recorder.download_buffer(&picture_shown.picture)?;
     recorder.submit_and_wait()?;
-    let [all, meant, mask] = downloads.map(|download| words(&download?));
-    let (mut all, mut meant, mut mask, mut picture) = (all?, meant?, mask?, words(&picture)?);
+    let [all, brushed, mask] = downloads.map(|download| words(&download?));
+    let (mut all, mut brushed, mut mask, mut picture) = (all?, brushed?, mask?, words(&picture)?);
     let counts = input.pairs.len() * SIDE * SIDE;
     all.truncate(counts);
-    meant.truncate(counts);
+    brushed.truncate(counts);
     mask.truncate((input.values.len() / input.axes).div_ceil(WORD));
     picture.truncate(2 * input.pairs.len() * (DENSITY_COLUMNS * DENSITY_ROWS) as usize);
-    Ok(DensityCounts { all, meant, mask, picture, summary: woven.summary })
+    Ok(DensityCounts { all, brushed, mask, picture, summary: picture_shown.summary })
 }

@@ -1,4 +1,4 @@
-//! What is drawn, kept between frames.
+//! Retained draw list: instances kept between frames, with a bounded change log.
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -11,15 +11,15 @@ pub const MAX_DRAW_CHANGES: usize = 1 << 14;
 /// In place of an index: nothing is drawn there.
 const EMPTY: u32 = u32::MAX;
 
-/// What is drawn, in numbered places that may be empty. It knows what changed, so that a
-/// frame costs by what changed and not by what there is.
+/// Instances to draw, in numbered places that may be empty. A log of changes lets a frame cost by
+/// what changed, not by how many instances there are.
 ///
 /// Its revisions are like no other list's: a copy goes its own way from where it was made.
 #[derive(Clone, Debug, Default)]
 pub struct DrawList {
-    /// Of each place its index in `drawn`, or [`EMPTY`].
+    /// Index in `drawn` of each place, or [`EMPTY`].
     places: Vec<u32>,
-    /// What there is, in no order, and in which place: of a great scene that is little.
+    /// Instances in no particular order, each with its place: few of a large scene.
     drawn: Vec<(u32, DrawInstance)>,
     revision: u64,
     /// The revision before the first of `changes`.
@@ -34,32 +34,32 @@ impl DrawList {
         Self { places: vec![EMPTY; count], ..Self::default() }
     }
 
-    /// How many places it has, empty ones included.
+    /// Returns the number of places, empty ones included.
     pub fn len(&self) -> usize {
         self.places.len()
     }
 
-    /// Whether it has no places.
+    /// Reports whether the list has no places.
     pub fn is_empty(&self) -> bool {
         self.places.is_empty()
     }
 
-    /// What is in a place.
+    /// Returns the instance in a place.
     pub fn get(&self, place: usize) -> Option<&DrawInstance> {
-        self.at(*self.places.get(place)?)
+        self.get_drawn(*self.places.get(place)?)
     }
 
     /// All that is drawn, in the order of places.
     pub fn iter(&self) -> impl Iterator<Item = &DrawInstance> {
-        self.places.iter().filter_map(|&index| self.at(index))
+        self.places.iter().filter_map(|&index| self.get_drawn(index))
     }
 
     /// All that is drawn, with its places, in their order.
-    pub(crate) fn placed(&self) -> impl Iterator<Item = (u32, &DrawInstance)> {
-        (0..).zip(&self.places).filter_map(|(place, &index)| Some((place, self.at(index)?)))
+    pub(crate) fn iter_with_places(&self) -> impl Iterator<Item = (u32, &DrawInstance)> {
+        (0..).zip(&self.places).filter_map(|(place, &index)| Some((place, self.get_drawn(index)?)))
     }
 
-    fn at(&self, index: u32) -> Option<&DrawInstance> {
+    fn get_drawn(&self, index: u32) -> Option<&DrawInstance> {
         // `EMPTY` is beyond all.
         self.drawn.get(index as usize).map(|(_, drawn)| drawn)
     }
@@ -70,7 +70,7 @@ impl DrawList {
             self.places.resize(place + 1, EMPTY);
         }
         let index = self.places[place];
-        if self.at(index) == drawn.as_ref() {
+        if self.get_drawn(index) == drawn.as_ref() {
             return;
         }
         match (self.drawn.get_mut(index as usize), drawn) {
@@ -87,7 +87,7 @@ impl DrawList {
                 }
             }
         }
-        self.note(place);
+        self.record_change(place);
     }
 
     /// Tints what is in a place.
@@ -97,11 +97,11 @@ impl DrawList {
             && drawn.highlight != highlight
         {
             drawn.highlight = highlight;
-            self.note(place);
+            self.record_change(place);
         }
     }
 
-    fn note(&mut self, place: usize) {
+    fn record_change(&mut self, place: usize) {
         // No two lists that differ are of the same revision.
         static LAST: AtomicU64 = AtomicU64::new(0);
         self.revision = LAST.fetch_add(1, Ordering::Relaxed) + 1;
@@ -129,21 +129,21 @@ impl DrawList {
     }
 }
 
-/// What a frame draws.
+/// Source of the instances that a frame draws.
 #[derive(Clone, Copy, Debug)]
-pub enum Instances<'a> {
+pub enum InstanceSource<'a> {
     /// Listed for this frame.
     Listed(&'a [DrawInstance]),
     /// Kept between frames, for as many as there may be.
-    Kept(&'a DrawList),
+    Retained(&'a DrawList),
 }
 
-impl<'a> Instances<'a> {
+impl<'a> InstanceSource<'a> {
     /// All of it, in order.
     pub fn iter(self) -> impl Iterator<Item = &'a DrawInstance> {
         let (listed, kept) = match self {
             Self::Listed(listed) => (Some(listed), None),
-            Self::Kept(kept) => (None, Some(kept)),
+            Self::Retained(kept) => (None, Some(kept)),
         };
         listed.into_iter().flatten().chain(kept.into_iter().flat_map(DrawList::iter))
     }

@@ -1,4 +1,4 @@
-//! Which feature each vertex of a mesh belongs to, on the device.
+//! Feature indices of vertices on the device: one word a vertex.
 //!
 //! A word a vertex, in meshes that have features: the passes read it to find a
 //! feature's id and tint. All other meshes share one group that none reads.
@@ -9,7 +9,7 @@ use busbar_gpu::{BindGroup, BindGroupLayout, Binding, Buffer, BufferUsage, Gpu, 
 use crate::RenderError;
 
 /// Binds the features of meshes.
-pub(crate) struct FeatureKit {
+pub(crate) struct FeatureResources {
     layout: BindGroupLayout,
     none: BindGroup,
 }
@@ -21,7 +21,7 @@ pub(crate) struct MeshFeatures {
     pub(crate) count: u32,
 }
 
-impl FeatureKit {
+impl FeatureResources {
     pub(crate) fn new(gpu: &Gpu, layout: BindGroupLayout) -> Result<Self, RenderError> {
         let word = size_of::<u32>() as u64;
         let none = Buffer::new(gpu, "no features", BufferUsage::HostStorage, word)?;

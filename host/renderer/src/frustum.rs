@@ -1,15 +1,15 @@
-//! What a camera can see at all.
+//! Frustum culling of bounding spheres.
 
 use glam::{Mat4, Vec3, Vec4};
 
 /// A ball around a mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Ball {
+pub(crate) struct BoundingSphere {
     pub(crate) center: Vec3,
     pub(crate) radius: f32,
 }
 
-impl Ball {
+impl BoundingSphere {
     /// A ball around this one as a transform turns, stretches and moves it.
     pub(crate) fn transformed(self, transform: &Mat4) -> Self {
         let [x, y, z] = [transform.x_axis, transform.y_axis, transform.z_axis].map(Vec4::truncate);
@@ -24,15 +24,15 @@ impl Ball {
 /// The planes that bound the picture, pointing inwards; there is no far one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frustum {
-    /// Those at its sides: a row each, so that one product tells the distances to all.
+    /// Side planes, a row each, so that one product gives the distances to all.
     sides: Mat4,
     near: Vec4,
 }
 
 impl Frustum {
-    /// Of a transform to Vulkan clip space with reverse-Z (G. Gribb and K. Hartmann,
-    /// "Fast Extraction of Viewing Frustum Planes", 2001).
-    pub(crate) fn of(clip_from_world: &Mat4) -> Self {
+    /// Extracts the planes of a transform to Vulkan clip space with reverse-Z (G. Gribb and K.
+    /// Hartmann, "Fast Extraction of Viewing Frustum Planes", 2001).
+    pub(crate) fn from_matrix(clip_from_world: &Mat4) -> Self {
         let [x, y, z, w] = [0, 1, 2, 3].map(|row| clip_from_world.row(row));
         // Planes of unit length measure distances.
         let unit = |plane: Vec4| plane / plane.truncate().length().max(f32::MIN_POSITIVE);
@@ -40,11 +40,11 @@ impl Frustum {
         Self { sides: Mat4::from_cols(left, right, up, down).transpose(), near }
     }
 
-    /// Whether any of a ball may be in the picture; what is not a number may be.
-    pub(crate) fn may_see(&self, ball: &Ball) -> bool {
-        let center = ball.center.extend(1.0);
-        let is_outside = (self.sides * center).cmplt(Vec4::splat(-ball.radius)).any();
-        !(is_outside | (self.near.dot(center) < -ball.radius))
+    /// Reports whether a sphere may be in the picture; one with NaN coordinates may be.
+    pub(crate) fn is_visible(&self, sphere: &BoundingSphere) -> bool {
+        let center = sphere.center.extend(1.0);
+        let is_outside = (self.sides * center).cmplt(Vec4::splat(-sphere.radius)).any();
+        !(is_outside | (self.near.dot(center) < -sphere.radius))
     }
 }
 
@@ -58,13 +58,13 @@ mod tests {
     fn frustum() -> (CameraView, Frustum) {
         let eye = Vec3::new(3.0, 2.0, 10.0);
         let camera = CameraView::look_at(eye, Vec3::ZERO, Vec3::Y, 0.8, 1.6, 0.5);
-        (camera, Frustum::of(&camera.clip_from_world()))
+        (camera, Frustum::from_matrix(&camera.clip_from_world()))
     }
 
     #[test]
     fn what_is_beside_behind_or_too_near_is_not_seen() {
         let (camera, frustum) = frustum();
-        let sees = |center: Vec3, radius| frustum.may_see(&Ball { center, radius });
+        let sees = |center: Vec3, radius| frustum.is_visible(&BoundingSphere { center, radius });
         assert!(sees(Vec3::ZERO, 0.1));
         assert!(sees(-camera.eye * 1e5, 0.1), "however far");
         assert!(!sees(camera.eye * 2.0, 1.0), "behind the eye");
@@ -75,7 +75,7 @@ mod tests {
     }
 
     proptest! {
-        /// What has a place in the picture is seen.
+        /// Every point with a place in the picture is visible.
         #[test]
         fn no_point_in_the_picture_is_missed(
             x in -1.0_f32..1.0, y in -1.0_f32..1.0, depth in 0.6_f32..1e4, radius in 0.0_f32..5.0,
@@ -88,8 +88,8 @@ mod tests {
             // A ball that holds the point.
             let center = point + Vec3::from(away).clamp_length_max(1.0) * radius;
             let radius = radius * 1.0001 + 1e-3 * depth;
-            let ball = Ball { center, radius };
-            prop_assert!(frustum.may_see(&ball));
+            let sphere = BoundingSphere { center, radius };
+            prop_assert!(frustum.is_visible(&sphere));
         }
 
         #[test]
@@ -98,13 +98,13 @@ mod tests {
             scale in prop::array::uniform3(-3.0_f32..3.0),
             angle in -3.0_f32..3.0,
         ) {
-            let ball = Ball { center: Vec3::new(1.0, -2.0, 0.5), radius: 2.0 };
+            let sphere = BoundingSphere { center: Vec3::new(1.0, -2.0, 0.5), radius: 2.0 };
             let transform = Mat4::from_rotation_y(angle)
                 * Mat4::from_scale(scale.into())
                 * Mat4::from_rotation_x(angle)
                 * Mat4::from_translation(Vec3::splat(4.0));
-            let point = ball.center + Vec3::from(at).clamp_length_max(1.0) * ball.radius;
-            let around = ball.transformed(&transform);
+            let point = sphere.center + Vec3::from(at).clamp_length_max(1.0) * sphere.radius;
+            let around = sphere.transformed(&transform);
             let distance = transform.transform_point3(point).distance(around.center);
             prop_assert!(distance <= around.radius * 1.0001 + 1e-4);
         }

@@ -1,6 +1,6 @@
 //! The ground below the equipment.
 
-use busbar_gpu::{BindGroup, Buffer, BufferUsage, Draw, Gpu, GpuError, Pass, Pipeline};
+use busbar_gpu::{BindGroup, Buffer, BufferUsage, DrawCall, Gpu, GpuError, Pipeline, RenderPass};
 use busbar_shaders::Vertex;
 use glam::Vec3;
 
@@ -13,7 +13,7 @@ const TRIANGLES: [u32; 6] = [0, 1, 2, 0, 2, 3];
 /// Cells of the coarsest grid, metres: a place is known up to these.
 const PERIOD_METRES: f32 = 10.0;
 
-/// Where the ground lies.
+/// Position and extent of the ground plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ground {
     /// Height along y, metres.
@@ -22,13 +22,13 @@ pub struct Ground {
     pub reach: f32,
 }
 
-/// What draws it.
-pub(crate) struct GroundKit {
+/// GPU resources of the ground plane.
+pub(crate) struct GroundResources {
     vertices: Buffer,
     indices: Buffer,
 }
 
-impl GroundKit {
+impl GroundResources {
     pub(crate) fn new(gpu: &mut Gpu) -> Result<Self, RenderError> {
         let corner = |[x, z]: [f32; 2]| Vertex {
             position_u: [x, 0.0, z, 0.0],
@@ -53,12 +53,12 @@ impl GroundKit {
     /// Draws it over what is farther. The instances are any: none is read.
     pub(crate) fn draw(
         &self,
-        pass: &mut Pass<'_>,
+        pass: &mut RenderPass<'_>,
         pipeline: &Pipeline,
         frame_group: &BindGroup,
         instances: &Buffer,
     ) -> Result<(), GpuError> {
-        pass.draw(&Draw {
+        pass.draw(&DrawCall {
             pipeline,
             groups: &[frame_group],
             vertices: &self.vertices,

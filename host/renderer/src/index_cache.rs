@@ -2,16 +2,16 @@
 
 use std::collections::HashMap;
 
-use busbar_gpu::{Arena, BufferUsage, Recorder, Slice};
+use busbar_gpu::{BufferArena, BufferSlice, BufferUsage, Recorder};
 use smallvec::SmallVec;
 
 use crate::RenderError;
-use crate::batch::Batch;
-use crate::gathering::Faces;
-use crate::occluders::{Occluder, bytes_of};
+use crate::cpu_triangle_culling::CullableTriangles;
+use crate::draw_plan::Batch;
+use crate::occluders::{Occluder, occluder_bytes};
 use crate::resolver::ResolvedTriangles;
-use crate::sight::Hiding;
 use crate::slender::SectionRange;
+use crate::visibility::OcclusionTest;
 
 /// Bytes of index buffers that are kept beyond what the current frame needs.
 pub const MAX_CACHED_INDEX_BYTES: u64 = 256 << 20;
@@ -19,7 +19,7 @@ pub const MAX_CACHED_INDEX_BYTES: u64 = 256 << 20;
 /// Bytes of index buffers that one frame may need: some 180 million triangles.
 pub const MAX_FRAME_INDEX_BYTES: u64 = 2 << 30;
 
-/// What an entry costs besides its indices, so that empty ones count too.
+/// Overhead of an entry besides its indices, bytes, so that empty ones count too.
 const ENTRY_BYTES: u64 = 256;
 
 /// Sections that most meshes have at most.
@@ -36,28 +36,32 @@ pub(crate) struct IndexKey {
 /// Live triangles of a mesh at a cursor.
 pub(crate) struct ResolvedIndices {
     /// `None` when no triangle lives.
-    pub(crate) indices: Option<Slice>,
+    pub(crate) indices: Option<BufferSlice>,
     /// For each section, its range among them; of most meshes beside the rest.
     pub(crate) sections: SmallVec<[SectionRange; USUAL_SECTIONS]>,
     pub(crate) triangles: u32,
-    /// Where they are gathered.
-    faces: Option<Faces>,
+    /// Data of CPU triangle culling, where the mesh takes part.
+    faces: Option<CullableTriangles>,
     occluders: Box<[Occluder]>,
     bytes: u64,
     made_at: u64,
-    /// When it was made or drawn last: what ages it.
+    /// Clock when the entry was made or drawn last; decides eviction.
     used_at: u64,
     drawn_at: u64,
 }
 
 impl ResolvedIndices {
-    /// What of a batch is gathered, where it is: of more than one instance only where anything
-    /// is hidden.
-    pub(crate) fn gathered(&self, batch: &Batch, hiding: Option<Hiding<'_>>) -> Option<&Faces> {
-        self.faces.as_ref().filter(|faces| faces.are_gathered_of(batch, hiding))
+    /// Returns the triangles of a batch for CPU culling, if they take part. A batch of several
+    /// instances takes part only with an occlusion test.
+    pub(crate) fn cullable(
+        &self,
+        batch: &Batch,
+        occlusion_test: Option<OcclusionTest<'_>>,
+    ) -> Option<&CullableTriangles> {
+        self.faces.as_ref().filter(|faces| faces.is_culled_for(batch, occlusion_test))
     }
 
-    /// Its large faces, the largest first.
+    /// Returns the large faces, the largest first.
     pub(crate) fn occluders(&self) -> &[Occluder] {
         &self.occluders
     }
@@ -68,7 +72,7 @@ impl ResolvedIndices {
 pub(crate) struct IndexCache {
     /// Looked up for each batch of each frame.
     entries: HashMap<IndexKey, ResolvedIndices, foldhash::fast::RandomState>,
-    arena: Arena,
+    arena: BufferArena,
     bytes: u64,
     limit_bytes: u64,
     /// Counts frames and picks.
@@ -83,7 +87,7 @@ impl IndexCache {
     pub(crate) fn new(limit_bytes: u64) -> Self {
         Self {
             entries: HashMap::default(),
-            arena: Arena::new("indices", BufferUsage::Index),
+            arena: BufferArena::new("indices", BufferUsage::Index),
             bytes: 0,
             limit_bytes,
             clock: 0,
@@ -140,7 +144,7 @@ impl IndexCache {
     }
 
     /// Marks an entry as used by the current frame, if the frame may have it.
-    pub(crate) fn touch(&mut self, key: IndexKey) -> Result<(), RenderError> {
+    pub(crate) fn mark_used(&mut self, key: IndexKey) -> Result<(), RenderError> {
         if let Some(entry) = self.entries.get_mut(&key)
             && entry.drawn_at != self.clock
         {
@@ -219,7 +223,7 @@ impl IndexCache {
 
 fn upload(
     recorder: &mut Recorder<'_>,
-    arena: &mut Arena,
+    arena: &mut BufferArena,
     resolved: ResolvedTriangles,
     clock: u64,
 ) -> Result<ResolvedIndices, RenderError> {
@@ -229,9 +233,10 @@ fn upload(
         _ => Some(recorder.upload_slice(arena, indices)?),
     };
     let (indices_bytes, triangles) = (indices.len() as u64, resolved.triangles.len() as u32);
-    let faces = slice.as_ref().zip(resolved.outlook);
-    let faces = faces.and_then(|(slice, outlook)| Faces::of(slice, outlook));
-    let more = faces.as_ref().map_or(0, Faces::bytes) + bytes_of(&resolved.occluders);
+    let faces = slice.as_ref().zip(resolved.blocks);
+    let faces = faces.and_then(|(slice, blocks)| CullableTriangles::new(slice, blocks));
+    let more =
+        faces.as_ref().map_or(0, CullableTriangles::bytes) + occluder_bytes(&resolved.occluders);
     Ok(ResolvedIndices {
         indices: slice,
         sections: resolved.sections.iter().map(SectionRange::indices).collect(),

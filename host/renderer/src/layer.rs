@@ -20,18 +20,18 @@ impl Layer {
     ) -> Result<Self, GpuError> {
         let kind = ImageKind::SampledTarget;
         let image = Image::new(gpu, ImageDescription { name, kind, format, size })?;
-        Self::of(layout, image)
+        Self::from_image(layout, image)
     }
 
     /// Binds an image that is there.
-    pub(crate) fn of(layout: &BindGroupLayout, image: Image) -> Result<Self, GpuError> {
+    pub(crate) fn from_image(layout: &BindGroupLayout, image: Image) -> Result<Self, GpuError> {
         let group = BindGroup::new(layout, &[Binding::Texture(&image)])?;
         Ok(Self { image, group })
     }
 }
 
-/// What is there, or is made now.
-pub(crate) fn ready<T, E>(
+/// Returns the value in a slot, made now if there is none.
+pub(crate) fn get_or_create<T, E>(
     slot: &mut Option<T>,
     make: impl FnOnce() -> Result<T, E>,
 ) -> Result<&mut T, E> {

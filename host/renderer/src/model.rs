@@ -3,17 +3,17 @@
 use std::sync::Arc;
 
 use busbar_geometry::{Bounds, CollapseStacks, Mesh, Section};
-use busbar_gpu::{Arena, Recorder, Slice};
+use busbar_gpu::{BufferArena, BufferSlice, Recorder};
 use busbar_scene::{Material, Texture};
 use busbar_shaders::{SLENDER, Vertex};
 use glam::Vec3;
 
 use crate::RenderError;
-use crate::features::{FeatureKit, MeshFeatures};
-use crate::frustum::Ball;
-use crate::gathering::{NEVER, gathered_from};
-use crate::material::{GpuMaterial, MaterialKit};
-use crate::resolver::Source;
+use crate::cpu_triangle_culling::{NEVER_CULLED, min_culled_triangles};
+use crate::features::{FeatureResources, MeshFeatures};
+use crate::frustum::BoundingSphere;
+use crate::material::{GpuMaterial, MaterialResources};
+use crate::resolver::ResolveSource;
 use crate::slender::SlenderWedges;
 
 /// Names an uploaded model.
@@ -24,8 +24,8 @@ impl ModelHandle {
     /// The handle of this number, which [`Renderer::upload_model_at`] gives a model.
     ///
     /// [`Renderer::upload_model_at`]: crate::Renderer::upload_model_at
-    pub fn of(number: u32) -> Self {
-        Self(number)
+    pub fn from_index(index: u32) -> Self {
+        Self(index)
     }
 }
 
@@ -44,7 +44,7 @@ pub struct ModelUpload<'a> {
 pub(crate) struct GpuModel {
     pub(crate) meshes: Vec<GpuMesh>,
     materials: Vec<GpuMaterial>,
-    /// Whether anything of it blends.
+    /// Blending: whether any section blends.
     pub(crate) blends: bool,
 }
 
@@ -52,29 +52,29 @@ pub(crate) struct GpuModel {
 pub(crate) struct GpuMesh {
     pub(crate) stacks: Arc<CollapseStacks>,
     /// `None` for a mesh without vertices.
-    pub(crate) vertices: Option<Slice>,
+    pub(crate) vertices: Option<BufferSlice>,
     /// `None` for a mesh that is one piece.
     pub(crate) features: Option<MeshFeatures>,
     /// Around the mesh, mesh space.
-    pub(crate) ball: Ball,
+    pub(crate) sphere: BoundingSphere,
     pub(crate) bounds: Bounds,
-    /// Whether any section blends.
+    /// Blending: whether any section blends.
     pub(crate) blends: bool,
     /// Conductors, wires and rods; `None` where it holds none.
     pub(crate) slender: Option<Arc<SlenderWedges>>,
     /// The live triangles from which on they are gathered.
-    gathered_from: usize,
-    /// Whether its large faces hide what is behind them.
+    min_culled_triangles: usize,
+    /// Occluder search: whether its large faces hide geometry behind them.
     occludes: bool,
 }
 
 impl GpuMesh {
-    /// What its triangles are resolved from.
-    pub(crate) fn source(&self) -> Source<'_> {
-        Source {
+    /// Returns the data that its triangles are resolved from.
+    pub(crate) fn source(&self) -> ResolveSource<'_> {
+        ResolveSource {
             stacks: &self.stacks,
             slender: self.slender.as_ref(),
-            gathered_from: self.gathered_from,
+            min_culled_triangles: self.min_culled_triangles,
             occludes: self.occludes,
         }
     }
@@ -83,17 +83,18 @@ impl GpuMesh {
 impl GpuModel {
     pub(crate) fn upload(
         recorder: &mut Recorder<'_>,
-        (kit, feature_kit): (&mut MaterialKit, &FeatureKit),
-        vertices: &mut Arena,
+        (material_resources, feature_resources): (&mut MaterialResources, &FeatureResources),
+        vertices: &mut BufferArena,
         upload: ModelUpload<'_>,
     ) -> Result<Self, RenderError> {
-        let materials = kit.upload(recorder, upload.materials, upload.textures)?;
+        let materials = material_resources.upload(recorder, upload.materials, upload.textures)?;
         let meshes = Vec::with_capacity(upload.stacks.len());
         let mut model = Self { meshes, materials, blends: false };
         let is_part = upload.stacks.len() > 1;
         for (index, stacks) in upload.stacks.iter().enumerate() {
             check_sections(index, stacks.mesh(), upload.materials.len())?;
-            let mesh = model.upload_mesh(recorder, feature_kit, vertices, (stacks, is_part))?;
+            let mesh =
+                model.upload_mesh(recorder, feature_resources, vertices, (stacks, is_part))?;
             model.blends |= mesh.blends;
             model.meshes.push(mesh);
         }
@@ -103,8 +104,8 @@ impl GpuModel {
     fn upload_mesh(
         &self,
         recorder: &mut Recorder<'_>,
-        feature_kit: &FeatureKit,
-        arena: &mut Arena,
+        feature_resources: &FeatureResources,
+        arena: &mut BufferArena,
         (stacks, is_part): (&Arc<CollapseStacks>, bool),
     ) -> Result<GpuMesh, RenderError> {
         let mesh = stacks.mesh();
@@ -117,21 +118,25 @@ impl GpuModel {
         let write = |bytes: &mut [u8]| write_vertices(mesh, &outward, &colors, bytes);
         let vertices = match bytes {
             0 => None,
-            bytes => Some(recorder.upload_slice_by(arena, bytes as u64, write)?),
+            bytes => Some(recorder.upload_slice_with(arena, bytes as u64, write)?),
         };
         let slender = (!outward.is_empty()).then(|| {
             let of_wedge = |wedge: usize| outward[mesh.wedges.position[wedge] as usize];
-            SlenderWedges::of(mesh.wedges.len(), |wedge| of_wedge(wedge) != Vec3::ZERO)
+            SlenderWedges::new(mesh.wedges.len(), |wedge| of_wedge(wedge) != Vec3::ZERO)
         });
         Ok(GpuMesh {
             stacks: Arc::clone(stacks),
             vertices,
-            features: feature_kit.upload(recorder, mesh)?,
-            ball: ball_around(mesh, bounds),
+            features: feature_resources.upload(recorder, mesh)?,
+            sphere: bounding_sphere(mesh, bounds),
             bounds,
             blends: mesh.sections.iter().any(|section| self.material(section.material).blends),
             slender: slender.map(Arc::new),
-            gathered_from: if is_software { gathered_from(mesh, is_part) } else { NEVER },
+            min_culled_triangles: if is_software {
+                min_culled_triangles(mesh, is_part)
+            } else {
+                NEVER_CULLED
+            },
             occludes: is_software,
         })
     }
@@ -143,16 +148,15 @@ impl GpuModel {
     }
 }
 
-fn ball_around(mesh: &Mesh, bounds: Bounds) -> Ball {
+fn bounding_sphere(mesh: &Mesh, bounds: Bounds) -> BoundingSphere {
     let center = bounds.center();
     let squared = |position: &Vec3| position.distance_squared(center);
     let radius = mesh.positions.iter().map(squared).fold(0.0, f32::max).sqrt();
-    Ball { center, radius }
+    BoundingSphere { center, radius }
 }
 
-/// Of what is slender, the normals that it is drawn with, by position: it is round to the
-/// eye, so they lead away from its axis, longer than one by its radius. Zero elsewhere, and
-/// none where nothing is slender.
+/// Computes the normals of slender islands by position. They lead away from the axis, longer than
+/// one by the radius. Zero elsewhere; empty where nothing is slender.
 fn slender_normals(stacks: &CollapseStacks) -> Vec<Vec3> {
     let points = stacks.slender_points();
     if points.is_empty() {

@@ -13,9 +13,9 @@ use busbar_gpu::{
 use busbar_shaders::{MORPH, MORPH_GROUP, MorphStep, Vertex};
 
 use crate::RenderError;
-use crate::batch::{Batch, Plan};
+use crate::draw_plan::{Batch, DrawPlan};
 use crate::index_cache::IndexKey;
-use crate::layer::ready;
+use crate::layer::get_or_create;
 use crate::model::{GpuMesh, GpuModel};
 
 /// Bytes of vertices between two cursors that one frame may show. A storage buffer may
@@ -30,66 +30,66 @@ const MAX_STANDING_BYTES: u64 = 64 << 20;
 
 /// The way that instances are on, and how far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub(crate) struct Way {
-    /// The coarser cursor.
+pub(crate) struct MorphKey {
+    /// Coarser cursor that vertices move to.
     pub(crate) coarser: u32,
     /// The weight's bits: those that are equally far are drawn together.
     pub(crate) weight: u32,
 }
 
 /// The vertices that stand for others at a cursor, on the device.
-struct Standing {
+struct MorphTarget {
     /// The mesh's vertices, and for each the one that stands for it.
     group: BindGroup,
     bytes: u64,
     used_at: u64,
 }
 
-/// What moves vertices, made when it is first needed.
-struct Mover {
-    pipeline: ComputePipeline,
+/// Compute pipeline that moves vertices, made on first use.
+struct MorphPipeline {
+    compute: ComputePipeline,
     standing: BindGroupLayout,
     written: BindGroupLayout,
 }
 
-/// Where moved vertices are written.
-struct Moved {
+/// Output buffer of moved vertices.
+struct MorphedVertices {
     buffer: Buffer,
     group: BindGroup,
 }
 
-/// Moves vertices.
+/// Morphs vertices between two cursors.
 #[derive(Default)]
 pub(crate) struct Morpher {
-    mover: Option<Mover>,
-    moved: Option<Moved>,
-    standing: HashMap<IndexKey, Standing>,
+    pipeline: Option<MorphPipeline>,
+    moved: Option<MorphedVertices>,
+    standing: HashMap<IndexKey, MorphTarget>,
     standing_bytes: u64,
     /// Bytes from the start of what was moved last, by mesh and way.
-    offsets: HashMap<(IndexKey, Way), u64>,
+    offsets: HashMap<(IndexKey, MorphKey), u64>,
     /// Counts what is prepared.
     clock: u64,
 }
 
-/// One dispatch.
-struct Step<'a> {
+/// One compute dispatch of the morph.
+struct MorphDispatch<'a> {
     mesh: &'a GpuMesh,
     key: IndexKey,
-    way: Way,
+    morph: MorphKey,
     count: u32,
     /// Vertices before its first.
     start: u32,
 }
 
-impl Step<'_> {
+impl MorphDispatch<'_> {
     /// The mesh where the way ends.
     fn coarser(&self) -> IndexKey {
-        IndexKey { cursor: self.way.coarser, ..self.key }
+        IndexKey { cursor: self.morph.coarser, ..self.key }
     }
 }
 
 impl Morpher {
-    /// Whether a way to or from a cursor can be drawn without resolving anything first.
+    /// Reports whether the morph target of a cursor is on the device.
     pub(crate) fn is_ready(&self, coarser: IndexKey) -> bool {
         self.standing.contains_key(&coarser)
     }
@@ -107,12 +107,14 @@ impl Morpher {
             return Ok(());
         };
         let bytes: &[u8] = bytemuck::cast_slice(standing);
-        let mover = ready(&mut self.mover, || Mover::new(recorder.gpu()))?;
+        let pipeline = get_or_create(&mut self.pipeline, || MorphPipeline::new(recorder.gpu()))?;
         let buffer = recorder.upload_buffer("standing vertices", BufferUsage::Storage, bytes)?;
-        let group =
-            BindGroup::new(&mover.standing, &[Binding::Slice(vertices), Binding::Buffer(&buffer)])?;
+        let group = BindGroup::new(
+            &pipeline.standing,
+            &[Binding::BufferSlice(vertices), Binding::Buffer(&buffer)],
+        )?;
         let bytes = bytes.len() as u64;
-        let entry = Standing { group, bytes, used_at: self.clock };
+        let entry = MorphTarget { group, bytes, used_at: self.clock };
         self.standing_bytes += bytes;
         if let Some(replaced) = self.standing.insert(coarser, entry) {
             self.standing_bytes -= replaced.bytes;
@@ -125,7 +127,7 @@ impl Morpher {
         &mut self,
         recorder: &mut Recorder<'_>,
         models: &[Option<GpuModel>],
-        plan: &Plan,
+        plan: &DrawPlan,
     ) -> Result<(), RenderError> {
         self.clock += 1;
         self.offsets.clear();
@@ -137,15 +139,16 @@ impl Morpher {
         for step in &steps {
             let coarser = step.coarser();
             if !self.is_ready(coarser) {
-                let standing = step.mesh.stacks.standing_wedges(coarser.cursor);
+                let standing = step.mesh.stacks.representative_wedges(coarser.cursor);
                 self.insert(recorder, models, coarser, &standing)?;
             }
         }
-        let mover = ready(&mut self.mover, || Mover::new(recorder.gpu()))?;
-        let is_large_enough = |moved: &Moved| moved.buffer.size() >= vertices * VERTEX_BYTES;
+        let pipeline = get_or_create(&mut self.pipeline, || MorphPipeline::new(recorder.gpu()))?;
+        let is_large_enough =
+            |moved: &MorphedVertices| moved.buffer.size() >= vertices * VERTEX_BYTES;
         if !self.moved.as_ref().is_some_and(is_large_enough) {
             let bytes = (vertices * VERTEX_BYTES).next_power_of_two().min(MAX_MORPHED_BYTES);
-            self.moved = Some(Moved::new(recorder.gpu(), mover, bytes)?);
+            self.moved = Some(MorphedVertices::new(recorder.gpu(), pipeline, bytes)?);
         }
         let Some(moved) = &self.moved else { return Ok(()) };
         let mut pass = recorder.compute_pass("morph");
@@ -155,10 +158,10 @@ impl Morpher {
             let constants = MorphStep {
                 vertices: step.count,
                 start: step.start,
-                weight: f32::from_bits(step.way.weight),
+                weight: f32::from_bits(step.morph.weight),
             };
             pass.dispatch(&Dispatch {
-                pipeline: &mover.pipeline,
+                pipeline: &pipeline.compute,
                 groups: &[&standing.group, &moved.group],
                 constants: bytemuck::bytes_of(&constants),
                 workgroups: step.count.div_ceil(MORPH_GROUP),
@@ -169,33 +172,34 @@ impl Morpher {
         Ok(())
     }
 
-    /// What is to be moved, and to where; each once.
+    /// Lists the morphs of a plan, each once, with their places in the output.
     fn steps<'a>(
         &mut self,
         models: &'a [Option<GpuModel>],
-        plan: &Plan,
-    ) -> Result<Vec<Step<'a>>, RenderError> {
+        plan: &DrawPlan,
+    ) -> Result<Vec<MorphDispatch<'a>>, RenderError> {
         let mut steps = Vec::new();
         let mut vertices = 0;
         for batch in plan.seen() {
-            let (Some(way), Some(model)) = (batch.way, &models[batch.key.model as usize]) else {
+            let (Some(morph), Some(model)) = (batch.morph, &models[batch.key.model as usize])
+            else {
                 continue;
             };
             let mesh = &model.meshes[batch.key.mesh as usize];
             let count = mesh.stacks.mesh().wedges.position.len() as u64;
-            let known = self.offsets.contains_key(&(batch.key, way));
+            let known = self.offsets.contains_key(&(batch.key, morph));
             if known || mesh.vertices.is_none() {
                 continue;
             }
-            self.offsets.insert((batch.key, way), vertices * VERTEX_BYTES);
+            self.offsets.insert((batch.key, morph), vertices * VERTEX_BYTES);
             let start = vertices as u32;
             vertices += count;
             let (asked, limit) = (vertices * VERTEX_BYTES, MAX_MORPHED_BYTES);
             if asked > limit {
-                let what = "bytes of vertices on their way in one frame";
+                let what = "bytes of vertices on their morph in one frame";
                 return Err(RenderError::TooMany { what, asked, limit });
             }
-            steps.push(Step { mesh, key: batch.key, way, count: count as u32, start });
+            steps.push(MorphDispatch { mesh, key: batch.key, morph, count: count as u32, start });
         }
         Ok(steps)
     }
@@ -203,7 +207,7 @@ impl Morpher {
     /// The vertices that a batch is drawn with, and where they begin in bytes, if it is
     /// on its way.
     pub(crate) fn vertices_of(&self, batch: &Batch) -> Option<(&Buffer, u64)> {
-        let offset = *self.offsets.get(&(batch.key, batch.way?))?;
+        let offset = *self.offsets.get(&(batch.key, batch.morph?))?;
         Some((&self.moved.as_ref()?.buffer, offset))
     }
 
@@ -238,24 +242,25 @@ impl Morpher {
     }
 }
 
-impl Mover {
+impl MorphPipeline {
     fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let standing = BindGroupLayout::new(gpu, &[BindingKind::Storage, BindingKind::Storage])?;
-        let written = BindGroupLayout::new(gpu, &[BindingKind::Written])?;
+        let written = BindGroupLayout::new(gpu, &[BindingKind::StorageWrite])?;
         let description = ComputeDescription {
             name: "morph",
             stage: ShaderStage { words: MORPH, entry: c"morph_main" },
             groups: &[&standing, &written],
             constant_bytes: size_of::<MorphStep>(),
         };
-        Ok(Self { pipeline: ComputePipeline::new(gpu, &description)?, standing, written })
+        Ok(Self { compute: ComputePipeline::new(gpu, &description)?, standing, written })
     }
 }
 
-impl Moved {
-    fn new(gpu: &Gpu, mover: &Mover, bytes: u64) -> Result<Self, GpuError> {
-        let buffer = Buffer::new(gpu, "vertices on their way", BufferUsage::Computed, bytes)?;
-        let group = BindGroup::new(&mover.written, &[Binding::Buffer(&buffer)])?;
+impl MorphedVertices {
+    fn new(gpu: &Gpu, pipeline: &MorphPipeline, bytes: u64) -> Result<Self, GpuError> {
+        let buffer =
+            Buffer::new(gpu, "vertices on their morph", BufferUsage::ComputeVertex, bytes)?;
+        let group = BindGroup::new(&pipeline.written, &[Binding::Buffer(&buffer)])?;
         Ok(Self { buffer, group })
     }
 }

@@ -3,47 +3,47 @@
 use std::ops::Range;
 
 use busbar_gpu::{
-    Area, BindGroupLayout, Binding, Blend, ClearColor, DepthAfter, Format, Gpu, Image,
-    ImageDescription, ImageKind, MAX_FRAMES_IN_FLIGHT, Pipeline, Recorder, Start, Targets,
+    BindGroupLayout, Binding, Blend, ClearColor, DepthStore, Format, Gpu, Image, ImageArea,
+    ImageDescription, ImageKind, LoadOp, MAX_FRAMES_IN_FLIGHT, Pipeline, Recorder, RenderTargets,
 };
 use busbar_shaders::{FrameUniform, OUTLINE};
 
-use crate::batch::{Part, Plan, mesh_at};
-use crate::layer::{Layer, ready};
+use crate::draw_plan::{DrawPhase, DrawPlan, mesh_at};
+use crate::frame_buffers::{FrameBuffers, MAX_FEATURE_HIGHLIGHTS};
+use crate::instance_buckets::InstanceBuckets;
+use crate::layer::{Layer, get_or_create};
 use crate::model::GpuModel;
 use crate::pick::ID_FORMAT;
-use crate::pipelines::{Layouts, MaskShading};
-use crate::recipe::screen_pipeline;
-use crate::roster::Roster;
+use crate::pipeline_description::screen_pipeline;
+use crate::pipelines::{Layouts, OutlineMaskPipelines};
 use crate::scene_pass::{SceneDrawer, Sections};
-use crate::screen_box::{ScreenBox, hull, pixels_of};
-use crate::shadows::Drawn;
-use crate::sight::{Sight, world_from_mesh};
-use crate::stream::{FrameStream, MAX_FEATURE_HIGHLIGHTS};
-use crate::targets::{Mask, SceneTargets, whole};
-use crate::{CameraView, DrawInstance, Frame, Instances, Outlined, RenderError};
+use crate::screen_box::{ScreenBox, hull, tile_pixels};
+use crate::shadows::MeshPassInputs;
+use crate::targets::{OutlineMask, SceneTargets, full_viewport};
+use crate::visibility::{CullView, world_from_mesh};
+use crate::{CameraView, DrawInstance, Frame, InstanceSource, OutlinedObject, RenderError};
 
-/// As `TILE` of the shader.
+/// Side of a tile in pixels, as `TILE` of the shader.
 const TILE_PIXELS: u32 = 4;
 /// Tiles that outlines reach at most, as `MAX_REACH` of the shader has it in pixels.
 const REACH: u32 = 2;
 /// Pixels around a box that what is in it may be drawn in: slender things and edges are drawn
 /// a pixel wide.
-const WIDENED: f32 = 2.0;
+const MARGIN_PIXELS: f32 = 2.0;
 
-/// What draws them; made when something is outlined for the first time.
+/// GPU resources of outlines, made on first use.
 pub(crate) struct Outlines {
-    mask: MaskShading,
-    section_mask: Option<MaskShading>,
+    mask: OutlineMaskPipelines,
+    section_mask: Option<OutlineMaskPipelines>,
     tiles: Pipeline,
     edges: Pipeline,
     lines: Pipeline,
-    streams: Vec<FrameStream>,
-    roster: Roster,
-    plan: Plan,
+    streams: Vec<FrameBuffers>,
+    buckets: InstanceBuckets,
+    plan: DrawPlan,
     /// The kinds of the objects 1, 2 and so on, as highlights.
     kinds: Vec<[f32; 4]>,
-    /// What has one.
+    /// Instances that have an outline.
     instances: Vec<DrawInstance>,
 }
 
@@ -59,17 +59,17 @@ impl Outlines {
         let lines = ("outline", OUTLINE, c"outline_main");
         let over = (gpu.picture_format(), Blend::Over);
         let streams = (0..MAX_FRAMES_IN_FLIGHT)
-            .map(|_| FrameStream::new(gpu, &layouts.frame, more))
+            .map(|_| FrameBuffers::new(gpu, &layouts.frame, more))
             .collect::<Result<_, _>>()?;
         Ok(Self {
-            mask: MaskShading::new(gpu, layouts, false)?,
+            mask: OutlineMaskPipelines::new(gpu, layouts, false)?,
             section_mask: None,
             tiles: screen_pipeline(gpu, tiles, &groups[..2], (ID_FORMAT, Blend::Replace))?,
             edges: screen_pipeline(gpu, edges, &groups, (ID_FORMAT, Blend::Replace))?,
             lines: screen_pipeline(gpu, lines, &groups, over)?,
             streams,
-            roster: Roster::default(),
-            plan: Plan::default(),
+            buckets: InstanceBuckets::default(),
+            plan: DrawPlan::default(),
             kinds: Vec::new(),
             instances: Vec::new(),
         })
@@ -82,74 +82,73 @@ impl Outlines {
         recorder: &mut Recorder<'_>,
         targets: &mut SceneTargets,
         (layouts, more): (&Layouts, &[Binding<'_>]),
-        drawn_with: Drawn<'_>,
+        inputs: MeshPassInputs<'_>,
         (frame, uniform): (&Frame<'_>, &FrameUniform),
     ) -> Result<(), RenderError> {
-        self.choose(drawn_with.models, frame)?;
-        let sight = Sight::through(&frame.camera.clip_from_world());
-        self.roster.follow(drawn_with.models, Instances::Listed(&self.instances))?;
-        self.plan.fill(drawn_with.models, &self.roster, &self.kinds, &sight)?;
+        self.collect_outlined(inputs.models, frame)?;
+        let view = CullView::new(&frame.camera.clip_from_world());
+        self.buckets.update(inputs.models, InstanceSource::Listed(&self.instances))?;
+        self.plan.fill(inputs.models, &self.buckets, &self.kinds, &view)?;
         let size = targets.size();
-        let Some(reached) = Reached::of((&self.plan, drawn_with.models), &frame.camera, size)
-        else {
+        let Some(area) = OutlineArea::new((&self.plan, inputs.models), &frame.camera, size) else {
             return Ok(());
         };
         let stream = &mut self.streams[recorder.slot()];
         stream.write(recorder.gpu(), (&layouts.frame, more), uniform, &self.plan)?;
         let frame_group = &self.streams[recorder.slot()].group;
-        ready(&mut targets.mask, || new_mask(recorder.gpu(), &layouts.texture, size))?;
+        get_or_create(&mut targets.mask, || new_mask(recorder.gpu(), &layouts.texture, size))?;
         let (Some(scene_depth), Some(mask)) = (targets.depth(), &targets.mask) else {
             return Ok(());
         };
         let shading = match frame.section {
             None => &self.mask,
-            Some(_) => {
-                ready(&mut self.section_mask, || MaskShading::new(recorder.gpu(), layouts, true))?
-            }
+            Some(_) => get_or_create(&mut self.section_mask, || {
+                OutlineMaskPipelines::new(recorder.gpu(), layouts, true)
+            })?,
         };
-        recorder.sample(&[&scene_depth.image]);
+        recorder.prepare_sampling(&[&scene_depth.image]);
         let drawer = SceneDrawer {
-            models: drawn_with.models,
-            cache: drawn_with.cache,
+            models: inputs.models,
+            cache: inputs.cache,
             plan: &self.plan,
             frame_group,
             instances: &self.streams[recorder.slot()].instances,
-            feature_kit: drawn_with.feature_kit,
-            morpher: Some(drawn_with.morpher),
-            part: Part::Rest,
+            feature_resources: inputs.feature_resources,
+            morpher: Some(inputs.morpher),
+            phase: DrawPhase::Second,
             more: Some(&scene_depth.group),
-            gathering: None,
+            culler: None,
             shows_backs: true,
         };
-        let cleared = Targets {
+        let cleared = RenderTargets {
             color: &mask.layer.image,
             resolve: None,
             depth: &mask.depth,
-            depth_after: DepthAfter::Forgotten,
-            start: Start::Cleared(ClearColor::Number(0)),
+            depth_store: DepthStore::Discard,
+            load: LoadOp::Clear(ClearColor::Integer(0)),
             undecoded: false,
         };
-        let mut pass = recorder.pass_in(&cleared, whole(size), reached.looked_at())?;
+        let mut pass = recorder.pass_in(&cleared, full_viewport(size), area.mask_pixels())?;
         drawer.draw(&mut pass, &shading.faces, Sections::All)?;
         if let Some(edges) = &shading.edges {
             // What is thinner than a pixel has edges.
             drawer.draw(&mut pass, edges, Sections::All)?;
         }
         drop(pass);
-        recorder.sample(&[&mask.layer.image]);
+        recorder.prepare_sampling(&[&mask.layer.image]);
         let groups = |tiles| [frame_group, &mask.layer.group, tiles];
-        let tiles = (&mask.tiles.image, reached.tiles());
-        recorder.screen_pass_in(tiles, false, &self.tiles, &groups(&mask.tiles.group)[..2])?;
-        recorder.sample(&[&mask.tiles.image]);
-        let edges = (&mask.edges.image, reached.drawn_tiles());
-        recorder.screen_pass_in(edges, false, &self.edges, &groups(&mask.tiles.group))?;
-        recorder.sample(&[&mask.edges.image]);
-        let picture = (&targets.picture, reached.drawn());
-        Ok(recorder.screen_pass_in(picture, true, &self.lines, &groups(&mask.edges.group))?)
+        let tiles = (&mask.tiles.image, area.mask_tiles());
+        recorder.fullscreen_pass_in(tiles, false, &self.tiles, &groups(&mask.tiles.group)[..2])?;
+        recorder.prepare_sampling(&[&mask.tiles.image]);
+        let edges = (&mask.edges.image, area.outline_tiles());
+        recorder.fullscreen_pass_in(edges, false, &self.edges, &groups(&mask.tiles.group))?;
+        recorder.prepare_sampling(&[&mask.edges.image]);
+        let picture = (&targets.picture, area.outline_pixels());
+        Ok(recorder.fullscreen_pass_in(picture, true, &self.lines, &groups(&mask.edges.group))?)
     }
 
     /// Lists the instances of which anything is outlined, and the kinds of objects.
-    fn choose(
+    fn collect_outlined(
         &mut self,
         models: &[Option<GpuModel>],
         frame: &Frame<'_>,
@@ -163,7 +162,7 @@ impl Outlines {
         }
         self.kinds.clear();
         self.kinds.resize(count, [0.0; 4]);
-        for &Outlined { object, kind } in frame.outlined {
+        for &OutlinedObject { object, kind } in frame.outlined {
             let index = (object as usize).checked_sub(1);
             if let Some(slot) = index.and_then(|index| self.kinds.get_mut(index)) {
                 *slot = [kind as u32 as f32, 0.0, 0.0, 1.0];
@@ -185,19 +184,19 @@ impl Outlines {
     }
 }
 
-/// Where in a picture outlines may be: that of a few things is a small part of it, and a
-/// rasteriser on the processor takes as long for all of it as for a scene.
-struct Reached {
+/// Screen area that outlines may cover. Outlines cover a small part of a picture, and a software
+/// rasterizer would need as long for all of it as for a scene.
+struct OutlineArea {
     /// Columns and rows of tiles that show anything of what is outlined.
     shown: [Range<u32>; 2],
-    /// Of the picture, pixels.
+    /// Size of the picture in pixels.
     size: [u32; 2],
 }
 
-impl Reached {
-    /// What a plan reaches; `None` where that is nothing.
-    fn of(
-        (plan, models): (&Plan, &[Option<GpuModel>]),
+impl OutlineArea {
+    /// Computes the area that a plan covers; `None` where that is nothing.
+    fn new(
+        (plan, models): (&DrawPlan, &[Option<GpuModel>]),
         camera: &CameraView,
         size: [u32; 2],
     ) -> Option<Self> {
@@ -209,7 +208,7 @@ impl Reached {
         });
         let shown = instances.filter_map(|(instance, bounds)| {
             let clip_from_mesh = clip_from_world * world_from_mesh(instance);
-            tiles_of(&ScreenBox::of(&clip_from_mesh, &bounds), size)
+            tiles_of(&ScreenBox::project(&clip_from_mesh, &bounds), size)
         });
         let both = |one: [Range<u32>; 2], other: [Range<u32>; 2]| {
             [0, 1].map(|axis| hull(&one[axis], &other[axis]))
@@ -226,33 +225,33 @@ impl Reached {
         })
     }
 
-    fn pixels_around(&self, more: u32) -> Area {
-        pixels_of(self.around(more).each_ref(), TILE_PIXELS, self.size)
+    fn pixels_around(&self, more: u32) -> ImageArea {
+        tile_pixels(self.around(more).each_ref(), TILE_PIXELS, self.size)
     }
 
-    fn tiles_around(&self, more: u32) -> Area {
+    fn tiles_around(&self, more: u32) -> ImageArea {
         let [columns, rows] = self.around(more);
         let origin = [columns.start, rows.start];
-        Area { origin, size: [columns.len() as u32, rows.len() as u32] }
+        ImageArea { origin, size: [columns.len() as u32, rows.len() as u32] }
     }
 
     /// Pixels that outlines are drawn in.
-    fn drawn(&self) -> Area {
+    fn outline_pixels(&self) -> ImageArea {
         self.pixels_around(REACH)
     }
 
-    /// Tiles of these.
-    fn drawn_tiles(&self) -> Area {
+    /// Returns the tiles that outlines are drawn in.
+    fn outline_tiles(&self) -> ImageArea {
         self.tiles_around(REACH)
     }
 
     /// Tiles that are looked at where they are drawn.
-    fn tiles(&self) -> Area {
+    fn mask_tiles(&self) -> ImageArea {
         self.tiles_around(2 * REACH)
     }
 
-    /// Pixels of those.
-    fn looked_at(&self) -> Area {
+    /// Returns the pixels of the mask.
+    fn mask_pixels(&self) -> ImageArea {
         self.pixels_around(2 * REACH)
     }
 }
@@ -260,7 +259,7 @@ impl Reached {
 /// The columns and rows of tiles that a box may show anything in, if there are any.
 fn tiles_of(found: &ScreenBox, size: [u32; 2]) -> Option<[Range<u32>; 2]> {
     if found.nearest().is_some() {
-        return found.tiles(size, TILE_PIXELS, WIDENED);
+        return found.tiles(size, TILE_PIXELS, MARGIN_PIXELS);
     }
     found.may_surround().then(|| size.map(|pixels| 0..pixels.div_ceil(TILE_PIXELS)))
 }
@@ -276,12 +275,12 @@ fn new_mask(
     gpu: &Gpu,
     layout: &BindGroupLayout,
     size: [u32; 2],
-) -> Result<Mask, busbar_gpu::GpuError> {
+) -> Result<OutlineMask, busbar_gpu::GpuError> {
     let layer = |name, size| Layer::new(gpu, layout, (name, ID_FORMAT), size);
     let tiles = size.map(|pixels| pixels.div_ceil(TILE_PIXELS));
     let kind = ImageKind::Target { samples: 1 };
     let format = Format::Depth32;
-    Ok(Mask {
+    Ok(OutlineMask {
         layer: layer("outline mask", size)?,
         tiles: layer("outline tiles", tiles)?,
         edges: layer("outline edges", tiles)?,

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use busbar_gpu::{
     AddressMode, AttributeKind, BindGroup, BindGroupLayout, Binding, BindingKind, Blend, Buffer,
-    BufferUsage, Format, Gpu, GpuError, Image, MAX_FRAMES_IN_FLIGHT, Paint, Pipeline,
+    BufferUsage, Format, Gpu, GpuError, Image, MAX_FRAMES_IN_FLIGHT, OverlayDraw, Pipeline,
     PipelineDescription, Recorder, Sampler, ShaderStage, VertexAttribute, VertexBuffer,
 };
 use busbar_shaders::PANELS;
@@ -24,13 +24,13 @@ pub const MAX_PANEL_VERTICES: usize = 1 << 22;
 /// Vertices and indices that the first buffers hold.
 const FIRST_CAPACITY: usize = 1 << 12;
 
-/// What paints the panels.
+/// Painter of egui's panels: pipeline, buffers and textures.
 pub(crate) struct Panels {
     pipeline: Pipeline,
     texture_layout: BindGroupLayout,
     sampler: Sampler,
     /// One a frame in flight.
-    streams: Vec<Stream>,
+    streams: Vec<PanelBuffers>,
     textures: Textures,
 }
 
@@ -51,7 +51,7 @@ struct Texture {
 }
 
 /// The buffers of one frame in flight.
-struct Stream {
+struct PanelBuffers {
     uniform: Buffer,
     group: BindGroup,
     vertices: Buffer,
@@ -67,7 +67,7 @@ impl Panels {
         let pipeline = pipeline(gpu, format, [&frame_layout, &texture_layout])?;
         let sampler = Sampler::new(gpu, [AddressMode::Clamp; 2])?;
         let streams = (0..MAX_FRAMES_IN_FLIGHT)
-            .map(|_| Stream::new(gpu, &frame_layout))
+            .map(|_| PanelBuffers::new(gpu, &frame_layout))
             .collect::<Result<_, _>>()?;
         Ok(Self { pipeline, texture_layout, sampler, streams, textures: Textures::default() })
     }
@@ -126,7 +126,7 @@ impl Panels {
         let stream = self.streams.get_mut(slot).ok_or(GpuError::Misuse("panels outside frames"))?;
         let clip_per_point = picture.size().map(|pixels| 2.0 * pixels_per_point / pixels as f32);
         stream.write(recorder.gpu(), clip_per_point, &vertices, &indices)?;
-        let mut pass = recorder.paint_over(picture)?;
+        let mut pass = recorder.begin_overlay(picture)?;
         let (mut first_vertex, mut first_index) = (0, 0);
         for (clip, mesh) in meshes() {
             let end = first_index + mesh.indices.len() as u32;
@@ -134,7 +134,7 @@ impl Panels {
             let texture = texture.and_then(|texture| texture.group.as_ref()).ok_or_else(|| {
                 RenderError::BadPanels(format!("{:?} was never given", mesh.texture_id))
             })?;
-            pass.draw(&Paint {
+            pass.draw(&OverlayDraw {
                 pipeline: &self.pipeline,
                 groups: [&stream.group, texture],
                 vertices: &stream.vertices,
@@ -216,7 +216,7 @@ impl Textures {
     }
 }
 
-impl Stream {
+impl PanelBuffers {
     fn new(gpu: &Gpu, layout: &BindGroupLayout) -> Result<Self, GpuError> {
         let bytes = size_of::<[f32; 4]>() as u64;
         let uniform = Buffer::new(gpu, "panels", BufferUsage::HostUniform, bytes)?;
@@ -267,7 +267,7 @@ fn pipeline(gpu: &Gpu, color: Format, groups: [&BindGroupLayout; 2]) -> Result<P
     let attributes = [
         attribute(0, AttributeKind::Float2, offset_of!(Vertex, pos)),
         attribute(1, AttributeKind::Float2, offset_of!(Vertex, uv)),
-        attribute(2, AttributeKind::Share4, offset_of!(Vertex, color)),
+        attribute(2, AttributeKind::Unorm4, offset_of!(Vertex, color)),
     ];
     let stride = size_of::<Vertex>() as u32;
     Pipeline::new(
@@ -284,7 +284,7 @@ fn pipeline(gpu: &Gpu, color: Format, groups: [&BindGroupLayout; 2]) -> Result<P
             groups: &groups,
             color: Some(color),
             samples: 1,
-            blend: Blend::Paint,
+            blend: Blend::PremultipliedAlpha,
             lines: false,
             screen: false,
         },

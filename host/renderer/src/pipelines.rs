@@ -4,12 +4,12 @@ use busbar_gpu::{BindGroupLayout, BindingKind, Blend, Format, Gpu, GpuError, Pip
 use busbar_shaders::{GROUND, GROUND_SHADOWED, MASK, MASK_SECTION};
 
 use crate::Quality;
-use crate::batch::Batch;
-use crate::layer::ready;
+use crate::draw_plan::Batch;
+use crate::layer::get_or_create;
 use crate::material::GpuMaterial;
 use crate::pick::ID_FORMAT;
-use crate::recipe::Recipe;
-use crate::words::Words;
+use crate::pipeline_description::MeshPipelineDescription;
+use crate::shader_set::ShaderSet;
 
 /// Layouts of the groups that the shaders name: those of `shaders/common/frame.wgsl`, and
 /// of a single texture.
@@ -34,16 +34,16 @@ impl Layouts {
     }
 }
 
-/// What quality and samples ask of pipelines.
+/// Settings of a picture that decide its pipelines.
 #[derive(Clone, Copy)]
-struct Asked {
+struct QualitySettings {
     quality: Quality,
     samples: u32,
 }
 
-/// What a picture needs besides pipelines for what is opaque.
+/// Pipelines that a picture needs besides those of opaque meshes.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Needed {
+pub(crate) struct RequiredPipelines {
     pub(crate) section: bool,
     pub(crate) blended: bool,
     pub(crate) wireframe: bool,
@@ -52,81 +52,81 @@ pub(crate) struct Needed {
 
 /// Compiled once: what all frames need at start, the rest when something first does.
 pub(crate) struct Pipelines {
-    asked: Asked,
-    whole: Looks,
-    section: Option<Looks>,
-    /// What shaded pictures are drawn in.
+    settings: QualitySettings,
+    whole: MeshPipelines,
+    section: Option<MeshPipelines>,
+    /// Colour format of shaded pictures.
     pub(crate) target: Format,
-    /// Whether shaded pictures come as their bytes keep them.
+    /// Encoding: whether shaders write sRGB-encoded colours.
     pub(crate) undecoded: bool,
     /// `None` at low quality.
     pub(crate) ground: Option<Pipeline>,
 }
 
 /// Pipelines of all that draws meshes, with a section plane or without.
-pub(crate) struct Looks {
-    pub(crate) opaque: Shading,
+pub(crate) struct MeshPipelines {
+    pub(crate) opaque: PipelineVariants,
     /// `None` until they are needed.
-    pub(crate) blended: Option<Shading>,
+    pub(crate) blended: Option<PipelineVariants>,
     pub(crate) wireframe: Option<Wireframe>,
-    pub(crate) pick: Option<Shading>,
+    pub(crate) pick: Option<PipelineVariants>,
     /// `None` unless at high quality.
-    pub(crate) shadow: Option<Shading>,
+    pub(crate) shadow: Option<PipelineVariants>,
 }
 
-/// Pipelines of wireframes.
+/// Pipelines that draw wireframes.
 pub(crate) struct Wireframe {
-    pub(crate) fill: Shading,
+    pub(crate) fill: PipelineVariants,
     /// `None` on a device that cannot draw lines.
-    pub(crate) lines: Option<Shading>,
+    pub(crate) lines: Option<PipelineVariants>,
 }
 
-/// What is highlighted of the instances that are drawn together.
+/// Highlights among the instances that are drawn together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Highlights {
     None,
-    /// Whole instances only.
+    /// Highlights of whole instances only.
     OfInstances,
     /// Some feature of some instance.
     OfFeatures,
 }
 
 /// Pipelines of one look, each for what it has to look at.
-pub(crate) struct Shading {
-    /// Draws everything.
+pub(crate) struct PipelineVariants {
+    /// Pipeline that draws every mesh.
     any: Pipeline,
     /// Draws, faster, meshes of which no feature is highlighted.
     without_features: Option<Pipeline>,
     /// Draws, faster still, plain materials (opaque and without textures) where
     /// nothing at all is highlighted.
     plain: Option<Pipeline>,
-    /// Whether that shows only fronts, and only what does not shine by itself.
+    /// Restriction of `plain` to single-sided materials without emission.
     plain_is_narrow: bool,
     /// Draws the same where vertices bring their colours.
     colored: Option<Pipeline>,
     /// For what is slender.
-    slender: Option<Slender>,
+    slender: Option<SlenderPipelines>,
 }
 
 /// Pipelines that draw what is slender at least a pixel wide.
-struct Slender {
+struct SlenderPipelines {
     any: Pipeline,
     plain: Pipeline,
 }
 
 /// A pipeline for what is drawn.
-pub(crate) struct Chosen<'a> {
+pub(crate) struct SelectedPipeline<'a> {
     /// Among those of the look.
     pub(crate) place: u8,
     pub(crate) pipeline: &'a Pipeline,
-    /// Whether it finds out which feature a vertex is of.
-    pub(crate) finds_features: bool,
-    /// Whether it looks the material up.
-    pub(crate) finds_material: bool,
+    /// Feature lookup: whether the shader reads the feature of a vertex.
+    pub(crate) reads_features: bool,
+    /// Material lookup: whether the shader reads the material.
+    pub(crate) reads_material: bool,
 }
 
-impl Shading {
-    fn of_one(any: Pipeline) -> Self {
+impl PipelineVariants {
+    fn single(any: Pipeline) -> Self {
         Self {
             any,
             without_features: None,
@@ -137,8 +137,8 @@ impl Shading {
         }
     }
 
-    /// Whether what is slender has pipelines of its own.
-    pub(crate) fn widens(&self) -> bool {
+    /// Reports whether slender islands have pipelines of their own.
+    pub(crate) fn has_slender(&self) -> bool {
         self.slender.is_some()
     }
 
@@ -148,24 +148,24 @@ impl Shading {
         batch: &Batch,
         material: &GpuMaterial,
         is_slender: bool,
-    ) -> Chosen<'_> {
+    ) -> SelectedPipeline<'_> {
         let highlights = batch.highlights;
-        let chosen = |place, pipeline, finds_features| Chosen {
+        let chosen = |place, pipeline, reads_features| SelectedPipeline {
             place,
             pipeline,
-            finds_features,
-            finds_material: true,
+            reads_features,
+            reads_material: true,
         };
         let plain = material.plain && (material.is_narrow() || !self.plain_is_narrow);
         // On its way a vertex is between two colours, which are no numbers.
         let colored = self.colored.as_ref().filter(|_| {
             material.vertex_color.is_some()
-                && batch.way.is_none()
+                && batch.morph.is_none()
                 && highlights == Highlights::None
                 && !is_slender
         });
         if let Some(colored) = colored {
-            return Chosen { finds_material: false, ..chosen(5, colored, false) };
+            return SelectedPipeline { reads_material: false, ..chosen(5, colored, false) };
         }
         if let Some(slender) = self.slender.as_ref().filter(|_| is_slender) {
             return match (highlights, plain) {
@@ -193,7 +193,7 @@ impl Pipelines {
         samples: u32,
     ) -> Result<Self, GpuError> {
         let color = gpu.picture_format();
-        let ground = Recipe {
+        let ground = MeshPipelineDescription {
             name: "ground",
             words: if quality == Quality::High { GROUND_SHADOWED } else { GROUND },
             vertex: c"vertex_main",
@@ -204,10 +204,10 @@ impl Pipelines {
             Quality::Low => None,
             _ => Some(ground.compile(gpu, Some(color), samples, Blend::Over, false)?),
         };
-        let asked = Asked { quality, samples };
+        let settings = QualitySettings { quality, samples };
         Ok(Self {
-            asked,
-            whole: Making::of(gpu, layouts, asked, false).looks()?,
+            settings,
+            whole: PipelineBuilder::new(gpu, layouts, settings, false).mesh_pipelines()?,
             section: None,
             target: shown_undecoded(gpu, quality).unwrap_or(color),
             undecoded: shown_undecoded(gpu, quality).is_some(),
@@ -216,31 +216,31 @@ impl Pipelines {
     }
 
     /// Compiles what a picture needs and none needed before.
-    pub(crate) fn ready(
+    pub(crate) fn ensure(
         &mut self,
         gpu: &Gpu,
         layouts: &Layouts,
-        needed: Needed,
+        needed: RequiredPipelines,
     ) -> Result<(), GpuError> {
-        let making = Making::of(gpu, layouts, self.asked, needed.section);
-        let looks = match needed.section {
-            true => ready(&mut self.section, || making.looks())?,
+        let builder = PipelineBuilder::new(gpu, layouts, self.settings, needed.section);
+        let mesh_pipelines = match needed.section {
+            true => get_or_create(&mut self.section, || builder.mesh_pipelines())?,
             false => &mut self.whole,
         };
         if needed.blended {
-            ready(&mut looks.blended, || making.blended())?;
+            get_or_create(&mut mesh_pipelines.blended, || builder.blended())?;
         }
         if needed.wireframe {
-            ready(&mut looks.wireframe, || making.wireframe())?;
+            get_or_create(&mut mesh_pipelines.wireframe, || builder.wireframe())?;
         }
         if needed.pick {
-            ready(&mut looks.pick, || making.pick())?;
+            get_or_create(&mut mesh_pipelines.pick, || builder.pick())?;
         }
         Ok(())
     }
 
-    /// Those that are ready.
-    pub(crate) fn looks(&self, is_section: bool) -> &Looks {
+    /// Returns the pipelines compiled so far.
+    pub(crate) fn mesh_pipelines(&self, is_section: bool) -> &MeshPipelines {
         self.section.as_ref().filter(|_| is_section).unwrap_or(&self.whole)
     }
 }
@@ -250,35 +250,46 @@ fn shown_undecoded(gpu: &Gpu, quality: Quality) -> Option<Format> {
     gpu.picture_format().undecoded().filter(|_| quality == Quality::Low)
 }
 
-/// What pipelines of a look are made from.
-struct Making<'a> {
+/// Builder of the mesh pipelines of one quality.
+struct PipelineBuilder<'a> {
     gpu: &'a Gpu,
     /// The groups that shaded things name.
     groups: [&'a BindGroupLayout; 3],
-    words: Words,
+    shaders: ShaderSet,
     samples: u32,
-    /// What [`shown_undecoded`] says.
+    /// Format that [`shown_undecoded`] returns.
     undecoded: Option<Format>,
     is_section: bool,
 }
 
-impl<'a> Making<'a> {
-    fn of(gpu: &'a Gpu, layouts: &'a Layouts, asked: Asked, is_section: bool) -> Self {
-        let Asked { quality, samples } = asked;
+impl<'a> PipelineBuilder<'a> {
+    fn new(
+        gpu: &'a Gpu,
+        layouts: &'a Layouts,
+        settings: QualitySettings,
+        is_section: bool,
+    ) -> Self {
+        let QualitySettings { quality, samples } = settings;
         let undecoded = shown_undecoded(gpu, quality);
-        let words = Words::of(quality, undecoded.is_some(), is_section);
+        let shaders = ShaderSet::new(quality, undecoded.is_some(), is_section);
         let groups = [&layouts.frame, &layouts.features, &layouts.material];
-        Self { gpu, groups, words, samples, undecoded, is_section }
+        Self { gpu, groups, shaders, samples, undecoded, is_section }
     }
 
-    /// Those that all frames need.
-    fn looks(&self) -> Result<Looks, GpuError> {
-        let shadow = self.words.shadow.map(|words| self.shadow(words)).transpose()?;
-        Ok(Looks { opaque: self.opaque()?, blended: None, wireframe: None, pick: None, shadow })
+    /// Builds the pipelines that all frames need.
+    fn mesh_pipelines(&self) -> Result<MeshPipelines, GpuError> {
+        let shadow = self.shaders.shadow.map(|words| self.shadow(words)).transpose()?;
+        Ok(MeshPipelines {
+            opaque: self.opaque()?,
+            blended: None,
+            wireframe: None,
+            pick: None,
+            shadow,
+        })
     }
 
-    fn opaque(&self) -> Result<Shading, GpuError> {
-        let plain = Recipe {
+    fn opaque(&self) -> Result<PipelineVariants, GpuError> {
+        let plain = MeshPipelineDescription {
             name: "plain scene",
             vertex: c"plain_vertex_main",
             fragment: Some(c"plain_fragment_main"),
@@ -286,13 +297,13 @@ impl<'a> Making<'a> {
         };
         // A cut asks the material whether it shows both sides.
         let brings_colors = self.undecoded.is_some() && !self.is_section;
-        let colored = Recipe {
+        let colored = MeshPipelineDescription {
             name: "colored scene",
             vertex: c"colored_vertex_main",
             groups: &self.groups[..1],
             ..plain
         };
-        Ok(Shading {
+        Ok(PipelineVariants {
             any: self.shaded(&self.scene(), Blend::Replace)?,
             without_features: Some(self.shaded(&self.without_features(), Blend::Replace)?),
             plain: Some(self.shaded(&plain, Blend::Replace)?),
@@ -302,8 +313,8 @@ impl<'a> Making<'a> {
         })
     }
 
-    fn blended(&self) -> Result<Shading, GpuError> {
-        Ok(Shading {
+    fn blended(&self) -> Result<PipelineVariants, GpuError> {
+        Ok(PipelineVariants {
             any: self.shaded(&self.scene(), Blend::Over)?,
             without_features: Some(self.shaded(&self.without_features(), Blend::Over)?),
             plain: None,
@@ -314,67 +325,75 @@ impl<'a> Making<'a> {
     }
 
     fn wireframe(&self) -> Result<Wireframe, GpuError> {
-        let fill = Recipe {
+        let fill = MeshPipelineDescription {
             name: "wireframe fill",
-            words: self.words.wireframe,
+            words: self.shaders.wireframe,
             vertex: c"fill_vertex",
             fragment: Some(c"fill_fragment"),
             groups: &self.groups[..2],
         };
-        let lines = Recipe {
+        let lines = MeshPipelineDescription {
             name: "wireframe lines",
             vertex: c"line_vertex",
             fragment: Some(c"line_fragment"),
             ..fill
         };
         let color = self.gpu.picture_format();
-        let wired = |recipe: &Recipe<'_>, lines| {
-            recipe.compile(self.gpu, Some(color), self.samples, Blend::Replace, lines)
+        let wired = |description: &MeshPipelineDescription<'_>, lines| {
+            description.compile(self.gpu, Some(color), self.samples, Blend::Replace, lines)
         };
         let can_draw_lines = self.gpu.can_draw_lines();
         let lines = can_draw_lines.then(|| wired(&lines, true)).transpose()?;
-        let fill = Shading::of_one(wired(&fill, false)?);
-        Ok(Wireframe { fill, lines: lines.map(Shading::of_one) })
+        let fill = PipelineVariants::single(wired(&fill, false)?);
+        Ok(Wireframe { fill, lines: lines.map(PipelineVariants::single) })
     }
 
-    fn pick(&self) -> Result<Shading, GpuError> {
+    fn pick(&self) -> Result<PipelineVariants, GpuError> {
         let scene = self.scene();
-        let pick = Recipe { name: "pick", words: self.words.pick, vertex: c"vertex_main", ..scene };
+        let pick = MeshPipelineDescription {
+            name: "pick",
+            words: self.shaders.pick,
+            vertex: c"vertex_main",
+            ..scene
+        };
         let compiled = pick.compile(self.gpu, Some(ID_FORMAT), 1, Blend::Replace, false)?;
-        Ok(Shading::of_one(compiled))
+        Ok(PipelineVariants::single(compiled))
     }
 
     /// With several samples a pixel, what is widened covers as many of them as it would cover
     /// of the pixel; with one sample it covers it.
-    fn slender(&self) -> Result<Slender, GpuError> {
+    fn slender(&self) -> Result<SlenderPipelines, GpuError> {
         let compile = |name, vertex, fragment| {
-            let recipe = Recipe { name, vertex, fragment: Some(fragment), ..self.scene() };
-            self.shaded(&recipe, Blend::Cover)
+            let description =
+                MeshPipelineDescription { name, vertex, fragment: Some(fragment), ..self.scene() };
+            self.shaded(&description, Blend::AlphaToCoverage)
         };
         let (any, plain) = (c"slender_vertex_main", c"plain_slender_vertex_main");
-        Ok(Slender {
+        Ok(SlenderPipelines {
             any: compile("slender scene", any, c"slender_fragment_main")?,
             plain: compile("plain slender scene", plain, c"plain_slender_fragment_main")?,
         })
     }
 
-    /// What the sun sees: depth, with holes where materials have them.
-    fn shadow(&self, words: &[u32]) -> Result<Shading, GpuError> {
-        let with_holes = Recipe {
+    /// Builds the shadow pipelines: depth alone, with holes where materials have them.
+    fn shadow(&self, words: &[u32]) -> Result<PipelineVariants, GpuError> {
+        let with_holes = MeshPipelineDescription {
             name: "shadow",
             words,
             vertex: c"vertex_main",
             fragment: Some(c"fragment_main"),
             groups: &self.groups,
         };
-        let plain = Recipe {
+        let plain = MeshPipelineDescription {
             name: "plain shadow",
             vertex: c"plain_vertex_main",
             fragment: self.is_section.then_some(c"plain_fragment_main"),
             ..with_holes
         };
-        let depth = |recipe: &Recipe<'_>| recipe.compile(self.gpu, None, 1, Blend::Replace, false);
-        Ok(Shading {
+        let depth = |description: &MeshPipelineDescription<'_>| {
+            description.compile(self.gpu, None, 1, Blend::Replace, false)
+        };
+        Ok(PipelineVariants {
             any: depth(&with_holes)?,
             without_features: None,
             plain: Some(depth(&plain)?),
@@ -384,45 +403,56 @@ impl<'a> Making<'a> {
         })
     }
 
-    fn scene(&self) -> Recipe<'_> {
-        Recipe {
+    fn scene(&self) -> MeshPipelineDescription<'_> {
+        MeshPipelineDescription {
             name: "scene",
-            words: self.words.scene,
+            words: self.shaders.scene,
             vertex: c"feature_vertex_main",
             fragment: Some(c"fragment_main"),
             groups: &self.groups,
         }
     }
 
-    fn without_features(&self) -> Recipe<'_> {
-        Recipe { name: "scene without features", vertex: c"vertex_main", ..self.scene() }
+    fn without_features(&self) -> MeshPipelineDescription<'_> {
+        MeshPipelineDescription {
+            name: "scene without features",
+            vertex: c"vertex_main",
+            ..self.scene()
+        }
     }
 
-    fn shaded(&self, recipe: &Recipe<'_>, blend: Blend) -> Result<Pipeline, GpuError> {
+    fn shaded(
+        &self,
+        description: &MeshPipelineDescription<'_>,
+        blend: Blend,
+    ) -> Result<Pipeline, GpuError> {
         let format = self.undecoded.unwrap_or(self.gpu.picture_format());
-        recipe.compile(self.gpu, Some(format), self.samples, blend, false)
+        description.compile(self.gpu, Some(format), self.samples, blend, false)
     }
 }
 
-/// What draws the mask of outlines.
-pub(crate) struct MaskShading {
-    pub(crate) faces: Shading,
+/// Pipelines of the outline mask.
+pub(crate) struct OutlineMaskPipelines {
+    pub(crate) faces: PipelineVariants,
     /// `None` on a device that cannot draw lines.
-    pub(crate) edges: Option<Shading>,
+    pub(crate) edges: Option<PipelineVariants>,
 }
 
-impl MaskShading {
+impl OutlineMaskPipelines {
     pub(crate) fn new(gpu: &Gpu, layouts: &Layouts, is_section: bool) -> Result<Self, GpuError> {
         let Layouts { frame, features, material, texture } = layouts;
-        let recipe = Recipe {
+        let description = MeshPipelineDescription {
             name: "outline mask",
             words: if is_section { MASK_SECTION } else { MASK },
             vertex: c"vertex_main",
             fragment: Some(c"fragment_main"),
             groups: &[frame, features, material, texture],
         };
-        let compile = |lines| recipe.compile(gpu, Some(ID_FORMAT), 1, Blend::Replace, lines);
+        let compile = |lines| description.compile(gpu, Some(ID_FORMAT), 1, Blend::Replace, lines);
         let edges = gpu.can_draw_lines().then(|| compile(true)).transpose()?;
-        Ok(Self { faces: Shading::of_one(compile(false)?), edges: edges.map(Shading::of_one) })
+        Ok(Self {
+            faces: PipelineVariants::single(compile(false)?),
+            edges: edges.map(PipelineVariants::single),
+        })
     }
 }

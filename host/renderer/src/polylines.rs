@@ -5,15 +5,15 @@
 //! lies before them and hide nothing themselves: what comes first lies behind.
 
 use busbar_gpu::{
-    AttributeKind, BindGroup, BindGroupLayout, Blend, Buffer, BufferUsage, Draw, DrawCount, Format,
-    Gpu, GpuError, MAX_FRAMES_IN_FLIGHT, Pass, Pipeline, PipelineDescription, Recorder,
-    ShaderStage, VertexAttribute, VertexBuffer,
+    AttributeKind, BindGroup, BindGroupLayout, Blend, Buffer, BufferUsage, DrawCall, DrawCount,
+    Format, Gpu, GpuError, MAX_FRAMES_IN_FLIGHT, Pipeline, PipelineDescription, Recorder,
+    RenderPass, ShaderStage, VertexAttribute, VertexBuffer,
 };
 use busbar_shaders::{FaceInstance, POLYLINES, StrokeInstance};
 use glam::Vec3;
 
 use crate::RenderError;
-use crate::density::PlaneInWorld;
+use crate::density::DensityPlane;
 
 /// Lines, and likewise faces, in one frame: 24 and 32 MB.
 pub const MAX_POLYLINE_PARTS: usize = 500_000;
@@ -30,26 +30,26 @@ pub struct Polylines<'a> {
     /// Another one for other lines and faces: what has not changed is not written again.
     pub revision: u64,
     /// Behind all lines, what lies behind first.
-    pub faces: &'a [FaceInWorld],
+    pub faces: &'a [WorldFace],
     /// Between faces and lines: where the picture of what was counted last stands, a plane
     /// a pair of axes; empty where none is to be drawn.
-    pub planes: &'a [PlaneInWorld],
+    pub planes: &'a [DensityPlane],
     /// Lines, what lies behind first.
-    pub strokes: &'a [StrokeInWorld],
+    pub strokes: &'a [WorldStroke],
 }
 
-/// A line.
+/// Line segment in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StrokeInWorld {
-    /// From where, metres.
+pub struct WorldStroke {
+    /// Start of the line, metres.
     pub from: Vec3,
-    /// To where.
+    /// End of the line, metres.
     pub to: Vec3,
-    /// How wide, points.
+    /// Width of the line, points.
     pub width: f32,
-    /// sRGB.
+    /// Colour of the line, sRGB.
     pub color: [u8; 3],
-    /// How much it covers, 0 to 1.
+    /// Coverage of the line, 0 to 1.
     pub cover: f32,
     /// 0 unbroken, 1 dashes, 2 dashes and dots, 3 dots.
     pub pattern: u32,
@@ -57,32 +57,32 @@ pub struct StrokeInWorld {
 
 /// A surface with four corners, one after the other around it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FaceInWorld {
-    /// The corners, metres.
+pub struct WorldFace {
+    /// Corners of the face, metres.
     pub corners: [Vec3; 4],
-    /// sRGB.
+    /// Colour of the face, sRGB.
     pub color: [u8; 3],
-    /// How much it covers, 0 to 1.
+    /// Coverage of the face, 0 to 1.
     pub cover: f32,
 }
 
-/// What draws them; made when there are any for the first time.
-pub(crate) struct PolylineKit {
+/// GPU resources of lines and faces, made on first use.
+pub(crate) struct PolylineResources {
     strokes: Pipeline,
     faces: Pipeline,
-    /// Whether the target takes colours as bytes.
+    /// Encoding: whether the target takes sRGB-encoded colours.
     undecoded: bool,
-    pub(crate) quads: Quads,
-    slots: Vec<Slot>,
+    pub(crate) quads: QuadMesh,
+    slots: Vec<PolylineBuffers>,
 }
 
 /// The quad that every instance is.
-pub(crate) struct Quads {
+pub(crate) struct QuadMesh {
     corners: Buffer,
     indices: Buffer,
 }
 
-impl Quads {
+impl QuadMesh {
     fn new(recorder: &mut Recorder<'_>) -> Result<Self, GpuError> {
         let corners = bytemuck::cast_slice(&CORNERS);
         let corners = recorder.upload_buffer("polyline corners", BufferUsage::Vertex, corners)?;
@@ -97,8 +97,8 @@ impl Quads {
         pipeline: &'a Pipeline,
         groups: &'a [&'a BindGroup],
         (instances, count): (&'a Buffer, u32),
-    ) -> Draw<'a> {
-        Draw {
+    ) -> DrawCall<'a> {
+        DrawCall {
             pipeline,
             groups,
             vertices: &self.corners,
@@ -115,13 +115,13 @@ impl Quads {
 }
 
 /// The buffers of one frame in flight.
-struct Slot {
+struct PolylineBuffers {
     strokes: Buffer,
     faces: Buffer,
     written: Option<u64>,
 }
 
-impl PolylineKit {
+impl PolylineResources {
     /// `color` is what the scene is drawn in.
     pub(crate) fn new(
         recorder: &mut Recorder<'_>,
@@ -129,9 +129,11 @@ impl PolylineKit {
         (color, undecoded): (Format, bool),
         samples: u32,
     ) -> Result<Self, RenderError> {
-        let quads = Quads::new(recorder)?;
+        let quads = QuadMesh::new(recorder)?;
         let gpu = recorder.gpu();
-        let slots = (0..MAX_FRAMES_IN_FLIGHT).map(|_| Slot::new(gpu)).collect::<Result<_, _>>()?;
+        let slots = (0..MAX_FRAMES_IN_FLIGHT)
+            .map(|_| PolylineBuffers::new(gpu))
+            .collect::<Result<_, _>>()?;
         let target = (color, samples);
         let strokes = quad_pipeline(gpu, &[frame], target, &STROKES)?;
         let faces = quad_pipeline(gpu, &[frame], target, &FACES)?;
@@ -157,8 +159,8 @@ impl PolylineKit {
             return Ok(());
         }
         slot.written = None;
-        let strokes: Vec<_> = lines.strokes.iter().map(|s| stroke(s, undecoded)).collect();
-        let faces: Vec<_> = lines.faces.iter().map(|f| face(f, undecoded)).collect();
+        let strokes: Vec<_> = lines.strokes.iter().map(|s| stroke_instance(s, undecoded)).collect();
+        let faces: Vec<_> = lines.faces.iter().map(|f| face_instance(f, undecoded)).collect();
         fill(gpu, "strokes", &mut slot.strokes, bytemuck::cast_slice(&strokes))?;
         fill(gpu, "faces", &mut slot.faces, bytemuck::cast_slice(&faces))?;
         slot.written = Some(lines.revision);
@@ -168,7 +170,7 @@ impl PolylineKit {
     /// Draws faces over what is farther.
     pub(crate) fn draw_faces(
         &self,
-        pass: &mut Pass<'_>,
+        pass: &mut RenderPass<'_>,
         frame_group: &BindGroup,
         slot: usize,
         lines: &Polylines<'_>,
@@ -177,10 +179,10 @@ impl PolylineKit {
         self.draw(pass, frame_group, &self.faces, instances)
     }
 
-    /// Likewise lines.
+    /// Draws strokes over what is farther.
     pub(crate) fn draw_strokes(
         &self,
-        pass: &mut Pass<'_>,
+        pass: &mut RenderPass<'_>,
         frame_group: &BindGroup,
         slot: usize,
         lines: &Polylines<'_>,
@@ -191,7 +193,7 @@ impl PolylineKit {
 
     fn draw(
         &self,
-        pass: &mut Pass<'_>,
+        pass: &mut RenderPass<'_>,
         frame_group: &BindGroup,
         pipeline: &Pipeline,
         instances: (&Buffer, u32),
@@ -204,7 +206,7 @@ impl PolylineKit {
     }
 }
 
-impl Slot {
+impl PolylineBuffers {
     fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let bytes = |part: usize| (FIRST_CAPACITY * part) as u64;
         let buffer = |name, bytes| Buffer::new(gpu, name, BufferUsage::HostVertex, bytes);
@@ -229,8 +231,8 @@ fn fill(
     Ok(buffer.write(bytes)?)
 }
 
-fn stroke(stroke: &StrokeInWorld, undecoded: bool) -> StrokeInstance {
-    let [red, green, blue] = shown(stroke.color, undecoded);
+fn stroke_instance(stroke: &WorldStroke, undecoded: bool) -> StrokeInstance {
+    let [red, green, blue] = target_color(stroke.color, undecoded);
     StrokeInstance {
         from_width: stroke.from.extend(stroke.width).to_array(),
         to_pattern: stroke.to.extend(stroke.pattern as f32).to_array(),
@@ -238,8 +240,8 @@ fn stroke(stroke: &StrokeInWorld, undecoded: bool) -> StrokeInstance {
     }
 }
 
-fn face(face: &FaceInWorld, undecoded: bool) -> FaceInstance {
-    let [red, green, blue] = shown(face.color, undecoded);
+fn face_instance(face: &WorldFace, undecoded: bool) -> FaceInstance {
+    let [red, green, blue] = target_color(face.color, undecoded);
     let [a, b, c, d] = face.corners;
     FaceInstance {
         a_red: a.extend(red).to_array(),
@@ -250,7 +252,7 @@ fn face(face: &FaceInWorld, undecoded: bool) -> FaceInstance {
 }
 
 /// A colour as the target takes it (IEC 61966-2-1).
-pub(crate) fn shown(color: [u8; 3], undecoded: bool) -> [f32; 3] {
+pub(crate) fn target_color(color: [u8; 3], undecoded: bool) -> [f32; 3] {
     color.map(|byte| {
         let value = f32::from(byte) / 255.0;
         match (undecoded, value <= 0.04045) {
@@ -261,24 +263,24 @@ pub(crate) fn shown(color: [u8; 3], undecoded: bool) -> [f32; 3] {
     })
 }
 
-/// What tells pipelines of quads apart.
-pub(crate) struct Kind {
+/// Shader and instance layout of a quad pipeline.
+pub(crate) struct QuadShader {
     pub(crate) name: &'static str,
     pub(crate) words: &'static [u32],
     pub(crate) vertex: &'static std::ffi::CStr,
     pub(crate) fragment: &'static std::ffi::CStr,
-    /// Of an instance, which is vectors alone.
+    /// Bytes of an instance, which consists of vectors of four floats.
     pub(crate) bytes: usize,
 }
 
-const STROKES: Kind = Kind {
+const STROKES: QuadShader = QuadShader {
     name: "strokes",
     words: POLYLINES,
     vertex: c"stroke_vertex",
     fragment: c"stroke_fragment",
     bytes: size_of::<StrokeInstance>(),
 };
-const FACES: Kind = Kind {
+const FACES: QuadShader = QuadShader {
     name: "faces",
     words: POLYLINES,
     vertex: c"face_vertex",
@@ -291,7 +293,7 @@ pub(crate) fn quad_pipeline(
     gpu: &Gpu,
     groups: &[&BindGroupLayout],
     (color, samples): (Format, u32),
-    kind: &Kind,
+    kind: &QuadShader,
 ) -> Result<Pipeline, GpuError> {
     let corner = [VertexAttribute { location: 0, kind: AttributeKind::Float2, offset: 0 }];
     let vectors: Vec<_> = (0..kind.bytes / VECTOR_BYTES)

@@ -6,21 +6,21 @@ use std::time::Instant;
 
 use busbar_gpu::{Gpu, GpuOptions, ValidationLog, WindowHandles};
 
-use crate::content::{self, Content, Near, millis_since};
 use crate::density;
 use crate::model::GpuModel;
 use crate::panels::Panels;
 use crate::pick::{self, PendingPick, PickState, PickTargets, PixelArea};
+use crate::scene_resources::{self as scene, FirstPass, SceneResources, millis_since};
 use crate::targets::SceneTargets;
 use crate::{
     DensityCounts, DensityInput, DensityProgress, EguiFrame, Frame, FrameStats, MeshAtCursor,
-    ModelHandle, ModelUpload, Picture, RenderError, Wanted,
+    ModelHandle, ModelUpload, Picture, RenderError, ResolveRequest,
 };
 
 /// Models that one renderer ever takes, removed ones included.
 const MAX_MODELS: usize = 1 << 20;
 
-/// What a picture may cost.
+/// Quality of a picture, and thereby its cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quality {
     /// Shape under one light and a hemisphere, worked out at vertices: for remote
@@ -40,15 +40,15 @@ impl Quality {
     }
 }
 
-/// How to draw.
+/// Options of drawing: quality, samples and validation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RendererOptions {
-    /// What a picture may cost.
+    /// Quality on graphics hardware.
     pub quality: Quality,
     /// Samples a pixel, 1 or 4.
     pub samples: u32,
     /// Quality and samples where the processor draws, if others.
-    pub on_processor: Option<(Quality, u32)>,
+    pub on_software_rasterizer: Option<(Quality, u32)>,
     /// Turns the Vulkan validation layer on.
     pub validation: bool,
 }
@@ -56,15 +56,20 @@ pub struct RendererOptions {
 impl Default for RendererOptions {
     /// Medium quality, four samples, no validation.
     fn default() -> Self {
-        Self { quality: Quality::Medium, samples: 4, on_processor: None, validation: false }
+        Self {
+            quality: Quality::Medium,
+            samples: 4,
+            on_software_rasterizer: None,
+            validation: false,
+        }
     }
 }
 
-/// Which device to draw with, and where what it compiled is kept.
+/// Choice of the device, and the folder of its pipeline cache.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct DeviceChoice {
-    /// Its number among those there are, or a part of its name; `BUSBAR_DEVICE`
-    /// in the environment goes before. `None` takes the best.
+    /// Number of the device, or a part of its name; `BUSBAR_DEVICE` in the environment takes
+    /// precedence. `None` takes the best.
     pub device: Option<String>,
     /// A folder for compiled pipelines; `None` keeps none.
     pub pipeline_cache: Option<PathBuf>,
@@ -72,41 +77,43 @@ pub struct DeviceChoice {
 
 /// All that a renderer is made from, kept to make its device anew.
 #[derive(Clone)]
-struct Origin {
+struct RendererSetup {
     gpu: GpuOptions,
-    look: Look,
+    picture: PictureSettings,
     window: Option<Arc<dyn WindowHandles>>,
 }
 
-/// What a picture may cost.
+/// Quality and samples, for hardware and for software rasterizers.
 #[derive(Clone, Copy, PartialEq, Eq)]
-struct Look {
+struct PictureSettings {
     quality: Quality,
     samples: u32,
-    on_processor: Option<(Quality, u32)>,
+    on_software_rasterizer: Option<(Quality, u32)>,
 }
 
-impl Look {
-    fn of(RendererOptions { quality, samples, on_processor, .. }: RendererOptions) -> Self {
-        Self { quality, samples, on_processor }
+impl PictureSettings {
+    fn from_options(
+        RendererOptions { quality, samples, on_software_rasterizer, .. }: RendererOptions,
+    ) -> Self {
+        Self { quality, samples, on_software_rasterizer }
     }
 
     /// Quality and samples on a device.
-    fn on(self, gpu: &Gpu) -> (Quality, u32) {
-        let other = self.on_processor.filter(|_| gpu.is_software());
+    fn for_device(self, gpu: &Gpu) -> (Quality, u32) {
+        let other = self.on_software_rasterizer.filter(|_| gpu.is_software());
         other.unwrap_or((self.quality, self.samples))
     }
 }
 
 /// Draws frames into a window, or into a picture that can be read back.
 pub struct Renderer {
-    content: Content,
+    scene: SceneResources,
     targets: Option<SceneTargets>,
     one_pixel: PickTargets,
     /// Begun, and not asked for yet.
     pending: Option<PendingPick>,
     panels: Panels,
-    origin: Origin,
+    setup: RendererSetup,
     /// The picture's size; in a window, the window's.
     size: [u32; 2],
     gpu: Gpu,
@@ -151,40 +158,43 @@ impl Renderer {
             pipeline_cache: choice.pipeline_cache,
             ..GpuOptions::default()
         };
-        Self::on(Origin { gpu, look: Look::of(options), window }, size)
+        Self::open_with(
+            RendererSetup { gpu, picture: PictureSettings::from_options(options), window },
+            size,
+        )
     }
 
-    fn on(origin: Origin, size: [u32; 2]) -> Result<Self, RenderError> {
-        let mut gpu = match &origin.window {
-            Some(window) => Gpu::for_window(&origin.gpu, Arc::clone(window))?,
-            None => Gpu::headless(&origin.gpu)?,
+    fn open_with(setup: RendererSetup, size: [u32; 2]) -> Result<Self, RenderError> {
+        let mut gpu = match &setup.window {
+            Some(window) => Gpu::for_window(&setup.gpu, Arc::clone(window))?,
+            None => Gpu::headless(&setup.gpu)?,
         };
         gpu.resize_window(size);
-        let (quality, samples) = origin.look.on(&gpu);
-        if !matches!(samples, 1 | 4) || !gpu.can_sample(samples) {
+        let (quality, samples) = setup.picture.for_device(&gpu);
+        if !matches!(samples, 1 | 4) || !gpu.supports_samples(samples) {
             return Err(RenderError::BadSamples(samples));
         }
-        let content = Content::new(&mut gpu, quality, samples)?;
+        let scene = SceneResources::new(&mut gpu, quality, samples)?;
         let one_pixel = PickTargets::new(&gpu, [1, 1])?;
         let panels = Panels::new(&gpu, gpu.picture_format())?;
-        keep_pipelines(&gpu);
-        if origin.look.on_processor.is_some() && gpu.is_software() {
+        save_pipelines_to_disk(&gpu);
+        if setup.picture.on_software_rasterizer.is_some() && gpu.is_software() {
             tracing::info!("the processor draws, at quality {quality:?} with {samples} samples");
         }
         if !gpu.can_draw_lines() {
             tracing::warn!("this device draws no lines: wireframes show the fill alone");
         }
         let (targets, pending) = (None, None);
-        Ok(Self { content, targets, one_pixel, pending, panels, origin, size, gpu })
+        Ok(Self { scene, targets, one_pixel, pending, panels, setup, size, gpu })
     }
 
     /// Changes how it draws, on which device, from the next [`Renderer::renew`] on; whether
     /// anything is otherwise than before.
     pub fn set_options(&mut self, options: RendererOptions, choice: DeviceChoice) -> bool {
-        let own = &mut self.origin;
-        let before = (own.look, own.gpu.device.take());
-        (own.look, own.gpu.device) = (Look::of(options), choice.device);
-        before != (own.look, own.gpu.device.clone())
+        let own = &mut self.setup;
+        let before = (own.picture, own.gpu.device.take());
+        (own.picture, own.gpu.device) = (PictureSettings::from_options(options), choice.device);
+        before != (own.picture, own.gpu.device.clone())
     }
 
     /// Makes a new device in place of one that is lost. Models are gone. Panels' textures,
@@ -194,12 +204,12 @@ impl Renderer {
     /// As [`Renderer::open`]; then nothing can be drawn until a later call succeeds.
     pub fn renew(&mut self) -> Result<(), RenderError> {
         // A window has one surface at a time; models need not be there twice.
-        self.gpu.leave_window();
+        self.gpu.release_window();
         self.targets = None;
-        self.content.clear();
-        let mut next = Self::on(self.origin.clone(), self.size)?;
+        self.scene.clear();
+        let mut next = Self::open_with(self.setup.clone(), self.size)?;
         next.panels.inherit(&self.panels);
-        next.content.cache.set_limit(self.content.cache.limit());
+        next.scene.cache.set_limit(self.scene.cache.limit());
         *self = next;
         Ok(())
     }
@@ -209,11 +219,11 @@ impl Renderer {
     /// # Errors
     /// When the device is lost or hangs.
     pub fn free_memory(&mut self) -> Result<(), RenderError> {
-        self.content.cache.drop_all();
-        self.content.morpher.drop_all();
-        self.content.density = None;
+        self.scene.cache.drop_all();
+        self.scene.morpher.drop_all();
+        self.scene.density = None;
         self.gpu.free_memory()?;
-        self.content.trim();
+        self.scene.trim();
         Ok(self.gpu.free_memory()?)
     }
 
@@ -222,7 +232,7 @@ impl Renderer {
     /// # Errors
     /// When the model refers to what it does not hold, or memory runs out.
     pub fn upload_model(&mut self, upload: ModelUpload<'_>) -> Result<ModelHandle, RenderError> {
-        let handle = ModelHandle(self.content.models.len() as u32);
+        let handle = ModelHandle(self.scene.models.len() as u32);
         self.upload_model_at(handle, upload)?;
         Ok(handle)
     }
@@ -243,10 +253,16 @@ impl Renderer {
         }
         self.remove_model(handle);
         let mut recorder = self.gpu.begin_transfer()?;
-        let Content { kit, feature_kit, vertices, .. } = &mut self.content;
-        let model = GpuModel::upload(&mut recorder, (kit, feature_kit), vertices, upload)?;
+        let SceneResources { material_resources, feature_resources, vertices, .. } =
+            &mut self.scene;
+        let model = GpuModel::upload(
+            &mut recorder,
+            (material_resources, feature_resources),
+            vertices,
+            upload,
+        )?;
         recorder.submit_and_wait()?;
-        let models = &mut self.content.models;
+        let models = &mut self.scene.models;
         if models.len() <= index {
             models.resize_with(index + 1, || None);
         }
@@ -257,18 +273,18 @@ impl Renderer {
     /// Frees a model once no frame in flight draws it. Drawing it again is an
     /// error.
     pub fn remove_model(&mut self, model: ModelHandle) {
-        let slot = self.content.models.get_mut(model.0 as usize).and_then(Option::take);
+        let slot = self.scene.models.get_mut(model.0 as usize).and_then(Option::take);
         if slot.is_some() {
-            self.content.resolver.drop_where(|request| request.key().model == model.0);
-            self.content.morpher.remove_where(|key| key.model == model.0);
-            self.content.cache.remove_model(model.0);
-            self.content.forget_order();
+            self.scene.resolver.cancel_where(|request| request.key().model == model.0);
+            self.scene.morpher.remove_where(|key| key.model == model.0);
+            self.scene.cache.remove_model(model.0);
+            self.scene.invalidate_order();
         }
     }
 
     /// Frees all models; handles count from the first again.
     pub fn remove_all_models(&mut self) {
-        self.content.clear();
+        self.scene.clear();
     }
 
     /// Asks for what frames will need, the most urgent first, to be worked out beside
@@ -278,21 +294,21 @@ impl Renderer {
     /// dropped. What is beyond
     /// [`MAX_PENDING_RESOLVES`](crate::MAX_PENDING_RESOLVES) is passed over:
     /// ask again after the next frame.
-    pub fn request(&mut self, wanted: impl Iterator<Item = Wanted>) {
-        self.content.request(wanted);
+    pub fn request(&mut self, wanted: impl Iterator<Item = ResolveRequest>) {
+        self.scene.request(wanted);
     }
 
     /// The live triangles of a mesh at a cursor, if it can be drawn without
     /// being resolved first.
     pub fn triangles_at(&self, at: &MeshAtCursor) -> Option<u32> {
-        let (key, _) = content::find(&self.content.models, at)?;
-        Some(self.content.cache.get(key)?.triangles)
+        let (key, _) = scene::find(&self.scene.models, at)?;
+        Some(self.scene.cache.get(key)?.triangles)
     }
 
-    /// Whether the way to or from a cursor can be drawn without being worked out first.
-    pub fn has_way(&self, coarser: &MeshAtCursor) -> bool {
-        let found = content::find(&self.content.models, coarser);
-        found.is_some_and(|(key, _)| self.content.morpher.is_ready(key))
+    /// Reports whether the morph to a coarser cursor can be drawn without resolving it first.
+    pub fn has_morph_target(&self, coarser: &MeshAtCursor) -> bool {
+        let found = scene::find(&self.scene.models, coarser);
+        found.is_some_and(|(key, _)| self.scene.morpher.is_ready(key))
     }
 
     /// Takes changed textures of panels over without drawing. Each must come here
@@ -300,7 +316,7 @@ impl Renderer {
     ///
     /// # Errors
     /// When they contradict each other.
-    pub fn keep_textures(&mut self, delta: &egui::TexturesDelta) -> Result<(), RenderError> {
+    pub fn update_textures(&mut self, delta: &egui::TexturesDelta) -> Result<(), RenderError> {
         self.panels.update(delta)
     }
 
@@ -314,10 +330,10 @@ impl Renderer {
         &mut self,
         input: &DensityInput<'_>,
     ) -> Result<DensityCounts, RenderError> {
-        let counted = density::count(&mut self.gpu, &mut self.content.density, input);
+        let counted = density::count(&mut self.gpu, &mut self.scene.density, input);
         if counted.is_err() {
             // Among it may be what was never filled.
-            self.content.density = None;
+            self.scene.density = None;
         }
         counted
     }
@@ -325,19 +341,19 @@ impl Renderer {
     /// Goes on with counting what is not counted yet and laying it out for
     /// [`Polylines::planes`](crate::Polylines::planes): a slice of
     /// [`SLICE_RECORDS`](crate::SLICE_RECORDS) a call, without waiting for the device;
-    /// `settles` waits for all of it.
+    /// `waits` waits for all of it.
     ///
     /// # Errors
     /// As [`Renderer::count_records`]; what was counted before is gone then.
     pub fn advance_density(
         &mut self,
         input: &DensityInput<'_>,
-        settles: bool,
+        waits: bool,
     ) -> Result<DensityProgress, RenderError> {
-        let density = &mut self.content.density;
-        let advanced = density::advance(&mut self.gpu, density, input, settles);
+        let density = &mut self.scene.density;
+        let advanced = density::advance(&mut self.gpu, density, input, waits);
         if advanced.is_err() {
-            self.content.density = None;
+            self.scene.density = None;
         }
         advanced
     }
@@ -364,12 +380,12 @@ impl Renderer {
         let Some(size) = self.size_to_draw()? else {
             return Ok(FrameStats::default());
         };
-        self.content.cache.begin_frame();
+        self.scene.cache.begin_frame();
         let drawn = self.draw_sized(frame, size);
         match drawn {
             Ok(_) => self.panels.end_frame(),
             Err(_) => {
-                self.content.abandon_frame();
+                self.scene.abandon_frame();
                 self.panels.abandon_frame();
             }
         }
@@ -378,7 +394,7 @@ impl Renderer {
 
     /// The size of the next picture; `None` if there is nothing to draw into.
     fn size_to_draw(&mut self) -> Result<Option<[u32; 2]>, RenderError> {
-        if self.origin.window.is_some() {
+        if self.setup.window.is_some() {
             return Ok(self.gpu.prepare_window()?);
         }
         Ok(Some(self.size).filter(|size| !size.contains(&0)))
@@ -387,14 +403,12 @@ impl Renderer {
     fn draw_sized(&mut self, frame: &Frame<'_>, size: [u32; 2]) -> Result<FrameStats, RenderError> {
         let targets = match self.targets.take() {
             Some(targets) if targets.size() == size => targets,
-            _ => {
-                SceneTargets::new(&self.gpu, self.gpu.picture_format(), self.content.samples, size)?
-            }
+            _ => SceneTargets::new(&self.gpu, self.gpu.picture_format(), self.scene.samples, size)?,
         };
         let targets = self.targets.insert(targets);
         let mut recorder = self.gpu.begin_frame()?;
         let started = Instant::now();
-        let (mut stats, near) = self.content.record(&mut recorder, targets, frame)?;
+        let (mut stats, first_pass) = self.scene.record(&mut recorder, targets, frame)?;
         if let Some(EguiFrame { primitives, pixels_per_point, .. }) = frame.overlay {
             let _span = tracing::debug_span!("panels").entered();
             let picture = &targets.picture;
@@ -402,21 +416,21 @@ impl Renderer {
             recorder.end_stage("panels");
         }
         stats.cpu_millis = millis_since(started);
-        if let Some(Near { handed, there, .. }) = near {
+        if let Some(FirstPass { handed, there, .. }) = first_pass {
             let millis = |from: Instant, to: Instant| (to - from).as_secs_f64() * 1e3;
             stats.cpu_millis = millis(started, handed);
-            stats.waited_millis = millis(handed, there);
-            stats.hide_millis = millis_since(there);
+            stats.depth_wait_millis = millis(handed, there);
+            stats.occlusion_millis = millis_since(there);
         }
         stats.gpu_millis = recorder.gpu().frame_millis();
         stats.gpu_stages = recorder.gpu().stage_millis();
-        if self.origin.window.is_some() {
+        if self.setup.window.is_some() {
             recorder.present(&targets.picture)?;
         } else {
             recorder.submit()?;
         }
-        self.content.cache.evict();
-        self.content.trim();
+        self.scene.cache.evict();
+        self.scene.trim();
         Ok(stats)
     }
 
@@ -479,17 +493,17 @@ impl Renderer {
         if !area.is_within() {
             return Err(RenderError::OutsidePicture { pixel: area.origin, size: area.picture });
         }
-        self.content.cache.begin_frame();
-        let begun = begin_pick(&mut self.gpu, &mut self.content, area, frame);
+        self.scene.cache.begin_frame();
+        let begun = begin_pick(&mut self.gpu, &mut self.scene, area, frame);
         match begun {
-            Ok(_) => self.content.cache.evict(),
-            Err(_) => self.content.cache.abandon_frame(),
+            Ok(_) => self.scene.cache.evict(),
+            Err(_) => self.scene.cache.abandon_frame(),
         }
         self.pending = Some(begun?);
         Ok(())
     }
 
-    /// What a pick that was begun came to; it is told once.
+    /// Takes the result of a pick that was begun; a result is returned once.
     ///
     /// # Errors
     /// When the device is lost.
@@ -515,12 +529,12 @@ impl Renderer {
         area: &PixelArea,
         frame: &Frame<'_>,
     ) -> Result<Vec<Option<u32>>, RenderError> {
-        self.content.cache.begin_frame();
+        self.scene.cache.begin_frame();
         let targets = targets.unwrap_or(&self.one_pixel);
-        let picked = pick_with(&mut self.gpu, &mut self.content, targets, area, frame);
+        let picked = pick_with(&mut self.gpu, &mut self.scene, targets, area, frame);
         match picked {
-            Ok(_) => self.content.cache.evict(),
-            Err(_) => self.content.cache.abandon_frame(),
+            Ok(_) => self.scene.cache.evict(),
+            Err(_) => self.scene.cache.abandon_frame(),
         }
         picked
     }
@@ -528,15 +542,15 @@ impl Renderer {
     /// Bounds the index buffers that are kept beyond the current frame's; at
     /// first it is [`MAX_CACHED_INDEX_BYTES`](crate::MAX_CACHED_INDEX_BYTES).
     pub fn set_index_cache_limit(&mut self, bytes: u64) {
-        self.content.cache.set_limit(bytes);
+        self.scene.cache.set_limit(bytes);
     }
 
     /// Bytes that index buffers take now.
     pub fn index_cache_bytes(&self) -> u64 {
-        self.content.cache.bytes()
+        self.scene.cache.bytes()
     }
 
-    /// Whether wireframes show lines; if not, they show the fill alone.
+    /// Reports whether wireframes show lines; if not, they show the fill alone.
     pub fn can_draw_wireframe(&self) -> bool {
         self.gpu.can_draw_lines()
     }
@@ -551,12 +565,13 @@ impl Renderer {
         self.gpu.validation_log()
     }
 
-    /// Whether the processor draws: what is hidden is left out then, and draws are gathered.
-    pub fn draws_on_processor(&self) -> bool {
+    /// Reports whether a software rasterizer draws: CPU triangle culling and occlusion culling are
+    /// on then.
+    pub fn uses_software_rasterizer(&self) -> bool {
         self.gpu.is_software()
     }
 
-    /// The device's name.
+    /// Returns the name of the device.
     pub fn device_name(&self) -> &str {
         self.gpu.device_name()
     }
@@ -565,12 +580,12 @@ impl Renderer {
 impl Drop for Renderer {
     fn drop(&mut self) {
         // Some are compiled when first asked for.
-        keep_pipelines(&self.gpu);
+        save_pipelines_to_disk(&self.gpu);
     }
 }
 
 /// Keeps on disk what was compiled, if anything was since.
-fn keep_pipelines(gpu: &Gpu) {
+fn save_pipelines_to_disk(gpu: &Gpu) {
     if let Err(error) = gpu.save_pipelines() {
         tracing::info!("compiled pipelines are not kept: {error}");
     }
@@ -578,13 +593,13 @@ fn keep_pipelines(gpu: &Gpu) {
 
 fn pick_with(
     gpu: &mut Gpu,
-    content: &mut Content,
+    scene: &mut SceneResources,
     targets: &PickTargets,
     area: &PixelArea,
     frame: &Frame<'_>,
 ) -> Result<Vec<Option<u32>>, RenderError> {
     let mut recorder = gpu.begin_transfer()?;
-    content.record_pick(&mut recorder, targets, area, frame)?;
+    scene.record_pick(&mut recorder, targets, area, frame)?;
     let download = recorder.download(&targets.id)?;
     recorder.submit_and_wait()?;
     Ok(pick::objects_of(&download.pixels()?).collect())
@@ -592,13 +607,13 @@ fn pick_with(
 
 fn begin_pick(
     gpu: &mut Gpu,
-    content: &mut Content,
+    scene: &mut SceneResources,
     area: &PixelArea,
     frame: &Frame<'_>,
 ) -> Result<PendingPick, RenderError> {
     let targets = PickTargets::new(gpu, area.size)?;
     let mut recorder = gpu.begin_transfer()?;
-    content.record_pick(&mut recorder, &targets, area, frame)?;
+    scene.record_pick(&mut recorder, &targets, area, frame)?;
     let download = recorder.download(&targets.id)?;
-    Ok(PendingPick { submission: recorder.submit_for_later()?, download })
+    Ok(PendingPick { submission: recorder.submit_tracked()?, download })
 }

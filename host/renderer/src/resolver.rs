@@ -13,7 +13,7 @@ use busbar_geometry::{CollapseStacks, ResolvedMesh};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::RenderError;
-use crate::gathering::Outlook;
+use crate::cpu_triangle_culling::TriangleBlocks;
 use crate::index_cache::IndexKey;
 use crate::occluders::{Occluder, occluders_of};
 use crate::slender::{SectionRange, SlenderWedges};
@@ -28,15 +28,15 @@ pub const MAX_PENDING_RESOLVE_BYTES: u64 = 256 << 20;
 /// Threads that resolve. Half of the cores at most: the frames need theirs.
 const MAX_RESOLVE_THREADS: usize = 4;
 
-/// What is resolved.
+/// Mesh data that triangles are resolved from.
 #[derive(Clone, Copy)]
-pub(crate) struct Source<'a> {
+pub(crate) struct ResolveSource<'a> {
     pub(crate) stacks: &'a Arc<CollapseStacks>,
     /// `None` for a mesh without slender things.
     pub(crate) slender: Option<&'a Arc<SlenderWedges>>,
     /// The live triangles from which on they are gathered.
-    pub(crate) gathered_from: usize,
-    /// Whether its large faces are looked for.
+    pub(crate) min_culled_triangles: usize,
+    /// Occluder search: whether large faces are looked for.
     pub(crate) occludes: bool,
 }
 
@@ -46,27 +46,27 @@ pub(crate) struct ResolvedTriangles {
     pub(crate) triangles: Vec<[u32; 3]>,
     /// For each section, its range in `triangles`.
     pub(crate) sections: Vec<SectionRange>,
-    /// Where they are gathered.
-    pub(crate) outlook: Option<Outlook>,
+    /// Data of CPU triangle culling, where the mesh takes part.
+    pub(crate) blocks: Option<TriangleBlocks>,
     /// Large faces, the largest first; none where they are not looked for.
     pub(crate) occluders: Box<[Occluder]>,
 }
 
 impl ResolvedTriangles {
-    pub(crate) fn of(source: Source<'_>, cursor: u32) -> Self {
-        let Source { stacks, slender, gathered_from, occludes } = source;
+    pub(crate) fn new(source: ResolveSource<'_>, cursor: u32) -> Self {
+        let ResolveSource { stacks, slender, min_culled_triangles, occludes } = source;
         let ResolvedMesh { mut triangles, sections, .. } = stacks.resolve(cursor);
         let sections = sections.into_iter().map(|section| match slender {
-            Some(slender) => slender.part(&mut triangles, section),
+            Some(slender) => slender.partition(&mut triangles, section),
             None => SectionRange::without_slender(section),
         });
         let sections: Vec<SectionRange> = sections.collect();
         let mesh = stacks.mesh();
-        let is_gathered = triangles.len() >= gathered_from;
-        let outlook = is_gathered.then(|| Outlook::of(mesh, &triangles));
+        let is_gathered = triangles.len() >= min_culled_triangles;
+        let blocks = is_gathered.then(|| TriangleBlocks::new(mesh, &triangles));
         let occluders =
             if occludes { occluders_of(mesh, &triangles, &sections) } else { Box::default() };
-        Self { triangles, sections, outlook, occluders }
+        Self { triangles, sections, blocks, occluders }
     }
 
     pub(crate) fn bytes(&self) -> u64 {
@@ -74,59 +74,62 @@ impl ResolvedTriangles {
     }
 }
 
-/// What is asked for.
+/// Request to resolve a mesh at a cursor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Request {
     /// The live triangles of a mesh.
     Triangles(IndexKey),
     /// The vertex that stands for each one of a mesh.
-    Standing(IndexKey),
+    MorphTarget(IndexKey),
 }
 
 impl Request {
     pub(crate) fn key(self) -> IndexKey {
-        let (Self::Triangles(key) | Self::Standing(key)) = self;
+        let (Self::Triangles(key) | Self::MorphTarget(key)) = self;
         key
     }
 
     /// The most that it can give, bytes.
-    fn max_bytes(self, source: Source<'_>) -> u64 {
+    fn max_bytes(self, source: ResolveSource<'_>) -> u64 {
         let mesh = source.stacks.mesh();
         match self {
             Self::Triangles(_) => {
-                let gathered = mesh.triangles.len() >= source.gathered_from;
-                let outlook = if gathered { Outlook::bytes_of(mesh.triangles.len()) } else { 0 };
-                size_of_val(mesh.triangles.as_slice()) as u64 + outlook
+                let culled = mesh.triangles.len() >= source.min_culled_triangles;
+                let blocks =
+                    if culled { TriangleBlocks::bytes_of(mesh.triangles.len()) } else { 0 };
+                size_of_val(mesh.triangles.as_slice()) as u64 + blocks
             }
-            Self::Standing(_) => size_of_val(mesh.wedges.position.as_slice()) as u64,
+            Self::MorphTarget(_) => size_of_val(mesh.wedges.position.as_slice()) as u64,
         }
     }
 
-    fn resolve(self, source: Source<'_>) -> Resolved {
+    fn resolve(self, source: ResolveSource<'_>) -> Resolved {
         match self {
-            Self::Triangles(key) => Resolved::Triangles(ResolvedTriangles::of(source, key.cursor)),
-            Self::Standing(key) => Resolved::Standing(source.stacks.standing_wedges(key.cursor)),
+            Self::Triangles(key) => Resolved::Triangles(ResolvedTriangles::new(source, key.cursor)),
+            Self::MorphTarget(key) => {
+                Resolved::MorphTarget(source.stacks.representative_wedges(key.cursor))
+            }
         }
     }
 }
 
-/// What a request came to.
+/// Result of a request.
 pub(crate) enum Resolved {
     Triangles(ResolvedTriangles),
-    /// As wedge indices, by wedge.
-    Standing(Vec<u32>),
+    /// Representative of each wedge, as wedge indices.
+    MorphTarget(Vec<u32>),
 }
 
 impl Resolved {
     pub(crate) fn bytes(&self) -> u64 {
         match self {
             Self::Triangles(triangles) => triangles.bytes(),
-            Self::Standing(standing) => size_of_val(standing.as_slice()) as u64,
+            Self::MorphTarget(standing) => size_of_val(standing.as_slice()) as u64,
         }
     }
 }
 
-type Answer = (Request, Resolved);
+type FinishedRequest = (Request, Resolved);
 
 /// Tells requests apart that are for the same: a model may have another's handle meanwhile.
 type Ticket = u64;
@@ -138,9 +141,9 @@ pub(crate) struct Resolver {
     /// The most that all pending requests can give.
     pending_bytes: u64,
     /// Results in the order in which they came.
-    finished: VecDeque<(Ticket, Answer)>,
-    sender: Sender<(Ticket, Answer)>,
-    receiver: Receiver<(Ticket, Answer)>,
+    finished: VecDeque<(Ticket, FinishedRequest)>,
+    sender: Sender<(Ticket, FinishedRequest)>,
+    receiver: Receiver<(Ticket, FinishedRequest)>,
     next_ticket: Ticket,
 }
 
@@ -172,19 +175,22 @@ impl Resolver {
 
     /// Replaces all requests, the most urgent first; those that were there
     /// already go on.
-    pub(crate) fn request<'a>(&mut self, wanted: impl Iterator<Item = (Request, Source<'a>)>) {
+    pub(crate) fn request<'a>(
+        &mut self,
+        wanted: impl Iterator<Item = (Request, ResolveSource<'a>)>,
+    ) {
         let mut seen = HashSet::new();
         let wanted: Vec<_> = wanted.filter(|(request, _)| seen.insert(*request)).collect();
-        self.drop_where(|request| !seen.contains(request));
+        self.cancel_where(|request| !seen.contains(request));
         for (request, source) in wanted {
-            if !self.pending.contains_key(&request) && !self.begin(request, source) {
+            if !self.pending.contains_key(&request) && !self.enqueue(request, source) {
                 break;
             }
         }
     }
 
     /// Gives a request to the workers, unless there are too many.
-    fn begin(&mut self, request: Request, source: Source<'_>) -> bool {
+    fn enqueue(&mut self, request: Request, source: ResolveSource<'_>) -> bool {
         let bytes = request.max_bytes(source);
         let fits = self.pending_bytes + bytes <= MAX_PENDING_RESOLVE_BYTES;
         if self.pending.len() >= MAX_PENDING_RESOLVES || !(fits || self.pending.is_empty()) {
@@ -196,12 +202,13 @@ impl Resolver {
         self.pending.insert(request, Pending { ticket, bytes, dropped: Arc::clone(&dropped) });
         self.pending_bytes += bytes;
         let (stacks, slender) = (Arc::clone(source.stacks), source.slender.map(Arc::clone));
-        let Source { gathered_from, occludes, .. } = source;
+        let ResolveSource { min_culled_triangles, occludes, .. } = source;
         let sender = self.sender.clone();
         self.pool.spawn_fifo(move || {
             if !dropped.load(Ordering::Relaxed) {
                 let slender = slender.as_ref();
-                let source = Source { stacks: &stacks, slender, gathered_from, occludes };
+                let source =
+                    ResolveSource { stacks: &stacks, slender, min_culled_triangles, occludes };
                 let resolved = request.resolve(source);
                 // Nobody listens any more when the renderer has gone.
                 let _ = sender.send((ticket, (request, resolved)));
@@ -211,7 +218,7 @@ impl Resolver {
     }
 
     /// The next result if it has at most `max_bytes`; its request is then done.
-    pub(crate) fn take(&mut self, max_bytes: u64) -> Option<Answer> {
+    pub(crate) fn take_finished(&mut self, max_bytes: u64) -> Option<FinishedRequest> {
         self.finished.extend(self.receiver.try_iter());
         // A dropped request may have been finished all the same.
         while let Some((ticket, (request, resolved))) = self.finished.front() {
@@ -219,7 +226,7 @@ impl Resolver {
                 if resolved.bytes() > max_bytes {
                     return None;
                 }
-                self.forget(*request);
+                self.cancel(*request);
                 return self.finished.pop_front().map(|(_, answer)| answer);
             }
             self.finished.pop_front();
@@ -228,18 +235,18 @@ impl Resolver {
     }
 
     /// Requests that are not done.
-    pub(crate) fn waiting(&self) -> usize {
+    pub(crate) fn pending_count(&self) -> usize {
         self.pending.len()
     }
 
-    pub(crate) fn drop_where(&mut self, unwanted: impl Fn(&Request) -> bool) {
+    pub(crate) fn cancel_where(&mut self, unwanted: impl Fn(&Request) -> bool) {
         let requests: Vec<Request> = self.pending.keys().copied().filter(unwanted).collect();
         for request in requests {
-            self.forget(request);
+            self.cancel(request);
         }
     }
 
-    fn forget(&mut self, request: Request) {
+    fn cancel(&mut self, request: Request) {
         if let Some(pending) = self.pending.remove(&request) {
             pending.dropped.store(true, Ordering::Relaxed);
             self.pending_bytes -= pending.bytes;
@@ -249,7 +256,7 @@ impl Resolver {
 
 impl Drop for Resolver {
     fn drop(&mut self) {
-        self.drop_where(|_| true);
+        self.cancel_where(|_| true);
     }
 }
 
@@ -261,7 +268,7 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
-    use crate::gathering::NEVER;
+    use crate::cpu_triangle_culling::NEVER_CULLED;
 
     /// A fan of triangles about one corner.
     fn stacks(triangles: u32) -> Arc<CollapseStacks> {
@@ -279,22 +286,22 @@ mod tests {
         Arc::new(CollapseStacks::build(mesh, &sequence))
     }
 
-    fn whole(stacks: &Arc<CollapseStacks>) -> Source<'_> {
-        Source { stacks, slender: None, gathered_from: NEVER, occludes: false }
+    fn whole(stacks: &Arc<CollapseStacks>) -> ResolveSource<'_> {
+        ResolveSource { stacks, slender: None, min_culled_triangles: NEVER_CULLED, occludes: false }
     }
 
     fn mesh(cursor: u32) -> Request {
         Request::Triangles(IndexKey { model: 0, mesh: 0, cursor })
     }
 
-    fn way(cursor: u32) -> Request {
-        Request::Standing(IndexKey { model: 0, mesh: 0, cursor })
+    fn morph(cursor: u32) -> Request {
+        Request::MorphTarget(IndexKey { model: 0, mesh: 0, cursor })
     }
 
-    fn wait_for_one(resolver: &mut Resolver, max_bytes: u64) -> Option<Answer> {
+    fn wait_for_one(resolver: &mut Resolver, max_bytes: u64) -> Option<FinishedRequest> {
         let start = Instant::now();
         while start.elapsed() < Duration::from_secs(10) {
-            if let Some(resolved) = resolver.take(max_bytes) {
+            if let Some(resolved) = resolver.take_finished(max_bytes) {
                 return Some(resolved);
             }
             std::thread::sleep(Duration::from_millis(1));
@@ -307,7 +314,7 @@ mod tests {
         let (mut resolver, stacks) = (Resolver::new().unwrap(), stacks(100));
         let cursors = [50, 0, 7, 50, 101, 7];
         resolver.request(cursors.iter().map(|&cursor| (mesh(cursor), whole(&stacks))));
-        assert_eq!(resolver.waiting(), 4, "each once");
+        assert_eq!(resolver.pending_count(), 4, "each once");
         for _ in 0..4 {
             let (request, resolved) = wait_for_one(&mut resolver, u64::MAX).unwrap();
             let expected = stacks.resolve(request.key().cursor);
@@ -316,11 +323,11 @@ mod tests {
             let sections: Vec<_> = resolved.sections.into_iter().map(|range| range.all).collect();
             assert_eq!(sections, expected.sections);
         }
-        resolver.request([(way(50), whole(&stacks))].into_iter());
+        resolver.request([(morph(50), whole(&stacks))].into_iter());
         let (request, resolved) = wait_for_one(&mut resolver, u64::MAX).unwrap();
-        let Resolved::Standing(standing) = resolved else { panic!("standing vertices") };
-        assert_eq!((request, standing), (way(50), stacks.standing_wedges(50)));
-        assert_eq!((resolver.waiting(), resolver.pending_bytes), (0, 0));
+        let Resolved::MorphTarget(standing) = resolved else { panic!("standing vertices") };
+        assert_eq!((request, standing), (morph(50), stacks.representative_wedges(50)));
+        assert_eq!((resolver.pending_count(), resolver.pending_bytes), (0, 0));
     }
 
     #[test]
@@ -328,7 +335,7 @@ mod tests {
         let (mut resolver, stacks) = (Resolver::new().unwrap(), stacks(1000));
         resolver.request((0..100).map(|cursor| (mesh(cursor), whole(&stacks))));
         resolver.request([(mesh(99), whole(&stacks)), (mesh(500), whole(&stacks))].into_iter());
-        assert_eq!(resolver.waiting(), 2);
+        assert_eq!(resolver.pending_count(), 2);
         let mut cursors =
             [(); 2].map(|()| wait_for_one(&mut resolver, u64::MAX).unwrap().0.key().cursor);
         cursors.sort_unstable();
@@ -336,28 +343,28 @@ mod tests {
         // Everything begun is through the queue once this one is.
         resolver.request([(mesh(501), whole(&stacks))].into_iter());
         assert_eq!(wait_for_one(&mut resolver, u64::MAX).unwrap().0, mesh(501));
-        assert!(resolver.take(u64::MAX).is_none());
+        assert!(resolver.take_finished(u64::MAX).is_none());
     }
 
     #[test]
     fn requests_are_bounded_in_number_and_bytes() {
         let (mut resolver, small) = (Resolver::new().unwrap(), stacks(2000));
         resolver.request((0..2000).map(|cursor| (mesh(cursor), whole(&small))));
-        assert_eq!(resolver.waiting(), MAX_PENDING_RESOLVES);
+        assert_eq!(resolver.pending_count(), MAX_PENDING_RESOLVES);
         let mut done = 0;
         while done < 2000 {
             let (finished, _) = wait_for_one(&mut resolver, u64::MAX).unwrap();
             done += 1;
             let left = (0..2000).filter(|&cursor| cursor > finished.key().cursor);
             resolver.request(left.map(|cursor| (mesh(cursor), whole(&small))));
-            assert!(resolver.waiting() <= MAX_PENDING_RESOLVES);
+            assert!(resolver.pending_count() <= MAX_PENDING_RESOLVES);
             done = done.max(finished.key().cursor + 1);
         }
         resolver.pending_bytes = MAX_PENDING_RESOLVE_BYTES;
         resolver.request([(mesh(0), whole(&small))].into_iter());
-        assert_eq!(resolver.waiting(), 1, "one always");
+        assert_eq!(resolver.pending_count(), 1, "one always");
         resolver.request([(mesh(0), whole(&small)), (mesh(1), whole(&small))].into_iter());
-        assert_eq!(resolver.waiting(), 1);
+        assert_eq!(resolver.pending_count(), 1);
         resolver.pending_bytes -= MAX_PENDING_RESOLVE_BYTES;
     }
 
@@ -365,13 +372,13 @@ mod tests {
     fn a_result_waits_until_it_fits() {
         let (mut resolver, stacks) = (Resolver::new().unwrap(), stacks(100));
         resolver.request([(mesh(0), whole(&stacks))].into_iter());
-        let bytes = ResolvedTriangles::of(whole(&stacks), 0).bytes();
+        let bytes = ResolvedTriangles::new(whole(&stacks), 0).bytes();
         let start = Instant::now();
         while resolver.finished.is_empty() && start.elapsed() < Duration::from_secs(10) {
-            assert!(resolver.take(bytes - 1).is_none());
+            assert!(resolver.take_finished(bytes - 1).is_none());
         }
-        assert!(resolver.take(bytes - 1).is_none());
-        assert_eq!((resolver.waiting(), resolver.finished.len()), (1, 1));
-        assert!(resolver.take(bytes).is_some());
+        assert!(resolver.take_finished(bytes - 1).is_none());
+        assert_eq!((resolver.pending_count(), resolver.finished.len()), (1, 1));
+        assert!(resolver.take_finished(bytes).is_some());
     }
 }

@@ -2,25 +2,25 @@
 
 use std::ops::Range;
 
-use busbar_gpu::{BindGroup, Buffer, Draw, DrawCount, Pass};
+use busbar_gpu::{BindGroup, Buffer, DrawCall, DrawCount, RenderPass};
 use glam::Vec3;
 use smallvec::SmallVec;
 
 use crate::RenderError;
-use crate::batch::{Batch, Part, Plan};
-use crate::features::FeatureKit;
-use crate::gathering::{Gathered, Gathering, View};
+use crate::cpu_triangle_culling::{CulledRange, InstanceView, TriangleCuller};
+use crate::draw_plan::{Batch, DrawPhase, DrawPlan};
+use crate::features::FeatureResources;
 use crate::index_cache::IndexCache;
 use crate::material::GpuMaterial;
 use crate::model::{GpuMesh, GpuModel};
 use crate::morph::{Morpher, VERTEX_BYTES};
-use crate::pipelines::{Chosen, Shading};
-use crate::sight::world_from_mesh;
+use crate::pipelines::{PipelineVariants, SelectedPipeline};
+use crate::visibility::world_from_mesh;
 
 /// Runs that most meshes have at most.
 const USUAL_RUNS: usize = 2;
 
-/// Which sections of a mesh are drawn.
+/// Filter of a mesh's sections by their material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Sections {
     All,
@@ -32,84 +32,84 @@ pub(crate) enum Sections {
 pub(crate) struct SceneDrawer<'a> {
     pub(crate) models: &'a [Option<GpuModel>],
     pub(crate) cache: &'a IndexCache,
-    pub(crate) plan: &'a Plan,
+    pub(crate) plan: &'a DrawPlan,
     pub(crate) frame_group: &'a BindGroup,
     /// The plan's instances on the device.
     pub(crate) instances: &'a Buffer,
-    pub(crate) feature_kit: &'a FeatureKit,
+    pub(crate) feature_resources: &'a FeatureResources,
     /// Vertices of what is on its way; none where all is drawn as it leaves.
     pub(crate) morpher: Option<&'a Morpher>,
     /// Bound after the material's group, where a pipeline takes more.
     pub(crate) more: Option<&'a BindGroup>,
-    /// What of the plan is drawn, but for what blends.
-    pub(crate) part: Part,
-    /// Where small draws are gathered.
-    pub(crate) gathering: Option<Gathering<'a>>,
+    /// Drawing phase of the plan; blended sections ignore it.
+    pub(crate) phase: DrawPhase,
+    /// CPU triangle culler, on software rasterizers.
+    pub(crate) culler: Option<TriangleCuller<'a>>,
     /// Faces are shown from behind, too.
     pub(crate) shows_backs: bool,
 }
 
 /// Draws to be made.
 #[derive(Default)]
-struct Listed<'a> {
-    sections: Vec<Section<'a>>,
-    /// Of the instances that are gathered.
-    views: Vec<View>,
+struct SectionDraws<'a> {
+    sections: Vec<SectionDraw<'a>>,
+    /// Views of the instances that are culled.
+    views: Vec<InstanceView>,
 }
 
 /// A draw of one section.
 #[derive(Clone)]
-struct Section<'a> {
-    order: Order,
+struct SectionDraw<'a> {
+    order: StateKey,
     groups: [&'a BindGroup; 4],
     /// All but the groups.
-    draw: Draw<'a>,
-    /// Where it may be gathered with others.
-    gathered: Option<Gathered<'a>>,
+    draw: DrawCall<'a>,
+    /// Triangles for CPU culling, where the draw takes part.
+    culled: Option<CulledRange<'a>>,
 }
 
 /// Triangles of a mesh that are drawn alike.
-struct Run<'a> {
-    chosen: Chosen<'a>,
-    /// Of its first section; others have theirs in their vertices.
+struct SectionRun<'a> {
+    chosen: SelectedPipeline<'a>,
+    /// Material of the first section; others have theirs in their vertices.
     material: &'a GpuMaterial,
     is_slender: bool,
-    /// Indices.
+    /// Range of indices within the mesh.
     part: Range<u32>,
 }
 
-impl Run<'_> {
-    /// Whether a section's part after it may be drawn with it.
-    fn goes_on_with(&self, chosen: &Chosen<'_>, part: &Range<u32>) -> bool {
-        !self.chosen.finds_material && !chosen.finds_material && self.part.end == part.start
+impl SectionRun<'_> {
+    /// Reports whether the next part of a section can join this run.
+    fn can_extend_with(&self, chosen: &SelectedPipeline<'_>, part: &Range<u32>) -> bool {
+        !self.chosen.reads_material && !chosen.reads_material && self.part.end == part.start
     }
 }
 
-/// What is alike in it is drawn together: pipeline, faces, features, material, and where
-/// vertices and indices lie.
-type Order = (u8, [bool; 3], u32, [u32; 2]);
+/// Render state shared by merged draws: pipeline, raster state, material, and the blocks of
+/// vertices and indices.
+type StateKey = (u8, [bool; 3], u32, [u32; 2]);
 
-/// Of vertices that no arena holds.
+/// Block number of vertices outside all arenas.
 const NO_BLOCK: u32 = u32::MAX;
 
 impl<'a> SceneDrawer<'a> {
-    /// Draws all batches.
+    /// Draws all batches of the phase.
     pub(crate) fn draw(
         &self,
-        pass: &mut Pass<'_>,
-        shading: &Shading,
+        pass: &mut RenderPass<'_>,
+        shading: &PipelineVariants,
         wanted: Sections,
     ) -> Result<DrawCount, RenderError> {
-        let mut listed = Listed::default();
-        listed.sections.reserve(self.plan.batches.len());
-        for batch in self.plan.seen_in(self.part) {
-            self.list(&mut listed, shading, &batch, wanted);
+        let mut draws_of_sections = SectionDraws::default();
+        draws_of_sections.sections.reserve(self.plan.batches.len());
+        for batch in self.plan.visible_in(self.phase) {
+            self.list(&mut draws_of_sections, shading, &batch, wanted);
         }
-        let mut in_order: Vec<&Section<'_>> = listed.sections.iter().collect();
+        let mut in_order: Vec<&SectionDraw<'_>> = draws_of_sections.sections.iter().collect();
         in_order.sort_by_key(|section| section.order);
-        let draws = match &self.gathering {
-            Some(gathering) => gather(gathering, &in_order, &listed.views)?,
-            None => in_order.into_iter().map(Section::draw).collect(),
+        let draws = match &self.culler {
+            Some(culler) => batch_culled(culler, &in_order, &draws_of_sections.views)?,
+            None => in_order.into_iter().map(SectionDraw::draw).collect(),
         };
         Ok(pass.draw_all(&draws)?)
     }
@@ -117,8 +117,8 @@ impl<'a> SceneDrawer<'a> {
     /// Draws blended sections one instance at a time, the farthest first.
     pub(crate) fn draw_blended(
         &self,
-        pass: &mut Pass<'_>,
-        shading: &Shading,
+        pass: &mut RenderPass<'_>,
+        shading: &PipelineVariants,
         eye: Vec3,
     ) -> Result<DrawCount, RenderError> {
         let mut singles = Vec::new();
@@ -132,25 +132,25 @@ impl<'a> SceneDrawer<'a> {
             }
             for index in batch.instances.clone() {
                 let world_from_mesh = world_from_mesh(&self.plan.instances[index as usize]);
-                let center = world_from_mesh.transform_point3(mesh.ball.center);
+                let center = world_from_mesh.transform_point3(mesh.sphere.center);
                 let distance = center.distance_squared(eye);
                 singles.push((distance, batch.single(index)));
             }
         }
         singles.sort_by(|(a, _), (b, _)| b.total_cmp(a));
-        let mut listed = Listed::default();
+        let mut draws_of_sections = SectionDraws::default();
         for (_, single) in &singles {
-            self.list(&mut listed, shading, single, Sections::Blended);
+            self.list(&mut draws_of_sections, shading, single, Sections::Blended);
         }
-        let draws: Vec<_> = listed.sections.iter().map(Section::draw).collect();
+        let draws: Vec<_> = draws_of_sections.sections.iter().map(SectionDraw::draw).collect();
         Ok(pass.draw_all(&draws)?)
     }
 
     /// Lists the draws of a batch.
     fn list<'s>(
         &self,
-        Listed { sections, views }: &mut Listed<'s>,
-        shading: &'s Shading,
+        SectionDraws { sections, views }: &mut SectionDraws<'s>,
+        shading: &'s PipelineVariants,
         batch: &Batch,
         wanted: Sections,
     ) where
@@ -163,15 +163,15 @@ impl<'a> SceneDrawer<'a> {
         let Some(indices) = &resolved.indices else { return };
         let first_index = (indices.offset() / size_of::<u32>() as u64) as u32;
         // What blends is drawn in an order of its own.
-        let gathering = self.gathering.as_ref().filter(|_| wanted != Sections::Blended);
-        let gathered = gathering.and_then(|gathering| {
-            let faces = resolved.gathered(batch, gathering.hiding())?;
+        let culler = self.culler.as_ref().filter(|_| wanted != Sections::Blended);
+        let culled = culler.and_then(|culler| {
+            let faces = resolved.cullable(batch, culler.occlusion_test())?;
             let first_view = views.len() as u32;
             let seen = &self.plan.instances[batch.range()];
-            views.extend(seen.iter().map(|instance| gathering.view_of(instance)));
+            views.extend(seen.iter().map(|instance| culler.view_of(instance)));
             Some((faces, first_view))
         });
-        let mut runs: SmallVec<[Run<'_>; USUAL_RUNS]> = SmallVec::new();
+        let mut runs: SmallVec<[SectionRun<'_>; USUAL_RUNS]> = SmallVec::new();
         for (section, range) in mesh.stacks.mesh().sections.iter().zip(&resolved.sections) {
             let material = model.material(section.material);
             let is_wanted = match wanted {
@@ -182,35 +182,35 @@ impl<'a> SceneDrawer<'a> {
             if !is_wanted {
                 continue;
             }
-            for (is_slender, part) in range.parts(shading.widens()) {
+            for (is_slender, part) in range.parts(shading.has_slender()) {
                 let chosen = shading.pipeline(batch, material, is_slender);
                 match runs.last_mut() {
                     _ if part.is_empty() => {}
-                    Some(last) if last.goes_on_with(&chosen, &part) => last.part.end = part.end,
-                    _ => runs.push(Run { chosen, material, is_slender, part }),
+                    Some(last) if last.can_extend_with(&chosen, &part) => last.part.end = part.end,
+                    _ => runs.push(SectionRun { chosen, material, is_slender, part }),
                 }
             }
         }
-        for Run { chosen, material, is_slender, part } in runs {
-            let Chosen { place, pipeline, finds_features, finds_material } = chosen;
+        for SectionRun { chosen, material, is_slender, part } in runs {
+            let SelectedPipeline { place, pipeline, reads_features, reads_material } = chosen;
             let cull_back = !material.double_sided && !self.shows_backs;
-            let features = mesh.features.as_ref().filter(|_| finds_features);
+            let features = mesh.features.as_ref().filter(|_| reads_features);
             let (vertex_offset, first_vertex) = match features {
                 // By a vertex's number in its mesh.
                 Some(_) => (vertices.offset, 0),
                 None => (0, (vertices.offset / VERTEX_BYTES) as u32),
             };
-            let ways = [cull_back, batch.mirrored, features.is_some()];
-            let material_number = if finds_material { material.number } else { 0 };
-            let section = Section {
-                order: (place, ways, material_number, [vertices.block, indices.block()]),
+            let raster_state = [cull_back, batch.mirrored, features.is_some()];
+            let material_number = if reads_material { material.number } else { 0 };
+            let section = SectionDraw {
+                order: (place, raster_state, material_number, [vertices.block, indices.block()]),
                 groups: [
                     self.frame_group,
-                    self.feature_kit.group(features),
+                    self.feature_resources.group(features),
                     &material.group,
                     self.more.unwrap_or(self.frame_group),
                 ],
-                draw: Draw {
+                draw: DrawCall {
                     pipeline,
                     groups: &[],
                     vertices: vertices.buffer,
@@ -223,31 +223,31 @@ impl<'a> SceneDrawer<'a> {
                     cull_back,
                     mirrored: batch.mirrored,
                 },
-                gathered: None,
+                culled: None,
             };
-            let Some((faces, first_view)) = gathered.filter(|_| features.is_none()) else {
+            let Some((faces, first_view)) = culled.filter(|_| features.is_none()) else {
                 sections.push(section);
                 continue;
             };
             // Each instance by itself: of each something else is seen.
             sections.extend(batch.instances.clone().zip(first_view..).map(|(index, view)| {
                 let range = part.start / 3..part.end / 3;
-                let skips_backs = cull_back && !is_slender;
-                let draw = Draw { instance_range: index..index + 1, ..section.draw.clone() };
-                let gathered = Gathered { faces, range, first_vertex, view, skips_backs };
-                Section { draw, gathered: Some(gathered), ..section.clone() }
+                let culls_back_faces = cull_back && !is_slender;
+                let draw = DrawCall { instance_range: index..index + 1, ..section.draw.clone() };
+                let culled = CulledRange { faces, range, first_vertex, view, culls_back_faces };
+                SectionDraw { draw, culled: Some(culled), ..section.clone() }
             }));
         }
     }
 
-    fn vertices_of(&self, mesh: &'a GpuMesh, batch: &Batch) -> Option<Vertices<'a>> {
+    fn vertices_of(&self, mesh: &'a GpuMesh, batch: &Batch) -> Option<VertexSource<'a>> {
         let slice = mesh.vertices.as_ref()?;
         let moved = self.morpher.and_then(|morpher| morpher.vertices_of(batch));
         Some(match moved {
-            Some((buffer, offset)) => Vertices { block: NO_BLOCK, buffer, offset },
+            Some((buffer, offset)) => VertexSource { block: NO_BLOCK, buffer, offset },
             None => {
                 let (block, buffer, offset) = (slice.block(), slice.buffer(), slice.offset());
-                Vertices { block, buffer, offset }
+                VertexSource { block, buffer, offset }
             }
         })
     }
@@ -265,8 +265,8 @@ impl<'a> SceneDrawer<'a> {
     }
 }
 
-/// Where the vertices of a batch are.
-struct Vertices<'a> {
+/// Buffer and offset of a batch's vertices.
+struct VertexSource<'a> {
     block: u32,
     buffer: &'a Buffer,
     /// Bytes before the first.
@@ -274,23 +274,23 @@ struct Vertices<'a> {
 }
 
 /// One draw for those beside each other that differ in their triangles alone.
-fn gather<'s>(
-    gathering: &Gathering<'s>,
-    sections: &[&'s Section<'s>],
-    views: &[View],
-) -> Result<Vec<Draw<'s>>, RenderError> {
+fn batch_culled<'s>(
+    culler: &TriangleCuller<'s>,
+    sections: &[&'s SectionDraw<'s>],
+    views: &[InstanceView],
+) -> Result<Vec<DrawCall<'s>>, RenderError> {
     let mut draws = Vec::with_capacity(sections.len());
-    for alike in sections.chunk_by(|one, next| one.is_gathered_with(next)) {
-        let parts = alike.iter().filter_map(|section| section.gathered.as_ref());
-        let indices = match &alike[0].gathered {
-            Some(_) => gathering.gather(parts, views)?,
+    for alike in sections.chunk_by(|one, next| one.can_merge_with(next)) {
+        let parts = alike.iter().filter_map(|section| section.culled.as_ref());
+        let indices = match &alike[0].culled {
+            Some(_) => culler.cull(parts, views)?,
             None => None,
         };
         match indices {
             Some(index_range) if index_range.is_empty() => {}
             Some(index_range) => {
-                let indices = gathering.buffer();
-                draws.push(Draw { indices, index_range, first_vertex: 0, ..alike[0].draw() });
+                let indices = culler.buffer();
+                draws.push(DrawCall { indices, index_range, first_vertex: 0, ..alike[0].draw() });
             }
             None => draws.extend(alike.iter().map(|section| section.draw())),
         }
@@ -298,15 +298,15 @@ fn gather<'s>(
     Ok(draws)
 }
 
-impl Section<'_> {
-    fn draw(&self) -> Draw<'_> {
+impl SectionDraw<'_> {
+    fn draw(&self) -> DrawCall<'_> {
         let groups = &self.groups[..self.draw.pipeline.group_count()];
-        Draw { groups, ..self.draw.clone() }
+        DrawCall { groups, ..self.draw.clone() }
     }
 
-    fn is_gathered_with(&self, next: &Self) -> bool {
-        self.gathered.is_some()
-            && next.gathered.is_some()
+    fn can_merge_with(&self, next: &Self) -> bool {
+        self.culled.is_some()
+            && next.culled.is_some()
             && self.order == next.order
             && self.draw.instance_range == next.draw.instance_range
     }

@@ -9,15 +9,15 @@ use busbar_shaders::SUN_DIRECTION;
 use glam::camera::rh::view;
 use glam::{DMat4, DVec3, Mat4, Vec3};
 
-use crate::batch::{Part, Plan};
+use crate::draw_plan::{DrawPhase, DrawPlan};
+use crate::frame_buffers::FrameBuffers;
+use crate::instance_buckets::InstanceBuckets;
 use crate::model::GpuModel;
 use crate::morph::Morpher;
-use crate::pipelines::Shading;
-use crate::roster::Roster;
+use crate::pipelines::PipelineVariants;
 use crate::scene_pass::{SceneDrawer, Sections};
-use crate::sight::Sight;
-use crate::stream::FrameStream;
-use crate::{CameraView, Frame, Instances, ModelHandle, RenderError, SectionPlane};
+use crate::visibility::CullView;
+use crate::{CameraView, Frame, InstanceSource, ModelHandle, RenderError, SectionPlane};
 
 /// Texels along a side of the map: 16 MiB of depth.
 pub(crate) const MAP_TEXELS: u32 = 2048;
@@ -28,18 +28,18 @@ const MARGIN: f64 = 3.0;
 /// Sides that bounds have at least, metres: flat things have shadows, too.
 const MIN_SIDE_METRES: f64 = 0.01;
 
-/// How the sun sees the scene.
+/// Orthographic view of the scene from the sun.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Sun {
+pub(crate) struct SunView {
     camera: CameraView,
     /// The longer side of a texel, metres.
     texel: f64,
 }
 
-impl Sun {
+impl SunView {
     /// Fits the map to bounds. Its texels lie on a grid that the world keeps, so that
     /// shadows stand still where bounds move.
-    pub(crate) fn over(bounds: Bounds) -> Self {
+    pub(crate) fn fit(bounds: Bounds) -> Self {
         let toward_sun = Vec3::from(SUN_DIRECTION);
         let sun_from_world = view::look_to_mat4(Vec3::ZERO, -toward_sun, Vec3::Y);
         let turn = sun_from_world.as_dmat4();
@@ -87,33 +87,33 @@ fn corners(bounds: Bounds) -> impl Iterator<Item = DVec3> {
     (0..8).map(move |i| DVec3::select(glam::BVec3::new(i & 1 > 0, i & 2 > 0, i & 4 > 0), high, low))
 }
 
-/// What decides the shadow of an instance.
+/// Data that decides the shadow of an instance.
 #[derive(Clone, Copy, PartialEq)]
-struct Caster {
+struct ShadowCaster {
     model: ModelHandle,
     mesh: u32,
     cursor: u32,
     world_from_mesh: Mat4,
 }
 
-/// What the map shows.
+/// Contents of the shadow map.
 #[derive(Default)]
-struct Shown {
-    /// Of the list that casters come from, where it is one that is kept.
+struct ShadowMapState {
+    /// Revision of the retained list that casters come from, if any.
     revision: Option<u64>,
-    sun: Option<Sun>,
+    sun: Option<SunView>,
     section: Option<SectionPlane>,
-    casters: Vec<Caster>,
+    casters: Vec<ShadowCaster>,
 }
 
 /// The map, and what draws it.
 pub(crate) struct Shadows {
     map: Image,
     sampler: Sampler,
-    streams: Vec<FrameStream>,
-    roster: Roster,
-    plan: Plan,
-    shown: Option<Shown>,
+    streams: Vec<FrameBuffers>,
+    buckets: InstanceBuckets,
+    plan: DrawPlan,
+    shown: Option<ShadowMapState>,
 }
 
 impl Shadows {
@@ -127,29 +127,36 @@ impl Shadows {
                 size: [MAP_TEXELS; 2],
             },
         )?;
-        let (sampler, roster) = (Sampler::comparing(gpu)?, Roster::default());
-        Ok(Self { map, sampler, streams: Vec::new(), roster, plan: Plan::default(), shown: None })
+        let (sampler, buckets) = (Sampler::with_depth_comparison(gpu)?, InstanceBuckets::default());
+        Ok(Self {
+            map,
+            sampler,
+            streams: Vec::new(),
+            buckets,
+            plan: DrawPlan::default(),
+            shown: None,
+        })
     }
 
-    /// What frames bind after their own.
+    /// Returns the bindings of the shadow map and its sampler.
     pub(crate) fn bindings(&self) -> [Binding<'_>; 2] {
         [Binding::Texture(&self.map), Binding::Sampler(&self.sampler)]
     }
 
     /// The map holds nothing any more.
-    pub(crate) fn forget(&mut self) {
+    pub(crate) fn invalidate(&mut self) {
         self.shown = None;
-        self.roster.forget();
+        self.buckets.invalidate();
     }
 
-    /// Whether the map is to be drawn for this frame; notes what it will show then.
-    fn is_outdated(&mut self, frame: &Frame<'_>, sun: Option<Sun>) -> bool {
+    /// Reports whether the map must be drawn for this frame, and records what it will show then.
+    fn is_outdated(&mut self, frame: &Frame<'_>, sun: Option<SunView>) -> bool {
         let revision = match frame.instances {
-            Instances::Listed(_) => None,
-            Instances::Kept(list) => Some(list.revision()),
+            InstanceSource::Listed(_) => None,
+            InstanceSource::Retained(list) => Some(list.revision()),
         };
         let casters = || {
-            frame.instances.iter().map(|drawn| Caster {
+            frame.instances.iter().map(|drawn| ShadowCaster {
                 model: drawn.model,
                 mesh: drawn.mesh,
                 cursor: drawn.cursor,
@@ -177,16 +184,16 @@ impl Shadows {
         &mut self,
         recorder: &mut Recorder<'_>,
         layout: &BindGroupLayout,
-        shading: &Shading,
-        drawn_with: Drawn<'_>,
+        shading: &PipelineVariants,
+        inputs: MeshPassInputs<'_>,
         frame: &Frame<'_>,
-        sun: Option<Sun>,
+        sun: Option<SunView>,
     ) -> Result<bool, RenderError> {
         let is_outdated = self.is_outdated(frame, sun);
         if is_outdated {
-            self.draw(recorder, layout, shading, drawn_with, frame)?;
+            self.draw(recorder, layout, shading, inputs, frame)?;
         }
-        recorder.sample(&[&self.map]);
+        recorder.prepare_sampling(&[&self.map]);
         Ok(is_outdated)
     }
 
@@ -194,8 +201,8 @@ impl Shadows {
         &mut self,
         recorder: &mut Recorder<'_>,
         layout: &BindGroupLayout,
-        shading: &Shading,
-        drawn_with: Drawn<'_>,
+        shading: &PipelineVariants,
+        inputs: MeshPassInputs<'_>,
         frame: &Frame<'_>,
     ) -> Result<(), RenderError> {
         let Some(sun) = self.shown.as_ref().and_then(|shown| shown.sun) else {
@@ -204,12 +211,12 @@ impl Shadows {
             return Ok(());
         };
         while self.streams.len() < MAX_FRAMES_IN_FLIGHT {
-            self.streams.push(FrameStream::new(recorder.gpu(), layout, &self.bindings())?);
+            self.streams.push(FrameBuffers::new(recorder.gpu(), layout, &self.bindings())?);
         }
         let seen = Frame { camera: sun.camera, ..*frame };
-        let sight = Sight::through(&sun.camera.clip_from_world());
-        self.roster.follow(drawn_with.models, frame.instances)?;
-        self.plan.fill(drawn_with.models, &self.roster, &[], &sight)?;
+        let view = CullView::new(&sun.camera.clip_from_world());
+        self.buckets.update(inputs.models, frame.instances)?;
+        self.plan.fill(inputs.models, &self.buckets, &[], &view)?;
         let slot = recorder.slot();
         let size = [MAP_TEXELS as f32; 2];
         let bindings = [Binding::Texture(&self.map), Binding::Sampler(&self.sampler)];
@@ -218,17 +225,17 @@ impl Shadows {
         let uniform = crate::uniform::frame_uniform(&seen, viewport, None);
         stream.write(recorder.gpu(), (layout, &bindings), &uniform, &self.plan)?;
         let drawer = SceneDrawer {
-            models: drawn_with.models,
-            cache: drawn_with.cache,
+            models: inputs.models,
+            cache: inputs.cache,
             plan: &self.plan,
             frame_group: &stream.group,
             instances: &stream.instances,
-            feature_kit: drawn_with.feature_kit,
+            feature_resources: inputs.feature_resources,
             // Else it would be drawn anew each frame of a change.
             morpher: None,
-            part: Part::Rest,
+            phase: DrawPhase::Second,
             more: None,
-            gathering: None,
+            culler: None,
             shows_backs: true,
         };
         let mut pass = recorder.depth_pass(&self.map)?;
@@ -237,12 +244,12 @@ impl Shadows {
     }
 }
 
-/// What a pass of its own over the meshes takes from the scene.
+/// Scene data that a separate pass over the meshes needs.
 #[derive(Clone, Copy)]
-pub(crate) struct Drawn<'a> {
+pub(crate) struct MeshPassInputs<'a> {
     pub(crate) models: &'a [Option<GpuModel>],
     pub(crate) cache: &'a crate::index_cache::IndexCache,
-    pub(crate) feature_kit: &'a crate::features::FeatureKit,
+    pub(crate) feature_resources: &'a crate::features::FeatureResources,
     pub(crate) morpher: &'a Morpher,
 }
 
@@ -253,7 +260,7 @@ mod tests {
     #[test]
     fn bounds_lie_on_the_map_within_its_margin() {
         let bounds = Bounds { min: Vec3::new(-40.0, -1.0, 3.0), max: Vec3::new(95.0, 18.0, 60.0) };
-        let shadow_from_world = Sun::over(bounds).shadow_from_world();
+        let shadow_from_world = SunView::fit(bounds).shadow_from_world();
         let margin = 2.0 / f64::from(MAP_TEXELS);
         let mut depths = Vec::new();
         for corner in corners(bounds) {
@@ -275,7 +282,7 @@ mod tests {
     fn texels_stand_still_where_bounds_move() {
         let place = |by: f32| {
             let min = Vec3::new(by, 0.0, 0.0);
-            let sun = Sun::over(Bounds { min, max: min + Vec3::new(50.0, 10.0, 30.0) });
+            let sun = SunView::fit(Bounds { min, max: min + Vec3::new(50.0, 10.0, 30.0) });
             let at = sun.shadow_from_world().project_point3(DVec3::new(20.0, 3.0, 9.0));
             (at.truncate() * f64::from(MAP_TEXELS)).fract_gl()
         };

@@ -1,9 +1,9 @@
-//! Which triangles are of slender things: those have a draw of their own, so that what is
-//! beside them does not pay for their widening.
+//! Slender triangles: conductors, wires and rods have draws of their own, so that other geometry
+//! does not pay for their widening.
 
 use std::ops::Range;
 
-/// Which wedges of a mesh are of slender things, a bit each.
+/// Bit set of the wedges that belong to slender islands.
 pub(crate) struct SlenderWedges(Vec<u64>);
 
 /// Triangles, or indices, of a section: what is slender comes last.
@@ -14,8 +14,8 @@ pub(crate) struct SectionRange {
 }
 
 impl SlenderWedges {
-    /// Of that many wedges, those of which it is true.
-    pub(crate) fn of(count: usize, is_slender: impl Fn(usize) -> bool) -> Self {
+    /// Builds a bit set of the wedges that belong to slender islands.
+    pub(crate) fn new(count: usize, is_slender: impl Fn(usize) -> bool) -> Self {
         let word = |first: usize| {
             let wedges = (first..count).take(u64::BITS as usize);
             wedges.fold(0, |word, wedge| word | u64::from(is_slender(wedge)) << (wedge - first))
@@ -30,7 +30,11 @@ impl SlenderWedges {
 
     /// Puts slender triangles of a section behind its others, neither out of their order.
     /// Islands share no triangle, so one corner tells.
-    pub(crate) fn part(&self, triangles: &mut [[u32; 3]], section: Range<u32>) -> SectionRange {
+    pub(crate) fn partition(
+        &self,
+        triangles: &mut [[u32; 3]],
+        section: Range<u32>,
+    ) -> SectionRange {
         let of_section = &mut triangles[section.start as usize..section.end as usize];
         let mut slender = Vec::new();
         let mut kept = 0;
@@ -59,8 +63,8 @@ impl SectionRange {
         Self { all: 3 * all.start..3 * all.end, slender_from: 3 * slender_from }
     }
 
-    /// What is drawn by a pipeline for all, and by one for what is slender: the latter is
-    /// empty where there is none.
+    /// Returns the ranges for the general pipeline and for the slender one; the latter is empty
+    /// where there is none.
     pub(crate) fn parts(&self, has_slender: bool) -> [(bool, Range<u32>); 2] {
         let from = if has_slender { self.slender_from } else { self.all.end };
         [(false, self.all.start..from), (true, from..self.all.end)]
@@ -73,9 +77,9 @@ mod tests {
 
     #[test]
     fn slender_triangles_come_last_and_all_keep_their_order() {
-        let slender = SlenderWedges::of(200, |wedge| wedge % 3 == 0);
+        let slender = SlenderWedges::new(200, |wedge| wedge % 3 == 0);
         let mut triangles: Vec<[u32; 3]> = (0..200).map(|wedge| [wedge; 3]).collect();
-        let range = slender.part(&mut triangles, 10..190);
+        let range = slender.partition(&mut triangles, 10..190);
         let first = |range: Range<u32>| {
             let range = range.start as usize..range.end as usize;
             triangles[range].iter().map(|triangle| triangle[0]).collect::<Vec<_>>()

@@ -1,11 +1,11 @@
 //! The images a frame is drawn into.
 
 use busbar_gpu::{
-    BindGroupLayout, ClearColor, DepthAfter, Format, Gpu, GpuError, Image, ImageDescription,
-    ImageKind, Start, Targets, Viewport,
+    BindGroupLayout, ClearColor, DepthStore, Format, Gpu, GpuError, Image, ImageDescription,
+    ImageKind, LoadOp, RenderTargets, Viewport,
 };
 
-use crate::layer::{Layer, ready};
+use crate::layer::{Layer, get_or_create};
 
 /// Colour, depth and the finished picture, all of one size.
 pub(crate) struct SceneTargets {
@@ -16,13 +16,13 @@ pub(crate) struct SceneTargets {
     pub(crate) picture: Image,
     /// Depth with one sample a pixel, where a pass asked for it.
     one_depth: Option<Layer>,
-    /// What passes over the picture left for each other.
-    pub(crate) seen_sky: Option<Layer>,
-    pub(crate) mask: Option<Mask>,
+    /// Intermediate images that passes over the picture leave for each other.
+    pub(crate) sky_visibility: Option<Layer>,
+    pub(crate) mask: Option<OutlineMask>,
 }
 
-/// What is outlined, where there is any of it, and its depth.
-pub(crate) struct Mask {
+/// Mask of outlined objects, where there are any, and its depth.
+pub(crate) struct OutlineMask {
     pub(crate) layer: Layer,
     pub(crate) tiles: Layer,
     pub(crate) edges: Layer,
@@ -52,27 +52,27 @@ impl SceneTargets {
             depth: image("depth", Format::Depth32, samples)?,
             picture: image("picture", format, 1)?,
             one_depth: None,
-            seen_sky: None,
+            sky_visibility: None,
             mask: None,
         })
     }
 
     /// Sees to it that [`SceneTargets::depth`] is there; `layout` is of a single texture.
-    pub(crate) fn ready_depth(
+    pub(crate) fn ensure_depth(
         &mut self,
         gpu: &Gpu,
         layout: &BindGroupLayout,
     ) -> Result<(), GpuError> {
         let (size, depth, has_one) = (self.size(), &self.depth, self.color.is_none());
-        ready(&mut self.one_depth, || match has_one {
-            true => Layer::of(layout, depth.clone()),
+        get_or_create(&mut self.one_depth, || match has_one {
+            true => Layer::from_image(layout, depth.clone()),
             false => Layer::new(gpu, layout, ("depth of one sample", Format::Depth32), size),
         })?;
         Ok(())
     }
 
     /// Depth as it is drawn, where a pixel has one sample.
-    pub(crate) fn own_depth(&self) -> Option<&Image> {
+    pub(crate) fn single_sample_depth(&self) -> Option<&Image> {
         self.color.is_none().then_some(&self.depth)
     }
 
@@ -87,32 +87,34 @@ impl SceneTargets {
 
     /// `background` in linear light, whatever the colours drawn are in.
     /// With `keeps_depth`, [`SceneTargets::depth`] is drawn as well.
-    pub(crate) fn cleared_to(
+    pub(crate) fn cleared(
         &self,
         background: [f32; 3],
         undecoded: bool,
         keeps_depth: bool,
-    ) -> Targets<'_> {
-        let depth_after = match &self.one_depth {
-            Some(one) if keeps_depth && self.color.is_some() => DepthAfter::First(&one.image),
-            Some(_) if keeps_depth => DepthAfter::Kept,
-            _ => DepthAfter::Forgotten,
+    ) -> RenderTargets<'_> {
+        let depth_store = match &self.one_depth {
+            Some(one) if keeps_depth && self.color.is_some() => {
+                DepthStore::ResolveFirstSample(&one.image)
+            }
+            Some(_) if keeps_depth => DepthStore::Store,
+            _ => DepthStore::Discard,
         };
         let [r, g, b] = if undecoded { background.map(srgb_from_linear) } else { background };
         let resolve = self.color.as_ref().map(|_| &self.picture);
-        Targets {
+        RenderTargets {
             color: self.color.as_ref().unwrap_or(&self.picture),
             resolve,
             depth: &self.depth,
-            depth_after,
-            start: Start::Cleared(ClearColor::Linear([r, g, b, 1.0])),
+            depth_store,
+            load: LoadOp::Clear(ClearColor::Linear([r, g, b, 1.0])),
             undecoded,
         }
     }
 }
 
 /// Clip space over exactly the picture.
-pub(crate) fn whole(size: [u32; 2]) -> Viewport {
+pub(crate) fn full_viewport(size: [u32; 2]) -> Viewport {
     Viewport { origin: [0.0; 2], size: size.map(|pixels| pixels as f32) }
 }
 

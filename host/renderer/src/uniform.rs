@@ -1,17 +1,17 @@
-//! What a frame tells all its shaders.
+//! Frame uniform: matrices, planes and sizes that all shaders of a frame read.
 
 use busbar_gpu::Viewport;
 use busbar_shaders::FrameUniform;
 use glam::{DMat4, DVec3, DVec4, Mat4};
 
-use crate::shadows::Sun;
+use crate::shadows::SunView;
 use crate::{Frame, ground};
 
 /// For a picture whose clip space lies on this viewport. Without a sun everything is lit.
 pub(crate) fn frame_uniform(
     frame: &Frame<'_>,
     viewport: Viewport,
-    sun: Option<&Sun>,
+    sun: Option<&SunView>,
 ) -> FrameUniform {
     let size = viewport.size.map(|pixels| pixels.max(1.0));
     let rays = frame.camera.pixel_rays(size);
@@ -81,11 +81,11 @@ mod tests {
         Frame {
             ground: Some(Ground { height: -1.5, reach: 100.0 }),
             section: Some(SectionPlane { normal: Vec3::X, distance: 2.0 }),
-            ..Frame::of(camera, &[])
+            ..Frame::new(camera, &[])
         }
     }
 
-    /// What the pixel shows that a point is seen at.
+    /// Returns pixel coordinates and depth that a world point is seen at.
     fn pixel_of(world: Vec3) -> Vec4 {
         let clip = frame().camera.clip_from_world() * world.extend(1.0);
         let at = |axis: usize| {

@@ -5,7 +5,7 @@
 mod common;
 
 use busbar_renderer::{
-    BrushedAxis, DensityInput, DensitySummary, Frame, PlaneInWorld, Polylines, SLICE_RECORDS,
+    BrushedAxis, DensityInput, DensityPlane, DensitySummary, Frame, Polylines, SLICE_RECORDS,
 };
 use common::*;
 use fastrand::Rng;
@@ -14,7 +14,7 @@ use glam::Vec3;
 const BINS: usize = 128;
 const SIDE: usize = BINS + 1;
 const AXES: usize = 5;
-/// Of a picture between two axes.
+/// Columns of a picture between two axes.
 const COLUMNS: usize = 64;
 const ROWS: usize = 137;
 
@@ -40,7 +40,7 @@ fn bin(value: f32, edges: &[f32; BINS - 1]) -> usize {
     if value.is_nan() { BINS } else { edges.iter().filter(|edge| **edge <= value).count() }
 }
 
-/// How many lines pass each cell between axes: straight from bin to bin, a line at a time.
+/// Counts how many lines pass each cell between axes: straight from bin to bin, a line at a time.
 fn laid_out(counts: &[u32], pairs: &[[usize; 2]], flipped: &[bool]) -> Vec<u32> {
     let row_of = |bin: usize, flipped: bool| match bin {
         BINS => 0,
@@ -92,7 +92,7 @@ fn counts_brushed_records_and_pictures_are_those_of_a_plain_loop() {
                     }
                 };
                 let mut all = vec![0; pairs.len() * SIDE * SIDE];
-                let (mut meant, mut mask) = (all.clone(), vec![0u32; count.div_ceil(32)]);
+                let (mut brushed, mut mask) = (all.clone(), vec![0u32; count.div_ceil(32)]);
                 let rows = values.chunks_exact(AXES).enumerate();
                 for (record, row) in rows.filter(|(record, _)| !gated || is_known(*record)) {
                     let bins: Vec<_> = shown.iter().map(|(axis, e)| bin(row[*axis], e)).collect();
@@ -101,7 +101,7 @@ fn counts_brushed_records_and_pictures_are_those_of_a_plain_loop() {
                     for (pair, [from, to]) in pairs.iter().enumerate() {
                         let at = (pair * SIDE + bins[*from]) * SIDE + bins[*to];
                         all[at] += 1;
-                        meant[at] += u32::from(is_meant);
+                        brushed[at] += u32::from(is_meant);
                     }
                 }
                 let input = DensityInput {
@@ -120,20 +120,20 @@ fn counts_brushed_records_and_pictures_are_those_of_a_plain_loop() {
                 let counted = renderer.count_records(&input).unwrap();
                 let place = format!("{count} {any} {gated}");
                 assert!(counted.all == all, "{place}: all");
-                assert!(counted.meant == meant, "{place}: meant");
+                assert!(counted.brushed == brushed, "{place}: brushed");
                 assert!(counted.mask == mask, "{place}: mask");
                 let [of_all, of_meant] =
-                    [&all, &meant].map(|counts| laid_out(counts, &pairs, &flipped));
+                    [&all, &brushed].map(|counts| laid_out(counts, &pairs, &flipped));
                 assert!(counted.picture == [of_all.clone(), of_meant.clone()].concat(), "{place}");
                 let most = |cells: &[u32]| cells.iter().copied().max().unwrap_or_default();
                 let sum = |counts: &[u32]| counts[..SIDE * SIDE].iter().sum::<u32>();
                 let expected = DensitySummary {
                     arrangement: 1,
                     pairs: 4,
-                    most: most(&of_all),
-                    meant_most: most(&of_meant),
+                    peak: most(&of_all),
+                    brushed_peak: most(&of_meant),
                     lines: sum(&all),
-                    meant: sum(&meant),
+                    brushed: sum(&brushed),
                 };
                 assert_eq!(counted.summary, expected, "{place}");
             }
@@ -161,12 +161,12 @@ fn slices_are_counted_beside_the_frames_and_shown_when_all_are() {
         known: None,
         given: None,
     };
-    let plane = PlaneInWorld {
+    let plane = DensityPlane {
         from: Vec3::new(-0.6, -0.5, 0.0),
         to: Vec3::new(0.6, -0.5, 0.0),
         height: 1.0,
         color: [255, 0, 0],
-        meant: None,
+        brushed: None,
     };
     with_renderer(1, |renderer| {
         let mut last = 0;
@@ -182,8 +182,8 @@ fn slices_are_counted_beside_the_frames_and_shown_when_all_are() {
             std::thread::sleep(std::time::Duration::from_millis(1));
         };
         assert!(steps > 3, "it took {steps} calls");
-        assert_eq!((shown.lines, shown.most, shown.meant), (count as u32, count as u32, 0));
-        let mut reds = |planes: &[PlaneInWorld], revision| -> Vec<usize> {
+        assert_eq!((shown.lines, shown.peak, shown.brushed), (count as u32, count as u32, 0));
+        let mut reds = |planes: &[DensityPlane], revision| -> Vec<usize> {
             let polylines = Some(Polylines { revision, faces: &[], planes, strokes: &[] });
             let pixels = picture(renderer, &Frame { polylines, ..frame(&[]) }).rgba8;
             let pixels = pixels.chunks_exact(4).enumerate();

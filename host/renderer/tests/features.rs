@@ -6,7 +6,7 @@ mod common;
 
 use busbar_geometry::{Mesh, NO_FEATURE, RawPrimitive, weld};
 use busbar_renderer::{
-    DrawInstance, Frame, ModelHandle, OutlineKind, Outlined, RenderError, Renderer,
+    DrawInstance, Frame, ModelHandle, OutlineKind, OutlinedObject, RenderError, Renderer,
 };
 use busbar_scene::Material;
 use common::*;
@@ -129,7 +129,7 @@ fn an_outline_goes_around_its_feature_alone() {
         let drawn = [with_features(model, 1)];
         let plain = Frame { object_highlights: &[[0.0; 4]; 3], ..frame(&drawn) };
         let before = picture(renderer, &plain);
-        let outlined = [Outlined { object: 2, kind: OutlineKind::Selected }];
+        let outlined = [OutlinedObject { object: 2, kind: OutlineKind::Selected }];
         let after = picture(renderer, &Frame { outlined: &outlined, ..plain });
         let ids = renderer.pick_all(&plain).unwrap();
         let changed = |object: u32| {

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use busbar_renderer::{
     DrawInstance, EguiFrame, Frame, MAX_UPLOAD_BYTES_PER_FRAME, MeshAtCursor, RenderError,
-    Renderer, RendererOptions, Wanted,
+    Renderer, RendererOptions, ResolveRequest,
 };
 use busbar_scene::Material;
 use common::*;
@@ -247,7 +247,8 @@ fn what_is_asked_for_comes_beside_the_frames() {
         assert_eq!(renderer.triangles_at(&place(100)), None, "evicted");
         renderer.set_index_cache_limit(1 << 20);
 
-        renderer.request([100, 100, 50].map(|cursor| Wanted::Mesh(place(cursor))).into_iter());
+        renderer
+            .request([100, 100, 50].map(|cursor| ResolveRequest::Mesh(place(cursor))).into_iter());
         let start = Instant::now();
         let mut resolved = 0;
         while resolved < 2 && start.elapsed() < Duration::from_secs(10) {
@@ -263,10 +264,10 @@ fn what_is_asked_for_comes_beside_the_frames() {
         assert_eq!(renderer.read_picture().unwrap(), waited);
         // Names of what is not there are passed over.
         let absent = MeshAtCursor { mesh: 7, ..place(3) };
-        renderer.request([place(3), absent].map(Wanted::Mesh).into_iter());
+        renderer.request([place(3), absent].map(ResolveRequest::Mesh).into_iter());
         renderer.remove_model(model);
         assert_eq!(renderer.draw(&frame(&[])).unwrap().waiting, 0);
-        renderer.request([Wanted::Mesh(place(3))].into_iter());
+        renderer.request([ResolveRequest::Mesh(place(3))].into_iter());
         assert_eq!(renderer.draw(&frame(&[])).unwrap().waiting, 0);
     });
 }
@@ -278,7 +279,7 @@ fn uploads_of_a_frame_are_bounded() {
         let model = upload(renderer, grid(420, None), &[], &[]);
         let drawn = [DrawInstance { cursor: u32::MAX, ..instance(model, Mat4::IDENTITY, 1) }];
         renderer.draw(&frame(&drawn)).unwrap();
-        let mesh = |cursor| Wanted::Mesh(MeshAtCursor { model, mesh: 0, cursor });
+        let mesh = |cursor| ResolveRequest::Mesh(MeshAtCursor { model, mesh: 0, cursor });
         renderer.request((0..3).map(mesh));
         // Time for the workers to have all ready at once.
         std::thread::sleep(Duration::from_secs(1));

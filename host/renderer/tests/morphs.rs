@@ -8,8 +8,8 @@ use std::sync::Arc;
 
 use busbar_geometry::{CollapseStacks, Mesh, RawPrimitive, weld};
 use busbar_renderer::{
-    DrawInstance, MAX_MORPHED_BYTES, MeshAtCursor, ModelHandle, Morph, OutlineKind, Outlined,
-    Picture, RenderError, Renderer, Wanted,
+    DrawInstance, MAX_MORPHED_BYTES, MeshAtCursor, ModelHandle, Morph, OutlineKind, OutlinedObject,
+    Picture, RenderError, Renderer, ResolveRequest,
 };
 use common::*;
 use glam::{Mat4, Vec3};
@@ -38,7 +38,7 @@ fn at(model: ModelHandle, cursor: u32) -> DrawInstance {
 /// The finer mesh with its vertices on their way, worked out here: the pass's twin.
 fn bent(stacks: &CollapseStacks, weight: f32) -> Mesh {
     let wedges = &stacks.mesh().wedges;
-    let standing = stacks.standing_wedges(COARSER);
+    let standing = stacks.representative_wedges(COARSER);
     let ways = || standing.iter().enumerate().map(|(wedge, &to)| (wedge, to as usize));
     let position = |wedge: usize| stacks.mesh().positions[wedges.position[wedge] as usize];
     let primitive = RawPrimitive {
@@ -117,7 +117,7 @@ fn instances_go_their_own_way_and_share_it_where_they_are_equally_far() {
 fn picks_and_outlines_follow_it() {
     with_renderer(1, |renderer| {
         let model = upload(renderer, sheet(), &[], &[]);
-        let outlined = [Outlined { object: 1, kind: OutlineKind::Selected }];
+        let outlined = [OutlinedObject { object: 1, kind: OutlineKind::Selected }];
         let mut shown = |drawn: DrawInstance| {
             let drawn = [drawn];
             let frame = busbar_renderer::Frame { outlined: &outlined, ..frame(&drawn) };
@@ -137,19 +137,19 @@ fn a_way_that_was_asked_for_is_there_in_time() {
     with_renderer(1, |renderer| {
         let model = upload(renderer, sheet(), &[], &[]);
         let coarser = MeshAtCursor { model, mesh: 0, cursor: COARSER };
-        assert!(!renderer.has_way(&coarser));
-        renderer.request([Wanted::Way(coarser)].into_iter());
+        assert!(!renderer.has_morph_target(&coarser));
+        renderer.request([ResolveRequest::MorphTarget(coarser)].into_iter());
         let start = std::time::Instant::now();
-        while !renderer.has_way(&coarser) && start.elapsed().as_secs() < 10 {
+        while !renderer.has_morph_target(&coarser) && start.elapsed().as_secs() < 10 {
             renderer.draw(&frame(&[at(model, FINER)])).unwrap();
         }
-        assert!(renderer.has_way(&coarser));
+        assert!(renderer.has_morph_target(&coarser));
         let asked = picture(renderer, &frame(&[on_the_way(model, 0.5)]));
         renderer.free_memory().unwrap();
-        assert!(!renderer.has_way(&coarser), "given back");
+        assert!(!renderer.has_morph_target(&coarser), "given back");
         assert_eq!(picture(renderer, &frame(&[on_the_way(model, 0.5)])), asked);
         renderer.remove_model(model);
-        assert!(!renderer.has_way(&coarser));
+        assert!(!renderer.has_morph_target(&coarser));
     });
 }
 

@@ -2,15 +2,15 @@
 
 mod common;
 
-use busbar_renderer::{Frame, OutlineKind, Outlined, Picture};
+use busbar_renderer::{Frame, OutlineKind, OutlinedObject, Picture};
 use busbar_scene::Material;
 use common::*;
 use glam::{Mat4, Vec3};
 
-const SELECTED: [Outlined; 1] = [Outlined { object: 1, kind: OutlineKind::Selected }];
+const SELECTED: [OutlinedObject; 1] = [OutlinedObject { object: 1, kind: OutlineKind::Selected }];
 
-fn outlined(kind: OutlineKind) -> [Outlined; 1] {
-    [Outlined { object: 1, kind }]
+fn outlined(kind: OutlineKind) -> [OutlinedObject; 1] {
+    [OutlinedObject { object: 1, kind }]
 }
 
 /// Pixels that two pictures differ in.
@@ -59,7 +59,7 @@ fn no_outline_changes_nothing_and_leaves_nothing() {
         let before = picture(renderer, &frame(&drawn));
         picture(renderer, &Frame { outlined: &SELECTED, ..frame(&drawn) });
         assert_eq!(picture(renderer, &frame(&drawn)), before);
-        let other = [Outlined { object: 7, kind: OutlineKind::Selected }];
+        let other = [OutlinedObject { object: 7, kind: OutlineKind::Selected }];
         assert_eq!(picture(renderer, &Frame { outlined: &other, ..frame(&drawn) }), before);
     });
 }
@@ -149,8 +149,8 @@ fn an_outline_is_whole_wherever_it_is_and_whatever_was_outlined_before() {
                 };
                 let drawn = [anywhere(1), anywhere(2), everywhere];
                 let kinds = [OutlineKind::Selected, OutlineKind::Hovered];
-                let [one, other] = kinds.map(|kind| Outlined { object: kind as u32, kind });
-                let last = Outlined { object: 3, kind: OutlineKind::Selected };
+                let [one, other] = kinds.map(|kind| OutlinedObject { object: kind as u32, kind });
+                let last = OutlinedObject { object: 3, kind: OutlineKind::Selected };
                 for some in [&[one][..], &[other], &[one, other]] {
                     let shown = picture(renderer, &Frame { outlined: some, ..frame(&drawn) });
                     let outlined = [some, &[last]].concat();

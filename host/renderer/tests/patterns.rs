@@ -2,7 +2,7 @@
 
 mod common;
 
-use busbar_renderer::{DrawInstance, PATTERNS, Picture, patterned};
+use busbar_renderer::{DrawInstance, PATTERNS, Picture, highlight_with_pattern};
 use busbar_scene::Material;
 use common::*;
 use glam::{Mat4, Vec3};
@@ -11,7 +11,7 @@ use glam::{Mat4, Vec3};
 const VISIBLE: f32 = 14.0;
 /// The share of a surface that differs where two of its states do.
 const MIN_SHARE: f32 = 0.15;
-/// As the states of a legend are drawn.
+/// Tint strength of a legend's states.
 const STRENGTH: f32 = 0.85;
 
 /// Luma (ITU-R BT.709) of each pixel.
@@ -45,7 +45,7 @@ fn every_pair_of_patterns_is_told_apart_in_grey_near_and_far() {
             // One colour for all: that it differs must not be what tells them apart.
             let color = [0.05, 0.05, 0.05];
             let pictures: Vec<Picture> = (0..PATTERNS)
-                .map(|pattern| patterned(color, STRENGTH, pattern))
+                .map(|pattern| highlight_with_pattern(color, STRENGTH, pattern))
                 .map(|highlight| picture(renderer, &frame(&[with(highlight)])))
                 .chain([bare])
                 .collect();
@@ -63,7 +63,7 @@ fn every_pair_of_patterns_is_told_apart_in_grey_near_and_far() {
 fn a_pattern_lies_on_the_screen() {
     with_renderer(1, |renderer| {
         let model = quad(renderer, glowing([0.3; 3]));
-        let highlight = patterned([0.9, 0.1, 0.1], 1.0, 1);
+        let highlight = highlight_with_pattern([0.9, 0.1, 0.1], 1.0, 1);
         let at = |x: f32| {
             let world_from_mesh = Mat4::from_translation(Vec3::X * x);
             DrawInstance { highlight, ..instance(model, world_from_mesh, 1) }

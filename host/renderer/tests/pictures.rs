@@ -1,4 +1,4 @@
-//! What pictures show.
+//! Pictures of the renderer: colours, textures, transparency, tints and wireframes.
 
 mod common;
 
@@ -245,7 +245,7 @@ fn the_ground_has_lines_is_hidden_by_what_stands_before_it_and_not_seen_from_bel
 #[test]
 fn another_quality_may_be_asked_for_where_the_processor_draws() {
     let medium = RendererOptions { validation: true, ..RendererOptions::default() };
-    let either = RendererOptions { on_processor: Some((Quality::Low, 1)), ..medium };
+    let either = RendererOptions { on_software_rasterizer: Some((Quality::Low, 1)), ..medium };
     let shown = |renderer: &mut Renderer| -> Picture {
         let red = quad(renderer, glowing([0.5, 0.0, 0.0]));
         let turned = Mat4::from_translation(Vec3::new(0.3, 1.0, -1.0)) * Mat4::from_rotation_z(0.3);
@@ -258,7 +258,7 @@ fn another_quality_may_be_asked_for_where_the_processor_draws() {
     });
     assert!(wanted.rgba8 != other.rgba8);
     let mut renderer = Renderer::headless(either, SIZE).unwrap();
-    let by_device = if renderer.draws_on_processor() { &wanted } else { &other };
+    let by_device = if renderer.uses_software_rasterizer() { &wanted } else { &other };
     assert!(shown(&mut renderer).rgba8 == by_device.rgba8);
     assert!(!renderer.set_options(either, DeviceChoice::default()), "nothing else");
     assert!(renderer.set_options(medium, DeviceChoice::default()));

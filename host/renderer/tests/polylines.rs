@@ -5,28 +5,27 @@
 mod common;
 
 use busbar_renderer::{
-    FaceInWorld, Frame, MAX_POLYLINE_PARTS, Polylines, Quality, RenderError, Renderer,
-    StrokeInWorld,
+    Frame, MAX_POLYLINE_PARTS, Polylines, Quality, RenderError, Renderer, WorldFace, WorldStroke,
 };
 use common::*;
 use glam::{Mat4, Vec3};
 
-fn stroke(from: [f32; 3], to: [f32; 3], width: f32) -> StrokeInWorld {
+fn stroke(from: [f32; 3], to: [f32; 3], width: f32) -> WorldStroke {
     let (from, to) = (Vec3::from(from), Vec3::from(to));
-    StrokeInWorld { from, to, width, color: [255, 0, 0], cover: 1.0, pattern: 0 }
+    WorldStroke { from, to, width, color: [255, 0, 0], cover: 1.0, pattern: 0 }
 }
 
-fn face(z: f32) -> FaceInWorld {
+fn face(z: f32) -> WorldFace {
     let corners = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]];
     let corners = corners.map(|[x, y]| Vec3::new(x, y, z));
-    FaceInWorld { corners, color: [0, 255, 0], cover: 1.0 }
+    WorldFace { corners, color: [0, 255, 0], cover: 1.0 }
 }
 
 fn shown(
     renderer: &mut Renderer,
     revision: u64,
-    faces: &[FaceInWorld],
-    strokes: &[StrokeInWorld],
+    faces: &[WorldFace],
+    strokes: &[WorldStroke],
 ) -> Vec<[u8; 4]> {
     let polylines = Some(Polylines { revision, faces, planes: &[], strokes });
     picture_of(renderer, &Frame { polylines, ..frame(&[]) })
@@ -83,7 +82,7 @@ fn what_lies_before_hides_and_what_comes_later_covers() {
 fn patterns_leave_gaps_that_tell_them_apart() {
     with_renderer(1, |renderer| {
         let mut count = |pattern: u32| {
-            let line = StrokeInWorld { pattern, ..stroke([-9.0, 0.0, 0.0], [9.0, 0.0, 0.0], 5.0) };
+            let line = WorldStroke { pattern, ..stroke([-9.0, 0.0, 0.0], [9.0, 0.0, 0.0], 5.0) };
             reds(&shown(renderer, u64::from(pattern) + 10, &[], &[line])).len()
         };
         let [plain, dashed, mixed, dotted] = [0, 1, 2, 3].map(&mut count);

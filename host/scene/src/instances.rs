@@ -19,7 +19,7 @@ pub struct MeshInstance {
     /// Model the mesh belongs to.
     pub model: ModelIndex,
     /// Index into the model's meshes, or their pieces
-    /// ([`SceneGraph::take_apart`](crate::SceneGraph::take_apart)).
+    /// ([`SceneGraph::split_meshes`](crate::SceneGraph::take_apart)).
     pub mesh: u32,
     /// The placement's own theta policy; none where the model's holds.
     pub theta: Option<PolicyIndex>,
@@ -31,7 +31,7 @@ pub struct MeshInstance {
     kind: u32,
 }
 
-/// What placements show alike.
+/// Mesh, policy and part that several placements share.
 #[derive(Clone, Copy, Debug)]
 struct Kind {
     model: ModelIndex,
@@ -113,15 +113,15 @@ impl Instances {
         self.kinds.get(instance.kind as usize)?.bounds
     }
 
-    /// Those of a placement, by index.
+    /// Returns the instances of a placement, by index.
     pub(crate) fn of_placement(&self, placement: u32) -> Range<usize> {
         let first = self.shown.partition_point(|shown| shown.placement < placement);
         let count = self.shown[first..].partition_point(|shown| shown.placement == placement);
         first..first + count
     }
 
-    /// See [`crate::SceneGraph::take_apart`].
-    pub(crate) fn take_apart(
+    /// Replaces meshes by their pieces; see [`crate::SceneGraph::split_meshes`].
+    pub(crate) fn split_meshes(
         &mut self,
         model: ModelIndex,
         pieces: &[Range<u32>],

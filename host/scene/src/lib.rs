@@ -1,6 +1,7 @@
 //! The scene: models as imported, and the graph that places them.
 //!
 //! Invariant: nothing here knows where a value comes from or how it is drawn.
+#![doc = include_str!("../DESIGN.md")]
 
 mod features;
 mod graph;
@@ -16,11 +17,13 @@ mod theta;
 
 pub use graph::{
     EquipmentId, MAX_NODES, ModelParts, NodeIndex, Placement, PolicyIndex, SceneError, SceneGraph,
-    SceneNode, Transform, greatest_stretch,
+    SceneNode, Transform, max_scale_factor,
 };
-pub use groups::{Group, find_groups, first_after};
+pub use groups::{Group, find_groups, first_group_after};
 pub use instances::MeshInstance;
 pub use model::{AlphaMode, Material, Model, ModelIndex, ModelNode, Texture, TextureRef, Wrap};
 pub use motion::Motion;
 pub use screen_error::ScreenError;
-pub use theta::{Detail, DistanceLevel, DistanceTable, Sight, ThetaPolicy, distance_to_bounds};
+pub use theta::{
+    Detail, DistanceLevel, DistanceTable, ThetaPolicy, ViewMetrics, distance_to_bounds,
+};

@@ -1,4 +1,4 @@
-//! How a part of a model moves from where its file shows it.
+//! Motion of a model's part: rotation about a hinge, translation and scale.
 
 use glam::{Mat4, Quat, Vec3};
 
@@ -19,9 +19,8 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Where the part is once it has gone a share of the way: 0 as it is modelled, 1 at the
-    /// other end.
-    pub fn at(&self, share: f32) -> Mat4 {
+    /// Returns the part's transform at a share of the way: 0 as modelled, 1 at the other end.
+    pub fn transform_at(&self, share: f32) -> Mat4 {
         let axis = self.axis.normalize_or(Vec3::Y);
         let turn = Quat::from_axis_angle(axis, (self.degrees * share).to_radians());
         let scale = Vec3::ONE.lerp(self.scale, share);
@@ -45,7 +44,7 @@ mod tests {
 
     #[track_caller]
     fn check(motion: Motion, share: f32, from: Vec3, to: Vec3) {
-        let there = motion.at(share).transform_point3(from);
+        let there = motion.transform_at(share).transform_point3(from);
         assert!(there.distance(to) < 1e-5, "{there} is not {to}");
     }
 

@@ -1,4 +1,4 @@
-//! What a model adds to the scene wherever it is placed.
+//! Model parts: nodes and features that a model adds to the scene wherever it is placed.
 
 use std::collections::HashMap;
 
@@ -19,7 +19,7 @@ pub(crate) struct Parts {
 
 #[derive(Clone, Debug)]
 pub(crate) struct Part {
-    /// What goes behind the placement's id and a slash.
+    /// Name behind the placement's id and a slash.
     pub(crate) name: String,
     /// Index of a part before this one; `None` where that is the placement.
     pub(crate) parent: Option<u32>,
@@ -38,7 +38,7 @@ pub(crate) struct PartMesh {
 }
 
 impl Parts {
-    pub(crate) fn of(model: &Model) -> Self {
+    pub(crate) fn from_model(model: &Model) -> Self {
         let mut parts = Self::default();
         let boxes: Vec<Option<Bounds>> = model.meshes.iter().map(Mesh::bounds).collect();
         let short_ids = features::short_ids(model);

@@ -59,7 +59,7 @@ fn pieces_of_a_mesh_take_its_place() {
     let mut graph = SceneGraph::build(&placements, &[model(), model()]).unwrap();
     let piece = |y: f32| Some(Bounds { min: Vec3::Y * y, max: Vec3::Y * (y + 1.0) });
     let pieces = 0..2;
-    graph.take_apart(ModelIndex(0), from_ref(&pieces), &[piece(0.0), piece(5.0)]);
+    graph.split_meshes(ModelIndex(0), from_ref(&pieces), &[piece(0.0), piece(5.0)]);
     let shown = graph.instances().map(|instance| {
         let bounds = graph.bounds_of_mesh(&instance).unwrap();
         (instance.model.0, instance.mesh, [bounds.min.x, bounds.min.y])
@@ -72,7 +72,10 @@ fn pieces_of_a_mesh_take_its_place() {
         (0, 1, [30.0, 5.0]),
     ];
     assert!(shown.eq(expected));
-    assert_eq!(graph.pose(graph.find("T3/bushing").unwrap(), Some(Mat4::IDENTITY)), [3, 4]);
+    assert_eq!(
+        graph.set_part_pose(graph.find("T3/bushing").unwrap(), Some(Mat4::IDENTITY)),
+        [3, 4]
+    );
 }
 
 #[test]
@@ -88,19 +91,23 @@ fn a_part_that_moves_takes_along_what_hangs_under_it() {
         |graph: &SceneGraph, node| graph.node(node).world_from_node().transform_point3(Vec3::ZERO);
     // Of the tank by a turn that takes z to x, of the bushing by a shift within that.
     let turn = Mat4::from_rotation_y(90.0_f32.to_radians());
-    assert_eq!(graph.pose(tank, Some(turn)), [1]);
+    assert_eq!(graph.set_part_pose(tank, Some(turn)), [1]);
     assert!(origin(&graph, bushing).distance(Vec3::new(21.0, 0.0, 1.0)) < 1e-5);
-    assert_eq!(graph.pose(bushing, Some(Mat4::from_translation(Vec3::Z))), [1]);
+    assert_eq!(graph.set_part_pose(bushing, Some(Mat4::from_translation(Vec3::Z))), [1]);
     assert!(origin(&graph, bushing).distance(Vec3::new(22.0, 0.0, 1.0)) < 1e-5);
     let bounds = boxes(&graph)[1];
     let (min, max) = (Vec3::new(22.0, 0.0, 0.0), Vec3::new(22.0, 1.0, 1.0));
     assert!(bounds.min.distance(min) < 1e-5 && bounds.max.distance(max) < 1e-5, "{bounds:?}");
     assert_eq!(boxes(&graph)[0], as_modelled[0], "another placement of the model");
 
-    assert_eq!(graph.pose(bushing, Some(Mat4::from_translation(Vec3::Z))), [], "it is there");
-    assert_eq!(graph.pose(graph.find("T2").unwrap(), Some(turn)), [], "no part");
-    assert_eq!(graph.pose(tank, None), [1]);
-    assert_eq!(graph.pose(bushing, None), [1]);
+    assert_eq!(
+        graph.set_part_pose(bushing, Some(Mat4::from_translation(Vec3::Z))),
+        [],
+        "it is there"
+    );
+    assert_eq!(graph.set_part_pose(graph.find("T2").unwrap(), Some(turn)), [], "no part");
+    assert_eq!(graph.set_part_pose(tank, None), [1]);
+    assert_eq!(graph.set_part_pose(bushing, None), [1]);
     assert_eq!(boxes(&graph), as_modelled);
 }
 

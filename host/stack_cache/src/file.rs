@@ -59,7 +59,7 @@ pub(crate) fn parts<'a>(
         key: halves(key.0),
         positions: ranks.len() as u64,
         wedges: tables.parent_offset.len() as u64,
-        triangles: tables.death_index.len() as u64,
+        triangles: tables.removal_cursor.len() as u64,
         collapses: tables.parent_start.len() as u64,
         errors: tables.errors.len() as u64,
         max_depth: u64::from(tables.max_depth),
@@ -89,7 +89,7 @@ pub(crate) fn read(
     let ranks: Vec<u32> = array(file, header.positions).map_err(unreadable)?;
     let tables = StackTables {
         parent_start: array(file, header.collapses).map_err(unreadable)?,
-        death_index: array(file, header.triangles).map_err(unreadable)?,
+        removal_cursor: array(file, header.triangles).map_err(unreadable)?,
         errors: array(file, header.errors).map_err(unreadable)?,
         parent_offset: array(file, header.wedges).map_err(unreadable)?,
         max_depth: header.max_depth as u32,
@@ -100,12 +100,12 @@ pub(crate) fn read(
     Ok((ranks, tables))
 }
 
-/// What lies after the header, in order.
+/// Returns the arrays after the header, in order.
 fn arrays<'a>(ranks: &'a [u32], tables: &'a StackTables) -> [&'a [u8]; 5] {
     [
         bytemuck::cast_slice(ranks),
         bytemuck::cast_slice(&tables.parent_start),
-        bytemuck::cast_slice(&tables.death_index),
+        bytemuck::cast_slice(&tables.removal_cursor),
         bytemuck::cast_slice(&tables.errors),
         &tables.parent_offset,
     ]

@@ -1,4 +1,4 @@
-//! What a result is found by.
+//! Cache keys: content hashes of a mesh and of the optimiser that collapses it.
 
 use std::fmt;
 
@@ -7,21 +7,21 @@ use twox_hash::XxHash3_128;
 
 use crate::welded::section_words;
 
-/// What decides a result besides the mesh, as a content hash.
+/// Content hash of the optimiser: everything besides the mesh that decides a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Maker([u64; 2]);
+pub struct OptimizerDigest([u64; 2]);
 
-impl Maker {
+impl OptimizerDigest {
     /// Hashes all parts: the optimiser's code, version and settings.
-    pub fn of(parts: &[&[u8]]) -> Self {
+    pub fn from_parts(parts: &[&[u8]]) -> Self {
         let digests: Vec<[u64; 3]> = parts.iter().map(|part| digest(part)).collect();
         let [_, low, high] = digest(bytemuck::cast_slice(&digests));
         Self([low, high])
     }
 
     /// The same, with one more part.
-    pub fn with(self, part: &[u8]) -> Self {
-        Self::of(&[bytemuck::cast_slice(&self.0), part])
+    pub fn with_part(self, part: &[u8]) -> Self {
+        Self::from_parts(&[bytemuck::cast_slice(&self.0), part])
     }
 }
 
@@ -31,7 +31,7 @@ pub struct CacheKey(pub(crate) u128);
 
 impl CacheKey {
     /// Hashes a mesh, every attribute of it, together with what makes its stacks.
-    pub fn of(mesh: &Mesh, maker: Maker) -> Self {
+    pub fn new(mesh: &Mesh, optimizer: OptimizerDigest) -> Self {
         let sections: Vec<[u32; 4]> = mesh.sections.iter().map(section_words).collect();
         let (topology, attributes) = rayon::join(
             || {
@@ -52,7 +52,7 @@ impl CacheKey {
             },
         );
         let mut text: Vec<u64> = topology.into_iter().chain(attributes).flatten().collect();
-        text.extend(maker.0);
+        text.extend(optimizer.0);
         Self(XxHash3_128::oneshot(bytemuck::cast_slice(&text)))
     }
 }

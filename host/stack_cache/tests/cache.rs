@@ -10,7 +10,7 @@ use std::time::{Duration, SystemTime};
 use busbar_geometry::{
     Collapse, CollapseSequence, CollapseStacks, Mesh, RawPrimitive, removal_ranks, weld,
 };
-use busbar_stack_cache::{CacheError, CacheKey, Lookup, Maker, StackCache};
+use busbar_stack_cache::{CacheError, CacheKey, Lookup, OptimizerDigest, StackCache};
 use glam::Vec3;
 use proptest::prelude::*;
 use tempfile::TempDir;
@@ -46,7 +46,7 @@ fn stored() -> Stored {
     let count = mesh.positions.len() as u32;
     let entries = (0..30).map(|i| Collapse { removed: i, kept: i + 1, error: i as f32 }).collect();
     let sequence = CollapseSequence::new(entries, count).unwrap();
-    let key = CacheKey::of(&mesh, Maker::of(&[b"optimiser", b"{}"]));
+    let key = CacheKey::new(&mesh, OptimizerDigest::from_parts(&[b"optimiser", b"{}"]));
     let stacks = CollapseStacks::build(mesh.clone(), &sequence);
     cache.store(key, &removal_ranks(&sequence), stacks.tables()).unwrap();
     Stored { folder, cache, mesh, key, stacks }
@@ -87,10 +87,10 @@ fn another_mesh_maker_or_setting_has_another_key() {
     let mut painted = stored.mesh.clone();
     painted.sections[0].material = Some(0);
     for mesh in [&moved, &turned, &painted] {
-        keys.push(CacheKey::of(mesh, Maker::of(&[b"optimiser", b"{}"])));
+        keys.push(CacheKey::new(mesh, OptimizerDigest::from_parts(&[b"optimiser", b"{}"])));
     }
-    keys.push(CacheKey::of(&stored.mesh, Maker::of(&[b"optimiser{}", b""])));
-    keys.push(CacheKey::of(&stored.mesh, Maker::of(&[b"optimiser", b"{ }"])));
+    keys.push(CacheKey::new(&stored.mesh, OptimizerDigest::from_parts(&[b"optimiser{}", b""])));
+    keys.push(CacheKey::new(&stored.mesh, OptimizerDigest::from_parts(&[b"optimiser", b"{ }"])));
     for (i, key) in keys.iter().enumerate() {
         assert!(!keys[..i].contains(key), "{i}");
         let found = stored.cache.load(*key, &mut stored.mesh.clone());
@@ -140,14 +140,15 @@ fn what_was_used_longest_ago_goes_first() {
     let size = fs::metadata(stored.cache.path(stored.key)).unwrap().len();
     let directory = stored.folder.path().join("a/b");
     let cache = StackCache::open(&directory, size * 2).unwrap();
-    let sequence = CollapseSequence::none(stored.mesh.positions.len() as u32);
+    let sequence = CollapseSequence::empty(stored.mesh.positions.len() as u32);
     let stacks = CollapseStacks::build(stored.mesh.clone(), &sequence);
     let ranks = removal_ranks(&sequence);
     let old = |key| {
         let file = fs::File::options().write(true).open(cache.path(key)).unwrap();
         file.set_modified(SystemTime::now() - Duration::from_secs(60)).unwrap();
     };
-    let [second, third] = [b"2", b"3"].map(|maker| CacheKey::of(&stored.mesh, Maker::of(&[maker])));
+    let [second, third] = [b"2", b"3"]
+        .map(|maker| CacheKey::new(&stored.mesh, OptimizerDigest::from_parts(&[maker])));
     cache.store(second, &ranks, stacks.tables()).unwrap();
     old(second);
     old(stored.key);

@@ -31,7 +31,7 @@ fn welded(has_uvs: bool) -> WeldedMesh {
 }
 
 fn key() -> MeshKey {
-    MeshKey::of(content_digest(&[b"document", b"buffer"]), 3)
+    MeshKey::new(content_digest(&[b"document", b"buffer"]), 3)
 }
 
 #[test]
@@ -50,7 +50,7 @@ fn what_was_stored_is_found_to_the_bit() {
 
 #[test]
 fn another_content_or_mesh_has_another_key() {
-    let of = |parts: &[&[u8]], mesh| MeshKey::of(content_digest(parts), mesh);
+    let of = |parts: &[&[u8]], mesh| MeshKey::new(content_digest(parts), mesh);
     let keys = [
         of(&[b"document", b"buffer"], 3),
         of(&[b"document", b"buffer"], 4),
@@ -75,7 +75,7 @@ fn meshes_count_towards_the_limit_as_stacks_do() {
     assert!(matches!(refused, Err(CacheError::Write { .. })), "{refused:?}");
 }
 
-/// What breaks a rule of welded meshes is refused, though its checksum is right.
+/// Data that break a rule of welded meshes are refused, though their checksum is right.
 #[test]
 fn what_is_no_welded_mesh_is_refused() {
     let breaks: [fn(&mut WeldedMesh); 10] = [

@@ -1,8 +1,8 @@
-//! The most urgent alarm that nobody has acknowledged, over the scene.
+//! Alarm banner over the scene: the most urgent unacknowledged alarm.
 
 use egui::{Align2, Area, Frame, Id, Label, Order, Rect, RichText, Sense, Stroke, Ui, vec2};
 
-use crate::alarm_mark::{self, Look};
+use crate::alarm_symbol::{self, AlarmSymbol};
 use crate::{AlarmModel, AlarmRow, Command, origin_mark, theme};
 
 /// Below the upper border of the scene, points.
@@ -10,7 +10,7 @@ const TOP: f32 = 6.0;
 const MARK_RADIUS: f32 = 9.0;
 /// A scene wider than this has room for all in one line, points.
 const ONE_LINE_WIDTH: f32 = 860.0;
-/// What its frame and the borders of the scene take of that, points.
+/// Width that the banner's frame and the borders of the scene take, points.
 const MARGINS: f32 = 40.0;
 
 /// Shows the banner while there is something for it; a click goes there. Gives its place.
@@ -22,13 +22,13 @@ pub(crate) fn show(
 ) -> Option<Rect> {
     let alarm = model.banner.as_ref()?;
     let waiting: usize = model.counts.iter().map(|[unacknowledged, _]| unacknowledged).sum();
-    let (color, _) = alarm_mark::colors(alarm.priority);
+    let (color, _) = alarm_symbol::colors(alarm.priority);
     let area = Area::new(Id::new("alarm banner"))
         .order(Order::Foreground)
         .pivot(Align2::CENTER_TOP)
         .fixed_pos(scene.center_top() + vec2(0.0, TOP));
     let frame = Frame::new()
-        .fill(theme::of(ui.ctx()).paper)
+        .fill(theme::palette(ui.ctx()).background)
         .stroke(Stroke::new(2.0, color))
         .inner_margin(vec2(8.0, 5.0))
         .corner_radius(3.0);
@@ -39,21 +39,21 @@ pub(crate) fn show(
             ui.horizontal(|ui| {
                 let (place, _) =
                     ui.allocate_exact_size(vec2(2.0 * MARK_RADIUS + 8.0, 22.0), Sense::hover());
-                let look = Look {
+                let symbol = AlarmSymbol {
                     priority: alarm.priority,
                     // Hollow as at the equipment where nobody knows.
                     is_active: alarm.is_active && alarm.doubt.is_none(),
-                    has_ring: alarm_mark::is_lit(ui, model.flashes),
+                    has_ring: alarm_symbol::is_flash_on(ui, model.flashes),
                 };
-                alarm_mark::paint(ui.painter(), place.center(), MARK_RADIUS, look);
+                alarm_symbol::paint(ui.painter(), place.center(), MARK_RADIUS, symbol);
                 if scene.width() > ONE_LINE_WIDTH {
-                    what(ui, alarm);
-                    since(ui, alarm, waiting);
+                    show_message(ui, alarm);
+                    show_state(ui, alarm, waiting);
                     return;
                 }
                 ui.vertical(|ui| {
-                    ui.horizontal(|ui| what(ui, alarm));
-                    ui.horizontal(|ui| since(ui, alarm, waiting));
+                    ui.horizontal(|ui| show_message(ui, alarm));
+                    ui.horizontal(|ui| show_state(ui, alarm, waiting));
                 });
             })
         })
@@ -69,8 +69,8 @@ pub(crate) fn show(
     Some(shown.response.rect)
 }
 
-/// What is wrong, and with what.
-fn what(ui: &mut Ui, alarm: &AlarmRow) {
+/// Shows the origin marks, the message and the equipment of an alarm.
+fn show_message(ui: &mut Ui, alarm: &AlarmRow) {
     if !alarm.origin.is_live() {
         let size = origin_mark::size(ui.painter(), alarm.origin);
         let (place, _) = ui.allocate_exact_size(size, Sense::hover());
@@ -80,14 +80,14 @@ fn what(ui: &mut Ui, alarm: &AlarmRow) {
     text(ui, RichText::new(alarm.equipment.as_deref().unwrap_or(&alarm.id)));
 }
 
-/// How it stands, since when, and how many more there are.
-fn since(ui: &mut Ui, alarm: &AlarmRow, waiting: usize) {
+/// Shows state, time of occurrence, doubt, and the number of further unacknowledged alarms.
+fn show_state(ui: &mut Ui, alarm: &AlarmRow, waiting: usize) {
     text(ui, RichText::new(format!("{} {}", alarm.priority.name(), alarm.state)));
     text(ui, RichText::new(&alarm.time));
     if let Some(doubt) = &alarm.doubt {
         text(ui, RichText::new(format!("? {doubt}")));
     }
-    let faint = theme::of(ui.ctx()).faint_ink;
+    let faint = theme::palette(ui.ctx()).weak_text;
     if waiting > 1 {
         text(ui, RichText::new(format!("and {} more", waiting - 1)).color(faint));
     }

@@ -1,4 +1,4 @@
-//! The alarm that was chosen: what it means, and what can be done.
+//! Details and actions of the selected alarm.
 
 use std::time::Duration;
 
@@ -6,10 +6,10 @@ use egui::{Button, Label, RichText, ScrollArea, Ui};
 
 use crate::{AlarmAction, AlarmDetail, AlarmModel, Command, origin_mark, theme};
 
-/// Times on the shelf to choose from, and what they are called.
+/// Shelving times to choose from, minutes, with their captions.
 const SHELVES: [(u64, &str); 4] = [(15, "15 min"), (60, "1 h"), (240, "4 h"), (480, "8 h")];
 
-/// Shows what is said of the chosen alarm, and buttons for what it allows.
+/// Shows the selected alarm's details and the buttons of the permitted actions.
 pub(crate) fn show(ui: &mut Ui, model: &AlarmModel, commands: &mut Vec<Command>) {
     if let Some(trouble) = &model.trouble {
         ui.add(Label::new(RichText::new(format!("× {trouble}")).strong()).wrap());
@@ -42,7 +42,7 @@ fn line(ui: &mut Ui, caption: &str, text: &str) {
         return;
     }
     ui.horizontal_wrapped(|ui| {
-        ui.label(RichText::new(caption).color(theme::of(ui.ctx()).faint_ink));
+        ui.label(RichText::new(caption).color(theme::palette(ui.ctx()).weak_text));
         ui.label(text);
     });
 }
@@ -73,7 +73,7 @@ fn buttons(ui: &mut Ui, model: &AlarmModel, detail: &AlarmDetail, commands: &mut
     });
     if detail.can_shelve && is_ours {
         ui.horizontal(|ui| {
-            ui.label(RichText::new("Shelve for").color(theme::of(ui.ctx()).faint_ink));
+            ui.label(RichText::new("Shelve for").color(theme::palette(ui.ctx()).weak_text));
             for (minutes, words) in SHELVES {
                 let time = Duration::from_secs(minutes * 60);
                 if time <= model.max_shelving && ui.button(words).clicked() {
@@ -91,6 +91,6 @@ fn buttons(ui: &mut Ui, model: &AlarmModel, detail: &AlarmDetail, commands: &mut
     if let Some(who) = &detail.decided_by {
         let how = if detail.can_ask { "a button asks it." } else { "act on it there." };
         let words = format!("{who} decides: {how}");
-        ui.label(RichText::new(words).color(theme::of(ui.ctx()).faint_ink));
+        ui.label(RichText::new(words).color(theme::palette(ui.ctx()).weak_text));
     }
 }

@@ -1,20 +1,20 @@
-//! The alarm list, what is held back, and what happened last.
+//! Alarm panel: alarm list, suppressed alarms, audit log.
 
 use busbar_tags::Origin;
 use egui::{Align, Align2, Layout, Rect, Response};
 use egui::{Button, RichText, ScrollArea, Sense, Ui, UiBuilder, Vec2, vec2};
 
-use crate::alarm_mark::{self, Look};
+use crate::alarm_symbol::{self, AlarmSymbol};
 use crate::view_model::age_text;
 use crate::{
-    AlarmAction, AlarmList, AlarmModel, AlarmPriority, AlarmRow, AlarmRows, Command, Mark,
-    alarm_detail, alarm_lamps, hatch, origin_mark, theme,
+    AlarmAction, AlarmList, AlarmModel, AlarmPriority, AlarmRow, AlarmRows, Command, ValueMark,
+    alarm_detail, alarm_source_status, hatch, origin_mark, theme,
 };
 
 /// Height of a row, points.
 const ROW_HEIGHT: f32 = 21.0;
 const MARK_RADIUS: f32 = 7.5;
-/// Width of what is said of the alarm that was chosen, points.
+/// Width of the detail view of the selected alarm, points.
 const DETAIL_WIDTH: f32 = 270.0;
 /// The first column, for the mark, points.
 const MARK_WIDTH: f32 = 30.0;
@@ -59,7 +59,7 @@ pub(crate) fn show(
     });
 }
 
-/// Counts by priority, the lists to choose from, and what is done to all that is in view.
+/// Shows counts by priority, the lists to choose from, and the action on all visible alarms.
 fn head(ui: &mut Ui, model: &AlarmModel, seen: &[u32], commands: &mut Vec<Command>) {
     let annunciated: usize = model.counts.iter().map(|[_, all]| all).sum();
     for (list, title) in [
@@ -74,14 +74,14 @@ fn head(ui: &mut Ui, model: &AlarmModel, seen: &[u32], commands: &mut Vec<Comman
     ui.separator();
     for (priority, [unacknowledged, all]) in AlarmPriority::ALL.into_iter().zip(model.counts) {
         let (place, response) = ui.allocate_exact_size(Vec2::splat(20.0), Sense::hover());
-        let look = Look { priority, is_active: all > 0, has_ring: false };
-        alarm_mark::paint(ui.painter(), place.center(), MARK_RADIUS, look);
+        let symbol = AlarmSymbol { priority, is_active: all > 0, has_ring: false };
+        alarm_symbol::paint(ui.painter(), place.center(), MARK_RADIUS, symbol);
         let hint = format!("{}: {unacknowledged} unacknowledged of {all}", priority.name());
         response.on_hover_text(hint);
         ui.label(format!("{unacknowledged}/{all}"));
     }
     ui.separator();
-    alarm_lamps::show(ui, &model.sources);
+    alarm_source_status::show(ui, &model.sources);
     if model.list == AlarmList::Alarms {
         let button = Button::new("Acknowledge in view");
         if ui.add_enabled(!seen.is_empty(), button).clicked() {
@@ -111,17 +111,17 @@ fn list(
     let (head, _) =
         ui.allocate_exact_size(vec2(ui.available_width(), ROW_HEIGHT - 4.0), Sense::hover());
     for (index, (title, _)) in COLUMNS.into_iter().enumerate() {
-        cell(ui, head, index, RichText::new(title).color(theme::of(ui.ctx()).faint_ink));
+        cell(ui, head, index, RichText::new(title).color(theme::palette(ui.ctx()).weak_text));
     }
     if rows.is_empty() {
         let nothing = match model.list {
             AlarmList::Held => "Nothing is held back.",
             _ => "No alarms.",
         };
-        ui.label(RichText::new(nothing).color(theme::of(ui.ctx()).faint_ink));
+        ui.label(RichText::new(nothing).color(theme::palette(ui.ctx()).weak_text));
         return;
     }
-    let lit = alarm_mark::is_lit(ui, model.flashes);
+    let lit = alarm_symbol::is_flash_on(ui, model.flashes);
     let selected = model.selected.as_ref().map(|detail| detail.row.number);
     let area = ScrollArea::vertical().id_salt("alarms").auto_shrink(false);
     area.show_rows(ui, ROW_HEIGHT, rows.len(), |ui, shown| {
@@ -148,12 +148,12 @@ fn row(ui: &mut Ui, alarm: &AlarmRow, selected: bool, lit: bool) -> Response {
     }
     if let Some(doubt) = &alarm.doubt {
         let ground = column(rect, 5).union(column(rect, 6)).shrink2(vec2(0.0, 1.0));
-        hatch::ground(ui.painter(), ground, &Mark::Bad { reason: doubt.clone() });
+        hatch::fill(ui.painter(), ground, &ValueMark::Bad { reason: doubt.clone() });
     }
     let center = rect.left_center() + vec2(MARK_WIDTH * 0.5, 0.0);
     let has_ring = alarm.is_unacknowledged && lit;
-    let look = Look { priority: alarm.priority, is_active: alarm.is_active, has_ring };
-    alarm_mark::paint(ui.painter(), center, MARK_RADIUS, look);
+    let symbol = AlarmSymbol { priority: alarm.priority, is_active: alarm.is_active, has_ring };
+    alarm_symbol::paint(ui.painter(), center, MARK_RADIUS, symbol);
     let ink = state_ground(ui, column(rect, 0).shrink2(vec2(0.0, 2.0)), alarm);
     let text = |words: &str| RichText::new(words);
     let state = if alarm.is_saving { "saving…" } else { alarm.state };
@@ -195,7 +195,7 @@ fn mark_origin(ui: &Ui, [value, more]: [Rect; 2], origin: Origin) -> [Rect; 2] {
     ]
 }
 
-/// The value of a tag, or who decides; with a cross where it is not to be relied on.
+/// Returns the value of the tag or the name of the source; a cross marks doubt.
 fn value_of(alarm: &AlarmRow) -> String {
     match (&alarm.source, &alarm.doubt) {
         (None, None) => alarm.value.clone(),
@@ -205,24 +205,24 @@ fn value_of(alarm: &AlarmRow) -> String {
     }
 }
 
-/// What nobody has acknowledged stands in inverse video, framed once it is over; gives the
-/// ink of the state.
+/// Paints the state's background and returns its text color: inverse video while unacknowledged, a
+/// frame once the condition has cleared.
 fn state_ground(ui: &Ui, place: Rect, alarm: &AlarmRow) -> egui::Color32 {
     match (alarm.is_unacknowledged, alarm.is_active) {
         (true, true) => {
-            ui.painter().rect_filled(place, 2.0, theme::of(ui.ctx()).ink);
-            theme::of(ui.ctx()).paper
+            ui.painter().rect_filled(place, 2.0, theme::palette(ui.ctx()).text);
+            theme::palette(ui.ctx()).background
         }
         (true, false) => {
-            let line = egui::Stroke::new(1.5, theme::of(ui.ctx()).ink);
+            let line = egui::Stroke::new(1.5, theme::palette(ui.ctx()).text);
             ui.painter().rect_stroke(place, 2.0, line, egui::StrokeKind::Inside);
-            theme::of(ui.ctx()).ink
+            theme::palette(ui.ctx()).text
         }
-        (false, _) => theme::of(ui.ctx()).ink,
+        (false, _) => theme::palette(ui.ctx()).text,
     }
 }
 
-/// What else is to be said: `28 min left, 4×, chattering`.
+/// Returns further remarks on an alarm: `28 min left, 4×, chattering`.
 fn notes(alarm: &AlarmRow) -> String {
     let count = (alarm.occurrences > 0).then(|| format!("{}×", alarm.occurrences));
     let left = alarm.shelf_left.map(|left| format!("{} left", age_text(left)));

@@ -1,8 +1,8 @@
-//! How the camera is moved, and where it can go.
+//! Camera panel: navigation modes, standard views, named cameras and bookmarks.
 
 use egui::Ui;
 
-use crate::{CameraMode, Command, Side, ViewModel};
+use crate::{CameraMode, Command, StandardView, ViewModel};
 
 /// Modes with what their keys are.
 const MODES: [(CameraMode, &str, &str); 3] = [
@@ -20,8 +20,11 @@ const MODES: [(CameraMode, &str, &str); 3] = [
     ),
 ];
 
-const SIDES: [(Side, &str, &str); 3] =
-    [(Side::Top, "Top", "F5"), (Side::Front, "Front", "F6"), (Side::Right, "Side", "F7")];
+const STANDARD_VIEWS: [(StandardView, &str, &str); 3] = [
+    (StandardView::Top, "Top", "F5"),
+    (StandardView::Front, "Front", "F6"),
+    (StandardView::Right, "Side", "F7"),
+];
 
 pub(crate) fn show(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) {
     let navigation = model.navigation;
@@ -50,9 +53,9 @@ pub(crate) fn show(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) 
         {
             commands.push(Command::FitSelection);
         }
-        for (side, name, key) in SIDES {
+        for (side, name, key) in STANDARD_VIEWS {
             if ui.button(name).on_hover_text(key).clicked() {
-                commands.push(Command::LookFrom(side));
+                commands.push(Command::UseStandardView(side));
             }
         }
         for camera in &model.cameras {

@@ -1,4 +1,4 @@
-//! A chart's words over the scene, and brushes drawn on its axes with the mouse.
+//! Chart texts over the scene, and brushing of axes with the mouse.
 
 use busbar_chart::TextKind;
 use egui::{
@@ -6,12 +6,12 @@ use egui::{
     vec2,
 };
 
-use crate::chart_model::{ChartAxisOnScreen, ChartCommand, ChartOverlay};
+use crate::chart_model::{ChartCommand, ChartOverlay, ProjectedChartAxis};
 use crate::{Command, theme};
 
-/// How far from an axis the pointer takes hold of it, points.
+/// Distance within which the pointer grabs an axis, points.
 const GRIP: f32 = 9.0;
-/// How far below its foot, as a share of its length: the lane of records without a value.
+/// Depth of the lane for missing values below the axis foot, as a share of the axis length.
 const LANE: f32 = 0.09;
 /// Axes shorter than this show no ticks, points.
 const MIN_TICKED: f32 = 130.0;
@@ -20,12 +20,12 @@ const MIN_NAMED: f32 = 40.0;
 /// Rows that names of axes are spread over where they stand close, and their height, points.
 const NAME_ROWS: u32 = 3;
 const NAME_HEIGHT: f32 = 17.0;
-/// Between words, points.
+/// Horizontal gap between texts, points.
 const WORD_GAP: f32 = 2.0;
 /// A drag shorter than this is none, points.
 const MIN_DRAG: f32 = 3.0;
 
-/// Shows words and brushes, and takes drags on axes.
+/// Shows texts and brushes, and handles drags on axes.
 pub(crate) fn show(ui: &mut Ui, overlay: &ChartOverlay, commands: &mut Vec<Command>) {
     let longest = overlay.axes.iter().map(|axis| axis.head.distance(axis.foot));
     let longest = longest.fold(0.0, f32::max);
@@ -43,7 +43,7 @@ pub(crate) fn show(ui: &mut Ui, overlay: &ChartOverlay, commands: &mut Vec<Comma
             TextKind::Missing => longest >= MIN_TICKED && gap >= MIN_NAMED,
         };
         if is_shown {
-            place_word(&painter, *at, text, *kind, &mut words);
+            place_text(&painter, *at, text, *kind, &mut words);
         }
     }
     for axis in &overlay.axes {
@@ -56,36 +56,44 @@ pub(crate) fn show(ui: &mut Ui, overlay: &ChartOverlay, commands: &mut Vec<Comma
     }
 }
 
-/// A word where there is room for it. The name of an axis goes without its unit, or higher,
-/// before it goes.
-fn place_word(painter: &Painter, at: Pos2, text: &str, kind: TextKind, there: &mut Vec<Rect>) {
-    if word(painter, at, text, kind, there) || kind != TextKind::Axis {
+/// Places a text where there is room. An axis name drops its unit or moves up before it is left
+/// out.
+fn place_text(painter: &Painter, at: Pos2, text: &str, kind: TextKind, there: &mut Vec<Rect>) {
+    if try_place_text(painter, at, text, kind, there) || kind != TextKind::Axis {
         return;
     }
     let name = text.split(" [").next().unwrap_or_default();
     for row in 0..NAME_ROWS {
-        if word(painter, at - vec2(0.0, row as f32 * NAME_HEIGHT), name, kind, there) {
+        if try_place_text(painter, at - vec2(0.0, row as f32 * NAME_HEIGHT), name, kind, there) {
             return;
         }
     }
 }
 
-/// A word, unless it would lie over one that is there; whether it was shown.
-fn word(painter: &Painter, at: Pos2, text: &str, kind: TextKind, there: &mut Vec<Rect>) -> bool {
+/// Paints a text unless it would cover another one; reports whether it was painted.
+fn try_place_text(
+    painter: &Painter,
+    at: Pos2,
+    text: &str,
+    kind: TextKind,
+    there: &mut Vec<Rect>,
+) -> bool {
     let (align, offset, size, ink) = match kind {
         TextKind::Axis => {
-            (Align2::CENTER_BOTTOM, vec2(0.0, -7.0), 13.0, theme::of(painter.ctx()).ink)
+            (Align2::CENTER_BOTTOM, vec2(0.0, -7.0), 13.0, theme::palette(painter.ctx()).text)
         }
         TextKind::Tick => {
-            (Align2::RIGHT_CENTER, vec2(-1.0, 0.0), 10.5, theme::of(painter.ctx()).faint_ink)
+            (Align2::RIGHT_CENTER, vec2(-1.0, 0.0), 10.5, theme::palette(painter.ctx()).weak_text)
         }
         TextKind::Limit => {
-            (Align2::LEFT_CENTER, vec2(2.0, 0.0), 11.0, theme::of(painter.ctx()).ink)
+            (Align2::LEFT_CENTER, vec2(2.0, 0.0), 11.0, theme::palette(painter.ctx()).text)
         }
         TextKind::Missing => {
-            (Align2::CENTER_TOP, vec2(0.0, 3.0), 10.0, theme::of(painter.ctx()).faint_ink)
+            (Align2::CENTER_TOP, vec2(0.0, 3.0), 10.0, theme::palette(painter.ctx()).weak_text)
         }
-        TextKind::Time => (Align2::LEFT_CENTER, vec2(4.0, 0.0), 12.0, theme::of(painter.ctx()).ink),
+        TextKind::Time => {
+            (Align2::LEFT_CENTER, vec2(4.0, 0.0), 12.0, theme::palette(painter.ctx()).text)
+        }
     };
     let font = FontId::proportional(size);
     let galley = painter.layout_no_wrap(text.to_owned(), font, ink);
@@ -98,18 +106,18 @@ fn word(painter: &Painter, at: Pos2, text: &str, kind: TextKind, there: &mut Vec
     painter.rect_filled(
         rect.expand2(vec2(1.5, 0.0)),
         1.0,
-        theme::of(painter.ctx()).paper.gamma_multiply(0.82),
+        theme::palette(painter.ctx()).background.gamma_multiply(0.82),
     );
     painter.galley(rect.min, galley, ink);
     true
 }
 
-fn at(axis: &ChartAxisOnScreen, position: f32) -> Pos2 {
+fn at(axis: &ProjectedChartAxis, position: f32) -> Pos2 {
     axis.foot + (axis.head - axis.foot) * position
 }
 
 /// A frame around each brushed interval.
-fn brushes(painter: &Painter, axis: &ChartAxisOnScreen) {
+fn brushes(painter: &Painter, axis: &ProjectedChartAxis) {
     let along = (axis.head - axis.foot).normalized();
     let across = along.rot90() * 5.0;
     for &[low, high] in &axis.brushed {
@@ -118,13 +126,13 @@ fn brushes(painter: &Painter, axis: &ChartAxisOnScreen) {
         painter.add(egui::Shape::convex_polygon(
             corners,
             Color32::from_white_alpha(70),
-            Stroke::new(1.6, theme::of(painter.ctx()).ink),
+            Stroke::new(1.6, theme::palette(painter.ctx()).text),
         ));
     }
 }
 
 /// Brushing: a drag along an axis makes an interval, with Ctrl one more.
-fn drag(ui: &mut Ui, axis: &ChartAxisOnScreen, commands: &mut Vec<Command>) {
+fn drag(ui: &mut Ui, axis: &ProjectedChartAxis, commands: &mut Vec<Command>) {
     let lane = at(axis, -LANE);
     let around = Rect::from_two_pos(lane, axis.head).expand(GRIP).intersect(ui.max_rect());
     let way = axis.head - axis.foot;
@@ -156,7 +164,7 @@ fn drag(ui: &mut Ui, axis: &ChartAxisOnScreen, commands: &mut Vec<Command>) {
     let alone = !ui.input(|input| input.modifiers.command);
     let positions = [position(from), position(to)];
     if response.dragged() && from.distance(to) >= MIN_DRAG {
-        let shown = ChartAxisOnScreen { brushed: vec![positions], ..axis.clone() };
+        let shown = ProjectedChartAxis { brushed: vec![positions], ..axis.clone() };
         brushes(&ui.painter().with_clip_rect(ui.max_rect()), &shown);
     }
     if response.drag_stopped() && from.distance(to) >= MIN_DRAG {
@@ -165,7 +173,7 @@ fn drag(ui: &mut Ui, axis: &ChartAxisOnScreen, commands: &mut Vec<Command>) {
     }
 }
 
-/// Where a button was let go of in this frame.
+/// Returns the position at which a button was released in this frame.
 fn released_at(ui: &Ui) -> Option<Pos2> {
     let released = |event: &Event| match event {
         Event::PointerButton { pos, pressed: false, .. } => Some(*pos),
@@ -177,8 +185,8 @@ fn released_at(ui: &Ui) -> Option<Pos2> {
 /// Dragging an axis' name moves the axis.
 fn title(
     ui: &mut Ui,
-    axis: &ChartAxisOnScreen,
-    all: &[ChartAxisOnScreen],
+    axis: &ProjectedChartAxis,
+    all: &[ProjectedChartAxis],
     commands: &mut Vec<Command>,
 ) {
     let rect = Rect::from_center_size(axis.head - vec2(0.0, 15.0), vec2(44.0, 16.0));
@@ -188,26 +196,29 @@ fn title(
     let Some(pointer) = released_at(ui).or(response.interact_pointer_pos()) else { return };
     let painter = ui.painter().with_clip_rect(ui.max_rect());
     if response.dragged() {
-        let line = Stroke::new(1.0, theme::of(painter.ctx()).selection);
+        let line = Stroke::new(1.0, theme::palette(painter.ctx()).selection);
         painter.rect_stroke(rect.translate(pointer - rect.center()), 2.0, line, StrokeKind::Inside);
     }
     if response.drag_stopped() {
-        let distance = |other: &&ChartAxisOnScreen| (other.head.x - pointer.x).abs();
+        let distance = |other: &&ProjectedChartAxis| (other.head.x - pointer.x).abs();
         let nearest = all.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
         if let Some(nearest) = nearest.filter(|nearest| nearest.place != axis.place) {
             let action = busbar_chart::Action::MoveAxis { from: axis.place, to: nearest.place };
-            commands.push(Command::Chart(ChartCommand::Do(action)));
+            commands.push(Command::Chart(ChartCommand::Apply(action)));
         }
     }
 }
 
-/// What is said of a line, beside the pointer.
+/// Paints the tooltip of a polyline beside the pointer.
 fn tooltip(ui: &Ui, lines: &[String]) {
     let scene = ui.max_rect();
     let Some(pointer) = ui.input(|input| input.pointer.hover_pos()) else { return };
     let painter = ui.painter().with_clip_rect(scene);
-    let text =
-        painter.layout_no_wrap(lines.join("\n"), theme::small_font(), theme::of(painter.ctx()).ink);
+    let text = painter.layout_no_wrap(
+        lines.join("\n"),
+        theme::small_font(),
+        theme::palette(painter.ctx()).text,
+    );
     let size = text.size() + vec2(12.0, 8.0);
     let mut rect = Rect::from_min_size(pointer + vec2(16.0, 12.0), size);
     if rect.right() > scene.right() {
@@ -219,9 +230,9 @@ fn tooltip(ui: &Ui, lines: &[String]) {
     painter.rect(
         rect,
         2.0,
-        theme::of(painter.ctx()).paper,
-        Stroke::new(1.0, theme::of(painter.ctx()).line),
+        theme::palette(painter.ctx()).background,
+        Stroke::new(1.0, theme::palette(painter.ctx()).border),
         StrokeKind::Inside,
     );
-    painter.galley(rect.min + vec2(6.0, 4.0), text, theme::of(painter.ctx()).ink);
+    painter.galley(rect.min + vec2(6.0, 4.0), text, theme::palette(painter.ctx()).text);
 }

@@ -1,15 +1,15 @@
 //! The panel of a chart: layout, axes, brushes, time.
 
-use busbar_chart::{Action, Join, Layout};
+use busbar_chart::{Action, BrushOperator, Layout};
 use egui::{
     Align2, Button, Context, DragValue, Rect, RichText, ScrollArea, Sense, Slider, Ui, Vec2,
     Window, pos2, vec2,
 };
 
-use crate::chart_model::{ChartCommand, ChartModel, DensityRow};
+use crate::chart_model::{ChartCommand, ChartModel, DensityLegend};
 use crate::{Command, layers, theme};
 
-/// Points.
+/// Width of the panel, points.
 const WIDTH: f32 = 250.0;
 const MARGIN: f32 = 8.0;
 /// Height of the list of axes, points.
@@ -52,18 +52,18 @@ fn layouts(ui: &mut Ui, model: &ChartModel, ask: &mut impl FnMut(ChartCommand)) 
         ] {
             let label = ui.selectable_label(model.layout == layout, name).on_hover_text(hint);
             if label.clicked() {
-                ask(ChartCommand::Do(Action::SetLayout(layout)));
+                ask(ChartCommand::Apply(Action::SetLayout(layout)));
             }
         }
         let mut clusters = model.shows_clusters;
         let hint = "How the records of each state spread: from the lowest tenth to the highest";
         if ui.checkbox(&mut clusters, "Spread").on_hover_text(hint).changed() {
-            ask(ChartCommand::Do(Action::ShowClusters(clusters)));
+            ask(ChartCommand::Apply(Action::ShowClusters(clusters)));
         }
     });
 }
 
-/// What instant is shown, and ways to another.
+/// Shows the displayed instant with a time slider and playback controls.
 fn time(ui: &mut Ui, model: &ChartModel, ask: &mut impl FnMut(ChartCommand)) {
     ui.label(format!("Shows {}", model.shown_at));
     let Some([first, last]) = model.span else { return };
@@ -74,17 +74,17 @@ fn time(ui: &mut Ui, model: &ChartModel, ask: &mut impl FnMut(ChartCommand)) {
         ui.spacing_mut().slider_width = WIDTH - 90.0;
         if ui.add(Slider::new(&mut day, 0.0..=days.max(1e-9)).show_value(false)).changed() {
             let to = first + (day * NANOS_PER_DAY) as i64;
-            ask(ChartCommand::Do(Action::SetPlayhead(Some(to))));
+            ask(ChartCommand::Apply(Action::SetPlayhead(Some(to))));
         }
         let now = Button::new("Now").selected(model.playhead.is_none());
         if ui.add(now).on_hover_text("Show the present").clicked() {
-            ask(ChartCommand::Do(Action::SetPlayhead(None)));
+            ask(ChartCommand::Apply(Action::SetPlayhead(None)));
         }
     });
     ui.horizontal(|ui| {
         let name = if model.plays { "Stop" } else { "Play" };
         if ui.button(name).clicked() {
-            ask(ChartCommand::Do(Action::Play(!model.plays)));
+            ask(ChartCommand::Apply(Action::Play(!model.plays)));
         }
         let mut follows = model.follows;
         let hint = "Go to equipment whose record becomes abnormal, and say why";
@@ -106,8 +106,8 @@ fn legend(ui: &mut Ui, model: &ChartModel) {
     }
 }
 
-/// Shades and what they stand for.
-fn density(ui: &mut Ui, density: &DensityRow, known: usize) {
+/// Shows the density scale with its range.
+fn density(ui: &mut Ui, density: &DensityLegend, known: usize) {
     if let Some(fault) = &density.fault {
         ui.label(RichText::new(format!("× cannot be counted: {fault}")).strong());
         return;
@@ -124,7 +124,11 @@ fn density(ui: &mut Ui, density: &DensityRow, known: usize) {
             let left = rect.left() + shade as f32 * step;
             let strip = Rect::from_min_size(pos2(left, rect.top()), vec2(step, rect.height()));
             let share = (shade as f32 + 0.5) / SHADE_COUNT as f32;
-            ui.painter().rect_filled(strip, 0.0, theme::of(ui.ctx()).ink.gamma_multiply(share));
+            ui.painter().rect_filled(
+                strip,
+                0.0,
+                theme::palette(ui.ctx()).text.gamma_multiply(share),
+            );
         }
         let hint = "Lines where most are; between, by the logarithm";
         ui.label(format!("{} lines", density.most)).on_hover_text(hint);
@@ -135,21 +139,21 @@ fn brushes(ui: &mut Ui, model: &ChartModel, ask: &mut impl FnMut(ChartCommand)) 
     ui.horizontal(|ui| {
         ui.strong("Brushes");
         for (join, name, hint) in [
-            (Join::And, "all", "What meets all brushes"),
-            (Join::Or, "any", "What meets any brush"),
+            (BrushOperator::And, "all", "What meets all brushes"),
+            (BrushOperator::Or, "any", "What meets any brush"),
         ] {
             if ui.selectable_label(model.join == join, name).on_hover_text(hint).clicked() {
-                ask(ChartCommand::Do(Action::SetJoin(join)));
+                ask(ChartCommand::Apply(Action::SetBrushOperator(join)));
             }
         }
         if !model.brushes.is_empty() && ui.button("Clear").clicked() {
-            ask(ChartCommand::Do(Action::ClearBrushes));
+            ask(ChartCommand::Apply(Action::ClearBrushes));
         }
     });
     for (index, words) in model.brushes.iter().enumerate() {
         ui.horizontal(|ui| {
             if ui.small_button("×").on_hover_text("Take it away").clicked() {
-                ask(ChartCommand::Do(Action::RemoveBrush(index)));
+                ask(ChartCommand::Apply(Action::RemoveBrush(index)));
             }
             ui.label(words);
         });
@@ -227,7 +231,7 @@ fn axes(ui: &mut Ui, model: &ChartModel, ask: &mut impl FnMut(ChartCommand)) {
                 }
                 ui.label(&axis.name);
                 if let Some(action) = action {
-                    ask(ChartCommand::Do(action));
+                    ask(ChartCommand::Apply(action));
                 }
             });
             shown += usize::from(!axis.is_hidden);

@@ -16,7 +16,7 @@ const ARROW_WIDTH: f32 = 16.0;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct EquipmentPanel {
     pub(crate) search: SearchField,
-    /// What was selected when it was last shown.
+    /// Selected row of the last frame.
     selected: Option<usize>,
 }
 
@@ -54,7 +54,7 @@ impl EquipmentPanel {
         self.search.note(shown.state.offset.y, shown.inner_rect.height());
     }
 
-    /// What was selected elsewhere comes into view.
+    /// Scrolls to equipment that was selected elsewhere.
     fn follow_selection(&mut self, rows: &dyn EquipmentRows, step: f32) {
         let selected = rows.selected();
         if selected != self.selected {
@@ -67,7 +67,7 @@ impl EquipmentPanel {
 }
 
 fn count(rows: &dyn EquipmentRows, query: &str) -> String {
-    match (query.trim().is_empty(), rows.is_cut(), rows.len()) {
+    match (query.trim().is_empty(), rows.is_truncated(), rows.len()) {
         (true, ..) => format!("{} pieces of equipment", rows.total()),
         (false, true, found) => format!("more than {found} of {}: type on", rows.total()),
         (false, false, 0) => format!("none of {}", rows.total()),
@@ -78,23 +78,23 @@ fn count(rows: &dyn EquipmentRows, query: &str) -> String {
 fn show_row(ui: &mut Ui, row: &EquipmentRow, has_cursor: bool, commands: &mut Vec<Command>) {
     let size = vec2(ui.available_width(), ROW_HEIGHT);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
-    let palette = theme::of(ui.ctx());
+    let palette = theme::palette(ui.ctx());
     let painter = ui.painter().with_clip_rect(rect.intersect(ui.clip_rect()));
     if row.is_selected {
-        painter.rect_filled(rect, 2.0, palette.chosen);
+        painter.rect_filled(rect, 2.0, palette.list_selection);
     }
     if has_cursor || response.hovered() {
-        let line = Stroke::new(1.0, if has_cursor { palette.ink } else { palette.line });
+        let line = Stroke::new(1.0, if has_cursor { palette.text } else { palette.border });
         painter.rect_stroke(rect, 2.0, line, egui::StrokeKind::Inside);
     }
     let left = rect.left() + f32::from(row.depth) * INDENT;
     if let Some(is_open) = row.is_open {
         let center = egui::pos2(left + ARROW_WIDTH * 0.5, rect.center().y);
-        painter.add(arrow(center, is_open, palette.faint_ink));
+        painter.add(arrow(center, is_open, palette.weak_text));
     }
     let font = theme::value_font();
     let at = egui::pos2(left + ARROW_WIDTH, rect.center().y);
-    let label = painter.text(at, Align2::LEFT_CENTER, &row.label, font.clone(), palette.ink);
+    let label = painter.text(at, Align2::LEFT_CENTER, &row.label, font.clone(), palette.text);
     let more = match (&row.within, row.name.is_empty()) {
         (Some(within), true) => format!("in {within}"),
         (Some(within), false) => format!("{}, in {within}", row.name),
@@ -102,9 +102,9 @@ fn show_row(ui: &mut Ui, row: &EquipmentRow, has_cursor: bool, commands: &mut Ve
     };
     if !more.is_empty() {
         let at = egui::pos2(label.right() + 10.0, rect.center().y);
-        painter.text(at, Align2::LEFT_CENTER, more, theme::small_font(), palette.faint_ink);
+        painter.text(at, Align2::LEFT_CENTER, more, theme::small_font(), palette.weak_text);
     }
-    obey(row, left, &response, commands);
+    handle_click(row, left, &response, commands);
     response.on_hover_ui(|ui| {
         ui.label(&row.id);
         for alias in [&row.name].into_iter().chain(&row.aliases).filter(|name| !name.is_empty()) {
@@ -114,7 +114,7 @@ fn show_row(ui: &mut Ui, row: &EquipmentRow, has_cursor: bool, commands: &mut Ve
 }
 
 /// A click on the arrow opens, one elsewhere goes there.
-fn obey(row: &EquipmentRow, left: f32, response: &Response, commands: &mut Vec<Command>) {
+fn handle_click(row: &EquipmentRow, left: f32, response: &Response, commands: &mut Vec<Command>) {
     if !response.clicked() {
         return;
     }

@@ -1,4 +1,4 @@
-//! One piece of equipment: alarms, verdict, states, live values, trends.
+//! Faceplate of one piece of equipment: alarms, verdict, states, live values, trends.
 
 use busbar_tags::Origin;
 use egui::{
@@ -6,13 +6,13 @@ use egui::{
     Vec2, vec2,
 };
 
-use crate::alarm_mark::{self, Look};
-use crate::faceplate_records::{self, Part};
+use crate::alarm_symbol::{self, AlarmSymbol};
+use crate::faceplate_records::{self, FaceplateSection};
 use crate::tag_panel::quality_text;
 use crate::view_model::age_text;
 use crate::{
-    AlarmRow, Command, Faceplate, FaceplateState, FaceplateValue, Mark, faceplate_verdict, hatch,
-    layers, origin_mark, theme, trend,
+    AlarmRow, Command, Faceplate, FaceplateState, FaceplateValue, ValueMark, faceplate_verdict,
+    hatch, layers, origin_mark, theme, trend,
 };
 
 /// Height of a row, points.
@@ -25,7 +25,7 @@ const PAGE: f32 = 320.0;
 /// The panel of a faceplate between frames.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct FaceplatePanel {
-    /// How far it is scrolled, points.
+    /// Scroll offset of the panel, points.
     offset: f32,
 }
 
@@ -51,7 +51,7 @@ impl FaceplatePanel {
         let shown = area.auto_shrink(false).show(ui, |ui| {
             // The bar stands at the edge, not over the rows.
             ui.set_max_width(ui.available_width() - 6.0);
-            if goes_to == Some(Part::Operating) {
+            if goes_to == Some(FaceplateSection::Operating) {
                 ui.scroll_to_cursor(Some(Align::TOP));
             }
             alarms(ui, faceplate, flashes, into);
@@ -67,7 +67,7 @@ impl FaceplatePanel {
     }
 }
 
-/// Pages that keys scroll by, where nobody types.
+/// Returns the pages to scroll by the PgUp and PgDn keys; 0 while a text field has the focus.
 fn pages(ui: &Ui) -> f32 {
     if ui.ctx().egui_wants_keyboard_input() {
         return 0.0;
@@ -100,12 +100,12 @@ fn head(ui: &mut Ui, faceplate: &Faceplate, into: &mut Vec<Command>) {
         more.push(format!("in {}", faceplate.within.join(" › ")));
     }
     if !more.is_empty() {
-        let text = RichText::new(more.join(" · ")).color(theme::of(ui.ctx()).faint_ink);
+        let text = RichText::new(more.join(" · ")).color(theme::palette(ui.ctx()).weak_text);
         ui.add(Label::new(text).wrap());
     }
 }
 
-/// What stands over a part of a faceplate.
+/// Shows the title of a faceplate section.
 pub(crate) fn section(ui: &mut Ui, title: &str) {
     ui.add_space(8.0);
     ui.label(RichText::new(title).strong());
@@ -117,7 +117,7 @@ fn alarms(ui: &mut Ui, faceplate: &Faceplate, flashes: bool, into: &mut Vec<Comm
         return;
     }
     ui.label(RichText::new("Alarms").strong());
-    let lit = alarm_mark::is_lit(ui, flashes && !faceplate.alarms.is_empty());
+    let lit = alarm_symbol::is_flash_on(ui, flashes && !faceplate.alarms.is_empty());
     for alarm in &faceplate.alarms {
         alarm_row(ui, alarm, lit, into);
     }
@@ -136,11 +136,11 @@ fn alarm_row(ui: &mut Ui, alarm: &AlarmRow, lit: bool, into: &mut Vec<Command>) 
     if let Some(doubt) = &alarm.doubt {
         let reason = doubt.clone();
         let right = rect.with_min_x(rect.left() + 24.0).with_min_y(rect.center().y);
-        hatch::ground(ui.painter(), right, &Mark::Bad { reason });
+        hatch::fill(ui.painter(), right, &ValueMark::Bad { reason });
     }
     let has_ring = alarm.is_unacknowledged && lit;
-    let look = Look { priority: alarm.priority, is_active: alarm.is_active, has_ring };
-    alarm_mark::paint(ui.painter(), rect.left_center() + vec2(11.0, 0.0), 7.5, look);
+    let symbol = AlarmSymbol { priority: alarm.priority, is_active: alarm.is_active, has_ring };
+    alarm_symbol::paint(ui.painter(), rect.left_center() + vec2(11.0, 0.0), 7.5, symbol);
     let text = rect.with_min_x(rect.left() + 26.0);
     let (above, below) = text.split_top_bottom_at_fraction(0.5);
     line(ui, above, RichText::new(&alarm.message).strong(), Align::Min);
@@ -165,16 +165,21 @@ fn states(ui: &mut Ui, states: &[FaceplateState]) {
         let [name, what, age] = columns(rect);
         let caption = state.place.as_ref().unwrap_or(&state.layer);
         let name = mark_origin(ui, name, state.origin);
-        line(ui, name, RichText::new(caption).color(theme::of(ui.ctx()).faint_ink), Align::Min);
+        line(
+            ui,
+            name,
+            RichText::new(caption).color(theme::palette(ui.ctx()).weak_text),
+            Align::Min,
+        );
         let is_known = state.mark.urgency() == 0;
         if is_known {
             let sample = Rect::from_min_size(what.left_top() + vec2(2.0, 3.0), vec2(26.0, 13.0));
-            layers::sample(&ui.painter().with_clip_rect(sample), sample, &state.state);
+            layers::paint_swatch(&ui.painter().with_clip_rect(sample), sample, &state.state);
             let words = what.union(age).with_min_x(what.left() + 34.0);
             line(ui, words, RichText::new(&state.state.name), Align::Min);
         } else {
             // Last known, and not known now.
-            hatch::ground(ui.painter(), what.union(age).shrink2(vec2(0.0, 1.0)), &state.mark);
+            hatch::fill(ui.painter(), what.union(age).shrink2(vec2(0.0, 1.0)), &state.mark);
             let words = format!("not known: was {}", state.state.name);
             line(ui, what, RichText::new(words), Align::Min);
             line(ui, age, RichText::new(state.age.map_or_else(String::new, age_text)), Align::Max);
@@ -199,8 +204,8 @@ fn value_row(ui: &mut Ui, value: &FaceplateValue, into: &mut Vec<Command>) {
     let tag = &value.row;
     let (rect, response) = row(ui);
     let [name, number, age] = columns(rect);
-    hatch::ground(ui.painter(), number.union(age).shrink2(vec2(0.0, 1.0)), &tag.mark);
-    let (_, ink) = theme::ground_and_ink(ui.ctx(), &tag.mark);
+    hatch::fill(ui.painter(), number.union(age).shrink2(vec2(0.0, 1.0)), &tag.mark);
+    let (_, ink) = theme::background_and_text(ui.ctx(), &tag.mark);
     let caption = match &value.place {
         Some(place) => format!("{place}  {}", tag.name),
         None => tag.name.clone(),
@@ -239,7 +244,7 @@ fn trends(ui: &mut Ui, faceplate: &Faceplate, into: &mut Vec<Command>) {
     }
 }
 
-/// Marks an origin at the right end of a place; gives what is left of that.
+/// Marks an origin at the right end of a place and returns the remaining width.
 fn mark_origin(ui: &Ui, place: Rect, origin: Origin) -> Rect {
     let at = place.right_center() - vec2(3.0, 0.0);
     let marked = origin_mark::paint(ui.painter(), at, Align2::RIGHT_CENTER, origin);
@@ -260,7 +265,7 @@ fn columns(rect: Rect) -> [Rect; 3] {
     })
 }
 
-/// One line of text in a place; what does not fit is cut.
+/// Shows one line of text, truncated to its place.
 fn line(ui: &mut Ui, place: Rect, text: RichText, align: Align) {
     let layout = match align {
         Align::Max => Layout::right_to_left(Align::Center),

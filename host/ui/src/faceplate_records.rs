@@ -8,13 +8,13 @@ use egui::{
 };
 
 use crate::faceplate::section;
-use crate::{Mark, RecordRow, RecordSection, hatch, theme};
+use crate::{RecordRow, RecordSection, ValueMark, hatch, theme};
 
 /// A part of a faceplate that the bar leads to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Part {
+pub(crate) enum FaceplateSection {
     Operating,
-    Of(Kind),
+    Records(Kind),
 }
 
 /// Width of the names of columns, points.
@@ -23,28 +23,28 @@ const NAME_WIDTH: f32 = 96.0;
 const DOUBT_MARGIN: i8 = 10;
 
 /// The bar of parts, where there is more than one; the part that is clicked.
-pub(crate) fn bar(ui: &mut Ui, records: &[RecordSection]) -> Option<Part> {
+pub(crate) fn bar(ui: &mut Ui, records: &[RecordSection]) -> Option<FaceplateSection> {
     if records.is_empty() {
         return None;
     }
     let has = |kind: Kind| records.iter().any(|section| section.kind == kind);
     let mut clicked = None;
     ui.horizontal(|ui| {
-        let mut part = |ui: &mut Ui, part: Part, words: &str| {
+        let mut part = |ui: &mut Ui, part: FaceplateSection, words: &str| {
             if ui.button(words).on_hover_text("Go to this part").clicked() {
                 clicked = Some(part);
             }
         };
-        part(ui, Part::Operating, "Operating");
+        part(ui, FaceplateSection::Operating, "Operating");
         if has(Kind::Business) {
-            part(ui, Part::Of(Kind::Business), &work_words(records));
+            part(ui, FaceplateSection::Records(Kind::Business), &work_words(records));
         }
         if let Some(severity) = worst(records) {
             badge(ui, severity, true);
         }
         if has(Kind::Asset) {
             let words = format!("{}Asset", doubt_of(records, Kind::Asset));
-            part(ui, Part::Of(Kind::Asset), &words);
+            part(ui, FaceplateSection::Records(Kind::Asset), &words);
         }
     });
     clicked
@@ -59,23 +59,23 @@ fn work_words(records: &[RecordSection]) -> String {
     }
 }
 
-/// What stands before a part of which any list is in doubt.
+/// Returns the mark before a section in which any list is doubtful.
 fn doubt_of(records: &[RecordSection], kind: Kind) -> &'static str {
     let in_doubt = |section: &RecordSection| section.kind == kind && section.doubt.is_some();
     if records.iter().any(in_doubt) { "× " } else { "" }
 }
 
-/// The worst of what is open.
+/// Returns the greatest severity among the open records.
 fn worst(records: &[RecordSection]) -> Option<Severity> {
     let rows = records.iter().flat_map(|section| &section.rows);
     rows.filter(|row| row.is_open).filter_map(|row| row.severity).max()
 }
 
 /// Shows all lists; the view goes to the part that was clicked.
-pub(crate) fn show(ui: &mut Ui, records: &[RecordSection], mut goes_to: Option<Part>) {
+pub(crate) fn show(ui: &mut Ui, records: &[RecordSection], mut goes_to: Option<FaceplateSection>) {
     for kind in [Kind::Business, Kind::Asset] {
         for list in records.iter().filter(|section| section.kind == kind) {
-            if goes_to.take_if(|part| *part == Part::Of(kind)).is_some() {
+            if goes_to.take_if(|part| *part == FaceplateSection::Records(kind)).is_some() {
                 ui.scroll_to_cursor(Some(Align::TOP));
             }
             section(ui, &list.title);
@@ -98,13 +98,13 @@ fn origin(ui: &mut Ui, list: &RecordSection) {
         None => format!("{}{as_of}", list.source),
         Some(doubt) => format!("× {}{as_of}: {doubt}", list.source),
     };
-    let palette = theme::of(ui.ctx());
-    let ink = if list.doubt.is_some() { palette.ink } else { palette.faint_ink };
+    let palette = theme::palette(ui.ctx());
+    let ink = if list.doubt.is_some() { palette.text } else { palette.weak_text };
     let width = ui.available_width();
     let galley = ui.painter().layout(words, theme::small_font(), ink, width);
     let (place, _) = ui.allocate_exact_size(vec2(width, galley.size().y), Sense::hover());
     if let Some(reason) = list.doubt.clone() {
-        hatch::ground(ui.painter(), place, &Mark::Bad { reason });
+        hatch::fill(ui.painter(), place, &ValueMark::Bad { reason });
     }
     ui.painter().galley(place.min, galley, ink);
     let (count, first) = &list.left_out;
@@ -120,7 +120,7 @@ fn in_doubt(ui: &mut Ui, doubt: &str, list: &RecordSection) {
     let shown = Frame::new().inner_margin(margin).show(ui, |ui| rows(ui, list));
     let side = shown.response.rect;
     let side = side.with_max_x(side.left() + f32::from(DOUBT_MARGIN) - 3.0);
-    hatch::ground(ui.painter(), side, &Mark::Bad { reason: doubt.to_owned() });
+    hatch::fill(ui.painter(), side, &ValueMark::Bad { reason: doubt.to_owned() });
 }
 
 fn rows(ui: &mut Ui, list: &RecordSection) {
@@ -148,7 +148,7 @@ fn rows(ui: &mut Ui, list: &RecordSection) {
     }
 }
 
-/// How bad, whether open, when.
+/// Shows severity, open or closed state, and date of a record.
 fn head(ui: &mut Ui, row: &RecordRow) {
     ui.horizontal(|ui| {
         if let Some(severity) = row.severity {
@@ -162,15 +162,15 @@ fn head(ui: &mut Ui, row: &RecordRow) {
     });
 }
 
-/// A severity in words: filled where it is open and critical, framed where it is open and
-/// serious, else plain.
+/// Shows a severity badge: filled if open and critical, framed if open and serious, plain
+/// otherwise.
 fn badge(ui: &mut Ui, severity: Severity, is_open: bool) {
-    let palette = theme::of(ui.ctx());
+    let palette = theme::palette(ui.ctx());
     let (ground, ink, line) = match severity {
-        _ if !is_open => (Color32::TRANSPARENT, palette.faint_ink, Color32::TRANSPARENT),
-        Severity::Critical => (theme::WARNING, theme::INK, palette.ink),
-        Severity::Serious => (Color32::TRANSPARENT, palette.ink, palette.ink),
-        Severity::General => (Color32::TRANSPARENT, palette.ink, Color32::TRANSPARENT),
+        _ if !is_open => (Color32::TRANSPARENT, palette.weak_text, Color32::TRANSPARENT),
+        Severity::Critical => (theme::WARNING, theme::DARK_TEXT, palette.text),
+        Severity::Serious => (Color32::TRANSPARENT, palette.text, palette.text),
+        Severity::General => (Color32::TRANSPARENT, palette.text, Color32::TRANSPARENT),
     };
     let galley = ui.painter().layout_no_wrap(severity.word().to_owned(), theme::value_font(), ink);
     let around = if line == Color32::TRANSPARENT { vec2(0.0, 2.0) } else { vec2(10.0, 2.0) };
@@ -182,7 +182,7 @@ fn badge(ui: &mut Ui, severity: Severity, is_open: bool) {
 
 /// Names of columns and what stands there, the first lines side by side.
 fn cells(ui: &mut Ui, row: &RecordRow) {
-    let faint = theme::of(ui.ctx()).faint_ink;
+    let faint = theme::palette(ui.ctx()).weak_text;
     let place = row.place.iter().map(|place| ("Part", place.as_str()));
     let cells = row.cells.iter().map(|(name, text)| (name.as_str(), text.as_str()));
     for (name, text) in place.chain(cells) {

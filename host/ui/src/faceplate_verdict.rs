@@ -1,24 +1,24 @@
-//! What a chart says of a piece of equipment, as a part of its faceplate: verdict, evidence,
-//! numbers against limits, and where it is in diagrams.
+//! Faceplate section with a chart's explanation: verdict, evidence, values against limits,
+//! diagrams.
 
 use busbar_chart::{Diagram, Evidence, Severity, Table};
 use egui::{
     Align2, Color32, FontId, Grid, Label, Pos2, Rect, RichText, Sense, Stroke, Ui, pos2, vec2,
 };
 
-use crate::chart_model::ExplainedEquipment;
+use crate::chart_model::EquipmentExplanation;
 use crate::faceplate::section;
-use crate::{Mark, hatch, layers, theme};
+use crate::{ValueMark, hatch, layers, theme};
 
 /// Points: names of zones have room in it, and two of them in a faceplate.
 const DIAGRAM_SIZE: f32 = 138.0;
-/// Between diagrams, points.
+/// Gap between diagrams, points.
 const GAP: f32 = 8.0;
 /// Points that a reason stands in from the method it is of.
 const INDENT: f32 = 16.0;
 
-/// Shows it; what is said of a part's owner names that.
-pub(crate) fn show(ui: &mut Ui, faceplate: &str, explained: &ExplainedEquipment) {
+/// Shows the explanation; that of a parent names the parent.
+pub(crate) fn show(ui: &mut Ui, faceplate: &str, explained: &EquipmentExplanation) {
     let explanation = &explained.explanation;
     let of = if explained.id == faceplate { "" } else { explained.id.as_str() };
     section(ui, format!("{} {of}", explained.chart).trim());
@@ -27,7 +27,7 @@ pub(crate) fn show(ui: &mut Ui, faceplate: &str, explained: &ExplainedEquipment)
     }
     let taken = ui.label(&explained.taken);
     if explained.is_outdated {
-        hatch::ground(ui.painter(), taken.rect, &Mark::Uncertain { reason: String::new() });
+        hatch::fill(ui.painter(), taken.rect, &ValueMark::Uncertain { reason: String::new() });
         ui.label(RichText::new("× too old to speak for the equipment").strong());
     }
     ui.add(Label::new(RichText::new(&explanation.verdict).size(14.0)).wrap());
@@ -40,7 +40,7 @@ pub(crate) fn show(ui: &mut Ui, faceplate: &str, explained: &ExplainedEquipment)
     }
 }
 
-/// As many beside each other as there is room for.
+/// Shows the diagrams in rows, as many side by side as fit.
 fn diagrams(ui: &mut Ui, diagrams: &[Diagram]) {
     let fitting = ((ui.available_width() + GAP) / (DIAGRAM_SIZE + GAP)) as usize;
     for row in diagrams.chunks(fitting.max(1)) {
@@ -72,7 +72,8 @@ fn evidence(ui: &mut Ui, list: &[Evidence]) {
         });
         ui.horizontal(|ui| {
             ui.add_space(INDENT);
-            let reason = RichText::new(&one.reason).color(theme::of(ui.ctx()).faint_ink).size(12.0);
+            let reason =
+                RichText::new(&one.reason).color(theme::palette(ui.ctx()).weak_text).size(12.0);
             ui.add(Label::new(reason).wrap());
         });
     }
@@ -86,7 +87,7 @@ fn numbers(ui: &mut Ui, table: &Table) {
         ui.label("");
         for head in &table.columns {
             let head = head.replacen(" (", "\n(", 1);
-            ui.label(RichText::new(head).color(theme::of(ui.ctx()).faint_ink).size(12.0));
+            ui.label(RichText::new(head).color(theme::palette(ui.ctx()).weak_text).size(12.0));
         }
         ui.end_row();
         for row in &table.rows {
@@ -96,8 +97,8 @@ fn numbers(ui: &mut Ui, table: &Table) {
                 Severity::Alarm => ("!!", theme::ALARM),
             };
             let ink = match row.severity {
-                Severity::Normal => theme::of(ui.ctx()).ink,
-                Severity::Warning => theme::INK,
+                Severity::Normal => theme::palette(ui.ctx()).text,
+                Severity::Warning => theme::DARK_TEXT,
                 Severity::Alarm => Color32::WHITE,
             };
             let sign = RichText::new(sign).strong().color(ink).background_color(ground);
@@ -120,7 +121,7 @@ fn diagram(ui: &mut Ui, diagram: &Diagram) {
     let (rect, _) = ui.allocate_exact_size(vec2(DIAGRAM_SIZE, DIAGRAM_SIZE), Sense::hover());
     let Some(place) = fit(diagram, rect) else { return };
     let painter = ui.painter().with_clip_rect(rect);
-    let line = Stroke::new(1.0, theme::of(ui.ctx()).line);
+    let line = Stroke::new(1.0, theme::palette(ui.ctx()).border);
     for zone in &diagram.zones {
         let corners: Vec<Pos2> = zone.outline.iter().map(|corner| place(*corner)).collect();
         if zone.is_hit {
@@ -134,15 +135,18 @@ fn diagram(ui: &mut Ui, diagram: &Diagram) {
         let at = place(*at);
         let align = if at.y < rect.center().y { Align2::CENTER_BOTTOM } else { Align2::CENTER_TOP };
         let font = FontId::proportional(11.0);
-        painter.text(at, align, name, font, theme::of(ui.ctx()).ink);
+        painter.text(at, align, name, font, theme::palette(ui.ctx()).text);
     }
     let trail: Vec<Pos2> = diagram.trail.iter().map(|at| place(*at)).collect();
-    painter.add(egui::Shape::line(trail.clone(), Stroke::new(1.2, theme::of(ui.ctx()).faint_ink)));
+    painter.add(egui::Shape::line(
+        trail.clone(),
+        Stroke::new(1.2, theme::palette(ui.ctx()).weak_text),
+    ));
     if let Some((last, before)) = trail.split_last() {
         for at in before {
-            painter.circle_filled(*at, 1.8, theme::of(ui.ctx()).faint_ink);
+            painter.circle_filled(*at, 1.8, theme::palette(ui.ctx()).weak_text);
         }
-        painter.circle(*last, 5.0, Color32::WHITE, Stroke::new(2.4, theme::of(ui.ctx()).ink));
+        painter.circle(*last, 5.0, Color32::WHITE, Stroke::new(2.4, theme::palette(ui.ctx()).text));
     }
 }
 
@@ -155,8 +159,8 @@ fn zone_names(painter: &egui::Painter, diagram: &Diagram, place: &impl Fn([f32; 
     for zone in hit.into_iter().chain(others) {
         let count = zone.outline.len().max(1) as f32;
         let sum = zone.outline.iter().fold([0.0; 2], |sum, c| [sum[0] + c[0], sum[1] + c[1]]);
-        let theme = theme::of(painter.ctx());
-        let (ink, size) = if zone.is_hit { (theme.ink, 14.0) } else { (theme.faint_ink, 11.0) };
+        let theme = theme::palette(painter.ctx());
+        let (ink, size) = if zone.is_hit { (theme.text, 14.0) } else { (theme.weak_text, 11.0) };
         let font = FontId::proportional(size);
         let galley = painter.layout_no_wrap(zone.name.clone(), font, ink);
         let middle = place([sum[0] / count, sum[1] / count]);
@@ -181,7 +185,7 @@ fn fill_striped(painter: &egui::Painter, corners: &[Pos2]) {
         crossings
     };
     const STEP: f32 = 5.0;
-    let stroke = Stroke::new(1.4, theme::of(painter.ctx()).hatch);
+    let stroke = Stroke::new(1.4, theme::palette(painter.ctx()).hatch);
     let mut x = bounds.left() - bounds.height();
     while x < bounds.right() {
         let along = |t: f32| pos2(x + t, bounds.bottom() - t);
@@ -205,7 +209,7 @@ fn fill_striped(painter: &egui::Painter, corners: &[Pos2]) {
     }
 }
 
-/// From a diagram's plane to the screen, all of it in sight.
+/// Returns the mapping from a diagram's plane to the screen that shows all zones.
 fn fit(diagram: &Diagram, rect: Rect) -> Option<impl Fn([f32; 2]) -> Pos2 + use<>> {
     let corners = diagram.zones.iter().flat_map(|zone| &zone.outline);
     let places: Vec<Pos2> = corners.map(|[x, y]| pos2(*x, *y)).collect();

@@ -1,16 +1,16 @@
-//! Marks of panels and scene are told apart in grey: all pairs of each kind, rasterised as
-//! the host's triangles are.
+//! Greyscale distinction of all marks in panels and scene, tested pair by pair on rasterised
+//! pictures.
 
 use busbar_tags::Origin;
 use egui::epaint::{Primitive, Vertex};
 use egui::{Context, Painter, RawInput, Rect, Ui, Vec2, pos2};
 
-use crate::alarm_mark::{self, Look};
-use crate::flags::{self, FlagState};
-use crate::layers::{self, ArrowKey, LegendRow, Pattern};
-use crate::{AlarmPriority, Mark, hatch, origin_band, origin_mark, theme};
+use crate::alarm_symbol::{self, AlarmSymbol};
+use crate::layers::{self, FlowArrowKind, LegendRow, Pattern};
+use crate::switch_symbols::{self, SwitchState};
+use crate::{AlarmPriority, ValueMark, hatch, origin_band, origin_mark, theme};
 
-/// Pixels of a side of what is looked at.
+/// Side of a test picture, pixels.
 const SIDE: usize = 48;
 /// Levels of grey, of 255, by which a pixel is seen to differ beside its neighbour.
 const VISIBLE: f32 = 14.0;
@@ -26,7 +26,7 @@ fn picture(is_dark: bool, paint: impl Fn(&Painter, Rect)) -> Picture {
     let screen = Rect::from_min_size(pos2(0.0, 0.0), Vec2::splat(SIDE as f32));
     let input = || RawInput { screen_rect: Some(screen), ..RawInput::default() };
     let show = |ui: &mut Ui| {
-        ui.painter().rect_filled(screen, 0.0, theme::of(ui.ctx()).paper);
+        ui.painter().rect_filled(screen, 0.0, theme::palette(ui.ctx()).background);
         paint(ui.painter(), screen);
     };
     // Fonts are there from the second pass on.
@@ -81,7 +81,7 @@ impl Atlas {
     }
 }
 
-/// A triangle over what is there.
+/// Blends a triangle over the picture.
 fn fill(picture: &mut Picture, atlas: &Atlas, clip: Rect, corners: [Vertex; 3]) {
     let [a, b, c] = corners.map(|corner| corner.pos);
     let cross = |o: egui::Pos2, p: egui::Pos2, q: egui::Pos2| {
@@ -135,27 +135,27 @@ fn assert_all_differ<T: std::fmt::Debug>(marks: &[T], paint: impl Fn(&Painter, R
 #[test]
 fn alarm_marks_are_told_apart() {
     let states = [(true, true), (true, false), (false, true), (false, false)];
-    let looks: Vec<Look> = AlarmPriority::ALL
+    let symbols: Vec<AlarmSymbol> = AlarmPriority::ALL
         .into_iter()
         .flat_map(|priority| {
-            states.map(|(is_active, has_ring)| Look { priority, is_active, has_ring })
+            states.map(|(is_active, has_ring)| AlarmSymbol { priority, is_active, has_ring })
         })
         .collect();
-    assert_all_differ(&looks, |painter, rect, look| {
-        alarm_mark::paint(painter, rect.center(), 11.0, *look);
+    assert_all_differ(&symbols, |painter, rect, symbol| {
+        alarm_symbol::paint(painter, rect.center(), 11.0, *symbol);
     });
 }
 
 #[test]
 fn flags_are_told_apart() {
-    assert_all_differ(&FlagState::ALL, |painter, rect, state| {
-        flags::shape(painter, rect.center(), *state);
+    assert_all_differ(&SwitchState::ALL, |painter, rect, state| {
+        switch_symbols::shape(painter, rect.center(), *state);
     });
 }
 
 #[test]
 fn arrows_of_the_legend_are_told_apart() {
-    assert_all_differ(&ArrowKey::ALL, |painter, rect, key| {
+    assert_all_differ(&FlowArrowKind::ALL, |painter, rect, key| {
         layers::arrow(painter, rect.shrink2(Vec2::new(11.0, 17.0)), *key);
     });
 }
@@ -164,16 +164,16 @@ fn arrows_of_the_legend_are_told_apart() {
 fn values_of_every_quality_and_severity_are_told_apart() {
     let reason = String::new;
     let marks = [
-        Mark::Normal,
-        Mark::Warning,
-        Mark::Alarm,
-        Mark::Uncertain { reason: reason() },
-        Mark::Bad { reason: reason() },
-        Mark::LateDisplay,
+        ValueMark::Normal,
+        ValueMark::Warning,
+        ValueMark::Alarm,
+        ValueMark::Uncertain { reason: reason() },
+        ValueMark::Bad { reason: reason() },
+        ValueMark::LateDisplay,
     ];
     assert_all_differ(&marks, |painter, rect, mark| {
-        hatch::ground(painter, rect.shrink2(Vec2::new(4.0, 15.0)), mark);
-        let (_, ink) = theme::ground_and_ink(painter.ctx(), mark);
+        hatch::fill(painter, rect.shrink2(Vec2::new(4.0, 15.0)), mark);
+        let (_, ink) = theme::background_and_text(painter.ctx(), mark);
         let symbol = theme::symbol(mark);
         painter.text(rect.center(), egui::Align2::CENTER_CENTER, symbol, theme::value_font(), ink);
     });
@@ -184,7 +184,7 @@ fn patterns_of_legends_are_told_apart_in_one_colour() {
     let patterns = [Pattern::Solid, Pattern::Striped, Pattern::Crossed, Pattern::Dotted];
     assert_all_differ(&patterns, |painter, rect, pattern| {
         let row = LegendRow { name: String::new(), color: [74, 78, 84], pattern: *pattern };
-        layers::sample(painter, rect.shrink2(Vec2::new(11.0, 17.0)), &row);
+        layers::paint_swatch(painter, rect.shrink2(Vec2::new(11.0, 17.0)), &row);
     });
 }
 

@@ -1,8 +1,8 @@
-//! Hatching: what is not to be relied on must not look live.
+//! Hatching of values that are not reliable.
 
 use egui::{Painter, Pos2, Rect, Stroke, pos2};
 
-use crate::{Mark, theme};
+use crate::{ValueMark, theme};
 
 /// Distance between stripes, points.
 const BAD_STEP: f32 = 5.0;
@@ -10,26 +10,26 @@ const UNCERTAIN_STEP: f32 = 11.0;
 
 /// Fills the ground of a value and hatches it: densely when bad, sparsely when
 /// uncertain, not at all when good.
-pub(crate) fn ground(painter: &Painter, rect: Rect, mark: &Mark) {
-    let (fill, _) = theme::ground_and_ink(painter.ctx(), mark);
+pub(crate) fn fill(painter: &Painter, rect: Rect, mark: &ValueMark) {
+    let (fill, _) = theme::background_and_text(painter.ctx(), mark);
     painter.rect_filled(rect, 2.0, fill);
-    stripe(painter, rect, mark);
+    draw_stripes(painter, rect, mark);
 }
 
-/// Hatches a place whose value is not good, over what is there.
-pub(crate) fn stripe(painter: &Painter, rect: Rect, mark: &Mark) {
+/// Hatches a place whose value is not good over its existing content.
+pub(crate) fn draw_stripes(painter: &Painter, rect: Rect, mark: &ValueMark) {
     let step = match mark {
-        Mark::Bad { .. } | Mark::LateDisplay => BAD_STEP,
-        Mark::Uncertain { .. } => UNCERTAIN_STEP,
-        Mark::Normal | Mark::Warning | Mark::Alarm => return,
+        ValueMark::Bad { .. } | ValueMark::LateDisplay => BAD_STEP,
+        ValueMark::Uncertain { .. } => UNCERTAIN_STEP,
+        ValueMark::Normal | ValueMark::Warning | ValueMark::Alarm => return,
     };
     let painter = painter.with_clip_rect(rect.intersect(painter.clip_rect()));
     for mut stripe in stripes(rect, step) {
-        if matches!(mark, Mark::LateDisplay) {
+        if matches!(mark, ValueMark::LateDisplay) {
             // The other way: it is no quality.
             stripe = stripe.map(|at| pos2(at.x, rect.top() + rect.bottom() - at.y));
         }
-        painter.line_segment(stripe, Stroke::new(1.0, theme::of(painter.ctx()).hatch));
+        painter.line_segment(stripe, Stroke::new(1.0, theme::palette(painter.ctx()).hatch));
     }
 }
 

@@ -7,7 +7,8 @@ use crate::{origin_mark, theme};
 /// Points: all lines fit from the first frame on.
 const WIDTH: f32 = 420.0;
 
-/// Gestures and keys with what they do, in groups; README has the same table.
+/// Gestures and keys with their effects, in groups; the book's page on the window has the same
+/// table.
 const HELP: [(&str, &[(&str, &str)]); 5] = [
     (
         "Camera",
@@ -61,7 +62,7 @@ const HELP: [(&str, &[(&str, &str)]); 5] = [
     ),
 ];
 
-/// Shows the keys while they are asked for.
+/// Shows the key help while it is open.
 pub(crate) fn show(context: &Context, shown: &mut bool) {
     let asked = |input: &egui::InputState| {
         input.key_pressed(Key::F1) || input.key_pressed(Key::Questionmark)
@@ -78,7 +79,7 @@ pub(crate) fn show(context: &Context, shown: &mut bool) {
                 ui.end_row();
                 for (key, does) in keys {
                     ui.label(*key);
-                    ui.label(RichText::new(*does).color(theme::of(context).faint_ink));
+                    ui.label(RichText::new(*does).color(theme::palette(context).weak_text));
                     ui.end_row();
                 }
             }
@@ -87,7 +88,7 @@ pub(crate) fn show(context: &Context, shown: &mut bool) {
     });
 }
 
-/// The marks of values that are not live, with what they mean.
+/// Lists the origin marks with their meanings.
 fn origins(ui: &mut Ui) {
     ui.label(RichText::new("Values that are not live").strong());
     ui.end_row();
@@ -97,7 +98,7 @@ fn origins(ui: &mut Ui) {
         origin_mark::paint(ui.painter(), place.center(), Align2::CENTER_CENTER, words.origin);
         let band = words.band.map_or_else(String::new, |band| format!("; band: {band}"));
         let meaning = format!("{}{band}", words.meaning);
-        ui.label(RichText::new(meaning).color(theme::of(ui.ctx()).faint_ink));
+        ui.label(RichText::new(meaning).color(theme::palette(ui.ctx()).weak_text));
         ui.end_row();
     }
 }

@@ -10,13 +10,13 @@ use egui::{
     Align2, Color32, Galley, Painter, Rect, Shape, Stroke, StrokeKind, Ui, Vec2, pos2, vec2,
 };
 
-pub(crate) use self::placement::Placement;
+pub(crate) use self::placement::LabelPlacement;
 
-use self::placement::Wanted;
+use self::placement::LabelRequest;
 use crate::view_model::age_text;
 use busbar_tags::Origin;
 
-use crate::{Label, LabelLine, Mark, hatch, origin_mark, theme};
+use crate::{Label, LabelLine, ValueMark, hatch, origin_mark, theme};
 
 const PADDING: f32 = 6.0;
 const CORNER: f32 = 3.0;
@@ -27,13 +27,18 @@ const COLUMN_GAP: f32 = 12.0;
 const ORIGIN_GAP: f32 = 5.0;
 /// Boxes in a frame, the most urgent and nearest first; the rest are dots.
 const MAX_BOXES: usize = 200;
-/// How much is seen of a label whose equipment is hidden.
+/// Opacity of a label whose equipment is occluded.
 const HIDDEN_OPACITY: f32 = 0.7;
 /// Lines of a box, the most urgent first.
 const MAX_LINES: usize = 12;
 
-/// Paints labels over the scene, clipped to the viewport and beside what is occupied.
-pub(crate) fn paint(ui: &Ui, labels: &[Label<'_>], placement: &mut Placement, occupied: &[Rect]) {
+/// Paints labels over the scene, clipped to the viewport, beside occupied places.
+pub(crate) fn paint(
+    ui: &Ui,
+    labels: &[Label<'_>],
+    placement: &mut LabelPlacement,
+    occupied: &[Rect],
+) {
     let viewport = ui.max_rect();
     let painter = ui.painter().with_clip_rect(viewport);
     let mut ordered: Vec<&Label<'_>> =
@@ -42,10 +47,10 @@ pub(crate) fn paint(ui: &Ui, labels: &[Label<'_>], placement: &mut Placement, oc
     let (boxed, dots) = ordered.split_at(ordered.len().min(MAX_BOXES));
     let laid_out: Vec<LabelBox> =
         boxed.iter().map(|label| LabelBox::lay_out(&painter, label)).collect();
-    let wanted: Vec<Wanted<'_>> = boxed
+    let wanted: Vec<LabelRequest<'_>> = boxed
         .iter()
         .zip(&laid_out)
-        .map(|(label, laid_out)| Wanted {
+        .map(|(label, laid_out)| LabelRequest {
             key: &label.title,
             size: laid_out.size,
             anchor: label.anchor,
@@ -72,13 +77,13 @@ pub(crate) fn paint(ui: &Ui, labels: &[Label<'_>], placement: &mut Placement, oc
     }
     for (label, laid_out, place) in boxes {
         // Paler, and yet to be read whatever is behind it.
-        painter.rect_filled(place, CORNER, theme::of(ui.ctx()).paper);
+        painter.rect_filled(place, CORNER, theme::palette(ui.ctx()).background);
         laid_out.paint(&fading(&painter, label), label, place);
     }
 }
 
-/// Which of two labels the other gives way to: what is selected, then what is in alarm, then
-/// what is not as it should be; of equals the nearer one.
+/// Orders labels by placement priority: selected, in alarm, by urgency of the mark, then by
+/// distance.
 fn by_priority(a: &Label<'_>, b: &Label<'_>) -> Ordering {
     let rank = |label: &Label<'_>| (label.selected, label.alarmed, urgency(label));
     rank(b)
@@ -112,7 +117,7 @@ struct LabelBox {
 
 /// The texts of a line: caption, value, note.
 struct LabelRow {
-    mark: Mark,
+    mark: ValueMark,
     origin: Origin,
     texts: [Arc<Galley>; 3],
 }
@@ -124,16 +129,16 @@ impl LabelBox {
         let hidden = label.lines.len() - lines.len();
         let more = if hidden > 0 { format!("   +{hidden} more") } else { String::new() };
         let title = format!("{}{more}", label.title);
-        let title = text(title, theme::small_font(), theme::of(painter.ctx()).faint_ink);
+        let title = text(title, theme::small_font(), theme::palette(painter.ctx()).weak_text);
         let rows: Vec<LabelRow> = lines
             .into_iter()
             .map(|line| {
-                let (_, ink) = theme::ground_and_ink(painter.ctx(), &line.mark);
+                let (_, ink) = theme::background_and_text(painter.ctx(), &line.mark);
                 let galleys = [
                     text(
                         line.caption.to_owned(),
                         theme::value_font(),
-                        theme::of(painter.ctx()).faint_ink,
+                        theme::palette(painter.ctx()).weak_text,
                     ),
                     text(line.text.to_owned(), theme::value_font(), ink),
                     text(note(line), theme::small_font(), ink),
@@ -159,14 +164,20 @@ impl LabelBox {
 
     fn paint(self, painter: &Painter, label: &Label<'_>, rect: Rect) {
         let color = if label.selected {
-            theme::of(painter.ctx()).selection
+            theme::palette(painter.ctx()).selection
         } else {
-            theme::of(painter.ctx()).line
+            theme::palette(painter.ctx()).border
         };
         let border = Stroke::new(if label.selected { 2.0 } else { 1.0 }, color);
-        painter.rect(rect, CORNER, theme::of(painter.ctx()).paper, border, StrokeKind::Inside);
+        painter.rect(
+            rect,
+            CORNER,
+            theme::palette(painter.ctx()).background,
+            border,
+            StrokeKind::Inside,
+        );
         let inner = rect.shrink(PADDING);
-        painter.galley(inner.min, self.title, theme::of(painter.ctx()).faint_ink);
+        painter.galley(inner.min, self.title, theme::palette(painter.ctx()).weak_text);
         let [caption_width, value_width, _] = self.columns;
         for (index, row) in self.rows.into_iter().enumerate() {
             let LabelRow { mark, origin, texts: [caption, value, note] } = row;
@@ -176,13 +187,13 @@ impl LabelBox {
                 pos2(value_left - 4.0, top),
                 pos2(inner.right(), top + ROW_HEIGHT - 1.0),
             );
-            hatch::ground(painter, ground, &mark);
+            hatch::fill(painter, ground, &mark);
             let middle = ground.center().y;
             let at = |x: f32, galley: &Galley| pos2(x, middle - galley.size().y * 0.5);
             painter.galley(
                 at(inner.left(), &caption),
                 caption.clone(),
-                theme::of(painter.ctx()).faint_ink,
+                theme::palette(painter.ctx()).weak_text,
             );
             let value_x = value_left + value_width - value.size().x;
             // On stripes, text needs a ground of its own to stay legible.
@@ -192,16 +203,18 @@ impl LabelBox {
             origin_mark::paint(painter, origin_at, Align2::LEFT_CENTER, origin);
             for (x, galley) in [(value_x, value), (note_x, note)] {
                 let text_rect = Rect::from_min_size(at(x, &galley), galley.size());
-                if matches!(mark, Mark::Bad { .. } | Mark::Uncertain { .. } | Mark::LateDisplay)
-                    && galley.size().x > 0.0
+                if matches!(
+                    mark,
+                    ValueMark::Bad { .. } | ValueMark::Uncertain { .. } | ValueMark::LateDisplay
+                ) && galley.size().x > 0.0
                 {
                     painter.rect_filled(
                         text_rect.expand2(vec2(2.0, -1.0)),
                         2.0,
-                        theme::of(painter.ctx()).paper,
+                        theme::palette(painter.ctx()).background,
                     );
                 }
-                painter.galley(text_rect.min, galley, theme::of(painter.ctx()).ink);
+                painter.galley(text_rect.min, galley, theme::palette(painter.ctx()).text);
             }
         }
     }
@@ -216,37 +229,40 @@ fn most_urgent_lines<'l>(label: &'l Label<'_>) -> Vec<&'l LabelLine<'l>> {
     ranked.into_iter().map(|(_, line)| line).collect()
 }
 
-/// What stands behind a value that is not simply good.
+/// Returns the note beside a value that is not simply good.
 fn note(line: &LabelLine<'_>) -> String {
     let symbol = theme::symbol(&line.mark);
     let age = line.age.map_or_else(String::new, |age| format!(" {}", age_text(age)));
     match &line.mark {
-        Mark::Normal => String::new(),
-        Mark::Warning => format!("{symbol} limit"),
-        Mark::Alarm => format!("{symbol} alarm"),
-        Mark::Uncertain { reason } | Mark::Bad { reason } => format!("{symbol} {reason}{age}"),
-        Mark::LateDisplay => format!("{symbol} {}", theme::LATE_DISPLAY),
+        ValueMark::Normal => String::new(),
+        ValueMark::Warning => format!("{symbol} limit"),
+        ValueMark::Alarm => format!("{symbol} alarm"),
+        ValueMark::Uncertain { reason } | ValueMark::Bad { reason } => {
+            format!("{symbol} {reason}{age}")
+        }
+        ValueMark::LateDisplay => format!("{symbol} {}", theme::LATE_DISPLAY),
     }
 }
 
 fn leader(painter: &Painter, label: &Label<'_>, rect: Rect) {
     let from = rect.clamp(label.anchor);
-    let stroke = Stroke::new(1.0, theme::of(painter.ctx()).line);
+    let stroke = Stroke::new(1.0, theme::palette(painter.ctx()).border);
     if label.hidden {
         // It ends behind what is seen.
         painter.extend(Shape::dashed_line(&[from, label.anchor], stroke, 4.0, 3.0));
     } else {
         painter.line_segment([from, label.anchor], stroke);
     }
-    painter.circle_filled(label.anchor, 2.5, theme::of(painter.ctx()).faint_ink);
+    painter.circle_filled(label.anchor, 2.5, theme::palette(painter.ctx()).weak_text);
 }
 
-/// What is left of a label without room: a dot with its most urgent symbol.
+/// Paints the dot of a label without room, with its most urgent symbol.
 fn anchor_dot(painter: &Painter, label: &Label<'_>) {
-    let mark = label.lines.iter().fold(Mark::Normal, |m, l| m.most_urgent(l.mark.clone()));
-    let (fill, ink) = theme::ground_and_ink(painter.ctx(), &mark);
-    let fill = if fill == Color32::TRANSPARENT { theme::of(painter.ctx()).paper } else { fill };
-    painter.circle(label.anchor, 6.0, fill, Stroke::new(1.0, theme::of(painter.ctx()).line));
+    let mark = label.lines.iter().fold(ValueMark::Normal, |m, l| m.most_urgent(l.mark.clone()));
+    let (fill, ink) = theme::background_and_text(painter.ctx(), &mark);
+    let fill =
+        if fill == Color32::TRANSPARENT { theme::palette(painter.ctx()).background } else { fill };
+    painter.circle(label.anchor, 6.0, fill, Stroke::new(1.0, theme::palette(painter.ctx()).border));
     let origin = label.lines.iter().fold(Origin::LIVE, |all, line| all | line.origin);
     let beside = label.anchor + vec2(8.0, 0.0);
     origin_mark::paint(painter, beside, Align2::LEFT_CENTER, origin);
@@ -274,11 +290,11 @@ mod tests {
             ..Label::default()
         };
         let mut labels = [
-            label("near", 1.0, Mark::Normal, false, false),
-            label("far", 9.0, Mark::Normal, false, false),
-            label("warned", 20.0, Mark::Warning, false, false),
-            label("alarmed", 30.0, Mark::Normal, true, false),
-            label("selected", 40.0, Mark::Normal, false, true),
+            label("near", 1.0, ValueMark::Normal, false, false),
+            label("far", 9.0, ValueMark::Normal, false, false),
+            label("warned", 20.0, ValueMark::Warning, false, false),
+            label("alarmed", 30.0, ValueMark::Normal, true, false),
+            label("selected", 40.0, ValueMark::Normal, false, true),
         ];
         labels.sort_by(by_priority);
         let titles = labels.map(|label| label.title);
@@ -287,7 +303,7 @@ mod tests {
 
     #[test]
     fn a_late_display_is_no_quality() {
-        let late = LabelLine { mark: Mark::LateDisplay, ..LabelLine::default() };
+        let late = LabelLine { mark: ValueMark::LateDisplay, ..LabelLine::default() };
         assert_eq!(note(&late), "… display late");
     }
 }

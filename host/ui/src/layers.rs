@@ -1,4 +1,4 @@
-//! What overlays show, as layers that can be switched, and their legends.
+//! Overlay layers with visibility switches and legends.
 
 use std::sync::Arc;
 
@@ -7,20 +7,20 @@ use egui::{
     StrokeKind, Ui, pos2, vec2,
 };
 
-use crate::flags::{self, FlagState};
-use crate::{Command, Mark, hatch, theme};
+use crate::switch_symbols::{self, SwitchState};
+use crate::{Command, ValueMark, hatch, theme};
 
 /// Points between the layers and the edge of the scene.
 const MARGIN: f32 = 8.0;
 /// Size of a sample, points.
-const SAMPLE: [f32; 2] = [26.0, 13.0];
+const SWATCH_SIZE: [f32; 2] = [26.0, 13.0];
 /// Height of a flag's sample, points.
-const FLAG_HEIGHT: f32 = 17.0;
-/// Of the scene's height that they take before the rest is left to scrolling.
+const SYMBOL_HEIGHT: f32 = 17.0;
+/// Largest share of the scene's height before the legend scrolls.
 const MAX_SHARE: f32 = 0.5;
-/// Of their area.
+/// Id of the egui area.
 const ID: &str = "layers";
-/// How much of a plain state's colour shows on equipment.
+/// Share of the state color in a solid swatch over equipment gray.
 const PLAIN_SHARE: f32 = 0.55;
 /// Points from stripe to stripe.
 const STEP: f32 = 6.0;
@@ -30,15 +30,16 @@ const STEP: f32 = 6.0;
 pub struct LayerRow {
     /// The configuration's id of the overlay.
     pub name: String,
-    /// Whether it is drawn.
+    /// True if the layer is drawn.
     pub shown: bool,
-    /// Tells whether what it shows is late: all of it is hatched, whatever the values are.
+    /// True if the overlay is late: the whole layer is hatched, whatever the qualities of its
+    /// values.
     pub is_late: bool,
     /// The states that it shows equipment in.
     pub legend: Arc<[LegendRow]>,
-    /// Whether it shows where switches stand.
-    pub has_flags: bool,
-    /// Whether it shows flows of power.
+    /// True if the layer shows switch symbols.
+    pub has_switch_symbols: bool,
+    /// True if the layer shows power-flow arrows.
     pub has_arrows: bool,
     /// The contour that it shows.
     pub contour: Option<ContourRow>,
@@ -47,45 +48,45 @@ pub struct LayerRow {
 /// A contour in a legend.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ContourRow {
-    /// What it is of, with its unit.
+    /// Quantity with its unit.
     pub name: String,
-    /// What is normal, in words.
+    /// Normal band as text.
     pub normal: String,
-    /// From line to line, in words.
+    /// Step between contour lines as text.
     pub step: String,
-    /// How far values count, in words.
+    /// Interpolation radius as text.
     pub reach: String,
-    /// sRGB of what is beyond the normal band: the first step and the last.
+    /// Colors of the first and the last step beyond the normal band, sRGB.
     pub colors: [[u8; 3]; 2],
 }
 
 /// A state of a legend.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LegendRow {
-    /// What it says.
+    /// Name of the state.
     pub name: String,
-    /// sRGB.
+    /// Color of the state, sRGB.
     pub color: [u8; 3],
-    /// What it looks like besides.
+    /// Fill pattern of the state.
     pub pattern: Pattern,
 }
 
-/// What a state looks like besides its colour; in the scene it is the same.
+/// Fill pattern that distinguishes states without color, in legend and scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Pattern {
-    /// Plain.
+    /// Solid fill, no pattern.
     #[default]
     Solid,
-    /// Stripes.
+    /// Diagonal stripes in one direction.
     Striped,
-    /// Stripes that cross.
+    /// Crossed diagonal stripes (cross-hatching).
     Crossed,
-    /// Dots.
+    /// Regular grid of dots.
     Dotted,
 }
 
-/// Where the layers were in the last frame: values that belong to the scene stay beside them.
-pub(crate) fn place(context: &Context, layers: &[LayerRow]) -> Option<Rect> {
+/// Returns the rectangle of the layer panel in the last frame; labels are placed beside it.
+pub(crate) fn last_rect(context: &Context, layers: &[LayerRow]) -> Option<Rect> {
     context.memory(|memory| memory.area_rect(Id::new(ID))).filter(|_| !layers.is_empty())
 }
 
@@ -97,8 +98,8 @@ pub(crate) fn show(context: &Context, scene: Rect, layers: &[LayerRow], into: &m
     let area = Area::new(Id::new(ID)).pivot(Align2::LEFT_BOTTOM).constrain_to(scene);
     area.fixed_pos(scene.left_bottom() + vec2(MARGIN, -MARGIN)).show(context, |ui| {
         let frame = Frame::new()
-            .fill(theme::of(context).paper)
-            .stroke(Stroke::new(1.0, theme::of(context).line));
+            .fill(theme::palette(context).background)
+            .stroke(Stroke::new(1.0, theme::palette(context).border));
         frame.corner_radius(2.0).inner_margin(6.0).show(ui, |ui| {
             let height = scene.height() * MAX_SHARE;
             let scroll = egui::ScrollArea::vertical().id_salt("legend").max_height(height);
@@ -111,19 +112,21 @@ pub(crate) fn show(context: &Context, scene: Rect, layers: &[LayerRow], into: &m
                     if layer.shown && layer.is_late {
                         ui.horizontal(|ui| {
                             ui.add_space(18.0);
-                            let mark = Mark::LateDisplay;
+                            let mark = ValueMark::LateDisplay;
                             let words = format!("{} {}", theme::symbol(&mark), theme::LATE_DISPLAY);
-                            let (ground, ink) = theme::ground_and_ink(context, &mark);
+                            let (ground, ink) = theme::background_and_text(context, &mark);
                             ui.label(RichText::new(words).color(ink).background_color(ground));
                         });
                     }
                     if layer.shown {
                         layer.legend.iter().for_each(|row| entry(ui, row));
-                        if layer.has_flags {
-                            FlagState::ALL.into_iter().for_each(|state| flag_entry(ui, state));
+                        if layer.has_switch_symbols {
+                            SwitchState::ALL
+                                .into_iter()
+                                .for_each(|state| switch_symbol_entry(ui, state));
                         }
                         if layer.has_arrows {
-                            ArrowKey::ALL.into_iter().for_each(|key| arrow_entry(ui, key));
+                            FlowArrowKind::ALL.into_iter().for_each(|key| arrow_entry(ui, key));
                         }
                         if let Some(contour) = &layer.contour {
                             contour_entries(ui, contour);
@@ -139,37 +142,37 @@ pub(crate) fn show(context: &Context, scene: Rect, layers: &[LayerRow], into: &m
 pub(crate) fn entry(ui: &mut Ui, row: &LegendRow) {
     ui.horizontal(|ui| {
         ui.add_space(18.0);
-        let (rect, _) = ui.allocate_exact_size(SAMPLE.into(), egui::Sense::hover());
-        sample(&ui.painter().with_clip_rect(rect), rect, row);
+        let (rect, _) = ui.allocate_exact_size(SWATCH_SIZE.into(), egui::Sense::hover());
+        paint_swatch(&ui.painter().with_clip_rect(rect), rect, row);
         ui.label(&row.name);
     });
 }
 
 /// The flag of a state with its name.
-fn flag_entry(ui: &mut Ui, state: FlagState) {
+fn switch_symbol_entry(ui: &mut Ui, state: SwitchState) {
     ui.horizontal(|ui| {
         ui.add_space(18.0);
-        let size = vec2(SAMPLE[0], FLAG_HEIGHT);
+        let size = vec2(SWATCH_SIZE[0], SYMBOL_HEIGHT);
         let (rect, _) = ui.allocate_exact_size(size, egui::Sense::hover());
-        flags::shape(ui.painter(), rect.center(), state);
+        switch_symbols::shape(ui.painter(), rect.center(), state);
         ui.label(state.word());
     });
 }
 
 /// The arrows of a legend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum ArrowKey {
-    /// Within the rating.
+pub(crate) enum FlowArrowKind {
+    /// Flow within the rating.
     Within,
-    /// Above it.
+    /// Flow above the rating.
     Above,
-    /// Nothing flows.
+    /// No flow at all.
     None,
-    /// Nobody knows.
+    /// Flow of unknown amount.
     Unknown,
 }
 
-impl ArrowKey {
+impl FlowArrowKind {
     pub(crate) const ALL: [Self; 4] = [Self::Within, Self::Above, Self::None, Self::Unknown];
 
     fn word(self) -> &'static str {
@@ -182,32 +185,32 @@ impl ArrowKey {
     }
 }
 
-fn arrow_entry(ui: &mut Ui, key: ArrowKey) {
+fn arrow_entry(ui: &mut Ui, key: FlowArrowKind) {
     ui.horizontal(|ui| {
         ui.add_space(18.0);
-        let (rect, _) = ui.allocate_exact_size(SAMPLE.into(), egui::Sense::hover());
+        let (rect, _) = ui.allocate_exact_size(SWATCH_SIZE.into(), egui::Sense::hover());
         arrow(ui.painter(), rect, key);
         ui.label(key.word());
     });
 }
 
 /// An arrow as it is in the scene, in a sample.
-pub(crate) fn arrow(painter: &Painter, rect: Rect, key: ArrowKey) {
-    let ink = theme::of(painter.ctx()).ink;
+pub(crate) fn arrow(painter: &Painter, rect: Rect, key: FlowArrowKind) {
+    let ink = theme::palette(painter.ctx()).text;
     let fill = match key {
-        ArrowKey::Above => theme::WARNING,
+        FlowArrowKind::Above => theme::WARNING,
         _ => Color32::from_gray(120),
     };
     let heads = match key {
-        ArrowKey::Within => 1,
-        ArrowKey::Above => 2,
-        ArrowKey::None | ArrowKey::Unknown => 0,
+        FlowArrowKind::Within => 1,
+        FlowArrowKind::Above => 2,
+        FlowArrowKind::None | FlowArrowKind::Unknown => 0,
     };
     let edge = Stroke::new(1.0, ink);
     let head = 6.0;
     let shaft = Rect::from_center_size(rect.center(), vec2(rect.width(), 5.0));
     let shaft = shaft.with_max_x(rect.right() - head * heads as f32);
-    if key == ArrowKey::Unknown {
+    if key == FlowArrowKind::Unknown {
         let [a, b, c, d] =
             [shaft.left_top(), shaft.right_top(), shaft.right_bottom(), shaft.left_bottom()];
         painter.extend(Shape::dashed_line(&[a, b, c, d, a], edge, 3.0, 2.0));
@@ -229,7 +232,7 @@ fn contour_entries(ui: &mut Ui, contour: &ContourRow) {
     let row = |ui: &mut Ui, words: &str, paint: &dyn Fn(&Painter, Rect)| {
         ui.horizontal(|ui| {
             ui.add_space(18.0);
-            let (rect, _) = ui.allocate_exact_size(SAMPLE.into(), egui::Sense::hover());
+            let (rect, _) = ui.allocate_exact_size(SWATCH_SIZE.into(), egui::Sense::hover());
             paint(&ui.painter().with_clip_rect(rect), rect);
             ui.label(words);
         });
@@ -253,7 +256,7 @@ fn contour_entries(ui: &mut Ui, contour: &ContourRow) {
         }
     });
     row(ui, "no data", &|painter, rect| {
-        hatch::stripe(painter, rect, &Mark::Bad { reason: String::new() });
+        hatch::draw_stripes(painter, rect, &ValueMark::Bad { reason: String::new() });
         painter.rect_stroke(rect, 0.0, line, StrokeKind::Inside);
     });
     ui.horizontal(|ui| {
@@ -262,7 +265,7 @@ fn contour_entries(ui: &mut Ui, contour: &ContourRow) {
     });
 }
 
-pub(crate) fn sample(painter: &Painter, rect: Rect, row: &LegendRow) {
+pub(crate) fn paint_swatch(painter: &Painter, rect: Rect, row: &LegendRow) {
     let [red, green, blue] = row.color;
     let color = Color32::from_rgb(red, green, blue);
     // What shows between stripes is equipment, as a rule light grey.

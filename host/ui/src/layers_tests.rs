@@ -1,9 +1,9 @@
 use egui::{Pos2, RawInput, Rect, pos2, vec2};
 
 use super::*;
-use crate::test_lists::{Empty, texts};
+use crate::test_lists::{EmptyList, texts};
 use crate::view_model::{Label, LabelLine, ViewModel};
-use crate::{Appearance, Lists, Panels, SceneOverlay};
+use crate::{Appearance, ListModels, Panels, SceneOverlay};
 
 const SCREEN: Rect = Rect { min: Pos2::ZERO, max: pos2(1280.0, 720.0) };
 
@@ -21,7 +21,7 @@ fn labels_stay_beside_the_layers_and_those_leave_half_of_the_scene() {
         ..LayerRow::default()
     }];
     let model = ViewModel { layers: layers.clone(), ..ViewModel::default() };
-    let lists = Lists { tags: &Empty, alarms: &Empty, equipment: &Empty };
+    let lists = ListModels { tags: &EmptyList, alarms: &EmptyList, equipment: &EmptyList };
     let mut panels = Panels::new(true, Appearance { is_dark: false, scale: 1.0, font: None });
     let (mut titles, mut last) = (Vec::new(), Rect::NOTHING);
     // Fonts, and where things are, are known from the second on.
@@ -39,7 +39,7 @@ fn labels_stay_beside_the_layers_and_those_leave_half_of_the_scene() {
         output.egui.textures_delta.clear();
         titles.clear();
         output.egui.shapes.iter().for_each(|clipped| texts(&clipped.shape, "=Q", &mut titles));
-        last = place(panels.context(), &layers).expect("they are shown");
+        last = last_rect(panels.context(), &layers).expect("they are shown");
         assert!(last.height() < output.viewport.height() * 0.6, "{last:?}");
     }
     assert_eq!(titles.len(), 3);

@@ -1,16 +1,16 @@
 //! egui panels, labels and viewport input: a view model in, commands out.
 //!
-//! Invariant: nothing here knows Vulkan, plugins or where a value comes from;
-//! a panel never changes state, it asks by a [`Command`].
+//! Invariant: no code here knows Vulkan, plugins or the source of a value. Panels never change
+//! state; they return [`Command`]s.
 
 mod alarm_banner;
 mod alarm_detail;
 mod alarm_keys;
-mod alarm_lamps;
-mod alarm_mark;
+mod alarm_markers;
 mod alarm_model;
 mod alarm_panel;
-mod beacons;
+mod alarm_source_status;
+mod alarm_symbol;
 mod camera_panel;
 mod chart_axes;
 mod chart_model;
@@ -22,12 +22,11 @@ mod faceplate;
 mod faceplate_model;
 mod faceplate_records;
 mod faceplate_verdict;
-mod flags;
 #[cfg(test)]
 mod greyscale_tests;
 mod hatch;
 mod help;
-mod hover;
+mod hover_tooltip;
 mod labels;
 mod layers;
 mod measure;
@@ -42,6 +41,7 @@ mod search_field;
 mod section_panel;
 mod side_panel;
 mod status_bar;
+mod switch_symbols;
 mod tag_panel;
 #[cfg(test)]
 mod test_lists;
@@ -51,31 +51,31 @@ mod view_model;
 mod viewport;
 
 pub use alarm_model::{
-    AlarmAction, AlarmDetail, AlarmLamp, AlarmList, AlarmModel, AlarmPriority, AlarmRow, AlarmRows,
-    Beacon,
+    AlarmAction, AlarmDetail, AlarmList, AlarmMarker, AlarmModel, AlarmPriority, AlarmRow,
+    AlarmRows, AlarmSourceStatus,
 };
 pub use chart_model::{
-    ChartAxisOnScreen, ChartAxisRow, ChartCommand, ChartModel, ChartOverlay, DensityRow,
-    ExplainedEquipment,
+    ChartAxisRow, ChartCommand, ChartModel, ChartOverlay, DensityLegend, EquipmentExplanation,
+    ProjectedChartAxis,
 };
-pub use command::{CameraMode, Command, MAX_BOOKMARKS, SectionCut, Side};
+pub use command::{AxisSection, CameraMode, Command, MAX_BOOKMARKS, StandardView};
 pub use equipment_model::{EquipmentRow, EquipmentRows};
 pub use faceplate_model::{
     Faceplate, FaceplateState, FaceplateValue, Trend, TrendOrigin, TrendPoint, TrendState,
 };
-pub use flags::{Flag, FlagState};
 pub use layers::{ContourRow, LayerRow, LegendRow, Pattern};
 pub use measure::{MeasuredPoint, Measurement};
 pub use record_model::{RecordRow, RecordSection};
+pub use switch_symbols::{SwitchState, SwitchSymbol};
 pub use view_model::{
-    Bookmark, Label, LabelLine, LinkLamp, Mark, ModelRow, Navigation, PluginRow, StatusLine,
-    TagRow, TagRows, ViewModel, age_text,
+    Bookmark, Label, LabelLine, LinkIndicator, ModelRow, Navigation, PluginRow, StatusBarModel,
+    TagRow, TagRows, ValueMark, ViewModel, age_text,
 };
 
 use std::num::NonZeroUsize;
 
 use faceplate::FaceplatePanel;
-use labels::Placement;
+use labels::LabelPlacement;
 use side_panel::SidePanel;
 
 use egui::{CentralPanel, Context, Frame, FullOutput, Key, Panel, RawInput, Rect};
@@ -96,11 +96,11 @@ pub struct Panels {
     lists_alarms: bool,
     side: SidePanel,
     face: FaceplatePanel,
-    /// Where labels were.
-    placement: Placement,
+    /// Label slots of the last frame.
+    placement: LabelPlacement,
 }
 
-/// How panels and labels look.
+/// Appearance of panels and labels.
 #[derive(Clone, Debug)]
 pub struct Appearance {
     /// Dark, for night shifts, or light.
@@ -111,42 +111,42 @@ pub struct Appearance {
     pub font: Option<Vec<u8>>,
 }
 
-/// Lists that may be very long: only rows in view are asked for.
-pub struct Lists<'a> {
-    /// Tags.
+/// Models of long lists; only visible rows are requested.
+pub struct ListModels<'a> {
+    /// Rows of the tag table.
     pub tags: &'a dyn TagRows,
-    /// Alarms.
+    /// Rows of the alarm list.
     pub alarms: &'a dyn AlarmRows,
-    /// Equipment.
+    /// Rows of the equipment tree.
     pub equipment: &'a dyn EquipmentRows,
 }
 
-/// What lies over the scene.
+/// Content painted over the 3D scene.
 #[derive(Clone, Debug, Default)]
 pub struct SceneOverlay<'a> {
-    /// Labels at equipment.
+    /// Labels at the equipment.
     pub labels: Vec<Label<'a>>,
     /// Marks at equipment in alarm.
-    pub beacons: Vec<Beacon>,
-    /// Where switches stand.
-    pub flags: Vec<Flag>,
-    /// What is being measured.
+    pub alarm_markers: Vec<AlarmMarker>,
+    /// Symbols of switch positions.
+    pub switch_symbols: Vec<SwitchSymbol>,
+    /// Chain of measured points.
     pub measurement: Option<Measurement>,
-    /// Whether the camera has just come to another place: labels are placed anew.
+    /// True if the camera has just arrived at another position; label slots are reset then.
     pub arrived: bool,
-    /// Equipment id of what is under the pointer.
+    /// Equipment id under the pointer.
     pub hovered: Option<String>,
-    /// What belongs to a chart that stands in the scene.
+    /// Texts and axes of the chart in the scene.
     pub chart: Option<ChartOverlay>,
 }
 
-/// What one pass over the panels gave.
+/// Result of one pass over the panels.
 pub struct PanelsOutput {
-    /// What the operator asked for, in order.
+    /// Operator commands in order of occurrence.
     pub commands: Vec<Command>,
-    /// Where the 3D scene is not covered by panels, points.
+    /// Area of the 3D scene that panels leave free, points.
     pub viewport: Rect,
-    /// Shapes and platform requests for whoever draws.
+    /// Shapes and platform requests of egui.
     pub egui: FullOutput,
 }
 
@@ -168,11 +168,11 @@ impl Panels {
             lists_alarms: true,
             side: SidePanel::default(),
             face: FaceplatePanel::default(),
-            placement: Placement::default(),
+            placement: LabelPlacement::default(),
         }
     }
 
-    /// Shows the panels, or labels alone, under the band that says what is not live.
+    /// Shows the panels, or labels alone; the origin band stays in both cases.
     pub fn set_shown(&mut self, shown: bool) {
         self.shown = shown;
     }
@@ -191,7 +191,7 @@ impl Panels {
         theme::set_dark(&self.context, is_dark);
     }
 
-    /// Whether the theme is the dark one.
+    /// Reports whether the dark theme is active.
     pub fn is_dark(&self) -> bool {
         self.context.theme() == egui::Theme::Dark
     }
@@ -208,7 +208,7 @@ impl Panels {
         &mut self,
         input: RawInput,
         model: &ViewModel,
-        lists: &Lists<'_>,
+        lists: &ListModels<'_>,
         mut overlay: impl FnMut(Rect, &[Command]) -> SceneOverlay<'a>,
     ) -> PanelsOutput {
         let mut commands = Vec::new();
@@ -258,20 +258,20 @@ impl Panels {
                     .and_then(|model| alarm_banner::show(ui, below, model, &mut commands));
                 let overlay = overlay(viewport, &commands);
                 if overlay.arrived {
-                    *placement = Placement::default();
+                    *placement = LabelPlacement::default();
                 }
-                let flags = flags::placed(ui, &overlay.flags);
-                let layers = layers::place(ui.ctx(), &model.layers).filter(|_| shown);
+                let switch_symbols = switch_symbols::placed(ui, &overlay.switch_symbols);
+                let layers = layers::last_rect(ui.ctx(), &model.layers).filter(|_| shown);
                 let occupied: Vec<Rect> = banner
                     .into_iter()
                     .chain(layers)
-                    .chain(beacons::places(below, &overlay.beacons))
+                    .chain(alarm_markers::places(below, &overlay.alarm_markers))
                     .chain(band)
-                    .chain(flags.iter().map(|(_, place)| *place))
+                    .chain(switch_symbols.iter().map(|(_, place)| *place))
                     .collect();
-                flags::paint(ui, &flags);
+                switch_symbols::paint(ui, &switch_symbols);
                 labels::paint(ui, &overlay.labels, placement, &occupied);
-                beacons::paint(ui, below, &overlay.beacons, flashes);
+                alarm_markers::paint(ui, below, &overlay.alarm_markers, flashes);
                 if let Some(measurement) = &overlay.measurement {
                     measure::paint(ui, measurement);
                 }
@@ -279,7 +279,7 @@ impl Panels {
                     chart_axes::show(ui, chart, &mut commands);
                 }
                 if let Some(hovered) = &overlay.hovered {
-                    hover::paint(ui, hovered);
+                    hover_tooltip::paint(ui, hovered);
                 }
                 if !shown {
                     status_bar::paint_clock(ui, viewport, model);

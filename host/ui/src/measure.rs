@@ -6,20 +6,20 @@ use crate::theme;
 
 const POINT_RADIUS: f32 = 3.5;
 const PADDING: Vec2 = vec2(5.0, 2.0);
-/// From the middle of a line to its text, points.
+/// Distance of the text from the middle of its line, points.
 const ASIDE: f32 = 12.0;
 
 /// Points that are measured between, in their order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Measurement {
-    /// Points.
+    /// Measured points in their order.
     pub points: Vec<MeasuredPoint>,
 }
 
 /// A point of a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MeasuredPoint {
-    /// Where it is on the screen, points; none behind the camera.
+    /// Screen position, points; none behind the camera.
     pub at: Option<Pos2>,
     /// World space, metres; y is up.
     pub world: [f64; 3],
@@ -54,16 +54,16 @@ pub(crate) fn paint(ui: &Ui, measurement: &Measurement) {
         let [from, to] = pair else { continue };
         if let (Some(a), Some(b)) = (from.at, to.at) {
             // Light under dark: it shows on any ground.
-            painter.line_segment([a, b], Stroke::new(4.0, theme::of(ui.ctx()).paper));
-            painter.line_segment([a, b], Stroke::new(1.5, theme::of(ui.ctx()).ink));
+            painter.line_segment([a, b], Stroke::new(4.0, theme::palette(ui.ctx()).background));
+            painter.line_segment([a, b], Stroke::new(1.5, theme::palette(ui.ctx()).text));
         }
     }
     for at in measurement.points.iter().filter_map(|point| point.at) {
         painter.circle(
             at,
             POINT_RADIUS,
-            theme::of(ui.ctx()).paper,
-            Stroke::new(1.5, theme::of(ui.ctx()).ink),
+            theme::palette(ui.ctx()).background,
+            Stroke::new(1.5, theme::palette(ui.ctx()).text),
         );
     }
     for pair in measurement.points.windows(2) {
@@ -84,10 +84,10 @@ fn caption(
 ) {
     let layout = |text, font, ink: Color32| painter.layout_no_wrap(text, font, ink);
     let whole =
-        layout(metres(length(difference)), theme::value_font(), theme::of(painter.ctx()).ink);
+        layout(metres(length(difference)), theme::value_font(), theme::palette(painter.ctx()).text);
     let [x, y, z] = difference.map(signed_metres);
     let parts = format!("dx {x}   dy {y} (height)   dz {z}");
-    let parts = layout(parts, theme::small_font(), theme::of(painter.ctx()).faint_ink);
+    let parts = layout(parts, theme::small_font(), theme::palette(painter.ctx()).weak_text);
     let size = vec2(whole.size().x.max(parts.size().x), whole.size().y + parts.size().y);
     let size = size + PADDING * 2.0;
     let across = (b - a).normalized().rot90();
@@ -109,19 +109,19 @@ fn caption(
     painter.rect(
         place,
         2.0,
-        theme::of(painter.ctx()).paper,
-        Stroke::new(1.0, theme::of(painter.ctx()).line),
+        theme::palette(painter.ctx()).background,
+        Stroke::new(1.0, theme::palette(painter.ctx()).border),
         StrokeKind::Inside,
     );
-    painter.galley(place.min + PADDING, whole.clone(), theme::of(painter.ctx()).ink);
+    painter.galley(place.min + PADDING, whole.clone(), theme::palette(painter.ctx()).text);
     painter.galley(
         place.min + PADDING + vec2(0.0, whole.size().y),
         parts,
-        theme::of(painter.ctx()).faint_ink,
+        theme::palette(painter.ctx()).weak_text,
     );
 }
 
-/// To the millimetre.
+/// Formats a length to the millimetre.
 fn metres(length: f64) -> String {
     format!("{length:.3} m")
 }

@@ -12,7 +12,8 @@ pub(crate) fn show(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) 
         ui.horizontal(|ui| {
             ui.label(RichText::new(&row.name).strong());
             ui.label(
-                RichText::new(format!("× {}", row.instances)).color(theme::of(ui.ctx()).faint_ink),
+                RichText::new(format!("× {}", row.instances))
+                    .color(theme::palette(ui.ctx()).weak_text),
             );
         });
         if row.s1 + row.s2 > 0 {
@@ -24,7 +25,7 @@ pub(crate) fn show(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) 
             thousands(row.s2),
             thousands(row.triangles)
         );
-        ui.label(RichText::new(sizes).color(theme::of(ui.ctx()).faint_ink));
+        ui.label(RichText::new(sizes).color(theme::palette(ui.ctx()).weak_text));
         ui.add_space(4.0);
     }
 }
@@ -64,7 +65,7 @@ fn span(least: f64, greatest: f64) -> String {
     format!("{:.0}–{:.0}", least * 100.0, greatest * 100.0)
 }
 
-/// What concerns the whole view: the scale of all thetas, wireframe, measuring, cameras.
+/// Shows controls of the whole view: theta scale, wireframe, measuring, section, cameras.
 pub(crate) fn show_view_controls(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) {
     if model.models.iter().any(|row| row.s1 + row.s2 > 0) {
         theta_scale_slider(ui, model, commands);

@@ -1,5 +1,5 @@
-//! The band across the scene while what it shows is not live: replay, simulation, test,
-//! history. Nobody can hide it, and nothing lies over it.
+//! Origin band across the scene while values are not live: replay, simulation, test, history.
+//! Nothing hides or covers the band.
 
 use busbar_tags::Origin;
 use egui::{
@@ -9,17 +9,17 @@ use egui::{
 
 use crate::{origin_mark, theme};
 
-/// Height of a row of words, points; lower where the window is low.
+/// Height of a row of text, points; a low window has lower rows.
 const ROW_HEIGHT: f32 = 20.0;
 const LOW_ROW_HEIGHT: f32 = 15.0;
 /// Height of a window that is low, points.
 const LOW_WINDOW: f32 = 260.0;
 /// Size of letters, as a share of a row's height.
 const LETTERS: f32 = 0.68;
-/// Points between words, and of the stripes between repetitions.
+/// Gap between texts, and width of the stripes between repetitions, points.
 const WORD_GAP: f32 = 16.0;
 const STRIPES: f32 = 44.0;
-/// Points between stripes.
+/// Distance between stripes, points.
 const STRIPE_STEP: f32 = 8.0;
 /// A scene narrower than this has the band across the whole window, points.
 const MIN_SCENE_WIDTH: f32 = 160.0;
@@ -39,8 +39,8 @@ pub(crate) fn paint(context: &Context, place: Rect, origin: Origin) {
     // A layer of its own above windows, menus and tooltips.
     let layer = LayerId::new(Order::Debug, Id::new("origin band"));
     let painter = Painter::new(context.clone(), layer, place);
-    let palette = theme::of(context);
-    painter.rect_filled(place, 0.0, palette.ink);
+    let palette = theme::palette(context);
+    painter.rect_filled(place, 0.0, palette.text);
     let height = row_height(context);
     for (index, row) in rows(context, place.width(), origin).into_iter().enumerate() {
         let top = place.top() + index as f32 * height;
@@ -49,7 +49,7 @@ pub(crate) fn paint(context: &Context, place: Rect, origin: Origin) {
     }
 }
 
-/// Paints words in the middle of a row, and again to its sides as far as there is room.
+/// Paints the texts in the middle of a row and repeats them to both sides where there is room.
 fn paint_row(painter: &Painter, line: Rect, words: &[&str]) {
     let width = width(painter.ctx(), words);
     let step = width + 2.0 * WORD_GAP + STRIPES;
@@ -59,7 +59,7 @@ fn paint_row(painter: &Painter, line: Rect, words: &[&str]) {
         let mut left = center - width * 0.5;
         for word in words {
             let at = pos2(left, line.center().y);
-            let ink = theme::of(painter.ctx()).paper;
+            let ink = theme::palette(painter.ctx()).background;
             let shown = painter.text(at, Align2::LEFT_CENTER, word, font(painter.ctx()), ink);
             left = shown.right() + WORD_GAP;
         }
@@ -78,7 +78,7 @@ fn paint_row(painter: &Painter, line: Rect, words: &[&str]) {
 /// Slanting stripes, as on a barrier.
 fn stripe(painter: &Painter, place: Rect) {
     let painter = painter.with_clip_rect(place.intersect(painter.clip_rect()));
-    let stroke = Stroke::new(STRIPE_STEP * 0.4, theme::of(painter.ctx()).paper);
+    let stroke = Stroke::new(STRIPE_STEP * 0.4, theme::palette(painter.ctx()).background);
     // On one grid all along the band.
     let first = ((place.left() - place.height()) / STRIPE_STEP).floor() as i32;
     let last = (place.right() / STRIPE_STEP).ceil() as i32;
@@ -89,7 +89,7 @@ fn stripe(painter: &Painter, place: Rect) {
     }
 }
 
-/// Words of the band, in as many rows as they need.
+/// Returns the texts of the band, broken into rows.
 fn rows(context: &Context, room: f32, origin: Origin) -> Vec<Vec<&'static str>> {
     let mut rows: Vec<Vec<&'static str>> = Vec::new();
     for word in origin_mark::words(origin).filter_map(|words| words.band) {
@@ -109,7 +109,10 @@ fn width(context: &Context, words: &[&str]) -> f32 {
     let font = font(context);
     let of_word = |word: &&str| {
         let text = (*word).to_owned();
-        context.fonts_mut(|fonts| fonts.layout_no_wrap(text, font.clone(), theme::INK)).size().x
+        context
+            .fonts_mut(|fonts| fonts.layout_no_wrap(text, font.clone(), theme::DARK_TEXT))
+            .size()
+            .x
     };
     words.iter().map(of_word).sum::<f32>() + WORD_GAP * words.len().saturating_sub(1) as f32
 }

@@ -15,43 +15,43 @@ const GAP: f32 = 2.0;
 
 /// An origin as it is shown.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct OriginWords {
+pub(crate) struct OriginText {
     pub(crate) origin: Origin,
     /// Letters at a value.
     pub(crate) letters: &'static str,
-    /// Word of the band, where the view says it as a whole.
+    /// Text of the origin band; none for an origin that is marked at values alone.
     pub(crate) band: Option<&'static str>,
     /// Explanation among the keys.
     pub(crate) meaning: &'static str,
 }
 
-/// All origins but live, in the order in which they are shown.
-pub(crate) const ORIGINS: [OriginWords; 5] = [
-    OriginWords {
+/// All origins except live, in display order.
+pub(crate) const ORIGINS: [OriginText; 5] = [
+    OriginText {
         origin: Origin::RECORDED,
         letters: "REC",
         band: Some("REPLAY"),
         meaning: "replayed from a recording",
     },
-    OriginWords {
+    OriginText {
         origin: Origin::SIMULATED,
         letters: "SIM",
         band: Some("SIMULATED"),
         meaning: "made by a simulator",
     },
-    OriginWords {
+    OriginText {
         origin: Origin::TEST,
         letters: "TEST",
         band: Some("TEST"),
         meaning: "sent by a device under test",
     },
-    OriginWords {
+    OriginText {
         origin: Origin::HISTORICAL,
         letters: "HIST",
         band: Some("HISTORY"),
         meaning: "of the past, as its source says",
     },
-    OriginWords {
+    OriginText {
         origin: Origin::SUBSTITUTED,
         letters: "SUB",
         band: None,
@@ -59,8 +59,8 @@ pub(crate) const ORIGINS: [OriginWords; 5] = [
     },
 ];
 
-/// The words of the origins that are set.
-pub(crate) fn words(origin: Origin) -> impl Iterator<Item = &'static OriginWords> {
+/// Returns the texts of the origins that are set.
+pub(crate) fn words(origin: Origin) -> impl Iterator<Item = &'static OriginText> {
     ORIGINS.iter().filter(move |words| origin.contains(words.origin))
 }
 
@@ -78,25 +78,25 @@ pub(crate) fn size(painter: &Painter, origin: Origin) -> Vec2 {
     }
 }
 
-/// Paints the tags of an origin beside a place; gives what they cover.
+/// Paints the origin tags beside a position and returns their rectangle.
 pub(crate) fn paint(painter: &Painter, at: Pos2, align: Align2, origin: Origin) -> Rect {
     let place = align.anchor_size(at, size(painter, origin));
-    let palette = theme::of(painter.ctx());
+    let palette = theme::palette(painter.ctx());
     let mut left = place.left();
     for words in words(origin) {
         let width = tag_width(painter, words.letters);
         let tag = Rect::from_min_size(pos2(left, place.top()), vec2(width, HEIGHT));
         // On any ground, stripes and alarm colours included.
-        let border = Stroke::new(1.0, palette.ink);
-        painter.rect(tag, 2.0, palette.paper, border, StrokeKind::Inside);
-        painter.text(tag.center(), Align2::CENTER_CENTER, words.letters, font(), palette.ink);
+        let border = Stroke::new(1.0, palette.text);
+        painter.rect(tag, 2.0, palette.background, border, StrokeKind::Inside);
+        painter.text(tag.center(), Align2::CENTER_CENTER, words.letters, font(), palette.text);
         left += width + GAP;
     }
     place
 }
 
 fn tag_width(painter: &Painter, letters: &str) -> f32 {
-    let text = painter.layout_no_wrap(letters.to_owned(), font(), theme::INK);
+    let text = painter.layout_no_wrap(letters.to_owned(), font(), theme::DARK_TEXT);
     (text.size().x + 2.0 * PADDING).ceil()
 }
 

@@ -3,9 +3,10 @@
 use busbar_tags::Origin;
 use egui::{RawInput, Rect, pos2, vec2};
 
-use crate::test_lists::{Empty, texts};
+use crate::test_lists::{EmptyList, texts};
 use crate::{
-    Appearance, Label, LabelLine, Lists, Panels, PanelsOutput, SceneOverlay, ViewModel, origin_mark,
+    Appearance, Label, LabelLine, ListModels, Panels, PanelsOutput, SceneOverlay, ViewModel,
+    origin_mark,
 };
 
 /// Sizes of windows, from the smallest that is promised.
@@ -23,7 +24,7 @@ fn every_origin() -> Origin {
 fn run(shown: bool, is_dark: bool, size: [f32; 2], origin: Origin) -> PanelsOutput {
     let mut panels = Panels::new(shown, Appearance { is_dark, scale: 1.0, font: None });
     let model = ViewModel { origin, ..ViewModel::default() };
-    let lists = Lists { tags: &Empty, alarms: &Empty, equipment: &Empty };
+    let lists = ListModels { tags: &EmptyList, alarms: &EmptyList, equipment: &EmptyList };
     let screen = Rect::from_min_size(pos2(0.0, 0.0), size.into());
     let mut pass = || {
         let input = RawInput { screen_rect: Some(screen), ..RawInput::default() };

@@ -2,7 +2,7 @@
 
 use egui::{Slider, Ui};
 
-use crate::{Command, SectionCut, ViewModel};
+use crate::{AxisSection, Command, ViewModel};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 /// Points: with the switches before it, the slider ends where the others do.
@@ -21,7 +21,7 @@ pub(crate) fn show(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) 
         let Some(cut) = &mut cut else { return };
         for (axis, name) in AXES.into_iter().enumerate() {
             if ui.selectable_label(axis == cut.axis, name).clicked() && axis != cut.axis {
-                *cut = SectionCut { from_below: cut.from_below, ..middle_of(model, axis) };
+                *cut = AxisSection { from_below: cut.from_below, ..middle_of(model, axis) };
             }
         }
         let [low, high] = extent(model, cut.axis);
@@ -34,9 +34,9 @@ pub(crate) fn show(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) 
     }
 }
 
-fn middle_of(model: &ViewModel, axis: usize) -> SectionCut {
+fn middle_of(model: &ViewModel, axis: usize) -> AxisSection {
     let [low, high] = extent(model, axis);
-    SectionCut { axis, at: (low + high) * 0.5, from_below: false }
+    AxisSection { axis, at: (low + high) * 0.5, from_below: false }
 }
 
 fn extent(model: &ViewModel, axis: usize) -> [f32; 2] {

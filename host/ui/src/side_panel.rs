@@ -1,12 +1,12 @@
-//! The panel at the left: equipment, tags, what is drawn, plugins.
+//! Side panel with the tabs equipment, tags, display and plugins.
 
 use egui::{Event, Key, ScrollArea, Ui};
 
 use crate::equipment_panel::EquipmentPanel;
 use crate::search_field::SearchField;
-use crate::{Command, Lists, ViewModel, model_panel, plugin_panel, tag_panel};
+use crate::{Command, ListModels, ViewModel, model_panel, plugin_panel, tag_panel};
 
-/// What the panel shows one of.
+/// Tab of the side panel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Tab {
     #[default]
@@ -60,7 +60,7 @@ impl SidePanel {
         &mut self,
         ui: &mut Ui,
         model: &ViewModel,
-        lists: &Lists<'_>,
+        lists: &ListModels<'_>,
         commands: &mut Vec<Command>,
     ) {
         ui.add_space(3.0);
@@ -85,7 +85,7 @@ impl SidePanel {
     }
 }
 
-/// How the scene is drawn: models with their detail, and the view.
+/// Shows the display tab: view controls, models with their level of detail.
 fn display(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) {
     // The bar stands at the edge, not over the rows.
     let area = ScrollArea::vertical().id_salt("display").auto_shrink(false);

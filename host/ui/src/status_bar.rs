@@ -3,9 +3,9 @@
 use egui::{Align, Align2, Label, Layout, Rect, RichText, Ui, vec2};
 
 use crate::model_panel::thousands;
-use crate::{Mark, ViewModel, theme};
+use crate::{ValueMark, ViewModel, theme};
 
-/// Characters of a line of a fault; all of it is told where the pointer rests.
+/// Longest fault text in the status bar, characters; the tooltip has the whole text.
 const MAX_FAULT_LINE: usize = 400;
 /// Points between the clock and the edge of the scene, and around its digits.
 const CLOCK_MARGIN: f32 = 8.0;
@@ -51,19 +51,19 @@ pub(crate) fn paint_clock(ui: &Ui, scene: Rect, model: &ViewModel) {
     let Some(clock) = model.status.clock.as_ref().filter(|_| model.status.keeps_clock) else {
         return;
     };
-    let (painter, palette) = (ui.painter(), theme::of(ui.ctx()));
-    let text = painter.layout_no_wrap(clock.clone(), theme::value_font(), palette.ink);
+    let (painter, palette) = (ui.painter(), theme::palette(ui.ctx()));
+    let text = painter.layout_no_wrap(clock.clone(), theme::value_font(), palette.text);
     let corner = scene.right_bottom() - vec2(CLOCK_MARGIN, CLOCK_MARGIN);
     let place =
         Align2::RIGHT_BOTTOM.anchor_size(corner, text.size() + vec2(2.0, 2.0) * CLOCK_PADDING);
-    painter.rect_filled(place, 2.0, palette.paper);
-    painter.galley(place.min + vec2(CLOCK_PADDING, CLOCK_PADDING), text, palette.ink);
+    painter.rect_filled(place, 2.0, palette.background);
+    painter.galley(place.min + vec2(CLOCK_PADDING, CLOCK_PADDING), text, palette.text);
 }
 
-/// What keeps the configuration on the disk from being shown, until it is mended.
+/// Shows the fault that keeps the configuration file from being loaded.
 fn show_fault(ui: &mut Ui, fault: &str) {
-    let mark = Mark::Warning;
-    let (ground, ink) = theme::ground_and_ink(ui.ctx(), &mark);
+    let mark = ValueMark::Warning;
+    let (ground, ink) = theme::background_and_text(ui.ctx(), &mark);
     // The first fault, and what helps.
     let first: Vec<&str> = fault.lines().take(2).map(str::trim).collect();
     let text =

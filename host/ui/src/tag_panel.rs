@@ -4,14 +4,14 @@ use egui::{Align, Align2, Layout, RichText, Sense, Ui, UiBuilder, Vec2};
 
 use crate::search_field::SearchField;
 use crate::view_model::age_text;
-use crate::{Command, Mark, TagRow, TagRows, hatch, origin_mark, theme};
+use crate::{Command, TagRow, TagRows, ValueMark, hatch, origin_mark, theme};
 
 /// Height of a row, points.
 const ROW_HEIGHT: f32 = 18.0;
 /// Shares of the width: name, value, quality, age.
 const COLUMNS: [f32; 4] = [0.36, 0.24, 0.26, 0.14];
 
-/// Shows the tags that have the words of the filter in their names.
+/// Shows the tags that match the filter.
 pub(crate) fn show(
     ui: &mut Ui,
     filter: &mut SearchField,
@@ -36,7 +36,7 @@ pub(crate) fn show(
             let tag = tags.row(index);
             let response = row(ui, &tag);
             if cursor == Some(index) {
-                let line = egui::Stroke::new(1.0, theme::of(ui.ctx()).ink);
+                let line = egui::Stroke::new(1.0, theme::palette(ui.ctx()).text);
                 ui.painter().rect_stroke(response.rect, 2.0, line, egui::StrokeKind::Inside);
             }
             if let (true, Some(node)) = (response.clicked(), tag.node) {
@@ -48,7 +48,7 @@ pub(crate) fn show(
 }
 
 fn count(tags: &dyn TagRows) -> String {
-    match (tags.is_cut(), tags.len(), tags.total()) {
+    match (tags.is_truncated(), tags.len(), tags.total()) {
         (true, found, all) => format!("more than {found} of {all}: type on"),
         (false, found, all) if found == all => format!("{all} tags"),
         (false, found, all) => format!("{found} of {all} tags"),
@@ -59,7 +59,7 @@ fn header(ui: &mut Ui) {
     let (rect, _) =
         ui.allocate_exact_size(Vec2::new(ui.available_width(), ROW_HEIGHT), Sense::hover());
     for (index, title) in ["Tag", "Value", "Quality", "Age"].into_iter().enumerate() {
-        cell(ui, rect, index, RichText::new(title).color(theme::of(ui.ctx()).faint_ink));
+        cell(ui, rect, index, RichText::new(title).color(theme::palette(ui.ctx()).weak_text));
     }
 }
 
@@ -68,8 +68,8 @@ fn row(ui: &mut Ui, tag: &TagRow) -> egui::Response {
         ui.allocate_exact_size(Vec2::new(ui.available_width(), ROW_HEIGHT), Sense::click());
     // The ground lies under value and quality, where the mark must show.
     let ground = column(rect, 1).union(column(rect, 2));
-    hatch::ground(ui.painter(), ground.shrink2(Vec2::new(0.0, 1.0)), &tag.mark);
-    let (_, ink) = theme::ground_and_ink(ui.ctx(), &tag.mark);
+    hatch::fill(ui.painter(), ground.shrink2(Vec2::new(0.0, 1.0)), &tag.mark);
+    let (_, ink) = theme::background_and_text(ui.ctx(), &tag.mark);
     let value =
         if tag.unit.is_empty() { tag.value.clone() } else { format!("{} {}", tag.value, tag.unit) };
     cell(ui, rect, 0, RichText::new(&tag.id));
@@ -105,14 +105,14 @@ fn text_in(ui: &mut Ui, place: egui::Rect, right: bool, text: RichText) {
     cell_ui.add(egui::Label::new(text).selectable(false).truncate());
 }
 
-/// What is said of a value by its mark.
-pub(crate) fn quality_text(mark: &Mark) -> String {
+/// Returns the quality text of a mark.
+pub(crate) fn quality_text(mark: &ValueMark) -> String {
     let symbol = theme::symbol(mark);
     match mark {
-        Mark::Normal => "good".into(),
-        Mark::Warning => format!("{symbol} good, limit"),
-        Mark::Alarm => format!("{symbol} good, alarm"),
-        Mark::Uncertain { reason } | Mark::Bad { reason } => format!("{symbol} {reason}"),
-        Mark::LateDisplay => format!("{symbol} {}", theme::LATE_DISPLAY),
+        ValueMark::Normal => "good".into(),
+        ValueMark::Warning => format!("{symbol} good, limit"),
+        ValueMark::Alarm => format!("{symbol} good, alarm"),
+        ValueMark::Uncertain { reason } | ValueMark::Bad { reason } => format!("{symbol} {reason}"),
+        ValueMark::LateDisplay => format!("{symbol} {}", theme::LATE_DISPLAY),
     }
 }

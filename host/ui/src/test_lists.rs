@@ -6,10 +6,10 @@ use crate::alarm_model::{AlarmRow, AlarmRows};
 use crate::equipment_model::{EquipmentRow, EquipmentRows};
 use crate::view_model::{TagRow, TagRows};
 
-/// Lists without rows.
-pub(crate) struct Empty;
+/// List model without rows.
+pub(crate) struct EmptyList;
 
-impl TagRows for Empty {
+impl TagRows for EmptyList {
     fn len(&self) -> usize {
         0
     }
@@ -18,7 +18,7 @@ impl TagRows for Empty {
         0
     }
 
-    fn is_cut(&self) -> bool {
+    fn is_truncated(&self) -> bool {
         false
     }
 
@@ -27,7 +27,7 @@ impl TagRows for Empty {
     }
 }
 
-impl AlarmRows for Empty {
+impl AlarmRows for EmptyList {
     fn len(&self) -> usize {
         0
     }
@@ -41,7 +41,7 @@ impl AlarmRows for Empty {
     }
 }
 
-impl EquipmentRows for Empty {
+impl EquipmentRows for EmptyList {
     fn len(&self) -> usize {
         0
     }
@@ -50,7 +50,7 @@ impl EquipmentRows for Empty {
         0
     }
 
-    fn is_cut(&self) -> bool {
+    fn is_truncated(&self) -> bool {
         false
     }
 

@@ -1,4 +1,4 @@
-//! Light grey, calm; saturated colour only for the abnormal. Dark grey for night shifts.
+//! Themes: light grey for day, dark grey for night shifts; saturated colors only for abnormal states.
 
 use std::sync::Arc;
 
@@ -7,20 +7,20 @@ use egui::{
     Visuals,
 };
 
-use crate::Mark;
+use crate::ValueMark;
 
-/// Text of values.
-pub(crate) const INK: Color32 = Color32::from_gray(28);
-/// Text beside values.
-pub(crate) const FAINT_INK: Color32 = Color32::from_gray(78);
-/// Panels and labels.
-pub(crate) const PAPER: Color32 = Color32::from_gray(240);
-/// Lines and borders.
-pub(crate) const LINE: Color32 = Color32::from_gray(150);
+/// Text color of values in the light theme and on alarm colors.
+pub(crate) const DARK_TEXT: Color32 = Color32::from_gray(28);
+/// Color of secondary text in the light theme.
+pub(crate) const LIGHT_WEAK_TEXT: Color32 = Color32::from_gray(78);
+/// Background of panels and labels in the light theme.
+pub(crate) const LIGHT_BACKGROUND: Color32 = Color32::from_gray(240);
+/// Color of lines and borders in the light theme.
+pub(crate) const LIGHT_BORDER: Color32 = Color32::from_gray(150);
 
 /// A value outside its normal band; an alarm of medium priority. Ink on it is dark.
 pub(crate) const WARNING: Color32 = Color32::from_rgb(250, 190, 40);
-/// What needs action at once. Ink on it is white.
+/// Color of values that need immediate action. Text on it is white.
 pub(crate) const ALARM: Color32 = Color32::from_rgb(196, 22, 28);
 
 /// Note beside what an overlay drew that is late.
@@ -28,59 +28,59 @@ pub(crate) const LATE_DISPLAY: &str = "display late";
 /// The name of the configuration's font within the context.
 const SITE_FONT: &str = "site";
 
-/// Colours that a theme chooses; those of what is abnormal are the same in all.
+/// Color palette of a theme; colors of abnormal states are the same in all themes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Palette {
-    /// Text of values.
-    pub(crate) ink: Color32,
-    /// Text beside values.
-    pub(crate) faint_ink: Color32,
-    /// Panels and labels.
-    pub(crate) paper: Color32,
-    /// Lines and borders.
-    pub(crate) line: Color32,
-    /// The stripes of what is not to be relied on.
+    /// Text color of values.
+    pub(crate) text: Color32,
+    /// Color of secondary text.
+    pub(crate) weak_text: Color32,
+    /// Background of panels and labels.
+    pub(crate) background: Color32,
+    /// Color of lines and borders.
+    pub(crate) border: Color32,
+    /// Color of hatching stripes.
     pub(crate) hatch: Color32,
-    /// Under those stripes where it is bad.
-    pub(crate) bad_ground: Color32,
-    /// What is selected in the scene.
+    /// Background under the hatching of bad values.
+    pub(crate) bad_background: Color32,
+    /// Outline color of the selection in the scene.
     pub(crate) selection: Color32,
-    /// Under what is selected in a list.
-    pub(crate) chosen: Color32,
+    /// Background of the selected row in a list.
+    pub(crate) list_selection: Color32,
     /// Buttons, at rest and with the pointer on them.
     button: [Color32; 2],
-    /// Where text is typed.
+    /// Background of text fields.
     field: Color32,
 }
 
 pub(crate) const LIGHT: Palette = Palette {
-    ink: INK,
-    faint_ink: FAINT_INK,
-    paper: PAPER,
-    line: LINE,
+    text: DARK_TEXT,
+    weak_text: LIGHT_WEAK_TEXT,
+    background: LIGHT_BACKGROUND,
+    border: LIGHT_BORDER,
     hatch: Color32::from_gray(140),
-    bad_ground: Color32::from_gray(214),
+    bad_background: Color32::from_gray(214),
     selection: Color32::from_rgb(30, 90, 170),
-    chosen: Color32::from_gray(200),
+    list_selection: Color32::from_gray(200),
     button: [Color32::from_gray(224), Color32::from_gray(212)],
     field: Color32::from_gray(252),
 };
 
 pub(crate) const DARK: Palette = Palette {
-    ink: Color32::from_gray(222),
-    faint_ink: Color32::from_gray(168),
-    paper: Color32::from_gray(36),
-    line: Color32::from_gray(98),
+    text: Color32::from_gray(222),
+    weak_text: Color32::from_gray(168),
+    background: Color32::from_gray(36),
+    border: Color32::from_gray(98),
     hatch: Color32::from_gray(90),
-    bad_ground: Color32::from_gray(52),
+    bad_background: Color32::from_gray(52),
     selection: Color32::from_rgb(110, 165, 235),
-    chosen: Color32::from_gray(72),
+    list_selection: Color32::from_gray(72),
     button: [Color32::from_gray(56), Color32::from_gray(72)],
     field: Color32::from_gray(24),
 };
 
 /// The palette of a context.
-pub(crate) fn of(context: &Context) -> &'static Palette {
+pub(crate) fn palette(context: &Context) -> &'static Palette {
     match context.theme() {
         Theme::Light => &LIGHT,
         Theme::Dark => &DARK,
@@ -89,52 +89,52 @@ pub(crate) fn of(context: &Context) -> &'static Palette {
 
 /// Ground and ink of a value by its mark. Colour is never the only cue: the
 /// symbol of [`symbol`] and the hatching tell marks apart in grey as well.
-pub(crate) fn ground_and_ink(context: &Context, mark: &Mark) -> (Color32, Color32) {
-    of(context).ground_and_ink(mark)
+pub(crate) fn background_and_text(context: &Context, mark: &ValueMark) -> (Color32, Color32) {
+    palette(context).background_and_text(mark)
 }
 
 impl Palette {
-    fn ground_and_ink(&self, mark: &Mark) -> (Color32, Color32) {
+    fn background_and_text(&self, mark: &ValueMark) -> (Color32, Color32) {
         match mark {
-            Mark::Normal | Mark::Uncertain { .. } => (Color32::TRANSPARENT, self.ink),
-            Mark::Bad { .. } | Mark::LateDisplay => (self.bad_ground, self.ink),
-            Mark::Warning => (WARNING, INK),
-            Mark::Alarm => (ALARM, Color32::WHITE),
+            ValueMark::Normal | ValueMark::Uncertain { .. } => (Color32::TRANSPARENT, self.text),
+            ValueMark::Bad { .. } | ValueMark::LateDisplay => (self.bad_background, self.text),
+            ValueMark::Warning => (WARNING, DARK_TEXT),
+            ValueMark::Alarm => (ALARM, Color32::WHITE),
         }
     }
 
     fn visuals(&self, theme: Theme) -> Visuals {
         let mut visuals = theme.default_visuals();
-        visuals.panel_fill = self.paper;
-        visuals.window_fill = self.paper;
+        visuals.panel_fill = self.background;
+        visuals.window_fill = self.background;
         visuals.extreme_bg_color = self.field;
-        visuals.override_text_color = Some(self.ink);
-        visuals.weak_text_color = Some(self.faint_ink);
-        visuals.selection.bg_fill = self.chosen;
-        visuals.selection.stroke = Stroke::new(1.0, self.ink);
+        visuals.override_text_color = Some(self.text);
+        visuals.weak_text_color = Some(self.weak_text);
+        visuals.selection.bg_fill = self.list_selection;
+        visuals.selection.stroke = Stroke::new(1.0, self.text);
         visuals.widgets.noninteractive.bg_stroke =
-            Stroke::new(1.0, self.paper.lerp_to_gamma(self.line, 0.45));
+            Stroke::new(1.0, self.background.lerp_to_gamma(self.border, 0.45));
         visuals.slider_trailing_fill = true;
         let widgets = &mut visuals.widgets;
         for widget in [&mut widgets.inactive, &mut widgets.hovered, &mut widgets.active] {
             widget.bg_fill = self.button[1];
             widget.weak_bg_fill = self.button[0];
-            widget.bg_stroke = Stroke::new(1.0, self.line);
+            widget.bg_stroke = Stroke::new(1.0, self.border);
         }
         widgets.hovered.weak_bg_fill = self.button[1];
         visuals
     }
 }
 
-/// What stands before a marked value.
-pub(crate) fn symbol(mark: &Mark) -> &'static str {
+/// Returns the symbol before a marked value.
+pub(crate) fn symbol(mark: &ValueMark) -> &'static str {
     match mark {
-        Mark::Normal => "",
-        Mark::Uncertain { .. } => "?",
-        Mark::Bad { .. } => "×",
-        Mark::LateDisplay => "…",
-        Mark::Warning => "!",
-        Mark::Alarm => "!!",
+        ValueMark::Normal => "",
+        ValueMark::Uncertain { .. } => "?",
+        ValueMark::Bad { .. } => "×",
+        ValueMark::LateDisplay => "…",
+        ValueMark::Warning => "!",
+        ValueMark::Alarm => "!!",
     }
 }
 
@@ -181,7 +181,7 @@ pub(crate) fn set_dark(context: &Context, is_dark: bool) {
 mod tests {
     use super::*;
     use crate::AlarmPriority;
-    use crate::alarm_mark;
+    use crate::alarm_symbol;
 
     /// Contrast of text that all can read (WCAG 2.2, 1.4.3 level AA).
     const MIN_CONTRAST: f32 = 4.5;
@@ -208,27 +208,29 @@ mod tests {
                 assert!(contrast >= MIN_CONTRAST, "{name}, {what}: {contrast:.2}");
             };
             let grounds = [
-                ("paper", palette.paper),
-                ("bad", palette.bad_ground),
+                ("paper", palette.background),
+                ("bad", palette.bad_background),
                 ("stripes", palette.hatch),
-                ("chosen", palette.chosen),
+                ("chosen", palette.list_selection),
                 ("field", palette.field),
                 ("button", palette.button[0]),
                 ("button under the pointer", palette.button[1]),
             ];
             for (what, ground) in grounds {
-                check(what, palette.ink, ground);
+                check(what, palette.text, ground);
             }
-            check("faint", palette.faint_ink, palette.paper);
-            check("faint in a field", palette.faint_ink, palette.field);
-            check("inverse", palette.paper, palette.ink);
-            for mark in [Mark::Warning, Mark::Alarm, Mark::Bad { reason: String::new() }] {
-                let (ground, ink) = palette.ground_and_ink(&mark);
+            check("faint", palette.weak_text, palette.background);
+            check("faint in a field", palette.weak_text, palette.field);
+            check("inverse", palette.background, palette.text);
+            for mark in
+                [ValueMark::Warning, ValueMark::Alarm, ValueMark::Bad { reason: String::new() }]
+            {
+                let (ground, ink) = palette.background_and_text(&mark);
                 check("a mark", ink, ground);
             }
         }
         for priority in AlarmPriority::ALL {
-            let (ground, ink) = alarm_mark::colors(priority);
+            let (ground, ink) = alarm_symbol::colors(priority);
             assert!(contrast(ground, ink) >= MIN_CONTRAST, "{}", priority.name());
         }
     }

@@ -1,4 +1,4 @@
-//! What a value was: a curve over the local clock, with gaps where it was not known.
+//! Trend curve of a value over the local clock, with gaps while the value is unknown.
 
 use std::ops::RangeInclusive;
 use std::time::Duration;
@@ -6,13 +6,15 @@ use std::time::Duration;
 use egui::{Align2, Rangef, Rect, Stroke, Ui, pos2, vec2};
 use egui_plot::{AxisHints, GridMark, HLine, Line, Plot, PlotPoint, PlotPoints, PlotTransform};
 
-use crate::{Command, Mark, Trend, TrendOrigin, TrendPoint, TrendState, hatch, origin_mark, theme};
+use crate::{
+    Command, Trend, TrendOrigin, TrendPoint, TrendState, ValueMark, hatch, origin_mark, theme,
+};
 
 /// Height of a curve with its axis, points.
 const HEIGHT: f32 = 104.0;
 /// Room for the numbers beside it, points.
 const NUMBERS_WIDTH: f32 = 46.0;
-/// How far back trends go, to choose from.
+/// Time spans that the operator can choose.
 const SPANS: [(u64, &str); 4] =
     [(10 * 60, "10 min"), (3600, "1 h"), (2 * 3600, "2 h"), (4 * 3600, "4 h")];
 /// Seconds between lines of time, to choose from.
@@ -37,10 +39,10 @@ pub(crate) fn spans(ui: &mut Ui, shown: Duration, commands: &mut Vec<Command>) {
 
 /// Shows a curve from `span` ago until now.
 pub(crate) fn show(ui: &mut Ui, trend: &Trend, span: Duration) {
-    let palette = theme::of(ui.ctx());
-    let pieces = pieces(&trend.points);
+    let palette = theme::palette(ui.ctx());
+    let quality_intervals = quality_intervals(&trend.points);
     let span = span.as_secs_f64();
-    let [low, high] = band(trend);
+    let [low, high] = value_range(trend);
     let unit = if trend.unit.is_empty() { String::new() } else { format!(" ({})", trend.unit) };
     ui.label(format!("{}{unit}", trend.title));
     let now = trend.local_seconds;
@@ -63,8 +65,8 @@ pub(crate) fn show(ui: &mut Ui, trend: &Trend, span: Duration) {
         .set_margin_fraction(vec2(0.0, 0.0))
         .x_grid_spacer(spacer)
         .y_grid_spacer(|input| value_marks(input.bounds))
-        .grid_color(palette.line)
-        .cursor_color(palette.faint_ink)
+        .grid_color(palette.border)
+        .cursor_color(palette.weak_text)
         .custom_x_axes(vec![AxisHints::new_x().formatter(clock).label_spacing(CLOCK_SPACING)])
         .custom_y_axes(vec![
             AxisHints::new_y()
@@ -81,21 +83,22 @@ pub(crate) fn show(ui: &mut Ui, trend: &Trend, span: Duration) {
         for limit in trend.limits.into_iter().flatten() {
             let dashes = egui_plot::LineStyle::Dashed { length: 5.0 };
             let line = HLine::new("limit", limit).style(dashes).allow_hover(false);
-            plot.hline(line.stroke(Stroke::new(1.0, palette.faint_ink)));
+            plot.hline(line.stroke(Stroke::new(1.0, palette.weak_text)));
         }
-        for piece in pieces.iter().filter(|piece| !piece.line.is_empty()) {
-            let stroke = Stroke::new(1.4, if piece.is_good { palette.ink } else { palette.hatch });
-            plot.line(Line::new("", PlotPoints::Borrowed(&piece.line)).stroke(stroke));
+        for interval in quality_intervals.iter().filter(|interval| !interval.line.is_empty()) {
+            let stroke =
+                Stroke::new(1.4, if interval.is_good { palette.text } else { palette.hatch });
+            plot.line(Line::new("", PlotPoints::Borrowed(&interval.line)).stroke(stroke));
         }
     });
-    let doubtful = pieces.iter().filter(|piece| !piece.is_good);
-    for piece in doubtful {
-        stripes(ui, &shown.transform, piece, span);
+    let doubtful = quality_intervals.iter().filter(|interval| !interval.is_good);
+    for interval in doubtful {
+        stripes(ui, &shown.transform, interval, span);
     }
     // Before the first point nothing is known.
     let first = trend.points.first().map_or(0.0, |point| point.at);
     if first > -span {
-        let nothing = Piece { from: -span, to: first, is_good: false, line: Vec::new() };
+        let nothing = QualityInterval { from: -span, to: first, is_good: false, line: Vec::new() };
         stripes(ui, &shown.transform, &nothing, span);
     }
     let origins = trend.origins.iter();
@@ -113,16 +116,16 @@ fn mark_origin(ui: &Ui, transform: &PlotTransform, shown: &TrendOrigin, span: f6
         pos2(right.max(left + 1.0), frame.top() + origin_mark::HEIGHT),
     );
     let painter = ui.painter().with_clip_rect(bar.intersect(frame));
-    let palette = theme::of(ui.ctx());
-    painter.rect_filled(bar, 0.0, palette.paper);
+    let palette = theme::palette(ui.ctx());
+    painter.rect_filled(bar, 0.0, palette.background);
     let width = origin_mark::size(&painter, shown.origin).x;
     let step = width + ORIGIN_SPACING;
     let count = ((bar.width() - width) / step).floor();
     let line = [bar.left_center(), bar.right_center()];
-    painter.line_segment(line, Stroke::new(2.0, palette.ink));
+    painter.line_segment(line, Stroke::new(2.0, palette.text));
     if count < 0.0 {
         // No room for letters: a dark bar, as nothing live has one.
-        painter.rect_filled(bar, 0.0, palette.ink);
+        painter.rect_filled(bar, 0.0, palette.text);
         return;
     }
     for number in 0..=count as u32 {
@@ -132,21 +135,21 @@ fn mark_origin(ui: &Ui, transform: &PlotTransform, shown: &TrendOrigin, span: f6
 }
 
 /// Stripes over a time in which the value was not good: dense where it was not known.
-fn stripes(ui: &Ui, transform: &PlotTransform, piece: &Piece, span: f64) {
-    let [left, right] = [piece.from.max(-span), piece.to]
+fn stripes(ui: &Ui, transform: &PlotTransform, interval: &QualityInterval, span: f64) {
+    let [left, right] = [interval.from.max(-span), interval.to]
         .map(|at| transform.position_from_point(&PlotPoint::new(at, 0.0)).x);
     let frame = *transform.frame();
     let place = Rect::from_x_y_ranges(left..=right.max(left + 1.0), frame.y_range());
-    let mark = match piece.line.is_empty() {
-        true => Mark::Bad { reason: String::new() },
-        false => Mark::Uncertain { reason: String::new() },
+    let mark = match interval.line.is_empty() {
+        true => ValueMark::Bad { reason: String::new() },
+        false => ValueMark::Uncertain { reason: String::new() },
     };
-    hatch::stripe(&ui.painter().with_clip_rect(frame), place, &mark);
+    hatch::draw_stripes(&ui.painter().with_clip_rect(frame), place, &mark);
 }
 
 /// A time in which a value was good, or was not.
 #[derive(Clone, Debug, PartialEq)]
-struct Piece {
+struct QualityInterval {
     from: f64,
     to: f64,
     is_good: bool,
@@ -155,8 +158,8 @@ struct Piece {
 }
 
 /// The times of a trend, one after the other.
-fn pieces(points: &[TrendPoint]) -> Vec<Piece> {
-    let mut pieces: Vec<Piece> = Vec::new();
+fn quality_intervals(points: &[TrendPoint]) -> Vec<QualityInterval> {
+    let mut quality_intervals: Vec<QualityInterval> = Vec::new();
     for (index, point) in points.iter().enumerate() {
         let to = points.get(index + 1).map_or(0.0, |next| next.at);
         let (value, is_good) = match point.state {
@@ -164,28 +167,33 @@ fn pieces(points: &[TrendPoint]) -> Vec<Piece> {
             TrendState::Uncertain(value) => (Some(value), false),
             TrendState::Bad => (None, false),
         };
-        let continues = |piece: &&mut Piece| {
-            piece.is_good == is_good && piece.line.is_empty() == value.is_none()
+        let continues = |interval: &&mut QualityInterval| {
+            interval.is_good == is_good && interval.line.is_empty() == value.is_none()
         };
-        let piece = match pieces.last_mut().filter(continues) {
-            Some(piece) => piece,
+        let interval = match quality_intervals.last_mut().filter(continues) {
+            Some(interval) => interval,
             None => {
-                pieces.push(Piece { from: point.at, to, is_good, line: Vec::new() });
-                let Some(piece) = pieces.last_mut() else { continue };
-                piece
+                quality_intervals.push(QualityInterval {
+                    from: point.at,
+                    to,
+                    is_good,
+                    line: Vec::new(),
+                });
+                let Some(interval) = quality_intervals.last_mut() else { continue };
+                interval
             }
         };
-        piece.to = to;
+        interval.to = to;
         if let Some(value) = value {
-            piece.line.extend([point.at, to].map(|at| PlotPoint::new(at, value)));
+            interval.line.extend([point.at, to].map(|at| PlotPoint::new(at, value)));
         }
     }
-    pieces
+    quality_intervals
 }
 
 /// The values that are shown: all of the trend with some air, and no less than a
 /// thousandth of their size, so that noise does not look like a fault.
-fn band(trend: &Trend) -> [f64; 2] {
+fn value_range(trend: &Trend) -> [f64; 2] {
     let numbers = trend.points.iter().filter_map(|point| match point.state {
         TrendState::Good(value) | TrendState::Uncertain(value) => Some(value),
         TrendState::Bad => None,
@@ -196,8 +204,8 @@ fn band(trend: &Trend) -> [f64; 2] {
         return [0.0, 1.0];
     }
     let least = (low.abs().max(high.abs()) * 1e-3).max(1e-6);
-    let air = ((high - low) * 0.08).max(least);
-    [low - air, high + air]
+    let margin = ((high - low) * 0.08).max(least);
+    [low - margin, high + margin]
 }
 
 /// Values that have a line and a number: two to four round ones.
@@ -252,9 +260,9 @@ mod tests {
             (-5.0, TrendState::Uncertain(2.0)),
             (-4.0, TrendState::Good(2.0)),
         ]);
-        let pieces = pieces(&of.points);
+        let quality_intervals = quality_intervals(&of.points);
         let times: Vec<(f64, f64, bool, usize)> =
-            pieces.iter().map(|p| (p.from, p.to, p.is_good, p.line.len())).collect();
+            quality_intervals.iter().map(|p| (p.from, p.to, p.is_good, p.line.len())).collect();
         let expected = [
             (-9.0, -7.0, true, 4),
             (-7.0, -5.0, false, 0),
@@ -262,17 +270,21 @@ mod tests {
             (-4.0, 0.0, true, 2),
         ];
         assert_eq!(times, expected);
-        assert_eq!(pieces[0].line[1], PlotPoint::new(-8.0, 1.0), "a value holds until the next");
+        assert_eq!(
+            quality_intervals[0].line[1],
+            PlotPoint::new(-8.0, 1.0),
+            "a value holds until the next"
+        );
     }
 
     #[test]
     fn bands_have_air_and_noise_stays_small() {
         let [low, high] =
-            band(&trend(&[(-1.0, TrendState::Good(10.0)), (0.0, TrendState::Good(20.0))]));
+            value_range(&trend(&[(-1.0, TrendState::Good(10.0)), (0.0, TrendState::Good(20.0))]));
         assert!(low < 10.0 && high > 20.0 && high - low < 13.0);
-        let [low, high] = band(&trend(&[(-1.0, TrendState::Good(1000.0))]));
+        let [low, high] = value_range(&trend(&[(-1.0, TrendState::Good(1000.0))]));
         assert!(high - low >= 2.0, "{low} to {high}");
-        assert_eq!(band(&trend(&[(-1.0, TrendState::Bad)])), [0.0, 1.0]);
+        assert_eq!(value_range(&trend(&[(-1.0, TrendState::Bad)])), [0.0, 1.0]);
     }
 
     #[test]
@@ -293,7 +305,7 @@ mod tests {
     fn colours_of_curves_are_not_those_of_alarms() {
         for palette in [theme::LIGHT, theme::DARK] {
             let grey = |color: Color32| color.r() == color.g() && color.g() == color.b();
-            assert!(grey(palette.ink) && grey(palette.hatch));
+            assert!(grey(palette.text) && grey(palette.hatch));
         }
     }
 }

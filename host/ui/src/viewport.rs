@@ -2,11 +2,11 @@
 
 use egui::{Event, InputState, Key, Modifiers, PointerButton, Rect, Response, Sense, Stroke, Ui};
 
-use crate::{CameraMode, Command, MAX_BOOKMARKS, Side, ViewModel, theme};
+use crate::{CameraMode, Command, MAX_BOOKMARKS, StandardView, ViewModel, theme};
 
 /// Distance factor of one point of scrolling.
 const ZOOM_PER_POINT: f32 = 0.998;
-/// A rectangle smaller than this is a click with an unsteady hand, points.
+/// Smallest selection rectangle, points; a smaller one counts as a click.
 const MIN_RECTANGLE: f32 = 3.0;
 /// Digits of bookmarks, from 1.
 const DIGITS: [Key; MAX_BOOKMARKS] = [
@@ -34,7 +34,7 @@ const MOVES: [(Key, [f32; 3]); 10] = [
     (Key::Q, [0.0, -1.0, 0.0]),
 ];
 
-/// Turns input over the scene into commands, as [`crate::help`] tells it.
+/// Translates input over the scene into commands (see [`crate::help`]).
 pub(crate) fn handle(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) {
     let response = ui.allocate_rect(ui.max_rect(), Sense::click_and_drag());
     drags(ui, &response, commands);
@@ -62,7 +62,7 @@ fn drags(ui: &Ui, response: &Response, commands: &mut Vec<Command>) {
         commands.push(if turns { Command::Orbit(delta) } else { Command::Pan(delta) });
     }
     if response.drag_stopped_by(PointerButton::Primary) && !modifiers.shift {
-        commands.push(Command::Coast(ui.input(|i| i.pointer.velocity())));
+        commands.push(Command::StartInertia(ui.input(|i| i.pointer.velocity())));
     }
 }
 
@@ -85,12 +85,12 @@ fn rectangle(ui: &Ui, response: &Response, commands: &mut Vec<Command>) -> bool 
     let area = Rect::from_two_pos(from, to).intersect(response.rect);
     if is_drawn {
         let painter = ui.painter().with_clip_rect(response.rect);
-        painter.rect_filled(area, 0.0, theme::of(ui.ctx()).selection.gamma_multiply(0.12));
-        let line = Stroke::new(1.0, theme::of(ui.ctx()).selection);
+        painter.rect_filled(area, 0.0, theme::palette(ui.ctx()).selection.gamma_multiply(0.12));
+        let line = Stroke::new(1.0, theme::palette(ui.ctx()).selection);
         painter.rect_stroke(area, 0.0, line, egui::StrokeKind::Inside);
     }
     if is_done && area.size().min_elem() >= MIN_RECTANGLE {
-        commands.push(Command::PickAll(area));
+        commands.push(Command::PickRectangle(area));
     }
     is_drawn || is_done
 }
@@ -111,7 +111,8 @@ fn clicks(response: &Response, model: &ViewModel, commands: &mut Vec<Command>) {
     }
 }
 
-/// By the modifiers of each press: where frames are slow they are let go of by now.
+/// Handles key presses with the modifiers of each event: in slow frames they may be released
+/// already.
 fn keys(input: &InputState, model: &ViewModel, commands: &mut Vec<Command>) {
     for event in &input.events {
         if let Event::Key { key, pressed: true, repeat: false, modifiers, .. } = event {
@@ -137,9 +138,9 @@ fn command_of(key: Key, modifiers: Modifiers, model: &ViewModel) -> Option<Comma
         Key::F => Command::FitAll,
         Key::C => Command::SetCameraMode(navigation.mode.next()),
         Key::O => Command::SetOrthographic(!navigation.orthographic),
-        Key::F5 => Command::LookFrom(Side::Top),
-        Key::F6 => Command::LookFrom(Side::Front),
-        Key::F7 => Command::LookFrom(Side::Right),
+        Key::F5 => Command::UseStandardView(StandardView::Top),
+        Key::F6 => Command::UseStandardView(StandardView::Front),
+        Key::F7 => Command::UseStandardView(StandardView::Right),
         Key::M => Command::SetMeasuring(model.measuring.is_none()),
         Key::Escape => Command::Escape,
         _ => return None,
@@ -151,7 +152,7 @@ fn moves(ui: &Ui, mode: CameraMode, commands: &mut Vec<Command>) {
     if mode == CameraMode::Orbit {
         return;
     }
-    let (direction, seconds, hasty) = ui.input(|input| {
+    let (direction, seconds, is_fast) = ui.input(|input| {
         let down = MOVES.iter().filter(|(key, _)| input.key_down(*key));
         let sum = down.fold([0.0; 3], |sum: [f32; 3], (_, way)| {
             std::array::from_fn(|axis| (sum[axis] + way[axis]).clamp(-1.0, 1.0))
@@ -161,7 +162,7 @@ fn moves(ui: &Ui, mode: CameraMode, commands: &mut Vec<Command>) {
     let [right, up, forward] = direction;
     let up = if mode == CameraMode::Walk { 0.0 } else { up };
     if [right, up, forward] != [0.0; 3] {
-        commands.push(Command::Move { direction: [right, up, forward], seconds, hasty });
+        commands.push(Command::Move { direction: [right, up, forward], seconds, is_fast });
         ui.ctx().request_repaint();
     }
 }

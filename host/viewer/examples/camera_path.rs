@@ -47,7 +47,7 @@ fn fly(
 ) -> Result<(), AnyError> {
     let scene = LoadedScene::load(Path::new(config), &|_, _, _| {})?;
     let options = RendererOptions { samples: 1, ..Default::default() };
-    let mut viewer = Viewer::headless(scene, options, SIZE)?;
+    let mut viewer = Viewer::new_headless(scene, options, SIZE)?;
     viewer.set_settles(false);
     prepare(&mut viewer);
     let (mut millis, mut moving, mut resolve_max) = (Vec::new(), Vec::new(), 0.0_f64);

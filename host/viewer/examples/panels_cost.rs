@@ -7,7 +7,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use busbar_viewer::{LoadedScene, PartMillis, RendererOptions, Viewer};
+use busbar_viewer::{FrameStageMillis, LoadedScene, RendererOptions, Viewer};
 use serde_json::{Map, Value, json};
 
 type AnyError = Box<dyn std::error::Error>;
@@ -16,7 +16,7 @@ const SIZE: [u32; 2] = [1280, 720];
 const POINTS: usize = 5_400;
 const PIECES: usize = 900;
 const BURST: usize = 1_000;
-/// Until everything has come once.
+/// Warm-up time until every value has arrived once.
 const SETTLING: Duration = Duration::from_secs(4);
 const FRAME: Duration = Duration::from_micros(16_667);
 const DEFAULT_SECONDS: u64 = 10;
@@ -39,7 +39,7 @@ fn measure(folder: &Path, plugins: &Path, calm: Duration) -> Result<(), AnyError
     std::fs::write(&path, config.to_string())?;
     let scene = LoadedScene::load(&path, &|_, _, _| ())?;
     let options = RendererOptions { samples: 1, ..RendererOptions::default() };
-    let mut viewer = Viewer::headless(scene, options, SIZE)?;
+    let mut viewer = Viewer::new_headless(scene, options, SIZE)?;
     viewer.set_settles(false);
     viewer.set_panels_shown(true);
     viewer.select_equipment("=Q0-QA1");
@@ -51,8 +51,8 @@ fn measure(folder: &Path, plugins: &Path, calm: Duration) -> Result<(), AnyError
         viewer.frame(viewer.headless_input(start.elapsed().as_secs_f64()))?;
         let has_burst = viewer.tags().counts().good > known && start.elapsed() > SETTLING;
         match has_burst {
-            true => bursts.push(viewer.part_millis()),
-            false if start.elapsed() > SETTLING => frames.push(viewer.part_millis()),
+            true => bursts.push(viewer.stage_millis()),
+            false if start.elapsed() > SETTLING => frames.push(viewer.stage_millis()),
             false => {}
         }
         if has_burst {
@@ -64,7 +64,7 @@ fn measure(folder: &Path, plugins: &Path, calm: Duration) -> Result<(), AnyError
     }
     println!("{POINTS} points a second, {} frames; milliseconds of CPU", frames.len());
     println!("{:<22} {:>8} {:>8} {:>8} {:>10}", "", "p50", "p99", "max", "burst");
-    let of = |name: &str, part: &dyn Fn(&PartMillis) -> f64| {
+    let of = |name: &str, part: &dyn Fn(&FrameStageMillis) -> f64| {
         let mut millis: Vec<f64> = frames.iter().map(part).collect();
         millis.sort_by(f64::total_cmp);
         let at = |share: f64| {
@@ -86,7 +86,7 @@ fn measure(folder: &Path, plugins: &Path, calm: Duration) -> Result<(), AnyError
     Ok(())
 }
 
-/// Equipment without models: what is measured is not the drawing.
+/// Configuration of equipment without models, so that drawing is not measured.
 fn configuration(plugins: &Path, until_burst: Duration) -> Value {
     let (mut tags, mut alarms) = (Map::new(), Map::new());
     let mut bindings = Vec::new();

@@ -1,78 +1,78 @@
 //! The alarms of a view: their table, their log, and which of them are shown.
 
-mod hosting;
-mod listing;
+mod alarm_listing;
+mod external_alarms;
+mod external_sources;
+mod host_api;
+mod reload;
 mod rows;
-mod sources;
-mod sourcing;
-mod succession;
-mod words;
+mod text;
 
 use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::sync::Arc;
 
-use busbar_alarm_log::{AlarmLog, Recovered};
-use busbar_alarms::{Action, AlarmHandle, AlarmTable, Record, State};
+use busbar_alarms::{Action, AlarmHandle, AlarmRecord, AlarmTable, State};
+use busbar_audit_log::{AuditLog, RecoveredLog};
 use busbar_config::AlarmHandlingConfig;
 use busbar_plugin_host::OverlayTint;
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{Change, Moment, Snapshot, SourceTime};
 use busbar_ui::{AlarmAction, AlarmList};
 
-pub(crate) use self::hosting::{action_from, action_to};
-pub(crate) use self::listing::SourcedTint;
-use self::listing::{InAlarm, Listing};
-pub(crate) use self::rows::{Rows, beacons, nodes_in_alarm};
-use self::sources::Sources;
+pub(crate) use self::alarm_listing::ExternalAlarmTint;
+use self::alarm_listing::{AlarmListing, EquipmentInAlarm};
+use self::external_alarms::ExternalSources;
+pub(crate) use self::host_api::{action_from, action_to};
+pub(crate) use self::rows::{AlarmListRows, alarm_markers, nodes_in_alarm};
 use crate::load::LoadedScene;
 
-/// What happened last that is kept to be shown.
-const MAX_TAIL: usize = 200;
+/// Newest log records that are kept for display.
+const MAX_LOG_TAIL: usize = 200;
 /// Actions of operators that wait for the disk.
-const MAX_UNSAVED: usize = 10_000;
-/// How long is said why an action was refused.
-const REFUSAL_SHOWN: std::time::Duration = std::time::Duration::from_secs(10);
+const MAX_PENDING_ACTIONS: usize = 10_000;
+/// Display time of the reason why an action was refused.
+const REFUSAL_SHOWN_FOR: std::time::Duration = std::time::Duration::from_secs(10);
 
 /// The alarms of a view.
-pub(crate) struct Alarming {
+pub(crate) struct AlarmService {
     table: AlarmTable,
     /// Alarms that other systems decide on.
-    sources: Sources,
-    log: Option<AlarmLog>,
-    /// Why there is no log, or what was wrong with it when it was opened.
+    sources: ExternalSources,
+    log: Option<AuditLog>,
+    /// Reason why there is no log, or remarks from opening it.
     log_remark: Option<String>,
     operator: String,
     selected: Option<AlarmHandle>,
     list: AlarmList,
-    listing: Listing,
+    listing: AlarmListing,
     /// The equipment of each alarm, and the instances of each piece of equipment.
     nodes: Arc<[Option<NodeIndex>]>,
     instances: HashMap<NodeIndex, Vec<usize>>,
-    /// What operators did that is not on the disk yet.
-    unsaved: VecDeque<Unsaved>,
-    tail: VecDeque<Record>,
+    /// Operator actions whose records are not on the disk yet.
+    pending: VecDeque<PendingAction>,
+    tail: VecDeque<AlarmRecord>,
     refusal: Option<(Moment, String)>,
-    /// Whether a host program hears what is wanted of alarms that it decides on.
+    /// True if a host program receives the operator's requests for its alarms.
     has_host: bool,
-    /// What it has yet to hear.
-    asked: VecDeque<(AlarmHandle, AlarmAction)>,
+    /// Requests that the host program has not received yet.
+    host_requests: VecDeque<(AlarmHandle, AlarmAction)>,
     now: Moment,
     wall_clock: SourceTime,
 }
 
 /// An action that is done once its record is on the disk.
-struct Unsaved {
+struct PendingAction {
     alarm: AlarmHandle,
     number: u64,
     /// The state that is shown till then.
     before: State,
 }
 
-impl Alarming {
-    /// The alarms of a scene; none where none is configured. Only who watches a window
-    /// writes the log. A log that cannot be used keeps nobody from seeing alarms.
-    pub(crate) fn of(scene: &LoadedScene, logs: bool, wall_clock: SourceTime) -> Option<Self> {
-        let LoadedScene { alarms, config, graph, alarm_log, .. } = scene;
+impl AlarmService {
+    /// Creates the alarms of a scene; none if none is configured. Only live views write the log. An
+    /// unusable log does not hide the alarms.
+    pub(crate) fn new(scene: &LoadedScene, logs: bool, wall_clock: SourceTime) -> Option<Self> {
+        let LoadedScene { alarms, config, graph, audit_log, .. } = scene;
         if alarms.set.specs().is_empty() && config.alarm_handling.sources.is_empty() {
             return None;
         }
@@ -80,9 +80,9 @@ impl Alarming {
         let longest = longest_shelf(handling);
         let now = Moment::now();
         let mut table = AlarmTable::new(alarms.set.clone(), longest, now);
-        let rules = alarm_log.clone().filter(|_| logs);
+        let rules = audit_log.clone().filter(|_| logs);
         let (mut log, mut tail) = (None, VecDeque::new());
-        let log_remark = match rules.map(AlarmLog::open) {
+        let log_remark = match rules.map(AuditLog::open) {
             None if logs && !alarms.set.specs().is_empty() => {
                 Some("no audit log: name one in \"alarm_handling\"".to_owned())
             }
@@ -92,36 +92,36 @@ impl Alarming {
                 Some(error.to_string())
             }
             Some(Ok((opened, found))) => {
-                let Recovered { open, tail: records, last_number, remarks } = found;
+                let RecoveredLog { open, tail: records, last_number, remarks } = found;
                 let last = open.values().map(|r| (r.alarm.as_str(), r.standing, r.time));
                 table.restore(last, last_number, wall_clock);
                 (log, tail) = (Some(opened), records);
                 (!remarks.is_empty()).then(|| format!("the audit log: {}", remarks.join("; ")))
             }
         };
-        tail.drain(..tail.len().saturating_sub(MAX_TAIL));
+        tail.drain(..tail.len().saturating_sub(MAX_LOG_TAIL));
         Some(Self {
             instances: instances_of(graph, alarms.nodes.iter().flatten()),
             nodes: Arc::clone(&alarms.nodes),
-            sources: Sources::start(scene),
+            sources: ExternalSources::start(scene),
             table,
             log,
             log_remark,
             operator: String::new(),
             selected: None,
             list: AlarmList::default(),
-            listing: Listing::default(),
-            unsaved: VecDeque::new(),
+            listing: AlarmListing::default(),
+            pending: VecDeque::new(),
             tail,
             refusal: None,
             has_host: false,
-            asked: VecDeque::new(),
+            host_requests: VecDeque::new(),
             now,
             wall_clock,
         })
     }
 
-    /// Who acts.
+    /// Sets the operator who acts from now on.
     pub(crate) fn set_operator(&mut self, name: &str) {
         name.clone_into(&mut self.operator);
     }
@@ -140,20 +140,20 @@ impl Alarming {
         self.table.note(change);
     }
 
-    /// Follows the tags, hands what happened to the log, and lists what is shown.
+    /// Steps the alarm table by the tags, appends records to the log, and updates the listing.
     pub(crate) fn step(&mut self, tags: Snapshot<'_>, now: Moment, wall_clock: SourceTime) {
         (self.now, self.wall_clock) = (now, wall_clock);
         let Self { table, log, tail, .. } = self;
-        table.step(tags, now, wall_clock, |record| keep(log.as_mut(), tail, record));
-        self.follow();
+        table.step(tags, now, wall_clock, |record| append_record(log.as_mut(), tail, record));
+        self.refresh();
     }
 
-    /// What is on the disk by now, and how alarms stand.
-    fn follow(&mut self) {
+    /// Flushes the log, drops actions that are on the disk, and updates the listing.
+    fn refresh(&mut self) {
         if let Some(log) = &mut self.log {
             log.flush();
             let durable = log.durable();
-            self.unsaved.retain(|unsaved| unsaved.number > durable);
+            self.pending.retain(|pending| pending.number > durable);
         }
         self.listing.update(&self.table, &self.nodes, &self.sources);
     }
@@ -161,7 +161,7 @@ impl Alarming {
     /// Does what an operator asks for; a refusal is shown.
     pub(crate) fn act(&mut self, alarm: AlarmHandle, action: AlarmAction) {
         if self.has_host && self.is_mirrored(alarm) {
-            return self.ask_host(alarm, action);
+            return self.request_from_host(alarm, action);
         }
         let result = match self.sources.get(alarm) {
             Some((source, _)) => {
@@ -176,7 +176,7 @@ impl Alarming {
         if self.log.as_ref().is_some_and(|log| !log.keeps_up()) {
             return Err("the audit log does not keep up: wait, or check its disk".to_owned());
         }
-        if self.unsaved.len() >= MAX_UNSAVED {
+        if self.pending.len() >= MAX_PENDING_ACTIONS {
             return Err("too many actions wait for the audit log: check its disk".to_owned());
         }
         let before = self.table.status(alarm).map(|status| status.state);
@@ -184,10 +184,10 @@ impl Alarming {
         let record =
             self.table.perform(alarm, action, operator).map_err(|error| error.to_string())?;
         if let Some(before) = before.filter(|_| self.log.is_some()) {
-            self.unsaved.push_back(Unsaved { alarm, number: record.number, before });
+            self.pending.push_back(PendingAction { alarm, number: record.number, before });
         }
-        keep(self.log.as_mut(), &mut self.tail, record);
-        self.follow();
+        append_record(self.log.as_mut(), &mut self.tail, record);
+        self.refresh();
         Ok(())
     }
 
@@ -202,9 +202,9 @@ impl Alarming {
         let alarm = self.table.set().find(id).ok_or_else(|| format!("there is no alarm '{id}'"))?;
         let record = self.table.mirror(alarm, state, until, operator);
         if let Some(record) = record.map_err(|error| format!("'{id}': {error}"))? {
-            keep(self.log.as_mut(), &mut self.tail, record);
+            append_record(self.log.as_mut(), &mut self.tail, record);
         }
-        self.follow();
+        self.refresh();
         Ok(())
     }
 
@@ -225,7 +225,7 @@ impl Alarming {
     /// Instances of equipment in unacknowledged alarm, which are drawn in full detail, and in
     /// any, which are drawn by themselves; none where that is as when it was last asked.
     pub(crate) fn changed_detail(&mut self) -> Option<[BTreeSet<usize>; 2]> {
-        let InAlarm { unacknowledged, all } = self.listing.take_in_alarm()?;
+        let EquipmentInAlarm { unacknowledged, all } = self.listing.take_in_alarm()?;
         let instances = |nodes: &BTreeSet<NodeIndex>| {
             nodes.iter().filter_map(|node| self.instances.get(node)).flatten().copied().collect()
         };
@@ -234,15 +234,15 @@ impl Alarming {
 
     /// The state that an operator sees.
     fn shown_state(&self, alarm: AlarmHandle, state: State) -> (State, bool) {
-        let unsaved = self.unsaved.iter().find(|unsaved| unsaved.alarm == alarm);
-        unsaved.map_or((state, false), |unsaved| (unsaved.before, true))
+        let pending = self.pending.iter().find(|pending| pending.alarm == alarm);
+        pending.map_or((state, false), |pending| (pending.before, true))
     }
 
-    /// What keeps the log from being written, or an action from being done.
+    /// Returns the current refusal, else the fault or the remark of the log.
     fn trouble(&self) -> Option<String> {
-        let fresh = |at: Moment| self.now.since(at) < REFUSAL_SHOWN;
+        let fresh = |at: Moment| self.now.since(at) < REFUSAL_SHOWN_FOR;
         let refusal = self.refusal.as_ref().filter(|(at, _)| fresh(*at));
-        let log = self.log.as_ref().and_then(AlarmLog::fault);
+        let log = self.log.as_ref().and_then(AuditLog::fault);
         refusal.map(|(_, words)| words.clone()).or(log).or_else(|| self.log_remark.clone())
     }
 }
@@ -252,9 +252,13 @@ fn longest_shelf(handling: &AlarmHandlingConfig) -> std::time::Duration {
     std::time::Duration::from_secs(u64::from(handling.max_shelving_minutes) * 60)
 }
 
-/// Hands a record to the log, and keeps it to be shown.
-fn keep(log: Option<&mut AlarmLog>, tail: &mut VecDeque<Record>, record: Record) {
-    if tail.len() == MAX_TAIL {
+/// Appends a record to the log and to the displayed tail.
+fn append_record(
+    log: Option<&mut AuditLog>,
+    tail: &mut VecDeque<AlarmRecord>,
+    record: AlarmRecord,
+) {
+    if tail.len() == MAX_LOG_TAIL {
         tail.pop_front();
     }
     tail.push_back(record.clone());

@@ -1,9 +1,9 @@
-//! What the operator looks through: where it stands, where it looks, which lens.
+//! Camera of the view: target, distance, angles and projection.
 
 pub(crate) mod navigator;
 mod path;
-mod reveal;
 mod transition;
+mod unoccluded_view;
 
 use busbar_config::{CameraConfig, ProjectionConfig};
 use busbar_geometry::Bounds;
@@ -11,27 +11,27 @@ use busbar_renderer::CameraView;
 use egui::{Pos2, Rect, Vec2, pos2};
 use glam::{Mat4, Vec3, Vec4, vec3};
 
-use crate::cursors::PixelSize;
+use crate::lod::PixelSize;
 
 /// Radians a point of drag.
 const ORBIT_SPEED: f32 = 0.006;
-/// As close as the poles may be approached by hand, radians.
+/// Largest pitch by hand, just below the poles, radians.
 const MAX_PITCH: f32 = 1.55;
-/// Metres.
+/// Permitted distances between eye and target, metres.
 const DISTANCE_RANGE: std::ops::RangeInclusive<f32> = 0.2..=100_000.0;
 const DEFAULT_FOV_DEGREES: f32 = 45.0;
 /// A viewport narrower than this sees as much sideways as this one would, so
 /// that panels do not crop what a configured camera frames.
 const FULL_ASPECT: f32 = 16.0 / 9.0;
-/// Room left around what is framed.
+/// Margin factor around framed bounds.
 const FRAME_MARGIN: f32 = 1.12;
 
-/// How depth shows.
+/// Projection of the camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum Lens {
+pub(crate) enum ProjectionMode {
     #[default]
     Perspective,
-    /// As large as a perspective view shows what is at the target.
+    /// Orthographic projection at the scale that a perspective view has at the target.
     Orthographic,
 }
 
@@ -45,7 +45,7 @@ pub(crate) struct Camera {
     /// Above the horizon, radians.
     pitch: f32,
     fov_y: f32,
-    lens: Lens,
+    projection_mode: ProjectionMode,
 }
 
 /// World to screen, for labels.
@@ -60,9 +60,9 @@ impl Camera {
     /// as far from the target as a perspective one that sees so much there.
     pub(crate) fn from_config(config: &CameraConfig) -> Self {
         let fov_y = config.fov_degrees.to_radians();
-        let mut camera = Self::looking(config.eye.into(), config.target.into(), fov_y);
+        let mut camera = Self::look_at(config.eye.into(), config.target.into(), fov_y);
         if let ProjectionConfig::Orthographic { height } = config.projection {
-            camera.lens = Lens::Orthographic;
+            camera.projection_mode = ProjectionMode::Orthographic;
             if let Some(height) = height {
                 camera.distance = height * 0.5 / (fov_y * 0.5).tan();
             }
@@ -72,21 +72,25 @@ impl Camera {
 
     /// A camera at `eye` that looks at `target`, with the angle of this one.
     pub(crate) fn moved_to(&self, eye: Vec3, target: Vec3) -> Self {
-        Self::looking(eye, target, self.fov_y)
+        Self::look_at(eye, target, self.fov_y)
     }
 
-    /// With perspective, or without it.
-    pub(crate) fn through(self, is_orthographic: bool) -> Self {
-        let lens = if is_orthographic { Lens::Orthographic } else { Lens::Perspective };
-        Self { lens, ..self }
+    /// Returns the camera with orthographic or perspective projection.
+    pub(crate) fn with_projection(self, is_orthographic: bool) -> Self {
+        let projection_mode = if is_orthographic {
+            ProjectionMode::Orthographic
+        } else {
+            ProjectionMode::Perspective
+        };
+        Self { projection_mode, ..self }
     }
 
-    /// What it looks at, metres.
+    /// Returns the target position, metres.
     pub(crate) fn target(&self) -> Vec3 {
         self.target
     }
 
-    fn looking(eye: Vec3, target: Vec3, fov_y: f32) -> Self {
+    fn look_at(eye: Vec3, target: Vec3, fov_y: f32) -> Self {
         let offset = eye - target;
         let distance = offset.length().max(*DISTANCE_RANGE.start());
         Self {
@@ -95,16 +99,16 @@ impl Camera {
             yaw: offset.x.atan2(offset.z),
             pitch: (offset.y / distance).clamp(-1.0, 1.0).asin(),
             fov_y,
-            lens: Lens::Perspective,
+            projection_mode: ProjectionMode::Perspective,
         }
     }
 
-    /// Where it stands, metres.
+    /// Returns the eye position, metres.
     pub(crate) fn eye(&self) -> Vec3 {
         self.target + self.direction() * self.distance
     }
 
-    /// Where it looks: a unit vector.
+    /// Returns the viewing direction, a unit vector.
     pub(crate) fn forward(&self) -> Vec3 {
         -self.direction()
     }
@@ -117,7 +121,7 @@ impl Camera {
             yaw: 0.6,
             pitch: 0.35,
             fov_y: DEFAULT_FOV_DEGREES.to_radians(),
-            lens: Lens::Perspective,
+            projection_mode: ProjectionMode::Perspective,
         };
         camera.frame(bounds);
         camera
@@ -134,9 +138,9 @@ impl Camera {
             let needed = bounds.corners().map(|corner| {
                 let offset = corner - self.target;
                 let sideways = (offset.dot(right).abs() / tan_x).max(offset.dot(up).abs() / tan_y);
-                let nearer = match self.lens {
-                    Lens::Perspective => offset.dot(back),
-                    Lens::Orthographic => 0.0,
+                let nearer = match self.projection_mode {
+                    ProjectionMode::Perspective => offset.dot(back),
+                    ProjectionMode::Orthographic => 0.0,
                 };
                 sideways * FRAME_MARGIN + nearer
             });
@@ -158,14 +162,14 @@ impl Camera {
         let eye = self.eye();
         // What is seen follows the hand, as in an orbit.
         self.orbit(drag);
-        self.stand_at(eye);
+        self.move_eye_to(eye);
     }
 
-    fn stand_at(&mut self, eye: Vec3) {
+    fn move_eye_to(&mut self, eye: Vec3) {
         self.target = eye - self.direction() * self.distance;
     }
 
-    /// Moves the target with the pointer: what is under it stays under it.
+    /// Moves the target by a drag, so that the point under the pointer stays there.
     fn pan(&mut self, drag: Vec2, viewport: Vec2) {
         let half_angle = self.fov_y(viewport.x / viewport.y.max(1.0)) * 0.5;
         let metres_per_point = 2.0 * self.distance * half_angle.tan() / viewport.y.max(1.0);
@@ -185,14 +189,14 @@ impl Camera {
         let aspect = viewport.width() / viewport.height().max(1.0);
         let fov_y = self.fov_y(aspect);
         let (_, _, up) = self.axes();
-        let mut view = match self.lens {
-            Lens::Perspective => {
+        let mut view = match self.projection_mode {
+            ProjectionMode::Perspective => {
                 let near = (self.distance * 0.005).clamp(0.01, 1.0);
                 // Up is only needed where the camera looks along it.
                 let up = if self.pitch.abs() > MAX_PITCH { up } else { Vec3::Y };
                 CameraView::look_at(eye, self.target, up, fov_y, aspect, near)
             }
-            Lens::Orthographic => {
+            ProjectionMode::Orthographic => {
                 let height = 2.0 * self.distance * (fov_y * 0.5).tan();
                 let farthest = around
                     .map_or(0.0, |bounds| self.target.distance(bounds.center()) + bounds.radius());
@@ -204,17 +208,17 @@ impl Camera {
         view
     }
 
-    /// What a pixel covers, in a viewport of this size in pixels.
-    pub(crate) fn pixel(&self, viewport: Vec2) -> PixelSize {
+    /// Returns the size of a pixel in a viewport of this size in pixels.
+    pub(crate) fn pixel_size(&self, viewport: Vec2) -> PixelSize {
         let aspect = viewport.x / viewport.y.max(1.0);
         let tan_y = (self.fov_y(aspect) * 0.5).tan();
         let in_the_middle = 2.0 * tan_y / viewport.y.max(1.0);
-        match self.lens {
-            Lens::Perspective => {
+        match self.projection_mode {
+            ProjectionMode::Perspective => {
                 let tan_diagonal = tan_y * aspect.hypot(1.0);
                 PixelSize::PerMetre { ahead: in_the_middle, corner: 1.0 / tan_diagonal.hypot(1.0) }
             }
-            Lens::Orthographic => PixelSize::Metres(in_the_middle * self.distance),
+            ProjectionMode::Orthographic => PixelSize::Metres(in_the_middle * self.distance),
         }
     }
 
@@ -232,12 +236,7 @@ impl Camera {
         (back, right, back.cross(right))
     }
 
-    /// From the eye to the target, of unit length.
-    pub(crate) fn ahead(&self) -> Vec3 {
-        -self.direction()
-    }
-
-    /// From the target to the eye.
+    /// Returns the direction from the target to the eye.
     fn direction(&self) -> Vec3 {
         let (sin_yaw, cos_yaw) = self.yaw.sin_cos();
         let (sin_pitch, cos_pitch) = self.pitch.sin_cos();
@@ -259,7 +258,7 @@ impl Projection {
         Self { clip_from_world: view.clip_from_world(), screen }
     }
 
-    /// Where a world point is on the screen, points; `None` behind the camera.
+    /// Projects a world position to the screen, points; `None` behind the camera.
     pub(crate) fn to_screen(self, world: Vec3) -> Option<Pos2> {
         let clip = self.clip_from_world * world.extend(1.0);
         if clip.w <= 1e-6 {

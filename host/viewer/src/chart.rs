@@ -1,42 +1,44 @@
-//! The chart that stands in the scene: what a plugin tells of the equipment, arranged by
-//! the operator, and what follows from it for the equipment.
+//! Parallel-coordinates chart in the scene: records of a plugin, brushed by the operator, and the
+//! states they give to equipment.
 
 mod density;
-mod reader;
-mod words;
+mod poller;
+mod text;
 
 use std::collections::{BTreeSet, HashMap};
 use std::time::Duration;
 
-use busbar_chart::{Action, Board, Brush, Explanation, Selected, Shape, Size, nearest};
+use busbar_chart::{
+    Action, Brush, ChartSelection, Explanation, ParallelCoordinates, Shape, Size, nearest,
+};
 use busbar_config::ChartConfig;
 use busbar_plugin_host::{Pattern, PluginError, wall_clock};
 use busbar_plugin_process::Plugin;
 use busbar_renderer::{
-    FaceInWorld, MAX_POLYLINE_PARTS, Polylines, RenderError, Renderer, StrokeInWorld,
+    MAX_POLYLINE_PARTS, Polylines, RenderError, Renderer, WorldFace, WorldStroke,
 };
 use busbar_scene::{NodeIndex, SceneGraph};
-use busbar_ui::{ChartAxisOnScreen, ChartCommand, ChartOverlay};
+use busbar_ui::{ChartCommand, ChartOverlay, ProjectedChartAxis};
 use egui::Pos2;
 use glam::{Affine3A, Quat, Vec3};
 
 use crate::camera::Projection;
-use crate::running::{Basis, ShownState};
+use crate::overlay_instances::{NodeState, StateBasis};
 use density::Density;
-use reader::{Question, Reader};
+use poller::{ChartPoller, ExplanationRequest};
 
-/// How near to a line the pointer must be, points.
-const REACH: f32 = 6.0;
+/// Greatest distance at which the pointer picks a polyline, points.
+const PICK_DISTANCE: f32 = 6.0;
 /// The longest that opening a view without a window waits for the first records.
-const FIRST_PATIENCE: Duration = Duration::from_secs(20);
+const FIRST_READ_TIMEOUT: Duration = Duration::from_secs(20);
 /// The longest that a frame without a window waits for an explanation.
-const EXPLAIN_PATIENCE: Duration = Duration::from_secs(2);
+const EXPLANATION_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// A chart in the scene.
-pub(crate) struct ShownChart {
-    reader: Reader,
-    board: Board,
-    /// [`Read::number`](reader::Read::number) of the records shown.
+pub(crate) struct SceneChart {
+    poller: ChartPoller,
+    board: ParallelCoordinates,
+    /// [`ChartData::number`](poller::ChartData::number) of the records shown.
     last_read: u64,
     world_from_chart: Affine3A,
     follows: bool,
@@ -44,29 +46,29 @@ pub(crate) struct ShownChart {
     /// The node of each piece of equipment, and the other way.
     nodes: Vec<Option<NodeIndex>>,
     equipment: HashMap<NodeIndex, usize>,
-    /// What was known when it was last looked at, by equipment.
-    known: Vec<Option<Selected>>,
+    /// Last known record of each piece of equipment in the last frame.
+    known: Vec<Option<ChartSelection>>,
     hovered: Option<usize>,
-    /// As the last frame had them.
-    axes_on_screen: Vec<ChartAxisOnScreen>,
-    /// Index of the equipment, and what is said of it.
+    /// Projected axes of the last frame.
+    projected_axes: Vec<ProjectedChartAxis>,
+    /// Equipment index and its explanation.
     explained: Option<(usize, Explanation)>,
-    drawn: Drawn,
+    geometry: ChartGeometry,
     density: Density,
     seconds: f64,
 }
 
-/// What it looks like, as it was last worked out.
+/// Geometry of the chart, cached until the board changes.
 #[derive(Default)]
-struct Drawn {
-    /// Of the board.
+struct ChartGeometry {
+    /// Board revision of the cached geometry.
     revision: Option<u64>,
     shape: Shape,
-    faces: Vec<FaceInWorld>,
-    strokes: Vec<StrokeInWorld>,
+    faces: Vec<WorldFace>,
+    strokes: Vec<WorldStroke>,
 }
 
-impl ShownChart {
+impl SceneChart {
     /// The chart of a plugin, as it is configured.
     pub(crate) fn start(
         config: &ChartConfig,
@@ -74,13 +76,13 @@ impl ShownChart {
         graph: &SceneGraph,
         settles: bool,
     ) -> Result<Self, PluginError> {
-        let reader = Reader::start(plugin)?;
+        let poller = ChartPoller::start(plugin)?;
         let [width, height, depth] = config.size.map(|metres| metres as f32);
         let turn = Quat::from_rotation_y((config.yaw_degrees as f32).to_radians());
         let position = Vec3::from(config.position.map(|metres| metres as f32));
         let mut shown = Self {
-            reader,
-            board: Board::new(Size { width, height, depth }),
+            poller,
+            board: ParallelCoordinates::new(Size { width, height, depth }),
             last_read: 0,
             world_from_chart: Affine3A::from_rotation_translation(turn, position),
             follows: config.follows,
@@ -89,22 +91,22 @@ impl ShownChart {
             equipment: HashMap::new(),
             known: Vec::new(),
             hovered: None,
-            axes_on_screen: Vec::new(),
+            projected_axes: Vec::new(),
             explained: None,
-            drawn: Drawn::default(),
+            geometry: ChartGeometry::default(),
             density: Density::default(),
             seconds: 0.0,
         };
         if settles {
-            shown.reader.wait_for_first(FIRST_PATIENCE);
+            shown.poller.wait_for_first(FIRST_READ_TIMEOUT);
             shown.take(graph);
         }
         Ok(shown)
     }
 
-    /// Takes over what was read.
+    /// Takes the data that the poller has read.
     fn take(&mut self, graph: &SceneGraph) {
-        let Some(read) = self.reader.take() else { return };
+        let Some(read) = self.poller.take() else { return };
         self.last_read = read.number;
         self.board.set_data(read.description, read.records);
         self.find_equipment(graph);
@@ -115,7 +117,7 @@ impl ShownChart {
         self.hovered = None;
     }
 
-    /// Goes on where nodes have other numbers.
+    /// Finds the equipment's nodes in a scene with other indices.
     pub(crate) fn find_equipment(&mut self, graph: &SceneGraph) {
         let ids = &self.board.description().equipment;
         self.nodes = ids.iter().map(|id| graph.find(id)).collect();
@@ -123,45 +125,45 @@ impl ShownChart {
         self.equipment = there.filter_map(|(at, node)| Some(((*node)?, at))).collect();
     }
 
-    /// Steps it to a frame: takes what was read, lets time go by, and says which equipment
-    /// to go to, if a record of it has become abnormal.
+    /// Steps the chart to a frame: takes new data and advances playback. Returns the equipment to
+    /// visit if one of its records has become abnormal.
     pub(crate) fn step(&mut self, graph: &SceneGraph, seconds: f64) -> Option<String> {
         self.take(graph);
         self.board.advance(seconds - self.seconds);
         self.seconds = seconds;
-        let known: Vec<Selected> = self.board.known(wall_clock().0).collect();
+        let known: Vec<ChartSelection> = self.board.known(wall_clock().0).collect();
         let mut by_equipment = vec![None; self.board.records().equipment_count()];
         known.iter().for_each(|one| by_equipment[one.equipment] = Some(*one));
         let before = std::mem::replace(&mut self.known, by_equipment);
         let record_before = |equipment: usize| Some((*before.get(equipment)?)?.record);
         let legend = &self.board.description().legend;
-        let is_news = |one: &&Selected| {
+        let is_new = |one: &&ChartSelection| {
             let abnormal = one.state.is_some_and(|state| legend[state as usize].is_abnormal);
             abnormal && record_before(one.equipment) != Some(one.record)
         };
-        let news = known.iter().filter(is_news).max_by_key(|one| (one.state, -one.age_nanos));
-        let id = news.map(|one| self.board.description().equipment[one.equipment].clone());
+        let newest = known.iter().filter(is_new).max_by_key(|one| (one.state, -one.age_nanos));
+        let id = newest.map(|one| self.board.description().equipment[one.equipment].clone());
         id.filter(|_| self.follows)
     }
 
-    /// Shows what is selected in the scene, and asks what is said of it.
+    /// Selects the records of the selected equipment, and requests its explanation.
     pub(crate) fn follow_selection(&mut self, graph: &SceneGraph, nodes: &BTreeSet<NodeIndex>) {
         let equipment: BTreeSet<usize> =
             nodes.iter().filter_map(|node| self.equipment_at(graph, *node)).collect();
         let only = equipment.first().copied().filter(|_| nodes.len() == 1);
         self.board.select(equipment);
         let known = only.and_then(|one| *self.known.get(one)?);
-        let Some(Selected { equipment, record, .. }) = known else {
+        let Some(ChartSelection { equipment, record, .. }) = known else {
             self.explained = None;
             return;
         };
-        let question = Question {
+        let question = ExplanationRequest {
             equipment: self.board.description().equipment[equipment].clone(),
             unix_nanos: self.board.records().all()[record].unix_nanos,
             read: self.last_read,
         };
-        let patience = if self.settles { EXPLAIN_PATIENCE } else { Duration::ZERO };
-        match self.reader.explain(&question, patience) {
+        let timeout = if self.settles { EXPLANATION_TIMEOUT } else { Duration::ZERO };
+        match self.poller.explain(&question, timeout) {
             Some(Ok(explanation)) => {
                 let states = self.board.description().legend.len();
                 let fits = (explanation.state as usize) < states;
@@ -186,7 +188,7 @@ impl ShownChart {
     }
 
     /// The states that its records put equipment in.
-    pub(crate) fn states(&self) -> impl Iterator<Item = ShownState> + '_ {
+    pub(crate) fn states(&self) -> impl Iterator<Item = NodeState> + '_ {
         self.known.iter().flatten().filter_map(|one| {
             let node = (*self.nodes.get(one.equipment)?)?;
             let state = self.board.records().all()[one.record].state;
@@ -197,8 +199,8 @@ impl ShownChart {
                 busbar_chart::Pattern::Crossed => Pattern::Crossed,
                 busbar_chart::Pattern::Dotted => Pattern::Dotted,
             };
-            let basis = Basis::Record { is_valid: one.state.is_some() };
-            Some(ShownState { node, basis, color: state.color, pattern, legend: None })
+            let basis = StateBasis::Record { is_valid: one.state.is_some() };
+            Some(NodeState { node, basis, color: state.color, pattern, legend: None })
         })
     }
 
@@ -207,14 +209,14 @@ impl ShownChart {
         self.brushed_known().filter_map(|one| self.nodes[one.equipment]).collect()
     }
 
-    fn brushed_known(&self) -> impl Iterator<Item = &Selected> {
-        self.known.iter().flatten().filter(|one| self.board.is_meant(one.record))
+    fn brushed_known(&self) -> impl Iterator<Item = &ChartSelection> {
+        self.known.iter().flatten().filter(|one| self.board.is_brushed(one.record))
     }
 
     /// Does what the operator asks.
-    pub(crate) fn obey(&mut self, command: &ChartCommand) -> Option<String> {
+    pub(crate) fn apply(&mut self, command: &ChartCommand) -> Option<String> {
         match command {
-            ChartCommand::Do(action) => self.board.apply(action),
+            ChartCommand::Apply(action) => self.board.apply(action),
             ChartCommand::BrushAt { shown, positions, alone } => {
                 if let Some(brush) = self.board.brush_at(*shown, *positions) {
                     self.board.apply(&Action::AddBrush { brush, alone: *alone });
@@ -233,20 +235,20 @@ impl ShownChart {
         None
     }
 
-    /// Works out what it looks like, if that changed.
-    pub(crate) fn shape_up(&mut self) {
+    /// Updates the geometry if the board has changed.
+    pub(crate) fn update_geometry(&mut self) {
         let revision = self.board.revision();
-        if self.drawn.revision == Some(revision) {
+        if self.geometry.revision == Some(revision) {
             return;
         }
         let shape = self.board.shape(wall_clock().0);
         let world = |at: [f32; 3]| self.world_from_chart.transform_point3(at.into());
-        let face = |face: &busbar_chart::Face| FaceInWorld {
+        let face = |face: &busbar_chart::Face| WorldFace {
             corners: face.corners.map(world),
             color: face.color,
             cover: face.cover,
         };
-        let stroke = |stroke: &busbar_chart::Stroke| StrokeInWorld {
+        let stroke = |stroke: &busbar_chart::Stroke| WorldStroke {
             from: world(stroke.from),
             to: world(stroke.to),
             width: stroke.width,
@@ -258,13 +260,13 @@ impl ShownChart {
         let from = |count: usize| count.saturating_sub(MAX_POLYLINE_PARTS);
         let faces = shape.faces[from(shape.faces.len())..].iter().map(face).collect();
         let strokes = shape.strokes[from(shape.strokes.len())..].iter().map(stroke).collect();
-        self.drawn = Drawn { revision: Some(revision), faces, strokes, shape };
+        self.geometry = ChartGeometry { revision: Some(revision), faces, strokes, shape };
     }
 
-    /// Goes on with counting records that are too many for lines.
+    /// Continues the density count of records that are too many for single lines.
     ///
     /// # Errors
-    /// The device's.
+    /// Errors of the graphics device.
     pub(crate) fn count(&mut self, renderer: &mut Renderer) -> Result<(), RenderError> {
         let counted = (&self.board, self.last_read);
         self.density.advance(renderer, counted, self.world_from_chart, self.settles)
@@ -275,26 +277,26 @@ impl ShownChart {
         self.board.playhead().is_some()
     }
 
-    /// Whether it will look otherwise by itself.
-    pub(crate) fn is_coming(&self) -> bool {
-        self.density.is_coming() || self.board.plays()
+    /// Reports whether the chart will change by itself: counting or playback is under way.
+    pub(crate) fn needs_frames(&self) -> bool {
+        self.density.needs_frames() || self.board.plays()
     }
 
-    /// Its lines and faces.
+    /// Returns the lines and faces of the chart.
     pub(crate) fn polylines(&self) -> Option<Polylines<'_>> {
-        let Drawn { revision, faces, strokes, .. } = &self.drawn;
+        let ChartGeometry { revision, faces, strokes, .. } = &self.geometry;
         let planes = self.density.planes();
         Some(Polylines { revision: (*revision)?, faces, planes, strokes })
     }
 
-    /// Notes what is under the pointer.
+    /// Picks the polyline under the pointer.
     pub(crate) fn point_at(&mut self, pointer: Option<Pos2>, projection: Projection) {
         self.hovered = pointer.and_then(|pointer| self.record_at(pointer, projection));
     }
 
     fn record_at(&self, pointer: Pos2, projection: Projection) -> Option<usize> {
         let project = |at| self.on_screen(at, projection).map(|at| [at.x, at.y]);
-        nearest(&self.drawn.shape, project, [pointer.x, pointer.y], REACH)
+        nearest(&self.geometry.shape, project, [pointer.x, pointer.y], PICK_DISTANCE)
     }
 
     /// The node of the equipment whose line is at a place on the screen.
@@ -307,25 +309,25 @@ impl ShownChart {
         projection.to_screen(self.world_from_chart.transform_point3(at.into()))
     }
 
-    /// What of it lies over the scene.
+    /// Returns the parts of the chart that are painted over the scene.
     pub(crate) fn overlay(&mut self, projection: Projection) -> ChartOverlay {
-        let overlay = words::overlay(self, projection);
-        self.axes_on_screen.clone_from(&overlay.axes);
+        let overlay = text::overlay(self, projection);
+        self.projected_axes.clone_from(&overlay.axes);
         overlay
     }
 
-    /// What is said of it in panels.
+    /// Returns the view model of the chart panel.
     pub(crate) fn model(&self) -> busbar_ui::ChartModel {
-        words::model(self)
+        text::model(self)
     }
 
-    /// What is said of the equipment that is selected.
-    pub(crate) fn verdict(&self) -> Option<busbar_ui::ExplainedEquipment> {
-        words::explained(self)
+    /// Returns the explanation of the selected equipment.
+    pub(crate) fn verdict(&self) -> Option<busbar_ui::EquipmentExplanation> {
+        text::explained(self)
     }
 
-    /// What is said of it in statistics.
+    /// Returns the chart's part of the statistics.
     pub(crate) fn stats(&self) -> crate::stats::ChartStats {
-        words::stats(self)
+        text::stats(self)
     }
 }

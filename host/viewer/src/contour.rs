@@ -1,12 +1,12 @@
 //! The course of a quantity over the ground, from levels at equipment: the mean of those
 //! within reach, each weighted by one over its squared distance (Shepard 1968).
 //!
-//! Where the nearest level is not good there is no data, whatever is known farther away;
-//! where nothing is within reach nothing is shown. Only what lies outside the normal band
-//! is coloured.
+//! A position whose nearest level is not good has no data, whatever is known farther away. A
+//! position without any level within reach shows nothing. Only values outside the normal band are
+//! colored.
 
 use busbar_plugin_host::Contour;
-use busbar_renderer::{FaceInWorld, StrokeInWorld};
+use busbar_renderer::{WorldFace, WorldStroke};
 use busbar_ui::ContourRow;
 use glam::{Vec2, Vec3, vec2, vec3};
 
@@ -30,26 +30,26 @@ const LINE: [u8; 3] = [46, 48, 54];
 
 /// A level at a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Level {
-    /// Where from above: x and z, metres.
+pub(crate) struct MeasuredLevel {
+    /// Position seen from above: x and z, metres.
     pub(crate) place: Vec2,
-    /// None where it is not good.
+    /// Measured value; none if it is not good.
     pub(crate) value: Option<f64>,
 }
 
-/// What is known of a place.
+/// Interpolated value at a position.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Course {
-    /// Nothing is measured within reach.
-    Beyond,
-    /// What is measured here is not good.
+pub(crate) enum FieldValue {
+    /// No level is within reach.
+    OutOfReach,
+    /// The nearest measured value is not good.
     NoData,
-    /// In the contour's unit.
+    /// Interpolated value in the contour's unit.
     Value(f64),
 }
 
-/// What is known of a place.
-pub(crate) fn course_at(place: Vec2, levels: &[Level], reach: f32) -> Course {
+/// Interpolates the levels at a position by inverse distance weighting (Shepard 1968).
+pub(crate) fn interpolate(place: Vec2, levels: &[MeasuredLevel], reach: f32) -> FieldValue {
     let mut nearest: Option<(f32, bool)> = None;
     let (mut sum, mut weights) = (0.0, 0.0);
     for level in levels {
@@ -66,14 +66,13 @@ pub(crate) fn course_at(place: Vec2, levels: &[Level], reach: f32) -> Course {
         }
     }
     match nearest {
-        None => Course::Beyond,
-        Some((_, false)) => Course::NoData,
-        Some((_, true)) => Course::Value(sum / weights),
+        None => FieldValue::OutOfReach,
+        Some((_, false)) => FieldValue::NoData,
+        Some((_, true)) => FieldValue::Value(sum / weights),
     }
 }
 
-/// How many steps a value lies outside the normal band: 0 within it, 1 just above, -1 just
-/// below.
+/// Returns the number of steps outside the normal band: 0 within it, 1 just above, -1 just below.
 fn band_of(contour: &Contour, value: f64) -> i32 {
     let steps = |beyond: f64| ((beyond / contour.step).floor() as i32).min(MAX_BANDS - 1) + 1;
     match (contour.low, contour.high) {
@@ -84,7 +83,7 @@ fn band_of(contour: &Contour, value: f64) -> i32 {
 }
 
 /// Colour and cover of a band.
-fn look(band: i32) -> ([u8; 3], f32) {
+fn band_style(band: i32) -> ([u8; 3], f32) {
     if band == 0 {
         return (NORMAL, 0.22);
     }
@@ -93,7 +92,7 @@ fn look(band: i32) -> ([u8; 3], f32) {
     ([0, 1, 2].map(|i| mixed(i) as u8), 0.75)
 }
 
-/// What it means, for people.
+/// Returns the legend of a contour.
 pub(crate) fn legend(contour: &Contour) -> ContourRow {
     let Contour { name, unit, reach_metres, low, high, step } = contour;
     let with_unit = |number: f64| format!("{number} {unit}").trim_end().to_owned();
@@ -117,12 +116,12 @@ struct Grid {
     origin: Vec2,
     cell: f32,
     size: [usize; 2],
-    /// Row by row.
-    courses: Vec<Course>,
+    /// Values of the cells, row by row.
+    values: Vec<FieldValue>,
 }
 
 impl Grid {
-    fn over(levels: &[Level], reach: f32) -> Option<Self> {
+    fn over(levels: &[MeasuredLevel], reach: f32) -> Option<Self> {
         let places = levels.iter().map(|level| level.place).filter(|place| place.is_finite());
         let bounds = places.map(|place| [place, place]);
         let [least, most] = bounds.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])?;
@@ -130,9 +129,9 @@ impl Grid {
         let longest = (most - least).max_element();
         let cell = (reach / CELLS_A_REACH).max(MIN_CELL).max(longest / MAX_CELLS as f32);
         let size = (most - least).to_array().map(|side| ((side / cell).ceil() as usize).max(1));
-        let mut grid = Self { origin: least, cell, size, courses: Vec::new() };
-        grid.courses = (0..size[0] * size[1])
-            .map(|at| course_at(grid.middle(at % size[0], at / size[0]), levels, reach))
+        let mut grid = Self { origin: least, cell, size, values: Vec::new() };
+        grid.values = (0..size[0] * size[1])
+            .map(|at| interpolate(grid.middle(at % size[0], at / size[0]), levels, reach))
             .collect();
         Some(grid)
     }
@@ -146,22 +145,22 @@ impl Grid {
         vec3(place.x, HEIGHT, place.y)
     }
 
-    fn course(&self, x: usize, y: usize) -> Course {
-        self.courses[y * self.size[0] + x]
+    fn value_at(&self, x: usize, y: usize) -> FieldValue {
+        self.values[y * self.size[0] + x]
     }
 }
 
 /// Draws the course of a quantity on the ground.
 pub(crate) fn draw(
     contour: &Contour,
-    levels: &[Level],
-    faces: &mut Vec<FaceInWorld>,
-    strokes: &mut Vec<StrokeInWorld>,
+    levels: &[MeasuredLevel],
+    faces: &mut Vec<WorldFace>,
+    strokes: &mut Vec<WorldStroke>,
 ) {
     let Some(grid) = Grid::over(levels, contour.reach_metres as f32) else { return };
-    let band = |x: usize, y: usize| match grid.course(x, y) {
-        Course::Value(value) => Some(band_of(contour, value)),
-        Course::NoData | Course::Beyond => None,
+    let band = |x: usize, y: usize| match grid.value_at(x, y) {
+        FieldValue::Value(value) => Some(band_of(contour, value)),
+        FieldValue::NoData | FieldValue::OutOfReach => None,
     };
     let [width, height] = grid.size;
     for y in 0..height {
@@ -174,14 +173,14 @@ pub(crate) fn draw(
                 x += 1;
             }
             if let Some(own) = own {
-                let (color, cover) = look(own);
+                let (color, cover) = band_style(own);
                 let corners = [
                     grid.corner(from, y),
                     grid.corner(x, y),
                     grid.corner(x, y + 1),
                     grid.corner(from, y + 1),
                 ];
-                faces.push(FaceInWorld { corners, color, cover });
+                faces.push(WorldFace { corners, color, cover });
             }
         }
         for x in 0..width {
@@ -192,8 +191,8 @@ pub(crate) fn draw(
 }
 
 /// Slanted lines through cells without data.
-fn hatch(grid: &Grid, x: usize, y: usize, strokes: &mut Vec<StrokeInWorld>) {
-    if grid.course(x, y) == Course::NoData && (x + grid.size[1] - y).is_multiple_of(2) {
+fn hatch(grid: &Grid, x: usize, y: usize, strokes: &mut Vec<WorldStroke>) {
+    if grid.value_at(x, y) == FieldValue::NoData && (x + grid.size[1] - y).is_multiple_of(2) {
         strokes.push(line(grid.corner(x, y), grid.corner(x + 1, y + 1), 1.6));
     }
 }
@@ -204,7 +203,7 @@ fn borders(
     band: impl Fn(usize, usize) -> Option<i32>,
     x: usize,
     y: usize,
-    strokes: &mut Vec<StrokeInWorld>,
+    strokes: &mut Vec<WorldStroke>,
 ) {
     let Some(own) = band(x, y) else { return };
     let mut border = |other: Option<i32>, from: Vec3, to: Vec3| {
@@ -220,16 +219,16 @@ fn borders(
     }
 }
 
-fn line(from: Vec3, to: Vec3, width: f32) -> StrokeInWorld {
-    StrokeInWorld { from, to, width, color: LINE, cover: 0.8, pattern: 0 }
+fn line(from: Vec3, to: Vec3, width: f32) -> WorldStroke {
+    WorldStroke { from, to, width, color: LINE, cover: 0.8, pattern: 0 }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn level(x: f32, value: Option<f64>) -> Level {
-        Level { place: vec2(x, 0.0), value }
+    fn level(x: f32, value: Option<f64>) -> MeasuredLevel {
+        MeasuredLevel { place: vec2(x, 0.0), value }
     }
 
     fn contour() -> Contour {
@@ -246,27 +245,27 @@ mod tests {
     #[test]
     fn near_levels_count_more_and_far_ones_not_at_all() {
         let levels = [level(0.0, Some(40.0)), level(6.0, Some(80.0)), level(50.0, Some(500.0))];
-        let at = |x: f32| course_at(vec2(x, 0.0), &levels, 8.0);
+        let at = |x: f32| interpolate(vec2(x, 0.0), &levels, 8.0);
         let value = |x: f32| match at(x) {
-            Course::Value(value) => value,
+            FieldValue::Value(value) => value,
             other => panic!("{other:?} at {x}"),
         };
         assert!((value(3.0) - 60.0).abs() < 1e-9);
         // Weights 1/4 and 1/16.
         assert!((value(2.0) - 48.0).abs() < 1e-9);
-        assert_eq!(at(-8.5), Course::Beyond);
+        assert_eq!(at(-8.5), FieldValue::OutOfReach);
         assert_eq!(value(50.0), 500.0);
     }
 
     #[test]
     fn where_the_nearest_is_not_good_there_is_no_data() {
         let levels = [level(0.0, Some(40.0)), level(6.0, None)];
-        let at = |x: f32| course_at(vec2(x, 0.0), &levels, 8.0);
+        let at = |x: f32| interpolate(vec2(x, 0.0), &levels, 8.0);
         assert_eq!(
             (at(2.9), at(3.1), at(14.0)),
-            (Course::Value(40.0), Course::NoData, Course::NoData)
+            (FieldValue::Value(40.0), FieldValue::NoData, FieldValue::NoData)
         );
-        assert_eq!(at(14.1), Course::Beyond);
+        assert_eq!(at(14.1), FieldValue::OutOfReach);
     }
 
     #[test]
@@ -282,7 +281,7 @@ mod tests {
 
     #[test]
     fn what_is_drawn_is_bounded_and_shows_what_is_missing() {
-        let drawn = |levels: &[Level]| {
+        let drawn = |levels: &[MeasuredLevel]| {
             let (mut faces, mut strokes) = (Vec::new(), Vec::new());
             draw(&contour(), levels, &mut faces, &mut strokes);
             (faces, strokes)
@@ -294,7 +293,8 @@ mod tests {
         assert!(faces.iter().all(|face| face.color == NORMAL) && strokes.is_empty());
         let (faces, strokes) = drawn(&[level(0.0, Some(40.0)), level(5.0, Some(112.0))]);
         assert!(faces.iter().any(|face| face.color != NORMAL) && !strokes.is_empty());
-        let far: Vec<Level> = (0..100).map(|i| level(1000.0 * i as f32, Some(90.0))).collect();
+        let far: Vec<MeasuredLevel> =
+            (0..100).map(|i| level(1000.0 * i as f32, Some(90.0))).collect();
         assert!(drawn(&far).0.len() <= MAX_CELLS * (MAX_CELLS + 1));
     }
 }

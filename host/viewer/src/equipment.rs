@@ -1,4 +1,4 @@
-//! What pieces of equipment are called, and which of the scene's nodes is a device.
+//! Equipment names and aliases, and the device that a scene node belongs to.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -7,23 +7,22 @@ use busbar_scene::{NodeIndex, SceneGraph};
 
 /// The names of a piece of equipment besides its id.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Names {
-    /// May be empty.
+pub(crate) struct EquipmentNames {
+    /// Descriptive name; may be empty.
     pub(crate) name: String,
     pub(crate) aliases: Vec<String>,
 }
 
-/// What the equipment of a scene is called.
+/// Index of the equipment's names and aliases.
 #[derive(Debug, Default)]
-pub(crate) struct Equipment {
-    names: HashMap<NodeIndex, Names>,
+pub(crate) struct EquipmentIndex {
+    names: HashMap<NodeIndex, EquipmentNames>,
     by_alias: HashMap<String, NodeIndex>,
 }
 
-impl Equipment {
-    /// Of a configuration, as far as the scene has it; what it has not is given to
-    /// `absent`.
-    pub(crate) fn of(
+impl EquipmentIndex {
+    /// Builds the index from a configuration; calls `absent` for equipment that the scene lacks.
+    pub(crate) fn new(
         graph: &SceneGraph,
         equipment: &BTreeMap<String, EquipmentConfig>,
         mut absent: impl FnMut(&str, &EquipmentConfig),
@@ -36,13 +35,15 @@ impl Equipment {
             };
             let EquipmentConfig { name, aliases, .. } = config;
             found.by_alias.extend(aliases.iter().map(|alias| (alias.clone(), node)));
-            found.names.insert(node, Names { name: name.clone(), aliases: aliases.clone() });
+            found
+                .names
+                .insert(node, EquipmentNames { name: name.clone(), aliases: aliases.clone() });
         }
         found
     }
 
-    /// What a node is called besides its id.
-    pub(crate) fn names(&self, node: NodeIndex) -> Option<&Names> {
+    /// Returns the names of a node besides its id.
+    pub(crate) fn names(&self, node: NodeIndex) -> Option<&EquipmentNames> {
         self.names.get(&node)
     }
 
@@ -53,9 +54,9 @@ impl Equipment {
 
     /// The device that a node is, or is a pole or part of.
     ///
-    /// That is the nearest node from it upwards that the configuration has names for; else
-    /// the highest whose own designation is one of a product (IEC 81346-1: it has a `-`
-    /// behind a prefix); else the placement that the node is a part of.
+    /// The device is the nearest node upwards that the configuration names. Otherwise it is the
+    /// highest ancestor with a product designation (IEC 81346-1: a `-` behind a prefix), or else
+    /// the placement of the node.
     pub(crate) fn device_of(&self, graph: &SceneGraph, node: NodeIndex) -> NodeIndex {
         let way = || std::iter::successors(Some(node), |node| graph.node(*node).parent());
         let named = way().find(|node| self.names.contains_key(node));
@@ -65,13 +66,13 @@ impl Equipment {
     }
 }
 
-/// Whether a name is a reference designation (IEC 81346-1): it begins with the prefix of
-/// an aspect, `=` function, `-` product, `+` location.
+/// Reports whether a name is a reference designation (IEC 81346-1). Such a name begins with an
+/// aspect's prefix: `=` function, `-` product, `+` location.
 pub(crate) fn is_designation(name: &str) -> bool {
     name.starts_with(['=', '-', '+'])
 }
 
-/// Whether a name is the designation of a product.
+/// Reports whether a name is a product designation (IEC 81346-1).
 fn is_product(name: &str) -> bool {
     is_designation(name) && name.contains('-')
 }
@@ -94,12 +95,12 @@ mod tests {
         SceneGraph::build(&placements, &[]).expect("ids are used once")
     }
 
-    fn equipment(graph: &SceneGraph, named: &[(&str, &[&str])]) -> Equipment {
+    fn equipment(graph: &SceneGraph, named: &[(&str, &[&str])]) -> EquipmentIndex {
         let config = |(id, aliases): &(&str, &[&str])| {
             let aliases = aliases.iter().map(|alias| (*alias).to_owned()).collect();
             ((*id).to_owned(), EquipmentConfig { aliases, ..EquipmentConfig::default() })
         };
-        Equipment::of(graph, &named.iter().map(config).collect(), |_, _| ())
+        EquipmentIndex::new(graph, &named.iter().map(config).collect(), |_, _| ())
     }
 
     #[test]
@@ -110,11 +111,11 @@ mod tests {
             ("=S12D1Q3-QB9-L1", Some(1)),
             ("gate", None),
         ]);
-        let device = |id: &str, equipment: &Equipment| {
+        let device = |id: &str, equipment: &EquipmentIndex| {
             let node = graph.find(id).expect("it is there");
             graph.node(equipment.device_of(&graph, node)).id()
         };
-        let none = Equipment::default();
+        let none = EquipmentIndex::default();
         assert_eq!(device("=S12D1Q3-QB9-L1", &none), "=S12D1Q3-QB9");
         assert_eq!(device("=S12D1Q3-QB9", &none), "=S12D1Q3-QB9");
         assert_eq!(device("=S12D1Q3", &none), "=S12D1Q3");

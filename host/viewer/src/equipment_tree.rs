@@ -5,8 +5,8 @@ use std::collections::HashSet;
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_ui::{EquipmentRow, EquipmentRows};
 
-use crate::equipment::{Equipment, is_designation};
-use crate::search_text::SearchText;
+use crate::equipment::{EquipmentIndex, is_designation};
+use crate::search_index::SearchIndex;
 
 /// Branches at the top are open from the start where that gives so many rows at most.
 const MAX_ROWS_OPEN: usize = 40;
@@ -18,20 +18,19 @@ pub(crate) struct EquipmentTree {
     entries: Vec<Entry>,
     /// Entries in the order of their nodes.
     by_node: Vec<u32>,
-    /// What is searched; only while something is: of a great site it is megabytes, and put
-    /// together within a frame.
-    text: Option<SearchText>,
+    /// Search index, kept only while a search is active: for a large site it takes megabytes.
+    text: Option<SearchIndex>,
     is_open: Vec<bool>,
     query: String,
-    /// Entries shown.
+    /// Entries of the visible rows.
     rows: Vec<u32>,
-    /// Whether more was found than is shown.
-    is_cut: bool,
+    /// True if the search found more than the rows.
+    is_truncated: bool,
     selected: Option<u32>,
     selected_row: Option<usize>,
 }
 
-/// In place of an entry: there is none.
+/// Placeholder for no entry.
 const NONE: u32 = u32::MAX;
 
 #[derive(Clone, Copy, Debug)]
@@ -44,11 +43,11 @@ struct Entry {
 }
 
 impl EquipmentTree {
-    /// All placements, and of the parts of models those that are equipment: they have a
-    /// reference designation or a name, or are among `involved`.
-    pub(crate) fn of(
+    /// Builds the tree of all placements and of model parts that are equipment. Such parts have a
+    /// designation or a name, or are among `involved`.
+    pub(crate) fn new(
         graph: &SceneGraph,
-        equipment: &Equipment,
+        equipment: &EquipmentIndex,
         involved: &HashSet<NodeIndex>,
     ) -> Self {
         let is_listed = |node: NodeIndex| {
@@ -113,7 +112,7 @@ impl EquipmentTree {
         Some(self.by_node[self.by_node.binary_search_by_key(&node, node_of).ok()?])
     }
 
-    /// What an entry hangs under, the nearest first.
+    /// Returns the ancestors of an entry, the nearest first.
     fn above(&self, entry: u32) -> impl Iterator<Item = u32> + use<'_> {
         let parent = |entry: &u32| {
             let Entry { parent, .. } = self.entries[*entry as usize];
@@ -123,8 +122,8 @@ impl EquipmentTree {
     }
 
     /// The names of all entries, to be searched.
-    fn text(&self, graph: &SceneGraph, equipment: &Equipment) -> SearchText {
-        let mut text = SearchText::default();
+    fn text(&self, graph: &SceneGraph, equipment: &EquipmentIndex) -> SearchIndex {
+        let mut text = SearchIndex::default();
         for &Entry { node, .. } in &self.entries {
             let id = graph.node(node).id();
             let names = equipment.names(node);
@@ -135,8 +134,8 @@ impl EquipmentTree {
         text
     }
 
-    /// Shows what has these words in its names, or the tree where there are none.
-    pub(crate) fn search(&mut self, query: &str, graph: &SceneGraph, equipment: &Equipment) {
+    /// Searches for the words of a query; an empty query restores the tree.
+    pub(crate) fn search(&mut self, query: &str, graph: &SceneGraph, equipment: &EquipmentIndex) {
         if query.trim() == self.query.trim() {
             return;
         }
@@ -176,7 +175,7 @@ impl EquipmentTree {
         self.list();
     }
 
-    /// Marks a node's row, or else its device's, and opens what is above it.
+    /// Selects the row of a node, or else of its device, and opens its ancestors.
     pub(crate) fn select(&mut self, node: Option<NodeIndex>, device: Option<NodeIndex>) {
         let entry_of = |node: Option<NodeIndex>| node.and_then(|node| self.entry_of(node));
         self.selected = entry_of(node).or_else(|| entry_of(device));
@@ -194,9 +193,9 @@ impl EquipmentTree {
 
     fn list(&mut self) {
         self.rows.clear();
-        self.is_cut = false;
+        self.is_truncated = false;
         if let Some(text) = &self.text {
-            (self.rows, self.is_cut) = text.find(&self.query);
+            (self.rows, self.is_truncated) = text.find(&self.query);
         } else {
             let mut entry = 0;
             while let Some(Entry { end, .. }) = self.entries.get(entry as usize) {
@@ -216,13 +215,13 @@ impl EquipmentTree {
 
 /// The rows of a tree as panels ask for them.
 #[derive(Clone, Copy)]
-pub(crate) struct Rows<'a> {
+pub(crate) struct EquipmentTreeRows<'a> {
     pub(crate) tree: &'a EquipmentTree,
     pub(crate) graph: &'a SceneGraph,
-    pub(crate) equipment: &'a Equipment,
+    pub(crate) equipment: &'a EquipmentIndex,
 }
 
-impl EquipmentRows for Rows<'_> {
+impl EquipmentRows for EquipmentTreeRows<'_> {
     fn len(&self) -> usize {
         self.tree.len()
     }
@@ -231,8 +230,8 @@ impl EquipmentRows for Rows<'_> {
         self.tree.entries.len()
     }
 
-    fn is_cut(&self) -> bool {
-        self.tree.is_cut
+    fn is_truncated(&self) -> bool {
+        self.tree.is_truncated
     }
 
     fn selected(&self) -> Option<usize> {
@@ -283,30 +282,30 @@ mod tests {
     }
 
     fn ids(graph: &SceneGraph, tree: &EquipmentTree) -> Vec<String> {
-        let equipment = &Equipment::default();
-        let rows = Rows { tree, graph, equipment };
+        let equipment = &EquipmentIndex::default();
+        let rows = EquipmentTreeRows { tree, graph, equipment };
         (0..rows.len()).map(|row| rows.row(row).id).collect()
     }
 
     #[test]
     fn branches_open_and_what_is_selected_is_shown() {
         let graph = station(30, 3);
-        let mut tree = EquipmentTree::of(&graph, &Equipment::default(), &HashSet::new());
+        let mut tree = EquipmentTree::new(&graph, &EquipmentIndex::default(), &HashSet::new());
         assert_eq!(ids(&graph, &tree).len(), 30, "closed: they would be 120");
         tree.toggle(0);
         assert_eq!(ids(&graph, &tree)[..5], ["=Q0", "=Q0-QA0", "=Q0-QA1", "=Q0-QA2", "=Q1"]);
         tree.toggle(0);
         tree.select(graph.find("=Q2-QA1"), None);
         assert_eq!(ids(&graph, &tree)[2..6], ["=Q2", "=Q2-QA0", "=Q2-QA1", "=Q2-QA2"]);
-        let equipment = &Equipment::default();
-        assert_eq!(Rows { tree: &tree, graph: &graph, equipment }.selected(), Some(4));
+        let equipment = &EquipmentIndex::default();
+        assert_eq!(EquipmentTreeRows { tree: &tree, graph: &graph, equipment }.selected(), Some(4));
     }
 
     #[test]
     fn a_search_shows_what_it_finds_and_the_tree_comes_back() {
         let graph = station(3, 2);
-        let equipment = &Equipment::default();
-        let mut tree = EquipmentTree::of(&graph, equipment, &HashSet::new());
+        let equipment = &EquipmentIndex::default();
+        let mut tree = EquipmentTree::new(&graph, equipment, &HashSet::new());
         assert_eq!(ids(&graph, &tree).len(), 9, "few enough to be open");
         tree.search("qa1", &graph, equipment);
         assert_eq!(ids(&graph, &tree), ["=Q0-QA1", "=Q1-QA1", "=Q2-QA1"]);
@@ -317,8 +316,8 @@ mod tests {
     #[test]
     fn a_hundred_thousand_pieces_are_searched_within_a_frame() {
         let graph = station(1000, 99);
-        let equipment = &Equipment::default();
-        let mut tree = EquipmentTree::of(&graph, equipment, &HashSet::new());
+        let equipment = &EquipmentIndex::default();
+        let mut tree = EquipmentTree::new(&graph, equipment, &HashSet::new());
         assert_eq!(tree.entries.len(), 100_000);
         let mut longest = Duration::ZERO;
         for query in ["q", "q9", "q99-", "q999-qa98", "q999-qa98 nothing", "zzz"] {

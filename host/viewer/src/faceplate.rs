@@ -4,28 +4,28 @@ use std::collections::HashSet;
 use std::time::Duration;
 
 use busbar_alarms::AlarmHandle;
-use busbar_history::{History, Point, State};
+use busbar_history::{History, Point, PointState};
 use busbar_plugin_host::{Severity, Verdict};
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{
-    Moment, Origin, Quality, Reason, Renumbering, Snapshot, SourceTime, TagHandle, TagState,
+    HandleRemap, Moment, Origin, Quality, Reason, Snapshot, SourceTime, TagHandle, TagState,
 };
 use busbar_ui::{
-    Faceplate, FaceplateState, FaceplateValue, LegendRow, Mark, Trend, TrendPoint, TrendState,
+    Faceplate, FaceplateState, FaceplateValue, LegendRow, Trend, TrendPoint, TrendState, ValueMark,
 };
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 
 use crate::alarms;
-use crate::chart::ShownChart;
+use crate::chart::SceneChart;
 use crate::equipment_tree::EquipmentTree;
 use crate::labels::mark;
 use crate::load::LoadedScene;
-use crate::origins::OriginWatch;
-use crate::records::OwnRecords;
-use crate::rows::Rows;
-use crate::running::{Basis, ShownOverlay, ShownState};
-use crate::verdicts::ShownVerdict;
+use crate::origin_tracker::OriginTracker;
+use crate::overlay_instances::{NodeState, OverlayInstance, StateBasis};
+use crate::panel_rows::TagListRows;
+use crate::records::EquipmentRecords;
+use crate::verdicts::VerdictText;
 
 /// Nodes at or below a device that are looked at; a bay has some hundred.
 const MAX_NODES: usize = 20_000;
@@ -41,25 +41,25 @@ const MAX_TRENDS: usize = 6;
 const FIRST_TRENDS: usize = 3;
 /// Columns that a trend is drawn in: about as wide as it is, points.
 const TREND_COLUMNS: usize = 240;
-/// How far back trends go at first.
+/// Initial time span of trends.
 pub(crate) const FIRST_SPAN: Duration = Duration::from_secs(600);
 
 const NANOS_PER_SECOND: f64 = 1e9;
 
 /// Color of an abnormal verdict, sRGB: that of a warning in legends.
 const ABNORMAL: [u8; 3] = [0xd9, 0x8a, 0x1c];
-/// Color of a verdict that needs nobody, sRGB.
+/// Color of a verdict that requires no action, sRGB.
 const NEUTRAL: [u8; 3] = [0x8a, 0x8f, 0x96];
 
-/// What is at which node, to be found without looking at all of it.
+/// Bindings and alarms by node, sorted for binary search.
 #[derive(Debug, Default)]
-pub(crate) struct AtNodes {
+pub(crate) struct NodeAttachments {
     bindings: Vec<(NodeIndex, u32)>,
     alarms: Vec<(NodeIndex, u32)>,
 }
 
-impl AtNodes {
-    pub(crate) fn of(scene: &LoadedScene) -> Self {
+impl NodeAttachments {
+    pub(crate) fn new(scene: &LoadedScene) -> Self {
         let bindings = scene.bindings.iter().zip(0..);
         let mut bindings: Vec<_> = bindings.map(|(binding, index)| (binding.node, index)).collect();
         let alarms = scene.alarms.nodes.iter().zip(0..);
@@ -70,7 +70,7 @@ impl AtNodes {
         Self { bindings, alarms }
     }
 
-    /// All nodes that something is at.
+    /// Returns all nodes with a binding or an alarm.
     pub(crate) fn nodes(&self) -> HashSet<NodeIndex> {
         self.bindings.iter().chain(&self.alarms).map(|(node, _)| *node).collect()
     }
@@ -85,7 +85,7 @@ fn at<'a>(all: &'a [(NodeIndex, u32)], node: NodeIndex) -> impl Iterator<Item = 
 #[derive(Debug)]
 pub(crate) struct OpenFaceplate {
     pub(crate) device: NodeIndex,
-    /// The device and what is below it.
+    /// Device and its descendants.
     nodes: HashSet<NodeIndex>,
     id: String,
     name: String,
@@ -95,31 +95,31 @@ pub(crate) struct OpenFaceplate {
     more_values: usize,
     alarms: Vec<AlarmHandle>,
     trended: Vec<TagHandle>,
-    /// What business and management systems have of it.
-    pub(crate) records: OwnRecords,
+    /// Records of business and asset management systems.
+    pub(crate) records: EquipmentRecords,
 }
 
-/// What the faceplate of a frame is made of.
-pub(crate) struct Sources<'a> {
+/// Inputs of a faceplate in one frame.
+pub(crate) struct FaceplateInputs<'a> {
     pub(crate) scene: &'a LoadedScene,
     pub(crate) snapshot: Snapshot<'a>,
-    pub(crate) rows: &'a Rows<'a>,
-    pub(crate) alarms: alarms::Rows<'a>,
-    pub(crate) overlays: &'a [ShownOverlay],
-    pub(crate) states: &'a [ShownState],
-    pub(crate) chart: Option<&'a ShownChart>,
+    pub(crate) rows: &'a TagListRows<'a>,
+    pub(crate) alarms: alarms::AlarmListRows<'a>,
+    pub(crate) overlays: &'a [OverlayInstance],
+    pub(crate) states: &'a [NodeState],
+    pub(crate) chart: Option<&'a SceneChart>,
     pub(crate) history: &'a History,
-    pub(crate) origins: &'a OriginWatch,
+    pub(crate) origins: &'a OriginTracker,
     pub(crate) span: Duration,
     pub(crate) now: Moment,
     pub(crate) wall_clock: SourceTime,
 }
 
 impl OpenFaceplate {
-    /// Of a device.
+    /// Opens the faceplate of a device.
     pub(crate) fn open(
         scene: &LoadedScene,
-        at_nodes: &AtNodes,
+        node_attachments: &NodeAttachments,
         tree: &EquipmentTree,
         history: &History,
         device: NodeIndex,
@@ -131,13 +131,13 @@ impl OpenFaceplate {
         let mut values = Vec::new();
         let mut more_values = 0;
         let mut alarms = Vec::new();
-        let mut records = OwnRecords::default();
+        let mut records = EquipmentRecords::default();
         for &node in &nodes {
             let aliases = scene.equipment.names(node).map_or(&[][..], |names| &names.aliases);
             let ids = [graph.node(node).id()].into_iter().chain(aliases.iter().cloned());
             records.add(ids, place(graph, device, node).as_deref());
-            alarms.extend(at(&at_nodes.alarms, node).map(AlarmHandle));
-            for binding in at(&at_nodes.bindings, node) {
+            alarms.extend(at(&node_attachments.alarms, node).map(AlarmHandle));
+            for binding in at(&node_attachments.bindings, node) {
                 let tag = scene.bindings[binding as usize].tag;
                 match seen.insert(tag) {
                     true if values.len() < MAX_VALUES => {
@@ -171,7 +171,7 @@ impl OpenFaceplate {
     }
 
     /// Shows the trends that another showed, of the values that it has.
-    pub(crate) fn keep_trends(&mut self, before: &Self, numbers: &Renumbering) {
+    pub(crate) fn keep_trends(&mut self, before: &Self, numbers: &HandleRemap) {
         let has = |tag: &TagHandle| self.values.iter().any(|(own, _)| own == tag);
         let kept = before.trended.iter().filter_map(|tag| numbers.tag(*tag)).filter(has);
         self.trended = kept.collect();
@@ -190,9 +190,10 @@ impl OpenFaceplate {
         }
     }
 
-    /// As it is in this frame.
-    pub(crate) fn model(&self, sources: &Sources<'_>) -> Faceplate {
-        let (alarms, calm_alarms) = sources.alarms.of(&self.alarms, &self.nodes, MAX_ALARMS);
+    /// Returns the view model for this frame.
+    pub(crate) fn model(&self, inputs: &FaceplateInputs<'_>) -> Faceplate {
+        let (alarms, calm_alarms) =
+            inputs.alarms.for_equipment(&self.alarms, &self.nodes, MAX_ALARMS);
         Faceplate {
             id: self.id.clone(),
             name: self.name.clone(),
@@ -200,70 +201,77 @@ impl OpenFaceplate {
             aliases: self.aliases.clone(),
             alarms,
             calm_alarms,
-            verdict: sources.chart.and_then(ShownChart::verdict),
-            states: self.states(sources),
-            values: self.values.iter().map(|value| self.value(value, sources)).collect(),
+            verdict: inputs.chart.and_then(SceneChart::verdict),
+            states: self.states(inputs),
+            values: self.values.iter().map(|value| self.value(value, inputs)).collect(),
             more_values: self.more_values,
-            trends: self.trends(sources),
+            trends: self.trends(inputs),
             records: self.records.sections(),
-            trend_span: sources.span,
+            trend_span: inputs.span,
         }
     }
 
     fn value(
         &self,
         (tag, place): &(TagHandle, Option<String>),
-        sources: &Sources<'_>,
+        inputs: &FaceplateInputs<'_>,
     ) -> FaceplateValue {
         let is_trended = self.trended.contains(tag);
         FaceplateValue {
             tag: tag.0,
-            row: sources.rows.of_tag(*tag),
+            row: inputs.rows.of_tag(*tag),
             place: place.clone(),
-            is_trended: sources.history.has(*tag).then_some(is_trended),
+            is_trended: inputs.history.has(*tag).then_some(is_trended),
         }
     }
 
-    fn states(&self, sources: &Sources<'_>) -> Vec<FaceplateState> {
-        let graph = &sources.scene.graph;
-        let tag_of = |shown: &ShownState| match shown.basis {
-            Basis::Tag(tag) => sources.snapshot.state(tag),
-            Basis::Record { .. } => None,
+    fn states(&self, inputs: &FaceplateInputs<'_>) -> Vec<FaceplateState> {
+        let graph = &inputs.scene.graph;
+        let tag_of = |shown: &NodeState| match shown.basis {
+            StateBasis::Tag(tag) => inputs.snapshot.state(tag),
+            StateBasis::Record { .. } => None,
         };
         let is_good = |tag: &Option<TagState>| tag.is_some_and(|tag| tag.quality.is_good());
-        let of_run = |run: &[ShownState]| {
+        let of_run = |run: &[NodeState]| {
             let shown = run.last()?;
             let (overlay, entry) = shown.legend?;
-            let overlay = sources.overlays.get(overlay as usize)?;
+            let overlay = inputs.overlays.get(overlay as usize)?;
             // It is worth what the worst is that it rests on.
             let worst = run.iter().map(tag_of).find(|tag| !is_good(tag));
             let tag = worst.unwrap_or_else(|| tag_of(shown));
             let quality = tag.map_or(Quality::Bad(Reason::NotConnected), |tag| tag.quality);
             let origins = run.iter().filter_map(tag_of).map(|tag| tag.origin);
-            let is_late = run.iter().any(ShownState::is_late);
+            let is_late = run.iter().any(NodeState::is_late);
             Some(FaceplateState {
                 layer: overlay.overlay.name().to_owned(),
                 state: overlay.legend.get(entry as usize)?.clone(),
                 place: place(graph, self.device, shown.node),
-                mark: if is_late { Mark::LateDisplay } else { mark(quality, Severity::Normal) },
+                mark: if is_late {
+                    ValueMark::LateDisplay
+                } else {
+                    mark(quality, Severity::Normal)
+                },
                 age: tag.and_then(|tag| tag.age),
                 origin: origins.fold(Origin::LIVE, Origin::union),
             })
         };
-        let runs = sources.states.chunk_by(ShownState::is_same);
+        let runs = inputs.states.chunk_by(NodeState::is_same);
         let own = runs.filter(|run| run.first().is_some_and(|of| self.nodes.contains(&of.node)));
-        self.verdicts(sources).chain(own.filter_map(of_run)).take(MAX_STATES).collect()
+        self.verdicts(inputs).chain(own.filter_map(of_run)).take(MAX_STATES).collect()
     }
 
     /// Verdicts of the overlays on the device and its parts, the unknown ones first.
-    fn verdicts(&self, sources: &Sources<'_>) -> impl Iterator<Item = FaceplateState> + use<> {
+    fn verdicts(
+        &self,
+        inputs: &FaceplateInputs<'_>,
+    ) -> impl Iterator<Item = FaceplateState> + use<> {
         let mut states = Vec::new();
-        for shown in sources.overlays {
+        for shown in inputs.overlays {
             for equipment in 0..shown.verdicts.len() {
                 let node = shown.node_of(equipment).filter(|node| self.nodes.contains(node));
                 let Some(node) = node else { continue };
-                let verdict = shown.verdicts.verdict(equipment, sources.scene, sources.snapshot);
-                let place = place(&sources.scene.graph, self.device, node);
+                let verdict = shown.verdicts.verdict(equipment, inputs.scene, inputs.snapshot);
+                let place = place(&inputs.scene.graph, self.device, node);
                 let state = verdict_state(shown.overlay.name(), place, &verdict);
                 states.push((verdict.verdict != Verdict::Unknown, state));
             }
@@ -272,14 +280,14 @@ impl OpenFaceplate {
         states.into_iter().map(|(_, state)| state)
     }
 
-    fn trends(&self, sources: &Sources<'_>) -> Vec<Trend> {
-        let local_seconds = local_seconds(sources.wall_clock);
-        let from = sources.now.before(sources.span);
+    fn trends(&self, inputs: &FaceplateInputs<'_>) -> Vec<Trend> {
+        let local_seconds = local_seconds(inputs.wall_clock);
+        let from = inputs.now.before(inputs.span);
         let of_tag = |(tag, place): &(TagHandle, Option<String>)| {
-            let spec = sources.scene.tags.spec(*tag)?;
-            let limits = sources.scene.config.tags.get(&spec.id).map(|tag| tag.limits);
-            let points = sources.history.between(*tag, from, sources.now, TREND_COLUMNS);
-            let points = points.iter().map(|point| trend_point(point, sources.now)).collect();
+            let spec = inputs.scene.tags.spec(*tag)?;
+            let limits = inputs.scene.config.tags.get(&spec.id).map(|tag| tag.limits);
+            let points = inputs.history.between(*tag, from, inputs.now, TREND_COLUMNS);
+            let points = points.iter().map(|point| trend_point(point, inputs.now)).collect();
             let title = place.iter().map(String::as_str).chain([spec.name.as_str()]);
             Some(Trend {
                 tag: tag.0,
@@ -288,7 +296,7 @@ impl OpenFaceplate {
                 local_seconds,
                 points,
                 limits: limits.map_or([None; 2], |limits| [limits.low, limits.high]),
-                origins: sources.origins.between(*tag, from, sources.now),
+                origins: inputs.origins.between(*tag, from, inputs.now),
             })
         };
         let shown = self.values.iter().filter(|(tag, _)| self.trended.contains(tag));
@@ -297,7 +305,7 @@ impl OpenFaceplate {
 }
 
 /// A verdict as a row of a faceplate.
-fn verdict_state(layer: &str, place: Option<String>, verdict: &ShownVerdict<'_>) -> FaceplateState {
+fn verdict_state(layer: &str, place: Option<String>, verdict: &VerdictText<'_>) -> FaceplateState {
     let name = match (verdict.verdict, verdict.reason.as_ref()) {
         (Verdict::Unknown, _) => "unknown".to_owned(),
         (known, "") => known.name().to_owned(),
@@ -312,8 +320,8 @@ fn verdict_state(layer: &str, place: Option<String>, verdict: &ShownVerdict<'_>)
         state: LegendRow { name, color, pattern: busbar_ui::Pattern::Solid },
         place,
         mark: match verdict.verdict {
-            Verdict::Unknown => Mark::Bad { reason: verdict.reason.clone().into_owned() },
-            Verdict::Normal | Verdict::Abnormal => Mark::Normal,
+            Verdict::Unknown => ValueMark::Bad { reason: verdict.reason.clone().into_owned() },
+            Verdict::Normal | Verdict::Abnormal => ValueMark::Normal,
         },
         age: None,
         origin: Origin::LIVE,
@@ -322,21 +330,21 @@ fn verdict_state(layer: &str, place: Option<String>, verdict: &ShownVerdict<'_>)
 
 fn trend_point(point: &Point, now: Moment) -> TrendPoint {
     let state = match point.state {
-        State::Good(value) => TrendState::Good(value),
-        State::Uncertain(value) => TrendState::Uncertain(value),
-        State::Bad => TrendState::Bad,
+        PointState::Good(value) => TrendState::Good(value),
+        PointState::Uncertain(value) => TrendState::Uncertain(value),
+        PointState::Bad => TrendState::Bad,
     };
     TrendPoint { at: -now.since(point.at).as_secs_f64(), state }
 }
 
-/// What the local clock shows, as seconds since its 1970-01-01 00:00.
+/// Returns the local time as seconds since 1970-01-01 00:00 local time.
 fn local_seconds(wall_clock: SourceTime) -> f64 {
     let seconds = wall_clock.0 as f64 / NANOS_PER_SECOND;
     let timestamp = Timestamp::from_second(seconds as i64).unwrap_or_default();
     seconds + f64::from(TimeZone::system().to_offset(timestamp).seconds())
 }
 
-/// What a node is called within a device; none for the device itself.
+/// Returns the id of a node relative to its device; none for the device itself.
 fn place(graph: &SceneGraph, device: NodeIndex, node: NodeIndex) -> Option<String> {
     if node == device {
         return None;

@@ -6,10 +6,10 @@ use busbar_plugin_host::Severity;
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::Snapshot;
 
-use crate::looks::{self, ALARM, Highlight, NONE, SELECTION, UNKNOWN, WARNING};
-use crate::running::{Basis, Overlaid, ShownState};
+use crate::highlight_styles::{self, ALARM, Highlight, NONE, SELECTION, UNKNOWN, WARNING};
+use crate::overlay_instances::{NodeState, OverlayFrame, StateBasis};
 
-/// What a node is marked as, the least urgent first.
+/// Condition of a node, the least urgent first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 enum Condition {
     #[default]
@@ -24,30 +24,30 @@ enum Condition {
 pub(crate) struct Highlights {
     /// Empty where none has any.
     of_nodes: Vec<Highlight>,
-    /// How often they changed.
+    /// Number of changes so far.
     revision: u64,
-    /// What they come of.
+    /// Conditions and states that the highlights were computed from.
     conditions: HashMap<u32, Condition>,
     states: HashMap<u32, Highlight>,
     selection: BTreeSet<NodeIndex>,
 }
 
 impl Highlights {
-    /// Of its own condition or that of the nodes above it, whichever is more urgent;
-    /// where nothing is wrong, the state of the nearest node that has one, and where there
-    /// is none, selection. That is outlined in any case, and must hide nothing.
+    /// Updates the highlights. A node takes the more urgent of its own condition and its
+    /// ancestors'. Where nothing is wrong, it takes the nearest ancestor's state, else the
+    /// selection color. The selection has an outline besides and hides nothing.
     ///
-    /// A tint or state that rests on a value that is not good is drawn as unknown: what
-    /// is not known must look neither certain nor healthy.
+    /// Tints and states that depend on a value of bad or uncertain quality are drawn as unknown,
+    /// neither certain nor healthy.
     pub(crate) fn update(
         &mut self,
         graph: &SceneGraph,
-        overlaid: &Overlaid,
+        overlay_frame: &OverlayFrame,
         snapshot: Snapshot<'_>,
         selection: &BTreeSet<NodeIndex>,
     ) {
-        let conditions = conditions_of(overlaid, snapshot);
-        let states = states_of(&overlaid.states, snapshot);
+        let conditions = conditions_of(overlay_frame, snapshot);
+        let states = states_of(&overlay_frame.states, snapshot);
         // Most frames change none.
         let was = (&self.conditions, &self.states, &self.selection);
         if (&conditions, &states, selection) == was {
@@ -78,23 +78,23 @@ impl Highlights {
         self.revision
     }
 
-    /// Those of all nodes in their order; none where no node has any.
+    /// Returns the highlights of all nodes in their order; empty if no node has one.
     pub(crate) fn of_nodes(&self) -> &[Highlight] {
         &self.of_nodes
     }
 }
 
-fn conditions_of(overlaid: &Overlaid, snapshot: Snapshot<'_>) -> HashMap<u32, Condition> {
+fn conditions_of(overlay_frame: &OverlayFrame, snapshot: Snapshot<'_>) -> HashMap<u32, Condition> {
     let mut own: HashMap<u32, Condition> = HashMap::new();
     let is_good = |tag| snapshot.state(tag).is_some_and(|state| state.quality.is_good());
     // Most say that all is well, which is so without them.
-    let tints = overlaid.tints.iter().filter(|tint| tint.severity != Severity::Normal);
+    let tints = overlay_frame.tints.iter().filter(|tint| tint.severity != Severity::Normal);
     let tints = tints.map(|tint| (tint.node, tint.severity, is_good(tint.tag)));
     // What nobody can judge looks as bad data does.
-    for node in &overlaid.unknown {
+    for node in &overlay_frame.unknown {
         own.insert(node.0, Condition::Unknown);
     }
-    let sourced = overlaid.sourced_tints.iter();
+    let sourced = overlay_frame.external_tints.iter();
     let sourced = sourced.map(|tint| (tint.node.0, tint.severity, tint.is_certain));
     for (node, severity, good) in tints.chain(sourced) {
         let condition = match severity {
@@ -109,7 +109,7 @@ fn conditions_of(overlaid: &Overlaid, snapshot: Snapshot<'_>) -> HashMap<u32, Co
     own
 }
 
-/// What a node and those above it come to.
+/// Condition, selection and state that a node inherits from its ancestors.
 #[derive(Clone, Copy, Default)]
 struct Inherited {
     condition: Condition,
@@ -130,19 +130,19 @@ fn color(inherited: Inherited) -> Highlight {
     }
 }
 
-/// Of the states that several overlays give a node, the last one's shows.
-fn states_of(states: &[ShownState], snapshot: Snapshot<'_>) -> HashMap<u32, Highlight> {
-    let is_good = |state: &ShownState| match state.basis {
-        Basis::Tag(tag) => snapshot.state(tag).is_some_and(|state| state.quality.is_good()),
-        Basis::Record { is_valid } => is_valid,
+/// Returns the highlight of each node with a state; the last overlay's state wins.
+fn states_of(states: &[NodeState], snapshot: Snapshot<'_>) -> HashMap<u32, Highlight> {
+    let is_good = |state: &NodeState| match state.basis {
+        StateBasis::Tag(tag) => snapshot.state(tag).is_some_and(|state| state.quality.is_good()),
+        StateBasis::Record { is_valid } => is_valid,
     };
-    let highlight = |run: &[ShownState]| {
+    let highlight = |run: &[NodeState]| {
         let state = run.last()?;
         let good = run.iter().all(is_good);
-        let known = looks::of_state(state.color, state.pattern);
+        let known = highlight_styles::state_style(state.color, state.pattern);
         Some((state.node.0, if good { known } else { UNKNOWN }))
     };
-    states.chunk_by(ShownState::is_same).filter_map(highlight).collect()
+    states.chunk_by(NodeState::is_same).filter_map(highlight).collect()
 }
 
 #[cfg(test)]
@@ -202,8 +202,8 @@ mod tests {
     fn shown(tints: &[OverlayTint], table: &TagTable, selected: Option<u32>) -> Vec<Highlight> {
         let mut highlights = Highlights::default();
         let selection = selected.map(NodeIndex).into_iter().collect();
-        let overlaid = Overlaid { tints: tints.to_vec(), ..Overlaid::default() };
-        highlights.update(&graph(), &overlaid, table.snapshot(), &selection);
+        let overlay_frame = OverlayFrame { tints: tints.to_vec(), ..OverlayFrame::default() };
+        highlights.update(&graph(), &overlay_frame, table.snapshot(), &selection);
         of_both(&highlights)
     }
 
@@ -237,8 +237,8 @@ mod tests {
         let tints = [tint(1, Severity::Alarm)];
         let mut shown = |tints: &[OverlayTint], table: &TagTable, selected: Option<NodeIndex>| {
             let selection = selected.into_iter().collect();
-            let overlaid = Overlaid { tints: tints.to_vec(), ..Overlaid::default() };
-            highlights.update(&graph, &overlaid, table.snapshot(), &selection);
+            let overlay_frame = OverlayFrame { tints: tints.to_vec(), ..OverlayFrame::default() };
+            highlights.update(&graph, &overlay_frame, table.snapshot(), &selection);
             of_both(&highlights)
         };
         assert_eq!(shown(&[], &fresh, None), [NONE, NONE]);
@@ -254,25 +254,25 @@ mod tests {
         let node = NodeIndex(0);
         let shown = |tints: &[OverlayTint], table: &TagTable, selected: &[NodeIndex]| {
             let (color, pattern) = ([255, 0, 0], Pattern::Dotted);
-            let overlaid = Overlaid {
+            let overlay_frame = OverlayFrame {
                 tints: tints.to_vec(),
-                states: vec![ShownState {
+                states: vec![NodeState {
                     node,
-                    basis: Basis::Tag(TAG),
+                    basis: StateBasis::Tag(TAG),
                     color,
                     pattern,
                     legend: None,
                 }],
-                ..Overlaid::default()
+                ..OverlayFrame::default()
             };
             let mut highlights = Highlights::default();
             let selection = selected.iter().copied().collect();
-            highlights.update(&graph(), &overlaid, table.snapshot(), &selection);
+            highlights.update(&graph(), &overlay_frame, table.snapshot(), &selection);
             of_both(&highlights)
         };
         let fresh = table_after(Duration::ZERO);
         let stale = table_after(Duration::from_secs(2));
-        let red = looks::of_state([255, 0, 0], Pattern::Dotted);
+        let red = highlight_styles::state_style([255, 0, 0], Pattern::Dotted);
         assert_eq!(shown(&[], &fresh, &[]), [red, red], "and at what is under it");
         assert_eq!(shown(&[tint(1, Severity::Alarm)], &fresh, &[]), [red, ALARM]);
         assert_eq!(shown(&[], &stale, &[]), [UNKNOWN; 2]);

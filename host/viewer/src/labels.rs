@@ -1,31 +1,33 @@
 //! Lines of overlays to labels on the screen.
 
+pub(crate) mod hidden_labels;
+
 use std::collections::{BTreeSet, HashSet};
 
 use busbar_plugin_host::{OverlayLine, Severity};
 use busbar_scene::{NodeIndex, SceneGraph, SceneNode};
 use busbar_tags::{Origin, Quality, Reason, Snapshot};
-use busbar_ui::{Label, LabelLine, Mark};
+use busbar_ui::{Label, LabelLine, ValueMark};
 use glam::{Vec3, vec3};
 
 use crate::camera::Projection;
-use crate::verdicts::UnknownAtNode;
+use crate::verdicts::UnknownVerdict;
 
-/// From where labels are seen.
+/// Projection and eye position for content over the scene.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sight {
+pub(crate) struct OverlayCamera {
     pub(crate) projection: Projection,
-    /// World space, metres.
+    /// Eye position in world space, metres.
     pub(crate) eye: Vec3,
 }
 
-/// What labels say of their nodes besides lines.
+/// Node sets that decide on a label's presentation.
 #[derive(Clone, Copy)]
-pub(crate) struct Marked<'a> {
+pub(crate) struct LabelContext<'a> {
     pub(crate) selection: &'a BTreeSet<NodeIndex>,
-    /// Behind other equipment.
+    /// Nodes whose labels are occluded.
     pub(crate) hidden: &'a BTreeSet<NodeIndex>,
-    /// In alarm.
+    /// Nodes that are in alarm.
     pub(crate) alarmed: &'a BTreeSet<NodeIndex>,
 }
 
@@ -35,22 +37,22 @@ enum NodeLine<'a> {
     /// A value, and whether the overlay that wrote it is late.
     Value(&'a OverlayLine, bool),
     /// An overlay cannot judge the equipment.
-    Unknown(&'a UnknownAtNode),
+    Unknown(&'a UnknownVerdict),
 }
 
 /// Lines by the nodes that they name.
-pub(crate) struct LinesOfNodes<'a> {
+pub(crate) struct LinesByNode<'a> {
     /// Node of each line, and its number, in order.
     order: Vec<(NodeIndex, u32, NodeLine<'a>)>,
 }
 
-impl<'a> LinesOfNodes<'a> {
+impl<'a> LinesByNode<'a> {
     /// Sorts values, each with whether its overlay is late, and unknown verdicts by node.
     /// Verdicts stand at nodes that have a label for their values, or are selected: labels
     /// of all others would hide the scene, which hatches them.
     pub(crate) fn new(
         values: impl Iterator<Item = (&'a OverlayLine, bool)>,
-        unknown: &'a [UnknownAtNode],
+        unknown: &'a [UnknownVerdict],
         selection: &BTreeSet<NodeIndex>,
     ) -> Self {
         let values: Vec<(NodeIndex, NodeLine<'_>)> = values
@@ -82,18 +84,18 @@ impl<'a> LinesOfNodes<'a> {
         &self,
         snapshot: Snapshot<'_>,
         graph: &SceneGraph,
-        sight: Sight,
-        marked: Marked<'_>,
+        camera: OverlayCamera,
+        marked: LabelContext<'_>,
     ) -> Vec<Label<'a>> {
         let label = |group: &[(NodeIndex, u32, NodeLine<'a>)]| {
             let index = group[0].0;
             let node = graph.node(index);
             let top = top_of(node);
-            let anchor = sight.projection.to_screen(top)?;
+            let anchor = camera.projection.to_screen(top)?;
             Some(Label {
                 title: node.id(),
                 anchor,
-                distance: sight.eye.distance(top),
+                distance: camera.eye.distance(top),
                 lines: group.iter().map(|(.., line)| label_line(*line, snapshot)).collect(),
                 hidden: marked.hidden.contains(&index),
                 selected: marked.selection.contains(&index),
@@ -111,7 +113,7 @@ fn label_line<'a>(line: NodeLine<'a>, snapshot: Snapshot<'_>) -> LabelLine<'a> {
             return LabelLine {
                 caption: &verdict.layer,
                 text: "unknown",
-                mark: Mark::Bad { reason: verdict.reason.clone() },
+                mark: ValueMark::Bad { reason: verdict.reason.clone() },
                 age: None,
                 origin: Origin::LIVE,
             };
@@ -121,7 +123,7 @@ fn label_line<'a>(line: NodeLine<'a>, snapshot: Snapshot<'_>) -> LabelLine<'a> {
     let quality = state.map_or(Quality::Bad(Reason::NotConnected), |s| s.quality);
     // The worse of both: a late display hides no bad value.
     let mark = match (is_late, quality) {
-        (true, Quality::Good) => Mark::LateDisplay,
+        (true, Quality::Good) => ValueMark::LateDisplay,
         (true, quality) => late_mark(quality),
         (false, quality) => mark(quality, line.severity),
     };
@@ -135,19 +137,19 @@ fn label_line<'a>(line: NodeLine<'a>, snapshot: Snapshot<'_>) -> LabelLine<'a> {
 }
 
 /// The mark of a value that is not good, drawn by an overlay that is late.
-fn late_mark(quality: Quality) -> Mark {
+fn late_mark(quality: Quality) -> ValueMark {
     let reason = quality.reason().map_or_else(String::new, |reason| reason.to_string());
-    Mark::Bad { reason: format!("{reason}, display late") }
+    ValueMark::Bad { reason: format!("{reason}, display late") }
 }
 
-/// How a value is marked: by its quality first, whatever an overlay says.
-pub(crate) fn mark(quality: Quality, severity: Severity) -> Mark {
+/// Returns the mark of a value: by quality first, then by severity.
+pub(crate) fn mark(quality: Quality, severity: Severity) -> ValueMark {
     match (quality, severity) {
-        (Quality::Uncertain(reason), _) => Mark::Uncertain { reason: reason.to_string() },
-        (Quality::Bad(reason), _) => Mark::Bad { reason: reason.to_string() },
-        (Quality::Good, Severity::Normal) => Mark::Normal,
-        (Quality::Good, Severity::Warning) => Mark::Warning,
-        (Quality::Good, Severity::Alarm) => Mark::Alarm,
+        (Quality::Uncertain(reason), _) => ValueMark::Uncertain { reason: reason.to_string() },
+        (Quality::Bad(reason), _) => ValueMark::Bad { reason: reason.to_string() },
+        (Quality::Good, Severity::Normal) => ValueMark::Normal,
+        (Quality::Good, Severity::Warning) => ValueMark::Warning,
+        (Quality::Good, Severity::Alarm) => ValueMark::Alarm,
     }
 }
 
@@ -200,12 +202,12 @@ mod tests {
         table.apply(&good, |_| {});
         let line = |is_late| NodeLine::Value(&drawn.lines[0], is_late);
         let late = label_line(line(true), table.snapshot());
-        assert_eq!(late.mark, Mark::LateDisplay);
+        assert_eq!(late.mark, ValueMark::LateDisplay);
         // A value that is bad stays bad while the display is late.
         let lost = Sample { value: None, quality: Quality::Bad(Reason::Communication), ..good };
         table.apply(&lost, |_| {});
         for (is_late, words) in [(false, "communication"), (true, "display late")] {
-            let Mark::Bad { reason } = label_line(line(is_late), table.snapshot()).mark else {
+            let ValueMark::Bad { reason } = label_line(line(is_late), table.snapshot()).mark else {
                 panic!("a bad value is shown as bad")
             };
             assert!(reason.contains("communication") && reason.contains(words), "{reason}");
@@ -214,10 +216,10 @@ mod tests {
 
     #[test]
     fn quality_outranks_what_an_overlay_says() {
-        let stale = Mark::Bad { reason: "stale".into() };
+        let stale = ValueMark::Bad { reason: "stale".into() };
         for severity in [Severity::Normal, Severity::Warning, Severity::Alarm] {
             assert_eq!(mark(Quality::Bad(Reason::Stale), severity), stale);
         }
-        assert_eq!(mark(Quality::Good, Severity::Alarm), Mark::Alarm);
+        assert_eq!(mark(Quality::Good, Severity::Alarm), ValueMark::Alarm);
     }
 }

@@ -1,14 +1,13 @@
 //! The viewer: a configuration becomes a scene, a scene becomes frames.
 //!
-//! [`LoadedScene::load`] reads a configuration and everything it names, and
-//! finds every fault in it. [`Viewer`] steps it frame by frame, into a window
-//! or an offscreen picture. [`optimize`] runs one model through one optimiser;
-//! [`import_scene`] makes a configuration from a model and a point list.
+//! [`LoadedScene::load`] reads a configuration and everything it names, and reports every fault.
+//! [`Viewer`] steps the scene frame by frame, in a window or offscreen. [`optimize`] runs one model
+//! through one optimizer; [`import_scene`] creates a configuration from a model and a point list.
 //!
-//! Invariant: no Vulkan type and no protocol word crosses this façade.
+//! Invariant: no Vulkan type and no protocol message crosses this public interface.
+#![doc = include_str!("../DESIGN.md")]
 
 mod alarms;
-mod arrows;
 mod camera;
 mod chart;
 mod clock;
@@ -16,79 +15,79 @@ mod color;
 mod commands;
 mod contour;
 mod cpu_clock;
-mod cursors;
-mod drawn;
-pub mod embedded;
+mod device_recovery;
+mod environment;
 mod equipment;
 mod equipment_tree;
 mod error;
 mod faceplate;
 mod file_version;
-mod flags;
-mod graphics;
-mod ground_marks;
+mod flow_arrows;
+mod frame_budget;
+mod graphics_device;
 mod highlight;
+pub mod highlight_styles;
+mod index_remap;
 mod labels;
 mod load;
-pub mod looks;
-mod measuring;
-mod moving;
-mod numbers;
-mod occlusion;
+mod lod;
+mod measurement_chain;
+mod moving_parts;
 pub mod optimize;
-mod origins;
+mod origin_tracker;
 mod outlines;
-mod pace;
-mod pause_watch;
-mod picker;
+mod overlay_geometry;
+mod overlay_instances;
+mod panel_rows;
+mod pause_monitor;
+mod pick_queue;
 mod point_import;
-mod ray;
+mod ray_casting;
 mod records;
-mod recovery;
 pub mod reload;
-mod rows;
-mod running;
-mod search_text;
-mod served;
-mod shown_model;
-mod stacks;
+mod scene_draw_list;
+mod search_index;
+mod stack_builder;
 mod stats;
-mod surroundings;
-mod tag_list;
+mod switch_symbols;
+mod tag_filter;
+mod telemetry_instance;
+mod uploaded_models;
 mod verdicts;
 mod viewer;
+pub mod viewer_server;
 
-pub use busbar_alarm_log::{LogError as AlarmLogError, Verification, verify as verify_alarm_log};
 /// The states of an alarm, by the letters of IEC 62682.
 pub use busbar_alarms::State as AlarmState;
+pub use busbar_audit_log::{LogError as AuditLogError, Verification, verify as verify_audit_log};
 pub use busbar_chart as charts;
 pub use busbar_config::{
     Diagnostic, LogConfig, LogFormatConfig, MAX_THETA_SCALE, MetricsConfig, Severity, schema,
 };
 pub use busbar_plugin_host::{
     Catalog, CommandExit, CommandReport, DiagnosticLevel, FaultKind, LoadRules, PluginInfo,
-    Refused, Simulation, SimulationStatus, sign_library,
+    RejectedLibrary, Simulation, SimulationStatus, sign_library,
 };
 pub use busbar_plugin_process::{
     CommandError, Isolation, Plugin, PluginCatalog, serve as serve_plugin,
 };
 pub use busbar_point_import::{ListFault, PluginInstance};
 pub use busbar_renderer::{
-    LargePages, Picture, Quality, RenderError, RendererOptions, SectionPlane, WindowHandles,
-    load_within_one_heap,
+    HugePageAllocator, Picture, Quality, RenderError, RendererOptions, SectionPlane, WindowHandles,
+    configure_allocator,
 };
 pub use busbar_ui::{AlarmAction, ChartCommand};
 pub use commands::{OfferedCommand, offered_commands, plugin_with_command};
 pub use error::{LoadError, ViewError};
-pub use graphics::graphics_device;
+pub use graphics_device::graphics_device;
 pub use load::{
-    CheckedLink, DevicePoints, LoadProgress, LoadedScene, MAX_CONFIG_FILE_BYTES, POINTS_COMMAND,
-    PointSource, Reload, ReloadError, SimulatedDevice, SimulatedDevices, check_links,
+    CheckedLink, DevicePointSource, DevicePoints, LoadProgress, LoadedScene, MAX_CONFIG_FILE_BYTES,
+    POINTS_COMMAND, PreparedReload, ReloadError, SimulatedDevice, SimulatedDevices, check_links,
     plugin_catalog,
 };
 pub use point_import::{ImportedScene, SceneImportError, SceneRequest, import_scene};
 pub use stats::{
-    AlarmStats, CameraStats, ChartAxisStats, ChartEvidence, ChartStats, FaceplateStats, Health,
-    LinkStats, LoadMillis, PluginStats, RecordStats, ReloadStats, Stats, TagStats,
+    AlarmStats, CameraStats, ChartAxisStats, ChartEvidence, ChartStats, FaceplateStats, LinkStats,
+    LoadMillis, PluginStats, RecordStats, ReloadStats, Stats, TagStats, ViewHealth,
 };
-pub use viewer::{FrameOutput, MAX_SELECTED, PartMillis, Viewer};
+pub use viewer::{FrameOutput, FrameStageMillis, MAX_SELECTED, Viewer};

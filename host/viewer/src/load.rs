@@ -1,18 +1,18 @@
-//! From a configuration file to everything a view needs, without a device.
+//! Scene loader: reads a configuration and all it names, without a graphics device.
 
 mod alarms;
 mod bindings;
 mod cache;
+mod device_points;
 mod font;
 mod hlod;
 mod link_check;
 mod models;
-mod moving;
+mod moving_part_check;
 mod overlay_check;
 mod plugins;
-mod points;
 mod reuse;
-mod simulate;
+mod simulation;
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use busbar_alarm_log::LogRules;
+use busbar_audit_log::AuditLogOptions;
 use busbar_config::{
     Config, Diagnostic, LogConfig, MetricsConfig, QualityConfig, Section, Severity,
 };
@@ -34,36 +34,36 @@ use busbar_scene::{Material, NodeIndex, SceneGraph, Texture, ThetaPolicy};
 use busbar_tags::{TagHandle, TagSet};
 
 pub(crate) use alarms::LoadedAlarms;
+pub use device_points::{DevicePointSource, DevicePoints, POINTS_COMMAND};
 pub(crate) use hlod::{HlodGroup, MeshProxy, Proxies};
 pub use link_check::{CheckedLink, check_links};
-pub use points::{DevicePoints, POINTS_COMMAND, PointSource};
-use reuse::Reuse;
-pub use reuse::{Reload, ReloadError};
-pub use simulate::{SimulatedDevice, SimulatedDevices};
+use reuse::ReusePlan;
+pub use reuse::{PreparedReload, ReloadError};
+pub use simulation::{SimulatedDevice, SimulatedDevices};
 
-use crate::cursors::policy_of;
-use crate::equipment::Equipment;
+use crate::equipment::EquipmentIndex;
 use crate::file_version::FileVersion;
-use crate::moving::MovingParts;
-use crate::stacks::millis_since;
+use crate::lod::policy_of;
+use crate::moving_parts::MovingParts;
+use crate::stack_builder::millis_since;
 use crate::{LoadError, LoadMillis};
 
 /// The largest configuration file that is read.
 pub const MAX_CONFIG_FILE_BYTES: u64 = busbar_config::MAX_CONFIG_BYTES as u64;
 
-/// Told what is being loaded: stage, steps done, steps in all.
+/// Progress callback: stage, steps done, steps in all.
 pub type LoadProgress<'a> = dyn Fn(&str, usize, usize) + Sync + 'a;
 
 /// A configuration with everything it names, loaded and checked. Clones share all of it.
 #[derive(Clone)]
 pub struct LoadedScene {
     pub(crate) config: Arc<Config>,
-    /// Where relative paths start from.
+    /// Base folder of relative paths.
     folder: PathBuf,
     pub(crate) instances: BTreeMap<String, Plugin>,
-    /// Those of the configuration, then the proxies.
+    /// Models of the configuration, then the proxies.
     pub(crate) models: Vec<LoadedModel>,
-    /// How often each model of the configuration is placed.
+    /// Number of placements of each configured model.
     pub(crate) instances_of_models: Vec<usize>,
     pub(crate) graph: Arc<SceneGraph>,
     pub(crate) proxies: Arc<Proxies>,
@@ -73,9 +73,9 @@ pub struct LoadedScene {
     pub(crate) moving: MovingParts,
     pub(crate) alarms: LoadedAlarms,
     /// The alarm log that the configuration asks for.
-    pub(crate) alarm_log: Option<LogRules>,
-    /// What its equipment is called.
-    pub(crate) equipment: Arc<Equipment>,
+    pub(crate) audit_log: Option<AuditLogOptions>,
+    /// Names and aliases of the equipment.
+    pub(crate) equipment: Arc<EquipmentIndex>,
     /// The font of panels and labels; none for the one built in.
     pub(crate) font: Option<Arc<[u8]>>,
     /// The first node that each tag is bound to.
@@ -86,8 +86,8 @@ pub struct LoadedScene {
     /// Folder for compiled pipelines.
     pub(crate) pipeline_cache: Option<PathBuf>,
     notes: Vec<String>,
-    /// What plugins did wrong by themselves: the scene is shown all the same.
-    troubles: Vec<Diagnostic>,
+    /// Failures of plugins that do not prevent the scene from being shown.
+    plugin_failures: Vec<Diagnostic>,
 }
 
 /// A model ready for upload.
@@ -97,28 +97,28 @@ pub(crate) struct LoadedModel {
     pub(crate) stacks: Vec<Arc<CollapseStacks>>,
     pub(crate) materials: Arc<[Material]>,
     pub(crate) textures: Arc<[Texture]>,
-    /// Where the device has it; none until all models are there.
+    /// Slot on the device; none until all models are loaded.
     pub(crate) slot: Option<u32>,
-    pub(crate) made: Made,
+    pub(crate) provenance: ModelProvenance,
 }
 
 impl LoadedModel {
-    /// What the device knows it by.
+    /// Returns the model's handle on the device.
     pub(crate) fn handle(&self) -> ModelHandle {
-        ModelHandle::of(self.slot.unwrap_or(u32::MAX))
+        ModelHandle::from_index(self.slot.unwrap_or(u32::MAX))
     }
 }
 
-/// How a model came about.
+/// Provenance of a model, compared at reload.
 #[derive(Clone, Default)]
-pub(crate) struct Made {
-    /// Whether its collapses go in the order of their errors.
+pub(crate) struct ModelProvenance {
+    /// True if the collapses are ordered by error.
     by_error: bool,
-    /// Whether its optimiser did its part.
+    /// True if the optimizer succeeded.
     is_complete: bool,
-    /// Which content of its file it is; that of files beside it is not looked at.
+    /// Version of the model file; files that it references are not checked.
     file: FileVersion,
-    /// Where it was taken apart: of each mesh the range of its pieces.
+    /// Range of pieces of each mesh, for a model that was split.
     pieces: Vec<Range<u32>>,
 }
 
@@ -130,31 +130,31 @@ pub(crate) struct Binding {
     pub(crate) role: String,
 }
 
-/// Faults gathered while loading goes on as far as it can.
-pub(crate) struct Faults<'a> {
+/// Collector of diagnostics, so that loading continues as far as possible.
+pub(crate) struct DiagnosticsCollector<'a> {
     config: &'a Config,
     found: Vec<Diagnostic>,
-    /// Of plugins: no reason not to show the scene.
-    troubles: Vec<Diagnostic>,
+    /// Failures of plugins, which do not prevent the scene from being shown.
+    plugin_failures: Vec<Diagnostic>,
 }
 
-impl<'a> Faults<'a> {
-    fn of(config: &'a Config) -> Self {
-        Self { config, found: Vec::new(), troubles: Vec::new() }
+impl<'a> DiagnosticsCollector<'a> {
+    fn new(config: &'a Config) -> Self {
+        Self { config, found: Vec::new(), plugin_failures: Vec::new() }
     }
 
-    /// Notes what a plugin did or said. What it alone is to blame for keeps nobody from
-    /// seeing the scene.
-    pub(crate) fn add_of_plugin(&mut self, pointer: &str, error: &PluginError) {
-        if error.is_plugins_own() {
-            self.add_trouble(pointer, error.to_string(), error.remedy());
+    /// Adds a plugin's error. An error that the plugin alone caused does not prevent the scene from
+    /// being shown.
+    pub(crate) fn add_plugin_error(&mut self, pointer: &str, error: &PluginError) {
+        if error.is_reported_by_plugin() {
+            self.add_plugin_failure(pointer, error.to_string(), error.remedy());
         } else {
             self.add(pointer, error.to_string(), error.remedy());
         }
     }
 
-    fn add_trouble(&mut self, pointer: &str, cause: String, remedy: &str) {
-        self.troubles.push(self.config.positions.diagnostic(pointer, cause, remedy));
+    fn add_plugin_failure(&mut self, pointer: &str, cause: String, remedy: &str) {
+        self.plugin_failures.push(self.config.positions.diagnostic(pointer, cause, remedy));
     }
 
     pub(crate) fn add(
@@ -180,23 +180,26 @@ impl LoadedScene {
         progress("configuration", 0, 1);
         let config = read_config(path)?;
         let millis = LoadMillis::from([("config".into(), millis_since(start))]);
-        Self::of(path, config, millis, &Reuse::nothing(), progress)
+        Self::assemble(path, config, millis, &ReusePlan::none(), progress)
     }
 
     /// Loads what a configuration names, except for what can be reused.
-    fn of(
+    fn assemble(
         path: &Path,
         config: Config,
         mut millis: LoadMillis,
-        reuse: &Reuse<'_>,
+        reuse: &ReusePlan<'_>,
         progress: &LoadProgress<'_>,
     ) -> Result<Self, LoadError> {
         let faulty = |diagnostics| LoadError { file: path.to_owned(), diagnostics };
         let folder = folder_of(path);
-        let mut faults = Faults { found: config.warnings.clone(), ..Faults::of(&config) };
+        let mut faults = DiagnosticsCollector {
+            found: config.warnings.clone(),
+            ..DiagnosticsCollector::new(&config)
+        };
         // Beside each other: starting the processes of plugins is mostly waiting.
         progress("plugins and models", 0, 1);
-        let mut import_faults = Faults::of(&config);
+        let mut import_faults = DiagnosticsCollector::new(&config);
         let mut notes = Vec::new();
         let is_new = |name: &String| reuse.model(name).is_none();
         let cache = config.models.keys().any(is_new);
@@ -214,7 +217,7 @@ impl LoadedScene {
         let known = reuse.scene().filter(|_| reuse.has_same_graph());
         let graph = known.map(|scene| Arc::clone(&scene.graph)).or_else(|| {
             let mut graph = bindings::place(&config, &imported, &mut faults);
-            models::take_apart(&config, &mut imported, graph.as_mut());
+            models::split_meshes(&config, &mut imported, graph.as_mut());
             graph.map(Arc::new)
         });
         let placed = graph.as_deref();
@@ -226,12 +229,12 @@ impl LoadedScene {
         for binding in &bindings {
             nodes_of_tags.entry(binding.tag).or_insert(binding.node);
         }
-        moving::check(&config, &imported, &mut faults);
+        moving_part_check::check(&config, &imported, &mut faults);
         let alarms =
             alarms::resolve(&config, &tags, placed, &imported, &nodes_of_tags, &mut faults);
         let same_names = known.filter(|_| !reuse.touches(Section::Equipment));
         let equipment = same_names.map(|scene| Arc::clone(&scene.equipment)).or_else(|| {
-            let equipment = Equipment::of(placed?, &config.equipment, |id, equipment| {
+            let equipment = EquipmentIndex::new(placed?, &config.equipment, |id, equipment| {
                 // What is to blame is told where it is looked for.
                 let pointer = &equipment.pointer;
                 placed.map(|graph| {
@@ -253,7 +256,7 @@ impl LoadedScene {
         } else {
             pipeline_cache =
                 cache.as_ref().map(|cache| cache.directory().to_owned()).or(pipeline_cache);
-            let mut stage = models::Optimising {
+            let mut stage = models::OptimizationStage {
                 instances: &instances,
                 cache,
                 progress,
@@ -264,9 +267,9 @@ impl LoadedScene {
             stage.run(&config, imported, &mut faults)
         };
 
-        plugins::note_deaths(&config, &instances, &mut faults);
-        let mut troubles = faults.troubles;
-        troubles.sort_by_key(|d| (d.line, d.column));
+        plugins::report_deaths(&config, &instances, &mut faults);
+        let mut plugin_failures = faults.plugin_failures;
+        plugin_failures.sort_by_key(|d| (d.line, d.column));
         let mut diagnostics = faults.found;
         diagnostics.sort_by_key(|d| (d.line, d.column));
         let errors = diagnostics.iter().any(|d| d.severity == Severity::Error);
@@ -284,8 +287,8 @@ impl LoadedScene {
                 reuse.give_slots(&mut models);
                 millis.insert("proxies".into(), millis_since(start));
                 let instances_of_models = count_placed(&config);
-                let alarm_log = alarm_log_of(&config, &folder);
-                let moving = MovingParts::of(&config, &graph);
+                let audit_log = audit_log_of(&config, &folder);
+                let moving = MovingParts::new(&config, &graph);
                 let mut config = config.loaded();
                 config.warnings = diagnostics;
                 Ok(Self {
@@ -300,7 +303,7 @@ impl LoadedScene {
                     bindings: bindings.into(),
                     moving,
                     alarms,
-                    alarm_log,
+                    audit_log,
                     equipment: equipment.unwrap_or_default(),
                     font: font.map(Arc::from),
                     nodes_of_tags: Arc::new(nodes_of_tags),
@@ -308,40 +311,40 @@ impl LoadedScene {
                     cached_meshes,
                     pipeline_cache,
                     notes,
-                    troubles,
+                    plugin_failures,
                 })
             }
             _ => {
-                diagnostics.extend(troubles);
+                diagnostics.extend(plugin_failures);
                 diagnostics.sort_by_key(|d| (d.line, d.column));
                 Err(faulty(diagnostics))
             }
         }
     }
 
-    /// As [`LoadedScene::load`], but what plugins did wrong by themselves counts too, and
-    /// whether the alarm log can be opened is tried.
+    /// Loads like [`LoadedScene::load`], but plugin failures count as faults, and the alarm log is
+    /// checked.
     ///
     /// # Errors
     /// Every fault of the file, of the files it names, of the plugins, and of the alarm log.
     pub fn check(path: &Path, progress: &LoadProgress<'_>) -> Result<Self, LoadError> {
         let mut scene = Self::load(path, progress)?;
-        scene.try_alarm_log(path)?;
+        scene.check_audit_log(path)?;
         scene.check_overlays(path)?;
-        if scene.troubles.is_empty() {
+        if scene.plugin_failures.is_empty() {
             return Ok(scene);
         }
         let mut diagnostics = scene.config.warnings.clone();
-        diagnostics.extend(scene.troubles.iter().cloned());
+        diagnostics.extend(scene.plugin_failures.iter().cloned());
         diagnostics.sort_by_key(|d| (d.line, d.column));
         Err(LoadError { file: path.to_owned(), diagnostics })
     }
 
-    /// Tries to open the alarm log, and writes nothing: a failure is a trouble, and what is
-    /// wrong with the log itself a note.
-    fn try_alarm_log(&mut self, path: &Path) -> Result<(), LoadError> {
-        let Some(rules) = &self.alarm_log else { return Ok(()) };
-        match busbar_alarm_log::inspect(rules) {
+    /// Checks that the alarm log can be opened, without writing. An unusable log is a failure; a
+    /// damaged one gives a remark.
+    fn check_audit_log(&mut self, path: &Path) -> Result<(), LoadError> {
+        let Some(rules) = &self.audit_log else { return Ok(()) };
+        match busbar_audit_log::inspect(rules) {
             Ok(remarks) => {
                 let told = |remark| format!("warning: the audit log: {remark}");
                 self.notes.extend(remarks.into_iter().map(told));
@@ -349,11 +352,15 @@ impl LoadedScene {
             Err(error) => {
                 // What is loaded has no positions any more.
                 let config = read_config(path)?;
-                let mut faults = Faults::of(&config);
+                let mut faults = DiagnosticsCollector::new(&config);
                 let text = error.to_string();
                 let (cause, remedy) = text.rsplit_once("; ").unwrap_or((&text, ""));
-                faults.add_trouble("/alarm_handling/log_directory", cause.to_owned(), remedy);
-                self.troubles.append(&mut faults.troubles);
+                faults.add_plugin_failure(
+                    "/alarm_handling/log_directory",
+                    cause.to_owned(),
+                    remedy,
+                );
+                self.plugin_failures.append(&mut faults.plugin_failures);
             }
         }
         Ok(())
@@ -362,12 +369,12 @@ impl LoadedScene {
     /// Warnings, what plugins did wrong by themselves, and what the import skipped.
     pub fn remarks(&self, file: &Path) -> Vec<String> {
         let file = file.display().to_string();
-        let trouble = |trouble: &Diagnostic| {
-            Diagnostic { severity: Severity::Warning, ..trouble.clone() }.render(&file)
+        let failure = |failure: &Diagnostic| {
+            Diagnostic { severity: Severity::Warning, ..failure.clone() }.render(&file)
         };
         let warnings = self.config.warnings.iter().map(|warning| warning.render(&file));
-        let troubles = self.troubles.iter().map(trouble);
-        warnings.chain(troubles).chain(self.notes.iter().cloned()).collect()
+        let plugin_failures = self.plugin_failures.iter().map(failure);
+        warnings.chain(plugin_failures).chain(self.notes.iter().cloned()).collect()
     }
 
     /// The theta policies of the configuration's models.
@@ -378,7 +385,7 @@ impl LoadedScene {
     /// The files of the configuration's models, and which content of each was read.
     pub(crate) fn model_files(&self) -> impl Iterator<Item = (PathBuf, FileVersion)> {
         let models = self.config.models.values().zip(&self.models);
-        models.map(|(model, loaded)| (self.folder.join(&model.file), loaded.made.file))
+        models.map(|(model, loaded)| (self.folder.join(&model.file), loaded.provenance.file))
     }
 
     /// The log file that the configuration asks for, and where it is.
@@ -387,12 +394,12 @@ impl LoadedScene {
         Some((self.folder.join(&log.file), log))
     }
 
-    /// Where the configuration wants numbers served.
+    /// Returns the configured endpoint of metrics.
     pub fn metrics(&self) -> Option<MetricsConfig> {
         self.config.metrics
     }
 
-    /// How many models the configuration has.
+    /// Returns the number of configured models.
     pub(crate) fn model_count(&self) -> usize {
         self.config.models.len()
     }
@@ -402,8 +409,8 @@ impl LoadedScene {
         self.config.view.size
     }
 
-    /// How to draw it, as the configuration asks. What leaves the quality open is drawn at the
-    /// lowest where the processor draws, which a view without a spectator does not heed.
+    /// Returns the renderer options of the configuration. An open quality becomes `Low` on a
+    /// software rasterizer, except in headless views.
     pub fn renderer_options(&self) -> RendererOptions {
         let view = &self.config.view;
         let quality = match view.quality {
@@ -413,8 +420,8 @@ impl LoadedScene {
         };
         let with_samples = |quality: Quality| (quality, view.samples.unwrap_or(quality.samples()));
         let (quality, samples) = with_samples(quality);
-        let on_processor = view.quality.is_none().then(|| with_samples(Quality::Low));
-        RendererOptions { quality, samples, on_processor, validation: false }
+        let on_software_rasterizer = view.quality.is_none().then(|| with_samples(Quality::Low));
+        RendererOptions { quality, samples, on_software_rasterizer, validation: false }
     }
 
     /// The equipment that a tag is bound to first.
@@ -426,7 +433,7 @@ impl LoadedScene {
     pub(crate) fn served_tags(&self, name: &str, plugin: &Plugin) -> Option<Vec<TelemetryTag>> {
         let tags = plugins::telemetry_tags(&self.config, self.tags.specs(), name);
         let has_alarms = plugins::has_alarms(&self.config, name);
-        let serves = !tags.is_empty() || has_alarms && RunningTelemetry::is_of(plugin);
+        let serves = !tags.is_empty() || has_alarms && RunningTelemetry::has_telemetry(plugin);
         serves.then_some(tags)
     }
 
@@ -438,10 +445,10 @@ impl LoadedScene {
 }
 
 /// The alarm log that a configuration asks for.
-fn alarm_log_of(config: &Config, folder: &Path) -> Option<LogRules> {
+fn audit_log_of(config: &Config, folder: &Path) -> Option<AuditLogOptions> {
     let handling = &config.alarm_handling;
     let placed = |path: &Option<String>| path.as_ref().map(|path| folder.join(path));
-    Some(LogRules {
+    Some(AuditLogOptions {
         directory: placed(&handling.log_directory)?,
         max_file_bytes: u64::from(handling.log_megabytes) * 1_000_000,
         max_files: handling.log_files,
@@ -462,7 +469,7 @@ fn policies_of(config: &Config) -> Vec<ThetaPolicy> {
     config.models.values().map(|model| policy_of(&model.theta)).collect()
 }
 
-/// What some work gives, and how many milliseconds it took.
+/// Runs some work and returns its result with the time in milliseconds.
 fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
     let start = Instant::now();
     (work(), millis_since(start))
@@ -475,7 +482,7 @@ fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
 pub fn plugin_catalog(path: &Path) -> Result<PluginCatalog, LoadError> {
     let faulty = |diagnostics| LoadError { file: path.to_owned(), diagnostics };
     let config = read_config(path)?;
-    let mut faults = Faults::of(&config);
+    let mut faults = DiagnosticsCollector::new(&config);
     let catalog = plugins::catalog(&config, &folder_of(path), &mut faults);
     catalog.ok_or_else(|| faulty(faults.found))
 }
@@ -486,7 +493,7 @@ fn folder_of(path: &Path) -> PathBuf {
     folder.canonicalize().unwrap_or_else(|_| folder.to_owned())
 }
 
-/// Reads a configuration; whether what it names is there is not looked at.
+/// Reads a configuration without checking the files it names.
 fn read_config(path: &Path) -> Result<Config, LoadError> {
     let faulty = |diagnostics| LoadError { file: path.to_owned(), diagnostics };
     let text = read_text(path).map_err(|fault| faulty(vec![fault]))?;

@@ -1,11 +1,13 @@
-//! One model through one optimiser: `busbar optimize`.
+//! Optimization of one model by one plugin: `busbar optimize`.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use busbar_geometry::{CollapseStacks, Mesh, MeshStatistics, NO_FEATURE, Section, components};
+use busbar_geometry::{
+    CollapseStacks, Mesh, MeshStatistics, NO_FEATURE, Section, count_components,
+};
 use busbar_gltf_export::{ExportError, write_glb};
 use busbar_gltf_import::{ImportError, ImportLimits, import_file};
 use busbar_plugin_host::{LoadRules, PluginError};
@@ -14,26 +16,26 @@ use busbar_scene::Model;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::stacks::{StackBuilder, millis_since};
+use crate::stack_builder::{StackBuilder, millis_since};
 
 /// A model with its stacks, ready to be walked.
-pub struct OptimisedModel {
+pub struct OptimizedModel {
     model: Model,
     stacks: Vec<Arc<CollapseStacks>>,
     imported: Vec<Mesh>,
     build_ms: BTreeMap<String, f64>,
 }
 
-/// Why a model cannot be optimised.
+/// Error that keeps a model from being optimized.
 #[derive(Debug, Error)]
 pub enum OptimizeError {
-    /// The model file.
+    /// Error of the model file.
     #[error("{0}")]
     Import(#[from] ImportError),
-    /// The plugin.
+    /// Error of the plugin.
     #[error("{error}\n  remedy: {}", error.remedy())]
     Plugin {
-        /// What it says.
+        /// Error that the plugin reports.
         error: PluginError,
     },
     /// The result cannot be written.
@@ -41,17 +43,17 @@ pub enum OptimizeError {
     Export(#[from] ExportError),
 }
 
-/// What `busbar optimize --stats` writes, summed over the meshes of the model.
-/// Vertices are welded positions.
+/// Statistics of `busbar optimize --stats`, summed over the meshes of the model. Vertices are
+/// welded positions.
 #[derive(Clone, Debug, Serialize)]
 pub struct OptimizeStats {
-    /// Proportion asked for.
+    /// Simplified proportion that was requested.
     pub theta: f64,
     /// Surviving vertices: V - min(round(theta V), V - components) a mesh.
     pub vertices: u64,
     /// Vertices that a live triangle uses.
     pub vertices_referenced: u64,
-    /// Live triangles.
+    /// Number of live triangles.
     pub triangles: u64,
     /// Connected components of live triangles.
     pub components: u64,
@@ -78,32 +80,32 @@ pub struct OptimizeStats {
     pub imported: ImportedStats,
     /// Moves walked by `--round-trip`.
     pub round_trips: u64,
-    /// Whether every return to theta 0 gave the imported bytes; null if not walked.
+    /// True if every return to theta 0 gave the imported bytes; null if not walked.
     pub lossless: Option<bool>,
 }
 
 /// The model at theta 0.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct ImportedStats {
-    /// Meshes.
+    /// Number of imported meshes.
     pub meshes: usize,
-    /// Welded positions: V.
+    /// Number of welded positions, V.
     pub vertices: u64,
-    /// Triangles.
+    /// Number of imported triangles.
     pub triangles: u64,
     /// Connected components, in welded positions.
     pub components: u64,
     /// Edges with one triangle.
     pub border_edges: u64,
-    /// Euler characteristic.
+    /// Euler characteristic of the meshes.
     pub euler: i64,
 }
 
-impl OptimisedModel {
+impl OptimizedModel {
     /// Imports a model and runs the plugin on each of its meshes.
     ///
     /// # Errors
-    /// The file's or the plugin's.
+    /// Errors of the model file or of the plugin.
     pub fn build(
         file: &Path,
         plugin_directories: &[PathBuf],
@@ -114,7 +116,7 @@ impl OptimisedModel {
         let rules = LoadRules::default();
         let optimizer = PluginCatalog::discover(plugin_directories, &rules, Isolation::Process)
             .create(plugin, plugin, settings, &PluginOptions::default())
-            .and_then(|plugin| Optimizer::of(&plugin))?;
+            .and_then(|plugin| Optimizer::from_plugin(&plugin))?;
         let start = Instant::now();
         let mut model = import_file(file, &ImportLimits::default())?.model;
         let import_millis = millis_since(start);
@@ -125,7 +127,7 @@ impl OptimisedModel {
             optimizer: Some(&optimizer),
             cache: None,
             by_error: false,
-            may_do_without: false,
+            allows_failure: false,
         };
         let built = builder.build(imported.clone(), &|meshes| done(meshes, total))?;
         let mut build_ms = built.millis;
@@ -133,18 +135,19 @@ impl OptimisedModel {
         Ok(Self { model, stacks: built.stacks, imported, build_ms })
     }
 
-    /// Counts at theta.
+    /// Returns the statistics at a theta.
     pub fn stats(&self, theta: f64) -> OptimizeStats {
         let mut live = MeshStatistics::default();
         let mut full = MeshStatistics::default();
         let mut all_components = 0;
         for (stacks, imported) in self.stacks.iter().zip(&self.imported) {
-            let cursor = stacks.cursor_at(theta);
-            live = live + MeshStatistics::of(&stacks.resolve(cursor), stacks.surviving(cursor));
-            full = full + MeshStatistics::of(&stacks.resolve(0), stacks.surviving(0));
+            let cursor = stacks.cursor_for_theta(theta);
+            live = live
+                + MeshStatistics::from_resolved(&stacks.resolve(cursor), stacks.surviving(cursor));
+            full = full + MeshStatistics::from_resolved(&stacks.resolve(0), stacks.surviving(0));
             let topology = imported.topology();
             let count = topology.positions.len() as u32;
-            all_components += u64::from(components(count, &topology.triangles).all);
+            all_components += u64::from(count_components(count, &topology.triangles).all);
         }
         OptimizeStats {
             theta,
@@ -154,12 +157,16 @@ impl OptimisedModel {
             components: live.components,
             border_edges: live.border_edges,
             non_manifold_edges: live.non_manifold_edges,
-            euler: live.euler(),
+            euler: live.euler_characteristic(),
             collapses: self.stacks.iter().map(|s| u64::from(s.collapse_count())).sum(),
-            cursor: self.stacks.iter().map(|s| u64::from(s.cursor_at(theta))).sum(),
+            cursor: self.stacks.iter().map(|s| u64::from(s.cursor_for_theta(theta))).sum(),
             build_ms: self.build_ms.clone(),
             max_depth: self.stacks.iter().map(|s| s.max_depth()).max().unwrap_or(0),
-            error: self.stacks.iter().map(|s| s.error_at(s.cursor_at(theta))).fold(0.0, f32::max),
+            error: self
+                .stacks
+                .iter()
+                .map(|s| s.error_at(s.cursor_for_theta(theta)))
+                .fold(0.0, f32::max),
             bytes: self.stacks.iter().map(|s| s.static_bytes()).sum(),
             imported: ImportedStats {
                 meshes: self.stacks.len(),
@@ -167,7 +174,7 @@ impl OptimisedModel {
                 triangles: full.triangles,
                 components: all_components,
                 border_edges: full.border_edges,
-                euler: full.euler(),
+                euler: full.euler_characteristic(),
             },
             round_trips: 0,
             lossless: None,
@@ -184,7 +191,7 @@ impl OptimisedModel {
         for trip in 0..count {
             let theta = random.unit();
             for (stacks, imported) in self.stacks.iter().zip(&imported) {
-                let cursor = stacks.cursor_at(theta);
+                let cursor = stacks.cursor_for_theta(theta);
                 if !stacks.resolve(cursor).position_triangles().eq(redo(stacks, cursor)) {
                     return false;
                 }
@@ -205,7 +212,7 @@ impl OptimisedModel {
     /// The model at theta as GLB bytes.
     ///
     /// # Errors
-    /// When it is too large for the format.
+    /// A model that is too large for the format.
     pub fn write(&self, theta: f64) -> Result<Vec<u8>, OptimizeError> {
         let mut model = self.model.clone();
         model.meshes = self.stacks.iter().map(|stacks| mesh_at(stacks, theta)).collect();
@@ -221,7 +228,7 @@ impl From<PluginError> for OptimizeError {
 
 /// The live mesh of stacks at theta.
 fn mesh_at(stacks: &CollapseStacks, theta: f64) -> Mesh {
-    let resolved = stacks.resolve(stacks.cursor_at(theta));
+    let resolved = stacks.resolve(stacks.cursor_for_theta(theta));
     let full = stacks.mesh();
     let sections = full.sections.iter().zip(&resolved.sections).map(|(section, range)| Section {
         material: section.material,

@@ -1,9 +1,8 @@
-//! Which objects have an outline: what is selected, hovered over or brushed in a chart, with
-//! all below it.
+//! Outlines of selected, hovered and brushed equipment, its descendants included.
 
 use std::collections::BTreeSet;
 
-use busbar_renderer::{OutlineKind, Outlined};
+use busbar_renderer::{OutlineKind, OutlinedObject};
 use busbar_scene::{NodeIndex, SceneGraph};
 
 /// The list, as it was last worked out.
@@ -12,11 +11,11 @@ pub(crate) struct Outlines {
     selection: BTreeSet<NodeIndex>,
     hovered: Option<NodeIndex>,
     brushed: BTreeSet<NodeIndex>,
-    list: Vec<Outlined>,
+    list: Vec<OutlinedObject>,
 }
 
 impl Outlines {
-    /// What is both is selected.
+    /// Updates the list; selection takes precedence over hovering.
     pub(crate) fn update(
         &mut self,
         graph: &SceneGraph,
@@ -45,11 +44,11 @@ impl Outlines {
             };
             inherited.push(kind);
             // Objects count from 1, nodes from 0.
-            self.list.extend(kind.map(|kind| Outlined { object: index + 1, kind }));
+            self.list.extend(kind.map(|kind| OutlinedObject { object: index + 1, kind }));
         }
     }
 
-    pub(crate) fn list(&self) -> &[Outlined] {
+    pub(crate) fn list(&self) -> &[OutlinedObject] {
         &self.list
     }
 }

@@ -1,7 +1,7 @@
 //! Records of business and management systems, joined to the equipment of the scene by its ids
 //! and aliases.
 
-mod reader;
+mod poller;
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -14,14 +14,14 @@ use jiff::tz::TimeZone;
 
 use crate::ViewError;
 use crate::load::LoadedScene;
-use reader::Reader;
+use poller::RecordPoller;
 
 /// The longest that opening a view without a window waits for the first records.
-const FIRST_PATIENCE: Duration = Duration::from_secs(20);
+const FIRST_READ_TIMEOUT: Duration = Duration::from_secs(20);
 /// Rows of a list that a faceplate shows.
 const MAX_ROWS: usize = 20;
 /// Different ids of a list that are looked for in the scene, to say which it has not.
-const MAX_LOOKED_FOR: usize = 2_000;
+const MAX_CHECKED_IDS: usize = 2_000;
 /// Bytes of a date, `2026-11-23`.
 const DATE_BYTES: usize = 10;
 const NANOS_PER_SECOND: i64 = 1_000_000_000;
@@ -29,66 +29,68 @@ const SECONDS_PER_DAY: i64 = 86_400;
 
 /// The records of the plugins that are configured for that.
 #[derive(Default)]
-pub(crate) struct Books {
-    books: Vec<Book>,
+pub(crate) struct RecordStore {
+    sources: Vec<RecordSource>,
     revision: u64,
 }
 
-/// Those of one plugin.
-struct Book {
-    reader: Reader,
+/// Records of one plugin.
+struct RecordSource {
+    poller: RecordPoller,
     lists: Vec<List>,
-    /// Why they cannot be read now.
+    /// Fault that keeps the records from being read.
     fault: Option<String>,
 }
 
-impl Books {
-    /// Begins to read.
+impl RecordStore {
+    /// Starts reading the records of all configured plugins.
     pub(crate) fn start(scene: &LoadedScene, settles: bool) -> Result<Self, ViewError> {
-        let mut books = Self::default();
+        let mut store = Self::default();
         let plugins = scene.config.records.iter();
         for plugin in plugins.filter_map(|records| scene.instances.get(&records.plugin)) {
-            let reader = Reader::start(plugin)?;
-            books.books.push(Book { reader, lists: Vec::new(), fault: None });
+            let poller = RecordPoller::start(plugin)?;
+            store.sources.push(RecordSource { poller, lists: Vec::new(), fault: None });
         }
         if settles {
-            books.books.iter().for_each(|book| book.reader.wait_for_first(FIRST_PATIENCE));
+            store
+                .sources
+                .iter()
+                .for_each(|source| source.poller.wait_for_first(FIRST_READ_TIMEOUT));
         }
-        Ok(books)
+        Ok(store)
     }
 
-    /// Takes over what was read.
+    /// Takes the lists that the pollers have read.
     pub(crate) fn step(&mut self, scene: &LoadedScene) {
-        for book in &mut self.books {
-            let (is_new, fault) = (book.reader.take(&mut book.lists), book.reader.fault());
-            self.revision += u64::from(is_new || fault != book.fault);
-            book.fault = fault;
+        for source in &mut self.sources {
+            let (is_new, fault) = (source.poller.take(&mut source.lists), source.poller.fault());
+            self.revision += u64::from(is_new || fault != source.fault);
+            source.fault = fault;
             if is_new {
-                book.lists.iter().for_each(|list| note_absent(scene, list));
+                source.lists.iter().for_each(|list| warn_absent(scene, list));
             }
         }
     }
 
-    /// What the lists have of equipment that goes by these ids. `places` says of each id
-    /// which pole or part has it.
+    /// Returns the records of the equipment with these ids. `places` names the pole or part of each
+    /// id.
     fn sections(
         &self,
         ids: &[String],
         places: &[Option<String>],
         now: SourceTime,
     ) -> Vec<RecordSection> {
-        let lists = self
-            .books
-            .iter()
-            .flat_map(|book| book.lists.iter().map(move |list| (list, book.fault.as_deref())));
+        let lists = self.sources.iter().flat_map(|source| {
+            source.lists.iter().map(move |list| (list, source.fault.as_deref()))
+        });
         lists.map(|(list, fault)| section(list, fault, (ids, places), now)).collect()
     }
 }
 
-/// Tells of rows that belong to nothing in the scene.
-fn note_absent(scene: &LoadedScene, list: &List) {
+/// Warns of rows whose equipment is not in the scene.
+fn warn_absent(scene: &LoadedScene, list: &List) {
     let is_absent = |id: &&str| scene.equipment.find(&scene.graph, id).is_none();
-    let mut absent = list.equipment().take(MAX_LOOKED_FOR).filter(is_absent);
+    let mut absent = list.equipment().take(MAX_CHECKED_IDS).filter(is_absent);
     if let Some(first) = absent.next() {
         let (count, title) = (1 + absent.count(), &list.info().title);
         tracing::warn!(
@@ -126,7 +128,7 @@ fn section(
     }
 }
 
-/// Why a list may not be as its source has it now.
+/// Returns the reason why a list may be outdated.
 fn doubt(list: &List, fault: Option<&str>, now: SourceTime) -> Option<String> {
     let info = list.info();
     if let Some(fault) = fault.or(info.fault.as_deref()) {
@@ -171,17 +173,17 @@ fn local(unix_nanos: i64, format: &str) -> String {
     at.to_zoned(TimeZone::system()).strftime(format).to_string()
 }
 
-/// What the lists have of one piece of equipment, between frames.
+/// Records of one piece of equipment, cached between frames.
 #[derive(Debug, Default)]
-pub(crate) struct OwnRecords {
+pub(crate) struct EquipmentRecords {
     ids: Vec<String>,
     places: Vec<Option<String>>,
-    /// Of the books, and the minute: a list grows old without changing.
+    /// Store revision and minute of the last lookup; lists age without changing.
     looked_up: Option<(u64, i64)>,
     sections: Arc<[RecordSection]>,
 }
 
-impl OwnRecords {
+impl EquipmentRecords {
     /// Adds a node that the equipment is, or that is a part of it, with all that it is called.
     pub(crate) fn add(&mut self, ids: impl IntoIterator<Item = String>, place: Option<&str>) {
         self.ids.extend(ids);
@@ -189,11 +191,11 @@ impl OwnRecords {
     }
 
     /// Looks them up again where anything may be new.
-    pub(crate) fn look_up(&mut self, books: &Books, now: SourceTime) {
-        let state = Some((books.revision, now.0 / (60 * NANOS_PER_SECOND)));
+    pub(crate) fn look_up(&mut self, store: &RecordStore, now: SourceTime) {
+        let state = Some((store.revision, now.0 / (60 * NANOS_PER_SECOND)));
         if self.looked_up != state {
             self.looked_up = state;
-            self.sections = books.sections(&self.ids, &self.places, now).into();
+            self.sections = store.sections(&self.ids, &self.places, now).into();
         }
     }
 

@@ -1,48 +1,47 @@
 //! Hot reload: the configuration file and its models are watched, loaded beside the frames when
 //! one changed, and shown where it has no fault. One that has leaves the scene as it is.
 
-mod watch;
+mod file_watcher;
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
 use crate::Viewer;
-use crate::load::{LoadedScene, Reload, ReloadError};
-pub use watch::SETTLE;
-use watch::Watch;
+use crate::load::{LoadedScene, PreparedReload, ReloadError};
+use file_watcher::FileWatcher;
+pub use file_watcher::SETTLE_TIME;
 
 /// Bytes of a fault that are kept to be shown; a file may have two hundred.
 const MAX_FAULT_BYTES: usize = 4_000;
 
-/// How long a frame waits for an edit that was just begun to be loaded: most take less, and
-/// are shown a frame earlier.
+/// Time for which a frame waits for a load that has just begun; most loads finish within it.
 const LOAD_GRACE: Duration = Duration::from_millis(30);
 
-/// How reloading went so far.
+/// Counters and last fault of configuration reloads.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Reloads {
+pub struct ReloadCounters {
     /// Configurations that were shown in place of the one before.
     pub good: u64,
-    /// Those that were not, for faults.
+    /// Configurations that were refused for faults.
     pub bad: u64,
-    /// From the file's settling to the frame that shows it, of the last good one; not
-    /// counting the frame itself.
+    /// Time from the file's settling to the frame that shows it, without the frame itself; of the
+    /// last good reload.
     pub last: Option<Duration>,
-    /// The faults of the file as it is, if it has any: what is shown is the one before.
+    /// Faults of the file on the disk; none while it is shown.
     pub fault: Option<String>,
 }
 
-impl Reloads {
-    /// Notes how a configuration fared that is asked for.
-    pub(crate) fn note(&mut self, outcome: &Outcome, since: Instant) {
+impl ReloadCounters {
+    /// Counts the outcome of a reload.
+    pub(crate) fn note(&mut self, outcome: &ReloadOutcome, since: Instant) {
         match outcome {
-            Outcome::Shown => {
+            ReloadOutcome::Shown => {
                 self.good += 1;
                 (self.last, self.fault) = (Some(since.elapsed()), None);
             }
-            Outcome::Same => self.fault = None,
-            Outcome::Refused(fault) => {
+            ReloadOutcome::Same => self.fault = None,
+            ReloadOutcome::Refused(fault) => {
                 self.bad += 1;
                 self.fault = Some(shortened(fault));
             }
@@ -58,31 +57,31 @@ fn shortened(fault: &str) -> String {
     format!("{}\u{2026}", &fault[..end])
 }
 
-/// What became of a configuration that was to be shown.
+/// Outcome of a configuration reload.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Outcome {
-    /// It is shown from the next frame on.
+pub enum ReloadOutcome {
+    /// Configuration is shown from the next frame on.
     Shown,
-    /// Nothing is otherwise than it was.
+    /// Configuration is the same as before.
     Same,
-    /// It has faults, as these words say; the scene before stays.
+    /// Configuration is faulty, as the text says; the previous scene stays.
     Refused(String),
 }
 
 /// A configuration that is loaded beside the frames.
-pub(crate) struct Loading {
+pub(crate) struct BackgroundLoad {
     since: Instant,
-    loaded: Receiver<Loaded>,
+    loaded: Receiver<LoadResult>,
 }
 
-type Loaded = Result<Option<Reload>, ReloadError>;
+type LoadResult = Result<Option<PreparedReload>, ReloadError>;
 
-impl Loading {
+impl BackgroundLoad {
     /// Begins to load a file in place of what a viewer shows; `wake` is called once it is
     /// there.
     ///
     /// # Errors
-    /// Without a thread for it.
+    /// The operating system's error if no thread can be started.
     pub(crate) fn begin(
         viewer: &Viewer,
         path: &Path,
@@ -104,36 +103,36 @@ impl Loading {
     /// Shows it, once it is there; none before.
     ///
     /// # Errors
-    /// The device's.
-    pub(crate) fn step(&self, viewer: &mut Viewer) -> Option<Outcome> {
+    /// Errors of the graphics device.
+    pub(crate) fn step(&self, viewer: &mut Viewer) -> Option<ReloadOutcome> {
         self.step_within(Duration::ZERO, viewer)
     }
 
-    /// As [`Loading::step`], but waits a while for it to be there.
-    fn step_within(&self, grace: Duration, viewer: &mut Viewer) -> Option<Outcome> {
+    /// Steps like [`BackgroundLoad::step`], but waits up to `grace` for the load.
+    fn step_within(&self, grace: Duration, viewer: &mut Viewer) -> Option<ReloadOutcome> {
         let outcome = match self.loaded.recv_timeout(grace) {
             Err(RecvTimeoutError::Timeout) => return None,
             Err(RecvTimeoutError::Disconnected) => {
-                Outcome::Refused("a fault of Busbar itself; please report it".into())
+                ReloadOutcome::Refused("a fault of Busbar itself; please report it".into())
             }
-            Ok(Err(error)) => Outcome::Refused(error.to_string()),
-            Ok(Ok(None)) => Outcome::Same,
-            Ok(Ok(Some(reload))) => match viewer.take_over(reload) {
-                Ok(()) => Outcome::Shown,
-                Err(error) => Outcome::Refused(error.to_string()),
+            Ok(Err(error)) => ReloadOutcome::Refused(error.to_string()),
+            Ok(Ok(None)) => ReloadOutcome::Same,
+            Ok(Ok(Some(reload))) => match viewer.apply_reload(reload) {
+                Ok(()) => ReloadOutcome::Shown,
+                Err(error) => ReloadOutcome::Refused(error.to_string()),
             },
         };
-        viewer.reloads_mut().note(&outcome, self.since);
+        viewer.reload_counters_mut().note(&outcome, self.since);
         Some(outcome)
     }
 }
 
-/// Watches the configuration file of a viewer and shows what it becomes.
+/// Watcher of a viewer's configuration file that applies its changes.
 pub struct Reloader {
     path: PathBuf,
-    watch: Watch,
-    loading: Option<Loading>,
-    /// Whether the models of what is shown are watched.
+    file_watcher: FileWatcher,
+    loading: Option<BackgroundLoad>,
+    /// True once the watcher follows the models of the present scene.
     follows_models: bool,
     wake: std::sync::Arc<dyn Fn() + Send + Sync>,
 }
@@ -143,40 +142,40 @@ impl Reloader {
     /// something to do.
     ///
     /// # Errors
-    /// Without a thread for it.
+    /// The operating system's error if no thread can be started.
     pub fn start(path: &Path, wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
         let wake: std::sync::Arc<dyn Fn() + Send + Sync> = std::sync::Arc::new(wake);
         let path = std::path::absolute(path)?;
-        let watch = Watch::start(&path, std::sync::Arc::clone(&wake))?;
-        Ok(Self { path, watch, loading: None, follows_models: false, wake })
+        let file_watcher = FileWatcher::start(&path, std::sync::Arc::clone(&wake))?;
+        Ok(Self { path, file_watcher, loading: None, follows_models: false, wake })
     }
 
-    /// Between frames: begins to load a file that has changed and settled, and shows it once
-    /// it is loaded. What became of it, when that is known.
-    pub fn step(&mut self, viewer: &mut Viewer) -> Option<Outcome> {
+    /// Starts loading a file that has changed and settled, or applies a finished load, between
+    /// frames. Returns the outcome once it is known.
+    pub fn step(&mut self, viewer: &mut Viewer) -> Option<ReloadOutcome> {
         if !std::mem::replace(&mut self.follows_models, true) {
-            self.watch.follow_models(viewer.model_files());
+            self.file_watcher.follow_models(viewer.model_files());
         }
         let mut grace = Duration::ZERO;
         if self.loading.is_none() {
             grace = LOAD_GRACE;
-            let since = self.watch.settled()?;
+            let since = self.file_watcher.settled()?;
             let wake = std::sync::Arc::clone(&self.wake);
-            match Loading::begin(viewer, &self.path, since, move || wake()) {
+            match BackgroundLoad::begin(viewer, &self.path, since, move || wake()) {
                 Ok(loading) => self.loading = Some(loading),
                 Err(error) => {
-                    let outcome = Outcome::Refused(error.to_string());
-                    viewer.reloads_mut().note(&outcome, since);
+                    let outcome = ReloadOutcome::Refused(error.to_string());
+                    viewer.reload_counters_mut().note(&outcome, since);
                     return Some(outcome);
                 }
             }
         }
         let outcome = self.loading.as_ref()?.step_within(grace, viewer)?;
         self.loading = None;
-        self.follows_models = outcome != Outcome::Shown;
+        self.follows_models = outcome != ReloadOutcome::Shown;
         // It may have changed meanwhile.
         (self.wake)();
-        if let Outcome::Refused(fault) = &outcome {
+        if let ReloadOutcome::Refused(fault) = &outcome {
             tracing::error!("the configuration is not loaded, the scene before stays: {fault}");
         }
         Some(outcome)

@@ -1,8 +1,7 @@
 //! Verdicts of an overlay on its equipment, as they hold in this frame.
 //!
-//! The host takes a verdict back in the frame in which a value under it is not good, and
-//! remembers an abnormal one until the piece is judged normal: an alarm does not clear
-//! because nobody can judge any more.
+//! A verdict is withdrawn in the frame in which one of its values is not good. An abnormal verdict
+//! is remembered until the piece is judged normal: an alarm does not clear for lack of data.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -16,7 +15,7 @@ use crate::load::LoadedScene;
 
 /// Reason of a verdict, or its lack.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Cause {
+enum VerdictCause {
     /// The plugin gave none: a fault of it.
     #[default]
     Missing,
@@ -35,7 +34,7 @@ struct PieceVerdict {
     is_assumed: bool,
     /// Unknown now, and abnormal when it was last known.
     was_abnormal: bool,
-    cause: Cause,
+    cause: VerdictCause,
 }
 
 impl Default for PieceVerdict {
@@ -44,7 +43,7 @@ impl Default for PieceVerdict {
             verdict: Verdict::Unknown,
             is_assumed: false,
             was_abnormal: false,
-            cause: Cause::Missing,
+            cause: VerdictCause::Missing,
         }
     }
 }
@@ -55,12 +54,12 @@ pub(crate) struct VerdictBoard {
     pieces: Vec<PieceVerdict>,
     /// The picture that they come of.
     picture: Arc<OverlayPicture>,
-    has_told_missing: bool,
+    has_logged_missing: bool,
 }
 
-/// A verdict with its words.
+/// Verdict on a piece of equipment, with its reason as text.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct ShownVerdict<'a> {
+pub(crate) struct VerdictText<'a> {
     pub(crate) verdict: Verdict,
     pub(crate) is_assumed: bool,
     /// Unknown now, and abnormal when it was last known.
@@ -79,7 +78,7 @@ impl VerdictBoard {
             let doubted = picture.verdicts.basis(verdict).iter().find(|tag| !is_good(**tag));
             let next = match doubted.filter(|_| verdict.verdict != Verdict::Unknown) {
                 Some(tag) => PieceVerdict {
-                    cause: Cause::Tag(*tag),
+                    cause: VerdictCause::Tag(*tag),
                     // The plugin has not heard of it yet, or thinks that it knows better.
                     was_abnormal: verdict.verdict == Verdict::Abnormal,
                     ..PieceVerdict::default()
@@ -88,35 +87,37 @@ impl VerdictBoard {
                     verdict: verdict.verdict,
                     is_assumed: verdict.is_assumed,
                     was_abnormal: false,
-                    cause: Cause::Plugin(index),
+                    cause: VerdictCause::Plugin(index),
                 },
             };
-            if piece.cause == Cause::Missing || urgency(next.verdict) > urgency(piece.verdict) {
+            if piece.cause == VerdictCause::Missing
+                || urgency(next.verdict) > urgency(piece.verdict)
+            {
                 *piece = next;
             }
         }
-        self.keep_abnormal(&before);
+        self.carry_abnormal(&before);
         self.picture = Arc::clone(picture);
     }
 
     /// Marks all verdicts as not known: the overlay is late or gone.
-    pub(crate) fn lose(&mut self) {
+    pub(crate) fn mark_unknown(&mut self) {
         for piece in &mut self.pieces {
             *piece = PieceVerdict {
                 was_abnormal: is_or_was_abnormal(piece),
-                cause: Cause::LateDisplay,
+                cause: VerdictCause::LateDisplay,
                 ..PieceVerdict::default()
             };
         }
     }
 
-    fn keep_abnormal(&mut self, before: &[PieceVerdict]) {
+    fn carry_abnormal(&mut self, before: &[PieceVerdict]) {
         for (piece, before) in self.pieces.iter_mut().zip(before) {
             piece.was_abnormal |= piece.verdict == Verdict::Unknown && is_or_was_abnormal(before);
         }
     }
 
-    /// Takes other equipment; pieces that stay keep what is known of them.
+    /// Adopts another list of equipment; pieces that remain keep their verdicts.
     pub(crate) fn describe(&mut self, before: &[String], now: &[String]) {
         let known: HashMap<&str, PieceVerdict> =
             before.iter().map(String::as_str).zip(self.pieces.iter().copied()).collect();
@@ -125,13 +126,13 @@ impl VerdictBoard {
     }
 
     /// Logs once that the plugin is at fault: pieces that it described have no verdict.
-    pub(crate) fn tell_missing(&mut self, plugin: &str, equipment: &[String]) {
-        let is_missing = |piece: &&PieceVerdict| piece.cause == Cause::Missing;
+    pub(crate) fn log_missing(&mut self, plugin: &str, equipment: &[String]) {
+        let is_missing = |piece: &&PieceVerdict| piece.cause == VerdictCause::Missing;
         let missing = self.pieces.iter().filter(is_missing).count();
-        if missing == 0 || std::mem::replace(&mut self.has_told_missing, true) {
+        if missing == 0 || std::mem::replace(&mut self.has_logged_missing, true) {
             return;
         }
-        let first = self.pieces.iter().position(|piece| piece.cause == Cause::Missing);
+        let first = self.pieces.iter().position(|piece| piece.cause == VerdictCause::Missing);
         let first = first.and_then(|index| equipment.get(index)).map_or("", String::as_str);
         tracing::error!(
             plugin,
@@ -146,33 +147,33 @@ impl VerdictBoard {
         pieces.filter(|(_, piece)| piece.verdict == Verdict::Unknown).map(|(index, _)| index)
     }
 
-    /// Number of pieces.
+    /// Returns the number of pieces.
     pub(crate) fn len(&self) -> usize {
         self.pieces.len()
     }
 
-    /// The verdict on a piece with its reason in words.
+    /// Returns the verdict on a piece, with its reason as text.
     pub(crate) fn verdict<'a>(
         &'a self,
         equipment: usize,
         scene: &LoadedScene,
         snapshot: Snapshot<'_>,
-    ) -> ShownVerdict<'a> {
+    ) -> VerdictText<'a> {
         let piece = self.pieces.get(equipment).copied().unwrap_or_default();
         let mut reason = match piece.cause {
-            Cause::Missing => Cow::Borrowed("the overlay gave no verdict"),
-            Cause::LateDisplay => Cow::Borrowed("display late"),
-            Cause::Plugin(index) => {
+            VerdictCause::Missing => Cow::Borrowed("the overlay gave no verdict"),
+            VerdictCause::LateDisplay => Cow::Borrowed("display late"),
+            VerdictCause::Plugin(index) => {
                 let verdicts = &self.picture.verdicts;
                 let verdict = verdicts.iter().nth(index as usize);
                 Cow::Borrowed(verdict.map_or("", |verdict| verdicts.reason(verdict)))
             }
-            Cause::Tag(tag) => Cow::Owned(doubt_of(tag, scene, snapshot)),
+            VerdictCause::Tag(tag) => Cow::Owned(doubt_of(tag, scene, snapshot)),
         };
         if piece.was_abnormal {
             reason += "; abnormal when last known";
         }
-        ShownVerdict {
+        VerdictText {
             verdict: piece.verdict,
             is_assumed: piece.is_assumed,
             was_abnormal: piece.was_abnormal,
@@ -183,7 +184,7 @@ impl VerdictBoard {
 
 /// An unknown verdict at a node, for its label.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct UnknownAtNode {
+pub(crate) struct UnknownVerdict {
     pub(crate) node: NodeIndex,
     /// Name of the overlay.
     pub(crate) layer: String,
@@ -191,7 +192,7 @@ pub(crate) struct UnknownAtNode {
 }
 
 /// An overlay with the equipment that it judges.
-pub(crate) struct JudgingOverlay<'a> {
+pub(crate) struct OverlayVerdicts<'a> {
     /// Name of its plugin instance.
     pub(crate) name: &'a str,
     /// Ids of the equipment, as it describes them.
@@ -201,9 +202,9 @@ pub(crate) struct JudgingOverlay<'a> {
     pub(crate) snapshot: Snapshot<'a>,
 }
 
-impl JudgingOverlay<'_> {
+impl OverlayVerdicts<'_> {
     /// The verdict on a piece of its equipment.
-    pub(crate) fn verdict(&self, equipment: usize) -> ShownVerdict<'_> {
+    pub(crate) fn verdict(&self, equipment: usize) -> VerdictText<'_> {
         self.verdicts.verdict(equipment, self.scene, self.snapshot)
     }
 }
@@ -212,7 +213,7 @@ fn is_or_was_abnormal(piece: &PieceVerdict) -> bool {
     piece.verdict == Verdict::Abnormal || piece.was_abnormal
 }
 
-/// Of two verdicts on one piece the more urgent one counts.
+/// Returns the urgency of a verdict; the more urgent of two on one piece counts.
 fn urgency(verdict: Verdict) -> u8 {
     match verdict {
         Verdict::Normal => 0,
@@ -221,7 +222,7 @@ fn urgency(verdict: Verdict) -> u8 {
     }
 }
 
-/// Words for a value that is not good.
+/// Describes a value that is not good.
 fn doubt_of(tag: TagHandle, scene: &LoadedScene, snapshot: Snapshot<'_>) -> String {
     let quality = snapshot.state(tag).map_or(Quality::Bad(Reason::NotConnected), |s| s.quality);
     let name = scene.tags.spec(tag).map_or("a tag that is gone", |spec| spec.id.as_str());

@@ -81,7 +81,7 @@ fn what_was_abnormal_stays_so_until_it_is_judged_normal() {
     assert_eq!(of(&board, 0), (Verdict::Unknown, true), "the plugin cannot judge");
     board.update(&abnormal, bad.snapshot());
     assert_eq!(of(&board, 0), (Verdict::Unknown, true), "its value is bad");
-    board.lose();
+    board.mark_unknown();
     assert_eq!(of(&board, 0), (Verdict::Unknown, true), "the overlay is late");
     let ids = ["b".to_owned(), "a".to_owned()];
     board.describe(&["a".to_owned()], &ids);

@@ -1,16 +1,16 @@
-//! One view of one scene, stepped frame by frame.
+//! Viewer: one view of one scene, stepped frame by frame.
 
-mod alarming;
+mod alarms;
+mod apply_reload;
 mod commands;
+mod construction;
 mod drawing;
-mod embedding;
-mod facing;
 mod host_intake;
-mod opening;
+mod host_interface;
 mod picking;
-mod reloading;
 mod report;
-mod values;
+mod sample_intake;
+mod selection;
 
 pub(crate) use drawing::{node_of, object_of};
 use host_intake::HostIntake;
@@ -25,49 +25,50 @@ use busbar_history::History;
 use busbar_plugin_host::{LinkReport, SampleSink, SceneClock, wall_clock};
 use busbar_plugin_process::Plugin;
 use busbar_renderer::{
-    CameraView, DeviceChoice, DrawList, EguiFrame, Frame, FrameStats, Instances, PickState,
-    Picture, PixelArea, RenderError, Renderer, RendererOptions, SectionPlane, Wanted,
-    WindowHandles, give_back_freed_memory,
+    CameraView, DeviceChoice, DrawList, EguiFrame, Frame, FrameStats, InstanceSource, PickState,
+    Picture, PixelArea, RenderError, Renderer, RendererOptions, ResolveRequest, SectionPlane,
+    WindowHandles, release_freed_memory,
 };
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{EventLog, Moment, Origin, Sample, Snapshot, TagTable};
 use busbar_ui::{
-    Appearance, Command, Lists, ModelRow, Navigation, Panels, SceneOverlay, StatusLine, ViewModel,
+    Appearance, Command, ListModels, ModelRow, Navigation, Panels, SceneOverlay, StatusBarModel,
+    ViewModel,
 };
 use egui::{Pos2, RawInput, Rect};
 
-use crate::alarms::{self, Alarming};
-use crate::camera::navigator::{Around, Navigator};
+use crate::alarms::{AlarmListRows, AlarmService, alarm_markers, nodes_in_alarm};
+use crate::camera::navigator::{NavigationContext, Navigator};
 use crate::camera::{Camera, Projection};
-use crate::chart::ShownChart;
+use crate::chart::SceneChart;
 use crate::color::linear_from_srgb;
 use crate::cpu_clock::CpuClock;
-use crate::cursors::{Cursors, Drawn, Eye, Needed};
-use crate::drawn::DrawnScene;
+use crate::device_recovery::DeviceRecovery;
+use crate::environment::{self, Environment};
 use crate::equipment_tree::{self, EquipmentTree};
-use crate::faceplate::{self, AtNodes, OpenFaceplate};
-use crate::ground_marks::GroundMarks;
+use crate::faceplate::{self, NodeAttachments, OpenFaceplate};
+use crate::frame_budget::FrameBudget;
 use crate::highlight::Highlights;
-use crate::labels::LinesOfNodes;
+use crate::highlight_styles::Highlight;
+use crate::labels::{LinesByNode, hidden_labels};
 use crate::load::LoadedScene;
-use crate::looks::Highlight;
-use crate::measuring::Measuring;
-use crate::moving::MovingParts;
-use crate::origins::OriginWatch;
+use crate::lod::{DrawItem, LodCamera, LodCursors, LodRequest};
+use crate::measurement_chain::MeasurementChain;
+use crate::moving_parts::MovingParts;
+use crate::origin_tracker::OriginTracker;
 use crate::outlines::Outlines;
-use crate::pace::Pace;
-use crate::pause_watch::PauseWatch;
-use crate::picker::{Picker, Purpose, Question};
-use crate::records::Books;
-use crate::recovery::Recovery;
-use crate::reload::Reloads;
-use crate::running::{self, ShownOverlay, ShownState};
-use crate::served::ServedTags;
-use crate::shown_model::{self, ShownModel, on_device};
-use crate::stacks::millis_since;
-use crate::surroundings::{self, Surroundings};
-use crate::tag_list::TagList;
-use crate::{Stats, ViewError, flags, labels, occlusion, ray, rows, stats};
+use crate::overlay_geometry::OverlayGeometry;
+use crate::overlay_instances::{self, NodeState, OverlayInstance};
+use crate::pause_monitor::PauseMonitor;
+use crate::pick_queue::{PickPurpose, PickQueue, PickRequest};
+use crate::records::RecordStore;
+use crate::reload::ReloadCounters;
+use crate::scene_draw_list::SceneDrawList;
+use crate::stack_builder::millis_since;
+use crate::tag_filter::TagFilter;
+use crate::telemetry_instance::TelemetryInstance;
+use crate::uploaded_models::{self, UploadedModel, mesh_at_cursor};
+use crate::{Stats, ViewError, labels, panel_rows, ray_casting, stats, switch_symbols};
 
 /// Pieces of equipment that are selected at once; of more the first in the scene.
 pub const MAX_SELECTED: usize = 10_000;
@@ -78,66 +79,66 @@ const MAX_FRAME_TIMES: usize = 1024;
 /// A scene on a device, with its plugins running.
 pub struct Viewer {
     // Telemetry first: it stops before what it feeds is gone.
-    telemetry: Vec<ServedTags>,
-    overlays: Vec<ShownOverlay>,
+    telemetry: Vec<TelemetryInstance>,
+    overlays: Vec<OverlayInstance>,
     tags: TagTable,
-    pauses: PauseWatch,
-    /// What switched, in order.
+    pauses: PauseMonitor,
+    /// Sequence of switching events.
     events: EventLog,
-    /// What tags were.
+    /// Histories of tag values.
     history: History,
-    /// What of it was not live.
-    origins: OriginWatch,
-    /// None where none is configured.
-    alarms: Option<Alarming>,
-    /// Who acts on them.
+    /// Origins of the values in history.
+    origins: OriginTracker,
+    /// Alarm service; none without configured alarms.
+    alarms: Option<AlarmService>,
+    /// Name of the operator who acts on alarms.
     operator: String,
-    /// Whether a host program takes part.
+    /// True if a host program embeds the view.
     has_host: bool,
     /// Judges the values that it sets.
     host_intake: HostIntake,
-    /// None where none is configured.
-    chart: Option<ShownChart>,
-    /// Of business and management systems.
-    records: Books,
+    /// Chart in the scene; none without a configured one.
+    chart: Option<SceneChart>,
+    /// Records of business and asset management systems.
+    records: RecordStore,
     scene: LoadedScene,
     /// Parts that move with switches.
-    moving: MovingParts,
+    moving_parts: MovingParts,
     renderer: Renderer,
-    recovery: Recovery,
-    models: Vec<ShownModel>,
-    cursors: Cursors,
-    /// Whether frames wait until every cursor is where it is wanted.
+    recovery: DeviceRecovery,
+    models: Vec<UploadedModel>,
+    lod_cursors: LodCursors,
+    /// True if frames wait until all background work is done.
     settles: bool,
-    /// What frames may take, and what that asks of the detail.
-    pace: Pace,
+    /// Frame-time budget that controls the level of detail.
+    frame_budget: FrameBudget,
     /// Triangles of all instances at theta 0.
     triangles_full: u64,
     panels: Panels,
-    surroundings: Surroundings,
+    environment: Environment,
     navigator: Navigator,
     selection: BTreeSet<NodeIndex>,
-    tree: EquipmentTree,
-    tag_list: TagList,
-    at_nodes: AtNodes,
-    /// Of what is selected; none where none or several are.
+    equipment_tree: EquipmentTree,
+    tag_filter: TagFilter,
+    node_attachments: NodeAttachments,
+    /// Faceplate of the selected equipment; none unless exactly one is selected.
     faceplate: Option<OpenFaceplate>,
-    /// How far back its trends go.
+    /// Time span of the trends.
     trend_span: Duration,
-    picker: Picker,
-    /// Where the pointer is over the scene, points.
+    pick_queue: PickQueue,
+    /// Pointer position over the scene, points.
     pointer: Option<Pos2>,
-    /// What is under the pointer, as far as it is known.
+    /// Node under the pointer, as last picked.
     hovered: Option<NodeIndex>,
-    measuring: Option<Measuring>,
+    measuring: Option<MeasurementChain>,
     /// The plane that cuts the scene open.
     section: Option<SectionPlane>,
     /// Nodes that labels stand at, and those of them that are behind other equipment.
     labelled: Vec<NodeIndex>,
     hidden_labels: BTreeSet<NodeIndex>,
     /// The camera of the last frame drawn, and whether that of the one before was there.
-    shown: Option<CameraView>,
-    rests: bool,
+    last_view: Option<CameraView>,
+    camera_rests: bool,
     wireframe: bool,
     viewport: Rect,
     screen: Rect,
@@ -145,49 +146,48 @@ pub struct Viewer {
     pixels_per_point: f32,
     highlights: Highlights,
     /// The states of the last frame.
-    states: Vec<ShownState>,
+    states: Vec<NodeState>,
     outlines: Outlines,
-    ground_marks: GroundMarks,
-    /// What the last frame drew.
-    drawn: DrawnScene,
+    overlay_geometry: OverlayGeometry,
+    /// Draw list of the last frame.
+    scene_draw_list: SceneDrawList,
     /// The panels of the last frame, to draw it again.
-    painted: Vec<egui::ClippedPrimitive>,
-    /// What the host program asked of the camera.
-    asked: Vec<Command>,
-    /// What was picked, for the host program.
-    picked: VecDeque<Option<NodeIndex>>,
-    last: FrameStats,
+    last_primitives: Vec<egui::ClippedPrimitive>,
+    /// Camera commands of the host program.
+    host_camera_commands: Vec<Command>,
+    /// Picked nodes that the host program has not received yet.
+    host_picks: VecDeque<Option<NodeIndex>>,
+    last_frame: FrameStats,
     cpu_millis: f64,
-    part_millis: PartMillis,
+    stage_millis: FrameStageMillis,
     frame_millis: VecDeque<f64>,
     frames: u64,
     resolved: u64,
-    /// How the configuration was reloaded.
-    reloads: Reloads,
+    /// Counters of configuration reloads.
+    reloads: ReloadCounters,
 }
 
-/// What parts of the last frame took of the CPU, milliseconds of this thread: what waits,
-/// such as for an overlay's process, does not count.
+/// CPU time of parts of the last frame, milliseconds of this thread. Waiting time, such as for an
+/// overlay's process, is not included.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PartMillis {
+pub struct FrameStageMillis {
     /// Taking over what plugins brought; histories.
     pub tags: f64,
     /// Stepping alarms, listing them, their marks in the scene.
     pub alarms: f64,
-    /// Running overlays, their labels, what they tint.
+    /// Running overlays, their labels and tints.
     pub overlays: f64,
     /// Laying out and tessellating panels and labels.
     pub panels: f64,
 }
 
-/// What the platform must do after a frame.
+/// Output of a frame for the platform.
 pub struct FrameOutput {
     /// Cursor shape, clipboard, links.
     pub platform: egui::PlatformOutput,
-    /// When the panels want to be run again at the latest.
+    /// Longest delay until the panels must run again.
     pub repaint_after: Duration,
-    /// Why the window shows an older picture, if it does: no values in it are
-    /// live then.
+    /// Reason why the window shows an older picture; no value in it is live then.
     pub trouble: Option<String>,
 }
 
@@ -210,12 +210,12 @@ impl Viewer {
         found.is_some()
     }
 
-    /// What parts of the last frame took of the CPU.
-    pub fn part_millis(&self) -> PartMillis {
-        self.part_millis
+    /// Returns the CPU time of parts of the last frame.
+    pub fn stage_millis(&self) -> FrameStageMillis {
+        self.stage_millis
     }
 
-    /// Tells the size of the window, pixels.
+    /// Sets the size of the window, pixels.
     pub fn resize(&mut self, size: [u32; 2]) {
         self.renderer.resize(size);
     }
@@ -223,7 +223,7 @@ impl Viewer {
     /// Uses a camera of the configuration.
     ///
     /// # Errors
-    /// [`ViewError::UnknownCamera`].
+    /// [`ViewError::UnknownCamera`] for a name that is not configured.
     pub fn use_camera(&mut self, name: &str) -> Result<(), ViewError> {
         let cameras = &self.scene.config.cameras;
         let camera = cameras.get(name).ok_or_else(|| ViewError::UnknownCamera {
@@ -244,26 +244,26 @@ impl Viewer {
     /// Sets theta of every model, 0 to 1, instead of what their policies choose.
     pub fn set_theta(&mut self, theta: f64) {
         for model in 0..self.scene.model_count() {
-            self.cursors.set_by_hand(model, Some(theta));
+            self.lod_cursors.set_manual_theta(model, Some(theta));
         }
     }
 
     /// Lets policies choose the theta of every model again.
     pub fn use_policies(&mut self) {
         for model in 0..self.scene.model_count() {
-            self.cursors.set_by_hand(model, None);
+            self.lod_cursors.set_manual_theta(model, None);
         }
     }
 
     /// Sets the factor on every theta that a policy chooses: 0 shows all in
     /// full detail; at most [`MAX_THETA_SCALE`].
     pub fn set_theta_scale(&mut self, scale: f64) {
-        self.cursors.set_scale(scale.clamp(0.0, MAX_THETA_SCALE));
+        self.lod_cursors.set_scale(scale.clamp(0.0, MAX_THETA_SCALE));
     }
 
-    /// Whether a frame waits until every instance is shown at the theta wanted.
-    /// Without a window it does, so that a picture does not depend on timing;
-    /// in a window an instance is shown as it was until the new mesh is there.
+    /// Sets whether a frame waits until every instance is shown at its wanted theta. Headless views
+    /// wait, so that a picture does not depend on timing. In a window an instance keeps its mesh
+    /// until the new one is ready.
     pub fn set_settles(&mut self, settles: bool) {
         self.settles = settles;
     }
@@ -271,7 +271,7 @@ impl Viewer {
     /// Lets changes of detail take so long, by degrees; 0 seconds shows them at once.
     /// Where frames settle they do not wait.
     pub fn set_morph_seconds(&mut self, seconds: f64) {
-        self.cursors.set_morph_seconds(seconds);
+        self.lod_cursors.set_morph_seconds(seconds);
     }
 
     /// Cuts away what lies before a plane, or shows all again.
@@ -287,10 +287,10 @@ impl Viewer {
     /// Steps the view: takes samples, runs overlays and panels, draws.
     ///
     /// # Errors
-    /// The device's.
+    /// Errors of the graphics device.
     pub fn frame(&mut self, input: RawInput) -> Result<FrameOutput, ViewError> {
         let started = Instant::now();
-        self.note_screen(&input);
+        self.update_screen(&input);
         let now = input.time.unwrap_or_default();
         self.navigator.advance(now);
         let mut parts = self.take_samples();
@@ -298,18 +298,29 @@ impl Viewer {
         let began = CpuClock::start();
         let snapshot = self.tags.snapshot();
         self.origins.follow(&self.scene, snapshot, &self.history, Moment::now());
-        let patience =
-            if self.settles { running::HEADLESS_PATIENCE } else { running::WINDOW_PATIENCE };
-        let recorded = self.telemetry.iter().filter_map(ServedTags::scene_time).max();
+        let patience = if self.settles {
+            overlay_instances::HEADLESS_TIMEOUT
+        } else {
+            overlay_instances::WINDOW_TIMEOUT
+        };
+        let recorded = self.telemetry.iter().filter_map(TelemetryInstance::scene_time).max();
         let clock = SceneClock { wall: SystemTime::now(), recorded };
-        let mut overlaid =
-            running::run_overlays(&mut self.overlays, &self.scene, snapshot, (clock, patience));
+        let mut overlay_frame = overlay_instances::run_overlays(
+            &mut self.overlays,
+            &self.scene,
+            snapshot,
+            (clock, patience),
+        );
         if let Some(alarms) = &self.alarms {
-            overlaid.tints.extend_from_slice(alarms.tints());
-            overlaid.sourced_tints.extend_from_slice(alarms.sourced_tints());
+            overlay_frame.tints.extend_from_slice(alarms.tints());
+            overlay_frame.external_tints.extend_from_slice(alarms.external_tints());
         }
         let graph = &mut self.scene.graph;
-        overlaid.states.extend_from_slice(self.moving.update(graph, &overlaid.positions, snapshot));
+        overlay_frame.states.extend_from_slice(self.moving_parts.update(
+            graph,
+            &overlay_frame.positions,
+            snapshot,
+        ));
         let chart_goes_to =
             self.chart.as_mut().and_then(|chart| chart.step(&self.scene.graph, now));
         if let Some(id) = &chart_goes_to {
@@ -317,52 +328,64 @@ impl Viewer {
         }
         if let Some(chart) = &mut self.chart {
             // Of several the last one shows: what tags say now comes after records.
-            overlaid.states.splice(0..0, chart.states());
+            overlay_frame.states.splice(0..0, chart.states());
             chart.follow_selection(&self.scene.graph, &self.selection);
-            chart.shape_up();
+            chart.update_geometry();
         }
         let labelled =
-            LinesOfNodes::new(overlaid.lines(), &overlaid.unknown_labels, &self.selection);
+            LinesByNode::new(overlay_frame.lines(), &overlay_frame.unknown_labels, &self.selection);
         parts.overlays += began.millis();
         let began = CpuClock::start();
-        let rows = rows::Rows::new(&self.scene, snapshot, &self.tag_list, overlaid.lines());
-        let model = self.view_model(snapshot, &rows, &overlaid.states);
+        let rows = panel_rows::TagListRows::new(
+            &self.scene,
+            snapshot,
+            &self.tag_filter,
+            overlay_frame.lines(),
+        );
+        let model = self.view_model(snapshot, &rows, &overlay_frame.states);
         let (scene, selection, measuring) = (&self.scene, &self.selection, &self.measuring);
         let (panels, navigator, hovered) = (&mut self.panels, &mut self.navigator, self.hovered);
         let (screen, graph) = (self.screen, &scene.graph);
         let selected_bounds = bounds_of(graph, selection);
-        let (hidden, alarming) = (&self.hidden_labels, self.alarms.as_ref());
-        let alarm_rows = alarms::Rows { alarming, scene, snapshot };
-        let alarmed = alarming.map(alarms::nodes_in_alarm).unwrap_or_default();
-        let marked = labels::Marked { selection, hidden, alarmed: &alarmed };
-        let (tree, equipment) = (&self.tree, &scene.equipment);
-        let equipment_rows = equipment_tree::Rows { tree, graph, equipment };
-        let lists = Lists { tags: &rows, alarms: &alarm_rows, equipment: &equipment_rows };
+        let (hidden, alarm_service) = (&self.hidden_labels, self.alarms.as_ref());
+        let alarm_rows = AlarmListRows { alarm_service, scene, snapshot };
+        let alarmed = alarm_service.map(nodes_in_alarm).unwrap_or_default();
+        let marked = labels::LabelContext { selection, hidden, alarmed: &alarmed };
+        let (tree, equipment) = (&self.equipment_tree, &scene.equipment);
+        let equipment_rows = equipment_tree::EquipmentTreeRows { tree, graph, equipment };
+        let lists = ListModels { tags: &rows, alarms: &alarm_rows, equipment: &equipment_rows };
         let mut over_scene = [0.0; 2];
-        let mut asked = std::mem::take(&mut self.asked);
-        asked.extend(chart_goes_to.map(Command::Reveal));
+        let mut host_camera_commands = std::mem::take(&mut self.host_camera_commands);
+        host_camera_commands.extend(chart_goes_to.map(Command::Reveal));
         let (chart, pointer) = (&mut self.chart, self.pointer);
-        let (positions, moving) = (&overlaid.positions, &self.moving);
+        let (positions, moving) = (&overlay_frame.positions, &self.moving_parts);
         let output = panels.run(input, &model, &lists, |viewport, commands| {
             let cameras = &scene.config.cameras;
-            let around = Around { graph, cameras, viewport, selection: selected_bounds };
-            navigator.steer(&asked, &around);
-            navigator.steer(commands, &around);
+            let context =
+                NavigationContext { graph, cameras, viewport, selection: selected_bounds };
+            navigator.steer(&host_camera_commands, &context);
+            navigator.steer(commands, &context);
             let view = navigator.camera().view(viewport, screen, graph.bounds());
             let projection = Projection::new(&view, screen);
-            let sight = labels::Sight { projection, eye: view.eye };
+            let overlay_camera = labels::OverlayCamera { projection, eye: view.eye };
             let began = CpuClock::start();
-            let labels = labelled.labels(snapshot, graph, sight, marked);
+            let labels = labelled.labels(snapshot, graph, overlay_camera, marked);
             let labels_millis = began.millis();
-            let of_alarms = |alarms| alarms::beacons(alarms, graph, sight);
-            let beacons = alarming.map_or_else(Vec::new, of_alarms);
+            let of_alarms = |alarms| alarm_markers(alarms, graph, overlay_camera);
+            let alarm_markers = alarm_service.map_or_else(Vec::new, of_alarms);
             over_scene = [labels_millis, began.millis() - labels_millis];
             SceneOverlay {
                 labels,
-                beacons,
-                flags: flags::flags(positions, moving, snapshot, graph, sight),
+                alarm_markers,
+                switch_symbols: switch_symbols::switch_symbols(
+                    positions,
+                    moving,
+                    snapshot,
+                    graph,
+                    overlay_camera,
+                ),
                 arrived: navigator.take_arrival(),
-                measurement: measuring.as_ref().map(|measuring| measuring.shown(projection)),
+                measurement: measuring.as_ref().map(|measuring| measuring.projected(projection)),
                 hovered: hovered.map(|node| graph.node(node).id()),
                 chart: chart.as_mut().map(|chart| {
                     chart.point_at(pointer, projection);
@@ -371,7 +394,7 @@ impl Viewer {
             }
         });
         self.viewport = output.viewport;
-        self.obey(&output.commands);
+        self.apply_commands(&output.commands);
 
         let mut egui = output.egui;
         let shapes = std::mem::take(&mut egui.shapes);
@@ -380,19 +403,19 @@ impl Viewer {
         parts.panels = began.millis() - labels_millis - beacons_millis;
         let began = CpuClock::start();
         let (graph, snapshot) = (&self.scene.graph, self.tags.snapshot());
-        self.highlights.update(graph, &overlaid, snapshot, &self.selection);
+        self.highlights.update(graph, &overlay_frame, snapshot, &self.selection);
         let eye = self.navigator.camera().eye();
-        self.ground_marks.update(graph, &self.overlays, &overlaid, snapshot, eye);
-        self.ground_marks.join(self.chart.as_ref().and_then(ShownChart::polylines));
+        self.overlay_geometry.update(graph, &self.overlays, &overlay_frame, snapshot, eye);
+        self.overlay_geometry.append_chart(self.chart.as_ref().and_then(SceneChart::polylines));
         parts.overlays += labels_millis + began.millis();
         parts.alarms += beacons_millis;
-        self.part_millis = parts;
-        let brushed = self.chart.as_ref().map_or_else(BTreeSet::new, ShownChart::brushed_nodes);
+        self.stage_millis = parts;
+        let brushed = self.chart.as_ref().map_or_else(BTreeSet::new, SceneChart::brushed_nodes);
         self.outlines.update(&self.scene.graph, &self.selection, self.hovered, &brushed);
-        self.force_detail();
-        self.move_parts();
-        self.move_cursors(now);
-        self.update_drawn();
+        self.apply_alarm_detail();
+        self.move_instances();
+        self.update_lod_cursors(now);
+        self.update_draw_list();
         let overlay = EguiFrame {
             textures_delta: &egui.textures_delta,
             primitives: &primitives,
@@ -401,14 +424,14 @@ impl Viewer {
         let prepared_millis = millis_since(started);
         let view = self.view();
         let of_nodes = self.highlights.of_nodes();
-        let shown = self.picture_of(view, self.drawn.list(), of_nodes, Some(overlay));
+        let shown = self.frame_of(view, self.scene_draw_list.list(), of_nodes, Some(overlay));
         let shown = Frame { outlined: self.outlines.list(), ..shown };
         let (in_window, chart) = (self.in_window, &mut self.chart);
-        let ground_marks = &mut self.ground_marks;
+        let overlay_geometry = &mut self.overlay_geometry;
         let drawn = self.recovery.run(&mut self.renderer, &self.scene, |renderer| {
             chart.as_mut().map_or(Ok(()), |chart| chart.count(renderer))?;
-            let chart = chart.as_ref().and_then(ShownChart::polylines);
-            let polylines = ground_marks.polylines(chart);
+            let chart = chart.as_ref().and_then(SceneChart::polylines);
+            let polylines = overlay_geometry.polylines(chart);
             let frame = Frame { polylines, ..shown };
             let drawn = renderer.draw(&frame)?;
             if !in_window {
@@ -419,7 +442,7 @@ impl Viewer {
         });
         if !matches!(drawn, Ok(Some(_))) {
             // egui tells of these once, and the next frame needs them.
-            self.renderer.keep_textures(&egui.textures_delta)?;
+            self.renderer.update_textures(&egui.textures_delta)?;
         }
         // Cleared in any case: egui panics when a delta is dropped full.
         egui.textures_delta.clear();
@@ -428,31 +451,32 @@ impl Viewer {
             let platform = egui.platform_output;
             return Ok(FrameOutput { platform, repaint_after, trouble: self.recovery.trouble() });
         };
-        self.last = drawn;
-        self.painted = primitives;
-        self.cpu_millis = prepared_millis + self.last.cpu_millis;
-        self.note_detail();
-        self.pace.note(&self.last);
+        self.last_frame = drawn;
+        self.last_primitives = primitives;
+        self.cpu_millis = prepared_millis + self.last_frame.cpu_millis;
+        self.update_model_rows();
+        self.frame_budget.record_frame(&self.last_frame);
         // What was never seen elsewhere rests from the first.
-        self.rests = self.shown.replace(view).is_none_or(|before| before == view);
+        self.camera_rests = self.last_view.replace(view).is_none_or(|before| before == view);
         let labelled = labelled.nodes();
         if self.labelled != labelled {
-            self.picker.forget_labels();
+            self.pick_queue.forget_labels();
             self.labelled = labelled;
         }
-        self.states = overlaid.states;
-        self.step_picks()?;
-        self.count_frame(started);
+        self.states = overlay_frame.states;
+        self.step_pick_queue()?;
+        self.record_frame_time(started);
         if self.frames == 1 && !self.settles {
             // What loading took, nobody needs again.
-            give_back_freed_memory();
+            release_freed_memory();
         }
         let root = egui.viewport_output.get(&egui::ViewportId::ROOT);
-        let is_coming = self.cursors.is_morphing()
-            || self.chart.as_ref().is_some_and(ShownChart::is_coming)
-            || self.cursors.waiting_count() > 0 && self.last.resolved + self.last.waiting > 0;
+        let needs_frames = self.lod_cursors.is_morphing()
+            || self.chart.as_ref().is_some_and(SceneChart::needs_frames)
+            || self.lod_cursors.waiting_count() > 0
+                && self.last_frame.resolved + self.last_frame.waiting > 0;
         let repaint_after = match root {
-            _ if is_coming || self.is_restless() => Duration::ZERO,
+            _ if needs_frames || self.needs_frames() => Duration::ZERO,
             root => root.map_or(Duration::MAX, |viewport| viewport.repaint_delay),
         };
         let trouble = self.recovery.trouble();
@@ -468,7 +492,7 @@ impl Viewer {
         input
     }
 
-    fn note_screen(&mut self, input: &RawInput) {
+    fn update_screen(&mut self, input: &RawInput) {
         if let Some(screen) = input.screen_rect {
             self.screen = screen;
         }
@@ -477,7 +501,7 @@ impl Viewer {
         self.pixels_per_point = native.unwrap_or(1.0) * self.panels.context().zoom_factor();
     }
 
-    fn count_frame(&mut self, started: Instant) {
+    fn record_frame_time(&mut self, started: Instant) {
         self.frames += 1;
         if self.frame_millis.len() == MAX_FRAME_TIMES {
             self.frame_millis.pop_front();

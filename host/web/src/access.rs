@@ -1,4 +1,4 @@
-//! Who may look: hosts, origins, tokens, and what browsers are told of it.
+//! Access control: allowed hosts and origins, tokens, security headers.
 
 use std::net::IpAddr;
 
@@ -11,15 +11,15 @@ use axum::http::header::{
 use crate::options::{Origin, split_port};
 use crate::token::Token;
 
-/// What a page asks for of a WebSocket.
+/// WebSocket subprotocol that a page requests.
 pub(crate) const PROTOCOL: &str = "busbar.2";
-/// Before the token where a page has it and its browser kept no cookie.
+/// WebSocket subprotocol prefix of the token, for pages whose browser kept no cookie.
 const TOKEN_PROTOCOL: &str = "busbar.token.";
-/// Before the token in a query, and in an `Authorization` header.
+/// Prefixes of the token in a query, and in an `Authorization` header.
 const QUERY: &str = "token=";
 const BEARER: &str = "Bearer ";
 
-/// Who may look.
+/// Access control of a server.
 #[derive(Debug)]
 pub(crate) struct Access {
     token: Token,
@@ -33,8 +33,8 @@ impl Access {
         Self { token, allowed, cookie_name: format!("busbar_{port}") }
     }
 
-    /// Whether the request means this server. A name that an attacker's DNS leads here (DNS
-    /// rebinding) does not: addresses, `localhost` and hosts of allowed origins alone do.
+    /// Reports whether the `Host` header names this server: an address, `localhost` or a host of an
+    /// allowed origin. A name that an attacker's DNS leads here (DNS rebinding) fails.
     pub(crate) fn is_host_known(&self, headers: &HeaderMap) -> bool {
         let Some((host, _)) = text(headers, &HOST).and_then(split_port) else { return false };
         let bare = host.trim_start_matches('[').trim_end_matches(']');
@@ -43,7 +43,8 @@ impl Access {
             || self.allowed.iter().any(|origin| origin.host().eq_ignore_ascii_case(host))
     }
 
-    /// Whether a page of this server asks: what is behind a proxy has an allowed origin.
+    /// Reports whether a page of this server sends the request. Pages behind a proxy need an
+    /// allowed origin.
     pub(crate) fn is_origin_known(&self, headers: &HeaderMap) -> bool {
         let Some(origin) = text(headers, &ORIGIN) else { return false };
         let own = text(headers, &HOST).and_then(|host| format!("http://{host}").parse().ok());
@@ -52,7 +53,7 @@ impl Access {
             .is_ok_and(|origin| own.as_ref() == Some(&origin) || self.allowed.contains(&origin))
     }
 
-    /// Whether the request has the token: in its query, a cookie or a header.
+    /// Reports whether the request has the token: in its query, a cookie or a header.
     pub(crate) fn has_token(&self, query: Option<&str>, headers: &HeaderMap) -> bool {
         let queried =
             query.into_iter().flat_map(|q| q.split('&')).filter_map(|q| q.strip_prefix(QUERY));
@@ -78,7 +79,7 @@ impl Access {
         headers.extend(HeaderValue::try_from(cookie).ok().map(|cookie| (SET_COOKIE, cookie)));
     }
 
-    /// What keeps a page from doing, and from being embedded by, what it should not.
+    /// Adds security headers: content security policy, allowed frame ancestors, no caching.
     pub(crate) fn protect(&self, headers: &mut HeaderMap) {
         let frames: String = self.allowed.iter().map(|origin| format!(" {origin}")).collect();
         let policy = format!(

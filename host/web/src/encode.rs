@@ -1,4 +1,4 @@
-//! Parts of a picture as bytes for pages. `page/picture.js` reads them.
+//! Encoding of picture parts for pages, which `page/picture.js` decodes.
 
 use busbar_protocol::pictures::Area;
 use image::codecs::jpeg::JpegEncoder;
@@ -7,12 +7,12 @@ use image::{ExtendedColorType, ImageEncoder, ImageError};
 
 use crate::picture::Picture;
 
-/// How parts are encoded.
+/// Image format of the parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Format {
-    /// With this quality, 1 to 100.
+    /// JPEG of this quality, 1 to 100.
     Jpeg(u8),
-    /// Without loss.
+    /// PNG, which is lossless.
     Png,
 }
 

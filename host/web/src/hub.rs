@@ -1,4 +1,4 @@
-//! The one view of a server, and what all pages see of it.
+//! Shared view of a server, and its state for all pages.
 //!
 //! A thread follows the viewer; pages read what it put down and are woken when that changes.
 
@@ -13,30 +13,31 @@ use busbar_protocol::pictures;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use tokio::sync::{broadcast, watch};
 
-use crate::message::{AlarmCounts, Condition, FromPage, ToPage};
+use crate::message::{AlarmCounts, FromPage, PictureCondition, ToPage};
 use crate::options::Options;
 use crate::picture::Picture;
 use crate::steering::{Seat, Steering};
 
 /// Size of the picture until a page says its own, pixels.
 const FIRST_SIZE: [u32; 2] = [1280, 720];
-/// After so long without a sign of life the viewer's picture is dead.
+/// Time without a sign of life after which the viewer's picture is dead.
 const SILENT: Duration = Duration::from_millis(1000);
-/// After so long it is started again: large pictures of a software rasteriser take long.
+/// Time without a sign of life after which the viewer is started again: large pictures of a
+/// software rasterizer take long.
 const HUNG: Duration = Duration::from_secs(5);
 /// The longest delay before a viewer that keeps ending is started again.
 const LONGEST_DELAY: Duration = Duration::from_secs(5);
-/// How often the viewer is looked at though it tells nothing.
+/// Period at which the viewer is polled without an event.
 const LOOK_PERIOD: Duration = Duration::from_millis(100);
-/// Nothing is live where nobody looked for so long.
+/// Time without a poll after which no picture counts as live.
 const MAX_UNLOOKED: Duration = Duration::from_millis(1000);
-/// Pictures of which it is known until when they were true; a page that has an older one is
-/// told the time of the oldest of these.
+/// Replaced pictures whose last true instant is remembered. For a page with an older one, the
+/// instant of the oldest counts.
 const MAX_SUPERSEDED: usize = 64;
 /// Events that wait for a page; one that lags by more misses the oldest.
 const MAX_TOLD: usize = 256;
 
-/// The view, and what is known of it.
+/// View of a server, with its state.
 pub(crate) struct Hub {
     view: View,
     shown: Mutex<Shown>,
@@ -44,9 +45,9 @@ pub(crate) struct Hub {
     /// Raised with whatever a page may have to send.
     changes: watch::Sender<u64>,
     told: broadcast::Sender<ToPage>,
-    /// Whether the viewer took no more when it was last asked something.
+    /// Reports whether the viewer's queue was full at the last command.
     is_full: AtomicBool,
-    /// Why there never was a scene, once that is known.
+    /// Reason for which there never was a scene, once that is known.
     failure: watch::Sender<Option<String>>,
 }
 
@@ -55,25 +56,25 @@ pub(crate) struct Hub {
 pub(crate) struct PageState {
     /// Number of the newest picture.
     pub(crate) number: u64,
-    pub(crate) condition: Condition,
+    pub(crate) condition: PictureCondition,
     /// Time since the viewer last confirmed the newest picture.
     pub(crate) age: Duration,
     /// Time since the picture that the page knows of was true; none where that is the newest.
     pub(crate) behind: Option<Duration>,
 }
 
-/// What was seen of the viewer last.
+/// State of the viewer at the last poll.
 struct Shown {
     picture: Arc<Picture>,
-    condition: Condition,
+    condition: PictureCondition,
     /// Instant at which the picture was true, nanoseconds of the clock since boot, which goes on
     /// while the machine sleeps.
     true_at: u64,
-    /// When somebody looked.
+    /// Instant of the last poll.
     looked: Instant,
     /// Pictures that were replaced: number, and the last instant at which each was true.
     superseded: VecDeque<(u64, u64)>,
-    /// Whether there ever was a picture.
+    /// Reports whether there ever was a picture.
     was_ever_ready: bool,
     alarms: HashMap<String, u8>,
 }
@@ -97,7 +98,7 @@ impl Hub {
         })?;
         let shown = Shown {
             picture: Arc::default(),
-            condition: Condition::Starting,
+            condition: PictureCondition::Starting,
             true_at: pictures::now(),
             looked: Instant::now(),
             superseded: VecDeque::new(),
@@ -120,42 +121,44 @@ impl Hub {
         Ok(hub)
     }
 
-    /// Woken when there is something to look at.
+    /// Returns a receiver that is woken when a page may have something to send.
     pub(crate) fn changes(&self) -> watch::Receiver<u64> {
         self.changes.subscribe()
     }
 
-    /// What happens from here on.
+    /// Subscribes to events from now on.
     pub(crate) fn told(&self) -> broadcast::Receiver<ToPage> {
         self.told.subscribe()
     }
 
-    /// Since the viewer was last looked at.
+    /// Returns the time since the last poll of the viewer.
     pub(crate) fn silence(&self) -> Duration {
         lock(&self.shown).looked.elapsed()
     }
 
-    /// Why there never was a scene, once that is known.
+    /// Returns the reason for which there never was a scene, once that is known.
     pub(crate) fn failure(&self) -> Option<String> {
         self.failure.borrow().clone()
     }
 
-    /// The viewer's process, while there is one.
+    /// Returns the process id of the viewer, while there is one.
     pub(crate) fn viewer(&self) -> Option<u32> {
         Some(self.view.process()).filter(|id| *id > 0)
     }
 
-    /// The newest true picture.
+    /// Returns the newest picture that was true.
     pub(crate) fn picture(&self) -> Arc<Picture> {
         lock(&self.shown).picture.clone()
     }
 
-    /// State of the newest picture, all of one instant; `known` is the number of the one that
-    /// the page knows of.
+    /// Returns the state of the newest picture, all of one instant; `known` is the number of the
+    /// picture that the page knows of.
     pub(crate) fn page_state(&self, known: u64) -> PageState {
         let shown = lock(&self.shown);
         let condition = match shown.condition {
-            Condition::Live if shown.looked.elapsed() > MAX_UNLOOKED => Condition::Lost,
+            PictureCondition::Live if shown.looked.elapsed() > MAX_UNLOOKED => {
+                PictureCondition::Lost
+            }
             condition => condition,
         };
         let number = shown.picture.number;
@@ -168,31 +171,31 @@ impl Hub {
         PageState { number, condition, age: since(shown.true_at), behind }
     }
 
-    /// How many alarms stand how.
+    /// Counts alarms by their state.
     pub(crate) fn alarms(&self) -> AlarmCounts {
         AlarmCounts::of(lock(&self.shown).alarms.values().copied())
     }
 
-    /// A page comes.
+    /// Adds a page to the view.
     pub(crate) fn join(&self) -> Seat {
         let (seat, commands) = lock(&self.steering).join();
         self.ask(commands);
         seat
     }
 
-    /// A page goes.
+    /// Removes a page from the view.
     pub(crate) fn leave(&self, seat: Seat) {
         let commands = lock(&self.steering).leave(seat);
         self.ask(commands);
         self.wake();
     }
 
-    /// Whether a page steers.
+    /// Reports whether a page steers the view.
     pub(crate) fn does_steer(&self, seat: Seat) -> bool {
         lock(&self.steering).does_steer(seat)
     }
 
-    /// Does what a page says.
+    /// Executes a page's message.
     ///
     /// # Errors
     /// In words, why not.
@@ -221,7 +224,7 @@ impl Hub {
         self.changes.send_modify(|count| *count = count.wrapping_add(1));
     }
 
-    /// Takes events and the picture.
+    /// Polls events and the picture of the viewer.
     fn look(&self, pixels: &mut Vec<u8>) {
         while let Some((event, _)) = self.view.next_event() {
             self.take(event);
@@ -235,17 +238,17 @@ impl Hub {
         let replaced = (shown.picture.number, shown.true_at);
         shown.looked = Instant::now();
         shown.condition = match seen.state {
-            PictureState::Live => Condition::Live,
-            PictureState::Late => Condition::Late,
-            PictureState::Dead => Condition::Lost,
+            PictureState::Live => PictureCondition::Live,
+            PictureState::Late => PictureCondition::Late,
+            PictureState::Dead => PictureCondition::Lost,
         };
         if seen.state != PictureState::Dead {
             let age = u64::try_from(seen.age.as_nanos()).unwrap_or(u64::MAX);
             shown.true_at = pictures::now().saturating_sub(age);
         }
-        let numbers = seen.numbers;
-        let has_changed = seen.is_new
-            && Arc::make_mut(&mut shown.picture).update(numbers.size, pixels, numbers.damage);
+        let info = seen.info;
+        let has_changed =
+            seen.is_new && Arc::make_mut(&mut shown.picture).update(info.size, pixels, info.damage);
         if has_changed {
             if shown.superseded.len() == MAX_SUPERSEDED {
                 shown.superseded.pop_front();
@@ -266,11 +269,11 @@ impl Hub {
                 return;
             }
             Event::Picked(id) => ToPage::Picked(id),
-            Event::Alarm(standing) => {
+            Event::Alarm(snapshot) => {
                 let alarms = &mut lock(&self.shown).alarms;
-                match standing.state {
-                    0 => drop(alarms.remove(&standing.alarm)),
-                    state => drop(alarms.insert(standing.alarm, state)),
+                match snapshot.state {
+                    0 => drop(alarms.remove(&snapshot.alarm)),
+                    state => drop(alarms.insert(snapshot.alarm, state)),
                 }
                 // Counts are told with beats: a storm of alarms is no storm of messages.
                 return;

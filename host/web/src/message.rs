@@ -1,6 +1,6 @@
-//! What pages say, and what they are told beside pictures. Both are JSON.
+//! JSON messages between a page and its server, apart from pictures.
 
-use busbar_protocol::message::{Command, Modifiers, Pointing, Typing};
+use busbar_protocol::message::{Command, KeyEvent, Modifiers, PointerEvent};
 use serde::{Deserialize, Serialize};
 
 /// The longest message of a page, bytes.
@@ -13,7 +13,7 @@ const MIN_SIDE: u32 = 64;
 const MAX_SIDE: u32 = 3840;
 const MAX_PIXELS: u32 = 2560 * 1600;
 
-/// What a page says.
+/// Message of a page to the server.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub(crate) enum FromPage {
@@ -22,14 +22,14 @@ pub(crate) enum FromPage {
     /// A numbered probe: the next beat echoes its number, so that the page knows how old that
     /// beat is at most.
     Probe(u32),
-    /// How large the page is, pixels, and whether anybody sees it.
+    /// Size of the page, pixels, and its visibility.
     View {
         size: [u32; 2],
         visible: bool,
     },
-    /// It wants to steer.
+    /// Request to steer the view.
     Steer,
-    /// What hands did.
+    /// Pointer, keyboard and text input.
     Moved([f32; 2]),
     Button {
         at: [f32; 2],
@@ -44,11 +44,11 @@ pub(crate) enum FromPage {
         #[serde(default)]
         repeated: bool,
         #[serde(default)]
-        modifiers: Held,
+        modifiers: ModifierKeys,
     },
-    Holds(Held),
+    Holds(ModifierKeys),
     Text(String),
-    /// What the program around the page asks for.
+    /// Commands of the program that embeds the page.
     Focus(String),
     Camera(String),
     Theta(Option<f64>),
@@ -58,41 +58,41 @@ pub(crate) enum FromPage {
 /// Keys that change what others mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub(crate) struct Held {
+pub(crate) struct ModifierKeys {
     shift: bool,
     ctrl: bool,
     alt: bool,
 }
 
-/// What a page is told.
+/// Message of the server to a page.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum ToPage {
     /// State of the page's picture; its age, milliseconds since the viewer last confirmed what
     /// the page shows; how often the page said [`FromPage::View`]; the number of the newest
     /// [`FromPage::Probe`] that came before this was written, 0 for none.
-    Beat(Condition, u64, u32, u32),
-    /// Whether it steers.
+    Beat(PictureCondition, u64, u32, u32),
+    /// Reports whether the page steers the view.
     Steers(bool),
     /// The viewer is silent or gone, and how.
     Lost(String),
     /// A piece of equipment was picked; empty for nothing.
     Picked(String),
-    /// How many alarms stand how.
+    /// Number of alarms by state.
     Alarms(AlarmCounts),
-    /// What could not be done, and what helps.
+    /// Refused command, with a remedy.
     Refused(String),
 }
 
-/// How far a page's picture can be relied on.
+/// Liveness of a page's picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum Condition {
-    /// There is none yet.
+pub(crate) enum PictureCondition {
+    /// No picture exists yet.
     Starting,
-    /// It is of now.
+    /// Picture of current values.
     Live,
-    /// It is old, for the viewer is too slow.
+    /// Picture of older values: the viewer is too slow.
     Late,
     /// The viewer is silent or gone.
     Lost,
@@ -103,21 +103,21 @@ pub(crate) enum Condition {
 /// Alarms by their state of IEC 62682; those that are normal are not counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub(crate) struct AlarmCounts {
-    /// B.
+    /// Alarms in state B.
     pub(crate) unacknowledged: u32,
-    /// C.
+    /// Alarms in state C.
     pub(crate) acknowledged: u32,
-    /// D.
+    /// Alarms in state D.
     pub(crate) returned_unacknowledged: u32,
-    /// E.
+    /// Alarms in state E.
     pub(crate) latched_unacknowledged: u32,
-    /// F.
+    /// Alarms in state F.
     pub(crate) latched_acknowledged: u32,
-    /// G.
+    /// Alarms in state G.
     pub(crate) shelved: u32,
-    /// H.
+    /// Alarms in state H.
     pub(crate) suppressed: u32,
-    /// I.
+    /// Alarms in state I.
     pub(crate) out_of_service: u32,
 }
 
@@ -144,7 +144,7 @@ impl AlarmCounts {
 }
 
 impl FromPage {
-    /// What a page says, checked.
+    /// Parses and checks a page's message.
     ///
     /// # Errors
     /// In words, what is wrong.
@@ -161,24 +161,24 @@ impl FromPage {
         Ok(said)
     }
 
-    /// What the viewer is asked; none where that is the server's.
+    /// Converts the message to a command for the viewer; none where the server itself handles it.
     pub(crate) fn into_command(self) -> Option<Command> {
         Some(match self {
             Self::Shown(_) | Self::Probe(_) | Self::View { .. } | Self::Steer => return None,
-            Self::Moved(at) => Command::Point(Pointing::Moved(at)),
+            Self::Moved(at) => Command::Pointer(PointerEvent::Moved(at)),
             Self::Button { at, button, pressed } => {
-                Command::Point(Pointing::Button { at, button, pressed })
+                Command::Pointer(PointerEvent::Button { at, button, pressed })
             }
             Self::Scrolled(steps) => {
-                Command::Point(Pointing::Scrolled(steps.clamp(-MAX_STEPS, MAX_STEPS)))
+                Command::Pointer(PointerEvent::Scrolled(steps.clamp(-MAX_STEPS, MAX_STEPS)))
             }
-            Self::Left => Command::Point(Pointing::Left),
+            Self::Left => Command::Pointer(PointerEvent::Left),
             Self::Key { key, pressed, repeated, modifiers } => {
                 let modifiers = modifiers.into();
-                Command::Type(Typing::Key { key, pressed, repeated, modifiers })
+                Command::Key(KeyEvent::Key { key, pressed, repeated, modifiers })
             }
-            Self::Holds(held) => Command::Type(Typing::Holds(held.into())),
-            Self::Text(text) => Command::Type(Typing::Text(text)),
+            Self::Holds(held) => Command::Key(KeyEvent::Modifiers(held.into())),
+            Self::Text(text) => Command::Key(KeyEvent::Text(text)),
             Self::Focus(id) => Command::Focus(id),
             Self::Camera(name) => Command::UseCamera(name),
             Self::Theta(theta) => Command::SetTheta(theta),
@@ -187,8 +187,8 @@ impl FromPage {
     }
 }
 
-impl From<Held> for Modifiers {
-    fn from(Held { shift, ctrl, alt }: Held) -> Self {
+impl From<ModifierKeys> for Modifiers {
+    fn from(ModifierKeys { shift, ctrl, alt }: ModifierKeys) -> Self {
         Self { shift, ctrl, alt }
     }
 }
@@ -215,8 +215,8 @@ mod tests {
             FromPage::parse(r#"{"key":{"key":"a","pressed":true,"modifiers":{"shift":true}}}"#);
         let command = key.unwrap().into_command();
         let modifiers = Modifiers { shift: true, ..Modifiers::default() };
-        let typed = Typing::Key { key: "a".into(), pressed: true, repeated: false, modifiers };
-        assert_eq!(command, Some(Command::Type(typed)));
+        let typed = KeyEvent::Key { key: "a".into(), pressed: true, repeated: false, modifiers };
+        assert_eq!(command, Some(Command::Key(typed)));
         for text in [
             "",
             "{}",
@@ -241,7 +241,7 @@ mod tests {
     #[test]
     fn messages_are_as_the_page_reads_them() {
         let text = |message| serde_json::to_string(&message).unwrap();
-        let beat = ToPage::Beat(Condition::Live, 90, 2, 17);
+        let beat = ToPage::Beat(PictureCondition::Live, 90, 2, 17);
         assert_eq!(text(beat), r#"{"beat":["live",90,2,17]}"#);
         assert_eq!(FromPage::parse(r#"{"probe":17}"#), Ok(FromPage::Probe(17)));
         assert_eq!(text(ToPage::Steers(true)), r#"{"steers":true}"#);

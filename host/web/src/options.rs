@@ -1,4 +1,4 @@
-//! What is served, and to whom.
+//! Options of the server: content, address, access.
 
 use std::ffi::OsString;
 use std::fmt;
@@ -10,26 +10,26 @@ use crate::token::Token;
 /// Pages that look at one view at most; each costs a picture and its own encoding.
 pub const MAX_CLIENTS: usize = 16;
 
-/// What is served, and to whom.
+/// Options of the server: content, address, access.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// The program `busbar`.
+    /// Path of the program `busbar`.
     pub program: OsString,
     /// Path of the configuration, absolute.
     pub config: String,
-    /// Where to listen.
+    /// Address and port to listen at.
     pub listen: SocketAddr,
-    /// Whether it may be reached from elsewhere, though nothing here is encrypted.
+    /// Reports whether other machines may connect, though nothing here is encrypted.
     pub insecure_remote: bool,
-    /// What whoever looks must have.
+    /// Token that grants access to the view.
     pub token: Token,
     /// Pages of these origins may embed the view, and speak to it.
     pub allowed_origins: Vec<Origin>,
     /// Pages that look at the same time, at most [`MAX_CLIENTS`].
     pub max_clients: usize,
-    /// Whether Busbar's own panels are shown beside the scene.
+    /// Reports whether Busbar's own panels are shown beside the scene.
     pub panels: bool,
-    /// Who acts on alarms, for the audit log; may be empty.
+    /// Operator who acts on alarms, for the audit log; may be empty.
     pub operator: String,
 }
 
@@ -37,44 +37,44 @@ pub struct Options {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Origin {
     text: String,
-    /// Where the host begins, and where it ends.
+    /// Byte range of the host within the text.
     host: (usize, usize),
 }
 
-/// A text is no origin.
+/// Text that is no origin.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("write it as browsers do, such as https://hmi.example or http://10.0.0.5:8080")]
-pub struct OriginFault;
+pub struct OriginError;
 
 impl Origin {
-    /// Its host, without the port.
+    /// Returns the host, without the port.
     pub(crate) fn host(&self) -> &str {
         &self.text[self.host.0..self.host.1]
     }
 
-    /// As browsers write it.
+    /// Returns the origin in the form of browsers.
     pub(crate) fn as_str(&self) -> &str {
         &self.text
     }
 }
 
 impl FromStr for Origin {
-    type Err = OriginFault;
+    type Err = OriginError;
 
     /// Only what needs no escape in headers and pages gets through.
-    fn from_str(text: &str) -> Result<Self, OriginFault> {
+    fn from_str(text: &str) -> Result<Self, OriginError> {
         let text = text.to_ascii_lowercase();
-        let (scheme, rest) = text.split_once("://").ok_or(OriginFault)?;
+        let (scheme, rest) = text.split_once("://").ok_or(OriginError)?;
         let usual = match scheme {
             "http" => ":80",
             "https" => ":443",
-            _ => return Err(OriginFault),
+            _ => return Err(OriginError),
         };
         let rest = rest.strip_suffix('/').unwrap_or(rest);
         let rest = rest.strip_suffix(usual).unwrap_or(rest);
-        let (host, port) = split_port(rest).ok_or(OriginFault)?;
+        let (host, port) = split_port(rest).ok_or(OriginError)?;
         if port.is_some_and(|port| port.parse::<u16>().is_err()) || !is_host(host) {
-            return Err(OriginFault);
+            return Err(OriginError);
         }
         let begin = scheme.len() + "://".len();
         Ok(Self { text: format!("{scheme}://{rest}"), host: (begin, begin + host.len()) })

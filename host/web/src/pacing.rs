@@ -1,35 +1,36 @@
-//! What one page is sent next, and how well: never more than it has shown, never in a queue.
+//! Flow control and adaptive quality of one page's pictures: at most one picture in flight, never a
+//! queue.
 
 use std::time::{Duration, Instant};
 
 use crate::encode::Format;
 use crate::picture::Picture;
 
-/// Pictures come no faster than this.
+/// Shortest time between two pictures.
 const MIN_GAP: Duration = Duration::from_millis(40);
 /// A picture that is older than this at a page is not live there.
 pub(crate) const MAX_BEHIND: Duration = Duration::from_millis(1000);
-/// A tile that was sent with loss and rests for so long is sent again without: longer than
-/// values stay that change every second.
+/// Time after which a tile that was sent with loss is sent again without: longer than values stay
+/// that change every second.
 const REST: Duration = Duration::from_millis(1200);
-/// Changes of so few tiles are sent without loss at once: text stays sharp.
+/// Largest number of changed tiles that are sent without loss at once: text stays sharp.
 const MAX_SHARP_TILES: usize = 12;
-/// JPEG's quality: at first, at least, at most.
+/// Quality of JPEG: at first, at least, at most.
 const QUALITY: u8 = 75;
 const MIN_QUALITY: u8 = 30;
 const MAX_QUALITY: u8 = 85;
-/// From sending to having been shown: what is slow, and what is quick.
+/// Times from sending to display that count as slow, and as quick.
 const SLOW: Duration = Duration::from_millis(300);
 const QUICK: Duration = Duration::from_millis(120);
 /// Tiles made sharp by one message: at first, at least, at most.
 const SHARPENED: usize = 8;
 const MIN_SHARPENED: usize = 2;
 const MAX_SHARPENED: usize = 96;
-/// What a tile of much detail takes without loss: the sky is quick on any line, and says
-/// nothing of what comes below it.
+/// Estimated bytes of a detailed tile without loss. Simple tiles, such as sky, say nothing of
+/// detailed ones.
 const SHARP_TILE_BYTES: u64 = 8_000;
 
-/// What one page has, and how it keeps up.
+/// Flow control of one page: tiles sent, the picture in flight, quality.
 #[derive(Debug)]
 pub(crate) struct Pacing {
     size: [u32; 2],
@@ -42,16 +43,16 @@ pub(crate) struct Pacing {
     sharpened: usize,
 }
 
-/// What was sent of a tile.
+/// Transmission state of a tile.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sent {
     /// Number of the picture, 0 for none.
     number: u64,
-    /// When, if that was with loss.
+    /// Instant of sending, if with loss.
     lossy: Option<Instant>,
 }
 
-/// What was sent and not shown yet.
+/// Picture that was sent and not shown yet.
 #[derive(Debug)]
 struct Flight {
     number: u32,
@@ -61,7 +62,7 @@ struct Flight {
     since: Option<Instant>,
 }
 
-/// What to send.
+/// Tiles to send next, and their format.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Next {
     pub(crate) tiles: Vec<usize>,
@@ -94,7 +95,7 @@ impl Pacing {
         since.map_or(Duration::ZERO, |since| now.saturating_duration_since(since))
     }
 
-    /// What to send now, if anything: what changed, or what can be made sharp.
+    /// Chooses the tiles to send now, if any: changed ones, or lossy ones to refine.
     pub(crate) fn next(&mut self, picture: &Picture, now: Instant) -> Option<Next> {
         let is_early = self.last_sent.is_some_and(|sent| now.duration_since(sent) < MIN_GAP);
         if self.in_flight.is_some() || is_early {
@@ -118,7 +119,7 @@ impl Pacing {
         (!tiles.is_empty()).then_some(Next { tiles, format: Format::Png })
     }
 
-    /// These tiles of a picture are being sent.
+    /// Records that these tiles of a picture are being sent.
     pub(crate) fn note_sent(
         &mut self,
         picture: &Picture,
@@ -135,14 +136,14 @@ impl Pacing {
         self.last_sent = Some(now);
     }
 
-    /// It is encoded as so many bytes, and on its way from here on.
+    /// Records the encoded size of the picture in flight, and the instant of sending.
     pub(crate) fn note_away(&mut self, bytes: usize, now: Instant) {
         if let Some(flight) = &mut self.in_flight {
             (flight.sent, flight.bytes) = (now, bytes as u64);
         }
     }
 
-    /// The page shows what was sent; whether it was.
+    /// Records that the page shows the picture `number`; returns whether it was in flight.
     pub(crate) fn note_shown(&mut self, number: u32, now: Instant) -> bool {
         let Some(flight) = self.in_flight.take_if(|flight| flight.number == number) else {
             return false;
@@ -159,7 +160,7 @@ impl Pacing {
         true
     }
 
-    /// When there may be something to send though nothing happens.
+    /// Returns the instant at which there may be something to send without an event.
     pub(crate) fn due(&self) -> Option<Instant> {
         if self.in_flight.is_some() {
             return None;
@@ -278,7 +279,7 @@ mod tests {
         assert_eq!(*quick.last().unwrap(), Format::Jpeg(MAX_QUALITY));
     }
 
-    /// What is sent sharply after pictures of so many bytes took so long: most tiles at once.
+    /// Returns the tiles that are refined after pictures of so many bytes took so long.
     fn sharpened_after(bytes: usize, took: u64) -> usize {
         let (mut pacing, mut picture, mut now) = (Pacing::new(), picture(1), Instant::now());
         for _ in 0..9 {

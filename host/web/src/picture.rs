@@ -1,4 +1,4 @@
-//! The picture as the server has it, in tiles that know when they changed.
+//! Newest picture of the server in tiles, each with the number of its last change.
 
 use busbar_protocol::pictures::{Area, PIXEL_BYTES};
 
@@ -10,13 +10,13 @@ pub(crate) const MAX_PARTS: usize = 32;
 /// The newest picture that was true.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Picture {
-    /// Pixels.
+    /// Width and height, pixels.
     pub(crate) size: [u32; 2],
     /// Blue, green, red and 255, rows from the top.
     pixels: Vec<u8>,
     /// By tile, row by row: the number of the picture in which it changed last.
     changed: Vec<u64>,
-    /// Of this picture, from 1.
+    /// Number of this picture, from 1.
     pub(crate) number: u64,
 }
 
@@ -82,7 +82,7 @@ impl Picture {
         Area { x, y, width: TILE.min(width - x), height: TILE.min(height - y) }
     }
 
-    /// How often each tile's change is counted.
+    /// Returns the number of each tile's last change.
     pub(crate) fn changed(&self) -> &[u64] {
         &self.changed
     }

@@ -1,4 +1,4 @@
-//! What pages and operators write, read without a socket: for fuzzing.
+//! Entry points for fuzzing: messages of pages, parsed without a socket.
 
 use busbar_protocol::message::Command;
 
@@ -6,7 +6,7 @@ use crate::message::FromPage;
 pub use crate::message::MAX_MESSAGE_BYTES;
 use crate::steering::{Seat, Steering};
 
-/// Pages that look at one view, and who of them steers.
+/// Pages of one view, and the one that steers it.
 #[derive(Default)]
 pub struct Pages {
     steering: Steering,
@@ -14,32 +14,32 @@ pub struct Pages {
 }
 
 impl Pages {
-    /// One more page; what the viewer is asked.
+    /// Adds a page; returns commands for the viewer.
     pub fn join(&mut self) -> Vec<Command> {
         let (seat, commands) = self.steering.join();
         self.seats.push(seat);
         commands
     }
 
-    /// A page goes; what the viewer is asked.
+    /// Removes a page; returns commands for the viewer.
     pub fn leave(&mut self, page: usize) -> Vec<Command> {
         self.steering.leave(self.seats.remove(page))
     }
 
-    /// A page says something; what the viewer is asked.
+    /// Handles a page's message; returns commands for the viewer.
     ///
     /// # Errors
     /// In words, what is wrong with it.
-    pub fn say(&mut self, page: usize, text: &str) -> Result<Vec<Command>, String> {
+    pub fn receive(&mut self, page: usize, text: &str) -> Result<Vec<Command>, String> {
         self.steering.act(self.seats[page], FromPage::parse(text)?)
     }
 
-    /// How many there are.
+    /// Returns the number of pages.
     pub fn count(&self) -> usize {
         self.seats.len()
     }
 
-    /// How many of them steer.
+    /// Returns the number of pages that steer; at most one.
     pub fn steering(&self) -> usize {
         self.seats.iter().filter(|seat| self.steering.does_steer(**seat)).count()
     }

@@ -1,4 +1,4 @@
-//! What is asked by HTTP: the page, what it is made of, its socket.
+//! HTTP routes: the page, its parts, its WebSocket.
 
 use std::sync::Arc;
 
@@ -18,21 +18,21 @@ use crate::hub::Hub;
 use crate::message::MAX_MESSAGE_BYTES;
 use crate::session;
 
-/// In the page, where its server writes who may speak to it.
+/// Placeholder in the page for the origins that may speak to it.
 const ORIGINS_PLACE: &str = "{{origins}}";
 const PAGE: &str = include_str!("page/index.html");
-/// What the page is made of: nothing in there is a secret.
+/// Files of the page: nothing in there is a secret.
 const PARTS: [(&str, &str, &str); 7] = [
     ("/view.css", "text/css", include_str!("page/view.css")),
     ("/view.js", "text/javascript", include_str!("page/view.js")),
     ("/freshness.js", "text/javascript", include_str!("page/freshness.js")),
-    ("/link.js", "text/javascript", include_str!("page/link.js")),
+    ("/connection.js", "text/javascript", include_str!("page/connection.js")),
     ("/picture.js", "text/javascript", include_str!("page/picture.js")),
-    ("/hands.js", "text/javascript", include_str!("page/hands.js")),
-    ("/program.js", "text/javascript", include_str!("page/program.js")),
+    ("/input.js", "text/javascript", include_str!("page/input.js")),
+    ("/host_page.js", "text/javascript", include_str!("page/host_page.js")),
 ];
 
-/// What all requests share.
+/// State shared by all requests.
 pub(crate) struct Site {
     pub(crate) access: Access,
     pub(crate) hub: Arc<Hub>,
@@ -41,7 +41,7 @@ pub(crate) struct Site {
     pub(crate) stopping: watch::Receiver<bool>,
 }
 
-/// All that can be asked.
+/// Creates the router of all paths.
 pub(crate) fn router(site: Arc<Site>) -> Router {
     let mut router = Router::new().route("/", get(page)).route("/socket", get(socket));
     for (path, kind, text) in PARTS {
@@ -51,7 +51,8 @@ pub(crate) fn router(site: Arc<Site>) -> Router {
     router.layer(from_fn_with_state(site.clone(), guard)).with_state(site)
 }
 
-/// Refuses what means another server or does more than ask, and protects what is answered.
+/// Refuses requests for another server and other methods than GET, and protects the answer by
+/// headers.
 async fn guard(State(site): State<Arc<Site>>, request: Request, next: Next) -> Response {
     let mut response = if !site.access.is_host_known(request.headers()) {
         let why = "this name is none of this server's: ask by its address, or let `busbar serve` \
@@ -117,7 +118,7 @@ fn no_token() -> Response {
     refusal(StatusCode::UNAUTHORIZED, why)
 }
 
-/// A plain page.
+/// Creates a plain-text error page.
 fn refusal(status: StatusCode, why: &str) -> Response {
     let words = format!("{status}: {why}\n");
     let kind = HeaderValue::from_static("text/plain; charset=utf-8");

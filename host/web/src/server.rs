@@ -21,18 +21,18 @@ use crate::routes::{Site, router};
 
 /// Connections that ask something at the same time; further ones wait to be taken.
 const MAX_CONNECTIONS: usize = 32;
-/// How long a request may take to say what it wants, and to be answered.
+/// Longest times to send a request's headers, and to answer a request.
 const MAX_HEADERS: Duration = Duration::from_secs(5);
 const MAX_REQUEST: Duration = Duration::from_secs(20);
 /// Bytes of a request's headers.
 const MAX_HEADER_BYTES: usize = 16 << 10;
-/// After a connection that could not be taken, as where there are no descriptors left.
+/// Pause after a connection that could not be accepted, such as for want of descriptors.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
-/// How long pages may take to hear of the end.
+/// Longest time that pages have to receive the end of the server.
 const CLOSE_GRACE: Duration = Duration::from_millis(500);
 const THREADS: usize = 2;
 
-/// Why nothing is served.
+/// Reason for which a server does not start.
 #[derive(Debug, thiserror::Error)]
 pub enum ServeError {
     /// The address cannot be had.
@@ -41,9 +41,9 @@ pub enum ServeError {
          port that no other program has, with --listen"
     )]
     Listen {
-        /// Where.
+        /// Address that was to be listened at.
         address: SocketAddr,
-        /// Why not.
+        /// Error of the system.
         source: io::Error,
     },
     /// Others could listen in.
@@ -110,24 +110,24 @@ impl Server {
         Ok(Self { runtime: Some(runtime), hub, stop, places, max_clients, address })
     }
 
-    /// Where it listens.
+    /// Returns the address that the server listens at.
     pub fn address(&self) -> SocketAddr {
         self.address
     }
 
-    /// The process of the viewer, while there is one. For diagnosis.
+    /// Returns the process id of the viewer, while there is one. For diagnosis.
     pub fn viewer(&self) -> Option<u32> {
         self.hub.viewer()
     }
 
-    /// How long nobody looked at what the viewer shows: more than moments where this hangs. A
-    /// viewer that hangs is seen, and started again.
+    /// Returns the time since the last poll of the viewer: more than moments where this server
+    /// hangs. A viewer that hangs is polled all the same, and started again.
     pub fn silence(&self) -> Duration {
         self.hub.silence()
     }
 
-    /// Why there never was a scene to serve, once that is known. Later on the viewer is
-    /// started again and again instead.
+    /// Returns the reason for which there never was a scene to serve, once that is known. After a
+    /// first scene, the viewer is started again and again instead.
     pub fn failure(&self) -> Option<String> {
         self.hub.failure()
     }
@@ -170,7 +170,7 @@ async fn accept(listener: TcpListener, router: Router) {
 
 /// Answers one request; a socket goes on in a task of its own.
 async fn answer(stream: TcpStream, router: Router) -> hyper::Result<()> {
-    // Beats and pictures must not wait for each other.
+    // LivenessInstants and pictures must not wait for each other.
     let _ = stream.set_nodelay(true);
     http1::Builder::new()
         .timer(TokioTimer::new())

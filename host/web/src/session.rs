@@ -1,4 +1,4 @@
-//! One page: what it is sent and what it says, until it goes.
+//! Session of one page: its socket, pictures sent, messages received.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -12,29 +12,29 @@ use tokio::time::{MissedTickBehavior, interval, sleep_until, timeout};
 
 use crate::encode;
 use crate::hub::{Hub, PageState};
-use crate::message::{AlarmCounts, Condition, FromPage, ToPage};
+use crate::message::{AlarmCounts, FromPage, PictureCondition, ToPage};
 use crate::pacing::{MAX_BEHIND, Pacing};
 use crate::steering::Seat;
 
-/// A page that probes is answered at once; one that does not is told so often how its picture
-/// is, and marks it dead all the same.
+/// Period of unsolicited beats. A page that probes is answered at once; one that does not marks its
+/// picture dead all the same.
 const BEAT_PERIOD: Duration = Duration::from_millis(250);
-/// How often a page is asked for a sign of life, and how long it may be silent.
+/// Period of pings to a page, and its longest silence.
 const PING_PERIOD: Duration = Duration::from_secs(5);
 const MAX_SILENCE: Duration = Duration::from_secs(15);
-/// How long a message may take to leave.
+/// Longest time that a message may take to leave.
 const MAX_SEND: Duration = Duration::from_secs(10);
-/// Messages that wait to leave: a picture, beats and events. With half of them, beats are left
-/// out and events stay where they are; a page whose answers do not fit is ended.
+/// Messages that wait to leave: a picture, beats and events. From half of them on, beats are left
+/// out and events stay with the hub. A page whose answers do not fit is ended.
 const MAX_WAITING: usize = 64;
-/// Messages of a page that are taken at once, and in a second.
+/// Burst and rate of a page's messages, a second.
 const MAX_BURST: f64 = 500.0;
 const MAX_RATE: f64 = 250.0;
 
-/// Of RFC 6455, for what comes from this program: no place is left.
+/// Close code (RFC 6455, 7.4.2, private use) for a server without a free place.
 pub(crate) const CLOSE_FULL: u16 = 4001;
 
-/// Why a page is ended.
+/// Reason for the end of a session, as close code and words.
 struct End {
     code: u16,
     why: String,
@@ -45,16 +45,16 @@ struct Session {
     seat: Seat,
     out: mpsc::Sender<Message>,
     pacing: Pacing,
-    /// Number of the picture that it was woken for last.
+    /// Number of the picture that the page was last woken for.
     known: u64,
     encoding: Option<JoinHandle<Option<Vec<u8>>>>,
-    told: (Condition, bool),
-    /// When a beat was last sent, and the number of the page's newest probe.
+    told: (PictureCondition, bool),
+    /// Instant of the last beat, and the number of the page's newest probe.
     beat_at: Instant,
     probe: u32,
-    /// As they were told.
+    /// Alarm counts that were sent last.
     alarms: Option<AlarmCounts>,
-    /// Views that it said, and whether anybody sees it.
+    /// Number of `view` messages of the page, and its visibility.
     views: u32,
     is_visible: bool,
     allowance: f64,
@@ -137,7 +137,7 @@ impl Session {
             out,
             pacing: Pacing::new(),
             encoding: None,
-            told: (Condition::Starting, false),
+            told: (PictureCondition::Starting, false),
             beat_at: now,
             probe: 0,
             alarms: None,
@@ -173,8 +173,8 @@ impl Session {
         let PageState { mut condition, age, .. } = self.follow_picture();
         let now = Instant::now();
         let behind = self.pacing.behind(now);
-        if condition == Condition::Live && behind > MAX_BEHIND {
-            condition = Condition::Behind;
+        if condition == PictureCondition::Live && behind > MAX_BEHIND {
+            condition = PictureCondition::Behind;
         }
         self.told.0 = condition;
         let age = u64::try_from(age.max(behind).as_millis()).unwrap_or(u64::MAX);
@@ -189,7 +189,7 @@ impl Session {
         Ok(())
     }
 
-    /// Whether there is room for what can wait; pictures always find some.
+    /// Reports whether there is room for messages that can wait; pictures always find some.
     fn has_room(&self) -> bool {
         self.out.capacity() > MAX_WAITING / 2
     }
@@ -222,7 +222,7 @@ impl Session {
         if std::mem::replace(&mut self.told.1, steers) != steers {
             self.tell(&ToPage::Steers(steers))?;
         }
-        if (condition == Condition::Live) != (self.told.0 == Condition::Live) {
+        if (condition == PictureCondition::Live) != (self.told.0 == PictureCondition::Live) {
             self.beat()?;
         }
         Ok(())
@@ -278,7 +278,7 @@ impl Session {
         Ok(())
     }
 
-    /// When there may be something to send though nothing happens.
+    /// Returns the instant at which there may be something to send without an event.
     fn due(&self) -> Option<Instant> {
         self.pacing.due().filter(|_| self.is_visible)
     }
@@ -325,7 +325,7 @@ pub(crate) async fn refuse(mut socket: WebSocket, places: usize) {
     let _ = timeout(MAX_SEND, socket.recv()).await;
 }
 
-/// As much as fits into a closing frame (RFC 6455, 5.5).
+/// Cuts a reason to the room of a closing frame (RFC 6455, 5.5).
 fn cut(why: &str) -> Utf8Bytes {
     const MAX_REASON_BYTES: usize = 123;
     let mut end = why.len().min(MAX_REASON_BYTES);

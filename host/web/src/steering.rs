@@ -1,30 +1,30 @@
-//! Who steers: of the pages that look at one view, one at a time.
+//! Control of a view by one of several pages, with takeover.
 //!
 //! The first steers; another takes over when it asks to, or when the one that steers goes.
 //! What that one held down is let go of.
 
-use busbar_protocol::message::{Command, Modifiers, Pointing, Typing};
+use busbar_protocol::message::{Command, KeyEvent, Modifiers, PointerEvent};
 
 use crate::message::{FromPage, picture_size};
 
-/// Keys that are down at once, at most; further ones go down and never up by themselves.
+/// Greatest number of keys held down; no release is sent for further ones.
 const MAX_KEYS: usize = 16;
 
-/// One page among those that look.
+/// Identifier of one page of the view.
 pub(crate) type Seat = u64;
 
-/// The pages that look, in the order of their coming.
+/// Pages of a view in the order of their arrival, and the one that steers.
 #[derive(Debug, Default)]
 pub(crate) struct Steering {
     pages: Vec<Page>,
     steers: Option<Seat>,
     last_seat: Seat,
-    /// What the one that steers holds down.
+    /// Buttons held down by the page that steers.
     buttons: Vec<u8>,
     keys: Vec<String>,
-    /// Where its pointer is.
+    /// Pointer position of the page that steers.
     at: [f32; 2],
-    /// As the viewer was told.
+    /// Visibility and size that the viewer was sent last.
     is_visible: bool,
     size: Option<[u32; 2]>,
 }
@@ -37,7 +37,7 @@ struct Page {
 }
 
 impl Steering {
-    /// A page comes.
+    /// Adds a page; returns commands for the viewer.
     pub(crate) fn join(&mut self) -> (Seat, Vec<Command>) {
         self.last_seat += 1;
         let seat = self.last_seat;
@@ -46,7 +46,7 @@ impl Steering {
         (seat, self.settle())
     }
 
-    /// A page goes; the next one that is seen steers, or else the next one.
+    /// Removes a page. If it steered, the next visible page steers, or else the next one.
     pub(crate) fn leave(&mut self, seat: Seat) -> Vec<Command> {
         self.pages.retain(|page| page.seat != seat);
         if self.steers != Some(seat) {
@@ -58,13 +58,13 @@ impl Steering {
         released.into_iter().chain(self.settle()).collect()
     }
 
-    /// Whether a page steers.
+    /// Reports whether a page steers.
     pub(crate) fn does_steer(&self, seat: Seat) -> bool {
         self.steers == Some(seat)
     }
 
-    /// What the viewer is asked when a page says something; none of what hands do on a page
-    /// that does not steer.
+    /// Handles a page's message; returns commands for the viewer. Input of a page that does not
+    /// steer is ignored.
     ///
     /// # Errors
     /// In words, why a command of such a page is not done.
@@ -89,23 +89,23 @@ impl Steering {
             return Ok(vec![command]);
         }
         match command {
-            Command::Point(_) | Command::Type(_) => Ok(Vec::new()),
+            Command::Pointer(_) | Command::Key(_) => Ok(Vec::new()),
             _ => Err("another page steers the view; take control of it first".to_owned()),
         }
     }
 
-    /// Notes what is held down.
+    /// Records the buttons and keys held down.
     fn note(&mut self, command: &Command) {
         match command {
-            Command::Point(Pointing::Moved(at)) => self.at = *at,
-            Command::Point(Pointing::Button { at, button, pressed }) => {
+            Command::Pointer(PointerEvent::Moved(at)) => self.at = *at,
+            Command::Pointer(PointerEvent::Button { at, button, pressed }) => {
                 self.at = *at;
                 self.buttons.retain(|held| held != button);
                 if *pressed {
                     self.buttons.push(*button);
                 }
             }
-            Command::Type(Typing::Key { key, pressed, .. }) => {
+            Command::Key(KeyEvent::Key { key, pressed, .. }) => {
                 self.keys.retain(|held| held != key);
                 if *pressed && self.keys.len() < MAX_KEYS {
                     self.keys.push(key.clone());
@@ -115,20 +115,22 @@ impl Steering {
         }
     }
 
-    /// Lets go of all that is held down.
+    /// Releases all buttons and keys held down.
     fn release(&mut self) -> Vec<Command> {
         let (at, modifiers) = (self.at, Modifiers::default());
         let buttons = std::mem::take(&mut self.buttons).into_iter();
-        let buttons =
-            buttons.map(|button| Command::Point(Pointing::Button { at, button, pressed: false }));
+        let buttons = buttons
+            .map(|button| Command::Pointer(PointerEvent::Button { at, button, pressed: false }));
         let keys = std::mem::take(&mut self.keys).into_iter().map(|key| {
-            Command::Type(Typing::Key { key, pressed: false, repeated: false, modifiers })
+            Command::Key(KeyEvent::Key { key, pressed: false, repeated: false, modifiers })
         });
-        let rest = [Command::Type(Typing::Holds(modifiers)), Command::Point(Pointing::Left)];
+        let rest =
+            [Command::Key(KeyEvent::Modifiers(modifiers)), Command::Pointer(PointerEvent::Left)];
         buttons.chain(keys).chain(rest).collect()
     }
 
-    /// The picture has the size of the page that steers, and is drawn while any page is seen.
+    /// Returns commands that adapt the picture to the size of the page that steers, and to the
+    /// visibility of all pages.
     fn settle(&mut self) -> Vec<Command> {
         let mut commands = Vec::new();
         let is_visible = self.pages.iter().any(|page| page.is_visible);
@@ -188,15 +190,15 @@ mod tests {
         steering.act(second, view(300, true)).unwrap();
         let modifiers = Modifiers::default();
         let released = [
-            Command::Point(Pointing::Button { at: [3.0, 4.0], button: 1, pressed: false }),
-            Command::Type(Typing::Key {
+            Command::Pointer(PointerEvent::Button { at: [3.0, 4.0], button: 1, pressed: false }),
+            Command::Key(KeyEvent::Key {
                 key: "W".into(),
                 pressed: false,
                 repeated: false,
                 modifiers,
             }),
-            Command::Type(Typing::Holds(modifiers)),
-            Command::Point(Pointing::Left),
+            Command::Key(KeyEvent::Modifiers(modifiers)),
+            Command::Pointer(PointerEvent::Left),
         ];
         let taken = steering.act(second, FromPage::Steer).unwrap();
         assert_eq!(taken[..4], released);

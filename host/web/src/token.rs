@@ -1,13 +1,13 @@
-//! The secret that whoever looks must have.
+//! Secret token that grants access to a view.
 
 use std::fmt;
 
 use subtle::ConstantTimeEq;
 
-/// Fewer characters could be guessed.
+/// Fewest characters; a shorter token could be guessed.
 const MIN_CHARACTERS: usize = 16;
 const MAX_CHARACTERS: usize = 256;
-/// Of one that is made here: 256 bits.
+/// Bytes of a generated token: 256 bits.
 const RANDOM_BYTES: usize = 32;
 
 /// A token: 16 to 256 letters, digits, `-` and `_`, which go into addresses and headers as
@@ -15,22 +15,22 @@ const RANDOM_BYTES: usize = 32;
 #[derive(Clone)]
 pub struct Token(String);
 
-/// What is wrong with a token.
+/// Error of a token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum TokenFault {
-    /// It could be guessed.
+pub enum TokenError {
+    /// Token that could be guessed.
     #[error(
         "the token has {0} characters, which could be guessed; give at least {MIN_CHARACTERS}, \
          such as `openssl rand -hex 32` prints"
     )]
     TooShort(usize),
-    /// It does not fit into a header.
+    /// Token that does not fit into a header.
     #[error("the token has {0} characters; give at most {MAX_CHARACTERS}")]
     TooLong(usize),
-    /// It does not fit into an address.
+    /// Token that does not fit into an address.
     #[error("the token has other characters than letters, digits, `-` and `_`")]
     Characters,
-    /// There is no randomness to be had.
+    /// System without random numbers.
     #[error("the system gives no random numbers; give a token")]
     NoRandomness,
 }
@@ -40,29 +40,29 @@ impl Token {
     ///
     /// # Errors
     /// It is too short or too long, or has other characters.
-    pub fn parse(text: &str) -> Result<Self, TokenFault> {
+    pub fn parse(text: &str) -> Result<Self, TokenError> {
         let text = text.trim();
         if !text.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"-_".contains(&byte)) {
-            return Err(TokenFault::Characters);
+            return Err(TokenError::Characters);
         }
         match text.len() {
-            length @ ..MIN_CHARACTERS => Err(TokenFault::TooShort(length)),
+            length @ ..MIN_CHARACTERS => Err(TokenError::TooShort(length)),
             MIN_CHARACTERS..=MAX_CHARACTERS => Ok(Self(text.to_owned())),
-            length => Err(TokenFault::TooLong(length)),
+            length => Err(TokenError::TooLong(length)),
         }
     }
 
-    /// Makes one that nobody can guess.
+    /// Generates a token that nobody can guess.
     ///
     /// # Errors
     /// The system has no randomness.
-    pub fn random() -> Result<Self, TokenFault> {
+    pub fn random() -> Result<Self, TokenError> {
         let mut bytes = [0; RANDOM_BYTES];
-        getrandom::fill(&mut bytes).map_err(|_| TokenFault::NoRandomness)?;
+        getrandom::fill(&mut bytes).map_err(|_| TokenError::NoRandomness)?;
         Ok(Self(bytes.iter().map(|byte| format!("{byte:02x}")).collect()))
     }
 
-    /// Whether somebody has it. The time that this takes tells nothing of where they differ.
+    /// Compares a token with this one in constant time.
     pub(crate) fn is(&self, told: &str) -> bool {
         self.0.as_bytes().ct_eq(told.as_bytes()).into()
     }
@@ -86,10 +86,10 @@ mod tests {
 
     #[test]
     fn what_could_be_guessed_or_does_not_fit_is_refused() {
-        assert_eq!(Token::parse("short").unwrap_err(), TokenFault::TooShort(5));
-        assert_eq!(Token::parse(&"x".repeat(257)).unwrap_err(), TokenFault::TooLong(257));
-        assert_eq!(Token::parse("with space in the middle").unwrap_err(), TokenFault::Characters);
-        assert_eq!(Token::parse("ümläute-sind-keine-zeichen").unwrap_err(), TokenFault::Characters);
+        assert_eq!(Token::parse("short").unwrap_err(), TokenError::TooShort(5));
+        assert_eq!(Token::parse(&"x".repeat(257)).unwrap_err(), TokenError::TooLong(257));
+        assert_eq!(Token::parse("with space in the middle").unwrap_err(), TokenError::Characters);
+        assert_eq!(Token::parse("ümläute-sind-keine-zeichen").unwrap_err(), TokenError::Characters);
         let token = Token::parse("0123456789abcdef\n").unwrap();
         assert!(token.is("0123456789abcdef"));
         for other in ["", "0123456789abcdeF", "0123456789abcde", "0123456789abcdef0"] {

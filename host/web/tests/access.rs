@@ -1,4 +1,4 @@
-//! Who gets in and how far, by requests as anybody can make them.
+//! Access control over HTTP: tokens, hosts, origins, limits and floods.
 
 mod common;
 
@@ -35,10 +35,10 @@ fn the_page_is_for_who_has_the_token() {
     for part in [
         "/view.js",
         "/freshness.js",
-        "/link.js",
+        "/connection.js",
         "/picture.js",
-        "/hands.js",
-        "/program.js",
+        "/input.js",
+        "/host_page.js",
         "/view.css",
     ] {
         let answer = ask(&server, part, &[]);

@@ -1,5 +1,5 @@
-//! What a page is shown by a real viewer: no more than it takes, nothing at rest, and never
-//! anything old as if it were live.
+//! Pictures of a real viewer at a page: flow control, none at rest, and never an old one marked
+//! live.
 
 mod common;
 
@@ -24,7 +24,7 @@ const MAX_GAP: Duration = Duration::from_millis(1300);
 /// From a viewer's end until pages hear of it, on a machine that does much else.
 const MAX_UNNOTICED: Duration = Duration::from_millis(1600);
 
-/// Of 255 in the mean: the camera comes back to where it was, but for rounding.
+/// Greatest mean difference, of 255: the camera comes back to where it was, but for rounding.
 const MAX_DIFFERENCE: f64 = 1.0;
 
 fn mean_difference(one: &[u8], other: &[u8]) -> f64 {

@@ -55,65 +55,65 @@
 #define BUSBAR_EXPORT __attribute__((visibility("default")))
 #endif
 
-// Alarms of one report.
+// Alarms of one report, at most.
 #define BUSBAR_MAX_SOURCE_ALARMS 5000
 
-// Bytes of an id, a name, a source or a message.
+// Bytes of an id, a name, a source or a message, at most.
 #define BUSBAR_MAX_SOURCE_ALARM_TEXT 512
 
-// Bytes of a report.
+// Bytes of a report, at most.
 #define BUSBAR_MAX_ALARM_REPORT (24 << 20)
 
-// Axes of a chart.
+// Axes of a chart, at most.
 #define BUSBAR_MAX_CHART_AXES 32
 
-// Records of a chart.
+// Records of a chart, at most.
 #define BUSBAR_MAX_CHART_RECORDS 10000000
 
-// Bytes of a description, or of an explanation.
+// Bytes of a description, or of an explanation, at most.
 #define BUSBAR_MAX_CHART_TEXT (16 << 20)
 
-// Commands of one plugin at most.
+// Commands of one plugin, at most.
 #define BUSBAR_MAX_COMMANDS 16
 
-// Bytes of a command's name at most.
+// Bytes of a command's name, at most.
 #define BUSBAR_MAX_COMMAND_NAME 32
 
-// Bytes of one `write` at most.
+// Bytes of one `write`, at most.
 #define BUSBAR_MAX_CHUNK (1 << 20)
 
-// Exit code: done.
+// Exit code of a command that is done.
 #define BUSBAR_EXIT_DONE 0
 
-// Exit code: the input is at fault, and nothing could be done.
+// Exit code of a command whose input is at fault; nothing could be done.
 #define BUSBAR_EXIT_INPUT 1
 
-// Exit code: the arguments are at fault.
+// Exit code of a command whose arguments are at fault.
 #define BUSBAR_EXIT_USAGE 2
 
-// Major version: host and plugin must have the same.
+// Major version of the ABI: host and plugin must have the same.
 #define BUSBAR_ABI_MAJOR 1
 
-// Minor version: a host runs plugins of its own minor version and older ones.
+// Minor version of the ABI: a host runs plugins of its own minor version and older ones.
 #define BUSBAR_ABI_MINOR 0
 
 // Bytes of text that a [`BusbarError`] holds.
 #define BUSBAR_ERROR_CAPACITY 1024
 
-// Log level: what a user must act on.
+// Log level of faults that a user must act on.
 #define BUSBAR_LOG_ERROR 1
 
-// Log level: what may become a fault.
+// Log level of conditions that may become a fault.
 #define BUSBAR_LOG_WARNING 2
 
-// Log level: what happened.
+// Log level of ordinary events.
 #define BUSBAR_LOG_INFO 3
 
-// Log level: for the plugin's author.
+// Log level of details for the plugin's author.
 #define BUSBAR_LOG_DEBUG 4
 
-// Of `flags`: `optimize` reads positions and triangles alone, so that the host need not
-// give it wedges.
+// Flag of a plugin whose `optimize` reads positions and triangles alone, so that the host need not
+// pass wedges.
 #define BUSBAR_OPTIMIZER_NO_WEDGES 1
 
 // Primitive: a line of the label at a node: caption and value.
@@ -126,16 +126,16 @@
 // on several bindings is named once for each, one after the other.
 #define BUSBAR_OVERLAY_STATE 3
 
-// Pattern: plain colour.
+// Pattern of a plain colour.
 #define BUSBAR_PATTERN_SOLID 0
 
-// Pattern: stripes.
+// Pattern of diagonal stripes.
 #define BUSBAR_PATTERN_STRIPED 1
 
 // Pattern: stripes that cross.
 #define BUSBAR_PATTERN_CROSSED 2
 
-// Pattern: dots.
+// Pattern of regular dots.
 #define BUSBAR_PATTERN_DOTTED 3
 
 // Quantity: the position of a switch. `value` is the share of its way that it has travelled
@@ -150,7 +150,7 @@
 // Quantity: a level of the contour, in its unit. `other` is zero.
 #define BUSBAR_QUANTITY_LEVEL 3
 
-// Severity: normal; grey.
+// Severity of the normal state; grey.
 #define BUSBAR_SEVERITY_NORMAL 0
 
 // Severity: outside the normal band.
@@ -171,225 +171,223 @@
 // Flag of a verdict: it rests on a default of the plugin, which the reason names.
 #define BUSBAR_VERDICT_ASSUMED 1
 
-// Lists of a plugin.
+// Lists of a plugin, at most.
 #define BUSBAR_MAX_RECORD_LISTS 16
 
-// Columns of a list.
+// Columns of a list, at most.
 #define BUSBAR_MAX_RECORD_COLUMNS 32
 
-// Rows of a list.
+// Rows of a list, at most.
 #define BUSBAR_MAX_RECORD_ROWS 200000
 
-// Bytes of an equipment id, or of a cell.
+// Bytes of an equipment id, or of a cell, at most.
 #define BUSBAR_MAX_RECORD_TEXT 1024
 
-// Bytes of all texts of all lists of a plugin, each counted with 32 more.
+// Bytes of all texts of all lists of a plugin, each counted with 32 more, at most.
 #define BUSBAR_MAX_RECORD_BYTES (64 << 20)
 
-// Bytes of a description.
+// Bytes of a description, at most.
 #define BUSBAR_MAX_RECORD_DESCRIPTION (4 << 20)
 
-// The time of a row that has none.
+// Time of a row that has none.
 #define BUSBAR_RECORD_NO_TIME INT64_MIN
 
 // Severity of a row that is no defect, or of which that is not known.
 #define BUSBAR_RECORD_NO_SEVERITY 0
 
-// Severity of a defect: to be mended when there is occasion.
+// Severity of a defect to be mended when there is occasion.
 #define BUSBAR_RECORD_GENERAL 1
 
-// Severity of a defect: to be mended soon, and watched until then.
+// Severity of a defect to be mended soon, and watched until then.
 #define BUSBAR_RECORD_SERIOUS 2
 
-// Severity of a defect: to be mended at once.
+// Severity of a defect to be mended at once.
 #define BUSBAR_RECORD_CRITICAL 3
 
-// Flag of a row: it is open, so that something is to be done still.
+// Flag of an open row: something is still to be done.
 #define BUSBAR_RECORD_OPEN 1
 
-// Shape: the base, always.
+// Shape of a constant at the base.
 #define BUSBAR_SHAPE_CONSTANT 0
 
-// Shape: a sine about the base.
+// Shape of a sine about the base.
 #define BUSBAR_SHAPE_SINE 1
 
-// Shape: a smooth random walk about the base.
+// Shape of a smooth random walk about the base.
 #define BUSBAR_SHAPE_WALK 2
 
-// Shape: levels about the base, or positions of a switch, each held for a period.
+// Shape of levels about the base, or positions of a switch, each held for a period.
 #define BUSBAR_SHAPE_STEPS 3
 
-// Shape: one more each period, from the base to base and amplitude, then anew.
+// Shape of a counter: one more each period, from the base to base and amplitude, then anew.
 #define BUSBAR_SHAPE_COUNTER 4
 
-// Fault: connections end, and new ones are turned away.
+// Fault of a lost link: connections end, and new ones are refused.
 #define BUSBAR_FAULT_LINK_LOSS 1
 
-// Fault: every answer takes a while, but comes in time.
+// Fault of a slow device: every answer is delayed, but within the deadline.
 #define BUSBAR_FAULT_SLOW 2
 
-// Fault: connections stay, and nothing comes through them.
+// Fault of half-open connections, through which no bytes come.
 #define BUSBAR_FAULT_HALF_OPEN 4
 
-// Fault: connections are reset, again and again.
+// Fault of connections that are reset, again and again.
 #define BUSBAR_FAULT_RESET 8
 
-// Fault: random bytes come instead of answers.
+// Fault of random bytes instead of answers.
 #define BUSBAR_FAULT_GARBAGE 16
 
-// Fault: answers come after the client's deadline.
+// Fault of answers after the client's deadline.
 #define BUSBAR_FAULT_LATE 32
 
-// Fault: the device's clock is wrong.
+// Fault of a wrong device clock.
 #define BUSBAR_FAULT_CLOCK_JUMP 64
 
-// Bytes of the text of a [`BusbarSimulatorStatus`].
+// Capacity of the text of a [`BusbarSimulatorStatus`], bytes.
 #define BUSBAR_SIMULATOR_MESSAGE_CAPACITY 512
 
-// Event: the tag goes to a value and stays there.
+// Event kind: the tag moves to a value and stays there.
 #define BUSBAR_EVENT_VALUE 0
 
-// Event: the tag moves by its own shape again.
+// Event kind: the tag follows its own shape again.
 #define BUSBAR_EVENT_RELEASE 1
 
-// Value kind: none; the sample says something about quality only.
+// Value kind of a sample without a value: it sets the quality only.
 #define BUSBAR_VALUE_NONE 0
 
-// Value kind: IEEE 754 double, its bits in `value`.
+// Value kind of an IEEE 754 double, its bits in `value`.
 #define BUSBAR_VALUE_F64 1
 
-// Value kind: two's complement 64-bit integer.
+// Value kind of a two's complement 64-bit integer.
 #define BUSBAR_VALUE_I64 2
 
-// Value kind: 0 or 1.
+// Value kind of a single point, 0 or 1.
 #define BUSBAR_VALUE_BOOL 3
 
-// Value kind: double-point, 0 intermediate, 1 off, 2 on, 3 bad state
-// (IEC 60870-5-101, 7.2.6.2).
+// Value kind of a double point: 0 intermediate, 1 off, 2 on, 3 bad state (IEC 60870-5-101,
+// 7.2.6.2).
 #define BUSBAR_VALUE_DOUBLE_POINT 4
 
-// Quality: usable.
+// Quality of a usable value.
 #define BUSBAR_QUALITY_GOOD 0
 
-// Quality: doubtful.
+// Quality of a doubtful value.
 #define BUSBAR_QUALITY_UNCERTAIN 1
 
-// Quality: not usable.
+// Quality of an unusable value.
 #define BUSBAR_QUALITY_BAD 2
 
-// Reason: none given.
+// Reason of a quality that names none.
 #define BUSBAR_REASON_NONE 0
 
-// Reason: the link to the device is down.
+// Reason of a link to the device that is down.
 #define BUSBAR_REASON_COMMUNICATION 1
 
-// Reason: the device says that its sensor failed.
+// Reason of a device that reports a failed sensor.
 #define BUSBAR_REASON_SENSOR 2
 
-// Reason: outside the measuring range.
+// Reason of a value outside the measuring range.
 #define BUSBAR_REASON_OUT_OF_RANGE 3
 
-// Reason: the device refused the address, or its answer does not fit.
+// Reason of a device that refused the address, or whose answer does not fit.
 #define BUSBAR_REASON_CONFIGURATION 4
 
-// Reason: not connected yet.
+// Reason of a device that is not connected yet.
 #define BUSBAR_REASON_NOT_CONNECTED 5
 
-// Reason: not a finite number.
+// Reason of a value that is not a finite number.
 #define BUSBAR_REASON_NOT_FINITE 6
 
-// Reason: past its freshness limit. Only the host gives it.
+// Reason of a value past its freshness limit. The host alone sets it.
 #define BUSBAR_REASON_STALE 7
 
-// Reason: the time that the source gave is missing where one is promised,
-// unreadable, in the future or impossible.
+// Reason of a source timestamp that is missing where one is promised, unreadable, in the future or
+// impossible.
 #define BUSBAR_REASON_SOURCE_TIME 8
 
-// Sample flag: the sample comes out of a buffer (buffered report, stored or
-// historical value). Source time orders such samples; all others count in the
-// order of their arrival, whatever their source time.
+// Sample flag of a buffered sample: a buffered report, a stored or a historical value. Source time
+// orders such samples; all others count in the order of their arrival, whatever their source time.
 #define BUSBAR_SAMPLE_BUFFERED (1 << 0)
 
-// Sample flag: settings or protocol promise a source time, and this sample's
-// is missing or unreadable. A good value becomes uncertain (source time).
+// Sample flag of a promised source time that is missing or unreadable. A good value becomes
+// uncertain (source time).
 #define BUSBAR_SAMPLE_TIME_UNUSABLE (1 << 1)
 
-// Origin: a person or program put the value in place of the measured one.
+// Origin of a value that a person or program substituted for the measured one.
 #define BUSBAR_ORIGIN_SUBSTITUTED (1 << 2)
 
-// Origin: the device is under test.
+// Origin of a value from a device under test.
 #define BUSBAR_ORIGIN_TEST (1 << 3)
 
-// Origin: a simulator made the value.
+// Origin of a value that a simulator made.
 #define BUSBAR_ORIGIN_SIMULATED (1 << 4)
 
-// Origin: the value is replayed from a recording.
+// Origin of a value that is replayed from a recording.
 #define BUSBAR_ORIGIN_RECORDED (1 << 5)
 
-// Origin: the source says that the value is of the past.
+// Origin of a value that its source calls historical.
 #define BUSBAR_ORIGIN_HISTORICAL (1 << 6)
 
-// `source_time` of a sample whose source gives no time.
+// Source timestamp of a sample whose source gives none.
 #define BUSBAR_NO_TIME INT64_MIN
 
-// State of the plugin's link: not tried yet.
+// Link state of a plugin that has not tried to connect yet.
 #define BUSBAR_LINK_IDLE 0
 
-// State of the plugin's link: connecting or waiting to try again.
+// Link state of a plugin that connects or waits to try again.
 #define BUSBAR_LINK_CONNECTING 1
 
-// State of the plugin's link: up.
+// Link state of a connected plugin.
 #define BUSBAR_LINK_UP 2
 
-// State of the plugin's link: down.
+// Link state of a plugin whose link is down.
 #define BUSBAR_LINK_DOWN 3
 
 // Result of a call: [`BUSBAR_OK`] or one of the codes below it.
 typedef int32_t BusbarStatus;
 
-// Why a call failed. The caller owns it and fills in `struct_size`.
+// Error of a call. The caller owns it and fills in `struct_size`.
 typedef struct BusbarError {
   // Size of this struct as the caller knows it, bytes.
   uint32_t struct_size;
-  // Bytes used of `message`, at most its size.
+  // Bytes used of `message`, at most its capacity.
   uint32_t message_len;
-  // The code that goes with it, for calls that return no status.
+  // Status of the error, for calls that return no status.
   BusbarStatus status;
-  // UTF-8: fault, place and remedy in one or two sentences.
+  // Message in UTF-8: fault, place and remedy in one or two sentences.
   uint8_t message[1024];
 } BusbarError;
 
 // UTF-8 text with a length in bytes, not terminated. `ptr` may be null only
 // if `len` is 0.
 typedef struct BusbarStr {
-  // First byte.
+  // First byte of the text.
   const uint8_t *ptr;
-  // Length in bytes.
+  // Length of the text, bytes.
   size_t len;
 } BusbarStr;
 
-// The one exported entry. Static in the library, for its whole life.
+// Entry point that a library exports. Static, for the library's whole life.
 typedef struct BusbarPluginEntry {
   // Size of this struct, bytes.
   uint32_t struct_size;
-  // [`BUSBAR_ABI_MAJOR`] that the plugin was built with.
+  // Major version that the plugin was built with, [`BUSBAR_ABI_MAJOR`].
   uint32_t abi_major;
-  // [`BUSBAR_ABI_MINOR`] that the plugin was built with.
+  // Minor version that the plugin was built with, [`BUSBAR_ABI_MINOR`].
   uint32_t abi_minor;
-  // Zero.
+  // Reserved; must be zero.
   uint32_t reserved;
-  // `[main-thread]` Called before anything else. May be null.
+  // `[main-thread]` Initializes the library, before any other call. May be null.
   BusbarStatus (*init)(struct BusbarError *error);
-  // `[main-thread]` Called once for every `init`, after every plugin is
-  // destroyed. The library stays mapped, and `init` may follow again. May be
-  // null.
+  // `[main-thread]` Called once for every `init`, after every plugin is destroyed. The library
+  // stays mapped, and `init` may follow again. May be null.
   void (*deinit)(void);
-  // `[main-thread]` A factory by id, static, or null if there is none.
-  // `busbar.plugin-factory/1` gives a [`BusbarPluginFactory`].
+  // `[main-thread]` Returns a static factory by id, or null if there is none.
+  // `busbar.plugin-factory/1` names a [`BusbarPluginFactory`].
   const void *(*get_factory)(struct BusbarStr factory_id);
 } BusbarPluginEntry;
 
-// What a plugin is. Static.
+// Identity and capabilities of a plugin. Static.
 typedef struct BusbarPluginDescriptor {
   // Size of this struct, bytes.
   uint32_t struct_size;
@@ -398,73 +396,71 @@ typedef struct BusbarPluginDescriptor {
   // Unique id in reverse notation, such as `com.example.mine`: letters, digits,
   // `.`, `_` and `-`, at most 128.
   struct BusbarStr id;
-  // Name for people.
+  // Display name of the plugin.
   struct BusbarStr name;
   // Version of the plugin.
   struct BusbarStr version;
-  // One sentence.
+  // Description of the plugin in one sentence.
   struct BusbarStr description;
   // JSON Schema of the settings; empty accepts any object.
   struct BusbarStr settings_schema;
-  // Ids of its capabilities, `capability_count` of them.
+  // Ids of the plugin's capabilities, `capability_count` of them.
   const struct BusbarStr *capabilities;
 } BusbarPluginDescriptor;
 
-// One instance. Owned by the library; the host gives it back by `destroy`.
+// Plugin instance. The library owns it; the host ends it by `destroy`.
 typedef struct BusbarPlugin {
   // Size of this struct, bytes.
   uint32_t struct_size;
-  // Zero.
+  // Reserved; must be zero.
   uint32_t reserved;
-  // The library's own.
+  // Data of the library's own.
   void *data;
   // `[main-thread & idle]` Ends the instance and frees it. No call to the
   // host may follow.
   void (*destroy)(struct BusbarPlugin *plugin);
-  // `[main-thread]` The table of a capability by id, valid until `destroy`,
-  // or null if the plugin does not have it.
+  // `[main-thread]` Returns the function table of a capability by id, valid until `destroy`, or
+  // null if the plugin lacks the capability.
   const void *(*get_capability)(const struct BusbarPlugin *plugin, struct BusbarStr capability_id);
 } BusbarPlugin;
 
-// What the host offers to one plugin instance. Valid from `create` until
-// `destroy` returns.
+// Services of the host for one plugin instance. Valid from `create` until `destroy` returns.
 typedef struct BusbarHost {
   // Size of this struct, bytes.
   uint32_t struct_size;
-  // The host's ABI major version.
+  // Major version of the host's ABI.
   uint32_t abi_major;
-  // The host's ABI minor version.
+  // Minor version of the host's ABI.
   uint32_t abi_minor;
-  // Zero.
+  // Reserved; must be zero.
   uint32_t reserved;
-  // Passed back in every call to the host.
+  // Context that is passed back in every call to the host.
   void *context;
   // `[any-thread]` Writes one line to the host's log. Messages beyond the
   // host's rate limit are dropped and counted. Cannot fail.
   void (*log)(void *context, uint32_t level, struct BusbarStr message);
 } BusbarHost;
 
-// Makes plugins.
+// Factory of plugin instances.
 typedef struct BusbarPluginFactory {
   // Size of this struct, bytes.
   uint32_t struct_size;
-  // Zero.
+  // Reserved; must be zero.
   uint32_t reserved;
   // `[main-thread]` Number of plugins in this library, at most 64.
   uint32_t (*count)(void);
-  // `[main-thread]` Descriptor of one of them, static, or null if `index`
-  // is too large.
+  // `[main-thread]` Returns a plugin's static descriptor, or null if `index` is too large.
   const struct BusbarPluginDescriptor *(*descriptor)(uint32_t index);
-  // `[main-thread]` Makes an instance with settings (a JSON object that
-  // fits the descriptor's schema). Returns null and fills `error` on
-  // failure. `host` stays valid until `destroy` returns.
+  // `[main-thread]` Creates an instance with settings, a JSON object that fits the descriptor's
+  // schema. Returns null and fills in `error` on failure. `host` stays valid until `destroy`
+  // returns.
   struct BusbarPlugin *(*create)(struct BusbarStr plugin_id,
                                  struct BusbarStr settings_json,
                                  const struct BusbarHost *host,
                                  struct BusbarError *error);
 } BusbarPluginFactory;
 
-// A triangle mesh over welded positions, and the wedges that split them.
+// Triangle mesh over welded positions, and the wedges that split them.
 //
 // A *wedge* is one position with one set of attributes; a position on a
 // normal, texture or material seam has several. The fields from `wedge_count`
@@ -474,19 +470,19 @@ typedef struct BusbarPluginFactory {
 typedef struct BusbarMesh {
   // Size of this struct, bytes.
   uint32_t struct_size;
-  // Number of positions.
+  // Number of positions in `positions`.
   uint32_t position_count;
-  // Number of triangles.
+  // Number of triangles in `triangles`.
   uint32_t triangle_count;
-  // Zero.
+  // Reserved; must be zero.
   uint32_t reserved;
-  // x, y, z of each position, finite, metres.
+  // Coordinates x, y, z of each position, finite, metres.
   const float *positions;
   // Three different position indices of each triangle, counter-clockwise.
   const uint32_t *triangles;
   // Number of wedges: at least one for each position, or 0.
   uint32_t wedge_count;
-  // Zero.
+  // Reserved; must be zero.
   uint32_t wedge_reserved;
   // Three wedge indices of each triangle, each standing on the position
   // that `triangles` names there.
@@ -509,7 +505,7 @@ typedef struct BusbarMesh {
 typedef struct BusbarProgress {
   // Size of this struct, bytes.
   uint32_t struct_size;
-  // Zero.
+  // Reserved; must be zero.
   uint32_t reserved;
   // Passed back in `report`.
   void *context;
@@ -518,11 +514,11 @@ typedef struct BusbarProgress {
   uint32_t (*report)(void *context, float fraction);
 } BusbarProgress;
 
-// One half-edge collapse. Array element.
+// Half-edge collapse. Array element.
 typedef struct BusbarCollapse {
-  // Position that goes. No later entry may name it.
+  // Index of the position that is removed. No later entry may name it.
   uint32_t removed;
-  // Position that stands for it; must not have been removed before.
+  // Index of the position that replaces it; must not have been removed before.
   uint32_t kept;
   // Geometric error after this collapse, metres: finite, at least 0, never
   // decreasing along the sequence.
@@ -533,7 +529,7 @@ typedef struct BusbarCollapse {
 typedef struct BusbarStage {
   // UTF-8 name, padded with zeros.
   uint8_t name[24];
-  // Milliseconds.
+  // Duration of the stage, milliseconds.
   double millis;
 } BusbarStage;
 
@@ -544,13 +540,13 @@ typedef struct BusbarCollapseOutput {
   uint32_t struct_size;
   // Room in `collapses`: at least `position_count`.
   uint32_t collapse_capacity;
-  // Collapses written.
+  // Number of collapses written.
   uint32_t collapse_count;
-  // Room in `stages`.
+  // Capacity of `stages`, in elements.
   uint32_t stage_capacity;
-  // Stages written.
+  // Number of stages written.
   uint32_t stage_count;
-  // Zero.
+  // Reserved; must be zero.
   uint32_t reserved;
   // The sequence, in order.
   struct BusbarCollapse *collapses;
@@ -558,7 +554,7 @@ typedef struct BusbarCollapseOutput {
   struct BusbarStage *stages;
 } BusbarCollapseOutput;
 
-// Table of `busbar.mesh-optimizer/1-draft`.
+// Function table of `busbar.mesh-optimizer/1-draft`.
 typedef struct BusbarMeshOptimizer {
   // Size of this struct, bytes.
   uint32_t struct_size;
@@ -576,81 +572,76 @@ typedef struct BusbarMeshOptimizer {
                            struct BusbarError *error);
 } BusbarMeshOptimizer;
 
-// One tag that a telemetry plugin is to serve. Array element.
+// Tag that a telemetry plugin is to serve. Array element.
 typedef struct BusbarTagSpec {
-  // Names the tag in samples.
+  // Handle that names the tag in samples.
   uint32_t tag;
-  // `BUSBAR_VALUE_*` that the host wants.
+  // Kind of value that the host expects, one of `BUSBAR_VALUE_*`.
   uint32_t kind;
-  // Freshness limit: a value older than this is stale, milliseconds.
+  // Freshness limit, milliseconds: an older value is stale.
   uint64_t freshness_millis;
-  // Tag id, for messages.
+  // Id of the tag, for messages.
   struct BusbarStr id;
-  // The tag's address for this plugin: JSON, as the configuration has it.
+  // Address of the tag for this plugin: JSON, as the configuration has it.
   struct BusbarStr address_json;
 } BusbarTagSpec;
 
-// One update of one tag, 24 bytes. Array element.
+// Update of one tag, 24 bytes. Array element.
 typedef struct BusbarSample {
-  // Handle from [`BusbarTagSpec`].
+  // Handle of the tag, from [`BusbarTagSpec`].
   uint32_t tag;
-  // `BUSBAR_VALUE_*`.
+  // Kind of the value, one of `BUSBAR_VALUE_*`.
   uint8_t kind;
-  // `BUSBAR_QUALITY_*`.
+  // Quality, one of `BUSBAR_QUALITY_*`.
   uint8_t quality;
-  // `BUSBAR_REASON_*`.
+  // Reason of the quality, one of `BUSBAR_REASON_*`.
   uint8_t reason;
-  // `BUSBAR_SAMPLE_*` and `BUSBAR_ORIGIN_*`, or'ed; 0 for a live value.
+  // Flags, `BUSBAR_SAMPLE_*` and `BUSBAR_ORIGIN_*` or'ed; 0 for a live value.
   uint8_t flags;
-  // Bits of the value, after `kind`.
+  // Bits of the value, by its `kind`.
   uint64_t value;
-  // Time at the source, nanoseconds since 1970-01-01 UTC, or
-  // [`BUSBAR_NO_TIME`].
+  // Source timestamp, nanoseconds since 1970-01-01 UTC, or [`BUSBAR_NO_TIME`].
   int64_t source_time_unix_nanos;
 } BusbarSample;
 
-// Where samples go. Valid from `start` until `stop` returns.
+// Sink for samples and link reports. Valid from `start` until `stop` returns.
 typedef struct BusbarSampleSink {
   // Size of this struct, bytes.
   uint32_t struct_size;
-  // Zero.
+  // Reserved; must be zero.
   uint32_t reserved;
-  // Passed back in every call.
+  // Context that is passed back in every call.
   void *context;
   // `[any-thread & active]` Takes a batch, copying it, without blocking.
   // Returns how many samples were taken. When the queue is full, the
   // oldest in it are dropped and counted.
   size_t (*publish)(void *context, const struct BusbarSample *samples, size_t count);
-  // `[any-thread & active]` Tells operators how the link is:
-  // `BUSBAR_LINK_*` and a sentence.
+  // `[any-thread & active]` Reports the state of the link to operators: `BUSBAR_LINK_*` and a
+  // sentence.
   void (*report_link)(void *context, uint32_t state, struct BusbarStr message);
-  // `[any-thread & active]` Tells the time that the values published from
-  // here on are of, nanoseconds since 1970-01-01 UTC, where that is not now:
-  // a recording's. Overlays then calculate by that time.
-  // [`BUSBAR_NO_TIME`] goes back to the wall clock. Null in older hosts.
+  // `[any-thread & active]` Sets the scene time of the values published from now on, nanoseconds
+  // since 1970-01-01 UTC. For recordings, whose time is not now; overlays then calculate by that
+  // time. [`BUSBAR_NO_TIME`] returns to the wall clock. Null in older hosts.
   void (*report_scene_time)(void *context, int64_t scene_time_unix_nanos);
 } BusbarSampleSink;
 
-// Table of `busbar.telemetry/1-draft`.
+// Function table of `busbar.telemetry/1-draft`.
 typedef struct BusbarTelemetry {
   // Size of this struct, bytes.
   uint32_t struct_size;
-  // `BUSBAR_ORIGIN_*`, or'ed, of all samples of this plugin; 0 where they
-  // are live.
+  // Origin of all samples of this plugin, `BUSBAR_ORIGIN_*` or'ed; 0 where they are live.
   uint32_t origin;
-  // `[main-thread & idle]` Whether these tags could be served: reads
-  // addresses, connects to nothing. Everything is borrowed for the call.
-  // Fails like `start`. May be null.
+  // `[main-thread & idle]` Checks whether these tags could be served: reads addresses, connects
+  // to nothing. All arguments are borrowed for the call. Fails like `start`. May be null.
   BusbarStatus (*check)(const struct BusbarPlugin *plugin,
                         const struct BusbarTagSpec *tags,
                         size_t tag_count,
                         struct BusbarError *error);
-  // `[main-thread & idle]` Starts to serve tags on threads of the plugin's
-  // own and returns at once; a device that does not answer is no failure
-  // but Bad quality. The specs are valid during the call, `sink` until
-  // `stop` returns. Fails with `BUSBAR_INVALID_SETTINGS` when an address is
-  // wrong, naming every tag at fault that the message has room for; the
-  // plugin is then idle, and no call to the sink may follow.
+  // `[main-thread & idle]` Starts to serve tags on threads of the plugin's own and returns at
+  // once. A device that does not answer is no failure but Bad quality. The specs are valid
+  // during the call, `sink` until `stop` returns. Fails with `BUSBAR_INVALID_SETTINGS` when an
+  // address is wrong. The message names every tag at fault that it has room for. The plugin is
+  // then idle, and no call to the sink may follow.
   BusbarStatus (*start)(const struct BusbarPlugin *plugin,
                         const struct BusbarTagSpec *tags,
                         size_t tag_count,
@@ -671,7 +662,7 @@ typedef struct BusbarBinding {
   double limit_low;
   // Normal band, upper end; NaN for none.
   double limit_high;
-  // Tag id.
+  // Id of the tag.
   struct BusbarStr tag_id;
   // Tag name for people.
   struct BusbarStr tag_name;
@@ -679,7 +670,7 @@ typedef struct BusbarBinding {
   struct BusbarStr unit;
   // Equipment id of the node.
   struct BusbarStr node_id;
-  // What the value means to the node, as the configuration words it.
+  // Role of the value for the node, as the configuration words it.
   struct BusbarStr role;
 } BusbarBinding;
 
@@ -687,11 +678,11 @@ typedef struct BusbarBinding {
 typedef struct BusbarTagValue {
   // `BUSBAR_VALUE_*`; `BUSBAR_VALUE_NONE` if no value came yet.
   uint8_t kind;
-  // `BUSBAR_QUALITY_*`, freshness included.
+  // Quality, one of `BUSBAR_QUALITY_*`, freshness included.
   uint8_t quality;
-  // `BUSBAR_REASON_*`.
+  // Reason of the quality, one of `BUSBAR_REASON_*`.
   uint8_t reason;
-  // Zero.
+  // Reserved; must be zero.
   uint8_t reserved[5];
   // Bits of the last value.
   uint64_t value;
@@ -715,7 +706,7 @@ typedef struct BusbarOverlayFrame {
 
 // One thing to draw. Array element.
 typedef struct BusbarOverlayPrimitive {
-  // `BUSBAR_OVERLAY_*`.
+  // Kind of the primitive, one of `BUSBAR_OVERLAY_*`.
   uint32_t kind;
   // Index of the binding whose value this rests on. The host hatches the
   // primitive, with the age, when that value is not good.
@@ -736,13 +727,13 @@ typedef struct BusbarOverlayPrimitive {
 
 // A number at equipment that the host gives a shape. Array element.
 typedef struct BusbarOverlayQuantity {
-  // `BUSBAR_QUANTITY_*`.
+  // Kind of the quantity, one of `BUSBAR_QUANTITY_*`.
   uint32_t kind;
   // Index of the binding whose value this rests on: what is not good is drawn as not known.
   uint32_t binding;
   // Index of the equipment described.
   uint32_t equipment;
-  // By kind.
+  // Second index, by the kind.
   uint32_t other;
   // By kind; finite unless the kind says otherwise.
   double value;
@@ -754,9 +745,9 @@ typedef struct BusbarOverlayQuantity {
 typedef struct BusbarOverlayVerdict {
   // Index of the equipment described.
   uint32_t equipment;
-  // `BUSBAR_VERDICT_*`.
+  // Verdict, one of `BUSBAR_VERDICT_*`.
   uint32_t verdict;
-  // `BUSBAR_VERDICT_ASSUMED`, or 0.
+  // Flags: `BUSBAR_VERDICT_ASSUMED`, or 0.
   uint32_t flags;
   // Reason, for people: offset into the text buffer, bytes.
   uint32_t reason_offset;
@@ -774,33 +765,33 @@ typedef struct BusbarOverlayVerdict {
 typedef struct BusbarOverlayOutput {
   // Size of this struct, bytes.
   uint32_t struct_size;
-  // Room in `primitives`.
+  // Capacity of `primitives`, in elements.
   uint32_t primitive_capacity;
-  // Primitives written.
+  // Number of primitives written.
   uint32_t primitive_count;
   // Room in `text`, bytes.
   uint32_t text_capacity;
   // Bytes of `text` written.
   uint32_t text_len;
-  // Zero.
+  // Reserved; must be zero.
   uint32_t reserved;
-  // What to draw.
+  // Primitives to draw, in order.
   struct BusbarOverlayPrimitive *primitives;
   // UTF-8 that the primitives name.
   uint8_t *text;
   // Room in `quantities`. This and what follows is there where the size says so.
   uint32_t quantity_capacity;
-  // Quantities written.
+  // Number of quantities written.
   uint32_t quantity_count;
-  // What has a shape of the host's.
+  // Quantities that the host draws by shapes of its own.
   struct BusbarOverlayQuantity *quantities;
   // Room in `verdicts`. This and what follows is there where the size says so.
   uint32_t verdict_capacity;
-  // Verdicts written.
+  // Number of verdicts written.
   uint32_t verdict_count;
   // Judgments on the equipment described.
   struct BusbarOverlayVerdict *verdicts;
-  // Room in `basis`.
+  // Capacity of `basis`, in elements.
   uint32_t basis_capacity;
   // Elements of `basis` written.
   uint32_t basis_count;
@@ -810,23 +801,23 @@ typedef struct BusbarOverlayOutput {
 
 // A state that an overlay shows equipment in, as the legend has it. Array element.
 typedef struct BusbarLegendEntry {
-  // What it says, for people; at most 64 bytes.
+  // Display name of the state; at most 64 bytes.
   struct BusbarStr name;
   // `BUSBAR_PATTERN_*`: no two entries that differ in colour alone may mean different
   // things to who sees none.
   uint32_t pattern;
-  // `0xRRGGBB`, sRGB.
+  // Colour in sRGB, `0xRRGGBB`.
   uint32_t color;
 } BusbarLegendEntry;
 
 // A quantity whose course over the ground an overlay shows, worked out of levels at
 // equipment. Array element.
 typedef struct BusbarContour {
-  // What it is called, for people; at most 64 bytes.
+  // Display name of the quantity; at most 64 bytes.
   struct BusbarStr name;
-  // Its unit, such as `°C`; empty for none; at most 16 bytes.
+  // Unit such as `°C`; empty for none; at most 16 bytes.
   struct BusbarStr unit;
-  // How far around a piece of equipment its level counts, metres; 0.1 to 1000.
+  // Radius around a piece of equipment within which its level counts, metres; 0.1 to 1000.
   double reach_metres;
   // Normal band, lower end; NaN for none. Only what lies outside the band is coloured.
   double low;
@@ -846,9 +837,9 @@ typedef struct BusbarOverlayDescription {
   uint32_t legend_count;
   // Number of equipment ids; at most 100,000.
   uint32_t equipment_count;
-  // Zero.
+  // Reserved; must be zero.
   uint32_t reserved;
-  // The legend.
+  // Legend entries of the overlay.
   const struct BusbarLegendEntry *legend;
   // Ids, by any alias, of the equipment that is judged: every piece that the settings or
   // the bindings name. `draw` gives each of them a verdict.
@@ -856,7 +847,7 @@ typedef struct BusbarOverlayDescription {
   // Number of mechanisms; at most 16. This and what follows is there where the size
   // says so.
   uint32_t mechanism_count;
-  // Whether it is drawn only once an operator switches it on: 0 or 1.
+  // Flag, 0 or 1: the overlay is drawn only once an operator switches it on.
   uint32_t starts_hidden;
   // Names of mechanisms, as models have them, that positions are given of.
   const struct BusbarStr *mechanisms;
@@ -865,7 +856,7 @@ typedef struct BusbarOverlayDescription {
   // Number of findings; at most 256. This and what follows is there where the size
   // says so.
   uint32_t finding_count;
-  // Zero.
+  // Reserved; must be zero.
   uint32_t reserved_2;
   // Faults of the bindings given, each as cause and remedy with `; ` between: a role
   // that no tag has, a unit that cannot be converted. `busbar check` refuses them; a
@@ -873,11 +864,11 @@ typedef struct BusbarOverlayDescription {
   const struct BusbarStr *findings;
 } BusbarOverlayDescription;
 
-// Table of `busbar.overlay/1-draft`.
+// Function table of `busbar.overlay/1-draft`.
 typedef struct BusbarOverlay {
   // Size of this struct, bytes.
   uint32_t struct_size;
-  // Zero.
+  // Reserved; must be zero.
   uint32_t reserved;
   // `[main-thread]` Says which tags are bound to which nodes; called before
   // the first `draw` and after a reload. Everything is borrowed for the
@@ -901,108 +892,106 @@ typedef struct BusbarOverlay {
                            struct BusbarError *error);
 } BusbarOverlay;
 
-// One tag that is simulated. Array element.
+// Simulated tag. Array element.
 typedef struct BusbarSimulatedTag {
-  // The tag, as telemetry has it.
+  // Specification of the tag, as for telemetry.
   struct BusbarTagSpec spec;
-  // `BUSBAR_SHAPE_*`.
+  // Shape of the signal, one of `BUSBAR_SHAPE_*`.
   uint32_t shape;
-  // Zero.
+  // Reserved; must be zero.
   uint32_t reserved;
-  // What it is about, in the tag's unit; 0 or 1 for bool, 0 to 3 for double-point.
+  // Base value of the signal, in the tag's unit; 0 or 1 for bool, 0 to 3 for double-point.
   double base;
-  // How far it goes from that; not negative.
+  // Amplitude about the base, in the tag's unit; not negative.
   double amplitude;
-  // Time of a wave, a level or a count, seconds; more than 0.
+  // Period of a wave, a level or a count, seconds; more than 0.
   double period_seconds;
 } BusbarSimulatedTag;
 
-// Something that happens to a simulated tag. Array element.
+// Scenario event of a simulated tag. Array element.
 typedef struct BusbarSimulatedEvent {
   // Handle of the tag.
   uint32_t tag;
-  // `BUSBAR_EVENT_*`.
+  // Kind of the event, one of `BUSBAR_EVENT_*`.
   uint32_t kind;
-  // When, seconds since the scenario began; not negative.
+  // Time of the event, seconds since the scenario began; not negative.
   double at_seconds;
-  // How long the way to the value takes, seconds; not negative, 0 for bool and
-  // double-point.
+  // Duration of the ramp to the value, seconds; not negative, 0 for bool and double-point.
   double over_seconds;
-  // The value in the tag's unit; 0 or 1 for bool, 0 to 3 for double-point.
+  // Target value in the tag's unit; 0 or 1 for bool, 0 to 3 for double-point.
   double value;
 } BusbarSimulatedEvent;
 
-// A time in which the link fails. Array element.
+// Interval in which the link has a fault. Array element.
 typedef struct BusbarLinkFault {
-  // `BUSBAR_FAULT_*`, one of them.
+  // Kind of the fault, one of `BUSBAR_FAULT_*`.
   uint32_t fault;
-  // Zero.
+  // Reserved; must be zero.
   uint32_t reserved;
-  // When it begins, seconds since the scenario began; not negative.
+  // Begin of the fault, seconds since the scenario began; not negative.
   double at_seconds;
-  // How long it holds, seconds; more than 0.
+  // Duration of the fault, seconds; more than 0.
   double for_seconds;
 } BusbarLinkFault;
 
-// What holds for all tags of a simulation.
+// Parameters of a simulation, for all its tags.
 typedef struct BusbarSimulation {
   // Size of this struct, bytes.
   uint32_t struct_size;
-  // Sum of the `BUSBAR_FAULT_*` that strike; 0 for none.
+  // Kinds of random faults, a sum of `BUSBAR_FAULT_*`; 0 for none.
   uint32_t faults;
-  // The same seed gives the same values and the same faults.
+  // Seed of the random numbers: the same seed gives the same values and the same faults.
   uint64_t seed;
   // Period in which changes are looked for, milliseconds; more than 0. Of no
   // meaning to protocols whose devices only answer.
   uint64_t update_millis;
-  // In each of these periods one fault strikes, milliseconds; more than
-  // `fault_millis`.
+  // Period in which one fault occurs, milliseconds; more than `fault_millis`.
   uint64_t fault_period_millis;
-  // How long a fault holds at most, milliseconds; more than 0.
+  // Longest duration of a random fault, milliseconds; more than 0.
   uint64_t fault_millis;
-  // When the scenario began, nanoseconds since 1970-01-01 UTC; a plugin that is started
-  // again goes on with it.
+  // Start of the scenario, nanoseconds since 1970-01-01 UTC; a plugin that is restarted
+  // continues it.
   int64_t scenario_unix_nanos;
-  // Number of events.
+  // Number of events in `events`.
   uint32_t event_count;
   // Number of link faults.
   uint32_t link_fault_count;
-  // What happens to tags, in the order of time.
+  // Scenario events of tags, in the order of time.
   const struct BusbarSimulatedEvent *events;
-  // What happens to the link, in the order of time.
+  // Scenario faults of the link, in the order of time.
   const struct BusbarLinkFault *link_faults;
 } BusbarSimulation;
 
-// How a simulation goes.
+// Status of a simulation.
 typedef struct BusbarSimulatorStatus {
   // Size of this struct, bytes.
   uint32_t struct_size;
-  // The `BUSBAR_FAULT_*` that holds; 0 for none.
+  // Present fault, one of `BUSBAR_FAULT_*`; 0 for none.
   uint32_t fault;
-  // Clients that are connected.
+  // Number of clients that are connected.
   uint32_t clients;
   // Used bytes of `message`.
   uint32_t message_len;
-  // Connections that were taken so far.
+  // Number of connections accepted so far.
   uint64_t connections;
-  // Answers to requests, and messages without one, that were sent so far.
+  // Number of messages sent so far: answers to requests, and unsolicited ones.
   uint64_t messages;
-  // Where it listens, UTF-8.
+  // Address that the simulator listens at, UTF-8.
   uint8_t message[BUSBAR_SIMULATOR_MESSAGE_CAPACITY];
 } BusbarSimulatorStatus;
 
-// Table of `busbar.simulator/1-draft`. Whether the plugin also serves tags by
-// `busbar.telemetry/1-draft` is of no concern to it.
+// Function table of `busbar.simulator/1-draft`. It is independent of `busbar.telemetry/1-draft`,
+// which the plugin may also have.
 typedef struct BusbarSimulator {
   // Size of this struct, bytes.
   uint32_t struct_size;
-  // Zero.
+  // Reserved; must be zero.
   uint32_t reserved;
-  // `[main-thread & idle]` Listens, serves tags on threads of the plugin's own, and
-  // returns at once. Tags and simulation are valid during the call. Fails with
-  // `BUSBAR_INVALID_SETTINGS` when an address is wrong or cannot hold the values of
-  // its tag, naming every tag at fault that the message has room for; with
-  // `BUSBAR_FAILED` when it cannot listen. The plugin is then idle.
+  // `[main-thread & idle]` Listens, serves tags on threads of the plugin's own, and returns at
+  // once. Tags and simulation are valid during the call. Fails with `BUSBAR_INVALID_SETTINGS`
+  // when an address is wrong or cannot hold the values of its tag. The message names every tag
+  // at fault that it has room for. Fails with `BUSBAR_FAILED` when the plugin cannot listen. The
+  // plugin is then idle.
   BusbarStatus (*start)(const struct BusbarPlugin *plugin,
                         const struct BusbarSimulatedTag *tags,
                         size_t tag_count,
@@ -1011,33 +1000,33 @@ typedef struct BusbarSimulator {
   // `[main-thread & active]` Ends all connections and threads within two seconds,
   // and listens no more.
   void (*stop)(const struct BusbarPlugin *plugin);
-  // `[main-thread & active]` Fills in how it goes.
+  // `[main-thread & active]` Fills in the status of the simulation.
   BusbarStatus (*status)(const struct BusbarPlugin *plugin,
                          struct BusbarSimulatorStatus *status,
                          struct BusbarError *error);
 } BusbarSimulator;
 
-// A command that a plugin offers. Valid until `destroy`.
+// Command that a plugin offers. Valid until `destroy`.
 typedef struct BusbarCommandInfo {
   // Size of this struct, bytes.
   uint32_t struct_size;
-  // Zero.
+  // Reserved; must be zero.
   uint32_t reserved;
-  // What users type: a lower-case letter, then lower-case letters, digits and `-`.
+  // Name that users type: a lower-case letter, then lower-case letters, digits and `-`.
   struct BusbarStr name;
-  // One line: what it does.
+  // Help text of one line.
   struct BusbarStr help;
 } BusbarCommandInfo;
 
-// What a command is to do.
+// Call of a command, with its arguments.
 typedef struct BusbarCommandCall {
   // Size of this struct, bytes.
   uint32_t struct_size;
-  // Number of arguments.
+  // Number of arguments in `arguments`.
   uint32_t argument_count;
   // Name of the command.
   struct BusbarStr name;
-  // What users wrote for the plugin, besides files.
+  // Arguments that users wrote for the plugin, besides files.
   const struct BusbarStr *arguments;
 } BusbarCommandCall;
 
@@ -1045,46 +1034,47 @@ typedef struct BusbarCommandCall {
 typedef struct BusbarCommandStreams {
   // Size of this struct, bytes.
   uint32_t struct_size;
-  // Zero.
+  // Reserved; must be zero.
   uint32_t reserved;
-  // Passed back in every call.
+  // Context that is passed back in every call.
   void *context;
-  // `[the thread of the call]` Puts at most `capacity` bytes of the input into `buffer`.
-  // Returns how many; 0 at the end, and less than 0 if the plugin must stop and return
+  // `[the thread of the call]` Reads at most `capacity` bytes of the input into `buffer`.
+  // Returns their number, 0 at the end of the input. Below 0, the plugin must stop and return
   // `BUSBAR_CANCELLED`.
   int64_t (*read)(void *context, uint8_t *buffer, size_t capacity);
   // `[the thread of the call]` Takes `len` bytes of output, at most
   // [`BUSBAR_MAX_CHUNK`], copying them. Returns 0 if the plugin must stop and return
   // `BUSBAR_CANCELLED`.
   uint32_t (*write)(void *context, const uint8_t *bytes, size_t len);
-  // `[the thread of the call]` Says something of the input: `level` is a
-  // `BUSBAR_LOG_*`, `line` the line of the input that it is about, 1 the first, 0 for
-  // none. Messages beyond the host's limit are counted, not kept. Cannot fail.
+  // `[the thread of the call]` Reports a diagnostic on the input. `level` is a `BUSBAR_LOG_*`,
+  // `line` a line of the input, 1 the first, 0 for none. Messages beyond the host's limit are
+  // counted, not kept. Cannot fail.
   void (*diagnose)(void *context, uint32_t level, uint64_t line, struct BusbarStr message);
 } BusbarCommandStreams;
 
-// What a command came to. The caller owns it and fills in `struct_size`.
+// Result of a command. The caller owns it and fills in `struct_size`.
 typedef struct BusbarCommandResult {
   // Size of this struct, bytes.
   uint32_t struct_size;
-  // `BUSBAR_EXIT_*`.
+  // Exit code, one of `BUSBAR_EXIT_*`.
   uint32_t exit_code;
 } BusbarCommandResult;
 
-// Table of `busbar.command/1-draft`.
+// Function table of `busbar.command/1-draft`.
 typedef struct BusbarCommand {
   // Size of this struct, bytes.
   uint32_t struct_size;
-  // Zero.
+  // Reserved; must be zero.
   uint32_t reserved;
   // `[main-thread]` Number of commands, at most [`BUSBAR_MAX_COMMANDS`].
   uint32_t (*count)(const struct BusbarPlugin *plugin);
-  // `[main-thread]` One of them, valid until `destroy`, or null if `index` is too large.
+  // `[main-thread]` Returns a command's description, valid until `destroy`, or null if `index`
+  // is too large.
   const struct BusbarCommandInfo *(*describe)(const struct BusbarPlugin *plugin, uint32_t index);
-  // `[main-thread]` Does a command: reads the input as far as it needs, writes its output
-  // in order, and fills in the exit code. Everything is borrowed for the call. What is
-  // wrong with the input is a diagnostic and at worst `BUSBAR_EXIT_INPUT`, no failure.
-  // Fails with `BUSBAR_INVALID_ARGUMENT` for a name that it does not offer, with
+  // `[main-thread]` Runs a command: reads the input as far as it needs, writes its output in
+  // order, and fills in the exit code. All arguments are borrowed for the call. A fault of the
+  // input is a diagnostic and at worst `BUSBAR_EXIT_INPUT`, no failure. Fails with
+  // `BUSBAR_INVALID_ARGUMENT` for a name that the plugin does not offer, with
   // `BUSBAR_CANCELLED`, `BUSBAR_FAILED` or `BUSBAR_INTERNAL`.
   BusbarStatus (*run)(const struct BusbarPlugin *plugin,
                       const struct BusbarCommandCall *call,
@@ -1093,23 +1083,23 @@ typedef struct BusbarCommand {
                       struct BusbarError *error);
 } BusbarCommand;
 
-// Room for a text. The caller owns it.
+// Buffer for a text. The caller owns it.
 typedef struct BusbarTextOutput {
   // Size of this struct, bytes.
   uint32_t struct_size;
-  // Room in `text`, bytes.
+  // Capacity of `text`, bytes.
   uint32_t capacity;
-  // Bytes written; where there was too little room, bytes needed.
+  // Bytes written; where the capacity was too small, bytes needed.
   uint32_t len;
-  // Zero.
+  // Reserved; must be zero.
   uint32_t reserved;
-  // UTF-8.
+  // Text in UTF-8, not terminated.
   uint8_t *text;
 } BusbarTextOutput;
 
-// What a record is besides its values. Array element.
+// Time, equipment and state of a record. Array element.
 typedef struct BusbarChartRecord {
-  // When it was taken, nanoseconds since 1970-01-01 UTC.
+  // Time at which the record was taken, nanoseconds since 1970-01-01 UTC.
   int64_t time_unix_nanos;
   // Index of the equipment described.
   uint32_t equipment;
@@ -1117,36 +1107,37 @@ typedef struct BusbarChartRecord {
   uint32_t state;
 } BusbarChartRecord;
 
-// Room for some of the records. The caller owns it and says what it wants.
+// Buffers for a part of the records. The caller owns them and fills in the request.
 typedef struct BusbarChartPage {
   // Size of this struct, bytes.
   uint32_t struct_size;
-  // Axes that the caller was told of: values a record.
+  // Number of axes in the description that the caller has: values a record.
   uint32_t axis_count;
-  // The first record wanted.
+  // Index of the first record requested.
   uint64_t first;
-  // Room in `records`; 0 asks for revision and total alone.
+  // Capacity of `records`; 0 requests revision and total alone.
   uint32_t capacity;
-  // Records written.
+  // Number of records written.
   uint32_t count;
-  // Records there are.
+  // Number of records in all.
   uint64_t total;
-  // Grows with every change of description or records.
+  // Revision of the chart, which grows with every change of description or records.
   uint64_t revision;
   // The records, those of each piece of equipment in the order of time.
   struct BusbarChartRecord *records;
-  // `axis_count` values a record, in its unit; NaN where there is none.
+  // Values of the records, `axis_count` a record, each in the unit of its axis; NaN where there
+  // is none.
   float *values;
 } BusbarChartPage;
 
-// Table of `busbar.chart/1-draft`.
+// Function table of `busbar.chart/1-draft`.
 typedef struct BusbarChart {
   // Size of this struct, bytes.
   uint32_t struct_size;
-  // Zero.
+  // Reserved; must be zero.
   uint32_t reserved;
-  // `[main-thread]` Writes the description as JSON. Fails with
-  // `BUSBAR_BUFFER_TOO_SMALL` when it does not fit, and says in `len` what it takes.
+  // `[main-thread]` Writes the description as JSON. Fails with `BUSBAR_BUFFER_TOO_SMALL` when
+  // the text does not fit, with the bytes needed in `len`.
   BusbarStatus (*describe)(const struct BusbarPlugin *plugin,
                            struct BusbarTextOutput *output,
                            struct BusbarError *error);
@@ -1155,8 +1146,8 @@ typedef struct BusbarChart {
   BusbarStatus (*read)(const struct BusbarPlugin *plugin,
                        struct BusbarChartPage *page,
                        struct BusbarError *error);
-  // `[main-thread]` Writes as JSON what the last record of a piece of equipment that is
-  // not after an instant means. Fails as `describe` does.
+  // `[main-thread]` Writes an explanation as JSON: of a piece of equipment's last record that is
+  // not after an instant. Fails as `describe` does.
   BusbarStatus (*explain)(const struct BusbarPlugin *plugin,
                           struct BusbarStr equipment,
                           int64_t time_unix_nanos,
@@ -1164,101 +1155,100 @@ typedef struct BusbarChart {
                           struct BusbarError *error);
 } BusbarChart;
 
-// What a row is besides its texts. Array element.
+// Time, severity and flags of a row. Array element.
 typedef struct BusbarRecordRow {
-  // When it was reported or done, nanoseconds since 1970-01-01 UTC, or
+  // Time at which the row was reported or done, nanoseconds since 1970-01-01 UTC, or
   // `BUSBAR_RECORD_NO_TIME`.
   int64_t time_unix_nanos;
-  // `BUSBAR_RECORD_*` of severities.
+  // Severity of the row, one of `BUSBAR_RECORD_NO_SEVERITY` to `BUSBAR_RECORD_CRITICAL`.
   uint32_t severity;
-  // `BUSBAR_RECORD_OPEN`, or 0.
+  // Flags of the row: `BUSBAR_RECORD_OPEN`, or 0.
   uint32_t flags;
 } BusbarRecordRow;
 
-// Room for some of the rows of a list. The caller owns it and says what it wants.
+// Buffers for a part of a list's rows. The caller owns them and fills in the request.
 typedef struct BusbarRecordPage {
   // Size of this struct, bytes.
   uint32_t struct_size;
   // Index of the list described.
   uint32_t list;
-  // Columns that the caller was told of.
+  // Number of columns in the description that the caller has.
   uint32_t column_count;
-  // Room in `rows`; 0 asks for the revision alone, of whatever list.
+  // Capacity of `rows`; 0 requests the revision alone, of whatever list.
   uint32_t row_capacity;
-  // The first row wanted.
+  // Index of the first row requested.
   uint64_t first;
-  // Room in `text`, bytes.
+  // Capacity of `text`, bytes.
   uint32_t text_capacity;
-  // Rows written: as many as there is room for.
+  // Number of rows written: as many as there is room for.
   uint32_t row_count;
-  // Rows that the list has.
+  // Number of rows that the list has.
   uint64_t total;
-  // Grows with every change of the description or of any list.
+  // Revision of the lists, which grows with every change of the description or of any list.
   uint64_t revision;
-  // The rows.
+  // Rows of the list, in its order.
   struct BusbarRecordRow *rows;
-  // Where texts end in `text`: `1 + column_count` a row, row by row. The first is the id
-  // of the equipment, or any alias of it; then comes a cell a column.
+  // End offsets of texts in `text`: `1 + column_count` a row, row by row. The first text is the
+  // equipment's id or an alias of it; a cell a column follows.
   uint32_t *ends;
-  // UTF-8.
+  // Texts of the rows in UTF-8, one after the other.
   uint8_t *text;
 } BusbarRecordPage;
 
-// Table of `busbar.records/1-draft`.
+// Function table of `busbar.records/1-draft`.
 typedef struct BusbarRecords {
   // Size of this struct, bytes.
   uint32_t struct_size;
-  // Zero.
+  // Reserved; must be zero.
   uint32_t reserved;
-  // `[main-thread]` Writes the description as JSON. Fails with
-  // `BUSBAR_BUFFER_TOO_SMALL` when it does not fit, and says in `len` what it takes.
+  // `[main-thread]` Writes the description as JSON. Fails with `BUSBAR_BUFFER_TOO_SMALL` when
+  // the text does not fit, with the bytes needed in `len`.
   BusbarStatus (*describe)(const struct BusbarPlugin *plugin,
                            struct BusbarTextOutput *output,
                            struct BusbarError *error);
-  // `[main-thread]` Writes rows. Fails with `BUSBAR_INVALID_ARGUMENT` when there is no
-  // such list, or its columns are more or fewer; with `BUSBAR_BUFFER_TOO_SMALL` when not
-  // one row fits.
+  // `[main-thread]` Writes rows. Fails with `BUSBAR_INVALID_ARGUMENT` when there is no such
+  // list, or its number of columns is another. Fails with `BUSBAR_BUFFER_TOO_SMALL` when not one
+  // row fits.
   BusbarStatus (*read)(const struct BusbarPlugin *plugin,
                        struct BusbarRecordPage *page,
                        struct BusbarError *error);
 } BusbarRecords;
 
-// Table of `busbar.alarms/1-draft`.
+// Function table of `busbar.alarms/1-draft`.
 typedef struct BusbarAlarms {
   // Size of this struct, bytes.
   uint32_t struct_size;
-  // Zero.
+  // Reserved; must be zero.
   uint32_t reserved;
-  // `[main-thread]` Writes as JSON how the alarms stand. Where their revision is still
-  // the known one, or they are not known at all, the report may be without alarms; 0 is
-  // never a revision. Returns at
-  // once with what is known. Fails with `BUSBAR_BUFFER_TOO_SMALL` when it does not fit,
-  // and says in `len` what it takes.
+  // `[main-thread]` Writes the state of the alarms as JSON, and returns at once. The report may
+  // be without alarms where their revision is still `known_revision`, or where they are not
+  // known at all. 0 is never a revision. Fails with `BUSBAR_BUFFER_TOO_SMALL` when the text does
+  // not fit, with the bytes needed in `len`.
   BusbarStatus (*read)(const struct BusbarPlugin *plugin,
                        uint64_t known_revision,
                        struct BusbarTextOutput *output,
                        struct BusbarError *error);
 } BusbarAlarms;
 
-// Done.
+// Status of a call that succeeded.
 #define BUSBAR_OK 0
 
-// The arguments break a rule of this header: the caller is at fault.
+// Status of a call whose arguments break a rule of this header: the caller is at fault.
 #define BUSBAR_INVALID_ARGUMENT 1
 
-// The settings or an address are at fault: the user must change them.
+// Status of a call whose settings or address are at fault: the user must change them.
 #define BUSBAR_INVALID_SETTINGS 2
 
-// A buffer of the caller is too small for the result.
+// Status of a call whose buffer is too small for the result.
 #define BUSBAR_BUFFER_TOO_SMALL 3
 
-// The caller asked to stop, and the call stopped.
+// Status of a call that stopped because the caller asked to.
 #define BUSBAR_CANCELLED 4
 
-// Something outside failed: a file, a device, memory.
+// Status of a call that failed outside the plugin: a file, a device, memory.
 #define BUSBAR_FAILED 5
 
-// The plugin has a fault of its own; a caught panic is one.
+// Status of a call that met a fault of the plugin; a caught panic is one.
 #define BUSBAR_INTERNAL 6
 
 #endif  /* BUSBAR_PLUGIN_H */

@@ -1,5 +1,5 @@
-//! Capability `busbar.chart/1-draft`: records on axes, for parallel coordinates, and what
-//! they mean for one piece of equipment.
+//! Capability `busbar.chart/1-draft`: records for parallel coordinates, and explanations of one
+//! piece of equipment's records.
 //!
 //! The plugin gives axes, records and the states that equipment is in by its latest record;
 //! the host lays out, draws, brushes and marks. What seldom changes is JSON, as settings
@@ -10,34 +10,34 @@ use crate::{BusbarError, BusbarPlugin, BusbarStatus, BusbarStr};
 /// Id of the capability.
 pub const CHART_ID: &str = "busbar.chart/1-draft";
 
-/// Axes of a chart.
+/// Axes of a chart, at most.
 pub const BUSBAR_MAX_CHART_AXES: usize = 32;
-/// Records of a chart.
+/// Records of a chart, at most.
 pub const BUSBAR_MAX_CHART_RECORDS: usize = 10_000_000;
-/// Bytes of a description, or of an explanation.
+/// Bytes of a description, or of an explanation, at most.
 pub const BUSBAR_MAX_CHART_TEXT: usize = 16 << 20;
 
-/// Room for a text. The caller owns it.
+/// Buffer for a text. The caller owns it.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarTextOutput {
     /// Size of this struct, bytes.
     pub struct_size: u32,
-    /// Room in `text`, bytes.
+    /// Capacity of `text`, bytes.
     pub capacity: u32,
-    /// Bytes written; where there was too little room, bytes needed.
+    /// Bytes written; where the capacity was too small, bytes needed.
     pub len: u32,
-    /// Zero.
+    /// Reserved; must be zero.
     pub reserved: u32,
-    /// UTF-8.
+    /// Text in UTF-8, not terminated.
     pub text: *mut u8,
 }
 
-/// What a record is besides its values. Array element.
+/// Time, equipment and state of a record. Array element.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BusbarChartRecord {
-    /// When it was taken, nanoseconds since 1970-01-01 UTC.
+    /// Time at which the record was taken, nanoseconds since 1970-01-01 UTC.
     pub time_unix_nanos: i64,
     /// Index of the equipment described.
     pub equipment: u32,
@@ -45,40 +45,41 @@ pub struct BusbarChartRecord {
     pub state: u32,
 }
 
-/// Room for some of the records. The caller owns it and says what it wants.
+/// Buffers for a part of the records. The caller owns them and fills in the request.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarChartPage {
     /// Size of this struct, bytes.
     pub struct_size: u32,
-    /// Axes that the caller was told of: values a record.
+    /// Number of axes in the description that the caller has: values a record.
     pub axis_count: u32,
-    /// The first record wanted.
+    /// Index of the first record requested.
     pub first: u64,
-    /// Room in `records`; 0 asks for revision and total alone.
+    /// Capacity of `records`; 0 requests revision and total alone.
     pub capacity: u32,
-    /// Records written.
+    /// Number of records written.
     pub count: u32,
-    /// Records there are.
+    /// Number of records in all.
     pub total: u64,
-    /// Grows with every change of description or records.
+    /// Revision of the chart, which grows with every change of description or records.
     pub revision: u64,
     /// The records, those of each piece of equipment in the order of time.
     pub records: *mut BusbarChartRecord,
-    /// `axis_count` values a record, in its unit; NaN where there is none.
+    /// Values of the records, `axis_count` a record, each in the unit of its axis; NaN where there
+    /// is none.
     pub values: *mut f32,
 }
 
-/// Table of `busbar.chart/1-draft`.
+/// Function table of `busbar.chart/1-draft`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarChart {
     /// Size of this struct, bytes.
     pub struct_size: u32,
-    /// Zero.
+    /// Reserved; must be zero.
     pub reserved: u32,
-    /// `[main-thread]` Writes the description as JSON. Fails with
-    /// `BUSBAR_BUFFER_TOO_SMALL` when it does not fit, and says in `len` what it takes.
+    /// `[main-thread]` Writes the description as JSON. Fails with `BUSBAR_BUFFER_TOO_SMALL` when
+    /// the text does not fit, with the bytes needed in `len`.
     pub describe: Option<
         unsafe extern "C" fn(
             plugin: *const BusbarPlugin,
@@ -95,8 +96,8 @@ pub struct BusbarChart {
             error: *mut BusbarError,
         ) -> BusbarStatus,
     >,
-    /// `[main-thread]` Writes as JSON what the last record of a piece of equipment that is
-    /// not after an instant means. Fails as `describe` does.
+    /// `[main-thread]` Writes an explanation as JSON: of a piece of equipment's last record that is
+    /// not after an instant. Fails as `describe` does.
     pub explain: Option<
         unsafe extern "C" fn(
             plugin: *const BusbarPlugin,

@@ -10,45 +10,45 @@ use crate::{BusbarError, BusbarPlugin, BusbarStatus, BusbarStr};
 /// Id of the capability.
 pub const COMMAND_ID: &str = "busbar.command/1-draft";
 
-/// Commands of one plugin at most.
+/// Commands of one plugin, at most.
 pub const BUSBAR_MAX_COMMANDS: u32 = 16;
-/// Bytes of a command's name at most.
+/// Bytes of a command's name, at most.
 pub const BUSBAR_MAX_COMMAND_NAME: usize = 32;
-/// Bytes of one `write` at most.
+/// Bytes of one `write`, at most.
 pub const BUSBAR_MAX_CHUNK: usize = 1 << 20;
 
-/// Exit code: done.
+/// Exit code of a command that is done.
 pub const BUSBAR_EXIT_DONE: u32 = 0;
-/// Exit code: the input is at fault, and nothing could be done.
+/// Exit code of a command whose input is at fault; nothing could be done.
 pub const BUSBAR_EXIT_INPUT: u32 = 1;
-/// Exit code: the arguments are at fault.
+/// Exit code of a command whose arguments are at fault.
 pub const BUSBAR_EXIT_USAGE: u32 = 2;
 
-/// A command that a plugin offers. Valid until `destroy`.
+/// Command that a plugin offers. Valid until `destroy`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarCommandInfo {
     /// Size of this struct, bytes.
     pub struct_size: u32,
-    /// Zero.
+    /// Reserved; must be zero.
     pub reserved: u32,
-    /// What users type: a lower-case letter, then lower-case letters, digits and `-`.
+    /// Name that users type: a lower-case letter, then lower-case letters, digits and `-`.
     pub name: BusbarStr,
-    /// One line: what it does.
+    /// Help text of one line.
     pub help: BusbarStr,
 }
 
-/// What a command is to do.
+/// Call of a command, with its arguments.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarCommandCall {
     /// Size of this struct, bytes.
     pub struct_size: u32,
-    /// Number of arguments.
+    /// Number of arguments in `arguments`.
     pub argument_count: u32,
     /// Name of the command.
     pub name: BusbarStr,
-    /// What users wrote for the plugin, besides files.
+    /// Arguments that users wrote for the plugin, besides files.
     pub arguments: *const BusbarStr,
 }
 
@@ -58,12 +58,12 @@ pub struct BusbarCommandCall {
 pub struct BusbarCommandStreams {
     /// Size of this struct, bytes.
     pub struct_size: u32,
-    /// Zero.
+    /// Reserved; must be zero.
     pub reserved: u32,
-    /// Passed back in every call.
+    /// Context that is passed back in every call.
     pub context: *mut c_void,
-    /// `[the thread of the call]` Puts at most `capacity` bytes of the input into `buffer`.
-    /// Returns how many; 0 at the end, and less than 0 if the plugin must stop and return
+    /// `[the thread of the call]` Reads at most `capacity` bytes of the input into `buffer`.
+    /// Returns their number, 0 at the end of the input. Below 0, the plugin must stop and return
     /// `BUSBAR_CANCELLED`.
     pub read:
         Option<unsafe extern "C" fn(context: *mut c_void, buffer: *mut u8, capacity: usize) -> i64>,
@@ -72,42 +72,43 @@ pub struct BusbarCommandStreams {
     /// `BUSBAR_CANCELLED`.
     pub write:
         Option<unsafe extern "C" fn(context: *mut c_void, bytes: *const u8, len: usize) -> u32>,
-    /// `[the thread of the call]` Says something of the input: `level` is a
-    /// `BUSBAR_LOG_*`, `line` the line of the input that it is about, 1 the first, 0 for
-    /// none. Messages beyond the host's limit are counted, not kept. Cannot fail.
+    /// `[the thread of the call]` Reports a diagnostic on the input. `level` is a `BUSBAR_LOG_*`,
+    /// `line` a line of the input, 1 the first, 0 for none. Messages beyond the host's limit are
+    /// counted, not kept. Cannot fail.
     pub diagnose: Option<
         unsafe extern "C" fn(context: *mut c_void, level: u32, line: u64, message: BusbarStr),
     >,
 }
 
-/// What a command came to. The caller owns it and fills in `struct_size`.
+/// Result of a command. The caller owns it and fills in `struct_size`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarCommandResult {
     /// Size of this struct, bytes.
     pub struct_size: u32,
-    /// `BUSBAR_EXIT_*`.
+    /// Exit code, one of `BUSBAR_EXIT_*`.
     pub exit_code: u32,
 }
 
-/// Table of `busbar.command/1-draft`.
+/// Function table of `busbar.command/1-draft`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarCommand {
     /// Size of this struct, bytes.
     pub struct_size: u32,
-    /// Zero.
+    /// Reserved; must be zero.
     pub reserved: u32,
     /// `[main-thread]` Number of commands, at most [`BUSBAR_MAX_COMMANDS`].
     pub count: Option<unsafe extern "C" fn(plugin: *const BusbarPlugin) -> u32>,
-    /// `[main-thread]` One of them, valid until `destroy`, or null if `index` is too large.
+    /// `[main-thread]` Returns a command's description, valid until `destroy`, or null if `index`
+    /// is too large.
     pub describe: Option<
         unsafe extern "C" fn(plugin: *const BusbarPlugin, index: u32) -> *const BusbarCommandInfo,
     >,
-    /// `[main-thread]` Does a command: reads the input as far as it needs, writes its output
-    /// in order, and fills in the exit code. Everything is borrowed for the call. What is
-    /// wrong with the input is a diagnostic and at worst `BUSBAR_EXIT_INPUT`, no failure.
-    /// Fails with `BUSBAR_INVALID_ARGUMENT` for a name that it does not offer, with
+    /// `[main-thread]` Runs a command: reads the input as far as it needs, writes its output in
+    /// order, and fills in the exit code. All arguments are borrowed for the call. A fault of the
+    /// input is a diagnostic and at worst `BUSBAR_EXIT_INPUT`, no failure. Fails with
+    /// `BUSBAR_INVALID_ARGUMENT` for a name that the plugin does not offer, with
     /// `BUSBAR_CANCELLED`, `BUSBAR_FAILED` or `BUSBAR_INTERNAL`.
     pub run: Option<
         unsafe extern "C" fn(

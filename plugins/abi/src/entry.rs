@@ -1,32 +1,32 @@
-//! Entry, factory, plugin, and what the host offers.
+//! Entry point, factory and instance of plugins, and the host's services for them.
 
 use core::ffi::{CStr, c_void};
 
-/// Major version: host and plugin must have the same.
+/// Major version of the ABI: host and plugin must have the same.
 pub const BUSBAR_ABI_MAJOR: u32 = 1;
-/// Minor version: a host runs plugins of its own minor version and older ones.
+/// Minor version of the ABI: a host runs plugins of its own minor version and older ones.
 pub const BUSBAR_ABI_MINOR: u32 = 0;
 
-/// The symbol a plugin library exports: a [`BusbarPluginEntry`].
+/// Name of the symbol that a plugin library exports: a [`BusbarPluginEntry`].
 pub const ENTRY_SYMBOL: &CStr = c"busbar_plugin_entry";
 /// Factory id for [`BusbarPluginEntry::get_factory`].
 pub const PLUGIN_FACTORY_ID: &str = "busbar.plugin-factory/1";
 
 /// Result of a call: [`BUSBAR_OK`] or one of the codes below it.
 pub type BusbarStatus = i32;
-/// Done.
+/// Status of a call that succeeded.
 pub const BUSBAR_OK: BusbarStatus = 0;
-/// The arguments break a rule of this header: the caller is at fault.
+/// Status of a call whose arguments break a rule of this header: the caller is at fault.
 pub const BUSBAR_INVALID_ARGUMENT: BusbarStatus = 1;
-/// The settings or an address are at fault: the user must change them.
+/// Status of a call whose settings or address are at fault: the user must change them.
 pub const BUSBAR_INVALID_SETTINGS: BusbarStatus = 2;
-/// A buffer of the caller is too small for the result.
+/// Status of a call whose buffer is too small for the result.
 pub const BUSBAR_BUFFER_TOO_SMALL: BusbarStatus = 3;
-/// The caller asked to stop, and the call stopped.
+/// Status of a call that stopped because the caller asked to.
 pub const BUSBAR_CANCELLED: BusbarStatus = 4;
-/// Something outside failed: a file, a device, memory.
+/// Status of a call that failed outside the plugin: a file, a device, memory.
 pub const BUSBAR_FAILED: BusbarStatus = 5;
-/// The plugin has a fault of its own; a caught panic is one.
+/// Status of a call that met a fault of the plugin; a caught panic is one.
 pub const BUSBAR_INTERNAL: BusbarStatus = 6;
 
 /// Bytes of text that a [`BusbarError`] holds.
@@ -37,94 +37,91 @@ pub const BUSBAR_ERROR_CAPACITY: u32 = 1024;
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarStr {
-    /// First byte.
+    /// First byte of the text.
     pub ptr: *const u8,
-    /// Length in bytes.
+    /// Length of the text, bytes.
     pub len: usize,
 }
 
-/// Why a call failed. The caller owns it and fills in `struct_size`.
+/// Error of a call. The caller owns it and fills in `struct_size`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarError {
     /// Size of this struct as the caller knows it, bytes.
     pub struct_size: u32,
-    /// Bytes used of `message`, at most its size.
+    /// Bytes used of `message`, at most its capacity.
     pub message_len: u32,
-    /// The code that goes with it, for calls that return no status.
+    /// Status of the error, for calls that return no status.
     pub status: BusbarStatus,
-    /// UTF-8: fault, place and remedy in one or two sentences.
+    /// Message in UTF-8: fault, place and remedy in one or two sentences.
     pub message: [u8; 1024],
 }
 
-/// Log level: what a user must act on.
+/// Log level of faults that a user must act on.
 pub const BUSBAR_LOG_ERROR: u32 = 1;
-/// Log level: what may become a fault.
+/// Log level of conditions that may become a fault.
 pub const BUSBAR_LOG_WARNING: u32 = 2;
-/// Log level: what happened.
+/// Log level of ordinary events.
 pub const BUSBAR_LOG_INFO: u32 = 3;
-/// Log level: for the plugin's author.
+/// Log level of details for the plugin's author.
 pub const BUSBAR_LOG_DEBUG: u32 = 4;
 
-/// What the host offers to one plugin instance. Valid from `create` until
-/// `destroy` returns.
+/// Services of the host for one plugin instance. Valid from `create` until `destroy` returns.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarHost {
     /// Size of this struct, bytes.
     pub struct_size: u32,
-    /// The host's ABI major version.
+    /// Major version of the host's ABI.
     pub abi_major: u32,
-    /// The host's ABI minor version.
+    /// Minor version of the host's ABI.
     pub abi_minor: u32,
-    /// Zero.
+    /// Reserved; must be zero.
     pub reserved: u32,
-    /// Passed back in every call to the host.
+    /// Context that is passed back in every call to the host.
     pub context: *mut c_void,
     /// `[any-thread]` Writes one line to the host's log. Messages beyond the
     /// host's rate limit are dropped and counted. Cannot fail.
     pub log: Option<unsafe extern "C" fn(context: *mut c_void, level: u32, message: BusbarStr)>,
 }
 
-/// The one exported entry. Static in the library, for its whole life.
+/// Entry point that a library exports. Static, for the library's whole life.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarPluginEntry {
     /// Size of this struct, bytes.
     pub struct_size: u32,
-    /// [`BUSBAR_ABI_MAJOR`] that the plugin was built with.
+    /// Major version that the plugin was built with, [`BUSBAR_ABI_MAJOR`].
     pub abi_major: u32,
-    /// [`BUSBAR_ABI_MINOR`] that the plugin was built with.
+    /// Minor version that the plugin was built with, [`BUSBAR_ABI_MINOR`].
     pub abi_minor: u32,
-    /// Zero.
+    /// Reserved; must be zero.
     pub reserved: u32,
-    /// `[main-thread]` Called before anything else. May be null.
+    /// `[main-thread]` Initializes the library, before any other call. May be null.
     pub init: Option<unsafe extern "C" fn(error: *mut BusbarError) -> BusbarStatus>,
-    /// `[main-thread]` Called once for every `init`, after every plugin is
-    /// destroyed. The library stays mapped, and `init` may follow again. May be
-    /// null.
+    /// `[main-thread]` Called once for every `init`, after every plugin is destroyed. The library
+    /// stays mapped, and `init` may follow again. May be null.
     pub deinit: Option<unsafe extern "C" fn()>,
-    /// `[main-thread]` A factory by id, static, or null if there is none.
-    /// `busbar.plugin-factory/1` gives a [`BusbarPluginFactory`].
+    /// `[main-thread]` Returns a static factory by id, or null if there is none.
+    /// `busbar.plugin-factory/1` names a [`BusbarPluginFactory`].
     pub get_factory: Option<unsafe extern "C" fn(factory_id: BusbarStr) -> *const c_void>,
 }
 
-/// Makes plugins.
+/// Factory of plugin instances.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarPluginFactory {
     /// Size of this struct, bytes.
     pub struct_size: u32,
-    /// Zero.
+    /// Reserved; must be zero.
     pub reserved: u32,
     /// `[main-thread]` Number of plugins in this library, at most 64.
     pub count: Option<unsafe extern "C" fn() -> u32>,
-    /// `[main-thread]` Descriptor of one of them, static, or null if `index`
-    /// is too large.
+    /// `[main-thread]` Returns a plugin's static descriptor, or null if `index` is too large.
     pub descriptor: Option<unsafe extern "C" fn(index: u32) -> *const BusbarPluginDescriptor>,
-    /// `[main-thread]` Makes an instance with settings (a JSON object that
-    /// fits the descriptor's schema). Returns null and fills `error` on
-    /// failure. `host` stays valid until `destroy` returns.
+    /// `[main-thread]` Creates an instance with settings, a JSON object that fits the descriptor's
+    /// schema. Returns null and fills in `error` on failure. `host` stays valid until `destroy`
+    /// returns.
     pub create: Option<
         unsafe extern "C" fn(
             plugin_id: BusbarStr,
@@ -135,7 +132,7 @@ pub struct BusbarPluginFactory {
     >,
 }
 
-/// What a plugin is. Static.
+/// Identity and capabilities of a plugin. Static.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarPluginDescriptor {
@@ -146,33 +143,33 @@ pub struct BusbarPluginDescriptor {
     /// Unique id in reverse notation, such as `com.example.mine`: letters, digits,
     /// `.`, `_` and `-`, at most 128.
     pub id: BusbarStr,
-    /// Name for people.
+    /// Display name of the plugin.
     pub name: BusbarStr,
     /// Version of the plugin.
     pub version: BusbarStr,
-    /// One sentence.
+    /// Description of the plugin in one sentence.
     pub description: BusbarStr,
     /// JSON Schema of the settings; empty accepts any object.
     pub settings_schema: BusbarStr,
-    /// Ids of its capabilities, `capability_count` of them.
+    /// Ids of the plugin's capabilities, `capability_count` of them.
     pub capabilities: *const BusbarStr,
 }
 
-/// One instance. Owned by the library; the host gives it back by `destroy`.
+/// Plugin instance. The library owns it; the host ends it by `destroy`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarPlugin {
     /// Size of this struct, bytes.
     pub struct_size: u32,
-    /// Zero.
+    /// Reserved; must be zero.
     pub reserved: u32,
-    /// The library's own.
+    /// Data of the library's own.
     pub data: *mut c_void,
     /// `[main-thread & idle]` Ends the instance and frees it. No call to the
     /// host may follow.
     pub destroy: Option<unsafe extern "C" fn(plugin: *mut BusbarPlugin)>,
-    /// `[main-thread]` The table of a capability by id, valid until `destroy`,
-    /// or null if the plugin does not have it.
+    /// `[main-thread]` Returns the function table of a capability by id, valid until `destroy`, or
+    /// null if the plugin lacks the capability.
     pub get_capability: Option<
         unsafe extern "C" fn(
             plugin: *const BusbarPlugin,
@@ -182,19 +179,19 @@ pub struct BusbarPlugin {
 }
 
 impl BusbarStr {
-    /// Text that lives for ever.
+    /// Wraps a static text.
     pub const fn from_static(text: &'static str) -> Self {
         Self { ptr: text.as_ptr(), len: text.len() }
     }
 
-    /// A view of text, valid as long as it is.
+    /// Wraps a borrowed text; valid as long as the text is.
     pub const fn from_borrowed(text: &str) -> Self {
         Self { ptr: text.as_ptr(), len: text.len() }
     }
 }
 
 impl BusbarError {
-    /// An error with no message yet.
+    /// Creates an error without a message.
     pub const fn empty() -> Self {
         Self {
             struct_size: size_of::<Self>() as u32,

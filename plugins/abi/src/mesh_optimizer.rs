@@ -1,4 +1,5 @@
-//! Capability `busbar.mesh-optimizer/1-draft`: a mesh in, a collapse sequence out.
+//! Capability `busbar.mesh-optimizer/1-draft`: from a triangle mesh to a sequence of half-edge
+//! collapses.
 
 use core::ffi::c_void;
 
@@ -7,7 +8,7 @@ use crate::{BusbarError, BusbarPlugin, BusbarStatus};
 /// Id of the capability.
 pub const MESH_OPTIMIZER_ID: &str = "busbar.mesh-optimizer/1-draft";
 
-/// A triangle mesh over welded positions, and the wedges that split them.
+/// Triangle mesh over welded positions, and the wedges that split them.
 ///
 /// A *wedge* is one position with one set of attributes; a position on a
 /// normal, texture or material seam has several. The fields from `wedge_count`
@@ -19,19 +20,19 @@ pub const MESH_OPTIMIZER_ID: &str = "busbar.mesh-optimizer/1-draft";
 pub struct BusbarMesh {
     /// Size of this struct, bytes.
     pub struct_size: u32,
-    /// Number of positions.
+    /// Number of positions in `positions`.
     pub position_count: u32,
-    /// Number of triangles.
+    /// Number of triangles in `triangles`.
     pub triangle_count: u32,
-    /// Zero.
+    /// Reserved; must be zero.
     pub reserved: u32,
-    /// x, y, z of each position, finite, metres.
+    /// Coordinates x, y, z of each position, finite, metres.
     pub positions: *const f32,
     /// Three different position indices of each triangle, counter-clockwise.
     pub triangles: *const u32,
     /// Number of wedges: at least one for each position, or 0.
     pub wedge_count: u32,
-    /// Zero.
+    /// Reserved; must be zero.
     pub wedge_reserved: u32,
     /// Three wedge indices of each triangle, each standing on the position
     /// that `triangles` names there.
@@ -50,13 +51,13 @@ pub struct BusbarMesh {
     pub wedge_sections: *const u32,
 }
 
-/// One half-edge collapse. Array element.
+/// Half-edge collapse. Array element.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default)]
 pub struct BusbarCollapse {
-    /// Position that goes. No later entry may name it.
+    /// Index of the position that is removed. No later entry may name it.
     pub removed: u32,
-    /// Position that stands for it; must not have been removed before.
+    /// Index of the position that replaces it; must not have been removed before.
     pub kept: u32,
     /// Geometric error after this collapse, metres: finite, at least 0, never
     /// decreasing along the sequence.
@@ -69,7 +70,7 @@ pub struct BusbarCollapse {
 pub struct BusbarStage {
     /// UTF-8 name, padded with zeros.
     pub name: [u8; 24],
-    /// Milliseconds.
+    /// Duration of the stage, milliseconds.
     pub millis: f64,
 }
 
@@ -82,13 +83,13 @@ pub struct BusbarCollapseOutput {
     pub struct_size: u32,
     /// Room in `collapses`: at least `position_count`.
     pub collapse_capacity: u32,
-    /// Collapses written.
+    /// Number of collapses written.
     pub collapse_count: u32,
-    /// Room in `stages`.
+    /// Capacity of `stages`, in elements.
     pub stage_capacity: u32,
-    /// Stages written.
+    /// Number of stages written.
     pub stage_count: u32,
-    /// Zero.
+    /// Reserved; must be zero.
     pub reserved: u32,
     /// The sequence, in order.
     pub collapses: *mut BusbarCollapse,
@@ -102,7 +103,7 @@ pub struct BusbarCollapseOutput {
 pub struct BusbarProgress {
     /// Size of this struct, bytes.
     pub struct_size: u32,
-    /// Zero.
+    /// Reserved; must be zero.
     pub reserved: u32,
     /// Passed back in `report`.
     pub context: *mut c_void,
@@ -111,11 +112,11 @@ pub struct BusbarProgress {
     pub report: Option<unsafe extern "C" fn(context: *mut c_void, fraction: f32) -> u32>,
 }
 
-/// Of `flags`: `optimize` reads positions and triangles alone, so that the host need not
-/// give it wedges.
+/// Flag of a plugin whose `optimize` reads positions and triangles alone, so that the host need not
+/// pass wedges.
 pub const BUSBAR_OPTIMIZER_NO_WEDGES: u32 = 1;
 
-/// Table of `busbar.mesh-optimizer/1-draft`.
+/// Function table of `busbar.mesh-optimizer/1-draft`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarMeshOptimizer {

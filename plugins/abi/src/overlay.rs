@@ -20,7 +20,7 @@ pub struct BusbarBinding {
     pub limit_low: f64,
     /// Normal band, upper end; NaN for none.
     pub limit_high: f64,
-    /// Tag id.
+    /// Id of the tag.
     pub tag_id: BusbarStr,
     /// Tag name for people.
     pub tag_name: BusbarStr,
@@ -28,7 +28,7 @@ pub struct BusbarBinding {
     pub unit: BusbarStr,
     /// Equipment id of the node.
     pub node_id: BusbarStr,
-    /// What the value means to the node, as the configuration words it.
+    /// Role of the value for the node, as the configuration words it.
     pub role: BusbarStr,
 }
 
@@ -38,11 +38,11 @@ pub struct BusbarBinding {
 pub struct BusbarTagValue {
     /// `BUSBAR_VALUE_*`; `BUSBAR_VALUE_NONE` if no value came yet.
     pub kind: u8,
-    /// `BUSBAR_QUALITY_*`, freshness included.
+    /// Quality, one of `BUSBAR_QUALITY_*`, freshness included.
     pub quality: u8,
-    /// `BUSBAR_REASON_*`.
+    /// Reason of the quality, one of `BUSBAR_REASON_*`.
     pub reason: u8,
-    /// Zero.
+    /// Reserved; must be zero.
     pub reserved: [u8; 5],
     /// Bits of the last value.
     pub value: u64,
@@ -75,25 +75,25 @@ pub const BUSBAR_OVERLAY_TINT: u32 = 2;
 /// on several bindings is named once for each, one after the other.
 pub const BUSBAR_OVERLAY_STATE: u32 = 3;
 
-/// Pattern: plain colour.
+/// Pattern of a plain colour.
 pub const BUSBAR_PATTERN_SOLID: u32 = 0;
-/// Pattern: stripes.
+/// Pattern of diagonal stripes.
 pub const BUSBAR_PATTERN_STRIPED: u32 = 1;
 /// Pattern: stripes that cross.
 pub const BUSBAR_PATTERN_CROSSED: u32 = 2;
-/// Pattern: dots.
+/// Pattern of regular dots.
 pub const BUSBAR_PATTERN_DOTTED: u32 = 3;
 
 /// A state that an overlay shows equipment in, as the legend has it. Array element.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarLegendEntry {
-    /// What it says, for people; at most 64 bytes.
+    /// Display name of the state; at most 64 bytes.
     pub name: BusbarStr,
     /// `BUSBAR_PATTERN_*`: no two entries that differ in colour alone may mean different
     /// things to who sees none.
     pub pattern: u32,
-    /// `0xRRGGBB`, sRGB.
+    /// Colour in sRGB, `0xRRGGBB`.
     pub color: u32,
 }
 
@@ -102,11 +102,11 @@ pub struct BusbarLegendEntry {
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarContour {
-    /// What it is called, for people; at most 64 bytes.
+    /// Display name of the quantity; at most 64 bytes.
     pub name: BusbarStr,
-    /// Its unit, such as `°C`; empty for none; at most 16 bytes.
+    /// Unit such as `°C`; empty for none; at most 16 bytes.
     pub unit: BusbarStr,
-    /// How far around a piece of equipment its level counts, metres; 0.1 to 1000.
+    /// Radius around a piece of equipment within which its level counts, metres; 0.1 to 1000.
     pub reach_metres: f64,
     /// Normal band, lower end; NaN for none. Only what lies outside the band is coloured.
     pub low: f64,
@@ -128,9 +128,9 @@ pub struct BusbarOverlayDescription {
     pub legend_count: u32,
     /// Number of equipment ids; at most 100,000.
     pub equipment_count: u32,
-    /// Zero.
+    /// Reserved; must be zero.
     pub reserved: u32,
-    /// The legend.
+    /// Legend entries of the overlay.
     pub legend: *const BusbarLegendEntry,
     /// Ids, by any alias, of the equipment that is judged: every piece that the settings or
     /// the bindings name. `draw` gives each of them a verdict.
@@ -138,7 +138,7 @@ pub struct BusbarOverlayDescription {
     /// Number of mechanisms; at most 16. This and what follows is there where the size
     /// says so.
     pub mechanism_count: u32,
-    /// Whether it is drawn only once an operator switches it on: 0 or 1.
+    /// Flag, 0 or 1: the overlay is drawn only once an operator switches it on.
     pub starts_hidden: u32,
     /// Names of mechanisms, as models have them, that positions are given of.
     pub mechanisms: *const BusbarStr,
@@ -147,7 +147,7 @@ pub struct BusbarOverlayDescription {
     /// Number of findings; at most 256. This and what follows is there where the size
     /// says so.
     pub finding_count: u32,
-    /// Zero.
+    /// Reserved; must be zero.
     pub reserved_2: u32,
     /// Faults of the bindings given, each as cause and remedy with `; ` between: a role
     /// that no tag has, a unit that cannot be converted. `busbar check` refuses them; a
@@ -169,19 +169,19 @@ pub const BUSBAR_QUANTITY_LEVEL: u32 = 3;
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarOverlayQuantity {
-    /// `BUSBAR_QUANTITY_*`.
+    /// Kind of the quantity, one of `BUSBAR_QUANTITY_*`.
     pub kind: u32,
     /// Index of the binding whose value this rests on: what is not good is drawn as not known.
     pub binding: u32,
     /// Index of the equipment described.
     pub equipment: u32,
-    /// By kind.
+    /// Second index, by the kind.
     pub other: u32,
     /// By kind; finite unless the kind says otherwise.
     pub value: f64,
 }
 
-/// Severity: normal; grey.
+/// Severity of the normal state; grey.
 pub const BUSBAR_SEVERITY_NORMAL: u32 = 0;
 /// Severity: outside the normal band.
 pub const BUSBAR_SEVERITY_WARNING: u32 = 1;
@@ -192,7 +192,7 @@ pub const BUSBAR_SEVERITY_ALARM: u32 = 2;
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarOverlayPrimitive {
-    /// `BUSBAR_OVERLAY_*`.
+    /// Kind of the primitive, one of `BUSBAR_OVERLAY_*`.
     pub kind: u32,
     /// Index of the binding whose value this rests on. The host hatches the
     /// primitive, with the age, when that value is not good.
@@ -229,9 +229,9 @@ pub const BUSBAR_VERDICT_ASSUMED: u32 = 1;
 pub struct BusbarOverlayVerdict {
     /// Index of the equipment described.
     pub equipment: u32,
-    /// `BUSBAR_VERDICT_*`.
+    /// Verdict, one of `BUSBAR_VERDICT_*`.
     pub verdict: u32,
-    /// `BUSBAR_VERDICT_ASSUMED`, or 0.
+    /// Flags: `BUSBAR_VERDICT_ASSUMED`, or 0.
     pub flags: u32,
     /// Reason, for people: offset into the text buffer, bytes.
     pub reason_offset: u32,
@@ -251,33 +251,33 @@ pub struct BusbarOverlayVerdict {
 pub struct BusbarOverlayOutput {
     /// Size of this struct, bytes.
     pub struct_size: u32,
-    /// Room in `primitives`.
+    /// Capacity of `primitives`, in elements.
     pub primitive_capacity: u32,
-    /// Primitives written.
+    /// Number of primitives written.
     pub primitive_count: u32,
     /// Room in `text`, bytes.
     pub text_capacity: u32,
     /// Bytes of `text` written.
     pub text_len: u32,
-    /// Zero.
+    /// Reserved; must be zero.
     pub reserved: u32,
-    /// What to draw.
+    /// Primitives to draw, in order.
     pub primitives: *mut BusbarOverlayPrimitive,
     /// UTF-8 that the primitives name.
     pub text: *mut u8,
     /// Room in `quantities`. This and what follows is there where the size says so.
     pub quantity_capacity: u32,
-    /// Quantities written.
+    /// Number of quantities written.
     pub quantity_count: u32,
-    /// What has a shape of the host's.
+    /// Quantities that the host draws by shapes of its own.
     pub quantities: *mut BusbarOverlayQuantity,
     /// Room in `verdicts`. This and what follows is there where the size says so.
     pub verdict_capacity: u32,
-    /// Verdicts written.
+    /// Number of verdicts written.
     pub verdict_count: u32,
     /// Judgments on the equipment described.
     pub verdicts: *mut BusbarOverlayVerdict,
-    /// Room in `basis`.
+    /// Capacity of `basis`, in elements.
     pub basis_capacity: u32,
     /// Elements of `basis` written.
     pub basis_count: u32,
@@ -285,13 +285,13 @@ pub struct BusbarOverlayOutput {
     pub basis: *mut u32,
 }
 
-/// Table of `busbar.overlay/1-draft`.
+/// Function table of `busbar.overlay/1-draft`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarOverlay {
     /// Size of this struct, bytes.
     pub struct_size: u32,
-    /// Zero.
+    /// Reserved; must be zero.
     pub reserved: u32,
     /// `[main-thread]` Says which tags are bound to which nodes; called before
     /// the first `draw` and after a reload. Everything is borrowed for the

@@ -1,5 +1,5 @@
-//! What ABI 1.0 froze: sizes, offsets, codes and names never change again. A field
-//! that is added at an end changes a size here, and nothing else.
+//! Layout test of ABI 1.0: frozen sizes, offsets, codes and names never change again. A field that
+//! is added at an end changes a size here, and nothing else.
 #![cfg(target_pointer_width = "64")]
 
 use std::mem::{offset_of, size_of};

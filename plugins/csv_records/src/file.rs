@@ -5,16 +5,16 @@ use std::io::Read;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 
-use record_source::Deadline;
+use record_source::ReadDeadline;
 use rustix::fs::OFlags;
 
-/// Bytes of a file.
+/// Bytes of a file, at most.
 pub(crate) const MAX_FILE_BYTES: u64 = 64 << 20;
-/// Bytes between two looks at the time.
+/// Bytes between two checks of the deadline.
 const PIECE_BYTES: usize = 1 << 20;
 
-/// Reads a file, which may be anything: what blocks, is no file or is huge is refused.
-pub(crate) fn read(path: &Path, deadline: &Deadline) -> Result<Vec<u8>, String> {
+/// Reads a file of any kind: one that blocks, is no regular file or is huge is refused.
+pub(crate) fn read(path: &Path, deadline: &ReadDeadline) -> Result<Vec<u8>, String> {
     let words = |error: std::io::Error| error.to_string();
     // Opening a FIFO would wait for somebody who writes.
     let flags = OFlags::NONBLOCK.bits() as i32;

@@ -10,27 +10,27 @@ mod table;
 use std::path::PathBuf;
 
 use busbar_plugin_sdk::{Error, Host, Plugin, RecordList, RecordSet, Records};
-use record_source::{Source, Watched};
+use record_source::{PolledRecords, Source};
 use text_table::{Delimiter, Dialect, Separators};
 
 pub use record_source::ListSettings;
 
 use crate::table::Table;
 
-/// Settings.
+/// Settings of the plugin.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
-    /// The lists, each from a file of its own.
+    /// Lists, each from a file of its own.
     #[schemars(length(min = 1, max = 16))]
     lists: Vec<ListSettings<CsvFile>>,
 }
 
-/// A CSV file, whose first row names its columns.
+/// CSV file, whose first row names its columns.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CsvFile {
-    /// Its absolute path.
+    /// Absolute path of the file.
     #[schemars(extend("examples" = ["/var/lib/site/work_orders.csv"]))]
     file: PathBuf,
     /// Character between cells: `comma`, `semicolon`, `tab` or `pipe`, or the character itself.
@@ -39,8 +39,8 @@ pub struct CsvFile {
     #[serde(default)]
     #[schemars(length(min = 1, max = 9), extend("examples" = ["semicolon"]))]
     delimiter: Option<String>,
-    /// Its encoding by a name of the web (WHATWG), such as `gb18030` or `windows-1252`; UTF-8
-    /// where missing. A byte order mark goes before it.
+    /// Encoding of the file by its name on the web (WHATWG), such as `gb18030` or `windows-1252`;
+    /// UTF-8 where missing. A byte order mark takes precedence.
     #[serde(default)]
     #[schemars(length(min = 1, max = 40), extend("examples" = ["gb18030"]))]
     encoding: Option<String>,
@@ -67,7 +67,7 @@ fn default_decimal() -> String {
 }
 
 impl CsvFile {
-    /// The dialect and the separators of numbers that the settings say.
+    /// Returns the CSV dialect and the separators of numbers in the settings.
     ///
     /// # Errors
     /// Each setting at fault, with what is allowed.
@@ -89,9 +89,9 @@ impl CsvFile {
     }
 }
 
-/// The plugin.
+/// Records plugin for CSV files.
 pub struct CsvRecords {
-    watched: Watched,
+    polled: PolledRecords,
 }
 
 impl Plugin for CsvRecords {
@@ -114,13 +114,13 @@ impl Plugin for CsvRecords {
             let shown = table.list.list(&record_source::shown(&name));
             lists.push((shown, Box::new(table)));
         }
-        Ok(Self { watched: Watched::start(&host, lists)? })
+        Ok(Self { polled: PolledRecords::start(&host, lists)? })
     }
 }
 
 impl Records for CsvRecords {
     fn records(&mut self) -> Result<RecordSet<'_>, Error> {
-        Ok(self.watched.records())
+        Ok(self.polled.records())
     }
 }
 

@@ -1,14 +1,14 @@
-//! Reading bytes without a file: for fuzzing.
+//! Entry point for fuzzing: reads bytes without a file.
 
 use std::time::Duration;
 
 use busbar_plugin_sdk::{Record, RecordRowFault};
-use record_source::{Deadline, Gathered, ListSettings};
+use record_source::{ListSettings, ReadDeadline, RowBatch};
 
 use crate::CsvFile;
 use crate::table::Table;
 
-/// More than any bytes take that a fuzzer makes.
+/// Longest time for a fuzzer's bytes; none takes as long.
 const MAX_TIME: Duration = Duration::from_secs(10);
 
 /// Rows and faults of a file's bytes.
@@ -16,7 +16,7 @@ const MAX_TIME: Duration = Duration::from_secs(10);
 pub struct Read {
     /// Rows that are good.
     pub rows: Vec<Record>,
-    /// Rows that are left out.
+    /// Faults of rows left out.
     pub faults: Vec<RecordRowFault>,
 }
 
@@ -26,7 +26,7 @@ pub struct Read {
 /// Why they are no table.
 pub fn read(list: ListSettings<CsvFile>, label: &str, bytes: &[u8]) -> Result<Read, String> {
     let table = Table::new(list, Some(label))?;
-    let mut rows = Gathered::of(1);
-    table.parse(bytes, &mut rows, &Deadline::within(MAX_TIME))?;
+    let mut rows = RowBatch::with_lists(1);
+    table.parse(bytes, &mut rows, &ReadDeadline::within(MAX_TIME))?;
     Ok(Read { rows: rows.rows().to_vec(), faults: rows.faults().to_vec() })
 }

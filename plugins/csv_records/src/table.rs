@@ -1,20 +1,21 @@
-//! Rows of a file as records.
+//! Conversion of a file's rows to records.
 
 use std::io::Cursor;
 
 use record_source::{
-    CellFormats, Deadline, Gathered, Layout, ListSettings, Source, Version, version_of,
+    CellFormats, ColumnLayout, ListSettings, ReadDeadline, RowBatch, Source, SourceVersion,
+    file_version,
 };
 use text_table::{Dialect, NextRow, RowLimits, Rows};
 
 use crate::{CsvFile, file};
 
-/// Bytes and cells of a row.
+/// Greatest bytes and cells of a row.
 const LIMITS: RowLimits = RowLimits { bytes: 64 << 10, cells: 256 };
-/// Rows between two looks at the time.
+/// Rows between two checks of the deadline.
 const ROWS_A_LOOK: u64 = 64;
 
-/// A file with what is wanted of it.
+/// Source of one list: its file and formats.
 pub(crate) struct Table {
     pub(crate) list: ListSettings<CsvFile>,
     dialect: Dialect,
@@ -22,25 +23,25 @@ pub(crate) struct Table {
 }
 
 impl Source for Table {
-    fn version(&self) -> Result<Version, String> {
-        version_of(&self.list.source.file)
+    fn version(&self) -> Result<SourceVersion, String> {
+        file_version(&self.list.source.file)
     }
 
-    fn read(&self, rows: &mut Gathered, deadline: &Deadline) -> Result<(), String> {
+    fn read(&self, rows: &mut RowBatch, deadline: &ReadDeadline) -> Result<(), String> {
         let bytes = file::read(&self.list.source.file, deadline)?;
         self.parse(&bytes, rows, deadline)
     }
 }
 
 impl Table {
-    /// Checks the settings of a list; `encoding` is in place of theirs.
+    /// Checks the settings of a list; `encoding` replaces the one in the settings.
     ///
     /// # Errors
     /// Each setting at fault, with what is allowed.
     pub(crate) fn new(list: ListSettings<CsvFile>, encoding: Option<&str>) -> Result<Self, String> {
         let encoding = encoding.or(list.source.encoding.as_deref());
         let (dialect, separators) = list.source.dialect(encoding)?;
-        let formats = CellFormats::of(&list, separators)?;
+        let formats = CellFormats::with_separators(&list, separators)?;
         Ok(Self { list, dialect, formats })
     }
 
@@ -51,8 +52,8 @@ impl Table {
     pub(crate) fn parse(
         &self,
         bytes: &[u8],
-        into: &mut Gathered,
-        deadline: &Deadline,
+        into: &mut RowBatch,
+        deadline: &ReadDeadline,
     ) -> Result<(), String> {
         let failed = |error: std::io::Error| error.to_string();
         // What contradicts the settings is read by them or by the file's mark.
@@ -69,7 +70,7 @@ impl Table {
             NextRow::Row => {
                 let names: Vec<&str> = rows.cells().iter().collect();
                 let hint = if rows.has_open_quote() { "; is a quote not closed?" } else { "" };
-                Layout::of(&self.list, &names).map_err(|fault| format!("{fault}{hint}"))?
+                ColumnLayout::find(&self.list, &names).map_err(|fault| format!("{fault}{hint}"))?
             }
         };
         let columns = rows.cells().len();

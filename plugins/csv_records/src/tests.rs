@@ -1,4 +1,4 @@
-//! Files of all kinds: good, bad, changing, gone.
+//! Tests with files of all kinds: good, bad, changing, gone.
 
 use std::path::Path;
 use std::time::{Duration, Instant, SystemTime};
@@ -9,7 +9,7 @@ use serde_json::json;
 
 use crate::{CsvRecords, Settings};
 
-/// Until a change is read.
+/// Longest wait for a change to be read.
 const MAX_WAIT: Duration = Duration::from_secs(20);
 const GOOD: &str = "WO,EQUIPMENT,TEXT,REPORTED,STATE,PRIO\n\
     1,=Q1-QA1,\"SF6 leak, pole 2\",2026-11-20,open,1\n\
@@ -35,7 +35,7 @@ fn plugin(file: &Path) -> CsvRecords {
     CsvRecords::create(settings(file, json!({})), host()).expect("it is made")
 }
 
-/// The list once it is as wanted.
+/// Waits for a list that satisfies a condition, and returns it.
 fn until(plugin: &mut CsvRecords, what: &str, holds: impl Fn(&RecordList) -> bool) -> RecordList {
     let end = Instant::now() + MAX_WAIT;
     loop {
@@ -254,7 +254,7 @@ fn settings_of_a_dialect_are_checked() {
     assert!(fault.contains("lists[0].zone: 'MEZ' is no zone"), "{fault}");
 }
 
-/// The most rows there may be, with the clock watched.
+/// Reads the greatest number of rows while the clock is polled.
 #[test]
 fn as_many_rows_as_there_may_be_are_read_and_more_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -1,8 +1,8 @@
-//! What the simulators of plugins share: a thread that listens, and connections that
-//! fail as a plan says. It knows bytes and no protocol.
+//! Listener thread of simulated devices, and connections with planned faults; independent of the
+//! protocol.
 
-mod link;
-mod pump;
+mod faulty_link;
+mod relay;
 mod socket;
 #[cfg(test)]
 mod tests;
@@ -14,42 +14,42 @@ use std::time::{Duration, Instant};
 use busbar_plugin_sdk::{Error, Host, LogLevel, SimulationStatus};
 use tokio::sync::oneshot;
 
-pub use crate::link::{Link, MAX_CLIENTS};
+pub use crate::faulty_link::{FaultyLink, MAX_CLIENTS};
 pub use crate::socket::Socket;
 
-/// How long dropping a [`DeviceServer`] waits for its thread.
+/// Longest time that dropping a [`DeviceServer`] waits for its thread.
 const STOP_LIMIT: Duration = Duration::from_millis(1500);
-/// How often it looks whether the thread has ended.
+/// Period at which a drop checks whether the thread has ended.
 const STOP_CHECK: Duration = Duration::from_millis(2);
-/// Pause after a connection could not be taken, such as for want of descriptors.
+/// Pause after a connection could not be accepted, such as for want of descriptors.
 pub const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 
-/// A simulated device: a thread with its listeners, for as long as this lives.
+/// Simulated device: a thread with its listeners, which ends when this is dropped.
 pub struct DeviceServer {
-    link: Link,
+    link: FaultyLink,
     endpoint: String,
     host: Host,
-    /// Dropped to end the thread.
+    /// Sender that is dropped to end the thread.
     stop: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl DeviceServer {
-    /// Listens at all of these names and ports, and runs what `serve` gives on a thread
-    /// of this name.
+    /// Listens at all of these names and ports, and runs the future of `serve` on a thread of this
+    /// name.
     ///
     /// # Errors
     /// [`Error::failed`] when it cannot listen, with the remedy.
     pub fn start<F, S>(
         name: &str,
         endpoints: &[(String, u16)],
-        link: Link,
+        link: FaultyLink,
         host: &Host,
         serve: S,
     ) -> Result<Self, Error>
     where
         F: Future<Output = ()>,
-        S: FnOnce(Vec<tokio::net::TcpListener>, Link) -> F + Send + 'static,
+        S: FnOnce(Vec<tokio::net::TcpListener>, FaultyLink) -> F + Send + 'static,
     {
         let bound = endpoints.iter().map(listen).collect::<Result<Vec<_>, _>>()?;
         let addresses = bound.iter().filter_map(|listener| listener.local_addr().ok());
@@ -84,7 +84,7 @@ impl DeviceServer {
         })
     }
 
-    /// How it goes.
+    /// Returns the status of the simulation.
     pub fn status(&self) -> SimulationStatus {
         self.link.status(format!("listens at {}", self.endpoint))
     }

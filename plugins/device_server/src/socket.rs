@@ -1,14 +1,14 @@
-//! What a client is connected by.
+//! Connection to a client of a simulated device.
 
 use tokio::io::{AsyncRead, AsyncWrite, DuplexStream};
 use tokio::net::TcpStream;
 
-/// A connection to a client: over TCP, or through memory where a test simulates time.
+/// Connection to a client: over TCP, or through memory where a test simulates time.
 pub trait Socket: AsyncRead + AsyncWrite + Send + Unpin + 'static {
-    /// Before the first byte: what is written goes at once.
+    /// Prepares the connection before the first byte: writes are sent at once.
     fn prepare(&self);
 
-    /// Before it is dropped: the client is to see a reset, not an end.
+    /// Prepares a reset before the drop: the client sees a reset, not an end.
     fn prepare_reset(&self);
 }
 
@@ -24,7 +24,7 @@ impl Socket for TcpStream {
     }
 }
 
-/// Waits for nothing, and knows no reset: its end is all that a client sees.
+/// Does nothing: a stream in memory has no delay and no reset, and a client sees its end alone.
 impl Socket for DuplexStream {
     fn prepare(&self) {}
 

@@ -1,4 +1,4 @@
-//! Each fault, against real sockets. The protocol is an echo.
+//! Tests of each fault against real sockets, with an echo protocol.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpStream};
@@ -9,11 +9,11 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 
 use super::*;
 
-/// Long enough for a loaded machine; a test that passes does not wait for it.
+/// Longest wait on a loaded machine; a test that passes does not wait for it.
 const PATIENCE: Duration = Duration::from_secs(20);
-/// Of the echo's answers.
+/// Deadline of the echo's answers.
 const DEADLINE: Duration = Duration::from_millis(400);
-/// A fault of 4 to 8 seconds, from the first to the third second on.
+/// Period of faults: one of 4 to 8 seconds begins between the first and the third second.
 const PERIOD: Duration = Duration::from_secs(12);
 const LONGEST: Duration = Duration::from_secs(8);
 const PING: &[u8] = b"ping, and some more than that";
@@ -25,7 +25,7 @@ struct Echo {
 
 impl Echo {
     fn start(faults: FaultPlan) -> Self {
-        let link = Link::new(faults, 1, DEADLINE);
+        let link = FaultyLink::new(faults, 1, DEADLINE);
         let endpoints = [("127.0.0.1".to_owned(), 0)];
         let server = DeviceServer::start("echo", &endpoints, link, &host(), serve).unwrap();
         let endpoint = server.status().endpoint;
@@ -52,7 +52,7 @@ impl Echo {
     }
 }
 
-async fn serve(listeners: Vec<tokio::net::TcpListener>, link: Link) {
+async fn serve(listeners: Vec<tokio::net::TcpListener>, link: FaultyLink) {
     for listener in listeners {
         while let Ok((stream, _)) = listener.accept().await {
             let Some(mut client) = link.admit(stream) else { continue };
@@ -70,7 +70,7 @@ async fn serve(listeners: Vec<tokio::net::TcpListener>, link: Link) {
     }
 }
 
-/// Sends the ping; what comes back, at most as many bytes.
+/// Sends the ping; returns the bytes received, at most as many.
 fn ping(stream: &mut TcpStream) -> std::io::Result<Vec<u8>> {
     stream.write_all(PING)?;
     let mut answer = vec![0; PING.len()];
@@ -114,7 +114,7 @@ fn more_clients_than_allowed_are_turned_away() {
 fn a_place_that_is_taken_is_named_with_the_remedy() {
     let echo = Echo::start(FaultPlan::none());
     let taken = [("127.0.0.1".to_owned(), echo.address.port())];
-    let link = Link::new(FaultPlan::none(), 1, DEADLINE);
+    let link = FaultyLink::new(FaultPlan::none(), 1, DEADLINE);
     let refused = DeviceServer::start("second", &taken, link, &host(), serve);
     let message = refused.err().map(|error| error.message().to_owned()).unwrap();
     assert!(message.contains(&echo.address.port().to_string()), "{message}");
@@ -191,7 +191,7 @@ fn slow_answers_keep_the_deadline_and_late_ones_do_not() {
 fn only_a_clock_jump_sets_the_clock_wrong() {
     let plan = |kind| FaultPlan::new(3, &[kind], PERIOD, LONGEST).unwrap();
     for (kind, is_wrong) in [(FaultKind::ClockJump, true), (FaultKind::Slow, false)] {
-        let link = Link::new(plan(kind), 1, DEADLINE);
+        let link = FaultyLink::new(plan(kind), 1, DEADLINE);
         let begun = Instant::now();
         while link.fault_kind() != Some(kind) {
             assert!(begun.elapsed() < PATIENCE, "{kind:?} does not come");

@@ -8,7 +8,7 @@ use std::fmt;
 use crate::margin::Limits;
 use crate::{Gas, Margin, Ratio, Sample};
 
-/// Where the tables are from.
+/// Source of the tables, for reports.
 pub const SOURCE: &str = "IEEE C57.104-2019, tables 1 to 4";
 
 /// Gases with limits, in the order of the tables.
@@ -20,25 +20,25 @@ const SEALED: f64 = 0.2;
 /// Age of a transformer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Age {
-    /// Not known.
+    /// Age that is not known.
     #[default]
     Unknown,
-    /// 1 to 9 years.
+    /// Age of 1 to 9 years.
     UpTo9,
-    /// 10 to 30 years.
+    /// Age of 10 to 30 years.
     From10To30,
-    /// More than 30 years.
+    /// Age above 30 years.
     Over30,
 }
 
-/// 1 is unexceptional, 3 calls for action.
+/// Status of a transformer: 1 is unexceptional, 3 calls for action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Status {
-    /// Nothing is above tables 1, 3 and 4.
+    /// No gas above tables 1, 3 and 4.
     One,
-    /// Something is above table 1 or 3, and nothing above table 2 or 4.
+    /// Some gas above table 1 or 3, and none above table 2 or 4.
     Two,
-    /// Something is above table 2 or 4.
+    /// Some gas above table 2 or 4.
     Three,
 }
 
@@ -89,7 +89,7 @@ const TABLE_4_SEALED: [Row; 2] =
 const TABLE_4_BREATHING: [Row; 2] =
     [[25.0, 4.0, 3.0, 7.0, 0.0, 100.0, 1000.0], [10.0, 3.0, 2.0, 5.0, 0.0, 80.0, 800.0]];
 
-/// Places where the status can change at an unknown age; other ages have others.
+/// Limits at which the status can change at an unknown age; other ages have others.
 const LIMITS: Limits = Limits {
     ratios: &[(Gas::O2, Gas::N2, &[SEALED])],
     gases: &[
@@ -106,15 +106,15 @@ const LIMITS: Limits = Limits {
 /// Months that a rate was taken over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Span {
-    /// 4 to 9 months.
+    /// Span of 4 to 9 months.
     Months4To9,
-    /// 10 to 24 months.
+    /// Span of 10 to 24 months.
     Months10To24,
 }
 
 impl Span {
-    /// The span of so many months; `None` where table 4 has none. What is between 9 and 10
-    /// belongs to the longer.
+    /// Returns the span of so many months; `None` where table 4 has none. A span between 9 and 10
+    /// months belongs to the longer.
     pub fn of_months(months: f64) -> Option<Self> {
         match months {
             m if (4.0..=9.0).contains(&m) => Some(Self::Months4To9),
@@ -124,7 +124,7 @@ impl Span {
     }
 }
 
-/// What is known beside one sample: changes and rates by gas, in the order of [`GASES`].
+/// History beside one sample: changes and rates by gas, in the order of [`GASES`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct History {
     /// Change since the sample before, ppm; `None` for gases that were absent in one.
@@ -133,19 +133,19 @@ pub struct History {
     pub rates: [Option<(f64, Span)>; GASES.len()],
 }
 
-/// Whether O2/N2 says sealed; `None` if it cannot be computed.
+/// Reports whether O2/N2 indicates a sealed transformer; `None` if it cannot be computed.
 fn is_sealed(sample: &Sample) -> Option<bool> {
     let [o2, n2] = sample.all([Gas::O2, Gas::N2])?;
     Ratio::new(o2, n2).value().map(|ratio| ratio <= SEALED)
 }
 
-/// Status by tables 1 and 2 alone; `None` where O2 or N2 is absent or both are 0, since the
-/// tables depend on their ratio, or where no gas of [`GASES`] was measured.
+/// Computes the status by tables 1 and 2 alone. `None` where O2 or N2 is absent or both are 0,
+/// since the tables depend on their ratio, or where no gas of [`GASES`] was measured.
 pub fn status(sample: &Sample, age: Age) -> Option<Status> {
     status_with(sample, age, &History::default())
 }
 
-/// Status by all four tables, as far as the history goes; `None` as for [`status`].
+/// Computes the status by all four tables, as far as the history goes; `None` as for [`status`].
 pub fn status_with(sample: &Sample, age: Age, history: &History) -> Option<Status> {
     let is_sealed = is_sealed(sample)?;
     let (typical, high, changes, rates) = if is_sealed {
@@ -171,8 +171,8 @@ pub fn status_with(sample: &Sample, age: Age, history: &History) -> Option<Statu
     status
 }
 
-/// The 90th and the 95th percentile of each gas of [`GASES`] (tables 1 and 2), ppm, for the
-/// O2/N2 of a sample; without that, those of sealed transformers.
+/// Returns the 90th and the 95th percentile of each gas of [`GASES`] (tables 1 and 2), ppm, for the
+/// O2/N2 of a sample. Without that ratio, those of sealed transformers.
 pub fn limits(sample: &Sample, age: Age) -> [[f64; 2]; GASES.len()] {
     let (typical, high) = match is_sealed(sample) {
         Some(false) => (&TABLE_1_BREATHING, &TABLE_2_BREATHING),
@@ -182,8 +182,8 @@ pub fn limits(sample: &Sample, age: Age) -> [[f64; 2]; GASES.len()] {
     std::array::from_fn(|gas| [typical[row][gas], high[row][gas]])
 }
 
-/// How far [`status`] is from another; `None` where there is none, or no change of one gas
-/// leads to another.
+/// Computes the margin of [`status`] to another; `None` where there is none, or no change of one
+/// gas leads to another.
 pub fn margin(sample: &Sample, age: Age) -> Option<Margin> {
     status(sample, age)?;
     LIMITS.margin(sample, |sample| status(sample, age))

@@ -12,20 +12,20 @@ const LIMITS: [(Gas, [f64; 3]); 7] = [
     (Gas::Co, [350.0, 570.0, 1400.0]),
     (Gas::Co2, [2500.0, 4000.0, 10_000.0]),
 ];
-/// The same of the sum of all combustible gases: those above but CO2.
+/// Upper ends of the conditions of the sum of all combustible gases, ppm: the gases above but CO2.
 const TOTAL: [f64; 3] = [720.0, 1920.0, 4630.0];
 
 fn condition_of(ppm: f64, limits: [f64; 3]) -> u8 {
     1 + limits.iter().filter(|&&limit| ppm > limit).count() as u8
 }
 
-/// The condition, 1 to 4, of one gas; `None` if it is absent or has no limits.
+/// Returns the condition, 1 to 4, of one gas; `None` if it is absent or has no limits.
 pub fn condition_of_gas(sample: &Sample, gas: Gas) -> Option<u8> {
     let (_, limits) = LIMITS.iter().find(|(other, _)| *other == gas)?;
     sample.ppm(gas).map(|ppm| condition_of(ppm, *limits))
 }
 
-/// The condition, 1 to 4, by the total of dissolved combustible gases (TDCG); `None` if one
+/// Returns the condition, 1 to 4, by the total of dissolved combustible gases (TDCG); `None` if one
 /// of them is absent.
 pub fn condition_of_total(sample: &Sample) -> Option<u8> {
     let gases = [Gas::H2, Gas::Ch4, Gas::C2h6, Gas::C2h4, Gas::C2h2, Gas::Co];
@@ -33,8 +33,8 @@ pub fn condition_of_total(sample: &Sample) -> Option<u8> {
     Some(condition_of(total, TOTAL))
 }
 
-/// The condition of a sample, 1 to 4: the worst of its gases and their total; `None` if
-/// no gas with limits was measured.
+/// Returns the condition of a sample, 1 to 4: the worst of its gases and their total. `None` if no
+/// gas with limits was measured.
 pub fn condition(sample: &Sample) -> Option<u8> {
     let gases = LIMITS.iter().filter_map(|(gas, _)| condition_of_gas(sample, *gas));
     gases.chain(condition_of_total(sample)).max()

@@ -52,7 +52,7 @@ fn judge(sample: &Sample) -> (Zone, &'static str) {
     }
 }
 
-/// The zone of a sample.
+/// Returns the zone of a sample.
 ///
 /// Of ratios 0/0 (the standard has none): C2H2/C2H4 is coded 0; CH4/H2 fits the rows with
 /// "any" digit there, and a discharge whose overheating is not known is one without; all
@@ -61,7 +61,7 @@ pub fn zone(sample: &Sample) -> Zone {
     judge(sample).0
 }
 
-/// As [`zone`], with reasons.
+/// Diagnoses a sample as [`zone`] does, with reasons.
 pub fn diagnose(sample: &Sample) -> Verdict {
     let (zone, rule) = judge(sample);
     Verdict { zone, rule, margin: LIMITS.margin(sample, self::zone), source: SOURCE }

@@ -71,14 +71,14 @@ fn judge(sample: &Sample) -> (Zone, &'static str) {
     (Zone::NotDetermined, "no row of the table holds")
 }
 
-/// The zone of a sample: [`Zone::NoFault`] where the screening stops it,
-/// [`Zone::NotApplicable`] where a ratio has neither of its gases above L1. Every limit
-/// is exceeded by what is greater, not by what is equal. CO may be absent.
+/// Returns the zone of a sample: [`Zone::NoFault`] where the screening stops it,
+/// [`Zone::NotApplicable`] where a ratio has neither of its gases above L1. Every limit is exceeded
+/// by a greater value, not by an equal one. CO may be absent.
 pub fn zone(sample: &Sample) -> Zone {
     judge(sample).0
 }
 
-/// As [`zone`], with reasons.
+/// Diagnoses a sample as [`zone`] does, with reasons.
 pub fn diagnose(sample: &Sample) -> Verdict {
     let (zone, rule) = judge(sample);
     Verdict { zone, rule, margin: LIMITS.margin(sample, self::zone), source: SOURCE }

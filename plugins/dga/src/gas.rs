@@ -1,30 +1,30 @@
 //! Gases that laboratories report.
 
-/// A gas dissolved in oil.
+/// Gas dissolved in oil.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Gas {
-    /// Hydrogen.
+    /// Hydrogen, the gas H2.
     H2,
-    /// Methane.
+    /// Methane, the gas CH4.
     Ch4,
-    /// Ethane.
+    /// Ethane, the gas C2H6.
     C2h6,
-    /// Ethylene.
+    /// Ethylene, the gas C2H4.
     C2h4,
-    /// Acetylene.
+    /// Acetylene, the gas C2H2.
     C2h2,
-    /// Carbon monoxide.
+    /// Carbon monoxide, the gas CO.
     Co,
-    /// Carbon dioxide.
+    /// Carbon dioxide, the gas CO2.
     Co2,
-    /// Oxygen.
+    /// Oxygen, the gas O2.
     O2,
-    /// Nitrogen.
+    /// Nitrogen, the gas N2.
     N2,
 }
 
 impl Gas {
-    /// All of them, in the order of the tables of IEEE C57.104.
+    /// All gases, in the order of the tables of IEEE C57.104.
     pub const ALL: [Self; 9] = [
         Self::H2,
         Self::Ch4,
@@ -37,10 +37,10 @@ impl Gas {
         Self::N2,
     ];
 
-    /// The five that most methods rest on.
+    /// Five gases that most methods rest on.
     pub const FIVE: [Self; 5] = [Self::H2, Self::Ch4, Self::C2h6, Self::C2h4, Self::C2h2];
 
-    /// Its formula.
+    /// Returns the gas's chemical formula.
     pub const fn formula(self) -> &'static str {
         match self {
             Self::H2 => "H2",

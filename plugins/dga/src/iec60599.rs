@@ -9,15 +9,16 @@ use crate::{Gas, Ratio, Sample, Verdict, Zone};
 
 const SOURCE: &str = "IEC 60599:2015, table 1";
 
-/// What the oil is in; it decides which CH4/H2 is still partial discharge (table 1, notes).
+/// Equipment that contains the oil; it decides which CH4/H2 is still partial discharge (table 1,
+/// notes).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Equipment {
-    /// A power transformer or reactor: below 0.1.
+    /// Power transformer or reactor: below 0.1.
     #[default]
     Transformer,
-    /// An instrument transformer: below 0.2.
+    /// Instrument transformer: below 0.2.
     InstrumentTransformer,
-    /// A bushing: below 0.07.
+    /// Bushing: CH4/H2 below 0.07.
     Bushing,
 }
 
@@ -85,7 +86,7 @@ const LIMITS: Limits = Limits {
     gases: &[],
 };
 
-/// Which rows of table 1 hold; `None` if one of the five gases is absent.
+/// Returns the rows of table 1 that hold; `None` if one of the five gases is absent.
 fn rows(sample: &Sample, equipment: Equipment) -> Option<[bool; TABLE.len()]> {
     let [h2, ch4, c2h6, c2h4, c2h2] = sample.all(Gas::FIVE)?;
     let ratios =
@@ -93,7 +94,7 @@ fn rows(sample: &Sample, equipment: Equipment) -> Option<[bool; TABLE.len()]> {
     Some(std::array::from_fn(|row| (TABLE[row].holds)(&ratios, equipment)))
 }
 
-/// The zones of a sample, in the order of the table: [`Zone::NotDetermined`] alone where no
+/// Returns the zones of a sample, in the order of the table: [`Zone::NotDetermined`] alone where no
 /// row holds, [`Zone::NotApplicable`] alone where one of the five gases is absent.
 pub fn zones(sample: &Sample, equipment: Equipment) -> impl Iterator<Item = Zone> {
     let rows = rows(sample, equipment);
@@ -105,7 +106,7 @@ pub fn zones(sample: &Sample, equipment: Equipment) -> impl Iterator<Item = Zone
     none.into_iter().chain(held.filter(|(_, holds)| *holds).map(|(row, _)| row.zone))
 }
 
-/// As [`zones`], with reasons. The margin is that of the whole set.
+/// Diagnoses a sample as [`zones`] does, with reasons. The margin is that of the whole set.
 pub fn diagnose(sample: &Sample, equipment: Equipment) -> Vec<Verdict> {
     let margin = LIMITS.margin(sample, |sample| rows(sample, equipment));
     let rule = |zone| match zone {

@@ -1,10 +1,10 @@
-//! Ratios that hint at one cause each, beside the methods that name faults.
+//! Indicator ratios that hint at one cause each, beside the methods that name faults.
 //!
 //! They mean most for what has formed between two samples: give the increments as a sample.
 
 use crate::{Gas, Ratio, Sample};
 
-/// A hint.
+/// Hint at one cause.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Indicator {
     /// CO2/CO below 3: a fault with paper in it (IEC 60599:2015, 5.5).
@@ -17,7 +17,7 @@ pub enum Indicator {
     OxygenConsumption,
 }
 
-/// The hints of a sample, in the order of [`Indicator`]. Ratios whose gases are absent or
+/// Returns the hints of a sample, in the order of [`Indicator`]. Ratios whose gases are absent or
 /// both 0 give none.
 pub fn indicators(sample: &Sample) -> Vec<Indicator> {
     let ratio = |gases| sample.all(gases).map(|[above, below]| Ratio::new(above, below));

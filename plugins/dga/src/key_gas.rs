@@ -1,4 +1,4 @@
-//! Key gas of IEEE C57.104.
+//! Key gas method of IEEE C57.104.
 //!
 //! The standard gives four profiles, in percent of the combustible gases: overheated oil
 //! (C2H4 63, C2H6 19, CH4 16, H2 2), overheated oil and cellulose (CO 92), corona (H2 85,
@@ -22,7 +22,7 @@ const KEYS: [(Gas, Zone, &str); 6] = [
     (Gas::Co, Zone::Carbonisation, "CO is most: oil and cellulose overheated"),
 ];
 
-/// Where two gases are equal: one of them becomes the greatest.
+/// Limits where two gases are equal: one of them becomes the greatest.
 const LIMITS: Limits = Limits {
     ratios: &[
         (Gas::H2, Gas::Ch4, &[1.0]),
@@ -57,13 +57,13 @@ fn judge(sample: &Sample) -> (Zone, &'static str) {
     (most.1, most.2)
 }
 
-/// The zone of a sample. Of equal gases the first of H2, CH4, C2H6, C2H4, C2H2, CO counts.
+/// Returns the zone of a sample. Of equal gases the first of H2, CH4, C2H6, C2H4, C2H2, CO counts.
 /// CO may be absent.
 pub fn zone(sample: &Sample) -> Zone {
     judge(sample).0
 }
 
-/// As [`zone`], with reasons.
+/// Diagnoses a sample as [`zone`] does, with reasons.
 pub fn diagnose(sample: &Sample) -> Verdict {
     let (zone, rule) = judge(sample);
     Verdict { zone, rule, margin: LIMITS.margin(sample, self::zone), source: SOURCE }

@@ -1,4 +1,4 @@
-//! Dissolved gas analysis (DGA): what the gases in a transformer's oil say of faults.
+//! Dissolved gas analysis (DGA): fault diagnosis of transformers by the gases in their oil.
 //!
 //! A [`Sample`] holds concentrations in ppm (µL of gas in a litre of oil). Each method is
 //! a module with `zone`, its bare result, and `diagnose`, the same with the rule that
@@ -27,6 +27,7 @@
 //! - Percentages are `100 * gas / sum` in `f64`, and limits are compared with them as
 //!   they are, without tolerance: whole numbers of ppm are decided exactly, and decimal
 //!   fractions as `f64` has them (0.3/0.1 is a little less than 3).
+#![doc = include_str!("../DESIGN.md")]
 
 pub mod c57_104;
 pub mod c57_104_2008;

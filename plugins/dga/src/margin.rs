@@ -1,22 +1,22 @@
-//! How far a sample is from another result, for methods made of limits.
+//! Margin of a sample to another result, for methods made of limits.
 
 use crate::{Gas, Margin, Sample};
 
-/// Where the results of a method can change.
+/// Limits at which the result of a method can change.
 pub(crate) struct Limits {
     /// Ratios (numerator, denominator) and their limits.
     pub(crate) ratios: &'static [(Gas, Gas, &'static [f64])],
-    /// Gases and their limits, ppm.
+    /// Gases and their concentration limits, ppm.
     pub(crate) gases: &'static [(Gas, &'static [f64])],
 }
 
-/// How far beyond a limit a result is tried, relative.
+/// Relative step beyond a limit at which a result is tried.
 const STEP: f64 = 1e-9;
 
 impl Limits {
-    /// The least factor by which one gas alone must change for another result of `method`.
-    /// Only where a ratio or a gas meets a limit can that be: those places are tried, a
-    /// little below, at and a little above. `None` where none of them helps.
+    /// Computes the least factor by which one gas alone must change for another result of `method`.
+    /// Only where a ratio or a gas meets a limit can that be: each limit is tried, a little below,
+    /// at and a little above. `None` where none of them helps.
     pub(crate) fn margin<T: PartialEq>(
         &self,
         sample: &Sample,
@@ -37,7 +37,8 @@ impl Limits {
         nearest.map(|(gas, factor)| Margin::Factor { gas, factor })
     }
 
-    /// Calls `visit` with each gas that is there, its ppm, and a place where it meets a limit.
+    /// Calls `visit` with each measured gas, its ppm, and a concentration at which it meets a
+    /// limit.
     fn places(&self, sample: &Sample, mut visit: impl FnMut(Gas, f64, f64)) {
         for &(numerator, denominator, limits) in self.ratios {
             let Some([above, below]) = sample.all([numerator, denominator]) else { continue };

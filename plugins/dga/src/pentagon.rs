@@ -1,4 +1,4 @@
-//! Duval's pentagons 1 and 2: all five gases.
+//! Duval's pentagons 1 and 2, of all five gases.
 //!
 //! Each gas lies on its own axis at its percentage of the five; the sample is the area
 //! centroid of the pentagon between them. Zones are polygons.
@@ -7,11 +7,11 @@ use crate::plane::{Point, Segment, edges, has_inside, nearest};
 use crate::verdict::NO_INPUT;
 use crate::{Gas, Margin, Sample, Verdict, Zone};
 
-/// Added to every gas, as a share of their sum: one gas alone, or two that are not
-/// neighbours, span no area, and their centroid is that of the limit. A single gas lies at
-/// 33.33 on its axis.
+/// Trace added to every gas, as a share of their sum. One gas alone, or two that are not
+/// neighbours, span no area, and their centroid is that of the limit. A single gas lies at 33.33 on
+/// its axis.
 const TRACE: f64 = 1e-9;
-/// A point this near to a border lies on it: centroids are rounded to some 1e-14.
+/// Distance within which a point lies on a border: centroids are rounded to some 1e-14.
 const ON_BORDER: f64 = 1e-9;
 
 /// Cosine and sine of 18 and 54 degrees.
@@ -29,7 +29,7 @@ const AXES: [(Gas, Point); 5] = [
     (Gas::C2h2, [COS_18, SIN_18]),
 ];
 
-/// A pentagon: zones, the borders between them, and its source.
+/// Pentagon with its zones, the borders between them, and its source.
 #[derive(Debug)]
 pub struct Pentagon {
     zones: &'static [(Zone, &'static [Point], &'static str)],
@@ -86,7 +86,7 @@ pub static PENTAGON_1: Pentagon = Pentagon {
     source: "Duval pentagon 1 (Duval & Lamarre 2014)",
 };
 
-/// Pentagon 2: as pentagon 1, and whether paper is carbonised.
+/// Pentagon 2: as pentagon 1, and a distinction of carbonised paper.
 pub static PENTAGON_2: Pentagon = Pentagon {
     zones: &[
         (Zone::PartialDischarge, PD, "zone PD of pentagon 2"),
@@ -134,8 +134,8 @@ pub static PENTAGON_2: Pentagon = Pentagon {
     source: "Duval pentagon 2 (Duval & Lamarre 2014)",
 };
 
-/// Where a sample is in both pentagons, percent; `None` if one of the five gases is absent
-/// or all of them are 0.
+/// Computes the position of a sample in both pentagons, percent; `None` if one of the five gases is
+/// absent or all of them are 0.
 ///
 /// The area centroid, with A = 1/2 Σ c and C = Σ (P + P') c / 6A over neighbouring corners
 /// P, P', where c = x y' - x' y. Angles between axes being equal, c is the product of the two
@@ -165,9 +165,8 @@ pub fn point(sample: &Sample) -> Option<[f64; 2]> {
 }
 
 impl Pentagon {
-    /// The zone of a point: of several on whose border it is, the first in the order PD, D1,
-    /// D2, T3, T2, T1, S (pentagon 1) or PD, D1, D2, S, T3H, C, O (pentagon 2), in which the
-    /// source lists them.
+    /// Returns the zone of a point. Of several on whose border it is, the first in the order of the
+    /// source: PD, D1, D2, T3, T2, T1, S (pentagon 1) or PD, D1, D2, S, T3H, C, O (pentagon 2).
     fn zone_at(&self, point: Point) -> (Zone, &'static str) {
         let near = |polygon: &[Point]| nearest(point, edges(polygon));
         let has = |polygon: &[Point]| has_inside(polygon, point) || near(polygon) <= ON_BORDER;
@@ -179,17 +178,17 @@ impl Pentagon {
             .map_or((Zone::NotDetermined, "outside"), |&(zone, _, rule)| (zone, rule))
     }
 
-    /// The zone of a sample.
+    /// Returns the zone of a sample.
     pub fn zone(&self, sample: &Sample) -> Zone {
         point(sample).map_or(Zone::NotApplicable, |point| self.zone_at(point).0)
     }
 
-    /// The zones with their corners.
+    /// Returns the zones with their corners.
     pub fn outlines(&self) -> impl Iterator<Item = (Zone, &'static [Point])> {
         self.zones.iter().map(|(zone, corners, _)| (*zone, *corners))
     }
 
-    /// As [`Pentagon::zone`], with reasons.
+    /// Diagnoses a sample as [`Pentagon::zone`] does, with reasons.
     pub fn diagnose(&self, sample: &Sample) -> Verdict {
         let source = self.source;
         let Some(point) = point(sample) else {

@@ -3,7 +3,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::plane::distance;
 
-/// The outline that all zones fill together.
+/// Outline of all zones together.
 const OUTLINE: [Point; 10] = [
     [0.0, 40.0],
     [38.0, 12.4],

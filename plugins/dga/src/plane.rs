@@ -1,8 +1,8 @@
 //! Points, segments and polygons in a plane.
 
-/// x and y.
+/// Point by x and y.
 pub(crate) type Point = [f64; 2];
-/// Two ends.
+/// Segment by its two ends.
 pub(crate) type Segment = [Point; 2];
 
 fn minus(a: Point, b: Point) -> Point {
@@ -13,7 +13,7 @@ fn dot(a: Point, b: Point) -> f64 {
     a[0] * b[0] + a[1] * b[1]
 }
 
-/// From a point to the nearest point of a segment; its ends differ.
+/// Computes the distance from a point to the nearest point of a segment; its ends differ.
 pub(crate) fn distance(point: Point, [a, b]: Segment) -> f64 {
     let (along, to_point) = (minus(b, a), minus(point, a));
     let t = (dot(to_point, along) / dot(along, along)).clamp(0.0, 1.0);
@@ -21,18 +21,18 @@ pub(crate) fn distance(point: Point, [a, b]: Segment) -> f64 {
     dot(away, away).sqrt()
 }
 
-/// To the nearest of several segments.
+/// Computes the distance to the nearest of several segments.
 pub(crate) fn nearest(point: Point, segments: impl IntoIterator<Item = Segment>) -> f64 {
     segments.into_iter().map(|segment| distance(point, segment)).fold(f64::INFINITY, f64::min)
 }
 
-/// The edges of a polygon, closed.
+/// Returns the edges of a polygon, closed.
 pub(crate) fn edges(polygon: &[Point]) -> impl Iterator<Item = Segment> {
     let next = polygon.iter().cycle().skip(1);
     polygon.iter().zip(next).map(|(&a, &b)| [a, b])
 }
 
-/// Whether a polygon has a point inside: a ray to the right meets an odd number of edges.
+/// Reports whether a polygon contains a point: a ray to the right meets an odd number of edges.
 pub(crate) fn has_inside(polygon: &[Point], point: Point) -> bool {
     let crosses = |&[a, b]: &Segment| {
         let spans = (a[1] > point[1]) != (b[1] > point[1]);

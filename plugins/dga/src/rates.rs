@@ -1,13 +1,13 @@
-//! How fast gas forms, from samples of one transformer.
+//! Gassing rates from samples of one transformer.
 
 use std::fmt;
 
-/// A concentration at an instant.
+/// Concentration at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
     /// Time, days since any instant.
     pub day: f64,
-    /// Concentration, ppm.
+    /// Concentration at that time, ppm.
     pub ppm: f64,
 }
 
@@ -16,18 +16,18 @@ pub const DAYS_A_YEAR: f64 = 365.25;
 /// Days of a month, for rates a month (DL/T 722).
 pub const DAYS_A_MONTH: f64 = 30.0;
 
-/// Why readings give no rate.
+/// Error of readings that give no rate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RateError {
-    /// A number is not finite, or a concentration negative.
+    /// Number that is not finite, or a negative concentration.
     NotValid,
     /// Fewer readings than the rule demands, or more.
     Count,
-    /// Times do not increase.
+    /// Times that do not increase.
     Order,
-    /// Nothing at first: no relative rate.
+    /// First concentration of 0: no relative rate.
     FromZero,
-    /// The mass of oil or its density is not above 0.
+    /// Mass of oil, or its density, that is not above 0.
     Oil,
 }
 
@@ -55,7 +55,7 @@ fn check(readings: &[Reading]) -> Result<(), RateError> {
     Ok(())
 }
 
-/// (C2 - C1) / Δt, ppm a day.
+/// Computes (C2 - C1) / Δt, ppm a day.
 ///
 /// # Errors
 /// [`RateError::NotValid`], [`RateError::Order`].
@@ -64,8 +64,8 @@ pub fn per_day(first: Reading, second: Reading) -> Result<f64, RateError> {
     Ok((second.ppm - first.ppm) / (second.day - first.day))
 }
 
-/// The absolute rate of DL/T 722-2014, 9.3.2: (C2 - C1) / Δt · m / ρ, mL a day, for the
-/// oil's mass in tonnes and its density in tonnes a cubic metre.
+/// Computes the absolute rate of DL/T 722-2014, 9.3.2: (C2 - C1) / Δt · m / ρ, mL a day. The oil's
+/// mass is in tonnes, its density in tonnes a cubic metre.
 ///
 /// # Errors
 /// As [`per_day`], and [`RateError::Oil`].
@@ -83,7 +83,7 @@ pub fn absolute(
     Ok(per_day(first, second)? * oil_tonnes / tonnes_a_cubic_metre)
 }
 
-/// The relative rate of DL/T 722-2014, 9.3.2: (C2 - C1) / C1 / Δt · 100, percent a month.
+/// Computes the relative rate of DL/T 722-2014, 9.3.2: (C2 - C1) / C1 / Δt · 100, percent a month.
 ///
 /// # Errors
 /// As [`per_day`], and [`RateError::FromZero`].
@@ -95,10 +95,10 @@ pub fn relative(first: Reading, second: Reading) -> Result<f64, RateError> {
     Ok(rate / first.ppm * 100.0 * DAYS_A_MONTH)
 }
 
-/// Readings that a rate by regression rests on (IEEE C57.104-2019, table 4).
+/// Number of readings that a rate by regression rests on (IEEE C57.104-2019, table 4).
 pub const REGRESSION_READINGS: std::ops::RangeInclusive<usize> = 3..=6;
 
-/// The slope of the least-squares line through 3 to 6 readings, ppm a year, and the months
+/// Computes the slope of the least-squares line through 3 to 6 readings, ppm a year, and the months
 /// that they span (IEEE C57.104-2019, 6.1.3).
 ///
 /// # Errors

@@ -1,12 +1,12 @@
-//! Ratios of gases.
+//! Ratios of gas concentrations.
 
-/// A ratio of two concentrations: x/0 is infinite, 0/0 cannot be computed and meets no
-/// condition. (Other programs take 0 for both.)
+/// Ratio of two concentrations: x/0 is infinite, 0/0 cannot be computed and meets no condition.
+/// (Other programs take 0 for both.)
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ratio(Option<f64>);
 
 impl Ratio {
-    /// `numerator / denominator`, of concentrations.
+    /// Computes `numerator / denominator`, of concentrations.
     pub(crate) fn new(numerator: f64, denominator: f64) -> Self {
         Self(match (numerator > 0.0, denominator > 0.0) {
             (_, true) => Some(numerator / denominator),
@@ -15,7 +15,7 @@ impl Ratio {
         })
     }
 
-    /// Its value; `None` for 0/0.
+    /// Returns the value; `None` for 0/0.
     pub fn value(self) -> Option<f64> {
         self.0
     }
@@ -28,7 +28,7 @@ impl Ratio {
         self.0.is_some_and(|value| value > limit)
     }
 
-    /// Both ends included.
+    /// Reports whether the ratio is within a range, both ends included.
     pub(crate) fn is_within(self, low: f64, high: f64) -> bool {
         self.0.is_some_and(|value| (low..=high).contains(&value))
     }

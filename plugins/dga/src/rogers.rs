@@ -44,12 +44,12 @@ fn judge(sample: &Sample) -> (Zone, &'static str) {
     (Zone::NotDetermined, "no row of the table holds")
 }
 
-/// The zone of a sample. Ranges include both ends.
+/// Returns the zone of a sample. Ranges include both ends.
 pub fn zone(sample: &Sample) -> Zone {
     judge(sample).0
 }
 
-/// As [`zone`], with reasons.
+/// Diagnoses a sample as [`zone`] does, with reasons.
 pub fn diagnose(sample: &Sample) -> Verdict {
     let (zone, rule) = judge(sample);
     Verdict { zone, rule, margin: LIMITS.margin(sample, self::zone), source: SOURCE }

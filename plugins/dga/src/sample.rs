@@ -1,14 +1,14 @@
-//! One sample of oil.
+//! Gas concentrations of one oil sample.
 
 use std::fmt;
 
 use crate::Gas;
 
-/// The greatest concentration, ppm. Oil holds no more than some three times its own volume
-/// of the gas that dissolves best (ethane, 2.8e6 ppm); whatever is above is a slip.
+/// Greatest valid concentration, ppm. Oil holds no more than some three times its own volume of the
+/// gas that dissolves best (ethane, 2.8e6 ppm). A greater number is an error of data.
 pub const MAX_PPM: f64 = 1e7;
 
-/// A concentration in ppm (µL/L): finite, from 0 to [`MAX_PPM`].
+/// Concentration in ppm (µL/L): finite, from 0 to [`MAX_PPM`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Concentration(Inner);
 
@@ -19,7 +19,7 @@ enum Inner {
 }
 
 impl Concentration {
-    /// What was measured, ppm.
+    /// Creates a measured concentration, ppm.
     ///
     /// # Errors
     /// [`SampleError`] unless it is finite, not negative and at most [`MAX_PPM`].
@@ -27,7 +27,7 @@ impl Concentration {
         SampleError::check(ppm).map(|ppm| Self(Inner::Measured(ppm)))
     }
 
-    /// Less than a detection limit, ppm.
+    /// Creates a concentration below a detection limit, ppm.
     ///
     /// # Errors
     /// As for [`Concentration::measured`].
@@ -35,7 +35,7 @@ impl Concentration {
         SampleError::check(limit_ppm).map(|ppm| Self(Inner::Below(ppm)))
     }
 
-    /// The number that methods take, ppm: 0 for what is below its detection limit.
+    /// Returns the number that methods take, ppm: 0 for a concentration below its detection limit.
     pub fn ppm(self) -> f64 {
         match self.0 {
             Inner::Measured(ppm) => ppm,
@@ -43,7 +43,7 @@ impl Concentration {
         }
     }
 
-    /// The detection limit that it is below, ppm.
+    /// Returns the detection limit that the concentration is below, ppm.
     pub fn detection_limit(self) -> Option<f64> {
         match self.0 {
             Inner::Measured(_) => None,
@@ -52,17 +52,17 @@ impl Concentration {
     }
 }
 
-/// The gases of one sample. Any of them may be absent.
+/// Gases of one sample. Any of them may be absent.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sample([Option<Concentration>; Gas::ALL.len()]);
 
 impl Sample {
-    /// A sample in which nothing was measured yet.
+    /// Creates a sample in which nothing was measured yet.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// The five gases in the order of [`Gas::FIVE`], ppm.
+    /// Creates a sample of the five gases in the order of [`Gas::FIVE`], ppm.
     ///
     /// # Errors
     /// As for [`Concentration::measured`].
@@ -74,24 +74,24 @@ impl Sample {
         Ok(sample)
     }
 
-    /// The same with this concentration of one gas.
+    /// Returns the sample with this concentration of one gas.
     #[must_use]
     pub fn with(mut self, gas: Gas, concentration: Concentration) -> Self {
         self.0[gas as usize] = Some(concentration);
         self
     }
 
-    /// A gas; `None` if it is absent.
+    /// Returns the concentration of a gas; `None` if it is absent.
     pub fn concentration(&self, gas: Gas) -> Option<Concentration> {
         self.0[gas as usize]
     }
 
-    /// A gas as methods take it, ppm; `None` if it is absent.
+    /// Returns a gas as methods take it, ppm; `None` if it is absent.
     pub fn ppm(&self, gas: Gas) -> Option<f64> {
         self.concentration(gas).map(Concentration::ppm)
     }
 
-    /// Several gases, ppm; `None` if one is absent.
+    /// Returns several gases, ppm; `None` if one is absent.
     pub(crate) fn all<const N: usize>(&self, gases: [Gas; N]) -> Option<[f64; N]> {
         let mut values = [0.0; N];
         for (value, gas) in values.iter_mut().zip(gases) {
@@ -100,21 +100,21 @@ impl Sample {
         Some(values)
     }
 
-    /// The same with another measured value, held within what is valid.
+    /// Returns the sample with another measured value, clamped to the valid range.
     pub(crate) fn varied(mut self, gas: Gas, ppm: f64) -> Self {
         self.0[gas as usize] = Some(Concentration(Inner::Measured(ppm.clamp(0.0, MAX_PPM))));
         self
     }
 }
 
-/// Why a number is no concentration.
+/// Error of a number that is no concentration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SampleError {
-    /// NaN or infinite.
+    /// Number that is NaN or infinite.
     NotFinite,
-    /// Less than 0.
+    /// Number that is less than 0.
     Negative(f64),
-    /// More than [`MAX_PPM`].
+    /// Number that is greater than [`MAX_PPM`].
     TooLarge(f64),
 }
 

@@ -1,4 +1,4 @@
-//! What Duval's triangles share.
+//! Common geometry of Duval's triangles.
 
 use crate::plane::{self, Point};
 use crate::verdict::NO_INPUT;
@@ -6,18 +6,18 @@ use crate::{Gas, Margin, Sample, Verdict, Zone};
 
 /// Shares of three gases, percent: they sum up to 100.
 pub(crate) type Shares = [f64; 3];
-/// A straight border between two zones, from one point to another.
+/// Straight border between two zones, from one point to another.
 pub(crate) type Border = [Shares; 2];
 
-/// One of the triangles.
+/// Duval triangle: gases, zones, borders.
 pub(crate) struct Triangle {
-    /// Whose shares it is drawn of.
+    /// Gases whose shares are the triangle's coordinates.
     pub(crate) gases: [Gas; 3],
-    /// The zone of a point, and the rule that gives it.
+    /// Function that returns the zone of a point, and the rule that gives it.
     pub(crate) judge: fn(Shares) -> (Zone, &'static str),
-    /// Where zones meet.
+    /// Borders between the zones.
     pub(crate) borders: &'static [Border],
-    /// Where it is published.
+    /// Publication of the triangle.
     pub(crate) source: &'static str,
 }
 
@@ -38,7 +38,7 @@ impl Triangle {
     }
 }
 
-/// Percentages of three gases; `None` if one is absent or all are 0.
+/// Computes the percentages of three gases; `None` if one is absent or all are 0.
 pub(crate) fn shares(sample: &Sample, gases: [Gas; 3]) -> Option<Shares> {
     let ppm = sample.all(gases)?;
     let sum: f64 = ppm.iter().sum();
@@ -46,12 +46,13 @@ pub(crate) fn shares(sample: &Sample, gases: [Gas; 3]) -> Option<Shares> {
     (sum > 0.0).then(|| ppm.map(|ppm| 100.0 * ppm / sum))
 }
 
-/// Where shares are in an equilateral triangle with sides of 100.
+/// Computes the position of shares in an equilateral triangle with sides of 100.
 pub(crate) fn place([_, b, c]: Shares) -> Point {
     [b + c / 2.0, c * (3.0_f64.sqrt() / 2.0)]
 }
 
-/// Distance to the nearest border, which is always one of the zone that the point is in.
+/// Computes the distance to the nearest border, which is always one of the zone that the point is
+/// in.
 fn margin(shares: Shares, borders: &[Border]) -> Margin {
     let segments = borders.iter().map(|&[a, b]| [place(a), place(b)]);
     Margin::Distance(plane::nearest(place(shares), segments))
@@ -63,9 +64,9 @@ pub(crate) mod testing {
 
     use super::*;
 
-    /// Borders are where zones change, all of them and nothing else: beside the middle of
-    /// each there are two zones, and points with different zones are no nearer to each
-    /// other than a border is to them.
+    /// Checks that borders are exactly where zones change. Beside the middle of each border there
+    /// are two zones, and points with different zones are no nearer to each other than a border is
+    /// to them.
     pub(crate) fn check_borders(triangle: &Triangle) {
         let (judge, borders) = (|shares| (triangle.judge)(shares).0, triangle.borders);
         for &[a, b] in borders {

@@ -3,7 +3,7 @@
 use crate::triangle::{self, Border, Shares, Triangle};
 use crate::{Gas, Sample, Verdict, Zone};
 
-/// Where zones meet, as shares of CH4, C2H4, C2H2.
+/// Borders between zones, as shares of CH4, C2H4, C2H2.
 const BORDERS: [Border; 13] = [
     [[98.0, 0.0, 2.0], [98.0, 2.0, 0.0]],
     [[80.0, 20.0, 0.0], [76.0, 20.0, 4.0]],
@@ -53,12 +53,12 @@ fn judge([m, e, a]: Shares) -> (Zone, &'static str) {
     (Zone::DischargeThermal, "the rest of the triangle")
 }
 
-/// The zone of a sample. Each limit belongs to the side of the greater share.
+/// Returns the zone of a sample. Each limit belongs to the side of the greater share.
 pub fn zone(sample: &Sample) -> Zone {
     TRIANGLE.zone(sample)
 }
 
-/// As [`zone`], with reasons.
+/// Diagnoses a sample as [`zone`] does, with reasons.
 pub fn diagnose(sample: &Sample) -> Verdict {
     TRIANGLE.diagnose(sample)
 }
@@ -110,7 +110,7 @@ const ZONES: [(Zone, &[Shares]); 7] = [
     ),
 ];
 
-/// The zones with their corners in an equilateral triangle with sides of 100: CH4 at its
+/// Returns the zones with their corners in an equilateral triangle with sides of 100: CH4 at its
 /// left, C2H4 at its right, C2H2 at its top.
 pub fn outlines() -> impl Iterator<Item = (Zone, Vec<[f64; 2]>)> {
     ZONES.iter().map(|(zone, corners)| {
@@ -118,7 +118,7 @@ pub fn outlines() -> impl Iterator<Item = (Zone, Vec<[f64; 2]>)> {
     })
 }
 
-/// Where a sample is in that triangle; `None` if a gas is absent or all are 0.
+/// Computes the position of a sample in that triangle; `None` if a gas is absent or all are 0.
 pub fn point(sample: &Sample) -> Option<[f64; 2]> {
     triangle::shares(sample, TRIANGLE.gases).map(triangle::place)
 }

@@ -3,7 +3,7 @@
 use crate::triangle::{Border, Shares, Triangle};
 use crate::{Gas, Sample, Verdict, Zone, triangle_1};
 
-/// Where zones meet, as shares of H2, CH4, C2H6.
+/// Borders between zones, as shares of H2, CH4, C2H6.
 const BORDERS: [Border; 10] = [
     [[98.0, 2.0, 0.0], [97.0, 2.0, 1.0]],
     [[97.0, 2.0, 1.0], [84.0, 15.0, 1.0]],
@@ -47,17 +47,17 @@ fn judge([h, m, e]: Shares) -> (Zone, &'static str) {
     (Zone::StrayGassing, "the rest of the triangle")
 }
 
-/// Whether the triangle is meant for a sample: triangle 1 says PD, T1 or T2.
+/// Reports whether the triangle applies to a sample: triangle 1 gives PD, T1 or T2.
 pub fn is_applicable(sample: &Sample) -> bool {
     matches!(triangle_1::zone(sample), Zone::PartialDischarge | Zone::Thermal1 | Zone::Thermal2)
 }
 
-/// The zone of a sample, applicable or not.
+/// Returns the zone of a sample, applicable or not.
 pub fn zone(sample: &Sample) -> Zone {
     TRIANGLE.zone(sample)
 }
 
-/// As [`zone`], with reasons.
+/// Diagnoses a sample as [`zone`] does, with reasons.
 pub fn diagnose(sample: &Sample) -> Verdict {
     TRIANGLE.diagnose(sample)
 }

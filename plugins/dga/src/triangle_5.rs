@@ -3,7 +3,7 @@
 use crate::triangle::{Border, Shares, Triangle};
 use crate::{Gas, Sample, Verdict, Zone, triangle_1};
 
-/// Where zones meet, as shares of CH4, C2H4, C2H6.
+/// Borders between zones, as shares of CH4, C2H4, C2H6.
 const BORDERS: [Border; 14] = [
     [[98.0, 0.0, 2.0], [97.0, 1.0, 2.0]],
     [[97.0, 1.0, 2.0], [84.0, 1.0, 15.0]],
@@ -57,17 +57,17 @@ fn judge([_, y, e]: Shares) -> (Zone, &'static str) {
     }
 }
 
-/// Whether the triangle is meant for a sample: triangle 1 says T2 or T3.
+/// Reports whether the triangle applies to a sample: triangle 1 gives T2 or T3.
 pub fn is_applicable(sample: &Sample) -> bool {
     matches!(triangle_1::zone(sample), Zone::Thermal2 | Zone::Thermal3)
 }
 
-/// The zone of a sample, applicable or not.
+/// Returns the zone of a sample, applicable or not.
 pub fn zone(sample: &Sample) -> Zone {
     TRIANGLE.zone(sample)
 }
 
-/// As [`zone`], with reasons.
+/// Diagnoses a sample as [`zone`] does, with reasons.
 pub fn diagnose(sample: &Sample) -> Verdict {
     TRIANGLE.diagnose(sample)
 }

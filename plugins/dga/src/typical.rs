@@ -4,20 +4,20 @@
 
 use crate::Gas;
 
-/// From the lowest to the highest 90 % value of the networks asked.
+/// Range from the lowest to the highest 90 % value of the networks surveyed.
 pub type Range = (f64, f64);
 
-/// How acetylene may come from a tap changer.
+/// Relation of a tap changer's oil to the tank's, by which acetylene may come from it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TapChanger {
-    /// None, or in oil of its own.
+    /// No tap changer, or one in oil of its own.
     Separate,
-    /// Its oil communicates with the tank's.
+    /// Tap changer whose oil communicates with the tank's.
     Communicating,
 }
 
-/// 90 % typical concentrations of power transformers in service, ppm (IEC 60599:2015, table
-/// A.2); `None` for gases without one.
+/// Returns the 90 % typical concentrations of power transformers in service, ppm (IEC 60599:2015,
+/// table A.2); `None` for gases without one.
 pub fn iec_concentration(gas: Gas, tap_changer: TapChanger) -> Option<Range> {
     Some(match gas {
         Gas::H2 => (50.0, 150.0),
@@ -32,7 +32,7 @@ pub fn iec_concentration(gas: Gas, tap_changer: TapChanger) -> Option<Range> {
     })
 }
 
-/// 90 % typical rates of increase of power transformers in service, ppm a year (IEC
+/// Returns the 90 % typical rates of increase of power transformers in service, ppm a year (IEC
 /// 60599:2015, table A.3); `None` for gases without one.
 pub fn iec_rate(gas: Gas, tap_changer: TapChanger) -> Option<Range> {
     Some(match gas {
@@ -48,7 +48,7 @@ pub fn iec_rate(gas: Gas, tap_changer: TapChanger) -> Option<Range> {
     })
 }
 
-/// Typical, first and second intermediate, and pre-failure concentrations, ppm (CIGRE
+/// Returns typical, first and second intermediate, and pre-failure concentrations, ppm (CIGRE
 /// technical brochure 771); `None` for gases without one.
 pub fn cigre_levels(gas: Gas) -> Option<[f64; 4]> {
     Some(match gas {
@@ -63,19 +63,19 @@ pub fn cigre_levels(gas: Gas) -> Option<[f64; 4]> {
     })
 }
 
-/// Attention values of DL/T 722-2014, table 3, ppm: hydrogen.
+/// Attention value of hydrogen, ppm (DL/T 722-2014, table 3).
 pub const DLT_H2: f64 = 150.0;
-/// Acetylene up to 220 kV.
+/// Attention value of acetylene up to 220 kV, ppm (DL/T 722-2014, table 3).
 pub const DLT_C2H2: f64 = 5.0;
-/// Acetylene from 330 kV.
+/// Attention value of acetylene from 330 kV, ppm (DL/T 722-2014, table 3).
 pub const DLT_C2H2_EHV: f64 = 1.0;
-/// Total hydrocarbons: CH4, C2H6, C2H4 and C2H2.
+/// Attention value of total hydrocarbons, CH4, C2H6, C2H4 and C2H2, ppm (DL/T 722-2014, table 3).
 pub const DLT_TOTAL_HYDROCARBONS: f64 = 150.0;
 /// Relative rate of total hydrocarbons, percent a month (DL/T 722-2014, 9.3.2).
 pub const DLT_RELATIVE_RATE: f64 = 10.0;
 
-/// Absolute rates that call for attention, mL a day, of an (open, sealed) transformer (DL/T
-/// 722-2014, table 4): H2, C2H2, CO and CO2; for total hydrocarbons see
+/// Returns the absolute rates that call for attention, mL a day, of an (open, sealed) transformer
+/// (DL/T 722-2014, table 4): H2, C2H2, CO and CO2. For total hydrocarbons see
 /// [`DLT_TOTAL_HYDROCARBONS_RATE`].
 pub fn dlt_rate(gas: Gas) -> Option<(f64, f64)> {
     Some(match gas {
@@ -87,5 +87,6 @@ pub fn dlt_rate(gas: Gas) -> Option<(f64, f64)> {
     })
 }
 
-/// As [`dlt_rate`], of total hydrocarbons.
+/// Absolute rates of total hydrocarbons that call for attention, mL a day, of an (open, sealed)
+/// transformer (DL/T 722-2014, table 4).
 pub const DLT_TOTAL_HYDROCARBONS_RATE: (f64, f64) = (6.0, 12.0);

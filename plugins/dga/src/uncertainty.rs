@@ -1,4 +1,4 @@
-//! How probable each result is, given how well gases are measured.
+//! Probabilities of results under the measurement uncertainty of the gases.
 //!
 //! Every gas lies, independent of the others and evenly, within so many percent of what was
 //! measured; one below its detection limit from 0 to that limit. The probability of a result
@@ -9,27 +9,27 @@ use std::fmt;
 
 use crate::{Gas, Sample};
 
-/// Points at which a method is tried: what one question costs. With so many, probabilities
-/// are within 0.005 of the exact ones (`tests/uncertainty.rs` measures it).
+/// Number of sample points of a method. With so many, probabilities are within 0.005 of the exact
+/// ones (`tests/uncertainty.rs` measures it).
 pub const POINTS: u32 = 1 << 15;
 
-/// Laboratory accuracy, as a share of what was measured.
+/// Measurement uncertainty of a laboratory, as a share of the measured value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Uncertainty(f64);
 
 impl Uncertainty {
-    /// What laboratories commonly reach, 15 %.
+    /// Uncertainty that laboratories commonly reach, 15 %.
     pub const DEFAULT: Self = Self(0.15);
 
-    /// A share from 0 to below 1.
+    /// Creates an uncertainty from a share from 0 to below 1.
     ///
     /// # Errors
-    /// [`NotAShare`] for anything else.
-    pub fn new(share: f64) -> Result<Self, NotAShare> {
-        (0.0..1.0).contains(&share).then_some(Self(share)).ok_or(NotAShare)
+    /// [`InvalidUncertainty`] for anything else.
+    pub fn new(share: f64) -> Result<Self, InvalidUncertainty> {
+        (0.0..1.0).contains(&share).then_some(Self(share)).ok_or(InvalidUncertainty)
     }
 
-    /// The share.
+    /// Returns the share of the measured value.
     pub fn share(self) -> f64 {
         self.0
     }
@@ -41,19 +41,19 @@ impl Default for Uncertainty {
     }
 }
 
-/// An uncertainty that is not from 0 to below 1.
+/// Error of an uncertainty that is not from 0 to below 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct NotAShare;
+pub struct InvalidUncertainty;
 
-impl fmt::Display for NotAShare {
+impl fmt::Display for InvalidUncertainty {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("an uncertainty is a share from 0 to below 1, such as 0.15")
     }
 }
 
-impl std::error::Error for NotAShare {}
+impl std::error::Error for InvalidUncertainty {}
 
-/// Where in the box of uncertainty a gas is: from 0 to 1.
+/// Returns the position of a gas in the box of uncertainty: from 0 to 1.
 pub(crate) fn place(sample: &Sample, gas: Gas, uncertainty: Uncertainty, at: f64) -> Option<f64> {
     let measured = sample.concentration(gas)?;
     Some(match measured.detection_limit() {
@@ -62,9 +62,9 @@ pub(crate) fn place(sample: &Sample, gas: Gas, uncertainty: Uncertainty, at: f64
     })
 }
 
-/// The probability of each result of `method`, which rests on `gases` alone: those that sum
-/// up to 1. Deterministic: the first [`POINTS`] points of Halton's sequence (J. H. Halton,
-/// Numerische Mathematik 2, 1960), a gas a dimension.
+/// Computes the probability of each result of `method`, which rests on `gases` alone; they sum up
+/// to 1. Deterministic: the first [`POINTS`] points of Halton's sequence (J. H. Halton, Numerische
+/// Mathematik 2, 1960), a gas a dimension.
 pub fn probabilities<T: Ord>(
     sample: &Sample,
     uncertainty: Uncertainty,
@@ -89,7 +89,7 @@ pub fn probabilities<T: Ord>(
 /// Bases of the dimensions: primes, one for each gas.
 const BASES: [u32; Gas::ALL.len()] = [2, 3, 5, 7, 11, 13, 17, 19, 23];
 
-/// The digits of a number mirrored at the point: from 0 to below 1.
+/// Mirrors the digits of a number at the point: from 0 to below 1.
 fn radical_inverse(mut number: u32, base: u32) -> f64 {
     let (mut digit, mut sum) = (1.0, 0.0);
     while number > 0 {
@@ -115,7 +115,7 @@ mod tests {
     fn only_shares_are_uncertainties() {
         assert_eq!(Uncertainty::new(0.0).map(Uncertainty::share), Ok(0.0));
         for share in [-0.1, 1.0, f64::NAN, f64::INFINITY] {
-            assert_eq!(Uncertainty::new(share), Err(NotAShare));
+            assert_eq!(Uncertainty::new(share), Err(InvalidUncertainty));
         }
     }
 

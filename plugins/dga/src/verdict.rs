@@ -1,19 +1,19 @@
-//! What a method says.
+//! Results of methods, with their rules and margins.
 
 use std::fmt;
 
 use crate::Gas;
 
-/// A result. Names ([`Zone::name`]) are those of the methods' sources.
+/// Result of a method. Names ([`Zone::name`]) are those of the methods' sources.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Zone {
-    /// Normal (Rogers).
+    /// Normal state of Rogers ratios.
     Normal,
     /// No fault: the gases are too little for the method (Doernenburg).
     NoFault,
     /// Partial discharges of corona type.
     PartialDischarge,
-    /// Discharges (Doernenburg).
+    /// Discharges of any kind (Doernenburg).
     Discharge,
     /// Discharges of low energy.
     LowEnergy,
@@ -25,7 +25,7 @@ pub enum Zone {
     HighEnergyThermal,
     /// Discharges and overheating (triangle 1).
     DischargeThermal,
-    /// Overheating (Doernenburg).
+    /// Overheating of any kind (Doernenburg).
     Thermal,
     /// Overheating below 150 °C (DL/T 722).
     Thermal0,
@@ -50,7 +50,7 @@ pub enum Zone {
 }
 
 impl Zone {
-    /// All of them.
+    /// All results of all methods.
     pub const ALL: [Self; 20] = [
         Self::Normal,
         Self::NoFault,
@@ -74,7 +74,7 @@ impl Zone {
         Self::NotApplicable,
     ];
 
-    /// Its short name.
+    /// Returns the short name of the zone.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Normal => "N",
@@ -107,34 +107,34 @@ impl fmt::Display for Zone {
     }
 }
 
-/// How far a sample is from another result.
+/// Margin of a sample to another result.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Margin {
-    /// The least factor (at least 1) by which one gas alone must grow or shrink.
+    /// Least factor (at least 1) by which one gas alone must grow or shrink.
     Factor {
-        /// That gas.
+        /// Gas that must change.
         gas: Gas,
-        /// The factor; 1.15 is what a laboratory is off by.
+        /// Factor of the change; 1.15 is the usual error of laboratories.
         factor: f64,
     },
-    /// Distance to the nearest border of a zone in the plane of a triangle with sides of
-    /// 100, or of a pentagon with axes in percent.
+    /// Distance to the nearest border of a zone, in the plane of a triangle with sides of 100, or
+    /// of a pentagon with axes in percent.
     Distance(f64),
 }
 
-/// A result with its reasons.
+/// Result of a method with its reasons.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Verdict {
-    /// The result.
+    /// Zone of the sample.
     pub zone: Zone,
-    /// The rule that gave it, in words and symbols.
+    /// Rule that gave the result, in words and symbols.
     pub rule: &'static str,
-    /// How far it is from another; `None` where no change of one gas leads there, or
-    /// the method does not apply.
+    /// Margin to another result; `None` where no change of one gas leads there, or the method does
+    /// not apply.
     pub margin: Option<Margin>,
-    /// Where the rule is from.
+    /// Source of the rule.
     pub source: &'static str,
 }
 
-/// The rule of a method whose gases are absent or all 0.
+/// Rule of a method whose gases are absent or all 0.
 pub(crate) const NO_INPUT: &str = "a gas of this method is absent, or all of them are 0";

@@ -1,4 +1,4 @@
-//! Against a second implementation, in Python, written from the rules anew by other means.
+//! Comparison with a second implementation, in Python, written independently from the rules.
 
 mod common;
 
@@ -12,14 +12,14 @@ use dga::pentagon::{self, PENTAGON_1, PENTAGON_2};
 use dga::{Sample, Zone, dlt722, doernenburg, key_gas, rogers, triangle_1, triangle_4, triangle_5};
 
 const SEED: u64 = 20_261_123;
-/// Of each kind of sample.
+/// Number of samples of each kind.
 const COUNT: usize = 3_000;
-/// Nearer to a border than this, and not on it by symmetry, rounding decides.
+/// Range of distances to a border in which rounding decides, where symmetry does not.
 const UNDECIDED: std::ops::Range<f64> = 1e-11..1e-7;
 
 type Gases = [Option<f64>; 9];
 
-/// Anything, with many digits.
+/// Returns arbitrary gases, with many digits.
 fn anything(random: &mut Random) -> Gases {
     let mut gases = [None; 9];
     for gas in &mut gases[..5] {
@@ -34,13 +34,13 @@ fn anything(random: &mut Random) -> Gases {
     gases
 }
 
-/// Small whole numbers: ties, zeros, single gases and borders all the time.
+/// Returns small whole numbers: ties, zeros, single gases and borders are frequent.
 fn small(random: &mut Random) -> Gases {
     let end = random.pick(&[2, 4, 12, 101]);
     std::array::from_fn(|_| Some(random.below(end) as f64))
 }
 
-/// On borders of ratios, of concentrations, and one whole ppm beside them.
+/// Returns gases on borders of ratios, of concentrations, and one whole ppm beside them.
 fn on_limits(random: &mut Random) -> Gases {
     const RATIOS: [u64; 13] = [7, 10, 20, 30, 40, 50, 60, 75, 100, 200, 250, 300, 400];
     const LIMITS: [u64; 24] = [
@@ -57,7 +57,7 @@ fn on_limits(random: &mut Random) -> Gases {
     ppm.map(|ppm| Some(ppm as f64))
 }
 
-/// On and beside borders of one triangle: shares in eighths of a percent.
+/// Returns gases on and beside borders of one triangle: shares in eighths of a percent.
 fn on_triangles(random: &mut Random) -> Gases {
     const SHARES: [u64; 24] =
         [0, 1, 2, 4, 9, 10, 12, 13, 14, 15, 20, 23, 24, 29, 30, 35, 36, 40, 46, 50, 54, 70, 85, 98];
@@ -107,7 +107,7 @@ fn columns(sample: &Sample) -> [String; 13] {
     .map(str::to_owned)
 }
 
-/// What the peer says of each sample: rows of cells.
+/// Asks the peer for its results on each sample: rows of cells.
 fn ask_peer(python: &str, samples: &[Gases]) -> Vec<Vec<String>> {
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/peers/dga_reference.py");
     let mut child = Command::new(python)

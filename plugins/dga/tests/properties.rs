@@ -1,4 +1,4 @@
-//! What holds for any sample.
+//! Properties that hold for any sample.
 
 mod common;
 
@@ -30,7 +30,7 @@ fn zones(sample: &Sample) -> Vec<Zone> {
     verdicts(sample).into_iter().map(|verdict| verdict.zone).collect()
 }
 
-/// Absent, nothing, whole, tiny, huge.
+/// Generates a concentration: absent, zero, whole, tiny, huge.
 fn gas() -> impl Strategy<Value = Option<f64>> {
     prop_oneof![
         1 => Just(None),

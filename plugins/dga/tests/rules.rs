@@ -4,12 +4,12 @@ use dga::iec60599::{self, Equipment};
 use dga::{Concentration, Gas, Sample, Zone, dlt722, doernenburg, key_gas, rogers};
 use dga::{triangle_1, triangle_4, triangle_5};
 
-/// H2, CH4, C2H6, C2H4, C2H2.
+/// Creates a sample of H2, CH4, C2H6, C2H4, C2H2.
 fn five(ppm: [f64; 5]) -> Sample {
     Sample::of_five(ppm).expect("it is valid")
 }
 
-/// C2H2/C2H4, CH4/H2 and C2H4/C2H6 exactly, for ratios with few digits.
+/// Creates a sample with exact C2H2/C2H4, CH4/H2 and C2H4/C2H6, for ratios with few digits.
 fn ratios(r2: f64, r1: f64, r5: f64) -> Sample {
     let c2h4 = 1000.0 * r5;
     five([1000.0, 1000.0 * r1, 1000.0, c2h4, c2h4 * r2])
@@ -218,7 +218,7 @@ fn absent_gases_leave_methods_without_input() {
     }
 }
 
-/// A triangle's zone at shares in percent; gases in the order of the method.
+/// Returns a triangle's zone at shares in percent; gases in the order of the method.
 fn at(gases: [Gas; 3], method: fn(&Sample) -> Zone, shares: [f64; 3]) -> &'static str {
     assert_eq!(shares.iter().sum::<f64>(), 100.0);
     let mut sample = Sample::new();

@@ -14,7 +14,7 @@ use dga::{dlt722, doernenburg, key_gas, rogers, triangle_1, triangle_4, triangle
 
 const DRAWS: u32 = 1_000_000;
 const SEED: u64 = 60_599;
-/// The greatest difference that is allowed.
+/// Greatest difference that is allowed.
 const TOLERANCE: f64 = 0.005;
 
 type Method = fn(&Sample) -> Vec<Zone>;
@@ -32,7 +32,7 @@ const METHODS: [Method; 10] = [
     |sample| vec![PENTAGON_2.zone(sample)],
 ];
 
-/// The greatest difference of any probability of any method over some random samples.
+/// Returns the greatest difference of any probability of any method over some random samples.
 fn greatest_difference(samples: u32) -> f64 {
     let mut random = Random(SEED);
     let mut greatest = 0.0_f64;
@@ -70,7 +70,8 @@ fn probabilities_are_those_of_a_million_draws() {
     assert!(greatest_difference(2) < TOLERANCE);
 }
 
-/// `cargo nextest run --workspace -E 'package(dga)' --run-ignored only`
+/// Measures the difference on request: `cargo nextest run --workspace -E 'package(dga)'
+/// --run-ignored only`.
 #[test]
 #[ignore = "minutes"]
 fn probabilities_of_two_hundred_samples_are_those_of_a_million_draws() {

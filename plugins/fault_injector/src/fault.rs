@@ -1,4 +1,4 @@
-//! Which fault strikes where, and when.
+//! Kinds of faults, the calls that they hit, and their schedule.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{LazyLock, PoisonError, RwLock};
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::fuse;
 
-/// The environment variable with a fault that holds before settings come.
+/// Environment variable with a fault that is active before settings arrive.
 pub const FAULT_VARIABLE: &str = "BUSBAR_FAULT";
 
 macro_rules! named {
@@ -19,128 +19,128 @@ macro_rules! named {
         pub enum $type { $($(#[$doc])* $name,)* }
 
         impl $type {
-            /// All of them.
+            /// All values of the type.
             pub const ALL: &'static [Self] = &[$(Self::$name),*];
         }
     };
 }
 
 named! {
-    /// A way to misbehave.
+    /// Kind of misbehaviour of a plugin.
     Kind {
-        /// Panics.
+        /// Panics in the call.
         Panic,
         /// Indexes beyond the end of a slice.
         IndexOutOfBounds,
         /// Panics while dropping a value.
         PanicInDrop,
-        /// Writes to a bad address.
+        /// Writes to an invalid address.
         Segfault,
-        /// Recurses without end.
+        /// Recurses until the stack overflows.
         StackOverflow,
-        /// Calls `abort`.
+        /// Calls the C function `abort`.
         Abort,
-        /// Calls `exit`, with 0.
+        /// Calls the C function `exit`, with 0.
         Exit,
-        /// Asks for memory that cannot be had.
+        /// Requests more memory than there is.
         AllocationFailure,
         /// Never returns, at full speed.
         EndlessLoop,
-        /// Takes a lock twice.
+        /// Takes a non-recursive lock twice.
         Deadlock,
-        /// Frees memory twice.
+        /// Frees a memory block twice.
         DoubleFree,
         /// Closes descriptors that are not its own.
         CloseDescriptors,
-        /// Forgets 64 KiB each time.
+        /// Leaks 64 KiB in each call.
         LeakMemory,
-        /// Forgets a descriptor each time.
+        /// Leaks a descriptor in each call.
         LeakDescriptor,
-        /// Leaves a thread behind each time.
+        /// Leaks a thread in each call.
         LeakThread,
-        /// Gives a struct that says it is shorter than it is.
+        /// Returns a struct whose size field is smaller than its size.
         LieAboutSize,
-        /// Gives text that is not UTF-8.
+        /// Returns text that is not UTF-8.
         NotUtf8,
-        /// Gives numbers that are not finite.
+        /// Returns numbers that are not finite.
         NotFinite,
-        /// Gives counts, indices and handles that do not exist.
+        /// Returns counts, indices and handles that do not exist.
         OutOfRange,
-        /// Gives nothing, and no reason.
+        /// Returns nothing, and no reason.
         NullResult,
         /// Writes beyond the end of the host's buffers.
         Overrun,
         /// Publishes as fast as it can.
         Flood,
-        /// Publishes after `stop`.
+        /// Publishes samples after `stop`.
         AfterStop,
-        /// Gives no verdict on equipment that it describes.
+        /// Omits the verdict on equipment that it describes.
         MissingVerdict,
-        /// Gives a verdict on equipment that it does not describe.
+        /// Returns a verdict on equipment that it does not describe.
         VerdictOutOfRange,
-        /// Gives an unknown verdict without a reason.
+        /// Returns an unknown verdict without a reason.
         UnknownWithoutReason,
     }
 }
 
 named! {
-    /// A function of the ABI, and the plugin's own thread.
+    /// Call site of a fault: a function of the ABI, or the plugin's own thread.
     At {
-        /// `BusbarPluginEntry.init`.
+        /// Function `BusbarPluginEntry.init` of the ABI.
         Init,
-        /// `BusbarPluginEntry.deinit`.
+        /// Function `BusbarPluginEntry.deinit` of the ABI.
         Deinit,
-        /// `BusbarPluginEntry.get_factory`.
+        /// Function `BusbarPluginEntry.get_factory` of the ABI.
         GetFactory,
-        /// `BusbarPluginFactory.count`.
+        /// Function `BusbarPluginFactory.count` of the ABI.
         Count,
-        /// `BusbarPluginFactory.descriptor`.
+        /// Function `BusbarPluginFactory.descriptor` of the ABI.
         Descriptor,
-        /// `BusbarPluginFactory.create`.
+        /// Function `BusbarPluginFactory.create` of the ABI.
         Create,
-        /// `BusbarPlugin.get_capability`.
+        /// Function `BusbarPlugin.get_capability` of the ABI.
         GetCapability,
-        /// `BusbarPlugin.destroy`.
+        /// Function `BusbarPlugin.destroy` of the ABI.
         Destroy,
-        /// `BusbarTelemetry.check`.
+        /// Function `BusbarTelemetry.check` of the ABI.
         Check,
-        /// `BusbarTelemetry.start`.
+        /// Function `BusbarTelemetry.start` of the ABI.
         Start,
-        /// Each batch that its thread publishes.
+        /// Each batch that the plugin's thread publishes.
         Publish,
-        /// `BusbarTelemetry.stop`.
+        /// Function `BusbarTelemetry.stop` of the ABI.
         Stop,
-        /// `BusbarOverlay.configure`.
+        /// Function `BusbarOverlay.configure` of the ABI.
         Configure,
-        /// `BusbarOverlay.draw`.
+        /// Function `BusbarOverlay.draw` of the ABI.
         Draw,
-        /// `BusbarMeshOptimizer.optimize`.
+        /// Function `BusbarMeshOptimizer.optimize` of the ABI.
         Optimize,
-        /// `BusbarSimulator.start`.
+        /// Function `BusbarSimulator.start` of the ABI.
         Simulate,
-        /// `BusbarSimulator.status`.
+        /// Function `BusbarSimulator.status` of the ABI.
         SimulationStatus,
-        /// `BusbarSimulator.stop`.
+        /// Function `BusbarSimulator.stop` of the ABI.
         StopSimulation,
-        /// `BusbarCommand.run`.
+        /// Function `BusbarCommand.run` of the ABI.
         RunCommand,
-        /// `BusbarChart.describe`.
+        /// Function `BusbarChart.describe` of the ABI.
         DescribeChart,
-        /// `BusbarChart.read`.
+        /// Function `BusbarChart.read` of the ABI.
         ReadChart,
-        /// `BusbarChart.explain`.
+        /// Function `BusbarChart.explain` of the ABI.
         Explain,
-        /// `BusbarRecords.describe`.
+        /// Function `BusbarRecords.describe` of the ABI.
         DescribeRecords,
-        /// `BusbarRecords.read`.
+        /// Function `BusbarRecords.read` of the ABI.
         ReadRecords,
-        /// `BusbarAlarms.read`.
+        /// Function `BusbarAlarms.read` of the ABI.
         ReadAlarms,
     }
 }
 
 impl Kind {
-    /// Whether this can happen there: what spoils a result needs a result to spoil.
+    /// Reports whether the fault can occur at a call site: corrupting a result needs a result.
     pub fn reaches(self, at: At) -> bool {
         use At::*;
         match self {
@@ -202,8 +202,8 @@ impl Kind {
 }
 
 impl At {
-    /// Whether frames wait for it; simulators and commands have no part in a view, and
-    /// charts and records are read beside its frames.
+    /// Reports whether frames wait for the call. Simulators and commands have no part in a view,
+    /// and charts and records are read beside its frames.
     pub fn is_in_view(self) -> bool {
         !matches!(
             self,
@@ -220,7 +220,7 @@ impl At {
         )
     }
 
-    /// Whether settings have come by then.
+    /// Reports whether settings have arrived by the call.
     pub fn knows_settings(self) -> bool {
         !matches!(
             self,
@@ -229,15 +229,15 @@ impl At {
     }
 }
 
-/// A fault to come.
+/// Fault that is to occur.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Fault {
-    /// What happens.
+    /// Kind of the fault.
     pub kind: Kind,
-    /// Where.
+    /// Call site of the fault.
     pub at: At,
-    /// Calls there that go well before; every later one goes wrong.
+    /// Number of calls there that succeed before; every later one fails.
     #[serde(default)]
     pub after_calls: u64,
 }
@@ -249,18 +249,18 @@ static FROM_ENVIRONMENT: LazyLock<Option<Fault>> = LazyLock::new(|| {
 static FROM_SETTINGS: RwLock<Option<Fault>> = RwLock::new(None);
 static CALLS: [AtomicU64; At::ALL.len()] = [const { AtomicU64::new(0) }; At::ALL.len()];
 
-/// Sets the fault that settings ask for.
+/// Sets the fault of the settings.
 pub(crate) fn set(fault: Option<Fault>) {
     *FROM_SETTINGS.write().unwrap_or_else(PoisonError::into_inner) = fault;
 }
 
-/// Counts a call; the kind that strikes it, if any.
+/// Counts a call; returns the kind of fault that hits it, if any.
 pub(crate) fn due(at: At) -> Option<Kind> {
     let before = CALLS[at as usize].fetch_add(1, Ordering::Relaxed);
     pending(at).filter(|fault| before >= fault.after_calls).map(|fault| fault.kind)
 }
 
-/// Whether calls there shall have this kind of fault, now or later.
+/// Reports whether a call site has this kind of fault, now or later.
 pub(crate) fn is_set(kind: Kind, at: At) -> bool {
     pending(at).is_some_and(|fault| fault.kind == kind)
 }

@@ -1,4 +1,4 @@
-//! A fault that lies ready in a file beside the library, for one process.
+//! Armed fault in a file beside the library, for one process.
 //!
 //! Whoever arms it writes a [`Fault`] as JSON to [`fuse_of`] the library. The first
 //! call that it is meant for takes the file away, leaves the time in
@@ -14,31 +14,31 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use crate::fault::{At, Fault};
 
-/// How the file name of this library begins.
+/// Stem of this library's file name.
 pub const LIBRARY_STEM: &str = "libfault_injector";
-/// The id of a library whose file name adds nothing to that.
+/// Id of the plugin in a library whose file name has no suffix.
 pub const PLUGIN_ID: &str = "fault_injector";
 
-/// This library's file, as the loader mapped it.
+/// File of this library, as the loader mapped it.
 static LIBRARY: LazyLock<Option<PathBuf>> = LazyLock::new(|| {
     let maps = fs::read_to_string("/proc/self/maps").ok()?;
     let paths = maps.lines().filter_map(|line| line.find('/').map(|start| &line[start..]));
     paths.map(Path::new).find(|path| suffix_of(path).is_some()).map(Path::to_owned)
 });
-/// The fault that struck last in this process.
+/// Fault that was taken last in this process.
 static LIT: RwLock<Option<Fault>> = RwLock::new(None);
 
-/// Where a library's next fault lies.
+/// Returns the path of a library's armed fault.
 pub fn fuse_of(library: &Path) -> PathBuf {
     beside(library, ".fault")
 }
 
-/// Where a fault leaves the time at which it struck: nanoseconds since 1970.
+/// Returns the path at which a fault leaves the time of its occurrence: nanoseconds since 1970.
 pub fn struck_of(library: &Path) -> PathBuf {
     beside(library, ".struck")
 }
 
-/// The id of the plugin in a copy of this library: `fault_injector_7` in
+/// Returns the id of the plugin in a copy of this library: `fault_injector_7` in
 /// `libfault_injector_7.so`, so that one scene can have many.
 pub(crate) fn plugin_id() -> &'static str {
     static ID: LazyLock<String> = LazyLock::new(|| {
@@ -48,7 +48,7 @@ pub(crate) fn plugin_id() -> &'static str {
     &ID
 }
 
-/// The fault of this process for a call there, if there is one.
+/// Returns this process's fault at a call site, if there is one.
 pub(crate) fn fault_at(at: At) -> Option<Fault> {
     if let Some(taken) = take(at) {
         *LIT.write().unwrap_or_else(PoisonError::into_inner) = Some(taken);
@@ -56,7 +56,7 @@ pub(crate) fn fault_at(at: At) -> Option<Fault> {
     LIT.read().unwrap_or_else(PoisonError::into_inner).filter(|lit| lit.at == at)
 }
 
-/// Takes the fault that lies ready, if it is meant for this call.
+/// Takes the armed fault, if it is meant for this call.
 fn take(at: At) -> Option<Fault> {
     let library = LIBRARY.as_deref()?;
     let (fuse, struck) = (fuse_of(library), struck_of(library));
@@ -71,7 +71,7 @@ fn take(at: At) -> Option<Fault> {
     Some(fault)
 }
 
-/// What the file name has between the stem and `.so`.
+/// Returns the part of the file name between the stem and `.so`.
 fn suffix_of(library: &Path) -> Option<&str> {
     library.file_name()?.to_str()?.strip_prefix(LIBRARY_STEM)?.strip_suffix(".so")
 }

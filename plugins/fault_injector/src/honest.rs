@@ -1,4 +1,4 @@
-//! The good plugin of every kind, which strikes where it is told to.
+//! Well-behaved plugin with every capability, which injects faults where it is told to.
 
 use std::collections::HashMap;
 use std::time::Duration;
@@ -7,9 +7,8 @@ use busbar_plugin_sdk::export::{Capability, Descriptor, Exported};
 use busbar_plugin_sdk::{
     Binding, Canvas, Collapse, CollapseList, Command, CommandExit, CommandInfo, Description,
     DoublePoint, Error, Host, Judgment, LinkState, Mesh, MeshOptimizer, Overlay, OverlayFrame,
-    Plugin, Progress, RecordList, Running, Sample, SampleSink, Severity, Simulation,
-    SimulationStatus, Simulator, Streams, TagSpec, TagValue, Telemetry, Value, ValueKind, Worker,
-    export,
+    Plugin, Progress, RecordList, Sample, SampleSink, Severity, Simulation, SimulationStatus,
+    Simulator, StopToken, Streams, TagSpec, TagValue, Telemetry, Value, ValueKind, Worker, export,
 };
 
 use crate::fault::{At, Fault, Kind, set};
@@ -21,22 +20,22 @@ use crate::strike::strike;
 pub const PUBLISH_PERIOD: Duration = Duration::from_millis(10);
 /// Collapses between two reports of progress.
 const REPORT_EVERY: usize = 1024;
-/// A handle that no tag has.
+/// Handle that no tag has.
 const NO_TAG: u32 = u32::MAX - 7;
 
-/// Settings: a fault, or none.
+/// Settings of the plugin: a fault, or none.
 #[derive(Debug, Default, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
-    /// What happens; without it nothing does.
+    /// Kind of the fault; none for no fault.
     kind: Option<Kind>,
-    /// Where.
+    /// Call site of the fault.
     at: Option<At>,
-    /// Calls there that go well before.
+    /// Number of calls there that succeed before.
     after_calls: u64,
 }
 
-/// The plugin.
+/// Plugin that injects faults.
 pub struct FaultInjector {
     host: Host,
     worker: Option<Worker>,
@@ -92,7 +91,7 @@ impl Telemetry for FaultInjector {
 
     fn start(&mut self, tags: Vec<TagSpec>, sink: SampleSink) -> Result<(), Error> {
         strike(At::Start);
-        let work = move |running: &Running| publish(&tags, &sink, running);
+        let work = move |running: &StopToken| publish(&tags, &sink, running);
         self.worker = Some(Worker::start(&self.host, "fault_injector", work)?);
         Ok(())
     }
@@ -104,7 +103,7 @@ impl Telemetry for FaultInjector {
 }
 
 /// Publishes a ramp of every tag until it is told to stop.
-fn publish(tags: &[TagSpec], sink: &SampleSink, running: &Running) {
+fn publish(tags: &[TagSpec], sink: &SampleSink, running: &StopToken) {
     for step in 0_u32.. {
         let kind = strike(At::Publish);
         let mut batch: Vec<_> =
@@ -138,7 +137,7 @@ fn value_of(kind: ValueKind, step: u32) -> Value {
     }
 }
 
-/// A device that nobody can connect to.
+/// Simulated device that nobody can connect to.
 impl Simulator for FaultInjector {
     fn start_simulation(&mut self, _simulation: Simulation) -> Result<(), Error> {
         strike(At::Simulate);
@@ -155,7 +154,7 @@ impl Simulator for FaultInjector {
     }
 }
 
-/// Hands its input on.
+/// Command that copies its input to its output.
 impl Command for FaultInjector {
     const COMMANDS: &'static [CommandInfo] =
         &[CommandInfo { name: "inject-faults", help: "copy the input, and misbehave as told to" }];
@@ -214,7 +213,7 @@ impl Overlay for FaultInjector {
 }
 
 impl MeshOptimizer for FaultInjector {
-    /// Shortest edges first, as far as both ends are live.
+    /// Collapses the shortest edges first, as far as both ends are live.
     fn optimize(&self, mesh: Mesh<'_>, progress: &mut Progress<'_>) -> Result<CollapseList, Error> {
         progress.report(0.0)?;
         strike(At::Optimize);

@@ -1,4 +1,4 @@
-//! The chart, the records and the alarms of the good plugin.
+//! Chart, records and alarms of the well-behaved plugin.
 
 use busbar_plugin_sdk::{
     AlarmReport, Alarms, Chart, ChartAxis, ChartDescription, ChartRecord, ChartRecords, ChartState,
@@ -10,14 +10,14 @@ use crate::fault::{At, Kind};
 use crate::honest::FaultInjector;
 use crate::strike::strike;
 
-/// The equipment that it has anything of.
+/// Equipment of all records and alarms.
 const EQUIPMENT: &str = "=Q1";
 const REVISION: u64 = 1;
 const RECORDS: [ChartRecord; 2] = [
     ChartRecord { unix_nanos: 1, equipment: 0, state: 0 },
     ChartRecord { unix_nanos: 2, equipment: 0, state: 0 },
 ];
-/// Of two axes each.
+/// Values of the records, two axes each.
 const VALUES: [f32; 4] = [1.0, 2.0, f32::NAN, 4.0];
 
 impl Chart for FaultInjector {
@@ -63,7 +63,7 @@ impl Chart for FaultInjector {
     }
 }
 
-/// One list, whose calls strike where its table is.
+/// Returns one list, whose calls inject faults where its table is.
 pub(crate) fn lists() -> Vec<RecordList> {
     let row = |cell: &str| Record {
         equipment: EQUIPMENT.into(),

@@ -1,4 +1,4 @@
-//! Plugin `fault_injector`: behaves, until it is told to misbehave.
+//! Plugin `fault_injector`: well-behaved, until it is told to misbehave.
 //!
 //! Its settings name a fault: a [`Kind`], the function [`At`] which it strikes, and
 //! how many calls of that function go well before. What comes before settings (`init`,

@@ -1,4 +1,4 @@
-//! The tables of capabilities, whose results are spoiled on their way to the host.
+//! Function tables whose results are corrupted on their way to the host.
 
 mod alarms;
 mod chart;
@@ -14,13 +14,13 @@ use busbar_plugin_sdk::abi;
 use crate::fault::{At, Kind, is_set};
 use crate::tables::{SHORT, honest_table};
 
-/// Text that is none.
+/// Text of bytes that are not UTF-8.
 pub(crate) const NOT_UTF8: abi::BusbarStr = abi::BusbarStr { ptr: BAD_BYTES.as_ptr(), len: 4 };
 static BAD_BYTES: [u8; 4] = [b'a', 0xff, 0xfe, b'z'];
-/// How long samples come after `stop`.
+/// Time for which samples are published after `stop`.
 const AFTERWARDS: Duration = Duration::from_secs(5);
 
-/// The kind that spoils this call, which was counted already.
+/// Returns the kind of fault that corrupts this call, which was counted already.
 pub(crate) fn due_again(at: At) -> Option<Kind> {
     let kinds = [Kind::LieAboutSize, Kind::NotUtf8, Kind::NullResult, Kind::NotFinite]
         .into_iter()
@@ -42,7 +42,7 @@ pub(crate) unsafe fn error(error: *mut abi::BusbarError) {
     }
 }
 
-/// Spoils a text that was written, if it is to be.
+/// Corrupts a text that was written, where the fault says so.
 ///
 /// # Safety
 /// `output` is null, or good and written.
@@ -62,7 +62,7 @@ unsafe fn text(at: At, output: *mut abi::BusbarTextOutput) {
     }
 }
 
-/// A status after its error was spoiled, if it is to be.
+/// Returns a status, after its error was corrupted where the fault says so.
 ///
 /// # Safety
 /// `into` is null or may be written.
@@ -99,7 +99,7 @@ const fn simulator(struct_size: u32) -> abi::BusbarSimulator {
     }
 }
 
-/// Each table as it is, and as the lie has it.
+/// Function tables with their true size, and with a wrong one.
 static TELEMETRY: [abi::BusbarTelemetry; 2] =
     [telemetry(size_of::<abi::BusbarTelemetry>() as u32), telemetry(SHORT)];
 static OPTIMIZER: [abi::BusbarMeshOptimizer; 2] =
@@ -107,7 +107,7 @@ static OPTIMIZER: [abi::BusbarMeshOptimizer; 2] =
 static SIMULATOR: [abi::BusbarSimulator; 2] =
     [simulator(size_of::<abi::BusbarSimulator>() as u32), simulator(SHORT)];
 
-/// The table of a capability that the plugin has.
+/// Returns the table of a capability that the plugin has.
 pub(crate) fn table(id: abi::BusbarStr, short: bool) -> *const c_void {
     // SAFETY: the host's text is valid for the call; the SDK found it to be an id.
     let id = unsafe { std::slice::from_raw_parts(id.ptr, id.len) };
@@ -175,7 +175,7 @@ unsafe extern "C" fn stop(plugin: *const abi::BusbarPlugin) {
     }
 }
 
-/// Reports a link in text that is none.
+/// Reports a link with text that is not UTF-8.
 fn say_nonsense(sink: *const abi::BusbarSampleSink) {
     // SAFETY: the SDK just found it good; it stays so until `stop`.
     let sink = unsafe { &*sink };
@@ -185,7 +185,7 @@ fn say_nonsense(sink: *const abi::BusbarSampleSink) {
     }
 }
 
-/// Publishes for a while, whatever `stop` says.
+/// Publishes for a while, regardless of `stop`.
 fn publish_afterwards(sink: *const abi::BusbarSampleSink) {
     struct Sink(abi::BusbarSampleSink);
     // SAFETY: none after `stop`; using it too late is the fault, which is the purpose.

@@ -1,4 +1,4 @@
-//! Faults that happen in the middle of a call, whatever the call is.
+//! Injection of faults in the middle of any call.
 
 use std::hint::black_box;
 use std::sync::Mutex;
@@ -6,15 +6,15 @@ use std::time::Duration;
 
 use crate::fault::{At, Kind, due};
 
-/// Bytes that a leak forgets.
+/// Bytes of one memory leak.
 const LEAKED_BYTES: usize = 64 << 10;
 /// Descriptors that are closed, after the standard ones.
 const CLOSED: std::ops::Range<i32> = 3..64;
-/// More memory than there is.
+/// Size of an allocation that cannot succeed, bytes.
 const TOO_MUCH: usize = 1 << 62;
 
-/// Counts a call and does what is due. What spoils results is returned for the caller
-/// to do.
+/// Counts a call and injects its fault. A kind that corrupts results is returned for the caller to
+/// apply.
 pub(crate) fn strike(at: At) -> Option<Kind> {
     let kind = due(at)?;
     match kind {

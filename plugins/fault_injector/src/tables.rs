@@ -1,4 +1,4 @@
-//! The entry, the factory and the tables: those of the SDK, struck and spoiled.
+//! Entry point, factory and function tables of the SDK, with injected faults.
 
 use std::ffi::c_void;
 use std::sync::OnceLock;
@@ -12,17 +12,17 @@ use crate::spoil;
 use crate::strike::strike;
 
 const HONEST: abi::BusbarPluginEntry = busbar_plugin_sdk::export::entry::<FaultInjector>();
-/// What a lie about a size says.
+/// Wrong size that a struct claims, bytes.
 pub(crate) const SHORT: u32 = 8;
-/// More plugins, and capabilities, than a library may have.
+/// Number of plugins, and of capabilities, above the limit of a library.
 const TOO_MANY: u32 = 1000;
 
 type GetCapability =
     unsafe extern "C" fn(*const abi::BusbarPlugin, abi::BusbarStr) -> *const c_void;
-/// That of the SDK, which an instance no longer names.
+/// Function of the SDK that an instance no longer names.
 static HONEST_GET_CAPABILITY: OnceLock<GetCapability> = OnceLock::new();
 
-/// The entry of this plugin library.
+/// Entry point of this plugin library.
 // SAFETY: no other symbol of this name is in a plugin library.
 #[unsafe(no_mangle)]
 pub static busbar_plugin_entry: abi::BusbarPluginEntry = abi::BusbarPluginEntry {
@@ -72,7 +72,7 @@ fn honest_factory() -> Option<&'static abi::BusbarPluginFactory> {
     unsafe { HONEST.get_factory?(id).cast::<abi::BusbarPluginFactory>().as_ref() }
 }
 
-/// The SDK's descriptor with the id of this copy of the library.
+/// Descriptor of the SDK with the id of this copy of the library.
 struct Own(abi::BusbarPluginDescriptor);
 static OWN: OnceLock<Own> = OnceLock::new();
 // SAFETY: all its pointers lead to static or leaked memory that never changes.
@@ -141,7 +141,7 @@ unsafe extern "C" fn create(
     made
 }
 
-/// Whether that is this library's plugin.
+/// Reports whether an id is that of this library's plugin.
 fn is_own(id: abi::BusbarStr) -> bool {
     let own = fuse::plugin_id();
     if id.len != own.len() || id.ptr.is_null() {
@@ -165,7 +165,7 @@ unsafe extern "C" fn get_capability(
     spoil::table(id, kind == Some(Kind::LieAboutSize))
 }
 
-/// The SDK's own table of a capability.
+/// Returns the SDK's own table of a capability.
 pub(crate) fn honest_table<T>(id: &'static str) -> Option<&'static T> {
     let get = HONEST_GET_CAPABILITY.get()?;
     // SAFETY: the SDK looks at the id alone, and its tables are static and of this type.

@@ -43,7 +43,7 @@ fn conversion(
             ),
         ));
     }
-    let conversion = UnitConversion::of_binding(&bindings[*first], quantity, unit);
+    let conversion = UnitConversion::for_binding(&bindings[*first], quantity, unit);
     conversion.map_err(|finding| ("has a unit that cannot be converted".to_owned(), finding))
 }
 

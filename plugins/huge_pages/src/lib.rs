@@ -12,29 +12,29 @@
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::time::Duration;
 
-/// From here on a block has a huge page within it.
+/// Least size of a block that certainly contains a huge page, bytes.
 pub const LARGE_BLOCK_BYTES: usize = 4 << 20;
-/// Of x86-64, and of `AArch64` with pages of 4 KiB.
+/// Size of a huge page on x86-64, and on `AArch64` with pages of 4 KiB.
 pub const HUGE_PAGE_BYTES: usize = 2 << 20;
 
-/// Far longer than small pages in place of a huge one take.
+/// Time from which a huge page is slow: far longer than small pages in its place take.
 const SLOW: Duration = Duration::from_millis(2);
-/// Slow ones, one after the other, after which no more are asked for.
+/// Consecutive slow huge pages after which no more are requested.
 const MAX_SLOW_PAGES: u8 = 2;
-/// One huge page in so many is timed: what a block has room for may never be touched.
+/// Sampling rate: one huge page in so many is timed, for a block's capacity may never be touched.
 const TIMED: usize = 8;
 
-/// Of this process.
+/// Observed speed of huge pages in this process.
 static SPEED: Speed = Speed::new();
 
-/// Whether huge pages are worth asking for under a block of this size.
+/// Reports whether huge pages are worth requesting under a block of this size.
 pub fn are_worth(bytes: usize) -> bool {
     bytes >= LARGE_BLOCK_BYTES && !SPEED.is_slow()
 }
 
-/// Asks for huge pages where they lie wholly within a block, and times some that lie behind what
-/// is used of it. `touch` is given the first byte of each of those, and is to write to it.
-/// Whether they turned out to be slow: then the rest of the block is without them.
+/// Requests huge pages where they lie wholly within a block, and times some behind its used part.
+/// `touch` receives the first byte of each of those, and must write to it. Returns whether they
+/// were slow: then the rest of the block is without them.
 pub fn ask(block: *mut u8, bytes: usize, used_bytes: usize, touch: impl Fn(*mut u8)) -> bool {
     ask_timed(&SPEED, block, bytes, used_bytes, |page| {
         let start = cpu_time();
@@ -66,7 +66,7 @@ fn ask_timed(
     false
 }
 
-/// How many huge pages were slow, one after the other.
+/// Number of consecutive huge pages that were slow.
 struct Speed(AtomicU8);
 
 impl Speed {
@@ -78,7 +78,7 @@ impl Speed {
         self.0.load(Ordering::Relaxed) >= MAX_SLOW_PAGES
     }
 
-    /// Notes how long one took. Whether that was fast.
+    /// Records the time of one page; returns whether it was fast.
     fn note(&self, took: Duration) -> bool {
         if took < SLOW {
             self.0.store(0, Ordering::Relaxed);
@@ -89,16 +89,16 @@ impl Speed {
     }
 }
 
-/// What pages are wanted from now on; what is there stays.
+/// Page size requested from now on; existing pages stay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wanted {
-    /// Those of 2 MiB.
+    /// Pages of 2 MiB.
     Huge,
-    /// Those of 4 KiB.
+    /// Pages of 4 KiB.
     Small,
 }
 
-/// The part of a block of memory that is whole huge pages.
+/// Part of a memory block that is whole huge pages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pages {
     start: *mut u8,
@@ -106,30 +106,30 @@ pub struct Pages {
 }
 
 impl Pages {
-    /// That of a block.
+    /// Returns the whole huge pages within a block.
     pub fn within(block: *mut u8, bytes: usize) -> Self {
         let before = block.align_offset(HUGE_PAGE_BYTES).min(bytes);
         let whole = (bytes - before) & !(HUGE_PAGE_BYTES - 1);
         Self { start: block.wrapping_add(before), bytes: whole }
     }
 
-    /// Without what lies before.
+    /// Returns the pages without those before an offset.
     fn from(self, before: usize) -> Self {
         let bytes = self.bytes.saturating_sub(before);
         Self { start: self.start.wrapping_add(before), bytes }
     }
 
-    /// Where they begin, whatever is there.
+    /// Returns the address of the first page.
     pub fn start(self) -> *mut u8 {
         self.start
     }
 
-    /// How long they are.
+    /// Returns the length of the pages, bytes.
     pub fn bytes(self) -> usize {
         self.bytes
     }
 
-    /// Tells the system what is wanted there.
+    /// Requests a page size from the system.
     pub fn advise(self, wanted: Wanted) {
         #[cfg(target_os = "linux")]
         if self.bytes > 0 {
@@ -146,7 +146,7 @@ impl Pages {
     }
 }
 
-/// What this thread took of the processor, the system's work for it included.
+/// Returns the CPU time of this thread, the kernel's work for it included.
 fn cpu_time() -> Duration {
     #[cfg(target_os = "linux")]
     {
@@ -189,7 +189,7 @@ mod tests {
         assert!(!speed.note(SLOW) && speed.is_slow());
     }
 
-    /// Which pages of a block are timed, where they take so long one after the other.
+    /// Returns which pages of a block are timed, where they take these times one after the other.
     fn timed(used_bytes: usize, bytes: usize, took: &[Duration]) -> (Vec<usize>, bool) {
         let block = std::ptr::without_provenance_mut::<u8>(HUGE_PAGE_BYTES);
         let offsets = RefCell::new(Vec::new());

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
-use busbar_link::{Backoff, ByteStream, ConnectFault, Dial, Endpoint, in_words};
+use busbar_link::{Backoff, ByteStream, ConnectError, Dial, Endpoint, describe_io_error};
 use thiserror::Error;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::time::{sleep, sleep_until, timeout};
@@ -24,7 +24,7 @@ const STABLE_AFTER: Duration = Duration::from_secs(10);
 #[derive(Debug, Error)]
 pub(crate) enum LinkFault {
     #[error("{0}")]
-    Connect(#[from] ConnectFault),
+    Connect(#[from] ConnectError),
     #[error("{0}")]
     Session(#[from] SessionFault),
     #[error("the station took no data for {} ms (t1)", .0.as_millis())]
@@ -91,7 +91,7 @@ impl Link {
             tokio::select! {
                 biased;
                 read = stream.read(&mut chunk) => {
-                    let count = read.map_err(|error| LinkFault::Lost(in_words(&error)))?;
+                    let count = read.map_err(|error| LinkFault::Lost(describe_io_error(&error)))?;
                     self.receive(&mut session, chunk.get(..count).unwrap_or_default())?;
                 }
                 () = sleep_until(deadline.into()) => {}
@@ -153,6 +153,6 @@ impl Link {
         timeout(limit, written)
             .await
             .map_err(|_| LinkFault::Blocked(limit))?
-            .map_err(|error| LinkFault::Lost(in_words(&error)))
+            .map_err(|error| LinkFault::Lost(describe_io_error(&error)))
     }
 }

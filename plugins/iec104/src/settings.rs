@@ -2,7 +2,9 @@
 
 use std::time::Duration;
 
-use busbar_link::{Endpoint, Faults, Reconnect, ReconnectSettings, TlsFiles, TlsSettings};
+use busbar_link::{
+    Endpoint, ReconnectBounds, ReconnectSettings, SettingsFaults, TlsFiles, TlsSettings,
+};
 use busbar_plugin_sdk::Error;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -172,7 +174,7 @@ pub(crate) struct Config {
     pub(crate) clock_sync_period: Option<Duration>,
     pub(crate) zone: Zone,
     pub(crate) ignored_types: Vec<u8>,
-    pub(crate) reconnect: Reconnect,
+    pub(crate) reconnect: ReconnectBounds,
     pub(crate) tls: Option<TlsFiles>,
 }
 
@@ -182,7 +184,7 @@ impl Settings {
     /// # Errors
     /// [`Error::settings`] with each fault and what is allowed.
     pub(crate) fn parse(self) -> Result<Config, Error> {
-        let mut faults = Faults::default();
+        let mut faults = SettingsFaults::default();
         let tls = self.tls.map(|tls| tls.parse(&mut faults));
         let timeouts = MIN_TIMEOUT_MILLIS..=MAX_TIMEOUT_MILLIS;
         let parameters = Parameters {
@@ -231,14 +233,19 @@ impl Settings {
 }
 
 /// Types that may be left out: those of values may not.
-fn ignored_types(types: Vec<u8>, faults: &mut Faults) -> Vec<u8> {
+fn ignored_types(types: Vec<u8>, faults: &mut SettingsFaults) -> Vec<u8> {
     for type_id in types.iter().filter(|type_id| (1..=40).contains(*type_id)) {
         faults.add(format!("ignored_types: {type_id} is a type of values: leave it away"));
     }
     types
 }
 
-fn endpoints(host: &str, port: u16, others: &[RawEndpoint], faults: &mut Faults) -> Vec<Endpoint> {
+fn endpoints(
+    host: &str,
+    port: u16,
+    others: &[RawEndpoint],
+    faults: &mut SettingsFaults,
+) -> Vec<Endpoint> {
     let mut endpoints = vec![Endpoint::parse("", host, port, faults)];
     for (index, RawEndpoint { host, port }) in others.iter().enumerate() {
         let place = format!("redundancy[{index}].");

@@ -1,6 +1,6 @@
 //! Names of both ends below MMS (IEC 61850-8-1, 6.2; SCL `ConnectedAP/Address`).
 
-use busbar_link::Faults;
+use busbar_link::SettingsFaults;
 use iec61850_rs::proto::mms::association;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -59,7 +59,7 @@ pub(crate) struct Selectors {
 
 impl RawOsi {
     /// Checks the setting `osi`.
-    pub(crate) fn parse(&self, faults: &mut Faults) -> Selectors {
+    pub(crate) fn parse(&self, faults: &mut SettingsFaults) -> Selectors {
         Selectors {
             remote: self.remote.parse("osi.remote", faults),
             local: self.local.parse("osi.local", faults),
@@ -68,7 +68,7 @@ impl RawOsi {
 }
 
 impl RawSelectors {
-    fn parse(&self, place: &str, faults: &mut Faults) -> association::Selectors {
+    fn parse(&self, place: &str, faults: &mut SettingsFaults) -> association::Selectors {
         let mut selector = |name: &str, text: &str, max: usize| {
             bytes_of(text).filter(|bytes| bytes.len() <= max).unwrap_or_else(|| {
                 faults.add(format!(

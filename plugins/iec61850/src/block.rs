@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use busbar_link::Faults;
+use busbar_link::SettingsFaults;
 use iec61850_rs::{Fc, ObjectReference};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -54,7 +54,7 @@ pub(crate) struct ReportBlock {
 }
 
 /// Checks the setting.
-pub(crate) fn report_blocks(raw: &[RawReport], faults: &mut Faults) -> Vec<ReportBlock> {
+pub(crate) fn report_blocks(raw: &[RawReport], faults: &mut SettingsFaults) -> Vec<ReportBlock> {
     if raw.len() > MAX_BLOCKS {
         faults.add(format!("reports: {} blocks; at most {MAX_BLOCKS} are allowed", raw.len()));
     }
@@ -72,7 +72,11 @@ pub(crate) fn report_blocks(raw: &[RawReport], faults: &mut Faults) -> Vec<Repor
     blocks
 }
 
-fn parse_one(raw: &RawReport, place: &str, faults: &mut Faults) -> Result<ReportBlock, String> {
+fn parse_one(
+    raw: &RawReport,
+    place: &str,
+    faults: &mut SettingsFaults,
+) -> Result<ReportBlock, String> {
     let (name, is_buffered) =
         block_name(&raw.rcb, raw.buffered).map_err(|what| format!("rcb: '{}' {what}", raw.rcb))?;
     let data_set = raw.data_set.as_deref().map(data_set_name).transpose()?;

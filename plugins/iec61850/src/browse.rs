@@ -9,7 +9,7 @@ use std::io::Read;
 use std::sync::Arc;
 use std::time::Duration;
 
-use busbar_link::{ByteStream, Dial, Endpoint, IoLoop, TcpDial, in_words};
+use busbar_link::{ByteStream, Dial, Endpoint, IoLoop, TcpDial, describe_io_error};
 use busbar_plugin_sdk::{CommandExit, Error, LogLevel, Streams};
 use iec61850_rs::proto::mms::typespec::TypeSpec;
 use tokio::io::AsyncReadExt;
@@ -138,7 +138,7 @@ async fn converse(
         tokio::select! {
             biased;
             read = stream.read(&mut chunk) => {
-                let count = read.map_err(|error| LinkFault::Lost(in_words(&error)))?;
+                let count = read.map_err(|error| LinkFault::Lost(describe_io_error(&error)))?;
                 let bytes = chunk.get(..count).unwrap_or_default();
                 if bytes.is_empty() {
                     return Err(LinkFault::Lost("the server closed the connection".into()));

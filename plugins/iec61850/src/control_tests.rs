@@ -1,4 +1,4 @@
-use busbar_link::Faults;
+use busbar_link::SettingsFaults;
 use iec61850_rs::common::ReasonCode;
 use iec61850_rs::proto::mms::report::{Report, ReportEntry};
 use serde_json::json;
@@ -10,7 +10,7 @@ const TIMEOUT: Duration = Duration::from_secs(5);
 const DENIED: AccessError = AccessError(3);
 
 fn control(settings: serde_json::Value) -> Control {
-    let mut faults = Faults::default();
+    let mut faults = SettingsFaults::default();
     let raw = serde_json::from_value(settings).unwrap();
     let blocks = report_blocks(&[raw], &mut faults);
     faults.into_result().unwrap();

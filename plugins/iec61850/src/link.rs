@@ -4,7 +4,7 @@ use std::convert::Infallible;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use busbar_link::{Backoff, ByteStream, ConnectFault, Dial, Endpoint, in_words};
+use busbar_link::{Backoff, ByteStream, ConnectError, Dial, Endpoint, describe_io_error};
 use busbar_plugin_sdk::{Error, LinkState, Reason, SampleSink};
 use thiserror::Error;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -24,7 +24,7 @@ const STABLE_AFTER: Duration = Duration::from_secs(10);
 #[derive(Debug, Error)]
 pub(crate) enum LinkFault {
     #[error("{0}")]
-    Connect(#[from] ConnectFault),
+    Connect(#[from] ConnectError),
     #[error("{0}")]
     Session(#[from] SessionFault),
     #[error("the server took no data for {} ms", .0.as_millis())]
@@ -97,7 +97,7 @@ impl Link {
             tokio::select! {
                 biased;
                 read = stream.read(&mut chunk) => {
-                    let count = read.map_err(|error| LinkFault::Lost(in_words(&error)))?;
+                    let count = read.map_err(|error| LinkFault::Lost(describe_io_error(&error)))?;
                     let bytes = chunk.get(..count).unwrap_or_default();
                     self.receive(&mut session, endpoint, bytes, now())?;
                 }
@@ -185,7 +185,7 @@ pub(crate) async fn send(
     if bytes.is_empty() {
         return Ok(());
     }
-    let lost = |error: std::io::Error| LinkFault::Lost(in_words(&error));
+    let lost = |error: std::io::Error| LinkFault::Lost(describe_io_error(&error));
     let writing = async {
         stream.write_all(&bytes).await?;
         stream.flush().await

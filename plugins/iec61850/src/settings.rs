@@ -2,7 +2,9 @@
 
 use std::time::Duration;
 
-use busbar_link::{Endpoint, Faults, Reconnect, ReconnectSettings, TlsFiles, TlsSettings};
+use busbar_link::{
+    Endpoint, ReconnectBounds, ReconnectSettings, SettingsFaults, TlsFiles, TlsSettings,
+};
 use busbar_plugin_sdk::{Error, Secret};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -114,7 +116,7 @@ pub(crate) struct Config {
     pub(crate) test: Duration,
     pub(crate) selectors: Selectors,
     pub(crate) password: Option<Secret>,
-    pub(crate) reconnect: Reconnect,
+    pub(crate) reconnect: ReconnectBounds,
     pub(crate) tls: Option<TlsFiles>,
 }
 
@@ -129,7 +131,7 @@ impl Settings {
     /// # Errors
     /// [`Error::settings`] with each fault and what is allowed.
     pub(crate) fn parse(self) -> Result<Config, Error> {
-        let mut faults = Faults::default();
+        let mut faults = SettingsFaults::default();
         let default_port = if self.tls.is_some() { TLS_PORT } else { PORT };
         let timeouts = MIN_TIMEOUT_MILLIS..=MAX_TIMEOUT_MILLIS;
         let periods = MIN_PERIOD_MILLIS..=MAX_PERIOD_MILLIS;
@@ -155,7 +157,7 @@ fn endpoints(
     first: &RawEndpoint,
     others: &[RawEndpoint],
     default_port: u16,
-    faults: &mut Faults,
+    faults: &mut SettingsFaults,
 ) -> Vec<Endpoint> {
     let port = |raw: &RawEndpoint| raw.port.unwrap_or(default_port);
     let mut endpoints = vec![Endpoint::parse("", &first.host, port(first), faults)];

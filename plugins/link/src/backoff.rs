@@ -1,27 +1,26 @@
-//! Delays between tries to connect.
+//! Exponential backoff with jitter between attempts to connect.
 
 use std::time::Duration;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::Faults;
+use crate::SettingsFaults;
 
-/// Shortest delay between two tries: a device that is in trouble is asked once a
-/// second at most.
+/// Shortest delay between two attempts: a device that is in trouble is asked once a second at most.
 pub const MIN_RETRY_MILLIS: u64 = 1000;
-/// Longest delay: ten minutes.
+/// Longest delay, in milliseconds: ten minutes.
 const MAX_RETRY_MILLIS: u64 = 600_000;
 
-/// Delay between tries to connect: it doubles from `min_millis` to
-/// `max_millis`, with jitter, so that clients do not come back in step.
+/// Delay between attempts to connect. It doubles from `min_millis` to `max_millis`, with jitter, so
+/// that clients do not reconnect in step.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ReconnectSettings {
-    /// Shortest delay, milliseconds.
+    /// Shortest delay between attempts, milliseconds.
     #[schemars(range(min = 1000, max = 600_000))]
     min_millis: u64,
-    /// Longest delay, milliseconds.
+    /// Longest delay between attempts, milliseconds.
     #[schemars(range(min = 1000, max = 600_000))]
     max_millis: u64,
 }
@@ -34,56 +33,56 @@ impl Default for ReconnectSettings {
 
 impl ReconnectSettings {
     /// Checks the setting `reconnect`.
-    pub fn parse(&self, faults: &mut Faults) -> Reconnect {
+    pub fn parse(&self, faults: &mut SettingsFaults) -> ReconnectBounds {
         let allowed = MIN_RETRY_MILLIS..=MAX_RETRY_MILLIS;
         let min = faults.millis("reconnect.min_millis", self.min_millis, allowed.clone());
         let max = faults.millis("reconnect.max_millis", self.max_millis, allowed);
         if min > max {
             faults.add("reconnect: min_millis is larger than max_millis");
         }
-        Reconnect { min, max }
+        ReconnectBounds { min, max }
     }
 }
 
-/// Bounds of the delays between tries.
+/// Bounds of the delays between attempts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Reconnect {
-    /// Shortest delay.
+pub struct ReconnectBounds {
+    /// Shortest delay between attempts.
     pub min: Duration,
-    /// Longest delay, not less.
+    /// Longest delay, not less than the shortest.
     pub max: Duration,
 }
 
-/// Doubling, jittered delays within a minimum and a maximum.
+/// Exponential backoff with jitter, within a minimum and a maximum.
 ///
 /// Each delay is drawn from the upper half of its step, so that clients of a
 /// device that comes back do not all knock at once.
 #[derive(Debug)]
 pub struct Backoff {
-    bounds: Reconnect,
+    bounds: ReconnectBounds,
     step: Duration,
     random: fastrand::Rng,
 }
 
 impl Backoff {
-    /// Delays by a seed from the system.
-    pub fn new(bounds: Reconnect) -> Self {
+    /// Creates a backoff with a random seed from the system.
+    pub fn new(bounds: ReconnectBounds) -> Self {
         Self::with_random(bounds, fastrand::Rng::new())
     }
 
-    fn with_random(bounds: Reconnect, random: fastrand::Rng) -> Self {
+    fn with_random(bounds: ReconnectBounds, random: fastrand::Rng) -> Self {
         Self { bounds, step: bounds.min, random }
     }
 
-    /// The delay before the next try.
+    /// Returns the delay before the next attempt.
     pub fn next_delay(&mut self) -> Duration {
-        let Reconnect { min, max } = self.bounds;
+        let ReconnectBounds { min, max } = self.bounds;
         self.step = self.step.saturating_mul(2).min(max);
         let half = self.step / 2;
         (half + half.mul_f64(self.random.f64())).clamp(min, max)
     }
 
-    /// After a success: the next delay is a short one again.
+    /// Resets to a short delay, after a success.
     pub fn reset(&mut self) {
         self.step = self.bounds.min;
     }
@@ -95,16 +94,16 @@ mod tests {
 
     use super::*;
 
-    const BOUNDS: Reconnect =
-        Reconnect { min: Duration::from_millis(100), max: Duration::from_secs(3) };
+    const BOUNDS: ReconnectBounds =
+        ReconnectBounds { min: Duration::from_millis(100), max: Duration::from_secs(3) };
 
     fn delays(seed: u64, count: usize) -> Vec<u128> {
         let mut backoff = Backoff::with_random(BOUNDS, fastrand::Rng::with_seed(seed));
         (0..count).map(|_| backoff.next_delay().as_millis()).collect()
     }
 
-    fn parse(json: serde_json::Value) -> Result<Reconnect, String> {
-        let mut faults = Faults::default();
+    fn parse(json: serde_json::Value) -> Result<ReconnectBounds, String> {
+        let mut faults = SettingsFaults::default();
         let settings: ReconnectSettings = serde_json::from_value(json).unwrap();
         let reconnect = settings.parse(&mut faults);
         faults.into_result().map(|()| reconnect)

@@ -1,4 +1,4 @@
-//! Connecting to a device by name, within a deadline.
+//! TCP connections to a device by name, within a deadline.
 
 use std::fmt::Debug;
 use std::io;
@@ -11,64 +11,63 @@ use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpStream, lookup_host};
 use tokio::time::{Instant, timeout_at};
 
-use crate::tls::is_of_tls;
+use crate::tls::is_tls_error;
 use crate::{Endpoint, TlsClient};
 
-/// Addresses of one name that are tried, so that each has a useful share of
-/// the deadline.
+/// Addresses of one name that are tried, so that each has a useful share of the deadline.
 pub const MAX_ADDRESSES: usize = 8;
 
-/// A connection, encrypted or not.
+/// Byte stream of a connection, encrypted or not.
 pub trait ByteStream: AsyncRead + AsyncWrite + Debug + Send + Unpin {}
 impl<T: AsyncRead + AsyncWrite + Debug + Send + Unpin> ByteStream for T {}
 
-/// Why there is no connection.
+/// Error of an attempt to connect.
 #[derive(Debug, Error)]
-pub enum ConnectFault {
-    /// The system says why.
+pub enum ConnectError {
+    /// Error of the system, in words.
     #[error("{0}")]
     System(String),
-    /// Nobody answered.
+    /// No answer within the limit.
     #[error("no connection within {} ms; is the address right, and the device on?", .0.as_millis())]
     Timeout(Duration),
-    /// The name service did not answer.
+    /// No answer of the name service within the limit.
     #[error("the name was not found within {} ms; is the name service up?", .0.as_millis())]
     LookupTimeout(Duration),
-    /// The name service knows the name, but no address.
+    /// Name without an address, as the name service says.
     #[error("the name has no address")]
     NoAddress,
-    /// By address.
+    /// Errors of all addresses tried.
     #[error("{}", .0.iter().map(|(address, fault)| format!("{address}: {fault}"))
         .collect::<Vec<_>>().join("; "))]
-    NoneConnects(Vec<(SocketAddr, ConnectFault)>),
-    /// The device is not who it should be, or takes us for nobody.
+    NoneConnects(Vec<(SocketAddr, ConnectError)>),
+    /// Certificate of the device or of this client that was refused.
     #[error("no secure connection: {0}")]
     Insecure(String),
-    /// The device did not complete the handshake.
+    /// No complete handshake within the limit.
     #[error("no secure connection within {} ms; does the device speak TLS on this port?",
         .0.as_millis())]
     InsecureTimeout(Duration),
 }
 
-/// How connections come about: over TCP, or through memory where a test simulates
-/// time, which sockets do not.
+/// Connector to endpoints: over TCP, or through memory where a test simulates time, which sockets
+/// do not.
 pub trait Dial: Send + Sync {
-    /// Connects within `limit`, all that this takes included.
-    fn dial<'a>(&'a self, endpoint: &'a Endpoint, limit: Duration) -> Dialing<'a>;
+    /// Connects within `limit`, name lookup and handshake included.
+    fn dial<'a>(&'a self, endpoint: &'a Endpoint, limit: Duration) -> DialFuture<'a>;
 }
 
-/// A connection, or in words for operators why there is none.
-pub type Dialing<'a> =
-    Pin<Box<dyn Future<Output = Result<Box<dyn ByteStream>, ConnectFault>> + 'a>>;
+/// Future of a connection, or of the error in words for operators.
+pub type DialFuture<'a> =
+    Pin<Box<dyn Future<Output = Result<Box<dyn ByteStream>, ConnectError>> + 'a>>;
 
-/// Dials over TCP.
+/// Connector to endpoints over TCP.
 pub struct TcpDial {
-    /// Encrypts connections.
+    /// Encryption of the connections; none for plain TCP.
     pub tls: Option<TlsClient>,
 }
 
 impl Dial for TcpDial {
-    fn dial<'a>(&'a self, endpoint: &'a Endpoint, limit: Duration) -> Dialing<'a> {
+    fn dial<'a>(&'a self, endpoint: &'a Endpoint, limit: Duration) -> DialFuture<'a> {
         Box::pin(connect(endpoint, self.tls.as_ref(), limit))
     }
 }
@@ -81,26 +80,26 @@ async fn connect(
     endpoint: &Endpoint,
     tls: Option<&TlsClient>,
     limit: Duration,
-) -> Result<Box<dyn ByteStream>, ConnectFault> {
+) -> Result<Box<dyn ByteStream>, ConnectError> {
     let deadline = Instant::now() + limit;
     let addresses = timeout_at(deadline, lookup_host((&*endpoint.host, endpoint.port)))
         .await
-        .map_err(|_| ConnectFault::LookupTimeout(limit))?
+        .map_err(|_| ConnectError::LookupTimeout(limit))?
         .map_err(|error| system(&error))?;
     let stream = connect_any(addresses.take(MAX_ADDRESSES).collect(), deadline).await?;
     // Messages are small, and each waits for its answer.
     stream.set_nodelay(true).map_err(|error| system(&error))?;
     let Some(tls) = tls else { return Ok(Box::new(stream)) };
     let encrypted = timeout_at(deadline, tls.handshake(endpoint, stream)).await;
-    Ok(Box::new(encrypted.map_err(|_| ConnectFault::InsecureTimeout(limit))??))
+    Ok(Box::new(encrypted.map_err(|_| ConnectError::InsecureTimeout(limit))??))
 }
 
-/// Connects to the first address that lets us. Each has an equal share of the
-/// time that is left, so that one that stays silent does not hide the others.
+/// Connects to the first address that accepts. Each has an equal share of the time that is left, so
+/// that a silent one does not block the others.
 async fn connect_any(
     addresses: Vec<SocketAddr>,
     deadline: Instant,
-) -> Result<TcpStream, ConnectFault> {
+) -> Result<TcpStream, ConnectError> {
     let mut faults = Vec::new();
     for (address, to_try) in addresses.iter().zip((1..=addresses.len() as u32).rev()) {
         let now = Instant::now();
@@ -108,24 +107,24 @@ async fn connect_any(
         let fault = match timeout_at(now + share, TcpStream::connect(address)).await {
             Ok(Ok(stream)) => return Ok(stream),
             Ok(Err(error)) => system(&error),
-            Err(_) => ConnectFault::Timeout(share),
+            Err(_) => ConnectError::Timeout(share),
         };
         faults.push((*address, fault));
     }
     Err(if faults.len() > 1 {
-        ConnectFault::NoneConnects(faults)
+        ConnectError::NoneConnects(faults)
     } else {
         // The only address is the endpoint, which the report names anyway.
-        faults.pop().map_or(ConnectFault::NoAddress, |(_, fault)| fault)
+        faults.pop().map_or(ConnectError::NoAddress, |(_, fault)| fault)
     })
 }
 
-fn system(error: &io::Error) -> ConnectFault {
-    ConnectFault::System(in_words(error))
+fn system(error: &io::Error) -> ConnectError {
+    ConnectError::System(describe_io_error(error))
 }
 
-/// An I/O error without its number, where the system has words for it.
-pub fn in_words(error: &io::Error) -> String {
+/// Describes an I/O error without its number, where the system has words for it.
+pub fn describe_io_error(error: &io::Error) -> String {
     match error.kind() {
         kind @ (io::ErrorKind::ConnectionRefused
         | io::ErrorKind::ConnectionReset
@@ -136,7 +135,7 @@ pub fn in_words(error: &io::Error) -> String {
         | io::ErrorKind::PermissionDenied
         | io::ErrorKind::ResourceBusy
         | io::ErrorKind::TimedOut) => kind.to_string(),
-        io::ErrorKind::UnexpectedEof if is_of_tls(error) => {
+        io::ErrorKind::UnexpectedEof if is_tls_error(error) => {
             "the device ended the secure connection; does it trust our certificate?".into()
         }
         _ => error.to_string(),

@@ -14,12 +14,12 @@ fn loopback(port: u16) -> SocketAddr {
     (Ipv4Addr::LOCALHOST, port).into()
 }
 
-/// An address where nobody listens any more.
+/// Returns an address where nobody listens any more.
 fn closed() -> SocketAddr {
     TcpListener::bind(loopback(0)).unwrap().local_addr().unwrap()
 }
 
-/// An address that drops all packets: the queue of its listener is full.
+/// Returns an address that drops all packets: the queue of its listener is full.
 #[cfg(target_os = "linux")]
 async fn black_hole() -> (SocketAddr, impl Sized) {
     let socket = tokio::net::TcpSocket::new_v4().unwrap();

@@ -1,25 +1,25 @@
-//! Host and port.
+//! Endpoint of a device: host and port.
 
 use std::fmt;
 
-use crate::Faults;
+use crate::SettingsFaults;
 
 /// Longest host name (RFC 1035, 2.3.4), bytes.
 pub const MAX_HOST_BYTES: usize = 253;
 
-/// Where a device listens. Shown as `host:port`, an IPv6 address in brackets.
+/// Host and port of a device. Displayed as `host:port`, an IPv6 address in brackets.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Endpoint {
-    /// Name or address.
+    /// Host name or IP address.
     pub host: String,
-    /// TCP port, not 0.
+    /// Port of TCP, not 0.
     pub port: u16,
 }
 
 impl Endpoint {
     /// Checks settings; `place` comes before the names in faults, such as
     /// `redundancy[0].`.
-    pub fn parse(place: &str, host: &str, port: u16, faults: &mut Faults) -> Self {
+    pub fn parse(place: &str, host: &str, port: u16, faults: &mut SettingsFaults) -> Self {
         let host = host.trim().to_owned();
         if host.is_empty() || host.len() > MAX_HOST_BYTES {
             faults.add(format!(
@@ -43,15 +43,15 @@ mod tests {
 
     #[test]
     fn an_address_of_version_6_has_brackets() {
-        let mut faults = Faults::default();
+        let mut faults = SettingsFaults::default();
         let endpoint = Endpoint::parse("", " ::1 ", 502, &mut faults);
         assert_eq!(endpoint.to_string(), "[::1]:502");
-        assert_eq!(faults, Faults::default());
+        assert_eq!(faults, SettingsFaults::default());
     }
 
     #[test]
     fn faults_name_their_place() {
-        let mut faults = Faults::default();
+        let mut faults = SettingsFaults::default();
         Endpoint::parse("redundancy[1].", " ", 0, &mut faults);
         let text = faults.into_result().unwrap_err();
         assert!(text.starts_with("redundancy[1].host: give a name"), "{text}");

@@ -1,4 +1,4 @@
-//! The event loop of a plugin's thread.
+//! I/O event loop of a plugin's thread.
 
 use std::io;
 use std::time::Duration;
@@ -6,16 +6,16 @@ use std::time::Duration;
 use tokio::runtime::{Builder, Runtime};
 use tokio::task::LocalSet;
 
-/// How long the thread waits for a name lookup that hangs in the system.
+/// Longest wait for a name lookup that hangs in the system.
 const LOOKUP_LIMIT: Duration = Duration::from_millis(500);
 
-/// An event loop that lives on one thread.
+/// Event loop that runs on one thread.
 #[derive(Debug)]
 pub struct IoLoop(Runtime);
 
 impl IoLoop {
-    /// Made before the thread starts, so that a failure can be told.
-    /// `lookups` is how many names may be looked up at once.
+    /// Creates the loop before its thread starts, so that a failure can be reported. `lookups` is
+    /// the greatest number of concurrent name lookups.
     ///
     /// # Errors
     /// What the system lacks.

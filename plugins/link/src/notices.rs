@@ -1,11 +1,11 @@
-//! Rate-limited log lines that count every event: each is told, at once or gathered.
+//! Rate-limited log lines that count every event, reported at once or together.
 
 use std::time::{Duration, Instant};
 
-/// Shortest time between two lines; events in between are told together at its end.
+/// Shortest time between two lines; events in between are reported together at its end.
 pub const TELL_INTERVAL: Duration = Duration::from_secs(1);
 
-/// Events of one kind since a connection was made.
+/// Counter of events of one kind since a connection was made.
 ///
 /// ```
 /// use std::time::{Duration, Instant};
@@ -27,7 +27,7 @@ pub struct Notices {
     not_before: Option<Instant>,
 }
 
-/// Events that a log line is to tell now.
+/// Events that a log line reports now.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Notice {
     /// Description of the last event.
@@ -39,14 +39,14 @@ pub struct Notice {
 }
 
 impl Notices {
-    /// Counts an event.
+    /// Counts an event, with its description.
     pub fn note(&mut self, what: String) {
         self.total += 1;
         self.untold += 1;
         self.last = what;
     }
 
-    /// Takes what is to be told now, if anything.
+    /// Takes the events to be reported now, if any.
     pub fn take_due(&mut self, now: Instant) -> Option<Notice> {
         let is_due = self.untold > 0 && self.not_before.is_none_or(|at| at <= now);
         is_due.then(|| {
@@ -55,14 +55,15 @@ impl Notices {
         })
     }
 
-    /// Takes what was not told yet, whenever the last line was, and counts anew.
+    /// Takes the events that were not reported yet, regardless of the last line, and resets the
+    /// counts.
     pub fn take_rest(&mut self) -> Option<Notice> {
         let rest = (self.untold > 0).then(|| self.take());
         *self = Self::default();
         rest
     }
 
-    /// Count of all events, and the last.
+    /// Returns the count of all events, and the last.
     pub fn summary(&self) -> (u64, &str) {
         (self.total, &self.last)
     }

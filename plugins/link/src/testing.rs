@@ -1,18 +1,18 @@
-//! Certificates for tests.
+//! Certificates for tests of encrypted connections.
 
 use std::path::{Path, PathBuf};
 
 use rcgen::{BasicConstraints, CertificateParams, DnType, IsCa, Issuer, KeyPair};
 
-/// An authority that signs certificates, all of them files in a folder.
-pub struct Authority {
+/// Certificate authority whose certificates are files in a folder.
+pub struct CertificateAuthority {
     name: &'static str,
     folder: PathBuf,
     issuer: Issuer<'static, KeyPair>,
 }
 
-impl Authority {
-    /// Makes an authority.
+impl CertificateAuthority {
+    /// Creates an authority with a self-signed certificate.
     ///
     /// # Panics
     /// When the folder cannot be written to.
@@ -27,12 +27,12 @@ impl Authority {
         authority
     }
 
-    /// The path of its own certificate.
+    /// Returns the path of the authority's own certificate.
     pub fn certificate(&self) -> PathBuf {
         self.folder.join(format!("{}.pem", self.name))
     }
 
-    /// Signs a certificate for this host; its path and its key's.
+    /// Signs a certificate for this host; returns its path and its key's.
     ///
     /// # Panics
     /// When the folder cannot be written to.

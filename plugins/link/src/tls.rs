@@ -1,4 +1,4 @@
-//! Encrypted connections: who may be the device, and who we are.
+//! TLS client: trusted authorities, client certificate, server name.
 
 use std::fmt::Display;
 use std::io;
@@ -16,42 +16,41 @@ use tokio_rustls::rustls::pki_types::pem::{self, PemObject};
 use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer, ServerName};
 use tokio_rustls::rustls::{self, ClientConfig, RootCertStore};
 
-use crate::connect::in_words;
-use crate::{ConnectFault, Endpoint, Faults};
+use crate::connect::describe_io_error;
+use crate::{ConnectError, Endpoint, SettingsFaults};
 
 /// Files in PEM form, by absolute paths. A key is a file that only its owner
 /// should be able to read; its contents are never shown.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TlsSettings {
-    /// Certificates of the authorities that may vouch for the device.
+    /// Certificates of the trusted authorities for the device.
     ca: PathBuf,
-    /// Our certificate, and those that lead to its authority.
+    /// Certificate of this client, and those that lead to its authority.
     certificate: Option<PathBuf>,
-    /// The key of our certificate.
+    /// Private key of the client certificate.
     key: Option<PathBuf>,
-    /// The name in the device's certificate, where it is not `host`.
+    /// Name in the device's certificate, where it is not `host`.
     server_name: Option<String>,
 }
 
-/// Where certificates are; all paths are absolute.
+/// Paths of certificates and keys; all are absolute.
 #[derive(Clone, Debug)]
 pub struct TlsFiles {
     ca: PathBuf,
-    /// Our certificate and its key.
+    /// Client certificate and its key.
     own: Option<(PathBuf, PathBuf)>,
     server_name: Option<String>,
 }
 
-/// A file or a name of the settings `tls` that cannot be used. It never shows the
-/// contents of a file.
+/// Error of a file or a name of the settings `tls`. It never shows the contents of a file.
 #[derive(Debug, Error, PartialEq, Eq)]
 #[error("tls: {0}")]
-pub struct TlsFault(String);
+pub struct TlsError(String);
 
 impl TlsSettings {
-    /// Checks the setting `tls`, without a look at the files.
-    pub fn parse(self, faults: &mut Faults) -> TlsFiles {
+    /// Checks the setting `tls`, without reading the files.
+    pub fn parse(self, faults: &mut SettingsFaults) -> TlsFiles {
         let own = match (self.certificate, self.key) {
             (Some(certificate), Some(key)) => Some((certificate, key)),
             (None, None) => None,
@@ -68,7 +67,7 @@ impl TlsSettings {
     }
 }
 
-/// What every encrypted connection needs.
+/// TLS configuration that all connections share.
 #[derive(Clone)]
 pub struct TlsClient {
     connector: TlsConnector,
@@ -76,14 +75,14 @@ pub struct TlsClient {
 }
 
 impl TlsClient {
-    /// Reads the certificates, for connections to these endpoints.
+    /// Loads the certificates, for connections to these endpoints.
     ///
     /// # Errors
     /// The file or the name at fault.
     pub fn load<'a>(
         files: &TlsFiles,
         endpoints: impl IntoIterator<Item = &'a Endpoint>,
-    ) -> Result<Self, TlsFault> {
+    ) -> Result<Self, TlsError> {
         let connector = TlsConnector::from(Arc::new(client(files)?));
         let tls = Self { connector, server_name: files.server_name.clone() };
         for endpoint in endpoints {
@@ -97,39 +96,39 @@ impl TlsClient {
         &self,
         endpoint: &Endpoint,
         stream: TcpStream,
-    ) -> Result<TlsStream<TcpStream>, ConnectFault> {
-        let name = self.name_of(endpoint).map_err(|fault| ConnectFault::Insecure(fault.0))?;
+    ) -> Result<TlsStream<TcpStream>, ConnectError> {
+        let name = self.name_of(endpoint).map_err(|fault| ConnectError::Insecure(fault.0))?;
         let connected = self.connector.connect(name, stream).await;
-        connected.map_err(|error| ConnectFault::Insecure(in_words(&error)))
+        connected.map_err(|error| ConnectError::Insecure(describe_io_error(&error)))
     }
 
-    /// The name that the device's certificate must have.
-    fn name_of(&self, endpoint: &Endpoint) -> Result<ServerName<'static>, TlsFault> {
+    /// Returns the name that the device's certificate must have.
+    fn name_of(&self, endpoint: &Endpoint) -> Result<ServerName<'static>, TlsError> {
         let name = self.server_name.as_ref().unwrap_or(&endpoint.host);
         ServerName::try_from(name.clone()).map_err(|_| {
-            TlsFault(format!(
+            TlsError(format!(
                 "'{name}' is no name that a certificate can have: set tls.server_name"
             ))
         })
     }
 }
 
-/// Whether encryption failed, rather than what is encrypted.
-pub fn is_of_tls(error: &io::Error) -> bool {
+/// Reports whether encryption failed, rather than what is encrypted.
+pub fn is_tls_error(error: &io::Error) -> bool {
     let inner = error.get_ref();
     // The end of a stream that was not announced is told by a text alone.
     inner.is_some_and(|inner| inner.is::<rustls::Error>())
         || error.kind() == io::ErrorKind::UnexpectedEof && error.to_string().contains("TLS")
 }
 
-fn client(files: &TlsFiles) -> Result<ClientConfig, TlsFault> {
+fn client(files: &TlsFiles) -> Result<ClientConfig, TlsError> {
     let mut roots = RootCertStore::empty();
     for certificate in certificates(&files.ca)? {
         roots.add(certificate).map_err(|error| in_file(&files.ca, &error))?;
     }
     let builder = ClientConfig::builder_with_provider(Arc::new(ring::default_provider()))
         .with_safe_default_protocol_versions()
-        .map_err(|error: rustls::Error| TlsFault(error.to_string()))?
+        .map_err(|error: rustls::Error| TlsError(error.to_string()))?
         .with_root_certificates(roots);
     let Some((certificate, key)) = &files.own else { return Ok(builder.with_no_client_auth()) };
     let chain = certificates(certificate)?;
@@ -138,7 +137,7 @@ fn client(files: &TlsFiles) -> Result<ClientConfig, TlsFault> {
     builder.with_client_auth_cert(chain, key_bytes).map_err(|error| in_file(key, &error))
 }
 
-fn certificates(path: &Path) -> Result<Vec<CertificateDer<'static>>, TlsFault> {
+fn certificates(path: &Path) -> Result<Vec<CertificateDer<'static>>, TlsError> {
     let read = || CertificateDer::pem_file_iter(path)?.collect::<Result<Vec<_>, pem::Error>>();
     let certificates = read().map_err(|error| in_file(path, &pem_fault(&error)))?;
     if certificates.is_empty() {
@@ -155,6 +154,6 @@ fn pem_fault(error: &pem::Error) -> String {
     }
 }
 
-fn in_file(path: &Path, what: &dyn Display) -> TlsFault {
-    TlsFault(format!("'{}': {what}", path.display()))
+fn in_file(path: &Path, what: &dyn Display) -> TlsError {
+    TlsError(format!("'{}': {what}", path.display()))
 }

@@ -1,11 +1,11 @@
-//! Places where power is measured, and what their tags say of a flow.
+//! Measuring points at the ends of flows, and judgments by their tags.
 
 use busbar_plugin_sdk::units::{Quantity, UnitConversion};
 use busbar_plugin_sdk::{Binding, Quality, Reason, TagValue, Value, ValueKind};
 
 use crate::settings::FlowSettings;
 
-/// A tag of active or reactive power.
+/// Tag of active or reactive power.
 pub(crate) struct PowerTag {
     pub(crate) binding: usize,
     pub(crate) node: u32,
@@ -14,7 +14,7 @@ pub(crate) struct PowerTag {
     conversion: Result<UnitConversion, &'static str>,
 }
 
-/// A place where a flow is measured.
+/// Measuring point of a flow.
 pub(crate) struct End {
     pub(crate) id: String,
     pub(crate) is_untelemetered: bool,
@@ -25,12 +25,12 @@ pub(crate) struct End {
 /// Judgment on a flow by one of its ends.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum EndJudgment {
-    /// The apparent power is above the rating for sure.
+    /// Apparent power that is certainly above the rating.
     Above {
         reason: String,
         basis: Vec<usize>,
     },
-    /// The apparent power is within the rating, of what is measured.
+    /// Apparent power within the rating, by what is measured.
     Within {
         has_reactive: bool,
         basis: Vec<usize>,
@@ -42,7 +42,7 @@ pub(crate) enum EndJudgment {
 }
 
 impl End {
-    /// The tags of one end of a flow; what they lack is added to the findings.
+    /// Finds the tags of one end of a flow; adds what they lack to the findings.
     pub(crate) fn new(
         (id, is_untelemetered): (&str, bool),
         flow: &FlowSettings,
@@ -120,7 +120,7 @@ impl End {
         }
     }
 
-    /// Words for units that its tags lack.
+    /// Returns the assumption about units that its tags lack.
     pub(crate) fn assumption(&self) -> Option<String> {
         let unit = |tags: &[PowerTag], unit: &str| {
             let tag = tags.iter().find(|tag| tag.conversion.is_ok_and(|of| of.is_assumed))?;
@@ -131,7 +131,7 @@ impl End {
 }
 
 impl PowerTag {
-    /// The power in MW or Mvar, or the reason why there is none.
+    /// Returns the power in MW or Mvar, or the reason why there is none.
     pub(crate) fn value(&self, values: &[TagValue]) -> Result<f64, &'static str> {
         let conversion = self.conversion?;
         let tag = values.get(self.binding).ok_or("no value yet")?;
@@ -148,7 +148,7 @@ impl PowerTag {
         }
     }
 
-    /// The last power whatever its quality; none where a value that is called good is none.
+    /// Returns the last power whatever its quality; none where a value that is called good is none.
     pub(crate) fn last(&self, values: &[TagValue]) -> Option<f64> {
         let tag = values.get(self.binding)?;
         if tag.quality == Quality::Good {
@@ -173,13 +173,13 @@ fn conversion(
         ));
         return Err("no number");
     }
-    UnitConversion::of_binding(binding, quantity, unit).map_err(|finding| {
+    UnitConversion::for_binding(binding, quantity, unit).map_err(|finding| {
         findings.push(finding);
         "its unit cannot be converted"
     })
 }
 
-/// Three digits, as far as they say anything, and no minus before a zero.
+/// Formats a power with up to three significant digits, and no minus before a zero.
 pub(crate) fn digits(power: f64) -> String {
     let digits = match power.abs() {
         size if size >= 99.95 => 0,

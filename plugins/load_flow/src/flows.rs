@@ -7,7 +7,7 @@ use busbar_plugin_sdk::{Binding, TagValue, Verdict};
 use crate::ends::{End, EndJudgment, PowerTag, digits};
 use crate::settings::{DEFAULT_LOSS_PERCENT, Direction, FlowSettings, Settings};
 
-/// A flow, by the indices of the equipment described.
+/// Flow, by the indices of the equipment described.
 pub(crate) struct Flow {
     pub(crate) from_to: [usize; 2],
     pub(crate) ends: Vec<End>,
@@ -24,7 +24,7 @@ pub(crate) struct FlowVerdict {
     pub(crate) basis: Vec<usize>,
 }
 
-/// All flows, the equipment that they name, and what bindings lack.
+/// Flows of the overlay, the equipment that they name, and findings on bindings.
 #[derive(Default)]
 pub(crate) struct Flows {
     pub(crate) list: Vec<Flow>,
@@ -35,7 +35,7 @@ pub(crate) struct Flows {
 }
 
 impl Flows {
-    /// The flows of the settings with the tags of these bindings.
+    /// Creates the flows of the settings with the tags of these bindings.
     pub(crate) fn new(settings: &Settings, bindings: &[Binding]) -> Self {
         let mut flows = Self::default();
         let mut places: HashMap<&str, usize> = HashMap::new();
@@ -218,7 +218,7 @@ impl Flow {
     }
 }
 
-/// The powers that are known of these tags, with their bindings.
+/// Returns the powers of these tags that are known, with their bindings.
 fn known(tags: &[PowerTag], values: &[TagValue]) -> Vec<(usize, f64)> {
     tags.iter().filter_map(|tag| Some((tag.binding, tag.value(values).ok()?))).collect()
 }

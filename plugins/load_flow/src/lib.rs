@@ -14,11 +14,11 @@ use ends::{End, PowerTag, digits};
 use flows::{Flow, FlowVerdict, Flows};
 pub use settings::{Direction, FlowSettings, Settings};
 
-/// The overlay.
+/// Overlay plugin for load flow.
 pub struct LoadFlow {
     settings: Settings,
     flows: Flows,
-    /// Arrows that the host takes in a frame.
+    /// Greatest number of arrows that the host takes in a frame.
     max_arrows: usize,
 }
 
@@ -125,8 +125,8 @@ impl LoadFlow {
     }
 }
 
-/// Of the flows at a piece of equipment the most urgent one is told, an assumption before
-/// none.
+/// Ranks verdicts by urgency: the most urgent one at a piece of equipment is shown, an assumption
+/// before none.
 fn urgency(of: &&FlowVerdict) -> (u8, bool) {
     let verdict = match of.verdict {
         Verdict::Normal => 0,

@@ -1,6 +1,6 @@
-//! Flows as they are configured.
+//! Settings of flows and their measuring points.
 
-/// Flows of one overlay.
+/// Flows of one overlay, at most.
 const MAX_FLOWS: usize = 5_000;
 /// Share of the rating that may be lost between two ends where nothing is set, percent.
 pub(crate) const DEFAULT_LOSS_PERCENT: f64 = 5.0;
@@ -9,7 +9,7 @@ pub(crate) const DEFAULT_LOSS_PERCENT: f64 = 5.0;
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
-    /// Where power flows.
+    /// Flows of power between pieces of equipment.
     #[schemars(length(max = MAX_FLOWS))]
     pub flows: Vec<FlowSettings>,
     /// Ids of places of measurement without tags: their flows are unknown, and that is no
@@ -27,7 +27,7 @@ pub struct FlowSettings {
     pub measured_at: String,
     /// Id of the equipment that positive power comes from.
     pub from: String,
-    /// Id of the equipment that it goes to.
+    /// Id of the equipment that positive power goes to.
     pub to: String,
     /// Rated apparent power, MVA.
     pub rating_mva: f64,
@@ -59,9 +59,9 @@ pub struct FlowSettings {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Direction {
-    /// As at the first end: from `from` to `to`.
+    /// Direction of the first end: from `from` to `to`.
     Along,
-    /// Against it: into the line from both ends.
+    /// Direction into the line from both ends.
     Against,
 }
 
@@ -74,7 +74,7 @@ fn reactive_power() -> String {
 }
 
 impl Settings {
-    /// What makes no sense, in words.
+    /// Describes an invalid setting, if there is one.
     pub(crate) fn fault(&self) -> Option<String> {
         if self.flows.len() > MAX_FLOWS || self.untelemetered.len() > MAX_FLOWS {
             return Some(format!("name at most {MAX_FLOWS} flows"));
@@ -84,12 +84,12 @@ impl Settings {
 }
 
 impl FlowSettings {
-    /// Places of measurement, the first end first.
+    /// Returns the measuring points, the first end first.
     pub(crate) fn ends(&self) -> impl Iterator<Item = &str> {
         [Some(&self.measured_at), self.other_end.as_ref()].into_iter().flatten().map(String::as_str)
     }
 
-    /// Largest difference of active power between both ends, MW.
+    /// Returns the largest difference of active power between both ends, MW.
     pub(crate) fn max_loss(&self) -> f64 {
         self.max_loss_percent.unwrap_or(DEFAULT_LOSS_PERCENT) / 100.0 * self.rating_mva
     }

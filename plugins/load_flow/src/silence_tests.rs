@@ -215,13 +215,13 @@ fn settings_that_make_no_sense_are_told() {
     }
 }
 
-/// What is known of a power, and all that it may be.
+/// Powers that a tag may have: all completions of its input.
 type Possible = Vec<f64>;
 
 /// Powers on both sides of the rating, of the losses, and of the sum of two.
 const POWERS: [f64; 7] = [-250.0, -80.0, -3.0, 0.0, 78.0, 85.0, 120.0];
 
-/// A verdict on one completion of an end's powers, or of both ends'.
+/// Judges one completion of an end's powers, or of both ends'.
 fn is_abnormal(ends: &[[f64; 2]]) -> bool {
     let is_over = |[active, reactive]: &[f64; 2]| active * active + reactive * reactive > 1e4;
     let is_apart = matches!(ends, [[a, _], [b, _]] if (a.abs() - b.abs()).abs() > 5.0);

@@ -1,4 +1,4 @@
-//! Flows as the host reads them.
+//! Arrows and verdicts of flows, as the host reads them.
 
 #![allow(clippy::unwrap_used)]
 

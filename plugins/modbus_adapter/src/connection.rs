@@ -5,7 +5,7 @@ use std::io;
 use std::sync::Arc;
 use std::time::Duration;
 
-use busbar_link::{ConnectFault, Dial, Endpoint, in_words, is_of_tls};
+use busbar_link::{ConnectError, Dial, Endpoint, describe_io_error, is_tls_error};
 use thiserror::Error;
 use tokio::time::timeout;
 use tokio_modbus::client::{Client, Context, tcp};
@@ -28,7 +28,7 @@ const OTHER_FUNCTION: &str = "it is of another function";
 #[derive(Debug, Error)]
 pub(crate) enum LinkFault {
     #[error("{0}")]
-    Connect(#[from] ConnectFault),
+    Connect(#[from] ConnectError),
     #[error("{0}")]
     Port(String),
     #[error("no answer within {} ms to a read of {what}", .limit.as_millis())]
@@ -180,8 +180,8 @@ pub(crate) fn fault(block: &Block, error: &ModbusError) -> LinkFault {
             "it belongs to another request or unit".into()
         }
         ModbusError::Protocol(ProtocolError::FunctionCodeMismatch { .. }) => OTHER_FUNCTION.into(),
-        ModbusError::Transport(error) if is_of_tls(error) => {
-            return LinkFault::Lost(in_words(error));
+        ModbusError::Transport(error) if is_tls_error(error) => {
+            return LinkFault::Lost(describe_io_error(error));
         }
         ModbusError::Transport(error) => match error.kind() {
             io::ErrorKind::InvalidData
@@ -192,7 +192,7 @@ pub(crate) fn fault(block: &Block, error: &ModbusError) -> LinkFault {
             | io::ErrorKind::BrokenPipe
             | io::ErrorKind::HostUnreachable
             | io::ErrorKind::NetworkUnreachable
-            | io::ErrorKind::TimedOut => return LinkFault::Lost(in_words(error)),
+            | io::ErrorKind::TimedOut => return LinkFault::Lost(describe_io_error(error)),
             // The client gives the errno of some earlier call at end of stream.
             _ => return LinkFault::Lost("the device closed the connection".into()),
         },

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use busbar_link::{Faults, Reconnect, ReconnectSettings, TlsSettings};
+use busbar_link::{ReconnectBounds, ReconnectSettings, SettingsFaults, TlsSettings};
 use busbar_plugin_sdk::Error;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -85,7 +85,7 @@ pub(crate) struct Config {
     pub(crate) transport: Transport,
     pub(crate) unit: u8,
     pub(crate) timeout: Duration,
-    pub(crate) reconnect: Reconnect,
+    pub(crate) reconnect: ReconnectBounds,
     /// Names of the groups; the first, without a name, is the default.
     pub(crate) group_names: Vec<String>,
     /// Period of each group.
@@ -98,7 +98,7 @@ impl Settings {
     /// # Errors
     /// [`Error::settings`] with each fault and what is allowed.
     pub(crate) fn parse(self) -> Result<Config, Error> {
-        let mut faults = Faults::default();
+        let mut faults = SettingsFaults::default();
         let raw =
             RawTransport { host: self.host, port: self.port, tls: self.tls, serial: self.serial };
         let transport = raw.parse(&mut faults);
@@ -122,7 +122,7 @@ impl Settings {
 fn groups(
     poll_millis: u64,
     others: BTreeMap<String, PollGroup>,
-    faults: &mut Faults,
+    faults: &mut SettingsFaults,
 ) -> (Vec<String>, Vec<Duration>) {
     let periods = MIN_POLL_MILLIS..=MAX_POLL_MILLIS;
     let count = others.len();

@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use busbar_link::{Endpoint, Faults, TlsFiles, TlsSettings};
+use busbar_link::{Endpoint, SettingsFaults, TlsFiles, TlsSettings};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -95,7 +95,7 @@ pub(crate) struct SerialLine {
 
 impl RawTransport {
     /// Exactly one transport, or a fault.
-    pub(crate) fn parse(self, faults: &mut Faults) -> Option<Transport> {
+    pub(crate) fn parse(self, faults: &mut SettingsFaults) -> Option<Transport> {
         match (self.host, self.serial) {
             (Some(host), None) => {
                 let tls = self.tls.map(|tls| tls.parse(faults));
@@ -128,7 +128,7 @@ impl RawTransport {
 }
 
 impl SerialSettings {
-    fn parse(self, faults: &mut Faults) -> SerialLine {
+    fn parse(self, faults: &mut SettingsFaults) -> SerialLine {
         if !self.device.is_absolute() {
             let device = self.device.display();
             faults.add(format!("serial.device: '{device}' is no absolute path"));

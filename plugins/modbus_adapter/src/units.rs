@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use busbar_link::{Backoff, Reconnect};
+use busbar_link::{Backoff, ReconnectBounds};
 use tokio::time::Instant;
 
 use crate::address::Point;
@@ -12,7 +12,7 @@ use crate::address::Point;
 #[derive(Debug)]
 pub(crate) struct Units {
     count: usize,
-    delays: Reconnect,
+    delays: ReconnectBounds,
     silent: BTreeMap<u8, Silence>,
     /// Units that the gateway does not reach.
     unreachable: BTreeSet<u8>,
@@ -27,7 +27,7 @@ struct Silence {
 }
 
 impl Units {
-    pub(crate) fn new(points: &[Point], delays: Reconnect) -> Self {
+    pub(crate) fn new(points: &[Point], delays: ReconnectBounds) -> Self {
         let all: BTreeSet<_> = points.iter().map(|point| point.unit).collect();
         Self {
             count: all.len(),

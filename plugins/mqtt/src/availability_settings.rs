@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use busbar_link::Faults;
+use busbar_link::SettingsFaults;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -39,7 +39,7 @@ pub(crate) struct RawAvailability {
 /// Checks the entries; every fault goes into `faults`.
 pub(crate) fn parse_availability(
     list: Vec<RawAvailability>,
-    faults: &mut Faults,
+    faults: &mut SettingsFaults,
 ) -> Vec<Availability> {
     for (index, entry) in list.iter().enumerate() {
         let place = format!("availability[{index}]");

@@ -5,7 +5,7 @@ use std::convert::Infallible;
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
-use busbar_link::{Backoff, ByteStream, ConnectFault, Dial, Endpoint, in_words};
+use busbar_link::{Backoff, ByteStream, ConnectError, Dial, Endpoint, describe_io_error};
 use busbar_plugin_sdk::Error;
 use thiserror::Error as ThisError;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -25,7 +25,7 @@ const STABLE_AFTER: Duration = Duration::from_secs(10);
 #[derive(Debug, ThisError)]
 enum LinkFault {
     #[error("{0}")]
-    Connect(#[from] ConnectFault),
+    Connect(#[from] ConnectError),
     #[error("{0}")]
     Session(#[from] SessionFault),
     #[error("{0}")]
@@ -116,7 +116,7 @@ impl Link {
             tokio::select! {
                 biased;
                 read = stream.read_buf(input) => {
-                    if read.map_err(|error| LinkFault::Lost(in_words(&error)))? == 0 {
+                    if read.map_err(|error| LinkFault::Lost(describe_io_error(&error)))? == 0 {
                         return Err(LinkFault::Lost("the broker closed the connection".into()));
                     }
                 }
@@ -166,7 +166,7 @@ impl Link {
         timeout(limit, written)
             .await
             .map_err(|_| LinkFault::Blocked(limit))?
-            .map_err(|error| LinkFault::Lost(in_words(&error)))
+            .map_err(|error| LinkFault::Lost(describe_io_error(&error)))
     }
 
     /// Secrets are read for each connection, for they may have been replaced.

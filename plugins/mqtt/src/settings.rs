@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use busbar_link::{Endpoint, Faults, Reconnect, ReconnectSettings, TlsFiles, TlsSettings};
+use busbar_link::{
+    Endpoint, ReconnectBounds, ReconnectSettings, SettingsFaults, TlsFiles, TlsSettings,
+};
 use busbar_plugin_sdk::{Error, Quality, Reason, Secret};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -202,7 +204,7 @@ pub(crate) struct Config {
     pub(crate) qualities: BTreeMap<String, Quality>,
     pub(crate) requests_rebirth: bool,
     pub(crate) primary_host: Option<String>,
-    pub(crate) reconnect: Reconnect,
+    pub(crate) reconnect: ReconnectBounds,
     pub(crate) tls: Option<TlsFiles>,
 }
 
@@ -212,7 +214,7 @@ impl Settings {
     /// # Errors
     /// [`Error::settings`] with each fault and what is allowed.
     pub(crate) fn parse(self) -> Result<Config, Error> {
-        let mut faults = Faults::default();
+        let mut faults = SettingsFaults::default();
         let default_port = if self.tls.is_some() { TLS_PORT } else { PLAIN_PORT };
         let brokers = brokers(&self.host, self.port, &self.cluster, default_port, &mut faults);
         for (name, list) in
@@ -277,7 +279,7 @@ fn brokers(
     port: Option<u16>,
     others: &[RawEndpoint],
     default_port: u16,
-    faults: &mut Faults,
+    faults: &mut SettingsFaults,
 ) -> Vec<Endpoint> {
     let mut brokers = vec![Endpoint::parse("", host, port.unwrap_or(default_port), faults)];
     for (index, RawEndpoint { host, port }) in others.iter().enumerate() {

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use async_opcua::types::{Error as LibraryError, StatusCode};
-use busbar_link::ConnectFault;
+use busbar_link::ConnectError;
 use thiserror::Error;
 
 /// Longest text of a server that is repeated, characters.
@@ -13,7 +13,7 @@ const MAX_WORDS: usize = 200;
 #[derive(Debug, Error)]
 pub(crate) enum Fault {
     #[error("{0}")]
-    Connect(#[from] ConnectFault),
+    Connect(#[from] ConnectError),
     #[error("the server did not answer within {} ms; does it speak OPC UA on this port?", .0.as_millis())]
     NoAnswer(Duration),
     #[error("the server was silent for {} ms", .0.as_millis())]

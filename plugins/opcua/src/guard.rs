@@ -138,7 +138,7 @@ impl<S: AsyncRead + Unpin> AsyncRead for Guarded<S> {
         let before = buffer.filled().len();
         let read = std::task::ready!(inner(stream).poll_read(context, buffer));
         if let Err(error) = &read {
-            words.note(|| busbar_link::in_words(error));
+            words.note(|| busbar_link::describe_io_error(error));
         }
         read?;
         let came = buffer.filled().get(before..).unwrap_or_default();

@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::task::Poll;
 use std::time::{Duration, SystemTime};
 
-use busbar_link::{ByteStream, ConnectFault, Dial, Dialing, Endpoint, IoLoop};
+use busbar_link::{ByteStream, ConnectError, Dial, DialFuture, Endpoint, IoLoop};
 use busbar_plugin_sdk::testing::host;
 use busbar_plugin_sdk::{Error, SampleSink, TagSpec};
 use tokio::io::{AsyncRead, AsyncWriteExt, DuplexStream, ReadBuf, duplex};
@@ -92,10 +92,10 @@ fn world(connections: [&[u8]; 2]) -> World {
 struct Memory(Mutex<Vec<Vec<u8>>>);
 
 impl Dial for Memory {
-    fn dial<'a>(&'a self, _: &'a Endpoint, _: Duration) -> Dialing<'a> {
+    fn dial<'a>(&'a self, _: &'a Endpoint, _: Duration) -> DialFuture<'a> {
         let bytes = self.0.lock().unwrap_or_else(PoisonError::into_inner).pop();
         Box::pin(async move {
-            let bytes = bytes.ok_or(ConnectFault::NoAddress)?;
+            let bytes = bytes.ok_or(ConnectError::NoAddress)?;
             let (client, server) = duplex(PIPE_BYTES);
             tokio::task::spawn_local(serve(server, bytes));
             Ok(Box::new(client) as Box<dyn ByteStream>)

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use busbar_link::{Faults, Reconnect, ReconnectSettings};
+use busbar_link::{ReconnectBounds, ReconnectSettings, SettingsFaults};
 use busbar_plugin_sdk::{Error, Secret};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -214,7 +214,7 @@ pub(crate) struct Config {
     pub(crate) source_time: SourceTime,
     pub(crate) alarms: bool,
     pub(crate) application_uri: String,
-    pub(crate) reconnect: Reconnect,
+    pub(crate) reconnect: ReconnectBounds,
 }
 
 /// Where certificates are; all paths are absolute.
@@ -242,7 +242,7 @@ impl Settings {
     /// # Errors
     /// [`Error::settings`] with each fault and what is allowed.
     pub(crate) fn parse(self) -> Result<Config, Error> {
-        let mut faults = Faults::default();
+        let mut faults = SettingsFaults::default();
         let publishing =
             faults.millis("publishing_millis", self.publishing_millis, PUBLISHING_MILLIS);
         let sampling = self.sampling_millis.map_or(publishing, |sampling| {
@@ -281,7 +281,7 @@ impl Settings {
     }
 }
 
-fn servers(first: &str, others: &[String], faults: &mut Faults) -> Vec<Url> {
+fn servers(first: &str, others: &[String], faults: &mut SettingsFaults) -> Vec<Url> {
     if others.len() >= MAX_SERVERS {
         let count = others.len() + 1;
         faults.add(format!("redundancy: {count} servers; at most {MAX_SERVERS} are allowed"));
@@ -302,7 +302,7 @@ fn servers(first: &str, others: &[String], faults: &mut Faults) -> Vec<Url> {
 }
 
 impl SecuritySettings {
-    fn parse(self, faults: &mut Faults) -> SecurityFiles {
+    fn parse(self, faults: &mut SettingsFaults) -> SecurityFiles {
         let Self { policy, mode, certificate, key, trusted, rejected } = self;
         for path in [&certificate, &key, &trusted].into_iter().chain(&rejected) {
             check_path("security", path, faults);
@@ -312,7 +312,7 @@ impl SecuritySettings {
 }
 
 impl UserSettings {
-    fn parse(self, faults: &mut Faults) -> User {
+    fn parse(self, faults: &mut SettingsFaults) -> User {
         match (self.name, self.password, self.certificate, self.key) {
             (Some(name), Some(password), None, None) => {
                 check_text("user.name", &name, faults);
@@ -334,13 +334,13 @@ impl UserSettings {
     }
 }
 
-fn check_text(name: &str, text: &str, faults: &mut Faults) {
+fn check_text(name: &str, text: &str, faults: &mut SettingsFaults) {
     if text.is_empty() || text.len() > MAX_TEXT_BYTES {
         faults.add(format!("{name}: give 1 to {MAX_TEXT_BYTES} bytes"));
     }
 }
 
-fn check_path(place: &str, path: &std::path::Path, faults: &mut Faults) {
+fn check_path(place: &str, path: &std::path::Path, faults: &mut SettingsFaults) {
     if !path.is_absolute() {
         faults.add(format!("{place}: '{}' is no absolute path", path.display()));
     }

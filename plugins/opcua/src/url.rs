@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use busbar_link::{Endpoint, Faults};
+use busbar_link::{Endpoint, SettingsFaults};
 
 /// Port of a server whose URL names none (IANA: opcua-tcp).
 const DEFAULT_PORT: u16 = 4840;
@@ -48,7 +48,7 @@ impl Url {
             Some(Ok(port)) => port,
             Some(Err(_)) => return fault("has no port from 1 to 65535"),
         };
-        let mut faults = Faults::default();
+        let mut faults = SettingsFaults::default();
         let endpoint = Endpoint::parse("", host, port, &mut faults);
         faults.into_result()?;
         let text = format!("{SCHEME}{endpoint}{path}");

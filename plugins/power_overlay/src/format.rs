@@ -1,8 +1,8 @@
-//! Values as operators read them.
+//! Formatting of values for operators.
 
 use busbar_plugin_sdk::{DoublePoint, Value};
 
-/// A value with its unit; a dash where none came yet.
+/// Formats a value with its unit; a dash where none came yet.
 pub(crate) fn value(value: Option<Value>, unit: &str) -> String {
     match value {
         None => "–".into(),
@@ -19,7 +19,7 @@ pub(crate) fn value(value: Option<Value>, unit: &str) -> String {
     }
 }
 
-/// About four significant digits, so that the text keeps its width.
+/// Formats a number with about four significant digits, so that the text keeps its width.
 fn number(value: f64) -> String {
     if !value.is_finite() {
         return value.to_string();

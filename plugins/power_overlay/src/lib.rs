@@ -13,7 +13,7 @@ use pieces::Piece;
 #[derive(Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 struct Settings {
-    /// Whether equipment with a value outside its normal band is coloured.
+    /// Colours equipment with a value outside its normal band.
     tint: bool,
 }
 

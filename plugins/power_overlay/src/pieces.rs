@@ -15,12 +15,12 @@ pub(crate) const ALARM_ROLE: &str = "alarm";
 /// Assumption about equipment whose tags have nothing to be judged by.
 const NO_LIMITS: &str = "no limits are configured";
 
-/// A piece of equipment with the bindings of its tags.
+/// Piece of equipment with the bindings of its tags.
 pub(crate) struct Piece {
     pub(crate) id: String,
-    /// Bindings that have something to be judged by.
+    /// Bindings with a criterion to be judged by.
     judged: Vec<usize>,
-    /// The other bindings.
+    /// Bindings without a criterion.
     shown: Vec<usize>,
 }
 
@@ -41,7 +41,7 @@ pub(crate) fn pieces(bindings: &[Binding]) -> Vec<Piece> {
     pieces
 }
 
-/// Decides whether something says which values of a tag are abnormal.
+/// Reports whether a binding has a criterion for abnormal values.
 fn has_criterion(binding: &Binding) -> bool {
     match binding.kind {
         ValueKind::F64 | ValueKind::I64 => {
@@ -96,7 +96,7 @@ impl Piece {
     }
 }
 
-/// Words for the value of a tag that does not count; `None` where it does.
+/// Describes the doubt about a value that does not count; `None` where it counts.
 fn doubt_of(binding: &Binding, tag: Option<&TagValue>) -> Option<&'static str> {
     let Some(TagValue { value: Some(value), quality, .. }) = tag else {
         return Some("no value yet");

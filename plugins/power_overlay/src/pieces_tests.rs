@@ -41,7 +41,7 @@ fn overlay() -> PowerOverlay {
     PowerOverlay::create(crate::Settings::default(), host()).expect("it is made")
 }
 
-/// The only verdict on these values.
+/// Returns the only verdict on these values.
 fn verdict(bindings: Vec<Binding>, values: &[TagValue]) -> DrawnVerdict {
     let drawing = draw(&mut overlay(), bindings, values).expect("it draws");
     let [verdict] = drawing.verdicts.as_slice() else { panic!("{drawing:?}") };
@@ -129,7 +129,7 @@ fn silence_of_limits_is_no_health() {
     assert_eq!((of.verdict, of.is_assumed, of.basis), (Verdict::Normal, false, vec![1]));
 }
 
-/// A binding with a criterion of its own, a value, and all values that it may have.
+/// Returns a binding with a criterion of its own, a value, and all values that it may have.
 fn random_tag(inputs: &mut InputGenerator) -> (Binding, Value, Vec<Value>) {
     let numbers = [-50.0, -0.001, 0.0, 10.0, 10.5, 95.0, 95.5, 1e300].map(Value::F64);
     let bools = [false, true].map(Value::Bool);
@@ -145,7 +145,7 @@ fn random_tag(inputs: &mut InputGenerator) -> (Binding, Value, Vec<Value>) {
     (binding("T", role, kind, limits), value, all)
 }
 
-/// The rule written anew: a tag is abnormal outside its limits, on as an alarm, or torn.
+/// Reference rule: a tag is abnormal outside its limits, on as an alarm, or in a bad state.
 fn is_abnormal(binding: &Binding, value: Value) -> bool {
     let low = binding.limit_low.unwrap_or(f64::NEG_INFINITY);
     let high = binding.limit_high.unwrap_or(f64::INFINITY);

@@ -108,7 +108,7 @@ fn the_host_can_stop_it() {
 fn weights_out_of_range_are_refused() {
     for weight in [-1.0, f64::NAN, f64::INFINITY, 2e6] {
         let settings = Settings { border_weight: weight, ..Settings::default() };
-        let mut progress = busbar_plugin_sdk::Progress::unwatched();
+        let mut progress = busbar_plugin_sdk::Progress::detached();
         let error = optimize_with(&grid(2), settings, &mut progress).unwrap_err();
         assert!(error.message().contains("border_weight"), "{error}");
     }

@@ -27,7 +27,7 @@ fn bytes_a_triangle(n: u32) -> usize {
     let before = MEMORY.current_usage();
     MEMORY.reset_peak_usage();
     let start = Instant::now();
-    let mut progress = busbar_plugin_sdk::Progress::unwatched();
+    let mut progress = busbar_plugin_sdk::Progress::detached();
     // Each thread has a part at hand.
     let limits = Limits { threads: 2, ..Limits::default() };
     let list = optimize_within(&limits, &mesh, Settings::default(), &mut progress)

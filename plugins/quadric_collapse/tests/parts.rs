@@ -12,7 +12,7 @@ use quadric_collapse::{Limits, Settings};
 
 fn in_parts(mesh: &Mesh, part_triangles: usize, threads: usize) -> CollapseSequence {
     let limits = Limits { threads, part_triangles };
-    let progress = &mut Progress::unwatched();
+    let progress = &mut Progress::detached();
     let list = optimize_within(&limits, mesh, Settings::default(), progress).expect("it ends");
     let entries = list.collapses.iter();
     let entries = entries.map(|c| Collapse { removed: c.removed, kept: c.kept, error: c.error });
@@ -52,16 +52,16 @@ fn parts_of_any_size_give_a_spanning_tree() {
     }
 }
 
-/// What was cut is no border, and what is flat between cuts stays closed.
+/// Cuts become no borders, and flat surfaces between cuts stay closed.
 #[test]
 fn cuts_leave_no_trace_in_the_topology() {
     let [ball, _] = shapes();
     let sequence = in_parts(&ball, 900, 4);
     let stacks = CollapseStacks::build(ball, &sequence);
     for theta in [0.3, 0.6, 0.8, 0.9] {
-        let found = statistics(&stacks, stacks.cursor_at(theta));
+        let found = statistics(&stacks, stacks.cursor_for_theta(theta));
         assert_eq!(found.border_edges, 0, "theta {theta}");
-        assert_eq!(found.euler(), 2, "theta {theta}");
+        assert_eq!(found.euler_characteristic(), 2, "theta {theta}");
     }
 }
 

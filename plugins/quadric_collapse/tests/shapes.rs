@@ -1,9 +1,9 @@
-//! What the sequence does to shapes whose answer is known.
+//! Collapse sequences of shapes whose answer is known.
 
 #[allow(dead_code, reason = "not every test needs every shape")]
 mod common;
 
-use busbar_geometry::{CollapseStacks, Mesh, RawPrimitive, components};
+use busbar_geometry::{CollapseStacks, Mesh, RawPrimitive, count_components};
 use common::*;
 use glam::{Vec2, Vec3};
 
@@ -59,12 +59,12 @@ fn a_closed_surface_stays_closed_and_unflipped_while_guards_hold() {
     for k in 0..=last {
         let statistics = statistics(&stacks, k);
         assert_eq!((statistics.border_edges, statistics.non_manifold_edges), (0, 0), "at {k}");
-        assert_eq!(statistics.euler(), 2, "at {k}");
+        assert_eq!(statistics.euler_characteristic(), 2, "at {k}");
         assert!(stacks.error_at(k) >= error);
         error = stacks.error_at(k);
     }
     for theta in THETAS {
-        let triangles = live(&stacks, stacks.cursor_at(theta));
+        let triangles = live(&stacks, stacks.cursor_for_theta(theta));
         for triangle in triangles {
             let mesh = stacks.mesh();
             let corners = mesh.corner_positions(triangle).map(|p| mesh.positions[p as usize]);
@@ -111,7 +111,7 @@ fn an_open_border_stays_where_it_is() {
     let stacks = stacks(&mesh);
     let mesh = stacks.mesh();
     for theta in [0.3, 0.7, 0.9] {
-        let triangles = live(&stacks, stacks.cursor_at(theta));
+        let triangles = live(&stacks, stacks.cursor_for_theta(theta));
         let flat: f32 = triangles.iter().map(|&t| normal_of(mesh, t).z / 2.0).sum();
         assert!((flat - 1.0).abs() < 1e-3, "covers {flat} of the square at {theta}");
     }
@@ -145,7 +145,7 @@ fn split_patch(second_material: Option<u32>, shift: f32) -> Mesh {
 fn a_texture_seam_never_tears() {
     let stacks = stacks(&split_patch(None, 10.0));
     for theta in [0.3, 0.7, 0.85, 0.95] {
-        for triangle in live(&stacks, stacks.cursor_at(theta)) {
+        for triangle in live(&stacks, stacks.cursor_for_theta(theta)) {
             let charts = triangle.map(|w| stacks.mesh().wedges.uv[w as usize].x > 5.0);
             assert!(charts[0] == charts[1] && charts[1] == charts[2], "torn at {theta}");
         }
@@ -158,7 +158,7 @@ fn a_material_border_stays_where_it_is() {
     let mesh = stacks.mesh();
     for theta in [0.3, 0.7, 0.95] {
         let mut areas = [0.0_f32; 2];
-        for triangle in live(&stacks, stacks.cursor_at(theta)) {
+        for triangle in live(&stacks, stacks.cursor_for_theta(theta)) {
             let sections = triangle.map(|w| mesh.wedges.section[w as usize]);
             assert!(sections[0] == sections[1] && sections[1] == sections[2], "torn at {theta}");
             areas[sections[0] as usize] += normal_of(mesh, triangle).z / 2.0;
@@ -169,8 +169,8 @@ fn a_material_border_stays_where_it_is() {
     }
 }
 
-/// Of many small balls beside a large one the small ones die first, each as a
-/// whole: none lingers as a flat pair of triangles or as a vertex.
+/// Small balls beside a large one are removed first, each as a whole: none lingers as a flat pair
+/// of triangles or as a vertex.
 #[test]
 fn small_pieces_die_as_wholes() {
     let mut primitives = Vec::new();
@@ -187,7 +187,7 @@ fn small_pieces_die_as_wholes() {
     let mesh = welded(&primitives);
     let count = mesh.positions.len() as u32;
     let stacks = stacks(&mesh);
-    let pieces = components(count, &mesh.topology().triangles).all;
+    let pieces = count_components(count, &mesh.topology().triangles).all;
     assert_eq!((pieces, stacks.collapse_count()), (40, count - 1));
     let mut flat = 0;
     for k in 0..=stacks.collapse_count() {
@@ -235,8 +235,8 @@ fn wire(segments: u32, sag: f32) -> Mesh {
     welded(&[primitive])
 }
 
-/// What is narrow may turn and shrink for little: the way along a wire is long, but what is
-/// lost on it is no farther off than the wire is thick.
+/// Narrow shapes may turn and shrink for little: the way along a wire is long, but what is lost on
+/// it is no farther off than the wire is thick.
 #[test]
 fn a_wire_loses_segments_rather_than_its_thickness() {
     let stacks = stacks(&wire(30, 1.0));

@@ -1,4 +1,4 @@
-//! What settings say of a list.
+//! Settings of a list of records.
 
 use std::path::Path;
 
@@ -15,24 +15,25 @@ const SECONDS_PER_DAY: u64 = 86_400;
 const BUSINESS_DAYS: u32 = 4;
 const ASSET_DAYS: u32 = 400;
 
-/// A list, from a source of whatever kind.
+/// List of records from a source of any kind.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ListSettings<S> {
-    /// What it is called.
+    /// Title of the list.
     #[schemars(length(min = 1, max = 100), extend("examples" = ["Work orders"]))]
     pub title: String,
-    /// `business` for what happened or is to be done, `asset` for what equipment is.
+    /// Subject of the list: `business` for past and planned work, `asset` for properties of
+    /// equipment.
     pub kind: RecordKind,
-    /// Where it comes from.
+    /// Source of the list.
     pub source: S,
-    /// The source's column with the equipment's id, or any alias of it.
+    /// Column of the source with the equipment's id, or an alias of it.
     #[schemars(length(min = 1, max = 200), extend("examples" = ["EQUIPMENT"]))]
     pub equipment: String,
-    /// The columns that are shown.
+    /// Columns that are shown.
     #[schemars(length(min = 1, max = 32))]
     pub columns: Vec<ColumnSettings>,
-    /// The source's column with the time by which rows are ordered.
+    /// Column of the source with the time by which rows are ordered.
     #[serde(default)]
     pub time: Option<String>,
     /// Format of times and dates: `rfc3339` (ISO 8601, with or without a time of day),
@@ -45,68 +46,68 @@ pub struct ListSettings<S> {
     #[serde(default)]
     #[schemars(length(min = 1, max = 64), extend("examples" = ["Europe/Berlin"]))]
     pub zone: Option<String>,
-    /// Which rows are open. Without it none is.
+    /// Rule for open rows. Without it none is open.
     #[serde(default)]
     pub open: Option<OpenSettings>,
-    /// How bad defects are. Without it rows are no defects.
+    /// Rule for the severity of defects. Without it rows are no defects.
     #[serde(default)]
     pub severity: Option<SeveritySettings>,
-    /// Days after which the list counts as old if its source does not change. Where missing,
-    /// 4 for business, 400 for an asset register; 0 is never.
+    /// Days after which the list counts as old if its source does not change. Where missing, 4 for
+    /// business, 400 for an asset register; 0 is never.
     #[serde(default)]
     #[schemars(range(max = 36_500))]
     pub valid_days: Option<u32>,
 }
 
-/// A column that is shown.
+/// Column that is shown.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ColumnSettings {
-    /// What the source calls it.
+    /// Name of the column in the source.
     #[schemars(length(min = 1, max = 200), extend("examples" = ["WO_NO"]))]
     pub column: String,
-    /// What people call it; where missing, as the source does.
+    /// Display name of the column; where missing, that of the source.
     #[serde(default)]
     #[schemars(length(min = 1, max = 200), extend("examples" = ["Work order"]))]
     pub name: Option<String>,
-    /// What stands in it; a cell that is not so makes the row wrong.
+    /// Type of the column's cells; a cell of another form makes the row wrong.
     #[serde(default, rename = "type")]
     pub column_type: RecordColumnType,
-    /// Unit of its numbers.
+    /// Unit of the column's numbers.
     #[serde(default)]
     #[schemars(length(max = 50), extend("examples" = ["kV"]))]
     pub unit: String,
 }
 
-/// Which rows are open.
+/// Rule for open rows.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OpenSettings {
-    /// The source's column that tells.
+    /// Column of the source with the state of a row.
     #[schemars(length(min = 1, max = 200), extend("examples" = ["STATUS"]))]
     pub column: String,
-    /// Texts of it that close a row, in upper or lower case; without any, whatever text does,
-    /// such as a date of completion.
+    /// Texts that close a row, in upper or lower case. Without any, every text does, such as a date
+    /// of completion.
     #[serde(default)]
     #[schemars(extend("examples" = [["closed", "done"]]))]
     pub closed: Vec<String>,
 }
 
-/// How bad defects are: texts of the source, in upper or lower case. Any other text is no
-/// defect.
+/// Rule for the severity of defects: texts of the source, in upper or lower case. Any other text is
+/// no defect.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SeveritySettings {
-    /// The source's column that tells.
+    /// Column of the source with the severity.
     #[schemars(length(min = 1, max = 200), extend("examples" = ["PRIORITY"]))]
     pub column: String,
-    /// To be mended at once.
+    /// Texts of defects to be mended at once.
     #[serde(default)]
     pub critical: Vec<String>,
-    /// To be mended soon, and watched until then.
+    /// Texts of defects to be mended soon, and watched until then.
     #[serde(default)]
     pub serious: Vec<String>,
-    /// To be mended when there is occasion.
+    /// Texts of defects to be mended when there is occasion.
     #[serde(default)]
     pub general: Vec<String>,
 }
@@ -137,7 +138,7 @@ fn has(words: &[String], cell: &str) -> bool {
 }
 
 impl<S> ListSettings<S> {
-    /// The list that they make, without rows; `name` is what its source is called.
+    /// Creates the list of the settings, without rows; `name` is the display name of its source.
     pub fn list(&self, name: &str) -> RecordList {
         let days = self.valid_days.unwrap_or(match self.kind {
             RecordKind::Business => BUSINESS_DAYS,
@@ -172,7 +173,7 @@ pub fn check<'a, S: 'a>(
     }
     for (index, list) in lists.iter().enumerate() {
         let wrong = |what: String| Err(Error::settings(format!("lists[{index}]{what}")));
-        if let Err(fault) = CellFormats::times_of(list) {
+        if let Err(fault) = CellFormats::with_decimal_point(list) {
             return wrong(format!(".{fault}"));
         }
         let path = file(&list.source);

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant, SystemTime};
 
 use busbar_plugin_sdk::{
-    Host, LinkState, LogLevel, Reason, Running, Sample, SampleFlags, SampleSink,
+    Host, LinkState, LogLevel, Reason, Sample, SampleFlags, SampleSink, StopToken,
 };
 
 use crate::address::Points;
@@ -32,7 +32,7 @@ pub(crate) struct Session {
 impl Session {
     /// Plays until the recording ends or the plugin stops. What cannot be opened is
     /// tried again.
-    pub(crate) fn run(&self, running: &Running) {
+    pub(crate) fn run(&self, running: &StopToken) {
         self.publish_all(Reason::NotConnected);
         self.sink.report_link(LinkState::Connecting, &format!("'{}': opening", self.file()));
         let mut delay = MIN_RETRY;
@@ -72,7 +72,7 @@ impl Session {
     }
 
     /// Plays the recording to its end.
-    fn play(&self, running: &Running) -> Result<(), Fault> {
+    fn play(&self, running: &StopToken) -> Result<(), Fault> {
         let mut remarks = Remarks::new(self.host.clone(), self.file());
         let recording = recording::open(&self.config, &self.points, &mut remarks)?;
         let origin = recording.origin();

@@ -1,5 +1,5 @@
-//! Samples at a given rate, with no device behind them: what tests and benches load
-//! the way of values with. It is never shipped.
+//! Generator of samples at a given rate, without a device: load for tests and benchmarks. It is
+//! never shipped.
 //!
 //! Tags are updated one after the other, round after round. In round `n` a whole number
 //! is `n`, a number 0 or 100 in turn, a single point off or on, a double-point open or
@@ -11,15 +11,15 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant, SystemTime};
 
 use busbar_plugin_sdk::{
-    DoublePoint, Error, Host, LinkState, Plugin, Quality, Running, Sample, SampleFlags, SampleSink,
-    TagSpec, Telemetry, Value, ValueKind, Worker, export_plugin,
+    DoublePoint, Error, Host, LinkState, Plugin, Quality, Sample, SampleFlags, SampleSink,
+    StopToken, TagSpec, Telemetry, Value, ValueKind, Worker, export_plugin,
 };
 
 use crate::script::Script;
 
-/// The most updates that are published at once.
+/// Greatest number of updates published at once.
 const MAX_BATCH: u64 = 1 << 17;
-/// The longest between two batches.
+/// Longest time between two batches, milliseconds.
 const MAX_BATCH_MILLIS: u64 = 10_000;
 
 /// Settings of the generator.
@@ -35,9 +35,9 @@ pub struct Settings {
     /// Milliseconds before the first update.
     #[schemars(range(max = MAX_BATCH_MILLIS))]
     pub delay_millis: u64,
-    /// Updates in all; none for no end.
+    /// Number of updates in all; none for no end.
     pub updates: Option<u64>,
-    /// A file that words the samples, instead of all that.
+    /// Path of a script with the samples, instead of all the other settings.
     pub script: Option<PathBuf>,
 }
 
@@ -53,7 +53,7 @@ impl Default for Settings {
     }
 }
 
-/// The plugin.
+/// Telemetry plugin that generates samples.
 pub struct SampleGenerator {
     settings: Settings,
     host: Host,
@@ -104,7 +104,7 @@ impl Telemetry for SampleGenerator {
     }
 }
 
-fn publish(settings: &Settings, tags: &[TagSpec], sink: &SampleSink, running: &Running) {
+fn publish(settings: &Settings, tags: &[TagSpec], sink: &SampleSink, running: &StopToken) {
     let last = if tags.is_empty() { 0 } else { settings.updates.unwrap_or(u64::MAX) };
     let (start, mut sent) = (Instant::now(), 0);
     let mut batch = Vec::new();

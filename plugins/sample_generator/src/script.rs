@@ -1,4 +1,4 @@
-//! Samples as a script words them, each at its time.
+//! Scripted samples, each at its time.
 //!
 //! What is due before the process that reads it began is left out: nobody sends the past.
 //! Two tags tell how far it came, so that who watches knows what has arrived.
@@ -7,23 +7,23 @@ use std::path::Path;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use busbar_plugin_sdk::{
-    DoublePoint, Error, Quality, Reason, Running, Sample, SampleFlags, SampleSink, TagSpec, Value,
-    ValueKind,
+    DoublePoint, Error, Quality, Reason, Sample, SampleFlags, SampleSink, StopToken, TagSpec,
+    Value, ValueKind,
 };
 use serde::Deserialize;
 
-/// Bytes of a script.
+/// Bytes of a script, at most.
 const MAX_SCRIPT_BYTES: u64 = 64 << 20;
 
-/// What is sent, in order of time.
+/// Script: batches of samples in order of time.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Script {
-    /// When the time of batches begins, milliseconds since 1970-01-01 UTC.
+    /// Begin of the batches' time, milliseconds since 1970-01-01 UTC.
     start_unix_millis: u64,
-    /// A whole number: how many batches were sent, those left out included.
+    /// Id of the counter tag for batches sent so far, those left out included; a whole number.
     sent: String,
-    /// A whole number: the first batch that this process sent.
+    /// Id of the tag for the first batch that this process sent; a whole number.
     first: String,
     batches: Vec<Batch>,
 }
@@ -36,14 +36,15 @@ struct Batch {
     samples: Vec<Line>,
 }
 
-/// A sample.
+/// Scripted sample of one tag.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Line {
     tag: String,
     value: Option<Worded>,
     quality: Worth,
-    /// By how much its source time is before the batch; without it, it has none.
+    /// Age of the source time at the time of the batch, milliseconds; without it, the sample has
+    /// none.
     age_millis: Option<i64>,
     /// Flags beside those that the plugin's origin gives all samples.
     #[serde(default)]
@@ -80,7 +81,7 @@ enum Worth {
     Bad,
 }
 
-/// A value.
+/// Scripted value of a sample.
 #[derive(Clone, Copy, Deserialize)]
 #[serde(untagged)]
 enum Worded {
@@ -91,7 +92,7 @@ enum Worded {
 #[derive(Clone, Copy, Deserialize)]
 #[serde(rename_all = "lowercase")]
 enum Word {
-    /// Not a number.
+    /// Value that is not a number.
     Nan,
     On,
     Off,
@@ -108,8 +109,8 @@ impl Script {
         serde_json::from_slice(&text).map_err(|error| fault(error.to_string()))
     }
 
-    /// Sends all that is due from now on; tags that are not served are left out.
-    pub(crate) fn play(&self, tags: &[TagSpec], sink: &SampleSink, running: &Running) {
+    /// Sends all batches that are due from now on; leaves out tags that are not served.
+    pub(crate) fn play(&self, tags: &[TagSpec], sink: &SampleSink, running: &StopToken) {
         let known = |id: &str| tags.iter().find(|tag| tag.id == id);
         let start = UNIX_EPOCH + Duration::from_millis(self.start_unix_millis);
         let mut first = None;

@@ -1,21 +1,21 @@
-//! Capability `busbar.alarms/1-draft`.
+//! Capability `busbar.alarms/1-draft`: alarms of another system.
 
 use busbar_plugin_abi as abi;
 use serde::Serialize;
 
-use crate::border::write_json;
+use crate::boundary::write_json;
 use crate::{Error, Plugin};
 
-/// Alarms of one report.
+/// Alarms of one report, at most.
 pub const MAX_SOURCE_ALARMS: usize = abi::BUSBAR_MAX_SOURCE_ALARMS;
-/// Bytes of an id, a name, a source or a message.
+/// Bytes of an id, a name, a source or a message, at most.
 pub const MAX_SOURCE_ALARM_TEXT: usize = abi::BUSBAR_MAX_SOURCE_ALARM_TEXT;
 
-/// Alarms as another system has them. That system decides on them; the host shows them.
+/// Alarms of another system. That system decides on them; the host shows them.
 pub trait Alarms: Plugin {
-    /// How the alarms stand, as far as is known. Asked for several times a second: whatever
-    /// may take long belongs on a [`crate::Worker`]. Where the revision is `known_revision`
-    /// still, [`AlarmReport::alarms`] may be `None`.
+    /// Reports the state of the alarms, as far as it is known. The host calls it several times a
+    /// second: work that may take long belongs on a [`crate::Worker`]. Where the revision is still
+    /// `known_revision`, [`AlarmReport::alarms`] may be `None`.
     ///
     /// # Errors
     /// What keeps alarms from ever being known, such as a setting. That the source is lost
@@ -23,65 +23,65 @@ pub trait Alarms: Plugin {
     fn alarms(&mut self, known_revision: u64) -> Result<AlarmReport, Error>;
 }
 
-/// All alarms of interest, and what they are worth.
+/// State of all alarms of interest, and of their source.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct AlarmReport {
-    /// Grows with every change of any alarm; never 0.
+    /// Revision of the report, which grows with every change of any alarm; never 0.
     pub revision: u64,
-    /// How long ago the source last gave a sign of life, milliseconds; `None` where it never
-    /// did. The host marks all alarms as stale where that is too long.
+    /// Time since the last sign of life of the source, milliseconds; `None` where there was none.
+    /// The host marks all alarms as stale where that is too long.
     pub heard_millis: Option<u64>,
-    /// Why the source is not current: the alarms are then as they last were known.
+    /// Reason for which the source is not current. The alarms are then as they last were known.
     pub fault: Option<String>,
-    /// Alarms that the source has beyond [`MAX_SOURCE_ALARMS`]; the least severe are left out.
+    /// Number of alarms beyond [`MAX_SOURCE_ALARMS`]; the least severe are left out.
     pub left_out: u64,
-    /// All that are active, unacknowledged, held back or otherwise of interest; `None` where
-    /// they are as the caller knows them, or where the fault keeps them from being known: what
-    /// was known before, such as by this plugin's process before it was restarted, stays shown.
+    /// All alarms that are active, unacknowledged, shelved, suppressed or otherwise of interest.
+    /// `None` where they are as the caller knows them, or where a fault keeps them unknown. Alarms
+    /// known before then stay shown, also over a restart of this plugin's process.
     pub alarms: Option<Vec<SourceAlarm>>,
 }
 
-/// How far a source vouches for what it says of an alarm.
+/// Quality of an alarm's state, as its source vouches for it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AlarmQuality {
-    /// It holds.
+    /// State that is reliable.
     #[default]
     Good,
-    /// It may not hold.
+    /// State that may be wrong.
     Uncertain,
-    /// Nobody knows.
+    /// State that nobody knows.
     Bad,
 }
 
-/// An alarm as its source has it.
+/// Alarm with the state that its source gives it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct SourceAlarm {
-    /// Unique in the source, and the same after it restarts.
+    /// Id that is unique in the source, and the same after it restarts.
     pub id: String,
-    /// What it is called; may be empty.
+    /// Name of the alarm; may be empty.
     pub name: String,
-    /// What it is about, as the source calls it: the host finds the equipment by it.
+    /// Name that the source has for the equipment concerned: the host finds the equipment by it.
     pub source: String,
-    /// What happened, for people; may be empty.
+    /// Message for operators; may be empty.
     pub message: String,
-    /// 1 to 1000, 1000 the most urgent (OPC 10000-5, 6.4.2).
+    /// Severity from 1 to 1000, 1000 the most urgent (OPC 10000-5, 6.4.2).
     pub severity: u16,
-    /// Whether its condition holds.
+    /// Reports whether the condition of the alarm holds.
     pub is_active: bool,
-    /// Whether an operator has yet to see it.
+    /// Reports whether an operator has yet to acknowledge the alarm.
     pub is_unacknowledged: bool,
-    /// Whether an operator has yet to confirm it (OPC 10000-9, 5.7.2).
+    /// Reports whether an operator has yet to confirm the alarm (OPC 10000-9, 5.7.2).
     pub is_unconfirmed: bool,
-    /// Whether an operator shelved it.
+    /// Reports whether an operator shelved the alarm.
     pub is_shelved: bool,
-    /// Whether it is suppressed by design.
+    /// Reports whether the alarm is suppressed by design.
     pub is_suppressed: bool,
-    /// Whether it is out of service.
+    /// Reports whether the alarm is out of service.
     pub is_out_of_service: bool,
-    /// When it came to be so, nanoseconds since 1970-01-01 UTC.
+    /// Time of the last change of state, nanoseconds since 1970-01-01 UTC.
     pub unix_nanos: Option<i64>,
-    /// How far the source vouches for it.
+    /// Quality of the alarm's state.
     pub quality: AlarmQuality,
 }
 

@@ -1,12 +1,12 @@
-//! The book: how to write a plugin, chapter by chapter.
+//! Book for authors of plugins, chapter by chapter.
 //!
-//! 1. [Start](start): a working plugin in five commands
-//! 2. [The life of a plugin](life): what is called when
+//! 1. [Getting started](getting_started): a working plugin in five commands
+//! 2. [Lifecycle](lifecycle): what is called when
 //! 3. [Threads](threads): which calls can meet, and threads of your own
 //! 4. [Memory](memory): who owns what, and for how long
 //! 5. [Errors](errors): what to report, how, and to whom
-//! 6. [Belief](belief): when a value may be called good
-//! 7. [Judging equipment](judging): verdicts of overlays, and what they may rest on
+//! 6. [Data quality](data_quality): when a value may be called good
+//! 7. [Verdicts on equipment](verdicts): verdicts of overlays, and what they may rest on
 //! 8. [Settings](settings): settings and addresses that explain themselves
 //! 9. [Testing](testing): without a device, without waiting
 //! 10. [Simulation](simulation): a plugin that is its own device
@@ -15,11 +15,11 @@
 //! 13. [Versions](versions): what stays, what changes
 //! 14. [Before a release](checklist): a list to go through
 
-#[doc = include_str!("book/start.md")]
-pub mod start {}
+#[doc = include_str!("book/getting_started.md")]
+pub mod getting_started {}
 
-#[doc = include_str!("book/life.md")]
-pub mod life {}
+#[doc = include_str!("book/lifecycle.md")]
+pub mod lifecycle {}
 
 #[doc = include_str!("book/threads.md")]
 pub mod threads {}
@@ -30,11 +30,11 @@ pub mod memory {}
 #[doc = include_str!("book/errors.md")]
 pub mod errors {}
 
-#[doc = include_str!("book/belief.md")]
-pub mod belief {}
+#[doc = include_str!("book/data_quality.md")]
+pub mod data_quality {}
 
-#[doc = include_str!("book/judging.md")]
-pub mod judging {}
+#[doc = include_str!("book/verdicts.md")]
+pub mod verdicts {}
 
 #[doc = include_str!("book/settings.md")]
 pub mod settings {}

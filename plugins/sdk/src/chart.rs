@@ -1,27 +1,27 @@
-//! Capability `busbar.chart/1-draft`.
+//! Capability `busbar.chart/1-draft`: records on axes, with explanations.
 
 use busbar_plugin_abi as abi;
 use serde::Serialize;
 
-use crate::border::{copy_out, given_mut, text, write_json};
+use crate::boundary::{checked_mut, copy_out, text, write_json};
 use crate::{Error, Pattern, Plugin, Severity};
 
-/// Records on axes, and what they mean for a piece of equipment.
+/// Chart of records on axes, with explanations for pieces of equipment.
 pub trait Chart: Plugin {
-    /// Axes, legend and equipment; asked for again after each new revision.
+    /// Describes axes, legend and equipment. The host asks again after each new revision.
     ///
     /// # Errors
     /// What keeps it from being known, in words.
     fn describe_chart(&mut self) -> Result<ChartDescription, Error>;
 
-    /// The records, and the revision that they are of.
+    /// Returns the records and their revision.
     ///
     /// # Errors
     /// What keeps them from being known, in words.
     fn chart_records(&mut self) -> Result<ChartRecords<'_>, Error>;
 
-    /// What the last record of a piece of equipment that is not after an instant
-    /// (nanoseconds since 1970-01-01 UTC) means.
+    /// Explains the last record of a piece of equipment that is not after an instant, nanoseconds
+    /// since 1970-01-01 UTC.
     ///
     /// # Errors
     /// That there is none, in words.
@@ -31,18 +31,18 @@ pub trait Chart: Plugin {
 /// All records of a chart.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ChartRecords<'a> {
-    /// Grows with every change of description or records.
+    /// Revision of the chart, which grows with every change of description or records.
     pub revision: u64,
-    /// Those of each piece of equipment in the order of time.
+    /// Records, those of each piece of equipment in the order of time.
     pub records: &'a [ChartRecord],
-    /// A value an axis for each record, record by record; NaN where there is none.
+    /// Values of the records, record by record, one for each axis; NaN where there is none.
     pub values: &'a [f32],
 }
 
-/// What a record is besides its values.
+/// Time, equipment and state of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ChartRecord {
-    /// When it was taken, nanoseconds since 1970-01-01 UTC.
+    /// Time at which the record was taken, nanoseconds since 1970-01-01 UTC.
     pub unix_nanos: i64,
     /// Index of the equipment described.
     pub equipment: u32,
@@ -50,140 +50,140 @@ pub struct ChartRecord {
     pub state: u32,
 }
 
-/// What a chart shows.
+/// Description of a chart: axes, legend, equipment.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ChartDescription {
-    /// What it is called.
+    /// Name of the chart.
     pub name: String,
-    /// Its axes; 2 to 32.
+    /// Axes of the chart; 2 to 32.
     pub axes: Vec<ChartAxis>,
-    /// The states that records are in, the least urgent first; at most 64.
+    /// States of records, the least urgent first; at most 64.
     pub legend: Vec<ChartState>,
     /// Ids of the equipment that records are of; at most 100,000.
     pub equipment: Vec<String>,
-    /// How long a record speaks for its equipment, seconds; beyond, the host shows the
-    /// state as not known.
+    /// Validity of a record for its equipment, seconds; beyond, the host shows the state as
+    /// unknown.
     pub valid_seconds: u64,
 }
 
-/// An axis.
+/// Axis of a chart.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ChartAxis {
-    /// What it is called.
+    /// Name of the axis.
     pub name: String,
-    /// Unit; empty for none.
+    /// Unit of the axis; empty for none.
     pub unit: String,
-    /// Whether it is logarithmic.
+    /// Reports whether the axis is logarithmic.
     pub log: bool,
-    /// Its lower end; greater than 0 on a logarithmic axis.
+    /// Lower end of the axis; greater than 0 on a logarithmic one.
     pub low: f32,
-    /// Its upper end.
+    /// Upper end of the axis.
     pub high: f32,
-    /// Below this nothing can be measured; `None` where that does not matter.
+    /// Detection limit, in the axis's unit; `None` where there is none.
     pub detection_limit: Option<f32>,
-    /// Limits.
+    /// Limit bands along the axis.
     pub bands: Vec<ChartBand>,
 }
 
-/// What lies between two limits of an axis.
+/// Band between two limits of an axis.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ChartBand {
-    /// What is said of it, with its source.
+    /// Label of the band, with the source of its limits.
     pub name: String,
-    /// Where it begins; `None` for the lower end of the axis.
+    /// Lower limit; `None` for the lower end of the axis.
     pub from: Option<f32>,
-    /// Where it ends; `None` for the upper one.
+    /// Upper limit; `None` for the upper end of the axis.
     pub to: Option<f32>,
-    /// Whether what lies in it is outside the normal.
+    /// Reports whether values in the band are outside the normal.
     pub is_abnormal: bool,
 }
 
-/// A state of records.
+/// State of records in the legend.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ChartState {
-    /// What it says, for people; at most 64 bytes.
+    /// Display name of the state; at most 64 bytes.
     pub name: String,
-    /// sRGB.
+    /// Colour of the state, sRGB.
     pub color: [u8; 3],
-    /// Tells states apart where colours do not.
+    /// Pattern that distinguishes the state where colours do not.
     #[serde(serialize_with = "pattern_word")]
     pub pattern: Pattern,
-    /// Whether it is outside the normal.
+    /// Reports whether the state is outside the normal.
     pub is_abnormal: bool,
 }
 
-/// What a record means.
+/// Explanation of a record.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Explanation {
-    /// The record's time, nanoseconds since 1970-01-01 UTC.
+    /// Time of the record, nanoseconds since 1970-01-01 UTC.
     pub unix_nanos: i64,
     /// Index of the legend's entry.
     pub state: u32,
-    /// What is the matter, in a sentence or two.
+    /// Verdict in a sentence or two.
     pub verdict: String,
-    /// Numbers against limits.
+    /// Tables of values against limits.
     pub tables: Vec<ExplainedTable>,
-    /// What each method says.
+    /// Results of the methods applied.
     pub evidence: Vec<Evidence>,
-    /// Places in planes with zones.
+    /// Diagrams with zones, such as Duval triangles.
     pub diagrams: Vec<Diagram>,
 }
 
-/// Numbers against limits.
+/// Table of values against limits.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ExplainedTable {
-    /// What it is of.
+    /// Title of the table.
     pub title: String,
-    /// Heads of the columns; at most 16.
+    /// Column headings; at most 16.
     pub columns: Vec<String>,
-    /// Rows; at most 64.
+    /// Rows of the table; at most 64.
     pub rows: Vec<ExplainedRow>,
 }
 
-/// A row of a table.
+/// Row of a table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ExplainedRow {
-    /// As many as there are columns.
+    /// Cells of the row, as many as there are columns.
     pub cells: Vec<String>,
-    /// How much it needs somebody.
+    /// Severity of the row.
     #[serde(serialize_with = "severity_word")]
     pub severity: Severity,
 }
 
-/// What a method says.
+/// Result of one method.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Evidence {
-    /// The method, with its standard.
+    /// Name of the method, with its standard.
     pub method: String,
-    /// Its result.
+    /// Result of the method.
     pub result: String,
-    /// The rule that gave it.
+    /// Rule that gave the result.
     pub reason: String,
-    /// Whether that agrees with the verdict; `None` where it says nothing.
+    /// Reports whether the result agrees with the verdict; `None` where the method says nothing.
     pub agrees: Option<bool>,
 }
 
-/// A plane with zones and a place in it.
+/// Plane with zones, and the positions of records in it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Diagram {
-    /// What it is called, with its source.
+    /// Title of the diagram, with its source.
     pub title: String,
-    /// Zones; x to the right, y up, in any unit.
+    /// Zones of the plane; x to the right, y up, in any unit.
     pub zones: Vec<DiagramZone>,
-    /// Names at places, such as of corners.
+    /// Labels at positions, such as of corners.
     pub marks: Vec<(String, [f32; 2])>,
-    /// Where the records before this one were, the oldest first, and this one at the end.
+    /// Positions of earlier records, the oldest first, and of this one at the end.
     pub trail: Vec<[f32; 2]>,
 }
 
-/// A zone of a plane.
+/// Zone of a plane.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct DiagramZone {
-    /// Its short name.
+    /// Short name of the zone.
     pub name: String,
-    /// Its corners.
+    /// Corners of the zone's outline.
     pub outline: Vec<[f32; 2]>,
-    /// Whether the record is in it.
+    /// Reports whether the record lies in the zone.
     pub is_hit: bool,
 }
 
@@ -235,7 +235,7 @@ pub(crate) unsafe fn read<P: Chart>(
     page: *mut abi::BusbarChartPage,
 ) -> Result<(), Error> {
     // SAFETY: the caller vouches for the pointer.
-    let page = unsafe { given_mut(page, "read: the page")? };
+    let page = unsafe { checked_mut(page, "read: the page")? };
     let axes = page.axis_count as usize;
     let ChartRecords { revision, records, values } = plugin.chart_records()?;
     if page.capacity > 0 && values.len() != records.len() * axes {

@@ -1,9 +1,9 @@
-//! The time that workers wait by: the system's, or a test's.
+//! Clock that workers wait by: the system's, or a simulated one in tests.
 
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// A clock that can be waited on. Clones share it.
+/// Clock that can be waited on. Clones share it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Clock(Arc<Shared>);
 
@@ -17,18 +17,18 @@ struct Shared {
 struct State {
     /// Time since the start of a test's clock; none for the system's.
     test_time: Option<Duration>,
-    /// Workers that wait now.
+    /// Number of workers that wait now.
     waiting: usize,
 }
 
 impl Clock {
-    /// A clock that stands still until a test moves it.
+    /// Creates a clock that stands still until a test moves it.
     pub(crate) fn for_test() -> Self {
         let state = State { test_time: Some(Duration::ZERO), waiting: 0 };
         Self(Arc::new(Shared { state: Mutex::new(state), changed: Condvar::new() }))
     }
 
-    /// Waits until `duration` has passed, or `is_over` once it was woken.
+    /// Waits until `duration` has passed, or until a wake-up finds `is_over` true.
     pub(crate) fn wait(&self, duration: Duration, is_over: impl Fn() -> bool) {
         let started = Instant::now();
         let mut state = self.0.state.lock().unwrap_or_else(PoisonError::into_inner);
@@ -51,14 +51,14 @@ impl Clock {
         state.waiting -= 1;
     }
 
-    /// Makes every waiting worker look whether it is over.
+    /// Wakes every waiting worker, so that it checks whether it is over.
     pub(crate) fn wake(&self) {
         // Locked, so that none is between its look and its wait.
         let _state = self.0.state.lock().unwrap_or_else(PoisonError::into_inner);
         self.0.changed.notify_all();
     }
 
-    /// Moves a test's clock once a worker waits; false if none does in time.
+    /// Moves a test's clock once a worker waits; returns false if none does in time.
     pub(crate) fn advance(&self, duration: Duration, limit: Duration) -> bool {
         let state = self.0.state.lock().unwrap_or_else(PoisonError::into_inner);
         let waited = self.0.changed.wait_timeout_while(state, limit, |state| state.waiting == 0);

@@ -1,28 +1,28 @@
-//! Capability `busbar.command/1-draft`.
+//! Capability `busbar.command/1-draft`: subcommands of the program.
 
 use std::cell::Cell;
 use std::io;
 
 use busbar_plugin_abi as abi;
 
-use crate::border::{given, given_mut, slice, text};
+use crate::boundary::{checked_mut, checked_ref, slice, text};
 use crate::{Error, LogLevel, Plugin};
 
-/// Bytes of one piece of output at most; longer ones are cut into several.
+/// Bytes of one write, at most; longer ones are cut into several.
 pub const MAX_CHUNK: usize = abi::BUSBAR_MAX_CHUNK;
 
-/// Offers subcommands of the program: `busbar NAME FILE` gets here.
+/// Subcommands of the program: `busbar NAME FILE` runs one.
 ///
 /// One that is called `points` lists what the device of a configured instance has, as a point
 /// list for `busbar import` (CSV: `tag`, `type`, `address.FIELD` and more columns). Only `busbar
 /// import CONFIG --from INSTANCE` runs it, with the instance's settings and an empty input. What
 /// waits for a device reads the input meanwhile, which tells the host that it goes on.
 pub trait Command: Plugin {
-    /// What it offers, at most 16.
+    /// Commands of the plugin, at most 16.
     const COMMANDS: &'static [CommandInfo];
 
-    /// Does the command of this name, one of [`Command::COMMANDS`]. What is wrong with the
-    /// input is a diagnostic.
+    /// Runs the command of this name, one of [`Command::COMMANDS`]. A fault of the input is a
+    /// diagnostic.
     ///
     /// # Errors
     /// What failed otherwise. Errors of the streams may be handed on as they are: where the
@@ -35,24 +35,24 @@ pub trait Command: Plugin {
     ) -> Result<CommandExit, Error>;
 }
 
-/// A command that a plugin offers.
+/// Name and help of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CommandInfo {
-    /// What users type: a lower-case letter, then lower-case letters, digits and `-`, at
-    /// most 32 bytes.
+    /// Name that users type: a lower-case letter, then lower-case letters, digits and `-`, at most
+    /// 32 bytes.
     pub name: &'static str,
-    /// One line: what it does.
+    /// Help text of one line.
     pub help: &'static str,
 }
 
-/// What a command came to.
+/// Outcome of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CommandExit {
-    /// Done, perhaps without some parts of the input.
+    /// Command done, perhaps without some parts of the input.
     Done,
-    /// Nothing could be done with the input.
+    /// Input at fault: nothing could be done with it.
     InputAtFault,
-    /// The arguments are at fault.
+    /// Arguments that are at fault.
     WrongUse,
 }
 
@@ -63,17 +63,17 @@ pub struct Streams<'a> {
 }
 
 impl Streams<'_> {
-    /// The input. It ends where reading gives nothing.
+    /// Returns a reader of the input. It ends where reading gives nothing.
     pub fn input(&self) -> impl io::Read + '_ {
         Input(self)
     }
 
-    /// The output. Each write goes to the host: buffer small ones.
+    /// Returns a writer of the output. Each write goes to the host: buffer small ones.
     pub fn output(&self) -> impl io::Write + '_ {
         Output(self)
     }
 
-    /// Says something of the input, at a line of it if there is one; 1 is the first.
+    /// Reports a diagnostic on the input, at a line of it if there is one; 1 is the first.
     pub fn diagnose(&self, level: LogLevel, line: Option<u64>, message: &str) {
         if let Some(diagnose) = self.raw.diagnose {
             let message = abi::BusbarStr::from_borrowed(message);
@@ -129,7 +129,7 @@ impl io::Write for Output<'_> {
     }
 }
 
-/// The commands of a type as the ABI has them.
+/// Converts the commands of a type to their ABI structs.
 pub(crate) fn infos<P: Command>() -> Vec<Info> {
     let raw = |info: &CommandInfo| {
         Info(abi::BusbarCommandInfo {
@@ -142,7 +142,7 @@ pub(crate) fn infos<P: Command>() -> Vec<Info> {
     P::COMMANDS.iter().map(raw).collect()
 }
 
-/// A command's info, whose texts are static.
+/// ABI struct of a command, whose texts are static.
 pub(crate) struct Info(pub(crate) abi::BusbarCommandInfo);
 
 // SAFETY: all pointers lead to static memory that never changes.
@@ -163,9 +163,9 @@ pub(crate) unsafe fn run<P: Command>(
     // SAFETY: the caller vouches for the pointers.
     let (call, raw, result) = unsafe {
         (
-            given(call, "run: the call")?,
-            given(streams, "run: the streams")?,
-            given_mut(result, "run: the result")?,
+            checked_ref(call, "run: the call")?,
+            checked_ref(streams, "run: the streams")?,
+            checked_mut(result, "run: the result")?,
         )
     };
     if raw.read.is_none() || raw.write.is_none() || raw.diagnose.is_none() {

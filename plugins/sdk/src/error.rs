@@ -1,10 +1,10 @@
-//! Errors that cross the boundary as a status and a sentence.
+//! Errors of calls, which cross the C boundary as a status and a sentence.
 
 use busbar_plugin_abi as abi;
 
-use crate::border::given_mut;
+use crate::boundary::checked_mut;
 
-/// Why a call failed: who must act, and a sentence with fault and remedy.
+/// Error of a call: who must act, and a sentence with fault and remedy.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Error {
     status: abi::BusbarStatus,
@@ -12,17 +12,17 @@ pub struct Error {
 }
 
 impl Error {
-    /// The settings or an address are at fault.
+    /// Creates an error of settings or of an address.
     pub fn settings(message: impl Into<String>) -> Self {
         Self { status: abi::BUSBAR_INVALID_SETTINGS, message: message.into() }
     }
 
-    /// Something outside failed.
+    /// Creates an error of something outside: a file, a device, memory.
     pub fn failed(message: impl Into<String>) -> Self {
         Self { status: abi::BUSBAR_FAILED, message: message.into() }
     }
 
-    /// The host asked to stop.
+    /// Creates the error of a call that the host asked to stop.
     pub fn cancelled() -> Self {
         Self { status: abi::BUSBAR_CANCELLED, message: "cancelled".into() }
     }
@@ -39,7 +39,7 @@ impl Error {
         Self { status: abi::BUSBAR_INTERNAL, message: message.into() }
     }
 
-    /// The sentence.
+    /// Returns the sentence with fault and remedy.
     pub fn message(&self) -> &str {
         &self.message
     }
@@ -50,7 +50,7 @@ impl Error {
     /// `into` is null or points to a `BusbarError` that may be written.
     pub(crate) unsafe fn write(self, into: *mut abi::BusbarError) -> abi::BusbarStatus {
         // SAFETY: the caller vouches for the pointer.
-        if let Ok(into) = unsafe { given_mut(into, "the error") } {
+        if let Ok(into) = unsafe { checked_mut(into, "the error") } {
             let len = self.message.floor_char_boundary(into.message.len());
             into.message[..len].copy_from_slice(&self.message.as_bytes()[..len]);
             into.message_len = len as u32;

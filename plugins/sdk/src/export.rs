@@ -1,4 +1,5 @@
-//! From traits to the C ABI: tables, entry, and panics caught at the border.
+//! Export of plugin types through the C ABI: function tables, entry point, panics caught at the
+//! boundary.
 //!
 //! Authors use [`crate::export_plugin!`]; the rest is for that macro.
 
@@ -10,7 +11,7 @@ use std::sync::{Mutex, OnceLock, PoisonError, RwLock};
 
 use busbar_plugin_abi as abi;
 
-use crate::border::{given, guard, text};
+use crate::boundary::{checked_ref, guard, text};
 use crate::overlay_description::RawDescription;
 use crate::{Error, Host, Plugin, SampleSink};
 
@@ -34,7 +35,7 @@ macro_rules! export_plugin {
             }
         }
 
-        /// The entry of this plugin library.
+        /// Entry point of this plugin library.
         #[allow(unsafe_code)]
         // SAFETY: no other symbol of this name is in a plugin library.
         #[unsafe(no_mangle)]
@@ -43,15 +44,15 @@ macro_rules! export_plugin {
     };
 }
 
-/// A plugin type as [`crate::export_plugin!`] completes it.
+/// Plugin type that [`crate::export_plugin!`] has completed.
 pub trait Exported: Plugin {
-    /// Capabilities and their tables.
+    /// Capabilities with their function tables.
     const CAPABILITIES: &'static [Capability];
-    /// The one descriptor of this type.
+    /// Returns the one descriptor of this type.
     fn descriptor() -> &'static Descriptor;
 }
 
-/// A capability id with its table of functions.
+/// Capability id with its function table.
 pub struct Capability {
     id: &'static str,
     table: Table,
@@ -83,7 +84,7 @@ impl Table {
     }
 }
 
-/// The C descriptor and the memory behind its pointers.
+/// C descriptor and the memory behind its pointers.
 pub struct Descriptor {
     raw: abi::BusbarPluginDescriptor,
 }
@@ -93,7 +94,7 @@ unsafe impl Send for Descriptor {}
 // SAFETY: as above.
 unsafe impl Sync for Descriptor {}
 
-/// Builds the descriptor of a plugin type; called once a type.
+/// Builds the descriptor of a plugin type; called once for each type.
 pub fn describe<P: Exported>() -> Descriptor {
     let ids: Vec<_> = P::CAPABILITIES.iter().map(|c| abi::BusbarStr::from_static(c.id)).collect();
     let schema = serde_json::to_string(&schemars::schema_for!(P::Settings)).unwrap_or_default();
@@ -112,7 +113,7 @@ pub fn describe<P: Exported>() -> Descriptor {
     }
 }
 
-/// The entry of a library with one plugin type.
+/// Creates the entry point of a library with one plugin type.
 pub const fn entry<P: Exported>() -> abi::BusbarPluginEntry {
     abi::BusbarPluginEntry {
         struct_size: size_of::<abi::BusbarPluginEntry>() as u32,
@@ -137,19 +138,19 @@ impl<P: Exported> Statics<P> {
     };
 }
 
-/// What `BusbarPlugin::data` leads to.
+/// Instance of a plugin, which `BusbarPlugin::data` points to.
 struct Instance<P> {
     plugin: RwLock<P>,
     host: Host,
-    /// Open while telemetry runs.
+    /// Sample sink, open while telemetry runs.
     sink: Mutex<Option<SampleSink>>,
-    /// Whether a simulation runs.
+    /// Reports whether a simulation runs.
     is_simulating: Mutex<bool>,
     /// Bindings that an overlay was configured with last.
     binding_count: AtomicUsize,
-    /// Contents of an overlay, as it described them last.
+    /// Description of an overlay, as it gave it last.
     description: Mutex<Option<RawDescription>>,
-    /// What `describe` gave, made at its first call.
+    /// Commands for `describe`, made at its first call.
     commands: OnceLock<Vec<crate::command::Info>>,
 }
 
@@ -192,7 +193,7 @@ unsafe extern "C" fn create<P: Exported>(
     let work = || {
         // SAFETY: the host keeps its table until `destroy` returned, which closes
         // this; after a failure it is closed below.
-        unsafe { host.open(given(table, "create: the host's table")?) };
+        unsafe { host.open(checked_ref(table, "create: the host's table")?) };
         // SAFETY: the host's texts are valid for the call.
         let (id, settings) = unsafe { (text(plugin_id)?, text(settings_json)?) };
         if id != P::ID {
@@ -230,7 +231,7 @@ unsafe extern "C" fn create<P: Exported>(
 unsafe extern "C" fn destroy<P: Exported>(plugin: *mut abi::BusbarPlugin) {
     let _ = catch_unwind(AssertUnwindSafe(|| {
         // SAFETY: the host's pointer is null or what `create` made.
-        if unsafe { given(plugin.cast_const(), "the plugin") }.is_err() {
+        if unsafe { checked_ref(plugin.cast_const(), "the plugin") }.is_err() {
             return;
         }
         // SAFETY: `create` made both boxes, and the host gives them back once.
@@ -259,7 +260,7 @@ unsafe extern "C" fn get_capability<P: Exported>(
 /// `plugin` is null or was made by `create` of the same type and not destroyed.
 unsafe fn instance<'a, P>(plugin: *const abi::BusbarPlugin) -> Result<&'a Instance<P>, Error> {
     // SAFETY: the caller vouches for the pointer.
-    let plugin = unsafe { given(plugin, "the plugin")? };
+    let plugin = unsafe { checked_ref(plugin, "the plugin")? };
     // SAFETY: `create` put an `Instance<P>` there.
     unsafe { plugin.data.cast::<Instance<P>>().as_ref() }
         .ok_or_else(|| Error::argument("plugin has no data"))

@@ -1,4 +1,4 @@
-//! What the host offers to a plugin instance.
+//! Services of the host for a plugin instance.
 
 use std::ffi::c_void;
 use std::sync::{Arc, PoisonError, RwLock};
@@ -7,16 +7,16 @@ use busbar_plugin_abi as abi;
 
 use crate::clock::Clock;
 
-/// How important a log line is.
+/// Level of a log line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LogLevel {
-    /// What a user must act on.
+    /// Fault that a user must act on.
     Error,
-    /// What may become a fault.
+    /// Condition that may become a fault.
     Warning,
-    /// What happened.
+    /// Ordinary event of operation.
     Info,
-    /// For the plugin's author.
+    /// Detail for the plugin's author.
     Debug,
 }
 
@@ -31,8 +31,8 @@ impl LogLevel {
     }
 }
 
-/// A handle to the host: a log. Clones share it; any thread may use it. Once
-/// the plugin is gone it does nothing, so that a straggling thread does no harm.
+/// Handle to the host, for logging. Clones share it; any thread may use it. Once the plugin is gone
+/// it does nothing, so that a straggling thread does no harm.
 #[derive(Clone, Debug)]
 pub struct Host {
     raw: Arc<RwLock<Option<RawHost>>>,
@@ -52,17 +52,17 @@ unsafe impl Send for RawHost {}
 unsafe impl Sync for RawHost {}
 
 impl Host {
-    /// A handle that does nothing.
+    /// Creates a handle that does nothing.
     pub(crate) fn closed() -> Self {
         Self::with_clock(Clock::default())
     }
 
-    /// A handle that does nothing but tell the time.
+    /// Creates a handle with a clock and without a log.
     pub(crate) fn with_clock(clock: Clock) -> Self {
         Self { raw: Arc::default(), clock }
     }
 
-    /// The clock by which [`crate::Worker`]s wait.
+    /// Returns the clock by which [`crate::Worker`]s wait.
     pub(crate) fn clock(&self) -> &Clock {
         &self.clock
     }

@@ -1,4 +1,4 @@
-//! Huge pages under large arrays.
+//! Transparent huge pages under large arrays.
 
 use std::mem::MaybeUninit;
 

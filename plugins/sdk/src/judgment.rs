@@ -5,18 +5,18 @@ use busbar_plugin_abi as abi;
 /// Judgment on a piece of equipment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verdict {
-    /// Within its limits.
+    /// Equipment within its limits.
     Normal = abi::BUSBAR_VERDICT_NORMAL as isize,
-    /// Outside its limits, or in a state that needs attention.
+    /// Equipment outside its limits, or in a state that needs attention.
     Abnormal = abi::BUSBAR_VERDICT_ABNORMAL as isize,
-    /// Not to be judged: nothing is known that would decide.
+    /// Equipment that cannot be judged: nothing known decides.
     Unknown = abi::BUSBAR_VERDICT_UNKNOWN as isize,
 }
 
 /// Verdict with its reason, and the defaults that it rests on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Judgment<'a> {
-    /// The verdict.
+    /// Verdict on the equipment.
     pub verdict: Verdict,
     /// Reason, for people; not empty for an unknown verdict.
     pub reason: &'a str,
@@ -29,17 +29,17 @@ impl<'a> Judgment<'a> {
     pub const NORMAL: Judgment<'static> =
         Judgment { verdict: Verdict::Normal, reason: "", assumption: "" };
 
-    /// Equipment outside its limits, for a reason.
+    /// Creates the judgment on equipment outside its limits, for a reason.
     pub fn abnormal(reason: &'a str) -> Self {
         Self { verdict: Verdict::Abnormal, reason, assumption: "" }
     }
 
-    /// Equipment that cannot be judged, for a reason.
+    /// Creates the judgment on equipment that cannot be judged, for a reason.
     pub fn unknown(reason: &'a str) -> Self {
         Self { verdict: Verdict::Unknown, reason, assumption: "" }
     }
 
-    /// The same, resting on a default that is named here; empty for none.
+    /// Returns the judgment with a default of the plugin that it rests on; empty for none.
     pub fn assuming(self, assumption: &'a str) -> Self {
         Self { assumption, ..self }
     }

@@ -1,4 +1,4 @@
-//! Safe Rust for plugin authors.
+//! SDK for authors of plugins: the C ABI as safe Rust.
 //!
 //! A plugin is a type with settings that implements [`Plugin`] and one or more
 //! capabilities: [`MeshOptimizer`], [`Telemetry`], [`Overlay`], [`Simulator`], [`Command`],
@@ -50,10 +50,11 @@ pub use busbar_plugin_abi as abi;
 
 mod alarms;
 pub mod book;
-mod border;
+mod boundary;
 mod chart;
 mod clock;
 mod command;
+pub mod designations;
 mod error;
 pub mod export;
 mod host;
@@ -100,23 +101,23 @@ pub use simulator::{SimulatedTag, Simulation, SimulationStatus, Simulator};
 pub use states::parse_states;
 pub use telemetry::{LinkState, Sample, SampleSink, TagSpec, Telemetry};
 pub use value::{DoublePoint, Quality, Reason, Value, ValueKind};
-pub use worker::{MAX_STOP, Running, Worker};
+pub use worker::{MAX_STOP, StopToken, Worker};
 
-/// A plugin: what it is, its settings, and how an instance is made.
+/// Plugin type: its identity, its settings, and the creation of instances.
 pub trait Plugin: Sized + Send + Sync + 'static {
     /// Unique id in reverse notation, such as `com.example.mine`.
     const ID: &'static str;
-    /// Name for people.
+    /// Display name of the plugin.
     const NAME: &'static str;
     /// Version of the plugin.
     const VERSION: &'static str;
-    /// One sentence.
+    /// Description of the plugin in one sentence.
     const DESCRIPTION: &'static str;
     /// Settings as the configuration gives them. Their JSON Schema goes to the
     /// host, which checks them before `create` is called.
     type Settings: serde::de::DeserializeOwned + schemars::JsonSchema;
 
-    /// Makes an instance.
+    /// Creates an instance of the plugin.
     ///
     /// # Errors
     /// What the user must change, in words.

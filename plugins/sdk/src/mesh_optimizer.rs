@@ -1,37 +1,36 @@
-//! Capability `busbar.mesh-optimizer/1-draft`.
+//! Capability `busbar.mesh-optimizer/1-draft`: sequences of half-edge collapses.
 
 use std::mem::offset_of;
 use std::time::Instant;
 
 use busbar_plugin_abi as abi;
 
-use crate::border::{given, given_mut, slice};
+use crate::boundary::{checked_mut, checked_ref, slice};
 use crate::{Error, Plugin};
 
-/// Orders the half-edge collapses of meshes.
+/// Optimizer that orders the half-edge collapses of meshes.
 pub trait MeshOptimizer: Plugin {
-    /// Whether [`Mesh::wedges`] are looked at. Where they are not, the host need not hand
-    /// over half of the mesh; there are none then, whatever the host.
+    /// Reports whether the optimizer reads [`Mesh::wedges`]. Where it does not, the host need not
+    /// pass half of the mesh, and there are none whatever the host.
     const READS_WEDGES: bool = true;
 
-    /// The whole sequence, the least important collapse first. The same mesh
-    /// and settings must give the same sequence everywhere. Several calls may
-    /// run at once.
+    /// Computes the whole sequence, the least important collapse first. The same mesh and settings
+    /// must give the same sequence everywhere. Several calls may run at once.
     ///
     /// # Errors
     /// [`Error::cancelled`] when `progress` says so; otherwise what failed.
     fn optimize(&self, mesh: Mesh<'_>, progress: &mut Progress<'_>) -> Result<CollapseList, Error>;
 }
 
-/// A triangle mesh over welded positions.
+/// Triangle mesh over welded positions.
 #[derive(Clone, Copy, Debug)]
 pub struct Mesh<'a> {
-    /// x, y, z of each position, finite, metres.
+    /// Coordinates x, y, z of each position, finite, metres.
     pub positions: &'a [[f32; 3]],
     /// Three different position indices of each triangle.
     pub triangles: &'a [[u32; 3]],
-    /// Attributes; `None` where the host gives none, or [`MeshOptimizer::READS_WEDGES`] says
-    /// that none are wanted.
+    /// Wedge attributes; `None` where the host gives none, or [`MeshOptimizer::READS_WEDGES`] is
+    /// false.
     pub wedges: Option<Wedges<'a>>,
 }
 
@@ -51,13 +50,13 @@ pub struct Wedges<'a> {
     pub sections: &'a [u32],
 }
 
-/// One half-edge collapse.
+/// Half-edge collapse of one position onto another.
 pub type Collapse = abi::BusbarCollapse;
 
-/// A sequence of collapses with the times of the stages that made it.
+/// Sequence of collapses, with the times of the stages that made it.
 #[derive(Clone, Debug, Default)]
 pub struct CollapseList {
-    /// The collapses in order.
+    /// Collapses in their order.
     pub collapses: Vec<Collapse>,
     stages: Vec<(&'static str, f64)>,
 }
@@ -76,7 +75,7 @@ impl CollapseList {
         result
     }
 
-    /// Names and milliseconds of the stages, in order.
+    /// Returns names and milliseconds of the stages, in order.
     pub fn stages(&self) -> &[(&'static str, f64)] {
         &self.stages
     }
@@ -88,12 +87,12 @@ pub struct Progress<'a> {
 }
 
 impl<'a> Progress<'a> {
-    /// What `raw` says must be true of its function and context.
+    /// Wraps the ABI struct, whose function and context must belong together.
     pub(crate) fn from_raw(raw: &'a abi::BusbarProgress) -> Self {
         Self { raw: Some(raw) }
     }
 
-    /// Says how much is done, 0 to 1.
+    /// Reports the share of the work that is done, 0 to 1.
     ///
     /// # Errors
     /// [`Error::cancelled`] when the host asked to stop: hand it on.
@@ -108,8 +107,8 @@ impl<'a> Progress<'a> {
         }
     }
 
-    /// A progress that nobody watches, for tests.
-    pub fn unwatched() -> Self {
+    /// Creates a progress without a host, for tests.
+    pub fn detached() -> Self {
         Self { raw: None }
     }
 }
@@ -123,7 +122,8 @@ pub(crate) unsafe fn run<P: MeshOptimizer>(
     output: *mut abi::BusbarCollapseOutput,
 ) -> Result<(), Error> {
     // SAFETY: the caller vouches for the pointers.
-    let (mut view, output) = unsafe { (read_mesh(mesh)?, given_mut(output, "optimize: output")?) };
+    let (mut view, output) =
+        unsafe { (read_mesh(mesh)?, checked_mut(output, "optimize: output")?) };
     if !P::READS_WEDGES {
         // A host that knows no flags gives them: the sequence must be the same there.
         view.wedges = None;
@@ -131,7 +131,7 @@ pub(crate) unsafe fn run<P: MeshOptimizer>(
     let raw = match progress.is_null() {
         true => None,
         // SAFETY: as above.
-        false => Some(unsafe { given(progress, "optimize: progress")? }),
+        false => Some(unsafe { checked_ref(progress, "optimize: progress")? }),
     };
     let list = plugin.optimize(view, &mut Progress { raw })?;
     let room = output.collapse_capacity as usize;
@@ -142,8 +142,8 @@ pub(crate) unsafe fn run<P: MeshOptimizer>(
     let stages = &stages[..stages.len().min(output.stage_capacity as usize)];
     // SAFETY: the host gives room for `capacity` elements behind each pointer.
     unsafe {
-        crate::border::copy_out(&list.collapses, output.collapses)?;
-        crate::border::copy_out(stages, output.stages)?;
+        crate::boundary::copy_out(&list.collapses, output.collapses)?;
+        crate::boundary::copy_out(stages, output.stages)?;
     }
     output.collapse_count = list.collapses.len() as u32;
     output.stage_count = stages.len() as u32;
@@ -157,7 +157,7 @@ fn stage(name: &str, millis: f64) -> abi::BusbarStage {
     stage
 }
 
-/// Reads a mesh at the border, without its attributes where the host is too
+/// Reads a mesh at the boundary, without its attributes where the host is too
 /// old to give them.
 ///
 /// # Safety
@@ -228,8 +228,8 @@ unsafe fn read_mesh<'a>(mesh: *const abi::BusbarMesh) -> Result<Mesh<'a>, Error>
     Ok(Mesh { positions, triangles, wedges: Some(wedges) })
 }
 
-/// What an optimiser may rely on: indices exist, corners stand where the
-/// triangles do, and each position has its wedges in one run.
+/// Checks the rules that an optimizer may rely on: indices exist, corners stand where the triangles
+/// do, and each position has its wedges in one run.
 fn check_wedges(
     wedges: &Wedges<'_>,
     position_count: usize,

@@ -1,18 +1,18 @@
-//! Capability `busbar.overlay/1-draft`.
+//! Capability `busbar.overlay/1-draft`: values, states and verdicts at equipment.
 
 use std::time::Duration;
 
 use busbar_plugin_abi as abi;
 
-use crate::border::{copy_out, given, given_mut};
+use crate::boundary::{checked_mut, checked_ref, copy_out};
 use crate::judgment::{Basis, Judgment};
 use crate::overlay_description::Description;
 use crate::{Error, Plugin, Quality, Value, ValueKind};
 
-/// Bytes of a caption, and of a value; the canvas cuts what is longer.
+/// Bytes of a caption, and of a value, at most; the canvas cuts longer ones.
 pub const MAX_LINE_TEXT: usize = 256;
 
-/// Shows values and states at equipment, and judges it.
+/// Overlay that shows values and states at equipment, and judges it.
 pub trait Overlay: Plugin {
     /// Describes the equipment judged, the legend, and what the bindings lack: asked for
     /// after each `configure`.
@@ -36,47 +36,47 @@ pub trait Overlay: Plugin {
     fn draw(&mut self, frame: &OverlayFrame<'_>, canvas: &mut Canvas<'_>) -> Result<(), Error>;
 }
 
-/// A tag bound to a node.
+/// Binding of a tag to a node.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Binding {
-    /// Names the node on the canvas.
+    /// Handle that names the node on the canvas.
     pub node: u32,
-    /// The type of value that the tag has.
+    /// Type of the tag's values.
     pub kind: ValueKind,
     /// Lower end of the normal band.
     pub limit_low: Option<f64>,
     /// Upper end of the normal band.
     pub limit_high: Option<f64>,
-    /// Tag id.
+    /// Id of the tag.
     pub tag_id: String,
-    /// Tag name for people.
+    /// Display name of the tag.
     pub tag_name: String,
-    /// Unit; empty for none.
+    /// Unit of the value; empty for none.
     pub unit: String,
     /// Equipment id of the node.
     pub node_id: String,
-    /// What the value means to the node.
+    /// Role of the value for the node, as the configuration words it.
     pub role: String,
 }
 
 /// State of a bound tag in this frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TagValue {
-    /// The last value; `None` if none came yet.
+    /// Last value; `None` if none came yet.
     pub value: Option<Value>,
-    /// Quality, freshness included.
+    /// Quality of the value, freshness included.
     pub quality: Quality,
     /// Time since the value came.
     pub age: Duration,
 }
 
 impl TagValue {
-    /// The number that the tag has, if it is good.
+    /// Returns the value as a number, if it is good.
     pub fn good_number(&self) -> Option<f64> {
         self.number().filter(|_| self.quality == Quality::Good)
     }
 
-    /// The last number that the tag had, whatever its quality.
+    /// Returns the last value as a number, whatever its quality.
     pub fn number(&self) -> Option<f64> {
         let number = match self.value? {
             Value::F64(value) => value,
@@ -87,20 +87,20 @@ impl TagValue {
     }
 }
 
-/// All bound tags at one instant.
+/// Values of all bound tags at one instant.
 pub struct OverlayFrame<'a> {
     unix_nanos: i64,
     values: &'a [abi::BusbarTagValue],
 }
 
 impl OverlayFrame<'_> {
-    /// Scene clock, nanoseconds since 1970-01-01 UTC: the time that the values are of, a
+    /// Returns the scene clock, nanoseconds since 1970-01-01 UTC: the time of the values, a
     /// recording's where they are replayed. It may stand still, run fast, or be set back.
     pub fn unix_nanos(&self) -> i64 {
         self.unix_nanos
     }
 
-    /// Values in the order of the bindings.
+    /// Returns the values in the order of the bindings.
     pub fn values(&self) -> impl ExactSizeIterator<Item = TagValue> + '_ {
         self.values.iter().map(|raw| TagValue {
             value: Value::from_abi(raw.kind, raw.value),
@@ -110,26 +110,26 @@ impl OverlayFrame<'_> {
     }
 }
 
-/// How much something needs an operator.
+/// Severity of a value or state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// Grey.
+    /// Normal state, drawn grey.
     Normal,
-    /// Outside the normal band.
+    /// Value outside the normal band.
     Warning,
-    /// Needs action now.
+    /// Condition that needs action now.
     Alarm,
 }
 
-/// What to draw, written straight into the host's buffers.
+/// Output of a frame, written straight into the host's buffers.
 pub struct Canvas<'a> {
     output: &'a mut abi::BusbarOverlayOutput,
 }
 
 impl Canvas<'_> {
-    /// A line of the label at a node. `binding` is the index of the binding
-    /// that the text rests on; the host hatches the line when its value is not
-    /// good. Caption and text are cut at [`MAX_LINE_TEXT`] bytes.
+    /// Adds a line to the label of a node. `binding` is the index of the binding that the text
+    /// rests on. The host hatches the line when the value of that binding is not good. Caption and
+    /// text are cut at [`MAX_LINE_TEXT`] bytes.
     ///
     /// # Errors
     /// When the host's buffers are full.
@@ -155,7 +155,7 @@ impl Canvas<'_> {
         })
     }
 
-    /// The node and all under it in the colour of a severity.
+    /// Draws the node and all under it in the colour of a severity.
     ///
     /// # Errors
     /// When the host's buffers are full.
@@ -172,11 +172,11 @@ impl Canvas<'_> {
         })
     }
 
-    /// A piece of the equipment described in a state of the legend, by their indices. The
-    /// host shows it as unknown when the value of `binding`, which it rests on, is not
-    /// good. What rests on several is named once for each, one after the other: the host
-    /// marks it in the very frame in which any of them is not good, and does not wait for
-    /// the overlay to hear of it.
+    /// Sets a piece of the equipment described to a state of the legend, by their indices. The host
+    /// shows it as unknown when the value of `binding`, which it rests on, is not good. A state
+    /// that rests on several bindings is named once for each, one after the other. The host then
+    /// marks it in the very frame in which any of them is not good, before the overlay receives
+    /// that.
     ///
     /// # Errors
     /// When the host's buffers are full.
@@ -193,7 +193,7 @@ impl Canvas<'_> {
         })
     }
 
-    /// A state that rests on several bindings.
+    /// Sets a state that rests on several bindings.
     ///
     /// # Errors
     /// When the host's buffers are full.
@@ -225,11 +225,10 @@ impl Canvas<'_> {
         Ok(Basis { offset, count: self.output.basis_count - offset })
     }
 
-    /// The judgment on a piece of the equipment described, by its index. Every piece needs
-    /// one in every frame: silence would mean "judged healthy". The host draws an unknown
-    /// one as it draws bad data, with the reason, and takes a verdict back in the very
-    /// frame in which a value that it rests on is not good. The reason is cut at
-    /// [`MAX_LINE_TEXT`] bytes.
+    /// Judges a piece of the equipment described, by its index. Every piece needs a judgment in
+    /// every frame: silence would mean "judged healthy". The host draws an unknown one as it draws
+    /// bad data, with the reason. It withdraws a verdict in the very frame in which a value that it
+    /// rests on is not good. The reason is cut at [`MAX_LINE_TEXT`] bytes.
     ///
     /// # Errors
     /// When the host's buffers are full.
@@ -265,10 +264,9 @@ impl Canvas<'_> {
         Ok(())
     }
 
-    /// Where a switch of the equipment described stands: the share of its way that a
-    /// mechanism has travelled from open, 0, to closed, 1; `None` where what is reported
-    /// contradicts itself. The host moves the parts of that mechanism; a switch without any
-    /// has a flag.
+    /// Sets the position of a switch of the equipment described: the share of the travel of a
+    /// mechanism from open, 0, to closed, 1. `None` stands for contradictory reports. The host
+    /// moves the parts of that mechanism; a switch without any has a flag.
     ///
     /// # Errors
     /// When the host's buffers are full.
@@ -283,8 +281,8 @@ impl Canvas<'_> {
         self.quantity(abi::BUSBAR_QUANTITY_POSITION, binding, [equipment, mechanism], value)
     }
 
-    /// Power that flows from one piece of the equipment described to another, as a share of
-    /// the rating; against that direction where it is negative.
+    /// Sets the power that flows from one piece of the equipment described to another, as a share
+    /// of the rating. A negative share flows against that direction.
     ///
     /// # Errors
     /// When the host's buffers are full.
@@ -297,7 +295,7 @@ impl Canvas<'_> {
         self.quantity(abi::BUSBAR_QUANTITY_FLOW, binding, [from, to], share)
     }
 
-    /// A level of the contour at a piece of the equipment described, in its unit.
+    /// Sets a level of the contour at a piece of the equipment described, in the contour's unit.
     ///
     /// # Errors
     /// When the host's buffers are full.
@@ -366,8 +364,9 @@ pub(crate) unsafe fn run<P: Overlay>(
     output: *mut abi::BusbarOverlayOutput,
 ) -> Result<(), Error> {
     // SAFETY: the caller vouches for the pointers.
-    let (frame, output) =
-        unsafe { (given(frame, "draw: the frame")?, given_mut(output, "draw: the output")?) };
+    let (frame, output) = unsafe {
+        (checked_ref(frame, "draw: the frame")?, checked_mut(output, "draw: the output")?)
+    };
     if frame.value_count as usize != bindings {
         let count = frame.value_count;
         return Err(Error::argument(format!("draw: {count} values for {bindings} bindings")));
@@ -381,7 +380,7 @@ pub(crate) unsafe fn run<P: Overlay>(
     output.verdict_count = 0;
     output.basis_count = 0;
     // SAFETY: the host gives `value_count` elements.
-    let values = unsafe { crate::border::slice(frame.values, frame.value_count as usize)? };
+    let values = unsafe { crate::boundary::slice(frame.values, frame.value_count as usize)? };
     let unix_nanos = frame.time_unix_nanos;
     plugin.draw(&OverlayFrame { unix_nanos, values }, &mut Canvas { output })
 }
@@ -393,10 +392,10 @@ pub(crate) unsafe fn read_bindings(
     count: usize,
 ) -> Result<Vec<Binding>, Error> {
     // SAFETY: the host gives `count` elements.
-    let bindings = unsafe { crate::border::slice(bindings, count)? };
+    let bindings = unsafe { crate::boundary::slice(bindings, count)? };
     let owned = |text| {
         // SAFETY: the host's texts are valid for the call.
-        unsafe { crate::border::text(text) }.map(str::to_owned)
+        unsafe { crate::boundary::text(text) }.map(str::to_owned)
     };
     let limit = |value: f64| (!value.is_nan()).then_some(value);
     bindings

@@ -2,72 +2,72 @@
 
 use busbar_plugin_abi as abi;
 
-/// Findings of one configuration that are told; what is more is counted in the last one.
+/// Findings of one configuration that are reported; the last one counts the rest.
 pub const MAX_FINDINGS: usize = 256;
-/// Bytes of one finding; what is longer is cut.
+/// Bytes of one finding, at most; a longer one is cut.
 const MAX_FINDING_BYTES: usize = 1024;
 
-/// Contents of an overlay besides values.
+/// Description of an overlay's contents besides values.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Description {
-    /// The states that it shows equipment in; at most 64.
+    /// States that the overlay shows equipment in; at most 64.
     pub legend: Vec<LegendEntry>,
-    /// Ids of the equipment that it judges, all that settings or bindings name; at most
+    /// Ids of the equipment that the overlay judges, all that settings or bindings name; at most
     /// 100,000.
     pub equipment: Vec<String>,
-    /// Mechanisms, as models name them, that it gives positions of; at most 16.
+    /// Names of the mechanisms whose positions the overlay sets, as in models; at most 16.
     pub mechanisms: Vec<String>,
-    /// What its levels are of.
+    /// Contour whose levels the overlay sets.
     pub contour: Option<Contour>,
-    /// Whether it is drawn only once an operator switches it on.
+    /// Reports whether the overlay is drawn only once an operator switches it on.
     pub starts_hidden: bool,
     /// Faults of the bindings, each as cause and remedy with `; ` between, which
     /// `busbar check` refuses: a role that no tag has, a unit that cannot be converted.
     pub findings: Vec<String>,
 }
 
-/// A quantity whose course over the ground is worked out of levels at equipment.
+/// Contour: a quantity over the ground, interpolated from levels at equipment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contour {
-    /// What it is called; at most 64 bytes.
+    /// Display name of the quantity; at most 64 bytes.
     pub name: String,
-    /// Its unit; empty for none; at most 16 bytes.
+    /// Unit of the quantity; empty for none; at most 16 bytes.
     pub unit: String,
-    /// How far around a piece of equipment its level counts, metres; 0.1 to 1000.
+    /// Radius around a piece of equipment within which its level counts, metres; 0.1 to 1000.
     pub reach_metres: f64,
-    /// Lower end of the normal band: only what lies outside of it is coloured.
+    /// Lower end of the normal band; only levels outside of it are coloured.
     pub low: Option<f64>,
     /// Upper end of the normal band.
     pub high: Option<f64>,
-    /// From one line of equal level to the next, in the unit; above 0.
+    /// Distance between two lines of equal level, in the unit; above 0.
     pub step: f64,
 }
 
-/// A state of the legend.
+/// State in the legend of an overlay.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LegendEntry {
-    /// What it says, for people; at most 64 bytes.
+    /// Display name of the state; at most 64 bytes.
     pub name: String,
-    /// sRGB.
+    /// Colour of the state, sRGB.
     pub color: [u8; 3],
-    /// Tells states apart where colours do not.
+    /// Pattern that distinguishes the state where colours do not.
     pub pattern: Pattern,
 }
 
-/// What a state looks like besides its colour.
+/// Pattern of a state beside its colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pattern {
-    /// Plain.
+    /// Pattern of a plain colour.
     Solid = abi::BUSBAR_PATTERN_SOLID as isize,
-    /// Stripes.
+    /// Pattern of parallel stripes.
     Striped = abi::BUSBAR_PATTERN_STRIPED as isize,
-    /// Stripes that cross.
+    /// Pattern of crossing stripes.
     Crossed = abi::BUSBAR_PATTERN_CROSSED as isize,
-    /// Dots.
+    /// Pattern of regular dots.
     Dotted = abi::BUSBAR_PATTERN_DOTTED as isize,
 }
 
-/// A description as the host reads it, with what its pointers lead to.
+/// Description as its ABI struct, with the memory behind its pointers.
 pub(crate) struct RawDescription {
     legend: Vec<abi::BusbarLegendEntry>,
     equipment: Vec<abi::BusbarStr>,

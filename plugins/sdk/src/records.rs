@@ -1,28 +1,28 @@
-//! Capability `busbar.records/1-draft`.
+//! Capability `busbar.records/1-draft`: lists of rows about equipment.
 
 use busbar_plugin_abi as abi;
 use serde::Serialize;
 
-use crate::border::{copy_out, given_mut, write_json};
+use crate::boundary::{checked_mut, copy_out, write_json};
 use crate::{Error, Plugin};
 
-/// Lists of a plugin.
+/// Lists of a plugin, at most.
 pub const MAX_RECORD_LISTS: usize = abi::BUSBAR_MAX_RECORD_LISTS;
-/// Columns of a list.
+/// Columns of a list, at most.
 pub const MAX_RECORD_COLUMNS: usize = abi::BUSBAR_MAX_RECORD_COLUMNS;
-/// Rows of a list.
+/// Rows of a list, at most.
 pub const MAX_RECORD_ROWS: usize = abi::BUSBAR_MAX_RECORD_ROWS;
-/// Bytes of an equipment id, or of a cell.
+/// Bytes of an equipment id, or of a cell, at most.
 pub const MAX_RECORD_TEXT: usize = abi::BUSBAR_MAX_RECORD_TEXT;
-/// Bytes of all rows of all lists of a plugin, as [`Record::bytes`] counts them.
+/// Bytes of all rows of all lists of a plugin, as [`Record::bytes`] counts them, at most.
 pub const MAX_RECORD_BYTES: usize = abi::BUSBAR_MAX_RECORD_BYTES;
-/// What a text counts besides its bytes.
+/// Bytes that a text counts beside its own.
 const TEXT_OVERHEAD: usize = 32;
 
-/// What business and management systems have of equipment.
+/// Lists of rows about equipment, from business and asset management systems.
 pub trait Records: Plugin {
-    /// All lists as they are now. Asked for again and again: what takes long belongs on a
-    /// [`crate::Worker`].
+    /// Returns all lists as they are now. The host calls it repeatedly: work that takes long
+    /// belongs on a [`crate::Worker`].
     ///
     /// # Errors
     /// What keeps all of them from being known. What is wrong with the source of one list is
@@ -33,119 +33,118 @@ pub trait Records: Plugin {
 /// All lists of a plugin.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RecordSet<'a> {
-    /// Grows with every change of whatever is in the lists.
+    /// Revision of the lists, which grows with every change of any of them.
     pub revision: u64,
-    /// At most [`MAX_RECORD_LISTS`], of at most [`MAX_RECORD_BYTES`] in all.
+    /// Lists, at most [`MAX_RECORD_LISTS`], of at most [`MAX_RECORD_BYTES`] in all.
     pub lists: &'a [RecordList],
 }
 
-/// What a list is about.
+/// Subject of a list.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, serde::Deserialize, schemars::JsonSchema,
 )]
 #[serde(rename_all = "snake_case")]
 pub enum RecordKind {
-    /// What happened to equipment or is to be done: work orders, inspections, defects
-    /// (IEC 61968-6).
+    /// Past and planned work on equipment: work orders, inspections, defects (IEC 61968-6).
     #[default]
     Business,
-    /// What equipment is: an asset register with maker, year, rating, criticality
-    /// (IEC 61968-4).
+    /// Properties of equipment: an asset register with maker, year, rating, criticality (IEC
+    /// 61968-4).
     Asset,
 }
 
-/// A list.
+/// List of rows about equipment.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct RecordList {
-    /// What it is called, such as `Work orders`.
+    /// Title of the list, such as `Work orders`.
     pub title: String,
-    /// What it is about.
+    /// Subject of the list.
     pub kind: RecordKind,
-    /// Where it comes from, such as the name of a file.
+    /// Name of the source, such as of a file.
     pub source: String,
-    /// Its columns, 1 to [`MAX_RECORD_COLUMNS`].
+    /// Columns of the list, 1 to [`MAX_RECORD_COLUMNS`].
     pub columns: Vec<RecordColumn>,
-    /// When rows were such in the source, nanoseconds since 1970-01-01 UTC; `None` before it
-    /// was read.
+    /// Instant of the source's state, nanoseconds since 1970-01-01 UTC; `None` before it was read.
     pub as_of_unix_nanos: Option<i64>,
-    /// How long rows count as current after that, seconds; 0 for ever. Beyond, the host says
-    /// that they are old.
+    /// Time for which rows count as current after that instant, seconds; 0 for ever. Beyond, the
+    /// host marks them as old.
     pub valid_seconds: u64,
-    /// Why the source cannot be read now; rows stay as they last were.
+    /// Reason for which the source cannot be read now; rows stay as they last were.
     pub fault: Option<String>,
-    /// Rows of the source that are left out.
+    /// Number of rows of the source that are left out.
     pub left_out: u64,
-    /// The first of them, at most 100, and why.
+    /// Faults of the first rows left out, at most 100.
     pub faults: Vec<RecordRowFault>,
-    /// At most [`MAX_RECORD_ROWS`].
+    /// Rows of the list, at most [`MAX_RECORD_ROWS`].
     #[serde(skip)]
     pub rows: Vec<Record>,
 }
 
-/// A row that is left out.
+/// Fault of a row that is left out.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct RecordRowFault {
-    /// The line of a file, or the row of a result; the first is 1.
+    /// Line of a file, or row of a result; the first is 1.
     pub row: u64,
-    /// What is wrong with it, in one line.
+    /// Fault of the row, in one line.
     pub reason: String,
 }
 
-/// A column.
+/// Column of a list.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct RecordColumn {
-    /// What it is called.
+    /// Name of the column.
     pub name: String,
-    /// What stands in it.
+    /// Type of the column's cells.
     #[serde(rename = "type")]
     pub column_type: RecordColumnType,
-    /// Unit; empty for none.
+    /// Unit of the column; empty for none.
     pub unit: String,
 }
 
-/// What stands in a column; an empty cell fits all.
+/// Type of a column's cells; an empty cell fits all.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, serde::Deserialize, schemars::JsonSchema,
 )]
 #[serde(rename_all = "snake_case")]
 pub enum RecordColumnType {
-    /// Any text.
+    /// Text without a fixed form.
     #[default]
     Text,
-    /// A number with `.` before its fraction.
+    /// Number with `.` before its fraction.
     Number,
-    /// A date of ISO 8601, `2026-11-23`; a time may follow.
+    /// Date of ISO 8601, `2026-11-23`; a time may follow.
     Date,
 }
 
-/// How bad a defect is, in the words of DL/T 664 for thermography, which sites use of all.
+/// Severity of a defect, in the words of DL/T 664 for thermography, which sites use for all
+/// defects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum RecordSeverity {
-    /// To be mended when there is occasion.
+    /// Defect to be mended when there is occasion.
     General,
-    /// To be mended soon, and watched until then.
+    /// Defect to be mended soon, and watched until then.
     Serious,
-    /// To be mended at once.
+    /// Defect to be mended at once.
     Critical,
 }
 
-/// A row.
+/// Row of a list.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Record {
-    /// The equipment, by its id or any alias of it.
+    /// Id of the equipment, or an alias of it.
     pub equipment: String,
-    /// A text a column, at most [`MAX_RECORD_TEXT`] bytes.
+    /// Cells, one for each column, at most [`MAX_RECORD_TEXT`] bytes each.
     pub cells: Vec<String>,
-    /// When it was reported or done, nanoseconds since 1970-01-01 UTC.
+    /// Time at which the row was reported or done, nanoseconds since 1970-01-01 UTC.
     pub unix_nanos: Option<i64>,
-    /// How bad it is, where it is a defect.
+    /// Severity, where the row is a defect.
     pub severity: Option<RecordSeverity>,
-    /// Whether something is to be done still.
+    /// Reports whether something is still to be done.
     pub is_open: bool,
 }
 
 impl Record {
-    /// Bytes that it counts.
+    /// Returns the bytes that the row counts.
     pub fn bytes(&self) -> usize {
         self.texts().map(|text| text.len() + TEXT_OVERHEAD).sum()
     }
@@ -178,7 +177,7 @@ pub(crate) unsafe fn read<P: Records>(
     page: *mut abi::BusbarRecordPage,
 ) -> Result<(), Error> {
     // SAFETY: the caller vouches for the pointer.
-    let page = unsafe { given_mut(page, "read: the page")? };
+    let page = unsafe { checked_mut(page, "read: the page")? };
     let set = plugin.records()?;
     page.revision = set.revision;
     (page.row_count, page.total) = (0, 0);
@@ -207,7 +206,7 @@ pub(crate) unsafe fn read<P: Records>(
     }
 }
 
-/// Rows as a page has them.
+/// Rows as the buffers of a page hold them.
 #[derive(Default)]
 struct Written {
     rows: Vec<abi::BusbarRecordRow>,
@@ -216,7 +215,7 @@ struct Written {
 }
 
 impl Written {
-    /// As many of the rows as fit.
+    /// Writes as many of the rows as fit.
     fn of<'r>(
         rows: impl Iterator<Item = &'r Record>,
         columns: usize,

@@ -4,7 +4,7 @@ use std::ops::{BitOr, BitOrAssign};
 
 use busbar_plugin_abi as abi;
 
-/// A set of flags of a sample; none for a live value in order of arrival.
+/// Set of flags of a sample; empty for a live value in order of arrival.
 ///
 /// ```
 /// use busbar_plugin_sdk::SampleFlags;
@@ -18,33 +18,34 @@ use busbar_plugin_abi as abi;
 pub struct SampleFlags(u8);
 
 impl SampleFlags {
-    /// A live value in order of arrival: no flag at all.
+    /// Empty set: a live value in order of arrival.
     pub const LIVE: Self = Self(0);
-    /// Comes out of a buffer (buffered report, stored or historical value): ordered by
+    /// Flag of a sample out of a buffer (buffered report, stored or historical value): ordered by
     /// source time. All other samples count in order of arrival.
     pub const BUFFERED: Self = Self(abi::BUSBAR_SAMPLE_BUFFERED);
-    /// A source time is promised by settings or protocol and is missing or unreadable: a
-    /// good value becomes [`Quality::Uncertain`](crate::Quality::Uncertain)
+    /// Flag of a source time that settings or protocol promise, and that is missing or unreadable.
+    /// A good value becomes [`Quality::Uncertain`](crate::Quality::Uncertain)
     /// ([`Reason::SourceTime`](crate::Reason::SourceTime)).
     pub const TIME_UNUSABLE: Self = Self(abi::BUSBAR_SAMPLE_TIME_UNUSABLE);
-    /// Put in place of the measured value by a person or program (IEC 61850-7-3 `source`,
-    /// IEC 60870-5-101 SB).
+    /// Origin of a value that a person or program substituted (IEC 61850-7-3 `source`, IEC
+    /// 60870-5-101 SB).
     pub const SUBSTITUTED: Self = Self(abi::BUSBAR_ORIGIN_SUBSTITUTED);
-    /// Sent by a device under test (IEC 61850-7-3 `test`, IEC 60870-5-101 T bit of the cause).
+    /// Origin of a value from a device under test (IEC 61850-7-3 `test`, IEC 60870-5-101 T bit of
+    /// the cause).
     pub const TEST: Self = Self(abi::BUSBAR_ORIGIN_TEST);
-    /// Made by a simulator.
+    /// Origin of a value that a simulator made.
     pub const SIMULATED: Self = Self(abi::BUSBAR_ORIGIN_SIMULATED);
-    /// Replayed from a recording.
+    /// Origin of a value that is replayed from a recording.
     pub const RECORDED: Self = Self(abi::BUSBAR_ORIGIN_RECORDED);
-    /// Of the past, as its source says (Sparkplug B `is_historical`).
+    /// Origin of a value that its source calls historical (Sparkplug B `is_historical`).
     pub const HISTORICAL: Self = Self(abi::BUSBAR_ORIGIN_HISTORICAL);
 
-    /// Flags of a sample as the ABI has them.
+    /// Creates a set from its bits in the ABI.
     pub const fn from_bits(bits: u8) -> Self {
         Self(bits)
     }
 
-    /// Bits of the ABI.
+    /// Returns the bits of the set in the ABI.
     pub const fn bits(self) -> u8 {
         self.0
     }

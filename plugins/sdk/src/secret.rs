@@ -1,4 +1,4 @@
-//! Credentials by reference.
+//! Credentials by reference to an environment variable or a file.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -12,21 +12,21 @@ use serde::{Deserialize, Serialize, Serializer};
 
 use crate::Error;
 
-/// The longest credential, bytes.
+/// Longest credential, in bytes.
 pub const MAX_SECRET_BYTES: usize = 4096;
-/// The longest name of a variable, and the longest path, bytes.
+/// Longest name of a variable, and longest path, bytes.
 const MAX_NAME_BYTES: usize = 128;
 const MAX_PATH_BYTES: usize = 4096;
 /// Bytes of a file that are read: one too many tells of more, two may be a line break.
 const MAX_FILE_BYTES: u64 = MAX_SECRET_BYTES as u64 + 3;
-/// What to do instead of writing a credential into the settings.
+/// Remedy for a credential that is written into the settings.
 const REMEDY: &str = "a credential is not written here: write {\"env\": \"NAME\"} for an \
                       environment variable, or {\"file\": \"/absolute/path\"} for a file that only \
                       its owner can read";
 /// Keyword of a schema with words that the host adds to a fault at that place.
 const REMEDY_KEYWORD: &str = "x-busbar-remedy";
 
-/// Where a credential is: never the credential itself, so that a configuration can be
+/// Reference to a credential, never the credential itself. A configuration with references can be
 /// shown, copied and kept under version control.
 ///
 /// In JSON it is `{"env": "NAME"}` or `{"file": "/absolute/path"}`. The host hands the
@@ -60,13 +60,12 @@ enum Source {
     File(PathBuf),
 }
 
-/// A credential. It shows itself to nobody who does not ask for it by
-/// [`SecretText::reveal`].
+/// Credential that only [`SecretText::reveal`] shows.
 #[derive(Clone, PartialEq, Eq)]
 pub struct SecretText(String);
 
 impl SecretText {
-    /// The credential.
+    /// Returns the credential itself.
     pub fn reveal(&self) -> &str {
         &self.0
     }
@@ -79,8 +78,8 @@ impl fmt::Debug for SecretText {
 }
 
 impl Secret {
-    /// Reads the credential now, so that one that was replaced is found. One line break
-    /// at its end is left out.
+    /// Reads the credential now, so that a replaced one is found. One line break at its end is left
+    /// out.
     ///
     /// A file must be a plain file that nobody but its owner can read or write; one of
     /// root's may be readable by its group (the rule of libpq for private keys,
@@ -257,7 +256,7 @@ impl<'de> Visitor<'de> for Reference {
     }
 }
 
-/// A text, or nothing for any other value, which is not repeated either.
+/// Text value, or none for any other value; its contents are not repeated.
 struct Hidden(Option<String>);
 
 impl<'de> Deserialize<'de> for Hidden {

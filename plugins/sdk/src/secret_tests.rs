@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::*;
 
-/// What no message may show.
+/// Credential that no message may show.
 const CREDENTIAL: &str = "pa55word!";
 
 fn parse(json: &Value) -> Result<Secret, String> {

@@ -1,34 +1,34 @@
-//! What a simulated device says, and when it fails: no clock, no socket.
+//! Signals and faults of simulated devices: pure functions without clock or socket.
 //!
 //! A [`Signal`] is the value of a tag at any instant. It follows from the seed, the
-//! tag's id and its [`Behaviour`] alone, so that whoever knows these can work out what
+//! tag's id and its [`Behavior`] alone, so that whoever knows these can work out what
 //! a viewer must show:
 //!
 //! ```
 //! use std::time::{Duration, SystemTime};
 //! use busbar_plugin_sdk::ValueKind;
-//! use busbar_plugin_sdk::simulation::{Behaviour, Shape, Signal};
+//! use busbar_plugin_sdk::simulation::{Behavior, Shape, Signal};
 //!
-//! let behaviour = Behaviour::new(Shape::Sine, 60.0, 5.0, Duration::from_secs(600))?;
-//! let oil = Signal::new(1, "T1.TopOil", ValueKind::F64, behaviour)?;
+//! let behavior = Behavior::new(Shape::Sine, 60.0, 5.0, Duration::from_secs(600))?;
+//! let oil = Signal::new(1, "T1.TopOil", ValueKind::F64, behavior)?;
 //! let now = SystemTime::now();
-//! assert_eq!(oil.at(now), Signal::new(1, "T1.TopOil", ValueKind::F64, behaviour)?.at(now));
+//! assert_eq!(oil.at(now), Signal::new(1, "T1.TopOil", ValueKind::F64, behavior)?.at(now));
 //! # Ok::<(), busbar_plugin_sdk::Error>(())
 //! ```
 //!
 //! A [`FaultPlan`] says which [`FaultKind`] holds at a time since the start; a server
 //! applies what makes sense for its protocol.
 
-mod course;
 mod fault;
+mod scenario;
 mod signal;
 
-pub use course::{Course, CourseEvent};
 pub use fault::{ActiveFault, FaultKind, FaultPlan, LinkFault};
-pub use signal::{Behaviour, Shape, Signal};
+pub use scenario::{Scenario, ScenarioEvent};
+pub use signal::{Behavior, Shape, Signal};
 
-/// A number from a number, evenly spread (SplitMix64: G. L. Steele, D. Lea and
-/// C. H. Flood, "Fast Splittable Pseudorandom Number Generators", OOPSLA 2014).
+/// Mixes a number into an evenly spread one (SplitMix64: G. L. Steele, D. Lea and C. H. Flood,
+/// "Fast Splittable Pseudorandom Number Generators", OOPSLA 2014).
 fn mix(number: u64) -> u64 {
     let mut z = number.wrapping_add(0x9E37_79B9_7F4A_7C15);
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -36,12 +36,12 @@ fn mix(number: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// A number of a sequence that a key names.
+/// Returns a number of the random sequence that a key names.
 fn draw(key: u64, index: u64) -> u64 {
     mix(key ^ mix(index))
 }
 
-/// From 0 to less than 1, by the upper bits.
+/// Maps a number to 0 up to less than 1, by its upper bits.
 fn unit(number: u64) -> f64 {
     (number >> 11) as f64 / (1_u64 << 53) as f64
 }

@@ -1,13 +1,13 @@
-//! Capability `busbar.simulator/1-draft`.
+//! Capability `busbar.simulator/1-draft`: simulated devices.
 
 use std::collections::HashMap;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use busbar_plugin_abi as abi;
 
-use crate::border::{given, given_mut, slice};
+use crate::boundary::{checked_mut, checked_ref, slice};
 use crate::simulation::{
-    Behaviour, Course, CourseEvent, FaultKind, FaultPlan, LinkFault, Shape, Signal,
+    Behavior, FaultKind, FaultPlan, LinkFault, Scenario, ScenarioEvent, Shape, Signal,
 };
 use crate::telemetry::read_spec;
 use crate::{Error, Plugin, TagSpec};
@@ -26,49 +26,49 @@ pub trait Simulator: Plugin {
     /// Ends all connections and threads within two seconds, and listens no more.
     fn stop_simulation(&mut self);
 
-    /// How it goes; called between start and stop only.
+    /// Returns the status of the simulation; called between start and stop only.
     fn simulation_status(&self) -> SimulationStatus;
 }
 
-/// What is to be simulated.
+/// Parameters of a simulation.
 #[derive(Clone, Debug)]
 pub struct Simulation {
-    /// Tags with their values.
+    /// Tags with their signals.
     pub tags: Vec<SimulatedTag>,
-    /// What goes wrong when, counted from the start.
+    /// Plan of the faults, counted from the start.
     pub faults: FaultPlan,
-    /// Period in which changes are looked for, where the protocol sends them by itself.
+    /// Period of changes, where the protocol sends them unsolicited.
     pub update: Duration,
-    /// For whatever else is left to chance.
+    /// Seed for all other random choices.
     pub seed: u64,
 }
 
-/// A tag and its values.
+/// Tag with its signal.
 #[derive(Clone, Debug)]
 pub struct SimulatedTag {
-    /// The tag, as telemetry has it.
+    /// Specification of the tag, as for telemetry.
     pub spec: TagSpec,
-    /// Its values.
+    /// Signal of the tag's values.
     pub signal: Signal,
 }
 
-/// How a simulation goes.
+/// Status of a simulation.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SimulationStatus {
-    /// Where it listens.
+    /// Address that the simulator listens at.
     pub endpoint: String,
-    /// What goes wrong now.
+    /// Fault that holds now.
     pub fault: Option<FaultKind>,
-    /// Clients that are connected.
+    /// Number of clients that are connected.
     pub clients: u32,
-    /// Connections that were taken so far.
+    /// Number of connections accepted so far.
     pub connections: u64,
-    /// Answers to requests, and messages without one, that were sent so far.
+    /// Number of messages sent so far: answers to requests, and unsolicited ones.
     pub messages: u64,
 }
 
 impl Simulation {
-    /// The specs alone, to read addresses as telemetry does.
+    /// Returns the specifications alone, to read addresses as telemetry does.
     pub fn specs(&self) -> Vec<TagSpec> {
         self.tags.iter().map(|tag| tag.spec.clone()).collect()
     }
@@ -83,7 +83,7 @@ pub(crate) unsafe fn read_simulation(
 ) -> Result<Simulation, Error> {
     // SAFETY: the host gives a simulation and `count` elements.
     let (simulation, raw) =
-        unsafe { (given(simulation, "start: the simulation")?, slice(tags, count)?) };
+        unsafe { (checked_ref(simulation, "start: the simulation")?, slice(tags, count)?) };
     let kinds = FaultKind::from_abi(simulation.faults)
         .ok_or_else(|| Error::argument(format!("unknown faults {:#x}", simulation.faults)))?;
     let millis = Duration::from_millis;
@@ -104,17 +104,17 @@ pub(crate) unsafe fn read_simulation(
     };
     let nanos = u64::try_from(simulation.scenario_unix_nanos).unwrap_or_default();
     let begun = UNIX_EPOCH + Duration::from_nanos(nanos);
-    let mut courses = courses(begun, events)?;
+    let mut scenarios = scenarios(begun, events)?;
     let mut tags = Vec::with_capacity(raw.len());
     for tag in raw {
         // SAFETY: the host's texts are valid for the call.
         let mut tag = unsafe { read_tag(tag, simulation.seed)? };
-        if let Some(course) = courses.remove(&tag.spec.tag) {
-            tag.signal = tag.signal.with_course(course)?;
+        if let Some(scenario) = scenarios.remove(&tag.spec.tag) {
+            tag.signal = tag.signal.with_scenario(scenario)?;
         }
         tags.push(tag);
     }
-    if let Some(tag) = courses.keys().next() {
+    if let Some(tag) = scenarios.keys().next() {
         return Err(Error::argument(format!("an event of the unknown tag {tag}")));
     }
     Ok(Simulation {
@@ -125,32 +125,32 @@ pub(crate) unsafe fn read_simulation(
     })
 }
 
-/// How long ago it was; nothing where the clock was set back.
+/// Returns the time since an instant; zero where the clock was set back.
 fn since(begun: SystemTime) -> Duration {
     SystemTime::now().duration_since(begun).unwrap_or_default()
 }
 
-/// The events of each tag.
-fn courses(
+/// Groups the scenario events by tag.
+fn scenarios(
     begun: SystemTime,
     events: &[abi::BusbarSimulatedEvent],
-) -> Result<HashMap<u32, Course>, Error> {
-    let mut courses: HashMap<u32, Course> = HashMap::new();
+) -> Result<HashMap<u32, Scenario>, Error> {
+    let mut scenarios: HashMap<u32, Scenario> = HashMap::new();
     for event in events {
         let at = seconds(event.at_seconds)?;
         let happening = match event.kind {
             abi::BUSBAR_EVENT_VALUE if event.value.is_finite() => {
-                CourseEvent::Value { value: event.value, over: seconds(event.over_seconds)? }
+                ScenarioEvent::Value { value: event.value, over: seconds(event.over_seconds)? }
             }
-            abi::BUSBAR_EVENT_RELEASE => CourseEvent::Release,
+            abi::BUSBAR_EVENT_RELEASE => ScenarioEvent::Release,
             _ => {
                 let (kind, value) = (event.kind, event.value);
                 return Err(Error::argument(format!("an event of kind {kind} to {value}")));
             }
         };
-        courses.entry(event.tag).or_insert_with(|| Course::new(begun)).push(at, happening)?;
+        scenarios.entry(event.tag).or_insert_with(|| Scenario::new(begun)).push(at, happening)?;
     }
-    Ok(courses)
+    Ok(scenarios)
 }
 
 fn read_link_faults(raw: &[abi::BusbarLinkFault]) -> Result<Vec<LinkFault>, Error> {
@@ -180,9 +180,9 @@ unsafe fn read_tag(raw: &abi::BusbarSimulatedTag, seed: u64) -> Result<Simulated
         Shape::from_abi(raw.shape).ok_or_else(|| at(format!("unknown shape {}", raw.shape)))?;
     let period = Duration::try_from_secs_f64(raw.period_seconds)
         .map_err(|_| at(format!("a period of {} s", raw.period_seconds)))?;
-    let behaviour = Behaviour::new(shape, raw.base, raw.amplitude, period)
+    let behavior = Behavior::new(shape, raw.base, raw.amplitude, period)
         .map_err(|error| at(error.message().to_owned()))?;
-    let signal = Signal::new(seed, &spec.id, spec.kind, behaviour)
+    let signal = Signal::new(seed, &spec.id, spec.kind, behavior)
         .map_err(|error| Error::argument(error.message()))?;
     Ok(SimulatedTag { spec, signal })
 }
@@ -194,7 +194,7 @@ pub(crate) unsafe fn write_status(
     into: *mut abi::BusbarSimulatorStatus,
 ) -> Result<(), Error> {
     // SAFETY: the caller vouches for the pointer.
-    let into = unsafe { given_mut(into, "status: the status")? };
+    let into = unsafe { checked_mut(into, "status: the status")? };
     let len = status.endpoint.floor_char_boundary(into.message.len());
     into.message[..len].copy_from_slice(&status.endpoint.as_bytes()[..len]);
     into.message_len = len as u32;

@@ -1,4 +1,4 @@
-//! States by the names that a device has for them: `{"OPEN": "off", "CLOSED": "on"}`.
+//! Mapping of a device's state names to values: `{"OPEN": "off", "CLOSED": "on"}`.
 
 use std::collections::BTreeMap;
 
@@ -6,10 +6,10 @@ use serde_json::Value as Json;
 
 use crate::{DoublePoint, Value, ValueKind};
 
-/// States of one tag.
+/// States of one tag, at most.
 const MAX_STATES: usize = 64;
 
-/// What each name means, for a bool or a double-point tag.
+/// Parses the value of each state name, for a bool or a double-point tag.
 ///
 /// # Errors
 /// What is at fault with them and what helps, for the message of a tag.

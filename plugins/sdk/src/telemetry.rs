@@ -1,4 +1,4 @@
-//! Capability `busbar.telemetry/1-draft`.
+//! Capability `busbar.telemetry/1-draft`: samples of devices.
 
 use std::sync::{Arc, PoisonError, RwLock};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -7,14 +7,14 @@ use busbar_plugin_abi as abi;
 
 use crate::{Error, Plugin, Quality, Reason, SampleFlags, Value, ValueKind};
 
-/// Brings values of devices into the tag table. Read-only by design.
+/// Telemetry that brings values of devices into the tag table. Read-only by design.
 pub trait Telemetry: Plugin {
     /// Origin of all samples of this plugin, such as
     /// [`SampleFlags::RECORDED`] for one that plays recordings.
     const ORIGIN: SampleFlags = SampleFlags::LIVE;
 
-    /// Whether these tags could be served: reads addresses, connects to
-    /// nothing. `busbar check` calls it.
+    /// Checks whether these tags could be served: reads addresses, connects to nothing. `busbar
+    /// check` calls it.
     ///
     /// # Errors
     /// [`Error::settings`], naming every tag whose address can never work.
@@ -34,23 +34,23 @@ pub trait Telemetry: Plugin {
     fn stop(&mut self);
 }
 
-/// A tag to serve.
+/// Tag to be served.
 #[derive(Clone, Debug)]
 pub struct TagSpec {
-    /// Names the tag in samples.
+    /// Handle that names the tag in samples.
     pub tag: u32,
-    /// The type of value that the tag has.
+    /// Type of the tag's values.
     pub kind: ValueKind,
-    /// How old a value may be before the host calls it stale.
+    /// Freshness limit: the host calls an older value stale.
     pub freshness: Duration,
-    /// Tag id, for messages.
+    /// Id of the tag, for messages.
     pub id: String,
-    /// The address, as the configuration has it.
+    /// Address of the tag, as the configuration has it.
     pub address: serde_json::Value,
 }
 
 impl TagSpec {
-    /// Reads the address.
+    /// Parses the address of the tag.
     ///
     /// # Errors
     /// [`Error::settings`] with tag, place and fault.
@@ -98,36 +98,36 @@ impl TagSpec {
     }
 }
 
-/// One update of one tag.
+/// Update of one tag.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// Handle from [`TagSpec`].
+    /// Handle of the tag, from [`TagSpec`].
     pub tag: u32,
-    /// The value; `None` says something about quality only.
+    /// Value; `None` sets the quality only.
     pub value: Option<Value>,
-    /// Quality at the source.
+    /// Quality of the value at the source.
     pub quality: Quality,
-    /// Time at the source, if it gives one. The host judges it: hand on what was
-    /// read, and set [`SampleFlags::TIME_UNUSABLE`] where nothing could be.
+    /// Source timestamp, if there is one. The host judges it: pass on what was read, and set
+    /// [`SampleFlags::TIME_UNUSABLE`] where nothing could be.
     pub source_time: Option<SystemTime>,
-    /// Order of arrival or of source time, and origin.
+    /// Flags: order of arrival or of source time, and origin.
     pub flags: SampleFlags,
 }
 
 impl Sample {
-    /// A good, live value without a time of its own.
+    /// Creates a good, live value without a source timestamp.
     pub fn good(tag: u32, value: Value) -> Self {
         let (quality, flags) = (Quality::Good, SampleFlags::LIVE);
         Self { tag, value: Some(value), quality, source_time: None, flags }
     }
 
-    /// No value, and why. The host keeps the last one and marks it.
+    /// Creates a sample without a value, for a reason. The host keeps the last value and marks it.
     pub fn bad(tag: u32, reason: Reason) -> Self {
         let (quality, flags) = (Quality::Bad(reason), SampleFlags::LIVE);
         Self { tag, value: None, quality, source_time: None, flags }
     }
 
-    /// The sample with these flags beside those that it has.
+    /// Returns the sample with these flags added.
     #[must_use]
     pub fn with_flags(self, flags: SampleFlags) -> Self {
         Self { flags: self.flags | flags, ..self }
@@ -156,7 +156,8 @@ impl Sample {
     }
 }
 
-/// Nanoseconds from 1970-01-01 UTC to a time, negative before; `None` beyond some 292 years.
+/// Returns the nanoseconds from 1970-01-01 UTC to a time, negative before; `None` beyond some 292
+/// years.
 fn unix_nanos(time: SystemTime) -> Option<i64> {
     match time.duration_since(UNIX_EPOCH) {
         Ok(since) => i64::try_from(since.as_nanos()).ok(),
@@ -169,14 +170,14 @@ fn unix_nanos(time: SystemTime) -> Option<i64> {
 pub enum LinkState {
     /// Connecting, or waiting to try again.
     Connecting,
-    /// Up.
+    /// Link that is connected.
     Up,
-    /// Down.
+    /// Link that is down.
     Down,
 }
 
-/// Where samples go. Clones share it; any thread may use it. After `stop` it
-/// takes nothing more, so that a straggling thread does no harm.
+/// Sink for samples and link reports. Clones share it; any thread may use it. After `stop` it takes
+/// nothing more, so that a straggling thread does no harm.
 #[derive(Clone)]
 pub struct SampleSink {
     raw: Arc<RwLock<Option<RawSink>>>,
@@ -205,13 +206,13 @@ impl SampleSink {
         .unwrap_or(0)
     }
 
-    /// Says of every tag that it has no usable value now, and why.
+    /// Publishes of every tag that it has no usable value now, for a reason.
     pub fn publish_bad(&self, tags: impl IntoIterator<Item = u32>, reason: Reason) -> usize {
         let samples: Vec<_> = tags.into_iter().map(|tag| Sample::bad(tag, reason)).collect();
         self.publish(&samples)
     }
 
-    /// Tells operators how the link is, in a sentence.
+    /// Reports the state of the link to operators, with a sentence.
     pub fn report_link(&self, state: LinkState, message: &str) {
         let state = match state {
             LinkState::Connecting => abi::BUSBAR_LINK_CONNECTING,
@@ -226,9 +227,9 @@ impl SampleSink {
         });
     }
 
-    /// Tells the time that the values published from here on are of, nanoseconds since
-    /// 1970-01-01 UTC, where that is not now: a recording's. Overlays calculate by it.
-    /// `None` goes back to the wall clock.
+    /// Sets the scene time of the values published from now on, nanoseconds since 1970-01-01 UTC.
+    /// For recordings, whose time is not now; overlays calculate by it. `None` returns to the wall
+    /// clock.
     pub fn report_scene_time(&self, unix_nanos: Option<i64>) {
         let unix_nanos = unix_nanos.unwrap_or(abi::BUSBAR_NO_TIME);
         self.with(|sink| {
@@ -265,7 +266,7 @@ pub(crate) unsafe fn read_specs(
     count: usize,
 ) -> Result<Vec<TagSpec>, Error> {
     // SAFETY: the host gives `count` elements.
-    let tags = unsafe { crate::border::slice(tags, count)? };
+    let tags = unsafe { crate::boundary::slice(tags, count)? };
     // SAFETY: the host's texts are valid for the call.
     tags.iter().map(|raw| unsafe { read_spec(raw) }).collect()
 }
@@ -275,7 +276,7 @@ pub(crate) unsafe fn read_specs(
 pub(crate) unsafe fn read_spec(raw: &abi::BusbarTagSpec) -> Result<TagSpec, Error> {
     // SAFETY: the caller vouches for the texts.
     let (id, address) =
-        unsafe { (crate::border::text(raw.id)?, crate::border::text(raw.address_json)?) };
+        unsafe { (crate::boundary::text(raw.id)?, crate::boundary::text(raw.address_json)?) };
     let kind = ValueKind::from_abi(raw.kind)
         .ok_or_else(|| Error::argument(format!("tag '{id}': unknown kind {}", raw.kind)))?;
     let address = serde_json::from_str(address)

@@ -1,4 +1,4 @@
-//! For tests of plugins: a host that records what a plugin sends.
+//! Test support for plugins: a host that records what a plugin sends.
 //!
 //! ```
 //! use std::time::Duration;
@@ -17,9 +17,9 @@ mod mesh;
 mod message_faults;
 mod overlay;
 mod recorder;
+mod running_plugin;
 mod silence;
 mod truth;
-mod watched;
 
 use std::ffi::c_void;
 
@@ -33,19 +33,19 @@ pub use mesh::{Grid, check_sequence};
 pub use message_faults::{FaultGenerator, MessageFault, matrix_steps};
 pub use overlay::{Drawing, DrawnLine, DrawnQuantity, DrawnState, DrawnVerdict, draw, draw_at};
 pub use recorder::{MAX_RECORDED, Recorder, Recording};
+pub use running_plugin::RunningPlugin;
 pub use silence::{
     AdmittedVerdicts, InputFault, InputGenerator, SILENCE_CASES_VARIABLE, check_verdicts,
     silence_cases,
 };
 pub use truth::{ShownTag, TruthCounts, TruthMoment, TruthOracle};
-pub use watched::Watched;
 
-/// A host without a log.
+/// Creates a host without a log.
 pub fn host() -> Host {
     Host::closed()
 }
 
-/// A tag with a freshness limit of five seconds and `id` as its name.
+/// Creates a tag with a freshness limit of five seconds and `id` as its name.
 pub fn tag_spec(tag: u32, id: &str, kind: ValueKind, address: serde_json::Value) -> TagSpec {
     TagSpec { tag, kind, freshness: std::time::Duration::from_secs(5), id: id.to_owned(), address }
 }

@@ -22,7 +22,7 @@ pub enum Quantity {
     ReactivePower,
     /// Apparent power; base unit VA.
     ApparentPower,
-    /// Share of something; base unit 1.
+    /// Ratio of two like quantities; base unit 1.
     Ratio,
     /// Volume of a gas in a volume of oil or gas; base unit ppm (µL/L).
     Concentration,
@@ -33,13 +33,13 @@ pub enum Quantity {
 /// Zero of a pressure scale.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PressureReference {
-    /// Vacuum.
+    /// Zero of the scale at vacuum.
     Absolute,
-    /// Pressure of the air around.
+    /// Zero of the scale at the pressure of the surrounding air.
     Gauge,
 }
 
-/// A row of the table: base = value · factor + offset.
+/// Row of the unit table: base = value · factor + offset.
 struct Unit {
     quantity: Quantity,
     symbols: &'static [&'static str],
@@ -97,6 +97,20 @@ static UNITS: &[Unit] = &[
     unit(Quantity::Density, 1.0, &["kg/m3", "kg/m³", "g/l", "g/L"]),
 ];
 
+/// Quantities that a unit of a setting is looked for in: a symbol such as `%` has several.
+const QUANTITIES: [Quantity; 10] = [
+    Quantity::Ratio,
+    Quantity::Concentration,
+    Quantity::Temperature,
+    Quantity::Pressure,
+    Quantity::Current,
+    Quantity::Voltage,
+    Quantity::ActivePower,
+    Quantity::ReactivePower,
+    Quantity::ApparentPower,
+    Quantity::Density,
+];
+
 /// Longest list of units that a fault names.
 const MAX_NAMED_UNITS: usize = 8;
 
@@ -112,11 +126,12 @@ pub struct UnitConversion {
 }
 
 impl UnitConversion {
-    /// Leaves values as they are.
+    /// Conversion that leaves values as they are.
     pub const IDENTITY: Self =
         Self { factor: 1.0, offset: 0.0, reference: None, is_assumed: false };
 
-    /// Conversion from a unit to another; `None` where one of them is none of the quantity.
+    /// Finds the conversion from a unit to another; `None` where one of them is none of the
+    /// quantity.
     pub fn between(from: &str, to: &str, quantity: Quantity) -> Option<Self> {
         let (from, reference) = find(from, quantity)?;
         let (to, _) = find(to, quantity)?;
@@ -128,13 +143,13 @@ impl UnitConversion {
         })
     }
 
-    /// Conversion of a binding's values to a unit. A binding without a unit is assumed to
+    /// Finds the conversion of a binding's values to a unit. A binding without a unit is assumed to
     /// have the one wanted.
     ///
     /// # Errors
     /// The finding for [`crate::Description::findings`]: tag, place, unit, and those that
     /// are taken.
-    pub fn of_binding(binding: &Binding, quantity: Quantity, to: &str) -> Result<Self, String> {
+    pub fn for_binding(binding: &Binding, quantity: Quantity, to: &str) -> Result<Self, String> {
         if binding.unit.trim().is_empty() {
             return Ok(Self { is_assumed: true, ..Self::IDENTITY });
         }
@@ -152,14 +167,50 @@ impl UnitConversion {
         })
     }
 
-    /// The value in the unit wanted.
+    /// Converts a value to the unit wanted.
     pub fn apply(&self, value: f64) -> f64 {
         value * self.factor + self.offset
     }
 }
 
+impl UnitConversion {
+    /// Returns the conversion of a binding's values to the unit of a setting, whatever its
+    /// quantity. A binding without a unit is assumed to have the one wanted. A unit that no
+    /// table knows must be the same.
+    ///
+    /// # Errors
+    /// The finding for [`crate::Description::findings`]: tag, place, both units, and a
+    /// remedy.
+    pub fn of_binding_to(binding: &Binding, to: &str) -> Result<Self, String> {
+        let (from, to) = (binding.unit.trim(), to.trim());
+        if from == to {
+            return Ok(Self::IDENTITY);
+        }
+        if from.is_empty() {
+            return Ok(Self { is_assumed: true, ..Self::IDENTITY });
+        }
+        let found = QUANTITIES.into_iter().find_map(|quantity| {
+            let there = Self::between(from, to, quantity)?;
+            let back = Self::between(to, from, quantity)?;
+            Some((there, back.reference))
+        });
+        match found {
+            Some((there, to)) if there.reference == to => Ok(there),
+            // Absolute or gauge: one of them does not say.
+            Some((there, to)) if there.reference.is_none() || to.is_none() => {
+                Ok(Self { is_assumed: true, ..there })
+            }
+            _ => Err(format!(
+                "the tag '{}' in the role '{}' at '{}' has the unit '{from}', which cannot be \
+                 converted to '{to}'; give the tag or the settings the unit of its values",
+                binding.tag_id, binding.role, binding.node_id,
+            )),
+        }
+    }
+}
+
 impl Quantity {
-    /// Name for messages.
+    /// Returns the name of the quantity, for messages.
     pub fn name(self) -> &'static str {
         match self {
             Self::Temperature => "temperature",
@@ -176,13 +227,13 @@ impl Quantity {
     }
 
     /// Finds the quantity of a unit; the first in the table where several have it.
-    pub fn of_unit(unit: &str) -> Option<Self> {
+    pub fn from_unit(unit: &str) -> Option<Self> {
         let unit = unit.trim();
         let has = |row: &&Unit| find(unit, row.quantity).is_some();
         UNITS.iter().find(has).map(|row| row.quantity)
     }
 
-    /// The units of the quantity, for messages.
+    /// Lists the units of the quantity, for messages.
     fn symbols(self) -> String {
         let rows = UNITS.iter().filter(|row| row.quantity == self);
         let symbols: Vec<&str> = rows.take(MAX_NAMED_UNITS).map(|row| row.symbols[0]).collect();
@@ -226,7 +277,7 @@ fn find_symbol(text: &str, quantity: Quantity) -> Option<&'static Unit> {
     })
 }
 
-/// The first letter, where it may be milli or mega.
+/// Returns the first letter, where it may be milli or mega.
 fn starts_with_m(symbol: &str) -> Option<char> {
     symbol.chars().next().filter(|first| matches!(first, 'm' | 'M'))
 }

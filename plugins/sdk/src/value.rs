@@ -1,83 +1,83 @@
-//! Values and their quality.
+//! Values of tags and their quality.
 
 use busbar_plugin_abi as abi;
 
-/// A value of a tag.
+/// Value of a tag.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Value {
-    /// A measurement.
+    /// Floating-point measurement, in the tag's unit.
     F64(f64),
-    /// A counter or code.
+    /// Integer counter or code.
     I64(i64),
-    /// A single point.
+    /// Single point (on or off).
     Bool(bool),
-    /// A double point: a switch position.
+    /// Double point: a switch position.
     DoublePoint(DoublePoint),
 }
 
-/// The type a tag's values have.
+/// Type of a tag's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ValueKind {
-    /// [`Value::F64`].
+    /// Type of [`Value::F64`] values.
     F64,
-    /// [`Value::I64`].
+    /// Type of [`Value::I64`] values.
     I64,
-    /// [`Value::Bool`].
+    /// Type of [`Value::Bool`] values.
     Bool,
-    /// [`Value::DoublePoint`].
+    /// Type of [`Value::DoublePoint`] values.
     DoublePoint,
 }
 
 /// Position of a switch by two contacts (IEC 60870-5-101, 7.2.6.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DoublePoint {
-    /// Neither contact: travelling.
+    /// Neither contact closed: the switch travels.
     Intermediate,
-    /// Open.
+    /// Switch that is open.
     Off,
-    /// Closed.
+    /// Switch that is closed.
     On,
-    /// Both contacts: a fault.
+    /// Both contacts closed: a fault.
     BadState,
 }
 
-/// Whether a value can be relied on.
+/// Quality of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quality {
-    /// Usable.
+    /// Value that is usable.
     Good,
-    /// Doubtful.
+    /// Value that is doubtful.
     Uncertain(Reason),
-    /// Not usable.
+    /// Value that is not usable.
     Bad(Reason),
 }
 
-/// Why a value is not good.
+/// Reason of a quality that is not good.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reason {
-    /// None given.
+    /// Reason that nobody gave.
     Unknown,
-    /// The link to the device is down.
+    /// Link to the device that is down.
     Communication,
-    /// The device says that its sensor failed.
+    /// Sensor that failed, as the device says.
     Sensor,
-    /// Outside the measuring range.
+    /// Value outside the measuring range.
     OutOfRange,
-    /// The device refused the address, or its answer does not fit.
+    /// Address that the device refused, or an answer that does not fit.
     Configuration,
-    /// Not connected yet.
+    /// Device that is not connected yet.
     NotConnected,
-    /// Not a finite number.
+    /// Value that is not a finite number.
     NotFinite,
-    /// Past its freshness limit; only the host gives it.
+    /// Value past its freshness limit; only the host gives this reason.
     Stale,
-    /// The time that the source gave is missing where one is promised, unreadable, in
-    /// the future or impossible.
+    /// Source timestamp that is missing where one is promised, unreadable, in the future or
+    /// impossible.
     SourceTime,
 }
 
 impl Value {
-    /// The type of this value.
+    /// Returns the type of this value.
     pub fn kind(self) -> ValueKind {
         match self {
             Self::F64(_) => ValueKind::F64,
@@ -108,8 +108,8 @@ impl Value {
 }
 
 impl ValueKind {
-    /// A value of this kind from text: a number; `true`, `false`, `1` or `0`; or
-    /// a double point as its two bits, 0 to 3. `None` if it is none.
+    /// Parses a value of this kind from text: a number; `true`, `false`, `1` or `0`; or a double
+    /// point as its two bits, 0 to 3. Returns `None` for other text.
     ///
     /// ```
     /// use busbar_plugin_sdk::{DoublePoint, Value, ValueKind};
@@ -148,8 +148,8 @@ impl ValueKind {
 }
 
 impl DoublePoint {
-    /// From the two bits of a double-point information element; higher bits
-    /// are ignored.
+    /// Creates a position from the two bits of a double-point information element; higher bits are
+    /// ignored.
     pub fn from_bits(bits: u64) -> Self {
         match bits & 0b11 {
             0 => Self::Intermediate,
@@ -161,7 +161,7 @@ impl DoublePoint {
 }
 
 impl DoublePoint {
-    /// The two bits of a double-point information element.
+    /// Returns the two bits of a double-point information element.
     pub fn bits(self) -> u8 {
         match self {
             Self::Intermediate => 0,
@@ -219,7 +219,7 @@ impl Quality {
         }
     }
 
-    /// Whether the value can be shown as certain.
+    /// Reports whether the value can be shown as certain.
     pub fn is_good(self) -> bool {
         self == Self::Good
     }

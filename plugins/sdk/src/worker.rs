@@ -1,4 +1,4 @@
-//! A thread of a plugin's own that ends when it is told to.
+//! Worker threads of plugins, with cooperative cancellation.
 
 use std::future::poll_fn;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -9,16 +9,15 @@ use std::time::{Duration, Instant};
 use crate::clock::Clock;
 use crate::{Error, Host, LinkState, LogLevel, Reason, SampleSink, TagSpec};
 
-/// How long dropping a [`Worker`] waits for its thread. The host gives `stop` two
-/// seconds.
+/// Longest time that dropping a [`Worker`] waits for its thread. The host gives `stop` two seconds.
 pub const MAX_STOP: Duration = Duration::from_millis(1500);
-/// How often it looks whether the thread has ended.
+/// Period at which a drop checks whether the thread has ended.
 const STOP_CHECK: Duration = Duration::from_millis(1);
 /// Shortest and longest delay between two sessions of [`Worker::serve`].
 const MIN_RETRY: Duration = Duration::from_millis(500);
 const MAX_RETRY: Duration = Duration::from_secs(30);
 
-/// A thread that runs until it is dropped.
+/// Thread that runs until it is dropped.
 ///
 /// ```
 /// use std::time::Duration;
@@ -40,15 +39,15 @@ const MAX_RETRY: Duration = Duration::from_secs(30);
 /// # Ok::<(), busbar_plugin_sdk::Error>(())
 /// ```
 pub struct Worker {
-    running: Running,
+    running: StopToken,
     thread: Option<JoinHandle<()>>,
     host: Host,
     name: String,
 }
 
-/// What a worker's thread asks whether it shall go on.
+/// Stop token of a worker's thread: it reports whether the thread shall continue.
 #[derive(Clone)]
-pub struct Running {
+pub struct StopToken {
     stop: Arc<Mutex<Stop>>,
     clock: Clock,
 }
@@ -56,19 +55,19 @@ pub struct Running {
 #[derive(Default)]
 struct Stop {
     is_wanted: bool,
-    /// Of the task in [`Running::stopped`].
+    /// Waker of the task in [`StopToken::stopped`].
     waker: Option<Waker>,
 }
 
-impl Running {
-    /// Whether to go on. A loop that blocks elsewhere asks this at least every
+impl StopToken {
+    /// Reports whether the thread shall continue. A loop that blocks elsewhere asks at least every
     /// second.
     pub fn is_running(&self) -> bool {
         !self.stop.lock().unwrap_or_else(PoisonError::into_inner).is_wanted
     }
 
-    /// Ends when the worker is dropped, for threads with an event loop of their own.
-    /// One task at a time may wait for it.
+    /// Completes when the worker is dropped, for threads with an event loop of their own. One task
+    /// at a time may wait for it.
     pub fn stopped(&self) -> impl Future<Output = ()> + Send + use<> {
         let stop = Arc::clone(&self.stop);
         poll_fn(move |context: &mut Context<'_>| {
@@ -92,7 +91,7 @@ impl Running {
         self.clock.wake();
     }
 
-    /// Waits, at most until the worker is dropped; whether to go on.
+    /// Waits, at most until the worker is dropped; returns whether the thread shall continue.
     pub fn wait(&self, duration: Duration) -> bool {
         self.clock.wait(duration, || !self.is_running());
         self.is_running()
@@ -107,9 +106,9 @@ impl Worker {
     pub fn start(
         host: &Host,
         name: &str,
-        work: impl FnOnce(&Running) + Send + 'static,
+        work: impl FnOnce(&StopToken) + Send + 'static,
     ) -> Result<Self, Error> {
-        let running = Running { stop: Arc::default(), clock: host.clock().clone() };
+        let running = StopToken { stop: Arc::default(), clock: host.clock().clone() };
         let handed = running.clone();
         let thread = std::thread::Builder::new()
             .name(name.to_owned())
@@ -118,10 +117,10 @@ impl Worker {
         Ok(Self { running, thread: Some(thread), host: host.clone(), name: name.to_owned() })
     }
 
-    /// Starts a thread that serves `tags` from a device: it runs `session`, which
-    /// connects, says that the link is up, and publishes for as long as all is well.
-    /// When it ends, the link is reported as down, the tags are bad (communication),
-    /// and it is run again after half a second, then a second, and so on up to thirty.
+    /// Starts a thread that serves `tags` from a device. It runs `session`, which connects, reports
+    /// the link as up, and publishes for as long as all is well. When the session ends, the link is
+    /// reported as down, and the tags are bad (communication). The session runs again after half a
+    /// second, then a second, and so on up to thirty.
     ///
     /// # Errors
     /// As [`Worker::start`].
@@ -130,7 +129,7 @@ impl Worker {
         name: &str,
         tags: &[TagSpec],
         sink: SampleSink,
-        mut session: impl FnMut(&SampleSink, &Running) -> Result<(), E> + Send + 'static,
+        mut session: impl FnMut(&SampleSink, &StopToken) -> Result<(), E> + Send + 'static,
     ) -> Result<Self, Error> {
         let tags: Vec<_> = tags.iter().map(|tag| tag.tag).collect();
         Self::start(host, name, move |running| {
@@ -236,7 +235,7 @@ mod tests {
         let (clock, recorder) = (TestClock::new(), Recorder::new());
         let tags = [tag_spec(4, "a", ValueKind::F64, "a".into())];
         let (sender, tries) = channel();
-        let session = move |_: &SampleSink, _: &Running| {
+        let session = move |_: &SampleSink, _: &StopToken| {
             sender.send(()).unwrap();
             Err("no answer")
         };

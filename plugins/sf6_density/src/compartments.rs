@@ -2,10 +2,10 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use busbar_plugin_sdk::designations::nearest;
 use busbar_plugin_sdk::units::{PressureReference, Quantity, UnitConversion};
 use busbar_plugin_sdk::{Binding, ValueKind};
 
-use crate::nearest::nearest;
 use crate::settings::Settings;
 
 /// Role of a tag that is a compartment's pressure.
@@ -202,7 +202,7 @@ fn input(
         ));
         return Err(format!("{} is no number", binding.tag_id));
     }
-    match UnitConversion::of_binding(binding, quantity, unit) {
+    match UnitConversion::for_binding(binding, quantity, unit) {
         Ok(conversion) => Ok(Input { binding: index, tag_id: binding.tag_id.clone(), conversion }),
         Err(finding) => {
             findings.push(finding);

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use busbar_link::{Faults, Reconnect, ReconnectSettings};
+use busbar_link::{ReconnectBounds, ReconnectSettings, SettingsFaults};
 use busbar_plugin_sdk::{Error, Secret};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -192,7 +192,7 @@ pub(crate) struct Config {
     pub(crate) queries: Vec<QueryConfig>,
     pub(crate) channels: Vec<Channel>,
     pub(crate) timeout: Duration,
-    pub(crate) reconnect: Reconnect,
+    pub(crate) reconnect: ReconnectBounds,
     pub(crate) times: TimeRules,
 }
 
@@ -261,7 +261,7 @@ impl Settings {
     /// # Errors
     /// [`Error::settings`] with each fault and what is allowed.
     pub(crate) fn parse(self) -> Result<Config, Error> {
-        let mut faults = Faults::default();
+        let mut faults = SettingsFaults::default();
         let database = match (self.postgres, self.sqlite) {
             (Some(postgres), None) => {
                 Some(Database::Postgres(Box::new(postgres.parse(&mut faults))))
@@ -320,7 +320,7 @@ impl Settings {
 }
 
 impl RawPostgres {
-    fn parse(self, faults: &mut Faults) -> Postgres {
+    fn parse(self, faults: &mut SettingsFaults) -> Postgres {
         let host = check_name(faults, "postgres.host", self.host.trim().to_owned());
         let is_socket = host.starts_with('/');
         let tls = match (self.sslmode, self.tls) {
@@ -362,7 +362,7 @@ impl RawPostgres {
 }
 
 impl RawTls {
-    fn parse(self, host: &str, faults: &mut Faults) -> Option<TlsFiles> {
+    fn parse(self, host: &str, faults: &mut SettingsFaults) -> Option<TlsFiles> {
         let own = match (self.certificate, self.key) {
             (Some(certificate), Some(key)) => Some((certificate, key)),
             (None, None) => None,
@@ -380,7 +380,7 @@ impl RawTls {
     }
 }
 
-fn parse_queries(raw: Vec<RawQuery>, faults: &mut Faults) -> Vec<QueryConfig> {
+fn parse_queries(raw: Vec<RawQuery>, faults: &mut SettingsFaults) -> Vec<QueryConfig> {
     if raw.is_empty() || raw.len() > MAX_QUERIES {
         faults.add(format!("queries: {}; give 1 to {MAX_QUERIES}", raw.len()));
     }
@@ -405,7 +405,7 @@ fn parse_queries(raw: Vec<RawQuery>, faults: &mut Faults) -> Vec<QueryConfig> {
 fn parse_channels(
     raw: Vec<RawListen>,
     queries: &[QueryConfig],
-    faults: &mut Faults,
+    faults: &mut SettingsFaults,
 ) -> Vec<Channel> {
     if raw.len() > MAX_CHANNELS {
         faults.add(format!("listen: {} channels; at most {MAX_CHANNELS} are allowed", raw.len()));
@@ -426,7 +426,7 @@ fn parse_channels(
     channels
 }
 
-fn check_name(faults: &mut Faults, place: &str, name: String) -> String {
+fn check_name(faults: &mut SettingsFaults, place: &str, name: String) -> String {
     if name.is_empty() || name.len() > MAX_NAME_BYTES || name.contains('\0') {
         faults.add(format!("{place}: give 1 to {MAX_NAME_BYTES} bytes"));
     }

@@ -9,7 +9,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use busbar_link::Backoff;
-use busbar_plugin_sdk::Running;
+use busbar_plugin_sdk::StopToken;
 use rusqlite::config::DbConfig;
 use rusqlite::limits::Limit;
 use rusqlite::types::ValueRef;
@@ -47,7 +47,7 @@ enum FileFault {
 }
 
 /// Serves until the worker is dropped.
-pub(crate) fn serve(path: &Path, config: &Config, mut board: Board, running: &Running) {
+pub(crate) fn serve(path: &Path, config: &Config, mut board: Board, running: &StopToken) {
     let mut backoff = Backoff::new(config.reconnect);
     let session = Session { path, queries: &config.queries, timeout: config.timeout, running };
     board.open();
@@ -68,7 +68,7 @@ struct Session<'a> {
     path: &'a Path,
     queries: &'a [QueryConfig],
     timeout: Duration,
-    running: &'a Running,
+    running: &'a StopToken,
 }
 
 impl Session<'_> {

@@ -9,34 +9,34 @@ mod query;
 use std::path::PathBuf;
 
 use busbar_plugin_sdk::{Error, Host, Plugin, RecordList, RecordSet, Records};
-use record_source::{CellFormats, ListSettings, Source, Watched};
+use record_source::{CellFormats, ListSettings, PolledRecords, Source};
 
 use crate::query::Query;
 
-/// Settings.
+/// Settings of the plugin.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
-    /// The lists, each from a query.
+    /// Lists, each from a query.
     #[schemars(length(min = 1, max = 16))]
     lists: Vec<ListSettings<SqliteQuery>>,
 }
 
-/// A query of an SQLite file.
+/// Query of an SQLite file.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SqliteQuery {
-    /// The file's absolute path.
+    /// Absolute path of the file.
     #[schemars(extend("examples" = ["/var/lib/site/assets.db"]))]
     file: PathBuf,
-    /// One SELECT, whose results are the source's columns.
+    /// Single SELECT statement, whose results are the source's columns.
     #[schemars(length(min = 1, max = 10_000), extend("examples" = ["SELECT * FROM assets"]))]
     query: String,
 }
 
-/// The plugin.
+/// Records plugin for SQLite files.
 pub struct SqliteRecords {
-    watched: Watched,
+    polled: PolledRecords,
 }
 
 impl Plugin for SqliteRecords {
@@ -48,23 +48,23 @@ impl Plugin for SqliteRecords {
 
     fn create(settings: Settings, host: Host) -> Result<Self, Error> {
         record_source::check(&settings.lists, |source| &source.file)?;
-        let watched = |(index, list): (usize, ListSettings<SqliteQuery>)| {
-            let formats = CellFormats::times_of(&list)
+        let polled = |(index, list): (usize, ListSettings<SqliteQuery>)| {
+            let formats = CellFormats::with_decimal_point(&list)
                 .map_err(|fault| Error::settings(format!("lists[{index}].{fault}")))?;
             let file = &list.source.file;
             let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy();
             let shown = list.list(&record_source::shown(&name));
             Ok((shown, Box::new(Query { list, formats }) as Box<dyn Source>))
         };
-        let lists = settings.lists.into_iter().enumerate().map(watched);
+        let lists = settings.lists.into_iter().enumerate().map(polled);
         let lists: Vec<(RecordList, Box<dyn Source>)> = lists.collect::<Result<_, Error>>()?;
-        Ok(Self { watched: Watched::start(&host, lists)? })
+        Ok(Self { polled: PolledRecords::start(&host, lists)? })
     }
 }
 
 impl Records for SqliteRecords {
     fn records(&mut self) -> Result<RecordSet<'_>, Error> {
-        Ok(self.watched.records())
+        Ok(self.polled.records())
     }
 }
 

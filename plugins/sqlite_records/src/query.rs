@@ -1,4 +1,4 @@
-//! The rows of a query as records.
+//! Execution of a query, and conversion of its rows to records.
 //!
 //! Each time the file is opened anew: a connection may take a file that was moved into the
 //! place of another for the one that it knows (SQLite file format, 1.3.7).
@@ -9,7 +9,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use record_source::{
-    CellFormats, Deadline, Gathered, Layout, ListSettings, Source, Version, version_of,
+    CellFormats, ColumnLayout, ListSettings, ReadDeadline, RowBatch, Source, SourceVersion,
+    file_version,
 };
 use rusqlite::config::DbConfig;
 use rusqlite::limits::Limit;
@@ -18,34 +19,34 @@ use rusqlite::{Connection, ErrorCode, OpenFlags, Row};
 
 use crate::SqliteQuery;
 
-/// The longest text or row, bytes.
+/// Longest text or row, bytes.
 const MAX_VALUE_BYTES: i32 = 1 << 20;
-/// Columns of a result.
+/// Columns of a result, at most.
 const MAX_COLUMNS: i32 = 256;
-/// The most memory of the library in this process, bytes.
+/// Greatest memory of the library in this process, bytes.
 const MAX_HEAP_BYTES: i64 = 64 << 20;
-/// Steps of the library's machine between two looks at the time.
+/// Steps of SQLite's virtual machine between two checks of the deadline.
 const STEPS_BETWEEN_LOOKS: i32 = 1000;
-/// The longest that is waited for a lock: shorter than stopping may take.
+/// Longest wait for a lock: shorter than stopping may take.
 const MAX_LOCK_WAIT: Duration = Duration::from_millis(500);
 
-/// A query with what is wanted of it.
+/// Source of one list: its query and formats.
 pub(crate) struct Query {
     pub(crate) list: ListSettings<SqliteQuery>,
     pub(crate) formats: CellFormats,
 }
 
 impl Source for Query {
-    /// That of the file and of its write-ahead log, which has what is newer.
-    fn version(&self) -> Result<Version, String> {
-        let file = version_of(&self.list.source.file)?;
-        let Ok(log) = version_of(&log_of(&self.list.source.file)) else { return Ok(file) };
+    /// Returns the version of the file and of its write-ahead log, which has newer data.
+    fn version(&self) -> Result<SourceVersion, String> {
+        let file = file_version(&self.list.source.file)?;
+        let Ok(log) = file_version(&log_of(&self.list.source.file)) else { return Ok(file) };
         // An empty log is made whenever somebody looks.
         let modified = if log.len > 0 { file.modified.max(log.modified) } else { file.modified };
-        Ok(Version { modified, len: file.len + log.len })
+        Ok(SourceVersion { modified, len: file.len + log.len })
     }
 
-    fn read(&self, rows: &mut Gathered, deadline: &Deadline) -> Result<(), String> {
+    fn read(&self, rows: &mut RowBatch, deadline: &ReadDeadline) -> Result<(), String> {
         let connection = open(&self.list.source.file).map_err(|error| words(&error, deadline))?;
         let mut fault = None;
         let asked = self.ask(connection, rows, deadline, &mut fault);
@@ -55,16 +56,16 @@ impl Source for Query {
 }
 
 impl Query {
-    /// What is wrong with the query or its result goes into `fault`.
+    /// Runs the query; faults of the query or its result go into `fault`.
     fn ask(
         &self,
         mut connection: Connection,
-        into: &mut Gathered,
-        deadline: &Deadline,
+        into: &mut RowBatch,
+        deadline: &ReadDeadline,
         fault: &mut Option<String>,
     ) -> rusqlite::Result<()> {
         let ends = deadline.clone();
-        connection.progress_handler(STEPS_BETWEEN_LOOKS, Some(move || ends.is_over()))?;
+        connection.progress_handler(STEPS_BETWEEN_LOOKS, Some(move || ends.has_passed()))?;
         let mut statement = connection.prepare(&self.list.source.query)?;
         if !statement.readonly() || statement.column_count() == 0 {
             *fault = Some("the query does not only read: write one SELECT".into());
@@ -75,7 +76,7 @@ impl Query {
             return Ok(());
         }
         let names: Vec<String> = statement.column_names().map(str::to_owned).collect();
-        let layout = match Layout::of(&self.list, &names) {
+        let layout = match ColumnLayout::find(&self.list, &names) {
             Ok(layout) => layout,
             Err(wrong) => {
                 *fault = Some(format!("the query: {wrong}"));
@@ -118,7 +119,7 @@ fn log_of(file: &Path) -> PathBuf {
     name.into()
 }
 
-/// Opens a file so that nothing can be written and nothing else be opened through it.
+/// Opens a file read-only, so that nothing else can be opened through it.
 fn open(path: &Path) -> rusqlite::Result<Connection> {
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let connection = Connection::open_with_flags(path, flags)?;
@@ -135,8 +136,8 @@ fn open(path: &Path) -> rusqlite::Result<Connection> {
     Ok(connection)
 }
 
-/// An error for people.
-fn words(error: &rusqlite::Error, deadline: &Deadline) -> String {
+/// Describes an error for operators.
+fn words(error: &rusqlite::Error, deadline: &ReadDeadline) -> String {
     match error.sqlite_error_code() {
         Some(ErrorCode::OperationInterrupted) => {
             deadline.check().err().unwrap_or_else(|| "the query was stopped".into())

@@ -1,4 +1,4 @@
-//! Databases of all kinds: good, locked, cut short, changing, gone.
+//! Tests with databases of all kinds: good, locked, cut short, changing, gone.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -10,7 +10,7 @@ use serde_json::json;
 
 use crate::{Settings, SqliteRecords};
 
-/// Until a change is read.
+/// Longest wait for a change to be read.
 const MAX_WAIT: Duration = Duration::from_secs(20);
 const QUERY: &str = "SELECT id, maker, built, volts FROM assets ORDER BY id";
 

@@ -1,5 +1,5 @@
-//! Where switches stand: double-points (IEC 61850-7-3) to positions that the host shows by
-//! moving blades and flags, and a verdict on each switch.
+//! Switch positions: double points (IEC 61850-7-3) as positions that the host shows by moving
+//! blades and flags, and a verdict on each switch.
 
 mod motion;
 mod settings;
@@ -14,7 +14,7 @@ pub use settings::{Settings, SwitchSettings};
 use switches::{SwitchVerdict, Switches};
 pub use travel::Travel;
 
-/// The overlay.
+/// Overlay plugin for switch positions.
 pub struct SwitchPosition {
     settings: Settings,
     mechanisms: Vec<String>,
@@ -90,7 +90,7 @@ impl Overlay for SwitchPosition {
     }
 }
 
-/// Of the switches of one piece of equipment the most urgent one is told.
+/// Ranks verdicts by urgency: the most urgent one of a piece of equipment's switches is shown.
 fn urgency(verdict: Verdict) -> u8 {
     match verdict {
         Verdict::Normal => 0,

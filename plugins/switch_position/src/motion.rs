@@ -1,4 +1,4 @@
-//! Motion of a switch as it was seen: settled, travelling within its time, or too long.
+//! Observed motion of a switch: settled, travelling within its time, or too long.
 
 use busbar_plugin_sdk::DoublePoint;
 
@@ -7,25 +7,25 @@ const NANOS_PER_SECOND: f64 = 1e9;
 /// disconnectors take up to some 20 s.
 pub(crate) const DEFAULT_TRAVEL_SECONDS: f64 = 30.0;
 
-/// State of a switch by what was seen of it.
+/// Observed motion of a switch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Motion {
-    /// At one of its ends.
+    /// Switch at one of its ends.
     Settled,
-    /// On its way for no longer than it takes.
+    /// Switch that travels for no longer than its travel time.
     Travelling,
-    /// On its way for longer than it takes.
+    /// Switch that travels for longer than its travel time.
     TooLong,
-    /// On its way, and nobody saw since when.
+    /// Switch that travels since an unknown instant.
     SinceUnknown,
-    /// Reported open and closed at once.
+    /// Switch reported open and closed at once.
     Contradiction,
-    /// Not known at all.
+    /// Switch of an unknown position.
     Unknown,
 }
 
-/// Two bounds of the time that a switch has been on its way: since it was last seen
-/// elsewhere, and since it was first seen so without a gap.
+/// Bounds of a switch's time of travel: since it was last observed elsewhere, and since it was
+/// first observed travelling without a gap.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MotionWatch {
     /// Instant at which it was last seen not travelling, nanoseconds since 1970-01-01 UTC.
@@ -37,8 +37,8 @@ pub(crate) struct MotionWatch {
 }
 
 impl MotionWatch {
-    /// Takes what is seen at an instant, none where it is not good, of a switch that takes
-    /// so many seconds.
+    /// Takes an observation at an instant, none where it is not good, of a switch with this travel
+    /// time, seconds.
     pub(crate) fn see(
         &mut self,
         point: Option<DoublePoint>,

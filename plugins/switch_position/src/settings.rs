@@ -1,12 +1,12 @@
-//! Switches as they are configured.
+//! Settings of switches and their mechanisms.
 
-/// Switches of one overlay.
+/// Switches of one overlay, at most.
 const MAX_SWITCHES: usize = 10_000;
-/// The host's limit.
+/// Mechanisms of one overlay, at most: the host's limit.
 const MAX_MECHANISMS: usize = 16;
 /// Bytes of a mechanism's name.
 const MAX_NAME_BYTES: usize = 64;
-/// How long a switch may take, seconds.
+/// Longest travel time of a switch, seconds.
 const MAX_TRAVEL_SECONDS: f64 = 600.0;
 
 /// Settings of the overlay: the switches whose positions are shown.
@@ -22,7 +22,7 @@ pub struct Settings {
     pub untelemetered: Vec<String>,
 }
 
-/// A switch, whose position is bound to its equipment.
+/// Switch whose position is bound to its equipment.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SwitchSettings {
@@ -32,13 +32,13 @@ pub struct SwitchSettings {
     #[serde(default = "position")]
     #[schemars(length(min = 1, max = 200))]
     pub role: String,
-    /// What moves, as the equipment's model calls it.
+    /// Mechanism that moves, as the equipment's model names it.
     #[serde(default = "main")]
     #[schemars(length(min = 1, max = MAX_NAME_BYTES))]
     pub mechanism: String,
-    /// How long it takes from one end to the other as a rule, seconds: while it is reported
-    /// to be on its way, it is shown as far on its way as that, and longer is abnormal. 0
-    /// where that is too short to be seen: more than 30 s are taken for abnormal then.
+    /// Usual travel time from one end to the other, seconds. A switch reported as travelling is
+    /// shown at that pace, and is abnormal beyond that time. 0 stands for travel too short to be
+    /// seen; travel of more than 30 s is abnormal then.
     #[serde(default)]
     #[schemars(range(min = 0.0, max = MAX_TRAVEL_SECONDS))]
     pub travel_seconds: f64,
@@ -53,7 +53,7 @@ fn main() -> String {
 }
 
 impl Settings {
-    /// What makes no sense, in words.
+    /// Describes an invalid setting, if there is one.
     pub(crate) fn fault(&self) -> Option<String> {
         if self.switches.len() > MAX_SWITCHES || self.untelemetered.len() > MAX_SWITCHES {
             return Some(format!("name at most {MAX_SWITCHES} switches"));

@@ -167,8 +167,8 @@ fn what_bindings_lack_is_a_finding_unless_it_is_declared() {
     assert!(overlay.describe().findings[0].contains("both in the role 'position' at 'Q9'; "));
 }
 
-/// The verdict at the last instant, by all ways that a switch may have gone between what
-/// was seen.
+/// Returns the expected verdict at the last instant, by all ways that a switch may have moved
+/// between observations.
 fn expected(history: &[(i64, Option<DoublePoint>)], travel: i64) -> Verdict {
     let (now, last) = history[history.len() - 1];
     match last {

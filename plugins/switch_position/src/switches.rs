@@ -11,19 +11,19 @@ use crate::motion::{DEFAULT_TRAVEL_SECONDS, Motion, MotionWatch};
 use crate::settings::{Settings, SwitchSettings};
 use crate::travel::Travel;
 
-/// A switch of the settings.
+/// Switch of the settings, with its tag.
 pub(crate) struct Switch {
-    /// Index of its equipment.
+    /// Index of the switch's equipment.
     pub(crate) equipment: usize,
     pub(crate) mechanism: usize,
     pub(crate) travel: Travel,
-    /// The tag of its position, or the reason why there is none.
+    /// Tag of the position, or the reason why there is none.
     pub(crate) tag: Result<PositionTag, Cow<'static, str>>,
     watch: MotionWatch,
     travel_seconds: f64,
 }
 
-/// The tag of a position.
+/// Tag of a switch position.
 pub(crate) struct PositionTag {
     pub(crate) binding: usize,
     tag_id: String,
@@ -38,7 +38,7 @@ pub(crate) struct SwitchVerdict {
     pub(crate) binding: Option<usize>,
 }
 
-/// All switches, the equipment that they are of, and what bindings lack.
+/// Switches of the overlay, their equipment, and findings on bindings.
 #[derive(Default)]
 pub(crate) struct Switches {
     pub(crate) list: Vec<Switch>,
@@ -47,7 +47,7 @@ pub(crate) struct Switches {
 }
 
 impl Switches {
-    /// The switches of the settings with the tags of these bindings.
+    /// Creates the switches of the settings with the tags of these bindings.
     pub(crate) fn new(settings: &Settings, mechanisms: &[String], bindings: &[Binding]) -> Self {
         let mut by_place: HashMap<(&str, &str), Vec<usize>> = HashMap::new();
         for (index, binding) in bindings.iter().enumerate() {
@@ -80,7 +80,7 @@ impl Switches {
 }
 
 impl Switches {
-    /// Keeps what was seen of switches whose tags stay, after a reload of the bindings.
+    /// Keeps observations of switches whose tags stay, after a reload of the bindings.
     pub(crate) fn keep_history(&mut self, before: Self) {
         for (now, before) in self.list.iter_mut().zip(before.list) {
             let is_same = match (&now.tag, &before.tag) {
@@ -135,7 +135,7 @@ fn position_tag(
 }
 
 impl PositionTag {
-    /// The position, or the reason why it is not known.
+    /// Returns the position, or the reason why it is not known.
     fn position(&self, values: &[TagValue]) -> Result<DoublePoint, &'static str> {
         if !self.is_double_point {
             return Err("no double-point");

@@ -1,4 +1,4 @@
-//! Positions as the host reads them.
+//! Positions and verdicts of switches, as the host reads them.
 
 #![allow(clippy::unwrap_used)]
 

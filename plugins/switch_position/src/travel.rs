@@ -1,30 +1,30 @@
-//! How far a switch is on its way.
+//! Animated travel of a switch between its ends.
 
 use busbar_plugin_sdk::DoublePoint;
 
-/// Before its end is reported a switch is not shown there, nor where it began.
+/// Least share of the travel shown away from either end before the end is reported.
 const LEAST: f64 = 0.06;
-/// Where it is shown that is on its way, nobody knows from where.
+/// Position shown of a switch that travels from an unknown end.
 const MIDDLE: f64 = 0.5;
 
-/// The way of one switch, from open, 0, to closed, 1.
+/// Travel of one switch, from open, 0, to closed, 1.
 #[derive(Clone, Debug)]
 pub struct Travel {
     seconds: f64,
-    /// The end where it was last reported.
+    /// End at which the switch was last reported.
     end: Option<f64>,
-    /// Since when it has been on its way, nanoseconds since 1970-01-01 UTC.
+    /// Begin of the travel, nanoseconds since 1970-01-01 UTC.
     since: Option<i64>,
 }
 
 impl Travel {
-    /// Of a switch that takes so many seconds.
+    /// Creates the travel of a switch with this travel time, seconds.
     pub fn taking(seconds: f64) -> Self {
         Self { seconds, end: None, since: None }
     }
 
-    /// Where it is shown when it is reported so at an instant, nanoseconds since 1970-01-01
-    /// UTC; none where that contradicts itself.
+    /// Returns the position shown for a report at an instant, nanoseconds since 1970-01-01 UTC;
+    /// none for a contradictory report.
     pub fn at(&mut self, point: DoublePoint, unix_nanos: i64) -> Option<f64> {
         let end = match point {
             DoublePoint::Off => 0.0,

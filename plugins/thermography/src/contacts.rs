@@ -3,10 +3,10 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
+use busbar_plugin_sdk::designations::{is_within, nearest};
 use busbar_plugin_sdk::units::{Quantity, UnitConversion};
 use busbar_plugin_sdk::{Binding, ValueKind};
 
-use crate::nearest::{is_within, nearest};
 use crate::settings::Settings;
 
 /// Role of a tag that is the temperature of the air around.
@@ -230,7 +230,7 @@ fn input(
     unit: &str,
     findings: &mut Vec<String>,
 ) -> Input {
-    let conversion = match UnitConversion::of_binding(binding, quantity, unit) {
+    let conversion = match UnitConversion::for_binding(binding, quantity, unit) {
         _ if matches!(binding.kind, ValueKind::Bool | ValueKind::DoublePoint) => {
             findings.push(format!(
                 "the tag '{}' in the role '{}' at '{}' is no number; bind one of the kind f64 or \

@@ -60,7 +60,7 @@ impl<'a> InputSearch<'a> {
                 binding.tag_id, binding.role, binding.node_id
             ));
         }
-        Ok(plain(index, binding, UnitConversion::of_binding(binding, quantity, unit)?))
+        Ok(plain(index, binding, UnitConversion::for_binding(binding, quantity, unit)?))
     }
 
     fn keep(&mut self, source: Result<Source, String>, unit: &str) -> Option<Source> {
@@ -159,7 +159,7 @@ impl<'a> InputSearch<'a> {
     /// Load in the role `load`, by the rated load or by its unit.
     fn load(&mut self) -> Option<LoadSource> {
         let (index, binding) = self.bindings_of(role::LOAD).next()?;
-        let quantity = Quantity::of_unit(&binding.unit);
+        let quantity = Quantity::from_unit(&binding.unit);
         let needed = |what: &str, key: &str| {
             format!(
                 "the tag '{}' in the role 'load' at '{}' is {what} in {}; give {key} in the \

@@ -3,7 +3,7 @@
 use busbar_plugin_sdk::Mesh;
 
 use crate::edges::Side;
-use crate::reading::{Curvature, Reading};
+use crate::interpretation::{Curvature, Interpretation};
 use crate::vector::{cross, dot, norm, point, sub};
 
 /// Pairs of triangles looked at on a non-manifold edge; bounds the work on an
@@ -15,7 +15,7 @@ const MAX_PAIRS: usize = 4096;
 pub(crate) struct Factors {
     /// L, Eq. 1: length.
     pub(crate) length: f64,
-    /// F, Eq. 2.
+    /// Border flag F (Eq. 2).
     pub(crate) flag: bool,
     /// S, Eq. 3: area of the triangles at the edge.
     pub(crate) area: f64,
@@ -24,14 +24,14 @@ pub(crate) struct Factors {
     pub(crate) curvature_cosine: f64,
 }
 
-/// What the factors of an edge between two triangles are made of.
+/// Geometry that the factors of an edge between two triangles are made of.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hinge {
     pub(crate) length_squared: f64,
     /// Squared lengths of the normals n1 and n2 of Eq. 4: of double areas.
     pub(crate) first_squared: f64,
     pub(crate) second_squared: f64,
-    /// n1 n2.
+    /// Dot product n1 n2 of the triangles' normals.
     pub(crate) dot: f64,
 }
 
@@ -56,32 +56,32 @@ impl Hinge {
 /// S on a border is its one triangle; on an edge of three and more triangles it
 /// is the sum of all, and C the largest of any two (of the first [`MAX_PAIRS`]
 /// pairs). A triangle without area contributes C = 0. For F and C see
-/// [`Reading`].
+/// [`Interpretation`].
 #[inline]
 pub(crate) fn measure(
     mesh: &Mesh<'_>,
     ends: [u32; 2],
     sides: &[Side],
-    reading: &Reading,
+    interpretation: &Interpretation,
 ) -> Factors {
     let length = norm(sub(point(mesh, ends[1]), point(mesh, ends[0])));
     let hinge = |a: &Side, b: &Side| Hinge::at(mesh, ends, *a, *b);
     let double_area = |side: &Side| hinge(side, side).first_squared.sqrt();
     let curvature_cosine = match sides {
-        [_] => reading.border_curvature_cosine(),
+        [_] => interpretation.border_curvature_cosine(),
         many => {
             let pairs = (1..many.len()).flat_map(|i| (0..i).map(move |j| (&many[i], &many[j])));
             let cosines = pairs.take(MAX_PAIRS).map(|(a, b)| {
                 let hinge = hinge(a, b);
                 let scale = hinge.first_squared.sqrt() * hinge.second_squared.sqrt();
-                bend_cosine(hinge.dot, scale, reading.curvature)
+                bend_cosine(hinge.dot, scale, interpretation.curvature)
             });
             cosines.fold(1.0, f64::min)
         }
     };
     Factors {
         length,
-        flag: reading.flag(sides.len() != 2),
+        flag: interpretation.flag(sides.len() != 2),
         area: 0.5 * sides.iter().map(double_area).sum::<f64>(),
         curvature_cosine,
     }
@@ -89,9 +89,9 @@ pub(crate) fn measure(
 
 /// The cosine of C by Eq. 4 from n1 n2 and |n1| |n2|, clamped to [-1, 1].
 #[inline(always)]
-pub(crate) fn bend_cosine(dot: f64, scale: f64, reading: Curvature) -> f64 {
+pub(crate) fn bend_cosine(dot: f64, scale: f64, interpretation: Curvature) -> f64 {
     let cosine = (dot / scale).clamp(-1.0, 1.0);
-    let cosine = match reading {
+    let cosine = match interpretation {
         Curvature::Mended => -cosine,
         Curvature::AsPrinted => cosine,
     };

@@ -7,8 +7,8 @@ use crate::factors::measure;
 use crate::forest::{Classes, Errors, distance};
 use crate::guards::Candidate;
 use crate::guards::MAX_VALENCE;
+use crate::interpretation::Interpretation;
 use crate::queue::{Entry, Queue};
-use crate::reading::Reading;
 use crate::surface::{Ring, Spoke, Surface};
 use crate::weights::Coefficients;
 
@@ -23,7 +23,7 @@ pub(crate) enum Keys<'a> {
     /// W, edge by edge to begin with. After a collapse that of the edges around
     /// the kept vertex is found anew: Eq. 1-4 of the mesh as it is, with the
     /// maxima, deviations and proportion of borders of the whole mesh.
-    Weights { weights: &'a [f64], reading: &'a Reading, coefficients: Coefficients },
+    Weights { weights: &'a [f64], interpretation: &'a Interpretation, coefficients: Coefficients },
 }
 
 impl Keys<'_> {
@@ -76,9 +76,9 @@ struct Greedy<'a> {
     collapses: Vec<Collapse>,
     /// The key of the edge that each side belongs to.
     side_keys: Vec<u64>,
-    /// Whether that edge is put off.
+    /// Deferred edges: whether each waits for a change around it.
     is_put_off: Vec<bool>,
-    /// Whether an edge around the vertex may be put off.
+    /// Vertices around which an edge may be deferred.
     may_wait: Vec<bool>,
     rings: [Ring; 3],
     sides: Vec<Side>,
@@ -192,12 +192,12 @@ impl<'a> Greedy<'a> {
                     let keys = spokes.iter().map(|spoke| self.side_keys[spoke.side]);
                     keys.min().unwrap_or(u64::MAX)
                 }
-                Keys::Weights { reading, coefficients, .. } => {
+                Keys::Weights { interpretation, coefficients, .. } => {
                     let ends = [kept.min(neighbour), kept.max(neighbour)];
                     let side = |spoke: &Spoke| Side::new(ends[1], spoke.opposite);
                     self.sides.clear();
                     self.sides.extend(spokes.iter().map(side));
-                    let factors = measure(&self.surface.mesh, ends, &self.sides, reading);
+                    let factors = measure(&self.surface.mesh, ends, &self.sides, interpretation);
                     coefficients.weigh(&factors).to_bits()
                 }
             };

@@ -6,7 +6,7 @@
 //! (`factors`), weighted by Eq. 5-10 (`weights`), sorted ascending (`sort`),
 //! and collapsed in that static order: the smaller class of joined vertices
 //! moves onto the larger (`forest`). Where the paper contradicts itself or
-//! leaves something open, a [`Reading`] says how it is taken. Beyond the paper,
+//! leaves something open, a [`Interpretation`] says how it is taken. Beyond the paper,
 //! [`Order`] has two orders that keep the surface whole (`greedy`).
 
 mod arc_cosine;
@@ -15,24 +15,24 @@ mod factors;
 mod forest;
 mod greedy;
 mod guards;
+mod interpretation;
 mod moments;
 mod queue;
-mod reading;
 #[cfg(test)]
 mod reference;
-mod shares;
 mod sort;
 mod surface;
 mod threads;
+mod variance_shares;
 mod vector;
 mod weights;
 
 use busbar_plugin_sdk::{Error, Host, MeshOptimizer, Plugin};
 
 pub use busbar_plugin_sdk::{Collapse, CollapseList, Mesh, Progress};
-pub use reading::{BorderFlag, BorderWeight, Curvature, Reading};
-pub use shares::{VarianceShares, variance_shares};
+pub use interpretation::{BorderFlag, BorderWeight, Curvature, Interpretation};
 pub use threads::MAX_THREADS;
+pub use variance_shares::{VarianceShares, variance_shares};
 
 /// Triangles of a mesh at most: their sides are counted in 32 bits.
 pub const MAX_TRIANGLES: usize = (u32::MAX / 3) as usize;
@@ -44,10 +44,10 @@ const SORTED: f32 = 0.5;
 #[derive(Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 struct Settings {
-    /// Whether borders are kept longer: the paper's flag F, with curvature pi
-    /// on borders. Off is the paper's Fig. 8.
+    /// Border protection: the paper's flag F, with curvature pi on borders. Off is the paper's Fig.
+    /// 8.
     border_protection: bool,
-    /// Which edge is collapsed when.
+    /// Order in which edges are collapsed.
     order: Order,
 }
 
@@ -57,7 +57,7 @@ impl Default for Settings {
     }
 }
 
-/// Which edge is collapsed when.
+/// Order in which edges are collapsed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Order {
@@ -93,8 +93,9 @@ impl MeshOptimizer for WeightedCollapse {
 
     fn optimize(&self, mesh: Mesh<'_>, progress: &mut Progress<'_>) -> Result<CollapseList, Error> {
         let protected = self.settings.border_protection;
-        let reading = if protected { Reading::BUSBAR } else { Reading::UNPROTECTED };
-        collapse_list(mesh, &reading, self.settings.order, MAX_THREADS, progress)
+        let interpretation =
+            if protected { Interpretation::BUSBAR } else { Interpretation::UNPROTECTED };
+        collapse_list(mesh, &interpretation, self.settings.order, MAX_THREADS, progress)
     }
 }
 
@@ -108,7 +109,7 @@ impl MeshOptimizer for WeightedCollapse {
 /// [`Error::cancelled`] when `progress` says so.
 pub fn collapse_list(
     mesh: Mesh<'_>,
-    reading: &Reading,
+    interpretation: &Interpretation,
     order: Order,
     max_threads: usize,
     progress: &mut Progress<'_>,
@@ -119,8 +120,8 @@ pub fn collapse_list(
     let edges = list.stage("edges", || edges::find(&mesh, threads));
     progress.report(0.2)?;
     let (weights, coefficients) = list.stage("weights", || {
-        let measured = weights::measure_all(&mesh, &edges, reading, threads);
-        let coefficients = measured.coefficients(reading);
+        let measured = weights::measure_all(&mesh, &edges, interpretation, threads);
+        let coefficients = measured.coefficients(interpretation);
         (measured.weigh(&coefficients, threads), coefficients)
     });
     progress.report(0.4)?;
@@ -130,7 +131,9 @@ pub fn collapse_list(
         let sorted = list.stage("sort", || sort::sort(&weights));
         progress.report(SORTED)?;
         let keys = match order {
-            Order::Reweighted => greedy::Keys::Weights { weights: &weights, reading, coefficients },
+            Order::Reweighted => {
+                greedy::Keys::Weights { weights: &weights, interpretation, coefficients }
+            }
             _ => greedy::Keys::Ranks(sort::ranks(&sorted)),
         };
         let collapses = || greedy::collapse(mesh, &edges, &sorted, &keys, progress);
@@ -178,11 +181,12 @@ mod tests {
             let mesh =
                 Mesh { positions: &positions, triangles: &[[0, 1, 2], corners], wedges: None };
             for order in [Order::Paper, Order::Guarded, Order::Reweighted] {
-                let progress = &mut Progress::unwatched();
-                let error = collapse_list(mesh, &Reading::BUSBAR, order, 1, progress).unwrap_err();
+                let progress = &mut Progress::detached();
+                let error =
+                    collapse_list(mesh, &Interpretation::BUSBAR, order, 1, progress).unwrap_err();
                 assert!(error.message().contains("triangle 1"), "{error}");
             }
-            assert!(variance_shares(mesh, &Reading::BUSBAR).is_err());
+            assert!(variance_shares(mesh, &Interpretation::BUSBAR).is_err());
         }
     }
 }

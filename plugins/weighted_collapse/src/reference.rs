@@ -6,9 +6,9 @@ use std::f64::consts::PI;
 
 use proptest::prelude::*;
 
-use crate::reading::{BorderFlag, BorderWeight, Curvature};
+use crate::interpretation::{BorderFlag, BorderWeight, Curvature};
 use crate::vector::{cross, dot, norm, point, sub};
-use crate::{Collapse, CollapseList, Mesh, Order, Reading, edges, forest, sort, weights};
+use crate::{Collapse, CollapseList, Interpretation, Mesh, Order, edges, forest, sort, weights};
 
 /// Edges by their ends, with the opposite corners of their triangles.
 type EdgeMap = BTreeMap<[u32; 2], Vec<u32>>;
@@ -25,7 +25,12 @@ fn edge_map(mesh: &Mesh<'_>) -> EdgeMap {
 }
 
 /// L, F, S and C of Eq. 1-4.
-fn factors(mesh: &Mesh<'_>, ends: [u32; 2], opposites: &[u32], reading: &Reading) -> [f64; 4] {
+fn factors(
+    mesh: &Mesh<'_>,
+    ends: [u32; 2],
+    opposites: &[u32],
+    interpretation: &Interpretation,
+) -> [f64; 4] {
     let [p1, p2] = ends.map(|v| point(mesh, v));
     let normal = |&opposite: &u32| cross(sub(p2, p1), sub(point(mesh, opposite), p1));
     let bend = |a: &u32, b: &u32| {
@@ -34,24 +39,27 @@ fn factors(mesh: &Mesh<'_>, ends: [u32; 2], opposites: &[u32], reading: &Reading
             return 0.0;
         }
         let angle = libm::acos((dot(a, b) / (norm(a) * norm(b))).clamp(-1.0, 1.0));
-        if reading.curvature == Curvature::Mended { PI - angle } else { angle }
+        if interpretation.curvature == Curvature::Mended { PI - angle } else { angle }
     };
-    let mut curvature = if opposites.len() == 1 { reading.border_curvature } else { 0.0_f64 };
+    let mut curvature =
+        if opposites.len() == 1 { interpretation.border_curvature } else { 0.0_f64 };
     for (i, a) in opposites.iter().enumerate() {
         for b in &opposites[..i] {
             curvature = curvature.max(bend(a, b));
         }
     }
     let border = opposites.len() != 2;
-    let flag = if reading.border_flag == BorderFlag::Text { border } else { !border };
+    let flag = if interpretation.border_flag == BorderFlag::Text { border } else { !border };
     let area = opposites.iter().map(|o| 0.5 * norm(normal(o))).sum();
     [norm(sub(p2, p1)), f64::from(u8::from(flag)), area, curvature]
 }
 
 /// Eq. 5-10, straight from the formulas.
-fn weights_of(mesh: &Mesh<'_>, edges: &EdgeMap, reading: &Reading) -> Vec<f64> {
-    let rows: Vec<[f64; 4]> =
-        edges.iter().map(|(&ends, opposites)| factors(mesh, ends, opposites, reading)).collect();
+fn weights_of(mesh: &Mesh<'_>, edges: &EdgeMap, interpretation: &Interpretation) -> Vec<f64> {
+    let rows: Vec<[f64; 4]> = edges
+        .iter()
+        .map(|(&ends, opposites)| factors(mesh, ends, opposites, interpretation))
+        .collect();
     let n = rows.len() as f64;
     let equalised = |column: usize| -> Vec<f64> {
         let values = rows.iter().map(|row| row[column]);
@@ -64,7 +72,8 @@ fn weights_of(mesh: &Mesh<'_>, edges: &EdgeMap, reading: &Reading) -> Vec<f64> {
     };
     let curvatures: Vec<f64> = rows.iter().map(|row| row[3]).collect();
     let borders = edges.values().filter(|opposites| opposites.len() != 2).count();
-    let alpha = if reading.border_weight == BorderWeight::Alpha { borders as f64 / n } else { 0.0 };
+    let alpha =
+        if interpretation.border_weight == BorderWeight::Alpha { borders as f64 / n } else { 0.0 };
     let (l, f, s) = (equalised(0), equalised(1), equalised(2));
     let (w1, w3, w4) = (deviation(&l), deviation(&s), deviation(&curvatures));
     (0..rows.len()).map(|i| w1 * l[i] + alpha * f[i] + w3 * s[i] + w4 * curvatures[i]).collect()
@@ -106,12 +115,14 @@ pub(crate) fn soup() -> impl Strategy<Value = (Vec<[f32; 3]>, Vec<[u32; 3]>)> {
     })
 }
 
-pub(crate) fn reading() -> impl Strategy<Value = Reading> {
-    (any::<bool>(), any::<bool>(), any::<bool>(), any::<bool>()).prop_map(|(a, b, c, d)| Reading {
-        curvature: if a { Curvature::Mended } else { Curvature::AsPrinted },
-        border_flag: if b { BorderFlag::Text } else { BorderFlag::Equation2 },
-        border_curvature: if c { PI } else { 0.0 },
-        border_weight: if d { BorderWeight::Alpha } else { BorderWeight::Zero },
+pub(crate) fn interpretation() -> impl Strategy<Value = Interpretation> {
+    (any::<bool>(), any::<bool>(), any::<bool>(), any::<bool>()).prop_map(|(a, b, c, d)| {
+        Interpretation {
+            curvature: if a { Curvature::Mended } else { Curvature::AsPrinted },
+            border_flag: if b { BorderFlag::Text } else { BorderFlag::Equation2 },
+            border_curvature: if c { PI } else { 0.0 },
+            border_weight: if d { BorderWeight::Alpha } else { BorderWeight::Zero },
+        }
     })
 }
 
@@ -121,7 +132,7 @@ proptest! {
     #[test]
     fn any_mesh_is_as_the_plain_form_says(
         (positions, triangles) in soup(),
-        reading in reading(),
+        interpretation in interpretation(),
         threads in 1_usize..5,
     ) {
         let mesh = Mesh { positions: &positions, triangles: &triangles, wedges: None };
@@ -134,12 +145,12 @@ proptest! {
         }
 
         let weigh = |threads| {
-            let measured = weights::measure_all(&mesh, &found, &reading, threads);
-            let coefficients = measured.coefficients(&reading);
+            let measured = weights::measure_all(&mesh, &found, &interpretation, threads);
+            let coefficients = measured.coefficients(&interpretation);
             measured.weigh(&coefficients, threads)
         };
         let weighed = weigh(threads);
-        for (weight, expected) in weighed.iter().zip(weights_of(&mesh, &plain, &reading)) {
+        for (weight, expected) in weighed.iter().zip(weights_of(&mesh, &plain, &interpretation)) {
             prop_assert!((weight - expected).abs() < 1e-9, "{weight} is not {expected}");
         }
         let bits = |weights: &[f64]| weights.iter().map(|w| w.to_bits()).collect::<Vec<_>>();
@@ -165,8 +176,8 @@ proptest! {
     #[test]
     fn any_mesh_gives_a_spanning_forest((positions, triangles) in soup()) {
         let mesh = Mesh { positions: &positions, triangles: &triangles, wedges: None };
-        let progress = &mut crate::Progress::unwatched();
-        let list = crate::collapse_list(mesh, &Reading::BUSBAR, Order::Paper, 1, progress).unwrap();
+        let progress = &mut crate::Progress::detached();
+        let list = crate::collapse_list(mesh, &Interpretation::BUSBAR, Order::Paper, 1, progress).unwrap();
         let n = positions.len();
 
         let mut survivor: Vec<usize> = (0..n).collect();
@@ -208,8 +219,9 @@ fn a_larger_mesh_is_the_same_in_any_number_of_threads() {
     let weigh = |threads| {
         let edges = edges::find(&mesh, threads);
         assert!(edges.len() > 2 * crate::moments::CHUNK);
-        let measured = weights::measure_all(&mesh, &edges, &Reading::BUSBAR, threads);
-        let weights = measured.clone().weigh(&measured.coefficients(&Reading::BUSBAR), threads);
+        let measured = weights::measure_all(&mesh, &edges, &Interpretation::BUSBAR, threads);
+        let weights =
+            measured.clone().weigh(&measured.coefficients(&Interpretation::BUSBAR), threads);
         let sorted = sort::sort(&weights);
         (edges, weights.into_iter().map(f64::to_bits).collect::<Vec<_>>(), sorted)
     };

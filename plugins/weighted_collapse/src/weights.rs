@@ -11,8 +11,8 @@ use busbar_plugin_sdk::{Mesh, on_huge_pages};
 use crate::arc_cosine::angles;
 use crate::edges::Edges;
 use crate::factors::{Factors, Hinge, angle, bend_cosine, measure};
+use crate::interpretation::{BorderWeight, Interpretation};
 use crate::moments::{CHUNK, Moments};
-use crate::reading::{BorderWeight, Reading};
 use crate::threads;
 
 /// The factors of all edges, in parallel arrays.
@@ -25,7 +25,7 @@ pub(crate) struct Measured {
     totals: Totals,
 }
 
-/// What Eq. 6-10 need to know of all edges.
+/// Totals over all edges that Eq. 6-10 need.
 #[derive(Clone, Copy, Debug, Default)]
 struct Totals {
     lengths: Moments,
@@ -58,7 +58,7 @@ struct Chunk<'a> {
 pub(crate) fn measure_all(
     mesh: &Mesh<'_>,
     edges: &Edges,
-    reading: &Reading,
+    interpretation: &Interpretation,
     threads: usize,
 ) -> Measured {
     let zeros = || on_huge_pages(vec![0.0; edges.len()]);
@@ -76,15 +76,21 @@ pub(crate) fn measure_all(
             areas,
             curvatures,
         });
-    let totals =
-        threads::map(chunks.collect(), threads, |chunk| measure_chunk(mesh, edges, reading, chunk));
+    let totals = threads::map(chunks.collect(), threads, |chunk| {
+        measure_chunk(mesh, edges, interpretation, chunk)
+    });
     let totals = totals.into_iter().fold(Totals::default(), Totals::and);
     Measured { lengths, flags, areas, curvatures, totals }
 }
 
-fn measure_chunk(mesh: &Mesh<'_>, edges: &Edges, reading: &Reading, chunk: Chunk<'_>) -> Totals {
+fn measure_chunk(
+    mesh: &Mesh<'_>,
+    edges: &Edges,
+    interpretation: &Interpretation,
+    chunk: Chunk<'_>,
+) -> Totals {
     let Chunk { first_edge, lengths, flags, areas, curvatures } = chunk;
-    let inner_flag = reading.flag(false);
+    let inner_flag = interpretation.flag(false);
     // Nearly all edges have two sides. Their roots and quotients are taken of
     // the whole chunk in one go, which is faster.
     let mut second_squares = [0.0; CHUNK];
@@ -107,11 +113,11 @@ fn measure_chunk(mesh: &Mesh<'_>, edges: &Edges, reading: &Reading, chunk: Chunk
         let (first, second) = (area.sqrt(), second.sqrt());
         *length = length.sqrt();
         *area = 0.5 * (first + second);
-        *curvature = bend_cosine(*curvature, first * second, reading.curvature);
+        *curvature = bend_cosine(*curvature, first * second, interpretation.curvature);
     }
     for &i in &borders {
         let edge = first_edge + i;
-        let factors = measure(mesh, edges.ends[edge], edges.sides(edge), reading);
+        let factors = measure(mesh, edges.ends[edge], edges.sides(edge), interpretation);
         lengths[i] = factors.length;
         flags[i] = factors.flag;
         areas[i] = factors.area;
@@ -145,14 +151,14 @@ impl Measured {
     ///
     /// The paper calls Eq. 6-8 histogram equalisation; they are a rescaling by
     /// the maximum to [0, pi], done as printed. A maximum of 0 maps to 0.
-    pub(crate) fn coefficients(&self, reading: &Reading) -> Coefficients {
+    pub(crate) fn coefficients(&self, interpretation: &Interpretation) -> Coefficients {
         let totals = &self.totals;
         let equalised = |moments: &Moments| {
             let scale = if moments.max > 0.0 { PI / moments.max } else { 0.0 };
             // The deviation of equalised values, times what equalises a value.
             moments.deviation() * scale * scale
         };
-        let alpha = match reading.border_weight {
+        let alpha = match interpretation.border_weight {
             BorderWeight::Alpha => totals.borders as f64 / totals.edges.max(1) as f64,
             BorderWeight::Zero => 0.0,
         };

@@ -4,9 +4,9 @@ use anyhow::{Result, anyhow};
 use busbar_geometry::{Collapse, CollapseSequence, Mesh};
 use busbar_plugin_sdk::{self as sdk, CollapseList, MeshOptimizer, Plugin, Progress};
 use quadric_collapse::{QuadricCollapse, Settings};
-use weighted_collapse::{Order, Reading};
+use weighted_collapse::{Interpretation, Order};
 
-/// A mesh as an optimiser is handed it.
+/// Mesh in the form of an optimiser's input.
 pub(crate) struct Input<'a> {
     mesh: &'a Mesh,
     positions: Vec<[f32; 3]>,
@@ -26,12 +26,12 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// The paper's weights in some order.
+    /// Runs the paper's weights in some order.
     pub(crate) fn weighted(&self, order: Order, max_threads: usize) -> Result<CollapseList> {
-        let progress = &mut Progress::unwatched();
+        let progress = &mut Progress::detached();
         weighted_collapse::collapse_list(
             self.view(),
-            &Reading::BUSBAR,
+            &Interpretation::BUSBAR,
             order,
             max_threads,
             progress,
@@ -39,11 +39,11 @@ impl<'a> Input<'a> {
         .map_err(|error| anyhow!("weighted_collapse: {}", error.message()))
     }
 
-    /// The order by quadric error, on all cores that the thread may use.
+    /// Runs the order by quadric error, on all cores that the thread may use.
     pub(crate) fn quadric(&self) -> Result<CollapseList> {
         let optimize = || {
             let plugin = QuadricCollapse::create(Settings::default(), sdk::testing::host())?;
-            plugin.optimize(self.view(), &mut Progress::unwatched())
+            plugin.optimize(self.view(), &mut Progress::detached())
         };
         optimize().map_err(|error| anyhow!("quadric_collapse: {}", error.message()))
     }
@@ -63,7 +63,7 @@ impl<'a> Input<'a> {
     }
 }
 
-/// A list as a checked sequence over so many positions.
+/// Converts a list to a checked sequence over so many positions.
 pub(crate) fn sequence(list: &CollapseList, positions: usize) -> Result<CollapseSequence> {
     let entry = |c: &sdk::Collapse| Collapse { removed: c.removed, kept: c.kept, error: c.error };
     Ok(CollapseSequence::new(list.collapses.iter().map(entry).collect(), positions as u32)?)

@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use busbar_geometry::{Mesh, components};
+use busbar_geometry::{Mesh, count_components};
 use busbar_scene::Model;
 use demo_model::{breaker_pole, disconnector_pole, power_transformer, yard};
 use glam::{DVec3, Vec3};
@@ -21,7 +21,7 @@ fn triangles_shown(model: &Model) -> usize {
     shown.map(|mesh| model.meshes[mesh as usize].triangles.len()).sum()
 }
 
-/// Signed volume of every connected shell of a mesh.
+/// Computes the signed volume of every connected shell of a mesh.
 fn shell_volumes(mesh: &Mesh) -> Vec<f64> {
     let topology = mesh.topology();
     let mut shell: Vec<u32> = (0..topology.positions.len() as u32).collect();
@@ -73,7 +73,8 @@ fn every_shell_encloses_a_positive_volume() {
     for (name, model) in models() {
         for (index, mesh) in model.meshes.iter().enumerate() {
             let volumes = shell_volumes(mesh);
-            let count = components(mesh.positions.len() as u32, &mesh.topology().triangles).all;
+            let count =
+                count_components(mesh.positions.len() as u32, &mesh.topology().triangles).all;
             assert_eq!(volumes.len(), count as usize);
             assert!(
                 volumes.iter().all(|&v| v > 1e-8),
@@ -163,7 +164,7 @@ fn transformer_has_the_size_of_its_rating() {
         let positions = &model.meshes[mesh as usize].positions;
         points.extend(positions.iter().map(|&p| model_from_node.transform_point3(p)));
     }
-    let bounds = busbar_geometry::Bounds::around(points).unwrap();
+    let bounds = busbar_geometry::Bounds::from_points(points).unwrap();
     let size = bounds.max - bounds.min;
     assert!((11.0..=14.0).contains(&size.x), "length {}", size.x);
     assert!((6.0..=9.0).contains(&size.z), "width {}", size.z);

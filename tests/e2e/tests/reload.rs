@@ -1,29 +1,29 @@
-//! Hot reload: an edit of the configuration shows within a moment, what it does not touch
-//! goes on undisturbed, and one that has faults changes nothing.
+//! Hot reload: an edit of the configuration shows within a moment, unrelated parts continue
+//! undisturbed, and one with errors changes nothing.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use busbar_viewer::reload::{Outcome, Reloader, SETTLE};
+use busbar_viewer::reload::{ReloadOutcome, Reloader, SETTLE_TIME};
 use busbar_viewer::{AlarmAction, AlarmState, LoadedScene, Picture, Stats, Viewer};
 use e2e::peer::{Peer, calm_values};
 use e2e::{Scene, wait_for};
 use serde_json::{Value, json};
 
-/// The overlay with values.
+/// Overlay with the values.
 const LABELS: &str = "values";
 const SIZE: [u32; 2] = [480, 270];
-/// Until an edit, a value or an alarm is there.
+/// Longest wait for an edit, a value or an alarm.
 const MAX_WAIT: Duration = Duration::from_secs(60);
-/// Edits that are timed.
+/// Number of timed edits.
 const TIMED: usize = 20;
-/// The longest that an edit may take where other tests keep the machine busy, from its
-/// writing to the picture. On an idle machine the promise is 250 ms after it settled.
+/// Longest time of an edit from its writing to the picture, where other tests keep the machine
+/// busy. On an idle machine the promise is 250 ms after it settled.
 const MAX_LATENCY: Duration = Duration::from_secs(3);
 
-/// The demo with alarms.
+/// Returns the demo scene with alarms.
 fn scene(port: u16) -> Scene {
     let mut scene = Scene::demo(port);
     scene.config["alarms"] = json!({
@@ -53,12 +53,12 @@ struct View {
 }
 
 impl View {
-    /// An operator's view without a window of its own.
+    /// Opens an operator's view without a window of its own.
     fn open(scene: Scene) -> Self {
         let path = scene.write();
         let loaded = LoadedScene::load(&path, &|_, _, _| {}).unwrap_or_else(|e| panic!("{e}"));
         let options = loaded.renderer_options();
-        let mut viewer = Viewer::offscreen(loaded, options, SIZE).expect("there is a device");
+        let mut viewer = Viewer::new_offscreen(loaded, options, SIZE).expect("there is a device");
         viewer.set_operator("A. Operator");
         let reloader = Reloader::start(&path, || {}).expect("a file can be watched");
         let mut view = Self { scene, path, viewer, reloader, started: Instant::now() };
@@ -86,48 +86,48 @@ impl View {
         });
     }
 
-    /// Frames until what was written is shown or refused.
-    fn outcome(&mut self) -> Outcome {
+    /// Draws frames until the edit is shown or refused.
+    fn outcome(&mut self) -> ReloadOutcome {
         wait_for("the file to be read again", MAX_WAIT, || {
             self.frame();
             self.reloader.step(&mut self.viewer)
         })
     }
 
-    /// Changes the configuration, which must be shown.
+    /// Changes the configuration, and requires that the change is shown.
     fn edit(&mut self, change: impl FnOnce(&mut Value)) {
         change(&mut self.scene.config);
         self.scene.write();
-        assert_eq!(self.outcome(), Outcome::Shown);
+        assert_eq!(self.outcome(), ReloadOutcome::Shown);
         self.frame();
     }
 
-    /// Without labels, whose places depend on where they were before.
+    /// Draws the scene without labels, whose places depend on their former ones.
     fn picture(&mut self) -> Picture {
-        assert!(self.viewer.show_layer(LABELS, false));
+        assert!(self.viewer.set_layer_shown(LABELS, false));
         // Overlays answer from processes of their own.
         for _ in 0..4 {
             self.frame();
         }
         let picture = self.viewer.read_picture().expect("a frame was drawn");
-        self.viewer.show_layer(LABELS, true);
+        self.viewer.set_layer_shown(LABELS, true);
         picture
     }
 
-    /// The processes of plugins.
+    /// Returns the processes of plugins.
     fn processes(&self) -> BTreeMap<String, u32> {
         let plugins = self.stats().plugins.into_iter();
         plugins.filter_map(|plugin| Some((plugin.name, plugin.pid?))).collect()
     }
 
-    /// A number as it is shown, and its quality.
+    /// Returns a number as it is shown, with its quality.
     fn value(&self, tag: &str) -> (String, &'static str) {
         let stats = self.stats();
         let found = stats.tags.iter().find(|one| one.id == tag).expect("there is such a tag");
         (format!("{:.1}", found.value.as_f64().expect("a number")), found.quality)
     }
 
-    /// Waits until the picture is this one, but for what flashes or settles.
+    /// Waits until the picture is this one, except for flashing and settling parts.
     fn wait_for_picture(&mut self, what: &str, wanted: &Picture) {
         wait_for(what, MAX_WAIT, || is_same(&self.picture(), wanted).then_some(()));
     }
@@ -265,7 +265,7 @@ fn a_live_view_that_leaves_its_quality_open_goes_by_the_device_and_a_picture_doe
 
     let loaded = LoadedScene::load(&view.path, &|_, _, _| {}).unwrap_or_else(|e| panic!("{e}"));
     let options = loaded.renderer_options();
-    let mut still = Viewer::headless(loaded, options, SIZE).expect("there is a device");
+    let mut still = Viewer::new_headless(loaded, options, SIZE).expect("there is a device");
     still.frame(still.headless_input(0.0)).expect("a frame is drawn");
     let picture = still.read_picture().expect("a frame was drawn");
     assert!(is_same(&picture, &medium), "a picture is the same wherever it is drawn");
@@ -295,7 +295,7 @@ fn a_bad_edit_changes_nothing_and_says_what_helps() {
     ];
     for (bad, (text, cause)) in faulty.iter().enumerate() {
         view.scene.write_text(text);
-        let Outcome::Refused(fault) = view.outcome() else { panic!("{cause} is shown") };
+        let ReloadOutcome::Refused(fault) = view.outcome() else { panic!("{cause} is shown") };
         assert!(fault.contains(cause), "{fault}");
         if let Some(place) = fault.strip_prefix(view.path.to_str().expect("UTF-8")) {
             let mut numbers = place.split(':').skip(1).map(str::parse::<u32>);
@@ -312,7 +312,7 @@ fn a_bad_edit_changes_nothing_and_says_what_helps() {
         view.wait_for_picture(cause, &first);
     }
     view.scene.write_text(&good);
-    assert_eq!(view.outcome(), Outcome::Same, "what is shown");
+    assert_eq!(view.outcome(), ReloadOutcome::Same, "what is shown");
     assert_eq!(view.stats().reloads.fault, None);
 }
 
@@ -335,7 +335,7 @@ fn an_edited_model_shows_and_a_bad_one_changes_nothing() {
     let (edited, other) = (models.join("yard.glb"), built.join("disconnector.glb"));
 
     fs::copy(&other, &edited).expect("it can be written");
-    assert_eq!(view.outcome(), Outcome::Shown);
+    assert_eq!(view.outcome(), ReloadOutcome::Shown);
     assert!(!is_same(&view.picture(), &first), "another model");
     assert_eq!(view.processes(), processes, "no plugin is started again");
     assert_eq!(view.stats().quality.bad, 0, "no value is lost");
@@ -343,14 +343,14 @@ fn an_edited_model_shows_and_a_bad_one_changes_nothing() {
 
     let whole = fs::read(built.join("yard.glb")).expect("it is built");
     fs::write(&edited, &whole[..whole.len() / 2]).expect("it can be written");
-    let Outcome::Refused(fault) = view.outcome() else { panic!("half a model is shown") };
+    let ReloadOutcome::Refused(fault) = view.outcome() else { panic!("half a model is shown") };
     assert!(fault.contains("yard.glb") && fault.contains("remedy"), "{fault}");
     view.wait_for_picture("the model before", &second);
 
     // As programs write that replace files.
     fs::write(models.join("new"), &whole).expect("it can be written");
     fs::rename(models.join("new"), &edited).expect("it can be replaced");
-    assert_eq!(view.outcome(), Outcome::Shown);
+    assert_eq!(view.outcome(), ReloadOutcome::Shown);
     view.wait_for_picture("the first picture", &first);
     assert_eq!(view.stats().reloads.fault, None);
 }
@@ -365,10 +365,10 @@ fn an_edit_shows_within_a_moment() {
         view.scene.config["view"]["background"] = json!(grey);
         view.scene.write();
         let written = Instant::now();
-        assert_eq!(view.outcome(), Outcome::Shown);
+        assert_eq!(view.outcome(), ReloadOutcome::Shown);
         view.frame();
         from_writing.push(written.elapsed());
-        from_settling.push(written.elapsed().saturating_sub(SETTLE));
+        from_settling.push(written.elapsed().saturating_sub(SETTLE_TIME));
     }
     for (what, times) in [("writing", &mut from_writing), ("settling", &mut from_settling)] {
         times.sort_unstable();

@@ -10,10 +10,11 @@ use serde_json::{Value, json};
 const SIZE: [u32; 2] = [480, 270];
 const TRANSFORMER: &str = "=S12D1T1-TA1";
 const BREAKER: &str = "=S12D1Q1-QA1-L1";
-/// Until a step of the script is seen.
+/// Longest time until a step of the script is seen.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// An oil temperature at the transformer: far above its alarm, then bad, then cool.
+/// Returns a scene of an oil temperature at the transformer: far above its alarm, then bad, then
+/// cool.
 fn scene() -> Scene {
     let mut scene = Scene::demo(1);
     scene.lend("condition");
@@ -65,7 +66,7 @@ fn a_verdict_is_given_taken_back_and_remembered_also_while_hidden() {
     let scene = scene();
     let loaded = LoadedScene::load(&scene.write(), &|_, _, _| {}).unwrap_or_else(|e| panic!("{e}"));
     let options = RendererOptions { samples: 1, ..Default::default() };
-    let mut viewer = Viewer::offscreen(loaded, options, SIZE).expect("there is a device");
+    let mut viewer = Viewer::new_offscreen(loaded, options, SIZE).expect("there is a device");
     let started = Instant::now();
     let wait_until = |viewer: &mut Viewer, verdict: &str, was_abnormal: bool| {
         wait_for(verdict, PATIENCE, || {
@@ -80,7 +81,7 @@ fn a_verdict_is_given_taken_back_and_remembered_also_while_hidden() {
     };
     let reason = wait_until(&mut viewer, "abnormal", false);
     assert!(reason.contains("95"), "in the unit of the thresholds: {reason}");
-    assert!(viewer.show_layer("monitored", false), "there is such a layer");
+    assert!(viewer.set_layer_shown("monitored", false), "there is such a layer");
     let reason = wait_until(&mut viewer, "unknown", true);
     assert!(reason.contains("Oil") && reason.contains("abnormal when last known"), "{reason}");
     wait_until(&mut viewer, "normal", false);

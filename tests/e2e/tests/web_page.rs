@@ -149,10 +149,10 @@ fn nothing_old_passes_for_live() {
     let viewer = Pid::from_raw(viewer_of(&server) as i32).expect("a process");
     let kill = || kill_process(viewer, Signal::KILL).expect("it is there");
     let lost = marked(&mut browser, "viewer killed", "Viewer lost", &kill);
-    assert!(
-        lost["why"].as_str().is_some_and(|why| why.is_empty() || why.contains("ended")),
-        "{lost}"
-    );
+    // The system may take a while to end a process: no frame comes from it before.
+    let whys = ["ended", "no frame for", "silent for"];
+    let why = lost["why"].as_str().expect("a text");
+    assert!(why.is_empty() || whys.iter().any(|words| why.contains(words)), "{lost}");
     browser.shot("web_lost");
     browser.until_live();
     let back = browser.until_calm();

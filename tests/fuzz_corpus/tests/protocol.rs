@@ -1,26 +1,25 @@
-//! Whatever the other process writes into the socket between a program and its viewer: what
-//! passes the check has texts, counts and sizes within their limits, and is written and read
-//! the same again.
+//! Fuzzing of the protocol between a program and its viewer: messages that pass the check have
+//! texts, counts and sizes within their limits, and are written and read the same again.
 
 use busbar_protocol::framing::{Decoder, LENGTH_BYTES, decode, encode};
 use busbar_protocol::message::{
-    Command, FromViewer, MAX_MESSAGE_BYTES, MAX_TAGS_A_MESSAGE, MAX_TEXT_BYTES, MAX_TYPED_BYTES,
-    ToViewer, Typing,
+    Command, HostMessage, KeyEvent, MAX_MESSAGE_BYTES, MAX_TAGS_A_MESSAGE, MAX_TEXT_BYTES,
+    MAX_TYPED_BYTES, ViewerMessage,
 };
-use busbar_protocol::pictures::bytes_of;
+use busbar_protocol::pictures::picture_bytes;
 
-/// The first byte says which side reads, and in what pieces.
+/// Runs one input. Its first byte selects the side that reads, and the pieces.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Some((&kind, rest)) = bytes.split_first() else { return false };
     let piece = 1 + usize::from(kind >> 1);
     match kind & 1 {
-        0 => read(rest, piece, |message: ToViewer| {
+        0 => read(rest, piece, |message: HostMessage| {
             if message.check().is_ok() {
                 is_within_limits(&message);
                 is_the_same_again(&message);
             }
         }),
-        _ => read(rest, piece, |message: FromViewer| is_the_same_again(&message)),
+        _ => read(rest, piece, |message: ViewerMessage| is_the_same_again(&message)),
     }
 }
 
@@ -41,24 +40,28 @@ fn read<T: serde::de::DeserializeOwned>(bytes: &[u8], piece: usize, check: impl 
     count > 0
 }
 
-fn is_within_limits(message: &ToViewer) {
+fn is_within_limits(message: &HostMessage) {
     match message {
-        ToViewer::Begin(begin) => {
-            assert!(begin.config.len() <= MAX_TEXT_BYTES && bytes_of(begin.size).is_some());
+        HostMessage::Start(begin) => {
+            assert!(begin.config.len() <= MAX_TEXT_BYTES && picture_bytes(begin.size).is_some());
         }
-        ToViewer::Do(Command::Resize(size)) => assert!(bytes_of(*size).is_some()),
-        ToViewer::Do(Command::SetTags(tags)) => {
+        HostMessage::Command(Command::Resize(size)) => assert!(picture_bytes(*size).is_some()),
+        HostMessage::Command(Command::SetTags(tags)) => {
             assert!(tags.len() <= MAX_TAGS_A_MESSAGE);
             assert!(tags.iter().all(|tag| tag.tag.len() <= MAX_TEXT_BYTES));
         }
-        ToViewer::Do(Command::Look(pose)) => {
+        HostMessage::Command(Command::SetCamera(pose)) => {
             assert!(pose.eye.iter().chain(&pose.target).all(|number| number.is_finite()));
         }
-        ToViewer::Do(Command::SetTheta(Some(theta))) => assert!((0.0..=1.0).contains(theta)),
-        ToViewer::Do(Command::Type(Typing::Key { key: typed, .. } | Typing::Text(typed))) => {
+        HostMessage::Command(Command::SetTheta(Some(theta))) => {
+            assert!((0.0..=1.0).contains(theta))
+        }
+        HostMessage::Command(Command::Key(
+            KeyEvent::Key { key: typed, .. } | KeyEvent::Text(typed),
+        )) => {
             assert!(typed.len() <= MAX_TYPED_BYTES);
         }
-        ToViewer::Do(_) => {}
+        HostMessage::Command(_) => {}
     }
 }
 

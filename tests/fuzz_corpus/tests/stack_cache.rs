@@ -1,6 +1,6 @@
-//! Any bytes of a cache file are stacks of the mesh or refused, and the mesh is left;
-//! whatever tables are taken, and whatever collapses an optimiser's process gave, the
-//! mesh can be shown at every cursor.
+//! Fuzzing of the stack cache: any bytes of a cache file are stacks of the mesh, or refused with
+//! the mesh unchanged. Whatever tables or collapses are accepted, the mesh can be shown at every
+//! cursor.
 
 use std::sync::OnceLock;
 
@@ -8,23 +8,23 @@ use busbar_geometry::{
     Collapse, CollapseSequence, CollapseStacks, Mesh, RawPrimitive, StackTables, WeldReport,
     removal_ranks, weld,
 };
-use busbar_stack_cache::{CacheKey, Maker, MeshKey, WeldedMesh, content_digest, probe};
+use busbar_stack_cache::{CacheKey, MeshKey, OptimizerDigest, WeldedMesh, content_digest, probe};
 use glam::Vec3;
 
-/// Quads of the mesh, a strip.
+/// Number of quads of the mesh, a strip.
 const QUADS: u32 = 8;
 
-/// The mesh, and the key of its stacks.
+/// Mesh under test with the key of its stacks.
 struct Subject {
     mesh: Mesh,
     key: CacheKey,
 }
 
-/// Of inputs about files of welded meshes.
+/// Selector of inputs that are files of welded meshes.
 const MESH: u8 = 255;
 
-/// The first byte says what the rest is: changes of a good file, tables whose checksum is
-/// right, or collapses; or changes of a welded mesh.
+/// Runs one input. Its first byte selects the form of the rest: changes of a good file, tables
+/// whose checksum is right, collapses, or changes of a welded mesh.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Some((&kind, rest)) = bytes.split_first() else { return false };
     let subject = subject();
@@ -69,11 +69,11 @@ fn is_read(subject: &Subject, bytes: &[u8]) -> bool {
     }
 }
 
-/// A file of the mesh with other bytes, or one whose checksum is right over other indices:
-/// what is taken can be made stacks of and shown.
+/// Reads a changed file of the mesh, or one whose checksum is right over other indices. An accepted
+/// mesh can be made stacks of and shown.
 fn is_mesh_read(subject: &Subject, bytes: &[u8]) -> bool {
     let Some((&kind, rest)) = bytes.split_first() else { return false };
-    let key = MeshKey::of(content_digest(&[b"a file"]), 0);
+    let key = MeshKey::new(content_digest(&[b"a file"]), 0);
     let mut welded = WeldedMesh {
         mesh: subject.mesh.clone(),
         feature_names: vec!["T1".into()],
@@ -105,7 +105,7 @@ fn is_mesh_read(subject: &Subject, bytes: &[u8]) -> bool {
     match probe::read_mesh(&file, key) {
         Ok(WeldedMesh { mesh, .. }) => {
             let positions = mesh.positions.len() as u32;
-            check(&CollapseStacks::build(mesh, &CollapseSequence::none(positions)));
+            check(&CollapseStacks::build(mesh, &CollapseSequence::empty(positions)));
             true
         }
         Err(reason) => {
@@ -115,7 +115,7 @@ fn is_mesh_read(subject: &Subject, bytes: &[u8]) -> bool {
     }
 }
 
-/// Indices are within the mesh at every cursor, and none beyond it.
+/// Checks that indices are within the mesh at every cursor.
 fn check(stacks: &CollapseStacks) {
     let mesh = stacks.mesh();
     let wedges = mesh.wedges.len() as u32;
@@ -124,14 +124,14 @@ fn check(stacks: &CollapseStacks) {
         assert!(resolved.triangles.len() <= mesh.triangles.len());
         assert_eq!(resolved.triangles.len() as u64, stacks.live_triangles(cursor));
         assert!(resolved.triangles.iter().flatten().all(|wedge| *wedge < wedges));
-        assert!(stacks.standing_wedges(cursor).iter().all(|wedge| *wedge < wedges));
+        assert!(stacks.representative_wedges(cursor).iter().all(|wedge| *wedge < wedges));
         for position in resolved.position_triangles().flatten() {
             assert!(position < stacks.surviving(cursor), "a position that is removed");
         }
     }
 }
 
-/// Cursor 0 is the mesh itself.
+/// Checks that cursor 0 is the mesh itself.
 fn check_lossless(subject: &Subject, stacks: &CollapseStacks) {
     assert_eq!(stacks.resolve(0).triangles, subject.mesh.triangles);
 }
@@ -148,7 +148,7 @@ fn subject() -> &'static Subject {
         };
         let (mut mesh, _) = weld(&[primitive]).expect("it is a mesh");
         mesh.group_wedges();
-        let key = CacheKey::of(&mesh, Maker::of(&[b"optimiser"]));
+        let key = CacheKey::new(&mesh, OptimizerDigest::from_parts(&[b"optimiser"]));
         Subject { mesh, key }
     })
 }
@@ -161,7 +161,7 @@ fn good_file(subject: &Subject) -> Vec<u8> {
     probe::file(subject.key, &removal_ranks(&sequence), stacks.tables())
 }
 
-/// A file with other bytes: each change is a place, and what comes there. Without one it
+/// Changes bytes of a file: each change is a place and its new byte. Without a change the file
 /// stays good.
 fn changed(file: &[u8], changes: &[u8]) -> Vec<u8> {
     let mut bytes = file.to_vec();
@@ -175,7 +175,7 @@ fn changed(file: &[u8], changes: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// Tables of the right lengths, mostly.
+/// Decodes tables, mostly of the right lengths.
 fn tables(subject: &Subject, bytes: &[u8]) -> (Vec<u32>, StackTables) {
     let Mesh { positions, wedges, triangles, .. } = &subject.mesh;
     let mut bytes = bytes.iter().copied();
@@ -192,11 +192,11 @@ fn tables(subject: &Subject, bytes: &[u8]) -> (Vec<u32>, StackTables) {
     }
     let mut words = |count: usize| (0..count).map(|_| u32::from(next())).collect::<Vec<_>>();
     let parent_start = words(collapses);
-    let death_index = words(triangles.len());
+    let removal_cursor = words(triangles.len());
     let errors: Vec<_> = words(collapses).into_iter().map(f32::from_bits).collect();
     let tables = StackTables {
         parent_start,
-        death_index,
+        removal_cursor,
         errors,
         parent_offset: words(wedges.len()).iter().map(|word| *word as u8 & 3).collect(),
         max_depth: words(1)[0],
@@ -204,7 +204,7 @@ fn tables(subject: &Subject, bytes: &[u8]) -> (Vec<u32>, StackTables) {
     (ranks, tables)
 }
 
-/// Two positions and the exponent of an error each.
+/// Decodes collapses: two positions and the exponent of an error each.
 fn collapses(bytes: &[u8]) -> Vec<Collapse> {
     let collapse = |bytes: &[u8]| Collapse {
         removed: bytes[0].into(),

@@ -1,20 +1,21 @@
-//! Whatever pages say to a server of the view: what reaches the viewer passes its check, the
-//! picture keeps within its limits, one page steers as long as there is one, and what is held
-//! down is let go of in the end.
+//! Fuzzing of the web page's server: input that reaches the viewer passes its check, and the
+//! picture keeps within its limits. One page steers as long as there is one, and held buttons are
+//! released in the end.
 
 use std::collections::BTreeSet;
 
-use busbar_protocol::message::{Command, Pointing, Typing};
+use busbar_protocol::message::{Command, KeyEvent, PointerEvent};
 use busbar_web::Origin;
 use busbar_web::probe::{MAX_MESSAGE_BYTES, Pages};
 
-/// Pages at once, as a server has them by default.
+/// Greatest number of pages at once, as servers have it by default.
 const MAX_PAGES: usize = 4;
-/// Pixels of the largest picture that a page gets.
+/// Greatest number of pixels of a picture for a page.
 const MAX_PIXELS: u32 = 2560 * 1600;
 
-/// A line each: `+` comes, `-` goes, else the first byte says which page, the rest what. A
-/// line that begins with `o` is an origin instead.
+/// Runs one input, a line for each event: `+` connects a page, `-` disconnects one. Else the first
+/// byte selects the page, and the rest is its message. A line that begins with `o` is an origin
+/// instead.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Ok(text) = std::str::from_utf8(bytes) else { return false };
     let (mut pages, mut held) = (Pages::default(), Held::default());
@@ -29,7 +30,7 @@ pub fn fuzz_one(bytes: &[u8]) -> bool {
             (Some('+'), ..MAX_PAGES) => pages.join(),
             (Some('-'), 1..) => pages.leave(pages.count() - 1),
             (Some(page), count @ 1..) => {
-                pages.say(page as usize % count, rest.as_str()).unwrap_or_else(|_| {
+                pages.receive(page as usize % count, rest.as_str()).unwrap_or_else(|_| {
                     has_refused = true;
                     Vec::new()
                 })
@@ -47,7 +48,7 @@ pub fn fuzz_one(bytes: &[u8]) -> bool {
     has_done && !has_refused
 }
 
-/// What the viewer takes for held down.
+/// Buttons that the viewer takes for held down.
 #[derive(Default)]
 struct Held {
     buttons: BTreeSet<u8>,
@@ -61,17 +62,17 @@ impl Held {
                 // Rounding, and the least side of one that is very long.
                 assert!(width * height <= MAX_PIXELS + 64 * 3840, "{width} x {height}");
             }
-            Command::Point(Pointing::Button { button, pressed: true, .. }) => {
+            Command::Pointer(PointerEvent::Button { button, pressed: true, .. }) => {
                 self.buttons.insert(*button);
             }
-            Command::Point(Pointing::Button { button, .. }) => {
+            Command::Pointer(PointerEvent::Button { button, .. }) => {
                 self.buttons.remove(button);
             }
-            Command::Point(Pointing::Scrolled(steps)) => assert!(steps.abs() <= 100.0),
-            Command::Type(Typing::Text(text)) => assert!(text.len() <= 256),
+            Command::Pointer(PointerEvent::Scrolled(steps)) => assert!(steps.abs() <= 100.0),
+            Command::Key(KeyEvent::Text(text)) => assert!(text.len() <= 256),
             // Nothing else is a page's to ask.
-            Command::Point(_)
-            | Command::Type(_)
+            Command::Pointer(_)
+            | Command::Key(_)
             | Command::SetVisible(_)
             | Command::Focus(_)
             | Command::UseCamera(_)

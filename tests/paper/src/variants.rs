@@ -1,14 +1,14 @@
-//! The readings and orders that the report compares.
+//! Variants of the method that the report compares: readings of the equations, and orders.
 
 use anyhow::{Result, anyhow};
 use busbar_geometry::{Collapse, CollapseSequence, Mesh, Topology};
 use weighted_collapse::{
-    BorderFlag, BorderWeight, Curvature, MAX_THREADS, Order, Progress as Unwatched, Reading,
+    BorderFlag, BorderWeight, Curvature, Interpretation, MAX_THREADS, Order, Progress as Unwatched,
 };
 
 use crate::peer;
 
-/// A way to simplify.
+/// Variant of the simplification.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Variant {
     pub(crate) id: &'static str,
@@ -18,34 +18,41 @@ pub(crate) struct Variant {
 
 #[derive(Clone, Copy, Debug)]
 enum Maker {
-    /// The paper's weights in some reading and order.
-    Weighted(Reading, Order),
-    /// meshoptimizer at as many vertices.
+    /// Order by the paper's weights in some reading.
+    Weighted(Interpretation, Order),
+    /// Simplification by meshoptimizer to as many vertices.
     Peer,
 }
 
-const UNPROTECTED_FLAG: Reading = Reading { border_curvature: 0.0, ..Reading::BUSBAR };
-const UNWEIGHTED_FLAG: Reading = Reading { border_weight: BorderWeight::Zero, ..Reading::BUSBAR };
-const PRINTED_CURVATURE: Reading = Reading { curvature: Curvature::AsPrinted, ..Reading::BUSBAR };
-const PRINTED_FLAG: Reading = Reading { border_flag: BorderFlag::Equation2, ..Reading::BUSBAR };
-const LITERAL: Reading = Reading {
+const UNPROTECTED_FLAG: Interpretation =
+    Interpretation { border_curvature: 0.0, ..Interpretation::BUSBAR };
+const UNWEIGHTED_FLAG: Interpretation =
+    Interpretation { border_weight: BorderWeight::Zero, ..Interpretation::BUSBAR };
+const PRINTED_CURVATURE: Interpretation =
+    Interpretation { curvature: Curvature::AsPrinted, ..Interpretation::BUSBAR };
+const PRINTED_FLAG: Interpretation =
+    Interpretation { border_flag: BorderFlag::Equation2, ..Interpretation::BUSBAR };
+const LITERAL: Interpretation = Interpretation {
     curvature: Curvature::AsPrinted,
     border_flag: BorderFlag::Equation2,
     border_curvature: 0.0,
     border_weight: BorderWeight::Alpha,
 };
 
-/// The paper's order with one reading.
-const fn paper(id: &'static str, name: &'static str, reading: Reading) -> Variant {
+/// Returns the variant with the paper's order and one reading.
+const fn paper(id: &'static str, name: &'static str, reading: Interpretation) -> Variant {
     Variant { id, name, maker: Maker::Weighted(reading, Order::Paper) }
 }
 
-const BUSBAR: Variant = paper("busbar", "paper, as Busbar reads it", Reading::BUSBAR);
-const UNPROTECTED: Variant =
-    paper("unprotected", "no border protection (border C = 0, w2 = 0)", Reading::UNPROTECTED);
+const BUSBAR: Variant = paper("busbar", "paper, as Busbar reads it", Interpretation::BUSBAR);
+const UNPROTECTED: Variant = paper(
+    "unprotected",
+    "no border protection (border C = 0, w2 = 0)",
+    Interpretation::UNPROTECTED,
+);
 const PRINTED_EQ4: Variant = paper("eq4_printed", "Eq. 4 as printed", PRINTED_CURVATURE);
 
-/// What is compared on shells with borders, the reference reading first.
+/// Variants compared on shells with borders, the reference reading first.
 pub(crate) const READINGS: [Variant; 7] = [
     BUSBAR,
     paper("c0_alpha", "border C = 0, w2 = alpha", UNPROTECTED_FLAG),
@@ -55,34 +62,34 @@ pub(crate) const READINGS: [Variant; 7] = [
     paper("eq2_printed", "Eq. 2 as printed", PRINTED_FLAG),
     paper("literal", "Eq. 2 and 4 as printed, border C = 0", LITERAL),
 ];
-/// What may differ on closed shells.
+/// Variants compared on closed shells.
 pub(crate) const CLOSED: [Variant; 3] = [BUSBAR, UNPROTECTED, PRINTED_EQ4];
-/// What is compared on split vertices.
+/// Variants compared on split vertices.
 pub(crate) const SPLIT: [Variant; 2] = [BUSBAR, UNPROTECTED];
-/// Other orders of the same weights, and the peer.
+/// Variants with other orders of the same weights, and the peer.
 pub(crate) const ORDERS: [Variant; 3] = [
     Variant {
         id: "guarded",
         name: "paper's order, collapses that fold put off",
-        maker: Maker::Weighted(Reading::BUSBAR, Order::Guarded),
+        maker: Maker::Weighted(Interpretation::BUSBAR, Order::Guarded),
     },
     Variant {
         id: "reweighted",
         name: "W anew after each collapse, none that folds",
-        maker: Maker::Weighted(Reading::BUSBAR, Order::Reweighted),
+        maker: Maker::Weighted(Interpretation::BUSBAR, Order::Reweighted),
     },
     Variant { id: "meshoptimizer", name: "meshoptimizer", maker: Maker::Peer },
 ];
-/// What a variant made of a mesh.
+/// Output of a variant for a mesh.
 pub(crate) enum Made<const N: usize> {
-    /// Collapses that reach every theta.
+    /// Sequence of collapses that reaches every theta.
     Sequence(CollapseSequence),
-    /// A mesh of its own for each theta.
+    /// Mesh of its own for each theta.
     Levels([Mesh; N]),
 }
 
 impl Variant {
-    /// Simplifies a mesh.
+    /// Simplifies a mesh by this variant.
     pub(crate) fn make<const N: usize>(
         &self,
         mesh: &Topology,
@@ -95,9 +102,9 @@ impl Variant {
     }
 }
 
-/// The collapse sequence of a mesh in some reading and order.
-fn sequence(mesh: &Topology, reading: &Reading, order: Order) -> Result<CollapseSequence> {
-    let mut progress = Unwatched::unwatched();
+/// Computes the collapse sequence of a mesh in some reading and order.
+fn sequence(mesh: &Topology, reading: &Interpretation, order: Order) -> Result<CollapseSequence> {
+    let mut progress = Unwatched::detached();
     let list = weighted_collapse::collapse_list(
         plugin_mesh(mesh),
         reading,
@@ -123,10 +130,10 @@ fn plugin_mesh(mesh: &Topology) -> weighted_collapse::Mesh<'_> {
     }
 }
 
-/// Shares of length, flag, area and curvature in the variance of W, as Busbar
-/// reads the paper.
+/// Computes the shares of length, flag, area and curvature in the variance of W, as Busbar reads
+/// the paper.
 pub(crate) fn variance_shares(mesh: &Topology) -> Result<[f64; 4]> {
-    let shares = weighted_collapse::variance_shares(plugin_mesh(mesh), &Reading::BUSBAR)
+    let shares = weighted_collapse::variance_shares(plugin_mesh(mesh), &Interpretation::BUSBAR)
         .map_err(|error| anyhow!("{}", error.message()))?;
     Ok([shares.length, shares.flag, shares.area, shares.curvature])
 }
@@ -143,8 +150,8 @@ mod tests {
         assert_eq!(UNWEIGHTED_FLAG.border_curvature, PI);
         assert_eq!(UNPROTECTED_FLAG.border_weight, BorderWeight::Alpha);
         assert_eq!(
-            Reading { border_weight: BorderWeight::Zero, ..UNPROTECTED_FLAG },
-            Reading::UNPROTECTED
+            Interpretation { border_weight: BorderWeight::Zero, ..UNPROTECTED_FLAG },
+            Interpretation::UNPROTECTED
         );
         let mut ids: Vec<_> = READINGS.iter().chain(&ORDERS).map(|variant| variant.id).collect();
         ids.sort_unstable();

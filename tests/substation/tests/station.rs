@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashSet};
 use std::sync::LazyLock;
 
-use busbar_geometry::{Topology, components};
+use busbar_geometry::{Topology, count_components};
 use busbar_gltf_import::{ImportLimits, import_bytes};
 use busbar_scene::Model;
 use glam::Vec3;
@@ -107,11 +107,11 @@ fn no_shell_belongs_to_two_owners() {
         }
     }
     assert!(owner_of.iter().all(Option::is_some));
-    let shells = components(topology.positions.len() as u32, &topology.triangles).all;
+    let shells = count_components(topology.positions.len() as u32, &topology.triangles).all;
     assert!(shells as usize > STATION.placements.len(), "{shells} shells");
 }
 
-/// Signed volume of every connected shell, and a point of it.
+/// Computes the signed volume of every connected shell, with a point of it.
 fn shell_volumes(topology: &Topology) -> Vec<(Vec3, f64)> {
     let mut parent: Vec<u32> = (0..topology.positions.len() as u32).collect();
     fn root(parent: &mut [u32], mut x: u32) -> u32 {

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use anyhow::bail;
-use busbar_viewer::{CommandError, CommandExit, DevicePoints, PointSource};
+use busbar_viewer::{CommandError, CommandExit, DevicePointSource, DevicePoints};
 
 use super::check_free;
 use crate::arguments::ImportOptions;
@@ -16,8 +16,8 @@ pub(super) fn run(options: &ImportOptions, instance: &str) -> anyhow::Result<Exi
     if let Some(out) = out.filter(|_| !options.force) {
         check_free(&[out])?;
     }
-    let source = PointSource::of(&options.source, instance)?;
-    let DevicePoints { list, report } = match source.ask(&options.arguments) {
+    let source = DevicePointSource::open(&options.source, instance)?;
+    let DevicePoints { list, report } = match source.list_points(&options.arguments) {
         Ok(points) => points,
         Err(CommandError::Output(error)) => bail!("the list of '{instance}': {error}"),
         Err(CommandError::Plugin(error)) => {
@@ -26,7 +26,7 @@ pub(super) fn run(options: &ImportOptions, instance: &str) -> anyhow::Result<Exi
     };
     tell(instance, &report);
     if report.exit != CommandExit::Done {
-        if let Some(remedy) = source.remedy() {
+        if let Some(remedy) = source.network_remedy() {
             output::line(&format!("  remedy: {remedy}"));
         }
         return Ok(exit_code(&report));

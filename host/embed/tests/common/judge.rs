@@ -9,14 +9,14 @@ use std::time::{Duration, Instant};
 
 use super::{Host, TOP_OIL, save};
 
-/// Values of the tag, all within its limits.
+/// Values of the tag, all within the limits of its equipment.
 const VALUES: [f64; 12] = [31.0, 42.0, 53.0, 34.0, 45.0, 56.0, 37.0, 48.0, 59.0, 30.0, 41.0, 52.0];
 /// Time from value to value: a picture is that much older at most than it is judged.
 pub(crate) const VALUE_PERIOD: Duration = Duration::from_millis(250);
 /// Time that a picture must stay the same to be learned, and the longest that it may take.
 const CALM: Duration = Duration::from_millis(1000);
 const PATIENCE: Duration = Duration::from_secs(120);
-/// Bytes of a pixel.
+/// Bytes of one pixel.
 const PIXEL: usize = 4;
 
 /// A picture as it is seen: width, and pixels whose first three bytes are colours.
@@ -26,7 +26,7 @@ pub(crate) struct Seen {
     pub(crate) pixels: Vec<u8>,
 }
 
-/// Something that shows the view's picture.
+/// Surface that shows the view's picture.
 pub(crate) trait Surface {
     /// The picture that is seen now; none before the first.
     fn look(&mut self, host: &mut Host) -> Option<Seen>;
@@ -47,7 +47,7 @@ pub(crate) struct Judge {
     /// Places of the pixels, bytes from the first.
     places: Vec<usize>,
     colors: Vec<Vec<u8>>,
-    /// Which value the program set when; the last is the present one.
+    /// Values that the program set, with their instants; the last is the present one.
     set: Vec<(Instant, usize)>,
 }
 
@@ -64,7 +64,7 @@ pub(crate) struct Findings {
 }
 
 impl Judge {
-    /// Learns what each value looks like on a surface.
+    /// Learns the picture of each value on a surface.
     pub(crate) fn learn(host: &mut Host, surface: &mut impl Surface) -> Self {
         let mut pictures = Vec::new();
         for value in VALUES {
@@ -84,7 +84,7 @@ impl Judge {
         Self { places, colors, set: vec![(Instant::now(), VALUES.len() - 1)] }
     }
 
-    /// Sets the next value where it is time to.
+    /// Sets the next value when its time has come.
     pub(crate) fn turn(&mut self, host: &mut Host) {
         let (since, number) = *self.set.last().expect("there is one");
         if since.elapsed() >= VALUE_PERIOD {
@@ -95,7 +95,7 @@ impl Judge {
         host.turn();
     }
 
-    /// Looks at the surface once; whether its picture passes for live.
+    /// Judges the surface once; returns whether its picture passes for live.
     pub(crate) fn look(
         &mut self,
         host: &mut Host,

@@ -22,9 +22,9 @@ pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 /// The longest that any call may take: one that waited for the viewer would take seconds, and a
 /// busy machine that draws in software lets any thread wait for some time slices.
 pub(crate) const MAX_CALL: Duration = Duration::from_millis(250);
-/// How long a picture stays as it is until nothing is taken to come.
+/// Time without a change after which a picture counts as settled.
 const CALM: Duration = Duration::from_millis(1200);
-/// How often the program says its tags again.
+/// Period at which the program sets its tags again.
 const TAG_PERIOD: Duration = Duration::from_millis(300);
 
 /// The equipment and the tag of the tests.
@@ -65,19 +65,20 @@ pub(crate) struct Host {
     pub(crate) events: Vec<Happened>,
 }
 
-/// An event, copied.
+/// Copy of an event.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Happened {
     pub(crate) kind: u32,
     pub(crate) state: u32,
     pub(crate) id: String,
     pub(crate) text: String,
+    pub(crate) origins: u32,
     pub(crate) eye: [f32; 3],
     pub(crate) dropped: u32,
     pub(crate) at: Instant,
 }
 
-/// A frame, copied.
+/// Copy of a frame.
 #[derive(Clone)]
 pub(crate) struct Shown {
     pub(crate) is_new: bool,
@@ -168,14 +169,14 @@ impl Host {
         result
     }
 
-    /// From now on a tag has another value.
+    /// Changes the value of a tag from now on.
     pub(crate) fn set_tag(&mut self, id: &str, value: f64) {
         let tag = self.tags.iter_mut().find(|(tag, ..)| tag.to_str() == Ok(id));
         tag.expect("the scene has it").1 = value;
         self.say_tags();
     }
 
-    /// From now on the program says nothing of its tags.
+    /// Stops setting tags from now on.
     pub(crate) fn fall_silent(&mut self) {
         self.tags.clear();
     }
@@ -197,7 +198,7 @@ impl Host {
         self.said = Some(Instant::now());
     }
 
-    /// A turn of the program's event loop: says tags, takes events.
+    /// Runs one turn of the program's event loop: sets tags, takes events.
     pub(crate) fn turn(&mut self) {
         if self.said.is_none_or(|said| said.elapsed() >= TAG_PERIOD) && !self.tags.is_empty() {
             self.say_tags();
@@ -213,7 +214,7 @@ impl Host {
         std::thread::sleep(Duration::from_millis(2));
     }
 
-    /// Waits for an event.
+    /// Waits for an event that satisfies a condition.
     #[track_caller]
     pub(crate) fn wait(&mut self, what: &str, wanted: impl Fn(&Happened) -> bool) -> Happened {
         let start = Instant::now();
@@ -231,7 +232,7 @@ impl Host {
         self.wait(&format!("event of kind {kind}"), |event| event.kind == kind)
     }
 
-    /// The picture as it is now; none before the first.
+    /// Returns the present picture; none before the first.
     pub(crate) fn frame(&mut self) -> Option<Shown> {
         let mut frame = BusbarViewFrame {
             struct_size: size_of::<BusbarViewFrame>() as u32,
@@ -269,7 +270,7 @@ impl Host {
         })
     }
 
-    /// Waits for a picture that is as wanted.
+    /// Waits for a picture that satisfies a condition.
     #[track_caller]
     pub(crate) fn wait_for_frame(&mut self, what: &str, wanted: impl Fn(&Shown) -> bool) -> Shown {
         let start = Instant::now();
@@ -311,7 +312,7 @@ impl Host {
         }
     }
 
-    /// Waits until all tags are there, and until nothing moves in the picture of a place.
+    /// Waits until all tags have values, and until nothing moves in the picture of a place.
     #[track_caller]
     pub(crate) fn look_around(&mut self) -> Shown {
         self.wait("good tag", |e| {
@@ -320,7 +321,7 @@ impl Host {
         self.arrive()
     }
 
-    /// Goes to a place, which has labels placed anew, and waits until nothing moves there.
+    /// Moves to a place, which has labels placed anew, and waits until nothing moves there.
     #[track_caller]
     pub(crate) fn arrive(&mut self) -> Shown {
         let (eye, target) = ([40.0_f32, 25.0, 30.0], [0.0_f32, 3.0, 0.0]);
@@ -330,7 +331,7 @@ impl Host {
         self.wait_for_calm()
     }
 
-    /// The viewer's process.
+    /// Returns the process id of the viewer.
     pub(crate) fn viewer(&self) -> u32 {
         // SAFETY: as the header says.
         unsafe { busbar_view_process(self.view) }
@@ -359,6 +360,7 @@ impl Happened {
             state: event.state,
             id: text(event.id),
             text: text(event.text),
+            origins: event.origins,
             eye: event.eye,
             dropped: event.dropped,
             at: Instant::now(),
@@ -374,6 +376,8 @@ pub(crate) fn no_event() -> BusbarViewEvent {
         dropped: 0,
         unix_nanos: 0,
         number: 0.0,
+        origins: 0,
+        reserved: 0,
         eye: [0.0; 3],
         target: [0.0; 3],
         id: null(),
@@ -381,7 +385,7 @@ pub(crate) fn no_event() -> BusbarViewEvent {
     }
 }
 
-/// Whether a picture has no colour and hatching on most of it, as a dead one must.
+/// Reports whether a picture has no colour and hatching on most of it, as a dead one must.
 pub(crate) fn looks_dead(shown: &Shown) -> bool {
     let is_grey = shown.pixels.chunks(4).all(|p| p[0] == p[1] && p[1] == p[2]);
     let width = shown.size[0] as usize;
@@ -392,7 +396,7 @@ pub(crate) fn looks_dead(shown: &Shown) -> bool {
     is_grey && jumps >= width / 24
 }
 
-/// The program with more in its environment: a script that becomes it.
+/// Returns a script that starts the program with more variables in its environment.
 pub(crate) fn program_with(scene: &Scene, environment: &Command) -> CString {
     let program = built(built_folder().join("busbar"));
     let mut script = String::from("#!/bin/sh\n");
@@ -407,7 +411,7 @@ pub(crate) fn program_with(scene: &Scene, environment: &Command) -> CString {
     CString::new(path.into_os_string().into_encoded_bytes()).expect("no zero byte in it")
 }
 
-/// A value that nothing is wrong with.
+/// Returns a usual value of a tag, within all limits.
 fn usual(tag: &Value) -> f64 {
     let bound = |band: &str, end: &str| tag[band][end].as_f64();
     let low = bound("limits", "low").or(bound("range", "low")).unwrap_or(0.0);
@@ -425,13 +429,13 @@ pub(crate) fn save(shown: &Shown, name: &str) {
     image::save_buffer(path, &rgba, width, height, image::ColorType::Rgba8).expect("it is written");
 }
 
-/// A share of sorted durations.
+/// Returns a percentile of durations, after sorting them.
 pub(crate) fn percentile(durations: &mut [Duration], share: f64) -> Duration {
     durations.sort_unstable();
     durations[((durations.len() - 1) as f64 * share).round() as usize]
 }
 
-/// How long this thread was ready to run and did not.
+/// Returns the time that this thread was ready to run and did not.
 fn waited_for_processor() -> Duration {
     let numbers = std::fs::read_to_string("/proc/thread-self/schedstat").expect("Linux has it");
     let nanos = numbers.split(' ').nth(1).expect("the second number");

@@ -50,7 +50,7 @@ impl X11Window {
         Some(Self { display, connection, window })
     }
 
-    /// The program with this display in its environment: the library finds it there.
+    /// Returns the program with this display in its environment: the library finds it there.
     pub(crate) fn program(&self, scene: &Scene) -> CString {
         let mut environment = Command::new("busbar");
         environment.env("DISPLAY", &self.display.name).env("WINIT_X11_SCALE_FACTOR", "1");
@@ -66,7 +66,7 @@ impl X11Window {
         })
     }
 
-    /// What is seen in the window, with all windows in it.
+    /// Reads the pixels of the window, with all windows in it.
     pub(crate) fn pixels(&self) -> Seen {
         let [width, height] = SIZE;
         let root = self.connection.setup().roots[0].root;

@@ -2,13 +2,12 @@
 
 use std::ops::Range;
 
-use super::{CollapseStacks, StackTables, TablesError, deaths};
+use super::{CollapseStacks, StackTables, TablesError, triangle_removal};
 use crate::mesh::scatter;
 use crate::{CollapseSequence, Mesh, SlenderPoint};
 
-/// How many wedges of the surviving position a wedge may choose its parent
-/// from. Bounds the build on a mesh whose positions have very many wedges, and
-/// lets the choice fit into a byte.
+/// Greatest number of wedges of the surviving position among which a wedge chooses its parent.
+/// Bounds the build on positions with very many wedges, and lets the choice fit into a byte.
 const MAX_PARENT_CANDIDATES: u32 = 64;
 
 impl CollapseStacks {
@@ -24,7 +23,7 @@ impl CollapseStacks {
             "sequence of this mesh"
         );
         let max_depth = max_depth(sequence);
-        let death_index = deaths::find(&mesh, sequence, max_depth);
+        let removal_cursor = triangle_removal::find(&mesh, sequence, max_depth);
         let ranks = removal_ranks(sequence);
         mesh.group_wedges();
         let slender = slender_points(&mesh, &ranks);
@@ -38,7 +37,7 @@ impl CollapseStacks {
         let ranges = mesh.wedge_ranges();
         let tables = StackTables {
             parent_offset: parent_offsets(&mesh, &parents, &ranges),
-            death_index,
+            removal_cursor,
             parent_start: parents.iter().map(|&parent| ranges[parent as usize].start).collect(),
             errors: StackTables::sample_errors(sequence.entries().iter().map(|e| e.error)),
             max_depth,
@@ -60,7 +59,7 @@ impl CollapseStacks {
         let wedges = mesh.wedges.len();
         check_length("position numbers", ranks.len(), mesh.positions.len())?;
         check_length("parent offsets", tables.parent_offset.len(), wedges)?;
-        check_length("death indices", tables.death_index.len(), mesh.triangles.len())?;
+        check_length("death indices", tables.removal_cursor.len(), mesh.triangles.len())?;
         let collapses = tables.parent_start.len().min(mesh.positions.len());
         check_length("parents", tables.parent_start.len(), collapses)?;
         check_permutation(ranks)?;

@@ -19,7 +19,7 @@ impl CollapseStacks {
                 return few;
             }
         }
-        let standing = self.standing_wedges(cursor);
+        let standing = self.representative_wedges(cursor);
         self.filter(cursor, live, |wedge| standing[wedge as usize])
     }
 
@@ -45,7 +45,7 @@ impl CollapseStacks {
             let first = section.first_triangle as usize;
             let all = first..first + section.triangle_count as usize;
             let triangles = self.mesh.triangles[all.clone()].iter();
-            let deaths = &self.tables.death_index[all];
+            let deaths = &self.tables.removal_cursor[all];
             let live = triangles.zip(deaths).filter(|&(_, &death)| death > cursor);
             resolved.triangles.extend(live.map(|(corners, _)| corners.map(&stand)));
             resolved.sections.push(start..resolved.triangles.len() as u32);
@@ -83,7 +83,7 @@ impl CollapseStacks {
     }
 
     /// The wedge that stands for each wedge at a cursor.
-    pub fn standing_wedges(&self, cursor: u32) -> Vec<u32> {
+    pub fn representative_wedges(&self, cursor: u32) -> Vec<u32> {
         let positions = self.mesh.wedges.position.as_slice();
         let surviving = self.surviving(cursor);
         let mut standing = vec![UNKNOWN; positions.len()];

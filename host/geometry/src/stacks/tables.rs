@@ -1,4 +1,4 @@
-//! What stacks know beyond their mesh.
+//! Tables of collapse stacks: parents, removal cursors and errors.
 
 use thiserror::Error;
 
@@ -15,23 +15,23 @@ pub struct StackTables {
     /// For each wedge: which of the wedges from there on stands for it.
     pub parent_offset: Vec<u8>,
     /// For each triangle: the smallest cursor at which two of its corners share
-    /// a position, or [`NEVER`](crate::NEVER).
-    pub death_index: Vec<u32>,
+    /// a position, or [`NEVER_REMOVED`](crate::NEVER).
+    pub removal_cursor: Vec<u32>,
     /// The greatest error of each step of equally many entries.
     pub errors: Vec<f32>,
     /// The longest chain of ancestors.
     pub max_depth: u32,
 }
 
-/// Why tables do not belong to a mesh.
+/// Reasons why tables do not belong to a mesh.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum TablesError {
     /// An array is longer or shorter than the mesh needs.
     #[error("{found} {what} for {expected}")]
     Length {
-        /// The array.
+        /// Name of the array.
         what: &'static str,
-        /// Its length.
+        /// Length of the array.
         found: usize,
         /// The length it must have.
         expected: usize,
@@ -42,7 +42,7 @@ pub enum TablesError {
     /// A wedge stands for one that is removed later, or does not exist.
     #[error("wedge {wedge} has no earlier parent")]
     NoParent {
-        /// Wedge at fault.
+        /// Index of the faulty wedge.
         wedge: usize,
     },
 }
@@ -69,7 +69,7 @@ impl StackTables {
     }
 
     /// The farthest cursor that is known to have no greater error.
-    pub(super) fn cursor_within(&self, error: f32) -> u32 {
+    pub(super) fn cursor_for_error(&self, error: f32) -> u32 {
         let count = self.parent_start.len();
         let within = self.errors.partition_point(|&e| e <= error);
         (within * step(count)).min(count) as u32
@@ -78,7 +78,7 @@ impl StackTables {
     pub(super) fn bytes(&self) -> usize {
         size_of_val(self.parent_start.as_slice())
             + size_of_val(self.parent_offset.as_slice())
-            + size_of_val(self.death_index.as_slice())
+            + size_of_val(self.removal_cursor.as_slice())
             + size_of_val(self.errors.as_slice())
     }
 }

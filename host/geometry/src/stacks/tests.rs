@@ -50,8 +50,8 @@ fn death_is_the_first_cursor_at_which_two_corners_meet() {
     let [[a, b, c], _] = [mesh.topology().triangles[0], mesh.topology().triangles[1]];
     let fourth = (0..4).find(|p| ![a, b, c].contains(p)).unwrap();
     let stacks = CollapseStacks::build(mesh.clone(), &sequence(&mesh, &[(fourth, b), (c, a)]));
-    assert_eq!(stacks.death_index(1), 1, "loses its own corner first");
-    assert_eq!(stacks.death_index(0), 2);
+    assert_eq!(stacks.removal_cursor(1), 1, "loses its own corner first");
+    assert_eq!(stacks.removal_cursor(0), 2);
     assert_eq!(stacks.resolve(0).triangles.len(), 2);
     assert_eq!(stacks.resolve(1).triangles.len(), 1);
     assert_eq!(stacks.resolve(2).triangles.len(), 0);
@@ -62,7 +62,7 @@ fn without_collapses_everything_lives_for_ever() {
     let mesh = strip(3);
     let stacks = CollapseStacks::build(mesh.clone(), &sequence(&mesh, &[]));
     assert_eq!(stacks.resolve(0).triangles, mesh.triangles);
-    assert_eq!(stacks.death_index(0), NEVER);
+    assert_eq!(stacks.removal_cursor(0), NEVER_REMOVED);
     assert_eq!(stacks.max_depth(), 0);
 }
 
@@ -91,7 +91,7 @@ fn a_wedge_follows_the_wedge_of_its_own_section() {
     let (zero, x) = (0, 1);
     assert_eq!(mesh.positions[x as usize], Vec3::X);
     let stacks = CollapseStacks::build(mesh.clone(), &sequence(&mesh, &[(x, zero)]));
-    let standing = stacks.standing_wedges(1);
+    let standing = stacks.representative_wedges(1);
     let section = &stacks.mesh().wedges.section;
     for (wedge, &stands) in standing.iter().enumerate() {
         assert_eq!(section[wedge], section[stands as usize]);
@@ -146,13 +146,13 @@ proptest! {
     fn tables_of_another_mesh_do_no_harm(
         parent_start in prop::collection::vec(0_u32..8, 0..9),
         parent_offset in prop::collection::vec(0_u8..3, 6),
-        death_index in prop::collection::vec(0_u32..9, 4),
+        removal_cursor in prop::collection::vec(0_u32..9, 4),
         swap in (0_usize..6, 0_usize..6),
     ) {
         let mut mesh = strip(2);
         let mut ranks: Vec<u32> = (0..6).collect();
         ranks.swap(swap.0, swap.1);
-        let tables = StackTables { parent_start, parent_offset, death_index, ..Default::default() };
+        let tables = StackTables { parent_start, parent_offset, removal_cursor, ..Default::default() };
         if let Ok(stacks) = CollapseStacks::restore(&mut mesh, &ranks, tables) {
             for cursor in 0..8 {
                 stacks.resolve(cursor);
@@ -219,11 +219,11 @@ fn the_cursor_within_an_error_is_the_farthest_that_keeps_it() {
     let sequence = CollapseSequence::new((1..count).rev().map(entry).collect(), count).unwrap();
     let stacks = CollapseStacks::build(mesh, &sequence);
     for error in [0.0, 0.5, 1.0, 3.9, 4.0, 100.0] {
-        let cursor = stacks.cursor_within(error);
+        let cursor = stacks.cursor_for_error(error);
         assert!(stacks.error_at(cursor) <= error);
         let is_last = cursor == stacks.collapse_count();
         assert!(is_last || stacks.error_at(cursor + 1) > error, "{error}: {cursor}");
     }
-    assert_eq!(stacks.cursor_within(-1.0), 0);
-    assert_eq!(stacks.cursor_within(f32::NAN), 0);
+    assert_eq!(stacks.cursor_for_error(-1.0), 0);
+    assert_eq!(stacks.cursor_for_error(f32::NAN), 0);
 }

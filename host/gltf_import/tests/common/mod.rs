@@ -5,14 +5,14 @@
 pub mod hostile;
 pub mod ktx2;
 
-use busbar_gltf_import::{ImportError, ImportLimits, Imported, import_bytes};
+use busbar_gltf_import::{ImportError, ImportLimits, ImportedModel, import_bytes};
 use serde_json::{Value, json};
 
-pub fn import(bytes: &[u8]) -> Result<Imported, ImportError> {
+pub fn import(bytes: &[u8]) -> Result<ImportedModel, ImportError> {
     import_bytes(bytes, None, &ImportLimits::default())
 }
 
-pub fn import_json(document: &Value) -> Result<Imported, ImportError> {
+pub fn import_json(document: &Value) -> Result<ImportedModel, ImportError> {
     import(&serde_json::to_vec(document).unwrap())
 }
 
@@ -106,7 +106,7 @@ impl Builder {
         serde_json::to_vec(&self.document()).unwrap()
     }
 
-    pub fn import(&self) -> Imported {
+    pub fn import(&self) -> ImportedModel {
         import(&self.bytes()).unwrap()
     }
 }

@@ -14,9 +14,9 @@ fn area([x, y, width, height]: [u32; 4]) -> Area {
 }
 
 fn pixels(reader: &PictureReader) -> &[u8] {
-    let (numbers, pixels) = reader.picture().unwrap();
+    let (info, pixels) = reader.picture().unwrap();
     // SAFETY: the reader's own picture, which the tests' writers leave alone.
-    unsafe { std::slice::from_raw_parts(pixels, bytes_of(numbers.size).unwrap()) }
+    unsafe { std::slice::from_raw_parts(pixels, picture_bytes(info.size).unwrap()) }
 }
 
 #[test]
@@ -82,12 +82,12 @@ fn numbers_that_name_no_picture_are_not_followed() {
         ([1, 8, 8, 7, 9, u64::MAX, 5, u64::MAX], true),
     ] {
         for picture in 0..PICTURES {
-            let words = memory.numbers(picture);
+            let words = memory.info_words(picture);
             words.iter().zip(numbers).for_each(|(word, n)| word.store(n, Ordering::Relaxed));
         }
         memory.word(BETWEEN).store(!3 | 2, Ordering::Release);
         assert_eq!(reader.take(), is_picture, "{numbers:?}");
-        if let Some((Numbers { size, damage, .. }, _)) = reader.picture() {
+        if let Some((PictureInfo { size, damage, .. }, _)) = reader.picture() {
             assert!(damage.x + damage.width <= size[0] && damage.y + damage.height <= size[1]);
         }
     }
@@ -137,10 +137,10 @@ fn turns_of_the_frame_loop_are_told_apart_from_the_heartbeat() {
 fn differences_are_found_to_the_pixel() {
     let mut after = [0; 6 * 4 * PIXEL_BYTES];
     let before = after;
-    assert!(Area::of_difference(&before, &after, 6).is_empty());
+    assert!(Area::from_difference(&before, &after, 6).is_empty());
     after[(6 + 4) * PIXEL_BYTES + 3] = 1;
     after[(3 * 6 + 2) * PIXEL_BYTES] = 1;
-    assert_eq!(Area::of_difference(&before, &after, 6), area([2, 1, 3, 3]));
+    assert_eq!(Area::from_difference(&before, &after, 6), area([2, 1, 3, 3]));
 }
 
 #[test]

@@ -2,18 +2,18 @@
 
 use busbar_gpu::{
     BindGroup, BindGroupLayout, Buffer, BufferUsage, DrawCount, Format, GpuError,
-    MAX_FRAMES_IN_FLIGHT, Pass, Pipeline, Recorder,
+    MAX_FRAMES_IN_FLIGHT, Pipeline, Recorder, RenderPass,
 };
 use busbar_shaders::{DENSITY_PLANE, PlaneInstance};
 use glam::Vec3;
 
-use super::Density;
+use super::DensityResources;
 use crate::RenderError;
-use crate::polylines::{Kind, Quads, quad_pipeline, shown};
+use crate::polylines::{QuadMesh, QuadShader, quad_pipeline, target_color};
 
 /// Planes that a picture may have: one for each axis but one.
 const MAX_PLANES: usize = super::MAX_DENSITY_AXES;
-const PLANE: Kind = Kind {
+const PLANE: QuadShader = QuadShader {
     name: "density plane",
     words: DENSITY_PLANE,
     vertex: c"plane_vertex",
@@ -21,39 +21,40 @@ const PLANE: Kind = Kind {
     bytes: size_of::<PlaneInstance>(),
 };
 
-/// Where the picture of a pair of axes stands: upright between their feet.
+/// Upright plane between the feet of two axes that shows their density picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PlaneInWorld {
+pub struct DensityPlane {
     /// Foot of the first axis, metres.
     pub from: Vec3,
     /// Foot of the second.
     pub to: Vec3,
     /// Height of axes, metres.
     pub height: f32,
-    /// Of lines, sRGB.
+    /// Colour of lines, sRGB.
     pub color: [u8; 3],
-    /// Of those that are meant; `None` where that is not known, or nothing is.
-    pub meant: Option<[u8; 3]>,
+    /// Colour of brushed lines, sRGB; `None` where that is not known, or no brush is set.
+    pub brushed: Option<[u8; 3]>,
 }
 
-/// What draws them.
-pub(crate) struct PlaneKit {
+/// GPU resources of density planes.
+pub(crate) struct DensityPlaneResources {
     pipeline: Pipeline,
     undecoded: bool,
     /// The instances of each frame in flight.
     slots: Vec<Buffer>,
 }
 
-impl PlaneKit {
-    /// As [`PolylineKit::new`](crate::polylines::PolylineKit::new).
+impl DensityPlaneResources {
+    /// Makes the pipeline and buffers, like
+    /// [`PolylineResources::new`](crate::polylines::PolylineResources::new).
     pub(crate) fn new(
         recorder: &Recorder<'_>,
-        (frame, density): (&BindGroupLayout, &Density),
+        (frame, density): (&BindGroupLayout, &DensityResources),
         (color, undecoded): (Format, bool),
         samples: u32,
     ) -> Result<Self, RenderError> {
         let gpu = recorder.gpu();
-        let groups = [frame, &density.kit.of_picture];
+        let groups = [frame, &density.pipelines.of_picture];
         let pipeline = quad_pipeline(gpu, &groups, (color, samples), &PLANE)?;
         let bytes = (MAX_PLANES * size_of::<PlaneInstance>()) as u64;
         let slot = |_| Buffer::new(gpu, "planes", BufferUsage::HostVertex, bytes);
@@ -65,23 +66,23 @@ impl PlaneKit {
     pub(crate) fn write(
         &self,
         slot: usize,
-        density: &Density,
-        planes: &[PlaneInWorld],
+        density: &DensityResources,
+        planes: &[DensityPlane],
     ) -> Result<(), RenderError> {
-        let Some(woven) = &density.shown else { return Ok(()) };
-        let summary = woven.summary;
+        let Some(picture_shown) = &density.shown else { return Ok(()) };
+        let summary = picture_shown.summary;
         let count = planes.len().min(MAX_PLANES);
-        let instance = |(pair, plane): (usize, &PlaneInWorld)| {
+        let instance = |(pair, plane): (usize, &DensityPlane)| {
             let [[r, g, b], [meant_r, meant_g, meant_b]] =
-                [plane.color, plane.meant.unwrap_or_default()]
-                    .map(|color| shown(color, self.undecoded));
-            let has_meant = if plane.meant.is_some() { 1.0 } else { 0.0 };
+                [plane.color, plane.brushed.unwrap_or_default()]
+                    .map(|color| target_color(color, self.undecoded));
+            let has_brushed = if plane.brushed.is_some() { 1.0 } else { 0.0 };
             PlaneInstance {
                 from_height: plane.from.extend(plane.height).to_array(),
                 to_pair: plane.to.extend(pair as f32).to_array(),
-                color_most: [r, g, b, summary.most as f32],
-                meant_most: [meant_r, meant_g, meant_b, summary.meant_most as f32],
-                pairs: [summary.pairs as f32, has_meant, 0.0, 0.0],
+                color_peak: [r, g, b, summary.peak as f32],
+                brushed_peak: [meant_r, meant_g, meant_b, summary.brushed_peak as f32],
+                pairs: [summary.pairs as f32, has_brushed, 0.0, 0.0],
             }
         };
         let instances: Vec<_> = planes[..count].iter().enumerate().map(instance).collect();
@@ -91,16 +92,18 @@ impl PlaneKit {
     /// Draws them over what is farther. There are none unless what was counted has as many pairs.
     pub(crate) fn draw(
         &self,
-        pass: &mut Pass<'_>,
+        pass: &mut RenderPass<'_>,
         frame_group: &BindGroup,
-        (slot, quads): (usize, &Quads),
-        (density, planes): (&Density, &[PlaneInWorld]),
+        (slot, quads): (usize, &QuadMesh),
+        (density, planes): (&DensityResources, &[DensityPlane]),
     ) -> Result<DrawCount, GpuError> {
         let fits = |pairs: u32| pairs as usize == planes.len() && planes.len() <= MAX_PLANES;
-        let Some(woven) = density.shown.as_ref().filter(|woven| fits(woven.summary.pairs)) else {
+        let Some(picture_shown) =
+            density.shown.as_ref().filter(|picture_shown| fits(picture_shown.summary.pairs))
+        else {
             return Ok(DrawCount::default());
         };
-        let groups = [frame_group, &woven.group];
+        let groups = [frame_group, &picture_shown.group];
         let instances = (&self.slots[slot], planes.len() as u32);
         pass.draw(&quads.draw(&self.pipeline, &groups, instances))?;
         Ok(DrawCount::ONE)

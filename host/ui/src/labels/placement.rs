@@ -1,15 +1,14 @@
-//! Where boxes of labels go: beside their anchors, apart from each other, and calm.
+//! Label placement: boxes beside their anchors, without overlap, stable between frames.
 //!
-//! A box has a slot: a direction from its anchor and how far it is off. It keeps that
-//! from frame to frame as long as it is free there, so that a camera that moves carries
-//! boxes along with their equipment. A more urgent label takes the room of a less urgent
-//! one only where it finds no other.
+//! A box has a slot: a direction and a ring around its anchor. A free slot is kept from frame to
+//! frame, so that boxes follow their equipment when the camera moves. A more urgent label displaces
+//! a less urgent one only if no other slot is free.
 
 use std::collections::HashMap;
 
 use egui::{Pos2, Rect, Vec2, vec2};
 
-/// How far a box stands from its anchor, points.
+/// Distance of a box from its anchor, points.
 const STAND_OFF: f32 = 34.0;
 /// Radians from straight up, in the order of preference.
 const DIRECTIONS: [f32; 10] = [0.0, 0.6, -0.6, 1.1, -1.1, 1.57, -1.57, 2.3, -2.3, 3.0];
@@ -22,26 +21,25 @@ const RETURN_GAP: f32 = 60.0;
 
 /// A box that wants a place.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Wanted<'a> {
+pub(super) struct LabelRequest<'a> {
     /// The same in each frame.
     pub(super) key: &'a str,
     pub(super) size: Vec2,
-    /// Where its equipment is on the screen, points.
+    /// Screen position of the equipment, points.
     pub(super) anchor: Pos2,
 }
 
 /// The slots of the last frame's boxes.
 #[derive(Debug, Default)]
-pub(crate) struct Placement {
+pub(crate) struct LabelPlacement {
     slots: HashMap<String, usize>,
 }
 
-impl Placement {
-    /// Places for boxes, the most urgent first, beside what is occupied; none for those
-    /// without room. As many slots are remembered as boxes were placed.
+impl LabelPlacement {
+    /// Places boxes in order of priority beside occupied places; a box without room gets none.
     pub(super) fn place(
         &mut self,
-        wanted: &[Wanted<'_>],
+        wanted: &[LabelRequest<'_>],
         within: Rect,
         occupied: &[Rect],
     ) -> Vec<Option<Rect>> {
@@ -71,7 +69,7 @@ impl Placement {
 
 /// The slot of a box, given those that are taken and those that less urgent boxes had.
 fn choose(
-    wanted: &Wanted<'_>,
+    wanted: &LabelRequest<'_>,
     last: Option<(usize, Rect)>,
     within: Rect,
     taken: &[Rect],
@@ -98,8 +96,8 @@ fn choose(
 }
 
 /// Above first, then to the sides and below, on widening rings.
-fn place_at(wanted: &Wanted<'_>, slot: usize) -> Rect {
-    let Wanted { size, anchor, .. } = *wanted;
+fn place_at(wanted: &LabelRequest<'_>, slot: usize) -> Rect {
+    let LabelRequest { size, anchor, .. } = *wanted;
     let ring = (slot / DIRECTIONS.len() + 1) as f32;
     let side = DIRECTIONS[slot % DIRECTIONS.len()];
     let direction = vec2(f32::sin(side), -f32::cos(side));
@@ -121,8 +119,8 @@ mod tests {
     fn places_do_not_overlap_and_stay_inside() {
         let keys = ["a", "b", "c", "d", "e", "f"];
         let size = vec2(120.0, 60.0);
-        let wanted = keys.map(|key| Wanted { key, size, anchor: pos2(400.0, 300.0) });
-        let places = Placement::default().place(&wanted, screen(), &[]);
+        let wanted = keys.map(|key| LabelRequest { key, size, anchor: pos2(400.0, 300.0) });
+        let places = LabelPlacement::default().place(&wanted, screen(), &[]);
         for (index, place) in places.iter().enumerate() {
             let place = place.unwrap();
             assert!(screen().contains_rect(place));
@@ -132,26 +130,27 @@ mod tests {
 
     #[test]
     fn what_is_occupied_stays_free() {
-        let wanted = [Wanted { key: "a", size: vec2(80.0, 40.0), anchor: pos2(400.0, 300.0) }];
+        let wanted =
+            [LabelRequest { key: "a", size: vec2(80.0, 40.0), anchor: pos2(400.0, 300.0) }];
         let above = Rect::from_min_max(pos2(385.0, 255.0), pos2(415.0, 290.0));
-        let free = Placement::default().place(&wanted, screen(), &[])[0].unwrap();
+        let free = LabelPlacement::default().place(&wanted, screen(), &[])[0].unwrap();
         assert!(free.intersects(above));
-        let place = Placement::default().place(&wanted, screen(), &[above])[0].unwrap();
+        let place = LabelPlacement::default().place(&wanted, screen(), &[above])[0].unwrap();
         assert!(!place.intersects(above));
     }
 
     #[test]
     fn a_box_larger_than_the_screen_finds_no_place() {
         let within = Rect::from_min_size(Pos2::ZERO, vec2(100.0, 100.0));
-        let wanted = [Wanted { key: "a", size: vec2(200.0, 20.0), anchor: pos2(50.0, 50.0) }];
-        assert_eq!(Placement::default().place(&wanted, within, &[]), [None]);
+        let wanted = [LabelRequest { key: "a", size: vec2(200.0, 20.0), anchor: pos2(50.0, 50.0) }];
+        assert_eq!(LabelPlacement::default().place(&wanted, within, &[]), [None]);
     }
 
     #[test]
     fn a_more_urgent_label_gets_room_where_there_is_for_one_alone() {
         let within = Rect::from_min_size(Pos2::ZERO, vec2(130.0, 120.0));
-        let wanted = |key| Wanted { key, size: vec2(120.0, 40.0), anchor: pos2(65.0, 100.0) };
-        let mut placement = Placement::default();
+        let wanted = |key| LabelRequest { key, size: vec2(120.0, 40.0), anchor: pos2(65.0, 100.0) };
+        let mut placement = LabelPlacement::default();
         assert!(placement.place(&[wanted("calm")], within, &[])[0].is_some());
         let places = placement.place(&[wanted("alarm"), wanted("calm")], within, &[]);
         assert!(places[0].is_some() && places[1].is_none(), "{places:?}");
@@ -178,17 +177,21 @@ mod tests {
     /// Slot changes of all boxes over two turns, those that come back within ten frames to
     /// the slot that they left, and the most boxes that change in one frame.
     fn changes(forget: bool) -> [usize; 3] {
-        let mut placement = Placement::default();
+        let mut placement = LabelPlacement::default();
         let mut history: HashMap<String, Vec<(usize, usize)>> = HashMap::new();
         let (mut all, mut back, mut worst) = (0, 0, 0);
         for step in 0..1440 {
             if forget {
-                placement = Placement::default();
+                placement = LabelPlacement::default();
             }
             let anchors = anchors(step);
-            let wanted: Vec<Wanted<'_>> = anchors
+            let wanted: Vec<LabelRequest<'_>> = anchors
                 .iter()
-                .map(|(key, anchor, _)| Wanted { key, size: vec2(110.0, 46.0), anchor: *anchor })
+                .map(|(key, anchor, _)| LabelRequest {
+                    key,
+                    size: vec2(110.0, 46.0),
+                    anchor: *anchor,
+                })
                 .collect();
             let places = placement.place(&wanted, screen(), &[]);
             for (index, place) in places.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! The operator's hands on the camera: modes, ways to other cameras, bookmarks.
+//! Camera navigation: modes, transitions to other cameras, inertia, bookmarks.
 
 use std::collections::BTreeMap;
 use std::f32::consts::FRAC_PI_2;
@@ -6,61 +6,62 @@ use std::f32::consts::FRAC_PI_2;
 use busbar_config::{CameraConfig, ViewConfig};
 use busbar_geometry::Bounds;
 use busbar_scene::SceneGraph;
-use busbar_ui::{Bookmark, CameraMode, Command, MAX_BOOKMARKS, Side};
+use busbar_ui::{Bookmark, CameraMode, Command, MAX_BOOKMARKS, StandardView};
 use egui::{Rect, Vec2};
 use glam::{Vec3, vec3};
 
 use super::transition::Transition;
-use super::{Camera, Lens, reveal};
+use super::{Camera, ProjectionMode, unoccluded_view};
 
 /// Height of the eye above the ground, metres: standing, as in ISO 7250-1 for men and
 /// women together.
 const EYE_HEIGHT: f32 = 1.6;
-/// Metres a second.
+/// Speeds of walking and flying, metres a second, and the permitted range.
 const WALKING_SPEED: f32 = 1.6;
 const FLYING_SPEED: f32 = 8.0;
 const SPEED_RANGE: std::ops::RangeInclusive<f32> = 0.2..=500.0;
-/// What haste multiplies that by.
-const HASTE: f32 = 4.0;
+/// Factor of fast movement on the speed.
+const FAST_FACTOR: f32 = 4.0;
 /// The longest step that one frame makes, seconds: no leaps after a pause.
 const MAX_STEP_SECONDS: f32 = 0.25;
 /// Seconds in which what coasts slows down to 1/e.
-const COASTING_SECONDS: f32 = 0.25;
+const INERTIA_SECONDS: f32 = 0.25;
 /// Points a second below which it stands still.
-const MIN_COASTING: f32 = 8.0;
+const MIN_INERTIA_SPEED: f32 = 8.0;
 
 /// A camera, and how it is moved.
 pub(crate) struct Navigator {
     camera: Camera,
     mode: CameraMode,
-    /// Metres a second.
+    /// Flying speed, metres a second.
     speed: f32,
     transition: Option<Transition>,
-    /// Whether it came to another camera since it was last asked.
+    /// True if the camera has arrived at another position since the last query.
     has_arrived: bool,
     transition_seconds: f32,
     has_inertia: bool,
     /// Points of drag a second.
-    coasting: Vec2,
-    /// Those that the operator stored.
+    inertia_velocity: Vec2,
+    /// Cameras that the operator stored.
     stored: [Option<Camera>; MAX_BOOKMARKS],
-    /// When the last frame was, seconds.
+    /// Time of the last frame, seconds.
     time: Option<f64>,
 }
 
-/// What steering depends on.
-pub(crate) struct Around<'a> {
+/// Scene and viewport that camera commands refer to.
+pub(crate) struct NavigationContext<'a> {
     pub(crate) graph: &'a SceneGraph,
-    /// Those of the configuration.
+    /// Cameras of the configuration.
     pub(crate) cameras: &'a BTreeMap<String, CameraConfig>,
-    /// Where panels leave room, points.
+    /// Area that panels leave free, points.
     pub(crate) viewport: Rect,
-    /// Of what is selected.
+    /// Bounds of the selection.
     pub(crate) selection: Option<Bounds>,
 }
 
 impl Navigator {
-    /// Without a window nothing takes time: pictures must not depend on it.
+    /// Creates a navigator. Without a window every movement is instant, so that pictures do not
+    /// depend on time.
     pub(crate) fn new(camera: Camera, view: &ViewConfig, in_window: bool) -> Self {
         Self {
             camera,
@@ -70,7 +71,7 @@ impl Navigator {
             has_arrived: false,
             transition_seconds: if in_window { view.transition_seconds } else { 0.0 },
             has_inertia: in_window && view.inertia,
-            coasting: Vec2::ZERO,
+            inertia_velocity: Vec2::ZERO,
             stored: [None; MAX_BOOKMARKS],
             time: None,
         }
@@ -91,7 +92,7 @@ impl Navigator {
     }
 
     pub(crate) fn is_orthographic(&self) -> bool {
-        self.destination().lens == Lens::Orthographic
+        self.destination().projection_mode == ProjectionMode::Orthographic
     }
 
     /// Metres a second, in the modes that have a speed.
@@ -99,12 +100,12 @@ impl Navigator {
         self.speed
     }
 
-    /// Whether it moves by itself.
+    /// Reports whether the camera moves by itself.
     pub(crate) fn is_moving(&self) -> bool {
-        self.transition.is_some() || self.coasting != Vec2::ZERO
+        self.transition.is_some() || self.inertia_velocity != Vec2::ZERO
     }
 
-    /// Whether it came to another camera since this was last asked.
+    /// Takes the flag that the camera has arrived at another position.
     pub(crate) fn take_arrival(&mut self) -> bool {
         std::mem::take(&mut self.has_arrived)
     }
@@ -127,7 +128,7 @@ impl Navigator {
         (0..MAX_BOOKMARKS).filter_map(bookmark).collect()
     }
 
-    /// Goes on by itself to a time in seconds.
+    /// Advances transitions and inertia to a time in seconds.
     pub(crate) fn advance(&mut self, time: f64) {
         let last = self.time.replace(time).unwrap_or(time);
         let seconds = ((time - last) as f32).clamp(0.0, MAX_STEP_SECONDS);
@@ -137,24 +138,24 @@ impl Navigator {
             if has_arrived {
                 (self.transition, self.has_arrived) = (None, true);
             }
-        } else if self.coasting != Vec2::ZERO {
-            let drag = self.coasting * seconds;
-            self.coasting *= (-seconds / COASTING_SECONDS).exp();
-            if self.coasting.length() < MIN_COASTING {
-                self.coasting = Vec2::ZERO;
+        } else if self.inertia_velocity != Vec2::ZERO {
+            let drag = self.inertia_velocity * seconds;
+            self.inertia_velocity *= (-seconds / INERTIA_SECONDS).exp();
+            if self.inertia_velocity.length() < MIN_INERTIA_SPEED {
+                self.inertia_velocity = Vec2::ZERO;
             }
             self.turn(drag);
         }
     }
 
     /// Moves the camera as the commands say.
-    pub(crate) fn steer(&mut self, commands: &[Command], around: &Around<'_>) {
+    pub(crate) fn steer(&mut self, commands: &[Command], context: &NavigationContext<'_>) {
         for command in commands {
-            self.obey(command, around);
+            self.apply(command, context);
         }
     }
 
-    fn obey(&mut self, command: &Command, around: &Around<'_>) {
+    fn apply(&mut self, command: &Command, context: &NavigationContext<'_>) {
         match command {
             Command::Orbit(drag) => {
                 self.stop();
@@ -162,8 +163,8 @@ impl Navigator {
             }
             Command::Pan(drag) => {
                 self.stop();
-                self.camera.pan(*drag, around.viewport.size());
-                self.keep_to_the_ground(around);
+                self.camera.pan(*drag, context.viewport.size());
+                self.constrain_to_ground(context);
             }
             Command::Zoom(factor) if self.mode == CameraMode::Orbit => {
                 self.stop();
@@ -173,25 +174,25 @@ impl Navigator {
             Command::Zoom(factor) => {
                 self.speed = (self.speed / factor).clamp(*SPEED_RANGE.start(), *SPEED_RANGE.end());
             }
-            Command::Coast(speed) if self.has_inertia => self.coasting = *speed,
-            Command::Move { direction, seconds, hasty } => {
+            Command::StartInertia(speed) if self.has_inertia => self.inertia_velocity = *speed,
+            Command::Move { direction, seconds, is_fast } => {
                 self.stop();
-                self.walk(*direction, *seconds, *hasty);
-                self.keep_to_the_ground(around);
+                self.walk(*direction, *seconds, *is_fast);
+                self.constrain_to_ground(context);
             }
-            Command::SetCameraMode(mode) => self.set_mode(*mode, around),
+            Command::SetCameraMode(mode) => self.set_mode(*mode, context),
             Command::SetOrthographic(orthographic) => self.set_orthographic(*orthographic),
-            Command::LookFrom(side) => self.look_from(*side, around),
-            Command::FitAll => self.frame(around.graph.bounds(), around),
-            Command::FitSelection => self.frame(around.selection, around),
+            Command::UseStandardView(side) => self.use_standard_view(*side, context),
+            Command::FitAll => self.frame(context.graph.bounds(), context),
+            Command::FitSelection => self.frame(context.selection, context),
             Command::Focus(id) => {
-                let node = around.graph.find(id);
-                self.frame(node.and_then(|node| around.graph.node(node).bounds()), around);
+                let node = context.graph.find(id);
+                self.frame(node.and_then(|node| context.graph.node(node).bounds()), context);
             }
-            Command::Reveal(id) => self.reveal(id, around),
+            Command::Reveal(id) => self.reveal(id, context),
             Command::UseCamera(name) => {
-                if let Some(config) = around.cameras.get(name) {
-                    self.visit(Camera::from_config(config), around);
+                if let Some(config) = context.cameras.get(name) {
+                    self.visit(Camera::from_config(config), context);
                 }
             }
             Command::StoreBookmark(number) => {
@@ -199,19 +200,19 @@ impl Navigator {
                 let place = number.checked_sub(1).and_then(|index| self.stored.get_mut(index));
                 place.into_iter().for_each(|place| *place = Some(camera));
             }
-            Command::GoToBookmark(number) => self.go_to_bookmark(*number, around),
+            Command::GoToBookmark(number) => self.go_to_bookmark(*number, context),
             _ => {}
         }
     }
 
-    /// Where it is, or is going to be.
+    /// Returns the camera's destination, or its present state while it rests.
     fn destination(&self) -> Camera {
         self.transition.as_ref().map_or(self.camera, Transition::destination)
     }
 
     fn stop(&mut self) {
         self.transition = None;
-        self.coasting = Vec2::ZERO;
+        self.inertia_velocity = Vec2::ZERO;
     }
 
     fn turn(&mut self, drag: Vec2) {
@@ -222,7 +223,7 @@ impl Navigator {
     }
 
     /// `direction` is to the right, up and forward, -1 to 1 each.
-    fn walk(&mut self, direction: [f32; 3], seconds: f32, hasty: bool) {
+    fn walk(&mut self, direction: [f32; 3], seconds: f32, is_fast: bool) {
         let [sideways, up, ahead] = direction;
         let (back, right, _) = self.camera.axes();
         let (forward, speed) = match self.mode {
@@ -235,89 +236,94 @@ impl Navigator {
             CameraMode::Fly => (-back, self.speed),
         };
         let way = (right * sideways + Vec3::Y * up + forward * ahead).clamp_length_max(1.0);
-        let speed = if hasty { speed * HASTE } else { speed };
+        let speed = if is_fast { speed * FAST_FACTOR } else { speed };
         self.camera.target += way * speed * seconds.clamp(0.0, MAX_STEP_SECONDS);
     }
 
-    fn keep_to_the_ground(&mut self, around: &Around<'_>) {
+    fn constrain_to_ground(&mut self, context: &NavigationContext<'_>) {
         if self.mode == CameraMode::Walk {
-            self.camera = on_foot(self.camera, around.graph.bounds());
+            self.camera = at_eye_height(self.camera, context.graph.bounds());
         }
     }
 
-    fn set_mode(&mut self, mode: CameraMode, around: &Around<'_>) {
+    fn set_mode(&mut self, mode: CameraMode, context: &NavigationContext<'_>) {
         self.mode = mode;
         let mut camera = self.destination();
         if mode != CameraMode::Orbit {
-            camera.lens = Lens::Perspective;
+            camera.projection_mode = ProjectionMode::Perspective;
         }
         if mode == CameraMode::Walk {
-            camera = on_foot(camera, around.graph.bounds());
+            camera = at_eye_height(camera, context.graph.bounds());
             // From above one would see nothing but one's feet.
             let eye = camera.eye();
             camera.pitch = 0.0;
-            camera.stand_at(eye);
+            camera.move_eye_to(eye);
         }
-        self.go_to(camera, around);
+        self.go_to(camera, context);
     }
 
     fn set_orthographic(&mut self, orthographic: bool) {
         self.camera = self.destination();
         self.stop();
-        self.camera.lens = if orthographic { Lens::Orthographic } else { Lens::Perspective };
+        self.camera.projection_mode =
+            if orthographic { ProjectionMode::Orthographic } else { ProjectionMode::Perspective };
         if orthographic {
             self.mode = CameraMode::Orbit;
         }
     }
 
-    fn look_from(&mut self, side: Side, around: &Around<'_>) {
+    fn use_standard_view(&mut self, side: StandardView, context: &NavigationContext<'_>) {
         self.mode = CameraMode::Orbit;
         let mut camera = self.destination();
-        camera.lens = Lens::Orthographic;
+        camera.projection_mode = ProjectionMode::Orthographic;
         (camera.yaw, camera.pitch) = match side {
-            Side::Top => (0.0, FRAC_PI_2),
-            Side::Front => (0.0, 0.0),
-            Side::Right => (FRAC_PI_2, 0.0),
+            StandardView::Top => (0.0, FRAC_PI_2),
+            StandardView::Front => (0.0, 0.0),
+            StandardView::Right => (FRAC_PI_2, 0.0),
         };
-        camera.frame(around.selection.or(around.graph.bounds()));
-        self.go_to(camera, around);
+        camera.frame(context.selection.or(context.graph.bounds()));
+        self.go_to(camera, context);
     }
 
-    fn frame(&mut self, bounds: Option<Bounds>, around: &Around<'_>) {
+    fn frame(&mut self, bounds: Option<Bounds>, context: &NavigationContext<'_>) {
         let mut camera = self.destination();
         camera.frame(bounds);
-        self.visit(camera, around);
+        self.visit(camera, context);
     }
 
-    fn reveal(&mut self, id: &str, around: &Around<'_>) {
-        let node = around.graph.find(id);
-        let Some(bounds) = node.and_then(|node| around.graph.node(node).bounds()) else { return };
-        let camera = reveal::in_sight(self.destination(), bounds, &boxes_of(around.graph));
-        self.visit(camera, around);
+    fn reveal(&mut self, id: &str, context: &NavigationContext<'_>) {
+        let node = context.graph.find(id);
+        let Some(bounds) = node.and_then(|node| context.graph.node(node).bounds()) else { return };
+        let camera = unoccluded_view::find_unoccluded_view(
+            self.destination(),
+            bounds,
+            &boxes_of(context.graph),
+        );
+        self.visit(camera, context);
     }
 
-    fn go_to_bookmark(&mut self, number: usize, around: &Around<'_>) {
+    fn go_to_bookmark(&mut self, number: usize, context: &NavigationContext<'_>) {
         let Some(index) = number.checked_sub(1) else { return };
         let stored = self.stored.get(index).copied().flatten();
-        let configured = || around.cameras.values().nth(index).map(Camera::from_config);
+        let configured = || context.cameras.values().nth(index).map(Camera::from_config);
         if let Some(camera) = stored.or_else(configured) {
-            self.visit(camera, around);
+            self.visit(camera, context);
         }
     }
 
     /// Goes to a camera that need not stand on the ground.
-    fn visit(&mut self, camera: Camera, around: &Around<'_>) {
+    fn visit(&mut self, camera: Camera, context: &NavigationContext<'_>) {
         if self.mode == CameraMode::Walk {
             self.mode = CameraMode::Orbit;
         }
-        self.go_to(camera, around);
+        self.go_to(camera, context);
     }
 
-    fn go_to(&mut self, camera: Camera, around: &Around<'_>) {
+    fn go_to(&mut self, camera: Camera, context: &NavigationContext<'_>) {
         self.stop();
         let seconds = self.transition_seconds;
         if seconds > 0.0 {
-            let equipment = boxes_of(around.graph);
+            let equipment = boxes_of(context.graph);
             self.transition = Transition::between(self.camera, camera, seconds, &equipment);
         }
         if self.transition.is_none() {
@@ -327,16 +333,16 @@ impl Navigator {
     }
 }
 
-/// The boxes of what a scene shows, as whoever looks for a way past them has them.
+/// Returns the bounds of all mesh instances, as obstacles for camera paths.
 fn boxes_of(graph: &SceneGraph) -> Vec<Bounds> {
     graph.instances().filter_map(|instance| graph.bounds_of_mesh(&instance)).collect()
 }
 
-/// The camera with its eye as high above the ground as one who stands there.
-fn on_foot(mut camera: Camera, scene: Option<Bounds>) -> Camera {
+/// Returns the camera with its eye at standing height above the ground.
+fn at_eye_height(mut camera: Camera, scene: Option<Bounds>) -> Camera {
     let ground = scene.map_or(0.0, |bounds| bounds.min.y);
     let eye = camera.eye();
-    camera.stand_at(vec3(eye.x, ground + EYE_HEIGHT, eye.z));
+    camera.move_eye_to(vec3(eye.x, ground + EYE_HEIGHT, eye.z));
     camera
 }
 

@@ -1,7 +1,7 @@
 //! Tests of cameras, and of steering them.
 
 use super::*;
-use crate::cursors::Eye;
+use crate::lod::LodCamera;
 
 fn screen() -> Rect {
     Rect::from_min_size(Pos2::ZERO, egui::vec2(800.0, 600.0))
@@ -44,7 +44,7 @@ fn a_configured_height_fills_the_picture_and_depth_does_not_count() {
         let clip = view.clip_from_world() * at.extend(1.0);
         assert!((0.0..1.0).contains(&clip.z), "{depth} m is within the depth range");
     }
-    let PixelSize::Metres(pixel) = camera.pixel(wide.size()) else {
+    let PixelSize::Metres(pixel) = camera.pixel_size(wide.size()) else {
         panic!("a pixel's size does not depend on the distance")
     };
     assert!((pixel - 10.0 / 900.0).abs() < 1e-6);
@@ -55,8 +55,8 @@ fn the_target_is_in_the_middle_of_the_viewport() {
     let bounds = Bounds { min: Vec3::splat(-1.0), max: Vec3::splat(3.0) };
     let mut camera = Camera::framing(Some(bounds));
     let viewport = Rect::from_min_max(pos2(400.0, 0.0), pos2(800.0, 580.0));
-    for lens in [Lens::Perspective, Lens::Orthographic] {
-        camera.lens = lens;
+    for projection_mode in [ProjectionMode::Perspective, ProjectionMode::Orthographic] {
+        camera.projection_mode = projection_mode;
         camera.frame(Some(bounds));
         let view = camera.view(viewport, screen(), Some(bounds));
         let projection = Projection::new(&view, screen());
@@ -71,14 +71,14 @@ fn the_target_is_in_the_middle_of_the_viewport() {
 #[test]
 fn nothing_a_pixel_large_is_seen_larger_than_that() {
     let mut camera = Camera::framing(None);
-    for lens in [Lens::Perspective, Lens::Orthographic] {
-        camera.lens = lens;
+    for projection_mode in [ProjectionMode::Perspective, ProjectionMode::Orthographic] {
+        camera.projection_mode = projection_mode;
         let projection = Projection::new(&view(&camera), screen());
         let (back, right, up) = camera.axes();
         for (x, y) in [(0.0, 0.0), (0.7, 0.0), (0.7, 0.4), (-0.5, -0.35)] {
             let at = camera.eye() + 20.0 * (right * x + up * y - back).normalize();
-            let pixel = camera.pixel(screen().size());
-            let eye = Eye { position: camera.eye(), ahead: camera.ahead(), pixel };
+            let pixel = camera.pixel_size(screen().size());
+            let eye = LodCamera { position: camera.eye(), ahead: camera.forward(), pixel };
             let size = eye.pixel_at(&Bounds { min: at, max: at }, 20.0);
             let [from, to] = [at, at + right * size].map(|p| projection.to_screen(p).unwrap());
             let apart = from.distance(to);
@@ -90,8 +90,8 @@ fn nothing_a_pixel_large_is_seen_larger_than_that() {
 #[test]
 fn panning_keeps_the_point_under_the_pointer() {
     let mut camera = Camera::framing(None);
-    for lens in [Lens::Perspective, Lens::Orthographic] {
-        camera.lens = lens;
+    for projection_mode in [ProjectionMode::Perspective, ProjectionMode::Orthographic] {
+        camera.projection_mode = projection_mode;
         let at = |camera: &Camera| {
             Projection::new(&view(camera), screen()).to_screen(camera.target).unwrap()
         };
@@ -116,8 +116,8 @@ fn what_is_behind_the_camera_has_no_place() {
 fn looking_straight_down_has_a_right_and_an_up() {
     let mut camera = Camera::framing(None);
     (camera.yaw, camera.pitch) = (0.0, std::f32::consts::FRAC_PI_2);
-    for lens in [Lens::Perspective, Lens::Orthographic] {
-        camera.lens = lens;
+    for projection_mode in [ProjectionMode::Perspective, ProjectionMode::Orthographic] {
+        camera.projection_mode = projection_mode;
         let projection = Projection::new(&view(&camera), screen());
         let middle = projection.to_screen(camera.target).unwrap();
         let right = projection.to_screen(camera.target + Vec3::X).unwrap() - middle;

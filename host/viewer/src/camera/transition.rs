@@ -1,18 +1,18 @@
-//! On the way from one camera to another.
+//! Animated transition from one camera to another.
 
 use std::f32::consts::{PI, TAU};
 
 use busbar_geometry::Bounds;
 
-use super::path::Path;
-use super::{Camera, Lens};
+use super::path::CameraPath;
+use super::{Camera, ProjectionMode};
 
 /// A camera that moves along a path and turns as it goes.
 #[derive(Clone, Debug)]
 pub(crate) struct Transition {
     from: Camera,
     to: Camera,
-    path: Path,
+    path: CameraPath,
     seconds: f32,
     elapsed: f32,
 }
@@ -28,11 +28,11 @@ impl Transition {
         if seconds <= 0.0 || from == to {
             return None;
         }
-        let path = Path::between(from.eye(), to.eye(), equipment)?;
+        let path = CameraPath::between(from.eye(), to.eye(), equipment)?;
         Some(Self { from, to, path, seconds, elapsed: 0.0 })
     }
 
-    /// Where it leads.
+    /// Returns the destination of the transition.
     pub(crate) fn destination(&self) -> Camera {
         self.to
     }
@@ -57,9 +57,13 @@ impl Transition {
             pitch: between(from.pitch, to.pitch),
             fov_y: between(from.fov_y, to.fov_y),
             // Perspective on the way, so that one sees where it goes.
-            lens: if from.lens == to.lens { to.lens } else { Lens::Perspective },
+            projection_mode: if from.projection_mode == to.projection_mode {
+                to.projection_mode
+            } else {
+                ProjectionMode::Perspective
+            },
         };
-        camera.stand_at(self.path.at(share));
+        camera.move_eye_to(self.path.at(share));
         camera
     }
 }
@@ -84,7 +88,7 @@ mod tests {
     fn it_begins_and_ends_where_it_should_and_turns_the_shorter_way() {
         let mut from = Camera::framing(None);
         from.yaw = 3.0;
-        let to = Camera::looking(vec3(40.0, 9.0, -60.0), Vec3::X * 50.0, 0.9);
+        let to = Camera::look_at(vec3(40.0, 9.0, -60.0), Vec3::X * 50.0, 0.9);
         let mut transition = Transition::between(from, to, 2.0, &[]).unwrap();
         let (start, _) = transition.step(0.0);
         assert!(start.eye().distance(from.eye()) < 1e-3 && start.yaw == from.yaw);

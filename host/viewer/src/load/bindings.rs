@@ -6,11 +6,11 @@ use std::time::Duration;
 use busbar_config::{Config, TagType, join_pointer};
 use busbar_plugin_host::OverlayBinding;
 use busbar_scene::{ModelIndex, NodeIndex, Placement, SceneGraph, Transform};
-use busbar_tags::{Scale, SpecFault, TagHandle, TagSet, TagSpec, ValueKind};
+use busbar_tags::{Scale, TagHandle, TagSet, TagSpec, TagSpecError, ValueKind};
 
 use super::models::{ImportedModels, ModelSource};
-use super::{Binding, Faults, LoadedScene};
-use crate::cursors;
+use super::{Binding, DiagnosticsCollector, LoadedScene};
+use crate::lod;
 
 /// Names listed when a node does not exist.
 const MAX_SUGGESTIONS: usize = 12;
@@ -19,7 +19,7 @@ const MAX_SUGGESTIONS: usize = 12;
 pub(super) fn place(
     config: &Config,
     imported: &ImportedModels,
-    faults: &mut Faults<'_>,
+    faults: &mut DiagnosticsCollector<'_>,
 ) -> Option<SceneGraph> {
     let model_index = |name: &String| {
         config.models.keys().position(|key| key == name).map(|i| ModelIndex(i as u32))
@@ -33,10 +33,10 @@ pub(super) fn place(
             scale: node.transform.scale.into(),
         },
         model: node.model.as_ref().and_then(model_index),
-        theta: node.theta.as_ref().map(cursors::policy_of),
+        theta: node.theta.as_ref().map(lod::policy_of),
     });
     let parts = imported.models.iter().map(ModelSource::parts).collect();
-    SceneGraph::of_parts(placements, parts)
+    SceneGraph::from_parts(placements, parts)
         .map_err(|error| {
             faults.add("/scene", error.to_string(), error.remedy());
         })
@@ -45,9 +45,9 @@ pub(super) fn place(
 
 /// Tags in the order of their ids, which is the order of their handles; without the
 /// derived ones' expressions where one of them cannot be.
-pub(super) fn tags(config: &Config, faults: &mut Faults<'_>) -> TagSet {
+pub(super) fn tags(config: &Config, faults: &mut DiagnosticsCollector<'_>) -> TagSet {
     TagSet::new(tag_specs(config)).unwrap_or_else(|found| {
-        for SpecFault { id, cause, remedy } in found {
+        for TagSpecError { id, cause, remedy } in found {
             let pointer = config.tags.get(&id).map_or("/tags", |tag| tag.pointer.as_str());
             faults.add(&join_pointer(pointer, "expression"), cause, remedy);
         }
@@ -90,7 +90,7 @@ pub(super) fn resolve(
     config: &Config,
     graph: Option<&SceneGraph>,
     imported: &ImportedModels,
-    faults: &mut Faults<'_>,
+    faults: &mut DiagnosticsCollector<'_>,
 ) -> Vec<Binding> {
     let Some(graph) = graph else {
         return Vec::new();
@@ -118,7 +118,7 @@ pub(super) fn find(
     imported: &ImportedModels,
     id: &str,
     pointer: &str,
-    faults: &mut Faults<'_>,
+    faults: &mut DiagnosticsCollector<'_>,
 ) -> Option<NodeIndex> {
     let found = graph.find(id);
     if found.is_none() && !model_failed(config, imported, id) {
@@ -127,8 +127,7 @@ pub(super) fn find(
     found
 }
 
-/// Whether the node is part of a model that could not be imported: that fault
-/// is told already.
+/// Reports whether the node belongs to a model whose import failed; that fault is reported already.
 fn model_failed(config: &Config, imported: &ImportedModels, node: &str) -> bool {
     let placement = node.split('/').next().unwrap_or(node);
     let model = config.scene.iter().find(|n| n.id == placement).and_then(|n| n.model);

@@ -4,16 +4,16 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use busbar_config::{CacheConfig, join_pointer};
-use busbar_gltf_import::{BuiltMesh, MeshKeeper};
+use busbar_gltf_import::{CachedMesh, MeshCache};
 use busbar_plugin_process::Plugin;
-use busbar_stack_cache::{Maker, MeshKey, StackCache, WeldedMesh, content_digest};
+use busbar_stack_cache::{MeshKey, OptimizerDigest, StackCache, WeldedMesh, content_digest};
 use serde_json::Value;
 
 /// The largest plugin library whose results are kept.
 const MAX_LIBRARY_BYTES: u64 = 1 << 30;
 
-/// Opens the configured cache; none if it is turned off or nobody says where.
-/// One that cannot be used is a remark: loading then only takes longer.
+/// Opens the configured cache; none if it is turned off or has no directory. An unusable cache
+/// gives a remark; loading then takes longer.
 pub(super) fn open(
     config: &CacheConfig,
     folder: &Path,
@@ -42,9 +42,9 @@ fn users_cache() -> Option<PathBuf> {
     path("XDG_CACHE_HOME").or_else(|| path("HOME").map(|home| home.join(".cache")))
 }
 
-/// What results of an optimiser depend on besides the mesh: the plugin's id and
-/// version, its very library, and its settings.
-pub(super) fn maker(plugin: &Plugin, settings: &Value) -> std::io::Result<Maker> {
+/// Returns the digest of the optimizer for cache keys: plugin id, version, library content and
+/// settings.
+pub(super) fn maker(plugin: &Plugin, settings: &Value) -> std::io::Result<OptimizerDigest> {
     let info = plugin.info();
     let length = std::fs::metadata(&info.path)?.len();
     if length > MAX_LIBRARY_BYTES {
@@ -54,18 +54,18 @@ pub(super) fn maker(plugin: &Plugin, settings: &Value) -> std::io::Result<Maker>
     let library = std::fs::read(&info.path)?;
     let settings = settings.to_string();
     let parts = [info.id.as_bytes(), info.version.as_bytes(), &library, settings.as_bytes()];
-    Ok(Maker::of(&parts))
+    Ok(OptimizerDigest::from_parts(&parts))
 }
 
 /// Welded meshes in the cache.
-pub(super) struct KeptMeshes<'a> {
+pub(super) struct WeldedMeshCache<'a> {
     cache: &'a StackCache,
-    /// What was wrong with it.
+    /// Remarks on faults of the cache.
     notes: Mutex<Vec<String>>,
 }
 
-impl<'a> KeptMeshes<'a> {
-    pub(super) fn of(cache: &'a StackCache) -> Self {
+impl<'a> WeldedMeshCache<'a> {
+    pub(super) fn new(cache: &'a StackCache) -> Self {
         Self { cache, notes: Mutex::default() }
     }
 
@@ -78,13 +78,13 @@ impl<'a> KeptMeshes<'a> {
     }
 }
 
-impl MeshKeeper for KeptMeshes<'_> {
+impl MeshCache for WeldedMeshCache<'_> {
     fn digest(&self, content: &[&[u8]]) -> u128 {
         content_digest(content)
     }
 
-    fn find(&self, content: u128, mesh: usize) -> Option<BuiltMesh> {
-        let key = MeshKey::of(content, mesh);
+    fn get(&self, content: u128, mesh: usize) -> Option<CachedMesh> {
+        let key = MeshKey::new(content, mesh);
         let found = self.cache.load_mesh(key).unwrap_or_else(|reason| {
             let path = self.cache.mesh_path(key);
             self.note(format!("{} is built anew: {reason}", path.display()));
@@ -93,8 +93,8 @@ impl MeshKeeper for KeptMeshes<'_> {
         found.map(|WeldedMesh { mesh, feature_names, report }| (mesh, feature_names, report))
     }
 
-    fn keep(&self, content: u128, mesh: usize, (welded, names, report): &BuiltMesh) {
-        let key = MeshKey::of(content, mesh);
+    fn insert(&self, content: u128, mesh: usize, (welded, names, report): &CachedMesh) {
+        let key = MeshKey::new(content, mesh);
         if let Err(error) = self.cache.store_mesh(key, welded, names, *report) {
             self.note(error.to_string());
         }

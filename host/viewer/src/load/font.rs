@@ -7,14 +7,18 @@ use std::path::Path;
 use busbar_config::{Config, join_pointer};
 use skrifa::{FontRef, MetadataProvider};
 
-use super::Faults;
+use super::DiagnosticsCollector;
 
 /// The largest font file; those of all Chinese signs have some 20 MB.
 const MAX_FONT_BYTES: u64 = 64 << 20;
 
 /// Reads the font and ensures that it is one; none where the built-in one is used, or
 /// with a fault.
-pub(super) fn load(config: &Config, folder: &Path, faults: &mut Faults<'_>) -> Option<Vec<u8>> {
+pub(super) fn load(
+    config: &Config,
+    folder: &Path,
+    faults: &mut DiagnosticsCollector<'_>,
+) -> Option<Vec<u8>> {
     let path = config.view.font.as_ref()?;
     match read(&folder.join(path)) {
         Ok(bytes) => Some(bytes),

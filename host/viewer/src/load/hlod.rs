@@ -11,8 +11,8 @@ use std::sync::Arc;
 
 use busbar_geometry::{CollapseSequence, CollapseStacks, MergePart, Mesh, merge};
 use busbar_scene::{
-    Detail, Group, Material, MeshInstance, SceneGraph, Sight, ThetaPolicy, find_groups,
-    first_after, greatest_stretch,
+    Detail, Group, Material, MeshInstance, SceneGraph, ThetaPolicy, ViewMetrics, find_groups,
+    first_group_after, max_scale_factor,
 };
 use glam::Mat4;
 use rayon::prelude::*;
@@ -30,14 +30,13 @@ const MAX_PROXY_TRIANGLES: u64 = 1 << 20;
 /// is drawn as one with that before it is much farther away.
 const MAX_LEVELS: usize = 12;
 const MAX_INNER_LEVELS: usize = 8;
-/// Of the triangles of a proxy, the most that the next one has: others are not worth their
-/// memory.
+/// Largest share of the previous proxy's triangles that the next one may have.
 const GREATEST_SHARE: f64 = 0.7;
 /// Islands that show less than a square with a side of so many errors are thinned out: where
 /// an error may be half a pixel, two.
 const ISLAND_ERRORS: f64 = 4.0;
-/// Of its error, what collapses of a proxy may take: theirs are root mean squares, and no point
-/// is farther off than twice that. Who picks a far thing by its edge gets it.
+/// Share of a proxy's error that collapses may take. Collapse errors are root mean squares; no
+/// point deviates by more than twice as much.
 const COLLAPSES_SHARE: f64 = 0.5;
 /// A proxy of no more triangles is the last.
 const FEWEST_TRIANGLES: u64 = 64;
@@ -51,13 +50,13 @@ pub(crate) struct HlodGroup {
     pub(crate) after: u32,
     /// Index of the proxy, a model with one mesh in the group's own space.
     pub(crate) model: usize,
-    /// By how much the proxy differs from what it stands for, metres.
+    /// Geometric error of the proxy, metres.
     pub(crate) base_error: f64,
-    /// Of each of its instances that goes down: the same for all groups.
+    /// Policy of all instances with levels of detail.
     pub(crate) policy: Arc<ThetaPolicy>,
 }
 
-/// What stands for others where they are far away.
+/// Proxy meshes of groups and of single meshes.
 #[derive(Default)]
 pub(crate) struct Proxies {
     pub(crate) groups: Vec<HlodGroup>,
@@ -91,7 +90,7 @@ fn build_groups(
     let mut kinds: Vec<u32> = groups.iter().map(|group| group.kind).collect();
     kinds.sort_unstable();
     kinds.dedup();
-    let made: Vec<Vec<Proxy>> = kinds
+    let built: Vec<Vec<Proxy>> = kinds
         .par_iter()
         .map(|&kind| {
             let group = &groups[kind as usize];
@@ -102,23 +101,23 @@ fn build_groups(
         .collect();
     let mut left = MAX_PROXY_TRIANGLES;
     let mut proxies: HashMap<u32, Vec<(usize, f64)>> = HashMap::new();
-    for (kind, made) in kinds.into_iter().zip(made) {
-        for proxy in made.into_iter().rev() {
+    for (kind, built) in kinds.into_iter().zip(built) {
+        for proxy in built.into_iter().rev() {
             let Some(rest) = left.checked_sub(proxy.triangles()) else { break };
             left = rest;
             proxies.entry(kind).or_default().push((models.len(), proxy.error));
             models.push(proxy.into_model());
         }
     }
-    keep(groups, &proxies, policy)
+    order_groups(groups, &proxies, policy)
 }
 
-/// How the theta of mesh instances is chosen.
+/// Theta policies of mesh instances.
 #[derive(Clone, Copy)]
 struct Policies<'a> {
-    /// Of placements, by the graph's index.
+    /// Policies of placements, by the graph's index.
     placed: &'a [ThetaPolicy],
-    /// Of models, where the placement has none.
+    /// Policies of models, for placements without one.
     of_models: &'a [ThetaPolicy],
 }
 
@@ -132,7 +131,7 @@ impl<'a> Policies<'a> {
 }
 
 /// The groups that have proxies, once for each, the coarsest outermost.
-fn keep(
+fn order_groups(
     groups: Vec<Group>,
     proxies: &HashMap<u32, Vec<(usize, f64)>>,
     policy: &ThetaPolicy,
@@ -147,7 +146,7 @@ fn keep(
     }
     let starts: Vec<u32> = kept.iter().map(|hlod| hlod.group.instances.start).collect();
     for HlodGroup { group, after, .. } in &mut kept {
-        *after = first_after(&starts, group.instances.end);
+        *after = first_group_after(&starts, group.instances.end);
     }
     kept
 }
@@ -170,18 +169,19 @@ impl Proxy {
         models: &[LoadedModel],
     ) -> Vec<Self> {
         let group_from_world = group.world_from_group.inverse();
-        let members: Vec<Member<'_>> = group
+        let members: Vec<GroupMember<'_>> = group
             .instances
             .clone()
             .map(|index| {
                 let instance = graph.instance(index as usize);
                 let world_from_mesh = graph.world_from_mesh(&instance);
                 let placed =
-                    (group_from_world * world_from_mesh, greatest_stretch(&world_from_mesh));
-                Member::of(&instance, policies.of(&instance), group, placed, models)
+                    (group_from_world * world_from_mesh, max_scale_factor(&world_from_mesh));
+                GroupMember::new(&instance, policies.of(&instance), group, placed, models)
             })
             .collect();
-        Whole::of(&members, policy).map_or_else(Vec::new, |whole| whole.proxies(policy, max_levels))
+        MergedGroup::merge(&members, policy)
+            .map_or_else(Vec::new, |whole| whole.proxies(policy, max_levels))
     }
 
     fn triangles(&self) -> u64 {
@@ -200,20 +200,20 @@ impl Proxy {
 
 /// A mesh that stays as it is.
 fn uncollapsed(mesh: Mesh) -> CollapseStacks {
-    let nothing_collapses = CollapseSequence::none(mesh.positions.len() as u32);
+    let nothing_collapses = CollapseSequence::empty(mesh.positions.len() as u32);
     CollapseStacks::build(mesh, &nothing_collapses)
 }
 
-/// All members of a group as one mesh that goes down as they do.
-struct Whole {
+/// All meshes of a group, merged into one with a common collapse sequence.
+struct MergedGroup {
     stacks: CollapseStacks,
     materials: Vec<Material>,
     /// The level at which it was put together.
     level: u32,
 }
 
-impl Whole {
-    fn of(members: &[Member<'_>], policy: &ThetaPolicy) -> Option<Self> {
+impl MergedGroup {
+    fn merge(members: &[GroupMember<'_>], policy: &ThetaPolicy) -> Option<Self> {
         let (level, error) = finest(members, policy)?;
         let mut materials = Materials::default();
         let of_sections: Vec<Vec<u32>> =
@@ -228,7 +228,7 @@ impl Whole {
         Some(Self { stacks, materials: materials.merged, level })
     }
 
-    /// One a level, from where it was put together, where it has fewer triangles by far.
+    /// Builds one proxy a level, where it has considerably fewer triangles than the one before.
     fn proxies(self, policy: &ThetaPolicy, max_levels: usize) -> Vec<Proxy> {
         let materials: Arc<[Material]> = self.materials.into();
         let mut proxies: Vec<Proxy> = Vec::new();
@@ -254,27 +254,27 @@ impl Whole {
 /// that.
 fn thinned(stacks: &CollapseStacks, error: f64) -> Option<Mesh> {
     let (mesh, left) =
-        stacks.from_cursor(stacks.cursor_within((error * COLLAPSES_SHARE) as f32)).ok()?;
+        stacks.baked_at_cursor(stacks.cursor_for_error((error * COLLAPSES_SHARE) as f32)).ok()?;
     let stacks = CollapseStacks::build(mesh, &left);
-    let mesh = stacks.thinned((ISLAND_ERRORS * error) as f32).ok()?;
+    let mesh = stacks.simplified_stochastically((ISLAND_ERRORS * error) as f32).ok()?;
     (!mesh.triangles.is_empty()).then_some(mesh)
 }
 
 /// A mesh instance of a group, in the group's space.
-struct Member<'a> {
+struct GroupMember<'a> {
     model: &'a LoadedModel,
     stacks: &'a CollapseStacks,
-    /// Where it stays from however far.
-    held_at: Option<u32>,
+    /// Cursor of an instance with a fixed theta.
+    fixed_cursor: Option<u32>,
     transform: Mat4,
     stretch: f32,
-    /// Its node and its first feature's, counted from the group's.
+    /// Index of its node, and of its first feature, relative to the group's.
     feature: u32,
     first_feature: Option<u32>,
 }
 
-impl<'a> Member<'a> {
-    fn of(
+impl<'a> GroupMember<'a> {
+    fn new(
         instance: &MeshInstance,
         policy: &ThetaPolicy,
         group: &Group,
@@ -286,8 +286,8 @@ impl<'a> Member<'a> {
         Self {
             model,
             stacks,
-            held_at: match policy {
-                ThetaPolicy::Fixed(theta) => Some(stacks.cursor_at(*theta)),
+            fixed_cursor: match policy {
+                ThetaPolicy::Fixed(theta) => Some(stacks.cursor_for_theta(*theta)),
                 _ => None,
             },
             transform,
@@ -297,17 +297,17 @@ impl<'a> Member<'a> {
         }
     }
 
-    fn cursor_within(&self, metres: f64) -> u32 {
+    fn cursor_for_error(&self, metres: f64) -> u32 {
         let own = metres * COLLAPSES_SHARE / f64::from(self.stretch);
-        let within = || self.stacks.cursor_within(own as f32);
-        self.held_at.unwrap_or_else(within)
+        let within = || self.stacks.cursor_for_error(own as f32);
+        self.fixed_cursor.unwrap_or_else(within)
     }
 
     fn part<'b>(&'b self, base_error: f64, materials: &'b [u32]) -> MergePart<'b> {
         MergePart {
             stacks: self.stacks,
-            cursors: self.cursor_within(base_error)
-                ..self.held_at.unwrap_or(self.stacks.collapse_count()),
+            cursors: self.cursor_for_error(base_error)
+                ..self.fixed_cursor.unwrap_or(self.stacks.collapse_count()),
             transform: self.transform,
             stretch: self.stretch,
             materials,
@@ -319,17 +319,18 @@ impl<'a> Member<'a> {
 
 /// The policy's finest level, and its error, at which the members have few enough
 /// triangles and yet some.
-fn finest(members: &[Member<'_>], policy: &ThetaPolicy) -> Option<(u32, f64)> {
+fn finest(members: &[GroupMember<'_>], policy: &ThetaPolicy) -> Option<(u32, f64)> {
     let max_triangles = members.len() as u64 * MAX_TRIANGLES_PER_INSTANCE;
     // Many members show the same mesh at the same size.
     let mut counted: HashMap<(*const CollapseStacks, u32), u64> = HashMap::new();
-    let coarsest = policy.level(Sight { distance: f32::MAX, pixel: f32::MAX }, None);
+    let coarsest =
+        policy.level(ViewMetrics { distance: f32::MAX, meters_per_pixel: f32::MAX }, None);
     for level in 0..=coarsest {
         let Detail::Error(metres) = policy.detail(level) else { return None };
         let triangles: u64 = members
             .iter()
             .map(|member| {
-                let (stacks, cursor) = (member.stacks, member.cursor_within(metres));
+                let (stacks, cursor) = (member.stacks, member.cursor_for_error(metres));
                 let live = || stacks.live_triangles(cursor);
                 *counted.entry((std::ptr::from_ref(stacks), cursor)).or_insert_with(live)
             })

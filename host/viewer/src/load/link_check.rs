@@ -8,8 +8,8 @@ use busbar_config::TagConfig;
 use busbar_plugin_process::{Plugin, RunningTelemetry};
 use busbar_tags::{Moment, QualityCounts, Sample, TagTable};
 
-use super::{Faults, LoadError, bindings, folder_of, plugins, read_config};
-use crate::running::source_policy;
+use super::{DiagnosticsCollector, LoadError, bindings, folder_of, plugins, read_config};
+use crate::overlay_instances::source_policy;
 use crate::stats::{self, LinkStats, QualityStats};
 
 /// Period at which samples are taken.
@@ -25,14 +25,14 @@ pub struct CheckedLink {
     pub quality: QualityStats,
 }
 
-/// Starts every plugin instance that is the source of a tag, listens for so long, and tells
-/// how links and clocks of the sources are. Nothing is sent but what reading needs.
+/// Starts every plugin instance that is the source of a tag, listens for a duration, and returns
+/// the state of links and clocks. Only messages that reading requires are sent.
 ///
 /// # Errors
 /// Every fault of the configuration and of what it asks of plugins.
 pub fn check_links(path: &Path, duration: Duration) -> Result<Vec<CheckedLink>, LoadError> {
     let config = read_config(path)?;
-    let mut faults = Faults::of(&config);
+    let mut faults = DiagnosticsCollector::new(&config);
     let is_source = |name: &str| {
         config.tags.values().filter_map(TagConfig::source).any(|source| source.plugin == name)
     };

@@ -7,46 +7,46 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use busbar_config::{Config, ThetaConfig, join_pointer};
 use busbar_geometry::{Mesh, PieceLimits};
-use busbar_gltf_import::{ImportError, ImportLimits, MeshKeeper, import_kept_file};
+use busbar_gltf_import::{ImportError, ImportLimits, MeshCache, import_file_with_cache};
 use busbar_plugin_process::{Optimizer, Plugin};
 use busbar_scene::{Model, ModelIndex, ModelParts, SceneGraph};
-use busbar_stack_cache::{Maker, StackCache};
+use busbar_stack_cache::{OptimizerDigest, StackCache};
 use rayon::prelude::*;
 
-use super::cache::{self, KeptMeshes};
-use super::reuse::Reuse;
-use super::{Faults, LoadProgress, LoadedModel, Made};
+use super::cache::{self, WeldedMeshCache};
+use super::reuse::ReusePlan;
+use super::{DiagnosticsCollector, LoadProgress, LoadedModel, ModelProvenance};
 use crate::LoadMillis;
 use crate::file_version::{FileVersion, version};
-use crate::stacks::StackBuilder;
+use crate::stack_builder::StackBuilder;
 
 /// The models of a configuration, before their stacks are built.
 pub(super) struct ImportedModels {
-    /// In order of name.
+    /// Models in order of name.
     pub(super) models: Vec<ModelSource>,
-    /// Of each model that was taken apart, by index, the range of pieces of each mesh.
+    /// Ranges of pieces of each mesh, by the index of a model that was split.
     pieces: BTreeMap<usize, Vec<Range<u32>>>,
-    /// What was skipped, for the log.
+    /// Remarks on skipped content, for the log.
     pub(super) notes: Vec<String>,
 }
 
-/// Where a model comes from.
+/// Source of a model.
 pub(super) enum ModelSource {
-    /// From this content of its file.
+    /// Newly imported model with its file's version.
     New(Box<Model>, FileVersion),
-    /// From the scene before, which has it already.
+    /// Model of the previous scene.
     Known(Box<LoadedModel>, ModelParts),
-    /// Its file cannot be imported, as a fault says.
+    /// Model whose file cannot be imported, as a fault says.
     Failed,
 }
 
 impl ModelSource {
-    /// What it adds to a scene.
+    /// Returns the parts that the model adds to a scene.
     pub(super) fn parts(&self) -> ModelParts {
         match self {
-            Self::New(model, _) => ModelParts::of(model),
+            Self::New(model, _) => ModelParts::from_model(model),
             Self::Known(_, parts) => parts.clone(),
-            Self::Failed => ModelParts::of(&Model::default()),
+            Self::Failed => ModelParts::from_model(&Model::default()),
         }
     }
 }
@@ -55,12 +55,12 @@ impl ModelSource {
 pub(super) fn import(
     config: &Config,
     folder: &Path,
-    (reuse, cache): (&Reuse<'_>, Option<&StackCache>),
+    (reuse, cache): (&ReusePlan<'_>, Option<&StackCache>),
     progress: &LoadProgress<'_>,
-    faults: &mut Faults<'_>,
+    faults: &mut DiagnosticsCollector<'_>,
 ) -> ImportedModels {
-    let kept = cache.map(KeptMeshes::of);
-    let keeper = kept.as_ref().map(|kept| kept as &dyn MeshKeeper);
+    let kept = cache.map(WeldedMeshCache::new);
+    let keeper = kept.as_ref().map(|kept| kept as &dyn MeshCache);
     let done = AtomicUsize::new(0);
     let models: Vec<_> = config.models.iter().collect();
     let results: Vec<Result<(ModelSource, Vec<String>), ImportError>> = models
@@ -72,14 +72,14 @@ pub(super) fn import(
             let file = folder.join(&model.file);
             // Before it is read: an edit meanwhile is news.
             let read = version(&file);
-            let imported = import_kept_file(&file, &ImportLimits::default(), keeper);
+            let imported = import_file_with_cache(&file, &ImportLimits::default(), keeper);
             progress("models", done.fetch_add(1, Ordering::Relaxed) + 1, models.len());
             imported.map(|imported| {
                 (ModelSource::New(Box::new(imported.model), read), imported.report.notes)
             })
         })
         .collect();
-    let notes = kept.map_or_else(Vec::new, KeptMeshes::into_notes);
+    let notes = kept.map_or_else(Vec::new, WeldedMeshCache::into_notes);
     let mut all = ImportedModels { models: Vec::new(), pieces: BTreeMap::new(), notes };
     for ((name, model), result) in models.into_iter().zip(results) {
         match result {
@@ -98,17 +98,15 @@ pub(super) fn import(
     all
 }
 
-/// Where a mesh is taken apart: pieces have enough triangles that their draw calls cost
-/// little beside them. Those about as large as a bay differ in distance by themselves, and
-/// what is out of the picture should not be drawn for what is in it.
+/// Limits for splitting meshes. Pieces have enough triangles that draw calls cost little. A piece
+/// about as large as a bay has a distance and a visibility of its own.
 const PIECES: PieceLimits = PieceLimits { triangles: 16_384, triangles_if_wide: 2048, wide: 10.0 };
 
-/// What tells results in the order of their errors apart in the cache; its number grows
-/// with every change of what they are.
+/// Cache digest part of results ordered by error; its number grows with every change of the order.
 const BY_ERROR: &[u8] = b"by error, 4";
 
 /// The models whose detail, somewhere they are placed, follows the error on the screen.
-pub(super) fn following_error(config: &Config) -> BTreeSet<&String> {
+pub(super) fn screen_error_models(config: &Config) -> BTreeSet<&String> {
     let follows = |theta: &ThetaConfig| matches!(theta, ThetaConfig::ScreenError { .. });
     let placed = config.scene.iter().filter(|node| node.theta.as_ref().is_some_and(follows));
     let placed: BTreeSet<String> = placed.filter_map(|node| node.model).collect();
@@ -120,31 +118,31 @@ pub(super) fn following_error(config: &Config) -> BTreeSet<&String> {
 /// Takes the meshes apart whose detail follows the error on the screen, so that each
 /// piece has a cursor for its own distance: a site is often drawn as one mesh, and its
 /// far end may be coarse while the near one is not.
-pub(super) fn take_apart(
+pub(super) fn split_meshes(
     config: &Config,
     imported: &mut ImportedModels,
     graph: Option<&mut SceneGraph>,
 ) {
     let Some(graph) = graph else { return };
-    let following = following_error(config);
+    let following = screen_error_models(config);
     for (index, name) in config.models.keys().enumerate() {
         let model = ModelIndex(index as u32);
-        let made = match &mut imported.models[index] {
-            ModelSource::Known(known, _) if !known.made.pieces.is_empty() => {
+        let provenance = match &mut imported.models[index] {
+            ModelSource::Known(known, _) if !known.provenance.pieces.is_empty() => {
                 let boxes: Vec<_> =
                     known.stacks.iter().map(|stacks| stacks.mesh().bounds()).collect();
-                graph.take_apart(model, &known.made.pieces, &boxes);
+                graph.split_meshes(model, &known.provenance.pieces, &boxes);
                 continue;
             }
-            ModelSource::New(made, _) if following.contains(name) => made,
+            ModelSource::New(provenance, _) if following.contains(name) => provenance,
             _ => continue,
         };
-        let meshes = &mut made.meshes;
+        let meshes = &mut provenance.meshes;
         if meshes.iter().all(|mesh| mesh.triangles.len() <= PIECES.triangles as usize) {
             continue;
         }
         let whole = std::mem::take(meshes);
-        let apart: Vec<_> = whole.into_par_iter().map(|mesh| mesh.into_islands(PIECES)).collect();
+        let apart: Vec<_> = whole.into_par_iter().map(|mesh| mesh.into_pieces(PIECES)).collect();
         let mut pieces = Vec::with_capacity(apart.len());
         for of_mesh in apart {
             let first = meshes.len() as u32;
@@ -152,13 +150,13 @@ pub(super) fn take_apart(
             pieces.push(first..meshes.len() as u32);
         }
         let boxes: Vec<_> = meshes.iter().map(Mesh::bounds).collect();
-        graph.take_apart(model, &pieces, &boxes);
+        graph.split_meshes(model, &pieces, &boxes);
         imported.pieces.insert(index, pieces);
     }
 }
 
 /// The stage of loading that builds stacks.
-pub(super) struct Optimising<'a> {
+pub(super) struct OptimizationStage<'a> {
     pub(super) instances: &'a BTreeMap<String, Plugin>,
     pub(super) cache: Option<StackCache>,
     pub(super) progress: &'a LoadProgress<'a>,
@@ -167,16 +165,16 @@ pub(super) struct Optimising<'a> {
     pub(super) notes: &'a mut Vec<String>,
 }
 
-impl Optimising<'_> {
+impl OptimizationStage<'_> {
     /// Builds the stacks of all models.
     pub(super) fn run(
         &mut self,
         config: &Config,
         mut imported: ImportedModels,
-        faults: &mut Faults<'_>,
+        faults: &mut DiagnosticsCollector<'_>,
     ) -> Vec<LoadedModel> {
         let makers = self.makers(config);
-        let following = following_error(config);
+        let following = screen_error_models(config);
         let mut loaded = Vec::with_capacity(imported.models.len());
         for (((name, configured), source), index) in
             config.models.iter().zip(imported.models).zip(0..)
@@ -194,14 +192,14 @@ impl Optimising<'_> {
             let maker = optimizer.and_then(|name| makers.get(name).copied());
             let built = optimizer
                 .and_then(|name| self.instances.get(name))
-                .map(Optimizer::of)
+                .map(Optimizer::from_plugin)
                 .transpose()
                 .and_then(|optimizer| {
                     let maker =
-                        maker.map(|maker| if by_error { maker.with(BY_ERROR) } else { maker });
+                        maker.map(|maker| if by_error { maker.with_part(BY_ERROR) } else { maker });
                     let cache = self.cache.as_ref().zip(maker);
                     let optimizer = optimizer.as_ref();
-                    let builder = StackBuilder { optimizer, cache, by_error, may_do_without: true };
+                    let builder = StackBuilder { optimizer, cache, by_error, allows_failure: true };
                     let total = model.meshes.len();
                     builder.build(model.meshes, &|done| {
                         (self.progress)(&format!("collapse stacks of {name}"), done, total);
@@ -214,11 +212,11 @@ impl Optimising<'_> {
                     }
                     *self.cached_meshes += built.cached;
                     self.notes.extend(built.notes);
-                    let is_complete = built.without.is_none();
-                    if let Some(error) = built.without {
+                    let is_complete = built.optimizer_failure.is_none();
+                    if let Some(error) = built.optimizer_failure {
                         let pointer = join_pointer(&configured.pointer, "optimizer");
                         let cause = format!("model '{name}' is shown in full detail: {error}");
-                        faults.add_trouble(&pointer, cause, error.remedy());
+                        faults.add_plugin_failure(&pointer, cause, error.remedy());
                     }
                     loaded.push(LoadedModel {
                         name: name.clone(),
@@ -226,7 +224,7 @@ impl Optimising<'_> {
                         materials: model.materials.into(),
                         textures: model.textures.into(),
                         slot: None,
-                        made: Made {
+                        provenance: ModelProvenance {
                             by_error,
                             is_complete,
                             file,
@@ -243,8 +241,8 @@ impl Optimising<'_> {
         loaded
     }
 
-    /// What the results of each optimiser in use are known by in the cache.
-    fn makers(&mut self, config: &Config) -> BTreeMap<String, Maker> {
+    /// Returns the cache digest of each optimizer in use.
+    fn makers(&mut self, config: &Config) -> BTreeMap<String, OptimizerDigest> {
         let mut makers = BTreeMap::new();
         if self.cache.is_none() {
             return makers;

@@ -1,5 +1,5 @@
-//! What a changed configuration takes over from the scene that is shown: whatever is as it
-//! was goes on, and is neither loaded nor started again.
+//! Reuse at a configuration reload: unchanged plugins, models and nodes are neither loaded nor
+//! started again.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -11,31 +11,31 @@ use busbar_plugin_host::PluginError;
 use busbar_plugin_process::{Plugin, RunningOverlay, RunningTelemetry};
 use busbar_scene::{ModelIndex, ModelParts};
 
-use super::models::following_error;
-use crate::running::source_policy;
+use super::models::screen_error_models;
+use crate::overlay_instances::source_policy;
 
 use super::{LoadedModel, LoadedScene, folder_of, plugins, read_config};
 use crate::file_version::version;
-use crate::stacks::millis_since;
+use crate::stack_builder::millis_since;
 use crate::{LoadError, LoadMillis};
 
 /// A changed configuration with everything it names, ready to be shown: its new plugins run.
-pub struct Reload {
+pub struct PreparedReload {
     pub(crate) scene: LoadedScene,
     pub(crate) changes: Changes,
-    /// Plugins that go on as they are.
+    /// Plugins that are kept unchanged.
     pub(crate) kept: BTreeSet<String>,
-    /// Those that are new.
+    /// Telemetry plugins that were started for it.
     pub(crate) telemetry: Vec<RunningTelemetry>,
     pub(crate) overlays: BTreeMap<String, RunningOverlay>,
-    /// Whether nodes and models are what they were.
+    /// True if nodes and models are unchanged.
     pub(crate) has_same_graph: bool,
 }
 
-/// Why a changed configuration is not shown.
+/// Error that keeps a changed configuration from being shown.
 #[derive(Debug)]
 pub enum ReloadError {
-    /// Faults of the file, and of what it names.
+    /// Faults of the file and of the files it names.
     Load(LoadError),
     /// A plugin that cannot start.
     Plugin(PluginError),
@@ -64,23 +64,22 @@ impl From<PluginError> for ReloadError {
     }
 }
 
-impl Reload {
-    /// What is otherwise than before.
+impl PreparedReload {
+    /// Returns the changes against the previous configuration.
     pub fn changes(&self) -> &Changes {
         &self.changes
     }
 }
 
 impl LoadedScene {
-    /// Loads a configuration in place of this one, beside whoever shows this one, and starts
-    /// the plugins that are new or get other settings, tags or bindings. None where nothing
-    /// is otherwise than it was. Models whose files were written since are loaded anew; whether
-    /// others that the configuration names have another content is not looked at.
+    /// Loads a configuration in place of this scene and starts new or changed plugins, while this
+    /// scene is still shown. Returns none if nothing has changed. Models whose files were rewritten
+    /// are loaded again; other files that the configuration names are not checked.
     ///
     /// # Errors
     /// Every fault of the file, of the files it names, and of what it asks of plugins. This
     /// scene goes on undisturbed.
-    pub fn reload(&self, path: &Path) -> Result<Option<Reload>, ReloadError> {
+    pub fn reload(&self, path: &Path) -> Result<Option<PreparedReload>, ReloadError> {
         let start = Instant::now();
         let config = read_config(path)?;
         let is_elsewhere = self.folder != folder_of(path);
@@ -92,10 +91,10 @@ impl LoadedScene {
         let millis = LoadMillis::from([("config".into(), millis_since(start))]);
         // Relative paths of another folder lead elsewhere.
         let reuse = match is_elsewhere {
-            true => Reuse::nothing_of(self, &changes),
-            false => Reuse::of(self, &config, &changes),
+            true => ReusePlan::none_of(self, &changes),
+            false => ReusePlan::of(self, &config, &changes),
         };
-        let scene = Self::of(path, config, millis, &reuse, &|_, _, _| {})?;
+        let scene = Self::assemble(path, config, millis, &reuse, &|_, _, _| {})?;
         let has_same_graph = reuse.has_same_graph();
         let kept = reuse.0.map(|before| before.plugins).unwrap_or_default();
         let (mut telemetry, mut overlays) = (Vec::new(), BTreeMap::new());
@@ -112,11 +111,11 @@ impl LoadedScene {
                 )?);
             }
         }
-        Ok(Some(Reload { scene, changes, kept, telemetry, overlays, has_same_graph }))
+        Ok(Some(PreparedReload { scene, changes, kept, telemetry, overlays, has_same_graph }))
     }
 
-    /// Models whose files have another content than was read. One that is away is being
-    /// replaced, or is gone: what is shown stays.
+    /// Returns the models whose files have changed. A missing file counts as being replaced; its
+    /// model stays.
     fn edited_models(&self) -> Vec<String> {
         let files = self.config.models.keys().zip(self.model_files());
         let is_edited = |path: &Path, read| version(path).is_some_and(|now| Some(now) != read);
@@ -125,46 +124,46 @@ impl LoadedScene {
     }
 }
 
-/// What there is to take over, if anything.
-pub(super) struct Reuse<'a>(Option<Before<'a>>);
+/// Reusable parts of the previous scene, if there is one.
+pub(super) struct ReusePlan<'a>(Option<PreviousScene<'a>>);
 
-struct Before<'a> {
+struct PreviousScene<'a> {
     scene: &'a LoadedScene,
     changes: &'a Changes,
-    /// Plugins that go on.
+    /// Plugins that are kept.
     plugins: BTreeSet<String>,
-    /// Models that are what they were, and the index of each there.
+    /// Unchanged models with their previous indices.
     models: BTreeMap<String, usize>,
     has_same_graph: bool,
 }
 
-impl<'a> Reuse<'a> {
-    /// All is new.
-    pub(super) fn nothing() -> Self {
+impl<'a> ReusePlan<'a> {
+    /// Creates a plan that reuses nothing.
+    pub(super) fn none() -> Self {
         Self(None)
     }
 
-    /// All is new in place of this scene.
-    fn nothing_of(scene: &'a LoadedScene, changes: &'a Changes) -> Self {
+    /// Creates a plan that reuses nothing of a previous scene.
+    fn none_of(scene: &'a LoadedScene, changes: &'a Changes) -> Self {
         let (plugins, models) = (BTreeSet::new(), BTreeMap::new());
-        Self(Some(Before { scene, changes, plugins, models, has_same_graph: false }))
+        Self(Some(PreviousScene { scene, changes, plugins, models, has_same_graph: false }))
     }
 
     fn of(scene: &'a LoadedScene, config: &Config, changes: &'a Changes) -> Self {
         let names = scene.instances.keys();
-        let goes_on = |name: &&String| {
-            !changes.touch(Section::PluginRules) && goes_on(&scene.config, config, name)
+        let is_plugin_kept = |name: &&String| {
+            !changes.touch(Section::PluginRules) && is_plugin_kept(&scene.config, config, name)
         };
-        let plugins = names.filter(goes_on).cloned().collect();
-        let following = following_error(config);
+        let plugins = names.filter(is_plugin_kept).cloned().collect();
+        let following = screen_error_models(config);
         let edited: BTreeSet<String> = scene.edited_models().into_iter().collect();
         let numbered = scene.config.models.keys().zip(0..);
         let models: BTreeMap<String, usize> = numbered
             .filter(|(name, index)| {
-                let made = &scene.models[*index].made;
-                made.is_complete
+                let provenance = &scene.models[*index].provenance;
+                provenance.is_complete
                     && !edited.contains(*name)
-                    && made.by_error == following.contains(name)
+                    && provenance.by_error == following.contains(name)
                     && is_same_model(&scene.config, config, name)
             })
             .map(|(name, index)| (name.clone(), index))
@@ -172,31 +171,31 @@ impl<'a> Reuse<'a> {
         let has_same_graph = !changes.touch(Section::Scene)
             && models.keys().eq(config.models.keys())
             && models.len() == scene.config.models.len();
-        Self(Some(Before { scene, changes, plugins, models, has_same_graph }))
+        Self(Some(PreviousScene { scene, changes, plugins, models, has_same_graph }))
     }
 
-    /// The scene before.
+    /// Returns the previous scene.
     pub(super) fn scene(&self) -> Option<&'a LoadedScene> {
         self.0.as_ref().map(|before| before.scene)
     }
 
-    /// Whether anything of a section is otherwise than before.
+    /// Reports whether a section of the configuration has changed.
     pub(super) fn touches(&self, section: Section) -> bool {
         self.0.as_ref().is_none_or(|before| before.changes.touch(section))
     }
 
-    /// Whether nodes and models are what they were.
+    /// Reports whether nodes and models are unchanged.
     pub(super) fn has_same_graph(&self) -> bool {
         self.0.as_ref().is_some_and(|before| before.has_same_graph)
     }
 
-    /// A plugin that goes on.
+    /// Returns a plugin that is kept.
     pub(super) fn plugin(&self, name: &str) -> Option<&'a Plugin> {
         let before = self.0.as_ref().filter(|before| before.plugins.contains(name))?;
         before.scene.instances.get(name)
     }
 
-    /// A model that is what it was.
+    /// Returns an unchanged model.
     pub(super) fn model(&self, name: &str) -> Option<(&'a LoadedModel, ModelParts)> {
         let before = self.0.as_ref()?;
         let index = *before.models.get(name)?;
@@ -204,8 +203,8 @@ impl<'a> Reuse<'a> {
         Some((&before.scene.models[index], parts))
     }
 
-    /// Gives new models places on the device that nobody has: also those of models that go
-    /// stay theirs until they are gone.
+    /// Assigns free device slots to new models; models of the previous scene keep theirs until they
+    /// are removed.
     pub(super) fn give_slots(&self, models: &mut [LoadedModel]) {
         let before = self.scene().map_or(&[][..], |scene| &scene.models);
         let taken: BTreeSet<u32> = before.iter().filter_map(|model| model.slot).collect();
@@ -216,8 +215,8 @@ impl<'a> Reuse<'a> {
     }
 }
 
-/// Whether a plugin is asked for exactly what it does already.
-fn goes_on(before: &Config, after: &Config, name: &str) -> bool {
+/// Reports whether a plugin's settings and duties are unchanged.
+fn is_plugin_kept(before: &Config, after: &Config, name: &str) -> bool {
     before.plugins.get(name) == after.plugins.get(name)
         && plugins::serves(before, name) == plugins::serves(after, name)
         && served(before, name).eq(served(after, name))
@@ -225,7 +224,7 @@ fn goes_on(before: &Config, after: &Config, name: &str) -> bool {
         && (!jobs(after, name)[0] || bound(before, name).eq(bound(after, name)))
 }
 
-/// The tags that a plugin reads, as far as it is told.
+/// Returns the tags that a plugin serves, with the properties it receives.
 fn served<'a>(
     config: &'a Config,
     name: &'a str,
@@ -236,7 +235,7 @@ fn served<'a>(
     })
 }
 
-/// Whether it is an overlay, has records, has the chart, simplifies models, or has alarms.
+/// Returns the duties of a plugin: overlay, records, chart, model optimizer, alarms.
 fn jobs(config: &Config, name: &str) -> [bool; 5] {
     [
         config.overlays.iter().any(|overlay| overlay.plugin == name),
@@ -247,7 +246,7 @@ fn jobs(config: &Config, name: &str) -> [bool; 5] {
     ]
 }
 
-/// The bindings that an overlay gets, as far as it is told.
+/// Returns the bindings that an overlay receives.
 fn bound<'a>(config: &'a Config, name: &str) -> impl Iterator<Item = impl PartialEq + 'a> {
     let roles = config.plugins.get(name).map_or(&[][..], |plugin| &plugin.roles);
     let bindings = config.bindings.iter();
@@ -258,7 +257,7 @@ fn bound<'a>(config: &'a Config, name: &str) -> impl Iterator<Item = impl Partia
     })
 }
 
-/// Whether a model comes out as it did, its theta aside.
+/// Reports whether a model is unchanged, except for its theta.
 fn is_same_model(before: &Config, after: &Config, name: &str) -> bool {
     let (Some(was), Some(is)) = (before.models.get(name), after.models.get(name)) else {
         return false;

@@ -1,4 +1,4 @@
-//! What the operator asks for.
+//! Dispatch of operator commands to the parts of the view.
 
 use busbar_alarms::AlarmHandle;
 use busbar_tags::TagHandle;
@@ -8,13 +8,13 @@ use super::*;
 
 impl Viewer {
     /// Does what the panels ask, except for the camera, which is steered already.
-    pub(super) fn obey(&mut self, commands: &[Command]) {
+    pub(super) fn apply_commands(&mut self, commands: &[Command]) {
         for command in commands {
             match command {
                 Command::SetTheta { model, theta } => {
-                    self.cursors.set_by_hand(*model, Some(*theta));
+                    self.lod_cursors.set_manual_theta(*model, Some(*theta));
                 }
-                Command::UsePolicy { model } => self.cursors.set_by_hand(*model, None),
+                Command::UsePolicy { model } => self.lod_cursors.set_manual_theta(*model, None),
                 Command::SetThetaScale(scale) => self.set_theta_scale(*scale),
                 Command::SetWireframe(wireframe) => self.wireframe = *wireframe,
                 Command::Focus(id) | Command::Reveal(id) => {
@@ -33,22 +33,22 @@ impl Viewer {
                     }
                 }
                 Command::StartPlugin(name) => self.start_plugin(name),
-                Command::Chart(command) => self.arrange_chart(command),
-                Command::Pick(position) => self.pick_line_or_ask(*position),
-                Command::PickAll(area) => self.ask_in(Purpose::SelectAll, *area),
+                Command::Chart(command) => self.apply_chart_command(command),
+                Command::Pick(position) => self.pick_line_or_scene(*position),
+                Command::PickRectangle(area) => self.pick_in(PickPurpose::SelectAll, *area),
                 Command::Hover(position) => self.point_at(*position),
                 Command::SetMeasuring(measures) => {
-                    self.measuring = measures.then(Measuring::default);
+                    self.measuring = measures.then(MeasurementChain::default);
                 }
-                Command::SetSection(cut) => self.section = cut.and_then(surroundings::plane_of),
-                Command::Measure(position) => self.ask_at(Purpose::Measure, *position),
+                Command::SetSection(cut) => self.section = cut.and_then(environment::plane_of),
+                Command::Measure(position) => self.pick_at(PickPurpose::Measure, *position),
                 Command::Escape if self.measuring.is_some() => self.measuring = None,
                 Command::Escape => self.select(None),
                 Command::SearchEquipment(query) => {
-                    self.tree.search(query, &self.scene.graph, &self.scene.equipment)
+                    self.equipment_tree.search(query, &self.scene.graph, &self.scene.equipment)
                 }
-                Command::ToggleBranch(entry) => self.tree.toggle(*entry),
-                Command::FilterTags(query) => self.tag_list.filter(query, &self.scene),
+                Command::ToggleBranch(entry) => self.equipment_tree.toggle(*entry),
+                Command::FilterTags(query) => self.tag_filter.filter(query, &self.scene),
                 Command::ToggleTrend(tag) => {
                     if let Some(faceplate) = &mut self.faceplate {
                         faceplate.toggle_trend(TagHandle(*tag));
@@ -62,11 +62,11 @@ impl Viewer {
                 | Command::GoToBookmark(_)
                 | Command::SetCameraMode(_)
                 | Command::SetOrthographic(_)
-                | Command::LookFrom(_)
+                | Command::UseStandardView(_)
                 | Command::FitAll
                 | Command::FitSelection
                 | Command::Orbit(_)
-                | Command::Coast(_)
+                | Command::StartInertia(_)
                 | Command::Pan(_)
                 | Command::Zoom(_)
                 | Command::Move { .. } => {}
@@ -75,14 +75,14 @@ impl Viewer {
     }
 
     /// Arranges the chart that stands in the scene; without one, nothing happens.
-    pub fn arrange_chart(&mut self, command: &ChartCommand) {
-        let copied = self.chart.as_mut().and_then(|chart| chart.obey(command));
+    pub fn apply_chart_command(&mut self, command: &ChartCommand) {
+        let copied = self.chart.as_mut().and_then(|chart| chart.apply(command));
         if let Some(text) = copied {
             self.panels.context().copy_text(text);
         }
     }
 
-    fn with_alarms(&mut self, act: impl FnOnce(&mut Alarming)) {
+    fn with_alarms(&mut self, act: impl FnOnce(&mut AlarmService)) {
         if let Some(alarms) = &mut self.alarms {
             act(alarms);
         }

@@ -1,31 +1,30 @@
-//! What a frame shows, at which detail.
+//! Assembly of a frame for the renderer: level of detail, draw list, background.
 
 use super::*;
 
-/// Of the light of the background, what the dark theme leaves: equipment stands out from
-/// it as brighter, and not as darker.
+/// Share of the configured background light that the dark theme keeps.
 const DARK_BACKGROUND: f32 = 0.045;
 
 impl Viewer {
     /// The last frame of a view without a window.
     ///
     /// # Errors
-    /// The device's.
+    /// Errors of the graphics device.
     pub fn read_picture(&mut self) -> Result<Picture, ViewError> {
         let no_textures = egui::TexturesDelta::default();
         let overlay = EguiFrame {
             textures_delta: &no_textures,
-            primitives: &self.painted,
+            primitives: &self.last_primitives,
             pixels_per_point: self.pixels_per_point,
         };
-        let shown = self.picture_of(
+        let shown = self.frame_of(
             self.view(),
-            self.drawn.list(),
+            self.scene_draw_list.list(),
             self.highlights.of_nodes(),
             Some(overlay),
         );
-        let chart = self.chart.as_ref().and_then(ShownChart::polylines);
-        let polylines = self.ground_marks.polylines(chart);
+        let chart = self.chart.as_ref().and_then(SceneChart::polylines);
+        let polylines = self.overlay_geometry.polylines(chart);
         let frame = Frame { outlined: self.outlines.list(), polylines, ..shown };
         let has_drawn = self.frames > 0;
         let read = self.recovery.run(&mut self.renderer, &self.scene, |renderer| {
@@ -41,62 +40,67 @@ impl Viewer {
         read?.ok_or(ViewError::Render(RenderError::NoPicture))
     }
 
-    /// Whether the last frame had panels, labels or anything else over the scene: those
-    /// take a few frames to find their sizes and places.
-    pub fn paints_over_scene(&self) -> bool {
-        !self.painted.is_empty()
+    /// Reports whether the last frame had panels, labels or other content over the scene. Such
+    /// content takes a few frames to settle.
+    pub fn has_content_over_scene(&self) -> bool {
+        !self.last_primitives.is_empty()
     }
 
     /// Chooses cursors for where the camera is, and moves those that are ready. `now`:
     /// when the frame is, seconds.
-    pub(super) fn move_cursors(&mut self, now: f64) {
-        let Self { cursors, renderer, models, scene, .. } = self;
+    pub(super) fn update_lod_cursors(&mut self, now: f64) {
+        let Self { lod_cursors, renderer, models, scene, .. } = self;
         let pixels = self.viewport.size() * self.pixels_per_point;
         let camera = self.navigator.camera();
-        let eye =
-            Eye { position: camera.eye(), ahead: camera.ahead(), pixel: camera.pixel(pixels) };
-        cursors.set_coarseness(self.pace.coarseness());
-        cursors.choose(eye, &scene.models, self.settles);
-        cursors.advance(&scene.models, self.settles, now, |needed| match needed {
-            Needed::Mesh(place) => renderer.triangles_at(&on_device(models, place)).is_some(),
-            Needed::Way(place) => renderer.has_way(&on_device(models, place)),
+        let eye = LodCamera {
+            position: camera.eye(),
+            ahead: camera.forward(),
+            pixel: camera.pixel_size(pixels),
+        };
+        lod_cursors.set_coarseness(self.frame_budget.coarseness());
+        lod_cursors.choose_levels(eye, &scene.models, self.settles);
+        lod_cursors.advance(&scene.models, self.settles, now, |needed| match needed {
+            LodRequest::Mesh(place) => {
+                renderer.triangles_at(&mesh_at_cursor(models, place)).is_some()
+            }
+            LodRequest::Morph(place) => renderer.has_morph_target(&mesh_at_cursor(models, place)),
         });
-        renderer.request(cursors.waiting(&scene.models).map(|needed| match needed {
-            Needed::Mesh(place) => Wanted::Mesh(on_device(models, place)),
-            Needed::Way(place) => Wanted::Way(on_device(models, place)),
+        renderer.request(lod_cursors.waiting(&scene.models).map(|needed| match needed {
+            LodRequest::Mesh(place) => ResolveRequest::Mesh(mesh_at_cursor(models, place)),
+            LodRequest::Morph(place) => ResolveRequest::MorphTarget(mesh_at_cursor(models, place)),
         }));
     }
 
-    /// Brings what is said of models up to the frame drawn.
-    pub(super) fn note_detail(&mut self) {
-        let Self { cursors, renderer, models, scene, .. } = self;
-        self.resolved += u64::from(self.last.resolved);
-        cursors.count_moved(|place| renderer.triangles_at(&on_device(models, place)));
-        if let Some(details) = cursors.changed_detail(&scene.models) {
-            models.iter_mut().zip(&details).for_each(|(model, detail)| model.note(detail));
+    /// Updates the panel rows of models after the frame was drawn.
+    pub(super) fn update_model_rows(&mut self) {
+        let Self { lod_cursors, renderer, models, scene, .. } = self;
+        self.resolved += u64::from(self.last_frame.resolved);
+        lod_cursors.count_moved(|place| renderer.triangles_at(&mesh_at_cursor(models, place)));
+        if let Some(details) = lod_cursors.changed_detail(&scene.models) {
+            models.iter_mut().zip(&details).for_each(|(model, detail)| model.set_detail(detail));
         }
     }
 
-    /// Takes over where parts stand that moved.
-    pub(super) fn move_parts(&mut self) {
-        let Self { moving, cursors, drawn, scene, .. } = self;
+    /// Updates cursors and draw list with the instances that moved.
+    pub(super) fn move_instances(&mut self) {
+        let Self { moving_parts: moving, lod_cursors, scene_draw_list: drawn, scene, .. } = self;
         if !moving.just_moved().is_empty() {
-            cursors.move_instances(&scene.graph, moving.just_moved(), moving.moved());
+            lod_cursors.move_instances(&scene.graph, moving.just_moved(), moving.moved());
             drawn.move_instances(scene, moving.just_moved());
         }
     }
 
-    /// Takes over what is to be drawn otherwise than before.
-    pub(super) fn update_drawn(&mut self) {
-        let Self { drawn, scene, models, cursors, highlights, .. } = self;
-        drawn.update(scene, models, cursors, highlights);
+    /// Updates the draw list with all changes since the last frame.
+    pub(super) fn update_draw_list(&mut self) {
+        let Self { scene_draw_list: drawn, scene, models, lod_cursors, highlights, .. } = self;
+        drawn.update(scene, models, lod_cursors, highlights);
     }
 
-    /// What is seen now.
+    /// Returns the camera view of the present frame.
     pub(super) fn view(&self) -> CameraView {
         let scene = self.scene.graph.bounds();
         // A wireframe has no ground, and its lines need fine depths.
-        let around = if self.wireframe { scene } else { self.surroundings.with_ground(scene) };
+        let around = if self.wireframe { scene } else { self.environment.with_ground(scene) };
         self.navigator.camera().view(self.viewport, self.screen, around)
     }
 
@@ -106,7 +110,7 @@ impl Viewer {
         self.scene.config.view.background.map(|part| linear_from_srgb(part) * share)
     }
 
-    pub(super) fn picture_of<'a>(
+    pub(super) fn frame_of<'a>(
         &self,
         camera: CameraView,
         instances: &'a DrawList,
@@ -115,13 +119,13 @@ impl Viewer {
     ) -> Frame<'a> {
         Frame {
             camera,
-            instances: Instances::Kept(instances),
+            instances: InstanceSource::Retained(instances),
             object_highlights,
             wireframe: self.wireframe,
             background: self.background(),
-            ground: self.surroundings.ground,
-            fog_distance: self.surroundings.fog_distance,
-            shadow_bounds: self.surroundings.shadow_bounds,
+            ground: self.environment.ground,
+            fog_distance: self.environment.fog_distance,
+            shadow_bounds: self.environment.shadow_bounds,
             outlined: &[],
             section: self.section,
             polylines: None,

@@ -1,9 +1,9 @@
-//! What is said of a view: to its panels and in statistics.
+//! View model of the panels, and statistics of the view.
 
 use super::*;
 use crate::clock;
-use crate::stats::Health;
-use crate::verdicts::JudgingOverlay;
+use crate::stats::ViewHealth;
+use crate::verdicts::OverlayVerdicts;
 
 /// Selected pieces of equipment that are named; of more their number.
 const MAX_NAMES: usize = 3;
@@ -18,21 +18,21 @@ impl Viewer {
             millis.get(rank).copied().unwrap_or(0.0)
         };
         let median = at(0.5);
-        let rows = self.rows();
+        let rows = self.model_rows();
         Stats {
             vertices: self.surviving_vertices(),
-            triangles: self.last.triangles,
+            triangles: self.last_frame.triangles,
             triangles_full: self.triangles_full,
             theta: rows.clone().map(|row| (row.name.clone(), row.theta[1])).collect(),
             theta_span: rows.map(|row| (row.name.clone(), row.theta)).collect(),
             cpu_ms: self.cpu_millis,
-            hide_ms: self.last.hide_millis,
-            draw_calls: self.last.draw_calls,
-            draw_commands: self.last.draw_commands,
-            gpu_ms: stats::gpu_millis(&self.last),
-            resolve_ms: self.last.resolve_millis,
+            hide_ms: self.last_frame.occlusion_millis,
+            draw_calls: self.last_frame.draw_calls,
+            draw_commands: self.last_frame.draw_commands,
+            gpu_ms: stats::gpu_millis(&self.last_frame),
+            resolve_ms: self.last_frame.resolve_millis,
             resolved: self.resolved,
-            waiting: self.cursors.waiting_count(),
+            waiting: self.lod_cursors.waiting_count(),
             groups_as_one: self.groups_as_one(),
             index_cache_bytes: self.renderer.index_cache_bytes(),
             frames: self.frames,
@@ -44,7 +44,7 @@ impl Viewer {
             load_ms: self.scene.millis.clone(),
             cached_meshes: self.scene.cached_meshes,
             plugins: self
-                .instances()
+                .plugin_instances()
                 .map(|(plugin, link, fault)| stats::plugin(plugin, link, fault))
                 .collect(),
             tags: stats::tags(&self.scene.tags, self.tags.snapshot()),
@@ -55,12 +55,12 @@ impl Viewer {
             scene_time: self
                 .telemetry
                 .iter()
-                .filter_map(ServedTags::scene_time)
+                .filter_map(TelemetryInstance::scene_time)
                 .max()
                 .map(|time| time.0 as f64 / 1e9),
             events: self.events.count(),
             alarms: self.alarms.as_ref().map_or_else(Vec::new, stats::alarms),
-            chart: self.chart.as_ref().map(ShownChart::stats),
+            chart: self.chart.as_ref().map(SceneChart::stats),
             selected_alarm: self.alarms.as_ref().and_then(stats::selected_alarm),
             picked: match self.selection.len() {
                 1 => self.ids_of(&self.selection).next(),
@@ -69,12 +69,20 @@ impl Viewer {
             selected: self.ids_of(&self.selection).collect(),
             hovered: self.hovered.map(|node| self.scene.graph.node(node).id()),
             faceplate: self.faceplate.as_ref().map(|faceplate| {
-                let lines =
-                    rows::Rows::new(&self.scene, self.tags(), &self.tag_list, std::iter::empty());
-                stats::faceplate(&faceplate.model(&self.sources(self.tags(), &lines, &self.states)))
+                let lines = panel_rows::TagListRows::new(
+                    &self.scene,
+                    self.tags(),
+                    &self.tag_filter,
+                    std::iter::empty(),
+                );
+                stats::faceplate(&faceplate.model(&self.faceplate_inputs(
+                    self.tags(),
+                    &lines,
+                    &self.states,
+                )))
             }),
             dark: self.panels.is_dark(),
-            equipment_rows: self.tree.len(),
+            equipment_rows: self.equipment_tree.len(),
             measured: self.measuring.as_ref().map_or_else(Vec::new, |measuring| {
                 measuring.points().iter().map(|point| point.to_array()).collect()
             }),
@@ -85,32 +93,32 @@ impl Viewer {
         }
     }
 
-    /// Origins of what is shown: of any tag's value, of plugins that say it of all their
-    /// values, bad ones included, and of a chart that shows the past.
+    /// Returns the origins of all displayed values. Origins that plugins declare count even without
+    /// good values; a chart of the past counts as historical.
     pub(super) fn shown_origin(&self) -> Origin {
         let links = self.telemetry.iter().map(|telemetry| telemetry.link().origin);
         let is_simulated = self.scene.config.plugins.values().any(|plugin| plugin.simulated);
         let declared = if is_simulated { Origin::SIMULATED } else { Origin::LIVE };
-        let shows_past = self.chart.as_ref().is_some_and(ShownChart::shows_past);
+        let shows_past = self.chart.as_ref().is_some_and(SceneChart::shows_past);
         let of_chart = if shows_past { Origin::HISTORICAL } else { Origin::LIVE };
         let known = self.origins.shown() | declared | of_chart;
         links.fold(known, Origin::union)
     }
 
-    /// What of it is looked at all the time: cheaper than all numbers.
-    pub fn health(&self) -> Health {
-        Health {
+    /// Returns the health numbers, which are cheaper than all statistics.
+    pub fn health(&self) -> ViewHealth {
+        ViewHealth {
             quality: self.tags.snapshot().counts().into(),
             alarms: self.alarms.as_ref().map_or_else(Vec::new, stats::alarms_by_state),
             plugins: self
-                .instances()
+                .plugin_instances()
                 .map(|(plugin, link, fault)| stats::plugin(plugin, link, fault))
                 .collect(),
             reloads: stats::reloads(&self.reloads),
         }
     }
 
-    /// What the last frame took, from its beginning until it was handed to the device.
+    /// Returns the time of the last frame, from its beginning until its submission to the device.
     pub fn frame_time(&self) -> Duration {
         Duration::from_secs_f64(self.last_frame_millis() / 1e3)
     }
@@ -118,20 +126,20 @@ impl Viewer {
     pub(super) fn view_model<'a>(
         &'a self,
         snapshot: Snapshot<'a>,
-        rows: &'a rows::Rows<'a>,
-        states: &'a [ShownState],
+        rows: &'a panel_rows::TagListRows<'a>,
+        states: &'a [NodeState],
     ) -> ViewModel {
         let counts = snapshot.counts();
-        let sources = self.sources(snapshot, rows, states);
+        let inputs = self.faceplate_inputs(snapshot, rows, states);
         ViewModel {
-            models: self.rows().cloned().collect(),
+            models: self.model_rows().cloned().collect(),
             plugins: self
-                .instances()
-                .map(|(plugin, link, fault)| rows::plugin(plugin, link, fault))
+                .plugin_instances()
+                .map(|(plugin, link, fault)| panel_rows::plugin(plugin, link, fault))
                 .collect(),
-            layers: self.overlays.iter().map(rows::layer).collect(),
+            layers: self.overlays.iter().map(panel_rows::layer).collect(),
             cameras: self.scene.config.cameras.keys().cloned().collect(),
-            section: self.section.as_ref().and_then(surroundings::cut_of),
+            section: self.section.as_ref().and_then(environment::cut_of),
             extent: self
                 .scene
                 .graph
@@ -143,19 +151,19 @@ impl Viewer {
                 orthographic: self.navigator.is_orthographic(),
                 speed: self.navigator.speed(),
             },
-            alarms: sources.alarms.model(!self.settles),
-            chart: self.chart.as_ref().map(ShownChart::model),
+            alarms: inputs.alarms.model(!self.settles),
+            chart: self.chart.as_ref().map(SceneChart::model),
             wireframe: self.wireframe,
-            theta_scale: self.cursors.scale(),
+            theta_scale: self.lod_cursors.scale(),
             max_theta_scale: MAX_THETA_SCALE,
-            status: StatusLine {
+            status: StatusBarModel {
                 // A picture that nobody watches does not depend on when it was drawn.
-                clock: (!self.settles).then(|| clock::time_of_day(sources.wall_clock)),
+                clock: (!self.settles).then(|| clock::time_of_day(inputs.wall_clock)),
                 keeps_clock: self.in_window && !self.has_host,
-                triangles: self.last.triangles,
+                triangles: self.last_frame.triangles,
                 triangles_full: self.triangles_full,
                 frame_millis: self.last_frame_millis(),
-                gpu_millis: stats::gpu_millis(&self.last).into_iter().collect(),
+                gpu_millis: stats::gpu_millis(&self.last_frame).into_iter().collect(),
                 device: self.renderer.device_name().to_owned(),
                 good: counts.good,
                 uncertain: counts.uncertain,
@@ -163,24 +171,24 @@ impl Viewer {
                 fault: self.reloads.fault.clone(),
             },
             selected: self.selected_text(),
-            faceplate: self.faceplate.as_ref().map(|faceplate| faceplate.model(&sources)),
-            measuring: self.measuring.as_ref().map(Measuring::text),
+            faceplate: self.faceplate.as_ref().map(|faceplate| faceplate.model(&inputs)),
+            measuring: self.measuring.as_ref().map(MeasurementChain::text),
             origin: self.shown_origin(),
         }
     }
 
-    fn sources<'a>(
+    fn faceplate_inputs<'a>(
         &'a self,
         snapshot: Snapshot<'a>,
-        rows: &'a rows::Rows<'a>,
-        states: &'a [ShownState],
-    ) -> faceplate::Sources<'a> {
+        rows: &'a panel_rows::TagListRows<'a>,
+        states: &'a [NodeState],
+    ) -> faceplate::FaceplateInputs<'a> {
         let scene = &self.scene;
-        faceplate::Sources {
+        faceplate::FaceplateInputs {
             scene,
             snapshot,
             rows,
-            alarms: alarms::Rows { alarming: self.alarms.as_ref(), scene, snapshot },
+            alarms: AlarmListRows { alarm_service: self.alarms.as_ref(), scene, snapshot },
             overlays: &self.overlays,
             states,
             chart: self.chart.as_ref(),
@@ -192,27 +200,27 @@ impl Viewer {
         }
     }
 
-    /// What is said of the configuration's models.
-    fn rows(&self) -> impl Iterator<Item = &ModelRow> + Clone {
+    /// Returns the panel rows of the configured models.
+    fn model_rows(&self) -> impl Iterator<Item = &ModelRow> + Clone {
         self.models.iter().take(self.scene.model_count()).map(|model| &model.row)
     }
 
     /// Plugins with their links, and what went wrong with them last.
-    pub(super) fn instances(
+    pub(super) fn plugin_instances(
         &self,
     ) -> impl Iterator<Item = (&Plugin, Option<LinkReport>, Option<&str>)> {
         self.scene.instances.iter().map(|(name, plugin)| {
             let link = self.telemetry.iter().find(|t| t.name() == name);
             let overlay = self.overlays.iter().find(|o| o.overlay.name() == name);
             let fault = overlay.and_then(|overlay| overlay.fault.as_deref());
-            (plugin, link.map(ServedTags::link), fault)
+            (plugin, link.map(TelemetryInstance::link), fault)
         })
     }
 
     /// The overlays that judge equipment, hidden ones too.
-    pub(crate) fn judging_overlays(&self) -> impl Iterator<Item = JudgingOverlay<'_>> {
+    pub(crate) fn overlay_verdicts(&self) -> impl Iterator<Item = OverlayVerdicts<'_>> {
         let (scene, snapshot) = (&self.scene, self.tags.snapshot());
-        self.overlays.iter().map(move |shown| JudgingOverlay {
+        self.overlays.iter().map(move |shown| OverlayVerdicts {
             name: shown.overlay.name(),
             equipment: &shown.description.equipment,
             verdicts: &shown.verdicts,
@@ -224,7 +232,7 @@ impl Viewer {
     /// The verdicts of all overlays, hidden ones too.
     pub(crate) fn verdicts(&self) -> Vec<stats::VerdictStats> {
         let mut all = Vec::new();
-        for overlay in self.judging_overlays() {
+        for overlay in self.overlay_verdicts() {
             for (equipment, id) in overlay.equipment.iter().enumerate() {
                 let of = overlay.verdict(equipment);
                 all.push(stats::VerdictStats {
@@ -266,7 +274,7 @@ impl Viewer {
 
     fn surviving_vertices(&self) -> u64 {
         let mut vertices = 0;
-        self.cursors.for_each_drawn(|_, place, _| {
+        self.lod_cursors.for_each_drawn(|_, place, _| {
             let stacks = &self.scene.models[place.model].stacks[place.mesh];
             vertices += u64::from(stacks.surviving(place.cursor));
         });
@@ -275,8 +283,8 @@ impl Viewer {
 
     fn groups_as_one(&self) -> usize {
         let mut count = 0;
-        self.cursors.for_each_drawn(|drawn, _, _| {
-            count += usize::from(matches!(drawn, Drawn::Group(_)));
+        self.lod_cursors.for_each_drawn(|drawn, _, _| {
+            count += usize::from(matches!(drawn, DrawItem::Group(_)));
         });
         count
     }

@@ -1,4 +1,4 @@
-// Freshness by echo: numbered probes to the server, and the age that an echo proves.
+// Age of the picture by echo: numbered probes to the server, and the age that an echo proves.
 //
 // A message tells nothing by its arrival: a slow line delivers old ones at a steady rate. The
 // echo of a probe was written after the probe was sent, so what it says is no older than that.
@@ -17,12 +17,12 @@ function elapsed(since) {
 
 export class Freshness {
   #number = 0;
-  /** By number: when each probe was sent, the oldest first. */
+  /** Instants of the probes by number, the oldest first. */
   #sent = new Map();
-  /** The newest proof: when its probe was sent, and the age that the echo told. */
+  /** Newest proof: the instant of its probe, and the age in the echo. */
   #proof = null;
 
-  /** Notes a probe that is sent now; returns its number. */
+  /** Records a probe that is sent now; returns its number. */
   probe() {
     this.#number += 1;
     this.#sent.set(this.#number, clocks());
@@ -30,7 +30,7 @@ export class Freshness {
     return this.#number;
   }
 
-  /** Takes an echo that tells the picture's age, milliseconds. */
+  /** Takes an echo with the age of the picture, milliseconds. */
   take(number, age) {
     const sent = this.#sent.get(number);
     this.#proof = sent === undefined ? null : { sent, age };
@@ -40,12 +40,12 @@ export class Freshness {
     }
   }
 
-  /** The greatest age that the picture can have by the newest echo, milliseconds. */
+  /** Returns the greatest age that the picture can have by the newest echo, milliseconds. */
   age() {
     return this.#proof === null ? Infinity : elapsed(this.#proof.sent) + this.#proof.age;
   }
 
-  /** Forgets all: the connection is another one. Numbers go on. */
+  /** Forgets all probes, for a new connection. Numbers continue. */
   forget() {
     this.#sent.clear();
     this.#proof = null;

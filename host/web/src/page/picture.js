@@ -7,15 +7,15 @@ const KINDS = ["image/jpeg", "image/png"];
 export class Picture {
   #canvas;
   #context;
-  /** Whether there is one. */
-  isThere = false;
+  /** Reports whether a picture was shown. */
+  hasPicture = false;
 
   constructor(canvas) {
     this.#canvas = canvas;
     this.#context = canvas.getContext("2d", { alpha: false });
   }
 
-  /** Shows what changed; the picture's number. */
+  /** Draws the changed parts; returns the number of the picture. */
   async show(buffer) {
     const view = new DataView(buffer);
     const short = (at) => view.getUint16(at, true);
@@ -33,7 +33,7 @@ export class Picture {
     }
     const decoded = await Promise.all(parts);
     if (this.#canvas.width !== width || this.#canvas.height !== height) {
-      // This clears it; all of the new one has come along.
+      // A new size clears the canvas; the message has the whole picture.
       this.#canvas.width = width;
       this.#canvas.height = height;
     }
@@ -41,7 +41,7 @@ export class Picture {
       this.#context.drawImage(bitmap, x, y);
       bitmap.close();
     }
-    this.isThere = true;
+    this.hasPicture = true;
     return number;
   }
 }

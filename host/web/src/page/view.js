@@ -1,30 +1,31 @@
-// The page: what is shown, and whether it may pass for live.
+// The page: its picture, and the decision whether the picture is live.
 //
-// It is dead unless proven live: by a beat of the server that says so of this page and echoes a
-// probe of it. The time since that probe was sent, and the age that the beat tells, bound the age
+// It is dead unless proven live: by a beat of the server that confirms it for this page and echoes a
+// probe of it. The time since that probe was sent, and the age in the beat, bound the age
 // of the picture. Whatever becomes of viewer, server or network, nothing has to arrive for the
 // picture to be marked, and what arrives late does not count.
 
 import { Freshness } from "./freshness.js";
-import { Hands } from "./hands.js";
-import { Link } from "./link.js";
+import { InputState } from "./input.js";
+import { ServerConnection } from "./connection.js";
 import { Picture } from "./picture.js";
-import { Program } from "./program.js";
+import { HostPage } from "./host_page.js";
 
-/** A picture that may be older is dead, milliseconds: within a second of what it shows, with
- *  a tenth for the browser to paint the mark. */
+/** Greatest age of a live picture, milliseconds: a second, less a tenth for the browser to paint the
+ *  mark. */
 const MAX_AGE = 900;
-/** A marked picture is unmarked once it was live for so long: one that is late again and again
- *  does not flash. */
+/** Time that a marked picture must be live before it is unmarked, milliseconds: one that is late
+ *  again and again does not flash. */
 const MIN_LIVE = 400;
-/** How often the server is probed. */
+/** Period of probes to the server, milliseconds. */
 const PROBE_PERIOD = 200;
-/** So long after the last beat the server is silent; where the picture is too old, sooner. */
+/** Time after the last beat from which the server is silent, milliseconds; sooner where the picture is
+ *  too old. */
 const MAX_SILENCE = 1000;
 const QUIET = 2.5 * PROBE_PERIOD;
-/** How often that is looked at, beside the instant at which the picture becomes too old. */
-const LOOK_PERIOD = 100;
-/** How long it is told what could not be done. */
+/** Period of liveness updates beside the instant at which the picture becomes too old, milliseconds. */
+const UPDATE_PERIOD = 100;
+/** Time for which a refusal is shown, milliseconds. */
 const REFUSED_SHOWN = 6000;
 
 const WORDS = {
@@ -39,31 +40,31 @@ const WORDS = {
 const element = (id) => document.getElementById(id);
 const canvas = element("picture");
 const picture = new Picture(canvas);
-const program = new Program(document.documentElement.dataset.origins, obey);
+const hostPage = new HostPage(document.documentElement.dataset.origins, handleRequest);
 
 const freshness = new Freshness();
 let beat = { condition: "away", at: -Infinity, views: 0 };
 let views = 0;
 let steers = false;
 let why = "";
-/** How many stand how, as long as that is known. */
+/** Alarm counts by state, while they are known. */
 let alarms = null;
 let isLive = false;
-/** Since when the picture has been live without a pause; null where it is not. */
+/** Instant since which the picture has been live without a pause; null where it is not. */
 let liveSince = null;
 let wasEverLive = false;
-/** When the picture was last known to be true. */
+/** Last instant at which the picture was known to be true. */
 let trueAt = null;
 let refusedTimer = 0;
 let expiryTimer = 0;
 
-const link = new Link({ opened, closed, told, pictured });
-const hands = new Hands(canvas, (message) => steers && link.say(message));
+const connection = new ServerConnection({ opened, closed, handleMessage, handlePicture });
+const input = new InputState(canvas, (message) => steers && connection.send(message));
 
 function opened() {
   why = "";
   views = 0;
-  sayView();
+  sendView();
   probe();
 }
 
@@ -72,67 +73,67 @@ function closed(words) {
   freshness.forget();
   why = words;
   alarms = null;
-  setSteers(false, false);
-  look();
+  setSteering(false, false);
+  updateLiveness();
 }
 
-async function pictured(bytes, say) {
+async function handlePicture(bytes, reply) {
   const number = await picture.show(bytes);
-  say({ shown: number });
-  look();
+  reply({ shown: number });
+  updateLiveness();
 }
 
-function told(message) {
+function handleMessage(message) {
   if (message.beat) {
     const [condition, age, seenViews, probed] = message.beat;
     beat = { condition, at: performance.now(), views: seenViews };
     freshness.take(probed, age);
-    look();
+    updateLiveness();
   } else if (message.steers !== undefined) {
-    setSteers(message.steers, true);
+    setSteering(message.steers, true);
   } else if (message.lost !== undefined) {
     why = message.lost;
-    look();
+    updateLiveness();
   } else if (message.picked !== undefined) {
-    program.tell({ busbar: "picked", equipment: message.picked });
+    hostPage.post({ busbar: "picked", equipment: message.picked });
   } else if (message.alarms) {
     alarms = message.alarms;
-    if (isLive) tellAlarms();
+    if (isLive) postAlarms();
   } else if (message.refused !== undefined) {
     refuse(message.refused);
   }
 }
 
-/** Says how large the page is, and whether anybody sees it. */
-function sayView() {
+/** Sends the size of the page, and its visibility. */
+function sendView() {
   const size = [Math.round(canvas.clientWidth), Math.round(canvas.clientHeight)];
   // Until the server has heard this, what it says of the picture does not count.
-  views += link.say({ view: { size, visible: !document.hidden } }) ? 1 : 0;
+  views += connection.send({ view: { size, visible: !document.hidden } }) ? 1 : 0;
 }
 
-/** Asks how the picture is. */
+/** Sends a probe, whose echo proves the age of the picture. */
 function probe() {
-  if (!document.hidden && link.isOpen) link.say({ probe: freshness.probe() });
+  if (!document.hidden && connection.isOpen) connection.send({ probe: freshness.probe() });
 }
 
-/** Marks the picture for what it is worth now. */
-function look() {
+/** Updates the liveness of the picture, and its mark. */
+function updateLiveness() {
   const now = performance.now();
   const [age, condition] = [freshness.age(), conditionAt(now)];
   clearTimeout(expiryTimer);
   if (condition === "live") {
     trueAt = now - age;
-    expiryTimer = setTimeout(look, MAX_AGE - age + 1);
+    expiryTimer = setTimeout(updateLiveness, MAX_AGE - age + 1);
   }
   liveSince = condition === "live" ? liveSince ?? now : null;
   const passes = liveSince !== null && (isLive || !wasEverLive || now - liveSince >= MIN_LIVE);
   if (passes !== isLive) {
     isLive = passes;
-    turn(condition);
+    switchLiveness(condition);
   }
   if (isLive) return;
   if (condition !== "live") element("what").textContent = WORDS[condition];
-  element("age").textContent = trueAt === null ? "" : `Picture ${spoken(now - trueAt)} old`;
+  element("age").textContent = trueAt === null ? "" : `Picture ${formatAge(now - trueAt)} old`;
   element("why").textContent = condition === "lost" || condition === "away" ? why : "";
 }
 
@@ -140,35 +141,35 @@ function conditionAt(now) {
   if (beat.condition === "away") return "away";
   if (now - beat.at > MAX_SILENCE) return "silent";
   if (beat.condition !== "live") return beat.condition;
-  if (beat.views !== views || !picture.isThere || document.hidden) return "behind";
+  if (beat.views !== views || !picture.hasPicture || document.hidden) return "behind";
   if (freshness.age() <= MAX_AGE) return "live";
   return now - beat.at > QUIET ? "silent" : "late";
 }
 
-function turn(condition) {
+function switchLiveness(condition) {
   element("view").classList.toggle("dead", !isLive);
   if (!isLive) {
-    program.tell({ busbar: "lost", reason: condition });
+    hostPage.post({ busbar: "lost", reason: condition });
   } else {
-    program.tell({ busbar: wasEverLive ? "recovered" : "ready" });
+    hostPage.post({ busbar: wasEverLive ? "recovered" : "ready" });
     wasEverLive = true;
-    tellAlarms();
+    postAlarms();
   }
 }
 
-function tellAlarms() {
-  if (alarms !== null) program.tell({ busbar: "alarms", ...alarms });
+function postAlarms() {
+  if (alarms !== null) hostPage.post({ busbar: "alarms", ...alarms });
 }
 
-function spoken(millis) {
+function formatAge(millis) {
   const seconds = millis / 1000;
   if (seconds < 10) return `${seconds.toFixed(1)} s`;
   return seconds < 120 ? `${Math.round(seconds)} s` : `${Math.round(seconds / 60)} min`;
 }
 
-function setSteers(now, isKnown) {
+function setSteering(now, isKnown) {
   steers = now;
-  if (!steers) hands.letGo();
+  if (!steers) input.releaseKeys();
   element("steering").hidden = steers || !isKnown;
 }
 
@@ -178,42 +179,42 @@ function refuse(words) {
   place.hidden = false;
   clearTimeout(refusedTimer);
   refusedTimer = setTimeout(() => { place.hidden = true; }, REFUSED_SHOWN);
-  program.tell({ busbar: "refused", reason: words });
+  hostPage.post({ busbar: "refused", reason: words });
 }
 
-/** Does what the program around this page asks. */
-function obey(message) {
+/** Executes a request of the host page. */
+function handleRequest(message) {
   switch (message.busbar) {
-    case "focus": return link.say({ focus: String(message.equipment) });
-    case "camera": return link.say({ camera: String(message.name) });
-    case "theta": return link.say({ theta: message.value === null ? null : Number(message.value) });
-    case "hello": return greet();
+    case "focus": return connection.send({ focus: String(message.equipment) });
+    case "camera": return connection.send({ camera: String(message.name) });
+    case "theta": return connection.send({ theta: message.value === null ? null : Number(message.value) });
+    case "hello": return postState();
     default: return refuse(`'${message.busbar}' is nothing that this page does`);
   }
 }
 
-/** Tells a program that came later how things are. */
-function greet() {
+/** Posts the present state to a host page that was loaded later. */
+function postState() {
   const condition = conditionAt(performance.now());
   const reason = condition === "live" ? "late" : condition;
-  program.tell(isLive ? { busbar: "ready" } : { busbar: "lost", reason });
-  if (isLive) tellAlarms();
+  hostPage.post(isLive ? { busbar: "ready" } : { busbar: "lost", reason });
+  if (isLive) postAlarms();
 }
 
 element("steer").addEventListener("click", () => {
-  link.say("steer");
+  connection.send("steer");
   canvas.focus();
 });
 document.addEventListener("visibilitychange", () => {
-  sayView();
+  sendView();
   probe();
-  look();
+  updateLiveness();
 });
 let resizeTimer = 0;
 new ResizeObserver(() => {
   clearTimeout(resizeTimer);
-  resizeTimer = setTimeout(sayView, 150);
+  resizeTimer = setTimeout(sendView, 150);
 }).observe(canvas);
-setInterval(look, LOOK_PERIOD);
+setInterval(updateLiveness, UPDATE_PERIOD);
 setInterval(probe, PROBE_PERIOD);
-link.open();
+connection.open();

@@ -51,7 +51,7 @@ pub(crate) fn start(options: &Options) -> Server {
     Server::start(options).expect("it starts")
 }
 
-/// An answer.
+/// Response of an HTTP request.
 #[derive(Debug)]
 pub(crate) struct Answer {
     pub(crate) status: u16,
@@ -107,13 +107,13 @@ pub(crate) struct Page {
     pub(crate) size: [u32; 2],
     /// Red, green and blue, as shown.
     pub(crate) pixels: Vec<u8>,
-    /// Of the last picture, and those that came.
+    /// Number of the last picture, and count of those received.
     pub(crate) number: u32,
     pub(crate) pictures: usize,
     pub(crate) kinds: Vec<u8>,
-    /// Bytes that came.
+    /// Bytes received so far.
     pub(crate) bytes: usize,
-    /// Whether it says what it shows.
+    /// Reports whether the page acknowledges the pictures that it shows.
     pub(crate) answers: bool,
     pub(crate) heard: Vec<Value>,
     /// Code and reason, once it is closed.
@@ -298,18 +298,18 @@ impl Page {
         }
     }
 
-    /// The last beat.
+    /// Returns the last beat received.
     pub(crate) fn beat(&self) -> Option<&Value> {
         self.was_told("beat")
     }
 
-    /// As the last beat says.
+    /// Returns the condition in the last beat.
     pub(crate) fn condition(&self) -> &str {
         let beats = self.heard.iter().rev().find_map(|message| message["beat"][0].as_str());
         beats.unwrap_or("none")
     }
 
-    /// Whether it was told something.
+    /// Returns the last message of a kind, if one was received.
     pub(crate) fn was_told(&self, key: &str) -> Option<&Value> {
         self.heard.iter().rev().find_map(|message| message.get(key))
     }

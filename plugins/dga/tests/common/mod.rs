@@ -1,4 +1,4 @@
-//! Samples by a seed.
+//! Seeded random samples of gases.
 #![allow(dead_code)]
 
 use dga::{Concentration, Gas, Sample};
@@ -15,7 +15,7 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// From 0 to below 1.
+    /// Returns a number from 0 to below 1.
     pub(crate) fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
@@ -28,13 +28,13 @@ impl Random {
         of[self.below(of.len() as u64) as usize]
     }
 
-    /// Evenly on a logarithmic scale.
+    /// Returns a number that is evenly distributed on a logarithmic scale.
     pub(crate) fn log(&mut self, low: f64, high: f64) -> f64 {
         low * (high / low).powf(self.unit())
     }
 }
 
-/// A sample of these gases, in the order of [`Gas::ALL`].
+/// Creates a sample of these gases, in the order of [`Gas::ALL`].
 pub(crate) fn sample(ppm: &[Option<f64>; 9]) -> Sample {
     let mut sample = Sample::new();
     for (gas, ppm) in Gas::ALL.into_iter().zip(ppm) {

@@ -1,4 +1,4 @@
-//! The table of alarms.
+//! Function table of alarms, with corrupted results.
 
 use busbar_plugin_sdk::abi;
 
@@ -6,7 +6,7 @@ use super::text;
 use crate::fault::At;
 use crate::tables::{SHORT, honest_table};
 
-/// As it is, and as the lie has it.
+/// Function tables with their true size, and with a wrong one.
 pub(super) static TABLE: [abi::BusbarAlarms; 2] =
     [alarms(size_of::<abi::BusbarAlarms>() as u32), alarms(SHORT)];
 

@@ -1,4 +1,4 @@
-//! The table of charts.
+//! Function table of charts, with corrupted results.
 
 use busbar_plugin_sdk::abi;
 
@@ -6,7 +6,7 @@ use super::{due_again, status, text};
 use crate::fault::{At, Kind};
 use crate::tables::{SHORT, honest_table};
 
-/// As it is, and as the lie has it.
+/// Function tables with their true size, and with a wrong one.
 pub(super) static TABLE: [abi::BusbarChart; 2] =
     [chart(size_of::<abi::BusbarChart>() as u32), chart(SHORT)];
 

@@ -1,4 +1,4 @@
-//! The table of commands.
+//! Function table of commands, with corrupted results.
 
 use busbar_plugin_sdk::abi;
 
@@ -6,7 +6,7 @@ use super::{due_again, status};
 use crate::fault::{At, Kind};
 use crate::tables::{SHORT, honest_table};
 
-/// As it is, and as the lie has it.
+/// Function tables with their true size, and with a wrong one.
 pub(super) static TABLE: [abi::BusbarCommand; 2] =
     [command(size_of::<abi::BusbarCommand>() as u32), command(SHORT)];
 

@@ -1,4 +1,4 @@
-//! The table of overlays.
+//! Function table of overlays, with corrupted results.
 
 use busbar_plugin_sdk::abi;
 
@@ -6,7 +6,7 @@ use super::{due_again, status};
 use crate::fault::{At, Kind};
 use crate::tables::{SHORT, honest_table};
 
-/// As it is, and as the lie has it.
+/// Function tables with their true size, and with a wrong one.
 pub(super) static TABLE: [abi::BusbarOverlay; 2] =
     [overlay(size_of::<abi::BusbarOverlay>() as u32), overlay(SHORT)];
 
@@ -74,7 +74,7 @@ unsafe extern "C" fn draw(
     drawn
 }
 
-/// Spoils the verdicts of a drawing, if that is to be.
+/// Corrupts the verdicts of a drawing, where the fault says so.
 fn spoil_verdicts(kind: Kind, output: &mut abi::BusbarOverlayOutput) {
     let Some(last) = output.verdict_count.checked_sub(1) else { return };
     // SAFETY: the SDK wrote so many verdicts.

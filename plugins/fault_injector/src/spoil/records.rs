@@ -1,4 +1,4 @@
-//! The table of records.
+//! Function table of records, with corrupted results.
 
 use busbar_plugin_sdk::abi;
 
@@ -7,7 +7,7 @@ use crate::fault::{At, Kind};
 use crate::strike::strike;
 use crate::tables::{SHORT, honest_table};
 
-/// As it is, and as the lie has it.
+/// Function tables with their true size, and with a wrong one.
 pub(super) static TABLE: [abi::BusbarRecords; 2] =
     [records(size_of::<abi::BusbarRecords>() as u32), records(SHORT)];
 

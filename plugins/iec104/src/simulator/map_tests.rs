@@ -1,7 +1,7 @@
 use std::time::Duration;
 
 use busbar_plugin_sdk::TagSpec;
-use busbar_plugin_sdk::simulation::{Behaviour, Shape};
+use busbar_plugin_sdk::simulation::{Behavior, Shape};
 use busbar_plugin_sdk::testing::tag_spec;
 use serde_json::json;
 
@@ -15,7 +15,7 @@ pub(crate) fn constant(
     address: serde_json::Value,
     base: f64,
 ) -> (TagSpec, Signal) {
-    let behaviour = Behaviour::new(Shape::Constant, base, 0.0, Duration::from_secs(1)).unwrap();
+    let behaviour = Behavior::new(Shape::Constant, base, 0.0, Duration::from_secs(1)).unwrap();
     moving(tag, kind, address, behaviour)
 }
 
@@ -23,7 +23,7 @@ pub(crate) fn moving(
     tag: u32,
     kind: ValueKind,
     address: serde_json::Value,
-    behaviour: Behaviour,
+    behaviour: Behavior,
 ) -> (TagSpec, Signal) {
     let spec = tag_spec(tag, &format!("tag{tag}"), kind, address);
     let signal = Signal::new(1, &spec.id, kind, behaviour).unwrap();

@@ -11,7 +11,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use busbar_plugin_sdk::{Error, Host, LogLevel, Simulation};
-use device_server::{ACCEPT_PAUSE, DeviceServer, Link};
+use device_server::{ACCEPT_PAUSE, DeviceServer, FaultyLink};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
 use tokio::net::TcpListener;
 use tokio::task::JoinSet;
@@ -37,7 +37,7 @@ pub(crate) fn start(
         ));
     }
     let shared = lay_out(config, &simulation, host)?;
-    let link = Link::new(simulation.faults, simulation.seed, config.parameters.t1);
+    let link = FaultyLink::new(simulation.faults, simulation.seed, config.parameters.t1);
     let endpoints: Vec<_> =
         config.endpoints.iter().map(|endpoint| (endpoint.host.clone(), endpoint.port)).collect();
     let name = format!("iec104-sim:{}", config.endpoints[0].port);
@@ -76,7 +76,12 @@ fn share(config: &Config, simulation: &Simulation) -> Result<(Shared, Option<Str
     Ok((shared, remark))
 }
 
-async fn serve(listeners: Vec<TcpListener>, link: Link, shared: Arc<Shared>, update: Duration) {
+async fn serve(
+    listeners: Vec<TcpListener>,
+    link: FaultyLink,
+    shared: Arc<Shared>,
+    update: Duration,
+) {
     let mut accepting = JoinSet::new();
     for listener in listeners {
         accepting.spawn(accept(listener, link.clone(), Arc::clone(&shared), update));
@@ -84,7 +89,7 @@ async fn serve(listeners: Vec<TcpListener>, link: Link, shared: Arc<Shared>, upd
     while accepting.join_next().await.is_some() {}
 }
 
-async fn accept(listener: TcpListener, link: Link, shared: Arc<Shared>, update: Duration) {
+async fn accept(listener: TcpListener, link: FaultyLink, shared: Arc<Shared>, update: Duration) {
     loop {
         let Ok((stream, _)) = listener.accept().await else {
             sleep(ACCEPT_PAUSE).await;
@@ -103,7 +108,7 @@ async fn accept(listener: TcpListener, link: Link, shared: Arc<Shared>, update: 
 /// Until the client is gone or breaks the protocol.
 async fn serve_client(
     mut client: DuplexStream,
-    link: &Link,
+    link: &FaultyLink,
     shared: Arc<Shared>,
     update: Duration,
 ) -> io::Result<()> {
@@ -135,7 +140,7 @@ async fn serve_client(
     }
 }
 
-fn times(link: &Link) -> Times {
+fn times(link: &FaultyLink) -> Times {
     let (said_time, true_time) = link.now();
     Times { now: Instant::now().into_std(), true_time, said_time }
 }

@@ -12,8 +12,8 @@ mod tls;
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use busbar_link::Reconnect;
-use busbar_plugin_sdk::testing::{Recorder, Recording, Watched, host, tag_spec};
+use busbar_link::ReconnectBounds;
+use busbar_plugin_sdk::testing::{Recorder, Recording, RunningPlugin, host, tag_spec};
 use busbar_plugin_sdk::{
     DoublePoint, LinkState, Plugin, Quality, Reason, Sample, SampleFlags, TagSpec, Telemetry,
     Value, ValueKind,
@@ -26,11 +26,11 @@ use crate::{Iec104, Settings};
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Delays that the settings would not allow.
-const QUICK: Reconnect =
-    Reconnect { min: Duration::from_millis(100), max: Duration::from_millis(400) };
+const QUICK: ReconnectBounds =
+    ReconnectBounds { min: Duration::from_millis(100), max: Duration::from_millis(400) };
 
 /// A running plugin, and what it published.
-type Running = Watched<Iec104>;
+type Running = RunningPlugin<Iec104>;
 
 /// Starts a plugin; `settings` are added to quick ones.
 fn start(port: u16, settings: serde_json::Value, tags: Vec<TagSpec>) -> Running {
@@ -40,7 +40,7 @@ fn start(port: u16, settings: serde_json::Value, tags: Vec<TagSpec>) -> Running 
 fn start_with(
     port: u16,
     settings: serde_json::Value,
-    delays: Reconnect,
+    delays: ReconnectBounds,
     tags: Vec<TagSpec>,
 ) -> Running {
     let mut all = json!({"host": "127.0.0.1", "port": port});
@@ -51,7 +51,7 @@ fn start_with(
     let settings: Settings = serde_json::from_value(all).unwrap();
     let mut plugin = Iec104::create(settings, host()).unwrap();
     plugin.config.reconnect = delays;
-    Watched::start(plugin, tags, PATIENCE)
+    RunningPlugin::start(plugin, tags, PATIENCE)
 }
 
 /// A tag named by its object address.

@@ -4,7 +4,7 @@ use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, Command, Stdio};
 use std::time::Instant;
 
-use busbar_plugin_sdk::simulation::{Behaviour, FaultPlan, Shape, Signal};
+use busbar_plugin_sdk::simulation::{Behavior, FaultPlan, Shape, Signal};
 use busbar_plugin_sdk::{SimulatedTag, Simulation, Simulator};
 
 use super::peer;
@@ -30,7 +30,7 @@ fn simulated(
     };
     address.extend(more.clone());
     let period = Duration::from_secs_f64(period_seconds);
-    let behaviour = Behaviour::new(shape, base, amplitude, period).unwrap();
+    let behaviour = Behavior::new(shape, base, amplitude, period).unwrap();
     let signal = Signal::new(SEED, &spec.id, kind, behaviour).unwrap();
     SimulatedTag { spec, signal }
 }

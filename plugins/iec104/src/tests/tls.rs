@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use busbar_link::testing::Authority;
+use busbar_link::testing::CertificateAuthority;
 
 use super::peer;
 use super::*;
@@ -10,22 +10,23 @@ use super::*;
 #[test]
 fn only_the_right_certificates_open_a_connection() {
     let folder = tempfile::tempdir().unwrap();
-    let ours = Authority::new(folder.path(), "ours");
-    let theirs = Authority::new(folder.path(), "theirs");
+    let ours = CertificateAuthority::new(folder.path(), "ours");
+    let theirs = CertificateAuthority::new(folder.path(), "theirs");
     let (server, server_key) = ours.sign("station", "127.0.0.1");
     let spec = json!({
         "points": [{"common_address": 1, "ioa": 1, "type": "M_ME_NC_1", "value": 2.5}],
         "tls": {"ca": ours.certificate(), "certificate": server, "key": server_key}
     });
     let Some(peer) = peer::start(peer::C104, &spec) else { return };
-    let connect = |ca: &Authority, client: Option<&(PathBuf, PathBuf)>, server_name: &str| {
-        let mut tls = json!({"ca": ca.certificate(), "server_name": server_name});
-        if let Some((certificate, key)) = client {
-            tls["certificate"] = json!(certificate);
-            tls["key"] = json!(key);
-        }
-        start(peer.port, json!({ "tls": tls }), vec![tag(1, ValueKind::F64)])
-    };
+    let connect =
+        |ca: &CertificateAuthority, client: Option<&(PathBuf, PathBuf)>, server_name: &str| {
+            let mut tls = json!({"ca": ca.certificate(), "server_name": server_name});
+            if let Some((certificate, key)) = client {
+                tls["certificate"] = json!(certificate);
+                tls["key"] = json!(key);
+            }
+            start(peer.port, json!({ "tls": tls }), vec![tag(1, ValueKind::F64)])
+        };
     let (good, bad) = (ours.sign("client", "viewer"), theirs.sign("client", "viewer"));
     connect(&ours, Some(&good), "127.0.0.1").wait_for(1, Value::F64(2.5));
 
@@ -50,7 +51,7 @@ fn only_the_right_certificates_open_a_connection() {
 #[test]
 fn files_that_cannot_be_used_are_named() {
     let folder = tempfile::tempdir().unwrap();
-    let ours = Authority::new(folder.path(), "ours");
+    let ours = CertificateAuthority::new(folder.path(), "ours");
     let (certificate, key) = ours.sign("client", "viewer");
     let garbage = folder.path().join("garbage.pem");
     std::fs::write(&garbage, "no certificate").unwrap();

@@ -1,6 +1,6 @@
 //! Values by reports: buffered and unbuffered, whole data objects and their parts.
 
-use busbar_link::testing::Authority;
+use busbar_link::testing::CertificateAuthority;
 
 use super::*;
 
@@ -116,11 +116,15 @@ fn a_buffer_is_read_from_where_it_was_left() {
     let Some(mut peer) = peer::start(&json!({})) else { return };
     let proxy = fault_proxy::FaultProxy::start(
         ([127, 0, 0, 1], peer.port).into(),
-        fault_proxy::Script { seed: 1, faults: vec![fault_proxy::Fault::None], max_bytes: 1 },
+        fault_proxy::FaultScript {
+            seed: 1,
+            faults: vec![fault_proxy::ConnectionFault::None],
+            max_bytes: 1,
+        },
     )
     .unwrap();
     // Long enough to change something meanwhile.
-    let delays = Reconnect { min: Duration::from_secs(2), max: Duration::from_secs(2) };
+    let delays = ReconnectBounds { min: Duration::from_secs(2), max: Duration::from_secs(2) };
     let running = start_with(proxy.port(), by("BR.brcbA01"), delays, whole());
     running.wait_for(4, Value::Bool(false));
     let change = |peer: &mut Peer, is_on: bool, second: u64| {
@@ -156,7 +160,7 @@ fn a_buffer_is_read_from_where_it_was_left() {
 #[test]
 fn long_reports_come_in_segments_and_are_joined() {
     let folder = tempfile::tempdir().unwrap();
-    let authority = Authority::new(folder.path(), "authority");
+    let authority = CertificateAuthority::new(folder.path(), "authority");
     let sign = |owner: &str| {
         let (certificate, key) = authority.sign(owner, "127.0.0.1");
         json!({"ca": authority.certificate(), "certificate": certificate, "key": key})

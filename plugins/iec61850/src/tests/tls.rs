@@ -2,15 +2,15 @@
 
 use std::path::PathBuf;
 
-use busbar_link::testing::Authority;
+use busbar_link::testing::CertificateAuthority;
 
 use super::*;
 
 #[test]
 fn only_the_right_certificates_open_a_connection() {
     let folder = tempfile::tempdir().unwrap();
-    let ours = Authority::new(folder.path(), "ours");
-    let theirs = Authority::new(folder.path(), "theirs");
+    let ours = CertificateAuthority::new(folder.path(), "ours");
+    let theirs = CertificateAuthority::new(folder.path(), "theirs");
     let (server, server_key) = ours.sign("server", "127.0.0.1");
     let spec = json!({
         "tls": {"ca": ours.certificate(), "certificate": server, "key": server_key}
@@ -18,14 +18,15 @@ fn only_the_right_certificates_open_a_connection() {
     let Some(mut peer) = peer::start(&spec) else { return };
     peer.command(&json!({"object": "LD0/MMXU1.TotW", "values": {"mag.f": 2.5}}));
     let tags = || vec![tag(1, ValueKind::F64, "MMXU1.TotW", "MX")];
-    let connect = |ca: &Authority, client: Option<&(PathBuf, PathBuf)>, server_name: &str| {
-        let mut tls = json!({"ca": ca.certificate(), "server_name": server_name});
-        if let Some((certificate, key)) = client {
-            tls["certificate"] = json!(certificate);
-            tls["key"] = json!(key);
-        }
-        start(peer.port, json!({ "tls": tls, "timeout_millis": 1000 }), tags())
-    };
+    let connect =
+        |ca: &CertificateAuthority, client: Option<&(PathBuf, PathBuf)>, server_name: &str| {
+            let mut tls = json!({"ca": ca.certificate(), "server_name": server_name});
+            if let Some((certificate, key)) = client {
+                tls["certificate"] = json!(certificate);
+                tls["key"] = json!(key);
+            }
+            start(peer.port, json!({ "tls": tls, "timeout_millis": 1000 }), tags())
+        };
     let (good, bad) = (ours.sign("client", "viewer"), theirs.sign("client", "viewer"));
     let reported = connect(&ours, Some(&good), "127.0.0.1");
     reported.wait_for(1, Value::F64(2.5));

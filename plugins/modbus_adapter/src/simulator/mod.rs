@@ -7,7 +7,7 @@ use std::future::{Ready, ready};
 use std::sync::Arc;
 
 use busbar_plugin_sdk::{Error, Host, LogLevel, Simulation};
-use device_server::{ACCEPT_PAUSE, DeviceServer, Link};
+use device_server::{ACCEPT_PAUSE, DeviceServer, FaultyLink};
 use tokio::net::{TcpListener, TcpStream};
 use tokio_modbus::server::Service;
 use tokio_modbus::server::tcp::Server;
@@ -34,7 +34,7 @@ pub(crate) fn start(
     if let Some(remark) = remark {
         host.log(LogLevel::Warning, &remark);
     }
-    let link = Link::new(simulation.faults, simulation.seed, config.timeout);
+    let link = FaultyLink::new(simulation.faults, simulation.seed, config.timeout);
     let endpoints = [(endpoint.host.clone(), endpoint.port)];
     let name = format!("modbus-sim:{}", endpoint.port);
     DeviceServer::start(&name, &endpoints, link, host, move |listeners, link| {
@@ -52,7 +52,7 @@ pub(crate) fn bank(
     Bank::new(points.into_iter().zip(signals).collect())
 }
 
-async fn serve(listeners: Vec<TcpListener>, link: Link, bank: Arc<Bank>) {
+async fn serve(listeners: Vec<TcpListener>, link: FaultyLink, bank: Arc<Bank>) {
     let Some(listener) = listeners.into_iter().next() else { return };
     let server = Server::new(listener);
     let connected = |stream: TcpStream, _| {
@@ -70,7 +70,7 @@ async fn serve(listeners: Vec<TcpListener>, link: Link, bank: Arc<Bank>) {
 /// The device as one client sees it.
 struct Client {
     bank: Arc<Bank>,
-    link: Link,
+    link: FaultyLink,
 }
 
 impl Service for Client {

@@ -179,7 +179,7 @@ fn delays(running: &Running, count: usize) -> Vec<f64> {
 
 /// Starts an adapter whose delays grow for long.
 fn start_patient(port: u16, tags: Vec<TagSpec>) -> Running {
-    let delays = Reconnect { max: Duration::from_secs(3), ..QUICK };
+    let delays = ReconnectBounds { max: Duration::from_secs(3), ..QUICK };
     start_with(json!({"host": "127.0.0.1", "port": port}), delays, tags)
 }
 

@@ -7,8 +7,8 @@ use super::*;
 /// Rounds of late answers.
 const ROUNDS: u64 = 10;
 /// Delays that leave no pause for late answers to come in.
-const AT_ONCE: Reconnect =
-    Reconnect { min: Duration::from_millis(1), max: Duration::from_millis(4) };
+const AT_ONCE: ReconnectBounds =
+    ReconnectBounds { min: Duration::from_millis(1), max: Duration::from_millis(4) };
 
 #[test]
 fn a_late_answer_lands_on_no_tag() {

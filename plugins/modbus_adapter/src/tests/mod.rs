@@ -18,8 +18,8 @@ mod types;
 
 use std::time::Duration;
 
-use busbar_link::Reconnect;
-use busbar_plugin_sdk::testing::{Recorder, Recording, Watched, host, tag_spec};
+use busbar_link::ReconnectBounds;
+use busbar_plugin_sdk::testing::{Recorder, Recording, RunningPlugin, host, tag_spec};
 use busbar_plugin_sdk::{LinkState, Plugin, Quality, Reason, TagSpec, Telemetry, Value, ValueKind};
 use serde_json::json;
 
@@ -29,11 +29,11 @@ use crate::{ModbusAdapter, Settings};
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// An adapter that polls fast, and what it published.
-pub(crate) type Running = Watched<ModbusAdapter>;
+pub(crate) type Running = RunningPlugin<ModbusAdapter>;
 
 /// Delays that the settings would not allow.
-const QUICK: Reconnect =
-    Reconnect { min: Duration::from_millis(100), max: Duration::from_millis(400) };
+const QUICK: ReconnectBounds =
+    ReconnectBounds { min: Duration::from_millis(100), max: Duration::from_millis(400) };
 
 /// Starts an adapter of a local server; `settings` are added to fast ones.
 pub(crate) fn start(port: u16, settings: serde_json::Value, tags: Vec<TagSpec>) -> Running {
@@ -43,13 +43,13 @@ pub(crate) fn start(port: u16, settings: serde_json::Value, tags: Vec<TagSpec>) 
 }
 
 /// Starts an adapter that polls fast.
-fn start_with(settings: serde_json::Value, delays: Reconnect, tags: Vec<TagSpec>) -> Running {
+fn start_with(settings: serde_json::Value, delays: ReconnectBounds, tags: Vec<TagSpec>) -> Running {
     let mut all = json!({"poll_millis": 50});
     add(&mut all, settings);
     let settings: Settings = serde_json::from_value(all).unwrap();
     let mut adapter = ModbusAdapter::create(settings, host()).unwrap();
     adapter.config.reconnect = delays;
-    Watched::start(adapter, tags, PATIENCE)
+    RunningPlugin::start(adapter, tags, PATIENCE)
 }
 
 fn add(all: &mut serde_json::Value, settings: serde_json::Value) {

@@ -3,7 +3,7 @@
 use std::process::Command;
 use std::time::SystemTime;
 
-use busbar_plugin_sdk::simulation::{Behaviour, FaultKind, FaultPlan, Shape, Signal};
+use busbar_plugin_sdk::simulation::{Behavior, FaultKind, FaultPlan, Shape, Signal};
 use busbar_plugin_sdk::{SimulatedTag, Simulation, Simulator};
 
 use super::*;
@@ -26,7 +26,7 @@ fn simulated(
     let (shape, base, amplitude, period_seconds) = behaviour;
     let period = Duration::from_secs_f64(period_seconds);
     let spec = tag_spec(tag, &format!("tag{tag}"), kind, address);
-    let behaviour = Behaviour::new(shape, base, amplitude, period).unwrap();
+    let behaviour = Behavior::new(shape, base, amplitude, period).unwrap();
     let signal = Signal::new(SEED, &spec.id, kind, behaviour).unwrap();
     SimulatedTag { spec, signal }
 }

@@ -2,14 +2,14 @@
 
 use std::path::PathBuf;
 
-use busbar_link::testing::Authority;
+use busbar_link::testing::CertificateAuthority;
 
 use super::peer::{Peer, Place};
 use super::*;
 
 /// Settings of encryption.
 fn settings(
-    ca: &Authority,
+    ca: &CertificateAuthority,
     own: Option<&(PathBuf, PathBuf)>,
     server_name: &str,
 ) -> serde_json::Value {
@@ -24,8 +24,8 @@ fn settings(
 #[test]
 fn only_the_right_certificates_open_a_connection() {
     let folder = tempfile::tempdir().unwrap();
-    let ours = Authority::new(folder.path(), "ours");
-    let theirs = Authority::new(folder.path(), "theirs");
+    let ours = CertificateAuthority::new(folder.path(), "ours");
+    let theirs = CertificateAuthority::new(folder.path(), "theirs");
     let (certificate, key) = ours.sign("device", "127.0.0.1");
     let files = json!({"ca": ours.certificate(), "certificate": certificate, "key": key});
     let Some(peer) = Peer::start_at(&Place::Tls(0, files), &types::values()) else { return };
@@ -55,7 +55,7 @@ fn only_the_right_certificates_open_a_connection() {
 #[cfg(target_os = "linux")]
 fn a_killed_or_frozen_device_makes_tags_bad_and_a_new_one_good() {
     let folder = tempfile::tempdir().unwrap();
-    let ours = Authority::new(folder.path(), "ours");
+    let ours = CertificateAuthority::new(folder.path(), "ours");
     let (certificate, key) = ours.sign("device", "127.0.0.1");
     let files = json!({"ca": ours.certificate(), "certificate": certificate, "key": key});
     let start_peer = |port: u16, value: u16| {
@@ -84,7 +84,7 @@ fn a_killed_or_frozen_device_makes_tags_bad_and_a_new_one_good() {
 fn a_device_that_does_not_encrypt_is_named() {
     let Some(peer) = Peer::start(&types::values()) else { return };
     let folder = tempfile::tempdir().unwrap();
-    let ours = Authority::new(folder.path(), "ours");
+    let ours = CertificateAuthority::new(folder.path(), "ours");
     let tls = settings(&ours, None, "127.0.0.1");
     let running =
         start(peer.port, json!({"timeout_millis": 300, "tls": tls}), vec![holding(1, 60)]);

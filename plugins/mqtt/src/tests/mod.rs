@@ -9,8 +9,8 @@ mod tls;
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use busbar_link::Reconnect;
-use busbar_plugin_sdk::testing::{Watched, host, tag_spec};
+use busbar_link::ReconnectBounds;
+use busbar_plugin_sdk::testing::{RunningPlugin, host, tag_spec};
 use busbar_plugin_sdk::{
     DoublePoint, LinkState, Plugin, Quality, Reason, Sample, SampleFlags, TagSpec, Telemetry,
     Value, ValueKind,
@@ -24,11 +24,11 @@ use crate::{Mqtt, Settings};
 const PATIENCE: Duration = Duration::from_secs(15);
 
 /// Delays that the settings would not allow.
-const QUICK: Reconnect =
-    Reconnect { min: Duration::from_millis(100), max: Duration::from_millis(400) };
+const QUICK: ReconnectBounds =
+    ReconnectBounds { min: Duration::from_millis(100), max: Duration::from_millis(400) };
 
 /// A running plugin, and what it published.
-type Running = Watched<Mqtt>;
+type Running = RunningPlugin<Mqtt>;
 
 /// Starts a plugin; `settings` are added to its host and port.
 fn start(port: u16, settings: &Json, tags: Vec<TagSpec>) -> Running {
@@ -43,7 +43,7 @@ fn start_only(port: u16, settings: &Json, tags: Vec<TagSpec>) -> Running {
     let settings: Settings = serde_json::from_value(all).unwrap();
     let mut plugin = Mqtt::create(settings, host()).unwrap();
     plugin.config.reconnect = QUICK;
-    Watched::start(plugin, tags, PATIENCE)
+    RunningPlugin::start(plugin, tags, PATIENCE)
 }
 
 /// A tag of this number and address.

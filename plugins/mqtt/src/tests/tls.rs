@@ -3,7 +3,7 @@
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
-use busbar_link::testing::Authority;
+use busbar_link::testing::CertificateAuthority;
 
 use super::*;
 
@@ -14,8 +14,8 @@ fn one_tag() -> Vec<TagSpec> {
 #[test]
 fn only_the_right_certificates_open_a_connection() {
     let folder = tempfile::tempdir().unwrap();
-    let ours = Authority::new(folder.path(), "ours");
-    let theirs = Authority::new(folder.path(), "theirs");
+    let ours = CertificateAuthority::new(folder.path(), "ours");
+    let theirs = CertificateAuthority::new(folder.path(), "theirs");
     let (server, server_key) = ours.sign("broker", "127.0.0.1");
     let lines = format!(
         "allow_anonymous true\nrequire_certificate true\ncafile {}\ncertfile {}\nkeyfile {}\n",
@@ -25,15 +25,17 @@ fn only_the_right_certificates_open_a_connection() {
     );
     let Some(broker) = Broker::start_with(&lines) else { return };
     let (good, bad) = (ours.sign("client", "viewer"), theirs.sign("client", "viewer"));
-    let connect =
-        |ca: &Authority, client: Option<&(PathBuf, PathBuf)>, name: &str, version: &str| {
-            let mut tls = json!({"ca": ca.certificate(), "server_name": name});
-            if let Some((certificate, key)) = client {
-                tls["certificate"] = json!(certificate);
-                tls["key"] = json!(key);
-            }
-            start_only(broker.port, &json!({"tls": tls, "version": version}), one_tag())
-        };
+    let connect = |ca: &CertificateAuthority,
+                   client: Option<&(PathBuf, PathBuf)>,
+                   name: &str,
+                   version: &str| {
+        let mut tls = json!({"ca": ca.certificate(), "server_name": name});
+        if let Some((certificate, key)) = client {
+            tls["certificate"] = json!(certificate);
+            tls["key"] = json!(key);
+        }
+        start_only(broker.port, &json!({"tls": tls, "version": version}), one_tag())
+    };
     let spec = json!({"tls": {
         "ca": ours.certificate(), "certificate": good.0, "key": good.1
     }});

@@ -12,8 +12,8 @@ mod secured;
 
 use std::time::{Duration, UNIX_EPOCH};
 
-use busbar_link::Reconnect;
-use busbar_plugin_sdk::testing::{Recording, Watched, host, tag_spec};
+use busbar_link::ReconnectBounds;
+use busbar_plugin_sdk::testing::{Recording, RunningPlugin, host, tag_spec};
 use busbar_plugin_sdk::{
     Alarms, LinkState, Plugin, Quality, Reason, TagSpec, Telemetry, Value, ValueKind,
 };
@@ -25,25 +25,25 @@ use crate::{OpcUa, Settings};
 const PATIENCE: Duration = Duration::from_secs(20);
 
 /// Delays that the settings would not allow.
-const QUICK: Reconnect =
-    Reconnect { min: Duration::from_millis(100), max: Duration::from_millis(400) };
+const QUICK: ReconnectBounds =
+    ReconnectBounds { min: Duration::from_millis(100), max: Duration::from_millis(400) };
 
 /// A running plugin, and what it published.
-type Running = Watched<OpcUa>;
+type Running = RunningPlugin<OpcUa>;
 
 /// Starts a plugin; `settings` are added to quick ones.
 fn start(port: u16, settings: &Json, tags: Vec<TagSpec>) -> Running {
     start_with(port, settings, QUICK, tags)
 }
 
-fn start_with(port: u16, settings: &Json, delays: Reconnect, tags: Vec<TagSpec>) -> Running {
+fn start_with(port: u16, settings: &Json, delays: ReconnectBounds, tags: Vec<TagSpec>) -> Running {
     let url = format!("opc.tcp://127.0.0.1:{port}/test");
     let mut all = json!({"url": url, "publishing_millis": 50});
     all.as_object_mut().unwrap().extend(settings.as_object().unwrap().clone());
     let settings: Settings = serde_json::from_value(all).unwrap();
     let mut plugin = OpcUa::create(settings, host()).unwrap();
     plugin.config.reconnect = delays;
-    Watched::start(plugin, tags, PATIENCE)
+    RunningPlugin::start(plugin, tags, PATIENCE)
 }
 
 /// A tag by its node's name in the server's own namespace.

@@ -10,7 +10,7 @@ use quadric_collapse::{Limits, QuadricCollapse, Settings};
 
 /// Runs the optimiser with its defaults.
 pub(crate) fn optimize(mesh: &Mesh) -> Vec<Collapse> {
-    let list = optimize_with(mesh, Settings::default(), &mut Progress::unwatched());
+    let list = optimize_with(mesh, Settings::default(), &mut Progress::detached());
     let list = list.expect("the optimiser takes every mesh");
     let entry = |c: &busbar_plugin_sdk::Collapse| Collapse {
         removed: c.removed,
@@ -56,7 +56,7 @@ pub(crate) fn stacks(mesh: &Mesh) -> CollapseStacks {
 }
 
 pub(crate) fn statistics(stacks: &CollapseStacks, cursor: u32) -> MeshStatistics {
-    MeshStatistics::of(&stacks.resolve(cursor), stacks.surviving(cursor))
+    MeshStatistics::from_resolved(&stacks.resolve(cursor), stacks.surviving(cursor))
 }
 
 /// A surface over a grid of `n` by `n` cells in [0, 1]; smooth normals and

@@ -1,4 +1,4 @@
-//! The tables of capabilities: one function a row, each guarded.
+//! Function tables of the capabilities: each function guarded against panics.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::PoisonError;
@@ -7,14 +7,14 @@ use std::sync::atomic::Ordering;
 use busbar_plugin_abi as abi;
 
 use super::{Capability, Instance, Table, instance};
-use crate::border::{given, given_mut, guard};
+use crate::boundary::{checked_mut, checked_ref, guard};
 use crate::overlay_description::RawDescription;
 use crate::{
     Alarms, Chart, Command, Error, MeshOptimizer, Overlay, Records, SampleSink, Simulator,
     Telemetry,
 };
 
-/// `busbar.mesh-optimizer/1-draft` of a type.
+/// Creates the table of `busbar.mesh-optimizer/1-draft` for a type.
 pub const fn mesh_optimizer<P: MeshOptimizer>() -> Capability {
     unsafe extern "C" fn optimize<P: MeshOptimizer>(
         plugin: *const abi::BusbarPlugin,
@@ -42,7 +42,7 @@ pub const fn mesh_optimizer<P: MeshOptimizer>() -> Capability {
     }
 }
 
-/// `busbar.telemetry/1-draft` of a type.
+/// Creates the table of `busbar.telemetry/1-draft` for a type.
 pub const fn telemetry<P: Telemetry>() -> Capability {
     unsafe extern "C" fn check<P: Telemetry>(
         plugin: *const abi::BusbarPlugin,
@@ -72,7 +72,7 @@ pub const fn telemetry<P: Telemetry>() -> Capability {
         let status = unsafe {
             guard(error, || {
                 let instance = instance::<P>(plugin)?;
-                given(sink, "start: the sink")?;
+                checked_ref(sink, "start: the sink")?;
                 let tags = crate::telemetry::read_specs(tags, tag_count)?;
                 let sink = SampleSink::open(sink);
                 let mut open = instance.sink.lock().unwrap_or_else(PoisonError::into_inner);
@@ -120,7 +120,7 @@ pub const fn telemetry<P: Telemetry>() -> Capability {
     }
 }
 
-/// `busbar.overlay/1-draft` of a type.
+/// Creates the table of `busbar.overlay/1-draft` for a type.
 pub const fn overlay<P: Overlay>() -> Capability {
     unsafe extern "C" fn configure<P: Overlay>(
         plugin: *const abi::BusbarPlugin,
@@ -165,7 +165,7 @@ pub const fn overlay<P: Overlay>() -> Capability {
         unsafe {
             guard(error, || {
                 let instance = instance::<P>(plugin)?;
-                let into = given_mut(description, "describe: the description")?;
+                let into = checked_mut(description, "describe: the description")?;
                 let plugin = instance.plugin.read().unwrap_or_else(PoisonError::into_inner);
                 let raw = RawDescription::of(plugin.describe());
                 let mut kept = instance.description.lock().unwrap_or_else(PoisonError::into_inner);
@@ -186,7 +186,7 @@ pub const fn overlay<P: Overlay>() -> Capability {
     }
 }
 
-/// `busbar.simulator/1-draft` of a type.
+/// Creates the table of `busbar.simulator/1-draft` for a type.
 pub const fn simulator<P: Simulator>() -> Capability {
     unsafe extern "C" fn start<P: Simulator>(
         plugin: *const abi::BusbarPlugin,
@@ -262,7 +262,7 @@ pub const fn simulator<P: Simulator>() -> Capability {
     }
 }
 
-/// `busbar.command/1-draft` of a type.
+/// Creates the table of `busbar.command/1-draft` for a type.
 pub const fn command<P: Command>() -> Capability {
     unsafe extern "C" fn count<P: Command>(_plugin: *const abi::BusbarPlugin) -> u32 {
         P::COMMANDS.len() as u32
@@ -313,7 +313,7 @@ pub const fn command<P: Command>() -> Capability {
     }
 }
 
-/// `busbar.chart/1-draft` of a type.
+/// Creates the table of `busbar.chart/1-draft` for a type.
 pub const fn chart<P: Chart>() -> Capability {
     unsafe extern "C" fn describe<P: Chart>(
         plugin: *const abi::BusbarPlugin,
@@ -371,7 +371,7 @@ pub const fn chart<P: Chart>() -> Capability {
     }
 }
 
-/// `busbar.records/1-draft` of a type.
+/// Creates the table of `busbar.records/1-draft` for a type.
 pub const fn records<P: Records>() -> Capability {
     unsafe extern "C" fn describe<P: Records>(
         plugin: *const abi::BusbarPlugin,
@@ -412,7 +412,7 @@ pub const fn records<P: Records>() -> Capability {
     }
 }
 
-/// `busbar.alarms/1-draft` of a type.
+/// Creates the table of `busbar.alarms/1-draft` for a type.
 pub const fn alarms<P: Alarms>() -> Capability {
     unsafe extern "C" fn read<P: Alarms>(
         plugin: *const abi::BusbarPlugin,

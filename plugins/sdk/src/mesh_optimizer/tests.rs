@@ -5,7 +5,7 @@ use crate::Host;
 
 const POSITIONS: [[f32; 3]; 3] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 const TRIANGLES: [[u32; 3]; 1] = [[0, 1, 2]];
-/// The middle position has two wedges.
+/// Positions of the wedges; the middle position has two.
 const WEDGE_POSITIONS: [u32; 4] = [0, 1, 1, 2];
 const CORNERS: [[u32; 3]; 1] = [[0, 2, 3]];
 const NORMALS: [[f32; 3]; 4] = [[0.0, 0.0, 1.0]; 4];
@@ -118,7 +118,7 @@ fn faults_are_named() {
     assert!(unsafe { read_mesh(null()) }.is_err());
 }
 
-/// Looks whether there are wedges.
+/// Optimizer that records whether there are wedges.
 struct Looking<const READS: bool>;
 
 impl<const READS: bool> Plugin for Looking<READS> {

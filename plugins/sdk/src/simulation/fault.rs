@@ -1,4 +1,4 @@
-//! When a simulated device fails, and how.
+//! Schedule of a simulated device's faults.
 
 use std::time::Duration;
 
@@ -7,33 +7,33 @@ use busbar_plugin_abi as abi;
 use super::{draw, mix, unit};
 use crate::Error;
 
-/// Shares of the healthy time of a period that come before the fault, so that there is
-/// time before it, and more after it for what was lost to come back.
+/// Range of the share of a period's healthy time before its fault. There is time before the fault,
+/// and more after it for lost connections to recover.
 const HEALTHY_BEFORE: std::ops::Range<f64> = 0.25..0.5;
-/// By how much a clock is wrong: these seconds, before or behind.
+/// Range of a clock error, seconds, ahead or behind.
 const CLOCK_JUMP_SECONDS: std::ops::Range<i64> = 600..7200;
 
-/// A way in which a device or the way to it fails.
+/// Kind of fault of a device or of the link to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FaultKind {
-    /// Connections end, and new ones are turned away.
+    /// Lost link: connections end, and new ones are refused.
     LinkLoss,
-    /// Every answer takes a while, but comes in time.
+    /// Slow device: every answer is delayed, but within the deadline.
     Slow,
-    /// Connections stay, and nothing comes through them.
+    /// Half-open connections, through which no bytes come.
     HalfOpen,
-    /// Connections are reset, again and again.
+    /// Connections that are reset, again and again.
     Reset,
-    /// Random bytes come instead of answers.
+    /// Random bytes instead of answers.
     Garbage,
-    /// Answers come after the client's deadline.
+    /// Answers after the client's deadline.
     Late,
-    /// The device's clock is wrong, where the protocol has times.
+    /// Wrong clock of the device, where the protocol has times.
     ClockJump,
 }
 
 impl FaultKind {
-    /// All of them.
+    /// All kinds of faults.
     pub const ALL: [Self; 7] = [
         Self::LinkLoss,
         Self::Slow,
@@ -56,7 +56,7 @@ impl FaultKind {
         }
     }
 
-    /// The kinds of a sum; none where it has bits that no kind has.
+    /// Returns the kinds of a sum; none where it has bits that no kind has.
     pub(crate) fn from_abi(sum: u32) -> Option<Vec<Self>> {
         let known: u32 = Self::ALL.iter().map(|kind| kind.to_abi()).sum();
         let is_in = |kind: &Self| sum & kind.to_abi() != 0;
@@ -64,18 +64,18 @@ impl FaultKind {
     }
 }
 
-/// A fault that a scenario has.
+/// Fault of the link in a scenario.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkFault {
-    /// What goes wrong.
+    /// Kind of the fault.
     pub kind: FaultKind,
-    /// When it begins, since the scenario did.
+    /// Begin of the fault, since the scenario began.
     pub begins: Duration,
-    /// When it is over.
+    /// End of the fault, since the scenario began.
     pub ends: Duration,
 }
 
-/// Which fault holds when: those of a scenario, and in each period one, the kinds in turn.
+/// Plan of faults: those of a scenario, and one in each period, with the kinds in turn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FaultPlan {
     told: Vec<ActiveFault>,
@@ -85,14 +85,14 @@ pub struct FaultPlan {
     longest: Duration,
 }
 
-/// A fault that holds. Times are since the start of the simulation.
+/// Fault that holds. Times are since the start of the simulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ActiveFault {
-    /// What goes wrong.
+    /// Kind of the fault.
     pub kind: FaultKind,
-    /// When it began.
+    /// Begin of the fault.
     pub begins: Duration,
-    /// When it is over.
+    /// End of the fault.
     pub ends: Duration,
     /// Seconds by which the device's clock is ahead; 0 for all but
     /// [`FaultKind::ClockJump`].
@@ -100,7 +100,7 @@ pub struct ActiveFault {
 }
 
 impl FaultPlan {
-    /// A device that never fails.
+    /// Creates the plan of a device that never fails.
     pub fn none() -> Self {
         Self {
             told: Vec::new(),
@@ -111,8 +111,8 @@ impl FaultPlan {
         }
     }
 
-    /// In each `period` one fault of a random length, at most `longest`, at a random
-    /// time; the kinds come in turn. A quarter to half of the healthy time is before it.
+    /// Creates a plan with one fault in each `period`, of a random length up to `longest`, at a
+    /// random time; the kinds come in turn. A quarter to half of the healthy time is before it.
     ///
     /// # Errors
     /// [`Error::settings`] when a period has no time without a fault.
@@ -131,8 +131,8 @@ impl FaultPlan {
         Ok(Self { told: Vec::new(), key: mix(seed), kinds: kinds.to_vec(), period, longest })
     }
 
-    /// The same with the faults of a scenario that began so long before the simulation;
-    /// they come before all others.
+    /// Returns the plan with the faults of a scenario that began so long before the simulation;
+    /// they precede all others.
     pub fn with_link_faults(mut self, under_way: Duration, faults: Vec<LinkFault>) -> Self {
         let told = faults.into_iter().map(|fault| ActiveFault {
             kind: fault.kind,
@@ -147,14 +147,14 @@ impl FaultPlan {
         self
     }
 
-    /// The fault that holds at a time since the start.
+    /// Returns the fault that holds at a time since the start.
     pub fn at(&self, since_start: Duration) -> Option<ActiveFault> {
         let holds = |fault: &ActiveFault| (fault.begins..fault.ends).contains(&since_start);
         let told = self.told.iter().copied().find(holds);
         told.or_else(|| self.fault_of(self.number_at(since_start)).filter(holds))
     }
 
-    /// The first fault that begins or ends after a time since the start, and when.
+    /// Returns the time of the next begin or end of a fault after a time since the start.
     pub fn next_change(&self, since_start: Duration) -> Option<Duration> {
         let number = self.number_at(since_start);
         let changes = [number, number + 1].into_iter().filter_map(|n| self.fault_of(n));

@@ -1,31 +1,31 @@
-//! Values of simulated tags.
+//! Signals of simulated tags: constant, sine, random walk, steps, counter.
 
 use std::f64::consts::TAU;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use busbar_plugin_abi as abi;
 
-use super::{Course, draw, mix, unit};
+use super::{Scenario, draw, mix, unit};
 use crate::{DoublePoint, Error, Value, ValueKind};
 
-/// How long a switch travels at most.
+/// Longest travel time of a switch.
 const MAX_TRAVEL: Duration = Duration::from_secs(2);
-/// The longest period: a year.
+/// Longest period: a year.
 const MAX_PERIOD: Duration = Duration::from_secs(366 * 86_400);
 
-/// How a value moves.
+/// Shape of a signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
-    /// The base, always.
+    /// Constant at the base.
     Constant,
-    /// A sine about the base, its phase by the tag's id.
+    /// Sine about the base, its phase by the tag's id.
     Sine,
-    /// A smooth random walk about the base: a new aim each period.
+    /// Smooth random walk about the base, with a new target each period.
     Walk,
-    /// Random levels about the base, each held for a period. Of a bool or double
-    /// point: open or closed, by chance. A switch travels first.
+    /// Random levels about the base, each held for a period. A bool or double point is open or
+    /// closed, by chance. A switch travels first.
     Steps,
-    /// One more each period, from the base to base plus amplitude, then anew.
+    /// Counter: one more each period, from the base to base plus amplitude, then anew.
     Counter,
 }
 
@@ -42,17 +42,17 @@ impl Shape {
     }
 }
 
-/// A shape with its measures, which are in range.
+/// Shape with its parameters, which are in range.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Behaviour {
+pub struct Behavior {
     shape: Shape,
     base: f64,
     amplitude: f64,
     period: Duration,
 }
 
-impl Behaviour {
-    /// A behaviour about `base`, by `amplitude` to both sides, both in the tag's unit.
+impl Behavior {
+    /// Creates a behavior about `base`, by `amplitude` to both sides, both in the tag's unit.
     ///
     /// # Errors
     /// [`Error::settings`] for numbers that are not finite, an amplitude below 0, and a
@@ -72,23 +72,23 @@ impl Behaviour {
     }
 }
 
-/// The value of one tag at any instant.
+/// Signal of one tag: its value at any instant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Signal {
     key: u64,
     kind: ValueKind,
-    behaviour: Behaviour,
-    course: Option<Course>,
+    behavior: Behavior,
+    scenario: Option<Scenario>,
 }
 
 impl Signal {
-    /// The signal of a tag.
+    /// Creates the signal of a tag.
     ///
     /// # Errors
     /// [`Error::settings`] when values of the kind cannot move so.
-    pub fn new(seed: u64, id: &str, kind: ValueKind, behaviour: Behaviour) -> Result<Self, Error> {
+    pub fn new(seed: u64, id: &str, kind: ValueKind, behavior: Behavior) -> Result<Self, Error> {
         let is_state = matches!(kind, ValueKind::Bool | ValueKind::DoublePoint);
-        if is_state && !matches!(behaviour.shape, Shape::Constant | Shape::Steps) {
+        if is_state && !matches!(behavior.shape, Shape::Constant | Shape::Steps) {
             return Err(Error::settings(format!(
                 "tag '{id}': a bool or double point is constant or moves in steps"
             )));
@@ -97,14 +97,14 @@ impl Signal {
         let hash = id.bytes().fold(0xCBF2_9CE4_8422_2325, |hash: u64, byte| {
             (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3)
         });
-        Ok(Self { key: mix(hash ^ mix(seed)), kind, behaviour, course: None })
+        Ok(Self { key: mix(hash ^ mix(seed)), kind, behavior, scenario: None })
     }
 
-    /// The same that also does what a scenario has it do.
+    /// Returns the signal with the events of a scenario.
     ///
     /// # Errors
     /// [`Error::settings`] for values that its kind does not have.
-    pub fn with_course(self, course: Course) -> Result<Self, Error> {
+    pub fn with_scenario(self, scenario: Scenario) -> Result<Self, Error> {
         let most = match self.kind {
             ValueKind::Bool => Some(1.0),
             ValueKind::DoublePoint => Some(3.0),
@@ -115,22 +115,23 @@ impl Signal {
                 (0.0..=most).contains(&value) && value.fract() == 0.0 && over.is_zero()
             })
         };
-        if !course.values().all(is_state) {
+        if !scenario.values().all(is_state) {
             return Err(Error::settings(
                 "a bool goes to 0 or 1 and a double point to 0, 1, 2 or 3, at once",
             ));
         }
-        Ok(Self { course: Some(course), ..self })
+        Ok(Self { scenario: Some(scenario), ..self })
     }
 
-    /// What kind of value it gives.
+    /// Returns the kind of its values.
     pub fn kind(&self) -> ValueKind {
         self.kind
     }
 
-    /// The value at an instant, whoever asks and how often.
+    /// Computes the value at an instant, independent of earlier calls.
     pub fn at(&self, time: SystemTime) -> Value {
-        let told = self.course.as_ref().and_then(|course| course.at(time, |at| self.own_at(at)));
+        let told =
+            self.scenario.as_ref().and_then(|scenario| scenario.at(time, |at| self.own_at(at)));
         if let Some(told) = told {
             return match self.kind {
                 ValueKind::F64 => Value::F64(told),
@@ -147,10 +148,10 @@ impl Signal {
         }
     }
 
-    /// The least and the greatest number that it ever gives; 0 and 1 for a bool, 0 and
-    /// 3 for a double point.
+    /// Returns the least and the greatest number of the signal; 0 and 1 for a bool, 0 and 3 for a
+    /// double point.
     pub fn range(&self) -> (f64, f64) {
-        let Behaviour { shape, base, amplitude, .. } = self.behaviour;
+        let Behavior { shape, base, amplitude, .. } = self.behavior;
         let own = match (self.kind, shape) {
             (ValueKind::Bool, _) => return (0.0, 1.0),
             (ValueKind::DoublePoint, _) => return (0.0, 3.0),
@@ -158,17 +159,17 @@ impl Signal {
             (_, Shape::Counter) => (base, base + amplitude.floor()),
             _ => (base - amplitude, base + amplitude),
         };
-        let told = self.course.iter().flat_map(Course::values);
+        let told = self.scenario.iter().flat_map(Scenario::values);
         let (low, high) =
             told.fold(own, |(low, high), (value, _)| (low.min(value), high.max(value)));
         if self.kind == ValueKind::I64 { (low.round(), high.round()) } else { (low, high) }
     }
 
-    /// How much it changes at most in a second; none where it jumps.
+    /// Returns the greatest change in a second; none where the signal jumps.
     pub fn max_slope(&self) -> Option<f64> {
-        let Behaviour { shape, amplitude, period, .. } = self.behaviour;
+        let Behavior { shape, amplitude, period, .. } = self.behavior;
         match shape {
-            _ if self.kind != ValueKind::F64 || self.course.is_some() => None,
+            _ if self.kind != ValueKind::F64 || self.scenario.is_some() => None,
             Shape::Constant => Some(0.0),
             Shape::Sine => Some(TAU * amplitude / period.as_secs_f64()),
             // From one end to the other, and 3/2 of the mean slope in the middle.
@@ -177,16 +178,17 @@ impl Signal {
         }
     }
 
-    /// By its own shape; a state as a number is of no use to a course, which jumps.
+    /// Computes the value by the signal's own shape. States return the base: a scenario does not
+    /// ramp them.
     fn own_at(&self, time: SystemTime) -> f64 {
         match self.kind {
             ValueKind::F64 | ValueKind::I64 => self.number_at(time),
-            ValueKind::Bool | ValueKind::DoublePoint => self.behaviour.base,
+            ValueKind::Bool | ValueKind::DoublePoint => self.behavior.base,
         }
     }
 
     fn number_at(&self, time: SystemTime) -> f64 {
-        let Behaviour { shape, base, amplitude, .. } = self.behaviour;
+        let Behavior { shape, base, amplitude, .. } = self.behavior;
         let (period, fraction) = self.period_at(time);
         match shape {
             Shape::Constant => base,
@@ -202,14 +204,14 @@ impl Signal {
     }
 
     fn is_on_at(&self, time: SystemTime) -> bool {
-        match self.behaviour.shape {
+        match self.behavior.shape {
             Shape::Steps => self.is_on(self.period_at(time).0),
-            _ => self.behaviour.base != 0.0,
+            _ => self.behavior.base != 0.0,
         }
     }
 
     fn position_at(&self, time: SystemTime) -> DoublePoint {
-        let Behaviour { shape, base, period, .. } = self.behaviour;
+        let Behavior { shape, base, period, .. } = self.behavior;
         if shape != Shape::Steps {
             return DoublePoint::from_bits(base as u64);
         }
@@ -226,15 +228,16 @@ impl Signal {
         }
     }
 
-    /// Which period since 1970, and how much of it is over, 0 to less than 1.
+    /// Returns the number of the period since 1970, and the share of it that is over, 0 to less
+    /// than 1.
     fn period_at(&self, time: SystemTime) -> (u64, f64) {
         let nanos = time.duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos();
-        let period = self.behaviour.period.as_nanos();
+        let period = self.behavior.period.as_nanos();
         let number = u64::try_from(nanos / period).unwrap_or_default();
         (number, (nanos % period) as f64 / period as f64)
     }
 
-    /// -1 to 1.
+    /// Returns the level of a period, -1 to 1.
     fn level(&self, period: u64) -> f64 {
         2.0 * unit(draw(self.key, period)) - 1.0
     }

@@ -4,8 +4,8 @@ const START: u64 = 1_700_000_000_000;
 
 fn signal(shape: Shape, kind: ValueKind, period_seconds: f64) -> Signal {
     let period = Duration::from_secs_f64(period_seconds);
-    let behaviour = Behaviour::new(shape, 50.0, 10.0, period).unwrap();
-    Signal::new(7, "T1.TopOil", kind, behaviour).unwrap()
+    let behavior = Behavior::new(shape, 50.0, 10.0, period).unwrap();
+    Signal::new(7, "T1.TopOil", kind, behavior).unwrap()
 }
 
 fn at(millis: u64) -> SystemTime {
@@ -45,15 +45,15 @@ fn numbers_stay_in_range_and_keep_their_slope() {
 
 #[test]
 fn seed_and_id_make_the_difference() {
-    let behaviour = Behaviour::new(Shape::Walk, 0.0, 1.0, Duration::from_secs(1)).unwrap();
-    let of = |seed, id| Signal::new(seed, id, ValueKind::F64, behaviour).unwrap().at(at(12_345));
+    let behavior = Behavior::new(Shape::Walk, 0.0, 1.0, Duration::from_secs(1)).unwrap();
+    let of = |seed, id| Signal::new(seed, id, ValueKind::F64, behavior).unwrap().at(at(12_345));
     assert_eq!(of(1, "a"), of(1, "a"));
     assert_ne!(of(1, "a"), of(2, "a"));
     assert_ne!(of(1, "a"), of(1, "b"));
 }
 
-/// What one release promises to a test of another; the numbers are those of a Python
-/// program after the same formulas.
+/// Pins the values across releases; the numbers are those of a Python program after the same
+/// formulas.
 #[test]
 fn values_are_those_of_the_first_release() {
     let value = |shape| number(&signal(shape, ValueKind::F64, 60.0), 0);
@@ -109,8 +109,8 @@ fn a_switch_travels_before_it_arrives() {
 #[test]
 fn constants_are_their_base() {
     let of = |base, kind| {
-        let behaviour = Behaviour::new(Shape::Constant, base, 0.0, Duration::from_secs(1)).unwrap();
-        Signal::new(1, "a", kind, behaviour).unwrap().at(at(0))
+        let behavior = Behavior::new(Shape::Constant, base, 0.0, Duration::from_secs(1)).unwrap();
+        Signal::new(1, "a", kind, behavior).unwrap().at(at(0))
     };
     assert_eq!(of(2.0, ValueKind::DoublePoint), Value::DoublePoint(DoublePoint::On));
     assert_eq!(of(3.0, ValueKind::DoublePoint), Value::DoublePoint(DoublePoint::BadState));
@@ -129,12 +129,9 @@ fn what_cannot_move_so_is_refused() {
         (0.0, 1.0, Duration::ZERO),
         (0.0, 1.0, Duration::MAX),
     ] {
-        assert!(
-            Behaviour::new(Shape::Sine, base, amplitude, period).is_err(),
-            "{base} {amplitude}"
-        );
+        assert!(Behavior::new(Shape::Sine, base, amplitude, period).is_err(), "{base} {amplitude}");
     }
-    let sine = Behaviour::new(Shape::Sine, 0.0, 1.0, second).unwrap();
+    let sine = Behavior::new(Shape::Sine, 0.0, 1.0, second).unwrap();
     for kind in [ValueKind::Bool, ValueKind::DoublePoint] {
         let fault = Signal::new(1, "Q1", kind, sine).unwrap_err();
         assert!(fault.message().contains("'Q1'"), "{fault}");

@@ -1,15 +1,15 @@
-//! A clock that a test moves.
+//! Simulated clock for tests of workers.
 
 use std::time::Duration;
 
 use crate::Host;
 use crate::clock::Clock;
 
-/// How long a test waits for a worker to wait.
+/// Longest time that a test waits until a worker waits.
 const MAX_WAIT: Duration = Duration::from_secs(10);
 
-/// A clock for [`crate::Worker`]s that stands still until it is told to move, so
-/// that a test of a plugin that polls once a minute takes no minute.
+/// Simulated clock for [`crate::Worker`]s, which stands still until a test moves it. A test of a
+/// plugin that polls once a minute takes no minute.
 #[derive(Clone, Debug)]
 pub struct TestClock(Clock);
 
@@ -20,12 +20,12 @@ impl Default for TestClock {
 }
 
 impl TestClock {
-    /// A clock at its start.
+    /// Creates a clock at its start.
     pub fn new() -> Self {
         Self(Clock::for_test())
     }
 
-    /// A host without a log, whose workers wait by this clock.
+    /// Creates a host without a log, whose workers wait by this clock.
     pub fn host(&self) -> Host {
         Host::with_clock(self.0.clone())
     }

@@ -1,25 +1,25 @@
-//! A command's input and output in memory.
+//! Runner for commands, with input and output in memory.
 
 use std::ffi::c_void;
 
 use busbar_plugin_abi as abi;
 
-use crate::border::{slice, text};
+use crate::boundary::{slice, text};
 use crate::command::run;
 use crate::{Command, Error};
 
-/// What a command did.
+/// Result of a command's run.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CommandRun {
-    /// Exit code; `None` before it ended.
+    /// Exit code; `None` before the command ended.
     pub exit_code: Option<u32>,
-    /// What it wrote.
+    /// Bytes that the command wrote.
     pub output: Vec<u8>,
-    /// What it said: line of the input, 0 for none, and message.
+    /// Diagnostics of the command: line of the input, 0 for none, and message.
     pub diagnostics: Vec<(u64, String)>,
 }
 
-/// The other end of the streams.
+/// Host's ends of the streams.
 struct Ends<'a> {
     input: &'a [u8],
     piece: usize,

@@ -1,8 +1,8 @@
-//! Meshes for tests of optimisers, and the rules of a sequence.
+//! Meshes for tests of optimizers, and the rules of a collapse sequence.
 
 use crate::{Collapse, Mesh};
 
-/// A flat grid in the plane z = 0, two triangles a cell.
+/// Flat grid in the plane z = 0, two triangles a cell.
 #[derive(Clone, Debug)]
 pub struct Grid {
     positions: Vec<[f32; 3]>,
@@ -10,7 +10,7 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// A grid of so many cells, a metre each.
+    /// Creates a grid of so many cells, a metre each.
     pub fn new(columns: u32, rows: u32) -> Self {
         let width = columns + 1;
         let position = |index: u32| [(index % width) as f32, (index / width) as f32, 0.0];
@@ -25,14 +25,14 @@ impl Grid {
         }
     }
 
-    /// The mesh to hand to an optimiser, without attributes.
+    /// Returns the mesh to pass to an optimizer, without attributes.
     pub fn mesh(&self) -> Mesh<'_> {
         Mesh { positions: &self.positions, triangles: &self.triangles, wedges: None }
     }
 }
 
-/// Checks the rules that the host checks: each collapse moves a live position onto
-/// another live one, and errors are finite and never decrease.
+/// Checks the rules that the host checks: each collapse moves a live position onto another live
+/// one, and errors are finite and never decrease.
 ///
 /// # Errors
 /// The first rule that is broken.

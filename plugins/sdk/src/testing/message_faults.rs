@@ -1,6 +1,6 @@
 //! Seeded message faults: lost, cut, oversized, unknown, misassigned, doubled, out of order.
 
-/// Messages with a fault, one in so many, unless told otherwise.
+/// Default rarity of faults: one message in so many has one.
 const DEFAULT_RARITY: usize = 4;
 
 /// Variable of the environment that says how many steps a message matrix takes.
@@ -21,22 +21,22 @@ pub fn matrix_steps(sample: u64) -> u64 {
     }
 }
 
-/// A fault of one message on its way to an adapter.
+/// Fault of one message on its way to an adapter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum MessageFault {
-    /// It does not arrive.
+    /// Message that does not arrive.
     Lost,
-    /// It ends early, or a length in it says more than follows.
+    /// Message that ends early, or whose length field exceeds its bytes.
     Cut,
-    /// It is larger than the adapter takes.
+    /// Message larger than the adapter takes.
     Oversized,
-    /// Its type, code or form is none that the adapter knows.
+    /// Message of an unknown type, code or form.
     Unknown,
-    /// It names another tag, request, unit, alias or session than it is of.
+    /// Message that names another tag, request, unit, alias or session than its own.
     Misassigned,
-    /// It arrives twice.
+    /// Message that arrives twice.
     Duplicated,
-    /// It arrives after one that was sent later.
+    /// Message that arrives after one that was sent later.
     Reordered,
 }
 
@@ -53,8 +53,8 @@ impl MessageFault {
     ];
 }
 
-/// A seeded source of message faults and of the random numbers that go with them: the same
-/// seed makes the same faults on every machine and release (SplitMix64, Steele et al. 2014).
+/// Seeded source of message faults and of the random numbers that go with them. The same seed makes
+/// the same faults on every machine and release (SplitMix64, Steele et al. 2014).
 ///
 /// ```
 /// use busbar_plugin_sdk::testing::{FaultGenerator, MessageFault};
@@ -76,12 +76,12 @@ pub struct FaultGenerator {
 }
 
 impl FaultGenerator {
-    /// All kinds of faults, in one message of four.
+    /// Creates a generator of all kinds of faults, in one message of four.
     pub fn new(seed: u64) -> Self {
         Self { state: seed, kinds: MessageFault::ALL.to_vec(), rarity: DEFAULT_RARITY }
     }
 
-    /// The generator with these kinds of faults alone.
+    /// Returns the generator with these kinds of faults alone.
     ///
     /// # Panics
     /// When there is none.
@@ -91,13 +91,13 @@ impl FaultGenerator {
         Self { kinds: kinds.to_vec(), ..self }
     }
 
-    /// The generator with a fault in one message of so many.
+    /// Returns the generator with a fault in one message of so many.
     #[must_use]
     pub fn with_rarity(self, rarity: usize) -> Self {
         Self { rarity: rarity.max(1), ..self }
     }
 
-    /// The fault of the next message; most have none.
+    /// Returns the fault of the next message; most have none.
     pub fn next_fault(&mut self) -> Option<MessageFault> {
         if self.below(self.rarity) > 0 {
             return None;
@@ -106,7 +106,7 @@ impl FaultGenerator {
         self.kinds.get(index).copied()
     }
 
-    /// A random number.
+    /// Returns a random number.
     pub fn number(&mut self) -> u64 {
         self.state = self.state.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.state;
@@ -115,12 +115,12 @@ impl FaultGenerator {
         z ^ (z >> 31)
     }
 
-    /// A random number below a limit; 0 where the limit is 0.
+    /// Returns a random number below a limit; 0 where the limit is 0.
     pub fn below(&mut self, limit: usize) -> usize {
         (self.number() % (limit.max(1) as u64)) as usize
     }
 
-    /// Tells whether something happens that has a chance of one in so many.
+    /// Draws an event that has a chance of one in so many.
     pub fn one_in(&mut self, rarity: usize) -> bool {
         self.below(rarity) == 0
     }

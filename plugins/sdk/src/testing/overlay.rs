@@ -1,4 +1,4 @@
-//! What an overlay draws, as the host reads it.
+//! Runner for overlays: draws a frame through the C ABI and reads it as the host does.
 
 use std::ops::Range;
 
@@ -7,13 +7,13 @@ use busbar_plugin_abi as abi;
 use crate::overlay::run;
 use crate::{Binding, Error, Overlay, Severity, TagValue, Value, Verdict};
 
-/// Room for primitives, and for bytes of text.
+/// Capacity of each output buffer, elements.
 const CAPACITY: usize = 1 << 16;
 
-/// What an overlay drew.
+/// Output of an overlay in one frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Drawing {
-    /// Lines in order.
+    /// Lines of labels, in order.
     pub lines: Vec<DrawnLine>,
     /// Tinted nodes with their severity.
     pub tints: Vec<(u32, Severity)>,
@@ -21,7 +21,7 @@ pub struct Drawing {
     pub states: Vec<DrawnState>,
     /// Positions, flows and levels.
     pub quantities: Vec<DrawnQuantity>,
-    /// Judgments in order.
+    /// Verdicts on equipment, in order.
     pub verdicts: Vec<DrawnVerdict>,
 }
 
@@ -37,7 +37,7 @@ impl Drawing {
 pub struct DrawnVerdict {
     /// Index of the equipment.
     pub equipment: usize,
-    /// The verdict.
+    /// Verdict on the equipment.
     pub verdict: Verdict,
     /// Reason, with what is assumed.
     pub reason: String,
@@ -47,38 +47,38 @@ pub struct DrawnVerdict {
     pub basis: Vec<usize>,
 }
 
-/// A quantity, by the indices of what was described and of the binding.
+/// Position, flow or level, by the indices of what was described and of the binding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DrawnQuantity {
-    /// Of a switch: binding, equipment, mechanism, share travelled.
+    /// Position of a switch: binding, equipment, mechanism, share travelled.
     Position([usize; 3], Option<f64>),
-    /// From and to which equipment: binding, from, to, share of the rating.
+    /// Flow between two pieces of equipment: binding, from, to, share of the rating.
     Flow([usize; 3], f64),
-    /// Of a contour: binding, equipment, value.
+    /// Level of a contour: binding, equipment, value.
     Level([usize; 2], f64),
 }
 
-/// A state, by the indices of what was described and of the binding.
+/// State of equipment, by the indices of what was described and of the binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DrawnState {
-    /// Of the equipment.
+    /// Index of the equipment.
     pub equipment: usize,
-    /// Of the legend's entry.
+    /// Index of the legend's entry.
     pub entry: usize,
-    /// Of the binding that it rests on.
+    /// Index of the binding that the state rests on.
     pub binding: usize,
 }
 
-/// A line of a label.
+/// Line of a label.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DrawnLine {
-    /// Node.
+    /// Handle of the node.
     pub node: u32,
-    /// Severity.
+    /// Severity of the line.
     pub severity: Severity,
-    /// Caption.
+    /// Caption of the line.
     pub caption: String,
-    /// Value as text.
+    /// Value of the line as text.
     pub text: String,
 }
 

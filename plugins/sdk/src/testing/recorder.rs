@@ -1,4 +1,4 @@
-//! A host's end of a sample sink that keeps what it is given.
+//! Sample sink that records samples and link reports.
 
 use std::collections::VecDeque;
 use std::ffi::c_void;
@@ -12,7 +12,7 @@ use crate::{LinkState, Quality, Sample, SampleFlags, SampleSink, Value};
 /// Samples, and link reports, that a [`Recorder`] keeps; older ones go.
 pub const MAX_RECORDED: usize = 100_000;
 
-/// What came, in order.
+/// Recorded samples and link reports, in order.
 #[derive(Clone, Debug, Default)]
 pub struct Recording {
     /// Samples, the oldest first.
@@ -22,12 +22,12 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// The newest sample of a tag.
+    /// Returns the newest sample of a tag.
     pub fn latest(&self, tag: u32) -> Option<Sample> {
         self.samples.iter().rfind(|s| s.tag == tag).copied()
     }
 
-    /// The values of all samples that have one, with their tags, in order.
+    /// Returns the values of all samples that have one, with their tags, in order.
     ///
     /// # Panics
     /// When one is no integer, or older ones may be gone.
@@ -42,8 +42,8 @@ impl Recording {
     }
 }
 
-/// A host's end of [`SampleSink`] that keeps what it is given. Samples pass
-/// through the C ABI on their way, as they do in the real host.
+/// Host's end of [`SampleSink`] that records what it receives. Samples pass through the C ABI on
+/// their way, as in the real host.
 pub struct Recorder {
     sink: SampleSink,
     raw: *mut abi::BusbarSampleSink,
@@ -75,7 +75,7 @@ impl Default for Recorder {
 }
 
 impl Recorder {
-    /// An empty recording.
+    /// Creates an empty recording.
     pub fn new() -> Self {
         let shared = Box::into_raw(Box::new(Shared::default()));
         let raw = Box::into_raw(Box::new(abi::BusbarSampleSink {
@@ -94,33 +94,32 @@ impl Recorder {
         }
     }
 
-    /// The sink to hand to a plugin. After the recorder is dropped it takes
-    /// nothing more.
+    /// Returns the sink to pass to a plugin. After the recorder is dropped it takes nothing more.
     pub fn sink(&self) -> SampleSink {
         self.sink.clone()
     }
 
-    /// All that came so far.
+    /// Returns all that was recorded so far.
     pub fn recording(&self) -> Recording {
         self.shared().lock().clone()
     }
 
-    /// The newest sample of a tag.
+    /// Returns the newest sample of a tag.
     pub fn latest(&self, tag: u32) -> Option<Sample> {
         self.shared().lock().latest(tag)
     }
 
-    /// Takes away what came so far.
+    /// Takes away all that was recorded so far.
     pub fn take(&self) -> Recording {
         std::mem::take(&mut *self.shared().lock())
     }
 
-    /// Forgets what came so far.
+    /// Forgets all that was recorded so far.
     pub fn clear(&self) {
         *self.shared().lock() = Recording::default();
     }
 
-    /// Waits until the recording is as wanted; false if it is not in time.
+    /// Waits until the recording satisfies a condition; returns false if it does not in time.
     pub fn wait_until(&self, timeout: Duration, wanted: impl Fn(&Recording) -> bool) -> bool {
         let deadline = Instant::now() + timeout;
         let shared = self.shared();
@@ -162,7 +161,7 @@ unsafe extern "C" fn publish(
     // SAFETY: the context is the recorder's `Shared`, which outlives the sink.
     let shared = unsafe { &*context.cast::<Shared>() };
     // SAFETY: `SampleSink::publish` gives `count` samples.
-    let Ok(samples) = (unsafe { crate::border::slice(samples, count) }) else {
+    let Ok(samples) = (unsafe { crate::boundary::slice(samples, count) }) else {
         return 0;
     };
     let mut recording = shared.lock();
@@ -177,7 +176,7 @@ unsafe extern "C" fn report_link(context: *mut c_void, state: u32, message: abi:
     // SAFETY: the context is the recorder's `Shared`, which outlives the sink.
     let shared = unsafe { &*context.cast::<Shared>() };
     // SAFETY: `SampleSink::report_link` gives a text that lives for the call.
-    let message = unsafe { crate::border::text(message) }.unwrap_or("not UTF-8");
+    let message = unsafe { crate::boundary::text(message) }.unwrap_or("not UTF-8");
     let state = match state {
         abi::BUSBAR_LINK_UP => LinkState::Up,
         abi::BUSBAR_LINK_DOWN => LinkState::Down,

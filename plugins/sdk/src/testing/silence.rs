@@ -1,4 +1,5 @@
-//! Silence test of overlays: seeded inputs with faults, and the rule that every verdict obeys.
+//! Silence test of overlays: seeded inputs with faults, and the rule that every verdict must
+//! satisfy.
 //!
 //! A verdict is never normal where a completion of what is missing is abnormal, and never
 //! unknown where all completions agree. A test enumerates the completions of its inputs by a
@@ -13,7 +14,7 @@ use crate::{Quality, Reason, TagValue, Value, Verdict};
 pub const SILENCE_CASES_VARIABLE: &str = "BUSBAR_SILENCE_CASES";
 /// Cases without that variable: a sample for every run of the tests.
 const DEFAULT_CASES: u64 = 2_000;
-/// Inputs with a fault, one in so many.
+/// Rarity of faults: one input in so many has one.
 const FAULT_RARITY: usize = 3;
 /// Oldest value that is made, milliseconds.
 const MAX_AGE_MILLIS: usize = 100_000;
@@ -27,15 +28,15 @@ pub fn silence_cases() -> u64 {
 /// Fault of one input of an overlay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InputFault {
-    /// The value is bad, the last one stays.
+    /// Bad value; the last one stays.
     Bad,
-    /// The value is doubtful.
+    /// Value of doubtful quality.
     Uncertain,
-    /// No value came yet.
+    /// Input without any value yet.
     Missing,
-    /// The value is called good and is not a number.
+    /// Value that is called good and is not a finite number.
     NotFinite,
-    /// The value is called good and is of another type than the tag's.
+    /// Value that is called good and is of another type than the tag's.
     WrongKind,
 }
 
@@ -52,22 +53,22 @@ pub struct InputGenerator {
 }
 
 impl InputGenerator {
-    /// The generator of a case.
+    /// Creates the generator of a case.
     pub fn new(case: u64) -> Self {
         Self { random: FaultGenerator::new(case) }
     }
 
-    /// A random number below a limit; 0 where the limit is 0.
+    /// Returns a random number below a limit; 0 where the limit is 0.
     pub fn below(&mut self, limit: usize) -> usize {
         self.random.below(limit)
     }
 
-    /// Decides something that has a chance of one in so many.
+    /// Draws an event that has a chance of one in so many.
     pub fn one_in(&mut self, rarity: usize) -> bool {
         self.random.one_in(rarity)
     }
 
-    /// One of these.
+    /// Chooses one of these at random.
     ///
     /// # Panics
     /// When there is none.
@@ -75,7 +76,7 @@ impl InputGenerator {
         of[self.below(of.len())]
     }
 
-    /// An input that has this value, or a fault.
+    /// Returns an input that has this value, or a fault.
     pub fn input(&mut self, value: Value) -> (TagValue, Option<InputFault>) {
         let fault = self.one_in(FAULT_RARITY).then(|| self.choice(&InputFault::ALL));
         let age = Duration::from_millis(self.below(MAX_AGE_MILLIS) as u64);
@@ -105,7 +106,7 @@ impl InputGenerator {
     }
 }
 
-/// Verdicts that the completions of an input come to.
+/// Verdicts that an input admits: one for each of its completions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AdmittedVerdicts {
     normal: bool,
@@ -119,7 +120,7 @@ impl AdmittedVerdicts {
         self.abnormal |= is_abnormal;
     }
 
-    /// The verdict that all completions agree on, or unknown.
+    /// Returns the verdict that all completions agree on, or unknown.
     pub fn verdict(self) -> Verdict {
         match (self.normal, self.abnormal) {
             (true, false) => Verdict::Normal,

@@ -15,9 +15,9 @@ pub use self::shown_tag::ShownTag;
 use super::Recorder;
 use crate::{LinkState, SampleSink, TagSpec, Value};
 
-/// Link reports that a story tells.
+/// Link reports in the report of a fault.
 const MAX_TOLD_LINKS: usize = 6;
-/// Time between two looks at the samples while the real clock is waited for.
+/// Time between two checks of the samples on the real clock.
 const LOOK: Duration = Duration::from_millis(2);
 
 /// Judge of a telemetry plugin against the truth of its device.
@@ -62,7 +62,7 @@ const LOOK: Duration = Duration::from_millis(2);
 pub struct TruthOracle {
     seed: u64,
     step: u64,
-    /// Order of all that is told and all samples.
+    /// Order of the last truth, message or sample.
     order: u64,
     bound: Duration,
     delay: Duration,
@@ -74,35 +74,35 @@ pub struct TruthOracle {
     counts: TruthCounts,
 }
 
-/// Counts of an oracle: with them a test shows that it judged anything.
+/// Counts of an oracle, by which a test shows that it judged anything.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TruthCounts {
-    /// Tags judged.
+    /// Number of tags judged.
     pub judged: u64,
-    /// Those of them that were good, and right.
+    /// Number of tags judged that were good, and right.
     pub good: u64,
-    /// Messages that could be understood.
+    /// Number of messages that could be understood.
     pub messages: u64,
-    /// Signs of messages that could not.
+    /// Number of messages that could not be understood.
     pub signs: u64,
 }
 
-/// An instant in the order of all that an oracle is told, for messages that arrive later
-/// than they are sent.
+/// Instant in the order of all that an oracle records, for messages that arrive later than they are
+/// sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct TruthMoment(u64);
 
 /// Clock of an oracle.
 enum OracleClock {
-    /// Moved by the test.
+    /// Simulated clock, moved by the test.
     Simulated(Duration),
-    /// The system's, since then.
+    /// Clock of the system, since this instant.
     Real(Instant),
 }
 
 impl TruthOracle {
-    /// An oracle on a simulated clock, for a plugin that reacts within `bound`; the seed is
-    /// told with each fault.
+    /// Creates an oracle on a simulated clock, for a plugin that reacts within `bound`; the seed is
+    /// part of each fault's report.
     pub fn new(seed: u64, bound: Duration, tags: &[TagSpec]) -> Self {
         let tags = tags.iter().map(|spec| (spec.tag, TagHistory::new(spec))).collect();
         Self {
@@ -120,25 +120,25 @@ impl TruthOracle {
         }
     }
 
-    /// The oracle of messages that are on their way for up to this time: by so much longer a
-    /// value may be good that ceased to be true without a message that says so.
+    /// Returns the oracle of messages that take up to this time on their way. A value that ceased
+    /// to be true without a message may be good for so much longer.
     #[must_use]
     pub fn with_delay(self, delay: Duration) -> Self {
         Self { delay, ..self }
     }
 
-    /// The oracle on the system's clock, from now on: [`TruthOracle::advance`] waits.
+    /// Returns the oracle on the system's clock, from now on: [`TruthOracle::advance`] waits.
     #[must_use]
     pub fn on_real_clock(self) -> Self {
         Self { clock: OracleClock::Real(Instant::now()), wall_start: SystemTime::now(), ..self }
     }
 
-    /// Sink that the plugin publishes into.
+    /// Returns the sink that the plugin publishes into.
     pub fn sink(&self) -> SampleSink {
         self.recorder.sink()
     }
 
-    /// Time since the start.
+    /// Returns the time since the start.
     pub fn now(&self) -> Duration {
         match self.clock {
             OracleClock::Simulated(now) => now,
@@ -146,42 +146,41 @@ impl TruthOracle {
         }
     }
 
-    /// Time of the host's clock.
+    /// Returns the time of the host's clock.
     pub fn wall_clock(&self) -> SystemTime {
         self.wall_start + self.now()
     }
 
-    /// Counts so far.
+    /// Returns the counts so far.
     pub fn counts(&self) -> TruthCounts {
         self.counts
     }
 
-    /// Tells the device's truth of a tag from now on: `None` where no value is true, for
-    /// example while the device says that its sensor failed. The plugin does not know it
-    /// before a message.
+    /// Sets the device's truth of a tag from now on. `None` where no value is true, for example
+    /// while the device says that its sensor failed. The plugin does not know it before a message.
     pub fn set_truth(&mut self, tag: u32, value: Option<Value>) {
         self.take_samples();
         let (order, now) = self.tick();
         self.tag_mut(tag).set_truth(order, now, value);
     }
 
-    /// Truth of a tag.
+    /// Returns the truth of a tag.
     pub fn truth(&self, tag: u32) -> Option<Value> {
         self.tags.get(&tag).and_then(TagHistory::truth)
     }
 
-    /// The present instant: of the truths told so far the last ones hold at it.
+    /// Returns the present instant, at which the last truths set so far hold.
     pub fn moment(&self) -> TruthMoment {
         TruthMoment(self.order + 1)
     }
 
-    /// Tells that a message which can be understood was sent now and has the present truth.
+    /// Records that a message which can be understood is sent now, with the present truth.
     pub fn note_message(&mut self, tag: u32) {
         self.note_late_message(tag, TruthMoment(u64::MAX));
     }
 
-    /// Tells that a message arrives now which can be understood and has the truth of the
-    /// instant at which it was sent.
+    /// Records that a message which can be understood arrives now, with the truth of the instant at
+    /// which it was sent.
     pub fn note_late_message(&mut self, tag: u32, sent: TruthMoment) {
         self.take_samples();
         let (order, at) = self.tick();
@@ -189,14 +188,14 @@ impl TruthOracle {
         self.tag_mut(tag).note(Evidence::new(order, sent.0, at, None));
     }
 
-    /// Tells that something concerning these tags was sent now which cannot be understood:
-    /// cut, too large, unknown, misassigned, or missing from a numbered sequence.
+    /// Records that a message about these tags is sent now which cannot be understood: cut, too
+    /// large, unknown, misassigned, or missing from a numbered sequence.
     pub fn note_sign(&mut self, tags: impl IntoIterator<Item = u32>, sign: &str) {
         self.note_late_sign(tags, sign, TruthMoment(u64::MAX));
     }
 
-    /// Tells that something arrives now which cannot be understood, and was sent at an
-    /// instant before.
+    /// Records that a message arrives now which cannot be understood, and was sent at an earlier
+    /// instant.
     pub fn note_late_sign(
         &mut self,
         tags: impl IntoIterator<Item = u32>,
@@ -211,8 +210,7 @@ impl TruthOracle {
         }
     }
 
-    /// Begins the next step after this time: the simulated clock is moved, the real one is
-    /// waited for.
+    /// Begins the next step after this time: moves the simulated clock, waits for the real one.
     pub fn advance(&mut self, duration: Duration) {
         self.step += 1;
         let end = self.now() + duration;
@@ -228,7 +226,7 @@ impl TruthOracle {
         self.take_samples();
     }
 
-    /// The tag as the host shows it.
+    /// Returns the tag as the host shows it.
     ///
     /// # Panics
     /// When it is none of the oracle's.
@@ -237,7 +235,7 @@ impl TruthOracle {
         self.tag_mut(tag).shown()
     }
 
-    /// Tells whether the tag is shown as good now.
+    /// Reports whether the tag is shown as good now.
     pub fn is_good(&mut self, tag: u32) -> bool {
         let now = self.wall_clock();
         self.shown(tag).quality(now).is_good()
@@ -254,7 +252,7 @@ impl TruthOracle {
         }
     }
 
-    /// Judges all tags now; the story of a wrong or old value that is good.
+    /// Judges all tags now; returns the report of a wrong or old value that is good.
     pub fn find_fault(&mut self) -> Option<String> {
         self.take_samples();
         let (now, wall_clock) = (self.now(), self.wall_clock());
@@ -307,7 +305,7 @@ impl TruthOracle {
         Some(self.story(tag, "is not good again though faults have ended: a dead end"))
     }
 
-    /// Story of a fault, for whoever mends it.
+    /// Writes the report of a fault: truths, messages and samples of the tag.
     fn story(&self, tag: u32, fault: &str) -> String {
         let (seed, step, now) = (self.seed, self.step, self.now());
         let mut story = format!("seed {seed}, step {step}, after {now:.3?}: tag {tag} ");

@@ -12,7 +12,7 @@ mod values;
 
 use std::time::Duration;
 
-use busbar_plugin_sdk::testing::{Recorder, Watched, host, tag_spec};
+use busbar_plugin_sdk::testing::{Recorder, RunningPlugin, host, tag_spec};
 use busbar_plugin_sdk::{
     DoublePoint, LinkState, Plugin, Quality, Reason, Sample, SampleFlags, TagSpec, Telemetry,
     Value, ValueKind,
@@ -25,11 +25,11 @@ use crate::{Settings, SqlAdapter};
 const PATIENCE: Duration = Duration::from_secs(40);
 
 /// A running plugin, and what it published.
-type Running = Watched<SqlAdapter>;
+type Running = RunningPlugin<SqlAdapter>;
 
 fn start(settings: serde_json::Value, tags: Vec<TagSpec>) -> Running {
     let plugin = create(settings);
-    Watched::start(plugin, tags, PATIENCE)
+    RunningPlugin::start(plugin, tags, PATIENCE)
 }
 
 fn create(mut settings: serde_json::Value) -> SqlAdapter {

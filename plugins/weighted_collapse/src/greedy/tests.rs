@@ -13,16 +13,16 @@ use crate::{Order, collapse_list, edges, sort, weights};
 const ORDERS: [Order; 2] = [Order::Guarded, Order::Reweighted];
 
 fn run(mesh: Mesh<'_>, order: Order) -> Vec<Collapse> {
-    let progress = &mut Progress::unwatched();
-    collapse_list(mesh, &Reading::BUSBAR, order, 4, progress).unwrap().collapses
+    let progress = &mut Progress::detached();
+    collapse_list(mesh, &Interpretation::BUSBAR, order, 4, progress).unwrap().collapses
 }
 
 /// At each step collapses the legal edge of the least key, of all there are.
 fn plain(mesh: Mesh<'_>, order: Order) -> Vec<(u32, u32)> {
-    let reading = &Reading::BUSBAR;
+    let interpretation = &Interpretation::BUSBAR;
     let edges = edges::find(&mesh, 1);
-    let measured = weights::measure_all(&mesh, &edges, reading, 1);
-    let coefficients = measured.coefficients(reading);
+    let measured = weights::measure_all(&mesh, &edges, interpretation, 1);
+    let coefficients = measured.coefficients(interpretation);
     let weights = measured.weigh(&coefficients, 1);
     let mut key_of: BTreeMap<[u32; 2], u64> = match order {
         Order::Reweighted => {
@@ -65,7 +65,7 @@ fn plain(mesh: Mesh<'_>, order: Order) -> Vec<(u32, u32)> {
         if order == Order::Reweighted {
             for (&ends, key) in next_key_of.iter_mut().filter(|(ends, _)| ends.contains(&kept)) {
                 let edge = live.ends.binary_search(&ends).unwrap();
-                let factors = measure(&now, ends, live.sides(edge), reading);
+                let factors = measure(&now, ends, live.sides(edge), interpretation);
                 *key = coefficients.weigh(&factors).to_bits();
             }
         }
@@ -176,7 +176,7 @@ fn orders_are_the_plainest_form_of_themselves() {
     }
 }
 
-/// Where nothing is refused before, the guarded order begins as the paper's.
+/// Without an earlier refusal, the guarded order begins as the paper's.
 #[test]
 fn the_guarded_order_begins_as_the_papers() {
     let (positions, triangles) = torus(24, 12);

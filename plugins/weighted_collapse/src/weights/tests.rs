@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI, SQRT_2};
 
 use super::*;
 use crate::edges::find;
-use crate::reading::{BorderFlag, Curvature};
+use crate::interpretation::{BorderFlag, Curvature};
 
 struct Weighed {
     edges: Edges,
@@ -22,11 +22,11 @@ struct Edge {
 }
 
 impl Weighed {
-    fn of(positions: &[[f32; 3]], triangles: &[[u32; 3]], reading: &Reading) -> Self {
+    fn of(positions: &[[f32; 3]], triangles: &[[u32; 3]], interpretation: &Interpretation) -> Self {
         let mesh = Mesh { positions, triangles, wedges: None };
         let edges = find(&mesh, 1);
-        let measured = measure_all(&mesh, &edges, reading, 1);
-        let weights = measured.clone().weigh(&measured.coefficients(reading), 1);
+        let measured = measure_all(&mesh, &edges, interpretation, 1);
+        let weights = measured.clone().weigh(&measured.coefficients(interpretation), 1);
         Self { edges, measured, weights }
     }
 
@@ -64,7 +64,7 @@ const SQUARE: [[f32; 3]; 4] = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1.
 /// has has the deviation sqrt(1/5 * 4/5) = 0.4 times the difference.
 #[test]
 fn two_triangles() {
-    let square = Weighed::of(&SQUARE, &[[0, 1, 2], [0, 2, 3]], &Reading::BUSBAR);
+    let square = Weighed::of(&SQUARE, &[[0, 1, 2], [0, 2, 3]], &Interpretation::BUSBAR);
     near(square.factors([0, 2]).curvature, 0.0);
     near(square.factors([0, 2]).area, 1.0);
     near(square.factors([0, 1]).curvature, PI);
@@ -81,7 +81,7 @@ fn two_triangles() {
 /// The same without border protection: C = 0 everywhere and w2 = 0.
 #[test]
 fn two_triangles_without_border_protection() {
-    let square = Weighed::of(&SQUARE, &[[0, 1, 2], [0, 2, 3]], &Reading::UNPROTECTED);
+    let square = Weighed::of(&SQUARE, &[[0, 1, 2], [0, 2, 3]], &Interpretation::UNPROTECTED);
     let (sigma_l, sigma_s) = (0.4 * PI * (1.0 - FRAC_1_SQRT_2), 0.4 * FRAC_PI_2);
     near(square.weight([0, 1]), sigma_l * PI * FRAC_1_SQRT_2 + sigma_s * FRAC_PI_2);
     near(square.weight([0, 2]), sigma_l * PI + sigma_s * PI);
@@ -108,7 +108,7 @@ fn cube() {
         [1, 3, 7],
         [1, 7, 5],
     ];
-    let cube = Weighed::of(&positions, &triangles, &Reading::BUSBAR);
+    let cube = Weighed::of(&positions, &triangles, &Interpretation::BUSBAR);
     assert_eq!(cube.edges.len(), 18);
     let third = SQRT_2 / 3.0;
     let sigma_l = third * PI * (1.0 - FRAC_1_SQRT_2);
@@ -131,7 +131,7 @@ fn open_grid() {
     let positions: Vec<[f32; 3]> = (0..9).map(|i| [(i % 3) as f32, (i / 3) as f32, 0.0]).collect();
     let triangles: Vec<[u32; 3]> =
         [0, 1, 3, 4].into_iter().flat_map(|i| [[i, i + 1, i + 4], [i, i + 4, i + 3]]).collect();
-    let grid = Weighed::of(&positions, &triangles, &Reading::BUSBAR);
+    let grid = Weighed::of(&positions, &triangles, &Interpretation::BUSBAR);
     assert_eq!(grid.edges.len(), 16);
     let sigma_l = (0.25_f64 * 0.75).sqrt() * PI * (1.0 - FRAC_1_SQRT_2);
     let (sigma_s, sigma_c, alpha) = (0.5 * FRAC_PI_2, 0.5 * PI, 0.5);
@@ -146,8 +146,11 @@ fn open_grid() {
 #[test]
 fn fan_with_a_border() {
     let positions = [[0., 0., 1.], [1., 0., 0.], [0., 1., 0.], [-1., 0., 0.], [0., -1., 0.]];
-    let fan =
-        Weighed::of(&positions, &[[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]], &Reading::BUSBAR);
+    let fan = Weighed::of(
+        &positions,
+        &[[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]],
+        &Interpretation::BUSBAR,
+    );
     let face = 3.0_f64.sqrt() / 2.0;
     near(fan.factors([0, 1]).area, 2.0 * face);
     near(fan.factors([1, 2]).area, face);
@@ -163,7 +166,7 @@ fn fan_with_a_border() {
 #[test]
 fn non_manifold_edge() {
     let positions = [[0., 0., 0.], [0., 0., 1.], [1., 0., 0.], [-1., 0., 0.], [0., 1., 0.]];
-    let book = Weighed::of(&positions, &[[0, 1, 2], [0, 3, 1], [0, 1, 4]], &Reading::BUSBAR);
+    let book = Weighed::of(&positions, &[[0, 1, 2], [0, 3, 1], [0, 1, 4]], &Interpretation::BUSBAR);
     let spine = book.factors([0, 1]);
     assert!(spine.flag);
     near(spine.area, 1.5);
@@ -183,7 +186,7 @@ fn non_manifold_edge() {
 #[test]
 fn degenerate_triangle() {
     let positions = [[0., 0., 0.], [2., 0., 0.], [0., 2., 0.], [1., 1., 0.]];
-    let mesh = Weighed::of(&positions, &[[0, 1, 2], [2, 1, 3]], &Reading::BUSBAR);
+    let mesh = Weighed::of(&positions, &[[0, 1, 2], [2, 1, 3]], &Interpretation::BUSBAR);
     let hypotenuse = mesh.factors([1, 2]);
     near(hypotenuse.curvature, 0.0);
     near(hypotenuse.area, 2.0);
@@ -194,12 +197,12 @@ fn degenerate_triangle() {
 /// itself has C = pi.
 #[test]
 fn curvature_ignores_the_winding() {
-    let flat = Weighed::of(&SQUARE, &[[0, 1, 2], [2, 0, 3]], &Reading::BUSBAR);
+    let flat = Weighed::of(&SQUARE, &[[0, 1, 2], [2, 0, 3]], &Interpretation::BUSBAR);
     near(flat.factors([0, 2]).curvature, 0.0);
     let mut folded = SQUARE;
     folded[3] = [0.9, 0.1, 0.0];
     for second in [[0, 2, 3], [2, 0, 3]] {
-        let folded = Weighed::of(&folded, &[[0, 1, 2], second], &Reading::BUSBAR);
+        let folded = Weighed::of(&folded, &[[0, 1, 2], second], &Interpretation::BUSBAR);
         near(folded.factors([0, 2]).curvature, PI);
     }
 }
@@ -207,15 +210,15 @@ fn curvature_ignores_the_winding() {
 /// A mesh whose maxima are 0 has weights of 0, not NaN.
 #[test]
 fn a_mesh_without_size_has_finite_weights() {
-    let point = Weighed::of(&[[1., 1., 1.]; 3], &[[0, 1, 2]], &Reading::BUSBAR);
+    let point = Weighed::of(&[[1., 1., 1.]; 3], &[[0, 1, 2]], &Interpretation::BUSBAR);
     assert!(point.weights.iter().all(|w| w.is_finite()));
 }
 
 /// The unit square again, by the letter of the paper.
 #[test]
 fn two_triangles_as_printed() {
-    let check = |reading: &Reading, border: (bool, f64), diagonal: (bool, f64)| {
-        let square = Weighed::of(&SQUARE, &[[0, 1, 2], [0, 2, 3]], reading);
+    let check = |interpretation: &Interpretation, border: (bool, f64), diagonal: (bool, f64)| {
+        let square = Weighed::of(&SQUARE, &[[0, 1, 2], [0, 2, 3]], interpretation);
         for (ends, (flag, curvature)) in [([0, 1], border), ([0, 2], diagonal)] {
             assert_eq!(square.factors(ends).flag, flag);
             near(square.factors(ends).curvature, curvature);
@@ -223,15 +226,16 @@ fn two_triangles_as_printed() {
         square
     };
     // Eq. 4 as printed: the flat diagonal has C = pi, as the borders have.
-    let printed = Reading { curvature: Curvature::AsPrinted, ..Reading::BUSBAR };
+    let printed = Interpretation { curvature: Curvature::AsPrinted, ..Interpretation::BUSBAR };
     let square = check(&printed, (true, PI), (false, PI));
     let (sigma_l, sigma_s) = (0.4 * PI * (1.0 - FRAC_1_SQRT_2), 0.4 * FRAC_PI_2);
     near(square.weight([0, 2]), sigma_l * PI + sigma_s * PI);
     // Eq. 2 as printed: the diagonal alone has F = 1; alpha stays 4/5.
-    let printed = Reading { border_flag: BorderFlag::Equation2, ..Reading::UNPROTECTED };
+    let printed =
+        Interpretation { border_flag: BorderFlag::Equation2, ..Interpretation::UNPROTECTED };
     let square = check(&printed, (false, 0.0), (true, 0.0));
     near(square.weight([0, 2]), sigma_l * PI + sigma_s * PI);
-    let printed = Reading { border_weight: BorderWeight::Alpha, ..printed };
+    let printed = Interpretation { border_weight: BorderWeight::Alpha, ..printed };
     let square = check(&printed, (false, 0.0), (true, 0.0));
     near(square.weight([0, 2]), sigma_l * PI + 0.8 * PI + sigma_s * PI);
     near(square.weight([0, 1]), sigma_l * PI * FRAC_1_SQRT_2 + sigma_s * FRAC_PI_2);

@@ -9,8 +9,8 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use busbar_plugin_check::heap_bytes;
-use busbar_renderer::give_back_freed_memory;
-use busbar_viewer::reload::{Outcome, Reloader};
+use busbar_renderer::release_freed_memory;
+use busbar_viewer::reload::{ReloadOutcome, Reloader};
 use busbar_viewer::{AlarmAction, LoadedScene, Picture, Viewer};
 use e2e::peer::{Peer, calm_values};
 use e2e::{Scene, wait_for};
@@ -18,49 +18,50 @@ use serde_json::json;
 
 use mutator::{Random, mutated};
 
-/// The overlay with values; where labels stand depends on where they were before.
+/// Overlay with the values; places of labels depend on their former ones.
 const LABELS: &str = "values";
 const SIZE: [u32; 2] = [320, 180];
-/// Configurations in a test; `cargo xtask soak --reload` has 10,000.
+/// Number of reloads in a test; `cargo xtask soak --reload` has 10,000.
 const RELOADS: usize = 60;
 const RELOADS_VARIABLE: &str = "BUSBAR_RELOADS";
 const SEED_VARIABLE: &str = "BUSBAR_RELOAD_SEED";
-/// After so many the good one is restored, and the picture must be the first one again.
+/// Number of reloads after which the good configuration is restored, and the picture must be the
+/// first one again.
 const BETWEEN_LOOKS: usize = 20;
-/// After so many what is held is told.
+/// Number of reloads after which the resources are printed.
 const BETWEEN_REPORTS: usize = 500;
-/// Looks after which nothing may grow any more.
+/// Number of checks after which nothing may grow any more.
 const WARM: usize = 2;
 const MAX_WAIT: Duration = Duration::from_secs(120);
-/// Between looks a thread of the last plugin may still be ending.
+/// Allowed growth of descriptors between checks: a thread of the last plugin may still be ending.
 const MAX_MORE_DESCRIPTORS: usize = 16;
 const MAX_MORE_THREADS: usize = 8;
-/// What is on the heap may differ by so much from look to look, as caches fill, bytes.
+/// Allowed variation of the heap between two checks, as caches fill, bytes.
 const HEAP_VARIES: usize = 1_000_000;
-/// It may be so much more for each configuration, bytes: no leak worth the name hides here.
+/// Greatest heap growth for each configuration, bytes; a real leak exceeds it.
 const MAX_MORE_HEAP_EACH: usize = 400;
-/// What the heap cannot give back although it is free, between what is in use, bytes.
+/// Greatest memory between allocations that the heap cannot return although it is free, bytes.
 const MAX_MORE_MEMORY: u64 = 150_000_000;
 
 fn asked(variable: &str) -> Option<u64> {
     std::env::var(variable).ok().map(|text| text.parse().expect("a number"))
 }
 
-/// What this process holds.
+/// Resources of this process.
 #[derive(Clone, Copy, Debug)]
 struct Holdings {
     descriptors: usize,
     threads: usize,
     children: usize,
-    /// On the heap, of the graphics driver too, bytes.
+    /// Allocated heap, that of the graphics driver included, bytes.
     heap: usize,
-    /// Of the process in RAM, bytes.
+    /// Resident memory of the process, bytes.
     memory: u64,
 }
 
 impl Holdings {
     fn now() -> Self {
-        give_back_freed_memory();
+        release_freed_memory();
         let entries = |path: &str| fs::read_dir(path).expect("it is there").count();
         let status = fs::read_to_string("/proc/self/status").expect("it is there");
         let resident = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
@@ -99,7 +100,7 @@ impl View {
     fn open(path: &Path) -> Self {
         let scene = LoadedScene::load(path, &|_, _, _| {}).unwrap_or_else(|e| panic!("{e}"));
         let options = scene.renderer_options();
-        let viewer = Viewer::offscreen(scene, options, SIZE).expect("there is a device");
+        let viewer = Viewer::new_offscreen(scene, options, SIZE).expect("there is a device");
         let reloader = Reloader::start(path, || {}).expect("a file can be watched");
         Self { viewer, reloader, started: Instant::now() }
     }
@@ -109,14 +110,14 @@ impl View {
         self.viewer.frame(input).expect("a frame is drawn");
     }
 
-    fn outcome(&mut self) -> Outcome {
+    fn outcome(&mut self) -> ReloadOutcome {
         wait_for("the file to be read again", MAX_WAIT, || {
             self.frame();
             self.reloader.step(&mut self.viewer)
         })
     }
 
-    /// What edits made alarms of is seen, and over.
+    /// Acknowledges the alarms that edits created, so that they end.
     fn acknowledge_all(&mut self) {
         for alarm in self.viewer.stats().alarms {
             // One that is acknowledged needs nothing.
@@ -124,9 +125,9 @@ impl View {
         }
     }
 
-    /// The picture once all values are good.
+    /// Returns the picture once all values are good.
     fn good_picture(&mut self) -> Picture {
-        self.viewer.show_layer(LABELS, false);
+        self.viewer.set_layer_shown(LABELS, false);
         wait_for("all values", MAX_WAIT, || {
             self.frame();
             (self.viewer.stats().quality.bad == 0).then_some(())
@@ -159,12 +160,12 @@ fn the_scene_outlives_whatever_is_written() {
         }
         scene.write_text(&text);
         match view.outcome() {
-            Outcome::Shown => shown += 1,
-            Outcome::Refused(fault) => {
+            ReloadOutcome::Shown => shown += 1,
+            ReloadOutcome::Refused(fault) => {
                 refused += 1;
                 assert!(!fault.is_empty());
             }
-            Outcome::Same => same += 1,
+            ReloadOutcome::Same => same += 1,
         }
         last = text;
         if number % BETWEEN_LOOKS != 0 && number != reloads {

@@ -259,7 +259,7 @@ fn read_round(seed: u64, sequences: u64, counts: &mut Counts) -> Option<()> {
     let loaded = LoadedScene::load(&scene.write(), &|_, _, _| {});
     let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
     let options = RendererOptions { samples: 1, ..Default::default() };
-    let mut viewer = Viewer::headless(loaded, options, SIZE).expect("there is a device");
+    let mut viewer = Viewer::new_headless(loaded, options, SIZE).expect("there is a device");
     viewer.set_settles(false);
     let mut test = Test { viewer, start: Instant::now() };
     let first = start_millis as i64 * 1_000_000;

@@ -102,11 +102,13 @@ impl Oracle {
         let Some(last) = possible.iter().rposition(is_certain) else { return Claim::Nothing };
         let (before, after) = (&possible[..last], &possible[last + 1..]);
         let last = &possible[last];
-        let may_be_good = after.iter().any(|sent| sent.worth == Worth::Good);
+        let may_be_good = after.iter().any(Sent::may_be_good);
+        // Out of a buffer, a time that is not believed may have it passed over.
+        let is_told = last.worth != Worth::Good || !last.is_buffered;
         let may_be_number = after.iter().any(|sent| matches!(sent.said, Said::Value(_)));
         match last.said {
             // Bad quality is never passed over as old.
-            _ if last.worth != Worth::Good && !may_be_good => Claim::NotGood,
+            _ if !last.may_be_good() && is_told && !may_be_good => Claim::NotGood,
             _ if !self.is_taken(last, before) => Claim::Nothing,
             Said::NotANumber if !may_be_number => Claim::NotGood,
             Said::Value(value) if self.stays_good(last, times) && after.is_empty() => {
@@ -162,7 +164,7 @@ impl Oracle {
 
     fn stays_good(&self, sent: &Sent, times: Times) -> bool {
         let since = self.source_time(sent).unwrap_or(self.due(sent));
-        sent.worth == Worth::Good
+        sent.may_be_good()
             && sent.age.is_none_or(|age| age >= 0)
             && since + FRESHNESS_MILLIS as i64 * MILLI > times.ended + MARGIN_NANOS
             && self.disturbed < self.due(sent)

@@ -13,6 +13,7 @@ pub(crate) const SHOWN: [bool; 2] = [false, true];
 const SHOWN_STEPS: u64 = SHOWN_MILLIS / STEP_MILLIS;
 /// Between two values of a tag that stays as it is, in steps.
 const PERIOD: usize = 5;
+const HOUR_MILLIS: i64 = 3_600_000;
 const STEPS: u64 = SEQUENCE_MILLIS / STEP_MILLIS;
 
 /// What a sample says.
@@ -32,6 +33,9 @@ pub(crate) enum Worth {
     Bad,
 }
 
+/// Source times further ahead of the host than this are not believed, milliseconds.
+const MAX_AHEAD_MILLIS: i64 = 10_000;
+
 /// A sample on its way.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sent {
@@ -42,6 +46,8 @@ pub(crate) struct Sent {
     pub(crate) age: Option<i64>,
     /// Tells whether it comes out of a buffer: only then its source time orders it.
     pub(crate) is_buffered: bool,
+    /// Tells whether the source promised a time and sent none that can be read.
+    pub(crate) is_time_unusable: bool,
 }
 
 /// The samples of each tag, in order.
@@ -74,6 +80,7 @@ impl Script {
             worth: Worth::Good,
             age: None,
             is_buffered: false,
+            is_time_unusable: false,
         };
         let shown = SHOWN.len() as u64 * SHOWN_STEPS;
         let mut all = vec![(0..shown).step_by(PERIOD).map(good).collect(); tags];
@@ -106,6 +113,12 @@ impl Script {
 }
 
 impl Sent {
+    /// Reports whether its quality and its time let the host show it as good.
+    pub(crate) fn may_be_good(&self) -> bool {
+        let is_believed = self.age.is_none_or(|age| age >= -MAX_AHEAD_MILLIS);
+        self.worth == Worth::Good && is_believed && !self.is_time_unusable
+    }
+
     fn to_json(self, id: &str) -> Value {
         // Gauges are abnormal above 100; `on` and `off` are 1 and 0 to none but switches.
         let value = match (self.said, id.starts_with('L')) {
@@ -119,7 +132,9 @@ impl Sent {
             Worth::Uncertain => "uncertain",
             Worth::Bad => "bad",
         };
-        let flags: &[&str] = if self.is_buffered { &["buffered"] } else { &[] };
+        let flags = [("buffered", self.is_buffered), ("time_unusable", self.is_time_unusable)];
+        let flags: Vec<&str> =
+            flags.into_iter().filter_map(|(name, is_set)| is_set.then_some(name)).collect();
         json!({ "tag": id, "value": value, "quality": quality, "age_millis": self.age,
             "flags": flags })
     }
@@ -137,7 +152,9 @@ fn sequence(start: u64, random: &mut Random, into: &mut Vec<Sent>) {
             let age = with_time.then_some(0);
             let said = Said::Value(value);
             let worth = Worth::Good;
-            steps[step as usize] = Some(Sent { batch: 0, said, worth, age, is_buffered: false });
+            let (is_buffered, is_time_unusable) = (false, false);
+            let sent = Sent { batch: 0, said, worth, age, is_buffered, is_time_unusable };
+            steps[step as usize] = Some(sent);
         }
     }
     for _ in 0..random.below(5) {
@@ -151,15 +168,19 @@ fn sequence(start: u64, random: &mut Random, into: &mut Vec<Sent>) {
             1 => Worth::Uncertain,
             _ => Worth::Good,
         };
-        let age = match random.below(8) {
+        let age = match random.below(10) {
             0..3 => None,
             3..5 => Some(0),
             5 => Some(random.below(250) as i64),
             6 => Some(300 + random.below(3_000) as i64),
-            _ => Some(-(random.below(5_000) as i64)),
+            7 => Some(-(random.below(5_000) as i64)),
+            // Another zone, or a clock that was never set.
+            8 => Some(HOUR_MILLIS * (1 + random.below(12) as i64)),
+            _ => Some(-HOUR_MILLIS * (1 + random.below(12) as i64)),
         };
         let is_buffered = random.one_in(3);
-        let sent = Sent { batch: 0, said, worth, age, is_buffered };
+        let is_time_unusable = age.is_none() && random.one_in(4);
+        let sent = Sent { batch: 0, said, worth, age, is_buffered, is_time_unusable };
         steps[random.below(STEPS) as usize] = Some(sent);
     }
     let batches = (start as usize)..;

@@ -12,6 +12,11 @@ use e2e::{Process, Scene, busbar, wait_for, workspace_path};
 use serde_json::{Value, json};
 
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
+/// Time that a picture stays the same before it counts as at rest: what is sharpened later has come.
+const CALM: Duration = Duration::from_millis(2500);
+const CALM_POLL_MILLIS: u64 = 500;
+/// Time in which a picture comes to rest, on a busy machine too.
+const CALM_PATIENCE: Duration = Duration::from_secs(120);
 pub(crate) const TOKEN: &str = "a_token_of_the_tests_0123456789";
 
 /// Difference of two channels of a pixel that has colour, and the share of such pixels in a
@@ -87,18 +92,27 @@ impl Browser {
         dead
     }
 
-    /// Waits until the picture rests, live and sharp; what it is.
+    /// Waits until the picture has stayed the same for [`CALM`] and is live; returns it.
     #[track_caller]
     pub(crate) fn until_calm(&mut self) -> Value {
-        let (start, mut before) = (Instant::now(), Value::Null);
+        let start = Instant::now();
+        let (mut before, mut since) = (Value::Null, Instant::now());
+        let (mut changes, mut dead) = (0, 0);
         loop {
             let picture = self.ask("picture", Value::Null);
-            if picture == before && self.ask("state", Value::Null)["dead"] == json!(false) {
-                return picture;
+            let state = self.ask("state", Value::Null);
+            if picture != before {
+                (before, since) = (picture, Instant::now());
+                changes += 1;
+            } else if since.elapsed() >= CALM && state["dead"] == json!(false) {
+                return before;
             }
-            assert!(start.elapsed() < PATIENCE, "it never rests");
-            before = picture;
-            self.ask("wait", json!(2500));
+            dead += u32::from(state["dead"] != json!(false));
+            assert!(
+                start.elapsed() < CALM_PATIENCE,
+                "it never rests: {changes} changes, {dead} times dead, at last {state}"
+            );
+            self.ask("wait", json!(CALM_POLL_MILLIS));
         }
     }
 

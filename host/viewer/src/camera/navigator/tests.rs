@@ -1,18 +1,18 @@
-//! What commands do to the camera.
+//! Tests of camera commands on a navigator.
 
 use busbar_scene::SceneGraph;
 use egui::{Pos2, vec2};
 
 use super::*;
 
-struct Hands {
+struct NavigatorFixture {
     navigator: Navigator,
     graph: SceneGraph,
     cameras: BTreeMap<String, CameraConfig>,
     time: f64,
 }
 
-impl Hands {
+impl NavigatorFixture {
     fn new(view: &str, in_window: bool) -> Self {
         let text = format!(
             r#"{{"version": 1, "scene": [], "view": {view}, "cameras": {{
@@ -22,7 +22,7 @@ impl Hands {
             }}}}"#
         );
         let config = busbar_config::parse(&text).unwrap();
-        let camera = Camera::looking(Vec3::new(0.0, 8.0, 20.0), Vec3::Y * 2.0, 0.8);
+        let camera = Camera::look_at(Vec3::new(0.0, 8.0, 20.0), Vec3::Y * 2.0, 0.8);
         Self {
             navigator: Navigator::new(camera, &config.view, in_window),
             graph: SceneGraph::build(&[], &[]).unwrap(),
@@ -34,7 +34,8 @@ impl Hands {
     fn steer(&mut self, command: Command) {
         let viewport = Rect::from_min_size(Pos2::ZERO, vec2(800.0, 450.0));
         let Self { navigator, graph, cameras, .. } = self;
-        navigator.steer(&[command], &Around { graph, cameras, viewport, selection: None });
+        navigator
+            .steer(&[command], &NavigationContext { graph, cameras, viewport, selection: None });
     }
 
     fn wait(&mut self, seconds: f64) {
@@ -48,87 +49,91 @@ impl Hands {
         self.navigator.camera().eye()
     }
 
-    fn go(&mut self, direction: [f32; 3], hasty: bool) -> Vec3 {
+    fn go(&mut self, direction: [f32; 3], is_fast: bool) -> Vec3 {
         let before = self.eye();
-        self.steer(Command::Move { direction, seconds: 0.1, hasty });
+        self.steer(Command::Move { direction, seconds: 0.1, is_fast });
         self.eye() - before
     }
 }
 
 #[test]
 fn who_walks_stays_on_the_ground_at_so_many_metres_a_second() {
-    let mut hands = Hands::new("{}", false);
-    hands.steer(Command::SetCameraMode(CameraMode::Walk));
-    assert!((hands.eye().y - EYE_HEIGHT).abs() < 1e-4, "{}", hands.eye());
-    hands.steer(Command::Orbit(vec2(40.0, 90.0)));
-    let eye = hands.eye();
-    let way = hands.go([0.0, 0.0, 1.0], false);
+    let mut fixture = NavigatorFixture::new("{}", false);
+    fixture.steer(Command::SetCameraMode(CameraMode::Walk));
+    assert!((fixture.eye().y - EYE_HEIGHT).abs() < 1e-4, "{}", fixture.eye());
+    fixture.steer(Command::Orbit(vec2(40.0, 90.0)));
+    let eye = fixture.eye();
+    let way = fixture.go([0.0, 0.0, 1.0], false);
     assert!((way.length() - WALKING_SPEED * 0.1).abs() < 1e-4 && way.y.abs() < 1e-5, "{way}");
-    let hasty = hands.go([0.0, 0.0, 1.0], true);
-    assert!((hasty - way * HASTE).length() < 1e-4);
-    hands.go([0.0, 0.0, -1.0], true);
-    hands.go([0.0, 0.0, -1.0], false);
-    assert!(hands.eye().distance(eye) < 1e-4, "back again");
-    let aside = hands.go([1.0, 0.0, 0.0], false);
+    let is_fast = fixture.go([0.0, 0.0, 1.0], true);
+    assert!((is_fast - way * FAST_FACTOR).length() < 1e-4);
+    fixture.go([0.0, 0.0, -1.0], true);
+    fixture.go([0.0, 0.0, -1.0], false);
+    assert!(fixture.eye().distance(eye) < 1e-4, "back again");
+    let aside = fixture.go([1.0, 0.0, 0.0], false);
     assert!(aside.dot(way).abs() < 1e-4 && (aside.length() - way.length()).abs() < 1e-4);
 }
 
 #[test]
 fn turning_the_head_leaves_the_eye_where_it_is() {
-    let mut hands = Hands::new("{}", false);
-    hands.steer(Command::SetCameraMode(CameraMode::Fly));
-    let (eye, ahead) = (hands.eye(), hands.navigator.camera().forward());
-    hands.steer(Command::Orbit(vec2(120.0, -60.0)));
-    assert!(hands.eye().distance(eye) < 1e-4);
-    assert!(hands.navigator.camera().forward().dot(ahead) < 0.9);
+    let mut fixture = NavigatorFixture::new("{}", false);
+    fixture.steer(Command::SetCameraMode(CameraMode::Fly));
+    let (eye, ahead) = (fixture.eye(), fixture.navigator.camera().forward());
+    fixture.steer(Command::Orbit(vec2(120.0, -60.0)));
+    assert!(fixture.eye().distance(eye) < 1e-4);
+    assert!(fixture.navigator.camera().forward().dot(ahead) < 0.9);
 }
 
 #[test]
 fn who_flies_goes_where_he_looks_and_up_and_the_wheel_sets_the_speed() {
-    let mut hands = Hands::new("{}", false);
-    hands.steer(Command::SetCameraMode(CameraMode::Fly));
-    let ahead = hands.navigator.camera().forward();
-    let way = hands.go([0.0, 0.0, 1.0], false);
+    let mut fixture = NavigatorFixture::new("{}", false);
+    fixture.steer(Command::SetCameraMode(CameraMode::Fly));
+    let ahead = fixture.navigator.camera().forward();
+    let way = fixture.go([0.0, 0.0, 1.0], false);
     assert!((way - ahead * FLYING_SPEED * 0.1).length() < 1e-4, "{way}");
-    assert!(hands.go([0.0, 1.0, 0.0], false).normalize().distance(Vec3::Y) < 1e-4);
-    hands.steer(Command::Zoom(0.5));
-    assert!((hands.go([0.0, 0.0, 1.0], false).length() - way.length() * 2.0).abs() < 1e-3);
-    hands.steer(Command::Zoom(1e9));
-    assert!(hands.navigator.speed() >= *SPEED_RANGE.start());
+    assert!(fixture.go([0.0, 1.0, 0.0], false).normalize().distance(Vec3::Y) < 1e-4);
+    fixture.steer(Command::Zoom(0.5));
+    assert!((fixture.go([0.0, 0.0, 1.0], false).length() - way.length() * 2.0).abs() < 1e-3);
+    fixture.steer(Command::Zoom(1e9));
+    assert!(fixture.navigator.speed() >= *SPEED_RANGE.start());
 }
 
 #[test]
 fn bookmarks_are_those_of_the_configuration_until_others_are_stored() {
-    let mut hands = Hands::new("{}", false);
-    let numbers = |hands: &Hands| {
-        let bookmarks = hands.navigator.bookmarks(&hands.cameras);
+    let mut fixture = NavigatorFixture::new("{}", false);
+    let numbers = |fixture: &NavigatorFixture| {
+        let bookmarks = fixture.navigator.bookmarks(&fixture.cameras);
         bookmarks.into_iter().map(|b| (b.number, b.name)).collect::<Vec<_>>()
     };
     let configured = vec![(1, Some("far".to_owned())), (2, Some("plan".to_owned()))];
-    assert_eq!(numbers(&hands), configured);
-    let first = hands.eye();
-    hands.steer(Command::StoreBookmark(1));
-    hands.steer(Command::StoreBookmark(5));
-    hands.steer(Command::StoreBookmark(MAX_BOOKMARKS + 1));
-    hands.steer(Command::StoreBookmark(0));
-    assert_eq!(numbers(&hands), [(1, None), configured[1].clone(), (5, None)]);
-    hands.steer(Command::GoToBookmark(2));
-    assert!(hands.navigator.is_orthographic());
-    hands.steer(Command::GoToBookmark(7));
-    assert!(hands.navigator.is_orthographic(), "there is none");
-    hands.steer(Command::GoToBookmark(1));
-    assert!(hands.eye().distance(first) < 1e-4 && !hands.navigator.is_orthographic());
+    assert_eq!(numbers(&fixture), configured);
+    let first = fixture.eye();
+    fixture.steer(Command::StoreBookmark(1));
+    fixture.steer(Command::StoreBookmark(5));
+    fixture.steer(Command::StoreBookmark(MAX_BOOKMARKS + 1));
+    fixture.steer(Command::StoreBookmark(0));
+    assert_eq!(numbers(&fixture), [(1, None), configured[1].clone(), (5, None)]);
+    fixture.steer(Command::GoToBookmark(2));
+    assert!(fixture.navigator.is_orthographic());
+    fixture.steer(Command::GoToBookmark(7));
+    assert!(fixture.navigator.is_orthographic(), "there is none");
+    fixture.steer(Command::GoToBookmark(1));
+    assert!(fixture.eye().distance(first) < 1e-4 && !fixture.navigator.is_orthographic());
 }
 
 #[test]
 fn sides_are_looked_at_straight_and_without_perspective() {
-    let mut hands = Hands::new("{}", false);
-    let sides = [(Side::Top, Vec3::NEG_Y), (Side::Front, Vec3::NEG_Z), (Side::Right, Vec3::NEG_X)];
+    let mut fixture = NavigatorFixture::new("{}", false);
+    let sides = [
+        (StandardView::Top, Vec3::NEG_Y),
+        (StandardView::Front, Vec3::NEG_Z),
+        (StandardView::Right, Vec3::NEG_X),
+    ];
     for (side, direction) in sides {
-        hands.steer(Command::LookFrom(side));
-        let forward = hands.navigator.camera().forward();
+        fixture.steer(Command::UseStandardView(side));
+        let forward = fixture.navigator.camera().forward();
         assert!(forward.distance(direction) < 1e-5, "{side:?}: {forward}");
-        assert!(hands.navigator.is_orthographic());
+        assert!(fixture.navigator.is_orthographic());
     }
 }
 
@@ -136,10 +141,10 @@ fn sides_are_looked_at_straight_and_without_perspective() {
 fn a_window_takes_its_time_and_a_picture_does_not() {
     let go = Command::UseCamera("far".into());
     let destination = Vec3::new(0.0, 10.0, 100.0);
-    let mut picture = Hands::new(r#"{"transition_seconds": 2}"#, false);
+    let mut picture = NavigatorFixture::new(r#"{"transition_seconds": 2}"#, false);
     picture.steer(go.clone());
     assert!(picture.eye().distance(destination) < 1e-3 && !picture.navigator.is_moving());
-    let mut window = Hands::new(r#"{"transition_seconds": 2}"#, true);
+    let mut window = NavigatorFixture::new(r#"{"transition_seconds": 2}"#, true);
     window.wait(0.1);
     let start = window.eye();
     window.steer(go.clone());
@@ -149,10 +154,10 @@ fn a_window_takes_its_time_and_a_picture_does_not() {
     assert!((0.4..0.6).contains(&half), "{half}");
     window.wait(1.1);
     assert!(window.eye().distance(destination) < 1e-3 && !window.navigator.is_moving());
-    let mut at_once = Hands::new(r#"{"transition_seconds": 0}"#, true);
+    let mut at_once = NavigatorFixture::new(r#"{"transition_seconds": 0}"#, true);
     at_once.steer(go.clone());
     assert!(at_once.eye().distance(destination) < 1e-3);
-    let mut stopped = Hands::new(r#"{"transition_seconds": 2}"#, true);
+    let mut stopped = NavigatorFixture::new(r#"{"transition_seconds": 2}"#, true);
     stopped.wait(0.1);
     stopped.steer(go);
     stopped.wait(0.5);
@@ -162,16 +167,16 @@ fn a_window_takes_its_time_and_a_picture_does_not() {
 
 #[test]
 fn a_drag_coasts_only_where_it_is_asked_for_and_comes_to_rest() {
-    let coast = Command::Coast(vec2(400.0, 0.0));
-    let mut calm = Hands::new("{}", true);
+    let coast = Command::StartInertia(vec2(400.0, 0.0));
+    let mut calm = NavigatorFixture::new("{}", true);
     calm.steer(coast.clone());
     assert!(!calm.navigator.is_moving());
-    let mut hands = Hands::new(r#"{"inertia": true}"#, true);
-    hands.wait(0.1);
-    let before = hands.eye();
-    hands.steer(coast);
-    hands.wait(0.2);
-    assert!(hands.eye().distance(before) > 0.5 && hands.navigator.is_moving());
-    hands.wait(2.5);
-    assert!(!hands.navigator.is_moving());
+    let mut fixture = NavigatorFixture::new(r#"{"inertia": true}"#, true);
+    fixture.wait(0.1);
+    let before = fixture.eye();
+    fixture.steer(coast);
+    fixture.wait(0.2);
+    assert!(fixture.eye().distance(before) > 0.5 && fixture.navigator.is_moving());
+    fixture.wait(2.5);
+    assert!(!fixture.navigator.is_moving());
 }

@@ -11,7 +11,7 @@ fn boxed(at: [f32; 3], size: [f32; 3]) -> Bounds {
     Bounds { min: at.into(), max: Vec3::from(at) + Vec3::from(size) }
 }
 
-fn first_violation(path: &Path, equipment: &[Bounds], ends: [Vec3; 2]) -> Option<Vec3> {
+fn first_violation(path: &CameraPath, equipment: &[Bounds], ends: [Vec3; 2]) -> Option<Vec3> {
     let grown = equipment
         .iter()
         .map(|bounds| Bounds { min: bounds.min - CLEARANCE, max: bounds.max + CLEARANCE });
@@ -28,7 +28,7 @@ fn first_violation(path: &Path, equipment: &[Bounds], ends: [Vec3; 2]) -> Option
 
 #[test]
 fn a_free_way_is_straight() {
-    let path = Path::between(Vec3::ZERO, Vec3::X * 10.0, &[]).unwrap();
+    let path = CameraPath::between(Vec3::ZERO, Vec3::X * 10.0, &[]).unwrap();
     assert_eq!(path.at(0.5), Vec3::X * 5.0);
     assert_eq!([path.at(0.0), path.at(1.0)], [Vec3::ZERO, Vec3::X * 10.0]);
 }
@@ -38,7 +38,7 @@ fn it_rises_over_what_is_between_and_not_over_what_is_not() {
     let wall = boxed([4.0, -5.0, -50.0], [2.0, 15.0, 100.0]);
     let tower = boxed([4.0, 0.0, 100.0], [2.0, 90.0, 5.0]);
     let (from, to) = (Vec3::ZERO, Vec3::X * 10.0);
-    let path = Path::between(from, to, &[wall, tower]).unwrap();
+    let path = CameraPath::between(from, to, &[wall, tower]).unwrap();
     assert_eq!(first_violation(&path, &[wall, tower], [from, to]), None);
     let highest = (0..=100).map(|step| path.at(step as f32 / 100.0).y).fold(0.0, f32::max);
     assert!((11.0..12.0).contains(&highest), "{highest}");
@@ -49,7 +49,7 @@ fn from_under_a_roof_it_goes_aside_first() {
     let roof = boxed([-5.0, 3.0, -5.0], [10.0, 1.0, 10.0]);
     let wall = boxed([15.0, -5.0, -50.0], [2.0, 15.0, 100.0]);
     let (from, to) = (Vec3::ZERO, Vec3::X * 30.0);
-    let path = Path::between(from, to, &[roof, wall]).unwrap();
+    let path = CameraPath::between(from, to, &[roof, wall]).unwrap();
     assert_eq!(first_violation(&path, &[roof, wall], [from, to]), None);
 }
 
@@ -64,7 +64,7 @@ fn out_of_a_closed_room_there_is_no_way() {
         boxed([-side, -9.0, -side], [2.0 * side, 18.0, 1.0]),
         boxed([-side, -9.0, side], [2.0 * side, 18.0, 1.0]),
     ];
-    assert_eq!(Path::between(Vec3::ZERO, Vec3::X * 200.0, &walls), None);
+    assert_eq!(CameraPath::between(Vec3::ZERO, Vec3::X * 200.0, &walls), None);
 }
 
 prop_compose! {
@@ -87,7 +87,7 @@ proptest! {
         to in (-90.0_f32..90.0, 0.0_f32..40.0, -90.0_f32..90.0),
     ) {
         let ends = [Vec3::from(from), Vec3::from(to)];
-        if let Some(path) = Path::between(ends[0], ends[1], &equipment) {
+        if let Some(path) = CameraPath::between(ends[0], ends[1], &equipment) {
             prop_assert_eq!(first_violation(&path, &equipment, ends), None);
             prop_assert!(path.at(0.0).distance(ends[0]) < 1e-3);
             prop_assert!(path.at(1.0).distance(ends[1]) < 1e-3);
@@ -107,7 +107,7 @@ fn among_a_hundred_thousand_pieces_a_way_is_found_at_once() {
         .collect();
     let (from, to) = (vec3(4.0, 1.7, 3.7), vec3(1503.7, 2.0, 1004.0));
     let start = std::time::Instant::now();
-    let path = Path::between(from, to, &equipment).unwrap();
+    let path = CameraPath::between(from, to, &equipment).unwrap();
     let elapsed = start.elapsed();
     println!("100000 pieces: {elapsed:?}");
     assert_eq!(path.at(1.0), to);
@@ -132,7 +132,7 @@ fn in_scenes_of_equipment_a_way_is_found_nearly_always() {
             .collect();
         let mut place = || vec3(random(120.0), 1.7 + random(20.0), random(120.0));
         let (from, to) = (place(), place());
-        found += usize::from(Path::between(from, to, &equipment).is_some());
+        found += usize::from(CameraPath::between(from, to, &equipment).is_some());
     }
     assert!(found >= 195, "{found} of 200");
 }

@@ -1,14 +1,14 @@
 //! Proxies of single meshes that are shown often.
 //!
-//! A mesh goes down by its own collapses, and those leave a lattice hundreds of triangles
-//! wherever it is ([`CollapseStacks::thinned`]). Where it is small in the picture, what is left
-//! is thinned out as the proxies of groups are, once for all that show the mesh.
+//! Edge collapses leave a lattice with hundreds of triangles at any distance. A mesh that is small
+//! in the picture is therefore simplified stochastically
+//! ([`CollapseStacks::simplified_stochastically`]), once for all its instances.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use busbar_geometry::{CollapseStacks, Mesh};
-use busbar_scene::{Detail, SceneGraph, Sight, ThetaPolicy};
+use busbar_scene::{Detail, SceneGraph, ThetaPolicy, ViewMetrics};
 use rayon::prelude::*;
 
 use super::materials::Materials;
@@ -20,25 +20,24 @@ const MIN_INSTANCES: usize = 2;
 const MAX_LEVELS: usize = 8;
 /// The most triangles that all of a scene have together: some 12 MB.
 const MAX_TRIANGLES: u64 = 1 << 17;
-/// Errors in the radius of the largest that is shown as a proxy: where an error may be half a
-/// pixel, 24 pixels. What is larger would be seen to be another shape.
+/// Largest radius of a mesh shown as a proxy, in errors. Half a pixel of error gives 24 pixels; a
+/// larger mesh would visibly change its shape.
 const MAX_RADIUS: f64 = 48.0;
-/// By how much what a proxy shows may differ from what the mesh does, as a share. In a group
-/// others stand for what is left out; here nothing does.
+/// Largest relative difference in projected area between proxy and mesh.
 const MAX_DIFFERENCE: f32 = 0.1;
 
-/// What a mesh is shown as from some error on.
+/// Proxy of a mesh from a certain error on.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MeshProxy {
     /// Index of the model that it is in, and its own in there.
     pub(crate) model: u32,
     pub(crate) mesh: u32,
-    /// In units of the mesh that it stands for.
+    /// Error in units of the original mesh.
     pub(crate) error: f64,
 }
 
-/// One in the making, and its error.
-type Made = (Mesh, f64);
+/// Proxy mesh with its error.
+type ProxyMesh = (Mesh, f64);
 
 /// The proxies of meshes, by the indices of model and mesh, the finest first.
 pub(crate) type MeshProxies = HashMap<(u32, u32), Arc<[MeshProxy]>>;
@@ -59,7 +58,7 @@ pub(super) fn build(
     }
     shown.retain(|_, (count, _)| *count >= MIN_INSTANCES);
     let shown: Vec<_> = shown.into_iter().collect();
-    let mut of_meshes: Vec<((u32, u32), Vec<Made>)> = shown
+    let mut of_meshes: Vec<((u32, u32), Vec<ProxyMesh>)> = shown
         .into_par_iter()
         .map(|(of, (_, policy))| {
             let (model, mesh) = of;
@@ -70,9 +69,9 @@ pub(super) fn build(
     let mut proxies = MeshProxies::new();
     for of_model in of_meshes.chunk_by_mut(|((one, _), _), ((next, _), _)| one == next) {
         let mut whole = ProxyModel::default();
-        for (of, made) in of_model {
-            let (made, index) = (std::mem::take(made), models.len());
-            let taken = whole.take(&models[of.0 as usize], made, index, &mut left);
+        for (of, built) in of_model {
+            let (built, index) = (std::mem::take(built), models.len());
+            let taken = whole.take(&models[of.0 as usize], built, index, &mut left);
             if !taken.is_empty() {
                 proxies.insert(*of, taken.into());
             }
@@ -84,22 +83,23 @@ pub(super) fn build(
     proxies
 }
 
-/// The proxies of a mesh, the finest first, each with its error. What is slender has none: it
-/// is widened where it is less than a pixel.
-fn all_of(stacks: &CollapseStacks, policy: &ThetaPolicy) -> Vec<Made> {
+/// Builds the proxies of a mesh, the finest first, each with its error. Slender meshes have none:
+/// they are widened below a pixel.
+fn all_of(stacks: &CollapseStacks, policy: &ThetaPolicy) -> Vec<ProxyMesh> {
     let Some(bounds) = stacks.mesh().bounds().filter(|_| stacks.slender_points().is_empty()) else {
         return Vec::new();
     };
     let least_error = f64::from(bounds.radius()) / MAX_RADIUS;
     let shown = area_of(stacks.mesh());
-    let mut made: Vec<Made> = Vec::new();
-    let coarsest = policy.level(Sight { distance: f32::MAX, pixel: f32::MAX }, None);
+    let mut built: Vec<ProxyMesh> = Vec::new();
+    let coarsest =
+        policy.level(ViewMetrics { distance: f32::MAX, meters_per_pixel: f32::MAX }, None);
     for level in 1..=coarsest {
         let Detail::Error(error) = policy.detail(level) else { break };
-        let own = stacks.live_triangles(stacks.cursor_within(error as f32));
-        let least = made.last().map_or(own, |(finer, _)| own.min(finer.triangles.len() as u64));
+        let own = stacks.live_triangles(stacks.cursor_for_error(error as f32));
+        let least = built.last().map_or(own, |(finer, _)| own.min(finer.triangles.len() as u64));
         let most = least as f64 * GREATEST_SHARE;
-        if most < 1.0 || made.len() == MAX_LEVELS {
+        if most < 1.0 || built.len() == MAX_LEVELS {
             break;
         }
         let squares = f64::from(shown) / (ISLAND_ERRORS * error).powi(2);
@@ -108,22 +108,23 @@ fn all_of(stacks: &CollapseStacks, policy: &ThetaPolicy) -> Vec<Made> {
             continue;
         }
         let mesh = thinned(stacks, error).filter(|mesh| mesh.triangles.len() as f64 <= most);
-        made.extend(mesh.map(|mesh| (mesh, error)));
+        built.extend(mesh.map(|mesh| (mesh, error)));
     }
-    made
+    built
 }
 
 /// The mesh at an error in its own units, thinned out; `None` where it would show more or less
 /// for it.
 fn thinned(stacks: &CollapseStacks, error: f64) -> Option<Mesh> {
-    let (mesh, left) = stacks.from_cursor(stacks.cursor_within(error as f32)).ok()?;
+    let (mesh, left) = stacks.baked_at_cursor(stacks.cursor_for_error(error as f32)).ok()?;
     let shown = area_of(&mesh);
-    let thinned =
-        CollapseStacks::build(mesh, &left).thinned((ISLAND_ERRORS * error) as f32).ok()?;
+    let thinned = CollapseStacks::build(mesh, &left)
+        .simplified_stochastically((ISLAND_ERRORS * error) as f32)
+        .ok()?;
     ((area_of(&thinned) - shown).abs() <= MAX_DIFFERENCE * shown).then_some(thinned)
 }
 
-/// Of its surface: a quarter, as what an eye somewhere sees in the mean.
+/// Returns the mean projected area of a mesh: a quarter of its surface.
 fn area_of(mesh: &Mesh) -> f32 {
     let area = |&triangle: &[u32; 3]| {
         let [a, b, c] =
@@ -146,12 +147,12 @@ impl ProxyModel {
     fn take(
         &mut self,
         model: &LoadedModel,
-        made: Vec<Made>,
+        built: Vec<ProxyMesh>,
         index: usize,
         left: &mut u64,
     ) -> Vec<MeshProxy> {
         let mut taken = Vec::new();
-        for (mut mesh, error) in made.into_iter().rev() {
+        for (mut mesh, error) in built.into_iter().rev() {
             let of_sections = mesh.sections.iter();
             let materials: Option<Vec<u32>> = of_sections
                 .map(|section| self.materials.of_section(model, section.material))
@@ -237,7 +238,7 @@ mod tests {
         let placements: Vec<_> = (0..count).map(placement).collect();
         let graph = SceneGraph::build(&placements, std::slice::from_ref(&model)).unwrap();
         let mesh = rack(40);
-        let none = CollapseSequence::none(mesh.positions.len() as u32);
+        let none = CollapseSequence::empty(mesh.positions.len() as u32);
         let material = Material {
             base_color: [0.5, 0.25, 1.0, 1.0],
             base_color_texture: Some(TextureRef { texture: 0, wrap: [Wrap::Repeat; 2] }),
@@ -287,13 +288,13 @@ mod tests {
 
     #[test]
     fn what_there_is_no_room_for_is_left_out_the_finest_first() {
-        let made =
-            all_of(&CollapseStacks::build(rack(40), &CollapseSequence::none(320)), &policy());
-        let coarsest = made.last().unwrap().0.triangles.len() as u64;
+        let built =
+            all_of(&CollapseStacks::build(rack(40), &CollapseSequence::empty(320)), &policy());
+        let coarsest = built.last().unwrap().0.triangles.len() as u64;
         let mut left = coarsest + 1;
         let model = LoadedModel::default();
-        let error = made.last().unwrap().1;
-        let taken = ProxyModel::default().take(&model, made, 7, &mut left);
+        let error = built.last().unwrap().1;
+        let taken = ProxyModel::default().take(&model, built, 7, &mut left);
         assert_eq!(
             taken.iter().map(|proxy| (proxy.model, proxy.error)).collect::<Vec<_>>(),
             [(7, error)]

@@ -1,4 +1,4 @@
-//! History of one tag: its truths, the messages that told them, and its samples.
+//! History of one tag: its truths, the messages that carried them, and its samples.
 
 use std::collections::VecDeque;
 use std::fmt::Write;
@@ -7,9 +7,9 @@ use std::time::{Duration, SystemTime};
 use super::ShownTag;
 use crate::{Sample, SampleFlags, TagSpec, Value};
 
-/// Truths, and messages, of a tag that are kept at most; older ones go.
+/// Truths, and messages, of a tag that are kept; older ones are dropped.
 const MAX_KEPT: usize = 4096;
-/// Truths, messages and samples that a story tells, of each.
+/// Truths, messages and samples in the report of a fault, of each.
 const MAX_TOLD: usize = 8;
 
 /// Truth of a tag for a while.
@@ -21,7 +21,7 @@ struct Truth {
     until: Option<(u64, Duration)>,
 }
 
-/// A message that was sent, understandable or not.
+/// Message that was sent, understandable or not.
 #[derive(Clone, Debug)]
 pub(super) struct Evidence {
     order: u64,
@@ -32,28 +32,28 @@ pub(super) struct Evidence {
     sign: Option<String>,
 }
 
-/// One tag: its truth, and what the plugin made of it.
+/// Truth of one tag, and the plugin's samples of it.
 pub(super) struct TagHistory {
     id: String,
     freshness: Duration,
     shown: ShownTag,
     /// Order of the sample whose value is shown.
     shown_order: u64,
-    /// Tells whether that came out of a buffer.
+    /// Reports whether the sample shown came out of a buffer.
     is_buffered: bool,
     truths: VecDeque<Truth>,
     evidence: VecDeque<Evidence>,
-    /// Evidence to which the plugin has to have reacted: of it the one that was sent last,
-    /// and the last sign.
+    /// Newest evidence that the plugin must have reacted to: the message sent last, and the last
+    /// unreadable one.
     newest: Option<Evidence>,
     last_sign: Option<Evidence>,
-    /// Order of the last evidence of these.
+    /// Order of the last evidence that the plugin must have reacted to.
     followed: u64,
     samples: VecDeque<(Duration, Sample)>,
 }
 
 impl Evidence {
-    /// Evidence that arrives now, of what was sent at an earlier instant, or now.
+    /// Creates evidence that arrives now, of a truth that was sent at an earlier instant, or now.
     pub(super) fn new(order: u64, sent: u64, at: Duration, sign: Option<&str>) -> Self {
         Self { order, sent: sent.min(order), at, sign: sign.map(str::to_owned) }
     }
@@ -110,7 +110,8 @@ impl TagHistory {
         push(&mut self.samples, (now, *sample), MAX_TOLD);
     }
 
-    /// Judges the tag: true where it is good, and rightly so; the fault where it must not be.
+    /// Judges the tag: returns true where it is good, and rightly so; the fault where it must not
+    /// be.
     pub(super) fn find_fault(
         &mut self,
         now: Duration,
@@ -150,7 +151,7 @@ impl TagHistory {
         Ok(true)
     }
 
-    /// Moves on to evidence to which the plugin has to have reacted by now.
+    /// Advances to evidence that the plugin must have reacted to by now.
     fn follow_evidence(&mut self, now: Duration, bound: Duration) {
         let first = self.evidence.partition_point(|evidence| evidence.order <= self.followed);
         for evidence in self.evidence.range(first..) {
@@ -166,7 +167,7 @@ impl TagHistory {
         }
     }
 
-    /// Forgets what no verdict needs any more.
+    /// Drops all that no verdict needs any more.
     fn forget(&mut self, now: Duration, bound: Duration) {
         let is_due = |evidence: &Evidence| evidence.at + bound <= now;
         while self.evidence.len() > MAX_TOLD && self.evidence.get(1).is_some_and(is_due) {

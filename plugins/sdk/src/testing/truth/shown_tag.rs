@@ -6,13 +6,13 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use crate::{DoublePoint, Quality, Reason, Sample, SampleFlags, TagSpec, Value, ValueKind};
 
-/// Farthest that a source time may be ahead of the host's clock.
+/// Greatest lead of a source time over the host's clock.
 const MAX_CLOCK_AHEAD: Duration = Duration::from_secs(10);
 /// Time for which a time of the future casts doubt on a tag that has shown but one.
 const DOUBT_AFTER_FUTURE: Duration = Duration::from_secs(60);
 
-/// One tag as the host shows it: its samples so far, judged by order of arrival, by
-/// source time where they are [`SampleFlags::BUFFERED`], and by freshness.
+/// Tag as the host shows it: its samples so far, by order of arrival, by source time where they are
+/// [`SampleFlags::BUFFERED`], and by freshness.
 ///
 /// ```
 /// use std::time::{Duration, SystemTime};
@@ -40,7 +40,7 @@ pub struct ShownTag {
     valid_from: SystemTime,
     /// Source time of the last live sample.
     last_time: Option<SystemTime>,
-    /// Time from which that counted.
+    /// Instant from which that sample counted.
     last_valid_from: SystemTime,
     clock: TagClock,
     /// Instant up to which a tag that has shown one time is doubted.
@@ -50,11 +50,11 @@ pub struct ShownTag {
 /// Finding about the times of a tag, as the host keeps it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum TagClock {
-    /// It has shown one possible time at most.
+    /// At most one possible time has been shown.
     Unproven,
-    /// Its last two times were different and possible.
+    /// Two last times were different and possible.
     Plausible,
-    /// Its last time was ahead of the host's clock.
+    /// Last time that was ahead of the host's clock.
     Ahead,
 }
 
@@ -66,7 +66,7 @@ struct JudgedTime {
 }
 
 impl ShownTag {
-    /// A tag without a value.
+    /// Creates a tag without a value.
     pub fn new(spec: &TagSpec) -> Self {
         Self {
             kind: spec.kind,
@@ -83,12 +83,12 @@ impl ShownTag {
         }
     }
 
-    /// The last value that counts.
+    /// Returns the last value that counts.
     pub fn value(&self) -> Option<Value> {
         self.value
     }
 
-    /// Quality at an instant of the host's clock.
+    /// Returns the quality at an instant of the host's clock.
     pub fn quality(&self, now: SystemTime) -> Quality {
         let age = now.duration_since(self.valid_from).unwrap_or_default();
         let fresh = match self.value {
@@ -173,7 +173,7 @@ impl ShownTag {
     }
 }
 
-/// Verdict of the host on a value, its time aside.
+/// Judges a value apart from its time, as the host does.
 fn judge_value(value: Value, kind: ValueKind) -> Quality {
     match value {
         _ if value.kind() != kind => Quality::Bad(Reason::Configuration),
@@ -183,7 +183,7 @@ fn judge_value(value: Value, kind: ValueKind) -> Quality {
     }
 }
 
-/// The worse of two qualities; the first where they are alike.
+/// Returns the worse of two qualities; the first where they are alike.
 fn worst(first: Quality, second: Quality) -> Quality {
     let rank = |quality| match quality {
         Quality::Good => 0,

@@ -13,7 +13,7 @@ fn good(value: i64) -> Sample {
     Sample::good(1, Value::I64(value))
 }
 
-/// An oracle whose tag is good with 1, which was told a second ago.
+/// Creates an oracle whose tag is good with 1, by a message of a second ago.
 fn told() -> TruthOracle {
     let mut oracle = oracle();
     oracle.set_truth(1, Some(Value::I64(1)));
@@ -181,7 +181,7 @@ fn the_real_clock_waits_for_what_comes() {
     thread.join().unwrap();
 }
 
-/// An adapter of numbers in four bytes, and how it takes the others.
+/// Feeds a message to an adapter of four-byte numbers, with its treatment of other lengths.
 fn adapt(message: &[u8], marks_unusable: bool, sink: &SampleSink) {
     match message.try_into().map(i32::from_be_bytes) {
         Ok(number) => _ = sink.publish(&[good(number.into())]),
@@ -190,7 +190,7 @@ fn adapt(message: &[u8], marks_unusable: bool, sink: &SampleSink) {
     }
 }
 
-/// Runs an adapter through cut messages; the first fault found.
+/// Runs an adapter through cut messages; returns the first fault found.
 fn run(marks_unusable: bool) -> Option<String> {
     let mut oracle = oracle();
     let mut faults = FaultGenerator::new(9).with_kinds(&[MessageFault::Cut]);

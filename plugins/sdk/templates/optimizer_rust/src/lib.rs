@@ -1,4 +1,4 @@
-//! Optimiser plugin `my_plugin`: collapses the shortest edges first.
+//! Optimizer plugin `my_plugin`: collapses the shortest edges first.
 
 use busbar_plugin_sdk::{Collapse, CollapseList, Error, Host, Mesh, MeshOptimizer, Plugin};
 use busbar_plugin_sdk::{Progress, export_plugin};

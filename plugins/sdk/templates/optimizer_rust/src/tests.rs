@@ -1,4 +1,4 @@
-//! Sequences on small meshes.
+//! Collapse sequences of small meshes.
 
 use busbar_plugin_sdk::testing::{Grid, check_sequence, host, stopping_after};
 
@@ -11,10 +11,10 @@ fn optimizer(longest: f32) -> MyPlugin {
 #[test]
 fn a_grid_gives_a_valid_sequence() {
     let grid = Grid::new(20, 10);
-    let list = optimizer(f32::MAX).optimize(grid.mesh(), &mut Progress::unwatched()).unwrap();
+    let list = optimizer(f32::MAX).optimize(grid.mesh(), &mut Progress::detached()).unwrap();
     assert_eq!(check_sequence(&grid.mesh(), &list.collapses), Ok(()));
     assert!(list.collapses.len() > 100, "{} collapses", list.collapses.len());
-    let none = optimizer(0.5).optimize(grid.mesh(), &mut Progress::unwatched()).unwrap();
+    let none = optimizer(0.5).optimize(grid.mesh(), &mut Progress::detached()).unwrap();
     assert!(none.collapses.is_empty(), "its edges are longer than half a metre");
 }
 

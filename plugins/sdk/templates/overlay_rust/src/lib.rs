@@ -73,7 +73,7 @@ impl Overlay for MyPlugin {
 }
 
 impl MyPlugin {
-    /// A value with its unit. The host adds marks for quality and age.
+    /// Formats a value with its unit. The host adds marks for quality and age.
     fn text(&self, value: Option<Value>, unit: &str) -> String {
         let digits = usize::from(self.settings.digits);
         match value {
@@ -95,8 +95,8 @@ impl MyPlugin {
 }
 
 impl MyPlugin {
-    /// The verdict on a piece of equipment. Every piece has one in every frame, and silence
-    /// would mean "judged healthy": what is not known makes it unknown, with the reason.
+    /// Judges a piece of equipment. Every piece has a verdict in every frame, and silence would
+    /// mean "judged healthy". An unknown value makes the equipment unknown, with the reason.
     fn judge_equipment(
         &self,
         index: usize,
@@ -131,7 +131,7 @@ impl MyPlugin {
     }
 }
 
-/// A warning outside the normal band.
+/// Returns a warning outside the normal band.
 fn judge(binding: &Binding, value: Option<Value>) -> Severity {
     let value = match value {
         Some(Value::F64(value)) => value,

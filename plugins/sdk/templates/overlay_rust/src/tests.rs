@@ -1,4 +1,4 @@
-//! What is drawn for values.
+//! Lines, tints and verdicts drawn for values.
 
 use std::time::Duration;
 
@@ -21,7 +21,7 @@ fn binding() -> Binding {
     }
 }
 
-/// The text, and the severity of the tint, for a value.
+/// Returns the text, and the severity of the tint, for a value.
 fn drawn(value: Option<f64>) -> (String, Option<Severity>) {
     let mut overlay = MyPlugin::create(Settings::default(), host()).unwrap();
     let value = value.map(Value::F64);
@@ -41,7 +41,7 @@ fn values_are_shown_and_the_abnormal_is_coloured() {
     assert_eq!(drawn(None), ("–".into(), None));
 }
 
-/// The verdict on the equipment, and its reason.
+/// Returns the verdict on the equipment, and its reason.
 fn verdict(value: Option<f64>, quality: Quality, limit_high: Option<f64>) -> (Verdict, String) {
     let mut overlay = MyPlugin::create(Settings::default(), host()).unwrap();
     let state = TagValue { value: value.map(Value::F64), quality, age: Duration::ZERO };

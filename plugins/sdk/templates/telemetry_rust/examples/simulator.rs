@@ -1,4 +1,4 @@
-//! A device to try the plugin with: `cargo run --example simulator`.
+//! Simulated device to try the plugin with: `cargo run --example simulator`.
 
 use std::io::Write;
 use std::net::{TcpListener, TcpStream};

@@ -3,12 +3,12 @@ use std::io::{BufRead, BufReader, Error as IoError, Read};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::time::Duration;
 
-use busbar_plugin_sdk::{Error, Host, LinkState, Plugin, Reason, Running, Sample, SampleSink};
+use busbar_plugin_sdk::{Error, Host, LinkState, Plugin, Reason, StopToken, Sample, SampleSink};
 use busbar_plugin_sdk::{TagSpec, Telemetry, Worker, export_plugin};
 
 /// Longest time to connect, and longest silence that is not a fault.
 const TIMEOUT: Duration = Duration::from_secs(1);
-/// Longest line.
+/// Longest line, in bytes.
 const MAX_LINE_BYTES: u64 = 256;
 
 #[derive(serde::Deserialize, schemars::JsonSchema)]
@@ -56,7 +56,7 @@ impl Telemetry for MyPlugin {
 
 type Tags = [(String, TagSpec)];
 
-fn read(at: &str, tags: &Tags, sink: &SampleSink, running: &Running) -> Result<(), IoError> {
+fn read(at: &str, tags: &Tags, sink: &SampleSink, running: &StopToken) -> Result<(), IoError> {
     let address = at.to_socket_addrs()?.next().ok_or(IoError::other("no address of this name"))?;
     let stream = TcpStream::connect_timeout(&address, TIMEOUT)?;
     stream.set_read_timeout(Some(TIMEOUT))?;

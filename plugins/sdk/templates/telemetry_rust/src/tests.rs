@@ -1,4 +1,4 @@
-//! The plugin against a server of the test's own.
+//! Tests of the plugin against a server of their own.
 
 use std::io::Write;
 use std::net::TcpListener;

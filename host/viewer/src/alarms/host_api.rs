@@ -1,0 +1,122 @@
+//! Interface of the alarm service to a host program: actions, standings, operator requests.
+
+use std::time::Duration;
+
+use busbar_alarms::{AlarmFlags, AlarmSource};
+
+use super::*;
+
+/// Largest number of requests for the host program; beyond it the oldest is dropped, and the
+/// operator must press again.
+const MAX_HOST_REQUESTS: usize = 256;
+
+impl AlarmService {
+    /// Routes operator requests on external alarms to the host program from now on.
+    pub(crate) fn set_host(&mut self) {
+        self.has_host = true;
+    }
+
+    pub(super) fn is_mirrored(&self, alarm: AlarmHandle) -> bool {
+        let spec = self.table.set().spec(alarm);
+        spec.map_or_else(
+            || self.sources.get(alarm).is_some(),
+            |spec| spec.source == AlarmSource::Mirrored,
+        )
+    }
+
+    pub(super) fn request_from_host(&mut self, alarm: AlarmHandle, action: AlarmAction) {
+        if self.host_requests.len() == MAX_HOST_REQUESTS {
+            self.host_requests.pop_front();
+        }
+        self.host_requests.push_back((alarm, action));
+    }
+
+    /// Takes the operator requests since the last call, by alarm id.
+    pub(crate) fn take_host_requests(&mut self) -> Vec<(String, AlarmAction)> {
+        let host_requests = std::mem::take(&mut self.host_requests).into_iter();
+        host_requests.filter_map(|(alarm, action)| Some((self.id_of(alarm)?, action))).collect()
+    }
+
+    /// Acts on an alarm for the host program's operator; an empty name means the operator set
+    /// before.
+    ///
+    /// # Errors
+    /// A text with the reason.
+    pub(crate) fn act_as(
+        &mut self,
+        id: &str,
+        action: AlarmAction,
+        operator: &str,
+    ) -> Result<(), String> {
+        let alarm = self.table.set().find(id).ok_or_else(|| format!("there is no alarm '{id}'"))?;
+        let usual = self.operator.clone();
+        if !operator.is_empty() {
+            operator.clone_into(&mut self.operator);
+        }
+        let done = self.perform(alarm, action_of(action));
+        self.operator = usual;
+        done.map_err(|error| format!("alarm '{id}': {error}"))
+    }
+
+    /// Returns the alarms whose standing differs from `known`, and updates `known`. Each comes with
+    /// its state, its standing, and the time of its last change.
+    pub(crate) fn changed_since(
+        &self,
+        known: &mut HashMap<AlarmHandle, AlarmFlags>,
+    ) -> Vec<(String, State, AlarmFlags, SourceTime)> {
+        let mut changed = Vec::new();
+        let closed = known.keys().copied().filter(|&alarm| {
+            self.table.status(alarm).is_none_or(|status| status.state == State::A)
+        });
+        let closed: Vec<_> = closed.collect();
+        for alarm in self.table.open().chain(closed) {
+            let Some(status) = self.table.status(alarm) else { continue };
+            let before = match status.state {
+                State::A => known.remove(&alarm),
+                _ => known.insert(alarm, status.standing),
+            };
+            let Some(spec) = self.table.set().spec(alarm) else { continue };
+            if before != Some(status.standing) {
+                let since = status.since.unwrap_or(self.wall_clock);
+                changed.push((spec.id.clone(), status.state, status.standing, since));
+            }
+        }
+        changed
+    }
+
+    /// Restores the standings of a previous viewer before the first frame, unless an audit log
+    /// exists.
+    pub(crate) fn restore(&mut self, standings: &[(String, AlarmFlags, SourceTime)]) {
+        if self.log.is_none() {
+            let standings =
+                standings.iter().map(|(id, standing, at)| (id.as_str(), *standing, *at));
+            self.table.restore(standings, 0, self.wall_clock);
+            self.refresh();
+        }
+    }
+}
+
+/// Converts an alarm action from the protocol.
+pub(crate) fn action_from(action: busbar_protocol::message::AlarmAction) -> AlarmAction {
+    use busbar_protocol::message::AlarmAction as Said;
+    match action {
+        Said::Acknowledge => AlarmAction::Acknowledge,
+        Said::Reset => AlarmAction::Reset,
+        Said::Unshelve => AlarmAction::Unshelve,
+        Said::Shelve(seconds) => AlarmAction::Shelve(Duration::from_secs(u64::from(seconds))),
+    }
+}
+
+/// To the wire; none for what a host program is not asked.
+pub(crate) fn action_to(action: AlarmAction) -> Option<busbar_protocol::message::AlarmAction> {
+    use busbar_protocol::message::AlarmAction as Said;
+    match action {
+        AlarmAction::Acknowledge => Some(Said::Acknowledge),
+        AlarmAction::Reset => Some(Said::Reset),
+        AlarmAction::Unshelve => Some(Said::Unshelve),
+        AlarmAction::Shelve(time) => {
+            Some(Said::Shelve(u32::try_from(time.as_secs()).unwrap_or(u32::MAX)))
+        }
+        AlarmAction::RemoveFromService | AlarmAction::ReturnToService => None,
+    }
+}
