@@ -8,7 +8,7 @@ use std::fs::File;
 use std::io::{Read, Write};
 use std::sync::{Arc, Mutex};
 
-use busbar_link::{Dial, Dialing, Endpoint, TcpDial};
+use busbar_link::{Dial, DialFuture, Endpoint, TcpDial};
 use busbar_plugin_sdk::testing::{
     FaultGenerator, MessageFault, TruthOracle, host, matrix_steps, tag_spec,
 };
@@ -168,7 +168,7 @@ impl Device {
 struct MemoryDial(Arc<Mutex<Device>>);
 
 impl Dial for MemoryDial {
-    fn dial<'a>(&'a self, _: &'a Endpoint, _: std::time::Duration) -> Dialing<'a> {
+    fn dial<'a>(&'a self, _: &'a Endpoint, _: std::time::Duration) -> DialFuture<'a> {
         let piece = {
             let random = &mut self.0.lock().unwrap().faults;
             let max_piece = [1, 12, MAX_PIECE][random.below(3)];
