@@ -6,7 +6,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use anyhow::{Result, bail, ensure};
 use busbar_viewer::PluginStats;
-use fault_injector::{At, Fault};
+use fault_injector::{CallSite, Fault};
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::injection::{Outcome, Record, class_of, is_sudden, must_die, needs_restart};
@@ -138,7 +138,7 @@ impl Injection {
 
     /// Whether the fault strikes again and again while the process lives.
     fn goes_on(&self) -> bool {
-        matches!(self.fault.at, At::Publish | At::Draw) && !needs_restart(self.fault)
+        matches!(self.fault.at, CallSite::Publish | CallSite::Draw) && !needs_restart(self.fault)
     }
 
     fn is_over(&self, seen: &Seen<'_>) -> bool {
