@@ -264,7 +264,7 @@ pub(crate) struct RenderOptions {
 pub(crate) struct SimulateOptions {
     /// Configuration file whose devices are simulated
     pub(crate) config: PathBuf,
-    /// The same seed gives the same values and the same faults
+    /// Seed of values and faults: the same seed repeats both
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
     /// End after this many seconds [default: on Ctrl-C]

@@ -42,7 +42,7 @@ struct MonitorArea {
 }
 
 impl MonitorArea {
-    fn of(monitor: &MonitorHandle) -> Self {
+    fn from_monitor(monitor: &MonitorHandle) -> Self {
         let (name, position, size) = (monitor.name(), monitor.position(), monitor.size());
         Self { name, position, size }
     }
@@ -98,7 +98,10 @@ impl Kiosk {
     fn follow_monitors(&mut self, window: &Window) {
         let places = match &self.display {
             Some(display) => display.monitors(),
-            None => window.available_monitors().map(|monitor| MonitorArea::of(&monitor)).collect(),
+            None => window
+                .available_monitors()
+                .map(|monitor| MonitorArea::from_monitor(&monitor))
+                .collect(),
         };
         let wanted = |place: &&MonitorArea| self.wanted.is_some() && place.name == self.wanted;
         let Some(place) = places.iter().find(wanted).or(places.first()).cloned() else { return };

@@ -173,7 +173,7 @@ impl Hub {
 
     /// Counts alarms by their state.
     pub(crate) fn alarms(&self) -> AlarmCounts {
-        AlarmCounts::of(lock(&self.shown).alarms.values().copied())
+        AlarmCounts::count(lock(&self.shown).alarms.values().copied())
     }
 
     /// Adds a page to the view.
@@ -304,7 +304,7 @@ impl Hub {
     }
 }
 
-/// Looks whenever the viewer tells something, until nobody has the hub.
+/// Polls the viewer at each of its events, until nobody has the hub.
 fn follow(hub: &Weak<Hub>) {
     let mut pixels = Vec::new();
     while let Some(hub) = hub.upgrade() {

@@ -56,7 +56,7 @@ pub enum ServeError {
     /// Too many or too few pages.
     #[error("{0} pages at once; give 1 to {MAX_CLIENTS}")]
     Clients(usize),
-    /// No threads or descriptors left.
+    /// System without threads or descriptors.
     #[error("the system does not let a server start: {0}")]
     System(#[from] io::Error),
 }

@@ -164,12 +164,12 @@ impl Session {
         })
     }
 
-    /// Tells how the page's picture is, unless a probe was answered lately.
+    /// Sends a beat, unless a probe was answered lately.
     fn beat_if_due(&mut self) -> Result<(), SessionEnd> {
         if self.beat_at.elapsed() < BEAT_PERIOD / 2 { Ok(()) } else { self.beat() }
     }
 
-    /// Tells how the page's picture is: its age is that of what the page shows.
+    /// Sends a beat: condition and age of the picture that the page shows.
     fn beat(&mut self) -> Result<(), SessionEnd> {
         let PageState { mut condition, age, .. } = self.follow_picture();
         let now = Instant::now();
@@ -216,7 +216,7 @@ impl Session {
         state
     }
 
-    /// Looks at what the hub has to tell.
+    /// Processes a change of the hub: a new picture, condition or control.
     fn note_change(&mut self) -> Result<(), SessionEnd> {
         let PageState { condition, .. } = self.follow_picture();
         let steers = self.hub.is_steering(self.page_id);
@@ -314,7 +314,7 @@ impl Session {
         sent.map_err(|_| fault("the page does not read"))
     }
 
-    /// Gives up the place, and says why where there is something to say.
+    /// Leaves the view, and sends the reason where there is one.
     fn close(self, end: Option<SessionEnd>) {
         self.hub.leave(self.page_id);
         let Some(SessionEnd { code, why }) = end else { return };

@@ -4,7 +4,7 @@ use busbar_link::testing::CertificateAuthority;
 
 use super::*;
 
-/// What is reported as a whole.
+/// Returns the tags of a whole report.
 fn whole() -> Vec<TagSpec> {
     vec![
         tag(1, ValueKind::F64, "MMXU1.TotW", "MX"),
@@ -134,7 +134,7 @@ fn a_buffer_is_read_from_where_it_was_left() {
     // A buffer that begins says that it ran over: its block is read within a second.
     std::thread::sleep(Duration::from_millis(1500));
     running.recorder.clear();
-    proxy.hang_up();
+    proxy.close();
     running.wait_for_bad(4, Reason::Communication);
     peer.command(&json!({"connections": 0}));
     for (is_on, second) in [(false, 2), (true, 3), (false, 4)] {
