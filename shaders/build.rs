@@ -57,7 +57,7 @@ const SHARED_STRUCTS: [&str; 2] = ["FrameUniform", "MaterialUniform"];
 const STEP_STRUCTS: [(&str, &str); 3] =
     [("MORPH", "MorphStep"), ("DENSITY", "DensityStep"), ("DENSITY_RASTERIZE", "RasterizeStep")];
 
-/// What vertices and instances bring.
+/// Struct of the attributes of vertices and instances.
 const VERTEX_INPUT: &str = "VertexInput";
 
 fn main() {

@@ -21,8 +21,8 @@ pub struct Vertex {
     pub normal_v: [f32; 4],
 }
 
-/// What the normal of something long and thin is longer by than its radius, metres in mesh
-/// space: it is drawn at least a pixel wide (`shaders/common/frame.wgsl`).
+/// Length that marks normals of slender islands, metres in mesh space. Such a normal is longer by
+/// the radius, and its vertex is drawn at least a pixel wide (`shaders/common/frame.wgsl`).
 pub const SLENDER: f32 = 2.0;
 
 /// A colour, encoded, each of red, green and blue from 0 to 1, in place of u and v: red and green
@@ -30,13 +30,13 @@ pub const SLENDER: f32 = 2.0;
 pub fn vertex_color([red, green, blue]: [f32; 3]) -> [f32; 2] {
     const BITS: u32 = 14;
     const FULL: f32 = ((1 << BITS) - 1) as f32;
-    /// Of a number that is neither.
+    /// Exponent bit that makes the number normal: neither NaN nor subnormal.
     const NORMAL: u32 = 1 << 29;
     let [red, green] = [red, green].map(|part| (part.clamp(0.0, 1.0) * FULL).round() as u32);
     [f32::from_bits(NORMAL | red << BITS | green), blue]
 }
 
-/// What is the same for a whole frame.
+/// Uniform data shared by all draws of a frame.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct FrameUniform {
@@ -54,7 +54,7 @@ pub struct FrameUniform {
     pub fog: [f32; 4],
     /// The point of the ground below the eye; how far it reaches from there, metres.
     pub ground: [f32; 4],
-    /// That point within its cell of ten metres along x and z; the others are unused.
+    /// Ground point within its cell of ten metres along x and z; the others are unused.
     pub ground_phase: [f32; 4],
     /// The ground as a plane: zero times what its pixels show, (x, y, depth, 1); all zero
     /// where there is none.
@@ -100,7 +100,7 @@ pub const NONE: u32 = u32::MAX;
 pub struct Attribute {
     /// Location in the shader.
     pub location: u32,
-    /// Whether they are whole numbers rather than floats.
+    /// Integer type: whether they are whole numbers rather than floats.
     pub whole: bool,
     /// Bytes from the start of the struct.
     pub offset: u32,
@@ -111,7 +111,7 @@ const fn floats(location: u32, offset: usize) -> Attribute {
 }
 
 impl Vertex {
-    /// What of it a shader reads.
+    /// Vertex attributes that shaders read.
     pub const ATTRIBUTES: [Attribute; 2] = [
         floats(0, std::mem::offset_of!(Self, position_u)),
         floats(1, std::mem::offset_of!(Self, normal_v)),
@@ -119,7 +119,7 @@ impl Vertex {
 }
 
 impl Instance {
-    /// What of it a shader reads.
+    /// Instance attributes that shaders read.
     pub const ATTRIBUTES: [Attribute; 5] = [
         floats(2, 0),
         floats(3, 16),
@@ -129,7 +129,7 @@ impl Instance {
     ];
 }
 
-/// One material.
+/// Uniform data of a material.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct MaterialUniform {
@@ -158,7 +158,7 @@ pub struct StrokeInstance {
     pub from_width: [f32; 4],
     /// World space, metres; the number of its pattern.
     pub to_pattern: [f32; 4],
-    /// As the target takes it; how much it covers.
+    /// Colour as the target takes it; coverage in alpha.
     pub color: [f32; 4],
 }
 
@@ -167,44 +167,44 @@ pub struct StrokeInstance {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct FaceInstance {
-    /// First corner; red.
+    /// First corner; red component.
     pub a_red: [f32; 4],
-    /// Second corner; green.
+    /// Second corner; green component.
     pub b_green: [f32; 4],
-    /// Third corner; blue.
+    /// Third corner; blue component.
     pub c_blue: [f32; 4],
-    /// Fourth corner; cover.
+    /// Fourth corner; coverage of the face.
     pub d_cover: [f32; 4],
 }
 
-/// What a dispatch of [`MORPH`] is told. A workgroup takes [`MORPH_GROUP`] vertices.
+/// Push constants of [`MORPH`]. A workgroup takes [`MORPH_GROUP`] vertices.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct MorphStep {
-    /// How many there are.
+    /// Number of vertices to move.
     pub vertices: u32,
-    /// Where the first one is written, vertices.
+    /// Output position of the first one, vertices.
     pub start: u32,
     /// 0 leaves them where they are, 1 puts them where they are going.
     pub weight: f32,
 }
 
-/// As the shader's workgroup size.
+/// Workgroup size of the morph shader.
 pub const MORPH_GROUP: u32 = 64;
 
-/// What a dispatch of [`DENSITY`] is told. A workgroup takes [`DENSITY_GROUP`] records.
+/// Push constants of [`DENSITY`]. A workgroup takes [`DENSITY_GROUP`] records.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct DensityStep {
-    /// How many there are.
+    /// Number of records to count.
     pub records: u32,
-    /// Values a record.
+    /// Number of values a record.
     pub axes: u32,
     /// Axes that are binned.
     pub shown: u32,
-    /// Pairs of them.
+    /// Number of pairs of binned axes.
     pub pairs: u32,
-    /// Brushed axes.
+    /// Number of brushed axes.
     pub brushes: u32,
     /// 1 where meeting any of them is enough.
     pub any: u32,
@@ -217,19 +217,19 @@ pub struct DensityStep {
     pub given_words: u32,
 }
 
-/// What a dispatch of [`DENSITY_RASTERIZE`] is told: an invocation a pair, column and bin with
-/// that of records without a value, [`DENSITY_GROUP`] of them in a workgroup.
+/// Push constants of [`DENSITY_RASTERIZE`]. An invocation takes a pair, column and bin (that of
+/// missing values included), and a workgroup [`DENSITY_GROUP`] invocations.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct RasterizeStep {
-    /// Pairs of axes.
+    /// Number of pairs of axes.
     pub pairs: u32,
 }
 
 /// Columns of a density's picture from axis to axis, as the shader's `COLUMNS`.
 pub const DENSITY_COLUMNS: u32 = 64;
-/// Its rows, as the shader's `ROWS`: a row a bin, and below those the lane of records without
-/// a value.
+/// Rows of a density's picture, as the shader's `ROWS`: a row a bin, and below those the lane of
+/// records without a value.
 pub const DENSITY_ROWS: u32 = 137;
 
 /// The picture between two axes, an instance of [`DENSITY_PLANE`], at locations 1 to 5.
@@ -240,7 +240,7 @@ pub struct PlaneInstance {
     pub from_height: [f32; 4],
     /// Foot of the second; the number of the pair.
     pub to_pair: [f32; 4],
-    /// As the target takes it; most lines in a cell.
+    /// Colour as the target takes it; greatest number of lines in a cell.
     pub color_peak: [f32; 4],
     /// Likewise of lines that are meant.
     pub brushed_peak: [f32; 4],
@@ -248,12 +248,12 @@ pub struct PlaneInstance {
     pub pairs: [f32; 4],
 }
 
-/// As the shader's workgroup size.
+/// Workgroup size of the density shaders.
 pub const DENSITY_GROUP: u32 = 64;
-/// As the shader's `BINS`: of an axis, without that of records without a value.
+/// Bins of an axis, as the shader's `BINS`, without that of records without a value.
 pub const DENSITY_BINS: u32 = 128;
 
-/// Whether one of the attributes is what the shader reads at a location.
+/// Reports whether one of the attributes matches what the shader reads at a location.
 const fn has(all: [&[Attribute]; 2], location: u32, whole: bool) -> bool {
     let (mut buffer, mut at) = (0, 0);
     while buffer < all.len() {

@@ -1,6 +1,6 @@
-//! What tags and alarms take of a frame: 5,400 points that change every second, each with
-//! an alarm, at 60 frames a second; and a burst of 1,000 changes within one frame, each of
-//! which is an alarm. `cargo run --release --example frame_cost`.
+//! Benchmark of tags and alarms in a frame: 5,400 points that change every second, each with an
+//! alarm, at 60 frames a second. A burst makes 1,000 changes within one frame, each of which is
+//! an alarm. `cargo run --release --example frame_cost`.
 #![allow(clippy::print_stdout, reason = "figures are its output")]
 
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use busbar_alarms::{
     Action, AlarmHandle, AlarmSet, AlarmSource, AlarmSpec, AlarmTable, Condition, Limit, Priority,
-    State, Watch,
+    State, TagCondition,
 };
 use busbar_tags::{
     Moment, Quality, Sample, SourceTime, TagHandle, TagSet, TagSpec, TagTable, Value, ValueKind,
@@ -49,7 +49,7 @@ fn site() -> Site {
         latched: index.is_multiple_of(7),
         group: index.is_multiple_of(5).then(|| format!("{}", index % 100)),
         source: AlarmSource::Tag {
-            watch: Watch {
+            trigger: TagCondition {
                 tag: TagHandle(index),
                 condition: Condition::Limit { limit: Limit::High, at: 1_000.0, deadband: 20.0 },
             },

@@ -1,16 +1,16 @@
-//! What operators do to alarms.
+//! Operator actions on alarms.
 
 use std::time::Duration;
 
 use busbar_tags::SourceTime;
 
 use crate::state::Hold;
-use crate::{Happening, Standing, State};
+use crate::{AlarmEvent, AlarmFlags, State};
 
 /// The longest name of an operator, in bytes.
 pub const MAX_OPERATOR_BYTES: usize = 100;
 
-/// What an operator does to an alarm.
+/// Operator action on an alarm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
     /// Say that it was seen.
@@ -27,10 +27,10 @@ pub enum Action {
     ReturnToService,
 }
 
-/// Why an action cannot be. Nothing has changed then.
+/// Errors of an action, which then has no effect.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ActionError {
-    /// There is no such alarm.
+    /// The alarm does not exist.
     #[error("there is no such alarm; the configuration may have been loaded anew")]
     Unknown,
     /// Another alarm system decides on it.
@@ -44,7 +44,7 @@ pub enum ActionError {
     Illegal {
         /// Id of the alarm.
         alarm: String,
-        /// The action.
+        /// Action that was refused.
         action: Action,
         /// The state of the alarm.
         state: State,
@@ -58,7 +58,7 @@ pub enum ActionError {
     ShelvingTime {
         /// Id of the alarm.
         alarm: String,
-        /// How long it was to be.
+        /// Duration that was asked for.
         asked: Duration,
         /// The longest that is allowed.
         most: Duration,
@@ -68,7 +68,7 @@ pub enum ActionError {
     Nameless,
 }
 
-/// What to do instead.
+/// Returns the remedy for an action that is not allowed in a state.
 fn remedy(action: Action, state: State) -> &'static str {
     match (action, state) {
         (Action::Acknowledge, State::A | State::C | State::F) => "there is nothing to acknowledge",
@@ -84,9 +84,9 @@ fn remedy(action: Action, state: State) -> &'static str {
 }
 
 impl Action {
-    /// Whether it has a meaning for an alarm that stands so. A reset needs an alarm that
-    /// has returned and was acknowledged (OPC 10000-9, 5.8.5).
-    pub(crate) fn is_legal(self, standing: &Standing) -> bool {
+    /// Reports whether an action is allowed in this state. A reset needs an alarm that has
+    /// returned and was acknowledged (OPC 10000-9, 5.8.5).
+    pub(crate) fn is_legal(self, standing: &AlarmFlags) -> bool {
         let state = standing.state();
         match self {
             Self::Acknowledge => state.is_unacknowledged(),
@@ -98,38 +98,38 @@ impl Action {
         }
     }
 
-    /// What it does, and what is said of it. `until` is the end of a shelf; `latches` is
-    /// whether the alarm is one that latches.
+    /// Applies the action and returns its event. `until` is the end of shelving; `latches` tells
+    /// whether the alarm is a latching one.
     pub(crate) fn apply(
         self,
-        standing: &mut Standing,
+        standing: &mut AlarmFlags,
         until: Option<SourceTime>,
         latches: bool,
-    ) -> Happening {
+    ) -> AlarmEvent {
         match self {
             Self::Acknowledge => {
                 standing.acknowledge();
-                Happening::Acknowledged
+                AlarmEvent::Acknowledged
             }
             Self::Reset => {
                 standing.reset();
-                Happening::Reset
+                AlarmEvent::Reset
             }
             Self::Shelve(_) => {
                 standing.hold(Hold::Shelf { until });
-                Happening::Shelved
+                AlarmEvent::Shelved
             }
             Self::Unshelve => {
                 standing.release(Hold::Shelf { until: None }, latches);
-                Happening::Unshelved
+                AlarmEvent::Unshelved
             }
             Self::RemoveFromService => {
                 standing.hold(Hold::OutOfService);
-                Happening::RemovedFromService
+                AlarmEvent::RemovedFromService
             }
             Self::ReturnToService => {
                 standing.release(Hold::OutOfService, latches);
-                Happening::ReturnedToService
+                AlarmEvent::ReturnedToService
             }
         }
     }

@@ -7,13 +7,13 @@ use busbar_tags::Moment;
 /// An alarm that occurs so often within [`CHATTER_WINDOW`] chatters (IEC 62682; three a
 /// minute is the usual figure, as in EEMUA 191).
 pub const CHATTER_OCCURRENCES: usize = 3;
-/// The window.
+/// Window of chatter detection.
 pub const CHATTER_WINDOW: Duration = Duration::from_secs(60);
 
 /// The last occurrences of an alarm.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Chatter {
-    /// How many there were.
+    /// Number of occurrences so far.
     pub(crate) count: u64,
     recent: [Moment; CHATTER_OCCURRENCES],
 }
@@ -24,7 +24,7 @@ impl Chatter {
         self.count += 1;
     }
 
-    /// Whether the last so many lie within the window before `now`.
+    /// Reports whether the last [`CHATTER_OCCURRENCES`] lie within the window before `now`.
     pub(crate) fn chatters(&self, now: Moment) -> bool {
         self.count >= CHATTER_OCCURRENCES as u64
             && self.recent.iter().all(|&at| now.since(at) <= CHATTER_WINDOW)

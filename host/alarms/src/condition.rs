@@ -1,30 +1,30 @@
-//! When an alarm's condition holds.
+//! Alarm conditions: limits with deadband, states, and bad quality.
 
 use busbar_tags::{Quality, Value, ValueKind};
 
-/// Which limit of a measurement.
+/// Limits of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Limit {
-    /// Far above.
+    /// Upper limit of high urgency.
     HighHigh,
-    /// Above.
+    /// Upper limit of a measurement.
     High,
-    /// Below.
+    /// Lower limit of a measurement.
     Low,
-    /// Far below.
+    /// Lower limit of high urgency.
     LowLow,
 }
 
-/// What makes an alarm.
+/// Condition that raises an alarm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Condition {
     /// A number beyond a limit.
     Limit {
-        /// Which.
+        /// Kind of the limit.
         limit: Limit,
-        /// Where it is, in the tag's unit; the number at the limit is not beyond it.
+        /// Limit value, in the tag's unit; the limit itself is not beyond it.
         at: f64,
-        /// How far the number must come back before it counts as back, in the tag's unit.
+        /// Deadband before the condition clears, in the tag's unit.
         deadband: f64,
     },
     /// A state that is this one.
@@ -36,7 +36,7 @@ pub enum Condition {
 }
 
 impl Limit {
-    /// Whether a number must be above the limit, and not below it.
+    /// Reports whether a number must be above the limit, and not below it.
     pub fn is_upper(self) -> bool {
         matches!(self, Self::HighHigh | Self::High)
     }
@@ -53,8 +53,8 @@ impl Limit {
 }
 
 impl Condition {
-    /// Whether it holds; none where that cannot be known. `held` says whether it did
-    /// before, which is what the deadband is about.
+    /// Evaluates the condition; none where the value decides nothing. `held` is the result
+    /// before, to which the deadband applies.
     pub(crate) fn judge(self, value: Option<Value>, quality: Quality, held: bool) -> Option<bool> {
         let is_bad = matches!(quality, Quality::Bad(_));
         if self == Self::BadQuality {
@@ -73,7 +73,7 @@ impl Condition {
         }
     }
 
-    /// What is wrong with it for tags of a kind, if anything is: cause and remedy.
+    /// Checks the condition against the kind of a tag: returns cause and remedy of a mismatch.
     pub(crate) fn fault(self, kind: ValueKind) -> Option<(String, &'static str)> {
         match self {
             Self::BadQuality => None,

@@ -7,7 +7,7 @@ use crate::AlarmHandle;
 pub(crate) struct Group {
     /// The one that came first since none of them was annunciated.
     pub(crate) first: Option<AlarmHandle>,
-    /// How many are annunciated.
+    /// Number of annunciated alarms of the group.
     annunciated: u32,
 }
 

@@ -2,7 +2,7 @@
 //!
 //! An [`AlarmTable`] is told what tags change ([`AlarmTable::note`]), is stepped once a
 //! frame ([`AlarmTable::step`]) and takes what operators do ([`AlarmTable::perform`]).
-//! Whatever happens is a [`Record`], for an audit log. Its cost follows what changes and
+//! Whatever happens is a [`AlarmRecord`], for an audit log. Its cost follows what changes and
 //! what is due, not how many alarms there are.
 //!
 //! A tag of bad quality, stale ones included, neither raises nor clears an alarm: the
@@ -12,6 +12,7 @@
 //!
 //! Invariant: no clock is read, nothing is drawn and nothing is written here; the same
 //! steps give the same records.
+#![doc = include_str!("../DESIGN.md")]
 
 mod action;
 mod chatter;
@@ -29,12 +30,14 @@ mod timers;
 pub use action::{Action, ActionError, MAX_OPERATOR_BYTES};
 pub use chatter::{CHATTER_OCCURRENCES, CHATTER_WINDOW};
 pub use condition::{Condition, Limit};
-pub use record::{Happening, Record};
-pub use set::{AlarmFault, AlarmSet};
+pub use record::{AlarmEvent, AlarmRecord};
+pub use set::{AlarmSet, AlarmSpecError};
 pub use source::{
-    MAX_SEVERITY, MAX_SOURCE_ALARM_TEXT, MAX_SOURCE_ALARMS, SourceAlarm, SourceFault,
-    SourceQuality, SourceReport,
+    MAX_SEVERITY, MAX_SOURCE_ALARM_TEXT, MAX_SOURCE_ALARMS, SourceAlarm, SourceQuality,
+    SourceReport, SourceReportError,
 };
-pub use spec::{AlarmHandle, AlarmSource, AlarmSpec, MAX_ALARMS, MAX_DELAY, Priority, Watch};
-pub use state::{Standing, State};
+pub use spec::{
+    AlarmHandle, AlarmSource, AlarmSpec, MAX_ALARMS, MAX_DELAY, Priority, TagCondition,
+};
+pub use state::{AlarmFlags, State};
 pub use table::{AlarmStatus, AlarmTable, StateCounts};

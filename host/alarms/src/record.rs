@@ -1,14 +1,14 @@
-//! What happened to an alarm.
+//! Records of alarm events, as the audit log stores them.
 
 use busbar_tags::{Origin, SourceTime, Value};
 use serde::{Deserialize, Serialize};
 
-use crate::{Standing, State};
+use crate::{AlarmFlags, State};
 
-/// What happened.
+/// Events of an alarm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Happening {
+pub enum AlarmEvent {
     /// The condition came, and held for its delay.
     Occurred,
     /// The condition went, and stayed away for its delay.
@@ -21,7 +21,7 @@ pub enum Happening {
     Shelved,
     /// An operator took it off the shelf.
     Unshelved,
-    /// Its time on the shelf is over.
+    /// Shelving of the alarm expired.
     ShelfExpired,
     /// The condition that suppresses it came.
     Suppressed,
@@ -37,35 +37,35 @@ pub enum Happening {
 
 /// Something that happened to an alarm: a line of the audit log.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Record {
+pub struct AlarmRecord {
     /// One more than that of the record before.
     pub number: u64,
     /// By the wall clock, nanoseconds since 1970-01-01 UTC.
     pub time: SourceTime,
     /// Id of the alarm.
     pub alarm: String,
-    /// What happened.
-    pub happened: Happening,
-    /// The state before.
+    /// Event of the alarm.
+    pub happened: AlarmEvent,
+    /// State before the event.
     pub from: State,
-    /// The state after.
+    /// State after the event.
     pub to: State,
     /// All that the state after rests on.
-    pub standing: Standing,
-    /// Who did it.
+    pub standing: AlarmFlags,
+    /// Operator who acted; none for other events.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub operator: Option<String>,
     /// The value that the condition was judged by.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub value: Option<Value>,
-    /// When that was so at its source.
+    /// Time of the event at its source.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source_time: Option<SourceTime>,
     /// Origin of the value by which the condition came or went last, where that is not live:
     /// in the log a list of names.
     #[serde(default, skip_serializing_if = "is_live", with = "origin_names")]
     pub origin: Origin,
-    /// Whether it was the first of its group.
+    /// True for the first-out alarm of its group.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub is_first_out: bool,
 }
@@ -107,8 +107,8 @@ mod origin_names {
     }
 }
 
-impl Happening {
-    /// In words.
+impl AlarmEvent {
+    /// Returns the name of the event for people.
     pub fn name(self) -> &'static str {
         match self {
             Self::Occurred => "occurred",

@@ -4,14 +4,14 @@ use std::collections::HashMap;
 
 use busbar_tags::{TagHandle, TagSet};
 
-use crate::{AlarmHandle, AlarmSource, AlarmSpec, MAX_ALARMS, MAX_DELAY, Watch};
+use crate::{AlarmHandle, AlarmSource, AlarmSpec, MAX_ALARMS, MAX_DELAY, TagCondition};
 
 /// Alarms that can be: their tags exist and have what the conditions look at.
 #[derive(Debug, Default)]
 pub struct AlarmSet {
     specs: Vec<AlarmSpec>,
     by_id: HashMap<String, AlarmHandle>,
-    /// Where the users of each tag begin; those of the last one end with the list.
+    /// Start index of each tag's users; those of the last one end with the list.
     first_users: Vec<u32>,
     users: Vec<User>,
     /// The group of each alarm, by number; and how many groups there are.
@@ -23,19 +23,19 @@ pub struct AlarmSet {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct User {
     pub(crate) alarm: AlarmHandle,
-    /// Whether the tag suppresses the alarm, and does not make it.
+    /// True where the tag suppresses the alarm and does not raise it.
     pub(crate) suppresses: bool,
 }
 
 /// An alarm that cannot be.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("alarm '{id}': {cause}; {remedy}")]
-pub struct AlarmFault {
-    /// Its id.
+pub struct AlarmSpecError {
+    /// Id of the alarm.
     pub id: String,
-    /// What is wrong with it.
+    /// Cause of the error.
     pub cause: String,
-    /// What helps.
+    /// Remedy for the user.
     pub remedy: String,
 }
 
@@ -46,14 +46,14 @@ impl AlarmSet {
     /// Every alarm whose id another has, whose tag is not of `tags` or cannot have what its
     /// condition looks at, or whose delays are longer than [`MAX_DELAY`]; the first one of
     /// more than [`MAX_ALARMS`].
-    pub fn new(specs: Vec<AlarmSpec>, tags: &TagSet) -> Result<Self, Vec<AlarmFault>> {
+    pub fn new(specs: Vec<AlarmSpec>, tags: &TagSet) -> Result<Self, Vec<AlarmSpecError>> {
         let mut faults = Vec::new();
         let mut by_id = HashMap::with_capacity(specs.len());
         let mut uses: Vec<(TagHandle, User)> = Vec::new();
         let mut numbers: HashMap<String, u32> = HashMap::new();
         let mut groups = Vec::with_capacity(specs.len());
         for (spec, index) in specs.iter().zip(0..) {
-            let fault = |cause: String, remedy: &str| AlarmFault {
+            let fault = |cause: String, remedy: &str| AlarmSpecError {
                 id: spec.id.clone(),
                 cause,
                 remedy: remedy.to_owned(),
@@ -69,7 +69,7 @@ impl AlarmSet {
             let next = numbers.len() as u32;
             let number = |name: &String| *numbers.entry(name.clone()).or_insert(next);
             groups.push(spec.group.as_ref().map(number));
-            let AlarmSource::Tag { watch, on_delay, off_delay, suppressed_by } = &spec.source
+            let AlarmSource::Tag { trigger, on_delay, off_delay, suppressed_by } = &spec.source
             else {
                 continue;
             };
@@ -77,9 +77,9 @@ impl AlarmSet {
                 let cause = format!("a delay is longer than {} s", MAX_DELAY.as_secs());
                 faults.push(fault(cause, "shorten it"));
             }
-            let watches = [Some((watch, false)), suppressed_by.as_ref().map(|by| (by, true))];
+            let watches = [Some((trigger, false)), suppressed_by.as_ref().map(|by| (by, true))];
             for (watch, suppresses) in watches.into_iter().flatten() {
-                let Watch { tag, condition } = *watch;
+                let TagCondition { tag, condition } = *watch;
                 match tags.spec(tag).map(|spec| condition.fault(spec.kind)) {
                     None => faults.push(fault(format!("there is no tag {}", tag.0), "add it")),
                     Some(Some((cause, remedy))) => faults.push(fault(cause, remedy)),
@@ -102,12 +102,12 @@ impl AlarmSet {
         })
     }
 
-    /// What the alarms are, by handle.
+    /// Returns the definitions of all alarms, by handle.
     pub fn specs(&self) -> &[AlarmSpec] {
         &self.specs
     }
 
-    /// What an alarm is.
+    /// Returns the definition of an alarm.
     pub fn spec(&self, alarm: AlarmHandle) -> Option<&AlarmSpec> {
         self.specs.get(alarm.0 as usize)
     }
@@ -117,7 +117,7 @@ impl AlarmSet {
         self.by_id.get(id).copied()
     }
 
-    /// All handles.
+    /// Iterates over all handles.
     pub fn handles(&self) -> impl ExactSizeIterator<Item = AlarmHandle> + use<> {
         (0..self.specs.len() as u32).map(AlarmHandle)
     }

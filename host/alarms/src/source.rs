@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use busbar_tags::SourceTime;
 use serde::{Deserialize, Serialize};
 
-use crate::{Standing, State};
+use crate::{AlarmFlags, State};
 
 /// Alarms of one report.
 pub const MAX_SOURCE_ALARMS: usize = 5_000;
@@ -16,15 +16,14 @@ const MAX_REASON_BYTES: usize = 512;
 /// The most urgent severity (OPC 10000-5, 6.4.2).
 pub const MAX_SEVERITY: u16 = 1000;
 
-/// What a source of alarms says.
+/// Report of an external alarm system.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SourceReport {
     /// Grows with every change of any alarm; never 0.
     pub revision: u64,
-    /// How long ago the source last gave a sign of life, milliseconds; `None` where it never
-    /// did.
+    /// Time since the last sign of life of the source, milliseconds; `None` where there was none.
     pub heard_millis: Option<u64>,
-    /// Why the source is not current; the alarms are as they last were known.
+    /// Reason why the source is not current; its alarms are the last known ones.
     pub fault: Option<String>,
     /// Alarms that it has beyond those that it reports.
     pub left_out: u64,
@@ -33,16 +32,16 @@ pub struct SourceReport {
     pub alarms: Option<Vec<SourceAlarm>>,
 }
 
-/// How far a source vouches for what it says of an alarm.
+/// Quality of an alarm as its source rates it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SourceQuality {
-    /// It holds.
+    /// The state is reliable.
     #[default]
     Good,
-    /// It may not hold.
+    /// State may be wrong.
     Uncertain,
-    /// Nobody knows.
+    /// The state is unknown.
     Bad,
 }
 
@@ -51,46 +50,46 @@ pub enum SourceQuality {
 pub struct SourceAlarm {
     /// Unique in the source.
     pub id: String,
-    /// What it is called; may be empty.
+    /// Name of the alarm; may be empty.
     pub name: String,
-    /// What it is about, as the source calls it.
+    /// Object of the alarm, as the source calls it.
     pub source: String,
-    /// What happened, for people; may be empty.
+    /// Message for people; may be empty.
     pub message: String,
     /// 1 to [`MAX_SEVERITY`], the most urgent.
     pub severity: u16,
-    /// Whether its condition holds.
+    /// True while its condition holds.
     pub is_active: bool,
-    /// Whether an operator has yet to see it.
+    /// True until an operator acknowledges it.
     pub is_unacknowledged: bool,
-    /// Whether an operator has yet to confirm it (OPC 10000-9, 5.7.2).
+    /// True until an operator confirms it (OPC 10000-9, 5.7.2).
     pub is_unconfirmed: bool,
-    /// Whether an operator shelved it.
+    /// True while an operator has it shelved.
     pub is_shelved: bool,
-    /// Whether it is suppressed by design.
+    /// True while it is suppressed by design.
     pub is_suppressed: bool,
-    /// Whether it is out of service.
+    /// True while it is out of service.
     pub is_out_of_service: bool,
-    /// When it came to be so, nanoseconds since 1970-01-01 UTC.
+    /// Time of its last change of state, nanoseconds since 1970-01-01 UTC.
     pub unix_nanos: Option<i64>,
-    /// How far the source vouches for it.
+    /// Quality as the source rates it.
     pub quality: SourceQuality,
 }
 
 /// The rule that a report breaks.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("its report of alarms: {0}")]
-pub struct SourceFault(String);
+pub struct SourceReportError(String);
 
 impl SourceReport {
-    /// Whether it is such as a plugin may give to who knows a revision, 0 for none.
+    /// Validates a report for a reader that knows a revision; 0 for none.
     ///
     /// # Errors
     /// The rule that it breaks.
-    pub fn check(&self, known: u64) -> Result<(), SourceFault> {
+    pub fn check(&self, known: u64) -> Result<(), SourceReportError> {
         let rule = |holds: bool, what: &str| match holds {
             true => Ok(()),
-            false => Err(SourceFault(what.to_owned())),
+            false => Err(SourceReportError(what.to_owned())),
         };
         rule(self.revision > 0, "its revision is 0")?;
         let fault = self.fault.as_deref().unwrap_or("-");
@@ -102,7 +101,7 @@ impl SourceReport {
         rule(alarms.len() <= MAX_SOURCE_ALARMS, "it has more than 5,000 alarms")?;
         let mut ids = HashSet::with_capacity(alarms.len());
         for alarm in alarms {
-            alarm.check().map_err(|what| SourceFault(what.to_owned()))?;
+            alarm.check().map_err(|what| SourceReportError(what.to_owned()))?;
             rule(ids.insert(alarm.id.as_str()), "two alarms have the same id")?;
         }
         Ok(())
@@ -124,9 +123,9 @@ impl SourceAlarm {
         Ok(())
     }
 
-    /// What its state rests on.
-    pub fn standing(&self) -> Standing {
-        Standing {
+    /// Converts the reported flags.
+    pub fn standing(&self) -> AlarmFlags {
+        AlarmFlags {
             is_active: self.is_active,
             is_unacknowledged: self.is_unacknowledged,
             is_latched: false,
@@ -137,13 +136,13 @@ impl SourceAlarm {
         }
     }
 
-    /// When it came to be so.
+    /// Returns the time of the last change of state.
     pub fn since(&self) -> Option<SourceTime> {
         self.unix_nanos.map(SourceTime)
     }
 
-    /// Its state in words. What a source reports although nothing is wrong any more, it
-    /// keeps for a reason of its own.
+    /// Returns the name of the state. A normal alarm that a source still reports is kept for the
+    /// source's own reason.
     pub fn state_name(&self) -> &'static str {
         match self.standing().state() {
             State::A if self.is_unconfirmed => "returned, unconfirmed",
@@ -154,7 +153,7 @@ impl SourceAlarm {
     }
 }
 
-/// Whether a text is one line of so many bytes.
+/// Reports whether a text is one line of `least` to `most` bytes.
 fn is_line(text: &str, least: usize, most: usize) -> bool {
     (least..=most).contains(&text.len()) && !text.chars().any(char::is_control)
 }

@@ -1,4 +1,4 @@
-//! What an alarm is.
+//! Alarm definitions: trigger, delays, priority and texts.
 
 use std::time::Duration;
 
@@ -9,77 +9,77 @@ use crate::Condition;
 
 /// The most alarms of one table.
 pub const MAX_ALARMS: usize = 100_000;
-/// The longest delay.
+/// Upper limit of on-delay and off-delay.
 pub const MAX_DELAY: Duration = Duration::from_secs(86_400);
 
 /// Names an alarm within one table: its place in the set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct AlarmHandle(pub u32);
 
-/// How soon somebody must act, the most urgent first (IEC 62682, priority).
+/// Priority of an alarm, the most urgent first (IEC 62682).
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
 )]
 #[serde(rename_all = "snake_case")]
 pub enum Priority {
-    /// At once.
+    /// Action is needed at once.
     Critical,
-    /// Promptly.
+    /// Action is needed promptly.
     High,
-    /// Soon.
+    /// Action is needed soon.
     #[default]
     Medium,
-    /// When there is time.
+    /// Action may be deferred.
     Low,
 }
 
 /// A condition of a tag.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Watch {
-    /// The tag.
+pub struct TagCondition {
+    /// Handle of the tag.
     pub tag: TagHandle,
-    /// What must hold of it.
+    /// Condition on its value.
     pub condition: Condition,
 }
 
-/// Where an alarm's states come from.
+/// Source of an alarm's states.
 #[derive(Clone, Debug, PartialEq)]
 pub enum AlarmSource {
     /// From a tag, decided here.
     Tag {
-        /// When it is an alarm.
-        watch: Watch,
-        /// How long the condition must hold before it occurs.
+        /// Condition that raises the alarm.
+        trigger: TagCondition,
+        /// Time for which the condition must hold before the alarm occurs.
         on_delay: Duration,
-        /// How long it must be over before it returns to normal.
+        /// Time for which the condition must be over before the alarm returns to normal.
         off_delay: Duration,
         /// While this holds, the alarm is suppressed by design.
-        suppressed_by: Option<Watch>,
+        suppressed_by: Option<TagCondition>,
     },
     /// From another alarm system; nothing is decided here.
     Mirrored,
 }
 
-/// What an alarm is.
+/// Definition of an alarm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AlarmSpec {
-    /// Unique id.
+    /// Unique id of the alarm.
     pub id: String,
-    /// What happened, for people.
+    /// Message about the event, for people.
     pub message: String,
-    /// What comes of it where nobody acts.
+    /// Consequence of inaction, for people.
     pub consequence: String,
-    /// What the operator does.
+    /// Corrective action of the operator.
     pub response: String,
-    /// Equipment id.
+    /// Id of the equipment.
     pub equipment: Option<String>,
-    /// How soon somebody must act.
+    /// Priority of the alarm.
     pub priority: Priority,
-    /// Whether it stays, once it occurred, until somebody resets it.
+    /// True where the alarm, once it occurred, stays until an operator resets it.
     pub latched: bool,
     /// Alarms of one group tell which of them came first.
     pub group: Option<String>,
-    /// Where its states come from.
+    /// Source of its states.
     pub source: AlarmSource,
 }
 

@@ -9,12 +9,12 @@ use serde::{Deserialize, Serialize};
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
 )]
 pub enum State {
-    /// Nothing is wrong.
+    /// Normal state of an alarm.
     #[default]
     A,
-    /// Unacknowledged alarm.
+    /// Unacknowledged alarm, condition active.
     B,
-    /// Acknowledged alarm.
+    /// Acknowledged alarm, condition active.
     C,
     /// Returned to normal, unacknowledged.
     D,
@@ -24,9 +24,9 @@ pub enum State {
     F,
     /// Shelved by an operator for some time.
     G,
-    /// Suppressed by design.
+    /// Suppressed by design (logic).
     H,
-    /// Out of service.
+    /// Out of service (maintenance).
     I,
 }
 
@@ -34,31 +34,31 @@ pub enum State {
 /// service) hides meanwhile. Holds are independent of each other; the strongest shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
-pub struct Standing {
-    /// Whether the condition holds, delays counted.
+pub struct AlarmFlags {
+    /// True while the condition holds, delays counted.
     #[serde(skip_serializing_if = "is_false")]
     pub is_active: bool,
-    /// Whether an operator has yet to see it.
+    /// True until an operator acknowledges it.
     #[serde(skip_serializing_if = "is_false")]
     pub is_unacknowledged: bool,
-    /// Whether it waits for a reset.
+    /// True while it waits for a reset.
     #[serde(skip_serializing_if = "is_false")]
     pub is_latched: bool,
-    /// Whether an operator shelved it.
+    /// True while an operator has it shelved.
     #[serde(skip_serializing_if = "is_false")]
     pub is_shelved: bool,
     /// Until when, by the wall clock.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shelved_until: Option<SourceTime>,
-    /// Whether it is suppressed by design.
+    /// True while it is suppressed by design.
     #[serde(skip_serializing_if = "is_false")]
     pub is_suppressed: bool,
-    /// Whether it is out of service.
+    /// True while it is out of service.
     #[serde(skip_serializing_if = "is_false")]
     pub is_out_of_service: bool,
 }
 
-/// What keeps an alarm from being annunciated.
+/// Suppression that keeps an alarm from being annunciated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Hold {
     Shelf { until: Option<SourceTime> },
@@ -75,7 +75,7 @@ impl State {
     pub const ALL: [Self; 9] =
         [Self::A, Self::B, Self::C, Self::D, Self::E, Self::F, Self::G, Self::H, Self::I];
 
-    /// In words.
+    /// Returns the name of the state for people.
     pub fn name(self) -> &'static str {
         match self {
             Self::A => "normal",
@@ -90,23 +90,23 @@ impl State {
         }
     }
 
-    /// Whether an operator has yet to see it.
+    /// Reports whether the state is an unacknowledged one.
     pub fn is_unacknowledged(self) -> bool {
         matches!(self, Self::B | Self::D | Self::E)
     }
 
-    /// Whether it is in the alarm list: neither normal nor held back.
+    /// Reports whether the alarm is in the alarm list: neither normal nor suppressed.
     pub fn is_annunciated(self) -> bool {
         matches!(self, Self::B | Self::C | Self::D | Self::E | Self::F)
     }
 
-    /// Whether it is held back.
+    /// Reports whether the alarm is shelved, suppressed by design or out of service.
     pub fn is_held(self) -> bool {
         matches!(self, Self::G | Self::H | Self::I)
     }
 }
 
-impl Standing {
+impl AlarmFlags {
     /// The state that it makes.
     pub fn state(&self) -> State {
         let Self { is_active, is_unacknowledged, is_latched, .. } = *self;
@@ -124,7 +124,7 @@ impl Standing {
     }
 
     /// The standing of which nothing but the state is known.
-    pub fn of(state: State, shelved_until: Option<SourceTime>) -> Self {
+    pub fn from_state(state: State, shelved_until: Option<SourceTime>) -> Self {
         Self {
             is_active: matches!(state, State::B | State::C),
             is_unacknowledged: state.is_unacknowledged(),
@@ -192,7 +192,7 @@ mod tests {
     #[test]
     fn a_standing_of_a_state_makes_that_state() {
         for state in State::ALL {
-            assert_eq!(Standing::of(state, None).state(), state);
+            assert_eq!(AlarmFlags::from_state(state, None).state(), state);
         }
     }
 }

@@ -1,9 +1,9 @@
-//! What a frame does to alarms.
+//! State machine of alarms (IEC 62682): evaluation once a frame.
 //!
-//! In this order, so that one cause brings no alarm which another cause of the same frame
-//! takes away: suppressions that begin; conditions that came since the last frame, if only
-//! for a moment; conditions as they are; delays that are over (a condition must hold still
-//! in the frame in which its delay ends); shelves that are over; suppressions that end.
+//! The order keeps an alarm from occurring for a cause that another one of the same frame
+//! removes: suppressions that begin, pulses since the last frame, current conditions, delays,
+//! shelving that expires, suppressions that end. A delay takes effect only if its condition
+//! still holds in the frame in which the delay ends.
 
 use std::time::Duration;
 
@@ -12,10 +12,10 @@ use busbar_tags::{Change, Moment, Snapshot, SourceTime, TagHandle, TagState};
 use crate::set::User;
 use crate::state::Hold;
 use crate::table::{AlarmTable, Cause, Pending};
-use crate::{AlarmHandle, AlarmSource, Condition, Happening, Record, Watch};
+use crate::{AlarmEvent, AlarmHandle, AlarmRecord, AlarmSource, Condition, TagCondition};
 
-/// What is done with the records of a step.
-type Each<'a> = &'a mut dyn FnMut(Record);
+/// Receiver of the records of a step.
+type Each<'a> = &'a mut dyn FnMut(AlarmRecord);
 
 /// An alarm that looks at a tag, and the tag as it is.
 #[derive(Clone, Copy)]
@@ -38,7 +38,7 @@ impl AlarmTable {
     fn note_watched(&mut self, change: &Change) {
         let Self { set, cells, pulses, .. } = self;
         for user in set.users(change.tag).iter().filter(|user| !user.suppresses) {
-            let AlarmSource::Tag { watch, on_delay, .. } =
+            let AlarmSource::Tag { trigger, on_delay, .. } =
                 &set.specs()[user.alarm.0 as usize].source
             else {
                 continue;
@@ -46,7 +46,8 @@ impl AlarmTable {
             let cell = &mut cells[user.alarm.0 as usize];
             // What is delayed, or holds already, is judged by the step.
             let is_news = on_delay.is_zero() && !cell.holds && cell.pulse.is_none();
-            if is_news && watch.condition.judge(change.value, change.quality, false) == Some(true) {
+            if is_news && trigger.condition.judge(change.value, change.quality, false) == Some(true)
+            {
                 cell.pulse = Some(Cause::of(change));
                 pulses.push(user.alarm);
             }
@@ -60,7 +61,7 @@ impl AlarmTable {
         tags: Snapshot<'_>,
         now: Moment,
         wall_clock: SourceTime,
-        mut each: impl FnMut(Record),
+        mut each: impl FnMut(AlarmRecord),
     ) {
         self.now = self.now.max(now);
         self.wall_clock = wall_clock;
@@ -98,7 +99,7 @@ impl AlarmTable {
                 continue;
             };
             let is_suppressed = self.cells[user.alarm.0 as usize].standing.is_suppressed;
-            let Watch { condition, .. } = *by;
+            let TagCondition { condition, .. } = *by;
             let verdict = condition.judge(state.value, state.quality, is_suppressed);
             if verdict != Some(begins) || begins == is_suppressed {
                 continue;
@@ -107,11 +108,11 @@ impl AlarmTable {
             each(self.change(user.alarm, |standing| match begins {
                 true => {
                     standing.hold(Hold::Suppression);
-                    Happening::Suppressed
+                    AlarmEvent::Suppressed
                 }
                 false => {
                     standing.release(Hold::Suppression, latches);
-                    Happening::Unsuppressed
+                    AlarmEvent::Unsuppressed
                 }
             }));
         }
@@ -140,8 +141,9 @@ impl AlarmTable {
 
     /// Judges a condition by its tag as it is.
     fn follow(&mut self, Look { user: User { alarm, .. }, state }: Look, each: Each<'_>) {
-        let AlarmSource::Tag { watch: Watch { condition, .. }, on_delay, off_delay, .. } =
-            self.spec(alarm).source
+        let AlarmSource::Tag {
+            trigger: TagCondition { condition, .. }, on_delay, off_delay, ..
+        } = self.spec(alarm).source
         else {
             return;
         };
@@ -192,11 +194,11 @@ impl AlarmTable {
         each(self.change(alarm, |standing| match holds {
             true => {
                 standing.occur(latches);
-                Happening::Occurred
+                AlarmEvent::Occurred
             }
             false => {
                 standing.return_to_normal();
-                Happening::Returned
+                AlarmEvent::Returned
             }
         }));
     }
@@ -214,7 +216,7 @@ impl AlarmTable {
             if cell.shelf_ends.take_if(|ends| *ends <= self.now).is_some() {
                 each(self.change(alarm, |standing| {
                     standing.release(Hold::Shelf { until: None }, latches);
-                    Happening::ShelfExpired
+                    AlarmEvent::ShelfExpired
                 }));
             }
             self.queue(alarm);

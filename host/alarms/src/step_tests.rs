@@ -39,9 +39,9 @@ fn tag(id: &str, kind: ValueKind) -> TagSpec {
 }
 
 fn watch(tag: TagHandle, condition: Condition) -> AlarmSource {
-    let watch = Watch { tag, condition };
+    let trigger = TagCondition { tag, condition };
     let (on_delay, off_delay) = (Duration::ZERO, Duration::ZERO);
-    AlarmSource::Tag { watch, on_delay, off_delay, suppressed_by: None }
+    AlarmSource::Tag { trigger, on_delay, off_delay, suppressed_by: None }
 }
 
 fn alarm(id: &str, source: AlarmSource) -> AlarmSpec {
@@ -93,7 +93,7 @@ impl Bay {
         self.set(tag, Some(Value::Bool(value)), Quality::Good);
     }
 
-    fn step(&mut self, after: f64) -> Vec<Record> {
+    fn step(&mut self, after: f64) -> Vec<AlarmRecord> {
         self.now = self.now.after(seconds(after));
         self.tags.advance(self.now, |_| {});
         let mut records = Vec::new();
@@ -106,16 +106,16 @@ impl Bay {
         self.alarms.status(AlarmHandle(alarm)).unwrap().state
     }
 
-    fn perform(&mut self, alarm: u32, action: Action) -> Result<Record, ActionError> {
+    fn perform(&mut self, alarm: u32, action: Action) -> Result<AlarmRecord, ActionError> {
         self.alarms.perform(AlarmHandle(alarm), action, "A. Operator")
     }
 }
 
 fn delayed(on: f64, off: f64) -> AlarmSpec {
-    let AlarmSource::Tag { watch, .. } = hot().source else { unreachable!() };
+    let AlarmSource::Tag { trigger, .. } = hot().source else { unreachable!() };
     let (on_delay, off_delay) = (seconds(on), seconds(off));
     AlarmSpec {
-        source: AlarmSource::Tag { watch, on_delay, off_delay, suppressed_by: None },
+        source: AlarmSource::Tag { trigger, on_delay, off_delay, suppressed_by: None },
         ..hot()
     }
 }
@@ -202,17 +202,19 @@ fn the_first_of_a_group_is_told_until_all_are_normal() {
 
 #[test]
 fn what_suppresses_in_the_same_frame_suppresses_and_nothing_is_shown_between() {
-    let AlarmSource::Tag { watch, on_delay, off_delay, .. } = hot().source else { unreachable!() };
-    let by = Watch { tag: BREAKER, condition: Condition::Equals(Value::Bool(false)) };
+    let AlarmSource::Tag { trigger, on_delay, off_delay, .. } = hot().source else {
+        unreachable!()
+    };
+    let by = TagCondition { tag: BREAKER, condition: Condition::Equals(Value::Bool(false)) };
     let suppressed_by = Some(by);
-    let source = AlarmSource::Tag { watch, on_delay, off_delay, suppressed_by };
+    let source = AlarmSource::Tag { trigger, on_delay, off_delay, suppressed_by };
     let mut bay = Bay::of(vec![AlarmSpec { source, ..hot() }]);
     bay.set_bool(BREAKER, true);
     bay.set_oil(60.0);
     bay.step(0.0);
     bay.set_oil(99.0);
     bay.set_bool(BREAKER, false);
-    let states = |records: Vec<Record>| records.iter().map(|r| r.to).collect::<Vec<_>>();
+    let states = |records: Vec<AlarmRecord>| records.iter().map(|r| r.to).collect::<Vec<_>>();
     assert_eq!(states(bay.step(1.0)), [State::H, State::H]);
     bay.set_oil(60.0);
     bay.set_bool(BREAKER, true);
@@ -231,7 +233,7 @@ fn shelves_end_by_themselves_and_what_is_wrong_still_is_annunciated_anew() {
     let left = bay.alarms.status(AlarmHandle(0)).unwrap().shelf_left;
     assert_eq!(left, Some(seconds(1.0)));
     let expired = &bay.step(1.0)[0];
-    assert_eq!((expired.happened, expired.to), (Happening::ShelfExpired, State::B));
+    assert_eq!((expired.happened, expired.to), (AlarmEvent::ShelfExpired, State::B));
     let too_long = bay.perform(0, Action::Shelve(SHIFT + seconds(1.0))).unwrap_err();
     assert!(too_long.to_string().contains("from 1 to 28800 s"), "{too_long}");
     assert_eq!(bay.state(0), State::B);
@@ -275,7 +277,7 @@ fn what_is_mirrored_is_decided_on_by_the_host_alone() {
     assert_eq!(mirror(&mut bay, State::A), None);
     for state in State::ALL.into_iter().skip(1) {
         let record = mirror(&mut bay, state).expect("it changes");
-        assert_eq!((record.to, record.happened), (state, Happening::Mirrored));
+        assert_eq!((record.to, record.happened), (state, AlarmEvent::Mirrored));
         let refused = bay.perform(0, Action::Acknowledge).unwrap_err();
         assert!(matches!(refused, ActionError::Mirrored { .. }));
     }
@@ -298,7 +300,7 @@ fn counts_and_what_is_open_follow_and_timers_hold_one_entry_an_alarm() {
     bay.step(60.0);
     let counts = bay.alarms.counts(Priority::High);
     assert_eq!(
-        (counts.of(State::B), counts.annunciated(), counts.unacknowledged()),
+        (counts.count(State::B), counts.annunciated(), counts.unacknowledged()),
         (100, 100, 100)
     );
     assert_eq!(bay.alarms.open().len(), 100);
@@ -324,7 +326,10 @@ fn alarms_that_cannot_be_are_told_all_at_once() {
 #[test]
 fn a_table_goes_on_where_another_was_whatever_numbers_alarms_and_tags_have() {
     let hot = |tag, at, on_delay| AlarmSource::Tag {
-        watch: Watch { tag, condition: Condition::Limit { limit: Limit::High, at, deadband: 1.0 } },
+        trigger: TagCondition {
+            tag,
+            condition: Condition::Limit { limit: Limit::High, at, deadband: 1.0 },
+        },
         on_delay: seconds(on_delay),
         off_delay: Duration::ZERO,
         suppressed_by: None,

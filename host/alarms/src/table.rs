@@ -11,8 +11,8 @@ use crate::first_out::Group;
 use crate::state::Hold;
 use crate::timers::Timers;
 use crate::{
-    Action, ActionError, AlarmHandle, AlarmSet, AlarmSource, AlarmSpec, Happening,
-    MAX_OPERATOR_BYTES, Priority, Record, Standing, State,
+    Action, ActionError, AlarmEvent, AlarmFlags, AlarmHandle, AlarmRecord, AlarmSet, AlarmSource,
+    AlarmSpec, MAX_OPERATOR_BYTES, Priority, State,
 };
 
 /// The alarms of a scene and their states.
@@ -24,53 +24,53 @@ pub struct AlarmTable {
     pub(crate) groups: Vec<Group>,
     /// Alarms whose condition came since the last step, in order.
     pub(crate) pulses: Vec<AlarmHandle>,
-    /// Those that are not normal.
+    /// Alarms that are not normal.
     open: BTreeSet<AlarmHandle>,
     counts: [StateCounts; Priority::ALL.len()],
-    /// Of the next record.
+    /// Number of the next record.
     next_number: u64,
     pub(crate) now: Moment,
     pub(crate) wall_clock: SourceTime,
     max_shelving: Duration,
-    /// Whether no step was made yet: then every alarm is looked at.
+    /// True until the first step, which evaluates every alarm.
     pub(crate) is_new: bool,
     revision: u64,
 }
 
-/// An alarm.
+/// Run-time state of an alarm.
 #[derive(Debug, Default)]
 pub(crate) struct Cell {
-    pub(crate) standing: Standing,
-    /// Whether the condition holds, delays aside.
+    pub(crate) standing: AlarmFlags,
+    /// True while the condition holds, delays aside.
     pub(crate) holds: bool,
-    /// Whether its tag's quality is good.
+    /// True while its tag's quality is good.
     pub(crate) is_certain: bool,
     /// The condition came or went, and its delay goes on.
     pub(crate) pending: Option<Pending>,
-    /// When its time on the shelf is over.
+    /// Time at which shelving expires.
     pub(crate) shelf_ends: Option<Moment>,
-    /// Where the timers have it.
+    /// Due time in the timer queue.
     pub(crate) queued: Option<Moment>,
     pub(crate) chatter: Chatter,
     pub(crate) is_first_out: bool,
-    /// When its state came about, and when it occurred last.
+    /// Times of the last change of state and of the last occurrence.
     since: Option<SourceTime>,
     occurred: Option<SourceTime>,
     pub(crate) cause: Cause,
-    /// Of a condition that came since the last step.
+    /// Cause of a condition that came since the last step.
     pub(crate) pulse: Option<Cause>,
 }
 
 /// A delay that goes on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pending {
-    /// Whether the condition came, and did not go.
+    /// True for a condition that came, false for one that went.
     pub(crate) holds: bool,
     pub(crate) due: Moment,
     pub(crate) cause: Cause,
 }
 
-/// What a condition was judged by.
+/// Value by which a condition was evaluated.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Cause {
     pub(crate) value: Option<Value>,
@@ -81,24 +81,24 @@ pub(crate) struct Cause {
 /// An alarm at the instant of the last step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AlarmStatus {
-    /// What its state rests on.
-    pub standing: Standing,
-    /// Its state.
+    /// Flags from which the state follows.
+    pub standing: AlarmFlags,
+    /// State by IEC 62682.
     pub state: State,
-    /// Whether the tag it rests on is good; a mirrored one is certain always.
+    /// True where the quality of its tag is good; always for a mirrored one.
     pub is_certain: bool,
-    /// When its state came about.
+    /// Time of the last change of state.
     pub since: Option<SourceTime>,
-    /// When it occurred last.
+    /// Time of the last occurrence.
     pub occurred: Option<SourceTime>,
     /// Occurrences since the start.
     pub occurrences: u64,
-    /// Whether it comes and goes: [`CHATTER_OCCURRENCES`](crate::CHATTER_OCCURRENCES) within
+    /// True while the alarm chatters: [`CHATTER_OCCURRENCES`](crate::CHATTER_OCCURRENCES) within
     /// [`CHATTER_WINDOW`](crate::CHATTER_WINDOW).
     pub chatters: bool,
-    /// Whether it was the first of its group.
+    /// True for the first-out alarm of its group.
     pub is_first_out: bool,
-    /// How long it stays on the shelf.
+    /// Time until shelving expires.
     pub shelf_left: Option<Duration>,
     /// The value by which its condition came or went last.
     pub value: Option<Value>,
@@ -106,28 +106,28 @@ pub struct AlarmStatus {
     pub origin: Origin,
 }
 
-/// How many alarms are in which state.
+/// Numbers of alarms by state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StateCounts([usize; State::ALL.len()]);
 
 impl StateCounts {
-    /// How many are in a state.
-    pub fn of(&self, state: State) -> usize {
+    /// Returns the number of alarms in a state.
+    pub fn count(&self, state: State) -> usize {
         self.0[state as usize]
     }
 
-    /// How many nobody has acknowledged.
+    /// Returns the number of unacknowledged alarms.
     pub fn unacknowledged(&self) -> usize {
         self.sum(State::is_unacknowledged)
     }
 
-    /// How many are in the alarm list.
+    /// Returns the number of alarms in the alarm list.
     pub fn annunciated(&self) -> usize {
         self.sum(State::is_annunciated)
     }
 
     fn sum(&self, counts: impl Fn(State) -> bool) -> usize {
-        State::ALL.into_iter().filter(|state| counts(*state)).map(|state| self.of(state)).sum()
+        State::ALL.into_iter().filter(|state| counts(*state)).map(|state| self.count(state)).sum()
     }
 }
 
@@ -161,7 +161,7 @@ impl AlarmTable {
     /// was active, or suppressed, stays so until a tag says otherwise. Before the first step.
     pub fn restore<'a>(
         &mut self,
-        standings: impl IntoIterator<Item = (&'a str, Standing, SourceTime)>,
+        standings: impl IntoIterator<Item = (&'a str, AlarmFlags, SourceTime)>,
         last_number: u64,
         wall_clock: SourceTime,
     ) {
@@ -240,7 +240,7 @@ impl AlarmTable {
         }
     }
 
-    /// What the alarms are.
+    /// Returns the alarm definitions.
     pub fn set(&self) -> &Arc<AlarmSet> {
         &self.set
     }
@@ -268,7 +268,7 @@ impl AlarmTable {
         self.open.iter().copied()
     }
 
-    /// How many alarms of a priority are in which state.
+    /// Returns the numbers of alarms of a priority by state.
     pub fn counts(&self, priority: Priority) -> StateCounts {
         self.counts[priority as usize]
     }
@@ -278,7 +278,7 @@ impl AlarmTable {
         self.revision
     }
 
-    /// When a delay or a shelf ends next.
+    /// Returns the time at which the next delay or shelving ends.
     pub fn next_due(&self) -> Option<Moment> {
         self.timers.next()
     }
@@ -292,7 +292,7 @@ impl AlarmTable {
         alarm: AlarmHandle,
         action: Action,
         operator: &str,
-    ) -> Result<Record, ActionError> {
+    ) -> Result<AlarmRecord, ActionError> {
         let spec = self.set.spec(alarm).ok_or(ActionError::Unknown)?;
         let (id, latches) = (|| spec.id.clone(), spec.latched);
         if spec.source == AlarmSource::Mirrored {
@@ -336,10 +336,10 @@ impl AlarmTable {
         state: State,
         until: Option<SourceTime>,
         operator: Option<&str>,
-    ) -> Result<Option<Record>, ActionError> {
+    ) -> Result<Option<AlarmRecord>, ActionError> {
         let spec = self.set.spec(alarm).filter(|spec| spec.source == AlarmSource::Mirrored);
         spec.ok_or(ActionError::Unknown)?;
-        let standing = Standing::of(state, until);
+        let standing = AlarmFlags::from_state(state, until);
         let before = self.cells[alarm.0 as usize].standing;
         if before == standing {
             return Ok(None);
@@ -349,7 +349,7 @@ impl AlarmTable {
         }
         let mut record = self.change(alarm, |now| {
             *now = standing;
-            Happening::Mirrored
+            AlarmEvent::Mirrored
         });
         record.operator = operator.map(str::to_owned);
         Ok(Some(record))
@@ -359,8 +359,8 @@ impl AlarmTable {
     pub(crate) fn change(
         &mut self,
         alarm: AlarmHandle,
-        change: impl FnOnce(&mut Standing) -> Happening,
-    ) -> Record {
+        change: impl FnOnce(&mut AlarmFlags) -> AlarmEvent,
+    ) -> AlarmRecord {
         let cell = &mut self.cells[alarm.0 as usize];
         let from = cell.standing.state();
         let was_active = cell.standing.is_active;
@@ -390,8 +390,8 @@ impl AlarmTable {
         self.recount(alarm, from, to);
         let number = self.next_number;
         self.next_number += 1;
-        let is_of_tag = matches!(happened, Happening::Occurred | Happening::Returned);
-        Record {
+        let is_of_tag = matches!(happened, AlarmEvent::Occurred | AlarmEvent::Returned);
+        AlarmRecord {
             number,
             time: self.wall_clock,
             alarm: self.set.specs()[alarm.0 as usize].id.clone(),

@@ -1,5 +1,5 @@
-//! When alarms want to be looked at: one moment each at most, so that a burst of changes
-//! leaves nothing behind.
+//! Timer queue of alarms: at most one due time each, so that a burst of changes leaves no stale
+//! entries.
 
 use std::collections::BTreeSet;
 
@@ -32,7 +32,7 @@ impl Timers {
         self.due.first().filter(|(at, _)| *at <= now).map(|(_, alarm)| *alarm)
     }
 
-    /// When the next one is due.
+    /// Returns the next due time.
     pub(crate) fn next(&self) -> Option<Moment> {
         self.due.first().map(|(at, _)| *at)
     }

@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use busbar_alarms::{
-    Action, AlarmHandle, AlarmSet, AlarmSource, AlarmSpec, AlarmTable, Condition, Happening, Limit,
-    Priority, Record, Watch,
+    Action, AlarmEvent, AlarmHandle, AlarmRecord, AlarmSet, AlarmSource, AlarmSpec, AlarmTable,
+    Condition, Limit, Priority, TagCondition,
 };
 use busbar_tags::{
     Moment, Origin, Quality, Sample, SourceTime, TagHandle, TagSet, TagSpec, TagTable, Value,
@@ -47,7 +47,7 @@ impl Bay {
             latched: false,
             group: None,
             source: AlarmSource::Tag {
-                watch: Watch { tag: TAG, condition },
+                trigger: TagCondition { tag: TAG, condition },
                 on_delay: delay,
                 off_delay: Duration::ZERO,
                 suppressed_by: None,
@@ -60,7 +60,7 @@ impl Bay {
     }
 
     /// The records that a value leads to, after some seconds.
-    fn take(&mut self, value: f64, origin: Origin, seconds: u64) -> Vec<Record> {
+    fn take(&mut self, value: f64, origin: Origin, seconds: u64) -> Vec<AlarmRecord> {
         let live = Sample::live(TAG, Some(Value::F64(value)), Quality::Good, self.now);
         let alarms = &mut self.alarms;
         self.tags.apply(&Sample { origin, ..live }, |change| alarms.note(change));
@@ -85,13 +85,16 @@ fn an_alarm_has_the_origin_of_the_value_that_raised_it() {
         let mut bay = Bay::new(delay);
         let records = bay.take(95.0, Origin::SIMULATED | Origin::TEST, 4);
         assert_eq!(records.len(), 1, "{delay:?}");
-        assert_eq!(records[0].happened, Happening::Occurred);
+        assert_eq!(records[0].happened, AlarmEvent::Occurred);
         assert_eq!(records[0].origin, Origin::SIMULATED | Origin::TEST);
         assert_eq!(bay.origin(), Origin::SIMULATED | Origin::TEST);
         let record = bay.alarms.perform(ALARM, Action::Acknowledge, "A. Operator");
         assert_eq!(record.expect("it can be").origin, Origin::SIMULATED | Origin::TEST);
         let returned = bay.take(80.0, Origin::LIVE, 0);
-        assert_eq!((returned[0].happened, returned[0].origin), (Happening::Returned, Origin::LIVE));
+        assert_eq!(
+            (returned[0].happened, returned[0].origin),
+            (AlarmEvent::Returned, Origin::LIVE)
+        );
     }
 }
 
@@ -113,11 +116,14 @@ fn records_name_origins_and_those_of_older_logs_have_none() {
     let record = bay.take(95.0, Origin::RECORDED | Origin::SUBSTITUTED, 0).remove(0);
     let json = serde_json::to_value(&record).expect("it can be written");
     assert_eq!(json["origin"], serde_json::json!(["substituted", "recorded"]));
-    assert_eq!(serde_json::from_value::<Record>(json.clone()).expect("it can be read"), record);
+    assert_eq!(
+        serde_json::from_value::<AlarmRecord>(json.clone()).expect("it can be read"),
+        record
+    );
     let live = Bay::new(Duration::ZERO).take(95.0, Origin::LIVE, 0).remove(0);
     let mut json = serde_json::to_value(&live).expect("it can be written");
     assert!(json.get("origin").is_none());
-    assert_eq!(serde_json::from_value::<Record>(json.clone()).expect("it can be read"), live);
+    assert_eq!(serde_json::from_value::<AlarmRecord>(json.clone()).expect("it can be read"), live);
     json["origin"] = serde_json::json!(["dreamt"]);
-    assert!(serde_json::from_value::<Record>(json).is_err());
+    assert!(serde_json::from_value::<AlarmRecord>(json).is_err());
 }

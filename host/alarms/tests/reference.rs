@@ -8,8 +8,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use busbar_alarms::{
-    Action, AlarmHandle, AlarmSet, AlarmSource, AlarmSpec, AlarmTable, Condition, Happening, Limit,
-    Priority, Record, State, Watch,
+    Action, AlarmEvent, AlarmHandle, AlarmRecord, AlarmSet, AlarmSource, AlarmSpec, AlarmTable,
+    Condition, Limit, Priority, State, TagCondition,
 };
 use busbar_tags::{
     DoublePoint, Moment, Quality, Reason, Sample, SourceTime, TagHandle, TagSet, TagSpec, TagTable,
@@ -22,8 +22,8 @@ const ALARMS: usize = 64;
 const TAGS: u32 = 24;
 const MAX_SHELVING: Duration = Duration::from_secs(3600);
 
-/// What happens to an alarm that is not held back: its state, the event, which alarms
-/// (`latched`, `plain` or `any`), the state then. What is not here has no effect.
+/// Transitions of an alarm without suppression: its state, the event, the alarms concerned
+/// (`latched`, `plain` or `any`), the next state. An event that is not listed has no effect.
 const TRANSITIONS: &str = "
     A occurs      any     B
     B returns     plain   D
@@ -56,8 +56,8 @@ const TRANSITIONS: &str = "
     E remove      any     I
     F remove      any     I
 ";
-/// What happens to one that is held back: the state that shows, the event, and what that
-/// does to the holds. The strongest hold shows: I before H before G.
+/// Transitions of a suppressed alarm: the visible state, the event, and its effect on the
+/// suppressions. The strongest suppression is visible: I before H before G.
 const HELD: &str = "
     G shelve      +G
     G unshelve    -G
@@ -82,7 +82,7 @@ const RELEASED: &str = "
     holds latch  B
 ";
 
-/// The reference's alarm.
+/// Alarm of the reference model.
 #[derive(Clone, Debug, Default)]
 struct Model {
     /// Not held back; none while it is.
@@ -167,7 +167,7 @@ impl Model {
     }
 }
 
-/// Whether a condition holds, by its definition alone; `None` where nobody knows.
+/// Evaluates a condition by its definition alone; `None` where nobody knows.
 fn verdict(
     condition: Condition,
     value: Option<Value>,
@@ -192,20 +192,20 @@ fn verdict(
     }
 }
 
-fn event_of(happening: Happening) -> &'static str {
+fn event_of(happening: AlarmEvent) -> &'static str {
     match happening {
-        Happening::Occurred => "occurs",
-        Happening::Returned => "returns",
-        Happening::Acknowledged => "acknowledge",
-        Happening::Reset => "reset",
-        Happening::Shelved => "shelve",
-        Happening::Unshelved => "unshelve",
-        Happening::ShelfExpired => "expire",
-        Happening::Suppressed => "suppress",
-        Happening::Unsuppressed => "unsuppress",
-        Happening::RemovedFromService => "remove",
-        Happening::ReturnedToService => "return",
-        Happening::Mirrored => "mirror",
+        AlarmEvent::Occurred => "occurs",
+        AlarmEvent::Returned => "returns",
+        AlarmEvent::Acknowledged => "acknowledge",
+        AlarmEvent::Reset => "reset",
+        AlarmEvent::Shelved => "shelve",
+        AlarmEvent::Unshelved => "unshelve",
+        AlarmEvent::ShelfExpired => "expire",
+        AlarmEvent::Suppressed => "suppress",
+        AlarmEvent::Unsuppressed => "unsuppress",
+        AlarmEvent::RemovedFromService => "remove",
+        AlarmEvent::ReturnedToService => "return",
+        AlarmEvent::Mirrored => "mirror",
     }
 }
 
@@ -244,7 +244,7 @@ fn random_value(tag: u32, dice: &mut Rng) -> Value {
     }
 }
 
-fn random_watch(dice: &mut Rng) -> Watch {
+fn random_watch(dice: &mut Rng) -> TagCondition {
     let tag = dice.u32(..TAGS);
     let condition = match (kind_of(tag), dice.u32(..8)) {
         (_, 0) => Condition::BadQuality,
@@ -256,7 +256,7 @@ fn random_watch(dice: &mut Rng) -> Watch {
         (_, 1..4) => Condition::Differs(random_value(tag, dice)),
         _ => Condition::Equals(random_value(tag, dice)),
     };
-    Watch { tag: TagHandle(tag), condition }
+    TagCondition { tag: TagHandle(tag), condition }
 }
 
 fn random_spec(id: usize, dice: &mut Rng) -> AlarmSpec {
@@ -271,7 +271,7 @@ fn random_spec(id: usize, dice: &mut Rng) -> AlarmSpec {
         latched: dice.bool(),
         group: (dice.u32(..3) == 0).then(|| format!("{}", dice.u32(..5))),
         source: AlarmSource::Tag {
-            watch: random_watch(dice),
+            trigger: random_watch(dice),
             on_delay: delay(dice),
             off_delay: delay(dice),
             suppressed_by: (dice.u32(..4) == 0).then(|| random_watch(dice)),
@@ -279,7 +279,7 @@ fn random_spec(id: usize, dice: &mut Rng) -> AlarmSpec {
     }
 }
 
-/// What the model says of a step: events of each alarm, in their order.
+/// Returns the events of each alarm that the model expects of a step, in their order.
 fn expected_step(
     model: &mut Model,
     spec: &AlarmSpec,
@@ -287,7 +287,7 @@ fn expected_step(
     now: Moment,
     state_of: &dyn Fn(TagHandle) -> (Option<Value>, Quality),
 ) -> Vec<&'static str> {
-    let AlarmSource::Tag { watch, on_delay, off_delay, suppressed_by } = &spec.source else {
+    let AlarmSource::Tag { trigger, on_delay, off_delay, suppressed_by } = &spec.source else {
         panic!("all are of tags")
     };
     let mut events = Vec::new();
@@ -302,9 +302,9 @@ fn expected_step(
     if suppression == Some(Some(true)) && !model.holds.contains(&State::H) {
         happen(model, "suppress");
     }
-    let of_tag = || history.iter().filter(|(tag, ..)| *tag == watch.tag);
+    let of_tag = || history.iter().filter(|(tag, ..)| *tag == trigger.tag);
     let came = |(_, value, quality): &(_, Value, Quality)| {
-        verdict(watch.condition, Some(*value), *quality, false) == Some(true)
+        verdict(trigger.condition, Some(*value), *quality, false) == Some(true)
     };
     if on_delay.is_zero() && !model.raw && of_tag().any(came) {
         (model.raw, model.since) = (true, Some(now));
@@ -312,8 +312,8 @@ fn expected_step(
             happen(model, "occurs");
         }
     }
-    let (value, quality) = state_of(watch.tag);
-    match verdict(watch.condition, value, quality, model.raw) {
+    let (value, quality) = state_of(trigger.tag);
+    match verdict(trigger.condition, value, quality, model.raw) {
         None => model.since = None,
         Some(raw) => {
             if raw != model.raw || model.since.is_none() {
@@ -386,7 +386,7 @@ fn walk(seed: u64, transitions: &mut BTreeSet<(State, &'static str, State)>, ref
         }
         tags.advance(now, |_| {});
         let wall = SourceTime(now.since(start).as_nanos() as i64);
-        let mut found: Vec<Record> = Vec::new();
+        let mut found: Vec<AlarmRecord> = Vec::new();
         alarms.step(tags.snapshot(), now, wall, |record| found.push(record));
         for record in &found {
             number += 1;
@@ -454,7 +454,7 @@ fn walk(seed: u64, transitions: &mut BTreeSet<(State, &'static str, State)>, ref
                     spec.priority == priority && model.shown() == state
                 };
                 let count = models.iter().zip(&specs).filter(is_so).count();
-                assert_eq!(alarms.counts(priority).of(state), count, "step {step}");
+                assert_eq!(alarms.counts(priority).count(state), count, "step {step}");
             }
         }
     }

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use busbar_viewer::{Verification, verify_alarm_log};
+use busbar_viewer::{Verification, verify_audit_log};
 
 use crate::{EXIT_INPUT, output};
 
@@ -13,7 +13,7 @@ pub(crate) fn verify(
     key: Option<&Path>,
     anchor: Option<&Path>,
 ) -> anyhow::Result<ExitCode> {
-    let verification = verify_alarm_log(folder, key, anchor)?;
+    let verification = verify_audit_log(folder, key, anchor)?;
     let Verification { faults, notes, files, records, newest } = &verification;
     faults.iter().for_each(|fault| output::result(&format!("FAULT   {fault}")));
     notes.iter().for_each(|note| output::result(&format!("note    {note}")));

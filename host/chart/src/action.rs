@@ -1,30 +1,30 @@
-//! What an operator does to a chart.
+//! Operator actions on a chart.
 
-use crate::{Brush, Join, Layout};
+use crate::{Brush, BrushOperator, Layout};
 
-/// What an operator does to a chart.
+/// Operator action on a chart.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
     /// Lets axes stand otherwise.
     SetLayout(Layout),
     /// Adds a brush; `alone` puts it in place of those on the same axis.
     AddBrush {
-        /// The brush.
+        /// Brush to be added.
         brush: Brush,
-        /// Whether it replaces what is on its axis.
+        /// True where it replaces the brushes on its axis.
         alone: bool,
     },
     /// Takes the brush with this index away.
     RemoveBrush(usize),
     /// Takes all brushes away.
     ClearBrushes,
-    /// How brushes come together.
-    SetJoin(Join),
+    /// Sets the operator that combines brushes.
+    SetBrushOperator(BrushOperator),
     /// Moves the axis at a place of the order to another place.
     MoveAxis {
-        /// From where.
+        /// Place of the axis before.
         from: usize,
-        /// To where.
+        /// Place of the axis after.
         to: usize,
     },
     /// Turns the axis at a place upside down.

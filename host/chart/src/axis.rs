@@ -10,11 +10,11 @@ const LINEAR_TICKS: f32 = 5.0;
 pub struct AxisView {
     /// Index of the axis described.
     pub axis: usize,
-    /// Whether it is left out.
+    /// True while the axis is hidden.
     pub is_hidden: bool,
-    /// Whether its upper end is below.
+    /// True while the axis is flipped: its upper end is at the foot.
     pub is_flipped: bool,
-    /// Whether it is logarithmic.
+    /// True for a logarithmic scale.
     pub log: bool,
     /// The value at its lower end.
     pub low: f32,
@@ -33,13 +33,13 @@ pub struct Tick {
 
 impl AxisView {
     /// An axis as it is described.
-    pub fn of(index: usize, axis: &Axis) -> Self {
+    pub fn new(index: usize, axis: &Axis) -> Self {
         let Axis { log, low, high, .. } = *axis;
         Self { axis: index, is_hidden: false, is_flipped: false, log, low, high }
     }
 
-    /// Where a value is: 0 at the foot of the axis, 1 at its head; what is beyond an end is
-    /// at that end. `None` where there is no value.
+    /// Returns the position of a value, 0 at the foot of the axis to 1 at its head. Values beyond
+    /// an end are clamped to it; `None` for a missing value.
     pub fn position(&self, value: f32) -> Option<f32> {
         if value.is_nan() {
             return None;

@@ -1,8 +1,8 @@
-//! Brushes: which records are meant.
+//! Brushing: selection of records by conditions on axes.
 
 use crate::{AxisView, Records};
 
-/// Brushes at once.
+/// Limit of simultaneous brushes.
 pub const MAX_BRUSHES: usize = 32;
 /// Intervals of one axis.
 pub const MAX_RANGES: usize = 8;
@@ -16,7 +16,7 @@ pub enum Brush {
         axis: usize,
         /// Lower and upper ends.
         ranges: Vec<[f32; 2]>,
-        /// Whether records without a value there are meant too.
+        /// True where records without a value there are brushed too.
         with_missing: bool,
     },
     /// The line between two axes rises by so much of their height.
@@ -28,27 +28,27 @@ pub enum Brush {
     },
 }
 
-/// How brushes come together.
+/// Boolean operator that combines brushes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Join {
-    /// What meets all of them.
+pub enum BrushOperator {
+    /// Records that meet all brushes.
     #[default]
     And,
-    /// What meets any of them.
+    /// Records that meet any brush.
     Or,
 }
 
 /// All brushes of a chart.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Brushes {
-    /// How they come together.
-    pub join: Join,
+    /// Operator that combines the brushes.
+    pub operator: BrushOperator,
     /// In the order in which they were made; at most [`MAX_BRUSHES`].
     pub list: Vec<Brush>,
 }
 
 impl Brushes {
-    /// Whether there is none: nothing is meant more than the rest.
+    /// Reports whether there is no brush: no record is brushed then.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
@@ -59,15 +59,15 @@ impl Brushes {
             return vec![false; records.len()];
         }
         let rows = records.values().chunks_exact(records.axes());
-        rows.map(|row| self.mean(row, views)).collect()
+        rows.map(|row| self.matches(row, views)).collect()
     }
 
-    /// Whether a record with these values is meant.
-    pub fn mean(&self, row: &[f32], views: &[AxisView]) -> bool {
+    /// Reports whether a record with these values is brushed.
+    pub fn matches(&self, row: &[f32], views: &[AxisView]) -> bool {
         let mut met = self.list.iter().map(|brush| brush.is_met(row, views));
-        match self.join {
-            Join::And => !self.is_empty() && met.all(|met| met),
-            Join::Or => met.any(|met| met),
+        match self.operator {
+            BrushOperator::And => !self.is_empty() && met.all(|met| met),
+            BrushOperator::Or => met.any(|met| met),
         }
     }
 

@@ -1,4 +1,4 @@
-//! How the records of each state spread: a band a state from axis to axis.
+//! Quantile bands: spread of the records of each state, from axis to axis.
 
 use crate::{AxisView, Records};
 

@@ -3,7 +3,7 @@
 //! The GPU counts the same in `shaders/density`; here is its twin. Values are put into bins
 //! by comparing them with the bins' edges, which is exact anywhere.
 
-use crate::brush::Join;
+use crate::brush::BrushOperator;
 use crate::{AxisView, Brush, Brushes, Records};
 
 /// Bins of an axis.
@@ -12,13 +12,13 @@ pub const BINS: usize = 128;
 pub const MISSING_BIN: usize = BINS;
 
 /// The lower edges of the bins 1, 2 and so on of an axis that is not flipped, ascending.
-pub fn edges_of(view: &AxisView) -> [f32; BINS - 1] {
+pub fn bin_edges(view: &AxisView) -> [f32; BINS - 1] {
     let upright = AxisView { is_flipped: false, ..*view };
     std::array::from_fn(|edge| upright.value_at((edge + 1) as f32 / BINS as f32))
 }
 
 /// The bin of a value.
-pub fn bin_of(value: f32, edges: &[f32; BINS - 1]) -> usize {
+pub fn bin_index(value: f32, edges: &[f32; BINS - 1]) -> usize {
     match value.is_nan() {
         true => MISSING_BIN,
         false => edges.partition_point(|edge| *edge <= value),
@@ -26,21 +26,21 @@ pub fn bin_of(value: f32, edges: &[f32; BINS - 1]) -> usize {
 }
 
 /// For each pair of axes how many records go from each bin of the first to each of the
-/// second: `BINS + 1` times `BINS + 1` counts a pair. `is_meant` leaves records out.
+/// second: `BINS + 1` times `BINS + 1` counts a pair. `is_brushed` leaves records out.
 pub fn bin_pairs(
     records: &Records,
     views: &[AxisView],
     pairs: &[[usize; 2]],
-    is_meant: impl Fn(usize) -> bool,
+    is_brushed: impl Fn(usize) -> bool,
 ) -> Vec<u32> {
     const SIDE: usize = BINS + 1;
-    let edges: Vec<_> = views.iter().map(edges_of).collect();
+    let edges: Vec<_> = views.iter().map(bin_edges).collect();
     let mut counts = vec![0; pairs.len() * SIDE * SIDE];
     let mut bins = vec![0; views.len()];
-    for record in (0..records.len()).filter(|&record| is_meant(record)) {
+    for record in (0..records.len()).filter(|&record| is_brushed(record)) {
         let row = records.row(record);
         for (bin, (view, edges)) in bins.iter_mut().zip(views.iter().zip(&edges)) {
-            *bin = bin_of(row[view.axis], edges);
+            *bin = bin_index(row[view.axis], edges);
         }
         for (pair, &[from, to]) in pairs.iter().enumerate() {
             counts[(pair * SIDE + bins[from]) * SIDE + bins[to]] += 1;
@@ -49,14 +49,14 @@ pub fn bin_pairs(
     counts
 }
 
-/// What of records is counted, as an operator has arranged the chart.
+/// Request to count records in bins, as an operator has arranged the chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DensityRequest {
     /// Axes that are shown, from the left to the right.
     pub views: Vec<AxisView>,
-    /// Which of those lines go between, by their places.
+    /// Pairs of places between which lines are drawn.
     pub pairs: Vec<[usize; 2]>,
-    /// What is brushed.
+    /// Brushes of the chart.
     pub brushes: Brushes,
     /// The instant that is shown, nanoseconds since 1970-01-01 UTC; `None` for the present.
     pub playhead: Option<i64>,
@@ -65,32 +65,32 @@ pub struct DensityRequest {
 }
 
 impl DensityRequest {
-    /// Whether the picture of another has the same axes.
-    pub fn has_axes_of(&self, other: &Self) -> bool {
+    /// Reports whether another request has the same axes and pairs.
+    pub fn has_same_axes(&self, other: &Self) -> bool {
         self.views == other.views && self.pairs == other.pairs
     }
 
-    /// Whether another differs in the instant at most.
-    pub fn is_but_for_time(&self, other: &Self) -> bool {
-        self.has_axes_of(other) && self.brushes == other.brushes && self.order == other.order
+    /// Reports whether another request differs at most in the instant.
+    pub fn differs_only_in_time(&self, other: &Self) -> bool {
+        self.has_same_axes(other) && self.brushes == other.brushes && self.order == other.order
     }
 
-    /// Whether a record is counted.
+    /// Reports whether a record exists at the instant of the request.
     pub fn is_known(&self, records: &Records, record: usize) -> bool {
         self.playhead.is_none_or(|playhead| records.all()[record].unix_nanos <= playhead)
     }
 
-    /// Whether there are brushes by rise, which are worked out and not compared.
+    /// Reports whether there are brushes by rise, which bins cannot decide.
     pub fn has_rises(&self) -> bool {
         self.rises().next().is_some()
     }
 
-    /// Whether a record meets those.
+    /// Reports whether a record meets the brushes by rise.
     pub fn meets_rises(&self, records: &Records, record: usize) -> bool {
         let mut met = self.rises().map(|brush| brush.is_met(records.row(record), &self.order));
-        match self.brushes.join {
-            Join::And => met.all(|met| met),
-            Join::Or => met.any(|met| met),
+        match self.brushes.operator {
+            BrushOperator::And => met.all(|met| met),
+            BrushOperator::Or => met.any(|met| met),
         }
     }
 

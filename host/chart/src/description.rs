@@ -1,4 +1,4 @@
-//! What a chart shows, as a plugin describes it.
+//! Description of a chart by its plugin, with its limits.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,96 +16,96 @@ const MAX_NAME_BYTES: usize = 128;
 /// The rule that a chart breaks, in words.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
-pub struct ChartFault(pub(crate) String);
+pub struct ChartError(pub(crate) String);
 
-impl ChartFault {
+impl ChartError {
     pub(crate) fn new(what: impl Into<String>) -> Self {
         Self(what.into())
     }
 }
 
-/// What a chart shows.
+/// Description of a chart.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Description {
-    /// What it is called.
+    /// Name shown to people.
     pub name: String,
-    /// Its axes, in the order in which records have their values.
+    /// Axes in the order of the values in records.
     pub axes: Vec<Axis>,
     /// The states that records are in, the least urgent first.
     pub legend: Vec<State>,
     /// Ids of the equipment that records are of.
     pub equipment: Vec<String>,
-    /// How long a record speaks for its equipment, seconds.
+    /// Duration for which a record is valid for its equipment, seconds.
     pub valid_seconds: u64,
 }
 
-/// An axis.
+/// Axis of a chart.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Axis {
-    /// What it is called.
+    /// Name shown to people.
     pub name: String,
     /// Unit; empty for none.
     pub unit: String,
-    /// Whether it is logarithmic.
+    /// True for a logarithmic scale.
     pub log: bool,
-    /// Its lower end, in its unit.
+    /// Lower end, in the axis's unit.
     pub low: f32,
-    /// Its upper end.
+    /// Upper end, in the axis's unit.
     pub high: f32,
     /// Below this nothing can be measured.
     pub detection_limit: Option<f32>,
-    /// Limits.
+    /// Bands between the limits.
     pub bands: Vec<Band>,
 }
 
-/// What lies between two limits of an axis.
+/// Band between two limits of an axis.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Band {
-    /// What is said of it.
+    /// Meaning of the band.
     pub name: String,
-    /// Where it begins; `None` for the lower end of the axis.
+    /// Lower limit; `None` for the lower end of the axis.
     pub from: Option<f32>,
-    /// Where it ends; `None` for the upper one.
+    /// Upper limit; `None` for the upper end of the axis.
     pub to: Option<f32>,
-    /// Whether what lies in it is outside the normal.
+    /// True where values in the band are abnormal.
     pub is_abnormal: bool,
 }
 
 /// A state of records.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct State {
-    /// What it says.
+    /// Name shown to people.
     pub name: String,
-    /// sRGB.
+    /// Color of lines in sRGB.
     pub color: [u8; 3],
     /// Tells states apart where colours do not.
     pub pattern: Pattern,
-    /// Whether it is outside the normal: what is not is drawn grey.
+    /// True where the state is abnormal; a normal one is drawn grey.
     pub is_abnormal: bool,
 }
 
-/// What a state looks like besides its colour.
+/// Pattern of a state, besides its color.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Pattern {
-    /// Plain; unbroken lines.
+    /// Plain fill; unbroken lines.
     #[default]
     Solid,
-    /// Stripes; long dashes.
+    /// Striped fill; long dashes.
     Striped,
     /// Stripes that cross; dashes and dots.
     Crossed,
-    /// Dots.
+    /// Dotted fill and lines.
     Dotted,
 }
 
 impl Description {
-    /// Whether it can be used.
+    /// Validates the description against the limits.
     ///
     /// # Errors
     /// The rule that it breaks.
-    pub fn check(&self) -> Result<(), ChartFault> {
-        let fault = |what: String| Err(ChartFault(what));
+    pub fn check(&self) -> Result<(), ChartError> {
+        let fault = |what: String| Err(ChartError(what));
         let Self { name, axes, legend, equipment, .. } = self;
         if !(2..=MAX_AXES).contains(&axes.len()) {
             return fault(format!("it has {} axes; 2 to {MAX_AXES} can be drawn", axes.len()));
@@ -128,8 +128,8 @@ impl Description {
 }
 
 impl Axis {
-    fn check(&self) -> Result<(), ChartFault> {
-        let fault = |what: &str| Err(ChartFault(format!("axis '{}': {what}", self.name)));
+    fn check(&self) -> Result<(), ChartError> {
+        let fault = |what: &str| Err(ChartError(format!("axis '{}': {what}", self.name)));
         let is_range = self.low.is_finite() && self.high.is_finite() && self.low < self.high;
         if !is_range {
             return fault("its ends are not finite, or its lower one is not the lower");

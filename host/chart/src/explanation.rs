@@ -1,8 +1,8 @@
-//! What a record means, in words, tables and diagrams.
+//! Explanation of a record: verdict, tables, evidence and diagrams.
 
 use serde::{Deserialize, Serialize};
 
-use crate::ChartFault;
+use crate::ChartError;
 
 /// Tables, pieces of evidence, diagrams.
 const MAX_PARTS: usize = 32;
@@ -15,31 +15,31 @@ const MAX_POINTS: usize = 512;
 /// Bytes of a text.
 const MAX_TEXT_BYTES: usize = 1024;
 
-/// What a record means.
+/// Explanation of a record.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Explanation {
     /// The record's time, nanoseconds since 1970-01-01 UTC.
     pub unix_nanos: i64,
     /// Index of the legend's entry.
     pub state: u32,
-    /// What is the matter.
+    /// Verdict in a sentence.
     pub verdict: String,
-    /// Numbers against limits.
+    /// Tables of numbers against limits.
     pub tables: Vec<Table>,
-    /// What each method says.
+    /// Results of each method.
     pub evidence: Vec<Evidence>,
     /// Places in planes with zones.
     pub diagrams: Vec<Diagram>,
 }
 
-/// Numbers against limits.
+/// Table of numbers against limits.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Table {
-    /// What it is of.
+    /// Title of the table.
     pub title: String,
     /// Heads of the columns.
     pub columns: Vec<String>,
-    /// Rows.
+    /// Rows of the table.
     pub rows: Vec<TableRow>,
 }
 
@@ -48,66 +48,66 @@ pub struct Table {
 pub struct TableRow {
     /// As many as there are columns.
     pub cells: Vec<String>,
-    /// How much it needs somebody.
+    /// Severity of the row.
     pub severity: Severity,
 }
 
-/// How much something needs an operator.
+/// Urgency for an operator.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Severity {
-    /// It is as it should be.
+    /// Value is as it should be.
     #[default]
     Normal,
-    /// It is outside the normal.
+    /// Value is outside the normal.
     Warning,
-    /// It needs action.
+    /// Action is needed now.
     Alarm,
 }
 
-/// What a method says.
+/// Result of a method.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Evidence {
-    /// The method.
+    /// Name of the method.
     pub method: String,
-    /// Its result.
+    /// Result of the method, in words.
     pub result: String,
     /// The rule that gave it.
     pub reason: String,
-    /// Whether that agrees with the verdict; `None` where it says nothing.
+    /// True where the result agrees with the verdict; `None` where it decides nothing.
     pub agrees: Option<bool>,
 }
 
 /// A plane with zones and a place in it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Diagram {
-    /// What it is called.
+    /// Title of the diagram.
     pub title: String,
     /// Zones; x to the right, y up, in any unit.
     pub zones: Vec<DiagramZone>,
-    /// Names at places.
+    /// Labels with their positions.
     pub marks: Vec<(String, [f32; 2])>,
-    /// Where the records before were, the oldest first, and the one explained at the end.
+    /// Positions of earlier records, the oldest first, with the explained one at the end.
     pub trail: Vec<[f32; 2]>,
 }
 
 /// A zone of a plane.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct DiagramZone {
-    /// Its short name.
+    /// Short name of the zone.
     pub name: String,
-    /// Its corners.
+    /// Corners of its outline.
     pub outline: Vec<[f32; 2]>,
-    /// Whether the record is in it.
+    /// True where the record lies in the zone.
     pub is_hit: bool,
 }
 
 impl Explanation {
-    /// Whether it can be shown beside a legend of so many states.
+    /// Validates the explanation for a legend of so many states.
     ///
     /// # Errors
     /// The rule that it breaks.
-    pub fn check(&self, states: usize) -> Result<(), ChartFault> {
+    pub fn check(&self, states: usize) -> Result<(), ChartError> {
         let holds = [
             (self.state as usize) < states,
             [self.tables.len(), self.evidence.len(), self.diagrams.len()]
@@ -126,7 +126,7 @@ impl Explanation {
         ];
         match holds.iter().position(|holds| !holds) {
             None => Ok(()),
-            Some(broken) => Err(ChartFault::new(rules[broken])),
+            Some(broken) => Err(ChartError::new(rules[broken])),
         }
     }
 

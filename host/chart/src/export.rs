@@ -1,4 +1,4 @@
-//! Records as CSV.
+//! CSV export of records.
 
 use std::fmt::Write;
 
@@ -12,7 +12,7 @@ const MAX_EXPORTED: usize = 100_000;
 pub(crate) fn csv(
     description: &Description,
     records: &Records,
-    is_meant: impl Fn(usize) -> bool,
+    is_brushed: impl Fn(usize) -> bool,
 ) -> String {
     let mut text = String::from("equipment,unix_nanos,state");
     for axis in &description.axes {
@@ -21,7 +21,7 @@ pub(crate) fn csv(
         quoted(&mut text, &format!("{}{unit}", axis.name));
     }
     text.push_str("\r\n");
-    let mut meant = (0..records.len()).filter(|&record| is_meant(record));
+    let mut meant = (0..records.len()).filter(|&record| is_brushed(record));
     for index in meant.by_ref().take(MAX_EXPORTED) {
         let record = records.all()[index];
         quoted(&mut text, &description.equipment[record.equipment as usize]);

@@ -1,9 +1,9 @@
-//! Where axes stand.
+//! Layouts of parallel axes: positions of axes and pairs of neighbours.
 
-/// How axes stand.
+/// Arrangement of the axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Layout {
-    /// Side by side.
+    /// Axes side by side.
     #[default]
     Flat,
     /// The first one in the centre, the others around it (multi-relational).
@@ -12,12 +12,12 @@ pub enum Layout {
     Time,
 }
 
-/// How much room a chart takes, metres.
+/// Extent of a chart, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Size {
     /// From the first axis to the last one.
     pub width: f32,
-    /// Of an axis.
+    /// Height of an axis.
     pub height: f32,
     /// From the first time to the last one.
     pub depth: f32,
@@ -25,7 +25,7 @@ pub struct Size {
 
 impl Layout {
     /// The feet of so many axes: x and z, metres.
-    pub(crate) fn feet(self, axes: usize, size: Size) -> Vec<[f32; 2]> {
+    pub(crate) fn axis_positions(self, axes: usize, size: Size) -> Vec<[f32; 2]> {
         let Size { width, depth, .. } = size;
         match self {
             Self::Flat | Self::Time => {
@@ -46,7 +46,7 @@ impl Layout {
         }
     }
 
-    /// Which axes lines go between, by their places.
+    /// Returns the pairs of places of axes between which lines are drawn.
     pub fn pairs(self, axes: usize) -> Vec<[usize; 2]> {
         match self {
             Self::Flat | Self::Time => (1..axes).map(|axis| [axis - 1, axis]).collect(),

@@ -2,15 +2,15 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{ChartFault, Description};
+use crate::{ChartError, Description};
 
 /// Records of a chart.
 pub const MAX_RECORDS: usize = 10_000_000;
 
-/// What a record is besides its values.
+/// Properties of a record besides its values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Record {
-    /// When it was taken, nanoseconds since 1970-01-01 UTC.
+    /// Time of the record, nanoseconds since 1970-01-01 UTC.
     pub unix_nanos: i64,
     /// Index of the equipment described.
     pub equipment: u32,
@@ -33,7 +33,7 @@ pub struct Records {
 
 impl Records {
     /// None yet, of a chart.
-    pub fn of(description: &Description) -> Self {
+    pub fn new(description: &Description) -> Self {
         Self {
             axes: description.axes.len(),
             records: Vec::new(),
@@ -53,21 +53,21 @@ impl Records {
         records: &[Record],
         values: &[f32],
         states: usize,
-    ) -> Result<(), ChartFault> {
+    ) -> Result<(), ChartError> {
         if self.records.len() + records.len() > MAX_RECORDS {
-            return Err(ChartFault::new(format!("it has more than {MAX_RECORDS} records")));
+            return Err(ChartError::new(format!("it has more than {MAX_RECORDS} records")));
         }
         if values.len() != records.len() * self.axes {
-            return Err(ChartFault::new("its records have more or fewer values than axes"));
+            return Err(ChartError::new("its records have more or fewer values than axes"));
         }
         if values.iter().any(|value| value.is_infinite()) {
-            return Err(ChartFault::new("a value is infinite; use NaN where there is none"));
+            return Err(ChartError::new("a value is infinite; use NaN where there is none"));
         }
         let names_nothing = |record: &&Record| {
             record.equipment as usize >= self.of_equipment.len() || record.state as usize >= states
         };
         if records.iter().any(|record| names_nothing(&record)) {
-            return Err(ChartFault::new("a record names equipment or a state not described"));
+            return Err(ChartError::new("a record names equipment or a state not described"));
         }
         let before = self.records.len();
         for (record, index) in records.iter().zip(before as u32..) {
@@ -79,7 +79,7 @@ impl Records {
             if last.is_some_and(|last| last > record.unix_nanos) {
                 let new = |index: &u32| (*index as usize) < before;
                 self.of_equipment.iter_mut().for_each(|own| own.retain(new));
-                return Err(ChartFault::new("records of one piece are not in the order of time"));
+                return Err(ChartError::new("records of one piece are not in the order of time"));
             }
             own.push(index);
         }
@@ -94,27 +94,27 @@ impl Records {
         Ok(())
     }
 
-    /// How many there are.
+    /// Returns the number of records.
     pub fn len(&self) -> usize {
         self.records.len()
     }
 
-    /// Whether there is none.
+    /// Reports whether there are no records.
     pub fn is_empty(&self) -> bool {
         self.records.is_empty()
     }
 
-    /// All of them.
+    /// Returns all records, without their values.
     pub fn all(&self) -> &[Record] {
         &self.records
     }
 
-    /// Their values, record by record.
+    /// Returns the values of all records, record by record.
     pub fn values(&self) -> &[f32] {
         &self.values
     }
 
-    /// Values a record.
+    /// Returns the number of values a record.
     pub fn axes(&self) -> usize {
         self.axes
     }
@@ -124,12 +124,12 @@ impl Records {
         &self.values[record * self.axes..][..self.axes]
     }
 
-    /// Those of a piece of equipment, the oldest first.
+    /// Returns the records of a piece of equipment, the oldest first.
     pub fn of_equipment(&self, equipment: usize) -> &[u32] {
         self.of_equipment.get(equipment).map_or(&[], Vec::as_slice)
     }
 
-    /// Pieces of equipment.
+    /// Returns the number of pieces of equipment.
     pub fn equipment_count(&self) -> usize {
         self.of_equipment.len()
     }

@@ -1,58 +1,57 @@
-//! What a chart looks like in its own space: x to the right, y up, z towards who looks,
-//! metres.
+//! Geometry of a chart in its own space: x to the right, y up, z towards the viewer, metres.
 
 mod axes;
 mod lines;
 
 pub use axes::date;
 
-use crate::{Board, Layout};
+use crate::{Layout, ParallelCoordinates};
 
-/// A line.
+/// Line segment of the chart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stroke {
-    /// From where.
+    /// Position of the start, metres.
     pub from: [f32; 3],
-    /// To where.
+    /// Position of the end, metres.
     pub to: [f32; 3],
-    /// How wide, points.
+    /// Width of the line, points.
     pub width: f32,
-    /// sRGB.
+    /// Color of the line in sRGB.
     pub color: [u8; 3],
-    /// How much it covers, 0 to 1.
+    /// Opacity, 0 to 1.
     pub cover: f32,
-    /// What it looks like besides its colour.
+    /// Pattern of the line, besides its color.
     pub pattern: crate::Pattern,
     /// The record whose line it is part of; [`NO_RECORD`] for none.
     pub record: u32,
 }
 
-/// No record's.
+/// Marks geometry that belongs to no record.
 pub const NO_RECORD: u32 = u32::MAX;
 
 /// A surface with four corners, one after the other around it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Face {
-    /// The corners.
+    /// Corners in order around the face, metres.
     pub corners: [[f32; 3]; 4],
-    /// sRGB.
+    /// Color of the face in sRGB.
     pub color: [u8; 3],
-    /// How much it covers, 0 to 1.
+    /// Opacity, 0 to 1.
     pub cover: f32,
 }
 
 /// Words at a place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Text {
-    /// Where.
+    /// Position of the text, metres.
     pub at: [f32; 3],
-    /// What.
+    /// Text of the label.
     pub text: String,
-    /// Why.
+    /// Kind of the text.
     pub kind: TextKind,
 }
 
-/// Why there are words.
+/// Kinds of labels in a chart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TextKind {
     /// The name of an axis, over its head.
@@ -70,17 +69,17 @@ pub enum TextKind {
 /// All that is drawn, what lies behind first.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Shape {
-    /// Behind all strokes.
+    /// Faces, drawn behind all strokes.
     pub faces: Vec<Face>,
-    /// Lines.
+    /// Strokes of lines and axes.
     pub strokes: Vec<Stroke>,
-    /// Words.
+    /// Labels of the chart.
     pub texts: Vec<Text>,
     /// Foot and head of each axis shown.
     pub axes: Vec<[[f32; 3]; 2]>,
 }
 
-/// Where records without a value are, by position: below the feet of axes.
+/// Position of records without a value: a lane below the feet of axes.
 pub(crate) const MISSING_LANE: f32 = -8.5 / crate::BINS as f32;
 /// Below this a brush takes them in.
 pub(crate) const MISSING_EDGE: f32 = MISSING_LANE / 2.0;
@@ -91,20 +90,20 @@ pub(crate) const PAPER: [u8; 3] = [244, 245, 246];
 pub(crate) const SELECTION: [u8; 3] = [30, 90, 170];
 
 /// Builds it, `now` in nanoseconds since 1970-01-01 UTC.
-pub(crate) fn build(board: &Board, now: i64) -> Shape {
+pub(crate) fn build(chart: &ParallelCoordinates, now: i64) -> Shape {
     let mut shape = Shape::default();
-    axes::add(board, &mut shape);
-    lines::add(board, now, &mut shape);
+    axes::add(chart, &mut shape);
+    lines::add(chart, now, &mut shape);
     shape
 }
 
-/// How far in the depth the picture of a density stands, metres: that of the instant shown
-/// where time goes into the depth, and just behind the lines elsewhere.
-pub(crate) fn density_depth(board: &Board) -> f32 {
+/// Depth of the density's picture, metres: at the instant shown where time runs into the depth,
+/// and just behind the lines elsewhere.
+pub(crate) fn density_depth(chart: &ParallelCoordinates) -> f32 {
     const BEHIND: f32 = 0.01;
-    match (board.layout, board.records.span()) {
+    match (chart.layout, chart.records.span()) {
         (Layout::Time, Some(span)) => {
-            axes::depth_of(board.playhead.unwrap_or(span[1]), span, board.size.depth)
+            axes::depth_of(chart.playhead.unwrap_or(span[1]), span, chart.size.depth)
         }
         _ => -BEHIND,
     }

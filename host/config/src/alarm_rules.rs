@@ -32,7 +32,12 @@ pub(crate) fn check(document: &Value, equipment: &Equipment<'_>, report: &mut Re
             continue;
         }
         if suppression.is_object() {
-            check_watch(document, suppression, &join_pointer(&pointer, "suppressed_by"), report);
+            check_condition(
+                document,
+                suppression,
+                &join_pointer(&pointer, "suppressed_by"),
+                report,
+            );
         }
         for key in ["tag", "condition"].into_iter().filter(|key| alarm[key].is_null()) {
             report.error(
@@ -41,7 +46,7 @@ pub(crate) fn check(document: &Value, equipment: &Equipment<'_>, report: &mut Re
                 format!("add \"{key}\", or \"mirrored\": true where the host decides"),
             );
         }
-        check_watch(document, alarm, &pointer, report);
+        check_condition(document, alarm, &pointer, report);
         let Some(tag) = alarm["tag"].as_str() else { continue };
         for (limit, index) in LIMITS.iter().zip(0..) {
             if let Some(at) = alarm["condition"][limit].as_f64() {
@@ -86,9 +91,21 @@ fn check_mirrored(alarm: &Value, pointer: &str, report: &mut Report<'_>) {
 }
 
 /// A tag and what must hold of it.
-fn check_watch(document: &Value, watch: &Value, pointer: &str, report: &mut Report<'_>) {
-    check_reference(&watch["tag"], document["tags"].as_object(), pointer, "tag", "tag", report);
-    let condition = &watch["condition"];
+fn check_condition(
+    document: &Value,
+    tag_condition: &Value,
+    pointer: &str,
+    report: &mut Report<'_>,
+) {
+    check_reference(
+        &tag_condition["tag"],
+        document["tags"].as_object(),
+        pointer,
+        "tag",
+        "tag",
+        report,
+    );
+    let condition = &tag_condition["condition"];
     let Some(members) = condition.as_object() else { return };
     let pointer = join_pointer(pointer, "condition");
     let is_kind = |key: &&str| members.contains_key(*key) && condition[*key] != false;
@@ -109,7 +126,7 @@ fn check_watch(document: &Value, watch: &Value, pointer: &str, report: &mut Repo
             "remove it",
         );
     }
-    let tag = watch["tag"].as_str().unwrap_or_default();
+    let tag = tag_condition["tag"].as_str().unwrap_or_default();
     let Some(value_type) = document["tags"][tag]["type"].as_str() else { return };
     let at = join_pointer(&pointer, kind);
     if is_limit && !matches!(value_type, "f64" | "i64") {

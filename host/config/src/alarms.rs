@@ -229,7 +229,7 @@ pub enum ConditionConfig {
 
 /// A condition of a tag.
 #[derive(Clone, Debug, PartialEq)]
-pub struct WatchConfig {
+pub struct TagConditionConfig {
     /// Tag id.
     pub tag: String,
     /// What must hold of it.
@@ -242,13 +242,13 @@ pub enum AlarmOriginConfig {
     /// From a tag.
     Tag {
         /// When it is an alarm.
-        watch: WatchConfig,
+        trigger: TagConditionConfig,
         /// How long that must hold.
         on_delay_seconds: f64,
         /// How long it must be over.
         off_delay_seconds: f64,
         /// What suppresses it by design.
-        suppressed_by: Option<WatchConfig>,
+        suppressed_by: Option<TagConditionConfig>,
     },
     /// From the host.
     Mirrored,
@@ -363,19 +363,19 @@ impl RawAlarm {
         else {
             return AlarmOriginConfig::Mirrored;
         };
-        let watch = WatchConfig { tag: tag.clone(), condition: condition.resolve() };
-        let usual = match watch.condition {
+        let trigger = TagConditionConfig { tag: tag.clone(), condition: condition.resolve() };
+        let usual = match trigger.condition {
             ConditionConfig::BadQuality => QUALITY_DELAY_SECONDS,
             _ => 0.0,
         };
         AlarmOriginConfig::Tag {
-            watch,
+            trigger,
             on_delay_seconds: self.on_delay_seconds.unwrap_or(usual),
             off_delay_seconds: self.off_delay_seconds,
-            suppressed_by: self
-                .suppressed_by
-                .as_ref()
-                .map(|by| WatchConfig { tag: by.tag.clone(), condition: by.condition.resolve() }),
+            suppressed_by: self.suppressed_by.as_ref().map(|by| TagConditionConfig {
+                tag: by.tag.clone(),
+                condition: by.condition.resolve(),
+            }),
         }
     }
 }

@@ -248,7 +248,7 @@ impl TagConfig {
     }
 
     /// Whether the program that embeds the viewer sets it.
-    pub fn is_hosts(&self) -> bool {
+    pub fn is_host_written(&self) -> bool {
         self.origin == OriginConfig::Host
     }
 

@@ -7,6 +7,7 @@
 //!
 //! Invariant: no I/O. Whether a file or a plugin exists is for others to find
 //! out; they place their errors with [`Positions::diagnostic`].
+#![doc = include_str!("../DESIGN.md")]
 
 mod alarm_rules;
 mod alarm_sources;
@@ -41,7 +42,7 @@ mod world;
 pub use alarm_sources::AlarmSourceConfig;
 pub use alarms::{
     AlarmConfig, AlarmHandlingConfig, AlarmOriginConfig, ConditionConfig, DoublePointConfig,
-    LimitConfig, PriorityConfig, StateConfig, WatchConfig,
+    LimitConfig, PriorityConfig, StateConfig, TagConditionConfig,
 };
 pub use changes::{Change, ChangeKind, Changes, Fingerprints, Section};
 pub use config::{

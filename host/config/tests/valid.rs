@@ -3,8 +3,8 @@
 use busbar_config::{
     AlarmOriginConfig, Band, ConditionConfig, Config, DoublePointConfig, EndConfig, FreshnessBasis,
     Isolation, LimitConfig, LogConfig, LogFormatConfig, MetricsConfig, PriorityConfig,
-    QualityConfig, Severity, StateConfig, TagType, ThemeConfig, ThetaConfig, ThetaLevelConfig,
-    WatchConfig, parse, schema,
+    QualityConfig, Severity, StateConfig, TagConditionConfig, TagType, ThemeConfig, ThetaConfig,
+    ThetaLevelConfig, parse, schema,
 };
 use serde_json::json;
 
@@ -74,12 +74,12 @@ fn alarms_are_of_tags_or_of_the_host() {
     assert_eq!(hot.equipment.as_deref(), Some("=S12D1T1-TA1/tank"));
     assert_eq!((hot.message.as_str(), hot.group.as_deref()), ("Top oil hot", Some("T1")));
     let limit = |limit, at, deadband| ConditionConfig::Limit { limit, at, deadband };
-    let watch = |tag: &str, condition| WatchConfig { tag: tag.into(), condition };
+    let condition_of = |tag: &str, condition| TagConditionConfig { tag: tag.into(), condition };
     let expected = AlarmOriginConfig::Tag {
-        watch: watch("T1.TopOil", limit(LimitConfig::High, 95.0, 2.0)),
+        trigger: condition_of("T1.TopOil", limit(LimitConfig::High, 95.0, 2.0)),
         on_delay_seconds: 4.5,
         off_delay_seconds: 0.0,
-        suppressed_by: Some(watch("Q1.Position", ConditionConfig::BadQuality)),
+        suppressed_by: Some(condition_of("Q1.Position", ConditionConfig::BadQuality)),
     };
     assert_eq!(hot.origin, expected);
     let text = EXAMPLE.replace("\"high\": 95, \"deadband\": 2", "\"bad_quality\": true");
@@ -190,7 +190,7 @@ fn a_tag_may_be_the_host_programs() {
     let text = EXAMPLE.replace(source, r#""set_by_host": true"#);
     let config = parse(&text).expect("it is valid");
     let tag = &config.tags["Q1.Position"];
-    assert!(tag.is_hosts() && tag.source().is_none() && tag.expression().is_none());
+    assert!(tag.is_host_written() && tag.source().is_none() && tag.expression().is_none());
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! How far what collapses leave is from the surface that was.
+//! Surface deviation: distance between a mesh after collapses and the mesh before all of them.
 
 use glam::Vec3;
 
@@ -8,10 +8,10 @@ use crate::{Collapse, Mesh};
 const END: u32 = u32::MAX;
 /// A corner of a triangle that died.
 const DEAD: u32 = u32::MAX;
-/// How many times the error of a collapse any point of the surface may be off.
+/// Greatest ratio of the deviation of a surface point to the error of the collapse.
 pub(crate) const GREATEST_BY_ERROR: f32 = 2.0;
 
-/// How much shading counts against shape.
+/// Weight of shading against shape.
 const SHADING_WEIGHT: f32 = 0.05;
 
 /// Something slender keeps sides no farther apart, radians: it is drawn a pixel wide from all
@@ -26,30 +26,30 @@ const MAX_SPREAD: f32 = std::f32::consts::FRAC_PI_3 * 1.01;
 /// they end.
 pub(crate) struct Deviation<'a> {
     mesh: &'a Mesh,
-    /// Of each triangle, the positions that its corners stand on by now.
+    /// Positions that the corners of each triangle stand on by now.
     corners: Vec<[u32; 3]>,
-    /// Of each triangle.
+    /// Section of each triangle.
     section: Vec<u32>,
     /// The area of the surface that each position stands for.
     area: Vec<f32>,
-    /// Of each position of something slender, the way out of it; zero of others.
+    /// Outward direction of each slender position; zero of others.
     outward: Vec<Vec3>,
     /// The greatest angle between that of each position and of those that stand there.
     spread: Vec<f32>,
     /// The greatest error of the collapses around each position.
     errors: Vec<f32>,
-    /// Of each position, the corners there, by triangle times three and corner.
+    /// Corners at each position, as triangle times three and corner.
     at: Lists,
-    /// Of each position, the wedges that are let go of with it.
+    /// Wedges at each position that are released with it.
     wedges: Lists,
-    /// Of each triangle, the wedges that it holds.
+    /// Wedges held by each triangle.
     held: Lists,
-    /// Of the collapse at hand: the triangles that it moves, as they were; those of them that
-    /// live on; and the wedges to be held anew.
+    /// Triangles that the current collapse moves, as they were. `after` lists those that live on,
+    /// `loose` the wedges to be held anew.
     before: Vec<[u32; 3]>,
     after: Vec<u32>,
     loose: Vec<u32>,
-    /// Of the position that is kept, the sections of its wedges and their normals.
+    /// Sections and normals of the wedges of the kept position.
     normals: Vec<(u32, Vec3)>,
 }
 
@@ -230,9 +230,8 @@ impl<'a> Deviation<'a> {
         nearest
     }
 
-    /// How far the middles of triangles that moved are from where the surface was before:
-    /// what covers a hole is far from it, though all that was is near. The greatest distance,
-    /// squared.
+    /// Returns the greatest squared distance of the moved triangles' centres from the surface
+    /// before. A triangle that covers a hole is far from it, though all that was there is near.
     fn growth(&self) -> f32 {
         let middle = |&triangle: &u32| {
             let [a, b, c] = self.points(self.corners[triangle as usize]);
@@ -245,8 +244,8 @@ impl<'a> Deviation<'a> {
         self.after.iter().map(middle).map(before).fold(0.0, f32::max)
     }
 
-    /// What it comes to that triangles that moved are shaded as the position that is kept:
-    /// an angle counts like a surface that leans by it, as wide as the triangle, times a weight.
+    /// Returns the error of shading the moved triangles like the kept position. An angle counts
+    /// like a surface that leans by it, as wide as the triangle, times a weight.
     fn shading(&mut self, kept: u32) -> f32 {
         let of = &self.mesh.wedges;
         self.normals.clear();

@@ -43,10 +43,10 @@ impl CollapseSequence {
     }
 }
 
-/// When an island ends, and what is gone with it.
+/// Cursor at which an island vanishes, and the area that vanishes with it.
 #[derive(Clone)]
 struct End {
-    /// Of its triangles that live longest, the cursors at which they die; 0 of none.
+    /// Removal cursors of its triangles that live longest; 0 for none.
     last_deaths: [u32; LAST_TRIANGLES],
     area: f32,
     /// The side of a square that shows as much as the island does at most, metres of the

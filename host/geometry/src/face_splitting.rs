@@ -12,7 +12,7 @@ use crate::Mesh;
 
 /// The cosine of the angle between two triangles of a face, at least.
 const FLAT: f32 = 0.9;
-/// Of a number that was not given yet.
+/// Number of an element that has none yet.
 const NONE: u32 = u32::MAX;
 
 impl Mesh {
@@ -107,7 +107,7 @@ impl crate::Wedges {
 
 /// Numbers that things have in the face at hand.
 struct Renumbered {
-    /// Of each, the face that it was seen in last, and its number there.
+    /// Last face and number of each element.
     last: Vec<(u32, u32)>,
 }
 
@@ -116,7 +116,7 @@ impl Renumbered {
         Self { last: vec![(NONE, NONE); count] }
     }
 
-    /// That of one in a face: `next` if it has none there.
+    /// Returns the number of an element in a face: `next` if it has none there.
     fn number(&mut self, face: u32, of: u32, next: usize) -> u32 {
         let last = &mut self.last[of as usize];
         if last.0 != face {

@@ -9,13 +9,13 @@ use glam::Vec3;
 
 use crate::{Bounds, Mesh, Section, Wedges};
 
-/// Of an index that is not in a piece yet.
+/// Marker of an index that is in no piece yet.
 const ABSENT: u32 = u32::MAX;
 
-/// When a mesh, or a piece of it, is divided further.
+/// Limits beyond which a mesh, or a piece of it, is divided further.
 #[derive(Clone, Copy, Debug)]
 pub struct PieceLimits {
-    /// With more triangles.
+    /// Greatest number of triangles of a piece.
     pub triangles: u32,
     /// With more triangles, if it is wide.
     pub triangles_if_wide: u32,

@@ -3,6 +3,7 @@
 //! The path of a mesh through this crate: raw primitives are welded
 //! ([`weld()`]) into a [`Mesh`]; an optimiser turns its [`Topology`] into a
 //! [`CollapseSequence`]; [`CollapseStacks`] then gives the mesh at any cursor.
+#![doc = include_str!("../DESIGN.md")]
 
 mod deviation;
 mod error_order;

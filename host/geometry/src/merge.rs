@@ -13,7 +13,7 @@ use crate::{Collapse, CollapseSequence, CollapseStacks, Mesh, NO_FEATURE, Sectio
 /// A mesh as part of a greater one.
 #[derive(Clone, Debug)]
 pub struct MergePart<'a> {
-    /// The mesh.
+    /// Collapse stacks of the mesh.
     pub stacks: &'a CollapseStacks,
     /// Collapses done beforehand, which cannot be undone in the whole, to those that the
     /// whole may do.
@@ -25,7 +25,7 @@ pub struct MergePart<'a> {
     /// For each section of the mesh, its material in the whole, below `materials` of
     /// [`merge`].
     pub materials: &'a [u32],
-    /// What the part's features become: that which feature 0 is, others after it.
+    /// Feature of the whole that the part's feature 0 becomes; others follow it.
     pub first_feature: Option<u32>,
     /// The feature of what has none of these.
     pub feature: u32,
@@ -70,7 +70,7 @@ impl CollapseStacks {
 #[derive(Default)]
 struct Merged {
     mesh: Mesh,
-    /// Triangles by material.
+    /// Triangles of each material.
     corners: Vec<Vec<[u32; 3]>>,
     collapses: Vec<Collapse>,
 }

@@ -50,16 +50,16 @@ pub struct Wedges {
 pub struct Section {
     /// Index into the model's materials; `None` draws the default material.
     pub material: Option<u32>,
-    /// First triangle.
+    /// Index of the first triangle.
     pub first_triangle: u32,
-    /// Number of triangles.
+    /// Number of triangles in it.
     pub triangle_count: u32,
 }
 
-/// What an optimiser looks at: welded positions and triangles over them.
+/// Input of an optimiser: welded positions and triangles over them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Topology {
-    /// Welded positions.
+    /// Welded positions, in metres.
     pub positions: Vec<Vec3>,
     /// Corners as position indices.
     pub triangles: Vec<[u32; 3]>,
@@ -68,9 +68,9 @@ pub struct Topology {
 /// An axis-aligned box; by default the origin alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Bounds {
-    /// Smallest coordinates.
+    /// Smallest coordinates along each axis.
     pub min: Vec3,
-    /// Largest coordinates.
+    /// Largest coordinates along each axis.
     pub max: Vec3,
 }
 
@@ -175,12 +175,12 @@ pub(crate) fn scatter<T: Copy + Default>(values: &[T], new_of_old: &[u32]) -> Ve
 }
 
 impl Wedges {
-    /// Number of wedges.
+    /// Returns the number of wedges.
     pub fn len(&self) -> usize {
         self.position.len()
     }
 
-    /// Whether there is no wedge.
+    /// Reports whether there is no wedge.
     pub fn is_empty(&self) -> bool {
         self.position.is_empty()
     }
@@ -200,7 +200,7 @@ impl Bounds {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
-    /// Centre.
+    /// Returns the centre of the box.
     pub fn center(self) -> Vec3 {
         (self.min + self.max) * 0.5
     }
@@ -218,7 +218,7 @@ impl Bounds {
         others.into_iter().fold(Self { min: first, max: first }, grown)
     }
 
-    /// The eight corners.
+    /// Returns the eight corners of the box.
     pub fn corners(self) -> [Vec3; 8] {
         std::array::from_fn(|i| {
             Vec3::new(

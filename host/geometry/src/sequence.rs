@@ -5,7 +5,7 @@ use thiserror::Error;
 /// One half-edge collapse: `removed` moves onto `kept` and is gone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Collapse {
-    /// Position that disappears.
+    /// Position that the collapse removes.
     pub removed: u32,
     /// Position that stands for it from then on.
     pub kept: u32,
@@ -22,39 +22,39 @@ pub struct CollapseSequence {
     position_count: u32,
 }
 
-/// Why a list of collapses is no sequence. An optimiser plugin is at fault.
+/// Reasons why a list of collapses is no sequence. An optimiser plugin is at fault.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum SequenceError {
     /// A position index does not exist.
     #[error("collapse {index} names position {position}, but the mesh has {count}")]
     OutOfRange {
-        /// Entry at fault.
+        /// Index of the faulty entry.
         index: usize,
-        /// Position it names.
+        /// Position that it names.
         position: u32,
-        /// Positions there are.
+        /// Number of positions there are.
         count: u32,
     },
     /// A position collapses onto itself.
     #[error("collapse {index} moves position {position} onto itself")]
     SelfCollapse {
-        /// Entry at fault.
+        /// Index of the faulty entry.
         index: usize,
-        /// Position at fault.
+        /// Position collapsed onto itself.
         position: u32,
     },
     /// A position that an earlier entry removed is used again.
     #[error("collapse {index} uses position {position}, which an earlier collapse removed")]
     AlreadyRemoved {
-        /// Entry at fault.
+        /// Index of the faulty entry.
         index: usize,
-        /// Position at fault.
+        /// Position that was removed already.
         position: u32,
     },
     /// The error is negative, not finite, or smaller than the one before it.
     #[error("collapse {index} has an error that is not finite or decreases")]
     BadError {
-        /// Entry at fault.
+        /// Index of the faulty entry.
         index: usize,
     },
 }
@@ -103,12 +103,12 @@ impl CollapseSequence {
         &self.entries
     }
 
-    /// Number of collapses.
+    /// Returns the number of collapses.
     pub fn len(&self) -> u32 {
         self.entries.len() as u32
     }
 
-    /// Whether nothing collapses.
+    /// Reports whether nothing collapses.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }

@@ -18,15 +18,15 @@ const ROUND_COSINE: f32 = 0.76;
 /// A point of the surface of something slender.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlenderPoint {
-    /// Index into [`Mesh::positions`].
+    /// Position index into [`Mesh::positions`].
     pub position: u32,
     /// Away from the axis, of unit length.
     pub outward: Vec3,
-    /// Of the whole, in the mesh's own space, metres.
+    /// Radius of the whole tube, in the mesh's own space, metres.
     pub radius: f32,
 }
 
-/// What is known of an island.
+/// Measurements of an island that may be a tube.
 #[derive(Clone, Copy)]
 struct Tube {
     bounds: Bounds,
@@ -44,8 +44,8 @@ impl Tube {
         facing: Vec3::ZERO,
     };
 
-    /// Of a tube as long as its box is from corner to corner; one that bends is longer, and
-    /// thinner than this says.
+    /// Returns the radius of a tube as long as its box's diagonal. A bent tube is longer, and
+    /// thinner than this.
     fn radius(&self) -> f32 {
         self.area / (std::f32::consts::TAU * self.length())
     }
@@ -120,7 +120,7 @@ impl Mesh {
         (corners, 0.5 * (b - a).cross(c - a))
     }
 
-    /// Of a triangle at its corners, radians.
+    /// Returns the angles of a triangle at its corners, radians.
     fn angles(&self, corners: [u32; 3]) -> [f32; 3] {
         let [a, b, c] = corners.map(|position| self.positions[position as usize]);
         [(a, b, c), (b, c, a), (c, a, b)].map(|(at, to, other)| {

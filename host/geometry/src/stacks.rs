@@ -55,12 +55,12 @@ impl CollapseStacks {
         &self.mesh
     }
 
-    /// The mesh alone.
+    /// Returns the mesh without its tables.
     pub(crate) fn into_mesh(self) -> Mesh {
         self.mesh
     }
 
-    /// What is known beyond the mesh.
+    /// Returns the tables that belong to the mesh.
     pub fn tables(&self) -> &StackTables {
         &self.tables
     }

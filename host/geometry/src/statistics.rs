@@ -12,7 +12,7 @@ pub struct MeshStatistics {
     pub vertices: u64,
     /// Positions that a live triangle uses; at most `vertices`.
     pub vertices_referenced: u64,
-    /// Live triangles.
+    /// Number of live triangles.
     pub triangles: u64,
     /// Edges of live triangles.
     pub edges: u64,

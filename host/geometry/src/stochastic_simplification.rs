@@ -14,16 +14,16 @@ use glam::Vec3;
 use crate::error_order::LAST_TRIANGLES;
 use crate::{Bounds, Collapse, CollapseSequence, CollapseStacks, Mesh, SequenceError};
 
-/// How much thinner than the side of a square an island may be that shows as much as it.
+/// Least thickness of an island, as a share of a square's side, for it to count as visible.
 const LEAST_THICKNESS: f32 = 1.0 / 16.0;
 /// Errors of the collapses that leave an island few triangles, in sides of a square.
 const MAX_ERROR_SIDES: f32 = 0.5;
-/// How far widening moves a point at most, in sides of a square: what is bent or flat would
-/// stand out of the picture, were it to show all that it should.
+/// Greatest distance that widening moves a point, in sides of a square. Bent or flat islands would
+/// stand out of the picture without this limit.
 const MAX_MOVE_SIDES: f32 = 0.6;
 /// The share that such an island is narrowed to at least, to show what it did.
 const LEAST_SHARE: f32 = 0.25;
-/// What an island may show more or less without being stretched for it, as a share.
+/// Least change of the shown area that stretching is worth, as a share.
 const LEAST_STRETCH: f32 = 0.01;
 /// Triangles that an island may have for each square that it shows; of more it is taken apart.
 const MAX_TRIANGLES_A_SQUARE: usize = 8;
@@ -38,16 +38,16 @@ const DROPPED: u32 = 1;
 struct Island {
     section: u32,
     bounds: Bounds,
-    /// What it shows at most, square metres: from no side more than half of a surface.
+    /// Area that it shows at most, square metres: from no side more than half of a surface.
     shown: f32,
     first: Far,
     second: Far,
-    /// How far it reaches from the line through its middle between these, metres.
+    /// Greatest distance from the axis through its middle, metres.
     reach: f32,
 }
 
 impl Island {
-    /// Without a triangle.
+    /// Island without a triangle.
     const NOTHING: Self = Self {
         section: NOWHERE,
         bounds: Bounds { min: Vec3::ZERO, max: Vec3::ZERO },
@@ -68,23 +68,23 @@ impl Island {
         self.reach = self.reach.max(offset.cross(self.axis()).length());
     }
 
-    /// What it shows at least, if it is to be seen where a pixel is a square with this side.
+    /// Returns the least area that is visible where a pixel is a square with this side.
     fn least_shown(&self, side: f32) -> f32 {
         side * side.max(self.second.metres * LEAST_THICKNESS)
     }
 }
 
-/// What becomes of an island.
+/// Decision of stochastic simplification for an island.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct IslandDecision {
-    /// What it is to show, square metres; nothing where others stand for it.
+    /// Area that it is to show, square metres; zero where other islands stand in for it.
     shows: f32,
     /// The most triangles that it should have.
     max_triangles: usize,
 }
 
 impl IslandDecision {
-    /// Of all islands where a pixel is a square with this side.
+    /// Decides for all islands where a pixel is a square with this side.
     fn of<'a>(islands: impl Iterator<Item = &'a Island>, sections: usize, side: f32) -> Vec<Self> {
         // Of what each section lost so far, in islands.
         let mut owed = vec![0.0_f32; sections];
@@ -105,7 +105,7 @@ impl IslandDecision {
 
 /// Islands, and faces of those that were taken apart.
 struct Pieces {
-    /// Of each position, or [`NOWHERE`].
+    /// Island of each position, or [`NOWHERE`].
     island_of: Vec<u32>,
     islands: Vec<Island>,
     decisions: Vec<IslandDecision>,
@@ -204,7 +204,7 @@ impl Mesh {
         (roots.iter().map(|&root| of_root[root as usize]).collect(), count as usize)
     }
 
-    /// What so many islands show, by their numbers.
+    /// Measures so many islands, by their numbers.
     fn shown_islands(&self, island_of: &[u32], count: usize) -> Vec<Island> {
         let mut islands = vec![Island::NOTHING; count];
         for (section, range) in (0..).zip(&self.sections) {
@@ -401,7 +401,7 @@ mod tests {
         weld(&[plates]).unwrap().0
     }
 
-    /// Of all triangles, on one side.
+    /// Returns the area of all triangles, on one side.
     fn shown(mesh: &Mesh) -> f32 {
         let area = |&corners: &[u32; 3]| {
             let [a, b, c] = mesh.corner_positions(corners).map(|p| mesh.positions[p as usize]);

@@ -18,7 +18,7 @@ use crate::{Mesh, NO_FEATURE, Section};
 /// One primitive as a file gives it: parallel vertex arrays and indices.
 #[derive(Clone, Debug, Default)]
 pub struct RawPrimitive {
-    /// Vertex positions.
+    /// Positions of the vertices.
     pub positions: Vec<Vec3>,
     /// Vertex normals; empty to have flat ones computed.
     pub normals: Vec<Vec3>,
@@ -34,23 +34,23 @@ pub struct RawPrimitive {
 }
 
 impl RawPrimitive {
-    /// What a triangle belongs to, or [`NO_FEATURE`].
+    /// Returns the feature that a triangle belongs to, or [`NO_FEATURE`].
     fn feature_of(&self, corners: [u32; 3]) -> u32 {
         self.features.get(corners[0] as usize).copied().unwrap_or(NO_FEATURE)
     }
 
-    /// Whether a corner of a triangle belongs to something else by itself.
+    /// Reports whether a corner of a triangle belongs to another feature by itself.
     fn is_foreign(&self, corner: u32, feature: u32) -> bool {
         self.features.get(corner as usize).is_some_and(|&own| own != feature)
     }
 }
 
-/// What welding did, for the import report.
+/// Counts of one welding, for the import report.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WeldReport {
     /// Vertices that the triangles referenced.
     pub vertices_in: usize,
-    /// Welded positions.
+    /// Number of welded positions.
     pub positions: usize,
     /// Wedges after merging equal vertices.
     pub wedges: usize,
@@ -58,29 +58,29 @@ pub struct WeldReport {
     pub coincident_triangles: usize,
 }
 
-/// Why raw primitives cannot be welded.
+/// Reasons why raw primitives cannot be welded.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum WeldError {
     /// A triangle names a vertex that does not exist.
     #[error("primitive {primitive}: triangle {triangle} names vertex {vertex} of {count}")]
     IndexOutOfRange {
-        /// Primitive at fault.
+        /// Index of the faulty primitive.
         primitive: usize,
-        /// Triangle at fault.
+        /// Index of the faulty triangle.
         triangle: usize,
         /// The index it names.
         vertex: u32,
-        /// Vertices there are.
+        /// Number of vertices there are.
         count: usize,
     },
     /// An attribute array has another length than the positions.
     #[error("primitive {primitive}: {found} {attribute} for {expected} positions")]
     AttributeLength {
-        /// Primitive at fault.
+        /// Index of the faulty primitive.
         primitive: usize,
-        /// Attribute at fault.
+        /// Name of the faulty attribute.
         attribute: &'static str,
-        /// Its length.
+        /// Length of the attribute array.
         found: usize,
         /// The number of positions.
         expected: usize,
@@ -88,9 +88,9 @@ pub enum WeldError {
     /// A referenced coordinate is NaN or infinite.
     #[error("primitive {primitive}: position of vertex {vertex} is not finite")]
     NotFinite {
-        /// Primitive at fault.
+        /// Index of the faulty primitive.
         primitive: usize,
-        /// Vertex at fault.
+        /// Index of the faulty vertex.
         vertex: u32,
     },
     /// The mesh exceeds 32-bit indices.
@@ -173,11 +173,11 @@ struct Welder {
     mesh: Mesh,
     report: WeldReport,
     with_features: bool,
-    /// Which vertices are at one point, and the mesh's position there once it has one.
+    /// Vertices grouped by point, and the mesh's position at each point once it has one.
     points: Points,
     positions: Vec<u32>,
     hasher: DefaultHashBuilder,
-    /// Of each position the last of its first wedges, of each wedge the one before it.
+    /// Last chained wedge of each position. `wedges_before` links each wedge to the one before it.
     last_wedges: Vec<u32>,
     wedges_before: Vec<u32>,
     /// Wedges beyond a position's first ones.
@@ -330,7 +330,7 @@ fn add_wedge(mesh: &mut Mesh, position: u32, normal: Vec3, uv: Vec2, section: u3
     wedges.position.len() as u32 - 1
 }
 
-/// What makes two vertices one wedge.
+/// Returns the key by which two vertices are one wedge.
 fn wedge_key(position: u32, normal: Vec3, uv: Vec2, section: u32) -> [u32; 7] {
     let [x, y, z] = normal.to_array().map(f32::to_bits);
     let [u, v] = uv.to_array().map(f32::to_bits);

@@ -10,12 +10,12 @@ const JSON_CHUNK: u32 = 0x4E4F_534A;
 const BIN_CHUNK: u32 = 0x004E_4942;
 const HEADER_BYTES: u64 = 12;
 const CHUNK_HEADER_BYTES: u64 = 8;
-/// Where chunks end (glTF 2.0, section 4.4.3.1).
+/// Alignment of chunks, bytes (glTF 2.0, section 4.4.3.1).
 const CHUNK_ALIGNMENT: u64 = 4;
-/// Where views begin: columns of property tables lie on eight bytes.
+/// Alignment of buffer views, bytes: columns of property tables need eight.
 const VIEW_ALIGNMENT: u64 = 8;
 
-/// What an element of a stream is. Each kind is one buffer view.
+/// Kind of a stream's elements. Each kind is one buffer view.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Stream {
     Positions,
@@ -40,7 +40,7 @@ pub(crate) struct Binary {
     views: Vec<View>,
 }
 
-/// Where appended elements begin.
+/// Location of appended elements.
 pub(crate) struct Location {
     pub(crate) view: u32,
     pub(crate) byte_offset: u64,

@@ -1,79 +1,79 @@
-//! Why a model cannot be written.
+//! Export errors: contradictions in a model, or a file beyond the format.
 
 use thiserror::Error;
 
-/// Why a model cannot be written as GLB. All but [`ExportError::TooLarge`] are
-/// faults of the code that built the model.
+/// Reasons why a model cannot be written as GLB. All but [`ExportError::TooLarge`] are faults of
+/// the code that built the model.
 #[derive(Debug, Error)]
 pub enum ExportError {
     /// An index names something that the model does not have.
     #[error("{place} names {what} {index}, but there are {count}; build the model anew")]
     Reference {
-        /// Where in the model, such as `node 3`.
+        /// Place in the model, such as `node 3`.
         place: String,
-        /// What is named, such as `mesh`.
+        /// Kind of the item named, such as `mesh`.
         what: &'static str,
-        /// The index.
+        /// Index of the item.
         index: u64,
-        /// How many there are.
+        /// Number of items there are.
         count: usize,
     },
     /// A node's parent does not come before it.
     #[error("node {node} has parent {parent}, which is not an earlier node; sort the nodes")]
     ParentOrder {
-        /// The child.
+        /// Index of the child node.
         node: usize,
-        /// Its parent.
+        /// Index of its parent.
         parent: u32,
     },
     /// The arrays of a mesh's wedges differ in length.
     #[error("mesh {mesh}: wedge arrays differ in length; build the mesh by welding")]
     WedgeArrays {
-        /// The mesh.
+        /// Index of the mesh.
         mesh: usize,
     },
     /// A mesh has another number of features than of positions.
     #[error("mesh {mesh}: {found} features for {expected} positions; build the mesh by welding")]
     Features {
-        /// The mesh.
+        /// Index of the mesh.
         mesh: usize,
-        /// Features it has.
+        /// Number of features it has.
         found: usize,
-        /// Positions it has.
+        /// Number of positions it has.
         expected: usize,
     },
     /// More features than a float tells apart.
     #[error("mesh {mesh} has {count} features, and glTF tells at most 2^24 apart: split the mesh")]
     TooManyFeatures {
-        /// The mesh.
+        /// Index of the mesh.
         mesh: usize,
-        /// Features it has.
+        /// Number of features it has.
         count: usize,
     },
     /// A value that the file cannot hold.
     #[error("{place} is not finite; glTF has no NaN and no infinity: mend it before writing")]
     NotFinite {
-        /// Where in the model.
+        /// Place in the model, such as `node 3`.
         place: String,
     },
     /// A texture's pixels do not match its size.
     #[error("texture {texture} is {width} x {height}, but holds {bytes} bytes of RGBA")]
     TextureSize {
-        /// The texture.
+        /// Index of the texture.
         texture: usize,
-        /// Width in pixels.
+        /// Width of the texture in pixels.
         width: u32,
-        /// Height in pixels.
+        /// Height of the texture in pixels.
         height: u32,
-        /// Bytes it holds.
+        /// Number of bytes it holds.
         bytes: usize,
     },
     /// A texture cannot be encoded as PNG.
     #[error("texture {texture} cannot be written as PNG: {reason}")]
     Png {
-        /// The texture.
+        /// Index of the texture.
         texture: usize,
-        /// What the encoder says.
+        /// Error of the encoder.
         reason: image::ImageError,
     },
     /// The document cannot be written as JSON.
@@ -82,7 +82,7 @@ pub enum ExportError {
     /// GLB holds its length in 32 bits.
     #[error("the file would have {bytes} bytes, and GLB holds at most 2^32 - 1: split the model")]
     TooLarge {
-        /// Bytes needed.
+        /// Number of bytes needed.
         bytes: u64,
     },
 }

@@ -15,20 +15,20 @@ use crate::extensions::{
 /// glTF has no 32-bit integers as attributes (glTF 2.0, section 3.7.2.1).
 pub(crate) const MAX_FEATURE_ID: u32 = 1 << 24;
 
-/// How the features of one mesh are written.
+/// Writer of one mesh's features.
 #[derive(Clone, Copy)]
 pub(crate) struct MeshFeatureWriter<'a> {
     mesh: &'a Mesh,
     /// Property table of the names, if there are names.
     table: Option<u32>,
-    /// What stands for [`NO_FEATURE`]: the first id after all others.
+    /// Id written for [`NO_FEATURE`]: the first id after all others.
     null: u32,
 }
 
 /// The feature ids of one primitive's vertices.
 pub(crate) struct VertexFeatures {
     pub(crate) ids: Vec<u32>,
-    /// Whether two bytes hold every id of the mesh.
+    /// Width of the ids: whether two bytes hold every id of the mesh.
     pub(crate) is_narrow: bool,
     set: FeatureIdSet,
 }

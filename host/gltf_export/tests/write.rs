@@ -1,4 +1,4 @@
-//! What is written, read back by the `gltf` crate, which validates as it reads.
+//! Exported files, read back by the `gltf` crate, which validates as it reads.
 
 #![allow(clippy::unwrap_used)]
 

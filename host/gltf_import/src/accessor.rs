@@ -28,7 +28,7 @@ struct Sparse<'a> {
     values: Elements<'a>,
 }
 
-/// A checked accessor.
+/// Accessor whose ranges were checked.
 #[derive(Clone, Copy)]
 pub(crate) struct Accessor<'a> {
     pub(crate) index: usize,
@@ -117,7 +117,7 @@ impl<'a> Accessor<'a> {
         Ok(Self { index, count, component_type, normalized, shape, base, sparse })
     }
 
-    /// How many elements a pass over all stored bytes visits.
+    /// Returns how many elements a pass over all stored bytes visits.
     pub(crate) fn stored_elements(&self) -> u64 {
         let base = self.base.map_or(0, |b| b.count as u64);
         base + self.sparse.map_or(0, |s| s.values.count as u64)

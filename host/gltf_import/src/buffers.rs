@@ -27,7 +27,7 @@ pub(crate) struct View<'a> {
     pub(crate) stride: Option<usize>,
 }
 
-/// Where each buffer's bytes are.
+/// Sources of the buffers' bytes.
 pub(crate) struct LoadedBuffers(Vec<Source>);
 
 /// Loads the files and data URIs that buffers name.

@@ -78,7 +78,7 @@ pub(crate) fn shortened(text: &str) -> String {
     format!("{}{dots}", &text[..end])
 }
 
-/// Where a parser stopped, as a JSON pointer.
+/// Returns the place where a parser stopped, as a JSON pointer.
 pub(crate) fn pointer(path: &serde_path_to_error::Path) -> String {
     let steps = path.iter().filter_map(|segment| match segment {
         Segment::Seq { index } => Some(format!("/{index}")),

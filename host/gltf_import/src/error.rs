@@ -1,4 +1,4 @@
-//! Why a file cannot be imported: what, where, and what to do about it.
+//! Import errors: fault, place in the file, and remedy.
 
 use std::path::PathBuf;
 
@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use crate::limits::{MAX_COORDINATE, MAX_JSON_DEPTH};
 
-/// Why a file cannot be imported.
+/// Error of an import, with file and place.
 #[derive(Debug, Error)]
 #[error("{}: {fault}, at {place}: {}", self.file_name(), fault.remedy())]
 pub struct ImportError {
@@ -14,19 +14,19 @@ pub struct ImportError {
     pub file: PathBuf,
     /// JSON pointer of the value at fault, or what part of the file it is in.
     pub place: String,
-    /// What is wrong.
+    /// Fault found at the place.
     pub fault: ImportFault,
 }
 
-/// What is wrong with a file.
+/// Fault of a file that cannot be imported.
 #[derive(Debug, Error)]
 pub enum ImportFault {
     /// A file cannot be opened or read.
     #[error("cannot read '{path}': {reason}")]
     Read {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the operating system.
         reason: std::io::Error,
     },
     /// A folder, device, pipe or socket where a file should be.
@@ -35,11 +35,11 @@ pub enum ImportFault {
     /// More of something than the limits allow.
     #[error("{count} {what}, and the limit is {limit}")]
     TooMany {
-        /// What there is too much of.
+        /// Kind of the items that are too many.
         what: &'static str,
-        /// How much there is, or how much had been counted when it became too much.
+        /// Number of items, or the number counted when it became too much.
         count: u64,
-        /// The limit.
+        /// Greatest number of items allowed.
         limit: u64,
     },
     /// The GLB container is damaged.
@@ -48,11 +48,11 @@ pub enum ImportFault {
     /// The JSON does not parse, or not as glTF.
     #[error("line {line}, column {column} of the JSON: {reason}")]
     Json {
-        /// Line from 1.
+        /// Line of the JSON, from 1.
         line: usize,
-        /// Column from 1.
+        /// Column of the line, from 1.
         column: usize,
-        /// What the parser says.
+        /// Message of the JSON parser.
         reason: String,
     },
     /// Arrays and objects nest too deeply.
@@ -61,7 +61,7 @@ pub enum ImportFault {
     /// A number that no index, count or offset of a file can be.
     #[error("{0} is more than any file holds")]
     HugeNumber(u64),
-    /// Not glTF 2.
+    /// Version other than glTF 2.
     #[error("glTF version '{0}' is not supported")]
     Version(String),
     /// The file cannot be shown without an extension that Busbar lacks.
@@ -70,35 +70,35 @@ pub enum ImportFault {
     /// An index beyond what there is.
     #[error("{what} {index} is named, but there are {count}")]
     Index {
-        /// What is named.
+        /// Kind of the item that is named.
         what: &'static str,
-        /// Its index.
+        /// Index of the item.
         index: usize,
-        /// How many there are.
+        /// Number of items there are.
         count: usize,
     },
     /// Data said to lie where no bytes are.
     #[error("{what} needs {needed} bytes, but there are {available}")]
     Beyond {
-        /// What needs the bytes.
+        /// Kind of the data that need the bytes.
         what: &'static str,
         /// Bytes from the start of what holds it; more than 2^64 saturates.
         needed: u64,
-        /// Bytes there are.
+        /// Number of bytes there are.
         available: u64,
     },
     /// A URI that is refused.
     #[error("the URI '{uri}' is refused: {reason}")]
     Uri {
-        /// The URI, shortened.
+        /// Refused URI, shortened for the message.
         uri: String,
-        /// Why.
+        /// Reason for the refusal.
         reason: &'static str,
     },
     /// A node with two parents.
     #[error("node {node} is a child of both node {first} and node {second}")]
     TwoParents {
-        /// The child.
+        /// Node that has two parents.
         node: usize,
         /// The parent named first.
         first: usize,
@@ -114,7 +114,7 @@ pub enum ImportFault {
     /// An index beyond the vertices of its primitive.
     #[error("the indices name vertex {index}, but there are {count} vertices")]
     Vertex {
-        /// The largest index.
+        /// Largest index of a vertex.
         index: u32,
         /// Vertices of the primitive.
         count: usize,
@@ -131,7 +131,7 @@ pub enum ImportFault {
 }
 
 impl ImportFault {
-    /// What the reader of the message can do.
+    /// Returns the remedy for the reader of the message.
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::Read { .. } | Self::NotAFile(_) => "check the path and its permissions",
@@ -175,7 +175,7 @@ impl ImportError {
 }
 
 impl ImportFault {
-    /// This fault, at a place.
+    /// Adds a place to the fault.
     pub(crate) fn at(self, place: impl Into<String>) -> ImportError {
         ImportError::new(place, self)
     }

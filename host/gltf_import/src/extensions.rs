@@ -21,7 +21,7 @@ pub(crate) const TEXTURE_BASISU: &str = "KHR_texture_basisu";
 /// Before the number of the set, in names of vertex attributes.
 const ATTRIBUTE_PREFIX: &str = "_FEATURE_ID_";
 
-/// What the extensions say; empty where a file does not use them.
+/// Contents of the supported extensions; empty where a file does not use them.
 #[derive(Default, Deserialize)]
 pub(crate) struct Extensions {
     #[serde(default)]
@@ -119,7 +119,7 @@ struct Schema {
     classes: Members<Class>,
 }
 
-/// What kinds of values the columns of a table hold.
+/// Types of the columns of a property table.
 #[derive(Deserialize)]
 pub(crate) struct Class {
     #[serde(default)]
@@ -181,7 +181,7 @@ impl Extensions {
         Some((primitive, &features.feature_ids))
     }
 
-    /// Where a primitive's feature ids are, if it has any.
+    /// Returns the source of a primitive's feature ids, if it has any.
     pub(crate) fn features(&self, mesh: usize, primitive: usize) -> Option<PrimitiveFeatures<'_>> {
         let (primitive, sets) = self.sets(mesh, primitive)?;
         let (index, set) = sets.by_attribute.as_ref()?;
@@ -201,7 +201,7 @@ impl Extensions {
         usize::try_from(source).ok()
     }
 
-    /// How many sets of feature ids a primitive has besides.
+    /// Returns how many further sets of feature ids a primitive has.
     pub(crate) fn skipped_sets(&self, mesh: usize, primitive: usize) -> usize {
         self.sets(mesh, primitive).map_or(0, |(_, sets)| sets.skipped)
     }

@@ -56,7 +56,7 @@ pub(crate) struct FeatureNamer<'a> {
     limit: u32,
 }
 
-/// What makes two features one: features of different tables never are.
+/// Key of a feature: features of different tables are never the same.
 type Key = (Option<usize>, u32);
 
 impl<'a> FeatureNamer<'a> {

@@ -67,7 +67,7 @@ impl<'a> Files<'a> {
         self.try_load(uri).map_err(|fault| fault.at(place))
     }
 
-    /// What [`Files::load`] read.
+    /// Returns the bytes that [`Files::load`] read.
     pub(crate) fn get(&self, index: usize) -> &[u8] {
         &self.contents[index]
     }

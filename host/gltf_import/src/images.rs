@@ -19,7 +19,7 @@ use crate::report::Notes;
 /// than this cannot come from the bytes.
 const MAX_COMPRESSION: u64 = 1032;
 
-/// What a decoder may take beside the pixels.
+/// Memory that a decoder may take besides the pixels, bytes.
 const DECODER_BYTES: u64 = 4 << 20;
 
 /// Pixels that are decoded on trust. Of more, every PNG and KTX2 is first read through
@@ -29,10 +29,10 @@ const MAX_UNVERIFIED_PIXELS: u64 = 8 << 20;
 /// Pixels along a side of what stands in for an image, and of one of its cells.
 const CHECKER_SIDE: u32 = 16;
 const CHECKER_CELL: u32 = 4;
-/// Of its cells in turn; nothing in a station looks like this.
+/// Colours of the checker's cells in turn; nothing in a station looks like this.
 const CHECKER: [[u8; 4]; 2] = [[255, 0, 255, 255], [128, 128, 128, 255]];
 
-/// Where an image's bytes are.
+/// Source of an image's bytes.
 pub(crate) enum Source {
     InBuffer,
     File(usize),
@@ -130,7 +130,7 @@ pub(crate) fn decode(
     Ok(decoded)
 }
 
-/// What stands in for an image.
+/// Returns the placeholder texture of a missing or broken image.
 fn checker() -> Texture {
     let cell = |i: u32| {
         let (x, y) = (i % CHECKER_SIDE / CHECKER_CELL, i / CHECKER_SIDE / CHECKER_CELL);

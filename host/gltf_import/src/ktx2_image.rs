@@ -22,12 +22,12 @@ const MAX_WINDOW: u64 = 8 << 20;
 /// Pixels along a side of a block.
 const BLOCK: usize = 4;
 
-/// Whether bytes say that they are of this kind.
+/// Reports whether bytes begin with the KTX2 identifier.
 pub(crate) fn is_ktx2(bytes: &[u8]) -> bool {
     bytes.starts_with(&IDENTIFIER)
 }
 
-/// How pixels are kept.
+/// Encoding of the pixels in a level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Coding {
     Rgba8,
@@ -51,7 +51,7 @@ pub(crate) struct Level<'a> {
     coding: Coding,
     reader: Reader<&'a [u8]>,
     is_compressed: bool,
-    /// Bytes once decompressed.
+    /// Number of bytes once decompressed.
     bytes: u64,
 }
 
@@ -91,12 +91,12 @@ pub(crate) fn first_level(bytes: &[u8]) -> Result<Level<'_>, ImportFault> {
 }
 
 impl Level<'_> {
-    /// As the file has it.
+    /// Returns the level's bytes as stored.
     fn data(&self) -> &[u8] {
         self.reader.levels().next().map_or(&[], |level| level.data)
     }
 
-    /// Its pixels.
+    /// Decodes the pixels of the first level.
     pub(crate) fn decode(&self) -> Result<Texture, ImportFault> {
         let [width, height] = self.size;
         let rgba8 = match (self.is_compressed, self.coding) {
@@ -195,8 +195,8 @@ impl Block {
     }
 }
 
-/// Of the formats whose bytes are read as those of a PNG: what a material means by them
-/// says whether they are sRGB.
+/// Returns the encoding of a supported format. Whether bytes are sRGB follows from the material's
+/// use of them, as for PNG.
 fn coding_of(format: Option<Format>) -> Option<Coding> {
     Some(match format? {
         Format::R8G8B8A8_UNORM | Format::R8G8B8A8_SRGB => Coding::Rgba8,

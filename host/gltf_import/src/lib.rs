@@ -54,9 +54,9 @@ pub use crate::report::ImportReport;
 /// A model and what was left out of it.
 #[derive(Clone, Debug)]
 pub struct ImportedModel {
-    /// The model.
+    /// Model of the file.
     pub model: Model,
-    /// What happened on the way.
+    /// Report of the import.
     pub report: ImportReport,
 }
 
@@ -79,7 +79,7 @@ pub fn import_file(path: &Path, limits: &ImportLimits) -> Result<ImportedModel, 
     import_file_with_cache(path, limits, None)
 }
 
-/// As [`import_file`], with somebody who keeps large meshes between imports.
+/// Imports like [`import_file`], with a cache that keeps large meshes between imports.
 ///
 /// # Errors
 /// As [`import_file`].

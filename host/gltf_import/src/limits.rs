@@ -1,5 +1,5 @@
-//! How much one model may hold. Files are not trusted: every loop and every
-//! buffer of this crate ends at one of these.
+//! Import limits. Files are not trusted: every loop and every buffer of this crate ends at one of
+//! these.
 
 /// Bytes of a model file and all files it names, together.
 pub const MAX_FILE_BYTES: u64 = 1 << 30;
@@ -35,20 +35,20 @@ pub const MAX_NOTES: usize = 100;
 /// Largest coordinate, metres: squares of it still are finite.
 pub const MAX_COORDINATE: f32 = 1e12;
 
-/// What an importer accepts. The default is the constants of this crate.
+/// Limits of an import. The default is the constants of this crate.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ImportLimits {
-    /// See [`MAX_FILE_BYTES`].
+    /// Limit of bytes; see [`MAX_FILE_BYTES`].
     pub max_file_bytes: u64,
-    /// See [`MAX_NODES`].
+    /// Limit of nodes; see [`MAX_NODES`].
     pub max_nodes: u32,
-    /// See [`MAX_DEPTH`].
+    /// Limit of depth; see [`MAX_DEPTH`].
     pub max_depth: u32,
-    /// See [`MAX_TRIANGLES`].
+    /// Limit of triangles; see [`MAX_TRIANGLES`].
     pub max_triangles: u64,
-    /// See [`MAX_FEATURES`].
+    /// Limit of features; see [`MAX_FEATURES`].
     pub max_features: u32,
-    /// See [`MAX_TEXTURE_PIXELS`].
+    /// Limit of pixels; see [`MAX_TEXTURE_PIXELS`].
     pub max_texture_pixels: u64,
 }
 

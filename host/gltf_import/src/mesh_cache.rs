@@ -11,13 +11,13 @@ pub const MIN_CACHED_TRIANGLES: usize = 50_000;
 /// Keeps welded meshes of at least [`MIN_CACHED_TRIANGLES`] by the content of the file that
 /// they come from, and by their index in it.
 pub trait MeshCache: Sync {
-    /// What the content is known by: the file's JSON, then its buffers, which together
-    /// decide every mesh.
+    /// Computes the content hash of the file's JSON and its buffers, which together decide every
+    /// mesh.
     fn digest(&self, content: &[&[u8]]) -> u128;
 
     /// A mesh that was kept.
     fn get(&self, content: u128, mesh: usize) -> Option<CachedMesh>;
 
-    /// Keeps one.
+    /// Stores a welded mesh.
     fn insert(&self, content: u128, mesh: usize, built: &CachedMesh);
 }

@@ -203,7 +203,7 @@ impl<'a> Checker<'a> {
     }
 }
 
-/// Who keeps large meshes, and of which content.
+/// Mesh cache with the content of the file.
 pub(crate) struct Keeping<'a> {
     cache: &'a dyn MeshCache,
     content: &'a dyn Fn() -> Vec<&'a [u8]>,

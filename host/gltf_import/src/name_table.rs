@@ -17,7 +17,7 @@ pub(crate) struct NameTable<'a> {
     offsets: Offsets<'a>,
 }
 
-/// Where each string begins, and where the last one ends.
+/// Offsets of the strings' beginnings, and the end of the last one.
 #[derive(Clone, Copy)]
 struct Offsets<'a> {
     bytes: &'a [u8],
@@ -94,7 +94,7 @@ impl<'a> NameTable<'a> {
 }
 
 impl<'a> Offsets<'a> {
-    /// Those of so many rows: one more than rows.
+    /// Checks the offsets of so many rows: one more than rows.
     fn new(bytes: &'a [u8], width: usize, rows: u64) -> Result<Self, ImportFault> {
         let needed = rows.saturating_add(1).saturating_mul(width as u64);
         let available = bytes.len() as u64;

@@ -9,7 +9,7 @@ use crate::limits::MAX_NAME_BYTES;
 pub(crate) struct Names(HashMap<String, u32>);
 
 impl Names {
-    /// This name, numbered if it was given before.
+    /// Returns the name, numbered if it was given before.
     pub(crate) fn unique(&mut self, name: String) -> String {
         if !self.0.contains_key(&name) {
             self.0.insert(name.clone(), 1);

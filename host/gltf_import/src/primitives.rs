@@ -30,7 +30,7 @@ pub(crate) struct Primitive<'a> {
     mode: Mode,
 }
 
-/// Where a primitive stands in the file.
+/// Position of a primitive in the file.
 #[derive(Clone, Copy)]
 pub(crate) struct Place {
     pub(crate) mesh: usize,
@@ -100,7 +100,7 @@ impl<'a> Primitive<'a> {
         Ok(Some(Self { positions, normals, uvs, features, indices, material, mode }))
     }
 
-    /// How many triangles there will be.
+    /// Returns how many triangles the primitive makes.
     pub(crate) fn triangle_count(&self) -> usize {
         let corners = self.corner_count();
         match self.mode {
@@ -207,12 +207,12 @@ fn feature_ids<'a>(
     Ok(FeatureIds { ids, null: found.set.null_feature_id, table })
 }
 
-/// What does not fit is beyond what there is.
+/// Converts a number to an index; one that does not fit becomes an index beyond all.
 pub(crate) fn as_index(number: u64) -> usize {
     usize::try_from(number).unwrap_or(usize::MAX)
 }
 
-/// What an accessor must be for its use (glTF 2.0, section 3.7.2.1, widened by
+/// Requirements on an accessor for its use (glTF 2.0, section 3.7.2.1, widened by
 /// KHR_mesh_quantization).
 struct Rule {
     what: &'static str,

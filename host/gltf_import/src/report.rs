@@ -1,4 +1,4 @@
-//! What the importer left out, for the log.
+//! Import report: welding counts and skipped content, for the log.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -7,12 +7,12 @@ use busbar_geometry::WeldReport;
 
 use crate::limits::MAX_NOTES;
 
-/// What an import did and what it left out.
+/// Report of an import, with everything that was left out.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ImportReport {
     /// One per mesh of the model, in order.
     pub meshes: Vec<WeldReport>,
-    /// What was skipped, as plain sentences.
+    /// Notes about skipped content, as plain sentences.
     pub notes: Vec<String>,
 }
 

@@ -17,7 +17,7 @@ use crate::error::{ImportError, ImportFault};
 use crate::extensions;
 use crate::limits::{MAX_JSON_DEPTH, MAX_JSON_MEMORY, MAX_NAME_BYTES};
 
-/// What the elements of a top-level array cost when parsed, bytes.
+/// Memory cost of the parsed elements of a top-level array, bytes.
 struct Section {
     name: &'static str,
     element: usize,
@@ -99,7 +99,7 @@ pub(crate) fn scan(json: &[u8], limits: &ImportLimits) -> Result<(), ImportError
     }
 }
 
-/// What the JSON parser says, as a fault.
+/// Converts an error of the JSON parser to a fault.
 pub(crate) fn json_fault(error: &serde_json::Error) -> ImportFault {
     let (line, column) = (error.line(), error.column());
     let mut reason = error.to_string();
@@ -186,7 +186,7 @@ impl<'a> Scanner<'a> {
         self.charge(bytes)
     }
 
-    /// Whether the path is `/accessors/N/min...` or `max`.
+    /// Reports whether the path is `/accessors/N/min...` or `max`.
     fn in_bounds(&self) -> bool {
         self.section.is_some_and(|s| s.name == "accessors")
             && matches!(self.path.get(2), Some(Step::Key(key)) if key == "min" || key == "max")

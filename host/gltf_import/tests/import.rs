@@ -1,4 +1,4 @@
-//! What well-formed and odd files become.
+//! Import of well-formed and of odd files.
 
 #![allow(clippy::unwrap_used)]
 

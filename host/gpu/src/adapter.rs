@@ -13,7 +13,7 @@ use crate::{Format, GpuError};
 
 /// Names the device to use, before the configuration does.
 const OVERRIDE_VARIABLE: &str = "BUSBAR_DEVICE";
-/// Where the configuration names it.
+/// Setting of the configuration that names the device.
 const CONFIGURED: &str = "view.device";
 
 /// A physical device that can do the work.
@@ -26,10 +26,10 @@ pub(crate) struct Adapter {
     pub(crate) can_draw_lines: bool,
     /// Many draw calls can be read from memory by one command.
     pub(crate) draws_indirectly: bool,
-    /// Whether the queue writes timestamps.
+    /// Timestamp support of the queue.
     pub(crate) has_timestamps: bool,
     pub(crate) filters_depth: bool,
-    /// The processor draws.
+    /// Software rasterizer: the processor draws.
     pub(crate) is_software: bool,
     /// Triangles that it draws at a time, there.
     pub(crate) max_triangles_per_pass: Option<NonZeroU32>,
@@ -107,7 +107,7 @@ impl Adapter {
     }
 }
 
-/// Whether samplers interpolate what comparing depth gives.
+/// Reports whether samplers filter the results of depth comparisons.
 fn filters_depth(instance: &Instance, device: vk::PhysicalDevice) -> bool {
     let format = Format::Depth32.vk();
     // SAFETY: `device` comes from this live instance.
@@ -131,7 +131,7 @@ fn device_name(properties: &vk::PhysicalDeviceProperties) -> String {
         .map_or_else(|_| "unnamed device".to_owned(), |name| name.to_string_lossy().into_owned())
 }
 
-/// What device is asked for, and where; the environment goes before.
+/// Returns the device asked for, and the place that asks; the environment takes precedence.
 fn requested_device(wanted: Option<&str>) -> Option<(&'static str, String)> {
     let named = std::env::var(OVERRIDE_VARIABLE).ok().map(|name| (OVERRIDE_VARIABLE, name));
     named

@@ -3,7 +3,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use busbar_huge_pages::{self as huge_pages, Pages, Wanted};
+use busbar_huge_pages::{self as huge_pages, PageSize, Pages};
 
 /// Memory that a frame of a million triangles takes, and more.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
@@ -29,16 +29,16 @@ pub(crate) fn retain_freed_memory() {
     }
 }
 
-/// Whether all threads take from one heap.
+/// Single-arena mode: all threads allocate from one heap.
 static IS_ONE_HEAP: AtomicBool = AtomicBool::new(false);
 
-/// What a scene of a million triangles and its first frame take.
+/// Bytes of a scene of a million triangles with its first frame.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 const FIRST_HEAP_BYTES: libc::c_int = 384 << 20;
 /// Makes the heap grow, as what it has at first is smaller.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 const FIRST_BLOCK_BYTES: usize = 1 << 20;
-/// What glibc has by default.
+/// Default top padding of glibc, bytes.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 const TOP_PAD_BYTES: libc::c_int = 128 << 10;
 
@@ -63,7 +63,7 @@ pub fn configure_allocator() {
         // A block that is none of the heap's is not below its end, or far below.
         if !block.is_null() && bytes <= 2 * FIRST_HEAP_BYTES as usize {
             let pages = Pages::within(block, bytes);
-            pages.advise(Wanted::Huge);
+            pages.advise(PageSize::Huge);
             HEAP.0.store(pages.start().addr(), Ordering::Relaxed);
             HEAP.1.store(pages.bytes(), Ordering::Relaxed);
         }
@@ -117,7 +117,7 @@ unsafe impl GlobalAlloc for HugePageAllocator {
     }
 }
 
-/// Where the one heap lies that is under huge pages, and how long it is.
+/// Address and length of the single heap under huge pages.
 static HEAP: (AtomicUsize, AtomicUsize) = (AtomicUsize::new(0), AtomicUsize::new(0));
 
 /// Asks for huge pages where they lie wholly within a large block, while they are fast; once
@@ -136,7 +136,7 @@ unsafe fn advised(block: *mut u8, used_bytes: usize, bytes: usize) -> *mut u8 {
     };
     if huge_pages::ask(block, bytes, used_bytes, touch) {
         let heap = std::ptr::without_provenance_mut(HEAP.0.load(Ordering::Relaxed));
-        Pages::within(heap, HEAP.1.load(Ordering::Relaxed)).advise(Wanted::Small);
+        Pages::within(heap, HEAP.1.load(Ordering::Relaxed)).advise(PageSize::Small);
     }
     block
 }

@@ -1,4 +1,4 @@
-//! Parts of images.
+//! Rectangular parts of images, in pixels.
 
 use ash::vk;
 
@@ -7,9 +7,9 @@ use crate::Image;
 /// A part of an image, pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImageArea {
-    /// Its upper left pixel.
+    /// Upper left pixel of the part.
     pub origin: [u32; 2],
-    /// Width and height.
+    /// Width and height of the part.
     pub size: [u32; 2],
 }
 
@@ -19,7 +19,7 @@ impl ImageArea {
         Self { origin: [0; 2], size: image.size() }
     }
 
-    /// Whether there is anything of it, and all of it in an image so wide and high.
+    /// Reports whether the area is not empty and lies within an image of a size.
     pub fn is_within(self, size: [u32; 2]) -> bool {
         let ends = [0, 1].map(|axis| self.origin[axis].checked_add(self.size[axis]));
         let fits = |(end, most): (Option<u32>, u32)| end.is_some_and(|end| end <= most);

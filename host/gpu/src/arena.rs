@@ -17,7 +17,7 @@ const BLOCK_BYTES: u64 = 16 << 20;
 /// of `minStorageBufferOffsetAlignment`).
 const ALIGNMENT: u64 = 256;
 
-/// Where slices of one usage come from.
+/// Arena that suballocates slices of one usage from large buffers.
 pub struct BufferArena {
     name: &'static str,
     usage: BufferUsage,
@@ -97,7 +97,7 @@ pub struct BufferSlice {
     block: Arc<Block>,
     offset: u64,
     size: u64,
-    /// Shared by clones.
+    /// Reserved range, shared by clones.
     #[expect(dead_code, reason = "its end is what matters")]
     part: Arc<SliceRange>,
 }
@@ -106,7 +106,7 @@ pub struct BufferSlice {
 struct SliceRange {
     device: Arc<Device>,
     block: Arc<Block>,
-    /// Rounded up.
+    /// Reserved bytes, rounded up to the alignment.
     range: Range<u64>,
 }
 
@@ -123,7 +123,7 @@ impl BufferSlice {
         &self.block.buffer
     }
 
-    /// Which of its arena's buffers that is.
+    /// Returns the number of its buffer within the arena.
     pub fn block(&self) -> u32 {
         self.block.number
     }
@@ -133,13 +133,13 @@ impl BufferSlice {
         self.offset
     }
 
-    /// Size in bytes.
+    /// Returns the size in bytes.
     pub fn size(&self) -> u64 {
         self.size
     }
 
-    /// Whether the processor sees it as it is: of a software rasteriser, and where device
-    /// memory is the system's.
+    /// Reports whether the processor sees the memory directly. Software rasterizers and unified
+    /// memory allow it.
     pub fn is_host_visible(&self) -> bool {
         self.buffer().is_host_visible()
     }

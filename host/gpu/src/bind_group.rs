@@ -28,15 +28,15 @@ const STAGES: vk::ShaderStageFlags = vk::ShaderStageFlags::from_raw(
 /// The kind of one binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BindingKind {
-    /// A uniform buffer.
+    /// Uniform buffer, read only.
     Uniform,
     /// A storage buffer, read only.
     Storage,
     /// A storage buffer that a compute shader writes.
     StorageWrite,
-    /// A sampled image.
+    /// Sampled image, without sampler.
     Texture,
-    /// A sampler.
+    /// Sampler without an image.
     Sampler,
 }
 
@@ -63,7 +63,7 @@ pub enum Binding<'a> {
     BufferSlice(&'a BufferSlice),
     /// A texture that has been uploaded, or a target that is sampled after its pass.
     Texture(&'a Image),
-    /// A sampler.
+    /// Sampler without an image.
     Sampler(&'a Sampler),
 }
 
@@ -270,7 +270,7 @@ impl DescriptorPools {
         Ok((pool, set))
     }
 
-    /// Destroys the pools.
+    /// Destroys all descriptor pools.
     ///
     /// # Safety
     /// They came from `device` and no set of theirs is in use.

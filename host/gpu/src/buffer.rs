@@ -1,4 +1,4 @@
-//! Buffers.
+//! Device buffers and their memory.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -11,7 +11,7 @@ use crate::device::Device;
 use crate::error::vulkan_error;
 use crate::{Gpu, GpuError};
 
-/// What a buffer is for, and thereby where it lies.
+/// Usage of a buffer, which decides its memory type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BufferUsage {
     /// Vertices on the device, filled by a [`Recorder`](crate::Recorder); a storage
@@ -95,7 +95,7 @@ impl BufferUsage {
         }
     }
 
-    /// How many bytes a shader may see at once.
+    /// Returns how many bytes a shader may see at once.
     fn limit(self, limits: &vk::PhysicalDeviceLimits) -> u64 {
         match self {
             Self::Uniform | Self::HostUniform => u64::from(limits.max_uniform_buffer_range),
@@ -226,8 +226,8 @@ impl Buffer {
         Ok(())
     }
 
-    /// Whether the processor writes to it as it is: of a software rasteriser, and where
-    /// device memory is the system's.
+    /// Reports whether the processor writes to the memory directly. Software rasterizers and
+    /// unified memory allow it.
     pub(crate) fn is_host_visible(&self) -> bool {
         let is_coherent = |allocation: &Allocation| {
             let properties = allocation.memory_properties();
@@ -237,8 +237,8 @@ impl Buffer {
         self.allocation().as_ref().is_some_and(is_coherent)
     }
 
-    /// What [`Recorder::download_buffer`](crate::Recorder::download_buffer) brought, once
-    /// its recorder was submitted and waited for.
+    /// Returns the bytes that [`Recorder::download_buffer`](crate::Recorder::download_buffer)
+    /// copied, once its recorder was submitted and waited for.
     ///
     /// # Errors
     /// When the buffer is on the device.
@@ -261,12 +261,12 @@ impl Buffer {
         Ok(())
     }
 
-    /// Size in bytes.
+    /// Returns the size in bytes.
     pub fn size(&self) -> u64 {
         self.0.size
     }
 
-    /// Whether a shader can see so many bytes of it as a storage buffer.
+    /// Reports whether a shader can see so many bytes of it as a storage buffer.
     pub(crate) fn can_be_storage(&self, bytes: u64) -> bool {
         let Inner { device, usage, .. } = &*self.0;
         let is_storage = usage.flags().contains(vk::BufferUsageFlags::STORAGE_BUFFER);

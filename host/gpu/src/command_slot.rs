@@ -16,7 +16,7 @@ pub const MAX_STAGES: usize = 7;
 /// Timestamps a slot writes at most: its begin, after each stage, and its end.
 const TIMESTAMPS: usize = MAX_STAGES + 2;
 
-/// What the GPU took for stages of a frame, by name and in milliseconds.
+/// GPU times of the stages of a frame, by name, in milliseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StageMillis([Option<(&'static str, f64)>; MAX_STAGES]);
 
@@ -33,11 +33,11 @@ pub(crate) struct CommandSlot {
     pub(crate) pool: vk::CommandPool,
     pub(crate) commands: vk::CommandBuffer,
     queries: vk::QueryPool,
-    /// Of the last submission, as far as they ended.
+    /// Stages of the last submission that have ended.
     stages: Vec<&'static str>,
-    /// What parts of it took that were submitted before, and stages of theirs.
+    /// GPU time and stages of the parts that were submitted before.
     earlier_parts: (f64, Vec<(&'static str, f64)>),
-    /// What its draws are read from.
+    /// Indirect draw commands of the slot.
     pub(crate) indirect: RefCell<IndirectCommands>,
     /// The last submission; 0 before the first.
     pub(crate) value: u64,
@@ -118,7 +118,7 @@ impl CommandSlot {
         Ok(())
     }
 
-    /// What was recorded since the last stage, or the beginning, is this one.
+    /// Ends a stage: the commands since the last stage, or since the beginning.
     pub(crate) fn end_stage(&mut self, name: &'static str) {
         if self.earlier_parts.1.len() + self.stages.len() < MAX_STAGES {
             self.stages.push(name);
@@ -149,7 +149,8 @@ impl CommandSlot {
         }
     }
 
-    /// How long the finished last submission took, all parts of it, and each of its stages.
+    /// Returns the GPU time of the finished last submission, all parts of it, and of each of its
+    /// stages.
     pub(crate) fn elapsed_millis(&self) -> Result<Option<(f64, StageMillis)>, GpuError> {
         if self.value == 0 || self.queries == vk::QueryPool::null() {
             return Ok(None);

@@ -18,9 +18,9 @@ const MAX_WORKGROUPS: u32 = 65_535;
 
 /// A compute pipeline to make.
 pub struct ComputeDescription<'a> {
-    /// Shown in messages.
+    /// Name shown in messages.
     pub name: &'a str,
-    /// Its shader.
+    /// Compute shader and entry point.
     pub stage: ShaderStage<'a>,
     /// Layouts of the groups, numbered from 0.
     pub groups: &'a [&'a BindGroupLayout],
@@ -28,7 +28,7 @@ pub struct ComputeDescription<'a> {
     pub constant_bytes: usize,
 }
 
-/// A compute pipeline.
+/// Compiled compute pipeline and its layout.
 pub struct ComputePipeline {
     device: Arc<Device>,
     raw: vk::Pipeline,
@@ -38,7 +38,7 @@ pub struct ComputePipeline {
 }
 
 impl ComputePipeline {
-    /// Compiles a pipeline.
+    /// Compiles a compute pipeline.
     ///
     /// # Errors
     /// When its constants are too many, or memory runs out.
@@ -93,15 +93,15 @@ impl Drop for ComputePipeline {
     }
 }
 
-/// Workgroups to run.
+/// Dispatch of workgroups to a compute pipeline.
 pub struct Dispatch<'a> {
-    /// The pipeline.
+    /// Pipeline that is dispatched.
     pub pipeline: &'a ComputePipeline,
     /// The groups that the pipeline's layout asks for.
     pub groups: &'a [&'a BindGroup],
-    /// The constants.
+    /// Push constants of the dispatch.
     pub constants: &'a [u8],
-    /// How many, at most 65,535.
+    /// Number of workgroups, at most 65,535.
     pub workgroups: u32,
 }
 
@@ -127,7 +127,7 @@ impl Recorder<'_> {
 }
 
 impl ComputePass<'_> {
-    /// Runs workgroups.
+    /// Records a dispatch of workgroups.
     ///
     /// # Errors
     /// When groups, constants or their number do not fit the pipeline.

@@ -8,7 +8,7 @@ use gpu_allocator::vulkan::{Allocation, Allocator};
 
 use crate::arena::Block;
 
-/// Something to destroy.
+/// Vulkan object that waits for destruction.
 pub(crate) enum DiscardedObject {
     Buffer(vk::Buffer, Option<Allocation>),
     Image {
@@ -25,7 +25,7 @@ pub(crate) enum DiscardedObject {
 }
 
 impl DiscardedObject {
-    /// Destroys it.
+    /// Destroys the Vulkan object.
     ///
     /// # Safety
     /// It belongs to `device`, no submitted or recorded work uses it, and the

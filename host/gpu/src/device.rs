@@ -22,8 +22,8 @@ use crate::error::{allocation_error, vulkan_error};
 use crate::instance::Instance;
 use crate::pipeline_cache::PipelineCache;
 
-/// How long submitted work may take before it counts as hung. Long, because a
-/// software rasteriser on a busy machine is slow, not hung.
+/// Time that submitted work may take before it counts as hung, milliseconds. A software rasterizer
+/// on a busy machine is slow, not hung.
 const MAX_WAIT_MILLIS: u64 = 30_000;
 
 /// Attempts at a wait for which the driver lacks memory: nothing can be taken
@@ -313,7 +313,7 @@ fn retry_on_out_of_memory(wait: impl Fn() -> Result<(), vk::Result>) -> Result<(
     }
 }
 
-/// What is made right after the device and may fail.
+/// Parts that are made right after the device and may fail.
 struct DeviceParts {
     allocator: Allocator,
     timeline: vk::Semaphore,

@@ -1,4 +1,4 @@
-//! What can go wrong on the GPU, whose fault it is and what to do.
+//! GPU errors, their messages, and the action that may help.
 
 use ash::vk;
 use thiserror::Error;
@@ -6,7 +6,7 @@ use thiserror::Error;
 /// A failure of Vulkan or of the machine under it.
 #[derive(Debug, Error)]
 pub enum GpuError {
-    /// No Vulkan loader.
+    /// Missing Vulkan loader, with the system's message.
     #[error(
         "no Vulkan loader on this machine ({0}): install the packages libvulkan1 and \
          mesa-vulkan-drivers, or the graphics vendor's driver"
@@ -37,9 +37,9 @@ pub enum GpuError {
          of one of these names, or its number, or nothing for the best"
     )]
     NoSuchDevice {
-        /// Where it was asked for.
+        /// Place of the setting.
         place: &'static str,
-        /// What was asked for.
+        /// Name or number asked for.
         wanted: String,
         /// Numbers and names of the devices.
         available: String,
@@ -47,7 +47,7 @@ pub enum GpuError {
     /// The window system gave no usable handle or surface.
     #[error("the window cannot be drawn into: {0}")]
     Window(String),
-    /// Memory ran out.
+    /// Exhausted device or host memory.
     #[error(
         "the GPU is out of memory ({0}): show fewer or smaller models and textures, raise theta, \
          or make the window smaller"
@@ -62,35 +62,35 @@ pub enum GpuError {
     /// Work did not finish in time.
     #[error("the GPU did not finish within {millis} ms ({what}): it hangs or is overloaded")]
     Timeout {
-        /// What was waited for.
+        /// Work that was waited for.
         what: &'static str,
-        /// How long, in milliseconds.
+        /// Time waited, in milliseconds.
         millis: u64,
     },
     /// More than a limit allows.
     #[error("{what} is {asked}, but at most {limit} is possible")]
     TooLarge {
-        /// What is too large.
+        /// Quantity that is too large.
         what: &'static str,
-        /// What was asked for.
+        /// Amount that was asked for.
         asked: u64,
-        /// The limit.
+        /// Greatest amount that is possible.
         limit: u64,
     },
-    /// This crate's interface was used wrongly.
+    /// Misuse of this crate's interface.
     #[error("the renderer used the GPU wrongly: {0}; please report this")]
     Misuse(&'static str),
     /// Any other Vulkan error.
     #[error("Vulkan failed at {what}: {code}")]
     Vulkan {
-        /// What was tried.
+        /// Operation that was tried.
         what: &'static str,
-        /// Vulkan's code.
+        /// Result code of Vulkan.
         code: String,
     },
 }
 
-/// What may help against a failure of the GPU.
+/// Action that may help against a failure of the GPU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RecoveryAction {
     /// Giving memory back, then trying once more.
@@ -102,7 +102,7 @@ pub enum RecoveryAction {
 }
 
 impl GpuError {
-    /// What may help against it.
+    /// Returns the action that may help against this error.
     pub fn recovery_action(&self) -> RecoveryAction {
         match self {
             Self::OutOfMemory(_) => RecoveryAction::FreeMemory,

@@ -1,8 +1,8 @@
-//! Pixel formats.
+//! Pixel formats of images.
 
 use ash::vk;
 
-/// How the pixels of an image are kept.
+/// Pixel format of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Format {
     /// Four bytes, sRGB colour and linear alpha.
@@ -13,11 +13,11 @@ pub enum Format {
     Rgba8Linear,
     /// The same with red and blue swapped.
     Bgra8Linear,
-    /// One 32-bit number.
+    /// One unsigned 32-bit integer.
     R32Uint,
-    /// Two 16-bit floats.
+    /// Two 16-bit floats per pixel.
     Rg16Float,
-    /// 32-bit depth.
+    /// Depth as a 32-bit float.
     Depth32,
 }
 

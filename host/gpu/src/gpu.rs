@@ -20,7 +20,7 @@ pub const MAX_FRAMES_IN_FLIGHT: usize = 2;
 /// The slot of work outside frames, after those of the frames.
 const TRANSFER_SLOT: usize = MAX_FRAMES_IN_FLIGHT;
 
-/// How to open the GPU.
+/// Options of opening a device.
 #[derive(Clone, Debug, Default)]
 pub struct GpuOptions {
     /// Turns the validation layer on, synchronization validation included.
@@ -92,22 +92,22 @@ impl Gpu {
         &self.device
     }
 
-    /// The device's name.
+    /// Returns the name of the device.
     pub fn device_name(&self) -> &str {
         &self.device.adapter.name
     }
 
-    /// Whether the processor draws.
+    /// Reports whether the device is a software rasterizer.
     pub fn is_software(&self) -> bool {
         self.device.adapter.is_software
     }
 
-    /// Whether edges can be drawn instead of faces.
+    /// Reports whether edges can be drawn instead of faces.
     pub fn can_draw_lines(&self) -> bool {
         self.device.adapter.can_draw_lines
     }
 
-    /// Whether targets can have this many samples a pixel.
+    /// Reports whether targets can have this many samples a pixel.
     pub fn supports_samples(&self, samples: u32) -> bool {
         let limits = &self.device.adapter.limits;
         samples.is_power_of_two()
@@ -115,7 +115,7 @@ impl Gpu {
                 .contains(sample_flag(samples))
     }
 
-    /// What the validation layer says; readable after the device is gone.
+    /// Returns the log of the validation layer; readable after the device is gone.
     pub fn validation_log(&self) -> ValidationLog {
         self.device.instance.log.clone()
     }
@@ -125,12 +125,13 @@ impl Gpu {
         self.presenter.as_ref().map_or(Format::Rgba8Srgb, Presenter::format)
     }
 
-    /// How long the GPU took for the last frame it finished, if it can tell.
+    /// Returns the GPU time of the last frame that finished, milliseconds, if the device measures
+    /// it.
     pub fn frame_millis(&self) -> Option<f64> {
         self.frame_millis
     }
 
-    /// How long it took for the stages of that frame, in order, if it can tell.
+    /// Returns the GPU times of the stages of that frame, in order.
     pub fn stage_millis(&self) -> StageMillis {
         self.stage_millis
     }
@@ -207,7 +208,7 @@ impl Gpu {
         Ok(Recorder::new(self, slot))
     }
 
-    /// Whether submitted work is done; does not wait.
+    /// Reports whether submitted work is done; does not wait.
     ///
     /// # Errors
     /// When the device is lost.

@@ -1,4 +1,4 @@
-//! Images.
+//! Device images, their views and memory.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -11,7 +11,7 @@ use crate::device::Device;
 use crate::error::vulkan_error;
 use crate::{Format, Gpu, GpuError};
 
-/// What an image is for.
+/// Kind of an image, which decides its usage flags.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImageKind {
     /// Sampled by shaders, with all its smaller levels.
@@ -20,7 +20,7 @@ pub enum ImageKind {
     FlatTexture,
     /// Drawn into, with this many samples a pixel, and perhaps read back.
     Target {
-        /// 1 or 4.
+        /// Samples a pixel, 1 or 4.
         samples: u32,
     },
     /// Drawn into, one sample a pixel, and then sampled by shaders; depth is perhaps read back.
@@ -30,11 +30,11 @@ pub enum ImageKind {
 /// An image to make.
 #[derive(Clone, Copy, Debug)]
 pub struct ImageDescription {
-    /// Shown in messages.
+    /// Name shown in messages.
     pub name: &'static str,
-    /// What it is for.
+    /// Kind of the image.
     pub kind: ImageKind,
-    /// How pixels are kept.
+    /// Format of its pixels.
     pub format: Format,
     /// Width and height in pixels, at least 1.
     pub size: [u32; 2],
@@ -55,7 +55,7 @@ struct Inner {
     usage: Mutex<ImageUse>,
 }
 
-/// How the GPU used an image last; decides the next barrier.
+/// Last use of an image by the GPU; decides the next barrier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ImageUse {
     Undefined,
@@ -237,7 +237,7 @@ impl Image {
         self.0.description.name
     }
 
-    /// How pixels are kept.
+    /// Returns the pixel format.
     pub fn format(&self) -> Format {
         self.0.description.format
     }

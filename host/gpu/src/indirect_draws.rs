@@ -13,7 +13,8 @@ const CALLS_PER_BUFFER: usize = 4096;
 /// Buffers of one submission; what is beyond is drawn one by one.
 const MAX_BUFFERS: usize = 64;
 
-/// As the device reads it: indices, instances, first index, first vertex, first instance.
+/// Indirect draw command (VkDrawIndexedIndirectCommand): indices, instances, first index, first
+/// vertex, first instance.
 pub(crate) type IndirectCommand = [u32; 5];
 
 /// Bytes from one call to the next.

@@ -18,7 +18,7 @@ pub(crate) struct Instance {
     pub(crate) raw: ash::Instance,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     pub(crate) log: ValidationLog,
-    /// Whether objects and passes can be named, for debuggers.
+    /// Debug names: whether objects and passes can be named for debuggers.
     pub(crate) can_name: bool,
 }
 

@@ -11,11 +11,11 @@ pub struct OverlayDraw<'a> {
     pub pipeline: &'a Pipeline,
     /// The groups that its layout asks for.
     pub groups: [&'a BindGroup; 2],
-    /// Its vertices.
+    /// Vertices of the triangles.
     pub vertices: &'a Buffer,
     /// Indices, 32 bits each.
     pub indices: &'a Buffer,
-    /// Which indices.
+    /// Range of indices drawn.
     pub index_range: std::ops::Range<u32>,
     /// Added to each index.
     pub first_vertex: i32,
@@ -73,7 +73,7 @@ impl Recorder<'_> {
 }
 
 impl OverlayPass<'_> {
-    /// Paints.
+    /// Draws triangles over the picture.
     ///
     /// # Errors
     /// When pipeline, groups or buffers do not fit.

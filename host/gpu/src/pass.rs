@@ -1,4 +1,4 @@
-//! Drawing into targets.
+//! Render passes: attachments, draw calls, and their recording.
 
 use std::ops::AddAssign;
 
@@ -11,7 +11,7 @@ use crate::{
     BindGroup, Buffer, BufferUsage, Format, GpuError, Image, ImageArea, Pipeline, Recorder,
 };
 
-/// What colour targets are filled with first.
+/// Clear value of a colour target.
 #[derive(Clone, Copy, Debug)]
 pub enum ClearColor {
     /// Linear colour and alpha.
@@ -20,57 +20,56 @@ pub enum ClearColor {
     Integer(u32),
 }
 
-/// Where a pass draws. All of one size.
+/// Attachments of a render pass, all of one size.
 pub struct RenderTargets<'a> {
-    /// Drawn into.
+    /// Colour attachment that is drawn into.
     pub color: &'a Image,
     /// Gets the mean of the samples, if the colour has several.
     pub resolve: Option<&'a Image>,
     /// Depth, with as many samples as the colour.
     pub depth: &'a Image,
-    /// What becomes of it.
+    /// Store operation of depth after the pass.
     pub depth_store: DepthStore<'a>,
-    /// What they start with.
+    /// Load operation of colour and depth.
     pub load: LoadOp,
     /// Takes sRGB colours as bytes: shaders encode, and blending and resolving do not
     /// decode.
     pub undecoded: bool,
 }
 
-/// What a pass's targets start with.
+/// Load operation of a pass's attachments.
 #[derive(Clone, Copy, Debug)]
 pub enum LoadOp {
-    /// This colour, and depth "infinitely far".
+    /// Clears colour to a value, and depth to infinitely far.
     Clear(ClearColor),
-    /// What the last pass left there, which kept its depth.
+    /// Keeps the contents of the last pass, whose depth was stored.
     Load,
 }
 
-/// What becomes of a pass's depth.
+/// Store operation of a pass's depth.
 #[derive(Clone, Copy)]
 pub enum DepthStore<'a> {
-    /// Nobody reads it.
+    /// Discards depth after the pass.
     Discard,
-    /// It is there for passes after this one.
+    /// Stores depth for later passes.
     Store,
-    /// This image gets the first of its samples.
+    /// Resolves the first sample of each pixel into an image.
     ResolveFirstSample(&'a Image),
 }
 
-/// Where clip space lies on the targets, in pixels; it may be larger than they
-/// are.
+/// Viewport of clip space on the targets, in pixels; it may be larger than they are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Viewport {
-    /// Upper left corner.
+    /// Upper left corner, pixels.
     pub origin: [f32; 2],
-    /// Width and height.
+    /// Width and height, pixels.
     pub size: [f32; 2],
 }
 
 /// One indexed, instanced draw and all that it needs.
 #[derive(Clone)]
 pub struct DrawCall<'a> {
-    /// The pipeline.
+    /// Pipeline to draw with.
     pub pipeline: &'a Pipeline,
     /// The groups that the pipeline's layout asks for.
     pub groups: &'a [&'a BindGroup],
@@ -80,13 +79,13 @@ pub struct DrawCall<'a> {
     pub vertex_offset: u64,
     /// Added to each index.
     pub first_vertex: u32,
-    /// Instances: its second.
+    /// Instances: the pipeline's second vertex buffer.
     pub instances: &'a Buffer,
     /// Indices, 32 bits each.
     pub indices: &'a Buffer,
-    /// Which indices.
+    /// Range of indices drawn.
     pub index_range: std::ops::Range<u32>,
-    /// Which instances.
+    /// Range of instances drawn.
     pub instance_range: std::ops::Range<u32>,
     /// Leaves out faces seen from behind.
     pub cull_back: bool,
@@ -103,11 +102,11 @@ pub struct RenderPass<'r> {
     samples: u32,
     bound: BoundState,
     attachments: Attachments,
-    /// Where it is drawn in rounds.
+    /// Splitter of the pass, on software rasterizers.
     splitter: Option<PassSplitter>,
 }
 
-/// What a pass draws into, as it is begun.
+/// Attachments of a pass as it was begun.
 #[derive(Clone, Copy)]
 struct Attachments {
     area: vk::Rect2D,
@@ -115,7 +114,7 @@ struct Attachments {
     depth: vk::RenderingAttachmentInfo<'static>,
 }
 
-/// What drawing took.
+/// Numbers of draws and of the commands for them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DrawCount {
     /// Draws that the device runs.
@@ -137,7 +136,7 @@ impl AddAssign for DrawCount {
 }
 
 impl DrawCall<'_> {
-    /// Whether the other is drawn with all that this one is drawn with.
+    /// Reports whether another draw call uses the same pipeline, buffers, groups and raster state.
     fn shares_state_with(&self, other: &Self) -> bool {
         let state = |draw: &Self| {
             let buffers = [draw.vertices, draw.instances, draw.indices].map(Buffer::raw);
@@ -162,7 +161,7 @@ impl DrawCall<'_> {
 /// Groups that a pipeline takes at most (Vulkan 1.3, limit of `maxBoundDescriptorSets`).
 const MAX_GROUPS: usize = 4;
 
-/// What was bound last, so that it is not bound again.
+/// State that was bound last, so that it is not bound again.
 #[derive(Default)]
 struct BoundState {
     pipeline: vk::Pipeline,
@@ -173,7 +172,7 @@ struct BoundState {
 }
 
 impl Recorder<'_> {
-    /// Begins a pass.
+    /// Begins a render pass over all of the targets.
     ///
     /// # Errors
     /// When the targets do not fit together.
@@ -376,7 +375,7 @@ impl ClearColor {
 }
 
 impl RenderPass<'_> {
-    /// Draws.
+    /// Records one draw call.
     ///
     /// # Errors
     /// When the draw does not fit the pass, its pipeline or its buffers.

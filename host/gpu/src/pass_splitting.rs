@@ -1,6 +1,8 @@
-//! Passes in rounds. Until a pass ends, a software rasteriser notes what it will draw of each
-//! triangle; where the notes outgrow the processor's cache, writing and reading them waits for
-//! memory. So it is told to draw once there are as many as fit.
+//! Pass splitting: on software rasterizers, a render pass ends and resumes once it holds as many
+//! triangles as fit the cache.
+//!
+//! Until a pass ends, a software rasterizer bins what it will draw of each triangle. Where these
+//! bins outgrow the processor's cache, writing and reading them waits for memory.
 
 use std::num::NonZeroU32;
 
@@ -17,7 +19,7 @@ pub(crate) fn max_triangles_per_pass() -> NonZeroU32 {
     NonZeroU32::new(triangles).unwrap_or(NonZeroU32::MAX)
 }
 
-/// How far a pass is with its round.
+/// Counter of the triangles that the current part of a pass still takes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PassSplitter {
     limit: NonZeroU32,

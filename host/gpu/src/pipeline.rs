@@ -1,4 +1,4 @@
-//! Graphics pipelines.
+//! Graphics pipelines: description and compilation.
 
 use std::ffi::CStr;
 use std::sync::Arc;
@@ -14,46 +14,46 @@ use crate::{BindGroup, BindGroupLayout, Format, Gpu, GpuError};
 /// One shader entry point.
 #[derive(Clone, Copy)]
 pub struct ShaderStage<'a> {
-    /// SPIR-V words.
+    /// SPIR-V words of the module.
     pub words: &'a [u32],
     /// Name of the entry point.
     pub entry: &'a CStr,
 }
 
-/// How a fragment meets what is there already.
+/// Blending of a fragment with the target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Blend {
     /// Paints over a finished picture: its alpha is premultiplied, bytes are
     /// blended undecoded, and there is no depth.
     PremultipliedAlpha,
-    /// Replaces it.
+    /// Replaces the colour of the target.
     Replace,
     /// Replaces it in as many of a pixel's samples as its alpha says, a single one in any case,
     /// and leaves its alpha.
     AlphaToCoverage,
     /// Covers it by its alpha, and leaves depth alone.
     Over,
-    /// Multiplies it.
+    /// Multiplies the colour of the target.
     Multiply,
 }
 
 /// A pipeline to make. Triangles; counter-clockwise is the front; reverse-Z.
 pub struct PipelineDescription<'a> {
-    /// Shown in messages.
+    /// Name shown in messages.
     pub name: &'a str,
-    /// Vertex shader.
+    /// Vertex shader and entry point.
     pub vertex: ShaderStage<'a>,
     /// Fragment shader; none where depth alone is drawn and nothing is left out.
     pub fragment: Option<ShaderStage<'a>>,
-    /// What the vertex buffers hold, in the order in which they are bound.
+    /// Layouts of the vertex buffers, in the order in which they are bound.
     pub vertex_buffers: &'a [VertexBuffer<'a>],
     /// Layouts of the groups, numbered from 0.
     pub groups: &'a [&'a BindGroupLayout],
     /// Format of the colour target; none where depth alone is drawn.
     pub color: Option<Format>,
-    /// Samples a pixel.
+    /// Number of samples a pixel.
     pub samples: u32,
-    /// How fragments meet what is there.
+    /// Blending of fragments with the target.
     pub blend: Blend,
     /// Draws edges instead of faces; needs [`Gpu::can_draw_lines`].
     pub lines: bool,
@@ -61,23 +61,23 @@ pub struct PipelineDescription<'a> {
     pub screen: bool,
 }
 
-/// What one vertex buffer holds.
+/// Layout of one vertex buffer.
 #[derive(Clone, Copy, Debug)]
 pub struct VertexBuffer<'a> {
     /// Bytes from one element to the next.
     pub stride: u32,
     /// An element an instance rather than a vertex.
     pub per_instance: bool,
-    /// What a shader reads of an element.
+    /// Attributes that a shader reads of an element.
     pub attributes: &'a [VertexAttribute],
 }
 
-/// What a shader reads at one location.
+/// Vertex attribute at one location.
 #[derive(Clone, Copy, Debug)]
 pub struct VertexAttribute {
     /// Location in the shader.
     pub location: u32,
-    /// Its numbers.
+    /// Kind of its numbers.
     pub kind: AttributeKind,
     /// Bytes from the start of the element.
     pub offset: u32,
@@ -86,13 +86,13 @@ pub struct VertexAttribute {
 /// Numbers of a vertex attribute.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AttributeKind {
-    /// Two floats.
+    /// Two 32-bit floats each.
     Float2,
-    /// Four floats.
+    /// Four 32-bit floats each.
     Float4,
     /// Four bytes, read as 0 to 1.
     Unorm4,
-    /// Four whole numbers.
+    /// Four unsigned 32-bit integers.
     Uint4,
 }
 
@@ -107,7 +107,7 @@ impl AttributeKind {
     }
 }
 
-/// A graphics pipeline.
+/// Compiled graphics pipeline and its layout.
 pub struct Pipeline {
     device: Arc<Device>,
     pub(crate) raw: vk::Pipeline,
@@ -119,13 +119,13 @@ pub struct Pipeline {
 }
 
 impl Pipeline {
-    /// Whether bind groups are those of its layout.
+    /// Reports whether bind groups match its layout.
     pub(crate) fn accepts_groups(&self, groups: &[&BindGroup]) -> bool {
         let layouts = self.groups.iter().map(BindGroupLayout::raw);
         layouts.eq(groups.iter().map(|group| group.layout()))
     }
 
-    /// Compiles a pipeline.
+    /// Compiles a graphics pipeline.
     ///
     /// # Errors
     /// When lines are asked for and not possible, or memory runs out.
@@ -155,7 +155,7 @@ impl Pipeline {
         Ok(pipeline)
     }
 
-    /// How many bind groups its shaders take.
+    /// Returns how many bind groups its shaders take.
     pub fn group_count(&self) -> usize {
         self.groups.len()
     }
@@ -240,7 +240,7 @@ impl Drop for Pipeline {
     }
 }
 
-/// What a target of this format is drawn as.
+/// Returns the attachment format of a target: without sRGB decoding for overlays.
 fn attachment_format(format: Format, paints: bool) -> vk::Format {
     format.undecoded().filter(|_| paints).unwrap_or(format).vk()
 }
@@ -270,7 +270,7 @@ fn vertex_input(
     (bindings, (0..).zip(buffers).flat_map(attributes_of).collect())
 }
 
-/// Whether what is behind it is hidden.
+/// Reports whether fragments write depth.
 fn writes_depth(blend: Blend) -> bool {
     matches!(blend, Blend::Replace | Blend::AlphaToCoverage)
 }

@@ -22,7 +22,7 @@ const VERSION: u32 = 1;
 const HEADER_BYTES: usize = 8 + 4 * 4 + 16 + CHECKSUM_BYTES;
 const CHECKSUM_BYTES: usize = size_of::<u128>();
 
-/// Who compiled: results are of no use to anybody else.
+/// Identity of device and driver: compiled pipelines are of no use to any other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Compiler {
     vendor: u32,
@@ -49,7 +49,7 @@ impl Compiler {
         file
     }
 
-    /// What a file holds, or why it is of no use.
+    /// Returns the data of a file, or the reason why it is of no use.
     fn open<'a>(&self, file: &'a [u8]) -> Result<&'a [u8], &'static str> {
         let (header, data) = file.split_at_checked(HEADER_BYTES).ok_or("it is cut short")?;
         if header == self.header(checksum_of(data)) {
@@ -65,7 +65,7 @@ pub(crate) struct PipelineCache {
     pub(crate) raw: vk::PipelineCache,
     compiler: Compiler,
     file: Option<PathBuf>,
-    /// What the file holds.
+    /// Checksum of the data in the file.
     kept: Option<u128>,
 }
 

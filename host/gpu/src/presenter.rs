@@ -27,7 +27,7 @@ pub(crate) struct Presenter {
     size: [u32; 2],
     /// The swapchain is to be made anew before the next frame.
     outdated: bool,
-    /// The surface too.
+    /// Surface loss: the surface is to be made anew too.
     surface_lost: bool,
 }
 

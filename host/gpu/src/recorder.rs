@@ -1,4 +1,4 @@
-//! Records one submission.
+//! Recorder of one submission's commands, with image layout tracking.
 
 use std::sync::Arc;
 
@@ -35,8 +35,7 @@ impl<'g> Recorder<'g> {
         self.gpu
     }
 
-    /// Which of the frames in flight this is: what belongs to its slot is free
-    /// to be written.
+    /// Returns the number of this frame in flight. Resources of its slot are free to be written.
     pub fn slot(&self) -> usize {
         self.slot
     }

@@ -1,4 +1,4 @@
-//! Samplers.
+//! Samplers: filtering and address modes.
 
 use std::sync::Arc;
 
@@ -9,18 +9,18 @@ use crate::device::Device;
 use crate::error::vulkan_error;
 use crate::{Gpu, GpuError};
 
-/// What a sampler does outside 0..1.
+/// Address mode of a sampler outside 0..1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum AddressMode {
-    /// Tiles.
+    /// Repeats the texture in tiles.
     Repeat,
-    /// Stretches the edge.
+    /// Clamps to the edge's colour.
     Clamp,
     /// Tiles, every other one mirrored.
     Mirror,
 }
 
-/// How textures are read: linear between pixels and levels. Clones share it.
+/// Sampler with linear filtering between pixels and levels; clones share it.
 #[derive(Clone)]
 pub struct Sampler(Arc<SamplerInner>);
 

@@ -1,4 +1,4 @@
-//! A window's surface.
+//! Vulkan surface of a window.
 
 use std::sync::Arc;
 
@@ -88,9 +88,8 @@ impl Surface {
         unsafe { self.functions.get_physical_device_surface_capabilities(device, self.raw) }
     }
 
-    /// How images are handed to the window system. Frames are paced by whoever
-    /// asks for them, so a mode that never blocks is best: with FIFO, a hidden
-    /// window can hold up the thread that also handles events.
+    /// Chooses the present mode. Callers pace the frames, so a mode that never blocks is best. With
+    /// FIFO, a hidden window can block the thread that also handles events.
     pub(crate) fn present_mode(
         &self,
         device: vk::PhysicalDevice,

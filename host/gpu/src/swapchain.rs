@@ -9,11 +9,11 @@ use crate::MAX_FRAMES_IN_FLIGHT;
 use crate::device::Device;
 use crate::surface::Surface;
 
-/// How long the window system may take to give an image back. A window that is
-/// hidden may give none; the frame is then not shown.
+/// Time that the window system may take to give an image back, milliseconds. A hidden window may
+/// give none; the frame is then not shown.
 const MAX_ACQUIRE_MILLIS: u64 = 1_000;
 
-/// What a swapchain is made for.
+/// Parameters that a swapchain is made with.
 pub(crate) struct SwapchainShape {
     pub(crate) format: vk::SurfaceFormatKHR,
     pub(crate) extent: vk::Extent2D,

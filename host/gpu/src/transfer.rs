@@ -297,7 +297,7 @@ impl Recorder<'_> {
     }
 }
 
-/// What was copied is there for the CPU.
+/// Returns the barrier after which the host can read copied bytes.
 fn host_read_barrier() -> vk::MemoryBarrier2<'static> {
     vk::MemoryBarrier2::default()
         .src_stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER)
@@ -313,7 +313,7 @@ pub struct DepthCopy {
 }
 
 impl DepthCopy {
-    /// Of an image of at most so many pixels; nothing is in it yet.
+    /// Allocates room for the depth of an image of at most so many pixels; it is empty at first.
     ///
     /// # Errors
     /// When memory runs out.

@@ -9,8 +9,8 @@ use ash::vk;
 /// Messages kept; what comes later is only counted.
 const MAX_MESSAGES: usize = 256;
 
-/// What the validation layer has said so far. Clones share one list, so that a
-/// clone still reads it after the device is gone.
+/// Log of the validation layer's messages. Clones share one list, so that a clone still reads it
+/// after the device is gone.
 #[derive(Clone, Debug, Default)]
 pub struct ValidationLog(Arc<Mutex<Messages>>);
 

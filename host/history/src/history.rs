@@ -1,10 +1,10 @@
 //! The histories of all tags that have one.
 
-use busbar_tags::{Change, Moment, Renumbering, Snapshot, TagHandle};
+use busbar_tags::{Change, HandleRemap, Moment, Snapshot, TagHandle};
 
 use crate::reduce::Reducer;
 use crate::series::Series;
-use crate::{Point, State};
+use crate::{Point, PointState};
 
 /// Tags whose history is kept. Each takes 23 kB where it changes always, so that all of
 /// them take 96 MB.
@@ -13,7 +13,7 @@ pub const MAX_TAGS: usize = 4096;
 /// In place of a series: none.
 const NONE: u32 = u32::MAX;
 
-/// What tags were in the last hours.
+/// Time series of the tags of the last hours.
 #[derive(Clone, Debug, Default)]
 pub struct History {
     /// The series of each tag, by handle.
@@ -22,8 +22,8 @@ pub struct History {
 }
 
 impl History {
-    /// Of the first [`MAX_TAGS`] of these tags.
-    pub fn of(tags: impl IntoIterator<Item = TagHandle>) -> Self {
+    /// Creates empty series for the first [`MAX_TAGS`] of these tags.
+    pub fn new(tags: impl IntoIterator<Item = TagHandle>) -> Self {
         let mut history = Self::default();
         for TagHandle(tag) in tags {
             let tag = tag as usize;
@@ -42,7 +42,7 @@ impl History {
     }
 
     /// Goes on with the histories of tags that have these numbers now.
-    pub fn inherit(&mut self, mut before: Self, numbers: &Renumbering) {
+    pub fn inherit(&mut self, mut before: Self, numbers: &HandleRemap) {
         for old in 0..before.of_tags.len() as u32 {
             let new = numbers.tag(TagHandle(old));
             let Some(own) = new.and_then(|new| self.series_mut(new)) else { continue };
@@ -56,7 +56,7 @@ impl History {
     #[inline]
     pub fn note(&mut self, change: &Change) {
         if let Some(series) = self.series_mut(change.tag) {
-            let state = State::of(change.value, change.quality);
+            let state = PointState::from_value(change.value, change.quality);
             series.push(Point { at: change.received, state });
         }
     }
@@ -67,21 +67,21 @@ impl History {
             let (Some(series), Some(tag)) = (self.series_mut(tag), snapshot.state(tag)) else {
                 continue;
             };
-            let state = State::of(tag.value, tag.quality);
+            let state = PointState::from_value(tag.value, tag.quality);
             if series.last() != Some(state) {
                 series.push(Point { at: now, state });
             }
         }
     }
 
-    /// Whether a tag's history is kept.
+    /// Reports whether a tag has a series.
     pub fn has(&self, tag: TagHandle) -> bool {
         self.series_of(tag).is_some()
     }
 
-    /// What a tag was between two times, reduced to so many columns of a picture; the first
-    /// point is what it was at the beginning, if that is known. Nothing for a tag whose
-    /// history is not kept.
+    /// Returns the points of a tag between two times, downsampled to so many columns of a
+    /// picture. The first point is the state at the beginning, where that is known. The result is
+    /// empty for a tag without a series.
     pub fn between(&self, tag: TagHandle, from: Moment, to: Moment, columns: usize) -> Vec<Point> {
         let Some(series) = self.series_of(tag) else { return Vec::new() };
         let width = to.since(from).as_nanos() as u64 / columns.max(1) as u64;

@@ -15,5 +15,5 @@ mod reduce;
 mod series;
 
 pub use history::{History, MAX_TAGS};
-pub use point::{Point, State};
+pub use point::{Point, PointState};
 pub use series::{BUCKET, MAX_AGE, MAX_FINE_POINTS};

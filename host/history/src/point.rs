@@ -1,30 +1,30 @@
-//! What a tag was from an instant on.
+//! Point of a time series, with a packed form.
 
 use busbar_tags::{Moment, Quality, Value};
 
 /// A point of a history; it holds until the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
-    /// When.
+    /// Time since which the state holds.
     pub at: Moment,
-    /// What.
-    pub state: State,
+    /// State of the tag.
+    pub state: PointState,
 }
 
 /// A number, as far as it is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum State {
+pub enum PointState {
     /// A good value, finite.
     Good(f64),
     /// A doubtful value, finite.
     Uncertain(f64),
-    /// Not known.
+    /// Value is not usable.
     Bad,
 }
 
-impl State {
-    /// Of a tag's value and quality; what is no number is not known here.
-    pub fn of(value: Option<Value>, quality: Quality) -> Self {
+impl PointState {
+    /// Classifies a tag's value and quality; a value that is no finite number is bad.
+    pub fn from_value(value: Option<Value>, quality: Quality) -> Self {
         let number = value.and_then(Value::as_number).filter(|number| number.is_finite());
         match (number, quality) {
             (Some(number), Quality::Good) => Self::Good(number),
@@ -41,7 +41,7 @@ impl State {
         }
     }
 
-    /// Whether it can be relied on.
+    /// Reports whether the value can be relied on.
     pub fn is_good(self) -> bool {
         matches!(self, Self::Good(_))
     }
@@ -58,17 +58,17 @@ pub(crate) struct Packed {
 impl Packed {
     pub(crate) fn of(Point { at: Moment(at), state }: Point) -> Self {
         match state {
-            State::Good(value) => Self { at: at & !1, value },
-            State::Uncertain(value) => Self { at: at | 1, value },
-            State::Bad => Self { at: at & !1, value: f64::NAN },
+            PointState::Good(value) => Self { at: at & !1, value },
+            PointState::Uncertain(value) => Self { at: at | 1, value },
+            PointState::Bad => Self { at: at & !1, value: f64::NAN },
         }
     }
 
     pub(crate) fn point(self) -> Point {
         let state = match self.value {
-            value if value.is_nan() => State::Bad,
-            value if self.at & 1 == 1 => State::Uncertain(value),
-            value => State::Good(value),
+            value if value.is_nan() => PointState::Bad,
+            value if self.at & 1 == 1 => PointState::Uncertain(value),
+            value => PointState::Good(value),
         };
         Point { at: self.at(), state }
     }

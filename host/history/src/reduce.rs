@@ -2,13 +2,13 @@
 
 use busbar_tags::Moment;
 
-use crate::{Point, State};
+use crate::{Point, PointState};
 
 /// Points that stay of one bucket at most.
 pub(crate) const MAX_OF_BUCKET: usize = 5;
 
-/// Of each bucket of time the first, the least, the greatest and the last point, and the
-/// first that was not good; in their order.
+/// Downsampling (M4) of a time bucket to its first, least, greatest and last point, and its first
+/// one that was not good, in their order.
 #[derive(Clone, Debug)]
 pub(crate) struct Reducer {
     start: Moment,
@@ -45,7 +45,7 @@ impl Reducer {
         }
     }
 
-    /// What stays of the bucket that is open still.
+    /// Emits the points of the bucket that is still open.
     pub(crate) fn rest(&self, give: impl FnMut(Point)) {
         if let Some(open) = &self.open {
             open.points(give);
@@ -94,11 +94,11 @@ impl Bucket {
     }
 }
 
-/// Whether a point says what the one before says at the same time.
+/// Reports whether a point repeats the state and time of the one before.
 fn is_twin(before: Option<Point>, point: Point) -> bool {
     before.is_some_and(|before| {
         let same = match (before.state, point.state) {
-            (State::Bad, State::Bad) => true,
+            (PointState::Bad, PointState::Bad) => true,
             (before, state) => before == state,
         };
         before.at == point.at && same

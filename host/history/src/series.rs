@@ -7,20 +7,20 @@ use busbar_tags::Moment;
 
 use crate::point::Packed;
 use crate::reduce::Reducer;
-use crate::{Point, State};
+use crate::{Point, PointState};
 
 /// Points that are kept as they came.
 pub const MAX_FINE_POINTS: usize = 256;
-/// How far back a history goes.
+/// Retention time of a history.
 pub const MAX_AGE: Duration = Duration::from_secs(4 * 3600);
-/// Of what is older than the points kept as they came, each bucket is reduced.
+/// Width of the buckets to which older points are reduced.
 pub const BUCKET: Duration = Duration::from_secs(60);
 
 const BUCKET_NANOS: u64 = BUCKET.as_secs() * 1_000_000_000;
 /// Room is taken for so many points at a time: doubling would waste half of it.
 const ROOM: usize = 64;
 
-/// What a tag was, as far back as it is kept.
+/// Time series of one tag, with fine and reduced points.
 #[derive(Clone, Debug)]
 pub(crate) struct Series {
     /// Reduced, before those in `reducer`, which are before `fine`.
@@ -51,8 +51,8 @@ impl Series {
         self.forget(at.before(MAX_AGE));
     }
 
-    /// What the tag is since its last point.
-    pub(crate) fn last(&self) -> Option<State> {
+    /// Returns the state since the last point.
+    pub(crate) fn last(&self) -> Option<PointState> {
         self.fine.back().map(|last| last.point().state)
     }
 

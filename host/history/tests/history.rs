@@ -1,8 +1,8 @@
-//! What a history keeps of a long time, and what a picture of it shows.
+//! Retention and downsampling of histories over a long time.
 
 use std::time::Duration;
 
-use busbar_history::{BUCKET, History, MAX_AGE, MAX_FINE_POINTS, MAX_TAGS, Point, State};
+use busbar_history::{BUCKET, History, MAX_AGE, MAX_FINE_POINTS, MAX_TAGS, Point, PointState};
 use busbar_tags::{Change, Moment, Origin, Quality, Reason, TagHandle, Value};
 use proptest::prelude::*;
 
@@ -20,14 +20,14 @@ fn note(history: &mut History, seconds: f64, value: f64, quality: Quality) {
 }
 
 fn noted(values: &[(f64, f64, Quality)]) -> History {
-    let mut history = History::of([TAG]);
+    let mut history = History::new([TAG]);
     values.iter().for_each(|&(at, value, quality)| note(&mut history, at, value, quality));
     history
 }
 
 #[test]
 fn one_spike_in_hours_is_in_every_picture_of_them() {
-    let mut history = History::of([TAG]);
+    let mut history = History::new([TAG]);
     let hours = MAX_AGE.as_secs();
     for second in 0..hours {
         let value = if second == 600 { 99.0 } else { (second % 7) as f64 };
@@ -35,14 +35,17 @@ fn one_spike_in_hours_is_in_every_picture_of_them() {
     }
     for columns in [1, 10, 300] {
         let points = history.between(TAG, START, after(hours as f64), columns);
-        assert!(points.iter().any(|point| point.state == State::Good(99.0)), "{columns} columns");
+        assert!(
+            points.iter().any(|point| point.state == PointState::Good(99.0)),
+            "{columns} columns"
+        );
         assert!(points.len() <= 5 * columns + 5, "{} points", points.len());
     }
 }
 
 #[test]
 fn a_short_fault_hours_ago_is_still_a_gap() {
-    let mut history = History::of([TAG]);
+    let mut history = History::new([TAG]);
     for second in 0..3 * 3600 {
         let quality = match second {
             1000 => Quality::Bad(Reason::Sensor),
@@ -51,7 +54,7 @@ fn a_short_fault_hours_ago_is_still_a_gap() {
         note(&mut history, f64::from(second), 1.0, quality);
     }
     let points = history.between(TAG, START, after(3.0 * 3600.0), 300);
-    let gap = points.iter().find(|point| point.state == State::Bad).expect("the gap is there");
+    let gap = points.iter().find(|point| point.state == PointState::Bad).expect("the gap is there");
     assert_eq!(gap.at, after(1000.0));
     let end = points.iter().find(|point| point.at > gap.at).expect("it ends");
     assert!(end.at.since(gap.at) <= BUCKET, "at most a bucket longer than it was");
@@ -63,18 +66,18 @@ fn a_window_begins_with_what_was_before_it() {
     let history = noted(&[(0.0, 5.0, Quality::Good), (100.0, 6.0, Quality::Good)]);
     let points = history.between(TAG, after(50.0), after(200.0), 100);
     let expected = [
-        Point { at: after(50.0), state: State::Good(5.0) },
-        Point { at: after(100.0), state: State::Good(6.0) },
+        Point { at: after(50.0), state: PointState::Good(5.0) },
+        Point { at: after(100.0), state: PointState::Good(6.0) },
     ];
     assert_eq!(points, expected);
     let points = history.between(TAG, after(150.0), after(200.0), 100);
-    assert_eq!(points, [Point { at: after(150.0), state: State::Good(6.0) }]);
+    assert_eq!(points, [Point { at: after(150.0), state: PointState::Good(6.0) }]);
     assert_eq!(history.between(TagHandle(0), after(0.0), after(9.0), 9), []);
 }
 
 #[test]
 fn memory_is_bounded_by_tags_time_and_points() {
-    let mut history = History::of((0..2 * MAX_TAGS as u32).map(TagHandle));
+    let mut history = History::new((0..2 * MAX_TAGS as u32).map(TagHandle));
     assert!(
         history.has(TagHandle(MAX_TAGS as u32 - 1)) && !history.has(TagHandle(MAX_TAGS as u32))
     );
@@ -102,7 +105,7 @@ proptest! {
         steps in prop::collection::vec((0.0..90.0f64, -1e6..1e6f64, 0..4u8), 1..2000),
         columns in 1..200usize,
     ) {
-        let mut history = History::of([TAG]);
+        let mut history = History::new([TAG]);
         let (mut at, mut states) = (0.0, Vec::new());
         for (step, value, quality) in steps {
             at += step;

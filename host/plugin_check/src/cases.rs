@@ -18,7 +18,7 @@ mod simulator;
 mod simulator_arguments;
 mod telemetry;
 mod telemetry_samples;
-mod text_room;
+mod text_buffer;
 
 use busbar_plugin_abi as abi;
 
@@ -26,26 +26,26 @@ use crate::finding::{Finding, Outcome, Stop};
 use crate::library::sized;
 use crate::probe::{Probe, Subject};
 
-/// One case.
+/// Conformance case of the table.
 pub(crate) struct Case {
-    /// How it is named in reports.
+    /// Name of the case.
     pub(crate) name: &'static str,
-    /// What holds when it passes.
+    /// Property that a passed case proves.
     pub(crate) what: &'static str,
     /// Cases that must have passed for it to make sense.
     pub(crate) needs: &'static [&'static str],
     /// Once for a library, or once for each of its plugins, if they can do this.
     pub(crate) scope: Scope,
-    /// Does it.
+    /// Function that runs the case.
     pub(crate) run: fn(&Probe) -> Outcome,
 }
 
-/// What a case is about.
+/// Subject of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Scope {
-    /// The library.
+    /// The library as a whole.
     Library,
-    /// Each plugin.
+    /// Each plugin of the library.
     Plugin,
     /// Each plugin with this capability.
     Capability(&'static str),
@@ -79,7 +79,7 @@ pub(crate) const CASES: &[Case] = cases! {
         "every plugin says what it is, in UTF-8, and stays with it";
     "init-order" Scope::Library, ["descriptors"], library::order:
         "deinit before init, and init twice, do no harm";
-    "library-leaks" Scope::Library, ["descriptors"], leaks::of_library:
+    "library-leaks" Scope::Library, ["descriptors"], leaks::check_library:
         "starting and ending the library leaves no thread, descriptor or memory";
     "schema" Scope::Plugin, ["descriptors"], settings::schema:
         "the settings schema is valid and accepts the sample settings";
@@ -218,7 +218,7 @@ impl Instance<'_> {
         Ok(sized(table.cast(), &format!("table of {id}"))?)
     }
 
-    /// What it says of a capability that it need not have.
+    /// Asks the instance for a capability that it need not have.
     pub(crate) fn ask(&self, id: abi::BusbarStr) -> *const std::ffi::c_void {
         // SAFETY: `make` checked it; it lives until `destroy`.
         match unsafe { (*self.raw).get_capability } {
@@ -227,7 +227,7 @@ impl Instance<'_> {
         }
     }
 
-    /// Ends it.
+    /// Destroys the plugin instance.
     pub(crate) fn destroy(self) -> Outcome {
         // SAFETY: `make` checked it; it lives until here.
         let destroy = unsafe { (*self.raw).destroy }

@@ -13,9 +13,9 @@ const MAX_DESCRIPTORS: u64 = 512;
 const MAX_FILE_BYTES: u64 = 16 << 20;
 /// Descriptors that are opened only to see whether they stay open.
 const SENTINELS: usize = 16;
-/// How long what ends may take to be gone.
+/// Longest wait for threads and descriptors that are closing.
 const MAX_SETTLE: Duration = Duration::from_secs(2);
-/// Between two looks.
+/// Interval between two polls.
 const LOOK_PERIOD: Duration = Duration::from_millis(5);
 
 /// Bounds what a plugin can take from the machine, and for how long.
@@ -43,7 +43,7 @@ impl Sentinels {
         Self((0..SENTINELS).filter_map(open).collect())
     }
 
-    /// How many are no longer what they were.
+    /// Returns the number of sentinel descriptors that were closed or replaced.
     pub(crate) fn lost(&self) -> usize {
         let is_null = |file: &&std::fs::File| {
             rustix::fs::fstat(file).is_ok_and(|stat| {
@@ -66,7 +66,7 @@ pub(crate) fn threads() -> BTreeSet<u32> {
     entries.filter_map(|entry| entry.file_name().to_str()?.parse().ok()).collect()
 }
 
-/// What a thread is called.
+/// Returns the name of a thread.
 pub(crate) fn thread_name(id: u32) -> String {
     let name = std::fs::read_to_string(format!("/proc/self/task/{id}/comm"));
     name.map_or_else(|_| id.to_string(), |name| name.trim().to_owned())

@@ -16,7 +16,7 @@ const MAX_LINES: u64 = 10_000;
 /// found out instead of calling what is gone.
 pub(crate) struct FakeHost {
     raw: abi::BusbarHost,
-    watch: &'static Watch,
+    watch: &'static LogRecord,
 }
 
 // SAFETY: the table never changes, and what its pointers lead to is shared and static.
@@ -25,7 +25,7 @@ unsafe impl Send for FakeHost {}
 unsafe impl Sync for FakeHost {}
 
 #[derive(Default)]
-struct Watch {
+struct LogRecord {
     lines: AtomicU64,
     /// Instances that may call.
     alive: AtomicU64,
@@ -35,7 +35,7 @@ struct Watch {
 
 impl FakeHost {
     pub(crate) fn new() -> &'static Self {
-        let watch: &'static Watch = Box::leak(Box::default());
+        let watch: &'static LogRecord = Box::leak(Box::default());
         let raw = abi::BusbarHost {
             struct_size: size_of::<abi::BusbarHost>() as u32,
             abi_major: abi::BUSBAR_ABI_MAJOR,
@@ -66,7 +66,7 @@ impl FakeHost {
         self.watch.lines.load(Ordering::SeqCst)
     }
 
-    /// What was wrong with calls so far.
+    /// Returns the errors in calls so far.
     pub(crate) fn findings(&self) -> Vec<Finding> {
         let faults = self.watch.faults.lock().unwrap_or_else(PoisonError::into_inner);
         let remedy = "pass UTF-8 text and one of the BUSBAR_LOG_* levels";
@@ -92,8 +92,8 @@ impl FakeHost {
 }
 
 unsafe extern "C" fn log(context: *mut c_void, level: u32, message: abi::BusbarStr) {
-    // SAFETY: a plugin passes the static `Watch` of its host, or breaks the ABI.
-    let Some(watch) = (unsafe { context.cast::<Watch>().as_ref() }) else { return };
+    // SAFETY: a plugin passes the static `LogRecord` of its host, or breaks the ABI.
+    let Some(watch) = (unsafe { context.cast::<LogRecord>().as_ref() }) else { return };
     watch.lines.fetch_add(1, Ordering::SeqCst);
     if watch.alive.load(Ordering::SeqCst) == 0 {
         watch.late.fetch_add(1, Ordering::SeqCst);

@@ -12,7 +12,7 @@ use crate::text;
 
 /// Samples in one batch that the host takes.
 const MAX_BATCH: usize = 1 << 20;
-/// How far ahead of this clock a source's may be.
+/// Largest time by which a source's clock may be ahead of this one.
 const MAX_CLOCK_AHEAD: Duration = Duration::from_secs(10);
 /// Bytes of what a plugin says of its link.
 const MAX_LINK_BYTES: usize = 512;
@@ -20,7 +20,7 @@ const MAX_LINK_BYTES: usize = 512;
 /// A sink that lives as long as the process.
 pub(crate) struct FakeSink {
     raw: abi::BusbarSampleSink,
-    shared: &'static Mutex<Seen>,
+    shared: &'static Mutex<SinkRecord>,
 }
 
 // SAFETY: the table never changes, and what its pointers lead to is static and locked.
@@ -28,14 +28,14 @@ unsafe impl Send for FakeSink {}
 // SAFETY: as above.
 unsafe impl Sync for FakeSink {}
 
-/// What came through a sink.
+/// Records of calls to a sink.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Seen {
+pub(crate) struct SinkRecord {
     /// `BUSBAR_VALUE_*` wanted, by tag.
     wanted: BTreeMap<u32, u32>,
     /// Tags of which at least one sample came.
     pub(crate) tags: BTreeSet<u32>,
-    /// Samples that came.
+    /// Number of samples received.
     pub(crate) samples: u64,
     /// Link reports that came.
     pub(crate) links: u64,
@@ -48,8 +48,8 @@ pub(crate) struct Seen {
 impl FakeSink {
     /// A sink for tags with the kinds that are wanted of them.
     pub(crate) fn new(wanted: impl IntoIterator<Item = (u32, u32)>) -> &'static Self {
-        let seen = Seen { wanted: wanted.into_iter().collect(), ..Seen::default() };
-        let shared: &'static Mutex<Seen> = Box::leak(Box::new(Mutex::new(seen)));
+        let seen = SinkRecord { wanted: wanted.into_iter().collect(), ..SinkRecord::default() };
+        let shared: &'static Mutex<SinkRecord> = Box::leak(Box::new(Mutex::new(seen)));
         let raw = abi::BusbarSampleSink {
             struct_size: size_of::<abi::BusbarSampleSink>() as u32,
             reserved: 0,
@@ -65,23 +65,23 @@ impl FakeSink {
         &raw const self.raw
     }
 
-    /// Whether the plugin is active, so that it may call.
+    /// Sets whether the plugin is active, so that it may call.
     pub(crate) fn set_open(&self, open: bool) {
         self.lock().open = open;
     }
 
-    /// What came so far.
-    pub(crate) fn seen(&self) -> Seen {
+    /// Returns the calls recorded so far.
+    pub(crate) fn seen(&self) -> SinkRecord {
         self.lock().clone()
     }
 
-    fn lock(&self) -> MutexGuard<'_, Seen> {
+    fn lock(&self) -> MutexGuard<'_, SinkRecord> {
         self.shared.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl Seen {
-    /// What was wrong with calls so far.
+impl SinkRecord {
+    /// Returns the errors in calls so far.
     pub(crate) fn findings(&self) -> Vec<Finding> {
         let remedy = "see BusbarSample and BusbarSampleSink in the header";
         self.faults.iter().map(|fault| Finding::new(fault.clone(), remedy)).collect()
@@ -153,7 +153,7 @@ unsafe extern "C" fn publish(
     count: usize,
 ) -> usize {
     // SAFETY: a plugin passes the static context of its sink, or breaks the ABI.
-    let Some(seen) = (unsafe { context.cast::<Mutex<Seen>>().as_ref() }) else { return 0 };
+    let Some(seen) = (unsafe { context.cast::<Mutex<SinkRecord>>().as_ref() }) else { return 0 };
     let mut seen = seen.lock().unwrap_or_else(PoisonError::into_inner);
     seen.note_call();
     if count > MAX_BATCH || (count > 0 && (samples.is_null() || !samples.is_aligned())) {
@@ -173,7 +173,7 @@ unsafe extern "C" fn publish(
 
 unsafe extern "C" fn report_link(context: *mut c_void, state: u32, message: abi::BusbarStr) {
     // SAFETY: as in `publish`.
-    let Some(seen) = (unsafe { context.cast::<Mutex<Seen>>().as_ref() }) else { return };
+    let Some(seen) = (unsafe { context.cast::<Mutex<SinkRecord>>().as_ref() }) else { return };
     let mut seen = seen.lock().unwrap_or_else(PoisonError::into_inner);
     seen.note_call();
     seen.links += 1;

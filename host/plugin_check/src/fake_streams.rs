@@ -48,7 +48,7 @@ impl<'a> FakeStreams<'a> {
         }
     }
 
-    /// Whether the next call goes on.
+    /// Admits the next call unless the streams were stopped.
     fn admit(&mut self) -> bool {
         if self.was_stopped {
             self.calls_after_stop += 1;
@@ -58,7 +58,7 @@ impl<'a> FakeStreams<'a> {
         !self.was_stopped
     }
 
-    /// What it did wrong.
+    /// Reports broken rules of the calls as findings.
     pub(crate) fn judge(&self, probe: &Probe, what: &str) {
         let limit = abi::BUSBAR_MAX_CHUNK;
         for (count, fault, remedy) in [

@@ -1,25 +1,25 @@
-//! What a case found.
+//! Findings of a case.
 
 use serde::{Deserialize, Serialize};
 
 /// A fault of a plugin, and what its author can do.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Finding {
-    /// What is wrong, and where.
+    /// Description of the fault, with its place.
     pub fault: String,
-    /// What to do.
+    /// Remedy for the plugin's author.
     pub remedy: String,
 }
 
-/// Why a case ended before its end.
+/// Reasons to stop a case early.
 pub(crate) enum Stop {
-    /// It does not apply, and why.
+    /// Case does not apply, with the reason.
     Skip(String),
-    /// What follows makes no sense after this finding.
+    /// Finding after which the rest of the case makes no sense.
     Fail(Finding),
 }
 
-/// What a case gives; findings that did not stop it are with the probe.
+/// Result of a case; findings that did not stop it are with the probe.
 pub(crate) type Outcome = Result<(), Stop>;
 
 impl Finding {

@@ -19,8 +19,8 @@ pub(crate) enum Entry {
     /// A function of the plugin is called next.
     Calling(String),
     /// A plugin of the library.
-    Plugin(Facts),
-    /// Something is wrong.
+    Plugin(PluginFacts),
+    /// Finding of the case.
     Found(Finding),
     /// The case does not apply.
     Skipped(String),
@@ -30,12 +30,12 @@ pub(crate) enum Entry {
     Ended,
 }
 
-/// What cases of one plugin depend on.
+/// Facts about a plugin on which other cases depend.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct Facts {
-    /// Plugin id.
+pub(crate) struct PluginFacts {
+    /// Id of the plugin.
     pub(crate) id: String,
-    /// Capability ids.
+    /// Ids of its capabilities.
     pub(crate) capabilities: Vec<String>,
 }
 

@@ -9,6 +9,7 @@
 //! in which function of the plugin a process died or hung.
 //!
 //! Invariant: no plugin code runs in the process that calls [`check`].
+#![doc = include_str!("../DESIGN.md")]
 
 mod calls;
 mod cases;
@@ -29,6 +30,6 @@ mod text;
 
 pub use environment::heap_bytes;
 pub use finding::Finding;
-pub use report::{CaseResult, Report, Verdict};
+pub use report::{CaseResult, CaseVerdict, Report};
 pub use request::{Options, RequestError, Sample, SampleTag};
 pub use supervise::{CheckError, check, run_case};

@@ -1,4 +1,4 @@
-//! What a case works with: the plugin, the request, and what was found so far.
+//! Context of a case: the plugin, the request, and the findings so far.
 
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
@@ -217,8 +217,9 @@ impl Probe {
         }
     }
 
-    /// What shows only at the end: descriptors of others, and calls to the host.
-    pub(crate) fn look_around(&self, sentinels: &environment::Sentinels) {
+    /// Checks what shows only at the end: closed foreign descriptors, and wrong calls to the
+    /// host.
+    pub(crate) fn check_environment(&self, sentinels: &environment::Sentinels) {
         let lost = sentinels.lost();
         self.expect(
             lost == 0,
@@ -228,7 +229,7 @@ impl Probe {
         self.host.findings().into_iter().for_each(|finding| self.find(finding));
     }
 
-    /// Whether anything was found.
+    /// Reports whether the case has findings.
     pub(crate) fn has_findings(&self) -> bool {
         !self.found.lock().unwrap_or_else(PoisonError::into_inner).is_empty()
     }

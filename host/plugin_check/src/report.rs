@@ -1,4 +1,4 @@
-//! What came of all cases.
+//! Report of all cases.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -10,17 +10,17 @@ use crate::finding::Finding;
 /// The outcome of one case.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(tag = "verdict", rename_all = "snake_case")]
-pub enum Verdict {
+pub enum CaseVerdict {
     /// All is as it must be.
     Pass,
-    /// Something is not.
+    /// The case has findings.
     Fail {
-        /// Each fault.
+        /// All findings of the case.
         findings: Vec<Finding>,
     },
     /// The case does not apply.
     Skip {
-        /// Why.
+        /// Reason of the skip.
         reason: String,
     },
 }
@@ -32,36 +32,36 @@ pub struct CaseResult {
     pub case: &'static str,
     /// Plugin id, for a case of a plugin.
     pub plugin: Option<String>,
-    /// What holds when it passes.
+    /// Property that a passed case proves.
     pub what: &'static str,
-    /// Outcome.
+    /// Outcome of the case.
     #[serde(flatten)]
-    pub verdict: Verdict,
-    /// How long it took, milliseconds.
+    pub verdict: CaseVerdict,
+    /// Duration of the case, milliseconds.
     pub millis: u64,
 }
 
 /// Every case of a library.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
-    /// The library's file.
+    /// Path of the library file.
     pub library: PathBuf,
-    /// Whether no case failed.
+    /// True where no case failed.
     pub passed: bool,
     /// Every case, in order.
     pub cases: Vec<CaseResult>,
 }
 
 impl Report {
-    /// How many cases passed, failed and were skipped.
+    /// Counts the cases that passed, failed and were skipped.
     pub fn counts(&self) -> [usize; 3] {
-        let count = |wanted: fn(&Verdict) -> bool| {
+        let count = |wanted: fn(&CaseVerdict) -> bool| {
             self.cases.iter().filter(|case| wanted(&case.verdict)).count()
         };
         [
-            count(|verdict| matches!(verdict, Verdict::Pass)),
-            count(|verdict| matches!(verdict, Verdict::Fail { .. })),
-            count(|verdict| matches!(verdict, Verdict::Skip { .. })),
+            count(|verdict| matches!(verdict, CaseVerdict::Pass)),
+            count(|verdict| matches!(verdict, CaseVerdict::Fail { .. })),
+            count(|verdict| matches!(verdict, CaseVerdict::Skip { .. })),
         ]
     }
 }
@@ -71,9 +71,9 @@ impl fmt::Display for CaseResult {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (name, what) = (self.case, self.what);
         match &self.verdict {
-            Verdict::Pass => write!(f, "pass  {name:<20}  {what}"),
-            Verdict::Skip { reason } => write!(f, "skip  {name:<20}  {reason}"),
-            Verdict::Fail { findings } => {
+            CaseVerdict::Pass => write!(f, "pass  {name:<20}  {what}"),
+            CaseVerdict::Skip { reason } => write!(f, "skip  {name:<20}  {reason}"),
+            CaseVerdict::Fail { findings } => {
                 write!(f, "FAIL  {name:<20}  not so: {what}")?;
                 for Finding { fault, remedy } in findings {
                     write!(f, "\n        {fault}")?;
@@ -96,10 +96,10 @@ mod tests {
         let findings = vec![Finding::new("it leaks", "free it")];
         let case =
             |verdict| CaseResult { case: "leaks", plugin: None, what: "none", verdict, millis: 1 };
-        let failed = case(Verdict::Fail { findings });
+        let failed = case(CaseVerdict::Fail { findings });
         let lines: Vec<_> = failed.to_string().lines().map(str::trim).map(str::to_owned).collect();
         assert_eq!(lines[1..], ["it leaks", "-> free it"]);
-        let skipped = case(Verdict::Skip { reason: "no tags".into() });
+        let skipped = case(CaseVerdict::Skip { reason: "no tags".into() });
         let json = serde_json::to_value(&skipped).unwrap();
         assert_eq!((&json["verdict"], &json["reason"]), (&"skip".into(), &"no tags".into()));
         let report = Report { library: "a.so".into(), passed: false, cases: vec![failed, skipped] };

@@ -1,4 +1,4 @@
-//! What is to be checked, as told to the checker and to a case's process.
+//! Options of a check, and the request to the process of one case.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -12,7 +12,7 @@ const MAX_SAMPLE_BYTES: u64 = 1 << 20;
 /// Tags of a sample.
 const MAX_SAMPLE_TAGS: usize = 256;
 
-/// How to check.
+/// Options of a check.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// The longest that one case may take.
@@ -47,43 +47,43 @@ pub struct SampleTag {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TagKind {
-    /// A measurement.
+    /// Measurement, a floating-point number.
     F64,
-    /// A counter.
+    /// Counter, an integer value.
     I64,
-    /// A single point.
+    /// Single point, a Boolean.
     Bool,
-    /// A switch position.
+    /// Double point, such as a switch position.
     DoublePoint,
 }
 
-/// Why a sample cannot be used.
+/// Errors of a sample file.
 #[derive(Debug, Error)]
 pub enum RequestError {
     /// The file cannot be read.
     #[error("cannot read the sample '{path}': {source}; check the path")]
     Unreadable {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Reason from the system.
         source: std::io::Error,
     },
-    /// It is too large.
+    /// The file is too large.
     #[error(
         "the sample '{path}' is too large: at most {MAX_SAMPLE_BYTES} bytes and {MAX_SAMPLE_TAGS} tags"
     )]
     TooLarge {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
-    /// It is no sample.
+    /// The file has no valid sample.
     #[error(
         "the sample '{path}': {source}; write {{\"settings\": {{...}}, \"tags\": [{{\"kind\": \"f64\", \"address\": ...}}]}}"
     )]
     Malformed {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Error of the JSON parser.
         source: serde_json::Error,
     },
 }
@@ -108,18 +108,18 @@ impl Sample {
     }
 }
 
-/// What the process of one case is told.
+/// Request to the process of one case.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Request {
-    /// The library.
+    /// Path of the library.
     pub(crate) library: PathBuf,
     /// Name of the case.
     pub(crate) case: String,
-    /// Which plugin of the library, for cases of plugins.
+    /// Index of the plugin within the library, for cases of plugins.
     pub(crate) plugin: u32,
-    /// Settings and tags.
+    /// Settings and tags of the sample.
     pub(crate) sample: Sample,
-    /// Where the case writes what it does and finds.
+    /// Path of the journal that the case writes.
     pub(crate) journal: PathBuf,
     /// The longest it may take, milliseconds.
     pub(crate) limit_millis: u64,

@@ -12,9 +12,9 @@ use thiserror::Error;
 use crate::cases::{CASES, Case, Scope};
 use crate::environment::{Sentinels, limit_resources};
 use crate::finding::{Finding, Stop};
-use crate::journal::{self, Entry, Facts};
+use crate::journal::{self, Entry, PluginFacts};
 use crate::probe::Probe;
-use crate::report::{CaseResult, Report, Verdict};
+use crate::report::{CaseResult, CaseVerdict, Report};
 use crate::request::{Options, Request};
 
 /// Between two looks at a child.
@@ -24,15 +24,15 @@ const MAX_OUTPUT_BYTES: usize = 1 << 20;
 /// Exit code of a case that could not be run at all.
 const EXIT_UNUSABLE: i32 = 2;
 
-/// Why nothing could be checked.
+/// Errors that prevent all checks.
 #[derive(Debug, Error)]
 pub enum CheckError {
     /// The library is not there.
     #[error("cannot read '{path}': {source}; give the path of a built plugin library")]
     Unreadable {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Reason from the system.
         source: std::io::Error,
     },
     /// No case has this name.
@@ -60,11 +60,12 @@ pub fn check(
         return Err(CheckError::UnknownCase(name.clone()));
     }
     let folder = tempfile::tempdir()?;
-    let mut run = Run { library, options, case_command, folder: folder.path(), done: Vec::new() };
-    let mut plugins: Option<Vec<Facts>> = None;
-    let (of_library, of_plugins): (Vec<_>, Vec<_>) =
+    let mut run =
+        CheckRun { library, options, case_command, folder: folder.path(), done: Vec::new() };
+    let mut plugins: Option<Vec<PluginFacts>> = None;
+    let (check_library, of_plugins): (Vec<_>, Vec<_>) =
         CASES.iter().filter(|case| run.wants(case)).partition(|c| c.scope == Scope::Library);
-    for case in of_library {
+    for case in check_library {
         let found = run.case(case, 0, None, on_result)?;
         plugins = plugins.or(found);
     }
@@ -83,12 +84,12 @@ pub fn check(
         }
     }
     let cases: Vec<_> = run.done.into_iter().map(|done| done.result).collect();
-    let passed = cases.iter().all(|case| !matches!(case.verdict, Verdict::Fail { .. }));
+    let passed = cases.iter().all(|case| !matches!(case.verdict, CaseVerdict::Fail { .. }));
     Ok(Report { library: run.library, passed, cases })
 }
 
-/// Whether a plugin can do what a case is about.
-fn applies(case: &Case, facts: &Facts) -> bool {
+/// Reports whether a case applies to a plugin with these capabilities.
+fn applies(case: &Case, facts: &PluginFacts) -> bool {
     match case.scope {
         Scope::Capability(id) => facts.capabilities.iter().any(|other| other == id),
         Scope::Library | Scope::Plugin => true,
@@ -96,22 +97,22 @@ fn applies(case: &Case, facts: &Facts) -> bool {
 }
 
 /// A check under way.
-struct Run<'a> {
+struct CheckRun<'a> {
     library: PathBuf,
     options: &'a Options,
     case_command: &'a dyn Fn(&Path) -> Command,
     folder: &'a Path,
-    done: Vec<Done>,
+    done: Vec<FinishedCase>,
 }
 
-struct Done {
+struct FinishedCase {
     result: CaseResult,
-    /// Whether what builds on it makes sense.
+    /// False where cases that depend on this one make no sense.
     sound: bool,
 }
 
-impl Run<'_> {
-    /// Whether a case was asked for, or is needed by one that was.
+impl CheckRun<'_> {
+    /// Reports whether a case was selected, or is a dependency of a selected one.
     fn wants(&self, case: &Case) -> bool {
         let only = &self.options.only;
         let needed = |name: &str| {
@@ -126,12 +127,12 @@ impl Run<'_> {
         &mut self,
         case: &Case,
         plugin: u32,
-        facts: Option<&Facts>,
+        facts: Option<&PluginFacts>,
         on_result: &mut dyn FnMut(&CaseResult),
-    ) -> Result<Option<Vec<Facts>>, CheckError> {
+    ) -> Result<Option<Vec<PluginFacts>>, CheckError> {
         let id = facts.map(|facts| facts.id.clone());
         let unsound = case.needs.iter().find(|need| {
-            let of_this = |done: &&Done| {
+            let of_this = |done: &&FinishedCase| {
                 done.result.case == **need
                     && (done.result.plugin.is_none() || done.result.plugin == id)
             };
@@ -140,7 +141,7 @@ impl Run<'_> {
         if let Some(need) = unsound {
             let result = blocked(case, need, id);
             on_result(&result);
-            self.done.push(Done { result, sound: false });
+            self.done.push(FinishedCase { result, sound: false });
             return Ok(None);
         }
         let started = Instant::now();
@@ -149,7 +150,7 @@ impl Run<'_> {
         let millis = started.elapsed().as_millis() as u64;
         let result = CaseResult { case: case.name, plugin: id, what: case.what, verdict, millis };
         on_result(&result);
-        self.done.push(Done { result, sound });
+        self.done.push(FinishedCase { result, sound });
         let named = ended.journal.into_iter().filter_map(|entry| match entry {
             Entry::Plugin(facts) => Some(facts),
             _ => None,
@@ -161,11 +162,11 @@ impl Run<'_> {
     fn blocked(&mut self, case: &Case, need: &str, on_result: &mut dyn FnMut(&CaseResult)) {
         let result = blocked(case, need, None);
         on_result(&result);
-        self.done.push(Done { result, sound: false });
+        self.done.push(FinishedCase { result, sound: false });
     }
 
     /// The process of one case, to its end.
-    fn process(&self, case: &Case, plugin: u32) -> Result<Ended, CheckError> {
+    fn process(&self, case: &Case, plugin: u32) -> Result<CaseExit, CheckError> {
         let name = format!("{}-{plugin}", case.name);
         let path = |suffix: &str| self.folder.join(format!("{name}.{suffix}"));
         let request = Request {
@@ -186,7 +187,7 @@ impl Run<'_> {
         let status = wait(&mut child, self.options.case_limit)?;
         // A plugin's own children must not outlive the case either.
         kill_group(&child);
-        Ok(Ended {
+        Ok(CaseExit {
             status,
             journal: journal::read(&request.journal),
             panic: first_panic(&path("output")),
@@ -202,12 +203,12 @@ fn needs(case: &Case, name: &str) -> bool {
 
 fn blocked(case: &Case, need: &str, plugin: Option<String>) -> CaseResult {
     let reason = format!("needs `{need}`, which failed");
-    let verdict = Verdict::Skip { reason };
+    let verdict = CaseVerdict::Skip { reason };
     CaseResult { case: case.name, plugin, what: case.what, verdict, millis: 0 }
 }
 
-/// What a process of a case left.
-struct Ended {
+/// Exit and journal of a case's process.
+struct CaseExit {
     /// None if it was ended for taking too long.
     status: Option<ExitStatus>,
     journal: Vec<Entry>,
@@ -238,7 +239,7 @@ fn kill_group(child: &Child) {
 }
 
 /// A verdict, and whether cases that need this one make sense.
-fn judge(ended: &Ended, limit: Duration) -> (Verdict, bool) {
+fn judge(ended: &CaseExit, limit: Duration) -> (CaseVerdict, bool) {
     let mut findings: Vec<_> = ended
         .journal
         .iter()
@@ -275,9 +276,9 @@ fn judge(ended: &Ended, limit: Duration) -> (Verdict, bool) {
     let sound = ended.status.is_some_and(|status| status.success())
         && matches!(last, Some(Entry::Ended | Entry::Skipped(_)));
     let verdict = match last {
-        _ if !findings.is_empty() => Verdict::Fail { findings },
-        Some(Entry::Skipped(reason)) => Verdict::Skip { reason: reason.clone() },
-        _ => Verdict::Pass,
+        _ if !findings.is_empty() => CaseVerdict::Fail { findings },
+        Some(Entry::Skipped(reason)) => CaseVerdict::Skip { reason: reason.clone() },
+        _ => CaseVerdict::Pass,
     };
     (verdict, sound)
 }
@@ -331,7 +332,7 @@ pub fn run_case(request: &Path) -> i32 {
     let sentinels = Sentinels::open();
     let probe = Probe::new(request);
     let outcome = (case.run)(&probe);
-    probe.look_around(&sentinels);
+    probe.check_environment(&sentinels);
     sentinels.forget();
     match outcome {
         Ok(()) => probe.journal.note(Entry::Ended),

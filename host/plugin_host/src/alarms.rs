@@ -1,4 +1,4 @@
-//! Capability `busbar.alarms/1-draft`.
+//! Alarm mirroring: capability `busbar.alarms/1-draft`.
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ impl Alarms {
     ///
     /// # Errors
     /// [`PluginError::WrongCapability`].
-    pub fn of(instance: Arc<Instance>) -> Result<Self, PluginError> {
+    pub fn from_instance(instance: Arc<Instance>) -> Result<Self, PluginError> {
         let table: &abi::BusbarAlarms = instance.capability(abi::ALARMS_ID)?;
         if table.read.is_none() {
             return Err(instance.violation("`read` of its alarms is null"));
@@ -28,7 +28,8 @@ impl Alarms {
         Ok(Self { instance, table })
     }
 
-    /// How they stand; without alarms where their revision is the known one, 0 for none.
+    /// Reads the state of all alarms. A report of the revision `known` (0 for none) has no
+    /// alarms.
     ///
     /// # Errors
     /// What the plugin says, or the rule that its answer breaks.

@@ -1,4 +1,4 @@
-//! Which plugins there are: libraries of the configured directories.
+//! Plugin discovery: libraries of the configured directories.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::library::{PluginInfo, PluginLibrary};
 use crate::text::shown;
 use crate::trust::{LibraryFile, LoadRules, libraries};
-use crate::{Instance, PluginError, SettingsFault};
+use crate::{Instance, PluginError, SettingsError};
 
 /// Keyword of a settings schema: words on what to write where the schema refuses.
 const REMEDY_KEYWORD: &str = "x-busbar-remedy";
@@ -15,10 +15,10 @@ const MAX_REMEDY_BYTES: usize = 500;
 
 /// A file or directory that gave no plugin, and why.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Refused {
+pub struct RejectedLibrary {
     /// The file or directory.
     pub path: PathBuf,
-    /// Why.
+    /// Reason of the rejection.
     pub reason: String,
 }
 
@@ -27,7 +27,7 @@ pub struct Refused {
 pub struct Catalog {
     searched: Vec<PathBuf>,
     libraries: Vec<Arc<PluginLibrary>>,
-    refused: Vec<Refused>,
+    refused: Vec<RejectedLibrary>,
 }
 
 impl Catalog {
@@ -38,7 +38,7 @@ impl Catalog {
         let mut catalog = Self { searched: directories.to_vec(), libraries: Vec::new(), refused };
         for file in &files {
             if let Err(reason) = PluginLibrary::open(file).and_then(|l| catalog.add(l)) {
-                catalog.refused.push(Refused { path: file.path().to_owned(), reason });
+                catalog.refused.push(RejectedLibrary { path: file.path().to_owned(), reason });
             }
         }
         catalog
@@ -48,19 +48,19 @@ impl Catalog {
     ///
     /// # Errors
     /// Why it gives no plugin, in words.
-    pub fn of_file(file: &LibraryFile) -> Result<Self, String> {
+    pub fn from_file(file: &LibraryFile) -> Result<Self, String> {
         let searched = file.path().parent().map(Path::to_owned).into_iter().collect();
         let libraries = vec![PluginLibrary::open(file)?];
         Ok(Self { searched, libraries, refused: Vec::new() })
     }
 
-    /// Every plugin found.
+    /// Iterates over all plugins found.
     pub fn plugins(&self) -> impl Iterator<Item = &PluginInfo> {
         self.libraries.iter().flat_map(|library| &library.plugins)
     }
 
-    /// What was refused.
-    pub fn refused(&self) -> &[Refused] {
+    /// Returns the libraries that were rejected.
+    pub fn refused(&self) -> &[RejectedLibrary] {
         &self.refused
     }
 
@@ -110,7 +110,7 @@ fn check_settings(info: &PluginInfo, settings: &serde_json::Value) -> Result<(),
     })?;
     let faults: Vec<_> = validator
         .iter_errors(settings)
-        .map(|error| SettingsFault {
+        .map(|error| SettingsError {
             pointer: error.instance_path().to_string(),
             // Masked: settings may hold secrets.
             message: with_remedy(error.masked().to_string(), schema, error.schema_path().as_str()),

@@ -1,4 +1,4 @@
-//! Capability `busbar.chart/1-draft`.
+//! Chart plugins: capability `busbar.chart/1-draft`.
 
 use std::sync::Arc;
 
@@ -26,7 +26,7 @@ pub struct Chart {
 pub struct ChartPage {
     /// Grows with every change of description or records.
     pub revision: u64,
-    /// Records there are.
+    /// Total number of records.
     pub total: u64,
     /// The records wanted, as far as there are so many.
     pub records: Vec<Record>,
@@ -35,7 +35,7 @@ pub struct ChartPage {
 }
 
 impl ChartPage {
-    /// Whether it is what was asked for.
+    /// Validates the page against the number of axes and the records asked for.
     ///
     /// # Errors
     /// The rule that it breaks.
@@ -58,7 +58,7 @@ impl Chart {
     ///
     /// # Errors
     /// [`PluginError::WrongCapability`].
-    pub fn of(instance: Arc<Instance>) -> Result<Self, PluginError> {
+    pub fn from_instance(instance: Arc<Instance>) -> Result<Self, PluginError> {
         let table: &abi::BusbarChart = instance.capability(abi::CHART_ID)?;
         if table.describe.is_none() || table.read.is_none() || table.explain.is_none() {
             return Err(instance.violation("`describe`, `read` or `explain` is null"));
@@ -66,12 +66,12 @@ impl Chart {
         Ok(Self { instance, table })
     }
 
-    /// What it shows.
+    /// Describes the chart of the plugin.
     ///
     /// # Errors
     /// What the plugin says, or the rule that its answer breaks.
     pub fn describe(&self) -> Result<Description, PluginError> {
-        let describe = self.table.describe.ok_or_else(|| self.is_null())?;
+        let describe = self.table.describe.ok_or_else(|| self.null_function_error())?;
         let description: Description = ask_json(&self.instance, LIMIT, |output, error| {
             // SAFETY: output and error live for the call.
             unsafe { describe(self.instance.as_ptr(), output, error) }
@@ -86,7 +86,7 @@ impl Chart {
     /// # Errors
     /// What the plugin says, or the rule that its answer breaks.
     pub fn read(&self, axes: u32, first: u64, count: u32) -> Result<ChartPage, PluginError> {
-        let read = self.table.read.ok_or_else(|| self.is_null())?;
+        let read = self.table.read.ok_or_else(|| self.null_function_error())?;
         let count = count.min(MAX_PAGE_RECORDS);
         let axes = axes.min(abi::BUSBAR_MAX_CHART_AXES as u32);
         let mut records = vec![abi::BusbarChartRecord::default(); count as usize];
@@ -103,7 +103,7 @@ impl Chart {
             values: values.as_mut_ptr(),
         };
         let mut error = abi::BusbarError::empty();
-        let serial = self.instance.serialise();
+        let serial = self.instance.serialize_calls();
         // SAFETY: page, its buffers and the error live for the call.
         let status = unsafe { read(self.instance.as_ptr(), &mut page, &mut error) };
         drop(serial);
@@ -124,24 +124,24 @@ impl Chart {
         Ok(page)
     }
 
-    /// What the last record of a piece of equipment not after an instant (nanoseconds since
-    /// 1970-01-01 UTC) means. States are not checked against a legend yet.
+    /// Explains the last record of a piece of equipment at or before an instant (nanoseconds
+    /// since 1970-01-01 UTC). States are not checked against a legend yet.
     ///
     /// # Errors
     /// What the plugin says, such as that there is none, or the rule that its answer breaks.
     pub fn explain(&self, equipment: &str, unix_nanos: i64) -> Result<Explanation, PluginError> {
-        let explain = self.table.explain.ok_or_else(|| self.is_null())?;
+        let explain = self.table.explain.ok_or_else(|| self.null_function_error())?;
         let id = abi::BusbarStr::from_borrowed(equipment);
         let explanation: Explanation = ask_json(&self.instance, LIMIT, |output, error| {
             // SAFETY: id, output and error live for the call.
             unsafe { explain(self.instance.as_ptr(), id, unix_nanos, output, error) }
         })?;
-        let broken = |fault: busbar_chart::ChartFault| self.instance.violation(fault.to_string());
+        let broken = |fault: busbar_chart::ChartError| self.instance.violation(fault.to_string());
         explanation.check(usize::MAX).map_err(broken)?;
         Ok(explanation)
     }
 
-    fn is_null(&self) -> PluginError {
+    fn null_function_error(&self) -> PluginError {
         self.instance.violation("a function of its chart is null")
     }
 }

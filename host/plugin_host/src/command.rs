@@ -1,4 +1,4 @@
-//! Capability `busbar.command/1-draft`.
+//! Command-line verbs of plugins: capability `busbar.command/1-draft`.
 
 use std::ffi::c_void;
 use std::io;
@@ -13,7 +13,7 @@ use crate::{Instance, PluginError, shown, text};
 
 /// Diagnostics of one run that are kept; those beyond are counted.
 pub const MAX_DIAGNOSTICS: usize = 1000;
-/// How many of them at least may be of no line, such as sums at the end.
+/// Least number of diagnostics reserved for those without a line, such as sums at the end.
 const MAX_REMARKS: usize = 16;
 /// Bytes of one diagnostic.
 const MAX_DIAGNOSTIC_BYTES: usize = 512;
@@ -25,38 +25,38 @@ const MAX_READ: usize = abi::BUSBAR_MAX_CHUNK;
 /// A command that a plugin offers.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CommandInfo {
-    /// What users type.
+    /// Verb that users type.
     pub name: String,
     /// One line: what it does.
     pub help: String,
 }
 
-/// How important a diagnostic is.
+/// Importance of a diagnostic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DiagnosticLevel {
     /// A part of the input was left out.
     Error,
     /// Something may not be what was meant.
     Warning,
-    /// For information.
+    /// Information without a problem.
     Info,
 }
 
-/// What a command says of its input.
+/// Diagnostic that a command reports about its input.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Diagnostic {
-    /// How important it is.
+    /// Importance of the diagnostic.
     pub level: DiagnosticLevel,
     /// Line of the input; the first is 1.
     pub line: Option<u64>,
-    /// The sentence.
+    /// Text for users, a sentence.
     pub message: String,
 }
 
-/// What a command came to.
+/// Outcome of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum CommandExit {
-    /// Done.
+    /// The command ended successfully.
     Done,
     /// Nothing could be done with the input.
     InputAtFault,
@@ -67,15 +67,15 @@ pub enum CommandExit {
 /// A command that ran.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CommandReport {
-    /// What it came to.
+    /// Outcome of the command.
     pub exit: CommandExit,
     /// The first diagnostics, in their order.
     pub diagnostics: Vec<Diagnostic>,
-    /// Diagnostics beyond those.
+    /// Count of diagnostics beyond the limit.
     pub omitted: u64,
 }
 
-/// Where the bytes of a command come from and go.
+/// Input and output streams of a command.
 pub trait CommandStreams {
     /// Input, as much as there is room for; nothing at the end. An error stops the command.
     ///
@@ -90,7 +90,7 @@ pub trait CommandStreams {
     fn write(&mut self, bytes: &[u8]) -> io::Result<()>;
 }
 
-/// Whether commands that came from elsewhere are such as a plugin may offer.
+/// Validates a list of commands that came from elsewhere against the limits of the ABI.
 ///
 /// # Errors
 /// The rule that they break, in words.
@@ -138,12 +138,12 @@ impl Commands {
     ///
     /// # Errors
     /// [`PluginError::WrongCapability`].
-    pub fn of(instance: Arc<Instance>) -> Result<Self, PluginError> {
+    pub fn from_instance(instance: Arc<Instance>) -> Result<Self, PluginError> {
         let table = instance.capability(abi::COMMAND_ID)?;
         Ok(Self { table, instance })
     }
 
-    /// What it offers.
+    /// Lists the commands that the instance offers.
     ///
     /// # Errors
     /// The rule that it breaks.
@@ -152,7 +152,7 @@ impl Commands {
         let (Some(count), Some(describe)) = (self.table.count, self.table.describe) else {
             return Err(violation("`count` or `describe` is null".into()));
         };
-        let _serial = self.instance.serialise();
+        let _serial = self.instance.serialize_calls();
         // SAFETY: a live instance.
         let count = unsafe { count(self.instance.as_ptr()) };
         if count > abi::BUSBAR_MAX_COMMANDS {
@@ -192,11 +192,12 @@ impl Commands {
             name: abi::BusbarStr::from_borrowed(name),
             arguments: arguments.as_ptr(),
         };
-        let mut ends = Ends { streams, stopped: None, diagnostics: Vec::new(), omitted: 0 };
+        let mut host_streams =
+            HostStreams { streams, stopped: None, diagnostics: Vec::new(), omitted: 0 };
         let raw = abi::BusbarCommandStreams {
             struct_size: size_of::<abi::BusbarCommandStreams>() as u32,
             reserved: 0,
-            context: (&raw mut ends).cast(),
+            context: (&raw mut host_streams).cast(),
             read: Some(read),
             write: Some(write),
             diagnose: Some(diagnose),
@@ -206,11 +207,11 @@ impl Commands {
             exit_code: u32::MAX,
         };
         let mut error = abi::BusbarError::empty();
-        let serial = self.instance.serialise();
+        let serial = self.instance.serialize_calls();
         // SAFETY: everything lives for the call.
         let status = unsafe { run(self.instance.as_ptr(), &call, &raw, &mut result, &mut error) };
         drop(serial);
-        if let Some(reason) = ends.stopped {
+        if let Some(reason) = host_streams.stopped {
             let (id, message) = (self.instance.info().id.clone(), reason.to_string());
             return Err(PluginError::Failed { id, settings_at_fault: false, message });
         }
@@ -221,22 +222,26 @@ impl Commands {
             abi::BUSBAR_EXIT_USAGE => CommandExit::WrongUse,
             _ => return Err(violation("a command ended with an unknown exit code")),
         };
-        Ok(CommandReport { exit, diagnostics: ends.diagnostics, omitted: ends.omitted })
+        Ok(CommandReport {
+            exit,
+            diagnostics: host_streams.diagnostics,
+            omitted: host_streams.omitted,
+        })
     }
 }
 
-/// The host's ends of a running command's streams.
-struct Ends<'a> {
+/// The host's side of a running command's streams.
+struct HostStreams<'a> {
     streams: &'a mut dyn CommandStreams,
-    /// Why the command must stop.
+    /// I/O error that made the command stop.
     stopped: Option<io::Error>,
     diagnostics: Vec<Diagnostic>,
     omitted: u64,
 }
 
-impl Ends<'_> {
+impl HostStreams<'_> {
     /// Does `work` unless the command must stop; a failure, and a panic too, stops it.
-    fn attempt<T>(
+    fn run_unless_stopped<T>(
         &mut self,
         work: impl FnOnce(&mut dyn CommandStreams) -> io::Result<T>,
     ) -> Option<T> {
@@ -251,15 +256,15 @@ impl Ends<'_> {
 }
 
 /// # Safety
-/// `context` is the `Ends` of a `run` under way, on its thread.
-unsafe fn ends<'a>(context: *mut c_void) -> Option<&'a mut Ends<'a>> {
+/// `context` is the `HostStreams` of a `run` under way, on its thread.
+unsafe fn host_streams<'a>(context: *mut c_void) -> Option<&'a mut HostStreams<'a>> {
     // SAFETY: the caller vouches for it.
-    unsafe { context.cast::<Ends<'a>>().as_mut() }
+    unsafe { context.cast::<HostStreams<'a>>().as_mut() }
 }
 
 unsafe extern "C" fn read(context: *mut c_void, buffer: *mut u8, capacity: usize) -> i64 {
     // SAFETY: the plugin hands back what `run` gave.
-    let Some(ends) = (unsafe { ends(context) }) else { return -1 };
+    let Some(host_streams) = (unsafe { host_streams(context) }) else { return -1 };
     if buffer.is_null() || capacity == 0 {
         return 0;
     }
@@ -268,24 +273,24 @@ unsafe extern "C" fn read(context: *mut c_void, buffer: *mut u8, capacity: usize
         buffer.write_bytes(0, capacity.min(MAX_READ));
         std::slice::from_raw_parts_mut(buffer, capacity.min(MAX_READ))
     };
-    let count = ends.attempt(|streams| streams.read(buffer));
+    let count = host_streams.run_unless_stopped(|streams| streams.read(buffer));
     count.and_then(|count| i64::try_from(count).ok()).unwrap_or(-1)
 }
 
 unsafe extern "C" fn write(context: *mut c_void, bytes: *const u8, len: usize) -> u32 {
     // SAFETY: the plugin hands back what `run` gave.
-    let Some(ends) = (unsafe { ends(context) }) else { return 0 };
+    let Some(host_streams) = (unsafe { host_streams(context) }) else { return 0 };
     if len == 0 {
-        return u32::from(ends.stopped.is_none());
+        return u32::from(host_streams.stopped.is_none());
     }
     if bytes.is_null() || len > abi::BUSBAR_MAX_CHUNK {
         let fault = format!("it writes {len} bytes at once, or from null");
-        ends.stopped.get_or_insert_with(|| io::Error::other(fault));
+        host_streams.stopped.get_or_insert_with(|| io::Error::other(fault));
         return 0;
     }
     // SAFETY: the plugin gives `len` bytes.
     let bytes = unsafe { std::slice::from_raw_parts(bytes, len) };
-    u32::from(ends.attempt(|streams| streams.write(bytes)).is_some())
+    u32::from(host_streams.run_unless_stopped(|streams| streams.write(bytes)).is_some())
 }
 
 unsafe extern "C" fn diagnose(
@@ -295,11 +300,11 @@ unsafe extern "C" fn diagnose(
     message: abi::BusbarStr,
 ) {
     // SAFETY: the plugin hands back what `run` gave.
-    let Some(ends) = (unsafe { ends(context) }) else { return };
+    let Some(host_streams) = (unsafe { host_streams(context) }) else { return };
     // Rows leave room for remarks on the whole.
     let room = if line > 0 { MAX_DIAGNOSTICS - MAX_REMARKS } else { MAX_DIAGNOSTICS };
-    if ends.diagnostics.len() >= room {
-        ends.omitted += 1;
+    if host_streams.diagnostics.len() >= room {
+        host_streams.omitted += 1;
         return;
     }
     let level = match level {
@@ -309,5 +314,5 @@ unsafe extern "C" fn diagnose(
     };
     // SAFETY: the plugin gives a readable text.
     let message = unsafe { text::read_short(message, MAX_DIAGNOSTIC_BYTES) };
-    ends.diagnostics.push(Diagnostic { level, line: (line > 0).then_some(line), message });
+    host_streams.diagnostics.push(Diagnostic { level, line: (line > 0).then_some(line), message });
 }

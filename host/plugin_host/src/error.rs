@@ -1,4 +1,4 @@
-//! What can go wrong with a plugin, and who must act.
+//! Errors of plugins, with who must act.
 
 use std::path::PathBuf;
 
@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::Digest;
-use crate::catalog::Refused;
+use crate::catalog::RejectedLibrary;
 
-/// Why a plugin cannot do what the configuration asks of it.
+/// Errors that keep a plugin from doing its configured work.
 #[derive(Debug, Error)]
 pub enum PluginError {
     /// No library in the plugin directories has the plugin.
@@ -22,37 +22,37 @@ pub enum PluginError {
     NotFound {
         /// Plugin id asked for.
         id: String,
-        /// Directories searched.
+        /// Directories that were searched.
         searched: Vec<PathBuf>,
         /// Libraries there that were refused: one of them may be the plugin.
-        refused: Vec<Refused>,
+        refused: Vec<RejectedLibrary>,
     },
     /// The plugin exists but cannot do this.
     #[error("plugin '{id}' has no capability {wanted}; it has {}", .has.join(", "))]
     WrongCapability {
-        /// Plugin id.
+        /// Id of the plugin.
         id: String,
-        /// Capability asked for.
+        /// Capability that was asked for.
         wanted: &'static str,
-        /// Capabilities it has.
+        /// Capabilities that the plugin has.
         has: Vec<String>,
     },
     /// The settings do not fit the plugin's schema.
     #[error("settings of plugin '{id}': {}", .faults.iter().map(|f| f.message.as_str()).collect::<Vec<_>>().join("; "))]
     Settings {
-        /// Plugin id.
+        /// Id of the plugin.
         id: String,
-        /// Each fault.
-        faults: Vec<SettingsFault>,
+        /// All errors of the settings.
+        faults: Vec<SettingsError>,
     },
     /// The plugin refused or failed, in its own words.
     #[error("plugin '{id}': {message}")]
     Failed {
-        /// Plugin id.
+        /// Id of the plugin.
         id: String,
-        /// Whether the user's settings or addresses are at fault.
+        /// True where the user's settings or addresses are the cause.
         settings_at_fault: bool,
-        /// What it said.
+        /// Message from the plugin.
         message: String,
     },
     /// The caller asked the plugin to stop.
@@ -61,33 +61,33 @@ pub enum PluginError {
     /// The plugin broke a rule of the ABI: its author must act.
     #[error("plugin '{id}' broke the plugin ABI: {what}")]
     Violation {
-        /// Plugin id.
+        /// Id of the plugin.
         id: String,
-        /// The rule.
+        /// Rule that the plugin broke.
         what: String,
     },
     /// The process that the plugin ran in is gone, or not there at the moment.
     #[error("plugin '{id}': {reason}")]
     Lost {
-        /// Plugin id.
+        /// Id of the plugin.
         id: String,
-        /// How it ended, or what it waits for.
+        /// Cause of the end, or event that the restart waits for.
         reason: String,
     },
     /// The library is not the one that the configuration is pinned to.
     #[error("plugin '{id}' is in {}, whose SHA-256 is {found}, not the configured one", .path.display())]
     Pinned {
-        /// Plugin id.
+        /// Id of the plugin.
         id: String,
-        /// The library.
+        /// Path of the library.
         path: PathBuf,
-        /// What it is.
+        /// Digest of the library found.
         found: Digest,
     },
     /// The plugin's collapse sequence is none.
     #[error("plugin '{id}' gave an invalid collapse sequence: {source}")]
     Sequence {
-        /// Plugin id.
+        /// Id of the plugin.
         id: String,
         /// The rule it breaks.
         source: SequenceError,
@@ -96,10 +96,10 @@ pub enum PluginError {
 
 /// One fault of a plugin's settings.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct SettingsFault {
+pub struct SettingsError {
     /// JSON pointer within the settings.
     pub pointer: String,
-    /// What is wrong there.
+    /// Explanation of the error at that place.
     pub message: String,
 }
 
@@ -120,9 +120,8 @@ impl PluginError {
         }
     }
 
-    /// Whether the plugin itself is at fault, rather than what the configuration asks
-    /// of it.
-    pub fn is_plugins_own(&self) -> bool {
+    /// Reports whether the plugin itself failed, rather than the configured task.
+    pub fn is_reported_by_plugin(&self) -> bool {
         matches!(
             self,
             Self::Lost { .. }
@@ -132,7 +131,7 @@ impl PluginError {
         )
     }
 
-    /// What the user can do.
+    /// Returns the action that helps the user.
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::NotFound { refused, .. } if refused.is_empty() => {
@@ -169,6 +168,6 @@ fn searched_list(searched: &[PathBuf]) -> String {
     if names.is_empty() { "any directory (none is configured)".into() } else { names.join(", ") }
 }
 
-fn refused_list(refused: &[Refused]) -> String {
+fn refused_list(refused: &[RejectedLibrary]) -> String {
     refused.iter().map(|r| format!("; refused {}: {}", r.path.display(), r.reason)).collect()
 }

@@ -1,4 +1,4 @@
-//! One living plugin.
+//! Plugin instance: one created plugin, destroyed on drop.
 
 use std::ffi::c_void;
 use std::ptr::NonNull;
@@ -53,11 +53,11 @@ impl Instance {
     }
 
     /// Keeps other `[main-thread]` calls out until the guard goes.
-    pub(crate) fn serialise(&self) -> MutexGuard<'_, ()> {
+    pub(crate) fn serialize_calls(&self) -> MutexGuard<'_, ()> {
         self.serial.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What the plugin says of itself.
+    /// Returns the plugin's description of itself.
     pub fn info(&self) -> &PluginInfo {
         &self.info
     }
@@ -76,7 +76,7 @@ impl Instance {
         };
         // SAFETY: a live instance.
         let get = unsafe { self.raw.as_ref() }.get_capability.ok_or_else(missing)?;
-        let _serial = self.serialise();
+        let _serial = self.serialize_calls();
         // SAFETY: a live instance and a static text.
         let pointer: *const c_void = unsafe { get(self.as_ptr(), abi::BusbarStr::from_static(id)) };
         if pointer.is_null() {

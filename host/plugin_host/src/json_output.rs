@@ -25,7 +25,7 @@ pub(crate) fn ask_json<T: DeserializeOwned>(
             text: text.as_mut_ptr(),
         };
         let mut error = abi::BusbarError::empty();
-        let serial = instance.serialise();
+        let serial = instance.serialize_calls();
         let status = ask(&mut output, &mut error);
         drop(serial);
         let len = output.len as usize;

@@ -4,6 +4,7 @@
 //! of the host only ever sees valid values.
 //!
 //! Invariant: no concrete plugin is named here, or anywhere in the host.
+#![doc = include_str!("../DESIGN.md")]
 
 mod alarms;
 mod catalog;
@@ -20,8 +21,8 @@ mod overlay;
 mod overlay_picture;
 mod overlay_quantity;
 mod overlay_verdict;
+mod program_value;
 mod records;
-mod said_value;
 mod sample_intake;
 mod scene_clock;
 mod signature;
@@ -32,18 +33,18 @@ mod text;
 mod trust;
 
 pub use alarms::Alarms;
-pub use catalog::{Catalog, Refused};
+pub use catalog::{Catalog, RejectedLibrary};
 pub use chart::{Chart, ChartPage, MAX_PAGE_RECORDS};
 pub use command::{
     CommandExit, CommandInfo, CommandReport, CommandStreams, Commands, Diagnostic, DiagnosticLevel,
     MAX_DIAGNOSTICS, check_commands,
 };
 pub use digest::Digest;
-pub use error::{PluginError, SettingsFault};
+pub use error::{PluginError, SettingsError};
 pub use instance::Instance;
 pub use library::PluginInfo;
 pub use mesh_optimizer::{
-    MeshOptimizer, MeshView, Optimised, Stage, WedgesView, Written, check_stages,
+    MeshOptimizer, MeshView, OptimizedMesh, Stage, WedgesView, WrittenCollapses, check_stages,
 };
 pub use overlay::{Overlay, OverlayBinding};
 pub use overlay_picture::{
@@ -52,14 +53,14 @@ pub use overlay_picture::{
 };
 pub use overlay_quantity::{Contour, OverlayQuantity, Quantity};
 pub use overlay_verdict::{OverlayVerdict, Verdict, Verdicts};
+pub use program_value::ProgramValue;
 pub use records::{MAX_PAGE_ROWS, RecordPage, Records};
-pub use said_value::SaidValue;
 pub use sample_intake::{SampleIntake, SampleSink, SourcePolicy, origin_of_flags};
 pub use scene_clock::SceneClock;
 pub use signature::{PublicKey, sign_library};
 pub use simulator::{
-    Behaviour, DeviceScenario, FaultKind, Shape, SimulatedEvent, SimulatedLinkFault, SimulatedTag,
-    Simulation, SimulationStatus, Simulator,
+    DeviceScenario, FaultKind, Shape, SimulatedBehavior, SimulatedEvent, SimulatedLinkFault,
+    SimulatedTag, Simulation, SimulationStatus, Simulator,
 };
 pub use source_clock::{ClockReport, FreshnessBasis, MAX_CLOCK_AHEAD};
 pub use telemetry::{

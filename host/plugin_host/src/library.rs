@@ -17,23 +17,23 @@ use crate::trust::LibraryFile;
 /// Plugins that one library may hold, and capabilities that one may have.
 const MAX_ITEMS: u32 = 64;
 
-/// What a plugin says of itself.
+/// Description that a plugin gives of itself.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PluginInfo {
-    /// Unique id.
+    /// Unique id of the plugin.
     pub id: String,
-    /// Name for people.
+    /// Display name of the plugin.
     pub name: String,
-    /// Version.
+    /// Version of the plugin.
     pub version: String,
-    /// One sentence.
+    /// Description in one sentence.
     pub description: String,
-    /// Capability ids.
+    /// Ids of its capabilities.
     pub capabilities: Vec<String>,
     /// JSON Schema of its settings, if it has one.
     #[serde(with = "crate::text::as_json")]
     pub settings_schema: Option<serde_json::Value>,
-    /// The library's file.
+    /// Path of the library file.
     pub path: PathBuf,
 }
 

@@ -12,7 +12,7 @@ const MAX_LINES_PER_SECOND: u32 = 50;
 /// Bytes of one line; the rest is cut.
 const MAX_LINE_BYTES: usize = 2048;
 
-/// What an instance gets from the host, and the memory behind it.
+/// Log functions handed to an instance, and the memory behind them.
 pub(crate) struct HostTable {
     raw: Box<abi::BusbarHost>,
     log: NonNull<Log>,
@@ -20,10 +20,10 @@ pub(crate) struct HostTable {
 
 struct Log {
     instance: String,
-    rate: Mutex<Rate>,
+    rate: Mutex<LineRate>,
 }
 
-struct Rate {
+struct LineRate {
     second: Instant,
     lines: u32,
     dropped: u64,
@@ -32,7 +32,7 @@ struct Rate {
 impl HostTable {
     /// A table for the instance of this configuration id.
     pub(crate) fn new(instance: &str) -> Self {
-        let rate = Rate { second: Instant::now(), lines: 0, dropped: 0 };
+        let rate = LineRate { second: Instant::now(), lines: 0, dropped: 0 };
         let log = Box::new(Log { instance: instance.to_owned(), rate: Mutex::new(rate) });
         let log = NonNull::from(Box::leak(log));
         let raw = Box::new(abi::BusbarHost {
@@ -77,7 +77,8 @@ unsafe extern "C" fn write_line(context: *mut c_void, level: u32, message: abi::
 }
 
 impl Log {
-    /// Whether a line may pass; the lines dropped since the last that did.
+    /// Admits a line within the rate limit. Returns the count of lines dropped since the last
+    /// admitted one.
     fn admit(&self) -> Option<u64> {
         let mut rate = self.rate.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         if rate.second.elapsed() >= Duration::from_secs(1) {

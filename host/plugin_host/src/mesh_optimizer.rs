@@ -1,4 +1,4 @@
-//! Capability `busbar.mesh-optimizer/1-draft`.
+//! Mesh optimizers: capability `busbar.mesh-optimizer/1-draft`.
 
 use std::ffi::c_void;
 use std::ptr::null;
@@ -25,7 +25,7 @@ pub struct MeshOptimizer {
 /// A mesh as an optimiser gets it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshView<'a> {
-    /// Welded positions.
+    /// Vertex positions after welding.
     pub positions: &'a [Vec3],
     /// Three position indices of each triangle.
     pub triangles: &'a [[u32; 3]],
@@ -49,8 +49,8 @@ pub struct WedgesView<'a> {
 }
 
 impl<'a> WedgesView<'a> {
-    /// Those of a mesh.
-    pub fn of(mesh: &'a Mesh) -> Self {
+    /// Borrows the wedges of a mesh.
+    pub fn from_mesh(mesh: &'a Mesh) -> Self {
         Self {
             corners: &mesh.triangles,
             position: &mesh.wedges.position,
@@ -60,7 +60,7 @@ impl<'a> WedgesView<'a> {
         }
     }
 
-    /// Whether its arrays are as long as they say of each other.
+    /// Reports whether the lengths of all arrays agree.
     fn is_whole(&self, triangles: usize) -> bool {
         let count = self.position.len();
         self.corners.len() == triangles
@@ -68,9 +68,9 @@ impl<'a> WedgesView<'a> {
     }
 }
 
-/// How many collapses a plugin wrote, unchecked, and how long its stages took.
+/// Number of collapses written by a plugin, unchecked, and the durations of its stages.
 #[derive(Clone, Debug)]
-pub struct Written {
+pub struct WrittenCollapses {
     /// At most as many as it had room for.
     pub collapses: usize,
     /// Stages that the plugin reported.
@@ -79,8 +79,8 @@ pub struct Written {
 
 /// A checked sequence and how long its making took.
 #[derive(Clone, Debug)]
-pub struct Optimised {
-    /// The sequence.
+pub struct OptimizedMesh {
+    /// Collapse sequence of the mesh.
     pub sequence: CollapseSequence,
     /// Stages that the plugin reported.
     pub stages: Vec<Stage>,
@@ -89,7 +89,7 @@ pub struct Optimised {
 /// A stage of an optimiser's work: its name and how long it took, milliseconds.
 pub type Stage = (String, f64);
 
-/// Whether stages that came from elsewhere are such as a plugin may report.
+/// Validates stages that came from elsewhere against the limits.
 ///
 /// # Errors
 /// The rule that they break, in words.
@@ -106,12 +106,12 @@ impl MeshOptimizer {
     ///
     /// # Errors
     /// [`PluginError::WrongCapability`].
-    pub fn of(instance: Arc<Instance>) -> Result<Self, PluginError> {
+    pub fn from_instance(instance: Arc<Instance>) -> Result<Self, PluginError> {
         let table = instance.capability(abi::MESH_OPTIMIZER_ID)?;
         Ok(Self { instance, table })
     }
 
-    /// Whether it looks at wedges; where it does not, it is given none.
+    /// Reports whether the optimizer reads wedges; it is given none otherwise.
     pub fn reads_wedges(&self) -> bool {
         self.table.flags & abi::BUSBAR_OPTIMIZER_NO_WEDGES == 0
     }
@@ -126,15 +126,16 @@ impl MeshOptimizer {
         &self,
         mesh: &Mesh,
         progress: impl FnMut(f32) -> bool,
-    ) -> Result<Optimised, PluginError> {
+    ) -> Result<OptimizedMesh, PluginError> {
         let triangles: Vec<_> = mesh.triangles.iter().map(|&t| mesh.corner_positions(t)).collect();
         let view = MeshView {
             positions: &mesh.positions,
             triangles: &triangles,
-            wedges: self.reads_wedges().then(|| WedgesView::of(mesh)),
+            wedges: self.reads_wedges().then(|| WedgesView::from_mesh(mesh)),
         };
         let mut room = vec![abi::BusbarCollapse::default(); mesh.positions.len()];
-        let Written { collapses, stages } = self.optimize_into(view, &mut room, progress)?;
+        let WrittenCollapses { collapses, stages } =
+            self.optimize_into(view, &mut room, progress)?;
         room.truncate(collapses);
         let entry =
             |c: abi::BusbarCollapse| Collapse { removed: c.removed, kept: c.kept, error: c.error };
@@ -143,7 +144,7 @@ impl MeshOptimizer {
             CollapseSequence::new(entries, mesh.positions.len() as u32).map_err(|source| {
                 PluginError::Sequence { id: self.instance.info().id.clone(), source }
             })?;
-        Ok(Optimised { sequence, stages })
+        Ok(OptimizedMesh { sequence, stages })
     }
 
     /// Has the collapses of a mesh written into `room`, which has one element a position.
@@ -156,7 +157,7 @@ impl MeshOptimizer {
         mesh: MeshView<'_>,
         room: &mut [abi::BusbarCollapse],
         mut progress: impl FnMut(f32) -> bool,
-    ) -> Result<Written, PluginError> {
+    ) -> Result<WrittenCollapses, PluginError> {
         let optimize =
             self.table.optimize.ok_or_else(|| self.instance.violation("`optimize` is null"))?;
         let MeshView { positions, triangles, wedges } = mesh;
@@ -221,7 +222,7 @@ impl MeshOptimizer {
             return Err(self.instance.violation("it claims more results than it had room for"));
         }
         let stages = stages[..output.stage_count as usize].iter().map(read_stage).collect();
-        Ok(Written { collapses, stages })
+        Ok(WrittenCollapses { collapses, stages })
     }
 }
 

@@ -1,4 +1,4 @@
-//! Capability `busbar.overlay/1-draft`.
+//! Overlay plugins: capability `busbar.overlay/1-draft`.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -25,7 +25,7 @@ const MAX_TEXT_A_PRIMITIVE: usize = 256;
 /// A tag bound to a node.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OverlayBinding {
-    /// The tag.
+    /// Handle of the bound tag.
     pub tag: TagHandle,
     /// Names the node; the scene's node index.
     pub node: u32,
@@ -35,19 +35,19 @@ pub struct OverlayBinding {
     pub limit_low: Option<f64>,
     /// Upper end of the normal band.
     pub limit_high: Option<f64>,
-    /// Tag id.
+    /// Id of the tag.
     pub tag_id: String,
-    /// Tag name.
+    /// Display name of the tag.
     pub tag_name: String,
-    /// Unit.
+    /// Unit of the tag.
     pub unit: String,
     /// Equipment id of the node.
     pub node_id: String,
-    /// What the value means to the node.
+    /// Role of the value for the node.
     pub role: String,
 }
 
-/// A configured overlay.
+/// Configured instance of an overlay plugin.
 pub struct Overlay {
     instance: Arc<Instance>,
     table: &'static abi::BusbarOverlay,
@@ -76,7 +76,7 @@ impl Overlay {
         };
         let raw: Vec<_> = bindings.iter().map(binding_to_abi).collect();
         let mut error = abi::BusbarError::empty();
-        let serial = instance.serialise();
+        let serial = instance.serialize_calls();
         // SAFETY: bindings, their texts and the error live for the call.
         let status = unsafe { configure(instance.as_ptr(), raw.as_ptr(), raw.len(), &mut error) };
         drop(serial);
@@ -104,7 +104,7 @@ impl Overlay {
         })
     }
 
-    /// The instance.
+    /// Returns the plugin instance behind the overlay.
     pub fn instance(&self) -> &Instance {
         &self.instance
     }
@@ -114,12 +114,12 @@ impl Overlay {
         &self.bindings
     }
 
-    /// What it shows besides values.
+    /// Returns the legend and other content besides values.
     pub fn description(&self) -> &Arc<OverlayDescription> {
         &self.description
     }
 
-    /// What to draw for these tag states. `state` gives the state of a tag.
+    /// Draws the overlay for the given tag states. `state` returns the state of a tag.
     ///
     /// # Errors
     /// What the plugin says, or the rule its result breaks.
@@ -132,7 +132,7 @@ impl Overlay {
         self.draw_values(&values, now)
     }
 
-    /// What to draw for these states, one a binding, in their order.
+    /// Draws the overlay for one state a binding, in the order of the bindings.
     ///
     /// # Errors
     /// As [`Overlay::draw`].
@@ -162,7 +162,7 @@ impl Overlay {
             let mut output = self.empty_output();
             let mut error = abi::BusbarError::empty();
             let draw = self.table.draw.ok_or_else(|| self.instance.violation("`draw` is null"))?;
-            let serial = self.instance.serialise();
+            let serial = self.instance.serialize_calls();
             // SAFETY: frame, buffers and error live for the call.
             let status = unsafe { draw(self.instance.as_ptr(), &frame, &mut output, &mut error) };
             drop(serial);
@@ -274,7 +274,7 @@ impl Overlay {
     }
 }
 
-/// What a plugin says that it shows besides values, checked.
+/// Reads and validates the legend and other content besides values.
 fn describe(
     instance: &Instance,
     table: &abi::BusbarOverlay,
@@ -298,7 +298,7 @@ fn describe(
         findings: std::ptr::null(),
     };
     let mut error = abi::BusbarError::empty();
-    let serial = instance.serialise();
+    let serial = instance.serialize_calls();
     // SAFETY: description and error live for the call.
     let status = unsafe { describe(instance.as_ptr(), &mut raw, &mut error) };
     drop(serial);

@@ -1,4 +1,4 @@
-//! What overlays draw, and the rules that hold for it whichever way it comes.
+//! Overlay pictures, with the rules for pictures of both in-process and isolated plugins.
 
 use std::collections::HashSet;
 
@@ -29,49 +29,49 @@ const MAX_FINDING_BYTES: usize = 1024;
 /// Bytes of an entry's name.
 pub(crate) const MAX_LEGEND_NAME: usize = 64;
 
-/// What a state looks like besides its colour.
+/// Fill pattern of a state, besides its colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Pattern {
-    /// Plain.
+    /// Fill without a pattern.
     Solid,
-    /// Stripes.
+    /// Fill with diagonal stripes.
     Striped,
-    /// Stripes that cross.
+    /// Stripes that cross each other.
     Crossed,
-    /// Dots.
+    /// Fill with dots only.
     Dotted,
 }
 
 /// A state that an overlay shows equipment in.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LegendEntry {
-    /// What it says, for people.
+    /// Name of the state for people.
     pub name: String,
-    /// sRGB.
+    /// Fill colour in sRGB.
     pub color: [u8; 3],
-    /// Besides.
+    /// Fill pattern besides the colour.
     pub pattern: Pattern,
 }
 
-/// What an overlay shows besides values.
+/// Content that an overlay shows besides values.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct OverlayDescription {
-    /// Its states.
+    /// Legend of its states.
     pub legend: Vec<LegendEntry>,
     /// Ids of the equipment that it judges, and shows states and quantities at.
     pub equipment: Vec<String>,
     /// Mechanisms, as models name them, that it gives positions of.
     pub mechanisms: Vec<String>,
-    /// What its levels are of.
+    /// Quantity that its contour levels show.
     pub contour: Option<Contour>,
-    /// Whether it is drawn only once an operator switches it on.
+    /// True where the overlay is hidden until an operator switches it on.
     pub starts_hidden: bool,
     /// Faults of the bindings, as cause and remedy with `; ` between.
     pub findings: Vec<String>,
 }
 
 impl OverlayDescription {
-    /// Whether it keeps within limits.
+    /// Validates the description against the limits.
     ///
     /// # Errors
     /// The limit that it exceeds, in words.
@@ -104,63 +104,63 @@ impl OverlayDescription {
     }
 }
 
-/// How much something needs an operator.
+/// Urgency for an operator.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Severity {
-    /// Grey.
+    /// Normal condition, drawn in grey.
     #[default]
     Normal,
     /// Outside the normal band.
     Warning,
-    /// Needs action now.
+    /// Action is needed now.
     Alarm,
 }
 
 /// A line of the label at a node.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OverlayLine {
-    /// The node.
+    /// Index of the node.
     pub node: u32,
     /// The tag whose value it shows. Its quality decides how the line looks.
     pub tag: TagHandle,
     /// Severity, for a good value.
     pub severity: Severity,
-    /// Caption.
+    /// Caption of the line.
     pub caption: String,
-    /// Value as text.
+    /// Value as a text.
     pub text: String,
 }
 
 /// A node in the colour of a severity.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OverlayTint {
-    /// The node.
+    /// Index of the node.
     pub node: u32,
     /// The tag it rests on.
     pub tag: TagHandle,
-    /// Severity.
+    /// Severity that chooses the tint.
     pub severity: Severity,
 }
 
 /// A piece of equipment in a state, by the indices in the description.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct OverlayState {
-    /// The equipment.
+    /// Index of the equipment.
     pub equipment: u32,
-    /// The legend's entry.
+    /// Index of the legend's entry.
     pub entry: u32,
     /// A tag that it rests on; one that rests on several is named for each, in a row.
     pub tag: TagHandle,
 }
 
-/// What one overlay draws in one frame, checked.
+/// Checked picture of one overlay in one frame.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct OverlayPicture {
     /// Lines in the plugin's order.
     pub lines: Vec<OverlayLine>,
-    /// Tints.
+    /// Tints of scene nodes.
     pub tints: Vec<OverlayTint>,
-    /// States.
+    /// States of the equipment.
     pub states: Vec<OverlayState>,
     /// Positions, flows and levels.
     pub quantities: Vec<OverlayQuantity>,
@@ -168,7 +168,7 @@ pub struct OverlayPicture {
     pub verdicts: Verdicts,
 }
 
-/// What a picture of an overlay with certain bindings and description may name.
+/// Limits of a picture, from the overlay's bindings and description.
 #[derive(Clone, Debug, Default)]
 pub struct PictureRules {
     tags: HashSet<TagHandle>,
@@ -204,7 +204,7 @@ impl PictureRules {
         }
     }
 
-    /// Whether a picture keeps to them.
+    /// Validates a picture against these rules.
     ///
     /// # Errors
     /// The rule that it breaks, in words.

@@ -12,17 +12,17 @@ use crate::{OverlayDescription, text};
 pub(crate) const MAX_MECHANISMS: usize = 16;
 const MAX_CONTOUR_NAME: usize = 64;
 const MAX_CONTOUR_UNIT: usize = 16;
-/// How far a level may count, metres.
+/// Allowed reach of a contour level, metres.
 const REACH_METRES: RangeInclusive<f64> = 0.1..=1000.0;
 
 /// A quantity whose course over the ground is worked out of levels at equipment.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Contour {
-    /// What it is called.
+    /// Name of the quantity.
     pub name: String,
-    /// Its unit; empty for none.
+    /// Unit of the quantity; empty for none.
     pub unit: String,
-    /// How far around a piece of equipment its level counts, metres.
+    /// Radius around equipment within which its level counts, metres.
     pub reach_metres: f64,
     /// Normal band, lower end.
     pub low: Option<f64>,
@@ -35,18 +35,18 @@ pub struct Contour {
 /// A number at a piece of equipment, by the indices in the description.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OverlayQuantity {
-    /// The equipment.
+    /// Index of the equipment.
     pub equipment: u32,
     /// The tag that it rests on.
     pub tag: TagHandle,
-    /// What it is.
+    /// Meaning of the value.
     pub what: Quantity,
 }
 
 /// A number with its meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Quantity {
-    /// Where a switch stands.
+    /// Position of a switch.
     Position {
         /// Index of the mechanism.
         mechanism: u32,
@@ -54,7 +54,7 @@ pub enum Quantity {
         /// contradicts itself.
         travelled: Option<f64>,
     },
-    /// Power that flows.
+    /// Power flow through equipment.
     Flow {
         /// The equipment that it flows to.
         to: u32,
@@ -107,7 +107,7 @@ pub(crate) fn max_quantities(bindings: usize, description: &OverlayDescription) 
     bindings + description.equipment.len() * description.mechanisms.len().max(1)
 }
 
-/// What a quantity of a plugin means; its tag is that of its binding.
+/// Reads a quantity of a plugin for the tag of its binding.
 pub(crate) fn read(
     raw: &abi::BusbarOverlayQuantity,
     tag: TagHandle,

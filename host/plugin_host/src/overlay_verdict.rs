@@ -17,7 +17,7 @@ pub(crate) const MAX_BASIS: usize = 1 << 22;
 /// Judgment on a piece of equipment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Verdict {
-    /// Within its limits.
+    /// Equipment is within its limits.
     Normal,
     /// Outside its limits, or in a state that needs attention.
     Abnormal,
@@ -41,7 +41,7 @@ impl Verdict {
 pub struct OverlayVerdict {
     /// Index of the equipment described.
     pub equipment: u32,
-    /// The verdict.
+    /// Verdict on the equipment.
     pub verdict: Verdict,
     /// Reports whether it rests on a default of the plugin, which the reason names.
     pub is_assumed: bool,

@@ -1,9 +1,9 @@
-//! Capability `busbar.records/1-draft`.
+//! Business and asset records: capability `busbar.records/1-draft`.
 
 use std::sync::Arc;
 
 use busbar_plugin_abi as abi;
-use busbar_records::{Description, Record, RecordFault, Severity};
+use busbar_records::{Description, Record, RecordError, Severity};
 use serde::{Deserialize, Serialize};
 
 use crate::json_output::ask_json;
@@ -35,11 +35,11 @@ pub struct RecordPage {
 }
 
 impl RecordPage {
-    /// Whether it is what was asked for.
+    /// Validates the page against the number of columns and the rows asked for.
     ///
     /// # Errors
     /// The rule that it breaks.
-    pub fn check(&self, columns: u32, count: u32) -> Result<(), RecordFault> {
+    pub fn check(&self, columns: u32, count: u32) -> Result<(), RecordError> {
         self.rows.iter().try_for_each(|row| row.check(columns as usize))?;
         let what = if self.total > abi::BUSBAR_MAX_RECORD_ROWS as u64 {
             "a list claims more rows than one may have"
@@ -48,7 +48,7 @@ impl RecordPage {
         } else {
             return Ok(());
         };
-        Err(RecordFault::new(what))
+        Err(RecordError::new(what))
     }
 }
 
@@ -57,7 +57,7 @@ impl Records {
     ///
     /// # Errors
     /// [`PluginError::WrongCapability`].
-    pub fn of(instance: Arc<Instance>) -> Result<Self, PluginError> {
+    pub fn from_instance(instance: Arc<Instance>) -> Result<Self, PluginError> {
         let table: &abi::BusbarRecords = instance.capability(abi::RECORDS_ID)?;
         if table.describe.is_none() || table.read.is_none() {
             return Err(instance.violation("`describe` or `read` of its records is null"));
@@ -65,12 +65,12 @@ impl Records {
         Ok(Self { instance, table })
     }
 
-    /// Which lists it has.
+    /// Describes the lists of records of the plugin.
     ///
     /// # Errors
     /// What the plugin says, or the rule that its answer breaks.
     pub fn describe(&self) -> Result<Description, PluginError> {
-        let describe = self.table.describe.ok_or_else(|| self.is_null())?;
+        let describe = self.table.describe.ok_or_else(|| self.null_function_error())?;
         let limit = abi::BUSBAR_MAX_RECORD_DESCRIPTION;
         let description: Description = ask_json(&self.instance, limit, |output, error| {
             // SAFETY: output and error live for the call.
@@ -92,52 +92,52 @@ impl Records {
         first: u64,
         count: u32,
     ) -> Result<RecordPage, PluginError> {
-        let read = self.table.read.ok_or_else(|| self.is_null())?;
+        let read = self.table.read.ok_or_else(|| self.null_function_error())?;
         let count = count.min(MAX_PAGE_ROWS);
         let columns = columns.min(abi::BUSBAR_MAX_RECORD_COLUMNS as u32);
-        let mut room = Room::of(count, columns);
+        let mut buffer = PageBuffer::new(count, columns);
         let mut page = abi::BusbarRecordPage {
             struct_size: size_of::<abi::BusbarRecordPage>() as u32,
             list,
             column_count: columns,
             row_capacity: count,
             first,
-            text_capacity: room.text.len() as u32,
+            text_capacity: buffer.text.len() as u32,
             row_count: 0,
             total: 0,
             revision: 0,
-            rows: room.rows.as_mut_ptr(),
-            ends: room.ends.as_mut_ptr(),
-            text: room.text.as_mut_ptr(),
+            rows: buffer.rows.as_mut_ptr(),
+            ends: buffer.ends.as_mut_ptr(),
+            text: buffer.text.as_mut_ptr(),
         };
         let mut error = abi::BusbarError::empty();
-        let serial = self.instance.serialise();
+        let serial = self.instance.serialize_calls();
         // SAFETY: page, its buffers and the error live for the call.
         let status = unsafe { read(self.instance.as_ptr(), &mut page, &mut error) };
         drop(serial);
         self.instance.outcome(status, &error)?;
         let (revision, total) = (page.revision, page.total);
-        let rows = room.take(page.row_count).map_err(|what| self.instance.violation(what))?;
+        let rows = buffer.rows(page.row_count).map_err(|what| self.instance.violation(what))?;
         let page = RecordPage { revision, total, rows };
         page.check(columns, count).map_err(|fault| self.instance.violation(fault.to_string()))?;
         Ok(page)
     }
 
-    fn is_null(&self) -> PluginError {
+    fn null_function_error(&self) -> PluginError {
         self.instance.violation("a function of its records is null")
     }
 }
 
-/// What a plugin writes a page into.
-struct Room {
+/// Buffer that a plugin writes a page of rows into.
+struct PageBuffer {
     rows: Vec<abi::BusbarRecordRow>,
     ends: Vec<u32>,
     text: Vec<u8>,
     texts_a_row: usize,
 }
 
-impl Room {
-    fn of(count: u32, columns: u32) -> Self {
+impl PageBuffer {
+    fn new(count: u32, columns: u32) -> Self {
         let (count, texts_a_row) = (count as usize, 1 + columns as usize);
         Self {
             rows: vec![abi::BusbarRecordRow::default(); count],
@@ -147,7 +147,7 @@ impl Room {
         }
     }
 
-    fn take(&self, count: u32) -> Result<Vec<Record>, &'static str> {
+    fn rows(&self, count: u32) -> Result<Vec<Record>, &'static str> {
         let rows = self.rows.get(..count as usize).ok_or("it claims more rows than fit")?;
         let mut start = 0;
         let mut next = |end: &u32| {

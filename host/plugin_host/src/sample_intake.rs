@@ -34,7 +34,7 @@ const DOUBT_AFTER_FUTURE: Duration = Duration::from_secs(60);
 /// Least step back of the host's clock that casts the same doubt, nanoseconds.
 const MIN_HOST_STEP: i64 = 1_000_000_000;
 
-/// Where samples go.
+/// Receiver of samples that passed the intake.
 pub trait SampleSink {
     /// Takes a sample. Inline it, always, where there may be millions a second.
     fn take(&mut self, sample: &Sample);
@@ -59,7 +59,7 @@ pub struct SourcePolicy {
 /// Judges the samples of one telemetry instance, whichever way they come.
 #[derive(Clone, Debug)]
 pub struct SampleIntake {
-    /// By tag handle.
+    /// Time state of each tag, by tag handle.
     tags: Vec<TagTimes>,
     policy: SourcePolicy,
     clock: SourceClock,
@@ -81,14 +81,14 @@ struct TagTimes {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum TagClock {
-    /// Another instance's tag.
+    /// Tag of another plugin instance.
     Foreign,
-    /// It has shown one possible time at most.
+    /// At most one possible time has been seen.
     Unproven,
-    /// Its last two times were different and possible.
+    /// The last two times were different and possible.
     Plausible,
-    /// Its last time was ahead of the host's clock: the same time is no better later on,
-    /// when the host's clock has caught up.
+    /// The last time was ahead of the host's clock. The same time stays unusable after the host's
+    /// clock has caught up.
     Ahead,
 }
 

@@ -7,7 +7,7 @@ use busbar_tags::{Origin, SourceTime, TagState};
 /// Clocks of one frame, from which each overlay gets the one of its own values.
 #[derive(Clone, Copy, Debug)]
 pub struct SceneClock {
-    /// The wall clock.
+    /// Time of the wall clock.
     pub wall: SystemTime,
     /// Time that recorded values are of, as the plugin that replays them reports it.
     pub recorded: Option<SourceTime>,
@@ -22,7 +22,7 @@ impl SceneClock {
     /// The time that these values are of: the recording's as soon as one of them is
     /// recorded, else the wall clock's. A recording that reports none is as far as its
     /// newest source time.
-    pub fn of_values<'a>(&self, states: impl Iterator<Item = &'a TagState>) -> SystemTime {
+    pub fn time_of_values<'a>(&self, states: impl Iterator<Item = &'a TagState>) -> SystemTime {
         let mut newest = None;
         let mut has_recorded = false;
         for state in states {
@@ -64,7 +64,7 @@ mod tests {
         let without_time = state(Origin::RECORDED, None);
         let reported = SceneClock { wall: at(100), recorded: Some(SourceTime(50_000_000_000)) };
         let unreported = SceneClock::live(at(100));
-        let time = |clock: &SceneClock, states: &[TagState]| clock.of_values(states.iter());
+        let time = |clock: &SceneClock, states: &[TagState]| clock.time_of_values(states.iter());
         assert_eq!(time(&reported, &[live]), at(100), "no value of it is recorded");
         assert_eq!(time(&reported, &[live, recorded]), at(50));
         assert_eq!(time(&unreported, &[live, recorded]), at(9));

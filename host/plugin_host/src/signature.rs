@@ -17,7 +17,7 @@ use crate::Digest;
 use crate::digest::{from_hex, to_hex};
 use crate::trust::LibraryFile;
 
-/// What comes before the digest in what is signed.
+/// Domain separation prefix of the signed text, before the digest.
 const PREFIX: &[u8] = b"busbar plugin library\0";
 /// The largest signature or key file that is read.
 const MAX_FILE_BYTES: u64 = 4096;
@@ -65,7 +65,7 @@ pub fn sign_library(library: &Path, key: &Path) -> Result<(PathBuf, String, Publ
     Ok((signature_path(library), text, PublicKey(key.verifying_key())))
 }
 
-/// Whether the signature beside a library is this key's over this digest.
+/// Verifies the signature file beside a library against the digest and the key.
 pub(crate) fn verify(library: &Path, digest: Digest, key: &PublicKey) -> Result<(), String> {
     let path = signature_path(library);
     let remedy = "sign it with `busbar plugin sign`, or get it from whoever signs for this site";

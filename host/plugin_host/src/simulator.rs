@@ -1,4 +1,4 @@
-//! Capability `busbar.simulator/1-draft`.
+//! Device simulators: capability `busbar.simulator/1-draft`.
 
 use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -14,27 +14,27 @@ use crate::{Instance, PluginError, TelemetryTag, telemetry, text};
 pub struct SimulatedTag {
     /// The tag, as telemetry has it.
     pub tag: TelemetryTag,
-    /// How its value moves.
-    pub behaviour: Behaviour,
+    /// Movement of its value.
+    pub behavior: SimulatedBehavior,
 }
 
-/// How a value moves; measures in the tag's unit.
+/// Movement of a simulated value, measured in the tag's unit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Behaviour {
+pub struct SimulatedBehavior {
     /// The form of the movement.
     pub shape: Shape,
-    /// What it is about.
+    /// Centre of the movement.
     pub base: f64,
-    /// How far it goes from that; not negative.
+    /// Amplitude around the base; not negative.
     pub amplitude: f64,
     /// Time of a wave, a level or a count; not zero.
     pub period: Duration,
 }
 
-/// Forms of movement.
+/// Waveforms of a simulated value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Shape {
-    /// The base, always.
+    /// Constant value of the base.
     Constant,
     /// A sine about the base.
     Sine,
@@ -66,7 +66,7 @@ pub enum FaultKind {
 }
 
 impl FaultKind {
-    /// All of them.
+    /// All kinds of faults.
     pub const ALL: [Self; 7] = [
         Self::LinkLoss,
         Self::Slow,
@@ -77,7 +77,7 @@ impl FaultKind {
         Self::ClockJump,
     ];
 
-    /// What people call it.
+    /// Returns the name for people, such as `link-loss`.
     pub fn name(self) -> &'static str {
         match self {
             Self::LinkLoss => "link-loss",
@@ -103,41 +103,41 @@ impl FaultKind {
     }
 }
 
-/// What holds for all tags of a simulation.
+/// Settings for all tags of a simulation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Simulation {
     /// The same seed gives the same values and the same faults.
     pub seed: u64,
     /// Period in which changes are looked for; not zero.
     pub update: Duration,
-    /// Faults that strike.
+    /// Kinds of faults that are injected.
     pub faults: Vec<FaultKind>,
     /// In each of these periods one does; longer than `fault_length`.
     pub fault_period: Duration,
-    /// How long it holds at most; not zero.
+    /// Maximum duration of a fault; not zero.
     pub fault_length: Duration,
 }
 
-/// What a scenario has one device do.
+/// Events of one device in a scenario.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DeviceScenario {
-    /// When it began.
+    /// Time at which the scenario began.
     pub begun: SystemTime,
-    /// What happens to its tags, in the order of time.
+    /// Events of its tags, in the order of time.
     pub events: Vec<SimulatedEvent>,
-    /// What happens to its link, in the order of time.
+    /// Faults of its link, in the order of time.
     pub link_faults: Vec<SimulatedLinkFault>,
 }
 
 impl DeviceScenario {
-    /// Nothing happens.
+    /// Scenario without events and faults.
     pub const NONE: Self = Self { begun: UNIX_EPOCH, events: Vec::new(), link_faults: Vec::new() };
 }
 
 /// Something that happens to a tag.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SimulatedEvent {
-    /// The tag.
+    /// Handle of the tag.
     pub tag: TagHandle,
     /// Seconds since the scenario began; not negative.
     pub at_seconds: f64,
@@ -149,18 +149,18 @@ pub struct SimulatedEvent {
 /// A time in which a link fails.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SimulatedLinkFault {
-    /// How.
+    /// Kind of the fault.
     pub kind: FaultKind,
     /// Seconds since the scenario began; not negative.
     pub at_seconds: f64,
-    /// How long it holds, seconds; more than 0.
+    /// Duration in seconds; more than 0.
     pub for_seconds: f64,
 }
 
-/// How a simulation goes.
+/// Status of a running simulation.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SimulationStatus {
-    /// Where it listens.
+    /// Endpoint on which the simulator listens.
     pub endpoint: String,
     /// The fault that holds.
     pub fault: Option<FaultKind>,
@@ -213,7 +213,7 @@ impl Simulator {
             link_faults: link_faults.as_ptr(),
         };
         let mut error = abi::BusbarError::empty();
-        let serial = instance.serialise();
+        let serial = instance.serialize_calls();
         // SAFETY: tags, simulation, its arrays and error live for the call.
         let status =
             unsafe { start(instance.as_ptr(), raw.as_ptr(), raw.len(), &simulation, &mut error) };
@@ -222,12 +222,12 @@ impl Simulator {
         Ok(Self { table, instance })
     }
 
-    /// The instance.
+    /// Returns the plugin instance of the simulator.
     pub fn instance(&self) -> &Instance {
         &self.instance
     }
 
-    /// How it goes.
+    /// Asks the plugin for the status of its simulation.
     ///
     /// # Errors
     /// What the plugin says, or the rule that it breaks.
@@ -235,7 +235,7 @@ impl Simulator {
         let Some(status) = self.table.status else { return Ok(SimulationStatus::default()) };
         let mut raw = abi::BusbarSimulatorStatus::empty();
         let mut error = abi::BusbarError::empty();
-        let serial = self.instance.serialise();
+        let serial = self.instance.serialize_calls();
         // SAFETY: it was started; status and error live for the call.
         let code = unsafe { status(self.instance.as_ptr(), &mut raw, &mut error) };
         drop(serial);
@@ -255,7 +255,7 @@ impl Simulator {
 impl Drop for Simulator {
     fn drop(&mut self) {
         if let Some(stop) = self.table.stop {
-            let _serial = self.instance.serialise();
+            let _serial = self.instance.serialize_calls();
             // SAFETY: it was started.
             unsafe { stop(self.instance.as_ptr()) }
         }
@@ -263,7 +263,7 @@ impl Drop for Simulator {
 }
 
 fn to_abi(tag: &SimulatedTag) -> abi::BusbarSimulatedTag {
-    let Behaviour { shape, base, amplitude, period } = tag.behaviour;
+    let SimulatedBehavior { shape, base, amplitude, period } = tag.behavior;
     abi::BusbarSimulatedTag {
         spec: telemetry::to_abi(&tag.tag),
         shape: match shape {

@@ -1,4 +1,4 @@
-//! Capability `busbar.telemetry/1-draft`.
+//! Telemetry adapters: capability `busbar.telemetry/1-draft`.
 
 use std::ffi::c_void;
 use std::ptr::NonNull;
@@ -26,32 +26,32 @@ pub struct TelemetryTag {
     pub tag: TagHandle,
     /// Type of value wanted.
     pub kind: ValueKind,
-    /// Freshness limit.
+    /// Freshness limit of the tag.
     pub freshness: Duration,
-    /// Tag id.
+    /// Id of the tag.
     pub id: String,
-    /// Address: JSON text.
+    /// Address as JSON text.
     pub address_json: String,
 }
 
 /// State of a plugin's link.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LinkState {
-    /// Not tried yet.
+    /// No connection tried yet.
     #[default]
     Idle,
     /// Connecting, or waiting to try again.
     Connecting,
-    /// Up.
+    /// The connection is up.
     Up,
-    /// Down.
+    /// The connection is down.
     Down,
 }
 
-/// What a plugin last said of its link, and what came through it.
+/// Last link state reported by a plugin, with counts of its samples.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LinkReport {
-    /// State.
+    /// State of the link.
     pub state: LinkState,
     /// A sentence for operators.
     pub message: String,
@@ -71,7 +71,7 @@ pub struct LinkReport {
     pub scene_time: Option<SourceTime>,
 }
 
-/// Where the raw samples of one plugin go. Called from the plugin's threads.
+/// Receiver of the raw samples of one plugin. Its functions are called from the plugin's threads.
 pub trait SampleReceiver: Send + Sync {
     /// Notes the `BUSBAR_ORIGIN_*` of all samples that follow, as the plugin declares it.
     fn note_origin(&self, flags: u8);
@@ -82,7 +82,7 @@ pub trait SampleReceiver: Send + Sync {
     /// Samples that came in no usable batch.
     fn reject(&self, count: u64);
 
-    /// What the plugin says of its link.
+    /// Receives the state of the plugin's link.
     fn report_link(&self, state: LinkState, message: String);
 
     /// Takes the time that the values are of, where that is not now.
@@ -103,7 +103,7 @@ pub struct TelemetryStream {
     instance: Arc<Instance>,
 }
 
-/// What the plugin's sink pointers lead to; never moved.
+/// Target of the plugin's sink pointers, at a fixed address.
 struct Sink {
     raw: NonNull<abi::BusbarSampleSink>,
     context: *const SinkContext,
@@ -157,7 +157,7 @@ impl Telemetry {
         *self.receiver.scene_time.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Whether an instance could serve these tags, without connecting.
+    /// Validates tags and their addresses with the plugin, without a connection.
     ///
     /// # Errors
     /// As [`Telemetry::start`].
@@ -166,13 +166,13 @@ impl Telemetry {
         let Some(check) = table.check else { return Ok(()) };
         let specs: Vec<_> = tags.iter().map(to_abi).collect();
         let mut error = abi::BusbarError::empty();
-        let _serial = instance.serialise();
+        let _serial = instance.serialize_calls();
         // SAFETY: specs and error live for the call.
         let status = unsafe { check(instance.as_ptr(), specs.as_ptr(), specs.len(), &mut error) };
         instance.outcome(status, &error)
     }
 
-    /// The instance.
+    /// Returns the plugin instance of the stream.
     pub fn instance(&self) -> &Instance {
         &self.stream.instance
     }
@@ -182,7 +182,7 @@ impl Telemetry {
         self.receiver.intake.lock().unwrap_or_else(PoisonError::into_inner).add_origin(origin);
     }
 
-    /// What it last said of its link.
+    /// Returns the last report of the link.
     pub fn link(&self) -> LinkReport {
         let receiver = &self.receiver;
         let (state, message) = receiver.link.lock().unwrap_or_else(PoisonError::into_inner).clone();
@@ -221,7 +221,7 @@ impl TelemetryStream {
         receiver.note_origin(table.origin as u8);
         let sink = Sink::new(Arc::new(SinkContext(receiver)));
         let mut error = abi::BusbarError::empty();
-        let serial = instance.serialise();
+        let serial = instance.serialize_calls();
         // SAFETY: specs live for the call, the sink until `stop` returned.
         let status = unsafe {
             start(instance.as_ptr(), specs.as_ptr(), specs.len(), sink.raw.as_ptr(), &mut error)
@@ -235,7 +235,7 @@ impl TelemetryStream {
 impl Drop for TelemetryStream {
     fn drop(&mut self) {
         if let Some(stop) = self.table.stop {
-            let _serial = self.instance.serialise();
+            let _serial = self.instance.serialize_calls();
             // SAFETY: it was started; the sink lives until after this call.
             unsafe { stop(self.instance.as_ptr()) }
         }
@@ -349,7 +349,7 @@ unsafe extern "C" fn report_scene_time(context: *mut c_void, unix_nanos: i64) {
 
 /// The wall clock; one that is beyond counting is for ever.
 pub fn wall_clock() -> SourceTime {
-    SourceTime::of(SystemTime::now()).unwrap_or(SourceTime(i64::MAX))
+    SourceTime::from_system_time(SystemTime::now()).unwrap_or(SourceTime(i64::MAX))
 }
 
 pub(crate) fn to_abi(tag: &TelemetryTag) -> abi::BusbarTagSpec {

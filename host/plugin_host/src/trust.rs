@@ -1,5 +1,4 @@
-//! Which library files may be loaded: where they lie, who may change them, and
-//! what they must be.
+//! Trust in library files: location, owners, permissions, digests and signatures.
 //!
 //! A file is opened once. What is hashed, what a signature is checked against
 //! and what is loaded are the contents behind that one descriptor, so that no
@@ -15,7 +14,7 @@ use rustix::fs::OFlags;
 use sha2::{Digest as _, Sha256};
 
 use crate::signature::{self, PublicKey};
-use crate::{Digest, Refused};
+use crate::{Digest, RejectedLibrary};
 
 /// Libraries looked at in one directory.
 pub const MAX_LIBRARIES: usize = 256;
@@ -28,7 +27,7 @@ const STICKY: u32 = 0o1000;
 /// Bytes hashed at once.
 const HASHED_BYTES: usize = 1 << 16;
 
-/// What a library must be, besides being where it may be.
+/// Requirements of a library besides its location.
 #[derive(Clone, Debug, Default)]
 pub struct LoadRules {
     /// The only contents that are loaded; none for any.
@@ -51,12 +50,12 @@ impl LibraryFile {
         Self { path, file: Arc::new(file), digest: OnceLock::new() }
     }
 
-    /// Where it lies.
+    /// Returns the path of the library file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The open file.
+    /// Returns the open file.
     pub fn file(&self) -> &File {
         &self.file
     }
@@ -112,11 +111,14 @@ impl LibraryFile {
 
 /// The libraries of absolute directories that may be loaded, in order of
 /// directory and name, and what was refused.
-pub fn libraries(directories: &[PathBuf], rules: &LoadRules) -> (Vec<LibraryFile>, Vec<Refused>) {
+pub fn libraries(
+    directories: &[PathBuf],
+    rules: &LoadRules,
+) -> (Vec<LibraryFile>, Vec<RejectedLibrary>) {
     let (mut files, mut refused) = (Vec::new(), Vec::new());
     for directory in directories {
         let mut refuse =
-            |path: &Path, reason| refused.push(Refused { path: path.to_owned(), reason });
+            |path: &Path, reason| refused.push(RejectedLibrary { path: path.to_owned(), reason });
         let (resolved, paths) = match list(directory) {
             Ok(listed) => listed,
             Err(reason) => {

@@ -30,7 +30,7 @@ const CLOCK_STEPS: [i64; 4] = [2, 9, 45, 3600];
 const START: i64 = 1_790_000_000 * SECOND;
 const GOOD: u8 = abi::BUSBAR_QUALITY_GOOD;
 
-/// Seeded choices.
+/// Seeded random choices of the test.
 struct Dice(FaultGenerator);
 
 impl Dice {

@@ -13,7 +13,7 @@ use crate::process::PluginProcess;
 /// The alarms of a plugin. Calls take as long as the plugin takes: not for frames.
 #[derive(Clone)]
 pub enum RunningAlarms {
-    /// In this process.
+    /// Instance in this process.
     InProcess(Alarms),
     /// In a process of its own.
     Isolated(Arc<PluginProcess>),
@@ -24,17 +24,20 @@ impl RunningAlarms {
     ///
     /// # Errors
     /// [`PluginError::WrongCapability`].
-    pub fn of(plugin: &Plugin) -> Result<Self, PluginError> {
+    pub fn from_plugin(plugin: &Plugin) -> Result<Self, PluginError> {
         match plugin {
-            Plugin::InProcess(instance) => Alarms::of(instance.clone()).map(Self::InProcess),
+            Plugin::InProcess(instance) => {
+                Alarms::from_instance(instance.clone()).map(Self::InProcess)
+            }
             Plugin::Isolated(process) => {
-                process.demand(abi::ALARMS_ID)?;
+                process.require_capability(abi::ALARMS_ID)?;
                 Ok(Self::Isolated(process.clone()))
             }
         }
     }
 
-    /// How they stand; without alarms where their revision is the known one, 0 for none.
+    /// Reads the state of all alarms. A report of the revision `known` (0 for none) has no
+    /// alarms.
     ///
     /// # Errors
     /// What the plugin says, the rule that its answer breaks, or how its process ended.
@@ -47,7 +50,7 @@ impl RunningAlarms {
                         report.check(known).map_err(|fault| process.broken(fault))?;
                         Ok(report)
                     }
-                    _ => Err(process.shared.confused()),
+                    _ => Err(process.shared.unexpected_answer()),
                 }
             }
         }

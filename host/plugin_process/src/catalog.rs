@@ -1,4 +1,4 @@
-//! Which plugins there are, found without loading anything into this process.
+//! Plugin discovery without loading a library into this process.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -6,21 +6,21 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
 use busbar_plugin_host::{
-    Catalog, Digest, LibraryFile, LoadRules, PluginError, PluginInfo, Refused, libraries,
+    Catalog, Digest, LibraryFile, LoadRules, PluginError, PluginInfo, RejectedLibrary, libraries,
 };
 
 use crate::environment::Environment;
 use crate::loaded::LoadedLibrary;
 use crate::message::Confinement;
 use crate::plugin::Plugin;
-use crate::policy::{Deadlines, RestartPolicy};
+use crate::restart_policy::{Deadlines, RestartPolicy};
 
 /// Times that a library is loaded which could be described.
 const MAX_LOADS: usize = 3;
 /// Processes that are started at once.
 const MAX_STARTING: usize = 8;
 
-/// Where plugins run.
+/// Isolation of plugins from the viewer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Isolation {
     /// Each in a supervised process of its own.
@@ -30,18 +30,18 @@ pub enum Isolation {
     None,
 }
 
-/// How one instance runs.
+/// Options of one instance.
 #[derive(Clone, Debug)]
 pub struct PluginOptions {
-    /// Where.
+    /// Isolation of the instance.
     pub isolation: Isolation,
-    /// What its process may use.
+    /// Resource limits of its process.
     pub confinement: Confinement,
-    /// What happens when it dies.
+    /// Restart policy after a crash.
     pub policy: RestartPolicy,
-    /// How long its calls may take.
+    /// Deadlines of its calls.
     pub deadlines: Deadlines,
-    /// What its library must be.
+    /// Required digest of its library.
     pub pin: Option<Digest>,
 }
 
@@ -65,12 +65,12 @@ pub const DEFAULT_CONFINEMENT: Confinement =
 /// The plugins of some directories.
 pub struct PluginCatalog {
     searched: Vec<PathBuf>,
-    found: Vec<Found>,
-    refused: Vec<Refused>,
+    found: Vec<FoundLibrary>,
+    refused: Vec<RejectedLibrary>,
 }
 
 /// A library that has plugins.
-struct Found {
+struct FoundLibrary {
     file: LibraryFile,
     plugins: Vec<PluginInfo>,
     /// The process that described them, until an instance takes it.
@@ -85,25 +85,25 @@ impl PluginCatalog {
         let (files, refused) = libraries(directories, rules);
         let mut catalog = Self { searched: directories.to_vec(), found: Vec::new(), refused };
         let described = match isolation {
-            Isolation::Process => describe_apart(&files),
-            Isolation::None => files.iter().map(describe_here).collect(),
+            Isolation::Process => describe_isolated(&files),
+            Isolation::None => files.iter().map(describe_in_process).collect(),
         };
         for (file, described) in files.into_iter().zip(described) {
             let path = file.path().to_owned();
             if let Err(reason) = described.and_then(|found| catalog.add(file, found)) {
-                catalog.refused.push(Refused { path, reason });
+                catalog.refused.push(RejectedLibrary { path, reason });
             }
         }
         catalog
     }
 
-    /// Every plugin found.
+    /// Iterates over all plugins found.
     pub fn plugins(&self) -> impl Iterator<Item = &PluginInfo> {
         self.found.iter().flat_map(|found| &found.plugins)
     }
 
-    /// What was refused.
-    pub fn refused(&self) -> &[Refused] {
+    /// Returns the libraries that were rejected.
+    pub fn refused(&self) -> &[RejectedLibrary] {
         &self.refused
     }
 
@@ -140,7 +140,7 @@ impl PluginCatalog {
             }
         }
         if options.isolation == Isolation::None {
-            let catalog = Catalog::of_file(&found.file).map_err(broken)?;
+            let catalog = Catalog::from_file(&found.file).map_err(broken)?;
             return catalog.create(name, id, settings).map(Plugin::InProcess);
         }
         let environment = Environment::of_settings(settings).map_err(|message| {
@@ -153,19 +153,19 @@ impl PluginCatalog {
         library.create(name, info, settings, options).map(Arc::new).map(Plugin::Isolated)
     }
 
-    fn add(&mut self, file: LibraryFile, described: Described) -> Result<(), String> {
+    fn add(&mut self, file: LibraryFile, described: DescribedLibrary) -> Result<(), String> {
         for info in &described.plugins {
             if let Some(other) = self.plugins().find(|other| other.id == info.id) {
                 return Err(format!("'{}' is already in {}", info.id, other.path.display()));
             }
         }
-        let Described { plugins, idle } = described;
-        self.found.push(Found { file, plugins, idle: Mutex::new(idle) });
+        let DescribedLibrary { plugins, idle } = described;
+        self.found.push(FoundLibrary { file, plugins, idle: Mutex::new(idle) });
         Ok(())
     }
 }
 
-impl Found {
+impl FoundLibrary {
     /// A process with this library: the one that described it, if it is confined
     /// and sees the environment as this instance is to, or a new one.
     fn process(
@@ -192,18 +192,18 @@ impl Found {
 }
 
 /// The plugins of a library, and the process that told them.
-struct Described {
+struct DescribedLibrary {
     plugins: Vec<PluginInfo>,
     idle: Option<LoadedLibrary>,
 }
 
-fn describe_here(file: &LibraryFile) -> Result<Described, String> {
-    let plugins = Catalog::of_file(file)?.plugins().cloned().collect();
-    Ok(Described { plugins, idle: None })
+fn describe_in_process(file: &LibraryFile) -> Result<DescribedLibrary, String> {
+    let plugins = Catalog::from_file(file)?.plugins().cloned().collect();
+    Ok(DescribedLibrary { plugins, idle: None })
 }
 
 /// Loads each library in a process of its own, some at once.
-fn describe_apart(files: &[LibraryFile]) -> Vec<Result<Described, String>> {
+fn describe_isolated(files: &[LibraryFile]) -> Vec<Result<DescribedLibrary, String>> {
     let next = AtomicUsize::new(0);
     let described = Mutex::new(Vec::new());
     thread::scope(|scope| {
@@ -212,7 +212,7 @@ fn describe_apart(files: &[LibraryFile]) -> Vec<Result<Described, String>> {
                 while let Some(index) = take(&next, files.len()) {
                     let nothing = Environment::default();
                     let loaded = LoadedLibrary::load(&files[index], DEFAULT_CONFINEMENT, &nothing);
-                    let found = loaded.map(|library| Described {
+                    let found = loaded.map(|library| DescribedLibrary {
                         plugins: library.plugins.clone(),
                         idle: Some(library),
                     });

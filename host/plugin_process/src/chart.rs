@@ -13,7 +13,7 @@ use crate::process::PluginProcess;
 /// The chart of a plugin. Calls take as long as the plugin takes: not for frames.
 #[derive(Clone)]
 pub enum RunningChart {
-    /// In this process.
+    /// Instance in this process.
     InProcess(Chart),
     /// In a process of its own.
     Isolated(Arc<PluginProcess>),
@@ -24,17 +24,19 @@ impl RunningChart {
     ///
     /// # Errors
     /// [`PluginError::WrongCapability`].
-    pub fn of(plugin: &Plugin) -> Result<Self, PluginError> {
+    pub fn from_plugin(plugin: &Plugin) -> Result<Self, PluginError> {
         match plugin {
-            Plugin::InProcess(instance) => Chart::of(instance.clone()).map(Self::InProcess),
+            Plugin::InProcess(instance) => {
+                Chart::from_instance(instance.clone()).map(Self::InProcess)
+            }
             Plugin::Isolated(process) => {
-                process.demand(abi::CHART_ID)?;
+                process.require_capability(abi::CHART_ID)?;
                 Ok(Self::Isolated(process.clone()))
             }
         }
     }
 
-    /// What it shows.
+    /// Describes the chart of the plugin.
     ///
     /// # Errors
     /// What the plugin says, the rule that its answer breaks, or how its process ended.
@@ -46,7 +48,7 @@ impl RunningChart {
                     description.check().map_err(|fault| process.broken(fault))?;
                     Ok(description)
                 }
-                _ => Err(process.shared.confused()),
+                _ => Err(process.shared.unexpected_answer()),
             },
         }
     }
@@ -66,14 +68,14 @@ impl RunningChart {
                         page.check(axes, count).map_err(|what| process.broken(what))?;
                         Ok(page)
                     }
-                    _ => Err(process.shared.confused()),
+                    _ => Err(process.shared.unexpected_answer()),
                 }
             }
         }
     }
 
-    /// What the last record of a piece of equipment not after an instant (nanoseconds since
-    /// 1970-01-01 UTC) means. States are not checked against a legend yet.
+    /// Explains the last record of a piece of equipment at or before an instant (nanoseconds
+    /// since 1970-01-01 UTC). States are not checked against a legend yet.
     ///
     /// # Errors
     /// As [`RunningChart::describe`], or that there is none.
@@ -88,7 +90,7 @@ impl RunningChart {
                         checked.map_err(|fault| process.broken(fault))?;
                         Ok(explanation)
                     }
-                    _ => Err(process.shared.confused()),
+                    _ => Err(process.shared.unexpected_answer()),
                 }
             }
         }

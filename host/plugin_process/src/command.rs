@@ -20,16 +20,16 @@ use rustix::io::{Errno, ioctl_fionbio};
 use crate::message::{Answer, Request};
 use crate::plugin::Plugin;
 use crate::process::PluginProcess;
-use crate::watch::timespec;
+use crate::process_monitor::timespec;
 
 /// Bytes of output that are taken at once.
 const PIECE_BYTES: usize = 1 << 16;
-/// How often a process says that its command goes on, at most.
+/// Shortest period between two progress messages of a command.
 const TELL_PERIOD: Duration = Duration::from_millis(100);
-/// How long it waits for room in the pipe before it says so.
+/// Longest wait for room in the pipe before a progress message.
 const ROOM_PERIOD: Duration = Duration::from_secs(1);
 
-/// Why a command gave nothing, or not all.
+/// Errors of a command.
 #[derive(Debug)]
 pub enum CommandError {
     /// The plugin failed, or its process.
@@ -39,7 +39,7 @@ pub enum CommandError {
 }
 
 impl Plugin {
-    /// Whether a plugin says that it offers commands.
+    /// Reports whether a plugin declares the capability of commands.
     pub fn offer_commands(info: &PluginInfo) -> bool {
         info.capabilities.iter().any(|id| id == abi::COMMAND_ID)
     }
@@ -50,7 +50,7 @@ impl Plugin {
     /// [`PluginError::WrongCapability`], or the rule that it breaks.
     pub fn commands(&self) -> Result<Vec<CommandInfo>, PluginError> {
         match self {
-            Self::InProcess(instance) => Commands::of(instance.clone())?.list(),
+            Self::InProcess(instance) => Commands::from_instance(instance.clone())?.list(),
             Self::Isolated(process) => process.commands(),
         }
     }
@@ -70,11 +70,13 @@ impl Plugin {
     ) -> Result<CommandReport, CommandError> {
         match self {
             Self::InProcess(instance) => {
-                let commands = Commands::of(instance.clone()).map_err(CommandError::Plugin)?;
+                let commands =
+                    Commands::from_instance(instance.clone()).map_err(CommandError::Plugin)?;
                 let size = size_of_input(&input);
-                let mut here = Here { input, size, done: 0, output, progress, failed: None };
-                let report = commands.run(name, arguments, &mut here);
-                match here.failed {
+                let mut streams =
+                    LocalStreams { input, size, done: 0, output, progress, failed: None };
+                let report = commands.run(name, arguments, &mut streams);
+                match streams.failed {
                     Some(error) => Err(CommandError::Output(error)),
                     None => report.map_err(CommandError::Plugin),
                 }
@@ -90,23 +92,23 @@ fn size_of_input(input: &File) -> u64 {
     input.metadata().map_or(0, |metadata| metadata.len())
 }
 
-/// How much of the input was read, 0 to 1.
+/// Share of the input that was read, 0 to 1.
 fn share(done: u64, size: u64) -> f32 {
     if size == 0 { 1.0 } else { (done as f64 / size as f64).min(1.0) as f32 }
 }
 
 /// Streams of a command in this process.
-struct Here<'a> {
+struct LocalStreams<'a> {
     input: File,
     size: u64,
     done: u64,
     output: &'a mut dyn FnMut(&[u8]) -> io::Result<()>,
     progress: &'a mut dyn FnMut(f32),
-    /// The output's error.
+    /// Error of the output.
     failed: Option<io::Error>,
 }
 
-impl CommandStreams for Here<'_> {
+impl CommandStreams for LocalStreams<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let count = read_input(&mut self.input, buffer)?;
         self.done += count as u64;
@@ -138,7 +140,7 @@ fn read_input(input: &mut File, buffer: &mut [u8]) -> io::Result<usize> {
 impl PluginProcess {
     fn commands(&self) -> Result<Vec<CommandInfo>, PluginError> {
         let Answer::Commands(commands) = self.shared.call(Request::Commands, &[])? else {
-            return Err(self.shared.confused());
+            return Err(self.shared.unexpected_answer());
         };
         let violation = |what| PluginError::Violation { id: self.info().id.clone(), what };
         check_commands(&commands).map_err(violation)?;
@@ -158,7 +160,7 @@ impl PluginProcess {
         ioctl_fionbio(&writer, true).map_err(|e| CommandError::Output(e.into()))?;
         let writer = File::from(std::os::fd::OwnedFd::from(writer));
         let request = Request::Run { name: name.to_owned(), arguments: arguments.to_vec() };
-        let waiting = self.shared.begin(request, &[&input, &writer]).map_err(plugin)?;
+        let waiting = self.shared.start_call(request, &[&input, &writer]).map_err(plugin)?;
         // Now theirs is the only other end: it closes with the call, or with the process.
         drop((input, writer));
         let mut piece = vec![0; PIECE_BYTES];
@@ -178,7 +180,7 @@ impl PluginProcess {
         };
         // A command that still writes finds that nobody reads.
         drop(theirs);
-        let gone = || plugin(self.shared.confused());
+        let gone = || plugin(self.shared.unexpected_answer());
         let outcome = waiting.outcome.recv().map_err(|_| gone())?;
         copied.map_err(CommandError::Output)?;
         match outcome.map_err(plugin)? {
@@ -189,7 +191,7 @@ impl PluginProcess {
 }
 
 /// Streams of a command in a plugin's process.
-pub(crate) struct There<T> {
+pub(crate) struct PipeStreams<T> {
     input: File,
     size: u64,
     done: u64,
@@ -199,7 +201,7 @@ pub(crate) struct There<T> {
     told: Instant,
 }
 
-impl<T: FnMut(f32)> There<T> {
+impl<T: FnMut(f32)> PipeStreams<T> {
     pub(crate) fn new(input: File, output: File, tell: T) -> Self {
         let size = size_of_input(&input);
         Self { input, size, done: 0, output, tell, told: Instant::now() }
@@ -214,7 +216,7 @@ impl<T: FnMut(f32)> There<T> {
     }
 }
 
-impl<T: FnMut(f32)> CommandStreams for There<T> {
+impl<T: FnMut(f32)> CommandStreams for PipeStreams<T> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let count = read_input(&mut self.input, buffer)?;
         self.done += count as u64;

@@ -1,12 +1,12 @@
-//! What a plugin's process sees of the viewer's environment.
+//! Environment variables passed to a plugin's process.
 
 use std::collections::BTreeSet;
 use std::process::Command;
 
 use serde_json::Value;
 
-/// What every plugin's process sees. Nothing that directs the loader
-/// (`LD_LIBRARY_PATH`, `LD_PRELOAD`) is among it.
+/// Variables passed to every plugin's process. Variables that direct the loader
+/// (`LD_LIBRARY_PATH`, `LD_PRELOAD`) are not among them.
 const ALWAYS: [&str; 9] = [
     "HOME",
     "LANG",
@@ -31,7 +31,7 @@ const REFERENCE: &str = "env";
 pub(crate) struct Environment(BTreeSet<String>);
 
 impl Environment {
-    /// Those that settings refer to by `{"env": "NAME"}`, wherever in them it is.
+    /// Collects the variables that settings refer to by `{"env": "NAME"}`, at any depth.
     ///
     /// # Errors
     /// When a reference cannot be followed: which, why, and what to do.
@@ -82,7 +82,7 @@ fn collect(settings: &Value, names: &mut BTreeSet<String>) {
     }
 }
 
-/// Whether a text can name a variable (POSIX.1-2024, Base Definitions 3.216).
+/// Reports whether a text can name a variable (POSIX.1-2024, Base Definitions 3.216).
 fn is_name(text: &str) -> bool {
     text.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
         && text.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')

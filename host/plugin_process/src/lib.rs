@@ -18,37 +18,38 @@
 //!
 //! Invariant: whatever comes from a plugin's process is checked here before
 //! anybody else sees it.
+#![doc = include_str!("../DESIGN.md")]
 
 mod alarms;
 mod catalog;
 mod chart;
 mod command;
-mod confine;
 mod environment;
-mod feed;
-mod frames;
+mod framing;
 mod loaded;
+mod log_capture;
 mod memory;
 mod message;
-mod output;
+mod picture_mailbox;
 mod plugin;
-mod policy;
+mod plugin_server;
 pub mod probe;
-mod proc;
 mod process;
+mod process_monitor;
+mod process_spawn;
+mod process_state;
 mod records;
+mod resident_memory;
+mod restart_policy;
 mod ring;
-mod serve;
-mod shared;
+mod sample_feed;
+mod sandbox;
 mod simulator;
+mod simulator_detection;
 mod simulator_registry;
-mod simulator_watch;
-mod slot;
 mod socket_table;
-mod spawn;
 mod status;
-mod supervise;
-mod watch;
+mod supervisor;
 
 pub use alarms::RunningAlarms;
 pub use catalog::{DEFAULT_CONFINEMENT, Isolation, PluginCatalog, PluginOptions};
@@ -56,10 +57,10 @@ pub use chart::RunningChart;
 pub use command::CommandError;
 pub use message::Confinement;
 pub use plugin::{InProcessTelemetry, Optimizer, Plugin, RunningOverlay, RunningTelemetry};
-pub use policy::{Deadlines, RestartPolicy};
+pub use plugin_server::serve;
 pub use process::PluginProcess;
 pub use records::RunningRecords;
-pub use serve::serve;
+pub use restart_policy::{Deadlines, RestartPolicy};
 pub use simulator::RunningSimulator;
 pub use simulator_registry::SimulatorRegistration;
 pub use status::{PluginState, PluginStatus};

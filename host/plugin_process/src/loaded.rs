@@ -6,13 +6,13 @@ use std::thread;
 use busbar_plugin_host::{LibraryFile, PluginError, PluginInfo, shown};
 
 use crate::catalog::PluginOptions;
-use crate::confine::REFUSED;
 use crate::environment::Environment;
 use crate::message::{Answer, Confinement, Request};
 use crate::process::PluginProcess;
-use crate::shared::{Connection, InstanceSetup, Life, Shared};
-use crate::spawn::spawn;
-use crate::supervise::{load_request, supervise};
+use crate::process_spawn::spawn;
+use crate::process_state::{Connection, InstanceSetup, ProcessPhase, Shared};
+use crate::sandbox::REFUSED;
+use crate::supervisor::{load_request, supervise};
 
 /// Plugins that one library may hold.
 const MAX_PLUGINS: usize = 64;
@@ -66,7 +66,7 @@ impl LoadedLibrary {
                 let environment = environment.clone();
                 Ok(Self { process, plugins, confinement, environment })
             }
-            Ok(_) => Err(process.shared.confused().to_string()),
+            Ok(_) => Err(process.shared.unexpected_answer().to_string()),
             // The library is named by whoever asked.
             Err(PluginError::Violation { what, .. }) => Err(what),
             Err(PluginError::Lost { reason, .. }) => {
@@ -96,7 +96,7 @@ impl LoadedLibrary {
         };
         {
             let mut state = process.shared.state();
-            if state.life == Life::Ended {
+            if state.phase == ProcessPhase::Ended {
                 let reason = state.last_death.clone().unwrap_or_default();
                 return Err(PluginError::Lost { id: info.id.clone(), reason });
             }
@@ -107,7 +107,7 @@ impl LoadedLibrary {
         }
         (process.name, process.info) = (setup.name.clone(), info.clone());
         let InstanceSetup { name, plugin, settings, .. } = setup;
-        process.insist(Request::Create { name, plugin, settings }, &[])?;
+        process.configure_or_recover(Request::Create { name, plugin, settings }, &[])?;
         Ok(process)
     }
 }
@@ -125,7 +125,7 @@ fn nameless(library: &LibraryFile) -> PluginInfo {
     }
 }
 
-/// What a process says of a library's plugins, before anything relies on it.
+/// Validates the plugin descriptions that a process sent.
 pub(crate) fn check_infos(plugins: &[PluginInfo]) -> Result<(), String> {
     if plugins.len() > MAX_PLUGINS {
         return Err(format!("it claims {} plugins; the limit is {MAX_PLUGINS}", plugins.len()));

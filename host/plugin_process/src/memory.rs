@@ -33,7 +33,7 @@ pub(crate) struct MeshSizes {
 }
 
 impl MeshSizes {
-    /// Of all arrays, one after the other.
+    /// Size of all arrays together, bytes.
     fn bytes(self) -> u64 {
         let [positions, triangles, wedges] =
             [self.positions, self.triangles, self.wedges].map(u64::from);
@@ -42,7 +42,7 @@ impl MeshSizes {
     }
 }
 
-/// Of a triangle.
+/// Bytes of a triangle's corners.
 const CORNERS_BYTES: u64 = size_of::<[u32; 3]>() as u64;
 /// Position, normal, texture coordinates and section.
 const WEDGE_BYTES: u64 = (2 * size_of::<u32>() + size_of::<Vec3>() + size_of::<Vec2>()) as u64;
@@ -111,7 +111,7 @@ impl SharedMesh {
         Ok(Self { memory, sizes })
     }
 
-    /// Its arrays.
+    /// Borrows the arrays of the mesh.
     pub(crate) fn view(&self) -> MeshView<'_> {
         let MeshSizes { positions, triangles, wedges } = self.sizes;
         let mut arrays = Arrays(&self.memory);
@@ -154,7 +154,7 @@ impl CollapseRoom {
         unsafe { MmapMut::map_mut(memory) }.map(Self)
     }
 
-    /// All of it.
+    /// Borrows the whole buffer for collapses.
     pub(crate) fn collapses(&mut self) -> &mut [BusbarCollapse] {
         let room: &mut [RawCollapse] = bytemuck::cast_slice_mut(&mut self.0);
         let (start, count) = (room.as_mut_ptr().cast::<BusbarCollapse>(), room.len());
@@ -211,7 +211,7 @@ mod tests {
             let view = shared.view();
             assert_eq!(view.positions, mesh.positions);
             assert_eq!(view.triangles, [[0, 1, 2], [0, 1, 2]]);
-            assert_eq!(view.wedges, with_wedges.then(|| WedgesView::of(&mesh)));
+            assert_eq!(view.wedges, with_wedges.then(|| WedgesView::from_mesh(&mesh)));
             assert!(memory.write_all_at(&[1], 0).is_err());
             assert!(memory.set_len(0).is_err());
             let more = MeshSizes { triangles: 3, ..sizes };

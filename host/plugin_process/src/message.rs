@@ -1,4 +1,4 @@
-//! What the host and a plugin's process tell each other.
+//! Messages between the host and a plugin's process.
 
 use std::path::PathBuf;
 use std::time::SystemTime;
@@ -7,7 +7,7 @@ use busbar_alarms::SourceReport;
 use busbar_plugin_abi as abi;
 use busbar_plugin_host::{
     ChartPage, CommandInfo, CommandReport, DeviceScenario, LinkState, OverlayBinding,
-    OverlayDescription, OverlayPicture, PluginError, PluginInfo, RecordPage, SettingsFault,
+    OverlayDescription, OverlayPicture, PluginError, PluginInfo, RecordPage, SettingsError,
     SimulatedTag, Simulation, SimulationStatus, Stage, TelemetryTag, shown,
 };
 use busbar_tags::TagState;
@@ -22,66 +22,66 @@ const MAX_WORDS_BYTES: usize = 4096;
 /// Settings faults, and capabilities in an error, that are kept.
 const MAX_FAULTS: usize = 64;
 
-/// From the host.
+/// Messages from the host to a plugin's process.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) enum ToPlugin {
     /// Do something and answer with the same number.
     Call { call: u64, request: Request },
     /// Stop that call if it can be.
     Cancel { call: u64 },
-    /// Answer at once.
+    /// Liveness probe that is answered at once.
     Ping,
     /// Stop everything and end.
     Quit,
 }
 
-/// What the host can ask for.
+/// Requests of the host.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) enum Request {
     /// Confine this process and load the library; its descriptor comes along.
     Load { version: u32, path: PathBuf, confinement: Confinement },
     /// Make the one instance. Settings are JSON text.
     Create { name: String, plugin: String, settings: String },
-    /// Whether these tags could be served.
+    /// Validates tags and addresses without a connection.
     Check { tags: Vec<TelemetryTag> },
     /// Serve tags; the descriptor of the ring comes along.
     Start { tags: Vec<TelemetryTag> },
     /// Be the device of tags.
     Simulate { tags: Vec<SimulatedTag>, simulation: Simulation, scenario: DeviceScenario },
-    /// How that goes.
+    /// Asks for the status of the simulation.
     SimulationStatus,
-    /// Take bindings.
+    /// Configures an overlay with its bindings.
     Configure { bindings: Vec<OverlayBinding> },
     /// Work out a picture from the states of the bound tags.
     Draw { states: Vec<Option<TagState>>, scene_time: SystemTime },
     /// Order collapses; the descriptors of mesh and room for results come along.
     Optimize { sizes: MeshSizes },
-    /// What its chart shows.
+    /// Asks for the description of the chart.
     DescribeChart,
     /// Records of its chart, of so many axes, from one on.
     ReadChart { axes: u32, first: u64, count: u32 },
-    /// What the last record of a piece of equipment not after an instant means.
+    /// Explains the last record of equipment at or before an instant.
     Explain { equipment: String, unix_nanos: i64 },
-    /// Which lists of records it has.
+    /// Asks for the description of the record lists.
     DescribeRecords,
     /// Rows of a list, which has so many columns, from one on; none asks for the revision.
     ReadRecords { list: u32, columns: u32, first: u64, count: u32 },
-    /// Which commands it offers.
+    /// Asks for the list of commands.
     Commands,
     /// Run a command; the descriptors of its input and of a pipe for its output come along.
     Run { name: String, arguments: Vec<String> },
-    /// Its alarms, to who knows a revision of them; 0 for none.
+    /// Asks for alarms newer than a known revision; 0 for none.
     ReadAlarms { known: u64 },
-    /// What its optimiser looks at.
+    /// Asks for the properties of the optimizer.
     DescribeOptimizer,
 }
 
-/// What a plugin's process may use.
+/// Resource limits of a plugin's process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Confinement {
-    /// Address space, bytes.
+    /// Limit of the address space, bytes.
     pub memory_bytes: u64,
-    /// Whether it may use the network.
+    /// True where the network may be used.
     pub network: bool,
 }
 
@@ -89,16 +89,16 @@ pub struct Confinement {
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) enum FromPlugin {
     /// The answer to a call.
-    Done { call: u64, result: Result<Answer, Fault> },
-    /// How much of a call is done, 0 to 1.
+    Done { call: u64, result: Result<Answer, CallError> },
+    /// Progress of a call, 0 to 1.
     Progress { call: u64, fraction: f32 },
-    /// What the plugin says of its link.
+    /// Link state reported by the plugin.
     Link { state: LinkState, message: String },
-    /// It lives.
+    /// Answer to a ping.
     Pong,
 }
 
-/// What a call gave.
+/// Results of the requests.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) enum Answer {
     /// The library is loaded: its plugins, and what confines the process.
@@ -107,44 +107,44 @@ pub(crate) enum Answer {
     Done,
     /// An overlay is configured; what it shows besides values.
     Configured(OverlayDescription),
-    /// A picture.
+    /// Picture of an overlay.
     Drawn(OverlayPicture),
-    /// How a simulation goes.
+    /// Status of a simulation.
     Simulating(SimulationStatus),
     /// So many collapses lie in the room for them.
     Optimized { collapses: u32, stages: Vec<Stage> },
-    /// What its chart shows.
+    /// Description of the chart.
     ChartDescribed(busbar_chart::Description),
-    /// Records of it.
+    /// Page of chart records.
     ChartRead(ChartPage),
-    /// What a record means.
+    /// Explanation of a record.
     Explained(busbar_chart::Explanation),
-    /// Its lists of records.
+    /// Description of the record lists.
     RecordsDescribed(busbar_records::Description),
-    /// Rows of one.
+    /// Page of a list's rows.
     RecordsRead(RecordPage),
-    /// What it offers.
+    /// List of the commands.
     Commands(Vec<CommandInfo>),
-    /// A command ran.
+    /// Report of a command.
     Ran(CommandReport),
-    /// How its alarms stand.
+    /// State of the alarms.
     AlarmsRead(SourceReport),
-    /// Whether its optimiser looks at wedges.
+    /// Properties of the optimizer: true where it reads wedges.
     OptimizerDescribed { reads_wedges: bool },
 }
 
 /// A [`PluginError`] on its way.
 #[derive(Debug, Serialize, Deserialize)]
-pub(crate) enum Fault {
+pub(crate) enum CallError {
     Library(String),
     WrongCapability { wanted: String, has: Vec<String> },
-    Settings(Vec<SettingsFault>),
+    Settings(Vec<SettingsError>),
     Failed { settings_at_fault: bool, message: String },
     Cancelled,
     Violation(String),
 }
 
-impl From<PluginError> for Fault {
+impl From<PluginError> for CallError {
     fn from(error: PluginError) -> Self {
         match error {
             PluginError::WrongCapability { wanted, has, .. } => {
@@ -161,7 +161,7 @@ impl From<PluginError> for Fault {
     }
 }
 
-impl Fault {
+impl CallError {
     /// As an error of the plugin with this id. The words come from a process
     /// that may be hostile: they are cut and made printable.
     pub(crate) fn into_error(self, id: &str) -> PluginError {
@@ -192,7 +192,7 @@ impl Fault {
                 }
             }
             Self::Settings(faults) => {
-                let faults = faults.into_iter().take(MAX_FAULTS).map(|fault| SettingsFault {
+                let faults = faults.into_iter().take(MAX_FAULTS).map(|fault| SettingsError {
                     pointer: words(fault.pointer),
                     message: words(fault.message),
                 });
@@ -207,7 +207,7 @@ impl Fault {
 }
 
 impl Request {
-    /// How many tags it brings.
+    /// Number of tags or bindings in the request.
     pub(crate) fn tags(&self) -> u32 {
         let count = match self {
             Self::Check { tags } | Self::Start { tags } => tags.len(),
@@ -218,7 +218,7 @@ impl Request {
         u32::try_from(count).unwrap_or(u32::MAX)
     }
 
-    /// What it is called in messages for people.
+    /// Returns the name in messages for people.
     pub(crate) fn name(&self) -> &'static str {
         match self {
             Self::Load { .. } => "load",

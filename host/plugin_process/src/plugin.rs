@@ -6,28 +6,28 @@ use std::time::Duration;
 use busbar_geometry::Mesh;
 use busbar_plugin_abi as abi;
 use busbar_plugin_host::{
-    Instance, LinkReport, MeshOptimizer, Optimised, Overlay, OverlayBinding, OverlayDescription,
-    OverlayPicture, PluginError, PluginInfo, SampleSink, SceneClock, SourcePolicy, Telemetry,
-    TelemetryTag,
+    Instance, LinkReport, MeshOptimizer, OptimizedMesh, Overlay, OverlayBinding,
+    OverlayDescription, OverlayPicture, PluginError, PluginInfo, SampleSink, SceneClock,
+    SourcePolicy, Telemetry, TelemetryTag,
 };
 use busbar_tags::{Origin, Sample, SampleQueue, SourceTime, TagHandle, TagState};
 
 use crate::process::PluginProcess;
-use crate::simulator_watch::{SimulatorCheck, SimulatorWatch, is_connected_to_simulator};
+use crate::simulator_detection::{SimulatorCheck, SimulatorDetector, is_connected_to_simulator};
 use crate::socket_table::SocketOwner;
 use crate::status::PluginStatus;
 
 /// An instance of a plugin with its settings.
 #[derive(Clone)]
 pub enum Plugin {
-    /// In this process.
+    /// Instance in this process.
     InProcess(Arc<Instance>),
     /// In a process of its own.
     Isolated(Arc<PluginProcess>),
 }
 
 impl Plugin {
-    /// What the plugin says of itself.
+    /// Returns the plugin's description of itself.
     pub fn info(&self) -> &PluginInfo {
         match self {
             Self::InProcess(instance) => instance.info(),
@@ -43,7 +43,7 @@ impl Plugin {
         }
     }
 
-    /// How it is.
+    /// Returns the state of its process; an instance in this process always runs.
     pub fn status(&self) -> PluginStatus {
         match self {
             Self::InProcess(_) => PluginStatus::default(),
@@ -60,9 +60,9 @@ impl Plugin {
     }
 
     /// Starts it again now where it waits for that or is in quarantine.
-    pub fn start_again(&self) {
+    pub fn restart(&self) {
         if let Self::Isolated(process) = self {
-            process.start_again();
+            process.restart();
         }
     }
 }
@@ -70,7 +70,7 @@ impl Plugin {
 /// A telemetry plugin that serves tags. One in this process stops when this is
 /// dropped, one in its own with the last of its [`Plugin`]s.
 pub enum RunningTelemetry {
-    /// In this process.
+    /// Instance in this process.
     InProcess(Box<InProcessTelemetry>),
     /// In a process of its own.
     Isolated(Arc<PluginProcess>),
@@ -79,10 +79,10 @@ pub enum RunningTelemetry {
 /// A telemetry plugin in this process.
 pub struct InProcessTelemetry {
     telemetry: Telemetry,
-    /// Samples that wait.
+    /// Queue of received samples.
     queue: Arc<SampleQueue>,
-    /// Watch for connections of this process to simulators.
-    simulators: Mutex<SimulatorWatch>,
+    /// Detector of connections of this process to simulators.
+    simulators: Mutex<SimulatorDetector>,
 }
 
 impl InProcessTelemetry {
@@ -113,12 +113,12 @@ impl InProcessTelemetry {
 }
 
 impl RunningTelemetry {
-    /// Whether a plugin can serve tags.
-    pub fn is_of(plugin: &Plugin) -> bool {
+    /// Reports whether a plugin has the telemetry capability.
+    pub fn has_telemetry(plugin: &Plugin) -> bool {
         plugin.info().capabilities.iter().any(|id| id == abi::TELEMETRY_ID)
     }
 
-    /// Whether a plugin could serve these tags, without connecting.
+    /// Validates tags and addresses with the plugin, without a connection.
     ///
     /// # Errors
     /// [`PluginError::WrongCapability`], or what the plugin says of addresses.
@@ -179,7 +179,7 @@ impl RunningTelemetry {
         }
     }
 
-    /// What it last said of its link, and what came through it.
+    /// Returns the last link state with the counts of samples.
     pub fn link(&self) -> LinkReport {
         match self {
             Self::InProcess(own) => own.telemetry.link(),
@@ -190,11 +190,11 @@ impl RunningTelemetry {
 
 /// An overlay with its bindings.
 pub enum RunningOverlay {
-    /// In this process.
+    /// Instance in this process.
     InProcess(Box<Overlay>),
     /// In a process of its own.
     Isolated {
-        /// The process.
+        /// Process of the plugin.
         process: Arc<PluginProcess>,
         /// The tags bound, in the order of the bindings.
         tags: Vec<TagHandle>,
@@ -228,7 +228,7 @@ impl RunningOverlay {
         }
     }
 
-    /// What it shows besides values; of an isolated one, what it said last.
+    /// Returns the legend and other content besides values; the last received one where isolated.
     pub fn description(&self) -> Arc<OverlayDescription> {
         match self {
             Self::InProcess(overlay) => overlay.description().clone(),
@@ -236,9 +236,9 @@ impl RunningOverlay {
         }
     }
 
-    /// What to draw for these tag states. An isolated overlay gives the last
-    /// whole picture that it worked out, unless that is too old to be shown;
-    /// for the picture of these very states the call waits up to `patience`.
+    /// Draws the overlay for these tag states. An isolated overlay returns the last complete
+    /// picture, unless that is too old. The call waits up to `patience` for the picture of these
+    /// very states.
     ///
     /// # Errors
     /// What the plugin says, the rule its result breaks, or how it ended.
@@ -254,7 +254,7 @@ impl RunningOverlay {
             }
             Self::Isolated { tags, .. } => tags.iter().map(|&tag| state(tag)).collect(),
         };
-        let scene_time = clock.of_values(states.iter().flatten());
+        let scene_time = clock.time_of_values(states.iter().flatten());
         match self {
             Self::InProcess(overlay) => overlay.draw_states(&states, scene_time).map(Arc::new),
             Self::Isolated { process, .. } => process.draw(states, scene_time, patience),
@@ -265,7 +265,7 @@ impl RunningOverlay {
 /// A plugin that orders collapses. Several meshes may be optimised at once.
 #[derive(Clone)]
 pub enum Optimizer {
-    /// In this process.
+    /// Instance in this process.
     InProcess(MeshOptimizer),
     /// In a process of its own.
     Isolated(Arc<PluginProcess>),
@@ -276,11 +276,13 @@ impl Optimizer {
     ///
     /// # Errors
     /// [`PluginError::WrongCapability`].
-    pub fn of(plugin: &Plugin) -> Result<Self, PluginError> {
+    pub fn from_plugin(plugin: &Plugin) -> Result<Self, PluginError> {
         match plugin {
-            Plugin::InProcess(instance) => MeshOptimizer::of(instance.clone()).map(Self::InProcess),
+            Plugin::InProcess(instance) => {
+                MeshOptimizer::from_instance(instance.clone()).map(Self::InProcess)
+            }
             Plugin::Isolated(process) => {
-                process.demand(abi::MESH_OPTIMIZER_ID)?;
+                process.require_capability(abi::MESH_OPTIMIZER_ID)?;
                 Ok(Self::Isolated(process.clone()))
             }
         }
@@ -296,7 +298,7 @@ impl Optimizer {
         &self,
         mesh: &Mesh,
         mut progress: impl FnMut(f32) -> bool,
-    ) -> Result<Optimised, PluginError> {
+    ) -> Result<OptimizedMesh, PluginError> {
         match self {
             Self::InProcess(optimizer) => optimizer.optimize(mesh, progress),
             Self::Isolated(process) => process.optimize(mesh, &mut progress),

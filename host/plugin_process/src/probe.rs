@@ -1,4 +1,4 @@
-//! What a plugin's process may write, without a process: for fuzzing.
+//! Entry points for fuzzing: messages and rings of a plugin's process, without a process.
 
 use std::fs::File;
 use std::os::unix::fs::FileExt;
@@ -10,32 +10,32 @@ use busbar_plugin_host::{
     TelemetryTag, check_commands, check_stages,
 };
 
-use crate::feed::Feed;
-use crate::frames::{self, Decoder};
+use crate::framing::{self, Decoder};
 use crate::loaded::check_infos;
 use crate::memory;
 use crate::message::{Answer, FromPlugin};
 use crate::ring::{RING_BYTES, RingReader};
+use crate::sample_feed::SampleFeed;
 
-/// What a message comes to.
+/// Results of decoding a message.
 #[derive(Debug)]
-pub enum Heard {
+pub enum DecodedMessage {
     /// A picture that may be drawn.
     Picture(OverlayPicture),
-    /// A failed call.
+    /// Result of a failed call.
     Failed(PluginError),
     /// So many collapses lie in the room for them.
     Optimized(u32),
     /// A rule that it breaks.
     Broken(String),
-    /// Anything else.
+    /// Message of another kind.
     Other,
 }
 
 /// The host's side of an isolated plugin.
 pub struct HostSide {
     decoder: Decoder,
-    feed: Feed,
+    feed: SampleFeed,
     ring: File,
     rules: PictureRules,
 }
@@ -48,10 +48,10 @@ impl HostSide {
     pub fn new(tags: &[TelemetryTag], bindings: &[OverlayBinding]) -> Result<Self, String> {
         let ring =
             memory::zeroed("ring", RING_BYTES).map_err(|error| format!("no ring: {error}"))?;
-        let mut feed = Feed::new(tags, SourcePolicy::default());
+        let mut feed = SampleFeed::new(tags, SourcePolicy::default());
         feed.attach(RingReader::new(&ring)?);
         Ok(Self {
-            decoder: frames::decoder(),
+            decoder: framing::decoder(),
             feed,
             ring,
             rules: PictureRules::new(bindings, &OverlayDescription::default()),
@@ -62,77 +62,89 @@ impl HostSide {
     ///
     /// # Errors
     /// Why the process would be ended.
-    pub fn receive(&mut self, bytes: &[u8], mut heed: impl FnMut(Heard)) -> Result<(), String> {
+    pub fn receive(
+        &mut self,
+        bytes: &[u8],
+        mut handle: impl FnMut(DecodedMessage),
+    ) -> Result<(), String> {
         self.decoder.push(bytes);
         while let Some(message) = self.decoder.message::<FromPlugin>()? {
             // What was read can be written, and then is read as the same.
-            let written = frames::encode(&message)?;
-            let again: FromPlugin = frames::decode(&written[frames::LENGTH_BYTES..])?;
-            if frames::encode(&again)? != written {
+            let written = framing::encode(&message)?;
+            let again: FromPlugin = framing::decode(&written[framing::LENGTH_BYTES..])?;
+            if framing::encode(&again)? != written {
                 return Err("a message that is another one when written again".into());
             }
-            heed(self.take(message));
+            handle(self.take(message));
         }
         Ok(())
     }
 
-    fn take(&mut self, message: FromPlugin) -> Heard {
+    fn take(&mut self, message: FromPlugin) -> DecodedMessage {
         let result = match message {
-            FromPlugin::Pong | FromPlugin::Progress { .. } => return Heard::Other,
+            FromPlugin::Pong | FromPlugin::Progress { .. } => return DecodedMessage::Other,
             FromPlugin::Link { state, message } => {
                 self.feed.note_link(state, &message);
-                return Heard::Other;
+                return DecodedMessage::Other;
             }
             FromPlugin::Done { result, .. } => result,
         };
         let checked = match result {
-            Err(fault) => return Heard::Failed(fault.into_error("plugin")),
+            Err(fault) => return DecodedMessage::Failed(fault.into_error("plugin")),
             Ok(Answer::Done | Answer::Simulating(_) | Answer::OptimizerDescribed { .. }) => {
-                return Heard::Other;
+                return DecodedMessage::Other;
             }
-            Ok(Answer::ChartDescribed(description)) => {
-                description.check().map(|()| Heard::Other).map_err(|fault| fault.to_string())
-            }
+            Ok(Answer::ChartDescribed(description)) => description
+                .check()
+                .map(|()| DecodedMessage::Other)
+                .map_err(|fault| fault.to_string()),
             Ok(Answer::ChartRead(page)) => {
                 let checked = page.check(busbar_chart::MAX_AXES as u32, MAX_PAGE_RECORDS);
-                checked.map(|()| Heard::Other).map_err(str::to_owned)
+                checked.map(|()| DecodedMessage::Other).map_err(str::to_owned)
             }
             Ok(Answer::Explained(explanation)) => {
                 let checked = explanation.check(usize::MAX);
-                checked.map(|()| Heard::Other).map_err(|fault| fault.to_string())
+                checked.map(|()| DecodedMessage::Other).map_err(|fault| fault.to_string())
             }
-            Ok(Answer::RecordsDescribed(description)) => {
-                description.check().map(|()| Heard::Other).map_err(|fault| fault.to_string())
-            }
+            Ok(Answer::RecordsDescribed(description)) => description
+                .check()
+                .map(|()| DecodedMessage::Other)
+                .map_err(|fault| fault.to_string()),
             Ok(Answer::RecordsRead(page)) => {
                 let columns = page.rows.first().map_or(0, |row| row.cells.len()) as u32;
                 let checked = page.check(columns, MAX_PAGE_ROWS);
-                checked.map(|()| Heard::Other).map_err(|fault| fault.to_string())
+                checked.map(|()| DecodedMessage::Other).map_err(|fault| fault.to_string())
             }
             Ok(Answer::AlarmsRead(report)) => {
                 let checked = report.check(report.revision);
-                checked.map(|()| Heard::Other).map_err(|fault| fault.to_string())
+                checked.map(|()| DecodedMessage::Other).map_err(|fault| fault.to_string())
             }
-            Ok(Answer::Commands(commands)) => check_commands(&commands).map(|()| Heard::Other),
+            Ok(Answer::Commands(commands)) => {
+                check_commands(&commands).map(|()| DecodedMessage::Other)
+            }
             Ok(Answer::Ran(report)) => {
                 let kept = report.bounded().diagnostics.len();
-                let rule = (kept <= MAX_DIAGNOSTICS).then_some(Heard::Other);
+                let rule = (kept <= MAX_DIAGNOSTICS).then_some(DecodedMessage::Other);
                 rule.ok_or_else(|| format!("{kept} diagnostics are kept"))
             }
-            Ok(Answer::Loaded { plugins, .. }) => check_infos(&plugins).map(|()| Heard::Other),
+            Ok(Answer::Loaded { plugins, .. }) => {
+                check_infos(&plugins).map(|()| DecodedMessage::Other)
+            }
             Ok(Answer::Configured(description)) => {
-                let checked = description.check().map(|()| Heard::Other);
+                let checked = description.check().map(|()| DecodedMessage::Other);
                 checked.map_err(str::to_owned)
             }
-            Ok(Answer::Drawn(picture)) => {
-                self.rules.check(&picture).map(|()| Heard::Picture(picture)).map_err(str::to_owned)
-            }
+            Ok(Answer::Drawn(picture)) => self
+                .rules
+                .check(&picture)
+                .map(|()| DecodedMessage::Picture(picture))
+                .map_err(str::to_owned),
             Ok(Answer::Optimized { collapses, stages }) => {
                 let stages = check_stages(&stages).map_err(str::to_owned);
-                stages.map(|()| Heard::Optimized(collapses))
+                stages.map(|()| DecodedMessage::Optimized(collapses))
             }
         };
-        checked.unwrap_or_else(Heard::Broken)
+        checked.unwrap_or_else(DecodedMessage::Broken)
     }
 
     /// Writes into the ring as its process can: anywhere.
@@ -153,8 +165,7 @@ impl HostSide {
     }
 }
 
-/// What the host makes of `count` collapses that a process left in the room for those of a
-/// mesh.
+/// Reads `count` collapses that a process wrote into the buffer for those of a mesh.
 ///
 /// # Errors
 /// The rule that they break, in words.

@@ -9,40 +9,40 @@ use std::time::{Duration, Instant, SystemTime};
 
 use busbar_geometry::{CollapseSequence, Mesh};
 use busbar_plugin_host::{
-    LinkReport, Optimised, OverlayBinding, OverlayDescription, OverlayPicture, PluginError,
+    LinkReport, OptimizedMesh, OverlayBinding, OverlayDescription, OverlayPicture, PluginError,
     PluginInfo, SampleSink, SourcePolicy, TelemetryTag, check_stages,
 };
 use busbar_tags::{SourceTime, TagState};
 
-use crate::feed::Feed;
 use crate::memory;
 use crate::message::{Answer, Request, ToPlugin};
+use crate::picture_mailbox::PictureMailbox;
+use crate::process_state::{Outcome, ProcessPhase, Shared, State};
 use crate::ring::{RING_BYTES, RingReader};
-use crate::shared::{Life, Outcome, Shared, State};
-use crate::simulator_watch::{SimulatorCheck, is_connected_to_simulator};
-use crate::slot::Slot;
+use crate::sample_feed::SampleFeed;
+use crate::simulator_detection::{SimulatorCheck, is_connected_to_simulator};
 use crate::socket_table::SocketOwner;
 use crate::status::{PluginState, PluginStatus};
 
-/// How often whoever waits for an optimiser is told how far it is.
+/// Period of progress calls to the caller of an optimizer.
 const PROGRESS_PERIOD: Duration = Duration::from_millis(20);
 
 /// The longest that noting the death of a process takes which is killed.
 const GIVE_UP_DEADLINE: Duration = Duration::from_secs(3);
-/// How often a change of the state is looked for.
+/// Period of polls for a change of state.
 const LOOK_PERIOD: Duration = Duration::from_millis(1);
 
 /// A library in a supervised process, and the one instance made from it.
 pub struct PluginProcess {
     pub(crate) shared: Arc<Shared>,
     pub(crate) supervisor: Option<JoinHandle<()>>,
-    /// Of the instance.
+    /// Description of the instance's plugin.
     pub(crate) info: PluginInfo,
     pub(crate) name: String,
 }
 
 impl PluginProcess {
-    /// What the plugin says of itself.
+    /// Returns the plugin's description of itself.
     pub fn info(&self) -> &PluginInfo {
         &self.info
     }
@@ -52,18 +52,18 @@ impl PluginProcess {
         &self.name
     }
 
-    /// How its process is.
+    /// Returns the state of the process.
     pub fn status(&self) -> PluginStatus {
         let state = self.shared.state();
         PluginStatus {
-            state: match state.life {
-                Life::Running => PluginState::Running,
-                Life::Starting(_) => PluginState::Starting,
-                Life::Waiting(until) => PluginState::Restarting {
+            state: match state.phase {
+                ProcessPhase::Running => PluginState::Running,
+                ProcessPhase::Starting(_) => PluginState::Starting,
+                ProcessPhase::Waiting(until) => PluginState::Restarting {
                     after: until.saturating_duration_since(Instant::now()),
                 },
-                Life::Quarantined => PluginState::Quarantined,
-                Life::Ended => PluginState::Ended,
+                ProcessPhase::Quarantined => PluginState::Quarantined,
+                ProcessPhase::Ended => PluginState::Ended,
             },
             deaths: state.deaths.count(),
             last_death: state.last_death.clone(),
@@ -73,10 +73,10 @@ impl PluginProcess {
     }
 
     /// Starts it again now if it waits for that or is in quarantine.
-    pub fn start_again(&self) {
+    pub fn restart(&self) {
         let mut state = self.shared.state();
-        if matches!(state.life, Life::Waiting(_) | Life::Quarantined) {
-            state.start_again = true;
+        if matches!(state.phase, ProcessPhase::Waiting(_) | ProcessPhase::Quarantined) {
+            state.restart = true;
             drop(state);
             self.shared.wake();
         }
@@ -100,23 +100,23 @@ impl PluginProcess {
     ) -> Result<(), PluginError> {
         let failed = |message: String| self.failed(message);
         let ring = memory::zeroed("ring", RING_BYTES).map_err(|error| failed(error.to_string()))?;
-        let mut feed = Feed::new(tags, policy);
+        let mut feed = SampleFeed::new(tags, policy);
         feed.attach(RingReader::new(&ring).map_err(failed)?);
         {
             let state = self.settled();
-            if state.life != Life::Running {
+            if state.phase != ProcessPhase::Running {
                 feed.lose(state.last_death.as_deref().unwrap_or("it is not running"));
             }
             *self.shared.feed() = Some(feed);
         }
-        let started = self.insist(Request::Start { tags: tags.to_vec() }, &[&ring]);
+        let started = self.configure_or_recover(Request::Start { tags: tags.to_vec() }, &[&ring]);
         started.inspect_err(|_| *self.shared.feed() = None)
     }
 
     pub(crate) fn drain(&self, sink: &mut impl SampleSink) {
-        let check = self.shared.feed().as_mut().and_then(Feed::simulator_check);
+        let check = self.shared.feed().as_mut().and_then(SampleFeed::simulator_check);
         if let Some(check) = check {
-            self.look_for_simulator(check);
+            self.check_for_simulator(check);
         }
         if let Some(feed) = self.shared.feed().as_mut() {
             feed.drain(sink);
@@ -125,7 +125,7 @@ impl PluginProcess {
 
     /// Looks whether the process is connected to a simulator of this machine, and marks its
     /// samples if so.
-    fn look_for_simulator(&self, check: SimulatorCheck) {
+    fn check_for_simulator(&self, check: SimulatorCheck) {
         // Not with the feed locked: its lock comes after that of the state.
         let pid = self.shared.state().pid;
         let is_simulated =
@@ -136,26 +136,31 @@ impl PluginProcess {
     }
 
     pub(crate) fn link(&self) -> Option<LinkReport> {
-        self.shared.feed().as_ref().map(Feed::link)
+        self.shared.feed().as_ref().map(SampleFeed::link)
     }
 
     pub(crate) fn scene_time(&self) -> Option<SourceTime> {
-        self.shared.feed().as_ref().and_then(Feed::scene_time)
+        self.shared.feed().as_ref().and_then(SampleFeed::scene_time)
     }
 
     pub(crate) fn configure(&self, bindings: &[OverlayBinding]) -> Result<(), PluginError> {
         // First: one that dies of it is started again with these.
         {
             let _settled = self.settled();
-            *self.shared.slot() = Some(Slot::new(bindings.to_vec()));
+            *self.shared.mailbox() = Some(PictureMailbox::new(bindings.to_vec()));
         }
-        let configured = self.insist(Request::Configure { bindings: bindings.to_vec() }, &[]);
-        configured.inspect_err(|_| *self.shared.slot() = None)
+        let configured =
+            self.configure_or_recover(Request::Configure { bindings: bindings.to_vec() }, &[]);
+        configured.inspect_err(|_| *self.shared.mailbox() = None)
     }
 
-    /// What the overlay shows besides values; nothing before it said so.
+    /// Returns the last description of the overlay; the default before the first one.
     pub(crate) fn description(&self) -> Arc<OverlayDescription> {
-        self.shared.slot().as_ref().map(|slot| slot.description().clone()).unwrap_or_default()
+        self.shared
+            .mailbox()
+            .as_ref()
+            .map(|mailbox| mailbox.description().clone())
+            .unwrap_or_default()
     }
 
     /// The last picture, which the states given lead to sooner or later. Waits
@@ -166,24 +171,27 @@ impl PluginProcess {
         scene_time: SystemTime,
         patience: Duration,
     ) -> Result<Arc<OverlayPicture>, PluginError> {
-        let number = match &mut *self.shared.slot() {
-            Some(slot) => slot.want(states, scene_time),
+        let number = match &mut *self.shared.mailbox() {
+            Some(mailbox) => mailbox.request(states, scene_time),
             None => return Err(self.failed("it is not configured".into())),
         };
         self.shared.wake();
         let until = Instant::now() + patience;
         loop {
-            let runs = self.shared.state().life == Life::Running;
-            let slot = self.shared.slot();
+            let runs = self.shared.state().phase == ProcessPhase::Running;
+            let mailbox = self.shared.mailbox();
             let left = until.saturating_duration_since(Instant::now());
-            let has = slot.as_ref().is_some_and(|slot| slot.has(number));
+            let has = mailbox.as_ref().is_some_and(|mailbox| mailbox.has(number));
             if has || !runs || left.is_zero() {
-                let picture = slot.as_ref().and_then(Slot::picture);
-                drop(slot);
+                let picture = mailbox.as_ref().and_then(PictureMailbox::picture);
+                drop(mailbox);
                 return self.picture(picture);
             }
             drop(
-                self.shared.drawn.wait_timeout(slot, left).unwrap_or_else(PoisonError::into_inner),
+                self.shared
+                    .drawn
+                    .wait_timeout(mailbox, left)
+                    .unwrap_or_else(PoisonError::into_inner),
             );
         }
     }
@@ -202,8 +210,8 @@ impl PluginProcess {
             }),
             None => {
                 let state = self.shared.state();
-                match (&state.life, &state.last_death) {
-                    (Life::Running, _) => lost("its picture is late".into()),
+                match (&state.phase, &state.last_death) {
+                    (ProcessPhase::Running, _) => lost("its picture is late".into()),
                     (_, Some(death)) => lost(death.clone()),
                     (_, None) => lost("it is starting".into()),
                 }
@@ -215,17 +223,17 @@ impl PluginProcess {
         &self,
         mesh: &Mesh,
         progress: &mut dyn FnMut(f32) -> bool,
-    ) -> Result<Optimised, PluginError> {
+    ) -> Result<OptimizedMesh, PluginError> {
         let failed = |error: std::io::Error| self.failed(format!("shared memory: {error}"));
         let described = self.call_long(Request::DescribeOptimizer, &[], progress)?;
         let Answer::OptimizerDescribed { reads_wedges } = described else {
-            return Err(self.shared.confused());
+            return Err(self.shared.unexpected_answer());
         };
         let (sizes, shared_mesh) = memory::write_mesh(mesh, reads_wedges).map_err(failed)?;
         let room = memory::room_for_collapses(mesh).map_err(failed)?;
         let outcome = self.call_long(Request::Optimize { sizes }, &[&shared_mesh, &room], progress);
         let Answer::Optimized { collapses, stages } = outcome? else {
-            return Err(self.shared.confused());
+            return Err(self.shared.unexpected_answer());
         };
         let violation = |what: String| PluginError::Violation { id: self.info.id.clone(), what };
         check_stages(&stages).map_err(|what| violation(what.into()))?;
@@ -234,11 +242,11 @@ impl PluginProcess {
         let count = mesh.positions.len() as u32;
         let sequence = CollapseSequence::new(entries, count)
             .map_err(|source| PluginError::Sequence { id: self.info.id.clone(), source })?;
-        Ok(Optimised { sequence, stages })
+        Ok(OptimizedMesh { sequence, stages })
     }
 
-    /// Whether it has a capability.
-    pub(crate) fn demand(&self, capability: &'static str) -> Result<(), PluginError> {
+    /// Checks that the plugin has a capability.
+    pub(crate) fn require_capability(&self, capability: &'static str) -> Result<(), PluginError> {
         if self.info.capabilities.iter().any(|id| id == capability) {
             return Ok(());
         }
@@ -261,12 +269,12 @@ impl PluginProcess {
         files: &[&File],
         progress: &mut dyn FnMut(f32) -> bool,
     ) -> Outcome {
-        let waiting = self.shared.begin(request, files)?;
+        let waiting = self.shared.start_call(request, files)?;
         let mut cancelled = false;
         loop {
             match waiting.outcome.recv_timeout(PROGRESS_PERIOD) {
                 Ok(outcome) => return outcome,
-                Err(RecvTimeoutError::Disconnected) => return Err(self.shared.confused()),
+                Err(RecvTimeoutError::Disconnected) => return Err(self.shared.unexpected_answer()),
                 Err(RecvTimeoutError::Timeout) => {}
             }
             let fraction = f32::from_bits(waiting.progress.load(Ordering::Relaxed));
@@ -282,19 +290,23 @@ impl PluginProcess {
         match self.shared.call(request, files)? {
             Answer::Done => Ok(()),
             Answer::Configured(description) => self.shared.describe(description),
-            _ => Err(self.shared.confused()),
+            _ => Err(self.shared.unexpected_answer()),
         }
     }
 
     /// Asks for what makes the plugin what it is to be. A process that died of it is
     /// started again and asked again, and one whose plugin fails by itself is killed
     /// for that: neither is a failure of the view.
-    pub(crate) fn insist(&self, request: Request, files: &[&File]) -> Result<(), PluginError> {
+    pub(crate) fn configure_or_recover(
+        &self,
+        request: Request,
+        files: &[&File],
+    ) -> Result<(), PluginError> {
         let what = request.name();
         match self.done(request, files) {
             Err(PluginError::Lost { .. }) => Ok(()),
-            Err(error) if error.is_plugins_own() => {
-                self.give_up(format!("`{what}` failed: {error}"));
+            Err(error) if error.is_reported_by_plugin() => {
+                self.kill_and_wait(format!("`{what}` failed: {error}"));
                 Ok(())
             }
             done => done,
@@ -306,9 +318,9 @@ impl PluginProcess {
     fn settled(&self) -> MutexGuard<'_, State> {
         loop {
             let state = self.shared.state();
-            match state.life {
+            match state.phase {
                 // It ends with its calls, which have deadlines.
-                Life::Starting(_) => drop(state),
+                ProcessPhase::Starting(_) => drop(state),
                 _ => return state,
             }
             std::thread::sleep(LOOK_PERIOD);
@@ -316,10 +328,10 @@ impl PluginProcess {
     }
 
     /// Has the process killed, and waits until that is noted.
-    fn give_up(&self, reason: String) {
+    fn kill_and_wait(&self, reason: String) {
         let deaths = {
             let mut state = self.shared.state();
-            state.given_up = Some(reason);
+            state.kill_reason = Some(reason);
             state.deaths.count()
         };
         self.shared.wake();

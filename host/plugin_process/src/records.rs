@@ -13,7 +13,7 @@ use crate::process::PluginProcess;
 /// The records of a plugin. Calls take as long as the plugin takes: not for frames.
 #[derive(Clone)]
 pub enum RunningRecords {
-    /// In this process.
+    /// Instance in this process.
     InProcess(Records),
     /// In a process of its own.
     Isolated(Arc<PluginProcess>),
@@ -24,17 +24,19 @@ impl RunningRecords {
     ///
     /// # Errors
     /// [`PluginError::WrongCapability`].
-    pub fn of(plugin: &Plugin) -> Result<Self, PluginError> {
+    pub fn from_plugin(plugin: &Plugin) -> Result<Self, PluginError> {
         match plugin {
-            Plugin::InProcess(instance) => Records::of(instance.clone()).map(Self::InProcess),
+            Plugin::InProcess(instance) => {
+                Records::from_instance(instance.clone()).map(Self::InProcess)
+            }
             Plugin::Isolated(process) => {
-                process.demand(abi::RECORDS_ID)?;
+                process.require_capability(abi::RECORDS_ID)?;
                 Ok(Self::Isolated(process.clone()))
             }
         }
     }
 
-    /// Which lists it has.
+    /// Describes the lists of records of the plugin.
     ///
     /// # Errors
     /// What the plugin says, the rule that its answer breaks, or how its process ended.
@@ -46,7 +48,7 @@ impl RunningRecords {
                     description.check().map_err(|fault| process.broken(fault))?;
                     Ok(description)
                 }
-                _ => Err(process.shared.confused()),
+                _ => Err(process.shared.unexpected_answer()),
             },
         }
     }
@@ -72,7 +74,7 @@ impl RunningRecords {
                         page.check(columns, count).map_err(|fault| process.broken(fault))?;
                         Ok(page)
                     }
-                    _ => Err(process.shared.confused()),
+                    _ => Err(process.shared.unexpected_answer()),
                 }
             }
         }

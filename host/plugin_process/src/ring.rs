@@ -47,23 +47,23 @@ pub(crate) const RING_BYTES: u64 = ((HEADER_WORDS + RING_SAMPLES * WORDS) * 8) a
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct RawSample {
     pub(crate) sample: BusbarSample,
-    /// When it was published; all processes share that clock.
+    /// Time of publication, on the clock that all processes share.
     pub(crate) published: Moment,
 }
 
-/// The shared words.
-struct Words(MmapRaw);
+/// Words of the shared memory.
+struct SharedWords(MmapRaw);
 
 /// The end that a plugin's process writes to. One thread at a time.
 pub(crate) struct RingWriter {
-    words: Words,
+    words: SharedWords,
     written: u64,
     backlog: Backlog<RawSample>,
 }
 
 /// The end that the host reads.
 pub(crate) struct RingReader {
-    words: Words,
+    words: SharedWords,
     read: u64,
 }
 
@@ -90,7 +90,7 @@ impl Update for RawSample {
     }
 }
 
-impl Words {
+impl SharedWords {
     fn map(memory: &File) -> Result<Self, String> {
         let fault = |error: std::io::Error| format!("shared memory cannot be used: {error}");
         let length = memory.metadata().map_err(fault)?.len();
@@ -123,7 +123,7 @@ impl Words {
 impl RingWriter {
     /// Writes into memory that [`RingReader`] made.
     pub(crate) fn new(memory: &File) -> Result<Self, String> {
-        let words = Words::map(memory)?;
+        let words = SharedWords::map(memory)?;
         let written = words.word(WRITTEN).load(Ordering::Acquire);
         Ok(Self { words, written, backlog: Backlog::default() })
     }
@@ -195,7 +195,7 @@ impl RingWriter {
 impl RingReader {
     /// Reads from zeroed memory of [`RING_BYTES`] whose size is sealed.
     pub(crate) fn new(memory: &File) -> Result<Self, String> {
-        Ok(Self { words: Words::map(memory)?, read: 0 })
+        Ok(Self { words: SharedWords::map(memory)?, read: 0 })
     }
 
     /// Hands over what was written up to now, the oldest first, with the end of the last

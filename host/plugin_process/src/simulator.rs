@@ -10,19 +10,19 @@ use busbar_plugin_host::{
 use crate::message::{Answer, Request};
 use crate::plugin::Plugin;
 use crate::process::PluginProcess;
-use crate::shared::Simulated;
+use crate::process_state::SimulationSetup;
 
 /// A plugin that is the device of its tags. One in this process stops when this is
 /// dropped, one in its own with the last of its [`Plugin`]s.
 pub enum RunningSimulator {
-    /// In this process.
+    /// Instance in this process.
     InProcess(Simulator),
     /// In a process of its own.
     Isolated(Arc<PluginProcess>),
 }
 
 impl RunningSimulator {
-    /// Whether a plugin says that it can be a device.
+    /// Reports whether a plugin has the simulator capability.
     pub fn is_offered_by(plugin: &Plugin) -> bool {
         plugin.info().capabilities.iter().any(|id| id == abi::SIMULATOR_ID)
     }
@@ -45,7 +45,11 @@ impl RunningSimulator {
                     .map(Self::InProcess)
             }
             Plugin::Isolated(process) => {
-                process.simulate(Simulated { tags, simulation: simulation.clone(), scenario })?;
+                process.simulate(SimulationSetup {
+                    tags,
+                    simulation: simulation.clone(),
+                    scenario,
+                })?;
                 Ok(Self::Isolated(process.clone()))
             }
         }
@@ -59,7 +63,7 @@ impl RunningSimulator {
         }
     }
 
-    /// How it goes.
+    /// Asks for the status of the simulation.
     ///
     /// # Errors
     /// What the plugin says, or how its process ended.
@@ -72,7 +76,7 @@ impl RunningSimulator {
 }
 
 impl PluginProcess {
-    fn simulate(&self, simulated: Simulated) -> Result<(), PluginError> {
+    fn simulate(&self, simulated: SimulationSetup) -> Result<(), PluginError> {
         let request = simulated.clone().into_request();
         // First: one that dies is started again as that device.
         *self.shared.simulation() = Some(simulated);
@@ -85,7 +89,7 @@ impl PluginProcess {
                 endpoint: shown(&status.endpoint, abi::BUSBAR_SIMULATOR_MESSAGE_CAPACITY),
                 ..status
             }),
-            _ => Err(self.shared.confused()),
+            _ => Err(self.shared.unexpected_answer()),
         }
     }
 }

@@ -25,7 +25,7 @@ const MAX_FILES: usize = 256;
 /// Permissions of the folder: nobody's but the user's.
 const FOLDER_MODE: u32 = 0o700;
 const FILE_MODE: u32 = 0o600;
-/// Permissions of others.
+/// Permission bits of group and others.
 const MODE_OF_OTHERS: u32 = 0o077;
 
 /// A process that simulates devices, with its children.

@@ -16,7 +16,7 @@ const MAX_DESCRIPTORS: usize = 1 << 16;
 /// State of a listening socket in the kernel's tables.
 const LISTENING: u8 = 0x0a;
 
-/// A TCP socket.
+/// TCP socket from `/proc/net/tcp`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct TcpSocket {
     local: SocketAddr,
@@ -65,7 +65,7 @@ impl SocketScan {
     }
 }
 
-/// Owner of sockets.
+/// Process that owns sockets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum SocketOwner {
     /// A process without its children.

@@ -1,42 +1,42 @@
-//! How a plugin's process is, in words and numbers.
+//! Status of a plugin's process, in words and numbers.
 
 use std::os::unix::process::ExitStatusExt;
 use std::process::ExitStatus;
 use std::time::Duration;
 
-/// How a plugin is.
+/// Status of a plugin's process.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PluginStatus {
-    /// What it is doing.
+    /// Phase of the process.
     pub state: PluginState,
     /// Times that its process ended or was killed.
     pub deaths: u64,
-    /// How it ended last.
+    /// Reason of the last exit.
     pub last_death: Option<String>,
-    /// Its process.
+    /// Id of its process.
     pub pid: Option<u32>,
     /// Memory that its process has in RAM, bytes.
     pub memory_bytes: Option<u64>,
 }
 
-/// What a plugin is doing.
+/// Phases of a plugin's process.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum PluginState {
-    /// It runs in the viewer's own process.
+    /// Plugin runs in the viewer's own process.
     #[default]
     InProcess,
-    /// Its process runs.
+    /// The process is running.
     Running,
-    /// Its process is being started.
+    /// Process is being started.
     Starting,
-    /// It died and is started again after this time.
+    /// Process crashed and is restarted after a delay.
     Restarting {
-        /// Time left.
+        /// Time until the restart.
         after: Duration,
     },
-    /// It died too often and stays as it is until somebody starts it.
+    /// Process crashed too often and stays ended until somebody restarts it.
     Quarantined,
-    /// It is over.
+    /// Process has ended for good.
     Ended,
 }
 
@@ -54,7 +54,7 @@ impl PluginState {
     }
 }
 
-/// How a process ended: `killed by SIGSEGV`, `exited with code 3`.
+/// Describes the exit of a process: `killed by SIGSEGV`, `exited with code 3`.
 pub(crate) fn ending(status: ExitStatus) -> String {
     match (status.signal(), status.code()) {
         (Some(signal), _) => format!("killed by {}", signal_name(signal)),

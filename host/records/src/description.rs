@@ -1,8 +1,8 @@
-//! Which lists there are, as a plugin describes them.
+//! Description of a plugin's record lists, with its limits.
 
 use serde::{Deserialize, Serialize};
 
-use crate::{RecordFault, is_line};
+use crate::{RecordError, is_line};
 
 /// Lists of a plugin.
 const MAX_LISTS: usize = 16;
@@ -22,67 +22,67 @@ pub struct Description {
     pub lists: Vec<ListInfo>,
 }
 
-/// What a list is about.
+/// Subject of a list.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
-    /// What happened to equipment or is to be done: work orders, inspections, defects.
+    /// Events and tasks: work orders, inspections, defects.
     #[default]
     Business,
-    /// What equipment is: maker, year, rating, criticality.
+    /// Properties of equipment: maker, year, rating, criticality.
     Asset,
 }
 
 /// A list without its rows.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ListInfo {
-    /// What it is called.
+    /// Title shown to people.
     pub title: String,
-    /// What it is about.
+    /// Subject of the list.
     pub kind: Kind,
-    /// Where it comes from, such as the name of a file.
+    /// Origin of the rows, such as the name of a file.
     pub source: String,
-    /// Its columns.
+    /// Columns of the list.
     pub columns: Vec<Column>,
-    /// When its rows were such in the source, nanoseconds since 1970-01-01 UTC; `None` where
-    /// it never was read.
+    /// Time at which the source had these rows, nanoseconds since 1970-01-01 UTC; `None` where it
+    /// was never read.
     pub as_of_unix_nanos: Option<i64>,
-    /// How long rows count as current after that, seconds; 0 for ever.
+    /// Duration for which rows count as current, seconds; 0 for ever.
     pub valid_seconds: u64,
-    /// Why the source cannot be read now; its rows are as they last were.
+    /// Reason why the source cannot be read now; the rows are the last ones read.
     pub fault: Option<String>,
     /// Rows of the source that are left out.
     pub left_out: u64,
     /// The first of them, and why.
-    pub faults: Vec<RowFault>,
+    pub faults: Vec<RowError>,
 }
 
 /// A row that is left out.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct RowFault {
+pub struct RowError {
     /// The line of a file, or the row of a result; the first is 1.
     pub row: u64,
-    /// What is wrong with it.
+    /// Explanation of the error.
     pub reason: String,
 }
 
-/// A column.
+/// Column of a list.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Column {
-    /// What it is called.
+    /// Name shown to people.
     pub name: String,
-    /// What stands in it.
+    /// Type of its cells.
     #[serde(rename = "type")]
     pub column_type: ColumnType,
     /// Unit; empty for none.
     pub unit: String,
 }
 
-/// What stands in a column; an empty cell fits all.
+/// Type of a column's cells; an empty cell fits all.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ColumnType {
-    /// Any text.
+    /// Text of any form.
     #[default]
     Text,
     /// A number with `.` before its fraction.
@@ -92,17 +92,17 @@ pub enum ColumnType {
 }
 
 impl Description {
-    /// Whether it is such as a plugin may give.
+    /// Validates the description against the limits.
     ///
     /// # Errors
     /// The rule that it breaks.
-    pub fn check(&self) -> Result<(), RecordFault> {
+    pub fn check(&self) -> Result<(), RecordError> {
         if self.lists.len() > MAX_LISTS {
             let count = self.lists.len();
-            return Err(RecordFault::new(format!("it has {count} lists of records")));
+            return Err(RecordError::new(format!("it has {count} lists of records")));
         }
         self.lists.iter().enumerate().try_for_each(|(index, list)| {
-            list.check().map_err(|what| RecordFault(format!("list {index} of records: {what}")))
+            list.check().map_err(|what| RecordError(format!("list {index} of records: {what}")))
         })
     }
 }

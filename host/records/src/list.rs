@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::{Kind, ListInfo, Record, RecordFault};
+use crate::{Kind, ListInfo, Record, RecordError};
 
 /// Rows of a list.
 pub const MAX_ROWS: usize = 200_000;
@@ -19,23 +19,23 @@ pub struct List {
 }
 
 impl List {
-    /// Without rows yet.
+    /// Creates a list without rows.
     pub fn new(info: ListInfo) -> Self {
         Self { info, ..Self::default() }
     }
 
-    /// Takes more rows.
+    /// Appends rows after validation.
     ///
     /// # Errors
     /// The rule that they break; those before the one that breaks it are there then.
-    pub fn append(&mut self, rows: Vec<Record>) -> Result<(), RecordFault> {
+    pub fn append(&mut self, rows: Vec<Record>) -> Result<(), RecordError> {
         for row in rows {
             row.check(self.info.columns.len())?;
             self.bytes += row.bytes();
             if self.rows.len() >= MAX_ROWS || self.bytes > MAX_BYTES {
                 let title = &self.info.title;
                 let limits = format!("{MAX_ROWS} rows or {MAX_BYTES} bytes");
-                return Err(RecordFault(format!("the list '{title}' has more than {limits}")));
+                return Err(RecordError(format!("the list '{title}' has more than {limits}")));
             }
             let index = self.rows.len() as u32;
             match self.of_equipment.get_mut(&row.equipment) {
@@ -47,17 +47,17 @@ impl List {
         Ok(())
     }
 
-    /// What it is.
+    /// Returns the description of the list.
     pub fn info(&self) -> &ListInfo {
         &self.info
     }
 
-    /// How many rows there are.
+    /// Returns the number of rows.
     pub fn len(&self) -> usize {
         self.rows.len()
     }
 
-    /// Whether there is none.
+    /// Reports whether the list is empty.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
@@ -67,7 +67,7 @@ impl List {
         self.bytes
     }
 
-    /// What its rows call equipment, each once, in no order.
+    /// Iterates over the equipment names of the rows, each once, in no order.
     pub fn equipment(&self) -> impl Iterator<Item = &str> {
         self.of_equipment.keys().map(String::as_str)
     }

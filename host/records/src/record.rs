@@ -2,14 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{RecordFault, is_line};
+use crate::{RecordError, is_line};
 
 /// Bytes of an equipment id, or of a cell.
 pub const MAX_TEXT_BYTES: usize = 1024;
-/// What a text counts besides its bytes.
+/// Bytes counted for a text besides its own.
 const TEXT_OVERHEAD: usize = 32;
 
-/// How bad a defect is, in the words of DL/T 664 for thermography, which sites use of all.
+/// Severity of a defect in the terms of DL/T 664, which sites use for all defects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Severity {
     /// To be mended when there is occasion.
@@ -38,11 +38,11 @@ pub struct Record {
     pub equipment: String,
     /// A text a column.
     pub cells: Vec<String>,
-    /// When it was reported or done, nanoseconds since 1970-01-01 UTC.
+    /// Time of the report or of the work, nanoseconds since 1970-01-01 UTC.
     pub unix_nanos: Option<i64>,
-    /// How bad it is, where it is a defect.
+    /// Severity of a defect; none for other records.
     pub severity: Option<Severity>,
-    /// Whether something is to be done still.
+    /// True while something is still to be done.
     pub is_open: bool,
 }
 
@@ -53,27 +53,27 @@ impl Record {
         texts.map(|text| text.len() + TEXT_OVERHEAD).sum()
     }
 
-    /// Whether it belongs into a list with so many columns.
+    /// Validates the record for a list with so many columns.
     ///
     /// # Errors
     /// The rule that it breaks.
-    pub fn check(&self, columns: usize) -> Result<(), RecordFault> {
+    pub fn check(&self, columns: usize) -> Result<(), RecordError> {
         if self.cells.len() != columns {
             let count = self.cells.len();
-            return Err(RecordFault(format!("a row has {count} cells for {columns} columns")));
+            return Err(RecordError(format!("a row has {count} cells for {columns} columns")));
         }
         if self.equipment.is_empty() || !is_line(&self.equipment, MAX_TEXT_BYTES) {
             let what = "the equipment of a row is empty, too long or not one line";
-            return Err(RecordFault::new(what));
+            return Err(RecordError::new(what));
         }
         if self.cells.iter().any(|cell| cell.len() > MAX_TEXT_BYTES) {
-            return Err(RecordFault(format!("a cell has more than {MAX_TEXT_BYTES} bytes")));
+            return Err(RecordError(format!("a cell has more than {MAX_TEXT_BYTES} bytes")));
         }
         Ok(())
     }
 
-    /// What must be looked at first comes first: what is open, of that the newest, of the
-    /// same time the severest. What has no time comes last of its own.
+    /// Sort key of urgency: open records first, of these the newest, of the same time the
+    /// severest. Records without a time come last of their group.
     pub(crate) fn urgency(&self) -> impl Ord + use<> {
         std::cmp::Reverse((self.is_open, self.unix_nanos, self.severity))
     }

@@ -1,7 +1,7 @@
 //! Rows are found by what equipment is called, the urgent first; nothing breaks the rules.
 
 use busbar_records::{
-    Column, Description, Kind, List, ListInfo, MAX_TEXT_BYTES, Record, RowFault, Severity,
+    Column, Description, Kind, List, ListInfo, MAX_TEXT_BYTES, Record, RowError, Severity,
 };
 
 fn info(kind: Kind) -> ListInfo {
@@ -65,7 +65,7 @@ fn what_breaks_a_rule_is_refused_in_words() {
         let fault = List::new(info(Kind::Business)).append(vec![bad]).unwrap_err();
         assert!(fault.to_string().contains(words), "{fault}");
     }
-    let fault = |reason: &str| RowFault { row: 3, reason: reason.into() };
+    let fault = |reason: &str| RowError { row: 3, reason: reason.into() };
     let good = ListInfo { left_out: 1, faults: vec![fault("no date")], ..info(Kind::Asset) };
     assert_eq!(Description { lists: vec![good.clone()] }.check(), Ok(()));
     for (bad, words) in [

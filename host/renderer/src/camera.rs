@@ -1,16 +1,16 @@
-//! The camera.
+//! Camera: view matrix and reverse-Z projection, perspective or orthographic.
 
 use glam::camera::rh::{proj::vulkan, view};
 use glam::{Mat3, Mat4, Vec3, Vec4};
 
-/// Where the picture is taken from, and through what lens.
+/// View and projection that a picture is taken with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraView {
     /// World to camera space: x right, y up, looking along -z; metres.
     pub camera_from_world: Mat4,
     /// Camera to Vulkan clip space: y down, reverse-Z (near is 1, far is 0).
     pub projection: Mat4,
-    /// World space, metres.
+    /// Position of the eye in world space, metres.
     pub eye: Vec3,
 }
 
@@ -69,7 +69,7 @@ impl CameraView {
         Self { camera_from_world: view::look_to_mat4(eye, forward, up), projection, eye }
     }
 
-    /// Whether what is far is as large as what is near.
+    /// Reports whether the projection is orthographic, so that size does not depend on depth.
     pub fn is_orthographic(&self) -> bool {
         self.projection.row(3) == Vec4::W
     }

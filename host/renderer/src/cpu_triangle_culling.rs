@@ -1,7 +1,9 @@
-//! Where the processor draws, each draw costs time, and so does a triangle that faces away from
-//! the eye, is beside the picture or hidden. So draws beside each other that differ in their
-//! triangles alone are gathered into one, without those; and instances of large meshes are
-//! gathered one by one, since of each something else is hidden.
+//! CPU triangle culling: on software rasterizers, the meshes of one model are batched into one
+//! indexed draw after back-face and occlusion culling.
+//!
+//! A software rasterizer pays for each draw, and for each triangle that is back-facing, off screen
+//! or occluded. Neighbouring draws that differ only in their triangles are merged. Instances of
+//! large meshes are culled one by one, since each has other triangles hidden.
 
 use std::cell::Cell;
 use std::ops::Range;
@@ -41,8 +43,8 @@ const NORMAL_SCALE: f32 = 127.0;
 /// Length of a way to the eye in whole numbers: times [`NORMAL_SCALE`] it fits 16 bits.
 const EYE_SCALE: f32 = 255.0;
 
-/// How far before a triangle of a unit's distance an eye may be that is behind it by these: half
-/// a number along each axis of either, and rounding.
+/// Tolerance of the conservative back-face test on quantised normals and directions, as a share of
+/// the distance: half a step along each axis of either, and rounding.
 const BACK_FACE_TOLERANCE: f32 = 0.0107;
 
 /// Bytes of a triangle's indices.
@@ -55,16 +57,16 @@ pub(crate) struct CullableTriangles {
     blocks: TriangleBlocks,
 }
 
-/// Where triangles are and whence they are seen, [`BLOCK`] by [`BLOCK`].
+/// Quantised normals and bounds of triangles, in blocks of [`BLOCK`].
 pub(crate) struct TriangleBlocks {
     blocks: Vec<Block>,
-    /// Triangles.
+    /// Number of triangles in all blocks.
     count: usize,
 }
 
-/// Of so many triangles, mesh space.
+/// Culling data of up to [`BLOCK`] triangles, mesh space.
 struct Block {
-    /// Their normals along each axis, of a length of [`NORMAL_SCALE`].
+    /// Quantised face normals, axis by axis, each [`NORMAL_SCALE`] long.
     normals: [[i8; BLOCK]; 3],
     bounds: Bounds,
 }
@@ -102,8 +104,8 @@ impl CullableTriangles {
         indices.is_host_visible().then(|| Self { indices: indices.clone(), blocks })
     }
 
-    /// Whether they are gathered: those of one instance, or so many an instance that it pays to
-    /// see what of each is hidden, if anything is. Their vertices are the mesh's own.
+    /// Reports whether a batch is culled: one instance, or instances of enough triangles for the
+    /// occlusion test to pay. Vertices must not be morphed.
     pub(crate) fn is_culled_for(
         &self,
         batch: &Batch,
@@ -175,7 +177,8 @@ impl TriangleBlocks {
 }
 
 impl Block {
-    /// How far an eye is before each of its triangles, and less than what it is surely behind.
+    /// Computes the facing score of each triangle to an eye, and the threshold below which a
+    /// triangle is certainly back-facing.
     fn facing_scores(&self, eye: Vec3) -> ([i16; BLOCK], i16) {
         // From a triangle it is seen as from the middle, but for this.
         let to_eye = eye - self.bounds.center();
@@ -196,14 +199,14 @@ impl Block {
     }
 }
 
-/// What a frame gathers.
+/// Triangle culler of one frame, with the index buffer that it fills.
 pub(crate) struct TriangleCuller<'a> {
     buffer: &'a Buffer,
     /// World space; `None` where there is no one point that all is seen from.
     eye: Option<Vec3>,
     /// `None` where nothing is hidden.
     occlusion_test: Option<OcclusionTest<'a>>,
-    /// Triangles in it.
+    /// Number of triangles written to the buffer.
     taken: Cell<u32>,
 }
 
@@ -211,20 +214,20 @@ pub(crate) struct TriangleCuller<'a> {
 #[derive(Clone)]
 pub(crate) struct CulledRange<'a> {
     pub(crate) faces: &'a CullableTriangles,
-    /// Triangles.
+    /// Range of triangles within the mesh.
     pub(crate) range: Range<u32>,
     /// Added to each index.
     pub(crate) first_vertex: u32,
-    /// Of the views that go with it.
+    /// Index of the instance's [`InstanceView`].
     pub(crate) view: u32,
-    /// Those that face away are left out.
+    /// Back-face culling: back-facing triangles are left out.
     pub(crate) culls_back_faces: bool,
 }
 
-/// How an instance is seen.
+/// Eye and transform of an instance, as culling needs them.
 #[derive(Clone, Copy)]
 pub(crate) struct InstanceView {
-    /// Mesh space.
+    /// Position of the eye in mesh space.
     eye: Option<Vec3>,
     /// Clip space from that of the mesh, where something is hidden.
     clip_from_mesh: Option<Mat4>,
@@ -250,7 +253,7 @@ impl<'a> TriangleCuller<'a> {
         }
     }
 
-    /// What tells what is hidden, if anything is.
+    /// Returns the occlusion test, if occlusion culling is on.
     pub(crate) fn occlusion_test(&self) -> Option<OcclusionTest<'a>> {
         self.occlusion_test
     }

@@ -29,17 +29,17 @@ pub const SLICE_RECORDS: usize = 1 << 16;
 /// Records of a mask word.
 const WORD: usize = 32;
 
-/// What counts, and what was counted.
+/// GPU state of density counting: pipelines, uploaded records, the running and the last count.
 pub(crate) struct DensityResources {
     pipelines: DensityPipelines,
-    /// Of the values that are on the device.
+    /// Revision of the values on the device.
     revision: Option<u64>,
     chunks: Vec<RecordChunk>,
     running: Option<RunningCount>,
     shown: Option<DensityPicture>,
 }
 
-/// What is being counted.
+/// Count that is under way, slice by slice.
 struct RunningCount {
     arrangement: u64,
     /// Counts of all, of those meant, and the mask.
@@ -47,13 +47,13 @@ struct RunningCount {
     group: BindGroup,
     /// Records that were handed to the device.
     handed: usize,
-    /// Of the slice before.
+    /// Submission of the slice before.
     submission: Submission,
     /// Once all were: the picture, and where its summary arrives.
     last: Option<(Buffer, Buffer)>,
 }
 
-/// What was counted, laid out.
+/// Finished count with its density picture.
 pub(crate) struct DensityPicture {
     summary: DensitySummary,
     counts: [Buffer; 3],

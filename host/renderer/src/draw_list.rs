@@ -1,4 +1,4 @@
-//! What is drawn, kept between frames.
+//! Retained draw list: instances kept between frames, with a bounded change log.
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -11,15 +11,15 @@ pub const MAX_DRAW_CHANGES: usize = 1 << 14;
 /// In place of an index: nothing is drawn there.
 const EMPTY: u32 = u32::MAX;
 
-/// What is drawn, in numbered places that may be empty. It knows what changed, so that a
-/// frame costs by what changed and not by what there is.
+/// Instances to draw, in numbered places that may be empty. A log of changes lets a frame cost by
+/// what changed, not by how many instances there are.
 ///
 /// Its revisions are like no other list's: a copy goes its own way from where it was made.
 #[derive(Clone, Debug, Default)]
 pub struct DrawList {
-    /// Of each place its index in `drawn`, or [`EMPTY`].
+    /// Index in `drawn` of each place, or [`EMPTY`].
     places: Vec<u32>,
-    /// What there is, in no order, and in which place: of a great scene that is little.
+    /// Instances in no particular order, each with its place: few of a large scene.
     drawn: Vec<(u32, DrawInstance)>,
     revision: u64,
     /// The revision before the first of `changes`.
@@ -34,17 +34,17 @@ impl DrawList {
         Self { places: vec![EMPTY; count], ..Self::default() }
     }
 
-    /// How many places it has, empty ones included.
+    /// Returns the number of places, empty ones included.
     pub fn len(&self) -> usize {
         self.places.len()
     }
 
-    /// Whether it has no places.
+    /// Reports whether the list has no places.
     pub fn is_empty(&self) -> bool {
         self.places.is_empty()
     }
 
-    /// What is in a place.
+    /// Returns the instance in a place.
     pub fn get(&self, place: usize) -> Option<&DrawInstance> {
         self.get_drawn(*self.places.get(place)?)
     }
@@ -129,7 +129,7 @@ impl DrawList {
     }
 }
 
-/// What a frame draws.
+/// Source of the instances that a frame draws.
 #[derive(Clone, Copy, Debug)]
 pub enum InstanceSource<'a> {
     /// Listed for this frame.

@@ -1,4 +1,4 @@
-//! What of a roster a camera sees, as draw calls.
+//! Draw plan: visible instances of a frame, frustum culled and grouped into batches.
 
 use std::cell::LazyCell;
 use std::ops::Range;
@@ -17,17 +17,17 @@ use crate::visibility::CullView;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Batch {
     pub(crate) key: IndexKey,
-    /// Where it is on its way to, if it is.
+    /// Morph target and weight, if the mesh morphs.
     pub(crate) morph: Option<MorphKey>,
-    /// The transforms mirror.
+    /// Handedness: the transforms mirror.
     pub(crate) mirrored: bool,
     pub(crate) highlights: Highlights,
     /// Range in [`DrawPlan::instances`]: those that may be in the picture. Where there are
     /// none, it is ready for the camera to turn, but not drawn.
     pub(crate) instances: Range<u32>,
-    /// How many of these, the first ones, are drawn before the rest.
+    /// Number of instances, from the first on, that are drawn in the first phase.
     pub(crate) first_count: u32,
-    /// How many it has, seen or not.
+    /// Number of instances, visible or not.
     pub(crate) count: u32,
 }
 
@@ -37,12 +37,12 @@ impl Batch {
         Self { instances: index..index + 1, count: 1, ..self.clone() }
     }
 
-    /// Its instances, as indices of a list.
+    /// Returns the range of its instances as list indices.
     pub(crate) fn range(&self) -> Range<usize> {
         self.instances.start as usize..self.instances.end as usize
     }
 
-    /// Those of its instances that are in a part of what is drawn.
+    /// Returns the batch with only the instances of a drawing phase.
     pub(crate) fn in_phase(&self, phase: DrawPhase) -> Self {
         let Range { start, end } = self.instances;
         let middle = start + self.first_count;
@@ -57,9 +57,9 @@ impl Batch {
 /// A part of what is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum DrawPhase {
-    /// What is drawn first, to see what that hides.
+    /// Nearest instances, drawn first as occluders.
     First,
-    /// All else.
+    /// Remaining instances, tested against the first.
     Second,
 }
 
@@ -67,14 +67,14 @@ pub(crate) enum DrawPhase {
 /// next one.
 #[derive(Default)]
 pub(crate) struct DrawPlan {
-    /// Those that may be seen.
+    /// Instances that may be visible.
     pub(crate) instances: Vec<Instance>,
     /// Tints of features, instance by instance.
     pub(crate) feature_highlights: Vec<[f32; 4]>,
     pub(crate) batches: Vec<Batch>,
     /// Room for them in another order.
     pub(crate) ordered: Vec<Instance>,
-    /// Whether what is near is drawn before the rest.
+    /// Two-pass occlusion: whether near instances are drawn first.
     pub(crate) has_first_phase: bool,
 }
 
@@ -147,7 +147,7 @@ impl DrawPlan {
         phases.filter(|batch| !batch.instances.is_empty())
     }
 
-    /// How many instances may be in the picture; what batches share counts once.
+    /// Counts the instances that may be visible; instances that batches share count once.
     pub(crate) fn seen_count(&self) -> u32 {
         let mut counted = 0;
         let more = |batch: &Batch| {

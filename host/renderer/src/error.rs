@@ -1,4 +1,4 @@
-//! Why something could not be drawn.
+//! Errors of uploading, drawing, picking and reading back.
 
 use busbar_gpu::{GpuError, RecoveryAction};
 use thiserror::Error;
@@ -15,13 +15,13 @@ pub enum RenderError {
     /// A model refers to something that it does not hold.
     #[error("{place} names {what} {index}, but the model has {count}")]
     BadReference {
-        /// Where the reference stands.
+        /// Place of the faulty reference.
         place: String,
-        /// What it refers to.
+        /// Kind of the item referred to.
         what: &'static str,
         /// The index it gives.
         index: u32,
-        /// How many there are.
+        /// Number of items there are.
         count: usize,
     },
     /// A texture's bytes do not fill its size.
@@ -29,11 +29,11 @@ pub enum RenderError {
     BadTexture {
         /// Index in the upload.
         index: u32,
-        /// Width in pixels.
+        /// Width of the texture in pixels.
         width: u32,
-        /// Height in pixels.
+        /// Height of the texture in pixels.
         height: u32,
-        /// Bytes it holds.
+        /// Number of bytes it holds.
         bytes: usize,
     },
     /// A handle whose model was removed or never uploaded here.
@@ -45,11 +45,11 @@ pub enum RenderError {
     /// More than a limit allows.
     #[error("{what}: {asked}, but at most {limit} are possible; show less, or raise theta")]
     TooMany {
-        /// What there is too much of.
+        /// Kind of the items that are too many.
         what: &'static str,
-        /// How much was asked for.
+        /// Number of items asked for.
         asked: u64,
-        /// The limit.
+        /// Greatest number of items allowed.
         limit: u64,
     },
     /// The threads that resolve meshes cannot be started.
@@ -66,9 +66,9 @@ pub enum RenderError {
     /// A pixel outside the picture.
     #[error("pixel {pixel:?} lies outside the picture of {size:?} pixels")]
     OutsidePicture {
-        /// The pixel.
+        /// Pixel asked for: column and row.
         pixel: [u32; 2],
-        /// The picture's size.
+        /// Size of the picture in pixels.
         size: [u32; 2],
     },
     /// Nothing was drawn yet.
@@ -77,7 +77,7 @@ pub enum RenderError {
 }
 
 impl RenderError {
-    /// What may help against it.
+    /// Returns the action that may help against this error.
     pub fn recovery_action(&self) -> RecoveryAction {
         match self {
             Self::Gpu(error) => error.recovery_action(),

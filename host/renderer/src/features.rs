@@ -1,4 +1,4 @@
-//! Which feature each vertex of a mesh belongs to, on the device.
+//! Feature indices of vertices on the device: one word a vertex.
 //!
 //! A word a vertex, in meshes that have features: the passes read it to find a
 //! feature's id and tint. All other meshes share one group that none reads.

@@ -1,4 +1,5 @@
-//! What was drawn of a frame so far, by its depth: what lies behind it need not be drawn.
+//! Occlusion test against the depth of the first pass: depth read back in tiles of the farthest
+//! depth.
 
 use std::ops::Range;
 
@@ -17,11 +18,11 @@ const TILE: u32 = 4;
 /// Pixels around a box that what is in it may be drawn in: slender things are drawn a pixel
 /// wide, and a rasteriser keeps places to 1/256 of a pixel.
 const MARGIN_PIXELS: f32 = 0.6;
-/// Of a distance, the share by which rounding may move depths: of a face that begins before
-/// the eye they are as exact as its greatest.
+/// Tolerance of depths for rounding, as a share of the distance. A face that begins before the eye
+/// has depths as exact as its greatest.
 const DEPTH_TOLERANCE: f32 = 1e-3;
 
-/// Where a box is on the screen.
+/// Position of a bounding box on the screen.
 enum ScreenPlace {
     /// Before the near plane in part, or no place at all.
     Uncertain,
@@ -35,9 +36,9 @@ enum ScreenPlace {
 #[derive(Default)]
 pub(crate) struct FirstPassDepth {
     clip_from_world: Mat4,
-    /// Of the picture, pixels.
+    /// Size of the picture in pixels.
     size: [u32; 2],
-    /// Of a distance, the share by which what is hidden lies farther.
+    /// Margin by which occluded boxes lie farther, as a share of the distance.
     tolerance: f32,
     /// Tiles of it that are known: columns and rows.
     columns: Range<u32>,
@@ -73,7 +74,7 @@ impl FirstPassDepth {
         self.queries.push(place);
     }
 
-    /// Whether anything may be seen of each box that was asked about, once depth was read.
+    /// Returns for each queued box whether it may be visible, once depth was read back.
     pub(crate) fn query_results(&self) -> impl Iterator<Item = bool> {
         self.queries.iter().map(|place| self.is_place_visible(place))
     }
@@ -109,8 +110,8 @@ impl FirstPassDepth {
         copy.read_with(|depths| add_tiles(tiles, depths, width))
     }
 
-    /// Whether anything of a box may be seen: it is in the picture, and not behind what was
-    /// drawn. What is not a number may be.
+    /// Reports whether a box may be visible: within the picture, and not behind the depth drawn. A
+    /// box with NaN coordinates may be.
     #[inline]
     pub(crate) fn is_visible(&self, clip_from_box: &Mat4, bounds: &Bounds) -> bool {
         self.is_place_visible(&self.place_of(clip_from_box, bounds))

@@ -12,7 +12,7 @@ fn camera() -> CameraView {
     CameraView::look_at(Vec3::Z * 10.0, Vec3::ZERO, Vec3::Y, 1.0, aspect, NEAR)
 }
 
-/// Of so much depth at each pixel of the whole picture.
+/// Makes first-pass depth from a function of the pixel, over the whole picture.
 fn drawn(depth_at: impl Fn([u32; 2]) -> f32) -> FirstPassDepth {
     let mut drawn = FirstPassDepth::default();
     drawn.begin(&camera(), SIZE);
@@ -39,7 +39,8 @@ fn depth_in(bounds: &Bounds, [x, y]: [u32; 2]) -> Option<f64> {
 }
 
 proptest! {
-    /// What is hidden is so at each pixel that it covers, and what is beside covers none.
+    /// An occluded box is hidden at each pixel that it covers; a box beside the picture covers
+    /// none.
     #[test]
     fn nothing_is_hidden_that_is_seen(
         center in prop::array::uniform3(-9.0_f32..9.0),

@@ -1,4 +1,4 @@
-//! What one frame shows, and what came of it.
+//! Contents of one frame, and the statistics of drawing it.
 
 use busbar_geometry::Bounds;
 use busbar_gpu::StageMillis;
@@ -9,9 +9,9 @@ use crate::{CameraView, Ground, InstanceSource, ModelHandle, Polylines, SectionP
 /// Everything one picture shows.
 #[derive(Clone, Copy)]
 pub struct Frame<'a> {
-    /// The camera.
+    /// Camera that the frame is seen from.
     pub camera: CameraView,
-    /// What is drawn; may be empty.
+    /// Instances to draw; may be empty.
     pub instances: InstanceSource<'a>,
     /// Tints of the objects 1, 2 and so on, as [`DrawInstance::highlight`]; read
     /// for features only. Empty where none of them is tinted.
@@ -20,7 +20,7 @@ pub struct Frame<'a> {
     /// ([`Renderer::can_draw_wireframe`](crate::Renderer::can_draw_wireframe))
     /// the fill is shown without them.
     pub wireframe: bool,
-    /// Linear rgb.
+    /// Background colour in linear rgb.
     pub background: [f32; 3],
     /// The ground below the equipment; not at low quality, in wireframes or from below.
     pub ground: Option<Ground>,
@@ -30,7 +30,7 @@ pub struct Frame<'a> {
     /// Around all that casts a shadow, world space in metres; `None` for no shadows. At
     /// high quality alone, and not in wireframes.
     pub shadow_bounds: Option<Bounds>,
-    /// What gets an outline; what is named twice, by its last mention.
+    /// Objects with an outline; the last mention of an object counts.
     pub outlined: &'a [OutlinedObject],
     /// Cuts away what lies before it.
     pub section: Option<SectionPlane>,
@@ -64,18 +64,18 @@ impl<'a> Frame<'a> {
 /// wide in all, dashed where something lies before the object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OutlinedObject {
-    /// As [`DrawInstance::object`], or of a feature.
+    /// Object as in [`DrawInstance::object`], or that of a feature.
     pub object: u32,
-    /// Why.
+    /// Reason for the outline.
     pub kind: OutlineKind,
 }
 
-/// Why an object has an outline.
+/// Reason why an object has an outline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OutlineKind {
     /// The pointer is over it: the thinner line.
     Hovered = 1,
-    /// It is selected.
+    /// Selection of the object by the user.
     Selected = 2,
 }
 
@@ -95,13 +95,13 @@ pub const fn highlight_with_pattern(
 /// One mesh drawn once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DrawInstance {
-    /// The model.
+    /// Model that the mesh belongs to.
     pub model: ModelHandle,
     /// Index into the model's meshes.
     pub mesh: u32,
     /// Collapses done; beyond the last it means all.
     pub cursor: u32,
-    /// Whether it is on its way between that cursor and a coarser one.
+    /// Morph between this cursor and a coarser one, if any.
     pub morph: Option<Morph>,
     /// Transform from the mesh's space to the world; it may mirror.
     pub world_from_mesh: Mat4,
@@ -117,8 +117,8 @@ pub struct DrawInstance {
     pub first_feature: Option<u32>,
 }
 
-/// How far a mesh is between its cursor and a coarser one: its vertices go straight to
-/// those that stand for them there. Its shadow stays that of the finer mesh.
+/// Geomorph of a mesh between its cursor and a coarser one: vertices move straight to their
+/// representatives there. Its shadow stays that of the finer mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Morph {
     /// Collapses done there; beyond the last it means all.
@@ -127,7 +127,7 @@ pub struct Morph {
     pub weight: f32,
 }
 
-/// What is asked for before a frame needs it.
+/// Request for geometry before a frame needs it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ResolveRequest {
     /// A mesh to draw.
@@ -139,11 +139,11 @@ pub enum ResolveRequest {
 /// A mesh of a model with so many collapses done; beyond the last it means all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct MeshAtCursor {
-    /// The model.
+    /// Model that the mesh belongs to.
     pub model: ModelHandle,
     /// Index into the model's meshes.
     pub mesh: u32,
-    /// Collapses done.
+    /// Number of collapses done.
     pub cursor: u32,
 }
 
@@ -152,16 +152,15 @@ pub struct MeshAtCursor {
 /// a delta is dropped that nobody cleared.
 #[derive(Clone, Copy)]
 pub struct EguiFrame<'a> {
-    /// Textures that changed.
+    /// Textures that egui changed.
     pub textures_delta: &'a egui::TexturesDelta,
-    /// Tessellated shapes.
+    /// Tessellated shapes of the panels.
     pub primitives: &'a [egui::ClippedPrimitive],
     /// Physical pixels a point.
     pub pixels_per_point: f32,
 }
 
-/// What a frame took. All zero when it was skipped, because the window was
-/// minimised.
+/// Statistics of one frame. All are zero for a skipped frame of a minimised window.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FrameStats {
     /// Live triangles, summed over instances.
@@ -177,7 +176,7 @@ pub struct FrameStats {
     /// CPU time from the frame's beginning until the GPU has all of it, or what is near,
     /// where that is drawn first; waiting for the GPU is left out.
     pub cpu_millis: f64,
-    /// How long the frame waited for what is near, to see what that hides.
+    /// Time that the frame waited for the depth of the first pass, milliseconds.
     pub depth_wait_millis: f64,
     /// CPU time from then until the GPU has the rest. It is where the processor is the GPU,
     /// and what it does in place of drawing.
@@ -186,7 +185,7 @@ pub struct FrameStats {
     pub resolve_millis: f64,
     /// Meshes at new cursors that came onto the device, and ways to them.
     pub resolved: u32,
-    /// Whether the shadow map was drawn anew.
+    /// Redraw of the shadow map in this frame.
     pub shadows_drawn: bool,
     /// Requests ([`Renderer::request`](crate::Renderer::request)) that are not
     /// done.
@@ -194,17 +193,17 @@ pub struct FrameStats {
     /// GPU time of the last frame that it finished; `None` before the first,
     /// and on devices without timestamps.
     pub gpu_millis: Option<f64>,
-    /// What of that each stage took: `upload`, `shadows`, `near`, `scene`, `occlusion`, `outline`,
-    /// `panels`, as far as there are any; the rest is handing the picture to the window.
+    /// GPU time of each stage: `upload`, `shadows`, `near`, `scene`, `occlusion`, `outline` and
+    /// `panels`, as far as there are any. The remainder is presenting the picture.
     pub gpu_stages: StageMillis,
 }
 
 /// A picture read back.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture {
-    /// Pixels.
+    /// Width of the picture in pixels.
     pub width: u32,
-    /// Pixels.
+    /// Height of the picture in pixels.
     pub height: u32,
     /// Rows from the top; four sRGB bytes a pixel, the last opaque alpha.
     pub rgba8: Vec<u8>,

@@ -1,4 +1,5 @@
-//! What the CPU writes for the GPU every frame.
+//! Per-frame buffers that the CPU writes: uniform, instances and highlights of each frame in
+//! flight.
 
 use busbar_gpu::{BindGroup, BindGroupLayout, Binding, Buffer, BufferUsage, Gpu};
 use busbar_shaders::{FrameUniform, Instance};
@@ -16,7 +17,7 @@ pub const MAX_FEATURE_HIGHLIGHTS: usize = 4_000_000;
 /// Instances and highlights that the first buffers hold.
 const FIRST_CAPACITIES: Capacities = Capacities { instances: 256, highlights: 1 };
 
-/// How many elements buffers hold.
+/// Capacities of the buffers, in elements.
 #[derive(Clone, Copy)]
 struct Capacities {
     instances: usize,

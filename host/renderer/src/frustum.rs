@@ -1,4 +1,4 @@
-//! What a camera can see at all.
+//! Frustum culling of bounding spheres.
 
 use glam::{Mat4, Vec3, Vec4};
 
@@ -24,14 +24,14 @@ impl BoundingSphere {
 /// The planes that bound the picture, pointing inwards; there is no far one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frustum {
-    /// Those at its sides: a row each, so that one product tells the distances to all.
+    /// Side planes, a row each, so that one product gives the distances to all.
     sides: Mat4,
     near: Vec4,
 }
 
 impl Frustum {
-    /// Of a transform to Vulkan clip space with reverse-Z (G. Gribb and K. Hartmann,
-    /// "Fast Extraction of Viewing Frustum Planes", 2001).
+    /// Extracts the planes of a transform to Vulkan clip space with reverse-Z (G. Gribb and K.
+    /// Hartmann, "Fast Extraction of Viewing Frustum Planes", 2001).
     pub(crate) fn from_matrix(clip_from_world: &Mat4) -> Self {
         let [x, y, z, w] = [0, 1, 2, 3].map(|row| clip_from_world.row(row));
         // Planes of unit length measure distances.
@@ -40,7 +40,7 @@ impl Frustum {
         Self { sides: Mat4::from_cols(left, right, up, down).transpose(), near }
     }
 
-    /// Whether any of a ball may be in the picture; what is not a number may be.
+    /// Reports whether a sphere may be in the picture; one with NaN coordinates may be.
     pub(crate) fn is_visible(&self, sphere: &BoundingSphere) -> bool {
         let center = sphere.center.extend(1.0);
         let is_outside = (self.sides * center).cmplt(Vec4::splat(-sphere.radius)).any();
@@ -75,7 +75,7 @@ mod tests {
     }
 
     proptest! {
-        /// What has a place in the picture is seen.
+        /// Every point with a place in the picture is visible.
         #[test]
         fn no_point_in_the_picture_is_missed(
             x in -1.0_f32..1.0, y in -1.0_f32..1.0, depth in 0.6_f32..1e4, radius in 0.0_f32..5.0,

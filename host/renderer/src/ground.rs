@@ -13,7 +13,7 @@ const TRIANGLES: [u32; 6] = [0, 1, 2, 0, 2, 3];
 /// Cells of the coarsest grid, metres: a place is known up to these.
 const PERIOD_METRES: f32 = 10.0;
 
-/// Where the ground lies.
+/// Position and extent of the ground plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ground {
     /// Height along y, metres.
@@ -22,7 +22,7 @@ pub struct Ground {
     pub reach: f32,
 }
 
-/// What draws it.
+/// GPU resources of the ground plane.
 pub(crate) struct GroundResources {
     vertices: Buffer,
     indices: Buffer,

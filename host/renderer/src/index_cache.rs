@@ -19,7 +19,7 @@ pub const MAX_CACHED_INDEX_BYTES: u64 = 256 << 20;
 /// Bytes of index buffers that one frame may need: some 180 million triangles.
 pub const MAX_FRAME_INDEX_BYTES: u64 = 2 << 30;
 
-/// What an entry costs besides its indices, so that empty ones count too.
+/// Overhead of an entry besides its indices, bytes, so that empty ones count too.
 const ENTRY_BYTES: u64 = 256;
 
 /// Sections that most meshes have at most.
@@ -40,19 +40,19 @@ pub(crate) struct ResolvedIndices {
     /// For each section, its range among them; of most meshes beside the rest.
     pub(crate) sections: SmallVec<[SectionRange; USUAL_SECTIONS]>,
     pub(crate) triangles: u32,
-    /// Where they are gathered.
+    /// Data of CPU triangle culling, where the mesh takes part.
     faces: Option<CullableTriangles>,
     occluders: Box<[Occluder]>,
     bytes: u64,
     made_at: u64,
-    /// When it was made or drawn last: what ages it.
+    /// Clock when the entry was made or drawn last; decides eviction.
     used_at: u64,
     drawn_at: u64,
 }
 
 impl ResolvedIndices {
-    /// What of a batch is gathered, where it is: of more than one instance only where anything
-    /// is hidden.
+    /// Returns the triangles of a batch for CPU culling, if they take part. A batch of several
+    /// instances takes part only with an occlusion test.
     pub(crate) fn cullable(
         &self,
         batch: &Batch,
@@ -61,7 +61,7 @@ impl ResolvedIndices {
         self.faces.as_ref().filter(|faces| faces.is_culled_for(batch, occlusion_test))
     }
 
-    /// Its large faces, the largest first.
+    /// Returns the large faces, the largest first.
     pub(crate) fn occluders(&self) -> &[Occluder] {
         &self.occluders
     }

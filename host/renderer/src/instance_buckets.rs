@@ -1,4 +1,4 @@
-//! What is drawn in order: same mesh at the same cursor together, whoever looks.
+//! Instance buckets: instances sorted by mesh, cursor and morph, for instanced draws.
 //!
 //! It follows a list from frame to frame and moves what changed. The order depends on
 //! what is drawn alone, not on how it came to be, so that the same frame gives the same
@@ -15,13 +15,13 @@ use crate::model::{GpuMesh, GpuModel};
 use crate::morph::MorphKey;
 use crate::{DrawInstance, DrawList, InstanceSource, Morph, PATTERNS, RenderError};
 
-/// What is drawn together, the most important first.
+/// Sort key of instances that are drawn together, the most important field first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct BucketKey {
     pub(crate) mesh: IndexKey,
-    /// Where it is on its way to, if it is.
+    /// Morph target and weight, if the mesh morphs.
     pub(crate) morph: Option<MorphKey>,
-    /// The transforms mirror.
+    /// Handedness: the transforms mirror.
     pub(crate) mirrored: bool,
 }
 
@@ -34,7 +34,7 @@ pub(crate) struct Bucket {
     /// Around each, world space: beside each other, since whoever looks goes through all
     /// of them while the caches hold the last picture.
     pub(crate) spheres: Vec<BoundingSphere>,
-    /// Whether some came or went that are not in order yet.
+    /// Pending additions or removals that are not sorted in yet.
     is_stale: bool,
 }
 
@@ -42,7 +42,7 @@ pub(crate) struct Bucket {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BucketEntry {
     place: u32,
-    /// Index in [`InstanceBuckets::instances`].
+    /// Index of the instance in [`InstanceBuckets::instances`].
     pub(crate) slot: u32,
 }
 
@@ -56,9 +56,9 @@ const MAX_EMPTY_BUCKETS: usize = 256;
 /// A list in order.
 #[derive(Default)]
 pub(crate) struct InstanceBuckets {
-    /// That of the list, where it is one that is kept.
+    /// Revision of the retained list, if there is one.
     revision: Option<u64>,
-    /// Of each place the slot of what is drawn there, or [`EMPTY`].
+    /// Slot of the instance in each place, or [`EMPTY`].
     slots: Vec<u32>,
     /// By slot; features are named, but not tinted yet.
     pub(crate) instances: Vec<Instance>,
@@ -104,7 +104,7 @@ impl InstanceBuckets {
         self.revision = None;
     }
 
-    /// What there is of each kind, in order.
+    /// Returns the non-empty buckets in order.
     pub(crate) fn buckets(&self) -> impl Iterator<Item = &Bucket> {
         let in_order = self.order.iter().map(|&number| &self.buckets[number as usize]);
         in_order.filter(|entries| !entries.entries.is_empty())
@@ -239,7 +239,7 @@ impl InstanceBuckets {
     }
 }
 
-/// What becomes of an instance.
+/// Instance with its bucket key and bounding sphere.
 struct PlacedInstance {
     key: BucketKey,
     sphere: BoundingSphere,
@@ -259,7 +259,7 @@ impl PlacedInstance {
     }
 }
 
-/// That of the last pattern, fully.
+/// Greatest strength: the last pattern at full tint.
 const MAX_STRENGTH: f32 = 2.0 * (PATTERNS - 1) as f32 + 1.0;
 
 fn mesh_of<'a>(

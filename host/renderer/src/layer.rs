@@ -30,7 +30,7 @@ impl Layer {
     }
 }
 
-/// What is there, or is made now.
+/// Returns the value in a slot, made now if there is none.
 pub(crate) fn get_or_create<T, E>(
     slot: &mut Option<T>,
     make: impl FnOnce() -> Result<T, E>,

@@ -1,4 +1,4 @@
-//! How near large faces are, pixel by pixel: what lies behind them need not be drawn.
+//! Masked software occlusion culling against large faces.
 //!
 //! A picture in cells of 8 by 8 pixels, each with a mask of those that are covered and
 //! one depth that all of these are before (J. Hasselgren, M. Andersson and T.
@@ -22,7 +22,7 @@ const MAX_CORNERS: usize = crate::occluders::MAX_CORNERS + 1;
 /// Pixels by which a rasteriser may draw an edge elsewhere than we do: it keeps places to
 /// 1/256 of a pixel (Vulkan, `subPixelPrecisionBits`).
 const SNAP_PIXELS: f32 = 1.0 / 64.0;
-/// Of what is far beside the picture, the share by which rounding moves edges and depths.
+/// Rounding error of edges and depths far beside the picture, as a share.
 const ROUNDING: f32 = 1.0 / (1 << 17) as f32;
 /// Pixels from the picture beyond which faces are not drawn.
 const MAX_PLACE: f32 = 1e8;
@@ -31,13 +31,14 @@ const SAMPLE_OFFSET_PIXELS: f32 = 0.5;
 /// Pixels around a box that what is in it may be drawn in: slender things are drawn a pixel
 /// wide.
 const MARGIN_PIXELS: f32 = 2.0;
-/// Of a distance, the share by which what is hidden lies farther, whatever its size.
+/// Margin by which occluded boxes lie farther, as a share of the distance, whatever the picture's
+/// size.
 const DEPTH_TOLERANCE: f32 = 1e-3;
 /// Half of the width in pixels that slender things are drawn with, which takes them as much
 /// nearer.
 const SLENDER: f32 = 0.5;
 
-/// What faces cover of a picture. Depths are one over the distance along the line of sight,
+/// Masked depth buffer of large faces. Depths are one over the distance along the line of sight,
 /// which is linear on the screen.
 #[derive(Default)]
 pub(crate) struct MaskedDepthBuffer {
@@ -47,7 +48,7 @@ pub(crate) struct MaskedDepthBuffer {
     margin: f32,
     /// Pixels by which, a unit away, places may be elsewhere for their distance from the origin.
     rounding: f32,
-    /// Of a distance, the share by which what is hidden lies farther.
+    /// Margin by which occluded boxes lie farther, as a share of the distance.
     tolerance: f32,
     masks: Vec<u64>,
     /// The least of what covers a cell.
@@ -130,8 +131,8 @@ impl MaskedDepthBuffer {
         }
     }
 
-    /// Whether anything of a box may be seen: it is in the picture, and not behind what
-    /// was added. What is not a number may be.
+    /// Reports whether a box may be visible: within the picture, and not behind added faces. A box
+    /// with NaN coordinates may be.
     pub(crate) fn is_visible(&self, clip_from_box: &Mat4, bounds: &Bounds) -> bool {
         let found = ScreenBox::project(clip_from_box, bounds);
         let Some(nearest) = found.nearest() else { return found.may_surround() };
@@ -160,7 +161,7 @@ impl MaskedDepthBuffer {
         !cells(least.y, most.y, self.size[1]).all(is_hidden)
     }
 
-    /// Whether a place is in the picture, and what is so near in its cell not hidden.
+    /// Reports whether a point at a depth is in the picture and not occluded in its cell.
     fn is_point_visible(&self, place: Vec4, depth: f32) -> bool {
         let [width, height] = self.size.map(|pixels| pixels as f32);
         let x = (place.x / place.w * 0.5 + 0.5) * width;
@@ -203,8 +204,8 @@ impl ClippedPolygon {
         &self.corners[..self.count]
     }
 
-    /// What of a face is not before the near plane (I. Sutherland and G. Hodgman,
-    /// "Reentrant Polygon Clipping", 1974).
+    /// Clips a face against the near plane (I. Sutherland and G. Hodgman, "Reentrant Polygon
+    /// Clipping", 1974).
     fn beyond_near(&self) -> Self {
         let beyond = |corner: &Vec4| corner.w - corner.z;
         let mut clipped = Self::default();
@@ -227,7 +228,8 @@ impl ClippedPolygon {
 struct Edge {
     across: Vec2,
     offset: f32,
-    /// Where a line crosses it, unless it lies along it: by y, and at the top.
+    /// Crossing of a pixel line with the edge, unless they are parallel: slope by y, and position
+    /// at the top.
     crossing: Vec2,
 }
 

@@ -30,7 +30,7 @@ fn sees(depth: &MaskedDepthBuffer, min: [f32; 3], max: [f32; 3]) -> bool {
     depth.is_visible(&clip_from_world(), &Bounds { min: min.into(), max: max.into() })
 }
 
-/// An upright rectangle.
+/// Returns an upright rectangle as corners.
 fn wall(left: f32, right: f32, height: f32, z: f32) -> Vec<Vec3> {
     let corner = |x: f32, y: f32| Vec3::new(x, y, z);
     vec![corner(left, -20.0), corner(right, -20.0), corner(right, height), corner(left, height)]
@@ -114,14 +114,14 @@ fn a_picture_begins_empty() {
     assert!(sees(&depth, [-1.0, -2.0, 0.0], [1.0, 0.0, 2.0]));
 }
 
-/// Where a ray through a pixel first meets a box.
+/// Returns the distance at which a ray first meets a box.
 fn entry(eye: Vec3, ray: Vec3, bounds: &Bounds) -> Option<f32> {
     let [a, b] = [(bounds.min - eye) / ray, (bounds.max - eye) / ray];
     let (enter, leave) = (a.min(b).max_element(), a.max(b).min_element());
     (enter <= leave && leave > 0.0).then_some(enter.max(0.0))
 }
 
-/// Whether a ray meets a triangle nearer than that (T. Möller and B. Trumbore, "Fast,
+/// Reports whether a ray meets a triangle nearer than a distance (T. Möller and B. Trumbore, "Fast,
 /// Minimum Storage Ray/Triangle Intersection", 1997).
 fn meets(eye: Vec3, ray: Vec3, [a, b, c]: [Vec3; 3], nearer: f32) -> bool {
     let [eye, ray, a, b, c] = [eye, ray, a, b, c].map(|vector| vector.as_dvec3());

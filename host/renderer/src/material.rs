@@ -16,7 +16,7 @@ use crate::targets::srgb_from_linear;
 /// Materials without textures that are kept in mind to be shared.
 const MAX_SHARED_MATERIALS: usize = 4096;
 
-/// What a metal keeps of its colour at low quality, as `METAL` of the shader.
+/// Share of a metal's colour that low quality keeps, as `METAL` of the shader.
 const LOW_METAL: f32 = 0.45;
 
 /// A material ready to draw with.
@@ -30,9 +30,9 @@ pub(crate) struct GpuMaterial {
     pub(crate) opaque: bool,
     /// Opaque and without textures.
     pub(crate) plain: bool,
-    /// Shines by itself.
+    /// Emission: whether the material emits light.
     pub(crate) emits: bool,
-    /// What its vertices bring in place of texture coordinates, so that it need not be bound.
+    /// Vertex colour in place of texture coordinates, so that the material need not be bound.
     pub(crate) vertex_color: Option<[f32; 2]>,
 }
 
@@ -43,17 +43,17 @@ impl GpuMaterial {
     }
 }
 
-/// What all materials share.
+/// Samplers, layout and shared bind groups of all materials.
 pub(crate) struct MaterialResources {
     layout: BindGroupLayout,
     samplers: HashMap<[Wrap; 2], Sampler>,
-    /// Of materials without textures, by what is in them: models often have the same.
+    /// Bind groups of materials without textures, by their uniform: models often share them.
     untextured: HashMap<Vec<u8>, (u32, Weak<BindGroup>)>,
     /// Groups that there ever were.
     made: u32,
     /// Stands in where a material has no texture.
     white: Image,
-    /// Whether vertices bring the colours of plain materials.
+    /// Vertex colours: whether vertices carry the colours of plain materials.
     colors_vertices: bool,
 }
 

@@ -44,7 +44,7 @@ pub struct ModelUpload<'a> {
 pub(crate) struct GpuModel {
     pub(crate) meshes: Vec<GpuMesh>,
     materials: Vec<GpuMaterial>,
-    /// Whether anything of it blends.
+    /// Blending: whether any section blends.
     pub(crate) blends: bool,
 }
 
@@ -58,18 +58,18 @@ pub(crate) struct GpuMesh {
     /// Around the mesh, mesh space.
     pub(crate) sphere: BoundingSphere,
     pub(crate) bounds: Bounds,
-    /// Whether any section blends.
+    /// Blending: whether any section blends.
     pub(crate) blends: bool,
     /// Conductors, wires and rods; `None` where it holds none.
     pub(crate) slender: Option<Arc<SlenderWedges>>,
     /// The live triangles from which on they are gathered.
     min_culled_triangles: usize,
-    /// Whether its large faces hide what is behind them.
+    /// Occluder search: whether its large faces hide geometry behind them.
     occludes: bool,
 }
 
 impl GpuMesh {
-    /// What its triangles are resolved from.
+    /// Returns the data that its triangles are resolved from.
     pub(crate) fn source(&self) -> ResolveSource<'_> {
         ResolveSource {
             stacks: &self.stacks,
@@ -155,9 +155,8 @@ fn bounding_sphere(mesh: &Mesh, bounds: Bounds) -> BoundingSphere {
     BoundingSphere { center, radius }
 }
 
-/// Of what is slender, the normals that it is drawn with, by position: it is round to the
-/// eye, so they lead away from its axis, longer than one by its radius. Zero elsewhere, and
-/// none where nothing is slender.
+/// Computes the normals of slender islands by position. They lead away from the axis, longer than
+/// one by the radius. Zero elsewhere; empty where nothing is slender.
 fn slender_normals(stacks: &CollapseStacks) -> Vec<Vec3> {
     let points = stacks.slender_points();
     if points.is_empty() {

@@ -31,7 +31,7 @@ const MAX_STANDING_BYTES: u64 = 64 << 20;
 /// The way that instances are on, and how far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct MorphKey {
-    /// The coarser cursor.
+    /// Coarser cursor that vertices move to.
     pub(crate) coarser: u32,
     /// The weight's bits: those that are equally far are drawn together.
     pub(crate) weight: u32,
@@ -45,20 +45,20 @@ struct MorphTarget {
     used_at: u64,
 }
 
-/// What moves vertices, made when it is first needed.
+/// Compute pipeline that moves vertices, made on first use.
 struct MorphPipeline {
     compute: ComputePipeline,
     standing: BindGroupLayout,
     written: BindGroupLayout,
 }
 
-/// Where moved vertices are written.
+/// Output buffer of moved vertices.
 struct MorphedVertices {
     buffer: Buffer,
     group: BindGroup,
 }
 
-/// Moves vertices.
+/// Morphs vertices between two cursors.
 #[derive(Default)]
 pub(crate) struct Morpher {
     pipeline: Option<MorphPipeline>,
@@ -71,7 +71,7 @@ pub(crate) struct Morpher {
     clock: u64,
 }
 
-/// One dispatch.
+/// One compute dispatch of the morph.
 struct MorphDispatch<'a> {
     mesh: &'a GpuMesh,
     key: IndexKey,
@@ -89,7 +89,7 @@ impl MorphDispatch<'_> {
 }
 
 impl Morpher {
-    /// Whether a way to or from a cursor can be drawn without resolving anything first.
+    /// Reports whether the morph target of a cursor is on the device.
     pub(crate) fn is_ready(&self, coarser: IndexKey) -> bool {
         self.standing.contains_key(&coarser)
     }
@@ -172,7 +172,7 @@ impl Morpher {
         Ok(())
     }
 
-    /// What is to be moved, and to where; each once.
+    /// Lists the morphs of a plan, each once, with their places in the output.
     fn steps<'a>(
         &mut self,
         models: &'a [Option<GpuModel>],

@@ -18,7 +18,7 @@ const MAX_FACES: usize = 16;
 const MAX_TRIANGLES: usize = 2 * MAX_FACES;
 /// Triangles that are kept in mind until only those are.
 const MAX_CANDIDATES: usize = 16 * MAX_TRIANGLES;
-/// What has less than this share of the largest triangle's area is left out.
+/// Least share of the largest triangle's area; smaller triangles are left out.
 const LEAST_SHARE: f32 = 1.0 / 16.0;
 /// Off a plane by this share of a triangle's edge, its corner is still on it; and so little of
 /// a turn is none.
@@ -26,7 +26,7 @@ const FLAT: f32 = 1e-5;
 
 /// A convex flat face, mesh space.
 pub(crate) struct Occluder {
-    /// Its normal, and its distance: a point before it has a product above zero.
+    /// Plane of the face: a point in front of it has a positive product.
     pub(crate) plane: Vec4,
     /// Counter-clockwise where it shows its front.
     pub(crate) corners: Box<[Vec3]>,
@@ -68,7 +68,7 @@ pub(crate) fn occluders_of(
     faces.into()
 }
 
-/// What faces take.
+/// Returns the memory of occluders, bytes.
 pub(crate) fn occluder_bytes(faces: &[Occluder]) -> u64 {
     let corners: usize = faces.iter().map(|face| face.corners.len()).sum();
     (size_of_val(faces) + corners * size_of::<Vec3>()) as u64
@@ -177,7 +177,7 @@ impl<'a> GrowingFace<'a> {
         None
     }
 
-    /// Whether it does with a corner between one and the next.
+    /// Reports whether the face stays flat and convex with an apex inserted after a corner.
     fn stays_flat_and_convex(&self, index: usize, apex: u32) -> bool {
         let count = self.ring.len();
         let around = [count - 1, 0, 1, 2].map(|step| self.at(self.ring[(index + step) % count]));

@@ -23,7 +23,7 @@ use crate::targets::{OutlineMask, SceneTargets, full_viewport};
 use crate::visibility::{CullView, world_from_mesh};
 use crate::{CameraView, DrawInstance, Frame, InstanceSource, OutlinedObject, RenderError};
 
-/// As `TILE` of the shader.
+/// Side of a tile in pixels, as `TILE` of the shader.
 const TILE_PIXELS: u32 = 4;
 /// Tiles that outlines reach at most, as `MAX_REACH` of the shader has it in pixels.
 const REACH: u32 = 2;
@@ -31,7 +31,7 @@ const REACH: u32 = 2;
 /// a pixel wide.
 const MARGIN_PIXELS: f32 = 2.0;
 
-/// What draws them; made when something is outlined for the first time.
+/// GPU resources of outlines, made on first use.
 pub(crate) struct Outlines {
     mask: OutlineMaskPipelines,
     section_mask: Option<OutlineMaskPipelines>,
@@ -43,7 +43,7 @@ pub(crate) struct Outlines {
     plan: DrawPlan,
     /// The kinds of the objects 1, 2 and so on, as highlights.
     kinds: Vec<[f32; 4]>,
-    /// What has one.
+    /// Instances that have an outline.
     instances: Vec<DrawInstance>,
 }
 
@@ -184,17 +184,17 @@ impl Outlines {
     }
 }
 
-/// Where in a picture outlines may be: that of a few things is a small part of it, and a
-/// rasteriser on the processor takes as long for all of it as for a scene.
+/// Screen area that outlines may cover. Outlines cover a small part of a picture, and a software
+/// rasterizer would need as long for all of it as for a scene.
 struct OutlineArea {
     /// Columns and rows of tiles that show anything of what is outlined.
     shown: [Range<u32>; 2],
-    /// Of the picture, pixels.
+    /// Size of the picture in pixels.
     size: [u32; 2],
 }
 
 impl OutlineArea {
-    /// What a plan reaches; `None` where that is nothing.
+    /// Computes the area that a plan covers; `None` where that is nothing.
     fn new(
         (plan, models): (&DrawPlan, &[Option<GpuModel>]),
         camera: &CameraView,
@@ -240,7 +240,7 @@ impl OutlineArea {
         self.pixels_around(REACH)
     }
 
-    /// Tiles of these.
+    /// Returns the tiles that outlines are drawn in.
     fn outline_tiles(&self) -> ImageArea {
         self.tiles_around(REACH)
     }
@@ -250,7 +250,7 @@ impl OutlineArea {
         self.tiles_around(2 * REACH)
     }
 
-    /// Pixels of those.
+    /// Returns the pixels of the mask.
     fn mask_pixels(&self) -> ImageArea {
         self.pixels_around(2 * REACH)
     }

@@ -24,7 +24,7 @@ pub const MAX_PANEL_VERTICES: usize = 1 << 22;
 /// Vertices and indices that the first buffers hold.
 const FIRST_CAPACITY: usize = 1 << 12;
 
-/// What paints the panels.
+/// Painter of egui's panels: pipeline, buffers and textures.
 pub(crate) struct Panels {
     pipeline: Pipeline,
     texture_layout: BindGroupLayout,

@@ -1,4 +1,4 @@
-//! Which object is at a pixel.
+//! Picking: object ids drawn into an integer target and read back.
 
 use busbar_gpu::{
     ClearColor, DepthStore, Download, Format, Gpu, GpuError, Image, ImageArea, ImageDescription,
@@ -9,11 +9,11 @@ use glam::{Mat4, vec3};
 /// Object ids are 32-bit numbers.
 pub(crate) const ID_FORMAT: Format = Format::R32Uint;
 
-/// What stands where nothing was drawn.
+/// Id of pixels without an object.
 const BACKGROUND: u32 = 0;
 
-/// Where ids are drawn. For a single pixel the picture's viewport is moved so
-/// that the pixel asked for falls onto it, and everything else is clipped.
+/// Render targets of object ids. For a single pixel the picture's viewport is moved so that this
+/// pixel falls onto the target, and everything else is clipped.
 pub(crate) struct PickTargets {
     pub(crate) id: Image,
     depth: Image,
@@ -46,21 +46,21 @@ impl PickTargets {
 /// Part of a picture, pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PixelArea {
-    /// Its upper left pixel.
+    /// Upper left pixel of the part.
     pub origin: [u32; 2],
-    /// Width and height.
+    /// Width and height of the part.
     pub size: [u32; 2],
     /// Width and height of the whole picture.
     pub picture: [u32; 2],
 }
 
 impl PixelArea {
-    /// A single pixel.
+    /// Returns the area of a single pixel.
     pub fn pixel(pixel: [u32; 2], picture: [u32; 2]) -> Self {
         Self { origin: pixel, size: [1, 1], picture }
     }
 
-    /// The whole picture.
+    /// Returns the area of the whole picture.
     pub fn whole(picture: [u32; 2]) -> Self {
         Self { origin: [0, 0], size: picture, picture }
     }
@@ -93,7 +93,7 @@ pub(crate) struct PendingPick {
     pub(crate) download: Download,
 }
 
-/// How a pick that was begun stands.
+/// State of a pick that was begun.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum PickState {
     /// None was begun, or its device was lost.

@@ -1,4 +1,4 @@
-//! How pipelines are put together.
+//! Pipeline descriptions of mesh passes and full-screen passes.
 
 use std::ffi::CStr;
 

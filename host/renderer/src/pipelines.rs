@@ -34,14 +34,14 @@ impl Layouts {
     }
 }
 
-/// What quality and samples ask of pipelines.
+/// Settings of a picture that decide its pipelines.
 #[derive(Clone, Copy)]
 struct QualitySettings {
     quality: Quality,
     samples: u32,
 }
 
-/// What a picture needs besides pipelines for what is opaque.
+/// Pipelines that a picture needs besides those of opaque meshes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RequiredPipelines {
     pub(crate) section: bool,
@@ -55,9 +55,9 @@ pub(crate) struct Pipelines {
     settings: QualitySettings,
     whole: MeshPipelines,
     section: Option<MeshPipelines>,
-    /// What shaded pictures are drawn in.
+    /// Colour format of shaded pictures.
     pub(crate) target: Format,
-    /// Whether shaded pictures come as their bytes keep them.
+    /// Encoding: whether shaders write sRGB-encoded colours.
     pub(crate) undecoded: bool,
     /// `None` at low quality.
     pub(crate) ground: Option<Pipeline>,
@@ -74,18 +74,18 @@ pub(crate) struct MeshPipelines {
     pub(crate) shadow: Option<PipelineVariants>,
 }
 
-/// Pipelines of wireframes.
+/// Pipelines that draw wireframes.
 pub(crate) struct Wireframe {
     pub(crate) fill: PipelineVariants,
     /// `None` on a device that cannot draw lines.
     pub(crate) lines: Option<PipelineVariants>,
 }
 
-/// What is highlighted of the instances that are drawn together.
+/// Highlights among the instances that are drawn together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Highlights {
     None,
-    /// Whole instances only.
+    /// Highlights of whole instances only.
     OfInstances,
     /// Some feature of some instance.
     OfFeatures,
@@ -93,14 +93,14 @@ pub(crate) enum Highlights {
 
 /// Pipelines of one look, each for what it has to look at.
 pub(crate) struct PipelineVariants {
-    /// Draws everything.
+    /// Pipeline that draws every mesh.
     any: Pipeline,
     /// Draws, faster, meshes of which no feature is highlighted.
     without_features: Option<Pipeline>,
     /// Draws, faster still, plain materials (opaque and without textures) where
     /// nothing at all is highlighted.
     plain: Option<Pipeline>,
-    /// Whether that shows only fronts, and only what does not shine by itself.
+    /// Restriction of `plain` to single-sided materials without emission.
     plain_is_narrow: bool,
     /// Draws the same where vertices bring their colours.
     colored: Option<Pipeline>,
@@ -119,9 +119,9 @@ pub(crate) struct SelectedPipeline<'a> {
     /// Among those of the look.
     pub(crate) place: u8,
     pub(crate) pipeline: &'a Pipeline,
-    /// Whether it finds out which feature a vertex is of.
+    /// Feature lookup: whether the shader reads the feature of a vertex.
     pub(crate) reads_features: bool,
-    /// Whether it looks the material up.
+    /// Material lookup: whether the shader reads the material.
     pub(crate) reads_material: bool,
 }
 
@@ -137,7 +137,7 @@ impl PipelineVariants {
         }
     }
 
-    /// Whether what is slender has pipelines of its own.
+    /// Reports whether slender islands have pipelines of their own.
     pub(crate) fn has_slender(&self) -> bool {
         self.slender.is_some()
     }
@@ -239,7 +239,7 @@ impl Pipelines {
         Ok(())
     }
 
-    /// Those that are ready.
+    /// Returns the pipelines compiled so far.
     pub(crate) fn mesh_pipelines(&self, is_section: bool) -> &MeshPipelines {
         self.section.as_ref().filter(|_| is_section).unwrap_or(&self.whole)
     }
@@ -250,14 +250,14 @@ fn shown_undecoded(gpu: &Gpu, quality: Quality) -> Option<Format> {
     gpu.picture_format().undecoded().filter(|_| quality == Quality::Low)
 }
 
-/// What pipelines of a look are made from.
+/// Builder of the mesh pipelines of one quality.
 struct PipelineBuilder<'a> {
     gpu: &'a Gpu,
     /// The groups that shaded things name.
     groups: [&'a BindGroupLayout; 3],
     shaders: ShaderSet,
     samples: u32,
-    /// What [`shown_undecoded`] says.
+    /// Format that [`shown_undecoded`] returns.
     undecoded: Option<Format>,
     is_section: bool,
 }
@@ -276,7 +276,7 @@ impl<'a> PipelineBuilder<'a> {
         Self { gpu, groups, shaders, samples, undecoded, is_section }
     }
 
-    /// Those that all frames need.
+    /// Builds the pipelines that all frames need.
     fn mesh_pipelines(&self) -> Result<MeshPipelines, GpuError> {
         let shadow = self.shaders.shadow.map(|words| self.shadow(words)).transpose()?;
         Ok(MeshPipelines {
@@ -375,7 +375,7 @@ impl<'a> PipelineBuilder<'a> {
         })
     }
 
-    /// What the sun sees: depth, with holes where materials have them.
+    /// Builds the shadow pipelines: depth alone, with holes where materials have them.
     fn shadow(&self, words: &[u32]) -> Result<PipelineVariants, GpuError> {
         let with_holes = MeshPipelineDescription {
             name: "shadow",
@@ -431,7 +431,7 @@ impl<'a> PipelineBuilder<'a> {
     }
 }
 
-/// What draws the mask of outlines.
+/// Pipelines of the outline mask.
 pub(crate) struct OutlineMaskPipelines {
     pub(crate) faces: PipelineVariants,
     /// `None` on a device that cannot draw lines.

@@ -38,18 +38,18 @@ pub struct Polylines<'a> {
     pub strokes: &'a [WorldStroke],
 }
 
-/// A line.
+/// Line segment in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WorldStroke {
-    /// From where, metres.
+    /// Start of the line, metres.
     pub from: Vec3,
-    /// To where.
+    /// End of the line, metres.
     pub to: Vec3,
-    /// How wide, points.
+    /// Width of the line, points.
     pub width: f32,
-    /// sRGB.
+    /// Colour of the line, sRGB.
     pub color: [u8; 3],
-    /// How much it covers, 0 to 1.
+    /// Coverage of the line, 0 to 1.
     pub cover: f32,
     /// 0 unbroken, 1 dashes, 2 dashes and dots, 3 dots.
     pub pattern: u32,
@@ -58,19 +58,19 @@ pub struct WorldStroke {
 /// A surface with four corners, one after the other around it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WorldFace {
-    /// The corners, metres.
+    /// Corners of the face, metres.
     pub corners: [Vec3; 4],
-    /// sRGB.
+    /// Colour of the face, sRGB.
     pub color: [u8; 3],
-    /// How much it covers, 0 to 1.
+    /// Coverage of the face, 0 to 1.
     pub cover: f32,
 }
 
-/// What draws them; made when there are any for the first time.
+/// GPU resources of lines and faces, made on first use.
 pub(crate) struct PolylineResources {
     strokes: Pipeline,
     faces: Pipeline,
-    /// Whether the target takes colours as bytes.
+    /// Encoding: whether the target takes sRGB-encoded colours.
     undecoded: bool,
     pub(crate) quads: QuadMesh,
     slots: Vec<PolylineBuffers>,
@@ -179,7 +179,7 @@ impl PolylineResources {
         self.draw(pass, frame_group, &self.faces, instances)
     }
 
-    /// Likewise lines.
+    /// Draws strokes over what is farther.
     pub(crate) fn draw_strokes(
         &self,
         pass: &mut RenderPass<'_>,
@@ -263,13 +263,13 @@ pub(crate) fn target_color(color: [u8; 3], undecoded: bool) -> [f32; 3] {
     })
 }
 
-/// What tells pipelines of quads apart.
+/// Shader and instance layout of a quad pipeline.
 pub(crate) struct QuadShader {
     pub(crate) name: &'static str,
     pub(crate) words: &'static [u32],
     pub(crate) vertex: &'static std::ffi::CStr,
     pub(crate) fragment: &'static std::ffi::CStr,
-    /// Of an instance, which is vectors alone.
+    /// Bytes of an instance, which consists of vectors of four floats.
     pub(crate) bytes: usize,
 }
 

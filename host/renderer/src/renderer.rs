@@ -20,7 +20,7 @@ use crate::{
 /// Models that one renderer ever takes, removed ones included.
 const MAX_MODELS: usize = 1 << 20;
 
-/// What a picture may cost.
+/// Quality of a picture, and thereby its cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quality {
     /// Shape under one light and a hemisphere, worked out at vertices: for remote
@@ -40,10 +40,10 @@ impl Quality {
     }
 }
 
-/// How to draw.
+/// Options of drawing: quality, samples and validation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RendererOptions {
-    /// What a picture may cost.
+    /// Quality on graphics hardware.
     pub quality: Quality,
     /// Samples a pixel, 1 or 4.
     pub samples: u32,
@@ -65,11 +65,11 @@ impl Default for RendererOptions {
     }
 }
 
-/// Which device to draw with, and where what it compiled is kept.
+/// Choice of the device, and the folder of its pipeline cache.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct DeviceChoice {
-    /// Its number among those there are, or a part of its name; `BUSBAR_DEVICE`
-    /// in the environment goes before. `None` takes the best.
+    /// Number of the device, or a part of its name; `BUSBAR_DEVICE` in the environment takes
+    /// precedence. `None` takes the best.
     pub device: Option<String>,
     /// A folder for compiled pipelines; `None` keeps none.
     pub pipeline_cache: Option<PathBuf>,
@@ -83,7 +83,7 @@ struct RendererSetup {
     window: Option<Arc<dyn WindowHandles>>,
 }
 
-/// What a picture may cost.
+/// Quality and samples, for hardware and for software rasterizers.
 #[derive(Clone, Copy, PartialEq, Eq)]
 struct PictureSettings {
     quality: Quality,
@@ -305,7 +305,7 @@ impl Renderer {
         Some(self.scene.cache.get(key)?.triangles)
     }
 
-    /// Whether the way to or from a cursor can be drawn without being worked out first.
+    /// Reports whether the morph to a coarser cursor can be drawn without resolving it first.
     pub fn has_morph_target(&self, coarser: &MeshAtCursor) -> bool {
         let found = scene::find(&self.scene.models, coarser);
         found.is_some_and(|(key, _)| self.scene.morpher.is_ready(key))
@@ -503,7 +503,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// What a pick that was begun came to; it is told once.
+    /// Takes the result of a pick that was begun; a result is returned once.
     ///
     /// # Errors
     /// When the device is lost.
@@ -550,7 +550,7 @@ impl Renderer {
         self.scene.cache.bytes()
     }
 
-    /// Whether wireframes show lines; if not, they show the fill alone.
+    /// Reports whether wireframes show lines; if not, they show the fill alone.
     pub fn can_draw_wireframe(&self) -> bool {
         self.gpu.can_draw_lines()
     }
@@ -565,12 +565,13 @@ impl Renderer {
         self.gpu.validation_log()
     }
 
-    /// Whether the processor draws: what is hidden is left out then, and draws are gathered.
+    /// Reports whether a software rasterizer draws: CPU triangle culling and occlusion culling are
+    /// on then.
     pub fn uses_software_rasterizer(&self) -> bool {
         self.gpu.is_software()
     }
 
-    /// The device's name.
+    /// Returns the name of the device.
     pub fn device_name(&self) -> &str {
         self.gpu.device_name()
     }

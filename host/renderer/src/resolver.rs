@@ -28,7 +28,7 @@ pub const MAX_PENDING_RESOLVE_BYTES: u64 = 256 << 20;
 /// Threads that resolve. Half of the cores at most: the frames need theirs.
 const MAX_RESOLVE_THREADS: usize = 4;
 
-/// What is resolved.
+/// Mesh data that triangles are resolved from.
 #[derive(Clone, Copy)]
 pub(crate) struct ResolveSource<'a> {
     pub(crate) stacks: &'a Arc<CollapseStacks>,
@@ -36,7 +36,7 @@ pub(crate) struct ResolveSource<'a> {
     pub(crate) slender: Option<&'a Arc<SlenderWedges>>,
     /// The live triangles from which on they are gathered.
     pub(crate) min_culled_triangles: usize,
-    /// Whether its large faces are looked for.
+    /// Occluder search: whether large faces are looked for.
     pub(crate) occludes: bool,
 }
 
@@ -46,7 +46,7 @@ pub(crate) struct ResolvedTriangles {
     pub(crate) triangles: Vec<[u32; 3]>,
     /// For each section, its range in `triangles`.
     pub(crate) sections: Vec<SectionRange>,
-    /// Where they are gathered.
+    /// Data of CPU triangle culling, where the mesh takes part.
     pub(crate) blocks: Option<TriangleBlocks>,
     /// Large faces, the largest first; none where they are not looked for.
     pub(crate) occluders: Box<[Occluder]>,
@@ -74,7 +74,7 @@ impl ResolvedTriangles {
     }
 }
 
-/// What is asked for.
+/// Request to resolve a mesh at a cursor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Request {
     /// The live triangles of a mesh.
@@ -113,10 +113,10 @@ impl Request {
     }
 }
 
-/// What a request came to.
+/// Result of a request.
 pub(crate) enum Resolved {
     Triangles(ResolvedTriangles),
-    /// As wedge indices, by wedge.
+    /// Representative of each wedge, as wedge indices.
     MorphTarget(Vec<u32>),
 }
 

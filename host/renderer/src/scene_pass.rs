@@ -20,7 +20,7 @@ use crate::visibility::world_from_mesh;
 /// Runs that most meshes have at most.
 const USUAL_RUNS: usize = 2;
 
-/// Which sections of a mesh are drawn.
+/// Filter of a mesh's sections by their material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Sections {
     All,
@@ -41,9 +41,9 @@ pub(crate) struct SceneDrawer<'a> {
     pub(crate) morpher: Option<&'a Morpher>,
     /// Bound after the material's group, where a pipeline takes more.
     pub(crate) more: Option<&'a BindGroup>,
-    /// What of the plan is drawn, but for what blends.
+    /// Drawing phase of the plan; blended sections ignore it.
     pub(crate) phase: DrawPhase,
-    /// Where small draws are gathered.
+    /// CPU triangle culler, on software rasterizers.
     pub(crate) culler: Option<TriangleCuller<'a>>,
     /// Faces are shown from behind, too.
     pub(crate) shows_backs: bool,
@@ -53,7 +53,7 @@ pub(crate) struct SceneDrawer<'a> {
 #[derive(Default)]
 struct SectionDraws<'a> {
     sections: Vec<SectionDraw<'a>>,
-    /// Of the instances that are gathered.
+    /// Views of the instances that are culled.
     views: Vec<InstanceView>,
 }
 
@@ -64,36 +64,36 @@ struct SectionDraw<'a> {
     groups: [&'a BindGroup; 4],
     /// All but the groups.
     draw: DrawCall<'a>,
-    /// Where it may be gathered with others.
+    /// Triangles for CPU culling, where the draw takes part.
     culled: Option<CulledRange<'a>>,
 }
 
 /// Triangles of a mesh that are drawn alike.
 struct SectionRun<'a> {
     chosen: SelectedPipeline<'a>,
-    /// Of its first section; others have theirs in their vertices.
+    /// Material of the first section; others have theirs in their vertices.
     material: &'a GpuMaterial,
     is_slender: bool,
-    /// Indices.
+    /// Range of indices within the mesh.
     part: Range<u32>,
 }
 
 impl SectionRun<'_> {
-    /// Whether a section's part after it may be drawn with it.
+    /// Reports whether the next part of a section can join this run.
     fn can_extend_with(&self, chosen: &SelectedPipeline<'_>, part: &Range<u32>) -> bool {
         !self.chosen.reads_material && !chosen.reads_material && self.part.end == part.start
     }
 }
 
-/// What is alike in it is drawn together: pipeline, faces, features, material, and where
-/// vertices and indices lie.
+/// Render state shared by merged draws: pipeline, raster state, material, and the blocks of
+/// vertices and indices.
 type StateKey = (u8, [bool; 3], u32, [u32; 2]);
 
-/// Of vertices that no arena holds.
+/// Block number of vertices outside all arenas.
 const NO_BLOCK: u32 = u32::MAX;
 
 impl<'a> SceneDrawer<'a> {
-    /// Draws all batches.
+    /// Draws all batches of the phase.
     pub(crate) fn draw(
         &self,
         pass: &mut RenderPass<'_>,
@@ -265,7 +265,7 @@ impl<'a> SceneDrawer<'a> {
     }
 }
 
-/// Where the vertices of a batch are.
+/// Buffer and offset of a batch's vertices.
 struct VertexSource<'a> {
     block: u32,
     buffer: &'a Buffer,

@@ -41,7 +41,7 @@ use crate::{Frame, FrameStats, MeshAtCursor, Quality, RenderError, ResolveReques
 /// one buffer always, so that each arrives.
 pub const MAX_UPLOAD_BYTES_PER_FRAME: u64 = 4 << 20;
 
-/// What an upload costs besides its bytes, in bytes.
+/// Overhead of an upload besides its bytes, in bytes.
 const UPLOAD_OVERHEAD_BYTES: u64 = 32 << 10;
 
 /// Meshes that are resolved at once, before they are uploaded, where a frame
@@ -54,7 +54,7 @@ const PICK_STREAM: usize = MAX_FRAMES_IN_FLIGHT;
 /// All that is drawn and what it is drawn with.
 pub(crate) struct SceneResources {
     pub(crate) models: Vec<Option<GpuModel>>,
-    /// Of all models.
+    /// Vertices of all models.
     pub(crate) vertices: BufferArena,
     pub(crate) cache: IndexCache,
     pub(crate) resolver: Resolver,
@@ -64,7 +64,7 @@ pub(crate) struct SceneResources {
     ground: GroundResources,
     layouts: Layouts,
     pipelines: Pipelines,
-    /// At high quality.
+    /// Resources of high quality, if chosen.
     high: Option<HighQualityResources>,
     /// Once something was outlined.
     outlines: Option<Outlines>,
@@ -75,19 +75,19 @@ pub(crate) struct SceneResources {
     planes: Option<DensityPlaneResources>,
     pub(crate) samples: u32,
     streams: Vec<FrameBuffers>,
-    /// Those of frames and of picks.
+    /// Views of frames and of picks.
     views: [ViewState; 2],
     first_pass_depth: FirstPassDepth,
 }
 
-/// Who looks at the content.
+/// Kind of view that is drawn.
 #[derive(Clone, Copy)]
 enum ViewKind {
     Frame,
     Pick,
 }
 
-/// What is drawn in order, and what of it was seen last.
+/// Sorted instances, draw plan and occluders of a view.
 #[derive(Default)]
 struct ViewState {
     buckets: InstanceBuckets,
@@ -95,7 +95,7 @@ struct ViewState {
     occluders: OcclusionBuffer,
 }
 
-/// What high quality adds.
+/// Resources that high quality adds.
 struct HighQualityResources {
     shadows: Shadows,
     ambient_occlusion: AmbientOcclusion,
@@ -108,7 +108,7 @@ impl HighQualityResources {
     }
 }
 
-/// What frames bind after their own.
+/// Returns the bindings that frames need besides their own.
 fn high_quality_bindings(high: Option<&HighQualityResources>) -> Vec<Binding<'_>> {
     high.map_or_else(Vec::new, |high| high.shadows.bindings().to_vec())
 }
@@ -167,7 +167,7 @@ impl SceneResources {
         self.cache.trim();
     }
 
-    /// What was recorded last never ran: images hold nothing.
+    /// Discards what the last frame recorded, which never ran: images hold nothing.
     pub(crate) fn abandon_frame(&mut self) {
         self.cache.abandon_frame();
         // Among it may be what was never filled.
@@ -297,9 +297,9 @@ impl SceneResources {
         Ok(plan)
     }
 
-    /// Whether what is behind large faces is left out: where the processor draws, that takes
-    /// less time than drawing it. A section and a wireframe are seen through, without
-    /// perspective distances do not tell what is behind, and a pick draws next to nothing.
+    /// Reports whether occlusion culling against large faces is on. Only software rasterizers gain
+    /// by it. Sections and wireframes are see-through; without perspective distances do not decide;
+    /// a pick draws next to nothing.
     fn culls_occluded(&self, recorder: &Recorder<'_>, kind: ViewKind, frame: &Frame<'_>) -> bool {
         let is_seen_through = frame.wireframe || frame.section.is_some();
         recorder.gpu().is_software()
@@ -326,7 +326,7 @@ impl SceneResources {
         cpu_triangle_culling::reserve(&mut stream.culled_indices, recorder.gpu(), triangles)
     }
 
-    /// What tells what is hidden of a part of a frame: what was drawn before it, or large faces.
+    /// Returns the occlusion test of a drawing phase: the first phase's depth, or large faces.
     fn occlusion_test(&self, (plan, phase): (&DrawPlan, DrawPhase)) -> Option<OcclusionTest<'_>> {
         match phase {
             DrawPhase::Second if plan.has_first_phase => {

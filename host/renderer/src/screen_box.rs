@@ -1,4 +1,4 @@
-//! Where a box lies on the screen.
+//! Screen-space bounds of a projected bounding box.
 
 use std::ops::Range;
 
@@ -32,8 +32,8 @@ impl ScreenBox {
         self.center
     }
 
-    /// Its least distance along the line of sight; `None` where that is no number, or it is
-    /// before the near plane in part, where clip space has no places on the screen.
+    /// Returns the least distance along the line of sight. `None` where that is NaN or the box
+    /// crosses the near plane, where clip space has no screen positions.
     #[inline]
     pub(crate) fn nearest(&self) -> Option<f32> {
         let Self { center, reach, .. } = *self;
@@ -49,15 +49,15 @@ impl ScreenBox {
         self.center.z + self.reach.z
     }
 
-    /// Of one without a nearest place: whether it is not wholly behind the eye.
+    /// Reports, for a box without a nearest distance, whether it is not wholly behind the eye.
     pub(crate) fn may_surround(&self) -> bool {
         let Self { center, reach, .. } = *self;
         let is_behind = center.w + reach.w < 0.0;
         !((center.abs() + reach).is_finite() && is_behind)
     }
 
-    /// Its least and greatest places, of one that has a nearest: from -1 to 1 over the picture,
-    /// from left to right and from its top down.
+    /// Returns the least and greatest screen positions of a box with a nearest distance: -1 to 1,
+    /// from left to right and from the top down.
     #[inline]
     pub(crate) fn extent(&self) -> [Vec2; 2] {
         let Self { center, halves: [x, y, z], .. } = self;
@@ -93,7 +93,7 @@ impl ScreenBox {
     }
 }
 
-/// Those that two ranges reach over.
+/// Returns the range that spans two ranges.
 pub(crate) fn hull(one: &Range<u32>, other: &Range<u32>) -> Range<u32> {
     one.start.min(other.start)..one.end.max(other.end)
 }

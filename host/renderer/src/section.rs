@@ -2,8 +2,8 @@
 
 use glam::{DVec4, Vec3};
 
-/// What lies before it is neither drawn nor picked, nor casts it a shadow; what was
-/// inside and comes to be seen is hatched.
+/// Section plane. Geometry before it is neither drawn nor picked, and casts no shadow. Insides that
+/// become visible are hatched.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SectionPlane {
     /// Towards what is cut away, world space; a unit vector.

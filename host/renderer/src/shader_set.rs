@@ -1,4 +1,4 @@
-//! Which words the pipelines are compiled from.
+//! Shader sets: SPIR-V modules of the mesh passes by quality and section plane.
 
 use busbar_shaders::{
     LOW, LOW_SECTION, PICK, PICK_SECTION, SCENE, SCENE_SECTION, SCENE_SHADOWED,
@@ -12,7 +12,7 @@ pub(crate) struct ShaderSet {
     pub(crate) scene: &'static [u32],
     pub(crate) wireframe: &'static [u32],
     pub(crate) pick: &'static [u32],
-    /// At high quality.
+    /// Shadow-map shader at high quality.
     pub(crate) shadow: Option<&'static [u32]>,
 }
 

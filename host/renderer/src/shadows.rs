@@ -28,7 +28,7 @@ const MARGIN: f64 = 3.0;
 /// Sides that bounds have at least, metres: flat things have shadows, too.
 const MIN_SIDE_METRES: f64 = 0.01;
 
-/// How the sun sees the scene.
+/// Orthographic view of the scene from the sun.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SunView {
     camera: CameraView,
@@ -87,7 +87,7 @@ fn corners(bounds: Bounds) -> impl Iterator<Item = DVec3> {
     (0..8).map(move |i| DVec3::select(glam::BVec3::new(i & 1 > 0, i & 2 > 0, i & 4 > 0), high, low))
 }
 
-/// What decides the shadow of an instance.
+/// Data that decides the shadow of an instance.
 #[derive(Clone, Copy, PartialEq)]
 struct ShadowCaster {
     model: ModelHandle,
@@ -96,10 +96,10 @@ struct ShadowCaster {
     world_from_mesh: Mat4,
 }
 
-/// What the map shows.
+/// Contents of the shadow map.
 #[derive(Default)]
 struct ShadowMapState {
-    /// Of the list that casters come from, where it is one that is kept.
+    /// Revision of the retained list that casters come from, if any.
     revision: Option<u64>,
     sun: Option<SunView>,
     section: Option<SectionPlane>,
@@ -138,7 +138,7 @@ impl Shadows {
         })
     }
 
-    /// What frames bind after their own.
+    /// Returns the bindings of the shadow map and its sampler.
     pub(crate) fn bindings(&self) -> [Binding<'_>; 2] {
         [Binding::Texture(&self.map), Binding::Sampler(&self.sampler)]
     }
@@ -149,7 +149,7 @@ impl Shadows {
         self.buckets.invalidate();
     }
 
-    /// Whether the map is to be drawn for this frame; notes what it will show then.
+    /// Reports whether the map must be drawn for this frame, and records what it will show then.
     fn is_outdated(&mut self, frame: &Frame<'_>, sun: Option<SunView>) -> bool {
         let revision = match frame.instances {
             InstanceSource::Listed(_) => None,
@@ -244,7 +244,7 @@ impl Shadows {
     }
 }
 
-/// What a pass of its own over the meshes takes from the scene.
+/// Scene data that a separate pass over the meshes needs.
 #[derive(Clone, Copy)]
 pub(crate) struct MeshPassInputs<'a> {
     pub(crate) models: &'a [Option<GpuModel>],

@@ -1,9 +1,9 @@
-//! Which triangles are of slender things: those have a draw of their own, so that what is
-//! beside them does not pay for their widening.
+//! Slender triangles: conductors, wires and rods have draws of their own, so that other geometry
+//! does not pay for their widening.
 
 use std::ops::Range;
 
-/// Which wedges of a mesh are of slender things, a bit each.
+/// Bit set of the wedges that belong to slender islands.
 pub(crate) struct SlenderWedges(Vec<u64>);
 
 /// Triangles, or indices, of a section: what is slender comes last.
@@ -14,7 +14,7 @@ pub(crate) struct SectionRange {
 }
 
 impl SlenderWedges {
-    /// Of that many wedges, those of which it is true.
+    /// Builds a bit set of the wedges that belong to slender islands.
     pub(crate) fn new(count: usize, is_slender: impl Fn(usize) -> bool) -> Self {
         let word = |first: usize| {
             let wedges = (first..count).take(u64::BITS as usize);
@@ -63,8 +63,8 @@ impl SectionRange {
         Self { all: 3 * all.start..3 * all.end, slender_from: 3 * slender_from }
     }
 
-    /// What is drawn by a pipeline for all, and by one for what is slender: the latter is
-    /// empty where there is none.
+    /// Returns the ranges for the general pipeline and for the slender one; the latter is empty
+    /// where there is none.
     pub(crate) fn parts(&self, has_slender: bool) -> [(bool, Range<u32>); 2] {
         let from = if has_slender { self.slender_from } else { self.all.end };
         [(false, self.all.start..from), (true, from..self.all.end)]

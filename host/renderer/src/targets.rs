@@ -16,12 +16,12 @@ pub(crate) struct SceneTargets {
     pub(crate) picture: Image,
     /// Depth with one sample a pixel, where a pass asked for it.
     one_depth: Option<Layer>,
-    /// What passes over the picture left for each other.
+    /// Intermediate images that passes over the picture leave for each other.
     pub(crate) sky_visibility: Option<Layer>,
     pub(crate) mask: Option<OutlineMask>,
 }
 
-/// What is outlined, where there is any of it, and its depth.
+/// Mask of outlined objects, where there are any, and its depth.
 pub(crate) struct OutlineMask {
     pub(crate) layer: Layer,
     pub(crate) tiles: Layer,

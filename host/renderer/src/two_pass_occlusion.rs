@@ -1,6 +1,8 @@
-//! Where the processor draws, most of a frame goes into what is hidden by much that is nearer,
-//! though by nothing large: rows of equipment, one behind the other. So what is near is drawn
-//! first, and of the rest what is not behind that, by the depth that was drawn.
+//! Two-pass occlusion culling on software rasterizers: near instances are drawn first, the rest is
+//! tested against their depth.
+//!
+//! Most of a frame is hidden by many nearer things rather than by large ones: rows of equipment,
+//! one behind the other.
 
 use glam::Vec3;
 
@@ -10,7 +12,7 @@ use crate::index_cache::IndexCache;
 use crate::model::GpuModel;
 use crate::visibility::world_from_mesh;
 
-/// Of a frame's triangles, the share that is drawn first.
+/// Share of a frame's triangles that the first pass draws.
 const NEAR_SHARE: f32 = 0.2;
 /// Triangles of the rest that are worth it: to look for what is hidden takes as long as to
 /// draw some ten thousand.

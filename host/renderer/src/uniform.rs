@@ -1,4 +1,4 @@
-//! What a frame tells all its shaders.
+//! Frame uniform: matrices, planes and sizes that all shaders of a frame read.
 
 use busbar_gpu::Viewport;
 use busbar_shaders::FrameUniform;
@@ -85,7 +85,7 @@ mod tests {
         }
     }
 
-    /// What the pixel shows that a point is seen at.
+    /// Returns pixel coordinates and depth that a world point is seen at.
     fn pixel_of(world: Vec3) -> Vec4 {
         let clip = frame().camera.clip_from_world() * world.extend(1.0);
         let at = |axis: usize| {

@@ -1,4 +1,4 @@
-//! What a frame need not draw: it is beside the picture, or hidden.
+//! Visibility: frustum culling, and occlusion culling behind large faces.
 
 use std::f32::consts::PI;
 use std::ops::Range;
@@ -16,7 +16,7 @@ use crate::masked_occlusion::MaskedDepthBuffer;
 use crate::model::{GpuMesh, GpuModel};
 use crate::occluders::{MAX_CORNERS, Occluder};
 
-/// Of a picture, the share that a face must cover to be worth looking behind.
+/// Least share of a picture that an occluding face must cover.
 const MIN_SCREEN_SHARE: f32 = 1.0 / 128.0;
 /// Faces of a frame, those that cover most.
 const MAX_FACES: usize = 1024;
@@ -26,10 +26,10 @@ const MAX_FOUND: usize = 4 * MAX_FACES;
 /// behind it for all that rounding tells.
 const BACK_FACE_TOLERANCE: f32 = 1e-5;
 
-/// What a camera may see.
+/// Frustum and occluders that instances are culled against.
 pub(crate) struct CullView<'a> {
     pub(crate) frustum: Frustum,
-    /// What lies behind it is hidden; `None` where nothing is.
+    /// Occluding faces; `None` where nothing is occluded.
     pub(crate) occluders: Option<&'a OcclusionBuffer>,
 }
 
@@ -40,7 +40,7 @@ impl CullView<'_> {
     }
 }
 
-/// What tells what is hidden.
+/// Occlusion test against large faces or against the depth of the first pass.
 #[derive(Clone, Copy)]
 pub(crate) enum OcclusionTest<'a> {
     LargeFaces(&'a OcclusionBuffer),
@@ -56,7 +56,7 @@ impl OcclusionTest<'_> {
         }
     }
 
-    /// Whether anything in a box is in the picture and not hidden.
+    /// Reports whether any part of a box is in the picture and not occluded.
     #[inline]
     pub(crate) fn is_box_visible(self, clip_from_mesh: &Mat4, bounds: &Bounds) -> bool {
         match self {
@@ -72,7 +72,7 @@ pub(crate) struct OcclusionBuffer {
     clip_from_world: Mat4,
     depth: MaskedDepthBuffer,
     found: Vec<ProjectedFace>,
-    /// Clip space.
+    /// Corners of all faces, clip space.
     corners: Vec<Vec4>,
 }
 
@@ -81,7 +81,7 @@ struct ProjectedFace {
     pixels: f32,
     /// One over its distance, at its nearest.
     nearest: f32,
-    /// In [`OcclusionBuffer::corners`].
+    /// Range of its corners in [`OcclusionBuffer::corners`].
     corners: Range<usize>,
 }
 
@@ -197,7 +197,7 @@ impl OcclusionBuffer {
         }
     }
 
-    /// Whether nothing in a box of an instance's mesh is seen.
+    /// Reports whether a box of an instance's mesh is wholly occluded.
     #[inline]
     pub(crate) fn is_occluded(&self, instance: &Instance, bounds: &Bounds) -> bool {
         !self.is_box_visible(&self.clip_from_mesh(instance), bounds)
@@ -239,7 +239,7 @@ struct FaceFilter {
 }
 
 impl FaceFilter {
-    /// Whether anything in a ball may cover as much as is worth looking behind.
+    /// Reports whether any face within a sphere may be large enough to occlude.
     #[inline]
     fn is_near(&self, sphere: &BoundingSphere) -> bool {
         sphere.center.distance_squared(self.eye) <= self.near * sphere.radius * sphere.radius
@@ -269,7 +269,7 @@ impl FaceFilter {
     }
 }
 
-/// Whether a face is wholly beside the picture, or behind it.
+/// Reports whether a face is wholly outside the frustum.
 fn is_outside_frustum(corners: &[Vec4]) -> bool {
     let all = |is_out: fn(&Vec4) -> bool| corners.iter().all(is_out);
     all(|corner| corner.x > corner.w)
@@ -279,7 +279,7 @@ fn is_outside_frustum(corners: &[Vec4]) -> bool {
         || all(|corner| corner.z > corner.w)
 }
 
-/// As a matrix.
+/// Returns the instance's transform as a matrix.
 pub(crate) fn world_from_mesh(instance: &Instance) -> Mat4 {
     let [x, y, z] = instance.world_from_mesh.map(Vec4::from_array);
     Mat4::from_cols(x, y, z, Vec4::W).transpose()

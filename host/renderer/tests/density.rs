@@ -14,7 +14,7 @@ use glam::Vec3;
 const BINS: usize = 128;
 const SIDE: usize = BINS + 1;
 const AXES: usize = 5;
-/// Of a picture between two axes.
+/// Columns of a picture between two axes.
 const COLUMNS: usize = 64;
 const ROWS: usize = 137;
 
@@ -40,7 +40,7 @@ fn bin(value: f32, edges: &[f32; BINS - 1]) -> usize {
     if value.is_nan() { BINS } else { edges.iter().filter(|edge| **edge <= value).count() }
 }
 
-/// How many lines pass each cell between axes: straight from bin to bin, a line at a time.
+/// Counts how many lines pass each cell between axes: straight from bin to bin, a line at a time.
 fn laid_out(counts: &[u32], pairs: &[[usize; 2]], flipped: &[bool]) -> Vec<u32> {
     let row_of = |bin: usize, flipped: bool| match bin {
         BINS => 0,

@@ -1,4 +1,4 @@
-//! What high quality adds: shadows and contact shades.
+//! High quality: shadows and ambient occlusion.
 
 mod common;
 

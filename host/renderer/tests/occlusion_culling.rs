@@ -1,4 +1,5 @@
-//! What large faces hide, which a software rasteriser does not draw.
+//! Occlusion culling on a software rasterizer: hidden geometry is left out and pictures stay the
+//! same.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
@@ -130,8 +131,8 @@ fn what_is_hidden_has_its_outline() {
     });
 }
 
-/// What is before the eye changes with it, and in a section, a wireframe or without perspective
-/// all is drawn.
+/// Occluders change with the camera. In a section, a wireframe or without perspective everything is
+/// drawn.
 #[test]
 fn only_what_is_behind_for_this_camera_is_hidden() {
     if draws_on_card() {
@@ -245,8 +246,8 @@ fn what_is_behind_much_that_is_near_is_not_drawn() {
     }
 }
 
-/// What stands where another part of its model does shares what was written of that, but not
-/// where that moves among others of its kind.
+/// Parts of one model in one place share their written instance, unless one of them moves among
+/// others of its kind.
 #[test]
 fn parts_stay_in_their_places_when_what_is_near_comes_first() {
     if draws_on_card() {

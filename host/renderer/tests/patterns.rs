@@ -11,7 +11,7 @@ use glam::{Mat4, Vec3};
 const VISIBLE: f32 = 14.0;
 /// The share of a surface that differs where two of its states do.
 const MIN_SHARE: f32 = 0.15;
-/// As the states of a legend are drawn.
+/// Tint strength of a legend's states.
 const STRENGTH: f32 = 0.85;
 
 /// Luma (ITU-R BT.709) of each pixel.

@@ -1,4 +1,4 @@
-//! What pictures show.
+//! Pictures of the renderer: colours, textures, transparency, tints and wireframes.
 
 mod common;
 

@@ -15,7 +15,8 @@ use glam::{Mat4, Quat, Vec3};
 
 const PARTS: u32 = 5;
 
-/// Where a face's edge goes through the middle of a pixel, its back may be drawn there.
+/// Pixels that may differ: where a face's edge goes through the middle of a pixel, its back may be
+/// drawn there.
 const EDGE_PIXELS: usize = 2;
 
 /// A closed box; `feature`: whose it is.
@@ -106,7 +107,8 @@ fn parts_in_one_place_are_one_draw_and_look_as_they_do_one_by_one() {
     }
 }
 
-/// What faces away is hidden by what does not: a plane that cuts nothing has it drawn.
+/// Back-facing triangles are hidden by front-facing ones. A section plane that cuts nothing has
+/// them drawn.
 #[test]
 fn what_faces_away_is_not_missed() {
     with_each_quality(1, |renderer| {

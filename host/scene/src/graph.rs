@@ -23,11 +23,10 @@ pub const MAX_NODES: usize = 4_000_000;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct NodeIndex(pub u32);
 
-/// Where something stands: scale, then rotate (about x, y, z in turn), then
-/// translate.
+/// Placement transform: scale, then rotate (about x, y, z in turn), then translate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transform {
-    /// Metres.
+    /// Translation along each axis, metres.
     pub translation: Vec3,
     /// Degrees about x, y and z, applied in that order.
     pub rotation_degrees: Vec3,
@@ -44,9 +43,9 @@ pub struct Placement {
     pub parent: Option<usize>,
     /// Transform to the parent's space.
     pub transform: Transform,
-    /// Model shown here.
+    /// Model that is shown here.
     pub model: Option<ModelIndex>,
-    /// How its theta is chosen here; none where the model's policy holds.
+    /// Theta policy of this placement; none where the model's policy holds.
     pub theta: Option<ThetaPolicy>,
 }
 
@@ -70,7 +69,7 @@ impl<'a> SceneNode<'a> {
         self.nodes.name(self.place)
     }
 
-    /// Whether it is a part of a model that is placed.
+    /// Reports whether the node is a part of a placed model.
     pub fn is_part(&self) -> bool {
         self.place.part.is_some()
     }
@@ -95,7 +94,7 @@ impl<'a> SceneNode<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct PolicyIndex(pub u32);
 
-/// Why placements make no scene.
+/// Reasons why placements make no scene.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum SceneError {
     /// Two nodes have one id.
@@ -105,7 +104,7 @@ pub enum SceneError {
         place(second_parent)
     )]
     DuplicateId {
-        /// The id.
+        /// Equipment id used twice.
         id: EquipmentId,
         /// Parent of the node that has it.
         first_parent: Option<EquipmentId>,
@@ -115,7 +114,7 @@ pub enum SceneError {
     /// An id that looks like a part's.
     #[error("equipment id '{id}' has a '/'")]
     SlashInId {
-        /// The id.
+        /// Equipment id with a slash.
         id: EquipmentId,
     },
     /// More nodes than [`MAX_NODES`].
@@ -124,7 +123,7 @@ pub enum SceneError {
 }
 
 impl SceneError {
-    /// What the reader of the message can do.
+    /// Returns the remedy for the reader of the message.
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::DuplicateId { .. } => "give one of them another id, or its model other names",
@@ -138,12 +137,12 @@ fn place(parent: &Option<EquipmentId>) -> String {
     parent.as_ref().map_or("at the top".into(), |parent| format!("under '{parent}'"))
 }
 
-/// What a model adds to a scene wherever it is placed: its nodes and their boxes.
+/// Nodes and boxes that a model adds to a scene wherever it is placed.
 #[derive(Clone, Debug)]
 pub struct ModelParts(Arc<Parts>);
 
 impl ModelParts {
-    /// Of a model as imported.
+    /// Collects the parts of a model as imported.
     pub fn from_model(model: &Model) -> Self {
         Self(Arc::new(Parts::from_model(model)))
     }
@@ -220,22 +219,22 @@ impl SceneGraph {
         Ok(graph)
     }
 
-    /// What a model adds wherever it is placed, for another graph with it.
+    /// Returns the parts that a model adds wherever it is placed, for use in another graph.
     pub fn model_parts(&self, model: ModelIndex) -> ModelParts {
         ModelParts(Arc::clone(self.nodes.parts_of_model(model)))
     }
 
-    /// Number of nodes.
+    /// Returns the number of nodes.
     pub fn node_count(&self) -> usize {
         self.nodes.len()
     }
 
-    /// All nodes.
+    /// Iterates over all nodes.
     pub fn nodes(&self) -> impl Iterator<Item = SceneNode<'_>> {
         self.nodes.places().map(|place| SceneNode { nodes: &self.nodes, place })
     }
 
-    /// One node.
+    /// Returns the node of an index.
     pub fn node(&self, index: NodeIndex) -> SceneNode<'_> {
         SceneNode { nodes: &self.nodes, place: self.nodes.place_of(index) }
     }
@@ -251,7 +250,7 @@ impl SceneGraph {
         Some(bounds.transformed(&self.world_from_mesh(instance)))
     }
 
-    /// Meshes to draw.
+    /// Iterates over the mesh instances to draw.
     pub fn instances(&self) -> impl ExactSizeIterator<Item = MeshInstance> {
         (0..self.instances.len()).map(|index| self.instance(index))
     }

@@ -10,8 +10,8 @@ use crate::{MeshInstance, NodeIndex, SceneGraph};
 
 /// The fewest mesh instances that are worth a group.
 const MIN_INSTANCES: u32 = 16;
-/// How many times as many instances a group has as the greatest within it; what has
-/// fewer would stand for hardly more.
+/// Least ratio of a group's instances to those of the greatest group within it. A smaller ratio
+/// would stand for hardly more.
 const MIN_GROWTH: u32 = 2;
 /// By how much transforms of groups that look the same may differ, as a share of their
 /// size and in their axes: what rounding makes of it.
@@ -22,7 +22,7 @@ const TOLERANCE: f32 = 1e-4;
 pub struct Group {
     /// The nodes, the one at the top first.
     pub nodes: Range<u32>,
-    /// Their mesh instances, by index in [`SceneGraph::instances`].
+    /// Range of their mesh instances in [`SceneGraph::instances`].
     pub instances: Range<u32>,
     /// Index of the first group after those within this one.
     pub after: u32,
@@ -64,7 +64,7 @@ pub fn first_group_after(starts: &[u32], end: u32) -> u32 {
     starts.partition_point(|&start| start < end) as u32
 }
 
-/// What hangs under each node.
+/// Subtree measurements of each node.
 struct Trees {
     /// The first node after those under it.
     ends: Vec<u32>,
@@ -125,7 +125,7 @@ impl Trees {
     }
 }
 
-/// What tells a mesh instance apart from others, but for where it is.
+/// Identity of a mesh instance apart from its transform.
 type Look = (u32, u32, u32, Option<u32>, Option<u32>);
 
 /// Notes which groups look the same.
@@ -159,7 +159,7 @@ fn look(group: &Group, instance: &MeshInstance) -> Look {
     )
 }
 
-/// Whether instances that are of the same meshes lie alike as well.
+/// Reports whether instances of the same meshes are arranged alike as well.
 fn looks_the_same(graph: &SceneGraph, a: &Group, b: &Group) -> bool {
     if a.nodes.len() != b.nodes.len() {
         return false;

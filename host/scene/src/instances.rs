@@ -31,7 +31,7 @@ pub struct MeshInstance {
     kind: u32,
 }
 
-/// What placements show alike.
+/// Mesh, policy and part that several placements share.
 #[derive(Clone, Copy, Debug)]
 struct Kind {
     model: ModelIndex,
@@ -113,14 +113,14 @@ impl Instances {
         self.kinds.get(instance.kind as usize)?.bounds
     }
 
-    /// Those of a placement, by index.
+    /// Returns the instances of a placement, by index.
     pub(crate) fn of_placement(&self, placement: u32) -> Range<usize> {
         let first = self.shown.partition_point(|shown| shown.placement < placement);
         let count = self.shown[first..].partition_point(|shown| shown.placement == placement);
         first..first + count
     }
 
-    /// See [`crate::SceneGraph::split_meshes`].
+    /// Replaces meshes by their pieces; see [`crate::SceneGraph::split_meshes`].
     pub(crate) fn split_meshes(
         &mut self,
         model: ModelIndex,

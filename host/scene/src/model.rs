@@ -43,7 +43,7 @@ pub struct Material {
     pub name: String,
     /// Linear base colour and alpha.
     pub base_color: [f32; 4],
-    /// Base-colour texture, sRGB.
+    /// Base-colour texture, sRGB encoded.
     pub base_color_texture: Option<TextureRef>,
     /// 0 dielectric (porcelain, paint) to 1 metal.
     pub metallic: f32,
@@ -51,18 +51,18 @@ pub struct Material {
     pub roughness: f32,
     /// Roughness in green, metallic in blue; linear.
     pub metallic_roughness_texture: Option<TextureRef>,
-    /// Linear emitted colour.
+    /// Emitted colour in linear rgb.
     pub emissive: [f32; 3],
-    /// Whether back faces are drawn.
+    /// Back faces: whether they are drawn.
     pub double_sided: bool,
-    /// How alpha is used.
+    /// Use of the alpha channel.
     pub alpha: AlphaMode,
 }
 
-/// How a material's alpha is used (glTF 2.0, section 3.9.4).
+/// Alpha mode of a material (glTF 2.0, section 3.9.4).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum AlphaMode {
-    /// Ignored.
+    /// Ignores the alpha channel.
     #[default]
     Opaque,
     /// Drawn where alpha is at least the cutoff.
@@ -74,25 +74,25 @@ pub enum AlphaMode {
 /// A texture as a material uses it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct TextureRef {
-    /// Index into [`Model::textures`].
+    /// Texture index into [`Model::textures`].
     pub texture: u32,
     /// Repeat rule along u and v.
     pub wrap: [Wrap; 2],
 }
 
-/// What happens outside 0..1 of a texture coordinate.
+/// Wrap mode of texture coordinates outside 0..1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Wrap {
-    /// Tiles.
+    /// Repeats the texture in tiles.
     #[default]
     Repeat,
-    /// Stretches the edge.
+    /// Clamps to the edge's colour.
     Clamp,
     /// Tiles, every other one mirrored.
     Mirror,
 }
 
-/// A decoded image.
+/// Decoded image of a texture.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Texture {
     /// Width in pixels, at least 1.

@@ -1,4 +1,4 @@
-//! How a part of a model moves from where its file shows it.
+//! Motion of a model's part: rotation about a hinge, translation and scale.
 
 use glam::{Mat4, Quat, Vec3};
 
@@ -19,8 +19,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Where the part is once it has gone a share of the way: 0 as it is modelled, 1 at the
-    /// other end.
+    /// Returns the part's transform at a share of the way: 0 as modelled, 1 at the other end.
     pub fn transform_at(&self, share: f32) -> Mat4 {
         let axis = self.axis.normalize_or(Vec3::Y);
         let turn = Quat::from_axis_angle(axis, (self.degrees * share).to_radians());

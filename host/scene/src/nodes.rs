@@ -17,15 +17,15 @@ use crate::{EquipmentId, ModelIndex};
 /// In place of an index: there is none.
 const NONE: u32 = u32::MAX;
 
-/// A placement.
+/// Packed record of a placement.
 #[derive(Clone, Copy, Debug)]
 struct Record {
-    /// Its node; those of its parts follow.
+    /// Node of the placement; those of its parts follow.
     node: u32,
     /// The placement it hangs under.
     parent: u32,
     model: u32,
-    /// Where its id ends in the texts; it begins where the one before ends.
+    /// End of its id in the concatenated texts; it begins where the one before ends.
     id_end: u32,
 }
 
@@ -84,7 +84,7 @@ pub(crate) struct Place {
 /// All nodes, parents before children.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Nodes {
-    /// One a model.
+    /// Parts of each model.
     parts: Vec<Arc<Parts>>,
     records: Vec<Record>,
     world_from_placements: Transforms,
@@ -249,7 +249,7 @@ impl Nodes {
         self.poses.set(place, pose)
     }
 
-    /// Whether a part of a placement is another one, or hangs under it.
+    /// Reports whether a part of a placement is another one, or hangs under it.
     pub(crate) fn hangs_under(&self, place: Place, part: u32) -> bool {
         let Record { model, .. } = self.records[place.placement as usize];
         let mut above = place.part;

@@ -1,4 +1,4 @@
-//! What a model adds to the scene wherever it is placed.
+//! Model parts: nodes and features that a model adds to the scene wherever it is placed.
 
 use std::collections::HashMap;
 
@@ -19,7 +19,7 @@ pub(crate) struct Parts {
 
 #[derive(Clone, Debug)]
 pub(crate) struct Part {
-    /// What goes behind the placement's id and a slash.
+    /// Name behind the placement's id and a slash.
     pub(crate) name: String,
     /// Index of a part before this one; `None` where that is the placement.
     pub(crate) parent: Option<u32>,

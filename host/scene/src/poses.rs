@@ -7,7 +7,7 @@ use glam::Mat4;
 use crate::nodes::Place;
 use crate::parts::Parts;
 
-/// How far parts are moved, in their own spaces. Few are at a time.
+/// Poses of moved parts, in their own spaces. Few parts are moved at a time.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Poses {
     /// By placement: parts with their poses.
@@ -33,7 +33,8 @@ impl Poses {
         was != pose
     }
 
-    /// Where a part stands in its placement: moved itself, and with those that it hangs under.
+    /// Returns the transform of a part in its placement, with its own pose and those of its
+    /// ancestors.
     pub(crate) fn placement_from(&self, parts: &Parts, placement: u32, part: u32) -> Mat4 {
         let as_modelled = parts.all[part as usize].placement_from_part;
         let Some(moved) = self.of_placements.get(&placement) else { return as_modelled };

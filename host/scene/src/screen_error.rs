@@ -11,12 +11,12 @@ const LEVELS_A_DOUBLING: f64 = 2.0;
 /// The coarsest level, whose error is some 3,000 km: nothing is left of anything.
 const MAX_LEVEL: u32 = 70;
 
-/// As coarse as the screen lets pass: no error is more than so many pixels, whatever the
-/// errors of a mesh measure.
+/// Level of detail by screen-space error: no error is more than so many pixels, whatever the errors
+/// of a mesh measure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScreenError {
     max_pixels: f64,
-    /// What is left of a pixel's size where a coarser level is taken up.
+    /// Share of a pixel's size at which a coarser level is taken up.
     coarser_share: f64,
 }
 

@@ -9,33 +9,33 @@ use glam::Vec3;
 
 use crate::screen_error::ScreenError;
 
-/// How an instance's theta is chosen. Every policy has levels, counted from 0
-/// for the finest, with a detail each.
+/// Policy that chooses an instance's theta. Every policy has levels, counted from 0 for the finest,
+/// with a detail each.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ThetaPolicy {
     /// One level: the same theta from everywhere.
     Fixed(f64),
-    /// Levels by distance.
+    /// Levels chosen by distance.
     Distance(DistanceTable),
     /// Levels by what an error comes to on the screen.
     ScreenError(ScreenError),
 }
 
-/// How an instance is seen.
+/// Distance and pixel size at which an instance is seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViewMetrics {
     /// From the eye to the instance's bounds, metres.
     pub distance: f32,
-    /// What a pixel covers at least at that distance, metres.
+    /// Least size of a pixel at that distance, metres.
     pub meters_per_pixel: f32,
 }
 
-/// How far a mesh may be collapsed.
+/// Target that a mesh is collapsed to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Detail {
     /// To this share of its vertices, 0 to 1.
     Theta(f64),
-    /// As far as its error stays within this, metres.
+    /// Greatest error of the collapsed mesh, metres.
     Error(f64),
 }
 
@@ -43,8 +43,7 @@ pub enum Detail {
 #[derive(Clone, Debug, PartialEq)]
 pub struct DistanceTable {
     levels: Vec<DistanceLevel>,
-    /// What is left of a distance where the eye, coming back, finds the finer
-    /// level again.
+    /// Share of a distance at which the returning eye finds the finer level again.
     return_share: f32,
 }
 
@@ -80,7 +79,7 @@ impl DistanceTable {
 }
 
 impl ThetaPolicy {
-    /// Whether the level depends on where the eye is.
+    /// Reports whether the level depends on the eye's position.
     pub fn follows_camera(&self) -> bool {
         matches!(self, Self::Distance(_) | Self::ScreenError(_))
     }

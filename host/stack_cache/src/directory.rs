@@ -7,7 +7,7 @@ use std::time::SystemTime;
 
 use crate::CacheError;
 
-/// Of files with stacks, and with welded meshes.
+/// File name extensions of collapse stacks and of welded meshes.
 pub(crate) const STACKS: &str = "stacks";
 pub(crate) const MESH: &str = "mesh";
 

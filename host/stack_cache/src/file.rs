@@ -100,7 +100,7 @@ pub(crate) fn read(
     Ok((ranks, tables))
 }
 
-/// What lies after the header, in order.
+/// Returns the arrays after the header, in order.
 fn arrays<'a>(ranks: &'a [u32], tables: &'a StackTables) -> [&'a [u8]; 5] {
     [
         bytemuck::cast_slice(ranks),

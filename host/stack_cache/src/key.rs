@@ -1,4 +1,4 @@
-//! What a result is found by.
+//! Cache keys: content hashes of a mesh and of the optimiser that collapses it.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use twox_hash::XxHash3_128;
 
 use crate::welded::section_words;
 
-/// What decides a result besides the mesh, as a content hash.
+/// Content hash of the optimiser: everything besides the mesh that decides a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct OptimizerDigest([u64; 2]);
 

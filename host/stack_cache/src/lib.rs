@@ -8,6 +8,7 @@
 //! Files are read, not mapped: a mapped file that somebody cuts short kills
 //! the process that looks at it, and reading straight into the final arrays
 //! costs no more than mapping, checking and copying (ARCHITECTURE.md).
+#![doc = include_str!("../DESIGN.md")]
 
 mod directory;
 mod file;
@@ -38,10 +39,10 @@ pub struct StackCache {
     limit_bytes: u64,
 }
 
-/// What a cache knows about a mesh.
+/// Result of looking a mesh up.
 #[derive(Debug)]
 pub enum Lookup {
-    /// Its stacks. The mesh was taken.
+    /// Stacks of the mesh, which was taken.
     Found(Box<CollapseStacks>),
     /// Nothing. The mesh is left.
     Absent,
@@ -49,31 +50,31 @@ pub enum Lookup {
     Damaged(String),
 }
 
-/// Why a cache cannot be used.
+/// Reasons why a cache cannot be used.
 #[derive(Debug, Error)]
 pub enum CacheError {
     /// The directory cannot be made or looked at.
     #[error("cannot use the cache directory '{}': {source}; name one that may be written", .directory.display())]
     Directory {
-        /// The directory.
+        /// Directory of the cache.
         directory: PathBuf,
-        /// What the system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// Others could plant files in the directory.
     #[error("the cache directory '{}' is not private: {reason}; make it yours alone (chmod 700)", .directory.display())]
     NotPrivate {
-        /// The directory.
+        /// Directory of the cache.
         directory: PathBuf,
-        /// Why.
+        /// Reason for the refusal.
         reason: &'static str,
     },
     /// A file cannot be written.
     #[error("cannot write into the cache directory '{}': {source}; check space and rights", .directory.display())]
     Write {
-        /// The directory.
+        /// Directory of the cache.
         directory: PathBuf,
-        /// What the system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
 }
@@ -89,7 +90,7 @@ impl StackCache {
         Ok(Self { directory: directory.to_owned(), limit_bytes })
     }
 
-    /// The directory.
+    /// Returns the directory of the cache.
     pub fn directory(&self) -> &Path {
         &self.directory
     }
@@ -167,7 +168,7 @@ impl StackCache {
     }
 }
 
-/// What a file holds, by what reads one of its length; none if there is no file.
+/// Opens a file and has it read, given its length; `None` if there is no file.
 fn open<T>(
     path: &Path,
     read: impl FnOnce(&mut File, u64) -> Result<T, String>,

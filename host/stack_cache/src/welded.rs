@@ -24,7 +24,7 @@ const VERSION: u64 = 1;
 const ARRAYS: usize = LARGE_ARRAYS + 3;
 const LARGE_ARRAYS: usize = 7;
 
-/// What the parts of a content are known by.
+/// Computes the content hash of a file's parts.
 pub fn content_digest(parts: &[&[u8]]) -> u128 {
     let digests: Vec<u64> = parts.iter().flat_map(|part| digest(part)).collect();
     XxHash3_128::oneshot(bytemuck::cast_slice(&digests))
@@ -51,11 +51,11 @@ impl fmt::Display for MeshKey {
 /// A mesh as it was welded, the names of its features, and what welding did.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WeldedMesh {
-    /// The mesh.
+    /// Welded mesh as stored.
     pub mesh: Mesh,
-    /// By feature.
+    /// Names of the features, by index.
     pub feature_names: Vec<String>,
-    /// What welding did.
+    /// Counts of the welding.
     pub report: WeldReport,
 }
 
@@ -68,7 +68,7 @@ struct Header {
     key: [u64; 2],
     /// Elements of each of the arrays.
     counts: [u64; ARRAYS],
-    /// Of [`WeldReport`].
+    /// Numbers of the [`WeldReport`].
     report: [u64; 4],
     /// Over the header before it and the digest of each array.
     checksum: [u64; 2],
@@ -126,7 +126,7 @@ pub(crate) fn parts<'a>(
     std::iter::once(header).chain(arrays).collect()
 }
 
-/// What lies after the header, in order, before sections and names.
+/// Returns the arrays between the header and the sections, in order.
 fn large_arrays<'a>(mesh: &'a Mesh, uvs: &'a [Vec2]) -> [&'a [u8]; LARGE_ARRAYS] {
     [
         bytemuck::cast_slice(&mesh.positions),

@@ -75,7 +75,7 @@ fn meshes_count_towards_the_limit_as_stacks_do() {
     assert!(matches!(refused, Err(CacheError::Write { .. })), "{refused:?}");
 }
 
-/// What breaks a rule of welded meshes is refused, though its checksum is right.
+/// Data that break a rule of welded meshes are refused, though their checksum is right.
 #[test]
 fn what_is_no_welded_mesh_is_refused() {
     let breaks: [fn(&mut WeldedMesh); 10] = [

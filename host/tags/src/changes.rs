@@ -1,4 +1,4 @@
-//! Which tags change from one frame to the next.
+//! Set of the tags that changed between two frames.
 
 use crate::TagHandle;
 
@@ -16,14 +16,14 @@ pub(crate) struct Changes {
 
 impl Changes {
     /// None, of so many tags.
-    pub(crate) fn of(tags: usize) -> Self {
+    pub(crate) fn new(tags: usize) -> Self {
         let is_current = vec![0; tags.div_ceil(BITS)];
         Self { last: Vec::new(), current: Vec::new(), is_current }
     }
 
     /// Notes that a tag changes.
     #[inline(always)]
-    pub(crate) fn note(&mut self, tag: TagHandle) {
+    pub(crate) fn record(&mut self, tag: TagHandle) {
         let word = &mut self.is_current[tag.0 as usize / BITS];
         let bit = 1 << (tag.0 as usize % BITS);
         if *word & bit == 0 {
@@ -33,7 +33,7 @@ impl Changes {
     }
 
     /// The turn is over, another begins.
-    pub(crate) fn turn(&mut self) {
+    pub(crate) fn finish_turn(&mut self) {
         if self.current.len() < self.is_current.len() {
             for tag in &self.current {
                 self.is_current[tag.0 as usize / BITS] = 0;
@@ -47,7 +47,7 @@ impl Changes {
 
     /// Handles for which there is room.
     #[cfg(test)]
-    pub(crate) fn room(&self) -> usize {
+    pub(crate) fn capacity(&self) -> usize {
         self.last.capacity() + self.current.capacity()
     }
 
@@ -64,10 +64,10 @@ mod tests {
     #[test]
     fn each_is_noted_once_a_turn_whether_few_change_or_all() {
         const TAGS: u32 = 200;
-        let mut changes = Changes::of(TAGS as usize);
+        let mut changes = Changes::new(TAGS as usize);
         for turn in [vec![3, 130, 3], (0..TAGS).chain(0..TAGS).collect(), vec![], vec![130, 199]] {
-            turn.iter().for_each(|&tag| changes.note(TagHandle(tag)));
-            changes.turn();
+            turn.iter().for_each(|&tag| changes.record(TagHandle(tag)));
+            changes.finish_turn();
             let mut once = turn;
             once.sort_unstable();
             once.dedup();

@@ -1,10 +1,10 @@
-//! Derived tags: which rest on which, and their values.
+//! Derived tags: evaluation order and values of expressions over other tags.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap, HashMap};
 
 use crate::{
-    DoublePoint, Expression, Moment, Origin, Quality, Sample, SpecFault, TagHandle, TagSpec,
+    DoublePoint, Expression, Moment, Origin, Quality, Sample, TagHandle, TagSpec, TagSpecError,
     TagState, Value, ValueKind,
 };
 
@@ -13,10 +13,10 @@ use crate::{
 pub(crate) struct Derivations {
     rules: Vec<Rule>,
     /// The rules that rest on each tag.
-    resting_on: HashMap<TagHandle, Vec<usize>>,
+    rules_by_input: HashMap<TagHandle, Vec<usize>>,
 }
 
-/// How one tag is worked out.
+/// Expression of one derived tag, with its inputs.
 #[derive(Debug)]
 pub(crate) struct Rule {
     pub(crate) tag: TagHandle,
@@ -27,11 +27,11 @@ pub(crate) struct Rule {
 
 /// Rules that have to be worked out, each once, in order.
 #[derive(Debug, Default)]
-pub(crate) struct Due(BinaryHeap<Reverse<usize>>);
+pub(crate) struct DueRules(BinaryHeap<Reverse<usize>>);
 
 impl Derivations {
     /// Reads the expressions of all tags that have one.
-    pub(crate) fn of(specs: &[TagSpec]) -> Result<Self, Vec<SpecFault>> {
+    pub(crate) fn from_specs(specs: &[TagSpec]) -> Result<Self, Vec<TagSpecError>> {
         if specs.iter().all(|spec| spec.expression.is_none()) {
             return Ok(Self::default());
         }
@@ -39,7 +39,7 @@ impl Derivations {
             specs.iter().zip(0..).map(|(spec, rank)| (spec.id.as_str(), TagHandle(rank))).collect();
         let (mut rules, mut faults) = (BTreeMap::new(), Vec::new());
         for (spec, rank) in specs.iter().zip(0..) {
-            match Rule::of(spec, TagHandle(rank), &handles) {
+            match Rule::from_spec(spec, TagHandle(rank), &handles) {
                 Some(Ok(rule)) => {
                     rules.insert(rule.tag, rule);
                 }
@@ -51,18 +51,18 @@ impl Derivations {
             return Err(faults);
         }
         let rules = in_order(rules, specs)?;
-        let mut resting_on: HashMap<TagHandle, Vec<usize>> = HashMap::new();
+        let mut rules_by_input: HashMap<TagHandle, Vec<usize>> = HashMap::new();
         for (index, rule) in rules.iter().enumerate() {
             for &input in &rule.inputs {
-                resting_on.entry(input).or_default().push(index);
+                rules_by_input.entry(input).or_default().push(index);
             }
         }
-        Ok(Self { rules, resting_on })
+        Ok(Self { rules, rules_by_input })
     }
 
     /// The tags that derived tags rest on.
     pub(crate) fn is_input(&self, tag: TagHandle) -> bool {
-        self.resting_on.contains_key(&tag)
+        self.rules_by_input.contains_key(&tag)
     }
 
     pub(crate) fn rule(&self, index: usize) -> &Rule {
@@ -70,19 +70,21 @@ impl Derivations {
     }
 
     /// The rules that rest on any of these tags.
-    pub(crate) fn due(&self, touched: &[TagHandle]) -> Due {
-        let mut due = Due::default();
+    pub(crate) fn due(&self, touched: &[TagHandle]) -> DueRules {
+        let mut due = DueRules::default();
         touched.iter().for_each(|&tag| self.dependents(tag, &mut due));
         due
     }
 
     /// Adds the rules that rest on a tag.
-    pub(crate) fn dependents(&self, tag: TagHandle, due: &mut Due) {
-        due.0.extend(self.resting_on.get(&tag).into_iter().flatten().map(|&index| Reverse(index)));
+    pub(crate) fn dependents(&self, tag: TagHandle, due: &mut DueRules) {
+        due.0.extend(
+            self.rules_by_input.get(&tag).into_iter().flatten().map(|&index| Reverse(index)),
+        );
     }
 }
 
-impl Due {
+impl DueRules {
     /// The next rule; what it rests on was before it.
     pub(crate) fn next_due(&mut self) -> Option<usize> {
         let Reverse(next) = self.0.pop()?;
@@ -94,11 +96,11 @@ impl Due {
 }
 
 impl Rule {
-    fn of(
+    fn from_spec(
         spec: &TagSpec,
         tag: TagHandle,
         handles: &HashMap<&str, TagHandle>,
-    ) -> Option<Result<Self, SpecFault>> {
+    ) -> Option<Result<Self, TagSpecError>> {
         let expression = match Expression::parse(spec.expression.as_deref()?) {
             Ok(expression) => expression,
             Err(error) => {
@@ -120,7 +122,7 @@ impl Rule {
 
     /// The value for these states of its inputs: no better than the worst of them, and
     /// as old as the oldest.
-    pub(crate) fn work_out(
+    pub(crate) fn evaluate(
         &self,
         states: impl Iterator<Item = TagState>,
         kind: ValueKind,
@@ -156,19 +158,19 @@ impl Rule {
 fn in_order(
     mut rules: BTreeMap<TagHandle, Rule>,
     specs: &[TagSpec],
-) -> Result<Vec<Rule>, Vec<SpecFault>> {
+) -> Result<Vec<Rule>, Vec<TagSpecError>> {
     let mut missing: BTreeMap<TagHandle, usize> = BTreeMap::new();
-    let mut resting_on: BTreeMap<TagHandle, Vec<TagHandle>> = BTreeMap::new();
+    let mut rules_by_input: BTreeMap<TagHandle, Vec<TagHandle>> = BTreeMap::new();
     for rule in rules.values() {
         let derived: Vec<_> = rule.inputs.iter().filter(|tag| rules.contains_key(tag)).collect();
         missing.insert(rule.tag, derived.len());
-        derived.into_iter().for_each(|&on| resting_on.entry(on).or_default().push(rule.tag));
+        derived.into_iter().for_each(|&on| rules_by_input.entry(on).or_default().push(rule.tag));
     }
     let mut ready: Vec<TagHandle> =
         missing.iter().filter(|(_, count)| **count == 0).map(|(&tag, _)| tag).collect();
     let mut ordered = Vec::with_capacity(rules.len());
     while let Some(tag) = ready.pop() {
-        for on in resting_on.remove(&tag).unwrap_or_default() {
+        for on in rules_by_input.remove(&tag).unwrap_or_default() {
             if let Some(count) = missing.get_mut(&on) {
                 *count -= 1;
                 if *count == 0 {
@@ -188,8 +190,8 @@ fn in_order(
     Err(rules.keys().map(circular).collect())
 }
 
-fn fault(spec: &TagSpec, cause: String, remedy: &str) -> SpecFault {
-    SpecFault { id: spec.id.clone(), cause, remedy: remedy.into() }
+fn fault(spec: &TagSpec, cause: String, remedy: &str) -> TagSpecError {
+    TagSpecError { id: spec.id.clone(), cause, remedy: remedy.into() }
 }
 
 /// A value in a formula.

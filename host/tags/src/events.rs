@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use crate::{Change, Renumbering, ValueKind};
+use crate::{Change, HandleRemap, ValueKind};
 
 /// Events that are kept; the oldest go first.
 pub const MAX_EVENTS: usize = 1 << 16;
@@ -12,7 +12,7 @@ pub const MAX_EVENTS: usize = 1 << 16;
 pub struct Event {
     /// 0 for the first.
     pub number: u64,
-    /// What changed.
+    /// Change of the tag.
     pub change: Change,
 }
 
@@ -42,7 +42,7 @@ impl EventLog {
     }
 
     /// Goes on where tags have other numbers; events of those that are gone go too.
-    pub fn renumber(&mut self, numbers: &Renumbering) {
+    pub fn renumber(&mut self, numbers: &HandleRemap) {
         self.events.retain_mut(|event| {
             let tag = numbers.tag(event.change.tag);
             event.change.tag = tag.unwrap_or(event.change.tag);

@@ -18,7 +18,7 @@ pub struct Expression {
     compiled: FlatEx<f64, Operators>,
 }
 
-/// Why an expression is none.
+/// Errors of an expression.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ExpressionError {
     /// Too long or too deep.
@@ -27,7 +27,7 @@ pub enum ExpressionError {
     /// Not what can be read.
     #[error("it cannot be read: {0}")]
     Syntax(String),
-    /// It rests on nothing.
+    /// The expression names no tag.
     #[error("it names no tag")]
     Constant,
 }
@@ -37,7 +37,7 @@ pub enum ExpressionError {
 struct Operators;
 
 impl Expression {
-    /// Reads an expression.
+    /// Parses an expression over tag ids.
     ///
     /// # Errors
     /// [`ExpressionError`].
@@ -63,8 +63,8 @@ impl Expression {
         self.compiled.var_names()
     }
 
-    /// Its value for those of its inputs, in their order; not a number where it has
-    /// none.
+    /// Evaluates the expression for the values of its inputs, in their order; NaN where there is
+    /// no result.
     pub fn evaluate(&self, inputs: &[f64]) -> f64 {
         self.compiled.eval(inputs).unwrap_or(f64::NAN)
     }

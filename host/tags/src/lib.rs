@@ -5,33 +5,34 @@
 //! that never jumps: a value past its limit is stale whatever its source says.
 //!
 //! Invariant: nothing here knows a protocol, and nothing here draws.
+#![doc = include_str!("../DESIGN.md")]
 
-mod cell;
 mod changes;
 mod derived;
 mod events;
 mod expression;
+mod handle_remap;
 mod moment;
 mod origin;
 mod pause;
 mod queue;
-mod renumbering;
 mod sample;
 mod snapshot;
 mod spec;
 mod table;
+mod tag_state;
+mod timing_wheel;
 mod value;
-mod wheel;
 
 pub use events::{Event, EventLog, MAX_EVENTS};
 pub use expression::{Expression, ExpressionError, MAX_EXPRESSION_BYTES, MAX_EXPRESSION_DEPTH};
+pub use handle_remap::HandleRemap;
 pub use moment::Moment;
 pub use origin::Origin;
 pub use pause::{ClockReadings, Pause, PauseDetector, PauseEvidence};
 pub use queue::{Backlog, MAX_QUEUED_SAMPLES, SampleQueue, Update};
-pub use renumbering::Renumbering;
 pub use sample::{Change, Sample, SourceTime};
 pub use snapshot::{QualityCounts, Snapshot, TagState};
-pub use spec::{Scale, SpecFault, TagHandle, TagSet, TagSpec};
+pub use spec::{Scale, TagHandle, TagSet, TagSpec, TagSpecError};
 pub use table::TagTable;
 pub use value::{DoublePoint, Quality, Reason, Value, ValueKind};

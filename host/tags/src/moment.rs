@@ -1,4 +1,4 @@
-//! Time as freshness counts it.
+//! Boot-time clock (`CLOCK_BOOTTIME`), on which freshness is counted.
 
 use std::time::Duration;
 
@@ -6,8 +6,8 @@ use rustix::time::{ClockId, clock_gettime};
 use serde::{Deserialize, Serialize};
 
 const NANOS_PER_SECOND: u64 = 1_000_000_000;
-/// What the clock shows at boot, some 292 years: values are older than the machine is up,
-/// and their age must not end there.
+/// Clock reading at boot, some 292 years. Values may be older than the uptime of the machine, and
+/// their ages must not be cut there.
 const BOOT: u64 = 1 << 63;
 
 /// A point of the clock that never jumps, that all processes of a machine share,
@@ -19,24 +19,24 @@ const BOOT: u64 = 1 << 63;
 pub struct Moment(pub u64);
 
 impl Moment {
-    /// Now.
+    /// Reads the clock now.
     pub fn now() -> Self {
         let now = clock_gettime(ClockId::Boottime);
         Self(BOOT + now.tv_sec as u64 * NANOS_PER_SECOND + now.tv_nsec as u64)
     }
 
-    /// How long after `earlier` this is; nothing if it is before.
+    /// Returns the time since `earlier`; zero if that is later.
     pub fn since(self, earlier: Self) -> Duration {
         Duration::from_nanos(self.0.saturating_sub(earlier.0))
     }
 
-    /// This much later.
+    /// Returns the instant a duration later.
     #[must_use]
     pub fn after(self, duration: Duration) -> Self {
         Self(self.0.saturating_add(nanos(duration)))
     }
 
-    /// This much earlier.
+    /// Returns the instant a duration earlier.
     #[must_use]
     pub fn before(self, duration: Duration) -> Self {
         Self(self.0.saturating_sub(nanos(duration)))

@@ -30,7 +30,7 @@ impl Origin {
     pub const SIMULATED: Self = Self(1 << 2);
     /// Replayed from a recording.
     pub const RECORDED: Self = Self(1 << 3);
-    /// Of the past, as the source says.
+    /// Value of the past, as its source marks it.
     pub const HISTORICAL: Self = Self(1 << 4);
 
     const NAMED: [(Self, &'static str); 5] = [

@@ -24,7 +24,7 @@ pub struct ClockReadings {
     pub boot: Moment,
     /// Monotonic clock, which stands still while the machine is suspended, nanoseconds.
     pub monotonic_nanos: u64,
-    /// Wall clock.
+    /// Wall clock reading.
     pub wall: SourceTime,
 }
 
@@ -53,18 +53,19 @@ pub enum PauseEvidence {
     WallClockAhead,
 }
 
-/// Compares successive readings.
+/// Detector of pauses by successive readings.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PauseDetector {
     last: Option<ClockReadings>,
 }
 
 impl ClockReadings {
-    /// Reads the clocks.
+    /// Reads the three clocks.
     pub fn now() -> Self {
         let monotonic = clock_gettime(ClockId::Monotonic);
         let monotonic_nanos = monotonic.tv_sec as u64 * 1_000_000_000 + monotonic.tv_nsec as u64;
-        let wall = SourceTime::of(std::time::SystemTime::now()).unwrap_or(SourceTime(i64::MAX));
+        let wall = SourceTime::from_system_time(std::time::SystemTime::now())
+            .unwrap_or(SourceTime(i64::MAX));
         Self { boot: Moment::now(), monotonic_nanos, wall }
     }
 }

@@ -10,10 +10,10 @@ pub const MAX_QUEUED_SAMPLES: usize = 1 << 18;
 
 /// An update of a tag, in whatever form it waits.
 pub trait Update {
-    /// The tag's handle.
+    /// Returns the tag's handle.
     fn tag(&self) -> u32;
 
-    /// Whether it carries a value; else it says something about quality alone.
+    /// Reports whether the update has a value; otherwise it has a quality alone.
     fn has_value(&self) -> bool;
 
     /// Reports whether its quality is good.
@@ -58,7 +58,7 @@ impl<U: Update> Backlog<U> {
     /// Adds an update at the end.
     pub fn push(&mut self, update: U) {
         if self.updates.len() >= self.thin_at {
-            self.thin_out();
+            self.coalesce();
         }
         self.updates.push_back(update);
     }
@@ -74,12 +74,12 @@ impl<U: Update> Backlog<U> {
         std::mem::take(&mut self.updates)
     }
 
-    /// Updates that wait.
+    /// Returns the number of updates.
     pub fn len(&self) -> usize {
         self.updates.len()
     }
 
-    /// Whether none waits.
+    /// Reports whether there are no updates.
     pub fn is_empty(&self) -> bool {
         self.updates.is_empty()
     }
@@ -89,14 +89,14 @@ impl<U: Update> Backlog<U> {
         self.dropped
     }
 
-    fn thin_out(&mut self) {
+    fn coalesce(&mut self) {
         let before = self.updates.len();
-        let mut known: HashMap<u32, Kept> = HashMap::new();
+        let mut known: HashMap<u32, RetainedUpdates> = HashMap::new();
         for (index, update) in self.updates.iter().enumerate() {
-            known.entry(update.tag()).or_default().take(index, update);
+            known.entry(update.tag()).or_default().observe(index, update);
         }
         let mut is_kept = vec![false; before];
-        let kept = known.values().flat_map(Kept::indices);
+        let kept = known.values().flat_map(RetainedUpdates::indices);
         kept.for_each(|index| is_kept[index] = true);
         let mut is_kept = is_kept.into_iter();
         let mut kept = VecDeque::with_capacity(before / 2);
@@ -112,19 +112,19 @@ const MAX_KEPT_A_TAG: usize = 4;
 
 /// The updates of one tag that decide on what it is in the end, by their places.
 #[derive(Clone, Copy, Default)]
-struct Kept {
+struct RetainedUpdates {
     /// The last value that counts by its arrival, and its source time.
     live: Option<(usize, Option<i64>)>,
-    /// What was said of quality after that, before `buffered`.
+    /// Last quality without a value after `live` and before `buffered`.
     quality_before: Option<usize>,
     /// After `live`, the newest value out of a buffer, by its source time.
     buffered: Option<(usize, i64)>,
-    /// What was said of quality after that.
+    /// Last quality without a value after `buffered`.
     quality_after: Option<usize>,
 }
 
-impl Kept {
-    fn take(&mut self, index: usize, update: &impl Update) {
+impl RetainedUpdates {
+    fn observe(&mut self, index: usize, update: &impl Update) {
         if !update.has_value() {
             return self.note_quality(index);
         }
@@ -198,7 +198,7 @@ mod tests {
     use super::*;
 
     #[derive(Clone, Copy, Debug, PartialEq)]
-    struct Plain {
+    struct TestUpdate {
         tag: u32,
         value: Option<u32>,
         is_good: bool,
@@ -207,7 +207,7 @@ mod tests {
         number: usize,
     }
 
-    impl Update for Plain {
+    impl Update for TestUpdate {
         fn tag(&self) -> u32 {
             self.tag
         }
@@ -229,8 +229,15 @@ mod tests {
         }
     }
 
-    fn live(tag: u32, value: u32, number: usize) -> Plain {
-        Plain { tag, value: Some(value), is_good: true, time: None, is_buffered: false, number }
+    fn live(tag: u32, value: u32, number: usize) -> TestUpdate {
+        TestUpdate {
+            tag,
+            value: Some(value),
+            is_good: true,
+            time: None,
+            is_buffered: false,
+            number,
+        }
     }
 
     #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -241,8 +248,11 @@ mod tests {
         said: usize,
     }
 
-    /// What a table knows in the end, by its rules.
-    fn outcome(start: State, updates: impl IntoIterator<Item = Plain>) -> BTreeMap<u32, State> {
+    /// Returns the final state of the tags, by the rules of a table.
+    fn outcome(
+        start: State,
+        updates: impl IntoIterator<Item = TestUpdate>,
+    ) -> BTreeMap<u32, State> {
         let mut table: BTreeMap<u32, State> = BTreeMap::new();
         for update in updates {
             let state = table.entry(update.tag).or_insert(start);
@@ -293,16 +303,16 @@ mod tests {
             known in prop::option::of((0..9_u32, prop::option::of(0..6_i64))),
         ) {
             let plain = |((tag, value, is_good, time, is_buffered), number)| {
-                Plain { tag, value, is_good, time, is_buffered, number }
+                TestUpdate { tag, value, is_good, time, is_buffered, number }
             };
-            let updates: Vec<Plain> = updates.into_iter().zip(1..).map(plain).collect();
+            let updates: Vec<TestUpdate> = updates.into_iter().zip(1..).map(plain).collect();
             let start = known.map_or(State::default(), |(value, time)| {
                 State { value: Some(value), time, said: 0 }
             });
             let mut backlog = Backlog::default();
             updates.iter().for_each(|&update| backlog.push(update));
-            backlog.thin_out();
-            let kept: Vec<Plain> = backlog.take().into();
+            backlog.coalesce();
+            let kept: Vec<TestUpdate> = backlog.take().into();
             prop_assert!(kept.is_sorted_by_key(|update| update.number));
             prop_assert!(kept.len() <= 3 * MAX_KEPT_A_TAG);
             prop_assert_eq!(outcome(start, kept), outcome(start, updates));

@@ -6,14 +6,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Moment, Origin, Quality, TagHandle, Update, Value};
 
-/// When something was so at its source: nanoseconds since 1970-01-01 UTC.
+/// Timestamp of a source: nanoseconds since 1970-01-01 UTC.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct SourceTime(pub i64);
 
 /// One update of one tag.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// The tag.
+    /// Handle of the tag.
     pub tag: TagHandle,
     /// The value; `None` says something about quality only.
     pub value: Option<Value>,
@@ -21,9 +21,9 @@ pub struct Sample {
     pub quality: Quality,
     /// Time at the source, if it gave a usable one.
     pub source_time: Option<SourceTime>,
-    /// When the host got it.
+    /// Time of reception by the host.
     pub received: Moment,
-    /// When the value was true: when it came, less how old it was then.
+    /// Time at which the value was true: its reception, less its age then.
     pub valid_from: Moment,
     /// Live, or simulated, recorded and the like.
     pub origin: Origin,
@@ -32,18 +32,18 @@ pub struct Sample {
     pub is_buffered: bool,
 }
 
-/// What an update changed: the tag as it is now, freshness aside.
+/// Change of a tag by an update: its state without freshness.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Change {
-    /// The tag.
+    /// Handle of the tag.
     pub tag: TagHandle,
-    /// Its value.
+    /// Value after the change.
     pub value: Option<Value>,
-    /// Its quality, as its source and the host's rules have it.
+    /// Quality after the change, by the source and the host's rules.
     pub quality: Quality,
     /// Time at the source, if it gave one.
     pub source_time: Option<SourceTime>,
-    /// When the host got it.
+    /// Time of reception by the host.
     pub received: Moment,
     /// Live, or simulated, recorded and the like.
     pub origin: Origin,
@@ -66,8 +66,8 @@ impl Sample {
 }
 
 impl SourceTime {
-    /// Of a time of the wall clock, as far as it can be counted.
-    pub fn of(time: SystemTime) -> Option<Self> {
+    /// Converts a time of the wall clock; `None` where it is out of range.
+    pub fn from_system_time(time: SystemTime) -> Option<Self> {
         let nanos = |duration: Duration| i64::try_from(duration.as_nanos()).ok();
         match time.duration_since(UNIX_EPOCH) {
             Ok(since) => nanos(since).map(Self),
@@ -112,9 +112,9 @@ mod tests {
     fn source_times_are_times_of_the_wall_clock() {
         for nanos in [0, 1, -1, i64::MAX, i64::MIN + 1] {
             let time = SourceTime(nanos).to_system_time().unwrap();
-            assert_eq!(SourceTime::of(time), Some(SourceTime(nanos)));
+            assert_eq!(SourceTime::from_system_time(time), Some(SourceTime(nanos)));
         }
         let late = UNIX_EPOCH + Duration::from_secs(1 << 40);
-        assert_eq!(SourceTime::of(late), None);
+        assert_eq!(SourceTime::from_system_time(late), None);
     }
 }

@@ -11,11 +11,11 @@ use crate::{Origin, Quality, SourceTime, TagHandle, TagTable, Value};
 pub struct TagState {
     /// The last value that came, however old or bad.
     pub value: Option<Value>,
-    /// Quality, freshness included.
+    /// Quality of the value, freshness included.
     pub quality: Quality,
     /// Age of the value: time since it came, and its lag before that.
     pub age: Option<Duration>,
-    /// When it was so at its source, if that said so.
+    /// Time at the source, where the source gave one.
     pub source_time: Option<SourceTime>,
     /// Live, or simulated, recorded and the like.
     pub origin: Origin,
@@ -28,19 +28,19 @@ pub struct Snapshot<'a> {
     table: &'a TagTable,
 }
 
-/// How many tags have which quality.
+/// Numbers of tags by quality.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct QualityCounts {
-    /// Good tags.
+    /// Number of good tags.
     pub good: usize,
-    /// Uncertain tags.
+    /// Number of uncertain tags.
     pub uncertain: usize,
-    /// Bad tags.
+    /// Number of bad tags.
     pub bad: usize,
 }
 
 impl<'a> Snapshot<'a> {
-    pub(crate) fn of(table: &'a TagTable) -> Self {
+    pub(crate) fn new(table: &'a TagTable) -> Self {
         Self { table }
     }
 
@@ -60,7 +60,7 @@ impl<'a> Snapshot<'a> {
         self.table.changed()
     }
 
-    /// How many tags have which quality.
+    /// Returns the numbers of tags by quality.
     pub fn counts(self) -> QualityCounts {
         self.table.counts()
     }
@@ -69,11 +69,11 @@ impl<'a> Snapshot<'a> {
 impl QualityCounts {
     /// Counts a tag of this quality.
     pub fn add(&mut self, quality: Quality) {
-        *self.of(quality.rank()) += 1;
+        *self.count_mut(quality.rank()) += 1;
     }
 
     /// The count of a quality's rank.
-    pub(crate) fn of(&mut self, rank: u8) -> &mut usize {
+    pub(crate) fn count_mut(&mut self, rank: u8) -> &mut usize {
         match rank {
             0 => &mut self.good,
             1 => &mut self.uncertain,

@@ -1,4 +1,4 @@
-//! What a tag is.
+//! Definitions of tags, and sets of them.
 
 use std::ops::RangeInclusive;
 use std::time::Duration;
@@ -12,12 +12,12 @@ use crate::derived::Derivations;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct TagHandle(pub u32);
 
-/// What a tag is.
+/// Definition of a tag.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TagSpec {
-    /// Unique id.
+    /// Unique id of the tag.
     pub id: String,
-    /// Name for people.
+    /// Name shown to people.
     pub name: String,
     /// Type of its values; a sample of another type is bad.
     pub kind: ValueKind,
@@ -25,7 +25,7 @@ pub struct TagSpec {
     pub unit: String,
     /// Plausible measuring range: a value outside it is uncertain.
     pub range: Option<RangeInclusive<f64>>,
-    /// How old a value may be before it is stale.
+    /// Age above which a value is stale.
     pub freshness: Duration,
     /// From the number that comes to the tag's unit; [`ValueKind::F64`] alone.
     pub scale: Option<Scale>,
@@ -47,41 +47,41 @@ pub struct TagSet {
 /// A straight line: `number * factor + offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
-    /// What a number is multiplied by.
+    /// Factor by which a number is multiplied.
     pub factor: f64,
-    /// What is added then.
+    /// Offset added after the multiplication.
     pub offset: f64,
 }
 
 /// A tag that cannot be.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("tag '{id}': {cause}")]
-pub struct SpecFault {
-    /// Its id.
+pub struct TagSpecError {
+    /// Id of the tag.
     pub id: String,
-    /// What is wrong with it.
+    /// Cause of the error.
     pub cause: String,
-    /// What helps.
+    /// Remedy for the user.
     pub remedy: String,
 }
 
 impl TagSet {
-    /// Puts tags together.
+    /// Builds a set of tags with their derivations.
     ///
     /// # Errors
     /// The tags whose expressions cannot be read, name tags that are not there, or go
     /// in a circle.
-    pub fn new(specs: Vec<TagSpec>) -> Result<Self, Vec<SpecFault>> {
-        let derived = Derivations::of(&specs)?;
+    pub fn new(specs: Vec<TagSpec>) -> Result<Self, Vec<TagSpecError>> {
+        let derived = Derivations::from_specs(&specs)?;
         Ok(Self { specs, derived })
     }
 
-    /// What the tags are, by handle.
+    /// Returns the definitions of all tags, by handle.
     pub fn specs(&self) -> &[TagSpec] {
         &self.specs
     }
 
-    /// What a tag is.
+    /// Returns the definition of a tag.
     pub fn spec(&self, tag: TagHandle) -> Option<&TagSpec> {
         self.specs.get(tag.0 as usize)
     }

@@ -2,12 +2,14 @@
 
 use std::sync::Arc;
 
-use crate::cell::{Cells, Live, Standing, judge, judge_by_rules, judge_in_range};
 use crate::changes::Changes;
+use crate::tag_state::{
+    ColdState, HotState, TagStates, apply_rules, value_quality, value_quality_in_range,
+};
+use crate::timing_wheel::{NO_SLOT, Slot, TimingWheel};
 use crate::value::Packed;
-use crate::wheel::{NO_SLOT, Slot, Wheel};
 use crate::{
-    Change, Moment, Origin, Pause, PauseEvidence, Quality, QualityCounts, Reason, Renumbering,
+    Change, HandleRemap, Moment, Origin, Pause, PauseEvidence, Quality, QualityCounts, Reason,
     Sample, Snapshot, SourceTime, TagHandle, TagSet, TagState, Value,
 };
 
@@ -18,8 +20,8 @@ use crate::{
 #[derive(Debug)]
 pub struct TagTable {
     tags: Arc<TagSet>,
-    cells: Cells,
-    wheel: Wheel,
+    states: TagStates,
+    wheel: TimingWheel,
     now: Moment,
     changes: Changes,
     /// Inputs of derived tags that came or went stale since.
@@ -33,53 +35,53 @@ pub struct TagTable {
 impl TagTable {
     /// A table of tags without values, at `now`.
     pub fn new(tags: Arc<TagSet>, now: Moment) -> Self {
-        let cells = Cells::of(&tags);
-        let counts = QualityCounts { bad: cells.len(), ..QualityCounts::default() };
-        let wheel = Wheel::new(now);
-        let changes = Changes::of(cells.len());
+        let states = TagStates::new(&tags);
+        let counts = QualityCounts { bad: states.len(), ..QualityCounts::default() };
+        let wheel = TimingWheel::new(now);
+        let changes = Changes::new(states.len());
         let (touched, trusted_from) = (Vec::new(), [Moment(0); 2]);
-        Self { tags, cells, wheel, now, changes, touched, counts, trusted_from }
+        Self { tags, states, wheel, now, changes, touched, counts, trusted_from }
     }
 
     /// Takes over what another table has of tags that go on under these numbers: value,
     /// times, and what their sources said last. What rests on ranges and freshness is judged
     /// by this table's; derived tags follow by themselves.
-    pub fn inherit(&mut self, before: &Self, numbers: &Renumbering) {
+    pub fn inherit(&mut self, before: &Self, numbers: &HandleRemap) {
         self.now = self.now.max(before.now);
         self.trusted_from = before.trusted_from;
-        for index in 0..before.cells.len() as u32 {
+        for index in 0..before.states.len() as u32 {
             let (old, Some(tag)) = (TagHandle(index), numbers.tag(TagHandle(index))) else {
                 continue;
             };
-            let (was, said) = before.cells.get(old);
+            let (was, said) = before.states.get(old);
             let (Some(_), false) = (self.tags.spec(tag), said.is_derived) else { continue };
             self.continue_tag(tag, was, said);
         }
     }
 
     /// Goes on with a tag of another table.
-    fn continue_tag(&mut self, tag: TagHandle, was: &Live, said: &Standing) {
-        let (live, standing) = self.cells.get_mut(tag);
-        if standing.is_derived || was.kind != live.kind {
+    fn continue_tag(&mut self, tag: TagHandle, was: &HotState, said: &ColdState) {
+        let (hot, cold) = self.states.get_mut(tag);
+        if cold.is_derived || was.kind != hot.kind {
             return;
         }
-        live.take_over(was);
-        standing.source_quality = said.source_quality;
-        if let Some(value) = live.value().unpack() {
+        hot.take_over(was);
+        cold.source_quality = said.source_quality;
+        if let Some(value) = hot.value().unpack() {
             let spec = &self.tags.specs()[tag.0 as usize];
-            let fresh = trust(live.valid_from, trusted_from(self.trusted_from, standing));
-            standing.verdict = judge_in_range(value, live.kind, spec).worst(fresh);
-            standing.slot = self.wheel.slot_of(live.deadline());
-            self.wheel.put(tag.0, standing.slot);
+            let fresh = trust(hot.valid_from, trusted_from(self.trusted_from, cold));
+            cold.verdict = value_quality_in_range(value, hot.kind, spec).worst(fresh);
+            cold.slot = self.wheel.slot_of(hot.deadline());
+            self.wheel.put(tag.0, cold.slot);
         }
-        if standing.is_input {
+        if cold.is_input {
             self.touched.push(tag);
         }
-        self.cells.count(tag, &mut self.counts, self.now);
-        self.changes.note(tag);
+        self.states.count(tag, &mut self.counts, self.now);
+        self.changes.record(tag);
     }
 
-    /// What the tags are.
+    /// Returns the definitions of the tags.
     pub fn tags(&self) -> &Arc<TagSet> {
         &self.tags
     }
@@ -91,10 +93,10 @@ impl TagTable {
     // came by and its cell.
     #[inline(always)]
     pub fn apply(&mut self, sample: &Sample, each: impl FnOnce(&Change)) -> bool {
-        match self.take(sample) {
-            Taken::Ignored => return false,
-            Taken::Alike => {}
-            Taken::Changed(change) => each(&change),
+        match self.apply_sample(sample) {
+            ApplyOutcome::Ignored => return false,
+            ApplyOutcome::Unchanged => {}
+            ApplyOutcome::Changed(change) => each(&change),
         }
         true
     }
@@ -109,39 +111,40 @@ impl TagTable {
             }
         }
         self.derive(&mut each);
-        self.changes.turn();
+        self.changes.finish_turn();
     }
 
     /// Lets values of these tags outlive stops of this process: their source tells every
     /// change in a queue that is read afterwards.
-    pub fn let_outlive_stops(&mut self, tags: impl IntoIterator<Item = TagHandle>) {
-        tags.into_iter().for_each(|tag| self.cells.get_mut(tag).1.outlives_stops = true);
+    pub fn keep_current_across_stops(&mut self, tags: impl IntoIterator<Item = TagHandle>) {
+        tags.into_iter()
+            .for_each(|tag| self.states.get_mut(tag).1.stays_current_across_stops = true);
     }
 
     /// Holds every value from before a pause for stale, whatever its limit, until one comes
     /// that is true from then on: nobody saw what happened meanwhile. `each` is told what
     /// changes.
-    pub fn distrust_before(&mut self, pause: &Pause, mut each: impl FnMut(&Change)) {
+    pub fn mark_stale_before(&mut self, pause: &Pause, mut each: impl FnMut(&Change)) {
         let moment = pause.trusted_from();
         let [all, stopped] = &mut self.trusted_from;
         *stopped = moment.max(*stopped);
         if pause.evidence != PauseEvidence::Stopped {
             *all = moment.max(*all);
         }
-        for tag in (0..self.cells.len() as u32).map(TagHandle) {
-            let (live, standing) = self.cells.get_mut(tag);
-            let trusted_from = trusted_from(self.trusted_from, standing);
-            let is_old = live.valid_from < trusted_from && !live.value().is_none();
-            if standing.is_derived || !is_old || standing.verdict == STALE {
+        for tag in (0..self.states.len() as u32).map(TagHandle) {
+            let (hot, cold) = self.states.get_mut(tag);
+            let trusted_from = trusted_from(self.trusted_from, cold);
+            let is_old = hot.valid_from < trusted_from && !hot.value().is_none();
+            if cold.is_derived || !is_old || cold.verdict == STALE {
                 continue;
             }
-            standing.verdict = standing.verdict.worst(STALE);
-            if standing.is_input {
+            cold.verdict = cold.verdict.worst(STALE);
+            if cold.is_input {
                 self.touched.push(tag);
             }
-            let change = live.state_change(tag, standing.own_quality(), self.now);
-            self.cells.count(tag, &mut self.counts, self.now);
-            self.changes.note(tag);
+            let change = hot.state_change(tag, cold.own_quality(), self.now);
+            self.states.count(tag, &mut self.counts, self.now);
+            self.changes.record(tag);
             each(&change);
         }
     }
@@ -149,15 +152,15 @@ impl TagTable {
     /// All tags as they are at the instant to which the table was advanced last.
     /// Updates that came since are in it, as of that instant.
     pub fn snapshot(&self) -> Snapshot<'_> {
-        Snapshot::of(self)
+        Snapshot::new(self)
     }
 
     pub(crate) fn state(&self, tag: TagHandle) -> Option<TagState> {
-        self.cells.state(tag, self.now)
+        self.states.state(tag, self.now)
     }
 
     pub(crate) fn states(&self) -> impl ExactSizeIterator<Item = TagState> {
-        self.cells.states(self.now)
+        self.states.states(self.now)
     }
 
     pub(crate) fn changed(&self) -> &[TagHandle] {
@@ -169,26 +172,26 @@ impl TagTable {
     }
 
     #[inline(always)]
-    fn take(&mut self, sample: &Sample) -> Taken {
-        let Some(live) = self.cells.live.get_mut(sample.tag.0 as usize) else {
-            return Taken::Ignored;
+    fn apply_sample(&mut self, sample: &Sample) -> ApplyOutcome {
+        let Some(hot) = self.states.hot.get_mut(sample.tag.0 as usize) else {
+            return ApplyOutcome::Ignored;
         };
         match sample.value {
-            Some(value) if live.stays_good(value, sample, self.now) => {
-                let value = Packed::of(value);
-                live.set_times(sample);
-                if live.value() == value {
-                    return Taken::Alike;
+            Some(value) if hot.takes_fast_path(value, sample, self.now) => {
+                let value = Packed::from_value(value);
+                hot.set_times(sample);
+                if hot.value() == value {
+                    return ApplyOutcome::Unchanged;
                 }
-                live.set_value(value);
-                self.changes.note(sample.tag);
-                Taken::Changed(live.change(sample, Quality::Good))
+                hot.set_value(value);
+                self.changes.record(sample.tag);
+                ApplyOutcome::Changed(hot.change(sample, Quality::Good))
             }
             _ => {
                 let &Sample { tag, value, quality, source_time, received, valid_from, .. } = sample;
                 let delivery = (sample.origin, sample.is_buffered);
                 let times = [received, valid_from];
-                self.take_long_way(tag, value, quality, source_time, times, delivery)
+                self.apply_slow_path(tag, value, quality, source_time, times, delivery)
             }
         }
     }
@@ -197,7 +200,7 @@ impl TagTable {
     /// written down as a whole.
     #[cold]
     #[inline(never)]
-    fn take_long_way(
+    fn apply_slow_path(
         &mut self,
         tag: TagHandle,
         value: Option<Value>,
@@ -205,9 +208,9 @@ impl TagTable {
         source_time: Option<SourceTime>,
         [received, valid_from]: [Moment; 2],
         (origin, is_buffered): (Origin, bool),
-    ) -> Taken {
-        if self.cells.get_mut(tag).1.is_derived {
-            return Taken::Ignored;
+    ) -> ApplyOutcome {
+        if self.states.get_mut(tag).1.is_derived {
+            return ApplyOutcome::Ignored;
         }
         self.set(&Sample {
             tag,
@@ -222,70 +225,69 @@ impl TagTable {
     }
 
     /// Sets a tag that is there.
-    fn set(&mut self, sample: &Sample) -> Taken {
-        let (live, standing) = self.cells.get_mut(sample.tag);
-        let before = (live.value(), standing.own_quality(), live.origin());
+    fn set(&mut self, sample: &Sample) -> ApplyOutcome {
+        let (hot, cold) = self.states.get_mut(sample.tag);
+        let before = (hot.value(), cold.own_quality(), hot.origin());
         let mut revived = false;
         // Clocks are set back, so source time orders nothing but what a buffer held. What
         // is said of quality counts in any case.
-        let is_outdated =
-            sample.value.is_some() && sample.is_buffered && live.is_newer_than(sample);
+        let is_outdated = sample.value.is_some() && sample.is_buffered && hot.is_newer_than(sample);
         if is_outdated && sample.quality.is_good() {
-            return Taken::Ignored;
+            return ApplyOutcome::Ignored;
         }
         if let (Some(value), false) = (sample.value, is_outdated) {
-            if standing.has_rules {
+            if cold.has_rules {
                 let spec = &self.tags.specs()[sample.tag.0 as usize];
-                judge_by_rules(live, standing, value, spec);
+                apply_rules(hot, cold, value, spec);
             } else {
-                live.set_value(Packed::of(value));
-                standing.verdict = judge(value, live.kind);
+                hot.set_value(Packed::from_value(value));
+                cold.verdict = value_quality(value, hot.kind);
             }
-            if !standing.is_derived {
-                let fresh = trust(sample.valid_from, trusted_from(self.trusted_from, standing));
-                standing.verdict = standing.verdict.worst(fresh);
+            if !cold.is_derived {
+                let fresh = trust(sample.valid_from, trusted_from(self.trusted_from, cold));
+                cold.verdict = cold.verdict.worst(fresh);
             }
-            live.set_times(sample);
-            let slot = self.wheel.slot_of(live.deadline());
-            if slot < standing.slot {
+            hot.set_times(sample);
+            let slot = self.wheel.slot_of(hot.deadline());
+            if slot < cold.slot {
                 // A value that was stale and comes again alike is a change, too.
-                revived = standing.slot == NO_SLOT;
+                revived = cold.slot == NO_SLOT;
                 self.wheel.put(sample.tag.0, slot);
-                standing.slot = slot;
+                cold.slot = slot;
             }
         }
-        standing.source_quality = sample.quality;
-        if standing.is_input {
+        cold.source_quality = sample.quality;
+        if cold.is_input {
             self.touched.push(sample.tag);
         }
-        let after = (live.value(), standing.own_quality(), live.origin());
-        let change = live.change(sample, after.1);
-        self.cells.count(sample.tag, &mut self.counts, self.now);
+        let after = (hot.value(), cold.own_quality(), hot.origin());
+        let change = hot.change(sample, after.1);
+        self.states.count(sample.tag, &mut self.counts, self.now);
         if before == after && !revived {
-            return Taken::Alike;
+            return ApplyOutcome::Unchanged;
         }
-        self.changes.note(sample.tag);
-        Taken::Changed(change)
+        self.changes.record(sample.tag);
+        ApplyOutcome::Changed(change)
     }
 
     /// Looks at a tag that the wheel gave up.
     fn expire(&mut self, tag: u32, slot: Slot) {
         let tag = TagHandle(tag);
-        let (live, standing) = self.cells.get_mut(tag);
-        if standing.slot != slot {
+        let (hot, cold) = self.states.get_mut(tag);
+        if cold.slot != slot {
             // It was put in anew, earlier.
             return;
         }
-        if live.is_stale(self.now) {
-            standing.slot = NO_SLOT;
-            if standing.is_input {
+        if hot.is_stale(self.now) {
+            cold.slot = NO_SLOT;
+            if cold.is_input {
                 self.touched.push(tag);
             }
-            self.cells.count(tag, &mut self.counts, self.now);
-            self.changes.note(tag);
+            self.states.count(tag, &mut self.counts, self.now);
+            self.changes.record(tag);
         } else {
-            standing.slot = self.wheel.slot_of(live.deadline());
-            self.wheel.put(tag.0, standing.slot);
+            cold.slot = self.wheel.slot_of(hot.deadline());
+            self.wheel.put(tag.0, cold.slot);
         }
     }
 
@@ -296,10 +298,10 @@ impl TagTable {
         while let Some(index) = due.next_due() {
             let rule = tags.derived().rule(index);
             let tag = rule.tag;
-            let states = rule.inputs.iter().filter_map(|&input| self.cells.state(input, now));
-            let kind = self.cells.live[tag.0 as usize].kind;
-            let sample = rule.work_out(states, kind, now);
-            if let Taken::Changed(change) = self.set(&sample) {
+            let states = rule.inputs.iter().filter_map(|&input| self.states.state(input, now));
+            let kind = self.states.hot[tag.0 as usize].kind;
+            let sample = rule.evaluate(states, kind, now);
+            if let ApplyOutcome::Changed(change) = self.set(&sample) {
                 each(&change);
             }
             tags.derived().dependents(tag, &mut due);
@@ -313,8 +315,8 @@ const STALE: Quality = Quality::Bad(Reason::Stale);
 
 /// Moment from which values of a tag are trusted.
 #[inline(always)]
-fn trusted_from([all, stopped]: [Moment; 2], standing: &Standing) -> Moment {
-    if standing.outlives_stops { all } else { stopped }
+fn trusted_from([all, stopped]: [Moment; 2], cold: &ColdState) -> Moment {
+    if cold.stays_current_across_stops { all } else { stopped }
 }
 
 /// Quality of a value by when it was true, where values from before are not trusted.
@@ -323,9 +325,9 @@ fn trust(valid_from: Moment, trusted_from: Moment) -> Quality {
     if valid_from < trusted_from { STALE } else { Quality::Good }
 }
 
-enum Taken {
+enum ApplyOutcome {
     Ignored,
-    Alike,
+    Unchanged,
     Changed(Change),
 }
 

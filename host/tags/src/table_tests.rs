@@ -191,7 +191,7 @@ fn what_was_before_a_pause_is_stale_until_it_comes_anew() {
         duration: seconds(8.0),
         evidence: PauseEvidence::Suspended,
     };
-    table.distrust_before(&suspended, |change| {
+    table.mark_stale_before(&suspended, |change| {
         assert_eq!(change.quality, Quality::Bad(Reason::Stale));
         changed += 1;
     });
@@ -208,13 +208,13 @@ fn what_was_before_a_pause_is_stale_until_it_comes_anew() {
 fn what_a_queue_holds_outlives_a_stop_and_no_sleep() {
     let hour = |id: &str| TagSpec { id: id.into(), freshness: seconds(3600.0), ..spec() };
     let mut table = table_of(vec![hour("device"), hour("program")]);
-    table.let_outlive_stops([TagHandle(1)]);
+    table.keep_current_across_stops([TagHandle(1)]);
     for tag in [0, 1] {
         put(&mut table, Sample { tag: TagHandle(tag), ..sample(60.0, START) });
     }
     let pause =
         |evidence| Pause { from: at(1.0), until: at(9.0), duration: seconds(8.0), evidence };
-    table.distrust_before(&pause(PauseEvidence::Stopped), |_| {});
+    table.mark_stale_before(&pause(PauseEvidence::Stopped), |_| {});
     table.advance(at(9.0), |_| {});
     let quality = |table: &TagTable, tag| table.snapshot().state(TagHandle(tag)).unwrap().quality;
     assert_eq!(quality(&table, 0), Quality::Bad(Reason::Stale));
@@ -222,7 +222,7 @@ fn what_a_queue_holds_outlives_a_stop_and_no_sleep() {
     let late = Sample { tag: TagHandle(1), valid_from: at(0.5), ..sample(61.0, at(9.0)) };
     put(&mut table, late);
     assert_eq!(quality(&table, 1), Quality::Good, "it waited in the queue");
-    table.distrust_before(&pause(PauseEvidence::Suspended), |_| {});
+    table.mark_stale_before(&pause(PauseEvidence::Suspended), |_| {});
     assert_eq!(quality(&table, 1), Quality::Bad(Reason::Stale));
 }
 
@@ -379,7 +379,7 @@ fn spec_of(id: &str) -> TagSpec {
     TagSpec { id: id.into(), ..spec() }
 }
 
-/// What a table does, step by step.
+/// Operation on a table in a random sequence.
 #[derive(Clone, Debug)]
 enum Step {
     Put {
@@ -449,7 +449,7 @@ proptest! {
                     let states: Vec<_> = table.snapshot().states().collect();
                     let mut counts = QualityCounts::default();
                     for (tag, state) in states.iter().enumerate() {
-                        *counts.of(state.quality.rank()) += 1;
+                        *counts.count_mut(state.quality.rank()) += 1;
                         if let Some(age) = state.age {
                             prop_assert!(age <= seconds(freshness[tag]) || !state.quality.is_good());
                         }
@@ -477,9 +477,9 @@ impl Dice {
     }
 }
 
-/// What an observer with a notebook knows of a tag.
+/// Reference state of a tag, kept by an observer.
 #[derive(Clone, Copy, Default)]
-struct Noted {
+struct ObservedTag {
     source_time: Option<i64>,
     valid_from: Option<Moment>,
     is_bad: bool,
@@ -495,7 +495,7 @@ fn a_year_of_losses_clock_jumps_and_reloads_leaves_no_drift() {
     let limits = |tag: u64| [0.5, 3.0, 60.0, 100.0, 3600.0, 86_400.0][tag as usize % 6];
     let specs = || (0..TAGS).map(|tag| TagSpec { freshness: seconds(limits(tag)), ..spec() });
     let mut table = table_of(specs().collect());
-    let mut noted = vec![Noted { is_bad: true, ..Noted::default() }; TAGS as usize];
+    let mut noted = vec![ObservedTag { is_bad: true, ..ObservedTag::default() }; TAGS as usize];
     let (mut now, mut wall, mut is_up) = (START, 1_790_000_000_i64, true);
     let mut accepted = 0_u64;
     while now < START.after(seconds(365.0 * DAY as f64)) {
@@ -512,7 +512,7 @@ fn a_year_of_losses_clock_jumps_and_reloads_leaves_no_drift() {
             }
             3 => {
                 table = table_of(specs().collect());
-                noted.fill(Noted { is_bad: true, ..Noted::default() });
+                noted.fill(ObservedTag { is_bad: true, ..ObservedTag::default() });
             }
             4..400 => {
                 is_up = !is_up;
@@ -545,12 +545,12 @@ fn a_year_of_losses_clock_jumps_and_reloads_leaves_no_drift() {
                 && source_time.zip(note.source_time).is_some_and(|(new, old)| new < old);
             assert_eq!(table.apply(&update, |_| {}), !is_older);
             if !is_older {
-                *note = Noted { source_time, valid_from: Some(now), is_bad: false };
+                *note = ObservedTag { source_time, valid_from: Some(now), is_bad: false };
                 accepted += 1;
             }
         }
         table.advance(now, |_| {});
-        let is_good = |(tag, note): (u64, &Noted)| {
+        let is_good = |(tag, note): (u64, &ObservedTag)| {
             !note.is_bad
                 && note.valid_from.is_some_and(|from| now.since(from) <= seconds(limits(tag)))
         };
@@ -559,7 +559,7 @@ fn a_year_of_losses_clock_jumps_and_reloads_leaves_no_drift() {
         assert!(table.wheel.len() <= 2 * TAGS as usize, "the wheel holds {}", table.wheel.len());
     }
     assert!(accepted > 400_000, "{accepted} updates in the year");
-    assert!(table.changes.room() <= 64 * TAGS as usize);
+    assert!(table.changes.capacity() <= 64 * TAGS as usize);
 }
 
 #[test]
@@ -581,8 +581,8 @@ fn a_table_goes_on_where_another_was_under_its_own_rules() {
     let scale = Some(Scale { factor: 10.0, offset: 0.0 });
     let narrow = TagSpec { scale, ..narrow };
     let mut after = table_of(vec![narrow, other("c", 3.0), derived]);
-    let numbers = Renumbering::of_tags(before.tags(), after.tags());
-    assert_eq!([0, 1, 2].map(|old| numbers.number(old)), [None, Some(0), Some(2)]);
+    let numbers = HandleRemap::between_tag_sets(before.tags(), after.tags());
+    assert_eq!([0, 1, 2].map(|old| numbers.index(old)), [None, Some(0), Some(2)]);
     after.inherit(&before, &numbers);
     let state = |table: &TagTable, tag| table.snapshot().state(TagHandle(tag)).unwrap();
     after.advance(at(2.5), |_| {});

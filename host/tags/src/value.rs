@@ -1,4 +1,4 @@
-//! Values and qualities.
+//! Tag values and their qualities.
 
 use std::fmt;
 
@@ -7,54 +7,54 @@ use serde::{Deserialize, Serialize};
 /// A value of a tag.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Value {
-    /// A measurement.
+    /// Measurement, a floating-point number.
     F64(f64),
     /// A counter or code.
     I64(i64),
-    /// A single point.
+    /// Single point, such as a contact.
     Bool(bool),
-    /// A switch position.
+    /// Double point, such as a switch position.
     DoublePoint(DoublePoint),
 }
 
 /// The type a tag's values have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ValueKind {
-    /// [`Value::F64`].
+    /// Kind of [`Value::F64`].
     F64,
-    /// [`Value::I64`].
+    /// Kind of [`Value::I64`].
     I64,
-    /// [`Value::Bool`].
+    /// Kind of [`Value::Bool`].
     Bool,
-    /// [`Value::DoublePoint`].
+    /// Kind of [`Value::DoublePoint`].
     DoublePoint,
 }
 
 /// Position of a switch by two contacts (IEC 60870-5-101, 7.2.6.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DoublePoint {
-    /// Neither contact: travelling.
+    /// Neither contact is closed: the switch is travelling.
     Intermediate,
-    /// Open.
+    /// The switch is open.
     Off,
-    /// Closed.
+    /// The switch is closed.
     On,
     /// Both contacts: a fault.
     BadState,
 }
 
-/// Whether a value can be relied on.
+/// Reliability of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Quality {
-    /// Usable.
+    /// Value is usable.
     Good,
-    /// Doubtful.
+    /// Value is doubtful.
     Uncertain(Reason),
-    /// Not usable.
+    /// Value is not usable.
     Bad(Reason),
 }
 
-/// Why a value is not good.
+/// Reason why a value is not good.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Reason {
     /// The source gave none.
@@ -111,7 +111,7 @@ pub(crate) struct Packed {
 
 impl Packed {
     #[inline]
-    pub(crate) fn of(value: Value) -> Self {
+    pub(crate) fn from_value(value: Value) -> Self {
         let bits = match value {
             Value::F64(value) => value.to_bits(),
             Value::I64(value) => value as u64,
@@ -143,7 +143,7 @@ impl Packed {
 }
 
 impl Quality {
-    /// Whether the value can be shown as certain.
+    /// Reports whether the quality is good.
     pub fn is_good(self) -> bool {
         self == Self::Good
     }
@@ -157,7 +157,7 @@ impl Quality {
         }
     }
 
-    /// Why it is not good.
+    /// Returns the reason of a quality that is not good.
     pub fn reason(self) -> Option<Reason> {
         match self {
             Self::Good => None,

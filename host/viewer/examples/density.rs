@@ -1,5 +1,5 @@
-//! How long it takes to brush, count and draw polylines on nine axes: on the device, and
-//! (without drawing) by a plain loop on one core, in the same run, with equal results.
+//! Benchmark of brushing, counting and drawing polylines on nine axes: on the device, and by a
+//! plain loop on one core without drawing. Both results must be equal.
 //!
 //! `cargo run --release -p busbar_viewer --example density [RECORDS]`
 #![allow(clippy::print_stdout, reason = "the table is this program's output")]
@@ -9,7 +9,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use busbar_chart::{
-    Axis, Brush, Brushes, Description, Join, Layout, Record, Records, State, bin_pairs, edges_of,
+    Axis, Brush, BrushOperator, Brushes, Description, Layout, Record, Records, State, bin_edges,
+    bin_pairs,
 };
 use busbar_renderer::{
     BrushedAxis, CameraView, DensityInput, DensityPlane, Frame, Polylines, Renderer,
@@ -22,13 +23,14 @@ const AXES: usize = 9;
 /// Records that are appended at once.
 const PAGE: usize = 1 << 16;
 const ROUNDS: usize = 5;
-/// Of the picture that is drawn, pixels.
+/// Size of the drawn picture, pixels.
 const SIZE: [u32; 2] = [1280, 720];
 
 fn main() -> Result<(), Box<dyn Error>> {
     let count = std::env::args().nth(1).map_or(Ok(1_000_000), |count| count.parse())?;
     let records = records(count)?;
-    let views: Vec<_> = (0..AXES).map(|index| busbar_chart::AxisView::of(index, &axis())).collect();
+    let views: Vec<_> =
+        (0..AXES).map(|index| busbar_chart::AxisView::new(index, &axis())).collect();
     let pairs = Layout::Flat.pairs(AXES);
     let ranges = [[10.0, 100.0], [1000.0, f32::MAX]];
     let brush = |axis, ranges: &[[f32; 2]]| Brush::Ranges {
@@ -36,13 +38,15 @@ fn main() -> Result<(), Box<dyn Error>> {
         ranges: ranges.to_vec(),
         with_missing: false,
     };
-    let brushes =
-        Brushes { join: Join::And, list: vec![brush(2, &ranges), brush(6, &ranges[..1])] };
+    let brushes = Brushes {
+        operator: BrushOperator::And,
+        list: vec![brush(2, &ranges), brush(6, &ranges[..1])],
+    };
     let brushed = [
         BrushedAxis { axis: 2, ranges: &ranges, with_missing: false },
         BrushedAxis { axis: 6, ranges: &ranges[..1], with_missing: false },
     ];
-    let shown: Vec<_> = views.iter().map(|view| (view.axis, edges_of(view))).collect();
+    let shown: Vec<_> = views.iter().map(|view| (view.axis, bin_edges(view))).collect();
     let options = RendererOptions { samples: 1, ..RendererOptions::default() };
     let mut renderer = Renderer::headless(options, SIZE)?;
     let mut input = DensityInput {
@@ -115,7 +119,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Draws the picture of what was counted last, across the whole view, and waits for it.
+/// Draws the last density count across the whole view, and waits for the device.
 fn draw(renderer: &mut Renderer, revision: u64) -> Result<(), Box<dyn Error>> {
     let place = |axis: usize| Vec3::new(axis as f32 / (AXES - 1) as f32 * 3.2 - 1.6, -0.9, 0.0);
     let plane = |pair: usize| DensityPlane {
@@ -155,7 +159,7 @@ fn records(count: usize) -> Result<Records, Box<dyn Error>> {
         ..Description::default()
     });
     let mut random = Rng::with_seed(1);
-    let mut records = Records::of(&description);
+    let mut records = Records::new(&description);
     for first in (0..count).step_by(PAGE) {
         let rows: Vec<_> = (first..(first + PAGE).min(count))
             .map(|record| Record { unix_nanos: record as i64, equipment: 0, state: 0 })

@@ -1,62 +1,62 @@
-//! The numbers by which plugins that go on know tags and nodes, where others joined these.
+//! Index remap: maps the tag and node indices held by running plugins to those of the reloaded
+//! scene.
 
 use std::sync::Arc;
 
 use busbar_plugin_host::OverlayPicture;
 use busbar_scene::NodeIndex;
-use busbar_tags::{Renumbering, TagHandle};
+use busbar_tags::{HandleRemap, TagHandle};
 
 use crate::load::LoadedScene;
 
 /// No tag has this number.
 const NO_TAG: TagHandle = TagHandle(u32::MAX);
 
-/// From the numbers of one scene to those of another.
+/// Map from the tag and node indices of one scene to those of another.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct IndexRemap {
-    pub(crate) tags: Renumbering,
-    nodes: Renumbering,
+    pub(crate) tags: HandleRemap,
+    nodes: HandleRemap,
 }
 
 impl IndexRemap {
-    /// From a scene to the one in its place. Where nodes are what they were, that is so of
-    /// their numbers.
+    /// Builds the map between two scenes; with the same nodes it maps tags alone.
     pub(crate) fn between(before: &LoadedScene, after: &LoadedScene, same_nodes: bool) -> Self {
         let tags = match Arc::ptr_eq(&before.tags, &after.tags) {
-            true => Renumbering::default(),
-            false => Renumbering::of_tags(&before.tags, &after.tags),
+            true => HandleRemap::default(),
+            false => HandleRemap::between_tag_sets(&before.tags, &after.tags),
         };
         let nodes = match same_nodes {
-            true => Renumbering::default(),
+            true => HandleRemap::default(),
             false => {
                 let ids = (0..before.graph.node_count() as u32)
                     .map(|index| before.graph.node(NodeIndex(index)).id());
                 let found: Vec<Option<u32>> =
                     ids.map(|id| Some(after.graph.find(&id)?.0)).collect();
-                Renumbering::of(found.into_iter())
+                HandleRemap::new(found.into_iter())
             }
         };
         Self { tags, nodes }
     }
 
-    /// Both in turn.
+    /// Returns the composition: this map, then the next.
     pub(crate) fn then(&self, next: &Self) -> Self {
         Self { tags: self.tags.then(&next.tags), nodes: self.nodes.then(&next.nodes) }
     }
 
-    /// Where a node is now.
+    /// Returns the present index of a node; none if the node is gone.
     pub(crate) fn node(&self, NodeIndex(old): NodeIndex) -> Option<NodeIndex> {
-        self.nodes.number(old).map(NodeIndex)
+        self.nodes.index(old).map(NodeIndex)
     }
 
-    /// A picture in the numbers of now. What names something that is gone goes with it.
+    /// Maps a picture to the present indices; entries of removed tags or nodes are dropped.
     pub(crate) fn picture(&self, picture: &Arc<OverlayPicture>) -> Arc<OverlayPicture> {
-        if self.tags.is_none() && self.nodes.is_none() {
+        if self.tags.is_identity() && self.nodes.is_identity() {
             return Arc::clone(picture);
         }
         let mut now = OverlayPicture::clone(picture);
         let remap = |node: &mut u32, tag: &mut TagHandle| {
-            let found = self.nodes.number(*node).zip(self.tags.tag(*tag));
+            let found = self.nodes.index(*node).zip(self.tags.tag(*tag));
             found.map(|found| (*node, *tag) = found).is_some()
         };
         now.lines.retain_mut(|line| remap(&mut line.node, &mut line.tag));

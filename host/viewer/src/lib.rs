@@ -1,11 +1,11 @@
 //! The viewer: a configuration becomes a scene, a scene becomes frames.
 //!
-//! [`LoadedScene::load`] reads a configuration and everything it names, and
-//! finds every fault in it. [`Viewer`] steps it frame by frame, into a window
-//! or an offscreen picture. [`optimize`] runs one model through one optimiser;
-//! [`import_scene`] makes a configuration from a model and a point list.
+//! [`LoadedScene::load`] reads a configuration and everything it names, and reports every fault.
+//! [`Viewer`] steps the scene frame by frame, in a window or offscreen. [`optimize`] runs one model
+//! through one optimizer; [`import_scene`] creates a configuration from a model and a point list.
 //!
-//! Invariant: no Vulkan type and no protocol word crosses this façade.
+//! Invariant: no Vulkan type and no protocol message crosses this public interface.
+#![doc = include_str!("../DESIGN.md")]
 
 mod alarms;
 mod camera;
@@ -57,16 +57,16 @@ mod verdicts;
 mod viewer;
 pub mod viewer_server;
 
-pub use busbar_alarm_log::{LogError as AlarmLogError, Verification, verify as verify_alarm_log};
 /// The states of an alarm, by the letters of IEC 62682.
 pub use busbar_alarms::State as AlarmState;
+pub use busbar_audit_log::{LogError as AuditLogError, Verification, verify as verify_audit_log};
 pub use busbar_chart as charts;
 pub use busbar_config::{
     Diagnostic, LogConfig, LogFormatConfig, MAX_THETA_SCALE, MetricsConfig, Severity, schema,
 };
 pub use busbar_plugin_host::{
     Catalog, CommandExit, CommandReport, DiagnosticLevel, FaultKind, LoadRules, PluginInfo,
-    Refused, Simulation, SimulationStatus, sign_library,
+    RejectedLibrary, Simulation, SimulationStatus, sign_library,
 };
 pub use busbar_plugin_process::{
     CommandError, Isolation, Plugin, PluginCatalog, serve as serve_plugin,

@@ -8,7 +8,6 @@ use busbar_plugin_sdk::{
 };
 
 use crate::settings::{QuantitySettings, Settings};
-use crate::tag_units;
 
 /// A binding that is judged as a quantity.
 pub(crate) struct Watched {
@@ -121,7 +120,7 @@ fn conversion(
         ));
         return Err("no number");
     }
-    tag_units::conversion(binding, unit).map_err(|finding| {
+    UnitConversion::of_binding_to(binding, unit).map_err(|finding| {
         findings.push(finding);
         "its unit cannot be converted"
     })

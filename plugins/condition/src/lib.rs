@@ -3,7 +3,6 @@
 
 mod judging;
 mod settings;
-mod tag_units;
 
 use busbar_plugin_sdk::{
     Binding, Canvas, Description, Error, Host, LegendEntry, Overlay, OverlayFrame, Pattern, Plugin,

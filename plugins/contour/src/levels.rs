@@ -8,7 +8,6 @@ use busbar_plugin_sdk::{
 };
 
 use crate::settings::Settings;
-use crate::tag_units;
 
 /// A piece of equipment with its levels.
 pub(crate) struct Piece {
@@ -67,7 +66,7 @@ fn conversion(
         ));
         return Err("no number");
     }
-    tag_units::conversion(binding, unit).map_err(|finding| {
+    UnitConversion::of_binding_to(binding, unit).map_err(|finding| {
         findings.push(finding);
         "its unit cannot be converted"
     })

@@ -3,7 +3,6 @@
 
 mod levels;
 mod settings;
-mod tag_units;
 
 use busbar_plugin_sdk::{
     Binding, Canvas, Description, Error, Host, Overlay, OverlayFrame, Plugin, TagValue,

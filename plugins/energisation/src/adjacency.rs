@@ -1,6 +1,6 @@
 //! Adjacency of nodes, as compressed sparse rows.
 
-use crate::topology::{Branch, Node, Switch};
+use crate::topology::{Branch, MAX_BRANCHES, MAX_NODES, Node, Switch};
 
 /// Branches by the nodes at their ends, as compressed rows.
 #[derive(Clone, Debug, Default)]
@@ -9,26 +9,53 @@ pub struct Adjacency {
     arcs: Vec<Arc>,
 }
 
-/// A branch as one of its nodes sees it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Arc {
-    /// The node at the other end.
-    pub to: u32,
-    /// Index of the branch.
-    pub branch: u32,
-    /// The switch, or [`Arc::ALWAYS`].
-    pub switch: u32,
-    /// Reports whether no earth passes.
-    pub stops_earth: bool,
-}
+/// Branch as one of its nodes sees it, packed into 8 bytes: a network of 100,000 branches
+/// fits a processor's second cache.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Arc(u64);
+
+/// Bits of an index in an [`Arc`].
+const INDEX_BITS: u32 = 20;
+const INDEX_MASK: u64 = (1 << INDEX_BITS) - 1;
+/// Bit of branches that stop an earth.
+const STOPS_EARTH: u64 = 1 << (3 * INDEX_BITS);
+
+/// Indices of an arc at most: nodes, branches and their switches.
+const MAX_INDEX: usize = if MAX_NODES > MAX_BRANCHES { MAX_NODES } else { MAX_BRANCHES };
+
+const _: () = assert!(MAX_INDEX < INDEX_MASK as usize);
 
 impl Arc {
-    /// Switch of a branch that always joins its nodes.
-    pub const ALWAYS: u32 = u32::MAX;
+    fn new(to: Node, branch: usize, switch: Option<Switch>, stops_earth: bool) -> Self {
+        let switch = switch.map_or(INDEX_MASK, |switch| switch as u64);
+        let flag = if stops_earth { STOPS_EARTH } else { 0 };
+        let indices = to as u64 | (branch as u64) << INDEX_BITS | switch << (2 * INDEX_BITS);
+        Self(indices | flag)
+    }
 
-    /// Gives its switch, if it has one.
+    /// Returns the node at the other end.
+    #[inline]
+    pub fn to(self) -> Node {
+        (self.0 & INDEX_MASK) as usize
+    }
+
+    /// Returns the index of the branch.
+    #[inline]
+    pub fn branch(self) -> usize {
+        (self.0 >> INDEX_BITS & INDEX_MASK) as usize
+    }
+
+    /// Returns the switch of the branch, if it has one.
+    #[inline]
     pub fn switch(self) -> Option<Switch> {
-        (self.switch != Self::ALWAYS).then_some(self.switch as usize)
+        let switch = self.0 >> (2 * INDEX_BITS) & INDEX_MASK;
+        (switch != INDEX_MASK).then_some(switch as usize)
+    }
+
+    /// Reports whether no earth passes.
+    #[inline]
+    pub fn stops_earth(self) -> bool {
+        self.0 & STOPS_EARTH != 0
     }
 }
 
@@ -42,16 +69,13 @@ impl Adjacency {
         for node in 0..nodes {
             offsets[node + 1] += offsets[node];
         }
-        let none = Arc { to: 0, branch: 0, switch: Arc::ALWAYS, stops_earth: false };
-        let mut arcs = vec![none; branches.len() * 2];
+        let mut arcs = vec![Arc::default(); branches.len() * 2];
         let mut next = offsets.clone();
-        for (branch, index) in branches.iter().zip(0..) {
-            let switch = branch.switch.map_or(Arc::ALWAYS, |switch| switch as u32);
+        for (index, branch) in branches.iter().enumerate() {
             let [a, b] = branch.ends;
             for (from, to) in [(a, b), (b, a)] {
-                let stops_earth = branch.stops_earth;
-                arcs[next[from] as usize] =
-                    Arc { to: to as u32, branch: index, switch, stops_earth };
+                let arc = Arc::new(to, index, branch.switch, branch.stops_earth);
+                arcs[next[from] as usize] = arc;
                 next[from] += 1;
             }
         }

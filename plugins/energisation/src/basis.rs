@@ -1,179 +1,338 @@
 //! Bindings that judgments rest on: those of the inputs that hold a state, shared by all
 //! equipment at a node or in a part without feeding.
 
-use std::ops::Range;
+use smallvec::SmallVec;
 
-use crate::contradiction::name_of_source;
-use crate::judgment::{Judge, PieceJudgment, PieceState, Standing};
+use crate::judgment::Judge;
+use crate::reachability::{NONE, SureStep};
 use crate::state::{Input, State};
 use crate::switch_condition::SwitchCondition;
-use crate::topology::{Equipment, Node};
+use crate::topology::{Equipment, Node, Switch};
 
 /// Bindings in all lists of one frame. What rests on more is unknown: nobody could tell in
 /// time when it holds no longer.
 pub const MAX_BASIS: usize = 1 << 22;
 
-/// Lists of bindings, one after another, in room that is kept.
+/// Bindings in the lists of nodes that are fed; the rest is for all other lists.
+const MAX_BASIS_OF_FED: usize = MAX_BASIS / 2;
+
+/// Index of a list of bindings.
+pub(crate) type List = u32;
+
+/// List that is empty.
+const EMPTY: List = 0;
+/// Mark of a list that found no room.
+const TOO_LONG: List = u32::MAX - 1;
+/// Mark of a list that is not made yet.
+const NOT_MADE: List = u32::MAX;
+
+/// Lists of bindings, each sorted, in memory that is kept.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct BasisList {
-    pub(crate) bindings: Vec<usize>,
-    /// List of each node, where it is made.
-    of_nodes: Vec<Option<NodeBasis>>,
-    /// List of each part without feeding.
-    of_parts: Vec<Option<NodeBasis>>,
-    /// Bindings that may still be looked at, so that long ways cost no more than lists do.
+pub(crate) struct BasisLists {
+    bindings: Vec<u32>,
+    /// Begin and end of each list among the bindings.
+    lists: Vec<[u32; 2]>,
+    /// Basis of each node that is fed.
+    of_fed: Vec<NodeBasis>,
+    /// Basis of each part without feeding.
+    of_parts: Vec<NodeBasis>,
+    /// Basis of nodes that are earthed or in doubt; empty until one is asked for.
+    of_others: Vec<NodeBasis>,
+    /// Bindings that lists of fed nodes may still have.
     room: usize,
+    /// Bindings that other lists may still have.
+    room_of_others: usize,
+    has_no_room: bool,
 }
 
 /// List of a node, and what is remarkable of its inputs.
 #[derive(Clone, Copy, Debug)]
 struct NodeBasis {
-    start: usize,
-    end: usize,
-    /// A switch on it whose position is set by hand.
-    hand_dressed: Option<u32>,
-    /// A source on it that was taken to feed by a default.
-    assumed: Option<u32>,
-    /// Reports whether the lists of the frame had no room for it.
-    is_too_long: bool,
+    list: List,
+    /// Switch on the way whose position is set by hand, or [`NONE`].
+    hand_dressed: u32,
+    /// Source on the way that was taken to feed by a default, or [`NONE`].
+    assumed: u32,
 }
 
-impl BasisList {
+const UNKNOWN_BASIS: NodeBasis = NodeBasis { list: NOT_MADE, hand_dressed: NONE, assumed: NONE };
+
+/// Basis of a piece of equipment.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct PieceBasis {
+    /// List of its bindings; none where there was no room for it.
+    pub(crate) list: Option<List>,
+    /// Switches that it rests on whose position is set by hand.
+    pub(crate) hand_dressed: SmallVec<[Switch; 2]>,
+    /// Source that was taken to feed by a default.
+    pub(crate) assumed: Option<usize>,
+}
+
+impl BasisLists {
+    /// Returns the bindings of a list.
+    #[inline]
+    pub(crate) fn get(&self, list: List) -> &[u32] {
+        let [start, end] = self.lists[list as usize];
+        &self.bindings[start as usize..end as usize]
+    }
+
+    /// Returns the number of lists.
+    pub(crate) fn len(&self) -> usize {
+        self.lists.len()
+    }
+
+    /// Returns the number of bindings in all lists.
+    pub(crate) fn binding_count(&self) -> usize {
+        self.bindings.len()
+    }
+
     /// Empties all lists for another frame.
     pub(crate) fn clear(&mut self, nodes: usize, parts: usize) {
         self.bindings.clear();
-        self.of_nodes.clear();
-        self.of_nodes.resize(nodes, None);
+        self.lists.clear();
+        self.lists.push([0, 0]);
+        // Only nodes that are surely fed are read, and all of them are written before.
+        self.of_fed.resize(nodes, UNKNOWN_BASIS);
         self.of_parts.clear();
-        self.of_parts.resize(parts, None);
-        self.room = MAX_BASIS;
+        self.of_parts.resize(parts, UNKNOWN_BASIS);
+        self.of_others.clear();
+        self.room = MAX_BASIS_OF_FED;
+        self.room_of_others = MAX_BASIS - MAX_BASIS_OF_FED;
+        self.has_no_room = false;
+    }
+
+    /// Prepares for the next frame, and keeps the lists of nodes that are fed and of pieces.
+    pub(crate) fn go_on(&mut self, parts: usize) {
+        self.of_parts.clear();
+        self.of_parts.resize(parts, UNKNOWN_BASIS);
+        self.of_others.clear();
+    }
+
+    /// Reports whether a list found no room since the last time that all were made.
+    pub(crate) fn has_no_room(&self) -> bool {
+        self.has_no_room
+    }
+
+    /// Makes the list of a node from that of the next one on its way, with the bindings of
+    /// the switch between.
+    fn extend(&mut self, list: List, bindings: &[u32]) -> List {
+        if list == TOO_LONG || bindings.is_empty() {
+            return list;
+        }
+        let [from, to] = self.lists[list as usize];
+        let Some(room) = self.room.checked_sub((to - from) as usize + bindings.len()) else {
+            self.has_no_room = true;
+            return TOO_LONG;
+        };
+        self.room = room;
+        let start = self.bindings.len();
+        self.bindings.extend_from_within(from as usize..to as usize);
+        for &binding in bindings {
+            // Neighbours often have neighbouring bindings.
+            match self.bindings[start..].last() {
+                Some(&last) if last >= binding => {
+                    if let Err(at) = self.bindings[start..].binary_search(&binding) {
+                        self.bindings.insert(start + at, binding);
+                    }
+                }
+                _ => self.bindings.push(binding),
+            }
+        }
+        self.lists.push([start as u32, self.bindings.len() as u32]);
+        self.lists.len() as u32 - 1
     }
 
     /// Ends a list that begins at an index: sorted, and each binding once. `None` where
     /// there is no room for it.
-    fn finish(&mut self, start: usize) -> Option<Range<usize>> {
-        self.room = self.room.saturating_sub(self.bindings.len() - start);
-        if self.room == 0 {
-            self.bindings.truncate(start);
-            return None;
-        }
+    fn finish(&mut self, start: usize) -> Option<List> {
         let list = &mut self.bindings[start..];
-        list.sort_unstable();
-        let mut kept = 0;
-        for at in 0..list.len() {
-            if at == 0 || list[at] != list[kept - 1] {
-                list[kept] = list[at];
-                kept += 1;
-            }
+        let Some(room) = self.room_of_others.checked_sub(list.len()) else {
+            self.bindings.truncate(start);
+            self.has_no_room = true;
+            return None;
+        };
+        self.room_of_others = room;
+        if list.is_empty() {
+            return Some(EMPTY);
         }
-        self.bindings.truncate(start + kept);
-        Some(start..start + kept)
+        if !list.is_sorted_by(|a, b| a < b) {
+            list.sort_unstable();
+            let mut kept = 1;
+            for at in 1..list.len() {
+                if list[at] != list[kept - 1] {
+                    list[kept] = list[at];
+                    kept += 1;
+                }
+            }
+            self.bindings.truncate(start + kept);
+        }
+        self.lists.push([start as u32, self.bindings.len() as u32]);
+        Some(self.lists.len() as u32 - 1)
+    }
+
+    /// Reports whether a list has bindings.
+    fn has(&self, list: List, bindings: &[u32]) -> bool {
+        let list = self.get(list);
+        bindings.iter().all(|binding| list.binary_search(binding).is_ok())
     }
 }
 
 impl Judge<'_> {
-    /// Fills in what a judgment rests on.
-    pub(crate) fn rest(
+    /// Makes the lists of all nodes that are surely fed, or of those that changed, each from
+    /// that of the next node towards the source.
+    pub(crate) fn make_lists_of_fed(&self, changed: Option<&[bool]>, lists: &mut BasisLists) {
+        let Self { readings, energisation, .. } = self;
+        for node in energisation.surely_fed() {
+            if changed.is_some_and(|changed| !changed[node]) {
+                continue;
+            }
+            lists.of_fed[node] = match energisation.step_to_source(node) {
+                SureStep::Start(source) => {
+                    let reading = &readings.sources[source];
+                    NodeBasis {
+                        list: lists.extend(EMPTY, &reading.basis),
+                        hand_dressed: NONE,
+                        assumed: if reading.is_assumed { source as u32 } else { NONE },
+                    }
+                }
+                SureStep::Branch { switch: None, to } => lists.of_fed[to],
+                SureStep::Branch { switch: Some(switch), to } => {
+                    let reading = &readings.switches[switch];
+                    let next = lists.of_fed[to];
+                    let is_hand_dressed = reading.condition == SwitchCondition::HandDressed;
+                    NodeBasis {
+                        list: lists.extend(next.list, &reading.basis),
+                        hand_dressed: if is_hand_dressed {
+                            switch as u32
+                        } else {
+                            next.hand_dressed
+                        },
+                        assumed: next.assumed,
+                    }
+                }
+            };
+        }
+    }
+
+    /// Finds what the judgment on a piece rests on.
+    pub(crate) fn piece_basis(
         &self,
         piece: Equipment,
         (node, state): (Node, State),
-        list: &mut BasisList,
-        judgment: &mut PieceJudgment,
-    ) {
+        lists: &mut BasisLists,
+    ) -> PieceBasis {
         let decided_by: &[Node] = match state {
             // What is so at one end is so whatever becomes of the other.
             State::Energised | State::Contradiction => std::slice::from_ref(&node),
             State::Dead | State::Earthed => self.network.nodes_of.row(piece),
             State::Unknown => &[],
         };
+        let mut basis = PieceBasis::default();
+        let mut of_nodes: SmallVec<[List; 4]> = SmallVec::new();
         for &node in decided_by {
-            let of = self.list_of_node(node, list);
-            if of.is_too_long {
-                return give_up(judgment);
+            let NodeBasis { list, hand_dressed, assumed } = self.basis_of_node(node, lists);
+            if list == TOO_LONG {
+                return PieceBasis::default();
             }
-            self.remark(of, judgment);
+            // Nodes of one part without feeding have one list.
+            if !of_nodes.contains(&list) {
+                of_nodes.push(list);
+            }
+            if hand_dressed != NONE {
+                basis.hand_dressed.push(hand_dressed as usize);
+            }
+            if assumed != NONE {
+                basis.assumed = Some(assumed as usize);
+            }
         }
-        let own = self.network.switches_of.row(piece).iter();
-        let mut own = own.map(|&switch| self.readings.bindings(Input::Switch(switch)));
-        // Nodes of one part without feeding have one list.
-        let first = decided_by.first().map(|&node| self.list_of_node(node, list));
-        let is_shared = |&node: &Node| {
-            let of = self.list_of_node(node, list);
-            first.is_some_and(|first| (first.start, first.end) == (of.start, of.end))
+        let switches = self.network.switches_of.row(piece);
+        basis.list = match (switches, of_nodes.as_slice()) {
+            ([], [list]) => Some(*list),
+            ([], []) => Some(EMPTY),
+            _ => self.list_with_own(piece, switches, (node, state), &of_nodes, lists),
         };
-        let has_one_list = decided_by.iter().all(is_shared);
-        let range = match first {
-            Some(of) if has_one_list && own.clone().all(<[usize]>::is_empty) => {
-                Some(of.start..of.end)
+        basis
+    }
+
+    /// Makes a list of those of nodes and the bindings of a piece's own switches.
+    fn list_with_own(
+        &self,
+        piece: Equipment,
+        switches: &[Switch],
+        (node, state): (Node, State),
+        of_nodes: &[List],
+        lists: &mut BasisLists,
+    ) -> Option<List> {
+        let own = |switch: &Switch| self.readings.switches[*switch].basis.as_slice();
+        if let [list] = of_nodes {
+            if switches.iter().all(|switch| lists.has(*list, own(switch))) {
+                return Some(*list);
             }
-            _ => {
-                let start = list.bindings.len();
-                let lists = if has_one_list { decided_by.get(..1) } else { Some(decided_by) };
-                for &node in lists.unwrap_or_default() {
-                    let of = self.list_of_node(node, list);
-                    list.bindings.extend_from_within(of.start..of.end);
+            // A switch by which its other end is fed rests on what that end rests on.
+            if let ([switch], State::Energised) = (switches, state) {
+                for &other in self.network.nodes_of.row(piece) {
+                    if self.energisation.last_states()[other] == State::Energised
+                        && let SureStep::Branch { switch: Some(passed), to } =
+                            self.energisation.step_to_source(other)
+                        && (passed, to) == (*switch, node)
+                        && lists.of_fed[other].list != TOO_LONG
+                    {
+                        return Some(lists.of_fed[other].list);
+                    }
                 }
-                own.by_ref().for_each(|own| list.bindings.extend_from_slice(own));
-                list.finish(start)
-            }
-        };
-        match range {
-            Some(range) => judgment.basis = range,
-            None => give_up(judgment),
-        }
-    }
-
-    fn remark(&self, of: NodeBasis, judgment: &mut PieceJudgment) {
-        let topology = &self.network.topology;
-        if let Some(switch) = of.hand_dressed {
-            let words = SwitchCondition::HandDressed.explain(&topology.switches[switch as usize]);
-            if !judgment.reason.contains(&words) {
-                let joint = if judgment.reason.is_empty() { "" } else { "; " };
-                judgment.reason += joint;
-                judgment.reason += &words;
             }
         }
-        if let Some(source) = of.assumed {
-            let source = name_of_source(topology, source as usize);
-            judgment.assumption = format!("any power of {source} is feeding, as it has no rating");
+        let start = lists.bindings.len();
+        for &list in of_nodes {
+            let [from, to] = lists.lists[list as usize];
+            lists.bindings.extend_from_within(from as usize..to as usize);
         }
+        for switch in switches {
+            lists.bindings.extend_from_slice(own(switch));
+        }
+        lists.finish(start)
     }
 
-    fn list_of_node(&self, node: Node, list: &mut BasisList) -> NodeBasis {
-        if let Some(known) = list.of_nodes[node] {
-            return known;
+    fn basis_of_node(&self, node: Node, lists: &mut BasisLists) -> NodeBasis {
+        let state = self.energisation.last_states()[node];
+        if state == State::Energised {
+            return lists.of_fed[node];
         }
-        let is_dead = self.energisation.last_states()[node] == State::Dead
-            && self.voltages.override_state(node).is_none();
-        let part = self.energisation.dead_part(node).filter(|_| is_dead);
-        let known = part.and_then(|part| list.of_parts[part]);
-        let made = known.unwrap_or_else(|| self.make_list(node, list));
-        list.of_nodes[node] = Some(made);
-        if let Some(part) = part {
-            list.of_parts[part] = Some(made);
+        let is_dead = state == State::Dead && self.voltages.override_state(node).is_none();
+        if let Some(part) = self.energisation.dead_part(node).filter(|_| is_dead) {
+            if lists.of_parts[part].list == NOT_MADE {
+                lists.of_parts[part] = self.make_list(node, lists);
+            }
+            return lists.of_parts[part];
         }
-        made
+        if lists.of_others.is_empty() {
+            lists.of_others.resize(lists.of_fed.len(), UNKNOWN_BASIS);
+        }
+        if lists.of_others[node].list == NOT_MADE {
+            lists.of_others[node] = self.make_list(node, lists);
+        }
+        lists.of_others[node]
     }
 
-    fn make_list(&self, node: Node, list: &mut BasisList) -> NodeBasis {
-        let start = list.bindings.len();
-        let mut made =
-            NodeBasis { start, end: start, hand_dressed: None, assumed: None, is_too_long: true };
-        if list.room == 0 {
+    fn make_list(&self, node: Node, lists: &mut BasisLists) -> NodeBasis {
+        let start = lists.bindings.len();
+        let mut made = NodeBasis { list: TOO_LONG, hand_dressed: NONE, assumed: NONE };
+        if lists.room_of_others == 0 {
+            lists.has_no_room = true;
             return made;
         }
         let mut rest_on = |input: Input| {
-            list.bindings.extend_from_slice(self.readings.bindings(input));
+            lists.bindings.extend_from_slice(self.readings.bindings(input));
             match input {
                 Input::Switch(switch) => {
                     let condition = self.readings.switches[switch].condition;
-                    if condition == SwitchCondition::HandDressed {
-                        made.hand_dressed = made.hand_dressed.or(Some(switch as u32));
+                    if condition == SwitchCondition::HandDressed && made.hand_dressed == NONE {
+                        made.hand_dressed = switch as u32;
                     }
                 }
                 Input::Source(source) => {
-                    if self.readings.sources[source].is_assumed {
-                        made.assumed = made.assumed.or(Some(source as u32));
+                    if self.readings.sources[source].is_assumed && made.assumed == NONE {
+                        made.assumed = source as u32;
                     }
                 }
             }
@@ -181,19 +340,11 @@ impl Judge<'_> {
         self.energisation.basis(&self.network.topology, node, &mut rest_on);
         if let Some((binding, inputs)) = self.voltages.bindings(self.network, node) {
             inputs.into_iter().for_each(&mut rest_on);
-            list.bindings.push(binding);
+            lists.bindings.push(binding as u32);
         }
-        if let Some(range) = list.finish(start) {
-            (made.end, made.is_too_long) = (range.end, false);
+        if let Some(list) = lists.finish(start) {
+            made.list = list;
         }
         made
     }
-}
-
-/// Makes unknown what rests on too much.
-fn give_up(judgment: &mut PieceJudgment) {
-    judgment.state = PieceState::Unknown;
-    judgment.standing = Standing::Unknown;
-    judgment.reason = "it rests on more tags than are checked in a frame: split the network".into();
-    judgment.basis = 0..0;
 }

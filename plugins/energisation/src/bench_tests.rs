@@ -97,43 +97,62 @@ fn bench_a_change_in_a_network_of_100_000_branches() {
         let first_earth = positions.len() - topology.earths.len();
         positions[first_earth..].fill(Position::Open);
         let feeds: Vec<Position> = (0..topology.sources.len()).map(&mut any).collect();
+        let reading = |position: Position, index: usize| SwitchReading {
+            position,
+            condition: match position {
+                Position::Unknown => SwitchCondition::InMotion,
+                _ => SwitchCondition::Settled,
+            },
+            basis: smallvec::smallvec![index as u32],
+        };
+        let source = |position: &Position, index: u32| SourceReading {
+            position: *position,
+            condition: SourceCondition::Told,
+            basis: smallvec::smallvec![index],
+            is_assumed: false,
+        };
+        let sources: Vec<_> = feeds.iter().zip(0..).map(|(of, at)| source(of, at)).collect();
         let mut energisation = Energisation::default();
         let mut judgments = Judgments::default();
-        let (mut states, mut borders, mut judged) = (Vec::new(), Vec::new(), Vec::new());
+        let times: &mut [Vec<Duration>; 4] = &mut Default::default();
         for round in 0..ROUNDS {
-            positions[round * 7] = [Position::Open, Position::Closed][round % 2];
+            let switch = round * 7;
+            positions[switch] = match positions[switch] {
+                Position::Open => Position::Closed,
+                Position::Closed | Position::Unknown => Position::Open,
+            };
             let start = Stopwatch::start();
             energisation.states(&topology, &positions, &feeds);
-            states.push(start.elapsed());
+            times[0].push(start.elapsed());
             let start = Stopwatch::start();
             energisation.find_borders(&topology, &positions);
-            borders.push(start.elapsed());
-            let reading = |position: &Position, index: usize| SwitchReading {
-                position: *position,
-                condition: match position {
-                    Position::Unknown => SwitchCondition::InMotion,
-                    _ => SwitchCondition::Settled,
-                },
-                basis: smallvec::smallvec![index],
-            };
-            let source = |position: &Position, index: usize| SourceReading {
-                position: *position,
-                condition: SourceCondition::Told,
-                basis: smallvec::smallvec![index],
-                is_assumed: false,
-            };
-            let readings = Readings {
-                switches: positions.iter().zip(0..).map(|(of, at)| reading(of, at)).collect(),
-                sources: feeds.iter().zip(0..).map(|(of, at)| source(of, at)).collect(),
-                voltages: Vec::new(),
-            };
-            let start = Stopwatch::start();
-            judgments.judge(&wired, &readings, &mut energisation);
-            judged.push(start.elapsed());
+            times[1].push(start.elapsed());
+            if round % 5 == 0 {
+                let switches = positions.iter().enumerate().map(|(at, of)| reading(*of, at));
+                let (switches, sources) = (switches.collect(), sources.clone());
+                let readings = Readings { switches, sources, voltages: Vec::new() };
+                let start = Stopwatch::start();
+                judgments.judge(&wired, readings);
+                times[2].push(start.elapsed());
+            } else {
+                let switches = vec![(switch, reading(positions[switch], switch))];
+                let sources = sources.clone();
+                let changes = ChangedReadings { switches, sources, voltages: Vec::new() };
+                let start = Stopwatch::start();
+                let is_changed = judgments.update(&wired, changes);
+                times[3].push(start.elapsed());
+                assert!(is_changed && judgments.was_partial());
+            }
             assert_eq!(judgments.pieces.len(), topology.equipment.len());
         }
-        report(&format!("{what}: states of all nodes"), states);
-        report(&format!("{what}: borders of what is dead"), borders);
-        report(&format!("{what}: judgments of all equipment, with basis and reason"), judged);
+        let names = [
+            "states of all nodes",
+            "borders of what is dead",
+            "all judgments anew, with bases and reasons",
+            "judgments after a switch changed, with bases and reasons",
+        ];
+        for (name, times) in names.into_iter().zip(times) {
+            report(&format!("{what}: {name}"), std::mem::take(times));
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! Borders of parts without feeding: the open switches, and the sources that do not feed,
 //! that keep a part from being fed whatever becomes of all other inputs.
 
-use crate::reachability::{Certainty, Passage, Reachability};
+use crate::reachability::{Certainty, Passage, Reachability, pack, unpack};
 use crate::state::{Input, Position};
 use crate::topology::{Node, Topology};
 
@@ -10,14 +10,13 @@ use crate::topology::{Node, Topology};
 pub(crate) struct Borders {
     /// The part of each node, or [`NONE`]; empty until they are found.
     parts: Vec<u32>,
-    part_count: usize,
-    /// Inputs with the part whose border they are on, as they are found.
-    pairs: Vec<(u32, Input)>,
-    /// The same inputs by parts; one may be there twice.
-    inputs: Vec<Input>,
+    /// Inputs on the borders, part by part; one may be there twice.
+    inputs: Vec<u32>,
     /// Begin of each part among the inputs, and the end of the last.
     offsets: Vec<u32>,
     stack: Vec<u32>,
+    /// Open switches at the part that is being found, and the nodes behind them.
+    open_switches: Vec<[u32; 2]>,
 }
 
 const NONE: u32 = u32::MAX;
@@ -33,91 +32,69 @@ impl Borders {
         let nodes = topology.nodes.len();
         self.parts.clear();
         self.parts.resize(nodes, NONE);
-        self.part_count = 0;
-        self.pairs.clear();
+        self.inputs.clear();
+        self.offsets.clear();
+        self.offsets.push(0);
         for node in 0..nodes {
             if self.parts[node] == NONE && fed.certainty(node) == Certainty::Not {
-                self.find_part(node, passage);
+                self.find_part(node, topology, passage);
             }
-        }
-        self.find_open_switches(topology, passage);
-        for (index, source) in topology.sources.iter().enumerate() {
-            if let Some(part) = self.part(source.node) {
-                self.pairs.push((part as u32, Input::Source(index)));
-            }
-        }
-        self.sort_pairs();
-    }
-
-    /// Sorts inputs by parts, by counting.
-    fn sort_pairs(&mut self) {
-        let Self { pairs, offsets, inputs, part_count, .. } = self;
-        offsets.clear();
-        offsets.resize(*part_count + 2, 0);
-        for (part, _) in &*pairs {
-            offsets[*part as usize + 2] += 1;
-        }
-        for part in 1..offsets.len() {
-            offsets[part] += offsets[part - 1];
-        }
-        inputs.clear();
-        inputs.resize(pairs.len(), Input::Switch(0));
-        for &(part, input) in &*pairs {
-            let next = &mut offsets[part as usize + 1];
-            inputs[*next as usize] = input;
-            *next += 1;
         }
     }
 
-    fn find_part(&mut self, node: Node, passage: Passage<'_>) {
-        let part = self.part_count as u32;
-        self.part_count += 1;
+    fn find_part(&mut self, node: Node, topology: &Topology, passage: Passage<'_>) {
+        let part = self.part_count() as u32;
         self.parts[node] = part;
         self.stack.push(node as u32);
         while let Some(node) = self.stack.pop() {
-            for &arc in passage.adjacency.at(node as usize) {
-                let to = arc.to as usize;
-                if self.parts[to] == NONE && passage.position(arc) != Position::Open {
+            let node = node as usize;
+            let sources = topology.sources_at.row(node).iter();
+            self.inputs.extend(sources.map(|&source| pack(Input::Source(source))));
+            for index in passage.adjacency.range(node) {
+                let arc = passage.adjacency.arcs()[index];
+                let to = arc.to();
+                if passage.position(arc) == Position::Open {
+                    if let Some(switch) = arc.switch()
+                        && topology.leads_to_source[index]
+                    {
+                        self.open_switches.push([switch as u32, to as u32]);
+                    }
+                } else if self.parts[to] == NONE {
                     self.parts[to] = part;
-                    self.stack.push(arc.to);
+                    self.stack.push(to as u32);
                 }
             }
         }
-    }
-
-    fn find_open_switches(&mut self, topology: &Topology, passage: Passage<'_>) {
-        for node in 0..self.parts.len() {
-            let part = self.parts[node];
-            if part == NONE {
-                continue;
-            }
-            for index in topology.adjacency.range(node) {
-                let arc = topology.adjacency.arcs()[index];
-                let is_border = self.parts[arc.to as usize] != part
-                    && passage.position(arc) == Position::Open
-                    && topology.leads_to_source[index];
-                if let Some(switch) = arc.switch().filter(|_| is_border) {
-                    self.pairs.push((part, Input::Switch(switch)));
-                }
-            }
-        }
+        // An open switch between two nodes of the part is on no border.
+        let Self { open_switches, parts, inputs, offsets, .. } = self;
+        let on_border = open_switches.drain(..).filter(|&[_, to]| parts[to as usize] != part);
+        inputs.extend(on_border.map(|[switch, _]| pack(Input::Switch(switch as usize))));
+        offsets.push(inputs.len() as u32);
     }
 
     /// The part that a node is in; none where it is fed, or perhaps.
+    #[inline]
     pub(crate) fn part(&self, node: Node) -> Option<usize> {
         self.parts.get(node).filter(|part| **part != NONE).map(|part| *part as usize)
     }
 
     /// Number of parts that were found.
     pub(crate) fn part_count(&self) -> usize {
-        self.part_count
+        self.offsets.len().saturating_sub(1)
+    }
+
+    /// Reports whether two parts of different rounds have the same inputs on their borders.
+    pub(crate) fn is_same(&self, part: usize, other: &Self, other_part: usize) -> bool {
+        self.row(part) == other.row(other_part)
+    }
+
+    fn row(&self, part: usize) -> &[u32] {
+        &self.inputs[self.offsets[part] as usize..self.offsets[part + 1] as usize]
     }
 
     /// Inputs on the border of the part that a node is in.
     pub(crate) fn of(&self, node: Node) -> impl Iterator<Item = Input> + '_ {
-        let range = self
-            .part(node)
-            .map_or(0..0, |part| self.offsets[part] as usize..self.offsets[part + 1] as usize);
-        self.inputs[range].iter().copied()
+        let row = self.part(node).map_or(&[][..], |part| self.row(part));
+        row.iter().filter_map(|&input| unpack(input))
     }
 }

@@ -22,7 +22,7 @@ struct Search<'a> {
 struct Visit {
     node: Node,
     /// The end of the branch that it was entered by, and the branch.
-    by: Option<(usize, u32)>,
+    by: Option<(usize, usize)>,
     /// The next of its branches.
     next: usize,
 }
@@ -62,13 +62,13 @@ impl Search<'_> {
                 let index = visit.next;
                 visit.next += 1;
                 let arc = self.topology.adjacency.arcs()[index];
-                let to = arc.to as usize;
-                if visit.by.is_some_and(|(_, branch)| branch == arc.branch) {
+                let to = arc.to();
+                if visit.by.is_some_and(|(_, branch)| branch == arc.branch()) {
                     continue;
                 }
                 if self.entered[to] == 0 {
                     members.push(to);
-                    let entered = self.enter(to, Some((index, arc.branch)));
+                    let entered = self.enter(to, Some((index, arc.branch())));
                     visits.push(entered);
                 } else {
                     self.lowest[node] = self.lowest[node].min(self.entered[to]);
@@ -84,20 +84,20 @@ impl Search<'_> {
         self.mark(&members, self.sources[root]);
     }
 
-    fn enter(&mut self, node: Node, by: Option<(usize, u32)>) -> Visit {
+    fn enter(&mut self, node: Node, by: Option<(usize, usize)>) -> Visit {
         self.count += 1;
         self.entered[node] = self.count;
         self.lowest[node] = self.count;
         Visit { node, by, next: self.topology.adjacency.range(node).start }
     }
 
-    fn leave(&mut self, above: Node, below: Node, (down, branch): (usize, u32)) {
+    fn leave(&mut self, above: Node, below: Node, (down, branch): (usize, usize)) {
         self.lowest[above] = self.lowest[above].min(self.lowest[below]);
         self.sources[above] += self.sources[below];
         if self.lowest[below] > self.entered[above] {
             let mut ends = self.topology.adjacency.range(below);
             let arcs = self.topology.adjacency.arcs();
-            let up = ends.find(|&index| arcs[index].branch == branch);
+            let up = ends.find(|&index| arcs[index].branch() == branch);
             self.bridges.extend(up.map(|up| [down, up, below]));
         }
     }

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::reachability::{Passage, Step};
+use crate::reachability::{NONE, Passage, Step};
 use crate::state::{Energisation, Position, State};
 use crate::topology::{Node, Topology};
 
@@ -21,10 +21,11 @@ pub struct Contradiction {
 }
 
 /// Contradictions of a network, each with the nodes that are in doubt by it.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Contradictions {
     all: Vec<Contradiction>,
-    of_nodes: HashMap<Node, usize>,
+    /// Index of the one at each node, or [`NONE`]; empty where there are none.
+    of_nodes: Vec<u32>,
 }
 
 impl Contradictions {
@@ -35,6 +36,7 @@ impl Contradictions {
         if !energisation.last_states().contains(&State::Contradiction) {
             return found;
         }
+        found.of_nodes.resize(topology.nodes.len(), NONE);
         let mut earths: HashMap<Node, usize> = HashMap::new();
         for (index, earth) in topology.earths.iter().enumerate() {
             if positions[earth.switch] == Position::Closed {
@@ -45,7 +47,7 @@ impl Contradictions {
         // The first earth of a part that feeding comes to is the nearest to a source.
         for node in energisation.surely_fed() {
             if let Some(&earth) = earths.get(&node)
-                && !found.of_nodes.contains_key(&node)
+                && found.of_nodes[node] == NONE
             {
                 found.add(energisation, passage, (node, earth));
             }
@@ -67,19 +69,24 @@ impl Contradictions {
             }
         }
         path.reverse();
-        let index = self.all.len();
+        let index = self.all.len() as u32;
         self.all.push(Contradiction { source, earth, path });
         let mut to_visit = vec![node];
-        self.of_nodes.insert(node, index);
+        self.of_nodes[node] = index;
         while let Some(node) = to_visit.pop() {
             for &arc in passage.adjacency.at(node) {
-                let to = arc.to as usize;
-                if passage.position(arc) == Position::Closed && !self.of_nodes.contains_key(&to) {
-                    self.of_nodes.insert(to, index);
+                let to = arc.to();
+                if passage.position(arc) == Position::Closed && self.of_nodes[to] == NONE {
+                    self.of_nodes[to] = index;
                     to_visit.push(to);
                 }
             }
         }
+    }
+
+    /// Lists the nodes that are in doubt.
+    pub(crate) fn nodes(&self) -> impl Iterator<Item = Node> + '_ {
+        self.of_nodes.iter().enumerate().filter(|(_, of)| **of != NONE).map(|(node, _)| node)
     }
 
     /// All contradictions of the network.
@@ -89,7 +96,7 @@ impl Contradictions {
 
     /// The index of the one that a node is in doubt by.
     pub fn at(&self, node: Node) -> Option<usize> {
-        self.of_nodes.get(&node).copied()
+        self.of_nodes.get(node).filter(|index| **index != NONE).map(|index| *index as usize)
     }
 }
 

@@ -185,7 +185,7 @@ fn check(network: &RandomNetwork, Tags { bindings, values }: &Tags, case: u64) {
         voltages: Vec::new(),
     };
     let mut judgments = Judgments::default();
-    judgments.judge(&wired, &readings, &mut Energisation::default());
+    judgments.judge(&wired, readings);
     for (node, bits) in network.enumerate().iter().enumerate() {
         let id = format!("N{node}");
         let piece = topology.equipment.iter().position(|of| *of == id).unwrap();
@@ -203,8 +203,12 @@ fn check(network: &RandomNetwork, Tags { bindings, values }: &Tags, case: u64) {
         let needs_reason = judgment.standing != Standing::Normal;
         assert!(!needs_reason || !judgment.reason.is_empty(), "{}", place());
         // What it rests on is good.
-        let basis = &judgments.basis()[judgment.basis.clone()];
-        assert!(basis.iter().all(|&binding| values[binding].quality == GOOD), "{}", place());
+        let basis = judgments.basis(judgment.basis);
+        assert!(
+            basis.iter().all(|&binding| values[binding as usize].quality == GOOD),
+            "{}",
+            place()
+        );
     }
     // Every piece that the settings name is judged.
     assert!(judgments.pieces.iter().all(Option::is_some), "case {case}");

@@ -24,8 +24,9 @@ impl Network {
                 ));
             } else if let Some(pole) = wiring.missing_pole {
                 self.findings.push(format!(
-                    "the switch '{id}' has no tag in the role '{POSITION}_{pole}'; bind one to \
-                     each pole"
+                    "the switch '{id}' has no tag in the role '{POSITION}_{}'; bind one to \
+                     each pole",
+                    pole.name()
                 ));
             }
         }

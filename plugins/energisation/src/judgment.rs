@@ -1,16 +1,16 @@
 //! Judgments on equipment: state, reason, and the bindings that it rests on.
 
 use std::cmp::Reverse;
-use std::ops::Range;
 
-use crate::basis::BasisList;
+use crate::basis::BasisLists;
 use crate::contradiction::{Contradictions, name_of_source};
 use crate::network::Network;
+use crate::reasons::{Parts, ReasonTexts, Text};
 use crate::source_reading::SourceReading;
-use crate::state::{Energisation, Input, Position, State};
+use crate::state::{ChangedInputs, ChangedNodes, Energisation, Input, Position, State};
 use crate::switch_condition::SwitchCondition;
 use crate::switch_reading::SwitchReading;
-use crate::topology::{Equipment, Node, Topology};
+use crate::topology::{Equipment, Node, Switch, Topology};
 use crate::voltage::VoltageEvidence;
 use crate::voltage_doubt::VoltageDoubts;
 
@@ -51,7 +51,7 @@ pub enum Standing {
 }
 
 /// Judgment on a piece of equipment.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PieceJudgment {
     /// State that is shown.
     pub state: PieceState,
@@ -59,12 +59,12 @@ pub struct PieceJudgment {
     pub level: usize,
     /// Verdict on the piece.
     pub standing: Standing,
-    /// Reason, for people: never empty where the standing is unknown.
-    pub reason: String,
-    /// Default that it rests on; empty for none.
-    pub assumption: String,
-    /// Bindings that it rests on, as a range of [`Judgments::basis`].
-    pub basis: Range<usize>,
+    /// Reason, for people, by [`Judgments::text`]: never empty where the standing is unknown.
+    pub reason: Text,
+    /// Default that it rests on, by [`Judgments::text`]; empty for none.
+    pub assumption: Text,
+    /// List of the bindings that it rests on, by [`Judgments::basis`].
+    pub basis: u32,
 }
 
 /// Judgments on all equipment, in its order.
@@ -73,9 +73,39 @@ pub struct Judgments {
     /// One for each piece; none for a piece at no node.
     pub pieces: Vec<Option<PieceJudgment>>,
     /// Bindings that they rest on, which judgments share.
-    lists: BasisList,
+    lists: BasisLists,
+    /// Texts of reasons and assumptions, which judgments share.
+    texts: ReasonTexts,
     /// Sources and earths that are surely connected.
     pub contradictions: Contradictions,
+    energisation: Energisation,
+    readings: Readings,
+    positions: Vec<Position>,
+    sources: Vec<Position>,
+    /// Inputs whose readings changed since the last round.
+    changed_inputs: ChangedInputs,
+    changed_nodes: ChangedNodes,
+    changed_pieces: Vec<Equipment>,
+    /// Nodes that voltages cast doubt on in the last round.
+    doubtful: Vec<u32>,
+    /// Reports whether the last round judged only what had changed.
+    was_partial: bool,
+    /// Length of all texts when all were made last, bytes.
+    text_base: usize,
+}
+
+/// Bytes of texts that nothing shows any more, besides as many as all texts had.
+const MIN_TEXT_GARBAGE: usize = 1 << 20;
+
+/// Readings of a frame that may differ from those before.
+#[derive(Clone, Debug, Default)]
+pub struct ChangedReadings {
+    /// Switches that may have changed, with their readings.
+    pub switches: Vec<(Switch, SwitchReading)>,
+    /// Readings of all sources.
+    pub sources: Vec<SourceReading>,
+    /// Readings of all instrument transformers.
+    pub voltages: Vec<VoltageEvidence>,
 }
 
 /// Readings of all inputs of one frame.
@@ -106,7 +136,7 @@ impl Readings {
     }
 
     /// Bindings that an input rests on.
-    pub fn bindings(&self, input: Input) -> &[usize] {
+    pub fn bindings(&self, input: Input) -> &[u32] {
         match input {
             Input::Switch(switch) => &self.switches[switch].basis,
             Input::Source(source) => &self.sources[source].basis,
@@ -115,31 +145,174 @@ impl Readings {
 }
 
 impl Judgments {
-    /// Bindings that all judgments rest on, each a range of them. Judgments may share one.
-    pub fn basis(&self) -> &[usize] {
-        &self.lists.bindings
+    /// Returns the bindings of a list, sorted. Judgments may share one.
+    #[inline]
+    pub fn basis(&self, list: u32) -> &[u32] {
+        self.lists.get(list)
     }
 
-    /// Judges all equipment of a network anew, in the room that is there.
-    pub fn judge(
-        &mut self,
-        network: &Network,
-        readings: &Readings,
-        energisation: &mut Energisation,
-    ) {
+    /// Returns the number of lists, each of which is known by its index.
+    pub fn list_count(&self) -> usize {
+        self.lists.len()
+    }
+
+    /// Returns the number of bindings in all lists, at most [`MAX_BASIS`](crate::MAX_BASIS).
+    pub fn binding_count(&self) -> usize {
+        self.lists.binding_count()
+    }
+
+    /// Returns a reason or an assumption.
+    pub fn text(&self, text: Text) -> &str {
+        self.texts.get(text)
+    }
+
+    /// Returns the readings that the judgments rest on.
+    pub fn readings(&self) -> &Readings {
+        &self.readings
+    }
+
+    /// Reports whether the last round judged only what had changed.
+    pub fn was_partial(&self) -> bool {
+        self.was_partial
+    }
+
+    /// Returns the length of all texts, bytes.
+    pub fn text_bytes(&self) -> usize {
+        self.texts.len()
+    }
+
+    /// Returns the states of all nodes.
+    pub fn energisation(&self) -> &Energisation {
+        &self.energisation
+    }
+
+    /// Judges all equipment of a network anew, in the memory that is kept. Linear in the
+    /// network and in the lists of bindings.
+    pub fn judge(&mut self, network: &Network, readings: Readings) {
+        self.readings = readings;
+        self.positions.clear();
+        self.positions.extend(self.readings.switches.iter().map(|reading| reading.position));
+        self.sources.clear();
+        self.sources.extend(self.readings.sources.iter().map(|reading| reading.position));
+        self.changed_inputs.switches.clear();
+        self.changed_inputs.switches.resize(self.positions.len(), false);
+        self.changed_inputs.sources.clear();
+        self.changed_inputs.sources.resize(self.sources.len(), false);
+        let voltages = self.find_states(network);
+        self.judge_all(network, voltages);
+    }
+
+    /// Judges the equipment anew that changed readings may concern; the others keep their
+    /// judgments. The result is that of [`Judgments::judge`], but for the indices of lists
+    /// and texts. Reports whether any reading differs from the one before.
+    pub fn update(&mut self, network: &Network, changes: ChangedReadings) -> bool {
+        let ChangedReadings { switches, sources, voltages } = changes;
+        let mut changed_switches = Vec::new();
+        for (switch, reading) in switches {
+            if self.readings.switches[switch] != reading {
+                self.positions[switch] = reading.position;
+                self.readings.switches[switch] = reading;
+                changed_switches.push(switch);
+            }
+        }
+        let mut changed_sources = Vec::new();
+        for (source, reading) in sources.into_iter().enumerate() {
+            if self.readings.sources[source] != reading {
+                self.sources[source] = reading.position;
+                self.readings.sources[source] = reading;
+                changed_sources.push(source);
+            }
+        }
+        let has_other_voltages = self.readings.voltages != voltages;
+        self.readings.voltages = voltages;
+        if changed_switches.is_empty() && changed_sources.is_empty() && !has_other_voltages {
+            return false;
+        }
+        let contradictions = std::mem::take(&mut self.contradictions);
+        let voltages = self.find_states(network);
+        if self.lists.has_no_room() || self.texts.len() > self.text_base * 2 + MIN_TEXT_GARBAGE {
+            self.judge_all(network, voltages);
+            return true;
+        }
+        for &switch in &changed_switches {
+            self.changed_inputs.switches[switch] = true;
+        }
+        for &source in &changed_sources {
+            self.changed_inputs.sources[source] = true;
+        }
+        self.energisation.find_changes(&self.changed_inputs, &mut self.changed_nodes);
+        let changed = &mut self.changed_nodes.nodes;
+        // What voltages cast doubt on, now or before, is always judged anew.
+        changed.append(&mut self.doubtful);
+        self.doubtful.extend(voltages.nodes().map(|node| node as u32));
+        changed.extend_from_slice(&self.doubtful);
+        if self.contradictions != contradictions {
+            let nodes = self.contradictions.nodes().chain(contradictions.nodes());
+            changed.extend(nodes.map(|node| node as u32));
+        }
+        let contradictions = self.contradictions.all().len();
+        self.texts.go_on(&changed_switches, &changed_sources, contradictions);
+        self.judge_changed(network, voltages, &changed_switches);
+        self.was_partial = true;
+        for &switch in &changed_switches {
+            self.changed_inputs.switches[switch] = false;
+        }
+        for &source in &changed_sources {
+            self.changed_inputs.sources[source] = false;
+        }
+        if self.lists.has_no_room() {
+            let Self { energisation, readings, positions, .. } = self;
+            let voltages = VoltageDoubts::find(network, readings, energisation, positions);
+            self.judge_all(network, voltages);
+        }
+        true
+    }
+
+    /// Finds states, borders and contradictions.
+    fn find_states(&mut self, network: &Network) -> VoltageDoubts {
+        let Self { energisation, readings, positions, sources, .. } = self;
         let topology = &network.topology;
-        let positions: Vec<Position> = readings.switches.iter().map(|of| of.position).collect();
-        let sources: Vec<Position> = readings.sources.iter().map(|of| of.position).collect();
-        energisation.states(topology, &positions, &sources);
-        energisation.find_borders(topology, &positions);
-        self.contradictions = Contradictions::find(energisation, topology, &positions);
-        let voltages = VoltageDoubts::find(network, readings, energisation, &positions);
-        self.lists.clear(topology.nodes.len(), energisation.dead_part_count());
-        self.pieces.clear();
-        let Self { pieces, lists, contradictions } = self;
+        energisation.states(topology, positions, sources);
+        energisation.find_borders(topology, positions);
+        self.contradictions = Contradictions::find(energisation, topology, positions);
+        VoltageDoubts::find(network, readings, energisation, positions)
+    }
+
+    fn judge_all(&mut self, network: &Network, voltages: VoltageDoubts) {
+        let Self { pieces, lists, texts, contradictions, energisation, readings, .. } = self;
+        let topology = &network.topology;
+        lists.clear(topology.nodes.len(), energisation.dead_part_count());
+        texts.clear(topology, contradictions.all().len());
+        self.doubtful.clear();
+        self.doubtful.extend(voltages.nodes().map(|node| node as u32));
         let judge = Judge { network, readings, energisation, contradictions, voltages };
+        judge.make_lists_of_fed(None, lists);
+        pieces.clear();
         let equipment = 0..topology.equipment.len();
-        pieces.extend(equipment.map(|piece| judge.judge_piece(piece, lists)));
+        pieces.extend(equipment.map(|piece| judge.judge_piece(piece, lists, texts)));
+        self.text_base = texts.len();
+        self.was_partial = false;
+    }
+
+    /// Judges the pieces at nodes that changed, and switches whose readings did.
+    fn judge_changed(&mut self, network: &Network, voltages: VoltageDoubts, switches: &[Switch]) {
+        let Self { pieces, lists, texts, contradictions, energisation, readings, .. } = self;
+        let Self { changed_nodes, changed_pieces, .. } = self;
+        lists.go_on(energisation.dead_part_count());
+        let judge = Judge { network, readings, energisation, contradictions, voltages };
+        judge.make_lists_of_fed(Some(&changed_nodes.fed), lists);
+        changed_pieces.clear();
+        for &node in &changed_nodes.nodes {
+            changed_pieces.extend_from_slice(network.pieces_at.row(node as usize));
+        }
+        for &switch in switches {
+            changed_pieces.extend_from_slice(network.pieces_of_switch.row(switch));
+        }
+        changed_pieces.sort_unstable();
+        changed_pieces.dedup();
+        for &piece in &*changed_pieces {
+            pieces[piece] = judge.judge_piece(piece, lists, texts);
+        }
     }
 }
 
@@ -159,13 +332,24 @@ impl Judge<'_> {
         self.voltages.override_state(node).unwrap_or(state)
     }
 
-    fn judge_piece(&self, piece: Equipment, basis: &mut BasisList) -> Option<PieceJudgment> {
+    fn judge_piece(
+        &self,
+        piece: Equipment,
+        lists: &mut BasisLists,
+        texts: &mut ReasonTexts,
+    ) -> Option<PieceJudgment> {
         let nodes = self.network.nodes_of.row(piece);
         let levels = &self.network.topology.levels;
         // Of what is between nodes, the more urgent one shows; then the first level.
         let urgency = |node: Node| (self.state_of(node), Reverse(levels[node]));
-        let most = nodes.iter().map(|&node| urgency(node)).max()?;
-        let node = nodes.iter().copied().find(|&node| urgency(node) == most)?;
+        let (&first, others) = nodes.split_first()?;
+        let (mut node, mut most) = (first, urgency(first));
+        for &other in others {
+            let urgency = urgency(other);
+            if urgency > most {
+                (node, most) = (other, urgency);
+            }
+        }
         let (state, Reverse(level)) = most;
         let own = self.own_condition(piece);
         let (shown, standing) = shown_state(state, own.map(|(_, condition)| condition));
@@ -175,16 +359,27 @@ impl Judge<'_> {
             }
             _ => standing,
         };
-        let mut judgment = PieceJudgment {
+        let basis = self.piece_basis(piece, (node, state), lists);
+        let Some(list) = basis.list else {
+            return Some(PieceJudgment {
+                state: PieceState::Unknown,
+                level,
+                standing: Standing::Unknown,
+                reason: texts.too_long(),
+                assumption: Text::default(),
+                basis: 0,
+            });
+        };
+        let topology = &self.network.topology;
+        let source = basis.assumed;
+        Some(PieceJudgment {
             state: shown,
             level,
             standing,
-            reason: self.reason((node, state), own),
-            assumption: String::new(),
-            basis: 0..0,
-        };
-        self.rest(piece, (node, state), basis, &mut judgment);
-        Some(judgment)
+            reason: self.reason((node, state), own, &basis.hand_dressed, texts),
+            assumption: source.map_or_else(Text::default, |of| texts.of_assumption(topology, of)),
+            basis: list,
+        })
     }
 
     /// The condition of the switch that a piece is, or of the portable earth at it: the
@@ -198,60 +393,68 @@ impl Judge<'_> {
     fn reason(
         &self,
         (node, state): (Node, State),
-        own: Option<(usize, SwitchCondition)>,
-    ) -> String {
-        let topology = &self.network.topology;
-        let mut reason = String::new();
-        if let Some((switch, condition)) = own {
-            add(&mut reason, &condition.explain(&topology.switches[switch]));
+        own: Option<(Switch, SwitchCondition)>,
+        hand_dressed: &[Switch],
+        texts: &mut ReasonTexts,
+    ) -> Text {
+        let (topology, readings) = (&self.network.topology, self.readings);
+        let mut parts = Parts::new();
+        if let Some((switch, condition)) = own
+            && condition != SwitchCondition::Settled
+        {
+            parts.push(texts.of_switch(topology, readings, switch));
         }
+        // Words that parts are made of, to say each once.
+        let mut said = parts.clone();
         if let Some(words) = self.voltages.reason_of_dead(self.network, node) {
-            add(&mut reason, &words);
-            return reason;
-        }
-        match state {
-            State::Contradiction => {
-                let contradiction = self.contradictions.at(node);
-                if let Some(contradiction) = contradiction {
-                    let contradiction = &self.contradictions.all()[contradiction];
-                    add(&mut reason, &contradiction.explain(topology));
+            parts.push(texts.add(&words));
+        } else {
+            match state {
+                State::Contradiction => {
+                    let index = self.contradictions.at(node);
+                    parts.extend(
+                        index.map(|index| {
+                            texts.of_contradiction(topology, self.contradictions, index)
+                        }),
+                    );
                 }
-            }
-            State::Unknown => {
-                if let Some(input) = self.energisation.feeding_doubt(node) {
-                    add(&mut reason, &self.readings.explain(topology, input));
-                }
-            }
-            State::Dead => {
-                if let Some(input) = self.energisation.earthing_doubt(node) {
-                    let words = self.readings.explain(topology, input);
-                    if !reason.contains(&words) {
-                        add(&mut reason, &format!("perhaps earthed: {words}"));
+                State::Unknown => {
+                    if let Some(input) = self.energisation.feeding_doubt(node) {
+                        let words = texts.of_input(topology, readings, input);
+                        if !texts.says(&said, words) {
+                            parts.push(words);
+                            said.push(words);
+                        }
                     }
                 }
-            }
-            State::Energised => {
-                if let Some(doubt) = self.voltages.doubt_of_energised(node) {
-                    add(&mut reason, &format!("fed by the topology, but {doubt}"));
-                } else if !reason.is_empty() {
-                    add(&mut reason, "energised at an end");
+                State::Dead => {
+                    if let Some(input) = self.energisation.earthing_doubt(node) {
+                        let words = texts.of_input(topology, readings, input);
+                        if !texts.says(&said, words) {
+                            parts.push(texts.of_earth(input, words));
+                            said.push(words);
+                        }
+                    }
                 }
+                State::Energised => {
+                    if let Some(doubt) = self.voltages.doubt_of_energised(node) {
+                        parts.push(texts.add(&format!("fed by the topology, but {doubt}")));
+                    } else if !parts.is_empty() {
+                        parts.push(texts.at_an_end());
+                    }
+                }
+                State::Earthed => {}
             }
-            State::Earthed => {}
         }
-        reason
+        for &switch in hand_dressed {
+            let words = texts.of_switch(topology, readings, switch);
+            if !texts.says(&said, words) {
+                parts.push(words);
+                said.push(words);
+            }
+        }
+        texts.join(&parts)
     }
-}
-
-/// Adds words to a reason, once.
-fn add(reason: &mut String, words: &str) {
-    if words.is_empty() || reason.contains(words) {
-        return;
-    }
-    if !reason.is_empty() {
-        reason.push_str("; ");
-    }
-    reason.push_str(words);
 }
 
 fn urgency_of(condition: SwitchCondition) -> u8 {

@@ -16,6 +16,7 @@ mod network;
 mod placement_log;
 mod placements;
 mod reachability;
+mod reasons;
 mod rows;
 mod settings;
 mod source_reading;
@@ -27,21 +28,20 @@ mod topology_error;
 mod voltage;
 mod voltage_doubt;
 
-use std::collections::HashMap;
-
 use busbar_plugin_sdk::{
-    Binding, Canvas, Description, Error, Host, Judgment, Overlay, OverlayFrame, Plugin, Quality,
-    TagValue, Value, Verdict,
+    Basis, Binding, Canvas, Description, Error, Host, Judgment, Overlay, OverlayFrame, Plugin,
+    Quality, TagValue, Value, Verdict,
 };
 
 pub use adjacency::{Adjacency, Arc};
 pub use basis::MAX_BASIS;
 pub use branch_kind::{BranchKind, EarthKind};
 pub use contradiction::{Contradiction, Contradictions};
-pub use judgment::{Judgments, PieceJudgment, PieceState, Readings, Standing};
+pub use judgment::{ChangedReadings, Judgments, PieceJudgment, PieceState, Readings, Standing};
 pub use measured_unit::MeasuredUnit;
 pub use network::Network;
 pub use reachability::{Certainty, Step};
+pub use reasons::{MAX_REASON_BYTES, Text};
 pub use rows::Rows;
 pub use settings::{
     BranchSettings, Color, EarthSettings, HandDressedPosition, LevelSettings, NodeSettings,
@@ -51,7 +51,7 @@ pub use source_reading::{
     MIN_POWER_SHARE, SourceCondition, SourceReading, SourceTag, SourceWiring,
 };
 pub use state::{Energisation, Input, Position, State};
-pub use switch_condition::SwitchCondition;
+pub use switch_condition::{Pole, SwitchCondition, SwitchRole};
 pub use switch_reading::{BindingList, Contact, Placed, SwitchReading, SwitchWiring};
 pub use topology::{
     Branch, Earth, Equipment, MAX_BRANCHES, MAX_LEVELS, MAX_NODES, MAX_PLACEMENTS, Node, Source,
@@ -71,12 +71,10 @@ pub struct EnergisationOverlay {
     /// The network as it is configured.
     topology: Topology,
     network: Network,
-    energisation: Energisation,
     /// Hysteresis of the voltages of sources, in their order.
     source_memories: Vec<VoltageMemory>,
     /// Values that the judgments were worked out of.
     values: Vec<(Option<Value>, Quality)>,
-    readings: Readings,
     judgments: Judgments,
     placement_log: PlacementLog,
     host: Host,
@@ -99,10 +97,8 @@ impl Plugin for EnergisationOverlay {
             settings,
             topology,
             network,
-            energisation: Energisation::default(),
             source_memories: Vec::new(),
             values: Vec::new(),
-            readings: Readings::default(),
             judgments: Judgments::default(),
             placement_log: PlacementLog::default(),
             host,
@@ -125,7 +121,6 @@ impl Overlay for EnergisationOverlay {
             .map_err(|error| Error::settings(error.to_string()))?;
         self.source_memories = vec![VoltageMemory::default(); self.network.sources.len()];
         self.values.clear();
-        self.readings = Readings::default();
         self.judgments = Judgments::default();
         self.placement_log = PlacementLog::default();
         Ok(())
@@ -139,33 +134,32 @@ impl Overlay for EnergisationOverlay {
         let any = values.iter().position(is_good).or((!values.is_empty()).then_some(0));
         let Self { judgments, settings, .. } = self;
         // Pieces share lists of bindings.
-        let mut lists = HashMap::new();
+        let mut lists: Vec<Option<Basis>> = vec![None; judgments.list_count()];
         for (piece, judgment) in judgments.pieces.iter().enumerate() {
             let Some(judgment) = judgment else {
                 let judgment = Judgment::unknown("it is at no node of the network");
-                canvas.judge(piece, busbar_plugin_sdk::Basis::NONE, &judgment)?;
+                canvas.judge(piece, Basis::NONE, &judgment)?;
                 continue;
             };
-            let range = judgment.basis.clone();
-            let bindings = judgments.basis()[range.clone()].iter().copied();
-            let basis = match lists.entry([range.start, range.end]) {
-                std::collections::hash_map::Entry::Occupied(known) => *known.get(),
-                std::collections::hash_map::Entry::Vacant(new) => {
-                    *new.insert(canvas.basis(bindings.clone())?)
-                }
+            let bindings = judgments.basis(judgment.basis).iter().map(|binding| *binding as usize);
+            let list = &mut lists[judgment.basis as usize];
+            let basis = match *list {
+                Some(basis) => basis,
+                None => *list.insert(canvas.basis(bindings.clone())?),
             };
             let verdict = match judgment.standing {
                 Standing::Normal => Verdict::Normal,
                 Standing::Abnormal => Verdict::Abnormal,
                 Standing::Unknown => Verdict::Unknown,
             };
-            let (reason, assumption) = (judgment.reason.as_str(), judgment.assumption.as_str());
+            let [reason, assumption] =
+                [judgment.reason, judgment.assumption].map(|text| judgments.text(text));
             canvas.judge(piece, basis, &Judgment { verdict, reason, assumption })?;
             let entry = settings.legend_entry(judgment.state, judgment.level);
-            match (range.is_empty(), any) {
-                (true, Some(any)) => canvas.state(any, piece, entry)?,
-                (true, None) => {}
-                (false, _) => canvas.state_on(bindings, piece, entry)?,
+            match (bindings.len(), any) {
+                (0, Some(any)) => canvas.state(any, piece, entry)?,
+                (0, None) => {}
+                _ => canvas.state_on(bindings, piece, entry)?,
             }
         }
         Ok(())
@@ -195,22 +189,48 @@ impl EnergisationOverlay {
         {
             return;
         }
-        self.values.clear();
-        self.values.extend(values.iter().map(|tag| (tag.value, tag.quality)));
-        let readings = self.read(values);
-        if is_judged && readings == self.readings {
-            return;
+        let may_go_on = is_judged && values.len() == self.values.len();
+        if may_go_on {
+            let changes = self.read_changes(values);
+            if !self.judgments.update(&self.network, changes) {
+                return;
+            }
+        } else {
+            let readings = self.read(values);
+            self.judgments.judge(&self.network, readings);
         }
-        self.placement_log.log(&self.network.topology, &readings, &self.host);
-        self.judgments.judge(&self.network, &readings, &mut self.energisation);
-        self.readings = readings;
+        self.placement_log.log(&self.network.topology, self.judgments.readings(), &self.host);
     }
 
     fn read(&mut self, values: &[TagValue]) -> Readings {
+        self.values.clear();
+        self.values.extend(values.iter().map(|tag| (tag.value, tag.quality)));
         let Self { network, source_memories, .. } = self;
         let sources = network.sources.iter().zip(source_memories);
         Readings {
             switches: network.switches.iter().map(|switch| switch.read(values)).collect(),
+            sources: sources.map(|(source, memory)| source.read(values, memory)).collect(),
+            voltages: network.voltages.iter_mut().map(|voltage| voltage.read(values)).collect(),
+        }
+    }
+
+    /// Reads the switches of which a tag changed, and all sources and voltages.
+    fn read_changes(&mut self, values: &[TagValue]) -> ChangedReadings {
+        let Self { network, source_memories, .. } = self;
+        let mut switches = Vec::new();
+        for (binding, (tag, known)) in values.iter().zip(&mut self.values).enumerate() {
+            let now = (tag.value, tag.quality);
+            if now != *known {
+                *known = now;
+                switches.extend_from_slice(network.switches_of_binding.row(binding));
+            }
+        }
+        switches.sort_unstable();
+        switches.dedup();
+        let read = |switch: usize| (switch, network.switches[switch].read(values));
+        let sources = network.sources.iter().zip(source_memories);
+        ChangedReadings {
+            switches: switches.into_iter().map(read).collect(),
             sources: sources.map(|(source, memory)| source.read(values, memory)).collect(),
             voltages: network.voltages.iter_mut().map(|voltage| voltage.read(values)).collect(),
         }
@@ -239,6 +259,8 @@ mod source_tests;
 mod test_station;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod update_tests;
 #[cfg(test)]
 mod voltage_tests;
 #[cfg(test)]

@@ -11,6 +11,7 @@ use crate::placements::NamesInNetwork;
 use crate::rows::Rows;
 use crate::settings::Settings;
 use crate::source_reading::{ACTIVE_POWER, REACTIVE_POWER, SOURCE, SourceTag, SourceWiring};
+use crate::switch_condition::Pole;
 use crate::switch_reading::{
     Contact, HAND_DRESSED, PORTABLE_EARTH, POSITION, RACKED_OUT, SwitchWiring,
 };
@@ -18,9 +19,9 @@ use crate::topology::{Equipment, Node, Topology};
 use crate::topology_error::TopologyError;
 use crate::voltage::{Phase, PhaseTag, VOLTAGE_FAULTS, VOLTAGES, VoltageMemory, VoltageWiring};
 
-/// Roles of positions of poles, and the poles' names.
-const POLES: [(&str, &str); 3] =
-    [("position_l1", "l1"), ("position_l2", "l2"), ("position_l3", "l3")];
+/// Roles of positions of poles, and the poles.
+const POLES: [(&str, Pole); 3] =
+    [("position_l1", Pole::L1), ("position_l2", Pole::L2), ("position_l3", Pole::L3)];
 
 /// A network and its tags.
 #[derive(Clone, Debug, Default)]
@@ -37,6 +38,12 @@ pub struct Network {
     pub nodes_of: Rows,
     /// Switches that each piece of equipment is, and portable earths at it.
     pub switches_of: Rows,
+    /// Equipment at each node.
+    pub pieces_at: Rows,
+    /// Equipment that each switch is, or that a portable earth is placed at.
+    pub pieces_of_switch: Rows,
+    /// Switches that each binding tells of.
+    pub switches_of_binding: Rows,
     /// Faults of the bindings, each as cause and remedy.
     pub findings: Vec<String>,
 }
@@ -89,7 +96,7 @@ impl Network {
         network.add_portable_earths(&roles);
         let names = NamesInNetwork::new(topology);
         settings.placements.iter().try_for_each(|placement| network.place(placement, &names))?;
-        network.index_switches();
+        network.index_switches(bindings.len());
         network.wire_sources(settings, &roles);
         network.wire_voltages(settings, &roles);
         // Without any bindings the settings are only tried.
@@ -117,7 +124,7 @@ impl Network {
         for id in &self.topology.switches {
             let whole = roles.all(POSITION, id);
             let mut contacts: Vec<Contact> =
-                whole.iter().map(|&binding| Contact { binding, pole: "" }).collect();
+                whole.iter().map(|&binding| Contact { binding, pole: Pole::Whole }).collect();
             let mut missing_pole = None;
             for (role, pole) in POLES {
                 let tags = roles.all(role, id);
@@ -195,22 +202,37 @@ impl Network {
         let mut to_visit = vec![first];
         while let Some(node) = to_visit.pop() {
             for arc in self.topology.adjacency.at(node) {
-                let is_conductor = arc.switch().is_none() && !arc.stops_earth;
-                if is_conductor && reached.insert(arc.to as usize) {
-                    to_visit.push(arc.to as usize);
+                let is_conductor = arc.switch().is_none() && !arc.stops_earth();
+                if is_conductor && reached.insert(arc.to()) {
+                    to_visit.push(arc.to());
                 }
             }
         }
         others.iter().all(|node| reached.contains(node))
     }
 
-    fn index_switches(&mut self) {
+    fn index_switches(&mut self, bindings: usize) {
+        let tags = |wiring: &SwitchWiring| {
+            let SwitchWiring { racked_out, hand_dressed, portable_earth, .. } = *wiring;
+            [racked_out, hand_dressed, portable_earth].into_iter().flatten()
+        };
+        let pairs = self.switches.iter().enumerate().flat_map(|(switch, wiring)| {
+            let contacts = wiring.contacts.iter().map(|contact| contact.binding);
+            contacts.chain(tags(wiring)).map(move |binding| (binding, switch))
+        });
+        self.switches_of_binding = Rows::new(bindings, pairs);
         let branches = self.topology.branches.iter();
         let branches =
             branches.filter_map(|branch| branch.switch.map(|switch| (branch.equipment, switch)));
         let earths = self.topology.earths.iter().map(|earth| (earth.equipment, earth.switch));
         let pieces = self.topology.equipment.len();
-        self.switches_of = Rows::new(pieces, branches.chain(earths));
+        let of_pieces = branches.chain(earths);
+        let of_switches = of_pieces.clone().map(|(piece, switch)| (switch, piece));
+        self.pieces_of_switch = Rows::new(self.topology.switches.len(), of_switches);
+        self.switches_of = Rows::new(pieces, of_pieces);
+        let at_nodes = (0..pieces)
+            .flat_map(|piece| self.nodes_of.row(piece).iter().map(move |&node| (node, piece)));
+        self.pieces_at = Rows::new(self.topology.nodes.len(), at_nodes);
     }
 
     fn wire_sources(&mut self, settings: &Settings, roles: &Roles<'_>) {

@@ -201,6 +201,6 @@ fn placements_are_logged_once_each_time() {
     assert_eq!(told(SwitchCondition::RackedOut), ["QA1 is racked out"]);
     assert_eq!(told(SwitchCondition::RackedOut), [""; 0]);
     // A tag that is not good tells nothing.
-    assert_eq!(told(SwitchCondition::NotGood { role: "racked_out" }), [""; 0]);
+    assert_eq!(told(SwitchCondition::NotGood { role: SwitchRole::RackedOut }), [""; 0]);
     assert_eq!(told(SwitchCondition::Settled), ["no longer so: QA1 is racked out"]);
 }

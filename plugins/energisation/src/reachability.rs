@@ -2,8 +2,8 @@
 //! search each way: first over what is surely closed, then on by the fewest unknown inputs.
 
 use crate::adjacency::{Adjacency, Arc};
-use crate::state::{Input, Position};
-use crate::topology::Node;
+use crate::state::{ChangedInputs, Input, Position};
+use crate::topology::{Node, Switch};
 
 /// Certainty of a fact about a node, over all completions of unknown inputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -57,12 +57,36 @@ pub(crate) struct Reachability {
 }
 
 /// A step as it is stored.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct RawStep {
     /// The next node, or [`NONE`] at a start.
     to: u32,
     /// The branch, or the index of the start.
     via: u32,
+    /// The switch of the branch or of the earth at a start, or [`NONE`].
+    switch: u32,
+}
+
+impl RawStep {
+    #[inline]
+    fn over(to: u32, arc: Arc) -> Self {
+        let switch = arc.switch().map_or(NONE, |switch| switch as u32);
+        Self { to, via: arc.branch() as u32, switch }
+    }
+}
+
+/// Step of a node that is surely reached, with the switch that it passes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum SureStep {
+    /// Over a branch to the next node.
+    Branch {
+        /// The switch of the branch, where it has one.
+        switch: Option<Switch>,
+        /// Next node on the way.
+        to: Node,
+    },
+    /// Ends at the source or earth of this index.
+    Start(usize),
 }
 
 /// A node that is reached perhaps.
@@ -73,18 +97,19 @@ struct Candidate {
     doubt: u32,
 }
 
-const NONE: u32 = u32::MAX;
+/// Mark of an index that is not there.
+pub(crate) const NONE: u32 = u32::MAX;
 /// Bit that tells sources from switches in a stored input.
 const SOURCE_BIT: u32 = 1 << 31;
 
-fn pack(input: Input) -> u32 {
+pub(crate) fn pack(input: Input) -> u32 {
     match input {
         Input::Switch(switch) => switch as u32,
         Input::Source(source) => source as u32 | SOURCE_BIT,
     }
 }
 
-fn unpack(packed: u32) -> Option<Input> {
+pub(crate) fn unpack(packed: u32) -> Option<Input> {
     let index = (packed & !SOURCE_BIT) as usize;
     match packed {
         NONE => None,
@@ -105,7 +130,7 @@ impl Passage<'_> {
     /// The position of a branch; open where the search does not pass it.
     #[inline]
     pub(crate) fn position(&self, arc: Arc) -> Position {
-        if arc.stops_earth && !self.passes_windings {
+        if arc.stops_earth() && !self.passes_windings {
             return Position::Open;
         }
         arc.switch().map_or(Position::Closed, |switch| self.positions[switch])
@@ -122,14 +147,17 @@ impl Reachability {
     ) {
         self.certainty.clear();
         self.certainty.resize(nodes, Certainty::Not);
-        self.steps.clear();
-        self.steps.resize(nodes, RawStep { to: NONE, via: NONE });
-        self.doubts.clear();
+        // Steps and doubts of nodes that are not reached are never read.
+        self.steps.resize(nodes, RawStep { to: NONE, via: NONE, switch: NONE });
         self.doubts.resize(nodes, NONE);
         self.queue.clear();
         self.next.clear();
         for Start { node, input, position, index } in starts {
-            let step = RawStep { to: NONE, via: index as u32 };
+            let switch = match input {
+                Input::Switch(switch) => switch as u32,
+                Input::Source(_) => NONE,
+            };
+            let step = RawStep { to: NONE, via: index as u32, switch };
             match position {
                 Position::Open => {}
                 Position::Unknown => {
@@ -156,15 +184,17 @@ impl Reachability {
         while let Some(&from) = self.queue.get(done) {
             done += 1;
             for &arc in passage.adjacency.at(from as usize) {
-                if self.certainty[arc.to as usize] != Certainty::Not {
+                let to = arc.to();
+                if self.certainty[to] != Certainty::Not {
                     continue;
                 }
-                let step = RawStep { to: from, via: arc.branch };
+                let step = RawStep::over(from, arc);
                 match passage.position(arc) {
                     Position::Open => {}
-                    Position::Closed => self.settle_surely(arc.to as usize, step),
+                    Position::Closed => self.settle_surely(to, step),
                     Position::Unknown => {
-                        self.next.push(Candidate { node: arc.to, step, doubt: arc.switch });
+                        let doubt = step.switch;
+                        self.next.push(Candidate { node: to as u32, step, doubt });
                     }
                 }
             }
@@ -185,11 +215,12 @@ impl Reachability {
                 self.steps[node as usize] = step;
                 self.doubts[node as usize] = doubt;
                 for &arc in passage.adjacency.at(node as usize) {
-                    if self.certainty[arc.to as usize] != Certainty::Not {
+                    let to = arc.to();
+                    if self.certainty[to] != Certainty::Not {
                         continue;
                     }
-                    let step = RawStep { to: node, via: arc.branch };
-                    let candidate = Candidate { node: arc.to, step, doubt };
+                    let step = RawStep::over(node, arc);
+                    let candidate = Candidate { node: to as u32, step, doubt };
                     match passage.position(arc) {
                         Position::Open => {}
                         Position::Closed => self.now.push(candidate),
@@ -207,6 +238,42 @@ impl Reachability {
         self.certainty[node]
     }
 
+    /// The first step of a node that is surely reached.
+    #[inline]
+    pub(crate) fn sure_step(&self, node: Node) -> SureStep {
+        let RawStep { to, via, switch } = self.steps[node];
+        match to {
+            NONE => SureStep::Start(via as usize),
+            _ => SureStep::Branch {
+                switch: (switch != NONE).then_some(switch as usize),
+                to: to as usize,
+            },
+        }
+    }
+
+    /// Finds the nodes that are surely reached by a way that differs from that of the last
+    /// round, or that passes an input which changed.
+    pub(crate) fn find_changed_ways(
+        &self,
+        before: &Self,
+        flags: &mut Vec<bool>,
+        inputs: &ChangedInputs,
+    ) {
+        flags.clear();
+        flags.resize(self.certainty.len(), false);
+        for node in self.surely_reached() {
+            let RawStep { to, via, switch } = self.steps[node];
+            flags[node] = before.certainty[node] != Certainty::Surely
+                || before.steps[node] != self.steps[node]
+                || match to {
+                    // An earth is known by its switch.
+                    NONE if switch == NONE => inputs.sources[via as usize],
+                    NONE => inputs.switches[switch as usize],
+                    _ => flags[to as usize] || (switch != NONE && inputs.switches[switch as usize]),
+                };
+        }
+    }
+
     /// Nodes that are surely reached, the nearest to a start first.
     pub(crate) fn surely_reached(&self) -> impl Iterator<Item = Node> + '_ {
         self.queue.iter().map(|node| *node as usize)
@@ -216,7 +283,8 @@ impl Reachability {
     /// is reached or not by this input alone in some completion, unless a switch is in two
     /// branches.
     pub(crate) fn doubt(&self, node: Node) -> Option<Input> {
-        unpack(self.doubts[node])
+        let is_perhaps = self.certainty[node] == Certainty::Perhaps;
+        is_perhaps.then(|| unpack(self.doubts[node])).flatten()
     }
 
     /// Indices of the starts that nodes are reached from; `None` where they are not. Linear
@@ -234,7 +302,7 @@ impl Reachability {
                     break None;
                 }
                 way.push(at);
-                let RawStep { to, via } = self.steps[at];
+                let RawStep { to, via, .. } = self.steps[at];
                 if to == NONE {
                     break Some(via);
                 }
@@ -250,7 +318,7 @@ impl Reachability {
     pub(crate) fn way(&self, node: Node) -> impl Iterator<Item = Step> + '_ {
         let mut at = (self.certainty[node] != Certainty::Not).then_some(node);
         std::iter::from_fn(move || {
-            let RawStep { to, via } = self.steps[at?];
+            let RawStep { to, via, .. } = self.steps[at?];
             let (branch, next) = (via as usize, to as usize);
             at = (to != NONE).then_some(next);
             Some(at.map_or(Step::Start(branch), |to| Step::Branch { branch, to }))

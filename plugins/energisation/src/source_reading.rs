@@ -7,7 +7,7 @@ use smallvec::smallvec;
 
 use crate::measured_unit::MeasuredUnit;
 use crate::state::Position;
-use crate::switch_reading::BindingList;
+use crate::switch_reading::{BindingList, one};
 use crate::voltage::{VoltageBand, VoltageMemory};
 
 /// Share of the rating from which power is power.
@@ -109,23 +109,23 @@ impl SourceWiring {
         });
         match (says, flowing) {
             (Some((tag, Evidence::IsOff)), Some((power, _))) => {
-                let basis = smallvec![tag.binding, power.binding];
+                let basis = smallvec![tag.binding as u32, power.binding as u32];
                 of(Position::Unknown, SourceCondition::PowerThoughOff, basis)
             }
             (Some((tag, Evidence::IsOff)), None) => {
-                of(Position::Open, SourceCondition::Told, smallvec![tag.binding])
+                of(Position::Open, SourceCondition::Told, one(Some(tag.binding)))
             }
             (Some((tag, Evidence::Feeds { is_assumed })), _)
             | (_, Some((tag, Evidence::Feeds { is_assumed }))) => {
-                let basis = smallvec![tag.binding];
+                let basis = one(Some(tag.binding));
                 SourceReading { is_assumed, ..of(Position::Closed, SourceCondition::Told, basis) }
             }
             (Some((tag, Evidence::Open(condition))), _) => {
-                of(Position::Unknown, condition, smallvec![tag.binding])
+                of(Position::Unknown, condition, one(Some(tag.binding)))
             }
             (None, _) => {
-                let basis: BindingList = self.powers.iter().map(|tag| tag.binding).collect();
-                let is_good = |binding: &usize| values[*binding].good_number().is_some();
+                let basis: BindingList = self.powers.iter().map(|tag| tag.binding as u32).collect();
+                let is_good = |binding: &u32| values[*binding as usize].good_number().is_some();
                 let condition = match () {
                     () if basis.is_empty() && self.is_untelemetered => {
                         SourceCondition::Untelemetered

@@ -8,7 +8,7 @@
 //! decide with such pruning is NP-hard.
 
 use crate::borders::Borders;
-use crate::reachability::{Certainty, Passage, Reachability, Start, Step};
+use crate::reachability::{Certainty, NONE, Passage, Reachability, Start, Step, SureStep};
 use crate::topology::{Node, Topology};
 
 /// Position of a switch.
@@ -54,7 +54,53 @@ pub struct Energisation {
     earthed: Reachability,
     states: Vec<State>,
     borders: Borders,
+    /// Results before those, to find what changed.
+    before: Box<Results>,
 }
+
+/// Results of one round.
+#[derive(Clone, Debug, Default)]
+struct Results {
+    fed: Reachability,
+    earthed: Reachability,
+    states: Vec<State>,
+    borders: Borders,
+}
+
+/// Inputs whose readings changed since the last round.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ChangedInputs {
+    /// Flags of switches, in their order.
+    pub(crate) switches: Vec<bool>,
+    /// Flags of sources, in their order.
+    pub(crate) sources: Vec<bool>,
+}
+
+impl ChangedInputs {
+    /// Reports whether the reading of an input changed.
+    #[inline]
+    pub(crate) fn has(&self, input: Input) -> bool {
+        match input {
+            Input::Switch(switch) => self.switches[switch],
+            Input::Source(source) => self.sources[source],
+        }
+    }
+}
+
+/// Nodes whose judgment may differ from that of the last round.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ChangedNodes {
+    /// Nodes whose state, doubt or basis may differ.
+    pub(crate) nodes: Vec<u32>,
+    /// Flags of nodes that are surely fed, by a way that differs.
+    pub(crate) fed: Vec<bool>,
+    earthed: Vec<bool>,
+    /// Part of the last round that a part has the border of, or a mark.
+    same_parts: Vec<u32>,
+}
+
+/// Mark of a part that no part of the last round has the border of.
+const NO_SAME_PART: u32 = u32::MAX - 1;
 
 impl Energisation {
     /// Works out the states of all nodes. `positions`: of switches; `sources`: feeding, as
@@ -68,6 +114,11 @@ impl Energisation {
     ) -> &[State] {
         let nodes = topology.nodes.len();
         let adjacency = &topology.adjacency;
+        let Self { fed, earthed, states, borders, before } = self;
+        std::mem::swap(fed, &mut before.fed);
+        std::mem::swap(earthed, &mut before.earthed);
+        std::mem::swap(states, &mut before.states);
+        std::mem::swap(borders, &mut before.borders);
         let feeding =
             topology.sources.iter().zip(sources).enumerate().map(|(index, (source, &position))| {
                 Start { node: source.node, input: Input::Source(index), position, index }
@@ -128,6 +179,12 @@ impl Energisation {
         self.fed.surely_reached()
     }
 
+    /// The first step of a node that is surely fed to the source that feeds it.
+    #[inline]
+    pub(crate) fn step_to_source(&self, node: Node) -> SureStep {
+        self.fed.sure_step(node)
+    }
+
     /// Steps of a node to the source that feeds it.
     pub fn way_to_source(&self, node: Node) -> impl Iterator<Item = Step> + '_ {
         self.fed.way(node)
@@ -154,6 +211,51 @@ impl Energisation {
     /// Number of parts without feeding, after [`Energisation::find_borders`].
     pub fn dead_part_count(&self) -> usize {
         self.borders.part_count()
+    }
+
+    /// Finds the nodes whose judgment may differ from that of the last round, after
+    /// [`Energisation::find_borders`] in both: another state, another input that it is in
+    /// doubt by, another way, another border, or one with an input that changed. Linear in
+    /// the network and its borders.
+    pub(crate) fn find_changes(&self, inputs: &ChangedInputs, changed: &mut ChangedNodes) {
+        let Self { fed, earthed, states, borders, before } = self;
+        let nodes = states.len();
+        let ChangedNodes { nodes: found, fed: fed_flags, earthed: earthed_flags, same_parts } =
+            changed;
+        fed.find_changed_ways(&before.fed, fed_flags, inputs);
+        earthed.find_changed_ways(&before.earthed, earthed_flags, inputs);
+        same_parts.clear();
+        same_parts.resize(borders.part_count(), NONE);
+        let mut is_other_border = |node: Node| {
+            let (Some(part), Some(old)) = (borders.part(node), before.borders.part(node)) else {
+                return true;
+            };
+            if same_parts[part] == NONE {
+                let is_same = borders.is_same(part, &before.borders, old)
+                    && !borders.of(node).any(|input| inputs.has(input));
+                same_parts[part] = if is_same { old as u32 } else { NO_SAME_PART };
+            }
+            same_parts[part] != old as u32
+        };
+        let is_other_doubt = |now: Option<Input>, then: Option<Input>| {
+            now != then || now.is_some_and(|input| inputs.has(input))
+        };
+        let mut is_changed = |node: Node| {
+            let state = states[node];
+            state != before.states[node]
+                || match state {
+                    State::Energised => fed_flags[node],
+                    State::Contradiction => fed_flags[node] || earthed_flags[node],
+                    State::Unknown => is_other_doubt(fed.doubt(node), before.fed.doubt(node)),
+                    State::Dead => {
+                        is_other_border(node)
+                            || is_other_doubt(earthed.doubt(node), before.earthed.doubt(node))
+                    }
+                    State::Earthed => is_other_border(node) || earthed_flags[node],
+                }
+        };
+        found.clear();
+        found.extend((0..nodes).filter(|&node| is_changed(node)).map(|node| node as u32));
     }
 
     /// Names the inputs that the state of a node rests on: while all of them stay as they

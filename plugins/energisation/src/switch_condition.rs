@@ -1,6 +1,56 @@
 //! Conditions of switches besides their positions, and words for them.
 
-use crate::switch_reading::POSITION;
+use crate::switch_reading::{HAND_DRESSED, PORTABLE_EARTH, POSITION, RACKED_OUT};
+
+/// Pole that a tag of a position tells of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pole {
+    /// All poles of the switch together.
+    Whole,
+    /// Pole of the first phase.
+    L1,
+    /// Pole of the second phase.
+    L2,
+    /// Pole of the third phase.
+    L3,
+}
+
+impl Pole {
+    /// Returns the end that a role has by the pole; empty for the whole switch.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Whole => "",
+            Self::L1 => "l1",
+            Self::L2 => "l2",
+            Self::L3 => "l3",
+        }
+    }
+}
+
+/// Role of a tag that tells of a switch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SwitchRole {
+    /// Position of the switch, or of a pole.
+    Position,
+    /// Flag of a switch that is withdrawn from its contacts.
+    RackedOut,
+    /// Position that is set by hand, or the flag of one.
+    HandDressed,
+    /// Flag of a portable earth that is placed.
+    PortableEarth,
+}
+
+impl SwitchRole {
+    /// Returns the name of the role in the bindings.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Position => POSITION,
+            Self::RackedOut => RACKED_OUT,
+            Self::HandDressed => HAND_DRESSED,
+            Self::PortableEarth => PORTABLE_EARTH,
+        }
+    }
+}
 
 /// Condition of a switch, besides its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,10 +61,10 @@ pub enum SwitchCondition {
     InMotion,
     /// Poles, or tags of one switch, in different positions: one that is open, one closed.
     PolesDisagree {
-        /// Name of an open pole.
-        open: &'static str,
-        /// Name of a closed pole.
-        closed: &'static str,
+        /// Pole that is open.
+        open: Pole,
+        /// Pole that is closed.
+        closed: Pole,
     },
     /// Withdrawn from its contacts.
     RackedOut,
@@ -27,14 +77,14 @@ pub enum SwitchCondition {
     /// Tag of no good quality.
     NotGood {
         /// The role of the tag.
-        role: &'static str,
+        role: SwitchRole,
     },
     /// A number, which is no position.
     NoPosition,
     /// No tag tells its position.
     NoTag,
     /// No tag tells of one pole.
-    NoTagAtPole(&'static str),
+    NoTagAtPole(Pole),
     /// No tag tells, as the settings say.
     Untelemetered,
 }
@@ -50,9 +100,9 @@ impl SwitchCondition {
                 format!("{id} is open by one tag and closed by another")
             }
             Self::PolesDisagree { open, closed } => {
-                let name = |pole: &str| match pole {
-                    "" => "as a whole".to_owned(),
-                    pole => format!("at {}", pole.to_uppercase()),
+                let name = |pole: Pole| match pole {
+                    Pole::Whole => "as a whole".to_owned(),
+                    pole => format!("at {}", pole.name().to_uppercase()),
                 };
                 format!("poles of {id} disagree: open {}, closed {}", name(open), name(closed))
             }
@@ -60,13 +110,17 @@ impl SwitchCondition {
             Self::HandDressed => format!("the position of {id} is set by hand"),
             Self::PortableEarthPlaced => format!("a portable earth is placed at {id}"),
             Self::BadState => format!("the contacts of {id} contradict each other"),
-            Self::NotGood { role: POSITION } => format!("{id} has no good position"),
-            Self::NotGood { role } => format!("the tag in the role '{role}' of {id} is not good"),
+            Self::NotGood { role: SwitchRole::Position } => format!("{id} has no good position"),
+            Self::NotGood { role } => {
+                format!("the tag in the role '{}' of {id} is not good", role.name())
+            }
             Self::NoPosition => {
                 format!("the tag of {id} is a number: a position is a double_point or a bool")
             }
             Self::NoTag => format!("{id} has no tag for its position"),
-            Self::NoTagAtPole(pole) => format!("{id} has no tag in the role 'position_{pole}'"),
+            Self::NoTagAtPole(pole) => {
+                format!("{id} has no tag in the role 'position_{}'", pole.name())
+            }
             Self::Untelemetered => format!("no tag tells the position of {id}, by the settings"),
         }
     }

@@ -6,7 +6,7 @@ use busbar_plugin_sdk::{DoublePoint, Quality, TagValue, Value};
 use smallvec::{SmallVec, smallvec};
 
 use crate::state::Position;
-use crate::switch_condition::SwitchCondition;
+use crate::switch_condition::{Pole, SwitchCondition, SwitchRole};
 
 /// Tags and placements that tell where a switch stands, by indices of bindings.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -14,7 +14,7 @@ pub struct SwitchWiring {
     /// Tags of positions, each of the whole switch or of a pole.
     pub contacts: Vec<Contact>,
     /// Pole that no tag tells of, where other poles have one.
-    pub missing_pole: Option<&'static str>,
+    pub missing_pole: Option<Pole>,
     /// Tag in the role `racked_out`.
     pub racked_out: Option<usize>,
     /// Tag in the role `hand_dressed`.
@@ -36,8 +36,8 @@ pub struct SwitchWiring {
 pub struct Contact {
     /// Index of the binding.
     pub binding: usize,
-    /// Name of the pole; empty for the whole switch.
-    pub pole: &'static str,
+    /// Pole that the tag tells of.
+    pub pole: Pole,
 }
 
 /// Something that the settings say an operator placed or set by hand.
@@ -51,8 +51,8 @@ pub enum Placed {
     HandDressed(Position),
 }
 
-/// Bindings that a reading rests on: few, so mostly without an allocation.
-pub type BindingList = SmallVec<[usize; 4]>;
+/// Indices of bindings that a reading rests on: few, so mostly without an allocation.
+pub type BindingList = SmallVec<[u32; 2]>;
 
 /// Reading of a switch.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -63,6 +63,11 @@ pub struct SwitchReading {
     pub condition: SwitchCondition,
     /// Bindings that the position rests on.
     pub basis: BindingList,
+}
+
+/// Lists the binding of a tag, where there is one.
+pub(crate) fn one(binding: Option<usize>) -> BindingList {
+    binding.map(|binding| binding as u32).into_iter().collect()
 }
 
 /// Reading of a tag that is true or false.
@@ -87,24 +92,24 @@ impl SwitchWiring {
         if racked_out == Flag::True {
             let basis = match self.placed {
                 Some(Placed::RackedOut) => BindingList::new(),
-                _ => self.racked_out.into_iter().collect(),
+                _ => one(self.racked_out),
             };
             let condition = SwitchCondition::RackedOut;
             return SwitchReading { position: Position::Open, condition, basis };
         }
         let mut reading = self.read_in_place(values);
         if reading.position == Position::Closed {
-            reading.basis.extend(self.racked_out);
+            reading.basis.extend(one(self.racked_out));
             if racked_out == Flag::Unknown {
                 reading.position = Position::Unknown;
-                reading.condition = SwitchCondition::NotGood { role: RACKED_OUT };
+                reading.condition = SwitchCondition::NotGood { role: SwitchRole::RackedOut };
             }
         }
         reading
     }
 
     fn read_portable_earth(&self, values: &[TagValue]) -> SwitchReading {
-        let basis: BindingList = self.portable_earth.into_iter().collect();
+        let basis = one(self.portable_earth);
         let of = |position, condition| SwitchReading { position, condition, basis };
         let (position, condition) = match (self.placed, self.portable_earth) {
             (Some(Placed::PortableEarth), _) => {
@@ -122,9 +127,10 @@ impl SwitchWiring {
                     let position = self.unless_ambiguous(Position::Closed);
                     (position, SwitchCondition::PortableEarthPlaced)
                 }
-                Flag::Unknown => {
-                    (Position::Unknown, SwitchCondition::NotGood { role: PORTABLE_EARTH })
-                }
+                Flag::Unknown => (
+                    Position::Unknown,
+                    SwitchCondition::NotGood { role: SwitchRole::PortableEarth },
+                ),
             },
         };
         of(position, condition)
@@ -146,20 +152,20 @@ impl SwitchWiring {
         match tag.value {
             // The position itself, set by hand.
             Some(Value::DoublePoint(DoublePoint::Off)) if is_good => {
-                SwitchReading { position: Position::Open, condition, basis: smallvec![binding] }
+                SwitchReading { position: Position::Open, condition, basis: one(Some(binding)) }
             }
             Some(Value::DoublePoint(DoublePoint::On)) if is_good => {
-                SwitchReading { position: Position::Closed, condition, basis: smallvec![binding] }
+                SwitchReading { position: Position::Closed, condition, basis: one(Some(binding)) }
             }
             Some(Value::DoublePoint(_)) if is_good => {
                 let mut reading = self.read_contacts(values, false);
-                reading.basis.push(binding);
+                reading.basis.push(binding as u32);
                 reading
             }
             // A flag at the position that the tag in the role `position` has.
             Some(Value::Bool(true)) if is_good => {
                 let mut reading = self.read_contacts(values, true);
-                reading.basis.push(binding);
+                reading.basis.push(binding as u32);
                 if reading.position != Position::Unknown {
                     reading.condition = condition;
                 }
@@ -169,8 +175,8 @@ impl SwitchWiring {
             // Another position may have been set by hand.
             _ => SwitchReading {
                 position: Position::Unknown,
-                condition: SwitchCondition::NotGood { role: HAND_DRESSED },
-                basis: smallvec![binding],
+                condition: SwitchCondition::NotGood { role: SwitchRole::HandDressed },
+                basis: one(Some(binding)),
             },
         }
     }
@@ -183,10 +189,10 @@ impl SwitchWiring {
             match (tag.quality, tag.value) {
                 (Quality::Uncertain(_), Some(value)) if is_hand_dressed => position_of(value),
                 (Quality::Good, Some(value)) => position_of(value),
-                _ => Err(SwitchCondition::NotGood { role: POSITION }),
+                _ => Err(SwitchCondition::NotGood { role: SwitchRole::Position }),
             }
         };
-        let readings: Vec<_> =
+        let readings: SmallVec<[_; 4]> =
             self.contacts.iter().map(|contact| (contact, read(contact))).collect();
         let find = |position| {
             let mut readings = readings.iter();
@@ -197,13 +203,13 @@ impl SwitchWiring {
             |condition, basis| SwitchReading { position: Position::Unknown, condition, basis };
         if let Some((open, closed)) = open.zip(closed) {
             let condition = SwitchCondition::PolesDisagree { open: open.pole, closed: closed.pole };
-            return unknown(condition, smallvec![open.binding, closed.binding]);
+            return unknown(condition, smallvec![open.binding as u32, closed.binding as u32]);
         }
         let is_sure = |contact: &&Contact| {
             !is_hand_dressed || values[contact.binding].quality == Quality::Good
         };
         let basis: BindingList =
-            self.contacts.iter().filter(is_sure).map(|contact| contact.binding).collect();
+            self.contacts.iter().filter(is_sure).map(|contact| contact.binding as u32).collect();
         let faults = || readings.iter().filter_map(|(_, reading)| reading.err());
         let worst = faults().find(|fault| *fault != SwitchCondition::InMotion);
         if let Some(fault) = worst.or_else(|| faults().next()) {

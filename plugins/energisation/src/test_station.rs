@@ -37,6 +37,16 @@ pub(crate) fn bad(Tag(id, role, unit, value, _): Tag) -> Tag {
     Tag(id, role, unit, value, Quality::Bad(Reason::Communication))
 }
 
+/// A judgment with its texts and bindings.
+#[derive(Debug)]
+pub(crate) struct ToldJudgment {
+    pub(crate) state: PieceState,
+    pub(crate) standing: Standing,
+    pub(crate) reason: String,
+    pub(crate) assumption: String,
+    pub(crate) basis: Vec<usize>,
+}
+
 /// An overlay with its tags.
 pub(crate) struct Station {
     pub(crate) overlay: EnergisationOverlay,
@@ -72,10 +82,16 @@ impl Station {
         self.overlay.update(&values(tags));
     }
 
-    pub(crate) fn judgment(&self, id: &str) -> &PieceJudgment {
+    pub(crate) fn judgment(&self, id: &str) -> ToldJudgment {
         let equipment = self.overlay.describe().equipment;
         let piece = equipment.iter().position(|of| of == id).unwrap();
-        self.overlay.judgments().pieces[piece].as_ref().unwrap()
+        let judgments = self.overlay.judgments();
+        let judgment = judgments.pieces[piece].unwrap();
+        let PieceJudgment { state, standing, .. } = judgment;
+        let [reason, assumption] =
+            [judgment.reason, judgment.assumption].map(|text| judgments.text(text).to_owned());
+        let basis = judgments.basis(judgment.basis).iter().map(|of| *of as usize).collect();
+        ToldJudgment { state, standing, reason, assumption, basis }
     }
 
     pub(crate) fn state(&self, id: &str) -> PieceState {
@@ -84,12 +100,11 @@ impl Station {
 
     /// Tags that a judgment rests on, as equipment and role.
     pub(crate) fn basis(&self, id: &str) -> Vec<String> {
-        let basis = self.judgment(id).basis.clone();
-        let name = |&binding: &usize| {
+        let name = |binding: usize| {
             let (id, role) = &self.bindings[binding];
             format!("{id}.{role}")
         };
-        self.overlay.judgments().basis()[basis].iter().map(name).collect()
+        self.judgment(id).basis.into_iter().map(name).collect()
     }
 }
 

@@ -42,6 +42,8 @@ pub struct Topology {
     pub earths: Vec<Earth>,
     /// Nodes that are fed, and by what.
     pub sources: Vec<Source>,
+    /// Sources at each node.
+    pub sources_at: Rows,
     /// Equipment ids of switches, in their order.
     pub switches: Vec<String>,
     /// Equipment ids of all that is shown, in their order.
@@ -118,6 +120,9 @@ impl Topology {
         topology.switches = switches.into_names();
         topology.equipment = equipment.into_names();
         topology.adjacency = Adjacency::new(topology.nodes.len(), &topology.branches);
+        let sources = topology.sources.iter().enumerate();
+        let at_nodes = sources.map(|(index, source)| (source.node, index));
+        topology.sources_at = Rows::new(topology.nodes.len(), at_nodes);
         topology.leads_to_source = find_arcs_to_sources(&topology);
         Ok(topology)
     }

@@ -68,6 +68,13 @@ impl VoltageDoubts {
         doubts
     }
 
+    /// Lists the nodes that voltages cast doubt on.
+    pub(crate) fn nodes(&self) -> impl Iterator<Item = Node> + '_ {
+        let reached = 0..self.origins.len();
+        let reached = reached.filter(|&node| self.certainty(node) != Certainty::Not);
+        self.unconfirmed.keys().copied().chain(reached)
+    }
+
     fn certainty(&self, node: Node) -> Certainty {
         self.reach.as_ref().map_or(Certainty::Not, |reach| reach.certainty(node))
     }

@@ -1,4 +1,4 @@
-//! Which wedge of the kept position a wedge becomes, and what that costs.
+//! Attribute error: wedge of the kept position that each wedge becomes, and the cost of the misfit.
 
 use busbar_plugin_sdk::{Mesh, Wedges};
 use glam::{Vec2, Vec3};
@@ -7,7 +7,7 @@ use crate::surface::Spoke;
 
 /// Wedges of the kept position that are looked at, as the host does.
 const MAX_PARENT_CANDIDATES: usize = 64;
-/// What a torn texture or material weighs: as a normal turned by 90 degrees.
+/// Weight of torn texture or material: as a normal turned by 90 degrees.
 const TEAR: f64 = 2.0;
 
 /// The wedges of a mesh by position.
@@ -54,7 +54,7 @@ impl<'a> Attributes<'a> {
             .map_or(start, |(_, candidate)| candidate)
     }
 
-    /// Whether texture or material break between two wedges.
+    /// Reports whether texture or material break between two wedges.
     #[inline]
     pub(crate) fn is_seam(&self, a: u32, b: u32) -> bool {
         a != b && (self.section(a) != self.section(b) || self.uv(a) != self.uv(b))
@@ -87,7 +87,7 @@ impl<'a> Attributes<'a> {
 /// The triangles at a vertex by the wedge that they have there.
 #[derive(Default)]
 pub(crate) struct Passages {
-    /// Wedge and area.
+    /// Wedges with their areas.
     list: Vec<(u32, f64)>,
 }
 
@@ -103,9 +103,9 @@ impl Passages {
         }
     }
 
-    /// How badly the wedges fit those that they become on `onto` (in vertices
-    /// of the mesh), times their area: the squared distance of the normals,
-    /// and [`TEAR`] if texture or material does not lead there along an edge.
+    /// Computes the attribute misfit of moving the wedges onto `onto` (vertices of the mesh), times
+    /// their area. The misfit is the squared distance of the normals, and [`TEAR`] if texture or
+    /// material does not lead there along an edge.
     pub(crate) fn misfit(
         &self,
         attributes: &Attributes<'_>,

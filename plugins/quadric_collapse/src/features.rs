@@ -1,4 +1,4 @@
-//! What a vertex must stay near to: its faces, borders and seams.
+//! Quadrics of features that a vertex must stay near to: faces, borders and seams.
 
 use glam::DVec3;
 

@@ -1,4 +1,4 @@
-//! What a collapse costs, and whether it may be done.
+//! Collapse cost and legality: quadric error, lost area, attributes and link condition.
 
 use busbar_plugin_sdk::Mesh;
 use glam::DVec3;
@@ -30,9 +30,9 @@ const LENGTH_WEIGHT: f64 = 1e-8;
 /// Weights of the settings.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Weights {
-    /// Of attributes, against change of shape.
+    /// Weight of attributes against change of shape.
     pub(crate) attribute: f64,
-    /// Of borders and seams, against area.
+    /// Weight of borders and seams against area.
     pub(crate) border: f64,
 }
 
@@ -49,12 +49,12 @@ pub(crate) enum Guards {
     None,
 }
 
-/// Where a vertex would go, and at what cost.
+/// Best target of a vertex, with its cost.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Choice {
     /// The vertex it moves onto.
     pub(crate) kept: u32,
-    /// What the order goes by: fourth power of metres.
+    /// Cost that decides the order: fourth power of metres.
     pub(crate) cost: f64,
     /// The part of it that is change of shape.
     pub(crate) shape: f64,
@@ -103,10 +103,10 @@ pub(crate) struct Source<'a, 'm> {
 #[derive(Default)]
 pub(crate) struct Shell {
     pub(crate) surface: Surface,
-    /// What each vertex must stay near to.
+    /// Quadric of each vertex: the features that it must stay near to.
     pub(crate) quadrics: Vec<Quadric>,
     pub(crate) guards: Guards,
-    /// Whether all neighbours of a vertex are tried before it is refused.
+    /// Thoroughness: whether all neighbours of a vertex are tried before it is refused.
     pub(crate) thorough: bool,
 }
 
@@ -212,7 +212,7 @@ impl Judge {
         candidates.min_by(|a, b| order(&a.1, &b.1))
     }
 
-    /// Whether a collapse that was chosen keeps the link condition still.
+    /// Reports whether a chosen collapse still satisfies the link condition.
     pub(crate) fn still_keeps_link(&mut self, shell: &mut Shell, vertex: u32, kept: u32) -> bool {
         shell.surface.ring(vertex, &mut self.ring) && self.keeps_link(shell, kept)
     }
@@ -309,8 +309,8 @@ impl Judge {
         Some(Choice { kept, cost, shape })
     }
 
-    /// How far a vertex that moved was from the edges at where it is now, and
-    /// not farther than it moved, squared: at the end of a wire nothing is left.
+    /// Returns the squared distance from a moved vertex to the edges at its new place, at most the
+    /// distance moved. At the end of a wire nothing is left.
     fn gap_squared(&self, surface: &Surface, removed: u32, kept: u32) -> f64 {
         let positions = &surface.positions;
         let [point, target] = [removed, kept].map(|vertex| positions[vertex as usize]);

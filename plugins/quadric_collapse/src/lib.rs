@@ -12,6 +12,7 @@
 //! metres), so the sequence keeps the mean distance small. Error: each entry
 //! carries the largest error of a collapse so far in metres, see
 //! [`reduce::Step`].
+#![doc = include_str!("../DESIGN.md")]
 
 mod attributes;
 mod features;
@@ -37,12 +38,12 @@ const MAX_WEIGHT: f64 = 1e6;
 #[derive(Clone, Copy, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
-    /// How much shading and textures count against shape, 0 to 1,000,000: a
-    /// normal that turns by an angle counts like a surface that is left behind
-    /// by that angle times the edge's length times the root of this.
+    /// Weight of shading and textures against shape, 0 to 1,000,000. A normal turned by an angle
+    /// counts like a surface left behind by that angle times the edge's length times the root of
+    /// this.
     pub attribute_weight: f64,
-    /// How much open borders and the seams of textures and materials count
-    /// against area, 0 to 1,000,000.
+    /// Weight of open borders and of the seams of textures and materials against area, 0 to
+    /// 1,000,000.
     pub border_weight: f64,
 }
 
@@ -52,7 +53,7 @@ impl Default for Settings {
     }
 }
 
-/// The plugin.
+/// Mesh optimiser by quadric error.
 pub struct QuadricCollapse {
     weights: Weights,
 }
@@ -79,7 +80,7 @@ impl Plugin for QuadricCollapse {
     }
 }
 
-/// What the work may take. The sequence does not depend on `threads`.
+/// Limits of the work. The sequence does not depend on `threads`.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
     /// Threads, at least 1.

@@ -1,4 +1,4 @@
-//! What is simplified at a time: a shell, or a part of a large one.
+//! Pieces that are simplified at a time: a shell, or a part of a large one.
 //!
 //! A shell with very many triangles is cut into parts. Each is taken down to a
 //! fraction of its vertices, but for those on the cuts, which stay as they are,
@@ -12,10 +12,10 @@ use glam::DVec3;
 use crate::quadric::Quadric;
 use crate::shells::Shells;
 
-/// Where the first cut goes, as a share of the triangles, by level: what was on
-/// a cut once is inside a part the next time.
+/// Place of the first cut, as a share of the triangles, by level. A vertex on one cut is thus
+/// inside a part of the next level.
 const FIRST_CUT: [f64; 2] = [0.5, 0.38];
-/// No part.
+/// Marker of a vertex without a part.
 const NOWHERE: u32 = u32::MAX;
 /// More than one part.
 const SHARED: u32 = u32::MAX - 1;
@@ -23,7 +23,7 @@ const SHARED: u32 = u32::MAX - 1;
 /// A piece of a mesh that is to be loaded.
 #[derive(Clone, Copy)]
 pub(crate) struct PieceView<'a> {
-    /// Its vertices, ascending.
+    /// Vertices of the piece, ascending.
     pub(crate) vertices: &'a [u32],
     /// For each vertex of the mesh that is one of the piece, its place there.
     pub(crate) places: &'a [u32],
@@ -35,17 +35,17 @@ pub(crate) struct PieceView<'a> {
 pub(crate) enum Triangles<'a> {
     /// By their index in the mesh.
     Mesh(&'a [u32]),
-    /// As they have become: corners, in vertices of the mesh, and wedges (none
+    /// Owned geometry after earlier levels: corners, in vertices of the mesh, and wedges (none
     /// without attributes).
     Own { corners: &'a [[u32; 3]], wedges: &'a [[u32; 3]] },
 }
 
-/// What a vertex knows from the pieces that it was in.
+/// State of a vertex that passes from piece to piece.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Memory {
     /// `None` on a cut, where nothing moved yet.
     pub(crate) quadric: Option<Quadric>,
-    /// How far what it stands for has moved at most, metres.
+    /// Greatest distance that it moved for the vertices it stands for, metres.
     pub(crate) moved: f32,
     pub(crate) open: bool,
     /// The rank of the last step around it.
@@ -55,7 +55,7 @@ pub(crate) struct Memory {
 /// A large shell as it is after some levels of parts.
 #[derive(Default)]
 pub(crate) struct Remainder {
-    /// Ascending.
+    /// Vertices that are left, ascending.
     pub(crate) vertices: Vec<u32>,
     /// One a vertex, but none before the first level.
     pub(crate) memories: Vec<Memory>,
@@ -78,15 +78,14 @@ impl Remainder {
         }
     }
 
-    /// As it is to be loaded.
+    /// Returns the piece as it is to be loaded.
     pub(crate) fn view<'a>(&'a self, places: &'a [u32]) -> PieceView<'a> {
         let triangles = Triangles::Own { corners: &self.corners, wedges: &self.wedges };
         PieceView { vertices: &self.vertices, places, triangles }
     }
 
-    /// What is left of parts. Of a vertex on a cut the first part's memory is
-    /// taken; all parts know as much of it: that it is on a cut, and the rank
-    /// of the last step around it, of which the greatest counts.
+    /// Joins what is left of parts. A vertex on a cut takes the first part's memory. All parts know
+    /// the same of it: that it is on a cut, and the greatest rank of the steps around it.
     pub(crate) fn join(parts: impl Iterator<Item = Self>) -> Self {
         let mut all = Self::default();
         let mut known: Vec<(u32, Memory)> = Vec::new();
@@ -164,7 +163,7 @@ pub(crate) struct Parts {
 }
 
 impl Parts {
-    /// Number of parts.
+    /// Returns the number of parts.
     pub(crate) fn len(&self) -> usize {
         self.starts.len() - 1
     }
@@ -200,7 +199,7 @@ impl Parts {
         Remainder { vertices, memories, corners, wedges }
     }
 
-    /// Whether a vertex is in more than one part.
+    /// Reports whether a vertex is in more than one part.
     pub(crate) fn is_on_cut(&self, vertex: u32) -> bool {
         self.part_of_vertex[vertex as usize] == SHARED
     }
@@ -211,7 +210,7 @@ pub(crate) fn point(mesh: &Mesh<'_>, vertex: u32) -> DVec3 {
     DVec3::from(mesh.positions[vertex as usize].map(f64::from))
 }
 
-/// Where the vertices of a shell are on average.
+/// Returns the mean position of a shell's vertices.
 pub(crate) fn center(mesh: &Mesh<'_>, vertices: &[u32]) -> DVec3 {
     vertices.iter().map(|&v| point(mesh, v)).sum::<DVec3>() / vertices.len().max(1) as f64
 }

@@ -60,7 +60,7 @@ impl Queue {
         self.heap.first().map_or(f64::INFINITY, |entry| f64::from_bits(entry >> 32 << 32))
     }
 
-    /// Whether a vertex is in the queue.
+    /// Reports whether a vertex is in the queue.
     #[inline]
     pub(crate) fn contains(&self, vertex: u32) -> bool {
         self.places[vertex as usize] != ABSENT

@@ -8,22 +8,23 @@ use crate::pieces::{Memory, Parts, PieceView, Remainder, Triangles, center};
 use crate::queue::Queue;
 use crate::surface::Spoke;
 
-/// Of the vertices inside a part, this share is left. More would cost memory,
-/// less would make the cuts show.
+/// Share of a part's inner vertices that is left. A greater share would cost memory, a smaller one
+/// would make the cuts show.
 const LEFT_OF_PART: f64 = 0.25;
 
 /// A shell with no legal collapse and at most so many vertices dies as a
 /// whole.
 const MAX_DYING: usize = 32;
-/// Of so many vertices, those refused are not looked at again: guards fall.
+/// Greatest number of vertices of a shell whose refused vertices are not looked at again: guards
+/// fall.
 const MAX_ONE_LOOK: usize = 64;
 /// Weight of a shell's area that is lost at its radius when it dies.
 const DEATH_WEIGHT: f64 = 0.15;
-/// How much more than the least a collapse is taken to cost before it is
-/// judged. A guess near the truth spares judging it too early, and often.
+/// Estimated ratio of a collapse's cost to its lower bound. A guess near the truth spares judging
+/// it too early, and often.
 const GUESS: f64 = 4.0;
-/// How much more than the cheapest a collapse may cost and yet be done at
-/// once: the cost goes with the square of a distance.
+/// Greatest ratio to the cheapest cost at which a collapse is done at once: the cost goes with the
+/// square of a distance.
 const SLACK: f64 = 2.0;
 /// Collapses between two looks at progress.
 const WATCH_EVERY: usize = 1024;
@@ -33,8 +34,8 @@ const WATCH_EVERY: usize = 1024;
 pub(crate) struct Step {
     pub(crate) removed: u32,
     pub(crate) kept: u32,
-    /// What the sequence is ordered by: the cost, or if greater the rank of an
-    /// earlier step that had a part in it.
+    /// Rank that orders the sequence: the cost, or if greater the rank of an earlier step that had
+    /// a part in it.
     pub(crate) rank: f64,
     /// Metres: the smaller of the root mean square distance from the faces
     /// that the vertex stood for, and the farthest that any vertex it stood
@@ -42,11 +43,11 @@ pub(crate) struct Step {
     pub(crate) error: f32,
 }
 
-/// What a vertex in the queue would do.
+/// Planned collapse of a vertex in the queue.
 #[derive(Clone, Copy, Debug, Default)]
 struct Plan {
     choice: Choice,
-    /// Whether its surroundings are as they were when it was judged.
+    /// Validity: whether its surroundings are as they were when it was judged.
     current: bool,
 }
 
@@ -57,7 +58,7 @@ pub(crate) type Watch<'a> = &'a mut dyn FnMut(usize) -> bool;
 #[derive(Default)]
 pub(crate) struct Reducer {
     shell: Shell,
-    /// How far what a vertex stands for has moved at most, metres.
+    /// Greatest distance moved by the vertices that each vertex stands for, metres.
     moved: Vec<f32>,
     /// The rank of the last step around each vertex.
     ranks: Vec<f64>,
@@ -183,7 +184,7 @@ impl Reducer {
         }
     }
 
-    /// What is left of a part, with what its vertices know.
+    /// Extracts the rest of a part, with the state of its vertices.
     fn remainder(&mut self, part: &Remainder) -> Remainder {
         let mut left = Remainder::default();
         for vertex in 0..self.shell.surface.len() {
@@ -384,8 +385,7 @@ impl Reducer {
         }
     }
 
-    /// What it costs that the whole shell, as it is, becomes a point: rank and
-    /// error.
+    /// Computes rank and error of collapsing the rest of the shell to a point.
     fn death(&self) -> (f64, f32) {
         let positions = &self.shell.surface.positions;
         let (mut area, mut sum, mut count) = (0.0, DVec3::ZERO, 0.0);

@@ -18,13 +18,13 @@ use crate::shells::Shells;
 
 /// Vertices that a thread takes at once, as whole shells.
 const BATCH: usize = 8192;
-/// Threads at most.
+/// Greatest number of threads.
 const MAX_THREADS: usize = 64;
-/// How often a large shell is cut at most; each time a quarter is left.
+/// Greatest number of times that a large shell is cut; each time a quarter is left.
 const MAX_LEVELS: usize = 12;
 /// A shell of which a level leaves more than this share is cut no more.
 const MAX_LEFT: f64 = 0.8;
-/// How often progress is told while other threads work.
+/// Interval of progress reports while other threads work.
 const WATCH_INTERVAL: Duration = Duration::from_millis(5);
 
 /// The steps of all shells, whatever the number of threads: a step comes
@@ -76,10 +76,10 @@ pub(crate) fn reduce_all(
     Ok(steps)
 }
 
-/// What one thread does at once when nothing is left to cut.
+/// Job of one thread.
 enum Job<'a> {
     Remainder(&'a Large),
-    /// Those of them that are not large.
+    /// Range of small shells.
     Shells(Range<usize>),
 }
 
@@ -88,7 +88,7 @@ struct Large {
     remainder: Remainder,
     /// The origin of its quadrics.
     center: DVec3,
-    /// Whether cutting it still gains something.
+    /// Progress of cutting: whether another level still gains something.
     shrinks: bool,
 }
 
@@ -100,7 +100,7 @@ impl Large {
     }
 }
 
-/// What a thread keeps from job to job.
+/// Buffers that a thread keeps from job to job.
 #[derive(Default)]
 struct Worker {
     reducer: Reducer,
@@ -108,7 +108,7 @@ struct Worker {
     places: Vec<u32>,
 }
 
-/// Threads at work.
+/// Threads that work on the jobs.
 struct Crew<'a, 'm> {
     source: Source<'a, 'm>,
     threads: usize,

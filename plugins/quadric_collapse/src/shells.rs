@@ -14,7 +14,7 @@ pub(crate) struct Shells {
     pub(crate) triangles: Vec<u32>,
     /// Place of each vertex within its shell.
     pub(crate) place: Vec<u32>,
-    /// Where the vertices and triangles of each shell start, and the totals.
+    /// Starts of the vertices and triangles of each shell, and the totals.
     starts: Vec<[u32; 2]>,
 }
 
@@ -54,7 +54,7 @@ impl Shells {
         Self { vertices, triangles, place, starts }
     }
 
-    /// Number of shells.
+    /// Returns the number of shells.
     pub(crate) fn len(&self) -> usize {
         self.starts.len() - 1
     }

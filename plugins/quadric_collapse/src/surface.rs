@@ -19,15 +19,14 @@ pub(crate) const MAX_RING: usize = 512;
 pub(crate) struct Surface {
     /// The vertices as the mesh numbers them, ascending.
     pub(crate) vertices: Vec<u32>,
-    /// Metres.
+    /// Positions of the vertices, metres.
     pub(crate) positions: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     /// Wedges of the corners; empty without attributes.
     wedges: Vec<[u32; 3]>,
     next: Vec<[u32; 3]>,
     first: Vec<u32>,
-    /// Whether a vertex has (or took over from one that had) an edge that has
-    /// not one triangle on either side.
+    /// Open vertices: each has, or took over, an edge without exactly one triangle on either side.
     pub(crate) open: Vec<bool>,
     /// Vertices that stay where they are, and that none moves onto: some of
     /// their triangles are elsewhere.
@@ -48,7 +47,7 @@ pub(crate) struct Spoke {
 }
 
 impl Spoke {
-    /// Whether another vertex's triangle is over the same edge.
+    /// Reports whether another vertex's triangle is over the same edge.
     pub(crate) fn is_over(&self, other: &Spoke) -> bool {
         let (a, b) = (self.ahead, self.behind);
         (a, b) == (other.ahead, other.behind) || (b, a) == (other.ahead, other.behind)
@@ -103,7 +102,7 @@ impl Surface {
         self.positions.len()
     }
 
-    /// Whether no triangle is left at a vertex.
+    /// Reports whether no triangle is left at a vertex.
     pub(crate) fn is_bare(&mut self, vertex: u32) -> bool {
         let mut corner = self.first[vertex as usize];
         while corner != NONE && self.triangles[corner as usize / 3][0] == NONE {
@@ -153,7 +152,7 @@ impl Surface {
         })
     }
 
-    /// All live triangles.
+    /// Iterates over all live triangles.
     pub(crate) fn triangles(&self) -> impl Iterator<Item = [u32; 3]> {
         self.triangles.iter().filter(|t| t[0] != NONE).copied()
     }
@@ -196,13 +195,13 @@ impl Surface {
         std::mem::replace(&mut self.marks[vertex as usize], self.mark) < self.mark
     }
 
-    /// Whether a vertex is in the set.
+    /// Reports whether a vertex is in the set.
     #[inline]
     pub(crate) fn is_marked(&self, vertex: u32) -> bool {
         self.marks[vertex as usize] >= self.mark
     }
 
-    /// Whether a vertex is in the set, and whether it was not visited before.
+    /// Reports whether a vertex is in the set, and whether it was not visited before.
     #[inline]
     pub(crate) fn visit(&mut self, vertex: u32) -> (bool, bool) {
         let mark = &mut self.marks[vertex as usize];

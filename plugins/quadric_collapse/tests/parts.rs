@@ -52,7 +52,7 @@ fn parts_of_any_size_give_a_spanning_tree() {
     }
 }
 
-/// What was cut is no border, and what is flat between cuts stays closed.
+/// Cuts become no borders, and flat surfaces between cuts stay closed.
 #[test]
 fn cuts_leave_no_trace_in_the_topology() {
     let [ball, _] = shapes();

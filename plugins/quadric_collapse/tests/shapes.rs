@@ -1,4 +1,4 @@
-//! What the sequence does to shapes whose answer is known.
+//! Collapse sequences of shapes whose answer is known.
 
 #[allow(dead_code, reason = "not every test needs every shape")]
 mod common;
@@ -169,8 +169,8 @@ fn a_material_border_stays_where_it_is() {
     }
 }
 
-/// Of many small balls beside a large one the small ones die first, each as a
-/// whole: none lingers as a flat pair of triangles or as a vertex.
+/// Small balls beside a large one are removed first, each as a whole: none lingers as a flat pair
+/// of triangles or as a vertex.
 #[test]
 fn small_pieces_die_as_wholes() {
     let mut primitives = Vec::new();
@@ -235,8 +235,8 @@ fn wire(segments: u32, sag: f32) -> Mesh {
     welded(&[primitive])
 }
 
-/// What is narrow may turn and shrink for little: the way along a wire is long, but what is
-/// lost on it is no farther off than the wire is thick.
+/// Narrow shapes may turn and shrink for little: the way along a wire is long, but what is lost on
+/// it is no farther off than the wire is thick.
 #[test]
 fn a_wire_loses_segments_rather_than_its_thickness() {
     let stacks = stacks(&wire(30, 1.0));

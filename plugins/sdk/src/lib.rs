@@ -54,6 +54,7 @@ mod boundary;
 mod chart;
 mod clock;
 mod command;
+pub mod designations;
 mod error;
 pub mod export;
 mod host;

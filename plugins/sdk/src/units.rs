@@ -97,6 +97,20 @@ static UNITS: &[Unit] = &[
     unit(Quantity::Density, 1.0, &["kg/m3", "kg/m³", "g/l", "g/L"]),
 ];
 
+/// Quantities that a unit of a setting is looked for in: a symbol such as `%` has several.
+const QUANTITIES: [Quantity; 10] = [
+    Quantity::Ratio,
+    Quantity::Concentration,
+    Quantity::Temperature,
+    Quantity::Pressure,
+    Quantity::Current,
+    Quantity::Voltage,
+    Quantity::ActivePower,
+    Quantity::ReactivePower,
+    Quantity::ApparentPower,
+    Quantity::Density,
+];
+
 /// Longest list of units that a fault names.
 const MAX_NAMED_UNITS: usize = 8;
 
@@ -156,6 +170,42 @@ impl UnitConversion {
     /// Converts a value to the unit wanted.
     pub fn apply(&self, value: f64) -> f64 {
         value * self.factor + self.offset
+    }
+}
+
+impl UnitConversion {
+    /// Returns the conversion of a binding's values to the unit of a setting, whatever its
+    /// quantity. A binding without a unit is assumed to have the one wanted. A unit that no
+    /// table knows must be the same.
+    ///
+    /// # Errors
+    /// The finding for [`crate::Description::findings`]: tag, place, both units, and a
+    /// remedy.
+    pub fn of_binding_to(binding: &Binding, to: &str) -> Result<Self, String> {
+        let (from, to) = (binding.unit.trim(), to.trim());
+        if from == to {
+            return Ok(Self::IDENTITY);
+        }
+        if from.is_empty() {
+            return Ok(Self { is_assumed: true, ..Self::IDENTITY });
+        }
+        let found = QUANTITIES.into_iter().find_map(|quantity| {
+            let there = Self::between(from, to, quantity)?;
+            let back = Self::between(to, from, quantity)?;
+            Some((there, back.reference))
+        });
+        match found {
+            Some((there, to)) if there.reference == to => Ok(there),
+            // Absolute or gauge: one of them does not say.
+            Some((there, to)) if there.reference.is_none() || to.is_none() => {
+                Ok(Self { is_assumed: true, ..there })
+            }
+            _ => Err(format!(
+                "the tag '{}' in the role '{}' at '{}' has the unit '{from}', which cannot be \
+                 converted to '{to}'; give the tag or the settings the unit of its values",
+                binding.tag_id, binding.role, binding.node_id,
+            )),
+        }
     }
 }
 

@@ -75,3 +75,30 @@ fn every_symbol_is_found_as_its_own_unit() {
         }
     }
 }
+
+#[test]
+fn values_of_a_tag_are_converted_to_the_unit_of_a_setting() {
+    let binding = |unit: &str| Binding {
+        node: 0,
+        kind: crate::ValueKind::F64,
+        limit_low: None,
+        limit_high: None,
+        tag_id: "P1".into(),
+        tag_name: String::new(),
+        unit: unit.into(),
+        node_id: "=Q1".into(),
+        role: "pressure".into(),
+    };
+    let found = |from, to| {
+        let conversion = UnitConversion::of_binding_to(&binding(from), to)?;
+        Ok::<_, String>((conversion.apply(2.0), conversion.is_assumed))
+    };
+    assert_eq!(found("kA", "A"), Ok((2_000.0, false)));
+    assert_eq!(found(" widgets ", "widgets"), Ok((2.0, false)), "no table knows it");
+    assert_eq!(found("", "bar"), Ok((2.0, true)));
+    assert_eq!(found("bar", "kPa(a)"), Ok((200.0, true)), "one does not say of what");
+    for (from, to) in [("bar(g)", "bar(a)"), ("kA", "kV"), ("widgets", "A")] {
+        let finding = found(from, to).unwrap_err();
+        assert!(finding.contains("'P1'") && finding.contains(&format!("'{from}'")), "{finding}");
+    }
+}

@@ -2,10 +2,10 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use busbar_plugin_sdk::designations::nearest;
 use busbar_plugin_sdk::units::{PressureReference, Quantity, UnitConversion};
 use busbar_plugin_sdk::{Binding, ValueKind};
 
-use crate::nearest::nearest;
 use crate::settings::Settings;
 
 /// Role of a tag that is a compartment's pressure.

@@ -6,7 +6,6 @@ mod compartments;
 mod gas;
 mod gas_model;
 mod mixture;
-mod nearest;
 mod outcome;
 mod piece_verdicts;
 mod readings;

@@ -3,10 +3,10 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
+use busbar_plugin_sdk::designations::{is_within, nearest};
 use busbar_plugin_sdk::units::{Quantity, UnitConversion};
 use busbar_plugin_sdk::{Binding, ValueKind};
 
-use crate::nearest::{is_within, nearest};
 use crate::settings::Settings;
 
 /// Role of a tag that is the temperature of the air around.

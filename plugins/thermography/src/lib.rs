@@ -4,7 +4,6 @@
 mod bounds;
 mod contacts;
 mod judgment;
-mod nearest;
 mod piece_verdicts;
 mod rules;
 mod settings;

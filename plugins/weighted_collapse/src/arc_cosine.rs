@@ -52,7 +52,7 @@ fn angle(x: f64) -> f64 {
     if x == 1.0 { 0.0 } else { angle }
 }
 
-/// The coefficients ascend.
+/// Evaluates a polynomial whose coefficients ascend.
 #[inline(always)]
 fn polynomial<const N: usize>(coefficients: &[f64; N], x: f64) -> f64 {
     coefficients[..N - 1].iter().rev().fold(coefficients[N - 1], |sum, c| c + x * sum)

@@ -12,7 +12,7 @@ use crate::threads;
 pub(crate) struct Edges {
     /// Vertex pairs, the smaller index first.
     pub(crate) ends: Vec<[u32; 2]>,
-    /// Where each edge's sides start in `sides`, and the total.
+    /// Start of each edge's sides in `sides`, and the total.
     starts: Vec<u32>,
     /// Sides, edge by edge, ascending.
     sides: Vec<Side>,
@@ -41,7 +41,7 @@ impl Side {
 }
 
 impl Edges {
-    /// Number of edges.
+    /// Returns the number of edges.
     pub(crate) fn len(&self) -> usize {
         self.ends.len()
     }
@@ -78,7 +78,7 @@ pub(crate) fn find(mesh: &Mesh<'_>, threads: usize) -> Edges {
     Edges { ends, starts, sides }
 }
 
-/// Where the sides of each smaller vertex start, and their total.
+/// Counts the sides of each smaller vertex; returns their starts and the total.
 fn bucket_starts(mesh: &Mesh<'_>, threads: usize) -> Vec<u32> {
     let vertices = mesh.positions.len();
     let share = mesh.triangles.len().div_ceil(threads).max(1);

@@ -15,7 +15,7 @@ const MAX_PAIRS: usize = 4096;
 pub(crate) struct Factors {
     /// L, Eq. 1: length.
     pub(crate) length: f64,
-    /// F, Eq. 2.
+    /// Border flag F (Eq. 2).
     pub(crate) flag: bool,
     /// S, Eq. 3: area of the triangles at the edge.
     pub(crate) area: f64,
@@ -24,14 +24,14 @@ pub(crate) struct Factors {
     pub(crate) curvature_cosine: f64,
 }
 
-/// What the factors of an edge between two triangles are made of.
+/// Geometry that the factors of an edge between two triangles are made of.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hinge {
     pub(crate) length_squared: f64,
     /// Squared lengths of the normals n1 and n2 of Eq. 4: of double areas.
     pub(crate) first_squared: f64,
     pub(crate) second_squared: f64,
-    /// n1 n2.
+    /// Dot product n1 n2 of the triangles' normals.
     pub(crate) dot: f64,
 }
 

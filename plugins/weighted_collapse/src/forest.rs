@@ -109,7 +109,7 @@ impl Classes {
         }
     }
 
-    /// Of two survivors the one that is to move, then the one that is to stay.
+    /// Orders two survivors: the one to move, then the one to stay.
     pub(crate) fn rank(&self, a: u32, b: u32) -> (u32, u32) {
         let rank = |v: u32| (self.link[v as usize], std::cmp::Reverse(v));
         if rank(a) < rank(b) { (a, b) } else { (b, a) }
@@ -134,7 +134,7 @@ impl Classes {
     }
 }
 
-/// How far vertices have moved.
+/// Distances that vertices have moved.
 pub(crate) struct Errors {
     /// Bound on how far any vertex of a class is from its survivor.
     radius: Vec<f32>,

@@ -76,9 +76,9 @@ struct Greedy<'a> {
     collapses: Vec<Collapse>,
     /// The key of the edge that each side belongs to.
     side_keys: Vec<u64>,
-    /// Whether that edge is put off.
+    /// Deferred edges: whether each waits for a change around it.
     is_put_off: Vec<bool>,
-    /// Whether an edge around the vertex may be put off.
+    /// Vertices around which an edge may be deferred.
     may_wait: Vec<bool>,
     rings: [Ring; 3],
     sides: Vec<Side>,

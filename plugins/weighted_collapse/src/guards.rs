@@ -1,5 +1,5 @@
-//! Which collapses keep a surface whole: none that folds a face over, and none
-//! that changes the topology.
+//! Collapse guards: link condition and face flips, so that a surface keeps its topology and folds
+//! no face over.
 
 use busbar_plugin_sdk::Mesh;
 
@@ -19,7 +19,7 @@ pub(crate) struct Candidate<'a> {
 }
 
 impl Candidate<'_> {
-    /// Whether the collapse keeps the surface whole.
+    /// Reports whether the collapse keeps the surface whole.
     pub(crate) fn is_legal(&self, surface: &Surface<'_>) -> bool {
         let bounded = [self.removed, self.kept].iter().all(|&v| surface.valence(v) <= MAX_VALENCE);
         bounded && self.keeps_topology() && !self.flips_a_face(&surface.mesh)
@@ -45,8 +45,7 @@ impl Candidate<'_> {
         })
     }
 
-    /// Whether a moved triangle turns by more than a right angle, or loses its
-    /// area.
+    /// Reports whether a moved triangle turns by more than a right angle, or loses its area.
     fn flips_a_face(&self, mesh: &Mesh<'_>) -> bool {
         let (from, to) = (point(mesh, self.removed), point(mesh, self.kept));
         let moved = self.removed_ring.triangles().filter(|corners| !corners.contains(&self.kept));
@@ -57,8 +56,8 @@ impl Candidate<'_> {
     }
 }
 
-/// Whether the edges from the two vertices to a common neighbour, of whose
-/// triangles `dying` are common, become an edge that is no less regular.
+/// Reports whether the edges from the two vertices to a common neighbour become an edge that is no
+/// less regular. `dying` of its triangles are common.
 fn merges_well(of_removed: &[Spoke], of_kept: &[Spoke], dying: usize) -> bool {
     if dying == 0 {
         return false;

@@ -1,9 +1,9 @@
-//! How the points that the paper leaves open, or contradicts itself on, are read.
+//! Interpretations of the points that the paper leaves open, or contradicts itself on.
 
 use std::f64::consts::PI;
 
-/// How the paper's open points are read. The optimiser uses [`Self::BUSBAR`]
-/// and [`Self::UNPROTECTED`]; reports compare others.
+/// Interpretation of the paper's open points. The optimiser uses [`Self::BUSBAR`] and
+/// [`Self::UNPROTECTED`]; reports compare others.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interpretation {
     /// Eq. 4 on an edge of two and more triangles.

@@ -44,10 +44,10 @@ const SORTED: f32 = 0.5;
 #[derive(Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 struct Settings {
-    /// Whether borders are kept longer: the paper's flag F, with curvature pi
-    /// on borders. Off is the paper's Fig. 8.
+    /// Border protection: the paper's flag F, with curvature pi on borders. Off is the paper's Fig.
+    /// 8.
     border_protection: bool,
-    /// Which edge is collapsed when.
+    /// Order in which edges are collapsed.
     order: Order,
 }
 
@@ -57,7 +57,7 @@ impl Default for Settings {
     }
 }
 
-/// Which edge is collapsed when.
+/// Order in which edges are collapsed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Order {

@@ -7,7 +7,7 @@ pub(crate) const CHUNK: usize = 1024;
 /// Running sums that are added up side by side, for the processor's sake.
 const LANES: usize = 4;
 
-/// What is known of a set of non-negative values.
+/// Statistical moments of a set of non-negative values.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Moments {
     count: f64,
@@ -19,7 +19,7 @@ pub(crate) struct Moments {
 }
 
 impl Moments {
-    /// Of one chunk: its mean first, so that the squares are of differences.
+    /// Computes the moments of one chunk: the mean first, so that the squares are of differences.
     pub(crate) fn of(values: &[f64]) -> Self {
         let count = values.len().max(1) as f64;
         let mean = fold(values, |sum, value| sum + value) / count;
@@ -28,7 +28,7 @@ impl Moments {
         Self { count: values.len() as f64, mean, squares, max }
     }
 
-    /// Of two sets together (Chan, Golub and LeVeque, 1979).
+    /// Combines the moments of two sets (Chan, Golub and LeVeque, 1979).
     pub(crate) fn and(self, other: Self) -> Self {
         let count = self.count + other.count;
         if count == 0.0 {

@@ -20,7 +20,7 @@ pub(crate) struct Queue {
     /// Ascending by key; no key is in two.
     buckets: Vec<Bucket>,
     opened: usize,
-    /// How often each vertex was renewed.
+    /// Version of each vertex, counted up at each renewal.
     versions: Vec<u32>,
     len: usize,
     max_len: usize,
@@ -34,7 +34,7 @@ struct Bucket {
 /// An edge in the queue. Equal keys are ordered by (smaller, larger) vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Entry {
-    /// What decides; the least is first.
+    /// Sort key; the least is first.
     pub(crate) key: u64,
     /// The ends, the smaller index first.
     pub(crate) ends: [u32; 2],

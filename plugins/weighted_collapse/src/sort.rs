@@ -44,7 +44,7 @@ type Pair = (u32, u32);
 pub(crate) struct Parts<'a> {
     weights: &'a [f64],
     pairs: Vec<Pair>,
-    /// Where each part starts, and the total.
+    /// Start of each part, and the total.
     starts: Vec<usize>,
     spare: Vec<Pair>,
 }
@@ -79,7 +79,7 @@ impl<'a> Parts<'a> {
         Self { weights, pairs, starts, spare: Vec::new() }
     }
 
-    /// Number of parts.
+    /// Returns the number of parts.
     pub(crate) fn len(&self) -> usize {
         self.starts.len() - 1
     }

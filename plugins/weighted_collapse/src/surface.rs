@@ -31,7 +31,7 @@ pub(crate) struct Spoke {
 }
 
 impl<'m> Surface<'m> {
-    /// The whole mesh.
+    /// Builds the surface of the whole mesh.
     pub(crate) fn new(mesh: Mesh<'m>) -> Self {
         let mut counts = vec![0; mesh.positions.len()];
         mesh.triangles.iter().flatten().for_each(|&v| counts[v as usize] += 1);

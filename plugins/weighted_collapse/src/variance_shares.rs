@@ -1,4 +1,4 @@
-//! What each factor contributes to the spread of W.
+//! Variance shares: contribution of each factor to the variance of W.
 
 use busbar_plugin_sdk::{Error, Mesh};
 
@@ -11,17 +11,17 @@ use crate::{check, edges, threads};
 /// shares add up to 1 and may be negative. All are 0 where W does not vary.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct VarianceShares {
-    /// Of the length L (Eq. 1).
+    /// Share of the length L (Eq. 1).
     pub length: f64,
-    /// Of the border flag F (Eq. 2).
+    /// Share of the border flag F (Eq. 2).
     pub flag: f64,
-    /// Of the area S (Eq. 3).
+    /// Share of the area S (Eq. 3).
     pub area: f64,
-    /// Of the curvature C (Eq. 4).
+    /// Share of the curvature C (Eq. 4).
     pub curvature: f64,
 }
 
-/// What L, F, S and C each contribute to the variance of W.
+/// Computes the contributions of L, F, S and C to the variance of W.
 ///
 /// # Errors
 /// As [`collapse_list`](crate::collapse_list) for meshes that it refuses.

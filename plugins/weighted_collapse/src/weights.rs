@@ -25,7 +25,7 @@ pub(crate) struct Measured {
     totals: Totals,
 }
 
-/// What Eq. 6-10 need to know of all edges.
+/// Totals over all edges that Eq. 6-10 need.
 #[derive(Clone, Copy, Debug, Default)]
 struct Totals {
     lengths: Moments,

@@ -1,4 +1,4 @@
-//! Whole sequences, which hold every level, beside one level made by
+//! Optimizer times: whole sequences, which hold every level, beside one level made by
 //! meshoptimizer's `simplify`; all on one core, in its processor time.
 
 use std::path::Path;
@@ -8,7 +8,7 @@ use busbar_geometry::CollapseStacks;
 use busbar_plugin_host::{Catalog, MeshOptimizer};
 use busbar_plugin_sdk::CollapseList;
 use indicatif::ProgressBar;
-use measure::meshoptimizer::{Input as PeerInput, Kind};
+use measure::meshoptimizer::{Input as PeerInput, Simplifier};
 use serde_json::{Map, Value};
 use weighted_collapse::Order;
 
@@ -18,12 +18,12 @@ use crate::report::Section;
 use crate::scene::Scene;
 use crate::series::Series;
 
-/// The part of the triangles that `simplify` is to leave.
+/// Share of the triangles that `simplify` is to leave.
 const TARGET: f64 = 0.30;
-/// What the paper's order may take of its time, from positions to death indices;
+/// Greatest ratio of the paper's order to one `simplify` in time, from positions to death indices;
 /// both see positions and triangles alone.
 const PAPER_BAR: f64 = 0.25;
-/// The same for the order by quadric error.
+/// Greatest ratio of the order by quadric error to one `simplify` in time.
 const QUADRIC_BAR: f64 = 1.5;
 
 /// Measures without the plugins' boundary, and with it where `plugins` is a
@@ -54,7 +54,7 @@ pub(crate) fn run(
         [Series::new("paper_through_plugin", "ms"), Series::new("quadric_through_plugin", "ms")];
     let mut reached = 0;
     for _ in 0..rounds {
-        reached = simplify.processor(|| peer.simplify(Kind::Plain, wanted))?.len();
+        reached = simplify.processor(|| peer.simplify(Simplifier::Plain, wanted))?.len();
         let list = paper.measure(|| input.weighted(Order::Paper, 1))?;
         let count = scene.mesh.positions.len();
         for (series, mesh) in [(&mut stacks, &bare), (&mut stacks_of_wedges, &scene.mesh)] {
@@ -116,7 +116,7 @@ impl Sequence {
     }
 }
 
-/// The optimisers as a viewer has them.
+/// Optimisers loaded as a viewer loads them.
 struct Through {
     plugins: [MeshOptimizer; 2],
 }
@@ -127,7 +127,7 @@ impl Through {
         let load = |id: &str| {
             let plugin = catalog.create(id, id, &Value::Object(Map::new()));
             plugin
-                .and_then(MeshOptimizer::of)
+                .and_then(MeshOptimizer::from_instance)
                 .with_context(|| format!("no plugin {id} in {}: build it there", folder.display()))
         };
         Ok(Self { plugins: [load("weighted_collapse")?, load("quadric_collapse")?] })

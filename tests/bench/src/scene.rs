@@ -1,4 +1,4 @@
-//! What is measured on: the paper's substation as one mesh, imported.
+//! Test scene: the paper's substation as one mesh, imported.
 
 use anyhow::{Context, Result};
 use busbar_geometry::{
@@ -11,10 +11,10 @@ use weighted_collapse::{MAX_THREADS, Order};
 
 use crate::optimizers::{Input, sequence};
 
-/// Decides how the equipment stands; as the generator does by itself.
+/// Seed of the equipment's erection tolerance, which is the generator's default.
 const SEED: u64 = 1;
 
-/// The mesh as imported, and as optimisers see it.
+/// Mesh as imported, and in the form of optimisers' input.
 pub(crate) struct Scene {
     pub(crate) mesh: Mesh,
     /// Names of the mesh's features.
@@ -37,13 +37,13 @@ impl Scene {
         Self { topology: mesh.topology(), mesh, features }
     }
 
-    /// The paper's sequence, checked.
+    /// Computes the paper's sequence, checked.
     pub(crate) fn sequence(&self) -> Result<CollapseSequence> {
         let list = Input::new(&self.mesh).weighted(Order::Paper, MAX_THREADS)?;
         sequence(&list, self.mesh.positions.len())
     }
 
-    /// Positions and triangles alone, which is what meshoptimizer gets.
+    /// Returns positions and triangles alone, which meshoptimizer gets.
     pub(crate) fn bare(&self) -> Mesh {
         let Topology { positions, triangles } = self.topology.clone();
         let count = positions.len();
@@ -58,7 +58,8 @@ impl Scene {
         Mesh { positions, wedges, triangles, sections, features: Vec::new() }
     }
 
-    /// The box around all equipment whose id begins so; `None` if there is none.
+    /// Returns the bounding box of all equipment whose id begins with `start`; `None` if there is
+    /// none.
     pub(crate) fn bounds_of(&self, start: &str) -> Option<Bounds> {
         let is_meant = |&feature: &u32| {
             let name = (feature != NO_FEATURE).then(|| self.features.get(feature as usize));
@@ -70,7 +71,7 @@ impl Scene {
         )
     }
 
-    /// The mesh as a file would give it, a primitive a section.
+    /// Returns the mesh as the primitives of a file, one a section.
     pub(crate) fn primitives(&self) -> Vec<RawPrimitive> {
         let wedges = &self.mesh.wedges;
         let sections = self.mesh.sections.iter().map(|section| {
@@ -105,7 +106,7 @@ mod tests {
 
     use super::*;
 
-    /// What is welded again is what was imported.
+    /// Primitives of the scene weld to the imported mesh again.
     #[test]
     fn primitives_are_those_of_the_mesh() {
         let square = |x: f32, material| RawPrimitive {

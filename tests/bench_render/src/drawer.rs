@@ -1,4 +1,4 @@
-//! Whoever draws, in a process of its own on one core.
+//! Renderer in a process of its own on one core: Busbar or a peer.
 
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader, Read, Seek, Write};
@@ -13,38 +13,38 @@ use anyhow::{Context, Result, bail, ensure};
 use crate::camera::Camera;
 use crate::exchange::{Answer, Wanted};
 
-/// Pixels of all pictures.
+/// Size of all pictures, pixels.
 pub(crate) const SIZE: [u32; 2] = [1280, 720];
 
-/// The longest that anyone may take to load, or for a round of frames.
+/// Longest time for loading, or for a round of frames.
 const MAX_WAIT: Duration = Duration::from_secs(60);
 
-/// Lines of troubles that are told.
+/// Greatest number of log lines in an error message.
 const LAST_WORDS: usize = 4;
 
-/// How to start it.
+/// Command line of a renderer.
 #[derive(Clone, Debug)]
 pub(crate) struct Recipe {
-    /// As the tables name it.
+    /// Name in the tables.
     pub(crate) name: &'static str,
     program: PathBuf,
     arguments: Vec<String>,
 }
 
-/// A process that draws.
+/// Running process of a renderer.
 pub(crate) struct Drawer {
     pub(crate) name: &'static str,
     child: Child,
     asks: ChildStdin,
     answers: Receiver<String>,
-    /// What it said of its troubles.
+    /// Log of the renderer's standard error.
     log: File,
 }
 
-/// Ourselves.
+/// Name of Busbar among the renderers.
 pub(crate) const OURS: &str = "busbar";
 
-/// Ourselves, and all peers that are there.
+/// Returns the commands of Busbar and of all installed peers.
 pub(crate) fn recipes(python: Option<&Path>, scripts: &Path) -> Result<Vec<Recipe>> {
     let ours =
         Recipe { name: OURS, program: std::env::current_exe()?, arguments: vec!["worker".into()] };
@@ -69,7 +69,7 @@ pub(crate) fn recipes(python: Option<&Path>, scripts: &Path) -> Result<Vec<Recip
 }
 
 impl Drawer {
-    /// Starts it on a core and loads a scene.
+    /// Starts the renderer on a core and loads a scene.
     pub(crate) fn start(recipe: &Recipe, core: &str, path: &Path, samples: u32) -> Result<Self> {
         let log = tempfile::tempfile()?;
         let mut child = Command::new("taskset")
@@ -98,14 +98,14 @@ impl Drawer {
         Ok(answer)
     }
 
-    /// Draws one and writes it.
+    /// Draws one picture and writes it.
     pub(crate) fn picture(&mut self, camera: Camera, path: &Path) -> Result<()> {
         self.ask(&Wanted::Picture { camera, path: path.to_owned() })?;
         ensure!(path.exists(), "{} wrote no {}", self.name, path.display());
         Ok(())
     }
 
-    /// The most memory that it had so far, bytes (proc(5), `VmHWM`).
+    /// Returns the peak resident memory of the process so far, bytes (proc(5), `VmHWM`).
     pub(crate) fn peak_bytes(&self) -> Result<u64> {
         peak_bytes(self.child.id())
     }
@@ -139,7 +139,7 @@ impl Drop for Drawer {
     }
 }
 
-/// The most memory that a process had so far, bytes.
+/// Returns the peak resident memory of a process so far, bytes.
 pub(crate) fn peak_bytes(process: u32) -> Result<u64> {
     let status = fs::read_to_string(format!("/proc/{process}/status"))?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));

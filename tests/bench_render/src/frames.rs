@@ -1,4 +1,4 @@
-//! Frames at equal triangles, in alternating rounds.
+//! Frame times at equal triangles, in alternating rounds.
 
 use std::path::Path;
 
@@ -10,14 +10,14 @@ use crate::camera::{Camera, orbit};
 use crate::drawer::{Drawer, Recipe};
 use crate::scenes::{Level, Scenes};
 
-/// Cameras around the scene.
+/// Number of cameras around the scene.
 const POSES: usize = 8;
-/// Samples a pixel: not all peers have more that are the same.
+/// Number of samples a pixel; not all peers have more that are the same.
 const SAMPLES: u32 = 1;
-/// Frames that are drawn first and not counted: caches fill, shaders are compiled.
+/// Number of frames before the counted ones: caches fill, shaders are compiled.
 const WARM_UP: usize = 3;
 
-/// What one took for the frames of one level.
+/// Frame times of one renderer at one level.
 #[derive(Debug, Serialize)]
 pub(crate) struct Frames {
     pub(crate) who: &'static str,
@@ -28,7 +28,7 @@ pub(crate) struct Frames {
     pub(crate) peak_bytes: u64,
 }
 
-/// Measures all of them on all levels; pictures of each go to the folder.
+/// Measures all renderers on all levels; pictures of each go to the folder.
 pub(crate) fn measure(
     scenes: &Scenes,
     recipes: &[Recipe],
@@ -57,7 +57,7 @@ pub(crate) fn measure(
                 share: level.share,
                 triangles: level.triangles,
                 samples: SAMPLES,
-                millis: Series::of(millis),
+                millis: Series::from_values(millis),
                 peak_bytes: drawer.peak_bytes()?,
             });
         }
@@ -65,7 +65,7 @@ pub(crate) fn measure(
     Ok(found)
 }
 
-/// Someone who is ready to draw a level.
+/// Starts a renderer, warmed up to draw a level.
 fn begin(
     recipe: &Recipe,
     level: &Level,

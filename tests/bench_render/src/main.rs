@@ -23,10 +23,10 @@ use clap::{Parser, Subcommand};
 use crate::report::Results;
 use crate::scenes::Scenes;
 
-/// What can be measured, in order.
+/// Sections of the measurement, in order.
 const SECTIONS: [&str; 4] = ["frames", "screen_error", "start", "many"];
 
-/// Measures frames of Busbar beside other viewers.
+/// Comparison of Busbar's frames with those of other viewers.
 #[derive(Parser)]
 #[command(args_conflicts_with_subcommands = true)]
 struct Arguments {
@@ -38,16 +38,16 @@ struct Arguments {
     /// Folder of the optimisers' libraries.
     #[arg(long, default_value = "config/plugins")]
     plugins: PathBuf,
-    /// Python with the peers' packages; without it there is nobody to compare with.
+    /// Python with the peers' packages; without it nothing is compared.
     #[arg(long)]
     python: Option<PathBuf>,
     /// Folder of the peers' scripts.
     #[arg(long, default_value = "tests/peers")]
     scripts: PathBuf,
-    /// The core that everyone stays on.
+    /// Core that every renderer runs on.
     #[arg(long, default_value = "1")]
     core: String,
-    /// The program that draws for its users.
+    /// Path of the program that users run.
     #[arg(long, default_value = "target/release/busbar")]
     busbar: PathBuf,
     /// Run only these sections.

@@ -1,4 +1,4 @@
-//! Many stations of the same models: by how much a frame grows with what is there.
+//! Many stations of the same models: growth of the frame time with the size of the scene.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -16,32 +16,32 @@ use crate::drawer::{Drawer, Recipe};
 use crate::scenes::{Scenes, write_models};
 use crate::screen_error::Likeness;
 
-/// Stations stand in rows of so many.
+/// Number of stations in a row.
 const ROW: usize = 10;
 pub(crate) const STATIONS: usize = ROW * ROW;
-/// Stations that have 10,000 pieces of equipment together.
+/// Number of stations that have 10,000 pieces of equipment together.
 pub(crate) const SOME_STATIONS: usize = 12;
-/// Between two stations, metres.
+/// Gap between two stations, metres.
 const GAP: f32 = 20.0;
 const POSES: usize = 6;
-/// From frame to frame where an operator walks, metres: fast, at 60 frames a second.
+/// Step of a walking operator from frame to frame, metres: fast, at 60 frames a second.
 pub(crate) const STRIDE_METRES: f32 = 0.2;
-/// Frames of a walk.
+/// Number of frames of a walk.
 const STRIDES: usize = 30;
-/// Frames before the counted ones: levels of detail are resolved on the way.
+/// Number of rounds before the counted ones: levels of detail are resolved on the way.
 const WARM_UP_ROUNDS: usize = 2;
-/// From above all stations, however many there are.
+/// View from above all stations, however many there are.
 pub(crate) const BIRD: &str = "bird";
-/// From above one station that fills the picture as all of them do from [`BIRD`].
+/// View from above one station that fills the picture as all of them do from [`BIRD`].
 pub(crate) const FILLING: &str = "filling";
-/// On foot; what the processor takes then is asked for of some stations alone.
+/// View on foot; its bar on processor time is judged for some stations alone.
 const WALKING: &str = "walking";
-/// From within one, in leaps.
+/// View from within one station, in leaps.
 const WITHIN: &str = "within";
-/// Pixels of error that theta may show.
+/// Greatest screen error of theta, pixels.
 pub(crate) const MAX_ERROR_PX: f64 = 0.5;
 
-/// So many stations, seen from somewhere.
+/// Results of one view of a number of stations.
 #[derive(Debug, Serialize)]
 pub(crate) struct Many {
     pub(crate) stations: usize,
@@ -51,14 +51,14 @@ pub(crate) struct Many {
     pub(crate) cpu_millis: Series,
     pub(crate) hide_millis: Series,
     pub(crate) peak_bytes: u64,
-    /// Of the picture's pixels, those of the second pose that are not as the first pixel.
+    /// Share of pixels of the second pose that differ from the first pixel.
     pub(crate) covered_share: f64,
-    /// To full detail, of all from within.
+    /// Similarity to full detail, for all stations seen from within.
     pub(crate) likeness: Option<Likeness>,
 }
 
-/// Measures one station, some and all, from above all of them and from within one, in leaps
-/// and as one walks; and one that fills the picture.
+/// Measures one station, some and all: from above all of them, and from within one, in leaps and on
+/// foot. A single station is also measured filling the picture.
 pub(crate) fn measure(
     scenes: &Scenes,
     ours: &Recipe,
@@ -130,16 +130,17 @@ fn measure_view(
         stations,
         view,
         triangles,
-        millis: Series::of(millis),
-        cpu_millis: Series::of(cpu_millis),
-        hide_millis: Series::of(hide_millis),
+        millis: Series::from_values(millis),
+        cpu_millis: Series::from_values(cpu_millis),
+        hide_millis: Series::from_values(hide_millis),
         peak_bytes: drawer.peak_bytes()?,
         covered_share: 0.0,
         likeness: None,
     })
 }
 
-/// Of a picture's pixels, those that are not as the first, which shows the background.
+/// Returns the share of a picture's pixels that differ from the first one, which shows the
+/// background.
 fn covered_share(picture: &Path) -> Result<f64> {
     let picture = image::open(picture)?.into_rgba8();
     let background = picture.get_pixel(0, 0);
@@ -147,13 +148,13 @@ fn covered_share(picture: &Path) -> Result<f64> {
     Ok(covered as f64 / picture.pixels().len() as f64)
 }
 
-/// From one station to the next, in x and z.
+/// Returns the distance from one station to the next, in x and z.
 fn step(station: Bounds) -> Vec3 {
     let size = station.max - station.min;
     Vec3::new(size.x + GAP, 0.0, size.z + GAP)
 }
 
-/// Writes a scene of so many stations with a theta that has a name.
+/// Writes a scene of so many stations with a named theta.
 fn configuration(
     (stations, name, theta): (usize, &str, &serde_json::Value),
     bounds: Bounds,

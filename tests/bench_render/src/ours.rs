@@ -1,4 +1,4 @@
-//! Busbar as one of those that draw, in a process of its own.
+//! Busbar as a renderer of the bench, in a process of its own.
 
 use std::fs;
 use std::io::{BufRead, Write, stdin, stdout};
@@ -12,7 +12,7 @@ use serde_json::json;
 use crate::camera::{Camera, FOV_DEGREES};
 use crate::exchange::{Answer, Wanted};
 
-/// Answers until the input ends.
+/// Serves requests until the input ends.
 pub(crate) fn serve() -> Result<()> {
     let mut ours = Ours { viewer: None, seconds: 0.0 };
     for line in stdin().lock().lines() {
@@ -26,7 +26,7 @@ pub(crate) fn serve() -> Result<()> {
 
 struct Ours {
     viewer: Option<Viewer>,
-    /// The views' clock.
+    /// Time of the views' clock, seconds.
     seconds: f64,
 }
 
@@ -76,7 +76,8 @@ impl Ours {
     }
 }
 
-/// A configuration that shows a model alone, beside it; one that is one stays.
+/// Writes a configuration that shows a model alone, beside it; a path of a configuration is
+/// returned unchanged.
 fn configuration_of(path: &Path) -> Result<PathBuf> {
     if path.extension().is_some_and(|extension| extension == "json") {
         return Ok(path.to_owned());

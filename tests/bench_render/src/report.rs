@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use document::words::grouped;
+use document::number_format::grouped;
 use document::{Claim, Document, Verdict, machine};
 use serde::Serialize;
 use serde_json::json;
@@ -15,21 +15,21 @@ use crate::many::{BIRD, FILLING, MAX_ERROR_PX, Many, SOME_STATIONS, STATIONS};
 use crate::screen_error::{Followed, Likeness};
 use crate::start::{EMPTY_CACHE, F3D, FULL_CACHE, Start};
 
-/// How long our frames may take, of the best peer's, at equal triangles.
+/// Greatest ratio of Busbar's frame time to the best peer's at equal triangles.
 const MAX_FRAME_RATIO: f64 = 0.9;
-/// How many times the best peer's frame rate theta by error is to reach.
+/// Lowest ratio of the frame rate with theta from the screen error to that of the best peer.
 const MIN_SPEED_UP: f64 = 3.0;
 const MIN_SSIM: f64 = 0.98;
 const MAX_FLIP: f64 = 0.03;
-/// How long a start with a cache may take, of F3D's.
+/// Greatest ratio of a cached start to that of F3D.
 const MAX_CACHED_START: f64 = 0.5;
-/// How much more a hundred stations may take than one.
+/// Greatest ratio of a frame with a hundred stations to one with a single station.
 const MAX_MANY_FRAME: f64 = 1.5;
 const MAX_MANY_MEMORY: f64 = 1.2;
-/// Milliseconds of processor time that a frame of 10,000 instances may take.
+/// Greatest processor time of a frame of 10,000 instances, milliseconds.
 const MAX_CPU_MILLIS: f64 = 1.0;
 
-/// All that was measured.
+/// Results of all sections.
 #[derive(Debug, Default, Serialize)]
 pub(crate) struct Results {
     pub(crate) frames: Vec<Frames>,
@@ -38,7 +38,7 @@ pub(crate) struct Results {
     pub(crate) many: Vec<Many>,
 }
 
-/// Writes the report; its files.
+/// Writes the report; returns its files.
 pub(crate) fn write(results: &Results, folder: &Path) -> Result<Vec<PathBuf>> {
     let mut files = document::write(&document(results), folder)?.to_vec();
     let path = folder.join("report.json");
@@ -53,7 +53,7 @@ pub(crate) fn write(results: &Results, folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// The bars of this project.
+/// Judges the bars of this project.
 pub(crate) fn bars(results: &Results) -> Vec<Claim> {
     let mut bars = frame_bars(&results.frames);
     bars.extend(results.followed.iter().flat_map(followed_bars));
@@ -66,7 +66,7 @@ fn bar(claim: String, reached: bool, figure: String) -> Claim {
     Claim { claim, verdict: Verdict::of_bar(reached), figure }
 }
 
-/// Ours, and the fastest other, of each level.
+/// Judges Busbar's frames beside those of the fastest peer at each level.
 fn frame_bars(frames: &[Frames]) -> Vec<Claim> {
     let ours = frames.iter().filter(|frames| frames.who == OURS);
     let judged = ours.filter_map(|ours| {
@@ -194,7 +194,7 @@ fn document(results: &Results) -> Document {
         "The paper's substation, {} pixels, everyone on one core of the same software rasteriser and \
          without antialiasing, one directional light, in alternating rounds; a frame counts until \
          its picture is finished. Measured on {}.",
-        document::words::size(crate::drawer::SIZE),
+        document::number_format::size(crate::drawer::SIZE),
         machine(),
     ));
     document.heading("Bars");

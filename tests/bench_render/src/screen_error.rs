@@ -1,4 +1,4 @@
-//! Theta by the error on the screen, beside the best peer at full detail.
+//! Frame times with theta from the screen error, beside the best peer at full detail.
 
 use std::fs;
 use std::path::Path;
@@ -14,32 +14,32 @@ use crate::many::MAX_ERROR_PX;
 use crate::scenes::Scenes;
 
 const POSES: usize = 6;
-/// How many times farther the far path is than one that fills the picture.
+/// Distance ratio of the far path to one that fills the picture.
 const FARTHER: f32 = 4.0;
-/// What makes the levels.
+/// Optimizer of the levels of detail.
 const OPTIMIZER: &str = "quadric_collapse";
 
-/// What one path came to.
+/// Results of one camera path.
 #[derive(Debug, Serialize)]
 pub(crate) struct Followed {
     pub(crate) path: &'static str,
     pub(crate) triangles: u64,
     pub(crate) millis: Series,
     pub(crate) full_millis: Series,
-    /// The peer's, at full detail, and its name.
+    /// Name and frame times of the best peer at full detail.
     pub(crate) peer: Option<(&'static str, Series)>,
-    /// To full detail.
+    /// Similarity to the pictures in full detail.
     pub(crate) likeness: Likeness,
 }
 
-/// How pictures at levels of detail are beside those in full detail, each of the worst.
+/// Similarity of pictures at levels of detail to those in full detail: the worst of each measure.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(crate) struct Likeness {
     pub(crate) least_ssim: f64,
     pub(crate) greatest_flip: f64,
 }
 
-/// Measures both paths.
+/// Measures the near and the far path.
 pub(crate) fn measure(
     scenes: &Scenes,
     recipes: &[Recipe],
@@ -94,7 +94,7 @@ pub(crate) fn measure(
             }
         }
         let mut series =
-            drawers.into_iter().map(|(drawer, millis)| (drawer.name, Series::of(millis)));
+            drawers.into_iter().map(|(drawer, millis)| (drawer.name, Series::from_values(millis)));
         let mut own = || series.next().map_or_else(Series::default, |(_, series)| series);
         let (full_millis, millis) = (own(), own());
         let peer = series.min_by(|(_, a), (_, b)| a.p50.total_cmp(&b.p50));
@@ -104,7 +104,7 @@ pub(crate) fn measure(
 }
 
 impl Likeness {
-    /// Over the pictures of a path, which are kept by its name.
+    /// Compares the pictures of a path, which are kept by its name.
     pub(crate) fn of(
         [detail, followed]: [&mut Drawer; 2],
         cameras: &[Camera],
@@ -126,8 +126,8 @@ impl Likeness {
     }
 }
 
-/// Mean FLIP (P. Andersson et al., "FLIP: A Difference Evaluator for Alternating Images",
-/// HPG 2020) at the pixels a degree that it has by default.
+/// Computes the mean FLIP (P. Andersson et al., "FLIP: A Difference Evaluator for Alternating
+/// Images", HPG 2020) at its default pixels a degree.
 fn flip(reference: &image::RgbImage, test: &image::RgbImage) -> Result<f64> {
     let (width, height) = reference.dimensions();
     anyhow::ensure!(test.dimensions() == (width, height), "pictures of different sizes");

@@ -1,4 +1,4 @@
-//! From a process's start to its first picture, and the memory that it takes.
+//! Start-up time from a process's start to its first picture, and its memory.
 
 use std::fs;
 use std::path::Path;
@@ -14,30 +14,30 @@ use serde_json::json;
 use crate::camera::Camera;
 use crate::drawer::{SIZE, peak_bytes};
 
-/// How often memory is looked at.
+/// Sampling period of the memory measurement.
 const POLL: Duration = Duration::from_millis(2);
-/// The longest that anyone may take.
+/// Longest time of one start.
 const MAX_WAIT: Duration = Duration::from_secs(120);
-/// What makes the sequence that Busbar starts with.
+/// Optimizer of the sequence that Busbar starts with.
 const OPTIMIZER: &str = "weighted_collapse";
-/// Samples a pixel.
+/// Number of samples a pixel.
 const SAMPLES: u32 = 1;
 
-/// What starting took.
+/// Start-up time and memory of one renderer.
 #[derive(Debug, Serialize)]
 pub(crate) struct Start {
     pub(crate) who: &'static str,
     pub(crate) seconds: Series,
-    /// Of the process and those that it started, at most.
+    /// Greatest memory of the process and its children, bytes.
     pub(crate) peak_bytes: u64,
 }
 
-/// As the tables name them.
+/// Names in the tables.
 pub(crate) const EMPTY_CACHE: &str = "busbar, sequence built as well";
 pub(crate) const FULL_CACHE: &str = "busbar, sequence from the cache";
 pub(crate) const F3D: &str = "F3D";
 
-/// Starts all of them in alternating rounds; their pictures go to a folder.
+/// Starts all programs in alternating rounds; their pictures go to a folder.
 pub(crate) fn measure(
     glb: &Path,
     camera: Camera,
@@ -81,7 +81,7 @@ pub(crate) fn measure(
             series.push(seconds);
         }
     }
-    let summed = |(start, series)| Start { seconds: Series::of(series), ..start };
+    let summed = |(start, series)| Start { seconds: Series::from_values(series), ..start };
     Ok(all.into_iter().map(summed).collect())
 }
 
@@ -103,7 +103,7 @@ fn f3d(glb: &Path, camera: Camera, core: &str, picture: &Path) -> Command {
     command
 }
 
-/// Runs it to its end: seconds, and bytes at most.
+/// Runs a command to its end; returns its seconds and its peak memory, bytes.
 fn run(command: &mut Command) -> Result<(f64, u64)> {
     let started = Instant::now();
     let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn()?;
@@ -123,7 +123,7 @@ fn run(command: &mut Command) -> Result<(f64, u64)> {
     Ok((seconds, peak))
 }
 
-/// The most that a process and its children had so far; none that are gone.
+/// Returns the sum of the peak memories of a process and its living children, bytes.
 fn bytes_of_all(process: u32) -> u64 {
     let children = fs::read_to_string(format!("/proc/{process}/task/{process}/children"));
     let children = children.unwrap_or_default();

@@ -1,4 +1,4 @@
-//! The meshes stay what optimisers have been judged on.
+//! Fixed meshes: those that optimisers have been judged on do not change.
 
 use std::collections::HashMap;
 
@@ -7,7 +7,7 @@ use busbar_gltf_import::{ImportLimits, import_bytes};
 use busbar_scene::Model;
 use twox_hash::XxHash3_64;
 
-/// What a mesh was when it was fixed.
+/// Counts and checksum that a mesh had when it was fixed.
 #[derive(Debug, PartialEq, Eq)]
 struct Fixed {
     positions: usize,
@@ -37,7 +37,7 @@ fn check(model: &Model, fixed: &Fixed) {
     assert_eq!(&found, fixed, "the meshes that results rest on have changed");
 }
 
-/// Edges with one triangle.
+/// Counts the edges with exactly one triangle.
 fn border_edges(mesh: &Mesh) -> usize {
     let mut edges: HashMap<[u32; 2], u32> = HashMap::new();
     for [a, b, c] in mesh.topology().triangles {

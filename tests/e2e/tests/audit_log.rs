@@ -1,5 +1,5 @@
-//! The audit log of alarms by the command line: `busbar log verify` of a whole log and of one
-//! from which lines were removed, reordered and lost, and `busbar check` of a damaged one.
+//! Audit log of alarms by the command line: `busbar log verify` of a whole log and of one from
+//! which lines were removed, reordered and lost, and `busbar check` of a damaged one.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
@@ -15,7 +15,7 @@ const SIZE: [u32; 2] = [64, 48];
 const EXIT_INPUT: i32 = 1;
 const STATES: [AlarmState; 4] = [AlarmState::B, AlarmState::C, AlarmState::D, AlarmState::A];
 
-/// A configuration whose alarms were logged, with a key and an anchor outside the log.
+/// Configuration whose alarms were logged, with a key and an anchor outside the log.
 struct Logged {
     scene: Scene,
     /// Folder of key and anchor.
@@ -42,7 +42,7 @@ impl Logged {
         logged
     }
 
-    /// Lets an alarm of a host program change its state twelve times.
+    /// Changes the state of a host program's alarm twelve times.
     fn write_records(&self) {
         let scene = LoadedScene::load(&self.scene.write(), &|_, _, _| {}).expect("it loads");
         let options = RendererOptions { samples: 1, ..Default::default() };
@@ -60,7 +60,7 @@ impl Logged {
         self.scene.path("log")
     }
 
-    /// Lines of the log's newest file; the first is its header.
+    /// Returns the lines of the log's newest file; the first is its header.
     fn lines(&self) -> Vec<String> {
         let text = fs::read_to_string(self.log().join("alarms.jsonl")).expect("there is a log");
         text.lines().map(str::to_owned).collect()
@@ -90,7 +90,7 @@ impl Logged {
     }
 }
 
-/// Files of a folder with their contents.
+/// Returns the files of a folder with their contents.
 fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     let entries = fs::read_dir(folder).expect("it is there");
     let mut files: Vec<_> = entries

@@ -1,5 +1,5 @@
-//! Switches of a real server make equipment live, dead, earthed and unknown in the
-//! picture, which is read as an operator reads it.
+//! Energisation by switches of a real server: live, dead, earthed and unknown equipment, judged by
+//! the picture.
 
 use std::time::{Duration, Instant};
 
@@ -16,12 +16,13 @@ const TRANSFORMER: &str = "=S12D1T1-TA1";
 const OPEN: [u16; 2] = [1, 0];
 const CLOSED: [u16; 2] = [0, 1];
 const TRAVELLING: [u16; 2] = [0, 0];
-/// Within which a change is in the picture.
+/// Longest time until a change is in the picture.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// Levels by which a mean of a colour is seen to change.
+/// Least visible change in a mean of a colour, of 255.
 const SEEN: f64 = 6.0;
 
-/// One phase of a line that feeds a transformer through a disconnector and a breaker.
+/// Returns a scene of one phase of a line that feeds a transformer through a disconnector and a
+/// breaker.
 fn scene(port: u16) -> Scene {
     let mut scene = Scene::demo(port);
     let position = |register: u32| {
@@ -64,7 +65,7 @@ struct View {
     start: Instant,
 }
 
-/// Mean red, green and blue of a shape, and by how much its grey varies.
+/// Mean red, green and blue of a shape, and the spread of its grey.
 #[derive(Clone, Copy, Debug)]
 struct Look {
     mean: [f64; 3],
@@ -77,7 +78,7 @@ impl Look {
         mean || (self.spread - other.spread).abs() > SEEN
     }
 
-    /// How much bluer than red it is.
+    /// Returns the excess of blue over red.
     fn blue(&self) -> f64 {
         self.mean[2] - self.mean[0]
     }
@@ -112,7 +113,7 @@ impl View {
         self.viewer.read_picture().expect("the picture is there")
     }
 
-    /// Disconnector, breaker and transformer.
+    /// Measures the colours of disconnector, breaker and transformer.
     fn looks(&mut self) -> [Look; 3] {
         let picture = self.draw();
         let look = |shape: &Vec<usize>| {
@@ -127,7 +128,7 @@ impl View {
         [0, 1, 2].map(|at| look(&self.shapes[at]))
     }
 
-    /// Draws until something holds.
+    /// Draws until a condition holds.
     fn until(&mut self, what: &str, holds: impl Fn(&[Look; 3]) -> bool) -> [Look; 3] {
         let start = Instant::now();
         loop {

@@ -1,5 +1,5 @@
-//! Whatever an operator can be shown of equipment is told apart without colour: all pairs
-//! of states, drawn by the renderer and looked at in grey.
+//! Distinction of states without colour: all pairs of states of equipment, drawn by the renderer
+//! and compared in grey.
 
 use std::sync::Arc;
 
@@ -17,23 +17,23 @@ use serde_json::Value;
 use substation::Station;
 
 const SIZE: [u32; 2] = [128, 96];
-/// Levels of grey, of 255, by which a pixel is seen to differ beside its neighbour.
+/// Least visible difference of grey between neighbouring pixels, of 255.
 const VISIBLE: f32 = 14.0;
-/// The share of a surface, or of the line around it, that differs where two states do.
+/// Least share of a surface, or of the line around it, that differs between two states.
 const MIN_SHARE: f32 = 0.15;
-/// Pixels on both sides of a border that belong to it.
+/// Number of pixels on both sides of a border that belong to it.
 const BORDER: usize = 3;
 /// Linear grey of bodies: paint and zinc, and brown porcelain.
 const BODIES: [f32; 2] = [0.55, 0.06];
-/// What the chart of gas analyses marks equipment with (`ChartState`) where it is abnormal.
+/// Marks of the gas analysis chart on abnormal equipment (`ChartState`).
 const GAS_STATES: [(&str, [u8; 3], Pattern); 3] = [
     ("gas: watch", [176, 128, 0], Pattern::Dotted),
     ("gas: overheating", [214, 84, 16], Pattern::Striped),
     ("gas: discharges", [178, 16, 36], Pattern::Crossed),
 ];
 
-/// States that say the same of different things: how bad it is, or that nobody knows. The
-/// words beside them say of what.
+/// States of equal meaning for different conditions: their severity, or that it is unknown. The
+/// words beside them name the condition.
 const SAME: [&[&str]; 4] = [
     &["warning", "attention", "general defect", "gas: watch"],
     &["SF6 low", "serious defect", "gas: overheating"],
@@ -47,7 +47,7 @@ struct Look {
     outline: Option<OutlineKind>,
 }
 
-/// The legends of all overlays of the station, from their plugins as they are built.
+/// Returns the legends of all overlays of the station, from their plugins as they are built.
 fn legends() -> Vec<(String, Highlight)> {
     let station = Station::generate(1).expect("it is sound");
     let configuration = station.live_configuration(|switch| switch.closed);
@@ -73,7 +73,7 @@ fn legends() -> Vec<(String, Highlight)> {
     names.iter().flat_map(legend).collect()
 }
 
-/// All tints that there are, those that mean the same under several names once.
+/// Lists all tints; those of equal meaning under several names appear once.
 fn tints() -> Vec<(String, Highlight)> {
     let own = highlight_styles::ALL.iter().map(|&(name, tint)| (name.to_owned(), tint));
     let gas = GAS_STATES.map(|(name, color, pattern)| {
@@ -89,7 +89,7 @@ fn tints() -> Vec<(String, Highlight)> {
     tints
 }
 
-/// Each tint without an outline, under the pointer, and selected.
+/// Lists each tint without an outline, under the pointer, and selected.
 fn all_looks() -> Vec<Look> {
     let outlines = [None, Some(OutlineKind::Hovered), Some(OutlineKind::Selected)];
     let with_outlines = |(name, highlight): (String, Highlight)| {
@@ -152,14 +152,14 @@ fn picture(renderer: &mut Renderer, model: ModelHandle, look: Option<&Look>) -> 
     renderer.read_picture().expect("it was drawn")
 }
 
-/// Luma (ITU-R BT.709) of each pixel.
+/// Computes the luma (ITU-R BT.709) of each pixel.
 fn grey(picture: &Picture) -> Vec<f32> {
     let luma =
         |p: &[u8]| 0.2126 * f32::from(p[0]) + 0.7152 * f32::from(p[1]) + 0.0722 * f32::from(p[2]);
     picture.rgba8.chunks_exact(4).map(luma).collect()
 }
 
-/// The pixels well within the square, and those about its border.
+/// Returns the pixels well within the square, and those about its border.
 fn regions(bare: &[f32], empty: &[f32]) -> [Vec<usize>; 2] {
     let [width, height] = SIZE.map(|side| side as usize);
     let is_shape = |x: usize, y: usize| (bare[y * width + x] - empty[y * width + x]).abs() > 1.0;

@@ -1,18 +1,18 @@
-//! An optimiser in a process of its own: the same results, and it can be stopped.
+//! Optimisers in a process of their own: the same results, and cancellation.
 
 use std::time::{Duration, Instant};
 
 use busbar_geometry::{Mesh, Section, Wedges};
-use busbar_plugin_host::{LoadRules, Optimised, PluginError};
+use busbar_plugin_host::{LoadRules, OptimizedMesh, PluginError};
 use busbar_plugin_process::{Isolation, Optimizer, PluginCatalog, PluginOptions};
 use e2e::Scene;
 use glam::{Vec2, Vec3};
 use serde_json::json;
 
-/// Far less than optimising the large grid takes.
+/// Longest time of a cancellation, far below the optimisation of the large grid.
 const MAX_TO_CANCEL: Duration = Duration::from_secs(5);
 
-/// A bumpy sheet of `side` by `side` positions.
+/// Builds a bumpy sheet of `side` by `side` positions.
 fn sheet(side: u32) -> Mesh {
     let at = |x: u32, y: u32| {
         let [fx, fy] = [x, y].map(|c| c as f32 * 0.1);
@@ -47,7 +47,7 @@ fn optimizer(scene: &Scene, plugin: &str, isolation: Isolation) -> Optimizer {
     let catalog = PluginCatalog::discover(&[scene.path("plugins")], &rules, isolation);
     let options = PluginOptions { isolation, ..PluginOptions::default() };
     let plugin = catalog.create("optimizer", plugin, &json!({}), &options).expect("it is there");
-    Optimizer::of(&plugin).expect("it optimises")
+    Optimizer::from_plugin(&plugin).expect("it optimises")
 }
 
 #[test]
@@ -56,7 +56,7 @@ fn results_are_the_same_either_way() {
     for plugin in ["quadric_collapse", "weighted_collapse"] {
         let [apart, here] = [Isolation::Process, Isolation::None].map(|isolation| {
             let optimised = optimizer(&scene, plugin, isolation).optimize(&mesh, |_| true);
-            let Optimised { sequence, stages } = optimised.expect("it can be done");
+            let OptimizedMesh { sequence, stages } = optimised.expect("it can be done");
             (sequence, stages.into_iter().map(|(name, _)| name).collect::<Vec<_>>())
         });
         assert!(apart.0.len() > 1000, "{} collapses", apart.0.len());

@@ -1,5 +1,5 @@
-//! The web page behind a line whose delay grows, judged from the page's record and its pixels:
-//! however steadily messages arrive, nothing older than a second passes for live.
+//! Web page behind a line whose delay grows, judged from the page's record and its pixels: however
+//! steadily messages arrive, nothing older than a second passes for live.
 
 mod web_browser;
 
@@ -15,9 +15,10 @@ use web_browser::*;
 
 /// Longest time after a fault in which the picture passes for live, milliseconds.
 const MAX_OLD: u64 = 1000;
-/// How long a page is watched after a fault.
+/// Observation time of a page after a fault.
 const WATCHED: Duration = Duration::from_secs(6);
-/// Growth at which a beat each 250 ms arrives twice a second, older and older, seconds a second.
+/// Growth of the delay, seconds a second, at which beats each 250 ms arrive twice a second, older
+/// and older.
 const GROWTH: f64 = 0.95;
 
 fn growing(growth: f64) -> Delay {
@@ -29,7 +30,7 @@ fn address_of(url: &str) -> SocketAddr {
     address.parse().expect("an address")
 }
 
-/// Whom a fault befalls.
+/// Process that a fault strikes.
 #[derive(Clone, Copy, Debug)]
 enum Victim {
     Viewer,
@@ -46,8 +47,8 @@ fn strike(server: &Process, victim: Victim, signal: Signal) {
     }
 }
 
-/// Longest time in which a page passes for live after a fault, milliseconds: by its own record,
-/// and by pixels, of which the second is the last screenshot that was begun.
+/// Measures the longest time in which a page passes for live after a fault, milliseconds: by its
+/// own record, and by pixels. The latter is that of the last screenshot begun.
 fn longest_old(
     browser: &mut Browser,
     struck: u64,

@@ -1,5 +1,5 @@
-//! The watcher of the program's own window, judged from the pixels of its screen: a viewer that
-//! hangs is hatched within a second, and the watcher ends with the viewer.
+//! Watchdog of the program's own window, judged from the pixels of its screen: a hung viewer is
+//! hatched within a second, and the watcher ends with it.
 
 use std::path::Path;
 use std::thread::sleep;
@@ -17,18 +17,18 @@ use x11rb::rust_connection::RustConnection;
 const SCREEN: [u32; 2] = [800, 500];
 /// Longest time in which an old picture passes for live.
 const MAX_OLD: Duration = Duration::from_millis(1000);
-/// From a picture that is new again until it is seen.
+/// Longest time from a new picture until the screen shows it.
 const MAX_BACK: Duration = Duration::from_secs(10);
-/// From the end of a viewer until its watcher has ended.
+/// Longest time from the end of a viewer to the end of its watcher.
 const MAX_END: Duration = Duration::from_secs(5);
-/// Times that a viewer is stopped.
+/// Number of stops of a viewer.
 const STOPS: u32 = 10;
-/// Difference of two channels of a pixel that has colour.
+/// Least difference of two channels of a coloured pixel.
 const MIN_COLOR: u8 = 12;
-/// A picture in which one pixel in so many has colour is none of the cover.
+/// Interval of pixels: a picture with one coloured pixel in so many is not the cover.
 const MIN_COLORED: usize = 200;
 
-/// A view on a display in memory, full-screen.
+/// View on a display in memory, full-screen, with its watcher.
 struct Watched {
     process: Process,
     display: Display,
@@ -59,7 +59,7 @@ impl Watched {
         wait_for("a live picture", MAX_BACK, || self.screen.passes_for_live().then_some(()));
     }
 
-    /// Stops the viewer; the time until its picture passes for live no more.
+    /// Stops the viewer; returns the time until its picture no longer passes for live.
     fn time_to_cover(&self) -> Duration {
         self.process.signal(Signal::STOP);
         let struck = Instant::now();
@@ -75,7 +75,7 @@ impl Watched {
     }
 }
 
-/// The pixels of a display's screen.
+/// Connection that reads the pixels of a display's screen.
 struct Screen {
     connection: RustConnection,
     root: u32,
@@ -117,7 +117,7 @@ impl Screen {
     }
 }
 
-/// The processes that a viewer has as children and whose command is the watcher's.
+/// Lists the child processes of a viewer that run the watcher's command.
 fn watchers_of(viewer: u32) -> Vec<u32> {
     let listed = std::fs::read_dir("/proc").expect("there are processes").flatten();
     let ids = listed.filter_map(|entry| entry.file_name().to_str()?.parse::<u32>().ok());

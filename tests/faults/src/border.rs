@@ -1,6 +1,5 @@
-//! What the border between processes costs: the round trip of a call, samples a
-//! second, how long a killed plugin is away, and frames beside a plugin that keeps
-//! dying.
+//! Costs of the process boundary: round trip of a call, samples a second, restart time of a killed
+//! plugin, and frame times beside a plugin that keeps dying.
 
 use std::time::{Duration, Instant, SystemTime};
 
@@ -13,21 +12,21 @@ use busbar_plugin_process::{
 use busbar_tags::{Sample, TagHandle, ValueKind};
 use busbar_viewer::{LoadedScene, RendererOptions, Viewer};
 use document::Series;
-use e2e::trouble::Trouble;
+use e2e::faulty_plugins::FaultyPluginScene;
 use rustix::process::{Pid, Signal, kill_process};
 use serde::Serialize;
 use serde_json::json;
 
-/// Tags that samples are for, and bindings of the overlay.
+/// Number of tags of the samples, and of bindings of the overlay.
 const TAGS: u32 = 14;
 const CALLS: usize = 5_000;
 const FLOOD: Duration = Duration::from_secs(3);
-/// How often samples are taken, as frames do.
+/// Time between two reads of samples, as of frames.
 const FRAME: Duration = Duration::from_millis(16);
-/// How long frames are timed beside a storm.
+/// Duration of the frame-time measurement beside a storm.
 const STORM: Duration = Duration::from_secs(10);
 const STORM_PICTURE: [u32; 2] = [320, 180];
-/// The longest that a plugin is waited for.
+/// Longest wait for a plugin.
 const MAX_WAIT: Duration = Duration::from_secs(30);
 
 /// Costs of one mode.
@@ -39,20 +38,20 @@ pub(crate) struct Mode {
     pub(crate) samples_per_second: f64,
 }
 
-/// What was measured without other load.
+/// Costs of the process boundary, measured without other load.
 #[derive(Debug, Serialize)]
 pub(crate) struct Border {
     pub(crate) modes: Vec<Mode>,
-    /// From SIGKILL to the first good sample, back-off and quarantine off.
+    /// Milliseconds from SIGKILL to the first good sample, without back-off and quarantine.
     pub(crate) away_millis: Series,
-    /// Between frames while one plugin dies again and again.
+    /// Milliseconds between frames while one plugin dies again and again.
     pub(crate) storm_gap_millis: Series,
     pub(crate) storm_deaths: u64,
 }
 
-/// Measures all of it, with so many kills.
+/// Measures all costs, with a number of kills.
 pub(crate) fn measure(kills: usize) -> Result<Border> {
-    let trouble = Trouble::with("trouble.steady");
+    let trouble = FaultyPluginScene::with("trouble.steady");
     let mut modes = Vec::new();
     let mut away_millis = Series::default();
     for (isolation, name) in [(Isolation::None, "none"), (Isolation::Process, "process")] {
@@ -99,7 +98,7 @@ fn round_trips(plugin: &Plugin) -> Result<Series> {
         millis.push(start.elapsed().as_secs_f64() * 1e3);
         ensure!(picture.lines.len() == TAGS as usize, "{} lines", picture.lines.len());
     }
-    Ok(Series::of(millis))
+    Ok(Series::from_values(millis))
 }
 
 fn tags() -> Vec<TelemetryTag> {
@@ -113,7 +112,7 @@ fn tags() -> Vec<TelemetryTag> {
     (0..TAGS).map(tag).collect()
 }
 
-/// Checked samples that reach the host.
+/// Measures the checked samples a second that reach the host.
 fn samples_per_second(plugin: &Plugin) -> Result<f64> {
     let telemetry = RunningTelemetry::start(plugin, &tags(), SourcePolicy::default())?;
     let (start, mut count) = (Instant::now(), 0_u64);
@@ -136,11 +135,11 @@ fn kill_times(plugin: &Plugin, kills: usize) -> Result<Series> {
         wait_for_sample(&telemetry, true)?;
         millis.push(start.elapsed().as_secs_f64() * 1e3);
     }
-    Ok(Series::of(millis))
+    Ok(Series::from_values(millis))
 }
 
-/// Waits for a sample that is good, or for one that is not. What follows it in the same
-/// batch is passed over, so that times are rather too long than too short.
+/// Waits for a sample of the given quality. Later samples of the same batch are skipped, so that
+/// times are rather too long than too short.
 fn wait_for_sample(telemetry: &RunningTelemetry, good: bool) -> Result<()> {
     let (start, mut came) = (Instant::now(), false);
     loop {
@@ -153,10 +152,10 @@ fn wait_for_sample(telemetry: &RunningTelemetry, good: bool) -> Result<()> {
     }
 }
 
-/// Milliseconds between frames beside a plugin that dies of a segmentation fault over
-/// and over, and how often it did.
+/// Measures milliseconds between frames beside a plugin that dies of a segmentation fault over and
+/// over; returns the number of deaths too.
 fn storm_gaps() -> Result<(Series, u64)> {
-    let mut trouble = Trouble::with("trouble.segfault");
+    let mut trouble = FaultyPluginScene::with("trouble.segfault");
     trouble.config["supervision"] = json!({ "restart_millis": 0, "max_deaths": 0 });
     let scene = LoadedScene::load(&trouble.write(), &|_, _, _| ())?;
     let options = RendererOptions { samples: 1, ..Default::default() };
@@ -173,5 +172,5 @@ fn storm_gaps() -> Result<(Series, u64)> {
         std::thread::sleep(FRAME.saturating_sub(last.map_or(FRAME, |last| last.elapsed())));
     }
     let deaths = viewer.stats().plugins.iter().map(|plugin| plugin.deaths).sum();
-    Ok((Series::of(millis), deaths))
+    Ok((Series::from_values(millis), deaths))
 }

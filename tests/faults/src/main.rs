@@ -22,23 +22,23 @@ use crate::process::{descriptors, resident_bytes, threads};
 use crate::results::{Results, Usage};
 use crate::site::Site;
 
-/// The most injections.
+/// Greatest accepted number of injections.
 const MAX_INJECTIONS: u64 = 10_000_000;
 
 /// Injects faults into plugins beside a live view.
 #[derive(Parser)]
 struct Arguments {
-    /// The library of fault_injector.
+    /// Path of the fault injector's library.
     #[arg(long)]
     library: PathBuf,
     /// Folder for the report; made if it does not exist.
     #[arg(long)]
     out: PathBuf,
-    /// Injections at least; a round has every one once.
+    /// Least number of injections; a round has every fault once.
     #[arg(long, default_value_t = 10_000)]
     #[arg(value_parser = clap::value_parser!(u64).range(1..=MAX_INJECTIONS))]
     injections: u64,
-    /// Kills of the measurement without other load.
+    /// Number of kills in the measurement without other load.
     #[arg(long, default_value_t = 500)]
     #[arg(value_parser = clap::value_parser!(u64).range(1..=MAX_INJECTIONS))]
     kills: u64,

@@ -1,4 +1,5 @@
-//! One life of a scene, from its loading to its end, with every fault in it once.
+//! Round of fault injection: one life of a scene, from its loading to its end, with every fault in
+//! it once.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -14,16 +15,16 @@ use crate::process::children;
 use crate::site::{HEALTHY, Site, TAGS, tag_of};
 use crate::subject::{Seen, Subject};
 
-/// Frames come this often where the machine keeps up.
+/// Period of frames where the machine keeps up.
 const FRAME_PERIOD: Duration = Duration::from_millis(10);
 const PICTURE: [u32; 2] = [64, 64];
-/// From the loaded scene until every plugin has correct data.
+/// Longest time from the loaded scene until every plugin has correct data.
 const MAX_TO_READY: Duration = Duration::from_secs(30);
-/// The longest that closing takes: plugins that hang have 2.5 s each, side by side,
-/// and then are killed.
+/// Longest time that closing takes: plugins that hang have 2.5 s each, side by side, and then are
+/// killed.
 const MAX_TO_CLOSE: Duration = Duration::from_secs(15);
 
-/// What a round gave.
+/// Results of one round.
 #[derive(Default)]
 pub(crate) struct Round {
     pub(crate) records: Vec<Record>,
@@ -44,7 +45,7 @@ pub(crate) fn run(site: &Site, number: usize) -> Result<Round> {
     Ok(round)
 }
 
-/// Deals every fault to a plugin, another one each round.
+/// Assigns every fault to a plugin, to another one in each round.
 fn deal(site: &Site, number: usize) -> Result<Vec<Subject>> {
     let mut subjects: Vec<_> = site.plugins.iter().cloned().map(Subject::new).collect();
     let mut dealt: BTreeMap<(usize, bool), usize> = BTreeMap::new();
@@ -136,14 +137,14 @@ impl Round {
     }
 }
 
-/// A view without a window that behaves like one in a window.
+/// View without a window that waits between frames like one in a window.
 struct View {
     viewer: Viewer,
     last_frame: Option<Instant>,
 }
 
 impl View {
-    /// Draws a frame; plugins before it, tags after it, and when it was done.
+    /// Draws a frame; returns the plugins before it, the tags after it, and its end.
     fn frame(&mut self) -> Result<(Stats, Stats, Instant)> {
         if let Some(last) = self.last_frame {
             std::thread::sleep(FRAME_PERIOD.saturating_sub(last.elapsed()));
@@ -211,7 +212,7 @@ impl View {
     }
 }
 
-/// Whether a frame has a plugin's correct data.
+/// Reports whether a frame shows a plugin's correct data.
 fn is_good(stats: &Stats, name: &str, role: Role) -> Result<bool> {
     Ok(match role {
         Role::Telemetry => (0..TAGS).all(|index| {

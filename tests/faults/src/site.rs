@@ -1,4 +1,4 @@
-//! The scene that faults are injected into, and its plugins' libraries.
+//! Scene that faults are injected into, and its plugins' libraries.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,30 +11,30 @@ use tempfile::TempDir;
 
 use crate::injection::Role;
 
-/// Plugins of each role: enough for the faults that strike only once in a scene's life.
+/// Number of plugins in each role: enough for the faults that strike only once in a scene's life.
 const COUNTS: [(Role, usize); 3] =
     [(Role::Telemetry, 16), (Role::Overlay, 12), (Role::Optimizer, 20)];
-/// The plugin beside them that must not notice.
+/// Name of the healthy plugin, which must not be affected.
 pub(crate) const HEALTHY: &str = "healthy";
 /// Tags of each telemetry plugin.
 pub(crate) const TAGS: usize = 2;
-/// How long values of a faulty plugin stay fresh.
+/// Freshness limit of a faulty plugin's values, milliseconds.
 pub(crate) const FRESHNESS_MILLIS: u64 = 400;
-/// And those of the healthy one: longer than a loaded machine holds it up.
+/// Freshness limit of the healthy plugin, milliseconds: longer than delays of a loaded machine.
 const HEALTHY_FRESHNESS_MILLIS: u64 = 2000;
-/// Deadline of a call, so that a hang does not take long.
+/// Deadline of a call, milliseconds; a hang takes no longer.
 const CALL_MILLIS: u64 = 1000;
-/// Quads along a side of the models.
+/// Number of quads along a side of the models.
 const SIDE: usize = 4;
 
-/// A folder with a configuration, a model, and a copy of the library a plugin.
+/// Scene folder with a configuration, a model, and a copy of the library for each plugin.
 pub(crate) struct Site {
     folder: TempDir,
-    /// Faulty plugins.
+    /// Installed copies of the faulty plugin.
     pub(crate) plugins: Vec<Installed>,
 }
 
-/// A copy of the library.
+/// Installed copy of the library.
 #[derive(Clone, Debug)]
 pub(crate) struct Installed {
     pub(crate) name: String,
@@ -43,7 +43,7 @@ pub(crate) struct Installed {
 }
 
 impl Site {
-    /// Makes the folder.
+    /// Creates the folder with copies of the library.
     pub(crate) fn new(library: &Path) -> Result<Self> {
         let folder = tempfile::tempdir().context("cannot make a temporary folder")?;
         let plugin_folder = folder.path().join("plugins");
@@ -69,7 +69,7 @@ impl Site {
         Ok(site)
     }
 
-    /// The configuration's file.
+    /// Returns the path of the configuration file.
     pub(crate) fn config(&self) -> PathBuf {
         self.folder.path().join("scene.json")
     }
@@ -121,13 +121,13 @@ impl Site {
     }
 }
 
-/// A plugin's tag.
+/// Returns the id of a plugin's tag by its index.
 pub(crate) fn tag_of(plugin: &str, index: usize) -> String {
     format!("{plugin}.{index}")
 }
 
 impl Installed {
-    /// Lays a fault ready for its process, in place of what was left.
+    /// Arms a fault for the plugin's next process, in place of an older one.
     pub(crate) fn arm(&self, fault: Fault) -> Result<()> {
         self.disarm()?;
         let fuse = armed_fault_path(&self.library);
@@ -137,12 +137,12 @@ impl Installed {
         fs::rename(&draft, &fuse).context("cannot lay a fault ready")
     }
 
-    /// When the fault struck, nanoseconds since 1970.
+    /// Returns the instant of the fault's strike, nanoseconds since 1970.
     pub(crate) fn struck(&self) -> Option<u128> {
         fs::read_to_string(fault_time_path(&self.library)).ok()?.parse().ok()
     }
 
-    /// Takes away what was laid ready, and its trace.
+    /// Disarms the fault, and removes its trace.
     pub(crate) fn disarm(&self) -> Result<()> {
         for path in [armed_fault_path(&self.library), fault_time_path(&self.library)] {
             match fs::remove_file(&path) {
@@ -156,7 +156,7 @@ impl Installed {
     }
 }
 
-/// A flat sheet of triangles.
+/// Builds a flat sheet of triangles.
 fn sheet() -> WeldedMesh {
     let index = |x: usize, y: usize| y * (SIDE + 1) + x;
     let mut mesh = WeldedMesh::default();

@@ -1,29 +1,29 @@
-//! Whatever a plugin's process writes into its socket, its ring and the room for its
-//! collapses: samples are of the plugin's own tags and not from the future, pictures name
-//! what is bound, words are short and printable, and collapses are a forest.
+//! Fuzzing of the plugin's process boundary: socket, sample ring and shared collapse list. Samples
+//! are of the plugin's own tags and not from the future, pictures name bound nodes, texts are short
+//! and printable, and collapses are a forest.
 
 use std::time::Duration;
 
 use busbar_geometry::Mesh;
 use busbar_plugin_host::{MAX_LINK_MESSAGE_BYTES, OverlayBinding, TelemetryTag};
-use busbar_plugin_process::probe::{Heard, HostSide, read_collapses};
+use busbar_plugin_process::probe::{DecodedMessage, HostSide, read_collapses};
 use busbar_tags::{Moment, Sample, TagHandle, ValueKind};
 use glam::Vec3;
 
-/// Tags and nodes of the plugin: odd ones.
+/// Tags of the plugin, with odd numbers; nodes follow.
 const TAGS: [u32; 3] = [1, 3, 5];
 const NODES: [u32; 2] = [7, 9];
-/// Bytes of a message for people that are far more than any has.
+/// Size far above that of any text message, bytes.
 const MANY_BYTES: usize = 1 << 21;
-/// Where the counters of a ring are; samples come after the last, in order.
+/// Byte offsets of the counters of a ring; samples come after the last, in order.
 const RING_COUNTERS: [u64; 4] = [0, 64, 128, 192];
 const RING_HEADER_BYTES: u64 = 256;
 const RING_SAMPLES: u64 = 1 << 18;
 const SAMPLE_BYTES: usize = 32;
 const POSITIONS: usize = 16;
 
-/// The first byte says what the rest is: bytes of the socket, in pieces, words of the
-/// ring, or collapses.
+/// Runs one input. Its first byte selects the form of the rest: bytes of the socket, in pieces,
+/// words of the ring, or collapses.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Some((&kind, rest)) = bytes.split_first() else { return false };
     match kind & 3 {
@@ -37,11 +37,11 @@ fn are_messages(bytes: &[u8], piece: usize) -> bool {
     let mut host = host_side();
     let mut count = 0;
     for piece in bytes.chunks(piece) {
-        let heed = |heard| {
+        let handle = |heard| {
             count += 1;
             check_message(heard);
         };
-        if let Err(fault) = host.receive(piece, heed) {
+        if let Err(fault) = host.receive(piece, handle) {
             assert!(!fault.contains("another one"), "{fault}");
             return false;
         }
@@ -52,27 +52,27 @@ fn are_messages(bytes: &[u8], piece: usize) -> bool {
     count > 0
 }
 
-fn check_message(heard: Heard) {
+fn check_message(heard: DecodedMessage) {
     match heard {
-        Heard::Picture(picture) => {
+        DecodedMessage::Picture(picture) => {
             let lines = picture.lines.iter().map(|line| (line.node, line.tag));
             for (node, TagHandle(tag)) in lines.chain(picture.tints.iter().map(|t| (t.node, t.tag)))
             {
                 assert!(NODES.contains(&node) && TAGS.contains(&tag), "{picture:?}");
             }
         }
-        Heard::Failed(error) => {
+        DecodedMessage::Failed(error) => {
             let words = error.to_string();
             assert!(words.len() <= MANY_BYTES);
             assert!(!words.chars().any(|c| c.is_control() && c != '\n'), "{words:?}");
         }
-        Heard::Broken(rule) => assert!(!rule.is_empty()),
-        Heard::Optimized(_) | Heard::Other => {}
+        DecodedMessage::Broken(rule) => assert!(!rule.is_empty()),
+        DecodedMessage::Optimized(_) | DecodedMessage::Other => {}
     }
 }
 
-/// Eight bytes each of the numbers written, read, rejected and dropped, then the samples
-/// before the number written.
+/// Checks a ring: eight bytes each of the numbers written, read, rejected and dropped, then the
+/// samples before the number written.
 fn are_samples(bytes: &[u8]) -> bool {
     let Some((header, samples)) = bytes.split_first_chunk::<32>() else { return false };
     let mut header = *header;

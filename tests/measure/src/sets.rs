@@ -1,4 +1,4 @@
-//! Disjoint sets.
+//! Disjoint sets (union-find) with path halving.
 
 /// Disjoint sets with path halving.
 pub struct Sets {
@@ -6,12 +6,12 @@ pub struct Sets {
 }
 
 impl Sets {
-    /// So many sets of one.
+    /// Creates `count` sets of one member.
     pub fn new(count: usize) -> Self {
         Self { parent: (0..count as u32).collect() }
     }
 
-    /// The least member of a set.
+    /// Returns the representative of a set, its least member.
     pub fn root(&mut self, mut x: u32) -> u32 {
         while self.parent[x as usize] != x {
             self.parent[x as usize] = self.parent[self.parent[x as usize] as usize];
@@ -20,7 +20,7 @@ impl Sets {
         x
     }
 
-    /// Makes two sets one; whether they were two.
+    /// Joins two sets; reports whether they were disjoint.
     pub fn join(&mut self, a: u32, b: u32) -> bool {
         let (a, b) = (self.root(a), self.root(b));
         self.parent[a.max(b) as usize] = a.min(b);

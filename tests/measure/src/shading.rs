@@ -1,14 +1,14 @@
-//! Normals from points and triangles alone.
+//! Vertex normals from points and triangles alone.
 
 use busbar_geometry::Topology;
 use glam::Vec3;
 
-/// Faces that meet at less are shaded smoothly in pictures, in those of originals
-/// and of levels alike.
+/// Greatest angle between faces that are shaded smoothly in pictures, in those of originals and of
+/// levels alike, degrees.
 pub const CREASE_DEGREES: f32 = 40.0;
 
-/// The normal of each triangle's corners: that of the faces around the vertex,
-/// weighted by area, that differ from the triangle by less than an angle.
+/// Computes the normal of each triangle's corners: the area-weighted sum of the faces around the
+/// vertex that differ from the triangle by less than an angle.
 pub fn creased_normals(mesh: &Topology, crease_degrees: f32) -> Vec<[Vec3; 3]> {
     let area_vector = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
@@ -29,7 +29,7 @@ pub fn creased_normals(mesh: &Topology, crease_degrees: f32) -> Vec<[Vec3; 3]> {
     mesh.triangles.iter().enumerate().map(normal).collect()
 }
 
-/// The triangles around each vertex.
+/// Triangles around each vertex.
 struct Around {
     starts: Vec<u32>,
     faces: Vec<u32>,

@@ -1,16 +1,16 @@
-//! The nearest place on a surface, by a tree of boxes.
+//! Bounding volume hierarchy for the nearest point on a surface.
 
 use busbar_geometry::Topology;
 use glam::DVec3;
 
-/// Triangles in a leaf at most.
+/// Greatest number of triangles in a leaf.
 const LEAF: usize = 4;
 
-/// A place on a surface.
+/// Closest point on a surface.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Place {
     pub(crate) distance: f64,
-    /// Of the triangle there; zero for one without area.
+    /// Normal of the closest triangle; zero for one without area.
     pub(crate) normal: DVec3,
 }
 
@@ -19,11 +19,11 @@ struct Node {
     max: DVec3,
     /// First triangle of a leaf, or right child.
     start: usize,
-    /// Triangles of a leaf, or 0.
+    /// Number of triangles of a leaf, or 0.
     count: usize,
 }
 
-/// A surface that can be asked.
+/// Bounding volume hierarchy of a surface's triangles.
 pub(crate) struct Tree {
     nodes: Vec<Node>,
     triangles: Vec<[DVec3; 3]>,
@@ -58,9 +58,9 @@ impl Tree {
         self.split(start + middle, end);
     }
 
-    /// The place nearest to a point. Of places nearer to one another than
-    /// `tolerance`, as on both sides of what has flattened, the one whose
-    /// normal is nearest to `normal`.
+    /// Returns the point of the surface nearest to a point. Among places within `tolerance` of one
+    /// another, as on both sides of a flattened part, the one whose normal is nearest to `normal`
+    /// wins.
     pub(crate) fn nearest(&self, point: DVec3, normal: DVec3, tolerance: f64) -> Place {
         let tie = tolerance * tolerance;
         let (mut least, mut best) = (f64::INFINITY, Place { distance: f64::INFINITY, normal });
@@ -99,15 +99,15 @@ impl Tree {
         best
     }
 
-    /// Squared distance of a box.
+    /// Returns the squared distance of a point from a node's box.
     fn gap(&self, index: usize, point: DVec3) -> f64 {
         let node = &self.nodes[index];
         (node.min - point).max(point - node.max).max(DVec3::ZERO).length_squared()
     }
 }
 
-/// The closest point of a triangle (Ericson, Real-Time Collision Detection,
-/// 2005, section 5.1.5).
+/// Returns the closest point of a triangle (Ericson, Real-Time Collision Detection, 2005, section
+/// 5.1.5).
 fn closest(p: DVec3, &[a, b, c]: &[DVec3; 3]) -> DVec3 {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let (d1, d2) = (ab.dot(ap), ac.dot(ap));

@@ -1,4 +1,4 @@
-//! How far one picture is from another.
+//! Similarity of two pictures: SSIM and PSNR.
 
 use anyhow::{Context, Result, ensure};
 use busbar_viewer::Picture;
@@ -21,7 +21,7 @@ pub struct ImageDifference {
 }
 
 impl ImageDifference {
-    /// Compares two pictures.
+    /// Compares two pictures of one size.
     ///
     /// # Errors
     /// When their sizes differ.
@@ -33,8 +33,8 @@ impl ImageDifference {
     }
 }
 
-/// Peak signal-to-noise ratio of two RGBA byte strings of equal length; alpha
-/// is left out. `None` when they are equal.
+/// Computes the peak signal-to-noise ratio of two RGBA byte strings of equal length; alpha is
+/// ignored. `None` when they are equal.
 fn psnr(a: &[u8], b: &[u8]) -> Option<f64> {
     let colors = |bytes: &'_ [u8]| -> Vec<u8> {
         bytes.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect()

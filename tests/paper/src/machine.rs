@@ -1,11 +1,11 @@
-//! What the run ran on.
+//! Machine of the run: processor and graphics device.
 
 use std::fs;
 use std::thread;
 
 use serde::Serialize;
 
-/// Facts of the machine.
+/// Processor and graphics device of the machine.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Machine {
     /// Model of the processor, or "unknown".
@@ -17,7 +17,7 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// This machine with that graphics device.
+    /// Describes this machine with the given graphics device.
     pub fn here(device: &str) -> Self {
         let facts = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
         Self {

@@ -11,11 +11,11 @@ mod ways;
 use crate::verdicts;
 use document::Block;
 use document::Document;
-use document::words::grouped;
+use document::number_format::grouped;
 
 use crate::Results;
 
-/// The report.
+/// Composes the report from the results.
 pub fn report(results: &Results) -> Document {
     let mut document = Document {
         title: "A fast scene constructing method, reproduced: Table I and Figures 5 to 8"

@@ -1,4 +1,4 @@
-//! The peer: rumqttc's own event loop, which takes the same messages and looks at none.
+//! Peer client: rumqttc's own event loop, which receives the same messages without decoding any.
 
 use std::io::Write;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -7,15 +7,15 @@ use std::time::Duration;
 use anyhow::Result;
 use rumqttc_v4::{AsyncClient, Event, MqttOptions, Packet, QoS};
 
-/// Longest message.
+/// Longest accepted message, bytes.
 const MAX_BYTES: usize = 16 * 1024 * 1024;
-/// Between two reports.
+/// Time between two reports.
 const PERIOD: Duration = Duration::from_millis(200);
 
 static MESSAGES: AtomicU64 = AtomicU64::new(0);
 static BYTES: AtomicU64 = AtomicU64::new(0);
 
-/// Subscribes to all and prints, for ever, how many messages and bytes came so far.
+/// Subscribes to all topics and prints, for ever, the messages and bytes received so far.
 pub(crate) fn run(port: u16) -> Result<()> {
     std::thread::spawn(|| {
         loop {

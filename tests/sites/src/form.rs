@@ -1,4 +1,4 @@
-//! How stations publish their points: three forms of the same.
+//! Payload formats in which stations publish their points.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -10,26 +10,26 @@ use srad_types::payload::{DataType, Message, Metric, Payload, metric};
 
 use busbar_plugin_host::TelemetryTag;
 
-/// Points of one JSON document, as those of a bay.
+/// Number of points in one JSON document, as of a bay.
 pub(crate) const POINTS_A_DOCUMENT: u32 = 100;
 /// Freshness limit of the tags: longer than any measurement.
 const FRESHNESS: std::time::Duration = std::time::Duration::from_secs(600);
 const GROUP: &str = "bench";
 const DEVICE: &str = "station";
 
-/// What messages are made of.
+/// Payload format of messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Form {
-    /// Sparkplug B: a message a station has all of its points, by alias.
+    /// Sparkplug B: one message a station with all of its points, by alias.
     Sparkplug,
     /// A JSON document for every [`POINTS_A_DOCUMENT`] points.
     Json,
-    /// A topic and a text a point.
+    /// Plain text: one topic and one text for each point.
     Text,
 }
 
-/// A message of a station.
+/// Message of a station to be published.
 pub(crate) struct Outgoing {
     pub(crate) topic: String,
     pub(crate) payload: Vec<u8>,
@@ -44,7 +44,7 @@ impl Form {
         }
     }
 
-    /// The plugin's settings beside host and port.
+    /// Returns the topics that the plugin subscribes to.
     pub(crate) fn subscriptions(self) -> Vec<&'static str> {
         match self {
             Self::Sparkplug => Vec::new(),
@@ -52,7 +52,7 @@ impl Form {
         }
     }
 
-    /// The tags of a number of stations.
+    /// Returns the tags of a number of stations.
     pub(crate) fn tags(self, stations: u32, points: u32) -> Vec<TelemetryTag> {
         let all = (0..stations).flat_map(|station| (0..points).map(move |point| (station, point)));
         let tag = |(tag, (station, point)): (u32, (u32, u32))| TelemetryTag {
@@ -79,7 +79,7 @@ impl Form {
         }
     }
 
-    /// What a station says before its first values.
+    /// Returns the birth certificates that a station sends before its first values.
     pub(crate) fn births(self, station: u32, points: u32, now: i64) -> Vec<Outgoing> {
         if self != Self::Sparkplug {
             return Vec::new();
@@ -102,7 +102,7 @@ impl Form {
         vec![of_node, sparkplug("DBIRTH", station, Some(DEVICE), metrics, 1)]
     }
 
-    /// One round of values of a station, each the instant at which it is published.
+    /// Encodes one round of values of a station, each the instant of its publication.
     pub(crate) fn data(self, station: u32, points: u32, round: u64, now: i64) -> Vec<Outgoing> {
         match self {
             Self::Sparkplug => {

@@ -29,8 +29,8 @@ use crate::usage::{Usage, cpu_seconds, plugin_process, usage};
 
 const STATIONS: u32 = 100;
 const POINTS: u32 = 5400;
-/// Points of all stations a second, by form: the last of each is every point once a second,
-/// but for texts, each of which is a message.
+/// Loads by payload format, points of all stations a second. The last of each is every point once a
+/// second, except for texts, each of which is a message.
 const LOADS: [(Form, f64); 7] = [
     (Form::Sparkplug, 108_000.0),
     (Form::Sparkplug, 540_000.0),
@@ -40,22 +40,22 @@ const LOADS: [(Form, f64); 7] = [
     (Form::Text, 20_000.0),
     (Form::Text, 50_000.0),
 ];
-/// Of one load, after the births.
+/// Duration of the measurement of one load, after the births.
 const SECONDS: f64 = 15.0;
-/// For what is under way when the generator has ended.
+/// Time for messages in flight after the generator has ended.
 const DRAINING: Duration = Duration::from_secs(2);
 const BROKER: &str = "/usr/sbin/mosquitto";
 
 #[derive(Parser)]
 #[command(subcommand_negates_reqs = true)]
 struct Arguments {
-    /// The plugin's library.
+    /// Path of the plugin's library.
     #[arg(long, required = true)]
     library: Option<PathBuf>,
-    /// Where the figures go, as JSON.
+    /// Output file of the figures, JSON.
     #[arg(long, required = true)]
     out: Option<PathBuf>,
-    /// Only loads of this form.
+    /// Payload format to measure alone.
     #[arg(long, value_enum)]
     only: Option<Form>,
     #[command(subcommand)]
@@ -64,35 +64,36 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Part {
-    /// The stations.
+    /// Load generator: publishes as all stations.
     Generate(Load),
-    /// The peer.
+    /// Peer client without Busbar.
     Bare {
         /// Port of the broker on this machine.
         port: u16,
     },
 }
 
-/// What was measured of one load.
+/// Figures of one load.
 #[derive(Debug, Serialize)]
 struct Figures {
     form: &'static str,
-    /// Points of all stations a second that were to be sent, and that were.
+    /// Rate of all stations that was to be sent, points a second; the rate that was sent follows.
     wanted: f64,
     sent: f64,
-    /// Good values a second that reached the table.
+    /// Rate of good values that reached the table, a second.
     reached: f64,
-    /// Of the values that were sent.
+    /// Share of the sent values that reached the tag table.
     reached_share: f64,
-    /// Values that were overtaken in the ring between the plugin's process and the host.
+    /// Number of values that were overtaken in the ring between the plugin's process and the host.
     overtaken: u64,
-    /// Milliseconds from a value's making to the table, a frame's wait of 16 ms included.
+    /// Latency of values from publication to the table, milliseconds, a frame's wait of 16 ms
+    /// included.
     latency_millis: Series,
     plugin: Usage,
     host: Usage,
     broker: Usage,
     bare: Usage,
-    /// Messages a second that the bare client took.
+    /// Rate of messages that the bare client received, a second.
     bare_messages: f64,
 }
 
@@ -165,7 +166,7 @@ fn measure(libraries: &Path, form: Form, rate: f64) -> Result<Figures> {
         reached: reader.taken.values as f64 / sending,
         reached_share: reader.taken.values as f64 / points,
         overtaken: reader.lost(),
-        latency_millis: Series::of(std::mem::take(&mut reader.taken.latencies)),
+        latency_millis: Series::from_values(std::mem::take(&mut reader.taken.latencies)),
         plugin,
         host,
         broker,
@@ -195,7 +196,7 @@ fn tell(figures: &Figures) {
     println!("          bare client: {:.0} messages a second", figures.bare_messages);
 }
 
-/// A process that ends with this value.
+/// Guard that kills a process when dropped.
 struct Ended(Child);
 
 impl Drop for Ended {
@@ -205,7 +206,7 @@ impl Drop for Ended {
     }
 }
 
-/// Mosquitto as it comes, on a free port.
+/// Starts Mosquitto with its default settings, on a free port.
 fn broker() -> Result<(Ended, u16)> {
     let port = TcpListener::bind("127.0.0.1:0")?.local_addr()?.port();
     let mut command = Command::new(BROKER);
@@ -227,7 +228,7 @@ fn generator_of(port: u16, form: Form, rate: f64) -> Result<Child> {
     Ok(command.stdout(Stdio::piped()).spawn()?)
 }
 
-/// The peer's process, and what it says.
+/// Process of the peer client, with its counts.
 struct Bare {
     child: Ended,
     messages: Arc<Mutex<u64>>,

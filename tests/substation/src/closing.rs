@@ -1,10 +1,9 @@
-//! Closes the sums: how many trench covers, and how finely the earth wires are
-//! drawn, so that the station has exactly the paper's counts.
+//! Filler geometry for the paper's exact counts: the number of trench covers, and the fineness of
+//! the earth wires.
 //!
-//! With V vertices and T triangles, 2V - T is 4 for a closed shell without a
-//! hole, 0 for a ring. So covers (closed boxes) bring 2V - T to the paper's
-//! value, and points along the earth wires, which leave it as it is, then
-//! bring T there.
+//! With V vertices and T triangles, 2V - T is 4 for a closed shell without a hole, 0 for a ring. So
+//! covers (closed boxes) bring 2V - T to the paper's value, and points along the earth wires, which
+//! leave it as it is, then bring T there.
 
 use demo_model::Finish;
 
@@ -14,22 +13,22 @@ use crate::catalogue::Counts;
 use crate::layout::earth_spans;
 use crate::models::{Wire, trench_metres, wire};
 
-/// Vertices of the paper's scene (its Table I, theta = 0).
+/// Number of vertices of the paper's scene (its Table I, theta = 0).
 pub const PAPER_VERTICES: usize = 536_141;
-/// Triangles of the paper's scene.
+/// Number of triangles of the paper's scene.
 pub const PAPER_TRIANGLES: usize = 1_057_086;
 
-/// Lengths that a trench cover may have, metres.
+/// Range of a trench cover's length, metres.
 const COVER_METRES: std::ops::RangeInclusive<f32> = 0.3..=1.2;
-/// Rings that an earth wire's span may have.
+/// Range of the rings of an earth wire's span.
 const SPAN_RINGS: std::ops::RangeInclusive<i64> = 4..=120;
 const BOX_TRIANGLES: i64 = 12;
 const SIDES: [i64; 2] = [6, 5];
 
-/// What closes the sums.
+/// Filler geometry that makes up the paper's counts.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Closing {
-    /// Trench covers.
+    /// Number of trench covers.
     pub(crate) covers: usize,
     /// Rings and sides of each earth-wire span.
     pub(crate) spans: Vec<[usize; 2]>,
@@ -87,7 +86,7 @@ fn share_rings(left: i64, spans: i64) -> Result<Vec<[usize; 2]>, StationError> {
     Ok(shares)
 }
 
-/// The earth wires with these rings and sides.
+/// Builds the earth wires with these rings and sides.
 pub(crate) fn earth_wires(spans: &[[usize; 2]]) -> Body {
     let mut body = Body::new();
     for (i, (ends, &[rings, sides])) in earth_spans().into_iter().zip(spans).enumerate() {

@@ -34,7 +34,7 @@ pub use error::StationError;
 pub use flatten::{FlatStation, Run};
 pub use layout::Placement;
 pub use network::{Network, NetworkSwitch, network};
-pub use points::{Gateway, Point, PointKind, Usual, csv, points};
+pub use points::{Gateway, NormalValue, Point, PointKind, csv, points};
 pub use records::{AssetRow, StationRecords, WorkRow};
 pub use scenarios::{Scenario, scenarios};
 pub use station::Station;

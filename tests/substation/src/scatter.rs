@@ -1,9 +1,9 @@
-//! Erection tolerance: how far foundations stand from where they are drawn; and other chance.
+//! Seeded random numbers: erection tolerance of foundations, and choices of the records.
 
-/// Greatest distance from the drawn place along either axis, metres.
+/// Greatest displacement from the drawn place along either axis, metres.
 const TOLERANCE_METRES: f32 = 0.004;
 
-/// A generator of chance (SplitMix64), the same on every machine.
+/// Random number generator (SplitMix64), the same on every machine.
 pub(crate) struct Scatter(u64);
 
 impl Scatter {
@@ -11,13 +11,13 @@ impl Scatter {
         Self(seed)
     }
 
-    /// A length between minus and plus the tolerance, metres.
+    /// Returns a length between minus and plus the tolerance, metres.
     pub(crate) fn metres(&mut self) -> f32 {
         let unit = (self.next() >> 40) as f32 / (1_u64 << 24) as f32;
         (2.0 * unit - 1.0) * TOLERANCE_METRES
     }
 
-    /// A number from 0 to below `count`.
+    /// Returns a number from 0 to below `count`.
     pub(crate) fn below(&mut self, count: usize) -> usize {
         (self.next() % count.max(1) as u64) as usize
     }

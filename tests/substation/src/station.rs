@@ -1,4 +1,4 @@
-//! The station: models, and where each stands.
+//! Station as models and their placements.
 
 use std::collections::HashMap;
 
@@ -9,18 +9,18 @@ use crate::layout::{Placement, YARDS, add_site_wires, add_wires, place_site, pla
 use crate::models;
 use crate::scatter::Scatter;
 
-/// A station.
+/// Station as models and their placements.
 #[derive(Debug)]
 pub struct Station {
-    /// The models.
+    /// Catalogue of the models.
     pub catalogue: Catalogue,
-    /// The equipment, a bay after another.
+    /// Placements of the equipment, bay after bay.
     pub placements: Vec<Placement>,
 }
 
 impl Station {
-    /// Makes the station; the seed decides by how many millimetres each piece
-    /// of equipment stands off its drawn place.
+    /// Generates the station; the seed decides the millimetres by which each piece of equipment
+    /// stands off its drawn place.
     ///
     /// # Errors
     /// [`StationError`] if the dimensions in this crate contradict themselves.
@@ -46,7 +46,7 @@ impl Station {
         Ok(Self { catalogue, placements })
     }
 
-    /// Positions and triangles of all equipment.
+    /// Counts positions and triangles of all equipment.
     ///
     /// # Errors
     /// [`StationError::NoModel`] if a placement names no model.
@@ -54,7 +54,7 @@ impl Station {
         sum(&self.catalogue, self.placements.iter())
     }
 
-    /// How often each model is placed.
+    /// Counts the placements of each model.
     pub fn uses(&self) -> HashMap<&str, usize> {
         let mut uses = HashMap::new();
         for placement in &self.placements {

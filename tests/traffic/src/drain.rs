@@ -1,5 +1,4 @@
-//! What it costs to take waiting updates over: out of shared memory, checked, into the
-//! tag table, counted.
+//! Cost of draining waiting updates: out of shared memory, checked, into the tag table, counted.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -13,22 +12,22 @@ use serde_json::json;
 
 use crate::site::{Site, tag_id};
 
-/// Tags, each updated once a burst.
+/// Number of tags, each updated once a burst.
 pub(crate) const TAGS: u32 = 100_000;
-/// Between two bursts.
+/// Time between two bursts.
 const PERIOD: Duration = Duration::from_millis(60);
 const ROUNDS: u64 = 100;
 
-/// What was measured.
+/// Results of the measurement.
 #[derive(Debug, Serialize)]
 pub(crate) struct Drain {
     /// Milliseconds for [`TAGS`] updates.
     pub(crate) millis: Series,
-    /// Of it, from shared memory to checked samples that go nowhere.
+    /// Part of that time from shared memory to checked samples that are discarded.
     pub(crate) reading_millis: Series,
 }
 
-/// As the viewer takes them.
+/// Sink of updates as the viewer has it.
 struct Updates<'a> {
     table: &'a mut TagTable,
     count: u32,
@@ -86,5 +85,5 @@ pub(crate) fn measure(site: &Site) -> Result<Drain> {
     }
     let link = telemetry.link();
     ensure!(link.dropped == 0 && link.rejected == 0, "updates were lost: {link:?}");
-    Ok(Drain { millis: Series::of(all), reading_millis: Series::of(reading) })
+    Ok(Drain { millis: Series::from_values(all), reading_millis: Series::from_values(reading) })
 }

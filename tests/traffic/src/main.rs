@@ -22,7 +22,7 @@ use serde::Serialize;
 use crate::requests::Peers;
 use crate::site::Site;
 
-/// Measures the way of values, from a plugin to the picture.
+/// Measurement of values on their way from a plugin to the picture.
 #[derive(Parser)]
 struct Arguments {
     /// Libraries of the plugins: sample_generator, an overlay, and the adapters.
@@ -31,7 +31,7 @@ struct Arguments {
     /// Folder of the demo's models.
     #[arg(long)]
     models: PathBuf,
-    /// Python with the peers' packages; without it there is nothing to compare with.
+    /// Python with the peers' packages; without it nothing is compared.
     #[arg(long, requires = "peers")]
     python: Option<PathBuf>,
     /// Folder of the peers' scripts.
@@ -40,12 +40,12 @@ struct Arguments {
     /// Folder for the report; made if it does not exist.
     #[arg(long)]
     out: PathBuf,
-    /// A tenth of everything, and no bar.
+    /// Run a tenth of everything, without bars.
     #[arg(long)]
     quick: bool,
 }
 
-/// All that was measured.
+/// Results of all measurements.
 #[derive(Debug, Serialize)]
 struct Results {
     drain: drain::Drain,

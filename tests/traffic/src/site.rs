@@ -17,20 +17,20 @@ use busbar_viewer::{LoadedScene, RendererOptions, Viewer};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-/// Pixels of the pictures.
+/// Size of the pictures, pixels.
 pub(crate) const PICTURE: [u32; 2] = [320, 180];
-/// What the tags' values come from.
+/// Plugin that generates the tags' values.
 const GENERATOR: &str = "sample_generator";
 const OVERLAY: &str = "power_overlay";
 /// Freshness limit of the tags: longer than any measurement.
 const FRESHNESS: Duration = Duration::from_secs(600);
-/// Tags that show at the transformer.
+/// Number of tags that show at the transformer.
 const BOUND: usize = 14;
 
-/// A folder with plugins and models.
+/// Folder with plugins and models for generated scenes.
 pub(crate) struct Site {
     folder: TempDir,
-    /// What counts and times are divided by.
+    /// Divisor of counts and times.
     pub(crate) divisor: u64,
 }
 
@@ -49,14 +49,14 @@ impl Site {
         Ok(Self { folder, divisor })
     }
 
-    /// A generator that serves so many tags, isolated, without a scene.
+    /// Starts a generator that serves so many tags, isolated, without a scene.
     pub(crate) fn generator(&self, settings: &Value, tags: u32) -> Result<RunningTelemetry> {
         let plugin = self.plugin(GENERATOR, settings)?;
         let tags: Vec<_> = (0..tags).map(|tag| telemetry_tag(tag, &json!({}))).collect();
         Ok(RunningTelemetry::start(&plugin, &tags, SourcePolicy::default())?)
     }
 
-    /// A plugin in a process of its own.
+    /// Returns a plugin in a process of its own.
     pub(crate) fn plugin(&self, id: &str, settings: &Value) -> Result<Plugin> {
         let directories = [self.folder.path().join("plugins")];
         let isolation = Isolation::Process;
@@ -67,8 +67,8 @@ impl Site {
         Ok(catalog.create("source", id, settings, &options)?)
     }
 
-    /// A view of the demo's transformer with so many tags of this type, some of them
-    /// shown there, and the seconds that loading it took.
+    /// Opens a view of the demo's transformer with so many tags of this type, some of them shown
+    /// there; returns the seconds of loading too.
     pub(crate) fn view(
         &self,
         settings: &Value,
@@ -87,7 +87,7 @@ impl Site {
     }
 }
 
-/// A number at an address.
+/// Returns a tag of a number at an address.
 pub(crate) fn telemetry_tag(tag: u32, address: &Value) -> TelemetryTag {
     TelemetryTag {
         tag: TagHandle(tag),
@@ -98,7 +98,7 @@ pub(crate) fn telemetry_tag(tag: u32, address: &Value) -> TelemetryTag {
     }
 }
 
-/// Built as text: a value of a million tags would take gigabytes.
+/// Formats the configuration as text directly: a value of a million tags would take gigabytes.
 fn configuration(settings: &Value, tags: u64, kind: &str, shown: usize) -> String {
     let frame = json!({
         "version": 1,
@@ -132,13 +132,13 @@ fn configuration(settings: &Value, tags: u64, kind: &str, shown: usize) -> Strin
     text + "}}"
 }
 
-/// Ids in the order of their numbers.
+/// Returns the id of a tag; ids are in the order of their numbers.
 pub(crate) fn tag_id(tag: u64) -> String {
     format!("T{tag:07}")
 }
 
-/// Steps frames as fast as they come for so long, and gives the milliseconds of each,
-/// from its beginning to its end.
+/// Draws frames without a pause for `duration`; returns the milliseconds of each, from its
+/// beginning to its end.
 pub(crate) fn frames(viewer: &mut Viewer, duration: Duration) -> Result<Vec<f64>> {
     let (start, mut millis) = (Instant::now(), Vec::new());
     while start.elapsed() < duration {

@@ -1,5 +1,5 @@
-//! What the loader hands to a layer, and the next layer of each instance and
-//! device (`vk_layer.h`).
+//! Layer chain: structures that the loader hands to a layer, and the next layer of each instance
+//! and device (`vk_layer.h`).
 
 use std::collections::HashMap;
 use std::ffi::{CStr, c_char, c_void};
@@ -9,9 +9,9 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use crate::codes::{Code, INIT, SUCCESS};
 use crate::plan;
 
-/// Any dispatchable handle: a pointer to a pointer to its dispatch table.
+/// Dispatchable handle: a pointer to a pointer to its dispatch table.
 pub(crate) type Handle = *mut c_void;
-/// Any function; a null pointer is none.
+/// Pointer to a function; null if there is none.
 pub(crate) type Function = *const c_void;
 pub(crate) type GetProcAddr = unsafe extern "system" fn(Handle, *const c_char) -> Function;
 type Create = unsafe extern "system" fn(*const c_void, *const c_void, *mut Handle) -> Code;
@@ -22,12 +22,12 @@ type Wait = unsafe extern "system" fn(Handle) -> Code;
 
 const LOADER_INSTANCE_CREATE_INFO: i32 = 47;
 const LOADER_DEVICE_CREATE_INFO: i32 = 48;
-/// `VK_LAYER_LINK_INFO`.
+/// Value of `VK_LAYER_LINK_INFO` in C.
 const LINK_INFO: i32 = 0;
-/// Structures that a chain of the loader has at most.
+/// Greatest number of structures in a chain of the loader.
 const MAX_CHAIN: usize = 256;
 
-/// `VkLayerInstanceCreateInfo` and `VkLayerDeviceCreateInfo`.
+/// Common layout of `VkLayerInstanceCreateInfo` and `VkLayerDeviceCreateInfo`.
 #[repr(C)]
 struct LayerCreateInfo {
     kind: i32,
@@ -36,16 +36,16 @@ struct LayerCreateInfo {
     link: *mut Link,
 }
 
-/// `VkLayerInstanceLink` and `VkLayerDeviceLink`; the last field differs.
+/// Common layout of `VkLayerInstanceLink` and `VkLayerDeviceLink`; the last field differs.
 #[repr(C)]
 struct Link {
     next: *mut Self,
     instance_proc_addr: GetProcAddr,
-    /// Of devices: `pfnNextGetDeviceProcAddr`.
+    /// Function `pfnNextGetDeviceProcAddr` of devices.
     other_proc_addr: GetProcAddr,
 }
 
-/// The layer below, for one instance or device.
+/// Next layer below, for one instance or device.
 pub(crate) struct Next {
     handle: usize,
     get: GetProcAddr,
@@ -62,7 +62,7 @@ impl Next {
         self.lost.load(Ordering::Acquire)
     }
 
-    /// Loses the device: nothing runs on it any more, as on a real one.
+    /// Marks the device as lost: nothing runs on it any more, as on a real one.
     pub(crate) fn lose(&self) {
         self.lost.store(true, Ordering::Release);
         let wait = self.function(c"vkDeviceWaitIdle".as_ptr());
@@ -82,15 +82,14 @@ fn table() -> &'static Table {
     TABLE.get_or_init(Mutex::default)
 }
 
-/// What a handle and all that is made from it have in common: the address of
-/// their dispatch table.
+/// Returns the address of the dispatch table, which a handle and all that is made from it share.
 fn key_of(handle: Handle) -> usize {
     // SAFETY: dispatchable handles begin with that address ("Loader and Layer
     // Interface").
     unsafe { *handle.cast::<usize>() }
 }
 
-/// What comes below for a handle.
+/// Returns the next layer below a handle.
 pub(crate) fn next_of(handle: Handle) -> Option<Arc<Next>> {
     if handle.is_null() {
         return None;
@@ -98,7 +97,7 @@ pub(crate) fn next_of(handle: Handle) -> Option<Arc<Next>> {
     table().lock().unwrap_or_else(PoisonError::into_inner).get(&key_of(handle)).cloned()
 }
 
-/// Lets the next layer's function of a name write a structure; tells whether it did.
+/// Calls the next layer's query of this name, which writes a structure; reports whether it exists.
 pub(crate) fn ask(device: Handle, name: &CStr, structure: *mut c_void) -> bool {
     type Ask = unsafe extern "system" fn(Handle, *mut c_void);
     let function = function_of(device, name);
@@ -111,7 +110,7 @@ pub(crate) fn ask(device: Handle, name: &CStr, structure: *mut c_void) -> bool {
     true
 }
 
-/// The same for a structure about something.
+/// Calls the next layer's query of this name about an object; reports whether it exists.
 pub(crate) fn ask_about<T>(device: Handle, name: &CStr, about: T, structure: *mut c_void) -> bool {
     type Ask<T> = unsafe extern "system" fn(Handle, T, *mut c_void);
     let function = function_of(device, name);
@@ -132,7 +131,8 @@ fn remember(handle: Handle, get: GetProcAddr) {
     table().lock().unwrap_or_else(PoisonError::into_inner).insert(key_of(handle), Arc::new(next));
 }
 
-/// The loader's link in the chain of a create info, moved on for the next layer.
+/// Takes the loader's link from the chain of a create info, and advances the chain for the next
+/// layer.
 fn take_link(info: *const c_void, kind: i32) -> Option<&'static Link> {
     let mut at = info.cast_mut().cast::<LayerCreateInfo>();
     for _ in 0..MAX_CHAIN {

@@ -1,4 +1,4 @@
-//! The commands that may fail, and the layer's entry points.
+//! Intercepted commands that may fail, and the layer's entry points.
 
 use std::ffi::{CStr, c_char, c_void};
 
@@ -10,12 +10,12 @@ use crate::codes::*;
 use crate::features::physical_device_features;
 use crate::{card, plan};
 
-/// Pointers and non-dispatchable handles, as they cross the ABI.
+/// Pointer as it crosses the ABI; `U` is a non-dispatchable handle.
 type P = *mut c_void;
 type U = u64;
 
-/// For each command: a function that counts, fails or passes on; its entry in
-/// the table of codes; its entry in the table of functions.
+/// Generates for each command a function that counts, fails or passes on, its entry in the table of
+/// codes, and its entry in the table of functions.
 macro_rules! commands {
     ($($name:ident ( $($argument:ident : $type:ty),* ) [ $($code:expr),* ];)*) => {
         /// Commands and their codes besides success ("Return Codes").
@@ -70,9 +70,8 @@ macro_rules! commands {
     };
 }
 
-/// Whether a call does its work and tells of the code besides: a success code,
-/// and presenting, whose semaphores are waited for all the same
-/// (vkQueuePresentKHR).
+/// Reports whether a call has its effect in spite of the code: success codes, and presentation,
+/// whose semaphores are waited for all the same (vkQueuePresentKHR).
 fn happens_all_the_same(command: &str, code: Code) -> bool {
     code > SUCCESS || (command == "vkQueuePresentKHR" && matches!(code, OUT_OF_DATE | SURFACE))
 }
@@ -137,7 +136,7 @@ commands! {
     vkQueuePresentKHR(info: P) [SUBOPTIMAL, HOST, DEVICE, LOST, OUT_OF_DATE, SURFACE];
 }
 
-/// `VkNegotiateLayerInterface`.
+/// Mirror of the C structure `VkNegotiateLayerInterface`.
 #[repr(C)]
 struct Negotiation {
     kind: i32,
@@ -151,7 +150,8 @@ struct Negotiation {
 /// The version of the interface that this layer speaks.
 const INTERFACE_VERSION: u32 = 2;
 
-/// Called by the loader first; says where the other entry points are.
+/// Negotiates the interface with the loader, which calls this first, and reports the other entry
+/// points.
 ///
 /// # Safety
 /// `negotiation` is null or a `VkNegotiateLayerInterface` that may be written.
@@ -199,7 +199,7 @@ unsafe extern "system" fn get_device_proc_addr(device: Handle, name: *const c_ch
     }
 }
 
-/// The layer's own function where there is one below to pass on to.
+/// Returns the layer's own function where there is one below to pass on to; else the one below.
 fn own_or_below(handle: Handle, name: *const c_char, text: &str) -> Function {
     let Some(next) = next_of(handle) else { return std::ptr::null() };
     let below = next.function(name);

@@ -1,13 +1,13 @@
-//! What devices lack, for tests.
+//! Simulated lack of optional device features, for tests.
 
 use std::ffi::c_void;
 
 use crate::chain::{Handle, ask};
 
-/// Names the features that devices lack, with commas between.
+/// Environment variable with the features that devices lack, separated by commas.
 pub const WITHOUT_VARIABLE: &str = "BUSBAR_VULKAN_WITHOUT";
 
-/// Features that can be taken away, and their places in `VkPhysicalDeviceFeatures`.
+/// Features that can be removed, with their indices in `VkPhysicalDeviceFeatures`.
 const FEATURES: [(&str, usize); 3] =
     [("multiDrawIndirect", 9), ("drawIndirectFirstInstance", 10), ("fillModeNonSolid", 13)];
 

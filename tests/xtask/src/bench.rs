@@ -15,14 +15,14 @@ use crate::workspace::{Profile, Workspace};
 const PACKAGE: &str = "bench";
 /// Plugins whose boundary is measured.
 const PLUGINS: [&str; 2] = ["weighted_collapse", "quadric_collapse"];
-/// The section that others than this project take part in.
+/// Section with methods from outside this project.
 const LEVELS: &str = "levels";
-/// Where the report goes.
+/// Output folder of the report.
 const FOLDER: &str = "target/bench";
-/// Where the peers' scripts are.
+/// Folder of the peers' scripts.
 const SCRIPTS: &str = "tests/peers";
 
-/// Options of `bench`.
+/// Command-line options of `bench`.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Folder for the report; `target/bench` if none is given.
@@ -45,7 +45,7 @@ pub(crate) struct Arguments {
     cores: Option<String>,
 }
 
-/// What others take part with, as far as it is there.
+/// Optional prerequisites of the comparison, as far as they are installed.
 #[derive(Default)]
 struct Others {
     python: Option<PathBuf>,
@@ -72,7 +72,7 @@ impl Arguments {
 }
 
 impl Others {
-    /// What can be had; the bench does without the rest.
+    /// Prepares the optional prerequisites; the bench runs without those that fail.
     fn find(workspace: &Workspace, quick: bool) -> Self {
         let python = python::ensure_environment(workspace, python::BENCH).unwrap_or_else(|error| {
             println!("No Python peers: {error:#}");

@@ -20,7 +20,7 @@ const KILL_TEST: &str = "kills";
 const KILLS_VARIABLE: &str = "BUSBAR_ALARM_KILLS";
 const KILLS: &str = "200";
 /// The seeded damages and power cuts of the audit log, and how many.
-const LOG_PACKAGE: &str = "busbar_alarm_log";
+const LOG_PACKAGE: &str = "busbar_audit_log";
 const LOG_VARIABLES: [(&str, &str); 2] =
     [("BUSBAR_LOG_DAMAGES", "1000"), ("BUSBAR_LOG_POWER_CUTS", "100")];
 /// The matrix of source and host clocks, and how many steps it takes.

@@ -2,36 +2,36 @@
 
 use super::{Face, GREY, INK, MISSING_LANE, NO_RECORD, PAPER, Shape, Stroke, Text, TextKind};
 use crate::axis::short;
-use crate::{Axis, AxisView, Band, Board, Layout, Pattern, Size};
+use crate::{Axis, AxisView, Band, Layout, ParallelCoordinates, Pattern, Size};
 
 /// Share of an axis' height that its bands are wide.
 const BAND_WIDTH: f32 = 0.018;
 /// Length of a tick, likewise.
 const TICK_LENGTH: f32 = 0.012;
-/// How far hatching lines are apart, likewise.
+/// Distance of hatching lines, likewise.
 const HATCH_STEP: f32 = 0.014;
-/// How far behind axes their board is, metres.
+/// Distance of the board behind the axes, metres.
 const BOARD_BEHIND: f32 = 0.06;
-/// How far before it bands are.
+/// Distance of the bands behind the axes, metres.
 const BAND_BEHIND: f32 = 0.02;
 
-pub(super) fn add(board: &Board, shape: &mut Shape) {
-    let views = board.shown_axes();
-    let feet = board.layout.feet(views.len(), board.size);
-    match board.layout {
-        Layout::Flat => add_board(board.size, shape),
-        Layout::Focus => add_floor(&feet, board.size, shape),
+pub(super) fn add(chart: &ParallelCoordinates, shape: &mut Shape) {
+    let views = chart.shown_axes();
+    let feet = chart.layout.axis_positions(views.len(), chart.size);
+    match chart.layout {
+        Layout::Flat => add_board(chart.size, shape),
+        Layout::Focus => add_floor(&feet, chart.size, shape),
         Layout::Time => {}
     }
     for (view, [x, z]) in views.iter().zip(feet) {
-        let height = board.size.height;
+        let height = chart.size.height;
         let place = |position: f32| [x, position * height, z];
         shape.axes.push([place(0.0), place(1.0)]);
-        let axis = &board.description.axes[view.axis];
-        add_axis(view, axis, board.size, place, shape);
+        let axis = &chart.description.axes[view.axis];
+        add_axis(view, axis, chart.size, place, shape);
     }
-    if board.layout == Layout::Time {
-        add_times(board, shape);
+    if chart.layout == Layout::Time {
+        add_times(chart, shape);
     }
 }
 
@@ -137,9 +137,9 @@ fn add_band(
 }
 
 /// The first and the last time, and a frame where the playhead is.
-fn add_times(board: &Board, shape: &mut Shape) {
-    let Some([first, last]) = board.records.span() else { return };
-    let Size { width, height, depth } = board.size;
+fn add_times(chart: &ParallelCoordinates, shape: &mut Shape) {
+    let Some([first, last]) = chart.records.span() else { return };
+    let Size { width, height, depth } = chart.size;
     for (time, z) in [(first, 0.0), (last, depth)] {
         let (at, kind) = ([width * 1.02, 0.0, z], TextKind::Time);
         shape.texts.push(Text { at, text: date(time), kind });
@@ -147,20 +147,20 @@ fn add_times(board: &Board, shape: &mut Shape) {
     let rail = plain([width, 0.0, 0.0], [width, 0.0, depth], 1.2, GREY, 1.0);
     shape.strokes.push(rail);
     shape.strokes.push(plain([0.0, 0.0, 0.0], [0.0, 0.0, depth], 1.2, GREY, 1.0));
-    let playhead = board.playhead.unwrap_or(last);
+    let playhead = chart.playhead.unwrap_or(last);
     let z = depth_of(playhead, [first, last], depth);
     let corners = [[0.0, 0.0, z], [width, 0.0, z], [width, height, z], [0.0, height, z]];
     shape.faces.push(Face { corners, color: PAPER, cover: 0.45 });
     for side in 0..4 {
         shape.strokes.push(plain(corners[side], corners[(side + 1) % 4], 1.4, INK, 0.9));
     }
-    if board.playhead.is_some() {
+    if chart.playhead.is_some() {
         let (at, kind) = ([width * 1.02, height, z], TextKind::Time);
         shape.texts.push(Text { at, text: date(playhead), kind });
     }
 }
 
-/// Where a time is in the depth.
+/// Returns the depth of a time, metres.
 pub(super) fn depth_of(time: i64, [first, last]: [i64; 2], depth: f32) -> f32 {
     let share = (time - first) as f64 / (last - first).max(1) as f64;
     depth * share.clamp(0.0, 1.0) as f32

@@ -5,134 +5,136 @@ use std::collections::BTreeMap;
 
 use super::axes::depth_of;
 use super::{Face, GREY, INK, MISSING_LANE, SELECTION, Shape, Stroke};
-use crate::board::MAX_STROKED_RECORDS;
-use crate::{AxisView, Board, Layout, Pattern, Size, cluster};
+use crate::parallel_coordinates::MAX_STROKED_RECORDS;
+use crate::{AxisView, Layout, ParallelCoordinates, Pattern, Size, cluster};
 
-/// What a line looks like, by how much it is to be seen.
+/// Emphasis of a record's line, in ascending order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Rank {
+enum Emphasis {
     /// Not brushed, where something is.
     Rest,
     /// An earlier record of its equipment.
     Earlier,
     /// The last known record of its equipment.
     Latest,
-    /// Brushed.
-    Meant,
-    /// Of selected equipment.
+    /// Record that is brushed.
+    Brushed,
+    /// Record of selected equipment.
     Selected,
 }
 
-impl Rank {
+impl Emphasis {
     /// Width in points, and how much a normal and an abnormal line cover.
-    fn look(self) -> (f32, [f32; 2]) {
+    fn style(self) -> (f32, [f32; 2]) {
         match self {
             Self::Rest => (1.0, [0.1, 0.16]),
             Self::Earlier => (1.0, [0.2, 0.45]),
             Self::Latest => (1.8, [0.75, 1.0]),
-            Self::Meant => (1.8, [0.9, 1.0]),
+            Self::Brushed => (1.8, [0.9, 1.0]),
             Self::Selected => (3.0, [1.0, 1.0]),
         }
     }
 }
 
-pub(super) fn add(board: &Board, now: i64, shape: &mut Shape) {
-    let views = board.shown_axes();
-    let lines = Lines::of(board, &views);
-    if board.shows_clusters {
+pub(super) fn add(chart: &ParallelCoordinates, now: i64, shape: &mut Shape) {
+    let views = chart.shown_axes();
+    let lines = LineBuilder::new(chart, &views);
+    if chart.shows_clusters {
         lines.add_clusters(shape);
     }
-    let ranks = ranks(board, now);
-    if board.layout == Layout::Time {
-        lines.add_ribbons(&ranks, shape);
+    let emphases = emphases(chart, now);
+    if chart.layout == Layout::Time {
+        lines.add_ribbons(&emphases, shape);
     }
-    let mut drawn: Vec<(Rank, usize)> = ranks.into_iter().map(|(at, rank)| (rank, at)).collect();
+    let mut drawn: Vec<(Emphasis, usize)> =
+        emphases.into_iter().map(|(at, emphasis)| (emphasis, at)).collect();
     // What is to be seen most comes last, and so in front.
     drawn.sort_unstable();
-    for (rank, record) in drawn {
-        lines.add_record(record, rank, shape);
+    for (emphasis, record) in drawn {
+        lines.add_record(record, emphasis, shape);
     }
 }
 
-/// What each record that is drawn is drawn as.
-fn ranks(board: &Board, now: i64) -> BTreeMap<usize, Rank> {
-    let has_brush = !board.brushes().is_empty();
-    let selected = board.selected.iter().flat_map(|&one| board.records.of_equipment(one));
+/// Ranks each record that is drawn.
+fn emphases(chart: &ParallelCoordinates, now: i64) -> BTreeMap<usize, Emphasis> {
+    let has_brush = !chart.brushes().is_empty();
+    let selected = chart.selected.iter().flat_map(|&one| chart.records.of_equipment(one));
     // The last ones, where there are too many.
     let selected = selected.map(|&record| record as usize).rev().take(MAX_STROKED_RECORDS);
-    let drawn: Vec<usize> = match board.is_dense() {
+    let drawn: Vec<usize> = match chart.is_dense() {
         true => selected.collect(),
-        false => (0..board.records.len()).collect(),
+        false => (0..chart.records.len()).collect(),
     };
-    let rank = |record: usize| match board.is_meant(record) {
-        true => Rank::Meant,
-        false if has_brush => Rank::Rest,
-        false => Rank::Earlier,
+    let emphasis = |record: usize| match chart.is_brushed(record) {
+        true => Emphasis::Brushed,
+        false if has_brush => Emphasis::Rest,
+        false => Emphasis::Earlier,
     };
-    let known = drawn.into_iter().filter(|&record| board.is_known(record));
-    let mut ranks: BTreeMap<usize, Rank> = known.map(|record| (record, rank(record))).collect();
-    for known in board.known(now) {
-        let Some(rank) = ranks.get_mut(&known.record) else { continue };
-        if *rank == Rank::Earlier {
-            *rank = Rank::Latest;
+    let known = drawn.into_iter().filter(|&record| chart.is_known(record));
+    let mut emphases: BTreeMap<usize, Emphasis> =
+        known.map(|record| (record, emphasis(record))).collect();
+    for known in chart.known(now) {
+        let Some(emphasis) = emphases.get_mut(&known.record) else { continue };
+        if *emphasis == Emphasis::Earlier {
+            *emphasis = Emphasis::Latest;
         }
-        if board.selected.contains(&known.equipment) {
-            *rank = Rank::Selected;
+        if chart.selected.contains(&known.equipment) {
+            *emphasis = Emphasis::Selected;
         }
     }
-    ranks
+    emphases
 }
 
-/// Where lines go.
-struct Lines<'a> {
-    board: &'a Board,
+/// Builder of the lines between axes.
+struct LineBuilder<'a> {
+    chart: &'a ParallelCoordinates,
     views: &'a [AxisView],
     feet: Vec<[f32; 2]>,
     pairs: Vec<[usize; 2]>,
     span: [i64; 2],
 }
 
-impl<'a> Lines<'a> {
-    fn of(board: &'a Board, views: &'a [AxisView]) -> Self {
-        let feet = board.layout.feet(views.len(), board.size);
-        let pairs = board.layout.pairs(views.len());
-        Self { board, views, feet, pairs, span: board.records.span().unwrap_or_default() }
+impl<'a> LineBuilder<'a> {
+    fn new(chart: &'a ParallelCoordinates, views: &'a [AxisView]) -> Self {
+        let feet = chart.layout.axis_positions(views.len(), chart.size);
+        let pairs = chart.layout.pairs(views.len());
+        Self { chart, views, feet, pairs, span: chart.records.span().unwrap_or_default() }
     }
 
     fn at(&self, axis: usize, position: f32, back: f32) -> [f32; 3] {
         let [x, z] = self.feet[axis];
-        [x, position * self.board.size.height, z + back]
+        [x, position * self.chart.size.height, z + back]
     }
 
-    /// Where a record is on an axis; in the lane below where it has no value.
+    /// Returns the position of a record on an axis; in the lane below where it has no value.
     fn place(&self, record: usize, axis: usize) -> [f32; 3] {
         let view = &self.views[axis];
-        let position = view.position(self.board.records.row(record)[view.axis]);
+        let position = view.position(self.chart.records.row(record)[view.axis]);
         self.at(axis, position.unwrap_or(MISSING_LANE), self.back(record))
     }
 
     fn back(&self, record: usize) -> f32 {
-        let Size { depth, .. } = self.board.size;
-        match self.board.layout {
-            Layout::Time => depth_of(self.board.records.all()[record].unix_nanos, self.span, depth),
+        let Size { depth, .. } = self.chart.size;
+        match self.chart.layout {
+            Layout::Time => depth_of(self.chart.records.all()[record].unix_nanos, self.span, depth),
             Layout::Flat | Layout::Focus => 0.0,
         }
     }
 
-    fn add_record(&self, record: usize, rank: Rank, shape: &mut Shape) {
-        let state = &self.board.description.legend[self.board.records.all()[record].state as usize];
-        let (width, covers) = rank.look();
-        let (color, pattern, cover) = match (rank, state.is_abnormal) {
-            (Rank::Selected, false) => (SELECTION, Pattern::Solid, 1.0),
-            (Rank::Meant, false) => (INK, Pattern::Solid, covers[0]),
-            (Rank::Rest, _) => (GREY, Pattern::Solid, covers[0]),
+    fn add_record(&self, record: usize, emphasis: Emphasis, shape: &mut Shape) {
+        let state = &self.chart.description.legend[self.chart.records.all()[record].state as usize];
+        let (width, covers) = emphasis.style();
+        let (color, pattern, cover) = match (emphasis, state.is_abnormal) {
+            (Emphasis::Selected, false) => (SELECTION, Pattern::Solid, 1.0),
+            (Emphasis::Brushed, false) => (INK, Pattern::Solid, covers[0]),
+            (Emphasis::Rest, _) => (GREY, Pattern::Solid, covers[0]),
             (_, false) => (GREY, Pattern::Solid, covers[0]),
             (_, true) => (state.color, state.pattern, covers[1]),
         };
         for &[from, to] in &self.pairs {
             let (from, to) = (self.place(record, from), self.place(record, to));
-            if rank == Rank::Selected && state.is_abnormal {
-                // Selected shows around the colour of the state.
+            if emphasis == Emphasis::Selected && state.is_abnormal {
+                // ChartSelection shows around the colour of the state.
                 let halo = Stroke {
                     from,
                     to,
@@ -151,25 +153,27 @@ impl<'a> Lines<'a> {
 
     /// From each record of a piece of equipment to its next: surfaces for what is brushed
     /// or selected, lines on every axis for all.
-    fn add_ribbons(&self, ranks: &BTreeMap<usize, Rank>, shape: &mut Shape) {
-        for equipment in 0..self.board.records.equipment_count() {
-            let own = self.board.records.of_equipment(equipment);
-            let is_selected = self.board.selected.contains(&equipment);
-            if self.board.is_dense() && !is_selected {
+    fn add_ribbons(&self, emphases: &BTreeMap<usize, Emphasis>, shape: &mut Shape) {
+        for equipment in 0..self.chart.records.equipment_count() {
+            let own = self.chart.records.of_equipment(equipment);
+            let is_selected = self.chart.selected.contains(&equipment);
+            if self.chart.is_dense() && !is_selected {
                 continue;
             }
             for next in own.windows(2) {
                 let [a, b] = [next[0] as usize, next[1] as usize];
-                let (Some(_), Some(&rank)) = (ranks.get(&a), ranks.get(&b)) else { continue };
+                let (Some(_), Some(&emphasis)) = (emphases.get(&a), emphases.get(&b)) else {
+                    continue;
+                };
                 let state =
-                    &self.board.description.legend[self.board.records.all()[b].state as usize];
+                    &self.chart.description.legend[self.chart.records.all()[b].state as usize];
                 let color = match (is_selected, state.is_abnormal) {
                     (_, true) => state.color,
                     (true, false) => SELECTION,
                     (false, false) => GREY,
                 };
-                let is_raised = is_selected || rank == Rank::Meant;
-                for &[from, to] in self.pairs.iter().filter(|_| rank != Rank::Rest) {
+                let is_raised = is_selected || emphasis == Emphasis::Brushed;
+                for &[from, to] in self.pairs.iter().filter(|_| emphasis != Emphasis::Rest) {
                     let corners = [
                         self.place(a, from),
                         self.place(a, to),
@@ -196,8 +200,8 @@ impl<'a> Lines<'a> {
     }
 
     fn add_clusters(&self, shape: &mut Shape) {
-        let Board { description, records, .. } = self.board;
-        let is_known = |record| self.board.is_known(record);
+        let ParallelCoordinates { description, records, .. } = self.chart;
+        let is_known = |record| self.chart.is_known(record);
         for (state, bands) in
             cluster::bands(records, self.views, description.legend.len(), is_known)
         {

@@ -1,11 +1,11 @@
-//! What holds of every welded mesh, asked of one that somebody else kept.
+//! Validation of meshes that come from outside: the invariants of every welded mesh.
 
 use super::{Mesh, NO_FEATURE};
 
 impl Mesh {
-    /// Whether it is as welding makes them: every index leads somewhere, every position has
-    /// a wedge and is finite, no two corners of a triangle share a position, corners share
-    /// their feature, which is one of so many, and sections cover all triangles in order.
+    /// Reports whether the mesh keeps the invariants of welding. Every index is in range, and every
+    /// position is finite and has a wedge. The corners of a triangle have different positions and
+    /// one feature below `features`. Sections cover all triangles in order.
     pub fn is_welded(&self, features: usize) -> bool {
         self.has_whole_arrays(features)
             && self.positions.iter().all(|position| position.is_finite())

@@ -6,9 +6,8 @@ use super::{CollapseStacks, StackTables, TablesError, triangle_removal};
 use crate::mesh::scatter;
 use crate::{CollapseSequence, Mesh, SlenderPoint};
 
-/// How many wedges of the surviving position a wedge may choose its parent
-/// from. Bounds the build on a mesh whose positions have very many wedges, and
-/// lets the choice fit into a byte.
+/// Greatest number of wedges of the surviving position among which a wedge chooses its parent.
+/// Bounds the build on positions with very many wedges, and lets the choice fit into a byte.
 const MAX_PARENT_CANDIDATES: u32 = 64;
 
 impl CollapseStacks {

@@ -1,4 +1,4 @@
-//! What stacks know beyond their mesh.
+//! Tables of collapse stacks: parents, removal cursors and errors.
 
 use thiserror::Error;
 
@@ -23,15 +23,15 @@ pub struct StackTables {
     pub max_depth: u32,
 }
 
-/// Why tables do not belong to a mesh.
+/// Reasons why tables do not belong to a mesh.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum TablesError {
     /// An array is longer or shorter than the mesh needs.
     #[error("{found} {what} for {expected}")]
     Length {
-        /// The array.
+        /// Name of the array.
         what: &'static str,
-        /// Its length.
+        /// Length of the array.
         found: usize,
         /// The length it must have.
         expected: usize,
@@ -42,7 +42,7 @@ pub enum TablesError {
     /// A wedge stands for one that is removed later, or does not exist.
     #[error("wedge {wedge} has no earlier parent")]
     NoParent {
-        /// Wedge at fault.
+        /// Index of the faulty wedge.
         wedge: usize,
     },
 }

@@ -6,15 +6,15 @@ use crate::{CollapseSequence, Mesh};
 /// Chains of ancestors up to this length are climbed as they are.
 const MAX_CLIMBED_DEPTH: u32 = 64;
 
-/// When a position is joined to another one, in the upper half, and to which,
-/// in the lower. The least of some links is the one that is joined first.
+/// Link of a position to the one that it is joined to. The upper half holds the entry that joins
+/// them, the lower the position. The least of some links is joined first.
 type Link = u64;
 
 fn link(entry: u32, onto: u32) -> Link {
     u64::from(entry) << 32 | u64::from(onto)
 }
 
-/// Of a position that is never joined to another one.
+/// Returns the link of a position that is never joined to another one.
 fn stays(position: u32) -> Link {
     link(NEVER_REMOVED, position)
 }

@@ -1,4 +1,4 @@
-//! Which vertices are at one point.
+//! Vertex deduplication: groups of vertices at one point, found by hash partitioning.
 //!
 //! Looked up one by one in a table of all points, each costs a few reads from main memory.
 //! Here vertices are dealt to piles by hash, and a pile and its table stay in the cache.
@@ -15,9 +15,8 @@ const PILE: usize = 4096;
 /// More would be dealt to than the processor can write to at once.
 const MAX_PILES: usize = 512;
 
-/// Of all vertices, one primitive after the other, and then of all corners of triangles
-/// whose feature is not their vertex's own: the first that is at the same point, of the
-/// same feature.
+/// First vertex at the same point, and of the same feature, for each vertex. Vertices come
+/// primitive by primitive; then all triangle corners whose feature is not their vertex's own.
 pub(super) struct Points {
     firsts: Vec<u32>,
     /// The vertex that the next primitive begins with, and the next foreign corner.
@@ -99,7 +98,7 @@ impl Points {
     }
 }
 
-/// Of all vertices, then of all foreign corners.
+/// Iterates over the keys of all vertices, then of all foreign corners.
 fn keys(primitives: &[RawPrimitive]) -> impl Iterator<Item = [u32; 4]> {
     primitives.iter().flat_map(vertex_keys).chain(primitives.iter().flat_map(foreign_keys))
 }
@@ -126,7 +125,7 @@ fn as_number(key: [u32; 4]) -> u128 {
     key.into_iter().rev().fold(0, |number, word| number << 32 | u128::from(word))
 }
 
-/// What makes two vertices one position.
+/// Returns the key by which two vertices are one position.
 fn key(primitive: &RawPrimitive, vertex: u32, feature: u32) -> [u32; 4] {
     let [x, y, z] = clean(primitive.positions[vertex as usize]).to_array().map(f32::to_bits);
     [x, y, z, feature]

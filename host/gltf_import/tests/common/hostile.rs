@@ -14,7 +14,7 @@ use super::Builder;
 pub struct Case {
     pub name: &'static str,
     pub bytes: Vec<u8>,
-    /// Where and what: all of these are in the message.
+    /// Parts of the expected message: place and fault.
     pub expected: &'static [&'static str],
 }
 

@@ -8,10 +8,10 @@ pub const BC3: u32 = 137;
 pub const BC4: u32 = 139;
 pub const BC5: u32 = 141;
 pub const BC7: u32 = 145;
-/// Of Basis Universal.
+/// Format number of Basis Universal.
 pub const UNDEFINED: u32 = 0;
 
-/// How a level is compressed besides.
+/// Supercompression scheme: no further compression.
 pub const PLAIN: u32 = 0;
 pub const ZSTANDARD: u32 = 2;
 

@@ -3,8 +3,8 @@
 use busbar_alarms::SourceReport;
 use busbar_plugin_abi as abi;
 
-use super::arguments::{Misaligned, short};
-use super::text_room::{TextRoom, ask, says_its_size};
+use super::arguments::{MisalignedCopy, short};
+use super::text_buffer::{TextBuffer, ask, check_required_size};
 use super::{Instance, required};
 use crate::finding::{Finding, Outcome, Stop};
 use crate::probe::Probe;
@@ -12,7 +12,7 @@ use crate::probe::Probe;
 const ARGUMENT: abi::BusbarStatus = abi::BUSBAR_INVALID_ARGUMENT;
 const RULES: &str = "keep the rules of the header, and of `plugins/sdk/src/alarms.rs`";
 
-/// What a plugin says to who knows a revision, if it does not say why it cannot tell.
+/// Reads the alarms newer than a known revision; none where the plugin reports an error.
 fn read(probe: &Probe, instance: &Instance<'_>, known: u64) -> Result<Option<SourceReport>, Stop> {
     let table: &abi::BusbarAlarms = instance.capability(abi::ALARMS_ID)?;
     let read = required(table.read, "read")?;
@@ -36,7 +36,7 @@ pub(crate) fn reads(probe: &Probe) -> Outcome {
         probe.expect(revision >= first.revision, fault, RULES);
         let table: &abi::BusbarAlarms = instance.capability(abi::ALARMS_ID)?;
         let (read, plugin) = (required(table.read, "read")?, instance.as_ptr());
-        says_its_size(probe, "read_alarms", |output, error| {
+        check_required_size(probe, "read_alarms", |output, error| {
             probe.read_alarms(read, plugin, first.revision, output, error)
         });
     }
@@ -50,10 +50,10 @@ pub(crate) fn refused(probe: &Probe) -> Outcome {
     let read = required(table.read, "read")?;
     let plugin = instance.as_ptr();
     // SAFETY: the instance lives.
-    let mut odd_plugin = Misaligned::copy_of(unsafe { &*plugin });
+    let mut odd_plugin = MisalignedCopy::from_value(unsafe { &*plugin });
     let odd_plugin = odd_plugin.as_mut_ptr::<abi::BusbarPlugin>().cast_const();
-    let mut room = TextRoom::of(1 << 16);
-    let mut odd = Misaligned::copy_of(&room.output);
+    let mut room = TextBuffer::with_capacity(1 << 16);
+    let mut odd = MisalignedCopy::from_value(&room.output);
     let mut small = short(&room.output, 8);
     let output = &raw mut room.output;
     for (what, plugin, output) in [

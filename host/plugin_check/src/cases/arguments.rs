@@ -4,7 +4,7 @@ use busbar_plugin_abi as abi;
 
 use super::optimizer::{Output, raw_mesh};
 use super::overlay::Buffers;
-use super::telemetry::Tags;
+use super::telemetry::TagSpecs;
 use super::{optimizer, overlay, required};
 use crate::finding::Outcome;
 use crate::meshes;
@@ -18,13 +18,13 @@ const SETTINGS: abi::BusbarStatus = abi::BUSBAR_INVALID_SETTINGS;
 const CANARY: u8 = 0xa5;
 
 /// A copy of a struct at an odd address, with canaries around it.
-pub(super) struct Misaligned {
+pub(super) struct MisalignedCopy {
     bytes: Vec<u64>,
     len: usize,
 }
 
-impl Misaligned {
-    pub(super) fn copy_of<T: Copy>(value: &T) -> Self {
+impl MisalignedCopy {
+    pub(super) fn from_value<T: Copy>(value: &T) -> Self {
         let len = size_of::<T>();
         let mut copy = Self { bytes: vec![u64::from_ne_bytes([CANARY; 8]); len / 8 + 3], len };
         // SAFETY: there is room for the copy and more behind the odd address.
@@ -66,7 +66,7 @@ pub(crate) fn create(probe: &Probe) -> Outcome {
     let host = probe.host.as_ptr();
     // SAFETY: the table lives for ever.
     let table = unsafe { *host };
-    let mut odd = Misaligned::copy_of(&table);
+    let mut odd = MisalignedCopy::from_value(&table);
     let small = short(&table, 8);
     let longer = format!("{}.", subject.id);
     for (what, id, settings, host) in [
@@ -91,7 +91,7 @@ pub(crate) fn create(probe: &Probe) -> Outcome {
     let unknown = abi::BusbarStr::from_static("no.such.plugin");
     probe.create(create, unknown, settings, host, std::ptr::null_mut());
     let untouched = "check the error's address and struct_size before writing into it";
-    let mut odd = Misaligned::copy_of(&abi::BusbarError::empty());
+    let mut odd = MisalignedCopy::from_value(&abi::BusbarError::empty());
     let before = odd.as_bytes().to_vec();
     probe.create(create, unknown, settings, host, odd.as_mut_ptr());
     let fault = "`create` writes into an error that is misaligned";
@@ -125,16 +125,16 @@ pub(crate) fn telemetry(probe: &Probe) -> Outcome {
     let (start, stop) = (required(table.start, "start")?, required(table.stop, "stop")?);
     let plugin = instance.as_ptr();
     // SAFETY: the instance lives.
-    let mut odd_plugin = Misaligned::copy_of(unsafe { &*plugin });
+    let mut odd_plugin = MisalignedCopy::from_value(unsafe { &*plugin });
     let odd_plugin = odd_plugin.as_mut_ptr::<abi::BusbarPlugin>().cast_const();
-    let good = Tags::of(&probe.request.sample.tags);
-    let one = Tags::with([(abi::BUSBAR_VALUE_F64, "{}".to_owned())]);
-    let mut odd_tag = Misaligned::copy_of(&one.raw[0]);
-    let mut kind = Tags::with([(abi::BUSBAR_VALUE_F64, "{}".to_owned())]);
+    let good = TagSpecs::from_samples(&probe.request.sample.tags);
+    let one = TagSpecs::new([(abi::BUSBAR_VALUE_F64, "{}".to_owned())]);
+    let mut odd_tag = MisalignedCopy::from_value(&one.raw[0]);
+    let mut kind = TagSpecs::new([(abi::BUSBAR_VALUE_F64, "{}".to_owned())]);
     kind.raw[0].kind = 99;
-    let mut id = Tags::with([(abi::BUSBAR_VALUE_F64, "{}".to_owned())]);
+    let mut id = TagSpecs::new([(abi::BUSBAR_VALUE_F64, "{}".to_owned())]);
     id.raw[0].id = text::of_bytes(&[0xff; 4]);
-    let no_json = Tags::with([(abi::BUSBAR_VALUE_F64, "{\"a\":".to_owned())]);
+    let no_json = TagSpecs::new([(abi::BUSBAR_VALUE_F64, "{\"a\":".to_owned())]);
     let refused = [ARGUMENT];
     let kinds = [ARGUMENT, SETTINGS];
     // What never looks at these texts need not refuse them.
@@ -144,7 +144,7 @@ pub(crate) fn telemetry(probe: &Probe) -> Outcome {
     // SAFETY: the sink lives for ever.
     let raw_sink = unsafe { *sink.as_ptr() };
     let small = short(&raw_sink, 8);
-    let mut odd_sink = Misaligned::copy_of(&raw_sink);
+    let mut odd_sink = MisalignedCopy::from_value(&raw_sink);
     let odd_sink = odd_sink.as_mut_ptr::<abi::BusbarSampleSink>().cast_const();
     let (tags, odd_tags) = (good.as_parts(), (odd_tag.as_ptr(), 1));
     let no_tags = (std::ptr::null(), 2);
@@ -186,11 +186,11 @@ pub(crate) fn optimizer(probe: &Probe) -> Outcome {
     let optimize = optimizer::function(&instance)?;
     let plugin = instance.as_ptr();
     // SAFETY: the instance lives.
-    let mut odd_plugin = Misaligned::copy_of(unsafe { &*plugin });
+    let mut odd_plugin = MisalignedCopy::from_value(unsafe { &*plugin });
     let odd_plugin = odd_plugin.as_mut_ptr::<abi::BusbarPlugin>().cast_const();
     let grid = meshes::hilly(6, 6);
     let good = raw_mesh(&grid);
-    let mut odd = Misaligned::copy_of(&good.raw);
+    let mut odd = MisalignedCopy::from_value(&good.raw);
     let small = short(&good.raw, 16);
     let mut no_positions = good.raw;
     no_positions.positions = std::ptr::null();
@@ -226,7 +226,7 @@ pub(crate) fn optimizer(probe: &Probe) -> Outcome {
         output.expect_canaries(probe, what);
     }
     let mut usual = Output::for_mesh(&good);
-    let mut odd = Misaligned::copy_of(&usual.raw);
+    let mut odd = MisalignedCopy::from_value(&usual.raw);
     let mut small = short(&usual.raw, 8);
     let mut no_room = Output::for_mesh(&good);
     no_room.raw.collapse_capacity = 0;
@@ -264,11 +264,11 @@ pub(crate) fn overlay(probe: &Probe) -> Outcome {
     let (configure, draw) = overlay::functions(&instance)?;
     let plugin = instance.as_ptr();
     // SAFETY: the instance lives.
-    let mut odd_plugin = Misaligned::copy_of(unsafe { &*plugin });
+    let mut odd_plugin = MisalignedCopy::from_value(unsafe { &*plugin });
     let odd_plugin = odd_plugin.as_mut_ptr::<abi::BusbarPlugin>().cast_const();
     let scene = overlay::Scene::new(4);
     let good = (scene.bindings.as_ptr(), scene.bindings.len());
-    let mut odd = Misaligned::copy_of(&scene.bindings[0]);
+    let mut odd = MisalignedCopy::from_value(&scene.bindings[0]);
     let mut unknown = [scene.bindings[0]];
     unknown[0].kind = 77;
     let mut not_utf8 = [scene.bindings[0]];
@@ -291,7 +291,7 @@ pub(crate) fn overlay(probe: &Probe) -> Outcome {
     let status = probe.configure(configure, plugin, good.0, good.1, &mut error);
     probe.expect_ok("configure", status, &error)?;
     let frame = scene.frame();
-    let mut odd_frame = Misaligned::copy_of(&frame);
+    let mut odd_frame = MisalignedCopy::from_value(&frame);
     let odd_frame = odd_frame.as_mut_ptr::<abi::BusbarOverlayFrame>().cast_const();
     let small_frame = short(&frame, 8);
     let mut no_values = frame;
@@ -299,7 +299,7 @@ pub(crate) fn overlay(probe: &Probe) -> Outcome {
     let mut few_values = frame;
     few_values.value_count = 1;
     let mut buffers = Buffers::new(64, 4096);
-    let mut odd_output = Misaligned::copy_of(&buffers.raw);
+    let mut odd_output = MisalignedCopy::from_value(&buffers.raw);
     let mut small_output = short(&buffers.raw, 8);
     let mut no_buffers = buffers.raw;
     (no_buffers.primitives, no_buffers.text) = (std::ptr::null_mut(), std::ptr::null_mut());

@@ -3,7 +3,7 @@
 use busbar_chart::{Description, Explanation, MAX_AXES, MAX_RECORDS, Record, Records};
 use busbar_plugin_abi as abi;
 
-use super::text_room::{ask, says_its_size};
+use super::text_buffer::{ask, check_required_size};
 use super::{Instance, required};
 use crate::finding::{Finding, Outcome, Stop};
 use crate::probe::Probe;
@@ -14,7 +14,7 @@ const PAGES: [u32; 3] = [1, 7, 1 << 16];
 const MAX_READ: usize = 100_000;
 /// Equipment that is explained.
 const MAX_EXPLAINED: usize = 16;
-/// What a page has behind its last value.
+/// Guard value behind the last value of a page.
 const CANARY: f32 = 12_345.5;
 const RULES: &str = "keep the rules of the header, and of `plugins/sdk/src/chart.rs`";
 
@@ -22,7 +22,7 @@ pub(super) fn table(instance: &Instance<'_>) -> Result<&'static abi::BusbarChart
     instance.capability(abi::CHART_ID)
 }
 
-/// What it describes, if it does not say why it cannot.
+/// Reads the description of the chart; none where the plugin reports an error.
 fn describe(probe: &Probe, instance: &Instance<'_>) -> Result<Option<Description>, Stop> {
     let describe = required(table(instance)?.describe, "describe")?;
     let plugin = instance.as_ptr();
@@ -90,7 +90,7 @@ fn read_all(
     capacity: u32,
 ) -> Result<(u64, Records), Stop> {
     let axes = description.axes.len() as u32;
-    let mut all = Records::of(description);
+    let mut all = Records::new(description);
     loop {
         let page = read_page(probe, instance, axes, all.len() as u64, capacity)?;
         let record = |raw: &abi::BusbarChartRecord| Record {
@@ -123,7 +123,7 @@ pub(crate) fn describes(probe: &Probe) -> Outcome {
     if first.is_some() {
         let describe = required(table(&instance)?.describe, "describe")?;
         let plugin = instance.as_ptr();
-        says_its_size(probe, "describe_chart", |output, error| {
+        check_required_size(probe, "describe_chart", |output, error| {
             probe.describe_chart(describe, plugin, output, error)
         });
     }
@@ -153,7 +153,8 @@ pub(crate) fn reads(probe: &Probe) -> Outcome {
     instance.destroy()
 }
 
-/// What is said of a piece of equipment at an instant, if anything is.
+/// Reads the explanation of a piece of equipment at an instant; none where the plugin reports an
+/// error.
 fn explain(
     probe: &Probe,
     instance: &Instance<'_>,

@@ -2,10 +2,10 @@
 
 use busbar_plugin_abi as abi;
 
-use super::arguments::{Misaligned, short};
+use super::arguments::{MisalignedCopy, short};
 use super::chart::table;
 use super::required;
-use super::text_room::TextRoom;
+use super::text_buffer::TextBuffer;
 use crate::finding::Outcome;
 use crate::probe::Probe;
 use crate::text;
@@ -20,10 +20,10 @@ pub(crate) fn refused(probe: &Probe) -> Outcome {
     let (read, explain) = (required(table.read, "read")?, required(table.explain, "explain")?);
     let plugin = instance.as_ptr();
     // SAFETY: the instance lives.
-    let mut odd_plugin = Misaligned::copy_of(unsafe { &*plugin });
+    let mut odd_plugin = MisalignedCopy::from_value(unsafe { &*plugin });
     let odd_plugin = odd_plugin.as_mut_ptr::<abi::BusbarPlugin>().cast_const();
-    let mut room = TextRoom::of(1 << 16);
-    let mut odd = Misaligned::copy_of(&room.output);
+    let mut room = TextBuffer::with_capacity(1 << 16);
+    let mut odd = MisalignedCopy::from_value(&room.output);
     let mut small = short(&room.output, 8);
     let output = &raw mut room.output;
     for (what, plugin, output) in [
@@ -57,7 +57,7 @@ pub(crate) fn refused(probe: &Probe) -> Outcome {
         records: std::ptr::null_mut(),
         values: std::ptr::null_mut(),
     };
-    let mut odd = Misaligned::copy_of(&page);
+    let mut odd = MisalignedCopy::from_value(&page);
     let mut small = short(&page, 8);
     for (what, plugin, page) in [
         ("a plugin that is null", std::ptr::null(), &raw mut page),

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use busbar_plugin_abi as abi;
 
-use super::arguments::{Misaligned, short};
+use super::arguments::{MisalignedCopy, short};
 use super::{Instance, required};
 use crate::fake_streams::FakeStreams;
 use crate::finding::{Finding, Outcome, Stop};
@@ -172,15 +172,15 @@ pub(crate) fn arguments(probe: &Probe) -> Outcome {
     let Some(name) = names.first() else { return instance.destroy() };
     let plugin = instance.as_ptr();
     // SAFETY: the instance lives.
-    let mut odd_plugin = Misaligned::copy_of(unsafe { &*plugin });
+    let mut odd_plugin = MisalignedCopy::from_value(unsafe { &*plugin });
     let odd_plugin = odd_plugin.as_mut_ptr::<abi::BusbarPlugin>().cast_const();
     let mut streams = FakeStreams::new(b"", 1, ALL);
     let good_streams = streams.table();
-    let mut odd_streams = Misaligned::copy_of(&good_streams);
+    let mut odd_streams = MisalignedCopy::from_value(&good_streams);
     let small_streams = short(&good_streams, 8);
     let deaf_streams = abi::BusbarCommandStreams { read: None, ..good_streams };
     let good = call(name);
-    let mut odd_call = Misaligned::copy_of(&good);
+    let mut odd_call = MisalignedCopy::from_value(&good);
     let small_call = short(&good, 8);
     let unknown = call("there-is-no-such-command");
     let bad_name = abi::BusbarCommandCall { name: text::of_bytes(&[0xff; 4]), ..good };
@@ -188,7 +188,7 @@ pub(crate) fn arguments(probe: &Probe) -> Outcome {
     let bad_text = text::of_bytes(&[0xff; 4]);
     let bad_argument = abi::BusbarCommandCall { argument_count: 1, arguments: &bad_text, ..good };
     let mut into = result();
-    let mut odd_into = Misaligned::copy_of(&into);
+    let mut odd_into = MisalignedCopy::from_value(&into);
     let mut small_into = short(&into, 4);
     let (all, to, null) = (&raw const good, &raw const good_streams, std::ptr::null());
     let result = &raw mut into;

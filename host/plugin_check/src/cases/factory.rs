@@ -3,7 +3,7 @@
 use busbar_plugin_abi as abi;
 
 use crate::finding::{Finding, Outcome};
-use crate::journal::{Entry, Facts};
+use crate::journal::{Entry, PluginFacts};
 use crate::library::sized;
 use crate::probe::Probe;
 use crate::text;
@@ -81,7 +81,7 @@ pub(crate) fn descriptors(probe: &Probe) -> Outcome {
 fn describe(
     probe: &Probe,
     raw: &abi::BusbarPluginDescriptor,
-) -> Result<Facts, crate::finding::Stop> {
+) -> Result<PluginFacts, crate::finding::Stop> {
     let mut texts = Vec::new();
     for (name, text) in [
         ("id", raw.id),
@@ -131,5 +131,5 @@ fn describe(
         probe.expect(!capabilities.contains(&capability), fault, "name it once");
         capabilities.push(capability);
     }
-    Ok(Facts { id, capabilities })
+    Ok(PluginFacts { id, capabilities })
 }

@@ -1,4 +1,4 @@
-//! What is left in the process when all is over, measured over many rounds.
+//! Leaks of memory, threads and descriptors, measured over many rounds.
 
 use std::time::{Duration, Instant};
 
@@ -9,11 +9,11 @@ use crate::probe::Probe;
 /// Rounds before memory is first looked at, and most between the looks.
 const WARM_UP_CYCLES: usize = 20;
 const MAX_CYCLES: usize = 200;
-/// Fewer say nothing.
+/// Least number of rounds that gives a result.
 const MIN_CYCLES: usize = 20;
 /// Rounds of a part, after which memory is looked at.
 const PART_CYCLES: usize = 10;
-/// How long the rounds may take.
+/// Longest duration of the rounds.
 const MAX_CYCLING: Duration = Duration::from_secs(4);
 /// Heap that a round may keep, bytes: rounding of the allocator, and what its caches of
 /// threads hold. On a busy machine it counts up to 191 of a plugin all of whose allocations
@@ -23,7 +23,7 @@ const MAX_HEAP_A_CYCLE: usize = 256;
 const MAX_RESIDENT_GROWTH: usize = 8 << 20;
 
 /// Starting and ending a library leaves nothing.
-pub(crate) fn of_library(probe: &Probe) -> Outcome {
+pub(crate) fn check_library(probe: &Probe) -> Outcome {
     let cycle = || {
         let factory = probe.initialised()?;
         if let Some(count) = factory.count {

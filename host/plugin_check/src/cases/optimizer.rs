@@ -149,7 +149,7 @@ impl Output {
 }
 
 /// Progress that says stop from a report on.
-struct Watch {
+struct ProgressRecord {
     reports: AtomicU64,
     stop_at: u64,
     bad_fractions: AtomicU64,
@@ -158,7 +158,7 @@ struct Watch {
 
 unsafe extern "C" fn report(context: *mut c_void, fraction: f32) -> u32 {
     // SAFETY: a plugin passes the context of its progress, or breaks the ABI.
-    let Some(watch) = (unsafe { context.cast::<Watch>().as_ref() }) else { return 1 };
+    let Some(watch) = (unsafe { context.cast::<ProgressRecord>().as_ref() }) else { return 1 };
     let reports = watch.reports.fetch_add(1, Ordering::Relaxed) + 1;
     if !(0.0..=1.0).contains(&fraction) {
         watch.bad_fractions.fetch_add(1, Ordering::Relaxed);
@@ -171,7 +171,7 @@ unsafe extern "C" fn report(context: *mut c_void, fraction: f32) -> u32 {
     0
 }
 
-impl Watch {
+impl ProgressRecord {
     fn new(stop_at: u64) -> Self {
         Self {
             reports: AtomicU64::new(0),
@@ -200,7 +200,7 @@ fn optimized(
 ) -> Result<CollapseSequence, Stop> {
     let optimize = function(instance)?;
     let (mut error, mut output) = (abi::BusbarError::empty(), Output::for_mesh(mesh));
-    let watch = Watch::new(u64::MAX);
+    let watch = ProgressRecord::new(u64::MAX);
     let progress = watch.progress();
     let plugin = instance.as_ptr();
     let status =
@@ -294,7 +294,7 @@ pub(crate) fn cancel(probe: &Probe) -> Outcome {
     let raw = raw_mesh(&mesh);
     for stop_at in [1, 2, 10] {
         let (mut error, mut output) = (abi::BusbarError::empty(), Output::for_mesh(&raw));
-        let watch = Watch::new(stop_at);
+        let watch = ProgressRecord::new(stop_at);
         let progress = watch.progress();
         let begun = Instant::now();
         let plugin = instance.as_ptr();

@@ -276,7 +276,7 @@ impl Buffers {
 }
 
 impl Buffers {
-    /// What is wrong with the verdicts, as the host would say.
+    /// Validates the verdicts by the host's rules.
     fn verdict_fault(&self, scene: &Scene, text: &str) -> Result<(), String> {
         let (count, basis_count) = (self.raw.verdict_count, self.raw.basis_count);
         if count > self.raw.verdict_capacity || basis_count > self.raw.basis_capacity {

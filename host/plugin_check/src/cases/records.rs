@@ -3,7 +3,7 @@
 use busbar_plugin_abi as abi;
 use busbar_records::{Description, List, ListInfo, MAX_ROWS, Record};
 
-use super::text_room::{ask, says_its_size};
+use super::text_buffer::{ask, check_required_size};
 use super::{Instance, required};
 use crate::finding::{Finding, Outcome, Stop};
 use crate::probe::Probe;
@@ -23,7 +23,7 @@ pub(super) fn table(instance: &Instance<'_>) -> Result<&'static abi::BusbarRecor
     instance.capability(abi::RECORDS_ID)
 }
 
-/// Which lists there are, if it does not say why it cannot tell.
+/// Reads the description of the lists; none where the plugin reports an error.
 pub(super) fn describe(
     probe: &Probe,
     instance: &Instance<'_>,
@@ -39,9 +39,9 @@ pub(super) fn describe(
     Ok(told)
 }
 
-/// What a page is of.
+/// Page that is asked for.
 #[derive(Clone, Copy)]
-struct Wanted {
+struct PageRequest {
     list: u32,
     columns: u32,
     first: u64,
@@ -54,9 +54,9 @@ struct Page {
     rows: Vec<Record>,
 }
 
-fn read_page(probe: &Probe, instance: &Instance<'_>, wanted: Wanted) -> Result<Page, Stop> {
+fn read_page(probe: &Probe, instance: &Instance<'_>, wanted: PageRequest) -> Result<Page, Stop> {
     let read = required(table(instance)?.read, "read")?;
-    let Wanted { list, columns, first, capacity } = wanted;
+    let PageRequest { list, columns, first, capacity } = wanted;
     let mut rows = vec![abi::BusbarRecordRow::default(); capacity as usize];
     let mut ends = vec![0_u32; capacity as usize * (1 + columns as usize)];
     let mut text = vec![CANARY; TEXT_BYTES + BEYOND];
@@ -118,7 +118,7 @@ fn read_all(
     let (mut list, mut all) = (List::new(info.clone()), Vec::new());
     loop {
         let first = all.len() as u64;
-        let wanted = Wanted { list: index, columns, first, capacity };
+        let wanted = PageRequest { list: index, columns, first, capacity };
         let page = read_page(probe, instance, wanted)?;
         if let Err(fault) = list.append(page.rows.clone()) {
             return Err(Finding::new(format!("`read_records`: {fault}"), RULES).into());
@@ -143,7 +143,7 @@ pub(crate) fn describes(probe: &Probe) -> Outcome {
     if describe(probe, &instance)?.is_some() {
         let describe = required(table(&instance)?.describe, "describe")?;
         let plugin = instance.as_ptr();
-        says_its_size(probe, "describe_records", |output, error| {
+        check_required_size(probe, "describe_records", |output, error| {
             probe.describe_records(describe, plugin, output, error)
         });
     }
@@ -154,7 +154,7 @@ pub(crate) fn reads(probe: &Probe) -> Outcome {
     let subject = probe.subject_with(abi::RECORDS_ID)?;
     let instance = subject.make(probe)?;
     let Some(description) = describe(probe, &instance)? else { return instance.destroy() };
-    let nothing = Wanted { list: u32::MAX, columns: 0, first: 0, capacity: 0 };
+    let nothing = PageRequest { list: u32::MAX, columns: 0, first: 0, capacity: 0 };
     read_page(probe, &instance, nothing)?;
     for list in (0..).zip(&description.lists) {
         let (revision, all) = read_all(probe, &instance, list, PAGES[2])?;
@@ -165,7 +165,7 @@ pub(crate) fn reads(probe: &Probe) -> Outcome {
             probe.expect(is_same || again != revision, fault, RULES);
         }
         let columns = list.1.columns.len() as u32;
-        let beyond = Wanted { list: list.0, columns, first: u64::MAX, capacity: 3 };
+        let beyond = PageRequest { list: list.0, columns, first: u64::MAX, capacity: 3 };
         let beyond = read_page(probe, &instance, beyond)?;
         probe.expect(beyond.rows.is_empty(), "`read_records` gives rows beyond the last", RULES);
     }
@@ -177,7 +177,7 @@ pub(crate) fn use_briefly(probe: &Probe, instance: &Instance<'_>) -> Outcome {
     let Some(description) = describe(probe, instance)? else { return Ok(()) };
     for (index, list) in (0..).zip(&description.lists) {
         let columns = list.columns.len() as u32;
-        read_page(probe, instance, Wanted { list: index, columns, first: 0, capacity: 16 })?;
+        read_page(probe, instance, PageRequest { list: index, columns, first: 0, capacity: 16 })?;
     }
     Ok(())
 }

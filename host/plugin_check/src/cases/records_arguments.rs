@@ -2,10 +2,10 @@
 
 use busbar_plugin_abi as abi;
 
-use super::arguments::{Misaligned, short};
+use super::arguments::{MisalignedCopy, short};
 use super::records::{describe, table};
 use super::required;
-use super::text_room::TextRoom;
+use super::text_buffer::TextBuffer;
 use crate::finding::Outcome;
 use crate::probe::Probe;
 
@@ -18,10 +18,10 @@ pub(crate) fn refused(probe: &Probe) -> Outcome {
     let (tell, read) = (required(table.describe, "describe")?, required(table.read, "read")?);
     let plugin = instance.as_ptr();
     // SAFETY: the instance lives.
-    let mut odd_plugin = Misaligned::copy_of(unsafe { &*plugin });
+    let mut odd_plugin = MisalignedCopy::from_value(unsafe { &*plugin });
     let odd_plugin = odd_plugin.as_mut_ptr::<abi::BusbarPlugin>().cast_const();
-    let mut room = TextRoom::of(1 << 16);
-    let mut odd = Misaligned::copy_of(&room.output);
+    let mut room = TextBuffer::with_capacity(1 << 16);
+    let mut odd = MisalignedCopy::from_value(&room.output);
     let mut small = short(&room.output, 8);
     let output = &raw mut room.output;
     for (what, plugin, output) in [
@@ -51,7 +51,7 @@ pub(crate) fn refused(probe: &Probe) -> Outcome {
         ends: std::ptr::null_mut(),
         text: std::ptr::null_mut(),
     };
-    let (mut page, mut odd, mut small) = (good, Misaligned::copy_of(&good), short(&good, 8));
+    let (mut page, mut odd, mut small) = (good, MisalignedCopy::from_value(&good), short(&good, 8));
     let mut unknown = abi::BusbarRecordPage { list: u32::MAX, ..good };
     let mut wide = abi::BusbarRecordPage { column_count: columns.unwrap_or(1) + 1, ..good };
     for (what, plugin, page) in [

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use busbar_plugin_abi as abi;
 
-use super::telemetry::{Tags, WATCH};
+use super::telemetry::{OBSERVATION_TIME, TagSpecs};
 use super::{Instance, required};
 use crate::environment;
 use crate::finding::{Finding, Outcome, Stop, skip};
@@ -17,13 +17,13 @@ const MAX_STOP: Duration = Duration::from_secs(2);
 const MAX_START: Duration = Duration::from_secs(1);
 
 /// Tags of the sample that rest in the middle of what any address can hold.
-pub(crate) struct Simulated {
+pub(crate) struct SimulatedTags {
     pub(crate) raw: Vec<abi::BusbarSimulatedTag>,
-    _tags: Tags,
+    _tags: TagSpecs,
 }
 
-impl Simulated {
-    pub(crate) fn of(tags: Tags) -> Self {
+impl SimulatedTags {
+    pub(crate) fn new(tags: TagSpecs) -> Self {
         let raw = tags.raw.iter().map(|&spec| abi::BusbarSimulatedTag {
             spec,
             shape: abi::BUSBAR_SHAPE_CONSTANT,
@@ -35,8 +35,8 @@ impl Simulated {
         Self { raw: raw.collect(), _tags: tags }
     }
 
-    pub(crate) fn of_sample(probe: &Probe) -> Self {
-        Self::of(Tags::of(&probe.request.sample.tags))
+    pub(crate) fn from_sample(probe: &Probe) -> Self {
+        Self::new(TagSpecs::from_samples(&probe.request.sample.tags))
     }
 
     pub(crate) fn as_parts(&self) -> (*const abi::BusbarSimulatedTag, usize) {
@@ -63,7 +63,7 @@ pub(crate) fn simulation() -> abi::BusbarSimulation {
 
 /// Starts with tags that must be served; skips where nobody can listen there, and what
 /// the plugin says it cannot simulate.
-fn start(probe: &Probe, instance: &Instance<'_>, tags: &Simulated) -> Outcome {
+fn start(probe: &Probe, instance: &Instance<'_>, tags: &SimulatedTags) -> Outcome {
     let table: &abi::BusbarSimulator = instance.capability(abi::SIMULATOR_ID)?;
     let start = required(table.start, "start")?;
     let (mut error, simulation) = (abi::BusbarError::empty(), simulation());
@@ -111,7 +111,7 @@ fn judge(probe: &Probe, status: &abi::BusbarSimulatorStatus) {
 
 /// Starts with the sample's tags and stops.
 pub(crate) fn use_briefly(probe: &Probe, instance: &Instance<'_>) -> Outcome {
-    let tags = Simulated::of_sample(probe);
+    let tags = SimulatedTags::from_sample(probe);
     match start(probe, instance, &tags) {
         // What cannot be tried here is said by the cases of simulators.
         Err(Stop::Skip(_)) => Ok(()),
@@ -125,7 +125,7 @@ pub(crate) fn use_briefly(probe: &Probe, instance: &Instance<'_>) -> Outcome {
 
 pub(crate) fn order(probe: &Probe) -> Outcome {
     let subject = probe.subject_with(abi::SIMULATOR_ID)?;
-    let tags = Simulated::of_sample(probe);
+    let tags = SimulatedTags::from_sample(probe);
     let instance = subject.make(probe)?;
     let table: &abi::BusbarSimulator = instance.capability(abi::SIMULATOR_ID)?;
     stop(probe, &instance)?;
@@ -142,7 +142,7 @@ pub(crate) fn order(probe: &Probe) -> Outcome {
     stop(probe, &instance)?;
     stop(probe, &instance)?;
     // Without a tag, and destroyed while it is active.
-    start(probe, &instance, &Simulated::of(Tags::of(&[])))?;
+    start(probe, &instance, &SimulatedTags::new(TagSpecs::from_samples(&[])))?;
     status(probe, &instance)?;
     instance.destroy()?;
     let instance = subject.make(probe)?;
@@ -153,7 +153,7 @@ pub(crate) fn order(probe: &Probe) -> Outcome {
 pub(crate) fn ends(probe: &Probe) -> Outcome {
     let subject = probe.subject_with(abi::SIMULATOR_ID)?;
     let instance = subject.make(probe)?;
-    let tags = Simulated::of_sample(probe);
+    let tags = SimulatedTags::from_sample(probe);
     for round in 0..2 {
         let begun = Instant::now();
         start(probe, &instance, &tags)?;
@@ -161,7 +161,7 @@ pub(crate) fn ends(probe: &Probe) -> Outcome {
         let fault = format!("`start` took {} ms", took.as_millis());
         probe.expect(took <= MAX_START, fault, "serve on a thread of your own");
         // Once at work, once at the very start.
-        std::thread::sleep(if round == 0 { WATCH } else { Duration::ZERO });
+        std::thread::sleep(if round == 0 { OBSERVATION_TIME } else { Duration::ZERO });
         let begun = Instant::now();
         stop(probe, &instance)?;
         let took = begun.elapsed();

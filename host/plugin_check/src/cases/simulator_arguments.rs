@@ -2,10 +2,10 @@
 
 use busbar_plugin_abi as abi;
 
-use super::arguments::{Misaligned, short};
+use super::arguments::{MisalignedCopy, short};
 use super::required;
-use super::simulator::{Simulated, simulation};
-use super::telemetry::Tags;
+use super::simulator::{SimulatedTags, simulation};
+use super::telemetry::TagSpecs;
 use crate::finding::Outcome;
 use crate::probe::Probe;
 use crate::text;
@@ -22,12 +22,12 @@ pub(crate) fn refused(probe: &Probe) -> Outcome {
     let status = required(table.status, "status")?;
     let plugin = instance.as_ptr();
     // SAFETY: the instance lives.
-    let mut odd_plugin = Misaligned::copy_of(unsafe { &*plugin });
+    let mut odd_plugin = MisalignedCopy::from_value(unsafe { &*plugin });
     let odd_plugin = odd_plugin.as_mut_ptr::<abi::BusbarPlugin>().cast_const();
-    let good = Simulated::of_sample(probe);
-    let one = || Simulated::of(Tags::with([(abi::BUSBAR_VALUE_F64, "{}".to_owned())]));
+    let good = SimulatedTags::from_sample(probe);
+    let one = || SimulatedTags::new(TagSpecs::new([(abi::BUSBAR_VALUE_F64, "{}".to_owned())]));
     let first = one();
-    let mut odd_tag = Misaligned::copy_of(&first.raw[0]);
+    let mut odd_tag = MisalignedCopy::from_value(&first.raw[0]);
     let with = |change: fn(&mut abi::BusbarSimulatedTag)| {
         let mut tags = one();
         change(&mut tags.raw[0]);
@@ -39,7 +39,7 @@ pub(crate) fn refused(probe: &Probe) -> Outcome {
     let base = with(|tag| tag.base = f64::NAN);
     let period = with(|tag| tag.period_seconds = 0.0);
     let usual = simulation();
-    let mut odd = Misaligned::copy_of(&usual);
+    let mut odd = MisalignedCopy::from_value(&usual);
     let small = short(&usual, 8);
     let unknown = abi::BusbarSimulation { faults: 1 << 30, ..usual };
     let no_update = abi::BusbarSimulation { update_millis: 0, ..usual };
@@ -90,7 +90,7 @@ pub(crate) fn refused(probe: &Probe) -> Outcome {
         }
     }
     let mut into = abi::BusbarSimulatorStatus::empty();
-    let mut odd_into = Misaligned::copy_of(&into);
+    let mut odd_into = MisalignedCopy::from_value(&into);
     let mut small_into = short(&into, 8);
     let null = std::ptr::null();
     for (what, plugin, into) in [

@@ -12,23 +12,23 @@ use crate::request::{SampleTag, TagKind};
 
 /// Freshness limit of the tags here, milliseconds.
 const FRESHNESS_MILLIS: u64 = 2000;
-/// How long a plugin is watched for what it must not do.
-pub(crate) const WATCH: Duration = Duration::from_millis(200);
+/// Duration over which a plugin is observed for forbidden calls.
+pub(crate) const OBSERVATION_TIME: Duration = Duration::from_millis(200);
 /// Handles are not consecutive in the host either.
 const FIRST_TAG: u32 = 3;
 
 /// Tags as the ABI has them, and the texts behind them.
-pub(crate) struct Tags {
+pub(crate) struct TagSpecs {
     pub(crate) raw: Vec<abi::BusbarTagSpec>,
     _texts: Vec<(String, String)>,
 }
 
-impl Tags {
-    pub(crate) fn of(samples: &[SampleTag]) -> Self {
-        Self::with(samples.iter().map(|tag| (kind(tag.kind), tag.address.to_string())))
+impl TagSpecs {
+    pub(crate) fn from_samples(samples: &[SampleTag]) -> Self {
+        Self::new(samples.iter().map(|tag| (kind(tag.kind), tag.address.to_string())))
     }
 
-    pub(crate) fn with(tags: impl IntoIterator<Item = (u8, String)>) -> Self {
+    pub(crate) fn new(tags: impl IntoIterator<Item = (u8, String)>) -> Self {
         let (kinds, texts): (Vec<_>, Vec<_>) = tags
             .into_iter()
             .enumerate()
@@ -75,7 +75,7 @@ pub(crate) struct Started<'a> {
 pub(crate) fn start<'a>(
     probe: &Probe,
     instance: &'a Instance<'a>,
-    tags: &Tags,
+    tags: &TagSpecs,
 ) -> Result<Started<'a>, Stop> {
     start_into(probe, instance, tags, tags.sink())
 }
@@ -83,7 +83,7 @@ pub(crate) fn start<'a>(
 fn start_into<'a>(
     probe: &Probe,
     instance: &'a Instance<'a>,
-    tags: &Tags,
+    tags: &TagSpecs,
     sink: &'static FakeSink,
 ) -> Result<Started<'a>, Stop> {
     let table: &abi::BusbarTelemetry = instance.capability(abi::TELEMETRY_ID)?;
@@ -117,7 +117,7 @@ impl Started<'_> {
 
 /// Starts with the sample's tags and stops.
 pub(crate) fn use_briefly(probe: &Probe, instance: &Instance<'_>) -> Outcome {
-    let tags = Tags::of(&probe.request.sample.tags);
+    let tags = TagSpecs::from_samples(&probe.request.sample.tags);
     // One for all: a sink lives for ever, and memory is what some cases watch.
     let sink = probe.brief_sink.get_or_init(|| tags.sink());
     let table: &abi::BusbarTelemetry = instance.capability(abi::TELEMETRY_ID)?;
@@ -133,8 +133,8 @@ pub(crate) fn use_briefly(probe: &Probe, instance: &Instance<'_>) -> Outcome {
 pub(crate) fn zero_tags(probe: &Probe) -> Outcome {
     let subject = probe.subject_with(abi::TELEMETRY_ID)?;
     let instance = subject.make(probe)?;
-    let started = start(probe, &instance, &Tags::of(&[]))?;
-    std::thread::sleep(WATCH);
+    let started = start(probe, &instance, &TagSpecs::from_samples(&[]))?;
+    std::thread::sleep(OBSERVATION_TIME);
     started.stop(probe)?;
     started.judge(probe);
     instance.destroy()
@@ -142,7 +142,7 @@ pub(crate) fn zero_tags(probe: &Probe) -> Outcome {
 
 pub(crate) fn order(probe: &Probe) -> Outcome {
     let subject = probe.subject_with(abi::TELEMETRY_ID)?;
-    let tags = Tags::of(&probe.request.sample.tags);
+    let tags = TagSpecs::from_samples(&probe.request.sample.tags);
     let instance = subject.make(probe)?;
     let table: &abi::BusbarTelemetry = instance.capability(abi::TELEMETRY_ID)?;
     let stop = required(table.stop, "stop")?;
@@ -165,13 +165,13 @@ pub(crate) fn order(probe: &Probe) -> Outcome {
 }
 
 /// A host in haste: no `stop` before `destroy`.
-fn destroyed_while_active(probe: &Probe, subject: &Subject, tags: &Tags) -> Outcome {
+fn destroyed_while_active(probe: &Probe, subject: &Subject, tags: &TagSpecs) -> Outcome {
     let instance = subject.make(probe)?;
     let started = start(probe, &instance, tags)?;
     let sink = started.sink;
     instance.destroy()?;
     sink.set_open(false);
-    std::thread::sleep(WATCH);
+    std::thread::sleep(OBSERVATION_TIME);
     let late = sink.seen().late;
     probe.expect(
         late == 0,
@@ -182,7 +182,7 @@ fn destroyed_while_active(probe: &Probe, subject: &Subject, tags: &Tags) -> Outc
 }
 
 /// All that did not spoil anything.
-fn started_judged(probe: &Probe, subject: &Subject, tags: &Tags) -> Outcome {
+fn started_judged(probe: &Probe, subject: &Subject, tags: &TagSpecs) -> Outcome {
     let instance = subject.make(probe)?;
     let started = start(probe, &instance, tags)?;
     started.stop(probe)?;
@@ -209,7 +209,7 @@ pub(crate) fn addresses(probe: &Probe) -> Outcome {
     for address in odd {
         let shown = if address.len() > 40 { &address[..40] } else { &address };
         let what = format!("an address {shown}");
-        let tags = Tags::with([(abi::BUSBAR_VALUE_F64, address.clone())]);
+        let tags = TagSpecs::new([(abi::BUSBAR_VALUE_F64, address.clone())]);
         let allowed = [abi::BUSBAR_OK, abi::BUSBAR_INVALID_SETTINGS, abi::BUSBAR_INVALID_ARGUMENT];
         let checked = table.check.map(|check| {
             let mut error = abi::BusbarError::empty();

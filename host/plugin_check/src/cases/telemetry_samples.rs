@@ -1,10 +1,10 @@
-//! What a telemetry plugin sends, and that it ends.
+//! Samples of a telemetry plugin, and their end after a stop.
 
 use std::time::{Duration, Instant};
 
 use busbar_plugin_abi as abi;
 
-use super::telemetry::{Tags, WATCH, start};
+use super::telemetry::{OBSERVATION_TIME, TagSpecs, start};
 use crate::environment;
 use crate::finding::{Outcome, skip};
 use crate::probe::Probe;
@@ -15,7 +15,7 @@ const MAX_START: Duration = Duration::from_secs(1);
 const MAX_STOP: Duration = Duration::from_secs(2);
 /// By when every tag must have been spoken of, were it only to say that it is bad.
 const MAX_FIRST_SAMPLE: Duration = Duration::from_secs(5);
-/// How long samples are counted.
+/// Duration over which samples are counted.
 const COUNTED: Duration = Duration::from_millis(500);
 /// Samples a second of one tag beyond which it is a flood.
 const MAX_RATE: u64 = 10_000;
@@ -28,7 +28,7 @@ pub(crate) fn samples(probe: &Probe) -> Outcome {
     }
     let instance = subject.make(probe)?;
     let begun = Instant::now();
-    let started = start(probe, &instance, &Tags::of(tags))?;
+    let started = start(probe, &instance, &TagSpecs::from_samples(tags))?;
     let took = begun.elapsed();
     let fault = format!("`start` took {} ms", took.as_millis());
     probe.expect(took <= MAX_START, fault, "connect on a thread of your own");
@@ -59,18 +59,18 @@ pub(crate) fn samples(probe: &Probe) -> Outcome {
 pub(crate) fn stop(probe: &Probe) -> Outcome {
     let subject = probe.subject_with(abi::TELEMETRY_ID)?;
     let instance = subject.make(probe)?;
-    let tags = Tags::of(&probe.request.sample.tags);
+    let tags = TagSpecs::from_samples(&probe.request.sample.tags);
     for round in 0..2 {
         let started = start(probe, &instance, &tags)?;
         // Once at work, once at the very start.
-        std::thread::sleep(if round == 0 { WATCH } else { Duration::ZERO });
+        std::thread::sleep(if round == 0 { OBSERVATION_TIME } else { Duration::ZERO });
         let begun = Instant::now();
         started.stop(probe)?;
         let took = begun.elapsed();
         let fault = format!("`stop` took {} ms", took.as_millis());
         let remedy = "let threads wait on something that `stop` can wake";
         probe.expect(took <= MAX_STOP, fault, remedy);
-        std::thread::sleep(WATCH);
+        std::thread::sleep(OBSERVATION_TIME);
         started.judge(probe);
     }
     instance.destroy()?;

@@ -1,4 +1,4 @@
-//! What is counted, and what comes of it.
+//! Input and result of density counting.
 
 use std::ops::Range;
 
@@ -18,7 +18,7 @@ pub(super) const SIDE: usize = DENSITY_BINS as usize + 1;
 /// Says of a record, by its number, whether something holds.
 type OfRecord<'a> = Option<&'a dyn Fn(usize) -> bool>;
 
-/// What is counted.
+/// Records, axes and brushes to count.
 #[derive(Clone, Copy)]
 pub struct DensityInput<'a> {
     /// Another one for other values: the same are not uploaded again.
@@ -37,11 +37,11 @@ pub struct DensityInput<'a> {
     pub flipped: &'a [bool],
     /// Pairs of those, by their places.
     pub pairs: &'a [[usize; 2]],
-    /// Which records are meant; none where there is no brush.
+    /// Brushes that select records; empty where there is none.
     pub brushes: &'a [BrushedAxis<'a>],
-    /// Whether meeting any of them is enough.
+    /// Combination of brushes: whether meeting any of them is enough.
     pub any: bool,
-    /// Which records are counted; `None` for all.
+    /// Filter of the records that are counted; `None` counts all.
     pub known: OfRecord<'a>,
     /// One more condition for those that are meant.
     pub given: OfRecord<'a>,
@@ -50,15 +50,15 @@ pub struct DensityInput<'a> {
 /// A condition on the value of one axis.
 #[derive(Clone, Copy, Debug)]
 pub struct BrushedAxis<'a> {
-    /// Which.
+    /// Index of the axis.
     pub axis: usize,
     /// The value lies in one of these, ends included.
     pub ranges: &'a [[f32; 2]],
-    /// Whether records without a value are meant too.
+    /// Missing values: whether records without a value are selected too.
     pub with_missing: bool,
 }
 
-/// What was counted.
+/// Result of counting records.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct DensityCounts {
     /// For each pair, from each bin of the first to each of the second: 129 times 129 counts;
@@ -75,12 +75,12 @@ pub struct DensityCounts {
     pub summary: DensitySummary,
 }
 
-/// What a picture of a density shows.
+/// Summary of a density picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DensitySummary {
-    /// Of what was counted.
+    /// Arrangement that was counted.
     pub arrangement: u64,
-    /// Pairs of axes.
+    /// Number of pairs of axes.
     pub pairs: u32,
     /// Most lines in a cell.
     pub peak: u32,
@@ -88,18 +88,18 @@ pub struct DensitySummary {
     pub brushed_peak: u32,
     /// Records that were counted.
     pub lines: u32,
-    /// Those of them that are meant.
+    /// Number of brushed records among those counted.
     pub brushed: u32,
 }
 
-/// How far counting is.
+/// Progress of the count under way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DensityProgress {
     /// Records that were handed to the device.
     pub counted: usize,
-    /// Records there are.
+    /// Number of records there are.
     pub of: usize,
-    /// What is laid out and can be drawn; it may be of an arrangement before.
+    /// Summary of the picture that can be drawn; it may be of an earlier arrangement.
     pub shown: Option<DensitySummary>,
 }
 
@@ -124,7 +124,7 @@ pub(super) fn check(input: &DensityInput<'_>) -> Result<(), RenderError> {
     if fits { Ok(()) } else { Err(GpuError::Misuse("records that do not fit their axes").into()) }
 }
 
-/// What the shader reads beside edges.
+/// Packs the shader's plan: axes, pairs and brushes.
 pub(super) fn plan(input: &DensityInput<'_>) -> Vec<u32> {
     let shown = input.shown.iter().map(|(axis, _)| *axis as u32);
     let pairs = input.pairs.iter().flatten().map(|place| *place as u32);

@@ -14,11 +14,11 @@ use super::WORD;
 use super::input::{DensityInput, SIDE};
 use crate::RenderError;
 
-/// Pipelines and layouts.
+/// Compute pipelines and bind group layouts of density counting.
 pub(super) struct DensityPipelines {
     counter: ComputePipeline,
     rasterizer: ComputePipeline,
-    /// Of values, and of gates.
+    /// Layout of values, and of gates.
     pub(super) of_values: BindGroupLayout,
     pub(super) of_counts: BindGroupLayout,
     of_rasterizing: BindGroupLayout,
@@ -28,7 +28,7 @@ pub(super) struct DensityPipelines {
 /// Values of records that are counted together.
 pub(super) struct RecordChunk(BindGroup);
 
-/// What a slice is counted into, and which of its records are.
+/// Target of a slice's counts, and the gates of its records.
 pub(super) struct CountTarget<'a> {
     pub(super) group: &'a BindGroup,
     pub(super) gates: &'a BindGroup,

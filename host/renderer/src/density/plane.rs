@@ -21,7 +21,7 @@ const PLANE: QuadShader = QuadShader {
     bytes: size_of::<PlaneInstance>(),
 };
 
-/// Where the picture of a pair of axes stands: upright between their feet.
+/// Upright plane between the feet of two axes that shows their density picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DensityPlane {
     /// Foot of the first axis, metres.
@@ -30,13 +30,13 @@ pub struct DensityPlane {
     pub to: Vec3,
     /// Height of axes, metres.
     pub height: f32,
-    /// Of lines, sRGB.
+    /// Colour of lines, sRGB.
     pub color: [u8; 3],
-    /// Of those that are meant; `None` where that is not known, or nothing is.
+    /// Colour of brushed lines, sRGB; `None` where that is not known, or no brush is set.
     pub brushed: Option<[u8; 3]>,
 }
 
-/// What draws them.
+/// GPU resources of density planes.
 pub(crate) struct DensityPlaneResources {
     pipeline: Pipeline,
     undecoded: bool,
@@ -45,7 +45,8 @@ pub(crate) struct DensityPlaneResources {
 }
 
 impl DensityPlaneResources {
-    /// As [`PolylineResources::new`](crate::polylines::PolylineKit::new).
+    /// Makes the pipeline and buffers, like
+    /// [`PolylineResources::new`](crate::polylines::PolylineResources::new).
     pub(crate) fn new(
         recorder: &Recorder<'_>,
         (frame, density): (&BindGroupLayout, &DensityResources),

@@ -10,11 +10,11 @@ use crate::scene_pass::Sections;
 use crate::targets::{SceneTargets, full_viewport};
 use crate::{Frame, RenderError};
 
-/// What is near, drawn before the rest.
+/// Result of the first pass of two-pass occlusion culling.
 #[derive(Clone, Copy)]
 pub(crate) struct FirstPass {
     pub(super) calls: DrawCount,
-    /// When the device had it, and when it was there.
+    /// Times when the device got the pass, and when it was finished.
     pub(crate) handed: Instant,
     pub(crate) there: Instant,
 }

@@ -1,5 +1,5 @@
-//! What the renderer's tests share. Every one runs with the validation layer
-//! on, and a message is a failure, also at destruction.
+//! Helpers of the renderer's tests. Every test runs with the validation layer on, and a message is
+//! a failure, also at destruction.
 
 #![allow(dead_code, reason = "each test file uses a part")]
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
@@ -41,7 +41,8 @@ pub(crate) fn with_quality(quality: Quality, samples: u32, test: impl FnOnce(&mu
     assert_eq!(log.messages(), Vec::<String>::new());
 }
 
-/// Whether a card draws: that draws what is hidden as well, and does not gather.
+/// Reports whether a graphics card draws. A card draws hidden geometry as well, and batches
+/// nothing.
 pub(crate) fn draws_on_card() -> bool {
     let options = RendererOptions { validation: true, ..RendererOptions::default() };
     !Renderer::headless(options, SIZE).unwrap().uses_software_rasterizer()

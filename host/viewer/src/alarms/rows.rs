@@ -93,8 +93,8 @@ impl AlarmListRows<'_> {
 
     /// Origin of an alarm's tag as it is.
     fn origin_of(&self, spec: &AlarmSpec) -> Origin {
-        let AlarmSource::Tag { watch, .. } = &spec.source else { return Origin::LIVE };
-        self.snapshot.state(watch.tag).map_or(Origin::LIVE, |state| state.origin)
+        let AlarmSource::Tag { trigger, .. } = &spec.source else { return Origin::LIVE };
+        self.snapshot.state(trigger.tag).map_or(Origin::LIVE, |state| state.origin)
     }
 
     /// Origin that the configuration declares of another system's alarms.
@@ -106,11 +106,11 @@ impl AlarmListRows<'_> {
 
     /// The value of an alarm's tag as it is, and why nothing is known of it.
     fn value_of(&self, spec: &AlarmSpec, status: &AlarmStatus) -> (String, Option<String>) {
-        let AlarmSource::Tag { watch, .. } = &spec.source else {
+        let AlarmSource::Tag { trigger, .. } = &spec.source else {
             return (String::new(), None);
         };
         let tags: &TagSet = &self.scene.tags;
-        let (Some(tag), Some(state)) = (tags.spec(watch.tag), self.snapshot.state(watch.tag))
+        let (Some(tag), Some(state)) = (tags.spec(trigger.tag), self.snapshot.state(trigger.tag))
         else {
             return (String::new(), None);
         };
@@ -130,8 +130,8 @@ impl AlarmListRows<'_> {
         node.map(id).or_else(|| alarm_service.table.set().spec(alarm)?.equipment.clone())
     }
 
-    /// Of these alarms, and of those that other systems have at these nodes, the rows of those that are not normal, the most urgent first, at
-    /// most `most`; and how many are normal.
+    /// Returns rows of the abnormal alarms among `alarms` and of external alarms at `nodes`, the
+    /// most urgent first, at most `most`. The count is that of normal alarms.
     pub(crate) fn for_equipment(
         &self,
         alarms: &[AlarmHandle],
@@ -156,7 +156,7 @@ impl AlarmListRows<'_> {
         (rows, calm)
     }
 
-    /// What is said beside the list.
+    /// Returns the view model of the alarm panel.
     pub(crate) fn model(&self, flashes: bool) -> Option<AlarmModel> {
         let alarm_service = self.alarm_service?;
         let table = &alarm_service.table;

@@ -1,8 +1,8 @@
-//! Alarms in words.
+//! Texts of alarms: times, conditions, log records.
 
 use std::time::Duration;
 
-use busbar_alarms::{AlarmSource, Condition, Record, Watch};
+use busbar_alarms::{AlarmRecord, AlarmSource, Condition, TagCondition};
 use busbar_tags::{SourceTime, TagSet};
 
 use crate::panel_rows::value_text;
@@ -35,12 +35,12 @@ fn month_and_day(days: i64) -> (i64, i64) {
     (if month < 10 { month + 3 } else { month - 9 }, day)
 }
 
-/// What makes an alarm: `above 95 °C (back at 93 °C), for 5 s`.
+/// Describes an alarm's condition: `above 95 °C (back at 93 °C), for 5 s`.
 pub(super) fn condition(source: &AlarmSource, tags: &TagSet) -> String {
-    let AlarmSource::Tag { watch, on_delay, off_delay, suppressed_by } = source else {
+    let AlarmSource::Tag { trigger, on_delay, off_delay, suppressed_by } = source else {
         return String::new();
     };
-    let mut words = watch_text(watch, tags);
+    let mut words = watch_text(trigger, tags);
     for (delay, what) in [(on_delay, "for"), (off_delay, "over after")] {
         if *delay > Duration::ZERO {
             words += &format!(", {what} {} s", delay.as_secs_f64());
@@ -52,7 +52,7 @@ pub(super) fn condition(source: &AlarmSource, tags: &TagSet) -> String {
     words
 }
 
-fn watch_text(Watch { tag, condition }: &Watch, tags: &TagSet) -> String {
+fn watch_text(TagCondition { tag, condition }: &TagCondition, tags: &TagSet) -> String {
     let Some(tag) = tags.spec(*tag) else { return String::new() };
     let unit = if tag.unit.is_empty() { String::new() } else { format!(" {}", tag.unit) };
     let holds = match condition {
@@ -73,7 +73,7 @@ fn watch_text(Watch { tag, condition }: &Watch, tags: &TagSet) -> String {
 }
 
 /// A line of the audit log: `12:03:07  T1.Hot  acknowledged by A. Operator: ...`.
-pub(super) fn record(record: &Record, now: SourceTime) -> String {
+pub(super) fn record(record: &AlarmRecord, now: SourceTime) -> String {
     let mut words =
         format!("{}  {}  {}", time(record.time, now), record.alarm, record.happened.name());
     if let Some(operator) = &record.operator {

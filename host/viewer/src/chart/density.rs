@@ -1,7 +1,7 @@
 //! The density of records that are too many for lines: counted on the device beside the
 //! frames, and where its picture stands.
 
-use busbar_chart::{Board, Brush, DensityRequest, Join, edges_of};
+use busbar_chart::{Brush, BrushOperator, DensityRequest, ParallelCoordinates, bin_edges};
 use busbar_renderer::{
     BrushedAxis, DensityInput, DensityPlane, DensityProgress, DensitySummary, RecoveryAction,
     RenderError, Renderer,
@@ -9,30 +9,30 @@ use busbar_renderer::{
 use busbar_ui::DensityLegend;
 use glam::Affine3A;
 
-/// Lines where nothing is brushed or behind what is, and those that are, sRGB.
+/// Colors of unbrushed and of brushed lines, sRGB.
 const LINES: [u8; 3] = [72, 76, 82];
 const MEANT: [u8; 3] = [10, 12, 16];
 
-/// What is counted, and what was.
+/// State of the density count.
 #[derive(Default)]
 pub(super) struct Density {
-    /// What is asked for, and its number.
+    /// Requested count, and its number.
     request: Option<DensityRequest>,
     arrangement: u64,
     progress: DensityProgress,
-    /// What is laid out.
+    /// Request and summary of the displayed count.
     shown: Option<(DensityRequest, DensitySummary)>,
-    /// Why nothing can be counted.
+    /// Reason why the records cannot be counted.
     fault: Option<String>,
     planes: Vec<DensityPlane>,
 }
 
 impl Density {
-    /// Goes on with counting, within what a frame may take; `settles` waits for all of it.
+    /// Continues the count within a frame's budget; with `settles` it waits for the whole count.
     pub(super) fn advance(
         &mut self,
         renderer: &mut Renderer,
-        (board, last_read): (&Board, u64),
+        (board, last_read): (&ParallelCoordinates, u64),
         world_from_chart: Affine3A,
         settles: bool,
     ) -> Result<(), RenderError> {
@@ -61,12 +61,11 @@ impl Density {
         Ok(())
     }
 
-    /// Asks for what is wanted. While time goes by, a count that has begun ends first, or
-    /// none ever would.
+    /// Requests a count. While playback runs, a count that has begun is finished first.
     fn request_count(&mut self, wanted: &DensityRequest) {
         let is_counting = self.is_counting();
         let stays = self.request.as_ref().is_some_and(|request| {
-            request == wanted || (is_counting && request.is_but_for_time(wanted))
+            request == wanted || (is_counting && request.differs_only_in_time(wanted))
         });
         if !stays {
             self.request = Some(wanted.clone());
@@ -79,16 +78,21 @@ impl Density {
         self.fault.is_none() && shown != Some(self.arrangement)
     }
 
-    /// Whether more frames are needed until all is counted.
+    /// Reports whether the count needs more frames.
     pub(super) fn needs_frames(&self) -> bool {
         self.request.is_some() && self.is_counting()
     }
 
     /// Lets the picture stand between the axes that it was counted for, or nowhere.
-    fn place_planes(&mut self, wanted: &DensityRequest, board: &Board, world_from_chart: Affine3A) {
+    fn place_planes(
+        &mut self,
+        wanted: &DensityRequest,
+        board: &ParallelCoordinates,
+        world_from_chart: Affine3A,
+    ) {
         self.planes.clear();
         let Some((request, summary)) = &self.shown else { return };
-        if !request.has_axes_of(wanted) {
+        if !request.has_same_axes(wanted) {
             return;
         }
         let is_brushed = summary.brushed > 0 || !wanted.brushes.is_empty();
@@ -101,7 +105,7 @@ impl Density {
             color: LINES,
             brushed: meant,
         };
-        self.planes.extend(board.density_feet().into_iter().map(plane));
+        self.planes.extend(board.density_axis_positions().into_iter().map(plane));
     }
 
     pub(super) fn planes(&self) -> &[DensityPlane] {
@@ -114,7 +118,7 @@ impl Density {
         Some([summary.lines as usize, summary.brushed as usize])
     }
 
-    /// What is said of it in panels.
+    /// Returns the density part of the chart's legend.
     pub(super) fn row(&self) -> Option<DensityLegend> {
         self.request.as_ref()?;
         let summary = self.shown.as_ref().map(|(_, summary)| *summary).unwrap_or_default();
@@ -129,12 +133,12 @@ impl Density {
 fn count(
     renderer: &mut Renderer,
     request: &DensityRequest,
-    board: &Board,
+    board: &ParallelCoordinates,
     (revision, arrangement): (u64, u64),
     settles: bool,
 ) -> Result<DensityProgress, RenderError> {
     let records = board.records();
-    let shown: Vec<_> = request.views.iter().map(|view| (view.axis, edges_of(view))).collect();
+    let shown: Vec<_> = request.views.iter().map(|view| (view.axis, bin_edges(view))).collect();
     let flipped: Vec<bool> = request.views.iter().map(|view| view.is_flipped).collect();
     let brushes: Vec<BrushedAxis<'_>> = request
         .brushes
@@ -158,7 +162,7 @@ fn count(
         flipped: &flipped,
         pairs: &request.pairs,
         brushes: &brushes,
-        any: request.brushes.join == Join::Or,
+        any: request.brushes.operator == BrushOperator::Or,
         known: if request.playhead.is_some() { Some(&known) } else { None },
         given: if request.has_rises() { Some(&given) } else { None },
     };

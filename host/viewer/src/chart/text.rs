@@ -1,6 +1,6 @@
-//! What is said of the chart.
+//! Texts and view models of the chart.
 
-use busbar_chart::{Axis, AxisView, Brush, Selected, State};
+use busbar_chart::{Axis, AxisView, Brush, ChartSelection, State};
 use busbar_ui::{
     ChartAxisRow, ChartModel, ChartOverlay, EquipmentExplanation, LegendRow, ProjectedChartAxis,
 };
@@ -89,7 +89,7 @@ pub(super) fn model(chart: &SceneChart) -> ChartModel {
         fault: chart.poller.fault(),
         layout: board.layout(),
         axes: board.order().iter().map(axis).collect(),
-        join: board.brushes().join,
+        join: board.brushes().operator,
         brushes: board.brushes().list.iter().map(|brush| brush_words(chart, brush)).collect(),
         known,
         meant: (!board.brushes().is_empty()).then_some(meant),
@@ -108,20 +108,19 @@ pub(super) fn model(chart: &SceneChart) -> ChartModel {
     }
 }
 
-/// Records that are known, and those of them that brushes mean; of what is dense as far as
-/// it is counted.
+/// Returns the numbers of known and of brushed records; for a density display, as far as counted.
 fn counts(chart: &SceneChart) -> [usize; 2] {
     let board = &chart.board;
     if board.is_dense() {
         return chart.density.counts().unwrap_or_default();
     }
     let known = || (0..board.records().len()).filter(|&record| board.is_known(record));
-    [known().count(), known().filter(|&record| board.is_meant(record)).count()]
+    [known().count(), known().filter(|&record| board.is_brushed(record)).count()]
 }
 
 pub(super) fn stats(chart: &SceneChart) -> ChartStats {
     let description = chart.board.description();
-    let state = |one: &Selected| {
+    let state = |one: &ChartSelection| {
         let name = one.state.map(|state| description.legend[state as usize].name.clone());
         (description.equipment[one.equipment].clone(), name)
     };
@@ -165,7 +164,7 @@ fn brushed_ids(chart: &SceneChart) -> Vec<String> {
     chart.brushed_known().map(|one| ids[one.equipment].clone()).collect()
 }
 
-/// What is said of the equipment that is selected.
+/// Returns the explanation of the selected equipment.
 pub(super) fn explained(chart: &SceneChart) -> Option<EquipmentExplanation> {
     let (at, explanation) = chart.explained.as_ref()?;
     let known = (*chart.known.get(*at)?)?;

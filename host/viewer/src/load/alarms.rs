@@ -4,10 +4,10 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use busbar_alarms::{AlarmSet, AlarmSource, AlarmSpec, Condition, Limit, Priority, Watch};
+use busbar_alarms::{AlarmSet, AlarmSource, AlarmSpec, Condition, Limit, Priority, TagCondition};
 use busbar_config::{
     AlarmConfig, AlarmOriginConfig, ConditionConfig, Config, DoublePointConfig, LimitConfig,
-    PriorityConfig, StateConfig, WatchConfig, join_pointer,
+    PriorityConfig, StateConfig, TagConditionConfig, join_pointer,
 };
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{DoublePoint, TagHandle, TagSet, Value};
@@ -39,7 +39,7 @@ pub(super) fn resolve(
     for (id, alarm) in &config.alarms {
         let spec = spec(id, alarm, &handles);
         let of_tag = match &spec.source {
-            AlarmSource::Tag { watch, .. } => nodes_of_tags.get(&watch.tag).copied(),
+            AlarmSource::Tag { trigger, .. } => nodes_of_tags.get(&trigger.tag).copied(),
             AlarmSource::Mirrored => None,
         };
         nodes.push(match (&alarm.equipment, graph) {
@@ -77,10 +77,10 @@ pub(super) fn resolve(
 }
 
 fn spec(id: &str, alarm: &AlarmConfig, handles: &HashMap<&str, TagHandle>) -> AlarmSpec {
-    let watch = |watch: &WatchConfig| Watch {
+    let tag_condition = |condition_config: &TagConditionConfig| TagCondition {
         // The rules ensure that the tag is there.
-        tag: handles.get(watch.tag.as_str()).copied().unwrap_or(TagHandle(u32::MAX)),
-        condition: condition(&watch.condition),
+        tag: handles.get(condition_config.tag.as_str()).copied().unwrap_or(TagHandle(u32::MAX)),
+        condition: condition(&condition_config.condition),
     };
     AlarmSpec {
         id: id.to_owned(),
@@ -99,15 +99,15 @@ fn spec(id: &str, alarm: &AlarmConfig, handles: &HashMap<&str, TagHandle>) -> Al
         source: match &alarm.origin {
             AlarmOriginConfig::Mirrored => AlarmSource::Mirrored,
             AlarmOriginConfig::Tag {
-                watch: of,
+                trigger: of,
                 on_delay_seconds,
                 off_delay_seconds,
                 suppressed_by,
             } => AlarmSource::Tag {
-                watch: watch(of),
+                trigger: tag_condition(of),
                 on_delay: Duration::from_secs_f64(*on_delay_seconds),
                 off_delay: Duration::from_secs_f64(*off_delay_seconds),
-                suppressed_by: suppressed_by.as_ref().map(watch),
+                suppressed_by: suppressed_by.as_ref().map(tag_condition),
             },
         },
     }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use busbar_config::{Config, TagType, join_pointer};
 use busbar_plugin_host::OverlayBinding;
 use busbar_scene::{ModelIndex, NodeIndex, Placement, SceneGraph, Transform};
-use busbar_tags::{Scale, SpecFault, TagHandle, TagSet, TagSpec, ValueKind};
+use busbar_tags::{Scale, TagHandle, TagSet, TagSpec, TagSpecError, ValueKind};
 
 use super::models::{ImportedModels, ModelSource};
 use super::{Binding, DiagnosticsCollector, LoadedScene};
@@ -47,7 +47,7 @@ pub(super) fn place(
 /// derived ones' expressions where one of them cannot be.
 pub(super) fn tags(config: &Config, faults: &mut DiagnosticsCollector<'_>) -> TagSet {
     TagSet::new(tag_specs(config)).unwrap_or_else(|found| {
-        for SpecFault { id, cause, remedy } in found {
+        for TagSpecError { id, cause, remedy } in found {
             let pointer = config.tags.get(&id).map_or("/tags", |tag| tag.pointer.as_str());
             faults.add(&join_pointer(pointer, "expression"), cause, remedy);
         }
@@ -127,8 +127,7 @@ pub(super) fn find(
     found
 }
 
-/// Whether the node is part of a model that could not be imported: that fault
-/// is told already.
+/// Reports whether the node belongs to a model whose import failed; that fault is reported already.
 fn model_failed(config: &Config, imported: &ImportedModels, node: &str) -> bool {
     let placement = node.split('/').next().unwrap_or(node);
     let model = config.scene.iter().find(|n| n.id == placement).and_then(|n| n.model);

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use busbar_config::{PluginConfig, TagConfig};
 use busbar_renderer::release_freed_memory;
-use busbar_tags::Renumbering;
+use busbar_tags::HandleRemap;
 
 use super::*;
 use crate::file_version::FileVersion;
@@ -13,12 +13,12 @@ use crate::index_remap::IndexRemap;
 use crate::load::PreparedReload;
 
 impl Viewer {
-    /// Shows a changed configuration from the next frame on. What is as it was goes on:
-    /// plugins, values with their ages, alarms as they stand, models on the device, camera,
-    /// selection, theta. After an error all is as it was before.
+    /// Applies a prepared reload from the next frame on. Unchanged parts are kept: plugins, values
+    /// with their ages, alarm states, models on the device, camera, selection, theta. After an
+    /// error all is as before.
     ///
     /// # Errors
-    /// The device's, or a chart's or records' that cannot be read.
+    /// Errors of the graphics device, or of a chart or records that cannot be read.
     pub fn apply_reload(&mut self, reload: PreparedReload) -> Result<(), ViewError> {
         let PreparedReload { mut scene, changes, kept, telemetry, overlays, has_same_graph } =
             reload;
@@ -100,8 +100,8 @@ impl Viewer {
         Ok(())
     }
 
-    /// Values go on of tags that are read from where they were.
-    fn carry_tags(&mut self, before: &LoadedScene, remap: &Renumbering) {
+    /// Carries over the values of tags with an unchanged source.
+    fn carry_tags(&mut self, before: &LoadedScene, remap: &HandleRemap) {
         let (was, is) = (&before.config.tags, &self.scene.config.tags);
         let (was_plugins, are_plugins) = (&before.config.plugins, &self.scene.config.plugins);
         let same_origin = |id: &String| {
@@ -112,16 +112,16 @@ impl Viewer {
                     == is.get(id).map(|tag| device(are_plugins, tag))
         };
         let specs = before.tags.specs();
-        let all_same = remap.is_none() && specs.iter().all(|spec| same_origin(&spec.id));
+        let all_same = remap.is_identity() && specs.iter().all(|spec| same_origin(&spec.id));
         if all_same && Arc::ptr_eq(&before.tags, &self.scene.tags) {
             return;
         }
         let own: Vec<Option<u32>> = specs
             .iter()
             .zip(0..)
-            .map(|(spec, old)| remap.number(old).filter(|_| same_origin(&spec.id)))
+            .map(|(spec, old)| remap.index(old).filter(|_| same_origin(&spec.id)))
             .collect();
-        let own = Renumbering::of(own.into_iter());
+        let own = HandleRemap::new(own.into_iter());
         let mut tags = construction::table_of(&self.scene);
         tags.inherit(&self.tags, &own);
         self.tags = tags;
@@ -176,8 +176,7 @@ impl Viewer {
         }
     }
 
-    /// What of the view is configured otherwise than before; the rest stays as the operator
-    /// has it.
+    /// Applies changed view settings; all others stay as the operator set them.
     fn carry_view(&mut self, before: &LoadedScene) {
         let (was, is) = (Arc::clone(&before.config), Arc::clone(&self.scene.config));
         let camera = |config: &busbar_config::Config| {
@@ -282,12 +281,12 @@ impl Viewer {
         }
     }
 
-    /// What is shown.
+    /// Returns the scene that is shown.
     pub fn scene(&self) -> &LoadedScene {
         &self.scene
     }
 
-    /// What is shown, for a thread that loads another configuration in its place.
+    /// Returns a clone of the scene for a thread that loads its replacement.
     pub(crate) fn shared_scene(&self) -> LoadedScene {
         self.scene.clone()
     }
@@ -297,7 +296,7 @@ impl Viewer {
         self.scene.model_files()
     }
 
-    /// How the configuration was reloaded so far.
+    /// Returns the counters of configuration reloads.
     pub fn reload_counters(&self) -> &ReloadCounters {
         &self.reloads
     }

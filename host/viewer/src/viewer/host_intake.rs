@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use busbar_plugin_host::{SaidValue, SampleIntake, SampleSink, SourcePolicy, TelemetryTag};
+use busbar_plugin_host::{ProgramValue, SampleIntake, SampleSink, SourcePolicy, TelemetryTag};
 use busbar_protocol::message::{TagQuality, TagUpdate, TagValue};
 use busbar_tags::{DoublePoint, Moment, Quality, Reason, SourceTime, TagHandle, TagSpec, Value};
 
@@ -14,19 +14,20 @@ pub(super) struct HostIntake(SampleIntake);
 /// An instant by the clocks of this process.
 #[derive(Clone, Copy)]
 pub(super) struct ArrivalTimes {
-    /// By the clock of moments.
+    /// Instant on the monotonic clock of moments.
     pub(super) now: Moment,
-    /// By the wall clock.
+    /// Instant on the wall clock.
     pub(super) wall: SourceTime,
-    /// By the clock since boot that messages are stamped with, nanoseconds.
+    /// Instant on the clock since boot that stamps messages, nanoseconds.
     pub(super) boot: u64,
 }
 
 impl HostIntake {
     /// An intake for the tags of a scene that its host program sets.
     pub(super) fn for_scene(scene: &LoadedScene) -> Self {
-        let is_hosts =
-            |spec: &TagSpec| scene.config.tags.get(&spec.id).is_some_and(|tag| tag.is_hosts());
+        let is_host_written = |spec: &TagSpec| {
+            scene.config.tags.get(&spec.id).is_some_and(|tag| tag.is_host_written())
+        };
         let specs = (0..).map(TagHandle).zip(scene.tags.specs());
         let telemetry = |(tag, spec): (TagHandle, &TagSpec)| TelemetryTag {
             tag,
@@ -35,11 +36,11 @@ impl HostIntake {
             id: spec.id.clone(),
             address_json: String::new(),
         };
-        let tags: Vec<_> = specs.filter(|(_, spec)| is_hosts(spec)).map(telemetry).collect();
+        let tags: Vec<_> = specs.filter(|(_, spec)| is_host_written(spec)).map(telemetry).collect();
         Self(SampleIntake::new(&tags, SourcePolicy::default()))
     }
 
-    /// Hands on what a host program said of a tag.
+    /// Passes on a value that the host program reported.
     pub(super) fn take(
         &mut self,
         tag: TagHandle,
@@ -48,11 +49,11 @@ impl HostIntake {
         sink: &mut impl SampleSink,
     ) {
         let waited = Duration::from_nanos(boot.saturating_sub(update.sent_at));
-        self.0.take_said(&said_value(tag, update), waited, (now, wall), sink);
+        self.0.take_program_value(&said_value(tag, update), waited, (now, wall), sink);
     }
 }
 
-fn said_value(tag: TagHandle, update: &TagUpdate) -> SaidValue {
+fn said_value(tag: TagHandle, update: &TagUpdate) -> ProgramValue {
     let value = |value| match value {
         TagValue::F64(value) => Value::F64(value),
         TagValue::I64(value) => Value::I64(value),
@@ -70,5 +71,5 @@ fn said_value(tag: TagHandle, update: &TagUpdate) -> SaidValue {
         TagQuality::Bad => Quality::Bad(Reason::Unknown),
     };
     let source_time = update.source_time;
-    SaidValue { tag, value: update.value.map(value), quality, source_time }
+    ProgramValue { tag, value: update.value.map(value), quality, source_time }
 }

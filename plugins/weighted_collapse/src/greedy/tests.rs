@@ -176,7 +176,7 @@ fn orders_are_the_plainest_form_of_themselves() {
     }
 }
 
-/// Where nothing is refused before, the guarded order begins as the paper's.
+/// Without an earlier refusal, the guarded order begins as the paper's.
 #[test]
 fn the_guarded_order_begins_as_the_papers() {
     let (positions, triangles) = torus(24, 12);

@@ -18,8 +18,8 @@ const ALLOWED: &[(&str, &[&str])] = &[
     (
         "busbar_viewer",
         &[
-            "busbar_alarm_log",
             "busbar_alarms",
+            "busbar_audit_log",
             "busbar_chart",
             "busbar_config",
             "busbar_geometry",
@@ -38,8 +38,8 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_ui",
         ],
     ),
-    ("busbar_alarm_log", &["busbar_alarms", "busbar_tags"]),
     ("busbar_alarms", &["busbar_tags"]),
+    ("busbar_audit_log", &["busbar_alarms", "busbar_tags"]),
     ("busbar_chart", &[]),
     ("busbar_client", &["busbar_protocol"]),
     ("busbar_config", &[]),
@@ -238,8 +238,8 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
     (
         "fuzz_corpus",
         &[
-            "busbar_alarm_log",
             "busbar_alarms",
+            "busbar_audit_log",
             "busbar_config",
             "busbar_geometry",
             "busbar_gltf_export",

@@ -1,11 +1,11 @@
-//! Readings and orders, side by side.
+//! Section that compares readings and orders.
 
 use super::figures::{LAST, LEVEL_HEAD, caption, level_row};
 use crate::study::{Level, SubjectStudy, THETAS, VariantResult};
 use document::Document;
 use document::chart::LineChart;
-use document::words::{grouped, millis, percent, theta};
-use document::{Block, Captioned, Chart};
+use document::number_format::{grouped, millis, percent, theta};
+use document::{Block, CaptionedPicture, Chart};
 
 use crate::Results;
 
@@ -77,12 +77,12 @@ fn errors(variant: &VariantResult) -> Vec<String> {
         .collect()
 }
 
-fn pictures(study: &SubjectStudy) -> Vec<Captioned> {
+fn pictures(study: &SubjectStudy) -> Vec<CaptionedPicture> {
     let levels = study
         .variants
         .iter()
         .flat_map(|variant| variant.levels.iter().map(move |level| (variant.name, level)));
-    let picture = |(name, level): (&str, &Level)| Captioned {
+    let picture = |(name, level): (&str, &Level)| CaptionedPicture {
         file: level.picture.clone(),
         caption: caption(name, level.theta, &level.counts),
     };

@@ -1,4 +1,4 @@
-//! What the station alarms of its points.
+//! Alarm definitions of the station's points.
 
 use serde_json::{Map, Value, json};
 
@@ -7,7 +7,7 @@ use crate::points::{Gateway, Point};
 /// Share of the rated current at which an overload is urgent.
 const HEAVY_OVERLOAD: f64 = 1.15;
 
-/// Alarms by id: that of the point, and what is wrong.
+/// Returns the alarms by id: that of the point, with a suffix for the condition.
 pub(super) fn alarms(points: &[Point]) -> Map<String, Value> {
     let mut alarms = Map::new();
     for point in points {
@@ -35,7 +35,7 @@ pub(super) fn alarms(points: &[Point]) -> Map<String, Value> {
     alarms
 }
 
-/// Suffix of the id, and the alarm.
+/// Suffix of the id, with the alarm's settings.
 type Alarm = (&'static str, Value);
 
 fn of_point(point: &Point) -> Vec<Alarm> {

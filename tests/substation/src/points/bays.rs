@@ -4,10 +4,10 @@ use super::loads::{MAIN_TRANSFORMERS, loading};
 use super::measured::{add_measured, add_some_measured};
 use super::monitoring::{self, Monitored};
 use super::states::{BREAKER, add_doubles, add_states, switches};
-use super::{Gateway, List, Place, PointKind, Usual};
+use super::{Gateway, List, NormalValue, Place, PointKind};
 use crate::layout::{BayKind, YARDS};
 
-/// 35 kV feeders, capacitor banks, station transformers and incomers.
+/// Number of 35 kV feeders, capacitor banks, station transformers and incomers.
 const FEEDER_BAYS: usize = 20;
 const HOUSE: &str = "=S12H1-UH1";
 const CONTROL_HOUSE: &str = "=S12Z1-UH1";
@@ -42,7 +42,7 @@ pub(super) fn add_all(list: &mut List) {
         add_measured(&bay, [&equipment, &equipment], 1, list);
         let place = Place { bay: &bay, equipment: equipment.clone(), node: 1, role: "status" };
         let box_ = ("STMP.Tmp", "cable box temperature", "°C", -40.0, 150.0, 5000);
-        list.add(PointKind::Analog, box_, place, Usual::Walk(34.0, 0.5));
+        list.add(PointKind::Analog, box_, place, NormalValue::Walk(34.0, 0.5));
         add_doubles(&bay, &[(equipment.clone(), BREAKER, true)], 1, list);
         add_states(&bay, &equipment, 51, 5, list);
         monitoring::add_of_feeder(&bay, &equipment, list);
@@ -52,7 +52,7 @@ pub(super) fn add_all(list: &mut List) {
     for node in 1..=60 {
         let place = Place { bay, equipment: equipment.clone(), node, role: "status" };
         let auxiliary = ("MMXN.Vol", "auxiliary voltage", "V", 0.0, 500.0, 1000);
-        list.add(PointKind::Analog, auxiliary, place, Usual::Walk(231.0, 0.8));
+        list.add(PointKind::Analog, auxiliary, place, NormalValue::Walk(231.0, 0.8));
     }
     add_doubles(bay, &vec![(equipment.clone(), BREAKER, true); 20], 0, list);
     add_states(bay, &equipment, 250, 20, list);
@@ -129,9 +129,13 @@ fn add_transformer(number: usize, list: &mut List) {
     let low = format!("{own}-WB1");
     add_measured(&own, [&low, &low], 1, list);
     for (quantity, role, usual) in [
-        (("YPTR.LodPct", "load", "%", 0.0, 200.0, 1000), "load", Usual::Walk(45.0, 0.5)),
-        (("YLTC.TapPos", "tap position", "1", 0.0, 20.0, 1000), "tap", Usual::Constant(9.0)),
-        (("YPTR.WinTmp", "winding", "°C", -40.0, 200.0, 1000), "winding", Usual::Walk(49.0, 0.3)),
+        (("YPTR.LodPct", "load", "%", 0.0, 200.0, 1000), "load", NormalValue::Walk(45.0, 0.5)),
+        (("YLTC.TapPos", "tap position", "1", 0.0, 20.0, 1000), "tap", NormalValue::Constant(9.0)),
+        (
+            ("YPTR.WinTmp", "winding", "°C", -40.0, 200.0, 1000),
+            "winding",
+            NormalValue::Walk(49.0, 0.3),
+        ),
     ] {
         let place = Place { bay: &own, equipment: tank.clone(), node: 1, role };
         let point = list.add(PointKind::Analog, quantity, place, usual);

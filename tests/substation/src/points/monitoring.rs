@@ -1,9 +1,9 @@
 //! Points of condition monitoring.
 
-use super::{List, Place, PointKind, Quantity, Usual};
+use super::{List, NormalValue, Place, PointKind, Quantity};
 
-/// Milliseconds between two values of condition monitoring: as a demonstration needs them.
-/// Stations read gas each 1 to 10 minutes, currents and temperatures each 5 to 30.
+/// Scan period of condition monitoring, milliseconds, as a demonstration needs it. Stations read
+/// gas each 1 to 10 minutes, currents and temperatures each 5 to 30.
 const SCAN: u32 = 5000;
 
 const PRESSURE: Quantity = ("SIMG.Pres", "SF6 pressure", "bar", 0.0, 12.0, SCAN);
@@ -16,16 +16,16 @@ const LEAKAGE: Quantity = ("SINS.LeakA", "insulator leakage current", "mA", 0.0,
 
 /// Filling pressure of a breaker at 20 °C, bar absolute.
 pub(crate) const SF6_FILLING: f64 = 7.0;
-/// Where an alarm is raised, and where the breaker is locked, bar absolute at 20 °C.
+/// Pressure limit of the alarm, bar absolute at 20 °C; the lock-out limit follows.
 pub(crate) const SF6_ALARM: f64 = 6.4;
 pub(crate) const SF6_LOCK_OUT: f64 = 6.0;
 /// Temperature of gas and of contacts without current, °C.
 const OUTSIDE: f64 = 22.0;
 
-/// What is monitored in a bay: devices of each pole.
+/// Monitored devices of a bay, of each pole.
 pub(super) struct Monitored<'a> {
     pub(super) bay: &'a str,
-    /// Breaker with SF6.
+    /// Flag of a breaker with SF6.
     pub(super) breaker: bool,
     pub(super) arrester: bool,
     /// Devices with a contact that may heat up.
@@ -48,13 +48,13 @@ impl Monitored<'_> {
                 let temperature = OUTSIDE + 1.0;
                 // The gas law: pressure goes with the absolute temperature.
                 let pressure = SF6_FILLING * (temperature + 273.15) / 293.15;
-                add(PRESSURE, "QA1", pole, "sf6_pressure", Usual::Walk(pressure, 0.005));
+                add(PRESSURE, "QA1", pole, "sf6_pressure", NormalValue::Walk(pressure, 0.005));
                 add(GAS_TEMPERATURE, "QA1", pole, "sf6_temperature", walk(temperature, 0.2));
             }
             if self.arrester {
                 add(TOTAL, "FA1", pole, "arrester_total_current", walk(0.9, 0.02));
                 add(RESISTIVE, "FA1", pole, "arrester_resistive_current", walk(0.12, 0.01));
-                let operations = Usual::Constant((3 * pole + self.bay.len()) as f64);
+                let operations = NormalValue::Constant((3 * pole + self.bay.len()) as f64);
                 add(OPERATIONS, "FA1", pole, "arrester_operations", operations);
             }
             for (index, device) in self.contacts.iter().enumerate() {
@@ -71,14 +71,14 @@ impl Monitored<'_> {
     }
 }
 
-fn walk(base: f64, amplitude: f64) -> Usual {
-    Usual::Walk(base, amplitude)
+fn walk(base: f64, amplitude: f64) -> NormalValue {
+    NormalValue::Walk(base, amplitude)
 }
 
-/// A point of a transformer: its quantity, role, value, and how many sensors there are.
+/// Point of a transformer: quantity, role, value, deviation, number of sensors.
 type OfTransformer = (Quantity, &'static str, f64, f64, usize);
 
-/// 51 points.
+/// Monitoring points of a transformer, 51 in all.
 const TRANSFORMER: [OfTransformer; 17] = [
     (("SIML.H2", "hydrogen", "ppm", 0.0, 5000.0, SCAN), "hydrogen", 24.0, 0.4, 1),
     (("SIML.CH4", "methane", "ppm", 0.0, 5000.0, SCAN), "methane", 11.0, 0.2, 1),
@@ -105,7 +105,7 @@ const TRANSFORMER: [OfTransformer; 17] = [
     (("YLTC.OilTmp", "tap changer oil", "°C", -40.0, 150.0, SCAN), "tap_changer_oil", 41.0, 0.3, 1),
 ];
 
-/// Adds what is monitored at a transformer.
+/// Adds the monitoring points of a transformer.
 pub(super) fn add_of_transformer(bay: &str, list: &mut List) {
     for (quantity, role, base, amplitude, sensors) in TRANSFORMER {
         for node in 1..=sensors {
@@ -122,10 +122,11 @@ pub(super) fn add_of_transformer(bay: &str, list: &mut List) {
     }
 }
 
-/// A point of the station: its quantity, value, and how many sensors there are.
+/// Point of the station: quantity, value, deviation, number of sensors.
 type OfStation = (Quantity, f64, f64, usize);
 
-/// Weather, batteries, fire detection, gas in the switch room, cameras: 102 points.
+/// Monitoring points of the station: weather, batteries, fire detection, gas in the switch room,
+/// cameras: 102 points.
 const STATION: [OfStation; 9] = [
     (("MMET.EnvTmp", "ambient temperature", "°C", -50.0, 60.0, 1000), OUTSIDE, 0.2, 2),
     (("MMET.EnvHum", "humidity", "%", 0.0, 100.0, SCAN), 54.0, 0.5, 2),
@@ -138,7 +139,7 @@ const STATION: [OfStation; 9] = [
     (("SCAM.Rate", "video stream rate", "Mbit/s", 0.0, 100.0, SCAN), 8.0, 0.6, 40),
 ];
 
-/// Adds what is monitored for the station as a whole.
+/// Adds the monitoring points of the station as a whole.
 pub(super) fn add_of_station(bay: &str, equipment: &str, list: &mut List) {
     for (quantity, base, amplitude, sensors) in STATION {
         for node in 1..=sensors {
@@ -148,7 +149,7 @@ pub(super) fn add_of_station(bay: &str, equipment: &str, list: &mut List) {
     }
 }
 
-/// Adds what is monitored at a 35 kV feeder: 6 points.
+/// Adds the 6 monitoring points of a 35 kV feeder.
 pub(super) fn add_of_feeder(bay: &str, equipment: &str, list: &mut List) {
     let contacts = (1..=3).map(|node| (CONTACT, node, 31.0, 0.4));
     let others = [(PRESSURE, 1, 1.4, 0.002), (GAS_TEMPERATURE, 1, OUTSIDE, 0.2)];

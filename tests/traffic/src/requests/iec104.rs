@@ -14,24 +14,24 @@ use super::{PATIENCE, Peers, ROUNDS, Rates, device, ensure_none_lost, free_port,
 use crate::site::{Site, telemetry_tag};
 
 const PLUGIN: &str = "iec104";
-/// Points of a common address, and of an interrogation.
+/// Number of points of a common address, and of an interrogation.
 pub(crate) const POINTS: u32 = 5000;
-/// As many as the plugin's limit of tags allows.
+/// Number of common addresses, as many as the plugin's limit of tags allows.
 const ADDRESSES: u32 = 20;
-/// The shortest that the settings allow: then all common addresses are asked, one after
-/// the other.
+/// Shortest interrogation period that the settings allow, milliseconds; then all common addresses
+/// are asked, one after the other.
 const PERIOD_MILLIS: u32 = 1000;
-/// Between two looks at what came.
+/// Polling period of received values.
 const PAUSE: Duration = Duration::from_micros(500);
 
-/// Milliseconds of one interrogation of [`POINTS`], a round each.
+/// Milliseconds of one interrogation of [`POINTS`], one for each round.
 #[derive(Debug, Serialize)]
 pub(crate) struct Interrogations {
     pub(crate) server: &'static str,
-    /// From the plugin's start, with connecting and the start of data transfer, until the
+    /// Seconds from the plugin's start, with connecting and the start of data transfer, until the
     /// host has all values.
     pub(crate) ours: Vec<f64>,
-    /// From the request to its end, on a connection that is there.
+    /// Seconds from the request to its end, on an open connection.
     pub(crate) peers: Vec<f64>,
 }
 
@@ -67,8 +67,8 @@ fn alternate(
     Ok((rates, interrogations))
 }
 
-/// While all common addresses are interrogated a second time, from the first to the last
-/// of their values: at the first time all is new to the plugin.
+/// Measures points a second in the second interrogation of all common addresses, from the first to
+/// the last of their values: in the first one all is new to the plugin.
 fn points_per_second(site: &Site, port: u16) -> Result<f64> {
     let all = ADDRESSES * POINTS;
     let plugin = site.plugin(PLUGIN, &settings(port))?;
@@ -108,7 +108,7 @@ fn take(telemetry: &RunningTelemetry, count: u32) -> Result<()> {
     Ok(())
 }
 
-/// Seconds.
+/// Runs one interrogation by the peer; returns its seconds.
 fn theirs(client: &mut Peer, addresses: u32) -> Result<f64> {
     let answer = client.ask(&json!({ "addresses": addresses }))?;
     let points = number(&answer, "points")?;

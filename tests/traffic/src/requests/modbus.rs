@@ -13,29 +13,29 @@ use super::{PATIENCE, Peers, ROUNDS, Rates, device, ensure_none_lost, free_port,
 use crate::site::{Site, telemetry_tag};
 
 const PLUGIN: &str = "modbus_adapter";
-/// As many as one request may ask for (Modbus Application Protocol V1.1b3, 6.3).
+/// Number of registers in one request, as many as it may ask for (Modbus Application Protocol
+/// V1.1b3, 6.3).
 pub(crate) const REGISTERS: u32 = 125;
-/// 62 floats and one of 16 bits fill them.
+/// Number of 32-bit floats in a request; one value of 16 bits fills the rest.
 const FLOATS: u32 = REGISTERS / 2;
 const VALUES: u32 = FLOATS + 1;
-/// Groups of the shortest period that the settings allow. Their requests take longer than
-/// that together, so one is always due, and the adapter never waits.
+/// Number of poll groups of the shortest period that the settings allow.
 const GROUPS: u32 = 8;
 const POLL_MILLIS: u32 = 50;
-/// Of a round; until the first of it, the adapter settles.
+/// Duration of a round; until the first one, the adapter settles.
 const ROUND: Duration = Duration::from_secs(3);
 const SETTLING: Duration = Duration::from_millis(500);
-/// Between two looks at what came.
+/// Polling period of received values.
 const PAUSE: Duration = Duration::from_millis(10);
 
-/// Which registers there are.
+/// Layout of the registers: units and blocks.
 #[derive(Clone, Copy)]
 struct Layout {
     units: u32,
     blocks: u32,
 }
 
-/// Enough that reading them all takes longer than the period.
+/// Layout whose reading takes longer than the period.
 const SIMULATOR: Layout = Layout { units: 3, blocks: 500 };
 const PYMODBUS: Layout = Layout { units: 1, blocks: 200 };
 
@@ -85,7 +85,7 @@ fn ours(site: &Site, port: u16, layout: Layout, round: Duration) -> Result<f64> 
     Ok(rate)
 }
 
-/// Good values that come in this time.
+/// Counts the good values that arrive in this time.
 fn for_so_long(telemetry: &RunningTelemetry, time: Duration) -> u64 {
     let (begun, mut count) = (Instant::now(), 0);
     while begun.elapsed() < time {
@@ -110,7 +110,7 @@ fn group_name(group: u32) -> String {
     format!("group {group}")
 }
 
-/// Tags that fill all registers.
+/// Returns tags that fill all registers.
 fn tags(layout: Layout) -> Vec<TelemetryTag> {
     let mut tags = Vec::new();
     for unit in 1..=layout.units {

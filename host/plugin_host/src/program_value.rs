@@ -1,0 +1,81 @@
+//! Values that a host program says of its tags: judged by the rules for samples of plugins.
+
+use std::time::Duration;
+
+use busbar_plugin_abi as abi;
+use busbar_tags::{DoublePoint, Moment, Quality, Sample, SourceTime, TagHandle, Value};
+
+use crate::sample_intake::{SampleIntake, SampleSink};
+
+/// A value that a host program says of a tag, with the time that it gives, as it gives it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProgramValue {
+    /// Tag that it is of.
+    pub tag: TagHandle,
+    /// The value; none says something of quality alone.
+    pub value: Option<Value>,
+    /// Quality without its reason: the program gives none.
+    pub quality: Quality,
+    /// Time since which it is so, nanoseconds since 1970.
+    pub source_time: Option<i64>,
+}
+
+impl SampleIntake {
+    /// Hands to `sink` what a host program said a while ago, as a sample of a plugin that was
+    /// received then: waiting for a viewer makes no value younger. It is `now`, which
+    /// `wall_clock` calls so. Returns false where the tag is another's.
+    pub fn take_program_value(
+        &mut self,
+        value: &ProgramValue,
+        waited: Duration,
+        (now, wall_clock): (Moment, SourceTime),
+        sink: &mut impl SampleSink,
+    ) -> bool {
+        self.follow_clock(wall_clock, now);
+        let waited_nanos = i64::try_from(waited.as_nanos()).unwrap_or(i64::MAX);
+        let (said, called) =
+            (now.before(waited), SourceTime(wall_clock.0.saturating_sub(waited_nanos)));
+        let mut sink = |sample: &Sample| sink.take(&Sample { received: now, ..*sample });
+        self.take(&value.to_raw(), said, called, &mut sink)
+    }
+}
+
+impl ProgramValue {
+    fn to_raw(self) -> abi::BusbarSample {
+        let (kind, value) = match self.value {
+            None => (abi::BUSBAR_VALUE_NONE, 0),
+            Some(Value::F64(value)) => (abi::BUSBAR_VALUE_F64, value.to_bits()),
+            Some(Value::I64(value)) => (abi::BUSBAR_VALUE_I64, value.cast_unsigned()),
+            Some(Value::Bool(value)) => (abi::BUSBAR_VALUE_BOOL, value.into()),
+            Some(Value::DoublePoint(position)) => {
+                let bits = match position {
+                    DoublePoint::Intermediate => 0,
+                    DoublePoint::Off => 1,
+                    DoublePoint::On => 2,
+                    DoublePoint::BadState => 3,
+                };
+                (abi::BUSBAR_VALUE_DOUBLE_POINT, bits)
+            }
+        };
+        let quality = match self.quality {
+            Quality::Good => abi::BUSBAR_QUALITY_GOOD,
+            Quality::Uncertain(_) => abi::BUSBAR_QUALITY_UNCERTAIN,
+            Quality::Bad(_) => abi::BUSBAR_QUALITY_BAD,
+        };
+        // The least number stands for no time between plugin and host; here it is a time.
+        let is_unusable = self.source_time == Some(abi::BUSBAR_NO_TIME);
+        abi::BusbarSample {
+            tag: self.tag.0,
+            kind,
+            quality,
+            reason: abi::BUSBAR_REASON_NONE,
+            flags: if is_unusable { abi::BUSBAR_SAMPLE_TIME_UNUSABLE } else { 0 },
+            value,
+            source_time_unix_nanos: self.source_time.unwrap_or(abi::BUSBAR_NO_TIME),
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "program_value_tests.rs"]
+mod tests;

@@ -1,0 +1,313 @@
+//! State of each tag: last value, quality and times, split into hot and cold parts.
+
+use crate::timing_wheel::{NO_SLOT, Slot};
+use crate::value::Packed;
+use crate::{
+    Change, DoublePoint, Moment, Origin, Quality, QualityCounts, Reason, Sample, SourceTime,
+    TagHandle, TagSet, TagSpec, TagState, Value, ValueKind,
+};
+
+const NANOS_PER_MILLISECOND: u64 = 1_000_000;
+
+/// Hot state of a tag, which nearly every sample reads and writes: half a cache line, in an array
+/// of its own, since a burst finds these cold.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
+pub(crate) struct HotState {
+    /// Bits of [`HotState::value`]. The kind is stored apart, so that all fits into half a cache
+    /// line.
+    value_bits: u64,
+    pub(crate) source_nanos: i64,
+    /// Time at which the value was true; without meaning where there is no value.
+    pub(crate) valid_from: Moment,
+    freshness_millis: u32,
+    value_kind: Option<ValueKind>,
+    pub(crate) kind: ValueKind,
+    /// Rank of the quality that the counts have it under, and [`PLAIN`].
+    state: u8,
+    origin: Origin,
+}
+
+/// Bit of [`HotState::state`]: nothing but its own samples, as they are, makes the tag what it
+/// is, and nothing rests on it.
+const PLAIN: u8 = 1 << 7;
+/// State of a plain tag that counts as good.
+const PLAIN_GOOD: u8 = PLAIN;
+
+const _: () = assert!(size_of::<HotState>() == 32);
+
+/// Cold state of a tag.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ColdState {
+    /// Slot in the timing wheel, or [`NO_SLOT`]; never later than the deadline.
+    pub(crate) slot: Slot,
+    /// Quality that the source gave.
+    pub(crate) source_quality: Quality,
+    /// Quality by the host's rules for the value.
+    pub(crate) verdict: Quality,
+    /// True where range, scale or dead band apply.
+    pub(crate) has_rules: bool,
+    pub(crate) is_derived: bool,
+    /// True where derived tags depend on this one.
+    pub(crate) is_input: bool,
+    /// Tells whether its source tells every change, also after a stop of this process.
+    pub(crate) stays_current_across_stops: bool,
+}
+
+/// All tags, by handle.
+#[derive(Debug)]
+pub(crate) struct TagStates {
+    pub(crate) hot: Vec<HotState>,
+    cold: Vec<ColdState>,
+}
+
+/// Mark of a missing source time.
+pub(crate) const NO_TIME: i64 = i64::MIN;
+
+/// Returns the quality of a value by its kind alone.
+#[inline(always)]
+pub(crate) fn value_quality(value: Value, kind: ValueKind) -> Quality {
+    if value.kind() != kind {
+        return Quality::Bad(Reason::Configuration);
+    }
+    match value {
+        Value::DoublePoint(DoublePoint::BadState) => Quality::Uncertain(Reason::Sensor),
+        Value::F64(number) if !number.is_finite() => Quality::Bad(Reason::NotFinite),
+        _ => Quality::Good,
+    }
+}
+
+impl HotState {
+    fn from_spec(spec: &TagSpec, is_plain: bool) -> Self {
+        Self {
+            value_bits: 0,
+            source_nanos: NO_TIME,
+            value_kind: None,
+            valid_from: Moment(0),
+            freshness_millis: u32::try_from(spec.freshness.as_millis()).unwrap_or(u32::MAX),
+            kind: spec.kind,
+            state: Quality::Bad(Reason::NotConnected).rank() | if is_plain { PLAIN } else { 0 },
+            origin: Origin::LIVE,
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn value(&self) -> Packed {
+        Packed { bits: self.value_bits, kind: self.value_kind }
+    }
+
+    #[inline(always)]
+    pub(crate) fn set_value(&mut self, value: Packed) {
+        (self.value_bits, self.value_kind) = (value.bits, value.kind);
+    }
+
+    /// Goes on with what another cell of its type holds.
+    pub(crate) fn take_over(&mut self, was: &Self) {
+        self.set_value(was.value());
+        (self.source_nanos, self.valid_from) = (was.source_nanos, was.valid_from);
+        self.origin = was.origin;
+    }
+
+    /// Rank of the quality that the counts have it under.
+    fn counted(&self) -> u8 {
+        self.state & !PLAIN
+    }
+
+    fn source_time(&self) -> Option<SourceTime> {
+        (self.source_nanos != NO_TIME).then_some(SourceTime(self.source_nanos))
+    }
+
+    #[inline(always)]
+    pub(crate) fn set_times(&mut self, sample: &Sample) {
+        self.source_nanos = sample.source_time.map_or(NO_TIME, |time| time.0);
+        self.valid_from = sample.valid_from;
+        self.origin = sample.origin;
+    }
+
+    pub(crate) fn origin(&self) -> Origin {
+        self.origin
+    }
+
+    /// Reports whether the value is newer than a sample, by source time where both have one.
+    #[inline(always)]
+    pub(crate) fn is_newer_than(&self, sample: &Sample) -> bool {
+        match sample.source_time {
+            Some(time) if self.source_nanos != NO_TIME => time.0 < self.source_nanos,
+            _ => self.value_kind.is_some() && sample.valid_from < self.valid_from,
+        }
+    }
+
+    /// Reports whether a sample takes the fast path: a plain good tag gets another good value
+    /// that is true no earlier. Its slot in the wheel stays right, and [`TagTable::set`] would
+    /// end at the same.
+    #[inline(always)]
+    pub(crate) fn takes_fast_path(&self, value: Value, sample: &Sample, now: Moment) -> bool {
+        self.state == PLAIN_GOOD
+            && sample.quality == Quality::Good
+            && sample.origin == self.origin
+            && value_quality(value, self.kind) == Quality::Good
+            && !(sample.is_buffered && self.is_newer_than(sample))
+            && sample.valid_from >= self.valid_from
+            && self.deadline_of(sample.valid_from) >= now
+    }
+
+    /// Describes the change that a sample made.
+    #[inline(always)]
+    pub(crate) fn change(&self, sample: &Sample, quality: Quality) -> Change {
+        Change {
+            tag: sample.tag,
+            value: self.value().unpack(),
+            quality,
+            source_time: self.source_time(),
+            received: sample.received,
+            origin: self.origin,
+        }
+    }
+
+    /// Describes a change without a sample.
+    pub(crate) fn state_change(&self, tag: TagHandle, quality: Quality, now: Moment) -> Change {
+        Change {
+            tag,
+            value: self.value().unpack(),
+            quality,
+            source_time: self.source_time(),
+            received: now,
+            origin: self.origin,
+        }
+    }
+
+    /// The last moment at which the value is fresh.
+    #[inline(always)]
+    pub(crate) fn deadline(&self) -> Moment {
+        self.deadline_of(self.valid_from)
+    }
+
+    #[inline(always)]
+    fn deadline_of(&self, valid_from: Moment) -> Moment {
+        let freshness = u64::from(self.freshness_millis) * NANOS_PER_MILLISECOND;
+        Moment(valid_from.0.saturating_add(freshness))
+    }
+
+    pub(crate) fn is_stale(&self, now: Moment) -> bool {
+        !self.value().is_none() && now > self.deadline()
+    }
+
+    fn quality(&self, own: Quality, now: Moment) -> Quality {
+        let fresh = if self.value().is_none() {
+            Quality::Bad(Reason::NotConnected)
+        } else if self.is_stale(now) {
+            Quality::Bad(Reason::Stale)
+        } else {
+            Quality::Good
+        };
+        own.worst(fresh)
+    }
+}
+
+impl ColdState {
+    fn from_spec(spec: &TagSpec, is_input: bool) -> Self {
+        Self {
+            slot: NO_SLOT,
+            source_quality: Quality::Bad(Reason::NotConnected),
+            verdict: Quality::Good,
+            has_rules: spec.range.is_some() || spec.scale.is_some() || spec.dead_band > 0.0,
+            is_derived: spec.expression.is_some(),
+            is_input,
+            stays_current_across_stops: false,
+        }
+    }
+
+    /// Returns the quality without freshness.
+    #[inline(always)]
+    pub(crate) fn own_quality(&self) -> Quality {
+        self.source_quality.worst(self.verdict)
+    }
+}
+
+impl TagStates {
+    /// Creates tags without values.
+    pub(crate) fn new(tags: &TagSet) -> Self {
+        let cold =
+            |(spec, tag)| ColdState::from_spec(spec, tags.derived().is_input(TagHandle(tag)));
+        let cold: Vec<ColdState> = tags.specs().iter().zip(0..).map(cold).collect();
+        let hot = |(spec, tag): (_, &ColdState)| {
+            HotState::from_spec(spec, !(tag.has_rules | tag.is_derived | tag.is_input))
+        };
+        Self { hot: tags.specs().iter().zip(&cold).map(hot).collect(), cold }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.hot.len()
+    }
+
+    /// A tag that is there.
+    pub(crate) fn get(&self, tag: TagHandle) -> (&HotState, &ColdState) {
+        (&self.hot[tag.0 as usize], &self.cold[tag.0 as usize])
+    }
+
+    /// Returns the state of a tag that exists.
+    pub(crate) fn get_mut(&mut self, tag: TagHandle) -> (&mut HotState, &mut ColdState) {
+        (&mut self.hot[tag.0 as usize], &mut self.cold[tag.0 as usize])
+    }
+
+    /// Puts a tag under the quality that it has at `now`.
+    pub(crate) fn count(&mut self, tag: TagHandle, counts: &mut QualityCounts, now: Moment) {
+        let (hot, cold) = self.get_mut(tag);
+        let rank = hot.quality(cold.own_quality(), now).rank();
+        if rank != hot.counted() {
+            *counts.count_mut(hot.counted()) -= 1;
+            *counts.count_mut(rank) += 1;
+            hot.state = hot.state & PLAIN | rank;
+        }
+    }
+
+    pub(crate) fn state(&self, tag: TagHandle, now: Moment) -> Option<TagState> {
+        let index = tag.0 as usize;
+        Some(state(self.hot.get(index)?, self.cold.get(index)?, now))
+    }
+
+    pub(crate) fn states(&self, now: Moment) -> impl ExactSizeIterator<Item = TagState> {
+        self.hot.iter().zip(&self.cold).map(move |(hot, tag)| state(hot, tag, now))
+    }
+}
+
+fn state(hot: &HotState, cold: &ColdState, now: Moment) -> TagState {
+    let has_value = !hot.value().is_none();
+    TagState {
+        value: hot.value().unpack(),
+        quality: hot.quality(cold.own_quality(), now),
+        age: has_value.then(|| now.since(hot.valid_from)),
+        source_time: hot.source_time(),
+        origin: hot.origin,
+    }
+}
+
+/// Returns the quality of a value in the tag's unit, its range included.
+pub(crate) fn value_quality_in_range(value: Value, kind: ValueKind, spec: &TagSpec) -> Quality {
+    match value_quality(value, kind) {
+        Quality::Good => match (value.as_number(), &spec.range) {
+            (Some(number), Some(range)) if !range.contains(&number) => {
+                Quality::Uncertain(Reason::OutOfRange)
+            }
+            _ => Quality::Good,
+        },
+        verdict => verdict,
+    }
+}
+
+/// Scale, dead band and range: a value goes into its tag as they have it.
+pub(crate) fn apply_rules(hot: &mut HotState, cold: &mut ColdState, value: Value, spec: &TagSpec) {
+    let value = match (value, spec.scale) {
+        (Value::F64(number), Some(scale)) => Value::F64(scale.apply(number)),
+        (value, _) => value,
+    };
+    let verdict = value_quality_in_range(value, hot.kind, spec);
+    let within = match (hot.value().unpack().and_then(Value::as_number), value.as_number()) {
+        (Some(old), Some(new)) => (new - old).abs() < spec.dead_band,
+        _ => false,
+    };
+    if !within || verdict != cold.verdict {
+        hot.set_value(Packed::from_value(value));
+    }
+    cold.verdict = verdict;
+}
