@@ -115,14 +115,18 @@ fn main() -> Result<()> {
 }
 
 /// Results of all sections.
-struct Found {
+struct BenchResults {
     rounds: usize,
     sections: Vec<(&'static str, Section)>,
     levels: Option<levels::Levels>,
 }
 
-fn measure_all(scene: &Scene, arguments: &Arguments, progress: &ProgressBar) -> Result<Found> {
-    let mut found = Found { rounds: arguments.rounds, sections: Vec::new(), levels: None };
+fn measure_all(
+    scene: &Scene,
+    arguments: &Arguments,
+    progress: &ProgressBar,
+) -> Result<BenchResults> {
+    let mut found = BenchResults { rounds: arguments.rounds, sections: Vec::new(), levels: None };
     let only = &arguments.only;
     for name in SECTIONS {
         if !only.is_empty() && !only.iter().any(|wanted| wanted == name) {
@@ -161,7 +165,7 @@ fn plan(arguments: &Arguments) -> Plan {
     }
 }
 
-impl Found {
+impl BenchResults {
     fn bars(&self) -> Vec<Claim> {
         let sections = self.sections.iter().flat_map(|(name, section)| section.bars(name));
         sections.chain(self.levels.iter().flat_map(levels::bars)).collect()

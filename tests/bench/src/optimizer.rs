@@ -38,7 +38,7 @@ pub(crate) fn run(
     let peer = PeerInput::new(&scene.topology)?;
     let wanted = (scene.topology.triangles.len() as f64 * TARGET) as usize;
     let input = Input::new(&scene.mesh);
-    let through = plugins.map(Through::load).transpose()?;
+    let through = plugins.map(LoadedPlugins::load).transpose()?;
 
     let mut simplify = Series::new("meshoptimizer_simplify", "ms");
     let mut paper = Sequence::new("paper");
@@ -117,11 +117,11 @@ impl Sequence {
 }
 
 /// Optimisers loaded as a viewer loads them.
-struct Through {
+struct LoadedPlugins {
     plugins: [MeshOptimizer; 2],
 }
 
-impl Through {
+impl LoadedPlugins {
     fn load(folder: &Path) -> Result<Self> {
         let catalog = Catalog::discover(&[folder.to_owned()]);
         let load = |id: &str| {

@@ -30,10 +30,10 @@ impl Scene {
         let imported = busbar_gltf_import::import_bytes(&bytes, None, &ImportLimits::default())?;
         let mut model = imported.model;
         let features = model.features.pop().unwrap_or_default();
-        Ok(Self::of(model.meshes.pop().context("the scene has no mesh")?, features))
+        Ok(Self::from_mesh(model.meshes.pop().context("the scene has no mesh")?, features))
     }
 
-    fn of(mesh: Mesh, features: Vec<String>) -> Self {
+    fn from_mesh(mesh: Mesh, features: Vec<String>) -> Self {
         Self { topology: mesh.topology(), mesh, features }
     }
 
@@ -119,7 +119,7 @@ mod tests {
         };
         let (mesh, report) = weld(&[square(0.0, 0), square(1.0, 1)]).unwrap();
         assert!(report.positions < report.vertices_in, "an edge is shared");
-        let scene = Scene::of(mesh.clone(), Vec::new());
+        let scene = Scene::from_mesh(mesh.clone(), Vec::new());
         assert_eq!(weld(&scene.primitives()).unwrap().0, mesh);
         let sequence = scene.sequence().unwrap();
         assert_eq!(sequence.len() as usize, mesh.positions.len() - 1);

@@ -16,13 +16,13 @@ const EXIT_INPUT: i32 = 1;
 const STATES: [AlarmState; 4] = [AlarmState::B, AlarmState::C, AlarmState::D, AlarmState::A];
 
 /// Configuration whose alarms were logged, with a key and an anchor outside the log.
-struct Logged {
+struct AuditedRun {
     scene: Scene,
     /// Folder of key and anchor.
     secrets: TempDir,
 }
 
-impl Logged {
+impl AuditedRun {
     fn new() -> Self {
         let secrets = tempfile::tempdir().expect("a temporary folder can be made");
         let mut scene = Scene::without_tags();
@@ -103,7 +103,7 @@ fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
 
 #[test]
 fn a_whole_log_has_no_faults_and_is_left_as_it_is() {
-    let logged = Logged::new();
+    let logged = AuditedRun::new();
     let before = contents(&logged.log());
     for with_anchor in [false, true] {
         let output = logged.verify(with_anchor).expect_code(0);
@@ -116,7 +116,7 @@ fn a_whole_log_has_no_faults_and_is_left_as_it_is() {
 
 #[test]
 fn removed_and_reordered_lines_are_found() {
-    let logged = Logged::new();
+    let logged = AuditedRun::new();
     let whole = logged.lines();
     assert!(whole.len() >= 13, "a header and twelve records: {whole:?}");
     let middle = whole.len() - 6;
@@ -137,7 +137,7 @@ fn removed_and_reordered_lines_are_found() {
 
 #[test]
 fn the_loss_of_the_last_lines_is_found_by_the_anchor() {
-    let logged = Logged::new();
+    let logged = AuditedRun::new();
     let whole = logged.lines();
     logged.set_lines(&whole[..whole.len() - 2]);
     // Without it, nobody can know.
@@ -152,7 +152,7 @@ fn the_loss_of_the_last_lines_is_found_by_the_anchor() {
 
 #[test]
 fn a_check_tells_of_a_damaged_log_and_destroys_no_byte() {
-    let logged = Logged::new();
+    let logged = AuditedRun::new();
     let output = logged.check();
     assert!(!output.stderr.contains("alarms.jsonl"), "{}", output.stderr);
     let mut lines = logged.lines();

@@ -47,15 +47,15 @@ fn scene(rows: &[Row]) -> Scene {
 }
 
 /// Screen positions of axes and transformers.
-struct Places {
+struct ScreenPositions {
     axes: Vec<ChartAxisStats>,
     /// Pixels of each transformer.
     pixels: BTreeMap<String, Vec<[i32; 2]>>,
 }
 
-impl Places {
+impl ScreenPositions {
     /// Measures the positions by a view of the same size without a window.
-    fn of(config: &Path) -> Self {
+    fn measure(config: &Path) -> Self {
         let scene = LoadedScene::load(config, &|_, _, _| {}).expect("the scene loads");
         let options = RendererOptions { samples: 1, ..Default::default() };
         let mut viewer = Viewer::new_headless(scene, options, SIZE).expect("there is a device");
@@ -131,7 +131,7 @@ fn a_brush_on_an_axis_marks_exactly_the_right_transformers() {
     let Some(display) = Display::start(SIZE) else { return };
     let rows = rows();
     let scene = scene(&rows);
-    let places = Places::of(&scene.write());
+    let places = ScreenPositions::measure(&scene.write());
     let window = open(scene, display);
     let calm = window.shoot("chart_calm");
     // From the value to the axis' upper end, and beyond it.
@@ -170,7 +170,7 @@ fn the_committed_configuration_of_the_fleet_is_whole() {
 fn a_click_on_a_transformer_marks_its_line() {
     let Some(display) = Display::start(SIZE) else { return };
     let scene = scene(&rows());
-    let places = Places::of(&scene.write());
+    let places = ScreenPositions::measure(&scene.write());
     let window = open(scene, display);
     let calm = window.shoot("chart_unpicked");
     // A normal one, whose line has the colour of the selection alone.

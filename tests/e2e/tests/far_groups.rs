@@ -59,7 +59,7 @@ struct Differences {
 }
 
 impl Differences {
-    fn between([a, b]: [&Picture; 2], ids: [&[Option<String>]; 2]) -> Self {
+    fn count([a, b]: [&Picture; 2], ids: [&[Option<String>]; 2]) -> Self {
         let both = ids[0].iter().zip(ids[1]).filter_map(|(a, b)| a.as_ref().zip(b.as_ref()));
         Self {
             colours: differing(&visibly(a), &visibly(b)),
@@ -103,8 +103,8 @@ fn far_yards_are_one_mesh_each_and_look_and_pick_as_their_breakers() {
     let moved_ids = view.ids();
     // Breakers are some four by six pixels here, and most of their pieces less than one: which
     // of them a pixel shows hangs on where its middle is, also at full detail.
-    let as_one = Differences::between([&far, &full], [&ids, &full_ids]);
-    let by_moving = Differences::between([&moved, &full], [&moved_ids, &full_ids]);
+    let as_one = Differences::count([&far, &full], [&ids, &full_ids]);
+    let by_moving = Differences::count([&moved, &full], [&moved_ids, &full_ids]);
     let [shown, shown_in_full] = [shown(&ids), shown(&full_ids)];
     println!("{as_one:?}, by a quarter of a pixel {by_moving:?}; {shown} of {shown_in_full} shown");
     assert!(shown_in_full > 1000, "there is something to see");

@@ -41,7 +41,7 @@ const SAME: [&[&str]; 4] = [
     &["not known", "energised: unknown"],
 ];
 
-struct Look {
+struct Appearance {
     name: String,
     highlight: Highlight,
     outline: Option<OutlineKind>,
@@ -90,10 +90,14 @@ fn tints() -> Vec<(String, Highlight)> {
 }
 
 /// Lists each tint without an outline, under the pointer, and selected.
-fn all_looks() -> Vec<Look> {
+fn all_appearances() -> Vec<Appearance> {
     let outlines = [None, Some(OutlineKind::Hovered), Some(OutlineKind::Selected)];
     let with_outlines = |(name, highlight): (String, Highlight)| {
-        outlines.map(|outline| Look { name: format!("{name}, {outline:?}"), highlight, outline })
+        outlines.map(|outline| Appearance {
+            name: format!("{name}, {outline:?}"),
+            highlight,
+            outline,
+        })
     };
     // What is selected shows no state, unless something is wrong with it.
     let with_selection = [
@@ -102,9 +106,9 @@ fn all_looks() -> Vec<Look> {
         highlight_styles::ALARM,
         highlight_styles::UNKNOWN,
     ];
-    let is_possible = |look: &Look| match look.outline {
-        Some(OutlineKind::Selected) => with_selection.contains(&look.highlight),
-        _ => look.highlight != highlight_styles::SELECTION,
+    let is_possible = |appearance: &Appearance| match appearance.outline {
+        Some(OutlineKind::Selected) => with_selection.contains(&appearance.highlight),
+        _ => appearance.highlight != highlight_styles::SELECTION,
     };
     tints().into_iter().flat_map(with_outlines).filter(is_possible).collect()
 }
@@ -128,20 +132,24 @@ fn body(renderer: &mut Renderer, grey: f32) -> ModelHandle {
     renderer.upload_model(upload).expect("it fits")
 }
 
-fn picture(renderer: &mut Renderer, model: ModelHandle, look: Option<&Look>) -> Picture {
-    let instance = |look: &Look| DrawInstance {
+fn picture(
+    renderer: &mut Renderer,
+    model: ModelHandle,
+    appearance: Option<&Appearance>,
+) -> Picture {
+    let instance = |appearance: &Appearance| DrawInstance {
         model,
         mesh: 0,
         cursor: 0,
         morph: None,
         world_from_mesh: Mat4::IDENTITY,
         object: 1,
-        highlight: look.highlight,
+        highlight: appearance.highlight,
         first_feature: None,
     };
-    let drawn: Vec<DrawInstance> = look.into_iter().map(instance).collect();
-    let outlined: Vec<OutlinedObject> = look
-        .and_then(|look| look.outline)
+    let drawn: Vec<DrawInstance> = appearance.into_iter().map(instance).collect();
+    let outlined: Vec<OutlinedObject> = appearance
+        .and_then(|appearance| appearance.outline)
         .map(|kind| OutlinedObject { object: 1, kind })
         .into_iter()
         .collect();
@@ -180,8 +188,10 @@ fn regions(bare: &[f32], empty: &[f32]) -> [Vec<usize>; 2] {
     [within, border]
 }
 
-fn means_the_same(a: &Look, b: &Look) -> bool {
-    let has = |words: &[&str], look: &Look| words.iter().any(|word| look.name.contains(word));
+fn means_the_same(a: &Appearance, b: &Appearance) -> bool {
+    let has = |words: &[&str], appearance: &Appearance| {
+        words.iter().any(|word| appearance.name.contains(word))
+    };
     a.outline == b.outline && SAME.iter().any(|words| has(words, a) && has(words, b))
 }
 
@@ -192,7 +202,7 @@ fn differing(a: &[f32], b: &[f32], region: &[usize]) -> f32 {
 
 #[test]
 fn all_pairs_of_states_are_told_apart_in_grey() {
-    let looks = all_looks();
+    let looks = all_appearances();
     assert!(looks.len() >= 24, "{} looks", looks.len());
     let mut alike = Vec::new();
     for quality in [Quality::Low, Quality::High] {
@@ -202,8 +212,10 @@ fn all_pairs_of_states_are_told_apart_in_grey() {
         for body_grey in BODIES {
             let model = body(&mut renderer, body_grey);
             let empty = grey(&picture(&mut renderer, model, None));
-            let pictures: Vec<Vec<f32>> =
-                looks.iter().map(|look| grey(&picture(&mut renderer, model, Some(look)))).collect();
+            let pictures: Vec<Vec<f32>> = looks
+                .iter()
+                .map(|appearance| grey(&picture(&mut renderer, model, Some(appearance))))
+                .collect();
             let regions = regions(&pictures[0], &empty);
             assert!(regions.iter().all(|region| region.len() > 500));
             for (index, a) in looks.iter().enumerate() {

@@ -50,7 +50,7 @@ struct View {
 
 /// Triangles and picture of one frame.
 #[derive(Debug, PartialEq)]
-struct Shown {
+struct FrameResult {
     triangles: u64,
     picture: Picture,
 }
@@ -63,12 +63,12 @@ impl View {
         Self { viewer, frames: 0 }
     }
 
-    fn draw(&mut self) -> Shown {
+    fn draw(&mut self) -> FrameResult {
         self.frames += 1;
         let input = self.viewer.headless_input(f64::from(self.frames) / 60.0);
         self.viewer.frame(input).expect("a frame is drawn");
         let picture = self.viewer.read_picture().expect("the picture is there");
-        Shown { triangles: self.viewer.stats().triangles, picture }
+        FrameResult { triangles: self.viewer.stats().triangles, picture }
     }
 
     fn go_to(&mut self, x: f32) {
@@ -76,7 +76,7 @@ impl View {
     }
 
     /// Draws from this far along the row.
-    fn at(&mut self, x: f32) -> Shown {
+    fn at(&mut self, x: f32) -> FrameResult {
         self.go_to(x);
         self.draw()
     }

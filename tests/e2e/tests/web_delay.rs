@@ -32,15 +32,15 @@ fn address_of(url: &str) -> SocketAddr {
 
 /// Process that a fault strikes.
 #[derive(Clone, Copy, Debug)]
-enum Victim {
+enum TargetProcess {
     Viewer,
     Server,
 }
 
-fn strike(server: &Process, victim: Victim, signal: Signal) {
+fn strike(server: &Process, victim: TargetProcess, signal: Signal) {
     match victim {
-        Victim::Server => server.signal(signal),
-        Victim::Viewer => {
+        TargetProcess::Server => server.signal(signal),
+        TargetProcess::Viewer => {
             let viewer = Pid::from_raw(viewer_of(server) as i32).expect("a process");
             kill_process(viewer, signal).expect("it is there");
         }
@@ -75,13 +75,13 @@ fn nothing_passes_for_live_behind_a_growing_delay() {
     let (down, up) = (growing(GROWTH), growing(GROWTH));
     let none = Delay::default();
     let cases = [
-        (Victim::Viewer, Signal::STOP, Delays { down, up: none }, 300),
-        (Victim::Viewer, Signal::STOP, Delays { down, up: none }, 3000),
-        (Victim::Viewer, Signal::STOP, Delays { down: growing(0.3), up: growing(0.3) }, 300),
-        (Victim::Viewer, Signal::KILL, Delays { down, up }, 300),
-        (Victim::Server, Signal::STOP, Delays { down, up: none }, 300),
-        (Victim::Server, Signal::STOP, Delays { down: none, up }, 3000),
-        (Victim::Server, Signal::KILL, Delays { down, up: none }, 300),
+        (TargetProcess::Viewer, Signal::STOP, Delays { down, up: none }, 300),
+        (TargetProcess::Viewer, Signal::STOP, Delays { down, up: none }, 3000),
+        (TargetProcess::Viewer, Signal::STOP, Delays { down: growing(0.3), up: growing(0.3) }, 300),
+        (TargetProcess::Viewer, Signal::KILL, Delays { down, up }, 300),
+        (TargetProcess::Server, Signal::STOP, Delays { down, up: none }, 300),
+        (TargetProcess::Server, Signal::STOP, Delays { down: none, up }, 3000),
+        (TargetProcess::Server, Signal::KILL, Delays { down, up: none }, 300),
     ];
     for (victim, signal, delays, lead_millis) in cases {
         let (server, url) = serve(&scene, "127.0.0.1:0", TOKEN, &[]);

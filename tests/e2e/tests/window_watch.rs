@@ -29,14 +29,14 @@ const MIN_COLOR: u8 = 12;
 const MIN_COLORED: usize = 200;
 
 /// View on a display in memory, full-screen, with its watcher.
-struct Watched {
+struct WatchedWindow {
     process: Process,
     display: Display,
     screen: Screen,
     scene: Scene,
 }
 
-impl Watched {
+impl WatchedWindow {
     fn open(arguments: &[&str]) -> Option<Self> {
         let display = Display::start(SCREEN)?;
         let mut scene = Scene::without_tags();
@@ -49,7 +49,7 @@ impl Watched {
         command.env_remove("WAYLAND_SOCKET").env("WINIT_X11_SCALE_FACTOR", "1");
         let process = Process::start(&mut command);
         process.wait_for_line(|line| (line == "ready").then_some(()));
-        let screen = Screen::of(&display);
+        let screen = Screen::connect(&display);
         let watched = Self { process, display, screen, scene };
         watched.wait_until_live();
         Some(watched)
@@ -82,7 +82,7 @@ struct Screen {
 }
 
 impl Screen {
-    fn of(display: &Display) -> Self {
+    fn connect(display: &Display) -> Self {
         let (connection, screen) = RustConnection::connect(Some(&display.name)).expect("it runs");
         let root = connection.setup().roots[screen].root;
         Self { connection, root }
@@ -142,7 +142,7 @@ fn is_there(process: u32) -> bool {
 #[test]
 #[allow(clippy::print_stderr)]
 fn a_window_that_hangs_is_hatched_within_a_second_and_comes_back() {
-    let Some(watched) = Watched::open(&[]) else { return };
+    let Some(watched) = WatchedWindow::open(&[]) else { return };
     watched.shot("window_live");
     let mut longest = Duration::ZERO;
     for turn in 0..STOPS {
@@ -166,7 +166,7 @@ fn a_window_that_hangs_is_hatched_within_a_second_and_comes_back() {
 
 #[test]
 fn the_watcher_ends_with_its_viewer_and_is_started_again_without_it() {
-    let Some(watched) = Watched::open(&[]) else { return };
+    let Some(watched) = WatchedWindow::open(&[]) else { return };
     let viewer = watched.process.id();
     let only = || wait_for("a watcher", MAX_BACK, || watchers_of(viewer).first().copied());
     let first = only();
@@ -186,7 +186,7 @@ fn the_watcher_ends_with_its_viewer_and_is_started_again_without_it() {
 
 #[test]
 fn a_viewer_that_ends_leaves_no_watcher() {
-    let Some(watched) = Watched::open(&["--seconds", "6"]) else { return };
+    let Some(watched) = WatchedWindow::open(&["--seconds", "6"]) else { return };
     let viewer = watched.process.id();
     let watcher = wait_for("a watcher", MAX_BACK, || watchers_of(viewer).first().copied());
     watched.process.finish().expect_code(0);
@@ -195,7 +195,7 @@ fn a_viewer_that_ends_leaves_no_watcher() {
 
 #[test]
 fn a_kiosk_is_watched_as_well() {
-    let Some(watched) = Watched::open(&["--kiosk"]) else { return };
+    let Some(watched) = WatchedWindow::open(&["--kiosk"]) else { return };
     let took = watched.time_to_cover();
     assert!(took <= MAX_OLD, "live for {took:?}");
     sleep(Duration::from_secs(1));

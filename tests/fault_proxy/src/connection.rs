@@ -10,7 +10,7 @@ use tokio::net::TcpStream;
 use tokio::net::tcp::{ReadHalf, WriteHalf};
 use tokio::time::sleep;
 
-use crate::Shared;
+use crate::SharedState;
 use crate::fault::{ConnectionFault, ConnectionPlan};
 
 /// Greatest number of bytes that are passed on at once.
@@ -24,7 +24,7 @@ const MAX_GARBAGE_BYTES: usize = 300;
 
 pub(crate) struct Connection {
     pub(crate) plan: ConnectionPlan,
-    pub(crate) shared: Arc<Shared>,
+    pub(crate) shared: Arc<SharedState>,
     pub(crate) server: SocketAddr,
 }
 

@@ -40,7 +40,7 @@ pub const MAX_OPEN: usize = 256;
 /// Running proxy on a local port; it ends with all of its connections when dropped.
 pub struct FaultProxy {
     port: u16,
-    shared: Arc<Shared>,
+    shared: Arc<SharedState>,
     /// Sender whose drop ends the thread.
     stop: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
@@ -48,7 +48,7 @@ pub struct FaultProxy {
 
 /// State that all connections share.
 #[derive(Default)]
-pub(crate) struct Shared {
+pub(crate) struct SharedState {
     connections: AtomicU64,
     strikes: AtomicU64,
     /// Bytes of the server for a connection that is gone.
@@ -73,7 +73,7 @@ impl FaultProxy {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
         listener.set_nonblocking(true)?;
         let port = listener.local_addr()?.port();
-        let shared = Arc::new(Shared::default());
+        let shared = Arc::new(SharedState::default());
         let (stop, stopped) = oneshot::channel();
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         let handed = Arc::clone(&shared);
@@ -121,7 +121,7 @@ impl Drop for FaultProxy {
     }
 }
 
-impl Shared {
+impl SharedState {
     pub(crate) fn note_strike(&self) {
         self.strikes.fetch_add(1, Ordering::Relaxed);
     }
@@ -131,7 +131,7 @@ async fn accept(
     listener: TcpListener,
     server: SocketAddr,
     script: &FaultScript,
-    shared: &Arc<Shared>,
+    shared: &Arc<SharedState>,
 ) {
     let Ok(listener) = tokio::net::TcpListener::from_std(listener) else { return };
     let mut open = JoinSet::new();

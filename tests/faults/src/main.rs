@@ -2,13 +2,13 @@
 //! beside a live view and writes what became of it. `busbar` must be beside it.
 #![allow(clippy::print_stdout, reason = "what is done, and how it went, is its output")]
 
-mod border;
 mod injection;
 mod process;
+mod process_boundary;
 mod report;
 mod results;
 mod round;
-mod site;
+mod scene;
 mod subject;
 
 use std::fs;
@@ -20,7 +20,7 @@ use clap::Parser;
 
 use crate::process::{descriptors, resident_bytes, threads};
 use crate::results::{Results, Usage};
-use crate::site::Site;
+use crate::scene::FaultScene;
 
 /// Greatest accepted number of injections.
 const MAX_INJECTIONS: u64 = 10_000_000;
@@ -55,11 +55,11 @@ fn main() -> Result<()> {
     let started = Instant::now();
     let mut border = None;
     if !storm_only {
-        border = Some(border::measure(kills as usize).context("measuring the border")?);
+        border = Some(process_boundary::measure(kills as usize).context("measuring the border")?);
         println!("measured the border in {:.0} s", started.elapsed().as_secs_f64());
     }
 
-    let site = Site::new(&library)?;
+    let site = FaultScene::new(&library)?;
     let mut results = Results::new(border, site.plugins.len() + 1);
     while (results.records.len() as u64) < injections {
         let number = results.rounds;

@@ -9,10 +9,10 @@ use document::{Block, Document, Series, machine};
 use fault_injector::{CallSite, Misbehavior};
 use serde_json::json;
 
-use crate::border::Border;
 use crate::injection::Outcome;
+use crate::process_boundary::BoundaryCosts;
 use crate::results::Results;
-use crate::site::FRESHNESS_MILLIS;
+use crate::scene::FRESHNESS_MILLIS;
 
 /// Writes the report; returns its files.
 pub(crate) fn write(results: &Results, folder: &Path) -> Result<Vec<PathBuf>> {
@@ -97,7 +97,7 @@ fn document(results: &Results) -> Document {
     document
 }
 
-fn write_border(document: &mut Document, border: &Border) {
+fn write_border(document: &mut Document, border: &BoundaryCosts) {
     let quiet = [
         ("from SIGKILL to correct data", border.away_millis),
         ("between frames beside a storm in one plugin", border.storm_gap_millis),

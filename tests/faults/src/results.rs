@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use document::{Claim, Series, Verdict};
 use serde::Serialize;
 
-use crate::border::Border;
 use crate::injection::{Outcome, Record};
+use crate::process_boundary::BoundaryCosts;
 use crate::round::Round;
 
 /// Greatest growth of memory from the first round to the last, bytes. Allocators and the software
@@ -33,7 +33,7 @@ pub(crate) struct Usage {
 #[derive(Debug, Serialize)]
 pub(crate) struct Results {
     /// Costs of the process boundary without other load.
-    pub(crate) border: Option<Border>,
+    pub(crate) border: Option<BoundaryCosts>,
     /// Number of plugin processes in a scene.
     pub(crate) processes: usize,
     #[serde(skip)]
@@ -51,7 +51,7 @@ pub(crate) struct Results {
 }
 
 impl Results {
-    pub(crate) fn new(border: Option<Border>, processes: usize) -> Self {
+    pub(crate) fn new(border: Option<BoundaryCosts>, processes: usize) -> Self {
         Self {
             border,
             processes,

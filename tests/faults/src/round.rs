@@ -12,8 +12,8 @@ use crate::injection::{
     Outcome, Phase, Record, Role, all, class_of, must_die, needs_restart, place,
 };
 use crate::process::children;
-use crate::site::{HEALTHY, Site, TAGS, tag_of};
-use crate::subject::{Seen, Subject};
+use crate::scene::{FaultScene, HEALTHY, TAGS, tag_of};
+use crate::subject::{PluginObservation, Subject};
 
 /// Period of frames where the machine keeps up.
 const FRAME_PERIOD: Duration = Duration::from_millis(10);
@@ -35,7 +35,7 @@ pub(crate) struct Round {
 }
 
 /// Runs the round of this number.
-pub(crate) fn run(site: &Site, number: usize) -> Result<Round> {
+pub(crate) fn run(site: &FaultScene, number: usize) -> Result<Round> {
     let mut round = Round::default();
     let mut subjects = deal(site, number)?;
     let mut view = round.load(site, &mut subjects)?;
@@ -46,7 +46,7 @@ pub(crate) fn run(site: &Site, number: usize) -> Result<Round> {
 }
 
 /// Assigns every fault to a plugin, to another one in each round.
-fn deal(site: &Site, number: usize) -> Result<Vec<Subject>> {
+fn deal(site: &FaultScene, number: usize) -> Result<Vec<Subject>> {
     let mut subjects: Vec<_> = site.plugins.iter().cloned().map(Subject::new).collect();
     let mut dealt: BTreeMap<(usize, bool), usize> = BTreeMap::new();
     for fault in all() {
@@ -70,7 +70,7 @@ fn take_phase(subject: &mut Subject, phase: Phase) -> Option<Fault> {
 
 impl Round {
     /// Loads the scene while faults strike.
-    fn load(&mut self, site: &Site, subjects: &mut [Subject]) -> Result<View> {
+    fn load(&mut self, site: &FaultScene, subjects: &mut [Subject]) -> Result<View> {
         let mut armed = Vec::new();
         for subject in &mut *subjects {
             let fault = take_phase(subject, Phase::Load);
@@ -106,7 +106,7 @@ impl Round {
     }
 
     /// Closes the scene while faults strike.
-    fn close(&mut self, view: View, subjects: &[Subject], site: &Site) -> Result<()> {
+    fn close(&mut self, view: View, subjects: &[Subject], site: &FaultScene) -> Result<()> {
         let mut armed = Vec::new();
         for subject in subjects {
             for &fault in subject.queue.iter().filter(|&&fault| place(fault).0 == Phase::End) {
@@ -165,7 +165,7 @@ impl View {
             for Subject { plugin: installed, .. } in subjects {
                 let is_good = is_good(&after, &installed.name, installed.role)?;
                 let before = plugin(&before, &installed.name)?;
-                if !(Seen { before, is_good, now }).is_well() {
+                if !(PluginObservation { before, is_good, now }).is_well() {
                     ill.push(&installed.name);
                 }
             }
@@ -202,7 +202,7 @@ impl View {
             for subject in &mut *subjects {
                 let is_good = is_good(&after, &subject.plugin.name, subject.plugin.role)?;
                 let before = plugin(&before, &subject.plugin.name)?;
-                round.records.extend(subject.step(&Seen { before, is_good, now })?);
+                round.records.extend(subject.step(&PluginObservation { before, is_good, now })?);
             }
         }
         for (subject, end) in subjects.iter_mut().zip(ends) {

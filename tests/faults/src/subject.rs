@@ -10,7 +10,7 @@ use fault_injector::{CallSite, Fault};
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::injection::{Outcome, Record, class_of, is_sudden, must_die, needs_restart};
-use crate::site::{FRESHNESS_MILLIS, Installed};
+use crate::scene::{FRESHNESS_MILLIS, Installed};
 
 /// Longest time of an injection from arming to correct data.
 pub(crate) const MAX_INJECTION: Duration = Duration::from_secs(30);
@@ -25,7 +25,7 @@ pub(crate) struct Subject {
 }
 
 /// Observation of a plugin in one frame.
-pub(crate) struct Seen<'a> {
+pub(crate) struct PluginObservation<'a> {
     /// State before the frame: a plugin that is dead here cannot look alive in the frame.
     pub(crate) before: &'a PluginStats,
     /// Presence of the plugin's correct data in the frame.
@@ -59,7 +59,7 @@ impl Subject {
     }
 
     /// Evaluates a frame; returns the record of an injection that is over.
-    pub(crate) fn step(&mut self, seen: &Seen<'_>) -> Result<Option<Record>> {
+    pub(crate) fn step(&mut self, seen: &PluginObservation<'_>) -> Result<Option<Record>> {
         let Some(injection) = &mut self.current else {
             if seen.is_well() {
                 self.begin(seen)?;
@@ -88,7 +88,7 @@ impl Subject {
         Ok(Some(record))
     }
 
-    fn begin(&mut self, seen: &Seen<'_>) -> Result<()> {
+    fn begin(&mut self, seen: &PluginObservation<'_>) -> Result<()> {
         let Some(fault) = self.queue.pop_front() else { return Ok(()) };
         self.plugin.arm(fault)?;
         let mut injection = Injection {
@@ -111,7 +111,7 @@ impl Subject {
 }
 
 impl Injection {
-    fn look(&mut self, seen: &Seen<'_>) -> Result<()> {
+    fn look(&mut self, seen: &PluginObservation<'_>) -> Result<()> {
         let begun = self.killed.or(self.struck);
         if begun.is_some() && self.ended.is_none() && !seen.is_good && self.bad.is_none() {
             self.bad = Some(seen.now);
@@ -140,7 +140,7 @@ impl Injection {
         matches!(self.fault.at, CallSite::Publish | CallSite::Draw) && !needs_restart(self.fault)
     }
 
-    fn is_over(&self, seen: &Seen<'_>) -> bool {
+    fn is_over(&self, seen: &PluginObservation<'_>) -> bool {
         let met = self.died.is_some() || self.ended.is_some() || !self.goes_on();
         self.struck.is_some() && met && seen.is_well() && seen.before.deaths >= self.deaths
     }
@@ -170,7 +170,7 @@ impl Injection {
     }
 }
 
-impl Seen<'_> {
+impl PluginObservation<'_> {
     pub(crate) fn is_well(&self) -> bool {
         self.is_good && self.before.state == "running"
     }

@@ -80,19 +80,19 @@ fn read_all(folder: &Path) -> io::Result<Vec<(String, Vec<u8>)>> {
 }
 
 fn run(name: &str, input: &[u8], body: impl Fn(&[u8]) -> bool) -> bool {
-    let told = Told { name, input };
+    let report = InputReport { name, input };
     let taken = body(input);
-    drop(told);
+    drop(report);
     taken
 }
 
 /// Report of the input on a panic.
-struct Told<'a> {
+struct InputReport<'a> {
     name: &'a str,
     input: &'a [u8],
 }
 
-impl Drop for Told<'_> {
+impl Drop for InputReport<'_> {
     #[allow(clippy::print_stderr, reason = "it is part of a failed test's words")]
     fn drop(&mut self) {
         if std::thread::panicking() {

@@ -35,7 +35,7 @@ const RECEIVED_SECONDS: u64 = 1_709_210_096;
 /// read as one data unit, which spares the fuzzer the frames around it.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Some((&piece, rest)) = bytes.split_first() else { return false };
-    let mut end = Controlling::new();
+    let mut end = ControllingReader::new();
     let is_unit = end.read(rest);
     let now = Instant::now();
     let mut session = Session::new(PARAMETERS, now);
@@ -58,12 +58,12 @@ pub fn fuzz_one(bytes: &[u8]) -> bool {
 }
 
 /// Receiver of data units: the adapter's protocol state and its recorded samples.
-struct Controlling {
+struct ControllingReader {
     recorder: Recorder,
     probe: ControllingProbe,
 }
 
-impl Controlling {
+impl ControllingReader {
     fn new() -> Self {
         let settings = json!({ "host": "127.0.0.1", "common_address": COMMON_ADDRESS });
         let settings = serde_json::from_value(settings).expect("these settings are good");

@@ -18,7 +18,7 @@ const MAX_PIXELS: u32 = 2560 * 1600;
 /// instead.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Ok(text) = std::str::from_utf8(bytes) else { return false };
-    let (mut pages, mut held) = (Pages::default(), Held::default());
+    let (mut pages, mut held) = (Pages::default(), HeldInput::default());
     let (mut has_done, mut has_refused) = (false, false);
     for line in text.lines().filter(|line| line.len() <= MAX_MESSAGE_BYTES) {
         if let Some(origin) = line.strip_prefix('o') {
@@ -50,11 +50,11 @@ pub fn fuzz_one(bytes: &[u8]) -> bool {
 
 /// Buttons that the viewer takes for held down.
 #[derive(Default)]
-struct Held {
+struct HeldInput {
     buttons: BTreeSet<u8>,
 }
 
-impl Held {
+impl HeldInput {
     fn note(&mut self, command: &Command) {
         assert_eq!(command.check(), Ok(()), "{command:?}");
         match command {

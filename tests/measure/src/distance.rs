@@ -6,7 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::tree::{Place, Tree};
+use crate::triangle_tree::{ClosestPoint, TriangleTree};
 
 /// Tolerance within which places count as one, as a share of the diagonal.
 const TIE: f64 = 1e-6;
@@ -64,7 +64,7 @@ impl SurfaceError {
 
 /// Reference surface with sample points, to compare others with.
 pub struct Reference {
-    surface: Tree,
+    surface: TriangleTree,
     samples: Vec<Sample>,
     diagonal: f64,
     seed: u64,
@@ -87,7 +87,7 @@ impl Reference {
         let diagonal = bounds.map_or(0.0, |b| (b.max - b.min).as_dvec3().length());
         let samples = sample(original, samples, seed).context("the original has no surface")?;
         ensure!(diagonal > 0.0, "the original has no size");
-        Ok(Self { surface: Tree::build(original), samples, diagonal, seed })
+        Ok(Self { surface: TriangleTree::build(original), samples, diagonal, seed })
     }
 
     /// Returns the diagonal of the original's bounding box, metres.
@@ -98,9 +98,9 @@ impl Reference {
     /// Compares a simplified mesh; `None` if it has no surface left.
     pub fn compare(&self, simplified: &Topology) -> Option<SurfaceError> {
         let samples = sample(simplified, self.samples.len(), self.seed)?;
-        let surface = Tree::build(simplified);
-        let forth = self.one_way(&self.samples, &surface);
-        let back = self.one_way(&samples, &self.surface);
+        let surface = TriangleTree::build(simplified);
+        let forth = self.one_sided_error(&self.samples, &surface);
+        let back = self.one_sided_error(&samples, &self.surface);
         Some(SurfaceError {
             mean_forth: forth.mean,
             rms_forth: forth.rms,
@@ -113,18 +113,18 @@ impl Reference {
         })
     }
 
-    fn one_way(&self, samples: &[Sample], surface: &Tree) -> OneWay {
+    fn one_sided_error(&self, samples: &[Sample], surface: &TriangleTree) -> OneSidedError {
         let tolerance = self.diagonal * TIE;
         let place = |sample: &Sample| surface.nearest(sample.point, sample.normal, tolerance);
         // Collected first: a parallel sum depends on who adds what.
-        let places: Vec<Place> = samples.par_iter().map(place).collect();
+        let places: Vec<ClosestPoint> = samples.par_iter().map(place).collect();
         let count = samples.len().max(1) as f64;
         let distances = || places.iter().map(|place| place.distance / self.diagonal);
-        let angle = |(sample, place): (&Sample, &Place)| {
+        let angle = |(sample, place): (&Sample, &ClosestPoint)| {
             let cosine = sample.normal.dot(place.normal).clamp(-1.0, 1.0);
             cosine.acos().to_degrees()
         };
-        OneWay {
+        OneSidedError {
             mean: distances().sum::<f64>() / count,
             rms: (distances().map(|d| d * d).sum::<f64>() / count).sqrt(),
             max: distances().fold(0.0, f64::max),
@@ -134,7 +134,7 @@ impl Reference {
 }
 
 /// Distances of one direction.
-struct OneWay {
+struct OneSidedError {
     mean: f64,
     rms: f64,
     max: f64,

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::Sets;
+use crate::DisjointSets;
 
 /// Counts of border and non-manifold edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -22,7 +22,7 @@ impl EdgeCounts {
         let mut edges: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
         edges.sort_unstable();
         let mut counts = Self::default();
-        let mut loops = Sets::new(position_count);
+        let mut loops = DisjointSets::new(position_count);
         let mut joins = 0;
         let mut ends = Vec::new();
         for run in edges.chunk_by(|a, b| a == b) {

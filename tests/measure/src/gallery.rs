@@ -6,7 +6,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::raster::{Shot, View, draw};
+use crate::raster::{ShadedView, View, draw};
 use crate::shading::{CREASE_DEGREES, creased_normals};
 use crate::similarity::ssim;
 
@@ -28,7 +28,7 @@ const SIZE: [u32; 2] = [512, 512];
 /// Pictures of an original mesh.
 pub struct Gallery {
     views: Vec<View>,
-    shots: Vec<Shot>,
+    shots: Vec<ShadedView>,
 }
 
 /// Difference of a level's pictures from the original's, over all views.
@@ -76,7 +76,7 @@ impl Gallery {
     }
 }
 
-fn shots(mesh: &Topology, views: &[View]) -> Vec<Shot> {
+fn shots(mesh: &Topology, views: &[View]) -> Vec<ShadedView> {
     let normals = creased_normals(mesh, CREASE_DEGREES);
     views.par_iter().map(|view| draw(mesh, &normals, view, SIZE)).collect()
 }

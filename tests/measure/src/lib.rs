@@ -8,23 +8,23 @@
 //! nothing that one simplifier keeps and another does not.
 
 mod cache;
+mod disjoint_sets;
 mod distance;
 mod edges;
 mod gallery;
 mod levels;
 pub mod meshoptimizer;
 mod raster;
-mod sets;
 mod shading;
 mod similarity;
-mod tree;
+mod triangle_tree;
 
 pub use cache::acmr;
+pub use disjoint_sets::DisjointSets;
 pub use distance::{Reference, SurfaceError};
 pub use edges::{EdgeCounts, duplicates};
 pub use gallery::{Gallery, PictureError};
 pub use levels::{level, search, used_alone, vertices_in_use};
-pub use raster::{Shot, View, draw};
-pub use sets::Sets;
+pub use raster::{ShadedView, View, draw};
 pub use shading::{CREASE_DEGREES, creased_normals};
 pub use similarity::ssim;

@@ -27,7 +27,7 @@ pub struct View {
 
 /// Rendered picture with its coverage.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Shot {
+pub struct ShadedView {
     /// Grey shade of each pixel.
     pub shades: GrayImage,
     /// Coverage of each pixel by the mesh, row by row.
@@ -66,7 +66,7 @@ pub fn draw(
     normals: &[[Vec3; 3]],
     view: &View,
     [width, height]: [u32; 2],
-) -> Shot {
+) -> ShadedView {
     let scale = height as f32 / (2.0 * view.half_height);
     let middle = vec2(width as f32, height as f32) * 0.5;
     let seen = |&p: &Vec3| {
@@ -93,7 +93,7 @@ pub fn draw(
     }
     let covered = canvas.depths.iter().map(|depth| depth.is_finite()).collect();
     let shade = |x: u32, y: u32| Luma([canvas.shades[(y * width + x) as usize]]);
-    Shot { shades: GrayImage::from_fn(width, height, shade), covered }
+    ShadedView { shades: GrayImage::from_fn(width, height, shade), covered }
 }
 
 struct Canvas<'a> {
@@ -168,7 +168,7 @@ mod tests {
         }
     }
 
-    fn shot(mesh: &Topology) -> Shot {
+    fn shot(mesh: &Topology) -> ShadedView {
         let bounds = Bounds { min: Vec3::new(0.0, 0.0, -1.0), max: Vec3::new(8.0, 8.0, 1.0) };
         let view = View { half_height: 4.0, ..View::of_box(bounds, Vec3::Z, 1.0) };
         let normals = vec![[Vec3::Z; 3]; mesh.triangles.len()];

@@ -16,7 +16,7 @@ pub fn creased_normals(mesh: &Topology, crease_degrees: f32) -> Vec<[Vec3; 3]> {
     };
     let faces: Vec<Vec3> = mesh.triangles.iter().map(area_vector).collect();
     let units: Vec<Vec3> = faces.iter().map(|face| face.normalize_or_zero()).collect();
-    let around = Around::of(mesh);
+    let around = VertexFaces::new(mesh);
     let least = crease_degrees.to_radians().cos();
     let normal = |(face, corners): (usize, &[u32; 3])| {
         corners.map(|vertex| {
@@ -30,13 +30,13 @@ pub fn creased_normals(mesh: &Topology, crease_degrees: f32) -> Vec<[Vec3; 3]> {
 }
 
 /// Triangles around each vertex.
-struct Around {
+struct VertexFaces {
     starts: Vec<u32>,
     faces: Vec<u32>,
 }
 
-impl Around {
-    fn of(mesh: &Topology) -> Self {
+impl VertexFaces {
+    fn new(mesh: &Topology) -> Self {
         let mut starts = vec![0_u32; mesh.positions.len() + 1];
         for &corner in mesh.triangles.as_flattened() {
             starts[corner as usize + 1] += 1;

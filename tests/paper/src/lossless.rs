@@ -59,7 +59,7 @@ struct Move {
 }
 
 /// Result of one move.
-struct Found {
+struct MoveResult {
     triangles: u64,
     /// Index of the visited place, and whether its bytes differed.
     visit: Option<(usize, bool)>,
@@ -85,18 +85,18 @@ impl LosslessWalk {
             triangles_checked: 0,
             equipment: 0,
         };
-        let identity = Identity::of(stacks.mesh());
+        let identity = EquipmentMap::new(stacks.mesh());
         walk.equipment = identity.of_triangle.iter().flatten().collect::<BTreeSet<_>>().len();
         let make = |&Move { cursor, place }: &Move| {
             let resolved = stacks.resolve(cursor);
             let triangles = identity.check(stacks, &resolved, cursor)?;
             let differs = |place: usize| hash(&resolved) != walk.visits[place].hash;
             progress.step();
-            Ok(Found { triangles, visit: place.map(|place| (place, differs(place))) })
+            Ok(MoveResult { triangles, visit: place.map(|place| (place, differs(place))) })
         };
         let route = route(stacks, &walk.visits, moves);
-        let found: Vec<Found> = route.par_iter().map(make).collect::<Result<_>>()?;
-        for Found { triangles, visit } in found {
+        let found: Vec<MoveResult> = route.par_iter().map(make).collect::<Result<_>>()?;
+        for MoveResult { triangles, visit } in found {
             walk.triangles_checked += triangles;
             if let Some((place, differs)) = visit {
                 walk.visits[place].visits += 1;
@@ -127,13 +127,13 @@ fn route(stacks: &CollapseStacks, places: &[FixedPlace], moves: usize) -> Vec<Mo
 }
 
 /// Features of each wedge and of each triangle, as imported.
-struct Identity {
+struct EquipmentMap {
     of_wedge: Vec<Option<u32>>,
     of_triangle: Vec<Option<u32>>,
 }
 
-impl Identity {
-    fn of(mesh: &Mesh) -> Self {
+impl EquipmentMap {
+    fn new(mesh: &Mesh) -> Self {
         let wedges = 0..mesh.wedges.len() as u32;
         Self {
             of_wedge: wedges.map(|wedge| mesh.feature([wedge; 3])).collect(),

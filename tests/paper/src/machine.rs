@@ -18,7 +18,7 @@ pub struct Machine {
 
 impl Machine {
     /// Describes this machine with the given graphics device.
-    pub fn here(device: &str) -> Self {
+    pub fn detect(device: &str) -> Self {
         let facts = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
         Self {
             processor: processor(&facts).unwrap_or("unknown").to_owned(),
@@ -42,6 +42,6 @@ mod tests {
         let facts = "processor\t: 0\nmodel name\t: Some CPU @ 2.1GHz\nflags: a b";
         assert_eq!(processor(facts), Some("Some CPU @ 2.1GHz"));
         assert_eq!(processor(""), None);
-        assert!(Machine::here("device").threads > 0);
+        assert!(Machine::detect("device").threads > 0);
     }
 }

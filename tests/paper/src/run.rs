@@ -54,7 +54,7 @@ pub fn measure(
 
     let (mut pictured, first) = load(&scene, PICTURE_SAMPLES)?;
     let (mut plain, second) = load(&scene, 1)?;
-    let machine = Machine::here(&plain.stats().gpu);
+    let machine = Machine::detect(&plain.stats().gpu);
     let levels = levels(&stacks, &mut pictured, out, progress)?;
     let frames =
         frame_times(&mut [(1, &mut plain), (PICTURE_SAMPLES, &mut pictured)], effort, progress)?;
@@ -108,7 +108,7 @@ fn levels(
     progress: &Progress,
 ) -> Result<Vec<SceneLevel>> {
     progress.stage("levels of the scene", THETAS.len());
-    let shells = Shells::of(&live(stacks, 0));
+    let shells = Shells::new(&live(stacks, 0));
     viewer.resize(LARGE);
     viewer.use_camera(OVERVIEW)?;
     let mut full: Option<Picture> = None;
@@ -120,7 +120,7 @@ fn levels(
         let shown = viewer.read_picture()?;
         let picture = format!("scene-{:02.0}.png", theta * 100.0);
         save(&shown, &out.join(&picture))?;
-        let difference = ImageDifference::between(full.as_ref().unwrap_or(&shown), &shown)?;
+        let difference = ImageDifference::measure(full.as_ref().unwrap_or(&shown), &shown)?;
         full.get_or_insert(shown);
         levels.push(SceneLevel { theta, counts, difference, picture });
         progress.step();

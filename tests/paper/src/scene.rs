@@ -84,7 +84,7 @@ impl PaperScene {
         write(&config, serde_json::to_string_pretty(&json)?.as_bytes())?;
         let transformer = station.catalogue.get(TRANSFORMER);
         let transformer = transformer.context("the station has no power transformer")?;
-        let transformer = SingleMesh::of(&transformer.model)?;
+        let transformer = SingleMesh::from_model(&transformer.model)?;
         Ok(Self { config, model, transformer })
     }
 }
@@ -133,7 +133,7 @@ impl SingleMesh {
     ///
     /// # Errors
     /// When a position is not finite.
-    pub fn of(model: &Model) -> Result<Self> {
+    pub fn from_model(model: &Model) -> Result<Self> {
         let mut primitives: Vec<RawPrimitive> = (0..model.materials.len() as u32)
             .map(|index| RawPrimitive { material: Some(index), ..RawPrimitive::default() })
             .collect();
@@ -216,7 +216,7 @@ mod tests {
     fn the_transformer_keeps_its_triangles_as_one_mesh() {
         let station = Station::generate(SEED).unwrap();
         let entry = station.catalogue.get(TRANSFORMER).unwrap();
-        let single = SingleMesh::of(&entry.model).unwrap();
+        let single = SingleMesh::from_model(&entry.model).unwrap();
         assert_eq!(single.mesh.triangles.len(), entry.counts.triangles);
         assert!(single.mesh.positions.len() <= entry.counts.vertices);
         let open = single.without_undersides().unwrap();

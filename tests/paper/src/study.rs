@@ -12,7 +12,7 @@ use crate::progress::Progress;
 use crate::scene::SingleMesh;
 use crate::studio::{Studio, Subject, save};
 use crate::topology::{Shells, TopologyCounts, live};
-use crate::variants::{self, CLOSED, Made, ORDERS, READINGS, SPLIT, Variant};
+use crate::variants::{self, CLOSED, ORDERS, READINGS, SPLIT, Variant, VariantOutput};
 use measure::{Reference, SurfaceError};
 
 /// Thetas at which variants are compared.
@@ -98,7 +98,8 @@ impl Study {
         progress.stage("orders of collapse", closed.len() + READINGS.len() + SPLIT.len());
         let mut studio = Studio::new(&model.mesh.positions, PICTURE)?;
         let mut make = |model: &SingleMesh, prefix, variants: &[Variant]| {
-            Workshop::new(model, prefix, samples, folder, &mut studio)?.study(variants, progress)
+            StudyContext::new(model, prefix, samples, folder, &mut studio)?
+                .study(variants, progress)
         };
         Ok(Self {
             welded: make(model, "welded", &closed)?,
@@ -121,7 +122,7 @@ impl SubjectStudy {
 }
 
 /// Mesh with the instruments that its variants are measured with.
-struct Workshop<'a> {
+struct StudyContext<'a> {
     model: &'a SingleMesh,
     topology: Topology,
     reference: Reference,
@@ -132,7 +133,7 @@ struct Workshop<'a> {
     studio: &'a mut Studio,
 }
 
-impl<'a> Workshop<'a> {
+impl<'a> StudyContext<'a> {
     fn new(
         model: &'a SingleMesh,
         prefix: &'static str,
@@ -142,7 +143,7 @@ impl<'a> Workshop<'a> {
     ) -> Result<Self> {
         let topology = model.mesh.topology();
         let reference = Reference::new(&topology, samples, SAMPLE_SEED)?;
-        let shells = Shells::of(&topology);
+        let shells = Shells::new(&topology);
         let full = shells.count(&topology, topology.positions.len() as u32);
         Ok(Self { model, topology, reference, shells, full, prefix, folder, studio })
     }
@@ -170,12 +171,12 @@ impl<'a> Workshop<'a> {
         let made = variant.make(&self.topology, THETAS)?;
         let millis = started.elapsed().as_secs_f64() * 1e3;
         let meshes = match made {
-            Made::Sequence(sequence) => {
+            VariantOutput::Sequence(sequence) => {
                 let stacks = CollapseStacks::build(self.model.mesh.clone(), &sequence);
                 let stacks = Arc::new(stacks);
                 THETAS.map(|theta| (stacks.clone(), stacks.cursor_for_theta(theta)))
             }
-            Made::Levels(levels) => levels.map(|mesh| (uncollapsed(&mesh), 0)),
+            VariantOutput::Levels(levels) => levels.map(|mesh| (uncollapsed(&mesh), 0)),
         };
         let mut levels = Vec::with_capacity(THETAS.len());
         for (theta, (stacks, cursor)) in THETAS.into_iter().zip(meshes) {

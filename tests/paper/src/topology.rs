@@ -8,7 +8,7 @@ use std::collections::HashMap;
 
 use busbar_geometry::{CollapseStacks, Topology};
 use glam::{DVec3, Vec3};
-use measure::{EdgeCounts, Sets, vertices_in_use};
+use measure::{DisjointSets, EdgeCounts, vertices_in_use};
 use serde::Serialize;
 
 /// Greatest distance of a flat set of points from its plane, as a share of the diagonal of its
@@ -65,7 +65,7 @@ struct Shell {
 
 impl Shells {
     /// Finds the shells of a mesh, and those with three dimensions.
-    pub fn of(full: &Topology) -> Self {
+    pub fn new(full: &Topology) -> Self {
         let mut shells = Self {
             points: Vec::new(),
             numbers: HashMap::with_capacity(full.positions.len()),
@@ -78,7 +78,7 @@ impl Shells {
                 shells.points.push(position.as_dvec3());
             }
         }
-        let pieces = Pieces::of(shells.points.len(), &shells.by_points(full));
+        let pieces = Pieces::new(shells.points.len(), &shells.by_points(full));
         shells.shells = pieces.points.iter().map(|piece| measure(&shells.points, piece)).collect();
         shells.of_point = pieces.of_position;
         shells
@@ -88,7 +88,7 @@ impl Shells {
     /// `surviving` vertices.
     pub fn count(&self, live: &Topology, surviving: u32) -> TopologyCounts {
         let edges = EdgeCounts::count(live.positions.len(), &live.triangles);
-        let pieces = Pieces::of(self.points.len(), &self.by_points(live));
+        let pieces = Pieces::new(self.points.len(), &self.by_points(live));
         let triangles = live.triangles.len();
         let mut counts = TopologyCounts {
             vertices: u64::from(surviving),
@@ -181,8 +181,8 @@ struct Pieces {
 }
 
 impl Pieces {
-    fn of(position_count: usize, triangles: &[[u32; 3]]) -> Self {
-        let mut sets = Sets::new(position_count);
+    fn new(position_count: usize, triangles: &[[u32; 3]]) -> Self {
+        let mut sets = DisjointSets::new(position_count);
         let mut used = vec![false; position_count];
         for &[a, b, c] in triangles {
             sets.join(a, b);
@@ -236,7 +236,7 @@ mod tests {
             .map(|&(from, to)| Collapse { removed: at(from), kept: at(to), error: 0.0 })
             .collect();
         let sequence = CollapseSequence::new(entries, mesh.positions.len() as u32).unwrap();
-        let shells = Shells::of(&mesh.topology());
+        let shells = Shells::new(&mesh.topology());
         let stacks = CollapseStacks::build(mesh, &sequence);
         let cursors = 0..=stacks.collapse_count();
         cursors.map(|k| shells.count(&live(&stacks, k), stacks.surviving(k))).collect()

@@ -13,11 +13,11 @@ use crate::peer;
 pub(crate) struct Variant {
     pub(crate) id: &'static str,
     pub(crate) name: &'static str,
-    maker: Maker,
+    maker: VariantMethod,
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Maker {
+enum VariantMethod {
     /// Order by the paper's weights in some reading.
     Weighted(Interpretation, Order),
     /// Simplification by meshoptimizer to as many vertices.
@@ -41,7 +41,7 @@ const LITERAL: Interpretation = Interpretation {
 
 /// Returns the variant with the paper's order and one reading.
 const fn paper(id: &'static str, name: &'static str, reading: Interpretation) -> Variant {
-    Variant { id, name, maker: Maker::Weighted(reading, Order::Paper) }
+    Variant { id, name, maker: VariantMethod::Weighted(reading, Order::Paper) }
 }
 
 const BUSBAR: Variant = paper("busbar", "paper, as Busbar reads it", Interpretation::BUSBAR);
@@ -71,17 +71,17 @@ pub(crate) const ORDERS: [Variant; 3] = [
     Variant {
         id: "guarded",
         name: "paper's order, collapses that fold put off",
-        maker: Maker::Weighted(Interpretation::BUSBAR, Order::Guarded),
+        maker: VariantMethod::Weighted(Interpretation::BUSBAR, Order::Guarded),
     },
     Variant {
         id: "reweighted",
         name: "W anew after each collapse, none that folds",
-        maker: Maker::Weighted(Interpretation::BUSBAR, Order::Reweighted),
+        maker: VariantMethod::Weighted(Interpretation::BUSBAR, Order::Reweighted),
     },
-    Variant { id: "meshoptimizer", name: "meshoptimizer", maker: Maker::Peer },
+    Variant { id: "meshoptimizer", name: "meshoptimizer", maker: VariantMethod::Peer },
 ];
 /// Output of a variant for a mesh.
-pub(crate) enum Made<const N: usize> {
+pub(crate) enum VariantOutput<const N: usize> {
     /// Sequence of collapses that reaches every theta.
     Sequence(CollapseSequence),
     /// Mesh of its own for each theta.
@@ -94,10 +94,12 @@ impl Variant {
         &self,
         mesh: &Topology,
         thetas: [f64; N],
-    ) -> Result<Made<N>> {
+    ) -> Result<VariantOutput<N>> {
         match self.maker {
-            Maker::Weighted(reading, order) => Ok(Made::Sequence(sequence(mesh, &reading, order)?)),
-            Maker::Peer => Ok(Made::Levels(peer::levels(mesh, thetas)?)),
+            VariantMethod::Weighted(reading, order) => {
+                Ok(VariantOutput::Sequence(sequence(mesh, &reading, order)?))
+            }
+            VariantMethod::Peer => Ok(VariantOutput::Levels(peer::levels(mesh, thetas)?)),
         }
     }
 }

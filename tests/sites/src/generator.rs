@@ -9,7 +9,7 @@ use bytes::BytesMut;
 use rumqttc_v4::mqttbytes::QoS;
 use rumqttc_v4::mqttbytes::v4::{Connect, Packet, Publish};
 
-use crate::form::{Form, Outgoing};
+use crate::payload::{Outgoing, PayloadFormat};
 
 /// Load that the generator publishes.
 #[derive(clap::Args, Clone, Copy, Debug)]
@@ -19,7 +19,7 @@ pub(crate) struct Load {
     pub(crate) port: u16,
     /// Payload format of messages.
     #[arg(long, value_enum)]
-    pub(crate) form: Form,
+    pub(crate) form: PayloadFormat,
     /// Number of simulated stations.
     #[arg(long)]
     pub(crate) stations: u32,

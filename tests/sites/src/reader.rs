@@ -13,8 +13,8 @@ use busbar_plugin_process::{
 use busbar_tags::{Moment, Sample, TagSet, TagSpec, TagTable, Value, ValueKind};
 use serde_json::json;
 
-use crate::form::Form;
 use crate::generator::now;
+use crate::payload::PayloadFormat;
 
 /// Time between two frames of a window.
 const FRAME: Duration = Duration::from_millis(16);
@@ -27,12 +27,12 @@ const SAMPLED: u64 = 97;
 pub(crate) struct Reader {
     telemetry: RunningTelemetry,
     table: TagTable,
-    pub(crate) taken: Taken,
+    pub(crate) taken: ReceivedValues,
 }
 
 /// Counts and latencies of received values.
 #[derive(Debug, Default)]
-pub(crate) struct Taken {
+pub(crate) struct ReceivedValues {
     /// Number of good values.
     pub(crate) values: u64,
     /// Publish times of some values of a frame, nanoseconds since 1970.
@@ -43,7 +43,7 @@ pub(crate) struct Taken {
 
 struct Updates<'a> {
     table: &'a mut TagTable,
-    taken: &'a mut Taken,
+    taken: &'a mut ReceivedValues,
 }
 
 impl SampleSink for Updates<'_> {
@@ -62,7 +62,7 @@ impl SampleSink for Updates<'_> {
 impl Reader {
     pub(crate) fn start(
         libraries: PathBuf,
-        form: Form,
+        form: PayloadFormat,
         port: u16,
         tags: &[TelemetryTag],
     ) -> Result<Self> {
@@ -89,7 +89,7 @@ impl Reader {
         };
         let set = TagSet::new(tags.iter().map(spec).collect()).ok().context("tags of one id")?;
         let table = TagTable::new(Arc::new(set), Moment::now());
-        let mut reader = Self { telemetry, table, taken: Taken::default() };
+        let mut reader = Self { telemetry, table, taken: ReceivedValues::default() };
         let start = Instant::now();
         while !reader.telemetry.link().message.ends_with("connected") {
             ensure!(start.elapsed() < PATIENCE, "no connection: {:?}", reader.telemetry.link());

@@ -14,9 +14,9 @@
 
 mod body;
 mod catalogue;
-mod closing;
 mod configuration;
 mod error;
+mod filler_counts;
 mod flatten;
 mod layout;
 mod live;
@@ -24,13 +24,13 @@ mod models;
 mod network;
 mod points;
 mod records;
-mod scatter;
 mod scenarios;
+mod seeded_random;
 mod station;
 
 pub use catalogue::{Catalogue, Counts, Entry};
-pub use closing::{PAPER_TRIANGLES, PAPER_VERTICES};
 pub use error::StationError;
+pub use filler_counts::{PAPER_TRIANGLES, PAPER_VERTICES};
 pub use flatten::{FlatStation, Run};
 pub use layout::Placement;
 pub use network::{Network, NetworkSwitch, network};

@@ -127,14 +127,14 @@ pub struct Point {
 pub(crate) type Quantity = (&'static str, &'static str, &'static str, f64, f64, u32);
 
 /// Builder of the point list.
-pub(crate) struct List {
+pub(crate) struct PointListBuilder {
     pub(crate) points: Vec<Point>,
     /// Gateway and unit of the points added next.
     pub(crate) read_by: (Gateway, u8),
 }
 
 /// Place of a point: bay, equipment, node and role.
-pub(crate) struct Place<'a> {
+pub(crate) struct PointContext<'a> {
     /// Designation of the bay, such as `=S12D1Q1`.
     pub(crate) bay: &'a str,
     /// Designation of the equipment, such as `=S12D1Q1-BC1`.
@@ -145,16 +145,16 @@ pub(crate) struct Place<'a> {
     pub(crate) role: &'static str,
 }
 
-impl List {
+impl PointListBuilder {
     pub(crate) fn add(
         &mut self,
         kind: PointKind,
         (reference, name, unit, low, high, scan_millis): Quantity,
-        place: Place<'_>,
+        place: PointContext<'_>,
         usual: NormalValue,
     ) -> &mut Point {
         let index = self.points.len();
-        let Place { bay, equipment, node, role } = place;
+        let PointContext { bay, equipment, node, role } = place;
         let (class, data) = reference.split_once('.').unwrap_or((reference, ""));
         let bay = bay.trim_start_matches('=');
         self.points.push(Point {
@@ -177,7 +177,7 @@ impl List {
 
 /// Generates the whole point list.
 pub fn points() -> Vec<Point> {
-    let mut list = List { points: Vec::new(), read_by: (Gateway::Station, 1) };
+    let mut list = PointListBuilder { points: Vec::new(), read_by: (Gateway::Station, 1) };
     bays::add_all(&mut list);
     list.points
 }

@@ -11,7 +11,7 @@ use rusqlite::{Connection, params};
 use serde_json::{Value, json};
 
 use crate::Station;
-use crate::scatter::Scatter;
+use crate::seeded_random::SeededRandom;
 use templates::{ASSETS, AssetTemplate, WORK, WorkTemplate};
 
 /// Files of the records, beside the configuration.
@@ -80,7 +80,7 @@ impl StationRecords {
     pub fn generate(station: &Station, seed: u64) -> Self {
         let devices: BTreeSet<String> =
             station.placements.iter().map(crate::Placement::device_id).collect();
-        let mut chance = Scatter::new(seed);
+        let mut chance = SeededRandom::new(seed);
         let mut records = Self::default();
         for device in devices {
             let Some(asset) = ASSETS.iter().find(|asset| asset.matches_device(&device)) else {
@@ -96,7 +96,7 @@ impl StationRecords {
         records
     }
 
-    fn add_work(&mut self, device: &str, code: &str, chance: &mut Scatter) {
+    fn add_work(&mut self, device: &str, code: &str, chance: &mut SeededRandom) {
         let own: Vec<&WorkTemplate> = WORK.iter().filter(|work| work.code == code).collect();
         let equipment = self.dispatch.get(device).map_or(device, String::as_str).to_owned();
         // From the newest, each some months before the last.
@@ -227,7 +227,7 @@ impl AssetTemplate {
         device.rsplit('-').next().is_some_and(|own| own.starts_with(self.code))
     }
 
-    fn row(&self, device: &str, level: u32, chance: &mut Scatter) -> AssetRow {
+    fn row(&self, device: &str, level: u32, chance: &mut SeededRandom) -> AssetRow {
         let (maker, model) = self.made[chance.below(self.made.len())];
         let year = 1994 + chance.below(30) as u32;
         AssetRow {

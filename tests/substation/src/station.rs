@@ -4,10 +4,10 @@ use std::collections::HashMap;
 
 use crate::StationError;
 use crate::catalogue::{Catalogue, Counts};
-use crate::closing::{close, earth_wires};
+use crate::filler_counts::{earth_wires, solve};
 use crate::layout::{Placement, YARDS, add_site_wires, add_wires, place_site, place_yard};
 use crate::models;
-use crate::scatter::Scatter;
+use crate::seeded_random::SeededRandom;
 
 /// Station as models and their placements.
 #[derive(Debug)]
@@ -34,15 +34,15 @@ impl Station {
         }
         add_site_wires(&mut catalogue)?;
         place_site(&mut placements);
-        let mut scatter = Scatter::new(seed);
+        let mut scatter = SeededRandom::new(seed);
         for placement in &mut placements {
             placement.translation.x += scatter.metres();
             placement.translation.z += scatter.metres();
         }
         let rest = sum(&catalogue, placements.iter().filter(|p| !closes_sums(&p.model)))?;
-        let closing = close(rest)?;
-        catalogue.add("trench", models::trench(closing.covers))?;
-        catalogue.add("earth_wires", earth_wires(&closing.spans))?;
+        let fillers = solve(rest)?;
+        catalogue.add("trench", models::trench(fillers.covers))?;
+        catalogue.add("earth_wires", earth_wires(&fillers.spans))?;
         Ok(Self { catalogue, placements })
     }
 

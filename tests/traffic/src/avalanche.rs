@@ -8,7 +8,7 @@ use document::Series;
 use serde::Serialize;
 use serde_json::json;
 
-use crate::site::Site;
+use crate::scene::GeneratedScene;
 
 /// Number of switches, and of changes a second.
 pub(crate) const SWITCHES: u64 = 10_000;
@@ -31,7 +31,7 @@ pub(crate) struct Avalanche {
     pub(crate) gap_millis: Series,
 }
 
-pub(crate) fn measure(site: &Site) -> Result<Avalanche> {
+pub(crate) fn measure(site: &GeneratedScene) -> Result<Avalanche> {
     let switches = SWITCHES / site.divisor;
     let made = AVALANCHES * switches;
     ensure!(made as usize <= MAX_EVENTS, "more events than are kept");

@@ -10,7 +10,7 @@ use document::Series;
 use serde::Serialize;
 use serde_json::json;
 
-use crate::site::{Site, tag_id};
+use crate::scene::{GeneratedScene, tag_id};
 
 /// Number of tags, each updated once a burst.
 pub(crate) const TAGS: u32 = 100_000;
@@ -20,7 +20,7 @@ const ROUNDS: u64 = 100;
 
 /// Results of the measurement.
 #[derive(Debug, Serialize)]
-pub(crate) struct Drain {
+pub(crate) struct DrainTimes {
     /// Milliseconds for [`TAGS`] updates.
     pub(crate) millis: Series,
     /// Part of that time from shared memory to checked samples that are discarded.
@@ -42,7 +42,7 @@ impl SampleSink for Updates<'_> {
     }
 }
 
-pub(crate) fn measure(site: &Site) -> Result<Drain> {
+pub(crate) fn measure(site: &GeneratedScene) -> Result<DrainTimes> {
     let rate = f64::from(TAGS) / PERIOD.as_secs_f64();
     let settings = json!({ "updates_per_second": rate, "batch_millis": PERIOD.as_millis() as u64 });
     let telemetry = site.generator(&settings, TAGS)?;
@@ -85,5 +85,8 @@ pub(crate) fn measure(site: &Site) -> Result<Drain> {
     }
     let link = telemetry.link();
     ensure!(link.dropped == 0 && link.rejected == 0, "updates were lost: {link:?}");
-    Ok(Drain { millis: Series::from_values(all), reading_millis: Series::from_values(reading) })
+    Ok(DrainTimes {
+        millis: Series::from_values(all),
+        reading_millis: Series::from_values(reading),
+    })
 }

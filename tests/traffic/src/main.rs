@@ -9,7 +9,7 @@ mod drain;
 mod pixel;
 mod report;
 mod requests;
-mod site;
+mod scene;
 mod sustained;
 
 use std::fs;
@@ -20,7 +20,7 @@ use clap::Parser;
 use serde::Serialize;
 
 use crate::requests::Peers;
-use crate::site::Site;
+use crate::scene::GeneratedScene;
 
 /// Measurement of values on their way from a plugin to the picture.
 #[derive(Parser)]
@@ -48,7 +48,7 @@ struct Arguments {
 /// Results of all measurements.
 #[derive(Debug, Serialize)]
 struct Results {
-    drain: drain::Drain,
+    drain: drain::DrainTimes,
     sustained: sustained::Sustained,
     requests: Option<requests::Requests>,
     pixel: pixel::Latency,
@@ -60,7 +60,7 @@ fn main() -> Result<()> {
     fs::create_dir_all(&out).with_context(|| {
         format!("cannot make {}: name a folder that you may write to", out.display())
     })?;
-    let site = Site::new(&library, &models, if quick { 10 } else { 1 })?;
+    let site = GeneratedScene::new(&library, &models, if quick { 10 } else { 1 })?;
     let peers = python.zip(peers).map(|(python, scripts)| Peers { python, scripts });
     let requests = peers.as_ref().map(|peers| requests::measure(&site, peers)).transpose();
     let results = Results {

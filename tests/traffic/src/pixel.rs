@@ -8,7 +8,7 @@ use document::Series;
 use serde::Serialize;
 use serde_json::json;
 
-use crate::site::Site;
+use crate::scene::GeneratedScene;
 
 /// Time between two changes; no multiple of a frame, so that they come at any phase of one.
 const PERIOD: Duration = Duration::from_millis(137);
@@ -26,7 +26,7 @@ pub(crate) struct Latency {
     pub(crate) frame_millis: Series,
 }
 
-pub(crate) fn measure(site: &Site) -> Result<Latency> {
+pub(crate) fn measure(site: &GeneratedScene) -> Result<Latency> {
     let settings = json!({
         "updates_per_second": 1.0 / PERIOD.as_secs_f64(),
         "batch_millis": 1,

@@ -18,7 +18,7 @@ use busbar_tags::Sample;
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::site::Site;
+use crate::scene::GeneratedScene;
 
 pub(crate) use iec104::{Interrogations, POINTS};
 pub(crate) use modbus::REGISTERS;
@@ -56,7 +56,7 @@ pub(crate) struct Requests {
     pub(crate) interrogations: Vec<Interrogations>,
 }
 
-pub(crate) fn measure(site: &Site, peers: &Peers) -> Result<Requests> {
+pub(crate) fn measure(site: &GeneratedScene, peers: &Peers) -> Result<Requests> {
     let (iec104, interrogations) = iec104::measure(site, peers).context("IEC 104")?;
     Ok(Requests {
         modbus: modbus::measure(site, peers).context("Modbus")?,
@@ -73,7 +73,7 @@ fn free_port() -> Result<u16> {
 
 /// Starts a simulated device of the plugin's tags, whose values stand still.
 fn device(
-    site: &Site,
+    site: &GeneratedScene,
     plugin: &str,
     settings: &Value,
     tags: &[TelemetryTag],

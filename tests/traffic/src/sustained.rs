@@ -8,7 +8,7 @@ use document::Series;
 use serde::Serialize;
 use serde_json::json;
 
-use crate::site::{Site, frames};
+use crate::scene::{GeneratedScene, frames};
 
 pub(crate) const TAGS: u64 = 1_000_000;
 pub(crate) const UPDATES_PER_SECOND: u64 = 1_000_000;
@@ -33,7 +33,7 @@ pub(crate) struct Sustained {
     pub(crate) lost: u64,
 }
 
-pub(crate) fn measure(site: &Site) -> Result<Sustained> {
+pub(crate) fn measure(site: &GeneratedScene) -> Result<Sustained> {
     let tags = TAGS / site.divisor;
     let mut found = Sustained { tags, ..Sustained::default() };
     for _ in 0..ROUNDS {

@@ -3,7 +3,7 @@
 
 use std::ffi::c_void;
 
-use crate::chain::{Function, Handle, ask, ask_about};
+use crate::chain::{Function, Handle, query, query_object};
 
 /// Environment variable that makes devices report a graphics card.
 pub const AS_CARD_VARIABLE: &str = "BUSBAR_VULKAN_AS_CARD";
@@ -69,7 +69,7 @@ fn is_card() -> bool {
 }
 
 unsafe extern "system" fn properties(device: Handle, properties: *mut c_void) {
-    if ask(device, c"vkGetPhysicalDeviceProperties", properties) && is_card() {
+    if query(device, c"vkGetPhysicalDeviceProperties", properties) && is_card() {
         // SAFETY: the structure begins with five words, which the caller gave to be written.
         unsafe { *properties.cast::<u32>().add(KIND) = DISCRETE_GPU };
     }
@@ -88,14 +88,14 @@ impl MemoryProperties {
 }
 
 unsafe extern "system" fn memory_properties(device: Handle, properties: *mut c_void) {
-    if ask(device, c"vkGetPhysicalDeviceMemoryProperties", properties) && is_card() {
+    if query(device, c"vkGetPhysicalDeviceMemoryProperties", properties) && is_card() {
         // SAFETY: it is what the caller gave to be written, and was.
         unsafe { (*properties.cast::<MemoryProperties>()).divide() };
     }
 }
 
 unsafe extern "system" fn memory_properties2(device: Handle, properties: *mut c_void) {
-    if ask(device, c"vkGetPhysicalDeviceMemoryProperties2", properties) && is_card() {
+    if query(device, c"vkGetPhysicalDeviceMemoryProperties2", properties) && is_card() {
         // SAFETY: as above.
         unsafe { (*properties.cast::<Extended<MemoryProperties>>()).own.divide() };
     }
@@ -103,14 +103,14 @@ unsafe extern "system" fn memory_properties2(device: Handle, properties: *mut c_
 
 /// Allows buffers in either memory.
 unsafe extern "system" fn buffer_requirements(device: Handle, buffer: u64, out: *mut c_void) {
-    if ask_about(device, c"vkGetBufferMemoryRequirements", buffer, out) && is_card() {
+    if query_object(device, c"vkGetBufferMemoryRequirements", buffer, out) && is_card() {
         // SAFETY: it is what the caller gave to be written, and was.
         unsafe { (*out.cast::<Requirements>()).types = 1 << OF_DEVICE | 1 << OF_PROCESSOR };
     }
 }
 
 unsafe extern "system" fn buffer_requirements2(device: Handle, about: Handle, out: *mut c_void) {
-    if ask_about(device, c"vkGetBufferMemoryRequirements2", about, out) && is_card() {
+    if query_object(device, c"vkGetBufferMemoryRequirements2", about, out) && is_card() {
         let types = 1 << OF_DEVICE | 1 << OF_PROCESSOR;
         // SAFETY: as above.
         unsafe { (*out.cast::<Extended<Requirements>>()).own.types = types };
@@ -121,7 +121,7 @@ unsafe extern "system" fn buffer_requirements2(device: Handle, about: Handle, ou
 ///
 /// # Safety
 /// As for `vkAllocateMemory`.
-pub(crate) unsafe fn with_own_type<R>(
+pub(crate) unsafe fn with_underlying_memory_type<R>(
     info: *mut c_void,
     allocate: impl FnOnce(*mut c_void) -> R,
 ) -> R {
@@ -135,7 +135,7 @@ pub(crate) unsafe fn with_own_type<R>(
 }
 
 /// Returns this layer's implementation of a query about the device, if it has one.
-pub(crate) fn own(name: &str) -> Option<Function> {
+pub(crate) fn intercepted(name: &str) -> Option<Function> {
     Some(match name {
         "vkGetPhysicalDeviceProperties" => properties as Function,
         "vkGetPhysicalDeviceMemoryProperties" => memory_properties as Function,

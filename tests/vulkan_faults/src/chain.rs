@@ -33,12 +33,12 @@ struct LayerCreateInfo {
     kind: i32,
     next: *mut Self,
     function: i32,
-    link: *mut Link,
+    link: *mut LayerLink,
 }
 
 /// Common layout of `VkLayerInstanceLink` and `VkLayerDeviceLink`; the last field differs.
 #[repr(C)]
-struct Link {
+struct LayerLink {
     next: *mut Self,
     instance_proc_addr: GetProcAddr,
     /// Function `pfnNextGetDeviceProcAddr` of devices.
@@ -46,13 +46,13 @@ struct Link {
 }
 
 /// Next layer below, for one instance or device.
-pub(crate) struct Next {
+pub(crate) struct NextLayer {
     handle: usize,
     get: GetProcAddr,
     lost: AtomicBool,
 }
 
-impl Next {
+impl NextLayer {
     pub(crate) fn function(&self, name: *const c_char) -> Function {
         // SAFETY: the handle lives while it is in the table; the name is a C string.
         unsafe { (self.get)(self.handle as Handle, name) }
@@ -75,7 +75,7 @@ impl Next {
     }
 }
 
-type Table = Mutex<HashMap<usize, Arc<Next>>>;
+type Table = Mutex<HashMap<usize, Arc<NextLayer>>>;
 
 fn table() -> &'static Table {
     static TABLE: OnceLock<Table> = OnceLock::new();
@@ -90,7 +90,7 @@ fn key_of(handle: Handle) -> usize {
 }
 
 /// Returns the next layer below a handle.
-pub(crate) fn next_of(handle: Handle) -> Option<Arc<Next>> {
+pub(crate) fn next_of(handle: Handle) -> Option<Arc<NextLayer>> {
     if handle.is_null() {
         return None;
     }
@@ -98,27 +98,32 @@ pub(crate) fn next_of(handle: Handle) -> Option<Arc<Next>> {
 }
 
 /// Calls the next layer's query of this name, which writes a structure; reports whether it exists.
-pub(crate) fn ask(device: Handle, name: &CStr, structure: *mut c_void) -> bool {
-    type Ask = unsafe extern "system" fn(Handle, *mut c_void);
+pub(crate) fn query(device: Handle, name: &CStr, structure: *mut c_void) -> bool {
+    type QueryFn = unsafe extern "system" fn(Handle, *mut c_void);
     let function = function_of(device, name);
     if function.is_null() || structure.is_null() {
         return false;
     }
     // SAFETY: the next layer's functions of the names asked for have this type; the arguments
     // are the caller's.
-    unsafe { std::mem::transmute::<Function, Ask>(function)(device, structure) };
+    unsafe { std::mem::transmute::<Function, QueryFn>(function)(device, structure) };
     true
 }
 
 /// Calls the next layer's query of this name about an object; reports whether it exists.
-pub(crate) fn ask_about<T>(device: Handle, name: &CStr, about: T, structure: *mut c_void) -> bool {
-    type Ask<T> = unsafe extern "system" fn(Handle, T, *mut c_void);
+pub(crate) fn query_object<T>(
+    device: Handle,
+    name: &CStr,
+    about: T,
+    structure: *mut c_void,
+) -> bool {
+    type QueryFn<T> = unsafe extern "system" fn(Handle, T, *mut c_void);
     let function = function_of(device, name);
     if function.is_null() || structure.is_null() {
         return false;
     }
     // SAFETY: as above.
-    unsafe { std::mem::transmute::<Function, Ask<T>>(function)(device, about, structure) };
+    unsafe { std::mem::transmute::<Function, QueryFn<T>>(function)(device, about, structure) };
     true
 }
 
@@ -127,13 +132,13 @@ fn function_of(handle: Handle, name: &CStr) -> Function {
 }
 
 fn remember(handle: Handle, get: GetProcAddr) {
-    let next = Next { handle: handle as usize, get, lost: AtomicBool::new(false) };
+    let next = NextLayer { handle: handle as usize, get, lost: AtomicBool::new(false) };
     table().lock().unwrap_or_else(PoisonError::into_inner).insert(key_of(handle), Arc::new(next));
 }
 
 /// Takes the loader's link from the chain of a create info, and advances the chain for the next
 /// layer.
-fn take_link(info: *const c_void, kind: i32) -> Option<&'static Link> {
+fn take_link(info: *const c_void, kind: i32) -> Option<&'static LayerLink> {
     let mut at = info.cast_mut().cast::<LayerCreateInfo>();
     for _ in 0..MAX_CHAIN {
         if at.is_null() {

@@ -32,7 +32,7 @@ macro_rules! commands {
                 reason = "names and arguments are the specification's"
             )]
             unsafe extern "system" fn $name(handle: Handle, $($argument: $type),*) -> Code {
-                type Own = unsafe extern "system" fn(Handle, $($type),*) -> Code;
+                type CommandFn = unsafe extern "system" fn(Handle, $($type),*) -> Code;
                 let Some(next) = next_of(handle) else { return INIT };
                 let codes: &[Code] = &[$($code),*];
                 let fault = plan::count(stringify!($name));
@@ -43,7 +43,7 @@ macro_rules! commands {
                     return LOST;
                 }
                 if let Some(code) = fault
-                    && !happens_all_the_same(stringify!($name), code)
+                    && !has_effect_despite_code(stringify!($name), code)
                 {
                     return code;
                 }
@@ -55,13 +55,13 @@ macro_rules! commands {
                 // SAFETY: the next layer's function of this name has this type;
                 // the arguments are the caller's.
                 let code = unsafe {
-                    std::mem::transmute::<Function, Own>(function)(handle, $($argument),*)
+                    std::mem::transmute::<Function, CommandFn>(function)(handle, $($argument),*)
                 };
                 if code == SUCCESS { fault.unwrap_or(code) } else { code }
             }
         )*
 
-        fn own(name: &str) -> Option<Function> {
+        fn intercepted(name: &str) -> Option<Function> {
             match name {
                 $(stringify!($name) => Some($name as Function),)*
                 _ => None,
@@ -72,7 +72,7 @@ macro_rules! commands {
 
 /// Reports whether a call has its effect in spite of the code: success codes, and presentation,
 /// whose semaphores are waited for all the same (vkQueuePresentKHR).
-fn happens_all_the_same(command: &str, code: Code) -> bool {
+fn has_effect_despite_code(command: &str, code: Code) -> bool {
     code > SUCCESS || (command == "vkQueuePresentKHR" && matches!(code, OUT_OF_DATE | SURFACE))
 }
 
@@ -185,7 +185,7 @@ unsafe extern "system" fn get_instance_proc_addr(
         "vkDestroyInstance" => destroy_instance as Function,
         "vkCreateDevice" => create_device as Function,
         "vkDestroyDevice" => destroy_device as Function,
-        _ => own_or_below(instance, name, text),
+        _ => intercepted_or_next(instance, name, text),
     }
 }
 
@@ -195,22 +195,26 @@ unsafe extern "system" fn get_device_proc_addr(device: Handle, name: *const c_ch
     match text {
         "vkGetDeviceProcAddr" => get_device_proc_addr as Function,
         "vkDestroyDevice" => destroy_device as Function,
-        _ => own_or_below(device, name, text),
+        _ => intercepted_or_next(device, name, text),
     }
 }
 
 /// Returns the layer's own function where there is one below to pass on to; else the one below.
-fn own_or_below(handle: Handle, name: *const c_char, text: &str) -> Function {
+fn intercepted_or_next(handle: Handle, name: *const c_char, text: &str) -> Function {
     let Some(next) = next_of(handle) else { return std::ptr::null() };
     let below = next.function(name);
-    let own = match text {
+    let function = match text {
         "vkAllocateMemory" => Some(allocate_memory as Function),
-        _ => own(text).or_else(|| card::own(text)),
+        _ => intercepted(text).or_else(|| card::intercepted(text)),
     };
-    own.filter(|_| !below.is_null()).unwrap_or(below)
+    function.filter(|_| !below.is_null()).unwrap_or(below)
 }
 
 unsafe extern "system" fn allocate_memory(device: Handle, info: P, allocation: P, out: P) -> Code {
     // SAFETY: the caller's promise.
-    unsafe { card::with_own_type(info, |info| vkAllocateMemory(device, info, allocation, out)) }
+    unsafe {
+        card::with_underlying_memory_type(info, |info| {
+            vkAllocateMemory(device, info, allocation, out)
+        })
+    }
 }

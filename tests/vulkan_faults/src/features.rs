@@ -2,7 +2,7 @@
 
 use std::ffi::c_void;
 
-use crate::chain::{Handle, ask};
+use crate::chain::{Handle, query};
 
 /// Environment variable with the features that devices lack, separated by commas.
 pub const WITHOUT_VARIABLE: &str = "BUSBAR_VULKAN_WITHOUT";
@@ -15,7 +15,7 @@ pub(crate) unsafe extern "system" fn physical_device_features(
     device: Handle,
     features: *mut c_void,
 ) {
-    if !ask(device, c"vkGetPhysicalDeviceFeatures", features) {
+    if !query(device, c"vkGetPhysicalDeviceFeatures", features) {
         return;
     }
     let without = std::env::var(WITHOUT_VARIABLE).unwrap_or_default();

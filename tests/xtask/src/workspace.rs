@@ -103,6 +103,11 @@ impl Workspace {
         self.root.join(relative)
     }
 
+    /// Returns the folder of development tools, in Cargo's target folder, which CI keeps.
+    pub(crate) fn tools(&self) -> PathBuf {
+        self.target.join("tools")
+    }
+
     /// Returns the path of a program of the workspace, once built.
     pub(crate) fn program(&self, profile: Profile, name: &str) -> PathBuf {
         self.target.join(profile.folder()).join(format!("{name}{EXE_SUFFIX}"))

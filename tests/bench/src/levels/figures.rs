@@ -45,7 +45,7 @@ pub(crate) struct Figures {
 }
 
 impl Counts {
-    fn of(mesh: &Topology) -> Self {
+    fn count(mesh: &Topology) -> Self {
         let edges = EdgeCounts::count(mesh.positions.len(), &mesh.triangles);
         let triangles = mesh.triangles.len();
         Self {
@@ -64,7 +64,7 @@ impl Original {
         Ok(Self {
             reference: Reference::new(mesh, SAMPLES, SEED)?,
             gallery: Gallery::new(mesh)?,
-            counts: Counts::of(mesh),
+            counts: Counts::count(mesh),
         })
     }
 
@@ -75,7 +75,7 @@ impl Original {
 
     pub(crate) fn figures(&self, level: &Topology) -> Result<Figures> {
         Ok(Figures {
-            counts: Counts::of(level),
+            counts: Counts::count(level),
             error: self.reference.compare(level),
             picture: self.gallery.compare(level).context("pictures cannot be compared")?,
         })

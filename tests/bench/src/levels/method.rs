@@ -8,12 +8,12 @@ use weighted_collapse::Order;
 pub(crate) struct Method {
     /// Short name, in file names and in JSON too.
     pub(crate) id: &'static str,
-    pub(crate) work: Work,
+    pub(crate) work: Implementation,
 }
 
 /// Implementation of a method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Work {
+pub(crate) enum Implementation {
     /// Whole sequence by the paper's weights.
     Weighted(Order),
     /// Whole sequence by quadric error.
@@ -32,19 +32,19 @@ pub(crate) const BASELINE: &str = "meshoptimizer";
 /// List of all methods. Busbar's first method comes first: its triangle counts are where the
 /// searches of the others begin.
 pub(crate) const METHODS: [Method; 10] = [
-    method(OURS, Work::Quadric),
-    method(BASELINE, Work::Meshoptimizer(Simplifier::Plain)),
-    method("weighted, reweighted", Work::Weighted(Order::Reweighted)),
-    method("weighted, guarded", Work::Weighted(Order::Guarded)),
-    method("weighted, paper", Work::Weighted(Order::Paper)),
-    method("meshoptimizer, normals", Work::Meshoptimizer(Simplifier::WithNormals)),
-    method("meshoptimizer, sloppy", Work::Meshoptimizer(Simplifier::Sloppy)),
-    method("fast-simplification", Work::Script("decimate_fast_simplification.py")),
-    method("VTK", Work::Script("decimate_vtk.py")),
-    method("Open3D", Work::Script("decimate_open3d.py")),
+    method(OURS, Implementation::Quadric),
+    method(BASELINE, Implementation::Meshoptimizer(Simplifier::Plain)),
+    method("weighted, reweighted", Implementation::Weighted(Order::Reweighted)),
+    method("weighted, guarded", Implementation::Weighted(Order::Guarded)),
+    method("weighted, paper", Implementation::Weighted(Order::Paper)),
+    method("meshoptimizer, normals", Implementation::Meshoptimizer(Simplifier::WithNormals)),
+    method("meshoptimizer, sloppy", Implementation::Meshoptimizer(Simplifier::Sloppy)),
+    method("fast-simplification", Implementation::Script("decimate_fast_simplification.py")),
+    method("VTK", Implementation::Script("decimate_vtk.py")),
+    method("Open3D", Implementation::Script("decimate_open3d.py")),
 ];
 
-const fn method(id: &'static str, work: Work) -> Method {
+const fn method(id: &'static str, work: Implementation) -> Method {
     Method { id, work }
 }
 
@@ -56,6 +56,6 @@ impl Method {
 
     /// Reports whether the method is not this project's.
     pub(crate) fn is_peer(self) -> bool {
-        matches!(self.work, Work::Meshoptimizer(_) | Work::Script(_))
+        matches!(self.work, Implementation::Meshoptimizer(_) | Implementation::Script(_))
     }
 }

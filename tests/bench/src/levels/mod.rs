@@ -121,7 +121,7 @@ fn compare(
     let mut methods = Vec::new();
     for method in METHODS {
         progress.set_message(format!("{}: {}", subject.name, method.id));
-        if matches!(method.work, method::Work::Script(_)) && plan.peers.is_none() {
+        if matches!(method.work, method::Implementation::Script(_)) && plan.peers.is_none() {
             progress.inc(1);
             continue;
         }

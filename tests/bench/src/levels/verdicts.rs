@@ -65,7 +65,7 @@ pub(super) fn new_non_manifold(
 
 /// Reports whether a peer's level has about the target number of vertices. Busbar's levels never
 /// have more, and fewer in use where shells are gone.
-fn has_wanted(subject: &SubjectResult, theirs: &MethodResult, level: usize) -> bool {
+fn has_target_vertices(subject: &SubjectResult, theirs: &MethodResult, level: usize) -> bool {
     let found = theirs.levels[level].counts.vertices as f64;
     (found / subject.wanted[level] as f64 - 1.0).abs() <= EQUAL_VERTICES
 }
@@ -86,7 +86,9 @@ pub(crate) fn bars(levels: &Levels) -> Vec<Claim> {
                     "{name}, theta {:.0} %: mean distance at most {bar} of {BASELINE}'s",
                     theta * 100.0
                 ),
-                verdict: Verdict::of_bar(a <= bar * b && has_wanted(subject, baseline, index)),
+                verdict: Verdict::of_bar(
+                    a <= bar * b && has_target_vertices(subject, baseline, index),
+                ),
                 figure: format!("{:.3}", a / b),
             });
         }
@@ -125,7 +127,7 @@ pub(crate) fn write_worse(document: &mut Document, levels: &Levels) {
         }
     }
     let rows = COLUMNS.iter().map(|column| {
-        let cells = peers.iter().map(|peer| worse(levels, column, peer));
+        let cells = peers.iter().map(|peer| describe_losses(levels, column, peer));
         std::iter::once(column.name.to_owned()).chain(cells).collect::<Vec<_>>()
     });
     let rows: Vec<Vec<String>> = rows.collect();
@@ -145,14 +147,14 @@ pub(crate) fn write_worse(document: &mut Document, levels: &Levels) {
 }
 
 /// Describes the levels at which Busbar is worse than a peer in one column.
-fn worse(levels: &Levels, column: &Column, peer: &str) -> String {
+fn describe_losses(levels: &Levels, column: &Column, peer: &str) -> String {
     let (mut compared, mut count, mut most) = (0, 0, (0.0, String::new()));
     for subject in &levels.subjects {
         let Some((ours, theirs)) = subject.method(OURS).zip(subject.method(peer)) else { continue };
         for (level, theta) in THETAS.into_iter().enumerate() {
             let values = [ours, theirs].map(|method| (column.value)(subject, method, level));
             let [Some(a), Some(b)] = values else { continue };
-            if !has_wanted(subject, theirs, level) {
+            if !has_target_vertices(subject, theirs, level) {
                 continue;
             }
             compared += 1;

@@ -17,7 +17,7 @@ use weighted_collapse::MAX_THREADS;
 
 use crate::affinity::{OneCore, processor_seconds};
 use crate::levels::exchange;
-use crate::levels::method::{Method, Work};
+use crate::levels::method::{Implementation, Method};
 use crate::memory;
 use crate::optimizers::{Input, sequence};
 
@@ -96,13 +96,13 @@ pub(crate) fn levels(
 ) -> Result<(Cost, Vec<Topology>)> {
     let out = tempfile::tempdir().context("no folder for levels")?;
     let mut command = match (method.work, peers) {
-        (Work::Script(script), Some(peers)) => {
+        (Implementation::Script(script), Some(peers)) => {
             let mut command = Command::new(&peers.python);
             command.arg(peers.scripts.join(script)).arg(mesh).arg(out.path());
             command.arg(MAX_SCRIPT_CALLS.to_string());
             command
         }
-        (Work::Script(_), None) => bail!("no Python"),
+        (Implementation::Script(_), None) => bail!("no Python"),
         _ => {
             let mut command = Command::new(std::env::current_exe()?);
             command.arg("worker").arg(method.id).arg(mesh).arg(out.path());
@@ -147,16 +147,16 @@ pub(crate) fn run(task: &Task) -> Result<Cost> {
     let _core = OneCore::hold()?;
     let mesh = exchange::read_mesh(&task.mesh)?;
     let (cost, levels) = match method.work {
-        Work::Weighted(order) => {
+        Implementation::Weighted(order) => {
             let input = Input::new(&mesh);
             ours(&mesh, &task.targets, || input.weighted(order, MAX_THREADS))?
         }
-        Work::Quadric => {
+        Implementation::Quadric => {
             let input = Input::new(&mesh);
             ours(&mesh, &task.targets, || input.quadric())?
         }
-        Work::Meshoptimizer(kind) => theirs(&mesh, kind, &task.targets)?,
-        Work::Script(_) => bail!("{} is no work for this process", method.id),
+        Implementation::Meshoptimizer(kind) => theirs(&mesh, kind, &task.targets)?,
+        Implementation::Script(_) => bail!("{} is no work for this process", method.id),
     };
     for (index, level) in levels.iter().enumerate() {
         exchange::write_level(&task.out.join(format!("{index}.mesh")), level)?;

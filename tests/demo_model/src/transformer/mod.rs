@@ -100,7 +100,7 @@ fn place_cooling(assembly: &mut Assembly, root: NodeId) -> Result<(), WeldError>
 }
 
 fn place_bushings(assembly: &mut Assembly, root: NodeId) -> Result<(), WeldError> {
-    struct Set {
+    struct BushingSet {
         kind: &'static bushing::BushingKind,
         turret_radius: f32,
         turret_height: f32,
@@ -108,28 +108,28 @@ fn place_bushings(assembly: &mut Assembly, root: NodeId) -> Result<(), WeldError
         stands: &'static [(&'static str, f32, f32)],
     }
     let sets = [
-        Set {
+        BushingSet {
             kind: &bushing::KV_220,
             turret_radius: 0.4,
             turret_height: 0.75,
             lean_degrees: 10.0,
             stands: &[("1U", -1.9, 0.78), ("1V", 0.5, 0.78), ("1W", 2.9, 0.78)],
         },
-        Set {
+        BushingSet {
             kind: &bushing::KV_110,
             turret_radius: 0.31,
             turret_height: 0.5,
             lean_degrees: -14.0,
             stands: &[("2U", -2.0, -0.9), ("2V", -0.5, -0.9), ("2W", 1.0, -0.9)],
         },
-        Set {
+        BushingSet {
             kind: &bushing::KV_35,
             turret_radius: 0.2,
             turret_height: 0.22,
             lean_degrees: 0.0,
             stands: &[("3U", 2.05, -1.2), ("3V", 2.7, -1.2), ("3W", 3.35, -1.2)],
         },
-        Set {
+        BushingSet {
             kind: &bushing::NEUTRAL,
             turret_radius: 0.24,
             turret_height: 0.34,

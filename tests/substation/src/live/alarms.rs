@@ -11,7 +11,7 @@ const HEAVY_OVERLOAD: f64 = 1.15;
 pub(super) fn alarms(points: &[Point]) -> Map<String, Value> {
     let mut alarms = Map::new();
     for point in points {
-        for (what, alarm) in of_point(point) {
+        for (what, alarm) in alarms_of_point(point) {
             alarms.insert(format!("{}.{what}", point.id), alarm);
         }
     }
@@ -38,7 +38,7 @@ pub(super) fn alarms(points: &[Point]) -> Map<String, Value> {
 /// Suffix of the id, with the alarm's settings.
 type Alarm = (&'static str, Value);
 
-fn of_point(point: &Point) -> Vec<Alarm> {
+fn alarms_of_point(point: &Point) -> Vec<Alarm> {
     let (_, reference) = point.id.split_once('/').unwrap_or_default();
     let alarm = |priority: &str, condition: Value, message: &str, response: &str| {
         json!({

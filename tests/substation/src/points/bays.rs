@@ -2,9 +2,9 @@
 
 use super::loads::{MAIN_TRANSFORMERS, loading};
 use super::measured::{add_measured, add_some_measured};
-use super::monitoring::{self, Monitored};
+use super::monitoring::{self, MonitoredDevices};
 use super::states::{BREAKER, add_doubles, add_states, switches};
-use super::{Gateway, List, NormalValue, Place, PointKind};
+use super::{Gateway, NormalValue, PointContext, PointKind, PointListBuilder};
 use crate::layout::{BayKind, YARDS};
 
 /// Number of 35 kV feeders, capacitor banks, station transformers and incomers.
@@ -13,7 +13,7 @@ const HOUSE: &str = "=S12H1-UH1";
 const CONTROL_HOUSE: &str = "=S12Z1-UH1";
 
 /// Adds the points of all bays.
-pub(super) fn add_all(list: &mut List) {
+pub(super) fn add_all(list: &mut PointListBuilder) {
     for (yard, gateway) in YARDS.iter().zip([Gateway::Yard220, Gateway::Yard110]) {
         let mut seen = [0_u8; 5];
         let mut unit = 0;
@@ -40,7 +40,8 @@ pub(super) fn add_all(list: &mut List) {
         list.read_by = (Gateway::House35, feeder as u8);
         let (bay, equipment) = (format!("=S12H1K{feeder}"), HOUSE.to_owned());
         add_measured(&bay, [&equipment, &equipment], 1, list);
-        let place = Place { bay: &bay, equipment: equipment.clone(), node: 1, role: "status" };
+        let place =
+            PointContext { bay: &bay, equipment: equipment.clone(), node: 1, role: "status" };
         let box_ = ("STMP.Tmp", "cable box temperature", "°C", -40.0, 150.0, 5000);
         list.add(PointKind::Analog, box_, place, NormalValue::Walk(34.0, 0.5));
         add_doubles(&bay, &[(equipment.clone(), BREAKER, true)], 1, list);
@@ -50,7 +51,7 @@ pub(super) fn add_all(list: &mut List) {
     list.read_by = (Gateway::Station, 1);
     let (bay, equipment) = ("=S12Z1", CONTROL_HOUSE.to_owned());
     for node in 1..=60 {
-        let place = Place { bay, equipment: equipment.clone(), node, role: "status" };
+        let place = PointContext { bay, equipment: equipment.clone(), node, role: "status" };
         let auxiliary = ("MMXN.Vol", "auxiliary voltage", "V", 0.0, 500.0, 1000);
         list.add(PointKind::Analog, auxiliary, place, NormalValue::Walk(231.0, 0.8));
     }
@@ -59,12 +60,12 @@ pub(super) fn add_all(list: &mut List) {
     monitoring::add_of_station(bay, &equipment, list);
 }
 
-fn add_line(bay: &str, list: &mut List) {
+fn add_line(bay: &str, list: &mut PointListBuilder) {
     let [gear, current, voltage] = ["QA1", "BC1", "BV1"].map(|name| format!("{bay}-{name}"));
     add_measured(bay, [&current, &voltage], 1, list);
     add_doubles(bay, &switches(bay), 4, list);
     add_states(bay, &gear, 90, 12, list);
-    Monitored {
+    MonitoredDevices {
         bay,
         breaker: true,
         arrester: true,
@@ -75,12 +76,12 @@ fn add_line(bay: &str, list: &mut List) {
     .add(list);
 }
 
-fn add_coupler(bay: &str, list: &mut List) {
+fn add_coupler(bay: &str, list: &mut PointListBuilder) {
     let [gear, current] = ["QA1", "BC1"].map(|name| format!("{bay}-{name}"));
     add_some_measured(bay, [&current, &current], 1, &[0, 1, 2, 3, 4, 5, 10, 11], list);
     add_doubles(bay, &switches(bay), 3, list);
     add_states(bay, &gear, 80, 10, list);
-    Monitored {
+    MonitoredDevices {
         bay,
         breaker: true,
         arrester: false,
@@ -91,12 +92,12 @@ fn add_coupler(bay: &str, list: &mut List) {
     .add(list);
 }
 
-fn add_bus(bay: &str, disconnector: &str, list: &mut List) {
+fn add_bus(bay: &str, disconnector: &str, list: &mut PointListBuilder) {
     let voltage = format!("{bay}-BV1");
     add_some_measured(bay, [&voltage, &voltage], 1, &[6, 7, 8, 9, 10, 14, 15, 16, 17], list);
     add_doubles(bay, &switches(bay), 2, list);
     add_states(bay, &voltage, 25, 3, list);
-    Monitored {
+    MonitoredDevices {
         bay,
         breaker: false,
         arrester: true,
@@ -107,7 +108,7 @@ fn add_bus(bay: &str, disconnector: &str, list: &mut List) {
     .add(list);
 }
 
-fn add_transformer(number: usize, list: &mut List) {
+fn add_transformer(number: usize, list: &mut PointListBuilder) {
     let own = format!("=S12T{number}");
     let tank = format!("{own}-TA1");
     for level in ["D1", "E1"] {
@@ -116,7 +117,7 @@ fn add_transformer(number: usize, list: &mut List) {
         add_measured(&bay, [&current, &current], 1, list);
         add_doubles(&bay, &switches(&bay), 2, list);
         add_states(&bay, &gear, 45, 6, list);
-        Monitored {
+        MonitoredDevices {
             bay: &bay,
             breaker: true,
             arrester: true,
@@ -137,7 +138,7 @@ fn add_transformer(number: usize, list: &mut List) {
             NormalValue::Walk(49.0, 0.3),
         ),
     ] {
-        let place = Place { bay: &own, equipment: tank.clone(), node: 1, role };
+        let place = PointContext { bay: &own, equipment: tank.clone(), node: 1, role };
         let point = list.add(PointKind::Analog, quantity, place, usual);
         point.limits[1] = (role == "load").then_some(100.0);
     }

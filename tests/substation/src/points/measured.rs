@@ -1,7 +1,7 @@
 //! Measured values of a bay.
 
 use super::loads::{POWER_FACTOR, load_of};
-use super::{List, NormalValue, Place, PointKind, Quantity};
+use super::{NormalValue, PointContext, PointKind, PointListBuilder, Quantity};
 
 /// Measured values of a bay: the first 14 of every bay, the rest of voltage transformers.
 const MEASURED: [Quantity; 18] = [
@@ -27,7 +27,7 @@ const MEASURED: [Quantity; 18] = [
 const OF_FEEDER: [usize; 14] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13];
 
 /// Adds the measured values of a feeder, at the devices that measure currents and voltages.
-pub(super) fn add_measured(bay: &str, at: [&str; 2], node: usize, list: &mut List) {
+pub(super) fn add_measured(bay: &str, at: [&str; 2], node: usize, list: &mut PointListBuilder) {
     add_some_measured(bay, at, node, &OF_FEEDER, list);
 }
 
@@ -37,7 +37,7 @@ pub(super) fn add_some_measured(
     [current, voltage]: [&str; 2],
     node: usize,
     which: &[usize],
-    list: &mut List,
+    list: &mut PointListBuilder,
 ) {
     let load = load_of(bay);
     let (power, amperes) = (load.megawatts, load.amperes());
@@ -65,8 +65,12 @@ pub(super) fn add_some_measured(
             }
         };
         let equipment = if is_voltage { voltage } else { current }.to_owned();
-        let point =
-            list.add(PointKind::Analog, quantity, Place { bay, equipment, node, role }, usual);
+        let point = list.add(
+            PointKind::Analog,
+            quantity,
+            PointContext { bay, equipment, node, role },
+            usual,
+        );
         match role {
             "current" => point.limits[1] = Some(load.rated_amperes),
             "voltage" => point.limits = [0.9, 1.1].map(|share| Some(share * load.kilovolts)),

@@ -1,6 +1,6 @@
 //! Points of condition monitoring.
 
-use super::{List, NormalValue, Place, PointKind, Quantity};
+use super::{NormalValue, PointContext, PointKind, PointListBuilder, Quantity};
 
 /// Scan period of condition monitoring, milliseconds, as a demonstration needs it. Stations read
 /// gas each 1 to 10 minutes, currents and temperatures each 5 to 30.
@@ -23,7 +23,7 @@ pub(crate) const SF6_LOCK_OUT: f64 = 6.0;
 const OUTSIDE: f64 = 22.0;
 
 /// Monitored devices of a bay, of each pole.
-pub(super) struct Monitored<'a> {
+pub(super) struct MonitoredDevices<'a> {
     pub(super) bay: &'a str,
     /// Flag of a breaker with SF6.
     pub(super) breaker: bool,
@@ -36,12 +36,12 @@ pub(super) struct Monitored<'a> {
     pub(super) loading: f64,
 }
 
-impl Monitored<'_> {
-    pub(super) fn add(&self, list: &mut List) {
+impl MonitoredDevices<'_> {
+    pub(super) fn add(&self, list: &mut PointListBuilder) {
         for pole in 1..=3_usize {
             let mut add = |quantity: Quantity, device: &str, node, role, usual| {
                 let equipment = format!("{}-{device}-L{pole}", self.bay);
-                let place = Place { bay: self.bay, equipment, node, role };
+                let place = PointContext { bay: self.bay, equipment, node, role };
                 list.add(PointKind::Monitoring, quantity, place, usual);
             };
             if self.breaker {
@@ -76,10 +76,10 @@ fn walk(base: f64, amplitude: f64) -> NormalValue {
 }
 
 /// Point of a transformer: quantity, role, value, deviation, number of sensors.
-type OfTransformer = (Quantity, &'static str, f64, f64, usize);
+type TransformerPoint = (Quantity, &'static str, f64, f64, usize);
 
 /// Monitoring points of a transformer, 51 in all.
-const TRANSFORMER: [OfTransformer; 17] = [
+const TRANSFORMER: [TransformerPoint; 17] = [
     (("SIML.H2", "hydrogen", "ppm", 0.0, 5000.0, SCAN), "hydrogen", 24.0, 0.4, 1),
     (("SIML.CH4", "methane", "ppm", 0.0, 5000.0, SCAN), "methane", 11.0, 0.2, 1),
     (("SIML.C2H2", "acetylene", "ppm", 0.0, 1000.0, SCAN), "acetylene", 0.3, 0.02, 1),
@@ -106,12 +106,12 @@ const TRANSFORMER: [OfTransformer; 17] = [
 ];
 
 /// Adds the monitoring points of a transformer.
-pub(super) fn add_of_transformer(bay: &str, list: &mut List) {
+pub(super) fn add_of_transformer(bay: &str, list: &mut PointListBuilder) {
     for (quantity, role, base, amplitude, sensors) in TRANSFORMER {
         for node in 1..=sensors {
             let is_second = node > 1 && matches!(role, "top_oil" | "hot_spot" | "oil_level");
             let role = if is_second { "second_sensor" } else { role };
-            let place = Place { bay, equipment: format!("{bay}-TA1"), node, role };
+            let place = PointContext { bay, equipment: format!("{bay}-TA1"), node, role };
             let point = list.add(PointKind::Monitoring, quantity, place, walk(base, amplitude));
             point.limits[1] = match role {
                 "top_oil" => Some(95.0),
@@ -123,11 +123,11 @@ pub(super) fn add_of_transformer(bay: &str, list: &mut List) {
 }
 
 /// Point of the station: quantity, value, deviation, number of sensors.
-type OfStation = (Quantity, f64, f64, usize);
+type StationPoint = (Quantity, f64, f64, usize);
 
 /// Monitoring points of the station: weather, batteries, fire detection, gas in the switch room,
 /// cameras: 102 points.
-const STATION: [OfStation; 9] = [
+const STATION: [StationPoint; 9] = [
     (("MMET.EnvTmp", "ambient temperature", "°C", -50.0, 60.0, 1000), OUTSIDE, 0.2, 2),
     (("MMET.EnvHum", "humidity", "%", 0.0, 100.0, SCAN), 54.0, 0.5, 2),
     (("MMET.HorWdSpd", "wind speed", "m/s", 0.0, 60.0, SCAN), 3.0, 1.0, 2),
@@ -140,23 +140,25 @@ const STATION: [OfStation; 9] = [
 ];
 
 /// Adds the monitoring points of the station as a whole.
-pub(super) fn add_of_station(bay: &str, equipment: &str, list: &mut List) {
+pub(super) fn add_of_station(bay: &str, equipment: &str, list: &mut PointListBuilder) {
     for (quantity, base, amplitude, sensors) in STATION {
         for node in 1..=sensors {
-            let place = Place { bay, equipment: equipment.to_owned(), node, role: "environment" };
+            let place =
+                PointContext { bay, equipment: equipment.to_owned(), node, role: "environment" };
             list.add(PointKind::Monitoring, quantity, place, walk(base, amplitude));
         }
     }
 }
 
 /// Adds the 6 monitoring points of a 35 kV feeder.
-pub(super) fn add_of_feeder(bay: &str, equipment: &str, list: &mut List) {
+pub(super) fn add_of_feeder(bay: &str, equipment: &str, list: &mut PointListBuilder) {
     let contacts = (1..=3).map(|node| (CONTACT, node, 31.0, 0.4));
     let others = [(PRESSURE, 1, 1.4, 0.002), (GAS_TEMPERATURE, 1, OUTSIDE, 0.2)];
     for (quantity, node, base, amplitude) in
         others.into_iter().chain(contacts).chain([(LEAKAGE, 1, 0.1, 0.02)])
     {
-        let place = Place { bay, equipment: equipment.to_owned(), node, role: "environment" };
+        let place =
+            PointContext { bay, equipment: equipment.to_owned(), node, role: "environment" };
         list.add(PointKind::Monitoring, quantity, place, walk(base, amplitude));
     }
 }

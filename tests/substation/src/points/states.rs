@@ -1,6 +1,6 @@
 //! Positions, states and commands of a bay.
 
-use super::{List, NormalValue, Place, PointKind};
+use super::{NormalValue, PointContext, PointKind, PointListBuilder};
 use crate::network;
 
 /// States by reference and name; the list repeats with the next logical node.
@@ -49,7 +49,12 @@ const OPEN: f64 = 1.0;
 const CLOSED: f64 = 2.0;
 
 /// Adds positions of switches, and of `earths` earth switches, which are open.
-pub(super) fn add_doubles(bay: &str, switches: &[Switch], earths: usize, list: &mut List) {
+pub(super) fn add_doubles(
+    bay: &str,
+    switches: &[Switch],
+    earths: usize,
+    list: &mut PointListBuilder,
+) {
     let (mut breakers, mut disconnectors) = (0, 0);
     for (equipment, name, closed) in switches {
         let (class, count) = match *name {
@@ -57,7 +62,8 @@ pub(super) fn add_doubles(bay: &str, switches: &[Switch], earths: usize, list: &
             _ => ("XSWI.Pos", &mut disconnectors),
         };
         *count += 1;
-        let place = Place { bay, equipment: equipment.clone(), node: *count, role: "position" };
+        let place =
+            PointContext { bay, equipment: equipment.clone(), node: *count, role: "position" };
         let usual = NormalValue::Constant(if *closed { CLOSED } else { OPEN });
         list.add(PointKind::Double, (class, name, "", 0.0, 3.0, 1000), place, usual);
     }
@@ -66,7 +72,7 @@ pub(super) fn add_doubles(bay: &str, switches: &[Switch], earths: usize, list: &
         let line = switches.iter().find(|(equipment, ..)| equipment.ends_with(EARTHED));
         let line = line.filter(|_| node == disconnectors + 1);
         let Some((equipment, ..)) = line.or(switches.first()) else { continue };
-        let place = Place { bay, equipment: equipment.clone(), node, role: "earth_switch" };
+        let place = PointContext { bay, equipment: equipment.clone(), node, role: "earth_switch" };
         let quantity = ("XSWI.Pos", "earth switch", "", 0.0, 3.0, 1000);
         list.add(PointKind::Double, quantity, place, NormalValue::Constant(OPEN));
     }
@@ -78,7 +84,7 @@ pub(super) fn add_states(
     equipment: &str,
     states: usize,
     commands: usize,
-    list: &mut List,
+    list: &mut PointListBuilder,
 ) {
     let kinds = [
         (PointKind::Single, &STATES[..], states, "state"),
@@ -88,7 +94,7 @@ pub(super) fn add_states(
         for i in 0..count {
             let (reference, name) = names[i % names.len()];
             let node = i / names.len() + 1;
-            let place = Place { bay, equipment: equipment.to_owned(), node, role };
+            let place = PointContext { bay, equipment: equipment.to_owned(), node, role };
             list.add(
                 kind,
                 (reference, name, "", 0.0, 1.0, 1000),

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use super::peer::{Peer, number};
 use super::{PATIENCE, Peers, ROUNDS, Rates, device, ensure_none_lost, free_port, good};
-use crate::site::{Site, telemetry_tag};
+use crate::scene::{GeneratedScene, telemetry_tag};
 
 const PLUGIN: &str = "iec104";
 /// Number of points of a common address, and of an interrogation.
@@ -35,7 +35,10 @@ pub(crate) struct Interrogations {
     pub(crate) peers: Vec<f64>,
 }
 
-pub(crate) fn measure(site: &Site, peers: &Peers) -> Result<(Vec<Rates>, Vec<Interrogations>)> {
+pub(crate) fn measure(
+    site: &GeneratedScene,
+    peers: &Peers,
+) -> Result<(Vec<Rates>, Vec<Interrogations>)> {
     let port = free_port()?;
     let device = device(site, PLUGIN, &settings(port), &tags(ADDRESSES))?;
     let (rates, interrogations) = alternate(site, peers, "busbar simulate", port)?;
@@ -48,7 +51,7 @@ pub(crate) fn measure(site: &Site, peers: &Peers) -> Result<(Vec<Rates>, Vec<Int
 }
 
 fn alternate(
-    site: &Site,
+    site: &GeneratedScene,
     peers: &Peers,
     server: &'static str,
     port: u16,
@@ -69,7 +72,7 @@ fn alternate(
 
 /// Measures points a second in the second interrogation of all common addresses, from the first to
 /// the last of their values: in the first one all is new to the plugin.
-fn points_per_second(site: &Site, port: u16) -> Result<f64> {
+fn points_per_second(site: &GeneratedScene, port: u16) -> Result<f64> {
     let all = ADDRESSES * POINTS;
     let plugin = site.plugin(PLUGIN, &settings(port))?;
     let telemetry = RunningTelemetry::start(&plugin, &tags(ADDRESSES), SourcePolicy::default())?;
@@ -88,7 +91,7 @@ fn points_per_second(site: &Site, port: u16) -> Result<f64> {
     Ok(f64::from(rest) / begun.elapsed().as_secs_f64())
 }
 
-fn first_interrogation(site: &Site, port: u16) -> Result<Duration> {
+fn first_interrogation(site: &GeneratedScene, port: u16) -> Result<Duration> {
     let plugin = site.plugin(PLUGIN, &settings(port))?;
     let tags = tags(1);
     let begun = Instant::now();

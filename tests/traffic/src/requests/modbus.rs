@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::peer::{Peer, number};
 use super::{PATIENCE, Peers, ROUNDS, Rates, device, ensure_none_lost, free_port, good};
-use crate::site::{Site, telemetry_tag};
+use crate::scene::{GeneratedScene, telemetry_tag};
 
 const PLUGIN: &str = "modbus_adapter";
 /// Number of registers in one request, as many as it may ask for (Modbus Application Protocol
@@ -39,7 +39,7 @@ struct Layout {
 const SIMULATOR: Layout = Layout { units: 3, blocks: 500 };
 const PYMODBUS: Layout = Layout { units: 1, blocks: 200 };
 
-pub(crate) fn measure(site: &Site, peers: &Peers) -> Result<Vec<Rates>> {
+pub(crate) fn measure(site: &GeneratedScene, peers: &Peers) -> Result<Vec<Rates>> {
     let port = free_port()?;
     let device = device(site, PLUGIN, &settings(port), &tags(SIMULATOR))?;
     let simulator = alternate(site, peers, "busbar simulate", port, SIMULATOR)?;
@@ -52,7 +52,7 @@ pub(crate) fn measure(site: &Site, peers: &Peers) -> Result<Vec<Rates>> {
 }
 
 fn alternate(
-    site: &Site,
+    site: &GeneratedScene,
     peers: &Peers,
     server: &'static str,
     port: u16,
@@ -69,7 +69,7 @@ fn alternate(
     Ok(rates)
 }
 
-fn ours(site: &Site, port: u16, layout: Layout, round: Duration) -> Result<f64> {
+fn ours(site: &GeneratedScene, port: u16, layout: Layout, round: Duration) -> Result<f64> {
     let plugin = site.plugin(PLUGIN, &settings(port))?;
     let telemetry = RunningTelemetry::start(&plugin, &tags(layout), SourcePolicy::default())?;
     let begun = Instant::now();
@@ -77,16 +77,16 @@ fn ours(site: &Site, port: u16, layout: Layout, round: Duration) -> Result<f64> 
         ensure!(begun.elapsed() < PATIENCE, "no value came: {:?}", telemetry.link());
         std::thread::sleep(PAUSE);
     }
-    for_so_long(&telemetry, SETTLING);
+    read_for(&telemetry, SETTLING);
     let begun = Instant::now();
-    let values = for_so_long(&telemetry, round);
+    let values = read_for(&telemetry, round);
     let rate = values as f64 / f64::from(VALUES) / begun.elapsed().as_secs_f64();
     ensure_none_lost(&telemetry)?;
     Ok(rate)
 }
 
 /// Counts the good values that arrive in this time.
-fn for_so_long(telemetry: &RunningTelemetry, time: Duration) -> u64 {
+fn read_for(telemetry: &RunningTelemetry, time: Duration) -> u64 {
     let (begun, mut count) = (Instant::now(), 0);
     while begun.elapsed() < time {
         std::thread::sleep(PAUSE);

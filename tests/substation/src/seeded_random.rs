@@ -4,9 +4,9 @@
 const TOLERANCE_METRES: f32 = 0.004;
 
 /// Random number generator (SplitMix64), the same on every machine.
-pub(crate) struct Scatter(u64);
+pub(crate) struct SeededRandom(u64);
 
-impl Scatter {
+impl SeededRandom {
     pub(crate) fn new(seed: u64) -> Self {
         Self(seed)
     }

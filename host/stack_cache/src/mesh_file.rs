@@ -11,13 +11,13 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec2;
 use twox_hash::XxHash3_128;
 
-use crate::file::{array, checksum, halves};
 use crate::key::digest;
+use crate::stack_file::{array, checksum, halves};
 
-/// Says what the file is, and in which byte order it was written.
+/// Magic number of the file type, which also reveals the byte order.
 const MAGIC: u64 = 0x6275_7362_6172_4d57;
 
-/// Grows when the format changes, or what import or welding make of a file.
+/// Format version: grows when the format changes, or the result of import or welding.
 const VERSION: u64 = 1;
 
 /// Arrays of a file: those as long as the mesh, then sections, ends of names, and names.
@@ -35,7 +35,7 @@ pub fn content_digest(parts: &[&[u8]]) -> u128 {
 pub struct MeshKey(u128);
 
 impl MeshKey {
-    /// `content` is a [`content_digest`].
+    /// Makes the key of a mesh; `content` is a [`content_digest`].
     pub fn new(content: u128, mesh: usize) -> Self {
         let [low, high] = halves(content);
         Self(XxHash3_128::oneshot(bytemuck::bytes_of(&[low, high, mesh as u64])))
@@ -48,7 +48,7 @@ impl fmt::Display for MeshKey {
     }
 }
 
-/// A mesh as it was welded, the names of its features, and what welding did.
+/// Welded mesh, the names of its features, and the counts of welding.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WeldedMesh {
     /// Welded mesh as stored.
@@ -89,7 +89,7 @@ impl Header {
     }
 }
 
-/// A whole file, in the parts that it is written in.
+/// Serializes a whole file, in the parts that it is written in.
 pub(crate) fn parts<'a>(
     key: MeshKey,
     mesh: &'a Mesh,
@@ -139,7 +139,7 @@ fn large_arrays<'a>(mesh: &'a Mesh, uvs: &'a [Vec2]) -> [&'a [u8]; LARGE_ARRAYS]
     ]
 }
 
-/// Reads a mesh from a file of this length; says in words what is wrong.
+/// Reads a mesh from a file of this length; an error says in words what is wrong.
 pub(crate) fn read(file: &mut impl Read, length: u64, key: MeshKey) -> Result<WeldedMesh, String> {
     let unreadable = |error: std::io::Error| format!("it cannot be read: {error}");
     let mut header = Header::zeroed();
@@ -180,7 +180,7 @@ pub(crate) fn read(file: &mut impl Read, length: u64, key: MeshKey) -> Result<We
     Ok(WeldedMesh { mesh, feature_names, report: report_of(header.report) })
 }
 
-/// Every number is compared with the file's length before anything is made of its size.
+/// Compares every number with the file's length before any allocation of its size.
 fn check(header: &Header, key: MeshKey, length: u64) -> Result<(), String> {
     if header.magic != MAGIC {
         return Err("it is no mesh file of this machine".into());
@@ -197,7 +197,7 @@ fn check(header: &Header, key: MeshKey, length: u64) -> Result<(), String> {
     }
 }
 
-/// Names one after the other, by where each ends.
+/// Splits concatenated names at their ends.
 fn split(names: &[u8], ends: &[u32]) -> Option<Vec<String>> {
     let names = std::str::from_utf8(names).ok()?;
     let starts = std::iter::once(0).chain(ends.iter().copied());

@@ -8,7 +8,7 @@ const LEAF: usize = 4;
 
 /// Closest point on a surface.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Place {
+pub(crate) struct ClosestPoint {
     pub(crate) distance: f64,
     /// Normal of the closest triangle; zero for one without area.
     pub(crate) normal: DVec3,
@@ -24,12 +24,12 @@ struct Node {
 }
 
 /// Bounding volume hierarchy of a surface's triangles.
-pub(crate) struct Tree {
+pub(crate) struct TriangleTree {
     nodes: Vec<Node>,
     triangles: Vec<[DVec3; 3]>,
 }
 
-impl Tree {
+impl TriangleTree {
     pub(crate) fn build(mesh: &Topology) -> Self {
         let corner = |&v: &u32| mesh.positions[v as usize].as_dvec3();
         let triangles = mesh.triangles.iter().map(|t| t.each_ref().map(corner)).collect();
@@ -61,9 +61,10 @@ impl Tree {
     /// Returns the point of the surface nearest to a point. Among places within `tolerance` of one
     /// another, as on both sides of a flattened part, the one whose normal is nearest to `normal`
     /// wins.
-    pub(crate) fn nearest(&self, point: DVec3, normal: DVec3, tolerance: f64) -> Place {
+    pub(crate) fn nearest(&self, point: DVec3, normal: DVec3, tolerance: f64) -> ClosestPoint {
         let tie = tolerance * tolerance;
-        let (mut least, mut best) = (f64::INFINITY, Place { distance: f64::INFINITY, normal });
+        let (mut least, mut best) =
+            (f64::INFINITY, ClosestPoint { distance: f64::INFINITY, normal });
         let mut alike = f64::NEG_INFINITY;
         let mut waiting = vec![(self.gap(0, point), 0)];
         while let Some((gap, index)) = waiting.pop() {
@@ -153,7 +154,7 @@ mod tests {
         let positions: Vec<Vec3> = (0..900).map(|_| point()).collect();
         let triangles: Vec<[u32; 3]> = (0..300).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
         let queries: Vec<DVec3> = (0..200).map(|_| point().as_dvec3() * 2.0 - 0.5).collect();
-        let tree = Tree::build(&Topology { positions, triangles });
+        let tree = TriangleTree::build(&Topology { positions, triangles });
         for query in queries {
             let all = tree.triangles.iter().map(|t| closest(query, t).distance(query));
             let expected = all.fold(f64::INFINITY, f64::min);
@@ -166,7 +167,7 @@ mod tests {
     fn of_two_sides_the_one_turned_alike_counts() {
         let positions = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
         for triangles in [[[0, 1, 2], [0, 2, 1]], [[0, 2, 1], [0, 1, 2]]] {
-            let tree = Tree::build(&Topology {
+            let tree = TriangleTree::build(&Topology {
                 positions: positions.clone(),
                 triangles: triangles.to_vec(),
             });

@@ -10,7 +10,7 @@ use crate::camera::Camera;
 /// Request to a renderer.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case")]
-pub(crate) enum Wanted {
+pub(crate) enum RenderRequest {
     /// Loads a GLB, or a configuration, and prepares to draw it.
     Load {
         path: PathBuf,
@@ -27,7 +27,7 @@ pub(crate) enum Wanted {
 
 /// Reply of a renderer.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(crate) struct Answer {
+pub(crate) struct RenderReply {
     /// Milliseconds of each frame, from its beginning until the picture is finished.
     #[serde(default)]
     pub(crate) millis: Vec<f64>,

@@ -10,7 +10,7 @@ use twox_hash::XxHash3_128;
 use crate::CacheKey;
 use crate::key::digest;
 
-/// Says what the file is, and in which byte order it was written.
+/// Magic number of the file type, which also reveals the byte order.
 const MAGIC: u64 = 0x6275_7362_6172_5343;
 
 /// Grows when the format or the meaning of a number in it changes.
@@ -47,7 +47,7 @@ impl Header {
     }
 }
 
-/// A whole file, in the parts that it is written in.
+/// Serializes a whole file, in the parts that it is written in.
 pub(crate) fn parts<'a>(
     key: CacheKey,
     ranks: &'a [u32],
@@ -71,7 +71,7 @@ pub(crate) fn parts<'a>(
     std::iter::once(header).chain(arrays.map(Cow::Borrowed)).collect()
 }
 
-/// Reads ranks and tables from a file of this length; says in words what is wrong.
+/// Reads ranks and tables from a file of this length; an error says in words what is wrong.
 pub(crate) fn read(
     file: &mut impl Read,
     length: u64,
@@ -111,7 +111,7 @@ fn arrays<'a>(ranks: &'a [u32], tables: &'a StackTables) -> [&'a [u8]; 5] {
     ]
 }
 
-/// Every number is compared with the mesh before anything is made of its size.
+/// Compares every number with the mesh before any allocation of its size.
 fn check(header: &Header, key: CacheKey, mesh: &Mesh, length: u64) -> Result<(), String> {
     if header.magic != MAGIC {
         return Err("it is no cache file of this machine".into());
@@ -140,7 +140,7 @@ pub(crate) fn array<T: Pod>(file: &mut impl Read, count: u64) -> std::io::Result
     Ok(values)
 }
 
-/// Over a header whose own checksum is zero, and the digest of each array.
+/// Computes the checksum of a header with zero checksum and of the arrays' digests.
 pub(crate) fn checksum(header: &impl Pod, digests: impl Iterator<Item = [u64; 3]>) -> [u64; 2] {
     let mut text = bytemuck::bytes_of(header).to_vec();
     digests.for_each(|digest| text.extend_from_slice(bytemuck::cast_slice(&digest)));

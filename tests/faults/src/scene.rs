@@ -28,7 +28,7 @@ const CALL_MILLIS: u64 = 1000;
 const SIDE: usize = 4;
 
 /// Scene folder with a configuration, a model, and a copy of the library for each plugin.
-pub(crate) struct Site {
+pub(crate) struct FaultScene {
     folder: TempDir,
     /// Installed copies of the faulty plugin.
     pub(crate) plugins: Vec<Installed>,
@@ -42,7 +42,7 @@ pub(crate) struct Installed {
     library: PathBuf,
 }
 
-impl Site {
+impl FaultScene {
     /// Creates the folder with copies of the library.
     pub(crate) fn new(library: &Path) -> Result<Self> {
         let folder = tempfile::tempdir().context("cannot make a temporary folder")?;

@@ -27,7 +27,7 @@ const SIDES: [i64; 2] = [6, 5];
 
 /// Filler geometry that makes up the paper's counts.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Closing {
+pub(crate) struct FillerCounts {
     /// Number of trench covers.
     pub(crate) covers: usize,
     /// Rings and sides of each earth-wire span.
@@ -35,7 +35,7 @@ pub(crate) struct Closing {
 }
 
 /// Solves for covers and rings; `rest` is the station without them.
-pub(crate) fn close(rest: Counts) -> Result<Closing, StationError> {
+pub(crate) fn solve(rest: Counts) -> Result<FillerCounts, StationError> {
     let spans = earth_spans().len() as i64;
     let two_v_less_t = |v: usize, t: usize| 2 * v as i64 - t as i64;
     let wanted = two_v_less_t(PAPER_VERTICES, PAPER_TRIANGLES);
@@ -51,7 +51,7 @@ pub(crate) fn close(rest: Counts) -> Result<Closing, StationError> {
     }
     let left = PAPER_TRIANGLES as i64 - rest.triangles as i64 - BOX_TRIANGLES * covers;
     let rings = share_rings(left, spans)?;
-    Ok(Closing { covers: covers as usize, spans: rings })
+    Ok(FillerCounts { covers: covers as usize, spans: rings })
 }
 
 /// Shares `left` triangles over the spans. A wire of R rings of N points,

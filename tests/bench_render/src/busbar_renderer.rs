@@ -10,11 +10,11 @@ use busbar_viewer::{LoadedScene, Quality, RendererOptions, Viewer};
 use serde_json::json;
 
 use crate::camera::{Camera, FOV_DEGREES};
-use crate::exchange::{Answer, Wanted};
+use crate::render_protocol::{RenderReply, RenderRequest};
 
 /// Serves requests until the input ends.
 pub(crate) fn serve() -> Result<()> {
-    let mut ours = Ours { viewer: None, seconds: 0.0 };
+    let mut ours = BusbarRenderer { viewer: None, seconds: 0.0 };
     for line in stdin().lock().lines() {
         let answer = ours.answer(serde_json::from_str(&line?)?)?;
         let mut out = stdout().lock();
@@ -24,24 +24,24 @@ pub(crate) fn serve() -> Result<()> {
     Ok(())
 }
 
-struct Ours {
+struct BusbarRenderer {
     viewer: Option<Viewer>,
     /// Time of the views' clock, seconds.
     seconds: f64,
 }
 
-impl Ours {
-    fn answer(&mut self, wanted: Wanted) -> Result<Answer> {
+impl BusbarRenderer {
+    fn answer(&mut self, wanted: RenderRequest) -> Result<RenderReply> {
         match wanted {
-            Wanted::Load { path, size, samples } => {
+            RenderRequest::Load { path, size, samples } => {
                 let scene = LoadedScene::load(&configuration_of(&path)?, &|_, _, _| ())?;
                 let options =
                     RendererOptions { quality: Quality::Low, samples, ..Default::default() };
                 self.viewer = Some(Viewer::new_headless(scene, options, size)?);
-                Ok(Answer::default())
+                Ok(RenderReply::default())
             }
-            Wanted::Frames { cameras } => {
-                let mut answer = Answer::default();
+            RenderRequest::Frames { cameras } => {
+                let mut answer = RenderReply::default();
                 for camera in &cameras {
                     let start = Instant::now();
                     let viewer = self.draw(camera)?;
@@ -53,13 +53,13 @@ impl Ours {
                 }
                 Ok(answer)
             }
-            Wanted::Picture { camera, path } => {
+            RenderRequest::Picture { camera, path } => {
                 let picture = self.draw(&camera)?.read_picture()?;
                 let [width, height] = [picture.width, picture.height];
                 image::RgbaImage::from_raw(width, height, picture.rgba8)
                     .context("a picture of another size")?
                     .save(path)?;
-                Ok(Answer::default())
+                Ok(RenderReply::default())
             }
         }
     }

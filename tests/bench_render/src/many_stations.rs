@@ -12,9 +12,9 @@ use serde_json::json;
 use substation::Station;
 
 use crate::camera::{Camera, orbit, stride, walk};
-use crate::drawer::{Drawer, Recipe};
+use crate::renderer_process::{RendererCommand, RendererProcess};
 use crate::scenes::{Scenes, write_models};
-use crate::screen_error::Likeness;
+use crate::screen_error::PictureSimilarity;
 
 /// Number of stations in a row.
 const ROW: usize = 10;
@@ -43,7 +43,7 @@ pub(crate) const MAX_ERROR_PX: f64 = 0.5;
 
 /// Results of one view of a number of stations.
 #[derive(Debug, Serialize)]
-pub(crate) struct Many {
+pub(crate) struct ManyStations {
     pub(crate) stations: usize,
     pub(crate) view: &'static str,
     pub(crate) triangles: u64,
@@ -54,18 +54,18 @@ pub(crate) struct Many {
     /// Share of pixels of the second pose that differ from the first pixel.
     pub(crate) covered_share: f64,
     /// Similarity to full detail, for all stations seen from within.
-    pub(crate) likeness: Option<Likeness>,
+    pub(crate) likeness: Option<PictureSimilarity>,
 }
 
 /// Measures one station, some and all: from above all of them, and from within one, in leaps and on
 /// foot. A single station is also measured filling the picture.
 pub(crate) fn measure(
     scenes: &Scenes,
-    ours: &Recipe,
+    ours: &RendererCommand,
     (core, rounds): (&str, usize),
     folder: &Path,
     pictures: &Path,
-) -> Result<Vec<Many>> {
+) -> Result<Vec<ManyStations>> {
     write_models(folder)?;
     let all = Bounds {
         min: scenes.bounds.min,
@@ -89,17 +89,17 @@ pub(crate) fn measure(
             _ => true,
         };
         for (view, cameras) in views.iter().filter(|(view, _)| is_asked(view)) {
-            let mut drawer = Drawer::start(ours, core, &path, 1)?;
+            let mut process = RendererProcess::start(ours, core, &path, 1)?;
             let stem = format!("stations_{stations}_{view}");
             let picture = pictures.join(format!("{stem}.png"));
-            drawer.picture(cameras[1], &picture)?;
-            let mut many = measure_view(&mut drawer, cameras, rounds, stations, view)?;
+            process.picture(cameras[1], &picture)?;
+            let mut many = measure_view(&mut process, cameras, rounds, stations, view)?;
             many.covered_share = covered_share(&picture)?;
             if (stations, *view) == (STATIONS, WITHIN) {
                 let full = configuration((stations, "full", &json!(0.0)), scenes.bounds, folder)?;
-                let mut detail = Drawer::start(ours, core, &full, 1)?;
-                let drawers = [&mut detail, &mut drawer];
-                many.likeness = Some(Likeness::of(drawers, cameras, &stem, pictures)?);
+                let mut detail = RendererProcess::start(ours, core, &full, 1)?;
+                let processes = [&mut detail, &mut process];
+                many.likeness = Some(PictureSimilarity::of(processes, cameras, &stem, pictures)?);
             }
             found.push(many);
         }
@@ -108,32 +108,32 @@ pub(crate) fn measure(
 }
 
 fn measure_view(
-    drawer: &mut Drawer,
+    process: &mut RendererProcess,
     cameras: &[Camera],
     rounds: usize,
     stations: usize,
     view: &'static str,
-) -> Result<Many> {
+) -> Result<ManyStations> {
     for _ in 0..WARM_UP_ROUNDS {
-        drawer.frames(cameras)?;
+        process.frames(cameras)?;
     }
     let [mut millis, mut cpu_millis, mut hide_millis] = [const { Vec::new() }; 3];
     let mut triangles = 0;
     for _ in 0..rounds {
-        let answer = drawer.frames(cameras)?;
+        let answer = process.frames(cameras)?;
         millis.extend(answer.millis);
         cpu_millis.extend(answer.cpu_millis);
         hide_millis.extend(answer.hide_millis);
         triangles = answer.triangles;
     }
-    Ok(Many {
+    Ok(ManyStations {
         stations,
         view,
         triangles,
         millis: Series::from_values(millis),
         cpu_millis: Series::from_values(cpu_millis),
         hide_millis: Series::from_values(hide_millis),
-        peak_bytes: drawer.peak_bytes()?,
+        peak_bytes: process.peak_bytes()?,
         covered_share: 0.0,
         likeness: None,
     })

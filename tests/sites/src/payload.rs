@@ -20,7 +20,7 @@ const DEVICE: &str = "station";
 /// Payload format of messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "lowercase")]
-pub(crate) enum Form {
+pub(crate) enum PayloadFormat {
     /// Sparkplug B: one message a station with all of its points, by alias.
     Sparkplug,
     /// A JSON document for every [`POINTS_A_DOCUMENT`] points.
@@ -35,7 +35,7 @@ pub(crate) struct Outgoing {
     pub(crate) payload: Vec<u8>,
 }
 
-impl Form {
+impl PayloadFormat {
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Sparkplug => "sparkplug",

@@ -12,7 +12,7 @@ use serde::Serialize;
 use serde_json::json;
 
 use crate::camera::Camera;
-use crate::drawer::{SIZE, peak_bytes};
+use crate::renderer_process::{SIZE, peak_bytes};
 
 /// Sampling period of the memory measurement.
 const POLL: Duration = Duration::from_millis(2);
@@ -25,7 +25,7 @@ const SAMPLES: u32 = 1;
 
 /// Start-up time and memory of one renderer.
 #[derive(Debug, Serialize)]
-pub(crate) struct Start {
+pub(crate) struct Startup {
     pub(crate) who: &'static str,
     pub(crate) seconds: Series,
     /// Greatest memory of the process and its children, bytes.
@@ -44,7 +44,7 @@ pub(crate) fn measure(
     (core, rounds): (&str, usize),
     busbar: &Path,
     pictures: &Path,
-) -> Result<Vec<Start>> {
+) -> Result<Vec<Startup>> {
     let folder = glb.parent().context("a file without a folder")?;
     let scene = folder.join("start.json");
     fs::write(&scene, json!({
@@ -57,7 +57,7 @@ pub(crate) fn measure(
         "cameras": { "start": camera },
         "view": { "camera": "start", "samples": SAMPLES, "size": SIZE },
     }).to_string())?;
-    let mut all: Vec<(Start, Vec<f64>)> = Vec::new();
+    let mut all: Vec<(Startup, Vec<f64>)> = Vec::new();
     let ours = |picture: &str| {
         let mut command = on_core(core, busbar);
         command.arg("render").arg(&scene).arg("--out").arg(pictures.join(picture));
@@ -74,14 +74,14 @@ pub(crate) fn measure(
         for (index, (who, mut command)) in runs.into_iter().enumerate() {
             let (seconds, peak) = run(&mut command).with_context(|| who.to_owned())?;
             if round == 0 {
-                all.push((Start { who, seconds: Series::default(), peak_bytes: 0 }, Vec::new()));
+                all.push((Startup { who, seconds: Series::default(), peak_bytes: 0 }, Vec::new()));
             }
             let (start, series) = &mut all[index];
             start.peak_bytes = start.peak_bytes.max(peak);
             series.push(seconds);
         }
     }
-    let summed = |(start, series)| Start { seconds: Series::from_values(series), ..start };
+    let summed = |(start, series)| Startup { seconds: Series::from_values(series), ..start };
     Ok(all.into_iter().map(summed).collect())
 }
 

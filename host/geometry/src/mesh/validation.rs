@@ -44,7 +44,8 @@ impl Mesh {
         self.wedges.position.iter().all(stands) && has_one.into_iter().all(|has_one| has_one)
     }
 
-    /// Wedges' positions are known to be there.
+    /// Reports whether a triangle's wedges exist and its corners differ and share a feature. The
+    /// wedges' positions are known to exist.
     fn is_sound(&self, triangle: [u32; 3]) -> bool {
         let position = |wedge: u32| self.wedges.position.get(wedge as usize).copied();
         let [Some(a), Some(b), Some(c)] = triangle.map(position) else { return false };

@@ -3,7 +3,7 @@
 use busbar_plugin_sdk::Mesh;
 use glam::DVec3;
 
-use crate::attributes::{Attributes, Passages};
+use crate::attributes::{Attributes, WedgeAreas};
 use crate::quadric::Quadric;
 use crate::shells::Shells;
 use crate::surface::{Spoke, Surface};
@@ -11,16 +11,15 @@ use crate::surface::{Spoke, Surface};
 /// The cosine of the largest turn of a triangle that [`Guards::All`] lets
 /// pass: 75 degrees.
 const COS_MAX_TURN: f64 = 0.25;
-/// Neighbours whose full cost is compared, the most promising first; further
-/// ones only if all of these would break the link condition, and
-/// [`Shell::thorough`].
+/// Neighbours whose full cost is compared, the most promising first. Further ones are tried only if
+/// all of these would break the link condition, and [`Shell::thorough`].
 const MAX_CANDIDATES: usize = 3;
 /// Weight of area that is lost, against that of faces left behind.
 const LOST_AREA_WEIGHT: f64 = 0.6;
 /// Weight of area times one minus the cosine of the angle that it turns by:
 /// keeps slivers from standing up step by step.
 const TURN_WEIGHT: f64 = 0.4;
-/// Square of the heights of triangles that what they lose may lie away at most.
+/// Square of the greatest distance of lost parts, in heights of the triangles.
 const HEIGHTS_SQUARED: f64 = 8.0;
 /// Weight of the length of an edge: of collapses that change no shape, the
 /// shortest comes first. A change of shape by 1/10,000 of the length counts as
@@ -43,15 +42,15 @@ pub(crate) enum Guards {
     /// The link condition, and no triangle turns over.
     #[default]
     All,
-    /// The link condition alone: what was a surface stays one.
+    /// Link condition alone: a surface stays a surface.
     Link,
-    /// None: what is left dies.
+    /// No guards: the rest of the shell is removed.
     None,
 }
 
 /// Best target of a vertex, with its cost.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Choice {
+pub(crate) struct CollapseTarget {
     /// The vertex it moves onto.
     pub(crate) kept: u32,
     /// Cost that decides the order: fourth power of metres.
@@ -61,16 +60,16 @@ pub(crate) struct Choice {
 }
 
 /// A triangle that a collapse moves or kills, before it.
-struct Face {
+struct FaceShape {
     normal: DVec3,
     double_area: f64,
     height_squared: f64,
 }
 
-impl Face {
-    /// By the sides at the vertex: over the longer of these it is as high, or
-    /// higher than over the third.
-    fn of([ahead, behind]: [DVec3; 2]) -> Self {
+impl FaceShape {
+    /// Measures a face by its sides at the vertex. Its height over the longer of these is at most
+    /// that over the third.
+    fn new([ahead, behind]: [DVec3; 2]) -> Self {
         let normal = ahead.cross(behind);
         let double_area = normal.length();
         let side_squared = ahead.length_squared().max(behind.length_squared());
@@ -81,16 +80,16 @@ impl Face {
 
 /// Judges collapses of one vertex after the other.
 #[derive(Default)]
-pub(crate) struct Judge {
+pub(crate) struct CostEvaluator {
     ring: Vec<Spoke>,
     other_ring: Vec<Spoke>,
-    faces: Vec<Face>,
+    faces: Vec<FaceShape>,
     candidates: Vec<(f64, u32)>,
-    choices: Vec<Choice>,
-    passages: Passages,
+    choices: Vec<CollapseTarget>,
+    wedge_areas: WedgeAreas,
 }
 
-/// The mesh that shells are of, and what weighs how much.
+/// Mesh of the shells, with attributes and weights.
 #[derive(Clone, Copy)]
 pub(crate) struct Source<'a, 'm> {
     pub(crate) mesh: &'a Mesh<'m>,
@@ -111,7 +110,7 @@ pub(crate) struct Shell {
 }
 
 impl Shell {
-    /// The least that a collapse can cost.
+    /// Computes a lower bound of the cost of a collapse.
     #[inline(always)]
     fn least_cost(&self, removed: u32, kept: u32) -> f64 {
         if self.surface.frozen[kept as usize] {
@@ -120,13 +119,13 @@ impl Shell {
         let quadric = &self.quadrics[removed as usize];
         let target = self.surface.positions[kept as usize];
         let length_squared = target.distance_squared(self.surface.positions[removed as usize]);
-        quadric.at(target) + LENGTH_WEIGHT * quadric.area * length_squared
+        quadric.evaluate(target) + LENGTH_WEIGHT * quadric.area * length_squared
     }
 }
 
-impl Judge {
-    /// The least that any collapse of a vertex can cost; `None` if it cannot
-    /// go: it has no triangles, or is a hub.
+impl CostEvaluator {
+    /// Computes a lower bound of the cost of any collapse of a vertex. `None` if it cannot go: it
+    /// has no triangles, or is a hub.
     pub(crate) fn least_cost(&mut self, shell: &mut Shell, vertex: u32) -> Option<f64> {
         if !shell.surface.ring(vertex, &mut self.ring) {
             return None;
@@ -142,22 +141,22 @@ impl Judge {
         least.is_finite().then_some(least)
     }
 
-    /// The cheapest collapse of a vertex that keeps the guards, by vertex index
-    /// of equal ones; the first that costs no more than `enough` will do.
+    /// Chooses the cheapest collapse of a vertex that keeps the guards, by vertex index among equal
+    /// ones. The first that costs no more than `enough` will do.
     pub(crate) fn choose(
         &mut self,
         source: Source<'_, '_>,
         shell: &mut Shell,
         vertex: u32,
         enough: f64,
-    ) -> Option<Choice> {
+    ) -> Option<CollapseTarget> {
         if !shell.surface.ring(vertex, &mut self.ring) {
             return None;
         }
         self.find_candidates(shell, vertex);
         self.measure_faces(&shell.surface, vertex);
         if source.attributes.is_some() {
-            self.passages.gather(
+            self.wedge_areas.gather(
                 self.ring
                     .iter()
                     .zip(&self.faces)
@@ -204,8 +203,8 @@ impl Judge {
         self.choices.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     }
 
-    /// The candidate that may cost least, and where it stands. Few are looked
-    /// at before one is found, so they are not sorted.
+    /// Returns the candidate of the least possible cost, with its place. Few are tried before one
+    /// is found, so candidates are not sorted.
     fn next_candidate(&self) -> Option<(usize, (f64, u32))> {
         let order = |a: &(f64, u32), b: &(f64, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
         let candidates = self.candidates.iter().copied().enumerate();
@@ -217,13 +216,12 @@ impl Judge {
         shell.surface.ring(vertex, &mut self.ring) && self.keeps_link(shell, kept)
     }
 
-    /// The triangles at the vertex that was judged last, for those that were in
-    /// `ring`.
+    /// Swaps the triangles at the last evaluated vertex with those in `ring`.
     pub(crate) fn swap_ring(&mut self, ring: &mut Vec<Spoke>) {
         std::mem::swap(&mut self.ring, ring);
     }
 
-    /// The neighbours of a vertex with the least that a collapse onto them costs.
+    /// Finds the neighbours of a vertex, with lower bounds of the cost of a collapse onto them.
     fn find_candidates(&mut self, shell: &mut Shell, vertex: u32) {
         let open = shell.surface.open[vertex as usize];
         self.candidates.clear();
@@ -247,11 +245,12 @@ impl Judge {
         self.faces.clear();
         for spoke in &self.ring {
             let ends = [spoke.ahead, spoke.behind];
-            self.faces.push(Face::of(ends.map(|end| surface.positions[end as usize] - origin)));
+            self.faces
+                .push(FaceShape::new(ends.map(|end| surface.positions[end as usize] - origin)));
         }
     }
 
-    /// The cost of a collapse; `None` if it turns a triangle over.
+    /// Computes the cost of a collapse; `None` if it turns a triangle over.
     ///
     /// To the least cost comes area that is lost (of a border cut short, a
     /// collapsed end of a rod, a thin plate), triangles that turn, and wedges
@@ -266,7 +265,7 @@ impl Judge {
         removed: u32,
         kept: u32,
         least: f64,
-    ) -> Option<Choice> {
+    ) -> Option<CollapseTarget> {
         let positions = &shell.surface.positions;
         let target = positions[kept as usize];
         let mut lost = 0.0;
@@ -279,7 +278,7 @@ impl Judge {
                 continue;
             }
             let ends = [spoke.ahead, spoke.behind];
-            let moved = Face::of(ends.map(|end| positions[end as usize] - target));
+            let moved = FaceShape::new(ends.map(|end| positions[end as usize] - target));
             highest_squared = highest_squared.max(moved.height_squared);
             let turn = face.normal.dot(moved.normal);
             let scale = face.double_area * moved.double_area;
@@ -302,15 +301,15 @@ impl Judge {
         let mut cost = least + lost + TURN_WEIGHT * 0.5 * turned * reach_squared;
         if let Some(attributes) = source.attributes {
             let onto = shell.surface.vertices[kept as usize];
-            let misfit = self.passages.misfit(attributes, &self.ring, kept, onto);
+            let misfit = self.wedge_areas.misfit(attributes, &self.ring, kept, onto);
             cost += source.weights.attribute * misfit * reach_squared;
         }
-        let shape = shell.quadrics[removed as usize].at(target) + lost;
-        Some(Choice { kept, cost, shape })
+        let shape = shell.quadrics[removed as usize].evaluate(target) + lost;
+        Some(CollapseTarget { kept, cost, shape })
     }
 
-    /// Returns the squared distance from a moved vertex to the edges at its new place, at most the
-    /// distance moved. At the end of a wire nothing is left.
+    /// Returns the squared distance from a moved vertex to the edges at its new position, at most the
+    /// distance moved. Zero at the end of a wire.
     fn gap_squared(&self, surface: &Surface, removed: u32, kept: u32) -> f64 {
         let positions = &surface.positions;
         let [point, target] = [removed, kept].map(|vertex| positions[vertex as usize]);
@@ -325,9 +324,9 @@ impl Judge {
         ends.map(to_edge).fold(offset.length_squared(), f64::min)
     }
 
-    /// The link condition (Dey, Edelsbrunner, Guha and Nekhayev 1999) for the
-    /// gathered ring: a vertex next to both ends is in a triangle at the edge,
-    /// and no triangle comes to lie on another.
+    /// Checks the link condition (Dey, Edelsbrunner, Guha and Nekhayev 1999) for the gathered ring.
+    /// A vertex next to both ends is in a triangle at the edge, and no triangle comes to lie on
+    /// another.
     fn keeps_link(&mut self, shell: &mut Shell, kept: u32) -> bool {
         let surface = &mut shell.surface;
         if shell.guards == Guards::None {

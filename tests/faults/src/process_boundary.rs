@@ -40,7 +40,7 @@ pub(crate) struct Mode {
 
 /// Costs of the process boundary, measured without other load.
 #[derive(Debug, Serialize)]
-pub(crate) struct Border {
+pub(crate) struct BoundaryCosts {
     pub(crate) modes: Vec<Mode>,
     /// Milliseconds from SIGKILL to the first good sample, without back-off and quarantine.
     pub(crate) away_millis: Series,
@@ -50,7 +50,7 @@ pub(crate) struct Border {
 }
 
 /// Measures all costs, with a number of kills.
-pub(crate) fn measure(kills: usize) -> Result<Border> {
+pub(crate) fn measure(kills: usize) -> Result<BoundaryCosts> {
     let trouble = FaultyPluginScene::with("trouble.steady");
     let mut modes = Vec::new();
     let mut away_millis = Series::default();
@@ -73,7 +73,7 @@ pub(crate) fn measure(kills: usize) -> Result<Border> {
         }
     }
     let (storm_gap_millis, storm_deaths) = storm_gaps()?;
-    Ok(Border { modes, away_millis, storm_gap_millis, storm_deaths })
+    Ok(BoundaryCosts { modes, away_millis, storm_gap_millis, storm_deaths })
 }
 
 fn round_trips(plugin: &Plugin) -> Result<Series> {

@@ -28,13 +28,13 @@ const FRESHNESS: Duration = Duration::from_secs(600);
 const BOUND: usize = 14;
 
 /// Folder with plugins and models for generated scenes.
-pub(crate) struct Site {
+pub(crate) struct GeneratedScene {
     folder: TempDir,
     /// Divisor of counts and times.
     pub(crate) divisor: u64,
 }
 
-impl Site {
+impl GeneratedScene {
     pub(crate) fn new(libraries: &[PathBuf], models: &Path, divisor: u64) -> Result<Self> {
         let folder = tempfile::tempdir()?;
         let plugins = folder.path().join("plugins");

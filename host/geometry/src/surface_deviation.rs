@@ -7,16 +7,16 @@ use crate::{Collapse, Mesh};
 /// The end of a list.
 const END: u32 = u32::MAX;
 /// A corner of a triangle that died.
-const DEAD: u32 = u32::MAX;
+const REMOVED: u32 = u32::MAX;
 /// Greatest ratio of the deviation of a surface point to the error of the collapse.
-pub(crate) const GREATEST_BY_ERROR: f32 = 2.0;
+pub(crate) const MAX_ERROR_RATIO: f32 = 2.0;
 
 /// Weight of shading against shape.
 const SHADING_WEIGHT: f32 = 0.05;
 
 /// Something slender keeps sides no farther apart, radians: it is drawn a pixel wide from all
 /// of them, however thin it is.
-const MAX_SPREAD: f32 = std::f32::consts::FRAC_PI_3 * 1.01;
+const MAX_SPREAD_RADIANS: f32 = std::f32::consts::FRAC_PI_3 * 1.01;
 
 /// Follows the collapses of a mesh and measures how far its surface moves.
 ///
@@ -24,7 +24,7 @@ const MAX_SPREAD: f32 = std::f32::consts::FRAC_PI_3 * 1.01;
 /// of the one that held it before. So it is never farther from what is left than measured, and
 /// hardly nearer. One between sections is held by a triangle of each, for colours show where
 /// they end.
-pub(crate) struct Deviation<'a> {
+pub(crate) struct SurfaceDeviation<'a> {
     mesh: &'a Mesh,
     /// Positions that the corners of each triangle stand on by now.
     corners: Vec<[u32; 3]>,
@@ -34,26 +34,27 @@ pub(crate) struct Deviation<'a> {
     area: Vec<f32>,
     /// Outward direction of each slender position; zero of others.
     outward: Vec<Vec3>,
-    /// The greatest angle between that of each position and of those that stand there.
+    /// Greatest angle between the outward direction of each position and those of the positions it
+    /// stands for.
     spread: Vec<f32>,
     /// The greatest error of the collapses around each position.
     errors: Vec<f32>,
     /// Corners at each position, as triangle times three and corner.
-    at: Lists,
+    at: LinkedLists,
     /// Wedges at each position that are released with it.
-    wedges: Lists,
+    wedges: LinkedLists,
     /// Wedges held by each triangle.
-    held: Lists,
+    attached: LinkedLists,
     /// Triangles that the current collapse moves, as they were. `after` lists those that live on,
-    /// `loose` the wedges to be held anew.
+    /// `released` the wedges to be held anew.
     before: Vec<[u32; 3]>,
     after: Vec<u32>,
-    loose: Vec<u32>,
+    released: Vec<u32>,
     /// Sections and normals of the wedges of the kept position.
     normals: Vec<(u32, Vec3)>,
 }
 
-impl<'a> Deviation<'a> {
+impl<'a> SurfaceDeviation<'a> {
     pub(crate) fn new(mesh: &'a Mesh) -> Self {
         let positions = mesh.positions.len();
         let mut section = vec![0; mesh.triangles.len()];
@@ -74,9 +75,9 @@ impl<'a> Deviation<'a> {
             outward[point.position as usize] = point.outward;
         }
         Self {
-            at: Lists::of(positions, corners.as_flattened()),
-            wedges: Lists::of(positions, &mesh.wedges.position),
-            held: Lists::empty(corners.len(), mesh.wedges.len()),
+            at: LinkedLists::from_assignment(positions, corners.as_flattened()),
+            wedges: LinkedLists::from_assignment(positions, &mesh.wedges.position),
+            attached: LinkedLists::empty(corners.len(), mesh.wedges.len()),
             mesh,
             corners,
             section,
@@ -86,23 +87,23 @@ impl<'a> Deviation<'a> {
             errors: vec![0.0; positions],
             before: Vec::new(),
             after: Vec::new(),
-            loose: Vec::new(),
+            released: Vec::new(),
             normals: Vec::new(),
         }
     }
 
-    /// Does a collapse. Returns its error, units of the mesh: the root mean square distance
-    /// between the surface that it moves and the one before all collapses, or half the greatest
-    /// distance or what its shading comes to if that is more; of something slender, all of the greatest distance, and no
-    /// end of it where it becomes flat. It is at most the collapse's own, and `most`; and at
-    /// least that of any collapse around it before.
+    /// Performs a collapse and returns its error in units of the mesh. The error is the root mean
+    /// square distance of the moved surface from the original, or half the greatest distance or the
+    /// shading error if that is more. For slender islands it is the greatest distance, and infinite
+    /// where the island becomes flat. It is at most the collapse's own error and `most`, and at
+    /// least that of earlier collapses around it.
     pub(crate) fn collapse(
         &mut self,
         &Collapse { removed, kept, error }: &Collapse,
         most: f32,
     ) -> f32 {
-        self.take_apart(removed, kept);
-        self.let_go(removed);
+        self.move_corners(removed, kept);
+        self.release_wedges(removed);
         let around = self.errors[removed as usize].max(self.errors[kept as usize]);
         // What goes with the whole need not be measured.
         let own = if around < most { self.measure(removed, kept).min(error) } else { most };
@@ -116,13 +117,13 @@ impl<'a> Deviation<'a> {
         error
     }
 
-    /// Moves the corners at a position onto another one, and lets go of all that their
-    /// triangles hold.
-    fn take_apart(&mut self, removed: u32, kept: u32) {
-        let Self { corners, at, held, before, after, loose, .. } = self;
+    /// Moves the corners at a position onto another one, and releases the wedges of their
+    /// triangles.
+    fn move_corners(&mut self, removed: u32, kept: u32) {
+        let Self { corners, at, attached, before, after, released, .. } = self;
         before.clear();
         after.clear();
-        loose.clear();
+        released.clear();
         while let Some(corner) = at.pop(removed) {
             let [number, place] = [corner / 3, corner % 3].map(|of| of as usize);
             let triangle = &mut corners[number];
@@ -131,9 +132,9 @@ impl<'a> Deviation<'a> {
                 continue;
             }
             before.push(*triangle);
-            loose.extend(std::iter::from_fn(|| held.pop(number as u32)));
+            released.extend(std::iter::from_fn(|| attached.pop(number as u32)));
             if triangle.contains(&kept) {
-                *triangle = [DEAD; 3];
+                *triangle = [REMOVED; 3];
             } else {
                 triangle[place] = kept;
                 at.push(kept, corner);
@@ -143,55 +144,54 @@ impl<'a> Deviation<'a> {
     }
 
     /// Adds the wedges of a position to those to be held, one of each section.
-    fn let_go(&mut self, position: u32) {
-        let own = self.loose.len();
+    fn release_wedges(&mut self, position: u32) {
+        let own = self.released.len();
         let of = &self.mesh.wedges;
         while let Some(wedge) = self.wedges.pop(position) {
             let same = |&other: &u32| {
                 let [a, b] = [wedge, other].map(|wedge| wedge as usize);
                 of.position[a] == of.position[b] && of.section[a] == of.section[b]
             };
-            if !self.loose[own..].iter().any(same) {
-                self.loose.push(wedge);
+            if !self.released[own..].iter().any(same) {
+                self.released.push(wedge);
             }
         }
     }
 
-    /// Has all that is loose held anew; tells how far the surface that moved is from where
-    /// it was.
+    /// Attaches all released wedges again; returns the error of the moved surface.
     fn measure(&mut self, removed: u32, kept: u32) -> f32 {
         // Of what stays where it is, a third is on the triangles that moved; each is at two.
         let stays = self.before.as_flattened().iter().filter(|&&position| position != removed);
         let mut area: f32 = stays.map(|&position| self.area[position as usize] / 6.0).sum();
-        let (mut sum, mut greatest) = (0.0, self.growth());
-        for index in 0..self.loose.len() {
-            let wedge = self.loose[index];
-            let distance = self.hold(wedge, kept);
+        let (mut sum, mut greatest) = (0.0, self.max_growth());
+        for index in 0..self.released.len() {
+            let wedge = self.released[index];
+            let distance = self.attach_wedge(wedge, kept);
             let own = self.area[self.mesh.wedges.position[wedge as usize] as usize];
             area += own;
             sum += own * distance;
             greatest = greatest.max(distance);
         }
         if self.outward[kept as usize] != Vec3::ZERO {
-            let flattens = self.turn_outward(removed, kept) > MAX_SPREAD;
+            let flattens = self.outward_spread(removed, kept) > MAX_SPREAD_RADIANS;
             return if flattens { f32::INFINITY } else { greatest.sqrt() };
         }
         let mean = if area > 0.0 { sum / area } else { 0.0 };
-        mean.sqrt().max(greatest.sqrt() / GREATEST_BY_ERROR).max(self.shading(kept))
+        mean.sqrt().max(greatest.sqrt() / MAX_ERROR_RATIO).max(self.shading_error(kept))
     }
 
-    /// The greatest angle between the way out at a position and those of all that stand
-    /// there once another one does.
-    fn turn_outward(&mut self, removed: u32, kept: u32) -> f32 {
+    /// Updates and returns the greatest angle between the kept position's outward direction and
+    /// those of all that it stands for.
+    fn outward_spread(&mut self, removed: u32, kept: u32) -> f32 {
         let [removed, kept] = [removed, kept].map(|position| position as usize);
         let turn = self.outward[removed].dot(self.outward[kept]).clamp(-1.0, 1.0).acos();
         self.spread[kept] = self.spread[kept].max(turn + self.spread[removed]);
         self.spread[kept]
     }
 
-    /// Has a wedge held by the nearest triangle of its section of those that moved, or else of
-    /// those at the position that is kept; tells the square of its distance.
-    fn hold(&mut self, wedge: u32, kept: u32) -> f32 {
+    /// Attaches a wedge to the nearest moved triangle of its section, or else to one at the kept
+    /// position. Returns the squared distance.
+    fn attach_wedge(&mut self, wedge: u32, kept: u32) -> f32 {
         let point = self.point(self.mesh.wedges.position[wedge as usize]);
         let section = self.mesh.wedges.section[wedge as usize];
         let mut nearest = self.nearest(point, section, self.after.iter().copied());
@@ -205,12 +205,12 @@ impl<'a> Deviation<'a> {
         }
         match nearest.1 {
             END => self.wedges.push(kept, wedge),
-            triangle => self.held.push(triangle, wedge),
+            triangle => self.attached.push(triangle, wedge),
         }
         nearest.0
     }
 
-    /// The nearest of some triangles of a section, after the square of its distance.
+    /// Returns the squared distance of the nearest triangle of a section, and the triangle.
     fn nearest(
         &self,
         point: Vec3,
@@ -232,7 +232,7 @@ impl<'a> Deviation<'a> {
 
     /// Returns the greatest squared distance of the moved triangles' centres from the surface
     /// before. A triangle that covers a hole is far from it, though all that was there is near.
-    fn growth(&self) -> f32 {
+    fn max_growth(&self) -> f32 {
         let middle = |&triangle: &u32| {
             let [a, b, c] = self.points(self.corners[triangle as usize]);
             (a + b + c) / 3.0
@@ -246,10 +246,10 @@ impl<'a> Deviation<'a> {
 
     /// Returns the error of shading the moved triangles like the kept position. An angle counts
     /// like a surface that leans by it, as wide as the triangle, times a weight.
-    fn shading(&mut self, kept: u32) -> f32 {
+    fn shading_error(&mut self, kept: u32) -> f32 {
         let of = &self.mesh.wedges;
         self.normals.clear();
-        for wedge in self.wedges.of_one(kept).map(|wedge| wedge as usize) {
+        for wedge in self.wedges.iter_list(kept).map(|wedge| wedge as usize) {
             if of.position[wedge] == kept {
                 self.normals.push((of.section[wedge], of.normal[wedge].normalize_or_zero()));
             }
@@ -268,11 +268,11 @@ impl<'a> Deviation<'a> {
         self.after.iter().map(of_triangle).fold(0.0, f32::max) * SHADING_WEIGHT
     }
 
-    /// The triangles at a position.
+    /// Iterates over the triangles at a position.
     fn around(&self, position: u32) -> impl Iterator<Item = u32> + '_ {
         let stands =
             move |&corner: &u32| self.corners[corner as usize / 3][corner as usize % 3] == position;
-        self.at.of_one(position).filter(stands).map(|corner| corner / 3)
+        self.at.iter_list(position).filter(stands).map(|corner| corner / 3)
     }
 
     fn point(&self, position: u32) -> Vec3 {
@@ -285,18 +285,18 @@ impl<'a> Deviation<'a> {
 }
 
 /// Lists of numbers, each number in one of them at most.
-struct Lists {
+struct LinkedLists {
     first: Vec<u32>,
     next: Vec<u32>,
 }
 
-impl Lists {
+impl LinkedLists {
     fn empty(lists: usize, numbers: usize) -> Self {
         Self { first: vec![END; lists], next: vec![END; numbers] }
     }
 
-    /// All numbers, by the list that each is in.
-    fn of(lists: usize, list_of: &[u32]) -> Self {
+    /// Builds the lists from the list that each number is in.
+    fn from_assignment(lists: usize, list_of: &[u32]) -> Self {
         let mut all = Self::empty(lists, list_of.len());
         (0..).zip(list_of).for_each(|(number, &list)| all.push(list, number));
         all
@@ -313,7 +313,7 @@ impl Lists {
         Some(number)
     }
 
-    fn of_one(&self, list: u32) -> impl Iterator<Item = u32> + '_ {
+    fn iter_list(&self, list: u32) -> impl Iterator<Item = u32> + '_ {
         let some = |number: u32| (number != END).then_some(number);
         std::iter::successors(some(self.first[list as usize]), move |&number| {
             some(self.next[number as usize])
@@ -321,7 +321,7 @@ impl Lists {
     }
 }
 
-/// From a point to the nearest one of a triangle, squared.
+/// Computes the squared distance from a point to a triangle.
 pub(crate) fn distance_squared(point: Vec3, [a, b, c]: [Vec3; 3]) -> f32 {
     let (ab, ac, ap) = (b - a, c - a, point - a);
     let normal = ab.cross(ac);

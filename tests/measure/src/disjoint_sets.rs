@@ -1,11 +1,11 @@
 //! Disjoint sets (union-find) with path halving.
 
 /// Disjoint sets with path halving.
-pub struct Sets {
+pub struct DisjointSets {
     parent: Vec<u32>,
 }
 
-impl Sets {
+impl DisjointSets {
     /// Creates `count` sets of one member.
     pub fn new(count: usize) -> Self {
         Self { parent: (0..count as u32).collect() }
