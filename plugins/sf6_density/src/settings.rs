@@ -1,5 +1,7 @@
 //! Settings of the overlay: compartments, thresholds, gas, and what bounds the inputs.
 
+use busbar_plugin_sdk::state_file_fault;
+
 use crate::gas::EquationOfState;
 use crate::gas_model::GasModel;
 use crate::mixture::{Mixture, MixtureSettings};
@@ -81,6 +83,10 @@ pub struct Settings {
     #[serde(default)]
     #[schemars(length(max = MAX_EQUIPMENT))]
     pub untelemetered: Vec<String>,
+    /// File that keeps the trends of gas across restarts: an absolute path, or one that
+    /// `${folder}/` begins for the folder of the configuration.
+    #[serde(default)]
+    pub state_file: Option<String>,
 }
 
 /// Unit of pressures.
@@ -141,6 +147,9 @@ impl Settings {
             return Some(format!(
                 "lock_out {lock_out}, alarm {alarm} and filling {filling} must rise in this order"
             ));
+        }
+        if let Some(fault) = self.state_file.as_deref().and_then(state_file_fault) {
+            return Some(fault);
         }
         let [coldest, hottest] = self.temperature_range;
         if !(-100.0 <= coldest && coldest < hottest && hottest <= 200.0) {
