@@ -175,13 +175,15 @@ fn tags_that_change_are_read_and_judged_as_all_tags_are() {
 fn reasons_that_nothing_shows_any_more_are_removed() {
     let tags = switches(CLOSED, CLOSED, OPEN, OPEN);
     let mut station = station(&two_levels(), &tags);
-    let mut most = 0;
+    let (mut most, mut most_lists) = (0, 0);
     for round in 0..60_000 {
         let value = [MOVING, CLOSED][round % 2];
         station.update(&switches(CLOSED, value, OPEN, OPEN));
         most = most.max(station.overlay.judgments().text_bytes());
+        most_lists = most_lists.max(station.overlay.judgments().list_count());
     }
     // One text of such a round has some 20 bytes.
-    assert!((1 << 19..2 << 20).contains(&most), "{most}");
+    assert!((1 << 18..2 << 20).contains(&most), "{most}");
+    assert!((1 << 16..1 << 17).contains(&most_lists), "{most_lists}");
     assert_eq!(station.judgment("BUS").reason, "");
 }

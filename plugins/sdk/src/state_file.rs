@@ -216,7 +216,7 @@ fn read<T: StoredState>(
     let mut document: serde_json::Map<String, serde_json::Value> =
         serde_json::from_str(&text).map_err(damaged)?;
     let found = document.remove(VERSION_KEY).unwrap_or_default();
-    if found != serde_json::Value::from(version) {
+    if found != version {
         return Err(format!("it has version {found}, not {version}"));
     }
     let states = document.remove(key).ok_or_else(|| format!("it is damaged: no '{key}'"))?;

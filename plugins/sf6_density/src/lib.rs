@@ -42,7 +42,7 @@ const MAX_TRENDS_A_FRAME: usize = 16;
 /// not quite that of the gas.
 const COMPENSATION_ERROR: f64 = 0.01;
 
-/// The overlay.
+/// Overlay of gas densities.
 pub struct Sf6Density {
     settings: Settings,
     gas: GasModel,

@@ -89,14 +89,14 @@ pub struct Settings {
     pub state_file: Option<String>,
 }
 
-/// Unit of pressures.
+/// Unit of the pressures of settings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
 pub enum PressureUnit {
-    /// 0.1 MPa.
+    /// Bar, which is 0.1 MPa.
     #[default]
     #[serde(rename = "bar")]
     Bar,
-    /// Megapascal.
+    /// Megapascal, the unit of computation.
     #[serde(rename = "MPa")]
     Mpa,
 }
@@ -110,7 +110,7 @@ impl PressureUnit {
         }
     }
 
-    /// Megapascals of one.
+    /// Returns the megapascals of one unit.
     pub fn megapascals(self) -> f64 {
         match self {
             Self::Bar => 0.1,

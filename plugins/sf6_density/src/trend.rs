@@ -48,7 +48,7 @@ pub struct Sample {
     pub celsius: f64,
 }
 
-/// Loss of gas.
+/// Loss of gas from a compartment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Loss {
     /// Loss, % of the filling a year.
