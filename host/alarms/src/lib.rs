@@ -12,6 +12,7 @@
 //!
 //! Invariant: no clock is read, nothing is drawn and nothing is written here; the same
 //! steps give the same records.
+#![doc = include_str!("../DESIGN.md")]
 
 mod action;
 mod chatter;

@@ -24,6 +24,7 @@
 //! Lines of releases before the chain are read as ever; the chain begins with a new file.
 //!
 //! Invariant: nothing that is read is trusted, and nothing here decides on alarms.
+#![doc = include_str!("../DESIGN.md")]
 
 mod anchor;
 mod chain;

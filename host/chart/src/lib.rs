@@ -7,6 +7,7 @@
 //! faces and texts in metres, for whoever draws.
 //!
 //! Invariant: no I/O, no clock, no drawing; the same actions give the same shape.
+#![doc = include_str!("../DESIGN.md")]
 
 mod action;
 mod axis;

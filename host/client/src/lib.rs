@@ -7,6 +7,7 @@
 //!
 //! Nothing old passes for live: [`liveness`] decides, pictures in memory are hatched, and a
 //! [`WindowCover`] hatches what a viewer draws into an X11 window.
+#![doc = include_str!("../DESIGN.md")]
 
 #[cfg(not(target_os = "linux"))]
 compile_error!("unsupported system: a viewer is watched by means of Linux");

@@ -7,6 +7,7 @@
 //!
 //! Invariant: no I/O. Whether a file or a plugin exists is for others to find
 //! out; they place their errors with [`Positions::diagnostic`].
+#![doc = include_str!("../DESIGN.md")]
 
 mod alarm_rules;
 mod alarm_sources;

@@ -3,8 +3,8 @@
 //! The path of a mesh through this crate: raw primitives are welded
 //! ([`weld()`]) into a [`Mesh`]; an optimiser turns its [`Topology`] into a
 //! [`CollapseSequence`]; [`CollapseStacks`] then gives the mesh at any cursor.
+#![doc = include_str!("../DESIGN.md")]
 
-mod deviation;
 mod error_order;
 mod face_splitting;
 mod islands;
@@ -15,6 +15,7 @@ mod slender;
 mod stacks;
 mod statistics;
 mod stochastic_simplification;
+mod surface_deviation;
 mod weld;
 
 pub use islands::PieceLimits;

@@ -6,6 +6,7 @@
 //! Work is recorded by a [`Recorder`] and runs on one queue in order. One
 //! timeline semaphore counts submissions; a dropped resource lives on until
 //! the submission that may still use it has finished.
+#![doc = include_str!("../DESIGN.md")]
 
 mod adapter;
 mod allocator;

@@ -9,6 +9,7 @@
 //! in which function of the plugin a process died or hung.
 //!
 //! Invariant: no plugin code runs in the process that calls [`check`].
+#![doc = include_str!("../DESIGN.md")]
 
 mod calls;
 mod cases;

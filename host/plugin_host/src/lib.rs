@@ -4,6 +4,7 @@
 //! of the host only ever sees valid values.
 //!
 //! Invariant: no concrete plugin is named here, or anywhere in the host.
+#![doc = include_str!("../DESIGN.md")]
 
 mod alarms;
 mod catalog;

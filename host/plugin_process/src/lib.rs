@@ -18,6 +18,7 @@
 //!
 //! Invariant: whatever comes from a plugin's process is checked here before
 //! anybody else sees it.
+#![doc = include_str!("../DESIGN.md")]
 
 mod alarms;
 mod catalog;

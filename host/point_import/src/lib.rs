@@ -12,6 +12,7 @@
 //!
 //! Invariant: text and names in, proposals out. No file is opened, and no protocol is
 //! known: addresses pass through as they are.
+#![doc = include_str!("../DESIGN.md")]
 
 mod address;
 mod catalogue;

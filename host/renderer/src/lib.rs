@@ -9,6 +9,7 @@
 //! asks for it before ([`Renderer::request`]) and draws it when it is there
 //! ([`Renderer::triangles_at`]) never waits. Between two cursors a mesh may be drawn on
 //! its way ([`DrawInstance::morph`]).
+#![doc = include_str!("../DESIGN.md")]
 
 mod ambient_occlusion;
 mod camera;

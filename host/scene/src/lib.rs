@@ -1,6 +1,7 @@
 //! The scene: models as imported, and the graph that places them.
 //!
 //! Invariant: nothing here knows where a value comes from or how it is drawn.
+#![doc = include_str!("../DESIGN.md")]
 
 mod features;
 mod graph;

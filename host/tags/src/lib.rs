@@ -5,6 +5,7 @@
 //! that never jumps: a value past its limit is stale whatever its source says.
 //!
 //! Invariant: nothing here knows a protocol, and nothing here draws.
+#![doc = include_str!("../DESIGN.md")]
 
 mod changes;
 mod derived;

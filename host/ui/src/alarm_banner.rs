@@ -1,4 +1,4 @@
-//! The most urgent alarm that nobody has acknowledged, over the scene.
+//! Alarm banner over the scene: the most urgent unacknowledged alarm.
 
 use egui::{Align2, Area, Frame, Id, Label, Order, Rect, RichText, Sense, Stroke, Ui, vec2};
 
@@ -10,7 +10,7 @@ const TOP: f32 = 6.0;
 const MARK_RADIUS: f32 = 9.0;
 /// A scene wider than this has room for all in one line, points.
 const ONE_LINE_WIDTH: f32 = 860.0;
-/// What its frame and the borders of the scene take of that, points.
+/// Width that the banner's frame and the borders of the scene take, points.
 const MARGINS: f32 = 40.0;
 
 /// Shows the banner while there is something for it; a click goes there. Gives its place.
@@ -69,7 +69,7 @@ pub(crate) fn show(
     Some(shown.response.rect)
 }
 
-/// What is wrong, and with what.
+/// Shows the origin marks, the message and the equipment of an alarm.
 fn show_message(ui: &mut Ui, alarm: &AlarmRow) {
     if !alarm.origin.is_live() {
         let size = origin_mark::size(ui.painter(), alarm.origin);
@@ -80,7 +80,7 @@ fn show_message(ui: &mut Ui, alarm: &AlarmRow) {
     text(ui, RichText::new(alarm.equipment.as_deref().unwrap_or(&alarm.id)));
 }
 
-/// How it stands, since when, and how many more there are.
+/// Shows state, time of occurrence, doubt, and the number of further unacknowledged alarms.
 fn show_state(ui: &mut Ui, alarm: &AlarmRow, waiting: usize) {
     text(ui, RichText::new(format!("{} {}", alarm.priority.name(), alarm.state)));
     text(ui, RichText::new(&alarm.time));

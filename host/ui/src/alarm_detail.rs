@@ -1,4 +1,4 @@
-//! The alarm that was chosen: what it means, and what can be done.
+//! Details and actions of the selected alarm.
 
 use std::time::Duration;
 
@@ -6,10 +6,10 @@ use egui::{Button, Label, RichText, ScrollArea, Ui};
 
 use crate::{AlarmAction, AlarmDetail, AlarmModel, Command, origin_mark, theme};
 
-/// Times on the shelf to choose from, and what they are called.
+/// Shelving times to choose from, minutes, with their captions.
 const SHELVES: [(u64, &str); 4] = [(15, "15 min"), (60, "1 h"), (240, "4 h"), (480, "8 h")];
 
-/// Shows what is said of the chosen alarm, and buttons for what it allows.
+/// Shows the selected alarm's details and the buttons of the permitted actions.
 pub(crate) fn show(ui: &mut Ui, model: &AlarmModel, commands: &mut Vec<Command>) {
     if let Some(trouble) = &model.trouble {
         ui.add(Label::new(RichText::new(format!("× {trouble}")).strong()).wrap());

@@ -1,4 +1,4 @@
-//! Keys of alarms.
+//! Keyboard shortcuts of alarms: acknowledge, shelve, next unacknowledged.
 
 use std::time::Duration;
 
@@ -6,11 +6,11 @@ use egui::{Context, Event, Key, Modifiers};
 
 use crate::{AlarmAction, AlarmModel, AlarmRows, Command};
 
-/// How long a key shelves an alarm.
+/// Shelving time of the F10 key, limited by the configuration.
 const SHELF: Duration = Duration::from_secs(30 * 60);
 
-/// Turns keys into commands, as [`crate::help`] tells it; gives whether the panel is to be
-/// shown or hidden.
+/// Translates keys into commands (see [`crate::help`]) and reports whether the panel's visibility
+/// toggles.
 pub(crate) fn handle(
     context: &Context,
     model: &AlarmModel,
@@ -41,7 +41,7 @@ pub(crate) fn handle(
     toggles
 }
 
-/// What a key does to the alarm that was chosen.
+/// Returns the command that a key gives to the selected alarm.
 fn action_of(key: Key, modifiers: Modifiers, model: &AlarmModel) -> Option<Command> {
     let detail = model.selected.as_ref().filter(|detail| !detail.row.is_saving)?;
     let action = match key {

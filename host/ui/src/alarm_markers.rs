@@ -6,7 +6,7 @@ use crate::alarm_symbol::{self, AlarmSymbol};
 use crate::{AlarmMarker, origin_mark, theme};
 
 const RADIUS: f32 = 11.0;
-/// From the equipment's top to the middle of the mark, points.
+/// Distance from the equipment's top to the marker's center, points.
 const HEIGHT: f32 = 26.0;
 
 /// Places of beacons in a scene, points: labels go elsewhere.

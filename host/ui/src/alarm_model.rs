@@ -1,42 +1,42 @@
-//! What the panels show of alarms.
+//! View model of alarms: list rows, details, counts and sources.
 
 use std::time::Duration;
 
 use busbar_tags::Origin;
 use egui::Pos2;
 
-/// How soon somebody must act, the most urgent first.
+/// Alarm priority (IEC 62682), the most urgent first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum AlarmPriority {
-    /// At once.
+    /// Immediate action is required.
     Critical,
-    /// Promptly.
+    /// Prompt action is required.
     High,
-    /// Soon.
+    /// Action is required soon.
     #[default]
     Medium,
-    /// When there is time.
+    /// Action when time permits.
     Low,
 }
 
-/// Which list of alarms is shown.
+/// List that the alarm panel shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AlarmList {
-    /// What is annunciated.
+    /// Annunciated alarms, active or unacknowledged.
     #[default]
     Alarms,
-    /// What is held back: shelved, suppressed, out of service.
+    /// Suppressed alarms: shelved, suppressed by design, out of service.
     Held,
-    /// What happened last.
+    /// Newest records of the audit log.
     Log,
 }
 
-/// What an operator does to an alarm.
+/// Operator action on an alarm (IEC 62682).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AlarmAction {
     /// Say that it was seen.
     Acknowledge,
-    /// Let go of its latch.
+    /// Reset the latch of the alarm.
     Reset,
     /// Put it on the shelf for so long.
     Shelve(Duration),
@@ -44,96 +44,96 @@ pub enum AlarmAction {
     Unshelve,
     /// Take it out of service.
     RemoveFromService,
-    /// Put it back.
+    /// Return it to service.
     ReturnToService,
 }
 
-/// All that is said of alarms but the rows of the list.
+/// View model of the alarm panel without the rows of its list.
 #[derive(Clone, Debug, Default)]
 pub struct AlarmModel {
     /// Unacknowledged ones and all annunciated, a priority each.
     pub counts: [[usize; 2]; 4],
-    /// How many are held back.
+    /// Number of suppressed alarms.
     pub held: usize,
-    /// Which list is shown.
+    /// List that is shown.
     pub list: AlarmList,
     /// The one that was chosen.
     pub selected: Option<AlarmDetail>,
-    /// The most urgent that nobody has acknowledged.
+    /// Most urgent unacknowledged alarm.
     pub banner: Option<AlarmRow>,
-    /// What happened last, the newest first.
+    /// Newest records of the audit log, the newest first.
     pub log: Vec<String>,
     /// Other systems whose alarms are among them.
     pub sources: Vec<AlarmSourceStatus>,
-    /// What keeps the audit log from being written, or an action from being done.
+    /// Fault of the audit log, or reason why the last action was refused.
     pub trouble: Option<String>,
-    /// How long one may be shelved.
+    /// Longest shelving time that the configuration permits.
     pub max_shelving: Duration,
-    /// Whether what is unacknowledged flashes; not in pictures.
+    /// True if unacknowledged alarms flash; never in still pictures.
     pub flashes: bool,
 }
 
 /// An alarm that was chosen.
 #[derive(Clone, Debug, Default)]
 pub struct AlarmDetail {
-    /// As in the list.
+    /// Row of the alarm list.
     pub row: AlarmRow,
-    /// What makes it: `above 95 °C for 5 s`.
+    /// Alarm condition as text: `above 95 °C for 5 s`.
     pub condition: String,
-    /// What comes of it where nobody acts.
+    /// Consequence of inaction, as configured.
     pub consequence: String,
-    /// What the operator does.
+    /// Operator response, as configured.
     pub response: String,
-    /// Who decides on it, where that is not done here: `'plc'`.
+    /// Name of the external system that decides on the alarm: `'plc'`; none for own alarms.
     pub decided_by: Option<String>,
-    /// Whether who decides can be asked by pressing a button.
+    /// True if a button press can ask the external system to act.
     pub can_ask: bool,
-    /// Whether a latch waits for a reset.
+    /// True while a latched alarm waits for a reset.
     pub can_reset: bool,
-    /// Whether it can be shelved.
+    /// True if the operator may shelve it.
     pub can_shelve: bool,
-    /// Whether it is on the shelf.
+    /// True while the alarm is shelved.
     pub is_shelved: bool,
-    /// Whether it is out of service.
+    /// True while the alarm is out of service.
     pub is_out_of_service: bool,
 }
 
 /// An alarm of the list.
 #[derive(Clone, Debug, Default)]
 pub struct AlarmRow {
-    /// Its number, for commands.
+    /// Alarm number that commands refer to.
     pub number: u32,
-    /// Id.
+    /// Alarm id of the configuration.
     pub id: String,
-    /// What happened.
+    /// Alarm message for the operator.
     pub message: String,
-    /// How soon somebody must act.
+    /// Priority of the alarm.
     pub priority: AlarmPriority,
-    /// Its state in words.
+    /// State name after IEC 62682.
     pub state: &'static str,
-    /// Whether an operator has yet to see it.
+    /// True until an operator acknowledges the alarm.
     pub is_unacknowledged: bool,
-    /// Whether its condition holds.
+    /// True while the alarm condition holds.
     pub is_active: bool,
-    /// Why nobody knows whether its condition holds still, if so.
+    /// Reason why the state of the condition is uncertain; none while it is certain.
     pub doubt: Option<String>,
     /// Time of day at which it occurred.
     pub time: String,
-    /// How long ago its state came about.
+    /// Time since the last change of state.
     pub age: Option<Duration>,
     /// The value of its tag, with unit.
     pub value: String,
-    /// Equipment id.
+    /// Equipment id; none for an alarm without equipment.
     pub equipment: Option<String>,
     /// Occurrences since the start.
     pub occurrences: u64,
-    /// Whether it comes and goes.
+    /// True for a chattering alarm (IEC 62682).
     pub chatters: bool,
-    /// Whether it was the first of its group.
+    /// True if this alarm was the first of its first-out group.
     pub is_first_out: bool,
-    /// How long it stays on the shelf.
+    /// Remaining shelving time; none while not shelved.
     pub shelf_left: Option<Duration>,
-    /// Whether what an operator did is not on the disk yet: the state is that before.
+    /// True until the audit log has stored the last action; the previous state is shown meanwhile.
     pub is_saving: bool,
     /// The system that decides on it, where that is not done here.
     pub source: Option<String>,
@@ -144,27 +144,27 @@ pub struct AlarmRow {
 /// A system whose alarms are shown and decided on elsewhere.
 #[derive(Clone, Debug, Default)]
 pub struct AlarmSourceStatus {
-    /// What it is called.
+    /// Name of the source's plugin instance.
     pub name: String,
-    /// How many alarms it reports.
+    /// Number of alarms that the source reports.
     pub alarms: usize,
-    /// How many it has beyond those.
+    /// Number of the source's alarms beyond the reported ones.
     pub left_out: u64,
-    /// Why its alarms may not be as they are shown, if so.
+    /// Reason why the reported alarms may be outdated; none while they are current.
     pub doubt: Option<String>,
 }
 
 /// The alarms of the list that is shown, the most urgent first, as many as there may be.
 pub trait AlarmRows {
-    /// Number of alarms.
+    /// Returns the number of alarms.
     fn len(&self) -> usize;
 
-    /// Whether there is none.
+    /// Reports whether the list is empty.
     fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// One alarm.
+    /// Returns one row of the list.
     fn row(&self, index: usize) -> AlarmRow;
 
     /// The unacknowledged alarm after the one that was chosen, round and round: its number
@@ -175,22 +175,22 @@ pub trait AlarmRows {
 /// A mark at equipment in alarm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AlarmMarker {
-    /// Where the equipment is on the screen, points.
+    /// Screen position of the equipment, points.
     pub anchor: Pos2,
     /// The most urgent of its alarms.
     pub priority: AlarmPriority,
-    /// Whether one of them is unacknowledged.
+    /// True if at least one of its alarms is unacknowledged.
     pub is_unacknowledged: bool,
-    /// Whether nobody knows if any of them holds still.
+    /// True if the state of all its alarms is uncertain.
     pub is_doubtful: bool,
-    /// How many there are.
+    /// Number of alarms at the equipment.
     pub count: usize,
     /// Origins of the values that they rest on.
     pub origin: Origin,
 }
 
 impl AlarmPriority {
-    /// All, the most urgent first.
+    /// All priorities, the most urgent first.
     pub const ALL: [Self; 4] = [Self::Critical, Self::High, Self::Medium, Self::Low];
 
     /// `critical`, `high`, `medium` or `low`.

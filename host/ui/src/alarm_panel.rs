@@ -1,4 +1,4 @@
-//! The alarm list, what is held back, and what happened last.
+//! Alarm panel: alarm list, suppressed alarms, audit log.
 
 use busbar_tags::Origin;
 use egui::{Align, Align2, Layout, Rect, Response};
@@ -14,7 +14,7 @@ use crate::{
 /// Height of a row, points.
 const ROW_HEIGHT: f32 = 21.0;
 const MARK_RADIUS: f32 = 7.5;
-/// Width of what is said of the alarm that was chosen, points.
+/// Width of the detail view of the selected alarm, points.
 const DETAIL_WIDTH: f32 = 270.0;
 /// The first column, for the mark, points.
 const MARK_WIDTH: f32 = 30.0;
@@ -59,7 +59,7 @@ pub(crate) fn show(
     });
 }
 
-/// Counts by priority, the lists to choose from, and what is done to all that is in view.
+/// Shows counts by priority, the lists to choose from, and the action on all visible alarms.
 fn head(ui: &mut Ui, model: &AlarmModel, seen: &[u32], commands: &mut Vec<Command>) {
     let annunciated: usize = model.counts.iter().map(|[_, all]| all).sum();
     for (list, title) in [
@@ -195,7 +195,7 @@ fn mark_origin(ui: &Ui, [value, more]: [Rect; 2], origin: Origin) -> [Rect; 2] {
     ]
 }
 
-/// The value of a tag, or who decides; with a cross where it is not to be relied on.
+/// Returns the value of the tag or the name of the source; a cross marks doubt.
 fn value_of(alarm: &AlarmRow) -> String {
     match (&alarm.source, &alarm.doubt) {
         (None, None) => alarm.value.clone(),
@@ -205,8 +205,8 @@ fn value_of(alarm: &AlarmRow) -> String {
     }
 }
 
-/// What nobody has acknowledged stands in inverse video, framed once it is over; gives the
-/// ink of the state.
+/// Paints the state's background and returns its text color: inverse video while unacknowledged, a
+/// frame once the condition has cleared.
 fn state_ground(ui: &Ui, place: Rect, alarm: &AlarmRow) -> egui::Color32 {
     match (alarm.is_unacknowledged, alarm.is_active) {
         (true, true) => {
@@ -222,7 +222,7 @@ fn state_ground(ui: &Ui, place: Rect, alarm: &AlarmRow) -> egui::Color32 {
     }
 }
 
-/// What else is to be said: `28 min left, 4×, chattering`.
+/// Returns further remarks on an alarm: `28 min left, 4×, chattering`.
 fn notes(alarm: &AlarmRow) -> String {
     let count = (alarm.occurrences > 0).then(|| format!("{}×", alarm.occurrences));
     let left = alarm.shelf_left.map(|left| format!("{} left", age_text(left)));

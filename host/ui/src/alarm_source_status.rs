@@ -6,10 +6,10 @@ use crate::{AlarmSourceStatus, ValueMark, hatch, theme};
 
 /// Sources of alarms that the head names.
 const MAX_SOURCES: usize = 4;
-/// Around what it says of one, points.
+/// Margin around a source's text, points.
 const ENTRY_MARGIN: Vec2 = vec2(4.0, 1.0);
 
-/// Where alarms of other systems come from; hatched where that is lost.
+/// Shows the external alarm sources; a lost source is hatched.
 pub(crate) fn show(ui: &mut Ui, sources: &[AlarmSourceStatus]) {
     let lost_first = |status: &&AlarmSourceStatus| status.doubt.is_none();
     let mut ordered: Vec<&AlarmSourceStatus> = sources.iter().collect();

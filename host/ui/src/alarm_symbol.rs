@@ -1,7 +1,7 @@
 //! The mark of an alarm: its shape and number tell the priority, its fill the state.
 //!
-//! Filled is active, hollow is over; what is unacknowledged flashes a ring around it, once
-//! a second at most (IEC 62682 leaves the rate open; 1 Hz is slow enough not to distract).
+//! A filled symbol is active, a hollow one has cleared. A ring flashes around an unacknowledged
+//! alarm at 1 Hz at most; IEC 62682 leaves the rate open.
 
 use egui::{Align2, Color32, Painter, Pos2, Shape, Stroke, Ui, pos2};
 
@@ -10,16 +10,16 @@ use crate::{AlarmPriority, theme};
 /// Seconds from one flash to the next.
 const FLASH_SECONDS: f64 = 1.0;
 
-/// How an alarm is marked.
+/// Symbol of an alarm: shape by priority, fill and ring by state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct AlarmSymbol {
     pub(crate) priority: AlarmPriority,
     pub(crate) is_active: bool,
-    /// Whether the ring is drawn now.
+    /// True in the phase in which the flashing ring is drawn.
     pub(crate) has_ring: bool,
 }
 
-/// Whether flashing things are lit, and asks for a frame when that changes.
+/// Reports whether the flash phase is on, and requests a repaint at its next change.
 pub(crate) fn is_flash_on(ui: &Ui, flashes: bool) -> bool {
     if !flashes {
         return true;

@@ -1,4 +1,4 @@
-//! How the camera is moved, and where it can go.
+//! Camera panel: navigation modes, standard views, named cameras and bookmarks.
 
 use egui::Ui;
 

@@ -1,4 +1,4 @@
-//! A chart's words over the scene, and brushes drawn on its axes with the mouse.
+//! Chart texts over the scene, and brushing of axes with the mouse.
 
 use busbar_chart::TextKind;
 use egui::{
@@ -9,9 +9,9 @@ use egui::{
 use crate::chart_model::{ChartCommand, ChartOverlay, ProjectedChartAxis};
 use crate::{Command, theme};
 
-/// How far from an axis the pointer takes hold of it, points.
+/// Distance within which the pointer grabs an axis, points.
 const GRIP: f32 = 9.0;
-/// How far below its foot, as a share of its length: the lane of records without a value.
+/// Depth of the lane for missing values below the axis foot, as a share of the axis length.
 const LANE: f32 = 0.09;
 /// Axes shorter than this show no ticks, points.
 const MIN_TICKED: f32 = 130.0;
@@ -20,12 +20,12 @@ const MIN_NAMED: f32 = 40.0;
 /// Rows that names of axes are spread over where they stand close, and their height, points.
 const NAME_ROWS: u32 = 3;
 const NAME_HEIGHT: f32 = 17.0;
-/// Between words, points.
+/// Horizontal gap between texts, points.
 const WORD_GAP: f32 = 2.0;
 /// A drag shorter than this is none, points.
 const MIN_DRAG: f32 = 3.0;
 
-/// Shows words and brushes, and takes drags on axes.
+/// Shows texts and brushes, and handles drags on axes.
 pub(crate) fn show(ui: &mut Ui, overlay: &ChartOverlay, commands: &mut Vec<Command>) {
     let longest = overlay.axes.iter().map(|axis| axis.head.distance(axis.foot));
     let longest = longest.fold(0.0, f32::max);
@@ -56,8 +56,8 @@ pub(crate) fn show(ui: &mut Ui, overlay: &ChartOverlay, commands: &mut Vec<Comma
     }
 }
 
-/// A word where there is room for it. The name of an axis goes without its unit, or higher,
-/// before it goes.
+/// Places a text where there is room. An axis name drops its unit or moves up before it is left
+/// out.
 fn place_text(painter: &Painter, at: Pos2, text: &str, kind: TextKind, there: &mut Vec<Rect>) {
     if try_place_text(painter, at, text, kind, there) || kind != TextKind::Axis {
         return;
@@ -70,7 +70,7 @@ fn place_text(painter: &Painter, at: Pos2, text: &str, kind: TextKind, there: &m
     }
 }
 
-/// A word, unless it would lie over one that is there; whether it was shown.
+/// Paints a text unless it would cover another one; reports whether it was painted.
 fn try_place_text(
     painter: &Painter,
     at: Pos2,
@@ -173,7 +173,7 @@ fn drag(ui: &mut Ui, axis: &ProjectedChartAxis, commands: &mut Vec<Command>) {
     }
 }
 
-/// Where a button was let go of in this frame.
+/// Returns the position at which a button was released in this frame.
 fn released_at(ui: &Ui) -> Option<Pos2> {
     let released = |event: &Event| match event {
         Event::PointerButton { pos, pressed: false, .. } => Some(*pos),
@@ -209,7 +209,7 @@ fn title(
     }
 }
 
-/// What is said of a line, beside the pointer.
+/// Paints the tooltip of a polyline beside the pointer.
 fn tooltip(ui: &Ui, lines: &[String]) {
     let scene = ui.max_rect();
     let Some(pointer) = ui.input(|input| input.pointer.hover_pos()) else { return };

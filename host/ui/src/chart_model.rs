@@ -1,4 +1,4 @@
-//! What is shown of a chart that stands in the scene.
+//! View model of the parallel-coordinates chart in the scene.
 
 use busbar_chart::{Action, BrushOperator, Explanation, Layout, TextKind};
 use egui::Pos2;
@@ -8,17 +8,17 @@ use crate::LegendRow;
 /// A chart, as its panel shows it.
 #[derive(Clone, Debug, Default)]
 pub struct ChartModel {
-    /// What it is called.
+    /// Name of the chart.
     pub name: String,
-    /// Why its records may be out of date, if they may.
+    /// Reason why its records may be outdated; none while they are current.
     pub fault: Option<String>,
-    /// How its axes stand.
+    /// Arrangement of the axes.
     pub layout: Layout,
-    /// All axes, from the left to the right.
+    /// All axes from left to right.
     pub axes: Vec<ChartAxisRow>,
-    /// How brushes come together.
+    /// Logical combination of brushes: all or any.
     pub join: BrushOperator,
-    /// Brushes in words.
+    /// Descriptions of the brushes for the panel.
     pub brushes: Vec<String>,
     /// Records known at the instant shown.
     pub known: usize,
@@ -26,7 +26,7 @@ pub struct ChartModel {
     pub meant: Option<usize>,
     /// Pieces of equipment whose last record they mean.
     pub meant_equipment: Vec<String>,
-    /// Of records that are too many to be lines.
+    /// Density display, used when the records are too many for single lines.
     pub density: Option<DensityLegend>,
     /// The states of records.
     pub legend: Vec<LegendRow>,
@@ -34,13 +34,13 @@ pub struct ChartModel {
     pub span: Option<[i64; 2]>,
     /// The instant shown; `None` for the present.
     pub playhead: Option<i64>,
-    /// The instant shown, in words.
+    /// Displayed instant as text.
     pub shown_at: String,
-    /// Whether time goes by in it.
+    /// True while the playback runs.
     pub plays: bool,
-    /// Whether the camera goes where a record becomes abnormal.
+    /// True if the camera moves to equipment whose record becomes abnormal.
     pub follows: bool,
-    /// Whether it shows how the records of each state spread.
+    /// True if the spread of each state's records is shown.
     pub shows_clusters: bool,
 }
 
@@ -51,78 +51,78 @@ pub struct DensityLegend {
     pub counting: Option<[usize; 2]>,
     /// Lines where there are most.
     pub most: usize,
-    /// Why they cannot be counted.
+    /// Reason why the records cannot be counted.
     pub fault: Option<String>,
 }
 
 /// An axis of a chart.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ChartAxisRow {
-    /// Name and unit.
+    /// Axis name with its unit.
     pub name: String,
-    /// Whether it is left out.
+    /// True if the axis is hidden.
     pub is_hidden: bool,
-    /// Whether its upper end is below.
+    /// True if the axis is flipped: its upper end is at the bottom.
     pub is_flipped: bool,
-    /// Whether it is logarithmic.
+    /// True for a logarithmic axis.
     pub log: bool,
 }
 
-/// What a chart says of a piece of equipment.
+/// Explanation that a chart gives for a piece of equipment.
 #[derive(Clone, Debug, Default)]
 pub struct EquipmentExplanation {
-    /// What the chart is called.
+    /// Name of the chart.
     pub chart: String,
     /// Equipment id: that of the faceplate, or what that is part of.
     pub id: String,
     /// The state of its last record.
     pub state: Option<LegendRow>,
-    /// When that was taken, and how long before the instant shown.
+    /// Date of that record, and its age at the instant shown.
     pub taken: String,
-    /// Whether it is too old to speak for the equipment.
+    /// True if the record is too old to describe the equipment.
     pub is_outdated: bool,
-    /// What it means.
+    /// Verdict, evidence, tables and diagrams of the record.
     pub explanation: Explanation,
 }
 
-/// What of a chart lies over the scene.
+/// Parts of a chart that are painted over the scene.
 #[derive(Clone, Debug, Default)]
 pub struct ChartOverlay {
-    /// Words with their places on the screen, points.
+    /// Texts with their screen positions, points.
     pub texts: Vec<(Pos2, String, TextKind)>,
     /// The axes shown, from the left to the right; those before the camera.
     pub axes: Vec<ProjectedChartAxis>,
-    /// What is said of the line under the pointer.
+    /// Tooltip lines of the polyline under the pointer.
     pub tooltip: Vec<String>,
 }
 
 /// An axis on the screen.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ProjectedChartAxis {
-    /// Its place among the axes shown.
+    /// Index among the visible axes.
     pub shown: usize,
-    /// Its place among all axes.
+    /// Index among all axes.
     pub place: usize,
-    /// Its foot, points.
+    /// Screen position of the axis foot, points.
     pub foot: Pos2,
-    /// Its head.
+    /// Screen position of the axis head, points.
     pub head: Pos2,
     /// Brushed intervals by position: 0 at its foot, 1 at its head.
     pub brushed: Vec<[f32; 2]>,
 }
 
-/// What an operator asks of a chart.
+/// Operator command to a chart.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ChartCommand {
     /// To be arranged otherwise.
     Apply(Action),
     /// To brush an interval of positions on an axis shown.
     BrushAt {
-        /// Its place among the axes shown.
+        /// Index among the visible axes.
         shown: usize,
-        /// From where to where.
+        /// Both ends of the interval, axis positions.
         positions: [f32; 2],
-        /// Whether it replaces what is brushed on the axis.
+        /// True if the interval replaces the axis's existing brush.
         alone: bool,
     },
     /// To brush by how much lines rise from an axis shown to the next one.
@@ -132,8 +132,8 @@ pub enum ChartCommand {
         /// Least and greatest, as a share of their height.
         range: [f32; 2],
     },
-    /// Whether the camera goes where a record becomes abnormal.
+    /// Let the camera follow records that become abnormal, or stop it.
     Follow(bool),
-    /// To copy what is brushed as CSV.
+    /// Copy the brushed records to the clipboard as CSV.
     Copy,
 }

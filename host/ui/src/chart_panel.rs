@@ -9,7 +9,7 @@ use egui::{
 use crate::chart_model::{ChartCommand, ChartModel, DensityLegend};
 use crate::{Command, layers, theme};
 
-/// Points.
+/// Width of the panel, points.
 const WIDTH: f32 = 250.0;
 const MARGIN: f32 = 8.0;
 /// Height of the list of axes, points.
@@ -63,7 +63,7 @@ fn layouts(ui: &mut Ui, model: &ChartModel, ask: &mut impl FnMut(ChartCommand)) 
     });
 }
 
-/// What instant is shown, and ways to another.
+/// Shows the displayed instant with a time slider and playback controls.
 fn time(ui: &mut Ui, model: &ChartModel, ask: &mut impl FnMut(ChartCommand)) {
     ui.label(format!("Shows {}", model.shown_at));
     let Some([first, last]) = model.span else { return };
@@ -106,7 +106,7 @@ fn legend(ui: &mut Ui, model: &ChartModel) {
     }
 }
 
-/// Shades and what they stand for.
+/// Shows the density scale with its range.
 fn density(ui: &mut Ui, density: &DensityLegend, known: usize) {
     if let Some(fault) = &density.fault {
         ui.label(RichText::new(format!("× cannot be counted: {fault}")).strong());

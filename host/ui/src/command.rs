@@ -1,4 +1,4 @@
-//! What an operator can ask for.
+//! Commands of the operator: camera, selection, alarms, charts, display.
 
 use std::time::Duration;
 
@@ -9,26 +9,26 @@ use crate::{AlarmAction, AlarmList, ChartCommand};
 /// Cameras that numbers go to.
 pub const MAX_BOOKMARKS: usize = 9;
 
-/// How the camera is moved.
+/// Navigation mode of the camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CameraMode {
-    /// About what it looks at.
+    /// Orbit mode: the camera turns about its target.
     #[default]
     Orbit,
-    /// On foot, at the height of the eyes.
+    /// Walk mode: the camera stays at eye height above the ground.
     Walk,
-    /// Anywhere.
+    /// Free flight in all directions.
     Fly,
 }
 
-/// From where plans and elevations are looked at.
+/// Standard view of plans and elevations, orthographic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StandardView {
-    /// From above; -z is up.
+    /// Top view, from +y; -z is up on the screen.
     Top,
-    /// From +z.
+    /// Front view, from +z.
     Front,
-    /// From +x.
+    /// Right view, from +x.
     Right,
 }
 
@@ -37,25 +37,25 @@ pub enum StandardView {
 pub struct AxisSection {
     /// 0 to 2: x, y or z.
     pub axis: usize,
-    /// Where it lies on the axis, metres.
+    /// Position of the plane on its axis, metres.
     pub at: f32,
-    /// Whether what is below `at` is cut away, and not what is beyond.
+    /// True if the part below `at` is cut away instead of the part above.
     pub from_below: bool,
 }
 
-/// What an operator asks for.
+/// Command of an operator.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Command {
     /// Set the theta of all instances of a model.
     SetTheta {
-        /// Index into [`ViewModel::models`](crate::ViewModel::models).
+        /// Model index into [`ViewModel::models`](crate::ViewModel::models).
         model: usize,
-        /// 0 to 1.
+        /// Simplified proportion, 0 to 1.
         theta: f64,
     },
     /// Let the configured policies choose the theta of a model's instances.
     UsePolicy {
-        /// Index into [`ViewModel::models`](crate::ViewModel::models).
+        /// Model index into [`ViewModel::models`](crate::ViewModel::models).
         model: usize,
     },
     /// Something of the chart.
@@ -76,7 +76,7 @@ pub enum Command {
     SetCameraMode(CameraMode),
     /// Look without perspective, or with it.
     SetOrthographic(bool),
-    /// Look at the scene, or what is selected, from a side, without perspective.
+    /// Show a standard view of the selection, or of the scene, in orthographic projection.
     UseStandardView(StandardView),
     /// Select and frame an equipment id.
     Focus(String),
@@ -86,67 +86,66 @@ pub enum Command {
     SelectAlarm(u32),
     /// Do something to an alarm.
     ActOnAlarm {
-        /// Its number.
+        /// Number of the alarm.
         alarm: u32,
-        /// What.
+        /// Action on the alarm.
         action: AlarmAction,
     },
     /// Show another list of alarms.
     ShowAlarmList(AlarmList),
-    /// List the equipment that has these words in its names; all of it as a tree where
-    /// there are none.
+    /// Search equipment by the words of the query; an empty query restores the tree.
     SearchEquipment(String),
     /// Open or close a branch of the tree, by the number of its row.
     ToggleBranch(u32),
-    /// List the tags that have these words in their names; all where there are none.
+    /// Filter tags by the words of the query; an empty query lists all.
     FilterTags(String),
     /// Show a value's trend on the faceplate, or show it no longer; by its tag's number.
     ToggleTrend(u32),
-    /// How far back trends go.
+    /// Set the time span of trends.
     SetTrendSpan(Duration),
     /// Change to the dark theme, or the light one.
     SetDark(bool),
     /// Frame the whole scene.
     FitAll,
-    /// Frame what is selected.
+    /// Frame the selected equipment.
     FitSelection,
     /// Turn about the target, or the head; points of drag.
     Orbit(Vec2),
-    /// Go on turning after a drag that ended at this speed, points a second.
+    /// Continue a drag by inertia from this pointer velocity, points a second.
     StartInertia(Vec2),
     /// Move sideways, points of drag.
     Pan(Vec2),
     /// Move to or from the target: factor on the distance. On foot or in the air, one
     /// over the factor on the speed.
     Zoom(f32),
-    /// Walk or fly.
+    /// Walk or fly for a duration.
     Move {
         /// To the right, up and forward, -1 to 1 each.
         direction: [f32; 3],
-        /// For how long.
+        /// Duration of the movement, seconds.
         seconds: f32,
-        /// Whether in haste.
+        /// True if the movement is fast (Shift).
         is_fast: bool,
     },
     /// Draw an overlay, or leave it out.
     SetLayer {
-        /// Index into [`ViewModel::layers`](crate::ViewModel::layers).
+        /// Layer index into [`ViewModel::layers`](crate::ViewModel::layers).
         layer: usize,
-        /// Whether it is drawn.
+        /// True if the layer is drawn.
         shown: bool,
     },
     /// Start a plugin again now, out of quarantine too.
     StartPlugin(String),
-    /// Name and select what is at a point of the screen.
+    /// Pick at a screen position: select the equipment there.
     Pick(Pos2),
     /// Select all that shows in a part of the screen.
     PickRectangle(Rect),
-    /// Name what is under the pointer; none where it has left the scene.
+    /// Hover a screen position; none once the pointer has left the scene.
     Hover(Option<Pos2>),
     /// Begin measuring distances, or end it.
     SetMeasuring(bool),
     /// Measure to the surface at a point of the screen.
     Measure(Pos2),
-    /// End what is going on: measuring, else the selection.
+    /// End the measurement, or else clear the selection.
     Escape,
 }

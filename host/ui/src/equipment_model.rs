@@ -1,12 +1,11 @@
 //! The scene's equipment, as panels show it.
 
-/// The equipment as rows of a tree or of what a search found: only rows in view are asked
-/// for.
+/// Rows of the equipment tree or of search results; only visible rows are requested.
 pub trait EquipmentRows {
-    /// Number of rows.
+    /// Returns the number of rows.
     fn len(&self) -> usize;
 
-    /// Whether there is none.
+    /// Reports whether there are no rows.
     fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -14,35 +13,35 @@ pub trait EquipmentRows {
     /// Pieces of equipment in all.
     fn total(&self) -> usize;
 
-    /// Whether more was found than there are rows.
+    /// Reports whether the search found more than the rows listed.
     fn is_truncated(&self) -> bool;
 
-    /// The row of what is selected.
+    /// Returns the row of the selected equipment.
     fn selected(&self) -> Option<usize>;
 
-    /// One row.
+    /// Returns one row of the list.
     fn row(&self, index: usize) -> EquipmentRow;
 }
 
 /// A piece of equipment in its tree.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct EquipmentRow {
-    /// Its number, for commands.
+    /// Entry number that commands refer to.
     pub entry: u32,
-    /// How deep it stands.
+    /// Depth in the tree, 0 at the top.
     pub depth: u16,
-    /// Whether what is under it is shown; none where nothing is.
+    /// True while the branch is open; none for a leaf.
     pub is_open: Option<bool>,
-    /// Whether it is what is selected.
+    /// True for the selected equipment.
     pub is_selected: bool,
     /// The last part of its id.
     pub label: String,
-    /// Equipment id.
+    /// Equipment id of the row.
     pub id: String,
-    /// What people call it; may be empty.
+    /// Descriptive name; may be empty.
     pub name: String,
     /// Other ids of it.
     pub aliases: Vec<String>,
-    /// What it is a part of, where that is not seen from its place.
+    /// Id of the parent equipment, given in search results only.
     pub within: Option<String>,
 }

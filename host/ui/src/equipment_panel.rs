@@ -16,7 +16,7 @@ const ARROW_WIDTH: f32 = 16.0;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct EquipmentPanel {
     pub(crate) search: SearchField,
-    /// What was selected when it was last shown.
+    /// Selected row of the last frame.
     selected: Option<usize>,
 }
 
@@ -54,7 +54,7 @@ impl EquipmentPanel {
         self.search.note(shown.state.offset.y, shown.inner_rect.height());
     }
 
-    /// What was selected elsewhere comes into view.
+    /// Scrolls to equipment that was selected elsewhere.
     fn follow_selection(&mut self, rows: &dyn EquipmentRows, step: f32) {
         let selected = rows.selected();
         if selected != self.selected {

@@ -1,4 +1,4 @@
-//! One piece of equipment: alarms, verdict, states, live values, trends.
+//! Faceplate of one piece of equipment: alarms, verdict, states, live values, trends.
 
 use busbar_tags::Origin;
 use egui::{
@@ -25,7 +25,7 @@ const PAGE: f32 = 320.0;
 /// The panel of a faceplate between frames.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct FaceplatePanel {
-    /// How far it is scrolled, points.
+    /// Scroll offset of the panel, points.
     offset: f32,
 }
 
@@ -67,7 +67,7 @@ impl FaceplatePanel {
     }
 }
 
-/// Pages that keys scroll by, where nobody types.
+/// Returns the pages to scroll by the PgUp and PgDn keys; 0 while a text field has the focus.
 fn pages(ui: &Ui) -> f32 {
     if ui.ctx().egui_wants_keyboard_input() {
         return 0.0;
@@ -105,7 +105,7 @@ fn head(ui: &mut Ui, faceplate: &Faceplate, into: &mut Vec<Command>) {
     }
 }
 
-/// What stands over a part of a faceplate.
+/// Shows the title of a faceplate section.
 pub(crate) fn section(ui: &mut Ui, title: &str) {
     ui.add_space(8.0);
     ui.label(RichText::new(title).strong());
@@ -244,7 +244,7 @@ fn trends(ui: &mut Ui, faceplate: &Faceplate, into: &mut Vec<Command>) {
     }
 }
 
-/// Marks an origin at the right end of a place; gives what is left of that.
+/// Marks an origin at the right end of a place and returns the remaining width.
 fn mark_origin(ui: &Ui, place: Rect, origin: Origin) -> Rect {
     let at = place.right_center() - vec2(3.0, 0.0);
     let marked = origin_mark::paint(ui.painter(), at, Align2::RIGHT_CENTER, origin);
@@ -265,7 +265,7 @@ fn columns(rect: Rect) -> [Rect; 3] {
     })
 }
 
-/// One line of text in a place; what does not fit is cut.
+/// Shows one line of text, truncated to its place.
 fn line(ui: &mut Ui, place: Rect, text: RichText, align: Align) {
     let layout = match align {
         Align::Max => Layout::right_to_left(Align::Center),

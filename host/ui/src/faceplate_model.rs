@@ -1,4 +1,4 @@
-//! All that is said of one piece of equipment.
+//! View model of a faceplate.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -7,47 +7,47 @@ use busbar_tags::Origin;
 
 use crate::{AlarmRow, EquipmentExplanation, LegendRow, RecordSection, TagRow, ValueMark};
 
-/// A piece of equipment: what it is called, how it is, what is known of it.
+/// Faceplate of a piece of equipment: names, alarms, states, values, records.
 #[derive(Clone, Debug, Default)]
 pub struct Faceplate {
-    /// Equipment id.
+    /// Equipment id of the faceplate.
     pub id: String,
-    /// What people call it; may be empty.
+    /// Descriptive name; may be empty.
     pub name: String,
-    /// What it is a part of, from the top.
+    /// Ids of the parent equipment, from the top.
     pub within: Vec<String>,
     /// Other ids of it.
     pub aliases: Vec<String>,
-    /// Its alarms that are not normal, the most urgent first.
+    /// Alarms that are not in the normal state, the most urgent first.
     pub alarms: Vec<AlarmRow>,
-    /// Its alarms that are normal.
+    /// Number of alarms in the normal state.
     pub calm_alarms: usize,
-    /// What the chart in the scene says of it.
+    /// Explanation by the chart in the scene.
     pub verdict: Option<EquipmentExplanation>,
-    /// What overlays show it in.
+    /// States that overlays show the equipment in.
     pub states: Vec<FaceplateState>,
-    /// Its live values.
+    /// Live values of the equipment and its parts.
     pub values: Vec<FaceplateValue>,
     /// Live values beyond those.
     pub more_values: usize,
-    /// What some of them were.
+    /// Trends of selected values.
     pub trends: Vec<Trend>,
-    /// How far back trends go.
+    /// Time span of the trends.
     pub trend_span: Duration,
-    /// What business and management systems have of it.
+    /// Records of business and asset management systems.
     pub records: Arc<[RecordSection]>,
 }
 
 /// A state that an overlay shows equipment in.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FaceplateState {
-    /// The overlay.
+    /// Name of the overlay.
     pub layer: String,
-    /// What it is in.
+    /// Legend entry of the state.
     pub state: LegendRow,
     /// The pole or part of the equipment that it is; none for all of it.
     pub place: Option<String>,
-    /// How the value is marked that it rests on: if that is not good, it is not known.
+    /// Mark of the underlying value; the state is unknown unless the mark is good.
     pub mark: ValueMark,
     /// Age of that value.
     pub age: Option<Duration>,
@@ -58,30 +58,30 @@ pub struct FaceplateState {
 /// A live value of a piece of equipment.
 #[derive(Clone, Debug, Default)]
 pub struct FaceplateValue {
-    /// Its tag's number, for commands.
+    /// Tag number that commands refer to.
     pub tag: u32,
-    /// The tag.
+    /// Row of the tag table.
     pub row: TagRow,
     /// The pole or part of the equipment that it is of; none for all of it.
     pub place: Option<String>,
-    /// Whether its trend is shown; none where it has no history.
+    /// True while the trend is shown; none for a value without history.
     pub is_trended: Option<bool>,
 }
 
-/// What a value was.
+/// Trend of a value.
 #[derive(Clone, Debug, Default)]
 pub struct Trend {
-    /// Its tag's number, for commands.
+    /// Tag number that commands refer to.
     pub tag: u32,
-    /// What it is called.
+    /// Title of the trend.
     pub title: String,
-    /// Its unit.
+    /// Unit of the value.
     pub unit: String,
     /// The local clock now, seconds since 1970-01-01 00:00 as that clock counts.
     pub local_seconds: f64,
-    /// What it was, in order; each holds until the next, the last until now.
+    /// Samples in order of time; each holds until the next, the last until now.
     pub points: Vec<TrendPoint>,
-    /// Its normal band.
+    /// Low and high limit of the normal band.
     pub limits: [Option<f64>; 2],
     /// Times in which the value was not live, in order.
     pub origins: Vec<TrendOrigin>,
@@ -96,22 +96,22 @@ pub struct TrendOrigin {
     pub origin: Origin,
 }
 
-/// What a value was from an instant on.
+/// Sample of a trend.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrendPoint {
     /// Seconds after now: not positive.
     pub at: f64,
-    /// What it was.
+    /// Value and quality from that instant on.
     pub state: TrendState,
 }
 
 /// A number as far as it is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TrendState {
-    /// Good.
+    /// Value of good quality.
     Good(f64),
-    /// Doubtful.
+    /// Value of uncertain quality.
     Uncertain(f64),
-    /// Not known.
+    /// Unknown value: bad quality.
     Bad,
 }

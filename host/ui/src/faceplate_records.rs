@@ -59,13 +59,13 @@ fn work_words(records: &[RecordSection]) -> String {
     }
 }
 
-/// What stands before a part of which any list is in doubt.
+/// Returns the mark before a section in which any list is doubtful.
 fn doubt_of(records: &[RecordSection], kind: Kind) -> &'static str {
     let in_doubt = |section: &RecordSection| section.kind == kind && section.doubt.is_some();
     if records.iter().any(in_doubt) { "× " } else { "" }
 }
 
-/// The worst of what is open.
+/// Returns the greatest severity among the open records.
 fn worst(records: &[RecordSection]) -> Option<Severity> {
     let rows = records.iter().flat_map(|section| &section.rows);
     rows.filter(|row| row.is_open).filter_map(|row| row.severity).max()
@@ -148,7 +148,7 @@ fn rows(ui: &mut Ui, list: &RecordSection) {
     }
 }
 
-/// How bad, whether open, when.
+/// Shows severity, open or closed state, and date of a record.
 fn head(ui: &mut Ui, row: &RecordRow) {
     ui.horizontal(|ui| {
         if let Some(severity) = row.severity {
@@ -162,8 +162,8 @@ fn head(ui: &mut Ui, row: &RecordRow) {
     });
 }
 
-/// A severity in words: filled where it is open and critical, framed where it is open and
-/// serious, else plain.
+/// Shows a severity badge: filled if open and critical, framed if open and serious, plain
+/// otherwise.
 fn badge(ui: &mut Ui, severity: Severity, is_open: bool) {
     let palette = theme::palette(ui.ctx());
     let (ground, ink, line) = match severity {

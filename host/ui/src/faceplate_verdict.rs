@@ -1,5 +1,5 @@
-//! What a chart says of a piece of equipment, as a part of its faceplate: verdict, evidence,
-//! numbers against limits, and where it is in diagrams.
+//! Faceplate section with a chart's explanation: verdict, evidence, values against limits,
+//! diagrams.
 
 use busbar_chart::{Diagram, Evidence, Severity, Table};
 use egui::{
@@ -12,12 +12,12 @@ use crate::{ValueMark, hatch, layers, theme};
 
 /// Points: names of zones have room in it, and two of them in a faceplate.
 const DIAGRAM_SIZE: f32 = 138.0;
-/// Between diagrams, points.
+/// Gap between diagrams, points.
 const GAP: f32 = 8.0;
 /// Points that a reason stands in from the method it is of.
 const INDENT: f32 = 16.0;
 
-/// Shows it; what is said of a part's owner names that.
+/// Shows the explanation; that of a parent names the parent.
 pub(crate) fn show(ui: &mut Ui, faceplate: &str, explained: &EquipmentExplanation) {
     let explanation = &explained.explanation;
     let of = if explained.id == faceplate { "" } else { explained.id.as_str() };
@@ -40,7 +40,7 @@ pub(crate) fn show(ui: &mut Ui, faceplate: &str, explained: &EquipmentExplanatio
     }
 }
 
-/// As many beside each other as there is room for.
+/// Shows the diagrams in rows, as many side by side as fit.
 fn diagrams(ui: &mut Ui, diagrams: &[Diagram]) {
     let fitting = ((ui.available_width() + GAP) / (DIAGRAM_SIZE + GAP)) as usize;
     for row in diagrams.chunks(fitting.max(1)) {
@@ -209,7 +209,7 @@ fn fill_striped(painter: &egui::Painter, corners: &[Pos2]) {
     }
 }
 
-/// From a diagram's plane to the screen, all of it in sight.
+/// Returns the mapping from a diagram's plane to the screen that shows all zones.
 fn fit(diagram: &Diagram, rect: Rect) -> Option<impl Fn([f32; 2]) -> Pos2 + use<>> {
     let corners = diagram.zones.iter().flat_map(|zone| &zone.outline);
     let places: Vec<Pos2> = corners.map(|[x, y]| pos2(*x, *y)).collect();

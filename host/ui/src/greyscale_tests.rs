@@ -1,5 +1,5 @@
-//! Marks of panels and scene are told apart in grey: all pairs of each kind, rasterised as
-//! the host's triangles are.
+//! Greyscale distinction of all marks in panels and scene, tested pair by pair on rasterised
+//! pictures.
 
 use busbar_tags::Origin;
 use egui::epaint::{Primitive, Vertex};
@@ -10,7 +10,7 @@ use crate::layers::{self, FlowArrowKind, LegendRow, Pattern};
 use crate::switch_symbols::{self, SwitchState};
 use crate::{AlarmPriority, ValueMark, hatch, origin_band, origin_mark, theme};
 
-/// Pixels of a side of what is looked at.
+/// Side of a test picture, pixels.
 const SIDE: usize = 48;
 /// Levels of grey, of 255, by which a pixel is seen to differ beside its neighbour.
 const VISIBLE: f32 = 14.0;
@@ -81,7 +81,7 @@ impl Atlas {
     }
 }
 
-/// A triangle over what is there.
+/// Blends a triangle over the picture.
 fn fill(picture: &mut Picture, atlas: &Atlas, clip: Rect, corners: [Vertex; 3]) {
     let [a, b, c] = corners.map(|corner| corner.pos);
     let cross = |o: egui::Pos2, p: egui::Pos2, q: egui::Pos2| {

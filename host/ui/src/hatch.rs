@@ -1,4 +1,4 @@
-//! Hatching: what is not to be relied on must not look live.
+//! Hatching of values that are not reliable.
 
 use egui::{Painter, Pos2, Rect, Stroke, pos2};
 
@@ -16,7 +16,7 @@ pub(crate) fn fill(painter: &Painter, rect: Rect, mark: &ValueMark) {
     draw_stripes(painter, rect, mark);
 }
 
-/// Hatches a place whose value is not good, over what is there.
+/// Hatches a place whose value is not good over its existing content.
 pub(crate) fn draw_stripes(painter: &Painter, rect: Rect, mark: &ValueMark) {
     let step = match mark {
         ValueMark::Bad { .. } | ValueMark::LateDisplay => BAD_STEP,

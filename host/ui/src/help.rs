@@ -7,7 +7,8 @@ use crate::{origin_mark, theme};
 /// Points: all lines fit from the first frame on.
 const WIDTH: f32 = 420.0;
 
-/// Gestures and keys with what they do, in groups; README has the same table.
+/// Gestures and keys with their effects, in groups; the book's page on the window has the same
+/// table.
 const HELP: [(&str, &[(&str, &str)]); 5] = [
     (
         "Camera",
@@ -61,7 +62,7 @@ const HELP: [(&str, &[(&str, &str)]); 5] = [
     ),
 ];
 
-/// Shows the keys while they are asked for.
+/// Shows the key help while it is open.
 pub(crate) fn show(context: &Context, shown: &mut bool) {
     let asked = |input: &egui::InputState| {
         input.key_pressed(Key::F1) || input.key_pressed(Key::Questionmark)
@@ -87,7 +88,7 @@ pub(crate) fn show(context: &Context, shown: &mut bool) {
     });
 }
 
-/// The marks of values that are not live, with what they mean.
+/// Lists the origin marks with their meanings.
 fn origins(ui: &mut Ui) {
     ui.label(RichText::new("Values that are not live").strong());
     ui.end_row();

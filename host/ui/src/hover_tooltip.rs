@@ -1,4 +1,4 @@
-//! The name of what is under the pointer.
+//! Tooltip with the equipment id under the pointer.
 
 use std::time::Duration;
 
@@ -6,9 +6,9 @@ use egui::{Rect, Stroke, StrokeKind, Ui, Vec2, vec2};
 
 use crate::theme;
 
-/// From the pointer's tip to the name, points: below the arrow.
+/// Offset of the tooltip from the pointer's tip, points.
 const OFFSET: Vec2 = vec2(14.0, 18.0);
-/// How long the pointer rests before its place is named.
+/// Pointer rest time before the tooltip appears, seconds.
 const REST_SECONDS: f32 = 0.15;
 const PADDING: Vec2 = vec2(5.0, 2.0);
 

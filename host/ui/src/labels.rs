@@ -27,12 +27,12 @@ const COLUMN_GAP: f32 = 12.0;
 const ORIGIN_GAP: f32 = 5.0;
 /// Boxes in a frame, the most urgent and nearest first; the rest are dots.
 const MAX_BOXES: usize = 200;
-/// How much is seen of a label whose equipment is hidden.
+/// Opacity of a label whose equipment is occluded.
 const HIDDEN_OPACITY: f32 = 0.7;
 /// Lines of a box, the most urgent first.
 const MAX_LINES: usize = 12;
 
-/// Paints labels over the scene, clipped to the viewport and beside what is occupied.
+/// Paints labels over the scene, clipped to the viewport, beside occupied places.
 pub(crate) fn paint(
     ui: &Ui,
     labels: &[Label<'_>],
@@ -82,8 +82,8 @@ pub(crate) fn paint(
     }
 }
 
-/// Which of two labels the other gives way to: what is selected, then what is in alarm, then
-/// what is not as it should be; of equals the nearer one.
+/// Orders labels by placement priority: selected, in alarm, by urgency of the mark, then by
+/// distance.
 fn by_priority(a: &Label<'_>, b: &Label<'_>) -> Ordering {
     let rank = |label: &Label<'_>| (label.selected, label.alarmed, urgency(label));
     rank(b)
@@ -229,7 +229,7 @@ fn most_urgent_lines<'l>(label: &'l Label<'_>) -> Vec<&'l LabelLine<'l>> {
     ranked.into_iter().map(|(_, line)| line).collect()
 }
 
-/// What stands behind a value that is not simply good.
+/// Returns the note beside a value that is not simply good.
 fn note(line: &LabelLine<'_>) -> String {
     let symbol = theme::symbol(&line.mark);
     let age = line.age.map_or_else(String::new, |age| format!(" {}", age_text(age)));
@@ -256,7 +256,7 @@ fn leader(painter: &Painter, label: &Label<'_>, rect: Rect) {
     painter.circle_filled(label.anchor, 2.5, theme::palette(painter.ctx()).weak_text);
 }
 
-/// What is left of a label without room: a dot with its most urgent symbol.
+/// Paints the dot of a label without room, with its most urgent symbol.
 fn anchor_dot(painter: &Painter, label: &Label<'_>) {
     let mark = label.lines.iter().fold(ValueMark::Normal, |m, l| m.most_urgent(l.mark.clone()));
     let (fill, ink) = theme::background_and_text(painter.ctx(), &mark);

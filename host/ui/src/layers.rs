@@ -1,4 +1,4 @@
-//! What overlays show, as layers that can be switched, and their legends.
+//! Overlay layers with visibility switches and legends.
 
 use std::sync::Arc;
 
@@ -16,11 +16,11 @@ const MARGIN: f32 = 8.0;
 const SWATCH_SIZE: [f32; 2] = [26.0, 13.0];
 /// Height of a flag's sample, points.
 const SYMBOL_HEIGHT: f32 = 17.0;
-/// Of the scene's height that they take before the rest is left to scrolling.
+/// Largest share of the scene's height before the legend scrolls.
 const MAX_SHARE: f32 = 0.5;
-/// Of their area.
+/// Id of the egui area.
 const ID: &str = "layers";
-/// How much of a plain state's colour shows on equipment.
+/// Share of the state color in a solid swatch over equipment gray.
 const PLAIN_SHARE: f32 = 0.55;
 /// Points from stripe to stripe.
 const STEP: f32 = 6.0;
@@ -30,15 +30,16 @@ const STEP: f32 = 6.0;
 pub struct LayerRow {
     /// The configuration's id of the overlay.
     pub name: String,
-    /// Whether it is drawn.
+    /// True if the layer is drawn.
     pub shown: bool,
-    /// Tells whether what it shows is late: all of it is hatched, whatever the values are.
+    /// True if the overlay is late: the whole layer is hatched, whatever the qualities of its
+    /// values.
     pub is_late: bool,
     /// The states that it shows equipment in.
     pub legend: Arc<[LegendRow]>,
-    /// Whether it shows where switches stand.
+    /// True if the layer shows switch symbols.
     pub has_switch_symbols: bool,
-    /// Whether it shows flows of power.
+    /// True if the layer shows power-flow arrows.
     pub has_arrows: bool,
     /// The contour that it shows.
     pub contour: Option<ContourRow>,
@@ -47,44 +48,44 @@ pub struct LayerRow {
 /// A contour in a legend.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ContourRow {
-    /// What it is of, with its unit.
+    /// Quantity with its unit.
     pub name: String,
-    /// What is normal, in words.
+    /// Normal band as text.
     pub normal: String,
-    /// From line to line, in words.
+    /// Step between contour lines as text.
     pub step: String,
-    /// How far values count, in words.
+    /// Interpolation radius as text.
     pub reach: String,
-    /// sRGB of what is beyond the normal band: the first step and the last.
+    /// Colors of the first and the last step beyond the normal band, sRGB.
     pub colors: [[u8; 3]; 2],
 }
 
 /// A state of a legend.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LegendRow {
-    /// What it says.
+    /// Name of the state.
     pub name: String,
-    /// sRGB.
+    /// Color of the state, sRGB.
     pub color: [u8; 3],
-    /// What it looks like besides.
+    /// Fill pattern of the state.
     pub pattern: Pattern,
 }
 
-/// What a state looks like besides its colour; in the scene it is the same.
+/// Fill pattern that distinguishes states without color, in legend and scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Pattern {
-    /// Plain.
+    /// Solid fill, no pattern.
     #[default]
     Solid,
-    /// Stripes.
+    /// Diagonal stripes in one direction.
     Striped,
-    /// Stripes that cross.
+    /// Crossed diagonal stripes (cross-hatching).
     Crossed,
-    /// Dots.
+    /// Regular grid of dots.
     Dotted,
 }
 
-/// Where the layers were in the last frame: values that belong to the scene stay beside them.
+/// Returns the rectangle of the layer panel in the last frame; labels are placed beside it.
 pub(crate) fn last_rect(context: &Context, layers: &[LayerRow]) -> Option<Rect> {
     context.memory(|memory| memory.area_rect(Id::new(ID))).filter(|_| !layers.is_empty())
 }
@@ -161,13 +162,13 @@ fn switch_symbol_entry(ui: &mut Ui, state: SwitchState) {
 /// The arrows of a legend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FlowArrowKind {
-    /// Within the rating.
+    /// Flow within the rating.
     Within,
-    /// Above it.
+    /// Flow above the rating.
     Above,
-    /// Nothing flows.
+    /// No flow at all.
     None,
-    /// Nobody knows.
+    /// Flow of unknown amount.
     Unknown,
 }
 

@@ -1,7 +1,8 @@
 //! egui panels, labels and viewport input: a view model in, commands out.
 //!
-//! Invariant: nothing here knows Vulkan, plugins or where a value comes from;
-//! a panel never changes state, it asks by a [`Command`].
+//! Invariant: no code here knows Vulkan, plugins or the source of a value. Panels never change
+//! state; they return [`Command`]s.
+#![doc = include_str!("../DESIGN.md")]
 
 mod alarm_banner;
 mod alarm_detail;
@@ -96,11 +97,11 @@ pub struct Panels {
     lists_alarms: bool,
     side: SidePanel,
     face: FaceplatePanel,
-    /// Where labels were.
+    /// Label slots of the last frame.
     placement: LabelPlacement,
 }
 
-/// How panels and labels look.
+/// Appearance of panels and labels.
 #[derive(Clone, Debug)]
 pub struct Appearance {
     /// Dark, for night shifts, or light.
@@ -111,42 +112,42 @@ pub struct Appearance {
     pub font: Option<Vec<u8>>,
 }
 
-/// Lists that may be very long: only rows in view are asked for.
+/// Models of long lists; only visible rows are requested.
 pub struct ListModels<'a> {
-    /// Tags.
+    /// Rows of the tag table.
     pub tags: &'a dyn TagRows,
-    /// Alarms.
+    /// Rows of the alarm list.
     pub alarms: &'a dyn AlarmRows,
-    /// Equipment.
+    /// Rows of the equipment tree.
     pub equipment: &'a dyn EquipmentRows,
 }
 
-/// What lies over the scene.
+/// Content painted over the 3D scene.
 #[derive(Clone, Debug, Default)]
 pub struct SceneOverlay<'a> {
-    /// Labels at equipment.
+    /// Labels at the equipment.
     pub labels: Vec<Label<'a>>,
     /// Marks at equipment in alarm.
     pub alarm_markers: Vec<AlarmMarker>,
-    /// Where switches stand.
+    /// Symbols of switch positions.
     pub switch_symbols: Vec<SwitchSymbol>,
-    /// What is being measured.
+    /// Chain of measured points.
     pub measurement: Option<Measurement>,
-    /// Whether the camera has just come to another place: labels are placed anew.
+    /// True if the camera has just arrived at another position; label slots are reset then.
     pub arrived: bool,
-    /// Equipment id of what is under the pointer.
+    /// Equipment id under the pointer.
     pub hovered: Option<String>,
-    /// What belongs to a chart that stands in the scene.
+    /// Texts and axes of the chart in the scene.
     pub chart: Option<ChartOverlay>,
 }
 
-/// What one pass over the panels gave.
+/// Result of one pass over the panels.
 pub struct PanelsOutput {
-    /// What the operator asked for, in order.
+    /// Operator commands in order of occurrence.
     pub commands: Vec<Command>,
-    /// Where the 3D scene is not covered by panels, points.
+    /// Area of the 3D scene that panels leave free, points.
     pub viewport: Rect,
-    /// Shapes and platform requests for whoever draws.
+    /// Shapes and platform requests of egui.
     pub egui: FullOutput,
 }
 
@@ -172,7 +173,7 @@ impl Panels {
         }
     }
 
-    /// Shows the panels, or labels alone, under the band that says what is not live.
+    /// Shows the panels, or labels alone; the origin band stays in both cases.
     pub fn set_shown(&mut self, shown: bool) {
         self.shown = shown;
     }
@@ -191,7 +192,7 @@ impl Panels {
         theme::set_dark(&self.context, is_dark);
     }
 
-    /// Whether the theme is the dark one.
+    /// Reports whether the dark theme is active.
     pub fn is_dark(&self) -> bool {
         self.context.theme() == egui::Theme::Dark
     }

@@ -6,20 +6,20 @@ use crate::theme;
 
 const POINT_RADIUS: f32 = 3.5;
 const PADDING: Vec2 = vec2(5.0, 2.0);
-/// From the middle of a line to its text, points.
+/// Distance of the text from the middle of its line, points.
 const ASIDE: f32 = 12.0;
 
 /// Points that are measured between, in their order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Measurement {
-    /// Points.
+    /// Measured points in their order.
     pub points: Vec<MeasuredPoint>,
 }
 
 /// A point of a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MeasuredPoint {
-    /// Where it is on the screen, points; none behind the camera.
+    /// Screen position, points; none behind the camera.
     pub at: Option<Pos2>,
     /// World space, metres; y is up.
     pub world: [f64; 3],
@@ -121,7 +121,7 @@ fn caption(
     );
 }
 
-/// To the millimetre.
+/// Formats a length to the millimetre.
 fn metres(length: f64) -> String {
     format!("{length:.3} m")
 }

@@ -65,7 +65,7 @@ fn span(least: f64, greatest: f64) -> String {
     format!("{:.0}–{:.0}", least * 100.0, greatest * 100.0)
 }
 
-/// What concerns the whole view: the scale of all thetas, wireframe, measuring, cameras.
+/// Shows controls of the whole view: theta scale, wireframe, measuring, section, cameras.
 pub(crate) fn show_view_controls(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) {
     if model.models.iter().any(|row| row.s1 + row.s2 > 0) {
         theta_scale_slider(ui, model, commands);

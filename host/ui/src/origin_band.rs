@@ -1,5 +1,5 @@
-//! The band across the scene while what it shows is not live: replay, simulation, test,
-//! history. Nobody can hide it, and nothing lies over it.
+//! Origin band across the scene while values are not live: replay, simulation, test, history.
+//! Nothing hides or covers the band.
 
 use busbar_tags::Origin;
 use egui::{
@@ -9,17 +9,17 @@ use egui::{
 
 use crate::{origin_mark, theme};
 
-/// Height of a row of words, points; lower where the window is low.
+/// Height of a row of text, points; a low window has lower rows.
 const ROW_HEIGHT: f32 = 20.0;
 const LOW_ROW_HEIGHT: f32 = 15.0;
 /// Height of a window that is low, points.
 const LOW_WINDOW: f32 = 260.0;
 /// Size of letters, as a share of a row's height.
 const LETTERS: f32 = 0.68;
-/// Points between words, and of the stripes between repetitions.
+/// Gap between texts, and width of the stripes between repetitions, points.
 const WORD_GAP: f32 = 16.0;
 const STRIPES: f32 = 44.0;
-/// Points between stripes.
+/// Distance between stripes, points.
 const STRIPE_STEP: f32 = 8.0;
 /// A scene narrower than this has the band across the whole window, points.
 const MIN_SCENE_WIDTH: f32 = 160.0;
@@ -49,7 +49,7 @@ pub(crate) fn paint(context: &Context, place: Rect, origin: Origin) {
     }
 }
 
-/// Paints words in the middle of a row, and again to its sides as far as there is room.
+/// Paints the texts in the middle of a row and repeats them to both sides where there is room.
 fn paint_row(painter: &Painter, line: Rect, words: &[&str]) {
     let width = width(painter.ctx(), words);
     let step = width + 2.0 * WORD_GAP + STRIPES;
@@ -89,7 +89,7 @@ fn stripe(painter: &Painter, place: Rect) {
     }
 }
 
-/// Words of the band, in as many rows as they need.
+/// Returns the texts of the band, broken into rows.
 fn rows(context: &Context, room: f32, origin: Origin) -> Vec<Vec<&'static str>> {
     let mut rows: Vec<Vec<&'static str>> = Vec::new();
     for word in origin_mark::words(origin).filter_map(|words| words.band) {

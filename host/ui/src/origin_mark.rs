@@ -19,13 +19,13 @@ pub(crate) struct OriginText {
     pub(crate) origin: Origin,
     /// Letters at a value.
     pub(crate) letters: &'static str,
-    /// Word of the band, where the view says it as a whole.
+    /// Text of the origin band; none for an origin that is marked at values alone.
     pub(crate) band: Option<&'static str>,
     /// Explanation among the keys.
     pub(crate) meaning: &'static str,
 }
 
-/// All origins but live, in the order in which they are shown.
+/// All origins except live, in display order.
 pub(crate) const ORIGINS: [OriginText; 5] = [
     OriginText {
         origin: Origin::RECORDED,
@@ -59,7 +59,7 @@ pub(crate) const ORIGINS: [OriginText; 5] = [
     },
 ];
 
-/// The words of the origins that are set.
+/// Returns the texts of the origins that are set.
 pub(crate) fn words(origin: Origin) -> impl Iterator<Item = &'static OriginText> {
     ORIGINS.iter().filter(move |words| origin.contains(words.origin))
 }
@@ -78,7 +78,7 @@ pub(crate) fn size(painter: &Painter, origin: Origin) -> Vec2 {
     }
 }
 
-/// Paints the tags of an origin beside a place; gives what they cover.
+/// Paints the origin tags beside a position and returns their rectangle.
 pub(crate) fn paint(painter: &Painter, at: Pos2, align: Align2, origin: Origin) -> Rect {
     let place = align.anchor_size(at, size(painter, origin));
     let palette = theme::palette(painter.ctx());

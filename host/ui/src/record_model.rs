@@ -1,28 +1,27 @@
-//! What business and management systems have of a piece of equipment.
+//! View model of records from business and asset management systems.
 
 use busbar_records::{Kind, Severity};
 
 /// A list as far as it is about one piece of equipment.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RecordSection {
-    /// What it is called.
+    /// Title of the list.
     pub title: String,
-    /// What it is about.
+    /// Kind of the list: business or asset.
     pub kind: Kind,
-    /// Where it comes from.
+    /// Name of the source system.
     pub source: String,
-    /// When it was so there, by the local clock; empty where that is not known.
+    /// Local time at which the source's content was read; empty while unknown.
     pub as_of: String,
-    /// Why it may not be as the source has it now, if it may not.
+    /// Reason why the list may be outdated; none while it is current.
     pub doubt: Option<String>,
-    /// Rows of the source that are left out since something is wrong with them, and the first
-    /// of them in words.
+    /// Number of faulty source rows that are left out, and the fault of the first.
     pub left_out: (u64, String),
     /// Rows of the equipment, in the order in which they are to be looked at.
     pub rows: Vec<RecordRow>,
-    /// Rows beyond those.
+    /// Number of further rows that are not listed.
     pub more: usize,
-    /// How many of all are open.
+    /// Number of open rows among all.
     pub open: usize,
 }
 
@@ -31,11 +30,11 @@ pub struct RecordSection {
 pub struct RecordRow {
     /// The pole or part of the equipment that it is of; none for all of it.
     pub place: Option<String>,
-    /// How bad it is, where it is a defect.
+    /// Severity of a defect; none for other records.
     pub severity: Option<Severity>,
-    /// Whether something is to be done still.
+    /// True while the work is open.
     pub is_open: bool,
-    /// When it was reported or done.
+    /// Date at which it was reported or done.
     pub when: String,
     /// Names of columns with what stands in them.
     pub cells: Vec<(String, String)>,

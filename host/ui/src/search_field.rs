@@ -1,4 +1,4 @@
-//! A line to type in, with what is found below it.
+//! Search field above a result list, with keyboard navigation.
 
 use egui::{EventFilter, Id, Key, Modifiers, TextEdit, Ui};
 
@@ -9,24 +9,24 @@ const MAX_CHARACTERS: usize = 200;
 const OURS: EventFilter =
     EventFilter { tab: false, horizontal_arrows: true, vertical_arrows: true, escape: true };
 
-/// What was typed, and where the keys stand in what was found.
+/// Search field with a keyboard cursor in the result list.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SearchField {
     pub(crate) query: String,
     wants_focus: bool,
     /// The row that keys are at.
     pub(crate) cursor: usize,
-    /// Where the rows are scrolled to, and how much of them is seen, points.
+    /// Scroll offset and visible height of the rows, points.
     offset: f32,
     height: f32,
-    /// Where they must be scrolled to.
+    /// Scroll offset to apply in the next frame.
     goal: Option<f32>,
 }
 
-/// What keys ask for in a field.
+/// Keyboard requests of a search field.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct FieldKeys {
-    /// What is at the cursor is meant.
+    /// True if Enter confirms the row at the cursor.
     pub(crate) enters: bool,
     /// A branch is to be opened, or closed.
     pub(crate) opens: Option<bool>,

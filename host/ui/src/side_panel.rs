@@ -1,4 +1,4 @@
-//! The panel at the left: equipment, tags, what is drawn, plugins.
+//! Side panel with the tabs equipment, tags, display and plugins.
 
 use egui::{Event, Key, ScrollArea, Ui};
 
@@ -6,7 +6,7 @@ use crate::equipment_panel::EquipmentPanel;
 use crate::search_field::SearchField;
 use crate::{Command, ListModels, ViewModel, model_panel, plugin_panel, tag_panel};
 
-/// What the panel shows one of.
+/// Tab of the side panel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Tab {
     #[default]
@@ -85,7 +85,7 @@ impl SidePanel {
     }
 }
 
-/// How the scene is drawn: models with their detail, and the view.
+/// Shows the display tab: view controls, models with their level of detail.
 fn display(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) {
     // The bar stands at the edge, not over the rows.
     let area = ScrollArea::vertical().id_salt("display").auto_shrink(false);

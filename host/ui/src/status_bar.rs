@@ -5,7 +5,7 @@ use egui::{Align, Align2, Label, Layout, Rect, RichText, Ui, vec2};
 use crate::model_panel::thousands;
 use crate::{ValueMark, ViewModel, theme};
 
-/// Characters of a line of a fault; all of it is told where the pointer rests.
+/// Longest fault text in the status bar, characters; the tooltip has the whole text.
 const MAX_FAULT_LINE: usize = 400;
 /// Points between the clock and the edge of the scene, and around its digits.
 const CLOCK_MARGIN: f32 = 8.0;
@@ -60,7 +60,7 @@ pub(crate) fn paint_clock(ui: &Ui, scene: Rect, model: &ViewModel) {
     painter.galley(place.min + vec2(CLOCK_PADDING, CLOCK_PADDING), text, palette.text);
 }
 
-/// What keeps the configuration on the disk from being shown, until it is mended.
+/// Shows the fault that keeps the configuration file from being loaded.
 fn show_fault(ui: &mut Ui, fault: &str) {
     let mark = ValueMark::Warning;
     let (ground, ink) = theme::background_and_text(ui.ctx(), &mark);

@@ -1,5 +1,5 @@
-//! Flags of switches in the scene: where one stands, by shape and word (after IEC 60617-7:
-//! what conducts is filled), so that it needs no colour.
+//! Switch position symbols in the scene, after IEC 60617-7: filled means conducting, so that no
+//! color is needed.
 
 use std::time::Duration;
 
@@ -11,37 +11,36 @@ use crate::{ValueMark, hatch, origin_mark, theme};
 
 /// Half a side of a flag, points.
 const HALF: f32 = 7.0;
-/// From a flag's edge to the paper around it, points.
+/// Padding between a symbol's edge and its background, points.
 const PAPER: f32 = 3.0;
-/// Words beside flags of normal positions as far as this, metres: farther off the shape
-/// tells it. What is not normal has its word everywhere.
+/// Greatest distance at which normal positions have a word, metres; abnormal ones always have it.
 const MAX_WORD_METRES: f32 = 70.0;
 /// Flags of normal positions as far as this, metres.
 const MAX_METRES: f32 = 220.0;
-/// Flags in a frame, what is not normal first, then the nearest.
+/// Symbols in a frame: abnormal positions first, then the nearest.
 const MAX_SYMBOLS: usize = 300;
 
-/// Where a switch stands, as far as it is known.
+/// Switch position as far as it is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SwitchState {
-    /// It does not conduct.
+    /// Open: the switch does not conduct.
     Open,
-    /// It conducts.
+    /// Closed: the switch conducts.
     Closed,
-    /// It is on its way.
+    /// Travelling between the end positions.
     Travelling,
-    /// What is reported contradicts itself.
+    /// Contradictory report of the position.
     Invalid,
-    /// What was reported is not good.
+    /// Position of bad or uncertain quality.
     Unknown,
 }
 
 impl SwitchState {
-    /// All of them, for a legend.
+    /// All states, for the legend.
     pub(crate) const ALL: [Self; 5] =
         [Self::Open, Self::Closed, Self::Travelling, Self::Invalid, Self::Unknown];
 
-    /// In a word.
+    /// Returns the state as one word.
     pub(crate) fn word(self) -> &'static str {
         match self {
             Self::Open => "open",
@@ -60,15 +59,15 @@ impl SwitchState {
 /// A flag at a switch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SwitchSymbol {
-    /// Where the switch is on the screen, points.
+    /// Screen position of the switch, points.
     pub anchor: Pos2,
-    /// From the eye, metres.
+    /// Distance from the eye, metres.
     pub distance: f32,
-    /// Where it stands.
+    /// Position of the switch.
     pub state: SwitchState,
-    /// Age of what is not good.
+    /// Age of a value that is not good.
     pub age: Option<Duration>,
-    /// Origin of what is reported.
+    /// Origin of the reported position.
     pub origin: Origin,
 }
 

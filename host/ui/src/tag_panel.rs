@@ -11,7 +11,7 @@ const ROW_HEIGHT: f32 = 18.0;
 /// Shares of the width: name, value, quality, age.
 const COLUMNS: [f32; 4] = [0.36, 0.24, 0.26, 0.14];
 
-/// Shows the tags that have the words of the filter in their names.
+/// Shows the tags that match the filter.
 pub(crate) fn show(
     ui: &mut Ui,
     filter: &mut SearchField,
@@ -105,7 +105,7 @@ fn text_in(ui: &mut Ui, place: egui::Rect, right: bool, text: RichText) {
     cell_ui.add(egui::Label::new(text).selectable(false).truncate());
 }
 
-/// What is said of a value by its mark.
+/// Returns the quality text of a mark.
 pub(crate) fn quality_text(mark: &ValueMark) -> String {
     let symbol = theme::symbol(mark);
     match mark {

@@ -6,7 +6,7 @@ use crate::alarm_model::{AlarmRow, AlarmRows};
 use crate::equipment_model::{EquipmentRow, EquipmentRows};
 use crate::view_model::{TagRow, TagRows};
 
-/// Lists without rows.
+/// List model without rows.
 pub(crate) struct EmptyList;
 
 impl TagRows for EmptyList {

@@ -1,4 +1,4 @@
-//! Light grey, calm; saturated colour only for the abnormal. Dark grey for night shifts.
+//! Themes: light grey for day, dark grey for night shifts; saturated colors only for abnormal states.
 
 use std::sync::Arc;
 
@@ -9,18 +9,18 @@ use egui::{
 
 use crate::ValueMark;
 
-/// Text of values.
+/// Text color of values in the light theme and on alarm colors.
 pub(crate) const DARK_TEXT: Color32 = Color32::from_gray(28);
-/// Text beside values.
+/// Color of secondary text in the light theme.
 pub(crate) const LIGHT_WEAK_TEXT: Color32 = Color32::from_gray(78);
-/// Panels and labels.
+/// Background of panels and labels in the light theme.
 pub(crate) const LIGHT_BACKGROUND: Color32 = Color32::from_gray(240);
-/// Lines and borders.
+/// Color of lines and borders in the light theme.
 pub(crate) const LIGHT_BORDER: Color32 = Color32::from_gray(150);
 
 /// A value outside its normal band; an alarm of medium priority. Ink on it is dark.
 pub(crate) const WARNING: Color32 = Color32::from_rgb(250, 190, 40);
-/// What needs action at once. Ink on it is white.
+/// Color of values that need immediate action. Text on it is white.
 pub(crate) const ALARM: Color32 = Color32::from_rgb(196, 22, 28);
 
 /// Note beside what an overlay drew that is late.
@@ -28,28 +28,28 @@ pub(crate) const LATE_DISPLAY: &str = "display late";
 /// The name of the configuration's font within the context.
 const SITE_FONT: &str = "site";
 
-/// Colours that a theme chooses; those of what is abnormal are the same in all.
+/// Color palette of a theme; colors of abnormal states are the same in all themes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Palette {
-    /// Text of values.
+    /// Text color of values.
     pub(crate) text: Color32,
-    /// Text beside values.
+    /// Color of secondary text.
     pub(crate) weak_text: Color32,
-    /// Panels and labels.
+    /// Background of panels and labels.
     pub(crate) background: Color32,
-    /// Lines and borders.
+    /// Color of lines and borders.
     pub(crate) border: Color32,
-    /// The stripes of what is not to be relied on.
+    /// Color of hatching stripes.
     pub(crate) hatch: Color32,
-    /// Under those stripes where it is bad.
+    /// Background under the hatching of bad values.
     pub(crate) bad_background: Color32,
-    /// What is selected in the scene.
+    /// Outline color of the selection in the scene.
     pub(crate) selection: Color32,
-    /// Under what is selected in a list.
+    /// Background of the selected row in a list.
     pub(crate) list_selection: Color32,
     /// Buttons, at rest and with the pointer on them.
     button: [Color32; 2],
-    /// Where text is typed.
+    /// Background of text fields.
     field: Color32,
 }
 
@@ -126,7 +126,7 @@ impl Palette {
     }
 }
 
-/// What stands before a marked value.
+/// Returns the symbol before a marked value.
 pub(crate) fn symbol(mark: &ValueMark) -> &'static str {
     match mark {
         ValueMark::Normal => "",

@@ -1,4 +1,4 @@
-//! What a value was: a curve over the local clock, with gaps where it was not known.
+//! Trend curve of a value over the local clock, with gaps while the value is unknown.
 
 use std::ops::RangeInclusive;
 use std::time::Duration;
@@ -14,7 +14,7 @@ use crate::{
 const HEIGHT: f32 = 104.0;
 /// Room for the numbers beside it, points.
 const NUMBERS_WIDTH: f32 = 46.0;
-/// How far back trends go, to choose from.
+/// Time spans that the operator can choose.
 const SPANS: [(u64, &str); 4] =
     [(10 * 60, "10 min"), (3600, "1 h"), (2 * 3600, "2 h"), (4 * 3600, "4 h")];
 /// Seconds between lines of time, to choose from.

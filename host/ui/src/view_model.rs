@@ -1,4 +1,4 @@
-//! What the panels show, and what they can ask for.
+//! View model: everything that the panels show in a frame.
 
 use std::time::Duration;
 
@@ -12,17 +12,17 @@ use crate::{AlarmModel, AxisSection, CameraMode, ChartModel, Faceplate, LayerRow
 pub struct ViewModel {
     /// Models with their collapse stacks.
     pub models: Vec<ModelRow>,
-    /// Plugins.
+    /// Plugin instances with their links.
     pub plugins: Vec<PluginRow>,
     /// Overlays, in the order in which they are drawn.
     pub layers: Vec<LayerRow>,
     /// Names of the configuration's cameras.
     pub cameras: Vec<String>,
-    /// What numbers go to.
+    /// Cameras that number keys lead to.
     pub bookmarks: Vec<Bookmark>,
-    /// How the camera is moved, and through what lens it looks.
+    /// Navigation mode and projection of the camera.
     pub navigation: Navigation,
-    /// Whether the scene is drawn as wireframe.
+    /// True if the scene is drawn as wireframe.
     pub wireframe: bool,
     /// Factor on the thetas that policies choose.
     pub theta_scale: f64,
@@ -32,51 +32,51 @@ pub struct ViewModel {
     pub section: Option<AxisSection>,
     /// The least and greatest coordinates of the scene, metres.
     pub extent: [[f32; 3]; 2],
-    /// What is said of alarms; none where there are none configured.
+    /// Alarm model; none without configured alarms.
     pub alarms: Option<AlarmModel>,
     /// The chart that stands in the scene; none where there is none.
     pub chart: Option<ChartModel>,
     /// The line at the bottom.
     pub status: StatusBarModel,
-    /// Equipment id of what is selected, or how many are.
+    /// Equipment id of the selection, or the number of selected pieces.
     pub selected: Option<String>,
-    /// What is said of the equipment that is selected; none where none or several are.
+    /// Faceplate of the selected equipment; none unless exactly one is selected.
     pub faceplate: Option<Faceplate>,
-    /// What is measured, in words; none when nothing is.
+    /// Measurement as text; none while nothing is measured.
     pub measuring: Option<String>,
     /// Origins of what the view shows, for the band over the scene; live without any.
     pub origin: Origin,
 }
 
-/// How the camera is moved.
+/// Navigation state of the camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Navigation {
-    /// By what gestures.
+    /// Navigation mode of the camera.
     pub mode: CameraMode,
-    /// Whether what is far is as large as what is near.
+    /// True for orthographic projection.
     pub orthographic: bool,
-    /// Of flying, metres a second.
+    /// Flying speed, metres a second.
     pub speed: f32,
 }
 
 /// A camera that a number goes to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Bookmark {
-    /// 1 to [`MAX_BOOKMARKS`](crate::MAX_BOOKMARKS).
+    /// Bookmark number, 1 to [`MAX_BOOKMARKS`](crate::MAX_BOOKMARKS).
     pub number: usize,
-    /// Its name in the configuration; none for one that was stored.
+    /// Name of a configured camera; none for a stored one.
     pub name: Option<String>,
 }
 
 /// A model and where the cursors of its instances stand.
 #[derive(Clone, Debug, Default)]
 pub struct ModelRow {
-    /// Name.
+    /// Name of the model.
     pub name: String,
     /// Proportion of vertices simplified, 0 to 1: the least and the greatest
     /// of its instances.
     pub theta: [f64; 2],
-    /// Whether the configured policies choose theta, and not the slider.
+    /// True if the configured policies choose theta instead of the slider.
     pub by_policy: bool,
     /// Entries to be collapsed, summed over instances.
     pub s1: u64,
@@ -88,7 +88,7 @@ pub struct ModelRow {
     pub instances: usize,
 }
 
-/// How a value must be marked.
+/// Presentation of a value by quality and severity.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum ValueMark {
     /// Good and in its normal band.
@@ -98,52 +98,53 @@ pub enum ValueMark {
     Warning,
     /// Good, and needs action.
     Alarm,
-    /// Doubtful.
+    /// Value of uncertain quality.
     Uncertain {
-        /// Why.
+        /// Reason of the quality.
         reason: String,
     },
-    /// Not to be relied on.
+    /// Value of bad quality.
     Bad {
-        /// Why.
+        /// Reason of the quality.
         reason: String,
     },
-    /// Drawn by an overlay that is late: what is shown is old, which says nothing of the value.
+    /// Value drawn by a late overlay: the picture is old, which does not affect the value's
+    /// quality.
     LateDisplay,
 }
 
-/// The tags, as many as there may be: only rows in view are asked for.
+/// Rows of the tag table; only visible rows are requested.
 pub trait TagRows {
     /// Number of tags that are listed.
     fn len(&self) -> usize;
 
-    /// Number of tags.
+    /// Returns the total number of tags.
     fn total(&self) -> usize;
 
-    /// Whether more fit what was asked for than are listed.
+    /// Reports whether more tags match the filter than are listed.
     fn is_truncated(&self) -> bool;
 
-    /// Whether there is none.
+    /// Reports whether no tag is listed.
     fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// One tag.
+    /// Returns one row of the table.
     fn row(&self, index: usize) -> TagRow;
 }
 
-/// A tag.
+/// Row of the tag table.
 #[derive(Clone, Debug, Default)]
 pub struct TagRow {
-    /// Id.
+    /// Tag id of the configuration.
     pub id: String,
-    /// Name.
+    /// Descriptive name of the tag.
     pub name: String,
-    /// Last value.
+    /// Last value as text.
     pub value: String,
-    /// Unit.
+    /// Unit of the value.
     pub unit: String,
-    /// How it is marked.
+    /// Mark of the value.
     pub mark: ValueMark,
     /// Time since the value came.
     pub age: Option<Duration>,
@@ -156,30 +157,30 @@ pub struct TagRow {
 /// A label at a piece of equipment.
 #[derive(Clone, Debug, Default)]
 pub struct Label<'a> {
-    /// Equipment id.
+    /// Equipment id of the label.
     pub title: String,
-    /// Where the equipment is on the screen, points.
+    /// Screen position of the equipment, points.
     pub anchor: Pos2,
     /// Distance from the camera, metres: nearer labels come first.
     pub distance: f32,
-    /// Lines.
+    /// Lines of the label.
     pub lines: Vec<LabelLine<'a>>,
-    /// Whether the equipment is selected.
+    /// True if the equipment is selected.
     pub selected: bool,
-    /// Whether the equipment is in alarm: its label comes before others.
+    /// True if the equipment is in alarm; its label takes precedence.
     pub alarmed: bool,
-    /// Whether the equipment is behind other equipment.
+    /// True if the equipment is occluded.
     pub hidden: bool,
 }
 
 /// A line of a label.
 #[derive(Clone, Debug, Default)]
 pub struct LabelLine<'a> {
-    /// Caption.
+    /// Caption of the line.
     pub caption: &'a str,
-    /// Value with unit.
+    /// Value with its unit.
     pub text: &'a str,
-    /// How it is marked.
+    /// Mark of the value.
     pub mark: ValueMark,
     /// Time since the value came.
     pub age: Option<Duration>,
@@ -190,31 +191,31 @@ pub struct LabelLine<'a> {
 /// State of a plugin's link.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LinkIndicator {
-    /// It has no link.
+    /// Plugin without a link.
     #[default]
     None,
-    /// Up.
+    /// Link that is up.
     Up,
-    /// Connecting.
+    /// Link is being established.
     Waiting,
     /// Down, or the plugin failed.
     Down,
 }
 
-/// A plugin instance.
+/// Row of a plugin instance.
 #[derive(Clone, Debug, Default)]
 pub struct PluginRow {
     /// Name in the configuration.
     pub name: String,
     /// Plugin id and version.
     pub plugin: String,
-    /// Link.
+    /// State of the link.
     pub link_indicator: LinkIndicator,
-    /// What it last said.
+    /// Last message of the plugin.
     pub message: String,
-    /// How its process is.
+    /// Process state as text.
     pub process: String,
-    /// Whether it waits for somebody or something to start it.
+    /// True if a restart is pending or the plugin is quarantined.
     pub can_start: bool,
     /// Origin that all its values have.
     pub origin: Origin,
@@ -223,21 +224,19 @@ pub struct PluginRow {
 /// The line at the bottom.
 #[derive(Clone, Debug, Default)]
 pub struct StatusBarModel {
-    /// Time of day with seconds, so that a picture that stands still is noticed; none in
-    /// pictures that nobody watches.
+    /// Time of day with seconds, which reveals a frozen picture; none in unattended pictures.
     pub clock: Option<String>,
-    /// Tells whether the clock is shown where the panels are hidden.
+    /// True if the clock stays visible while the panels are hidden.
     pub keeps_clock: bool,
-    /// Triangles drawn.
+    /// Number of triangles drawn.
     pub triangles: u64,
     /// Triangles at full detail.
     pub triangles_full: u64,
     /// Time of the last frame, milliseconds.
     pub frame_millis: f64,
-    /// What the GPU took for a frame and its stages, milliseconds; empty where it cannot
-    /// tell.
+    /// GPU time of a frame and its stages, milliseconds; empty on devices without timestamps.
     pub gpu_millis: Vec<(&'static str, f64)>,
-    /// Graphics device.
+    /// Name of the graphics device.
     pub device: String,
     /// Tags of good quality.
     pub good: usize,
@@ -245,7 +244,7 @@ pub struct StatusBarModel {
     pub uncertain: usize,
     /// Tags of bad quality.
     pub bad: usize,
-    /// Faults of the configuration as it is on the disk, which is not what is shown.
+    /// Faults of the configuration file on the disk, which therefore is not shown.
     pub fault: Option<String>,
 }
 
@@ -255,7 +254,7 @@ impl ValueMark {
         if other.urgency() > self.urgency() { other } else { self }
     }
 
-    /// 0 is normal.
+    /// Returns the urgency; 0 is normal.
     pub fn urgency(&self) -> u8 {
         match self {
             Self::Normal => 0,
@@ -267,7 +266,7 @@ impl ValueMark {
     }
 }
 
-/// An age in words: `0.4 s`, `12 s`, `3 min`, `5 h`.
+/// Formats an age: `0.4 s`, `12 s`, `3 min`, `5 h`.
 pub fn age_text(age: Duration) -> String {
     match age.as_secs() {
         0..10 => format!("{:.1} s", age.as_secs_f64()),

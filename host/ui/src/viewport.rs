@@ -6,7 +6,7 @@ use crate::{CameraMode, Command, MAX_BOOKMARKS, StandardView, ViewModel, theme};
 
 /// Distance factor of one point of scrolling.
 const ZOOM_PER_POINT: f32 = 0.998;
-/// A rectangle smaller than this is a click with an unsteady hand, points.
+/// Smallest selection rectangle, points; a smaller one counts as a click.
 const MIN_RECTANGLE: f32 = 3.0;
 /// Digits of bookmarks, from 1.
 const DIGITS: [Key; MAX_BOOKMARKS] = [
@@ -34,7 +34,7 @@ const MOVES: [(Key, [f32; 3]); 10] = [
     (Key::Q, [0.0, -1.0, 0.0]),
 ];
 
-/// Turns input over the scene into commands, as [`crate::help`] tells it.
+/// Translates input over the scene into commands (see [`crate::help`]).
 pub(crate) fn handle(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) {
     let response = ui.allocate_rect(ui.max_rect(), Sense::click_and_drag());
     drags(ui, &response, commands);
@@ -111,7 +111,8 @@ fn clicks(response: &Response, model: &ViewModel, commands: &mut Vec<Command>) {
     }
 }
 
-/// By the modifiers of each press: where frames are slow they are let go of by now.
+/// Handles key presses with the modifiers of each event: in slow frames they may be released
+/// already.
 fn keys(input: &InputState, model: &ViewModel, commands: &mut Vec<Command>) {
     for event in &input.events {
         if let Event::Key { key, pressed: true, repeat: false, modifiers, .. } = event {

@@ -1,5 +1,5 @@
-//! How long it takes to brush, count and draw polylines on nine axes: on the device, and
-//! (without drawing) by a plain loop on one core, in the same run, with equal results.
+//! Benchmark of brushing, counting and drawing polylines on nine axes: on the device, and by a
+//! plain loop on one core without drawing. Both results must be equal.
 //!
 //! `cargo run --release -p busbar_viewer --example density [RECORDS]`
 #![allow(clippy::print_stdout, reason = "the table is this program's output")]
@@ -23,7 +23,7 @@ const AXES: usize = 9;
 /// Records that are appended at once.
 const PAGE: usize = 1 << 16;
 const ROUNDS: usize = 5;
-/// Of the picture that is drawn, pixels.
+/// Size of the drawn picture, pixels.
 const SIZE: [u32; 2] = [1280, 720];
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -54,13 +54,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         arrangement: 1,
         axes: AXES,
         values: records.values(),
-        shown: &shown,
+        binned_axes: &shown,
         flipped: &[false; AXES],
         pairs: &pairs,
         brushes: &[],
         any: false,
-        known: None,
-        given: None,
+        record_filter: None,
+        brush_filter: None,
     };
     let start = Instant::now();
     renderer.count_records(&input)?;
@@ -119,7 +119,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Draws the picture of what was counted last, across the whole view, and waits for it.
+/// Draws the last density count across the whole view, and waits for the device.
 fn draw(renderer: &mut Renderer, revision: u64) -> Result<(), Box<dyn Error>> {
     let place = |axis: usize| Vec3::new(axis as f32 / (AXES - 1) as f32 * 3.2 - 1.6, -0.9, 0.0);
     let plane = |pair: usize| DensityPlane {

@@ -16,7 +16,7 @@ const SIZE: [u32; 2] = [1280, 720];
 const POINTS: usize = 5_400;
 const PIECES: usize = 900;
 const BURST: usize = 1_000;
-/// Until everything has come once.
+/// Warm-up time until every value has arrived once.
 const SETTLING: Duration = Duration::from_secs(4);
 const FRAME: Duration = Duration::from_micros(16_667);
 const DEFAULT_SECONDS: u64 = 10;
@@ -86,7 +86,7 @@ fn measure(folder: &Path, plugins: &Path, calm: Duration) -> Result<(), AnyError
     Ok(())
 }
 
-/// Equipment without models: what is measured is not the drawing.
+/// Configuration of equipment without models, so that drawing is not measured.
 fn configuration(plugins: &Path, until_burst: Duration) -> Value {
     let (mut tags, mut alarms) = (Map::new(), Map::new());
     let mut bindings = Vec::new();

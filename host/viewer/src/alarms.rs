@@ -26,11 +26,11 @@ pub(crate) use self::host_api::{action_from, action_to};
 pub(crate) use self::rows::{AlarmListRows, alarm_markers, nodes_in_alarm};
 use crate::load::LoadedScene;
 
-/// What happened last that is kept to be shown.
+/// Newest log records that are kept for display.
 const MAX_LOG_TAIL: usize = 200;
 /// Actions of operators that wait for the disk.
 const MAX_PENDING_ACTIONS: usize = 10_000;
-/// How long is said why an action was refused.
+/// Display time of the reason why an action was refused.
 const REFUSAL_SHOWN_FOR: std::time::Duration = std::time::Duration::from_secs(10);
 
 /// The alarms of a view.
@@ -39,7 +39,7 @@ pub(crate) struct AlarmService {
     /// Alarms that other systems decide on.
     sources: ExternalSources,
     log: Option<AuditLog>,
-    /// Why there is no log, or what was wrong with it when it was opened.
+    /// Reason why there is no log, or remarks from opening it.
     log_remark: Option<String>,
     operator: String,
     selected: Option<AlarmHandle>,
@@ -48,13 +48,13 @@ pub(crate) struct AlarmService {
     /// The equipment of each alarm, and the instances of each piece of equipment.
     nodes: Arc<[Option<NodeIndex>]>,
     instances: HashMap<NodeIndex, Vec<usize>>,
-    /// What operators did that is not on the disk yet.
+    /// Operator actions whose records are not on the disk yet.
     pending: VecDeque<PendingAction>,
     tail: VecDeque<AlarmRecord>,
     refusal: Option<(Moment, String)>,
-    /// Whether a host program hears what is wanted of alarms that it decides on.
+    /// True if a host program receives the operator's requests for its alarms.
     has_host: bool,
-    /// What it has yet to hear.
+    /// Requests that the host program has not received yet.
     host_requests: VecDeque<(AlarmHandle, AlarmAction)>,
     now: Moment,
     wall_clock: SourceTime,
@@ -69,8 +69,8 @@ struct PendingAction {
 }
 
 impl AlarmService {
-    /// The alarms of a scene; none where none is configured. Only who watches a window
-    /// writes the log. A log that cannot be used keeps nobody from seeing alarms.
+    /// Creates the alarms of a scene; none if none is configured. Only live views write the log. An
+    /// unusable log does not hide the alarms.
     pub(crate) fn new(scene: &LoadedScene, logs: bool, wall_clock: SourceTime) -> Option<Self> {
         let LoadedScene { alarms, config, graph, audit_log, .. } = scene;
         if alarms.set.specs().is_empty() && config.alarm_handling.sources.is_empty() {
@@ -121,7 +121,7 @@ impl AlarmService {
         })
     }
 
-    /// Who acts.
+    /// Sets the operator who acts from now on.
     pub(crate) fn set_operator(&mut self, name: &str) {
         name.clone_into(&mut self.operator);
     }
@@ -140,7 +140,7 @@ impl AlarmService {
         self.table.note(change);
     }
 
-    /// Follows the tags, hands what happened to the log, and lists what is shown.
+    /// Steps the alarm table by the tags, appends records to the log, and updates the listing.
     pub(crate) fn step(&mut self, tags: Snapshot<'_>, now: Moment, wall_clock: SourceTime) {
         (self.now, self.wall_clock) = (now, wall_clock);
         let Self { table, log, tail, .. } = self;
@@ -148,7 +148,7 @@ impl AlarmService {
         self.refresh();
     }
 
-    /// What is on the disk by now, and how alarms stand.
+    /// Flushes the log, drops actions that are on the disk, and updates the listing.
     fn refresh(&mut self) {
         if let Some(log) = &mut self.log {
             log.flush();
@@ -238,7 +238,7 @@ impl AlarmService {
         pending.map_or((state, false), |pending| (pending.before, true))
     }
 
-    /// What keeps the log from being written, or an action from being done.
+    /// Returns the current refusal, else the fault or the remark of the log.
     fn trouble(&self) -> Option<String> {
         let fresh = |at: Moment| self.now.since(at) < REFUSAL_SHOWN_FOR;
         let refusal = self.refusal.as_ref().filter(|(at, _)| fresh(*at));
@@ -252,7 +252,7 @@ fn longest_shelf(handling: &AlarmHandlingConfig) -> std::time::Duration {
     std::time::Duration::from_secs(u64::from(handling.max_shelving_minutes) * 60)
 }
 
-/// Hands a record to the log, and keeps it to be shown.
+/// Appends a record to the log and to the displayed tail.
 fn append_record(
     log: Option<&mut AuditLog>,
     tail: &mut VecDeque<AlarmRecord>,

@@ -1,4 +1,4 @@
-//! What the operator looks through: where it stands, where it looks, which lens.
+//! Camera of the view: target, distance, angles and projection.
 
 pub(crate) mod navigator;
 mod path;
@@ -15,23 +15,23 @@ use crate::lod::PixelSize;
 
 /// Radians a point of drag.
 const ORBIT_SPEED: f32 = 0.006;
-/// As close as the poles may be approached by hand, radians.
+/// Largest pitch by hand, just below the poles, radians.
 const MAX_PITCH: f32 = 1.55;
-/// Metres.
+/// Permitted distances between eye and target, metres.
 const DISTANCE_RANGE: std::ops::RangeInclusive<f32> = 0.2..=100_000.0;
 const DEFAULT_FOV_DEGREES: f32 = 45.0;
 /// A viewport narrower than this sees as much sideways as this one would, so
 /// that panels do not crop what a configured camera frames.
 const FULL_ASPECT: f32 = 16.0 / 9.0;
-/// Room left around what is framed.
+/// Margin factor around framed bounds.
 const FRAME_MARGIN: f32 = 1.12;
 
-/// How depth shows.
+/// Projection of the camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum ProjectionMode {
     #[default]
     Perspective,
-    /// As large as a perspective view shows what is at the target.
+    /// Orthographic projection at the scale that a perspective view has at the target.
     Orthographic,
 }
 
@@ -75,7 +75,7 @@ impl Camera {
         Self::look_at(eye, target, self.fov_y)
     }
 
-    /// With perspective, or without it.
+    /// Returns the camera with orthographic or perspective projection.
     pub(crate) fn with_projection(self, is_orthographic: bool) -> Self {
         let projection_mode = if is_orthographic {
             ProjectionMode::Orthographic
@@ -85,7 +85,7 @@ impl Camera {
         Self { projection_mode, ..self }
     }
 
-    /// What it looks at, metres.
+    /// Returns the target position, metres.
     pub(crate) fn target(&self) -> Vec3 {
         self.target
     }
@@ -103,12 +103,12 @@ impl Camera {
         }
     }
 
-    /// Where it stands, metres.
+    /// Returns the eye position, metres.
     pub(crate) fn eye(&self) -> Vec3 {
         self.target + self.direction() * self.distance
     }
 
-    /// Where it looks: a unit vector.
+    /// Returns the viewing direction, a unit vector.
     pub(crate) fn forward(&self) -> Vec3 {
         -self.direction()
     }
@@ -169,7 +169,7 @@ impl Camera {
         self.target = eye - self.direction() * self.distance;
     }
 
-    /// Moves the target with the pointer: what is under it stays under it.
+    /// Moves the target by a drag, so that the point under the pointer stays there.
     fn pan(&mut self, drag: Vec2, viewport: Vec2) {
         let half_angle = self.fov_y(viewport.x / viewport.y.max(1.0)) * 0.5;
         let metres_per_point = 2.0 * self.distance * half_angle.tan() / viewport.y.max(1.0);
@@ -208,7 +208,7 @@ impl Camera {
         view
     }
 
-    /// What a pixel covers, in a viewport of this size in pixels.
+    /// Returns the size of a pixel in a viewport of this size in pixels.
     pub(crate) fn pixel_size(&self, viewport: Vec2) -> PixelSize {
         let aspect = viewport.x / viewport.y.max(1.0);
         let tan_y = (self.fov_y(aspect) * 0.5).tan();
@@ -236,7 +236,7 @@ impl Camera {
         (back, right, back.cross(right))
     }
 
-    /// From the target to the eye.
+    /// Returns the direction from the target to the eye.
     fn direction(&self) -> Vec3 {
         let (sin_yaw, cos_yaw) = self.yaw.sin_cos();
         let (sin_pitch, cos_pitch) = self.pitch.sin_cos();
@@ -258,7 +258,7 @@ impl Projection {
         Self { clip_from_world: view.clip_from_world(), screen }
     }
 
-    /// Where a world point is on the screen, points; `None` behind the camera.
+    /// Projects a world position to the screen, points; `None` behind the camera.
     pub(crate) fn to_screen(self, world: Vec3) -> Option<Pos2> {
         let clip = self.clip_from_world * world.extend(1.0);
         if clip.w <= 1e-6 {

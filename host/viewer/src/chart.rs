@@ -1,5 +1,5 @@
-//! The chart that stands in the scene: what a plugin tells of the equipment, arranged by
-//! the operator, and what follows from it for the equipment.
+//! Parallel-coordinates chart in the scene: records of a plugin, brushed by the operator, and the
+//! states they give to equipment.
 
 mod density;
 mod poller;
@@ -27,7 +27,7 @@ use crate::overlay_instances::{NodeState, StateBasis};
 use density::Density;
 use poller::{ChartPoller, ExplanationRequest};
 
-/// How near to a line the pointer must be, points.
+/// Greatest distance at which the pointer picks a polyline, points.
 const PICK_DISTANCE: f32 = 6.0;
 /// The longest that opening a view without a window waits for the first records.
 const FIRST_READ_TIMEOUT: Duration = Duration::from_secs(20);
@@ -46,22 +46,22 @@ pub(crate) struct SceneChart {
     /// The node of each piece of equipment, and the other way.
     nodes: Vec<Option<NodeIndex>>,
     equipment: HashMap<NodeIndex, usize>,
-    /// What was known when it was last looked at, by equipment.
+    /// Last known record of each piece of equipment in the last frame.
     known: Vec<Option<ChartSelection>>,
     hovered: Option<usize>,
-    /// As the last frame had them.
+    /// Projected axes of the last frame.
     projected_axes: Vec<ProjectedChartAxis>,
-    /// Index of the equipment, and what is said of it.
+    /// Equipment index and its explanation.
     explained: Option<(usize, Explanation)>,
     geometry: ChartGeometry,
     density: Density,
     seconds: f64,
 }
 
-/// What it looks like, as it was last worked out.
+/// Geometry of the chart, cached until the board changes.
 #[derive(Default)]
 struct ChartGeometry {
-    /// Of the board.
+    /// Board revision of the cached geometry.
     revision: Option<u64>,
     shape: Shape,
     faces: Vec<WorldFace>,
@@ -104,7 +104,7 @@ impl SceneChart {
         Ok(shown)
     }
 
-    /// Takes over what was read.
+    /// Takes the data that the poller has read.
     fn take(&mut self, graph: &SceneGraph) {
         let Some(read) = self.poller.take() else { return };
         self.last_read = read.number;
@@ -117,7 +117,7 @@ impl SceneChart {
         self.hovered = None;
     }
 
-    /// Goes on where nodes have other numbers.
+    /// Finds the equipment's nodes in a scene with other indices.
     pub(crate) fn find_equipment(&mut self, graph: &SceneGraph) {
         let ids = &self.board.description().equipment;
         self.nodes = ids.iter().map(|id| graph.find(id)).collect();
@@ -125,8 +125,8 @@ impl SceneChart {
         self.equipment = there.filter_map(|(at, node)| Some(((*node)?, at))).collect();
     }
 
-    /// Steps it to a frame: takes what was read, lets time go by, and says which equipment
-    /// to go to, if a record of it has become abnormal.
+    /// Steps the chart to a frame: takes new data and advances playback. Returns the equipment to
+    /// visit if one of its records has become abnormal.
     pub(crate) fn step(&mut self, graph: &SceneGraph, seconds: f64) -> Option<String> {
         self.take(graph);
         self.board.advance(seconds - self.seconds);
@@ -146,7 +146,7 @@ impl SceneChart {
         id.filter(|_| self.follows)
     }
 
-    /// Shows what is selected in the scene, and asks what is said of it.
+    /// Selects the records of the selected equipment, and requests its explanation.
     pub(crate) fn follow_selection(&mut self, graph: &SceneGraph, nodes: &BTreeSet<NodeIndex>) {
         let equipment: BTreeSet<usize> =
             nodes.iter().filter_map(|node| self.equipment_at(graph, *node)).collect();
@@ -235,7 +235,7 @@ impl SceneChart {
         None
     }
 
-    /// Works out what it looks like, if that changed.
+    /// Updates the geometry if the board has changed.
     pub(crate) fn update_geometry(&mut self) {
         let revision = self.board.revision();
         if self.geometry.revision == Some(revision) {
@@ -263,10 +263,10 @@ impl SceneChart {
         self.geometry = ChartGeometry { revision: Some(revision), faces, strokes, shape };
     }
 
-    /// Goes on with counting records that are too many for lines.
+    /// Continues the density count of records that are too many for single lines.
     ///
     /// # Errors
-    /// The device's.
+    /// Errors of the graphics device.
     pub(crate) fn count(&mut self, renderer: &mut Renderer) -> Result<(), RenderError> {
         let counted = (&self.board, self.last_read);
         self.density.advance(renderer, counted, self.world_from_chart, self.settles)
@@ -277,19 +277,19 @@ impl SceneChart {
         self.board.playhead().is_some()
     }
 
-    /// Whether it will look otherwise by itself.
+    /// Reports whether the chart will change by itself: counting or playback is under way.
     pub(crate) fn needs_frames(&self) -> bool {
         self.density.needs_frames() || self.board.plays()
     }
 
-    /// Its lines and faces.
+    /// Returns the lines and faces of the chart.
     pub(crate) fn polylines(&self) -> Option<Polylines<'_>> {
         let ChartGeometry { revision, faces, strokes, .. } = &self.geometry;
         let planes = self.density.planes();
         Some(Polylines { revision: (*revision)?, faces, planes, strokes })
     }
 
-    /// Notes what is under the pointer.
+    /// Picks the polyline under the pointer.
     pub(crate) fn point_at(&mut self, pointer: Option<Pos2>, projection: Projection) {
         self.hovered = pointer.and_then(|pointer| self.record_at(pointer, projection));
     }
@@ -309,24 +309,24 @@ impl SceneChart {
         projection.to_screen(self.world_from_chart.transform_point3(at.into()))
     }
 
-    /// What of it lies over the scene.
+    /// Returns the parts of the chart that are painted over the scene.
     pub(crate) fn overlay(&mut self, projection: Projection) -> ChartOverlay {
         let overlay = text::overlay(self, projection);
         self.projected_axes.clone_from(&overlay.axes);
         overlay
     }
 
-    /// What is said of it in panels.
+    /// Returns the view model of the chart panel.
     pub(crate) fn model(&self) -> busbar_ui::ChartModel {
         text::model(self)
     }
 
-    /// What is said of the equipment that is selected.
+    /// Returns the explanation of the selected equipment.
     pub(crate) fn verdict(&self) -> Option<busbar_ui::EquipmentExplanation> {
         text::explained(self)
     }
 
-    /// What is said of it in statistics.
+    /// Returns the chart's part of the statistics.
     pub(crate) fn stats(&self) -> crate::stats::ChartStats {
         text::stats(self)
     }

@@ -1,4 +1,4 @@
-//! Time of day for the status bar: a picture that stands still is told by its seconds.
+//! Time of day for the status bar; running seconds reveal a frozen picture.
 
 use busbar_tags::SourceTime;
 use jiff::Timestamp;

@@ -9,9 +9,9 @@ use crate::POINTS_COMMAND;
 /// A command and the plugin that offers it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OfferedCommand {
-    /// What users type.
+    /// Command name on the command line.
     pub name: String,
-    /// One line: what it does.
+    /// Help text of one line.
     pub help: String,
     /// Id of the plugin.
     pub plugin: String,
@@ -46,7 +46,7 @@ pub fn offered_commands(catalog: &PluginCatalog) -> (Vec<OfferedCommand>, Vec<St
 /// The plugin that offers a command, with these settings, ready to run it.
 ///
 /// # Errors
-/// In words with a remedy: nobody offers it, several do, or its plugin refuses the settings.
+/// A text with a remedy: no plugin or several offer it, or its plugin rejects the settings.
 pub fn plugin_with_command(
     catalog: &PluginCatalog,
     name: &str,

@@ -1,9 +1,9 @@
 //! The course of a quantity over the ground, from levels at equipment: the mean of those
 //! within reach, each weighted by one over its squared distance (Shepard 1968).
 //!
-//! Where the nearest level is not good there is no data, whatever is known farther away;
-//! where nothing is within reach nothing is shown. Only what lies outside the normal band
-//! is coloured.
+//! A position whose nearest level is not good has no data, whatever is known farther away. A
+//! position without any level within reach shows nothing. Only values outside the normal band are
+//! colored.
 
 use busbar_plugin_host::Contour;
 use busbar_renderer::{WorldFace, WorldStroke};
@@ -31,24 +31,24 @@ const LINE: [u8; 3] = [46, 48, 54];
 /// A level at a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MeasuredLevel {
-    /// Where from above: x and z, metres.
+    /// Position seen from above: x and z, metres.
     pub(crate) place: Vec2,
-    /// None where it is not good.
+    /// Measured value; none if it is not good.
     pub(crate) value: Option<f64>,
 }
 
-/// What is known of a place.
+/// Interpolated value at a position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum FieldValue {
-    /// Nothing is measured within reach.
+    /// No level is within reach.
     OutOfReach,
-    /// What is measured here is not good.
+    /// The nearest measured value is not good.
     NoData,
-    /// In the contour's unit.
+    /// Interpolated value in the contour's unit.
     Value(f64),
 }
 
-/// What is known of a place.
+/// Interpolates the levels at a position by inverse distance weighting (Shepard 1968).
 pub(crate) fn interpolate(place: Vec2, levels: &[MeasuredLevel], reach: f32) -> FieldValue {
     let mut nearest: Option<(f32, bool)> = None;
     let (mut sum, mut weights) = (0.0, 0.0);
@@ -72,8 +72,7 @@ pub(crate) fn interpolate(place: Vec2, levels: &[MeasuredLevel], reach: f32) -> 
     }
 }
 
-/// How many steps a value lies outside the normal band: 0 within it, 1 just above, -1 just
-/// below.
+/// Returns the number of steps outside the normal band: 0 within it, 1 just above, -1 just below.
 fn band_of(contour: &Contour, value: f64) -> i32 {
     let steps = |beyond: f64| ((beyond / contour.step).floor() as i32).min(MAX_BANDS - 1) + 1;
     match (contour.low, contour.high) {
@@ -93,7 +92,7 @@ fn band_style(band: i32) -> ([u8; 3], f32) {
     ([0, 1, 2].map(|i| mixed(i) as u8), 0.75)
 }
 
-/// What it means, for people.
+/// Returns the legend of a contour.
 pub(crate) fn legend(contour: &Contour) -> ContourRow {
     let Contour { name, unit, reach_metres, low, high, step } = contour;
     let with_unit = |number: f64| format!("{number} {unit}").trim_end().to_owned();
@@ -117,7 +116,7 @@ struct Grid {
     origin: Vec2,
     cell: f32,
     size: [usize; 2],
-    /// Row by row.
+    /// Values of the cells, row by row.
     values: Vec<FieldValue>,
 }
 

@@ -1,4 +1,4 @@
-//! What the CPU takes for something, on this thread.
+//! Stopwatch for the CPU time of this thread.
 
 use rustix::time::{ClockId, clock_gettime};
 
@@ -11,7 +11,7 @@ pub(crate) struct CpuClock {
 }
 
 impl CpuClock {
-    /// From now on.
+    /// Starts a measurement now.
     pub(crate) fn start() -> Self {
         Self { start_nanos: nanos() }
     }

@@ -1,9 +1,8 @@
-//! Goes on when the GPU fails: out of memory, device lost.
+//! Recovery from graphics failures: out of memory, device lost.
 //!
-//! Work on the device goes through [`DeviceRecovery::run`]. Where memory runs out, what
-//! can be had again is given back and the work is tried once more. Where the
-//! device is lost, a new one is made and all models are uploaded again, from the
-//! stacks in memory; tries are few, and further and further apart.
+//! All device work goes through [`DeviceRecovery::run`]. When memory runs out, caches are freed and
+//! the work is tried once more. A lost device is recreated and all models are uploaded again from
+//! memory. The number of tries is limited, with growing delays.
 
 use std::time::{Duration, Instant};
 
@@ -14,10 +13,9 @@ use crate::{ViewError, uploaded_models};
 
 /// Tries at a device, unless it worked for [`STABLE_TIME`] in between.
 pub(crate) const MAX_TRIES: u32 = 8;
-/// From the second try to the third; it doubles from try to try. The first two
-/// come at once.
+/// Delay before the third try; it doubles with each further try. The first two follow at once.
 const FIRST_DELAY: Duration = Duration::from_millis(100);
-/// Between tries at most.
+/// Longest delay between tries.
 const MAX_DELAY: Duration = Duration::from_secs(5);
 /// A device that worked for so long is as good as a new one.
 const STABLE_TIME: Duration = Duration::from_secs(60);
@@ -25,16 +23,16 @@ const STABLE_TIME: Duration = Duration::from_secs(60);
 /// on the device is made anew.
 const MAX_FROZEN: Duration = Duration::from_secs(10);
 
-/// What became of the device so far.
+/// State of the graphics device and of its recovery.
 pub(crate) struct DeviceRecovery {
-    /// Whether work waits for the device; if not, it is left out meanwhile.
+    /// True if work waits for the device; otherwise it is skipped meanwhile.
     waits: bool,
     state: DeviceState,
-    /// Since the device last worked for long.
+    /// Tries since the device last worked for [`STABLE_TIME`].
     tries: u32,
-    /// When a device was made last.
+    /// Instant at which the device was last created.
     made_at: Instant,
-    /// Since when memory lacks for frames.
+    /// Instant since which memory is lacking for frames.
     frozen_since: Option<Instant>,
     /// Devices that were lost and replaced.
     pub(crate) replaced: u64,
@@ -51,7 +49,7 @@ impl DeviceRecovery {
     /// Opens a renderer and uploads the models of a scene.
     ///
     /// # Errors
-    /// What no further try can help, or the last of [`MAX_TRIES`].
+    /// An error that no further try can resolve, or that of the last of [`MAX_TRIES`].
     pub(crate) fn start(
         scene: &LoadedScene,
         waits: bool,
@@ -85,11 +83,11 @@ impl DeviceRecovery {
         Ok((recovery, renderer))
     }
 
-    /// Does work on the device, again where it can be cured. `None` where the
-    /// device is not there at present and nobody waits for it.
+    /// Runs work on the device, and retries it after recovery. Returns `None` if the device is
+    /// absent and the work does not wait.
     ///
     /// # Errors
-    /// What cannot be cured, or is not after [`MAX_TRIES`].
+    /// An error without recovery, or one that persists after [`MAX_TRIES`].
     pub(crate) fn run<T>(
         &mut self,
         renderer: &mut Renderer,
@@ -133,7 +131,7 @@ impl DeviceRecovery {
     /// Makes the device anew, for other options. After an error there is none.
     ///
     /// # Errors
-    /// The device's.
+    /// Errors of the graphics device.
     pub(crate) fn renew(
         &mut self,
         renderer: &mut Renderer,
@@ -149,7 +147,7 @@ impl DeviceRecovery {
         self.note_loss(cause)
     }
 
-    /// What the operator must know of the picture, if it is not of now.
+    /// Returns the message for the operator while the picture is frozen.
     pub(crate) fn trouble(&self) -> Option<String> {
         match &self.state {
             DeviceState::Lost { cause, .. } => {
@@ -161,7 +159,7 @@ impl DeviceRecovery {
         }
     }
 
-    /// Whether a lost device waits for its next try, and how long.
+    /// Returns the time until the next try to create a lost device; none while it works.
     pub(crate) fn next_try(&self) -> Option<Duration> {
         match &self.state {
             DeviceState::Works => None,
@@ -241,7 +239,7 @@ impl DeviceRecovery {
     }
 }
 
-/// How long to wait after so many tries.
+/// Returns the delay before a try, by the number of tries so far.
 fn delay_before(tries: u32) -> Duration {
     match tries {
         0 | 1 => Duration::ZERO,

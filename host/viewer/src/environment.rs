@@ -1,4 +1,4 @@
-//! What lies around the equipment: ground and fog, as far as the scene is large.
+//! Environment of the equipment: ground plane, fog and shadow bounds by the size of the scene.
 
 use busbar_config::{SectionConfig, ViewConfig};
 use busbar_geometry::Bounds;
@@ -6,23 +6,22 @@ use busbar_renderer::{Ground, SectionPlane};
 use busbar_ui::AxisSection;
 use glam::Vec3;
 
-/// How far below the scene's lowest point the ground lies, metres: feet stand on it
-/// without flickering.
+/// Depth of the ground below the scene's lowest point, metres; it prevents z-fighting with feet.
 const BELOW_METRES: f32 = 0.02;
-/// How far it reaches, as multiples of the scene's radius, and at least in metres.
+/// Extent of the ground as a multiple of the scene's radius, and its least extent in metres.
 const REACH: f32 = 6.0;
 const MIN_REACH_METRES: f32 = 40.0;
-/// Where half of what is seen is background, likewise.
+/// Distance of half fog as a multiple of the scene's radius, and its least distance in metres.
 const FOG: f32 = 9.0;
 const MIN_FOG_METRES: f32 = 300.0;
 
-/// What a view shows around its scene, if it asks for it and there is a scene.
+/// Environment of a scene as configured; empty for an empty scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Environment {
     pub(crate) ground: Option<Ground>,
-    /// Distance at which half of what is seen is background, metres.
+    /// Distance at which fog covers half, metres.
     pub(crate) fog_distance: Option<f32>,
-    /// Around what casts shadows; only high quality asks.
+    /// Bounds of shadow casters; used at high quality only.
     pub(crate) shadow_bounds: Option<Bounds>,
 }
 

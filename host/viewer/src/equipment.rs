@@ -1,4 +1,4 @@
-//! What pieces of equipment are called, and which of the scene's nodes is a device.
+//! Equipment names and aliases, and the device that a scene node belongs to.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -8,12 +8,12 @@ use busbar_scene::{NodeIndex, SceneGraph};
 /// The names of a piece of equipment besides its id.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct EquipmentNames {
-    /// May be empty.
+    /// Descriptive name; may be empty.
     pub(crate) name: String,
     pub(crate) aliases: Vec<String>,
 }
 
-/// What the equipment of a scene is called.
+/// Index of the equipment's names and aliases.
 #[derive(Debug, Default)]
 pub(crate) struct EquipmentIndex {
     names: HashMap<NodeIndex, EquipmentNames>,
@@ -21,8 +21,7 @@ pub(crate) struct EquipmentIndex {
 }
 
 impl EquipmentIndex {
-    /// Of a configuration, as far as the scene has it; what it has not is given to
-    /// `absent`.
+    /// Builds the index from a configuration; calls `absent` for equipment that the scene lacks.
     pub(crate) fn new(
         graph: &SceneGraph,
         equipment: &BTreeMap<String, EquipmentConfig>,
@@ -43,7 +42,7 @@ impl EquipmentIndex {
         found
     }
 
-    /// What a node is called besides its id.
+    /// Returns the names of a node besides its id.
     pub(crate) fn names(&self, node: NodeIndex) -> Option<&EquipmentNames> {
         self.names.get(&node)
     }
@@ -55,9 +54,9 @@ impl EquipmentIndex {
 
     /// The device that a node is, or is a pole or part of.
     ///
-    /// That is the nearest node from it upwards that the configuration has names for; else
-    /// the highest whose own designation is one of a product (IEC 81346-1: it has a `-`
-    /// behind a prefix); else the placement that the node is a part of.
+    /// The device is the nearest node upwards that the configuration names. Otherwise it is the
+    /// highest ancestor with a product designation (IEC 81346-1: a `-` behind a prefix), or else
+    /// the placement of the node.
     pub(crate) fn device_of(&self, graph: &SceneGraph, node: NodeIndex) -> NodeIndex {
         let way = || std::iter::successors(Some(node), |node| graph.node(*node).parent());
         let named = way().find(|node| self.names.contains_key(node));
@@ -67,13 +66,13 @@ impl EquipmentIndex {
     }
 }
 
-/// Whether a name is a reference designation (IEC 81346-1): it begins with the prefix of
-/// an aspect, `=` function, `-` product, `+` location.
+/// Reports whether a name is a reference designation (IEC 81346-1). Such a name begins with an
+/// aspect's prefix: `=` function, `-` product, `+` location.
 pub(crate) fn is_designation(name: &str) -> bool {
     name.starts_with(['=', '-', '+'])
 }
 
-/// Whether a name is the designation of a product.
+/// Reports whether a name is a product designation (IEC 81346-1).
 fn is_product(name: &str) -> bool {
     is_designation(name) && name.contains('-')
 }

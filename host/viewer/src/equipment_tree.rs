@@ -18,20 +18,19 @@ pub(crate) struct EquipmentTree {
     entries: Vec<Entry>,
     /// Entries in the order of their nodes.
     by_node: Vec<u32>,
-    /// What is searched; only while something is: of a great site it is megabytes, and put
-    /// together within a frame.
+    /// Search index, kept only while a search is active: for a large site it takes megabytes.
     text: Option<SearchIndex>,
     is_open: Vec<bool>,
     query: String,
-    /// Entries shown.
+    /// Entries of the visible rows.
     rows: Vec<u32>,
-    /// Whether more was found than is shown.
+    /// True if the search found more than the rows.
     is_truncated: bool,
     selected: Option<u32>,
     selected_row: Option<usize>,
 }
 
-/// In place of an entry: there is none.
+/// Placeholder for no entry.
 const NONE: u32 = u32::MAX;
 
 #[derive(Clone, Copy, Debug)]
@@ -44,8 +43,8 @@ struct Entry {
 }
 
 impl EquipmentTree {
-    /// All placements, and of the parts of models those that are equipment: they have a
-    /// reference designation or a name, or are among `involved`.
+    /// Builds the tree of all placements and of model parts that are equipment. Such parts have a
+    /// designation or a name, or are among `involved`.
     pub(crate) fn new(
         graph: &SceneGraph,
         equipment: &EquipmentIndex,
@@ -113,7 +112,7 @@ impl EquipmentTree {
         Some(self.by_node[self.by_node.binary_search_by_key(&node, node_of).ok()?])
     }
 
-    /// What an entry hangs under, the nearest first.
+    /// Returns the ancestors of an entry, the nearest first.
     fn above(&self, entry: u32) -> impl Iterator<Item = u32> + use<'_> {
         let parent = |entry: &u32| {
             let Entry { parent, .. } = self.entries[*entry as usize];
@@ -135,7 +134,7 @@ impl EquipmentTree {
         text
     }
 
-    /// Shows what has these words in its names, or the tree where there are none.
+    /// Searches for the words of a query; an empty query restores the tree.
     pub(crate) fn search(&mut self, query: &str, graph: &SceneGraph, equipment: &EquipmentIndex) {
         if query.trim() == self.query.trim() {
             return;
@@ -176,7 +175,7 @@ impl EquipmentTree {
         self.list();
     }
 
-    /// Marks a node's row, or else its device's, and opens what is above it.
+    /// Selects the row of a node, or else of its device, and opens its ancestors.
     pub(crate) fn select(&mut self, node: Option<NodeIndex>, device: Option<NodeIndex>) {
         let entry_of = |node: Option<NodeIndex>| node.and_then(|node| self.entry_of(node));
         self.selected = entry_of(node).or_else(|| entry_of(device));

@@ -1,4 +1,4 @@
-//! Errors of the façade: who is at fault, where, and what to do.
+//! Errors of the public interface: faulty party, place and remedy.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -11,16 +11,16 @@ use thiserror::Error;
 /// A configuration that cannot be loaded: every fault found.
 #[derive(Debug)]
 pub struct LoadError {
-    /// The configuration file.
+    /// Path of the configuration file.
     pub file: PathBuf,
     /// Faults in order of place, warnings among them.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// Why a loaded scene cannot be shown.
+/// Error that keeps a loaded scene from being shown.
 #[derive(Debug, Error)]
 pub enum ViewError {
-    /// The graphics device.
+    /// Error of the graphics device.
     #[error(transparent)]
     Render(#[from] RenderError),
     /// A graphics device that fails again and again.
@@ -29,15 +29,15 @@ pub enum ViewError {
          or choose another device with `view.device` or BUSBAR_DEVICE (llvmpipe draws in software)"
     )]
     NotRecovered {
-        /// Devices made.
+        /// Number of devices created.
         tries: u32,
-        /// How the last one failed.
+        /// Error of the last try.
         cause: RenderError,
     },
     /// A plugin that cannot start.
     #[error("{error}\n  remedy: {}", error.remedy())]
     Plugin {
-        /// What it says.
+        /// Error of the plugin.
         error: PluginError,
     },
     /// An alarm that the host cannot set.
@@ -46,9 +46,9 @@ pub enum ViewError {
     /// A camera that the configuration does not have.
     #[error("no camera '{wanted}'\n  remedy: name one of: {}", .known.join(", "))]
     UnknownCamera {
-        /// Camera asked for.
+        /// Name of the requested camera.
         wanted: String,
-        /// Cameras there are.
+        /// Names of the configured cameras.
         known: Vec<String>,
     },
 }

@@ -41,17 +41,17 @@ const MAX_TRENDS: usize = 6;
 const FIRST_TRENDS: usize = 3;
 /// Columns that a trend is drawn in: about as wide as it is, points.
 const TREND_COLUMNS: usize = 240;
-/// How far back trends go at first.
+/// Initial time span of trends.
 pub(crate) const FIRST_SPAN: Duration = Duration::from_secs(600);
 
 const NANOS_PER_SECOND: f64 = 1e9;
 
 /// Color of an abnormal verdict, sRGB: that of a warning in legends.
 const ABNORMAL: [u8; 3] = [0xd9, 0x8a, 0x1c];
-/// Color of a verdict that needs nobody, sRGB.
+/// Color of a verdict that requires no action, sRGB.
 const NEUTRAL: [u8; 3] = [0x8a, 0x8f, 0x96];
 
-/// What is at which node, to be found without looking at all of it.
+/// Bindings and alarms by node, sorted for binary search.
 #[derive(Debug, Default)]
 pub(crate) struct NodeAttachments {
     bindings: Vec<(NodeIndex, u32)>,
@@ -70,7 +70,7 @@ impl NodeAttachments {
         Self { bindings, alarms }
     }
 
-    /// All nodes that something is at.
+    /// Returns all nodes with a binding or an alarm.
     pub(crate) fn nodes(&self) -> HashSet<NodeIndex> {
         self.bindings.iter().chain(&self.alarms).map(|(node, _)| *node).collect()
     }
@@ -85,7 +85,7 @@ fn at<'a>(all: &'a [(NodeIndex, u32)], node: NodeIndex) -> impl Iterator<Item = 
 #[derive(Debug)]
 pub(crate) struct OpenFaceplate {
     pub(crate) device: NodeIndex,
-    /// The device and what is below it.
+    /// Device and its descendants.
     nodes: HashSet<NodeIndex>,
     id: String,
     name: String,
@@ -95,11 +95,11 @@ pub(crate) struct OpenFaceplate {
     more_values: usize,
     alarms: Vec<AlarmHandle>,
     trended: Vec<TagHandle>,
-    /// What business and management systems have of it.
+    /// Records of business and asset management systems.
     pub(crate) records: EquipmentRecords,
 }
 
-/// What the faceplate of a frame is made of.
+/// Inputs of a faceplate in one frame.
 pub(crate) struct FaceplateInputs<'a> {
     pub(crate) scene: &'a LoadedScene,
     pub(crate) snapshot: Snapshot<'a>,
@@ -116,7 +116,7 @@ pub(crate) struct FaceplateInputs<'a> {
 }
 
 impl OpenFaceplate {
-    /// Of a device.
+    /// Opens the faceplate of a device.
     pub(crate) fn open(
         scene: &LoadedScene,
         node_attachments: &NodeAttachments,
@@ -190,7 +190,7 @@ impl OpenFaceplate {
         }
     }
 
-    /// As it is in this frame.
+    /// Returns the view model for this frame.
     pub(crate) fn model(&self, inputs: &FaceplateInputs<'_>) -> Faceplate {
         let (alarms, calm_alarms) =
             inputs.alarms.for_equipment(&self.alarms, &self.nodes, MAX_ALARMS);
@@ -337,14 +337,14 @@ fn trend_point(point: &Point, now: Moment) -> TrendPoint {
     TrendPoint { at: -now.since(point.at).as_secs_f64(), state }
 }
 
-/// What the local clock shows, as seconds since its 1970-01-01 00:00.
+/// Returns the local time as seconds since 1970-01-01 00:00 local time.
 fn local_seconds(wall_clock: SourceTime) -> f64 {
     let seconds = wall_clock.0 as f64 / NANOS_PER_SECOND;
     let timestamp = Timestamp::from_second(seconds as i64).unwrap_or_default();
     seconds + f64::from(TimeZone::system().to_offset(timestamp).seconds())
 }
 
-/// What a node is called within a device; none for the device itself.
+/// Returns the id of a node relative to its device; none for the device itself.
 fn place(graph: &SceneGraph, device: NodeIndex, node: NodeIndex) -> Option<String> {
     if node == device {
         return None;

@@ -1,13 +1,13 @@
-//! What tells a file from the one before, without reading it.
+//! File version: identity, size and modification time, compared without reading the content.
 
 use std::fs::Metadata;
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 
-/// Where it is, its length, when it was written; none where there is no file.
+/// Device, inode, length, and modification time in seconds and nanoseconds; none without a file.
 pub(crate) type FileVersion = Option<(u64, u64, u64, i64, i64)>;
 
-/// Of what a path leads to now.
+/// Returns the version of the file at a path.
 pub(crate) fn version(path: &Path) -> FileVersion {
     let of = |file: Metadata| (file.dev(), file.ino(), file.len(), file.mtime(), file.mtime_nsec());
     std::fs::metadata(path).ok().map(of)

@@ -1,9 +1,9 @@
 //! Flows of power to arrows in the scene: where to, and how much of the rating.
 //!
-//! An arrow stands over the middle between two pieces of equipment and turns its broad side
-//! to the eye. It does not move: what moves draws the eye to what is normal. Its shape tells
-//! everything without colour: one head within the rating, two above it, none where nothing
-//! flows; a dashed outline without a head where the flow is not known.
+//! An arrow stands above the middle between two pieces of equipment and faces the eye. Arrows are
+//! static, since motion would draw attention to normal values. The shape distinguishes states
+//! without color. One head means within the rating, two above it, none no flow; a dashed outline
+//! means unknown.
 
 use busbar_renderer::{WorldFace, WorldStroke};
 use busbar_scene::{NodeIndex, SceneGraph};
@@ -15,35 +15,36 @@ use crate::overlay_instances::PowerFlow;
 
 /// Arrows in a frame.
 const MAX_ARROWS: usize = 5_000;
-/// From the higher top to the arrow, metres.
+/// Height of an arrow above the higher end, metres.
 const CLEARANCE: f32 = 1.2;
-/// Of the way between the equipment that an arrow takes, and its length, metres.
+/// Share of the distance between the equipment that an arrow takes; least and greatest length,
+/// metres.
 const SHARE_OF_WAY: f32 = 0.6;
 const LENGTH: [f32; 2] = [1.8, 3.6];
 /// Width of the shaft at no load and at the rating, and at most, metres.
 const WIDTH: [f32; 3] = [0.14, 0.7, 0.9];
-/// How much wider a head is than the shaft, and how long for its width.
+/// Width of an arrow head relative to its shaft, and its length relative to its width.
 const HEAD_WIDTH: f32 = 2.0;
 const HEAD_LENGTH: f32 = 0.75;
-/// How narrow an arrow becomes that is seen from its end.
+/// Least relative width of an arrow that is seen from its end.
 const LEAST_NARROWED: f32 = 0.3;
 /// Share of the rating below which nothing flows that is worth a direction.
 const LEAST_SHARE: f64 = 0.005;
-/// Of arrows within the rating: dark, so that they are seen before the sky and equipment.
+/// Color of arrows within the rating, sRGB: dark against sky and equipment.
 const NORMAL: [u8; 3] = [112, 118, 126];
-/// Of those above it.
+/// Color of arrows above the rating, sRGB.
 const OVERLOADED: [u8; 3] = [232, 120, 20];
 const EDGE: [u8; 3] = [30, 32, 36];
 const EDGE_POINTS: f32 = 1.6;
 const COVER: f32 = 0.92;
 const DASHED: u32 = 1;
 
-/// What an arrow looks like besides its place.
+/// Shape of an arrow by its load.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum ArrowShape {
     /// So wide, metres, with so many heads.
     Known { width: f32, heads: u32 },
-    /// What flows is not known.
+    /// Arrow of an unknown flow.
     Unknown,
 }
 
@@ -66,7 +67,7 @@ impl ArrowShape {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Arrow {
     middle: Vec3,
-    /// Where it points; of unit length.
+    /// Direction of the arrow, a unit vector.
     along: Vec3,
     length: f32,
     shape: ArrowShape,
@@ -162,7 +163,7 @@ mod tests {
         (faces, strokes)
     }
 
-    /// Where its tip is, along x.
+    /// Returns the x coordinate of the tip.
     fn tip(faces: &[WorldFace]) -> f32 {
         let head = faces.last().unwrap().corners;
         head[1].x

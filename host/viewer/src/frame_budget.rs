@@ -28,20 +28,20 @@ pub(crate) struct FrameBudget {
     steps: u32,
     /// The last frames, milliseconds.
     frames: VecDeque<f64>,
-    /// What frames took before the last step, where that made detail coarser.
+    /// Median frame time before the last step to coarser detail, milliseconds.
     before: Option<f64>,
     /// Frames until the next step may be taken to coarser detail, and to finer.
     cooldown: [u32; 2],
 }
 
 impl FrameBudget {
-    /// Keeps frames to `target` milliseconds; without one, detail is as it is asked for.
+    /// Creates a budget of `target` milliseconds a frame; without one, detail is never reduced.
     pub(crate) fn new(target: Option<f64>) -> Self {
         let frames = VecDeque::with_capacity(MEDIAN_FRAMES);
         Self { target, steps: 0, frames, before: None, cooldown: [0; 2] }
     }
 
-    /// How many times over errors may show.
+    /// Returns the factor on the permitted screen error.
     pub(crate) fn coarseness(&self) -> f32 {
         STEP.powi(self.steps as i32)
     }

@@ -1,8 +1,8 @@
-//! Whether there is a device to draw with.
+//! Availability of a graphics device.
 
 use busbar_renderer::{RenderError, Renderer, RendererOptions};
 
-/// The device that a view is drawn with where nobody chooses another one.
+/// Returns the name of the default graphics device.
 ///
 /// # Errors
 /// When there is no Vulkan loader, driver, fitting device or, if asked for, validation layer;

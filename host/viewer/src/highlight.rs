@@ -9,7 +9,7 @@ use busbar_tags::Snapshot;
 use crate::highlight_styles::{self, ALARM, Highlight, NONE, SELECTION, UNKNOWN, WARNING};
 use crate::overlay_instances::{NodeState, OverlayFrame, StateBasis};
 
-/// What a node is marked as, the least urgent first.
+/// Condition of a node, the least urgent first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 enum Condition {
     #[default]
@@ -24,21 +24,21 @@ enum Condition {
 pub(crate) struct Highlights {
     /// Empty where none has any.
     of_nodes: Vec<Highlight>,
-    /// How often they changed.
+    /// Number of changes so far.
     revision: u64,
-    /// What they come of.
+    /// Conditions and states that the highlights were computed from.
     conditions: HashMap<u32, Condition>,
     states: HashMap<u32, Highlight>,
     selection: BTreeSet<NodeIndex>,
 }
 
 impl Highlights {
-    /// Of its own condition or that of the nodes above it, whichever is more urgent;
-    /// where nothing is wrong, the state of the nearest node that has one, and where there
-    /// is none, selection. That is outlined in any case, and must hide nothing.
+    /// Updates the highlights. A node takes the more urgent of its own condition and its
+    /// ancestors'. Where nothing is wrong, it takes the nearest ancestor's state, else the
+    /// selection color. The selection has an outline besides and hides nothing.
     ///
-    /// A tint or state that rests on a value that is not good is drawn as unknown: what
-    /// is not known must look neither certain nor healthy.
+    /// Tints and states that depend on a value of bad or uncertain quality are drawn as unknown,
+    /// neither certain nor healthy.
     pub(crate) fn update(
         &mut self,
         graph: &SceneGraph,
@@ -78,7 +78,7 @@ impl Highlights {
         self.revision
     }
 
-    /// Those of all nodes in their order; none where no node has any.
+    /// Returns the highlights of all nodes in their order; empty if no node has one.
     pub(crate) fn of_nodes(&self) -> &[Highlight] {
         &self.of_nodes
     }
@@ -109,7 +109,7 @@ fn conditions_of(overlay_frame: &OverlayFrame, snapshot: Snapshot<'_>) -> HashMa
     own
 }
 
-/// What a node and those above it come to.
+/// Condition, selection and state that a node inherits from its ancestors.
 #[derive(Clone, Copy, Default)]
 struct Inherited {
     condition: Condition,
@@ -130,7 +130,7 @@ fn color(inherited: Inherited) -> Highlight {
     }
 }
 
-/// Of the states that several overlays give a node, the last one's shows.
+/// Returns the highlight of each node with a state; the last overlay's state wins.
 fn states_of(states: &[NodeState], snapshot: Snapshot<'_>) -> HashMap<u32, Highlight> {
     let is_good = |state: &NodeState| match state.basis {
         StateBasis::Tag(tag) => snapshot.state(tag).is_some_and(|state| state.quality.is_good()),

@@ -1,4 +1,5 @@
-//! The numbers by which plugins that go on know tags and nodes, where others joined these.
+//! Index remap: maps the tag and node indices held by running plugins to those of the reloaded
+//! scene.
 
 use std::sync::Arc;
 
@@ -11,7 +12,7 @@ use crate::load::LoadedScene;
 /// No tag has this number.
 const NO_TAG: TagHandle = TagHandle(u32::MAX);
 
-/// From the numbers of one scene to those of another.
+/// Map from the tag and node indices of one scene to those of another.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct IndexRemap {
     pub(crate) tags: HandleRemap,
@@ -19,8 +20,7 @@ pub(crate) struct IndexRemap {
 }
 
 impl IndexRemap {
-    /// From a scene to the one in its place. Where nodes are what they were, that is so of
-    /// their numbers.
+    /// Builds the map between two scenes; with the same nodes it maps tags alone.
     pub(crate) fn between(before: &LoadedScene, after: &LoadedScene, same_nodes: bool) -> Self {
         let tags = match Arc::ptr_eq(&before.tags, &after.tags) {
             true => HandleRemap::default(),
@@ -39,17 +39,17 @@ impl IndexRemap {
         Self { tags, nodes }
     }
 
-    /// Both in turn.
+    /// Returns the composition: this map, then the next.
     pub(crate) fn then(&self, next: &Self) -> Self {
         Self { tags: self.tags.then(&next.tags), nodes: self.nodes.then(&next.nodes) }
     }
 
-    /// Where a node is now.
+    /// Returns the present index of a node; none if the node is gone.
     pub(crate) fn node(&self, NodeIndex(old): NodeIndex) -> Option<NodeIndex> {
         self.nodes.index(old).map(NodeIndex)
     }
 
-    /// A picture in the numbers of now. What names something that is gone goes with it.
+    /// Maps a picture to the present indices; entries of removed tags or nodes are dropped.
     pub(crate) fn picture(&self, picture: &Arc<OverlayPicture>) -> Arc<OverlayPicture> {
         if self.tags.is_identity() && self.nodes.is_identity() {
             return Arc::clone(picture);

@@ -13,21 +13,21 @@ use glam::{Vec3, vec3};
 use crate::camera::Projection;
 use crate::verdicts::UnknownVerdict;
 
-/// From where labels are seen.
+/// Projection and eye position for content over the scene.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct OverlayCamera {
     pub(crate) projection: Projection,
-    /// World space, metres.
+    /// Eye position in world space, metres.
     pub(crate) eye: Vec3,
 }
 
-/// What labels say of their nodes besides lines.
+/// Node sets that decide on a label's presentation.
 #[derive(Clone, Copy)]
 pub(crate) struct LabelContext<'a> {
     pub(crate) selection: &'a BTreeSet<NodeIndex>,
-    /// Behind other equipment.
+    /// Nodes whose labels are occluded.
     pub(crate) hidden: &'a BTreeSet<NodeIndex>,
-    /// In alarm.
+    /// Nodes that are in alarm.
     pub(crate) alarmed: &'a BTreeSet<NodeIndex>,
 }
 
@@ -142,7 +142,7 @@ fn late_mark(quality: Quality) -> ValueMark {
     ValueMark::Bad { reason: format!("{reason}, display late") }
 }
 
-/// How a value is marked: by its quality first, whatever an overlay says.
+/// Returns the mark of a value: by quality first, then by severity.
 pub(crate) fn mark(quality: Quality, severity: Severity) -> ValueMark {
     match (quality, severity) {
         (Quality::Uncertain(reason), _) => ValueMark::Uncertain { reason: reason.to_string() },

@@ -1,11 +1,11 @@
 //! The viewer: a configuration becomes a scene, a scene becomes frames.
 //!
-//! [`LoadedScene::load`] reads a configuration and everything it names, and
-//! finds every fault in it. [`Viewer`] steps it frame by frame, into a window
-//! or an offscreen picture. [`optimize`] runs one model through one optimiser;
-//! [`import_scene`] makes a configuration from a model and a point list.
+//! [`LoadedScene::load`] reads a configuration and everything it names, and reports every fault.
+//! [`Viewer`] steps the scene frame by frame, in a window or offscreen. [`optimize`] runs one model
+//! through one optimizer; [`import_scene`] creates a configuration from a model and a point list.
 //!
-//! Invariant: no Vulkan type and no protocol word crosses this façade.
+//! Invariant: no Vulkan type and no protocol message crosses this public interface.
+#![doc = include_str!("../DESIGN.md")]
 
 mod alarms;
 mod camera;

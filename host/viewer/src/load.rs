@@ -1,4 +1,4 @@
-//! From a configuration file to everything a view needs, without a device.
+//! Scene loader: reads a configuration and all it names, without a graphics device.
 
 mod alarms;
 mod bindings;
@@ -51,19 +51,19 @@ use crate::{LoadError, LoadMillis};
 /// The largest configuration file that is read.
 pub const MAX_CONFIG_FILE_BYTES: u64 = busbar_config::MAX_CONFIG_BYTES as u64;
 
-/// Told what is being loaded: stage, steps done, steps in all.
+/// Progress callback: stage, steps done, steps in all.
 pub type LoadProgress<'a> = dyn Fn(&str, usize, usize) + Sync + 'a;
 
 /// A configuration with everything it names, loaded and checked. Clones share all of it.
 #[derive(Clone)]
 pub struct LoadedScene {
     pub(crate) config: Arc<Config>,
-    /// Where relative paths start from.
+    /// Base folder of relative paths.
     folder: PathBuf,
     pub(crate) instances: BTreeMap<String, Plugin>,
-    /// Those of the configuration, then the proxies.
+    /// Models of the configuration, then the proxies.
     pub(crate) models: Vec<LoadedModel>,
-    /// How often each model of the configuration is placed.
+    /// Number of placements of each configured model.
     pub(crate) instances_of_models: Vec<usize>,
     pub(crate) graph: Arc<SceneGraph>,
     pub(crate) proxies: Arc<Proxies>,
@@ -74,7 +74,7 @@ pub struct LoadedScene {
     pub(crate) alarms: LoadedAlarms,
     /// The alarm log that the configuration asks for.
     pub(crate) audit_log: Option<AuditLogOptions>,
-    /// What its equipment is called.
+    /// Names and aliases of the equipment.
     pub(crate) equipment: Arc<EquipmentIndex>,
     /// The font of panels and labels; none for the one built in.
     pub(crate) font: Option<Arc<[u8]>>,
@@ -86,7 +86,7 @@ pub struct LoadedScene {
     /// Folder for compiled pipelines.
     pub(crate) pipeline_cache: Option<PathBuf>,
     notes: Vec<String>,
-    /// What plugins did wrong by themselves: the scene is shown all the same.
+    /// Failures of plugins that do not prevent the scene from being shown.
     plugin_failures: Vec<Diagnostic>,
 }
 
@@ -97,28 +97,28 @@ pub(crate) struct LoadedModel {
     pub(crate) stacks: Vec<Arc<CollapseStacks>>,
     pub(crate) materials: Arc<[Material]>,
     pub(crate) textures: Arc<[Texture]>,
-    /// Where the device has it; none until all models are there.
+    /// Slot on the device; none until all models are loaded.
     pub(crate) slot: Option<u32>,
     pub(crate) provenance: ModelProvenance,
 }
 
 impl LoadedModel {
-    /// What the device knows it by.
+    /// Returns the model's handle on the device.
     pub(crate) fn handle(&self) -> ModelHandle {
         ModelHandle::from_index(self.slot.unwrap_or(u32::MAX))
     }
 }
 
-/// How a model came about.
+/// Provenance of a model, compared at reload.
 #[derive(Clone, Default)]
 pub(crate) struct ModelProvenance {
-    /// Whether its collapses go in the order of their errors.
+    /// True if the collapses are ordered by error.
     by_error: bool,
-    /// Whether its optimiser did its part.
+    /// True if the optimizer succeeded.
     is_complete: bool,
-    /// Which content of its file it is; that of files beside it is not looked at.
+    /// Version of the model file; files that it references are not checked.
     file: FileVersion,
-    /// Where it was taken apart: of each mesh the range of its pieces.
+    /// Range of pieces of each mesh, for a model that was split.
     pieces: Vec<Range<u32>>,
 }
 
@@ -130,11 +130,11 @@ pub(crate) struct Binding {
     pub(crate) role: String,
 }
 
-/// Faults gathered while loading goes on as far as it can.
+/// Collector of diagnostics, so that loading continues as far as possible.
 pub(crate) struct DiagnosticsCollector<'a> {
     config: &'a Config,
     found: Vec<Diagnostic>,
-    /// Of plugins: no reason not to show the scene.
+    /// Failures of plugins, which do not prevent the scene from being shown.
     plugin_failures: Vec<Diagnostic>,
 }
 
@@ -143,8 +143,8 @@ impl<'a> DiagnosticsCollector<'a> {
         Self { config, found: Vec::new(), plugin_failures: Vec::new() }
     }
 
-    /// Notes what a plugin did or said. What it alone is to blame for keeps nobody from
-    /// seeing the scene.
+    /// Adds a plugin's error. An error that the plugin alone caused does not prevent the scene from
+    /// being shown.
     pub(crate) fn add_plugin_error(&mut self, pointer: &str, error: &PluginError) {
         if error.is_reported_by_plugin() {
             self.add_plugin_failure(pointer, error.to_string(), error.remedy());
@@ -322,8 +322,8 @@ impl LoadedScene {
         }
     }
 
-    /// As [`LoadedScene::load`], but what plugins did wrong by themselves counts too, and
-    /// whether the alarm log can be opened is tried.
+    /// Loads like [`LoadedScene::load`], but plugin failures count as faults, and the alarm log is
+    /// checked.
     ///
     /// # Errors
     /// Every fault of the file, of the files it names, of the plugins, and of the alarm log.
@@ -340,8 +340,8 @@ impl LoadedScene {
         Err(LoadError { file: path.to_owned(), diagnostics })
     }
 
-    /// Tries to open the alarm log, and writes nothing: a failure is a trouble, and what is
-    /// wrong with the log itself a note.
+    /// Checks that the alarm log can be opened, without writing. An unusable log is a failure; a
+    /// damaged one gives a remark.
     fn check_audit_log(&mut self, path: &Path) -> Result<(), LoadError> {
         let Some(rules) = &self.audit_log else { return Ok(()) };
         match busbar_audit_log::inspect(rules) {
@@ -394,12 +394,12 @@ impl LoadedScene {
         Some((self.folder.join(&log.file), log))
     }
 
-    /// Where the configuration wants numbers served.
+    /// Returns the configured endpoint of metrics.
     pub fn metrics(&self) -> Option<MetricsConfig> {
         self.config.metrics
     }
 
-    /// How many models the configuration has.
+    /// Returns the number of configured models.
     pub(crate) fn model_count(&self) -> usize {
         self.config.models.len()
     }
@@ -409,8 +409,8 @@ impl LoadedScene {
         self.config.view.size
     }
 
-    /// How to draw it, as the configuration asks. What leaves the quality open is drawn at the
-    /// lowest where the processor draws, which a view without a spectator does not heed.
+    /// Returns the renderer options of the configuration. An open quality becomes `Low` on a
+    /// software rasterizer, except in headless views.
     pub fn renderer_options(&self) -> RendererOptions {
         let view = &self.config.view;
         let quality = match view.quality {
@@ -469,7 +469,7 @@ fn policies_of(config: &Config) -> Vec<ThetaPolicy> {
     config.models.values().map(|model| policy_of(&model.theta)).collect()
 }
 
-/// What some work gives, and how many milliseconds it took.
+/// Runs some work and returns its result with the time in milliseconds.
 fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
     let start = Instant::now();
     (work(), millis_since(start))
@@ -493,7 +493,7 @@ fn folder_of(path: &Path) -> PathBuf {
     folder.canonicalize().unwrap_or_else(|_| folder.to_owned())
 }
 
-/// Reads a configuration; whether what it names is there is not looked at.
+/// Reads a configuration without checking the files it names.
 fn read_config(path: &Path) -> Result<Config, LoadError> {
     let faulty = |diagnostics| LoadError { file: path.to_owned(), diagnostics };
     let text = read_text(path).map_err(|fault| faulty(vec![fault]))?;

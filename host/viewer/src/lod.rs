@@ -1,12 +1,9 @@
-//! Where the cursor of each instance stands, and where it is wanted.
+//! Level of detail: chooses the collapse cursor of each instance and tracks the cursor shown.
 //!
-//! A frame chooses a level of detail for the instances whose policy follows
-//! the camera, and so the cursor that each is *wanted* at. It is *shown* there
-//! as soon as the mesh at that cursor is ready; until then it stays where it
-//! is, and on the way there it goes by degrees. Popping and pushing (the paper's
-//! S1 and S2) are a cursor that grows or shrinks: no mesh is edited. A group far
-//! away is drawn as one mesh, its proxy, which has a cursor too; its instances are
-//! then shown nowhere.
+//! Each frame chooses a level of detail for instances whose policy depends on the camera, and thus
+//! their *wanted* cursors. The *shown* cursor follows once the mesh there is ready, by geomorphing.
+//! Moving a cursor pops or pushes collapses (S1 and S2 of the paper); no mesh is edited. A distant
+//! group is drawn as its proxy mesh, which has a cursor of its own, instead of its instances.
 
 mod draw_changes;
 mod geomorphing;
@@ -29,31 +26,31 @@ use self::hlod::HlodState;
 use self::instance_kinds::{FIRST_PROXY, InstanceKind, InstanceKinds, LevelCursors};
 use crate::load::{LoadedModel, Proxies};
 
-/// The cursor of what is not shown.
+/// Cursor of an instance that is not shown.
 const NOT_SHOWN: u32 = u32::MAX;
 /// The level where the past plays no part.
 const NO_LEVEL: u32 = u32::MAX;
 
 const EVERYWHERE: Bounds = Bounds { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY };
 
-/// From where a scene is seen, and how sharply.
+/// Camera position, direction and resolution for the choice of detail.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LodCamera {
-    /// World space, metres.
+    /// Eye position in world space, metres.
     pub(crate) position: Vec3,
-    /// Where it looks, of unit length.
+    /// Viewing direction, a unit vector.
     pub(crate) ahead: Vec3,
     pub(crate) pixel: PixelSize,
 }
 
-/// What a pixel covers.
+/// Size of a pixel in the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum PixelSize {
-    /// In perspective.
+    /// Perspective projection: the size grows with depth.
     PerMetre {
-        /// Of what is a metre ahead, metres.
+        /// Pixel size one metre ahead of the eye, metres.
         ahead: f32,
-        /// Metres ahead of what is a metre away, at the picture's corners.
+        /// Depth per metre of distance at the picture's corners.
         corner: f32,
     },
     /// Whatever the distance, metres: without perspective.
@@ -61,8 +58,7 @@ pub(crate) enum PixelSize {
 }
 
 impl LodCamera {
-    /// What a pixel covers at least of what is within a box in the picture, at a distance in
-    /// metres.
+    /// Returns a lower bound of the pixel size within a box at a distance, both in metres.
     pub(crate) fn pixel_at(&self, bounds: &Bounds, distance: f32) -> f32 {
         match self.pixel {
             PixelSize::PerMetre { ahead, corner } => {
@@ -87,10 +83,10 @@ pub(crate) struct LodCursors {
     kinds: Vec<InstanceKind>,
     /// The graph's, then those of the groups' proxies.
     instances: Vec<InstanceCursor>,
-    /// How many are the graph's.
+    /// Number of instances of the graph.
     own: usize,
     groups: Vec<HlodState>,
-    /// Where the eye was; none when all must be chosen anew.
+    /// Camera of the last choice; none while all must be chosen again.
     eye: Option<LodCamera>,
     /// Instances in full detail, whatever their policies say.
     full_detail: BTreeSet<usize>,
@@ -98,21 +94,21 @@ pub(crate) struct LodCursors {
     displaced: BTreeSet<usize>,
     /// Instances that must be seen, which proxies may leave out: neither are their groups.
     individual: BTreeSet<usize>,
-    /// How many times over errors may show that policies bound, 1 or more.
+    /// Factor on the screen errors that policies permit, at least 1.
     coarseness: f32,
-    /// Instances that are not shown where they are wanted, or on their way there.
+    /// Instances that are not at their wanted cursors, or are morphing.
     moving: Vec<usize>,
     morphs: ActiveMorphs,
     /// Instances shown at another cursor than in the last frame.
     moved: Vec<usize>,
     reported: ReportedDrawing,
-    /// Whether all were shown where they were wanted once.
+    /// True once all instances were shown at their wanted cursors.
     has_settled: bool,
-    /// Whether counts by model are out of date.
+    /// True if the counts by model are outdated.
     has_changed: bool,
 }
 
-/// What is drawn: an instance of the graph, or a group as one, by their indices.
+/// Drawn item: an instance of the graph or a merged group, by index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum DrawItem {
     Instance(usize),
@@ -127,27 +123,27 @@ pub(crate) struct MeshCursor {
     pub(crate) cursor: u32,
 }
 
-/// What is to be ready before a cursor moves.
+/// Resource that an instance needs before its cursor moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum LodRequest {
-    /// The mesh there.
+    /// Mesh at the cursor.
     Mesh(MeshCursor),
-    /// The way to or from it, for what is finer.
+    /// Morph data of the finer mesh, to or from this cursor.
     Morph(MeshCursor),
 }
 
-/// Where an instance stands: a site has a hundred thousand of them.
+/// Cursor state of an instance; a site has a hundred thousand of them.
 struct InstanceCursor {
     /// Index of its kind.
     kind: u32,
     /// Level of the policy, or [`NO_LEVEL`].
     level: u32,
-    /// Around it in the world, at hand for each frame; without vertices it is everywhere.
+    /// World bounds, cached for each frame; infinite for a mesh without vertices.
     bounds: Bounds,
-    /// The theta wanted.
+    /// Theta that the policy wants.
     theta: f64,
     wanted: u32,
-    /// On a way it is the finer end.
+    /// Cursor shown; during a morph, that of the finer mesh.
     shown: u32,
     /// Index of the way that it is on.
     transition: u32,
@@ -155,23 +151,23 @@ struct InstanceCursor {
     triangles: u32,
 }
 
-/// What the instances of a model come to.
+/// Level of detail of a model, summed over its instances.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct ModelDetail {
     /// Least and greatest theta wanted.
     pub(crate) theta: [f64; 2],
-    /// Whether policies choose, and not a hand.
+    /// True if policies choose theta instead of the operator.
     pub(crate) by_policy: bool,
     /// Entries to be collapsed.
     pub(crate) s1: u64,
-    /// Entries collapsed.
+    /// Number of collapsed entries.
     pub(crate) s2: u64,
-    /// Live triangles.
+    /// Number of live triangles.
     pub(crate) triangles: u64,
 }
 
 impl InstanceCursor {
-    /// Of a kind, in full detail.
+    /// Creates the state of an instance in full detail.
     fn new(kind: u32, bounds: Option<Bounds>, triangles: u32) -> Self {
         let (level, theta, transition) = (NO_LEVEL, 0.0, NO_TRANSITION);
         let bounds = bounds.unwrap_or(EVERYWHERE);
@@ -184,7 +180,8 @@ impl InstanceCursor {
 }
 
 impl LodCursors {
-    /// All instances in full detail. `policies` has one for each model that is no proxy.
+    /// Creates the cursors of all instances in full detail. `policies` has one entry for each model
+    /// that is not a proxy.
     pub(crate) fn new(
         graph: &SceneGraph,
         models: &[LoadedModel],
@@ -240,9 +237,9 @@ impl LodCursors {
         }
     }
 
-    /// Goes on as those of a scene before: what was set by hand, by model, and the scale; and,
-    /// where the instances of the graph are the same, which are in full detail, apart and marked.
-    /// `model_before`: the index that a model had.
+    /// Inherits manual thetas and scales from the cursors of a previous scene. With the same
+    /// instances, the sets of full-detail, displaced and individual ones are inherited, too.
+    /// `model_before` returns the previous index of a model.
     pub(crate) fn inherit(
         &mut self,
         before: &Self,
@@ -300,7 +297,8 @@ impl LodCursors {
         }
     }
 
-    /// Takes over that instances moved, and which stand elsewhere than proxies show them.
+    /// Updates the bounds of moved instances, and the set of those that proxies would show at a
+    /// wrong place.
     pub(crate) fn move_instances(
         &mut self,
         graph: &SceneGraph,
@@ -321,8 +319,8 @@ impl LodCursors {
         self.scale
     }
 
-    /// Chooses the cursors that are wanted. Costs nothing while nothing moves. To settle
-    /// is to draw groups at once as they are wanted.
+    /// Chooses the wanted cursors. Nothing is computed while the camera rests. With `settle`,
+    /// groups are merged or split at once.
     pub(crate) fn choose_levels(&mut self, eye: LodCamera, models: &[LoadedModel], settle: bool) {
         let settle = settle || !self.has_settled;
         let last = self.eye.replace(eye);
@@ -424,9 +422,9 @@ impl LodCursors {
         }
     }
 
-    /// Shows instances where they are wanted, or lets them go there: those for which all
-    /// is ready, or all and at once, to settle. The first time it settles in any case:
-    /// there is nothing to show meanwhile. `now`: when the frame is, seconds.
+    /// Moves instances to their wanted cursors, or starts their morphs, where the required meshes
+    /// are ready. With `settle`, and at the first call, all move at once. `now` is the frame's
+    /// time, seconds.
     pub(crate) fn advance(
         &mut self,
         models: &[LoadedModel],
@@ -445,7 +443,7 @@ impl LodCursors {
         self.note_morphing();
     }
 
-    /// Moves an instance on, if it can; tells whether it has not arrived.
+    /// Advances an instance if possible; reports whether it has yet to arrive.
     fn advance_instance(
         &mut self,
         index: usize,
@@ -479,12 +477,12 @@ impl LodCursors {
         self.kind_of(instance).at(cursor)
     }
 
-    /// How many instances are not where they are wanted.
+    /// Returns the number of instances that are not at their wanted cursors.
     pub(crate) fn waiting_count(&self) -> usize {
         self.moving.len()
     }
 
-    /// What instances wait for, with repetitions.
+    /// Returns the resources that instances wait for, with repetitions.
     pub(crate) fn waiting(&self, models: &[LoadedModel]) -> impl Iterator<Item = LodRequest> {
         let cursors = self.moving.iter().map(|&index| &self.instances[index]);
         cursors.filter(|instance| instance.transition == NO_TRANSITION).flat_map(|instance| {
@@ -508,8 +506,7 @@ impl LodCursors {
         });
     }
 
-    /// What the instances of each model come to, if it changed since it was
-    /// last asked for.
+    /// Returns the detail of each model if it has changed since the last call.
     pub(crate) fn changed_detail(&mut self, models: &[LoadedModel]) -> Option<Vec<ModelDetail>> {
         if !std::mem::take(&mut self.has_changed) {
             return None;
@@ -539,7 +536,7 @@ impl LodCursors {
     }
 }
 
-/// The policy that a configuration words.
+/// Converts a configured theta to its policy.
 pub(crate) fn policy_of(theta: &ThetaConfig) -> ThetaPolicy {
     match theta {
         ThetaConfig::Fixed(theta) => ThetaPolicy::Fixed(*theta),

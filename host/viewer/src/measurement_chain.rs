@@ -26,7 +26,7 @@ impl MeasurementChain {
         &self.points
     }
 
-    /// As it lies over the scene.
+    /// Projects the chain to the screen.
     pub(crate) fn projected(&self, projection: Projection) -> Measurement {
         let point = |&world: &DVec3| MeasuredPoint {
             at: projection.to_screen(world.as_vec3()),
@@ -35,7 +35,7 @@ impl MeasurementChain {
         Measurement { points: self.points.iter().map(point).collect() }
     }
 
-    /// In words, and what to do next.
+    /// Returns the measured length and the next step as text.
     pub(crate) fn text(&self) -> String {
         let pieces = self.points.windows(2).map(|pair| pair[0].distance(pair[1]));
         match self.points.len() {

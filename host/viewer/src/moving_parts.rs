@@ -1,7 +1,7 @@
 //! Parts of models that move with switches: where each stands, as far as it is known.
 //!
-//! A part whose position is not known, or not any more, stands in the middle of its way and
-//! is hatched: it is shown neither open nor closed.
+//! A part of unknown position stands in the middle of its travel and is hatched, neither open nor
+//! closed.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
@@ -14,22 +14,22 @@ use busbar_tags::Snapshot;
 
 use crate::overlay_instances::{NodeState, StateBasis, SwitchPosition};
 
-/// Where a part of unknown position stands.
+/// Travel of a part whose position is unknown.
 const MIDDLE: f64 = 0.5;
 
-/// All parts of a scene that may move, and where they are. Clones share what parts there are.
+/// All moving parts of a scene with their positions. Clones share the table of parts.
 #[derive(Clone, Default)]
 pub(crate) struct MovingParts {
     parts: Arc<PartTable>,
-    /// Parts whose positions were ever told, by index.
+    /// Parts whose position was reported at least once, by index.
     shown: BTreeMap<u32, MovedPart>,
     /// Instances that stand elsewhere than their models show them.
     moved: BTreeSet<usize>,
     /// Instances that the last update moved.
     just_moved: Vec<usize>,
-    /// What the last update was told, and whether each position was good.
+    /// Positions of the last update, with the validity of each.
     positions_seen: Vec<(SwitchPosition, bool)>,
-    /// What was not known then.
+    /// States of the parts whose position was unknown.
     unknown: Vec<NodeState>,
 }
 
@@ -37,13 +37,13 @@ pub(crate) struct MovingParts {
 #[derive(Default)]
 struct PartTable {
     kinds: Vec<PartKind>,
-    /// Of each part its node and kind.
+    /// Node and kind of each part.
     all: Vec<(NodeIndex, u32)>,
     /// Pieces of equipment with runs of the parts at them or under them, in order.
     at: Vec<(NodeIndex, Range<u32>)>,
 }
 
-/// How a part of a model moves, wherever that is placed.
+/// Motion of a model's part, shared by all its placements.
 struct PartKind {
     mechanism: String,
     motion: Motion,
@@ -57,7 +57,7 @@ struct MovedPart {
     instances: Vec<usize>,
 }
 
-/// Where a part is shown, from open, 0, to closed, 1.
+/// Displayed position of a part, from open, 0, to closed, 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct PartPosition {
     travelled: f64,
@@ -106,7 +106,7 @@ impl PartTable {
 }
 
 impl MovingParts {
-    /// Those that the models of a configuration have, wherever they are placed.
+    /// Finds the moving parts of all placed models.
     pub(crate) fn new(config: &Config, graph: &SceneGraph) -> Self {
         let mut parts = PartTable::default();
         let mut first_kinds: HashMap<&str, u32> = HashMap::new();
@@ -132,13 +132,13 @@ impl MovingParts {
         Self { parts: Arc::new(parts.finish()), ..Self::default() }
     }
 
-    /// Whether a position at a piece of equipment moves any part.
+    /// Reports whether a position moves any part.
     pub(crate) fn has(&self, position: &SwitchPosition) -> bool {
         self.parts.moved_by(position).next().is_some()
     }
 
-    /// Moves the parts whose positions changed, and gives what is not known as states. Most
-    /// frames tell what the one before told, and cost a comparison.
+    /// Moves the parts whose positions changed; returns states for parts of unknown position. An
+    /// unchanged frame costs a comparison.
     pub(crate) fn update(
         &mut self,
         graph: &mut Arc<SceneGraph>,
@@ -326,7 +326,7 @@ mod tests {
         SwitchPosition { node, mechanism: mechanism.into(), tag: TAG, travelled }
     }
 
-    /// Where the tips of both blades are.
+    /// Returns the tips of both blades.
     fn tips(graph: &SceneGraph) -> [Vec3; 2] {
         ["Q-L1/blade", "Q-L2/blade"].map(|id| {
             let world = graph.node(graph.find(id).unwrap()).world_from_node();

@@ -1,4 +1,4 @@
-//! One model through one optimiser: `busbar optimize`.
+//! Optimization of one model by one plugin: `busbar optimize`.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -26,16 +26,16 @@ pub struct OptimizedModel {
     build_ms: BTreeMap<String, f64>,
 }
 
-/// Why a model cannot be optimised.
+/// Error that keeps a model from being optimized.
 #[derive(Debug, Error)]
 pub enum OptimizeError {
-    /// The model file.
+    /// Error of the model file.
     #[error("{0}")]
     Import(#[from] ImportError),
-    /// The plugin.
+    /// Error of the plugin.
     #[error("{error}\n  remedy: {}", error.remedy())]
     Plugin {
-        /// What it says.
+        /// Error that the plugin reports.
         error: PluginError,
     },
     /// The result cannot be written.
@@ -43,17 +43,17 @@ pub enum OptimizeError {
     Export(#[from] ExportError),
 }
 
-/// What `busbar optimize --stats` writes, summed over the meshes of the model.
-/// Vertices are welded positions.
+/// Statistics of `busbar optimize --stats`, summed over the meshes of the model. Vertices are
+/// welded positions.
 #[derive(Clone, Debug, Serialize)]
 pub struct OptimizeStats {
-    /// Proportion asked for.
+    /// Simplified proportion that was requested.
     pub theta: f64,
     /// Surviving vertices: V - min(round(theta V), V - components) a mesh.
     pub vertices: u64,
     /// Vertices that a live triangle uses.
     pub vertices_referenced: u64,
-    /// Live triangles.
+    /// Number of live triangles.
     pub triangles: u64,
     /// Connected components of live triangles.
     pub components: u64,
@@ -80,24 +80,24 @@ pub struct OptimizeStats {
     pub imported: ImportedStats,
     /// Moves walked by `--round-trip`.
     pub round_trips: u64,
-    /// Whether every return to theta 0 gave the imported bytes; null if not walked.
+    /// True if every return to theta 0 gave the imported bytes; null if not walked.
     pub lossless: Option<bool>,
 }
 
 /// The model at theta 0.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct ImportedStats {
-    /// Meshes.
+    /// Number of imported meshes.
     pub meshes: usize,
-    /// Welded positions: V.
+    /// Number of welded positions, V.
     pub vertices: u64,
-    /// Triangles.
+    /// Number of imported triangles.
     pub triangles: u64,
     /// Connected components, in welded positions.
     pub components: u64,
     /// Edges with one triangle.
     pub border_edges: u64,
-    /// Euler characteristic.
+    /// Euler characteristic of the meshes.
     pub euler: i64,
 }
 
@@ -105,7 +105,7 @@ impl OptimizedModel {
     /// Imports a model and runs the plugin on each of its meshes.
     ///
     /// # Errors
-    /// The file's or the plugin's.
+    /// Errors of the model file or of the plugin.
     pub fn build(
         file: &Path,
         plugin_directories: &[PathBuf],
@@ -135,7 +135,7 @@ impl OptimizedModel {
         Ok(Self { model, stacks: built.stacks, imported, build_ms })
     }
 
-    /// Counts at theta.
+    /// Returns the statistics at a theta.
     pub fn stats(&self, theta: f64) -> OptimizeStats {
         let mut live = MeshStatistics::default();
         let mut full = MeshStatistics::default();
@@ -212,7 +212,7 @@ impl OptimizedModel {
     /// The model at theta as GLB bytes.
     ///
     /// # Errors
-    /// When it is too large for the format.
+    /// A model that is too large for the format.
     pub fn write(&self, theta: f64) -> Result<Vec<u8>, OptimizeError> {
         let mut model = self.model.clone();
         model.meshes = self.stacks.iter().map(|stacks| mesh_at(stacks, theta)).collect();

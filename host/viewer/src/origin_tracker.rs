@@ -14,14 +14,14 @@ use crate::load::LoadedScene;
 /// Changes of origin that are kept of one tag; older ones are joined.
 const MAX_CHANGES: usize = 256;
 
-/// All origins but live, each on its own.
+/// All origins except live, one by one.
 const KINDS: [Origin; 5] =
     [Origin::SUBSTITUTED, Origin::TEST, Origin::SIMULATED, Origin::RECORDED, Origin::HISTORICAL];
 
 /// Origins of all tags. Its cost in a frame is that of the tags that changed.
 #[derive(Debug, Default)]
 pub(crate) struct OriginTracker {
-    /// Of the scene that it follows; none before the first frame.
+    /// Configuration of the tracked scene; none before the first frame.
     config: Option<Arc<Config>>,
     tags: Option<Arc<TagSet>>,
     of_tags: Vec<Origin>,
@@ -58,7 +58,7 @@ impl OriginTracker {
         states.for_each(|(state, tag)| self.set(TagHandle(tag), state.origin, history, since));
     }
 
-    /// Goes on with another configuration: what its tags were before is known by their ids.
+    /// Adopts another configuration; past origins of tags are matched by id.
     fn take_scene(&mut self, scene: &LoadedScene) {
         let before = self.tags.replace(Arc::clone(&scene.tags));
         self.config = Some(Arc::clone(&scene.config));

@@ -1,5 +1,4 @@
-//! Which objects have an outline: what is selected, hovered over or brushed in a chart, with
-//! all below it.
+//! Outlines of selected, hovered and brushed equipment, its descendants included.
 
 use std::collections::BTreeSet;
 
@@ -16,7 +15,7 @@ pub(crate) struct Outlines {
 }
 
 impl Outlines {
-    /// What is both is selected.
+    /// Updates the list; selection takes precedence over hovering.
     pub(crate) fn update(
         &mut self,
         graph: &SceneGraph,

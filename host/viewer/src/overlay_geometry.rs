@@ -1,5 +1,5 @@
-//! Arrows and contours of overlays, as lines and faces in the world, together with those of
-//! a chart. Worked out anew where what they rest on, or the eye that arrows turn to, changed.
+//! World geometry of overlays: flow arrows and contours, merged with the chart's lines and faces.
+//! It is rebuilt when its inputs change, such as the eye position.
 
 use busbar_plugin_host::Contour;
 use busbar_renderer::{MAX_POLYLINE_PARTS, Polylines, WorldFace, WorldStroke};
@@ -10,7 +10,7 @@ use glam::{Vec3, vec2};
 use crate::overlay_instances::{ContourLevel, OverlayFrame, OverlayInstance, PowerFlow};
 use crate::{contour, flow_arrows};
 
-/// Revisions of what is drawn with a chart are told from the chart's own by this bit.
+/// Bit that distinguishes merged revisions from the chart's own.
 const OVERLAY_REVISION_BIT: u64 = 1 << 63;
 
 /// Lines and faces of a frame, kept while nothing changes.
@@ -19,9 +19,9 @@ pub(crate) struct OverlayGeometry {
     inputs: GeometryInputs,
     contours: Geometry,
     arrows: Geometry,
-    /// Those with the chart's.
+    /// Geometry of overlays and chart together.
     all: Geometry,
-    /// Of the chart, when `all` was put together.
+    /// Revision of the chart when `all` was composed.
     chart: Option<u64>,
     revision: u64,
 }
@@ -32,7 +32,7 @@ struct Geometry {
     strokes: Vec<WorldStroke>,
 }
 
-/// What the marks rest on.
+/// Inputs that the geometry was computed from.
 #[derive(Default, PartialEq)]
 struct GeometryInputs {
     eye: Vec3,
@@ -41,7 +41,7 @@ struct GeometryInputs {
 }
 
 impl OverlayGeometry {
-    /// Takes over what overlays give, as an eye sees it.
+    /// Rebuilds the geometry if overlays or the eye position have changed.
     pub(crate) fn update(
         &mut self,
         graph: &SceneGraph,
@@ -101,7 +101,7 @@ impl OverlayGeometry {
         self.revision += 1;
     }
 
-    /// All lines and faces of a frame: those of a chart alone where there are no others.
+    /// Returns all lines and faces of a frame, or those of the chart alone.
     pub(crate) fn polylines<'a>(&'a self, chart: Option<Polylines<'a>>) -> Option<Polylines<'a>> {
         if self.is_empty() {
             return chart;
@@ -112,7 +112,7 @@ impl OverlayGeometry {
     }
 }
 
-/// One contour for each overlay that gives levels.
+/// Builds one contour for each overlay with levels.
 fn contours(
     graph: &SceneGraph,
     overlays: &[OverlayInstance],

@@ -30,27 +30,27 @@ pub(crate) const HEADLESS_TIMEOUT: Duration = Duration::from_millis(250);
 pub(crate) struct OverlayInstance {
     pub(crate) overlay: RunningOverlay,
     pub(crate) fault: Option<String>,
-    /// Whether the operator has it drawn.
+    /// True if the operator shows the layer.
     pub(crate) is_shown: bool,
-    /// What it shows besides values.
+    /// Description that the overlay gives of its output.
     pub(crate) description: Arc<OverlayDescription>,
-    /// Its legend, as panels show it.
+    /// Legend as panels show it.
     pub(crate) legend: Arc<[LegendRow]>,
     /// The nodes of the equipment described; none for what the scene has not.
     nodes: Vec<Option<NodeIndex>>,
-    /// The mechanisms described.
+    /// Names of the described mechanisms.
     mechanisms: Vec<Arc<str>>,
     /// Verdicts on the equipment described.
     pub(crate) verdicts: VerdictBoard,
     /// Ids of the equipment that the verdicts are on.
     verdict_equipment: Vec<String>,
-    /// What it drew last, in the numbers of now.
+    /// Last picture, in the indices of the present scene.
     last: Arc<OverlayPicture>,
     /// The same with nothing to rest on, while it is late.
     late: Option<Arc<OverlayPicture>>,
-    /// From the numbers that it was told to those of now.
+    /// Map from the plugin's indices to the present ones.
     remap: IndexRemap,
-    /// The picture that it gave last, and the same in the numbers of now.
+    /// Last picture of the plugin, before and after the remap.
     remapped: [Arc<OverlayPicture>; 2],
 }
 
@@ -61,7 +61,7 @@ const MAX_UNKNOWN_LABELS: usize = 1000;
 /// number, so that nothing of it counts as known; what values are worth is not said by it.
 pub(crate) const LATE_DISPLAY: TagHandle = TagHandle(u32::MAX - 1);
 
-/// What all overlays draw in one frame.
+/// Output of all overlays in one frame.
 #[derive(Default)]
 pub(crate) struct OverlayFrame {
     /// Last picture of each overlay, and whether the overlay is late.
@@ -71,12 +71,12 @@ pub(crate) struct OverlayFrame {
     /// The same with layer and reason, for labels.
     pub(crate) unknown_labels: Vec<UnknownVerdict>,
     pub(crate) tints: Vec<OverlayTint>,
-    /// Of alarms that other systems decide on.
+    /// Tints of alarms that external systems decide on.
     pub(crate) external_tints: Vec<ExternalAlarmTint>,
     pub(crate) states: Vec<NodeState>,
     pub(crate) positions: Vec<SwitchPosition>,
     pub(crate) flows: Vec<PowerFlow>,
-    /// Those of one overlay in a row.
+    /// Contour levels, grouped by overlay.
     pub(crate) levels: Vec<ContourLevel>,
 }
 
@@ -99,19 +99,19 @@ pub(crate) struct ContourLevel {
     pub(crate) node: NodeIndex,
     /// The tag that it rests on.
     pub(crate) tag: TagHandle,
-    /// In the contour's unit.
+    /// Value in the contour's unit.
     pub(crate) value: f64,
 }
 
-/// Where a switch stands.
+/// Position of a switch.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SwitchPosition {
     pub(crate) node: NodeIndex,
-    /// What moves.
+    /// Name of the moving mechanism.
     pub(crate) mechanism: Arc<str>,
     /// The tag that it rests on.
     pub(crate) tag: TagHandle,
-    /// From open, 0, to closed, 1; none where what is reported contradicts itself.
+    /// Travel from open, 0, to closed, 1; none for a contradictory report.
     pub(crate) travelled: Option<f64>,
 }
 
@@ -119,9 +119,9 @@ pub(crate) struct SwitchPosition {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct NodeState {
     pub(crate) node: NodeIndex,
-    /// What rests on several tags is named for each, in a row.
+    /// Basis of the state; a state with several tags is listed once for each, consecutively.
     pub(crate) basis: StateBasis,
-    /// sRGB.
+    /// Color of the state, sRGB.
     pub(crate) color: [u8; 3],
     pub(crate) pattern: Pattern,
     /// The overlay, and the entry of its legend; none of a chart's.
@@ -129,7 +129,7 @@ pub(crate) struct NodeState {
 }
 
 impl NodeState {
-    /// Whether another is the same for another reason.
+    /// Reports whether another entry is the same state with another basis.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         (self.node, self.legend) == (other.node, other.legend)
     }
@@ -149,7 +149,7 @@ impl OverlayFrame {
     }
 }
 
-/// What a state rests on.
+/// Basis of a state: a live tag or a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum StateBasis {
     /// The value of a tag.
@@ -159,7 +159,7 @@ pub(crate) enum StateBasis {
 }
 
 impl OverlayInstance {
-    /// Whether it shows flows of power.
+    /// Reports whether the overlay shows power flows.
     pub(crate) fn has_flows(&self) -> bool {
         self.last.quantities.iter().any(|quantity| matches!(quantity.what, Quantity::Flow { .. }))
     }
@@ -183,8 +183,7 @@ impl OverlayInstance {
         }
     }
 
-    /// Takes the place of an overlay with other settings: an operator's choice outlives
-    /// them, and so does what was abnormal.
+    /// Inherits visibility and past abnormal verdicts from the overlay before a change of settings.
     pub(crate) fn inherit(&mut self, before: Self) {
         self.is_shown = before.is_shown;
         (self.verdicts, self.verdict_equipment) = (before.verdicts, before.verdict_equipment);
@@ -195,7 +194,7 @@ impl OverlayInstance {
         self.nodes.get(equipment).copied().flatten()
     }
 
-    /// Goes on in a scene where things have other numbers.
+    /// Adapts to a scene with other tag and node indices.
     pub(crate) fn remap_indices(&mut self, remap: &IndexRemap, graph: &SceneGraph) {
         self.remap = self.remap.then(remap);
         self.last = remap.picture(&self.last);
@@ -205,7 +204,7 @@ impl OverlayInstance {
         self.nodes = equipment.map(|id| graph.find(id)).collect();
     }
 
-    /// A picture that it gave, in the numbers of now.
+    /// Maps a plugin's picture to the present indices.
     fn remap_picture(&mut self, picture: Arc<OverlayPicture>) -> Arc<OverlayPicture> {
         if !Arc::ptr_eq(&self.remapped[0], &picture) {
             let now = self.remap.picture(&picture);
@@ -248,8 +247,8 @@ impl OverlayInstance {
         self.description = description;
     }
 
-    /// Marks what it drew last as late. Were it gone from the picture, equipment would look as if
-    /// all were well; were it bad, the plant would be blamed.
+    /// Marks the last picture as late. Removing it would suggest a healthy plant; marking it bad
+    /// would blame the plant.
     fn late_picture(&mut self) -> Arc<OverlayPicture> {
         let last = &self.last;
         Arc::clone(self.late.get_or_insert_with(|| Arc::new(without_values(last))))
@@ -357,9 +356,9 @@ pub(crate) fn source_policy(config: &Config, name: &str) -> SourcePolicy {
     SourcePolicy { origin, basis }
 }
 
-/// Lets every overlay work, hidden ones too: what they calculate from has a history, and
-/// their verdicts count while nobody looks. All of them share the patience. Of one that
-/// fails what it drew last is shown as late; it keeps its fault, which is logged once.
+/// Runs every overlay, hidden ones included: their calculations have a history, and their verdicts
+/// count. All share the timeout. A failed overlay shows its last picture as late; its fault is
+/// logged once.
 pub(crate) fn run_overlays(
     overlays: &mut [OverlayInstance],
     scene: &LoadedScene,

@@ -132,7 +132,7 @@ pub(crate) fn plugin(plugin: &Plugin, link: Option<LinkReport>, fault: Option<&s
     }
 }
 
-/// A plugin's process in words: `restarting in 2 s · 1 death: killed by SIGSEGV`.
+/// Describes a plugin's process: `restarting in 2 s · 1 death: killed by SIGSEGV`.
 fn process(status: &PluginStatus) -> String {
     let mut words = match status.state {
         PluginState::Restarting { after } => format!("restarting in {:.1} s", after.as_secs_f64()),

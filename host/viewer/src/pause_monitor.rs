@@ -15,7 +15,7 @@ pub(crate) struct PauseMonitor(Arc<Mutex<MonitorState>>);
 #[derive(Default)]
 struct MonitorState {
     detector: PauseDetector,
-    /// The last pause that nobody took; of several the one that distrusts most.
+    /// Last pause that was not taken; of several, the one that invalidates most values.
     pending: Option<Pause>,
     count: u64,
 }

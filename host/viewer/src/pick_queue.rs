@@ -1,7 +1,7 @@
-//! Asks the device what is at pixels, and does not wait for the answer.
+//! Queue of asynchronous picks: requests the objects at pixels without waiting for the device.
 //!
-//! One question is under way at a time. What the operator asked for waits with the
-//! picture that was on the screen then: the answer is about that one.
+//! One pick is in progress at a time. An operator's request keeps the draw list of the picture that
+//! was displayed then, so that the result refers to that picture.
 
 use std::collections::VecDeque;
 
@@ -10,18 +10,18 @@ use busbar_renderer::{CameraView, DrawList, PixelArea};
 /// Questions of the operator that wait; beyond that the oldest is forgotten.
 const MAX_WAITING: usize = 8;
 
-/// What an answer is for.
+/// Purpose of a pick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum PickPurpose {
-    /// Selects what is at a pixel.
+    /// Select the equipment at a pixel.
     Select,
     /// Selects all that shows in a part of the picture.
     SelectAll,
-    /// Measures to what is at a pixel.
+    /// Measure to the surface at a pixel.
     Measure,
-    /// Names what is under the pointer.
+    /// Name the equipment under the pointer.
     Hover,
-    /// Tells which labels' anchors are hidden.
+    /// Find the labels whose anchors are occluded.
     Labels,
 }
 
@@ -30,7 +30,7 @@ pub(crate) enum PickPurpose {
 pub(crate) struct PickRequest {
     pub(crate) purpose: PickPurpose,
     pub(crate) area: PixelArea,
-    /// Through which camera the picture was taken.
+    /// Camera view of the picture.
     pub(crate) view: CameraView,
 }
 
@@ -39,13 +39,13 @@ pub(crate) struct PickRequest {
 pub(crate) struct PickQueue {
     waiting: VecDeque<(PickRequest, DrawList)>,
     in_progress: Option<PickRequest>,
-    /// What was last asked for the pointer, and for labels.
+    /// Last requests for hovering and for label occlusion.
     hover: Option<PickRequest>,
     labels: Option<PickRequest>,
 }
 
 impl PickQueue {
-    /// Asks about a picture with what it showed.
+    /// Enqueues a request about a picture with its draw list.
     pub(crate) fn enqueue(&mut self, request: PickRequest, shown: &DrawList) {
         if self.waiting.len() == MAX_WAITING {
             self.waiting.pop_front();
@@ -58,7 +58,7 @@ impl PickQueue {
         self.waiting.pop_front()
     }
 
-    /// Whether it is worth asking: it was not asked just before.
+    /// Reports whether the request differs from the last one of its purpose.
     pub(crate) fn is_new(&self, request: &PickRequest) -> bool {
         let last = match request.purpose {
             PickPurpose::Hover => self.hover,
@@ -85,17 +85,17 @@ impl PickQueue {
         self.in_progress = None;
     }
 
-    /// Forgets what the pointer was over, so that it is asked for anew.
+    /// Forgets the last hover request, so that the next one is issued.
     pub(crate) fn forget_hover(&mut self) {
         self.hover = None;
     }
 
-    /// Forgets which labels were hidden, so that it is asked anew.
+    /// Forgets the last label request, so that the next one is issued.
     pub(crate) fn forget_labels(&mut self) {
         self.labels = None;
     }
 
-    /// Whether an answer is to come.
+    /// Reports whether a result is pending.
     pub(crate) fn is_busy(&self) -> bool {
         self.in_progress.is_some() || !self.waiting.is_empty()
     }

@@ -1,4 +1,4 @@
-//! From a model file and a point list to the text of a scene.
+//! Scene import: a configuration from a model file and a point list.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -11,17 +11,17 @@ use busbar_scene::{Model, ModelIndex, NodeIndex, Placement, SceneError, SceneGra
 use glam::Vec3;
 use thiserror::Error;
 
-/// From the middle of the model to the eye: from the right, above and in front.
+/// Direction from the model's center to the eye: right, above and in front.
 const TO_EYE: Vec3 = Vec3::new(0.62, 0.38, 0.69);
 /// Air around the model in the picture.
 const AIR: f32 = 1.1;
 
-/// What a scene is to be made of.
+/// Request for a scene from a model and a point list.
 #[derive(Clone, Debug)]
 pub struct SceneRequest {
     /// Model, .glb or .gltf.
     pub model: PathBuf,
-    /// Point list, CSV.
+    /// Path of the point list, CSV.
     pub points: PathBuf,
     /// Configuration that the text is for: its paths start from there.
     pub out: PathBuf,
@@ -35,22 +35,22 @@ pub struct SceneRequest {
     pub optimizer: Option<String>,
     /// Directories that plugins are looked for in.
     pub plugin_directories: Vec<PathBuf>,
-    /// Whether rows with faults are left out.
+    /// True if faulty rows are skipped.
     pub skips_bad_rows: bool,
 }
 
 /// A scene, as text, and what became of the tags.
 #[derive(Clone, Debug)]
 pub struct ImportedScene {
-    /// The configuration.
+    /// Text of the configuration.
     pub text: String,
     /// Every tag in one line.
     pub report_csv: String,
-    /// How many are bound, and what is in doubt.
+    /// Report on bound tags and doubtful matches, Markdown.
     pub report_markdown: String,
-    /// Tags.
+    /// Number of imported tags.
     pub tags: usize,
-    /// Those that are bound to nodes.
+    /// Number of tags bound to nodes.
     pub bound: usize,
     /// Rows that were left out, and why.
     pub skipped: Vec<ListFault>,
@@ -58,20 +58,20 @@ pub struct ImportedScene {
     pub unused_columns: Vec<String>,
     /// Assumptions about the list: its encoding, lines that were passed over.
     pub remarks: Vec<String>,
-    /// What the model's import left out.
+    /// Remarks on content that the model import left out.
     pub notes: Vec<String>,
 }
 
-/// Why there is no scene.
+/// Error that prevents the scene import.
 #[derive(Debug, Error)]
 pub enum SceneImportError {
-    /// The model file.
+    /// Error of the model file.
     #[error("{0}")]
     Model(#[from] ImportError),
     /// The model's names make no scene.
     #[error("{fault}\n  remedy: {}", fault.remedy())]
     Scene {
-        /// What is wrong with them.
+        /// Fault of the model's names.
         fault: SceneError,
     },
     /// More nodes than tags are matched with.
@@ -80,9 +80,9 @@ pub enum SceneImportError {
     /// The list cannot be opened.
     #[error("cannot read '{}': {fault}\n  remedy: check the path and its rights", file.display())]
     Unreadable {
-        /// The list.
+        /// Path of the point list.
         file: PathBuf,
-        /// What the system says.
+        /// Error of the operating system.
         fault: std::io::Error,
     },
     /// No plugin is named that would bring the tags.
@@ -97,9 +97,9 @@ pub enum SceneImportError {
     /// The list has faults.
     #[error("{}", told(file, faults))]
     List {
-        /// The list.
+        /// Path of the point list.
         file: PathBuf,
-        /// All of them.
+        /// Faults of the list.
         faults: Vec<ListFault>,
     },
 }
@@ -214,7 +214,7 @@ fn catalogue(graph: &SceneGraph) -> Result<Catalogue, TooManyNodes> {
     Catalogue::new(&names)
 }
 
-/// What stands behind the last slash, but that of a root, whose name may have some.
+/// Returns the name behind the last slash of an id; a root keeps its whole id.
 fn name_of(id: &str, parent: Option<NodeIndex>) -> NodeName<'_> {
     let name = match parent {
         Some(_) => id.rsplit('/').next().unwrap_or(id),

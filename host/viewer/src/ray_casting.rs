@@ -1,4 +1,4 @@
-//! Where a line of sight meets a surface, at full detail.
+//! Ray casting against meshes at full detail: picking of surface points.
 
 use busbar_geometry::{Bounds, Mesh};
 use busbar_renderer::{CameraView, SectionPlane};
@@ -10,14 +10,15 @@ use crate::load::LoadedModel;
 /// Half a line, from where the picture begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Ray {
-    /// World space, metres.
+    /// Origin in world space, metres.
     pub(crate) origin: DVec3,
-    /// Unit vector.
+    /// Direction, a unit vector.
     pub(crate) direction: DVec3,
 }
 
 impl Ray {
-    /// Through a place in a picture of some size, both in pixels from its upper left corner.
+    /// Creates the ray through a position in a picture; position and size are in pixels from the
+    /// upper left corner.
     pub(crate) fn through_pixel(view: &CameraView, at: [f64; 2], size: [u32; 2]) -> Self {
         let [projection, camera] = [view.projection, view.camera_from_world].map(|m| m.as_dmat4());
         let world_from_clip: DMat4 = (projection * camera).inverse();
@@ -41,7 +42,7 @@ impl Ray {
         if share.is_finite() { from + edge * share.clamp(0.0, 1.0) } else { from }
     }
 
-    /// How far it is to a box; `None` where it is missed.
+    /// Returns the distance to a box (slab method); `None` for a miss.
     fn distance_to_bounds(self, bounds: &Bounds) -> Option<f64> {
         let (mut enters, mut leaves) = (0.0_f64, f64::INFINITY);
         for axis in 0..3 {
@@ -60,8 +61,8 @@ impl Ray {
         (enters <= leaves).then_some(enters)
     }
 
-    /// How far it is to a triangle (T. Möller and B. Trumbore, "Fast, Minimum Storage
-    /// Ray/Triangle Intersection", 1997), from either side.
+    /// Returns the distance to a triangle from either side (T. Möller and B. Trumbore, "Fast,
+    /// Minimum Storage Ray/Triangle Intersection", 1997).
     fn distance_to_triangle(self, [a, b, c]: [DVec3; 3]) -> Option<f64> {
         let (ab, ac) = (b - a, c - a);
         let across = self.direction.cross(ac);
@@ -78,8 +79,7 @@ impl Ray {
     }
 }
 
-/// What surfaces a ray is tried against: those of models in a scene, up to the plane that
-/// cuts it open.
+/// Surfaces for ray casts: the models of a scene, clipped by its section plane.
 #[derive(Clone, Copy)]
 pub(crate) struct SceneSurfaces<'a> {
     pub(crate) graph: &'a SceneGraph,
@@ -95,9 +95,8 @@ impl SceneSurfaces<'_> {
     }
 }
 
-/// Where a ray meets what shows as a node, in full detail. Where the picture showed less
-/// detail, or a thin wire wider than it is, the ray may miss that: then the point of an edge
-/// that it passes closest by.
+/// Returns the nearest intersection of a ray with a node at full detail. A ray may miss a node that
+/// was drawn coarser or widened. Then the nearest point of one of its edges is returned.
 pub(crate) fn surface_point(
     surfaces: &SceneSurfaces<'_>,
     node: NodeIndex,
@@ -126,7 +125,7 @@ pub(crate) fn surface_point(
     })
 }
 
-/// How far along a ray it is to what shows as a node.
+/// Returns the distance along a ray to the nearest surface of a node.
 pub(crate) fn distance_to_node(
     surfaces: &SceneSurfaces<'_>,
     node: NodeIndex,
@@ -178,7 +177,7 @@ fn for_each_triangle(
     }
 }
 
-/// What of an instance's mesh shows as a node.
+/// Part of an instance's mesh that belongs to a node.
 enum MeshPart {
     All,
     Feature(u32),

@@ -34,16 +34,16 @@ pub(crate) struct RecordStore {
     revision: u64,
 }
 
-/// Those of one plugin.
+/// Records of one plugin.
 struct RecordSource {
     poller: RecordPoller,
     lists: Vec<List>,
-    /// Why they cannot be read now.
+    /// Fault that keeps the records from being read.
     fault: Option<String>,
 }
 
 impl RecordStore {
-    /// Begins to read.
+    /// Starts reading the records of all configured plugins.
     pub(crate) fn start(scene: &LoadedScene, settles: bool) -> Result<Self, ViewError> {
         let mut store = Self::default();
         let plugins = scene.config.records.iter();
@@ -60,7 +60,7 @@ impl RecordStore {
         Ok(store)
     }
 
-    /// Takes over what was read.
+    /// Takes the lists that the pollers have read.
     pub(crate) fn step(&mut self, scene: &LoadedScene) {
         for source in &mut self.sources {
             let (is_new, fault) = (source.poller.take(&mut source.lists), source.poller.fault());
@@ -72,8 +72,8 @@ impl RecordStore {
         }
     }
 
-    /// What the lists have of equipment that goes by these ids. `places` says of each id
-    /// which pole or part has it.
+    /// Returns the records of the equipment with these ids. `places` names the pole or part of each
+    /// id.
     fn sections(
         &self,
         ids: &[String],
@@ -87,7 +87,7 @@ impl RecordStore {
     }
 }
 
-/// Tells of rows that belong to nothing in the scene.
+/// Warns of rows whose equipment is not in the scene.
 fn warn_absent(scene: &LoadedScene, list: &List) {
     let is_absent = |id: &&str| scene.equipment.find(&scene.graph, id).is_none();
     let mut absent = list.equipment().take(MAX_CHECKED_IDS).filter(is_absent);
@@ -128,7 +128,7 @@ fn section(
     }
 }
 
-/// Why a list may not be as its source has it now.
+/// Returns the reason why a list may be outdated.
 fn doubt(list: &List, fault: Option<&str>, now: SourceTime) -> Option<String> {
     let info = list.info();
     if let Some(fault) = fault.or(info.fault.as_deref()) {
@@ -173,12 +173,12 @@ fn local(unix_nanos: i64, format: &str) -> String {
     at.to_zoned(TimeZone::system()).strftime(format).to_string()
 }
 
-/// What the lists have of one piece of equipment, between frames.
+/// Records of one piece of equipment, cached between frames.
 #[derive(Debug, Default)]
 pub(crate) struct EquipmentRecords {
     ids: Vec<String>,
     places: Vec<Option<String>>,
-    /// Of the books, and the minute: a list grows old without changing.
+    /// Store revision and minute of the last lookup; lists age without changing.
     looked_up: Option<(u64, i64)>,
     sections: Arc<[RecordSection]>,
 }

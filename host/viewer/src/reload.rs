@@ -15,26 +15,25 @@ pub use file_watcher::SETTLE_TIME;
 /// Bytes of a fault that are kept to be shown; a file may have two hundred.
 const MAX_FAULT_BYTES: usize = 4_000;
 
-/// How long a frame waits for an edit that was just begun to be loaded: most take less, and
-/// are shown a frame earlier.
+/// Time for which a frame waits for a load that has just begun; most loads finish within it.
 const LOAD_GRACE: Duration = Duration::from_millis(30);
 
-/// How reloading went so far.
+/// Counters and last fault of configuration reloads.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReloadCounters {
     /// Configurations that were shown in place of the one before.
     pub good: u64,
-    /// Those that were not, for faults.
+    /// Configurations that were refused for faults.
     pub bad: u64,
-    /// From the file's settling to the frame that shows it, of the last good one; not
-    /// counting the frame itself.
+    /// Time from the file's settling to the frame that shows it, without the frame itself; of the
+    /// last good reload.
     pub last: Option<Duration>,
-    /// The faults of the file as it is, if it has any: what is shown is the one before.
+    /// Faults of the file on the disk; none while it is shown.
     pub fault: Option<String>,
 }
 
 impl ReloadCounters {
-    /// Notes how a configuration fared that is asked for.
+    /// Counts the outcome of a reload.
     pub(crate) fn note(&mut self, outcome: &ReloadOutcome, since: Instant) {
         match outcome {
             ReloadOutcome::Shown => {
@@ -58,14 +57,14 @@ fn shortened(fault: &str) -> String {
     format!("{}\u{2026}", &fault[..end])
 }
 
-/// What became of a configuration that was to be shown.
+/// Outcome of a configuration reload.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ReloadOutcome {
-    /// It is shown from the next frame on.
+    /// Configuration is shown from the next frame on.
     Shown,
-    /// Nothing is otherwise than it was.
+    /// Configuration is the same as before.
     Same,
-    /// It has faults, as these words say; the scene before stays.
+    /// Configuration is faulty, as the text says; the previous scene stays.
     Refused(String),
 }
 
@@ -82,7 +81,7 @@ impl BackgroundLoad {
     /// there.
     ///
     /// # Errors
-    /// Without a thread for it.
+    /// The operating system's error if no thread can be started.
     pub(crate) fn begin(
         viewer: &Viewer,
         path: &Path,
@@ -104,12 +103,12 @@ impl BackgroundLoad {
     /// Shows it, once it is there; none before.
     ///
     /// # Errors
-    /// The device's.
+    /// Errors of the graphics device.
     pub(crate) fn step(&self, viewer: &mut Viewer) -> Option<ReloadOutcome> {
         self.step_within(Duration::ZERO, viewer)
     }
 
-    /// As [`BackgroundLoad::step`], but waits a while for it to be there.
+    /// Steps like [`BackgroundLoad::step`], but waits up to `grace` for the load.
     fn step_within(&self, grace: Duration, viewer: &mut Viewer) -> Option<ReloadOutcome> {
         let outcome = match self.loaded.recv_timeout(grace) {
             Err(RecvTimeoutError::Timeout) => return None,
@@ -128,12 +127,12 @@ impl BackgroundLoad {
     }
 }
 
-/// Watches the configuration file of a viewer and shows what it becomes.
+/// Watcher of a viewer's configuration file that applies its changes.
 pub struct Reloader {
     path: PathBuf,
     file_watcher: FileWatcher,
     loading: Option<BackgroundLoad>,
-    /// Whether the models of what is shown are watched.
+    /// True once the watcher follows the models of the present scene.
     follows_models: bool,
     wake: std::sync::Arc<dyn Fn() + Send + Sync>,
 }
@@ -143,7 +142,7 @@ impl Reloader {
     /// something to do.
     ///
     /// # Errors
-    /// Without a thread for it.
+    /// The operating system's error if no thread can be started.
     pub fn start(path: &Path, wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
         let wake: std::sync::Arc<dyn Fn() + Send + Sync> = std::sync::Arc::new(wake);
         let path = std::path::absolute(path)?;
@@ -151,8 +150,8 @@ impl Reloader {
         Ok(Self { path, file_watcher, loading: None, follows_models: false, wake })
     }
 
-    /// Between frames: begins to load a file that has changed and settled, and shows it once
-    /// it is loaded. What became of it, when that is known.
+    /// Starts loading a file that has changed and settled, or applies a finished load, between
+    /// frames. Returns the outcome once it is known.
     pub fn step(&mut self, viewer: &mut Viewer) -> Option<ReloadOutcome> {
         if !std::mem::replace(&mut self.follows_models, true) {
             self.file_watcher.follow_models(viewer.model_files());

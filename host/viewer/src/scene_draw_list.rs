@@ -1,4 +1,4 @@
-//! What frames draw of a scene, kept between them: a frame costs by what changed.
+//! Draw list of the scene, updated incrementally from one frame to the next.
 
 use busbar_renderer::{DrawInstance, DrawList, Morph};
 use busbar_scene::NodeIndex;
@@ -23,7 +23,7 @@ impl SceneDrawList {
         &self.list
     }
 
-    /// Takes over where instances of the graph stand now.
+    /// Updates the transforms of moved instances.
     pub(crate) fn move_instances(&mut self, scene: &LoadedScene, moved: &[usize]) {
         for &index in moved {
             let instance = scene.graph.instance(index);
@@ -34,7 +34,7 @@ impl SceneDrawList {
         }
     }
 
-    /// Takes over what changed.
+    /// Updates the items and highlights that have changed.
     pub(crate) fn update(
         &mut self,
         scene: &LoadedScene,

@@ -1,28 +1,28 @@
-//! Texts of very many things, searched while somebody types.
+//! Incremental text search over the names of many items.
 
 use std::collections::HashMap;
 
 use memchr::memmem;
 
-/// What is found at most; who finds so many types on.
+/// Largest number of search results.
 pub(crate) const MAX_HITS: usize = 1_000;
 /// Bytes of a query that count.
 const MAX_QUERY_BYTES: usize = 200;
-/// Words of a query that count.
+/// Largest number of query words that count.
 const MAX_WORDS: usize = 8;
-/// Between the names of one thing, and behind its last.
+/// Separators between an item's names, and between items.
 const NAME_SEPARATOR: char = '\t';
 const ITEM_SEPARATOR: u8 = b'\n';
 
-/// All texts one behind the other in lower case, so that one pass over memory finds all.
+/// Lower-case text of all items in one buffer, searched in one pass over memory.
 #[derive(Debug, Default)]
 pub(crate) struct SearchIndex {
     text: String,
-    /// Where the text of each thing begins.
+    /// Start of each item's text, bytes.
     starts: Vec<u32>,
 }
 
-/// How well a thing fits, the best first.
+/// Rank of a match, the best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum MatchRank {
     Whole,
@@ -43,9 +43,8 @@ impl SearchIndex {
         self.text.push(char::from(ITEM_SEPARATOR));
     }
 
-    /// The numbers of things that have all words of a query in their names, those that fit
-    /// its first word best before others, and whether there are more than
-    /// [`MAX_HITS`].
+    /// Finds the items that contain all words of a query, best matches of the first word first. The
+    /// flag reports more than [`MAX_HITS`] results.
     pub(crate) fn find(&self, query: &str) -> (Vec<u32>, bool) {
         let query: String = query.chars().take(MAX_QUERY_BYTES).collect::<String>().to_lowercase();
         let mut words = query.split_whitespace().take(MAX_WORDS);

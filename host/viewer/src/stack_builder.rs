@@ -14,33 +14,32 @@ use rayon::prelude::*;
 /// Makes stacks, with an optimiser or (nothing then collapses) without.
 pub(crate) struct StackBuilder<'a> {
     pub(crate) optimizer: Option<&'a Optimizer>,
-    /// Where results are kept, and what this optimiser's are known by.
+    /// Cache of stacks, and the digest of this optimizer.
     pub(crate) cache: Option<(&'a StackCache, OptimizerDigest)>,
-    /// Whether collapses are done in the order of their errors, not in the plugin's.
+    /// True if collapses are ordered by error instead of the plugin's order.
     pub(crate) by_error: bool,
-    /// Whether a mesh with which the optimiser fails by itself gets stacks in which
-    /// nothing collapses.
+    /// True if a mesh on which the optimizer fails is kept without collapses.
     pub(crate) allows_failure: bool,
 }
 
 /// Stacks of the meshes of one model, and what their making took.
 #[derive(Default)]
 pub(crate) struct BuiltStacks {
-    /// One a mesh, in order.
+    /// Stacks of the meshes, in order.
     pub(crate) stacks: Vec<Arc<CollapseStacks>>,
     /// CPU milliseconds a stage, summed over meshes. `optimize` is the whole
     /// call of the plugin; `optimize/...` are the parts that it reported.
     pub(crate) millis: BTreeMap<String, f64>,
     /// Meshes whose stacks were in the cache.
     pub(crate) cached: usize,
-    /// What was wrong with the cache.
+    /// Remarks on faults of the cache.
     pub(crate) notes: Vec<String>,
-    /// Why a mesh had to do without the optimiser.
+    /// Failure of the optimizer on a mesh that is kept without collapses.
     pub(crate) optimizer_failure: Option<PluginError>,
 }
 
 impl StackBuilder<'_> {
-    /// Builds the stacks of all meshes. `done` is told how many are done.
+    /// Builds the stacks of all meshes; `done` receives the number of finished meshes.
     pub(crate) fn build(
         &self,
         meshes: Vec<Mesh>,

@@ -1,4 +1,4 @@
-//! What `--stats` writes.
+//! Statistics of the view, as `--stats` writes them.
 
 use std::collections::BTreeMap;
 
@@ -22,7 +22,7 @@ pub type LoadMillis = BTreeMap<String, f64>;
 pub struct Stats {
     /// Surviving vertices (welded positions), summed over instances.
     pub vertices: u64,
-    /// Triangles drawn.
+    /// Number of triangles drawn.
     pub triangles: u64,
     /// Triangles at full detail.
     pub triangles_full: u64,
@@ -30,18 +30,18 @@ pub struct Stats {
     pub theta: BTreeMap<String, f64>,
     /// Least and greatest theta of its instances by model.
     pub theta_span: BTreeMap<String, [f64; 2]>,
-    /// Milliseconds from the last frame's beginning until it was handed to the device, or what
-    /// is near of it, where that is drawn first; without waiting for it.
+    /// Milliseconds from the last frame's beginning until its submission. With two-pass
+    /// occlusion it ends at the submission of the first pass.
     pub cpu_ms: f64,
-    /// Milliseconds from when what is near was drawn until the rest was handed to the device:
-    /// for what is hidden, where the processor draws.
+    /// Milliseconds from the first pass of two-pass occlusion until the submission of the second,
+    /// on software rasterizers.
     pub hide_ms: f64,
     /// GPU milliseconds of the last frame it finished: `frame` in all, and by stage:
     /// `upload`, `scene`, `panels`. Empty on devices without timestamps.
     pub gpu_ms: BTreeMap<&'static str, f64>,
     /// Draws of the last frame, without those of the panels.
     pub draw_calls: u32,
-    /// Commands that asked for them: what is alike is one, where the device can.
+    /// Number of draw commands; identical draws share one where the device supports it.
     pub draw_commands: u32,
     /// CPU milliseconds that the last frame spent on meshes at new cursors.
     pub resolve_ms: f64,
@@ -55,11 +55,11 @@ pub struct Stats {
     pub index_cache_bytes: u64,
     /// Frames drawn so far.
     pub frames: u64,
-    /// One over the median frame time of the last frames.
+    /// Frame rate, from the median time of the last frames.
     pub fps_median: f64,
     /// 99th percentile of the frame time of the last frames, milliseconds.
     pub frame_ms_p99: f64,
-    /// Graphics device.
+    /// Name of the graphics device.
     pub gpu: String,
     /// Times that the device failed and was made anew.
     pub devices_replaced: u64,
@@ -69,7 +69,7 @@ pub struct Stats {
     pub load_ms: LoadMillis,
     /// Meshes whose stacks were in the cache.
     pub cached_meshes: usize,
-    /// Every plugin.
+    /// Statistics of every plugin instance.
     pub plugins: Vec<PluginStats>,
     /// Verdicts of the overlays on the equipment that they describe, hidden overlays
     /// included.
@@ -85,24 +85,24 @@ pub struct Stats {
     pub selected_alarm: Option<String>,
     /// The chart that stands in the scene.
     pub chart: Option<ChartStats>,
-    /// Every tag.
+    /// State of every tag.
     pub tags: Vec<TagStats>,
-    /// Tags a quality.
+    /// Number of tags by quality.
     pub quality: QualityStats,
-    /// Origins of what is shown that is not live: of any tag's value, and of plugins that
-    /// say it of all their values. Empty where all is live.
+    /// Origins other than live of tag values, and of plugins that declare them for all their
+    /// values. Empty while all is live.
     pub origin: Vec<&'static str>,
     /// Pauses of the process or the machine, after each of which values were held for stale.
     pub pauses: u64,
-    /// What was picked: equipment id, or null; also null where several are selected.
+    /// Equipment id of the selection; null unless exactly one piece is selected.
     pub picked: Option<String>,
-    /// Equipment ids of what is selected.
+    /// Equipment ids of the selection.
     pub selected: Vec<String>,
-    /// Equipment id of what is under the pointer, or null.
+    /// Equipment id under the pointer, or null.
     pub hovered: Option<String>,
-    /// What the faceplate shows, or null.
+    /// Content of the faceplate; null while it is closed.
     pub faceplate: Option<FaceplateStats>,
-    /// Whether the theme is the dark one.
+    /// True while the dark theme is active.
     pub dark: bool,
     /// Rows of the equipment that are listed: all that is open, or what a search found.
     pub equipment_rows: usize,
@@ -110,33 +110,33 @@ pub struct Stats {
     pub measured: Vec<[f64; 3]>,
     /// Equipment ids of labels whose equipment is behind other equipment.
     pub hidden_labels: Vec<String>,
-    /// The camera.
+    /// Position and mode of the camera.
     pub camera: CameraStats,
     /// Messages of the Vulkan validation layer.
     pub validation_messages: Vec<String>,
-    /// How the configuration was reloaded.
+    /// Counters of configuration reloads.
     pub reloads: ReloadStats,
 }
 
-/// What of a view is looked at all the time.
+/// Health of a view for continuous monitoring.
 #[derive(Clone, Debug, Serialize)]
 pub struct ViewHealth {
-    /// Tags by quality.
+    /// Number of tags by quality.
     pub quality: QualityStats,
-    /// How many alarms are in each state.
+    /// Number of alarms in each state.
     pub alarms: Vec<(AlarmState, usize)>,
-    /// Plugin instances.
+    /// Statistics of the plugin instances.
     pub plugins: Vec<PluginStats>,
-    /// How the configuration was reloaded.
+    /// Counters of configuration reloads.
     pub reloads: ReloadStats,
 }
 
-/// How a configuration was reloaded.
+/// Statistics of configuration reloads.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct ReloadStats {
     /// Configurations shown in place of the one before.
     pub good: u64,
-    /// Those that were refused.
+    /// Configurations that were refused.
     pub bad: u64,
     /// Milliseconds from the settling of the file to the frame that showed the last good one.
     pub last_ms: Option<f64>,
@@ -161,12 +161,12 @@ pub struct VerdictStats {
     pub was_abnormal: bool,
 }
 
-/// A faceplate.
+/// Content of a faceplate.
 #[derive(Clone, Debug, Serialize)]
 pub struct FaceplateStats {
-    /// Equipment id.
+    /// Equipment id of the faceplate.
     pub id: String,
-    /// What people call it; may be empty.
+    /// Descriptive name; may be empty.
     pub name: String,
     /// Ids of the tags whose values it shows.
     pub tags: Vec<String>,
@@ -174,37 +174,37 @@ pub struct FaceplateStats {
     pub trends: BTreeMap<String, usize>,
     /// Ids of its alarms that are not normal.
     pub alarms: Vec<String>,
-    /// What overlays show it in.
+    /// Names of the states that overlays show.
     pub states: Vec<String>,
-    /// What business and management systems have of it.
+    /// Records of business and asset management systems.
     pub records: Vec<RecordStats>,
 }
 
 /// A list of a faceplate.
 #[derive(Clone, Debug, Serialize)]
 pub struct RecordStats {
-    /// What it is called.
+    /// Title of the list.
     pub title: String,
-    /// Where it comes from.
+    /// Name of the source system.
     pub source: String,
-    /// Why it may not be as the source has it now, or null.
+    /// Reason why the list may be outdated, or null.
     pub doubt: Option<String>,
     /// Rows that are left out.
     pub left_out: u64,
-    /// How many rows are open.
+    /// Number of open rows.
     pub open: usize,
-    /// What is shown of each row: part, severity, `open` or `closed`, when, and its cells.
+    /// Displayed texts of each row: part, severity, `open` or `closed`, date, and the cells.
     pub rows: Vec<Vec<String>>,
 }
 
 /// A chart that stands in the scene.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct ChartStats {
-    /// Records there are.
+    /// Number of all records.
     pub records: usize,
     /// Records that are known at the instant shown and that brushes mean.
     pub meant: usize,
-    /// Whether those are still being counted.
+    /// True while the brushed records are being counted.
     pub is_counting: bool,
     /// Equipment whose last known record they mean.
     pub brushed: Vec<String>,
@@ -213,52 +213,52 @@ pub struct ChartStats {
     pub states: BTreeMap<String, Option<String>>,
     /// The axes shown that are before the camera, from the left to the right.
     pub axes: Vec<ChartAxisStats>,
-    /// The equipment that something is said of.
+    /// Equipment id that the explanation is about.
     pub explained: Option<String>,
-    /// What is the matter with it.
+    /// Verdict on that equipment.
     pub verdict: Option<String>,
-    /// What each method says of it.
+    /// Evidence of each method.
     pub evidence: Vec<ChartEvidence>,
-    /// Why records may be out of date.
+    /// Reason why the records may be outdated.
     pub fault: Option<String>,
 }
 
 /// An axis as the last frame had it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ChartAxisStats {
-    /// Its name.
+    /// Name of the axis.
     pub name: String,
-    /// Where its lower end is on the screen, points.
+    /// Screen position of the lower end, points.
     pub foot: [f32; 2],
-    /// Where its upper end is.
+    /// Screen position of the upper end, points.
     pub head: [f32; 2],
-    /// The values there.
+    /// Values at both ends.
     pub ends: [f32; 2],
-    /// Whether it is logarithmic.
+    /// True for a logarithmic axis.
     pub log: bool,
 }
 
-/// What a method says of a piece of equipment.
+/// Evidence of a method on a piece of equipment.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct ChartEvidence {
-    /// The method.
+    /// Name of the method.
     pub method: String,
-    /// Its result.
+    /// Result of the method.
     pub result: String,
-    /// Whether that agrees with the verdict; null where it says nothing.
+    /// True if the result agrees with the verdict; null without a result.
     pub agrees: Option<bool>,
 }
 
-/// The camera.
+/// Statistics of the camera.
 #[derive(Clone, Debug, Serialize)]
 pub struct CameraStats {
-    /// Where it stands, metres.
+    /// Position of the eye, metres.
     pub eye: [f32; 3],
-    /// Where it looks, a unit vector.
+    /// Viewing direction, a unit vector.
     pub direction: [f32; 3],
     /// `orbit`, `walk` or `fly`.
     pub mode: &'static str,
-    /// Whether it looks without perspective.
+    /// True for orthographic projection.
     pub orthographic: bool,
 }
 
@@ -306,30 +306,30 @@ fn records(shown: &RecordSection) -> RecordStats {
     }
 }
 
-/// One plugin.
+/// Statistics of a plugin instance.
 #[derive(Clone, Debug, Serialize)]
 pub struct PluginStats {
     /// Name in the configuration.
     pub name: String,
-    /// Plugin id.
+    /// Id of the plugin.
     pub plugin: String,
     /// `in process`, `running`, `starting`, `restarting`, `quarantined` or `ended`.
     pub state: &'static str,
-    /// Its process, or null.
+    /// Process id, or null in process.
     pub pid: Option<u32>,
     /// Memory that its process has in RAM, or null.
     pub memory_bytes: Option<u64>,
     /// Times that its process ended or was killed.
     pub deaths: u64,
-    /// How it ended last, or null.
+    /// Reason of the last death, or null.
     pub last_death: Option<String>,
     /// Samples that later ones of their tags overtook because too many waited.
     pub dropped: u64,
     /// Samples that named no tag of this plugin or made no sense.
     pub rejected: u64,
-    /// What went wrong last, or null.
+    /// Last fault, or null.
     pub fault: Option<String>,
-    /// Its link to what it reads from, or null where it reads from nothing.
+    /// Link to the data source, or null without one.
     pub link: Option<LinkStats>,
 }
 
@@ -359,16 +359,16 @@ pub struct LinkStats {
     pub clock_remarks: Vec<String>,
 }
 
-/// One tag.
+/// State of a tag.
 #[derive(Clone, Debug, Serialize)]
 pub struct TagStats {
-    /// Id.
+    /// Id of the tag.
     pub id: String,
     /// Last value, or null.
     pub value: serde_json::Value,
     /// `good`, `uncertain` or `bad`.
     pub quality: &'static str,
-    /// Why it is not good, or null.
+    /// Reason of the quality, or null if good.
     pub reason: Option<String>,
     /// Seconds since the value came, or null.
     pub age: Option<f64>,
@@ -376,33 +376,33 @@ pub struct TagStats {
     pub origin: Vec<&'static str>,
 }
 
-/// One alarm.
+/// State of an alarm.
 #[derive(Clone, Debug, Serialize)]
 pub struct AlarmStats {
-    /// Id.
+    /// Id of the alarm.
     pub id: String,
-    /// Its state by the letter of IEC 62682.
+    /// State by the letter of IEC 62682.
     pub state: AlarmState,
     /// `critical`, `high`, `medium` or `low`.
     pub priority: &'static str,
-    /// Whether its tag is good.
+    /// True while the alarm's tag is good.
     pub certain: bool,
     /// Occurrences since the start.
     pub occurrences: u64,
     /// The plugin whose source decides on it; none where that is done here.
     pub source: Option<String>,
-    /// Why nobody knows whether it holds still, where its source says so or is lost.
+    /// Reason why the alarm's state is uncertain: its source reports so or is lost.
     pub doubt: Option<String>,
 }
 
-/// Tags a quality.
+/// Number of tags by quality.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct QualityStats {
-    /// Good ones.
+    /// Tags of good quality.
     pub good: usize,
-    /// Uncertain ones.
+    /// Tags of uncertain quality.
     pub uncertain: usize,
-    /// Bad ones.
+    /// Tags of bad quality.
     pub bad: usize,
 }
 
@@ -412,7 +412,7 @@ impl From<QualityCounts> for QualityStats {
     }
 }
 
-/// What the GPU took, by stage.
+/// Returns the GPU time of the frame and its stages, milliseconds.
 pub(crate) fn gpu_millis(frame: &FrameStats) -> BTreeMap<&'static str, f64> {
     let whole = frame.gpu_millis.map(|millis| ("frame", millis));
     whole.into_iter().chain(frame.gpu_stages.iter()).collect()
@@ -441,7 +441,7 @@ pub(crate) fn selected_alarm(alarm_service: &AlarmService) -> Option<String> {
     alarm_service.id_of(alarm_service.selected()?)
 }
 
-/// One plugin with its link and its last fault.
+/// Counts the alarms in each state.
 pub(crate) fn alarms_by_state(alarms: &AlarmService) -> Vec<(AlarmState, usize)> {
     let table = alarms.table();
     let count = |state| -> usize {
@@ -499,7 +499,7 @@ pub(crate) fn link(report: LinkReport) -> LinkStats {
     }
 }
 
-/// All tags of a snapshot.
+/// Returns the state of all tags in a snapshot.
 pub(crate) fn tags(tags: &TagSet, snapshot: Snapshot<'_>) -> Vec<TagStats> {
     tags.specs().iter().zip(snapshot.states()).map(|(spec, state)| tag(spec, &state)).collect()
 }

@@ -38,7 +38,7 @@ pub(crate) fn switch_symbols(
     positions.iter().filter_map(symbol).collect()
 }
 
-/// What is not good is not known, whatever was reported last.
+/// Returns the symbol's state; a value that is not good is unknown, whatever was reported last.
 fn state_of(travelled: Option<f64>, is_good: bool) -> SwitchState {
     match travelled {
         _ if !is_good => SwitchState::Unknown,

@@ -1,4 +1,4 @@
-//! Which tags are listed: all, or those that have the words of a filter in their names.
+//! Tag filter: the tags whose id, name or equipment contains all words of the query.
 
 use std::sync::OnceLock;
 
@@ -8,15 +8,15 @@ use crate::search_index::SearchIndex;
 /// The tags that are listed.
 #[derive(Debug, Default)]
 pub(crate) struct TagFilter {
-    /// Made when it is first asked for.
+    /// Search index, built at the first query.
     text: OnceLock<SearchIndex>,
-    /// The tags found; none where nothing is asked for, and all are listed.
+    /// Tags found; none without a query, when all are listed.
     found: Option<(Vec<u32>, bool)>,
     query: String,
 }
 
 impl TagFilter {
-    /// Lists what has these words in its id, name or equipment; all where there are none.
+    /// Filters by the words of a query; an empty query lists all tags.
     pub(crate) fn filter(&mut self, query: &str, scene: &LoadedScene) {
         query.clone_into(&mut self.query);
         let asks = !query.trim().is_empty();

@@ -6,10 +6,10 @@ use busbar_plugin_host::{ClockReport, LinkReport, SampleSink};
 use busbar_plugin_process::RunningTelemetry;
 use busbar_tags::{HandleRemap, Sample, SourceTime};
 
-/// A telemetry plugin that runs, and what it calls its tags.
+/// Running telemetry plugin with the map from its tag indices to the scene's.
 pub(crate) struct TelemetryInstance {
     running: RunningTelemetry,
-    /// From the numbers that it was told to those of now.
+    /// Map from the plugin's tag indices to the present ones.
     remap: HandleRemap,
     clock_log: ClockLog,
 }
@@ -49,7 +49,7 @@ impl ClockLog {
 }
 
 impl TelemetryInstance {
-    /// By a plugin that was just started.
+    /// Wraps a plugin that was just started.
     pub(crate) fn new(running: RunningTelemetry) -> Self {
         Self { running, remap: HandleRemap::default(), clock_log: ClockLog::default() }
     }
@@ -59,12 +59,12 @@ impl TelemetryInstance {
         self.running.name()
     }
 
-    /// Goes on where tags have other numbers.
+    /// Adapts to a scene with other tag indices.
     pub(crate) fn remap_tags(&mut self, remap: &HandleRemap) {
         self.remap = self.remap.then(remap);
     }
 
-    /// Hands over the samples since the last call, the oldest first.
+    /// Passes on the samples since the last call, the oldest first.
     #[inline(always)]
     pub(crate) fn drain(&self, sink: &mut impl SampleSink) {
         if self.remap.is_identity() {
@@ -77,7 +77,7 @@ impl TelemetryInstance {
         });
     }
 
-    /// Logs what is new about the source's clock: once a step, once a skew.
+    /// Logs new findings about the source's clock, once for each step or skew.
     pub(crate) fn log_clock(&mut self) {
         let now = Instant::now();
         if self.clock_log.next.is_some_and(|next| now < next) {
@@ -94,7 +94,7 @@ impl TelemetryInstance {
         self.running.scene_time()
     }
 
-    /// What it last said of its link, and what came through it.
+    /// Returns the link state that the plugin reported, with sample counters.
     pub(crate) fn link(&self) -> LinkReport {
         self.running.link()
     }

@@ -34,7 +34,7 @@ pub(crate) fn upload(scene: &LoadedScene, renderer: &mut Renderer) -> Result<usi
     upload_some(&scene.models, renderer, |_| true)
 }
 
-/// Uploads those models that are wanted, each to its place; how many.
+/// Uploads the selected models to their slots; returns their number.
 pub(crate) fn upload_some(
     models: &[LoadedModel],
     renderer: &mut Renderer,
@@ -49,7 +49,7 @@ pub(crate) fn upload_some(
     Ok(count)
 }
 
-/// The models of a scene, with nothing said of them yet.
+/// Returns the models of a scene without level-of-detail counts.
 pub(crate) fn without_details(scene: &LoadedScene) -> Vec<UploadedModel> {
     // Proxies are placed by no configuration.
     let counts = scene.instances_of_models.iter().copied().chain(std::iter::repeat(0));

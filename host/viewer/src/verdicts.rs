@@ -1,8 +1,7 @@
 //! Verdicts of an overlay on its equipment, as they hold in this frame.
 //!
-//! The host takes a verdict back in the frame in which a value under it is not good, and
-//! remembers an abnormal one until the piece is judged normal: an alarm does not clear
-//! because nobody can judge any more.
+//! A verdict is withdrawn in the frame in which one of its values is not good. An abnormal verdict
+//! is remembered until the piece is judged normal: an alarm does not clear for lack of data.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -58,7 +57,7 @@ pub(crate) struct VerdictBoard {
     has_logged_missing: bool,
 }
 
-/// A verdict with its words.
+/// Verdict on a piece of equipment, with its reason as text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct VerdictText<'a> {
     pub(crate) verdict: Verdict,
@@ -118,7 +117,7 @@ impl VerdictBoard {
         }
     }
 
-    /// Takes other equipment; pieces that stay keep what is known of them.
+    /// Adopts another list of equipment; pieces that remain keep their verdicts.
     pub(crate) fn describe(&mut self, before: &[String], now: &[String]) {
         let known: HashMap<&str, PieceVerdict> =
             before.iter().map(String::as_str).zip(self.pieces.iter().copied()).collect();
@@ -148,12 +147,12 @@ impl VerdictBoard {
         pieces.filter(|(_, piece)| piece.verdict == Verdict::Unknown).map(|(index, _)| index)
     }
 
-    /// Number of pieces.
+    /// Returns the number of pieces.
     pub(crate) fn len(&self) -> usize {
         self.pieces.len()
     }
 
-    /// The verdict on a piece with its reason in words.
+    /// Returns the verdict on a piece, with its reason as text.
     pub(crate) fn verdict<'a>(
         &'a self,
         equipment: usize,
@@ -214,7 +213,7 @@ fn is_or_was_abnormal(piece: &PieceVerdict) -> bool {
     piece.verdict == Verdict::Abnormal || piece.was_abnormal
 }
 
-/// Of two verdicts on one piece the more urgent one counts.
+/// Returns the urgency of a verdict; the more urgent of two on one piece counts.
 fn urgency(verdict: Verdict) -> u8 {
     match verdict {
         Verdict::Normal => 0,
@@ -223,7 +222,7 @@ fn urgency(verdict: Verdict) -> u8 {
     }
 }
 
-/// Words for a value that is not good.
+/// Describes a value that is not good.
 fn doubt_of(tag: TagHandle, scene: &LoadedScene, snapshot: Snapshot<'_>) -> String {
     let quality = snapshot.state(tag).map_or(Quality::Bad(Reason::NotConnected), |s| s.quality);
     let name = scene.tags.spec(tag).map_or("a tag that is gone", |spec| spec.id.as_str());

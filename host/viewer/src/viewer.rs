@@ -1,4 +1,4 @@
-//! One view of one scene, stepped frame by frame.
+//! Viewer: one view of one scene, stepped frame by frame.
 
 mod alarms;
 mod apply_reload;
@@ -83,23 +83,23 @@ pub struct Viewer {
     overlays: Vec<OverlayInstance>,
     tags: TagTable,
     pauses: PauseMonitor,
-    /// What switched, in order.
+    /// Sequence of switching events.
     events: EventLog,
-    /// What tags were.
+    /// Histories of tag values.
     history: History,
-    /// What of it was not live.
+    /// Origins of the values in history.
     origins: OriginTracker,
-    /// None where none is configured.
+    /// Alarm service; none without configured alarms.
     alarms: Option<AlarmService>,
-    /// Who acts on them.
+    /// Name of the operator who acts on alarms.
     operator: String,
-    /// Whether a host program takes part.
+    /// True if a host program embeds the view.
     has_host: bool,
     /// Judges the values that it sets.
     host_intake: HostIntake,
-    /// None where none is configured.
+    /// Chart in the scene; none without a configured one.
     chart: Option<SceneChart>,
-    /// Of business and management systems.
+    /// Records of business and asset management systems.
     records: RecordStore,
     scene: LoadedScene,
     /// Parts that move with switches.
@@ -108,9 +108,9 @@ pub struct Viewer {
     recovery: DeviceRecovery,
     models: Vec<UploadedModel>,
     lod_cursors: LodCursors,
-    /// Whether frames wait until every cursor is where it is wanted.
+    /// True if frames wait until all background work is done.
     settles: bool,
-    /// What frames may take, and what that asks of the detail.
+    /// Frame-time budget that controls the level of detail.
     frame_budget: FrameBudget,
     /// Triangles of all instances at theta 0.
     triangles_full: u64,
@@ -121,14 +121,14 @@ pub struct Viewer {
     equipment_tree: EquipmentTree,
     tag_filter: TagFilter,
     node_attachments: NodeAttachments,
-    /// Of what is selected; none where none or several are.
+    /// Faceplate of the selected equipment; none unless exactly one is selected.
     faceplate: Option<OpenFaceplate>,
-    /// How far back its trends go.
+    /// Time span of the trends.
     trend_span: Duration,
     pick_queue: PickQueue,
-    /// Where the pointer is over the scene, points.
+    /// Pointer position over the scene, points.
     pointer: Option<Pos2>,
-    /// What is under the pointer, as far as it is known.
+    /// Node under the pointer, as last picked.
     hovered: Option<NodeIndex>,
     measuring: Option<MeasurementChain>,
     /// The plane that cuts the scene open.
@@ -149,13 +149,13 @@ pub struct Viewer {
     states: Vec<NodeState>,
     outlines: Outlines,
     overlay_geometry: OverlayGeometry,
-    /// What the last frame drew.
+    /// Draw list of the last frame.
     scene_draw_list: SceneDrawList,
     /// The panels of the last frame, to draw it again.
     last_primitives: Vec<egui::ClippedPrimitive>,
-    /// What the host program asked of the camera.
+    /// Camera commands of the host program.
     host_camera_commands: Vec<Command>,
-    /// What was picked, for the host program.
+    /// Picked nodes that the host program has not received yet.
     host_picks: VecDeque<Option<NodeIndex>>,
     last_frame: FrameStats,
     cpu_millis: f64,
@@ -163,32 +163,31 @@ pub struct Viewer {
     frame_millis: VecDeque<f64>,
     frames: u64,
     resolved: u64,
-    /// How the configuration was reloaded.
+    /// Counters of configuration reloads.
     reloads: ReloadCounters,
 }
 
-/// What parts of the last frame took of the CPU, milliseconds of this thread: what waits,
-/// such as for an overlay's process, does not count.
+/// CPU time of parts of the last frame, milliseconds of this thread. Waiting time, such as for an
+/// overlay's process, is not included.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FrameStageMillis {
     /// Taking over what plugins brought; histories.
     pub tags: f64,
     /// Stepping alarms, listing them, their marks in the scene.
     pub alarms: f64,
-    /// Running overlays, their labels, what they tint.
+    /// Running overlays, their labels and tints.
     pub overlays: f64,
     /// Laying out and tessellating panels and labels.
     pub panels: f64,
 }
 
-/// What the platform must do after a frame.
+/// Output of a frame for the platform.
 pub struct FrameOutput {
     /// Cursor shape, clipboard, links.
     pub platform: egui::PlatformOutput,
-    /// When the panels want to be run again at the latest.
+    /// Longest delay until the panels must run again.
     pub repaint_after: Duration,
-    /// Why the window shows an older picture, if it does: no values in it are
-    /// live then.
+    /// Reason why the window shows an older picture; no value in it is live then.
     pub trouble: Option<String>,
 }
 
@@ -211,12 +210,12 @@ impl Viewer {
         found.is_some()
     }
 
-    /// What parts of the last frame took of the CPU.
+    /// Returns the CPU time of parts of the last frame.
     pub fn stage_millis(&self) -> FrameStageMillis {
         self.stage_millis
     }
 
-    /// Tells the size of the window, pixels.
+    /// Sets the size of the window, pixels.
     pub fn resize(&mut self, size: [u32; 2]) {
         self.renderer.resize(size);
     }
@@ -224,7 +223,7 @@ impl Viewer {
     /// Uses a camera of the configuration.
     ///
     /// # Errors
-    /// [`ViewError::UnknownCamera`].
+    /// [`ViewError::UnknownCamera`] for a name that is not configured.
     pub fn use_camera(&mut self, name: &str) -> Result<(), ViewError> {
         let cameras = &self.scene.config.cameras;
         let camera = cameras.get(name).ok_or_else(|| ViewError::UnknownCamera {
@@ -262,9 +261,9 @@ impl Viewer {
         self.lod_cursors.set_scale(scale.clamp(0.0, MAX_THETA_SCALE));
     }
 
-    /// Whether a frame waits until every instance is shown at the theta wanted.
-    /// Without a window it does, so that a picture does not depend on timing;
-    /// in a window an instance is shown as it was until the new mesh is there.
+    /// Sets whether a frame waits until every instance is shown at its wanted theta. Headless views
+    /// wait, so that a picture does not depend on timing. In a window an instance keeps its mesh
+    /// until the new one is ready.
     pub fn set_settles(&mut self, settles: bool) {
         self.settles = settles;
     }
@@ -288,7 +287,7 @@ impl Viewer {
     /// Steps the view: takes samples, runs overlays and panels, draws.
     ///
     /// # Errors
-    /// The device's.
+    /// Errors of the graphics device.
     pub fn frame(&mut self, input: RawInput) -> Result<FrameOutput, ViewError> {
         let started = Instant::now();
         self.update_screen(&input);

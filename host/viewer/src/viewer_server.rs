@@ -1,8 +1,8 @@
 //! The view of a host program: commands come from another process, events go back.
 //!
-//! The host program's library starts this process, hands it a socket and the memory of
-//! pictures, and ends it by closing the socket. Nothing here waits for the host program:
-//! one that is stopped or slow costs a bounded amount of memory.
+//! The host program's library starts this process and passes it a socket and the shared memory of
+//! pictures. Closing the socket ends the process. No call waits for the host program; a stopped or
+//! slow one costs a bounded amount of memory.
 
 mod change_reporter;
 mod channel;
@@ -35,21 +35,22 @@ pub struct ViewerServer {
     memory: Option<PictureMemory>,
     change_reporter: ChangeReporter,
     reloading: Option<BackgroundLoad>,
-    /// What is being loaded.
+    /// Path of the configuration that is being loaded.
     reload_path: String,
-    /// Asked for meanwhile.
+    /// Path of a reload requested meanwhile.
     next_reload: Option<String>,
     is_visible: bool,
     iteration: LoopIteration,
     _heartbeat: Heartbeat,
 }
 
-/// One turn of the frame loop.
+/// One iteration of the frame loop.
 struct LoopIteration {
     began: Instant,
-    /// Its beginning on the clock since boot: no tag value in its frame is read before.
+    /// Start of the iteration on the clock since boot, nanoseconds. Every tag value in its frame is
+    /// read later.
     began_at_boot_nanos: u64,
-    /// Tells whether the window shows its frame, so that the picture is of `began_at_boot_nanos`.
+    /// True if the window shows the frame, so that its picture dates from `began_at_boot_nanos`.
     is_presented: bool,
 }
 
@@ -59,14 +60,14 @@ impl LoopIteration {
     }
 }
 
-/// What the loop around a view has to do itself.
+/// Requests of the host program that the frame loop itself must perform.
 #[derive(Default)]
 pub struct FrameRequests {
     /// The size wanted, pixels.
     pub size: Option<[u32; 2]>,
-    /// What pointer and keyboard did over an offscreen picture.
+    /// Pointer and keyboard events over an offscreen picture.
     pub input: Vec<Command>,
-    /// Whether anything was asked, so that a frame is due now.
+    /// True if any command arrived, so that a frame is due now.
     pub is_due: bool,
 }
 
@@ -74,7 +75,7 @@ impl ViewerServer {
     /// Takes the host program's socket, which is standard input, and its first message.
     ///
     /// # Errors
-    /// In words: no such socket, or a host program of another release.
+    /// A text: no such socket, or a host program of another release.
     pub fn accept() -> Result<Self, String> {
         let (channel, begin, memory) = Channel::accept()?;
         if begin.version != PROTOCOL_VERSION {
@@ -98,22 +99,22 @@ impl ViewerServer {
         })
     }
 
-    /// Where the picture goes.
+    /// Returns the target of the picture.
     pub fn target(&self) -> Target {
         self.begin.target
     }
 
-    /// Its size at first, pixels.
+    /// Returns the initial size of the picture, pixels.
     pub fn size(&self) -> [u32; 2] {
         self.begin.size
     }
 
-    /// Whether panels are wanted.
+    /// Reports whether the host program wants panels.
     pub fn has_panels(&self) -> bool {
         self.begin.panels
     }
 
-    /// Whether anybody can see the picture.
+    /// Reports whether the picture is visible to anybody.
     pub fn is_visible(&self) -> bool {
         self.is_visible
     }
@@ -123,10 +124,10 @@ impl ViewerServer {
         self.channel.set_waker(wake);
     }
 
-    /// Loads the configuration.
+    /// Loads the configuration that the host program names.
     ///
     /// # Errors
-    /// The configuration's faults; the host program has been told.
+    /// Faults of the configuration, which are reported to the host program, too.
     pub fn load(&mut self) -> Result<LoadedScene, LoadError> {
         let path = PathBuf::from(&self.begin.config);
         LoadedScene::load(&path, &|_, _, _| {}).inspect_err(|error| {
@@ -134,7 +135,7 @@ impl ViewerServer {
         })
     }
 
-    /// Tells why there is no view at all, before the process ends.
+    /// Reports that there is no view, before the process ends.
     pub fn report_failure(&mut self, why: &str) {
         self.channel.queue([ViewerMessage::Failed(why.to_owned())]);
         self.channel.flush_last();
@@ -143,7 +144,7 @@ impl ViewerServer {
     /// Opens a view with `open`, with alarms and panels as the host program has them.
     ///
     /// # Errors
-    /// As `open`; the host program has been told.
+    /// Errors of `open`, which are reported to the host program, too.
     pub fn open_viewer<E: std::fmt::Display>(
         &mut self,
         open: impl FnOnce() -> Result<Viewer, E>,
@@ -167,7 +168,7 @@ impl ViewerServer {
         self.iteration.is_presented = is_presented;
     }
 
-    /// Tells the library that the frame loop goes on, and of which instant the picture is.
+    /// Confirms the picture's instant in shared memory, and the duration of the iteration.
     fn finish_iteration(&mut self, viewer: &mut Viewer) {
         let Some(memory) = &self.memory else { return };
         let LoopIteration { began, began_at_boot_nanos, is_presented } = self.iteration;
@@ -178,8 +179,8 @@ impl ViewerServer {
         memory.note_turn(began.elapsed());
     }
 
-    /// Does what the host program asked since, as far as the view can; the rest is the
-    /// loop's. None when the host program has let go: the process ends.
+    /// Executes the host program's commands as far as the view can; the others are returned for the
+    /// frame loop. None once the host program is gone: the process ends.
     pub fn apply_commands(&mut self, viewer: &mut Viewer) -> Option<FrameRequests> {
         self.iteration = LoopIteration::begin();
         let mut requests = FrameRequests::default();
@@ -201,7 +202,7 @@ impl ViewerServer {
         Some(requests)
     }
 
-    /// Begins to load what is asked for, and shows it once it is there without fault.
+    /// Starts a requested reload, and applies it once it has loaded without fault.
     fn step_reload(&mut self, viewer: &mut Viewer) {
         if self.reloading.is_none()
             && let Some(path) = self.next_reload.take()
@@ -234,7 +235,7 @@ impl ViewerServer {
         self.channel.queue([ViewerMessage::Refused(words)]);
     }
 
-    /// Tells the host program what a frame changed.
+    /// Reports the changes of a frame to the host program.
     pub fn report_changes(&mut self, viewer: &mut Viewer) {
         self.finish_iteration(viewer);
         let happened = self.change_reporter.collect_changes(viewer);
@@ -242,12 +243,12 @@ impl ViewerServer {
         self.channel.flush();
     }
 
-    /// Tells of a new picture in shared memory.
+    /// Reports a new picture in shared memory.
     fn report_picture(&mut self) {
         self.channel.queue([ViewerMessage::PictureReady]);
     }
 
-    /// Tells why the picture is not of now, if it is not.
+    /// Reports the reason why the picture is outdated.
     pub fn report_trouble(&mut self, trouble: &str) {
         if trouble.is_empty() {
             return;

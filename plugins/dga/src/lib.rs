@@ -27,6 +27,7 @@
 //! - Percentages are `100 * gas / sum` in `f64`, and limits are compared with them as
 //!   they are, without tolerance: whole numbers of ppm are decided exactly, and decimal
 //!   fractions as `f64` has them (0.3/0.1 is a little less than 3).
+#![doc = include_str!("../DESIGN.md")]
 
 pub mod c57_104;
 pub mod c57_104_2008;

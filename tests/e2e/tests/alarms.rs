@@ -1,5 +1,5 @@
-//! Alarms from an independent server to the operator and back: states, the way to the
-//! equipment, detail, keys in a window, and what the audit log has of it.
+//! Alarms from an independent server to the operator and back: states, the way to the equipment,
+//! detail, keys in a window, and the entries of the audit log.
 
 use std::path::Path;
 use std::time::Duration;
@@ -14,14 +14,15 @@ use serde_json::{Value, json};
 
 const SIZE: [u32; 2] = [480, 270];
 const SCREEN: [u32; 2] = [1280, 720];
-/// Until an alarm, an answer or a picture is there.
+/// Longest wait for an alarm, an answer or a picture.
 const MAX_WAIT: Duration = Duration::from_secs(60);
 const RELAY: &str = "=S12D1T1-TA1/buchholz relay";
-/// Of the Buchholz relay among the discrete inputs, of the SF6 pressure among registers.
+/// Addresses of the Buchholz relay among the discrete inputs, and of the SF6 pressure among the
+/// registers.
 const RELAY_INPUT: u16 = 4;
 const SF6_REGISTER: u16 = 106;
 
-/// The demo with alarms, at theta 0.7 where nothing says otherwise.
+/// Returns the demo scene with alarms, at theta 0.7 unless set otherwise.
 fn scene(port: u16) -> Scene {
     let mut scene = Scene::demo(port);
     let config = &mut scene.config;
@@ -165,7 +166,7 @@ fn what_is_mirrored_is_as_the_host_says() {
     assert!(refused.to_string().contains("mirrored"), "{refused}");
 }
 
-/// What happened to which alarm, who did it, and the state then, as the log has it.
+/// Returns alarm, event, operator and new state of each entry of the audit log.
 fn logged(log: &Path) -> Vec<[String; 4]> {
     let text = std::fs::read_to_string(log.join("alarms.jsonl")).unwrap_or_default();
     let of_line = |line: &str| {

@@ -1,4 +1,4 @@
-//! From a pick, a search or an alarm to the faceplate, by mouse and keys; the dark theme.
+//! Faceplates by mouse and keys, from a pick, a search or an alarm; the dark theme.
 
 use std::path::Path;
 use std::time::Duration;
@@ -12,16 +12,16 @@ use egui::{Event, Key, Modifiers, PointerButton, Pos2, pos2};
 use serde_json::json;
 
 const SIZE: [u32; 2] = [1280, 720];
-/// Until values, an answer or a picture are there.
+/// Longest wait for values, an answer or a picture.
 const MAX_WAIT: Duration = Duration::from_secs(60);
 const TRANSFORMER: &str = "=S12D1T1-TA1";
-/// Where the middle pole of the breaker shows, pixels.
+/// Position of the breaker's middle pole on the picture, pixels.
 const PICKED: [i32; 2] = [923, 185];
 const POLE: &str = "=S12D1Q1-QA1-L2";
-/// Of the Buchholz relay among the discrete inputs.
+/// Address of the Buchholz relay among the discrete inputs.
 const RELAY_INPUT: u16 = 4;
 
-/// The demo with names, aliases and an alarm.
+/// Returns the demo scene with names, aliases and an alarm.
 fn scene(port: u16) -> Scene {
     let mut scene = Scene::demo(port);
     let config = &mut scene.config;
@@ -49,7 +49,7 @@ struct View {
 }
 
 impl View {
-    /// Without a window, with panels.
+    /// Opens a view with panels but without a window.
     fn open(config: &Path) -> Self {
         let loaded = LoadedScene::load(config, &|_, _, _| {});
         let scene = loaded.unwrap_or_else(|error| panic!("{error}"));
@@ -85,7 +85,7 @@ impl View {
         self.frame(vec![button(true), button(false)]);
     }
 
-    /// Searches, and goes to what is found first.
+    /// Searches, and moves to the first result.
     fn find(&mut self, words: &str) -> Option<FaceplateStats> {
         self.key(Key::F, Modifiers::COMMAND);
         self.frame(Vec::new());
@@ -110,7 +110,7 @@ impl View {
         })
     }
 
-    /// Where a part of this equipment shows.
+    /// Returns a pixel that shows a part of this equipment.
     fn place_of(&mut self, id: &str) -> Pos2 {
         let pixels: Vec<[u32; 2]> =
             (10..60).flat_map(|y| (36..124).map(move |x| [x * 10 + 5, y * 10 + 5])).collect();
@@ -185,20 +185,20 @@ fn a_key_changes_the_theme_and_a_font_must_be_one() {
     assert!(text.contains("/view/font") && text.contains("name a TrueType"), "{text}");
 }
 
-/// Mean of all channels, of 255.
+/// Returns the mean of all channels, of 255.
 fn brightness(picture: &image::RgbImage) -> f64 {
     let bytes = picture.as_raw();
     bytes.iter().map(|byte| f64::from(*byte)).sum::<f64>() / bytes.len() as f64
 }
 
-/// A window of the scene, and what its values come from; none where there is no server or
-/// display to be had.
+/// Opens a window of the scene with the server of its values; `None` where no server or display is
+/// available.
 fn open(seconds: u32) -> Option<(Window, Peer)> {
     let (peer, display) = (Peer::start(&calm_values())?, Display::start(SIZE)?);
     Some((Window::open(scene(peer.port), display, seconds), peer))
 }
 
-/// Every step shows.
+/// Asserts that each step changes the picture.
 fn assert_steps(shots: &[&image::RgbImage]) {
     for pair in shots.windows(2) {
         assert!(picture::difference(pair[0], pair[1]).is_some(), "a step does not show");

@@ -1,5 +1,5 @@
-//! Work and the asset register on the faceplate of a breaker, from plugins in processes of
-//! their own; and whatever may happen to their sources.
+//! Work orders and the asset register on the faceplate of a breaker, from plugins in processes of
+//! their own, with faults of their sources.
 
 use std::fs::File;
 use std::path::Path;
@@ -15,10 +15,10 @@ use serde_json::json;
 use substation::{AssetRow, StationRecords, WorkRow};
 
 const SIZE: [u32; 2] = [1280, 720];
-/// Until a change of a source shows.
+/// Longest time until a change of a source shows.
 const MAX_WAIT: Duration = Duration::from_secs(60);
 const POLE: &str = "=S12D1Q1-QA1-L2";
-/// Where the middle pole of the breaker shows, and the button of its work, pixels.
+/// Positions of the breaker's middle pole and of its work button, pixels.
 const PICKED: [i32; 2] = [921, 262];
 const WORK_BUTTON: [i32; 2] = [1090, 51];
 const DAY: Duration = Duration::from_secs(86_400);
@@ -35,7 +35,7 @@ fn work(number: usize, equipment: &str, text: &'static str, reported: &str) -> W
     }
 }
 
-/// Of a pole and of another breaker.
+/// Returns records of a pole and of another breaker.
 fn records() -> StationRecords {
     let closed = WorkRow {
         kind: "Inspection",
@@ -64,7 +64,7 @@ fn records() -> StationRecords {
     }
 }
 
-/// The demo with records.
+/// Returns the demo scene with records.
 fn scene(port: u16) -> Scene {
     let mut scene = Scene::demo(port);
     for model in ["transformer", "breaker", "disconnector"] {
@@ -85,7 +85,7 @@ struct View {
 }
 
 impl View {
-    /// Of the breaker, with its faceplate.
+    /// Opens a view of the breaker with its faceplate.
     fn open() -> Self {
         let scene = scene(1);
         let loaded = LoadedScene::load(&scene.write(), &|_, _, _| {});
@@ -97,7 +97,7 @@ impl View {
         Self { viewer, scene }
     }
 
-    /// Work and register as soon as they are as wanted.
+    /// Waits until work and register are as expected.
     fn until(
         &mut self,
         what: &str,

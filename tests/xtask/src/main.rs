@@ -9,6 +9,7 @@
 
 mod bench;
 mod bench_render;
+mod book;
 mod demo;
 mod faults;
 mod install;
@@ -38,7 +39,7 @@ use clap::{Parser, Subcommand};
 
 use crate::workspace::Workspace;
 
-/// Busbar's project commands.
+/// Project commands of Busbar.
 #[derive(Parser)]
 #[command(name = "cargo xtask", bin_name = "cargo xtask")]
 struct Arguments {
@@ -72,8 +73,10 @@ enum Command {
     Paper(paper::Arguments),
     /// Compare the calculations of plugins with independent ones.
     References(references::Arguments),
-    /// Make the README's pictures.
+    /// Make the pictures of the README and the book.
     Pictures,
+    /// Generate, build and link-check the book.
+    Book(book::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -90,6 +93,7 @@ fn run(command: Command) -> Result<()> {
     process::catch_signals()?;
     let workspace = Workspace::find()?;
     match command {
+        Command::Book(arguments) => book::run(&workspace, &arguments),
         Command::BenchRender(arguments) => bench_render::run(&workspace, &arguments),
         Command::Demo(arguments) => demo::run(&workspace, &arguments),
         Command::Stage(arguments) => stage::run(&workspace, &arguments),

@@ -7,6 +7,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result, bail};
 
+use crate::book;
 use crate::packages::{self, Purpose};
 use crate::process;
 use crate::python;
@@ -62,6 +63,7 @@ fn run_steps(
     steps.run("stage", || stage::stage(workspace, Profile::Dev))?;
     let python = steps.run("python", || python::ensure_environment(workspace, python::TESTS))?;
     if filter.is_none() {
+        steps.run("book", || book::build_or_skip(workspace))?;
         steps.run("doc tests", || {
             let mut doc_tests = process::cargo();
             process::run(doc_tests.args(["test", "--quiet", "--workspace", "--doc"]))

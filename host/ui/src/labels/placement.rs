@@ -1,15 +1,14 @@
-//! Where boxes of labels go: beside their anchors, apart from each other, and calm.
+//! Label placement: boxes beside their anchors, without overlap, stable between frames.
 //!
-//! A box has a slot: a direction from its anchor and how far it is off. It keeps that
-//! from frame to frame as long as it is free there, so that a camera that moves carries
-//! boxes along with their equipment. A more urgent label takes the room of a less urgent
-//! one only where it finds no other.
+//! A box has a slot: a direction and a ring around its anchor. A free slot is kept from frame to
+//! frame, so that boxes follow their equipment when the camera moves. A more urgent label displaces
+//! a less urgent one only if no other slot is free.
 
 use std::collections::HashMap;
 
 use egui::{Pos2, Rect, Vec2, vec2};
 
-/// How far a box stands from its anchor, points.
+/// Distance of a box from its anchor, points.
 const STAND_OFF: f32 = 34.0;
 /// Radians from straight up, in the order of preference.
 const DIRECTIONS: [f32; 10] = [0.0, 0.6, -0.6, 1.1, -1.1, 1.57, -1.57, 2.3, -2.3, 3.0];
@@ -26,7 +25,7 @@ pub(super) struct LabelRequest<'a> {
     /// The same in each frame.
     pub(super) key: &'a str,
     pub(super) size: Vec2,
-    /// Where its equipment is on the screen, points.
+    /// Screen position of the equipment, points.
     pub(super) anchor: Pos2,
 }
 
@@ -37,8 +36,7 @@ pub(crate) struct LabelPlacement {
 }
 
 impl LabelPlacement {
-    /// Places for boxes, the most urgent first, beside what is occupied; none for those
-    /// without room. As many slots are remembered as boxes were placed.
+    /// Places boxes in order of priority beside occupied places; a box without room gets none.
     pub(super) fn place(
         &mut self,
         wanted: &[LabelRequest<'_>],

@@ -1,5 +1,4 @@
-//! Which alarms are shown, in which order, and where: worked out whenever something
-//! happens, not each frame.
+//! Alarm listing: displayed alarms in order of priority and by equipment, updated at each change.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
@@ -14,30 +13,29 @@ use super::external_alarms::ExternalSources;
 /// Marks in the scene, the most urgent first.
 const MAX_ALARM_MARKERS: usize = 200;
 
-/// What is shown of a table.
+/// Listing of the alarms in display order.
 #[derive(Debug, Default)]
 pub(super) struct AlarmListing {
-    /// Of the table, and of the sources.
+    /// Revisions of the alarm table and of the external sources.
     revision: Option<(u64, u64)>,
     /// Annunciated ones: by priority, then the newest first.
     pub(super) alarms: Vec<AlarmHandle>,
-    /// Those that are held back.
+    /// Suppressed alarms: shelved, suppressed by design, out of service.
     pub(super) held: Vec<AlarmHandle>,
-    /// The first of `alarms` that nobody has acknowledged.
+    /// First unacknowledged alarm of `alarms`.
     pub(super) most_urgent: Option<AlarmHandle>,
-    /// What is in alarm at equipment, the most urgent first.
+    /// Equipment in alarm, the most urgent first.
     pub(super) places: Vec<(NodeIndex, EquipmentAlarms)>,
     pub(super) tints: Vec<OverlayTint>,
     pub(super) external_tints: Vec<ExternalAlarmTint>,
-    /// Of the alarms of other systems: unacknowledged ones and all annunciated, a priority
-    /// each.
+    /// Unacknowledged and annunciated alarms of external systems, by priority.
     pub(super) external_counts: [[usize; 2]; 4],
     /// Equipment in alarm, and whether that changed.
     in_alarm: EquipmentInAlarm,
     has_changed: bool,
 }
 
-/// Equipment in alarm.
+/// Equipment in alarm, by node.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct EquipmentInAlarm {
     pub(super) unacknowledged: BTreeSet<NodeIndex>,
@@ -49,7 +47,7 @@ pub(super) struct EquipmentInAlarm {
 pub(super) struct EquipmentAlarms {
     pub(super) priority: Priority,
     pub(super) is_unacknowledged: bool,
-    /// Whether none of them is certain.
+    /// True if none of its alarms is certain.
     pub(super) is_doubtful: bool,
     pub(super) count: usize,
     /// Origins of the values by which they came.
@@ -61,11 +59,11 @@ pub(super) struct EquipmentAlarms {
 pub(crate) struct ExternalAlarmTint {
     pub(crate) node: NodeIndex,
     pub(crate) severity: Severity,
-    /// Whether it is as its source says.
+    /// True if the source's report is current and good.
     pub(crate) is_certain: bool,
 }
 
-/// What is gathered of alarms on the way to a listing.
+/// Collector of alarms for a listing.
 #[derive(Default)]
 struct AlarmCollector {
     ranked: Vec<RankedAlarm>,
@@ -153,7 +151,8 @@ impl AlarmListing {
         }
     }
 
-    /// What a source keeps although it is over is listed, too: its source knows why.
+    /// Lists the alarms of external sources. Cleared alarms that a source still reports are listed,
+    /// too.
     fn list_external(&mut self, sources: &ExternalSources, collector: &mut AlarmCollector) {
         self.external_tints.clear();
         self.external_counts = Default::default();
@@ -178,7 +177,7 @@ impl AlarmListing {
         }
     }
 
-    /// Equipment in alarm, if that changed since it was last asked for.
+    /// Takes the equipment in alarm if it has changed since the last call.
     pub(super) fn take_in_alarm(&mut self) -> Option<&EquipmentInAlarm> {
         std::mem::take(&mut self.has_changed).then_some(&self.in_alarm)
     }

@@ -18,12 +18,12 @@ use crate::load::LoadedScene;
 const FIRST_NUMBER: u32 = 1 << 30;
 const _: () = assert!(FIRST_NUMBER as usize > busbar_alarms::MAX_ALARMS);
 
-/// All sources of a view.
+/// All external alarm sources of a view.
 #[derive(Default)]
 pub(crate) struct ExternalSources {
     all: Vec<ExternalSource>,
     next_number: u32,
-    /// Where each alarm is: its source, and its place there.
+    /// Index of the source and the position in it of each alarm.
     places: HashMap<AlarmHandle, (usize, usize)>,
     /// Grows with whatever is to be listed otherwise.
     pub(super) revision: u64,
@@ -32,12 +32,12 @@ pub(crate) struct ExternalSources {
 /// A plugin with alarms of another system.
 pub(super) struct ExternalSource {
     config: AlarmSourceConfig,
-    /// None where it could not be started; the fault says why.
+    /// Polling thread; none if it could not be started, as the fault says.
     poller: Option<AlarmPoller>,
     health: SourceHealth,
     alarms: Vec<ExternalAlarm>,
     is_stale: bool,
-    /// Whether was told of alarms whose equipment is not in the scene.
+    /// True once a warning about alarms without equipment in the scene was logged.
     has_warned_absent: bool,
 }
 
@@ -72,7 +72,7 @@ impl ExternalSources {
         sources
     }
 
-    /// Goes on with the alarms of sources that were there before, until they are read anew.
+    /// Inherits the alarms of sources that existed before, until they are read again.
     pub(super) fn inherit(&mut self, before: Self, scene: &LoadedScene) {
         self.next_number = before.next_number;
         for mut old in before.all {
@@ -88,7 +88,7 @@ impl ExternalSources {
         self.index();
     }
 
-    /// Takes over what was read; whether it was anything new.
+    /// Takes the alarms that the pollers have read; reports whether any are new.
     pub(super) fn step(&mut self, scene: &LoadedScene) -> bool {
         let (mut is_new, now) = (false, Instant::now());
         for source in &mut self.all {
@@ -136,7 +136,7 @@ impl ExternalSources {
         Some((source, source.alarms.get(place)?))
     }
 
-    /// How each source is.
+    /// Returns the status of each source.
     pub(super) fn statuses(&self) -> Vec<AlarmSourceStatus> {
         let now = Instant::now();
         let status = |source: &ExternalSource| AlarmSourceStatus {
@@ -154,7 +154,7 @@ impl ExternalSource {
         &self.config.plugin
     }
 
-    /// Why its alarms may not be as they are said to be, if so.
+    /// Returns the reason why the source's alarms may be outdated.
     fn stale_reason(&self, now: Instant) -> Option<String> {
         if let Some(fault) = &self.health.fault {
             return Some(fault.clone());
@@ -175,7 +175,7 @@ impl ExternalSource {
         }
     }
 
-    /// Why nobody knows whether one of its alarms holds still, in few words.
+    /// Returns the short reason why an alarm's state is uncertain.
     pub(super) fn doubt_of(&self, alarm: &SourceAlarm) -> Option<String> {
         if self.is_stale {
             return Some(self.doubt(Instant::now()));
@@ -187,14 +187,14 @@ impl ExternalSource {
         }
     }
 
-    /// The same in all words.
+    /// Returns the long reason why an alarm's state is uncertain.
     pub(super) fn long_doubt_of(&self, alarm: &SourceAlarm) -> Option<String> {
         let doubt = self.doubt_of(alarm)?;
         let why = self.stale_reason(Instant::now());
         Some(why.map_or_else(|| doubt.clone(), |why| format!("{doubt}: {why}")))
     }
 
-    /// Those that are there still keep their numbers.
+    /// Replaces the alarms; those that remain keep their numbers.
     fn replace(&mut self, new_alarms: Vec<SourceAlarm>, next: &mut u32, scene: &LoadedScene) {
         let old = std::mem::take(&mut self.alarms);
         let numbers: HashMap<String, AlarmHandle> =
@@ -211,7 +211,7 @@ impl ExternalSource {
         self.note_absent();
     }
 
-    /// Tells once of alarms that belong to nothing in the scene.
+    /// Warns once of alarms without equipment in the scene.
     fn note_absent(&mut self) {
         let absent = || self.alarms.iter().filter(|external| external.node.is_none());
         if let Some(first) = absent().next().filter(|_| !self.has_warned_absent) {
@@ -238,17 +238,17 @@ impl ExternalAlarm {
         self.node = scene.equipment.find(&scene.graph, id);
     }
 
-    /// Whether it is as its source says.
+    /// Reports whether the alarm is current and of good quality.
     pub(super) fn is_certain(&self, source: &ExternalSource) -> bool {
         !source.is_stale && self.alarm.quality == SourceQuality::Good
     }
 
-    /// Its id among those of all sources.
+    /// Returns the alarm's id, unique among all sources.
     pub(super) fn id(&self, source: &ExternalSource) -> String {
         format!("{}:{}", source.name(), self.alarm.id)
     }
 
-    /// What happened, in the words of its source.
+    /// Returns the message of the source, or else the alarm's name or id.
     pub(super) fn message(&self) -> &str {
         let SourceAlarm { message, name, id, .. } = &self.alarm;
         [message, name, id].into_iter().find(|text| !text.is_empty()).map_or("", String::as_str)

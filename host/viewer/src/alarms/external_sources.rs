@@ -4,7 +4,7 @@ use super::*;
 use crate::stats::AlarmStats;
 
 impl AlarmService {
-    /// Takes over how other systems have their alarms.
+    /// Takes the alarms that external systems have reported.
     pub(crate) fn take_sources(&mut self, scene: &LoadedScene) {
         if self.sources.step(scene) {
             self.note_instances(scene);
@@ -45,7 +45,7 @@ impl AlarmService {
         })
     }
 
-    /// How an alarm stands, whoever decides on it.
+    /// Returns the state of an own or external alarm.
     pub(super) fn state_of(&self, alarm: AlarmHandle) -> Option<State> {
         let own = self.table.status(alarm).map(|status| status.state);
         own.or_else(|| Some(self.sources.get(alarm)?.1.alarm.standing().state()))

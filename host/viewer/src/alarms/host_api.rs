@@ -1,5 +1,4 @@
-//! Alarms as a host program sees them: what it does to them, how they stand, what it is
-//! asked.
+//! Interface of the alarm service to a host program: actions, standings, operator requests.
 
 use std::time::Duration;
 
@@ -7,12 +6,12 @@ use busbar_alarms::{AlarmFlags, AlarmSource};
 
 use super::*;
 
-/// What a host program has yet to hear at most; beyond that the oldest goes: the operator
-/// presses again.
+/// Largest number of requests for the host program; beyond it the oldest is dropped, and the
+/// operator must press again.
 const MAX_HOST_REQUESTS: usize = 256;
 
 impl AlarmService {
-    /// From here on a host program hears what is wanted of the alarms that it decides on.
+    /// Routes operator requests on external alarms to the host program from now on.
     pub(crate) fn set_host(&mut self) {
         self.has_host = true;
     }
@@ -32,16 +31,17 @@ impl AlarmService {
         self.host_requests.push_back((alarm, action));
     }
 
-    /// What operators wanted since, by id.
+    /// Takes the operator requests since the last call, by alarm id.
     pub(crate) fn take_host_requests(&mut self) -> Vec<(String, AlarmAction)> {
         let host_requests = std::mem::take(&mut self.host_requests).into_iter();
         host_requests.filter_map(|(alarm, action)| Some((self.id_of(alarm)?, action))).collect()
     }
 
-    /// Does what the host program's operator does; nobody by name is the one set.
+    /// Acts on an alarm for the host program's operator; an empty name means the operator set
+    /// before.
     ///
     /// # Errors
-    /// In words, why it cannot be.
+    /// A text with the reason.
     pub(crate) fn act_as(
         &mut self,
         id: &str,
@@ -58,8 +58,8 @@ impl AlarmService {
         done.map_err(|error| format!("alarm '{id}': {error}"))
     }
 
-    /// How alarms stand that stand otherwise than as noted in `known`, which is then the
-    /// same. Each has what its state rests on, and since when.
+    /// Returns the alarms whose standing differs from `known`, and updates `known`. Each comes with
+    /// its state, its standing, and the time of its last change.
     pub(crate) fn changed_since(
         &self,
         known: &mut HashMap<AlarmHandle, AlarmFlags>,
@@ -84,8 +84,8 @@ impl AlarmService {
         changed
     }
 
-    /// Goes on where a viewer before this one ended, unless an audit log tells better.
-    /// Before the first frame.
+    /// Restores the standings of a previous viewer before the first frame, unless an audit log
+    /// exists.
     pub(crate) fn restore(&mut self, standings: &[(String, AlarmFlags, SourceTime)]) {
         if self.log.is_none() {
             let standings =
@@ -96,7 +96,7 @@ impl AlarmService {
     }
 }
 
-/// As the wire has it.
+/// Converts an alarm action from the protocol.
 pub(crate) fn action_from(action: busbar_protocol::message::AlarmAction) -> AlarmAction {
     use busbar_protocol::message::AlarmAction as Said;
     match action {

@@ -1,10 +1,10 @@
-//! Alarms that go on in a scene whose configuration changed.
+//! Alarm service across a configuration reload.
 
 use super::*;
 
 impl AlarmService {
-    /// Goes on with the alarms of a scene in place of those of another: how each stands, what
-    /// waits for the disk, and the audit log, unless that is to be elsewhere now.
+    /// Continues with the alarms of a reloaded scene. Standings, pending actions and, if its
+    /// settings are the same, the audit log are carried over.
     pub(crate) fn into_reloaded(
         mut self,
         before: &LoadedScene,

@@ -130,8 +130,8 @@ impl AlarmListRows<'_> {
         node.map(id).or_else(|| alarm_service.table.set().spec(alarm)?.equipment.clone())
     }
 
-    /// Of these alarms, and of those that other systems have at these nodes, the rows of those that are not normal, the most urgent first, at
-    /// most `most`; and how many are normal.
+    /// Returns rows of the abnormal alarms among `alarms` and of external alarms at `nodes`, the
+    /// most urgent first, at most `most`. The count is that of normal alarms.
     pub(crate) fn for_equipment(
         &self,
         alarms: &[AlarmHandle],
@@ -156,7 +156,7 @@ impl AlarmListRows<'_> {
         (rows, calm)
     }
 
-    /// What is said beside the list.
+    /// Returns the view model of the alarm panel.
     pub(crate) fn model(&self, flashes: bool) -> Option<AlarmModel> {
         let alarm_service = self.alarm_service?;
         let table = &alarm_service.table;

@@ -1,4 +1,4 @@
-//! Alarms in words.
+//! Texts of alarms: times, conditions, log records.
 
 use std::time::Duration;
 
@@ -35,7 +35,7 @@ fn month_and_day(days: i64) -> (i64, i64) {
     (if month < 10 { month + 3 } else { month - 9 }, day)
 }
 
-/// What makes an alarm: `above 95 °C (back at 93 °C), for 5 s`.
+/// Describes an alarm's condition: `above 95 °C (back at 93 °C), for 5 s`.
 pub(super) fn condition(source: &AlarmSource, tags: &TagSet) -> String {
     let AlarmSource::Tag { trigger, on_delay, off_delay, suppressed_by } = source else {
         return String::new();

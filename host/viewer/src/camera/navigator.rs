@@ -1,4 +1,4 @@
-//! The operator's hands on the camera: modes, ways to other cameras, bookmarks.
+//! Camera navigation: modes, transitions to other cameras, inertia, bookmarks.
 
 use std::collections::BTreeMap;
 use std::f32::consts::FRAC_PI_2;
@@ -16,11 +16,11 @@ use super::{Camera, ProjectionMode, unoccluded_view};
 /// Height of the eye above the ground, metres: standing, as in ISO 7250-1 for men and
 /// women together.
 const EYE_HEIGHT: f32 = 1.6;
-/// Metres a second.
+/// Speeds of walking and flying, metres a second, and the permitted range.
 const WALKING_SPEED: f32 = 1.6;
 const FLYING_SPEED: f32 = 8.0;
 const SPEED_RANGE: std::ops::RangeInclusive<f32> = 0.2..=500.0;
-/// What haste multiplies that by.
+/// Factor of fast movement on the speed.
 const FAST_FACTOR: f32 = 4.0;
 /// The longest step that one frame makes, seconds: no leaps after a pause.
 const MAX_STEP_SECONDS: f32 = 0.25;
@@ -33,34 +33,35 @@ const MIN_INERTIA_SPEED: f32 = 8.0;
 pub(crate) struct Navigator {
     camera: Camera,
     mode: CameraMode,
-    /// Metres a second.
+    /// Flying speed, metres a second.
     speed: f32,
     transition: Option<Transition>,
-    /// Whether it came to another camera since it was last asked.
+    /// True if the camera has arrived at another position since the last query.
     has_arrived: bool,
     transition_seconds: f32,
     has_inertia: bool,
     /// Points of drag a second.
     inertia_velocity: Vec2,
-    /// Those that the operator stored.
+    /// Cameras that the operator stored.
     stored: [Option<Camera>; MAX_BOOKMARKS],
-    /// When the last frame was, seconds.
+    /// Time of the last frame, seconds.
     time: Option<f64>,
 }
 
-/// What steering depends on.
+/// Scene and viewport that camera commands refer to.
 pub(crate) struct NavigationContext<'a> {
     pub(crate) graph: &'a SceneGraph,
-    /// Those of the configuration.
+    /// Cameras of the configuration.
     pub(crate) cameras: &'a BTreeMap<String, CameraConfig>,
-    /// Where panels leave room, points.
+    /// Area that panels leave free, points.
     pub(crate) viewport: Rect,
-    /// Of what is selected.
+    /// Bounds of the selection.
     pub(crate) selection: Option<Bounds>,
 }
 
 impl Navigator {
-    /// Without a window nothing takes time: pictures must not depend on it.
+    /// Creates a navigator. Without a window every movement is instant, so that pictures do not
+    /// depend on time.
     pub(crate) fn new(camera: Camera, view: &ViewConfig, in_window: bool) -> Self {
         Self {
             camera,
@@ -99,12 +100,12 @@ impl Navigator {
         self.speed
     }
 
-    /// Whether it moves by itself.
+    /// Reports whether the camera moves by itself.
     pub(crate) fn is_moving(&self) -> bool {
         self.transition.is_some() || self.inertia_velocity != Vec2::ZERO
     }
 
-    /// Whether it came to another camera since this was last asked.
+    /// Takes the flag that the camera has arrived at another position.
     pub(crate) fn take_arrival(&mut self) -> bool {
         std::mem::take(&mut self.has_arrived)
     }
@@ -127,7 +128,7 @@ impl Navigator {
         (0..MAX_BOOKMARKS).filter_map(bookmark).collect()
     }
 
-    /// Goes on by itself to a time in seconds.
+    /// Advances transitions and inertia to a time in seconds.
     pub(crate) fn advance(&mut self, time: f64) {
         let last = self.time.replace(time).unwrap_or(time);
         let seconds = ((time - last) as f32).clamp(0.0, MAX_STEP_SECONDS);
@@ -204,7 +205,7 @@ impl Navigator {
         }
     }
 
-    /// Where it is, or is going to be.
+    /// Returns the camera's destination, or its present state while it rests.
     fn destination(&self) -> Camera {
         self.transition.as_ref().map_or(self.camera, Transition::destination)
     }
@@ -332,12 +333,12 @@ impl Navigator {
     }
 }
 
-/// The boxes of what a scene shows, as whoever looks for a way past them has them.
+/// Returns the bounds of all mesh instances, as obstacles for camera paths.
 fn boxes_of(graph: &SceneGraph) -> Vec<Bounds> {
     graph.instances().filter_map(|instance| graph.bounds_of_mesh(&instance)).collect()
 }
 
-/// The camera with its eye as high above the ground as one who stands there.
+/// Returns the camera with its eye at standing height above the ground.
 fn at_eye_height(mut camera: Camera, scene: Option<Bounds>) -> Camera {
     let ground = scene.map_or(0.0, |bounds| bounds.min.y);
     let eye = camera.eye();

@@ -1,21 +1,21 @@
 //! The way of an eye from one place to another, around what stands between.
 //!
-//! Equipment is its bounds, grown by a clearance. Where the straight way is not free, the
-//! eye rises over them: a column up from either end, to where nothing is, and level
-//! between. What holds an end already cannot be kept clear of.
+//! Obstacles are equipment bounds grown by a clearance. If the straight segment is not free, the
+//! path rises vertically at both ends and passes level above the obstacles. Bounds that contain an
+//! end are ignored.
 
 use busbar_geometry::Bounds;
 use glam::{Vec3, vec3};
 
-/// How far the eye stays from what it passes, metres.
+/// Clearance between the eye and the equipment it passes, metres.
 pub(crate) const CLEARANCE: f32 = 1.0;
-/// What is added to that, so that rounding cannot eat it up.
+/// Margin on the clearance against rounding, metres.
 const SLACK: f32 = 0.05;
-/// How far aside a column may stand where what is above an end is not free, metres.
+/// Lateral offsets tried for a vertical column where the space above an end is occupied, metres.
 const DETOURS: [f32; 7] = [0.0, 3.0, 8.0, 20.0, 50.0, 120.0, 300.0];
 /// Directions tried at each of these.
 const DIRECTIONS: usize = 12;
-/// Times that the level part rises over what is in its way before it goes over all.
+/// Largest number of rises of the level part before it passes over everything.
 const MAX_RISES: usize = 32;
 /// Metres of a leg that rounding a corner takes at most, and pieces of the curve.
 const MAX_ROUNDING: f32 = 12.0;
@@ -27,7 +27,7 @@ const MAX_HALVINGS: usize = 5;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct CameraPath {
     points: Vec<Vec3>,
-    /// From the start to each point, metres.
+    /// Arc length from the start to each point, metres.
     lengths: Vec<f32>,
 }
 
@@ -73,7 +73,7 @@ impl CameraPath {
     }
 }
 
-/// What of equipment is kept clear of; `None` where an end is in it.
+/// Returns the bounds to keep clear of; `None` if they contain an end.
 fn obstacle(bounds: Bounds, ends: [Vec3; 2]) -> Option<Bounds> {
     let grown = |by: f32| Bounds { min: bounds.min - by, max: bounds.max + by };
     let holds_an_end = |bounds: Bounds| ends.iter().any(|end| holds(&bounds, *end));
@@ -92,8 +92,8 @@ fn is_free(from: Vec3, to: Vec3, obstacles: &[Bounds]) -> bool {
     !obstacles.iter().any(|obstacle| crosses(from, to, obstacle))
 }
 
-/// Whether a piece has a point in a box (the slab method: T. L. Kay and J. T. Kajiya,
-/// "Ray Tracing Complex Scenes", 1986).
+/// Reports whether a segment intersects a box (slab method: T. L. Kay and J. T. Kajiya, "Ray
+/// Tracing Complex Scenes", 1986).
 fn crosses(from: Vec3, to: Vec3, bounds: &Bounds) -> bool {
     let (mut enters, mut leaves) = (0.0_f32, 1.0_f32);
     for axis in 0..3 {
@@ -164,7 +164,7 @@ fn rounded(corners: &[Vec3], obstacles: &[Bounds]) -> Vec<Vec3> {
     points
 }
 
-/// Those that reach into the box around some places: of a whole site a few.
+/// Returns the obstacles that overlap the box around some points.
 fn near_to(places: [Vec3; 3], obstacles: &[Bounds]) -> Vec<Bounds> {
     let Some(around) = Bounds::from_points(places) else { return Vec::new() };
     let overlaps = |obstacle: &&Bounds| {

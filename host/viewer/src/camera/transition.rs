@@ -1,4 +1,4 @@
-//! On the way from one camera to another.
+//! Animated transition from one camera to another.
 
 use std::f32::consts::{PI, TAU};
 
@@ -32,7 +32,7 @@ impl Transition {
         Some(Self { from, to, path, seconds, elapsed: 0.0 })
     }
 
-    /// Where it leads.
+    /// Returns the destination of the transition.
     pub(crate) fn destination(&self) -> Camera {
         self.to
     }

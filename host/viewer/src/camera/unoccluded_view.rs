@@ -1,4 +1,4 @@
-//! From where a box is seen with nothing before it.
+//! Search for a viewing direction from which a box is not occluded.
 
 use std::f32::consts::PI;
 
@@ -11,7 +11,7 @@ use super::Camera;
 const TURNS: [f32; 8] = [0.0, PI / 4.0, -PI / 4.0, PI / 2.0, -PI / 2.0, PI * 0.75, -PI * 0.75, PI];
 /// Pitches that are tried after the present one, radians.
 const PITCHES: [f32; 4] = [0.35, 0.7, 1.05, 1.4];
-/// How much of a box is looked at, from its middle.
+/// Share of a box, from its center, that must be visible.
 const LOOKED_AT: f32 = 0.7;
 
 /// A camera that has a box in view and nothing before it, turned as little as need be. Of
@@ -64,7 +64,7 @@ fn distance(bounds: &Bounds, point: Vec3) -> f32 {
     point.distance(point.clamp(bounds.min, bounds.max))
 }
 
-/// Whether a line from one point to another goes through a box.
+/// Reports whether a segment intersects a box (slab method).
 fn crosses(bounds: &Bounds, from: Vec3, to: Vec3) -> bool {
     let way = to - from;
     let [a, b] = [bounds.min, bounds.max].map(|corner| (corner - from) / way);

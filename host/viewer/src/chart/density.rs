@@ -9,26 +9,26 @@ use busbar_renderer::{
 use busbar_ui::DensityLegend;
 use glam::Affine3A;
 
-/// Lines where nothing is brushed or behind what is, and those that are, sRGB.
+/// Colors of unbrushed and of brushed lines, sRGB.
 const LINES: [u8; 3] = [72, 76, 82];
 const MEANT: [u8; 3] = [10, 12, 16];
 
-/// What is counted, and what was.
+/// State of the density count.
 #[derive(Default)]
 pub(super) struct Density {
-    /// What is asked for, and its number.
+    /// Requested count, and its number.
     request: Option<DensityRequest>,
     arrangement: u64,
     progress: DensityProgress,
-    /// What is laid out.
+    /// Request and summary of the displayed count.
     shown: Option<(DensityRequest, DensitySummary)>,
-    /// Why nothing can be counted.
+    /// Reason why the records cannot be counted.
     fault: Option<String>,
     planes: Vec<DensityPlane>,
 }
 
 impl Density {
-    /// Goes on with counting, within what a frame may take; `settles` waits for all of it.
+    /// Continues the count within a frame's budget; with `settles` it waits for the whole count.
     pub(super) fn advance(
         &mut self,
         renderer: &mut Renderer,
@@ -61,8 +61,7 @@ impl Density {
         Ok(())
     }
 
-    /// Asks for what is wanted. While time goes by, a count that has begun ends first, or
-    /// none ever would.
+    /// Requests a count. While playback runs, a count that has begun is finished first.
     fn request_count(&mut self, wanted: &DensityRequest) {
         let is_counting = self.is_counting();
         let stays = self.request.as_ref().is_some_and(|request| {
@@ -79,7 +78,7 @@ impl Density {
         self.fault.is_none() && shown != Some(self.arrangement)
     }
 
-    /// Whether more frames are needed until all is counted.
+    /// Reports whether the count needs more frames.
     pub(super) fn needs_frames(&self) -> bool {
         self.request.is_some() && self.is_counting()
     }
@@ -119,7 +118,7 @@ impl Density {
         Some([summary.lines as usize, summary.brushed as usize])
     }
 
-    /// What is said of it in panels.
+    /// Returns the density part of the chart's legend.
     pub(super) fn row(&self) -> Option<DensityLegend> {
         self.request.as_ref()?;
         let summary = self.shown.as_ref().map(|(_, summary)| *summary).unwrap_or_default();
@@ -159,13 +158,13 @@ fn count(
         arrangement,
         axes: records.axes(),
         values: records.values(),
-        shown: &shown,
+        binned_axes: &shown,
         flipped: &flipped,
         pairs: &request.pairs,
         brushes: &brushes,
         any: request.brushes.operator == BrushOperator::Or,
-        known: if request.playhead.is_some() { Some(&known) } else { None },
-        given: if request.has_rises() { Some(&given) } else { None },
+        record_filter: if request.playhead.is_some() { Some(&known) } else { None },
+        brush_filter: if request.has_rises() { Some(&given) } else { None },
     };
     renderer.advance_density(&input, settles)
 }

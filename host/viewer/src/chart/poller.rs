@@ -8,9 +8,9 @@ use busbar_chart::{Description, Explanation, MAX_RECORDS, Records};
 use busbar_plugin_host::{MAX_PAGE_RECORDS, PluginError};
 use busbar_plugin_process::{Plugin, RunningChart};
 
-/// How often it is asked whether there are other records.
+/// Period of polling for a new revision.
 const POLL_PERIOD: Duration = Duration::from_secs(1);
-/// How often reading begins anew where records change meanwhile.
+/// Largest number of read attempts while records change.
 const MAX_TRIES: u32 = 5;
 
 /// A question: what a piece of equipment's record of an instant means.
@@ -19,13 +19,13 @@ pub(super) struct ExplanationRequest {
     pub(super) equipment: String,
     /// Nanoseconds since 1970-01-01 UTC.
     pub(super) unix_nanos: i64,
-    /// Of the records that it is asked about: [`ChartData::number`].
+    /// Number of the read that it refers to: [`ChartData::number`].
     pub(super) read: u64,
 }
 
-/// What was read and nobody has taken yet.
+/// Chart data that was read and not taken yet.
 pub(super) struct ChartData {
-    /// How many times they were read: what a plugin counts begins anew when it does.
+    /// Number of reads so far; a restarted plugin begins its revisions anew.
     pub(super) number: u64,
     pub(super) description: Arc<Description>,
     pub(super) records: Records,
@@ -38,7 +38,7 @@ struct State {
     read: Option<ChartData>,
     explained: Option<(ExplanationRequest, Result<Explanation, String>)>,
     fault: Option<String>,
-    /// Polls so far.
+    /// Number of polls so far.
     polls: u64,
 }
 
@@ -81,18 +81,18 @@ impl ChartPoller {
         self.wait(timeout, |state| state.polls > 0);
     }
 
-    /// What was read since the last call.
+    /// Takes the data read since the last call.
     pub(super) fn take(&self) -> Option<ChartData> {
         self.shared.state().read.take()
     }
 
-    /// Why it cannot be read, if so.
+    /// Returns the fault that keeps the chart from being read.
     pub(super) fn fault(&self) -> Option<String> {
         self.shared.state().fault.clone()
     }
 
-    /// The answer to a question, if it is there; it is asked otherwise. Waits for it for
-    /// `timeout` at most.
+    /// Returns the explanation if it is available, and requests it otherwise. Waits at most
+    /// `timeout`.
     pub(super) fn explain(
         &self,
         question: &ExplanationRequest,
@@ -187,7 +187,7 @@ fn run(plugin: &Plugin, chart: &RunningChart, shared: &Shared) {
     }
 }
 
-/// All records with their revision and what describes them.
+/// Revision, description and records of a complete read.
 type CompleteRead = (u64, Arc<Description>, Records);
 
 /// Everything, if it is of another revision than is known.

@@ -1,4 +1,4 @@
-//! What is said of the chart.
+//! Texts and view models of the chart.
 
 use busbar_chart::{Axis, AxisView, Brush, ChartSelection, State};
 use busbar_ui::{
@@ -108,8 +108,7 @@ pub(super) fn model(chart: &SceneChart) -> ChartModel {
     }
 }
 
-/// Records that are known, and those of them that brushes mean; of what is dense as far as
-/// it is counted.
+/// Returns the numbers of known and of brushed records; for a density display, as far as counted.
 fn counts(chart: &SceneChart) -> [usize; 2] {
     let board = &chart.board;
     if board.is_dense() {
@@ -165,7 +164,7 @@ fn brushed_ids(chart: &SceneChart) -> Vec<String> {
     chart.brushed_known().map(|one| ids[one.equipment].clone()).collect()
 }
 
-/// What is said of the equipment that is selected.
+/// Returns the explanation of the selected equipment.
 pub(super) fn explained(chart: &SceneChart) -> Option<EquipmentExplanation> {
     let (at, explanation) = chart.explained.as_ref()?;
     let known = (*chart.known.get(*at)?)?;

@@ -1,4 +1,4 @@
-//! Which labels stand at equipment that is behind other equipment.
+//! Occlusion of labels: finds labels whose equipment is behind other equipment.
 
 use std::collections::BTreeSet;
 
@@ -22,7 +22,7 @@ pub(crate) struct IdPicture<'a> {
     pub(crate) request: &'a PickRequest,
 }
 
-/// Those of some nodes whose anchors are hidden.
+/// Returns the nodes whose label anchors are occluded.
 pub(crate) fn find_hidden_labels(
     surfaces: &SceneSurfaces<'_>,
     nodes: &[NodeIndex],
@@ -58,7 +58,7 @@ impl IdPicture<'_> {
         node_of(self.objects.get(index).copied().flatten())
     }
 
-    /// Whether what is seen at a pixel is nearer than a point.
+    /// Reports whether the surface seen at a pixel is nearer than a point.
     fn is_nearer(
         &self,
         surfaces: &SceneSurfaces<'_>,
@@ -74,7 +74,7 @@ impl IdPicture<'_> {
     }
 }
 
-/// Whether one node is the other, or hangs under it.
+/// Reports whether one node is the other's ancestor, or the same.
 fn is_related(graph: &SceneGraph, a: NodeIndex, b: NodeIndex) -> bool {
     let is_under = |node: NodeIndex, top: NodeIndex| {
         let parents = std::iter::successors(Some(node), |node| graph.node(*node).parent());

@@ -127,8 +127,7 @@ pub(super) fn find(
     found
 }
 
-/// Whether the node is part of a model that could not be imported: that fault
-/// is told already.
+/// Reports whether the node belongs to a model whose import failed; that fault is reported already.
 fn model_failed(config: &Config, imported: &ImportedModels, node: &str) -> bool {
     let placement = node.split('/').next().unwrap_or(node);
     let model = config.scene.iter().find(|n| n.id == placement).and_then(|n| n.model);

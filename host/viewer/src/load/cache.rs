@@ -12,8 +12,8 @@ use serde_json::Value;
 /// The largest plugin library whose results are kept.
 const MAX_LIBRARY_BYTES: u64 = 1 << 30;
 
-/// Opens the configured cache; none if it is turned off or nobody says where.
-/// One that cannot be used is a remark: loading then only takes longer.
+/// Opens the configured cache; none if it is turned off or has no directory. An unusable cache
+/// gives a remark; loading then takes longer.
 pub(super) fn open(
     config: &CacheConfig,
     folder: &Path,
@@ -42,8 +42,8 @@ fn users_cache() -> Option<PathBuf> {
     path("XDG_CACHE_HOME").or_else(|| path("HOME").map(|home| home.join(".cache")))
 }
 
-/// What results of an optimiser depend on besides the mesh: the plugin's id and
-/// version, its very library, and its settings.
+/// Returns the digest of the optimizer for cache keys: plugin id, version, library content and
+/// settings.
 pub(super) fn maker(plugin: &Plugin, settings: &Value) -> std::io::Result<OptimizerDigest> {
     let info = plugin.info();
     let length = std::fs::metadata(&info.path)?.len();
@@ -60,7 +60,7 @@ pub(super) fn maker(plugin: &Plugin, settings: &Value) -> std::io::Result<Optimi
 /// Welded meshes in the cache.
 pub(super) struct WeldedMeshCache<'a> {
     cache: &'a StackCache,
-    /// What was wrong with it.
+    /// Remarks on faults of the cache.
     notes: Mutex<Vec<String>>,
 }
 

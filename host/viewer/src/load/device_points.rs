@@ -26,11 +26,11 @@ pub struct DevicePointSource {
     has_network: bool,
 }
 
-/// What a device has, and what was said of it.
+/// Point list of a device, and the command's report.
 pub struct DevicePoints {
     /// A point list, CSV.
     pub list: Vec<u8>,
-    /// How it went.
+    /// Report of the plugin's command.
     pub report: CommandReport,
 }
 
@@ -77,7 +77,7 @@ impl DevicePointSource {
     /// Asks the device. `arguments` are the plugin's own.
     ///
     /// # Errors
-    /// How the plugin ended, or that its list is too long.
+    /// The plugin's error, or a list that is too long.
     pub fn list_points(&self, arguments: &[String]) -> Result<DevicePoints, CommandError> {
         let nothing = File::open("/dev/null").map_err(CommandError::Output)?;
         let mut list = Vec::new();
@@ -108,7 +108,7 @@ impl DevicePointSource {
         if parsed.faults.is_empty() { Ok(tags(&parsed.points)) } else { Err(parsed.faults) }
     }
 
-    /// What helps where the configuration keeps the instance from its device.
+    /// Returns the remedy if the configuration denies the instance the network.
     pub fn network_remedy(&self) -> Option<&'static str> {
         (!self.has_network).then_some(NETWORK_REMEDY)
     }

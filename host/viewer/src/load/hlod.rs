@@ -30,14 +30,13 @@ const MAX_PROXY_TRIANGLES: u64 = 1 << 20;
 /// is drawn as one with that before it is much farther away.
 const MAX_LEVELS: usize = 12;
 const MAX_INNER_LEVELS: usize = 8;
-/// Of the triangles of a proxy, the most that the next one has: others are not worth their
-/// memory.
+/// Largest share of the previous proxy's triangles that the next one may have.
 const GREATEST_SHARE: f64 = 0.7;
 /// Islands that show less than a square with a side of so many errors are thinned out: where
 /// an error may be half a pixel, two.
 const ISLAND_ERRORS: f64 = 4.0;
-/// Of its error, what collapses of a proxy may take: theirs are root mean squares, and no point
-/// is farther off than twice that. Who picks a far thing by its edge gets it.
+/// Share of a proxy's error that collapses may take. Collapse errors are root mean squares; no
+/// point deviates by more than twice as much.
 const COLLAPSES_SHARE: f64 = 0.5;
 /// A proxy of no more triangles is the last.
 const FEWEST_TRIANGLES: u64 = 64;
@@ -51,13 +50,13 @@ pub(crate) struct HlodGroup {
     pub(crate) after: u32,
     /// Index of the proxy, a model with one mesh in the group's own space.
     pub(crate) model: usize,
-    /// By how much the proxy differs from what it stands for, metres.
+    /// Geometric error of the proxy, metres.
     pub(crate) base_error: f64,
-    /// Of each of its instances that goes down: the same for all groups.
+    /// Policy of all instances with levels of detail.
     pub(crate) policy: Arc<ThetaPolicy>,
 }
 
-/// What stands for others where they are far away.
+/// Proxy meshes of groups and of single meshes.
 #[derive(Default)]
 pub(crate) struct Proxies {
     pub(crate) groups: Vec<HlodGroup>,
@@ -113,12 +112,12 @@ fn build_groups(
     order_groups(groups, &proxies, policy)
 }
 
-/// How the theta of mesh instances is chosen.
+/// Theta policies of mesh instances.
 #[derive(Clone, Copy)]
 struct Policies<'a> {
-    /// Of placements, by the graph's index.
+    /// Policies of placements, by the graph's index.
     placed: &'a [ThetaPolicy],
-    /// Of models, where the placement has none.
+    /// Policies of models, for placements without one.
     of_models: &'a [ThetaPolicy],
 }
 
@@ -205,7 +204,7 @@ fn uncollapsed(mesh: Mesh) -> CollapseStacks {
     CollapseStacks::build(mesh, &nothing_collapses)
 }
 
-/// All members of a group as one mesh that goes down as they do.
+/// All meshes of a group, merged into one with a common collapse sequence.
 struct MergedGroup {
     stacks: CollapseStacks,
     materials: Vec<Material>,
@@ -229,7 +228,7 @@ impl MergedGroup {
         Some(Self { stacks, materials: materials.merged, level })
     }
 
-    /// One a level, from where it was put together, where it has fewer triangles by far.
+    /// Builds one proxy a level, where it has considerably fewer triangles than the one before.
     fn proxies(self, policy: &ThetaPolicy, max_levels: usize) -> Vec<Proxy> {
         let materials: Arc<[Material]> = self.materials.into();
         let mut proxies: Vec<Proxy> = Vec::new();
@@ -265,11 +264,11 @@ fn thinned(stacks: &CollapseStacks, error: f64) -> Option<Mesh> {
 struct GroupMember<'a> {
     model: &'a LoadedModel,
     stacks: &'a CollapseStacks,
-    /// Where it stays from however far.
+    /// Cursor of an instance with a fixed theta.
     fixed_cursor: Option<u32>,
     transform: Mat4,
     stretch: f32,
-    /// Its node and its first feature's, counted from the group's.
+    /// Index of its node, and of its first feature, relative to the group's.
     feature: u32,
     first_feature: Option<u32>,
 }

@@ -25,8 +25,8 @@ pub struct CheckedLink {
     pub quality: QualityStats,
 }
 
-/// Starts every plugin instance that is the source of a tag, listens for so long, and tells
-/// how links and clocks of the sources are. Nothing is sent but what reading needs.
+/// Starts every plugin instance that is the source of a tag, listens for a duration, and returns
+/// the state of links and clocks. Only messages that reading requires are sent.
 ///
 /// # Errors
 /// Every fault of the configuration and of what it asks of plugins.

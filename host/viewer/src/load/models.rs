@@ -22,26 +22,26 @@ use crate::stack_builder::StackBuilder;
 
 /// The models of a configuration, before their stacks are built.
 pub(super) struct ImportedModels {
-    /// In order of name.
+    /// Models in order of name.
     pub(super) models: Vec<ModelSource>,
-    /// Of each model that was taken apart, by index, the range of pieces of each mesh.
+    /// Ranges of pieces of each mesh, by the index of a model that was split.
     pieces: BTreeMap<usize, Vec<Range<u32>>>,
-    /// What was skipped, for the log.
+    /// Remarks on skipped content, for the log.
     pub(super) notes: Vec<String>,
 }
 
-/// Where a model comes from.
+/// Source of a model.
 pub(super) enum ModelSource {
-    /// From this content of its file.
+    /// Newly imported model with its file's version.
     New(Box<Model>, FileVersion),
-    /// From the scene before, which has it already.
+    /// Model of the previous scene.
     Known(Box<LoadedModel>, ModelParts),
-    /// Its file cannot be imported, as a fault says.
+    /// Model whose file cannot be imported, as a fault says.
     Failed,
 }
 
 impl ModelSource {
-    /// What it adds to a scene.
+    /// Returns the parts that the model adds to a scene.
     pub(super) fn parts(&self) -> ModelParts {
         match self {
             Self::New(model, _) => ModelParts::from_model(model),
@@ -98,13 +98,11 @@ pub(super) fn import(
     all
 }
 
-/// Where a mesh is taken apart: pieces have enough triangles that their draw calls cost
-/// little beside them. Those about as large as a bay differ in distance by themselves, and
-/// what is out of the picture should not be drawn for what is in it.
+/// Limits for splitting meshes. Pieces have enough triangles that draw calls cost little. A piece
+/// about as large as a bay has a distance and a visibility of its own.
 const PIECES: PieceLimits = PieceLimits { triangles: 16_384, triangles_if_wide: 2048, wide: 10.0 };
 
-/// What tells results in the order of their errors apart in the cache; its number grows
-/// with every change of what they are.
+/// Cache digest part of results ordered by error; its number grows with every change of the order.
 const BY_ERROR: &[u8] = b"by error, 4";
 
 /// The models whose detail, somewhere they are placed, follows the error on the screen.
@@ -243,7 +241,7 @@ impl OptimizationStage<'_> {
         loaded
     }
 
-    /// What the results of each optimiser in use are known by in the cache.
+    /// Returns the cache digest of each optimizer in use.
     fn makers(&mut self, config: &Config) -> BTreeMap<String, OptimizerDigest> {
         let mut makers = BTreeMap::new();
         if self.cache.is_none() {

@@ -1,4 +1,4 @@
-//! Which parts of models move.
+//! Check of configured moving parts against the model's nodes.
 
 use busbar_config::Config;
 

@@ -7,8 +7,8 @@ use busbar_plugin_process::RunningOverlay;
 use super::{DiagnosticsCollector, LoadError, LoadedScene, read_config};
 
 impl LoadedScene {
-    /// Configures the overlays with their bindings, and takes what they find missing for a
-    /// trouble: a role that no tag has, a unit that cannot be converted.
+    /// Configures the overlays with their bindings, and adds findings as failures, such as a
+    /// role without a tag or a unit that cannot be converted.
     pub(super) fn check_overlays(&mut self, path: &Path) -> Result<(), LoadError> {
         let config = read_config(path)?;
         let mut faults = DiagnosticsCollector::new(&config);

@@ -35,8 +35,8 @@ pub(super) fn catalog(
     Some(PluginCatalog::discover(&directories, &load_rules(config, faults)?, isolation))
 }
 
-/// Which libraries may be loaded. Where every plugin is pinned, no other library
-/// than theirs runs at all.
+/// Returns the rules for loading libraries. If every plugin is pinned, no other library is loaded
+/// at all.
 fn load_rules(config: &Config, faults: &mut DiagnosticsCollector<'_>) -> Option<LoadRules> {
     let pins: Option<BTreeSet<Digest>> = config.plugins.values().map(pin).collect();
     let only = pins.filter(|pins| !pins.is_empty());
@@ -54,12 +54,12 @@ fn load_rules(config: &Config, faults: &mut DiagnosticsCollector<'_>) -> Option<
     Some(LoadRules { only, signed_by })
 }
 
-/// What a plugin's library must be; the schema has seen to the form.
+/// Returns the pinned digest of a plugin's library; the schema ensures its form.
 fn pin(plugin: &PluginConfig) -> Option<Digest> {
     plugin.sha256.as_ref().and_then(|digits| digits.parse().ok())
 }
 
-/// Takes over the instances that go on, and makes all others that can be made, some at once.
+/// Keeps the unchanged instances and creates all others, several in parallel.
 pub(super) fn create(
     config: &Config,
     folder: &Path,
@@ -73,7 +73,7 @@ pub(super) fn create(
     instances
 }
 
-/// Makes those of the configured instances that are wanted, some at once.
+/// Creates the selected instances of the configuration, several in parallel.
 pub(super) fn create_some(
     config: &Config,
     folder: &Path,
@@ -106,8 +106,8 @@ pub(super) fn create_some(
     instances
 }
 
-/// What texts in settings begin with that name a file beside the configuration: plugins run
-/// elsewhere, and take absolute paths alone.
+/// Prefix of a settings text that names a file beside the configuration. Plugins take absolute
+/// paths only.
 const FOLDER: &str = "${folder}/";
 
 /// Settings with [`FOLDER`] as the folder of the configuration.
@@ -125,13 +125,12 @@ fn in_folder(settings: &Value, folder: &Path) -> Value {
     }
 }
 
-/// Whether an instance may use the network. Only a source of tags or
-/// alarms needs it by itself.
+/// Reports whether an instance may use the network. By default only sources of tags or alarms may.
 pub(super) fn may_use_network(config: &Config, name: &str, plugin: &PluginConfig) -> bool {
     plugin.network.unwrap_or_else(|| serves(config, name))
 }
 
-/// How a plugin runs.
+/// Returns isolation, limits and restart policy of a plugin.
 fn options(config: &Config, name: &str, plugin: &PluginConfig) -> PluginOptions {
     let supervision = &config.supervision;
     PluginOptions {
@@ -157,13 +156,13 @@ fn options(config: &Config, name: &str, plugin: &PluginConfig) -> PluginOptions 
     }
 }
 
-/// Whether a plugin instance is the source of a tag.
+/// Reports whether a plugin instance is the source of a tag or of alarms.
 pub(super) fn serves(config: &Config, name: &str) -> bool {
     let mut sources = config.tags.values().filter_map(TagConfig::source);
     sources.any(|source| source.plugin == name) || has_alarms(config, name)
 }
 
-/// Whether alarms of another system come from a plugin.
+/// Reports whether a plugin is the source of external alarms.
 pub(super) fn has_alarms(config: &Config, name: &str) -> bool {
     config.alarm_handling.sources.iter().any(|source| source.plugin == name)
 }
@@ -188,7 +187,7 @@ pub(super) fn place(pointer: &str, error: &PluginError, faults: &mut Diagnostics
     }
 }
 
-/// Tells of the plugins that died so far; they are started again.
+/// Reports the plugins that died during loading; they are restarted.
 pub(super) fn report_deaths(
     config: &Config,
     instances: &BTreeMap<String, Plugin>,
@@ -209,8 +208,8 @@ pub(super) fn report_deaths(
     }
 }
 
-/// Whether each plugin can do what the configuration uses it for, and whether
-/// its tags' addresses are usable.
+/// Checks that each plugin has the capabilities its use requires, and that its tags' addresses are
+/// usable.
 pub(super) fn check_capabilities(
     config: &Config,
     instances: &BTreeMap<String, Plugin>,
@@ -249,7 +248,7 @@ pub(super) fn check_capabilities(
     }
 }
 
-/// Whether a telemetry plugin can serve its tags; each fault at its address.
+/// Checks that a telemetry plugin can serve its tags; reports each fault at its address.
 fn check_addresses(
     config: &Config,
     name: &str,

@@ -1,5 +1,5 @@
-//! What a changed configuration takes over from the scene that is shown: whatever is as it
-//! was goes on, and is neither loaded nor started again.
+//! Reuse at a configuration reload: unchanged plugins, models and nodes are neither loaded nor
+//! started again.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -23,19 +23,19 @@ use crate::{LoadError, LoadMillis};
 pub struct PreparedReload {
     pub(crate) scene: LoadedScene,
     pub(crate) changes: Changes,
-    /// Plugins that go on as they are.
+    /// Plugins that are kept unchanged.
     pub(crate) kept: BTreeSet<String>,
-    /// Those that are new.
+    /// Telemetry plugins that were started for it.
     pub(crate) telemetry: Vec<RunningTelemetry>,
     pub(crate) overlays: BTreeMap<String, RunningOverlay>,
-    /// Whether nodes and models are what they were.
+    /// True if nodes and models are unchanged.
     pub(crate) has_same_graph: bool,
 }
 
-/// Why a changed configuration is not shown.
+/// Error that keeps a changed configuration from being shown.
 #[derive(Debug)]
 pub enum ReloadError {
-    /// Faults of the file, and of what it names.
+    /// Faults of the file and of the files it names.
     Load(LoadError),
     /// A plugin that cannot start.
     Plugin(PluginError),
@@ -65,17 +65,16 @@ impl From<PluginError> for ReloadError {
 }
 
 impl PreparedReload {
-    /// What is otherwise than before.
+    /// Returns the changes against the previous configuration.
     pub fn changes(&self) -> &Changes {
         &self.changes
     }
 }
 
 impl LoadedScene {
-    /// Loads a configuration in place of this one, beside whoever shows this one, and starts
-    /// the plugins that are new or get other settings, tags or bindings. None where nothing
-    /// is otherwise than it was. Models whose files were written since are loaded anew; whether
-    /// others that the configuration names have another content is not looked at.
+    /// Loads a configuration in place of this scene and starts new or changed plugins, while this
+    /// scene is still shown. Returns none if nothing has changed. Models whose files were rewritten
+    /// are loaded again; other files that the configuration names are not checked.
     ///
     /// # Errors
     /// Every fault of the file, of the files it names, and of what it asks of plugins. This
@@ -115,8 +114,8 @@ impl LoadedScene {
         Ok(Some(PreparedReload { scene, changes, kept, telemetry, overlays, has_same_graph }))
     }
 
-    /// Models whose files have another content than was read. One that is away is being
-    /// replaced, or is gone: what is shown stays.
+    /// Returns the models whose files have changed. A missing file counts as being replaced; its
+    /// model stays.
     fn edited_models(&self) -> Vec<String> {
         let files = self.config.models.keys().zip(self.model_files());
         let is_edited = |path: &Path, read| version(path).is_some_and(|now| Some(now) != read);
@@ -125,26 +124,26 @@ impl LoadedScene {
     }
 }
 
-/// What there is to take over, if anything.
+/// Reusable parts of the previous scene, if there is one.
 pub(super) struct ReusePlan<'a>(Option<PreviousScene<'a>>);
 
 struct PreviousScene<'a> {
     scene: &'a LoadedScene,
     changes: &'a Changes,
-    /// Plugins that go on.
+    /// Plugins that are kept.
     plugins: BTreeSet<String>,
-    /// Models that are what they were, and the index of each there.
+    /// Unchanged models with their previous indices.
     models: BTreeMap<String, usize>,
     has_same_graph: bool,
 }
 
 impl<'a> ReusePlan<'a> {
-    /// All is new.
+    /// Creates a plan that reuses nothing.
     pub(super) fn none() -> Self {
         Self(None)
     }
 
-    /// All is new in place of this scene.
+    /// Creates a plan that reuses nothing of a previous scene.
     fn none_of(scene: &'a LoadedScene, changes: &'a Changes) -> Self {
         let (plugins, models) = (BTreeSet::new(), BTreeMap::new());
         Self(Some(PreviousScene { scene, changes, plugins, models, has_same_graph: false }))
@@ -175,28 +174,28 @@ impl<'a> ReusePlan<'a> {
         Self(Some(PreviousScene { scene, changes, plugins, models, has_same_graph }))
     }
 
-    /// The scene before.
+    /// Returns the previous scene.
     pub(super) fn scene(&self) -> Option<&'a LoadedScene> {
         self.0.as_ref().map(|before| before.scene)
     }
 
-    /// Whether anything of a section is otherwise than before.
+    /// Reports whether a section of the configuration has changed.
     pub(super) fn touches(&self, section: Section) -> bool {
         self.0.as_ref().is_none_or(|before| before.changes.touch(section))
     }
 
-    /// Whether nodes and models are what they were.
+    /// Reports whether nodes and models are unchanged.
     pub(super) fn has_same_graph(&self) -> bool {
         self.0.as_ref().is_some_and(|before| before.has_same_graph)
     }
 
-    /// A plugin that goes on.
+    /// Returns a plugin that is kept.
     pub(super) fn plugin(&self, name: &str) -> Option<&'a Plugin> {
         let before = self.0.as_ref().filter(|before| before.plugins.contains(name))?;
         before.scene.instances.get(name)
     }
 
-    /// A model that is what it was.
+    /// Returns an unchanged model.
     pub(super) fn model(&self, name: &str) -> Option<(&'a LoadedModel, ModelParts)> {
         let before = self.0.as_ref()?;
         let index = *before.models.get(name)?;
@@ -204,8 +203,8 @@ impl<'a> ReusePlan<'a> {
         Some((&before.scene.models[index], parts))
     }
 
-    /// Gives new models places on the device that nobody has: also those of models that go
-    /// stay theirs until they are gone.
+    /// Assigns free device slots to new models; models of the previous scene keep theirs until they
+    /// are removed.
     pub(super) fn give_slots(&self, models: &mut [LoadedModel]) {
         let before = self.scene().map_or(&[][..], |scene| &scene.models);
         let taken: BTreeSet<u32> = before.iter().filter_map(|model| model.slot).collect();
@@ -216,7 +215,7 @@ impl<'a> ReusePlan<'a> {
     }
 }
 
-/// Whether a plugin is asked for exactly what it does already.
+/// Reports whether a plugin's settings and duties are unchanged.
 fn is_plugin_kept(before: &Config, after: &Config, name: &str) -> bool {
     before.plugins.get(name) == after.plugins.get(name)
         && plugins::serves(before, name) == plugins::serves(after, name)
@@ -225,7 +224,7 @@ fn is_plugin_kept(before: &Config, after: &Config, name: &str) -> bool {
         && (!jobs(after, name)[0] || bound(before, name).eq(bound(after, name)))
 }
 
-/// The tags that a plugin reads, as far as it is told.
+/// Returns the tags that a plugin serves, with the properties it receives.
 fn served<'a>(
     config: &'a Config,
     name: &'a str,
@@ -236,7 +235,7 @@ fn served<'a>(
     })
 }
 
-/// Whether it is an overlay, has records, has the chart, simplifies models, or has alarms.
+/// Returns the duties of a plugin: overlay, records, chart, model optimizer, alarms.
 fn jobs(config: &Config, name: &str) -> [bool; 5] {
     [
         config.overlays.iter().any(|overlay| overlay.plugin == name),
@@ -247,7 +246,7 @@ fn jobs(config: &Config, name: &str) -> [bool; 5] {
     ]
 }
 
-/// The bindings that an overlay gets, as far as it is told.
+/// Returns the bindings that an overlay receives.
 fn bound<'a>(config: &'a Config, name: &str) -> impl Iterator<Item = impl PartialEq + 'a> {
     let roles = config.plugins.get(name).map_or(&[][..], |plugin| &plugin.roles);
     let bindings = config.bindings.iter();
@@ -258,7 +257,7 @@ fn bound<'a>(config: &'a Config, name: &str) -> impl Iterator<Item = impl Partia
     })
 }
 
-/// Whether a model comes out as it did, its theta aside.
+/// Reports whether a model is unchanged, except for its theta.
 fn is_same_model(before: &Config, after: &Config, name: &str) -> bool {
     let (Some(was), Some(is)) = (before.models.get(name), after.models.get(name)) else {
         return false;

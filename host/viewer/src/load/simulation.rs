@@ -18,14 +18,15 @@ pub struct SimulatedDevices {
     devices: Vec<SimulatedDevice>,
     instances: BTreeMap<String, Plugin>,
     remarks: Vec<String>,
-    /// By which views on this machine know them for simulated. Last: it ends after them.
+    /// Registration by which views on this machine mark these values as simulated. It is dropped
+    /// last.
     registration: Option<SimulatorRegistration>,
 }
 
-/// One plugin instance that is a device.
+/// Plugin instance that simulates its device.
 pub struct SimulatedDevice {
     simulator: RunningSimulator,
-    /// How many tags it has.
+    /// Number of simulated tags.
     pub tag_count: usize,
 }
 
@@ -35,10 +36,10 @@ impl SimulatedDevice {
         self.simulator.name()
     }
 
-    /// How it goes.
+    /// Returns the status of the simulation.
     ///
     /// # Errors
-    /// What the plugin says, or how its process ended; it is started again then.
+    /// The plugin's error, or the end of its process, which is restarted then.
     pub fn status(&self) -> Result<SimulationStatus, PluginError> {
         self.simulator.status()
     }
@@ -150,7 +151,7 @@ impl SimulatedDevices {
         &self.devices
     }
 
-    /// What is not simulated, and why.
+    /// Returns the sources that are not simulated, with reasons.
     pub fn remarks(&self) -> &[String] {
         &self.remarks
     }
@@ -172,7 +173,7 @@ fn read_scenario(path: &Path, config: &Config) -> Result<ScenarioConfig, LoadErr
     busbar_config::parse_scenario(&text, config).map_err(faulty)
 }
 
-/// What a scenario has one device do.
+/// Returns the part of a scenario that concerns one device.
 fn device_scenario(
     scenario: &ScenarioConfig,
     begun: SystemTime,
@@ -207,12 +208,12 @@ fn device_scenario(
     DeviceScenario { begun, events: events.collect(), link_faults: link_faults.collect() }
 }
 
-/// From the device's number to the host's: factor and offset.
+/// Returns factor and offset from device units to the host's.
 fn scale(tag: &TagConfig) -> [f64; 2] {
     tag.scale.filter(|[factor, _]| *factor != 0.0).unwrap_or([1.0, 0.0])
 }
 
-/// How the device's number moves: the host's view of the tag, its scale undone.
+/// Returns the value generator of a tag in device units: the host's scale is inverted.
 fn behavior(tag: &TagConfig) -> SimulatedBehavior {
     let simulate = &tag.simulate;
     let [factor, offset] = scale(tag);

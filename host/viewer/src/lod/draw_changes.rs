@@ -1,18 +1,18 @@
-//! What is drawn, and what of it changed since that was last asked for.
+//! Drawn items, and their changes since the last report.
 
 use busbar_renderer::Morph;
 
 use super::{DrawItem, LodCursors, MeshCursor};
 
-/// What was told last, and what changed since.
+/// Last reported drawing, and the changes since.
 pub(super) struct ReportedDrawing {
-    /// Whether groups were put together or taken apart.
+    /// True if groups were merged or split.
     pub(super) has_regrouped: bool,
     /// Cursors that moved or bent, with repetitions, drawn or not.
     pub(super) changed: Vec<usize>,
     /// Cursors that are drawn, by index.
     drawn: Vec<usize>,
-    /// Of each cursor: [`WAS_DRAWN`] and, while it is looked through, [`IS_DRAWN`].
+    /// State of each cursor: [`WAS_DRAWN`] and, during the search, [`IS_DRAWN`].
     states: Vec<u8>,
 }
 
@@ -20,14 +20,14 @@ const WAS_DRAWN: u8 = 1;
 const IS_DRAWN: u8 = 2;
 
 impl ReportedDrawing {
-    /// Nothing was told yet.
+    /// Creates the state before the first report.
     pub(super) fn nothing() -> Self {
         Self { has_regrouped: true, changed: Vec::new(), drawn: Vec::new(), states: Vec::new() }
     }
 }
 
 impl LodCursors {
-    /// What is drawn, at which cursor, and whether it is on its way from or to another.
+    /// Visits each drawn item with its cursor and its morph.
     pub(crate) fn for_each_drawn(&self, mut each: impl FnMut(DrawItem, MeshCursor, Option<Morph>)) {
         self.walk(0..self.own, 0, &mut |drawn, index| {
             let instance = &self.instances[index];
@@ -35,8 +35,8 @@ impl LodCursors {
         });
     }
 
-    /// What is drawn otherwise than when it was last asked: nowhere, or where and how.
-    /// Costs by what changed; where groups changed, by what is drawn.
+    /// Visits each item that is drawn differently from the last report; none for one that is gone.
+    /// The cost depends on the changes, or on all drawn items after groups changed.
     pub(crate) fn for_each_changed(
         &mut self,
         mut each: impl FnMut(DrawItem, Option<(MeshCursor, Option<Morph>)>),
@@ -55,7 +55,7 @@ impl LodCursors {
         self.reported = reported;
     }
 
-    /// Finds what is drawn; what is newly so has changed.
+    /// Finds the drawn items; newly drawn ones count as changed.
     fn find_drawn(&self, reported: &mut ReportedDrawing, mut is_gone: impl FnMut(usize)) {
         let ReportedDrawing { changed, drawn, states, .. } = reported;
         states.resize(self.instances.len(), 0);
@@ -91,7 +91,7 @@ mod tests {
     use super::super::tests::eye_at;
     use super::*;
 
-    /// What happens before a frame.
+    /// Event before a frame.
     #[derive(Clone, Copy, Debug)]
     enum Event {
         LodCamera(f32),
@@ -111,7 +111,7 @@ mod tests {
         ]
     }
 
-    /// What a listener made of what it was told.
+    /// Applies the reported changes to a copy of the drawing.
     fn apply_changes(
         cursors: &mut LodCursors,
         known: &mut BTreeMap<DrawItem, (MeshCursor, Option<Morph>)>,
@@ -126,7 +126,7 @@ mod tests {
     }
 
     proptest! {
-        /// What changed comes to what is drawn, whatever happens.
+        /// Accumulated changes equal the present drawing after any events.
         #[test]
         fn who_hears_of_all_changes_knows_what_is_drawn(
             steps in prop::collection::vec(

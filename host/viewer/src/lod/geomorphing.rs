@@ -1,8 +1,8 @@
 //! Changes of detail that are under way, so that nothing pops.
 //!
-//! Between two cursors the finer mesh is shown, bent towards the coarser one by a weight
-//! that time moves. A way that was begun is gone to its end; what is wanted meanwhile
-//! comes after. What is beyond the limits changes at once.
+//! Between two cursors the finer mesh is drawn, interpolated towards the coarser one by a weight
+//! that grows with time. A morph that has begun is completed before the next. Beyond the limits,
+//! cursors switch at once.
 
 use busbar_renderer::{MAX_MORPHED_BYTES, Morph, VERTEX_BYTES};
 
@@ -15,28 +15,28 @@ pub(crate) const MAX_MORPHS: usize = 1024;
 /// The way of an instance that is on none.
 pub(super) const NO_TRANSITION: u32 = u32::MAX;
 
-/// All ways, and how long one takes.
+/// Active morphs and their duration.
 #[derive(Default)]
 pub(super) struct ActiveMorphs {
     /// 0 where all changes at once.
     seconds: f64,
-    /// When the current frame is, seconds.
+    /// Time of the current frame, seconds.
     now: f64,
     transitions: Vec<MorphTransition>,
-    /// Of vertices on their way.
+    /// Vertex bytes of all active morphs.
     bytes: u64,
 }
 
-/// From one cursor to another.
+/// Morph from one cursor to another.
 #[derive(Clone, Copy)]
 struct MorphTransition {
     /// Index of the instance.
     index: usize,
     from: u32,
     to: u32,
-    /// When it began, seconds.
+    /// Start time on the clock of frames, seconds.
     begun: f64,
-    /// Of vertices.
+    /// Vertex bytes of the morph.
     bytes: u64,
 }
 
@@ -45,7 +45,7 @@ impl MorphTransition {
         self.from.max(self.to)
     }
 
-    /// How much of it is gone, 0 to 1.
+    /// Returns the completed share, 0 to 1.
     fn share(&self, now: f64, seconds: f64) -> f64 {
         let share = (now - self.begun) / seconds;
         // A clock that was set back, too, ends it.
@@ -59,12 +59,12 @@ impl LodCursors {
         self.morphs.seconds = seconds;
     }
 
-    /// Whether something is on its way.
+    /// Reports whether any instance is morphing.
     pub(crate) fn is_morphing(&self) -> bool {
         !self.morphs.transitions.is_empty()
     }
 
-    /// What is shown of an instance on its way.
+    /// Returns the morph of an instance in transition.
     pub(super) fn morph_of(&self, instance: &InstanceCursor) -> Option<Morph> {
         let transition = self.morphs.transitions.get(instance.transition as usize)?;
         let share = transition.share(self.morphs.now, self.morphs.seconds) as f32;
@@ -72,7 +72,7 @@ impl LodCursors {
         Some(Morph { coarser: transition.coarser(), weight })
     }
 
-    /// What is on its way is bent otherwise in each frame.
+    /// Notes that morphing instances change in each frame.
     pub(super) fn note_morphing(&mut self) {
         self.reported
             .changed
@@ -117,8 +117,8 @@ impl LodCursors {
         }
     }
 
-    /// Whether an instance goes where it is wanted by degrees: to and from proxies there is no
-    /// way.
+    /// Reports whether an instance morphs to its wanted cursor; to and from proxies it switches at
+    /// once.
     pub(super) fn morphs(&self, instance: &InstanceCursor, models: &[LoadedModel]) -> bool {
         let ActiveMorphs { seconds, transitions, bytes, .. } = &self.morphs;
         *seconds > 0.0
@@ -127,7 +127,7 @@ impl LodCursors {
             && bytes + self.vertex_bytes(instance, models) <= MAX_MORPHED_BYTES
     }
 
-    /// Lets an instance go where it is wanted.
+    /// Starts the morph of an instance to its wanted cursor.
     pub(super) fn begin_morph(&mut self, index: usize, models: &[LoadedModel]) {
         let ActiveMorphs { now, transitions, .. } = &self.morphs;
         let (begun, at) = (*now, transitions.len() as u32);
@@ -140,7 +140,7 @@ impl LodCursors {
         self.show(index, from.min(to));
     }
 
-    /// What an instance needs to go where it is wanted, beside the mesh there.
+    /// Returns the morph data that an instance needs besides the mesh at its wanted cursor.
     pub(super) fn morph_request(&self, instance: &InstanceCursor) -> LodRequest {
         LodRequest::Morph(self.place(instance, instance.shown.max(instance.wanted)))
     }

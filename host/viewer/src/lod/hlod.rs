@@ -1,8 +1,8 @@
 //! Groups that are drawn as one where they are far.
 //!
-//! A group *wants* to be drawn as one where the policy lets pass the error that its
-//! proxy has at its finest. It *is* drawn as one, or by its instances, until what is
-//! wanted is ready: nothing is ever missing from the picture.
+//! A group *wants* to be merged if its policy permits the base error of its proxy. It *is* merged
+//! or split only when all required meshes are ready, so that nothing is ever missing from the
+//! picture.
 
 use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
@@ -15,7 +15,7 @@ use crate::load::{HlodGroup, LoadedModel};
 
 /// A group, and how it is drawn.
 pub(super) struct HlodState {
-    /// Its instances, by index.
+    /// Range of the group's instances.
     pub(super) instances: Range<usize>,
     /// Index of the first group after those within this one.
     pub(super) after: usize,
@@ -47,14 +47,14 @@ impl HlodState {
         groups.iter().map(state).collect()
     }
 
-    /// Whether it is drawn as one and is to stay so.
+    /// Reports whether the group is merged and stays merged.
     pub(super) fn stays_merged(&self) -> bool {
         self.is_merged && self.wants_merge
     }
 }
 
 impl InstanceCursor {
-    /// Of a group that is not drawn as one.
+    /// Creates the cursor of a group that is not merged.
     pub(super) fn for_proxy(kind: u32, hlod: &HlodGroup) -> Self {
         let mut proxy = Self::new(kind, Some(hlod.group.bounds), 0);
         proxy.hide();
@@ -104,7 +104,7 @@ impl LodCursors {
         }
     }
 
-    /// Whether nothing but the policy decides on the detail of what is in a group.
+    /// Reports whether the policy alone decides on the detail of the group's instances.
     fn follows_policy(&self, group: usize) -> bool {
         let manual_theta = |&model: &u32| self.manual_theta[model as usize].is_some();
         let within = &self.groups[group].instances;
@@ -161,8 +161,8 @@ impl LodCursors {
         ready
     }
 
-    /// Visits what is drawn of a range of instances, by the indices of cursors.
-    /// `group` is the first group that begins there.
+    /// Visits the drawn items of a range of instances with their cursor indices. `group` is the
+    /// first group that begins there.
     pub(super) fn walk(
         &self,
         instances: Range<usize>,

@@ -1,4 +1,4 @@
-//! What instances show: a mesh, or proxies that stand for it.
+//! Kinds of instances: the same mesh, policy and scale share cursors and proxies.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -20,19 +20,19 @@ pub(super) struct InstanceKind {
     pub(super) policy: u32,
     /// Metres to a unit of the mesh, at most.
     pub(super) metres: f32,
-    /// Of the mesh, the finest first.
+    /// Proxies of the mesh, the finest first.
     pub(super) proxies: Option<Arc<[MeshProxy]>>,
-    /// By level of the policy, once it was asked for: many instances come to the same.
+    /// Cursors by policy level, computed at the first use.
     pub(super) level_cursors: Vec<Option<LevelCursors>>,
 }
 
-/// Where instances are wanted at a level of the policy.
+/// Wanted cursors at a level of the policy.
 #[derive(Clone, Copy)]
 pub(super) struct LevelCursors {
     pub(super) theta: f64,
     /// The mesh's own cursor there.
     pub(super) own: u32,
-    /// That of the proxy which may stand for it.
+    /// Cursor of the proxy that may replace the mesh.
     pub(super) proxy: Option<u32>,
 }
 

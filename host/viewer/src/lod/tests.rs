@@ -70,14 +70,14 @@ fn row(places: &[f32], last_theta: Option<f64>) -> (LodCursors, Vec<LoadedModel>
     (LodCursors::new(&graph, &models, policies, &Proxies::default(), 1.0), models)
 }
 
-/// Of a narrow picture.
+/// Pixel size of a narrow perspective picture.
 const PERSPECTIVE: PixelSize = PixelSize::PerMetre { ahead: 1e-3, corner: 1.0 };
 
 pub(super) fn eye_at(x: f32) -> LodCamera {
     LodCamera { position: Vec3::X * x, ahead: Vec3::NEG_X, pixel: PERSPECTIVE }
 }
 
-/// Chooses for an eye at this x, shows what is ready, and gives the cursors.
+/// Chooses levels for an eye at x, shows ready meshes, and returns the cursors.
 fn step(cursors: &mut LodCursors, models: &[LoadedModel], x: f32, is_ready: bool) -> Vec<u32> {
     cursors.choose_levels(eye_at(x), models, false);
     cursors.advance(models, false, 0.0, |_| is_ready);
@@ -312,7 +312,7 @@ fn proxied(places: &[f32]) -> (LodCursors, Vec<LoadedModel>) {
     (LodCursors::new(&graph, &models, policies, &proxies, 1.0), models)
 }
 
-/// Whether instances are shown as proxies, where an eye is so far before them.
+/// Reports which instances are shown as proxies from a distance.
 fn proxies_from(
     cursors: &mut LodCursors,
     models: &[LoadedModel],

@@ -8,16 +8,16 @@ use busbar_plugin_host::{MAX_PAGE_ROWS, PluginError};
 use busbar_plugin_process::{Plugin, RunningRecords};
 use busbar_records::{List, MAX_BYTES};
 
-/// How often it is asked whether there is anything new.
+/// Period of polling for a new revision.
 const POLL_PERIOD: Duration = Duration::from_secs(1);
-/// How often reading begins anew where records change meanwhile.
+/// Largest number of read attempts while records change.
 const MAX_TRIES: u32 = 5;
 
 #[derive(Default)]
 struct State {
     ends: bool,
     read: Option<Vec<List>>,
-    /// What nobody needs any more: freeing many rows takes longer than a frame may.
+    /// Lists to free on this thread: freeing many rows takes longer than a frame.
     discarded: Vec<Vec<List>>,
     fault: Option<String>,
     polls: u64,
@@ -64,7 +64,7 @@ impl RecordPoller {
         drop(self.shared.changed.wait_timeout_while(state, timeout, is_new));
     }
 
-    /// Takes over all lists, if they were read since the last call; whether they were.
+    /// Takes the lists if they were read since the last call; reports whether they were.
     pub(super) fn take(&self, lists: &mut Vec<List>) -> bool {
         let mut state = self.shared.state();
         let Some(read) = state.read.take() else { return false };
@@ -72,7 +72,7 @@ impl RecordPoller {
         true
     }
 
-    /// Why they cannot be read, if so.
+    /// Returns the fault that keeps the records from being read.
     pub(super) fn fault(&self) -> Option<String> {
         self.shared.state().fault.clone()
     }
@@ -131,7 +131,7 @@ fn run(plugin: &Plugin, records: &RunningRecords, shared: &Shared) {
     }
 }
 
-/// All lists with their revision, if that is another than is known.
+/// Reads all lists if the revision differs from the known one.
 fn poll(records: &RunningRecords, known: Option<u64>) -> Result<Option<(u64, Vec<List>)>, String> {
     let words = |error: PluginError| error.to_string();
     for _ in 0..MAX_TRIES {

@@ -1,8 +1,7 @@
-//! When a file has changed and settled: the configuration, or a model that it names.
+//! File watcher for the configuration and its models, with debouncing of writes.
 //!
-//! Folders are watched, since editors replace files by renaming others, and so are those that
-//! links lead to. Where folders tell nothing (some network drives), files are looked at now
-//! and then.
+//! Folders are watched, since editors replace files by renaming; folders of link targets are
+//! watched, too. Files in folders without notification, such as some network drives, are polled.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -14,9 +13,9 @@ use notify::{RecommendedWatcher, RecursiveMode, Watcher};
 
 use crate::file_version::{FileVersion, version};
 
-/// How long a file must stay as it is before it is read: editors write in several steps.
+/// Debounce time: a file must be unchanged for so long before it is read.
 pub const SETTLE_TIME: Duration = Duration::from_millis(50);
-/// How often it is looked at where nobody tells of it.
+/// Polling period for files without change notification.
 const POLL_PERIOD: Duration = Duration::from_secs(2);
 /// Folders that are watched; files elsewhere are looked at now and then.
 const MAX_FOLDERS: usize = 64;
@@ -24,10 +23,10 @@ const MAX_FOLDERS: usize = 64;
 /// Files, and as what each is known.
 type Versions = BTreeMap<PathBuf, FileVersion>;
 
-/// What the thread and who asks it share.
+/// State shared with the watching thread.
 #[derive(Default)]
 struct Shared {
-    /// When a change settled that nobody has asked for yet.
+    /// Instant at which an unreported change settled.
     settled: Mutex<Option<Instant>>,
     /// Models to follow from now on, in place of those before.
     models: Mutex<Option<Versions>>,
@@ -72,12 +71,12 @@ impl FileWatcher {
         Ok(Self { shared, events: sender })
     }
 
-    /// When a change settled that was not told yet.
+    /// Takes the instant at which an unreported change settled.
     pub(super) fn settled(&self) -> Option<Instant> {
         lock(&self.shared.settled).take()
     }
 
-    /// From now on also tells of models, as what they are shown, and of no others.
+    /// Watches these models, at the versions that are shown, in place of those before.
     pub(super) fn follow_models(&self, models: impl Iterator<Item = (PathBuf, FileVersion)>) {
         *lock(&self.shared.models) = Some(models.collect());
         let _ = self.events.try_send(());
@@ -86,7 +85,7 @@ impl FileWatcher {
 
 struct WatchThread {
     path: PathBuf,
-    /// As they were told, or at the start.
+    /// Versions that were last reported, or those at the start.
     seen: Versions,
     shared: Weak<Shared>,
     wake: Arc<dyn Fn() + Send + Sync>,
@@ -95,7 +94,7 @@ struct WatchThread {
 }
 
 impl WatchThread {
-    /// Until nobody asks any more, which is seen within [`POLL_PERIOD`].
+    /// Runs until the watcher is dropped, which is noticed within [`POLL_PERIOD`].
     fn run(mut self, events: &Receiver<()>) {
         while let Some(shared) = self.shared.upgrade() {
             let models = lock(&shared.models).take();
@@ -118,7 +117,7 @@ impl WatchThread {
         self.watch_folders();
     }
 
-    /// Tells what changed, once it stays as it is.
+    /// Reports changes once the files are stable.
     fn check_files(&mut self) {
         let mut now = self.versions();
         if now == self.seen {

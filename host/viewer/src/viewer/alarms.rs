@@ -6,7 +6,7 @@ use busbar_tags::SourceTime;
 use super::*;
 
 impl Viewer {
-    /// Who acts on alarms from here on, as it stands in the audit log.
+    /// Sets the operator for later alarm actions, as the audit log names them.
     pub fn set_operator(&mut self, name: &str) {
         name.clone_into(&mut self.operator);
         if let Some(alarms) = &mut self.alarms {
@@ -18,7 +18,7 @@ impl Viewer {
     /// letter of IEC 62682: `A` to `I`. `until` is the end of its time on the shelf.
     ///
     /// # Errors
-    /// An alarm that is not there or not mirrored.
+    /// An alarm that does not exist or is not mirrored.
     pub fn mirror_alarm(
         &mut self,
         id: &str,
@@ -31,8 +31,8 @@ impl Viewer {
         mirrored.map_err(ViewError::Alarm)
     }
 
-    /// Draws equipment in unacknowledged alarm in full detail, however far it is, and what
-    /// is in alarm by itself: a proxy may leave it out.
+    /// Draws equipment in unacknowledged alarm in full detail, and all equipment in alarm
+    /// individually, since a proxy may omit it.
     pub(super) fn apply_alarm_detail(&mut self) {
         let changed = self.alarms.as_mut().and_then(AlarmService::changed_detail);
         if let Some([unacknowledged, all]) = changed {

@@ -13,12 +13,12 @@ use crate::index_remap::IndexRemap;
 use crate::load::PreparedReload;
 
 impl Viewer {
-    /// Shows a changed configuration from the next frame on. What is as it was goes on:
-    /// plugins, values with their ages, alarms as they stand, models on the device, camera,
-    /// selection, theta. After an error all is as it was before.
+    /// Applies a prepared reload from the next frame on. Unchanged parts are kept: plugins, values
+    /// with their ages, alarm states, models on the device, camera, selection, theta. After an
+    /// error all is as before.
     ///
     /// # Errors
-    /// The device's, or a chart's or records' that cannot be read.
+    /// Errors of the graphics device, or of a chart or records that cannot be read.
     pub fn apply_reload(&mut self, reload: PreparedReload) -> Result<(), ViewError> {
         let PreparedReload { mut scene, changes, kept, telemetry, overlays, has_same_graph } =
             reload;
@@ -100,7 +100,7 @@ impl Viewer {
         Ok(())
     }
 
-    /// Values go on of tags that are read from where they were.
+    /// Carries over the values of tags with an unchanged source.
     fn carry_tags(&mut self, before: &LoadedScene, remap: &HandleRemap) {
         let (was, is) = (&before.config.tags, &self.scene.config.tags);
         let (was_plugins, are_plugins) = (&before.config.plugins, &self.scene.config.plugins);
@@ -176,8 +176,7 @@ impl Viewer {
         }
     }
 
-    /// What of the view is configured otherwise than before; the rest stays as the operator
-    /// has it.
+    /// Applies changed view settings; all others stay as the operator set them.
     fn carry_view(&mut self, before: &LoadedScene) {
         let (was, is) = (Arc::clone(&before.config), Arc::clone(&self.scene.config));
         let camera = |config: &busbar_config::Config| {
@@ -282,12 +281,12 @@ impl Viewer {
         }
     }
 
-    /// What is shown.
+    /// Returns the scene that is shown.
     pub fn scene(&self) -> &LoadedScene {
         &self.scene
     }
 
-    /// What is shown, for a thread that loads another configuration in its place.
+    /// Returns a clone of the scene for a thread that loads its replacement.
     pub(crate) fn shared_scene(&self) -> LoadedScene {
         self.scene.clone()
     }
@@ -297,7 +296,7 @@ impl Viewer {
         self.scene.model_files()
     }
 
-    /// How the configuration was reloaded so far.
+    /// Returns the counters of configuration reloads.
     pub fn reload_counters(&self) -> &ReloadCounters {
         &self.reloads
     }

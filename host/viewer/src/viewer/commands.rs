@@ -1,4 +1,4 @@
-//! What the operator asks for.
+//! Dispatch of operator commands to the parts of the view.
 
 use busbar_alarms::AlarmHandle;
 use busbar_tags::TagHandle;

@@ -1,13 +1,13 @@
-//! From a loaded scene to a view of it.
+//! Construction of a viewer from a loaded scene.
 
 use busbar_config::{OriginConfig, ThemeConfig};
 use busbar_tags::{TagHandle, TagSpec};
 
 use super::*;
 
-/// Who looks at a view.
+/// Target of a view: a picture, another program's window, or an own window.
 enum ViewTarget {
-    /// Nobody: a picture is to come of it, the same one each time.
+    /// Still picture without a spectator, the same each time.
     Headless,
     /// An operator, in another program's window.
     Offscreen,
@@ -19,7 +19,7 @@ impl Viewer {
     /// A view without a window, `size` in pixels, without panels.
     ///
     /// # Errors
-    /// No usable device, or a plugin that cannot start.
+    /// No usable graphics device, or a plugin that cannot start.
     pub fn new_headless(
         scene: LoadedScene,
         options: RendererOptions,
@@ -28,11 +28,11 @@ impl Viewer {
         Self::start(scene, options, ViewTarget::Headless, size)
     }
 
-    /// A live view without a window, `size` in pixels, for somebody who shows its pictures:
-    /// it waits for nothing, and keeps the audit log. It has no panels at first.
+    /// Opens a live view without a window, `size` in pixels, whose pictures are shown elsewhere. It
+    /// waits for nothing and writes the audit log. Panels are hidden at first.
     ///
     /// # Errors
-    /// No usable device, or a plugin that cannot start.
+    /// No usable graphics device, or a plugin that cannot start.
     pub fn new_offscreen(
         scene: LoadedScene,
         options: RendererOptions,
@@ -44,7 +44,7 @@ impl Viewer {
     /// A view in a window, `size` in pixels, with panels.
     ///
     /// # Errors
-    /// No usable device, or a plugin that cannot start.
+    /// No usable graphics device, or a plugin that cannot start.
     pub fn new_in_window(
         scene: LoadedScene,
         options: RendererOptions,
@@ -167,7 +167,7 @@ impl Viewer {
     }
 }
 
-/// How panels look; the font is handed over.
+/// Returns the appearance of the panels; the font is moved out of the scene.
 pub(super) fn appearance_of(scene: &mut LoadedScene) -> Appearance {
     Appearance {
         is_dark: scene.config.view.theme == ThemeConfig::Dark,
@@ -176,7 +176,7 @@ pub(super) fn appearance_of(scene: &mut LoadedScene) -> Appearance {
     }
 }
 
-/// How it is drawn for whom: a picture is the same wherever it is drawn.
+/// Returns the renderer options; headless pictures ignore those for software rasterizers.
 pub(super) fn options_of(options: RendererOptions, is_live: bool) -> RendererOptions {
     RendererOptions {
         on_software_rasterizer: options.on_software_rasterizer.filter(|_| is_live),
@@ -209,8 +209,7 @@ pub(super) fn full_triangles(scene: &LoadedScene) -> u64 {
     scene.graph.instances().map(triangles).sum()
 }
 
-/// A table of the scene's tags without values. A host program tells every change of its own
-/// in a queue, which a stop of this process does not empty.
+/// Creates an empty tag table. Host values survive a stop of this process, since their queue does.
 pub(super) fn table_of(scene: &LoadedScene) -> TagTable {
     let mut table = TagTable::new(scene.tags.clone(), Moment::now());
     let is_by_host = |spec: &TagSpec| {

@@ -1,16 +1,15 @@
-//! What a frame shows, at which detail.
+//! Assembly of a frame for the renderer: level of detail, draw list, background.
 
 use super::*;
 
-/// Of the light of the background, what the dark theme leaves: equipment stands out from
-/// it as brighter, and not as darker.
+/// Share of the configured background light that the dark theme keeps.
 const DARK_BACKGROUND: f32 = 0.045;
 
 impl Viewer {
     /// The last frame of a view without a window.
     ///
     /// # Errors
-    /// The device's.
+    /// Errors of the graphics device.
     pub fn read_picture(&mut self) -> Result<Picture, ViewError> {
         let no_textures = egui::TexturesDelta::default();
         let overlay = EguiFrame {
@@ -41,8 +40,8 @@ impl Viewer {
         read?.ok_or(ViewError::Render(RenderError::NoPicture))
     }
 
-    /// Whether the last frame had panels, labels or anything else over the scene: those
-    /// take a few frames to find their sizes and places.
+    /// Reports whether the last frame had panels, labels or other content over the scene. Such
+    /// content takes a few frames to settle.
     pub fn has_content_over_scene(&self) -> bool {
         !self.last_primitives.is_empty()
     }
@@ -72,7 +71,7 @@ impl Viewer {
         }));
     }
 
-    /// Brings what is said of models up to the frame drawn.
+    /// Updates the panel rows of models after the frame was drawn.
     pub(super) fn update_model_rows(&mut self) {
         let Self { lod_cursors, renderer, models, scene, .. } = self;
         self.resolved += u64::from(self.last_frame.resolved);
@@ -82,7 +81,7 @@ impl Viewer {
         }
     }
 
-    /// Takes over where parts stand that moved.
+    /// Updates cursors and draw list with the instances that moved.
     pub(super) fn move_instances(&mut self) {
         let Self { moving_parts: moving, lod_cursors, scene_draw_list: drawn, scene, .. } = self;
         if !moving.just_moved().is_empty() {
@@ -91,13 +90,13 @@ impl Viewer {
         }
     }
 
-    /// Takes over what is to be drawn otherwise than before.
+    /// Updates the draw list with all changes since the last frame.
     pub(super) fn update_draw_list(&mut self) {
         let Self { scene_draw_list: drawn, scene, models, lod_cursors, highlights, .. } = self;
         drawn.update(scene, models, lod_cursors, highlights);
     }
 
-    /// What is seen now.
+    /// Returns the camera view of the present frame.
     pub(super) fn view(&self) -> CameraView {
         let scene = self.scene.graph.bounds();
         // A wireframe has no ground, and its lines need fine depths.

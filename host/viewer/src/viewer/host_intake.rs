@@ -14,11 +14,11 @@ pub(super) struct HostIntake(SampleIntake);
 /// An instant by the clocks of this process.
 #[derive(Clone, Copy)]
 pub(super) struct ArrivalTimes {
-    /// By the clock of moments.
+    /// Instant on the monotonic clock of moments.
     pub(super) now: Moment,
-    /// By the wall clock.
+    /// Instant on the wall clock.
     pub(super) wall: SourceTime,
-    /// By the clock since boot that messages are stamped with, nanoseconds.
+    /// Instant on the clock since boot that stamps messages, nanoseconds.
     pub(super) boot: u64,
 }
 
@@ -40,7 +40,7 @@ impl HostIntake {
         Self(SampleIntake::new(&tags, SourcePolicy::default()))
     }
 
-    /// Hands on what a host program said of a tag.
+    /// Passes on a value that the host program reported.
     pub(super) fn take(
         &mut self,
         tag: TagHandle,

@@ -1,4 +1,4 @@
-//! What a host program asks of a view, and hears of it.
+//! Interface of the view to a host program.
 
 use busbar_alarms::AlarmFlags;
 use busbar_chart::Action;
@@ -14,7 +14,7 @@ use super::*;
 const MAX_HOST_PICKS: usize = 256;
 
 impl Viewer {
-    /// From here on a host program takes part.
+    /// Marks the view as embedded in a host program.
     pub(crate) fn set_host(&mut self) {
         self.has_host = true;
         if let Some(alarms) = &mut self.alarms {
@@ -22,15 +22,15 @@ impl Viewer {
         }
     }
 
-    /// Tells the size of a view without a window, pixels.
+    /// Sets the size of a view without a window, pixels.
     pub(crate) fn resize_offscreen(&mut self, size: [u32; 2]) {
         self.renderer.resize(size);
         let points = size.map(|pixels| pixels as f32 / self.scene.config.view.scale);
         self.screen = Rect::from_min_size(Pos2::ZERO, points.into());
     }
 
-    /// Waits until the device has drawn the last frame; whether it has. A device that is lost is
-    /// told by the next frame.
+    /// Waits until the device has drawn the last frame; reports success. The next frame reports a
+    /// lost device.
     pub(crate) fn finish_frame(&mut self) -> bool {
         self.renderer.finish().is_ok()
     }
@@ -43,7 +43,7 @@ impl Viewer {
         true
     }
 
-    /// Where the camera is.
+    /// Returns the pose of the camera.
     pub(crate) fn pose(&self) -> CameraPose {
         let camera = self.navigator.camera();
         CameraPose {
@@ -66,7 +66,7 @@ impl Viewer {
         found.map(|overlay| overlay.is_shown = shown).is_some()
     }
 
-    /// What instant the chart shows.
+    /// Sets the instant that the chart shows.
     pub(crate) fn set_playhead(&mut self, unix_nanos: Option<i64>) {
         self.apply_chart_command(&ChartCommand::Apply(Action::SetPlayhead(unix_nanos)));
     }
@@ -74,7 +74,7 @@ impl Viewer {
     /// Sets a tag that is the host program's.
     ///
     /// # Errors
-    /// In words: a tag that is not there or not set by the host.
+    /// A text: the tag does not exist or is not set by the host.
     pub(crate) fn set_tag(&mut self, update: &TagUpdate) -> Result<(), String> {
         let specs = self.scene.tags.specs();
         let found = specs.binary_search_by(|spec| spec.id.as_str().cmp(&update.tag));
@@ -105,7 +105,7 @@ impl Viewer {
         self.host_picks.push_back(node);
     }
 
-    /// What was picked since, by id.
+    /// Takes the ids of the equipment picked since the last call.
     pub(crate) fn take_host_picks(&mut self) -> Vec<Option<String>> {
         let id = |node: NodeIndex| self.scene.graph.node(node).id();
         self.host_picks.drain(..).map(|node| node.map(id)).collect()
@@ -114,7 +114,7 @@ impl Viewer {
     /// Does what the host program's operator does to an alarm.
     ///
     /// # Errors
-    /// In words, why it cannot be.
+    /// A text with the reason.
     pub fn act_on_alarm(
         &mut self,
         id: &str,
@@ -130,14 +130,14 @@ impl Viewer {
         self.alarms.as_mut()
     }
 
-    /// Alarms go on as they stood in a viewer before this one.
+    /// Restores the alarm states of a previous viewer process.
     pub(crate) fn restore_alarms(&mut self, standings: &[(String, AlarmFlags, SourceTime)]) {
         if let Some(alarms) = &mut self.alarms {
             alarms.restore(standings);
         }
     }
 
-    /// Each plugin instance and how it goes, in words.
+    /// Returns the name and the state text of each plugin instance.
     pub(crate) fn plugin_states(&self) -> Vec<(String, String)> {
         let state = |(plugin, link, fault): (&Plugin, Option<LinkReport>, Option<&str>)| {
             let row = panel_rows::plugin(plugin, link, fault);
@@ -148,7 +148,7 @@ impl Viewer {
         self.plugin_instances().map(state).collect()
     }
 
-    /// The graphics device.
+    /// Returns the name of the graphics device.
     pub(crate) fn device_name(&self) -> &str {
         self.renderer.device_name()
     }

@@ -1,12 +1,12 @@
-//! What is selected, hovered and measured.
+//! Picking: selection, hovering and measuring through the renderer's id picture.
 
 use super::*;
 
 impl Viewer {
-    /// Selects and names what is at a pixel: its equipment id. Waits for the device.
+    /// Selects the equipment at a pixel and returns its id. Waits for the device.
     ///
     /// # Errors
-    /// The device's.
+    /// Errors of the graphics device.
     pub fn pick(&mut self, pixel: [u32; 2]) -> Result<Option<String>, ViewError> {
         self.update_draw_list();
         let frame = self.frame_of(self.view(), self.scene_draw_list.list(), &[], None);
@@ -23,7 +23,7 @@ impl Viewer {
     /// of ids, and selects nothing.
     ///
     /// # Errors
-    /// The device's, or a pixel outside the picture.
+    /// Errors of the graphics device, or a pixel outside the picture.
     pub fn pick_many(&mut self, pixels: &[[u32; 2]]) -> Result<Vec<Option<String>>, ViewError> {
         let size = self.renderer.picked_size();
         self.update_draw_list();
@@ -40,20 +40,19 @@ impl Viewer {
         pixels.iter().map(id_at).collect()
     }
 
-    /// Equipment id of what is under the pointer, as far as the device has told.
+    /// Returns the equipment id under the pointer, as last picked.
     pub fn hovered(&self) -> Option<String> {
         self.hovered.map(|node| self.scene.graph.node(node).id())
     }
 
-    /// Whether frames must go on without input: an answer is to come, or the camera moves.
+    /// Reports whether frames must continue without input: a pick is pending, or something moves.
     pub(super) fn needs_frames(&self) -> bool {
         self.pick_queue.is_busy()
             || self.navigator.is_moving()
             || !self.moving_parts.just_moved().is_empty()
     }
 
-    /// Selects the equipment whose line of a chart is at a place; asks what is there in the
-    /// scene where there is none.
+    /// Selects the equipment of the chart line at a position, or else picks in the scene.
     pub(super) fn pick_line_or_scene(&mut self, at: Pos2) {
         let projection = self.last_view.map(|view| Projection::new(&view, self.screen));
         let node = projection.and_then(|by| self.chart.as_ref()?.node_at(at, by));
@@ -66,7 +65,7 @@ impl Viewer {
         }
     }
 
-    /// Asks what is at a place of the picture that is on the screen.
+    /// Requests a pick at a position of the displayed picture.
     pub(super) fn pick_at(&mut self, purpose: PickPurpose, at: Pos2) {
         let picture = self.renderer.picked_size();
         self.enqueue(purpose, PixelArea::pixel(self.pixel(at), picture));
@@ -130,7 +129,7 @@ impl Viewer {
         }
     }
 
-    /// What is asked where the operator asks nothing.
+    /// Returns the hover or label request that is due while the operator requests nothing.
     fn idle_request(&self) -> Option<PickRequest> {
         let (view, picture) = (self.last_view?, self.renderer.picked_size());
         let hover = self.pointer.map(|pointer| {
@@ -201,7 +200,7 @@ impl Viewer {
         }
     }
 
-    /// What lines of sight end at.
+    /// Returns the surfaces for ray casts.
     fn surfaces(&self) -> ray_casting::SceneSurfaces<'_> {
         let LoadedScene { graph, models, .. } = &self.scene;
         ray_casting::SceneSurfaces { graph, models, section: self.section }

@@ -1,4 +1,4 @@
-//! What is said of a view: to its panels and in statistics.
+//! View model of the panels, and statistics of the view.
 
 use super::*;
 use crate::clock;
@@ -93,8 +93,8 @@ impl Viewer {
         }
     }
 
-    /// Origins of what is shown: of any tag's value, of plugins that say it of all their
-    /// values, bad ones included, and of a chart that shows the past.
+    /// Returns the origins of all displayed values. Origins that plugins declare count even without
+    /// good values; a chart of the past counts as historical.
     pub(super) fn shown_origin(&self) -> Origin {
         let links = self.telemetry.iter().map(|telemetry| telemetry.link().origin);
         let is_simulated = self.scene.config.plugins.values().any(|plugin| plugin.simulated);
@@ -105,7 +105,7 @@ impl Viewer {
         links.fold(known, Origin::union)
     }
 
-    /// What of it is looked at all the time: cheaper than all numbers.
+    /// Returns the health numbers, which are cheaper than all statistics.
     pub fn health(&self) -> ViewHealth {
         ViewHealth {
             quality: self.tags.snapshot().counts().into(),
@@ -118,7 +118,7 @@ impl Viewer {
         }
     }
 
-    /// What the last frame took, from its beginning until it was handed to the device.
+    /// Returns the time of the last frame, from its beginning until its submission to the device.
     pub fn frame_time(&self) -> Duration {
         Duration::from_secs_f64(self.last_frame_millis() / 1e3)
     }
@@ -200,7 +200,7 @@ impl Viewer {
         }
     }
 
-    /// What is said of the configuration's models.
+    /// Returns the panel rows of the configured models.
     fn model_rows(&self) -> impl Iterator<Item = &ModelRow> + Clone {
         self.models.iter().take(self.scene.model_count()).map(|model| &model.row)
     }

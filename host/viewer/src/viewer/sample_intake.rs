@@ -1,8 +1,8 @@
-//! What plugins bring.
+//! Intake of plugin samples into tags, events, histories and alarms.
 
 use super::*;
 
-/// Where samples go: into the tags, and what they change to the events and alarms.
+/// Receiver of samples: applies them to the tags, and changes to events, histories and alarms.
 pub(super) struct SampleUpdates<'a> {
     pub(super) tags: &'a mut TagTable,
     pub(super) events: &'a mut EventLog,
@@ -37,7 +37,7 @@ impl Viewer {
         self.tags.snapshot()
     }
 
-    /// What switched since the start, in the order in which it came.
+    /// Returns the switching events since the start, in order of arrival.
     pub fn events(&self) -> &EventLog {
         &self.events
     }
@@ -56,8 +56,8 @@ impl Viewer {
         });
     }
 
-    /// Takes over what plugins brought; values past their limit are stale from here on.
-    /// Gives what that took.
+    /// Takes the samples of all plugins; values beyond their freshness limit become stale. Returns
+    /// the CPU time.
     pub(super) fn take_samples(&mut self) -> FrameStageMillis {
         let began = CpuClock::start();
         self.distrust_after_pause();

@@ -1,4 +1,4 @@
-//! What is selected, and its faceplate.
+//! Selection of equipment, and the faceplate that it opens.
 
 use busbar_tags::{TagHandle, ValueKind};
 
@@ -21,7 +21,7 @@ impl Viewer {
         });
     }
 
-    /// Takes over what was read of records.
+    /// Takes new records and updates those of the faceplate.
     pub(super) fn take_records(&mut self) {
         self.records.step(&self.scene);
         if let Some(faceplate) = &mut self.faceplate {

@@ -1,4 +1,4 @@
-//! What a frame changed that a host program hears of.
+//! Reports of changes to the host program after each frame.
 
 use std::collections::HashMap;
 
@@ -13,34 +13,34 @@ use busbar_tags::{Origin, Quality, SourceTime};
 use crate::Viewer;
 use crate::alarms::action_to;
 
-/// Changes of quality told a frame; those beyond come with the frames after.
+/// Largest number of quality changes reported a frame; further ones follow in later frames.
 const MAX_QUALITIES_A_FRAME: usize = 4096;
-/// Changes of verdicts told a frame; those beyond come with the frames after.
+/// Largest number of verdict changes reported a frame; further ones follow in later frames.
 const MAX_VERDICTS_A_FRAME: usize = 1024;
 
-/// What was told last.
+/// State as it was last reported.
 #[derive(Default)]
 pub(super) struct ChangeReporter {
     is_ready: bool,
     hovered: Option<String>,
     pose: Option<CameraPose>,
     alarms: HashMap<AlarmHandle, AlarmFlags>,
-    /// Of each tag, by handle.
+    /// Quality and origin of each tag, by handle.
     qualities: Vec<Option<(Quality, Origin)>>,
-    /// Where the search for changed qualities goes on.
+    /// Tag index at which the search for changed qualities continues.
     next_tag: usize,
     /// Verdicts by overlay and equipment, with their reasons.
     verdicts: HashMap<String, Vec<Option<ReportedVerdict>>>,
-    /// Position, counted over all overlays, where the search for changed verdicts goes on.
+    /// Position over all overlays at which the search for changed verdicts continues.
     next_verdict: usize,
     plugins: HashMap<String, String>,
 }
 
-/// Verdict as it was told, and its reason.
+/// Reported verdict, whether it was assumed, and its reason.
 type ReportedVerdict = (EquipmentVerdict, bool, String);
 
 impl ChangeReporter {
-    /// What is otherwise than when it was told.
+    /// Returns the events for everything that has changed since the last report.
     pub(super) fn collect_changes(&mut self, viewer: &mut Viewer) -> Vec<ViewerMessage> {
         let mut events = Vec::new();
         if !std::mem::replace(&mut self.is_ready, true) {
@@ -86,7 +86,7 @@ impl ChangeReporter {
         }
     }
 
-    /// Tells verdicts that changed, or whose reasons did.
+    /// Collects verdicts that changed, or whose reasons did.
     fn collect_verdicts(&mut self, viewer: &Viewer, events: &mut Vec<ViewerMessage>) {
         let mut room = MAX_VERDICTS_A_FRAME;
         let mut position = 0;
@@ -133,7 +133,7 @@ impl ChangeReporter {
         self.next_verdict = 0;
     }
 
-    /// What each tag is worth, freshness included.
+    /// Collects changed qualities and origins of tags, staleness included.
     fn collect_tags(&mut self, viewer: &Viewer, events: &mut Vec<ViewerMessage>) {
         let snapshot = viewer.tags();
         let states = snapshot.states();
@@ -178,16 +178,16 @@ fn origins(origin: Origin) -> Vec<TagOrigin> {
     all.into_iter().filter_map(|(bit, events)| origin.contains(bit).then_some(events)).collect()
 }
 
-/// By its letter: 0 for A.
+/// Returns the number of a state: 0 for A of IEC 62682.
 fn state_number(state: State) -> u8 {
     State::ALL.iter().position(|other| *other == state).unwrap_or(0) as u8
 }
 
-/// As a viewer before this one told them; what cannot be read is passed over.
+/// Parses the standings that a previous viewer reported; unreadable ones are skipped.
 pub(super) fn standings_of(alarms: &[AlarmSnapshot]) -> Vec<(String, AlarmFlags, SourceTime)> {
-    let standing = |events: &AlarmSnapshot| {
-        let standing = serde_json::from_str(&events.standing).ok()?;
-        Some((events.alarm.clone(), standing, SourceTime(events.since)))
+    let standing = |report: &AlarmSnapshot| {
+        let standing = serde_json::from_str(&report.standing).ok()?;
+        Some((report.alarm.clone(), standing, SourceTime(report.since)))
     };
     alarms.iter().filter_map(standing).collect()
 }

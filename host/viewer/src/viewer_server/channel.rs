@@ -13,14 +13,15 @@ use busbar_protocol::pictures::PictureMemory;
 use busbar_protocol::{framing, socket};
 use rustix::net::SendFlags;
 
-/// Commands that wait for a frame; then the socket waits, and the library merges what it has.
+/// Largest number of commands waiting for a frame. Beyond it the socket waits, and the library
+/// merges its queue.
 const MAX_WAITING: usize = 1 << 14;
 /// Bytes of events that wait for a host program that does not read; then it is as good as
 /// gone.
 const MAX_UNSENT_BYTES: usize = 64 << 20;
-/// From the host program's end to that of a view that does not notice.
+/// Grace period between the host program's end and the end of a view that hangs.
 const END_GRACE: Duration = Duration::from_secs(2);
-/// How long the last words may take.
+/// Longest time for sending the final events.
 const FINAL_FLUSH_TIMEOUT: Duration = Duration::from_millis(500);
 
 /// The host program's end.
@@ -79,7 +80,7 @@ impl Channel {
         *self.inbox.waker.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(wake));
     }
 
-    /// What the host program asked since; none once it has gone.
+    /// Takes the commands since the last call; none once the host program is gone.
     pub(super) fn take(&self) -> Option<VecDeque<Command>> {
         let mut pending = self.inbox.pending();
         let commands = std::mem::take(&mut pending.commands);
@@ -87,7 +88,7 @@ impl Channel {
         (!pending.has_ended).then_some(commands)
     }
 
-    /// Waits until something is asked or it is time.
+    /// Waits until a command arrives, at most until an instant.
     pub(super) fn wait(&self, until: Instant) {
         let mut pending = self.inbox.pending();
         while pending.commands.is_empty() && !pending.has_ended {
@@ -128,7 +129,7 @@ impl Channel {
         }
     }
 
-    /// Sends what is left, before the process ends.
+    /// Sends the remaining events before the process ends.
     pub(super) fn flush_last(&mut self) {
         let start = Instant::now();
         while !self.unsent.is_empty() && start.elapsed() < FINAL_FLUSH_TIMEOUT {
@@ -173,7 +174,7 @@ impl Inbox {
     }
 }
 
-/// The next command; none at the end, or at what is no command.
+/// Receives the next command; none at the end of the stream or after an invalid message.
 fn receive_command(socket: &UnixStream) -> Option<Command> {
     let (bytes, _) = socket::receive(socket, MAX_MESSAGE_BYTES).ok()??;
     let command = match framing::decode(&bytes) {

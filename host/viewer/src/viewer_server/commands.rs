@@ -1,4 +1,4 @@
-//! What a host program asks for, done.
+//! Execution of host commands on the view.
 
 use busbar_alarms::State;
 use busbar_protocol::message::Command;
@@ -9,7 +9,7 @@ use crate::alarms::action_from;
 /// Does one thing, except for what the loop around the view does.
 ///
 /// # Errors
-/// In words, why it cannot be done, and what helps.
+/// A text with the reason and the remedy.
 pub(super) fn perform(viewer: &mut Viewer, command: Command) -> Result<(), String> {
     match command {
         Command::UseCamera(name) => viewer.use_camera(&name).map_err(|error| error.to_string()),

@@ -1,14 +1,14 @@
 //! Heartbeat of the viewer's process: a thread that beats whatever the frame loop does.
 //!
-//! The host program's library tells a viewer that is slow from one that hangs by it, together
-//! with the process's CPU time. What the frame loop does is told by its turns.
+//! By the heartbeat and the process's CPU time, the host program's library distinguishes a slow
+//! viewer from a hanging one. The frame loop's progress is reported by its iterations.
 
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
 use busbar_protocol::pictures::PictureMemory;
 
-/// Period of beats.
+/// Time between two heartbeats.
 const PERIOD: Duration = Duration::from_millis(100);
 
 /// A thread that beats until this is dropped.

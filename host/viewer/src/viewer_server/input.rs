@@ -1,9 +1,9 @@
-//! Hands of a host program's user, as egui knows them.
+//! Pointer and keyboard input of the host program's user, translated for egui.
 
 use busbar_protocol::message::{self, Command, KeyEvent, PointerEvent};
 use egui::{Event, Key, Modifiers, MouseWheelUnit, PointerButton, RawInput, TouchPhase};
 
-/// What lasts from frame to frame.
+/// Input state that lasts from frame to frame.
 #[derive(Debug, Default)]
 pub(super) struct InputState {
     pointer: egui::Pos2,
@@ -11,7 +11,7 @@ pub(super) struct InputState {
 }
 
 impl InputState {
-    /// Gives egui what they did.
+    /// Translates input commands to egui events.
     pub(super) fn apply(&mut self, input: &mut RawInput, done: Vec<Command>) {
         for command in done {
             match command {
@@ -78,7 +78,7 @@ impl InputState {
     }
 }
 
-/// By its name of UI Events (W3C): letters are what they are with shift.
+/// Returns the key of a UI Events name (W3C); letters are compared in upper case.
 fn key_of(name: &str) -> Option<Key> {
     Key::from_name(name).or_else(|| Key::from_name(&name.to_uppercase()))
 }

@@ -8,18 +8,18 @@ use super::input::InputState;
 use super::{FrameRequests, ViewerServer};
 use crate::{LoadedScene, Picture, RenderError, ViewError, Viewer};
 
-/// Live values are drawn this often though nothing is asked.
+/// Longest period between frames without commands, since live values change.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
-/// Where nobody can see the picture: often enough that it is never taken for dead.
+/// Frame period of an invisible picture: short enough for the liveness check.
 const HIDDEN_PERIOD: Duration = Duration::from_millis(200);
 /// Frames come no faster than this.
 const BUSY_PERIOD: Duration = Duration::from_millis(16);
 
 impl ViewerServer {
-    /// Shows a scene until the host program lets go.
+    /// Shows a scene until the host program closes the connection.
     ///
     /// # Errors
-    /// The device's, when it cannot be had again.
+    /// Errors of a graphics device that cannot be recovered.
     pub fn run_offscreen(mut self, scene: LoadedScene) -> Result<(), ViewError> {
         let Some(memory) = self.memory.clone() else { return Ok(()) };
         let mut writer = PictureWriter::new(memory);

@@ -8,24 +8,24 @@ use busbar_alarms::{SourceAlarm, SourceReport};
 use busbar_plugin_host::PluginError;
 use busbar_plugin_process::{Plugin, RunningAlarms};
 
-/// How often it is asked: alarms change on the screen no oftener.
+/// Period of polling the plugin; alarms change on the screen no more often.
 const POLL_PERIOD: Duration = Duration::from_millis(500);
 
-/// What was read last.
+/// State shared with the polling thread.
 #[derive(Default)]
 struct State {
     ends: bool,
-    /// Alarms that nobody took over yet.
+    /// Alarms that were read and not taken yet.
     new_alarms: Option<Vec<SourceAlarm>>,
     health: SourceHealth,
 }
 
-/// Whether a source is heard of.
+/// Liveness of an external alarm source.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SourceHealth {
-    /// When it last gave a sign of life.
+    /// Instant of the source's last sign of life.
     pub(super) last_heard: Option<Instant>,
-    /// Why it is not current, if it says so, or if its plugin does not answer.
+    /// Reason why the source is not current: its own report, or a plugin that does not answer.
     pub(super) fault: Option<String>,
     /// Alarms that it has beyond those reported.
     pub(super) left_out: u64,

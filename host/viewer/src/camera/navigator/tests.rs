@@ -1,4 +1,4 @@
-//! What commands do to the camera.
+//! Tests of camera commands on a navigator.
 
 use busbar_scene::SceneGraph;
 use egui::{Pos2, vec2};

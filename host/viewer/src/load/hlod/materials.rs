@@ -15,18 +15,18 @@ const MAX_PROXY_MATERIALS: usize = 64;
 #[derive(Default)]
 pub(super) struct Materials {
     pub(super) merged: Vec<Material>,
-    /// By the models' addresses and their own numbers.
+    /// Merged material index by model address and material index.
     known: HashMap<(*const LoadedModel, Option<u32>), u32>,
 }
 
 impl Materials {
-    /// Of each section of a member's mesh; `None` where there are too many.
+    /// Returns the material of each section of a member's mesh; `None` beyond the limit.
     pub(super) fn of_sections(&mut self, member: &GroupMember<'_>) -> Option<Vec<u32>> {
         let sections = member.stacks.mesh().sections.iter();
         sections.map(|section| self.of_section(member.model, section.material)).collect()
     }
 
-    /// Of a section of a model's mesh, likewise.
+    /// Returns the material of one section of a model's mesh; `None` beyond the limit.
     pub(super) fn of_section(&mut self, model: &LoadedModel, material: Option<u32>) -> Option<u32> {
         let key = (std::ptr::from_ref(model), material);
         if let Some(&known) = self.known.get(&key) {

@@ -1,8 +1,8 @@
 //! Proxies of single meshes that are shown often.
 //!
-//! A mesh goes down by its own collapses, and those leave a lattice hundreds of triangles
-//! wherever it is ([`CollapseStacks::simplified_stochastically`]). Where it is small in the picture, what is left
-//! is thinned out as the proxies of groups are, once for all that show the mesh.
+//! Edge collapses leave a lattice with hundreds of triangles at any distance. A mesh that is small
+//! in the picture is therefore simplified stochastically
+//! ([`CollapseStacks::simplified_stochastically`]), once for all its instances.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -20,24 +20,23 @@ const MIN_INSTANCES: usize = 2;
 const MAX_LEVELS: usize = 8;
 /// The most triangles that all of a scene have together: some 12 MB.
 const MAX_TRIANGLES: u64 = 1 << 17;
-/// Errors in the radius of the largest that is shown as a proxy: where an error may be half a
-/// pixel, 24 pixels. What is larger would be seen to be another shape.
+/// Largest radius of a mesh shown as a proxy, in errors. Half a pixel of error gives 24 pixels; a
+/// larger mesh would visibly change its shape.
 const MAX_RADIUS: f64 = 48.0;
-/// By how much what a proxy shows may differ from what the mesh does, as a share. In a group
-/// others stand for what is left out; here nothing does.
+/// Largest relative difference in projected area between proxy and mesh.
 const MAX_DIFFERENCE: f32 = 0.1;
 
-/// What a mesh is shown as from some error on.
+/// Proxy of a mesh from a certain error on.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MeshProxy {
     /// Index of the model that it is in, and its own in there.
     pub(crate) model: u32,
     pub(crate) mesh: u32,
-    /// In units of the mesh that it stands for.
+    /// Error in units of the original mesh.
     pub(crate) error: f64,
 }
 
-/// One in the making, and its error.
+/// Proxy mesh with its error.
 type ProxyMesh = (Mesh, f64);
 
 /// The proxies of meshes, by the indices of model and mesh, the finest first.
@@ -84,8 +83,8 @@ pub(super) fn build(
     proxies
 }
 
-/// The proxies of a mesh, the finest first, each with its error. What is slender has none: it
-/// is widened where it is less than a pixel.
+/// Builds the proxies of a mesh, the finest first, each with its error. Slender meshes have none:
+/// they are widened below a pixel.
 fn all_of(stacks: &CollapseStacks, policy: &ThetaPolicy) -> Vec<ProxyMesh> {
     let Some(bounds) = stacks.mesh().bounds().filter(|_| stacks.slender_points().is_empty()) else {
         return Vec::new();
@@ -125,7 +124,7 @@ fn thinned(stacks: &CollapseStacks, error: f64) -> Option<Mesh> {
     ((area_of(&thinned) - shown).abs() <= MAX_DIFFERENCE * shown).then_some(thinned)
 }
 
-/// Of its surface: a quarter, as what an eye somewhere sees in the mean.
+/// Returns the mean projected area of a mesh: a quarter of its surface.
 fn area_of(mesh: &Mesh) -> f32 {
     let area = |&triangle: &[u32; 3]| {
         let [a, b, c] =
