@@ -1,4 +1,4 @@
-//! The conformance checker: finds what is wrong with a plugin.
+//! Conformance checker of plugins.
 //!
 //! [`check`] runs each case of a table in a child process of its own, with a time
 //! limit and resource limits, and gathers what the cases found. The child calls

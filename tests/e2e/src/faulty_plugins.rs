@@ -36,7 +36,7 @@ impl FaultyPluginScene {
     ///
     /// # Panics
     /// When there is no compiler.
-    pub fn with(plugin: &str) -> Self {
+    pub fn with_plugin(plugin: &str) -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder can be made");
         let plugins = folder.path().join("plugins");
         std::fs::create_dir(&plugins).expect("it can be written");

@@ -78,7 +78,7 @@ pub fn python(import: &str) -> Option<PathBuf> {
 }
 
 /// Returns registers and inputs of the demo's bay in normal operation.
-pub fn calm_values() -> Value {
+pub fn normal_values() -> Value {
     let mut holding = vec![0; 100];
     // Top oil, hot-spot, one other, oil level, tap, fans, SF6.
     holding.extend([559, 600, 0, 583, 9, 2, 644]);

@@ -51,7 +51,7 @@ impl Scene {
         let folder = tempfile::tempdir().expect("a temporary folder can be made");
         fs::create_dir(folder.path().join("plugins")).expect("it can be written");
         let scene = Self { folder, config };
-        PLUGINS.iter().for_each(|plugin| scene.lend(plugin));
+        PLUGINS.iter().for_each(|plugin| scene.add_plugin(plugin));
         let models = built(workspace_path("config/models").join("transformer.glb"));
         let models = models.parent().expect("it is in a folder");
         symlink(models, scene.path("models")).expect("it can be written");
@@ -101,7 +101,7 @@ impl Scene {
     ///
     /// # Panics
     /// When the plugin is not built.
-    pub fn lend(&self, plugin: &str) {
+    pub fn add_plugin(&self, plugin: &str) {
         let library = built(built_folder().join(library_name(plugin)));
         let lent = self.library(plugin);
         if lent.exists() {

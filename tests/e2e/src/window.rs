@@ -39,7 +39,7 @@ impl Window {
     ///
     /// # Panics
     /// When none can be taken.
-    pub fn shoot(&self, name: &str) -> RgbImage {
+    pub fn screenshot(&self, name: &str) -> RgbImage {
         // Frames are slow on a software rasteriser under validation.
         self.display.xdotool("sleep 3");
         let stats = self.scene.path("stats.json");

@@ -78,7 +78,7 @@ fn example() -> Value {
 /// Returns a scene of the demo's equipment with the page's example.
 fn scene(port: u16, isolation: &str) -> Scene {
     let mut scene = Scene::without_tags();
-    scene.lend("opcua");
+    scene.add_plugin("opcua");
     let example = example();
     scene.config["isolation"] = json!(isolation);
     scene.config["plugins"]["plc"] = example["plugins"]["plc"].clone();

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use busbar_viewer::{AlarmState, LoadedScene, RendererOptions, Stats, Viewer};
 use e2e::display::Display;
-use e2e::peer::{Peer, calm_values};
+use e2e::peer::{Peer, normal_values};
 use e2e::picture;
 use e2e::{Process, Scene, busbar, wait_for};
 use egui::{Event, Key, Modifiers};
@@ -100,7 +100,7 @@ fn all_good(stats: &Stats) -> bool {
 
 #[test]
 fn an_alarm_leads_to_its_equipment_in_full_detail_and_back() {
-    let Some(mut peer) = Peer::start(&calm_values()) else { return };
+    let Some(mut peer) = Peer::start(&normal_values()) else { return };
     let scene = scene(peer.port);
     let mut view = View::open(&scene.write());
     let calm = view.until("good tags", all_good);
@@ -141,7 +141,7 @@ fn an_alarm_leads_to_its_equipment_in_full_detail_and_back() {
 
 #[test]
 fn a_server_that_falls_silent_clears_nothing_and_the_alarm_says_so() {
-    let Some(mut peer) = Peer::start(&calm_values()) else { return };
+    let Some(mut peer) = Peer::start(&normal_values()) else { return };
     let scene = scene(peer.port);
     let mut view = View::open(&scene.write());
     view.until("good tags", all_good);
@@ -181,7 +181,7 @@ fn logged(log: &Path) -> Vec<[String; 4]> {
 
 #[test]
 fn keys_in_a_window_are_in_the_log_once_they_show() {
-    let Some(mut peer) = Peer::start(&calm_values()) else { return };
+    let Some(mut peer) = Peer::start(&normal_values()) else { return };
     let Some(display) = Display::start(SCREEN) else { return };
     let mut scene = scene(peer.port);
     scene.config["view"]["size"] = json!(SCREEN);

@@ -133,7 +133,7 @@ fn a_brush_on_an_axis_marks_exactly_the_right_transformers() {
     let scene = scene(&rows);
     let places = ScreenPositions::measure(&scene.write());
     let window = open(scene, display);
-    let calm = window.shoot("chart_calm");
+    let calm = window.screenshot("chart_calm");
     // From the value to the axis' upper end, and beyond it.
     let [x, head] = places.on_axis("H2", 1e5);
     let from = places.on_axis("H2", MUCH_H2);
@@ -141,7 +141,7 @@ fn a_brush_on_an_axis_marks_exactly_the_right_transformers() {
     window.display.xdotool(&format!("mousemove {} {} sleep 1", from[0], from[1]));
     window.display.drag(LEFT_BUTTON, from, [x, head]);
     window.display.xdotool("sleep 1 mousemove 640 700");
-    let brushed = window.shoot("chart_brushed");
+    let brushed = window.screenshot("chart_brushed");
     let stats = window.close().0;
     let plain = with_much_h2(&rows);
     assert!((2..TRANSFORMERS - 1).contains(&plain.len()), "{plain:?}");
@@ -172,7 +172,7 @@ fn a_click_on_a_transformer_marks_its_line() {
     let scene = scene(&rows());
     let places = ScreenPositions::measure(&scene.write());
     let window = open(scene, display);
-    let calm = window.shoot("chart_unpicked");
+    let calm = window.screenshot("chart_unpicked");
     // A normal one, whose line has the colour of the selection alone.
     let id = equipment(6);
     let pixels = &places.pixels[&id];
@@ -181,7 +181,7 @@ fn a_click_on_a_transformer_marks_its_line() {
     window.display.xdotool(&format!("mousemove {} {} sleep 1", at[0], at[1]));
     window.display.click_button(LEFT_BUTTON, at);
     window.display.xdotool("sleep 1 mousemove 640 700");
-    let picked = window.shoot("chart_picked");
+    let picked = window.screenshot("chart_picked");
     let blue = |picture: &RgbImage| {
         let near = |(a, b): (&u8, &u8)| a.abs_diff(*b) < 40;
         picture.pixels().filter(|pixel| pixel.0.iter().zip(&SELECTION).all(near)).count()

@@ -16,7 +16,7 @@ const FRESHNESS_SECONDS: u64 = 600;
 /// lead, and samples.
 fn scene(plugin: Value, batches: &[(u64, Value)]) -> Scene {
     let mut scene = Scene::without_tags();
-    scene.lend("sample_generator");
+    scene.add_plugin("sample_generator");
     let start = SystemTime::now().duration_since(UNIX_EPOCH).expect("it is after 1970");
     let batches: Vec<Value> = batches
         .iter()

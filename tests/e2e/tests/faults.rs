@@ -24,7 +24,7 @@ const MEMORY_MEGABYTES: u64 = 512;
 /// Returns a scene of a steady plugin with its three tags beside one that has this fault, and one
 /// tag.
 fn beside(fault: Value) -> FaultyPluginScene {
-    let mut trouble = FaultyPluginScene::with("trouble.steady");
+    let mut trouble = FaultyPluginScene::with_plugin("trouble.steady");
     let name = format!("libfault_injector.{}", std::env::consts::DLL_EXTENSION);
     fs::copy(built(built_folder().join(&name)), trouble.path("plugins").join(&name))
         .expect("it can be copied");
@@ -164,7 +164,7 @@ fn settings_that_are_wrong_are_errors_still() {
 #[test]
 #[allow(clippy::print_stderr, reason = "the figure that was measured")]
 fn frames_go_on_beside_a_storm_of_deaths() {
-    let mut trouble = FaultyPluginScene::with("trouble.segfault");
+    let mut trouble = FaultyPluginScene::with_plugin("trouble.segfault");
     trouble.config["supervision"] = json!({ "restart_millis": 0, "max_deaths": 0 });
     let mut view = View::open(trouble);
     let (start, mut last, mut gaps) = (Instant::now(), Instant::now(), Vec::new());
@@ -188,7 +188,7 @@ fn frames_go_on_beside_a_storm_of_deaths() {
 
 #[test]
 fn a_plugin_that_wants_all_memory_dies_of_its_limit_alone() {
-    let mut trouble = FaultyPluginScene::with("trouble.greedy");
+    let mut trouble = FaultyPluginScene::with_plugin("trouble.greedy");
     trouble.config["plugins"]["trouble"]["memory_megabytes"] = json!(MEMORY_MEGABYTES);
     trouble.config["plugins"]["other"] = json!({ "plugin": "trouble.steady" });
     trouble.config["tags"]["D"] =
@@ -218,7 +218,7 @@ fn a_plugin_that_wants_all_memory_dies_of_its_limit_alone() {
 
 #[test]
 fn what_a_plugin_started_itself_dies_with_it() {
-    let mut trouble = FaultyPluginScene::with("trouble.parent");
+    let mut trouble = FaultyPluginScene::with_plugin("trouble.parent");
     trouble.config["supervision"] = json!({ "max_deaths": 1 });
     let mut view = View::open(trouble);
     view.wait_for_quality("good", MAX_TO_GOOD);
@@ -235,7 +235,7 @@ fn what_a_plugin_started_itself_dies_with_it() {
 /// Many overlays that hang at once hold a frame up no longer than one of them.
 #[test]
 fn all_overlays_share_the_patience_of_a_frame() {
-    let mut trouble = FaultyPluginScene::with("trouble.slow");
+    let mut trouble = FaultyPluginScene::with_plugin("trouble.slow");
     let overlays: Vec<_> = (0..24).map(|index| format!("slow{index}")).collect();
     for name in &overlays {
         trouble.config["plugins"][name] = json!({ "plugin": "trouble.slow" });

@@ -59,7 +59,7 @@ fn id(point: &Value) -> String {
 /// Returns a scene whose tags are the points.
 fn scene(port: u16) -> Scene {
     let mut scene = Scene::without_tags();
-    scene.lend("iec104");
+    scene.add_plugin("iec104");
     scene.config["plugins"]["station"] = json!({
         "plugin": "iec104",
         "settings": {

@@ -48,7 +48,7 @@ fn scene(port: u16) -> Scene {
     let example = page.split("```json").nth(1).and_then(|rest| rest.split("```").next());
     let example: Value = serde_json::from_str(example.expect("it has an example")).expect("JSON");
     let mut scene = Scene::without_tags();
-    scene.lend("iec61850");
+    scene.add_plugin("iec61850");
     scene.config["plugins"]["ied"] = example["plugins"]["ied"].clone();
     scene.config["tags"] = example["tags"].clone();
     let settings = &mut scene.config["plugins"]["ied"]["settings"];

@@ -13,7 +13,7 @@ use serde_json::json;
 const NO_DIGEST: &str = "9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08";
 
 fn trouble() -> FaultyPluginScene {
-    FaultyPluginScene::with("trouble.steady")
+    FaultyPluginScene::with_plugin("trouble.steady")
 }
 
 #[track_caller]

@@ -27,7 +27,7 @@ fn scene(port: u16) -> Scene {
 /// Returns the scene of the example below this heading of the page.
 fn scene_of(heading: &str) -> Scene {
     let mut scene = Scene::without_tags();
-    scene.lend("mqtt");
+    scene.add_plugin("mqtt");
     let page = fs::read_to_string(workspace_path("plugins/mqtt/README.md")).expect("it is there");
     let (_, below) = page.split_once(&format!("## {heading}\n")).expect("it has the heading");
     let lines = below.lines().skip_while(|line| !line.starts_with("    "));

@@ -49,7 +49,7 @@ fn example() -> Value {
 
 fn scene(port: u16) -> Scene {
     let mut scene = Scene::without_tags();
-    scene.lend("opcua");
+    scene.add_plugin("opcua");
     let example = example();
     scene.config["plugins"]["plc"] = example["plugins"]["plc"].clone();
     let settings = &mut scene.config["plugins"]["plc"]["settings"];

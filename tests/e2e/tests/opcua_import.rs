@@ -31,7 +31,7 @@ impl Server {
 /// Returns a scene with an instance `plc` for the server at a port, and no tag.
 fn scene(port: u16) -> Scene {
     let mut scene = Scene::without_tags();
-    scene.lend("opcua");
+    scene.add_plugin("opcua");
     scene.config["plugins"]["plc"] = json!({
         "plugin": "opcua",
         "network": true,

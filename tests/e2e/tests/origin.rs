@@ -59,7 +59,7 @@ fn rendered(scene: &Scene, size: [u32; 2]) -> (RgbImage, Value) {
 /// Returns a scene with one recorded tag at the transformer.
 fn replay() -> Scene {
     let mut scene = Scene::without_tags();
-    scene.lend("replay");
+    scene.add_plugin("replay");
     let file = scene.path("log.csv");
     let rows: String = (0..3600).map(|second| format!("{second};55,5\n")).collect();
     std::fs::write(&file, format!("time;Oil\n{rows}")).expect("it can be written");
@@ -189,7 +189,7 @@ fn a_recording_is_marked_as_replay_and_looks_otherwise_than_a_simulation() {
 #[test]
 fn generated_samples_are_marked_as_simulated() {
     let mut scene = Scene::without_tags();
-    scene.lend("sample_generator");
+    scene.add_plugin("sample_generator");
     scene.config["plugins"]["generator"] = json!({ "plugin": "sample_generator" });
     with_value(&mut scene, "generator", json!({}));
     let (picture, stats) = rendered(&scene, SIZE);
@@ -312,7 +312,7 @@ fn no_value_of_a_simulator_is_ever_shown_unmarked() {
 #[test]
 fn a_chart_that_shows_the_past_says_so_with_its_panel_hidden() {
     let mut scene = Scene::without_tags();
-    scene.lend("gas_analysis");
+    scene.add_plugin("gas_analysis");
     let file = scene.path("samples.csv");
     let day = time::Date::from_calendar_date(2026, time::Month::June, 30).expect("a day");
     let rows = fleet::histories(3, day);

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use busbar_viewer::{FaceplateStats, LoadedScene, RendererOptions, Stats, Viewer};
 use e2e::display::{Display, LEFT_BUTTON};
-use e2e::peer::{Peer, calm_values};
+use e2e::peer::{Peer, normal_values};
 use e2e::window::Window;
 use e2e::{Scene, picture, wait_for};
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, pos2};
@@ -126,7 +126,7 @@ impl View {
 
 #[test]
 fn a_part_that_is_picked_opens_its_device_with_values_trends_and_alarms() {
-    let Some(mut peer) = Peer::start(&calm_values()) else { return };
+    let Some(mut peer) = Peer::start(&normal_values()) else { return };
     let mut view = View::open(&scene(peer.port).write());
     view.until("good tags", |stats| stats.quality.bad == 0 && stats.quality.uncertain == 0);
     let place = view.place_of(&format!("{TRANSFORMER}/"));
@@ -194,7 +194,7 @@ fn brightness(picture: &image::RgbImage) -> f64 {
 /// Opens a window of the scene with the server of its values; `None` where no server or display is
 /// available.
 fn open(seconds: u32) -> Option<(Window, Peer)> {
-    let (peer, display) = (Peer::start(&calm_values())?, Display::start(SIZE)?);
+    let (peer, display) = (Peer::start(&normal_values())?, Display::start(SIZE)?);
     Some((Window::open(scene(peer.port), display, seconds), peer))
 }
 
@@ -208,9 +208,9 @@ fn assert_steps(shots: &[&image::RgbImage]) {
 #[test]
 fn a_click_on_a_breaker_opens_its_faceplate() {
     let Some((window, _peer)) = open(15) else { return };
-    let calm = window.shoot("panels_calm");
+    let calm = window.screenshot("panels_calm");
     window.display.click_button(LEFT_BUTTON, PICKED);
-    assert_steps(&[&calm, &window.shoot("panels_picked")]);
+    assert_steps(&[&calm, &window.screenshot("panels_picked")]);
     let stats = window.close().0;
     assert_eq!(stats["faceplate"]["id"], POLE);
     assert_eq!(stats["faceplate"]["name"], "Line 1 breaker, pole 2");
@@ -219,14 +219,14 @@ fn a_click_on_a_breaker_opens_its_faceplate() {
 #[test]
 fn hands_in_a_window_search_and_darken() {
     let Some((window, _peer)) = open(30) else { return };
-    let calm = window.shoot("panels_before");
+    let calm = window.screenshot("panels_before");
     window.display.xdotool("key ctrl+f");
     window.display.xdotool("type --delay 60 transf");
-    let searched = window.shoot("panels_searched");
+    let searched = window.screenshot("panels_searched");
     window.display.xdotool("key Return");
-    let found = window.shoot("panels_found");
+    let found = window.screenshot("panels_found");
     window.display.xdotool("key n");
-    let dark = window.shoot("panels_dark");
+    let dark = window.screenshot("panels_dark");
     assert_steps(&[&calm, &searched, &found, &dark]);
     let [light, dark] = [&found, &dark].map(brightness);
     assert!(dark < 0.5 * light, "{dark:.0} is not dark beside {light:.0}");

@@ -7,7 +7,7 @@ use std::time::{Duration, SystemTime};
 
 use busbar_viewer::{LoadedScene, PluginStats, RecordStats, RendererOptions, Viewer};
 use e2e::display::{Display, LEFT_BUTTON};
-use e2e::peer::{Peer, calm_values};
+use e2e::peer::{Peer, normal_values};
 use e2e::window::Window;
 use e2e::{Scene, picture, wait_for};
 use rustix::process::{Pid, Signal, kill_process};
@@ -72,7 +72,7 @@ fn scene(port: u16) -> Scene {
     }
     scene.config["view"] =
         json!({ "samples": 1, "size": SIZE, "camera": "bay", "transition_seconds": 0 });
-    ["csv_records", "sqlite_records"].iter().for_each(|plugin| scene.lend(plugin));
+    ["csv_records", "sqlite_records"].iter().for_each(|plugin| scene.add_plugin(plugin));
     let folder = scene.path("");
     records().add_to(&mut scene.config, &folder);
     records().write(&scene.path("")).expect("they can be written");
@@ -202,14 +202,14 @@ fn a_plugin_that_is_lost_takes_its_records_into_doubt_and_brings_them_back() {
 
 #[test]
 fn a_click_on_a_breaker_shows_its_work_in_a_window() {
-    let (Some(peer), Some(display)) = (Peer::start(&calm_values()), Display::start(SIZE)) else {
+    let (Some(peer), Some(display)) = (Peer::start(&normal_values()), Display::start(SIZE)) else {
         return;
     };
     let window = Window::open(scene(peer.port), display, 24);
     let click = |button, name: &str| {
         window.display.click_button(LEFT_BUTTON, button);
         window.display.xdotool("sleep 1");
-        window.shoot(name)
+        window.screenshot(name)
     };
     let picked = click(PICKED, "records_picked");
     let work = click(WORK_BUTTON, "records_work");

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use busbar_viewer::reload::{ReloadOutcome, Reloader, SETTLE_TIME};
 use busbar_viewer::{AlarmAction, AlarmState, LoadedScene, Picture, Stats, Viewer};
-use e2e::peer::{Peer, calm_values};
+use e2e::peer::{Peer, normal_values};
 use e2e::{Scene, wait_for};
 use serde_json::{Value, json};
 
@@ -143,7 +143,7 @@ fn is_same(a: &Picture, b: &Picture) -> bool {
 
 #[test]
 fn a_good_edit_shows_and_what_it_does_not_touch_goes_on() {
-    let Some(peer) = Peer::start(&calm_values()) else { return };
+    let Some(peer) = Peer::start(&normal_values()) else { return };
     let mut view = View::open(scene(peer.port));
     view.wait_for("the alarms", |stats| stats.alarms.len() == 3);
     view.act("Fans", AlarmAction::Acknowledge);
@@ -226,7 +226,7 @@ fn a_good_edit_shows_and_what_it_does_not_touch_goes_on() {
 
 #[test]
 fn no_value_of_another_device_goes_on() {
-    let Some(peer) = Peer::start(&calm_values()) else { return };
+    let Some(peer) = Peer::start(&normal_values()) else { return };
     let mut view = View::open(scene(peer.port));
     let good = view.stats().quality.good;
     // Nobody answers there: all that would be shown is what the device before said.
@@ -273,7 +273,7 @@ fn a_live_view_that_leaves_its_quality_open_goes_by_the_device_and_a_picture_doe
 
 #[test]
 fn a_bad_edit_changes_nothing_and_says_what_helps() {
-    let Some(peer) = Peer::start(&calm_values()) else { return };
+    let Some(peer) = Peer::start(&normal_values()) else { return };
     let mut view = View::open(scene(peer.port));
     let (first, processes) = (view.picture(), view.processes());
     let good = serde_json::to_string_pretty(&view.scene.config).expect("values are JSON");
@@ -318,7 +318,7 @@ fn a_bad_edit_changes_nothing_and_says_what_helps() {
 
 #[test]
 fn an_edited_model_shows_and_a_bad_one_changes_nothing() {
-    let Some(peer) = Peer::start(&calm_values()) else { return };
+    let Some(peer) = Peer::start(&normal_values()) else { return };
     let scene = scene(peer.port);
     // Models of its own, to be written.
     let models = scene.path("models");
@@ -357,7 +357,7 @@ fn an_edited_model_shows_and_a_bad_one_changes_nothing() {
 
 #[test]
 fn an_edit_shows_within_a_moment() {
-    let Some(peer) = Peer::start(&calm_values()) else { return };
+    let Some(peer) = Peer::start(&normal_values()) else { return };
     let mut view = View::open(scene(peer.port));
     let (mut from_writing, mut from_settling) = (Vec::new(), Vec::new());
     for number in 0..TIMED {

@@ -13,7 +13,7 @@ const HERTZ: u64 = 100;
 /// Returns a scene with these tags from one recording.
 fn scene(file: &str, text: &str, settings: Value, tags: &[(&str, &str, Value)]) -> Scene {
     let mut scene = Scene::without_tags();
-    scene.lend("replay");
+    scene.add_plugin("replay");
     let path = scene.path(file);
     fs::write(&path, text).expect("it can be written");
     let mut all = json!({ "file": path });

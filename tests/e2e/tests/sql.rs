@@ -26,7 +26,7 @@ const TABLE: &str = "CREATE TABLE latest (key text, value text, quality text, at
 
 fn scene(settings: Value) -> Scene {
     let mut scene = Scene::without_tags();
-    scene.lend("sql_adapter");
+    scene.add_plugin("sql_adapter");
     scene.config["plugins"]["database"] = json!({"plugin": "sql_adapter", "settings": settings});
     let address = |key: &str| json!({"query": "latest", "key": key});
     let mut breaker = address("breaker");

@@ -17,8 +17,8 @@ const PATIENCE: Duration = Duration::from_secs(30);
 /// cool.
 fn scene() -> Scene {
     let mut scene = Scene::demo(1);
-    scene.lend("condition");
-    scene.lend("sample_generator");
+    scene.add_plugin("condition");
+    scene.add_plugin("sample_generator");
     let start = SystemTime::now().duration_since(UNIX_EPOCH).expect("after 1970");
     let sample = |at_millis: u64, value: Value, quality: &str| {
         json!({ "at_millis": at_millis, "samples": [

@@ -49,8 +49,8 @@ impl Connection {
             let is_split = self.plan.fault == ConnectionFault::Split;
             let (said, has_said) = tokio::sync::oneshot::channel();
             tokio::select! {
-                _ = pass_up(&mut from_client, &mut to_server, is_split, said) => End::Close,
-                end = self.pass_down(from_server, to_client, stale, has_said) => {
+                _ = forward_to_server(&mut from_client, &mut to_server, is_split, said) => End::Close,
+                end = self.forward_to_client(from_server, to_client, stale, has_said) => {
                     end.unwrap_or(End::Close)
                 }
                 () = shared.hang_up.notified() => End::Close,
@@ -61,13 +61,13 @@ impl Connection {
             End::Reset => _ = client.set_zero_linger(),
             End::Vanish => {
                 drop(server);
-                swallow(&mut client).await;
+                discard_input(&mut client).await;
             }
         }
     }
 
     /// Forwards the server's bytes, up to the strike of a fault.
-    async fn pass_down(
+    async fn forward_to_client(
         &mut self,
         mut from: ReadHalf<'_>,
         mut to: WriteHalf<'_>,
@@ -143,7 +143,7 @@ impl Connection {
 }
 
 /// Forwards the client's bytes; `said` is used at the first of them.
-async fn pass_up(
+async fn forward_to_server(
     from: &mut ReadHalf<'_>,
     to: &mut WriteHalf<'_>,
     is_split: bool,
@@ -179,7 +179,7 @@ async fn write_bytes(to: &mut WriteHalf<'_>, bytes: &[u8], pause: Duration) -> i
 }
 
 /// Discards the client's bytes without an answer until it closes.
-async fn swallow(client: &mut TcpStream) {
+async fn discard_input(client: &mut TcpStream) {
     let mut chunk = [0; CHUNK_BYTES];
     while let Ok(1..) = client.read(&mut chunk).await {}
 }

@@ -51,7 +51,7 @@ pub(crate) struct BoundaryCosts {
 
 /// Measures all costs, with a number of kills.
 pub(crate) fn measure(kills: usize) -> Result<BoundaryCosts> {
-    let trouble = FaultyPluginScene::with("trouble.steady");
+    let trouble = FaultyPluginScene::with_plugin("trouble.steady");
     let mut modes = Vec::new();
     let mut away_millis = Series::default();
     for (isolation, name) in [(Isolation::None, "none"), (Isolation::Process, "process")] {
@@ -155,7 +155,7 @@ fn wait_for_sample(telemetry: &RunningTelemetry, good: bool) -> Result<()> {
 /// Measures milliseconds between frames beside a plugin that dies of a segmentation fault over and
 /// over; returns the number of deaths too.
 fn storm_gaps() -> Result<(Series, u64)> {
-    let mut trouble = FaultyPluginScene::with("trouble.segfault");
+    let mut trouble = FaultyPluginScene::with_plugin("trouble.segfault");
     trouble.config["supervision"] = json!({ "restart_millis": 0, "max_deaths": 0 });
     let scene = LoadedScene::load(&trouble.write(), &|_, _, _| ())?;
     let options = RendererOptions { samples: 1, ..Default::default() };

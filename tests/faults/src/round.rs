@@ -37,7 +37,7 @@ pub(crate) struct Round {
 /// Runs the round of this number.
 pub(crate) fn run(site: &FaultScene, number: usize) -> Result<Round> {
     let mut round = Round::default();
-    let mut subjects = deal(site, number)?;
+    let mut subjects = assign_faults(site, number)?;
     let mut view = round.load(site, &mut subjects)?;
     view.wait_until_ready(&subjects)?;
     view.strike(&mut subjects, &mut round)?;
@@ -46,7 +46,7 @@ pub(crate) fn run(site: &FaultScene, number: usize) -> Result<Round> {
 }
 
 /// Assigns every fault to a plugin, to another one in each round.
-fn deal(site: &FaultScene, number: usize) -> Result<Vec<Subject>> {
+fn assign_faults(site: &FaultScene, number: usize) -> Result<Vec<Subject>> {
     let mut subjects: Vec<_> = site.plugins.iter().cloned().map(Subject::new).collect();
     let mut dealt: BTreeMap<(usize, bool), usize> = BTreeMap::new();
     for fault in all() {
@@ -100,7 +100,7 @@ impl Round {
             ensure!(died || !must_die(fault), "{name}: {fault:?} ended as {outcome:?}");
             ensure!(remarked || harmless, "{name}: nothing was said of {fault:?}, {outcome:?}");
             subject.plugin.disarm()?;
-            self.note(fault, outcome);
+            self.record(fault, outcome);
         }
         Ok(View { viewer, last_frame: None })
     }
@@ -122,7 +122,7 @@ impl Round {
         for (subject, fault) in armed {
             let name = &subject.plugin.name;
             ensure!(subject.plugin.struck().is_some(), "{name}: {fault:?} did not strike");
-            self.note(fault, Outcome::Closed);
+            self.record(fault, Outcome::Closed);
         }
         site.plugins.iter().try_for_each(|plugin| plugin.disarm())?;
         let left = children();
@@ -130,7 +130,7 @@ impl Round {
         Ok(())
     }
 
-    fn note(&mut self, fault: Fault, outcome: Outcome) {
+    fn record(&mut self, fault: Fault, outcome: Outcome) {
         let Fault { kind, at, .. } = fault;
         let (to_bad_millis, to_good_millis) = (None, None);
         self.records.push(Record { kind, at, outcome, to_bad_millis, to_good_millis });

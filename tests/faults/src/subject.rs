@@ -6,7 +6,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use anyhow::{Result, bail, ensure};
 use busbar_viewer::PluginStats;
-use fault_injector::{At, Fault};
+use fault_injector::{CallSite, Fault};
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::injection::{Outcome, Record, class_of, is_sudden, must_die, needs_restart};
@@ -77,7 +77,7 @@ impl Subject {
         if injection.struck.is_none() {
             injection.struck = self.plugin.struck().map(instant_of);
         }
-        injection.look(seen)?;
+        injection.observe(seen)?;
         if !injection.is_over(seen) {
             return Ok(None);
         }
@@ -111,7 +111,7 @@ impl Subject {
 }
 
 impl Injection {
-    fn look(&mut self, seen: &PluginObservation<'_>) -> Result<()> {
+    fn observe(&mut self, seen: &PluginObservation<'_>) -> Result<()> {
         let begun = self.killed.or(self.struck);
         if begun.is_some() && self.ended.is_none() && !seen.is_good && self.bad.is_none() {
             self.bad = Some(seen.now);
@@ -122,7 +122,7 @@ impl Injection {
             self.died = Some((seen.now, reason));
         }
         let watched = self.bad.is_some() || struck.elapsed() > WATCHED;
-        if self.goes_on() && self.died.is_none() && self.ended.is_none() && watched {
+        if self.is_recurrent() && self.died.is_none() && self.ended.is_none() && watched {
             // It may die of its fault at this very moment.
             if must_die(self.fault) {
                 return Ok(());
@@ -136,12 +136,12 @@ impl Injection {
     }
 
     /// Reports whether the fault strikes repeatedly while the process lives.
-    fn goes_on(&self) -> bool {
-        matches!(self.fault.at, At::Publish | At::Draw) && !needs_restart(self.fault)
+    fn is_recurrent(&self) -> bool {
+        matches!(self.fault.at, CallSite::Publish | CallSite::Draw) && !needs_restart(self.fault)
     }
 
     fn is_over(&self, seen: &PluginObservation<'_>) -> bool {
-        let met = self.died.is_some() || self.ended.is_some() || !self.goes_on();
+        let met = self.died.is_some() || self.ended.is_some() || !self.is_recurrent();
         self.struck.is_some() && met && seen.is_well() && seen.before.deaths >= self.deaths
     }
 
@@ -150,7 +150,7 @@ impl Injection {
             |from: Instant, to: Instant| to.saturating_duration_since(from).as_secs_f64() * 1e3;
         let outcome = match &self.died {
             Some((_, reason)) => Outcome::Died(class_of(reason)),
-            None if self.goes_on() && self.bad.is_some() => Outcome::Bad,
+            None if self.is_recurrent() && self.bad.is_some() => Outcome::Bad,
             None => Outcome::Harmless,
         };
         let begun = self.killed.or(self.struck);

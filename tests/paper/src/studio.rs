@@ -50,7 +50,12 @@ impl Studio {
     ///
     /// # Errors
     /// Those of the device.
-    pub fn shoot(&mut self, subject: Subject<'_>, cursor: u32, wireframe: bool) -> Result<Picture> {
+    pub fn render(
+        &mut self,
+        subject: Subject<'_>,
+        cursor: u32,
+        wireframe: bool,
+    ) -> Result<Picture> {
         let model = self.renderer.upload_model(ModelUpload {
             stacks: std::slice::from_ref(subject.stacks),
             materials: subject.materials,

@@ -150,8 +150,8 @@ impl<'a> StudyContext<'a> {
 
     fn study(mut self, variants: &[Variant], progress: &Progress) -> Result<SubjectStudy> {
         let full = uncollapsed(&self.model.mesh);
-        let picture = self.shoot(&full, 0, "00", false)?;
-        let wireframe = self.shoot(&full, 0, "00", true)?;
+        let picture = self.render(&full, 0, "00", false)?;
+        let wireframe = self.render(&full, 0, "00", true)?;
         let mut results = Vec::with_capacity(variants.len());
         for variant in variants {
             results.push(self.run(variant)?);
@@ -203,12 +203,12 @@ impl<'a> StudyContext<'a> {
             area_share: area(&live) / area(&self.topology),
             volume_share: (self.full.border_edges == 0)
                 .then(|| volume(&live) / volume(&self.topology)),
-            picture: self.shoot(stacks, cursor, &file, false)?,
-            wireframe: last.then(|| self.shoot(stacks, cursor, &file, true)).transpose()?,
+            picture: self.render(stacks, cursor, &file, false)?,
+            wireframe: last.then(|| self.render(stacks, cursor, &file, true)).transpose()?,
         })
     }
 
-    fn shoot(
+    fn render(
         &mut self,
         stacks: &Arc<CollapseStacks>,
         cursor: u32,
@@ -216,7 +216,7 @@ impl<'a> StudyContext<'a> {
         wireframe: bool,
     ) -> Result<String> {
         let subject = Subject { stacks, materials: &self.model.materials };
-        let picture = self.studio.shoot(subject, cursor, wireframe)?;
+        let picture = self.studio.render(subject, cursor, wireframe)?;
         let kind = if wireframe { "-wire" } else { "" };
         let file = format!("{}-{name}{kind}.png", self.prefix);
         save(&picture, &self.folder.join(&file))?;

@@ -91,7 +91,7 @@ impl DisturbanceState {
     }
 
     /// Records the state at this instant: the device is gone, or its link has a fault.
-    pub(crate) fn note(&mut self, is_gone: bool, fault: Option<FaultKind>) {
+    pub(crate) fn record(&mut self, is_gone: bool, fault: Option<FaultKind>) {
         use FaultKind::{ClockJump, Garbage, HalfOpen, Late, LinkLoss, Reset, Slow};
         let now = Instant::now();
         let (is_total, is_disturbed) = match fault {

@@ -44,12 +44,12 @@ impl MemoryNetwork {
     }
 
     /// Refuses all further dial attempts.
-    pub(crate) fn refuse(&self) {
+    pub(crate) fn refuse_dials(&self) {
         self.lock().response = DialResponse::Refused;
     }
 
     /// Makes all further dial attempts time out without an answer.
-    pub(crate) fn fall_silent(&self) {
+    pub(crate) fn ignore_dials(&self) {
         self.lock().response = DialResponse::Silence;
     }
 
@@ -65,7 +65,7 @@ impl MemoryNetwork {
         (state.dials, state.shortest_gap)
     }
 
-    fn note_dial(&self, endpoint: &Endpoint) -> DialResponse {
+    fn record_dial(&self, endpoint: &Endpoint) -> DialResponse {
         let now = Instant::now();
         let mut state = self.lock();
         state.dials += 1;
@@ -85,7 +85,7 @@ impl Dial for MemoryNetwork {
     fn dial<'a>(&'a self, endpoint: &'a Endpoint, limit: Duration) -> DialFuture<'a> {
         Box::pin(async move {
             let refused = || ConnectError::System("connection refused".into());
-            match self.note_dial(endpoint) {
+            match self.record_dial(endpoint) {
                 DialResponse::Refused => Err(refused()),
                 DialResponse::Silence => {
                     sleep(limit).await;

@@ -41,7 +41,7 @@ pub struct Tally {
 
 impl Tally {
     pub(crate) fn note_report(&mut self, at: Duration, (state, message): &(LinkState, String)) {
-        self.note(&(at, discriminant(state), message));
+        self.digest(&(at, discriminant(state), message));
     }
 
     pub(crate) fn note_sample(&mut self, at: Duration, sample: &Sample) {
@@ -56,10 +56,10 @@ impl Tally {
             Quality::Uncertain(reason) | Quality::Bad(reason) => Some(discriminant(&reason)),
         };
         let quality = (discriminant(&sample.quality), reason);
-        self.note(&(at, sample.tag, bits, quality, sample.source_time));
+        self.digest(&(at, sample.tag, bits, quality, sample.source_time));
     }
 
-    fn note(&mut self, what: &impl Hash) {
+    fn digest(&mut self, what: &impl Hash) {
         let mut hasher = DefaultHasher::new();
         (self.trace, what).hash(&mut hasher);
         self.trace = hasher.finish();

@@ -45,7 +45,7 @@ pub fn run<R: Rig>(
     let tasks = LocalSet::new();
     let mut year = tasks.block_on(runtime, Year::begin(rig, seed, fault_schedule));
     for day in 0..days {
-        let info = allocation_counter::measure(|| tasks.block_on(runtime, year.day()));
+        let info = allocation_counter::measure(|| tasks.block_on(runtime, year.run_day()));
         year.note_heap(day, info);
     }
     tasks.block_on(runtime, year.end())
@@ -115,12 +115,12 @@ impl<R: Rig> Year<R> {
     }
 
     /// Simulates a day, and then steps until no disturbance is left.
-    async fn day(&mut self) {
+    async fn run_day(&mut self) {
         let end = Instant::now() + DAY;
         while Instant::now() < end {
             self.step().await;
             if let Some(event) = self.fault_schedule.event(&mut self.random) {
-                self.happen(event).await;
+                self.apply_event(event).await;
             }
         }
         while !self.is_quiet() {
@@ -135,7 +135,7 @@ impl<R: Rig> Year<R> {
         let change = self.device.as_ref().and_then(Device::next_change);
         let until = [self.device_back_at, change].into_iter().flatten().fold(some, Instant::min);
         sleep_until(until).await;
-        self.note_disturbance();
+        self.record_disturbance();
         self.take_samples(from.elapsed());
         self.judge();
         if self.device_back_at.is_some_and(|back_at| back_at <= Instant::now()) {
@@ -144,19 +144,19 @@ impl<R: Rig> Year<R> {
         }
     }
 
-    async fn happen(&mut self, event: Event) {
+    async fn apply_event(&mut self, event: Event) {
         match event {
             Event::Outage { length, is_silent } => {
                 let Some(device) = self.device.take() else { return };
                 device.task.abort();
                 if is_silent {
-                    self.network.fall_silent()
+                    self.network.ignore_dials()
                 } else {
-                    self.network.refuse()
+                    self.network.refuse_dials()
                 }
                 self.device_back_at = Some(Instant::now() + length);
                 self.tally.outages += 1;
-                self.note_disturbance();
+                self.record_disturbance();
             }
             Event::Reload => {
                 self.adapter.abort();
@@ -184,12 +184,12 @@ impl<R: Rig> Year<R> {
         let link = FaultyLink::with_clock(faults.clone(), self.random.u64(..), R::DEADLINE, clock);
         let task = spawn_local(self.rig.run_device(self.network.listen(), link));
         self.device = Some(Device { task, faults, started: Instant::now() });
-        self.note_disturbance();
+        self.record_disturbance();
     }
 
-    fn note_disturbance(&mut self) {
+    fn record_disturbance(&mut self) {
         let fault = self.device.as_ref().and_then(Device::fault);
-        self.disturbance.note(self.device.is_none(), fault.map(|fault| fault.kind));
+        self.disturbance.record(self.device.is_none(), fault.map(|fault| fault.kind));
         let has_fault = fault.is_some();
         self.tally.faults += u64::from(has_fault && !self.had_fault);
         self.had_fault = has_fault;

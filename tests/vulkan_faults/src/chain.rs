@@ -63,7 +63,7 @@ impl NextLayer {
     }
 
     /// Marks the device as lost: nothing runs on it any more, as on a real one.
-    pub(crate) fn lose(&self) {
+    pub(crate) fn mark_lost(&self) {
         self.lost.store(true, Ordering::Release);
         let wait = self.function(c"vkDeviceWaitIdle".as_ptr());
         if !wait.is_null() {

@@ -37,7 +37,7 @@ macro_rules! commands {
                 let codes: &[Code] = &[$($code),*];
                 let fault = plan::count(stringify!($name));
                 if fault == Some(LOST) {
-                    next.lose();
+                    next.mark_lost();
                 }
                 if next.is_lost() && codes.contains(&LOST) {
                     return LOST;

@@ -167,7 +167,7 @@ fn render_charts(workspace: &Workspace, pictures: &Path) -> Result<()> {
         command
     };
     process::run(fleet("fleet").arg(&dense).args(["--monitored", DENSE_SAMPLES]))?;
-    stage::lend_plugins(workspace, &dense)?;
+    stage::link_plugins(workspace, &dense)?;
     let mut command = fleet("fleet_pictures");
     process::run(command.arg(workspace.path("config")).arg(&dense).arg(pictures))
 }

@@ -69,7 +69,7 @@ pub(crate) fn stage(workspace: &Workspace, profile: Profile) -> Result<()> {
 }
 
 /// Lends the staged plugins to a configuration in another folder.
-pub(crate) fn lend_plugins(workspace: &Workspace, folder: &Path) -> Result<()> {
+pub(crate) fn link_plugins(workspace: &Workspace, folder: &Path) -> Result<()> {
     let plugins = folder.join("plugins");
     if plugins.exists() {
         return Ok(());

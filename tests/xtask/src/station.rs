@@ -24,7 +24,7 @@ impl Station {
         let mut generate = process::cargo();
         generate.args(["run", "--release", "-p", "substation", "--"]).arg(&folder);
         process::run(generate.current_dir(&workspace.root))?;
-        stage::lend_plugins(workspace, &folder)?;
+        stage::link_plugins(workspace, &folder)?;
         Ok(Self { folder })
     }
 

@@ -3,7 +3,7 @@
 use measure::meshoptimizer::Simplifier;
 use weighted_collapse::Order;
 
-/// Method of simplification.
+/// Method of simplification to compare.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Method {
     /// Short name, in file names and in JSON too.

@@ -149,13 +149,13 @@ pub(crate) fn run(task: &Task) -> Result<Cost> {
     let (cost, levels) = match method.work {
         Implementation::Weighted(order) => {
             let input = Input::new(&mesh);
-            ours(&mesh, &task.targets, || input.weighted(order, MAX_THREADS))?
+            measure_own(&mesh, &task.targets, || input.weighted(order, MAX_THREADS))?
         }
         Implementation::Quadric => {
             let input = Input::new(&mesh);
-            ours(&mesh, &task.targets, || input.quadric())?
+            measure_own(&mesh, &task.targets, || input.quadric())?
         }
-        Implementation::Meshoptimizer(kind) => theirs(&mesh, kind, &task.targets)?,
+        Implementation::Meshoptimizer(kind) => measure_peer(&mesh, kind, &task.targets)?,
         Implementation::Script(_) => bail!("{} is no work for this process", method.id),
     };
     for (index, level) in levels.iter().enumerate() {
@@ -165,7 +165,7 @@ pub(crate) fn run(task: &Task) -> Result<Cost> {
 }
 
 /// Builds a whole sequence, then its levels.
-fn ours(
+fn measure_own(
     mesh: &Mesh,
     targets: &[Target],
     optimize: impl Fn() -> Result<busbar_plugin_sdk::CollapseList>,
@@ -192,7 +192,11 @@ fn ours(
 }
 
 /// Runs a search and a call for each level.
-fn theirs(mesh: &Mesh, kind: Simplifier, targets: &[Target]) -> Result<(Cost, Vec<Topology>)> {
+fn measure_peer(
+    mesh: &Mesh,
+    kind: Simplifier,
+    targets: &[Target],
+) -> Result<(Cost, Vec<Topology>)> {
     let topology = mesh.topology();
     let wedges = &mesh.wedges;
     let of_wedges: Vec<_> =
@@ -265,14 +269,14 @@ mod tests {
         let target = |vertices| Target { vertices, triangles: vertices * 2 };
         let targets = [target(count / 2), target(count / 4)];
         assert_eq!(targets[0].to_string().parse::<Target>().unwrap(), targets[0]);
-        let (cost, levels) = theirs(&mesh, Simplifier::Plain, &targets).unwrap();
+        let (cost, levels) = measure_peer(&mesh, Simplifier::Plain, &targets).unwrap();
         assert!(cost.one_seconds > 0.0 && cost.all_seconds > cost.one_seconds);
         assert!(levels[0].positions.len() > levels[1].positions.len());
         // Hard edges stop it, but nothing is torn.
-        let (_, levels) = theirs(&mesh, Simplifier::WithNormals, &targets).unwrap();
+        let (_, levels) = measure_peer(&mesh, Simplifier::WithNormals, &targets).unwrap();
         assert!(levels.iter().all(|level| (count / 4..=count).contains(&level.positions.len())));
         let input = Input::new(&mesh);
-        let (cost, levels) = ours(&mesh, &targets, || input.quadric()).unwrap();
+        let (cost, levels) = measure_own(&mesh, &targets, || input.quadric()).unwrap();
         assert!(cost.one_seconds > 0.0 && cost.all_seconds > cost.one_seconds);
         for (level, target) in levels.iter().zip(targets) {
             let found = level.positions.len();

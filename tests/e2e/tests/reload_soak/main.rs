@@ -12,7 +12,7 @@ use busbar_plugin_check::heap_bytes;
 use busbar_renderer::release_freed_memory;
 use busbar_viewer::reload::{ReloadOutcome, Reloader};
 use busbar_viewer::{AlarmAction, LoadedScene, Picture, Viewer};
-use e2e::peer::{Peer, calm_values};
+use e2e::peer::{Peer, normal_values};
 use e2e::{Scene, wait_for};
 use serde_json::json;
 
@@ -138,7 +138,7 @@ impl View {
 
 #[test]
 fn the_scene_outlives_whatever_is_written() {
-    let Some(peer) = Peer::start(&calm_values()) else { return };
+    let Some(peer) = Peer::start(&normal_values()) else { return };
     let mut scene = Scene::demo(peer.port);
     scene.config["alarms"] = json!({
         "Oil": { "tag": "T1.TopOil", "condition": { "high": 90 }, "message": "Top oil hot" }

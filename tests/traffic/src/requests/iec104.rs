@@ -62,10 +62,10 @@ fn alternate(
     let mut interrogations = Interrogations { server, ours: Vec::new(), peers: Vec::new() };
     for _ in 0..ROUNDS {
         rates.ours.push(points_per_second(site, port)?);
-        let seconds = theirs(&mut client, ADDRESSES)?;
+        let seconds = peer_seconds(&mut client, ADDRESSES)?;
         rates.peers.push(f64::from(ADDRESSES * POINTS) / seconds);
         interrogations.ours.push(first_interrogation(site, port)?.as_secs_f64() * 1e3);
-        interrogations.peers.push(theirs(&mut client, 1)? * 1e3);
+        interrogations.peers.push(peer_seconds(&mut client, 1)? * 1e3);
     }
     Ok((rates, interrogations))
 }
@@ -112,7 +112,7 @@ fn take(telemetry: &RunningTelemetry, count: u32) -> Result<()> {
 }
 
 /// Runs one interrogation by the peer; returns its seconds.
-fn theirs(client: &mut Peer, addresses: u32) -> Result<f64> {
+fn peer_seconds(client: &mut Peer, addresses: u32) -> Result<f64> {
     let answer = client.ask(&json!({ "addresses": addresses }))?;
     let points = number(&answer, "points")?;
     ensure!(points == f64::from(addresses * POINTS), "the peer has {points} points");

@@ -63,13 +63,13 @@ fn alternate(
     let round = ROUND / site.divisor as u32;
     let mut rates = Rates { server, ours: Vec::new(), peers: Vec::new() };
     for _ in 0..ROUNDS {
-        rates.ours.push(ours(site, port, layout, round)?);
-        rates.peers.push(theirs(&mut client, round)?);
+        rates.ours.push(adapter_rate(site, port, layout, round)?);
+        rates.peers.push(peer_rate(&mut client, round)?);
     }
     Ok(rates)
 }
 
-fn ours(site: &GeneratedScene, port: u16, layout: Layout, round: Duration) -> Result<f64> {
+fn adapter_rate(site: &GeneratedScene, port: u16, layout: Layout, round: Duration) -> Result<f64> {
     let plugin = site.plugin(PLUGIN, &settings(port))?;
     let telemetry = RunningTelemetry::start(&plugin, &tags(layout), SourcePolicy::default())?;
     let begun = Instant::now();
@@ -95,7 +95,7 @@ fn read_for(telemetry: &RunningTelemetry, time: Duration) -> u64 {
     count
 }
 
-fn theirs(client: &mut Peer, round: Duration) -> Result<f64> {
+fn peer_rate(client: &mut Peer, round: Duration) -> Result<f64> {
     let answer = client.ask(&json!({ "seconds": round.as_secs_f64() }))?;
     Ok(number(&answer, "requests")? / number(&answer, "seconds")?)
 }

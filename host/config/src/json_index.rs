@@ -1,19 +1,18 @@
-//! One pass over a text that is JSON: where its values stand, keys given
-//! twice, nesting too deep.
+//! Index of a JSON text in one pass: positions of values, duplicate keys, nesting too deep.
 
 use std::borrow::Cow;
 
-use crate::positions::{Place, decode_string};
+use crate::positions::{ValuePosition, decode_string};
 use crate::{Diagnostic, MAX_DIAGNOSTICS, MAX_NESTING_DEPTH, Positions, Severity, join_pointer};
 
-/// What the pass finds.
+/// Result of the indexing pass.
 #[derive(Default)]
 pub(crate) struct Index {
     /// Values in the order of the text, parents before children.
-    pub(crate) places: Vec<Place>,
+    pub(crate) places: Vec<ValuePosition>,
     /// Keys that an object has twice; at most [`MAX_DIAGNOSTICS`].
     pub(crate) duplicates: Vec<DuplicateKey>,
-    /// How many more there are.
+    /// Number of further duplicate keys.
     pub(crate) more_duplicates: usize,
     /// Offset and pointer of the first value below [`MAX_NESTING_DEPTH`].
     pub(crate) too_deep: Option<(u32, String)>,
@@ -27,7 +26,7 @@ pub(crate) struct DuplicateKey {
 }
 
 /// An array or object that is not closed yet.
-struct Open<'t> {
+struct OpenContainer<'t> {
     /// Index of its place.
     place: usize,
     is_object: bool,
@@ -39,7 +38,7 @@ struct Open<'t> {
 
 /// Indexes a text that the strict parser has accepted.
 pub(crate) fn index(text: &str) -> Index {
-    let mut scan = Scan { text, found: Index::default(), open: Vec::new(), key: None };
+    let mut scan = IndexScanner { text, found: Index::default(), open: Vec::new(), key: None };
     let mut at = 0;
     while let Some(byte) = text.as_bytes().get(at) {
         at = scan.token(*byte, at);
@@ -47,16 +46,16 @@ pub(crate) fn index(text: &str) -> Index {
     scan.found
 }
 
-struct Scan<'t> {
+struct IndexScanner<'t> {
     text: &'t str,
     found: Index,
-    open: Vec<Open<'t>>,
+    open: Vec<OpenContainer<'t>>,
     /// Offset of the key whose value comes next.
     key: Option<u32>,
 }
 
-impl<'t> Scan<'t> {
-    /// Takes the token that starts at `at`; gives the offset behind it.
+impl<'t> IndexScanner<'t> {
+    /// Scans the token that starts at `at`; returns the offset behind it.
     fn token(&mut self, byte: u8, at: usize) -> usize {
         match byte {
             b' ' | b'\t' | b'\r' | b'\n' | b':' => at + 1,
@@ -95,7 +94,7 @@ impl<'t> Scan<'t> {
 
     fn add_place(&mut self, at: usize) {
         let next = self.found.places.len() as u32 + 1;
-        self.found.places.push(Place { value: at as u32, key: self.key.take(), next });
+        self.found.places.push(ValuePosition { value: at as u32, key: self.key.take(), next });
     }
 
     fn enter(&mut self, is_object: bool, at: usize) {
@@ -104,7 +103,7 @@ impl<'t> Scan<'t> {
         }
         let place = self.found.places.len();
         self.add_place(at);
-        self.open.push(Open { place, is_object, commas: 0, keys: Vec::new() });
+        self.open.push(OpenContainer { place, is_object, commas: 0, keys: Vec::new() });
     }
 
     fn leave(&mut self) {

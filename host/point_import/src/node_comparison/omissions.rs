@@ -1,10 +1,10 @@
-//! What a tag does not say, and whether that leaves it open which node is meant.
+//! Ambiguity by omission: parts of a node's name that the tag leaves out.
 
-use super::{Case, IMPLIED, NOT_THE_PART, NUMBERLESS, SYNONYM};
+use super::{Comparison, IMPLIED, NOT_THE_PART, NUMBERLESS, SYNONYM};
 use crate::facts::Fact;
 use crate::lexicon::{self, Axis};
 
-impl Case<'_> {
+impl Comparison<'_> {
     /// Top oil is in a transformer, without anybody saying it.
     pub(super) fn cover_implied(&mut self) {
         let implied: Vec<_> =
@@ -40,7 +40,7 @@ impl Case<'_> {
         }
     }
 
-    pub(super) fn look_at_what_is_left_out(&mut self) {
+    pub(super) fn check_omissions(&mut self) {
         let mut lacks_context = false;
         let identifies = |own: &Fact| matches!(own.axis(), Axis::Device | Axis::Part | Axis::Word);
         let own = self.node.facts.iter().zip(&self.covered);
@@ -72,7 +72,7 @@ impl Case<'_> {
         }
     }
 
-    /// Whether what the tag says of the place holds for another place as well.
+    /// Reports whether the tag's facts about the place hold for another place as well.
     fn is_elsewhere_too(&self) -> bool {
         let own = self.node.facts.iter().enumerate();
         let said = own.filter(|(i, fact)| fact.is_context && self.covered[*i] > 0.0);
@@ -105,7 +105,7 @@ impl Case<'_> {
         others.any(|other| holds(other) && is_another(other))
     }
 
-    pub(super) fn look_at_kind(&mut self) {
+    pub(super) fn check_kind(&mut self) {
         let mut innermost = self.node.facts.iter().rev();
         let Some(device) = innermost.find(|own| own.axis() == Axis::Device) else { return };
         let device = device.first().concept.as_str();

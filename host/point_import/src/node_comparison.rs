@@ -1,10 +1,14 @@
-//! Whether a tag is of a node: what agrees, what speaks against it.
+//! Judgment of one tag against one node: agreements and contradictions.
+//!
+//! A contradiction (another number, another phase, another kind of equipment) excludes the node.
+//! So does an omission that leaves several nodes of the station open: one that is missing from
+//! the model must not be taken for its neighbour.
 //!
 //! What contradicts (another number, another phase, another kind of equipment) is no
 //! small minus but the end of it, and so is what is left open where the station has
 //! several: whichever is missing from the model must not be taken for its neighbour.
 
-mod left_out;
+mod omissions;
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -12,53 +16,53 @@ use crate::catalogue::{Catalogue, Node};
 use crate::facts::Fact;
 use crate::lexicon::{self, Axis};
 
-/// How sure a match is in other words for the same.
+/// Confidence of a match by a synonym.
 const SYNONYM: f64 = 0.97;
-/// How sure it is where only one of both names a number.
+/// Confidence of a match where only one side names a number.
 const NUMBERLESS: f64 = 0.9;
-/// How sure it is where the quantity alone says what the equipment is.
+/// Confidence of a match where the quantity alone implies the equipment.
 const IMPLIED: f64 = 0.85;
-/// How much of a name's share is lost by what the tag leaves out of it.
+/// Share of a name's weight lost by what the tag leaves out of it.
 const LEFT_OUT: f64 = 0.5;
-/// Where the model has a part for such values, and this is another node.
+/// Confidence factor of another node where the model has a part for such values.
 const NOT_THE_PART: f64 = 0.8;
 
-/// What is asked: what a tag says of its place, and of what it reports.
+/// Query for a node: facts about the place and the quantities of a tag.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub(crate) struct Query {
-    /// What the node must have; nothing else than this names it.
+    /// Facts that the node must have; nothing else in the query names it.
     pub(crate) required: Vec<Fact>,
-    /// What must not contradict it.
+    /// Facts that the node must not contradict.
     pub(crate) optional: Vec<Fact>,
-    /// Kinds of quantity.
+    /// Kinds of quantities in the query.
     pub(crate) quantities: BTreeSet<String>,
-    /// Words that nobody knows and that may be the name of the place.
+    /// Words outside lexicon and model, which may name the place.
     pub(crate) unknown: Vec<String>,
-    /// Whether there are unknown words that all tags have.
+    /// True where all tags have some unknown words.
     pub(crate) has_common_words: bool,
 }
 
-/// What all tags of a list say together.
+/// Facts of all tags of a list together.
 #[derive(Debug, Default)]
 pub(crate) struct ListFacts {
-    /// Numbers by concept.
+    /// Numbers, by their concept.
     pub(crate) numbers: HashMap<String, BTreeSet<u32>>,
     /// Concepts and numbers by axis.
     pub(crate) places: HashMap<Axis, BTreeSet<(String, Option<u32>)>>,
 }
 
-/// What was found out about a tag and a node.
+/// Result of comparing a tag with a node.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Verdict {
+pub(crate) struct ComparisonResult {
     /// 0 to 1; of a node that is out, how near it is.
     pub(crate) confidence: f64,
-    /// What speaks against it.
+    /// Contradiction that excludes the node.
     pub(crate) against: Option<String>,
     pub(crate) agreed: Vec<String>,
 }
 
-/// How a fact of the tag stands to those of the node.
-enum Standing {
+/// Relation of a tag's fact to those of the node.
+enum FactRelation {
     /// The same, or one of both without a number; which fact, how sure.
     Agrees(usize, f64),
     Contradicts(usize),
@@ -67,9 +71,14 @@ enum Standing {
     Missing,
 }
 
-/// Judges a node.
-pub(crate) fn judge(query: &Query, node: &Node, model: &Catalogue, list: &ListFacts) -> Verdict {
-    let mut case = Case {
+/// Compares the query with a node.
+pub(crate) fn compare_node(
+    query: &Query,
+    node: &Node,
+    model: &Catalogue,
+    list: &ListFacts,
+) -> ComparisonResult {
+    let mut case = Comparison {
         query,
         node,
         model,
@@ -83,30 +92,30 @@ pub(crate) fn judge(query: &Query, node: &Node, model: &Catalogue, list: &ListFa
     case.compare_required();
     case.compare_optional();
     case.cover_implied();
-    case.look_at_what_is_left_out();
-    case.look_at_kind();
+    case.check_omissions();
+    case.check_kind();
     if let Some(word) = query.unknown.first() {
         case.object(format!("'{word}' is a name that this node does not have"));
     }
     case.verdict()
 }
 
-struct Case<'a> {
+struct Comparison<'a> {
     query: &'a Query,
     node: &'a Node,
     model: &'a Catalogue,
     list: &'a ListFacts,
-    /// By fact of the node: how surely the tag says it.
+    /// Confidence for each fact of the node that the tag covers.
     covered: Vec<f64>,
     agreed: Vec<String>,
     against: Option<String>,
-    /// Weight of what the tag says, and of what of it the node has.
+    /// Weight of the tag's facts, and of those that the node has.
     said: f64,
     confirmed: f64,
 }
 
-impl Case<'_> {
-    /// The first objection is the one that is told.
+impl Comparison<'_> {
+    /// Records an objection; the first one is reported.
     fn object(&mut self, reason: String) {
         self.against.get_or_insert(reason);
     }
@@ -120,20 +129,20 @@ impl Case<'_> {
         for fact in order {
             let weight = self.model.weight(fact);
             match self.standing(fact) {
-                Standing::Agrees(index, sure) => {
+                FactRelation::Agrees(index, sure) => {
                     self.covered[index] = sure;
                     self.said += weight;
                     self.confirmed += weight * sure;
                     self.agreed.push(fact.shown());
                     self.check_number(fact, index);
                 }
-                Standing::Repeats => {}
-                Standing::Contradicts(index) => {
+                FactRelation::Repeats => {}
+                FactRelation::Contradicts(index) => {
                     self.said += weight;
                     let own = self.node.facts[index].shown();
                     self.object(format!("the tag says {}, the node {own}", fact.shown()));
                 }
-                Standing::Missing => {
+                FactRelation::Missing => {
                     self.said += weight * 0.5;
                     if !self.may_lack(fact) {
                         self.object(format!("the node does not say {}", fact.shown()));
@@ -146,21 +155,21 @@ impl Case<'_> {
     fn compare_optional(&mut self) {
         for fact in &self.query.optional {
             match self.standing(fact) {
-                Standing::Agrees(index, sure) => {
+                FactRelation::Agrees(index, sure) => {
                     self.covered[index] = sure * SYNONYM;
                     self.agreed.push(format!("{} beside", fact.shown()));
                     self.check_number(fact, index);
                 }
-                Standing::Contradicts(index) => {
+                FactRelation::Contradicts(index) => {
                     let own = self.node.facts[index].shown();
                     self.object(format!("beside it says {}, the node {own}", fact.shown()));
                 }
-                Standing::Repeats | Standing::Missing => {}
+                FactRelation::Repeats | FactRelation::Missing => {}
             }
         }
     }
 
-    fn standing(&self, fact: &Fact) -> Standing {
+    fn standing(&self, fact: &Fact) -> FactRelation {
         let facts = self.node.facts.iter().enumerate();
         let same_text =
             facts.clone().filter(|(i, own)| self.covered[*i] == 0.0 && own.text == fact.text);
@@ -169,29 +178,31 @@ impl Case<'_> {
         let open = same_concept.clone().filter(|(i, _)| self.covered[*i] == 0.0);
         let exact = same_text.clone().find(|(_, own)| own.number == fact.number);
         if let Some((index, _)) = exact {
-            return Standing::Agrees(index, 1.0);
+            return FactRelation::Agrees(index, 1.0);
         }
         let Some((index, own)) = same_text.chain(open).next() else {
             let again = |own: &Fact| own.number == fact.number || fact.number.is_none();
             let said: Vec<_> = same_concept.collect();
             if said.iter().any(|(_, own)| again(own)) {
-                return Standing::Repeats;
+                return FactRelation::Repeats;
             }
             let other_level = facts
                 .clone()
                 .find(|(_, own)| fact.axis() == Axis::Level && own.axis() == Axis::Level);
             let other = said.first().copied().or(other_level);
-            return other.map_or(Standing::Missing, |(index, _)| Standing::Contradicts(index));
+            return other
+                .map_or(FactRelation::Missing, |(index, _)| FactRelation::Contradicts(index));
         };
         let sure = if own.text == fact.text { 1.0 } else { SYNONYM };
         match (fact.number, own.number) {
-            (a, b) if a == b => Standing::Agrees(index, sure),
-            (Some(_), Some(_)) => Standing::Contradicts(index),
-            _ => Standing::Agrees(index, sure * NUMBERLESS),
+            (a, b) if a == b => FactRelation::Agrees(index, sure),
+            (Some(_), Some(_)) => FactRelation::Contradicts(index),
+            _ => FactRelation::Agrees(index, sure * NUMBERLESS),
         }
     }
 
-    /// Where one of both has no number: is it needed to tell which one is meant?
+    /// Checks a fact for which one side has no number: the number may be needed to tell nodes
+    /// apart.
     fn check_number(&mut self, fact: &Fact, index: usize) {
         let own = &self.node.facts[index];
         match (fact.number, own.number) {
@@ -211,7 +222,7 @@ impl Case<'_> {
         }
     }
 
-    /// Whether a node may be without what the tag says.
+    /// Reports whether a node may lack a fact of the tag.
     fn may_lack(&self, fact: &Fact) -> bool {
         let places = |axis| self.list.places.get(&axis).map_or(0, BTreeSet::len);
         let is_transformer = self.has(lexicon::TRANSFORMER);
@@ -239,7 +250,7 @@ impl Case<'_> {
         self.node.facts.iter().any(|own| own.axis() == axis)
     }
 
-    fn verdict(self) -> Verdict {
+    fn verdict(self) -> ComparisonResult {
         let (mut all, mut left_out) = (0.0, 0.0);
         for (weight, covered) in self.node.weights.iter().zip(&self.covered) {
             all += weight;
@@ -248,6 +259,6 @@ impl Case<'_> {
         let share = if self.said > 0.0 { self.confirmed / self.said } else { 0.0 };
         let rest = if all > 0.0 { 1.0 - LEFT_OUT * left_out / all } else { 0.0 };
         let confidence = (share * rest).clamp(0.0, 1.0);
-        Verdict { confidence, against: self.against, agreed: self.agreed }
+        ComparisonResult { confidence, against: self.against, agreed: self.agreed }
     }
 }

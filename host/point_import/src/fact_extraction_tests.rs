@@ -1,10 +1,10 @@
-//! What names say, one line each.
+//! Facts of names, one line each.
 
 use super::*;
 
 #[track_caller]
 fn check(name: &str, expected: &str) {
-    let shown: Vec<_> = of_tag(name, &Vocabulary::default(), &Hint::default())
+    let shown: Vec<_> = facts_of_tag(name, &Vocabulary::default(), &Hint::default())
         .iter()
         .filter(|fact| !fact.is_soft())
         .map(Fact::shown)

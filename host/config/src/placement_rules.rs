@@ -1,5 +1,5 @@
-//! What the nodes of the scene come to where they are placed, those of templates at each
-//! place: ids used once, places within bounds, not too many, no template within itself.
+//! Rules for placed nodes, those of templates at each place: unique ids, positions within bounds,
+//! limits of nodes, and no recursive template.
 
 use std::borrow::Cow;
 use std::cell::OnceCell;
@@ -10,15 +10,15 @@ use serde_json::Value;
 
 use crate::report::Report;
 use crate::rules::item_pointer;
-use crate::world::World;
-use crate::{MAX_NAME_BYTES, MAX_NODES, MAX_TEMPLATE_DEPTH, join_pointer, suggest};
+use crate::world_transform::WorldTransform;
+use crate::{MAX_NAME_BYTES, MAX_NODES, MAX_TEMPLATE_DEPTH, join_pointer, suggestions};
 
-/// Equipment ids, and of each the value that says it, or its last part.
+/// Equipment ids, each with the value that names it or its last part.
 pub(crate) type Equipment<'d> = BTreeMap<Cow<'d, str>, &'d Value>;
 
 /// Reports the faults of the scene as a whole and gives the ids in it.
 pub(crate) fn check<'d>(document: &'d Value, report: &mut Report<'_>) -> Equipment<'d> {
-    let mut walk = Walk {
+    let mut walk = PlacementWalk {
         document,
         equipment: BTreeMap::new(),
         nodes: 0,
@@ -26,7 +26,7 @@ pub(crate) fn check<'d>(document: &'d Value, report: &mut Report<'_>) -> Equipme
         ids: OnceCell::new(),
         report,
     };
-    walk.place_nodes(&document["scene"], "/scene", Some(World::ROOT), "");
+    walk.place_nodes(&document["scene"], "/scene", Some(WorldTransform::ROOT), "");
     if walk.nodes > MAX_NODES {
         // What is beyond in templates is not even counted: they may multiply.
         let more = if walk.is_cut() { "more than " } else { "" };
@@ -40,7 +40,7 @@ pub(crate) fn check<'d>(document: &'d Value, report: &mut Report<'_>) -> Equipme
     walk.equipment
 }
 
-struct Walk<'d, 'r, 'p> {
+struct PlacementWalk<'d, 'r, 'p> {
     document: &'d Value,
     equipment: Equipment<'d>,
     nodes: usize,
@@ -51,14 +51,14 @@ struct Walk<'d, 'r, 'p> {
     report: &'r mut Report<'p>,
 }
 
-impl<'d> Walk<'d, '_, '_> {
-    /// Places nodes and all under them. `parent` is `None` where nobody knows, for a
-    /// fault above; `prefix` goes before the ids.
+impl<'d> PlacementWalk<'d, '_, '_> {
+    /// Places nodes with their children. `parent` is `None` where it is unknown, for a fault
+    /// above; `prefix` goes before the ids.
     fn place_nodes(
         &mut self,
         nodes: &'d Value,
         pointer: &str,
-        parent: Option<World>,
+        parent: Option<WorldTransform>,
         prefix: &str,
     ) {
         for (index, node) in nodes.as_array().into_iter().flatten().enumerate() {
@@ -79,12 +79,12 @@ impl<'d> Walk<'d, '_, '_> {
         }
     }
 
-    /// Whether a template has so many nodes that it is not looked at any further.
+    /// Reports whether a template exceeds the limit of nodes and is examined no further.
     fn is_full(&self) -> bool {
         self.nodes > MAX_NODES && !self.open.is_empty()
     }
 
-    /// Whether some nodes were not counted.
+    /// Reports whether some nodes were not counted.
     fn is_cut(&self) -> bool {
         self.document["templates"].as_object().is_some_and(|templates| !templates.is_empty())
     }
@@ -95,7 +95,7 @@ impl<'d> Walk<'d, '_, '_> {
         node: &'d Value,
         under: &'d Value,
         pointer: &str,
-        world: Option<World>,
+        world: Option<WorldTransform>,
         prefix: &str,
     ) {
         let (Some(name), Some(id)) = (node["template"].as_str(), under["id"].as_str()) else {
@@ -103,7 +103,7 @@ impl<'d> Walk<'d, '_, '_> {
         };
         let Some(nodes) = self.document["templates"].get(name) else { return };
         let fault = if self.open.contains(&name) {
-            Some(format!("the template '{}' is placed within itself", suggest::shown(name)))
+            Some(format!("the template '{}' is placed within itself", suggestions::shown(name)))
         } else if self.open.len() >= MAX_TEMPLATE_DEPTH {
             Some(format!("templates are placed more than {MAX_TEMPLATE_DEPTH} within one another"))
         } else {
@@ -118,14 +118,14 @@ impl<'d> Walk<'d, '_, '_> {
         self.open.pop();
     }
 
-    /// Places a node or instance. Gives where it stands, unless that is at fault.
+    /// Places a node or instance; returns its world transform, unless that is invalid.
     fn place(
         &mut self,
         placement: &'d Value,
         pointer: &str,
-        parent: Option<World>,
+        parent: Option<WorldTransform>,
         prefix: &str,
-    ) -> Option<World> {
+    ) -> Option<WorldTransform> {
         self.nodes += 1;
         self.note_id(&placement["id"], pointer, prefix);
         let world = parent?.place(&placement["transform"])?;
@@ -147,7 +147,7 @@ impl<'d> Walk<'d, '_, '_> {
         if !prefix.is_empty() && id.len() > MAX_NAME_BYTES {
             self.report.error_with(&pointer(), || {
                 let length = id.len();
-                let shown = suggest::shown(&id);
+                let shown = suggestions::shown(&id);
                 let cause = format!("placed, the equipment id '{shown}' has {length} bytes");
                 (cause, format!("shorten what it is made of: at most {MAX_NAME_BYTES} in all"))
             });
@@ -164,7 +164,7 @@ impl<'d> Walk<'d, '_, '_> {
                     let (line, column) = positions.locate(at.map_or("", String::as_str));
                     let cause = format!(
                         "the equipment id '{}' is used twice, first at line {line}, column {column}",
-                        suggest::shown(first.key())
+                        suggestions::shown(first.key())
                     );
                     (cause, "give one of the two another id".to_owned())
                 });
@@ -173,7 +173,7 @@ impl<'d> Walk<'d, '_, '_> {
     }
 }
 
-/// Where the ids in a document are, by their addresses: only faults ask for it.
+/// Maps the addresses of ids in a document to their JSON pointers; only error reports need it.
 fn id_pointers(document: &Value) -> HashMap<*const Value, String> {
     fn note(value: &Value, pointer: String, pointers: &mut HashMap<*const Value, String>) {
         match value {

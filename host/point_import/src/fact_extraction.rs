@@ -4,15 +4,15 @@ use crate::designation::{designation, voltage_level, voltages_apart};
 use crate::facts::{Fact, GLUED, Hint, PHRASES, Reading, Vocabulary, fact_of};
 use crate::lexicon::{Axis, NOISE};
 use crate::phases::{phase, resolve_letters, terminal};
-use crate::words::{Word, as_plain, words};
+use crate::tokenizer::{Word, as_plain, words};
 
 /// Words of the longest phrase in the lexicon.
 const MAX_PHRASE_WORDS: usize = 3;
 /// The shortest word that is looked for within another one, in bytes.
 const MIN_GLUED_BYTES: usize = 3;
 
-/// What a node's name says.
-pub(crate) fn of_node(name: &str) -> Vec<Fact> {
+/// Extracts facts from a node's name.
+pub(crate) fn facts_of_node(name: &str) -> Vec<Fact> {
     let words: Vec<_> = words(name);
     let words: Vec<_> = words.into_iter().filter(|w| !NOISE.contains(&w.text.as_str())).collect();
     let mut facts = read(&words, None, &Hint { is_state: true, ..Hint::default() });
@@ -30,8 +30,8 @@ pub(crate) fn of_node(name: &str) -> Vec<Fact> {
     without_repeats(facts)
 }
 
-/// What a tag's id or description says, read by a model's own use of words.
-pub(crate) fn of_tag(text: &str, vocabulary: &Vocabulary, hint: &Hint) -> Vec<Fact> {
+/// Extracts facts from a tag's id or description, by the model's own use of words.
+pub(crate) fn facts_of_tag(text: &str, vocabulary: &Vocabulary, hint: &Hint) -> Vec<Fact> {
     let mut plain = Vec::new();
     let prose = hint.is_prose.then(|| without_articles(text));
     for word in words(prose.as_deref().unwrap_or(text)) {
@@ -145,5 +145,5 @@ fn next(rest: &[Word], before: &[Fact], vocabulary: Option<&Vocabulary>) -> (Vec
 }
 
 #[cfg(test)]
-#[path = "reading_tests.rs"]
+#[path = "fact_extraction_tests.rs"]
 mod tests;

@@ -1,15 +1,15 @@
-//! A name to words with their numbers: `S12D1Q03_QB9-phsA` is S 12, D 1, Q 3,
-//! QB 9, phs, A.
+//! Tokenizer: splits names into words with numbers. `S12D1Q03_QB9-phsA` is S 12, D 1, Q 3, QB 9,
+//! phs, A.
 
-/// The longest name that is looked at, in bytes; the rest is cut off.
+/// Limit of a name, bytes; the rest is cut off.
 const MAX_NAME_BYTES: usize = 400;
 /// The most words taken from one name.
 const MAX_WORDS: usize = 40;
 /// Digits that a number has at most; longer ones are words.
 const MAX_DIGITS: usize = 6;
-/// What a change of case does not part.
+/// Units that a change of case does not split.
 const WHOLE: [&str; 7] = ["kV", "kA", "mA", "kW", "pC", "mV", "PhV"];
-/// Single letters whose number may stand apart: `Q 3`.
+/// Single letters whose number may be separated: `Q 3`.
 const NUMBERED_LETTERS: [&str; 4] = ["q", "t", "l", "w"];
 /// Gases of oil analysis (IEC 60599), which look like words with numbers.
 const GASES: [&str; 8] = ["h2", "ch4", "c2h2", "c2h4", "c2h6", "co2", "h2o", "co"];
@@ -17,15 +17,15 @@ const GASES: [&str; 8] = ["h2", "ch4", "c2h2", "c2h4", "c2h6", "co2", "h2o", "co
 /// A word of a name. One of text and number may be missing.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct Word {
-    /// In small letters; empty for a number alone.
+    /// Text in small letters; empty for a number alone.
     pub(crate) text: String,
     /// The number behind it, without leading zeros.
     pub(crate) number: Option<u32>,
-    /// Whether nothing stands between text and number.
+    /// True where text and number are adjacent.
     pub(crate) number_is_joined: bool,
-    /// Whether nothing stands between the word before and this one.
+    /// True where the word is adjacent to the one before.
     pub(crate) is_joined: bool,
-    /// Whether it is the formula of a gas as it stands.
+    /// True for a chemical formula of a gas.
     pub(crate) is_gas: bool,
 }
 
@@ -34,7 +34,7 @@ pub(crate) struct Word {
 struct Run<'t> {
     text: &'t str,
     is_digits: bool,
-    /// Whether a separator stands before it.
+    /// True where a separator precedes it.
     starts: bool,
 }
 
@@ -118,7 +118,7 @@ fn runs(piece: &str) -> Vec<Run<'_>> {
     runs
 }
 
-/// Whether a new run begins at character `i`, the last one having begun at `start`.
+/// Reports whether a new run begins at character `i`; the last one began at `start`.
 fn parts(chars: &[(usize, char)], i: usize, start: usize, piece: &str) -> bool {
     let (before, here) = (chars[i - 1].1, chars[i].1);
     if before.is_ascii_digit() != here.is_ascii_digit() {

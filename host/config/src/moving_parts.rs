@@ -17,7 +17,7 @@ pub(crate) struct RawMovingPart {
     /// Name of the node in the model's file.
     #[schemars(length(min = 1, max = MAX_NAME_BYTES), extend("examples" = ["blade 1"]))]
     part: String,
-    /// Which mechanism moves it, as overlays call it that know positions.
+    /// Name of the mechanism that moves it, as overlays know it.
     #[schemars(length(min = 1, max = MAX_NAME_BYTES), extend("examples" = ["blade"]))]
     mechanism: String,
     /// The position that the file shows.
@@ -33,11 +33,11 @@ pub(crate) struct RawMovingPart {
     #[serde(default = "upwards")]
     #[schemars(inner(range(min = -1.0, max = 1.0)), extend("examples" = [[0, 1, 0]]))]
     axis: [f32; 3],
-    /// By how much it turns about the axis, right-handed.
+    /// Angle of the rotation about the axis, right-handed.
     #[serde(default)]
     #[schemars(range(min = -MAX_TURN_DEGREES, max = MAX_TURN_DEGREES), extend("examples" = [90]))]
     degrees: f32,
-    /// By how much it shifts, metres.
+    /// Translation of the part, metres.
     #[serde(default)]
     #[schemars(inner(range(min = -MAX_COORDINATE_METRES, max = MAX_COORDINATE_METRES)))]
     #[schemars(extend("examples" = [[0, -1.5, 0]]))]

@@ -1,4 +1,4 @@
-//! Where placements stand in the world: transforms composed down the scene.
+//! World transforms of placements: composition down the scene hierarchy.
 
 use serde_json::Value;
 
@@ -8,39 +8,39 @@ type Vector = [f64; 3];
 
 /// The transform from a placement to the world.
 #[derive(Clone, Copy)]
-pub(crate) struct World {
-    /// Its axes x, y and z.
+pub(crate) struct WorldTransform {
+    /// Images of the axes x, y and z.
     axes: [Vector; 3],
-    /// Its origin.
+    /// Image of the origin.
     origin: Vector,
 }
 
-/// Why nothing can stand there. Numbers are as they would be stored.
-pub(crate) enum Fault {
+/// Reasons why a world transform cannot be used. Numbers are as they would be stored.
+pub(crate) enum TransformFault {
     /// Too much or too little, by the length of an axis.
     Scale(f32),
     /// Too far, by a coordinate of the axis named.
     Coordinate(char, f32),
 }
 
-impl World {
-    /// Of what hangs under nothing.
+impl WorldTransform {
+    /// World transform of the scene's root.
     pub(crate) const ROOT: Self =
         Self { axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], origin: [0.0; 3] };
 
-    /// Of something with this transform under this one. `None` if the
-    /// transform alone is at fault, which other rules report.
+    /// Composes a child's transform with this one. `None` if the child's transform alone is
+    /// invalid, which other rules report.
     pub(crate) fn place(&self, transform: &Value) -> Option<Self> {
         let local = Self::read(transform)?;
-        let moved = self.turn(local.origin);
+        let moved = self.rotate_and_scale(local.origin);
         Some(Self {
-            axes: local.axes.map(|axis| self.turn(axis)),
+            axes: local.axes.map(|axis| self.rotate_and_scale(axis)),
             origin: std::array::from_fn(|i| self.origin[i] + moved[i]),
         })
     }
 
-    /// What is wrong with it.
-    pub(crate) fn fault(&self) -> Option<Fault> {
+    /// Returns the limit that the transform breaks.
+    pub(crate) fn fault(&self) -> Option<TransformFault> {
         // Rounded to what will be stored: turning adds errors of its own.
         let scales = self.axes.map(|axis| axis.iter().map(|c| c * c).sum::<f64>().sqrt() as f32);
         let scale = scales.into_iter().find(|scale| !(MIN_SCALE..=MAX_SCALE).contains(scale));
@@ -48,8 +48,8 @@ impl World {
         let far = |(_, coordinate): &(char, f32)| coordinate.abs() > MAX_COORDINATE_METRES;
         let coordinate = || coordinates.into_iter().find(far);
         scale
-            .map(Fault::Scale)
-            .or_else(|| coordinate().map(|(axis, at)| Fault::Coordinate(axis, at)))
+            .map(TransformFault::Scale)
+            .or_else(|| coordinate().map(|(axis, at)| TransformFault::Coordinate(axis, at)))
     }
 
     /// Scale, then rotation about x, y and z in turn, then translation.
@@ -68,13 +68,13 @@ impl World {
     }
 
     /// A direction here as one in the world.
-    fn turn(&self, direction: Vector) -> Vector {
+    fn rotate_and_scale(&self, direction: Vector) -> Vector {
         std::array::from_fn(|i| (0..3).map(|axis| self.axes[axis][i] * direction[axis]).sum())
     }
 }
 
-impl Fault {
-    /// Cause and remedy.
+impl TransformFault {
+    /// Returns cause and remedy for people.
     pub(crate) fn texts(&self) -> (String, String) {
         match self {
             Self::Scale(scale) => (

@@ -9,8 +9,8 @@ const MAX_LISTED: usize = 8;
 /// The longest part of a value that a message shows, in characters.
 const MAX_SHOWN_CHARS: usize = 60;
 
-/// What to write instead of `name`: the nearest of `known`, or a choice of
-/// them; `otherwise` where there are too many to list, or none.
+/// Suggests a replacement for `name`: the nearest of `known`, or a choice of them. The result is
+/// `otherwise` where there are too many to list, or none.
 pub(crate) fn remedy<'k>(
     name: &str,
     known: impl Iterator<Item = &'k str> + Clone,
