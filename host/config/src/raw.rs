@@ -309,7 +309,7 @@ pub(crate) struct RawSource {
     /// Name of the plugin instance that reads it.
     #[schemars(extend("examples" = ["plc"]))]
     pub(crate) plugin: String,
-    /// Address, passed to the plugin unchanged.
+    /// Address, handed to the plugin unchanged.
     pub(crate) address: Value,
 }
 
