@@ -128,7 +128,7 @@ mod tests {
     proptest! {
         /// Accumulated changes equal the present drawing after any events.
         #[test]
-        fn who_hears_of_all_changes_knows_what_is_drawn(
+        fn all_draw_changes_together_reproduce_the_draw_list(
             steps in prop::collection::vec(
                 (event(), any::<bool>(), 0_u32..10, any::<bool>()), 1..60)
         ) {
