@@ -147,7 +147,7 @@ fn alarm_marks_are_distinguishable() {
 }
 
 #[test]
-fn alarm_flags_are_distinguishable() {
+fn switch_symbols_are_distinguishable() {
     assert_all_differ(&SwitchState::ALL, |painter, rect, state| {
         switch_symbols::shape(painter, rect.center(), *state);
     });

@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn followed_models_change_with_the_scene() {
+    fn model_edits_are_detected_against_the_shown_versions() {
         let folder = tempfile::tempdir().unwrap();
         let [path, model] = ["scene.json", "a.glb"].map(|name| folder.path().join(name));
         fs::write(&path, "0").unwrap();
