@@ -1,5 +1,5 @@
-//! Compiles each pass to SPIR-V and writes, beside the words, assertions that
-//! the Rust structs lie in memory as the shaders read them.
+//! Compiles each pass to SPIR-V, and generates assertions that the memory layouts of the Rust
+//! structs match the shaders.
 
 use std::error::Error;
 use std::fmt::Write;
@@ -8,21 +8,21 @@ use std::path::Path;
 use naga::back::spv;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
-/// Prepended to every pass, before its own parts: WGSL has no include.
+/// Source prepended to every pass: WGSL has no include.
 const COMMON: &str = "common/frame.wgsl";
 
 /// Unit vector towards the sun, world space, y up.
 const SUN_DIRECTION: [f32; 3] = [0.3596, 0.7392, 0.5694];
 
-/// With shadows or without, and with a section plane or without: what a pass does not
-/// use costs it nothing.
+/// Variants with and without shadows, and with and without a section plane, so that passes do
+/// not pay for unused features.
 const UNSHADOWED: &str = "common/unshadowed.wgsl";
 const SHADOWED: &str = "common/shadowed.wgsl";
 const WHOLE: &str = "common/whole.wgsl";
 const SECTION: &str = "common/section.wgsl";
 const SCREEN: &str = "common/screen.wgsl";
 
-/// Pass source, name of its words, what it is put together with.
+/// Source of each pass, name of its SPIR-V constant, and the sources it is combined with.
 const PASSES: [(&str, &str, &[&str]); 24] = [
     ("scene/scene.wgsl", "SCENE", &[UNSHADOWED, WHOLE]),
     ("scene/scene.wgsl", "SCENE_SECTION", &[UNSHADOWED, SECTION]),
@@ -53,7 +53,7 @@ const PASSES: [(&str, &str, &[&str]); 24] = [
 /// Structs shared with Rust under the same name.
 const SHARED_STRUCTS: [&str; 2] = ["FrameUniform", "MaterialUniform"];
 
-/// Likewise, with the pass that takes it.
+/// Push-constant structs shared with Rust, with their pass.
 const STEP_STRUCTS: [(&str, &str); 3] =
     [("MORPH", "MorphStep"), ("DENSITY", "DensityStep"), ("DENSITY_RASTERIZE", "RasterizeStep")];
 

@@ -1,38 +1,39 @@
-// How much of the sky is hidden by what stands near: a contact cue from the depth of
-// the picture alone. Worked out at every other pixel along each axis (`ambient_occlusion_main`),
-// then smoothed among what lies at the same distance and multiplied into the picture
-// (`apply_main`). Sampling along a spiral: M. McGuire, M. Mara and D. Luebke, "Scalable
-// Ambient Obscurance", HPG 2012.
+// Screen-space ambient occlusion from the depth buffer. Computed at half resolution along
+// each axis (`ambient_occlusion_main`), then filtered with depth-dependent weights and
+// multiplied into the picture (`apply_main`). Spiral sampling: M. McGuire, M. Mara and
+// D. Luebke, "Scalable Ambient Obscurance", HPG 2012.
 
-// How far away things hide each other, metres.
+// Radius of occlusion, metres.
 const RADIUS = 0.9;
-// The same at most, as a share of the picture's height; how many pixels it fades in over.
-const MAX_SHARE = 0.11;
+// Maximum radius, as a share of the picture's height; range of radii in pixels over which
+// occlusion fades in.
+const MAX_RADIUS_SHARE = 0.11;
 const FADE_PIXELS = vec2<f32>(2.0, 10.0);
 const SAMPLES = 12;
-// Of one sample to the next: the golden angle, radians.
-const TURN = 2.39996323;
-// Sines above the surface that hide nothing: faceted tubes are round.
-const MIN_RISE = 0.16;
+// Angle between consecutive samples: the golden angle, radians.
+const SAMPLE_ANGLE = 2.39996323;
+// Sine of elevation below which samples do not occlude, so that facets of tubes stay
+// invisible.
+const ELEVATION_BIAS = 0.16;
 const STRENGTH = 3.0;
-// What is left at least.
-const DARKEST = 0.45;
-// Distances to the eye that count as one surface: metres, and a share.
-const SAME_METRES = 0.12;
-const SAME_SHARE = 0.012;
-// Nearest depth that a half float tells from nothing.
-const FAR = 60000.0;
+// Minimum visibility.
+const MIN_VISIBILITY = 0.45;
+// Difference of distances to the eye within one surface: metres, and a share.
+const TOLERANCE_METRES = 0.12;
+const TOLERANCE_SHARE = 0.012;
+// Maximum stored distance, within the range of a half float.
+const MAX_DISTANCE = 60000.0;
 const TAU = 6.28318531;
-// An order of 16 turns in which neighbours differ much (B. Bayer, 1973).
-const ORDER = array<f32, 16>(
+// Bayer matrix: rotations of the spiral that differ much between neighbours (B. Bayer, 1973).
+const ROTATION_ORDER = array<f32, 16>(
     0.0, 8.0, 2.0, 10.0, 12.0, 4.0, 14.0, 6.0, 3.0, 11.0, 1.0, 9.0, 15.0, 7.0, 13.0, 5.0,
 );
 
 @group(1) @binding(0) var scene_depth: texture_2d<f32>;
-// Share of the sky that is seen, and distance to the eye's plane in metres.
-@group(2) @binding(0) var seen_sky: texture_2d<f32>;
+// Visibility of the sky, and distance to the eye's plane in metres.
+@group(2) @binding(0) var sky_visibility: texture_2d<f32>;
 
-// Reverse-Z depth of what a pixel shows, the ground included; 0 for nothing.
+// Reverse-Z depth of a pixel, the ground included; 0 for the background.
 fn depth_at(pixel: vec2<i32>) -> f32 {
     let size = vec2<i32>(textureDimensions(scene_depth));
     let inside = clamp(pixel, vec2<i32>(0), size - 1);
@@ -43,21 +44,21 @@ fn depth_at(pixel: vec2<i32>) -> f32 {
     return max(depth, select(0.0, ground, ground < 1.0));
 }
 
-// Camera space; very far away where nothing is.
-fn place_of(at: vec2<f32>, depth: f32) -> vec3<f32> {
-    let place = frame.camera_from_pixel * vec4<f32>(at, max(depth, 1e-9), 1.0);
-    return place.xyz / place.w;
+// Camera-space position of a screen position; very far away for the background.
+fn camera_position(at: vec2<f32>, depth: f32) -> vec3<f32> {
+    let position = frame.camera_from_pixel * vec4<f32>(at, max(depth, 1e-9), 1.0);
+    return position.xyz / position.w;
 }
 
-// Beyond the picture, of its nearest pixel.
-fn place_at(pixel: vec2<i32>) -> vec3<f32> {
+// Camera-space position of a pixel, clamped to the picture.
+fn pixel_position(pixel: vec2<i32>) -> vec3<f32> {
     let size = vec2<i32>(textureDimensions(scene_depth));
     let inside = clamp(pixel, vec2<i32>(0), size - 1);
-    return place_of(vec2<f32>(inside) + 0.5, depth_at(inside));
+    return camera_position(vec2<f32>(inside) + 0.5, depth_at(inside));
 }
 
-// Of two neighbours, the way to the one on the same surface.
-fn along(here: vec3<f32>, before: vec3<f32>, after: vec3<f32>) -> vec3<f32> {
+// One-sided difference with the smaller change of depth, so that it stays on one surface.
+fn surface_difference(here: vec3<f32>, before: vec3<f32>, after: vec3<f32>) -> vec3<f32> {
     let back = here - before;
     let on = after - here;
     return select(back, on, abs(on.z) < abs(back.z));
@@ -66,8 +67,8 @@ fn along(here: vec3<f32>, before: vec3<f32>, after: vec3<f32>) -> vec3<f32> {
 fn normal_at(pixel: vec2<i32>, here: vec3<f32>) -> vec3<f32> {
     let x = vec2<i32>(1, 0);
     let y = vec2<i32>(0, 1);
-    let right = along(here, place_at(pixel - x), place_at(pixel + x));
-    let down = along(here, place_at(pixel - y), place_at(pixel + y));
+    let right = surface_difference(here, pixel_position(pixel - x), pixel_position(pixel + x));
+    let down = surface_difference(here, pixel_position(pixel - y), pixel_position(pixel + y));
     let normal = cross(down, right);
     return normal * inverseSqrt(max(dot(normal, normal), 1e-30));
 }
@@ -76,33 +77,33 @@ fn normal_at(pixel: vec2<i32>, here: vec3<f32>) -> vec3<f32> {
 fn ambient_occlusion_main(@builtin(position) at: vec4<f32>) -> @location(0) vec2<f32> {
     let pixel = vec2<i32>(at.xy) * 2;
     let depth = depth_at(pixel);
-    let here = place_at(pixel);
-    let beside = place_of(vec2<f32>(pixel) + vec2<f32>(1.5, 0.5), depth);
-    let metres_a_pixel = max(distance(here, beside), 1e-9);
+    let here = pixel_position(pixel);
+    let neighbour = camera_position(vec2<f32>(pixel) + vec2<f32>(1.5, 0.5), depth);
+    let metres_a_pixel = max(distance(here, neighbour), 1e-9);
     let height = f32(textureDimensions(scene_depth).y);
-    let reach = min(RADIUS / metres_a_pixel, height * MAX_SHARE);
-    let far = min(-here.z, FAR);
+    let reach = min(RADIUS / metres_a_pixel, height * MAX_RADIUS_SHARE);
+    let distance_to_eye = min(-here.z, MAX_DISTANCE);
     if depth <= 0.0 || reach < FADE_PIXELS.x {
-        return vec2<f32>(1.0, far);
+        return vec2<f32>(1.0, distance_to_eye);
     }
     let radius = reach * metres_a_pixel;
     let normal = normal_at(pixel, here);
     let cell = vec2<i32>(at.xy) & vec2<i32>(3);
-    let start = ORDER[cell.y * 4 + cell.x] * (TAU / 16.0);
-    var hidden = 0.0;
+    let start = ROTATION_ORDER[cell.y * 4 + cell.x] * (TAU / 16.0);
+    var occlusion = 0.0;
     for (var i = 0; i < SAMPLES; i += 1) {
         let out = (f32(i) + 0.5) / f32(SAMPLES) * reach;
-        let angle = start + f32(i) * TURN;
+        let angle = start + f32(i) * SAMPLE_ANGLE;
         let offset = vec2<f32>(cos(angle), sin(angle)) * max(out, 1.5);
-        let way = place_at(pixel + vec2<i32>(round(offset))) - here;
-        let squared = max(dot(way, way), 1e-12);
-        let rise = dot(way, normal) * inverseSqrt(squared);
-        let near = max(1.0 - squared / (radius * radius), 0.0);
-        hidden += max(rise - MIN_RISE, 0.0) * near;
+        let direction = pixel_position(pixel + vec2<i32>(round(offset))) - here;
+        let squared = max(dot(direction, direction), 1e-12);
+        let elevation = dot(direction, normal) * inverseSqrt(squared);
+        let falloff = max(1.0 - squared / (radius * radius), 0.0);
+        occlusion += max(elevation - ELEVATION_BIAS, 0.0) * falloff;
     }
     let fade = smoothstep(FADE_PIXELS.x, FADE_PIXELS.y, reach);
-    let seen = 1.0 - STRENGTH * fade * hidden / f32(SAMPLES);
-    return vec2<f32>(max(seen, DARKEST), far);
+    let visibility = 1.0 - STRENGTH * fade * occlusion / f32(SAMPLES);
+    return vec2<f32>(max(visibility, MIN_VISIBILITY), distance_to_eye);
 }
 
 @fragment
@@ -112,22 +113,22 @@ fn apply_main(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     if depth <= 0.0 {
         return vec4<f32>(1.0);
     }
-    let far = -place_of(at.xy, depth).z;
-    let same = 1.0 / (SAME_METRES + SAME_SHARE * far);
-    let size = vec2<i32>(textureDimensions(seen_sky));
-    // The 4 x 4 around the pixel: each start of the spiral once.
+    let distance_to_eye = -camera_position(at.xy, depth).z;
+    let inverse_tolerance = 1.0 / (TOLERANCE_METRES + TOLERANCE_SHARE * distance_to_eye);
+    let size = vec2<i32>(textureDimensions(sky_visibility));
+    // The 4 x 4 cells around the pixel contain each rotation of the spiral once.
     let corner = (pixel - vec2<i32>(3)) / 2;
-    var seen = 0.0;
+    var visibility = 0.0;
     var total = 0.0;
     for (var i = 0; i < 16; i += 1) {
         let cell = clamp(corner + vec2<i32>(i & 3, i >> 2u), vec2<i32>(0), size - 1);
-        let there = textureLoad(seen_sky, cell, 0);
-        let weight = max(1.0 - abs(there.g - far) * same, 0.0);
-        seen += there.r * weight;
+        let cell_value = textureLoad(sky_visibility, cell, 0);
+        let weight = max(1.0 - abs(cell_value.g - distance_to_eye) * inverse_tolerance, 0.0);
+        visibility += cell_value.r * weight;
         total += weight;
     }
-    let smooth_seen = select(1.0, seen / max(total, 1e-6), total > 0.5);
-    // What is fogged shows its background, which nothing hides.
-    let clear = 1.0 / (1.0 + frame.fog.w * far * far);
-    return vec4<f32>(vec3<f32>(mix(1.0, smooth_seen, clear)), 1.0);
+    let filtered = select(1.0, visibility / max(total, 1e-6), total > 0.5);
+    // Fog takes the background's colour, which is not occluded.
+    let clear = 1.0 / (1.0 + frame.fog.w * distance_to_eye * distance_to_eye);
+    return vec4<f32>(vec3<f32>(mix(1.0, filtered, clear)), 1.0);
 }

@@ -1,30 +1,30 @@
-// What every pass over the meshes reads: the frame with its instances, the
-// features of a mesh, and a material. Bound as groups 0, 1 and 2.
+// Bindings shared by all mesh passes: the frame uniform and feature highlights (group 0),
+// the features of a mesh (group 1) and a material (group 2); and the vertex functions.
 
 struct FrameUniform {
     // Vulkan clip space, reverse-Z.
     clip_from_world: mat4x4<f32>,
-    // From the eye through the pixel (x, y), world space, of any length:
+    // View ray through the pixel (x, y), world space, not normalized:
     // ray_corner + x * ray_right + y * ray_down; w unused.
     ray_corner: vec4<f32>,
     ray_right: vec4<f32>,
     ray_down: vec4<f32>,
-    // Linear rgb of the background; one over the squared distance at which half of
-    // what is seen is background.
+    // Linear rgb of the background; one over the squared distance at which fog hides half
+    // of a surface.
     fog: vec4<f32>,
-    // The point of the ground below the eye, metres; how far it reaches from there.
+    // Ground point below the eye, metres; radius of the ground around it.
     ground: vec4<f32>,
-    // That point's place within its cell of ten metres; z and w unused.
+    // Position of that point within its cell of ten metres; z and w unused.
     ground_phase: vec4<f32>,
-    // Planes by what a pixel shows, (x, y, depth, 1): the ground, and the section, before
-    // which the product is positive. Zero where there is none.
+    // Planes in screen space, as factors of (x, y, depth, 1): the ground, and the section
+    // plane, whose product is positive in front of it. Zero where there is none.
     ground_plane: vec4<f32>,
     section_plane: vec4<f32>,
-    // From what a pixel shows to camera space, y up; divide by w.
+    // Screen space (x, y, depth, 1) to camera space, y up; divide by w.
     camera_from_pixel: mat4x4<f32>,
-    // Likewise to the shadow map: 0 to 1 right and down, and its depth, reverse-Z.
+    // Screen space to the shadow map: 0 to 1 right and down, and its depth, reverse-Z.
     shadow_from_pixel: mat4x4<f32>,
-    // A direction in the world, in texels of the map, likewise.
+    // World-space direction, in texels of the shadow map, to shadow map space.
     shadow_from_texels: mat4x4<f32>,
     // Texels along a side of the shadow map; physical pixels a point; the picture's
     // width and height, pixels.
@@ -34,13 +34,13 @@ struct FrameUniform {
 struct MaterialUniform {
     // Linear rgb and alpha.
     base_color: vec4<f32>,
-    // Linear rgb; w is 1 where both sides are shown.
+    // Linear rgb; w is 1 for double-sided materials.
     emissive: vec4<f32>,
-    // sRGB rgb of base_color, less what a metal loses at low quality; w unused.
+    // sRGB rgb of base_color, darkened for metals at low quality; w unused.
     encoded_color: vec4<f32>,
     metallic: f32,
     roughness: f32,
-    // Fragments with less alpha are left out.
+    // Fragments with less alpha are discarded.
     alpha_cutoff: f32,
     // 1 where alpha counts (mask, blend), 0 where it is ignored.
     alpha_used: f32,
@@ -50,7 +50,7 @@ struct MaterialUniform {
 // Linear rgb and strength.
 @group(0) @binding(1) var<storage, read> feature_highlights: array<vec4<f32>>;
 
-// A vertex's feature; read only where an instance has features.
+// Feature of each vertex; read only where an instance has features.
 @group(1) @binding(0) var<storage, read> features: array<u32>;
 
 @group(2) @binding(0) var<uniform> material: MaterialUniform;
@@ -59,12 +59,12 @@ struct MaterialUniform {
 @group(2) @binding(3) var metallic_roughness_texture: texture_2d<f32>;
 @group(2) @binding(4) var metallic_roughness_sampler: sampler;
 
-// A vertex, and the instance that it is drawn for. The instance's data come as
-// attributes: a storage buffer is read once a vertex, an attribute once a draw.
+// A vertex with its per-instance attributes. Instance data are attributes because a storage
+// buffer is read once per vertex, an attribute once per draw.
 struct VertexInput {
     // Mesh space; w is u of the texture coordinate.
     @location(0) position_u: vec4<f32>,
-    // Mesh space, of unit length; of slender things longer than SLENDER by their radius,
+    // Mesh space, of unit length; on slender parts of length SLENDER plus the radius in
     // metres; w is v of the texture coordinate.
     @location(1) normal_v: vec4<f32>,
     // The rows of world_from_mesh; the last one would be (0, 0, 0, 1).
@@ -88,7 +88,7 @@ fn feature_of(vertex: VertexInput, index: u32) -> u32 {
     return features[index];
 }
 
-// Whose the vertex is, for picking.
+// Object id of a vertex, for picking.
 fn object_of(vertex: VertexInput, index: u32) -> u32 {
     let feature = feature_of(vertex, index);
     if feature == NONE {
@@ -105,16 +105,16 @@ fn feature_highlight(vertex: VertexInput, index: u32) -> vec4<f32> {
     return feature_highlights[vertex.ids.z + feature];
 }
 
-// Of patterns: points from mark to mark, and the share of it that a mark takes. Between
-// marks a body is paler, by a share of the tint's strength, so that marks are seen on any
-// body, dark porcelain too, and without colour.
+// Highlight patterns: period in points, and the share of the period that a mark covers.
+// Between marks a surface is paler, by a share of the tint's strength, so that marks are
+// legible on any surface, dark porcelain too, and without colour.
 const PATTERN_PERIOD = 9.0;
 const PATTERN_MARK = 0.42;
 const PATTERN_BETWEEN = 0.42;
 const BETWEEN_MARKS = vec3<f32>(0.9);
 
-// What of a highlight is seen at a pixel: linear rgb and strength. A pattern lies on the
-// screen, so that it is as legible far away as it is near.
+// Tint of a highlight at a pixel: linear rgb and strength. Patterns are in screen space, so
+// that they are equally legible at every distance.
 fn tint_at(highlight: vec4<f32>, pixel: vec2<f32>) -> vec4<f32> {
     let pattern = floor(highlight.a * 0.5);
     let strength = highlight.a - 2.0 * pattern;
@@ -136,9 +136,9 @@ fn tint_at(highlight: vec4<f32>, pixel: vec2<f32>) -> vec4<f32> {
     return vec4<f32>(rgb, strength * mix(PATTERN_BETWEEN, 1.0, mark));
 }
 
-// Unit vector from what a fragment shows to the eye. A pixel knows it: a
-// varying would cost every vertex and every triangle.
-fn towards_eye(pixel: vec2<f32>) -> vec3<f32> {
+// Unit vector from a fragment to the eye, computed from its pixel: a varying would cost
+// every vertex and every triangle.
+fn view_direction(pixel: vec2<f32>) -> vec3<f32> {
     let ray = frame.ray_corner + pixel.x * frame.ray_right + pixel.y * frame.ray_down;
     return -normalize(ray.xyz);
 }
@@ -160,51 +160,52 @@ fn clip_position(world: vec3<f32>) -> vec4<f32> {
     return frame.clip_from_world * vec4<f32>(world, 1.0);
 }
 
-// Half of the least width on the screen of a conductor, a wire, a rod: pixels. What is
-// narrower would be drawn in some pixels and left out in others, and shimmer.
-const LEAST_HALF_WIDTH = 0.5;
-// By how much it is widened for that: what is much narrower does not matter any more. As far as
-// a conductor of 24 mm is 330 m away, where 720 lines show 45 degrees.
-const MOST_WIDENED = 16.0;
-// The least that it covers of them then: one of four samples.
-const LEAST_COVERAGE = 0.25;
-// Length of a slender thing's normal without its radius; of what is shorter than this,
-// less the half, none.
+// Half of the minimum width on the screen of conductors, wires and rods, pixels. Narrower
+// ones would be rasterized with gaps, and shimmer.
+const MIN_HALF_WIDTH = 0.5;
+// Maximum factor of that widening: much narrower parts do not matter any more. It is reached
+// by a conductor of 24 mm at 330 m, where 720 lines show 45 degrees.
+const MAX_WIDENING = 16.0;
+// Minimum coverage of a widened part: one of four samples.
+const MIN_COVERAGE = 0.25;
+// Length of a slender part's normal without its radius. Vertices whose normal is shorter
+// than this by more than a half are not slender.
 const SLENDER = 2.0;
 
-// Where a vertex is on the screen.
-struct Placed {
+// Clip position of a vertex with screen-space widening.
+struct WidenedVertex {
     clip: vec4<f32>,
-    // How much of the pixels that it is drawn in a slender thing covers: 1 of all others.
+    // Share of its pixels that a slender part covers; 1 for other vertices.
     coverage: f32,
-    // How round that looks: 0 of what is at most a pixel wide, which shows all its sides in
-    // one and would glitter; 1 of what is twice as wide, and of all others.
+    // 0 for parts at most a pixel wide, whose normals would alias; 1 for parts at least twice
+    // as wide, and for other vertices.
     roundness: f32,
 }
 
-// The normal that a slender thing is lit by, of any length: its own as far as it looks
-// round, else one that faces the eye.
-fn lit_normal(vertex: VertexInput, place: Placed) -> vec3<f32> {
+// Shading normal, not normalized: blends from the view direction to the vertex's own normal
+// by roundness.
+fn shading_normal(vertex: VertexInput, widened: WidenedVertex) -> vec3<f32> {
     let own = world_normal(vertex);
-    let middle = place.clip.xy / place.clip.w * 0.5 + 0.5;
-    let eye = towards_eye(middle * frame.sizes.zw);
+    let middle = widened.clip.xy / widened.clip.w * 0.5 + 0.5;
+    let eye = view_direction(middle * frame.sizes.zw);
     let unit = own * inverseSqrt(max(dot(own, own), 1e-30));
-    return mix(eye, unit, place.roundness);
+    return mix(eye, unit, widened.roundness);
 }
 
-// What is tinted says something, and covers all that it is drawn in.
-fn covered(coverage: f32, tint: vec4<f32>) -> f32 {
+// Coverage of a tinted fragment: tinted parts carry information, and cover their pixels fully.
+fn tinted_coverage(coverage: f32, tint: vec4<f32>) -> f32 {
     return mix(coverage, 1.0, tint.a);
 }
 
-fn placed(vertex: VertexInput) -> Placed {
+// Widens slender parts to the minimum width on the screen.
+fn widened_vertex(vertex: VertexInput) -> WidenedVertex {
     let world = world_position(vertex);
     let clip = clip_position(world);
     let reach = length(vertex.normal_v.xyz);
     if reach < SLENDER - 0.5 {
-        return Placed(clip, 1.0, 1.0);
+        return WidenedVertex(clip, 1.0, 1.0);
     }
-    // Metres of the world that a metre of the mesh is, away from the axis.
+    // Scale from mesh to world space, away from the axis.
     let normal = vertex.normal_v.xyz / reach;
     let outward = vec3<f32>(
         dot(vertex.world_x.xyz, normal),
@@ -218,30 +219,30 @@ fn placed(vertex: VertexInput) -> Placed {
         frame.clip_from_world[1].y,
         frame.clip_from_world[2].y,
     );
-    // Clip space is two high.
-    let wanted = 2.0 * LEAST_HALF_WIDTH * clip.w / (length(upward) * frame.sizes.w);
-    let least = min(wanted, MOST_WIDENED * radius);
-    let roundness = saturate(radius / max(wanted, 1e-20) - 1.0);
-    if radius >= least {
-        return Placed(clip, 1.0, roundness);
+    // Clip space has a height of two.
+    let pixel_radius = 2.0 * MIN_HALF_WIDTH * clip.w / (length(upward) * frame.sizes.w);
+    let min_radius = min(pixel_radius, MAX_WIDENING * radius);
+    let roundness = saturate(radius / max(pixel_radius, 1e-20) - 1.0);
+    if radius >= min_radius {
+        return WidenedVertex(clip, 1.0, roundness);
     }
-    let widened = world + outward * ((least - radius) / scale);
-    return Placed(clip_position(widened), max(radius / least, LEAST_COVERAGE), roundness);
+    let widened = world + outward * ((min_radius - radius) / scale);
+    return WidenedVertex(clip_position(widened), max(radius / min_radius, MIN_COVERAGE), roundness);
 }
 
-// Cofactors turn normals under any transform, unlike the inverse, which a
-// flattening scale has not; under a mirror they point inwards.
+// Transforms a normal by the cofactor matrix, which exists for singular transforms too,
+// unlike the inverse; mirroring transforms flip it back outwards.
 fn world_normal(vertex: VertexInput) -> vec3<f32> {
     let x = vertex.world_x.xyz;
     let y = vertex.world_y.xyz;
     let z = vertex.world_z.xyz;
     let normal = vertex.normal_v.xyz;
-    let turned = vec3<f32>(
+    let transformed = vec3<f32>(
         dot(cross(y, z), normal),
         dot(cross(z, x), normal),
         dot(cross(x, y), normal),
     );
-    return select(turned, -turned, vertex.ids.w == 1u);
+    return select(transformed, -transformed, vertex.ids.w == 1u);
 }
 
 fn material_color(uv: vec2<f32>) -> vec4<f32> {

@@ -1,4 +1,4 @@
-// A triangle over the whole picture.
+// Full-screen triangle.
 
 @vertex
 fn screen_main(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {

@@ -1,6 +1,6 @@
-// Without a section plane: nothing is cut.
+// Variant without a section plane.
 
-fn cut_away(pixel: vec4<f32>) {}
+fn discard_clipped(pixel: vec4<f32>) {}
 
 fn is_cut_face(front: bool) -> bool {
     return false;

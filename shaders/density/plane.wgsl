@@ -1,18 +1,19 @@
-// The picture of a density between two axes, standing in the world: the more lines, the
-// darker; those that are brushed before the rest.
+// Density plot between two axes of parallel coordinates, on a plane in world space: opacity
+// by the logarithm of the number of lines, brushed lines composited over the rest.
 
 const COLUMNS = 64u;
 const ROWS = 137u;
-// Rows below the feet of axes.
+// Rows below the feet of the axes, for missing values.
 const LANE_ROWS = 9.0;
-// Looks at rows that a pixel takes.
+// Maximum samples along rows per pixel.
 const MAX_ROW_SAMPLES = 12.0;
-// What one line covers, and what most lines cover, alone or behind those brushed.
-const MIN_COVER = 0.07;
-const MAX_COVER = 0.85;
-const BEHIND_MAX_COVER = 0.3;
-const BRUSHED_MIN_COVER = 0.3;
-const BRUSHED_MAX_COVER = 0.95;
+// Opacity of one line and of the peak: of all lines, alone and behind brushed ones, and of
+// brushed lines.
+const MIN_OPACITY = 0.07;
+const MAX_OPACITY = 0.85;
+const BEHIND_MAX_OPACITY = 0.3;
+const BRUSHED_MIN_OPACITY = 0.3;
+const BRUSHED_MAX_OPACITY = 0.95;
 
 @group(1) @binding(0) var<storage, read> picture: array<u32>;
 
@@ -23,21 +24,21 @@ struct PlaneInput {
     @location(1) from_height: vec4<f32>,
     // The foot of the second; the number of the pair.
     @location(2) to_pair: vec4<f32>,
-    // As the target takes it; most lines in a cell.
+    // Colour in the target's encoding; maximum lines per cell.
     @location(3) color_peak: vec4<f32>,
-    // Likewise of lines that are brushed.
+    // Colour and maximum of brushed lines.
     @location(4) brushed_peak: vec4<f32>,
-    // Pairs there are; 1 where lines may be brushed.
+    // Number of pairs; 1 where lines may be brushed.
     @location(5) pairs: vec4<f32>,
 }
 
 struct PlaneVaryings {
     @builtin(position) clip: vec4<f32>,
-    // Columns and rows.
+    // Position in columns and rows.
     @location(0) place: vec2<f32>,
     @location(1) @interpolate(flat) color_peak: vec4<f32>,
     @location(2) @interpolate(flat) brushed_peak: vec4<f32>,
-    // The first cell of all lines, and of those brushed; 1 where some may be.
+    // First cell of all lines, and of brushed ones; 1 where lines may be brushed.
     @location(3) @interpolate(flat) cells: vec3<u32>,
 }
 
@@ -48,8 +49,8 @@ fn plane_vertex(in: PlaneInput) -> PlaneVaryings {
     let bins = f32(ROWS) - LANE_ROWS;
     let up = vec3<f32>(0.0, in.from_height.w * (row - LANE_ROWS) / bins, 0.0);
     let first = u32(in.to_pair.w) * COLUMNS * ROWS;
-    let of_brushed = u32(in.pairs.x) * COLUMNS * ROWS + first;
-    let cells = vec3<u32>(first, of_brushed, u32(in.pairs.y));
+    let first_brushed = u32(in.pairs.x) * COLUMNS * ROWS + first;
+    let cells = vec3<u32>(first, first_brushed, u32(in.pairs.y));
     let place = vec2<f32>(in.corner.x * f32(COLUMNS), row);
     return PlaneVaryings(clip_position(foot + up), place, in.color_peak, in.brushed_peak, cells);
 }
@@ -60,8 +61,8 @@ fn lines_at(first: u32, column: i32, row: i32) -> f32 {
     return f32(picture[first + cell.x * ROWS + cell.y]);
 }
 
-// Lines at a place, between the four cells around it.
-fn lines_around(first: u32, place: vec2<f32>) -> f32 {
+// Number of lines at a position, interpolated bilinearly.
+fn interpolated_lines(first: u32, place: vec2<f32>) -> f32 {
     let at = place - 0.5;
     let low = vec2<i32>(floor(at));
     let part = fract(at);
@@ -71,34 +72,34 @@ fn lines_around(first: u32, place: vec2<f32>) -> f32 {
     return mix(below, above, part.y);
 }
 
-// Most lines within a pixel that covers so many rows: from afar none is passed over.
-fn lines_within(first: u32, place: vec2<f32>, rows: f32) -> f32 {
+// Maximum of lines within a pixel's extent in rows, so that minification keeps single lines.
+fn max_lines(first: u32, place: vec2<f32>, rows: f32) -> f32 {
     let samples = clamp(ceil(rows), 1.0, MAX_ROW_SAMPLES);
     var most = 0.0;
     for (var sample = 0.5; sample < samples; sample += 1.0) {
         let row = place.y + (sample / samples - 0.5) * rows;
-        most = max(most, lines_around(first, vec2<f32>(place.x, row)));
+        most = max(most, interpolated_lines(first, vec2<f32>(place.x, row)));
     }
     return most;
 }
 
-// How much so many lines cover: by their logarithm, so that a single one is seen beside many.
-fn cover(lines: f32, most: f32, least: f32, full: f32) -> f32 {
-    let share = log(1.0 + lines) / log(1.0 + max(most, 1.0));
-    return min(lines, 1.0) * (least + (full - least) * share);
+// Opacity by the logarithm of the number of lines, so that single lines stay visible.
+fn opacity(lines: f32, peak: f32, min_opacity: f32, max_opacity: f32) -> f32 {
+    let share = log(1.0 + lines) / log(1.0 + max(peak, 1.0));
+    return min(lines, 1.0) * (min_opacity + (max_opacity - min_opacity) * share);
 }
 
 @fragment
 fn plane_fragment(in: PlaneVaryings) -> @location(0) vec4<f32> {
     let brushed = in.cells.z == 1u;
-    let full = select(MAX_COVER, BEHIND_MAX_COVER, brushed);
+    let full = select(MAX_OPACITY, BEHIND_MAX_OPACITY, brushed);
     let rows = fwidth(in.place.y);
-    let back = cover(lines_within(in.cells.x, in.place, rows), in.color_peak.w, MIN_COVER, full);
+    let back = opacity(max_lines(in.cells.x, in.place, rows), in.color_peak.w, MIN_OPACITY, full);
     if !brushed {
         return vec4<f32>(in.color_peak.rgb, back);
     }
-    let lines = lines_within(in.cells.y, in.place, rows);
-    let front = cover(lines, in.brushed_peak.w, BRUSHED_MIN_COVER, BRUSHED_MAX_COVER);
+    let lines = max_lines(in.cells.y, in.place, rows);
+    let front = opacity(lines, in.brushed_peak.w, BRUSHED_MIN_OPACITY, BRUSHED_MAX_OPACITY);
     let both = front + back * (1.0 - front);
     let color = mix(in.color_peak.rgb, in.brushed_peak.rgb, front / max(both, 1e-4));
     return vec4<f32>(color, both);

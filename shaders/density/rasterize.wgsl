@@ -1,15 +1,15 @@
-// Lays what was counted out between two axes: how many lines pass each cell of a picture.
-// Whole numbers alone, so that it is the same on every machine; its twin on the processor is
-// in `host/renderer/tests/density.rs`.
+// Rasterizes joint histograms into a density plot: number of lines per cell between two axes.
+// Integer arithmetic only, so that results are identical on every device; the reference on
+// the CPU is in `host/renderer/tests/density.rs`.
 
 struct RasterizeStep {
     pairs: u32,
 }
 
-// Of counts: bins of an axis with that of records without a value.
+// Bins of an axis in the histograms, including the one for missing values.
 const SIDE = 129u;
-// Of a picture: columns from axis to axis, and rows from the lane of records without a value
-// to the heads of axes, a row a bin.
+// Dimensions of the plot: columns from axis to axis, and rows, one per bin, from the lane of
+// missing values to the heads of the axes.
 const COLUMNS = 64u;
 const ROWS = 137u;
 const LANE = -9;
@@ -18,12 +18,11 @@ var<immediate> step: RasterizeStep;
 
 @group(0) @binding(0) var<storage, read> counts: array<u32>;
 @group(0) @binding(1) var<storage, read> brushed_counts: array<u32>;
-// Two a pair: 1 where the axis is upside down.
+// Two per pair: 1 where the axis is flipped.
 @group(0) @binding(2) var<storage, read> flips: array<u32>;
-// Cells pair by pair, column by column from the left, row by row from below: first all lines,
-// then those that are brushed.
+// Cells by pair, column from the left and row from below: first all lines, then brushed ones.
 @group(0) @binding(3) var<storage, read_write> picture: array<atomic<u32>>;
-// Most lines in a cell, of all and of those brushed; all lines, and those brushed.
+// Maximum per cell of all and of brushed lines; total of all and of brushed lines.
 @group(0) @binding(4) var<storage, read_write> summary: array<atomic<u32>>;
 
 fn row_of(bin: u32, flipped: u32) -> i32 {
@@ -42,7 +41,7 @@ fn rasterize_main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let first = row_of(bin, flips[2u * pair]) - LANE;
-    // The column's middle, in parts of twice as many columns.
+    // Centre of the column, in halves of a column.
     let share = i32(2u * column + 1u);
     let rest = i32(2u * COLUMNS) - share;
     let cells = step.pairs * COLUMNS * ROWS;

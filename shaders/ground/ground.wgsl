@@ -1,28 +1,28 @@
-// The ground below the equipment: a veil over the background with lines every metre
-// and every ten, which thin out instead of flickering (B. Golus, "The Best Darn Grid
-// Shader (Yet)", 2023) and end before any horizon.
+// Ground plane with an antialiased grid: a veil over the background with lines every metre
+// and every ten metres (B. Golus, "The Best Darn Grid Shader (Yet)", 2023), faded out before
+// the horizon.
 
-// Metres.
+// Grid dimensions, metres.
 const FINE_CELL = 1.0;
 const COARSE_CELL = 10.0;
 const LINE_WIDTH = 0.03;
 const COARSE_LINE_WIDTH = 0.08;
-// How much of the background each covers.
+// Opacity of each over the background.
 const VEIL = 0.07;
 const FINE_LINE = 0.16;
 const COARSE_LINE = 0.26;
-// Share of the reach from which it fades.
+// Share of the ground's radius at which it starts to fade.
 const FADE_FROM = 0.25;
-// Luminance of backgrounds on which lines are dark rather than light.
+// Luminance of the background above which lines are dark.
 const BRIGHT = 0.18;
 const DARK_INK = vec3<f32>(0.03, 0.032, 0.036);
 const LIGHT_INK = vec3<f32>(0.75, 0.77, 0.8);
-// How much of what is there a shadow covers.
-const SHADOW_COVER = 0.3;
+// Opacity of shadows on the ground.
+const SHADOW_OPACITY = 0.3;
 
 struct Varyings {
     @builtin(position) clip: vec4<f32>,
-    // From below the eye, metres.
+    // Offset from the ground point below the eye, metres.
     @location(0) offset: vec2<f32>,
 }
 
@@ -33,18 +33,18 @@ fn vertex_main(vertex: VertexInput) -> Varyings {
     return Varyings(clip_position(world), offset);
 }
 
-// Mean share of a pixel that lines of a grid cover. `metres` is a place, `spread` by
-// how much it changes within a pixel along each axis.
+// Coverage of a pixel by grid lines. `metres` is the position, `spread` its change per pixel
+// along each axis.
 fn grid(metres: vec2<f32>, spread: vec2<f32>, cell: f32, width: f32) -> f32 {
-    let wanted = vec2<f32>(width / cell);
+    let line_share = vec2<f32>(width / cell);
     let change = spread / cell;
-    // At least a pixel wide, and the fainter for what that adds.
-    let drawn = clamp(wanted, change, vec2<f32>(0.5));
+    // At least a pixel wide, and fainter by the factor of widening.
+    let drawn_share = clamp(line_share, change, vec2<f32>(0.5));
     let soft = max(change * 1.5, vec2<f32>(1e-6));
     let from_line = 1.0 - abs(fract(metres / cell) * 2.0 - 1.0);
-    var share = smoothstep(drawn + soft, drawn - soft, from_line) * clamp(wanted / drawn, vec2<f32>(0.0), vec2<f32>(1.0));
-    // Cells smaller than a pixel are their mean.
-    share = mix(share, wanted, clamp(change * 2.0 - 1.0, vec2<f32>(0.0), vec2<f32>(1.0)));
+    var share = smoothstep(drawn_share + soft, drawn_share - soft, from_line) * clamp(line_share / drawn_share, vec2<f32>(0.0), vec2<f32>(1.0));
+    // Cells smaller than a pixel take their mean coverage.
+    share = mix(share, line_share, clamp(change * 2.0 - 1.0, vec2<f32>(0.0), vec2<f32>(1.0)));
     return mix(share.x, 1.0, share.y);
 }
 
@@ -59,8 +59,8 @@ fn fragment_main(in: Varyings) -> @location(0) vec4<f32> {
     let cover = max(VEIL, max(VEIL + FINE_LINE * fine, VEIL + COARSE_LINE * coarse));
     let away = length(in.offset) / frame.ground.w;
     let fade = 1.0 - smoothstep(FADE_FROM, 1.0, away);
-    // The shadow lies over the veil.
-    let shadow = (1.0 - sunlight(in.clip, vec3<f32>(0.0, 1.0, 0.0))) * SHADOW_COVER * fade;
+    // The shadow is composited over the veil.
+    let shadow = (1.0 - sunlight(in.clip, vec3<f32>(0.0, 1.0, 0.0))) * SHADOW_OPACITY * fade;
     let veil = cover * fade * (1.0 - shadow);
     let covered = veil + shadow;
     let luminance = dot(frame.fog.rgb, vec3<f32>(0.2126, 0.7152, 0.0722));

@@ -1,11 +1,11 @@
-// What is outlined, for the pass that draws the outlines: 0 for nothing, else the kind,
-// and HIDDEN beside it where something lies before it.
+// Mask of outlined objects for the outline pass: 0 for none, else the kind, with the flag
+// HIDDEN where the object is occluded.
 
 const HIDDEN = 4u;
-// By how much something must lie nearer to hide: a share of the distance, and of what
-// the depth changes by from pixel to pixel, since both are sampled at other places.
-const NEARER_SHARE = 0.002;
-const NEARER_SLOPE = 1.5;
+// Depth bias of the occlusion test: a share of the distance, and a factor of the depth slope
+// between pixels, since both depths are sampled at different positions.
+const DEPTH_BIAS = 0.002;
+const SLOPE_BIAS = 1.5;
 
 @group(3) @binding(0) var scene_depth: texture_2d<f32>;
 
@@ -15,10 +15,10 @@ struct Varyings {
     @location(1) @interpolate(flat) kind: u32,
 }
 
-// The kind comes in place of the highlight.
+// The kind is passed in the highlight.
 @vertex
 fn vertex_main(vertex: VertexInput, @builtin(vertex_index) index: u32) -> Varyings {
-    return Varyings(placed(vertex).clip, texture_coordinate(vertex), u32(feature_highlight(vertex, index).r));
+    return Varyings(widened_vertex(vertex).clip, texture_coordinate(vertex), u32(feature_highlight(vertex, index).r));
 }
 
 @fragment
@@ -27,10 +27,10 @@ fn fragment_main(in: Varyings) -> @location(0) u32 {
     if in.kind == 0u || material_color(in.uv).a < material.alpha_cutoff {
         discard;
     }
-    cut_away(in.clip);
+    discard_clipped(in.clip);
     let size = vec2<i32>(textureDimensions(scene_depth));
     let pixel = clamp(vec2<i32>(in.clip.xy), vec2<i32>(0), size - 1);
-    let shown = textureLoad(scene_depth, pixel, 0).r;
-    let is_hidden = shown > in.clip.z * (1.0 + NEARER_SHARE) + NEARER_SLOPE * slope;
+    let depth = textureLoad(scene_depth, pixel, 0).r;
+    let is_hidden = depth > in.clip.z * (1.0 + DEPTH_BIAS) + SLOPE_BIAS * slope;
     return in.kind | select(0u, HIDDEN, is_hidden);
 }

@@ -1,6 +1,6 @@
-// Outlines around what is hovered over or selected: a light line with a dark one around
-// it, so that they show over any colour, dashed where something lies before it. Where
-// they may be at all is found tile by tile first: near the edges of what has them.
+// Outlines of hovered and selected objects, by distance to the mask: a light line with a dark
+// one around it, legible over any colour, dashed where the object is occluded. A tile pass
+// first finds the tiles near edges of the mask.
 
 const HOVERED = 1u;
 const KIND = 3u;
@@ -9,21 +9,21 @@ const HIDDEN = 4u;
 const SELECTED_LIGHT = 2.25;
 const HOVERED_LIGHT = 1.25;
 const DARK = 1.5;
-// Pixels along a side of a tile, and those that outlines reach at most.
+// Side of a tile and maximum reach of outlines, pixels.
 const TILE = 4;
 const MAX_REACH = 8;
-// A tile in which anything is outlined, all is, and anything that is selected.
+// Flags of a tile: any pixel is masked, all are, and any is of a selected object.
 const ANY = 1u;
 const ALL = 2u;
 const WIDE = 4u;
-// Points of a dash and the gap after it; how much of a hidden outline shows.
+// Length of a dash, and of the gap after it, points; opacity of hidden outlines.
 const DASH = 8.0;
-const HIDDEN_COVER = 0.55;
+const HIDDEN_OPACITY = 0.55;
 const LIGHT_COLOR = vec3<f32>(1.0, 1.0, 1.0);
 const DARK_COLOR = vec3<f32>(0.008, 0.009, 0.012);
 
 @group(1) @binding(0) var mask: texture_2d<u32>;
-// What each tile shows; for outline_main, how far one has to look from it.
+// Flags of each tile; for outline_main, its search radius.
 @group(2) @binding(0) var tiles: texture_2d<u32>;
 
 fn mask_at(pixel: vec2<i32>) -> u32 {
@@ -31,17 +31,17 @@ fn mask_at(pixel: vec2<i32>) -> u32 {
     return textureLoad(mask, clamp(pixel, vec2<i32>(0), size - 1), 0).r;
 }
 
-// How much of a pixel lies nearer than `to` when its centre lies at `at`.
-fn within(at: f32, to: f32) -> f32 {
+// Antialiased coverage of a pixel at distance `at` by a line that ends at `to`.
+fn edge_coverage(at: f32, to: f32) -> f32 {
     return clamp(to - at + 0.5, 0.0, 1.0);
 }
 
-// Pixels that an outline whose light line is so wide reaches.
+// Reach of an outline whose light line has a width in points, pixels.
 fn reach_of(light: f32) -> i32 {
     return min(i32(ceil((light + DARK) * max(frame.sizes.y, 1.0))), MAX_REACH);
 }
 
-// What of a tile is outlined.
+// Flags of a tile.
 @fragment
 fn tile_main(@builtin(position) at: vec4<f32>) -> @location(0) u32 {
     let corner = vec2<i32>(at.xy) * TILE;
@@ -54,8 +54,7 @@ fn tile_main(@builtin(position) at: vec4<f32>) -> @location(0) u32 {
     return found;
 }
 
-// How far one has to look from a tile for the edge of what is outlined, pixels; 0 where there
-// is none.
+// Search radius around a tile for edges of the mask, pixels; 0 where there is none.
 @fragment
 fn edge_main(@builtin(position) at: vec4<f32>) -> @location(0) u32 {
     let last = vec2<i32>(textureDimensions(tiles)) - 1;
@@ -79,11 +78,11 @@ fn edge_main(@builtin(position) at: vec4<f32>) -> @location(0) u32 {
 fn outline_main(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     let pixel = vec2<i32>(at.xy);
     let scale = max(frame.sizes.y, 1.0);
-    let wanted = i32(textureLoad(tiles, pixel / TILE, 0).r);
-    // Far from all edges there is nothing to look for; a rasteriser on the processor goes
-    // through loops of what is discarded.
-    let reach = select(-1, wanted, wanted > 0 && mask_at(pixel) == 0u);
-    // The nearest pixel of what is outlined.
+    let search_radius = i32(textureLoad(tiles, pixel / TILE, 0).r);
+    // Empty far from all edges; a software rasterizer runs the loops of discarded fragments
+    // too.
+    let reach = select(-1, search_radius, search_radius > 0 && mask_at(pixel) == 0u);
+    // Nearest masked pixel.
     var nearest = 1e9;
     var found = 0u;
     for (var y = -reach; y <= reach; y += 1) {
@@ -99,14 +98,14 @@ fn outline_main(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     if found == 0u {
         discard;
     }
-    // From its edge.
+    // Distance from its edge.
     let distance = sqrt(nearest) - 0.5;
     let light_width = select(SELECTED_LIGHT, HOVERED_LIGHT, (found & KIND) == HOVERED) * scale;
-    let light = within(distance, light_width);
-    var cover = within(distance, light_width + DARK * scale);
+    let light = edge_coverage(distance, light_width);
+    var opacity = edge_coverage(distance, light_width + DARK * scale);
     if (found & HIDDEN) != 0u {
         let gap = fract((at.x + at.y) / (2.0 * DASH * scale)) > 0.5;
-        cover *= select(HIDDEN_COVER, 0.0, gap);
+        opacity *= select(HIDDEN_OPACITY, 0.0, gap);
     }
-    return vec4<f32>(mix(DARK_COLOR, LIGHT_COLOR, light), cover);
+    return vec4<f32>(mix(DARK_COLOR, LIGHT_COLOR, light), opacity);
 }

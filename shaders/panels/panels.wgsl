@@ -1,8 +1,7 @@
-// Panels over the picture: egui's triangles. Its colours are sRGB bytes with
-// premultiplied alpha and are multiplied and blended as they are (epaint,
-// `Color32`), so nothing is decoded here.
+// User interface: triangles of egui. Its colours are sRGB bytes with premultiplied alpha and
+// are multiplied and blended without decoding (epaint, `Color32`).
 
-// What takes points, from the upper left corner, to clip space; the rest is unused.
+// Scale from points, from the upper left corner, to clip space; z and w unused.
 @group(0) @binding(0) var<uniform> clip_per_point: vec4<f32>;
 @group(1) @binding(0) var panel_texture: texture_2d<f32>;
 @group(1) @binding(1) var panel_sampler: sampler;

@@ -1,4 +1,4 @@
-// Object ids instead of colours.
+// Object id buffer for picking.
 
 struct Varyings {
     @builtin(position) clip: vec4<f32>,
@@ -9,7 +9,7 @@ struct Varyings {
 @vertex
 fn vertex_main(vertex: VertexInput, @builtin(vertex_index) index: u32) -> Varyings {
     var out: Varyings;
-    out.clip = placed(vertex).clip;
+    out.clip = widened_vertex(vertex).clip;
     out.uv = texture_coordinate(vertex);
     out.object = object_of(vertex, index);
     return out;
@@ -17,10 +17,10 @@ fn vertex_main(vertex: VertexInput, @builtin(vertex_index) index: u32) -> Varyin
 
 @fragment
 fn fragment_main(in: Varyings) -> @location(0) u32 {
-    // Masked-out parts let the click through, as they let the eye.
+    // Masked-out fragments are not pickable, as they are not visible.
     if material_color(in.uv).a < material.alpha_cutoff {
         discard;
     }
-    cut_away(in.clip);
+    discard_clipped(in.clip);
     return in.object;
 }

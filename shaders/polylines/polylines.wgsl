@@ -1,8 +1,8 @@
-// Lines of a width in pixels, and faces, in the world: charts that stand in the scene.
+// Screen-space-wide lines and filled faces in world space: charts placed in the scene.
 
-// Pixels beyond a line's edge over which it fades.
+// Antialiasing range beyond a line's edge, pixels.
 const FEATHER = 0.5;
-// What is nearer than this, as a share of the farther end, is cut off.
+// Near clipping distance, as a share of the farther end's.
 const NEAR_SHARE = 1e-4;
 // Periods of dashes, points.
 const DASH = 14.0;
@@ -15,13 +15,13 @@ struct StrokeInput {
     @location(1) from_width: vec4<f32>,
     // World space; the number of its pattern.
     @location(2) to_pattern: vec4<f32>,
-    // As the target takes it, and how much it covers.
+    // Colour in the target's encoding, and opacity.
     @location(3) color: vec4<f32>,
 }
 
 struct FaceInput {
     @location(0) corner: vec2<f32>,
-    // Corners around it; with each a part of its colour, and with the last its cover.
+    // Corners in order; with each a channel of the colour, and with the last the opacity.
     @location(1) a_red: vec4<f32>,
     @location(2) b_green: vec4<f32>,
     @location(3) c_blue: vec4<f32>,
@@ -31,7 +31,7 @@ struct FaceInput {
 struct StrokeVaryings {
     @builtin(position) clip: vec4<f32>,
     @location(0) @interpolate(flat) color: vec4<f32>,
-    // Pixels beside the middle, and along from the beginning.
+    // Distance from the centre line, and along it from the beginning, pixels.
     @location(1) @interpolate(linear) place: vec2<f32>,
     // Half the width in pixels, and the pattern.
     @location(2) @interpolate(flat) look: vec2<f32>,
@@ -42,21 +42,21 @@ struct FaceVaryings {
     @location(0) @interpolate(flat) color: vec4<f32>,
 }
 
-// The end of a segment that the eye can see: what is behind it has no place on a screen.
-fn before_eye(end: vec4<f32>, other: vec4<f32>) -> vec4<f32> {
-    let least = max(abs(other.w), 1e-3) * NEAR_SHARE;
-    if end.w >= least || other.w <= least {
+// Clips the end of a segment to the near distance: points behind the eye have no projection.
+fn clip_to_near(end: vec4<f32>, other: vec4<f32>) -> vec4<f32> {
+    let near = max(abs(other.w), 1e-3) * NEAR_SHARE;
+    if end.w >= near || other.w <= near {
         return end;
     }
-    return mix(end, other, (least - end.w) / (other.w - end.w));
+    return mix(end, other, (near - end.w) / (other.w - end.w));
 }
 
 @vertex
 fn stroke_vertex(in: StrokeInput) -> StrokeVaryings {
     let first = clip_position(in.from_width.xyz);
     let last = clip_position(in.to_pattern.xyz);
-    let from_clip = before_eye(first, last);
-    let to_clip = before_eye(last, first);
+    let from_clip = clip_to_near(first, last);
+    let to_clip = clip_to_near(last, first);
     let half_size = 0.5 * frame.sizes.zw;
     let from_pixel = from_clip.xy / from_clip.w * half_size;
     let to_pixel = to_clip.xy / to_clip.w * half_size;
@@ -72,7 +72,7 @@ fn stroke_vertex(in: StrokeInput) -> StrokeVaryings {
     return StrokeVaryings(clip, in.color, place, vec2<f32>(half_width, in.to_pattern.w));
 }
 
-// Whether a pattern has a mark so many pixels along.
+// Whether a dash pattern is drawn at a distance along the line, pixels.
 fn is_marked(pattern: f32, along: f32) -> bool {
     let scale = max(frame.sizes.y, 1.0);
     let dash = fract(along / (DASH * scale));

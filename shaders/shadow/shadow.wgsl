@@ -1,4 +1,4 @@
-// What the sun sees: depth alone.
+// Shadow map: depth from the sun.
 
 struct Varyings {
     @builtin(position) clip: vec4<f32>,
@@ -10,13 +10,13 @@ fn vertex_main(vertex: VertexInput) -> Varyings {
     return Varyings(clip_position(world_position(vertex)), texture_coordinate(vertex));
 }
 
-// For what may have holes.
+// Alpha-masked materials.
 @fragment
 fn fragment_main(in: Varyings) {
     if material_color(in.uv).a < material.alpha_cutoff {
         discard;
     }
-    cut_away(in.clip);
+    discard_clipped(in.clip);
 }
 
 @vertex
@@ -24,8 +24,8 @@ fn plain_vertex_main(vertex: VertexInput) -> @builtin(position) vec4<f32> {
     return clip_position(world_position(vertex));
 }
 
-// For what is opaque, but may be cut.
+// Opaque materials with a section plane.
 @fragment
 fn plain_fragment_main(@builtin(position) clip: vec4<f32>) {
-    cut_away(clip);
+    discard_clipped(clip);
 }

@@ -16,7 +16,7 @@ pub struct Vertex {
     /// Mesh space, metres; then u of the texture coordinate. At low quality a vertex of a plain
     /// material has a [`vertex_color`] in place of that.
     pub position_u: [f32; 4],
-    /// Unit normal, mesh space, or that of a slender thing, [`SLENDER`] and its radius long;
+    /// Unit normal, mesh space, or that of a slender part, of length [`SLENDER`] plus its radius;
     /// then v of the texture coordinate, down.
     pub normal_v: [f32; 4],
 }
@@ -25,8 +25,8 @@ pub struct Vertex {
 /// the radius, and its vertex is drawn at least a pixel wide (`shaders/common/frame.wgsl`).
 pub const SLENDER: f32 = 2.0;
 
-/// A colour, encoded, each of red, green and blue from 0 to 1, in place of u and v: red and green
-/// to 14 bits, then blue. Neither is ever no number, nor one that is too small for some devices.
+/// Encodes a colour, each of red, green and blue from 0 to 1, in place of u and v: red and green to
+/// 14 bits, then blue. Neither number is NaN or subnormal.
 pub fn vertex_color([red, green, blue]: [f32; 3]) -> [f32; 2] {
     const BITS: u32 = 14;
     const FULL: f32 = ((1 << BITS) - 1) as f32;
@@ -45,27 +45,27 @@ pub struct FrameUniform {
     /// From the eye through the upper left corner of the picture, world space,
     /// of any length; the fourth is unused.
     pub ray_corner: [f32; 4],
-    /// By what it changes from a pixel to the next one on the right.
+    /// Change of the ray from a pixel to the next one on the right.
     pub ray_right: [f32; 4],
-    /// By what it changes from a pixel to the next one below.
+    /// Change of the ray from a pixel to the next one below.
     pub ray_down: [f32; 4],
-    /// Linear rgb of the background; one over the squared distance in metres at which
-    /// half of what is seen is background, 0 where there is no fog.
+    /// Linear rgb of the background; one over the squared distance in metres at which fog hides
+    /// half of a surface, 0 without fog.
     pub fog: [f32; 4],
     /// The point of the ground below the eye; how far it reaches from there, metres.
     pub ground: [f32; 4],
     /// Ground point within its cell of ten metres along x and z; the others are unused.
     pub ground_phase: [f32; 4],
-    /// The ground as a plane: zero times what its pixels show, (x, y, depth, 1); all zero
-    /// where there is none.
+    /// Plane of the ground: its product with a pixel's (x, y, depth, 1) is zero on the ground; all
+    /// zero without ground.
     pub ground_plane: [f32; 4],
-    /// Likewise the section; positive before it.
+    /// Section plane by pixels, (x, y, depth, 1): positive before it, all zero without section.
     pub section_plane: [f32; 4],
-    /// From what a pixel shows to camera space; divide by the fourth.
+    /// Transform from a pixel's (x, y, depth, 1) to camera space; divide by the fourth.
     pub camera_from_pixel: [[f32; 4]; 4],
-    /// Likewise to the shadow map: 0 to 1 right and down, and its depth, reverse-Z.
+    /// Transform from a pixel to the shadow map: 0 to 1 right and down, and its depth, reverse-Z.
     pub shadow_from_pixel: [[f32; 4]; 4],
-    /// A direction in the world, in texels of the map, likewise.
+    /// Transform from a world direction, in texels of the map, to a distance on the map.
     pub shadow_from_texels: [[f32; 4]; 4],
     /// Texels along a side of the shadow map; physical pixels a point; the picture's
     /// width and height, pixels.
@@ -79,9 +79,9 @@ pub struct Instance {
     /// The first three rows of the transform from mesh to world space; the last
     /// is (0, 0, 0, 1).
     pub world_from_mesh: [[f32; 4]; 3],
-    /// Linear rgb and strength; of what belongs to no feature.
+    /// Linear rgb and strength, for vertices without a feature.
     pub highlight: [f32; 4],
-    /// Non-zero id for picking; of what belongs to no feature.
+    /// Non-zero id for picking, for vertices without a feature.
     pub object: u32,
     /// Id of the mesh's feature 0; 0 where the mesh is drawn as one piece.
     pub first_feature_object: u32,
@@ -137,8 +137,7 @@ pub struct MaterialUniform {
     pub base_color: [f32; 4],
     /// Linear rgb; then 1 where both sides are shown.
     pub emissive: [f32; 4],
-    /// The base colour's rgb as sRGB keeps it, less what a metal loses at low quality;
-    /// the fourth is unused.
+    /// Base colour in sRGB encoding, less what a metal loses at low quality; the fourth is unused.
     pub encoded_color: [f32; 4],
     /// 0 dielectric to 1 metal.
     pub metallic: f32,
@@ -200,21 +199,21 @@ pub struct DensityStep {
     pub records: u32,
     /// Number of values a record.
     pub axes: u32,
-    /// Axes that are binned.
-    pub shown: u32,
+    /// Number of binned axes.
+    pub binned_axes: u32,
     /// Number of pairs of binned axes.
     pub pairs: u32,
     /// Number of brushed axes.
     pub brushes: u32,
-    /// 1 where meeting any of them is enough.
+    /// 1 where matching any of them is enough.
     pub any: u32,
     /// Words of the mask before the first of these records.
     pub first_word: u32,
-    /// Words of the gate that says which records are counted; 0 where all are.
-    pub known_words: u32,
-    /// Words of the gate that says which meet brushes that are not among these, behind that
-    /// one; 0 where there is no such brush.
-    pub given_words: u32,
+    /// Length of the gate of counted records, words; 0 where all are counted.
+    pub record_filter_words: u32,
+    /// Length of the gate of records that match brushes evaluated on the CPU, behind that one,
+    /// words; 0 without such brushes.
+    pub brush_filter_words: u32,
 }
 
 /// Push constants of [`DENSITY_RASTERIZE`]. An invocation takes a pair, column and bin (that of
@@ -242,9 +241,9 @@ pub struct PlaneInstance {
     pub to_pair: [f32; 4],
     /// Colour as the target takes it; greatest number of lines in a cell.
     pub color_peak: [f32; 4],
-    /// Likewise of lines that are meant.
+    /// Colour of brushed lines as the target takes it; greatest number of them in a cell.
     pub brushed_peak: [f32; 4],
-    /// Pairs there are; 1 where lines may be meant; unused.
+    /// Number of pairs; 1 where lines may be brushed; unused.
     pub pairs: [f32; 4],
 }
 

@@ -1,10 +1,10 @@
-// The triangles themselves: a light fill that hides what lies behind, and dark
-// lines drawn a little nearer than the faces they belong to.
+// Wireframe with hidden lines removed: a light fill that occludes, and dark lines drawn with
+// a depth bias towards the eye.
 
 const LINE_COLOR = vec3<f32>(0.05, 0.06, 0.08);
 const FILL_COLOR = vec3<f32>(0.80, 0.82, 0.84);
-// Share of the distance to the eye by which lines come forward.
-const LINE_ADVANCE = 0.0008;
+// Depth bias of lines, as a share of the distance to the eye.
+const LINE_DEPTH_BIAS = 0.0008;
 
 struct Varyings {
     @builtin(position) clip: vec4<f32>,
@@ -29,14 +29,14 @@ fn fill_vertex(vertex: VertexInput, @builtin(vertex_index) index: u32) -> Varyin
 fn line_vertex(vertex: VertexInput, @builtin(vertex_index) index: u32) -> Varyings {
     var out = varyings(vertex, index);
     // Reverse-Z: nearer is larger.
-    out.clip.z *= 1.0 + LINE_ADVANCE;
+    out.clip.z *= 1.0 + LINE_DEPTH_BIAS;
     return out;
 }
 
 @fragment
 fn fill_fragment(in: Varyings) -> @location(0) vec4<f32> {
-    cut_away(in.clip);
-    let view = towards_eye(in.clip.xy);
+    discard_clipped(in.clip);
+    let view = view_direction(in.clip.xy);
     let normal = in.normal * inverseSqrt(max(dot(in.normal, in.normal), 1e-30));
     let shade = mix(0.72, 1.0, abs(dot(normal, view)));
     let tint = tint_at(in.highlight, in.clip.xy);
@@ -45,7 +45,7 @@ fn fill_fragment(in: Varyings) -> @location(0) vec4<f32> {
 
 @fragment
 fn line_fragment(in: Varyings) -> @location(0) vec4<f32> {
-    cut_away(in.clip);
+    discard_clipped(in.clip);
     let tint = tint_at(in.highlight, in.clip.xy);
     return vec4<f32>(mix(LINE_COLOR, tint.rgb * 0.35, tint.a), 1.0);
 }

@@ -1,4 +1,4 @@
-"""What the clients by c104 share: how data units are told apart, and connecting."""
+"""Shared parts of the clients by c104: filters of data units, and connecting."""
 
 import sys
 import time
@@ -8,7 +8,7 @@ TYPE_INDEX, CAUSE_INDEX = 6, 8
 
 
 def is_of(frame, types, cause, cause_bits):
-    """Whether a frame has a data unit of one of these types, sent for this cause."""
+    """Reports whether a frame has a data unit of one of these types, sent for this cause."""
     return (
         len(frame) > CAUSE_INDEX
         and frame[TYPE_INDEX] in types

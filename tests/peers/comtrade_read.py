@@ -8,7 +8,7 @@ import comtrade
 
 
 def numbers(values):
-    """Values as JSON has them: a missing one is null."""
+    """Converts values for JSON: a missing one is null."""
     return [None if math.isnan(value) else float(value) for value in values]
 
 

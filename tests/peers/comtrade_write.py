@@ -14,7 +14,7 @@ HERTZ = 1000
 
 
 def load_writer():
-    """The package's writer alone: its other modules need pandas, and do not say so."""
+    """Imports the package's writer alone: its other modules need pandas without declaring it."""
     package = importlib.util.find_spec("comtraderecord")
     path = os.path.join(os.path.dirname(package.origin), "comtradeWriter.py")
     spec = importlib.util.spec_from_file_location("comtrade_writer", path)

@@ -1,4 +1,4 @@
-"""What every decimating peer of the bench does alike.
+"""Shared parts of the decimating peers of the bench.
 
     PEER MESH OUT_DIR CALLS VERTICES:TRIANGLES...
 
@@ -43,7 +43,7 @@ def write(path, points, faces):
 
 
 def resident(field):
-    """A figure of the process's memory, bytes."""
+    """Reads a figure of the process's memory, bytes."""
     for line in open("/proc/self/status"):
         if line.startswith(field + ":"):
             return int(line.split()[1]) * 1024
@@ -57,7 +57,7 @@ def timed(simplify, triangles):
 
 
 def search(simplify, arrays, full, wanted, guess, calls):
-    """The level nearest to a number of vertices, and the seconds it took."""
+    """Searches for the level nearest to a number of vertices; returns the seconds too."""
     low, high, best = (0, 0), full, None
     for _ in range(calls):
         if best is not None and not low[0] < guess < high[0]:

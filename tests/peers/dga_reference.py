@@ -27,13 +27,13 @@ INFINITE = "infinite"
 
 
 class Ratio:
-    """a/b, infinite where b alone is 0, and nothing where both are."""
+    """Returns a/b, infinite where b alone is 0, and None where both are."""
 
     def __init__(self, a, b):
         self.value = a / b if b else (INFINITE if a else None)
 
     def within(self, low, high, low_in=True, high_in=True):
-        """Whether it is known and between two bounds; None bounds nothing."""
+        """Reports whether it is known and between two bounds; None is no bound."""
         if self.value is None:
             return False
         if self.value == INFINITE:
@@ -49,7 +49,7 @@ class Ratio:
         return self.within(low, None, low_in=False)
 
     def digit(self, digits):
-        """Code of DL/T 722, table 6."""
+        """Returns the code of DL/T 722, table 6."""
         if self.value is None:
             return None
         if self.value == INFINITE or self.value >= 3:
@@ -117,7 +117,7 @@ def keygas(g):
 
 
 def dlt722(g):
-    """Of ratios 0/0: C2H2/C2H4 is coded 0, CH4/H2 fits where any digit does."""
+    """Handles ratios 0/0: C2H2/C2H4 is coded 0, CH4/H2 fits where any digit does."""
     c2 = Ratio(g["c2h2"], g["c2h4"]).digit((0, 1, 1, 2))
     c1 = Ratio(g["ch4"], g["h2"]).digit((1, 0, 2, 2))
     c5 = Ratio(g["c2h4"], g["c2h6"]).digit((0, 0, 1, 2))
@@ -222,7 +222,7 @@ AXES = {
 
 
 def pentagon_point(g):
-    """Area centroid by the shoelace formula, every gas a billionth of the sum more."""
+    """Computes the area centroid (shoelace formula), every gas larger by a billionth of the sum."""
     total = sum(g[gas] for gas in AXES)
     if not total:
         return None
@@ -271,7 +271,7 @@ ON_BORDER = Decimal("1e-9")
 
 
 def zone(point, pentagon):
-    """The first zone that has the point, or has it on its border."""
+    """Returns the first zone that contains the point, its border included."""
     for name, polygon in pentagon.items():
         near = min(distance(point, edge) for edge in edges(polygon))
         if near <= ON_BORDER or winding(point, polygon):
@@ -285,7 +285,7 @@ C57_GASES = ["h2", "ch4", "c2h6", "c2h4", "c2h2", "co", "co2"]
 
 
 def c57_status(g):
-    """By tables 1 and 2 for an unknown age; rates need more than one sample."""
+    """Judges by tables 1 and 2 for an unknown age; rates need more than one sample."""
     if g["o2"] is None or g["n2"] is None:
         return "NA"
     ratio = Ratio(g["o2"], g["n2"])

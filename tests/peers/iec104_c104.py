@@ -50,7 +50,7 @@ def quality(bits):
 
 
 def info(point):
-    """What c104 calls the information of a point."""
+    """Returns the information class of c104 for a point."""
     kind, value, bits = point["type"][2:4], point["value"], point.get("quality", 0)
     more = {"quality": quality(bits)}
     if "time_millis" in point:
@@ -99,7 +99,7 @@ def send(server, spec):
         raise RuntimeError("c104 did not send it")
 
 
-def obey(server, command):
+def execute(server, command):
     match command:
         case {"set": spec}:
             send(server, spec)
@@ -170,7 +170,7 @@ def main():
 
     for line in sys.stdin:
         try:
-            obey(server, json.loads(line))
+            execute(server, json.loads(line))
             print("OK", flush=True)
         except Exception as error:  # The test is told, and decides.
             print("ERROR", error, flush=True)

@@ -33,7 +33,7 @@ def look(connection: c104.Connection, data: bytes) -> None:
 
 
 def is_confirmed(types, send):
-    """Whether the station confirms what this sends. c104 itself waits for an answer only
+    """Reports whether the station confirms a request. c104 itself waits for an answer only
     once it has sent, and misses one that comes at once."""
 
     def is_there():

@@ -166,7 +166,7 @@ async def stamp(points, period):
                 pass
 
 
-async def obey(command):
+async def execute(command):
     match command:
         case {"send": point}:
             for connection in enabled():
@@ -208,7 +208,7 @@ async def main():
     loop = asyncio.get_running_loop()
     while line := await loop.run_in_executor(None, sys.stdin.readline):
         try:
-            await obey(json.loads(line))
+            await execute(json.loads(line))
             print("OK", flush=True)
         except Exception as error:  # The test is told, and decides.
             print("ERROR", error, flush=True)

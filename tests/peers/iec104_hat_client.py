@@ -95,7 +95,7 @@ def request(command):
 
 
 def is_end(sent, message):
-    """Whether a message is the last answer to what was sent."""
+    """Reports whether a message is the last answer to the request."""
     if isinstance(sent, iec104.ReadMsg):
         return isinstance(message, (iec104.DataMsg, iec104.ReadMsg)) and "SPONT" not in str(
             message.cause

@@ -37,7 +37,7 @@ STAMPED = 3
 
 
 def build(spec):
-    """The model, what must be kept, and the data objects that reports have as a whole."""
+    """Builds the model; returns it, the objects to keep alive, and the data objects of whole reports."""
     model = lib.IedModel_create(IED)
     device = lib.LogicalDevice_create("LD0", model)
     zero = lib.LogicalNode_create("LLN0", device)
@@ -89,7 +89,7 @@ def build(spec):
 
 
 def tls(files):
-    """A configuration that wants certificates of clients, by the authority."""
+    """Returns a TLS configuration that requires client certificates of the authority."""
     configuration = lib.TLSConfiguration_create()
     lib.TLSConfiguration_setChainValidation(configuration, True)
     lib.TLSConfiguration_setAllowOnlyKnownCertificates(configuration, False)
@@ -165,7 +165,7 @@ class Server:
         finally:
             lib.IedServer_unlockDataModel(self.server)
 
-    def obey(self, command):
+    def execute(self, command):
         if "object" in command:
             self.change(command)
         elif "connections" in command:
@@ -213,7 +213,7 @@ def main():
 
     for line in sys.stdin:
         try:
-            server.obey(json.loads(line))
+            server.execute(json.loads(line))
             print("OK", flush=True)
         except Exception as error:  # The test is told, and decides.
             print("ERROR", error, flush=True)

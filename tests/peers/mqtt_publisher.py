@@ -78,7 +78,7 @@ def stamp(client, command):
         time.sleep(command["seconds"])
 
 
-def obey(client, command):
+def execute(client, command):
     if "publish" in command:
         publish(client, command["publish"])
     elif "count" in command and "to" in command:
@@ -111,7 +111,7 @@ def main():
     print("READY", flush=True)
     for line in sys.stdin:
         try:
-            obey(client, json.loads(line))
+            execute(client, json.loads(line))
             print("OK", flush=True)
         except Exception as error:
             print(f"ERROR {error!r}", flush=True)

@@ -29,7 +29,7 @@ POLICIES = {
 
 
 class Users(UserManager):
-    """Those of the specification alone; anybody where it has none."""
+    """Accepts the users of the specification alone; anybody where it has none."""
 
     def __init__(self, passwords, certificates):
         self.passwords = passwords
@@ -103,7 +103,7 @@ class Peer:
         await self.alarms[name].trigger(time_attr=instant(fields.get("time_millis")))
 
     async def count(self, ids, seconds):
-        """Values that say which node they are of, and how late it is."""
+        """Writes values that encode their node and the time."""
         number = 0
         while True:
             number += 1
@@ -115,7 +115,7 @@ class Peer:
                 )
             await asyncio.sleep(seconds)
 
-    async def obey(self, command):
+    async def execute(self, command):
         match command:
             case {"set": spec}:
                 await self.server.write_attribute_value(ua.NodeId.from_string(spec["id"]), data(spec))
@@ -169,7 +169,7 @@ async def serve(port, spec):
     loop = asyncio.get_running_loop()
     while line := await loop.run_in_executor(None, sys.stdin.readline):
         try:
-            answer = await peer.obey(json.loads(line))
+            answer = await peer.execute(json.loads(line))
             print("OK" if answer is None else answer, flush=True)
         except Exception as error:  # The test is told, and decides.
             print("ERROR", error, flush=True)

@@ -1,5 +1,5 @@
-"""An address space with something of everything that can be browsed, for opcua_asyncua.py,
-and a server's limits on browsing, which asyncua does not have."""
+"""Address space with every kind of node that can be browsed, for opcua_asyncua.py, and
+limits of a server on browsing, which asyncua does not have."""
 
 import asyncio
 import uuid

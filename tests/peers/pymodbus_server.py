@@ -38,7 +38,7 @@ PLACEHOLDER_ADDRESS = 60_000
 
 
 def table(values, name):
-    """The cells of one table, as pymodbus wants them."""
+    """Returns the cells of one table in the form of pymodbus."""
     is_bits = name in ("coil", "discrete")
     kind = DataType.BITS if is_bits else DataType.REGISTERS
     cells = values.get(name) or {str(PLACEHOLDER_ADDRESS): 0}
@@ -79,8 +79,8 @@ def server_of(arguments, devices):
     return ModbusTcpServer(devices, address=address)
 
 
-async def obey(server, thawed, line):
-    """Carries out one command; false to end."""
+async def execute(server, thawed, line):
+    """Executes one command; returns false to end."""
     words = line.split()
     match words:
         case ["set", name, address, *values] if name in READ_FUNCTION and values:
@@ -134,7 +134,7 @@ async def main():
     loop = asyncio.get_running_loop()
     while line := await loop.run_in_executor(None, sys.stdin.readline):
         try:
-            if not await obey(server, thawed, line):
+            if not await execute(server, thawed, line):
                 break
             print("OK", flush=True)
         except Exception as error:  # The test is told, and decides.

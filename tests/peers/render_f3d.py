@@ -1,4 +1,4 @@
-"""F3D by its library, without a window. Its program of the same name is timed from its start."""
+"""F3D as a renderer, by its library and without a window. Its program is timed from its start."""
 
 import f3d
 
@@ -6,7 +6,7 @@ import rendering
 
 
 class F3d:
-    """F3D without a window."""
+    """Renderer F3D without a window."""
 
     def load(self, path: str, size: tuple[int, int], samples: int) -> None:
         f3d.Engine.autoload_plugins()

@@ -1,4 +1,4 @@
-"""Open3D: its renderer without a window, which reads every picture back."""
+"""Renderer Open3D without a window, which reads every picture back."""
 
 import open3d
 from open3d.visualization import rendering as o3d
@@ -7,7 +7,7 @@ import rendering
 
 
 class Open3d:
-    """Open3D without a window."""
+    """Renderer Open3D without a window."""
 
     def load(self, path: str, size: tuple[int, int], samples: int) -> None:
         self.renderer = o3d.OffscreenRenderer(*size)

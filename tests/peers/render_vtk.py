@@ -22,7 +22,7 @@ import rendering
 
 
 class Vtk:
-    """VTK without a window."""
+    """Renderer VTK without a window."""
 
     def __init__(self, merged: bool) -> None:
         self.merged = merged
@@ -52,7 +52,7 @@ class Vtk:
         self.window.Render()
 
     def merge(self) -> None:
-        """All in one mesh, in the colour of its first material."""
+        """Merges the scene into one mesh, in the colour of its first material."""
         append = vtkAppendPolyData()
         actors = list(self.scene.GetActors())
         for actor in actors:

@@ -1,4 +1,4 @@
-"""What the renderers that the bench compares with have in common: they are asked in lines of
+"""Shared parts of the renderers that the bench compares with: they are asked in lines of
 JSON and answer in lines of JSON.
 
     {"do": "load", "path": FILE, "size": [WIDTH, HEIGHT], "samples": 1 or 4}  -> {}

@@ -138,7 +138,7 @@ class Node:
         info = self.client._client.publish(str(topic), raw, qos=1)
         info.wait_for_publish(PATIENCE_SECONDS)
 
-    def obey(self, command):
+    def execute(self, command):
         device = command.get("device")
         kinds = MessageType
         if "birth" in command:
@@ -196,7 +196,7 @@ def main():
     print("READY", flush=True)
     for line in sys.stdin:
         try:
-            node.obey(json.loads(line))
+            node.execute(json.loads(line))
             print("OK", flush=True)
         except Exception as error:
             print(f"ERROR {error!r}", flush=True)

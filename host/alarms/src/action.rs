@@ -21,7 +21,7 @@ pub enum Action {
     Shelve(Duration),
     /// Take it off the shelf.
     Unshelve,
-    /// Take it out of service, until somebody puts it back.
+    /// Take it out of service, until an operator returns it.
     RemoveFromService,
     /// Put it back into service.
     ReturnToService,
@@ -33,7 +33,7 @@ pub enum ActionError {
     /// The alarm does not exist.
     #[error("there is no such alarm; the configuration may have been loaded anew")]
     Unknown,
-    /// Another alarm system decides on it.
+    /// The alarm belongs to another alarm system.
     #[error("'{alarm}' is decided on by the host's alarm system; act there")]
     Mirrored {
         /// Id of the alarm.
@@ -49,7 +49,7 @@ pub enum ActionError {
         /// The state of the alarm.
         state: State,
     },
-    /// Nobody may shelve for so long, or for no time at all.
+    /// The shelving time is zero or too long.
     #[error(
         "'{alarm}' cannot be shelved for {} s: choose from 1 to {} s",
         .asked.as_secs(),
@@ -63,7 +63,7 @@ pub enum ActionError {
         /// The longest that is allowed.
         most: Duration,
     },
-    /// Nobody says who acts.
+    /// The operator's name is missing.
     #[error("the operator has no name, or one of more than {MAX_OPERATOR_BYTES} bytes; log in")]
     Nameless,
 }
@@ -98,8 +98,8 @@ impl Action {
         }
     }
 
-    /// Applies the action and returns its event. `until` is the end of shelving; `latches` tells
-    /// whether the alarm is a latching one.
+    /// Applies the action and returns its event. `until` is the end of shelving; `latches` is
+    /// true for a latching alarm.
     pub(crate) fn apply(
         self,
         standing: &mut AlarmFlags,

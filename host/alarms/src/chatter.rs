@@ -19,7 +19,7 @@ pub(crate) struct Chatter {
 }
 
 impl Chatter {
-    pub(crate) fn note(&mut self, at: Moment) {
+    pub(crate) fn record(&mut self, at: Moment) {
         self.recent[self.count as usize % CHATTER_OCCURRENCES] = at;
         self.count += 1;
     }
@@ -40,10 +40,10 @@ mod tests {
         let at = |seconds| Moment(0).after(Duration::from_secs(seconds));
         let mut chatter = Chatter::default();
         for seconds in [0, 50, 61] {
-            chatter.note(at(seconds));
+            chatter.record(at(seconds));
             assert!(!chatter.chatters(at(seconds)), "{seconds}");
         }
-        chatter.note(at(100));
+        chatter.record(at(100));
         assert!(chatter.chatters(at(110)));
         assert!(!chatter.chatters(at(111)));
     }

@@ -27,9 +27,9 @@ pub enum Condition {
         /// Deadband before the condition clears, in the tag's unit.
         deadband: f64,
     },
-    /// A state that is this one.
+    /// State equal to this one.
     Equals(Value),
-    /// A state that is not this one.
+    /// State different from this one.
     Differs(Value),
     /// A tag whose quality is bad.
     BadQuality,
@@ -55,7 +55,12 @@ impl Limit {
 impl Condition {
     /// Evaluates the condition; none where the value decides nothing. `held` is the result
     /// before, to which the deadband applies.
-    pub(crate) fn judge(self, value: Option<Value>, quality: Quality, held: bool) -> Option<bool> {
+    pub(crate) fn evaluate(
+        self,
+        value: Option<Value>,
+        quality: Quality,
+        held: bool,
+    ) -> Option<bool> {
         let is_bad = matches!(quality, Quality::Bad(_));
         if self == Self::BadQuality {
             return Some(is_bad);
@@ -124,7 +129,7 @@ mod tests {
             (low, 5.4, true, true),
             (low, 5.5, true, false),
         ] {
-            let found = condition.judge(Some(Value::F64(number)), GOOD, held);
+            let found = condition.evaluate(Some(Value::F64(number)), GOOD, held);
             assert_eq!(found, Some(expected), "{condition:?} at {number}, held: {held}");
         }
     }
@@ -133,11 +138,11 @@ mod tests {
     fn a_bad_value_says_nothing_but_that_it_is_bad() {
         let high = Condition::Limit { limit: Limit::High, at: 1.0, deadband: 0.0 };
         let stale = Quality::Bad(Reason::Stale);
-        assert_eq!(high.judge(Some(Value::F64(2.0)), stale, false), None);
-        assert_eq!(high.judge(None, GOOD, true), None);
+        assert_eq!(high.evaluate(Some(Value::F64(2.0)), stale, false), None);
+        assert_eq!(high.evaluate(None, GOOD, true), None);
         let doubtful = Quality::Uncertain(Reason::OutOfRange);
-        assert_eq!(high.judge(Some(Value::F64(2.0)), doubtful, false), Some(true));
-        assert_eq!(Condition::BadQuality.judge(None, stale, false), Some(true));
-        assert_eq!(Condition::BadQuality.judge(None, doubtful, true), Some(false));
+        assert_eq!(high.evaluate(Some(Value::F64(2.0)), doubtful, false), Some(true));
+        assert_eq!(Condition::BadQuality.evaluate(None, stale, false), Some(true));
+        assert_eq!(Condition::BadQuality.evaluate(None, doubtful, true), Some(false));
     }
 }

@@ -12,7 +12,7 @@ pub(crate) struct Group {
 }
 
 impl Group {
-    /// Notes that a member begins to be annunciated.
+    /// Records that a member is annunciated.
     pub(crate) fn enter(&mut self, alarm: AlarmHandle) {
         if self.annunciated == 0 {
             self.first = Some(alarm);
@@ -20,13 +20,13 @@ impl Group {
         self.annunciated += 1;
     }
 
-    /// Notes a member that was annunciated before the start: nobody knows which was first.
+    /// Records a member that was annunciated before the start, so that its order is unknown.
     pub(crate) fn enter_unordered(&mut self) {
         self.annunciated += 1;
     }
 
-    /// Notes that a member is annunciated no longer. It is first no more, even if it comes
-    /// back; after the last one all begins anew.
+    /// Records that a member is no longer annunciated. It loses its first-out mark, even if it
+    /// returns; after the last member the group starts anew.
     pub(crate) fn leave(&mut self, alarm: AlarmHandle) {
         self.annunciated = self.annunciated.saturating_sub(1);
         self.first.take_if(|first| *first == alarm);

@@ -27,20 +27,20 @@ pub enum AlarmEvent {
     Suppressed,
     /// The condition that suppresses it went.
     Unsuppressed,
-    /// Somebody took it out of service.
+    /// An operator took it out of service.
     RemovedFromService,
-    /// Somebody put it back into service.
+    /// An operator returned it to service.
     ReturnedToService,
-    /// Another alarm system said so.
+    /// Another alarm system reported the state.
     Mirrored,
 }
 
-/// Something that happened to an alarm: a line of the audit log.
+/// Event of an alarm with its circumstances: a line of the audit log.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AlarmRecord {
     /// One more than that of the record before.
     pub number: u64,
-    /// By the wall clock, nanoseconds since 1970-01-01 UTC.
+    /// Time by the wall clock, nanoseconds since 1970-01-01 UTC.
     pub time: SourceTime,
     /// Id of the alarm.
     pub alarm: String,
@@ -50,7 +50,7 @@ pub struct AlarmRecord {
     pub from: State,
     /// State after the event.
     pub to: State,
-    /// All that the state after rests on.
+    /// Flags from which the state after follows.
     pub standing: AlarmFlags,
     /// Operator who acted; none for other events.
     #[serde(default, skip_serializing_if = "Option::is_none")]

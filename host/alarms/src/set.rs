@@ -1,4 +1,4 @@
-//! All alarms of a scene, and which tags they rest on.
+//! Set of all alarms of a scene, indexed by the tags that they use.
 
 use std::collections::HashMap;
 
@@ -6,7 +6,7 @@ use busbar_tags::{TagHandle, TagSet};
 
 use crate::{AlarmHandle, AlarmSource, AlarmSpec, MAX_ALARMS, MAX_DELAY, TagCondition};
 
-/// Alarms that can be: their tags exist and have what the conditions look at.
+/// Validated alarms: their tags exist and have the types that their conditions need.
 #[derive(Debug, Default)]
 pub struct AlarmSet {
     specs: Vec<AlarmSpec>,
@@ -19,7 +19,7 @@ pub struct AlarmSet {
     group_count: u32,
 }
 
-/// An alarm that looks at a tag.
+/// Alarm that uses a tag.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct User {
     pub(crate) alarm: AlarmHandle,
@@ -40,7 +40,7 @@ pub struct AlarmSpecError {
 }
 
 impl AlarmSet {
-    /// Puts alarms together; an alarm's handle is its place.
+    /// Builds the set; an alarm's handle is its index.
     ///
     /// # Errors
     /// Every alarm whose id another has, whose tag is not of `tags` or cannot have what its

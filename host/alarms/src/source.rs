@@ -27,8 +27,8 @@ pub struct SourceReport {
     pub fault: Option<String>,
     /// Alarms that it has beyond those that it reports.
     pub left_out: u64,
-    /// All of interest; `None` where they are as the caller knows them, or where the fault
-    /// keeps them from being known.
+    /// Alarms of interest; `None` where they are unchanged, or where the fault makes them
+    /// unknown.
     pub alarms: Option<Vec<SourceAlarm>>,
 }
 

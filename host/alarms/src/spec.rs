@@ -45,7 +45,7 @@ pub struct TagCondition {
 /// Source of an alarm's states.
 #[derive(Clone, Debug, PartialEq)]
 pub enum AlarmSource {
-    /// From a tag, decided here.
+    /// Tag whose value is evaluated here.
     Tag {
         /// Condition that raises the alarm.
         trigger: TagCondition,
@@ -53,10 +53,10 @@ pub enum AlarmSource {
         on_delay: Duration,
         /// Time for which the condition must be over before the alarm returns to normal.
         off_delay: Duration,
-        /// While this holds, the alarm is suppressed by design.
+        /// Condition that suppresses the alarm by design.
         suppressed_by: Option<TagCondition>,
     },
-    /// From another alarm system; nothing is decided here.
+    /// Another alarm system; nothing is decided here.
     Mirrored,
 }
 
@@ -84,7 +84,7 @@ pub struct AlarmSpec {
 }
 
 impl Priority {
-    /// All, the most urgent first.
+    /// All priorities, the most urgent first.
     pub const ALL: [Self; 4] = [Self::Critical, Self::High, Self::Medium, Self::Low];
 
     /// `critical`, `high`, `medium` or `low`.

@@ -18,9 +18,9 @@ pub enum State {
     C,
     /// Returned to normal, unacknowledged.
     D,
-    /// Latched, unacknowledged: it is over, and must be acknowledged and reset.
+    /// Latched, unacknowledged: condition over; needs acknowledgment and reset.
     E,
-    /// Latched, acknowledged: it is over, and must be reset.
+    /// Latched, acknowledged: condition over; needs a reset.
     F,
     /// Shelved by an operator for some time.
     G,
@@ -30,8 +30,8 @@ pub enum State {
     I,
 }
 
-/// All that makes the state of an alarm, and what a hold (shelf, suppression, out of
-/// service) hides meanwhile. Holds are independent of each other; the strongest shows.
+/// Flags that determine an alarm's state, also under a hold (shelving, suppression by design, out
+/// of service). Holds are independent of each other; the strongest is visible.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct AlarmFlags {
@@ -47,7 +47,7 @@ pub struct AlarmFlags {
     /// True while an operator has it shelved.
     #[serde(skip_serializing_if = "is_false")]
     pub is_shelved: bool,
-    /// Until when, by the wall clock.
+    /// End of shelving by the wall clock.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shelved_until: Option<SourceTime>,
     /// True while it is suppressed by design.
@@ -71,7 +71,7 @@ fn is_false(value: &bool) -> bool {
 }
 
 impl State {
-    /// All, in the order of their letters.
+    /// All states, in the order of their letters.
     pub const ALL: [Self; 9] =
         [Self::A, Self::B, Self::C, Self::D, Self::E, Self::F, Self::G, Self::H, Self::I];
 
@@ -148,7 +148,7 @@ impl AlarmFlags {
         self.is_unacknowledged |= !self.is_held();
     }
 
-    /// The condition is over.
+    /// Records the end of the condition.
     pub(crate) fn return_to_normal(&mut self) {
         self.is_active = false;
     }
@@ -161,7 +161,7 @@ impl AlarmFlags {
         self.is_latched = false;
     }
 
-    /// Holds it back; a hold that is there already is renewed.
+    /// Applies a hold; an existing one is renewed.
     pub(crate) fn hold(&mut self, hold: Hold) {
         match hold {
             Hold::Shelf { until } => (self.is_shelved, self.shelved_until) = (true, until),
@@ -171,7 +171,7 @@ impl AlarmFlags {
         self.is_unacknowledged = false;
     }
 
-    /// Lifts a hold. After the last one, what is wrong still is annunciated anew.
+    /// Lifts a hold. After the last one, an active condition is annunciated anew.
     pub(crate) fn release(&mut self, hold: Hold, latches: bool) {
         match hold {
             Hold::Shelf { .. } => (self.is_shelved, self.shelved_until) = (false, None),

@@ -15,27 +15,27 @@ use crate::table::{AlarmTable, Cause, Pending};
 use crate::{AlarmEvent, AlarmHandle, AlarmRecord, AlarmSource, Condition, TagCondition};
 
 /// Receiver of the records of a step.
-type Each<'a> = &'a mut dyn FnMut(AlarmRecord);
+type RecordReceiver<'a> = &'a mut dyn FnMut(AlarmRecord);
 
-/// An alarm that looks at a tag, and the tag as it is.
+/// Alarm that uses a tag, with the current state of the tag.
 #[derive(Clone, Copy)]
-struct Look {
+struct AlarmInput {
     user: User,
     state: TagState,
 }
 
 impl AlarmTable {
-    /// Notes a change of a tag as it comes, so that a condition which is over again when the
-    /// next step is made is not missed, and that those of a group keep their order. Changes
-    /// of tags without alarms cost next to nothing.
+    /// Records a change of a tag as it arrives. So a condition that is over before the next step
+    /// is not missed, and members of a group keep their order. Changes of tags without alarms
+    /// cost next to nothing.
     #[inline]
     pub fn note(&mut self, change: &Change) {
         if !self.set.users(change.tag).is_empty() {
-            self.note_watched(change);
+            self.record_pulses(change);
         }
     }
 
-    fn note_watched(&mut self, change: &Change) {
+    fn record_pulses(&mut self, change: &Change) {
         let Self { set, cells, pulses, .. } = self;
         for user in set.users(change.tag).iter().filter(|user| !user.suppresses) {
             let AlarmSource::Tag { trigger, on_delay, .. } =
@@ -46,16 +46,17 @@ impl AlarmTable {
             let cell = &mut cells[user.alarm.0 as usize];
             // What is delayed, or holds already, is judged by the step.
             let is_news = on_delay.is_zero() && !cell.holds && cell.pulse.is_none();
-            if is_news && trigger.condition.judge(change.value, change.quality, false) == Some(true)
+            if is_news
+                && trigger.condition.evaluate(change.value, change.quality, false) == Some(true)
             {
-                cell.pulse = Some(Cause::of(change));
+                cell.pulse = Some(Cause::from_change(change));
                 pulses.push(user.alarm);
             }
         }
     }
 
-    /// Follows the tags to `now`. `wall_clock` is the same instant by the clock on the wall,
-    /// which may jump: it stands in records and decides nothing.
+    /// Evaluates all due alarms at `now`. `wall_clock` is the same instant by the wall clock,
+    /// which may jump: it is stored in records and decides nothing.
     pub fn step(
         &mut self,
         tags: Snapshot<'_>,
@@ -65,24 +66,27 @@ impl AlarmTable {
     ) {
         self.now = self.now.max(now);
         self.wall_clock = wall_clock;
-        let looks = self.looks(tags);
-        let each: Each<'_> = &mut each;
-        self.suppress(&looks, true, each);
+        let inputs = self.inputs(tags);
+        let each: RecordReceiver<'_> = &mut each;
+        self.suppress(&inputs, true, each);
         self.take_pulses(each);
-        for look in looks.iter().filter(|look| !look.user.suppresses) {
-            self.follow(*look, each);
+        for input in inputs.iter().filter(|input| !input.user.suppresses) {
+            self.evaluate(*input, each);
         }
         self.end_delays(each);
-        self.suppress(&looks, false, each);
+        self.suppress(&inputs, false, each);
     }
 
     /// The alarms whose tags changed; all of them in the first step.
-    fn looks(&mut self, tags: Snapshot<'_>) -> Vec<Look> {
+    fn inputs(&mut self, tags: Snapshot<'_>) -> Vec<AlarmInput> {
         let set = self.set.clone();
         let looks_of = |tag: TagHandle| {
             let users = set.users(tag);
             let state = if users.is_empty() { None } else { tags.state(tag) };
-            users.iter().zip(state.into_iter().cycle()).map(|(&user, state)| Look { user, state })
+            users
+                .iter()
+                .zip(state.into_iter().cycle())
+                .map(|(&user, state)| AlarmInput { user, state })
         };
         if std::mem::take(&mut self.is_new) {
             (0..tags.states().len() as u32).map(TagHandle).flat_map(looks_of).collect()
@@ -91,16 +95,16 @@ impl AlarmTable {
         }
     }
 
-    /// Suppresses what is to be, or lets go of what is to be no longer.
-    fn suppress(&mut self, looks: &[Look], begins: bool, each: Each<'_>) {
-        for Look { user, state } in looks.iter().filter(|look| look.user.suppresses) {
+    /// Begins or ends suppressions by design.
+    fn suppress(&mut self, inputs: &[AlarmInput], begins: bool, each: RecordReceiver<'_>) {
+        for AlarmInput { user, state } in inputs.iter().filter(|input| input.user.suppresses) {
             let AlarmSource::Tag { suppressed_by: Some(by), .. } = &self.spec(user.alarm).source
             else {
                 continue;
             };
             let is_suppressed = self.cells[user.alarm.0 as usize].standing.is_suppressed;
             let TagCondition { condition, .. } = *by;
-            let verdict = condition.judge(state.value, state.quality, is_suppressed);
+            let verdict = condition.evaluate(state.value, state.quality, is_suppressed);
             if verdict != Some(begins) || begins == is_suppressed {
                 continue;
             }
@@ -120,7 +124,7 @@ impl AlarmTable {
 
     /// Conditions without delay that came since the last step; by their source time, where
     /// all have one.
-    fn take_pulses(&mut self, each: Each<'_>) {
+    fn take_pulses(&mut self, each: RecordReceiver<'_>) {
         let mut pulses = std::mem::take(&mut self.pulses);
         let time =
             |alarm: &AlarmHandle| self.cells[alarm.0 as usize].pulse.and_then(|p| p.source_time);
@@ -131,7 +135,7 @@ impl AlarmTable {
             let cell = &mut self.cells[alarm.0 as usize];
             if let Some(cause) = cell.pulse.take() {
                 cell.holds = true;
-                self.turn(alarm, true, cause, each);
+                self.change_condition(alarm, true, cause, each);
                 self.queue(alarm);
             }
         }
@@ -139,8 +143,12 @@ impl AlarmTable {
         self.pulses = pulses;
     }
 
-    /// Judges a condition by its tag as it is.
-    fn follow(&mut self, Look { user: User { alarm, .. }, state }: Look, each: Each<'_>) {
+    /// Evaluates a condition by the current state of its tag.
+    fn evaluate(
+        &mut self,
+        AlarmInput { user: User { alarm, .. }, state }: AlarmInput,
+        each: RecordReceiver<'_>,
+    ) {
         let AlarmSource::Tag {
             trigger: TagCondition { condition, .. }, on_delay, off_delay, ..
         } = self.spec(alarm).source
@@ -154,7 +162,7 @@ impl AlarmTable {
         let is_certain = state.quality.is_good() || condition == Condition::BadQuality;
         let was_certain = std::mem::replace(&mut cell.is_certain, is_certain);
         let known_origin = cell.cause.origin;
-        match condition.judge(state.value, state.quality, cell.holds) {
+        match condition.evaluate(state.value, state.quality, cell.holds) {
             None => cell.pending = None,
             Some(holds) => {
                 cell.holds = holds;
@@ -166,7 +174,7 @@ impl AlarmTable {
                         cell.cause.origin |= origin;
                     }
                 } else if delay == Duration::ZERO {
-                    self.turn(alarm, holds, cause, each);
+                    self.change_condition(alarm, holds, cause, each);
                 } else if cell.pending.is_none() {
                     cell.pending = Some(Pending { holds, due: now.after(delay), cause });
                 }
@@ -180,7 +188,13 @@ impl AlarmTable {
     }
 
     /// The condition came or went, delays counted.
-    fn turn(&mut self, alarm: AlarmHandle, holds: bool, cause: Cause, each: Each<'_>) {
+    fn change_condition(
+        &mut self,
+        alarm: AlarmHandle,
+        holds: bool,
+        cause: Cause,
+        each: RecordReceiver<'_>,
+    ) {
         let latches = self.spec(alarm).latched;
         let now = self.now;
         let cell = &mut self.cells[alarm.0 as usize];
@@ -189,7 +203,7 @@ impl AlarmTable {
             return;
         }
         if holds {
-            cell.chatter.note(now);
+            cell.chatter.record(now);
         }
         each(self.change(alarm, |standing| match holds {
             true => {
@@ -204,12 +218,12 @@ impl AlarmTable {
     }
 
     /// Delays and shelves that are over.
-    fn end_delays(&mut self, each: Each<'_>) {
+    fn end_delays(&mut self, each: RecordReceiver<'_>) {
         while let Some(alarm) = self.timers.first_due(self.now) {
             let cell = &mut self.cells[alarm.0 as usize];
             let over = cell.pending.take_if(|pending| pending.due <= self.now);
             if let Some(Pending { holds, cause, .. }) = over {
-                self.turn(alarm, holds, cause, each);
+                self.change_condition(alarm, holds, cause, each);
             }
             let latches = self.spec(alarm).latched;
             let cell = &mut self.cells[alarm.0 as usize];

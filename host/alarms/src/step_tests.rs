@@ -67,7 +67,7 @@ fn hot() -> AlarmSpec {
 }
 
 impl Bay {
-    fn of(specs: Vec<AlarmSpec>) -> Self {
+    fn new(specs: Vec<AlarmSpec>) -> Self {
         let tags = vec![
             tag("oil", ValueKind::F64),
             tag("breaker", ValueKind::Bool),
@@ -122,7 +122,7 @@ fn delayed(on: f64, off: f64) -> AlarmSpec {
 
 #[test]
 fn delays_are_kept_and_begin_anew_when_the_condition_goes() {
-    let mut bay = Bay::of(vec![delayed(5.0, 10.0)]);
+    let mut bay = Bay::new(vec![delayed(5.0, 10.0)]);
     bay.set_oil(96.0);
     assert_eq!(bay.step(0.0), []);
     assert_eq!(bay.step(4.0), []);
@@ -141,7 +141,7 @@ fn delays_are_kept_and_begin_anew_when_the_condition_goes() {
 
 #[test]
 fn bad_values_neither_raise_nor_clear_and_the_alarm_says_so() {
-    let mut bay = Bay::of(vec![delayed(5.0, 5.0)]);
+    let mut bay = Bay::new(vec![delayed(5.0, 5.0)]);
     bay.set_oil(96.0);
     bay.step(0.0);
     bay.set(OIL, None, Quality::Bad(Reason::Communication));
@@ -164,7 +164,7 @@ fn bad_values_neither_raise_nor_clear_and_the_alarm_says_so() {
 #[test]
 fn a_condition_that_is_over_before_the_frame_is_no_less_an_alarm() {
     let trip = alarm("trip", watch(RELAY, Condition::Equals(Value::Bool(true))));
-    let mut bay = Bay::of(vec![trip]);
+    let mut bay = Bay::new(vec![trip]);
     bay.set_bool(RELAY, false);
     bay.step(0.0);
     bay.set_bool(RELAY, true);
@@ -181,7 +181,7 @@ fn the_first_of_a_group_is_told_until_all_are_normal() {
         group: Some("trip".into()),
         ..alarm(id, watch(tag, Condition::Equals(Value::Bool(true))))
     };
-    let mut bay = Bay::of(vec![member("breaker", BREAKER), member("relay", RELAY)]);
+    let mut bay = Bay::new(vec![member("breaker", BREAKER), member("relay", RELAY)]);
     bay.set_bool(BREAKER, false);
     bay.set_bool(RELAY, false);
     bay.step(0.0);
@@ -208,7 +208,7 @@ fn what_suppresses_in_the_same_frame_suppresses_and_nothing_is_shown_between() {
     let by = TagCondition { tag: BREAKER, condition: Condition::Equals(Value::Bool(false)) };
     let suppressed_by = Some(by);
     let source = AlarmSource::Tag { trigger, on_delay, off_delay, suppressed_by };
-    let mut bay = Bay::of(vec![AlarmSpec { source, ..hot() }]);
+    let mut bay = Bay::new(vec![AlarmSpec { source, ..hot() }]);
     bay.set_bool(BREAKER, true);
     bay.set_oil(60.0);
     bay.step(0.0);
@@ -223,7 +223,7 @@ fn what_suppresses_in_the_same_frame_suppresses_and_nothing_is_shown_between() {
 
 #[test]
 fn shelves_end_by_themselves_and_what_is_wrong_still_is_annunciated_anew() {
-    let mut bay = Bay::of(vec![hot()]);
+    let mut bay = Bay::new(vec![hot()]);
     bay.set_oil(96.0);
     bay.step(0.0);
     bay.perform(0, Action::Acknowledge).unwrap();
@@ -244,14 +244,14 @@ fn a_table_goes_on_where_the_log_ends() {
     let latched = AlarmSpec { latched: true, ..alarm("latched", watch(OIL, high(95.0))) };
     let cold = alarm("shelved", watch(OIL, high(95.0)));
     let specs = || vec![hot(), latched.clone(), cold.clone()];
-    let mut before = Bay::of(specs());
+    let mut before = Bay::new(specs());
     before.set_oil(96.0);
     let mut log = before.step(0.0);
     log.push(before.perform(0, Action::Acknowledge).unwrap());
     log.push(before.perform(2, Action::Shelve(seconds(60.0))).unwrap());
     let last = log.last().unwrap().number;
     assert!(log.iter().map(|record| record.number).eq(1..=last));
-    let mut after = Bay::of(specs());
+    let mut after = Bay::new(specs());
     let standings = log.iter().map(|record| (record.alarm.as_str(), record.standing, record.time));
     // 59 s later, by the wall clock.
     after.alarms.restore(standings, last, SourceTime(59_000_000_000));
@@ -269,7 +269,7 @@ fn a_table_goes_on_where_the_log_ends() {
 
 #[test]
 fn what_is_mirrored_is_decided_on_by_the_host_alone() {
-    let mut bay = Bay::of(vec![alarm("host", AlarmSource::Mirrored)]);
+    let mut bay = Bay::new(vec![alarm("host", AlarmSource::Mirrored)]);
     bay.step(0.0);
     let mirror = |bay: &mut Bay, state| {
         bay.alarms.mirror(AlarmHandle(0), state, None, Some("host")).unwrap()
@@ -281,7 +281,7 @@ fn what_is_mirrored_is_decided_on_by_the_host_alone() {
         let refused = bay.perform(0, Action::Acknowledge).unwrap_err();
         assert!(matches!(refused, ActionError::Mirrored { .. }));
     }
-    let mut own = Bay::of(vec![hot()]);
+    let mut own = Bay::new(vec![hot()]);
     let refused = own.alarms.mirror(AlarmHandle(0), State::B, None, None);
     assert_eq!(refused, Err(ActionError::Unknown), "a tag decides on that one");
 }
@@ -289,7 +289,7 @@ fn what_is_mirrored_is_decided_on_by_the_host_alone() {
 #[test]
 fn counts_and_what_is_open_follow_and_timers_hold_one_entry_an_alarm() {
     let specs = (0..100).map(|at| AlarmSpec { id: at.to_string(), ..delayed(60.0, 60.0) });
-    let mut bay = Bay::of(specs.collect());
+    let mut bay = Bay::new(specs.collect());
     for round in 0..1000 {
         bay.set_oil(if round % 2 == 0 { 99.0 } else { 50.0 });
         bay.step(0.01);

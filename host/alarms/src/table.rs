@@ -1,4 +1,4 @@
-//! The alarm table: the state of every alarm, and what it rests on.
+//! Alarm table: the state of every alarm.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -45,7 +45,7 @@ pub(crate) struct Cell {
     pub(crate) holds: bool,
     /// True while its tag's quality is good.
     pub(crate) is_certain: bool,
-    /// The condition came or went, and its delay goes on.
+    /// Change of the condition whose delay is running.
     pub(crate) pending: Option<Pending>,
     /// Time at which shelving expires.
     pub(crate) shelf_ends: Option<Moment>,
@@ -61,7 +61,7 @@ pub(crate) struct Cell {
     pub(crate) pulse: Option<Cause>,
 }
 
-/// A delay that goes on.
+/// Delay that is running.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pending {
     /// True for a condition that came, false for one that went.
@@ -132,7 +132,8 @@ impl StateCounts {
 }
 
 impl AlarmTable {
-    /// All alarms normal, at `now`. Nobody may shelve for longer than `max_shelving`.
+    /// Creates a table with all alarms normal at `now`. `max_shelving` is the longest shelving
+    /// time.
     pub fn new(set: Arc<AlarmSet>, max_shelving: Duration, now: Moment) -> Self {
         let mut counts = [StateCounts::default(); Priority::ALL.len()];
         let cell = |spec: &AlarmSpec| {
@@ -156,9 +157,9 @@ impl AlarmTable {
         }
     }
 
-    /// Goes on where an audit log ends: with the standing that each alarm had last, and the
-    /// number of the last record. Alarms that are not there any more are passed over. What
-    /// was active, or suppressed, stays so until a tag says otherwise. Before the first step.
+    /// Restores the state from an audit log: the last flags of each alarm and the number of the
+    /// last record. Alarms that no longer exist are skipped. Active and suppressed alarms stay so
+    /// until a tag decides otherwise. To be called before the first step.
     pub fn restore<'a>(
         &mut self,
         standings: impl IntoIterator<Item = (&'a str, AlarmFlags, SourceTime)>,
@@ -198,10 +199,9 @@ impl AlarmTable {
         }
     }
 
-    /// Goes on with the alarms of another table that have the same ids, whatever became of
-    /// their limits and tags: how they stand, since when, their shelves, and which came first.
-    /// Delays go on of those whose condition is the same. Tags are looked at in the next step.
-    /// Before the first step.
+    /// Inherits the alarms of another table with the same ids, whatever their limits and tags:
+    /// flags, times, shelving and first-out marks. Delays continue for equal conditions. Tags are
+    /// evaluated in the next step. To be called before the first step.
     pub fn inherit(&mut self, before: Self, is_same: impl Fn(&str) -> bool) {
         (self.next_number, self.now) = (before.next_number, self.now.max(before.now));
         (self.wall_clock, self.revision) = (before.wall_clock, before.revision + 1);
@@ -245,7 +245,7 @@ impl AlarmTable {
         &self.set
     }
 
-    /// An alarm as it is.
+    /// Returns the current status of an alarm.
     pub fn status(&self, alarm: AlarmHandle) -> Option<AlarmStatus> {
         let cell = self.cells.get(alarm.0 as usize)?;
         Some(AlarmStatus {
@@ -273,7 +273,8 @@ impl AlarmTable {
         self.counts[priority as usize]
     }
 
-    /// Another one whenever something happened, or an alarm became certain or uncertain.
+    /// Returns a number that changes with every event, and when an alarm becomes certain or
+    /// uncertain.
     pub fn revision(&self) -> u64 {
         self.revision
     }
@@ -283,7 +284,7 @@ impl AlarmTable {
         self.timers.next()
     }
 
-    /// Does what an operator asks for, at the instant of the last step.
+    /// Performs an operator's action at the instant of the last step.
     ///
     /// # Errors
     /// Whatever has no meaning for the alarm as it is; nothing has changed then.
@@ -325,8 +326,8 @@ impl AlarmTable {
         Ok(record)
     }
 
-    /// Sets an alarm to the state that another alarm system says it has; none where it has
-    /// that state already. `until` is the end of its time on the shelf.
+    /// Sets an alarm to the state reported by another alarm system; none where it has that state
+    /// already. `until` is the end of shelving.
     ///
     /// # Errors
     /// [`ActionError::Unknown`], also for an alarm that is decided on here.
@@ -345,7 +346,7 @@ impl AlarmTable {
             return Ok(None);
         }
         if standing.is_active && !before.is_active {
-            self.cells[alarm.0 as usize].chatter.note(self.now);
+            self.cells[alarm.0 as usize].chatter.record(self.now);
         }
         let mut record = self.change(alarm, |now| {
             *now = standing;
@@ -424,7 +425,7 @@ impl AlarmTable {
         }
     }
 
-    /// Puts an alarm where the timers must look at it next.
+    /// Schedules an alarm in the timer queue for its next due time.
     pub(crate) fn queue(&mut self, alarm: AlarmHandle) {
         let cell = &mut self.cells[alarm.0 as usize];
         let pending = cell.pending.map(|pending| pending.due);
@@ -435,7 +436,7 @@ impl AlarmTable {
 }
 
 impl Cause {
-    pub(crate) fn of(change: &Change) -> Self {
+    pub(crate) fn from_change(change: &Change) -> Self {
         let &Change { value, source_time, origin, .. } = change;
         Self { value, source_time, origin }
     }

@@ -41,7 +41,7 @@ impl fmt::Debug for Digest256 {
 impl FromStr for Digest256 {
     type Err = ();
 
-    /// Takes 64 lower-case hexadecimal digits and nothing else: each value has one text.
+    /// Parses 64 lower-case hexadecimal digits and nothing else: each value has one text.
     fn from_str(text: &str) -> Result<Self, ()> {
         let digit = |byte: u8| match byte {
             b'0'..=b'9' => Ok(byte - b'0'),
@@ -81,7 +81,7 @@ pub(crate) struct ChainKey {
 }
 
 impl fmt::Debug for ChainKey {
-    /// Tells which key it is, and never the key.
+    /// Shows the id of the key, never the key.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "ChainKey({:?})", self.id)
     }

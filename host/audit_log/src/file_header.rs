@@ -20,7 +20,7 @@ pub(crate) struct FileHeader {
     pub(crate) after: u64,
     /// Carried records that follow.
     pub(crate) carried: u64,
-    /// Tells whether an anchor was there when it began.
+    /// True where an anchor existed when the file began.
     #[serde(default)]
     pub(crate) has_anchor: bool,
     /// The files before it that are kept, the oldest first, as they ended.
@@ -42,13 +42,13 @@ pub(crate) struct ListedFile {
     pub(crate) bytes: u64,
     /// SHA-256 of so many bytes, hexadecimal.
     pub(crate) sha256: String,
-    /// Tells whether more may follow which the disk did not confirm; the next file repeats it.
+    /// True where unsynced records may follow; the next file repeats them.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub(crate) is_unsynced: bool,
 }
 
 impl FileHeader {
-    /// Keeps remarks, as far as a header has room for them.
+    /// Keeps remarks up to the limit of a header.
     pub(crate) fn keep_remarks(&mut self, remarks: &[String]) {
         let short = |remark: &String| {
             let end = remark.floor_char_boundary(MAX_REMARK_BYTES);

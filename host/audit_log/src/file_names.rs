@@ -2,7 +2,7 @@
 
 /// The file that is appended to.
 pub(crate) const CURRENT: &str = "alarms.jsonl";
-/// A file that is being begun.
+/// Temporary name of a file that is being started.
 pub(crate) const SCRATCH: &str = "alarms.jsonl.new";
 /// Held locked by the writer.
 pub(crate) const LOCK: &str = "lock";
@@ -31,11 +31,11 @@ pub(crate) enum FileRole {
     Aged(u64),
     /// A beginning that a crash left behind.
     Unfinished(u64),
-    /// The lock, and whatever else lies there.
+    /// The lock file, or a foreign file.
     Other,
 }
 
-/// Tells the role of a file by its name.
+/// Returns the role of a file by its name.
 pub(crate) fn role_of(name: &str) -> FileRole {
     match name {
         CURRENT => return FileRole::Current,

@@ -41,7 +41,7 @@ impl LinePlaces {
 #[derive(Debug, Default)]
 pub(crate) struct FileReading {
     pub(crate) header: Option<FileHeader>,
-    /// Tells whether the reader has the key of its chain.
+    /// True where the reader has the key of its chain.
     pub(crate) is_checked: bool,
     pub(crate) bytes: u64,
     /// Bytes up to the end of the last line that is whole.
@@ -67,13 +67,13 @@ pub(crate) struct FileReading {
     pub(crate) unchained: LinePlaces,
     /// First line with a chain value.
     pub(crate) first_chained: Option<u64>,
-    /// Tells whether a line has the chain value that was looked for.
+    /// True where a line has the chain value that was searched for.
     pub(crate) has_wanted: bool,
 }
 
 impl FileReading {
-    /// Reads the bytes of a file into what was recovered so far. After its last whole line
-    /// lies what a crash cut short.
+    /// Reads the bytes of a file into the recovered state. Bytes after its last whole line were
+    /// cut short by a crash.
     pub(crate) fn read(
         bytes: &[u8],
         keys: &KeyRing,
@@ -166,7 +166,7 @@ impl FileReading {
         }
     }
 
-    /// Notes the number of a record, and those that are missing before it.
+    /// Records the number of a record, and missing ones before it.
     fn follow(&mut self, number: u64) {
         self.first_news.get_or_insert(number);
         let is_begun = self.last_number > 0 || self.header.is_some();
@@ -185,7 +185,7 @@ impl FileReading {
         self.bytes - self.whole_bytes
     }
 
-    /// Reports whether its beginning alone tells how all alarms stood.
+    /// Reports whether its beginning alone gives the state of all alarms.
     pub(crate) fn is_complete(&self) -> bool {
         match &self.header {
             Some(header) => self.carried >= header.carried,
@@ -237,7 +237,7 @@ impl FileReading {
     }
 }
 
-/// Notes how an alarm stands after a record.
+/// Records the state of an alarm after a record.
 fn stand(record: &AlarmRecord, found: &mut RecoveredLog) {
     if record.to == State::A {
         found.open.remove(&record.alarm);

@@ -24,7 +24,7 @@ pub(crate) const CARRIED: u8 = b'*';
 pub(crate) const HEADER: u8 = b'#';
 /// Mark of the one line of an anchor's file.
 pub(crate) const ANCHOR: u8 = b'@';
-/// Before the chain value, which is the end of the object.
+/// Text before the chain value, which is the end of the object.
 const CHAIN_KEY: &str = ",\"chain\":\"";
 const CHAIN_END: &str = "\"}";
 const CHAIN_DIGITS: usize = 64;
@@ -44,7 +44,7 @@ pub(crate) enum Line {
     Carried(AlarmRecord),
     /// A line whose checksum is right and whose content a newer release understands.
     Newer {
-        /// Number of its record, as far as it tells.
+        /// Number of its record, as far as it is readable.
         number: Option<u64>,
     },
 }
@@ -56,7 +56,7 @@ pub(crate) struct ReadLine<'a> {
     pub(crate) link: Option<Link<'a>>,
 }
 
-/// Chain value of a line, and what it is made of.
+/// Chain value of a line, with its inputs.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Link<'a> {
     mark: u8,

@@ -21,19 +21,19 @@ pub const MAX_WAITING_RECORDS: usize = 100_000;
 const MAX_BATCHES: usize = 64;
 /// Records that are written and synced at once.
 const MAX_RECORDS_AT_ONCE: usize = 10_000;
-/// Until what could not be written is tried again.
+/// Delay before a failed write is repeated.
 const RETRY_DELAY: Duration = Duration::from_secs(1);
 /// The longest that the anchor is behind a record that is on the disk.
 pub const ANCHOR_INTERVAL: Duration = Duration::from_secs(1);
 
-/// A log that is written.
+/// Audit log that is open for writing.
 #[derive(Debug)]
 pub struct AuditLog {
     /// Gone when the log is to end.
     sender: Option<SyncSender<Vec<AlarmRecord>>>,
     thread: Option<JoinHandle<()>>,
     shared: Arc<Shared>,
-    /// Not handed over yet.
+    /// Records not handed over yet.
     waiting: Vec<AlarmRecord>,
     lost: u64,
 }
@@ -49,7 +49,7 @@ struct Shared {
 }
 
 impl AuditLog {
-    /// Opens a log, and makes it where there is none; what it knew.
+    /// Opens a log, or creates it; returns the recovered state.
     ///
     /// # Errors
     /// A folder that cannot be used, or a log that another viewer writes.
@@ -71,8 +71,8 @@ impl AuditLog {
         Ok((Self { sender, thread, shared, waiting: Vec::new(), lost: 0 }, found))
     }
 
-    /// Takes a record; [`AuditLog::flush`] hands it to the disk. Where the disk is behind by
-    /// [`MAX_WAITING_RECORDS`] it is lost and counted.
+    /// Appends a record; [`AuditLog::flush`] hands it to the disk. Where the disk is behind by
+    /// [`MAX_WAITING_RECORDS`], the record is lost and counted.
     pub fn append(&mut self, record: AlarmRecord) {
         if self.waiting.len() < MAX_WAITING_RECORDS {
             self.waiting.push(record);
@@ -133,7 +133,7 @@ impl Drop for AuditLog {
     }
 }
 
-/// Writes what comes, all that lies ready at once, until the other end is gone.
+/// Writes incoming records in batches until the sender is dropped.
 fn write_all(
     mut writer: LogWriter,
     mut keeper: AnchorKeeper,

@@ -50,9 +50,9 @@ pub(crate) struct LogWriter {
     remarks: Vec<String>,
     staged: Vec<AlarmRecord>,
     unwritten: Option<UnwrittenText>,
-    /// Tells whether an anchor was found or written.
+    /// True where an anchor was found or written.
     has_anchor: bool,
-    /// Tells whether its anchor may be written: not so without the key, which the last one has.
+    /// True where its anchor may be written: the key of the last anchor is known.
     keeps_anchor: bool,
     /// Held as long as the log is open.
     _lock: Option<File>,
@@ -170,13 +170,13 @@ impl LogWriter {
         Ok((writer, found))
     }
 
-    /// Takes records that [`LogWriter::write_staged`] writes.
+    /// Stages records for [`LogWriter::write_staged`].
     pub(crate) fn stage(&mut self, records: Vec<AlarmRecord>) {
         self.staged.extend(records);
     }
 
-    /// Appends the staged records and waits until they are on the disk. After an error it
-    /// may be called again, and goes on where it was.
+    /// Appends the staged records and waits until they are on the disk. After an error it may be
+    /// called again, and resumes.
     pub(crate) fn write_staged(&mut self) -> io::Result<()> {
         while !self.staged.is_empty() {
             self.write_some()?;
@@ -234,7 +234,7 @@ impl LogWriter {
         })
     }
 
-    /// Notes that the anchor was written: from then on its loss is a fault.
+    /// Records that the anchor was written: from then on its loss is a fault.
     pub(crate) fn confirm_anchor(&mut self) {
         self.has_anchor = true;
     }
@@ -275,8 +275,8 @@ impl LogWriter {
         }
     }
 
-    /// Notes that somebody took the current file away while it was written. It stays in the
-    /// manifest, so that verification misses it; what stands in its place is kept aside.
+    /// Records that the current file was removed or replaced while it was written. It stays in
+    /// the manifest, so that verification reports it; a file in its place is set aside.
     fn lose_current(&mut self, is_replaced: bool) {
         let Some(current) = self.current.take() else { return };
         let file = current.number;
@@ -295,9 +295,9 @@ impl LogWriter {
         }
     }
 
-    /// Begins a new file with a header, the last record of every alarm that is not normal,
-    /// and the last of all. At each moment the files tell how all alarms stand, whichever
-    /// of the steps before a folder is synced reach the disk.
+    /// Starts a new file with a header, the last record of every alarm that is not normal, and
+    /// the last record. After a power cut in any step the files give the state of all alarms,
+    /// whichever operations before a sync reached the disk.
     fn begin_file(&mut self) -> io::Result<()> {
         let names = self.storage.names()?;
         if names.iter().any(|name| name == SCRATCH) {
@@ -350,7 +350,7 @@ impl LogWriter {
         Ok(())
     }
 
-    /// Makes the header of the next file, and names the files that go for it.
+    /// Builds the header of the next file, and names the files that are removed for it.
     fn header(
         &self,
         names: &[String],
@@ -386,8 +386,8 @@ impl LogWriter {
         Ok((header, removed))
     }
 
-    /// Takes those files off a manifest that are more than are to be kept. Files that ended
-    /// early do not count, so that a fault pushes no evidence out; quarantined ones stay.
+    /// Removes surplus files from a manifest. Files that ended early do not count, so that a
+    /// fault evicts no evidence; quarantined ones stay.
     fn remove_surplus(&self, files: &mut Vec<ListedFile>) -> Vec<String> {
         let max_full = (self.rules.max_files.max(1) - 1) as usize;
         let is_full = |file: &ListedFile| file.bytes >= self.rules.max_file_bytes;
@@ -455,7 +455,7 @@ fn free_name(names: &[String], mut wanted: impl Iterator<Item = String>) -> io::
         .ok_or_else(|| io::Error::other("too many files are kept aside: move them elsewhere"))
 }
 
-/// Makes the folder of a log with its parents, and waits until it is on the disk.
+/// Creates the folder of a log with its parents, and syncs it.
 fn make_folder(rules: &AuditLogOptions) -> io::Result<()> {
     if rules.directory.is_dir() {
         return Ok(());

@@ -13,7 +13,7 @@ use crate::storage::{DiskStorage, Storage};
 
 /// Rights of a file by which everybody may read it.
 const READ_BY_ALL: u32 = 0o004;
-/// Until a log with faults is looked at again: a viewer may have been writing it.
+/// Delay before a log with faults is read again: a viewer may have been writing it.
 const SECOND_LOOK: Duration = Duration::from_millis(50);
 
 /// Place of a log, and how large it may grow.
@@ -73,16 +73,20 @@ pub fn inspect(rules: &AuditLogOptions) -> Result<Vec<String>, LogError> {
         Err(error) => return Err(unusable(error)),
     }
     let storage = DiskStorage::open(&rules.directory).map_err(unusable)?;
-    let mut found = look(&storage, rules, &keys).map_err(unusable)?;
+    let mut found = read_findings(&storage, rules, &keys).map_err(unusable)?;
     if !found.is_empty() {
         thread::sleep(SECOND_LOOK);
-        found = look(&storage, rules, &keys).map_err(unusable)?;
+        found = read_findings(&storage, rules, &keys).map_err(unusable)?;
     }
     remarks.extend(found);
     Ok(remarks)
 }
 
-fn look(storage: &DiskStorage, rules: &AuditLogOptions, keys: &KeyRing) -> io::Result<Vec<String>> {
+fn read_findings(
+    storage: &DiskStorage,
+    rules: &AuditLogOptions,
+    keys: &KeyRing,
+) -> io::Result<Vec<String>> {
     storage.check_writable()?;
     let names = storage.names()?;
     // Opened for appending, and left as they are.

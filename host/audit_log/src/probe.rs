@@ -6,7 +6,7 @@ use crate::file_header::FileHeader;
 use crate::file_reading::FileReading;
 use crate::line;
 
-/// Reads the bytes of a file: what they tell, and how many of them are whole lines.
+/// Reads the bytes of a file: the recovered state, and the number of bytes in whole lines.
 pub fn read(bytes: &[u8]) -> (RecoveredLog, u64) {
     let mut found = RecoveredLog::default();
     let reading = FileReading::read(bytes, &KeyRing::default(), None, &mut found);

@@ -1,4 +1,4 @@
-//! Recovery: what the files of a log tell when it is opened, and how it goes on.
+//! Recovery: state of the alarms from the files of a log when it is opened.
 //!
 //! Nothing is written here, so that a log can be tried before it is used.
 
@@ -29,7 +29,7 @@ pub struct RecoveredLog {
     pub remarks: Vec<String>,
 }
 
-/// The newest file, which goes on.
+/// Newest file, which is continued.
 #[derive(Debug)]
 pub(crate) struct ContinuedFile {
     pub(crate) file: u64,
@@ -44,7 +44,7 @@ pub(crate) struct EndingFile {
     pub(crate) file: u64,
     /// Size and digest, where they are known already.
     pub(crate) digest: Option<(u64, Digest256)>,
-    /// Tells whether it goes into quarantine.
+    /// True where the file goes into quarantine.
     pub(crate) is_damaged: bool,
     pub(crate) is_unsynced: bool,
 }
@@ -59,7 +59,7 @@ pub(crate) struct Examination {
     pub(crate) files: Vec<ListedFile>,
     /// Number of the next file.
     pub(crate) next_file: u64,
-    /// Tells whether the newest file has yet to get its name: a crash came between two renames.
+    /// True where the newest file still has its temporary name: a crash came between two renames.
     pub(crate) takes_scratch: bool,
     /// The newest record that is understood.
     pub(crate) last: Option<AlarmRecord>,
@@ -171,7 +171,8 @@ pub(crate) fn examine(
     Ok(examination)
 }
 
-/// The newest file and its bytes: the current one, or what a crash kept from becoming it.
+/// Returns the newest file and its bytes: the current one, or one that a crash kept from becoming
+/// it.
 fn newest_of(
     storage: &dyn Storage,
     keys: &KeyRing,
@@ -210,8 +211,8 @@ fn number_of(name: &str) -> Option<u64> {
     }
 }
 
-/// Reads ended files from the newest one back to one that tells how all alarms stood, then
-/// takes them up in order; the newest header, and the file that has it.
+/// Reads ended files from the newest back to one with the state of all alarms, then applies them
+/// in order. Returns the newest header with its file.
 fn read_ended(
     storage: &dyn Storage,
     keys: &KeyRing,

@@ -12,7 +12,7 @@ use rustix::io::Errno;
 
 use crate::chain::{Digest256, FileHasher};
 
-/// Entries of a folder that are looked at.
+/// Limit of entries read from a folder.
 const MAX_ENTRIES: usize = 100_000;
 const READ_BYTES: usize = 64 * 1024;
 
@@ -41,7 +41,7 @@ pub(crate) trait Storage: fmt::Debug + Send {
     fn sync_folder(&self) -> io::Result<()>;
 }
 
-/// A file that is appended to.
+/// File opened for appending.
 pub(crate) trait LogFile: fmt::Debug + Send {
     /// Appends some of the bytes; how many.
     fn append(&mut self, bytes: &[u8]) -> io::Result<usize>;

@@ -14,9 +14,9 @@ use crate::recovery::is_whole_beginning;
 use crate::storage::{DiskStorage, Storage};
 use crate::{LogError, MAX_FILE_BYTES, RecoveredLog};
 
-/// Faults, and notes, that one verification tells.
+/// Limit of faults, and of notes, of one verification.
 pub const MAX_FINDINGS: usize = 1_000;
-/// Looks at a log in which faults are found: a viewer may be writing it meanwhile.
+/// Readings of a log in which faults are found: a viewer may be writing it meanwhile.
 const LOOKS: u32 = 3;
 const LOOK_INTERVAL: Duration = Duration::from_millis(100);
 
@@ -87,7 +87,7 @@ pub fn verify(
 struct LogFileReading {
     name: String,
     reading: FileReading,
-    /// Tells whether it was larger than what is read.
+    /// True where it was larger than the limit of reading.
     is_cut: bool,
 }
 
@@ -224,7 +224,7 @@ fn check_manifest(
     Ok(())
 }
 
-/// Compares the keys of the files with the one that is given, and tells where the chain begins.
+/// Compares the keys of the files with the given one, and reports where the chain begins.
 fn check_keys(keys: &KeyRing, files: &[LogFileReading], outcome: &mut Verification) {
     let own = keys.current().id();
     let mut begun: Option<(&LogFileReading, &FileHeader)> = None;
@@ -283,7 +283,7 @@ fn check_keys(keys: &KeyRing, files: &[LogFileReading], outcome: &mut Verificati
     }
 }
 
-/// Tells the faults of each file, and of the numbers from one to the next.
+/// Reports the faults of each file, and gaps of numbers between files.
 fn check_files(files: &[LogFileReading], outcome: &mut Verification) {
     let mut before: Option<u64> = None;
     for LogFileReading { name, reading, is_cut } in files {

@@ -5,7 +5,7 @@ use crate::{Brush, BrushOperator, Layout};
 /// Operator action on a chart.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
-    /// Lets axes stand otherwise.
+    /// Sets the layout of axes.
     SetLayout(Layout),
     /// Adds a brush; `alone` puts it in place of those on the same axis.
     AddBrush {
@@ -14,9 +14,9 @@ pub enum Action {
         /// True where it replaces the brushes on its axis.
         alone: bool,
     },
-    /// Takes the brush with this index away.
+    /// Removes the brush with this index.
     RemoveBrush(usize),
-    /// Takes all brushes away.
+    /// Removes all the brushes.
     ClearBrushes,
     /// Sets the operator that combines brushes.
     SetBrushOperator(BrushOperator),
@@ -29,17 +29,17 @@ pub enum Action {
     },
     /// Turns the axis at a place upside down.
     FlipAxis(usize),
-    /// Leaves the axis at a place out, or shows it again; two always stay.
+    /// Hides the axis at a place, or shows it again; two always stay visible.
     HideAxis(usize),
-    /// Makes the axis at a place logarithmic or linear, where its values allow it.
+    /// Makes the axis at a place logarithmic or linear, where its values permit.
     SwitchScale(usize),
-    /// Lets the axis at a place reach from the lowest brushed value to the highest, or, as
-    /// far as nothing is brushed, as it is described.
+    /// Rescales the axis at a place to the range of brushed values; to the described range where
+    /// nothing is brushed.
     Rescale(usize),
     /// Shows what was known at an instant, nanoseconds since 1970-01-01 UTC; `None` shows
     /// the present.
     SetPlayhead(Option<i64>),
-    /// Lets time go by in the chart, or stops it.
+    /// Starts or stops the playhead.
     Play(bool),
     /// Shows how the records of each state spread.
     ShowClusters(bool),

@@ -1,11 +1,11 @@
-//! An axis as it is shown: its scale, its direction, its ticks.
+//! Axis view: scale, direction and ticks of an axis.
 
 use crate::Axis;
 
 /// Ticks of a linear axis, about.
 const LINEAR_TICKS: f32 = 5.0;
 
-/// An axis as it is shown.
+/// View of an axis, as an operator arranged it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisView {
     /// Index of the axis described.
@@ -27,12 +27,12 @@ pub struct AxisView {
 pub struct Tick {
     /// 0 at the foot of the axis, 1 at its head.
     pub position: f32,
-    /// The value, in words.
+    /// Label with the value.
     pub text: String,
 }
 
 impl AxisView {
-    /// An axis as it is described.
+    /// Creates the view that the description asks for.
     pub fn new(index: usize, axis: &Axis) -> Self {
         let Axis { log, low, high, .. } = *axis;
         Self { axis: index, is_hidden: false, is_flipped: false, log, low, high }

@@ -10,7 +10,8 @@ pub const MAX_RANGES: usize = 8;
 /// A condition on records.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Brush {
-    /// The value on an axis lies in one of these intervals, ends included, in its unit.
+    /// Range brush: the value on an axis lies in one of these intervals, ends included, in its
+    /// unit.
     Ranges {
         /// Index of the axis described.
         axis: usize,
@@ -38,12 +39,12 @@ pub enum BrushOperator {
     Or,
 }
 
-/// All brushes of a chart.
+/// Brushes of a chart.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Brushes {
     /// Operator that combines the brushes.
     pub operator: BrushOperator,
-    /// In the order in which they were made; at most [`MAX_BRUSHES`].
+    /// Brushes in the order of creation; at most [`MAX_BRUSHES`].
     pub list: Vec<Brush>,
 }
 
@@ -53,7 +54,7 @@ impl Brushes {
         self.list.is_empty()
     }
 
-    /// For each record whether it is meant; all false where there is no brush.
+    /// Reports for each record whether it is brushed; all false without a brush.
     pub fn select(&self, records: &Records, views: &[AxisView]) -> Vec<bool> {
         if self.is_empty() || records.axes() == 0 {
             return vec![false; records.len()];

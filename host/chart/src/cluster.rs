@@ -6,11 +6,11 @@ use crate::{AxisView, Records};
 const QUANTILES: [f32; 2] = [0.1, 0.9];
 /// Records that bands are made of; of more, as many evenly among them.
 const MAX_COUNTED: usize = 20_000;
-/// Fewer records make no band.
+/// Least number of records for a band.
 const MIN_RECORDS: usize = 3;
 
-/// For each state with enough records, where its band is on each axis: the positions that a
-/// tenth of its records are below, and a tenth above.
+/// Computes the band of each state with enough records: the first and last decile of its
+/// positions on each axis.
 pub(crate) fn bands(
     records: &Records,
     views: &[AxisView],

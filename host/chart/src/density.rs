@@ -25,8 +25,8 @@ pub fn bin_index(value: f32, edges: &[f32; BINS - 1]) -> usize {
     }
 }
 
-/// For each pair of axes how many records go from each bin of the first to each of the
-/// second: `BINS + 1` times `BINS + 1` counts a pair. `is_brushed` leaves records out.
+/// Counts for each pair of axes the records from each bin of the first to each of the second:
+/// `(BINS + 1)²` counts a pair. `is_brushed` filters the records.
 pub fn bin_pairs(
     records: &Records,
     views: &[AxisView],
@@ -60,7 +60,7 @@ pub struct DensityRequest {
     pub brushes: Brushes,
     /// The instant that is shown, nanoseconds since 1970-01-01 UTC; `None` for the present.
     pub playhead: Option<i64>,
-    /// All axes, which brushes by rise are meant on.
+    /// All axes, on which brushes by rise are evaluated.
     pub(crate) order: Vec<AxisView>,
 }
 

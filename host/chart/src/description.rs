@@ -13,7 +13,7 @@ const MAX_BANDS: usize = 16;
 /// Bytes of a name.
 const MAX_NAME_BYTES: usize = 128;
 
-/// The rule that a chart breaks, in words.
+/// Rule that a chart breaks, in words.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct ChartError(pub(crate) String);
@@ -78,7 +78,7 @@ pub struct State {
     pub name: String,
     /// Color of lines in sRGB.
     pub color: [u8; 3],
-    /// Tells states apart where colours do not.
+    /// Pattern that tells states apart without colors.
     pub pattern: Pattern,
     /// True where the state is abnormal; a normal one is drawn grey.
     pub is_abnormal: bool,

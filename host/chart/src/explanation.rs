@@ -46,7 +46,7 @@ pub struct Table {
 /// A row of a table.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TableRow {
-    /// As many as there are columns.
+    /// Cells of the row, one for each column.
     pub cells: Vec<String>,
     /// Severity of the row.
     pub severity: Severity,
@@ -70,7 +70,7 @@ pub enum Severity {
 pub struct Evidence {
     /// Name of the method.
     pub method: String,
-    /// Result of the method, in words.
+    /// Result of the method as text.
     pub result: String,
     /// The rule that gave it.
     pub reason: String,
@@ -98,7 +98,7 @@ pub struct DiagramZone {
     pub name: String,
     /// Corners of its outline.
     pub outline: Vec<[f32; 2]>,
-    /// True where the record lies in the zone.
+    /// True where the record belongs to the zone.
     pub is_hit: bool,
 }
 

@@ -7,8 +7,8 @@ use crate::{Description, Records};
 /// Records that one export takes.
 const MAX_EXPORTED: usize = 100_000;
 
-/// The records that are meant, with a header, by RFC 4180; times are nanoseconds since
-/// 1970-01-01 UTC. Beyond `MAX_EXPORTED` (100,000) it ends with a line that says so.
+/// Writes the brushed records with a header (RFC 4180); times are nanoseconds since 1970-01-01
+/// UTC. Beyond `MAX_EXPORTED` (100,000) a last line reports the omission.
 pub(crate) fn csv(
     description: &Description,
     records: &Records,

@@ -15,11 +15,11 @@ pub enum Layout {
 /// Extent of a chart, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Size {
-    /// From the first axis to the last one.
+    /// Distance from the first axis to the last one.
     pub width: f32,
     /// Height of an axis.
     pub height: f32,
-    /// From the first time to the last one.
+    /// Depth from the first time to the last one.
     pub depth: f32,
 }
 

@@ -2,9 +2,9 @@
 
 use crate::shape::{NO_RECORD, Shape};
 
-/// The record of the stroke nearest to a place on the screen, no farther than `reach`; of
-/// strokes that are as near, the one drawn last. `project` takes chart space, metres, to the
-/// screen; `None` for what is behind the eye.
+/// Picks the record of the stroke nearest to a place on the screen, no farther than `reach`; of
+/// equally near ones the last drawn. `project` maps chart space, metres, to the screen; `None`
+/// behind the eye.
 pub fn nearest(
     shape: &Shape,
     project: impl Fn([f32; 3]) -> Option<[f32; 2]>,
@@ -22,7 +22,7 @@ pub fn nearest(
     found.map(|(_, record)| record)
 }
 
-/// From a place to a segment.
+/// Distance of a point from a segment.
 fn distance(at: [f32; 2], from: [f32; 2], to: [f32; 2]) -> f32 {
     let along = [to[0] - from[0], to[1] - from[1]];
     let away = [at[0] - from[0], at[1] - from[1]];

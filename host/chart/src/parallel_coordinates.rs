@@ -8,8 +8,8 @@ use crate::{
     Size, export, shape,
 };
 
-/// Records that are drawn as lines; of more, density shows, and as many lines at most for
-/// what is selected.
+/// Limit of records drawn as lines. A larger chart is drawn as density, with at most as many
+/// lines for selected records.
 pub const MAX_STROKED_RECORDS: usize = 20_000;
 /// Seconds in which the chart plays from its first record to its last.
 const PLAY_SECONDS: f64 = 30.0;
@@ -20,7 +20,7 @@ const NANOS_PER_SECOND: i64 = 1_000_000_000;
 pub struct ParallelCoordinates {
     pub(crate) description: Arc<Description>,
     pub(crate) records: Records,
-    /// All axes, from the left to the right.
+    /// All axes, from left to right.
     pub(crate) order: Vec<AxisView>,
     pub(crate) layout: Layout,
     pub(crate) size: Size,
@@ -30,10 +30,9 @@ pub struct ParallelCoordinates {
     pub(crate) shows_clusters: bool,
     /// Equipment, by its index.
     pub(crate) selected: BTreeSet<usize>,
-    /// For each record whether a brush means it; empty where records are too many for that
-    /// to be known at once.
+    /// Brushing result of each record; empty where records are too many to compute it at once.
     brushed: Vec<bool>,
-    /// Grows with every change of what is seen.
+    /// Revision number, which grows with every visible change.
     revision: u64,
 }
 
@@ -47,7 +46,7 @@ pub struct ChartSelection {
     /// Index of the legend's entry; `None` where the record is too old to speak for the
     /// equipment.
     pub state: Option<u32>,
-    /// From the record to the instant that is shown, nanoseconds.
+    /// Age of the record at the instant shown, nanoseconds.
     pub age_nanos: i64,
 }
 
@@ -70,8 +69,7 @@ impl ParallelCoordinates {
         }
     }
 
-    /// Takes other records. Where the axes are the same, they stay as they are arranged,
-    /// and so do the brushes.
+    /// Replaces the records. Arrangement and brushes are kept where the axes are the same.
     pub fn set_data(&mut self, description: Arc<Description>, records: Records) {
         if self.description.axes != description.axes {
             let views = description.axes.iter().enumerate();
@@ -96,7 +94,7 @@ impl ParallelCoordinates {
         &self.records
     }
 
-    /// All axes, from the left to the right; those hidden among them.
+    /// Returns all axes from left to right, hidden ones included.
     pub fn order(&self) -> &[AxisView] {
         &self.order
     }
@@ -147,7 +145,7 @@ impl ParallelCoordinates {
         self.shows_clusters
     }
 
-    /// Grows with every change of what is seen.
+    /// Returns a number that grows with every visible change.
     pub fn revision(&self) -> u64 {
         self.revision
     }
@@ -184,7 +182,7 @@ impl ParallelCoordinates {
         self.playhead.is_none_or(|playhead| record.unix_nanos <= playhead)
     }
 
-    /// Does what an operator asks for.
+    /// Applies an operator's action.
     pub fn apply(&mut self, action: &Action) {
         match action {
             Action::SetLayout(layout) => self.layout = *layout,
@@ -230,7 +228,7 @@ impl ParallelCoordinates {
         }
     }
 
-    /// Lets an axis reach from the lowest brushed value to the highest.
+    /// Rescales an axis to the range of brushed values.
     fn rescale(&mut self, at: usize) {
         let brushed: Vec<usize> = self.brushed().collect();
         let Some(view) = self.order.get_mut(at) else { return };
@@ -246,7 +244,7 @@ impl ParallelCoordinates {
         view.log &= view.low >= f32::MIN_POSITIVE;
     }
 
-    /// Lets time go by.
+    /// Advances the playhead by a time.
     pub fn advance(&mut self, seconds: f64) {
         let (true, Some([first, last])) = (self.plays, self.records.span()) else { return };
         let at = self.playhead.unwrap_or(first);
@@ -265,7 +263,7 @@ impl ParallelCoordinates {
         }
     }
 
-    /// Works out anew what brushes mean.
+    /// Recomputes the brushed records.
     fn brush(&mut self) {
         self.brushed = match self.is_dense() {
             true => Vec::new(),
@@ -307,8 +305,8 @@ impl ParallelCoordinates {
         export::csv(&self.description, &self.records, is_brushed)
     }
 
-    /// The brush that an interval of positions on a shown axis is: 0 at its foot, 1 at its
-    /// head; what lies below the foot alone is the lane of records without a value.
+    /// Creates the brush for an interval of positions on a shown axis: 0 at its foot, 1 at its
+    /// head. An interval below the foot selects the lane of records without a value.
     pub fn brush_at(&self, shown: usize, positions: [f32; 2]) -> Option<Brush> {
         let view = *self.shown_axes().get(shown)?;
         let [low, high] = [positions[0].min(positions[1]), positions[0].max(positions[1])];

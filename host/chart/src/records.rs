@@ -32,7 +32,7 @@ pub struct Records {
 }
 
 impl Records {
-    /// None yet, of a chart.
+    /// Creates an empty set of records for a chart.
     pub fn new(description: &Description) -> Self {
         Self {
             axes: description.axes.len(),
@@ -43,8 +43,8 @@ impl Records {
         }
     }
 
-    /// Takes more of them. Values too small for a normal number become 0, so that every
-    /// device compares them alike.
+    /// Appends records. Values too small for a normal number become 0, so that every device
+    /// compares them alike.
     ///
     /// # Errors
     /// The rule that they break; nothing of these records is there then.

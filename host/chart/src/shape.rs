@@ -60,13 +60,13 @@ pub enum TextKind {
     Tick,
     /// A limit of an axis, on the right of it.
     Limit,
-    /// Under the foot of an axis: the lane of records without a value.
+    /// Label of the lane of records without a value, under the foot of an axis.
     Missing,
     /// A time, beside the chart.
     Time,
 }
 
-/// All that is drawn, what lies behind first.
+/// Geometry of a chart, in the order of drawing, the farthest first.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Shape {
     /// Faces, drawn behind all strokes.

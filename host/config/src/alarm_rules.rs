@@ -1,14 +1,14 @@
-//! What the schema cannot say of alarms: that tags and equipment exist, that conditions
-//! are of one kind and fit their tags, that limits are in order.
+//! Rules for alarms beyond the schema: tags and equipment exist, conditions are of one kind and
+//! fit their tags, limits are in order.
 
 use std::collections::BTreeMap;
 
 use serde_json::Value;
 
-use crate::placing_rules::Equipment;
+use crate::placement_rules::Equipment;
 use crate::report::Report;
 use crate::rules::{check_name_key, check_reference, item_pointer, named};
-use crate::{join_pointer, suggest};
+use crate::{join_pointer, suggestions};
 
 /// The kinds of a condition.
 const KINDS: [&str; 7] =
@@ -72,13 +72,13 @@ pub(crate) fn check_equipment(
         return;
     }
     report.error_with(pointer, || {
-        let cause = format!("no scene node has the id '{}'", suggest::shown(placement));
+        let cause = format!("no scene node has the id '{}'", suggestions::shown(placement));
         let add = || "add a node with that id to the scene".to_owned();
-        (cause, suggest::remedy(placement, equipment.keys().map(AsRef::as_ref), add))
+        (cause, suggestions::remedy(placement, equipment.keys().map(AsRef::as_ref), add))
     });
 }
 
-/// Nothing that decides on its states belongs to an alarm of the host's.
+/// Checks that a mirrored alarm has no keys that decide on its states.
 fn check_mirrored(alarm: &Value, pointer: &str, report: &mut Report<'_>) {
     let keys = ["tag", "condition", "suppressed_by", "on_delay_seconds", "off_delay_seconds"];
     for key in keys.into_iter().filter(|key| !alarm[key].is_null()) {
@@ -151,7 +151,7 @@ fn check_condition(
     }
 }
 
-/// Each limit of a tag is beyond those before it.
+/// Checks that each limit of a tag is beyond those before it.
 fn check_order(tag: &str, limits: &[Vec<(f64, String)>; LIMITS.len()], report: &mut Report<'_>) {
     for (upper, index) in limits.iter().zip(0..) {
         for (at, pointer) in upper {
@@ -167,7 +167,7 @@ fn check_order(tag: &str, limits: &[Vec<(f64, String)>; LIMITS.len()], report: &
                 format!(
                     "{}, {at}, is not above {name}, {below}, of the same tag '{}'",
                     LIMITS[index],
-                    suggest::shown(tag)
+                    suggestions::shown(tag)
                 ),
                 "order them low_low, low, high, high_high",
             );

@@ -11,10 +11,10 @@ use crate::join_pointer;
 use crate::limits::{
     MAX_NAME_BYTES, MAX_SOURCE_RULES, MAX_SOURCE_SEVERITY, MAX_STALE_AFTER_SECONDS,
 };
-use crate::placing_rules::Equipment;
+use crate::placement_rules::Equipment;
 use crate::report::Report;
 
-/// Where the alarms of another system come from, and whose they are.
+/// Source of another system's alarms, with the equipment that they concern.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "AlarmSource")]
@@ -22,8 +22,8 @@ pub(crate) struct RawAlarmSource {
     /// Name of the plugin that has them.
     #[schemars(length(min = 1, max = MAX_NAME_BYTES), extend("examples" = ["plc"]))]
     plugin: String,
-    /// Equipment id by what a source of alarms is called, or how that begins; the longest
-    /// that fits counts. Where none does, the source itself is an equipment id or an alias.
+    /// Equipment ids by the names of alarm sources, or by prefixes of them; the longest match
+    /// counts. Without a match the source itself is an equipment id or an alias.
     #[serde(default)]
     #[schemars(extend("maxProperties" = MAX_SOURCE_RULES))]
     #[schemars(extend("examples" = [{"S12D1T1.": "=S12D1T1-TA1"}]))]
@@ -37,23 +37,23 @@ pub(crate) struct RawAlarmSource {
     stale_after_seconds: u32,
 }
 
-/// The least severity of each priority, 1 to 1000; what is below is of low priority.
+/// Severity thresholds of the priorities, 1 to 1000; an alarm below all of them has low priority.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "Severities")]
 struct RawSeverities {
-    /// From which on an alarm is critical.
+    /// Least severity of critical priority.
     #[schemars(range(min = 1, max = MAX_SOURCE_SEVERITY), extend("examples" = [801]))]
     critical: u16,
-    /// From which on its priority is high.
+    /// Least severity of high priority.
     #[schemars(range(min = 1, max = MAX_SOURCE_SEVERITY), extend("examples" = [601]))]
     high: u16,
-    /// From which on its priority is medium.
+    /// Least severity of medium priority.
     #[schemars(range(min = 1, max = MAX_SOURCE_SEVERITY), extend("examples" = [401]))]
     medium: u16,
 }
 
-/// Where the alarms of another system come from, and whose they are.
+/// Source of another system's alarms, with the equipment that they concern.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AlarmSourceConfig {
     /// Name of the plugin instance.
@@ -64,7 +64,7 @@ pub struct AlarmSourceConfig {
     pub severities: [u16; 3],
     /// Silence after which alarms are stale, in seconds.
     pub stale_after_seconds: u32,
-    /// JSON pointer.
+    /// JSON pointer of the source.
     pub pointer: String,
 }
 
@@ -92,7 +92,7 @@ impl RawAlarmSource {
 }
 
 impl AlarmSourceConfig {
-    /// The equipment id of what a source of alarms is called, where a rule names one.
+    /// Returns the equipment id that a rule gives for the name of an alarm source.
     pub fn equipment_of(&self, source: &str) -> Option<&str> {
         let fits = self.equipment.iter().filter(|(start, _)| source.starts_with(start.as_str()));
         fits.max_by_key(|(start, _)| start.len()).map(|(_, equipment)| equipment.as_str())
@@ -103,7 +103,7 @@ fn pointer_of(index: usize) -> String {
     join_pointer("/alarm_handling/sources", index)
 }
 
-/// Each source, with its pointer.
+/// Iterates over the sources, with their pointers.
 pub(crate) fn sources(document: &Value) -> impl Iterator<Item = (String, &Value)> {
     let sources = document["alarm_handling"]["sources"].as_array().into_iter().flatten();
     sources.enumerate().map(|(index, source)| (pointer_of(index), source))

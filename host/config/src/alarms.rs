@@ -6,10 +6,10 @@ use serde::Deserialize;
 use crate::alarm_sources::{AlarmSourceConfig, RawAlarmSource};
 use crate::limits::*;
 
-/// Of a condition on bad quality: at the start no tag has a value yet.
+/// On-delay of a condition on bad quality, seconds: at the start no tag has a value yet.
 const QUALITY_DELAY_SECONDS: f64 = 5.0;
 
-/// An alarm.
+/// Alarm of a tag, or a mirrored one.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Alarm")]
@@ -18,37 +18,39 @@ pub(crate) struct RawAlarm {
     #[serde(default)]
     #[schemars(extend("examples" = ["T1.TopOil"]))]
     pub(crate) tag: Option<String>,
-    /// What must hold of the tag; one of the kinds.
+    /// Condition on the tag's value, of one kind.
     #[serde(default)]
     #[schemars(with = "RawCondition", extend("examples" = [{"high": 95, "deadband": 2}]))]
     pub(crate) condition: Option<RawCondition>,
-    /// How long it must hold without interruption; where missing 5 for `bad_quality`, else 0.
+    /// Seconds for which the condition must hold without interruption; where missing 5 for
+    /// `bad_quality`, else 0.
     #[serde(default)]
     #[schemars(with = "f64", range(min = 0.0, max = MAX_ALARM_DELAY_SECONDS), extend("examples" = [5]))]
     on_delay_seconds: Option<f64>,
-    /// How long it must be over before the alarm has returned to normal.
+    /// Seconds for which the condition must be over before the alarm has returned to normal.
     #[serde(default)]
     #[schemars(range(min = 0.0, max = MAX_ALARM_DELAY_SECONDS), extend("examples" = [10]))]
     off_delay_seconds: f64,
-    /// How soon somebody must act.
+    /// Priority, by how soon somebody must act.
     #[serde(default)]
     #[schemars(extend("examples" = ["high"]))]
     priority: PriorityConfig,
-    /// Whether it stays, once it occurred, until an operator resets it.
+    /// Latches the alarm: once it occurred, it stays until an operator resets it.
     #[serde(default)]
     latched: bool,
-    /// What happened, for people.
+    /// Message about the event, for people.
     #[schemars(length(min = 1, max = MAX_ALARM_TEXT), extend("examples" = ["Top oil hot"]))]
     message: String,
-    /// What comes of it where nobody acts.
+    /// Consequence of inaction, for people.
     #[serde(default)]
     #[schemars(length(max = MAX_ALARM_TEXT), extend("examples" = ["Insulation ages faster"]))]
     consequence: String,
-    /// What the operator does.
+    /// Corrective action of the operator.
     #[serde(default)]
     #[schemars(length(max = MAX_ALARM_TEXT), extend("examples" = ["Start the second fan stage"]))]
     response: String,
-    /// Equipment id, as in a binding; where missing, what the tag is bound to first.
+    /// Equipment id, as in a binding; where missing, the first equipment that the tag is bound
+    /// to.
     #[serde(default)]
     #[schemars(extend("examples" = ["=S12D1T1-TA1/tank"]))]
     pub(crate) equipment: Option<String>,
@@ -56,16 +58,16 @@ pub(crate) struct RawAlarm {
     #[serde(default)]
     #[schemars(length(min = 1, max = MAX_NAME_BYTES), extend("examples" = ["T1 trip"]))]
     group: Option<String>,
-    /// While this holds, the alarm is suppressed by design.
+    /// Condition that suppresses the alarm by design.
     #[serde(default)]
     #[schemars(with = "RawSuppression")]
     pub(crate) suppressed_by: Option<RawSuppression>,
-    /// Whether its states come from the host's alarm system, and nothing is decided here.
+    /// Takes the states from the host's alarm system; nothing is decided here.
     #[serde(default)]
     mirrored: bool,
 }
 
-/// What must hold of a tag: one limit, or `equals`, `differs` or `bad_quality`.
+/// Condition on a tag's value: one limit, or `equals`, `differs` or `bad_quality`.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "Condition")]
@@ -82,7 +84,7 @@ pub(crate) struct RawCondition {
     /// Far below: a number less than this.
     #[schemars(with = "f64", extend("examples" = [10]))]
     low_low: Option<f64>,
-    /// How far a number must come back from its limit, in the tag's unit.
+    /// Deadband before a number counts as back within its limit, in the tag's unit.
     #[schemars(range(min = 0.0), extend("examples" = [2]))]
     deadband: f64,
     /// A state: true or false, a whole number, or `intermediate`, `off`, `on`, `bad_state`.
@@ -91,20 +93,20 @@ pub(crate) struct RawCondition {
     /// Any state but this one.
     #[schemars(with = "RawState")]
     differs: Option<RawState>,
-    /// A tag that is bad, by its source or because it is stale.
+    /// Bad quality of the tag, by its source or by staleness.
     #[schemars(extend("examples" = [true]))]
     bad_quality: bool,
 }
 
-/// What suppresses an alarm by design.
+/// Condition that suppresses an alarm by design.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Suppression")]
 pub(crate) struct RawSuppression {
-    /// Tag id.
+    /// Id of the tag.
     #[schemars(extend("examples" = ["Q1.Position"]))]
     tag: String,
-    /// What must hold of it.
+    /// Condition on its value.
     #[schemars(extend("examples" = [{"equals": "off"}]))]
     condition: RawCondition,
 }
@@ -118,7 +120,7 @@ pub(crate) enum RawState {
     DoublePoint(DoublePointConfig),
 }
 
-/// How alarms are handled.
+/// Settings of all alarms.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "AlarmHandling")]
@@ -153,32 +155,32 @@ pub(crate) struct RawAlarmHandling {
     sources: Vec<RawAlarmSource>,
 }
 
-/// How soon somebody must act, the most urgent first.
+/// Priority of an alarm, the most urgent first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[schemars(rename = "Priority")]
 pub enum PriorityConfig {
-    /// At once.
+    /// Action is needed at once.
     Critical,
-    /// Promptly.
+    /// Action is needed promptly.
     High,
-    /// Soon.
+    /// Action is needed soon.
     #[default]
     Medium,
-    /// When there is time.
+    /// Action may be deferred.
     Low,
 }
 
-/// Which limit of a measurement.
+/// Limits of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LimitConfig {
-    /// Far above.
+    /// Upper limit of high urgency.
     HighHigh,
-    /// Above.
+    /// Upper limit of a measurement.
     High,
-    /// Below.
+    /// Lower limit of a measurement.
     Low,
-    /// Far below.
+    /// Lower limit of high urgency.
     LowLow,
 }
 
@@ -186,98 +188,98 @@ pub enum LimitConfig {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DoublePointConfig {
-    /// Neither contact.
+    /// Neither contact is closed.
     Intermediate,
-    /// Open.
+    /// The switch is open.
     Off,
-    /// Closed.
+    /// The switch is closed.
     On,
-    /// Both contacts.
+    /// Both contacts are closed.
     BadState,
 }
 
 /// A state of a tag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StateConfig {
-    /// Of a tag of type bool.
+    /// State of a tag of type bool.
     Bool(bool),
-    /// Of a tag of type i64.
+    /// State of a tag of type i64.
     Integer(i64),
-    /// Of a tag of type double_point.
+    /// State of a tag of type double_point.
     DoublePoint(DoublePointConfig),
 }
 
-/// What must hold of a tag, which its type can have.
+/// Condition on a tag's value that fits the tag's type.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ConditionConfig {
     /// A number beyond a limit.
     Limit {
-        /// Which.
+        /// Kind of the limit.
         limit: LimitConfig,
-        /// Where it is.
+        /// Limit value, in the tag's unit.
         at: f64,
-        /// How far the number must come back; not negative.
+        /// Deadband before the condition clears; not negative.
         deadband: f64,
     },
-    /// A state that is this one.
+    /// State equal to this one.
     Equals(StateConfig),
-    /// A state that is not this one.
+    /// State different from this one.
     Differs(StateConfig),
-    /// Bad quality.
+    /// Bad quality of the tag.
     BadQuality,
 }
 
 /// A condition of a tag.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TagConditionConfig {
-    /// Tag id.
+    /// Id of the tag.
     pub tag: String,
-    /// What must hold of it.
+    /// Condition on its value.
     pub condition: ConditionConfig,
 }
 
-/// Where an alarm's states come from.
+/// Origin of an alarm's states.
 #[derive(Clone, Debug, PartialEq)]
 pub enum AlarmOriginConfig {
-    /// From a tag.
+    /// States follow a tag.
     Tag {
-        /// When it is an alarm.
+        /// Condition that raises the alarm.
         trigger: TagConditionConfig,
-        /// How long that must hold.
+        /// Time for which the condition must hold, seconds.
         on_delay_seconds: f64,
-        /// How long it must be over.
+        /// Time for which the condition must be over, seconds.
         off_delay_seconds: f64,
-        /// What suppresses it by design.
+        /// Condition that suppresses the alarm by design.
         suppressed_by: Option<TagConditionConfig>,
     },
-    /// From the host.
+    /// States come from the host.
     Mirrored,
 }
 
-/// An alarm.
+/// Alarm of the configuration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AlarmConfig {
-    /// What happened, for people.
+    /// Message about the event, for people.
     pub message: String,
-    /// What comes of it where nobody acts.
+    /// Consequence of inaction, for people.
     pub consequence: String,
-    /// What the operator does.
+    /// Corrective action of the operator.
     pub response: String,
     /// Equipment id; whether a part of a model exists is not checked here.
     pub equipment: Option<String>,
-    /// How soon somebody must act.
+    /// Priority of the alarm.
     pub priority: PriorityConfig,
-    /// Whether it stays until somebody resets it.
+    /// True where the alarm stays until an operator resets it.
     pub latched: bool,
     /// Alarms of one group tell which of them came first.
     pub group: Option<String>,
-    /// Where its states come from.
+    /// Origin of its states.
     pub origin: AlarmOriginConfig,
-    /// JSON pointer.
+    /// JSON pointer of the alarm.
     pub pointer: String,
 }
 
-/// How alarms are handled.
+/// Settings of all alarms.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AlarmHandlingConfig {
     /// Folder of the audit log as written; none for no log.

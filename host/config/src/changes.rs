@@ -1,4 +1,4 @@
-//! What is otherwise in a configuration than in the one before.
+//! Differences between two configurations.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -8,11 +8,11 @@ use serde_json::Value;
 
 use crate::{BindingConfig, Config, OverlayConfig, RecordsConfig};
 
-/// Names of one section that are told; of more their number.
+/// Limit of names that are listed for one section; further ones are counted.
 const MAX_NAMED: usize = 6;
 
-/// What stood in parts of a text that are not kept: alike where these are, but for one text
-/// in 2^64.
+/// Hashes of text parts that are not kept. Equal hashes mean equal parts, but for one text in
+/// 2^64.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Fingerprints {
     scene: u64,
@@ -20,8 +20,8 @@ pub struct Fingerprints {
 }
 
 impl Fingerprints {
-    /// Of a document.
-    pub(crate) fn of(document: &Value) -> Self {
+    /// Hashes the parts of a document.
+    pub(crate) fn from_document(document: &Value) -> Self {
         Self {
             scene: fingerprint(&[&document["scene"], &document["templates"]]),
             equipment: fingerprint(&[&document["equipment"]]),
@@ -40,42 +40,42 @@ fn fingerprint(values: &[&Value]) -> u64 {
 pub enum Section {
     /// Directories, signature and supervision of plugins.
     PluginRules,
-    /// Plugin instances.
+    /// Section of plugin instances.
     Plugins,
-    /// Models.
+    /// Section of the models.
     Models,
-    /// Nodes and templates.
+    /// Sections of nodes and templates.
     Scene,
-    /// Names of equipment.
+    /// Section of equipment names.
     Equipment,
-    /// Tags.
+    /// Section of the tags.
     Tags,
-    /// Bindings.
+    /// Section of the bindings.
     Bindings,
-    /// Alarms.
+    /// Section of the alarms.
     Alarms,
-    /// How alarms are handled.
+    /// Section of alarm handling.
     AlarmHandling,
-    /// Overlays.
+    /// Section of the overlays.
     Overlays,
-    /// Plugins with records.
+    /// Section of plugins with records.
     Records,
-    /// The chart.
+    /// Section of the chart.
     Chart,
-    /// Cameras.
+    /// Section of the cameras.
     Cameras,
-    /// The view.
+    /// Section of the view.
     View,
-    /// The cache.
+    /// Section of the cache.
     Cache,
-    /// The log file.
+    /// Section of the log file.
     Log,
     /// Numbers that are served.
     Metrics,
 }
 
 impl Section {
-    /// As it is called in the text.
+    /// Returns the name of the section in the text.
     pub fn name(self) -> &'static str {
         match self {
             Self::PluginRules => "rules for plugins",
@@ -99,37 +99,36 @@ impl Section {
     }
 }
 
-/// What became of something.
+/// Kinds of a change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChangeKind {
-    /// It was not there before.
+    /// The item is new.
     Added,
-    /// It is not there any more.
+    /// The item was removed.
     Removed,
-    /// It is otherwise.
+    /// The item was changed.
     Changed,
 }
 
 /// One thing that is otherwise.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Change {
-    /// Where it stands.
+    /// Section of the item.
     pub section: Section,
-    /// Its name or id; none where the section has no names.
+    /// Name or id of the item; none where the section has no names.
     pub name: Option<String>,
-    /// What became of it.
+    /// Kind of the change.
     pub kind: ChangeKind,
 }
 
-/// All that is otherwise, by section and name. Where a value stands in the text is no part
-/// of it.
+/// Differences by section and name. The position of a value in the text is no difference.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Changes {
     all: Vec<Change>,
 }
 
 impl Changes {
-    /// From one configuration to another.
+    /// Compares two valid configurations.
     pub fn between(before: &Config, after: &Config) -> Self {
         let mut changes = Self::default();
         let rules = |c: &Config| {
@@ -175,18 +174,18 @@ impl Changes {
         self.all.sort_by_key(|change| change.section);
     }
 
-    /// Each in turn.
+    /// Iterates over all changes.
     pub fn iter(&self) -> impl Iterator<Item = &Change> {
         self.all.iter()
     }
 
-    /// Whether nothing is otherwise.
+    /// Reports whether the configurations are equal.
     pub fn is_empty(&self) -> bool {
         self.all.is_empty()
     }
 
-    /// Whether anything of a section is.
-    pub fn touch(&self, section: Section) -> bool {
+    /// Reports whether anything of a section changed.
+    pub fn affect(&self, section: Section) -> bool {
         self.all.iter().any(|change| change.section == section)
     }
 
@@ -222,7 +221,7 @@ fn of_binding(binding: &BindingConfig) -> (&str, &str, &str) {
     (&binding.tag, &binding.node, &binding.role)
 }
 
-/// In words, such as `tags: T1.TopOil changed; view changed`.
+/// Lists the changes, such as `tags: T1.TopOil changed; view changed`.
 impl fmt::Display for Changes {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.all.is_empty() {

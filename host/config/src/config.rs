@@ -15,7 +15,10 @@ use crate::service::{LogConfig, MetricsConfig};
 use crate::simulate::SimulateConfig;
 use crate::{Diagnostic, Positions};
 
-/// A valid configuration.
+/// Validated configuration of a view.
+///
+/// Each item keeps the JSON pointer of its value. So a later fault (a missing file, an unknown
+/// plugin) can be placed with [`Positions::diagnostic`].
 ///
 /// Each item keeps the JSON pointer of its value, so that a later fault (a
 /// missing file, an unknown plugin) can be placed with
@@ -24,52 +27,52 @@ use crate::{Diagnostic, Positions};
 pub struct Config {
     /// Directories that plugins are looked for in, in order of preference.
     pub plugin_directories: Vec<DirectoryConfig>,
-    /// How plugins whose process died are started again.
+    /// Restart policy of plugins whose process crashed.
     pub supervision: SupervisionConfig,
-    /// Who must have signed every plugin library.
+    /// Required signature of every plugin library.
     pub signature: Option<SignatureConfig>,
     /// Plugin instances by the name that the rest of the configuration uses.
     pub plugins: BTreeMap<String, PluginConfig>,
-    /// Models by name.
+    /// Models, by their names.
     pub models: BTreeMap<String, ModelConfig>,
-    /// Scene nodes.
+    /// Nodes of the scene.
     pub scene: SceneConfig,
-    /// What equipment is called, by id.
+    /// Names of equipment, by id.
     pub equipment: BTreeMap<String, EquipmentConfig>,
-    /// Tags by id.
+    /// Tags, by their ids.
     pub tags: BTreeMap<String, TagConfig>,
-    /// Which tag shows at which node, in the order of the text.
+    /// Bindings of tags to nodes, in the order of the text.
     pub bindings: Vec<BindingConfig>,
-    /// Alarms by id.
+    /// Alarms, by their ids.
     pub alarms: BTreeMap<String, AlarmConfig>,
-    /// How alarms are handled.
+    /// Settings of all alarms.
     pub alarm_handling: AlarmHandlingConfig,
     /// Overlay plugins, drawn in this order.
     pub overlays: Vec<OverlayConfig>,
     /// Plugins whose records faceplates show, in this order.
     pub records: Vec<RecordsConfig>,
-    /// The chart that stands in the scene.
+    /// Chart in the scene.
     pub chart: Option<ChartConfig>,
-    /// Cameras by name.
+    /// Cameras, by their names.
     pub cameras: BTreeMap<String, CameraConfig>,
-    /// How the first picture looks.
+    /// Settings of the first picture.
     pub view: ViewConfig,
-    /// Where results of optimisers are kept.
+    /// Location of the cache for optimizer results.
     pub cache: CacheConfig,
     /// The log file of `busbar view`, if any.
     pub log: Option<LogConfig>,
-    /// Where numbers about it are served, if anywhere.
+    /// Address on which metrics are served, if any.
     pub metrics: Option<MetricsConfig>,
-    /// Of what goes once it is loaded.
+    /// Hashes of the parts that are dropped after loading.
     pub fingerprints: Fingerprints,
-    /// Where everything stands in the text.
+    /// Positions of all values in the text.
     pub positions: Positions,
     /// Faults that do not stop Busbar.
     pub warnings: Vec<Diagnostic>,
 }
 
 impl Config {
-    /// Without what only loading needs, which is most of it: nodes, names and positions.
+    /// Drops what only loading needs, which is most of it: nodes, names and positions.
     pub fn loaded(self) -> Self {
         Self {
             scene: SceneConfig::default(),
@@ -85,18 +88,18 @@ impl Config {
 pub struct DirectoryConfig {
     /// Path as written: relative to the configuration file, or absolute.
     pub path: String,
-    /// JSON pointer.
+    /// JSON pointer of the folder.
     pub pointer: String,
 }
 
-/// A model.
+/// Model of the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelConfig {
     /// Path as written: relative to the configuration file.
     pub file: String,
     /// Name of the plugin instance that simplifies it.
     pub optimizer: Option<String>,
-    /// How much of it is collapsed, where a node does not say otherwise.
+    /// Collapse level where a node does not choose one.
     pub theta: ThetaConfig,
     /// Parts of it that move with a switch.
     pub moving_parts: Vec<MovingPartConfig>,
@@ -109,21 +112,21 @@ pub struct ModelConfig {
 pub struct MovingPartConfig {
     /// Name of the model's node.
     pub part: String,
-    /// What moves it.
+    /// Name of the mechanism that moves it.
     pub mechanism: String,
     /// The position that the file shows.
     pub modelled: EndConfig,
     /// A point of the hinge's axis, metres.
     pub pivot: [f32; 3],
-    /// Its direction; not all zero.
+    /// Direction of the axis; not all zero.
     pub axis: [f32; 3],
-    /// By how much it turns, right-handed.
+    /// Angle of the rotation, degrees, right-handed.
     pub degrees: f32,
-    /// By how much it shifts, metres.
+    /// Translation of the part, metres.
     pub travel: [f32; 3],
     /// Factors by which it folds.
     pub scale: [f32; 3],
-    /// JSON pointer.
+    /// JSON pointer of the part.
     pub pointer: String,
 }
 
@@ -132,19 +135,19 @@ pub struct MovingPartConfig {
 #[serde(rename_all = "snake_case")]
 #[schemars(rename = "End")]
 pub enum EndConfig {
-    /// It conducts.
+    /// The contact is closed and conducts.
     #[default]
     Closed,
-    /// It does not.
+    /// The contact is open.
     Open,
 }
 
-/// How theta, the share of vertices collapsed, is chosen; all are 0 to 1.
+/// Choice of theta, the share of vertices collapsed, 0 to 1.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ThetaConfig {
     /// The same from everywhere.
     Fixed(f64),
-    /// By the distance from the eye to an instance's bounds.
+    /// Levels by the distance from the eye to an instance's bounds.
     Distance {
         /// The first begins at 0, the others in ascending order; theta does
         /// not fall. At least one, at most [`MAX_THETA_LEVELS`](crate::MAX_THETA_LEVELS).
@@ -153,9 +156,9 @@ pub enum ThetaConfig {
         /// returns.
         hysteresis: f64,
     },
-    /// By the error that shows on the screen.
+    /// Limit of the screen-space error.
     ScreenError {
-        /// Pixels.
+        /// Largest screen-space error, pixels.
         max_pixels: f64,
         /// Share of it that must be to spare before detail goes.
         hysteresis: f64,
@@ -182,16 +185,16 @@ pub struct NodeConfig {
     pub transform: TransformConfig,
     /// Name of the model shown here.
     pub model: Option<String>,
-    /// How much of it is collapsed here; none where the model says it.
+    /// Collapse level of the node; none where the model's applies.
     pub theta: Option<ThetaConfig>,
-    /// JSON pointer.
+    /// JSON pointer of the node.
     pub pointer: String,
 }
 
 /// Scale, then rotate about x, y and z in turn, then translate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TransformConfig {
-    /// Metres.
+    /// Translation of the node, metres.
     pub translation: [f32; 3],
     /// Degrees about x, y and z.
     pub rotation_degrees: [f32; 3],
@@ -202,7 +205,7 @@ pub struct TransformConfig {
 /// A tag: one live value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TagConfig {
-    /// What people call it; the id where the text gives no name.
+    /// Name shown to people; the id where the text gives no name.
     pub name: String,
     /// Type of its value.
     pub value_type: TagType,
@@ -218,28 +221,27 @@ pub struct TagConfig {
     pub scale: Option<[f64; 2]>,
     /// A number nearer than this to the one before does not change it; 0 for none.
     pub dead_band: f64,
-    /// Where it comes from.
+    /// Origin of its value.
     pub origin: OriginConfig,
-    /// How it moves where its device is simulated.
+    /// Movement of the value where its device is simulated.
     pub simulate: SimulateConfig,
-    /// JSON pointer.
+    /// JSON pointer of the tag.
     pub pointer: String,
 }
 
-/// Where a tag comes from.
+/// Origin of a tag's value.
 #[derive(Clone, Debug, PartialEq)]
 pub enum OriginConfig {
     /// A plugin reads it.
     Source(SourceConfig),
-    /// It is worked out of other tags, whose ids stand in braces. Whether it can be
-    /// read is not checked here.
+    /// Expression over other tags, whose ids stand in braces. Its syntax is not checked here.
     Expression(String),
     /// The program that embeds the viewer sets it.
     Host,
 }
 
 impl TagConfig {
-    /// Where a plugin reads it, if one does.
+    /// Returns the source at a plugin, if there is one.
     pub fn source(&self) -> Option<&SourceConfig> {
         match &self.origin {
             OriginConfig::Source(source) => Some(source),
@@ -247,12 +249,12 @@ impl TagConfig {
         }
     }
 
-    /// Whether the program that embeds the viewer sets it.
+    /// Reports whether the embedding program writes the tag.
     pub fn is_host_written(&self) -> bool {
         self.origin == OriginConfig::Host
     }
 
-    /// What it is worked out by, if it is derived.
+    /// Returns the expression of a derived tag.
     pub fn expression(&self) -> Option<&str> {
         match &self.origin {
             OriginConfig::Source(_) | OriginConfig::Host => None,
@@ -267,9 +269,9 @@ impl TagConfig {
 pub enum TagType {
     /// A number with fraction.
     F64,
-    /// A whole number.
+    /// Type of whole numbers.
     I64,
-    /// On or off.
+    /// Type of on and off.
     Bool,
     /// A switch position: intermediate, off, on, or faulty.
     DoublePoint,
@@ -278,13 +280,13 @@ pub enum TagType {
 /// An interval, open where a bound is missing. `low` is less than `high`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Band {
-    /// Least value inside.
+    /// Least value within the band.
     pub low: Option<f64>,
-    /// Greatest value inside.
+    /// Greatest value within the band.
     pub high: Option<f64>,
 }
 
-/// Where a plugin reads a tag.
+/// Source of a tag at a plugin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SourceConfig {
     /// Name of the plugin instance that reads it.
@@ -298,23 +300,23 @@ pub struct SourceConfig {
 /// A tag shown at a node.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BindingConfig {
-    /// Tag id.
+    /// Id of the tag.
     pub tag: String,
     /// Equipment id: a scene node's, or `node/part` for a node of its model,
     /// whose existence is not checked here.
     pub node: String,
-    /// What the tag is to the node.
+    /// Role of the value for the node.
     pub role: String,
-    /// JSON pointer.
+    /// JSON pointer of the binding.
     pub pointer: String,
 }
 
-/// An overlay that is drawn.
+/// Overlay that is drawn.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OverlayConfig {
     /// Name of the plugin instance.
     pub plugin: String,
-    /// JSON pointer.
+    /// JSON pointer of the overlay.
     pub pointer: String,
 }
 
@@ -323,84 +325,83 @@ pub struct OverlayConfig {
 pub struct RecordsConfig {
     /// Name of the plugin instance.
     pub plugin: String,
-    /// JSON pointer.
+    /// JSON pointer of the entry.
     pub pointer: String,
 }
 
-/// A chart that stands in the scene.
+/// Chart in the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChartConfig {
     /// Name of the plugin instance whose chart it is.
     pub plugin: String,
-    /// Where the foot of its first axis stands, metres.
+    /// Position of the first axis's foot, metres.
     pub position: [f64; 3],
     /// Turn about y, degrees; at 0 it is read from +z.
     pub yaw_degrees: f64,
     /// Width, height of axes, and depth of time, metres.
     pub size: [f64; 3],
-    /// Whether the camera goes where a record becomes abnormal.
+    /// True where the camera moves to equipment whose record becomes abnormal.
     pub follows: bool,
-    /// JSON pointer.
+    /// JSON pointer of the chart.
     pub pointer: String,
 }
 
 /// A place to look from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraConfig {
-    /// Where the camera stands, in metres.
+    /// Position of the camera, metres.
     pub eye: [f32; 3],
-    /// What it looks at, in metres; never the eye itself.
+    /// Point that the camera looks at, metres; never the eye itself.
     pub target: [f32; 3],
     /// Vertical field of view in degrees.
     pub fov_degrees: f32,
-    /// How depth shows.
+    /// Projection of the camera.
     pub projection: ProjectionConfig,
-    /// JSON pointer.
+    /// JSON pointer of the camera.
     pub pointer: String,
 }
 
-/// How depth shows.
+/// Projection of a camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ProjectionConfig {
-    /// What is far is small.
+    /// Perspective projection: distant objects are smaller.
     Perspective,
-    /// All is as large as at the target.
+    /// Orthographic projection: no perspective.
     Orthographic {
-        /// From the lower to the upper edge of a picture 16:9 or wider, metres; none
-        /// for as much as a perspective view has at the target.
+        /// Visible height of a picture 16:9 or wider, metres; none for as much as a perspective
+        /// view shows at the target.
         height: Option<f32>,
     },
 }
 
-/// How the first picture looks.
+/// Settings of the first picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ViewConfig {
     /// Name of the camera; none to frame the whole scene.
     pub camera: Option<String>,
     /// Background as sRGB red, green and blue.
     pub background: [u8; 3],
-    /// What a picture may cost; none where that goes by the device.
+    /// Rendering quality; none where it follows the device.
     pub quality: Option<QualityConfig>,
     /// Samples a pixel, 1 or 4; none where they follow the quality.
     pub samples: Option<u32>,
     /// Shows a ground with a grid below the lowest point.
     pub ground: bool,
-    /// Lets what is far fade into the background.
+    /// Fades distant objects into the background.
     pub fog: bool,
-    /// Cuts open what lies before a plane.
+    /// Section plane that cuts the scene open.
     pub section: Option<SectionConfig>,
     /// Width and height in pixels.
     pub size: [u32; 2],
     /// Factor on the thetas of models and nodes.
     pub theta_scale: f64,
-    /// What a frame in a window is to take, milliseconds; none where it may take what
-    /// its detail does.
+    /// Target time of a frame in a window, milliseconds; none for no target.
     pub target_frame_millis: Option<f64>,
-    /// What a change of detail takes in a window, seconds; 0 is at once.
+    /// Duration of a change of detail in a window, seconds; 0 is at once.
     pub morph_seconds: f64,
-    /// What a window takes from one camera to another, seconds; 0 is at once.
+    /// Duration of a camera transition in a window, seconds; 0 is at once.
     pub transition_seconds: f32,
-    /// Whether a window's camera turns on for a moment after a drag.
+    /// True where a window's camera turns on for a moment after a drag.
     pub inertia: bool,
     /// Colours of panels and labels.
     pub theme: ThemeConfig,
@@ -420,18 +421,17 @@ pub struct ViewConfig {
 #[serde(rename_all = "snake_case")]
 #[schemars(rename = "Theme")]
 pub enum ThemeConfig {
-    /// Light grey.
+    /// Theme of light grey.
     #[default]
     Light,
     /// Dark grey, for night shifts.
     Dark,
 }
 
-/// What a picture may cost.
+/// Rendering quality of pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum QualityConfig {
-    /// For remote desktops and software rasterisers: the shape of things, as cheap as
-    /// can be.
+    /// Lowest cost, for remote desktops and software rasterizers: shapes alone.
     Low,
     /// Materials as they reflect light.
     Medium,
@@ -442,13 +442,13 @@ pub enum QualityConfig {
 /// A plane that cuts equipment open.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SectionConfig {
-    /// Towards what is cut away, a unit vector; y is up.
+    /// Normal towards the part that is cut away, a unit vector; y is up.
     pub normal: [f32; 3],
-    /// From the origin along the normal, metres.
+    /// Distance of the plane from the origin along the normal, metres.
     pub distance: f32,
 }
 
-/// Where results of optimisers are kept.
+/// Cache of optimizer results.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CacheConfig {
     /// Path as written: relative to the configuration file, or absolute; none
@@ -467,7 +467,7 @@ impl Default for TransformConfig {
 }
 
 impl Band {
-    /// Whether a value lies inside.
+    /// Reports whether a value lies within the band.
     pub fn contains(&self, value: f64) -> bool {
         self.low.is_none_or(|low| value >= low) && self.high.is_none_or(|high| value <= high)
     }

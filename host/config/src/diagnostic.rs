@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// How much a fault weighs.
+/// Severity of a diagnostic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Severity {
     /// The configuration cannot be used.
@@ -14,17 +14,17 @@ pub enum Severity {
 /// A fault, its place, its cause and its remedy.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
-    /// Weight.
+    /// Severity of the diagnostic.
     pub severity: Severity,
-    /// Line, from 1.
+    /// Line number, from 1.
     pub line: u32,
     /// Column in characters, from 1.
     pub column: u32,
     /// JSON pointer (RFC 6901) of the value or key at fault.
     pub pointer: String,
-    /// What is wrong.
+    /// Cause of the diagnostic.
     pub cause: String,
-    /// What to do about it.
+    /// Remedy for the user.
     pub remedy: String,
 }
 

@@ -1,4 +1,4 @@
-//! What pieces of equipment are called.
+//! Names of equipment besides their ids.
 
 use std::collections::HashMap;
 
@@ -7,28 +7,28 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use crate::alarm_rules::check_equipment;
-use crate::placing_rules::Equipment;
+use crate::placement_rules::Equipment;
 use crate::report::Report;
 use crate::rules::{item_pointer, name_fault, named};
-use crate::{MAX_ALIASES, MAX_NAME_BYTES, join_pointer, suggest};
+use crate::{MAX_ALIASES, MAX_NAME_BYTES, join_pointer, suggestions};
 
-/// What a piece of equipment is called besides its id.
+/// Names of a piece of equipment besides its id.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct EquipmentConfig {
-    /// What people call it; may be empty.
+    /// Name shown to people; may be empty.
     pub name: String,
     /// Other ids of it: of IEC 61850, CIM or the site. Each is one equipment's alone.
     pub aliases: Vec<String>,
-    /// JSON pointer.
+    /// JSON pointer of the entry.
     pub pointer: String,
 }
 
-/// What a piece of equipment is called besides its id.
+/// Names of a piece of equipment besides its id.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "Equipment")]
 pub(crate) struct RawEquipment {
-    /// What people call it.
+    /// Name shown to people; may be empty.
     #[schemars(length(max = MAX_NAME_BYTES), extend("examples" = ["Transformer 1"]))]
     name: String,
     /// Other ids by which it can be found: of IEC 61850, CIM or
@@ -59,7 +59,7 @@ pub(crate) fn check<'d>(document: &'d Value, equipment: &Equipment<'d>, report: 
             }
             let owner = owners.insert(alias, id);
             if let Some(owner) = owner.or(equipment.contains_key(alias).then_some(alias)) {
-                let (alias, owner) = (suggest::shown(alias), suggest::shown(owner));
+                let (alias, owner) = (suggestions::shown(alias), suggestions::shown(owner));
                 let cause = format!("the alias '{alias}' is one of '{owner}' already");
                 report.error(&pointer, cause, "remove it from one of the two");
             }

@@ -7,6 +7,7 @@
 //!
 //! Invariant: no I/O. Whether a file or a plugin exists is for others to find
 //! out; they place their errors with [`Positions::diagnostic`].
+#![doc = include_str!("../DESIGN.md")]
 
 mod alarm_rules;
 mod alarm_sources;
@@ -15,10 +16,10 @@ mod changes;
 mod config;
 mod diagnostic;
 mod equipment;
-mod index;
+mod json_index;
 mod limits;
-mod moving;
-mod placing_rules;
+mod moving_parts;
+mod placement_rules;
 mod plugins;
 mod pointer;
 mod positions;
@@ -33,10 +34,10 @@ mod schema;
 mod service;
 mod simulate;
 mod structure;
-mod suggest;
+mod suggestions;
 mod syntax;
 mod theta;
-mod world;
+mod world_transform;
 
 pub use alarm_sources::AlarmSourceConfig;
 pub use alarms::{
@@ -66,7 +67,7 @@ pub use simulate::{SimulateConfig, SimulatedShape};
 
 use report::Report;
 
-/// Reads a configuration.
+/// Parses and validates a configuration.
 ///
 /// Faults that do not stop Busbar are in [`Config::warnings`].
 ///
@@ -84,7 +85,7 @@ pub fn parse(text: &str) -> Result<Config, Vec<Diagnostic>> {
     if report.has_errors() {
         return Err(report.into_diagnostics());
     }
-    let fingerprints = Fingerprints::of(&document.value);
+    let fingerprints = Fingerprints::from_document(&document.value);
     let raw = match resolve::deserialize(document.value) {
         Ok(raw) => raw,
         Err(fault) => {

@@ -24,19 +24,19 @@ pub const MAX_DEATHS: u32 = 60;
 pub const MAX_WINDOW_SECONDS: u64 = 86_400;
 /// The longest deadline of a plugin's call, in milliseconds.
 pub const MAX_DEADLINE_MILLIS: u64 = 3_600_000;
-/// The most models.
+/// Limit of the models.
 pub const MAX_MODELS: usize = 10_000;
 /// The most scene nodes, instances included.
 pub const MAX_NODES: usize = 1_000_000;
-/// The most templates.
+/// Limit of the templates.
 pub const MAX_TEMPLATES: usize = 1_000;
 /// The most templates that are placed within one another.
 pub const MAX_TEMPLATE_DEPTH: usize = 16;
-/// The most tags.
+/// Limit of the tags.
 pub const MAX_TAGS: usize = 1_000_000;
 /// The longest expression of a derived tag, in bytes.
 pub const MAX_EXPRESSION_BYTES: usize = 1_000;
-/// The most alarms.
+/// Limit of the alarms.
 pub const MAX_ALARMS: usize = 100_000;
 /// The longest delay of an alarm, in seconds.
 pub const MAX_ALARM_DELAY_SECONDS: f64 = 86_400.0;
@@ -66,11 +66,11 @@ pub const MAX_EQUIPMENT: usize = 1_000_000;
 pub const MAX_ALIASES: usize = 32;
 /// The least factor on the size of panels and labels.
 pub const MIN_PANEL_SCALE: f32 = 0.5;
-/// The greatest.
+/// Largest scale of panels.
 pub const MAX_PANEL_SCALE: f32 = 4.0;
 /// The most bindings of tags to nodes.
 pub const MAX_BINDINGS: usize = 1_000_000;
-/// The most cameras.
+/// Limit of the cameras.
 pub const MAX_CAMERAS: usize = 1_000;
 /// The smallest height of an orthographic view, metres.
 pub const MIN_VIEW_METRES: f32 = 0.1;
@@ -85,7 +85,7 @@ pub const MAX_THETA_LEVELS: usize = 16;
 pub const MAX_THETA_HYSTERESIS: f64 = 0.5;
 /// The least error on the screen that detail may follow, in pixels.
 pub const MIN_ERROR_PIXELS: f64 = 0.05;
-/// The greatest.
+/// Largest screen-space error, pixels.
 pub const MAX_ERROR_PIXELS: f64 = 100.0;
 /// The longest that a frame may be meant to take, in milliseconds.
 pub const MAX_FRAME_MILLIS: f64 = 1_000.0;
@@ -99,7 +99,7 @@ pub const MAX_SIMULATED_PERIOD_SECONDS: f64 = 31_536_000.0;
 pub const MAX_NAME_BYTES: usize = 200;
 /// The longest path, in bytes.
 pub const MAX_PATH_BYTES: usize = 4_096;
-/// The farthest a coordinate lies from the origin, in metres.
+/// Largest distance of a coordinate from the origin, metres.
 pub const MAX_COORDINATE_METRES: f32 = 1.0e7;
 /// The least magnitude of a scale factor.
 pub const MIN_SCALE: f32 = 1.0e-6;
@@ -107,11 +107,11 @@ pub const MIN_SCALE: f32 = 1.0e-6;
 pub const MAX_SCALE: f32 = 1.0e6;
 /// Parts of one model that move.
 pub const MAX_MOVING_PARTS: usize = 64;
-/// By how much a part turns at most, in degrees.
+/// Largest rotation of a part, degrees.
 pub const MAX_TURN_DEGREES: f32 = 360.0;
 /// Events of a scenario.
 pub const MAX_SCENARIO_EVENTS: usize = 100_000;
-/// How long a scenario takes at most, in seconds: a week.
+/// Longest duration of a scenario, seconds: a week.
 pub const MAX_SCENARIO_SECONDS: f64 = 604_800.0;
 /// Roles that one overlay names.
 pub const MAX_OVERLAY_ROLES: usize = 100;

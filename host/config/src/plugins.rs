@@ -8,16 +8,16 @@ use serde_json::Value;
 
 use crate::limits::*;
 use crate::report::Report;
-use crate::{join_pointer, suggest};
+use crate::{join_pointer, suggestions};
 
-/// Where plugins run.
+/// Isolation of plugins from the viewer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Isolation {
-    /// Each in a supervised process of its own.
+    /// Each plugin in a supervised process of its own.
     #[default]
     Process,
-    /// In the viewer's own process: a crash takes the viewer along.
+    /// Plugins in the viewer's own process: a crash takes the viewer along.
     None,
 }
 
@@ -37,7 +37,7 @@ pub enum FreshnessBasis {
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Plugin")]
 pub(crate) struct RawPlugin {
-    /// The plugin's id.
+    /// Id of the plugin.
     #[schemars(length(min = 1, max = MAX_NAME_BYTES))]
     #[schemars(extend("examples" = ["example.optimizer"]))]
     pub(crate) plugin: String,
@@ -45,7 +45,7 @@ pub(crate) struct RawPlugin {
     #[serde(default)]
     #[schemars(extend("examples" = [{}]))]
     pub(crate) settings: serde_json::Map<String, Value>,
-    /// Where it runs, instead of what the whole configuration says.
+    /// Isolation of the instance, instead of the configuration's general one.
     #[serde(default)]
     #[schemars(with = "Isolation", extend("examples" = ["process"]))]
     isolation: Option<Isolation>,
@@ -54,8 +54,8 @@ pub(crate) struct RawPlugin {
     #[schemars(range(min = MIN_MEMORY_MEGABYTES, max = MAX_MEMORY_MEGABYTES))]
     #[schemars(extend("examples" = [4000]))]
     memory_megabytes: u32,
-    /// Whether its process may use the network; where missing, a plugin that is
-    /// the source of a tag may.
+    /// Allows the instance's process to use the network; where missing, a plugin that is the
+    /// source of a tag may.
     #[serde(default)]
     #[schemars(extend("examples" = [false]))]
     network: Option<bool>,
@@ -64,8 +64,8 @@ pub(crate) struct RawPlugin {
     #[schemars(regex(pattern = "^[0-9a-fA-F]{64}$"))]
     #[schemars(extend("examples" = ["9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08"]))]
     sha256: Option<String>,
-    /// Of an overlay: the roles of the bindings that it gets; all where there are none. What
-    /// it does not need is work in each frame.
+    /// Roles of the bindings that an overlay gets; all where there are none. Each additional
+    /// binding costs time in every frame.
     #[serde(default)]
     #[schemars(length(max = MAX_OVERLAY_ROLES), inner(length(min = 1, max = MAX_NAME_BYTES)))]
     #[schemars(extend("examples" = [["position"]]))]
@@ -80,7 +80,7 @@ pub(crate) struct RawPlugin {
     freshness_by: FreshnessBasis,
 }
 
-/// How plugins whose process died are started again.
+/// Restart policy of plugins whose process crashed.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "Supervision")]
@@ -92,8 +92,8 @@ pub(crate) struct RawSupervision {
     /// The longest delay in milliseconds.
     #[schemars(range(min = 0, max = MAX_RESTART_MILLIS), extend("examples" = [30_000]))]
     max_restart_millis: u64,
-    /// Deaths within the window that put a plugin in quarantine, until somebody
-    /// starts it; 0 for never.
+    /// Crashes within the window that put a plugin in quarantine, until an operator starts it; 0
+    /// for never.
     #[schemars(range(min = 0, max = MAX_DEATHS), extend("examples" = [3]))]
     max_deaths: u32,
     /// The window in seconds.
@@ -108,7 +108,7 @@ pub(crate) struct RawSupervision {
     optimize_millis: u64,
 }
 
-/// Who must have signed every plugin library.
+/// Required signature of every plugin library.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Signature")]
@@ -127,17 +127,17 @@ pub struct PluginConfig {
     pub plugin: String,
     /// Settings, an object that only the plugin understands.
     pub settings: Value,
-    /// Where it runs.
+    /// Isolation of the instance.
     pub isolation: Isolation,
     /// The most address space of its process, in 10^6 bytes.
     pub memory_megabytes: u32,
-    /// Whether its process may use the network; none where nobody says.
+    /// Permission to use the network; none where the text does not say.
     pub network: Option<bool>,
     /// SHA-256 of its library in hexadecimal.
     pub sha256: Option<String>,
     /// The roles of the bindings that an overlay gets; all where there are none.
     pub roles: Vec<String>,
-    /// Whether all its values are simulated.
+    /// True where all its values are simulated.
     pub simulated: bool,
     /// Time from which the age of its values is counted.
     pub freshness_by: FreshnessBasis,
@@ -145,16 +145,16 @@ pub struct PluginConfig {
     pub pointer: String,
 }
 
-/// How plugins whose process died are started again.
+/// Restart policy of plugins whose process crashed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SupervisionConfig {
     /// Delay before the first restart.
     pub restart_millis: u64,
-    /// The longest delay.
+    /// Upper bound of the delay.
     pub max_restart_millis: u64,
     /// Deaths within the window that put a plugin in quarantine; 0 for never.
     pub max_deaths: u32,
-    /// The window.
+    /// Window over which crashes are counted.
     pub window_seconds: u64,
     /// The longest that a call takes which is no picture and no optimising.
     pub call_millis: u64,
@@ -162,7 +162,7 @@ pub struct SupervisionConfig {
     pub optimize_millis: u64,
 }
 
-/// Who must have signed every plugin library.
+/// Required signature of every plugin library.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SignatureConfig {
     /// 64 hexadecimal digits, which need not be a key.
@@ -197,10 +197,10 @@ pub(crate) fn check_roles(document: &Value, report: &mut Report<'_>) {
         for (index, role) in roles.enumerate() {
             let Some(role) = role.as_str().filter(|role| !bound.contains(role)) else { continue };
             let pointer = join_pointer(&join_pointer("/plugins", name), "roles");
-            let remedy = suggest::remedy(role, bound.iter().copied(), || {
+            let remedy = suggestions::remedy(role, bound.iter().copied(), || {
                 "name a role of a binding, or remove it".to_owned()
             });
-            let cause = format!("no binding has the role '{}'", suggest::shown(role));
+            let cause = format!("no binding has the role '{}'", suggestions::shown(role));
             report.error(&join_pointer(&pointer, index), cause, remedy);
         }
     }

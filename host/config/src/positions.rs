@@ -1,23 +1,23 @@
-//! From JSON pointers to lines and columns.
+//! Text positions: JSON pointers to lines and columns.
 
 use serde::Deserialize;
 
 use crate::{Diagnostic, Severity, pointer};
 
-/// Where each value of a text stands. It outlives parsing, so that later
-/// errors (a missing model file, an unknown plugin) can be placed too.
+/// Positions of all values in a text. They outlive parsing, so that later errors (a missing model
+/// file, an unknown plugin) can be placed too.
 #[derive(Clone, Debug, Default)]
 pub struct Positions {
     text: String,
     /// Byte offsets at which lines start.
     line_starts: Vec<u32>,
     /// Values in the order of the text, parents before children.
-    places: Vec<Place>,
+    places: Vec<ValuePosition>,
 }
 
 /// One value of the text. Offsets are bytes.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Place {
+pub(crate) struct ValuePosition {
     /// Offset of the value.
     pub(crate) value: u32,
     /// Offset of the key in front of it, for a member of an object.
@@ -28,7 +28,7 @@ pub(crate) struct Place {
 
 impl Positions {
     /// `places` must describe `text`, which must be shorter than 4 GiB.
-    pub(crate) fn new(text: &str, places: Vec<Place>) -> Self {
+    pub(crate) fn new(text: &str, places: Vec<ValuePosition>) -> Self {
         let behind_breaks = text.match_indices('\n').map(|(at, _)| at as u32 + 1);
         let line_starts = std::iter::once(0).chain(behind_breaks).collect();
         Self { text: text.to_owned(), line_starts, places }
@@ -91,7 +91,7 @@ impl Positions {
         (line as u32, before.chars().count() as u32 + 1)
     }
 
-    fn find(&self, pointer: &str) -> Option<Place> {
+    fn find(&self, pointer: &str) -> Option<ValuePosition> {
         let mut at = 0;
         for token in pointer::tokens(pointer) {
             match self.child(at, &token) {
@@ -102,8 +102,8 @@ impl Positions {
         self.places.get(at).copied()
     }
 
-    /// The last member of that name, since the last of two is what is read;
-    /// or the element of that index.
+    /// Returns the last member of that name, since the last of duplicates counts; or the element
+    /// of that index.
     fn child(&self, parent: usize, token: &str) -> Option<usize> {
         let end = self.places.get(parent)?.next as usize;
         let children =

@@ -11,7 +11,7 @@ use crate::alarms::{RawAlarm, RawAlarmHandling};
 use crate::config::{TagType, ThemeConfig};
 use crate::equipment::RawEquipment;
 use crate::limits::*;
-use crate::moving::RawMovingPart;
+use crate::moving_parts::RawMovingPart;
 use crate::plugins::{Isolation, RawPlugin, RawSignature, RawSupervision};
 use crate::service::{RawLog, RawMetrics};
 use crate::simulate::RawSimulate;
@@ -36,14 +36,14 @@ pub(crate) struct RawConfig {
     #[schemars(length(max = MAX_PLUGIN_DIRECTORIES), inner(length(min = 1, max = MAX_PATH_BYTES)))]
     #[schemars(extend("examples" = [["plugins"]]))]
     pub(crate) plugin_directories: Vec<String>,
-    /// Where plugins run that do not say it themselves.
+    /// Isolation of plugins that do not choose one.
     #[serde(default)]
     #[schemars(extend("examples" = ["process"]))]
     pub(crate) isolation: Isolation,
-    /// How plugins whose process died are started again.
+    /// Restart policy of plugins whose process crashed.
     #[serde(default)]
     pub(crate) supervision: RawSupervision,
-    /// Who must have signed every plugin library; none for nobody.
+    /// Required signature of every plugin library; none for no requirement.
     #[serde(default)]
     #[schemars(with = "RawSignature")]
     pub(crate) signature: Option<RawSignature>,
@@ -51,7 +51,7 @@ pub(crate) struct RawConfig {
     #[serde(default)]
     #[schemars(extend("maxProperties" = MAX_PLUGINS))]
     pub(crate) plugins: BTreeMap<String, RawPlugin>,
-    /// Models by name.
+    /// Models, by their names.
     #[serde(default)]
     #[schemars(extend("maxProperties" = MAX_MODELS))]
     pub(crate) models: BTreeMap<String, RawModel>,
@@ -59,10 +59,10 @@ pub(crate) struct RawConfig {
     #[serde(default)]
     #[schemars(extend("maxProperties" = MAX_TEMPLATES))]
     pub(crate) templates: BTreeMap<String, Vec<RawNode>>,
-    /// The equipment shown.
+    /// Equipment shown, as nodes.
     #[schemars(extend("examples" = [[]]))]
     pub(crate) scene: Vec<RawNode>,
-    /// What equipment is called besides its id, by id.
+    /// Names of equipment besides its id, by id.
     #[serde(default)]
     #[schemars(extend("maxProperties" = MAX_EQUIPMENT))]
     pub(crate) equipment: BTreeMap<String, RawEquipment>,
@@ -70,15 +70,15 @@ pub(crate) struct RawConfig {
     #[serde(default)]
     #[schemars(extend("maxProperties" = MAX_TAGS))]
     pub(crate) tags: BTreeMap<String, RawTag>,
-    /// Which tag shows at which equipment.
+    /// Bindings of tags to equipment.
     #[serde(default)]
     #[schemars(length(max = MAX_BINDINGS))]
     pub(crate) bindings: Vec<RawBinding>,
-    /// Alarms by id.
+    /// Alarms, by their ids.
     #[serde(default)]
     #[schemars(extend("maxProperties" = MAX_ALARMS))]
     pub(crate) alarms: BTreeMap<String, RawAlarm>,
-    /// How alarms are handled.
+    /// Settings of all alarms.
     #[serde(default)]
     pub(crate) alarm_handling: RawAlarmHandling,
     /// Names of the overlay plugins to draw, in this order.
@@ -91,7 +91,7 @@ pub(crate) struct RawConfig {
     #[schemars(length(max = MAX_PLUGINS), extend("uniqueItems" = true))]
     #[schemars(extend("examples" = [["work", "register"]]))]
     pub(crate) records: Vec<String>,
-    /// A chart that stands in the scene.
+    /// Chart in the scene.
     #[serde(default)]
     #[schemars(with = "RawChart")]
     pub(crate) chart: Option<RawChart>,
@@ -99,10 +99,10 @@ pub(crate) struct RawConfig {
     #[serde(default)]
     #[schemars(extend("maxProperties" = MAX_CAMERAS))]
     pub(crate) cameras: BTreeMap<String, RawCamera>,
-    /// How the first picture looks.
+    /// Settings of the first picture.
     #[serde(default)]
     pub(crate) view: RawView,
-    /// Where results of optimisers are kept, so that the next start is quick.
+    /// Cache of optimizer results, so that the next start is quick.
     #[serde(default)]
     pub(crate) cache: RawCache,
     /// The log file of `busbar view`.
@@ -127,7 +127,7 @@ pub(crate) struct RawModel {
     #[serde(default)]
     #[schemars(extend("examples" = ["optimizer"]))]
     pub(crate) optimizer: Option<String>,
-    /// How much of it is collapsed, where a node does not say otherwise.
+    /// Collapse level where a node does not choose one.
     #[serde(default)]
     pub(crate) theta: RawTheta,
     /// Parts of it that move with a switch.
@@ -150,11 +150,11 @@ pub(crate) struct RawNode {
     #[serde(default)]
     #[schemars(extend("examples" = ["transformer"]))]
     pub(crate) model: Option<String>,
-    /// How much of the model is collapsed here, instead of what the model says.
+    /// Collapse level of the model here, instead of the model's own.
     #[serde(default)]
     #[schemars(with = "RawTheta")]
     pub(crate) theta: Option<RawTheta>,
-    /// From this node to its parent.
+    /// Transform from this node to its parent.
     #[serde(default)]
     pub(crate) transform: RawTransform,
     /// Name of a template: its nodes hang under this one, and under each copy. Each
@@ -180,11 +180,11 @@ pub(crate) struct RawInstance {
     #[schemars(length(min = 1, max = MAX_NAME_BYTES))]
     #[schemars(extend("examples" = ["=S12D1T1-TA2"]))]
     pub(crate) id: String,
-    /// How much of the copy is collapsed, instead of what the node says.
+    /// Collapse level of the copy, instead of the node's.
     #[serde(default)]
     #[schemars(with = "RawTheta")]
     pub(crate) theta: Option<RawTheta>,
-    /// From the copy to its parent.
+    /// Transform from the copy to its parent.
     #[serde(default)]
     pub(crate) transform: RawTransform,
 }
@@ -216,12 +216,12 @@ pub(crate) enum RawScale {
     PerAxis([f32; 3]),
 }
 
-/// A live value.
+/// Tag with a live value.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Tag")]
 pub(crate) struct RawTag {
-    /// What people call it; its id where missing.
+    /// Name shown to people; the id where missing.
     #[serde(default)]
     #[schemars(length(max = MAX_NAME_BYTES), extend("examples" = ["Top oil"]))]
     pub(crate) name: Option<String>,
@@ -243,7 +243,7 @@ pub(crate) struct RawTag {
     #[serde(default = "default_freshness_millis")]
     #[schemars(range(min = 50, max = 86_400_000), extend("examples" = [3000]))]
     pub(crate) freshness_millis: u64,
-    /// From the number that the plugin brings to the tag's unit; of type f64 alone.
+    /// Conversion from the plugin's number to the tag's unit; for type f64 alone.
     #[serde(default)]
     #[schemars(with = "RawTagScale")]
     pub(crate) scale: Option<RawTagScale>,
@@ -251,7 +251,7 @@ pub(crate) struct RawTag {
     #[serde(default)]
     #[schemars(range(min = 0.0), extend("examples" = [0.1]))]
     pub(crate) dead_band: f64,
-    /// Where the value comes from.
+    /// Source of the value.
     #[serde(default)]
     #[schemars(with = "RawSource")]
     #[schemars(extend("examples" = [{"plugin": "plc", "address": {}}]))]
@@ -264,7 +264,7 @@ pub(crate) struct RawTag {
     /// Instead of a source: the program that embeds the viewer sets the value.
     #[serde(default)]
     pub(crate) set_by_host: bool,
-    /// How the value moves where `busbar simulate` takes the place of its device.
+    /// Movement of the value where `busbar simulate` takes the place of its device.
     #[serde(default)]
     pub(crate) simulate: RawSimulate,
 }
@@ -274,10 +274,10 @@ pub(crate) struct RawTag {
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "TagScale")]
 pub(crate) struct RawTagScale {
-    /// What the number is multiplied by.
+    /// Factor by which the number is multiplied.
     #[schemars(extend("examples" = [0.1]))]
     pub(crate) factor: f64,
-    /// What is added then.
+    /// Offset added after the multiplication.
     #[schemars(extend("examples" = [-50]))]
     pub(crate) offset: f64,
 }
@@ -296,12 +296,12 @@ pub(crate) struct RawBand {
     /// Least value inside; less than `high`.
     #[schemars(extend("examples" = [-40]))]
     pub(crate) low: Option<f64>,
-    /// Greatest value inside.
+    /// Greatest value within the band.
     #[schemars(extend("examples" = [95]))]
     pub(crate) high: Option<f64>,
 }
 
-/// Where a tag comes from.
+/// Source of a tag.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Source")]
@@ -309,7 +309,7 @@ pub(crate) struct RawSource {
     /// Name of the plugin instance that reads it.
     #[schemars(extend("examples" = ["plc"]))]
     pub(crate) plugin: String,
-    /// Address, handed to the plugin as it is.
+    /// Address, passed to the plugin unchanged.
     pub(crate) address: Value,
 }
 
@@ -318,21 +318,21 @@ pub(crate) struct RawSource {
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Binding")]
 pub(crate) struct RawBinding {
-    /// Tag id.
+    /// Id of the tag.
     #[schemars(extend("examples" = ["T1.TopOil"]))]
     pub(crate) tag: String,
     /// Equipment id of a scene node, or that id, `/` and the name of a node
     /// of its model.
     #[schemars(extend("examples" = ["=S12D1T1-TA1/bushing 1U"]))]
     pub(crate) node: String,
-    /// What the tag is to the node.
+    /// Role of the value for the node.
     #[serde(default = "default_role")]
     #[schemars(length(min = 1, max = MAX_NAME_BYTES))]
     #[schemars(extend("examples" = ["value"]))]
     pub(crate) role: String,
 }
 
-/// A chart that stands in the scene.
+/// Chart in the scene.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Chart")]
@@ -340,7 +340,7 @@ pub(crate) struct RawChart {
     /// Name of the plugin instance whose chart it is.
     #[schemars(extend("examples" = ["gases"]))]
     pub(crate) plugin: String,
-    /// Where the foot of its first axis stands, in metres.
+    /// Position of the first axis's foot, in metres.
     #[serde(default)]
     #[schemars(inner(range(min = -MAX_COORDINATE_METRES, max = MAX_COORDINATE_METRES)))]
     pub(crate) position: [f64; 3],
@@ -352,7 +352,7 @@ pub(crate) struct RawChart {
     #[serde(default = "default_chart_size")]
     #[schemars(inner(range(min = MIN_VIEW_METRES, max = MAX_COORDINATE_METRES)))]
     pub(crate) size: [f64; 3],
-    /// Whether the camera goes to equipment whose record becomes abnormal.
+    /// Moves the camera to equipment whose record becomes abnormal.
     #[serde(default)]
     pub(crate) follow: bool,
 }
@@ -366,11 +366,11 @@ fn default_chart_size() -> [f64; 3] {
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Camera")]
 pub(crate) struct RawCamera {
-    /// Where the camera stands, in metres.
+    /// Position of the camera, in metres.
     #[schemars(inner(range(min = -MAX_COORDINATE_METRES, max = MAX_COORDINATE_METRES)))]
     #[schemars(extend("examples" = [[12, 6, 14]]))]
     pub(crate) eye: [f32; 3],
-    /// What it looks at, in metres.
+    /// Point that the camera looks at, in metres.
     #[schemars(inner(range(min = -MAX_COORDINATE_METRES, max = MAX_COORDINATE_METRES)))]
     #[schemars(extend("examples" = [[0, 3, 0]]))]
     pub(crate) target: [f32; 3],
@@ -378,31 +378,31 @@ pub(crate) struct RawCamera {
     #[serde(default = "default_fov_degrees")]
     #[schemars(range(min = 1.0, max = 150.0), extend("examples" = [45]))]
     pub(crate) fov_degrees: f32,
-    /// How depth shows: with distance, or not at all.
+    /// Projection of the camera: with perspective, or without.
     #[serde(default)]
     #[schemars(extend("examples" = ["orthographic"]))]
     pub(crate) projection: RawProjection,
-    /// What an orthographic picture 16:9 or wider shows from its lower to its upper
-    /// edge, in metres; where missing, as much as a perspective one does at the target.
+    /// Visible height of an orthographic picture 16:9 or wider, in metres; where missing, as much
+    /// as a perspective one shows at the target.
     #[serde(default)]
     #[schemars(range(min = MIN_VIEW_METRES, max = MAX_COORDINATE_METRES))]
     #[schemars(extend("examples" = [40]))]
     pub(crate) height: Option<f32>,
 }
 
-/// How depth shows.
+/// Projection of a camera.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[schemars(rename = "Projection")]
 pub(crate) enum RawProjection {
-    /// What is far is small.
+    /// Perspective projection: distant objects are smaller.
     #[default]
     Perspective,
-    /// All is as large as at the target: for plans and elevations.
+    /// Orthographic projection, for plans and elevations.
     Orthographic,
 }
 
-/// How the first picture looks.
+/// Settings of the first picture.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "View")]
@@ -413,9 +413,8 @@ pub(crate) struct RawView {
     /// Background as `#rrggbb`, sRGB.
     #[schemars(regex(pattern = "^#[0-9a-fA-F]{6}$"), extend("examples" = ["#d8dadd"]))]
     pub(crate) background: String,
-    /// What a picture may cost: `low` for remote desktops and software rasterisers,
-    /// `high` for graphics cards; where missing, `medium`, and `low` in live views that the
-    /// processor draws.
+    /// Rendering quality: `low` for remote desktops and software rasterizers, `high` for graphics
+    /// cards. Where missing, `medium`, and `low` in live views that the processor draws.
     #[schemars(extend("examples" = ["medium"]))]
     pub(crate) quality: Option<RawQuality>,
     /// Samples a pixel: 1, or 4 for smooth edges; where missing, 1 at quality `low`,
@@ -426,10 +425,10 @@ pub(crate) struct RawView {
     /// quality `low`.
     #[schemars(extend("examples" = [true]))]
     pub(crate) ground: bool,
-    /// Cuts open what lies before a plane.
+    /// Section plane that cuts the scene open.
     #[schemars(extend("examples" = [{ "normal": [0, 1, 0], "distance": 2 }]))]
     pub(crate) section: Option<RawSection>,
-    /// Lets what is far fade into the background; not at quality `low`.
+    /// Fades distant objects into the background; not at quality `low`.
     #[schemars(extend("examples" = [true]))]
     pub(crate) fog: bool,
     /// Width and height in pixels.
@@ -451,7 +450,7 @@ pub(crate) struct RawView {
     /// Seconds in which a window goes from one camera to another; 0 for at once.
     #[schemars(range(min = 0.0, max = MAX_TRANSITION_SECONDS), extend("examples" = [0.6]))]
     pub(crate) transition_seconds: f32,
-    /// Whether a window's camera turns on for a moment after a drag.
+    /// Lets a window's camera turn on for a moment after a drag.
     #[schemars(extend("examples" = [true]))]
     pub(crate) inertia: bool,
     /// Colours of panels and labels: `light`, or `dark` for night shifts. `N` in a window
@@ -471,7 +470,7 @@ pub(crate) struct RawView {
     pub(crate) device: Option<String>,
 }
 
-/// What a picture may cost.
+/// Rendering quality of pictures.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[schemars(rename = "Quality")]
@@ -489,10 +488,10 @@ pub(crate) enum RawQuality {
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Section")]
 pub(crate) struct RawSection {
-    /// Towards what is cut away: x, y (up) and z, not all zero.
+    /// Normal towards the part that is cut away: x, y (up) and z, not all zero.
     #[schemars(inner(range(min = -1.0, max = 1.0)), extend("examples" = [[0, 1, 0]]))]
     pub(crate) normal: [f32; 3],
-    /// From the origin along the normal, metres.
+    /// Distance of the plane from the origin along the normal, metres.
     #[schemars(range(min = -MAX_COORDINATE_METRES, max = MAX_COORDINATE_METRES))]
     #[schemars(extend("examples" = [2]))]
     pub(crate) distance: f32,

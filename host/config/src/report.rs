@@ -7,7 +7,7 @@ pub(crate) struct Report<'a> {
     positions: &'a Positions,
     diagnostics: Vec<Diagnostic>,
     errors: usize,
-    /// Faults beyond [`MAX_DIAGNOSTICS`].
+    /// Number of faults beyond [`MAX_DIAGNOSTICS`].
     more: usize,
 }
 
@@ -77,7 +77,7 @@ impl<'a> Report<'a> {
         self.at_key(Severity::Warning, pointer, cause.into(), remedy.into());
     }
 
-    /// All diagnostics in the order of the text.
+    /// Returns all diagnostics in the order of the text.
     pub(crate) fn into_diagnostics(mut self) -> Vec<Diagnostic> {
         self.diagnostics.sort_by_key(|d| (d.line, d.column, d.severity));
         if self.more > 0 {

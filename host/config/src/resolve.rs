@@ -8,7 +8,7 @@ use serde_path_to_error::Segment;
 
 use crate::changes::Fingerprints;
 use crate::config::*;
-use crate::moving::RawMovingPart;
+use crate::moving_parts::RawMovingPart;
 use crate::plugins::SignatureConfig;
 use crate::raw::*;
 use crate::scene::SceneConfig;
@@ -17,14 +17,14 @@ use crate::{Diagnostic, Positions, join_pointer};
 
 /// A value that the schema accepts and the raw types refuse, such as `720.0`
 /// for a whole number.
-pub(crate) struct Refused {
+pub(crate) struct TypeMismatch {
     pub(crate) pointer: String,
     pub(crate) cause: String,
     pub(crate) remedy: String,
 }
 
 /// Reads raw values from a value that has been checked.
-pub(crate) fn deserialize<T: DeserializeOwned>(value: Value) -> Result<T, Refused> {
+pub(crate) fn deserialize<T: DeserializeOwned>(value: Value) -> Result<T, TypeMismatch> {
     serde_path_to_error::deserialize(value).map_err(|error| {
         let pointer = error.path().iter().fold(String::new(), |pointer, segment| match segment {
             Segment::Seq { index } => join_pointer(&pointer, index),
@@ -32,7 +32,11 @@ pub(crate) fn deserialize<T: DeserializeOwned>(value: Value) -> Result<T, Refuse
             Segment::Enum { .. } | Segment::Unknown => pointer,
         });
         let cause = error.into_inner().to_string();
-        Refused { pointer, cause, remedy: "write a whole number without decimal point".to_owned() }
+        TypeMismatch {
+            pointer,
+            cause,
+            remedy: "write a whole number without decimal point".to_owned(),
+        }
     })
 }
 

@@ -1,5 +1,8 @@
-//! What the schema cannot say: that names exist, are in use and are well
-//! formed, that bands are no contradiction.
+//! Rules beyond the schema: names exist, are in use and are well formed, and bands do not
+//! contradict.
+//!
+//! The rules look at the JSON value and skip whatever has the wrong shape, which
+//! [`crate::structure`] reports. So one pass finds all faults.
 //!
 //! The rules look at the JSON value and pass over whatever has the wrong
 //! shape, which [`crate::structure`] reports: so one look finds all faults.
@@ -8,11 +11,11 @@ use std::collections::HashSet;
 
 use serde_json::{Map, Value};
 
-use crate::placing_rules::{self, Equipment};
+use crate::placement_rules::{self, Equipment};
 use crate::report::Report;
 use crate::{
-    MAX_NAME_BYTES, alarm_rules, alarm_sources, join_pointer, moving, plugins, scene_rules,
-    service, simulate, suggest, theta,
+    MAX_NAME_BYTES, alarm_rules, alarm_sources, join_pointer, moving_parts, plugins, scene_rules,
+    service, simulate, suggestions, theta,
 };
 
 /// One of the parts of a direction is at least so long.
@@ -30,7 +33,7 @@ pub(crate) fn check(document: &Value, report: &mut Report<'_>) {
     rules.check_cameras();
     rules.check_section();
     scene_rules::check(document, rules.report);
-    let equipment = placing_rules::check(document, rules.report);
+    let equipment = placement_rules::check(document, rules.report);
     rules.check_bindings(&equipment);
     crate::equipment::check(document, &equipment, rules.report);
     alarm_rules::check(document, &equipment, rules.report);
@@ -52,7 +55,7 @@ impl<'d> Rules<'d, '_, '_> {
             check_name_key(name, &pointer, "model", self.report);
             let theta_pointer = join_pointer(&pointer, "theta");
             theta::check(&model["theta"], &theta_pointer, self.report);
-            moving::check(model, &pointer, self.report);
+            moving_parts::check(model, &pointer, self.report);
             if model["optimizer"].is_string() {
                 self.check_plugin_reference(&model["optimizer"], &pointer, "optimizer");
             } else if theta::collapses(&model["theta"]) {
@@ -183,7 +186,7 @@ impl<'d> Rules<'d, '_, '_> {
             if !self.used_plugins.contains(name.as_str()) {
                 self.report.key_warning(
                     &pointer,
-                    format!("the plugin '{}' is used nowhere", suggest::shown(name)),
+                    format!("the plugin '{}' is used nowhere", suggestions::shown(name)),
                     "name it in a model, a tag's source, the overlays, the records, the chart \
                      or the sources of alarms, or \
                      remove it",
@@ -257,9 +260,9 @@ impl<'d> Rules<'d, '_, '_> {
             let id = node.split_once('/').map_or(node, |(id, _)| id);
             if !equipment.contains_key(id) {
                 self.report.error_with(&join_pointer(&pointer, "node"), || {
-                    let cause = format!("no scene node has the id '{}'", suggest::shown(id));
+                    let cause = format!("no scene node has the id '{}'", suggestions::shown(id));
                     let add = || "add a node with that id to the scene".to_owned();
-                    (cause, suggest::remedy(id, equipment.keys().map(AsRef::as_ref), add))
+                    (cause, suggestions::remedy(id, equipment.keys().map(AsRef::as_ref), add))
                 });
             }
         }
@@ -304,13 +307,13 @@ pub(crate) fn check_reference(
     report.error_with(&join_pointer(parent_pointer, key), || {
         let names = known.into_iter().flat_map(|known| known.keys().map(String::as_str));
         let define = || format!("add a {what} of that name under /{what}s");
-        let cause = format!("there is no {what} '{}'", suggest::shown(name));
-        (cause, suggest::remedy(name, names, define))
+        let cause = format!("there is no {what} '{}'", suggestions::shown(name));
+        (cause, suggestions::remedy(name, names, define))
     });
 }
 
-/// What is wrong with a name beyond what the schema says (1 to
-/// [`MAX_NAME_BYTES`] *characters*), as cause and remedy.
+/// Checks a name beyond the schema's limit of 1 to [`MAX_NAME_BYTES`] *characters*; returns cause
+/// and remedy.
 pub(crate) fn name_fault(name: &str, what: &str) -> Option<(String, String)> {
     let characters = name.chars().count();
     if name.len() > MAX_NAME_BYTES && characters <= MAX_NAME_BYTES {
@@ -318,7 +321,7 @@ pub(crate) fn name_fault(name: &str, what: &str) -> Option<(String, String)> {
         return Some((cause, "shorten it".to_owned()));
     }
     name.chars().any(char::is_control).then(|| {
-        let cause = format!("the {what} '{}' has a control character", suggest::shown(name));
+        let cause = format!("the {what} '{}' has a control character", suggestions::shown(name));
         (cause, "write it with printable characters".to_owned())
     })
 }
@@ -329,7 +332,7 @@ fn report_name_fault(fault: Option<(String, String)>, pointer: &str, report: &mu
     }
 }
 
-/// A name that is a key: the schema says nothing about it.
+/// Checks a name that is a key, which the schema does not limit.
 pub(crate) fn check_name_key(name: &str, pointer: &str, what: &str, report: &mut Report<'_>) {
     let fault = if name.is_empty() {
         Some((format!("the {what} has an empty name"), "give it a name".to_owned()))

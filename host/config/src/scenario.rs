@@ -10,10 +10,10 @@ use serde_json::Value;
 use crate::config::{Config, TagType};
 use crate::limits::*;
 use crate::report::Report;
-use crate::schema::Form;
-use crate::{Diagnostic, TagConfig, join_pointer, resolve, structure, suggest, syntax};
+use crate::schema::CompiledSchema;
+use crate::{Diagnostic, TagConfig, join_pointer, resolve, structure, suggestions, syntax};
 
-static FORM: LazyLock<Form> = LazyLock::new(Form::of::<RawScenario>);
+static FORM: LazyLock<CompiledSchema> = LazyLock::new(CompiledSchema::from_type::<RawScenario>);
 
 /// A timeline of events for simulated devices.
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -24,22 +24,22 @@ struct RawScenario {
     #[serde(rename = "version")]
     #[schemars(extend("const" = 1), extend("examples" = [1]))]
     _version: u32,
-    /// What happens, for people.
+    /// Description of the scenario, for people.
     #[serde(default)]
     #[schemars(length(max = MAX_ALARM_TEXT), extend("examples" = ["A breaker trips"]))]
     description: String,
-    /// What happens when, in any order.
+    /// Events, in any order.
     #[schemars(length(max = MAX_SCENARIO_EVENTS))]
     #[schemars(extend("examples" = [[{ "at": 5, "tag": "Q1.Position", "value": 1 }]]))]
     events: Vec<RawEvent>,
 }
 
-/// Something that happens: to a tag, or to the link of a plugin.
+/// Event of a tag, or of the link of a plugin.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "ScenarioEvent")]
 struct RawEvent {
-    /// When, seconds since the devices were started.
+    /// Seconds since the start of the devices.
     #[schemars(range(min = 0.0, max = MAX_SCENARIO_SECONDS), extend("examples" = [5]))]
     at: f64,
     /// The tag; with `value` or `release`.
@@ -51,22 +51,22 @@ struct RawEvent {
     #[serde(default)]
     #[schemars(with = "f64", extend("examples" = [120]))]
     value: Option<f64>,
-    /// How many seconds the way to the value takes; a bool or double_point jumps.
+    /// Duration of the ramp to the value, seconds; a bool or double_point jumps.
     #[serde(default)]
     #[schemars(range(min = 0.0, max = MAX_SCENARIO_SECONDS), extend("examples" = [10]))]
     over: f64,
-    /// Whether it moves by itself again.
+    /// Releases the tag to its own movement.
     #[serde(rename = "release", default)]
     _release: bool,
     /// The plugin whose link fails; with `link` and `for`.
     #[serde(default)]
     #[schemars(with = "String", extend("examples" = ["bay"]))]
     plugin: Option<String>,
-    /// How it fails.
+    /// Kind of the link fault.
     #[serde(default)]
     #[schemars(with = "LinkFaultKind", extend("examples" = ["link-loss"]))]
     link: Option<LinkFaultKind>,
-    /// How many seconds that holds.
+    /// Duration of the fault, seconds.
     #[serde(default, rename = "for")]
     #[schemars(with = "f64", range(min = 0.001, max = MAX_SCENARIO_SECONDS), extend("examples" = [20]))]
     for_seconds: Option<f64>,
@@ -92,18 +92,18 @@ pub enum LinkFaultKind {
     ClockJump,
 }
 
-/// What happens to the devices of a configuration.
+/// Scenario for the devices of a configuration.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ScenarioConfig {
-    /// What happens, for people.
+    /// Description of the scenario, for people.
     pub description: String,
-    /// What happens to tags that a device has, in the order of time.
+    /// Events of tags that a device has, in the order of time.
     pub events: Vec<ScenarioEventConfig>,
-    /// What happens to links, in the order of time.
+    /// Faults of links, in the order of time.
     pub link_faults: Vec<LinkFaultConfig>,
 }
 
-/// Something that happens to a tag.
+/// Event of a simulated tag.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScenarioEventConfig {
     /// Seconds since the start.
@@ -120,11 +120,11 @@ pub struct ScenarioEventConfig {
 pub struct LinkFaultConfig {
     /// Seconds since the start.
     pub at_seconds: f64,
-    /// How long it holds, seconds.
+    /// Duration of the fault, seconds.
     pub for_seconds: f64,
     /// Name of the plugin instance.
     pub plugin: String,
-    /// How it fails.
+    /// Kind of the link fault.
     pub kind: LinkFaultKind,
 }
 
@@ -190,8 +190,8 @@ fn check_tag_event(
     let Some(tag) = config.tags.get(id) else {
         let known = config.tags.keys().map(String::as_str);
         let otherwise = || "name a tag of the configuration".to_owned();
-        let remedy = suggest::remedy(id, known, otherwise);
-        return report.error(&at("tag"), format!("no tag '{}'", suggest::shown(id)), remedy);
+        let remedy = suggestions::remedy(id, known, otherwise);
+        return report.error(&at("tag"), format!("no tag '{}'", suggestions::shown(id)), remedy);
     };
     if tag.source().is_none() {
         let cause = format!("no device has the tag '{id}': it is derived");
@@ -248,8 +248,8 @@ fn check_link_fault(
         config.tags.values().filter_map(|tag| Some(tag.source()?.plugin.as_str())).collect();
     if !sources.contains(plugin) {
         let otherwise = || "name the source of a tag".to_owned();
-        let remedy = suggest::remedy(plugin, sources.iter().copied(), otherwise);
-        let cause = format!("no tag has a source '{}'", suggest::shown(plugin));
+        let remedy = suggestions::remedy(plugin, sources.iter().copied(), otherwise);
+        let cause = format!("no tag has a source '{}'", suggestions::shown(plugin));
         report.error(&join_pointer(pointer, "plugin"), cause, remedy);
     }
     for key in ["link", "for"].into_iter().filter(|&key| event[key].is_null()) {

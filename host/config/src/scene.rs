@@ -8,8 +8,7 @@ use crate::join_pointer;
 use crate::raw::{RawNode, RawScale, RawTransform};
 use crate::rules::item_pointer;
 
-/// The equipment shown. Its nodes are made as they are asked for: templates may stand
-/// for very many.
+/// Equipment shown. Its nodes are generated on demand, since templates may stand for very many.
 #[derive(Clone, Debug, Default)]
 pub struct SceneConfig {
     nodes: Vec<RawNode>,
@@ -22,11 +21,15 @@ impl SceneConfig {
         Self { nodes, templates }
     }
 
-    /// All nodes, parents before children, instances as nodes of their own.
+    /// Iterates over all nodes, parents before children, instances as nodes of their own.
     pub fn iter(&self) -> SceneNodes<'_> {
-        let list = List { nodes: &self.nodes, next: 0, parent: None, pointer: "/scene".into() };
+        let list = NodeList { nodes: &self.nodes, next: 0, parent: None, pointer: "/scene".into() };
         let empty = Rc::from("");
-        SceneNodes { templates: &self.templates, count: 0, open: vec![(Step::List(list), empty)] }
+        SceneNodes {
+            templates: &self.templates,
+            count: 0,
+            open: vec![(PendingStep::Nodes(list), empty)],
+        }
     }
 }
 
@@ -39,29 +42,29 @@ impl<'a> IntoIterator for &'a SceneConfig {
     }
 }
 
-/// Gives the nodes of a scene.
+/// Iterator over the nodes of a scene.
 #[derive(Clone, Debug)]
 pub struct SceneNodes<'a> {
     templates: &'a BTreeMap<String, Vec<RawNode>>,
     /// Nodes given so far.
     count: usize,
-    /// What is to be given still, the next last, each with what goes before its ids. As
-    /// deep as the rules let templates and the text nest.
-    open: Vec<(Step<'a>, Rc<str>)>,
+    /// Stack of pending steps, the next one last, each with the prefix of its ids. Its depth is
+    /// bounded by the rules for nested templates and text.
+    open: Vec<(PendingStep<'a>, Rc<str>)>,
 }
 
 #[derive(Clone, Debug)]
-enum Step<'a> {
+enum PendingStep<'a> {
     /// The rest of a list of nodes.
-    List(List<'a>),
+    Nodes(NodeList<'a>),
     /// The rest of a node's copies.
-    Copies(Copies<'a>),
+    Copies(NodeCopies<'a>),
     /// The template of a node, under it and its copies, from a copy on.
-    Templates(Copies<'a>),
+    Templates(NodeCopies<'a>),
 }
 
 #[derive(Clone, Debug)]
-struct List<'a> {
+struct NodeList<'a> {
     nodes: &'a [RawNode],
     next: usize,
     parent: Option<usize>,
@@ -70,7 +73,7 @@ struct List<'a> {
 
 /// A node with its instances; copy 0 is itself.
 #[derive(Clone, Debug)]
-struct Copies<'a> {
+struct NodeCopies<'a> {
     node: &'a RawNode,
     next: usize,
     /// Index of the node in the scene.
@@ -79,8 +82,8 @@ struct Copies<'a> {
     pointer: Rc<str>,
 }
 
-impl<'a> Copies<'a> {
-    fn take(&mut self) -> Option<usize> {
+impl<'a> NodeCopies<'a> {
+    fn next_copy(&mut self) -> Option<usize> {
         (self.next <= self.node.instances.len()).then(|| {
             self.next += 1;
             self.next - 1
@@ -124,7 +127,7 @@ impl Iterator for SceneNodes<'_> {
             let (step, prefix) = self.open.last_mut()?;
             let prefix = Rc::clone(prefix);
             match step {
-                Step::List(list) => match list.nodes.get(list.next) {
+                PendingStep::Nodes(list) => match list.nodes.get(list.next) {
                     Some(node) => {
                         let pointer = Rc::from(join_pointer(&list.pointer, list.next));
                         list.next += 1;
@@ -133,14 +136,14 @@ impl Iterator for SceneNodes<'_> {
                     }
                     None => drop(self.open.pop()),
                 },
-                Step::Copies(copies) => match copies.take() {
+                PendingStep::Copies(copies) => match copies.next_copy() {
                     Some(copy) => {
                         self.count += 1;
                         return Some(copies.config(copy, &prefix));
                     }
                     None => drop(self.open.pop()),
                 },
-                Step::Templates(copies) => match copies.take() {
+                PendingStep::Templates(copies) => match copies.next_copy() {
                     Some(copy) => {
                         let prefix = Rc::from(format!("{prefix}{}", copies.id(copy)));
                         let (node, under) = (copies.node, copies.index + copy);
@@ -163,26 +166,26 @@ impl<'a> SceneNodes<'a> {
         prefix: Rc<str>,
     ) {
         let index = self.count;
-        let children = List {
+        let children = NodeList {
             nodes: &node.children,
             next: 0,
             parent: Some(index),
             pointer: join_pointer(&pointer, "children").into(),
         };
-        let copies = Copies { node, next: 0, index, parent, pointer };
-        self.open.push((Step::List(children), Rc::clone(&prefix)));
+        let copies = NodeCopies { node, next: 0, index, parent, pointer };
+        self.open.push((PendingStep::Nodes(children), Rc::clone(&prefix)));
         if node.template.is_some() {
-            self.open.push((Step::Templates(copies.clone()), Rc::clone(&prefix)));
+            self.open.push((PendingStep::Templates(copies.clone()), Rc::clone(&prefix)));
         }
-        self.open.push((Step::Copies(copies), prefix));
+        self.open.push((PendingStep::Copies(copies), prefix));
     }
 
     fn begin_template(&mut self, node: &'a RawNode, under: usize, prefix: Rc<str>) {
         let name = node.template.as_deref().unwrap_or_default();
         let Some(nodes) = self.templates.get(name) else { return };
         let pointer = item_pointer("templates", name).into();
-        let list = List { nodes, next: 0, parent: Some(under), pointer };
-        self.open.push((Step::List(list), prefix));
+        let list = NodeList { nodes, next: 0, parent: Some(under), pointer };
+        self.open.push((PendingStep::Nodes(list), prefix));
     }
 }
 

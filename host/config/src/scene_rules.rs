@@ -1,5 +1,5 @@
-//! What each node of the scene and of the templates says by itself: models, templates
-//! and thetas that exist, ids that can be written, scales that are not zero.
+//! Rules for single nodes of the scene and of templates: references to models, templates and
+//! thetas, valid ids, scales that are not zero.
 
 use std::collections::BTreeSet;
 
@@ -7,11 +7,11 @@ use serde_json::Value;
 
 use crate::report::Report;
 use crate::rules::{check_name_key, check_reference, item_pointer, name_fault, named};
-use crate::{MIN_SCALE, join_pointer, suggest, theta};
+use crate::{MIN_SCALE, join_pointer, suggestions, theta};
 
 /// Reports the faults of nodes.
 pub(crate) fn check(document: &Value, report: &mut Report<'_>) {
-    let mut walk = Walk { document, used_templates: BTreeSet::new(), report };
+    let mut walk = SceneWalk { document, used_templates: BTreeSet::new(), report };
     walk.check_nodes(&document["scene"], "/scene");
     for (name, nodes) in named(document, "templates") {
         let pointer = item_pointer("templates", name);
@@ -22,20 +22,20 @@ pub(crate) fn check(document: &Value, report: &mut Report<'_>) {
         if !walk.used_templates.contains(name.as_str()) {
             walk.report.key_warning(
                 &item_pointer("templates", name),
-                format!("the template '{}' is used nowhere", suggest::shown(name)),
+                format!("the template '{}' is used nowhere", suggestions::shown(name)),
                 "name it in a node's \"template\", or remove it",
             );
         }
     }
 }
 
-struct Walk<'d, 'r, 'p> {
+struct SceneWalk<'d, 'r, 'p> {
     document: &'d Value,
     used_templates: BTreeSet<&'d str>,
     report: &'r mut Report<'p>,
 }
 
-impl<'d> Walk<'d, '_, '_> {
+impl<'d> SceneWalk<'d, '_, '_> {
     /// Checks nodes and all under them. The recursion is as deep as the text
     /// nests, which reading it has bounded.
     fn check_nodes(&mut self, nodes: &'d Value, pointer: &str) {
@@ -97,7 +97,7 @@ impl<'d> Walk<'d, '_, '_> {
     fn check_placement(&mut self, placement: &'d Value, pointer: &str) {
         if let Some(id) = placement["id"].as_str() {
             let slash = id.contains('/').then(|| {
-                let cause = format!("the equipment id '{}' has a '/'", suggest::shown(id));
+                let cause = format!("the equipment id '{}' has a '/'", suggestions::shown(id));
                 (cause, "write it without: '/' leads to the nodes of a model".to_owned())
             });
             if let Some((cause, remedy)) = slash.or_else(|| name_fault(id, "equipment id")) {

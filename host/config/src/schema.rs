@@ -9,26 +9,26 @@ use serde_json::Value;
 use crate::raw::RawConfig;
 
 /// The form of configurations.
-pub(crate) static CONFIGURATION: LazyLock<Form> = LazyLock::new(Form::of::<RawConfig>);
+pub(crate) static CONFIGURATION: LazyLock<CompiledSchema> =
+    LazyLock::new(CompiledSchema::from_type::<RawConfig>);
 
 /// The form of a kind of text, generated from the types that it is read into.
-pub(crate) struct Form {
+pub(crate) struct CompiledSchema {
     pub(crate) schema: Value,
-    /// None only if the schema itself were wrong, which the tests rule out.
+    /// Compiled validator; none only for an invalid schema, which the tests rule out.
     pub(crate) validator: Option<Validator>,
 }
 
-impl Form {
-    pub(crate) fn of<T: JsonSchema>() -> Self {
+impl CompiledSchema {
+    pub(crate) fn from_type<T: JsonSchema>() -> Self {
         let schema = schemars::schema_for!(T).to_value();
         let validator = jsonschema::draft202012::new(&schema).ok();
         Self { schema, validator }
     }
 }
 
-/// The JSON Schema (2020-12) of a configuration, generated from the types
-/// that are read. It says all about shape and range; that names exist is
-/// checked by [`crate::parse`] alone.
+/// Returns the JSON Schema (2020-12) of a configuration, generated from the raw types. It covers
+/// shape and ranges; that names exist is checked by [`crate::parse`] alone.
 pub fn schema() -> Value {
     CONFIGURATION.schema.clone()
 }

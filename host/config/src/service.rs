@@ -1,4 +1,4 @@
-//! What a view that runs by itself tells of itself: its log, and numbers.
+//! Log file and metrics of an unattended view.
 
 use std::net::SocketAddr;
 
@@ -17,7 +17,7 @@ pub(crate) struct RawLog {
     /// The file, relative to this one or absolute; where missing there is none.
     #[schemars(length(min = 1, max = MAX_PATH_BYTES), extend("examples" = ["busbar.log"]))]
     file: Option<String>,
-    /// How its lines look.
+    /// Format of its lines.
     #[schemars(extend("examples" = ["text"]))]
     format: LogFormatConfig,
     /// Size at which a new file begins, in 10^6 bytes.
@@ -50,7 +50,7 @@ pub(crate) struct RawMetrics {
     #[schemars(length(min = 1, max = MAX_ADDRESS_BYTES))]
     #[schemars(extend("examples" = ["127.0.0.1:9187"]))]
     address: String,
-    /// Whether other machines may read them.
+    /// Allows other machines to read the metrics.
     #[serde(default)]
     #[schemars(extend("examples" = [false]))]
     public: bool,
@@ -63,12 +63,12 @@ impl RawMetrics {
     }
 }
 
-/// How lines of a log file look.
+/// Format of a log file's lines.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[schemars(rename = "LogFormat")]
 pub enum LogFormatConfig {
-    /// For people.
+    /// Plain text for people.
     #[default]
     Text,
     /// An object of JSON a line.
@@ -80,7 +80,7 @@ pub enum LogFormatConfig {
 pub struct LogConfig {
     /// Path as written: relative to the configuration file, or absolute.
     pub file: String,
-    /// How its lines look.
+    /// Format of its lines.
     pub format: LogFormatConfig,
     /// Size at which a new file begins, in 10^6 bytes.
     pub megabytes: u32,
@@ -88,12 +88,12 @@ pub struct LogConfig {
     pub files: u32,
 }
 
-/// Where numbers are served.
+/// Address on which metrics are served.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MetricsConfig {
-    /// Of this machine alone, unless they are public.
+    /// Socket address, of this machine alone unless the metrics are public.
     pub address: SocketAddr,
-    /// Whether other machines may read them.
+    /// True where other machines may read the metrics.
     pub public: bool,
 }
 

@@ -1,5 +1,4 @@
-//! How the value of a tag moves where its device is simulated: as typed, and as it
-//! follows from the tag's range and limits where nothing is typed.
+//! Simulated movement of a tag's value: as typed, or derived from the tag's range and limits.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -12,8 +11,8 @@ use crate::report::Report;
 
 /// Bounds of a tag that has none.
 const USUAL: [f64; 2] = [0.0, 100.0];
-/// Where between its bounds a value rests that has a limit to one side only, counted
-/// from the other side: away from that limit, but not at the end of the range.
+/// Resting point between the bounds of a value with a limit to one side only, as a share from the
+/// other side: away from the limit, but not at the end of the range.
 const REST_SHARE: f64 = 0.7;
 /// Share of the way between its bounds by which it moves to both sides.
 const AMPLITUDE_SHARE: f64 = 0.1;
@@ -21,13 +20,13 @@ const PERIOD_SECONDS: f64 = 120.0;
 /// A switch or a single point.
 const STATE_PERIOD_SECONDS: f64 = 60.0;
 const COUNTER_PERIOD_SECONDS: f64 = 1.0;
-/// Where a counter begins anew that has no range.
+/// Last value of a counter without a range, before it restarts.
 const LAST_COUNT: f64 = 9999.0;
-/// A switch that is closed (IEC 60870-5-101, 7.2.6.2).
+/// Double-point value of a closed switch (IEC 60870-5-101, 7.2.6.2).
 const CLOSED: f64 = 2.0;
 
-/// How the value moves where its device is simulated; what is missing follows from
-/// type, range and limits.
+/// Movement of the value where its device is simulated; what is missing follows from type, range
+/// and limits.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "Simulate")]
@@ -35,11 +34,11 @@ pub(crate) struct RawSimulate {
     /// Form of the movement; a bool or double_point is constant or moves in steps.
     #[schemars(with = "SimulatedShape", extend("examples" = ["sine"]))]
     shape: Option<SimulatedShape>,
-    /// What the value is about, in the tag's unit; of a constant bool 0 or 1, of a
-    /// constant double_point 0 intermediate, 1 off, 2 on, 3 bad state.
+    /// Centre of the movement, in the tag's unit. A constant bool takes 0 or 1; a constant
+    /// double_point 0 intermediate, 1 off, 2 on, 3 bad state.
     #[schemars(with = "f64", extend("examples" = [60]))]
     base: Option<f64>,
-    /// How far it goes from that to both sides; a counter begins anew after so many.
+    /// Amplitude to both sides of the base; a counter restarts after so many.
     #[schemars(with = "f64", range(min = 0.0), extend("examples" = [5]))]
     amplitude: Option<f64>,
     /// Seconds of a wave, of a walk from aim to aim, of a step or of a count.
@@ -52,7 +51,7 @@ pub(crate) struct RawSimulate {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SimulatedShape {
-    /// The base, always.
+    /// Constant value of the base.
     Constant,
     /// A sine about the base.
     Sine,
@@ -64,21 +63,21 @@ pub enum SimulatedShape {
     Counter,
 }
 
-/// How the value of a tag moves where its device is simulated.
+/// Movement of a tag's value where its device is simulated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SimulateConfig {
     /// Form of the movement, which the tag's type can have.
     pub shape: SimulatedShape,
-    /// What the value is about, in the tag's unit.
+    /// Centre of the movement, in the tag's unit.
     pub base: f64,
-    /// How far it goes from that; not negative.
+    /// Amplitude around the base; not negative.
     pub amplitude: f64,
     /// Seconds of a wave, of a walk from aim to aim, of a step or of a count.
     pub period_seconds: f64,
 }
 
 impl RawSimulate {
-    /// Fills in what is missing.
+    /// Completes missing values from type, range and limits.
     pub(crate) fn resolve(self, value_type: TagType, range: Band, limits: Band) -> SimulateConfig {
         let usual = match value_type {
             TagType::F64 | TagType::I64 if self.shape == Some(SimulatedShape::Counter) => {

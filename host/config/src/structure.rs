@@ -7,11 +7,11 @@ use jsonschema::{JsonType, ValidationError};
 use serde_json::Value;
 
 use crate::report::Report;
-use crate::schema::Form;
-use crate::{join_pointer, pointer, suggest};
+use crate::schema::CompiledSchema;
+use crate::{join_pointer, pointer, suggestions};
 
 /// Reports every value whose shape the schema refuses.
-pub(crate) fn check(document: &Value, form: &'static Form, report: &mut Report<'_>) {
+pub(crate) fn check(document: &Value, form: &'static CompiledSchema, report: &mut Report<'_>) {
     let Some(validator) = &form.validator else { return };
     if validator.is_valid(document) {
         return;
@@ -19,7 +19,7 @@ pub(crate) fn check(document: &Value, form: &'static Form, report: &mut Report<'
     // A value may break two rules at once (not 1 or 4, and below 0): one tells.
     let mut told = HashSet::new();
     for error in validator.iter_errors(document) {
-        let fault = Fault::of(&error, form);
+        let fault = SchemaViolation::new(&error, form);
         match error.kind() {
             ValidationErrorKind::AdditionalProperties { unexpected } => {
                 for key in unexpected {
@@ -39,14 +39,14 @@ pub(crate) fn check(document: &Value, form: &'static Form, report: &mut Report<'
 }
 
 /// A value that the schema refuses, and the schema that does.
-struct Fault<'e> {
+struct SchemaViolation<'e> {
     pointer: &'e str,
     value: &'e Value,
     schema: &'static Value,
 }
 
-impl<'e> Fault<'e> {
-    fn of(error: &'e ValidationError<'_>, form: &'static Form) -> Self {
+impl<'e> SchemaViolation<'e> {
+    fn new(error: &'e ValidationError<'_>, form: &'static CompiledSchema) -> Self {
         let keyword_path = error.schema_path().as_str();
         let path = keyword_path.rsplit_once('/').map_or("", |(path, _)| path);
         Self {
@@ -65,8 +65,8 @@ impl<'e> Fault<'e> {
         };
         report.key_error(
             &join_pointer(self.pointer, key),
-            format!("the key '{}' is not known here", suggest::shown(key)),
-            suggest::nearest(key, known.clone())
+            format!("the key '{}' is not known here", suggestions::shown(key)),
+            suggestions::nearest(key, known.clone())
                 .map_or_else(list, |nearest| format!("did you mean '{nearest}'?")),
         );
     }
@@ -80,7 +80,7 @@ impl<'e> Fault<'e> {
         report.error(self.pointer, format!("the key '{key}' is missing"), remedy);
     }
 
-    /// Cause and remedy.
+    /// Returns cause and remedy of an error of the schema.
     fn describe(
         &self,
         kind: &ValidationErrorKind,
@@ -152,7 +152,7 @@ impl<'e> Fault<'e> {
                     title.trim_start_matches("Busbar ")
                 )
             }
-            Err(_) => format!("'{}' must be {expected}, not {found}", suggest::shown(&name)),
+            Err(_) => format!("'{}' must be {expected}, not {found}", suggestions::shown(&name)),
         };
         let remedy = match &self.schema["examples"][0] {
             Value::Null => format!("write {expected}"),
@@ -164,7 +164,7 @@ impl<'e> Fault<'e> {
     fn not_an_option(&self, options: Option<&Vec<Value>>) -> (String, String) {
         let options = options.map(Vec::as_slice).unwrap_or_default();
         let names = options.iter().filter_map(Value::as_str);
-        let nearest = self.value.as_str().and_then(|text| suggest::nearest(text, names));
+        let nearest = self.value.as_str().and_then(|text| suggestions::nearest(text, names));
         let remedy = match nearest {
             Some(nearest) => format!("did you mean \"{nearest}\"?"),
             None => {
@@ -210,14 +210,14 @@ impl<'e> Fault<'e> {
 
     fn shown(&self) -> String {
         match self.value {
-            Value::String(text) => format!("\"{}\"", suggest::shown(text)),
+            Value::String(text) => format!("\"{}\"", suggestions::shown(text)),
             Value::Array(_) | Value::Object(_) => found(self.value).to_owned(),
             scalar => scalar.to_string(),
         }
     }
 }
 
-/// What a property is for, as a remedy ends.
+/// Returns the description of a property as the end of a remedy.
 fn description(property: &Value) -> String {
     let text = property["description"].as_str().unwrap_or_default();
     text.split_whitespace().collect::<Vec<_>>().join(" ")

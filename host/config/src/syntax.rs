@@ -4,18 +4,18 @@ use jsonc_parser::errors::{ParseError, ParseErrorKind};
 use jsonc_parser::{CollectOptions, ParseOptions, parse_to_ast};
 use serde_json::Value;
 
-use crate::index;
+use crate::json_index;
 use crate::{Diagnostic, MAX_CONFIG_BYTES, MAX_NESTING_DEPTH, Positions, Severity};
 
-/// A text that is JSON.
+/// Parsed document of a JSON text.
 pub(crate) struct Document {
-    /// Its value; of members with one name, the last.
+    /// Value of the document; of members with one name, the last.
     pub(crate) value: Value,
-    /// Where its parts stand.
+    /// Positions of its parts.
     pub(crate) positions: Positions,
     /// Keys given twice; at most [`crate::MAX_DIAGNOSTICS`].
     pub(crate) duplicate_keys: Vec<Diagnostic>,
-    /// How many more there are.
+    /// Number of further duplicate keys.
     pub(crate) more_duplicate_keys: usize,
 }
 
@@ -23,7 +23,7 @@ pub(crate) struct Document {
 pub(crate) fn read(text: &str) -> Result<Document, Vec<Diagnostic>> {
     refuse_unreadable(text)?;
     let value = serde_json::from_str(text).map_err(|error| vec![explain(text, &error)])?;
-    let index = index::index(text);
+    let index = json_index::index(text);
     let positions = Positions::new(text, index.places);
     if let Some((offset, pointer)) = index.too_deep {
         let cause = format!("arrays and objects are nested more than {MAX_NESTING_DEPTH} deep");
@@ -35,9 +35,9 @@ pub(crate) fn read(text: &str) -> Result<Document, Vec<Diagnostic>> {
     Ok(Document { value, positions, duplicate_keys, more_duplicate_keys })
 }
 
-/// The diagnostic of a text that is no JSON. The parser of JSON with comments
-/// knows best what people mean; but a few things it lets pass, such as raw
-/// control characters in strings, and then the strict parser's word stands.
+/// Returns the diagnostic of a text that is no JSON. The parser of JSON with comments gives the
+/// best explanation. A few faults it accepts, such as raw control characters in strings; for
+/// these the strict parser's error is used.
 fn explain(text: &str, error: &serde_json::Error) -> Diagnostic {
     match parse_to_ast(text, &CollectOptions::default(), &strict()) {
         Err(error) => relaxed_diagnostic(text, &error),

@@ -11,7 +11,7 @@ use crate::join_pointer;
 use crate::limits::*;
 use crate::report::Report;
 
-/// Theta as typed.
+/// Raw theta of the configuration text.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(untagged)]
 pub(crate) enum RawTheta {
@@ -32,8 +32,8 @@ pub(crate) struct RawPolicy {
     #[schemars(length(min = 1, max = MAX_THETA_LEVELS))]
     #[schemars(extend("examples" = [[{"beyond": 0, "theta": 0}, {"beyond": 40, "theta": 0.5}]]))]
     distance: Option<Vec<RawLevel>>,
-    /// As many vertices are collapsed as keep the optimizer's error within so many
-    /// pixels, from wherever the eye is.
+    /// Largest screen-space error, pixels: vertices are collapsed as long as the optimizer's
+    /// error stays within it, for any position of the eye.
     #[schemars(range(min = MIN_ERROR_PIXELS, max = MAX_ERROR_PIXELS), extend("examples" = [0.5]))]
     max_error_px: Option<f64>,
     /// Share of a distance by which the eye must come back before detail
@@ -44,7 +44,7 @@ pub(crate) struct RawPolicy {
     hysteresis: f64,
 }
 
-/// What a policy follows, by its keys.
+/// Keys of the policies that choose theta.
 const POLICIES: [&str; 2] = ["distance", "max_error_px"];
 
 /// One level of detail.
@@ -106,7 +106,7 @@ impl RawTheta {
     }
 }
 
-/// Reports what no schema says: which of the policies it is, and levels out of order.
+/// Reports errors beyond the schema: several policies at once, and levels out of order.
 pub(crate) fn check(theta: &Value, pointer: &str, report: &mut Report<'_>) {
     if let Some(policy) = theta.as_object() {
         let cause = match POLICIES.map(|name| policy.contains_key(name)) {
@@ -157,7 +157,7 @@ fn check_levels(theta: &Value, pointer: &str, report: &mut Report<'_>) {
     }
 }
 
-/// Whether a theta as typed collapses anything from anywhere.
+/// Reports whether a raw theta collapses anything at any distance.
 pub(crate) fn collapses(theta: &Value) -> bool {
     let levels = theta["distance"].as_array().into_iter().flatten();
     let mut thetas = levels.map(|level| &level["theta"]).chain([theta]);

@@ -1,4 +1,4 @@
-//! What is told of two configurations.
+//! Tests of the differences between two configurations.
 
 use busbar_config::{Changes, Section, parse};
 use serde_json::{Value, json};
@@ -82,6 +82,6 @@ fn what_comes_and_goes_is_told_and_much_of_it_is_counted() {
         "tags: u removed, n0 added, n1 added, n2 added, n3 added, n4 added and 4 more; \
          bindings changed"
     );
-    assert!(changes.touch(Section::Tags) && !changes.touch(Section::Alarms));
+    assert!(changes.affect(Section::Tags) && !changes.affect(Section::Alarms));
     assert_eq!(changes.iter().count(), 11);
 }

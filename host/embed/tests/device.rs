@@ -11,7 +11,7 @@ use std::time::{Duration, SystemTime};
 use busbar::abi::*;
 use common::*;
 use e2e::{built, built_folder};
-use vulkan_faults::{FAULT_VARIABLE, Fault, STRUCK_VARIABLE, install};
+use vulkan_faults::{FAULT_VARIABLE, STRUCK_VARIABLE, VulkanFault, install};
 
 /// Default number of device losses.
 const LOSSES: u32 = 2;
@@ -35,7 +35,7 @@ fn a_lost_device_is_not_seen_but_as_a_pause() {
         let mut environment = Command::new("busbar");
         install(&mut environment, &library, &scene.path("")).expect("it can be written");
         let text = format!("vkQueueSubmit2:{}:{DEVICE_LOST}", FIRST_CALL + number % 7);
-        let fault = Fault::parse(&text).expect("such a call may give that");
+        let fault = VulkanFault::parse(&text).expect("such a call may give that");
         environment.env(FAULT_VARIABLE, fault.text()).env(STRUCK_VARIABLE, &struck);
         let program = program_with(&scene, &environment);
         let mut host = Host::open_with(&scene, |options| {

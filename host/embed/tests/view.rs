@@ -116,7 +116,7 @@ fn a_value_that_nobody_repeats_goes_stale_and_an_alarm_is_told() {
 #[test]
 fn the_origin_of_a_value_is_told_with_its_quality() {
     let mut scene = scene();
-    scene.lend("sample_generator");
+    scene.add_plugin("sample_generator");
     scene.config["plugins"]["generator"] = serde_json::json!({ "plugin": "sample_generator" });
     scene.config["tags"]["made"] = serde_json::json!({
         "type": "f64", "source": { "plugin": "generator", "address": {} },

@@ -1,20 +1,19 @@
-//! A sequence in the order of its errors.
+//! Error order: a collapse sequence sorted by the error that each collapse may show.
 
-use crate::deviation::Deviation;
 use crate::stacks::removal_cursors;
+use crate::surface_deviation::SurfaceDeviation;
 use crate::{Collapse, CollapseSequence, Mesh};
 
 /// The fewest triangles that an island has while it counts as there: a tetrahedron's.
-pub(crate) const LAST_TRIANGLES: usize = 4;
+pub(crate) const MIN_VISIBLE_TRIANGLES: usize = 4;
 
 impl CollapseSequence {
-    /// The same collapses of a mesh in the order of how far what is seen may differ. The
-    /// error of each is the optimiser's own, or the root mean square distance between the
-    /// surface that it moves and the one before all collapses if that is less (half the greatest
-    /// distance at least, or what its shading comes to, and all of it of something slender);
-    /// and no less than those of the collapses around it before. What is not around it need
-    /// not wait for it: an optimiser that goes by areas, say, does not keep a small part from
-    /// going before a large one is touched.
+    /// Sorts the collapses of a mesh by the error that each may show. The error of a collapse is
+    /// the optimiser's own, or the root mean square distance of the moved surface from the original
+    /// if that is less. It counts at least half the greatest distance and the shading error, and
+    /// all of the greatest distance for slender islands. It is no less than the errors of earlier
+    /// collapses around it. Collapses elsewhere need not wait: an optimiser that goes by areas does
+    /// not keep a small part from going before a large one is touched.
     ///
     /// That an island vanishes is an error as large as a square of the area that it shows
     /// at most: a long conductor is seen for longer than it is thick. No error is greater.
@@ -23,8 +22,8 @@ impl CollapseSequence {
     /// nothing that is seen.
     pub fn ordered_by_error(&self, mesh: &Mesh) -> Self {
         let island_of = mesh.island_roots();
-        let ends = self.ends(mesh, &island_of);
-        let mut deviation = Deviation::new(mesh);
+        let ends = self.island_ends(mesh, &island_of);
+        let mut deviation = SurfaceDeviation::new(mesh);
         let mut entries: Vec<Collapse> = Vec::with_capacity(self.entries().len());
         for (done, entry) in (1..).zip(self.entries()) {
             let [removed, kept] =
@@ -45,41 +44,41 @@ impl CollapseSequence {
 
 /// Cursor at which an island vanishes, and the area that vanishes with it.
 #[derive(Clone)]
-struct End {
+struct IslandEnd {
     /// Removal cursors of its triangles that live longest; 0 for none.
-    last_deaths: [u32; LAST_TRIANGLES],
+    last_removals: [u32; MIN_VISIBLE_TRIANGLES],
     area: f32,
     /// The side of a square that shows as much as the island does at most, metres of the
     /// mesh.
     seen: f32,
 }
 
-impl End {
-    /// The cursor from which on it has fewer than [`LAST_TRIANGLES`].
+impl IslandEnd {
+    /// Returns the cursor from which on the island has fewer than [`MIN_VISIBLE_TRIANGLES`].
     fn vanishes_at(&self) -> u32 {
-        self.last_deaths.iter().copied().filter(|&death| death > 0).min().unwrap_or(u32::MAX)
+        self.last_removals.iter().copied().filter(|&removal| removal > 0).min().unwrap_or(u32::MAX)
     }
 
-    fn add(&mut self, death: u32, area: f32) {
+    fn add(&mut self, removal: u32, area: f32) {
         self.area += area;
-        if let Some(first) = self.last_deaths.iter_mut().min()
-            && *first < death
+        if let Some(first) = self.last_removals.iter_mut().min()
+            && *first < removal
         {
-            *first = death;
+            *first = removal;
         }
     }
 }
 
 impl CollapseSequence {
-    /// The ends of islands, by the positions that stand for them.
-    fn ends(&self, mesh: &Mesh, island_of: &[u32]) -> Vec<End> {
-        let none = End { last_deaths: [0; LAST_TRIANGLES], area: 0.0, seen: 0.0 };
+    /// Computes the ends of islands, by their root positions.
+    fn island_ends(&self, mesh: &Mesh, island_of: &[u32]) -> Vec<IslandEnd> {
+        let none = IslandEnd { last_removals: [0; MIN_VISIBLE_TRIANGLES], area: 0.0, seen: 0.0 };
         let mut ends = vec![none; mesh.positions.len()];
-        for (&corners, death) in mesh.triangles.iter().zip(removal_cursors(mesh, self)) {
+        for (&corners, removal) in mesh.triangles.iter().zip(removal_cursors(mesh, self)) {
             let positions = mesh.corner_positions(corners);
             let [a, b, c] = positions.map(|position| mesh.positions[position as usize]);
             let area = 0.5 * (b - a).cross(c - a).length();
-            ends[island_of[positions[0] as usize] as usize].add(death, area);
+            ends[island_of[positions[0] as usize] as usize].add(removal, area);
         }
         // From no side more than half of a surface is seen.
         ends.iter_mut().for_each(|end| end.seen = (end.area * 0.5).sqrt());

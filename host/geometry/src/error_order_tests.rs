@@ -4,7 +4,7 @@ use glam::Vec3;
 use proptest::prelude::*;
 
 use super::*;
-use crate::deviation::{GREATEST_BY_ERROR, distance_squared};
+use crate::surface_deviation::{MAX_ERROR_RATIO, distance_squared};
 use crate::{CollapseStacks, RawPrimitive, weld};
 
 /// Fans of different sizes, each an island about a hub of its own.
@@ -21,7 +21,7 @@ fn fans(sizes: &[f32]) -> Mesh {
     weld(&sizes.iter().enumerate().map(fan).collect::<Vec<_>>()).unwrap().0
 }
 
-/// Each fan onto its hub, in the order of fans, then all hubs onto the first.
+/// Collapses each fan onto its hub, in the order of fans, then all hubs onto the first.
 fn onto_hubs(mesh: &Mesh, error: f32) -> CollapseSequence {
     let hub_of = |position: usize| position / 7 * 7;
     let onto = |removed: usize, kept: usize| Collapse {
@@ -94,7 +94,7 @@ fn a_long_strut_outlives_its_thickness() {
     assert_eq!(left(2.0), 0);
 }
 
-/// A plate of two sections, each of so many squares a side, beside the other.
+/// Makes two plates of different sections side by side, each of so many squares a side.
 fn plates(side: u32) -> Mesh {
     let plate = |material: u32| RawPrimitive {
         positions: (0..=side)
@@ -238,8 +238,8 @@ fn something_slender_keeps_three_sides_until_it_vanishes() {
 }
 
 proptest! {
-    /// No vertex is farther from what is left than twice what the entry says, as
-    /// long as anything is; and every island does the collapses that it did before.
+    /// Every vertex stays within twice the entry's error of the remaining surface, and every island
+    /// keeps its collapses.
     #[test]
     fn vertices_stay_within_the_error(
         sizes in prop::collection::vec(0.1_f32..9.0, 1..6),
@@ -271,7 +271,7 @@ proptest! {
                 let distances = left.iter().filter(of_island);
                 let distances = distances.map(|&corners| distance_squared(point, corners));
                 let nearest = distances.fold(f32::INFINITY, f32::min).sqrt();
-                prop_assert!(nearest.is_infinite() || nearest <= entry.error * GREATEST_BY_ERROR * 1.001 + 1e-4);
+                prop_assert!(nearest.is_infinite() || nearest <= entry.error * MAX_ERROR_RATIO * 1.001 + 1e-4);
             }
         }
         for island in 0..sizes.len() as u32 {

@@ -1,4 +1,4 @@
-//! Islands taken apart into faces.
+//! Face splitting: islands split into flat faces, so that a lattice can be simplified face by face.
 //!
 //! An optimiser that keeps a surface a surface stops at a tube of three sides around each bar of
 //! a lattice, say, until the whole dies. Where all of it is a few pixels, its faces may go one by
@@ -25,33 +25,33 @@ impl Mesh {
             let [position, ..] = self.corner_positions(self.triangles[triangle as usize]);
             is_split(island_of[position as usize])
         };
-        let loosened: Vec<u32> = (0..self.triangles.len() as u32).filter(is_split).collect();
-        let faces = self.find_faces(&loosened);
-        let mut by_face: Vec<(u32, u32)> = faces.into_iter().zip(loosened).collect();
+        let split: Vec<u32> = (0..self.triangles.len() as u32).filter(is_split).collect();
+        let faces = self.find_faces(&split);
+        let mut by_face: Vec<(u32, u32)> = faces.into_iter().zip(split).collect();
         by_face.sort_unstable();
-        let mut positions = Renumbered::of(self.positions.len());
-        let mut wedges = Renumbered::of(self.wedges.len());
+        let mut positions = FaceNumbers::new(self.positions.len());
+        let mut wedges = FaceNumbers::new(self.wedges.len());
         for (face, triangle) in by_face {
             let corners = self.triangles[triangle as usize];
             self.triangles[triangle as usize] = corners.map(|wedge| {
                 let position = self.wedges.position[wedge as usize];
-                let moved = positions.number(face, position, self.positions.len());
+                let moved = positions.number_in(face, position, self.positions.len());
                 if moved as usize == self.positions.len() {
                     self.positions.push(self.positions[position as usize]);
                     if let Some(&feature) = self.features.get(position as usize) {
                         self.features.push(feature);
                     }
                 }
-                let own = wedges.number(face, wedge, self.wedges.len());
+                let own = wedges.number_in(face, wedge, self.wedges.len());
                 if own as usize == self.wedges.len() {
-                    self.wedges.repeat(wedge, moved);
+                    self.wedges.duplicate(wedge, moved);
                 }
                 own
             });
         }
     }
 
-    /// For each of some triangles, the first of its face.
+    /// Returns for each triangle the first triangle of its face.
     fn find_faces(&self, triangles: &[u32]) -> Vec<u32> {
         let at = |position: u32| self.positions[position as usize];
         let corners = |triangle: u32| self.corner_positions(self.triangles[triangle as usize]);
@@ -97,7 +97,7 @@ impl Mesh {
 
 impl crate::Wedges {
     /// Adds one that is as another, on a position.
-    fn repeat(&mut self, wedge: u32, position: u32) {
+    fn duplicate(&mut self, wedge: u32, position: u32) {
         self.position.push(position);
         self.normal.push(self.normal[wedge as usize]);
         self.uv.push(self.uv[wedge as usize]);
@@ -106,18 +106,18 @@ impl crate::Wedges {
 }
 
 /// Numbers that things have in the face at hand.
-struct Renumbered {
+struct FaceNumbers {
     /// Last face and number of each element.
     last: Vec<(u32, u32)>,
 }
 
-impl Renumbered {
-    fn of(count: usize) -> Self {
+impl FaceNumbers {
+    fn new(count: usize) -> Self {
         Self { last: vec![(NONE, NONE); count] }
     }
 
     /// Returns the number of an element in a face: `next` if it has none there.
-    fn number(&mut self, face: u32, of: u32, next: usize) -> u32 {
+    fn number_in(&mut self, face: u32, of: u32, next: usize) -> u32 {
         let last = &mut self.last[of as usize];
         if last.0 != face {
             *last = (face, next as u32);
@@ -131,8 +131,7 @@ mod tests {
     use super::*;
     use crate::{RawPrimitive, weld};
 
-    /// A tube with square sides of a metre around a hole, so many metres long, and a plate
-    /// beside it.
+    /// Makes a tube with square sides of a metre, so many metres long, and a plate beside it.
     fn tube_and_plate(length: u32) -> Mesh {
         let corner = |along: u32, side: u32| {
             let [y, z] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]][side as usize % 4];
@@ -157,7 +156,7 @@ mod tests {
         weld(&[tube, plate]).unwrap().0
     }
 
-    /// Triangles as points, which loosening does not move.
+    /// Returns the triangles as points, which splitting does not move.
     fn points(mesh: &Mesh) -> Vec<[Vec3; 3]> {
         let at = |&corners: &[u32; 3]| {
             mesh.corner_positions(corners).map(|position| mesh.positions[position as usize])
@@ -165,12 +164,12 @@ mod tests {
         mesh.triangles.iter().map(at).collect()
     }
 
-    fn loosened(mesh: &Mesh) -> Mesh {
+    fn split(mesh: &Mesh) -> Mesh {
         let roots = mesh.island_roots();
         let [of_plate, ..] = mesh.corner_positions(*mesh.triangles.last().unwrap());
-        let mut loose = mesh.clone();
-        loose.split_into_faces(&roots, |island| island != roots[of_plate as usize]);
-        loose
+        let mut split_mesh = mesh.clone();
+        split_mesh.split_into_faces(&roots, |island| island != roots[of_plate as usize]);
+        split_mesh
     }
 
     fn islands(mesh: &Mesh) -> usize {
@@ -183,17 +182,17 @@ mod tests {
     fn a_tube_becomes_squares_and_nothing_else_changes() {
         let mesh = tube_and_plate(3);
         assert_eq!(islands(&mesh), 2);
-        let loose = loosened(&mesh);
-        assert_eq!(points(&loose), points(&mesh));
-        assert_eq!(islands(&loose), 4 * 3 + 1, "three squares on each side, and the plate");
-        assert_eq!(loose.positions[..mesh.positions.len()], mesh.positions);
-        assert_eq!(loose.triangles.last(), mesh.triangles.last());
-        for (&before, &after) in mesh.triangles.iter().zip(&loose.triangles) {
-            assert_eq!(loose.feature(after), mesh.feature(before));
+        let split_mesh = split(&mesh);
+        assert_eq!(points(&split_mesh), points(&mesh));
+        assert_eq!(islands(&split_mesh), 4 * 3 + 1, "three squares on each side, and the plate");
+        assert_eq!(split_mesh.positions[..mesh.positions.len()], mesh.positions);
+        assert_eq!(split_mesh.triangles.last(), mesh.triangles.last());
+        for (&before, &after) in mesh.triangles.iter().zip(&split_mesh.triangles) {
+            assert_eq!(split_mesh.feature(after), mesh.feature(before));
             for (before, after) in before.into_iter().zip(after) {
                 let [before, after] = [before, after].map(|wedge| wedge as usize);
-                assert_eq!(loose.wedges.normal[after], mesh.wedges.normal[before]);
-                assert_eq!(loose.wedges.section[after], mesh.wedges.section[before]);
+                assert_eq!(split_mesh.wedges.normal[after], mesh.wedges.normal[before]);
+                assert_eq!(split_mesh.wedges.section[after], mesh.wedges.section[before]);
             }
         }
     }

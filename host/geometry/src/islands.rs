@@ -1,4 +1,4 @@
-//! Takes a mesh apart where nothing holds it together.
+//! Islands (connected components), and the division of a mesh into pieces along them.
 //!
 //! Collapses follow edges, so they never leave an island (a connected component): its
 //! pieces can go down and up each for itself, and the mesh stays whole.
@@ -33,38 +33,37 @@ struct Island {
 }
 
 impl Mesh {
-    /// The mesh as pieces of whole islands that lie near each other and have the same
-    /// materials, since each is drawn by itself. Each is within the limits unless
-    /// it is one island; triangles keep their order within a piece. A mesh of no more
-    /// triangles, however wide, or of one island, is a single piece. Positions that no triangle
-    /// uses are in the first piece.
+    /// Splits the mesh into pieces of whole islands that lie near each other and share materials.
+    /// Each piece is within the limits unless it is one island; triangles keep their order within
+    /// it. A mesh within `triangles`, or of one island, is a single piece. Positions without
+    /// triangles are in the first piece.
     pub fn into_pieces(self, limits: PieceLimits) -> Vec<Self> {
         if self.triangles.len() <= limits.triangles as usize {
             return vec![self];
         }
         let (island_of, islands) = self.find_islands();
-        let (piece_of, pieces) = gather(&islands, limits);
+        let (piece_of, pieces) = group_islands(&islands, limits);
         if pieces <= 1 {
             return vec![self];
         }
         let of_position = |&island: &u32| piece_of.get(island as usize).copied().unwrap_or(0);
         let piece_of_position: Vec<u32> = island_of.iter().map(of_position).collect();
-        self.divide(&piece_of_position, pieces)
+        self.split_by_position(&piece_of_position, pieces)
     }
 
-    /// For each position, one that stands for its island: the same for all of it.
+    /// Returns for each position the root position of its island.
     pub(crate) fn island_roots(&self) -> Vec<u32> {
         let mut above: Vec<u32> = (0..self.positions.len() as u32).collect();
         for &corners in &self.triangles {
-            let [a, b, c] = self.corner_positions(corners).map(|p| root(&mut above, p));
+            let [a, b, c] = self.corner_positions(corners).map(|p| find_root(&mut above, p));
             let least = a.min(b).min(c);
             [a, b, c].into_iter().for_each(|root| above[root as usize] = least);
         }
-        (0..above.len() as u32).map(|position| root(&mut above, position)).collect()
+        (0..above.len() as u32).map(|position| find_root(&mut above, position)).collect()
     }
 
-    /// The island of each position, numbered from 0, and how many there are; a position that
-    /// no triangle uses is one by itself.
+    /// Returns the island of each position, numbered from 0, and the number of islands. A position
+    /// without triangles is an island by itself.
     pub(crate) fn island_numbers(&self) -> (Vec<u32>, usize) {
         let mut numbers = self.island_roots();
         let mut count = 0;
@@ -77,8 +76,8 @@ impl Mesh {
         (numbers, count as usize)
     }
 
-    /// The island of each position, or [`ABSENT`] where no triangle uses it; and the
-    /// islands in order of their first triangles.
+    /// Returns the island of each position, or [`ABSENT`] without triangles, and the islands in
+    /// order of their first triangles.
     fn find_islands(&self) -> (Vec<u32>, Vec<Island>) {
         let roots = self.island_roots();
         let mut island_of_root = vec![ABSENT; roots.len()];
@@ -111,8 +110,8 @@ impl Mesh {
         (island_of, found.into_iter().map(island).collect())
     }
 
-    /// One mesh a piece. The corners of a triangle are in one piece.
-    pub(crate) fn divide(self, piece_of_position: &[u32], pieces: u32) -> Vec<Self> {
+    /// Splits the mesh into one mesh a piece. The corners of a triangle are in one piece.
+    pub(crate) fn split_by_position(self, piece_of_position: &[u32], pieces: u32) -> Vec<Self> {
         let mut divided = vec![Self::default(); pieces as usize];
         let mut new_position = Vec::with_capacity(self.positions.len());
         for (index, (&position, &piece)) in self.positions.iter().zip(piece_of_position).enumerate()
@@ -161,8 +160,8 @@ impl Mesh {
     }
 }
 
-/// The position at the top of the one that a position is under; the way is halved.
-pub(crate) fn root(above: &mut [u32], mut position: u32) -> u32 {
+/// Finds the root of a position (union-find), halving the path.
+pub(crate) fn find_root(above: &mut [u32], mut position: u32) -> u32 {
     while above[position as usize] != position {
         above[position as usize] = above[above[position as usize] as usize];
         position = above[position as usize];
@@ -170,9 +169,9 @@ pub(crate) fn root(above: &mut [u32], mut position: u32) -> u32 {
     position
 }
 
-/// The piece of each island, and how many pieces there are: those of the same materials,
-/// halved along the longest axis until each is within the limits.
-fn gather(islands: &[Island], limits: PieceLimits) -> (Vec<u32>, u32) {
+/// Groups islands of the same materials into pieces, halved along the longest axis until each is
+/// within the limits. Returns the piece of each island, and the number of pieces.
+fn group_islands(islands: &[Island], limits: PieceLimits) -> (Vec<u32>, u32) {
     let mut piece_of = vec![0; islands.len()];
     let mut pieces = 0;
     let mut of_materials: BTreeMap<u64, Vec<u32>> = BTreeMap::new();
@@ -243,7 +242,7 @@ mod tests {
 
     type Corner = ([u32; 3], [u32; 3], [u32; 2], Option<u32>);
 
-    /// All that a triangle's corners show, as bits.
+    /// Returns everything that a triangle's corners show, as bits.
     fn triangles(mesh: &Mesh) -> Vec<[Corner; 3]> {
         let bits = |v: Vec3| v.to_array().map(f32::to_bits);
         let shown = |index: u32, corners: [u32; 3]| {

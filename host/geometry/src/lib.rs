@@ -5,7 +5,6 @@
 //! [`CollapseSequence`]; [`CollapseStacks`] then gives the mesh at any cursor.
 #![doc = include_str!("../DESIGN.md")]
 
-mod deviation;
 mod error_order;
 mod face_splitting;
 mod islands;
@@ -16,6 +15,7 @@ mod slender;
 mod stacks;
 mod statistics;
 mod stochastic_simplification;
+mod surface_deviation;
 mod weld;
 
 pub use islands::PieceLimits;

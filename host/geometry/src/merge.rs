@@ -1,4 +1,5 @@
-//! Many meshes, each at a cursor, as one mesh that collapses on.
+//! Mesh merging: many meshes, each at a cursor, become one mesh that collapses further (HLOD
+//! proxies).
 //!
 //! What lies far off costs by the piece, not by the triangle. The parts' collapses that
 //! are left are done in the order of their errors, so that the whole goes down as its
@@ -20,14 +21,14 @@ pub struct MergePart<'a> {
     pub cursors: Range<u32>,
     /// From the part's space to that of the whole; it may mirror.
     pub transform: Mat4,
-    /// By how much the transform stretches at most: so many times over count its errors.
+    /// Greatest scale factor of the transform, by which its errors are multiplied.
     pub stretch: f32,
     /// For each section of the mesh, its material in the whole, below `materials` of
     /// [`merge`].
     pub materials: &'a [u32],
     /// Feature of the whole that the part's feature 0 becomes; others follow it.
     pub first_feature: Option<u32>,
-    /// The feature of what has none of these.
+    /// Feature of triangles without a feature of their own.
     pub feature: u32,
 }
 
@@ -39,7 +40,7 @@ pub fn merge(
     parts: &[MergePart<'_>],
     materials: u32,
 ) -> Result<(Mesh, CollapseSequence), SequenceError> {
-    let mut merged = Merged { corners: vec![Vec::new(); materials as usize], ..Merged::default() };
+    let mut merged = Merger { corners: vec![Vec::new(); materials as usize], ..Merger::default() };
     for part in parts {
         merged.add(part);
     }
@@ -47,8 +48,8 @@ pub fn merge(
 }
 
 impl CollapseStacks {
-    /// The mesh at a cursor, as one that knows nothing of those before, and the collapses from
-    /// there on. Positions keep their numbers; a section's material is its own number.
+    /// Bakes the mesh at a cursor into a new mesh, and returns it with the remaining collapses.
+    /// Positions keep their numbers; a section's material is its own number.
     ///
     /// # Errors
     /// As [`merge`].
@@ -68,14 +69,14 @@ impl CollapseStacks {
 }
 
 #[derive(Default)]
-struct Merged {
+struct Merger {
     mesh: Mesh,
     /// Triangles of each material.
     corners: Vec<Vec<[u32; 3]>>,
     collapses: Vec<Collapse>,
 }
 
-impl Merged {
+impl Merger {
     fn add(&mut self, part: &MergePart<'_>) {
         let MergePart { stacks, cursors, .. } = part;
         let cursor = cursors.start;
@@ -166,7 +167,7 @@ mod tests {
     use super::*;
     use crate::{RawPrimitive, weld};
 
-    /// A fan of triangles that collapses onto its hub, in two materials.
+    /// Makes a fan of triangles that collapses onto its hub, in two materials.
     fn fan(spokes: u32, features: bool) -> CollapseStacks {
         let rim = |i: u32| Vec3::new((i as f32).cos(), (i as f32).sin(), 0.0);
         let primitive = |range: Range<u32>, material| RawPrimitive {
@@ -202,7 +203,7 @@ mod tests {
         }
     }
 
-    /// Live triangles as points, in an order that says nothing.
+    /// Returns the live triangles as points, in a canonical order.
     fn points(stacks: &CollapseStacks, cursor: u32, transform: Mat4) -> Vec<[[i64; 3]; 3]> {
         let at = |p: u32| transform.transform_point3(stacks.mesh().positions[p as usize]);
         let rounded = |p: Vec3| p.to_array().map(|x| (f64::from(x) * 1e4).round() as i64);

@@ -1,6 +1,6 @@
 //! A triangle mesh with welded positions and the wedges that split them.
 
-mod valid;
+mod validation;
 
 use std::ops::Range;
 
@@ -75,7 +75,7 @@ pub struct Bounds {
 }
 
 impl Mesh {
-    /// The positions of a triangle's corners, as position indices.
+    /// Returns the positions of a triangle's corners, as position indices.
     pub fn corner_positions(&self, triangle: [u32; 3]) -> [u32; 3] {
         triangle.map(|wedge| self.wedges.position[wedge as usize])
     }
@@ -128,7 +128,7 @@ impl Mesh {
         }
     }
 
-    /// The wedges of each position, once they are together.
+    /// Returns the wedge range of each position, once wedges are grouped.
     ///
     /// # Panics
     /// When a position has none: welding makes no such mesh.
@@ -145,13 +145,13 @@ impl Mesh {
         ranges
     }
 
-    /// The feature a triangle belongs to; `None` for none.
+    /// Returns the feature a triangle belongs to; `None` for none.
     pub fn feature(&self, triangle: [u32; 3]) -> Option<u32> {
         let position = self.wedges.position[triangle[0] as usize];
         self.features.get(position as usize).copied().filter(|&feature| feature != NO_FEATURE)
     }
 
-    /// Positions and triangles without attributes.
+    /// Copies positions and triangles without attributes.
     pub fn topology(&self) -> Topology {
         Topology {
             positions: self.positions.clone(),
@@ -159,7 +159,7 @@ impl Mesh {
         }
     }
 
-    /// The box around all positions; `None` for an empty mesh.
+    /// Returns the box around all positions; `None` for an empty mesh.
     pub fn bounds(&self) -> Option<Bounds> {
         Bounds::from_points(self.positions.iter().copied())
     }
@@ -187,7 +187,7 @@ impl Wedges {
 }
 
 impl Bounds {
-    /// The box around points; `None` when there are none.
+    /// Returns the box around points; `None` when there are none.
     pub fn from_points(points: impl IntoIterator<Item = Vec3>) -> Option<Self> {
         points.into_iter().fold(None, |bounds, point| match bounds {
             None => Some(Self { min: point, max: point }),
@@ -195,7 +195,7 @@ impl Bounds {
         })
     }
 
-    /// The box around both.
+    /// Returns the box around both boxes.
     pub fn union(self, other: Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
@@ -210,7 +210,7 @@ impl Bounds {
         (self.max - self.min).length() * 0.5
     }
 
-    /// The box around the transformed box.
+    /// Returns the box around the transformed box.
     pub fn transformed(self, transform: &Mat4) -> Self {
         let corners = self.corners().map(|corner| transform.transform_point3(corner));
         let [first, others @ ..] = corners;

@@ -1,4 +1,4 @@
-//! The ordered list of half-edge collapses that an optimiser makes.
+//! Collapse sequence: the ordered list of half-edge collapses that an optimiser makes.
 
 use thiserror::Error;
 
@@ -93,12 +93,12 @@ impl CollapseSequence {
         Ok(Self { entries, position_count })
     }
 
-    /// A sequence in which nothing collapses.
+    /// Makes a sequence in which nothing collapses.
     pub fn empty(position_count: u32) -> Self {
         Self { entries: Vec::new(), position_count }
     }
 
-    /// The collapses in order.
+    /// Returns the collapses in order.
     pub fn entries(&self) -> &[Collapse] {
         &self.entries
     }
@@ -113,15 +113,14 @@ impl CollapseSequence {
         self.entries.is_empty()
     }
 
-    /// Positions of the mesh this sequence belongs to.
+    /// Returns the number of positions of the mesh this sequence belongs to.
     pub fn position_count(&self) -> u32 {
         self.position_count
     }
 }
 
-/// The cursor for a proportion `theta` of simplified vertices: the paper's
-/// section IV, read in welded positions. `round(theta * V)`, at most the
-/// number of collapses there are.
+/// Converts a proportion `theta` of simplified vertices to a cursor (the paper's section IV, in
+/// welded positions): `round(theta * V)`, at most the number of collapses.
 pub fn theta_to_cursor(theta: f64, position_count: u32, collapse_count: u32) -> u32 {
     let wanted = (theta.clamp(0.0, 1.0) * f64::from(position_count)).round() as u32;
     wanted.min(collapse_count)

@@ -1,4 +1,4 @@
-//! Finds what is long, thin and round: conductors, wires, rods.
+//! Slender islands: long, thin and round shapes such as conductors, wires and rods.
 //!
 //! They are narrower than a pixel long before they are too short to matter, and what draws
 //! them has to know how thick they are.
@@ -11,8 +11,8 @@ use crate::{Bounds, Mesh};
 const LEAST_SLENDERNESS: f32 = 60.0;
 /// Share of its area that has to be round.
 const ROUND_SHARE: f32 = 0.9;
-/// Cosine of what a face may lean away from its corners' own directions: a tube of five
-/// sides is round (36 degrees), a box is not (45).
+/// Least cosine between a face and its corners' outward directions: a tube of five sides is round
+/// (36 degrees), a box is not (45).
 const ROUND_COSINE: f32 = 0.76;
 
 /// A point of the surface of something slender.
@@ -32,7 +32,7 @@ struct Tube {
     bounds: Bounds,
     area: f32,
     round_area: f32,
-    /// Sum of all normals: none of what faces all ways.
+    /// Sum of all normals: zero for a closed surface.
     facing: Vec3,
 }
 
@@ -65,13 +65,13 @@ impl Tube {
 }
 
 impl Mesh {
-    /// The points of all islands (connected components) that are slender and round.
+    /// Returns the points of all islands (connected components) that are slender and round.
     pub fn slender_points(&self) -> Vec<SlenderPoint> {
         let (island_of, islands) = self.island_numbers();
         let island = |corners: [u32; 3]| island_of[corners[0] as usize] as usize;
         let mut tubes = vec![Tube::NONE; islands];
         for &triangle in &self.triangles {
-            let (corners, normal) = self.facing(triangle);
+            let (corners, normal) = self.corners_and_normal(triangle);
             let tube = &mut tubes[island(corners)];
             tube.area += normal.length();
             tube.facing += normal;
@@ -85,7 +85,7 @@ impl Mesh {
         }
         let is_slender = |triangle: &&[u32; 3]| slender[island(self.corner_positions(**triangle))];
         let faces: Vec<_> =
-            self.triangles.iter().filter(is_slender).map(|&t| self.facing(t)).collect();
+            self.triangles.iter().filter(is_slender).map(|&t| self.corners_and_normal(t)).collect();
         let mut outward = vec![Vec3::ZERO; self.positions.len()];
         for &(corners, normal) in &faces {
             // By angles, so that it does not matter which way a flat side is cut in two; and
@@ -113,8 +113,8 @@ impl Mesh {
         (0..).zip(&island_of).filter_map(point).collect()
     }
 
-    /// The positions of a triangle's corners; its normal, as long as its area is large.
-    fn facing(&self, triangle: [u32; 3]) -> ([u32; 3], Vec3) {
+    /// Returns the positions of a triangle's corners, and its normal with the area as length.
+    fn corners_and_normal(&self, triangle: [u32; 3]) -> ([u32; 3], Vec3) {
         let corners = self.corner_positions(triangle);
         let [a, b, c] = corners.map(|position| self.positions[position as usize]);
         (corners, 0.5 * (b - a).cross(c - a))

@@ -5,7 +5,7 @@ use crate::{RawPrimitive, weld};
 
 const RADIUS: f32 = 0.011;
 
-/// A tube of `sides` along x with `rings`, sagging, its ends open.
+/// Makes an open, sagging tube of `sides` along x with `rings`.
 fn tube(sides: u32, rings: u32, length: f32, radius: f32) -> RawPrimitive {
     let mut primitive = RawPrimitive::default();
     for ring in 0..rings {

@@ -50,7 +50,7 @@ pub struct ResolvedMesh<'a> {
 }
 
 impl CollapseStacks {
-    /// The mesh, its positions numbered in reverse order of removal.
+    /// Returns the mesh, its positions numbered in reverse order of removal.
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
     }
@@ -65,22 +65,22 @@ impl CollapseStacks {
         &self.tables
     }
 
-    /// The points of what is slender and round in the mesh as imported.
+    /// Returns the points of slender and round islands in the mesh as imported.
     pub fn slender_points(&self) -> &[SlenderPoint] {
         &self.slender
     }
 
-    /// Positions of the mesh, V.
+    /// Returns the number of positions of the mesh, V.
     pub fn position_count(&self) -> u32 {
         self.mesh.positions.len() as u32
     }
 
-    /// Number of collapses: S1 and S2 together.
+    /// Returns the number of collapses: S1 and S2 together.
     pub fn collapse_count(&self) -> u32 {
         self.tables.parent_start.len() as u32
     }
 
-    /// The collapses in order, as (removed, kept) positions.
+    /// Iterates over the collapses in order, as (removed, kept) positions.
     pub fn collapses(&self) -> impl ExactSizeIterator<Item = (u32, u32)> + DoubleEndedIterator {
         let last = self.position_count().wrapping_sub(1);
         let kept = |&wedge: &u32| self.mesh.wedges.position[wedge as usize];
@@ -88,63 +88,63 @@ impl CollapseStacks {
         kept.enumerate().map(move |(entry, kept)| (last - entry as u32, kept))
     }
 
-    /// The cursor for a proportion of simplified vertices.
+    /// Returns the cursor for a proportion of simplified vertices.
     pub fn cursor_for_theta(&self, theta: f64) -> u32 {
         theta_to_cursor(theta, self.position_count(), self.collapse_count())
     }
 
-    /// Positions that survive at a cursor: those with smaller numbers.
+    /// Counts the positions that survive at a cursor: those with smaller numbers.
     pub fn surviving(&self, cursor: u32) -> u32 {
         self.position_count() - cursor.min(self.collapse_count())
     }
 
-    /// Triangles that live at a cursor.
+    /// Counts the triangles that live at a cursor.
     pub fn live_triangles(&self, cursor: u32) -> u64 {
         self.tables.removal_cursor.iter().filter(|&&death| death > cursor).count() as u64
     }
 
-    /// Import indices of the triangles that live at a cursor, in the order of
-    /// [`ResolvedMesh::triangles`]: a triangle keeps its identity.
+    /// Iterates over the import indices of the triangles that live at a cursor, in the order of
+    /// [`ResolvedMesh::triangles`]. A triangle keeps its identity.
     pub fn live(&self, cursor: u32) -> impl Iterator<Item = u32> + '_ {
         (0_u32..)
             .zip(&self.tables.removal_cursor)
             .filter_map(move |(triangle, &death)| (death > cursor).then_some(triangle))
     }
 
-    /// The longest chain of ancestors.
+    /// Returns the length of the longest chain of ancestors.
     pub fn max_depth(&self) -> u32 {
         self.tables.max_depth
     }
 
-    /// The smallest cursor at which a triangle is dead, or [`NEVER_REMOVED`].
+    /// Returns the smallest cursor at which a triangle is removed, or [`NEVER_REMOVED`].
     pub fn removal_cursor(&self, triangle: usize) -> u32 {
         self.tables.removal_cursor[triangle]
     }
 
-    /// A bound on the geometric error at a cursor, in the mesh's units.
+    /// Returns a bound on the geometric error at a cursor, in the mesh's units.
     pub fn error_at(&self, cursor: u32) -> f32 {
         self.tables.error_at(cursor.min(self.collapse_count()))
     }
 
-    /// The farthest cursor whose error is known to be within `error`, in the mesh's
-    /// units: up to a step of the table of errors short of the farthest there is.
+    /// Returns the farthest cursor whose error is known to be within `error`, in the mesh's units.
+    /// The true limit may lie up to a step of the error table farther.
     pub fn cursor_for_error(&self, error: f32) -> u32 {
         self.tables.cursor_for_error(error)
     }
 
-    /// Bytes that the stacks add to a plain indexed mesh.
+    /// Returns the bytes that the stacks add to a plain indexed mesh.
     pub fn static_bytes(&self) -> usize {
         self.tables.bytes()
     }
 }
 
 impl ResolvedMesh<'_> {
-    /// Live triangles as position indices.
+    /// Iterates over the live triangles as position indices.
     pub fn position_triangles(&self) -> impl Iterator<Item = [u32; 3]> + '_ {
         self.triangles.iter().map(|&t| self.stacks.mesh.corner_positions(t))
     }
 
-    /// Position indices are below this.
+    /// Returns the bound of the position indices.
     pub fn position_count(&self) -> u32 {
         self.stacks.position_count()
     }

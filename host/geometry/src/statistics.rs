@@ -1,9 +1,9 @@
-//! Counts that describe a mesh's topology, in welded positions.
+//! Topology statistics of a mesh: vertices, edges, borders and components in welded positions.
 
 use std::collections::HashSet;
 
 use crate::ResolvedMesh;
-use crate::islands::root;
+use crate::islands::find_root;
 
 /// Topology of a mesh at one cursor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -51,7 +51,7 @@ impl MeshStatistics {
         statistics
     }
 
-    /// Euler characteristic V - E + F over referenced vertices.
+    /// Computes the Euler characteristic V - E + F over referenced vertices.
     pub fn euler_characteristic(&self) -> i64 {
         self.vertices_referenced as i64 - self.edges as i64 + self.triangles as i64
     }
@@ -90,7 +90,7 @@ pub fn count_components(position_count: u32, triangles: &[[u32; 3]]) -> Componen
     let mut referenced = vec![false; position_count as usize];
     for &[a, b, c] in triangles {
         for (x, y) in [(a, b), (b, c)] {
-            let (rx, ry) = (root(&mut parent, x), root(&mut parent, y));
+            let (rx, ry) = (find_root(&mut parent, x), find_root(&mut parent, y));
             if rx != ry {
                 parent[rx.max(ry) as usize] = rx.min(ry);
                 all -= 1;

@@ -1,4 +1,4 @@
-//! A few islands for many, where each is less than a pixel.
+//! Stochastic simplification: a share of the islands below a pixel stands in for all of them.
 //!
 //! Stochastic simplification (Cook, Halstead, Planck and Ryu, "Stochastic Simplification of
 //! Aggregate Detail", SIGGRAPH 2007): of islands that show less than a given area only a
@@ -11,7 +11,7 @@ use std::cmp::Reverse;
 
 use glam::Vec3;
 
-use crate::error_order::LAST_TRIANGLES;
+use crate::error_order::MIN_VISIBLE_TRIANGLES;
 use crate::{Bounds, Collapse, CollapseSequence, CollapseStacks, Mesh, SequenceError};
 
 /// Least thickness of an island, as a share of a square's side, for it to count as visible.
@@ -21,7 +21,7 @@ const MAX_ERROR_SIDES: f32 = 0.5;
 /// Greatest distance that widening moves a point, in sides of a square. Bent or flat islands would
 /// stand out of the picture without this limit.
 const MAX_MOVE_SIDES: f32 = 0.6;
-/// The share that such an island is narrowed to at least, to show what it did.
+/// Least share that an island is narrowed to, to show what it did.
 const LEAST_SHARE: f32 = 0.25;
 /// Least change of the shown area that stretching is worth, as a share.
 const LEAST_STRETCH: f32 = 0.01;
@@ -29,7 +29,7 @@ const LEAST_STRETCH: f32 = 0.01;
 const MAX_TRIANGLES_A_SQUARE: usize = 8;
 /// The island of a position without triangles.
 const NOWHERE: u32 = u32::MAX;
-/// Pieces of [`Mesh::divide`]: what stays, and what goes.
+/// Pieces of [`Mesh::split_by_position`]: what stays, and what goes.
 const KEPT: u32 = 0;
 const DROPPED: u32 = 1;
 
@@ -40,30 +40,30 @@ struct Island {
     bounds: Bounds,
     /// Area that it shows at most, square metres: from no side more than half of a surface.
     shown: f32,
-    first: Far,
-    second: Far,
+    first: FarthestPoint,
+    second: FarthestPoint,
     /// Greatest distance from the axis through its middle, metres.
     reach: f32,
 }
 
 impl Island {
     /// Island without a triangle.
-    const NOTHING: Self = Self {
+    const EMPTY: Self = Self {
         section: NOWHERE,
         bounds: Bounds { min: Vec3::ZERO, max: Vec3::ZERO },
         shown: 0.0,
-        first: Far::NONE,
-        second: Far::NONE,
+        first: FarthestPoint::NONE,
+        second: FarthestPoint::NONE,
         reach: 0.0,
     };
 
-    /// The way from one end to the other, of unit length.
+    /// Returns the unit vector from one end to the other.
     fn axis(&self) -> Vec3 {
         (self.second.point - self.first.point).normalize_or_zero()
     }
 
     /// Reaches as far from its axis as a point.
-    fn reach_to(&mut self, point: Vec3) {
+    fn extend_reach(&mut self, point: Vec3) {
         let offset = point - self.bounds.center();
         self.reach = self.reach.max(offset.cross(self.axis()).length());
     }
@@ -85,10 +85,14 @@ struct IslandDecision {
 
 impl IslandDecision {
     /// Decides for all islands where a pixel is a square with this side.
-    fn of<'a>(islands: impl Iterator<Item = &'a Island>, sections: usize, side: f32) -> Vec<Self> {
+    fn decide_all<'a>(
+        islands: impl Iterator<Item = &'a Island>,
+        sections: usize,
+        side: f32,
+    ) -> Vec<Self> {
         // Of what each section lost so far, in islands.
         let mut owed = vec![0.0_f32; sections];
-        let decisions = |island: &Island| {
+        let decide = |island: &Island| {
             let least = island.least_shown(side);
             let is_small = island.shown < least;
             let owed = &mut owed[island.section as usize];
@@ -99,11 +103,11 @@ impl IslandDecision {
             let max_triangles = (shows / (side * side)).ceil() as usize;
             Self { shows: if stays { shows } else { 0.0 }, max_triangles }
         };
-        islands.map(decisions).collect()
+        islands.map(decide).collect()
     }
 }
 
-/// Islands, and faces of those that were taken apart.
+/// Islands, and the faces of split islands.
 struct Pieces {
     /// Island of each position, or [`NOWHERE`].
     island_of: Vec<u32>,
@@ -112,10 +116,10 @@ struct Pieces {
 }
 
 impl CollapseStacks {
-    /// The mesh without most of the islands that show less than a square with a side of so
-    /// many metres, or are thinner than a sixteenth of that; the others of these are widened
-    /// to be as large. Section by section they cover what all covered, to within half a
-    /// square, or what the longest of them shows.
+    /// Simplifies the mesh stochastically. Most islands below a square with a side of so many
+    /// metres, or thinner than a sixteenth of that, are dropped; others of these are widened to
+    /// stand in. Section by section they cover the same area, to within half a square, or that of
+    /// the longest island.
     ///
     /// Islands of more triangles than one a square go down further, by collapses with errors up
     /// to half of its sides; they show as much as before. Those that have many times as many even
@@ -124,34 +128,36 @@ impl CollapseStacks {
     /// # Errors
     /// None where errors are numbers.
     pub fn simplified_stochastically(self, side: f32) -> Result<Mesh, SequenceError> {
-        let (island_of, count) = self.mesh().numbered_islands();
-        let islands = self.mesh().shown_islands(&island_of, count);
-        let decisions = IslandDecision::of(islands.iter(), self.mesh().sections.len(), side);
-        let sequence = self.beyond(&island_of, &decisions, MAX_ERROR_SIDES * side)?;
+        let (island_of, count) = self.mesh().number_islands();
+        let islands = self.mesh().measure_islands(&island_of, count);
+        let decisions =
+            IslandDecision::decide_all(islands.iter(), self.mesh().sections.len(), side);
+        let sequence = self.coarsening_sequence(&island_of, &decisions, MAX_ERROR_SIDES * side)?;
         let coarse = Self::build(self.into_mesh(), &sequence);
         // Their numbers are by the order of triangles, which is the same.
-        let (mut island_of, _) = coarse.mesh().numbered_islands();
+        let (mut island_of, _) = coarse.mesh().number_islands();
         let (mut mesh, _) = coarse.baked_at_cursor(coarse.collapse_count())?;
         island_of.truncate(mesh.positions.len());
         let Pieces { island_of, islands, decisions } =
-            mesh.take_apart(&island_of, &decisions, side);
+            mesh.split_lattices(&island_of, &decisions, side);
         let stretches: Vec<Option<Stretch>> = islands
             .iter()
             .zip(&decisions)
-            .map(|(island, decisions)| Stretch::to(island, *decisions, side))
+            .map(|(island, decision)| Stretch::for_decision(island, *decision, side))
             .collect();
         mesh.stretch(&island_of, &stretches);
         let stays = |&island: &u32| decisions.get(island as usize).is_some_and(|f| f.shows > 0.0);
         let piece = |island: &u32| if stays(island) { KEPT } else { DROPPED };
         let piece_of_position: Vec<u32> = island_of.iter().map(piece).collect();
-        let mut simplified = mesh.divide(&piece_of_position, 2).swap_remove(KEPT as usize);
+        let mut simplified =
+            mesh.split_by_position(&piece_of_position, 2).swap_remove(KEPT as usize);
         simplified.shrink_to_fit();
         Ok(simplified)
     }
 
-    /// The collapses by which each island goes down to as many triangles as it should have, or
-    /// as near as it comes without vanishing.
-    fn beyond(
+    /// Selects the collapses by which each island reaches its number of triangles, or comes as near
+    /// as it can without vanishing.
+    fn coarsening_sequence(
         &self,
         island_of: &[u32],
         decisions: &[IslandDecision],
@@ -169,9 +175,9 @@ impl CollapseStacks {
         let mut cursors = vec![0_u32; decisions.len()];
         for deaths in deaths.chunk_by(|(a, _), (b, _)| a == b) {
             let island = deaths[0].0 as usize;
-            let most = decisions[island].max_triangles.max(LAST_TRIANGLES);
+            let most = decisions[island].max_triangles.max(MIN_VISIBLE_TRIANGLES);
             if let Some(&(_, Reverse(death))) = deaths.get(most) {
-                let (_, Reverse(vanishes)) = deaths[LAST_TRIANGLES - 1];
+                let (_, Reverse(vanishes)) = deaths[MIN_VISIBLE_TRIANGLES - 1];
                 cursors[island] = death.min(vanishes - 1).min(last);
             }
         }
@@ -187,9 +193,9 @@ impl CollapseStacks {
 }
 
 impl Mesh {
-    /// The number of the island of each position, in the order of their first triangles, or
-    /// [`NOWHERE`] of one without triangles; and how many there are.
-    fn numbered_islands(&self) -> (Vec<u32>, usize) {
+    /// Numbers the islands in the order of their first triangles; positions without triangles have
+    /// [`NOWHERE`]. Returns also the number of islands.
+    fn number_islands(&self) -> (Vec<u32>, usize) {
         let roots = self.island_roots();
         let mut of_root = vec![NOWHERE; roots.len()];
         let mut count = 0;
@@ -205,8 +211,8 @@ impl Mesh {
     }
 
     /// Measures so many islands, by their numbers.
-    fn shown_islands(&self, island_of: &[u32], count: usize) -> Vec<Island> {
-        let mut islands = vec![Island::NOTHING; count];
+    fn measure_islands(&self, island_of: &[u32], count: usize) -> Vec<Island> {
+        let mut islands = vec![Island::EMPTY; count];
         for (section, range) in (0..).zip(&self.sections) {
             let first = range.first_triangle as usize;
             for &corners in &self.triangles[first..first + range.triangle_count as usize] {
@@ -225,8 +231,8 @@ impl Mesh {
         islands
     }
 
-    /// The farthest from the middle, then the farthest from there: near enough its length.
-    /// Then the farthest from the line between.
+    /// Finds the ends of islands: the farthest point from the middle, then the farthest from there.
+    /// Then the farthest from the axis.
     fn find_ends(&self, island_of: &[u32], islands: &mut [Island]) {
         let mut at_each_point = |note: fn(&mut Island, Vec3)| {
             for (&point, &island) in self.positions.iter().zip(island_of) {
@@ -235,13 +241,18 @@ impl Mesh {
                 }
             }
         };
-        at_each_point(|island, point| island.first.reach(island.bounds.center(), point));
-        at_each_point(|island, point| island.second.reach(island.first.point, point));
-        at_each_point(Island::reach_to);
+        at_each_point(|island, point| island.first.update(island.bounds.center(), point));
+        at_each_point(|island, point| island.second.update(island.first.point, point));
+        at_each_point(Island::extend_reach);
     }
 
-    /// Takes those islands apart that have too many triangles for what they show.
-    fn take_apart(&mut self, island_of: &[u32], decisions: &[IslandDecision], side: f32) -> Pieces {
+    /// Splits islands into faces that have too many triangles for the area they show.
+    fn split_lattices(
+        &mut self,
+        island_of: &[u32],
+        decisions: &[IslandDecision],
+        side: f32,
+    ) -> Pieces {
         let mut triangles = vec![0_usize; decisions.len()];
         for &corners in &self.triangles {
             let [position, ..] = self.corner_positions(corners);
@@ -252,8 +263,8 @@ impl Mesh {
             shows > 0.0 && triangles[island as usize] > MAX_TRIANGLES_A_SQUARE * max_triangles
         };
         self.split_into_faces(island_of, has_too_many);
-        let (piece_of, count) = self.numbered_islands();
-        let mut pieces = self.shown_islands(&piece_of, count);
+        let (piece_of, count) = self.number_islands();
+        let mut pieces = self.measure_islands(&piece_of, count);
         let mut known = vec![None; count];
         for (&piece, &island) in piece_of.iter().zip(island_of) {
             if let Some(known) = known.get_mut(piece as usize) {
@@ -261,20 +272,21 @@ impl Mesh {
             }
         }
         let is_face: Vec<bool> = known.iter().map(Option::is_none).collect();
-        self.see_faces(&piece_of, &mut pieces, &is_face);
+        self.measure_faces(&piece_of, &mut pieces, &is_face);
         let faces = pieces.iter().zip(&is_face).filter(|(_, is_face)| **is_face);
         let faces = faces.map(|(face, _)| face);
-        let mut of_faces = IslandDecision::of(faces, self.sections.len(), side).into_iter();
+        let mut of_faces = IslandDecision::decide_all(faces, self.sections.len(), side).into_iter();
         let decisions = known.into_iter().filter_map(|known| known.or_else(|| of_faces.next()));
         Pieces { decisions: decisions.collect(), island_of: piece_of, islands: pieces }
     }
 
-    /// A face is seen from one side, all of it, and is as long as its longer edges, not as its
-    /// diagonal, which is the longest edge of its triangles.
-    fn see_faces(&self, piece_of: &[u32], pieces: &mut [Island], is_face: &[bool]) {
+    /// Measures faces: all of a face is seen from one side, and its length is that of its longer
+    /// edges, not of its diagonal.
+    fn measure_faces(&self, piece_of: &[u32], pieces: &mut [Island], is_face: &[bool]) {
         for (piece, _) in pieces.iter_mut().zip(is_face).filter(|(_, is_face)| **is_face) {
             piece.shown *= 2.0;
-            (piece.first, piece.second, piece.reach) = (Far::NONE, Far::NONE, 0.0);
+            (piece.first, piece.second, piece.reach) =
+                (FarthestPoint::NONE, FarthestPoint::NONE, 0.0);
         }
         for &corners in &self.triangles {
             let positions = self.corner_positions(corners);
@@ -286,13 +298,13 @@ impl Mesh {
                 let (metres, from, to) = edges[1];
                 if metres > pieces[piece].second.metres {
                     pieces[piece].first.point = from;
-                    pieces[piece].second = Far { point: to, metres };
+                    pieces[piece].second = FarthestPoint { point: to, metres };
                 }
             }
         }
         for (&point, &piece) in self.positions.iter().zip(piece_of) {
             if is_face.get(piece as usize) == Some(&true) {
-                pieces[piece as usize].reach_to(point);
+                pieces[piece as usize].extend_reach(point);
             }
         }
     }
@@ -315,15 +327,15 @@ impl Mesh {
 
 /// The farthest point so far.
 #[derive(Clone, Copy)]
-struct Far {
+struct FarthestPoint {
     point: Vec3,
     metres: f32,
 }
 
-impl Far {
+impl FarthestPoint {
     const NONE: Self = Self { point: Vec3::ZERO, metres: 0.0 };
 
-    fn reach(&mut self, from: Vec3, point: Vec3) {
+    fn update(&mut self, from: Vec3, point: Vec3) {
         let metres = from.distance(point);
         if metres > self.metres {
             *self = Self { point, metres };
@@ -340,13 +352,13 @@ struct Stretch {
 }
 
 impl Stretch {
-    /// Makes an island show what it is to: thicker as long as it is long, then to a square; as
-    /// far as no point moves for it by more than [`MAX_MOVE_SIDES`]. `None` where it does.
-    fn to(island: &Island, decisions: IslandDecision, side: f32) -> Option<Self> {
-        if island.shown <= 0.0 || decisions.shows <= 0.0 {
+    /// Makes an island show its decided area: thicker up to its length, then towards a square, but
+    /// no point moves by more than [`MAX_MOVE_SIDES`]. `None` without a change.
+    fn for_decision(island: &Island, decision: IslandDecision, side: f32) -> Option<Self> {
+        if island.shown <= 0.0 || decision.shows <= 0.0 {
             return None;
         }
-        let more = (decisions.shows / island.shown).max(LEAST_SHARE);
+        let more = (decision.shows / island.shown).max(LEAST_SHARE);
         if (more - 1.0).abs() <= LEAST_STRETCH {
             return None;
         }
@@ -386,7 +398,7 @@ mod tests {
     use super::*;
     use crate::{RawPrimitive, weld};
 
-    /// Two-sided plates of a length and width, in a row.
+    /// Makes two-sided plates of a length and width, in a row.
     fn plates(sizes: &[[f32; 2]]) -> Mesh {
         let mut plates = RawPrimitive::default();
         for (place, &[length, width]) in (0..).zip(sizes) {
@@ -411,8 +423,8 @@ mod tests {
     }
 
     fn sizes(mesh: &Mesh) -> Vec<Vec3> {
-        let (island_of, count) = mesh.numbered_islands();
-        let islands = mesh.shown_islands(&island_of, count);
+        let (island_of, count) = mesh.number_islands();
+        let islands = mesh.measure_islands(&island_of, count);
         islands.iter().map(|i| i.bounds.max - i.bounds.min).collect()
     }
 
@@ -485,8 +497,8 @@ mod tests {
         assert!(simplified(&plates(&[[0.1, 0.1]; 3]), 8.0_f32.sqrt()).triangles.is_empty());
     }
 
-    /// A two-sided strip of so many squares; what is between its ends moves onto one of them,
-    /// by collapses of this error.
+    /// Makes a two-sided strip of so many squares; inner vertices collapse onto one end with this
+    /// error.
     fn strip(squares: u32, error: f32) -> CollapseStacks {
         let mut strip = RawPrimitive::default();
         strip
@@ -519,8 +531,8 @@ mod tests {
         assert_eq!(beyond.triangles.len(), 160, "0.8 m is too much an error for squares of 1 m");
     }
 
-    /// A lattice in the plane x, z: a square of so many metres with bars of 0.1 m a metre apart
-    /// both ways, which nothing collapses.
+    /// Makes a lattice in the plane x, z: a square with bars of 0.1 m, a metre apart both ways,
+    /// without collapses.
     fn lattice(metres: u32) -> Mesh {
         let marks: Vec<f32> = (0..=metres).flat_map(|at| [at as f32, at as f32 + 0.1]).collect();
         let (count, mut lattice) = (marks.len(), RawPrimitive::default());

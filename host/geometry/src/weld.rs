@@ -4,7 +4,7 @@
 //! from its indices are nearly all false borders. Positions are welded when
 //! they are bit-equal (with -0 read as 0), within one feature of one mesh.
 
-mod points;
+mod point_groups;
 
 use std::hash::BuildHasher;
 
@@ -12,7 +12,7 @@ use glam::{Vec2, Vec3};
 use hashbrown::{DefaultHashBuilder, HashTable};
 use thiserror::Error;
 
-use self::points::Points;
+use self::point_groups::PointGroups;
 use crate::{Mesh, NO_FEATURE, Section};
 
 /// One primitive as a file gives it: parallel vertex arrays and indices.
@@ -174,7 +174,7 @@ struct Welder {
     report: WeldReport,
     with_features: bool,
     /// Vertices grouped by point, and the mesh's position at each point once it has one.
-    points: Points,
+    points: PointGroups,
     positions: Vec<u32>,
     hasher: DefaultHashBuilder,
     /// Last chained wedge of each position. `wedges_before` links each wedge to the one before it.
@@ -185,12 +185,12 @@ struct Welder {
 }
 
 impl Welder {
-    /// Room for as many positions and wedges as there are vertices: growing costs more
-    /// than filling. What stays empty is given back in the end.
+    /// Makes a welder with room for as many positions and wedges as there are vertices: growing
+    /// costs more than filling. Unused room is released in the end.
     fn with_room_for(primitives: &[RawPrimitive]) -> Self {
         let vertices = primitives.iter().map(|primitive| primitive.positions.len()).sum();
         let triangles = primitives.iter().map(|primitive| primitive.triangles.len()).sum();
-        let points = Points::of(primitives);
+        let points = PointGroups::new(primitives);
         let mut mesh = Mesh::default();
         mesh.triangles.reserve_exact(triangles);
         mesh.positions.reserve_exact(vertices);
@@ -219,7 +219,7 @@ impl Welder {
         // Most vertices are met six times; their wedge is looked up once.
         let mut wedge_of_vertex = vec![NEW; primitive.positions.len()];
         for &corners in &primitive.triangles {
-            let points = corners.map(|v| clean(primitive.positions[v as usize]));
+            let points = corners.map(|v| normalize_zero(primitive.positions[v as usize]));
             let feature = primitive.feature_of(corners);
             let mut vertices = corners.map(|vertex| first_vertex + vertex);
             for (corner, vertex) in corners.into_iter().zip(&mut vertices) {
@@ -260,7 +260,7 @@ impl Welder {
         });
     }
 
-    /// The position of a vertex, numbered by first use.
+    /// Returns the position of a vertex, numbered by first use.
     fn position(&mut self, vertex: u32, point: Vec3, feature: u32) -> u32 {
         let position = &mut self.positions[self.points.first_at(vertex) as usize];
         if *position == NEW {
@@ -295,7 +295,7 @@ impl Welder {
         wedge
     }
 
-    /// A wedge of a position that has many.
+    /// Finds or adds a wedge of a position that has many.
     fn further_wedge(&mut self, position: u32, normal: Vec3, uv: Vec2, section: u32) -> u32 {
         let Self { mesh, more_wedges, wedges_before, hasher, .. } = self;
         let wanted = wedge_key(position, normal, uv, section);
@@ -343,8 +343,8 @@ fn wedge_key_at(mesh: &Mesh, wedge: u32) -> [u32; 7] {
     wedge_key(wedges.position[wedge], normal, uv, wedges.section[wedge])
 }
 
-/// Adding zero turns -0 into 0 and leaves every other value as it is.
-fn clean(point: Vec3) -> Vec3 {
+/// Turns -0 into 0 by adding zero; every other value stays.
+fn normalize_zero(point: Vec3) -> Vec3 {
     point + Vec3::ZERO
 }
 

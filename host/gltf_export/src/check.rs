@@ -1,4 +1,4 @@
-//! Checks of a model before anything is written, so that writing only indexes.
+//! Model validation before anything is written, so that writing only indexes.
 
 use busbar_geometry::{Mesh, NO_FEATURE};
 use busbar_scene::{Model, TextureRef};

@@ -42,7 +42,7 @@ pub enum ExportError {
         /// Number of positions it has.
         expected: usize,
     },
-    /// More features than a float tells apart.
+    /// Number of features beyond the exact range of floats.
     #[error("mesh {mesh} has {count} features, and glTF tells at most 2^24 apart: split the mesh")]
     TooManyFeatures {
         /// Index of the mesh.

@@ -1,5 +1,5 @@
-//! The JSON of EXT_mesh_features (features of a primitive's vertices) and of
-//! EXT_structural_metadata (what the features are called).
+//! JSON of EXT_mesh_features (features of a primitive's vertices) and of EXT_structural_metadata
+//! (names of the features).
 
 use serde::Serialize;
 

@@ -1,4 +1,4 @@
-//! Features of meshes: an id a vertex, and a table of names a mesh.
+//! Feature export (EXT_mesh_features): an id a vertex, and a table of names a mesh.
 
 use std::collections::HashSet;
 
@@ -40,8 +40,8 @@ impl<'a> MeshFeatureWriter<'a> {
         Self { mesh, table: used.and_then(|_| tables.add(names)), null }
     }
 
-    /// `None` where no vertex has a feature.
-    pub(crate) fn of(&self, wedges: &[u32]) -> Option<VertexFeatures> {
+    /// Collects the feature ids of vertices; `None` where no vertex has a feature.
+    pub(crate) fn vertex_features(&self, wedges: &[u32]) -> Option<VertexFeatures> {
         let mesh = self.mesh;
         let feature = |&wedge: &u32| {
             let position = mesh.wedges.position[wedge as usize];

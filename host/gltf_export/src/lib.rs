@@ -46,7 +46,8 @@ pub fn write_glb(model: &Model) -> Result<Vec<u8>, ExportError> {
     binary.finish(document)
 }
 
-/// `file_meshes[i]` is where model mesh `i` went, if it has triangles.
+/// Writes the node hierarchy. `file_meshes[i]` is the file's mesh for model mesh `i`, if it has
+/// triangles.
 fn write_nodes(model: &Model, file_meshes: &[Option<u32>], document: &mut Document) {
     let mut scene = Scene::default();
     document.nodes = model.nodes.iter().map(|node| file_node(node, file_meshes)).collect();

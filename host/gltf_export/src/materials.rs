@@ -1,4 +1,4 @@
-//! Materials, textures, samplers and embedded images.
+//! Material export: materials, textures, samplers and embedded images.
 
 use busbar_scene::{AlphaMode, Material, Model, Texture, TextureRef, Wrap};
 use image::codecs::png::PngEncoder;
@@ -22,7 +22,7 @@ pub(crate) struct MaterialWriter<'a> {
 }
 
 impl<'a> MaterialWriter<'a> {
-    /// Writes all materials, in order, and what they name.
+    /// Writes all materials, in order, with their textures and images.
     pub(crate) fn write(
         model: &'a Model,
         document: &'a mut Document,

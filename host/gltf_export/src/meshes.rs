@@ -1,4 +1,4 @@
-//! Meshes to primitives and accessors.
+//! Mesh export: sections become primitives with their accessors.
 
 use busbar_geometry::{Mesh, Section};
 use busbar_scene::Model;
@@ -17,7 +17,7 @@ const MAX_VERTICES_16: usize = 65_535;
 
 const UNUSED: u32 = u32::MAX;
 
-/// Writes all meshes that have triangles; tells where each went.
+/// Writes all meshes that have triangles; returns the index of each in the file.
 pub(crate) fn write(
     model: &Model,
     document: &mut Document,
@@ -60,7 +60,7 @@ struct MeshWriter<'a> {
 impl MeshWriter<'_> {
     fn section(&mut self, section: &Section) -> Primitive {
         let (wedges, indices) = self.gather(section);
-        let features = self.features.of(&wedges);
+        let features = self.features.vertex_features(&wedges);
         Primitive {
             attributes: Attributes {
                 position: self.positions(&wedges),
@@ -74,8 +74,8 @@ impl MeshWriter<'_> {
         }
     }
 
-    /// The wedges that a section's triangles name, in order of first use, and
-    /// its corners as indices into them.
+    /// Gathers the wedges that a section's triangles name, in order of first use, and its corners
+    /// as indices into them.
     fn gather(&mut self, section: &Section) -> (Vec<u32>, Vec<u32>) {
         let first = section.first_triangle as usize;
         let triangles = &self.mesh.triangles[first..first + section.triangle_count as usize];
@@ -112,7 +112,7 @@ impl MeshWriter<'_> {
         self.accessor(at, FLOAT, wedges.len(), "VEC3", None)
     }
 
-    /// `None` where all are zero, which is what a reader assumes.
+    /// Writes texture coordinates; `None` where all are zero, the reader's default.
     fn uvs(&mut self, wedges: &[u32]) -> Option<u32> {
         let uvs = &self.mesh.wedges.uv;
         if wedges.iter().all(|&w| uvs[w as usize] == glam::Vec2::ZERO) {

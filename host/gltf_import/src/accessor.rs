@@ -141,7 +141,7 @@ impl<'a> Accessor<'a> {
         Ok(())
     }
 
-    /// The largest index stored; 0 where none is.
+    /// Returns the largest index stored; 0 where none is.
     pub(crate) fn largest_index(&self) -> u32 {
         if let Some(base) = self.plain(ComponentType::U32) {
             return base.iter().map(plain_index).max().unwrap_or(0);
@@ -151,7 +151,7 @@ impl<'a> Accessor<'a> {
         indices.max().unwrap_or(0)
     }
 
-    /// The first element stored that `accept` refuses, by its place in the data.
+    /// Finds the first stored element that `accept` refuses, by its place in the data.
     pub(crate) fn find_refused<const N: usize>(
         &self,
         accept: impl Fn([f32; N]) -> bool,
@@ -163,25 +163,25 @@ impl<'a> Accessor<'a> {
         stored.flat_map(Elements::iter).position(|bytes| !accept(self.decode(bytes)))
     }
 
-    /// The first feature id stored that `accept` refuses, by its place in the
-    /// data; it is told `None` for what is no id.
+    /// Finds the first stored feature id that `accept` refuses, by its place in the data. Invalid
+    /// ids are passed as `None`.
     pub(crate) fn find_refused_id(&self, accept: impl Fn(Option<u32>) -> bool) -> Option<usize> {
         let stored = self.base.iter().chain(self.sparse.iter().map(|s| &s.values));
         let mut ids = stored.flat_map(Elements::iter).map(|b| read_id(b, self.component_type));
         ids.position(|id| !accept(id))
     }
 
-    /// A feature id (`SCALAR`); `None` for what is no id.
+    /// Reads a feature id (`SCALAR`); `None` for an invalid one.
     pub(crate) fn id_at(&self, element: usize) -> Option<u32> {
         self.element(element).map_or(Some(0), |bytes| read_id(bytes, self.component_type))
     }
 
-    /// An index element (`SCALAR`, unsigned).
+    /// Reads an index element (`SCALAR`, unsigned).
     fn index_at(&self, element: usize) -> u32 {
         self.element(element).map_or(0, |bytes| read_index(bytes, self.component_type))
     }
 
-    /// The index elements of triangles, by the places of their corners.
+    /// Reads the index elements of triangles, by the places of their corners.
     pub(crate) fn triangles(&self, places: impl Iterator<Item = [usize; 3]>) -> Vec<[u32; 3]> {
         match self.plain(ComponentType::U32) {
             Some(base) => {
@@ -191,7 +191,7 @@ impl<'a> Accessor<'a> {
         }
     }
 
-    /// The first `N` components of elements, as floats.
+    /// Reads the first `N` components of elements, as floats.
     pub(crate) fn floats<const N: usize, T>(
         &self,
         elements: impl Iterator<Item = usize>,
@@ -208,7 +208,7 @@ impl<'a> Accessor<'a> {
         self.element(element).map_or([0.0; N], |bytes| self.decode(bytes))
     }
 
-    /// The elements, where they are of this type and none is replaced.
+    /// Returns the elements, where they are of this type and none is replaced.
     fn plain(&self, component_type: ComponentType) -> Option<Elements<'a>> {
         self.base.filter(|_| self.sparse.is_none() && self.component_type == component_type)
     }
@@ -302,7 +302,7 @@ fn read_index(bytes: &[u8], component_type: ComponentType) -> u32 {
     }
 }
 
-/// A whole number that a feature may have: floats tell those up to 2^24 apart.
+/// Reads a whole number that a feature may have: floats represent those up to 2^24 exactly.
 fn read_id(bytes: &[u8], component_type: ComponentType) -> Option<u32> {
     const LARGEST_FLOAT: f32 = 16_777_216.0;
     if component_type != ComponentType::F32 {
@@ -312,7 +312,7 @@ fn read_id(bytes: &[u8], component_type: ComponentType) -> Option<u32> {
     (id.fract() == 0.0 && (0.0..=LARGEST_FLOAT).contains(&id)).then_some(id as u32)
 }
 
-/// One component as a float (glTF 2.0, section 3.6.2.2 for normalised ones).
+/// Reads one component as a float (glTF 2.0, section 3.6.2.2 for normalised ones).
 fn read_float(bytes: &[u8], component_type: ComponentType, normalized: bool) -> f32 {
     let (value, largest) = match (component_type, bytes) {
         (ComponentType::I8, &[a]) => (f32::from(a as i8), 127.0),

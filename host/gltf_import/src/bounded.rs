@@ -1,4 +1,4 @@
-//! JSON arrays and objects of a bounded number of items.
+//! Bounded JSON arrays and objects, for hostile input.
 
 use std::fmt;
 use std::marker::PhantomData;

@@ -1,4 +1,4 @@
-//! Buffers and views as byte slices, every range checked.
+//! Buffers and buffer views as byte slices, with every range checked.
 
 use std::collections::HashMap;
 
@@ -74,17 +74,17 @@ impl<'a> Buffers<'a> {
         Ok(Self { root, buffers, total_bytes })
     }
 
-    /// All that decides meshes: the document, then the buffers.
+    /// Returns all content that decides meshes: the document, then the buffers.
     pub(crate) fn content(&self, json: &'a [u8]) -> Vec<&'a [u8]> {
         std::iter::once(json).chain(self.buffers.iter().copied()).collect()
     }
 
-    /// Bytes of all buffers together; those that several share count once.
+    /// Counts the bytes of all buffers together; shared ones count once.
     pub(crate) fn total_bytes(&self) -> u64 {
         self.total_bytes
     }
 
-    /// A view by its index; `place` says who names it.
+    /// Returns a view by its index; `place` is the place that names it.
     pub(crate) fn view(
         &self,
         index: usize,
@@ -110,7 +110,7 @@ fn count_bytes(sources: &[Source], buffers: &[&[u8]]) -> u64 {
     longest.values().sum()
 }
 
-/// `bytes[offset..offset + length]`, if that exists.
+/// Returns `bytes[offset..offset + length]`, if it exists.
 pub(crate) fn range<'a>(
     bytes: &'a [u8],
     offset: u64,

@@ -38,7 +38,7 @@ fn open_glb(bytes: &[u8]) -> Result<Container<'_>, String> {
     Ok(Container { json, bin })
 }
 
-/// The next chunk's kind and content, if there is a next chunk.
+/// Takes the next chunk's type and content, if there is a next chunk.
 fn take_chunk<'a>(rest: &mut &'a [u8]) -> Result<Option<(u32, &'a [u8])>, String> {
     if rest.is_empty() {
         return Ok(None);

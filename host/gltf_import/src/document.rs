@@ -71,7 +71,7 @@ fn note_skipped(root: &Root, notes: &mut Notes) {
     notes.add_many("skin skipped: its mesh is shown as modelled", root.skins.len());
 }
 
-/// A text from the file, short enough for a message.
+/// Shortens a text from the file for a message.
 pub(crate) fn shortened(text: &str) -> String {
     let end = text.floor_char_boundary(crate::limits::MAX_NAME_BYTES);
     let dots = if end < text.len() { "..." } else { "" };

@@ -12,7 +12,7 @@ use crate::limits::{MAX_COORDINATE, MAX_JSON_DEPTH};
 pub struct ImportError {
     /// The file; empty for bytes without a name.
     pub file: PathBuf,
-    /// JSON pointer of the value at fault, or what part of the file it is in.
+    /// JSON pointer of the faulty value, or the part of the file it is in.
     pub place: String,
     /// Fault found at the place.
     pub fault: ImportFault,
@@ -67,7 +67,7 @@ pub enum ImportFault {
     /// The file cannot be shown without an extension that Busbar lacks.
     #[error("the file requires the extension '{0}', which is not supported")]
     Extension(String),
-    /// An index beyond what there is.
+    /// Index beyond the last item.
     #[error("{what} {index} is named, but there are {count}")]
     Index {
         /// Kind of the item that is named.
@@ -82,7 +82,7 @@ pub enum ImportFault {
     Beyond {
         /// Kind of the data that need the bytes.
         what: &'static str,
-        /// Bytes from the start of what holds it; more than 2^64 saturates.
+        /// Bytes needed from the start of the containing data; more than 2^64 saturates.
         needed: u64,
         /// Number of bytes there are.
         available: u64,

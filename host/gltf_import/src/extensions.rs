@@ -163,7 +163,7 @@ pub(crate) struct PrimitiveFeatures<'a> {
     pub(crate) attribute: String,
 }
 
-/// Parses what a file says by these extensions, if it uses them.
+/// Parses the contents of these extensions, if the file uses them.
 pub(crate) fn parse(json: &[u8], root: &Root) -> Result<Extensions, ImportError> {
     let is_known = |name: &String| [MESH_FEATURES, TEXTURE_BASISU].contains(&name.as_str());
     if !root.extensions_used.iter().any(is_known) {
@@ -195,7 +195,7 @@ impl Extensions {
         })
     }
 
-    /// The image that KHR_texture_basisu names for a texture.
+    /// Returns the image that KHR_texture_basisu names for a texture.
     pub(crate) fn basis_source(&self, texture: usize) -> Option<usize> {
         let source = self.textures.get(texture)?.extensions.as_ref()?.basisu.as_ref()?.source?;
         usize::try_from(source).ok()
@@ -210,7 +210,7 @@ impl Extensions {
         self.metadata().map_or(&[], |metadata| &metadata.property_tables.0)
     }
 
-    /// The class of a table, if the file itself holds it.
+    /// Returns the class of a table, if the file itself holds it.
     pub(crate) fn class_of(&self, table: &PropertyTable) -> Option<&Class> {
         let classes = &self.metadata()?.schema.as_ref()?.classes.0;
         classes.iter().find(|(name, _)| *name == table.class).map(|(_, class)| class)
@@ -222,7 +222,7 @@ impl Extensions {
 }
 
 impl PropertyTable {
-    /// The columns that hold one string a row, in the file's order.
+    /// Iterates over the columns that hold one string a row, in the file's order.
     pub(crate) fn strings<'a>(
         &'a self,
         class: &'a Class,

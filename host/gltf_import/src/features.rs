@@ -1,4 +1,4 @@
-//! Features: which vertices belong to which, and what features are called.
+//! Feature ids (EXT_mesh_features): vertices of each feature, and the features' names.
 
 use std::collections::HashMap;
 
@@ -8,7 +8,7 @@ use crate::ImportLimits;
 use crate::accessor::Accessor;
 use crate::error::{ImportError, ImportFault};
 use crate::name_table::NameTable;
-use crate::names::{Names, clean_name};
+use crate::names::{UniqueNames, clean_name};
 
 /// Feature ids of a primitive's vertices.
 #[derive(Clone, Copy)]
@@ -21,7 +21,7 @@ pub(crate) struct FeatureIds<'a> {
 }
 
 impl FeatureIds<'_> {
-    /// The id of a checked vertex, or [`NO_FEATURE`].
+    /// Returns the id of a checked vertex, or [`NO_FEATURE`].
     pub(crate) fn at(&self, vertex: usize) -> u32 {
         self.feature(self.ids.id_at(vertex).unwrap_or(NO_FEATURE))
     }
@@ -90,7 +90,7 @@ impl<'a> FeatureNamer<'a> {
                 *feature = its_number;
             }
         }
-        let mut names = Names::default();
+        let mut names = UniqueNames::default();
         Ok(keys.into_iter().map(|key| names.unique(self.own_name(key))).collect())
     }
 
@@ -107,7 +107,7 @@ impl<'a> FeatureNamer<'a> {
         ImportFault::TooMany { what: "features", count, limit }
     }
 
-    /// The features that triangles have.
+    /// Collects the features that triangles have.
     fn collect(
         &mut self,
         primitives: &[RawPrimitive],

@@ -1,4 +1,4 @@
-//! Reading files without trusting what lies at a path.
+//! External files, read without trusting the path: regular files within limits only.
 
 use std::collections::HashMap;
 use std::fs::{File, Metadata, OpenOptions};
@@ -57,12 +57,12 @@ pub(crate) struct Files<'a> {
 }
 
 impl<'a> Files<'a> {
-    /// Relative URIs resolve in `base` and stay below it.
+    /// Makes a reader of files. Relative URIs resolve in `base` and stay below it.
     pub(crate) fn new(base: Option<&'a Path>, bytes_left: u64) -> Self {
         Self { base, bytes_left, index_of: HashMap::new(), contents: Vec::new() }
     }
 
-    /// The bytes of a data URI or a file. Returns an index for [`Files::get`].
+    /// Loads the bytes of a data URI or a file. Returns an index for [`Files::get`].
     pub(crate) fn load(&mut self, uri: &str, place: &str) -> Result<usize, ImportError> {
         self.try_load(uri).map_err(|fault| fault.at(place))
     }
@@ -102,7 +102,7 @@ impl<'a> Files<'a> {
     }
 }
 
-/// The real path, which lies below the real base, whatever links are in it.
+/// Resolves the real path, which must lie below the real base, links followed.
 fn resolve(base: &Path, relative: &Path, uri: &str) -> Result<PathBuf, ImportFault> {
     let canonical = |path: &Path| {
         std::fs::canonicalize(path)

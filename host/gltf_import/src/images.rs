@@ -26,7 +26,7 @@ const DECODER_BYTES: u64 = 4 << 20;
 /// without keeping its pixels, so that a damaged one costs no memory.
 const MAX_UNVERIFIED_PIXELS: u64 = 8 << 20;
 
-/// Pixels along a side of what stands in for an image, and of one of its cells.
+/// Side of the placeholder checker and of one of its cells, pixels.
 const CHECKER_SIDE: u32 = 16;
 const CHECKER_CELL: u32 = 4;
 /// Colours of the checker's cells in turn; nothing in a station looks like this.
@@ -43,11 +43,11 @@ pub(crate) enum Source {
 /// Textures, and which of them only stand in for an image that is missing or broken.
 pub(crate) struct Decoded {
     pub(crate) textures: Vec<Texture>,
-    pub(crate) stands_in: Vec<bool>,
+    pub(crate) placeholders: Vec<bool>,
 }
 
-/// Finds the bytes of images. One that cannot be read is missing; what would harm, such
-/// as a path out of the model's folder, is an error.
+/// Loads the bytes of images. An unreadable one is missing; a harmful one, such as a path out of
+/// the model's folder, is an error.
 pub(crate) fn load(
     root: &Root,
     images: &[usize],
@@ -73,8 +73,8 @@ pub(crate) fn load(
     images.iter().map(load).collect()
 }
 
-/// Decodes images; what is missing or broken is shown as a checker, with a remark. Their
-/// pixels together stay within the limit.
+/// Decodes images; missing or broken ones become a checker, with a remark. Their pixels together
+/// stay within the limit.
 pub(crate) fn decode(
     root: &Root,
     (images, sources): (&[usize], Vec<Source>),
@@ -113,14 +113,14 @@ pub(crate) fn decode(
         measured.push((index, sound.map(|(bytes, _)| bytes)));
     }
     let verifies = pixels > MAX_UNVERIFIED_PIXELS;
-    let mut decoded = Decoded { textures: Vec::new(), stands_in: Vec::new() };
+    let mut decoded = Decoded { textures: Vec::new(), placeholders: Vec::new() };
     for (index, sound) in measured {
         let texture = sound.and_then(|bytes| {
             let verified = if verifies { verify(bytes) } else { Ok(()) };
             let texture = verified.and_then(|()| decode_one(bytes));
             texture.map_err(|fault| fault.at(format!("/images/{index}")))
         });
-        decoded.stands_in.push(texture.is_err());
+        decoded.placeholders.push(texture.is_err());
         decoded.textures.push(texture.unwrap_or_else(|ImportError { fault, place, .. }| {
             let remedy = fault.remedy();
             notes.add(format!("texture shown as a checker: {fault}, at {place}: {remedy}"));
@@ -140,7 +140,7 @@ fn checker() -> Texture {
     Texture { width: CHECKER_SIDE, height: CHECKER_SIDE, rgba8 }
 }
 
-/// The pixels of an image, from its header alone.
+/// Counts the pixels of an image, from its header alone.
 fn measure(bytes: &[u8]) -> Result<u64, ImportFault> {
     if ktx2_image::is_ktx2(bytes) {
         let [width, height] = ktx2_image::dimensions(bytes)?;

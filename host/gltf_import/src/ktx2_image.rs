@@ -55,7 +55,7 @@ pub(crate) struct Level<'a> {
     bytes: u64,
 }
 
-/// Width and height in pixels, at least 1, from the header alone.
+/// Reads width and height in pixels, at least 1, from the header alone.
 pub(crate) fn dimensions(bytes: &[u8]) -> Result<[u32; 2], ImportFault> {
     let header = read(bytes)?.header();
     let is_flat = header.pixel_height > 0
@@ -68,7 +68,7 @@ pub(crate) fn dimensions(bytes: &[u8]) -> Result<[u32; 2], ImportFault> {
     }
 }
 
-/// The first level, checked against the bytes that are there; nothing is decompressed.
+/// Returns the first level, checked against the bytes that exist, without decompressing.
 pub(crate) fn first_level(bytes: &[u8]) -> Result<Level<'_>, ImportFault> {
     let size = dimensions(bytes)?;
     let reader = read(bytes)?;
@@ -146,7 +146,7 @@ impl Coding {
         }
     }
 
-    /// `bytes` are as many as the size takes.
+    /// Decodes blocks to RGBA8; `bytes` are as many as the size takes.
     fn decode(self, size: [u32; 2], bytes: &[u8]) -> Vec<u8> {
         let Self::Blocks(block, block_bytes) = self else { return bytes.to_vec() };
         let [width, height] = size.map(|side| side as usize);
@@ -167,7 +167,7 @@ impl Coding {
 }
 
 impl Block {
-    /// 4 x 4 pixels, four bytes each.
+    /// Decodes a block of 4 x 4 pixels, four bytes each.
     fn decode(self, data: &[u8]) -> [u8; BLOCK * BLOCK * 4] {
         const PITCH: usize = BLOCK * 4;
         let mut pixels = [255; BLOCK * BLOCK * 4];

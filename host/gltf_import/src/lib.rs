@@ -39,7 +39,7 @@ use gltf::json::Root;
 
 use crate::buffers::Buffers;
 use crate::files::Files;
-use crate::meshes::{Builder, Checker, Keeping};
+use crate::meshes::{Builder, CachedContent, Checker};
 use crate::report::Notes;
 
 pub use crate::error::{ImportError, ImportFault};
@@ -51,7 +51,7 @@ pub use crate::limits::{
 pub use crate::mesh_cache::{CachedMesh, MIN_CACHED_TRIANGLES, MeshCache};
 pub use crate::report::ImportReport;
 
-/// A model and what was left out of it.
+/// Imported model, with a report of skipped content.
 #[derive(Clone, Debug)]
 pub struct ImportedModel {
     /// Model of the file.
@@ -152,10 +152,10 @@ fn import(
     let shown = check_meshes(&root, &mut checker, &nodes, &mut notes)?;
     let sources = (&*materials.images, loaded_images);
     let decoded = images::decode(&root, sources, &buffers, &files, limits, &mut notes)?;
-    materials.forget_roughness_of(&decoded.stands_in);
+    materials.drop_roughness_textures(&decoded.placeholders);
     let mut report = ImportReport::default();
     let content = || buffers.content(container.json);
-    let mut builder = Builder::new(checker, cache.map(|cache| Keeping::of(cache, &content)));
+    let mut builder = Builder::new(checker, cache.map(|cache| CachedContent::new(cache, &content)));
     let (mut meshes, mut features) = (Vec::new(), Vec::new());
     let mut model_mesh = vec![None; root.meshes.len()];
     for mesh in shown {

@@ -22,8 +22,8 @@ pub const MAX_JSON_DEPTH: usize = 64;
 pub const MAX_JSON_MEMORY: u64 = 40 << 20;
 /// Files that one model may name.
 pub const MAX_EXTERNAL_FILES: usize = 1024;
-/// Features of all meshes together, each with a name of its own; what has no
-/// triangle is no feature.
+/// Features of all meshes together, each with a name of its own. Features without a triangle do not
+/// count.
 pub const MAX_FEATURES: u32 = 100_000;
 /// Items of one list or object of EXT_structural_metadata, and vertex
 /// attributes or feature id sets of one primitive that has features.

@@ -17,10 +17,10 @@ pub(crate) struct Materials {
 }
 
 impl Materials {
-    /// A texture that stands in for a lost one says nothing of roughness and metal.
-    pub(crate) fn forget_roughness_of(&mut self, stands_in: &[bool]) {
+    /// Drops placeholder textures of roughness and metal: a placeholder says nothing of either.
+    pub(crate) fn drop_roughness_textures(&mut self, placeholders: &[bool]) {
         for material in &mut self.materials {
-            let is_lost = |of: &TextureRef| stands_in.get(of.texture as usize) == Some(&true);
+            let is_lost = |of: &TextureRef| placeholders.get(of.texture as usize) == Some(&true);
             material.metallic_roughness_texture =
                 material.metallic_roughness_texture.filter(|of| !is_lost(of));
         }
@@ -155,7 +155,7 @@ fn wraps(sampler: &Sampler) -> Option<[Wrap; 2]> {
     Some([wrap(sampler.wrap_s)?, wrap(sampler.wrap_t)?])
 }
 
-/// Into 0..1. JSON has no NaN, and numbers too large for `f32` read infinite.
+/// Clamps to 0..1. JSON has no NaN, and numbers too large for `f32` read infinite.
 fn unit(value: f32) -> f32 {
     value.clamp(0.0, 1.0)
 }

@@ -1,8 +1,8 @@
-//! Meshes that somebody keeps between imports of the same bytes.
+//! Mesh cache interface: welded meshes kept between imports of the same bytes.
 
 use busbar_geometry::{Mesh, WeldReport};
 
-/// A mesh, the names of its features, and what welding did.
+/// Mesh, the names of its features, and the counts of welding.
 pub type CachedMesh = (Mesh, Vec<String>, WeldReport);
 
 /// Triangles from which a mesh is worth keeping: fewer are welded sooner than found.
@@ -15,7 +15,7 @@ pub trait MeshCache: Sync {
     /// mesh.
     fn digest(&self, content: &[&[u8]]) -> u128;
 
-    /// A mesh that was kept.
+    /// Returns a cached mesh, if there is one.
     fn get(&self, content: u128, mesh: usize) -> Option<CachedMesh>;
 
     /// Stores a welded mesh.

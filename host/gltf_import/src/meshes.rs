@@ -1,5 +1,5 @@
-//! Meshes: everything is checked first, without building anything; what is
-//! built then cannot fail halfway with memory taken.
+//! Meshes in two phases: everything is checked first, without building anything. Building then
+//! cannot fail halfway with memory taken.
 
 use std::cell::OnceCell;
 use std::collections::{HashMap, HashSet};
@@ -16,7 +16,7 @@ use crate::features::{FeatureIds, FeatureNamer, NameTables};
 use crate::limits::MAX_COORDINATE;
 use crate::mesh_cache::{CachedMesh, MIN_CACHED_TRIANGLES, MeshCache};
 use crate::name_table::NameTable;
-use crate::primitives::{Place, Primitive};
+use crate::primitives::{Primitive, PrimitivePlace};
 use crate::report::Notes;
 
 const SKIPPED_FEATURES: &str =
@@ -67,7 +67,7 @@ impl<'a> Checker<'a> {
     pub(crate) fn check(&mut self, mesh: usize, notes: &mut Notes) -> Result<u64, ImportError> {
         let before = self.triangles;
         for (index, json) in self.root.meshes[mesh].primitives.iter().enumerate() {
-            let place = Place { mesh, primitive: index };
+            let place = PrimitivePlace { mesh, primitive: index };
             match Primitive::new(self.root, self.buffers, self.extensions, json, place)? {
                 None => notes.add("primitive of points, lines or no positions skipped"),
                 Some(primitive) => {
@@ -85,9 +85,13 @@ impl<'a> Checker<'a> {
         Ok(self.triangles - before)
     }
 
-    /// A triangle takes a byte of some buffer at the very least; the same bytes
-    /// named a thousand times are no thousand triangles.
-    fn count(&mut self, primitive: &Primitive<'_>, place: Place) -> Result<(), ImportError> {
+    /// Counts triangles against the limit. Each takes at least a byte of some buffer; naming the
+    /// same bytes a thousand times does not help.
+    fn count(
+        &mut self,
+        primitive: &Primitive<'_>,
+        place: PrimitivePlace,
+    ) -> Result<(), ImportError> {
         self.triangles += primitive.triangle_count() as u64;
         let backed = self.buffers.total_bytes();
         let limit = self.limits.max_triangles.min(backed);
@@ -98,7 +102,11 @@ impl<'a> Checker<'a> {
         Err(ImportFault::TooMany { what, count: self.triangles, limit }.at(place.pointer("")))
     }
 
-    fn check_values(&mut self, primitive: &Primitive<'_>, place: Place) -> Result<(), ImportError> {
+    fn check_values(
+        &mut self,
+        primitive: &Primitive<'_>,
+        place: PrimitivePlace,
+    ) -> Result<(), ImportError> {
         let vertices = primitive.positions.count;
         self.check_positions(&primitive.positions)?;
         for other in [&primitive.normals, &primitive.uvs].into_iter().flatten() {
@@ -178,7 +186,7 @@ impl<'a> Checker<'a> {
             None => None,
             Some(class) => {
                 let charge = |bytes| self.charge(bytes, &place);
-                NameTable::of(table, class, buffers, &place, charge)?
+                NameTable::read(table, class, buffers, &place, charge)?
             }
         };
         notes.add_many(UNNAMED_FEATURES, names.is_none().into());
@@ -186,8 +194,8 @@ impl<'a> Checker<'a> {
         Ok(())
     }
 
-    /// An element takes a byte at least: this bounds the time that many
-    /// accessors of the same bytes can cost.
+    /// Charges the visit of an accessor's elements, a byte each at least. This bounds the time that
+    /// many accessors of the same bytes can cost.
     fn visit(&mut self, accessor: &Accessor<'_>) -> Result<(), ImportError> {
         self.charge(accessor.stored_elements(), &format!("/accessors/{}", accessor.index))
     }
@@ -204,15 +212,15 @@ impl<'a> Checker<'a> {
 }
 
 /// Mesh cache with the content of the file.
-pub(crate) struct Keeping<'a> {
+pub(crate) struct CachedContent<'a> {
     cache: &'a dyn MeshCache,
     content: &'a dyn Fn() -> Vec<&'a [u8]>,
     /// Worked out once a mesh is large enough.
     digest: OnceCell<u128>,
 }
 
-impl<'a> Keeping<'a> {
-    pub(crate) fn of(cache: &'a dyn MeshCache, content: &'a dyn Fn() -> Vec<&'a [u8]>) -> Self {
+impl<'a> CachedContent<'a> {
+    pub(crate) fn new(cache: &'a dyn MeshCache, content: &'a dyn Fn() -> Vec<&'a [u8]>) -> Self {
         Self { cache, content, digest: OnceCell::new() }
     }
 
@@ -235,23 +243,23 @@ pub(crate) struct Builder<'a> {
     buffers: &'a Buffers<'a>,
     extensions: &'a Extensions,
     namer: FeatureNamer<'a>,
-    keeping: Option<Keeping<'a>>,
+    cached: Option<CachedContent<'a>>,
 }
 
 impl<'a> Builder<'a> {
-    pub(crate) fn new(checker: Checker<'a>, keeping: Option<Keeping<'a>>) -> Self {
+    pub(crate) fn new(checker: Checker<'a>, cached: Option<CachedContent<'a>>) -> Self {
         let Checker { root, buffers, extensions, limits, tables, .. } = checker;
         let namer = FeatureNamer::new(tables, limits);
-        Self { root, buffers, extensions, namer, keeping }
+        Self { root, buffers, extensions, namer, cached }
     }
 
-    /// A mesh that was kept, or reads and welds it.
+    /// Builds a mesh, from the cache if possible.
     pub(crate) fn build(&mut self, mesh: usize) -> Result<CachedMesh, ImportError> {
         let here = || format!("/meshes/{mesh}");
         let primitives = self.primitives(mesh)?;
         let triangles: usize = primitives.iter().map(Primitive::triangle_count).sum();
-        let keeping = self.keeping.as_ref().filter(|_| triangles >= MIN_CACHED_TRIANGLES);
-        if let Some(built) = keeping.and_then(|keeping| keeping.find(mesh)) {
+        let cached = self.cached.as_ref().filter(|_| triangles >= MIN_CACHED_TRIANGLES);
+        if let Some(built) = cached.and_then(|cached| cached.find(mesh)) {
             self.namer.count(built.1.len()).map_err(|fault| fault.at(here()))?;
             return Ok(built);
         }
@@ -263,8 +271,8 @@ impl<'a> Builder<'a> {
             weld(&read).map_err(|e| ImportFault::Invalid(e.to_string()).at(here()))?;
         drop(read);
         let built = (welded, names, report);
-        if let Some(keeping) = keeping {
-            keeping.keep(mesh, &built);
+        if let Some(cached) = cached {
+            cached.keep(mesh, &built);
         }
         Ok(built)
     }
@@ -272,7 +280,7 @@ impl<'a> Builder<'a> {
     fn primitives(&self, mesh: usize) -> Result<Vec<Primitive<'a>>, ImportError> {
         let of_mesh = self.root.meshes[mesh].primitives.iter().enumerate();
         let primitives = of_mesh.map(|(index, json)| {
-            let place = Place { mesh, primitive: index };
+            let place = PrimitivePlace { mesh, primitive: index };
             Primitive::new(self.root, self.buffers, self.extensions, json, place).transpose()
         });
         primitives.flatten().collect()

@@ -1,4 +1,4 @@
-//! A column of strings of a property table (EXT_structural_metadata).
+//! Property table strings: a column of feature names (EXT_structural_metadata).
 
 use crate::buffers::Buffers;
 use crate::error::{ImportError, ImportFault};
@@ -25,10 +25,9 @@ struct Offsets<'a> {
 }
 
 impl<'a> NameTable<'a> {
-    /// The names of a table's rows; `None` without a column of strings.
-    /// `place` is where the table stands; `charge` is told, before the time is
-    /// spent, how many bytes will be gone through.
-    pub(crate) fn of(
+    /// Reads the names of a table's rows; `None` without a column of strings. `place` is the
+    /// table's place. `charge` receives the number of bytes to be read before the time is spent.
+    pub(crate) fn read(
         table: &PropertyTable,
         class: &Class,
         buffers: &Buffers<'a>,
@@ -82,7 +81,7 @@ impl<'a> NameTable<'a> {
         Ok(Self { text, offsets })
     }
 
-    /// The name of a row; `None` beyond the last.
+    /// Returns the name of a row; `None` beyond the last.
     pub(crate) fn get(&self, row: u32) -> Option<&'a str> {
         let row = row as usize;
         if row + 1 >= self.offsets.count() {
@@ -115,7 +114,7 @@ impl<'a> Offsets<'a> {
     }
 }
 
-/// Bytes of one offset.
+/// Returns the bytes of one offset.
 fn offset_width(column: &Column, here: &impl Fn(&str) -> String) -> Result<usize, ImportError> {
     match column.string_offset_type.as_deref() {
         Some("UINT8") => Ok(1),

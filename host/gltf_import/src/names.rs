@@ -6,9 +6,9 @@ use crate::limits::MAX_NAME_BYTES;
 
 /// Names given so far, and the last number appended to each.
 #[derive(Default)]
-pub(crate) struct Names(HashMap<String, u32>);
+pub(crate) struct UniqueNames(HashMap<String, u32>);
 
-impl Names {
+impl UniqueNames {
     /// Returns the name, numbered if it was given before.
     pub(crate) fn unique(&mut self, name: String) -> String {
         if !self.0.contains_key(&name) {

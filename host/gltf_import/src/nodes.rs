@@ -1,4 +1,4 @@
-//! The hierarchy: strict trees, flattened with parents before children.
+//! Node hierarchy: strict trees, flattened with parents before children.
 
 use busbar_scene::ModelNode;
 use glam::{Mat4, Quat, Vec3};
@@ -7,12 +7,12 @@ use gltf::json::{Node, Root, scene};
 use crate::ImportLimits;
 use crate::error::{ImportError, ImportFault, item};
 use crate::limits::MAX_COORDINATE;
-use crate::names::{Names, clean_name};
+use crate::names::{UniqueNames, clean_name};
 use crate::report::Notes;
 
 const NONE: u32 = u32::MAX;
 
-/// The nodes to show. Their meshes are indices into the *file's* meshes.
+/// Builds the nodes to show. Their meshes are indices into the *file's* meshes.
 pub(crate) fn build(
     root: &Root,
     limits: &ImportLimits,
@@ -26,7 +26,7 @@ pub(crate) fn build(
     Ok(nodes)
 }
 
-/// Each node's parent, or [`NONE`].
+/// Returns each node's parent, or [`NONE`].
 fn parents(root: &Root) -> Result<Vec<u32>, ImportError> {
     let mut parents = vec![NONE; root.nodes.len()];
     for (index, node) in root.nodes.iter().enumerate() {
@@ -45,7 +45,7 @@ fn parents(root: &Root) -> Result<Vec<u32>, ImportError> {
     Ok(parents)
 }
 
-/// With one parent at most a node, what no root reaches goes round in a circle.
+/// Refuses cycles: with at most one parent a node, nodes that no root reaches form a circle.
 fn refuse_cycles(root: &Root, parents: &[u32]) -> Result<(), ImportError> {
     let mut reached: Vec<bool> = parents.iter().map(|&p| p == NONE).collect();
     let mut queue: Vec<usize> = (0..parents.len()).filter(|&n| reached[n]).collect();
@@ -61,8 +61,8 @@ fn refuse_cycles(root: &Root, parents: &[u32]) -> Result<(), ImportError> {
     }
 }
 
-/// The nodes that the default scene shows; without one, those of all scenes;
-/// without scenes, all that have no parent.
+/// Returns the nodes that the default scene shows. Without one, those of all scenes; without
+/// scenes, all that have no parent.
 fn starts(root: &Root, parents: &[u32]) -> Result<Vec<usize>, ImportError> {
     let scenes: Vec<usize> = match root.scene {
         Some(scene) => {
@@ -93,7 +93,7 @@ fn starts(root: &Root, parents: &[u32]) -> Result<Vec<usize>, ImportError> {
     Ok(starts)
 }
 
-/// Depth first, in the order of the file's lists.
+/// Flattens the trees depth first, in the order of the file's lists.
 fn flatten(
     root: &Root,
     starts: &[usize],
@@ -105,7 +105,7 @@ fn flatten(
         model_from_parent: Mat4,
         level: u32,
     }
-    let mut names = Names::default();
+    let mut names = UniqueNames::default();
     let mut nodes = Vec::new();
     let pend =
         |node, parent, model_from_parent, level| Pending { node, parent, model_from_parent, level };
@@ -171,7 +171,7 @@ fn matrix(node: &Node) -> Mat4 {
     Mat4::from_scale_rotation_translation(scale, rotation, translation)
 }
 
-/// The node's own name, or its mesh's, or its number.
+/// Returns the node's own name, or its mesh's, or its number.
 fn name_of(root: &Root, index: usize) -> String {
     let node = &root.nodes[index];
     let mesh_name = || root.meshes.get(node.mesh?.value())?.name.as_deref();

@@ -1,4 +1,4 @@
-//! One primitive: which accessors it reads, and its triangles.
+//! Primitives: the accessors of one primitive, and its triangles.
 
 use std::collections::HashMap;
 
@@ -32,25 +32,25 @@ pub(crate) struct Primitive<'a> {
 
 /// Position of a primitive in the file.
 #[derive(Clone, Copy)]
-pub(crate) struct Place {
+pub(crate) struct PrimitivePlace {
     pub(crate) mesh: usize,
     pub(crate) primitive: usize,
 }
 
-impl Place {
+impl PrimitivePlace {
     pub(crate) fn pointer(self, field: &str) -> String {
         format!("/meshes/{}/primitives/{}{field}", self.mesh, self.primitive)
     }
 }
 
 impl<'a> Primitive<'a> {
-    /// `None` for what has no triangles by its nature: points and lines.
+    /// Describes a primitive; `None` for points and lines, which have no triangles.
     pub(crate) fn new(
         root: &'a Root,
         buffers: &Buffers<'a>,
         extensions: &Extensions,
         primitive: &json::mesh::Primitive,
-        place: Place,
+        place: PrimitivePlace,
     ) -> Result<Option<Self>, ImportError> {
         let Checked::Valid(mode) = primitive.mode else {
             return Err(ImportFault::Invalid("unknown mode".into()).at(place.pointer("/mode")));
@@ -66,12 +66,12 @@ impl<'a> Primitive<'a> {
                 Some(material.value() as u32)
             }
         };
-        let accessor = |index: usize, field: &str, rule: Rule| {
+        let accessor = |index: usize, field: &str, rule: AccessorRule| {
             let accessor = Accessor::new(root, buffers, index, || place.pointer(field))?;
             rule.check(&accessor, || place.pointer(field))?;
             Ok(accessor)
         };
-        let attribute = |semantic: Semantic, name: &str, rule: Rule| {
+        let attribute = |semantic: Semantic, name: &str, rule: AccessorRule| {
             let index = primitive.attributes.get(&Checked::Valid(semantic));
             let field = format!("/attributes/{name}");
             index.map(|index| accessor(index.value(), &field, rule)).transpose()
@@ -109,7 +109,7 @@ impl<'a> Primitive<'a> {
         }
     }
 
-    /// Remarks on what is left out of it.
+    /// Adds remarks on skipped attributes.
     pub(crate) fn note(&self, primitive: &json::mesh::Primitive, notes: &mut Notes) {
         let has = |semantic| primitive.attributes.contains_key(&Checked::Valid(semantic));
         notes.add_many("set of vertex colours ignored", has(Semantic::Colors(0)).into());
@@ -162,7 +162,7 @@ impl<'a> Primitive<'a> {
         self.indices.as_ref().map_or(self.positions.count, |indices| indices.count)
     }
 
-    /// Corners as vertex indices (glTF 2.0, section 3.7.2.1).
+    /// Returns the corners as vertex indices (glTF 2.0, section 3.7.2.1).
     fn triangles(&self) -> Vec<[u32; 3]> {
         let corners = |i: usize| match self.mode {
             Mode::TriangleStrip => [i, i + 1 + i % 2, i + 2 - i % 2],
@@ -177,13 +177,13 @@ impl<'a> Primitive<'a> {
     }
 }
 
-/// The set of feature ids that a primitive names.
+/// Reads the set of feature ids that a primitive names.
 fn feature_ids<'a>(
     root: &'a Root,
     buffers: &Buffers<'a>,
     extensions: &Extensions,
     found: &PrimitiveFeatures<'_>,
-    place: Place,
+    place: PrimitivePlace,
 ) -> Result<FeatureIds<'a>, ImportError> {
     let here = |field: &str| {
         let set = found.index;
@@ -214,21 +214,30 @@ pub(crate) fn as_index(number: u64) -> usize {
 
 /// Requirements on an accessor for its use (glTF 2.0, section 3.7.2.1, widened by
 /// KHR_mesh_quantization).
-struct Rule {
+struct AccessorRule {
     what: &'static str,
     shape: Type,
     component_types: &'static [ComponentType],
 }
 
-const POSITION: Rule =
-    Rule { what: "positions", shape: Type::Vec3, component_types: &[F32, I8, U8, I16, U16] };
-const NORMAL: Rule = Rule { what: "normals", shape: Type::Vec3, component_types: &[F32, I8, I16] };
-const UV: Rule = Rule { what: "UVs", shape: Type::Vec2, component_types: &[F32, I8, U8, I16, U16] };
-const FEATURE_ID: Rule =
-    Rule { what: "feature ids", shape: Type::Scalar, component_types: &[F32, U8, U16, U32] };
-const INDEX: Rule = Rule { what: "indices", shape: Type::Scalar, component_types: &[U8, U16, U32] };
+const POSITION: AccessorRule = AccessorRule {
+    what: "positions",
+    shape: Type::Vec3,
+    component_types: &[F32, I8, U8, I16, U16],
+};
+const NORMAL: AccessorRule =
+    AccessorRule { what: "normals", shape: Type::Vec3, component_types: &[F32, I8, I16] };
+const UV: AccessorRule =
+    AccessorRule { what: "UVs", shape: Type::Vec2, component_types: &[F32, I8, U8, I16, U16] };
+const FEATURE_ID: AccessorRule = AccessorRule {
+    what: "feature ids",
+    shape: Type::Scalar,
+    component_types: &[F32, U8, U16, U32],
+};
+const INDEX: AccessorRule =
+    AccessorRule { what: "indices", shape: Type::Scalar, component_types: &[U8, U16, U32] };
 
-impl Rule {
+impl AccessorRule {
     fn check(
         &self,
         accessor: &Accessor<'_>,
@@ -243,7 +252,7 @@ impl Rule {
     }
 }
 
-/// Quantised normals are a little off; unit ones stay as they are to the bit.
+/// Normalises slightly inexact quantised normals; unit ones stay unchanged to the bit.
 fn unit_normal(normal: Vec3) -> Vec3 {
     const TOLERANCE: f32 = 1e-3;
     if (normal.length_squared() - 1.0).abs() <= TOLERANCE {

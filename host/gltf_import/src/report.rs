@@ -23,7 +23,7 @@ pub(crate) struct Notes {
 }
 
 impl Notes {
-    /// `remark` completes "n x ...".
+    /// Adds a remark, which completes "n x ...".
     pub(crate) fn add(&mut self, remark: impl Into<Cow<'static, str>>) {
         self.add_many(remark, 1);
     }

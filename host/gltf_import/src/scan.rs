@@ -1,5 +1,5 @@
-//! A first pass over the JSON that builds nothing: it bounds what the second
-//! one will build.
+//! Cost scan of the JSON: a first pass that builds nothing and bounds what the second one will
+//! build.
 //!
 //! `{},` takes three bytes in the file and some three hundred as a node of
 //! `gltf::json`, and that crate reads indices modulo 2^32. So before it parses,
@@ -18,7 +18,7 @@ use crate::extensions;
 use crate::limits::{MAX_JSON_DEPTH, MAX_JSON_MEMORY, MAX_NAME_BYTES};
 
 /// Memory cost of the parsed elements of a top-level array, bytes.
-struct Section {
+struct ParseCost {
     name: &'static str,
     element: usize,
     nested_object: usize,
@@ -30,11 +30,11 @@ const fn section(
     element: usize,
     nested_object: usize,
     nested_scalar: usize,
-) -> Section {
-    Section { name, element, nested_object, nested_scalar }
+) -> ParseCost {
+    ParseCost { name, element, nested_object, nested_scalar }
 }
 
-/// A growing vector holds up to twice its elements.
+/// Returns the greatest memory of a growing vector, which holds up to twice its elements.
 const fn vec_bytes<T>() -> usize {
     2 * size_of::<T>()
 }
@@ -42,7 +42,7 @@ const fn vec_bytes<T>() -> usize {
 /// A B-tree leaf, allocated whole for a primitive's first attribute.
 const ATTRIBUTES_BYTES: usize = 400;
 
-const SECTIONS: &[Section] = &[
+const SECTIONS: &[ParseCost] = &[
     section("accessors", vec_bytes::<json::Accessor>(), 0, vec_bytes::<json::Value>()),
     section(
         "animations",
@@ -110,7 +110,7 @@ pub(crate) fn json_fault(error: &serde_json::Error) -> ImportFault {
     ImportFault::Json { line, column, reason }
 }
 
-/// One step of a JSON pointer, escaped (RFC 6901) and shortened.
+/// Escapes one step of a JSON pointer (RFC 6901) and shortens it.
 pub(crate) fn pointer_step(step: &str) -> String {
     let end = step.floor_char_boundary(MAX_NAME_BYTES);
     step[..end].replace('~', "~0").replace('/', "~1")
@@ -123,7 +123,7 @@ enum Step<'a> {
 
 struct Scanner<'a> {
     path: Vec<Step<'a>>,
-    section: Option<&'static Section>,
+    section: Option<&'static ParseCost>,
     memory: u64,
     memory_limit: u64,
     max_nodes: u64,
@@ -160,7 +160,7 @@ impl<'a> Scanner<'a> {
         Ok(())
     }
 
-    /// A number, `true`, `false` or `null`.
+    /// Visits a number, `true`, `false` or `null`.
     fn scalar<E: Error>(&mut self) -> Result<(), E> {
         let nested = self.path.len() >= 4;
         let bytes = self.section.filter(|_| nested).map_or(0, |s| s.nested_scalar);
@@ -199,7 +199,7 @@ impl<'a> Scanner<'a> {
         Ok(())
     }
 
-    /// Called before the content of each array element is read.
+    /// Visits an array element, before its content is read.
     fn element<E: Error>(&mut self, index: usize) -> Result<(), E> {
         if self.path.len() != 2 {
             return Ok(());

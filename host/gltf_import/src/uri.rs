@@ -2,7 +2,7 @@
 
 use std::path::{Component, Path, PathBuf};
 
-/// Decodes what follows `data:`. Only base64, which is what glTF uses.
+/// Decodes the part after `data:`. Only base64, which glTF uses.
 pub(crate) fn decode_data(data: &str) -> Result<Vec<u8>, &'static str> {
     let (kind, payload) = data.split_once(',').ok_or("a data URI without a comma")?;
     if !kind.ends_with(";base64") {
@@ -41,7 +41,7 @@ fn base64_value(digit: u8) -> Option<u8> {
     })
 }
 
-/// A relative path that only goes down. Says why another is refused.
+/// Checks that a relative path only goes down. An error says why it is refused.
 pub(crate) fn relative_path(uri: &str) -> Result<PathBuf, &'static str> {
     if uri.is_empty() {
         return Err("it is empty");

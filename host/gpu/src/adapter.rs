@@ -1,4 +1,4 @@
-//! Chooses the physical device, by what it can do.
+//! Physical device selection by abilities, type and name.
 
 use std::ffi::CStr;
 use std::num::NonZeroU32;
@@ -37,8 +37,8 @@ pub(crate) struct Adapter {
 }
 
 impl Adapter {
-    /// The best device: discrete, integrated, virtual, then software; of those
-    /// that `wanted` or the environment names, where either does.
+    /// Chooses the best device: discrete, integrated, virtual, then software. A name in `wanted` or
+    /// the environment restricts the choice.
     pub(crate) fn choose(
         instance: &Instance,
         surface: Option<&Surface>,
@@ -71,7 +71,7 @@ impl Adapter {
             .ok_or_else(|| GpuError::NoDevice(refused.join("; ")))
     }
 
-    /// The device as adapter, or why it will not do.
+    /// Examines a device; returns the adapter, or the reason why it will not do.
     fn examine(
         instance: &Instance,
         device: vk::PhysicalDevice,
@@ -162,8 +162,7 @@ fn filter_by_name(
     Ok(named)
 }
 
-/// The devices of that number, or with that part in their names, whatever its
-/// case.
+/// Returns the devices of that number, or with that part in their names, whatever its case.
 fn matching_devices(names: &[String], wanted: &str) -> Vec<usize> {
     if let Ok(index) = wanted.parse::<usize>()
         && index < names.len()
@@ -174,7 +173,7 @@ fn matching_devices(names: &[String], wanted: &str) -> Vec<usize> {
     (0..names.len()).filter(|&index| names[index].to_lowercase().contains(&wanted)).collect()
 }
 
-/// The first thing the device needs and has not.
+/// Returns the first required feature that the device lacks.
 fn missing_feature(
     instance: &Instance,
     device: vk::PhysicalDevice,
@@ -218,7 +217,7 @@ fn has_extension(
     Ok(extensions.iter().any(|extension| extension.extension_name_as_c_str() == Ok(wanted)))
 }
 
-/// A queue family that draws, computes and, with a surface, presents; and whether it
+/// Finds a queue family that draws, computes and, with a surface, presents. Returns also whether it
 /// writes timestamps. A device that draws has one that does both (Vulkan 1.3, 5.3.2).
 fn queue_family(
     instance: &Instance,

@@ -1,4 +1,4 @@
-//! The heap under models of many megabytes, and under a software rasteriser.
+//! Process allocator: huge pages, a single glibc arena, and memory kept for software rasterizers.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -12,11 +12,10 @@ const KEPT_BYTES: libc::c_int = 512 << 20;
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 const HEAP_BLOCK_BYTES: libc::c_int = 32 << 20;
 
-/// Lets the heap keep what a frame frees. A software rasteriser takes a frame's
-/// triangles from the heap; by default glibc may give that memory back to the
-/// system after each frame and fault it in again in the next, which was
-/// measured to take up to two fifths of a frame. What was freed before, by loading on other
-/// threads, frames cannot have: that goes.
+/// Makes the heap keep what a frame frees. A software rasterizer takes a frame's triangles from the
+/// heap. By default glibc may return that memory after each frame and fault it in again in the
+/// next, up to two fifths of a frame. Memory freed earlier, by loading on other threads, is
+/// released first.
 pub(crate) fn retain_freed_memory() {
     if !IS_ONE_HEAP.load(Ordering::Relaxed) {
         release_freed_memory();
@@ -35,18 +34,16 @@ static IS_ONE_HEAP: AtomicBool = AtomicBool::new(false);
 /// Bytes of a scene of a million triangles with its first frame.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 const FIRST_HEAP_BYTES: libc::c_int = 384 << 20;
-/// Makes the heap grow, as what it has at first is smaller.
+/// Size of the first block, which makes the heap grow, bytes.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 const FIRST_BLOCK_BYTES: usize = 1 << 20;
 /// Default top padding of glibc, bytes.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 const TOP_PAD_BYTES: libc::c_int = 128 << 10;
 
-/// Has all threads take from one heap, under huge pages, that keeps what is freed: for a
-/// program that loads one scene and shows it. Each stage of loading takes what the one before
-/// it freed, where it would be given back and faulted in again, a third of a start from the
-/// cache. To be called first of all. Once the first frame is drawn,
-/// [`release_freed_memory`].
+/// Configures a single heap for all threads, under huge pages, that keeps freed memory: for a
+/// program that loads one scene and shows it. Each stage of loading reuses what the one before it
+/// freed. To be called first of all; call [`release_freed_memory`] once the first frame is drawn.
 pub fn configure_allocator() {
     IS_ONE_HEAP.store(true, Ordering::Relaxed);
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
@@ -71,9 +68,9 @@ pub fn configure_allocator() {
     }
 }
 
-/// Gives the system back what the heap holds free. Where frames keep what they free, so does
-/// all else: what a scene took that is gone would stay for ever, and in the arena of each
-/// thread that ever loaded one. Takes milliseconds, and the next frame faults in what it needs.
+/// Returns free heap memory to the system. Where frames keep what they free, the memory of an
+/// unloaded scene would stay for ever, in the arena of each loading thread. Takes milliseconds, and
+/// the next frame faults in what it needs.
 pub fn release_freed_memory() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     // SAFETY: it frees what malloc holds free, under its own locks.
@@ -82,9 +79,9 @@ pub fn release_freed_memory() {
     }
 }
 
-/// The system's heap, which asks for huge pages under large blocks (madvise(2),
-/// `MADV_HUGEPAGE`): loading touches hundreds of megabytes once, and where the system does
-/// not give huge pages by itself, faulting them in by 4 KiB took a tenth of a start.
+/// System allocator that asks for huge pages under large blocks (madvise(2), `MADV_HUGEPAGE`).
+/// Loading touches hundreds of megabytes once. Without huge pages from the system, faulting them in
+/// by 4 KiB took a tenth of a start.
 ///
 /// It asks as long as that is faster. Where memory is in pieces, or where a virtual machine
 /// has given what it had free back to its host, a huge page takes milliseconds, while small

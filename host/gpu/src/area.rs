@@ -14,7 +14,7 @@ pub struct ImageArea {
 }
 
 impl ImageArea {
-    /// All of an image.
+    /// Returns the area of a whole image.
     pub fn whole(image: &Image) -> Self {
         Self { origin: [0; 2], size: image.size() }
     }

@@ -1,4 +1,4 @@
-//! Parts of a few large buffers, so that what is drawn together is bound once.
+//! Buffer arena: slices of a few large buffers, so that neighbouring draws bind once.
 
 use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
@@ -9,8 +9,8 @@ use crate::deferred_destruction::DiscardedObject;
 use crate::device::Device;
 use crate::{Buffer, BufferUsage, GpuError};
 
-/// Bytes of one block; what is larger gets a block of its own. A driver that renders in
-/// software takes them from the host as they are filled.
+/// Bytes of one block; a larger slice gets a block of its own. Software rasterizers take blocks
+/// from host memory as they are filled.
 const BLOCK_BYTES: u64 = 16 << 20;
 
 /// Slices begin at multiples of this: any of them may be a storage buffer (Vulkan 1.3, limit
@@ -34,7 +34,7 @@ pub(crate) struct Block {
 }
 
 impl BufferArena {
-    /// An empty one; `usage` is one that a [`Recorder`](crate::Recorder) fills.
+    /// Makes an empty arena; `usage` is one that a [`Recorder`](crate::Recorder) fills.
     pub fn new(name: &'static str, usage: BufferUsage) -> Self {
         Self { name, usage, blocks: Vec::new(), made: 0 }
     }
@@ -64,7 +64,7 @@ impl BufferArena {
         slice.ok_or(GpuError::Misuse("a slice that does not fit a block of its size"))
     }
 
-    /// Gives blocks back in which nothing is left, but one of the ordinary size.
+    /// Releases empty blocks, but for one of the ordinary size.
     pub fn trim(&mut self) {
         let mut spare = false;
         self.blocks.retain(|block| {
@@ -84,7 +84,7 @@ impl Block {
         self.free().is_empty()
     }
 
-    /// Takes back what a slice held.
+    /// Returns the bytes of a slice to the block.
     pub(crate) fn release(&self, range: Range<u64>) {
         self.free().free_range(range);
     }
@@ -102,7 +102,7 @@ pub struct BufferSlice {
     part: Arc<SliceRange>,
 }
 
-/// Gives back what slices hold of a block.
+/// Reservation of bytes in a block, released on drop.
 struct SliceRange {
     device: Arc<Device>,
     block: Arc<Block>,
@@ -118,7 +118,7 @@ impl BufferSlice {
         Some(Self { block: Arc::clone(block), offset, size, part })
     }
 
-    /// The buffer that it is a part of.
+    /// Returns the buffer that the slice is a part of.
     pub fn buffer(&self) -> &Buffer {
         &self.block.buffer
     }
@@ -128,7 +128,7 @@ impl BufferSlice {
         self.block.number
     }
 
-    /// Bytes of the buffer before it.
+    /// Returns its offset in the buffer, bytes.
     pub fn offset(&self) -> u64 {
         self.offset
     }
@@ -144,7 +144,7 @@ impl BufferSlice {
         self.buffer().is_host_visible()
     }
 
-    /// Has `read` read what was uploaded. Memory of a graphics card may be slow to read.
+    /// Passes the uploaded bytes to `read`. Memory of a graphics card may be slow to read.
     ///
     /// # Errors
     /// When it is not in sight.

@@ -1,4 +1,4 @@
-//! Bind groups: what shaders read besides vertices.
+//! Bind groups (descriptor sets): buffers, textures and samplers that shaders read.
 
 use std::sync::{Arc, PoisonError};
 
@@ -15,7 +15,7 @@ const SETS_PER_POOL: u32 = 256;
 /// Pools there may be: a quarter of a million sets.
 const MAX_POOLS: usize = 1024;
 
-/// Descriptors of each kind that one set holds at most.
+/// Greatest number of descriptors of each kind in one set.
 const MAX_BINDINGS_PER_KIND: u32 = 4;
 
 /// The stages there are.
@@ -25,7 +25,7 @@ const STAGES: vk::ShaderStageFlags = vk::ShaderStageFlags::from_raw(
         | vk::ShaderStageFlags::COMPUTE.as_raw(),
 );
 
-/// The kind of one binding.
+/// Kind of one binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BindingKind {
     /// Uniform buffer, read only.
@@ -67,7 +67,7 @@ pub enum Binding<'a> {
     Sampler(&'a Sampler),
 }
 
-/// The kinds of a group's bindings, numbered from 0. Clones share it.
+/// Binding kinds of a group, numbered from 0; clones share the layout.
 #[derive(Clone)]
 pub struct BindGroupLayout(Arc<LayoutInner>);
 
@@ -78,7 +78,7 @@ struct LayoutInner {
 }
 
 impl BindGroupLayout {
-    /// A layout; every binding is seen by all shader stages.
+    /// Makes a layout; every binding is visible to all shader stages.
     ///
     /// # Errors
     /// When there are too many bindings of a kind, or memory runs out.

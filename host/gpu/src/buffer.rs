@@ -19,14 +19,14 @@ pub enum BufferUsage {
     Vertex,
     /// Vertices on the device that a compute shader writes.
     ComputeVertex,
-    /// Words on the device, filled likewise, that a compute shader writes and the CPU reads
-    /// back.
+    /// Words on the device, filled by a [`Recorder`](crate::Recorder), that a compute shader writes
+    /// and the CPU reads back.
     ComputeReadback,
-    /// 32-bit indices on the device, filled likewise.
+    /// 32-bit indices on the device, filled by a [`Recorder`](crate::Recorder).
     Index,
-    /// A uniform on the device, filled likewise.
+    /// Uniform on the device, filled by a [`Recorder`](crate::Recorder).
     Uniform,
-    /// A storage buffer on the device, filled likewise.
+    /// Storage buffer on the device, filled by a [`Recorder`](crate::Recorder).
     Storage,
     /// A uniform that the CPU writes every frame.
     HostUniform,
@@ -120,7 +120,7 @@ struct Inner {
 }
 
 impl Buffer {
-    /// A buffer of `size` bytes, at least 1.
+    /// Makes a buffer of `size` bytes, at least 1.
     ///
     /// # Errors
     /// When memory runs out or a shader could not see so many bytes.
@@ -188,12 +188,12 @@ impl Buffer {
         self.write_at(0, bytes)
     }
 
-    /// Likewise, from some byte on.
+    /// Writes from an offset on, like [`Buffer::write`].
     pub(crate) fn write_at(&self, start: usize, bytes: &[u8]) -> Result<(), GpuError> {
         self.write_with(start as u64, bytes.len() as u64, |into| into.copy_from_slice(bytes))
     }
 
-    /// Likewise so many bytes from some byte on, which `write` writes.
+    /// Passes a range of the buffer to `write`, under the rules of [`Buffer::write`].
     ///
     /// # Errors
     /// As [`Buffer::write`].
@@ -252,7 +252,7 @@ impl Buffer {
         Ok(bytes)
     }
 
-    /// Has what was copied to it read.
+    /// Passes the copied contents to `read`.
     pub(crate) fn read_whole_with(&self, read: impl FnOnce(&[u8])) -> Result<(), GpuError> {
         let allocation = self.allocation();
         let memory = allocation.as_ref().and_then(Allocation::mapped_slice);

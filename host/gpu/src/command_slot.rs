@@ -1,4 +1,4 @@
-//! A command buffer of one frame in flight, and the time it takes.
+//! Command buffer of one frame in flight, with timestamp queries of its stages.
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -21,7 +21,7 @@ const TIMESTAMPS: usize = MAX_STAGES + 2;
 pub struct StageMillis([Option<(&'static str, f64)>; MAX_STAGES]);
 
 impl StageMillis {
-    /// The stages in order.
+    /// Iterates over the stages in order.
     pub fn iter(&self) -> impl Iterator<Item = (&'static str, f64)> {
         self.0.iter().flatten().copied()
     }

@@ -1,4 +1,4 @@
-//! Compute pipelines and passes.
+//! Compute pipelines, passes and dispatches.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use crate::{BindGroup, BindGroupLayout, Gpu, GpuError, Recorder, ShaderStage};
 /// Bytes of constants that every device takes (Vulkan 1.3, table 53, required limits).
 const MAX_CONSTANT_BYTES: usize = 128;
 
-/// Workgroups that every device runs along one axis (likewise).
+/// Workgroups that every device runs along one axis (Vulkan 1.3, required limits).
 const MAX_WORKGROUPS: u32 = 65_535;
 
 /// A compute pipeline to make.
@@ -105,14 +105,14 @@ pub struct Dispatch<'a> {
     pub workgroups: u32,
 }
 
-/// Dispatches that do not depend on each other; what they write is there for draws and for
-/// later passes once the pass is dropped.
+/// Compute pass of independent dispatches. Their writes are visible to draws and later passes once
+/// the pass is dropped.
 pub struct ComputePass<'r> {
     recorder: &'r Recorder<'r>,
 }
 
 impl Recorder<'_> {
-    /// Begins a pass, after all that was drawn from what it may overwrite.
+    /// Begins a compute pass, after all draws that read what it may overwrite.
     pub fn compute_pass(&mut self, name: &str) -> ComputePass<'_> {
         self.begin_label(name);
         let recorder: &Recorder<'_> = self;

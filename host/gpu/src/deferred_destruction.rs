@@ -1,4 +1,4 @@
-//! Vulkan objects that wait for the GPU to be done with them.
+//! Deferred destruction of Vulkan objects until the GPU is done with them.
 
 use std::ops::Range;
 use std::sync::Weak;

@@ -1,5 +1,4 @@
-//! The logical device: queue, memory, the timeline of submissions, and what
-//! waits to be destroyed.
+//! Logical device: queue, memory, timeline semaphore of submissions, and deferred destruction.
 
 use std::ffi::CString;
 use std::mem::ManuallyDrop;
@@ -30,12 +29,12 @@ const MAX_WAIT_MILLIS: u64 = 30_000;
 /// apart before it.
 const MAX_WAIT_TRIES: u32 = 3;
 
-/// Memory is taken from the driver in blocks of these sizes. Small, because in
-/// software rendering they come out of the host's own memory.
+/// Block sizes of memory taken from the driver. Small, because software rasterizers take them out
+/// of host memory.
 const DEVICE_BLOCK_BYTES: u64 = 64 << 20;
 const HOST_BLOCK_BYTES: u64 = 16 << 20;
 
-/// The device and all that is shared by what is made from it.
+/// Device with everything shared by the objects made from it.
 pub(crate) struct Device {
     pub(crate) raw: ash::Device,
     pub(crate) queue: vk::Queue,
@@ -93,7 +92,7 @@ impl Device {
         Ok(device)
     }
 
-    /// The cache of compiled pipelines; null where there is none.
+    /// Returns the cache of compiled pipelines; null where there is none.
     pub(crate) fn pipeline_cache(&self) -> vk::PipelineCache {
         self.compiled.lock().unwrap_or_else(PoisonError::into_inner).raw
     }
@@ -161,7 +160,7 @@ impl Device {
         self.discarded().push((value, object));
     }
 
-    /// Destroys what the GPU is done with.
+    /// Destroys discarded objects that the GPU is done with.
     pub(crate) fn destroy_finished(&self) -> Result<(), GpuError> {
         let finished = self.finished()?;
         let mut discarded = self.discarded();
@@ -186,12 +185,12 @@ impl Device {
         self.discarded.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The number of the last submission.
+    /// Returns the number of the last submission.
     pub(crate) fn submitted(&self) -> u64 {
         self.submitted.load(Ordering::Acquire)
     }
 
-    /// The number of the last submission that is finished.
+    /// Returns the number of the last submission that is finished.
     pub(crate) fn finished(&self) -> Result<u64, GpuError> {
         // SAFETY: the semaphore is this device's timeline.
         unsafe { self.raw.get_semaphore_counter_value(self.timeline) }
@@ -226,8 +225,8 @@ impl Device {
             .map_err(vulkan_error(what))
     }
 
-    /// Destroys all that was discarded, whatever commands were recorded with it.
-    /// The caller knows that none of those will ever be submitted.
+    /// Destroys all discarded objects, whatever commands were recorded with them. The caller knows
+    /// that none of those will ever be submitted.
     pub(crate) fn destroy_discarded(&self) -> Result<(), GpuError> {
         self.wait_for_all("freeing memory")?;
         let discarded = std::mem::take(&mut *self.discarded());

@@ -31,7 +31,7 @@ pub enum GpuError {
          mesa-vulkan-drivers for drawing in software"
     )]
     NoDevice(String),
-    /// A device was asked for that is not there.
+    /// Missing device that a setting asks for.
     #[error(
         "{place} asks for the Vulkan device \"{wanted}\", but there are: {available}; give a part \
          of one of these names, or its number, or nothing for the best"
@@ -97,7 +97,7 @@ pub enum RecoveryAction {
     FreeMemory,
     /// A new device, with everything on it uploaded again.
     RecreateDevice,
-    /// Nothing: somebody asked for what is not possible.
+    /// No action: the request was impossible.
     None,
 }
 
@@ -112,7 +112,7 @@ impl GpuError {
     }
 }
 
-/// Tells what was tried when a Vulkan call fails: `call.map_err(vulkan_error("..."))?`.
+/// Makes the error of a failed Vulkan call: `call.map_err(vulkan_error("..."))?`.
 pub(crate) fn vulkan_error(what: &'static str) -> impl Fn(vk::Result) -> GpuError {
     move |code| match code {
         vk::Result::ERROR_OUT_OF_HOST_MEMORY
@@ -126,7 +126,7 @@ pub(crate) fn vulkan_error(what: &'static str) -> impl Fn(vk::Result) -> GpuErro
     }
 }
 
-/// The same for gpu-allocator.
+/// Makes the error of a failed allocation by gpu-allocator.
 pub(crate) fn allocation_error(
     what: &'static str,
 ) -> impl Fn(gpu_allocator::AllocationError) -> GpuError {

@@ -7,11 +7,11 @@ use ash::vk;
 pub enum Format {
     /// Four bytes, sRGB colour and linear alpha.
     Rgba8Srgb,
-    /// The same with red and blue swapped, as most windows want it.
+    /// Four bytes, sRGB colour and linear alpha, red and blue swapped, as most windows need it.
     Bgra8Srgb,
     /// Four bytes, all linear.
     Rgba8Linear,
-    /// The same with red and blue swapped.
+    /// Four bytes, all linear, red and blue swapped.
     Bgra8Linear,
     /// One unsigned 32-bit integer.
     R32Uint,
@@ -34,7 +34,7 @@ impl Format {
         }
     }
 
-    /// The same bytes read without decoding; `None` where that is the same.
+    /// Returns the format of the same bytes without sRGB decoding; `None` for linear formats.
     pub fn undecoded(self) -> Option<Self> {
         match self {
             Self::Rgba8Srgb => Some(Self::Rgba8Linear),
@@ -43,7 +43,7 @@ impl Format {
         }
     }
 
-    /// The picture format whose bytes a swapchain format takes unchanged.
+    /// Returns the picture format whose bytes a swapchain format takes unchanged.
     pub(crate) fn from_swapchain(format: vk::Format) -> Option<Self> {
         match format {
             vk::Format::R8G8B8A8_UNORM | vk::Format::R8G8B8A8_SRGB => Some(Self::Rgba8Srgb),

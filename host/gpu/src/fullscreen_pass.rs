@@ -1,4 +1,4 @@
-//! One triangle over a whole image: what is worked out from images alone.
+//! Full-screen passes: one triangle covers an image for post-processing.
 
 use ash::vk;
 
@@ -6,16 +6,16 @@ use crate::image::ImageUse;
 use crate::{BindGroup, GpuError, Image, ImageArea, Pipeline, Recorder};
 
 impl Recorder<'_> {
-    /// Makes images ready to be sampled by what is recorded next.
+    /// Makes images ready to be sampled by the commands recorded next.
     pub fn prepare_sampling(&mut self, images: &[&Image]) {
         for image in images {
             self.transition(image, ImageUse::Sampled);
         }
     }
 
-    /// Lets a pipeline's fragment shader work on every pixel of an image of one sample.
-    /// Its vertex shader is run for the vertices 0, 1 and 2, of which it makes a triangle
-    /// that covers clip space. Without `keeps` what the image holds is given up before.
+    /// Runs a pipeline's fragment shader on every pixel of an image of one sample. Its vertex
+    /// shader makes a triangle that covers clip space of the vertices 0, 1 and 2. Without `keeps`
+    /// the image's contents are discarded before.
     ///
     /// # Errors
     /// When pipeline and groups are not made for that.
@@ -29,7 +29,7 @@ impl Recorder<'_> {
         self.fullscreen_pass_in((image, ImageArea::whole(image)), keeps, pipeline, groups)
     }
 
-    /// The same for a part of the image; beside it it stays as it is.
+    /// Runs the fragment shader on a part of the image; the rest stays as it is.
     ///
     /// # Errors
     /// As above, or when the image has no such part.

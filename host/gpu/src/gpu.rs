@@ -1,4 +1,4 @@
-//! The GPU as its users see it: open it, begin frames, ask what it can do.
+//! GPU device interface: opening, frames, abilities and timing.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -31,7 +31,7 @@ pub struct GpuOptions {
     pub device: Option<String>,
     /// A folder for compiled pipelines; `None` keeps none.
     pub pipeline_cache: Option<PathBuf>,
-    /// Takes what the validation layer says.
+    /// Log that receives the messages of the validation layer.
     pub log: ValidationLog,
 }
 
@@ -120,7 +120,7 @@ impl Gpu {
         self.device.instance.log.clone()
     }
 
-    /// The format that pictures for the window must have.
+    /// Returns the format that pictures for the window must have.
     pub fn picture_format(&self) -> Format {
         self.presenter.as_ref().map_or(Format::Rgba8Srgb, Presenter::format)
     }
@@ -136,7 +136,7 @@ impl Gpu {
         self.stage_millis
     }
 
-    /// Tells the size that the window now has, in pixels.
+    /// Sets the size that the window now has, in pixels.
     pub fn resize_window(&mut self, size: [u32; 2]) {
         if let Some(presenter) = &mut self.presenter {
             presenter.resize(size);
@@ -157,8 +157,7 @@ impl Gpu {
         self.presenter = None;
     }
 
-    /// Frees all that is not used any more. Recorded work that was abandoned
-    /// may have used it.
+    /// Frees all unused objects. Recorded work that was abandoned may have used them.
     ///
     /// # Errors
     /// When the device is lost or hangs.

@@ -150,7 +150,7 @@ impl ImageKind {
     }
 }
 
-/// The Vulkan flag of a sample count.
+/// Returns the Vulkan flag of a sample count.
 pub(crate) fn sample_flag(samples: u32) -> vk::SampleCountFlags {
     vk::SampleCountFlags::from_raw(samples)
 }
@@ -161,7 +161,7 @@ fn level_count([width, height]: [u32; 2]) -> u32 {
 }
 
 impl Image {
-    /// An image with undefined content.
+    /// Makes an image with undefined content.
     ///
     /// # Errors
     /// When it is empty, too large for the device, or memory runs out.
@@ -228,7 +228,7 @@ impl Image {
         Ok(Self(Arc::new(inner)))
     }
 
-    /// Width and height in pixels.
+    /// Returns width and height in pixels.
     pub fn size(&self) -> [u32; 2] {
         self.0.description.size
     }

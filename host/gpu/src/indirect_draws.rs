@@ -1,4 +1,4 @@
-//! Draw calls that the device reads from memory: many of them are one command.
+//! Indirect draws: many draw calls in a buffer become one command.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use crate::{Buffer, BufferUsage, GpuError};
 /// Draw calls that one buffer holds.
 const CALLS_PER_BUFFER: usize = 4096;
 
-/// Buffers of one submission; what is beyond is drawn one by one.
+/// Buffers of one submission; further calls are drawn one by one.
 const MAX_BUFFERS: usize = 64;
 
 /// Indirect draw command (VkDrawIndexedIndirectCommand): indices, instances, first index, first
@@ -29,13 +29,13 @@ pub(crate) struct IndirectCommands {
 }
 
 impl IndirectCommands {
-    /// The last submission is finished: its calls may be overwritten.
+    /// Restarts at the first buffer, once the last submission is finished.
     pub(crate) fn restart(&mut self) {
         self.taken = 0;
     }
 
-    /// Puts calls beside each other; tells where, and how many of them: as many as there is
-    /// room for in one buffer. `None` where there is no room at all.
+    /// Writes commands one after the other, as many as one buffer has room for. Returns buffer,
+    /// offset and count, or `None` where there is no room at all.
     pub(crate) fn write(
         &mut self,
         device: &Arc<Device>,

@@ -1,4 +1,4 @@
-//! The Vulkan loader and instance.
+//! Vulkan loader, instance and debug messenger.
 
 use std::ffi::{CStr, c_char};
 use std::sync::Arc;
@@ -23,8 +23,8 @@ pub(crate) struct Instance {
 }
 
 impl Instance {
-    /// Opens the loader and makes an instance, with what surfaces on the
-    /// window's display need.
+    /// Opens the loader and makes an instance, with the extensions that surfaces on the window's
+    /// display need.
     pub(crate) fn open(
         validation: bool,
         log: ValidationLog,

@@ -1,4 +1,4 @@
-//! Painting flat triangles over a finished picture.
+//! Overlay pass: user-interface triangles blended over a finished picture.
 
 use ash::vk;
 
@@ -19,8 +19,8 @@ pub struct OverlayDraw<'a> {
     pub index_range: std::ops::Range<u32>,
     /// Added to each index.
     pub first_vertex: i32,
-    /// Left, top, width and height of what may change, pixels; the picture's
-    /// edges bound it besides.
+    /// Scissor rectangle: left, top, width and height, pixels; the picture's edges bound it
+    /// besides.
     pub clip: [u32; 4],
 }
 
@@ -110,7 +110,7 @@ impl OverlayPass<'_> {
     }
 }
 
-/// A rectangle cut off at the picture's edges.
+/// Clips a rectangle to the picture.
 fn scissor([left, top, width, height]: [u32; 4], size: [u32; 2]) -> vk::Rect2D {
     let (left, top) = (left.min(size[0]), top.min(size[1]));
     vk::Rect2D {

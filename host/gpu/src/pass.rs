@@ -271,7 +271,7 @@ impl Recorder<'_> {
         }
     }
 
-    /// `target`: any image of the pass; images are ready for their use.
+    /// Begins the rendering. `target` is any image of the pass; images are ready for their use.
     fn begin_pass(
         &mut self,
         (target, area): (&Image, ImageArea),
@@ -316,14 +316,15 @@ impl Attachments {
         Self { color: self.color.map(&change), depth: change(self.depth), ..self }
     }
 
-    /// The same for a round that another follows.
+    /// Returns the attachments of a part that another part follows: contents are stored, not
+    /// resolved.
     fn with_store(self) -> Self {
         self.map(|info| {
             info.store_op(vk::AttachmentStoreOp::STORE).resolve_mode(vk::ResolveModeFlags::NONE)
         })
     }
 
-    /// The same after a round.
+    /// Returns the attachments of a later part: contents are loaded.
     fn with_load(self) -> Self {
         self.map(|info| info.load_op(vk::AttachmentLoadOp::LOAD))
     }
@@ -403,7 +404,7 @@ impl RenderPass<'_> {
         Ok(count)
     }
 
-    /// Draws what is alike.
+    /// Draws commands of one state, splitting the pass where it is full.
     fn draw_split(&mut self, mut calls: Vec<IndirectCommand>) -> Result<DrawCount, GpuError> {
         let Some(mut splitter) = self.splitter else { return self.draw_commands(&calls) };
         let mut count = DrawCount::default();
@@ -419,7 +420,7 @@ impl RenderPass<'_> {
         Ok(count)
     }
 
-    /// Has all drawn that was recorded, and goes on.
+    /// Flushes the render pass, then resumes it with its attachments preserved.
     fn split(&self, attachments: Attachments) {
         let uses = [ImageUse::ColorTarget, ImageUse::DepthTarget];
         let stages = uses[0].stages() | uses[1].stages();

@@ -12,7 +12,7 @@ use crate::indirect_draws::IndirectCommand;
 /// faces the eye: less than a megabyte, where half of them do.
 const TRIANGLES_PER_CORE: u32 = 8192;
 
-/// Triangles of a round, where the processor draws.
+/// Returns the triangles of one part of a pass on a software rasterizer.
 pub(crate) fn max_triangles_per_pass() -> NonZeroU32 {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let triangles = TRIANGLES_PER_CORE.saturating_mul(u32::try_from(cores).unwrap_or(u32::MAX));
@@ -40,8 +40,8 @@ impl PassSplitter {
         self.remaining = self.limit.get();
     }
 
-    /// Takes calls, the last one first, until the round is full; what does not fit of one
-    /// stays. All triangles keep their order.
+    /// Takes commands, the last one first, until the part is full; the rest of a command stays. All
+    /// triangles keep their order.
     pub(crate) fn take_commands(
         &mut self,
         left: &mut Vec<IndirectCommand>,
@@ -81,7 +81,7 @@ mod tests {
 
     const PASS_LIMIT: NonZeroU32 = NonZeroU32::new(10).unwrap();
 
-    /// First index, first vertex and instance of each triangle, in drawing order.
+    /// Returns first index, first vertex and instance of each triangle, in drawing order.
     fn triangles(calls: &[IndirectCommand]) -> Vec<[u32; 3]> {
         let of_call = |&[indices, instances, index, vertex, instance]: &IndirectCommand| {
             let of_instance = move |instance| {
@@ -92,7 +92,7 @@ mod tests {
         calls.iter().flat_map(of_call).collect()
     }
 
-    /// The calls of each round.
+    /// Returns the commands of each part.
     fn split_passes(calls: &[IndirectCommand]) -> Vec<Vec<IndirectCommand>> {
         let mut left: Vec<IndirectCommand> = calls.iter().rev().copied().collect();
         let (mut rounds, mut all) = (PassSplitter::new(PASS_LIMIT), Vec::new());

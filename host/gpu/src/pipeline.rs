@@ -43,7 +43,7 @@ pub struct PipelineDescription<'a> {
     pub name: &'a str,
     /// Vertex shader and entry point.
     pub vertex: ShaderStage<'a>,
-    /// Fragment shader; none where depth alone is drawn and nothing is left out.
+    /// Fragment shader; `None` for depth-only passes without discard.
     pub fragment: Option<ShaderStage<'a>>,
     /// Layouts of the vertex buffers, in the order in which they are bound.
     pub vertex_buffers: &'a [VertexBuffer<'a>],

@@ -1,4 +1,4 @@
-//! Compiled pipelines on disk, so that the next start compiles nothing.
+//! Pipeline cache on disk: compiled pipelines, so that the next start compiles nothing.
 //!
 //! A file is used only where device, driver and checksum are those that it was
 //! written for; anything else is ignored and written anew. Failures cost time,
@@ -70,7 +70,7 @@ pub(crate) struct PipelineCache {
 }
 
 impl PipelineCache {
-    /// Reads what is kept in a folder; without one nothing is.
+    /// Reads the cache of a folder; without a folder the cache is not persistent.
     pub(crate) fn open(
         device: &ash::Device,
         properties: &vk::PhysicalDeviceProperties,
@@ -109,7 +109,7 @@ impl PipelineCache {
         cache
     }
 
-    /// Writes what was compiled since, if anything was.
+    /// Writes pipelines compiled since the last write, if any.
     pub(crate) fn save(&mut self, device: &ash::Device) -> Result<(), GpuError> {
         let Some(path) = self.file.as_ref().filter(|_| self.raw != vk::PipelineCache::null())
         else {

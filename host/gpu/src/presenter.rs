@@ -1,4 +1,4 @@
-//! Shows pictures in a window, and follows the window as it changes.
+//! Presentation in a window, with swapchain recreation as the window changes.
 
 use std::sync::Arc;
 
@@ -109,7 +109,8 @@ impl Presenter {
         Ok(())
     }
 
-    /// Notes what the window system says of an image; true if that is all.
+    /// Records the window system's answer to a use of an image. Returns whether it is a mere change
+    /// of the surface.
     fn note_surface_change(&mut self, code: vk::Result) -> bool {
         let lost = code == vk::Result::ERROR_SURFACE_LOST_KHR;
         let noted = lost || code == vk::Result::ERROR_OUT_OF_DATE_KHR;
@@ -140,7 +141,7 @@ impl Presenter {
         Ok(true)
     }
 
-    /// The image to show next; `None` if the window changed or gives none.
+    /// Acquires the image to show next; `None` if the window changed or gives none.
     pub(crate) fn acquire(&mut self, slot: usize) -> Result<Option<PresentTarget>, GpuError> {
         let Some(swapchain) = &self.swapchain else {
             return Ok(None);
@@ -240,7 +241,7 @@ fn choose_format(formats: &[vk::SurfaceFormatKHR]) -> Option<(vk::SurfaceFormatK
         .find_map(|&format| Some((format, Format::from_swapchain(format.format)?)))
 }
 
-/// The window's own size where it has one, else the size we were told.
+/// Returns the window's own size where it has one, else the size set.
 fn extent(capabilities: &vk::SurfaceCapabilitiesKHR, [width, height]: [u32; 2]) -> vk::Extent2D {
     if capabilities.current_extent.width != u32::MAX {
         return capabilities.current_extent;

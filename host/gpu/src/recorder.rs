@@ -30,7 +30,7 @@ impl<'g> Recorder<'g> {
         Self { gpu, slot, touched: Vec::new(), staged_bytes: 0 }
     }
 
-    /// The device, for making resources meanwhile.
+    /// Returns the device, for making resources meanwhile.
     pub fn gpu(&self) -> &Gpu {
         self.gpu
     }
@@ -40,8 +40,8 @@ impl<'g> Recorder<'g> {
         self.slot
     }
 
-    /// Ends a stage whose time is taken: what was recorded since the last one. Beyond
-    /// [`MAX_STAGES`](crate::MAX_STAGES) it does nothing.
+    /// Ends a timed stage: the commands since the last one. Does nothing beyond
+    /// [`MAX_STAGES`](crate::MAX_STAGES).
     pub fn end_stage(&mut self, name: &'static str) {
         self.gpu.slots[self.slot].end_stage(name);
     }
@@ -122,7 +122,7 @@ impl<'g> Recorder<'g> {
         self.device().end_label(self.commands());
     }
 
-    /// Submits what was recorded.
+    /// Submits the recorded commands.
     ///
     /// # Errors
     /// When the device is lost or memory runs out.
@@ -130,7 +130,7 @@ impl<'g> Recorder<'g> {
         self.finish(None, None)
     }
 
-    /// Submits what was recorded; [`Gpu::has_finished`] tells when it is done.
+    /// Submits the recorded commands; [`Gpu::has_finished`] tells when they are done.
     ///
     /// # Errors
     /// As [`Recorder::submit`].
@@ -139,7 +139,7 @@ impl<'g> Recorder<'g> {
         Ok(Submission(self.command_slot().value))
     }
 
-    /// Submits what was recorded and waits for it.
+    /// Submits the recorded commands and waits for them.
     ///
     /// # Errors
     /// As [`Recorder::submit`], or when the device hangs.
@@ -148,8 +148,8 @@ impl<'g> Recorder<'g> {
         self.device().wait(self.command_slot().value, "a transfer")
     }
 
-    /// Submits what was recorded, waits for it and goes on recording. All that belongs to the
-    /// recorder's slot is free to be written again.
+    /// Submits the recorded commands, waits for them and continues recording. All resources of the
+    /// recorder's slot are free to be written again.
     ///
     /// # Errors
     /// As [`Recorder::submit_and_wait`].
@@ -161,9 +161,8 @@ impl<'g> Recorder<'g> {
         self.gpu.slots[self.slot].resume()
     }
 
-    /// Submits what was recorded and shows the picture in the window. If the
-    /// window changed meanwhile, the picture is not shown; the next one will
-    /// be.
+    /// Submits the recorded commands and shows the picture in the window. If the window changed
+    /// meanwhile, the picture is not shown; the next one will be.
     ///
     /// # Errors
     /// When there is no window, the device is lost or memory runs out.
@@ -244,7 +243,7 @@ impl Drop for Recorder<'_> {
     }
 }
 
-/// A part of the first level.
+/// Returns the copy region of a part of the first level.
 fn copy_region(image: &Image, area: ImageArea) -> vk::BufferImageCopy {
     let vk::Rect2D { offset, extent } = area.to_rect();
     vk::BufferImageCopy::default()

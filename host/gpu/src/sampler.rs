@@ -30,7 +30,7 @@ struct SamplerInner {
 }
 
 impl Sampler {
-    /// A sampler with a rule along u and one along v.
+    /// Makes a sampler with an address mode along u and one along v.
     ///
     /// # Errors
     /// When memory runs out.
@@ -38,8 +38,8 @@ impl Sampler {
         Self::create(gpu, modes, None)
     }
 
-    /// A sampler of depth that gives the share of the nearest texels that a reference
-    /// reaches: with reverse-Z, those that are not before it.
+    /// Makes a depth comparison sampler. It returns the share of the nearest texels that pass: with
+    /// reverse-Z, those that are not before the reference.
     ///
     /// # Errors
     /// When memory runs out.
@@ -47,7 +47,7 @@ impl Sampler {
         Self::create(gpu, [AddressMode::Clamp; 2], Some(gpu.device().adapter.filters_depth))
     }
 
-    /// `compares`: whether a comparison is filtered.
+    /// Creates a sampler; `compares`: whether a comparison is filtered.
     fn create(
         gpu: &Gpu,
         [u, v]: [AddressMode; 2],

@@ -1,4 +1,4 @@
-//! A swapchain and the semaphores of its images.
+//! Swapchain with the semaphores of its images.
 
 use std::sync::Arc;
 
@@ -97,8 +97,8 @@ impl Swapchain {
         Ok(swapchain)
     }
 
-    /// The next image for a frame slot, whose last frame is finished; `None` if
-    /// the window system gives none in time.
+    /// Acquires the next image for a frame slot, whose last frame is finished; `None` if the window
+    /// system gives none in time.
     pub(crate) fn acquire(&self, slot: usize) -> Result<Option<PresentTarget>, vk::Result> {
         let acquired = self.acquired[slot];
         let timeout_nanos = MAX_ACQUIRE_MILLIS * 1_000_000;
@@ -168,7 +168,8 @@ fn semaphore(device: &Device) -> Result<vk::Semaphore, vk::Result> {
     Ok(semaphore)
 }
 
-/// One more than the least, so that acquiring seldom waits; zero is no limit.
+/// Returns one image more than the minimum, so that acquiring seldom waits; a maximum of zero is no
+/// limit.
 fn image_count(capabilities: &vk::SurfaceCapabilitiesKHR) -> u32 {
     let most = match capabilities.max_image_count {
         0 => u32::MAX,

@@ -1,4 +1,4 @@
-//! Bytes to the device and back.
+//! Transfers: staging uploads, mipmap generation and read-back.
 
 use ash::vk;
 
@@ -13,7 +13,7 @@ use crate::{
 const MAX_STAGED_BYTES: u64 = 64 << 20;
 
 impl Recorder<'_> {
-    /// A buffer on the device that holds these bytes once submitted.
+    /// Uploads bytes into a new buffer on the device.
     ///
     /// # Errors
     /// When memory runs out.
@@ -29,7 +29,7 @@ impl Recorder<'_> {
         Ok(buffer)
     }
 
-    /// A part of an arena's buffers that holds these bytes once submitted.
+    /// Uploads bytes into a slice of an arena.
     ///
     /// # Errors
     /// When memory runs out.
@@ -42,8 +42,8 @@ impl Recorder<'_> {
         self.upload_slice_with(arena, bytes.len() as u64, write)
     }
 
-    /// A part of an arena's buffers that holds so many bytes once submitted, which `write`
-    /// writes: it is given memory in which anything may be.
+    /// Uploads bytes that `write` writes into a slice of an arena. The memory given to `write` has
+    /// undefined contents.
     ///
     /// # Errors
     /// When memory runs out.
@@ -118,8 +118,8 @@ impl Recorder<'_> {
         Ok(())
     }
 
-    /// A texture with all its smaller levels, ready to be sampled once
-    /// submitted. `pixels` are rows from the top, four bytes a pixel.
+    /// Uploads a texture and generates its mipmaps. `pixels` are rows from the top, four bytes a
+    /// pixel.
     ///
     /// # Errors
     /// When the pixels do not fill the size, or memory runs out.
@@ -134,7 +134,7 @@ impl Recorder<'_> {
         self.upload_image(ImageDescription { name, kind, format, size }, pixels)
     }
 
-    /// A texture in its own size alone, likewise.
+    /// Uploads a texture without mipmaps, from pixels like those of [`Recorder::upload_texture`].
     ///
     /// # Errors
     /// As [`Recorder::upload_texture`].
@@ -231,7 +231,7 @@ impl Recorder<'_> {
         Ok(staging)
     }
 
-    /// Copies what a compute shader wrote to where the CPU can read it.
+    /// Copies a buffer written by a compute shader to where the CPU can read it.
     ///
     /// # Errors
     /// When memory runs out, or the buffer is none that is read back.
@@ -323,12 +323,13 @@ impl DepthCopy {
         Ok(Self { buffer, size: [0; 2] })
     }
 
-    /// Width and height of what was copied last, pixels.
+    /// Returns width and height of the last copy, pixels.
     pub fn size(&self) -> [u32; 2] {
         self.size
     }
 
-    /// Has it read once its recorder was submitted and waited for: rows from the top.
+    /// Passes the copied depths to `read`, rows from the top. The recorder must have been submitted
+    /// and waited for.
     ///
     /// # Errors
     /// When it cannot be read.
@@ -346,8 +347,7 @@ impl DepthCopy {
     }
 }
 
-/// Pixels on their way to the CPU, there once their recorder was submitted and
-/// waited for.
+/// Pixels that are being read back, complete once their recorder was submitted and waited for.
 pub struct Download {
     buffer: Buffer,
     format: Format,

@@ -1,4 +1,4 @@
-//! Collects what the validation layer says.
+//! Validation log: messages of the Vulkan validation layer.
 
 use std::borrow::Cow;
 use std::ffi::{CStr, c_void};
@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use ash::vk;
 
-/// Messages kept; what comes later is only counted.
+/// Greatest number of messages kept; later ones are only counted.
 const MAX_MESSAGES: usize = 256;
 
 /// Log of the validation layer's messages. Clones share one list, so that a clone still reads it
@@ -21,7 +21,7 @@ struct Messages {
 }
 
 impl ValidationLog {
-    /// Every message of warning level or above.
+    /// Returns every message of warning level or above.
     pub fn messages(&self) -> Vec<String> {
         let messages = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let mut all = messages.kept.clone();
@@ -40,7 +40,7 @@ impl ValidationLog {
         }
     }
 
-    /// Describes the messenger. The log must outlive whatever is created with it.
+    /// Describes the messenger. The log must outlive the messenger created with it.
     pub(crate) fn messenger(&self) -> vk::DebugUtilsMessengerCreateInfoEXT<'static> {
         vk::DebugUtilsMessengerCreateInfoEXT::default()
             .message_severity(
@@ -57,7 +57,7 @@ impl ValidationLog {
     }
 }
 
-/// Called by the layer, on the thread that made the Vulkan call.
+/// Receives a message from the layer, on the thread that made the Vulkan call.
 unsafe extern "system" fn on_message(
     severity: vk::DebugUtilsMessageSeverityFlagsEXT,
     _kind: vk::DebugUtilsMessageTypeFlagsEXT,

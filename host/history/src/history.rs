@@ -10,7 +10,7 @@ use crate::{Point, PointState};
 /// them take 96 MB.
 pub const MAX_TAGS: usize = 4096;
 
-/// In place of a series: none.
+/// Mark of a tag without a series.
 const NONE: u32 = u32::MAX;
 
 /// Time series of the tags of the last hours.
@@ -41,7 +41,7 @@ impl History {
         history
     }
 
-    /// Goes on with the histories of tags that have these numbers now.
+    /// Inherits the series of tags, by their new indices.
     pub fn inherit(&mut self, mut before: Self, numbers: &HandleRemap) {
         for old in 0..before.of_tags.len() as u32 {
             let new = numbers.tag(TagHandle(old));
@@ -52,7 +52,7 @@ impl History {
         }
     }
 
-    /// Notes a change as it comes, so that none between two frames is lost.
+    /// Records a change as it arrives, so that none between two frames is lost.
     #[inline]
     pub fn note(&mut self, change: &Change) {
         if let Some(series) = self.series_mut(change.tag) {
@@ -61,7 +61,7 @@ impl History {
         }
     }
 
-    /// Follows what no change tells: tags that are stale from now on, or no longer.
+    /// Records changes without samples: tags that became stale, or are no longer.
     pub fn follow(&mut self, snapshot: Snapshot<'_>, now: Moment) {
         for &tag in snapshot.changed() {
             let (Some(series), Some(tag)) = (self.series_mut(tag), snapshot.state(tag)) else {

@@ -11,7 +11,7 @@ pub struct Point {
     pub state: PointState,
 }
 
-/// A number, as far as it is known.
+/// State of a point: a number with its quality, or bad.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PointState {
     /// A good value, finite.
@@ -47,8 +47,8 @@ impl PointState {
     }
 }
 
-/// A point in 16 bytes: the lowest bit of the time says whether the value is uncertain,
-/// and a value that is no number is not known.
+/// Point packed into 16 bytes: the lowest bit of the time marks an uncertain value, and a value
+/// that is not a number is a bad one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Packed {
     at: u64,
@@ -56,7 +56,7 @@ pub(crate) struct Packed {
 }
 
 impl Packed {
-    pub(crate) fn of(Point { at: Moment(at), state }: Point) -> Self {
+    pub(crate) fn from_point(Point { at: Moment(at), state }: Point) -> Self {
         match state {
             PointState::Good(value) => Self { at: at & !1, value },
             PointState::Uncertain(value) => Self { at: at | 1, value },

@@ -32,13 +32,14 @@ impl Reducer {
         Self { start, width_nanos: width_nanos.max(1), open: None }
     }
 
-    /// Takes a point, not before the one before it. Gives what stays of the bucket before.
+    /// Adds a point, not before the one before it. Emits the reduced points of a bucket that it
+    /// completes.
     pub(crate) fn push(&mut self, point: Point, give: impl FnMut(Point)) {
         let number = point.at.0.saturating_sub(self.start.0) / self.width_nanos;
         match &mut self.open {
             Some(open) if open.number == number => open.add(point),
             _ => {
-                if let Some(closed) = self.open.replace(Bucket::of(number, point)) {
+                if let Some(closed) = self.open.replace(Bucket::new(number, point)) {
                     closed.points(give);
                 }
             }
@@ -54,7 +55,7 @@ impl Reducer {
 }
 
 impl Bucket {
-    fn of(number: u64, point: Point) -> Self {
+    fn new(number: u64, point: Point) -> Self {
         let (first, last) = (point, point);
         let mut bucket = Self { number, first, last, least: None, greatest: None, doubtful: None };
         bucket.add(point);

@@ -37,7 +37,7 @@ impl Default for Series {
 }
 
 impl Series {
-    /// Adds what the tag is from now on.
+    /// Adds the state of the tag from now on.
     pub(crate) fn push(&mut self, point: Point) {
         let last = self.fine.back().map_or(Moment(0), |last| last.at());
         let at = point.at.max(last);
@@ -56,14 +56,14 @@ impl Series {
         self.fine.back().map(|last| last.point().state)
     }
 
-    /// Drops what is before a time, but for the last of it, which holds still.
+    /// Drops the points before a time, except the last of them, which still holds.
     fn forget(&mut self, border: Moment) {
         while self.coarse.get(1).is_some_and(|second| second.at() <= border) {
             self.coarse.pop_front();
         }
     }
 
-    /// All points, in order.
+    /// Visits all points, in order.
     pub(crate) fn for_each(&self, mut give: impl FnMut(Point)) {
         self.coarse.iter().for_each(|packed| give(packed.point()));
         self.reducer.rest(&mut give);
@@ -80,5 +80,5 @@ fn push(into: &mut VecDeque<Packed>, point: Point) {
     if into.len() == into.capacity() {
         into.reserve_exact(ROOM);
     }
-    into.push_back(Packed::of(point));
+    into.push_back(Packed::from_point(point));
 }

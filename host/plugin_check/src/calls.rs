@@ -101,7 +101,7 @@ type ReadRecords = unsafe extern "C" fn(
     *mut abi::BusbarError,
 ) -> Status;
 
-/// Notes the name and makes the call.
+/// Notes the name in the journal and makes the call.
 macro_rules! call {
     ($probe:expr, $name:literal, $function:ident($($argument:expr),*)) => {{
         $probe.journal.note(Entry::Calling($name.into()));

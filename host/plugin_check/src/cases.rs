@@ -172,12 +172,12 @@ unsafe impl Send for Instance<'_> {}
 unsafe impl Sync for Instance<'_> {}
 
 impl Subject {
-    /// Makes an instance with the sample settings.
+    /// Creates an instance with the sample settings.
     pub(crate) fn make<'a>(&self, probe: &'a Probe) -> Result<Instance<'a>, Stop> {
         self.make_with(probe, &self.settings)
     }
 
-    /// Makes an instance that must come to be.
+    /// Creates an instance, or stops the case.
     pub(crate) fn make_with<'a>(
         &self,
         probe: &'a Probe,

@@ -1,4 +1,4 @@
-//! The process of a case: its limits, and what a plugin leaves behind in it.
+//! Environment of a case's process: its limits, and what a plugin leaves behind in it.
 
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
@@ -18,7 +18,7 @@ const MAX_SETTLE: Duration = Duration::from_secs(2);
 /// Interval between two polls.
 const LOOK_PERIOD: Duration = Duration::from_millis(5);
 
-/// Bounds what a plugin can take from the machine, and for how long.
+/// Limits the resources that a plugin can take from the machine.
 pub(crate) fn limit_resources() {
     // A checker that is interrupted leaves no plugin that hangs. Where this cannot be
     // set, the time limit of the case still holds while the checker lives.
@@ -54,7 +54,7 @@ impl Sentinels {
         self.0.len() - self.0.iter().filter(is_null).count()
     }
 
-    /// Gives them up without closing: a lost descriptor may be another's by now.
+    /// Releases them without closing: a lost descriptor may belong to another by now.
     pub(crate) fn forget(self) {
         self.0.into_iter().for_each(std::mem::forget);
     }
@@ -91,7 +91,7 @@ pub(crate) fn resident_bytes() -> usize {
     pages.unwrap_or(0_usize) * rustix::param::page_size()
 }
 
-/// Looks until `settled`, or until it has had time enough.
+/// Polls until `settled` returns true, or time is up.
 pub(crate) fn settle(settled: impl Fn() -> bool) -> bool {
     let start = Instant::now();
     loop {

@@ -1,4 +1,4 @@
-//! The host table that a plugin gets here: it looks at what the plugin logs.
+//! Fake host: the host table of a checked plugin, which validates log calls.
 
 use std::ffi::c_void;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -12,8 +12,8 @@ use crate::text;
 /// Lines that one case may log.
 const MAX_LINES: u64 = 10_000;
 
-/// A host that lives as long as the process: a plugin that calls it too late is
-/// found out instead of calling what is gone.
+/// Host that lives as long as the process, so that a late call of a plugin is found and does not
+/// crash.
 pub(crate) struct FakeHost {
     raw: abi::BusbarHost,
     watch: &'static LogRecord,
@@ -56,7 +56,7 @@ impl FakeHost {
         self.watch.alive.fetch_add(1, Ordering::SeqCst);
     }
 
-    /// An instance is gone, or was not made after all.
+    /// Records that an instance was destroyed, or not created.
     pub(crate) fn close(&self) {
         self.watch.alive.fetch_sub(1, Ordering::SeqCst);
     }

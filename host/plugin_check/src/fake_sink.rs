@@ -1,4 +1,4 @@
-//! The sample sink that a telemetry plugin gets here: it looks at every sample.
+//! Fake sample sink of a checked telemetry plugin, which validates every sample.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::c_void;
@@ -14,7 +14,7 @@ use crate::text;
 const MAX_BATCH: usize = 1 << 20;
 /// Largest time by which a source's clock may be ahead of this one.
 const MAX_CLOCK_AHEAD: Duration = Duration::from_secs(10);
-/// Bytes of what a plugin says of its link.
+/// Longest message of a plugin about its link, bytes.
 const MAX_LINK_BYTES: usize = 512;
 
 /// A sink that lives as long as the process.
@@ -87,7 +87,7 @@ impl SinkRecord {
         self.faults.iter().map(|fault| Finding::new(fault.clone(), remedy)).collect()
     }
 
-    fn note_call(&mut self) {
+    fn record_call(&mut self) {
         self.late += u64::from(!self.open);
     }
 
@@ -97,7 +97,7 @@ impl SinkRecord {
         }
     }
 
-    fn look_at(&mut self, sample: &abi::BusbarSample) {
+    fn validate_sample(&mut self, sample: &abi::BusbarSample) {
         let tag = sample.tag;
         let Some(&wanted) = self.wanted.get(&tag) else {
             return self.fault(format!("a sample names tag {tag}, which `start` did not give"));
@@ -155,7 +155,7 @@ unsafe extern "C" fn publish(
     // SAFETY: a plugin passes the static context of its sink, or breaks the ABI.
     let Some(seen) = (unsafe { context.cast::<Mutex<SinkRecord>>().as_ref() }) else { return 0 };
     let mut seen = seen.lock().unwrap_or_else(PoisonError::into_inner);
-    seen.note_call();
+    seen.record_call();
     if count > MAX_BATCH || (count > 0 && (samples.is_null() || !samples.is_aligned())) {
         seen.fault(format!("a batch of {count} samples is null, misaligned or too large"));
         return 0;
@@ -165,7 +165,7 @@ unsafe extern "C" fn publish(
     }
     // SAFETY: not null and aligned; the plugin vouches for `count` samples.
     for sample in unsafe { std::slice::from_raw_parts(samples, count) } {
-        seen.look_at(sample);
+        seen.validate_sample(sample);
     }
     seen.samples += count as u64;
     count
@@ -175,7 +175,7 @@ unsafe extern "C" fn report_link(context: *mut c_void, state: u32, message: abi:
     // SAFETY: as in `publish`.
     let Some(seen) = (unsafe { context.cast::<Mutex<SinkRecord>>().as_ref() }) else { return };
     let mut seen = seen.lock().unwrap_or_else(PoisonError::into_inner);
-    seen.note_call();
+    seen.record_call();
     seen.links += 1;
     if state > abi::BUSBAR_LINK_DOWN {
         seen.fault(format!("a link report has the unknown state {state}"));

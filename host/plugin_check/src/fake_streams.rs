@@ -1,4 +1,4 @@
-//! Streams of a command that note what it does with them.
+//! Fake streams of a checked command, which record its calls.
 
 use std::ffi::c_void;
 
@@ -59,7 +59,7 @@ impl<'a> FakeStreams<'a> {
     }
 
     /// Reports broken rules of the calls as findings.
-    pub(crate) fn judge(&self, probe: &Probe, what: &str) {
+    pub(crate) fn report_faults(&self, probe: &Probe, what: &str) {
         let limit = abi::BUSBAR_MAX_CHUNK;
         for (count, fault, remedy) in [
             (self.too_long, format!("writes of null or of more than {limit} bytes"), "cut them"),

@@ -1,4 +1,4 @@
-//! The file in which a case notes what it is about to call, and what it found.
+//! Journal file of a case: calls about to be made, and findings.
 
 use std::fs::OpenOptions;
 use std::io::Write;
@@ -24,7 +24,7 @@ pub(crate) enum Entry {
     Found(Finding),
     /// The case does not apply.
     Skipped(String),
-    /// The case could not go on after what it found.
+    /// The case stopped after a finding.
     Stopped,
     /// The case came to its end.
     Ended,

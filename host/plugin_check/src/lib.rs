@@ -1,4 +1,4 @@
-//! The conformance checker: finds what is wrong with a plugin.
+//! Conformance checker of plugins.
 //!
 //! [`check`] runs each case of a table in a child process of its own, with a time
 //! limit and resource limits, and gathers what the cases found. The child calls
@@ -9,6 +9,7 @@
 //! in which function of the plugin a process died or hung.
 //!
 //! Invariant: no plugin code runs in the process that calls [`check`].
+#![doc = include_str!("../DESIGN.md")]
 
 mod calls;
 mod cases;

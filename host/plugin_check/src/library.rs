@@ -6,7 +6,7 @@ use busbar_plugin_abi as abi;
 
 use crate::finding::Finding;
 
-/// No struct of this ABI is larger: a size beyond it is none.
+/// Largest plausible size of an ABI struct, bytes.
 const MAX_STRUCT_BYTES: u32 = 1 << 16;
 
 /// Maps a library and finds its entry. It stays mapped, as in a host.

@@ -60,7 +60,7 @@ impl Probe {
         (limit * 3 / 4).saturating_sub(self.started.elapsed())
     }
 
-    /// Adds a finding and goes on.
+    /// Adds a finding and continues.
     pub(crate) fn find(&self, finding: Finding) {
         let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
         if found.len() < MAX_FINDINGS && !found.contains(&finding) {
@@ -163,8 +163,8 @@ impl Probe {
         Err(Finding::new(fault, remedy).into())
     }
 
-    /// A call that must be refused with one of these statuses and in words, or may
-    /// succeed where `allowed` has BUSBAR_OK.
+    /// Expects that a call was refused with one of these statuses and a message, or succeeded
+    /// where `allowed` has BUSBAR_OK.
     pub(crate) fn expect_refused(
         &self,
         case: &str,
@@ -178,7 +178,7 @@ impl Probe {
         }
     }
 
-    /// As [`Probe::expect_refused`], whatever the words are; whether it is so.
+    /// Expects one of these statuses, without regard to the message; returns whether it was one.
     pub(crate) fn expect_status(
         &self,
         case: &str,
@@ -202,7 +202,7 @@ impl Probe {
         as_wanted
     }
 
-    /// A failure says why, readably.
+    /// Expects a readable message of a failure.
     pub(crate) fn expect_message(&self, case: &str, error: &abi::BusbarError) {
         match text::message_of(error) {
             Err(what) => self.find(Finding::new(

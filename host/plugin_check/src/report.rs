@@ -11,7 +11,7 @@ use crate::finding::Finding;
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(tag = "verdict", rename_all = "snake_case")]
 pub enum CaseVerdict {
-    /// All is as it must be.
+    /// The case passed without findings.
     Pass,
     /// The case has findings.
     Fail {

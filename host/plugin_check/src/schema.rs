@@ -1,5 +1,4 @@
-//! Settings made up from a JSON Schema: the least that it accepts, and what it must
-//! refuse.
+//! Settings generated from a JSON Schema: the least that it accepts, and invalid ones.
 
 use serde_json::{Map, Value, json};
 
@@ -8,8 +7,8 @@ const MAX_DEPTH: u32 = 16;
 /// A setting that no plugin has.
 pub(crate) const UNKNOWN_SETTING: &str = "no_such_setting_of_any_plugin";
 
-/// The least settings that a schema accepts, as far as it is simple: its default or
-/// example where it has one, and else what is required.
+/// Generates the least settings that a simple schema accepts: defaults or examples, and required
+/// keys.
 pub(crate) fn least(schema: Option<&Value>) -> Value {
     match schema {
         None => json!({}),
@@ -67,8 +66,8 @@ fn least_of(root: &Value, schema: &Value, depth: u32) -> Value {
     }
 }
 
-/// Settings with one property made wrong, each with what is wrong; from settings
-/// that are right.
+/// Generates settings with one invalid property each, from valid ones, with a description of the
+/// error.
 pub(crate) fn wrong(schema: &Value, right: &Map<String, Value>) -> Vec<(String, Value)> {
     let mut wrong = Vec::new();
     let mut add = |what: String, name: &str, value: Value| {

@@ -17,7 +17,7 @@ use crate::probe::Probe;
 use crate::report::{CaseResult, CaseVerdict, Report};
 use crate::request::{Options, Request};
 
-/// Between two looks at a child.
+/// Interval between two polls of a child.
 const LOOK_PERIOD: Duration = Duration::from_millis(5);
 /// Bytes of a child's output in which a panic is looked for.
 const MAX_OUTPUT_BYTES: usize = 1 << 20;
@@ -146,7 +146,7 @@ impl CheckRun<'_> {
         }
         let started = Instant::now();
         let ended = self.process(case, plugin)?;
-        let (verdict, sound) = judge(&ended, self.options.case_limit);
+        let (verdict, sound) = verdict_of(&ended, self.options.case_limit);
         let millis = started.elapsed().as_millis() as u64;
         let result = CaseResult { case: case.name, plugin: id, what: case.what, verdict, millis };
         on_result(&result);
@@ -239,7 +239,7 @@ fn kill_group(child: &Child) {
 }
 
 /// A verdict, and whether cases that need this one make sense.
-fn judge(ended: &CaseExit, limit: Duration) -> (CaseVerdict, bool) {
+fn verdict_of(ended: &CaseExit, limit: Duration) -> (CaseVerdict, bool) {
     let mut findings: Vec<_> = ended
         .journal
         .iter()
@@ -310,7 +310,7 @@ fn death(status: ExitStatus, place: &str) -> Finding {
     Finding::new(format!("the process died of signal {signal} ({name}) {place}"), remedy)
 }
 
-/// The first panic that a process told of, in one line.
+/// Returns the first panic in the output of a process, in one line.
 fn first_panic(output: &Path) -> Option<String> {
     let bytes = std::fs::read(output).ok()?;
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(MAX_OUTPUT_BYTES)]).into_owned();

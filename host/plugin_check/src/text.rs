@@ -5,7 +5,7 @@ use busbar_plugin_abi as abi;
 /// The longest text taken from a plugin, bytes.
 pub(crate) const MAX_TEXT_BYTES: usize = 1 << 20;
 
-/// A text that a plugin gave; `Err` says what is wrong with it.
+/// Reads a text of a plugin; `Err` describes the broken rule.
 pub(crate) fn read(text: abi::BusbarStr) -> Result<String, String> {
     if text.len == 0 {
         return Ok(String::new());
@@ -27,7 +27,7 @@ pub(crate) fn of_bytes(bytes: &[u8]) -> abi::BusbarStr {
     abi::BusbarStr { ptr: bytes.as_ptr(), len: bytes.len() }
 }
 
-/// The message of an error; `Err` says what is wrong with it.
+/// Reads the message of an error; `Err` describes the broken rule.
 pub(crate) fn message_of(error: &abi::BusbarError) -> Result<String, String> {
     let len = error.message_len as usize;
     let bytes = error

@@ -10,7 +10,7 @@ use crate::{Instance, PluginError, SettingsError};
 
 /// Keyword of a settings schema: words on what to write where the schema refuses.
 const REMEDY_KEYWORD: &str = "x-busbar-remedy";
-/// Bytes of them that are told.
+/// Longest remedy of a schema that is shown, bytes.
 const MAX_REMEDY_BYTES: usize = 500;
 
 /// A file or directory that gave no plugin, and why.
@@ -64,7 +64,7 @@ impl Catalog {
         &self.refused
     }
 
-    /// Makes an instance. `name` is the configuration's own id for it.
+    /// Creates an instance. `name` is the configuration's own id for it.
     ///
     /// # Errors
     /// [`PluginError::NotFound`], [`PluginError::Settings`], or what the
@@ -122,8 +122,7 @@ fn check_settings(info: &PluginInfo, settings: &serde_json::Value) -> Result<(),
     Err(PluginError::Settings { id: info.id.clone(), faults })
 }
 
-/// The words of a fault, and after them those that the schema has for what is wrong at
-/// this place (see [`REMEDY_KEYWORD`]).
+/// Appends the schema's remedy for a fault at this place (see [`REMEDY_KEYWORD`]).
 fn with_remedy(fault: String, schema: &serde_json::Value, keyword_path: &str) -> String {
     let place = keyword_path.rsplit_once('/').map_or("", |(place, _)| place);
     let remedy = schema.pointer(place).and_then(|place| place.get(REMEDY_KEYWORD));

@@ -80,8 +80,8 @@ impl Chart {
         Ok(description)
     }
 
-    /// At most `count` records from one on, of a chart with so many axes; 0 asks how many
-    /// there are, and of which revision.
+    /// Reads at most `count` records from `first` on, of a chart with so many axes. With `count`
+    /// 0 the page has the total and the revision alone.
     ///
     /// # Errors
     /// What the plugin says, or the rule that its answer breaks.

@@ -17,7 +17,7 @@ pub const MAX_DIAGNOSTICS: usize = 1000;
 const MAX_REMARKS: usize = 16;
 /// Bytes of one diagnostic.
 const MAX_DIAGNOSTIC_BYTES: usize = 512;
-/// Bytes of the line that says what a command does.
+/// Longest help line of a command, bytes.
 const MAX_HELP_BYTES: usize = 200;
 /// Bytes of input that a command gets at once at most.
 const MAX_READ: usize = abi::BUSBAR_MAX_CHUNK;
@@ -27,7 +27,7 @@ const MAX_READ: usize = abi::BUSBAR_MAX_CHUNK;
 pub struct CommandInfo {
     /// Verb that users type.
     pub name: String,
-    /// One line: what it does.
+    /// Help text of one line.
     pub help: String,
 }
 
@@ -36,7 +36,7 @@ pub struct CommandInfo {
 pub enum DiagnosticLevel {
     /// A part of the input was left out.
     Error,
-    /// Something may not be what was meant.
+    /// Input that may be a mistake.
     Warning,
     /// Information without a problem.
     Info,
@@ -58,7 +58,7 @@ pub struct Diagnostic {
 pub enum CommandExit {
     /// The command ended successfully.
     Done,
-    /// Nothing could be done with the input.
+    /// The input could not be processed.
     InputAtFault,
     /// The arguments are at fault.
     WrongUse,
@@ -83,7 +83,7 @@ pub trait CommandStreams {
     /// Those of the input, and whatever else is to stop it.
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize>;
 
-    /// All of a piece of output. An error stops the command.
+    /// Writes a whole piece of output. An error stops the command.
     ///
     /// # Errors
     /// Those of the output, and whatever else is to stop it.
@@ -240,7 +240,7 @@ struct HostStreams<'a> {
 }
 
 impl HostStreams<'_> {
-    /// Does `work` unless the command must stop; a failure, and a panic too, stops it.
+    /// Runs `work` unless the command must stop; an error or a panic stops it.
     fn run_unless_stopped<T>(
         &mut self,
         work: impl FnOnce(&mut dyn CommandStreams) -> io::Result<T>,

@@ -66,7 +66,7 @@ pub enum PluginError {
         /// Rule that the plugin broke.
         what: String,
     },
-    /// The process that the plugin ran in is gone, or not there at the moment.
+    /// The plugin's process has ended, or is being restarted.
     #[error("plugin '{id}': {reason}")]
     Lost {
         /// Id of the plugin.
@@ -104,7 +104,7 @@ pub struct SettingsError {
 }
 
 impl PluginError {
-    /// From a status that is not OK.
+    /// Creates an error from a status that is not OK.
     pub(crate) fn from_status(id: &str, status: abi::BusbarStatus, message: String) -> Self {
         let id = id.to_owned();
         let message =

@@ -52,7 +52,7 @@ impl Instance {
         Ok(Self { raw, info, name, serial, _host: host, _library: library })
     }
 
-    /// Keeps other `[main-thread]` calls out until the guard goes.
+    /// Locks out other `[main-thread]` calls until the guard is dropped.
     pub(crate) fn serialize_calls(&self) -> MutexGuard<'_, ()> {
         self.serial.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -8,7 +8,8 @@ use crate::{Instance, PluginError};
 /// Bytes that are tried first; most texts take less.
 const FIRST_BYTES: usize = 16 << 10;
 
-/// Asks for JSON of at most so many bytes, with more room where it takes more.
+/// Calls a function for JSON of at most `limit` bytes, again with a larger buffer where it needs
+/// one.
 pub(crate) fn ask_json<T: DeserializeOwned>(
     instance: &Instance,
     max_bytes: usize,

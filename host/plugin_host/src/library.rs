@@ -47,8 +47,8 @@ pub(crate) struct PluginLibrary {
 }
 
 impl PluginLibrary {
-    /// Opens a library and checks that it speaks this ABI. One that is open
-    /// already, under whatever path, is shared: it is not initialised twice.
+    /// Opens a library and checks its ABI version. A library that is open already, under any
+    /// path, is shared and not initialised twice.
     pub(crate) fn open(file: &LibraryFile) -> Result<Arc<Self>, String> {
         static OPEN: Mutex<BTreeMap<usize, Weak<PluginLibrary>>> = Mutex::new(BTreeMap::new());
         let entry = load(file)?;
@@ -65,7 +65,7 @@ impl PluginLibrary {
         Ok(library)
     }
 
-    /// Makes an instance; on failure the status and the plugin's words.
+    /// Creates an instance; on failure the error has the plugin's status and message.
     pub(crate) fn create(
         &self,
         id: &str,
@@ -242,8 +242,8 @@ unsafe fn read_descriptor(
     })
 }
 
-/// A struct of the ABI that a library gave: not null, aligned, and as long as
-/// this version needs, which its first word says.
+/// Checks a struct of the ABI from a library: not null, aligned, and at least as long as this
+/// version needs, by its first word.
 pub(crate) fn checked<T>(pointer: *const T) -> Option<&'static T> {
     if pointer.is_null() || !pointer.is_aligned() {
         return None;

@@ -12,7 +12,7 @@ use crate::{Instance, PluginError};
 
 /// Stages that a plugin may report.
 const MAX_STAGES: usize = 32;
-/// Bytes of a stage's name, replacements of what is no UTF-8 included.
+/// Longest name of a stage, bytes, with replacement characters included.
 const MAX_STAGE_NAME_BYTES: usize = 72;
 
 /// A plugin that orders collapses. Several meshes may be optimised at once.
@@ -29,7 +29,7 @@ pub struct MeshView<'a> {
     pub positions: &'a [Vec3],
     /// Three position indices of each triangle.
     pub triangles: &'a [[u32; 3]],
-    /// None where the optimiser reads none.
+    /// Wedges of the mesh; none where the optimizer reads none.
     pub wedges: Option<WedgesView<'a>>,
 }
 
@@ -71,7 +71,7 @@ impl<'a> WedgesView<'a> {
 /// Number of collapses written by a plugin, unchecked, and the durations of its stages.
 #[derive(Clone, Debug)]
 pub struct WrittenCollapses {
-    /// At most as many as it had room for.
+    /// Number of collapses, at most the capacity of the buffer.
     pub collapses: usize,
     /// Stages that the plugin reported.
     pub stages: Vec<Stage>,
@@ -147,8 +147,8 @@ impl MeshOptimizer {
         Ok(OptimizedMesh { sequence, stages })
     }
 
-    /// Has the collapses of a mesh written into `room`, which has one element a position.
-    /// They are not checked.
+    /// Runs the optimizer with `room` as its buffer, one element a position. The collapses are
+    /// not checked.
     ///
     /// # Errors
     /// What the plugin says, or that it claims more than it had room for.

@@ -28,7 +28,7 @@ pub struct Contour {
     pub low: Option<f64>,
     /// Normal band, upper end.
     pub high: Option<f64>,
-    /// From one line of equal level to the next, in the unit.
+    /// Distance between contour levels, in the unit.
     pub step: f64,
 }
 
@@ -50,8 +50,7 @@ pub enum Quantity {
     Position {
         /// Index of the mechanism.
         mechanism: u32,
-        /// Share of its way from open, 0, to closed, 1; none where what is reported
-        /// contradicts itself.
+        /// Share of the travel from open, 0, to closed, 1; none where the reports contradict.
         travelled: Option<f64>,
     },
     /// Power flow through equipment.

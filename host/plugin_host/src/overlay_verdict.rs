@@ -21,7 +21,7 @@ pub enum Verdict {
     Normal,
     /// Outside its limits, or in a state that needs attention.
     Abnormal,
-    /// Not to be judged.
+    /// Verdict is not possible.
     Unknown,
 }
 
@@ -102,7 +102,7 @@ impl Verdicts {
         });
     }
 
-    /// Reads what a plugin wrote.
+    /// Reads verdicts from the buffers of a plugin.
     ///
     /// # Errors
     /// The rule that it breaks, in words.

@@ -1,4 +1,4 @@
-//! Values that a host program says of its tags: judged by the rules for samples of plugins.
+//! Tag values written by a host program, judged by the rules for samples of plugins.
 
 use std::time::Duration;
 
@@ -7,12 +7,12 @@ use busbar_tags::{DoublePoint, Moment, Quality, Sample, SourceTime, TagHandle, V
 
 use crate::sample_intake::{SampleIntake, SampleSink};
 
-/// A value that a host program says of a tag, with the time that it gives, as it gives it.
+/// Tag value written by a host program, with the time that it gives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProgramValue {
     /// Tag that it is of.
     pub tag: TagHandle,
-    /// The value; none says something of quality alone.
+    /// Value of the tag; none for a quality alone.
     pub value: Option<Value>,
     /// Quality without its reason: the program gives none.
     pub quality: Quality,
@@ -21,9 +21,10 @@ pub struct ProgramValue {
 }
 
 impl SampleIntake {
-    /// Hands to `sink` what a host program said a while ago, as a sample of a plugin that was
-    /// received then: waiting for a viewer makes no value younger. It is `now`, which
-    /// `wall_clock` calls so. Returns false where the tag is another's.
+    /// Delivers a value that the program wrote `waited` ago to `sink`, as a sample of a plugin
+    /// received at that time. Waiting in a queue makes no value younger. `now` is the present
+    /// instant, and `wall_clock` the same on the wall clock. Returns false for a tag of another
+    /// instance.
     pub fn take_program_value(
         &mut self,
         value: &ProgramValue,

@@ -80,8 +80,8 @@ impl Records {
         Ok(description)
     }
 
-    /// At most `count` rows from one on, of a list with so many columns; 0 asks for the
-    /// revision alone, of whatever list.
+    /// Reads at most `count` rows from `first` on, of a list with so many columns. With `count` 0
+    /// the page has the revision alone, of any list.
     ///
     /// # Errors
     /// What the plugin says, or the rule that its answer breaks.

@@ -1,4 +1,4 @@
-//! Intake of raw samples: what a telemetry plugin may send, and what its times are worth.
+//! Intake of raw samples: validation of a telemetry plugin's samples and of their times.
 
 use std::time::Duration;
 
@@ -36,7 +36,8 @@ const MIN_HOST_STEP: i64 = 1_000_000_000;
 
 /// Receiver of samples that passed the intake.
 pub trait SampleSink {
-    /// Takes a sample. Inline it, always, where there may be millions a second.
+    /// Takes a valid sample. Implementations should be inlined where there may be millions a
+    /// second.
     fn take(&mut self, sample: &Sample);
 }
 
@@ -100,7 +101,7 @@ struct JudgedTime {
 }
 
 impl SampleIntake {
-    /// Lets samples of these tags pass.
+    /// Creates the intake for samples of these tags.
     pub fn new(tags: &[TelemetryTag], policy: SourcePolicy) -> Self {
         let size = tags.iter().map(|t| t.tag.0 as usize + 1).max().unwrap_or(0);
         let foreign = TagTimes { last: NO_TIME, valid_from: Moment(0), state: TagClock::Foreign };
@@ -117,8 +118,8 @@ impl SampleIntake {
         self.clock.report()
     }
 
-    /// Follows the host's wall clock. Where it was set back, what is old may look as if it
-    /// were of now: every tag has to prove its times anew.
+    /// Follows the host's wall clock. Where it was set back, old times may look current: every
+    /// tag has to prove its times anew.
     pub fn follow_clock(&mut self, wall_clock: SourceTime, now: Moment) {
         let offset = wall_clock.0.saturating_sub_unsigned(now.0);
         let before = self.clock_offset.replace(offset);
@@ -189,7 +190,7 @@ impl SampleIntake {
         sink: &mut impl SampleSink,
     ) -> bool {
         let doubted_until = self.doubt_until;
-        let sample = self.judge(&raw, received, wall_clock);
+        let sample = self.validate(&raw, received, wall_clock);
         if doubted_until < received && received < self.doubt_until {
             self.doubt_unproven(received, sink);
         }
@@ -211,7 +212,7 @@ impl SampleIntake {
     }
 
     /// Any sample of a tag that may be set.
-    fn judge(
+    fn validate(
         &mut self,
         raw: &abi::BusbarSample,
         received: Moment,

@@ -114,7 +114,7 @@ mod tests {
     use super::*;
     use crate::trust::{LoadRules, libraries};
 
-    /// Nobody's key: the same byte all over.
+    /// Test key: the same byte throughout.
     const KEY: &str = "-----BEGIN PRIVATE KEY-----\n\
         MC4CAQAwBQYDK2VwBCIEIGhoaGhoaGhoaGhoaGhoaGhoaGhoaGhoaGhoaGhoaGho\n\
         -----END PRIVATE KEY-----\n";

@@ -112,7 +112,7 @@ pub struct Simulation {
     pub update: Duration,
     /// Kinds of faults that are injected.
     pub faults: Vec<FaultKind>,
-    /// In each of these periods one does; longer than `fault_length`.
+    /// Period of faults, one in each; longer than `fault_length`.
     pub fault_period: Duration,
     /// Maximum duration of a fault; not zero.
     pub fault_length: Duration,
@@ -134,7 +134,7 @@ impl DeviceScenario {
     pub const NONE: Self = Self { begun: UNIX_EPOCH, events: Vec::new(), link_faults: Vec::new() };
 }
 
-/// Something that happens to a tag.
+/// Event of a simulated tag.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SimulatedEvent {
     /// Handle of the tag.

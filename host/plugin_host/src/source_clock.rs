@@ -14,11 +14,11 @@ const SECOND: i64 = 1_000_000_000;
 const MINUTE: i64 = 60 * SECOND;
 /// Time over which the freshest sample is looked for.
 const WINDOW: Duration = Duration::from_secs(1);
-/// Windows in a row that must agree before a skew is told.
+/// Consecutive windows that must agree before a skew is reported.
 const STEADY_WINDOWS: usize = 3;
 /// Difference between windows that agree, nanoseconds.
 const MAX_SPREAD: i64 = SECOND / 2;
-/// Least skew that is told: below it, networks and polling explain it, nanoseconds.
+/// Least skew that is reported, nanoseconds: below it, networks and polling explain it.
 const MIN_SKEW: i64 = 5 * SECOND;
 /// Least step back that is one: below it, samples overtake each other, nanoseconds.
 const MIN_STEP: i64 = SECOND;
@@ -80,16 +80,16 @@ impl SourceClock {
         self.report
     }
 
-    /// Takes the time of a live sample, so far ahead of the host's clock.
+    /// Records by how much the time of a live sample is ahead of the host's clock.
     #[inline(always)]
     pub(crate) fn note(&mut self, ahead: i64, received: Moment) {
         if received >= self.window_end {
-            self.turn(received);
+            self.finish_window(received);
         }
         self.greatest = self.greatest.max(Some(ahead));
     }
 
-    /// Takes the time of a live sample that is older than that of its tag before.
+    /// Records the time of a live sample that is older than that of its tag before.
     pub(crate) fn note_older(&mut self, ahead: i64, by: i64) {
         let is_same = self.stepped_to.is_some_and(|to| (ahead - to).abs() < MIN_STEP);
         if by >= MIN_STEP && !is_same {
@@ -110,7 +110,7 @@ impl SourceClock {
     }
 
     #[cold]
-    fn turn(&mut self, received: Moment) {
+    fn finish_window(&mut self, received: Moment) {
         self.window_end = received.after(WINDOW);
         let Some(greatest) = self.greatest.take() else { return };
         if self.stepped_to.is_some_and(|to| greatest > to.saturating_add(MIN_STEP)) {
@@ -172,7 +172,7 @@ impl ClockReport {
     }
 }
 
-/// Remedy for a skew, by what it looks like.
+/// Returns the remedy for a skew, by its probable cause.
 fn remedy(skew: i64) -> &'static str {
     let size = skew.saturating_abs();
     let from_zone = (size + ZONE_STEP / 2) % ZONE_STEP - ZONE_STEP / 2;

@@ -16,7 +16,7 @@ use crate::{Instance, PluginError, text};
 
 /// Samples in one batch.
 const MAX_BATCH: usize = 1 << 20;
-/// Bytes of what a plugin says of its link.
+/// Longest message of a plugin about its link, bytes.
 pub const MAX_LINK_MESSAGE_BYTES: usize = 512;
 
 /// A tag that a telemetry plugin is to serve.
@@ -37,7 +37,7 @@ pub struct TelemetryTag {
 /// State of a plugin's link.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LinkState {
-    /// No connection tried yet.
+    /// No connection was tried yet.
     #[default]
     Idle,
     /// Connecting, or waiting to try again.
@@ -73,10 +73,10 @@ pub struct LinkReport {
 
 /// Receiver of the raw samples of one plugin. Its functions are called from the plugin's threads.
 pub trait SampleReceiver: Send + Sync {
-    /// Notes the `BUSBAR_ORIGIN_*` of all samples that follow, as the plugin declares it.
+    /// Sets the `BUSBAR_ORIGIN_*` flags of all samples that follow, as the plugin declares them.
     fn note_origin(&self, flags: u8);
 
-    /// Takes a batch without blocking; returns how many of it stay.
+    /// Takes a batch without blocking; returns the number of samples kept.
     fn publish(&self, samples: &[abi::BusbarSample]) -> usize;
 
     /// Samples that came in no usable batch.
@@ -85,7 +85,7 @@ pub trait SampleReceiver: Send + Sync {
     /// Receives the state of the plugin's link.
     fn report_link(&self, state: LinkState, message: String);
 
-    /// Takes the time that the values are of, where that is not now.
+    /// Sets the time that the values belong to, where that is not now.
     fn report_scene_time(&self, time: Option<SourceTime>);
 }
 

@@ -1,4 +1,4 @@
-//! Reading what a plugin gives, trusting as little as possible.
+//! Texts of plugins: bounded, validated and made printable.
 
 use busbar_plugin_abi as abi;
 
@@ -22,8 +22,8 @@ pub(crate) unsafe fn read(text: abi::BusbarStr) -> Result<String, String> {
     std::str::from_utf8(bytes).map(str::to_owned).map_err(|_| "a text is not UTF-8".into())
 }
 
-/// At most `max_bytes` of a text that a plugin gave, control characters made
-/// visible, for logs and panels.
+/// Reads at most `max_bytes` of a plugin's text for logs and panels, control characters made
+/// visible.
 ///
 /// # Safety
 /// As for [`read`].
@@ -42,8 +42,8 @@ pub(crate) fn message_of(error: &abi::BusbarError) -> String {
     String::from_utf8_lossy(&error.message[..len]).into_owned()
 }
 
-/// A text from a plugin or its process as it may stand in logs and panels: at
-/// most `max_bytes` of it, control characters made visible.
+/// Makes a text of a plugin or its process printable for logs and panels: at most `max_bytes` of
+/// it, control characters made visible.
 pub fn shown(text: &str, max_bytes: usize) -> String {
     let end = text.floor_char_boundary(max_bytes);
     text[..end].chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()

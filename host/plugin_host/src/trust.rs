@@ -16,13 +16,13 @@ use sha2::{Digest as _, Sha256};
 use crate::signature::{self, PublicKey};
 use crate::{Digest, RejectedLibrary};
 
-/// Libraries looked at in one directory.
+/// Limit of libraries in one directory.
 pub const MAX_LIBRARIES: usize = 256;
 /// The largest library that is loaded.
 pub const MAX_LIBRARY_BYTES: u64 = 1 << 30;
 /// Others may write to it.
 const OTHERS_WRITE: u32 = 0o002;
-/// In such a directory others may not replace what is not theirs.
+/// Sticky bit of directories: others may not replace files that are not theirs.
 const STICKY: u32 = 0o1000;
 /// Bytes hashed at once.
 const HASHED_BYTES: usize = 1 << 16;
@@ -45,7 +45,7 @@ pub struct LibraryFile {
 }
 
 impl LibraryFile {
-    /// A library whose place and contents were judged by whoever opened it.
+    /// Wraps a library whose path and contents the caller has verified.
     pub fn trusted(path: PathBuf, file: File) -> Self {
         Self { path, file: Arc::new(file), digest: OnceLock::new() }
     }
@@ -138,7 +138,7 @@ pub fn libraries(
     (files, refused)
 }
 
-/// A directory without links in its path, and what is named like a library there.
+/// Lists the files that are named like libraries in a directory, whose path is resolved.
 fn list(directory: &Path) -> Result<(PathBuf, Vec<PathBuf>), String> {
     let unreadable = |error: std::io::Error| format!("cannot read this plugin directory: {error}");
     if !directory.is_absolute() {
@@ -166,7 +166,7 @@ fn list(directory: &Path) -> Result<(PathBuf, Vec<PathBuf>), String> {
     Ok((resolved, paths))
 }
 
-/// Only root and whoever runs the viewer may change what is loaded.
+/// Checks that only root and the user of the viewer may change a file.
 fn check_owner(metadata: &Metadata, path: &Path) -> Result<(), String> {
     let owner = metadata.uid();
     if owner != 0 && owner != rustix::process::geteuid().as_raw() {

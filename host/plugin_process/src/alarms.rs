@@ -15,7 +15,7 @@ use crate::process::PluginProcess;
 pub enum RunningAlarms {
     /// Instance in this process.
     InProcess(Alarms),
-    /// In a process of its own.
+    /// Plugin in a supervised process.
     Isolated(Arc<PluginProcess>),
 }
 

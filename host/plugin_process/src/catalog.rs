@@ -23,10 +23,10 @@ const MAX_STARTING: usize = 8;
 /// Isolation of plugins from the viewer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Isolation {
-    /// Each in a supervised process of its own.
+    /// Each plugin in a supervised process of its own.
     #[default]
     Process,
-    /// In the viewer's process.
+    /// Plugins in the viewer's process.
     None,
 }
 
@@ -57,8 +57,8 @@ impl Default for PluginOptions {
     }
 }
 
-/// The most that a plugin's process may use where nobody says otherwise, and
-/// what one that only describes itself gets: 4 GB and no network.
+/// Default limits of a plugin's process, also of one that only describes its library: 4 GB and no
+/// network.
 pub const DEFAULT_CONFINEMENT: Confinement =
     Confinement { memory_bytes: 4_000_000_000, network: false };
 
@@ -78,9 +78,9 @@ struct FoundLibrary {
 }
 
 impl PluginCatalog {
-    /// Looks at the libraries of absolute directories, in order of name. Of two
-    /// plugins with one id the first directory's counts. With isolation each is
-    /// loaded in a process of its own, and nothing is loaded here.
+    /// Discovers the libraries of absolute directories, in order of name. Of two plugins with one
+    /// id the first directory's counts. With isolation each library is loaded in a process of its
+    /// own, and none in this process.
     pub fn discover(directories: &[PathBuf], rules: &LoadRules, isolation: Isolation) -> Self {
         let (files, refused) = libraries(directories, rules);
         let mut catalog = Self { searched: directories.to_vec(), found: Vec::new(), refused };
@@ -107,9 +107,9 @@ impl PluginCatalog {
         &self.refused
     }
 
-    /// Makes an instance. `name` is the configuration's own id for it. One that dies
-    /// or fails by itself in a process of its own is an instance too, to be started
-    /// again: its [`Plugin::status`] has the death.
+    /// Creates an instance. `name` is the configuration's own id for it. An isolated plugin that
+    /// crashes or fails by itself gives an instance too, which is restarted: its
+    /// [`Plugin::status`] has the crash.
     ///
     /// # Errors
     /// [`PluginError::NotFound`], [`PluginError::Pinned`],
@@ -191,7 +191,7 @@ impl FoundLibrary {
     }
 }
 
-/// The plugins of a library, and the process that told them.
+/// Plugins of a library, with the process that described them.
 struct DescribedLibrary {
     plugins: Vec<PluginInfo>,
     idle: Option<LoadedLibrary>,
@@ -209,7 +209,7 @@ fn describe_isolated(files: &[LibraryFile]) -> Vec<Result<DescribedLibrary, Stri
     thread::scope(|scope| {
         for _ in 0..files.len().min(MAX_STARTING) {
             scope.spawn(|| {
-                while let Some(index) = take(&next, files.len()) {
+                while let Some(index) = next_index(&next, files.len()) {
                     let nothing = Environment::default();
                     let loaded = LoadedLibrary::load(&files[index], DEFAULT_CONFINEMENT, &nothing);
                     let found = loaded.map(|library| DescribedLibrary {
@@ -226,6 +226,6 @@ fn describe_isolated(files: &[LibraryFile]) -> Vec<Result<DescribedLibrary, Stri
     described.into_iter().map(|(_, found)| found).collect()
 }
 
-fn take(next: &AtomicUsize, count: usize) -> Option<usize> {
+fn next_index(next: &AtomicUsize, count: usize) -> Option<usize> {
     Some(next.fetch_add(1, Ordering::Relaxed)).filter(|&index| index < count)
 }

@@ -15,7 +15,7 @@ use crate::process::PluginProcess;
 pub enum RunningChart {
     /// Instance in this process.
     InProcess(Chart),
-    /// In a process of its own.
+    /// Plugin in a supervised process.
     Isolated(Arc<PluginProcess>),
 }
 
@@ -53,8 +53,8 @@ impl RunningChart {
         }
     }
 
-    /// At most `count` records from one on, of a chart with so many axes; 0 asks how many
-    /// there are, and of which revision.
+    /// Reads at most `count` records from `first` on, of a chart with so many axes. With `count`
+    /// 0 the page has the total and the revision alone.
     ///
     /// # Errors
     /// As [`RunningChart::describe`].

@@ -55,8 +55,8 @@ impl Plugin {
         }
     }
 
-    /// Runs a command. `input` is a file opened for reading; `output` gets what it writes,
-    /// in order; `progress` how much of the input was read, 0 to 1.
+    /// Runs a command. `input` is a file opened for reading. `output` receives the output in
+    /// order, `progress` the share of the input that was read, 0 to 1.
     ///
     /// # Errors
     /// What the plugin says, how it ended, or the error of `output`, which stops it.
@@ -196,7 +196,7 @@ pub(crate) struct PipeStreams<T> {
     size: u64,
     done: u64,
     output: File,
-    /// Says how much of the input was read.
+    /// Reports the share of the input that was read.
     tell: T,
     told: Instant,
 }
@@ -207,8 +207,8 @@ impl<T: FnMut(f32)> PipeStreams<T> {
         Self { input, size, done: 0, output, tell, told: Instant::now() }
     }
 
-    /// Says that it goes on, or waits for somebody else.
-    fn tell(&mut self, is_due: bool) {
+    /// Reports progress, or that the command waits for the reader of its output.
+    fn report_progress(&mut self, is_due: bool) {
         if is_due || self.told.elapsed() > TELL_PERIOD {
             self.told = Instant::now();
             (self.tell)(share(self.done, self.size));
@@ -220,7 +220,7 @@ impl<T: FnMut(f32)> CommandStreams for PipeStreams<T> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let count = read_input(&mut self.input, buffer)?;
         self.done += count as u64;
-        self.tell(false);
+        self.report_progress(false);
         Ok(count)
     }
 
@@ -233,7 +233,7 @@ impl<T: FnMut(f32)> CommandStreams for PipeStreams<T> {
                     let mut ends = [PollFd::from_borrowed_fd(self.output.as_fd(), PollFlags::OUT)];
                     match poll(&mut ends, Some(&timespec(ROOM_PERIOD))) {
                         // Who reads is slow, not the plugin.
-                        Ok(0) => self.tell(true),
+                        Ok(0) => self.report_progress(true),
                         Ok(_) | Err(Errno::INTR) => {}
                         Err(error) => return Err(error.into()),
                     }
@@ -241,7 +241,7 @@ impl<T: FnMut(f32)> CommandStreams for PipeStreams<T> {
                 Err(error) => return Err(error),
             }
         }
-        self.tell(false);
+        self.report_progress(false);
         Ok(())
     }
 }

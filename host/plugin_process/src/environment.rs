@@ -18,8 +18,8 @@ const ALWAYS: [&str; 9] = [
     "TZ",
     "BUSBAR_LOG",
 ];
-/// Names that begin so direct the loader or the allocator of a process: they are not
-/// handed on whatever settings say.
+/// Prefixes of variables that direct the loader or the allocator of a process; these are never
+/// passed on.
 const NEVER: [&str; 4] = ["LD_", "GLIBC_", "GCONV_", "MALLOC_"];
 /// Variables that the settings of one instance can refer to.
 const MAX_REFERENCES: usize = 16;
@@ -54,7 +54,7 @@ impl Environment {
         Ok(Self(names))
     }
 
-    /// Gives a command nothing of this process's environment but these variables.
+    /// Restricts a command's environment to these variables.
     pub(crate) fn apply(&self, command: &mut Command) {
         command.env_clear();
         for name in ALWAYS.into_iter().chain(self.0.iter().map(String::as_str)) {

@@ -8,7 +8,7 @@
 //!
 //! Calls go over a socket, samples through a ring in shared memory, meshes
 //! through sealed memory. A process that dies, hangs, floods or lies is ended and
-//! started again, and after too many deaths left alone; see `supervise`.
+//! started again, and after too many deaths left alone; see `supervisor`.
 //!
 //! `busbar simulate` registers its process in a folder of the user
 //! ([`SimulatorRegistration`]). Samples of a plugin that is connected to it are marked as

@@ -18,7 +18,7 @@ use crate::supervisor::{load_request, supervise};
 const MAX_PLUGINS: usize = 64;
 /// Bytes of a plugin's id.
 const MAX_ID_BYTES: usize = 256;
-/// A process that loaded a library, and what it found there.
+/// Process that loaded a library, with the plugins found there.
 pub(crate) struct LoadedLibrary {
     // Ends the process when nobody makes an instance of it.
     process: PluginProcess,
@@ -76,7 +76,7 @@ impl LoadedLibrary {
         }
     }
 
-    /// Makes the instance of this process.
+    /// Creates the instance of this process.
     ///
     /// # Errors
     /// As for an instance in the host's process.
@@ -112,7 +112,7 @@ impl LoadedLibrary {
     }
 }
 
-/// Before there is an instance.
+/// Describes a plugin before there is an instance.
 fn nameless(library: &LibraryFile) -> PluginInfo {
     PluginInfo {
         id: String::new(),

@@ -31,13 +31,13 @@ impl OutputLog {
         &self.pipe
     }
 
-    /// Takes what is there; false if no more will come.
+    /// Reads the available output; false at the end of the pipe.
     pub(crate) fn read(&mut self, plugin: &str) -> bool {
         let mut buffer = vec![0; MAX_READ_BYTES];
         match self.pipe.read(&mut buffer) {
             Ok(0) => false,
             Ok(count) => {
-                self.take(&buffer[..count], plugin);
+                self.append(&buffer[..count], plugin);
                 true
             }
             Err(error) => matches!(
@@ -47,14 +47,14 @@ impl OutputLog {
         }
     }
 
-    /// Writes what stands in an unfinished line.
+    /// Logs the rest of an unfinished line.
     pub(crate) fn finish(&mut self, plugin: &str) {
         if !self.rest.is_empty() {
-            self.take(b"\n", plugin);
+            self.append(b"\n", plugin);
         }
     }
 
-    fn take(&mut self, bytes: &[u8], plugin: &str) {
+    fn append(&mut self, bytes: &[u8], plugin: &str) {
         for piece in bytes.split_inclusive(|&byte| byte == b'\n') {
             let (text, whole) = match piece.split_last() {
                 Some((b'\n', text)) => (text, true),

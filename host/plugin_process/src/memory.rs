@@ -1,4 +1,4 @@
-//! Shared memory for what is too large for messages: rings and meshes.
+//! Shared memory for data too large for messages: rings and meshes.
 //!
 //! The host makes all of it and seals its size, so that no plugin's process can
 //! cut it short under the host. It maps no mesh and no collapses: what the other side
@@ -47,7 +47,7 @@ const CORNERS_BYTES: u64 = size_of::<[u32; 3]>() as u64;
 /// Position, normal, texture coordinates and section.
 const WEDGE_BYTES: u64 = (2 * size_of::<u32>() + size_of::<Vec3>() + size_of::<Vec2>()) as u64;
 
-/// A collapse as it lies in shared memory: that of the ABI.
+/// Collapse in the memory layout of the ABI.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 struct RawCollapse {
@@ -61,7 +61,7 @@ pub(crate) fn room_for_collapses(mesh: &Mesh) -> io::Result<File> {
     zeroed("collapses", (mesh.positions.len() * size_of::<RawCollapse>()) as u64)
 }
 
-/// A mesh in memory that nobody can change, with wedges or without.
+/// Writes a mesh into sealed memory, with wedges or without.
 pub(crate) fn write_mesh(mesh: &Mesh, with_wedges: bool) -> io::Result<(MeshSizes, File)> {
     let mut memory = create("mesh")?;
     write(&mut memory, &mesh.positions)?;
@@ -88,14 +88,14 @@ pub(crate) fn write_mesh(mesh: &Mesh, with_wedges: bool) -> io::Result<(MeshSize
     Ok((sizes, memory))
 }
 
-/// The mesh that [`write_mesh`] wrote, where it lies.
+/// Mapped mesh that [`write_mesh`] wrote.
 pub(crate) struct SharedMesh {
     memory: Mmap,
     sizes: MeshSizes,
 }
 
 impl SharedMesh {
-    /// Maps memory that nobody can change, with a mesh of these sizes.
+    /// Maps sealed memory with a mesh of these sizes.
     pub(crate) fn map(sizes: MeshSizes, memory: &File) -> io::Result<Self> {
         let needed = SealFlags::SHRINK | SealFlags::WRITE;
         if !fcntl_get_seals(memory)?.contains(needed) {

@@ -85,7 +85,7 @@ pub struct Confinement {
     pub network: bool,
 }
 
-/// From a plugin's process.
+/// Messages from a plugin's process to the host.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) enum FromPlugin {
     /// The answer to a call.
@@ -105,13 +105,13 @@ pub(crate) enum Answer {
     Loaded { plugins: Vec<PluginInfo>, confined: Vec<String> },
     /// Done, with nothing to tell.
     Done,
-    /// An overlay is configured; what it shows besides values.
+    /// Description of the overlay that was configured.
     Configured(OverlayDescription),
     /// Picture of an overlay.
     Drawn(OverlayPicture),
     /// Status of a simulation.
     Simulating(SimulationStatus),
-    /// So many collapses lie in the room for them.
+    /// Number of collapses in the shared buffer, with the durations of stages.
     Optimized { collapses: u32, stages: Vec<Stage> },
     /// Description of the chart.
     ChartDescribed(busbar_chart::Description),
@@ -162,8 +162,8 @@ impl From<PluginError> for CallError {
 }
 
 impl CallError {
-    /// As an error of the plugin with this id. The words come from a process
-    /// that may be hostile: they are cut and made printable.
+    /// Converts to an error of the plugin with this id. The texts come from a process that may be
+    /// hostile: they are cut and made printable.
     pub(crate) fn into_error(self, id: &str) -> PluginError {
         let id = id.to_owned();
         let words = |text: String| shown(&text, MAX_WORDS_BYTES);

@@ -61,7 +61,7 @@ impl PictureMailbox {
         }
     }
 
-    /// Takes what the plugin says that it shows besides values.
+    /// Stores the plugin's description of the overlay.
     ///
     /// # Errors
     /// The limit that it exceeds, in words.
@@ -81,7 +81,7 @@ impl PictureMailbox {
         &self.bindings
     }
 
-    /// Leaves a wish, in place of one that nobody has taken; its number.
+    /// Replaces the pending request; returns the number of the new one.
     pub(crate) fn request(&mut self, states: Vec<Option<TagState>>, scene_time: SystemTime) -> u64 {
         let number = self.next;
         self.next += 1;
@@ -89,7 +89,7 @@ impl PictureMailbox {
         number
     }
 
-    /// The wish to work on next, unless one is worked on.
+    /// Takes the pending request, unless one is in flight.
     pub(crate) fn take(&mut self) -> Option<DrawRequest> {
         if self.in_flight.is_some() {
             return None;
@@ -99,7 +99,7 @@ impl PictureMailbox {
         Some(wanted)
     }
 
-    /// The answer to the wish that was worked on.
+    /// Stores the answer to the request in flight.
     pub(crate) fn answer(&mut self, id: &str, picture: Result<OverlayPicture, CallError>) {
         let Some((number, since)) = self.in_flight.take() else { return };
         let picture = picture.map_err(|fault| fault.into_error(id).to_string());
@@ -113,7 +113,7 @@ impl PictureMailbox {
         self.drawn = Some(DrawAnswer { number, since, picture: checked.map(Arc::new) });
     }
 
-    /// The plugin is gone: so is its picture, and nothing is under way.
+    /// Discards picture and request of a process that ended.
     pub(crate) fn clear(&mut self) {
         (self.in_flight, self.drawn) = (None, None);
     }

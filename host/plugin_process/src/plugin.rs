@@ -1,4 +1,4 @@
-//! Plugins, wherever they run: what the viewer works with.
+//! Plugins as the viewer uses them, in this process or isolated.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -22,7 +22,7 @@ use crate::status::PluginStatus;
 pub enum Plugin {
     /// Instance in this process.
     InProcess(Arc<Instance>),
-    /// In a process of its own.
+    /// Plugin in a supervised process.
     Isolated(Arc<PluginProcess>),
 }
 
@@ -72,7 +72,7 @@ impl Plugin {
 pub enum RunningTelemetry {
     /// Instance in this process.
     InProcess(Box<InProcessTelemetry>),
-    /// In a process of its own.
+    /// Plugin in a supervised process.
     Isolated(Arc<PluginProcess>),
 }
 
@@ -86,8 +86,8 @@ pub struct InProcessTelemetry {
 }
 
 impl InProcessTelemetry {
-    /// Hands over the samples since the last call. Connections of this process to a
-    /// simulator count for each plugin in it: which of them has one cannot be told.
+    /// Delivers the samples since the last call. A connection of this process to a simulator
+    /// counts for each plugin in it, since its owner is unknown.
     fn drain(&self, sink: &mut impl SampleSink) {
         let samples = self.queue.drain();
         // What says that there is no link comes from nowhere.
@@ -192,7 +192,7 @@ impl RunningTelemetry {
 pub enum RunningOverlay {
     /// Instance in this process.
     InProcess(Box<Overlay>),
-    /// In a process of its own.
+    /// Plugin in a supervised process.
     Isolated {
         /// Process of the plugin.
         process: Arc<PluginProcess>,
@@ -267,7 +267,7 @@ impl RunningOverlay {
 pub enum Optimizer {
     /// Instance in this process.
     InProcess(MeshOptimizer),
-    /// In a process of its own.
+    /// Plugin in a supervised process.
     Isolated(Arc<PluginProcess>),
 }
 

@@ -137,7 +137,7 @@ fn read_host(link: &Arc<HostConnection>, calls: &Sender<Call>) {
     }
 }
 
-/// The one instance and what it is doing.
+/// Server of the one instance in this process.
 struct PluginServer {
     link: Arc<HostConnection>,
     catalog: Option<Catalog>,
@@ -346,7 +346,7 @@ struct RingState {
 }
 
 impl RingState {
-    /// Tells the reader of a pause of this process, if one just ended.
+    /// Reports a pause of this process that just ended to the reader.
     fn report_pause(&mut self) {
         if let Some(pause) = self.pauses.observe(ClockReadings::now()) {
             self.ring.note_pause(pause.until);
@@ -418,7 +418,7 @@ impl SampleReceiver for SampleForwarder {
     }
 }
 
-/// The host asked for what it must not.
+/// Error of a request that does not fit the state.
 fn invalid_request(what: &str) -> CallError {
     CallError::Violation(format!("the call does not fit: {what}"))
 }

@@ -24,7 +24,7 @@ pub enum DecodedMessage {
     Picture(OverlayPicture),
     /// Result of a failed call.
     Failed(PluginError),
-    /// So many collapses lie in the room for them.
+    /// Number of collapses in the shared buffer.
     Optimized(u32),
     /// A rule that it breaks.
     Broken(String),
@@ -41,7 +41,7 @@ pub struct HostSide {
 }
 
 impl HostSide {
-    /// For a plugin with these tags and bindings.
+    /// Creates the host's side for a plugin with these tags and bindings.
     ///
     /// # Errors
     /// When the system has no memory to share.
@@ -58,7 +58,7 @@ impl HostSide {
         })
     }
 
-    /// Takes bytes of the socket.
+    /// Decodes bytes of the socket.
     ///
     /// # Errors
     /// Why the process would be ended.
@@ -75,12 +75,12 @@ impl HostSide {
             if framing::encode(&again)? != written {
                 return Err("a message that is another one when written again".into());
             }
-            handle(self.take(message));
+            handle(self.decode(message));
         }
         Ok(())
     }
 
-    fn take(&mut self, message: FromPlugin) -> DecodedMessage {
+    fn decode(&mut self, message: FromPlugin) -> DecodedMessage {
         let result = match message {
             FromPlugin::Pong | FromPlugin::Progress { .. } => return DecodedMessage::Other,
             FromPlugin::Link { state, message } => {
@@ -158,7 +158,7 @@ impl HostSide {
         self.ring.write_all_at(bytes, at).map_err(|error| error.to_string())
     }
 
-    /// Hands over the samples that came, and says how the link is.
+    /// Delivers the received samples, and returns the state of the link.
     pub fn drain(&mut self, sink: &mut impl SampleSink) -> LinkReport {
         self.feed.drain(sink);
         self.feed.link()

@@ -123,7 +123,7 @@ impl PluginProcess {
         }
     }
 
-    /// Looks whether the process is connected to a simulator of this machine, and marks its
+    /// Checks whether the process is connected to a simulator of this machine, and marks its
     /// samples if so.
     fn check_for_simulator(&self, check: SimulatorCheck) {
         // Not with the feed locked: its lock comes after that of the state.
@@ -262,7 +262,7 @@ impl PluginProcess {
         PluginError::Violation { id: self.info.id.clone(), what: what.to_string() }
     }
 
-    /// Calls, tells how far it is, and cancels where that says so.
+    /// Calls with reports of progress, and cancels where `progress` returns false.
     fn call_long(
         &self,
         request: Request,
@@ -294,9 +294,8 @@ impl PluginProcess {
         }
     }
 
-    /// Asks for what makes the plugin what it is to be. A process that died of it is
-    /// started again and asked again, and one whose plugin fails by itself is killed
-    /// for that: neither is a failure of the view.
+    /// Configures the plugin. A process that crashes over it is restarted and configured again.
+    /// One whose plugin fails by itself is killed for that. Neither is a failure of the view.
     pub(crate) fn configure_or_recover(
         &self,
         request: Request,
@@ -313,8 +312,7 @@ impl PluginProcess {
         }
     }
 
-    /// The state, once no new process is being made what the one before was: while it is
-    /// held, none begins to be.
+    /// Locks the state while no new process is being set up.
     fn settled(&self) -> MutexGuard<'_, State> {
         loop {
             let state = self.shared.state();
@@ -327,7 +325,7 @@ impl PluginProcess {
         }
     }
 
-    /// Has the process killed, and waits until that is noted.
+    /// Has the process killed, and waits until its exit is recorded.
     fn kill_and_wait(&self, reason: String) {
         let deaths = {
             let mut state = self.shared.state();

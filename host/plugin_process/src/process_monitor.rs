@@ -1,4 +1,4 @@
-//! One process from its start to its end: what it says, and what it owes.
+//! Monitor of one process from its start to its exit: output, messages, heartbeat and deadlines.
 
 use std::os::fd::AsFd;
 use std::process::{Child, ExitStatus};
@@ -32,8 +32,8 @@ const MAX_STARVED: Duration = Duration::from_secs(10);
 const STARVED_SHARE: f64 = 0.5;
 /// Time before a deadline from which it is looked whether a process is starved.
 const DOUBT: Duration = Duration::from_millis(300);
-/// A turn that comes this late says that this thread was held up, and the
-/// process perhaps too: nobody is late for that time.
+/// Delay of a turn that shows that this thread was held up, and perhaps the process too:
+/// deadlines are extended by that time.
 const STALL: Duration = Duration::from_millis(250);
 /// The longest that a process may take to stop and end by itself.
 const QUIT_DEADLINE: Duration = Duration::from_millis(2_500);
@@ -76,7 +76,7 @@ pub(crate) struct ProcessMonitor<'a> {
     meter: ProgressMeter,
 }
 
-/// Reason to kill a process, in words for the log.
+/// Reason to kill a process, as text for the log.
 type KillReason = String;
 
 impl<'a> ProcessMonitor<'a> {
@@ -100,7 +100,7 @@ impl<'a> ProcessMonitor<'a> {
         }
     }
 
-    /// Until it has ended.
+    /// Runs until the process has ended.
     pub(crate) fn run(mut self) -> ProcessExit {
         loop {
             self.wait();
@@ -130,7 +130,7 @@ impl<'a> ProcessMonitor<'a> {
         clear_wake(self.shared);
     }
 
-    /// Takes a piece of what it wrote; false if there is no more.
+    /// Reads a piece of output; false at the end.
     fn read_output(&mut self) -> bool {
         let Some(output) = &mut self.output else { return false };
         let name = self.shared.state().name.clone();
@@ -142,7 +142,7 @@ impl<'a> ProcessMonitor<'a> {
         more
     }
 
-    /// Takes what came; false at the end.
+    /// Reads and handles messages; false at the end.
     fn read_socket(&mut self) -> Result<bool, KillReason> {
         for _ in 0..MAX_READS {
             match recv(&self.spawned.socket, &mut self.buffer[..], RecvFlags::DONTWAIT) {
@@ -155,13 +155,13 @@ impl<'a> ProcessMonitor<'a> {
             }
             let broken = |what| format!("it broke the protocol between processes: {what}");
             while let Some(message) = self.decoder.message().map_err(broken)? {
-                self.take(message)?;
+                self.handle_message(message)?;
             }
         }
         Ok(true)
     }
 
-    fn take(&mut self, message: FromPlugin) -> Result<(), KillReason> {
+    fn handle_message(&mut self, message: FromPlugin) -> Result<(), KillReason> {
         self.is_there = true;
         match message {
             FromPlugin::Pong => self.unanswered = None,
@@ -234,7 +234,7 @@ impl<'a> ProcessMonitor<'a> {
         Ok(())
     }
 
-    /// Does what the viewer wants: draws, or ends.
+    /// Sends the pending draw request, or the request to quit.
     fn send_requests(&mut self) {
         let mut state = self.shared.state();
         let Some(connection) = state.connection.clone() else { return };
@@ -306,7 +306,7 @@ impl<'a> ProcessMonitor<'a> {
         }
     }
 
-    /// Sees the process off: kills it where it has not ended, and says why.
+    /// Finishes the process: kills it where it has not ended, and returns its exit.
     fn finish(mut self, kill_reason: Option<KillReason>) -> ProcessExit {
         let first_words = kill_reason.as_deref().unwrap_or("its process is gone");
         if let Some(feed) = &mut *self.shared.feed() {

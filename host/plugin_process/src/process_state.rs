@@ -66,7 +66,7 @@ impl SimulationSetup {
 pub(crate) struct State {
     /// Name for the log: the configuration's, or the library's before that.
     pub(crate) name: String,
-    /// Plugin id for errors, likewise.
+    /// Plugin id for errors: the configuration's, or the library's before that.
     pub(crate) id: String,
     pub(crate) phase: ProcessPhase,
     /// The one instance, once it was made; only then is the process started again.
@@ -138,8 +138,8 @@ impl Connection {
         Self { socket, sending: Mutex::default() }
     }
 
-    /// Sends a message. Where that fails, what was sent may be half a message:
-    /// the connection is over, and the supervisor sees to the rest.
+    /// Sends a message. A failure may leave half a message: the connection is closed, and the
+    /// supervisor handles the rest.
     pub(crate) fn send(&self, message: &ToPlugin, files: &[&File]) {
         let descriptors: Vec<_> = files.iter().map(|file| file.as_fd()).collect();
         let sent = framing::encode(message).and_then(|bytes| {
@@ -214,13 +214,13 @@ impl Shared {
         self.simulation.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Makes the supervisor look at what is wanted.
+    /// Wakes the supervisor for a change of state.
     pub(crate) fn wake(&self) {
         // A counter that is full has woken it already.
         let _ = rustix::io::write(&self.wake, &1_u64.to_ne_bytes());
     }
 
-    /// Notes that an answer to `request` is due; its number.
+    /// Registers a call that awaits its answer; returns its number.
     pub(crate) fn register_call(&self, state: &mut State, request: &Request, reply: Reply) -> u64 {
         let allowance = allowance(request, state.deadlines);
         let call = self.next_call.fetch_add(1, Ordering::Relaxed);
@@ -266,7 +266,7 @@ impl Shared {
         waiting.outcome.recv().map_err(gone)?
     }
 
-    /// Takes what an overlay says that it shows besides values.
+    /// Stores the plugin's description of the overlay.
     pub(crate) fn describe(&self, description: OverlayDescription) -> Result<(), PluginError> {
         // The mailbox is let go before the state is taken.
         let described = self.mailbox().as_mut().map(|mailbox| mailbox.describe(description));

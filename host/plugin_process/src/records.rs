@@ -15,7 +15,7 @@ use crate::process::PluginProcess;
 pub enum RunningRecords {
     /// Instance in this process.
     InProcess(Records),
-    /// In a process of its own.
+    /// Plugin in a supervised process.
     Isolated(Arc<PluginProcess>),
 }
 
@@ -53,8 +53,8 @@ impl RunningRecords {
         }
     }
 
-    /// At most `count` rows from one on, of a list with so many columns; 0 asks for the
-    /// revision alone, of whatever list.
+    /// Reads at most `count` rows from `first` on, of a list with so many columns. With `count` 0
+    /// the page has the revision alone, of any list.
     ///
     /// # Errors
     /// As [`RunningRecords::describe`].

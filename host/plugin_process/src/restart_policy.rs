@@ -55,7 +55,7 @@ impl Default for Deadlines {
 pub(crate) enum RestartDecision {
     /// Start again after this delay.
     RestartAfter(Duration),
-    /// Leave it, until somebody says otherwise.
+    /// Leave it ended until somebody restarts it.
     Quarantine,
 }
 
@@ -67,7 +67,7 @@ pub(crate) struct CrashHistory {
 }
 
 impl CrashHistory {
-    /// Notes one. `chance` is 0 to 1.
+    /// Records a crash and decides. `chance` is 0 to 1.
     pub(crate) fn record(
         &mut self,
         policy: &RestartPolicy,
@@ -96,7 +96,7 @@ impl CrashHistory {
         self.recent.clear();
     }
 
-    /// All deaths so far.
+    /// Returns the number of crashes so far.
     pub(crate) fn count(&self) -> u64 {
         self.all
     }

@@ -19,7 +19,7 @@ use memmap2::MmapRaw;
 
 /// Samples that a ring holds; a power of two.
 pub(crate) const RING_SAMPLES: usize = 1 << 18;
-/// Samples that are read before the writer is told that there is room.
+/// Samples read before the writer is informed of free room.
 const PIECE_SAMPLES: u64 = 1 << 12;
 /// Words of one sample: tag and small fields, value, source time, receive time.
 const WORDS: usize = 4;
@@ -156,17 +156,17 @@ impl RingWriter {
         self.words.word(REJECTED).fetch_add(count, Ordering::Relaxed);
     }
 
-    /// Notes the end of a pause of this process: what is written next may be old.
+    /// Reports the end of a pause of this process: later samples may be old.
     pub(crate) fn note_pause(&self, end: Moment) {
         self.words.word(PAUSE_END).store(end.0, Ordering::Relaxed);
     }
 
-    /// Notes the `BUSBAR_ORIGIN_*` of all samples, as the plugin declares it.
+    /// Sets the `BUSBAR_ORIGIN_*` flags of all samples, as the plugin declares them.
     pub(crate) fn note_origin(&self, flags: u8) {
         self.words.word(ORIGIN).store(u64::from(flags), Ordering::Relaxed);
     }
 
-    /// Notes the time that the values are of, where that is not now.
+    /// Sets the time that the values belong to, where that is not now.
     pub(crate) fn note_scene_time(&self, time: Option<SourceTime>) {
         let nanos = time.map_or(0, |time| time.0);
         self.words.word(SCENE_TIME).store(nanos as u64, Ordering::Relaxed);
@@ -198,9 +198,9 @@ impl RingReader {
         Ok(Self { words: SharedWords::map(memory)?, read: 0 })
     }
 
-    /// Hands over what was written up to now, the oldest first, with the end of the last
-    /// pause of the writer's process, and says how much that is.
-    /// Whatever a hostile writer does, these are no more than [`RING_SAMPLES`].
+    /// Reads the samples written up to now, the oldest first, each with the end of the last pause
+    /// of the writer's process. Returns their number: at most [`RING_SAMPLES`], even from a
+    /// hostile writer.
     #[inline(always)]
     pub(crate) fn read(&mut self, mut each: impl FnMut(RawSample, Moment)) -> u64 {
         let written = self.words.word(WRITTEN).load(Ordering::Acquire);
@@ -230,7 +230,7 @@ impl RingReader {
         (nanos != 0).then_some(SourceTime(nanos))
     }
 
-    /// Samples that the writer says later ones overtook.
+    /// Returns the writer's count of overtaken samples.
     pub(crate) fn dropped(&self) -> u64 {
         self.words.word(DROPPED).load(Ordering::Relaxed)
     }

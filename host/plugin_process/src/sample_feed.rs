@@ -11,11 +11,12 @@ use busbar_tags::{Backlog, Moment, Origin, Quality, Reason, Sample, SourceTime};
 use crate::ring::RingReader;
 use crate::simulator_detection::{SimulatorCheck, SimulatorDetector};
 
-/// Time after a pause of the plugin's process in which samples may still be what it had
-/// received before: an answer that lay in a socket meanwhile.
+/// Time after a pause of the plugin's process in which samples may be from before it, such as an
+/// answer that waited in a socket.
 const SETTLE_AFTER_PAUSE: Duration = Duration::from_secs(1);
 
-/// Takes samples out of rings, checks them, and says so when the plugin is gone.
+/// Reader of a plugin's samples: takes them out of rings, validates them, and marks the tags of a
+/// plugin that ended.
 pub(crate) struct SampleFeed {
     tags: Vec<TelemetryTag>,
     intake: SampleIntake,
@@ -74,8 +75,7 @@ impl SampleFeed {
         is_due.then_some(SimulatorCheck { first_sample })
     }
 
-    /// Notes the result of the check: what comes from a simulator is marked, also what was
-    /// held back.
+    /// Records the result of the check: samples from a simulator are marked, held ones included.
     pub(crate) fn note_simulator_check(&mut self, is_simulated: bool) {
         self.simulators.note_check(is_simulated, self.first_held.is_some());
         if is_simulated {
@@ -86,7 +86,7 @@ impl SampleFeed {
         }
     }
 
-    /// Moves what the ring holds into the backlog.
+    /// Moves the samples in the ring into the backlog.
     fn hold_samples(&mut self) {
         let mut backlog = std::mem::take(&mut self.backlog);
         let mut first = self.first_held;
@@ -113,7 +113,7 @@ impl SampleFeed {
         self.backlog.take().iter().for_each(|sample| sink.take(sample));
     }
 
-    /// The plugin is gone: all its tags are bad until they get new values.
+    /// Marks all tags bad after the end of the plugin, until new values arrive.
     pub(crate) fn lose(&mut self, reason: &str) {
         self.retire_ring();
         self.link = (LinkState::Down, reason.to_owned());
@@ -124,7 +124,7 @@ impl SampleFeed {
         self.tags.iter().map(lost).for_each(|sample| self.backlog.push(sample));
     }
 
-    /// Takes the link state reported by the plugin.
+    /// Records the link state reported by the plugin.
     pub(crate) fn note_link(&mut self, state: LinkState, message: &str) {
         self.simulators.follow_link(state);
         self.link = (state, shown(message, MAX_LINK_MESSAGE_BYTES));
@@ -173,7 +173,7 @@ impl SampleFeed {
         });
     }
 
-    /// Keeps what the ring still holds.
+    /// Keeps the samples in a ring that is replaced.
     fn retire_ring(&mut self) {
         self.hold_samples();
         if let Some(ring) = self.ring.take() {

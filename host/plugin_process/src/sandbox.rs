@@ -11,7 +11,7 @@ use seccompiler::{
 
 use crate::message::Confinement;
 
-/// Before what the kernel would not grant.
+/// Prefix of a restriction that the kernel refused.
 pub(crate) const REFUSED: &str = "NOT ";
 /// Descriptors that a plugin may have open at once.
 const MAX_DESCRIPTORS: u64 = 1024;
@@ -35,8 +35,8 @@ pub(crate) fn detach_from_host() -> Result<(), String> {
         .map_err(|error| format!("this process cannot be tied to its host: {error}"))
 }
 
-/// Limits this process; says what holds from now on. What the kernel refuses is
-/// said too, and is no failure: the process is still apart.
+/// Restricts this process; returns the restrictions in effect. One that the kernel refuses is
+/// listed too, and is no error: the process is still isolated.
 pub(crate) fn confine(confinement: Confinement) -> Vec<String> {
     let mut said = Vec::new();
     let mut say = |result: Result<(), String>, what: String| {

@@ -12,12 +12,12 @@ use crate::plugin::Plugin;
 use crate::process::PluginProcess;
 use crate::process_state::SimulationSetup;
 
-/// A plugin that is the device of its tags. One in this process stops when this is
-/// dropped, one in its own with the last of its [`Plugin`]s.
+/// Plugin that simulates the devices of its tags. An in-process simulator stops when this is
+/// dropped, an isolated one with the last of its [`Plugin`]s.
 pub enum RunningSimulator {
     /// Instance in this process.
     InProcess(Simulator),
-    /// In a process of its own.
+    /// Plugin in a supervised process.
     Isolated(Arc<PluginProcess>),
 }
 

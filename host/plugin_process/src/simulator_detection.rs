@@ -1,4 +1,4 @@
-//! ProcessMonitor of one instance for connections to simulators of this machine.
+//! Simulator detection: connections of one instance to simulators of this machine.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -16,13 +16,13 @@ const CHECK_PERIOD: Duration = Duration::from_secs(1);
 #[derive(Debug)]
 pub(crate) struct SimulatorDetector {
     last_check: Option<Instant>,
-    /// No samples of the link as it is now were seen yet.
+    /// True until samples of the current link were seen.
     is_new_link: bool,
     link: LinkState,
     is_simulated: bool,
 }
 
-/// A check that is due.
+/// Check for simulators that is due.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct SimulatorCheck {
     /// Reception of the first sample of a new link, which waits for the check.
@@ -41,7 +41,7 @@ impl Default for SimulatorDetector {
 }
 
 impl SimulatorDetector {
-    /// Notes that the link is another one.
+    /// Records that the link was replaced.
     pub(crate) fn note_new_link(&mut self) {
         self.is_new_link = true;
     }
@@ -68,7 +68,8 @@ impl SimulatorDetector {
         !self.is_simulated && (self.is_new_link && has_samples || is_over())
     }
 
-    /// Notes the result of a check, before which samples were there or not.
+    /// Records the result of a check; `has_samples` is true where samples of the link were there
+    /// before it.
     pub(crate) fn note_check(&mut self, is_simulated: bool, has_samples: bool) {
         self.last_check = Some(Instant::now());
         self.is_simulated |= is_simulated;
@@ -76,11 +77,11 @@ impl SimulatorDetector {
     }
 }
 
-/// Longest age of the sockets that a check looks at which nothing waits for: what many
-/// instances share costs them together little.
+/// Longest age of a shared socket scan for a check that no sample waits for. Sharing keeps the
+/// cost of many instances low.
 const MAX_SCAN_AGE: Duration = Duration::from_millis(250);
 
-/// Sockets as they were last looked at.
+/// Last scan of sockets, shared by all instances.
 static LAST_SCAN: Mutex<Option<Arc<TimedScan>>> = Mutex::new(None);
 
 struct TimedScan {
@@ -107,7 +108,7 @@ pub(crate) fn is_connected_to_simulator(process: SocketOwner, check: SimulatorCh
         Some(scan) => Arc::clone(scan),
         None => {
             let taken = Moment::now();
-            let sockets = SocketScan::take(&simulators);
+            let sockets = SocketScan::scan(&simulators);
             Arc::clone(last.insert(Arc::new(TimedScan { taken, simulators, sockets })))
         }
     };

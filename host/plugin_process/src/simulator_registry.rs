@@ -22,7 +22,7 @@ const VERSION: u32 = 1;
 const MAX_FILE_BYTES: u64 = 4096;
 /// Files that are read at most.
 const MAX_FILES: usize = 256;
-/// Permissions of the folder: nobody's but the user's.
+/// Permissions of the folder: the user's alone.
 const FOLDER_MODE: u32 = 0o700;
 const FILE_MODE: u32 = 0o600;
 /// Permission bits of group and others.

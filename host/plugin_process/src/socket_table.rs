@@ -9,9 +9,9 @@ use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
 const MAX_TABLE_BYTES: u64 = 16 << 20;
 /// Bytes that are read of a process's state.
 const MAX_STAT_BYTES: u64 = 4096;
-/// Processes that are looked at.
+/// Limit of processes in a scan.
 const MAX_PROCESSES: usize = 1 << 16;
-/// Descriptors of one process that are looked at.
+/// Limit of descriptors of one process in a scan.
 const MAX_DESCRIPTORS: usize = 1 << 16;
 /// State of a listening socket in the kernel's tables.
 const LISTENING: u8 = 0x0a;
@@ -24,26 +24,26 @@ struct TcpSocket {
     is_listening: bool,
 }
 
-/// Start of a process, clock ticks since the machine's start; none where it is gone.
+/// Start of a process, clock ticks since boot; none where it has ended.
 pub(crate) fn start_ticks(pid: u32) -> Option<u64> {
     // Fields 3 (state) and on; field 22 is the start (proc_pid_stat(5)).
     stat_fields(pid)?.split_whitespace().nth(22 - 3)?.parse().ok()
 }
 
-/// TCP sockets of this machine at one instant, those of some processes told apart.
+/// TCP sockets of this machine at one instant, with the owners of some.
 #[derive(Debug)]
 pub(crate) struct SocketScan {
     /// Children of each process.
     children: HashMap<u32, Vec<u32>>,
     /// Sockets of this process's network by their inodes.
     table: HashMap<u64, TcpSocket>,
-    /// Sockets of the processes that are told apart, and of their children.
+    /// Sockets of the processes of interest, and of their children.
     others: Vec<TcpSocket>,
 }
 
 impl SocketScan {
-    /// Reads what sockets there are; those of `others` and their children are told apart.
-    pub(crate) fn take(others: &[u32]) -> Self {
+    /// Scans the sockets; those of `others` and their children are listed apart.
+    pub(crate) fn scan(others: &[u32]) -> Self {
         let children = children();
         let of_tree = |pid: &u32| {
             let table = read_table(*pid);
@@ -232,7 +232,7 @@ mod tests {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let stream = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
         let own = SocketOwner::Process(std::process::id());
-        let is_connected = |own, other: u32| SocketScan::take(&[other]).is_connected(own);
+        let is_connected = |own, other: u32| SocketScan::scan(&[other]).is_connected(own);
         assert!(is_connected(own, std::process::id()));
         let mut idle = Command::new("sleep").arg("60").stdin(Stdio::null()).spawn().unwrap();
         assert!(!is_connected(own, idle.id()));

@@ -1,4 +1,4 @@
-//! Status of a plugin's process, in words and numbers.
+//! Status of a plugin's process, with counters.
 
 use std::os::unix::process::ExitStatusExt;
 use std::process::ExitStatus;

@@ -1,5 +1,5 @@
-//! One thread a plugin's process: it reads what comes, keeps the deadlines, ends
-//! what is past them and starts again what died.
+//! Supervisor thread of a plugin's process: runs its monitor, records exits and restarts it by
+//! policy.
 
 use std::fs::File;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use crate::process_state::{Connection, ProcessPhase, Reply, Shared, State};
 use crate::restart_policy::RestartDecision;
 use crate::ring::{RING_BYTES, RingReader};
 
-/// Looks after a process, and those after it, until nobody needs it.
+/// Supervises a process and its successors until the plugin is dropped.
 pub(crate) fn supervise(shared: &Shared, first: SpawnedProcess) {
     let mut spawned = Ok(first);
     loop {
@@ -24,16 +24,15 @@ pub(crate) fn supervise(shared: &Shared, first: SpawnedProcess) {
             Ok(spawned) => ProcessMonitor::new(shared, spawned).run(),
             Err(reason) => ProcessExit { reason, requested: false },
         };
-        if !note_end(shared, &ended) || !wait_for_start(shared) {
+        if !record_exit(shared, &ended) || !wait_for_start(shared) {
             return;
         }
         spawned = spawn(&shared.environment).and_then(|spawned| set_up(shared, spawned));
     }
 }
 
-/// Fails everything that waits, and says what becomes of the plugin; false if
-/// it is over.
-fn note_end(shared: &Shared, ended: &ProcessExit) -> bool {
+/// Fails all pending calls and decides on a restart; false where the plugin has ended for good.
+fn record_exit(shared: &Shared, ended: &ProcessExit) -> bool {
     let mut state = shared.state();
     (state.connection, state.pid, state.memory_bytes) = (None, None, None);
     fail_calls(&mut state, &ended.reason);
@@ -81,7 +80,7 @@ fn fail_calls(state: &mut State, reason: &str) {
     }
 }
 
-/// Waits until the plugin is to be started; false if nobody needs it any more.
+/// Waits until the plugin is to be restarted; false where it is no longer needed.
 fn wait_for_start(shared: &Shared) -> bool {
     loop {
         let timeout = {
@@ -111,8 +110,8 @@ fn wait_for_start(shared: &Shared) -> bool {
     }
 }
 
-/// Makes a new process what the one before it was. Everything is asked at once;
-/// the process does it in order.
+/// Sets up a new process like the one before. All calls are sent at once; the process answers
+/// them in order.
 fn set_up(shared: &Shared, spawned: SpawnedProcess) -> Result<SpawnedProcess, String> {
     let text = |error: std::io::Error| format!("it cannot be started again: {error}");
     let connection = Arc::new(Connection::new(spawned.socket.try_clone().map_err(text)?));

@@ -1,4 +1,4 @@
-//! What a cell of an address holds.
+//! Cells of addresses: JSON values, or plain texts and numbers.
 
 use serde_json::Value;
 
@@ -7,7 +7,7 @@ use serde_json::Value;
 pub(crate) const MAX_ADDRESS_DEPTH: usize = 32;
 
 /// A number as number, `true` as truth, JSON as JSON; all else is text.
-pub fn value_of(text: &str) -> Value {
+pub fn cell_value(text: &str) -> Value {
     serde_json::from_str(text).unwrap_or_else(|_| match text.to_lowercase().as_str() {
         "true" => true.into(),
         "false" => false.into(),
@@ -15,7 +15,7 @@ pub fn value_of(text: &str) -> Value {
     })
 }
 
-/// How deep arrays and objects are nested; 0 for a plain value. The reader of JSON has
+/// Returns the nesting depth of arrays and objects; 0 for a plain value. The JSON parser has
 /// bounded it.
 pub(crate) fn depth(value: &Value) -> usize {
     match value {

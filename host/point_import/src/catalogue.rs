@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use thiserror::Error;
 
+use crate::fact_extraction::facts_of_node;
 use crate::facts::{Fact, Reading, Vocabulary};
 use crate::lexicon::Axis;
-use crate::reading::of_node;
 
 /// The most nodes that tags are matched with.
 pub const MAX_NODES: usize = 500_000;
@@ -16,9 +16,9 @@ const MAX_FACTS: usize = 24;
 /// A node as the scene has it.
 #[derive(Clone, Copy, Debug)]
 pub struct NodeName<'a> {
-    /// Its id in the scene, such as `T1/bushing 1U`.
+    /// Id in the scene, such as `T1/bushing 1U`.
     pub id: &'a str,
-    /// Its own name, such as `bushing 1U`.
+    /// Name without its parents, such as `bushing 1U`.
     pub name: &'a str,
     /// Index of the node that it hangs under, an earlier one.
     pub parent: Option<usize>,
@@ -32,14 +32,14 @@ pub struct NodeName<'a> {
 )]
 pub struct TooManyNodes(pub usize);
 
-/// A node with what it is called after.
+/// Node with the facts of its name.
 #[derive(Debug)]
 pub(crate) struct Node {
     pub(crate) id: String,
     pub(crate) facts: Vec<Fact>,
     /// Index of its container.
     pub(crate) container: u32,
-    /// How much each fact tells.
+    /// Weight of each fact.
     pub(crate) weights: Vec<f64>,
 }
 
@@ -53,7 +53,7 @@ pub struct Catalogue {
     postings: HashMap<Reading, HashMap<Option<u32>, Vec<u32>>>,
     /// Kinds of equipment that have phases here.
     phased: HashSet<Reading>,
-    /// What there is more than one of in some container.
+    /// Concepts that occur more than once in some container.
     numbered: HashSet<Reading>,
     /// Ids by id and by own name; `None` for a name that several have.
     by_name: HashMap<String, Option<String>>,
@@ -156,7 +156,7 @@ impl Catalogue {
         self.nodes.last().map(|node| node.id.as_str())
     }
 
-    /// Whether several nodes are called so.
+    /// Reports whether several nodes have this name.
     pub(crate) fn is_shared_name(&self, name: &str) -> bool {
         self.by_name.get(name).is_some_and(Option::is_none)
     }
@@ -186,7 +186,8 @@ impl Catalogue {
         nodes
     }
 
-    /// How much a fact tells: the logarithm of the share of nodes that have it, negated.
+    /// Returns the weight of a fact: its inverse document frequency, the negated logarithm of the
+    /// share of nodes that have it.
     pub(crate) fn weight(&self, fact: &Fact) -> f64 {
         let postings = self.postings.get(fact.first());
         let count = postings.and_then(|p| p.get(&fact.number)).map_or(1, Vec::len);
@@ -198,7 +199,7 @@ impl Catalogue {
 fn with_own(above: &[Fact], name: &NodeName<'_>) -> Vec<Fact> {
     let mut facts: Vec<Fact> = above.to_vec();
     let inherited = facts.len();
-    for fact in of_node(name.name) {
+    for fact in facts_of_node(name.name) {
         // The name of a file or of a whole model is no evidence of its own.
         if name.parent.is_none() && fact.axis() == Axis::Word {
             continue;

@@ -1,6 +1,6 @@
 //! The columns of a point list, by the names that lists give them.
 
-/// What a column holds.
+/// Meaning of a column.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) enum Column {
     Tag,
@@ -76,12 +76,12 @@ impl Column {
         })
     }
 
-    /// Tells whether two headers name a column alike, and not by two words for it.
+    /// Reports whether two headers are the same name of a column, not two synonyms.
     pub(crate) fn is_same_name(a: &str, b: &str) -> bool {
         plain(a) == plain(b)
     }
 
-    /// Tells whether a column holds numbers.
+    /// Reports whether a column holds numbers.
     pub(crate) fn is_number(&self) -> bool {
         match self {
             Self::Low

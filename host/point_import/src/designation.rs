@@ -2,9 +2,10 @@
 
 use crate::facts::{Fact, Vocabulary, lexical};
 use crate::lexicon::{Axis, LEVELS, STATION};
-use crate::words::Word;
+use crate::tokenizer::Word;
 
-/// In `Pos - 110 - Bay 3` the voltage is no number of the position.
+/// Separates voltages from numbers: in `Pos - 110 - Bay 3` the voltage is no number of the
+/// position.
 pub(crate) fn voltages_apart(words: &[Word], vocabulary: &Vocabulary) -> Vec<Word> {
     let mut apart = Vec::with_capacity(words.len());
     for word in words {

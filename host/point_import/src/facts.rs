@@ -1,11 +1,11 @@
-//! What a name says about the equipment that it means, and how a model uses words.
+//! Facts in a name about the equipment that it means, and the vocabulary of a model.
 
 use std::collections::HashMap;
 use std::sync::LazyLock;
 
 use crate::lexicon::{Axis, LEXICON, PHASE, WINDING};
 
-/// What "between phases" counts as: no single phase.
+/// Number that stands for "between phases": no single phase.
 pub(crate) const BETWEEN: u32 = 12;
 
 /// A meaning that a word can have.
@@ -15,36 +15,36 @@ pub(crate) struct Reading {
     pub(crate) concept: String,
 }
 
-/// Something that a name says.
+/// Fact stated by a name.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct Fact {
     /// The word or phrase, in small letters.
     pub(crate) text: String,
     pub(crate) number: Option<u32>,
-    /// At least one; those of a node's name have one.
+    /// Possible readings, at least one; exactly one in a node's name.
     pub(crate) readings: Vec<Reading>,
-    /// Whether it says where the equipment is, rather than which it is.
+    /// True for a fact about the location of the equipment, as opposed to the equipment itself.
     pub(crate) is_context: bool,
-    /// Whether some node of the model has the word.
+    /// True where some node of the model has the word.
     pub(crate) is_of_model: bool,
 }
 
-/// How words are used by the nodes of a model.
+/// Words of a model's nodes and their use.
 #[derive(Debug, Default)]
 pub(crate) struct Vocabulary {
-    /// By text and whether a number is behind it.
+    /// Readings by text and by whether a number follows.
     usage: HashMap<(String, bool), Vec<Reading>>,
     numbered: HashMap<(String, u32), ()>,
 }
 
-/// What helps to tell a phase from a unit of measure.
+/// Hints that tell a phase from a unit of measurement.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub(crate) struct Hint {
-    /// In small letters.
+    /// Unit in small letters.
     pub(crate) unit: String,
-    /// Whether the tag is a state, and so no measured value.
+    /// True where the tag is a state, as opposed to a measured value.
     pub(crate) is_state: bool,
-    /// Whether the text is prose, where a single letter is no phase.
+    /// True for prose, where a single letter is no phase.
     pub(crate) is_prose: bool,
 }
 
@@ -78,7 +78,8 @@ impl Fact {
         Self { text: text.to_owned(), number, readings, is_context, is_of_model: false }
     }
 
-    /// What has one of these names, whichever: where a quantity is found.
+    /// Creates a fact that any of these concepts satisfies: the equipment at which a quantity is
+    /// measured.
     pub(crate) fn implied(concepts: &[&str]) -> Self {
         let reading = |axis| concepts.iter().map(move |concept| Reading::new(axis, concept));
         let readings = reading(Axis::Part).chain(reading(Axis::Device)).collect();
@@ -99,13 +100,13 @@ impl Fact {
         self.first().axis
     }
 
-    /// Whether it may be about what is reported and not about where.
+    /// Reports whether the fact may concern the quantity and not the place.
     pub(crate) fn is_soft(&self) -> bool {
         let soft = |r: &Reading| matches!(r.axis, Axis::Quantity | Axis::Neutral);
         self.readings.iter().any(soft)
     }
 
-    /// As people would write it.
+    /// Returns the fact as people write it.
     pub(crate) fn shown(&self) -> String {
         let reading = self.first();
         let name = match reading.axis {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// The most faults that one list gives; a last one says how many more there are.
+/// Limit of reported faults of a list; a last one counts the rest.
 pub const MAX_FAULTS: usize = 1_000;
 
 /// One fault of a point list.
@@ -12,9 +12,9 @@ pub struct ListFault {
     pub line: u64,
     /// Name of the column; empty for the row as a whole.
     pub column: String,
-    /// What is wrong.
+    /// Cause of the fault.
     pub cause: String,
-    /// What to do.
+    /// Remedy for the user.
     pub remedy: String,
 }
 

@@ -1,15 +1,15 @@
-//! The words of the field, and what they mean.
+//! Lexicon: words of power engineering, with their concepts.
 //!
 //! Letter codes are those of IEC 81346-2 (objects) and IEC 81346-10 (voltage
 //! levels), names of logical nodes those of IEC 61850-7-4; the others are usual in
 //! point lists. `qa#` is the word with a number behind it.
 
-/// What a word speaks of.
+/// Aspect that a word describes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) enum Axis {
-    /// A substation.
+    /// Substation of the equipment.
     Station,
-    /// A voltage level.
+    /// Voltage level of the equipment.
     Level,
     /// A bay or feeder.
     Bay,
@@ -21,15 +21,15 @@ pub(crate) enum Axis {
     Phase,
     /// A winding of a transformer: 1 the highest voltage.
     Winding,
-    /// What is measured or reported. It names no place.
+    /// Quantity that is measured or reported; it names no place.
     Quantity,
     /// A word without meaning here.
     Neutral,
-    /// A word that is not of the field: a name, perhaps.
+    /// Word outside the lexicon: a name, perhaps.
     Word,
 }
 
-/// What one entry of the lexicon says: axis, concept, words.
+/// Entry of the lexicon: axis, concept, words.
 type Entry = (Axis, &'static str, &'static [&'static str]);
 
 pub(crate) const BREAKER: &str = "breaker";
@@ -194,11 +194,12 @@ pub(crate) const PHASE_QUANTITIES: [(&str, u32); 9] = [
     ("vc", 3),
 ];
 
-/// Between two phases.
+/// Words for "between two phases".
 pub(crate) const BETWEEN_PHASES: [&str; 12] =
     ["ab", "bc", "ca", "uab", "ubc", "uca", "vab", "vbc", "vca", "phab", "phbc", "phca"];
 
-/// Where a quantity is found, if the name does not say it: the device, then its part.
+/// Returns the equipment at which a quantity is found, if the name does not say it: the device,
+/// then its part.
 pub(crate) fn implied_by(quantity: &str) -> &'static [&'static str] {
     match quantity {
         "top oil" | "hot spot" | "gas in oil" => &[TRANSFORMER, "tank"],
@@ -209,7 +210,7 @@ pub(crate) fn implied_by(quantity: &str) -> &'static [&'static str] {
     }
 }
 
-/// Whether a kind of equipment can have a quantity; what is not known can.
+/// Reports whether a kind of equipment can have a quantity; true for unknown ones.
 pub(crate) fn fits(quantity: &str, device: &str) -> bool {
     let is_switch = [BREAKER, DISCONNECTOR, EARTHING_SWITCH].contains(&device);
     match quantity {

@@ -7,8 +7,8 @@
 //! that the field uses, with a confidence and a reason; what is in doubt it leaves
 //! open. [`scene()`] and [`report`] word what came of it.
 //!
-//! A name is cut into words (`words`), read as facts (`reading`, by `designation`,
-//! `phases` and the words of `lexicon`), and compared with each likely node (`verdict`).
+//! A name is cut into words (`tokenizer`), read as facts (`fact_extraction`, by `designation`,
+//! `phases` and the words of `lexicon`), and compared with each likely node (`node_comparison`).
 //!
 //! Invariant: text and names in, proposals out. No file is opened, and no protocol is
 //! known: addresses pass through as they are.
@@ -18,6 +18,7 @@ mod address;
 mod catalogue;
 mod column;
 mod designation;
+mod fact_extraction;
 mod facts;
 mod fault;
 mod lexicon;
@@ -25,22 +26,21 @@ mod list;
 mod list_layout;
 mod list_text;
 mod matching;
+mod node_comparison;
 mod number_style;
 mod phases;
 mod point;
-mod reading;
 pub mod report;
 mod row;
 mod scene;
+mod tokenizer;
 mod type_decision;
 mod type_evidence;
 mod type_name_table;
 mod type_names;
 mod unit_words;
-mod verdict;
-mod words;
 
-pub use address::value_of;
+pub use address::cell_value;
 pub use catalogue::{Catalogue, MAX_NODES, NodeName, TooManyNodes};
 pub use fault::{ListFault, MAX_FAULTS};
 pub use list::{MAX_LIST_BYTES, MAX_POINTS, PointList};

@@ -16,17 +16,17 @@ use crate::row;
 pub const MAX_LIST_BYTES: usize = 256 * 1024 * 1024;
 /// The most points of a list.
 pub const MAX_POINTS: usize = 1_000_000;
-/// The most columns.
+/// Limit of the columns.
 const MAX_COLUMNS: usize = 256;
 
-/// A point list.
+/// Point list with its rows.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointList {
     /// Points without fault, in the order of the list.
     pub points: Vec<Point>,
     /// Every fault, in the order of the list; at most [`MAX_FAULTS`] and one more.
     pub faults: Vec<ListFault>,
-    /// Whether a fault is of the list as a whole, so that skipping rows mends nothing.
+    /// True for a fault of the list as a whole, which skipping rows does not mend.
     pub is_unreadable: bool,
     /// Names of columns that are not used.
     pub unused: Vec<String>,

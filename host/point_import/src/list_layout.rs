@@ -19,12 +19,12 @@ pub(crate) struct Layout {
     pub(crate) delimiter: u8,
     /// First byte of the header.
     pub(crate) start: usize,
-    /// Lines before it.
+    /// Number of lines before it.
     pub(crate) lines_before: u64,
 }
 
-/// Finds the header: the first line that names a tag column and another one. Titles, blank
-/// lines and `sep=;` may stand before it. Without one it is the first line.
+/// Finds the header: the first line that names a tag column and another one. Titles, blank lines
+/// and `sep=;` may precede it. Without one it is the first line.
 pub(crate) fn layout_of(text: &str) -> Layout {
     let declared = declared_delimiter(text);
     let first = Layout {
@@ -68,7 +68,7 @@ fn declared_delimiter(text: &str) -> Option<u8> {
     }
 }
 
-/// Tells whether a record names a tag column and another one.
+/// Reports whether a record names a tag column and another one.
 fn is_header(text: &str, delimiter: u8) -> bool {
     let mut end = text.len().min(MAX_HEADER_BYTES);
     while !text.is_char_boundary(end) {
@@ -110,20 +110,20 @@ pub(crate) fn cell_text(cell: &str) -> &str {
     cell.strip_prefix("=\"").and_then(|rest| rest.strip_suffix('"')).unwrap_or(cell).trim()
 }
 
-/// Tells whether a cell has a word for no value.
+/// Reports whether a cell has a word for no value.
 pub(crate) fn is_no_value(cell: &str) -> bool {
     cell.is_empty() || NO_VALUE.iter().any(|word| cell.eq_ignore_ascii_case(word))
 }
 
-/// Tells whether a row is a remark: its only cell begins with `#` or `//`.
+/// Reports whether a row is a remark: its only cell begins with `#` or `//`.
 pub(crate) fn is_remark(record: &StringRecord) -> bool {
     let mut cells = record.iter().filter(|cell| !cell.is_empty());
     let is_mark = |cell: &str| cell.starts_with("# ") || cell == "#" || cell.starts_with("//");
     cells.next().is_some_and(is_mark) && cells.next().is_none()
 }
 
-/// Tells whether the row below the header explains the columns: no id, no address, such as
-/// the units of numbers.
+/// Reports whether the row below the header explains the columns: no id, no address, such as the
+/// units of numbers.
 pub(crate) fn explains_columns(record: &StringRecord, columns: &[Option<Column>]) -> bool {
     let is_bracketed = |cell: &str| {
         let inside = |open, close| cell.starts_with(open) && cell.ends_with(close);

@@ -14,7 +14,7 @@ const MAX_SAMPLE_CHARS: usize = 64;
 const SPREADSHEET_ENCODINGS: [&str; 5] = ["GBK", "gb18030", "Shift_JIS", "Big5", "EUC-KR"];
 /// Signs that are the same in all Western encodings, and most in others.
 const SIGNS: &str = "°²³µ±·×–—§\u{a0}";
-/// More signs of technical texts, in any encoding.
+/// Further signs of technical texts, in any encoding.
 const MORE_SIGNS: &str = "‘’“”„‚«»…•€½¼¾™®©¹ºª‰£№¤¬¦÷†ΩωµμφΦ℃∆Δ、。，；：（）【】《》“”・￥·";
 /// Letters that texts of Western Europe do not have, but other bytes become.
 const RARE_LETTERS: &str = "ÿþðÞÐÝ¿¡";
@@ -27,7 +27,7 @@ pub(crate) struct ListText<'b> {
     pub(crate) remark: Option<String>,
 }
 
-/// Decodes a list.
+/// Decodes the text of a list, by its byte order mark or by a guess.
 ///
 /// # Errors
 /// The first line that cannot be read, where neither a mark nor the characters tell the
@@ -104,7 +104,7 @@ fn non_ascii(text: &str) -> impl Iterator<Item = char> {
     text.chars().filter(|c| !c.is_ascii())
 }
 
-/// Tells whether characters are those of a text: letters of one script, and signs.
+/// Reports whether characters are plausible text: letters of one script, and signs.
 fn is_plausible(text: &str) -> bool {
     let mut script = None;
     non_ascii(text).all(|c| {

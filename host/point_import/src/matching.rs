@@ -5,16 +5,16 @@ use std::collections::{BTreeSet, HashMap};
 use std::rc::Rc;
 
 use crate::catalogue::Catalogue;
+use crate::fact_extraction::facts_of_tag;
 use crate::facts::{Fact, Hint};
 use crate::lexicon::{Axis, POSITION, implied_by};
-use crate::reading::of_tag;
-use crate::verdict::{ListFacts, Query, Verdict, judge};
+use crate::node_comparison::{ComparisonResult, ListFacts, Query, compare_node};
 
 /// The least confidence with which a tag is bound.
 pub const MIN_CONFIDENCE: f64 = 0.6;
-/// By how much the second best must be less sure.
+/// Least margin of confidence before the second best candidate.
 pub const MIN_MARGIN: f64 = 0.08;
-/// Nodes that are judged for one tag at most; a name that fits more of them says too little.
+/// Limit of nodes compared with one tag; a name that fits more of them is too vague.
 pub const MAX_CANDIDATES: usize = 64;
 /// Facts that a candidate may have in common less than the best one.
 const MAX_FACTS_LESS: usize = 2;
@@ -30,18 +30,18 @@ const COMMON_SHARE: f64 = 0.9;
 const LOGICAL_NODES: [&str; 9] =
     ["xcbr", "xswi", "tctr", "tvtr", "yptr", "zsar", "sarc", "yltc", "zcap"];
 
-/// What a point list says of a tag.
+/// Names of a tag in the point list.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TagName<'a> {
-    /// Its id.
+    /// Id of the tag.
     pub id: &'a str,
-    /// What people call it; may be empty.
+    /// Name shown to people; may be empty.
     pub description: &'a str,
     /// Unit; may be empty.
     pub unit: &'a str,
-    /// Whether it is a switch position.
+    /// True for a switch position.
     pub is_position: bool,
-    /// Whether it is a state, and no measured value.
+    /// True for a state, as opposed to a measured value.
     pub is_state: bool,
 }
 
@@ -52,20 +52,20 @@ pub struct Candidate {
     pub node: String,
     /// 0 to 1; of a node that is out, how near it comes.
     pub confidence: f64,
-    /// What agrees, or what speaks against it.
+    /// Agreements, or the contradiction.
     pub reason: String,
-    /// Whether nothing speaks against it.
+    /// True where nothing contradicts.
     pub is_possible: bool,
 }
 
-/// What is proposed for a tag.
+/// Proposal of a node for a tag.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Proposal {
     /// Id of the node that it is bound to; none where that is in doubt.
     pub node: Option<String>,
     /// The best nodes, at most [`MAX_LISTED`].
     pub candidates: Vec<Candidate>,
-    /// Why it is bound or not.
+    /// Reason why the tag is bound or not.
     pub reason: String,
 }
 
@@ -73,17 +73,17 @@ pub struct Proposal {
 type Postings = HashMap<Fact, Rc<[u32]>>;
 
 /// The words of a tag, before the list as a whole is known.
-struct Said {
+struct TagFacts {
     id: Vec<Fact>,
     description: Vec<Fact>,
 }
 
 /// Proposes a node for each tag. The same input gives the same proposals.
 pub fn propose(tags: &[TagName<'_>], model: &Catalogue) -> Vec<Proposal> {
-    let said: Vec<Said> = tags.iter().map(|tag| read(tag, model)).collect();
-    let list = list_facts(&said);
-    let common = common_words(&said);
-    let signals = signal_words(&said);
+    let facts: Vec<TagFacts> = tags.iter().map(|tag| read(tag, model)).collect();
+    let list = list_facts(&facts);
+    let common = common_words(&facts);
+    let signals = signal_words(&facts);
     let mut known: HashMap<Query, Proposal> = HashMap::new();
     let mut postings = Postings::new();
     let mut answer = |query: Query| -> Proposal {
@@ -92,31 +92,31 @@ pub fn propose(tags: &[TagName<'_>], model: &Catalogue) -> Vec<Proposal> {
             .or_insert_with_key(|query| find(query, model, &list, &mut postings))
             .clone()
     };
-    let mut propose = |(tag, said): (&TagName<'_>, &Said)| {
-        let first = answer(query(tag, &said.id, &said.description, &common, &signals));
-        if first.node.is_some() || said.description.is_empty() {
+    let mut propose = |(tag, facts): (&TagName<'_>, &TagFacts)| {
+        let first = answer(query(tag, &facts.id, &facts.description, &common, &signals));
+        if first.node.is_some() || facts.description.is_empty() {
             return first;
         }
         // An id that says nothing: what people call the tag, then.
-        let second = answer(query(tag, &said.description, &said.id, &common, &signals));
+        let second = answer(query(tag, &facts.description, &facts.id, &common, &signals));
         if second.node.is_some() { second } else { first }
     };
-    tags.iter().zip(&said).map(|(tag, said)| propose((tag, said))).collect()
+    tags.iter().zip(&facts).map(|(tag, facts)| propose((tag, facts))).collect()
 }
 
-fn read(tag: &TagName<'_>, model: &Catalogue) -> Said {
+fn read(tag: &TagName<'_>, model: &Catalogue) -> TagFacts {
     let unit = tag.unit.to_lowercase();
     let hint = Hint { unit, is_state: tag.is_state || tag.is_position, is_prose: false };
     let prose = Hint { is_prose: true, ..hint.clone() };
-    Said {
-        id: of_tag(tag.id, &model.vocabulary, &hint),
-        description: of_tag(tag.description, &model.vocabulary, &prose),
+    TagFacts {
+        id: facts_of_tag(tag.id, &model.vocabulary, &hint),
+        description: facts_of_tag(tag.description, &model.vocabulary, &prose),
     }
 }
 
-fn list_facts(said: &[Said]) -> ListFacts {
+fn list_facts(facts: &[TagFacts]) -> ListFacts {
     let mut list = ListFacts::default();
-    for fact in said.iter().flat_map(|said| &said.id).filter(|fact| !fact.is_soft()) {
+    for fact in facts.iter().flat_map(|facts| &facts.id).filter(|fact| !fact.is_soft()) {
         let reading = fact.first();
         if let Some(number) = fact.number {
             list.numbers.entry(reading.concept.clone()).or_default().insert(number);
@@ -128,24 +128,24 @@ fn list_facts(said: &[Said]) -> ListFacts {
 }
 
 /// Words that nearly all tags have: of the project, and of no place in it.
-fn common_words(said: &[Said]) -> BTreeSet<String> {
+fn common_words(facts: &[TagFacts]) -> BTreeSet<String> {
     let mut counts: HashMap<&str, usize> = HashMap::new();
-    for said in said {
-        let words: BTreeSet<&str> = said.id.iter().map(|fact| fact.text.as_str()).collect();
+    for facts in facts {
+        let words: BTreeSet<&str> = facts.id.iter().map(|fact| fact.text.as_str()).collect();
         words.into_iter().for_each(|word| *counts.entry(word).or_default() += 1);
     }
-    let least = (said.len() as f64 * COMMON_SHARE).max(MIN_TAGS_OF_COMMON_WORD as f64);
+    let least = (facts.len() as f64 * COMMON_SHARE).max(MIN_TAGS_OF_COMMON_WORD as f64);
     let common = counts.into_iter().filter(|(_, count)| *count as f64 >= least);
     common.map(|(word, _)| word.to_owned()).collect()
 }
 
-/// Concepts and numbers.
+/// Place as a set of concepts with their numbers.
 type Place<'f> = BTreeSet<(&'f str, Option<u32>)>;
 
 /// Unknown words that follow several places: of signals, and of no place.
-fn signal_words(said: &[Said]) -> BTreeSet<String> {
+fn signal_words(facts: &[TagFacts]) -> BTreeSet<String> {
     let mut places: HashMap<&str, BTreeSet<Place<'_>>> = HashMap::new();
-    for facts in said.iter().flat_map(|said| [&said.id, &said.description]) {
+    for facts in facts.iter().flat_map(|facts| [&facts.id, &facts.description]) {
         let is_place = |fact: &&Fact| !fact.is_soft() && is_known(fact);
         let Some(last) = facts.iter().rposition(|fact| is_place(&fact)) else { continue };
         // However it is written, and whether or not it says the station.
@@ -207,7 +207,7 @@ fn add_quantity(fact: &Fact, query: &mut Query) {
     query.quantities.extend(quantities.map(|r| r.concept.clone()));
 }
 
-/// Whether the word is of the field, or of the model.
+/// Reports whether the word is one of the field or of the model.
 fn is_known(fact: &Fact) -> bool {
     fact.axis() != Axis::Word || fact.is_of_model
 }
@@ -225,9 +225,9 @@ fn find(query: &Query, model: &Catalogue, list: &ListFacts, postings: &mut Posti
         let reason = "nothing that its name says is in the model".to_owned();
         return Proposal { reason, ..Proposal::default() };
     };
-    let mut judged: Vec<(u32, Verdict)> = nodes
+    let mut judged: Vec<(u32, ComparisonResult)> = nodes
         .into_iter()
-        .map(|index| (index, judge(query, &model.nodes[index as usize], model, list)))
+        .map(|index| (index, compare_node(query, &model.nodes[index as usize], model, list)))
         .collect();
     judged.retain(|(_, verdict)| !verdict.agreed.is_empty() || verdict.against.is_none());
     judged.sort_by(|(i, a), (j, b)| {

@@ -12,23 +12,23 @@ pub(crate) struct NumberStyle {
     takes_points: bool,
 }
 
-/// A text that is no number, or one of two.
+/// Error of a text that is no number, or an ambiguous one.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum NumberFault {
     NoNumber,
-    /// Both readings.
+    /// Number with two readings.
     Ambiguous([f64; 2]),
 }
 
-/// A text's number, as far as the text alone tells it.
+/// Readings of a number's text by itself.
 enum Reading {
-    /// Without marks.
+    /// Number without any separators.
     Plain(f64),
-    /// With a decimal point, or thousands by commas.
+    /// Number with a decimal point, or commas between thousands.
     Point(f64),
-    /// With a decimal comma, or thousands by points.
+    /// Number with a decimal comma, or points between thousands.
     Comma(f64),
-    /// By a decimal point, and by a decimal comma: `1.234` is 1.234 or 1234.
+    /// Ambiguous number: `1.234` is 1.234 by a decimal point or 1234 by a decimal comma.
     Either { by_point: f64, by_comma: f64 },
 }
 
@@ -39,7 +39,7 @@ impl NumberStyle {
         Self { takes_points: true, ..Self::default() }
     }
 
-    /// Takes what one number shows.
+    /// Learns the style from one number.
     pub(crate) fn observe(&mut self, text: &str) {
         match reading_of(text) {
             Some(Reading::Point(_)) => self.has_point = true,
@@ -48,7 +48,7 @@ impl NumberStyle {
         }
     }
 
-    /// Reads a number.
+    /// Parses a number in the style of the list.
     ///
     /// # Errors
     /// None, or one that could be two, and the list does not show which.
@@ -109,12 +109,12 @@ fn reading_of(text: &str) -> Option<Reading> {
     }
 }
 
-/// Tells whether `1.234` may be thousands: one to three digits, not 0 alone, then three.
+/// Reports whether `1.234` may be thousands: one to three digits, not 0 alone, then three.
 fn may_be_thousands(unsigned: &str, mark: char) -> bool {
     is_grouped(unsigned.split(mark))
 }
 
-/// Tells whether digits are parted into thousands: `1`, `234`, `567`.
+/// Reports whether digits are grouped into thousands: `1`, `234`, `567`.
 fn is_grouped<'t>(mut groups: impl Iterator<Item = &'t str>) -> bool {
     let is_digits = |group: &str| group.bytes().all(|byte| byte.is_ascii_digit());
     let first = groups.next().unwrap_or_default();

@@ -4,7 +4,7 @@ use crate::facts::{BETWEEN, Fact, Hint, Reading, fact_of};
 use crate::lexicon::{
     ALSO_QUANTITIES, Axis, BAY, BETWEEN_PHASES, BUSHING, PHASE_QUANTITIES, PHASES, STATION, WINDING,
 };
-use crate::words::Word;
+use crate::tokenizer::Word;
 
 /// `L1`, `phs A`, `IA`, `UL2`, `L1-L2`.
 pub(crate) fn phase(rest: &[Word]) -> Option<(Vec<Fact>, usize)> {

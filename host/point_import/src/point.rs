@@ -8,9 +8,9 @@ pub enum PointType {
     /// A number with fraction.
     #[default]
     F64,
-    /// A whole number.
+    /// Type of whole numbers.
     I64,
-    /// On or off.
+    /// Type of on and off.
     Bool,
     /// A switch position in two bits.
     DoublePoint,
@@ -21,9 +21,9 @@ pub enum PointType {
 pub struct Point {
     /// Line in the list, from 1.
     pub line: u64,
-    /// Tag id.
+    /// Id of the tag.
     pub tag: String,
-    /// What people call it; may be empty.
+    /// Name shown to people; may be empty.
     pub description: String,
     /// Type of its value.
     pub value_type: PointType,
@@ -39,7 +39,7 @@ pub struct Point {
     pub scale: Option<[f64; 2]>,
     /// The node that the list binds it to; empty for none.
     pub node: String,
-    /// What it is to the node; empty where the list does not say it.
+    /// Role of the value for the node; empty where the list gives none.
     pub role: String,
     /// Name of the plugin instance; empty for the only one.
     pub plugin: String,
@@ -58,7 +58,7 @@ impl PointType {
         }
     }
 
-    /// Whether it is a state and no measured value.
+    /// Reports whether the type is a state, as opposed to a measured value.
     pub fn is_state(self) -> bool {
         matches!(self, Self::Bool | Self::DoublePoint)
     }

@@ -1,4 +1,4 @@
-//! What became of each tag, for people: as CSV and as Markdown.
+//! Import report for people: the result of each tag, as CSV and as Markdown.
 
 use std::fmt::Write;
 
@@ -42,7 +42,7 @@ pub fn csv(points: &[Point], proposals: &[Proposal]) -> String {
     String::from_utf8(bytes).unwrap_or_default()
 }
 
-/// How many are bound, and what is in doubt.
+/// Writes the number of bound tags and the doubtful ones as Markdown.
 pub fn markdown(points: &[Point], proposals: &[Proposal]) -> String {
     let bound = proposals.iter().filter(|proposal| proposal.node.is_some()).count();
     let doubtful = proposals.len() - bound;

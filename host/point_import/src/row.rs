@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value};
 
-use crate::address::{MAX_ADDRESS_DEPTH, depth, value_of};
+use crate::address::{MAX_ADDRESS_DEPTH, cell_value, depth};
 use crate::column::{Column, is_number_field};
 use crate::fault::ListFault;
 use crate::number_style::{NumberFault, NumberStyle};
@@ -133,7 +133,7 @@ impl<'r> Row<'r> {
         evidence
     }
 
-    /// The type of the row's values; nothing, with a fault, where it cannot be told.
+    /// Decides the type of the row's values; none, with a fault, where it is unclear.
     fn value_type(&mut self, address: &Value) -> Option<PointType> {
         let cell = self.cell(&Column::Type);
         match decide(cell.map(|(_, text)| text), &self.evidence(address)) {
@@ -205,7 +205,7 @@ impl<'r> Row<'r> {
 
     /// The value of a field of the address; numbers as the list writes them.
     fn field_value(&mut self, field: &str, name: &str, text: &str) -> Value {
-        let value = value_of(text);
+        let value = cell_value(text);
         if !is_number_field(field) || !text.contains(['.', ',']) {
             return value;
         }
@@ -230,7 +230,7 @@ impl<'r> Row<'r> {
                 _ => None,
             })
             .collect();
-        let whole_value = whole.map(|(_, text)| value_of(text));
+        let whole_value = whole.map(|(_, text)| cell_value(text));
         if fields.is_empty() {
             return whole_value.unwrap_or_else(|| {
                 self.fault(

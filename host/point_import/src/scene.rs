@@ -26,7 +26,7 @@ pub struct PluginInstance {
     pub settings: Map<String, Value>,
 }
 
-/// What the scene is made of, beside points.
+/// Parts of the scene besides points.
 #[derive(Clone, Debug, Default)]
 pub struct SceneParts {
     /// Equipment id of the model's place.
@@ -41,12 +41,12 @@ pub struct SceneParts {
     pub overlays: Vec<String>,
     /// Id of the plugin that simplifies the model.
     pub optimizer: Option<String>,
-    /// Where the camera stands and what it looks at, metres.
+    /// Position and target of the camera, metres.
     pub camera: Option<[[f32; 3]; 2]>,
 }
 
-/// Gives each point the plugin that reads it, and names what cannot be: an instance
-/// that nobody asked for, or none where there are several.
+/// Assigns each point to the plugin that reads it. Reports faults for instances that were not
+/// asked for, and for points without instance where there are several.
 pub fn assign_plugins(points: &mut Vec<Point>, plugins: &[PluginInstance]) -> Vec<ListFault> {
     let names: Vec<&str> = plugins.iter().map(|plugin| plugin.name.as_str()).collect();
     let known = names.join("', '");
@@ -120,7 +120,7 @@ fn name_of(point: &Point) -> TagName<'_> {
     }
 }
 
-/// The configuration.
+/// Builds the configuration as JSON.
 pub fn scene(parts: &SceneParts, points: &[Point], proposals: &[Proposal]) -> Value {
     let mut plugins: BTreeMap<String, Value> = BTreeMap::new();
     for plugin in &parts.plugins {

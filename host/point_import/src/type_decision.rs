@@ -7,7 +7,7 @@ use crate::point::PointType;
 use crate::type_evidence::{AddressFamily, Clue, ClueSource, Evidence};
 use crate::type_names::{TypeMeaning, meaning_of};
 
-/// A row whose kind cannot be told: cause and remedy.
+/// Error of a row whose type is unclear: cause and remedy.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct TypeFault {
     pub(crate) cause: String,
@@ -107,7 +107,7 @@ fn check_number(text: &str, kind: PointType, evidence: &Evidence) -> Result<Poin
     }
 }
 
-/// `Double` and `Single`.
+/// Decides between the two meanings of `Double` and `Single`.
 fn decide_between(
     text: &str,
     point: PointType,

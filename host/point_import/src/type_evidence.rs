@@ -38,13 +38,13 @@ pub(crate) enum ClueSource {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Clue {
     pub(crate) source: ClueSource,
-    /// In words: `the unit 'MW'`.
+    /// Description for people: `the unit 'MW'`.
     pub(crate) what: String,
-    /// The kind, where it tells that of its own.
+    /// Type, where the evidence decides it alone.
     pub(crate) kind: Option<PointType>,
 }
 
-/// What speaks for a number, and what for a point of states.
+/// Evidence for a number, and evidence for a point of states.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Evidence {
     pub(crate) number: Vec<Clue>,
@@ -69,14 +69,14 @@ pub(crate) enum AddressFamily {
 }
 
 impl AddressFamily {
-    /// Tells whether lists of it mean points by `Double` and `Single`.
+    /// Reports whether lists of this family mean points by `Double` and `Single`.
     pub(crate) fn means_points(self) -> bool {
         matches!(self, Self::Iec60870 | Self::Iec61850Status)
     }
 }
 
 impl Evidence {
-    /// Takes the unit of a row.
+    /// Adds the evidence of a row's unit.
     pub(crate) fn add_unit(&mut self, unit: &str) {
         let clue = clue(ClueSource::Unit, format!("the unit '{unit}'"), None);
         match nature_of(unit) {
@@ -86,13 +86,13 @@ impl Evidence {
         }
     }
 
-    /// Takes the fact that a row has a factor or offset.
+    /// Adds the evidence of a factor or offset.
     pub(crate) fn add_scale(&mut self) {
         self.number.push(clue(ClueSource::Scale, "the scale".into(), None));
     }
 
-    /// Takes a plausible range or a normal band. What lists fill in for all tags alike, such
-    /// as 0 to 100, tells nothing.
+    /// Adds the evidence of a plausible range or a normal band. Values that lists fill in for all
+    /// tags alike, such as 0 to 100, are no evidence.
     pub(crate) fn add_band(&mut self, what: &str, band: [Option<f64>; 2]) {
         let is_default = matches!(band, [Some(low), Some(high)]
             if low == 0.0 && DEFAULT_HIGHS.contains(&high));
@@ -102,7 +102,7 @@ impl Evidence {
         }
     }
 
-    /// Takes what an address says of the kind.
+    /// Adds the evidence of an address.
     pub(crate) fn add_address(&mut self, address: &Value) {
         self.family = family_of(address);
         self.add_value(address, MAX_ADDRESS_DEPTH);
@@ -193,7 +193,7 @@ fn clue(source: ClueSource, what: String, kind: Option<PointType>) -> Clue {
     Clue { source, what, kind }
 }
 
-/// Tells whether a type of IEC 60870-5-101 is a bit string, whose bits are states.
+/// Reports whether a type of IEC 60870-5-101 is a bit string, whose bits are states.
 fn is_bit_string(text: &str) -> bool {
     let text = text.to_lowercase();
     let numbers = ["type: 7", "type: 8", "type: 33", "type_id: 7", "type_id: 8", "type_id: 33"];

@@ -95,7 +95,7 @@ pub(crate) const FLOATS: [&str; 16] = [
     "scaled",
 ];
 
-/// Words of integers.
+/// Words that name integers.
 #[rustfmt::skip]
 pub(crate) const INTEGERS: [&str; 42] = [
     "int", "integer", "uint", "uinteger", "sint", "usint", "dint", "udint", "lint", "ulint",
@@ -105,7 +105,7 @@ pub(crate) const INTEGERS: [&str; 42] = [
     "enum", "enumeration", "vorzeichenloser", "vorzeichenbehafteter",
 ];
 
-/// Words of states.
+/// Words that name states.
 pub(crate) const STATES: [&str; 7] =
     ["bool", "boolean", "binary", "digital", "discrete", "coil", "binäre"];
 
@@ -113,7 +113,7 @@ pub(crate) const STATES: [&str; 7] =
 pub(crate) const STATUS_WORDS: [&str; 6] =
     ["status", "state", "indication", "information", "input", "output"];
 
-/// Words of texts.
+/// Words that name texts.
 pub(crate) const TEXTS: [&str; 11] = [
     "string",
     "wstring",

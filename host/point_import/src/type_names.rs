@@ -14,7 +14,7 @@ use crate::type_name_table::{
     TEXTS, TIME, WIDTHS,
 };
 
-/// The longest type name that is looked at, bytes.
+/// Limit of a type name, bytes.
 const MAX_TYPE_BYTES: usize = 200;
 
 /// Third parts of type identifications: with or without time, and the form of the value.
@@ -25,22 +25,22 @@ const DETAILS: [&str; 10] = ["NA", "NB", "NC", "ND", "TA", "TB", "TC", "TD", "TE
 pub(crate) enum TypeMeaning {
     /// One kind, whichever tool the name is of.
     Kind(PointType),
-    /// An integer as it is transferred; a scale makes it a number with a fraction.
+    /// Integer on the wire; a scale makes it a number with a fraction.
     Integer,
     /// `Double` or `Single`: a floating-point number, or a point of this kind.
     NumberOrPoint(PointType),
-    /// Several meanings, in words, between which nothing beside the name decides.
+    /// Several meanings, described in words, which only other evidence can decide.
     Unclear(&'static str),
-    /// A type whose values no tag has, in words.
+    /// Type that no tag can have, described in words.
     NoValue(&'static str),
-    /// No table has the name.
+    /// Name outside all tables.
     Unknown,
 }
 
 use TypeMeaning::{Integer, Kind, NoValue, NumberOrPoint, Unknown};
 
-/// Finds the meaning of a type name. `is_iec60870` tells whether the row's address is one of
-/// IEC 60870-5-101 or 104, where a bare number is a type identification.
+/// Finds the meaning of a type name. `is_iec60870` is true for an address of IEC 60870-5-101 or
+/// 104, where a bare number is a type identification.
 pub(crate) fn meaning_of(text: &str, is_iec60870: bool) -> TypeMeaning {
     if text.len() > MAX_TYPE_BYTES {
         return Unknown;
@@ -130,7 +130,7 @@ fn by_words(words: &[String]) -> TypeMeaning {
     }
 }
 
-/// Reads a type identification in words, such as `M_DP_TB_1 (31)` (IEC 60870-5-101, 7.2.1).
+/// Reads a type identification by name, such as `M_DP_TB_1 (31)` (IEC 60870-5-101, 7.2.1).
 pub(crate) fn iec60870_type(text: &str) -> Option<TypeMeaning> {
     let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_';
     text.split(|c: char| !is_part(c)).find_map(|token| {
@@ -168,7 +168,7 @@ fn iec60870_number(words: &[String], is_iec60870: bool) -> Option<TypeMeaning> {
     iec60870_meaning(number.parse().ok()?)
 }
 
-/// Gives the meaning of a type identification (IEC 60870-5-101, 7.2.1.1 to 7.2.1.3).
+/// Returns the meaning of a type identification (IEC 60870-5-101, 7.2.1.1 to 7.2.1.3).
 pub(crate) fn iec60870_meaning(number: u64) -> Option<TypeMeaning> {
     match number {
         1 | 2 | 18..=20 | 30 | 39 | 40 => Some(Kind(PointType::Bool)),

@@ -1,17 +1,17 @@
 //! Evidence of a row's unit: a measured quantity has one, a switch position has none.
 
-/// What a unit cell holds.
+/// Meaning of a unit cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum UnitNature {
     /// A unit of measurement, such as `MW` or `m³/h`.
     Measurement,
     /// Names of states, such as `open/closed`.
     States,
-    /// Nothing that is known.
+    /// Unknown unit or text.
     Unknown,
 }
 
-/// The longest unit that is looked at, bytes.
+/// Limit of a unit, bytes.
 const MAX_UNIT_BYTES: usize = 32;
 /// Names of states that lists have in the place of a unit.
 const STATES: [&str; 24] = [
@@ -148,7 +148,7 @@ const PREFIXES: [&str; 14] =
     ["k", "m", "g", "t", "µ", "μ", "u", "n", "p", "h", "c", "d", "da", "к"];
 const CYRILLIC_PREFIXES: [&str; 6] = ["к", "м", "г", "т", "мк", "да"];
 
-/// Tells what a unit cell holds. Case is no matter: people write `KV` and `mw`.
+/// Classifies a unit cell. Case is ignored: people write `KV` and `mw`.
 pub(crate) fn nature_of(unit: &str) -> UnitNature {
     let unit = unit.trim().trim_matches(|c| "[]()".contains(c)).trim();
     if unit.is_empty() || unit.len() > MAX_UNIT_BYTES {
@@ -170,7 +170,7 @@ pub(crate) fn nature_of(unit: &str) -> UnitNature {
     if is_unit { UnitNature::Measurement } else { UnitNature::Unknown }
 }
 
-/// Tells whether a part of a compound unit is a unit, with an exponent or without: `cm²`.
+/// Reports whether a part of a compound unit is a unit, with an exponent or without: `cm²`.
 fn is_factor(part: &str) -> bool {
     let base = part.trim_end_matches(|c: char| "²³⁴⁻¹^-".contains(c) || c.is_ascii_digit());
     is_known(base)

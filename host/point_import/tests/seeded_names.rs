@@ -15,7 +15,7 @@ use distortion::{Distorter, Name, Part};
 use fastrand::Rng;
 use substation::Station;
 
-/// Names a seed.
+/// Number of names for each seed.
 const NAMES: usize = 2_000;
 /// The share of equipment that the model does not have.
 const MISSING: f64 = 0.1;
@@ -24,7 +24,7 @@ const OF_DEMO: f64 = 0.2;
 /// The seeds that are asserted.
 const SEEDS: [u64; 8] = [1_001, 2_002, 3_003, 4_004, 5_005, 6_006, 7_007, 8_008];
 
-/// What came of a seed.
+/// Score of one seed.
 #[derive(Debug, Default)]
 struct Score {
     right: usize,

@@ -18,7 +18,7 @@ enum Class {
     Float,
     Integer,
     State(PointType),
-    /// `Double` and `Single`.
+    /// Ambiguous `Double` or `Single`.
     Either(PointType),
     /// No tag has such values, or the name is of nothing.
     Refused,
@@ -26,7 +26,7 @@ enum Class {
     Missing,
 }
 
-/// What a cell says of the kind.
+/// Evidence of a cell for the kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Says {
     Nothing,

@@ -12,13 +12,13 @@ const MAX_COLUMNS: usize = 32;
 const MAX_NAME_BYTES: usize = 256;
 /// Bytes of a reason.
 const MAX_REASON_BYTES: usize = 512;
-/// Rows that were left out and are told one by one.
+/// Limit of rejected rows that are reported one by one.
 const MAX_ROW_FAULTS: usize = 100;
 
 /// The lists of a plugin.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Description {
-    /// In the order in which they are shown.
+    /// Lists, in the order in which they are shown.
     pub lists: Vec<ListInfo>,
 }
 
@@ -57,7 +57,7 @@ pub struct ListInfo {
     pub faults: Vec<RowError>,
 }
 
-/// A row that is left out.
+/// Error of a rejected row.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RowError {
     /// The line of a file, or the row of a result; the first is 1.

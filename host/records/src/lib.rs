@@ -14,7 +14,7 @@ pub use description::{Column, ColumnType, Description, Kind, ListInfo, RowError}
 pub use list::{List, MAX_BYTES, MAX_ROWS};
 pub use record::{MAX_TEXT_BYTES, Record, Severity};
 
-/// The rule that records break, in words.
+/// Rule that records break, in words.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct RecordError(pub(crate) String);

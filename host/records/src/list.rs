@@ -72,9 +72,9 @@ impl List {
         self.of_equipment.keys().map(String::as_str)
     }
 
-    /// The rows of whatever has one of these ids, each with the place of its id among them.
-    /// What happened is ordered by urgency: the open first, then the newest; what equipment
-    /// is stays in the order of its ids.
+    /// Returns the rows of the equipment that has one of these ids, each with the index of its
+    /// id. Events and tasks are ordered by urgency: open ones first, then the newest. Assets keep
+    /// the order of their ids.
     pub fn rows_of<'a>(&'a self, ids: &[String]) -> Vec<(usize, &'a Record)> {
         let own = |(place, id): (usize, &String)| {
             let rows = self.of_equipment.get(id).map_or(&[][..], Vec::as_slice);

@@ -12,16 +12,16 @@ const TEXT_OVERHEAD: usize = 32;
 /// Severity of a defect in the terms of DL/T 664, which sites use for all defects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Severity {
-    /// To be mended when there is occasion.
+    /// Repair at the next occasion.
     General,
-    /// To be mended soon, and watched until then.
+    /// Repair soon, and observation until then.
     Serious,
-    /// To be mended at once.
+    /// Repair at once, urgent.
     Critical,
 }
 
 impl Severity {
-    /// As people say it.
+    /// Returns the word shown to people.
     pub fn word(self) -> &'static str {
         match self {
             Self::General => "general",

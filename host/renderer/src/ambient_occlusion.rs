@@ -1,4 +1,4 @@
-//! Ambient occlusion: contact is darker, by the depth of the picture.
+//! Ambient occlusion in screen space: contacts are darkened by the depth of the picture.
 
 use busbar_gpu::{BindGroup, BindGroupLayout, Blend, Format, Gpu, GpuError, Pipeline, Recorder};
 use busbar_shaders::AMBIENT_OCCLUSION;
@@ -36,7 +36,7 @@ impl AmbientOcclusion {
         Ok(Self { estimate: estimate?, apply: apply? })
     }
 
-    /// Darkens the picture where what it shows is in contact. Its depth is drawn.
+    /// Darkens contacts in the picture. Its depth must be drawn.
     pub(crate) fn record(
         &self,
         recorder: &mut Recorder<'_>,

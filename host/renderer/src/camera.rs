@@ -18,10 +18,10 @@ pub struct CameraView {
 const PARALLEL: f32 = 1e-8;
 
 impl CameraView {
-    /// A perspective view without far limit.
+    /// Builds a perspective view without far limit.
     ///
     /// `fov_y_radians` is the whole vertical angle, `aspect` width by height,
-    /// `near` the distance in metres before which nothing is seen. An `up`
+    /// `near` the distance of the near clipping plane in metres. An `up`
     /// along the line of sight, or a target at the eye, is replaced by some
     /// other direction.
     pub fn look_at(
@@ -44,7 +44,7 @@ impl CameraView {
         }
     }
 
-    /// A view without perspective: all is as large as it is, however far.
+    /// Builds an orthographic view: size does not depend on distance.
     ///
     /// It looks from `eye` at `target` with `up` upwards, which must not be along
     /// the line of sight; `height` is what it sees from the lower edge to the upper one,
@@ -74,9 +74,8 @@ impl CameraView {
         self.projection.row(3) == Vec4::W
     }
 
-    /// From the eye through the upper left corner of a picture of `size` pixels,
-    /// and by what that changes a pixel to the right and a pixel down: world
-    /// space, of any length.
+    /// Computes the rays of a picture of `size` pixels: through the upper left corner, and their
+    /// change per pixel to the right and down. World space, of any length.
     pub(crate) fn pixel_rays(&self, [width, height]: [f32; 2]) -> [Vec3; 3] {
         let camera_from_clip = self.projection.inverse();
         // By its rotation alone: far from the origin positions are coarse.
@@ -92,13 +91,13 @@ impl CameraView {
         [corner, right, (through(-1.0, 1.0) - corner) / height]
     }
 
-    /// Pixels that a metre covers a metre away, or anywhere without perspective, in a picture
-    /// of so many pixels' height.
+    /// Returns the pixels that a metre covers at a metre's distance, or anywhere without
+    /// perspective, in a picture of a height in pixels.
     pub(crate) fn pixels_per_unit(&self, height: u32) -> f32 {
         self.projection.y_axis.y.abs() * height as f32 * 0.5
     }
 
-    /// World to clip space.
+    /// Returns the transform from world to clip space.
     pub fn clip_from_world(&self) -> Mat4 {
         self.projection * self.camera_from_world
     }

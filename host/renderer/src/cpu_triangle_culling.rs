@@ -17,7 +17,7 @@ use crate::draw_plan::Batch;
 use crate::visibility::{OcclusionTest, world_from_mesh};
 use crate::{CameraView, RenderError};
 
-/// Triangles of the largest mesh that is gathered.
+/// Triangles of the largest mesh that takes part in CPU culling.
 const MAX_MESH_TRIANGLES: usize = 65_536;
 
 /// Triangles of an instance that it pays to gather by itself where there are more instances:
@@ -28,7 +28,7 @@ const MIN_TRIANGLES_BY_DEPTH: usize = 64;
 /// More live triangles than there are.
 pub(crate) const NEVER_CULLED: usize = usize::MAX;
 
-/// Triangles that a frame gathers; what is beyond is drawn as it is.
+/// Triangles that one frame culls; further ones are drawn without culling.
 const MAX_FRAME_TRIANGLES: u32 = 2 << 20;
 
 /// Triangles that the first buffer of a frame holds.
@@ -92,14 +92,14 @@ impl TriangleBlocks {
         Self { blocks: triangles.chunks(BLOCK).map(block).collect(), count: triangles.len() }
     }
 
-    /// Bytes of that of so many triangles.
+    /// Returns the bytes of the blocks of so many triangles.
     pub(crate) fn bytes_of(triangles: usize) -> u64 {
         (triangles.div_ceil(BLOCK) * size_of::<Block>()) as u64
     }
 }
 
 impl CullableTriangles {
-    /// `None` where the processor does not see them.
+    /// Pairs indices with their blocks; `None` where the processor cannot read the indices.
     pub(crate) fn new(indices: &BufferSlice, blocks: TriangleBlocks) -> Option<Self> {
         indices.is_host_visible().then(|| Self { indices: indices.clone(), blocks })
     }
@@ -125,7 +125,7 @@ impl CullableTriangles {
         self.blocks.count
     }
 
-    /// Triangles of all instances of a batch.
+    /// Counts the triangles of all instances of a batch.
     pub(crate) fn count_of(&self, batch: &Batch) -> u64 {
         self.count() as u64 * batch.instances.len() as u64
     }
@@ -136,8 +136,8 @@ impl CullableTriangles {
 }
 
 impl TriangleBlocks {
-    /// Puts those of a range of its triangles into a place as long as that: of blocks whose
-    /// boxes are wanted those that may face an eye, or all where there is none. Tells how many.
+    /// Writes the triangles of a range that may be visible: of blocks with wanted bounds those that
+    /// may face an eye, or all without an eye. Returns their number.
     fn cull_into(
         &self,
         triangles: &[[u32; 3]],
@@ -204,13 +204,13 @@ pub(crate) struct TriangleCuller<'a> {
     buffer: &'a Buffer,
     /// World space; `None` where there is no one point that all is seen from.
     eye: Option<Vec3>,
-    /// `None` where nothing is hidden.
+    /// Occlusion test; `None` without occlusion culling.
     occlusion_test: Option<OcclusionTest<'a>>,
     /// Number of triangles written to the buffer.
     taken: Cell<u32>,
 }
 
-/// A part of a mesh to be gathered.
+/// Range of a mesh's triangles to be culled and batched.
 #[derive(Clone)]
 pub(crate) struct CulledRange<'a> {
     pub(crate) faces: &'a CullableTriangles,
@@ -262,8 +262,8 @@ impl<'a> TriangleCuller<'a> {
         self.buffer
     }
 
-    /// Puts parts beside each other; tells which indices they are, or nothing where there is
-    /// no room for them.
+    /// Culls parts one after the other into the buffer. Returns the range of indices, or `None`
+    /// where the buffer has no room.
     pub(crate) fn cull<'p>(
         &self,
         parts: impl Iterator<Item = &'p CulledRange<'p>> + Clone,
@@ -308,9 +308,9 @@ impl<'a> TriangleCuller<'a> {
     }
 }
 
-/// The live triangles from which on a mesh is gathered where the processor draws: a part of a
-/// model always is, with the others; what is by itself where that pays. What has very many in
-/// all never is: it gains little, and its normals would take memory.
+/// Returns the least number of live triangles from which a mesh is culled on software rasterizers.
+/// Parts of a model always are; single meshes where it pays. Very large meshes never are: they gain
+/// little, and their normals would take memory.
 pub(crate) fn min_culled_triangles(mesh: &Mesh, is_part: bool) -> usize {
     match mesh.triangles.len() {
         ..=MAX_MESH_TRIANGLES if is_part => 0,
@@ -319,7 +319,7 @@ pub(crate) fn min_culled_triangles(mesh: &Mesh, is_part: bool) -> usize {
     }
 }
 
-/// Makes room for so many triangles, as far as a frame may have it.
+/// Makes room for so many triangles, up to the limit of a frame.
 pub(crate) fn reserve(
     buffer: &mut Option<Buffer>,
     gpu: &Gpu,

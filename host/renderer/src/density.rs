@@ -1,6 +1,6 @@
-//! Density of polylines: records go through bins of axes, and compute passes count how many
-//! go from where to where and lay that out as a picture. What there is of records stays on
-//! the device until others come.
+//! Density of polylines (parallel coordinates): compute passes bin records along axes, count the
+//! lines between bins, and rasterize the counts into a picture. Records stay on the device until
+//! others come.
 //!
 //! Counting goes by slices of [`SLICE_RECORDS`] records, one at a time beside the frames;
 //! what was counted before shows until the next is whole.
@@ -42,7 +42,7 @@ pub(crate) struct DensityResources {
 /// Count that is under way, slice by slice.
 struct RunningCount {
     arrangement: u64,
-    /// Counts of all, of those meant, and the mask.
+    /// Counts of all records, counts of brushed ones, and the mask.
     counts: [Buffer; 3],
     group: BindGroup,
     /// Records that were handed to the device.
@@ -123,7 +123,7 @@ fn begin(
     records: usize,
 ) -> Result<RunningCount, RenderError> {
     let mut recorder = gpu.begin_transfer()?;
-    let edges: Vec<f32> = input.shown.iter().flat_map(|(_, edges)| *edges).collect();
+    let edges: Vec<f32> = input.binned_axes.iter().flat_map(|(_, edges)| *edges).collect();
     let zeros = vec![0u32; (input.pairs.len() * SIDE * SIDE).max(1)];
     let no_mask = vec![0u32; records.div_ceil(WORD).max(1)];
     let mut upload = |name, usage, bytes: &[u8]| recorder.upload_buffer(name, usage, bytes);
@@ -164,17 +164,22 @@ fn hand_slice(
         chunks
             .push(pipelines.upload(recorder, &input.values[first * input.axes..end * input.axes])?);
     }
-    let (gates, known_words, given_words) = gates(input, first..end);
+    let (gates, record_filter_words, brush_filter_words) = gates(input, first..end);
     let gates =
         recorder.upload_buffer("gates", BufferUsage::Storage, bytemuck::cast_slice(&gates))?;
     let gates = BindGroup::new(&pipelines.of_values, &[Binding::Buffer(&gates)])?;
-    let counted = CountTarget { group: &running.group, gates: &gates, known_words, given_words };
+    let counted = CountTarget {
+        group: &running.group,
+        gates: &gates,
+        record_filter_words,
+        brush_filter_words,
+    };
     pipelines.count(recorder, &chunks[at], &counted, input, first..end)?;
     running.handed = end;
     Ok(())
 }
 
-/// Lays out what was counted; the picture, and where its summary arrives.
+/// Rasterizes the counts; returns the picture, and the buffer where its summary arrives.
 fn rasterize(
     recorder: &mut Recorder<'_>,
     pipelines: &DensityPipelines,
@@ -199,7 +204,7 @@ fn words(download: &Buffer) -> Result<Vec<u32>, GpuError> {
     Ok(bytemuck::pod_collect_to_vec(&download.contents()?))
 }
 
-/// Goes on with counting what is not counted yet; `waits` waits for all of it.
+/// Advances the count that is under way; with `waits`, to its end.
 pub(crate) fn advance(
     gpu: &mut Gpu,
     density: &mut Option<DensityResources>,

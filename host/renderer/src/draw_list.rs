@@ -5,14 +5,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::DrawInstance;
 
-/// Changes that a list remembers; who has not seen older ones looks through all of it.
+/// Changes that a list remembers; a reader of an older revision reads the whole list.
 pub const MAX_DRAW_CHANGES: usize = 1 << 14;
 
-/// In place of an index: nothing is drawn there.
+/// Marker of an empty place.
 const EMPTY: u32 = u32::MAX;
 
 /// Instances to draw, in numbered places that may be empty. A log of changes lets a frame cost by
-/// what changed, not by how many instances there are.
+/// the changes, not by the number of instances.
 ///
 /// Its revisions are like no other list's: a copy goes its own way from where it was made.
 #[derive(Clone, Debug, Default)]
@@ -29,7 +29,7 @@ pub struct DrawList {
 }
 
 impl DrawList {
-    /// A list with so many places, all empty.
+    /// Makes a list with so many places, all empty.
     pub fn with_places(count: usize) -> Self {
         Self { places: vec![EMPTY; count], ..Self::default() }
     }
@@ -49,12 +49,12 @@ impl DrawList {
         self.get_drawn(*self.places.get(place)?)
     }
 
-    /// All that is drawn, in the order of places.
+    /// Iterates over all instances, in the order of places.
     pub fn iter(&self) -> impl Iterator<Item = &DrawInstance> {
         self.places.iter().filter_map(|&index| self.get_drawn(index))
     }
 
-    /// All that is drawn, with its places, in their order.
+    /// Iterates over all instances with their places, in order.
     pub(crate) fn iter_with_places(&self) -> impl Iterator<Item = (u32, &DrawInstance)> {
         (0..).zip(&self.places).filter_map(|(place, &index)| Some((place, self.get_drawn(index)?)))
     }
@@ -90,7 +90,7 @@ impl DrawList {
         self.record_change(place);
     }
 
-    /// Tints what is in a place.
+    /// Tints the instance in a place.
     pub fn set_highlight(&mut self, place: usize, highlight: [f32; 4]) {
         let index = self.places.get(place).copied().unwrap_or(EMPTY);
         if let Some((_, drawn)) = self.drawn.get_mut(index as usize)
@@ -117,8 +117,8 @@ impl DrawList {
         self.revision
     }
 
-    /// The places that changed since a revision, with repetitions; `None` where the list
-    /// was never there, or too long ago.
+    /// Returns the places that changed since a revision, with repetitions. `None` where the list
+    /// never had that revision, or too long ago.
     pub(crate) fn changed_since(&self, revision: u64) -> Option<impl Iterator<Item = usize>> {
         let seen = if revision == self.base {
             0
@@ -139,7 +139,7 @@ pub enum InstanceSource<'a> {
 }
 
 impl<'a> InstanceSource<'a> {
-    /// All of it, in order.
+    /// Iterates over all instances in order.
     pub fn iter(self) -> impl Iterator<Item = &'a DrawInstance> {
         let (listed, kept) = match self {
             Self::Listed(listed) => (Some(listed), None),

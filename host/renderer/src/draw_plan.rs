@@ -32,7 +32,7 @@ pub(crate) struct Batch {
 }
 
 impl Batch {
-    /// One of its instances by itself.
+    /// Returns a batch of one of its instances.
     pub(crate) fn single(&self, index: u32) -> Self {
         Self { instances: index..index + 1, count: 1, ..self.clone() }
     }
@@ -54,7 +54,7 @@ impl Batch {
     }
 }
 
-/// A part of what is drawn.
+/// Drawing phase of two-pass occlusion culling.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum DrawPhase {
     /// Nearest instances, drawn first as occluders.
@@ -79,8 +79,8 @@ pub(crate) struct DrawPlan {
 }
 
 impl DrawPlan {
-    /// Lists what may be seen. `object_highlights`: tints of objects, for features;
-    /// none where it is empty.
+    /// Lists the visible instances. `object_highlights` tints objects, for features; it may be
+    /// empty.
     pub(crate) fn fill(
         &mut self,
         models: &[Option<GpuModel>],
@@ -141,7 +141,7 @@ impl DrawPlan {
         self.batches.iter().filter(|batch| !batch.instances.is_empty())
     }
 
-    /// The same of a part of what is drawn, with the instances that are in it.
+    /// Iterates over the visible batches of a phase, with the instances in it.
     pub(crate) fn visible_in(&self, phase: DrawPhase) -> impl Iterator<Item = Batch> {
         let phases = self.seen().map(move |batch| batch.in_phase(phase));
         phases.filter(|batch| !batch.instances.is_empty())

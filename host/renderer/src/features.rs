@@ -30,7 +30,7 @@ impl FeatureResources {
         Ok(Self { layout, none })
     }
 
-    /// `None` for a mesh that is one piece.
+    /// Uploads a mesh's features; `None` for a mesh without features.
     pub(crate) fn upload(
         &self,
         recorder: &mut Recorder<'_>,

@@ -15,8 +15,8 @@ use crate::visibility::world_from_mesh;
 
 /// Pixels along a side of a tile, of which the farthest depth is kept.
 const TILE: u32 = 4;
-/// Pixels around a box that what is in it may be drawn in: slender things are drawn a pixel
-/// wide, and a rasteriser keeps places to 1/256 of a pixel.
+/// Margin in pixels around a box. Slender things are drawn a pixel wide, and a rasterizer snaps to
+/// 1/256 of a pixel.
 const MARGIN_PIXELS: f32 = 0.6;
 /// Tolerance of depths for rounding, as a share of the distance. A face that begins before the eye
 /// has depths as exact as its greatest.
@@ -51,7 +51,7 @@ pub(crate) struct FirstPassDepth {
 }
 
 impl FirstPassDepth {
-    /// Begins with what a camera sees; nothing is known yet.
+    /// Begins a frame of a camera without any depth.
     pub(crate) fn begin(&mut self, camera: &CameraView, size: [u32; 2]) {
         self.clip_from_world = camera.clip_from_world();
         self.size = size;
@@ -61,7 +61,7 @@ impl FirstPassDepth {
         self.queries.clear();
     }
 
-    /// Asks whether anything of an instance's box may be seen: [`FirstPassDepth::query_results`] tells.
+    /// Queues a query for an instance's box; [`FirstPassDepth::query_results`] answers it.
     pub(crate) fn add_query(&mut self, instance: &Instance, bounds: &Bounds) {
         let place = self.place_of(&self.clip_from_mesh(instance), bounds);
         if let ScreenPlace::Tiles([columns, rows], _) = &place {
@@ -93,14 +93,14 @@ impl FirstPassDepth {
         recorder.copy_depth(depth, area, copy)
     }
 
-    /// Room for the depth of a picture.
+    /// Returns the read-back buffer for a picture's depth, made anew for another size.
     fn copy_of(&mut self, gpu: &Gpu) -> Result<&mut DepthCopy, GpuError> {
         let Self { copy, size, .. } = self;
         drop(copy.take_if(|(_, made_for)| made_for != size));
         Ok(&mut get_or_create(copy, || Ok::<_, GpuError>((DepthCopy::new(gpu, *size)?, *size)))?.0)
     }
 
-    /// Takes over what was copied, once it is there.
+    /// Reads the copied depth back, once the device has written it.
     pub(crate) fn read_back(&mut self) -> Result<(), GpuError> {
         if self.columns.is_empty() {
             return Ok(());
@@ -152,13 +152,13 @@ impl FirstPassDepth {
         })
     }
 
-    /// Clip space from an instance's mesh.
+    /// Returns the transform from an instance's mesh to clip space.
     pub(crate) fn clip_from_mesh(&self, instance: &Instance) -> Mat4 {
         self.clip_from_world * world_from_mesh(instance)
     }
 }
 
-/// Adds the tiles of lines of so many pixels.
+/// Adds the tiles of pixel lines of a width.
 fn add_tiles(tiles: &mut Vec<f32>, depths: &[f32], width: usize) {
     let mut least = Vec::with_capacity(width);
     for lines in depths.chunks(width * TILE as usize) {
@@ -166,7 +166,7 @@ fn add_tiles(tiles: &mut Vec<f32>, depths: &[f32], width: usize) {
     }
 }
 
-/// Adds the least of each tile of a row of them, of so many lines of pixels or fewer.
+/// Adds the least depth of each tile of a row of tiles.
 fn add_least(tiles: &mut Vec<f32>, lines: &[f32], width: usize, least: &mut Vec<f32>) {
     let lesser = |one: f32, other: f32| if one < other { one } else { other };
     let (first, others) = lines.split_at(width.min(lines.len()));

@@ -23,8 +23,8 @@ fn drawn(depth_at: impl Fn([u32; 2]) -> f32) -> FirstPassDepth {
     drawn
 }
 
-/// The greatest depth of a box in the middle of a pixel, in double precision; `None` where it
-/// is not there.
+/// Returns the greatest depth of a box at a pixel's middle, in double precision; `None` beside the
+/// box.
 fn depth_in(bounds: &Bounds, [x, y]: [u32; 2]) -> Option<f64> {
     let world_from_clip = camera().clip_from_world().as_dmat4().inverse();
     let place = [(x, SIZE[0]), (y, SIZE[1])]

@@ -24,15 +24,14 @@ pub struct Frame<'a> {
     pub background: [f32; 3],
     /// The ground below the equipment; not at low quality, in wireframes or from below.
     pub ground: Option<Ground>,
-    /// Distance at which half of what is seen is background, metres, so that far things
-    /// fade; not at low quality or in wireframes.
+    /// Distance at which fog hides half of a surface, metres. Not at low quality or in wireframes.
     pub fog_distance: Option<f32>,
     /// Around all that casts a shadow, world space in metres; `None` for no shadows. At
     /// high quality alone, and not in wireframes.
     pub shadow_bounds: Option<Bounds>,
     /// Objects with an outline; the last mention of an object counts.
     pub outlined: &'a [OutlinedObject],
-    /// Cuts away what lies before it.
+    /// Section plane that cuts geometry away.
     pub section: Option<SectionPlane>,
     /// Lines and faces in the world; not in wireframes, and not picked.
     pub polylines: Option<Polylines<'a>>,
@@ -82,8 +81,8 @@ pub enum OutlineKind {
 /// Patterns that tints may have: plain, striped, crossed and dotted, on the screen.
 pub const PATTERNS: u32 = 4;
 
-/// A tint in a pattern, by its number below [`PATTERNS`]: between the pattern's marks
-/// little of the tint is seen.
+/// Makes a highlight with a pattern, by its number below [`PATTERNS`]. Between the pattern's marks
+/// the tint is faint.
 pub const fn highlight_with_pattern(
     [red, green, blue]: [f32; 3],
     strength: f32,
@@ -136,7 +135,7 @@ pub enum ResolveRequest {
     MorphTarget(MeshAtCursor),
 }
 
-/// A mesh of a model with so many collapses done; beyond the last it means all.
+/// Mesh of a model with a number of collapses done; numbers beyond the last mean all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct MeshAtCursor {
     /// Model that the mesh belongs to.
@@ -147,9 +146,8 @@ pub struct MeshAtCursor {
     pub cursor: u32,
 }
 
-/// egui's output for one frame. Every textures delta must reach the renderer
-/// once, in order; clear it after the frame was drawn, because egui panics when
-/// a delta is dropped that nobody cleared.
+/// Output of egui for one frame. Every textures delta must reach the renderer once, in order. Clear
+/// it after the frame was drawn: egui panics when an uncleared delta is dropped.
 #[derive(Clone, Copy)]
 pub struct EguiFrame<'a> {
     /// Textures that egui changed.
@@ -173,13 +171,13 @@ pub struct FrameStats {
     /// Commands that ask for them: those beside each other that are alike are one, where the
     /// device can.
     pub draw_commands: u32,
-    /// CPU time from the frame's beginning until the GPU has all of it, or what is near,
-    /// where that is drawn first; waiting for the GPU is left out.
+    /// CPU time until the GPU has the frame's commands, or those of the first pass, milliseconds.
+    /// Waiting for the GPU is left out.
     pub cpu_millis: f64,
     /// Time that the frame waited for the depth of the first pass, milliseconds.
     pub depth_wait_millis: f64,
-    /// CPU time from then until the GPU has the rest. It is where the processor is the GPU,
-    /// and what it does in place of drawing.
+    /// CPU time of occlusion culling after the first pass, milliseconds. Software rasterizers spend
+    /// it in place of drawing.
     pub occlusion_millis: f64,
     /// Part of `cpu_millis` spent on meshes at new cursors.
     pub resolve_millis: f64,

@@ -30,13 +30,13 @@ pub(crate) struct FrameBuffers {
     pub(crate) instances: Buffer,
     highlights: Buffer,
     pub(crate) group: BindGroup,
-    /// Indices of what is gathered, once anything was.
+    /// Index buffer of CPU triangle culling, made on first use.
     pub(crate) culled_indices: Option<Buffer>,
     capacities: Capacities,
 }
 
 impl FrameBuffers {
-    /// `more` is bound after the stream's own.
+    /// Makes the buffers; `more` is bound after them.
     pub(crate) fn new(
         gpu: &Gpu,
         layout: &BindGroupLayout,

@@ -10,7 +10,7 @@ pub(crate) struct BoundingSphere {
 }
 
 impl BoundingSphere {
-    /// A ball around this one as a transform turns, stretches and moves it.
+    /// Returns a sphere around this one under a transform.
     pub(crate) fn transformed(self, transform: &Mat4) -> Self {
         let [x, y, z] = [transform.x_axis, transform.y_axis, transform.z_axis].map(Vec4::truncate);
         // Of a matrix the Frobenius norm is at least what it stretches by.

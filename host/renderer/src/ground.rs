@@ -1,4 +1,4 @@
-//! The ground below the equipment.
+//! Ground plane with a metre grid below the equipment.
 
 use busbar_gpu::{BindGroup, Buffer, BufferUsage, DrawCall, Gpu, GpuError, Pipeline, RenderPass};
 use busbar_shaders::Vertex;
@@ -18,7 +18,7 @@ const PERIOD_METRES: f32 = 10.0;
 pub struct Ground {
     /// Height along y, metres.
     pub height: f32,
-    /// Distance from below the eye at which nothing is left of it, metres.
+    /// Radius of the ground around the point below the eye, metres; it fades out towards the edge.
     pub reach: f32,
 }
 
@@ -50,7 +50,7 @@ impl GroundResources {
         Ok(Self { vertices, indices })
     }
 
-    /// Draws it over what is farther. The instances are any: none is read.
+    /// Draws the ground over farther surfaces. Any instance buffer will do: none is read.
     pub(crate) fn draw(
         &self,
         pass: &mut RenderPass<'_>,
@@ -75,8 +75,8 @@ impl GroundResources {
     }
 }
 
-/// For the shader: the point below the eye with the reach, and that point within its
-/// cell. Both 0 where there is no ground.
+/// Returns the shader's ground data: the point below the eye with the radius, and that point within
+/// its grid cell. Both are 0 without ground.
 pub(crate) fn uniforms(ground: Option<Ground>, eye: Vec3) -> [[f32; 4]; 2] {
     let Some(Ground { height, reach }) = ground else { return [[0.0; 4]; 2] };
     let within = |metres: f32| metres.rem_euclid(PERIOD_METRES);

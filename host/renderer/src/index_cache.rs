@@ -1,4 +1,4 @@
-//! Index buffers of meshes at cursors.
+//! Index buffer cache: resolved meshes at cursors, evicted least recently used first.
 
 use std::collections::HashMap;
 
@@ -13,7 +13,7 @@ use crate::resolver::ResolvedTriangles;
 use crate::slender::SectionRange;
 use crate::visibility::OcclusionTest;
 
-/// Bytes of index buffers that are kept beyond what the current frame needs.
+/// Bytes of index buffers kept beyond the needs of the current frame.
 pub const MAX_CACHED_INDEX_BYTES: u64 = 256 << 20;
 
 /// Bytes of index buffers that one frame may need: some 180 million triangles.
@@ -105,7 +105,7 @@ impl IndexCache {
         self.limit_bytes
     }
 
-    /// Drops all; what a frame needs is made again.
+    /// Drops all entries; a frame makes those it needs again.
     pub(crate) fn drop_all(&mut self) {
         self.entries.clear();
         self.bytes = 0;
@@ -115,7 +115,7 @@ impl IndexCache {
         self.bytes
     }
 
-    /// Everything asked for from now on belongs to one frame.
+    /// Begins a frame: later requests belong to it.
     pub(crate) fn begin_frame(&mut self) {
         self.clock += 1;
         self.frame_bytes = 0;
@@ -165,13 +165,13 @@ impl IndexCache {
         self.entries.get(&key)
     }
 
-    /// Gives buffers back in which nothing is left.
+    /// Releases empty buffers of the arena.
     pub(crate) fn trim(&mut self) {
         self.arena.trim();
     }
 
-    /// Drops what was used least recently, down to the limit, but nothing that
-    /// the current frame uses.
+    /// Drops the least recently used entries, down to the limit, but none that the current frame
+    /// uses.
     pub(crate) fn evict(&mut self) {
         if self.bytes <= self.limit_bytes {
             return;
@@ -191,8 +191,8 @@ impl IndexCache {
         }
     }
 
-    /// Drops what the current frame made: its commands were abandoned, so the
-    /// buffers were never filled.
+    /// Drops the entries that the current frame made: its commands were abandoned, so the buffers
+    /// were never filled.
     pub(crate) fn abandon_frame(&mut self) {
         let clock = self.clock;
         self.remove_where(|_, entry| entry.made_at == clock);

@@ -25,20 +25,20 @@ pub(crate) struct BucketKey {
     pub(crate) mirrored: bool,
 }
 
-/// Instances of a kind.
+/// Bucket: instances with the same key.
 #[derive(Debug)]
 pub(crate) struct Bucket {
     pub(crate) key: BucketKey,
     /// In the order of their places.
     pub(crate) entries: Vec<BucketEntry>,
-    /// Around each, world space: beside each other, since whoever looks goes through all
-    /// of them while the caches hold the last picture.
+    /// Bounding spheres of the entries, world space. Kept side by side, since culling reads all of
+    /// them with a cold cache.
     pub(crate) spheres: Vec<BoundingSphere>,
     /// Pending additions or removals that are not sorted in yet.
     is_stale: bool,
 }
 
-/// An instance of a kind.
+/// Instance in a bucket.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BucketEntry {
     place: u32,
@@ -46,11 +46,10 @@ pub(crate) struct BucketEntry {
     pub(crate) slot: u32,
 }
 
-/// In place of a slot or a kind: nothing is drawn there.
+/// Marker of an empty slot or bucket number.
 const EMPTY: u32 = u32::MAX;
 
-/// Kinds that are kept though nothing is of them any more: what comes and goes as one walks
-/// finds its room again.
+/// Greatest number of empty buckets that are kept for instances that come back.
 const MAX_EMPTY_BUCKETS: usize = 256;
 
 /// A list in order.
@@ -62,23 +61,23 @@ pub(crate) struct InstanceBuckets {
     slots: Vec<u32>,
     /// By slot; features are named, but not tinted yet.
     pub(crate) instances: Vec<Instance>,
-    /// By slot the number of its kind, or [`EMPTY`].
+    /// Bucket number of each slot, or [`EMPTY`].
     bucket_of_slot: Vec<u32>,
-    /// Slots that nothing is in any more.
+    /// Slots that are free again.
     free: Vec<u32>,
-    /// By the numbers of their kinds.
+    /// Buckets, by bucket number.
     buckets: Vec<Bucket>,
     number_of_key: HashMap<BucketKey, u32, foldhash::fast::RandomState>,
-    /// Numbers of kinds in the order of those.
+    /// Bucket numbers in the order of their keys.
     order: Vec<u32>,
-    /// Numbers of those that are stale.
+    /// Numbers of the stale buckets.
     stale: Vec<u32>,
     /// Room to put members in order.
     joined: Vec<(BucketEntry, BoundingSphere)>,
 }
 
 impl InstanceBuckets {
-    /// Takes over what a list came to.
+    /// Updates the buckets to the state of a list.
     pub(crate) fn update(
         &mut self,
         models: &[Option<GpuModel>],
@@ -99,7 +98,7 @@ impl InstanceBuckets {
         }
     }
 
-    /// Looks through the next list from the beginning: models are not what they were.
+    /// Invalidates all buckets: the next update reads the whole list, since models changed.
     pub(crate) fn invalidate(&mut self) {
         self.revision = None;
     }
@@ -142,7 +141,7 @@ impl InstanceBuckets {
         Ok(())
     }
 
-    /// Puts something into a place, whatever was there.
+    /// Puts an instance into a place, replacing any other.
     fn put(&mut self, place: u32, PlacedInstance { key, sphere, instance }: PlacedInstance) {
         let number = self.bucket_number(key);
         let slot = match self.slots[place as usize] {
@@ -193,7 +192,7 @@ impl InstanceBuckets {
         }
     }
 
-    /// Lets go of members that are no more, and puts those that came where they belong.
+    /// Removes instances that no longer exist and restores the sort order.
     fn restore_order(&mut self) {
         let Self { slots, bucket_of_slot, buckets, stale, joined, .. } = self;
         for number in stale.drain(..) {
@@ -216,7 +215,7 @@ impl InstanceBuckets {
         }
     }
 
-    /// Forgets kinds of which nothing is, where they are many: others are numbered anew.
+    /// Removes empty buckets beyond the limit; other buckets are renumbered.
     fn remove_empty_buckets(&mut self) {
         if self.order.len() - self.buckets().count() <= MAX_EMPTY_BUCKETS {
             return;
@@ -289,7 +288,7 @@ fn key_of(mesh: &GpuMesh, drawn: &DrawInstance) -> BucketKey {
     }
 }
 
-/// `None` where there is nowhere to go.
+/// Returns the morph of an instance; `None` where its vertices do not move.
 fn morph_key(mesh: &GpuMesh, cursor: u32, morph: Morph) -> Option<MorphKey> {
     let coarser = morph.coarser.min(mesh.stacks.collapse_count());
     let weight = morph.weight.clamp(0.0, 1.0);

@@ -1,4 +1,4 @@
-//! Images that one pass draws and another reads.
+//! Intermediate images that one pass draws and another samples.
 
 use busbar_gpu::{
     BindGroup, BindGroupLayout, Binding, Format, Gpu, GpuError, Image, ImageDescription, ImageKind,
@@ -11,7 +11,7 @@ pub(crate) struct Layer {
 }
 
 impl Layer {
-    /// `layout` is of a single texture.
+    /// Makes an image and its group; `layout` is that of a single texture.
     pub(crate) fn new(
         gpu: &Gpu,
         layout: &BindGroupLayout,

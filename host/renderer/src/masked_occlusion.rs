@@ -28,14 +28,12 @@ const ROUNDING: f32 = 1.0 / (1 << 17) as f32;
 const MAX_PLACE: f32 = 1e8;
 /// From a pixel's middle to where samples may be, pixels.
 const SAMPLE_OFFSET_PIXELS: f32 = 0.5;
-/// Pixels around a box that what is in it may be drawn in: slender things are drawn a pixel
-/// wide.
+/// Margin in pixels around a box: slender parts are drawn at least a pixel wide.
 const MARGIN_PIXELS: f32 = 2.0;
 /// Margin by which occluded boxes lie farther, as a share of the distance, whatever the picture's
 /// size.
 const DEPTH_TOLERANCE: f32 = 1e-3;
-/// Half of the width in pixels that slender things are drawn with, which takes them as much
-/// nearer.
+/// Half of the minimum width of slender parts in pixels; it brings them nearer by as much.
 const SLENDER: f32 = 0.5;
 
 /// Masked depth buffer of large faces. Depths are one over the distance along the line of sight,
@@ -51,13 +49,12 @@ pub(crate) struct MaskedDepthBuffer {
     /// Margin by which occluded boxes lie farther, as a share of the distance.
     tolerance: f32,
     masks: Vec<u64>,
-    /// The least of what covers a cell.
+    /// Least depth among the faces that cover a cell.
     depths: Vec<f32>,
 }
 
 impl MaskedDepthBuffer {
-    /// Begins a picture of so many pixels, none of its sides zero, whose pixels have so many
-    /// samples.
+    /// Begins a picture of a non-zero size and a number of samples a pixel.
     pub(crate) fn begin(&mut self, camera: &CameraView, size: [u32; 2], samples: u32) {
         let [columns, rows] = size.map(|pixels| pixels.div_ceil(CELL) as usize);
         let pixels_per_unit = camera.pixels_per_unit(size[1]);
@@ -73,7 +70,7 @@ impl MaskedDepthBuffer {
         self.cover_outside(rows);
     }
 
-    /// Pixels of cells beyond the edges count as covered.
+    /// Marks pixels of cells beyond the picture's edges as covered.
     fn cover_outside(&mut self, rows: usize) {
         let [beyond_right, beyond_below] = self.size.map(|pixels| pixels % CELL);
         if beyond_right > 0 {
@@ -100,7 +97,7 @@ impl MaskedDepthBuffer {
         rows.for_each(|row| self.add_row(&face, row));
     }
 
-    /// Adds what a face covers of a row of cells.
+    /// Rasterizes a face into a row of cells.
     fn add_row(&mut self, face: &ScreenPolygon, row: u32) {
         let spans: [Range<i32>; CELL as usize] =
             std::array::from_fn(|line| face.span(row * CELL + line as u32, self.size[0]));
@@ -178,7 +175,7 @@ impl MaskedDepthBuffer {
     }
 }
 
-/// The bits of a cell's line that a span of pixels covers; the cell begins at `left`.
+/// Returns the bits of a cell's line that a span of pixels covers; the cell begins at `left`.
 fn row_mask(span: &Range<i32>, left: i32) -> u64 {
     let [from, to] = [span.start, span.end].map(|at| (at - left).clamp(0, CELL as i32));
     if from >= to { 0 } else { (0xff >> (CELL as i32 - (to - from)) << from) as u64 }
@@ -223,7 +220,7 @@ impl ClippedPolygon {
     }
 }
 
-/// An edge of a face: within are places with a product, and what is added, above zero.
+/// Edge function of a face: positive inside.
 #[derive(Clone, Copy, Default)]
 struct Edge {
     across: Vec2,
@@ -245,8 +242,8 @@ struct ScreenPolygon {
 }
 
 impl ScreenPolygon {
-    /// `None` where next to nothing of it is seen, or its places are not to be told. `margins`:
-    /// by how much its edges are drawn in, anywhere and a unit away.
+    /// Projects a face. `None` where it is nearly edge-on or its screen positions are unreliable.
+    /// `margins` shrink its edges: anywhere, and at a distance of one.
     fn new(corners: &[Vec4], size: [u32; 2], margins: [f32; 2]) -> Option<Self> {
         let scale = Vec2::new(size[0] as f32, size[1] as f32) * 0.5;
         let mut places = [Vec3::ZERO; MAX_CORNERS];
@@ -297,7 +294,7 @@ impl ScreenPolygon {
         Some(face)
     }
 
-    /// The pixels of a line whose middles it covers.
+    /// Returns the pixels of a line whose middles the face covers.
     fn span(&self, line: u32, width: u32) -> Range<i32> {
         let y = line as f32 + 0.5;
         let (mut from, mut to) = (0.0_f32, width as f32);
@@ -316,7 +313,7 @@ impl ScreenPolygon {
         if span.is_empty() { 0..0 } else { span }
     }
 
-    /// No more than its depth anywhere in the cell around a place.
+    /// Returns a lower bound of the depth within the cell around a point.
     fn least_depth_around(&self, middle: Vec2) -> f32 {
         let slope = self.depth.truncate();
         let in_cell = CELL as f32 * 0.5 * (slope.x.abs() + slope.y.abs());

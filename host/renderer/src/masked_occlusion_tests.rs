@@ -142,7 +142,7 @@ proptest! {
         ..ProptestConfig::default()
     })]
 
-    /// Whatever is taken to be hidden: no sample of a pixel shows any of it.
+    /// A box taken to be hidden shows in no sample of a pixel.
     #[test]
     fn nothing_that_is_seen_is_taken_to_be_hidden(
         faces in prop::collection::vec(

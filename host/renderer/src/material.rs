@@ -1,4 +1,4 @@
-//! Materials on the device.
+//! Materials on the device: uniforms, textures, samplers and their bind groups.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Weak};
@@ -22,7 +22,7 @@ const LOW_METAL: f32 = 0.45;
 /// A material ready to draw with.
 pub(crate) struct GpuMaterial {
     pub(crate) group: Arc<BindGroup>,
-    /// Tells groups apart, in the order in which they were made.
+    /// Number of the bind group, in order of creation.
     pub(crate) number: u32,
     pub(crate) blends: bool,
     pub(crate) double_sided: bool,
@@ -37,7 +37,7 @@ pub(crate) struct GpuMaterial {
 }
 
 impl GpuMaterial {
-    /// Shows only fronts, and only what does not shine by itself.
+    /// Reports whether the material is single-sided and without emission.
     pub(crate) fn is_narrow(&self) -> bool {
         !self.double_sided && !self.emits
     }

@@ -1,4 +1,4 @@
-//! Models on the device.
+//! Models on the device: vertex upload and per-mesh data.
 
 use std::sync::Arc;
 
@@ -21,7 +21,7 @@ use crate::slender::SlenderWedges;
 pub struct ModelHandle(pub(crate) u32);
 
 impl ModelHandle {
-    /// The handle of this number, which [`Renderer::upload_model_at`] gives a model.
+    /// Makes the handle of an index, which [`Renderer::upload_model_at`] gives a model.
     ///
     /// [`Renderer::upload_model_at`]: crate::Renderer::upload_model_at
     pub fn from_index(index: u32) -> Self {
@@ -62,7 +62,7 @@ pub(crate) struct GpuMesh {
     pub(crate) blends: bool,
     /// Conductors, wires and rods; `None` where it holds none.
     pub(crate) slender: Option<Arc<SlenderWedges>>,
-    /// The live triangles from which on they are gathered.
+    /// Least number of live triangles for CPU triangle culling.
     min_culled_triangles: usize,
     /// Occluder search: whether its large faces hide geometry behind them.
     occludes: bool,
@@ -141,7 +141,7 @@ impl GpuModel {
         })
     }
 
-    /// A section's material, or the default one.
+    /// Returns a section's material, or the default one.
     pub(crate) fn material(&self, index: Option<u32>) -> &GpuMaterial {
         let default = self.materials.len() - 1;
         &self.materials[index.map_or(default, |index| index as usize)]
@@ -155,8 +155,8 @@ fn bounding_sphere(mesh: &Mesh, bounds: Bounds) -> BoundingSphere {
     BoundingSphere { center, radius }
 }
 
-/// Computes the normals of slender islands by position. They lead away from the axis, longer than
-/// one by the radius. Zero elsewhere; empty where nothing is slender.
+/// Computes the normals of slender pieces by position. Each points away from the axis and is longer
+/// than one by the radius. Zero elsewhere; empty without slender pieces.
 fn slender_normals(stacks: &CollapseStacks) -> Vec<Vec3> {
     let points = stacks.slender_points();
     if points.is_empty() {
@@ -190,7 +190,7 @@ fn write_vertices(mesh: &Mesh, slender: &[Vec3], colors: &[Option<[f32; 2]>], in
     }
 }
 
-/// Files hold normals of any length, and a long one says something.
+/// Normalizes long normals: files hold normals of any length, and a long one marks slender parts.
 fn unit_at_most(normal: Vec3) -> Vec3 {
     const LONG: f32 = 1.1;
     if normal.length_squared() > LONG { normal.normalize() } else { normal }

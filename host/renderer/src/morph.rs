@@ -1,4 +1,4 @@
-//! Meshes between two cursors, so that a change of detail does not pop.
+//! Geomorphing: meshes between two cursors, so that a change of detail does not pop.
 //!
 //! The finer mesh is drawn with vertices that go straight to those that stand for them at
 //! the coarser cursor. A compute pass puts them there once a frame, for all passes that
@@ -25,8 +25,8 @@ pub const MAX_MORPHED_BYTES: u64 = 64 << 20;
 /// Bytes that a vertex takes.
 pub const VERTEX_BYTES: u64 = size_of::<Vertex>() as u64;
 
-/// Bytes of standing vertices that are kept beyond what the current frame needs.
-const MAX_STANDING_BYTES: u64 = 64 << 20;
+/// Bytes of morph targets kept beyond the needs of the current frame.
+const MAX_REPRESENTATIVE_BYTES: u64 = 64 << 20;
 
 /// The way that instances are on, and how far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -48,7 +48,7 @@ struct MorphTarget {
 /// Compute pipeline that moves vertices, made on first use.
 struct MorphPipeline {
     compute: ComputePipeline,
-    standing: BindGroupLayout,
+    representatives: BindGroupLayout,
     written: BindGroupLayout,
 }
 
@@ -63,11 +63,11 @@ struct MorphedVertices {
 pub(crate) struct Morpher {
     pipeline: Option<MorphPipeline>,
     moved: Option<MorphedVertices>,
-    standing: HashMap<IndexKey, MorphTarget>,
-    standing_bytes: u64,
-    /// Bytes from the start of what was moved last, by mesh and way.
+    representatives: HashMap<IndexKey, MorphTarget>,
+    representative_bytes: u64,
+    /// Byte offset of the moved vertices, by mesh and morph.
     offsets: HashMap<(IndexKey, MorphKey), u64>,
-    /// Counts what is prepared.
+    /// Counter of the prepared plans.
     clock: u64,
 }
 
@@ -82,7 +82,7 @@ struct MorphDispatch<'a> {
 }
 
 impl MorphDispatch<'_> {
-    /// The mesh where the way ends.
+    /// Returns the key of the coarser mesh.
     fn coarser(&self) -> IndexKey {
         IndexKey { cursor: self.morph.coarser, ..self.key }
     }
@@ -91,38 +91,39 @@ impl MorphDispatch<'_> {
 impl Morpher {
     /// Reports whether the morph target of a cursor is on the device.
     pub(crate) fn is_ready(&self, coarser: IndexKey) -> bool {
-        self.standing.contains_key(&coarser)
+        self.representatives.contains_key(&coarser)
     }
 
-    /// Takes what stands for each vertex of a mesh at a cursor.
+    /// Uploads the representative of each vertex of a mesh at a cursor.
     pub(crate) fn insert(
         &mut self,
         recorder: &mut Recorder<'_>,
         models: &[Option<GpuModel>],
         coarser: IndexKey,
-        standing: &[u32],
+        representatives: &[u32],
     ) -> Result<(), RenderError> {
         let mesh = models[coarser.model as usize].as_ref().map(|model| &model.meshes);
         let Some(vertices) = mesh.and_then(|of| of[coarser.mesh as usize].vertices.as_ref()) else {
             return Ok(());
         };
-        let bytes: &[u8] = bytemuck::cast_slice(standing);
+        let bytes: &[u8] = bytemuck::cast_slice(representatives);
         let pipeline = get_or_create(&mut self.pipeline, || MorphPipeline::new(recorder.gpu()))?;
-        let buffer = recorder.upload_buffer("standing vertices", BufferUsage::Storage, bytes)?;
+        let buffer =
+            recorder.upload_buffer("representative vertices", BufferUsage::Storage, bytes)?;
         let group = BindGroup::new(
-            &pipeline.standing,
+            &pipeline.representatives,
             &[Binding::BufferSlice(vertices), Binding::Buffer(&buffer)],
         )?;
         let bytes = bytes.len() as u64;
         let entry = MorphTarget { group, bytes, used_at: self.clock };
-        self.standing_bytes += bytes;
-        if let Some(replaced) = self.standing.insert(coarser, entry) {
-            self.standing_bytes -= replaced.bytes;
+        self.representative_bytes += bytes;
+        if let Some(replaced) = self.representatives.insert(coarser, entry) {
+            self.representative_bytes -= replaced.bytes;
         }
         Ok(())
     }
 
-    /// Moves the vertices of all that a plan shows on its way.
+    /// Moves the vertices of all morphing batches of a plan.
     pub(crate) fn record(
         &mut self,
         recorder: &mut Recorder<'_>,
@@ -139,8 +140,8 @@ impl Morpher {
         for step in &steps {
             let coarser = step.coarser();
             if !self.is_ready(coarser) {
-                let standing = step.mesh.stacks.representative_wedges(coarser.cursor);
-                self.insert(recorder, models, coarser, &standing)?;
+                let representatives = step.mesh.stacks.representative_wedges(coarser.cursor);
+                self.insert(recorder, models, coarser, &representatives)?;
             }
         }
         let pipeline = get_or_create(&mut self.pipeline, || MorphPipeline::new(recorder.gpu()))?;
@@ -153,8 +154,10 @@ impl Morpher {
         let Some(moved) = &self.moved else { return Ok(()) };
         let mut pass = recorder.compute_pass("morph");
         for step in &steps {
-            let Some(standing) = self.standing.get_mut(&step.coarser()) else { continue };
-            standing.used_at = self.clock;
+            let Some(representatives) = self.representatives.get_mut(&step.coarser()) else {
+                continue;
+            };
+            representatives.used_at = self.clock;
             let constants = MorphStep {
                 vertices: step.count,
                 start: step.start,
@@ -162,7 +165,7 @@ impl Morpher {
             };
             pass.dispatch(&Dispatch {
                 pipeline: &pipeline.compute,
-                groups: &[&standing.group, &moved.group],
+                groups: &[&representatives.group, &moved.group],
                 constants: bytemuck::bytes_of(&constants),
                 workgroups: step.count.div_ceil(MORPH_GROUP),
             })?;
@@ -204,37 +207,36 @@ impl Morpher {
         Ok(steps)
     }
 
-    /// The vertices that a batch is drawn with, and where they begin in bytes, if it is
-    /// on its way.
+    /// Returns the moved vertices of a batch and their byte offset, if it morphs.
     pub(crate) fn vertices_of(&self, batch: &Batch) -> Option<(&Buffer, u64)> {
         let offset = *self.offsets.get(&(batch.key, batch.morph?))?;
         Some((&self.moved.as_ref()?.buffer, offset))
     }
 
-    /// Drops what was used least recently, down to the limit, but nothing of this frame.
+    /// Drops the least recently used targets, down to the limit, but none of this frame.
     fn evict(&mut self) {
-        if self.standing_bytes <= MAX_STANDING_BYTES {
+        if self.representative_bytes <= MAX_REPRESENTATIVE_BYTES {
             return;
         }
-        let idle = self.standing.iter().filter(|(_, entry)| entry.used_at < self.clock);
+        let idle = self.representatives.iter().filter(|(_, entry)| entry.used_at < self.clock);
         let mut idle: Vec<_> = idle.map(|(key, entry)| (entry.used_at, *key)).collect();
         idle.sort_unstable();
         for (_, key) in idle {
-            if self.standing_bytes <= MAX_STANDING_BYTES {
+            if self.representative_bytes <= MAX_REPRESENTATIVE_BYTES {
                 break;
             }
-            if let Some(entry) = self.standing.remove(&key) {
-                self.standing_bytes -= entry.bytes;
+            if let Some(entry) = self.representatives.remove(&key) {
+                self.representative_bytes -= entry.bytes;
             }
         }
     }
 
     pub(crate) fn remove_where(&mut self, unwanted: impl Fn(&IndexKey) -> bool) {
-        self.standing.retain(|key, _| !unwanted(key));
-        self.standing_bytes = self.standing.values().map(|entry| entry.bytes).sum();
+        self.representatives.retain(|key, _| !unwanted(key));
+        self.representative_bytes = self.representatives.values().map(|entry| entry.bytes).sum();
     }
 
-    /// Drops all; what a frame needs is made again.
+    /// Drops all targets; a frame makes those it needs again.
     pub(crate) fn drop_all(&mut self) {
         self.remove_where(|_| true);
         self.offsets.clear();
@@ -244,15 +246,16 @@ impl Morpher {
 
 impl MorphPipeline {
     fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        let standing = BindGroupLayout::new(gpu, &[BindingKind::Storage, BindingKind::Storage])?;
+        let representatives =
+            BindGroupLayout::new(gpu, &[BindingKind::Storage, BindingKind::Storage])?;
         let written = BindGroupLayout::new(gpu, &[BindingKind::StorageWrite])?;
         let description = ComputeDescription {
             name: "morph",
             stage: ShaderStage { words: MORPH, entry: c"morph_main" },
-            groups: &[&standing, &written],
+            groups: &[&representatives, &written],
             constant_bytes: size_of::<MorphStep>(),
         };
-        Ok(Self { compute: ComputePipeline::new(gpu, &description)?, standing, written })
+        Ok(Self { compute: ComputePipeline::new(gpu, &description)?, representatives, written })
     }
 }
 

@@ -1,4 +1,4 @@
-//! Large flat faces of meshes: what lies behind them need not be drawn.
+//! Occluder extraction: large convex flat faces of meshes.
 
 use std::collections::HashMap;
 
@@ -36,7 +36,7 @@ pub(crate) struct Occluder {
     pub(crate) section: u32,
 }
 
-/// The large faces of a mesh, the largest first: of its triangles at a cursor.
+/// Finds the large flat faces among a mesh's triangles at a cursor, the largest first.
 pub(crate) fn occluders_of(
     mesh: &Mesh,
     triangles: &[[u32; 3]],
@@ -89,8 +89,8 @@ impl Candidate {
     }
 }
 
-/// Triangles of the largest areas, the largest first; none of what is slender, which is
-/// drawn wider than it is, and not in full.
+/// Returns the triangles of the largest areas, the largest first. Slender ones are left out: they
+/// are drawn wider than they are, and not in full.
 fn largest(mesh: &Mesh, triangles: &[[u32; 3]], sections: &[SectionRange]) -> Vec<Candidate> {
     let mut candidates: Vec<Candidate> = Vec::new();
     let mut most = 0.0_f32;
@@ -150,7 +150,7 @@ impl<'a> GrowingFace<'a> {
         self.mesh.positions[position as usize]
     }
 
-    /// Takes in a triangle beside it with which it stays flat and convex; tells which.
+    /// Merges a neighbouring triangle that keeps the face flat and convex; returns its index.
     fn grow(
         &mut self,
         candidates: &[Candidate],
@@ -224,7 +224,7 @@ mod tests {
         occluders_of(mesh, &mesh.triangles, &[all])
     }
 
-    /// A grid of squares in the plane z = 2, two triangles each.
+    /// Makes a grid of squares in the plane z = 2, two triangles each.
     fn wall(columns: u32, rows: u32) -> Mesh {
         let positions: Vec<[f32; 3]> = (0..=rows)
             .flat_map(|y| (0..=columns).map(move |x| [x as f32, y as f32, 2.0]))
@@ -248,7 +248,7 @@ mod tests {
         assert_eq!(face.plane, Vec4::new(0.0, 0.0, 1.0, -2.0));
     }
 
-    /// Whatever a face takes in, it is convex, and areas come to the whole.
+    /// Merged faces are convex, and their areas add up to the whole.
     #[test]
     fn a_tiled_wall_is_covered_once_by_convex_faces() {
         let faces = faces_of(&wall(5, 3));

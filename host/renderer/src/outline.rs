@@ -1,4 +1,4 @@
-//! Outlines of what is hovered over and selected.
+//! Outlines of hovered and selected objects: a mask pass and edge detection.
 
 use std::ops::Range;
 
@@ -25,10 +25,9 @@ use crate::{CameraView, DrawInstance, Frame, InstanceSource, OutlinedObject, Ren
 
 /// Side of a tile in pixels, as `TILE` of the shader.
 const TILE_PIXELS: u32 = 4;
-/// Tiles that outlines reach at most, as `MAX_REACH` of the shader has it in pixels.
+/// Maximum reach of outlines in tiles; `MAX_REACH` of the shader is the same in pixels.
 const REACH: u32 = 2;
-/// Pixels around a box that what is in it may be drawn in: slender things and edges are drawn
-/// a pixel wide.
+/// Margin in pixels around a box: slender parts and edges are drawn at least a pixel wide.
 const MARGIN_PIXELS: f32 = 2.0;
 
 /// GPU resources of outlines, made on first use.
@@ -41,7 +40,7 @@ pub(crate) struct Outlines {
     streams: Vec<FrameBuffers>,
     buckets: InstanceBuckets,
     plan: DrawPlan,
-    /// The kinds of the objects 1, 2 and so on, as highlights.
+    /// Outline kinds of the objects 1, 2 and so on, as highlights.
     kinds: Vec<[f32; 4]>,
     /// Instances that have an outline.
     instances: Vec<DrawInstance>,
@@ -147,7 +146,7 @@ impl Outlines {
         Ok(recorder.fullscreen_pass_in(picture, true, &self.lines, &groups(&mask.edges.group))?)
     }
 
-    /// Lists the instances of which anything is outlined, and the kinds of objects.
+    /// Collects the instances with an outlined object or feature, and the outline kinds of objects.
     fn collect_outlined(
         &mut self,
         models: &[Option<GpuModel>],
@@ -187,7 +186,7 @@ impl Outlines {
 /// Screen area that outlines may cover. Outlines cover a small part of a picture, and a software
 /// rasterizer would need as long for all of it as for a scene.
 struct OutlineArea {
-    /// Columns and rows of tiles that show anything of what is outlined.
+    /// Columns and rows of tiles that outlined instances cover.
     shown: [Range<u32>; 2],
     /// Size of the picture in pixels.
     size: [u32; 2],
@@ -216,7 +215,7 @@ impl OutlineArea {
         shown.reduce(both).map(|shown| Self { shown, size })
     }
 
-    /// With so many more tiles around it.
+    /// Returns the tiles with so many more around them.
     fn around(&self, more: u32) -> [Range<u32>; 2] {
         [0, 1].map(|axis| {
             let Range { start, end } = self.shown[axis];
@@ -235,7 +234,7 @@ impl OutlineArea {
         ImageArea { origin, size: [columns.len() as u32, rows.len() as u32] }
     }
 
-    /// Pixels that outlines are drawn in.
+    /// Returns the pixels that outlines are drawn in.
     fn outline_pixels(&self) -> ImageArea {
         self.pixels_around(REACH)
     }
@@ -256,7 +255,7 @@ impl OutlineArea {
     }
 }
 
-/// The columns and rows of tiles that a box may show anything in, if there are any.
+/// Returns the columns and rows of tiles that a box may cover, if any.
 fn tiles_of(found: &ScreenBox, size: [u32; 2]) -> Option<[Range<u32>; 2]> {
     if found.nearest().is_some() {
         return found.tiles(size, TILE_PIXELS, MARGIN_PIXELS);
@@ -264,7 +263,7 @@ fn tiles_of(found: &ScreenBox, size: [u32; 2]) -> Option<[Range<u32>; 2]> {
     found.may_surround().then(|| size.map(|pixels| 0..pixels.div_ceil(TILE_PIXELS)))
 }
 
-/// The objects that are features of an instance, counted from 0.
+/// Returns the objects that are features of an instance, counted from 0.
 fn features_of(models: &[Option<GpuModel>], drawn: &DrawInstance) -> Option<Range<usize>> {
     let first = (drawn.first_feature? as usize).checked_sub(1)?;
     let mesh = models.get(drawn.model.0 as usize)?.as_ref()?.meshes.get(drawn.mesh as usize)?;

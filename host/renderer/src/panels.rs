@@ -1,4 +1,4 @@
-//! Paints egui's panels over the picture.
+//! Panel painter: egui's user interface drawn over the picture.
 //!
 //! egui tells of a change of its textures once, so the pixels are kept here: a
 //! frame that fails, or a device that is lost, loses none of them.
@@ -34,7 +34,7 @@ pub(crate) struct Panels {
     textures: Textures,
 }
 
-/// egui's textures: their pixels, and what of them is on the device.
+/// Textures of egui: their pixels, and their copies on the device.
 #[derive(Default)]
 struct Textures {
     all: BTreeMap<TextureId, Texture>,
@@ -82,13 +82,12 @@ impl Panels {
         self.textures.dying.clone_from(&lost.textures.dying);
     }
 
-    /// Takes egui's new, changed and freed textures over; the same change twice
-    /// does no harm.
+    /// Applies egui's new, changed and freed textures; applying a change twice does no harm.
     pub(crate) fn update(&mut self, delta: &TexturesDelta) -> Result<(), RenderError> {
         self.textures.update(delta)
     }
 
-    /// The frame that was being recorded will not come.
+    /// Abandons the frame that was being recorded: its uploads never ran.
     pub(crate) fn abandon_frame(&mut self) {
         for texture in self.textures.all.values_mut().filter(|texture| texture.is_new) {
             (texture.group, texture.is_new) = (None, false);
@@ -149,7 +148,7 @@ impl Panels {
         Ok(())
     }
 
-    /// The frame was submitted: what it uploaded is there.
+    /// Ends a submitted frame: its uploads are on the device.
     pub(crate) fn end_frame(&mut self) {
         self.textures.all.values_mut().for_each(|texture| texture.is_new = false);
     }
@@ -170,7 +169,7 @@ impl Textures {
         Ok(())
     }
 
-    /// Applies a change to what is known of a texture.
+    /// Applies a change to a texture's pixels.
     fn merge(&mut self, id: TextureId, delta: &ImageDelta) -> Result<(), RenderError> {
         let ImageData::Color(patch) = &delta.image;
         let Some([left, top]) = delta.pos else {
@@ -193,7 +192,7 @@ impl Textures {
         Ok(())
     }
 
-    /// Uploads what the device does not have.
+    /// Uploads textures that the device lacks.
     fn upload(
         &mut self,
         recorder: &mut Recorder<'_>,
@@ -291,7 +290,7 @@ fn pipeline(gpu: &Gpu, color: Format, groups: [&BindGroupLayout; 2]) -> Result<P
     )
 }
 
-/// Left, top, width and height in whole pixels.
+/// Converts a clip rectangle to left, top, width and height in whole pixels.
 fn pixels_of(clip: Rect, pixels_per_point: f32) -> [u32; 4] {
     let pixel = |points: f32| (points * pixels_per_point).round().max(0.0) as u32;
     let [left, top] = [pixel(clip.min.x), pixel(clip.min.y)];

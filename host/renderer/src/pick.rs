@@ -70,13 +70,13 @@ impl PixelArea {
         ImageArea { origin, size }.is_within(picture)
     }
 
-    /// The picture's viewport, moved so that this part falls onto the target.
+    /// Returns the picture's viewport, moved so that this part falls onto the target.
     pub(crate) fn viewport(&self) -> Viewport {
         let origin = self.origin.map(|pixels| -(pixels as f32));
         Viewport { origin, size: self.picture.map(|pixels| pixels as f32) }
     }
 
-    /// Clip space of the picture to that of this part, to leave out what is beside it.
+    /// Returns the transform from the picture's clip space to that of this part, for culling.
     pub(crate) fn clip_from_picture(&self) -> Mat4 {
         let [x, y] = [0, 1].map(|axis| {
             let [origin, size, whole] =
@@ -87,7 +87,7 @@ impl PixelArea {
     }
 }
 
-/// Ids on their way back.
+/// Object ids that are being read back.
 pub(crate) struct PendingPick {
     pub(crate) submission: Submission,
     pub(crate) download: Download,
@@ -104,7 +104,7 @@ pub enum PickState {
     Done(Vec<Option<u32>>),
 }
 
-/// The objects of pixels that were read back.
+/// Decodes the objects of pixels that were read back.
 pub(crate) fn objects_of(pixels: &[u8]) -> impl Iterator<Item = Option<u32>> {
     let (ids, _) = pixels.as_chunks();
     ids.iter().map(|&id| Some(u32::from_le_bytes(id)).filter(|&id| id != BACKGROUND))

@@ -8,7 +8,7 @@ use busbar_gpu::{
 };
 use busbar_shaders::{Attribute, Instance, Vertex};
 
-/// A pass over a whole image.
+/// Compiles a full-screen pipeline with one fragment shader.
 pub(crate) fn screen_pipeline(
     gpu: &Gpu,
     (name, words, fragment): (&str, &[u32], &CStr),
@@ -32,7 +32,7 @@ pub(crate) fn screen_pipeline(
     )
 }
 
-/// The shaders of a pipeline and what they read.
+/// Shaders of a mesh pipeline and their bind groups.
 #[derive(Clone, Copy)]
 pub(crate) struct MeshPipelineDescription<'a> {
     pub(crate) name: &'a str,

@@ -1,4 +1,4 @@
-//! The pipelines of all passes.
+//! Graphics pipelines of all mesh passes, compiled on first use.
 
 use busbar_gpu::{BindGroupLayout, BindingKind, Blend, Format, Gpu, GpuError, Pipeline};
 use busbar_shaders::{GROUND, GROUND_SHADOWED, MASK, MASK_SECTION};
@@ -50,7 +50,7 @@ pub(crate) struct RequiredPipelines {
     pub(crate) pick: bool,
 }
 
-/// Compiled once: what all frames need at start, the rest when something first does.
+/// Pipelines compiled once: those of all frames at start, others on first use.
 pub(crate) struct Pipelines {
     settings: QualitySettings,
     whole: MeshPipelines,
@@ -91,7 +91,7 @@ pub(crate) enum Highlights {
     OfFeatures,
 }
 
-/// Pipelines of one look, each for what it has to look at.
+/// Variants of one pipeline, each the fastest for some meshes.
 pub(crate) struct PipelineVariants {
     /// Pipeline that draws every mesh.
     any: Pipeline,
@@ -102,19 +102,19 @@ pub(crate) struct PipelineVariants {
     plain: Option<Pipeline>,
     /// Restriction of `plain` to single-sided materials without emission.
     plain_is_narrow: bool,
-    /// Draws the same where vertices bring their colours.
+    /// Pipeline of plain materials whose vertices carry their colours.
     colored: Option<Pipeline>,
-    /// For what is slender.
+    /// Pipelines of slender islands, if any.
     slender: Option<SlenderPipelines>,
 }
 
-/// Pipelines that draw what is slender at least a pixel wide.
+/// Pipelines that draw slender islands at least a pixel wide.
 struct SlenderPipelines {
     any: Pipeline,
     plain: Pipeline,
 }
 
-/// A pipeline for what is drawn.
+/// Pipeline selected for a section.
 pub(crate) struct SelectedPipeline<'a> {
     /// Among those of the look.
     pub(crate) place: u8,
@@ -142,7 +142,7 @@ impl PipelineVariants {
         self.slender.is_some()
     }
 
-    /// The fastest pipeline that will do.
+    /// Selects the fastest pipeline that draws a section correctly.
     pub(crate) fn pipeline(
         &self,
         batch: &Batch,
@@ -215,7 +215,7 @@ impl Pipelines {
         })
     }
 
-    /// Compiles what a picture needs and none needed before.
+    /// Compiles the pipelines that a picture needs and no earlier one needed.
     pub(crate) fn ensure(
         &mut self,
         gpu: &Gpu,
@@ -245,7 +245,7 @@ impl Pipelines {
     }
 }
 
-/// The format that low quality draws in, where the picture's has one.
+/// Returns the format that low quality draws in, where the picture's has one.
 fn shown_undecoded(gpu: &Gpu, quality: Quality) -> Option<Format> {
     gpu.picture_format().undecoded().filter(|_| quality == Quality::Low)
 }
@@ -360,8 +360,8 @@ impl<'a> PipelineBuilder<'a> {
         Ok(PipelineVariants::single(compiled))
     }
 
-    /// With several samples a pixel, what is widened covers as many of them as it would cover
-    /// of the pixel; with one sample it covers it.
+    /// Builds the slender pipelines. With several samples a pixel, coverage follows the true width;
+    /// with one sample the pixel is covered.
     fn slender(&self) -> Result<SlenderPipelines, GpuError> {
         let compile = |name, vertex, fragment| {
             let description =

@@ -1,4 +1,4 @@
-//! Lines of a width in pixels, and faces, in the world.
+//! Polylines: anti-aliased lines of a width in points, and flat faces, in the world.
 //!
 //! Each line is a quad that the vertex shader lays along it on the screen; its coverage
 //! fades over a pixel, so that it is smooth with one sample too. They are hidden by what
@@ -15,7 +15,7 @@ use glam::Vec3;
 use crate::RenderError;
 use crate::density::DensityPlane;
 
-/// Lines, and likewise faces, in one frame: 24 and 32 MB.
+/// Lines, and as many faces, in one frame: 24 and 32 MB.
 pub const MAX_POLYLINE_PARTS: usize = 500_000;
 
 /// Corners of every quad: along, and across.
@@ -27,14 +27,13 @@ const FIRST_CAPACITY: usize = 256;
 /// Lines and faces of a frame.
 #[derive(Clone, Copy, Debug)]
 pub struct Polylines<'a> {
-    /// Another one for other lines and faces: what has not changed is not written again.
+    /// Revision of lines and faces: unchanged ones are not written again.
     pub revision: u64,
-    /// Behind all lines, what lies behind first.
+    /// Faces, drawn before all lines, the farthest first.
     pub faces: &'a [WorldFace],
-    /// Between faces and lines: where the picture of what was counted last stands, a plane
-    /// a pair of axes; empty where none is to be drawn.
+    /// Density planes, drawn between faces and lines, one for each pair of axes; may be empty.
     pub planes: &'a [DensityPlane],
-    /// Lines, what lies behind first.
+    /// Lines, the farthest first.
     pub strokes: &'a [WorldStroke],
 }
 
@@ -91,7 +90,7 @@ impl QuadMesh {
         Ok(Self { corners, indices })
     }
 
-    /// A draw of so many instances.
+    /// Makes a draw call of so many instances.
     pub(crate) fn draw<'a>(
         &'a self,
         pipeline: &'a Pipeline,
@@ -122,7 +121,7 @@ struct PolylineBuffers {
 }
 
 impl PolylineResources {
-    /// `color` is what the scene is drawn in.
+    /// Makes pipelines and buffers; `color` is the scene's colour format.
     pub(crate) fn new(
         recorder: &mut Recorder<'_>,
         frame: &BindGroupLayout,
@@ -140,7 +139,7 @@ impl PolylineResources {
         Ok(Self { strokes, faces, undecoded, quads, slots })
     }
 
-    /// Writes what changed; the last frame in this slot must be finished.
+    /// Writes changed lines and faces; the last frame in this slot must be finished.
     pub(crate) fn write(
         &mut self,
         gpu: &Gpu,
@@ -167,7 +166,7 @@ impl PolylineResources {
         Ok(())
     }
 
-    /// Draws faces over what is farther.
+    /// Draws faces over farther surfaces.
     pub(crate) fn draw_faces(
         &self,
         pass: &mut RenderPass<'_>,
@@ -179,7 +178,7 @@ impl PolylineResources {
         self.draw(pass, frame_group, &self.faces, instances)
     }
 
-    /// Draws strokes over what is farther.
+    /// Draws strokes over farther surfaces.
     pub(crate) fn draw_strokes(
         &self,
         pass: &mut RenderPass<'_>,
@@ -251,7 +250,7 @@ fn face_instance(face: &WorldFace, undecoded: bool) -> FaceInstance {
     }
 }
 
-/// A colour as the target takes it (IEC 61966-2-1).
+/// Converts an sRGB colour to the target's encoding (IEC 61966-2-1).
 pub(crate) fn target_color(color: [u8; 3], undecoded: bool) -> [f32; 3] {
     color.map(|byte| {
         let value = f32::from(byte) / 255.0;

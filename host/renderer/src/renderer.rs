@@ -1,4 +1,4 @@
-//! The renderer: models in, frames out.
+//! Renderer interface: models in, frames and picks out.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -23,13 +23,13 @@ const MAX_MODELS: usize = 1 << 20;
 /// Quality of a picture, and thereby its cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quality {
-    /// Shape under one light and a hemisphere, worked out at vertices: for remote
-    /// desktops and software rasterisers.
+    /// Per-vertex lighting by one sun and a hemisphere: for remote desktops and software
+    /// rasterizers.
     Low,
     /// Materials as they reflect light, ground and fog.
     #[default]
     Medium,
-    /// The same with one shadowed sun and contact shades.
+    /// Shadows of the sun and ambient occlusion besides.
     High,
 }
 
@@ -54,7 +54,7 @@ pub struct RendererOptions {
 }
 
 impl Default for RendererOptions {
-    /// Medium quality, four samples, no validation.
+    /// Returns medium quality, four samples, no validation.
     fn default() -> Self {
         Self {
             quality: Quality::Medium,
@@ -98,7 +98,7 @@ impl PictureSettings {
         Self { quality, samples, on_software_rasterizer }
     }
 
-    /// Quality and samples on a device.
+    /// Returns quality and samples for a device.
     fn for_device(self, gpu: &Gpu) -> (Quality, u32) {
         let other = self.on_software_rasterizer.filter(|_| gpu.is_software());
         other.unwrap_or((self.quality, self.samples))
@@ -197,8 +197,8 @@ impl Renderer {
         before != (own.picture, own.gpu.device.clone())
     }
 
-    /// Makes a new device in place of one that is lost. Models are gone. Panels' textures,
-    /// limits and what the validation layer said stay.
+    /// Makes a new device in place of a lost one. Models are gone. Panel textures, limits and the
+    /// validation log stay.
     ///
     /// # Errors
     /// As [`Renderer::open`]; then nothing can be drawn until a later call succeeds.
@@ -287,19 +287,17 @@ impl Renderer {
         self.scene.clear();
     }
 
-    /// Asks for what frames will need, the most urgent first, to be worked out beside
-    /// the frames and uploaded by them, each with a share of
-    /// [`MAX_UPLOAD_BYTES_PER_FRAME`](crate::MAX_UPLOAD_BYTES_PER_FRAME).
-    /// Replaces what was asked for before: what is not named any more is
-    /// dropped. What is beyond
-    /// [`MAX_PENDING_RESOLVES`](crate::MAX_PENDING_RESOLVES) is passed over:
-    /// ask again after the next frame.
+    /// Requests geometry of later frames, the most urgent first. Worker threads resolve it; each
+    /// frame uploads a share of [`MAX_UPLOAD_BYTES_PER_FRAME`](crate::MAX_UPLOAD_BYTES_PER_FRAME).
+    /// A call replaces the requests before: others are dropped. Requests beyond
+    /// [`MAX_PENDING_RESOLVES`](crate::MAX_PENDING_RESOLVES) are ignored: ask again after the next
+    /// frame.
     pub fn request(&mut self, wanted: impl Iterator<Item = ResolveRequest>) {
         self.scene.request(wanted);
     }
 
-    /// The live triangles of a mesh at a cursor, if it can be drawn without
-    /// being resolved first.
+    /// Returns the live triangles of a mesh at a cursor, if it can be drawn without being resolved
+    /// first.
     pub fn triangles_at(&self, at: &MeshAtCursor) -> Option<u32> {
         let (key, _) = scene::find(&self.scene.models, at)?;
         Some(self.scene.cache.get(key)?.triangles)
@@ -320,8 +318,8 @@ impl Renderer {
         self.panels.update(delta)
     }
 
-    /// Counts how many records go from where to where between axes, and which of them are
-    /// meant, on the device; waits for it. Values stay there until others come.
+    /// Counts records between the bins of axes, and which of them are brushed, on the device; waits
+    /// for the result. Values stay there until others come.
     ///
     /// # Errors
     /// When values, axes and pairs do not fit each other, memory runs out, or the device is
@@ -338,10 +336,10 @@ impl Renderer {
         counted
     }
 
-    /// Goes on with counting what is not counted yet and laying it out for
+    /// Advances counting and the density picture for
     /// [`Polylines::planes`](crate::Polylines::planes): a slice of
-    /// [`SLICE_RECORDS`](crate::SLICE_RECORDS) a call, without waiting for the device;
-    /// `waits` waits for all of it.
+    /// [`SLICE_RECORDS`](crate::SLICE_RECORDS) a call, without waiting for the device. With
+    /// `waits`, waits for the end.
     ///
     /// # Errors
     /// As [`Renderer::count_records`]; what was counted before is gone then.
@@ -392,7 +390,7 @@ impl Renderer {
         drawn
     }
 
-    /// The size of the next picture; `None` if there is nothing to draw into.
+    /// Returns the size of the next picture; `None` if there is nothing to draw into.
     fn size_to_draw(&mut self) -> Result<Option<[u32; 2]>, RenderError> {
         if self.setup.window.is_some() {
             return Ok(self.gpu.prepare_window()?);
@@ -442,7 +440,7 @@ impl Renderer {
         Ok(self.gpu.wait()?)
     }
 
-    /// The last frame drawn, once it is finished.
+    /// Reads the last frame drawn, once it is finished.
     ///
     /// # Errors
     /// When nothing was drawn yet, memory runs out, or the device is lost.
@@ -455,8 +453,8 @@ impl Renderer {
         Ok(Picture { width, height, rgba8: download.pixels()? })
     }
 
-    /// The object at a pixel of the frame, drawn at the present size; `None`
-    /// for the background. Panels are not in the way.
+    /// Picks the object at a pixel of the frame, drawn at the present size; `None` for the
+    /// background. Panels are ignored.
     ///
     /// # Errors
     /// When the pixel lies outside the picture; otherwise as [`Renderer::draw`].
@@ -469,8 +467,8 @@ impl Renderer {
         Ok(picked.first().copied().flatten())
     }
 
-    /// The objects at all pixels, drawn as [`Renderer::pick`] does: rows from
-    /// the top. The width is that of [`Renderer::picked_size`].
+    /// Picks the objects at all pixels, as [`Renderer::pick`] does: rows from the top. The width is
+    /// that of [`Renderer::picked_size`].
     ///
     /// # Errors
     /// As [`Renderer::draw`].
@@ -516,8 +514,7 @@ impl Renderer {
         Ok(PickState::Done(pick::objects_of(&pick.download.pixels()?).collect()))
     }
 
-    /// Size of the picture that picks refer to, pixels: what the user clicks on
-    /// is the last one shown.
+    /// Returns the size of the picture that picks refer to, pixels: the last one shown.
     pub fn picked_size(&self) -> [u32; 2] {
         self.targets.as_ref().map_or(self.size, SceneTargets::size)
     }
@@ -545,7 +542,7 @@ impl Renderer {
         self.scene.cache.set_limit(bytes);
     }
 
-    /// Bytes that index buffers take now.
+    /// Returns the bytes of the index buffers now.
     pub fn index_cache_bytes(&self) -> u64 {
         self.scene.cache.bytes()
     }
@@ -555,12 +552,12 @@ impl Renderer {
         self.gpu.can_draw_lines()
     }
 
-    /// All that the validation layer said so far, warnings and errors.
+    /// Returns all messages of the validation layer so far, warnings and errors.
     pub fn validation_messages(&self) -> Vec<String> {
         self.validation_log().messages()
     }
 
-    /// The same, readable also after the renderer is gone.
+    /// Returns the validation log, readable also after the renderer is gone.
     pub fn validation_log(&self) -> ValidationLog {
         self.gpu.validation_log()
     }
@@ -584,7 +581,7 @@ impl Drop for Renderer {
     }
 }
 
-/// Keeps on disk what was compiled, if anything was since.
+/// Saves newly compiled pipelines to disk.
 fn save_pipelines_to_disk(gpu: &Gpu) {
     if let Err(error) = gpu.save_pipelines() {
         tracing::info!("compiled pipelines are not kept: {error}");

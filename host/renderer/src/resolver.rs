@@ -1,4 +1,4 @@
-//! Resolves meshes at new cursors beside the frames.
+//! Background resolver: meshes at new cursors are resolved by worker threads beside the frames.
 //!
 //! A request is a mesh at a cursor, or the way to it. It is worked on by few threads, then waits
 //! until a frame has bytes left to upload it. One that is not asked for again
@@ -18,8 +18,8 @@ use crate::index_cache::IndexKey;
 use crate::occluders::{Occluder, occluders_of};
 use crate::slender::{SectionRange, SlenderWedges};
 
-/// Requests that are worked on or wait for their upload. What is beyond them
-/// is asked for again in a later frame.
+/// Requests that are in work or wait for their upload. Further ones are to be repeated in a later
+/// frame.
 pub const MAX_PENDING_RESOLVES: usize = 256;
 
 /// Bytes that all these may take, unless a single one takes more.
@@ -32,9 +32,9 @@ const MAX_RESOLVE_THREADS: usize = 4;
 #[derive(Clone, Copy)]
 pub(crate) struct ResolveSource<'a> {
     pub(crate) stacks: &'a Arc<CollapseStacks>,
-    /// `None` for a mesh without slender things.
+    /// `None` for a mesh without slender parts.
     pub(crate) slender: Option<&'a Arc<SlenderWedges>>,
-    /// The live triangles from which on they are gathered.
+    /// Least number of live triangles for CPU triangle culling.
     pub(crate) min_culled_triangles: usize,
     /// Occluder search: whether large faces are looked for.
     pub(crate) occludes: bool,
@@ -89,7 +89,7 @@ impl Request {
         key
     }
 
-    /// The most that it can give, bytes.
+    /// Returns the greatest size of its result, bytes.
     fn max_bytes(self, source: ResolveSource<'_>) -> u64 {
         let mesh = source.stacks.mesh();
         match self {
@@ -131,10 +131,10 @@ impl Resolved {
 
 type FinishedRequest = (Request, Resolved);
 
-/// Tells requests apart that are for the same: a model may have another's handle meanwhile.
+/// Number that tells repeated requests apart: a handle may belong to another model meanwhile.
 type Ticket = u64;
 
-/// Workers, and what they were asked for.
+/// Worker threads and their pending requests.
 pub(crate) struct Resolver {
     pool: ThreadPool,
     pending: HashMap<Request, Pending>,
@@ -217,7 +217,7 @@ impl Resolver {
         true
     }
 
-    /// The next result if it has at most `max_bytes`; its request is then done.
+    /// Takes the next result of at most `max_bytes`; its request is then done.
     pub(crate) fn take_finished(&mut self, max_bytes: u64) -> Option<FinishedRequest> {
         self.finished.extend(self.receiver.try_iter());
         // A dropped request may have been finished all the same.
@@ -270,7 +270,7 @@ mod tests {
     use super::*;
     use crate::cpu_triangle_culling::NEVER_CULLED;
 
-    /// A fan of triangles about one corner.
+    /// Makes a fan of triangles about one corner.
     fn stacks(triangles: u32) -> Arc<CollapseStacks> {
         let angle = |i: u32| i as f32 / (triangles + 1) as f32;
         let rim = (0..=triangles).map(|i| Vec3::new(angle(i).cos(), angle(i).sin(), 0.0));

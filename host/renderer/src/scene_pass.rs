@@ -1,4 +1,4 @@
-//! Records a plan's draws.
+//! Scene pass: draw calls of a plan, sorted by render state.
 
 use std::ops::Range;
 
@@ -28,7 +28,7 @@ pub(crate) enum Sections {
     Blended,
 }
 
-/// Draws a plan: a draw a section of each batch, and one for what is slender in it.
+/// Drawer of a plan: a draw for each section of a batch, and one for its slender triangles.
 pub(crate) struct SceneDrawer<'a> {
     pub(crate) models: &'a [Option<GpuModel>],
     pub(crate) cache: &'a IndexCache,
@@ -37,7 +37,7 @@ pub(crate) struct SceneDrawer<'a> {
     /// The plan's instances on the device.
     pub(crate) instances: &'a Buffer,
     pub(crate) feature_resources: &'a FeatureResources,
-    /// Vertices of what is on its way; none where all is drawn as it leaves.
+    /// Moved vertices of morphing meshes; `None` draws the finer mesh.
     pub(crate) morpher: Option<&'a Morpher>,
     /// Bound after the material's group, where a pipeline takes more.
     pub(crate) more: Option<&'a BindGroup>,
@@ -252,7 +252,7 @@ impl<'a> SceneDrawer<'a> {
         })
     }
 
-    /// Live triangles over all instances.
+    /// Counts the live triangles over all instances.
     pub(crate) fn triangles(&self) -> u64 {
         self.plan
             .batches
@@ -273,7 +273,7 @@ struct VertexSource<'a> {
     offset: u64,
 }
 
-/// One draw for those beside each other that differ in their triangles alone.
+/// Merges neighbouring draws that differ only in their triangles.
 fn batch_culled<'s>(
     culler: &TriangleCuller<'s>,
     sections: &[&'s SectionDraw<'s>],

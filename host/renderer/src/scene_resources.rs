@@ -1,4 +1,4 @@
-//! Models and all they are drawn with; records frames and picks.
+//! Scene resources: models, caches and pipelines, and the recording of frames and picks.
 
 mod first_pass;
 
@@ -51,7 +51,7 @@ const MAX_RESOLVED_AT_ONCE: usize = 32;
 /// The stream of picks, after those of the frames in flight.
 const PICK_STREAM: usize = MAX_FRAMES_IN_FLIGHT;
 
-/// All that is drawn and what it is drawn with.
+/// Models, caches and pipelines of a renderer.
 pub(crate) struct SceneResources {
     pub(crate) models: Vec<Option<GpuModel>>,
     /// Vertices of all models.
@@ -152,7 +152,7 @@ impl SceneResources {
         })
     }
 
-    /// Forgets all models and what was made of them.
+    /// Drops all models and everything made of them.
     pub(crate) fn clear(&mut self) {
         self.models.clear();
         self.cache.drop_all();
@@ -161,13 +161,13 @@ impl SceneResources {
         self.invalidate_order();
     }
 
-    /// Gives buffers back in which nothing is left.
+    /// Releases empty buffers of the arenas.
     pub(crate) fn trim(&mut self) {
         self.vertices.trim();
         self.cache.trim();
     }
 
-    /// Discards what the last frame recorded, which never ran: images hold nothing.
+    /// Abandons the last recorded frame, which never ran: images are undefined.
     pub(crate) fn abandon_frame(&mut self) {
         self.cache.abandon_frame();
         // Among it may be what was never filled.
@@ -176,7 +176,7 @@ impl SceneResources {
         self.invalidate_shadow_map();
     }
 
-    /// Models are not what they were.
+    /// Invalidates the draw order after a change of models.
     pub(crate) fn invalidate_order(&mut self) {
         self.views.iter_mut().for_each(|view| view.buckets.invalidate());
         self.invalidate_shadow_map();
@@ -188,7 +188,7 @@ impl SceneResources {
         }
     }
 
-    /// Asks for what frames will need, to be worked out beside them.
+    /// Requests geometry of later frames from the resolver.
     pub(crate) fn request(&mut self, wanted: impl Iterator<Item = ResolveRequest>) {
         let Self { models, cache, morpher, resolver, .. } = self;
         let missing = wanted.filter_map(|wanted| {
@@ -205,8 +205,8 @@ impl SceneResources {
         resolver.request(missing);
     }
 
-    /// Uploads what was resolved beside the frames, as much as a frame may. Returns how
-    /// many ways are among it.
+    /// Uploads resolved geometry, as much as a frame may. Returns the number of morph targets among
+    /// it.
     fn upload_resolved(&mut self, recorder: &mut Recorder<'_>) -> Result<u32, RenderError> {
         let (mut left, mut morph_targets) = (u64::MAX, 0);
         while let Some((request, resolved)) = self.resolver.take_finished(left) {
@@ -227,7 +227,7 @@ impl SceneResources {
         Ok(morph_targets)
     }
 
-    /// Resolves what the frame cannot do without, on all cores.
+    /// Resolves the meshes that the frame needs at once, on all cores.
     fn resolve_missing(
         &mut self,
         recorder: &mut Recorder<'_>,
@@ -255,8 +255,7 @@ impl SceneResources {
         Ok(())
     }
 
-    /// Puts the frame in order, writes it for the GPU and resolves what is
-    /// missing.
+    /// Prepares a frame: sorts and culls instances, writes buffers, and resolves missing meshes.
     fn prepare(
         &mut self,
         recorder: &mut Recorder<'_>,
@@ -308,7 +307,7 @@ impl SceneResources {
             && !is_seen_through
     }
 
-    /// Makes room for what a part of a frame gathers.
+    /// Makes room for the culled indices of a drawing phase.
     fn reserve_culled_indices(
         &mut self,
         recorder: &Recorder<'_>,
@@ -339,13 +338,13 @@ impl SceneResources {
         }
     }
 
-    /// The sun, where it casts shadows.
+    /// Returns the sun, where it casts shadows.
     fn sun_of(&self, frame: &Frame<'_>) -> Option<SunView> {
         self.high.as_ref()?;
         frame.shadow_bounds.filter(|_| !frame.wireframe).map(SunView::fit)
     }
 
-    /// Draws a part of a plan; of frames, some of it is gathered.
+    /// Makes the drawer of a phase; frames use CPU triangle culling.
     fn drawer<'a>(
         &'a self,
         (plan, phase): (&'a DrawPlan, DrawPhase),
@@ -463,7 +462,7 @@ impl SceneResources {
         Ok(calls)
     }
 
-    /// Makes what draws lines where there are any for the first time, and writes them.
+    /// Makes the resources of lines on first use, and writes the lines.
     fn prepare_polylines(
         &mut self,
         recorder: &mut Recorder<'_>,
@@ -557,8 +556,7 @@ impl SceneResources {
     }
 }
 
-/// The cache's key of a mesh at a cursor, and the mesh; `None` for what is
-/// not there.
+/// Finds the cache key of a mesh at a cursor, and the mesh; `None` for unknown ones.
 pub(crate) fn find<'a>(
     models: &'a [Option<GpuModel>],
     at: &MeshAtCursor,

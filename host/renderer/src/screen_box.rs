@@ -43,8 +43,8 @@ impl ScreenBox {
         has_places.then_some(nearest)
     }
 
-    /// The distance of the near plane, which a place's depth has over its own: the same for all
-    /// where the picture has no far limit.
+    /// Returns the near plane's distance; a point's depth is this over its own distance. It is the
+    /// same for all points without a far limit.
     pub(crate) fn near(&self) -> f32 {
         self.center.z + self.reach.z
     }
@@ -76,9 +76,8 @@ impl ScreenBox {
         let [[left, right], [top, bottom]] = [along(|corner| corner.x), along(|corner| corner.y)];
         [Vec2::new(left, top), Vec2::new(right, bottom)]
     }
-    /// The columns and rows of tiles of so many pixels a side that what is in it may be drawn in,
-    /// so many pixels around it included, of one that has a nearest; `None` where there is no
-    /// pixel of the picture.
+    /// Returns the columns and rows of tiles that a box and a margin of pixels cover. The box must
+    /// have a nearest distance; `None` beside the picture.
     #[inline]
     pub(crate) fn tiles(&self, size: [u32; 2], tile: u32, around: f32) -> Option<[Range<u32>; 2]> {
         let half = Vec2::new(size[0] as f32, size[1] as f32) * 0.5;
@@ -98,7 +97,7 @@ pub(crate) fn hull(one: &Range<u32>, other: &Range<u32>) -> Range<u32> {
     one.start.min(other.start)..one.end.max(other.end)
 }
 
-/// The pixels of columns and rows of tiles, as far as they are in a picture.
+/// Returns the pixels of columns and rows of tiles, clipped to the picture.
 pub(crate) fn tile_pixels(
     [columns, rows]: [&Range<u32>; 2],
     tile: u32,

@@ -1,4 +1,4 @@
-//! A plane that cuts equipment open.
+//! Section plane that cuts equipment open.
 
 use glam::{DVec4, Vec3};
 
@@ -6,7 +6,7 @@ use glam::{DVec4, Vec3};
 /// become visible are hatched.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SectionPlane {
-    /// Towards what is cut away, world space; a unit vector.
+    /// Unit vector towards the side that is cut away, world space.
     pub normal: Vec3,
     /// From the world's origin along the normal, metres.
     pub distance: f32,

@@ -17,7 +17,7 @@ pub(crate) struct ShaderSet {
 }
 
 impl ShaderSet {
-    /// `undecoded`: whether colours are drawn as the picture's bytes keep them.
+    /// Selects the shaders. `undecoded`: colours are written sRGB encoded.
     pub(crate) fn new(quality: Quality, undecoded: bool, is_section: bool) -> Self {
         let either = |section, whole| if is_section { section } else { whole };
         Self {

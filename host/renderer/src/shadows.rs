@@ -1,4 +1,4 @@
-//! One shadowed sun: a map of what it sees, drawn again only when that changed.
+//! Shadow map of the sun, redrawn only when its contents changed.
 
 use busbar_geometry::Bounds;
 use busbar_gpu::{
@@ -22,7 +22,7 @@ use crate::{CameraView, Frame, InstanceSource, ModelHandle, RenderError, Section
 /// Texels along a side of the map: 16 MiB of depth.
 pub(crate) const MAP_TEXELS: u32 = 2048;
 
-/// Texels at each edge that nothing is drawn into, so that what lies beyond is lit.
+/// Texels at each edge that are kept empty, so that surfaces beyond are lit.
 const MARGIN: f64 = 3.0;
 
 /// Sides that bounds have at least, metres: flat things have shadows, too.
@@ -66,7 +66,7 @@ impl SunView {
         Self { camera, texel: texel.x.max(texel.y) }
     }
 
-    /// World space to the map: 0 to 1 right and down, and its depth.
+    /// Returns the transform from world space to the map: 0 to 1 right and down, and its depth.
     pub(crate) fn shadow_from_world(&self) -> DMat4 {
         let shadow_from_clip = DMat4::from_translation(DVec3::new(0.5, 0.5, 0.0))
             * DMat4::from_scale(DVec3::new(0.5, 0.5, 1.0));
@@ -74,7 +74,7 @@ impl SunView {
         shadow_from_clip * projection.as_dmat4() * camera_from_world.as_dmat4()
     }
 
-    /// World directions in texels to distances on the map.
+    /// Returns the transform from world directions in texels to distances on the map.
     pub(crate) fn shadow_from_texels(&self) -> Mat4 {
         let mut linear = self.shadow_from_world() * DMat4::from_scale(DVec3::splat(self.texel));
         linear.w_axis = glam::DVec4::ZERO;
@@ -106,7 +106,7 @@ struct ShadowMapState {
     casters: Vec<ShadowCaster>,
 }
 
-/// The map, and what draws it.
+/// Shadow map with its buffers and draw plan.
 pub(crate) struct Shadows {
     map: Image,
     sampler: Sampler,
@@ -143,13 +143,13 @@ impl Shadows {
         [Binding::Texture(&self.map), Binding::Sampler(&self.sampler)]
     }
 
-    /// The map holds nothing any more.
+    /// Invalidates the contents of the map.
     pub(crate) fn invalidate(&mut self) {
         self.shown = None;
         self.buckets.invalidate();
     }
 
-    /// Reports whether the map must be drawn for this frame, and records what it will show then.
+    /// Reports whether the map must be drawn for this frame, and records its next contents.
     fn is_outdated(&mut self, frame: &Frame<'_>, sun: Option<SunView>) -> bool {
         let revision = match frame.instances {
             InstanceSource::Listed(_) => None,
@@ -178,8 +178,8 @@ impl Shadows {
         true
     }
 
-    /// Draws the map where it shows anything else than this frame's shadows, and makes it
-    /// ready to be read; tells whether it was drawn. The frame's meshes are resolved.
+    /// Draws the map if its contents are outdated, and prepares it for sampling. Returns whether it
+    /// was drawn. The frame's meshes are resolved.
     pub(crate) fn record(
         &mut self,
         recorder: &mut Recorder<'_>,

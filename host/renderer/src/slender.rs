@@ -6,7 +6,7 @@ use std::ops::Range;
 /// Bit set of the wedges that belong to slender islands.
 pub(crate) struct SlenderWedges(Vec<u64>);
 
-/// Triangles, or indices, of a section: what is slender comes last.
+/// Range of a section's triangles, or indices: slender ones come last.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct SectionRange {
     pub(crate) all: Range<u32>,
@@ -28,8 +28,8 @@ impl SlenderWedges {
         word >> (wedge % u64::BITS) & 1 == 1
     }
 
-    /// Puts slender triangles of a section behind its others, neither out of their order.
-    /// Islands share no triangle, so one corner tells.
+    /// Partitions a section's triangles, slender ones last, in stable order. Islands share no
+    /// triangle, so one corner decides.
     pub(crate) fn partition(
         &self,
         triangles: &mut [[u32; 3]],
@@ -57,7 +57,7 @@ impl SectionRange {
         Self { slender_from: all.end, all }
     }
 
-    /// The indices of these triangles.
+    /// Returns the range of indices of these triangles.
     pub(crate) fn indices(&self) -> Self {
         let Self { all, slender_from } = self;
         Self { all: 3 * all.start..3 * all.end, slender_from: 3 * slender_from }

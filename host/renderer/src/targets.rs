@@ -1,4 +1,4 @@
-//! The images a frame is drawn into.
+//! Render targets of a frame: colour, depth and the resolved picture.
 
 use busbar_gpu::{
     BindGroupLayout, ClearColor, DepthStore, Format, Gpu, GpuError, Image, ImageDescription,
@@ -57,7 +57,7 @@ impl SceneTargets {
         })
     }
 
-    /// Sees to it that [`SceneTargets::depth`] is there; `layout` is of a single texture.
+    /// Makes [`SceneTargets::depth`] if it is missing; `layout` is that of a single texture.
     pub(crate) fn ensure_depth(
         &mut self,
         gpu: &Gpu,
@@ -71,12 +71,12 @@ impl SceneTargets {
         Ok(())
     }
 
-    /// Depth as it is drawn, where a pixel has one sample.
+    /// Returns the depth attachment, where a pixel has one sample.
     pub(crate) fn single_sample_depth(&self) -> Option<&Image> {
         self.color.is_none().then_some(&self.depth)
     }
 
-    /// Depth with one sample a pixel, once it is ready and drawn.
+    /// Returns the depth with one sample a pixel, once it is made and drawn.
     pub(crate) fn depth(&self) -> Option<&Layer> {
         self.one_depth.as_ref()
     }
@@ -85,7 +85,7 @@ impl SceneTargets {
         self.picture.size()
     }
 
-    /// `background` in linear light, whatever the colours drawn are in.
+    /// Returns the targets, cleared to a background in linear light, whatever the encoding drawn.
     /// With `keeps_depth`, [`SceneTargets::depth`] is drawn as well.
     pub(crate) fn cleared(
         &self,
@@ -113,12 +113,12 @@ impl SceneTargets {
     }
 }
 
-/// Clip space over exactly the picture.
+/// Returns the viewport of exactly the picture.
 pub(crate) fn full_viewport(size: [u32; 2]) -> Viewport {
     Viewport { origin: [0.0; 2], size: size.map(|pixels| pixels as f32) }
 }
 
-/// Linear light as sRGB keeps it (IEC 61966-2-1), both from 0 to 1.
+/// Encodes linear light as sRGB (IEC 61966-2-1), both from 0 to 1.
 pub(crate) fn srgb_from_linear(light: f32) -> f32 {
     let light = light.clamp(0.0, 1.0);
     if light <= 0.003_130_8 { light * 12.92 } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 }

@@ -14,8 +14,8 @@ use crate::visibility::world_from_mesh;
 
 /// Share of a frame's triangles that the first pass draws.
 const NEAR_SHARE: f32 = 0.2;
-/// Triangles of the rest that are worth it: to look for what is hidden takes as long as to
-/// draw some ten thousand.
+/// Least number of other triangles for which two passes pay: reading depth back takes as long as
+/// drawing some ten thousand.
 const LEAST_REST: u64 = 50_000;
 /// The shortest and the longest distances that are told apart, metres, and in how many steps
 /// they double.
@@ -24,7 +24,8 @@ const LONGEST: f32 = 65_536.0;
 const STEPS_A_DOUBLING: u32 = 4;
 const STEPS: usize = (step_of(LONGEST) + 1) as usize;
 
-/// The step of a distance: the first bits of a number are its exponent and what follows it.
+/// Returns the step of a distance: the first bits of a float are its exponent and the leading
+/// digits.
 const fn step_of(metres: f32) -> u32 {
     const DROPPED: u32 = f32::MANTISSA_DIGITS - 1 - STEPS_A_DOUBLING.ilog2();
     // What is no number is near.
@@ -92,7 +93,7 @@ impl DrawPlan {
         std::mem::swap(instances, ordered);
     }
 
-    /// Asks of each of the rest whether it is behind what is being drawn.
+    /// Queues an occlusion query for each instance of the second phase.
     pub(crate) fn add_occlusion_queries(
         &self,
         models: &[Option<GpuModel>],
@@ -106,7 +107,7 @@ impl DrawPlan {
         }
     }
 
-    /// Leaves out what is, once that is drawn.
+    /// Removes occluded instances, once the depth was read back.
     pub(crate) fn remove_occluded(&mut self, models: &[Option<GpuModel>], drawn: &FirstPassDepth) {
         let Self { instances, batches, .. } = self;
         let mut answers = drawn.query_results();
@@ -124,8 +125,8 @@ impl DrawPlan {
     }
 }
 
-/// The first step that is not drawn first: nearer is the least that has the share of all
-/// triangles. `None` where what is left is not worth it.
+/// Finds the first step of the second phase: the nearest steps with the share of all triangles come
+/// first. `None` where the rest is not worth it.
 fn first_far(triangles: &[u64; STEPS]) -> Option<u32> {
     let all: u64 = triangles.iter().sum();
     let mut near = 0;

@@ -7,7 +7,7 @@ use glam::{DMat4, DVec3, DVec4, Mat4};
 use crate::shadows::SunView;
 use crate::{Frame, ground};
 
-/// For a picture whose clip space lies on this viewport. Without a sun everything is lit.
+/// Computes the uniform for a picture with a viewport. Without a sun everything is lit.
 pub(crate) fn frame_uniform(
     frame: &Frame<'_>,
     viewport: Viewport,
@@ -52,7 +52,8 @@ pub(crate) fn frame_uniform(
     }
 }
 
-/// From (x, y, depth, 1), pixels from the picture's upper left corner.
+/// Returns the transform to clip space from (x, y, depth, 1), pixels from the picture's upper left
+/// corner.
 fn clip_from_pixel(viewport: Viewport) -> DMat4 {
     let [x, y] = [0, 1].map(|axis| {
         let scale = 2.0 / f64::from(viewport.size[axis]).max(1.0);

@@ -22,8 +22,7 @@ const MIN_SCREEN_SHARE: f32 = 1.0 / 128.0;
 const MAX_FACES: usize = 1024;
 /// Faces that are kept in mind until only those are.
 const MAX_FOUND: usize = 4 * MAX_FACES;
-/// An eye no farther before a face, as a share of how far it is from the mesh's origin, may be
-/// behind it for all that rounding tells.
+/// Tolerance of the back-face test, as a share of the eye's distance from the mesh's origin.
 const BACK_FACE_TOLERANCE: f32 = 1e-5;
 
 /// Frustum and occluders that instances are culled against.
@@ -34,7 +33,7 @@ pub(crate) struct CullView<'a> {
 }
 
 impl CullView<'_> {
-    /// All in the picture, hidden or not.
+    /// Makes a view that culls by the frustum alone.
     pub(crate) fn new(clip_from_world: &Mat4) -> Self {
         Self { frustum: Frustum::from_matrix(clip_from_world), occluders: None }
     }
@@ -48,7 +47,8 @@ pub(crate) enum OcclusionTest<'a> {
 }
 
 impl OcclusionTest<'_> {
-    /// Clip space from an instance's mesh, as [`OcclusionTest::is_box_visible`] takes it.
+    /// Returns the transform from an instance's mesh to clip space, for
+    /// [`OcclusionTest::is_box_visible`].
     pub(crate) fn clip_from_mesh(self, instance: &Instance) -> Mat4 {
         match self {
             Self::LargeFaces(buffer) => buffer.clip_from_mesh(instance),
@@ -66,7 +66,7 @@ impl OcclusionTest<'_> {
     }
 }
 
-/// Large faces that stand before the rest of the picture, and what they hide.
+/// Occlusion buffer: large faces near the eye, rasterized into masked depth.
 #[derive(Default)]
 pub(crate) struct OcclusionBuffer {
     clip_from_world: Mat4,
@@ -86,8 +86,7 @@ struct ProjectedFace {
 }
 
 impl OcclusionBuffer {
-    /// Looks for them among what a roster draws of resolved meshes; there are none without a
-    /// camera.
+    /// Rasterizes the large faces of resolved meshes as occluders; without a camera there are none.
     pub(crate) fn rasterize_faces(
         &mut self,
         (models, cache, buckets): (&[Option<GpuModel>], &IndexCache, &InstanceBuckets),
@@ -149,12 +148,12 @@ impl OcclusionBuffer {
         self.corners = kept;
     }
 
-    /// Itself, where there are any.
+    /// Returns the buffer if it holds any face.
     pub(crate) fn non_empty(&self) -> Option<&Self> {
         (!self.found.is_empty()).then_some(self)
     }
 
-    /// Looks for them on an instance.
+    /// Adds the large faces of an instance.
     fn add_faces_of(
         &mut self,
         (instance, sphere): (&Instance, &BoundingSphere),
@@ -213,8 +212,8 @@ impl OcclusionBuffer {
     }
 }
 
-/// The large faces of a kind that is not on its way anywhere, and what they are of; `None`
-/// where there are none.
+/// Returns the large faces of a bucket that does not morph, with model and mesh; `None` where there
+/// are none.
 fn occluders_of_bucket<'a>(
     models: &'a [Option<GpuModel>],
     cache: &'a IndexCache,
@@ -232,7 +231,8 @@ struct FaceFilter {
     square: f32,
     /// Pixels that a face must cover.
     least: f32,
-    /// Within so many of its squared radii a disc as large as a ball covers them.
+    /// Greatest squared distance, in squared radii, at which a disc as large as a sphere covers
+    /// enough pixels.
     near: f32,
     /// Pixels from the middle of the picture to its edges.
     half: Vec2,
@@ -245,15 +245,15 @@ impl FaceFilter {
         sphere.center.distance_squared(self.eye) <= self.near * sphere.radius * sphere.radius
     }
 
-    /// The least area anywhere in a ball that may cover as much as is worth looking behind.
+    /// Returns the least area of a face within a sphere that may cover enough pixels.
     #[inline]
     fn least_area(&self, sphere: &BoundingSphere) -> f32 {
         let distance = (sphere.center.distance(self.eye) - sphere.radius).max(0.0);
         self.least * distance * distance / self.square
     }
 
-    /// The pixels that a face covers by its corners in clip space, also beside the picture,
-    /// and one over its least distance; no end of either where it reaches behind the eye.
+    /// Returns the pixels that a face covers by its corners in clip space, also beside the picture,
+    /// and one over its least distance. Both are infinite where it reaches behind the eye.
     fn screen_size(&self, corners: &[Vec4]) -> (f32, f32) {
         let least = corners.iter().fold(f32::INFINITY, |least, corner| least.min(corner.w));
         if least <= 0.0 {

@@ -1,4 +1,4 @@
-//! Materials without textures, whose colours vertices bring at low quality.
+//! Vertex colours of plain materials at low quality.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 

@@ -1,4 +1,4 @@
-//! Counts of the GPU against those of the CPU: equal to the last one.
+//! Density counts of the GPU, bit-equal to those of the CPU.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
@@ -109,13 +109,13 @@ fn counts_brushed_records_and_pictures_are_those_of_a_plain_loop() {
                     arrangement: 1,
                     axes: AXES,
                     values: &values,
-                    shown: &shown,
+                    binned_axes: &shown,
                     flipped: &flipped,
                     pairs: &pairs,
                     brushes: &brushes,
                     any,
-                    known: if gated { Some(&is_known) } else { None },
-                    given: if gated { Some(&is_given) } else { None },
+                    record_filter: if gated { Some(&is_known) } else { None },
+                    brush_filter: if gated { Some(&is_given) } else { None },
                 };
                 let counted = renderer.count_records(&input).unwrap();
                 let place = format!("{count} {any} {gated}");
@@ -153,13 +153,13 @@ fn slices_are_counted_beside_the_frames_and_shown_when_all_are() {
         arrangement: 7,
         axes: 2,
         values: &values,
-        shown: &shown,
+        binned_axes: &shown,
         flipped: &[false; 2],
         pairs: &[[0, 1]],
         brushes: &[],
         any: false,
-        known: None,
-        given: None,
+        record_filter: None,
+        brush_filter: None,
     };
     let plane = DensityPlane {
         from: Vec3::new(-0.6, -0.5, 0.0),
@@ -209,13 +209,13 @@ fn what_does_not_fit_is_refused() {
             arrangement: 1,
             axes: 2,
             values: &[1.0, 2.0, 3.0, 4.0],
-            shown: &shown,
+            binned_axes: &shown,
             flipped: &[false; 2],
             pairs: &[[0, 1]],
             brushes: &[],
             any: false,
-            known: None,
-            given: None,
+            record_filter: None,
+            brush_filter: None,
         };
         assert!(renderer.count_records(&input).is_ok());
         let odd = DensityInput { values: &[1.0; 3], ..input };

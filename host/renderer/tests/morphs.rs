@@ -1,4 +1,4 @@
-//! Meshes on their way between two cursors.
+//! Geomorphs: meshes between two cursors.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
@@ -35,7 +35,7 @@ fn at(model: ModelHandle, cursor: u32) -> DrawInstance {
     DrawInstance { cursor, ..instance(model, Mat4::IDENTITY, 1) }
 }
 
-/// The finer mesh with its vertices on their way, worked out here: the pass's twin.
+/// Finer mesh with its vertices morphed on the CPU: reference of the compute pass.
 fn bent(stacks: &CollapseStacks, weight: f32) -> Mesh {
     let wedges = &stacks.mesh().wedges;
     let standing = stacks.representative_wedges(COARSER);

@@ -51,7 +51,7 @@ fn drawn(renderer: &mut Renderer, frame: &Frame<'_>) -> (FrameStats, Picture) {
     (stats, renderer.read_picture().unwrap())
 }
 
-/// A frame in which nothing hides anything, since nothing is resolved before it, and the next.
+/// First frame, which has no occluders since nothing is resolved before it, and the second.
 fn first_and_second(renderer: &mut Renderer, frame: &Frame<'_>) -> [(FrameStats, Picture); 2] {
     [drawn(renderer, frame), drawn(renderer, frame)]
 }

@@ -1,4 +1,4 @@
-//! Outlines of what is hovered over or selected.
+//! Outlines of hovered and selected objects.
 
 mod common;
 

@@ -1,4 +1,4 @@
-//! Passes of more triangles than a software rasteriser draws at a time.
+//! Pass splitting: passes of more triangles than a software rasterizer draws at a time.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 

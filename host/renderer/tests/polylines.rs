@@ -1,4 +1,4 @@
-//! Lines and faces in the world.
+//! Polylines and faces in the world.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 

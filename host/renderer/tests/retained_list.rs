@@ -1,4 +1,4 @@
-//! A list that is kept between frames shows what one made for each frame does.
+//! Retained draw lists give the same pictures as lists made for each frame.
 
 mod common;
 
@@ -96,7 +96,7 @@ fn a_kept_list_looks_like_one_made_anew() {
     }
 }
 
-/// More than are remembered while nothing is of them.
+/// More kinds than are retained while none of them is drawn.
 #[test]
 fn what_was_of_many_kinds_in_turn_looks_like_what_it_is() {
     with_renderer(1, |renderer| {

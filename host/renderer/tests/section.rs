@@ -1,4 +1,4 @@
-//! Equipment cut open by a plane.
+//! Section planes that cut equipment open.
 
 mod common;
 

@@ -1,4 +1,4 @@
-//! Conductors, wires and rods that are thinner than a pixel: whole lines that do not shimmer.
+//! Slender conductors, wires and rods below a pixel: whole lines that do not shimmer.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 

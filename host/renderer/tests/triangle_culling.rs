@@ -1,4 +1,4 @@
-//! Parts of a model in one place, which a software rasteriser draws together.
+//! CPU triangle culling and draw batching on a software rasterizer.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 

@@ -1,4 +1,4 @@
-//! Features of meshes as nodes: what they are called, and where they are.
+//! Feature nodes: names and boxes of the features of meshes.
 
 use std::collections::HashMap;
 
@@ -6,9 +6,8 @@ use busbar_geometry::{Bounds, Mesh};
 
 use crate::Model;
 
-/// For each mesh of a model, whether its features are called
-/// `placement/feature`: the mesh is shown at one node, and no node and no other
-/// such feature of the model has one of the names. Else they are called
+/// Returns for each mesh whether its features are called `placement/feature`. The mesh must be
+/// shown at one node, and the names must be unique within the model. Otherwise features are called
 /// `placement/node/feature`.
 pub(crate) fn short_ids(model: &Model) -> Vec<bool> {
     let mut uses = vec![0; model.meshes.len()];
@@ -30,8 +29,8 @@ pub(crate) fn short_ids(model: &Model) -> Vec<bool> {
     (0..uses.len()).map(is_short).collect()
 }
 
-/// The box around each of a mesh's first `count` features, in the mesh's space.
-pub(crate) fn boxes(mesh: &Mesh, count: usize) -> Vec<Option<Bounds>> {
+/// Computes the box around each of a mesh's first `count` features, in the mesh's space.
+pub(crate) fn feature_bounds(mesh: &Mesh, count: usize) -> Vec<Option<Bounds>> {
     let mut boxes: Vec<Option<Bounds>> = vec![None; count];
     for (&position, &feature) in mesh.positions.iter().zip(&mesh.features) {
         if let Some(bounds) = boxes.get_mut(feature as usize) {

@@ -1,4 +1,4 @@
-//! The scene graph: placed models, flattened to mesh instances.
+//! Scene graph: placed models, flattened to mesh instances.
 
 use std::borrow::Borrow;
 use std::ops::Range;
@@ -9,7 +9,7 @@ use glam::{EulerRot, Mat4, Quat, Vec3};
 use thiserror::Error;
 
 use crate::instances::{Instances, MeshInstance};
-use crate::nodes::{Nodes, Place};
+use crate::nodes::{NodeAddress, Nodes};
 use crate::parts::Parts;
 use crate::{Model, ModelIndex, ThetaPolicy};
 
@@ -53,18 +53,17 @@ pub struct Placement {
 #[derive(Clone, Copy, Debug)]
 pub struct SceneNode<'a> {
     nodes: &'a Nodes,
-    place: Place,
+    place: NodeAddress,
 }
 
 impl<'a> SceneNode<'a> {
-    /// Equipment id; model nodes are called `placement/node`, features of their
-    /// meshes `placement/feature` or, where that would be ambiguous within the
-    /// model, `placement/node/feature`.
+    /// Returns the equipment id. Model nodes are called `placement/node`, features of their meshes
+    /// `placement/feature` or, where that would be ambiguous, `placement/node/feature`.
     pub fn id(&self) -> EquipmentId {
         self.nodes.id(self.place)
     }
 
-    /// The last part of its id: what a part is called, or the id of a placement.
+    /// Returns the last part of its id: the name of a part, or the id of a placement.
     pub fn name(&self) -> &'a str {
         self.nodes.name(self.place)
     }
@@ -74,17 +73,17 @@ impl<'a> SceneNode<'a> {
         self.place.part.is_some()
     }
 
-    /// Parent, an earlier node.
+    /// Returns the parent, an earlier node.
     pub fn parent(&self) -> Option<NodeIndex> {
         self.nodes.parent(self.place)
     }
 
-    /// Transform from this node's space to the world.
+    /// Returns the transform from this node's space to the world.
     pub fn world_from_node(&self) -> Mat4 {
         self.nodes.world_from(self.place)
     }
 
-    /// World-space box around all that hangs under this node.
+    /// Returns the world-space box around this node's subtree.
     pub fn bounds(&self) -> Option<Bounds> {
         self.nodes.bounds(self.place)
     }
@@ -165,7 +164,7 @@ impl Default for Transform {
 }
 
 impl Transform {
-    /// The matrix from the placed thing's space to its parent's.
+    /// Returns the matrix from the placement's space to its parent's.
     pub fn matrix(&self) -> Mat4 {
         let [x, y, z] = (self.rotation_degrees * (std::f32::consts::PI / 180.0)).to_array();
         let rotation = Quat::from_euler(EulerRot::ZYX, z, y, x);
@@ -231,20 +230,20 @@ impl SceneGraph {
 
     /// Iterates over all nodes.
     pub fn nodes(&self) -> impl Iterator<Item = SceneNode<'_>> {
-        self.nodes.places().map(|place| SceneNode { nodes: &self.nodes, place })
+        self.nodes.addresses().map(|place| SceneNode { nodes: &self.nodes, place })
     }
 
     /// Returns the node of an index.
     pub fn node(&self, index: NodeIndex) -> SceneNode<'_> {
-        SceneNode { nodes: &self.nodes, place: self.nodes.place_of(index) }
+        SceneNode { nodes: &self.nodes, place: self.nodes.address_of(index) }
     }
 
-    /// Transform from the space of an instance's mesh to the world.
+    /// Returns the transform from the space of an instance's mesh to the world.
     pub fn world_from_mesh(&self, instance: &MeshInstance) -> Mat4 {
-        self.nodes.world_from(self.nodes.place_in(instance.placement, instance.node))
+        self.nodes.world_from(self.nodes.address_in(instance.placement, instance.node))
     }
 
-    /// World-space box around an instance's mesh; `None` without vertices.
+    /// Returns the world-space box around an instance's mesh; `None` without vertices.
     pub fn bounds_of_mesh(&self, instance: &MeshInstance) -> Option<Bounds> {
         let bounds = self.instances.bounds_of_mesh(instance)?;
         Some(bounds.transformed(&self.world_from_mesh(instance)))
@@ -255,22 +254,22 @@ impl SceneGraph {
         (0..self.instances.len()).map(|index| self.instance(index))
     }
 
-    /// One of them, by its place in their order.
+    /// Returns the mesh instance of an index.
     pub fn instance(&self, index: usize) -> MeshInstance {
         self.instances.get(index, &self.nodes)
     }
 
-    /// Theta policies that placements have of their own.
+    /// Returns the theta policies of single placements.
     pub fn policies(&self) -> &[ThetaPolicy] {
         &self.policies
     }
 
-    /// The node of an equipment id.
+    /// Finds the node of an equipment id.
     pub fn find(&self, id: &str) -> Option<NodeIndex> {
         self.nodes.find(id)
     }
 
-    /// The box around everything.
+    /// Returns the box around everything.
     pub fn bounds(&self) -> Option<Bounds> {
         self.bounds
     }
@@ -286,16 +285,16 @@ impl SceneGraph {
         self.instances.split_meshes(model, pieces, boxes);
     }
 
-    /// Moves a part of a placement, with what hangs under it, from where its model has it:
-    /// `pose` is a transform of the part's own space; `None` puts it back. Gives the
-    /// instances that moved, by index. What a box around a whole placement holds stays.
+    /// Moves a part of a placement, with its subtree, from its modelled place. `pose` is a
+    /// transform of the part's own space; `None` restores it. Returns the indices of the instances
+    /// that moved. The box of the whole placement stays.
     pub fn set_part_pose(&mut self, part: NodeIndex, pose: Option<Mat4>) -> Vec<usize> {
-        let place = self.nodes.place_of(part);
+        let place = self.nodes.address_of(part);
         let Some(index) = place.part.filter(|_| self.nodes.set_part_pose(place, pose)) else {
             return Vec::new();
         };
         let hangs_under = |instance: &usize| {
-            let own = self.nodes.place_in(place.placement, self.instance(*instance).node);
+            let own = self.nodes.address_in(place.placement, self.instance(*instance).node);
             self.nodes.hangs_under(own, index)
         };
         self.instances.of_placement(place.placement).filter(hangs_under).collect()
@@ -307,11 +306,13 @@ impl SceneGraph {
             return Err(SceneError::SlashInId { id: id.clone() });
         }
         let parent = parent.map(|parent| parent as u32);
-        let id_of = |nodes: &Nodes, placement: u32| nodes.id(Place { placement, part: None });
+        let id_of = |nodes: &Nodes, placement: u32| nodes.id(NodeAddress { placement, part: None });
         let placed = self.nodes.place(id, parent, &transform.matrix(), *model);
         let placement = placed.map_err(|first| {
-            let first =
-                SceneNode { nodes: &self.nodes, place: Place { placement: first, part: None } };
+            let first = SceneNode {
+                nodes: &self.nodes,
+                place: NodeAddress { placement: first, part: None },
+            };
             SceneError::DuplicateId {
                 id: id.clone(),
                 first_parent: first.parent().map(|parent| self.node(parent).id()),
@@ -332,7 +333,7 @@ impl SceneGraph {
         model: ModelIndex,
         theta: Option<PolicyIndex>,
     ) -> Result<(), SceneError> {
-        let place = |part: u32| Place { placement, part: Some(part) };
+        let place = |part: u32| NodeAddress { placement, part: Some(part) };
         let parts = self.nodes.parts_of_model(model);
         if let Some((first, second)) = parts.twins {
             let [first, second] =
@@ -354,7 +355,7 @@ impl SceneGraph {
     }
 }
 
-/// By how much a transform stretches at most along an axis of the mesh.
+/// Returns the greatest scale factor of a transform along an axis of the mesh.
 pub fn max_scale_factor(transform: &Mat4) -> f32 {
     let [x, y, z] =
         [transform.x_axis, transform.y_axis, transform.z_axis].map(|axis| axis.truncate().length());

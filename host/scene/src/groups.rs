@@ -1,4 +1,4 @@
-//! Parts of a scene that can stand for one thing where they are far away.
+//! Instance groups: subtrees that one proxy can stand for at a distance (HLOD).
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -13,8 +13,8 @@ const MIN_INSTANCES: u32 = 16;
 /// Least ratio of a group's instances to those of the greatest group within it. A smaller ratio
 /// would stand for hardly more.
 const MIN_GROWTH: u32 = 2;
-/// By how much transforms of groups that look the same may differ, as a share of their
-/// size and in their axes: what rounding makes of it.
+/// Rounding tolerance between transforms of equal groups, as a share of their size and of their
+/// axes.
 const TOLERANCE: f32 = 1e-4;
 
 /// A node with all that hangs under it.
@@ -30,14 +30,13 @@ pub struct Group {
     pub bounds: Bounds,
     /// Transform from the top node's space to the world.
     pub world_from_group: Mat4,
-    /// Index of the first group that looks the same, in its own space.
+    /// Index of the first group with the same contents, in its own space.
     pub kind: u32,
 }
 
-/// The groups of a scene whose instances may all be in one, outer ones before those
-/// within them.
-pub fn find_groups(graph: &SceneGraph, may: impl Fn(&MeshInstance) -> bool) -> Vec<Group> {
-    let trees = Trees::of(graph, may);
+/// Finds the groups of a scene whose instances are all allowed, outer groups before inner ones.
+pub fn find_groups(graph: &SceneGraph, is_allowed: impl Fn(&MeshInstance) -> bool) -> Vec<Group> {
+    let trees = Subtrees::new(graph, is_allowed);
     let mut groups: Vec<Group> = Vec::new();
     for (node, scene_node) in graph.nodes().enumerate() {
         if let (true, Some(bounds)) = (trees.is_group(node), scene_node.bounds()) {
@@ -55,17 +54,17 @@ pub fn find_groups(graph: &SceneGraph, may: impl Fn(&MeshInstance) -> bool) -> V
     for group in &mut groups {
         group.after = first_group_after(&starts, group.instances.end);
     }
-    find_kinds(graph, &mut groups);
+    find_equal_groups(graph, &mut groups);
     groups
 }
 
-/// Index of the first group that begins after some instances, of groups in their order.
+/// Returns the index of the first group that begins after some instances, of groups in order.
 pub fn first_group_after(starts: &[u32], end: u32) -> u32 {
     starts.partition_point(|&start| start < end) as u32
 }
 
 /// Subtree measurements of each node.
-struct Trees {
+struct Subtrees {
     /// The first node after those under it.
     ends: Vec<u32>,
     instances: Vec<Range<u32>>,
@@ -74,8 +73,8 @@ struct Trees {
     greatest: Vec<u32>,
 }
 
-impl Trees {
-    fn of(graph: &SceneGraph, may: impl Fn(&MeshInstance) -> bool) -> Self {
+impl Subtrees {
+    fn new(graph: &SceneGraph, is_allowed: impl Fn(&MeshInstance) -> bool) -> Self {
         let count = graph.node_count();
         let mut trees = Self {
             ends: (1..=count as u32).collect(),
@@ -86,7 +85,7 @@ impl Trees {
         let mut below = vec![1_u32; count];
         for (index, instance) in (0..).zip(graph.instances()) {
             let node = instance.node.0 as usize;
-            trees.usable[node] &= may(&instance);
+            trees.usable[node] &= is_allowed(&instance);
             trees.include(node, &(index..index + 1));
         }
         for node in (0..count).rev() {
@@ -126,16 +125,16 @@ impl Trees {
 }
 
 /// Identity of a mesh instance apart from its transform.
-type Look = (u32, u32, u32, Option<u32>, Option<u32>);
+type InstanceSignature = (u32, u32, u32, Option<u32>, Option<u32>);
 
-/// Notes which groups look the same.
-fn find_kinds(graph: &SceneGraph, groups: &mut [Group]) {
-    let mut kinds: HashMap<Vec<Look>, Vec<u32>> = HashMap::new();
+/// Finds groups with the same contents.
+fn find_equal_groups(graph: &SceneGraph, groups: &mut [Group]) {
+    let mut kinds: HashMap<Vec<InstanceSignature>, Vec<u32>> = HashMap::new();
     for index in 0..groups.len() {
         let group = &groups[index];
-        let looks = instances_of(graph, group).map(|instance| look(group, &instance));
-        let alike = kinds.entry(looks.collect()).or_default();
-        let same = |kind: &&u32| looks_the_same(graph, &groups[**kind as usize], group);
+        let signatures = instances_of(graph, group).map(|instance| signature(group, &instance));
+        let alike = kinds.entry(signatures.collect()).or_default();
+        let same = |kind: &&u32| has_same_layout(graph, &groups[**kind as usize], group);
         let kind = alike.iter().find(same).copied();
         if kind.is_none() {
             alike.push(index as u32);
@@ -148,7 +147,7 @@ fn instances_of(graph: &SceneGraph, group: &Group) -> impl Iterator<Item = MeshI
     group.instances.clone().map(|index| graph.instance(index as usize))
 }
 
-fn look(group: &Group, instance: &MeshInstance) -> Look {
+fn signature(group: &Group, instance: &MeshInstance) -> InstanceSignature {
     let relative = |node: NodeIndex| node.0 - group.nodes.start;
     (
         instance.model.0,
@@ -159,8 +158,8 @@ fn look(group: &Group, instance: &MeshInstance) -> Look {
     )
 }
 
-/// Reports whether instances of the same meshes are arranged alike as well.
-fn looks_the_same(graph: &SceneGraph, a: &Group, b: &Group) -> bool {
+/// Reports whether instances of the same meshes have the same layout as well.
+fn has_same_layout(graph: &SceneGraph, a: &Group, b: &Group) -> bool {
     if a.nodes.len() != b.nodes.len() {
         return false;
     }

@@ -1,5 +1,5 @@
-//! The meshes that placements show, packed: a site of a hundred stations has some 120,000
-//! of few kinds.
+//! Mesh instances of all placements, packed: a site of a hundred stations has some 120,000 of few
+//! kinds.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -8,7 +8,7 @@ use busbar_geometry::Bounds;
 
 use crate::ModelIndex;
 use crate::graph::{NodeIndex, PolicyIndex};
-use crate::nodes::{Nodes, Place};
+use crate::nodes::{NodeAddress, Nodes};
 use crate::parts::{PartMesh, Parts};
 
 /// One mesh drawn at one node, whose space is the mesh's.
@@ -33,7 +33,7 @@ pub struct MeshInstance {
 
 /// Mesh, policy and part that several placements share.
 #[derive(Clone, Copy, Debug)]
-struct Kind {
+struct InstanceKind {
     model: ModelIndex,
     mesh: u32,
     theta: Option<PolicyIndex>,
@@ -44,9 +44,9 @@ struct Kind {
     bounds: Option<Bounds>,
 }
 
-/// A kind where it is placed.
+/// Instance kind at a placement.
 #[derive(Clone, Copy, Debug)]
-struct Shown {
+struct ShownInstance {
     placement: u32,
     kind: u32,
 }
@@ -54,11 +54,11 @@ struct Shown {
 /// All instances, in the order of their placements.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Instances {
-    kinds: Vec<Kind>,
-    /// The kind of a model's first mesh, those of the others after it; as long as something
-    /// is placed.
+    kinds: Vec<InstanceKind>,
+    /// Instance kind of a model's first mesh, those of the others after it; kept while placements
+    /// are added.
     known: HashMap<(ModelIndex, Option<PolicyIndex>), u32>,
-    shown: Vec<Shown>,
+    shown: Vec<ShownInstance>,
 }
 
 impl Instances {
@@ -77,21 +77,16 @@ impl Instances {
         let next = self.kinds.len() as u32;
         let first = *self.known.entry((model, theta)).or_insert(next);
         if first == next {
-            let kind_of = |&PartMesh { part, mesh, bounds, first_feature }: &PartMesh| Kind {
-                model,
-                mesh,
-                theta,
-                part,
-                first_feature,
-                bounds,
+            let kind_of = |&PartMesh { part, mesh, bounds, first_feature }: &PartMesh| {
+                InstanceKind { model, mesh, theta, part, first_feature, bounds }
             };
             self.kinds.extend(parts.meshes.iter().map(kind_of));
         }
         let kinds = (first..).take(parts.meshes.len());
-        self.shown.extend(kinds.map(|kind| Shown { placement, kind }));
+        self.shown.extend(kinds.map(|kind| ShownInstance { placement, kind }));
     }
 
-    /// Nothing is placed after that.
+    /// Ends the adding of placements.
     pub(crate) fn finish(&mut self) {
         self.known = HashMap::new();
     }
@@ -101,14 +96,15 @@ impl Instances {
     }
 
     pub(crate) fn get(&self, index: usize, nodes: &Nodes) -> MeshInstance {
-        let Shown { placement, kind } = self.shown[index];
-        let Kind { model, mesh, theta, part, first_feature, .. } = self.kinds[kind as usize];
-        let node = |part| nodes.node(Place { placement, part: Some(part) });
+        let ShownInstance { placement, kind } = self.shown[index];
+        let InstanceKind { model, mesh, theta, part, first_feature, .. } =
+            self.kinds[kind as usize];
+        let node = |part| nodes.node(NodeAddress { placement, part: Some(part) });
         let (first_feature, node) = (first_feature.map(node), node(part));
         MeshInstance { node, model, mesh, theta, first_feature, placement, kind }
     }
 
-    /// The box around an instance's mesh, in its own space.
+    /// Returns the box around an instance's mesh, in its own space.
     pub(crate) fn bounds_of_mesh(&self, instance: &MeshInstance) -> Option<Bounds> {
         self.kinds.get(instance.kind as usize)?.bounds
     }
@@ -135,7 +131,7 @@ impl Instances {
             match pieces.get(kind.mesh as usize).filter(|_| kind.model == model) {
                 Some(of_mesh) => kinds.extend(of_mesh.clone().map(|mesh| {
                     let bounds = boxes.get(mesh as usize).copied().flatten();
-                    Kind { mesh, bounds, ..*kind }
+                    InstanceKind { mesh, bounds, ..*kind }
                 })),
                 None => kinds.push(*kind),
             }
@@ -143,10 +139,10 @@ impl Instances {
         }
         self.kinds = kinds;
         let whole = std::mem::take(&mut self.shown);
-        let becomes = |shown: &Shown| new_kinds[shown.kind as usize].clone();
+        let becomes = |shown: &ShownInstance| new_kinds[shown.kind as usize].clone();
         self.shown.reserve_exact(whole.iter().map(|shown| becomes(shown).len()).sum());
         for shown in whole {
-            self.shown.extend(becomes(&shown).map(|kind| Shown { kind, ..shown }));
+            self.shown.extend(becomes(&shown).map(|kind| ShownInstance { kind, ..shown }));
         }
     }
 }

@@ -67,7 +67,7 @@ pub enum AlphaMode {
     Opaque,
     /// Drawn where alpha is at least the cutoff.
     Mask(f32),
-    /// Blended over what lies behind.
+    /// Blends the surface over the background.
     Blend,
 }
 
@@ -110,8 +110,8 @@ impl std::fmt::Debug for Texture {
 }
 
 impl Default for Material {
-    /// The glTF default material, but matt and not metallic: a bare mesh is
-    /// then readable without an environment to mirror.
+    /// Returns the glTF default material, but matt and not metallic: a bare mesh is then readable
+    /// without an environment to mirror.
     fn default() -> Self {
         Self {
             name: String::new(),
@@ -128,12 +128,12 @@ impl Default for Material {
 }
 
 impl Model {
-    /// Names of a mesh's features; none for a mesh without named features.
+    /// Returns the names of a mesh's features; none for a mesh without named features.
     pub fn feature_names(&self, mesh: usize) -> &[String] {
         self.features.get(mesh).map_or(&[], Vec::as_slice)
     }
 
-    /// Transforms from each node's space to the model's.
+    /// Returns the transforms from each node's space to the model's.
     pub fn model_from_nodes(&self) -> Vec<Mat4> {
         let mut transforms: Vec<Mat4> = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {

@@ -6,7 +6,7 @@ use glam::{Mat4, Quat, Vec3};
 /// or folds. In the part's own space, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
-    /// A point of the hinge's axis, and what does not move when it folds.
+    /// Point of the hinge's axis, and the fixed point of folding.
     pub pivot: Vec3,
     /// Direction of the hinge's axis; of any length but 0.
     pub axis: Vec3,

@@ -1,5 +1,5 @@
-//! The nodes of a scene, packed: a site of a hundred stations has some 300,000. What is
-//! placed has a record each; its parts follow from its model.
+//! Nodes of a scene, packed: a site of a hundred stations has some 300,000. Each placement has a
+//! record; its parts follow from its model.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasher, RandomState};
@@ -10,7 +10,7 @@ use glam::{Mat3, Mat4, Vec3};
 use hashbrown::HashTable;
 
 use crate::graph::NodeIndex;
-use crate::parts::{Part, PartMesh, Parts, united};
+use crate::parts::{Part, PartMesh, Parts, union_bounds};
 use crate::poses::Poses;
 use crate::{EquipmentId, ModelIndex};
 
@@ -19,7 +19,7 @@ const NONE: u32 = u32::MAX;
 
 /// Packed record of a placement.
 #[derive(Clone, Copy, Debug)]
-struct Record {
+struct PlacementRecord {
     /// Node of the placement; those of its parts follow.
     node: u32,
     /// The placement it hangs under.
@@ -37,12 +37,12 @@ struct Transforms {
     turns: Vec<Mat3>,
     /// Turns by the bits of their numbers, as long as something is placed.
     known: HashMap<[u32; 9], u32>,
-    all: Vec<Placed>,
+    all: Vec<PackedTransform>,
 }
 
 /// A transform by its turn's index and its last column.
 #[derive(Clone, Copy, Debug)]
-struct Placed {
+struct PackedTransform {
     turn: u32,
     origin: Vec3,
 }
@@ -59,11 +59,11 @@ impl Transforms {
         if *known == next {
             self.turns.push(turn);
         }
-        self.all.push(Placed { turn: *known, origin: matrix.w_axis.truncate() });
+        self.all.push(PackedTransform { turn: *known, origin: matrix.w_axis.truncate() });
     }
 
     fn get(&self, index: u32) -> Mat4 {
-        let Placed { turn, origin } = self.all[index as usize];
+        let PackedTransform { turn, origin } = self.all[index as usize];
         let Mat3 { x_axis, y_axis, z_axis } = self.turns[turn as usize];
         Mat4::from_cols(
             x_axis.extend(0.0),
@@ -76,7 +76,7 @@ impl Transforms {
 
 /// A node: a placement or a part of one, by their indices.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Place {
+pub(crate) struct NodeAddress {
     pub(crate) placement: u32,
     pub(crate) part: Option<u32>,
 }
@@ -86,9 +86,9 @@ pub(crate) struct Place {
 pub(crate) struct Nodes {
     /// Parts of each model.
     parts: Vec<Arc<Parts>>,
-    records: Vec<Record>,
+    records: Vec<PlacementRecord>,
     world_from_placements: Transforms,
-    /// Around placements with what hangs under them, where anything does.
+    /// Boxes of the subtrees of placements that have children.
     tree_bounds: HashMap<u32, Bounds>,
     /// All placements' ids, one behind the other.
     ids: String,
@@ -134,7 +134,7 @@ impl Nodes {
         }
         let placement = self.records.len() as u32;
         self.ids.push_str(id);
-        self.records.push(Record {
+        self.records.push(PlacementRecord {
             node: self.count as u32,
             parent: parent.unwrap_or(NONE),
             model: model.map_or(NONE, |model| model.0),
@@ -150,21 +150,23 @@ impl Nodes {
         Ok(placement)
     }
 
-    /// The placement that has an id.
+    /// Finds the placement that has an id.
     fn placement(&self, id: &str) -> Option<u32> {
         let has_id = |&placement: &u32| id_of(&self.records, &self.ids, placement) == id;
         self.by_id.find(self.hasher.hash_one(id), has_id).copied()
     }
 
-    /// Measures placements with what hangs under them. Gives the box around all; nothing is
-    /// placed after that.
+    /// Measures the subtrees of placements. Returns the box around all; no placement is added
+    /// afterwards.
     pub(crate) fn finish(&mut self) -> Option<Bounds> {
         self.world_from_placements.known = HashMap::new();
         self.ids.shrink_to_fit();
         let mut all = None;
         for placement in (0..self.records.len() as u32).rev() {
             let below = self.tree_bounds.get(&placement).copied();
-            let Some(bounds) = united(self.bounds_as_modelled(placement), below) else { continue };
+            let Some(bounds) = union_bounds(self.bounds_as_modelled(placement), below) else {
+                continue;
+            };
             if below.is_some() {
                 self.tree_bounds.insert(placement, bounds);
             }
@@ -177,7 +179,7 @@ impl Nodes {
         all
     }
 
-    /// The box around what a placement shows by itself, where its model has it.
+    /// Returns the box around a placement's own meshes, as modelled.
     fn bounds_as_modelled(&self, placement: u32) -> Option<Bounds> {
         let parts = self.parts.get(self.records[placement as usize].model as usize)?;
         let world_from_placement = self.world_from_placements.get(placement);
@@ -188,53 +190,53 @@ impl Nodes {
         parts.meshes.iter().filter_map(of_mesh).reduce(Bounds::union)
     }
 
-    /// The nodes of all placements and parts.
-    pub(crate) fn places(&self) -> impl Iterator<Item = Place> {
-        let of_placement = |(record, placement): (&Record, u32)| {
+    /// Iterates over the addresses of all placements and parts.
+    pub(crate) fn addresses(&self) -> impl Iterator<Item = NodeAddress> {
+        let of_placement = |(record, placement): (&PlacementRecord, u32)| {
             let parts = self.parts.get(record.model as usize).map_or(0, |parts| parts.all.len());
             let parts = (0..parts as u32).map(Some);
-            std::iter::once(None).chain(parts).map(move |part| Place { placement, part })
+            std::iter::once(None).chain(parts).map(move |part| NodeAddress { placement, part })
         };
         self.records.iter().zip(0..).flat_map(of_placement)
     }
 
-    pub(crate) fn place_of(&self, NodeIndex(node): NodeIndex) -> Place {
+    pub(crate) fn address_of(&self, NodeIndex(node): NodeIndex) -> NodeAddress {
         let placement = self.records.partition_point(|record| record.node <= node) as u32 - 1;
-        self.place_in(placement, NodeIndex(node))
+        self.address_in(placement, NodeIndex(node))
     }
 
-    /// The place of a node that belongs to a placement.
-    pub(crate) fn place_in(&self, placement: u32, NodeIndex(node): NodeIndex) -> Place {
+    /// Returns the address of a node that belongs to a placement.
+    pub(crate) fn address_in(&self, placement: u32, NodeIndex(node): NodeIndex) -> NodeAddress {
         let part = (node - self.records[placement as usize].node).checked_sub(1);
-        Place { placement, part }
+        NodeAddress { placement, part }
     }
 
-    pub(crate) fn node(&self, place: Place) -> NodeIndex {
+    pub(crate) fn node(&self, place: NodeAddress) -> NodeIndex {
         let node = self.records[place.placement as usize].node;
         NodeIndex(node + place.part.map_or(0, |part| part + 1))
     }
 
-    fn part(&self, place: Place) -> Option<&Part> {
-        let Record { model, .. } = self.records[place.placement as usize];
+    fn part(&self, place: NodeAddress) -> Option<&Part> {
+        let PlacementRecord { model, .. } = self.records[place.placement as usize];
         place.part.map(|part| &self.parts[model as usize].all[part as usize])
     }
 
-    pub(crate) fn parent(&self, place: Place) -> Option<NodeIndex> {
-        let Place { placement, .. } = place;
+    pub(crate) fn parent(&self, place: NodeAddress) -> Option<NodeIndex> {
+        let NodeAddress { placement, .. } = place;
         let above = match self.part(place) {
-            Some(part) => Place { placement, part: part.parent },
+            Some(part) => NodeAddress { placement, part: part.parent },
             None => {
                 let parent = self.records[placement as usize].parent;
-                Place { placement: (parent != NONE).then_some(parent)?, part: None }
+                NodeAddress { placement: (parent != NONE).then_some(parent)?, part: None }
             }
         };
         Some(self.node(above))
     }
 
-    pub(crate) fn world_from(&self, place: Place) -> Mat4 {
+    pub(crate) fn world_from(&self, place: NodeAddress) -> Mat4 {
         let world_from_placement = self.world_from_placements.get(place.placement);
         let Some(part) = place.part else { return world_from_placement };
-        let Record { model, .. } = self.records[place.placement as usize];
+        let PlacementRecord { model, .. } = self.records[place.placement as usize];
         let parts = &self.parts[model as usize];
         let placement_from_part = self.poses.placement_from(parts, place.placement, part);
         // Most parts stand where their placement does, and this is asked each frame.
@@ -245,13 +247,13 @@ impl Nodes {
     }
 
     /// Moves a part from where its model has it, or back there; whether that changes it.
-    pub(crate) fn set_part_pose(&mut self, place: Place, pose: Option<Mat4>) -> bool {
+    pub(crate) fn set_part_pose(&mut self, place: NodeAddress, pose: Option<Mat4>) -> bool {
         self.poses.set(place, pose)
     }
 
     /// Reports whether a part of a placement is another one, or hangs under it.
-    pub(crate) fn hangs_under(&self, place: Place, part: u32) -> bool {
-        let Record { model, .. } = self.records[place.placement as usize];
+    pub(crate) fn hangs_under(&self, place: NodeAddress, part: u32) -> bool {
+        let PlacementRecord { model, .. } = self.records[place.placement as usize];
         let mut above = place.part;
         while let Some(index) = above {
             if index == part {
@@ -262,7 +264,7 @@ impl Nodes {
         false
     }
 
-    pub(crate) fn bounds(&self, place: Place) -> Option<Bounds> {
+    pub(crate) fn bounds(&self, place: NodeAddress) -> Option<Bounds> {
         match self.part(place) {
             Some(part) => part.bounds.map(|bounds| bounds.transformed(&self.world_from(place))),
             None => {
@@ -272,7 +274,7 @@ impl Nodes {
         }
     }
 
-    pub(crate) fn id(&self, place: Place) -> EquipmentId {
+    pub(crate) fn id(&self, place: NodeAddress) -> EquipmentId {
         let id = id_of(&self.records, &self.ids, place.placement);
         match self.part(place) {
             Some(part) => format!("{id}/{}", part.name),
@@ -280,7 +282,7 @@ impl Nodes {
         }
     }
 
-    pub(crate) fn name(&self, place: Place) -> &str {
+    pub(crate) fn name(&self, place: NodeAddress) -> &str {
         match self.part(place) {
             Some(part) => &part.name,
             None => id_of(&self.records, &self.ids, place.placement),
@@ -293,17 +295,17 @@ impl Nodes {
             None => (id, None),
         };
         let placement = self.placement(id)?;
-        let Record { model, .. } = self.records[placement as usize];
+        let PlacementRecord { model, .. } = self.records[placement as usize];
         let part = match part {
             Some(name) => Some(self.parts.get(model as usize)?.find(name)?),
             None => None,
         };
-        Some(self.node(Place { placement, part }))
+        Some(self.node(NodeAddress { placement, part }))
     }
 }
 
-/// The id of a placement.
-fn id_of<'a>(records: &[Record], ids: &'a str, placement: u32) -> &'a str {
+/// Returns the id of a placement.
+fn id_of<'a>(records: &[PlacementRecord], ids: &'a str, placement: u32) -> &'a str {
     let placement = placement as usize;
     let start = placement.checked_sub(1).map_or(0, |before| records[before].id_end);
     &ids[start as usize..records[placement].id_end as usize]

@@ -13,7 +13,7 @@ pub(crate) struct Parts {
     pub(crate) all: Vec<Part>,
     pub(crate) meshes: Vec<PartMesh>,
     by_name: HashMap<String, u32>,
-    /// Two parts that are called the same.
+    /// Two parts with the same name, if any.
     pub(crate) twins: Option<(u32, u32)>,
 }
 
@@ -50,7 +50,7 @@ impl Parts {
             let Some(mesh) = node.mesh else { continue };
             let first_feature = parts.all.len() as u32;
             let names = model.feature_names(mesh as usize);
-            let own = features::boxes(&model.meshes[mesh as usize], names.len());
+            let own = features::feature_bounds(&model.meshes[mesh as usize], names.len());
             for (name, bounds) in names.iter().zip(own) {
                 let name = match short_ids[mesh as usize] {
                     true => name.clone(),
@@ -67,7 +67,7 @@ impl Parts {
         parts
     }
 
-    /// The part that is called so.
+    /// Finds the part of a name.
     pub(crate) fn find(&self, name: &str) -> Option<u32> {
         self.by_name.get(name).copied()
     }
@@ -100,13 +100,13 @@ impl Parts {
             let bounds = self.all[own as usize].bounds;
             let in_parent = bounds.map(|bounds| bounds.transformed(&node.parent_from_node));
             let into = &mut self.all[above as usize].bounds;
-            *into = united(*into, in_parent);
+            *into = union_bounds(*into, in_parent);
         }
     }
 }
 
-/// The box around both.
-pub(crate) fn united(a: Option<Bounds>, b: Option<Bounds>) -> Option<Bounds> {
+/// Returns the box around both boxes.
+pub(crate) fn union_bounds(a: Option<Bounds>, b: Option<Bounds>) -> Option<Bounds> {
     match (a, b) {
         (Some(a), Some(b)) => Some(a.union(b)),
         (a, b) => a.or(b),

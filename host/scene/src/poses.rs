@@ -1,10 +1,10 @@
-//! Parts that stand elsewhere than their models show them.
+//! Poses of parts that are moved from their modelled place.
 
 use std::collections::HashMap;
 
 use glam::Mat4;
 
-use crate::nodes::Place;
+use crate::nodes::NodeAddress;
 use crate::parts::Parts;
 
 /// Poses of moved parts, in their own spaces. Few parts are moved at a time.
@@ -16,7 +16,11 @@ pub(crate) struct Poses {
 
 impl Poses {
     /// Moves a part; `None` puts it back where its model has it. Whether that changes it.
-    pub(crate) fn set(&mut self, Place { placement, part }: Place, pose: Option<Mat4>) -> bool {
+    pub(crate) fn set(
+        &mut self,
+        NodeAddress { placement, part }: NodeAddress,
+        pose: Option<Mat4>,
+    ) -> bool {
         let Some(part) = part else { return false };
         let moved = self.of_placements.entry(placement).or_default();
         let known = moved.iter().position(|(other, _)| *other == part);

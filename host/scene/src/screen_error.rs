@@ -1,18 +1,17 @@
-//! Levels by what an error comes to on the screen.
+//! Screen-space error: levels of detail by the size of an error in pixels.
 
 use std::sync::LazyLock;
 
 /// The error of the finest level that collapses anything, metres: an eye one
 /// metre away sees it as a tenth of a pixel.
 const FINEST_ERROR: f64 = 1e-4;
-/// Levels to each doubling of the error: a mesh is resolved anew once in so many
-/// parts of a doubling of the distance, not at each step of the camera.
+/// Levels to each doubling of the error. A mesh is resolved again once in such a part of a doubling
+/// of the distance, not at each step of the camera.
 const LEVELS_A_DOUBLING: f64 = 2.0;
-/// The coarsest level, whose error is some 3,000 km: nothing is left of anything.
+/// Coarsest level, whose error is some 3,000 km: all meshes vanish.
 const MAX_LEVEL: u32 = 70;
 
-/// Level of detail by screen-space error: no error is more than so many pixels, whatever the errors
-/// of a mesh measure.
+/// Level of detail by screen-space error: no error is more than so many pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScreenError {
     max_pixels: f64,
@@ -21,14 +20,14 @@ pub struct ScreenError {
 }
 
 impl ScreenError {
-    /// Errors of at most `max_pixels`. `hysteresis`, from 0 to below 1, is the share
-    /// of that which must be to spare before a coarser level is taken up; a finer one
-    /// is taken up at once, since the bound holds always.
+    /// Allows errors of at most `max_pixels`. `hysteresis`, from 0 to below 1, is the share to
+    /// spare before a coarser level is chosen. A finer level is chosen at once, since the bound
+    /// always holds.
     pub fn new(max_pixels: f64, hysteresis: f64) -> Self {
         Self { max_pixels, coarser_share: 1.0 - hysteresis }
     }
 
-    /// The level where a pixel covers so many metres.
+    /// Returns the level where a pixel covers so many metres.
     pub(crate) fn level(&self, pixel: f32, last: Option<u32>) -> u32 {
         let allowed = f64::from(pixel) * self.max_pixels;
         // From frame to frame few change, and this costs least.
@@ -47,7 +46,7 @@ impl ScreenError {
         }
     }
 
-    /// The error of a level, metres; 0 at the finest.
+    /// Returns the error of a level, metres; 0 at the finest.
     pub(crate) fn error(level: u32) -> f64 {
         ERRORS.get(level as usize).copied().unwrap_or(f64::INFINITY)
     }
@@ -61,7 +60,7 @@ static ERRORS: LazyLock<[f64; MAX_LEVEL as usize + 1]> = LazyLock::new(|| {
     })
 });
 
-/// The coarsest level whose error is within some metres.
+/// Returns the coarsest level whose error is within some metres.
 fn coarsest_within(metres: f64) -> u32 {
     let steps = (metres / FINEST_ERROR).log2() * LEVELS_A_DOUBLING;
     // Also where there is no error to speak of, or no number.
@@ -102,8 +101,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever the past: the bound holds, and the level is at most one coarser
-        /// step from it.
+        /// The bound holds after any history, and the level is at most one coarser step from it.
         #[test]
         fn the_error_on_the_screen_stays_within_the_bound(
             pixel in 0.0_f32..100.0,

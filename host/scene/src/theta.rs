@@ -13,11 +13,11 @@ use crate::screen_error::ScreenError;
 /// with a detail each.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ThetaPolicy {
-    /// One level: the same theta from everywhere.
+    /// One level: the same theta at every distance.
     Fixed(f64),
     /// Levels chosen by distance.
     Distance(DistanceTable),
-    /// Levels by what an error comes to on the screen.
+    /// Levels chosen by screen-space error.
     ScreenError(ScreenError),
 }
 
@@ -64,7 +64,7 @@ impl DistanceTable {
         Self { levels, return_share: 1.0 - hysteresis }
     }
 
-    /// The level at a distance in metres, coming from `last`.
+    /// Returns the level at a distance in metres, coming from `last`.
     fn level(&self, distance: f32, last: Option<u32>) -> u32 {
         let begun = |share: f32| {
             let count = self.levels.partition_point(|level| level.beyond * share < distance);
@@ -84,8 +84,8 @@ impl ThetaPolicy {
         matches!(self, Self::Distance(_) | Self::ScreenError(_))
     }
 
-    /// The level of an instance that was last at level `last`; without `last` the
-    /// past plays no part.
+    /// Returns the level of an instance that was last at level `last`; without `last` there is no
+    /// hysteresis.
     pub fn level(&self, view: ViewMetrics, last: Option<u32>) -> u32 {
         match self {
             Self::Fixed(_) => 0,
@@ -94,7 +94,7 @@ impl ThetaPolicy {
         }
     }
 
-    /// The detail of a level; full detail at one that the policy does not have.
+    /// Returns the detail of a level; full detail at one that the policy does not have.
     pub fn detail(&self, level: u32) -> Detail {
         match self {
             Self::Fixed(theta) => Detail::Theta(*theta),
@@ -186,8 +186,8 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever the past, the level lies between those of leaving and of
-        /// returning, and does not change while the eye stands still.
+        /// The level lies between those of leaving and of returning, after any history, and does
+        /// not change while the eye stands still.
         #[test]
         fn the_past_matters_only_within_the_hysteresis(
             distance in 0.0_f32..200.0, last in 0_u32..3, hysteresis in 0.0_f32..0.5,

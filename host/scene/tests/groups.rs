@@ -1,4 +1,4 @@
-//! Groups of a yard of bays.
+//! Instance groups of a yard of bays.
 
 use busbar_geometry::{Mesh, RawPrimitive, weld};
 use busbar_scene::{

@@ -1,4 +1,4 @@
-//! The directory: private, and of bounded size.
+//! Cache directory: private to its owner, and of bounded size.
 
 use std::fs::DirBuilder;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
@@ -14,8 +14,8 @@ pub(crate) const MESH: &str = "mesh";
 /// Entries looked at when room is made; more than any cache of full files has.
 const MAX_ENTRIES: usize = 1 << 20;
 
-/// Makes a directory that only its owner may write, or checks the one there is:
-/// whoever can plant files here decides what operators see.
+/// Makes a directory that only its owner may write, or checks the existing one. Anyone who can
+/// plant files here decides what operators see.
 pub(crate) fn make_private(directory: &Path) -> Result<(), CacheError> {
     let fault = |source| CacheError::Directory { directory: directory.to_owned(), source };
     DirBuilder::new().recursive(true).mode(0o700).create(directory).map_err(fault)?;

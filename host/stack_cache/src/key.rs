@@ -5,7 +5,7 @@ use std::fmt;
 use busbar_geometry::Mesh;
 use twox_hash::XxHash3_128;
 
-use crate::welded::section_words;
+use crate::mesh_file::section_words;
 
 /// Content hash of the optimiser: everything besides the mesh that decides a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -19,18 +19,18 @@ impl OptimizerDigest {
         Self([low, high])
     }
 
-    /// The same, with one more part.
+    /// Returns the digest extended by one more part.
     pub fn with_part(self, part: &[u8]) -> Self {
         Self::from_parts(&[bytemuck::cast_slice(&self.0), part])
     }
 }
 
-/// Content hash of a mesh and of what makes its stacks.
+/// Content hash of a mesh and of the optimiser of its stacks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct CacheKey(pub(crate) u128);
 
 impl CacheKey {
-    /// Hashes a mesh, every attribute of it, together with what makes its stacks.
+    /// Hashes a mesh, every attribute of it, together with the optimiser's digest.
     pub fn new(mesh: &Mesh, optimizer: OptimizerDigest) -> Self {
         let sections: Vec<[u32; 4]> = mesh.sections.iter().map(section_words).collect();
         let (topology, attributes) = rayon::join(
@@ -63,7 +63,7 @@ impl fmt::Display for CacheKey {
     }
 }
 
-/// Length and hash of an array, so that bytes cannot move from one to the next.
+/// Returns length and hash of an array, so that bytes cannot move from one to the next.
 pub(crate) fn digest(bytes: &[u8]) -> [u64; 3] {
     let hash = XxHash3_128::oneshot(bytes);
     [bytes.len() as u64, hash as u64, (hash >> 64) as u64]

@@ -1,4 +1,4 @@
-//! Collapse stacks on disk, by content, and welded meshes.
+//! Cache of collapse stacks and welded meshes on disk, by content hash.
 //!
 //! Invariant: nothing that is read is trusted. A file that is shorter, longer,
 //! altered, of another version or of another mesh is reported as damaged, and
@@ -7,14 +7,14 @@
 //!
 //! Files are read, not mapped: a mapped file that somebody cuts short kills
 //! the process that looks at it, and reading straight into the final arrays
-//! costs no more than mapping, checking and copying (ARCHITECTURE.md).
+//! costs no more than mapping, checking and copying (`DESIGN.md`).
 #![doc = include_str!("../DESIGN.md")]
 
 mod directory;
-mod file;
 mod key;
+mod mesh_file;
 pub mod probe;
-mod welded;
+mod stack_file;
 
 use std::borrow::Cow;
 use std::fs::File;
@@ -26,10 +26,10 @@ use busbar_geometry::{CollapseStacks, Mesh, StackTables, WeldReport};
 use thiserror::Error;
 
 pub use key::{CacheKey, OptimizerDigest};
-pub use welded::{MeshKey, WeldedMesh, content_digest};
+pub use mesh_file::{MeshKey, WeldedMesh, content_digest};
 
-/// Bytes that are written at a time: of one write the system may make one page, as large, and
-/// looks for that much free memory in one place.
+/// Bytes that are written at a time. For one write the system may make one page of that size, and
+/// needs that much contiguous free memory.
 const PIECE_BYTES: usize = 64 << 10;
 
 /// A directory of stacks and welded meshes, one file each.
@@ -80,8 +80,8 @@ pub enum CacheError {
 }
 
 impl StackCache {
-    /// Opens a directory, and makes it if it is missing. Beyond the limit, what
-    /// was used longest ago goes.
+    /// Opens a directory, and makes it if it is missing. Beyond the limit, the least recently used
+    /// files are evicted.
     ///
     /// # Errors
     /// When it cannot be made, or others than its owner may write into it.
@@ -95,7 +95,7 @@ impl StackCache {
         &self.directory
     }
 
-    /// Looks for the stacks of a mesh.
+    /// Loads the stacks of a mesh.
     pub fn load(&self, key: CacheKey, mesh: &mut Mesh) -> Lookup {
         match open(&self.path(key), |file, length| restore(file, length, key, mesh)) {
             None => Lookup::Absent,
@@ -115,16 +115,16 @@ impl StackCache {
         ranks: &[u32],
         tables: &StackTables,
     ) -> Result<(), CacheError> {
-        self.write(&self.path(key), &file::parts(key, ranks, tables))
+        self.write(&self.path(key), &stack_file::parts(key, ranks, tables))
     }
 
-    /// Looks for a welded mesh; none if there is none.
+    /// Loads a welded mesh; `None` if there is none.
     ///
     /// # Errors
     /// Why its file cannot be used.
     pub fn load_mesh(&self, key: MeshKey) -> Result<Option<WeldedMesh>, String> {
         let path = self.mesh_path(key);
-        open(&path, |file, length| welded::read(file, length, key)).transpose()
+        open(&path, |file, length| mesh_file::read(file, length, key)).transpose()
     }
 
     /// Keeps a welded mesh.
@@ -138,7 +138,7 @@ impl StackCache {
         feature_names: &[String],
         report: WeldReport,
     ) -> Result<(), CacheError> {
-        self.write(&self.mesh_path(key), &welded::parts(key, mesh, feature_names, report))
+        self.write(&self.mesh_path(key), &mesh_file::parts(key, mesh, feature_names, report))
     }
 
     fn write(&self, path: &Path, parts: &[Cow<'_, [u8]>]) -> Result<(), CacheError> {
@@ -157,12 +157,12 @@ impl StackCache {
         directory::evict(&self.directory, self.limit_bytes).map_err(fault)
     }
 
-    /// The file of a mesh's stacks.
+    /// Returns the path of a mesh's stack file.
     pub fn path(&self, key: CacheKey) -> PathBuf {
         self.directory.join(format!("{key}.{}", directory::STACKS))
     }
 
-    /// The file of a welded mesh.
+    /// Returns the path of a welded mesh's file.
     pub fn mesh_path(&self, key: MeshKey) -> PathBuf {
         self.directory.join(format!("{key}.{}", directory::MESH))
     }
@@ -196,6 +196,6 @@ fn restore(
     key: CacheKey,
     mesh: &mut Mesh,
 ) -> Result<CollapseStacks, String> {
-    let (ranks, tables) = file::read(file, length, key, mesh)?;
+    let (ranks, tables) = stack_file::read(file, length, key, mesh)?;
     CollapseStacks::restore(mesh, &ranks, tables).map_err(|error| error.to_string())
 }

@@ -1,15 +1,16 @@
-//! Files in memory: for fuzzing, which would never find a checksum by itself.
+//! Fuzzing entry points: cache files in memory, with valid checksums, which a fuzzer would never
+//! find by itself.
 
 use busbar_geometry::{CollapseStacks, Mesh, StackTables};
 
-use crate::{CacheKey, MeshKey, WeldedMesh, file, restore, welded};
+use crate::{CacheKey, MeshKey, WeldedMesh, mesh_file as mesh_format, restore, stack_file};
 
-/// A whole file, with the checksum of whatever is in it.
+/// Builds a whole stack file, with a valid checksum.
 pub fn file(key: CacheKey, ranks: &[u32], tables: &StackTables) -> Vec<u8> {
-    file::parts(key, ranks, tables).concat()
+    stack_file::parts(key, ranks, tables).concat()
 }
 
-/// Reads a file. The mesh is taken if all goes well.
+/// Reads a stack file. The mesh is taken if all goes well.
 ///
 /// # Errors
 /// What is wrong with it, in words.
@@ -18,16 +19,16 @@ pub fn read(mut bytes: &[u8], key: CacheKey, mesh: &mut Mesh) -> Result<Collapse
     restore(&mut bytes, length, key, mesh)
 }
 
-/// A whole file of a welded mesh, with the checksum of whatever is in it.
+/// Builds a whole mesh file, with a valid checksum.
 pub fn mesh_file(key: MeshKey, welded: &WeldedMesh) -> Vec<u8> {
-    welded::parts(key, &welded.mesh, &welded.feature_names, welded.report).concat()
+    mesh_format::parts(key, &welded.mesh, &welded.feature_names, welded.report).concat()
 }
 
-/// Reads such a file.
+/// Reads a mesh file.
 ///
 /// # Errors
 /// What is wrong with it, in words.
 pub fn read_mesh(mut bytes: &[u8], key: MeshKey) -> Result<WeldedMesh, String> {
     let length = bytes.len() as u64;
-    welded::read(&mut bytes, length, key)
+    mesh_format::read(&mut bytes, length, key)
 }

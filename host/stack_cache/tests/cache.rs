@@ -1,4 +1,4 @@
-//! A cache against files that are whole, damaged, foreign and too many.
+//! Stack cache with whole, damaged, foreign and too many files.
 
 #![allow(clippy::unwrap_used)]
 

@@ -7,21 +7,21 @@ const BITS: usize = u64::BITS as usize;
 /// Tags that changed, each once a turn.
 #[derive(Debug)]
 pub(crate) struct Changes {
-    /// In the turn that is over.
+    /// Tags that changed in the last complete turn.
     last: Vec<TagHandle>,
-    /// In the turn that goes on; and a bit a tag that is among them.
+    /// Tags that changed in the current turn, with a bit for each tag among them.
     current: Vec<TagHandle>,
     is_current: Vec<u64>,
 }
 
 impl Changes {
-    /// None, of so many tags.
+    /// Creates an empty set for so many tags.
     pub(crate) fn new(tags: usize) -> Self {
         let is_current = vec![0; tags.div_ceil(BITS)];
         Self { last: Vec::new(), current: Vec::new(), is_current }
     }
 
-    /// Notes that a tag changes.
+    /// Records the change of a tag.
     #[inline(always)]
     pub(crate) fn record(&mut self, tag: TagHandle) {
         let word = &mut self.is_current[tag.0 as usize / BITS];
@@ -32,7 +32,7 @@ impl Changes {
         }
     }
 
-    /// The turn is over, another begins.
+    /// Ends the current turn and begins another.
     pub(crate) fn finish_turn(&mut self) {
         if self.current.len() < self.is_current.len() {
             for tag in &self.current {
@@ -51,7 +51,7 @@ impl Changes {
         self.last.capacity() + self.current.capacity()
     }
 
-    /// The tags that changed in the turn that is over.
+    /// Returns the tags that changed in the last complete turn.
     pub(crate) fn last(&self) -> &[TagHandle] {
         &self.last
     }

@@ -8,7 +8,7 @@ use crate::{
     TagState, Value, ValueKind,
 };
 
-/// All derived tags of a table, each after those that it rests on.
+/// Derived tags of a table in topological order: each after its inputs.
 #[derive(Debug, Default)]
 pub(crate) struct Derivations {
     rules: Vec<Rule>,
@@ -20,7 +20,7 @@ pub(crate) struct Derivations {
 #[derive(Debug)]
 pub(crate) struct Rule {
     pub(crate) tag: TagHandle,
-    /// In the order of the expression's.
+    /// Inputs, in the order of the expression's names.
     pub(crate) inputs: Vec<TagHandle>,
     expression: Expression,
 }
@@ -85,7 +85,7 @@ impl Derivations {
 }
 
 impl DueRules {
-    /// The next rule; what it rests on was before it.
+    /// Returns the next rule; its inputs were returned before it.
     pub(crate) fn next_due(&mut self) -> Option<usize> {
         let Reverse(next) = self.0.pop()?;
         while self.0.peek() == Some(&Reverse(next)) {
@@ -154,7 +154,7 @@ impl Rule {
     }
 }
 
-/// Each rule after those that it rests on (Kahn, 1962).
+/// Sorts the rules topologically, each after its inputs (Kahn, 1962).
 fn in_order(
     mut rules: BTreeMap<TagHandle, Rule>,
     specs: &[TagSpec],

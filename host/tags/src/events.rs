@@ -24,7 +24,7 @@ pub struct EventLog {
 }
 
 impl EventLog {
-    /// Notes a change if it is one of a state.
+    /// Records a change of state; changes of measurements are ignored.
     #[inline]
     pub fn note(&mut self, change: &Change) {
         let kind = change.value.map(crate::Value::kind);
@@ -41,7 +41,7 @@ impl EventLog {
         self.count += 1;
     }
 
-    /// Goes on where tags have other numbers; events of those that are gone go too.
+    /// Remaps the tags of all events; events of removed tags are dropped.
     pub fn renumber(&mut self, numbers: &HandleRemap) {
         self.events.retain_mut(|event| {
             let tag = numbers.tag(event.change.tag);

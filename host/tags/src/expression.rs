@@ -7,8 +7,8 @@ pub const MAX_EXPRESSION_BYTES: usize = 1000;
 /// The deepest nesting of brackets in one.
 pub const MAX_EXPRESSION_DEPTH: usize = 32;
 
-/// A formula over tags: numbers, `+ - * / % ^`, comparisons, `&& || !`, `min max abs
-/// sqrt exp ln log10 floor ceil round sin cos tan`, brackets, `PI`; tag ids stand in
+/// Formula over tags. It has numbers, `+ - * / % ^`, comparisons, `&& || !`, brackets, `PI` and
+/// the functions `min max abs sqrt exp ln log10 floor ceil round sin cos tan`. Tag ids stand in
 /// braces: `{T1.I} * {T1.U} * sqrt(3)`.
 ///
 /// All of it is double precision. True is 1, false 0; a double-point is 0 to 3 as IEC
@@ -24,7 +24,7 @@ pub enum ExpressionError {
     /// Too long or too deep.
     #[error("it has more than {0}")]
     TooLarge(String),
-    /// Not what can be read.
+    /// The text is no expression.
     #[error("it cannot be read: {0}")]
     Syntax(String),
     /// The expression names no tag.

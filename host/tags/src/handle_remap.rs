@@ -1,20 +1,20 @@
-//! Index remap: maps the indices of one set of things to those of another.
+//! Handle remap: maps the indices of one set of things to those of another.
 
 use crate::{TagHandle, TagSet};
 
-/// In place of a number: it is not there any more.
+/// Mark of an index whose thing was removed.
 const GONE: u32 = u32::MAX;
 
-/// From the numbers of one set to those of another. Whoever was told the old ones, such as
-/// a plugin that goes on, is understood by it.
+/// Map from the indices of one set to those of another. It translates messages of plugins that
+/// still use the old indices.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct HandleRemap {
-    /// By the old number; none where all stayed as they were.
+    /// New indices by old index; none where all are unchanged.
     new: Option<Vec<u32>>,
 }
 
 impl HandleRemap {
-    /// From the old number of each thing to the new one, if it is there still.
+    /// Creates a map from the new index of each old thing; `None` for a removed thing.
     pub fn new(new: impl ExactSizeIterator<Item = Option<u32>>) -> Self {
         let new: Vec<u32> = new.map(|number| number.unwrap_or(GONE)).collect();
         let is_plain = new.iter().zip(0..).all(|(new, old)| *new == old);
@@ -43,7 +43,7 @@ impl HandleRemap {
         self.new.is_none()
     }
 
-    /// The number that it has now; `None` for what is not there any more.
+    /// Returns the new index; `None` for a removed thing.
     pub fn index(&self, old: u32) -> Option<u32> {
         match &self.new {
             None => Some(old),
@@ -51,12 +51,12 @@ impl HandleRemap {
         }
     }
 
-    /// As [`HandleRemap::index`], of a tag.
+    /// Returns the new handle of a tag; `None` for a removed tag.
     pub fn tag(&self, TagHandle(old): TagHandle) -> Option<TagHandle> {
         self.index(old).map(TagHandle)
     }
 
-    /// Both in turn: this one, then another.
+    /// Composes this map with a later one.
     pub fn then(&self, next: &Self) -> Self {
         match &self.new {
             None => next.clone(),

@@ -10,9 +10,8 @@ const NANOS_PER_SECOND: u64 = 1_000_000_000;
 /// their ages must not be cut there.
 const BOOT: u64 = 1 << 63;
 
-/// A point of the clock that never jumps, that all processes of a machine share,
-/// and that goes on while the machine sleeps: a value from before a sleep is old.
-/// Nanoseconds.
+/// Instant of the boot-time clock, in nanoseconds. The clock never jumps, all processes of a
+/// machine share it, and it also counts while the machine is suspended.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
 )]

@@ -22,9 +22,9 @@ pub(crate) const MIN_CLOCK_DIFFERENCE: Duration = Duration::from_secs(1);
 pub struct ClockReadings {
     /// Boot-time clock, on which freshness is counted.
     pub boot: Moment,
-    /// Monotonic clock, which stands still while the machine is suspended, nanoseconds.
+    /// Reading of the monotonic clock, which stops while the machine is suspended, nanoseconds.
     pub monotonic_nanos: u64,
-    /// Wall clock reading.
+    /// Reading of the wall clock.
     pub wall: SourceTime,
 }
 
@@ -46,10 +46,10 @@ pub struct Pause {
 pub enum PauseEvidence {
     /// The boot-time clock went on without the monotonic one: the machine was suspended.
     Suspended,
-    /// Nobody read the clocks: the process was stopped, or starved.
+    /// The clocks were not read for too long: the process was stopped, or starved.
     Stopped,
-    /// The wall clock went on without the others: the virtual machine was paused, or
-    /// somebody set the wall clock forward.
+    /// The wall clock advanced without the others: the virtual machine was paused, or the wall
+    /// clock was set forward.
     WallClockAhead,
 }
 
@@ -71,7 +71,7 @@ impl ClockReadings {
 }
 
 impl PauseDetector {
-    /// Takes readings; tells of a pause between the readings before and these.
+    /// Compares readings with the ones before; returns the pause between them, if any.
     pub fn observe(&mut self, readings: ClockReadings) -> Option<Pause> {
         let last = self.last.replace(readings)?;
         let boot = readings.boot.since(last.boot);

@@ -8,7 +8,7 @@ use crate::Sample;
 /// Updates that a backlog holds before it thins itself out.
 pub const MAX_QUEUED_SAMPLES: usize = 1 << 18;
 
-/// An update of a tag, in whatever form it waits.
+/// Queued update of a tag, in any representation.
 pub trait Update {
     /// Returns the tag's handle.
     fn tag(&self) -> u32;
@@ -35,8 +35,8 @@ pub trait Update {
 #[derive(Clone, Debug)]
 pub struct Backlog<U> {
     updates: VecDeque<U>,
-    /// Thin out at this length: some times what the last time left, so that thinning costs
-    /// no more than pushing.
+    /// Length at which the backlog coalesces: a multiple of its length after the last time, so
+    /// that the cost is linear in pushes.
     thin_at: usize,
     dropped: u64,
 }
@@ -63,12 +63,12 @@ impl<U: Update> Backlog<U> {
         self.updates.push_back(update);
     }
 
-    /// Takes the oldest updates out, at most `count`.
+    /// Removes and returns the oldest updates, at most `count`.
     pub fn drain(&mut self, count: usize) -> impl Iterator<Item = U> {
         self.updates.drain(..count.min(self.updates.len()))
     }
 
-    /// Takes everything out; the room it took is freed.
+    /// Removes and returns all updates, with their memory.
     pub fn take(&mut self) -> VecDeque<U> {
         self.thin_at = MAX_QUEUED_SAMPLES;
         std::mem::take(&mut self.updates)
@@ -110,14 +110,14 @@ impl<U: Update> Backlog<U> {
 /// Updates that a tag keeps at most when a backlog thins itself out.
 const MAX_KEPT_A_TAG: usize = 4;
 
-/// The updates of one tag that decide on what it is in the end, by their places.
+/// Indices of the updates of one tag that decide its final state.
 #[derive(Clone, Copy, Default)]
 struct RetainedUpdates {
     /// The last value that counts by its arrival, and its source time.
     live: Option<(usize, Option<i64>)>,
     /// Last quality without a value after `live` and before `buffered`.
     quality_before: Option<usize>,
-    /// After `live`, the newest value out of a buffer, by its source time.
+    /// Newest buffered value after `live`, by its source time.
     buffered: Option<(usize, i64)>,
     /// Last quality without a value after `buffered`.
     quality_after: Option<usize>,
@@ -174,7 +174,7 @@ impl SampleQueue {
         })
     }
 
-    /// Takes everything queued, the oldest first.
+    /// Removes and returns all updates, the oldest first.
     pub fn drain(&self) -> VecDeque<Sample> {
         self.with(Backlog::take)
     }
@@ -244,7 +244,7 @@ mod tests {
     struct State {
         value: Option<u32>,
         time: Option<i64>,
-        /// The number of what was said last of quality.
+        /// Number of the last update of quality.
         said: usize,
     }
 

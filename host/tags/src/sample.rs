@@ -15,7 +15,7 @@ pub struct SourceTime(pub i64);
 pub struct Sample {
     /// Handle of the tag.
     pub tag: TagHandle,
-    /// The value; `None` says something about quality only.
+    /// Value of the tag; `None` for a sample of quality alone.
     pub value: Option<Value>,
     /// Quality at the source.
     pub quality: Quality,
@@ -75,7 +75,7 @@ impl SourceTime {
         }
     }
 
-    /// As a time of the wall clock.
+    /// Converts to a time of the wall clock.
     pub fn to_system_time(self) -> Option<SystemTime> {
         let distance = Duration::from_nanos(self.0.unsigned_abs());
         if self.0 < 0 { UNIX_EPOCH.checked_sub(distance) } else { UNIX_EPOCH.checked_add(distance) }

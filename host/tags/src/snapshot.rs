@@ -1,4 +1,4 @@
-//! All tags at one instant.
+//! Snapshot: states of all tags at one instant.
 
 use std::time::Duration;
 
@@ -21,8 +21,8 @@ pub struct TagState {
     pub origin: Origin,
 }
 
-/// All tags at the instant to which their table was advanced. It borrows the table, so
-/// that nothing changes while it is looked at, and nothing is copied.
+/// States of all tags at the instant to which their table was last advanced. The snapshot borrows
+/// the table, so nothing changes meanwhile and nothing is copied.
 #[derive(Clone, Copy, Debug)]
 pub struct Snapshot<'a> {
     table: &'a TagTable,
@@ -49,7 +49,7 @@ impl<'a> Snapshot<'a> {
         self.table.state(tag)
     }
 
-    /// All states, by handle.
+    /// Iterates over the states of all tags, by handle.
     pub fn states(self) -> impl ExactSizeIterator<Item = TagState> + 'a {
         self.table.states()
     }

@@ -27,7 +27,7 @@ pub struct TagSpec {
     pub range: Option<RangeInclusive<f64>>,
     /// Age above which a value is stale.
     pub freshness: Duration,
-    /// From the number that comes to the tag's unit; [`ValueKind::F64`] alone.
+    /// Conversion from the source's number to the tag's unit; for [`ValueKind::F64`] alone.
     pub scale: Option<Scale>,
     /// A number nearer than this to the one before does not change it, in the tag's
     /// unit; 0 for none.
@@ -36,8 +36,7 @@ pub struct TagSpec {
     pub expression: Option<String>,
 }
 
-/// All tags of a scene: what they are, and which rest on which. A tag's handle is its
-/// place.
+/// Definitions and derivations of all tags of a scene. A tag's handle is its index.
 #[derive(Debug, Default)]
 pub struct TagSet {
     specs: Vec<TagSpec>,

@@ -1,4 +1,4 @@
-//! The tag table: the last value of every tag, and what it is worth.
+//! Tag table: last value and quality of every tag.
 
 use std::sync::Arc;
 
@@ -27,8 +27,8 @@ pub struct TagTable {
     /// Inputs of derived tags that came or went stale since.
     touched: Vec<TagHandle>,
     counts: QualityCounts,
-    /// Values from before it are stale whatever their limit: the last pause. The first holds
-    /// for all tags, the second for those that do not outlive stops.
+    /// Times before which values are stale whatever their limit: the ends of the last pauses. The
+    /// first holds for all tags, the second for those that are not kept current across stops.
     trusted_from: [Moment; 2],
 }
 
@@ -43,9 +43,9 @@ impl TagTable {
         Self { tags, states, wheel, now, changes, touched, counts, trusted_from }
     }
 
-    /// Takes over what another table has of tags that go on under these numbers: value,
-    /// times, and what their sources said last. What rests on ranges and freshness is judged
-    /// by this table's; derived tags follow by themselves.
+    /// Inherits value, times and source quality of the tags that exist in another table, by their
+    /// new indices. Ranges and freshness are evaluated by this table's rules; derived tags follow
+    /// by themselves.
     pub fn inherit(&mut self, before: &Self, numbers: &HandleRemap) {
         self.now = self.now.max(before.now);
         self.trusted_from = before.trusted_from;
@@ -59,7 +59,7 @@ impl TagTable {
         }
     }
 
-    /// Goes on with a tag of another table.
+    /// Inherits the state of a tag from another table.
     fn continue_tag(&mut self, tag: TagHandle, was: &HotState, said: &ColdState) {
         let (hot, cold) = self.states.get_mut(tag);
         if cold.is_derived || was.kind != hot.kind {
@@ -86,9 +86,9 @@ impl TagTable {
         &self.tags
     }
 
-    /// Takes a sample over, and tells `each` what it changes. Returns whether it was taken:
-    /// not where it names no tag of this table that samples may set, or is good, out of a
-    /// buffer and older, at its source, than the value there is.
+    /// Applies a sample and reports its change to `each`. Returns false for an unknown or derived
+    /// tag. The same holds for a good buffered sample that is older, at its source, than the
+    /// current value.
     // Always: then nothing of a good measurement is written down between the memory that it
     // came by and its cell.
     #[inline(always)]
@@ -101,8 +101,8 @@ impl TagTable {
         true
     }
 
-    /// Moves time on: values past their limit are stale from here on, and derived tags
-    /// follow what they rest on. `each` is told how these change.
+    /// Advances time: values past their limit become stale, and derived tags are evaluated.
+    /// `each` receives their changes.
     pub fn advance(&mut self, now: Moment, mut each: impl FnMut(&Change)) {
         self.now = self.now.max(now);
         for (slot, tags) in self.wheel.take_due(self.now) {
@@ -114,15 +114,15 @@ impl TagTable {
         self.changes.finish_turn();
     }
 
-    /// Lets values of these tags outlive stops of this process: their source tells every
-    /// change in a queue that is read afterwards.
+    /// Keeps values of these tags current across stops of this process. Their source reports
+    /// every change through a queue that is read afterwards.
     pub fn keep_current_across_stops(&mut self, tags: impl IntoIterator<Item = TagHandle>) {
         tags.into_iter()
             .for_each(|tag| self.states.get_mut(tag).1.stays_current_across_stops = true);
     }
 
-    /// Holds every value from before a pause for stale, whatever its limit, until one comes
-    /// that is true from then on: nobody saw what happened meanwhile. `each` is told what
+    /// Marks every value from before a pause as stale, whatever its limit, until a value arrives
+    /// that is true from then on. Changes during the pause were not observed. `each` receives the
     /// changes.
     pub fn mark_stale_before(&mut self, pause: &Pause, mut each: impl FnMut(&Change)) {
         let moment = pause.trusted_from();
@@ -149,8 +149,8 @@ impl TagTable {
         }
     }
 
-    /// All tags as they are at the instant to which the table was advanced last.
-    /// Updates that came since are in it, as of that instant.
+    /// Returns all tags at the instant to which the table was last advanced. Later updates are
+    /// included, as of that instant.
     pub fn snapshot(&self) -> Snapshot<'_> {
         Snapshot::new(self)
     }
@@ -196,8 +196,8 @@ impl TagTable {
         }
     }
 
-    /// In parts, which stay in registers, so that a sample that goes the short way is never
-    /// written down as a whole.
+    /// Applies a sample that does not take the fast path. Its parts are passed in registers, so
+    /// that a sample on the fast path is never written to memory as a whole.
     #[cold]
     #[inline(never)]
     fn apply_slow_path(
@@ -270,7 +270,7 @@ impl TagTable {
         ApplyOutcome::Changed(change)
     }
 
-    /// Looks at a tag that the wheel gave up.
+    /// Checks a tag whose slot in the wheel is due.
     fn expire(&mut self, tag: u32, slot: Slot) {
         let tag = TagHandle(tag);
         let (hot, cold) = self.states.get_mut(tag);
@@ -291,7 +291,7 @@ impl TagTable {
         }
     }
 
-    /// Works out the derived tags that rest on what came or went stale.
+    /// Evaluates the derived tags whose inputs changed or became stale.
     fn derive(&mut self, each: &mut impl FnMut(&Change)) {
         let (now, tags) = (self.now, self.tags.clone());
         let mut due = tags.derived().due(&self.touched);
@@ -310,7 +310,7 @@ impl TagTable {
     }
 }
 
-/// Quality of a value that nobody vouches for any more.
+/// Quality of a value that is no longer current.
 const STALE: Quality = Quality::Bad(Reason::Stale);
 
 /// Moment from which values of a tag are trusted.

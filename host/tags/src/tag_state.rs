@@ -28,8 +28,8 @@ pub(crate) struct HotState {
     origin: Origin,
 }
 
-/// Bit of [`HotState::state`]: nothing but its own samples, as they are, makes the tag what it
-/// is, and nothing rests on it.
+/// Bit of [`HotState::state`] for a plain tag: only its own samples, unscaled, set it, and no
+/// derived tag depends on it.
 const PLAIN: u8 = 1 << 7;
 /// State of a plain tag that counts as good.
 const PLAIN_GOOD: u8 = PLAIN;
@@ -50,11 +50,11 @@ pub(crate) struct ColdState {
     pub(crate) is_derived: bool,
     /// True where derived tags depend on this one.
     pub(crate) is_input: bool,
-    /// Tells whether its source tells every change, also after a stop of this process.
+    /// True where its source reports every change, also after a stop of this process.
     pub(crate) stays_current_across_stops: bool,
 }
 
-/// All tags, by handle.
+/// States of all tags, by handle.
 #[derive(Debug)]
 pub(crate) struct TagStates {
     pub(crate) hot: Vec<HotState>,
@@ -101,7 +101,7 @@ impl HotState {
         (self.value_bits, self.value_kind) = (value.bits, value.kind);
     }
 
-    /// Goes on with what another cell of its type holds.
+    /// Inherits value, times and origin from another state of the same type.
     pub(crate) fn take_over(&mut self, was: &Self) {
         self.set_value(was.value());
         (self.source_nanos, self.valid_from) = (was.source_nanos, was.valid_from);
@@ -240,7 +240,7 @@ impl TagStates {
         self.hot.len()
     }
 
-    /// A tag that is there.
+    /// Returns the state of a tag that exists.
     pub(crate) fn get(&self, tag: TagHandle) -> (&HotState, &ColdState) {
         (&self.hot[tag.0 as usize], &self.cold[tag.0 as usize])
     }
@@ -250,7 +250,7 @@ impl TagStates {
         (&mut self.hot[tag.0 as usize], &mut self.cold[tag.0 as usize])
     }
 
-    /// Puts a tag under the quality that it has at `now`.
+    /// Counts a tag under the quality that it has at `now`.
     pub(crate) fn count(&mut self, tag: TagHandle, counts: &mut QualityCounts, now: Moment) {
         let (hot, cold) = self.get_mut(tag);
         let rank = hot.quality(cold.own_quality(), now).rank();

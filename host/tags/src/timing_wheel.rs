@@ -5,8 +5,8 @@ use crate::Moment;
 
 /// Width of a slot, as a power of two of nanoseconds: some 17 ms, about a frame.
 const SLOT_BITS: u32 = 24;
-/// Slots of the wheel, some 68 s; what is due later waits in the last one and is put
-/// in anew when that comes round.
+/// Number of slots, some 68 s; a later deadline waits in the last slot and is inserted again when
+/// that is due.
 const SLOTS: u64 = 4096;
 
 /// The number of a slot, counted since boot.
@@ -34,7 +34,7 @@ impl TimingWheel {
         (deadline.0 >> SLOT_BITS).clamp(self.first, self.first + SLOTS - 1)
     }
 
-    /// Puts a tag into a slot that [`Self::slot_of`] gave.
+    /// Inserts a tag into a slot that [`Self::slot_of`] returned.
     pub(crate) fn put(&mut self, tag: u32, slot: Slot) {
         self.slots[(slot % SLOTS) as usize].push(tag);
     }
@@ -45,8 +45,8 @@ impl TimingWheel {
         self.slots.iter().map(Vec::len).sum()
     }
 
-    /// Takes out what may be due at `now`, slot by slot. The slot of `now` itself is
-    /// among them: what is not due yet has to be put in again.
+    /// Removes the entries that may be due at `now`, slot by slot. The slot of `now` itself is
+    /// among them: entries that are not due yet must be inserted again.
     pub(crate) fn take_due(&mut self, now: Moment) -> Vec<(Slot, Vec<u32>)> {
         let last = (now.0 >> SLOT_BITS).max(self.first);
         let full = self.first..=last.min(self.first + SLOTS - 1);

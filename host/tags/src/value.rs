@@ -20,13 +20,13 @@ pub enum Value {
 /// The type a tag's values have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ValueKind {
-    /// Kind of [`Value::F64`].
+    /// Type of [`Value::F64`] values.
     F64,
-    /// Kind of [`Value::I64`].
+    /// Type of [`Value::I64`] values.
     I64,
-    /// Kind of [`Value::Bool`].
+    /// Type of [`Value::Bool`] values.
     Bool,
-    /// Kind of [`Value::DoublePoint`].
+    /// Type of [`Value::DoublePoint`] values.
     DoublePoint,
 }
 
@@ -39,16 +39,16 @@ pub enum DoublePoint {
     Off,
     /// The switch is closed.
     On,
-    /// Both contacts: a fault.
+    /// Both contacts are closed: a fault.
     BadState,
 }
 
 /// Reliability of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Quality {
-    /// Value is usable.
+    /// The value is usable.
     Good,
-    /// Value is doubtful.
+    /// The value is doubtful.
     Uncertain(Reason),
     /// Value is not usable.
     Bad(Reason),
@@ -61,15 +61,15 @@ pub enum Reason {
     Unknown,
     /// The link to the device is down.
     Communication,
-    /// The device says that its sensor failed.
+    /// The device reports a failure of its sensor.
     Sensor,
     /// Outside the measuring range.
     OutOfRange,
     /// The device refused the address, or its answer does not fit.
     Configuration,
-    /// No value came yet.
+    /// No value has been received yet.
     NotConnected,
-    /// Not a finite number.
+    /// The value is not a finite number.
     NotFinite,
     /// Past its freshness limit.
     Stale,
@@ -90,7 +90,7 @@ impl Value {
         }
     }
 
-    /// As a number, where it is a quantity.
+    /// Converts a quantity to a number.
     pub fn as_number(self) -> Option<f64> {
         match self {
             Self::F64(value) => Some(value),
@@ -100,12 +100,11 @@ impl Value {
     }
 }
 
-/// A value, or none, in words that are copied and compared whole. Not-a-number is like
-/// itself here.
+/// Value, or none, as words that are copied and compared whole. Not-a-number equals itself here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Packed {
     pub(crate) bits: u64,
-    /// None where there is no value.
+    /// Kind of the value; none where there is no value.
     pub(crate) kind: Option<ValueKind>,
 }
 

@@ -2,6 +2,7 @@
 //!
 //! Invariant: no code here knows Vulkan, plugins or the source of a value. Panels never change
 //! state; they return [`Command`]s.
+#![doc = include_str!("../DESIGN.md")]
 
 mod alarm_banner;
 mod alarm_detail;

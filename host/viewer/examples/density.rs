@@ -54,13 +54,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         arrangement: 1,
         axes: AXES,
         values: records.values(),
-        shown: &shown,
+        binned_axes: &shown,
         flipped: &[false; AXES],
         pairs: &pairs,
         brushes: &[],
         any: false,
-        known: None,
-        given: None,
+        record_filter: None,
+        brush_filter: None,
     };
     let start = Instant::now();
     renderer.count_records(&input)?;

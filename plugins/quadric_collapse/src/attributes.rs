@@ -18,8 +18,8 @@ pub(crate) struct Attributes<'a> {
 }
 
 impl<'a> Attributes<'a> {
-    /// `None` for a mesh without attributes.
-    pub(crate) fn of(mesh: &Mesh<'a>) -> Option<Self> {
+    /// Reads the attributes; `None` for a mesh without any.
+    pub(crate) fn new(mesh: &Mesh<'a>) -> Option<Self> {
         let wedges = mesh.wedges?;
         let mut starts = vec![0; mesh.positions.len()];
         let mut last = None;
@@ -31,9 +31,9 @@ impl<'a> Attributes<'a> {
         Some(Self { wedges, starts })
     }
 
-    /// The wedge that stands for `wedge` once its position moves onto `kept`:
-    /// of the same section, then of the nearest normal and coordinate, then
-    /// the first. The host chooses by the same rule.
+    /// Returns the wedge that represents `wedge` once its position moves onto `kept`: of the same
+    /// section, then of the nearest normal and coordinate, then the first. The host chooses by the
+    /// same rule.
     #[inline]
     pub(crate) fn parent(&self, wedge: u32, kept: u32) -> u32 {
         let start = self.starts[kept as usize];
@@ -60,7 +60,7 @@ impl<'a> Attributes<'a> {
         a != b && (self.section(a) != self.section(b) || self.uv(a) != self.uv(b))
     }
 
-    /// Squared distance of two unit normals: 0 to 4.
+    /// Returns the squared distance of two unit normals: 0 to 4.
     #[inline]
     pub(crate) fn turn(&self, a: u32, b: u32) -> f64 {
         if a == b {
@@ -86,12 +86,12 @@ impl<'a> Attributes<'a> {
 
 /// The triangles at a vertex by the wedge that they have there.
 #[derive(Default)]
-pub(crate) struct Passages {
+pub(crate) struct WedgeAreas {
     /// Wedges with their areas.
     list: Vec<(u32, f64)>,
 }
 
-impl Passages {
+impl WedgeAreas {
     /// Adds up the area of each wedge, square metres.
     pub(crate) fn gather(&mut self, wedges: impl Iterator<Item = (u32, f64)>) {
         self.list.clear();

@@ -34,7 +34,8 @@ pub(crate) fn measure(
     for vertex in 0..surface.len() as u32 {
         let complete = surface.ring(vertex, &mut ring);
         let quadric = &mut quadrics[vertex as usize];
-        if hold_edges(surface, attributes, vertex, &ring, border_weight, quadric) || !complete {
+        if add_edge_planes(surface, attributes, vertex, &ring, border_weight, quadric) || !complete
+        {
             surface.open[vertex as usize] = true;
         }
     }
@@ -42,7 +43,7 @@ pub(crate) fn measure(
 
 /// Adds the planes of the edges at a vertex. Returns whether one is open: has
 /// not exactly one triangle on either side.
-fn hold_edges(
+fn add_edge_planes(
     surface: &mut Surface,
     attributes: Option<&Attributes<'_>>,
     vertex: u32,
@@ -86,7 +87,7 @@ fn hold_edges(
     open
 }
 
-/// The plane through an edge that stands upright on the face towards `apex`.
+/// Returns the plane through an edge, perpendicular to the face towards `apex`.
 fn upright(surface: &Surface, vertex: u32, end: u32, apex: u32, weight: f64) -> Quadric {
     let origin = surface.positions[vertex as usize];
     let along = surface.positions[end as usize] - origin;

@@ -5,7 +5,7 @@
 //! vertex moves to a new place. What a collapse costs is how far the faces that
 //! its vertex stands for are left behind (plane quadrics, Garland and Heckbert,
 //! SIGGRAPH 1997), area that is lost, and attributes that do not fit
-//! ([`judge`]). The collapses that were done, those of all shells in order of
+//! ([`evaluator`]). The collapses that were done, those of all shells in order of
 //! cost ([`sequence`]), are the static list that the host goes up and down.
 //!
 //! Order: costs are integrals over area of squared distance (fourth power of
@@ -15,8 +15,8 @@
 #![doc = include_str!("../DESIGN.md")]
 
 mod attributes;
+mod collapse_cost;
 mod features;
-mod judge;
 mod pieces;
 mod quadric;
 mod queue;
@@ -28,7 +28,7 @@ mod surface;
 use busbar_plugin_sdk::{CollapseList, Error, Host, Mesh, MeshOptimizer, Plugin, Progress};
 
 use crate::attributes::Attributes;
-use crate::judge::{Source, Weights};
+use crate::collapse_cost::{Source, Weights};
 use crate::shells::Shells;
 
 /// Largest value of a weight.
@@ -115,7 +115,7 @@ impl QuadricCollapse {
         let mut list = CollapseList::default();
         progress.report(0.0)?;
         let shells = list.stage("shells", || Shells::find(&mesh));
-        let attributes = list.stage("wedges", || Attributes::of(&mesh));
+        let attributes = list.stage("wedges", || Attributes::new(&mesh));
         let source = Source {
             mesh: &mesh,
             shells: &shells,
@@ -125,7 +125,7 @@ impl QuadricCollapse {
         let mut steps =
             list.stage("collapse", || sequence::reduce_all(source, limits, progress))?;
         list.collapses = list.stage("merge", || {
-            sequence::bury(&shells, &mut steps);
+            sequence::remove_collapsed_shells(&shells, &mut steps);
             sequence::merge(steps)
         });
         progress.report(1.0)?;

@@ -42,7 +42,7 @@ pub(crate) enum Triangles<'a> {
 
 /// State of a vertex that passes from piece to piece.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Memory {
+pub(crate) struct VertexState {
     /// `None` on a cut, where nothing moved yet.
     pub(crate) quadric: Option<Quadric>,
     /// Greatest distance that it moved for the vertices it stands for, metres.
@@ -58,21 +58,21 @@ pub(crate) struct Remainder {
     /// Vertices that are left, ascending.
     pub(crate) vertices: Vec<u32>,
     /// One a vertex, but none before the first level.
-    pub(crate) memories: Vec<Memory>,
+    pub(crate) states: Vec<VertexState>,
     pub(crate) corners: Vec<[u32; 3]>,
     pub(crate) wedges: Vec<[u32; 3]>,
 }
 
 impl Remainder {
-    /// A shell as the mesh has it.
-    pub(crate) fn of(mesh: &Mesh<'_>, shells: &Shells, shell: usize) -> Self {
+    /// Copies a shell of the mesh.
+    pub(crate) fn from_shell(mesh: &Mesh<'_>, shells: &Shells, shell: usize) -> Self {
         let triangles = &shells.triangles[shells.triangle_range(shell)];
         let wedges = |wedges: busbar_plugin_sdk::Wedges<'_>| {
             triangles.iter().map(|&t| wedges.corners[t as usize]).collect()
         };
         Self {
             vertices: shells.vertices[shells.vertex_range(shell)].to_vec(),
-            memories: Vec::new(),
+            states: Vec::new(),
             corners: triangles.iter().map(|&t| mesh.triangles[t as usize]).collect(),
             wedges: mesh.wedges.map(wedges).unwrap_or_default(),
         }
@@ -84,30 +84,30 @@ impl Remainder {
         PieceView { vertices: &self.vertices, places, triangles }
     }
 
-    /// Joins what is left of parts. A vertex on a cut takes the first part's memory. All parts know
-    /// the same of it: that it is on a cut, and the greatest rank of the steps around it.
+    /// Joins the remainders of parts. A vertex on a cut takes the first part's state. All parts
+    /// know the same of it: that it is on a cut, and the greatest rank of the steps around it.
     pub(crate) fn join(parts: impl Iterator<Item = Self>) -> Self {
         let mut all = Self::default();
-        let mut known: Vec<(u32, Memory)> = Vec::new();
+        let mut known: Vec<(u32, VertexState)> = Vec::new();
         for part in parts {
-            known.extend(part.vertices.into_iter().zip(part.memories));
+            known.extend(part.vertices.into_iter().zip(part.states));
             all.corners.extend(part.corners);
             all.wedges.extend(part.wedges);
         }
         // Stable: of one vertex the first part comes first.
         known.sort_by_key(|&(vertex, _)| vertex);
         for same in known.chunk_by(|a, b| a.0 == b.0) {
-            let (vertex, mut memory) = same[0];
-            memory.rank = same.iter().fold(memory.rank, |rank, other| rank.max(other.1.rank));
+            let (vertex, mut state) = same[0];
+            state.rank = same.iter().fold(state.rank, |rank, other| rank.max(other.1.rank));
             all.vertices.push(vertex);
-            all.memories.push(memory);
+            all.states.push(state);
         }
         all
     }
 
     /// Cuts the triangles into parts of at most `limit`, each a run of the
     /// indices that are returned, with where runs start and the total.
-    pub(crate) fn cut(&self, mesh: &Mesh<'_>, limit: usize, level: usize) -> Parts {
+    pub(crate) fn cut(&self, mesh: &Mesh<'_>, limit: usize, level: usize) -> CutParts {
         let mut indices: Vec<u32> = (0..self.corners.len() as u32).collect();
         let mut starts = Vec::new();
         let share = FIRST_CUT[level % FIRST_CUT.len()];
@@ -120,7 +120,7 @@ impl Remainder {
                 *known = if *known == NOWHERE || *known == part { part } else { SHARED };
             }
         }
-        Parts { indices, starts, part_of_vertex }
+        CutParts { indices, starts, part_of_vertex }
     }
 
     /// Cuts triangles across their longest extent, time and again.
@@ -155,20 +155,20 @@ impl Remainder {
 }
 
 /// A remainder, cut into parts.
-pub(crate) struct Parts {
+pub(crate) struct CutParts {
     /// Triangles of the remainder, part by part.
     indices: Vec<u32>,
     starts: Vec<usize>,
     part_of_vertex: Vec<u32>,
 }
 
-impl Parts {
+impl CutParts {
     /// Returns the number of parts.
     pub(crate) fn len(&self) -> usize {
         self.starts.len() - 1
     }
 
-    /// One part by itself. `places` is as long as the mesh has vertices.
+    /// Takes one part by itself. `places` is as long as the mesh has vertices.
     pub(crate) fn take(&self, whole: &Remainder, part: usize, places: &mut [u32]) -> Remainder {
         // In the order of the remainder: the cuts shuffled them.
         let mut indices = self.indices[self.starts[part]..self.starts[part + 1]].to_vec();
@@ -187,16 +187,13 @@ impl Parts {
             }
         }
         vertices.sort_unstable();
-        let memory = |vertex: &u32| {
-            whole.vertices.binary_search(vertex).map_or(Memory::default(), |i| whole.memories[i])
+        let state = |vertex: &u32| {
+            whole.vertices.binary_search(vertex).map_or(VertexState::default(), |i| whole.states[i])
         };
-        let memories = if whole.memories.is_empty() {
-            Vec::new()
-        } else {
-            vertices.iter().map(memory).collect()
-        };
+        let states =
+            if whole.states.is_empty() { Vec::new() } else { vertices.iter().map(state).collect() };
         (0..).zip(&vertices).for_each(|(place, &vertex)| places[vertex as usize] = place);
-        Remainder { vertices, memories, corners, wedges }
+        Remainder { vertices, states, corners, wedges }
     }
 
     /// Reports whether a vertex is in more than one part.
@@ -205,7 +202,7 @@ impl Parts {
     }
 }
 
-/// A vertex in double precision, metres.
+/// Returns a vertex in double precision, metres.
 pub(crate) fn point(mesh: &Mesh<'_>, vertex: u32) -> DVec3 {
     DVec3::from(mesh.positions[vertex as usize].map(f64::from))
 }

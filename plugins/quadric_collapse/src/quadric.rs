@@ -19,7 +19,7 @@ pub(crate) struct Quadric {
 }
 
 impl Quadric {
-    /// Squared distance to the plane through `point`, times `weight`.
+    /// Makes the quadric of the squared distance to the plane through `point`, times `weight`.
     /// `normal` has length 1.
     pub(crate) fn plane(normal: DVec3, point: DVec3, weight: f64) -> Self {
         let offset = -normal.dot(point);
@@ -33,14 +33,14 @@ impl Quadric {
         }
     }
 
-    /// The same, standing for an area as well.
+    /// Returns the quadric, weighted by an area as well.
     pub(crate) fn with_area(self, area: f64) -> Self {
         Self { area, ..self }
     }
 
-    /// The value at a point; rounding never makes it negative.
+    /// Evaluates the quadric at a point; rounding never makes it negative.
     #[inline]
-    pub(crate) fn at(&self, p: DVec3) -> f64 {
+    pub(crate) fn evaluate(&self, p: DVec3) -> f64 {
         let cross = DVec3::new(p.y * p.z, p.z * p.x, p.x * p.y);
         let linear = (self.diagonal * p + 2.0 * self.linear).dot(p);
         (linear + 2.0 * self.mixed.dot(cross) + self.constant).max(0.0)
@@ -75,7 +75,7 @@ mod tests {
         let wall = Quadric::plane(DVec3::new(0.6, 0.0, 0.8), DVec3::ZERO, 2.0);
         let point = DVec3::new(1.0, -1.0, 2.0);
         let expected = 3.0 * 9.0 + 2.0 * (0.6 + 1.6) * (0.6 + 1.6);
-        assert!(((roof + wall).at(point) - expected).abs() < 1e-12);
+        assert!(((roof + wall).evaluate(point) - expected).abs() < 1e-12);
         assert_eq!((roof + wall).area, 3.0);
     }
 }

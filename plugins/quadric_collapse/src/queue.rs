@@ -1,4 +1,4 @@
-//! A priority queue of vertices whose costs change.
+//! Priority queue (binary heap) of vertices whose costs change.
 
 /// Children of a node: a flat heap touches fewer cache lines.
 const ARITY: usize = 4;
@@ -54,7 +54,7 @@ impl Queue {
         Some(vertex)
     }
 
-    /// The cost of the cheapest vertex, rounded down; infinite if there is none.
+    /// Returns the cost of the cheapest vertex, rounded down; infinite if there is none.
     #[inline]
     pub(crate) fn least_cost(&self) -> f64 {
         self.heap.first().map_or(f64::INFINITY, |entry| f64::from_bits(entry >> 32 << 32))
@@ -66,7 +66,7 @@ impl Queue {
         self.places[vertex as usize] != ABSENT
     }
 
-    /// The cost that a vertex is in the queue with, rounded down.
+    /// Returns the cost of a queued vertex, rounded down.
     #[inline]
     pub(crate) fn cost(&self, vertex: u32) -> Option<f64> {
         let entry = self.heap.get(self.places[vertex as usize] as usize)?;
@@ -130,7 +130,7 @@ mod tests {
     use super::*;
 
     proptest! {
-        /// Whatever is set, moved and removed, the cheapest comes first.
+        /// The cheapest comes first after any sets, moves and removals.
         #[test]
         fn the_cheapest_comes_first(
             steps in prop::collection::vec((0_u32..20, 0_u8..200, any::<bool>()), 0..200),

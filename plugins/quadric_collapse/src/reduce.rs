@@ -1,10 +1,10 @@
-//! Simplifies one shell down to one vertex, or a part of one to a fraction.
+//! Greedy simplification of one shell down to one vertex, or of a part to a fraction.
 
 use glam::DVec3;
 
+use crate::collapse_cost::{CollapseTarget, CostEvaluator, Guards, Shell, Source};
 use crate::features;
-use crate::judge::{Choice, Guards, Judge, Shell, Source};
-use crate::pieces::{Memory, Parts, PieceView, Remainder, Triangles, center};
+use crate::pieces::{CutParts, PieceView, Remainder, Triangles, VertexState, center};
 use crate::queue::Queue;
 use crate::surface::Spoke;
 
@@ -12,8 +12,7 @@ use crate::surface::Spoke;
 /// would make the cuts show.
 const LEFT_OF_PART: f64 = 0.25;
 
-/// A shell with no legal collapse and at most so many vertices dies as a
-/// whole.
+/// Greatest number of vertices of a shell without legal collapse that is removed as a whole.
 const MAX_DYING: usize = 32;
 /// Greatest number of vertices of a shell whose refused vertices are not looked at again: guards
 /// fall.
@@ -45,14 +44,14 @@ pub(crate) struct Step {
 
 /// Planned collapse of a vertex in the queue.
 #[derive(Clone, Copy, Debug, Default)]
-struct Plan {
-    choice: Choice,
+struct PlannedCollapse {
+    choice: CollapseTarget,
     /// Validity: whether its surroundings are as they were when it was judged.
     current: bool,
 }
 
 /// Told how many more vertices are done; says whether to go on.
-pub(crate) type Watch<'a> = &'a mut dyn FnMut(usize) -> bool;
+pub(crate) type ProgressCallback<'a> = &'a mut dyn FnMut(usize) -> bool;
 
 /// Buffers for one piece after the other.
 #[derive(Default)]
@@ -65,8 +64,8 @@ pub(crate) struct Reducer {
     /// No step from here on has a smaller rank.
     least_rank: f64,
     queue: Queue,
-    plans: Vec<Plan>,
-    judge: Judge,
+    plans: Vec<PlannedCollapse>,
+    evaluator: CostEvaluator,
     ring: Vec<Spoke>,
 }
 
@@ -78,7 +77,7 @@ impl Reducer {
         source: Source<'_, '_>,
         shell: usize,
         steps: &mut Vec<Step>,
-        watch: Watch<'_>,
+        watch: ProgressCallback<'_>,
     ) -> bool {
         let shells = source.shells;
         let vertices = &shells.vertices[shells.vertex_range(shell)];
@@ -89,8 +88,8 @@ impl Reducer {
         self.finish(source, steps, watch)
     }
 
-    /// The same for what is left of a large shell. `places` is for the mesh's
-    /// vertices; what it holds is of no account.
+    /// Reduces the remainder of a large shell to one vertex. `places` is as long as the mesh has
+    /// vertices; its contents do not matter.
     pub(crate) fn reduce_remainder(
         &mut self,
         source: Source<'_, '_>,
@@ -98,27 +97,26 @@ impl Reducer {
         center: DVec3,
         places: &mut [u32],
         steps: &mut Vec<Step>,
-        watch: Watch<'_>,
+        watch: ProgressCallback<'_>,
     ) -> bool {
         let vertices = (0..).zip(&remainder.vertices);
         vertices.for_each(|(place, &vertex)| places[vertex as usize] = place);
-        self.load(source, &remainder.view(places), &remainder.memories, center);
+        self.load(source, &remainder.view(places), &remainder.states, center);
         self.finish(source, steps, watch)
     }
 
-    /// Appends the steps that take what is inside a part down to
-    /// [`LEFT_OF_PART`], as far as the guards allow. Returns what is left, or
-    /// nothing if `watch` said stop.
+    /// Appends the steps that reduce the inside of a part to [`LEFT_OF_PART`], within the limits of
+    /// the guards. Returns the remainder, or nothing if `watch` stopped the work.
     pub(crate) fn reduce_part(
         &mut self,
         source: Source<'_, '_>,
-        (part, parts): (&Remainder, &Parts),
+        (part, parts): (&Remainder, &CutParts),
         center: DVec3,
         places: &[u32],
         steps: &mut Vec<Step>,
-        watch: Watch<'_>,
+        watch: ProgressCallback<'_>,
     ) -> Option<Remainder> {
-        self.load(source, &part.view(places), &part.memories, center);
+        self.load(source, &part.view(places), &part.states, center);
         let frozen = &mut self.shell.surface.frozen;
         for (frozen, &vertex) in frozen.iter_mut().zip(&part.vertices) {
             *frozen = parts.is_on_cut(vertex);
@@ -130,8 +128,13 @@ impl Reducer {
         self.drain(source, start, limit, steps, watch).then(|| self.remainder(part))
     }
 
-    /// Takes what is loaded down to one vertex.
-    fn finish(&mut self, source: Source<'_, '_>, steps: &mut Vec<Step>, watch: Watch<'_>) -> bool {
+    /// Reduces the loaded piece to one vertex.
+    fn finish(
+        &mut self,
+        source: Source<'_, '_>,
+        steps: &mut Vec<Step>,
+        watch: ProgressCallback<'_>,
+    ) -> bool {
         let start = steps.len();
         for guards in [Guards::All, Guards::Link] {
             if !self.exhaust(source, guards, start, steps, watch) {
@@ -141,7 +144,7 @@ impl Reducer {
             self.least_rank = greatest(steps[start..].iter().map(|step| step.rank), 0.0);
         }
         let dying = steps.len();
-        let (rank, error) = self.death();
+        let (rank, error) = self.shell_collapse_cost();
         if !self.exhaust(source, Guards::None, start, steps, watch) {
             return false;
         }
@@ -159,7 +162,7 @@ impl Reducer {
         &mut self,
         source: Source<'_, '_>,
         piece: &PieceView<'_>,
-        memories: &[Memory],
+        states: &[VertexState],
         center: DVec3,
     ) {
         let Shell { surface, quadrics, .. } = &mut self.shell;
@@ -168,19 +171,19 @@ impl Reducer {
         let count = surface.len();
         self.queue.reset(count);
         self.plans.clear();
-        self.plans.resize(count, Plan::default());
+        self.plans.resize(count, PlannedCollapse::default());
         self.moved.clear();
         self.moved.resize(count, 0.0);
         self.ranks.clear();
         self.ranks.resize(count, 0.0);
         self.least_rank = 0.0;
-        for (place, memory) in memories.iter().enumerate() {
-            if let Some(quadric) = memory.quadric {
+        for (place, state) in states.iter().enumerate() {
+            if let Some(quadric) = state.quadric {
                 quadrics[place] = quadric;
             }
-            surface.open[place] |= memory.open;
-            self.moved[place] = memory.moved;
-            self.ranks[place] = memory.rank;
+            surface.open[place] |= state.open;
+            self.moved[place] = state.moved;
+            self.ranks[place] = state.rank;
         }
     }
 
@@ -192,13 +195,13 @@ impl Reducer {
             if !frozen && self.shell.surface.is_bare(vertex as u32) {
                 continue;
             }
-            let before = part.memories.get(vertex).copied().unwrap_or_default();
+            let before = part.states.get(vertex).copied().unwrap_or_default();
             let rank = self.ranks[vertex];
             left.vertices.push(part.vertices[vertex]);
-            left.memories.push(if frozen {
-                Memory { rank, ..before }
+            left.states.push(if frozen {
+                VertexState { rank, ..before }
             } else {
-                Memory {
+                VertexState {
                     quadric: Some(self.shell.quadrics[vertex]),
                     moved: self.moved[vertex],
                     open: self.shell.surface.open[vertex],
@@ -222,7 +225,7 @@ impl Reducer {
         guards: Guards,
         start: usize,
         steps: &mut Vec<Step>,
-        watch: Watch<'_>,
+        watch: ProgressCallback<'_>,
     ) -> bool {
         self.shell.guards = guards;
         self.shell.thorough = false;
@@ -263,7 +266,7 @@ impl Reducer {
         start: usize,
         limit: usize,
         steps: &mut Vec<Step>,
-        watch: Watch<'_>,
+        watch: ProgressCallback<'_>,
     ) -> bool {
         let mut watched = steps.len() - start;
         while steps.len() < limit
@@ -277,30 +280,30 @@ impl Reducer {
                 }
             }
             let plan = self.plans[removed as usize];
-            let (judge, shell) = (&mut self.judge, &mut self.shell);
-            if plan.current && judge.still_keeps_link(shell, removed, plan.choice.kept) {
+            let (evaluator, shell) = (&mut self.evaluator, &mut self.shell);
+            if plan.current && evaluator.still_keeps_link(shell, removed, plan.choice.kept) {
                 self.collapse(source, removed, plan.choice, steps);
                 continue;
             }
             let enough = self.queue.least_cost() * SLACK;
-            let Some(choice) = judge.choose(source, shell, removed, enough) else { continue };
+            let Some(choice) = evaluator.choose(source, shell, removed, enough) else { continue };
             if choice.cost <= enough {
                 self.collapse(source, removed, choice, steps);
             } else {
-                self.plans[removed as usize] = Plan { choice, current: true };
+                self.plans[removed as usize] = PlannedCollapse { choice, current: true };
                 self.queue.set(removed, choice.cost);
             }
         }
         true
     }
 
-    /// Puts a vertex into the queue at what it may cost.
+    /// Queues a vertex at a lower bound of its cost.
     fn enqueue(&mut self, vertex: u32) {
         if self.shell.surface.frozen[vertex as usize] {
             return;
         }
         self.plans[vertex as usize].current = false;
-        match self.judge.least_cost(&mut self.shell, vertex) {
+        match self.evaluator.least_cost(&mut self.shell, vertex) {
             Some(cost) => self.queue.set(vertex, cost * GUESS),
             None => self.queue.remove(vertex),
         }
@@ -310,13 +313,13 @@ impl Reducer {
         &mut self,
         source: Source<'_, '_>,
         removed: u32,
-        choice: Choice,
+        choice: CollapseTarget,
         steps: &mut Vec<Step>,
     ) {
         let kept = choice.kept;
         let step = self.step(removed, choice);
         steps.push(step);
-        self.judge.swap_ring(&mut self.ring);
+        self.evaluator.swap_ring(&mut self.ring);
         let quadric = self.shell.quadrics[removed as usize];
         self.shell.quadrics[kept as usize] += quadric;
         self.shell.surface.collapse(removed, kept, |wedge| {
@@ -365,7 +368,7 @@ impl Reducer {
         }
     }
 
-    fn step(&mut self, removed: u32, choice: Choice) -> Step {
+    fn step(&mut self, removed: u32, choice: CollapseTarget) -> Step {
         let surface = &self.shell.surface;
         let [from, to] = [removed, choice.kept].map(|v| surface.positions[v as usize]);
         let reach = from.distance(to) as f32 + self.moved[removed as usize];
@@ -386,7 +389,7 @@ impl Reducer {
     }
 
     /// Computes rank and error of collapsing the rest of the shell to a point.
-    fn death(&self) -> (f64, f32) {
+    fn shell_collapse_cost(&self) -> (f64, f32) {
         let positions = &self.shell.surface.positions;
         let (mut area, mut sum, mut count) = (0.0, DVec3::ZERO, 0.0);
         for triangle in self.shell.surface.triangles() {
@@ -401,7 +404,7 @@ impl Reducer {
         (DEATH_WEIGHT * area * radius * radius, (radius as f32).min(f32::MAX))
     }
 
-    /// Joins what the guards or lost triangles left apart.
+    /// Joins vertices that the guards or lost triangles left apart.
     fn join_rest(&mut self, start: usize, steps: &mut Vec<Step>) {
         let vertices = &self.shell.surface.vertices;
         if steps.len() - start + 1 == vertices.len() {

@@ -1,4 +1,4 @@
-//! All shells of a mesh to one sequence.
+//! Parallel simplification of all shells, merged into one collapse sequence.
 
 use std::ops::Range;
 use std::sync::Mutex;
@@ -11,9 +11,9 @@ use busbar_plugin_sdk::{Collapse, Error, Progress};
 use glam::DVec3;
 
 use crate::Limits;
-use crate::judge::Source;
-use crate::pieces::{Parts, Remainder, center};
-use crate::reduce::{Reducer, Step, Watch};
+use crate::collapse_cost::Source;
+use crate::pieces::{CutParts, Remainder, center};
+use crate::reduce::{ProgressCallback, Reducer, Step};
 use crate::shells::Shells;
 
 /// Vertices that a thread takes at once, as whole shells.
@@ -27,8 +27,8 @@ const MAX_LEFT: f64 = 0.8;
 /// Interval of progress reports while other threads work.
 const WATCH_INTERVAL: Duration = Duration::from_millis(5);
 
-/// The steps of all shells, whatever the number of threads: a step comes
-/// behind those that it builds on.
+/// Computes the steps of all shells, the same for any number of threads: a step comes behind those
+/// that it builds on.
 ///
 /// # Errors
 /// [`Error::cancelled`].
@@ -38,7 +38,7 @@ pub(crate) fn reduce_all(
     progress: &mut Progress<'_>,
 ) -> Result<Vec<Step>, Error> {
     let cores = thread::available_parallelism().map_or(1, |cores| cores.get());
-    let crew = Crew {
+    let pool = WorkerPool {
         source,
         threads: cores.min(limits.threads).clamp(1, MAX_THREADS),
         vertices_done: AtomicUsize::new(0),
@@ -47,19 +47,21 @@ pub(crate) fn reduce_all(
     let mut steps = Vec::with_capacity(source.mesh.positions.len());
     let is_large =
         |shell: &usize| source.shells.triangle_range(*shell).len() > limits.part_triangles;
-    let mut large: Vec<Large> =
-        (0..source.shells.len()).filter(is_large).map(|shell| Large::of(source, shell)).collect();
+    let mut large: Vec<LargeShell> = (0..source.shells.len())
+        .filter(is_large)
+        .map(|shell| LargeShell::new(source, shell))
+        .collect();
     for level in 0..MAX_LEVELS {
-        if !crew.cut_down(&mut large, level, limits.part_triangles, &mut steps, progress)? {
+        if !pool.cut_down(&mut large, level, limits.part_triangles, &mut steps, progress)? {
             break;
         }
     }
     let jobs: Vec<Job<'_>> =
         large.iter().map(Job::Remainder).chain(batches(source.shells, is_large)).collect();
-    for finished in crew.work(jobs.len(), progress, |index, worker, watch| {
+    for finished in pool.work(jobs.len(), progress, |index, worker, watch| {
         let mut steps = Vec::new();
         let goes_on = match &jobs[index] {
-            Job::Remainder(Large { remainder, center, .. }) => {
+            Job::Remainder(LargeShell { remainder, center, .. }) => {
                 let Worker { reducer, places } = worker;
                 places.resize(source.mesh.positions.len(), 0);
                 reducer.reduce_remainder(source, remainder, *center, places, &mut steps, watch)
@@ -78,13 +80,13 @@ pub(crate) fn reduce_all(
 
 /// Job of one thread.
 enum Job<'a> {
-    Remainder(&'a Large),
+    Remainder(&'a LargeShell),
     /// Range of small shells.
     Shells(Range<usize>),
 }
 
 /// A shell that is worked on in parts.
-struct Large {
+struct LargeShell {
     remainder: Remainder,
     /// The origin of its quadrics.
     center: DVec3,
@@ -92,9 +94,9 @@ struct Large {
     shrinks: bool,
 }
 
-impl Large {
-    fn of(source: Source<'_, '_>, shell: usize) -> Self {
-        let remainder = Remainder::of(source.mesh, source.shells, shell);
+impl LargeShell {
+    fn new(source: Source<'_, '_>, shell: usize) -> Self {
+        let remainder = Remainder::from_shell(source.mesh, source.shells, shell);
         let center = center(source.mesh, &remainder.vertices);
         Self { remainder, center, shrinks: true }
     }
@@ -109,34 +111,34 @@ struct Worker {
 }
 
 /// Threads that work on the jobs.
-struct Crew<'a, 'm> {
+struct WorkerPool<'a, 'm> {
     source: Source<'a, 'm>,
     threads: usize,
     vertices_done: AtomicUsize,
     cancelled: AtomicBool,
 }
 
-impl Crew<'_, '_> {
+impl WorkerPool<'_, '_> {
     /// Takes the parts of all shells with more than `limit` triangles down.
     /// Returns whether there were any.
     fn cut_down(
         &self,
-        large: &mut [Large],
+        large: &mut [LargeShell],
         level: usize,
         limit: usize,
         steps: &mut Vec<Step>,
         progress: &mut Progress<'_>,
     ) -> Result<bool, Error> {
         let mesh = self.source.mesh;
-        let cuts: Vec<Option<Parts>> = large
+        let cuts: Vec<Option<CutParts>> = large
             .iter()
-            .map(|Large { remainder, shrinks, .. }| {
+            .map(|LargeShell { remainder, shrinks, .. }| {
                 let is_large = *shrinks && remainder.corners.len() > limit;
                 is_large.then(|| remainder.cut(mesh, limit, level))
             })
             .collect();
-        let parts = |(shell, parts): (usize, &Option<Parts>)| {
-            let count = parts.as_ref().map_or(0, Parts::len);
+        let parts = |(shell, parts): (usize, &Option<CutParts>)| {
+            let count = parts.as_ref().map_or(0, CutParts::len);
             (0..count).map(move |part| (shell, part))
         };
         let jobs: Vec<(usize, usize)> = cuts.iter().enumerate().flat_map(parts).collect();
@@ -145,7 +147,8 @@ impl Crew<'_, '_> {
         }
         let finished = self.work(jobs.len(), progress, |index, worker, watch| {
             let (shell, part) = jobs[index];
-            let (Large { remainder, center, .. }, parts) = (&large[shell], cuts[shell].as_ref()?);
+            let (LargeShell { remainder, center, .. }, parts) =
+                (&large[shell], cuts[shell].as_ref()?);
             let Worker { reducer, places } = worker;
             places.resize(mesh.positions.len(), 0);
             let part = parts.take(remainder, part, places);
@@ -181,14 +184,14 @@ impl Crew<'_, '_> {
         &self,
         count: usize,
         progress: &mut Progress<'_>,
-        job: impl Fn(usize, &mut Worker, Watch<'_>) -> Option<T> + Sync,
+        job: impl Fn(usize, &mut Worker, ProgressCallback<'_>) -> Option<T> + Sync,
     ) -> Result<Vec<T>, Error> {
         let results: Vec<Mutex<Option<T>>> = (0..count).map(|_| Mutex::new(None)).collect();
         let (next, ended) = (AtomicUsize::new(0), AtomicUsize::new(0));
         let run = |go_on: &mut dyn FnMut() -> bool| {
             // Counts a job that ends in a panic too: nobody may wait for it.
-            struct Counted<'a>(&'a AtomicUsize);
-            impl Drop for Counted<'_> {
+            struct CountOnDrop<'a>(&'a AtomicUsize);
+            impl Drop for CountOnDrop<'_> {
                 fn drop(&mut self) {
                     self.0.fetch_add(1, Ordering::Release);
                 }
@@ -204,7 +207,7 @@ impl Crew<'_, '_> {
             loop {
                 let index = next.fetch_add(1, Ordering::Relaxed);
                 let Some(result) = results.get(index) else { return };
-                let _counted = Counted(&ended);
+                let _counted = CountOnDrop(&ended);
                 let Some(done) = job(index, &mut worker, &mut watch) else { return };
                 *result.lock().unwrap_or_else(PoisonError::into_inner) = Some(done);
             }
@@ -251,10 +254,9 @@ fn batches<'a>(shells: &Shells, is_large: impl Fn(&usize) -> bool) -> Vec<Job<'a
     batches
 }
 
-/// Lets what is left of each shell go as soon as the shell is dead: without
-/// triangles it would only be counted. It joins the vertex that is left of the
-/// shell that dies last.
-pub(crate) fn bury(shells: &Shells, steps: &mut Vec<Step>) {
+/// Removes the last vertex of each shell as soon as the shell has no triangles. It joins the last
+/// vertex of the shell that vanishes last.
+pub(crate) fn remove_collapsed_shells(shells: &Shells, steps: &mut Vec<Step>) {
     let mut shell_of = vec![0_u32; shells.vertices.len()];
     for shell in 0..shells.len() {
         for &vertex in &shells.vertices[shells.vertex_range(shell)] {

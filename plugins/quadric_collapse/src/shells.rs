@@ -1,4 +1,4 @@
-//! The connected pieces of a mesh.
+//! Shells: the connected components of a mesh.
 
 use std::ops::Range;
 
@@ -59,18 +59,18 @@ impl Shells {
         self.starts.len() - 1
     }
 
-    /// The vertices of a shell, as a range of `vertices`.
+    /// Returns the vertices of a shell, as a range of `vertices`.
     pub(crate) fn vertex_range(&self, shell: usize) -> Range<usize> {
         self.starts[shell][0] as usize..self.starts[shell + 1][0] as usize
     }
 
-    /// The triangles of a shell, as a range of `triangles`.
+    /// Returns the triangles of a shell, as a range of `triangles`.
     pub(crate) fn triangle_range(&self, shell: usize) -> Range<usize> {
         self.starts[shell][1] as usize..self.starts[shell + 1][1] as usize
     }
 }
 
-/// The number of each vertex's shell, by union-find towards smaller indices.
+/// Numbers each vertex's shell, by union-find towards smaller indices.
 fn label(mesh: &Mesh<'_>) -> Vec<u32> {
     let mut parent: Vec<u32> = (0..mesh.positions.len() as u32).collect();
     for &[a, b, c] in mesh.triangles {

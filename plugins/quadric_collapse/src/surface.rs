@@ -1,4 +1,4 @@
-//! One piece of a mesh while it is being simplified.
+//! Half-edge connectivity of one piece while it is being simplified.
 
 use busbar_plugin_sdk::Mesh;
 use glam::DVec3;
@@ -55,8 +55,8 @@ impl Spoke {
 }
 
 impl Surface {
-    /// Takes a piece of a mesh; what was there before is gone. Positions are
-    /// taken relative to `center`: quadrics far from their origin cancel badly.
+    /// Loads a piece of a mesh in place of the last one. Positions are taken relative to `center`:
+    /// quadrics far from their origin cancel badly.
     pub(crate) fn load(&mut self, mesh: &Mesh<'_>, piece: &PieceView<'_>, center: DVec3) {
         self.vertices.clear();
         self.vertices.extend(piece.vertices);
@@ -97,7 +97,7 @@ impl Surface {
         }
     }
 
-    /// Vertices, dead ones too.
+    /// Returns the number of vertices, dead ones included.
     pub(crate) fn len(&self) -> usize {
         self.positions.len()
     }
@@ -142,8 +142,8 @@ impl Surface {
         true
     }
 
-    /// All live triangles, as vertices of the mesh, with their wedges; those are
-    /// [0; 3] without attributes.
+    /// Iterates over all live triangles, as vertices of the mesh, with their wedges; those are [0;
+    /// 3] without attributes.
     pub(crate) fn live(&self) -> impl Iterator<Item = ([u32; 3], [u32; 3])> {
         let live = self.triangles.iter().enumerate().filter(|(_, corners)| corners[0] != NONE);
         live.map(|(t, corners)| {

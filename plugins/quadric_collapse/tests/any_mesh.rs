@@ -1,4 +1,4 @@
-//! Whatever comes: a forest, the same each time, in bounded time and memory.
+//! Arbitrary meshes: the sequence is a forest, deterministic, and bounded in time and memory.
 
 #[allow(dead_code, reason = "not every test needs every shape")]
 mod common;

@@ -1,4 +1,4 @@
-//! Large shells, worked on in parts.
+//! Large shells that are simplified in parts.
 
 #[allow(dead_code, reason = "not every test needs every shape")]
 mod common;

@@ -1,9 +1,8 @@
 //! Arc cosines of many numbers at once.
 //!
-//! `libm::acos` takes another way for each range of its argument, which a processor
-//! cannot foresee on a mesh with creases. Here all ways are taken for all arguments and
-//! the right result is chosen, so that they are worked out side by side. The method,
-//! its constants and therefore every bit of the result are those of FreeBSD's
+//! `libm::acos` branches on the range of its argument, which a processor cannot predict on
+//! a mesh with creases. Here all branches are computed for all arguments and the result is
+//! selected, so that the loop is vectorized. The method, its constants and therefore every bit of the result are those of FreeBSD's
 //! `e_acos.c` (Sun Microsystems, 1993), which `libm` follows.
 
 /// pi / 2, its upper and its lower part.

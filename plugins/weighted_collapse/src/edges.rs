@@ -24,17 +24,17 @@ pub(crate) struct Edges {
 pub(crate) struct Side(u64);
 
 impl Side {
-    /// A triangle of the edge's `larger` vertex, its smaller one and `opposite`.
+    /// Makes a side of a triangle with the edge's `larger` vertex, its smaller one and `opposite`.
     pub(crate) fn new(larger: u32, opposite: u32) -> Self {
         Self(u64::from(larger) << 32 | u64::from(opposite))
     }
 
-    /// The edge's other vertex.
+    /// Returns the edge's larger vertex.
     pub(crate) fn larger(self) -> u32 {
         (self.0 >> 32) as u32
     }
 
-    /// The triangle's corner that is not on the edge: V3 and V4 of Eq. 3 and 4.
+    /// Returns the triangle's corner that is not on the edge: V3 and V4 of Eq. 3 and 4.
     pub(crate) fn opposite(self) -> u32 {
         self.0 as u32
     }
@@ -46,7 +46,7 @@ impl Edges {
         self.ends.len()
     }
 
-    /// The triangles at an edge.
+    /// Returns the triangles at an edge.
     pub(crate) fn sides(&self, edge: usize) -> &[Side] {
         &self.sides[self.starts[edge] as usize..self.starts[edge + 1] as usize]
     }
@@ -103,7 +103,7 @@ fn bucket_starts(mesh: &Mesh<'_>, threads: usize) -> Vec<u32> {
     starts
 }
 
-/// Ranges of vertices with about the same number of sides, covering all.
+/// Divides the vertices into ranges with about the same number of sides.
 fn equal_parts(buckets: &[u32], parts: usize) -> Vec<Range<usize>> {
     let vertices = buckets.len() - 1;
     let total = u64::from(buckets[vertices]);

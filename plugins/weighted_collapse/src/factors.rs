@@ -1,4 +1,4 @@
-//! The four factors of an edge: Eq. 1-4 of the paper.
+//! Edge factors: length, border flag, area and curvature (Eq. 1-4 of the paper).
 
 use busbar_plugin_sdk::Mesh;
 
@@ -37,7 +37,7 @@ pub(crate) struct Hinge {
 
 impl Hinge {
     #[inline(always)]
-    pub(crate) fn at(mesh: &Mesh<'_>, [v1, v2]: [u32; 2], first: Side, second: Side) -> Self {
+    pub(crate) fn new(mesh: &Mesh<'_>, [v1, v2]: [u32; 2], first: Side, second: Side) -> Self {
         let p1 = point(mesh, v1);
         let along = sub(point(mesh, v2), p1);
         let normal = |side: Side| cross(along, sub(point(mesh, side.opposite()), p1));
@@ -51,7 +51,7 @@ impl Hinge {
     }
 }
 
-/// Eq. 1-4 for the edge between two vertices.
+/// Measures Eq. 1-4 for the edge between two vertices.
 ///
 /// S on a border is its one triangle; on an edge of three and more triangles it
 /// is the sum of all, and C the largest of any two (of the first [`MAX_PAIRS`]
@@ -65,7 +65,7 @@ pub(crate) fn measure(
     interpretation: &Interpretation,
 ) -> Factors {
     let length = norm(sub(point(mesh, ends[1]), point(mesh, ends[0])));
-    let hinge = |a: &Side, b: &Side| Hinge::at(mesh, ends, *a, *b);
+    let hinge = |a: &Side, b: &Side| Hinge::new(mesh, ends, *a, *b);
     let double_area = |side: &Side| hinge(side, side).first_squared.sqrt();
     let curvature_cosine = match sides {
         [_] => interpretation.border_curvature_cosine(),
@@ -87,7 +87,7 @@ pub(crate) fn measure(
     }
 }
 
-/// The cosine of C by Eq. 4 from n1 n2 and |n1| |n2|, clamped to [-1, 1].
+/// Computes the cosine of C by Eq. 4 from n1 n2 and |n1| |n2|, clamped to [-1, 1].
 #[inline(always)]
 pub(crate) fn bend_cosine(dot: f64, scale: f64, interpretation: Curvature) -> f64 {
     let cosine = (dot / scale).clamp(-1.0, 1.0);
@@ -98,7 +98,7 @@ pub(crate) fn bend_cosine(dot: f64, scale: f64, interpretation: Curvature) -> f6
     if scale == 0.0 { 1.0 } else { cosine }
 }
 
-/// The angle of a cosine in [-1, 1], radians in [0, pi].
+/// Computes the angle of a cosine in [-1, 1], radians in [0, pi].
 pub(crate) fn angle(cosine: f64) -> f64 {
     libm::acos(cosine)
 }

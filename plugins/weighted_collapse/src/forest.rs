@@ -1,9 +1,9 @@
-//! The paper's order: edges ascending by W, joined into a spanning forest.
+//! Static collapse order of the paper: edges ascending by W, joined into a spanning forest.
 
 use busbar_plugin_sdk::{Collapse, CollapseList, Mesh, on_huge_pages};
 
 use crate::edges::Edges;
-use crate::sort::Parts;
+use crate::sort::KeyPartitions;
 use crate::vector::{norm, point, sub};
 
 /// Points looked up at a time, ahead of their use: the lookups wait for memory
@@ -34,7 +34,7 @@ pub(crate) fn collapse(
 ) {
     let mut classes = Classes::new(mesh.positions.len());
     let mut collapses = on_huge_pages(Vec::with_capacity(mesh.positions.len()));
-    let mut parts = list.stage("sort", || Parts::of(weights, part_size));
+    let mut parts = list.stage("sort", || KeyPartitions::new(weights, part_size));
     let mut joining: Vec<[u32; 2]> = Vec::new();
     for part in 0..parts.len() {
         list.stage("sort", || {
@@ -70,7 +70,7 @@ fn measure_errors(mesh: &Mesh<'_>, collapses: &mut [Collapse]) {
     }
 }
 
-/// From vertex to vertex, at most what f32 reaches.
+/// Computes the distance between two vertices, at most the greatest f32.
 pub(crate) fn distance(mesh: &Mesh<'_>, a: u32, b: u32) -> f32 {
     norm(sub(point(mesh, a), point(mesh, b))).min(f64::from(f32::MAX)) as f32
 }
@@ -88,12 +88,12 @@ impl Classes {
     /// Vertices that the links have room for.
     pub(crate) const MAX_VERTICES: usize = (1 << 31) - 1;
 
-    /// Each vertex by itself; at most [`Self::MAX_VERTICES`].
+    /// Makes a class of each vertex by itself; at most [`Self::MAX_VERTICES`].
     pub(crate) fn new(count: usize) -> Self {
         Self { link: vec![Self::SURVIVES | 1; count] }
     }
 
-    /// The survivor of a vertex.
+    /// Finds the survivor of a vertex.
     fn survivor(&mut self, mut vertex: u32) -> u32 {
         loop {
             let parent = self.link[vertex as usize];
@@ -146,8 +146,8 @@ impl Errors {
         Self { radius: vec![0.0; count], largest: 0.0 }
     }
 
-    /// The error after a class has joined another one, so far from it: the
-    /// greatest distance that any vertex of a removed class has moved so far.
+    /// Returns the error after a class has joined another one at a distance: the greatest distance
+    /// that any vertex of a removed class has moved so far.
     pub(crate) fn join(&mut self, distance: f32, removed: u32, kept: u32) -> f32 {
         // Radii can add up to more than f32 reaches.
         let moved = (distance + self.radius[removed as usize]).min(f32::MAX);

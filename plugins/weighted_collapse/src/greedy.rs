@@ -16,7 +16,7 @@ use crate::weights::Coefficients;
 const EDGES_A_REPORT: usize = 1 << 14;
 
 /// The key of an edge in the queue; the least is collapsed first.
-pub(crate) enum Keys<'a> {
+pub(crate) enum EdgeKeys<'a> {
     /// The place in the static order, edge by edge. Edges that become one go
     /// when the first of them would.
     Ranks(Vec<u32>),
@@ -26,7 +26,7 @@ pub(crate) enum Keys<'a> {
     Weights { weights: &'a [f64], interpretation: &'a Interpretation, coefficients: Coefficients },
 }
 
-impl Keys<'_> {
+impl EdgeKeys<'_> {
     fn of_edge(&self, edge: usize) -> u64 {
         match self {
             Self::Ranks(ranks) => u64::from(ranks[edge]),
@@ -36,8 +36,8 @@ impl Keys<'_> {
     }
 }
 
-/// Collapses edges, given sorted by their keys, in the order of these, each only when it is legal:
-/// when it would fold no face over and keeps the topology (`guards`).
+/// Collapses edges in the order of their keys, each only when the collapse is legal: it folds no
+/// face over and keeps the topology (`guards`).
 ///
 /// The smaller class moves onto the larger, as in the paper's order, unless
 /// only the other direction is legal. An edge that cannot go either way is put
@@ -51,10 +51,10 @@ pub(crate) fn collapse(
     mesh: Mesh<'_>,
     edges: &Edges,
     sorted: &[u32],
-    keys: &Keys<'_>,
+    keys: &EdgeKeys<'_>,
     progress: &mut Progress<'_>,
 ) -> Result<Vec<Collapse>, Error> {
-    let mut greedy = Greedy::new(mesh, edges, sorted, keys);
+    let mut greedy = GreedyCollapser::new(mesh, edges, sorted, keys);
     let mut tried = 0_usize;
     while let Some(entry) = greedy.queue.pop() {
         greedy.attempt(entry);
@@ -67,9 +67,9 @@ pub(crate) fn collapse(
     Ok(greedy.collapses)
 }
 
-struct Greedy<'a> {
+struct GreedyCollapser<'a> {
     surface: Surface<'a>,
-    keys: &'a Keys<'a>,
+    keys: &'a EdgeKeys<'a>,
     queue: Queue,
     classes: Classes,
     errors: Errors,
@@ -77,15 +77,15 @@ struct Greedy<'a> {
     /// The key of the edge that each side belongs to.
     side_keys: Vec<u64>,
     /// Deferred edges: whether each waits for a change around it.
-    is_put_off: Vec<bool>,
+    is_deferred: Vec<bool>,
     /// Vertices around which an edge may be deferred.
-    may_wait: Vec<bool>,
+    may_defer: Vec<bool>,
     rings: [Ring; 3],
     sides: Vec<Side>,
 }
 
-impl<'a> Greedy<'a> {
-    fn new(mesh: Mesh<'a>, edges: &Edges, sorted: &[u32], keys: &'a Keys<'a>) -> Self {
+impl<'a> GreedyCollapser<'a> {
+    fn new(mesh: Mesh<'a>, edges: &Edges, sorted: &[u32], keys: &'a EdgeKeys<'a>) -> Self {
         let vertices = mesh.positions.len();
         let surface = Surface::new(mesh);
         let sorted = sorted.iter().map(|&edge| edge as usize);
@@ -99,8 +99,8 @@ impl<'a> Greedy<'a> {
             errors: Errors::new(vertices),
             collapses: Vec::with_capacity(vertices),
             side_keys: vec![0; sides],
-            is_put_off: vec![false; sides],
-            may_wait: vec![false; vertices],
+            is_deferred: vec![false; sides],
+            may_defer: vec![false; vertices],
             rings: Default::default(),
             sides: Vec::new(),
         };
@@ -111,7 +111,7 @@ impl<'a> Greedy<'a> {
     fn key_all_sides(&mut self) {
         let ring = &mut self.rings[0];
         let mut edge = 0;
-        for vertex in 0..self.may_wait.len() as u32 {
+        for vertex in 0..self.may_defer.len() as u32 {
             self.surface.ring(vertex, ring);
             // Edges are numbered by smaller, then larger vertex, as rings are.
             for spokes in ring.edges().filter(|spokes| spokes[0].neighbour > vertex) {
@@ -142,10 +142,10 @@ impl<'a> Greedy<'a> {
             self.collapse(kept, removed);
         } else {
             for spoke in removed_ring.edge_to(kept) {
-                self.is_put_off[spoke.side] = true;
+                self.is_deferred[spoke.side] = true;
             }
-            self.may_wait[low as usize] = true;
-            self.may_wait[high as usize] = true;
+            self.may_defer[low as usize] = true;
+            self.may_defer[high as usize] = true;
         }
     }
 
@@ -163,15 +163,16 @@ impl<'a> Greedy<'a> {
         let removed_ring = std::mem::take(&mut self.rings[0]);
         for spokes in removed_ring.edges() {
             let neighbour = spokes[0].neighbour;
-            if self.may_wait[neighbour as usize] && self.surface.valence(neighbour) <= MAX_VALENCE {
-                self.queue_edges_put_off_around(neighbour);
+            if self.may_defer[neighbour as usize] && self.surface.valence(neighbour) <= MAX_VALENCE
+            {
+                self.queue_deferred_edges_around(neighbour);
             }
         }
         self.rings[0] = removed_ring;
     }
 
-    /// Edges that are about to become one take the lesser of their keys. Some of
-    /// their sides die, with what they know.
+    /// Merges the keys of edges that are about to become one: they take the lesser. Sides of dying
+    /// triangles lose their entries.
     fn merge_keys(&mut self, kept: u32) {
         let [removed_ring, kept_ring, _] = &self.rings;
         for dying in removed_ring.edge_to(kept) {
@@ -188,11 +189,11 @@ impl<'a> Greedy<'a> {
         for spokes in ring.edges() {
             let neighbour = spokes[0].neighbour;
             let key = match self.keys {
-                Keys::Ranks(_) => {
+                EdgeKeys::Ranks(_) => {
                     let keys = spokes.iter().map(|spoke| self.side_keys[spoke.side]);
                     keys.min().unwrap_or(u64::MAX)
                 }
-                Keys::Weights { interpretation, coefficients, .. } => {
+                EdgeKeys::Weights { interpretation, coefficients, .. } => {
                     let ends = [kept.min(neighbour), kept.max(neighbour)];
                     let side = |spoke: &Spoke| Side::new(ends[1], spoke.opposite);
                     self.sides.clear();
@@ -203,23 +204,23 @@ impl<'a> Greedy<'a> {
             };
             for spoke in spokes {
                 self.side_keys[spoke.side] = key;
-                self.is_put_off[spoke.side] = false;
+                self.is_deferred[spoke.side] = false;
             }
             self.queue.push(key, kept, neighbour);
         }
-        self.may_wait[kept as usize] = false;
+        self.may_defer[kept as usize] = false;
     }
 
-    fn queue_edges_put_off_around(&mut self, vertex: u32) {
+    fn queue_deferred_edges_around(&mut self, vertex: u32) {
         let ring = &mut self.rings[2];
         self.surface.ring(vertex, ring);
-        for spokes in ring.edges().filter(|spokes| self.is_put_off[spokes[0].side]) {
+        for spokes in ring.edges().filter(|spokes| self.is_deferred[spokes[0].side]) {
             self.queue.push(self.side_keys[spokes[0].side], vertex, spokes[0].neighbour);
         }
         for spoke in ring.edges().flatten() {
-            self.is_put_off[spoke.side] = false;
+            self.is_deferred[spoke.side] = false;
         }
-        self.may_wait[vertex as usize] = false;
+        self.may_defer[vertex as usize] = false;
     }
 }
 

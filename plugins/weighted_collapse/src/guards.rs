@@ -25,11 +25,10 @@ impl Candidate<'_> {
         bounded && self.keeps_topology() && !self.flips_a_face(&surface.mesh)
     }
 
-    /// The link condition (Dey, Edelsbrunner, Guha and Nekhayev, 1999): the two
-    /// vertices have no common neighbour but those of their common triangles,
-    /// no face comes to lie on another, and two vertices on borders are not
-    /// joined across the inside. A triangle on a corner of the border and a
-    /// tetrahedron, which would end as a mere edge or a double face, stay.
+    /// Checks the link condition (Dey, Edelsbrunner, Guha and Nekhayev, 1999). The two vertices
+    /// have no common neighbour but those of their common triangles. No face comes to lie on
+    /// another, and two border vertices are not joined across the inside. A triangle on a corner of
+    /// the border and a tetrahedron stay: they would end as a mere edge or a double face.
     fn keeps_topology(&self) -> bool {
         let shared = self.removed_ring.edge_to(self.kept);
         if shared.len() == 2 && is_on_border(self.removed_ring) && is_on_border(self.kept_ring) {
@@ -76,7 +75,7 @@ fn normal(apex: Vector, [a, b]: [Vector; 2]) -> Vector {
     cross(sub(a, apex), sub(b, apex))
 }
 
-/// A triangle without area may move as it likes.
+/// Reports whether a normal flips; a triangle without area may move freely.
 fn is_flip(before: Vector, after: Vector) -> bool {
     let had_area = dot(before, before) > 0.0;
     had_area && (dot(after, after) == 0.0 || dot(before, after) < 0.0)

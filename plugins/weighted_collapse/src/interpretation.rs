@@ -17,8 +17,8 @@ pub struct Interpretation {
     pub border_weight: BorderWeight,
 }
 
-/// Eq. 4, whose normals n1 = (V2 - V1) x (V3 - V1) and n2 = (V2 - V1) x (V4 - V1)
-/// point apart on a flat pair of triangles.
+/// Reading of Eq. 4, whose normals n1 = (V2 - V1) x (V3 - V1) and n2 = (V2 - V1) x (V4 - V1) point
+/// apart on a flat pair of triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Curvature {
     /// C = pi - acos(n1 . n2 / |n1||n2|): 0 for a flat pair, pi for one folded
@@ -60,12 +60,12 @@ impl Interpretation {
     pub const UNPROTECTED: Self =
         Self { border_curvature: 0.0, border_weight: BorderWeight::Zero, ..Self::BUSBAR };
 
-    /// F of a border, or of an edge that is none.
+    /// Returns F of a border, or of an inner edge.
     pub(crate) fn flag(&self, is_border: bool) -> bool {
         is_border == (self.border_flag == BorderFlag::Text)
     }
 
-    /// The cosine of C on a border.
+    /// Returns the cosine of C on a border.
     pub(crate) fn border_curvature_cosine(&self) -> f64 {
         libm::cos(self.border_curvature)
     }

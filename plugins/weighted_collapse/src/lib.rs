@@ -132,9 +132,9 @@ pub fn collapse_list(
         progress.report(SORTED)?;
         let keys = match order {
             Order::Reweighted => {
-                greedy::Keys::Weights { weights: &weights, interpretation, coefficients }
+                greedy::EdgeKeys::Weights { weights: &weights, interpretation, coefficients }
             }
-            _ => greedy::Keys::Ranks(sort::ranks(&sorted)),
+            _ => greedy::EdgeKeys::Ranks(sort::ranks(&sorted)),
         };
         let collapses = || greedy::collapse(mesh, &edges, &sorted, &keys, progress);
         list.collapses = list.stage("collapse", collapses)?;
@@ -143,7 +143,7 @@ pub fn collapse_list(
     Ok(list)
 }
 
-/// Refuses what the stages cannot count or index.
+/// Refuses meshes that the stages cannot count or index.
 fn check(mesh: &Mesh<'_>) -> Result<(), Error> {
     let vertices = mesh.positions.len();
     let limits = [

@@ -1,7 +1,7 @@
-//! Mean, deviation and maximum in one pass over fixed chunks.
+//! Statistical moments: mean, deviation and maximum in one pass over fixed chunks.
 
-/// Values summed at a time. Sums over chunks are combined in the chunks' order,
-/// so they are the same for every number of threads.
+/// Values summed at a time. Chunk sums are combined in order, so the result is the same for every
+/// number of threads.
 pub(crate) const CHUNK: usize = 1024;
 
 /// Running sums that are added up side by side, for the processor's sake.
@@ -20,7 +20,7 @@ pub(crate) struct Moments {
 
 impl Moments {
     /// Computes the moments of one chunk: the mean first, so that the squares are of differences.
-    pub(crate) fn of(values: &[f64]) -> Self {
+    pub(crate) fn from_values(values: &[f64]) -> Self {
         let count = values.len().max(1) as f64;
         let mean = fold(values, |sum, value| sum + value) / count;
         let squares = fold(values, |sum, value| sum + (value - mean) * (value - mean));
@@ -29,7 +29,7 @@ impl Moments {
     }
 
     /// Combines the moments of two sets (Chan, Golub and LeVeque, 1979).
-    pub(crate) fn and(self, other: Self) -> Self {
+    pub(crate) fn combine(self, other: Self) -> Self {
         let count = self.count + other.count;
         if count == 0.0 {
             return self;
@@ -44,8 +44,8 @@ impl Moments {
         }
     }
 
-    /// Population standard deviation; the paper's sum "from i = 0 to n" is read
-    /// as one over the n edges.
+    /// Returns the population standard deviation; the paper's sum "from i = 0 to n" is read as one
+    /// over the n edges.
     pub(crate) fn deviation(&self) -> f64 {
         (self.squares / self.count.max(1.0)).sqrt()
     }
@@ -61,7 +61,7 @@ fn fold(values: &[f64], step: impl Fn(f64, f64) -> f64) -> f64 {
     lanes.iter().sum::<f64>() + rest.iter().fold(0.0, |sum, &value| step(sum, value))
 }
 
-/// The largest value; 0 for none.
+/// Returns the largest value; 0 for none.
 fn max(values: &[f64]) -> f64 {
     let larger = |a: f64, b: f64| if b > a { b } else { a };
     let (quads, rest) = values.as_chunks::<LANES>();
@@ -79,8 +79,10 @@ mod tests {
     #[track_caller]
     fn check(values: &[f64], deviation: f64, max: f64) {
         for chunk in [1, 2, 3, 100] {
-            let moments =
-                values.chunks(chunk).map(Moments::of).fold(Moments::default(), Moments::and);
+            let moments = values
+                .chunks(chunk)
+                .map(Moments::from_values)
+                .fold(Moments::default(), Moments::combine);
             assert!((moments.deviation() - deviation).abs() < 1e-12, "{moments:?}");
             assert_eq!(moments.max, max);
         }
@@ -96,7 +98,10 @@ mod tests {
     #[test]
     fn a_large_mean_costs_no_digits() {
         let values: Vec<f64> = (0..10_000).map(|i| 1e9 + f64::from(i % 2)).collect();
-        let moments = values.chunks(CHUNK).map(Moments::of).fold(Moments::default(), Moments::and);
+        let moments = values
+            .chunks(CHUNK)
+            .map(Moments::from_values)
+            .fold(Moments::default(), Moments::combine);
         assert!((moments.deviation() - 0.5).abs() < 1e-9, "{moments:?}");
     }
 }

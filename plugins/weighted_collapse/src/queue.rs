@@ -1,12 +1,12 @@
-//! Edges waiting for their collapse, the least first.
+//! Priority queue of edges in buckets, the least key first.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// Edges of a bucket to begin with; more if their keys are equal.
 const EDGES_A_BUCKET: usize = 1024;
-/// Outdated entries are swept out when there are so many entries for each edge
-/// to begin with. Of each edge at most one entry is current.
+/// Entries per initial edge beyond which outdated ones are swept out. Each edge has at most one
+/// current entry.
 const MAX_ENTRIES_AN_EDGE: usize = 2;
 
 /// A priority queue of edges. An entry is outdated, and skipped, as soon as an
@@ -15,7 +15,7 @@ const MAX_ENTRIES_AN_EDGE: usize = 2;
 /// One heap of all entries would be slow to reach into: only those of the
 /// buckets up to the one under work are in a heap, the others wait unsorted.
 pub(crate) struct Queue {
-    /// Entries of the buckets opened so far, and what was pushed below them.
+    /// Entries of the opened buckets, and those pushed below them.
     heap: BinaryHeap<Reverse<Entry>>,
     /// Ascending by key; no key is in two.
     buckets: Vec<Bucket>,
@@ -43,7 +43,7 @@ pub(crate) struct Entry {
 }
 
 impl Queue {
-    /// A queue over vertices with the edges to begin with, keys ascending.
+    /// Makes a queue over vertices with the initial edges, keys ascending.
     pub(crate) fn new(vertices: usize, edges: impl Iterator<Item = (u64, [u32; 2])>) -> Self {
         let mut buckets: Vec<Bucket> = Vec::new();
         let mut len = 0;

@@ -24,7 +24,7 @@ fn edge_map(mesh: &Mesh<'_>) -> EdgeMap {
     map
 }
 
-/// L, F, S and C of Eq. 1-4.
+/// Computes L, F, S and C of Eq. 1-4.
 fn factors(
     mesh: &Mesh<'_>,
     ends: [u32; 2],
@@ -54,7 +54,7 @@ fn factors(
     [norm(sub(p2, p1)), f64::from(u8::from(flag)), area, curvature]
 }
 
-/// Eq. 5-10, straight from the formulas.
+/// Computes Eq. 5-10, straight from the formulas.
 fn weights_of(mesh: &Mesh<'_>, edges: &EdgeMap, interpretation: &Interpretation) -> Vec<f64> {
     let rows: Vec<[f64; 4]> = edges
         .iter()
@@ -102,8 +102,8 @@ fn collapse_in_order(mesh: &Mesh<'_>, ends: impl Iterator<Item = [u32; 2]>) -> V
     collapses
 }
 
-/// Triangle soups over few places: many shared and duplicate triangles, many
-/// edges of more than two, many points in line.
+/// Generates triangle soups over few places: many shared and duplicate triangles, non-manifold
+/// edges and collinear points.
 pub(crate) fn soup() -> impl Strategy<Value = (Vec<[f32; 3]>, Vec<[u32; 3]>)> {
     let places = prop::collection::vec(prop::array::uniform3(-4_i8..4), 3..40);
     let picks = prop::collection::vec(prop::array::uniform3(any::<u32>()), 0..80);
@@ -127,8 +127,8 @@ pub(crate) fn interpretation() -> impl Strategy<Value = Interpretation> {
 }
 
 proptest! {
-    /// Edges, weights and collapses are those of the plain form, and bit for
-    /// bit the same in any number of threads.
+    /// Edges, weights and collapses equal those of the plain form, bit for bit, in any number of
+    /// threads.
     #[test]
     fn any_mesh_is_as_the_plain_form_says(
         (positions, triangles) in soup(),

@@ -1,4 +1,4 @@
-//! Edges in ascending order of weight.
+//! Radix sort of edges by ascending weight.
 
 use busbar_plugin_sdk::on_huge_pages;
 
@@ -7,22 +7,21 @@ const DIGIT_BITS: u32 = 11;
 const DIGITS: usize = 1 << DIGIT_BITS;
 /// Passes over a key of 32 bits.
 const PASSES: usize = u32::BITS.div_ceil(DIGIT_BITS) as usize;
-/// A good least size of parts: what the cache next to a core holds.
+/// Least size of a partition: as much as the cache next to a core holds.
 pub(crate) const PART: usize = 1 << 16;
 
-/// Weights as integers that never order two weights wrongly, but may call
-/// different ones equal: the upper bits of what lies between the least weight
-/// and each.
+/// Weights as integer keys: the upper bits of the difference to the least weight. Keys never order
+/// two weights wrongly, but may call different ones equal.
 #[derive(Clone, Copy)]
-struct Keys {
+struct SortKeys {
     least_bits: u64,
     shift: u32,
 }
 
-impl Keys {
-    /// For finite weights that are not negative: their bits, as integers, have
-    /// their order.
-    fn of(weights: &[f64]) -> Self {
+impl SortKeys {
+    /// Makes keys of finite weights that are not negative: their bits, as integers, have their
+    /// order.
+    fn new(weights: &[f64]) -> Self {
         let (least_bits, most_bits) = weights
             .iter()
             .map(|w| w.to_bits())
@@ -41,7 +40,7 @@ impl Keys {
 type Pair = (u32, u32);
 
 /// Edges in parts: each edge of one part weighs less than any of the next.
-pub(crate) struct Parts<'a> {
+pub(crate) struct KeyPartitions<'a> {
     weights: &'a [f64],
     pairs: Vec<Pair>,
     /// Start of each part, and the total.
@@ -49,10 +48,10 @@ pub(crate) struct Parts<'a> {
     spare: Vec<Pair>,
 }
 
-impl<'a> Parts<'a> {
+impl<'a> KeyPartitions<'a> {
     /// Parts of at least `size` edges, but for the last.
-    pub(crate) fn of(weights: &'a [f64], size: usize) -> Self {
-        let keys = Keys::of(weights);
+    pub(crate) fn new(weights: &'a [f64], size: usize) -> Self {
+        let keys = SortKeys::new(weights);
         let mut next = [0_usize; DIGITS];
         weights.iter().for_each(|&weight| next[upper_digit(keys.key(weight))] += 1);
         let (mut starts, mut total) = (vec![0], 0);
@@ -84,8 +83,8 @@ impl<'a> Parts<'a> {
         self.starts.len() - 1
     }
 
-    /// The edges of a part that are wanted, in ascending order of (W, edge
-    /// index). To be asked once a part: what is not wanted is gone.
+    /// Sorts the wanted edges of a partition by (W, edge index). To be called once a partition:
+    /// other edges are lost.
     pub(crate) fn sort(
         &mut self,
         part: usize,
@@ -107,10 +106,10 @@ impl<'a> Parts<'a> {
     }
 }
 
-/// Edge indices in ascending order of (W, edge index). The order of edges is
-/// that of (smaller, larger) vertex index.
+/// Returns edge indices in ascending order of (W, edge index). The order of edges is that of
+/// (smaller, larger) vertex index.
 pub(crate) fn sort(weights: &[f64]) -> Vec<u32> {
-    let mut parts = Parts::of(weights, PART);
+    let mut parts = KeyPartitions::new(weights, PART);
     let mut sorted = Vec::with_capacity(weights.len());
     for part in 0..parts.len() {
         sorted.extend(parts.sort(part, |_| true));
@@ -118,7 +117,7 @@ pub(crate) fn sort(weights: &[f64]) -> Vec<u32> {
     sorted
 }
 
-/// Each edge's place in a sorted list of them.
+/// Returns each edge's place in a sorted list of them.
 pub(crate) fn ranks(sorted: &[u32]) -> Vec<u32> {
     let mut ranks = vec![0; sorted.len()];
     for (rank, &edge) in (0..).zip(sorted) {
@@ -127,7 +126,7 @@ pub(crate) fn ranks(sorted: &[u32]) -> Vec<u32> {
     ranks
 }
 
-/// Radix sort; `spare` is as long as `pairs`.
+/// Sorts pairs by radix sort; `spare` is as long as `pairs`.
 fn sort_by_key(pairs: &mut [Pair], spare: &mut [Pair]) {
     let mut counts = [[0_u32; DIGITS]; PASSES];
     for &(key, _) in pairs.iter() {
@@ -151,7 +150,7 @@ fn sort_by_key(pairs: &mut [Pair], spare: &mut [Pair]) {
     }
 }
 
-/// The digit that parts are made by.
+/// Returns the digit that decides the partition.
 fn upper_digit(key: u32) -> usize {
     (key >> (u32::BITS - DIGIT_BITS)) as usize
 }

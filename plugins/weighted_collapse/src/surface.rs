@@ -48,7 +48,7 @@ impl<'m> Surface<'m> {
         self.triangles.len() * 3
     }
 
-    /// Number of triangles around a vertex.
+    /// Counts the triangles around a vertex.
     pub(crate) fn valence(&self, vertex: u32) -> usize {
         self.around[vertex as usize].len()
     }
@@ -87,19 +87,19 @@ impl<'m> Surface<'m> {
 }
 
 impl Ring {
-    /// The edges: for each other vertex the triangles at it.
+    /// Iterates over the edges: for each other vertex the triangles at it.
     pub(crate) fn edges(&self) -> impl Iterator<Item = &[Spoke]> {
         self.spokes.chunk_by(|a, b| a.neighbour == b.neighbour)
     }
 
-    /// The triangles at the edge to a neighbour.
+    /// Iterates over the triangles at the edge to a neighbour.
     pub(crate) fn edge_to(&self, neighbour: u32) -> &[Spoke] {
         let start = self.spokes.partition_point(|spoke| spoke.neighbour < neighbour);
         let end = self.spokes.partition_point(|spoke| spoke.neighbour <= neighbour);
         &self.spokes[start..end]
     }
 
-    /// The other two corners of each triangle, once.
+    /// Iterates over the other two corners of each triangle, once.
     pub(crate) fn triangles(&self) -> impl Iterator<Item = [u32; 2]> {
         let once = self.spokes.iter().filter(|spoke| spoke.neighbour < spoke.opposite);
         once.map(|spoke| [spoke.neighbour, spoke.opposite])

@@ -1,4 +1,4 @@
-//! Work on fixed parts, in as many threads as the machine grants.
+//! Deterministic parallelism: work on fixed parts, in as many threads as the machine grants.
 
 use std::{panic, thread};
 
@@ -8,7 +8,7 @@ pub const MAX_THREADS: usize = 16;
 /// A mesh with fewer triangles is done before a second thread has started.
 const MIN_TRIANGLES_FOR_THREADS: usize = 100_000;
 
-/// Threads for a mesh: what the caller and the machine allow.
+/// Returns the number of threads for a mesh, as the caller and the machine allow.
 pub(crate) fn count(triangles: usize, max_threads: usize) -> usize {
     if triangles < MIN_TRIANGLES_FOR_THREADS {
         return 1;

@@ -3,7 +3,7 @@
 use busbar_plugin_sdk::{Error, Mesh};
 
 use crate::interpretation::Interpretation;
-use crate::weights::{Measured, measure_all};
+use crate::weights::{MeasuredEdges, measure_all};
 use crate::{check, edges, threads};
 
 /// The share of each term of Eq. 10 in the variance of W over the edges of a
@@ -37,7 +37,7 @@ pub fn variance_shares(
     Ok(VarianceShares { length, flag, area, curvature })
 }
 
-fn shares(measured: &Measured, interpretation: &Interpretation) -> [f64; 4] {
+fn shares(measured: &MeasuredEdges, interpretation: &Interpretation) -> [f64; 4] {
     let coefficients = measured.coefficients(interpretation);
     let terms = || measured.terms(coefficients);
     let count = terms().count().max(1) as f64;
@@ -64,9 +64,9 @@ mod tests {
     use super::*;
     use crate::reference::{interpretation, soup};
 
-    /// A unit square of two triangles: each term has one value on the four
-    /// borders and another on the diagonal, so all covariances are as the
-    /// products of differences, and a share is as its difference.
+    /// Shares of a unit square of two triangles. Each term has one value on the four borders and
+    /// another on the diagonal, so covariances go as the products of differences, and shares as
+    /// differences.
     #[test]
     fn shares_of_the_square() {
         let positions = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];

@@ -1,4 +1,4 @@
-//! Vectors in double precision, the same on every machine.
+//! Vector arithmetic in double precision, the same on every machine.
 
 use busbar_plugin_sdk::Mesh;
 

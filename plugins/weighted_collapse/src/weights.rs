@@ -1,4 +1,4 @@
-//! The importance W of every edge: Eq. 5-10 of the paper.
+//! Edge weights: the importance W of every edge (Eq. 5-10 of the paper).
 //!
 //! All arithmetic is in double precision with `libm`, and sums run over fixed
 //! chunks of edges, so that the same mesh gives the same weights on every
@@ -17,7 +17,7 @@ use crate::threads;
 
 /// The factors of all edges, in parallel arrays.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Measured {
+pub(crate) struct MeasuredEdges {
     lengths: Vec<f64>,
     flags: Vec<bool>,
     areas: Vec<f64>,
@@ -54,13 +54,13 @@ struct Chunk<'a> {
     curvatures: &'a mut [f64],
 }
 
-/// Eq. 1-4 for all edges.
+/// Measures Eq. 1-4 for all edges.
 pub(crate) fn measure_all(
     mesh: &Mesh<'_>,
     edges: &Edges,
     interpretation: &Interpretation,
     threads: usize,
-) -> Measured {
+) -> MeasuredEdges {
     let zeros = || on_huge_pages(vec![0.0; edges.len()]);
     let (mut lengths, mut areas, mut curvatures) = (zeros(), zeros(), zeros());
     let mut flags = vec![false; edges.len()];
@@ -79,8 +79,8 @@ pub(crate) fn measure_all(
     let totals = threads::map(chunks.collect(), threads, |chunk| {
         measure_chunk(mesh, edges, interpretation, chunk)
     });
-    let totals = totals.into_iter().fold(Totals::default(), Totals::and);
-    Measured { lengths, flags, areas, curvatures, totals }
+    let totals = totals.into_iter().fold(Totals::default(), Totals::combine);
+    MeasuredEdges { lengths, flags, areas, curvatures, totals }
 }
 
 fn measure_chunk(
@@ -98,7 +98,7 @@ fn measure_chunk(
     for i in 0..lengths.len() {
         let edge = first_edge + i;
         if let &[first, second] = edges.sides(edge) {
-            let hinge = Hinge::at(mesh, edges.ends[edge], first, second);
+            let hinge = Hinge::new(mesh, edges.ends[edge], first, second);
             lengths[i] = hinge.length_squared;
             areas[i] = hinge.first_squared;
             second_squares[i] = hinge.second_squared;
@@ -125,29 +125,29 @@ fn measure_chunk(
     }
     angles(curvatures);
     Totals {
-        lengths: Moments::of(lengths),
-        areas: Moments::of(areas),
-        curvatures: Moments::of(curvatures),
+        lengths: Moments::from_values(lengths),
+        areas: Moments::from_values(areas),
+        curvatures: Moments::from_values(curvatures),
         borders: borders.len(),
         edges: lengths.len(),
     }
 }
 
 impl Totals {
-    fn and(self, other: Self) -> Self {
+    fn combine(self, other: Self) -> Self {
         Self {
-            lengths: self.lengths.and(other.lengths),
-            areas: self.areas.and(other.areas),
-            curvatures: self.curvatures.and(other.curvatures),
+            lengths: self.lengths.combine(other.lengths),
+            areas: self.areas.combine(other.areas),
+            curvatures: self.curvatures.combine(other.curvatures),
             borders: self.borders + other.borders,
             edges: self.edges + other.edges,
         }
     }
 }
 
-impl Measured {
-    /// Eq. 6-10. Maxima, standard deviations and the proportion of borders are
-    /// taken over the mesh.
+impl MeasuredEdges {
+    /// Computes the coefficients of Eq. 6-10. Maxima, standard deviations and the proportion of
+    /// borders are taken over the mesh.
     ///
     /// The paper calls Eq. 6-8 histogram equalisation; they are a rescaling by
     /// the maximum to [0, pi], done as printed. A maximum of 0 maps to 0.
@@ -170,7 +170,7 @@ impl Measured {
         }
     }
 
-    /// The terms of Eq. 10, edge by edge.
+    /// Computes the terms of Eq. 10, edge by edge.
     pub(crate) fn terms(&self, coefficients: Coefficients) -> impl Iterator<Item = [f64; 4]> {
         (0..self.lengths.len()).map(move |edge| {
             let (length, flag) = (self.lengths[edge], self.flags[edge]);
@@ -178,7 +178,7 @@ impl Measured {
         })
     }
 
-    /// W of all edges.
+    /// Computes W of all edges.
     pub(crate) fn weigh(mut self, coefficients: &Coefficients, threads: usize) -> Vec<f64> {
         let chunks = self.lengths.chunks_mut(CHUNK).zip(self.flags.chunks(CHUNK));
         let chunks = chunks.zip(self.areas.chunks(CHUNK).zip(self.curvatures.chunks(CHUNK)));
@@ -193,13 +193,13 @@ impl Measured {
 }
 
 impl Coefficients {
-    /// W of one edge, Eq. 10.
+    /// Computes W of one edge (Eq. 10).
     pub(crate) fn weigh(&self, factors: &Factors) -> f64 {
         let curvature = angle(factors.curvature_cosine);
         self.terms(factors.length, factors.flag, factors.area, curvature).iter().sum()
     }
 
-    /// The terms of Eq. 10 from L, F, S and C.
+    /// Computes the terms of Eq. 10 from L, F, S and C.
     fn terms(&self, length: f64, flag: bool, area: f64, curvature: f64) -> [f64; 4] {
         [
             self.length * length,

@@ -1,4 +1,4 @@
-//! Work on one core, and the time that the core spends on it.
+//! Processor affinity: work on one core, and its processor time.
 
 use anyhow::{Context, Result};
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};

@@ -30,13 +30,13 @@ use crate::levels::Plan;
 use crate::report::Section;
 use crate::scene::Scene;
 
-/// Fewer rounds have no median worth telling.
+/// Least number of rounds for a median.
 const MIN_ROUNDS: usize = 7;
 const MAX_ROUNDS: usize = 1000;
-/// What can be measured, in order.
+/// Sections of the measurement, in order.
 const SECTIONS: [&str; 4] = ["optimizer", "orders", "collapse_stacks", "levels"];
 
-/// Measures Busbar beside what it is compared with.
+/// Comparison of Busbar with its peers.
 #[derive(Parser)]
 #[command(args_conflicts_with_subcommands = true)]
 struct Arguments {
@@ -73,7 +73,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Runs one method on one mesh; what the bench starts.
+    /// Worker: one method on one mesh, started by the bench.
     #[command(hide = true)]
     Worker(levels::worker::Task),
 }
@@ -114,15 +114,19 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// What was measured.
-struct Found {
+/// Results of all sections.
+struct BenchResults {
     rounds: usize,
     sections: Vec<(&'static str, Section)>,
     levels: Option<levels::Levels>,
 }
 
-fn measure_all(scene: &Scene, arguments: &Arguments, progress: &ProgressBar) -> Result<Found> {
-    let mut found = Found { rounds: arguments.rounds, sections: Vec::new(), levels: None };
+fn measure_all(
+    scene: &Scene,
+    arguments: &Arguments,
+    progress: &ProgressBar,
+) -> Result<BenchResults> {
+    let mut found = BenchResults { rounds: arguments.rounds, sections: Vec::new(), levels: None };
     let only = &arguments.only;
     for name in SECTIONS {
         if !only.is_empty() && !only.iter().any(|wanted| wanted == name) {
@@ -161,7 +165,7 @@ fn plan(arguments: &Arguments) -> Plan {
     }
 }
 
-impl Found {
+impl BenchResults {
     fn bars(&self) -> Vec<Claim> {
         let sections = self.sections.iter().flat_map(|(name, section)| section.bars(name));
         sections.chain(self.levels.iter().flat_map(levels::bars)).collect()
@@ -179,8 +183,8 @@ impl Found {
             let topology = &scene.topology;
             document.text(format!(
                 "{} vertices, {} triangles; {} rounds on {} cores.",
-                document::words::grouped(topology.positions.len() as u64),
-                document::words::grouped(topology.triangles.len() as u64),
+                document::number_format::grouped(topology.positions.len() as u64),
+                document::number_format::grouped(topology.triangles.len() as u64),
                 self.rounds,
                 cores()
             ));

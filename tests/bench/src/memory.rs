@@ -1,4 +1,4 @@
-//! What a call takes of the process's memory, whoever allocates it.
+//! Peak memory of a call by the process's resident set, whoever allocates it.
 
 use std::fs;
 
@@ -6,9 +6,8 @@ use anyhow::{Context, Result};
 
 const STATUS: &str = "/proc/self/status";
 
-/// Runs work, and tells by how many bytes the process's resident memory grew at
-/// most meanwhile (proc(5), `VmHWM`). Memory that was freed before and not given
-/// back to the system does not count: only a fresh process tells all.
+/// Runs work; returns the greatest growth of the process's resident memory meanwhile, bytes
+/// (proc(5), `VmHWM`).
 pub(crate) fn peak<T>(work: impl FnOnce() -> Result<T>) -> Result<(T, u64)> {
     // The peak is that from here on.
     fs::write("/proc/self/clear_refs", "5").context("cannot reset the peak of memory")?;
@@ -17,7 +16,7 @@ pub(crate) fn peak<T>(work: impl FnOnce() -> Result<T>) -> Result<(T, u64)> {
     Ok((result, resident("VmHWM")?.saturating_sub(before)))
 }
 
-/// A figure of the process's memory, bytes.
+/// Reads a figure of the process's memory, bytes.
 fn resident(field: &str) -> Result<u64> {
     let status = fs::read_to_string(STATUS).with_context(|| format!("cannot read {STATUS}"))?;
     let line = status.lines().find_map(|line| line.strip_prefix(field)?.strip_prefix(':'));

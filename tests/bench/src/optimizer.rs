@@ -1,4 +1,4 @@
-//! Whole sequences, which hold every level, beside one level made by
+//! Optimizer times: whole sequences, which hold every level, beside one level made by
 //! meshoptimizer's `simplify`; all on one core, in its processor time.
 
 use std::path::Path;
@@ -8,7 +8,7 @@ use busbar_geometry::CollapseStacks;
 use busbar_plugin_host::{Catalog, MeshOptimizer};
 use busbar_plugin_sdk::CollapseList;
 use indicatif::ProgressBar;
-use measure::meshoptimizer::{Input as PeerInput, Kind};
+use measure::meshoptimizer::{Input as PeerInput, Simplifier};
 use serde_json::{Map, Value};
 use weighted_collapse::Order;
 
@@ -18,12 +18,12 @@ use crate::report::Section;
 use crate::scene::Scene;
 use crate::series::Series;
 
-/// The part of the triangles that `simplify` is to leave.
+/// Share of the triangles that `simplify` is to leave.
 const TARGET: f64 = 0.30;
-/// What the paper's order may take of its time, from positions to death indices;
+/// Greatest ratio of the paper's order to one `simplify` in time, from positions to death indices;
 /// both see positions and triangles alone.
 const PAPER_BAR: f64 = 0.25;
-/// The same for the order by quadric error.
+/// Greatest ratio of the order by quadric error to one `simplify` in time.
 const QUADRIC_BAR: f64 = 1.5;
 
 /// Measures without the plugins' boundary, and with it where `plugins` is a
@@ -38,7 +38,7 @@ pub(crate) fn run(
     let peer = PeerInput::new(&scene.topology)?;
     let wanted = (scene.topology.triangles.len() as f64 * TARGET) as usize;
     let input = Input::new(&scene.mesh);
-    let through = plugins.map(Through::load).transpose()?;
+    let through = plugins.map(LoadedPlugins::load).transpose()?;
 
     let mut simplify = Series::new("meshoptimizer_simplify", "ms");
     let mut paper = Sequence::new("paper");
@@ -54,7 +54,7 @@ pub(crate) fn run(
         [Series::new("paper_through_plugin", "ms"), Series::new("quadric_through_plugin", "ms")];
     let mut reached = 0;
     for _ in 0..rounds {
-        reached = simplify.processor(|| peer.simplify(Kind::Plain, wanted))?.len();
+        reached = simplify.processor(|| peer.simplify(Simplifier::Plain, wanted))?.len();
         let list = paper.measure(|| input.weighted(Order::Paper, 1))?;
         let count = scene.mesh.positions.len();
         for (series, mesh) in [(&mut stacks, &bare), (&mut stacks_of_wedges, &scene.mesh)] {
@@ -116,12 +116,12 @@ impl Sequence {
     }
 }
 
-/// The optimisers as a viewer has them.
-struct Through {
+/// Optimisers loaded as a viewer loads them.
+struct LoadedPlugins {
     plugins: [MeshOptimizer; 2],
 }
 
-impl Through {
+impl LoadedPlugins {
     fn load(folder: &Path) -> Result<Self> {
         let catalog = Catalog::discover(&[folder.to_owned()]);
         let load = |id: &str| {

@@ -6,7 +6,7 @@ use busbar_plugin_sdk::{self as sdk, CollapseList, MeshOptimizer, Plugin, Progre
 use quadric_collapse::{QuadricCollapse, Settings};
 use weighted_collapse::{Interpretation, Order};
 
-/// A mesh as an optimiser is handed it.
+/// Mesh in the form of an optimiser's input.
 pub(crate) struct Input<'a> {
     mesh: &'a Mesh,
     positions: Vec<[f32; 3]>,
@@ -26,7 +26,7 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// The paper's weights in some order.
+    /// Runs the paper's weights in some order.
     pub(crate) fn weighted(&self, order: Order, max_threads: usize) -> Result<CollapseList> {
         let progress = &mut Progress::detached();
         weighted_collapse::collapse_list(
@@ -39,7 +39,7 @@ impl<'a> Input<'a> {
         .map_err(|error| anyhow!("weighted_collapse: {}", error.message()))
     }
 
-    /// The order by quadric error, on all cores that the thread may use.
+    /// Runs the order by quadric error, on all cores that the thread may use.
     pub(crate) fn quadric(&self) -> Result<CollapseList> {
         let optimize = || {
             let plugin = QuadricCollapse::create(Settings::default(), sdk::testing::host())?;
@@ -63,7 +63,7 @@ impl<'a> Input<'a> {
     }
 }
 
-/// A list as a checked sequence over so many positions.
+/// Converts a list to a checked sequence over so many positions.
 pub(crate) fn sequence(list: &CollapseList, positions: usize) -> Result<CollapseSequence> {
     let entry = |c: &sdk::Collapse| Collapse { removed: c.removed, kept: c.kept, error: c.error };
     Ok(CollapseSequence::new(list.collapses.iter().map(entry).collect(), positions as u32)?)

@@ -1,5 +1,4 @@
-//! The orders that look at the mesh as it is, beside the paper's; on all cores, by
-//! the clock.
+//! Orders that evaluate the current mesh, beside the paper's; on all cores, by the clock.
 
 use anyhow::Result;
 use indicatif::ProgressBar;
@@ -16,7 +15,7 @@ const ORDERS: [(Order, &str, &str); 3] = [
     (Order::Reweighted, "reweighted", "reweighted_collapses_of_vertices"),
 ];
 
-/// Rounds at most: one takes seconds, and no bar is about them.
+/// Greatest number of rounds: one takes seconds, and no bar is judged on them.
 const MAX_ROUNDS: usize = 3;
 
 pub(crate) fn run(scene: &Scene, rounds: usize, progress: &ProgressBar) -> Result<Section> {

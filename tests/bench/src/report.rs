@@ -1,4 +1,4 @@
-//! Figures as a table, as a document and as JSON.
+//! Report of figures as a table, as a document and as JSON.
 
 use std::fmt::Write;
 
@@ -7,13 +7,13 @@ use serde_json::{Map, Value};
 
 use crate::series::Series;
 
-/// What one bench found.
+/// Results of one section.
 pub(crate) struct Section {
     pub(crate) series: Vec<Series>,
 }
 
 impl Section {
-    /// The figures as lines.
+    /// Formats the figures as lines.
     pub(crate) fn table(&self, name: &str) -> String {
         let mut text = format!(
             "{name:<38}{:>11}{:>11}{:>11}{:>11}{:>7}  bar\n",
@@ -33,7 +33,7 @@ impl Section {
         text
     }
 
-    /// The figures as a table of the report.
+    /// Writes the figures as a table of the report.
     pub(crate) fn write(&self, document: &mut Document, name: &str) {
         let row = |series: &Series| {
             let figures = quantiles(series).map(|figure| format!("{figure:.3}"));
@@ -44,7 +44,7 @@ impl Section {
         document.table(name, &head, self.series.iter().map(row).collect());
     }
 
-    /// The bars, met or missed.
+    /// Judges the bars of the figures.
     pub(crate) fn bars(&self, name: &str) -> Vec<Claim> {
         let claim = |series: &Series| {
             let bar = series.bar?;

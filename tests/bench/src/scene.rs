@@ -1,4 +1,4 @@
-//! What is measured on: the paper's substation as one mesh, imported.
+//! Test scene: the paper's substation as one mesh, imported.
 
 use anyhow::{Context, Result};
 use busbar_geometry::{
@@ -11,10 +11,10 @@ use weighted_collapse::{MAX_THREADS, Order};
 
 use crate::optimizers::{Input, sequence};
 
-/// Decides how the equipment stands; as the generator does by itself.
+/// Seed of the equipment's erection tolerance, which is the generator's default.
 const SEED: u64 = 1;
 
-/// The mesh as imported, and as optimisers see it.
+/// Mesh as imported, and in the form of optimisers' input.
 pub(crate) struct Scene {
     pub(crate) mesh: Mesh,
     /// Names of the mesh's features.
@@ -30,20 +30,20 @@ impl Scene {
         let imported = busbar_gltf_import::import_bytes(&bytes, None, &ImportLimits::default())?;
         let mut model = imported.model;
         let features = model.features.pop().unwrap_or_default();
-        Ok(Self::of(model.meshes.pop().context("the scene has no mesh")?, features))
+        Ok(Self::from_mesh(model.meshes.pop().context("the scene has no mesh")?, features))
     }
 
-    fn of(mesh: Mesh, features: Vec<String>) -> Self {
+    fn from_mesh(mesh: Mesh, features: Vec<String>) -> Self {
         Self { topology: mesh.topology(), mesh, features }
     }
 
-    /// The paper's sequence, checked.
+    /// Computes the paper's sequence, checked.
     pub(crate) fn sequence(&self) -> Result<CollapseSequence> {
         let list = Input::new(&self.mesh).weighted(Order::Paper, MAX_THREADS)?;
         sequence(&list, self.mesh.positions.len())
     }
 
-    /// Positions and triangles alone, which is what meshoptimizer gets.
+    /// Returns positions and triangles alone, which meshoptimizer gets.
     pub(crate) fn bare(&self) -> Mesh {
         let Topology { positions, triangles } = self.topology.clone();
         let count = positions.len();
@@ -58,7 +58,8 @@ impl Scene {
         Mesh { positions, wedges, triangles, sections, features: Vec::new() }
     }
 
-    /// The box around all equipment whose id begins so; `None` if there is none.
+    /// Returns the bounding box of all equipment whose id begins with `start`; `None` if there is
+    /// none.
     pub(crate) fn bounds_of(&self, start: &str) -> Option<Bounds> {
         let is_meant = |&feature: &u32| {
             let name = (feature != NO_FEATURE).then(|| self.features.get(feature as usize));
@@ -70,7 +71,7 @@ impl Scene {
         )
     }
 
-    /// The mesh as a file would give it, a primitive a section.
+    /// Returns the mesh as the primitives of a file, one a section.
     pub(crate) fn primitives(&self) -> Vec<RawPrimitive> {
         let wedges = &self.mesh.wedges;
         let sections = self.mesh.sections.iter().map(|section| {
@@ -105,7 +106,7 @@ mod tests {
 
     use super::*;
 
-    /// What is welded again is what was imported.
+    /// Primitives of the scene weld to the imported mesh again.
     #[test]
     fn primitives_are_those_of_the_mesh() {
         let square = |x: f32, material| RawPrimitive {
@@ -118,7 +119,7 @@ mod tests {
         };
         let (mesh, report) = weld(&[square(0.0, 0), square(1.0, 1)]).unwrap();
         assert!(report.positions < report.vertices_in, "an edge is shared");
-        let scene = Scene::of(mesh.clone(), Vec::new());
+        let scene = Scene::from_mesh(mesh.clone(), Vec::new());
         assert_eq!(weld(&scene.primitives()).unwrap().0, mesh);
         let sequence = scene.sequence().unwrap();
         assert_eq!(sequence.len() as usize, mesh.positions.len() - 1);

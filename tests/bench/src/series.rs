@@ -1,4 +1,4 @@
-//! One figure, measured several times.
+//! Series of measurements of one figure.
 
 use std::time::Instant;
 
@@ -10,31 +10,31 @@ use crate::affinity::processor_seconds;
 #[derive(Clone, Debug)]
 pub(crate) struct Series {
     pub(crate) name: String,
-    /// What the values are in: "ms", or "" for a ratio.
+    /// Unit of the values: "ms", or "" for a ratio.
     pub(crate) unit: &'static str,
     values: Vec<f64>,
-    /// What the median should not exceed.
+    /// Greatest median that meets the bar.
     pub(crate) bar: Option<f64>,
 }
 
 impl Series {
-    /// A figure without measurements yet.
+    /// Creates a series without measurements.
     pub(crate) fn new(name: impl Into<String>, unit: &'static str) -> Self {
         Self { name: name.into(), unit, values: Vec::new(), bar: None }
     }
 
-    /// A figure that is the same every time.
+    /// Creates a series of a figure that does not vary.
     pub(crate) fn exact(name: impl Into<String>, unit: &'static str, value: f64) -> Self {
         Self { values: vec![value], ..Self::new(name, unit) }
     }
 
-    /// The figure with what its median should not exceed.
+    /// Returns the series with the greatest median that meets its bar.
     pub(crate) fn at_most(mut self, bar: f64) -> Self {
         self.bar = Some(bar);
         self
     }
 
-    /// Adds a measurement.
+    /// Adds one measured value.
     pub(crate) fn push(&mut self, value: f64) {
         self.values.push(value);
     }
@@ -55,18 +55,18 @@ impl Series {
         result
     }
 
-    /// The measurement of the last round.
+    /// Returns the measurement of the last round.
     pub(crate) fn last(&self) -> f64 {
         self.values.last().copied().unwrap_or(f64::NAN)
     }
 
-    /// Number of measurements.
+    /// Returns the number of measurements.
     pub(crate) fn len(&self) -> usize {
         self.values.len()
     }
 
-    /// The value that a share of the measurements does not exceed, by nearest
-    /// rank: 0 is the least, 0.5 the (lower) median, 1 the greatest.
+    /// Returns the value that a share of the measurements does not exceed, by nearest rank: 0 is
+    /// the least, 0.5 the (lower) median, 1 the greatest.
     pub(crate) fn quantile(&self, share: f64) -> f64 {
         let mut sorted = self.values.clone();
         sorted.sort_by(f64::total_cmp);
@@ -74,7 +74,7 @@ impl Series {
         sorted.get(rank.saturating_sub(1)).copied().unwrap_or(f64::NAN)
     }
 
-    /// Whether the median keeps to the bar; `None` without a bar.
+    /// Reports whether the median meets the bar; `None` without a bar.
     pub(crate) fn is_met(&self) -> Option<bool> {
         self.bar.map(|bar| self.quantile(0.5) <= bar)
     }

@@ -1,5 +1,5 @@
-//! Welding, the collapse stacks, and the mesh at a new theta; on one core, in
-//! its processor time.
+//! Collapse stacks: welding, building, and resolving a new theta; on one core, in its processor
+//! time.
 
 use std::hint::black_box;
 
@@ -21,14 +21,14 @@ const RESOLVES: [(f64, &str, &str); 5] = [
     (0.85, "resolve_theta_85", "acmr_theta_85_to_meshoptimizer"),
     (0.95, "resolve_theta_95", "acmr_theta_95_to_meshoptimizer"),
 ];
-/// Resolves in a round, so that there is a 99th percentile.
+/// Number of resolves in a round, enough for a 99th percentile.
 const RESOLVES_A_ROUND: usize = 12;
-/// Milliseconds that a resolve may take.
+/// Longest time of a resolve, milliseconds.
 const RESOLVE_BAR: f64 = 2.0;
-/// Bytes that the stacks may add to a triangle of the plain indexed mesh.
+/// Greatest number of bytes that the stacks add to a triangle of the plain indexed mesh.
 const STATIC_BYTES_BAR: f64 = 8.0;
-/// Entries of the vertex cache, and how much worse than meshoptimizer's order
-/// of the same triangles a level's may be.
+/// Number of entries of the vertex cache; the greatest ratio of a level's order to that of
+/// meshoptimizer on the same triangles follows.
 const CACHE_ENTRIES: usize = 16;
 const CACHE_BAR: f64 = 1.15;
 
@@ -59,7 +59,7 @@ pub(crate) fn run(scene: &Scene, rounds: usize, progress: &ProgressBar) -> Resul
     Ok(Section { series: series.chain(exact).collect() })
 }
 
-/// What is the same every time.
+/// Returns the figures that do not vary between rounds.
 fn facts(stacks: &CollapseStacks) -> Vec<Series> {
     let triangles = stacks.mesh().triangles.len();
     let bytes = stacks.static_bytes() as f64 / triangles as f64;

@@ -1,24 +1,24 @@
-//! Where pictures are taken from: the same for everyone.
+//! Camera poses, the same for every renderer.
 
 use busbar_geometry::Bounds;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// Vertical angle, as everyone here has it by default or can be told.
+/// Full vertical field of view, degrees: the default of every renderer, or its setting.
 pub(crate) const FOV_DEGREES: f32 = 45.0;
-/// Width by height of all pictures.
+/// Aspect ratio of all pictures, width over height.
 const ASPECT: f32 = 16.0 / 9.0;
-/// Above the horizon, radians.
+/// Pitch of the orbit above the horizon, radians.
 const ORBIT_PITCH: f32 = 0.35;
 /// Height of an operator's eyes in a walk through the yard, metres.
 const EYE_HEIGHT: f32 = 1.8;
 
-/// A camera, metres, y up.
+/// Camera pose in metres, y up.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Camera {
     pub(crate) eye: [f32; 3],
     pub(crate) target: [f32; 3],
-    /// Whole vertical angle.
+    /// Full vertical field of view, degrees.
     pub(crate) fov_degrees: f32,
 }
 
@@ -28,7 +28,7 @@ impl Camera {
     }
 }
 
-/// Once around the box, which fills the picture, times a factor of distance.
+/// Returns cameras once around the box, which fills the picture, times a factor of distance.
 pub(crate) fn orbit(bounds: Bounds, poses: usize, farther: f32) -> Vec<Camera> {
     let center = bounds.center();
     let radius = (bounds.max - bounds.min).length() * 0.5;
@@ -44,7 +44,7 @@ pub(crate) fn orbit(bounds: Bounds, poses: usize, farther: f32) -> Vec<Camera> {
     (0..poses).map(pose).collect()
 }
 
-/// Through the middle of the box, at an operator's height, looking ahead.
+/// Returns cameras through the middle of the box, at an operator's height, looking ahead.
 pub(crate) fn walk(bounds: Bounds, poses: usize) -> Vec<Camera> {
     let middle = bounds.center();
     let at = |share: f32| {
@@ -58,7 +58,7 @@ pub(crate) fn walk(bounds: Bounds, poses: usize) -> Vec<Camera> {
     (0..poses).map(pose).collect()
 }
 
-/// On through the box from its middle, at an operator's height, by so many metres a pose.
+/// Returns cameras from the middle of the box onwards, at an operator's height, `metres` apart.
 pub(crate) fn stride(bounds: Bounds, poses: usize, metres: f32) -> Vec<Camera> {
     let middle = bounds.center();
     let pose = |number: usize| {

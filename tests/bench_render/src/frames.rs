@@ -1,4 +1,4 @@
-//! Frames at equal triangles, in alternating rounds.
+//! Frame times at equal triangles, in alternating rounds.
 
 use std::path::Path;
 
@@ -7,19 +7,19 @@ use document::Series;
 use serde::Serialize;
 
 use crate::camera::{Camera, orbit};
-use crate::drawer::{Drawer, Recipe};
+use crate::renderer_process::{RendererCommand, RendererProcess};
 use crate::scenes::{Level, Scenes};
 
-/// Cameras around the scene.
+/// Number of cameras around the scene.
 const POSES: usize = 8;
-/// Samples a pixel: not all peers have more that are the same.
+/// Number of samples a pixel; not all peers have more that are the same.
 const SAMPLES: u32 = 1;
-/// Frames that are drawn first and not counted: caches fill, shaders are compiled.
+/// Number of frames before the counted ones: caches fill, shaders are compiled.
 const WARM_UP: usize = 3;
 
-/// What one took for the frames of one level.
+/// Frame times of one renderer at one level.
 #[derive(Debug, Serialize)]
-pub(crate) struct Frames {
+pub(crate) struct LevelFrames {
     pub(crate) who: &'static str,
     pub(crate) share: f64,
     pub(crate) triangles: u64,
@@ -28,55 +28,56 @@ pub(crate) struct Frames {
     pub(crate) peak_bytes: u64,
 }
 
-/// Measures all of them on all levels; pictures of each go to the folder.
+/// Measures all renderers on all levels; pictures of each go to the folder.
 pub(crate) fn measure(
     scenes: &Scenes,
-    recipes: &[Recipe],
+    renderers: &[RendererCommand],
     (core, rounds): (&str, usize),
     folder: &Path,
-) -> Result<Vec<Frames>> {
+) -> Result<Vec<LevelFrames>> {
     let cameras = orbit(scenes.bounds, POSES, 1.0);
     let mut found = Vec::new();
     for level in &scenes.levels {
-        let mut drawers = Vec::new();
-        for recipe in recipes {
+        let mut processes = Vec::new();
+        for renderer in renderers {
             // A peer that cannot is told of and left out.
-            match begin(recipe, level, &cameras, core, folder) {
-                Ok(drawer) => drawers.push((drawer, Vec::new())),
-                Err(error) => println!("{}: {error:#}", recipe.name),
+            match begin(renderer, level, &cameras, core, folder) {
+                Ok(process) => processes.push((process, Vec::new())),
+                Err(error) => println!("{}: {error:#}", renderer.name),
             }
         }
         for _ in 0..rounds {
-            for (drawer, millis) in &mut drawers {
-                millis.extend(drawer.frames(&cameras)?.millis);
+            for (process, millis) in &mut processes {
+                millis.extend(process.frames(&cameras)?.millis);
             }
         }
-        for (drawer, millis) in drawers {
-            found.push(Frames {
-                who: drawer.name,
+        for (process, millis) in processes {
+            found.push(LevelFrames {
+                who: process.name,
                 share: level.share,
                 triangles: level.triangles,
                 samples: SAMPLES,
-                millis: Series::of(millis),
-                peak_bytes: drawer.peak_bytes()?,
+                millis: Series::from_values(millis),
+                peak_bytes: process.peak_bytes()?,
             });
         }
     }
     Ok(found)
 }
 
-/// Someone who is ready to draw a level.
+/// Starts a renderer, warmed up to draw a level.
 fn begin(
-    recipe: &Recipe,
+    renderer: &RendererCommand,
     level: &Level,
     cameras: &[Camera],
     core: &str,
     folder: &Path,
-) -> Result<Drawer> {
-    let mut drawer = Drawer::start(recipe, core, &level.glb, SAMPLES)?;
-    let words: Vec<&str> = recipe.name.split([' ', ',']).filter(|word| !word.is_empty()).collect();
+) -> Result<RendererProcess> {
+    let mut process = RendererProcess::start(renderer, core, &level.glb, SAMPLES)?;
+    let words: Vec<&str> =
+        renderer.name.split([' ', ',']).filter(|word| !word.is_empty()).collect();
     let file = format!("{}_{:.0}.png", words.join("_").to_lowercase(), level.share * 100.0);
-    drawer.picture(cameras[1], &folder.join(file))?;
-    drawer.frames(&cameras[..WARM_UP])?;
-    Ok(drawer)
+    process.picture(cameras[1], &folder.join(file))?;
+    process.frames(&cameras[..WARM_UP])?;
+    Ok(process)
 }

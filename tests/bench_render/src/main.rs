@@ -2,16 +2,16 @@
 //! same rasteriser, and reports. Run by `cargo xtask bench-render`.
 #![allow(clippy::print_stdout, reason = "what is done, and how it went, is its output")]
 
+mod busbar_renderer;
 mod camera;
-mod drawer;
-mod exchange;
 mod frames;
-mod many;
-mod ours;
+mod many_stations;
+mod render_protocol;
+mod renderer_process;
 mod report;
 mod scenes;
 mod screen_error;
-mod start;
+mod startup;
 
 use std::fs;
 use std::os::unix::fs::symlink;
@@ -23,10 +23,10 @@ use clap::{Parser, Subcommand};
 use crate::report::Results;
 use crate::scenes::Scenes;
 
-/// What can be measured, in order.
+/// Sections of the measurement, in order.
 const SECTIONS: [&str; 4] = ["frames", "screen_error", "start", "many"];
 
-/// Measures frames of Busbar beside other viewers.
+/// Comparison of Busbar's frames with those of other viewers.
 #[derive(Parser)]
 #[command(args_conflicts_with_subcommands = true)]
 struct Arguments {
@@ -38,16 +38,16 @@ struct Arguments {
     /// Folder of the optimisers' libraries.
     #[arg(long, default_value = "config/plugins")]
     plugins: PathBuf,
-    /// Python with the peers' packages; without it there is nobody to compare with.
+    /// Python with the peers' packages; without it nothing is compared.
     #[arg(long)]
     python: Option<PathBuf>,
     /// Folder of the peers' scripts.
     #[arg(long, default_value = "tests/peers")]
     scripts: PathBuf,
-    /// The core that everyone stays on.
+    /// Core that every renderer runs on.
     #[arg(long, default_value = "1")]
     core: String,
-    /// The program that draws for its users.
+    /// Path of the program that users run.
     #[arg(long, default_value = "target/release/busbar")]
     busbar: PathBuf,
     /// Run only these sections.
@@ -68,7 +68,7 @@ enum Command {
 fn main() -> Result<()> {
     let arguments = Arguments::parse();
     match arguments.command {
-        Some(Command::Worker) => ours::serve(),
+        Some(Command::Worker) => busbar_renderer::serve(),
         None => bench(&arguments),
     }
 }
@@ -83,24 +83,24 @@ fn bench(arguments: &Arguments) -> Result<()> {
     let folder = folder.path();
     symlink(plugins.canonicalize()?, folder.join("plugins"))?;
     let scenes = Scenes::make(folder, &plugins.canonicalize()?)?;
-    let recipes = drawer::recipes(python.as_deref(), scripts)?;
+    let renderers = renderer_process::renderers(python.as_deref(), scripts)?;
     let pace = (core.as_str(), *rounds);
     let wants = |section: &str| only.is_empty() || only.iter().any(|wanted| wanted == section);
     let mut results = Results::default();
     if wants("frames") {
-        results.frames = frames::measure(&scenes, &recipes, pace, out)?;
+        results.frames = frames::measure(&scenes, &renderers, pace, out)?;
     }
     if wants("screen_error") {
-        results.followed = screen_error::measure(&scenes, &recipes, pace, folder, out)?;
+        results.followed = screen_error::measure(&scenes, &renderers, pace, folder, out)?;
     }
     if wants("start") {
         let camera = camera::orbit(scenes.bounds, 1, 1.0)[0];
         let glb = &scenes.levels.first().context("no scene")?.glb;
-        results.starts = start::measure(glb, camera, pace, busbar, out)?;
+        results.starts = startup::measure(glb, camera, pace, busbar, out)?;
     }
     if wants("many") {
-        let ours = recipes.first().context("nobody draws")?;
-        results.many = many::measure(&scenes, ours, pace, folder, out)?;
+        let busbar_renderer = renderers.first().context("nobody draws")?;
+        results.many = many_stations::measure(&scenes, busbar_renderer, pace, folder, out)?;
     }
     for file in report::write(&results, out)? {
         println!("{}", file.display());

@@ -4,41 +4,41 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use document::words::grouped;
+use document::number_format::grouped;
 use document::{Claim, Document, Verdict, machine};
 use serde::Serialize;
 use serde_json::json;
 
-use crate::drawer::OURS;
-use crate::frames::Frames;
-use crate::many::{BIRD, FILLING, MAX_ERROR_PX, Many, SOME_STATIONS, STATIONS};
-use crate::screen_error::{Followed, Likeness};
-use crate::start::{EMPTY_CACHE, F3D, FULL_CACHE, Start};
+use crate::frames::LevelFrames;
+use crate::many_stations::{BIRD, FILLING, MAX_ERROR_PX, ManyStations, SOME_STATIONS, STATIONS};
+use crate::renderer_process::OURS;
+use crate::screen_error::{PathResult, PictureSimilarity};
+use crate::startup::{EMPTY_CACHE, F3D, FULL_CACHE, Startup};
 
-/// How long our frames may take, of the best peer's, at equal triangles.
+/// Greatest ratio of Busbar's frame time to the best peer's at equal triangles.
 const MAX_FRAME_RATIO: f64 = 0.9;
-/// How many times the best peer's frame rate theta by error is to reach.
+/// Lowest ratio of the frame rate with theta from the screen error to that of the best peer.
 const MIN_SPEED_UP: f64 = 3.0;
 const MIN_SSIM: f64 = 0.98;
 const MAX_FLIP: f64 = 0.03;
-/// How long a start with a cache may take, of F3D's.
+/// Greatest ratio of a cached start to that of F3D.
 const MAX_CACHED_START: f64 = 0.5;
-/// How much more a hundred stations may take than one.
+/// Greatest ratio of a frame with a hundred stations to one with a single station.
 const MAX_MANY_FRAME: f64 = 1.5;
 const MAX_MANY_MEMORY: f64 = 1.2;
-/// Milliseconds of processor time that a frame of 10,000 instances may take.
+/// Greatest processor time of a frame of 10,000 instances, milliseconds.
 const MAX_CPU_MILLIS: f64 = 1.0;
 
-/// All that was measured.
+/// Results of all sections.
 #[derive(Debug, Default, Serialize)]
 pub(crate) struct Results {
-    pub(crate) frames: Vec<Frames>,
-    pub(crate) followed: Vec<Followed>,
-    pub(crate) starts: Vec<Start>,
-    pub(crate) many: Vec<Many>,
+    pub(crate) frames: Vec<LevelFrames>,
+    pub(crate) followed: Vec<PathResult>,
+    pub(crate) starts: Vec<Startup>,
+    pub(crate) many: Vec<ManyStations>,
 }
 
-/// Writes the report; its files.
+/// Writes the report; returns its files.
 pub(crate) fn write(results: &Results, folder: &Path) -> Result<Vec<PathBuf>> {
     let mut files = document::write(&document(results), folder)?.to_vec();
     let path = folder.join("report.json");
@@ -53,7 +53,7 @@ pub(crate) fn write(results: &Results, folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// The bars of this project.
+/// Judges the bars of this project.
 pub(crate) fn bars(results: &Results) -> Vec<Claim> {
     let mut bars = frame_bars(&results.frames);
     bars.extend(results.followed.iter().flat_map(followed_bars));
@@ -66,8 +66,8 @@ fn bar(claim: String, reached: bool, figure: String) -> Claim {
     Claim { claim, verdict: Verdict::of_bar(reached), figure }
 }
 
-/// Ours, and the fastest other, of each level.
-fn frame_bars(frames: &[Frames]) -> Vec<Claim> {
+/// Judges Busbar's frames beside those of the fastest peer at each level.
+fn frame_bars(frames: &[LevelFrames]) -> Vec<Claim> {
     let ours = frames.iter().filter(|frames| frames.who == OURS);
     let judged = ours.filter_map(|ours| {
         let others = frames
@@ -88,8 +88,8 @@ fn frame_bars(frames: &[Frames]) -> Vec<Claim> {
     judged.collect()
 }
 
-fn followed_bars(followed: &Followed) -> Vec<Claim> {
-    let Followed { path, likeness, millis, peer, .. } = followed;
+fn followed_bars(followed: &PathResult) -> Vec<Claim> {
+    let PathResult { path, likeness, millis, peer, .. } = followed;
     let speed = peer.map(|(who, peer)| {
         let times = peer.p50 / millis.p50;
         bar(
@@ -102,8 +102,8 @@ fn followed_bars(followed: &Followed) -> Vec<Claim> {
     speed.into_iter().chain([alike]).collect()
 }
 
-fn likeness_bar(what: &str, likeness: &Likeness) -> Claim {
-    let Likeness { least_ssim, greatest_flip } = *likeness;
+fn likeness_bar(what: &str, likeness: &PictureSimilarity) -> Claim {
+    let PictureSimilarity { least_ssim, greatest_flip } = *likeness;
     bar(
         format!("{what}: SSIM at least {MIN_SSIM} and FLIP at most {MAX_FLIP} to full detail"),
         least_ssim >= MIN_SSIM && greatest_flip <= MAX_FLIP,
@@ -111,12 +111,13 @@ fn likeness_bar(what: &str, likeness: &Likeness) -> Claim {
     )
 }
 
-fn start_bars(starts: &[Start]) -> Vec<Claim> {
+fn start_bars(starts: &[Startup]) -> Vec<Claim> {
     let of = |who| starts.iter().find(|start| start.who == who);
     let (Some(empty), Some(full), Some(f3d)) = (of(EMPTY_CACHE), of(FULL_CACHE), of(F3D)) else {
         return Vec::new();
     };
-    let seconds = |ours: &Start| format!("{:.2} s, F3D {:.2} s", ours.seconds.p50, f3d.seconds.p50);
+    let seconds =
+        |ours: &Startup| format!("{:.2} s, F3D {:.2} s", ours.seconds.p50, f3d.seconds.p50);
     let peak = empty.peak_bytes.max(full.peak_bytes);
     vec![
         bar(
@@ -137,7 +138,7 @@ fn start_bars(starts: &[Start]) -> Vec<Claim> {
     ]
 }
 
-fn many_bars(many: &[Many]) -> Vec<Claim> {
+fn many_bars(many: &[ManyStations]) -> Vec<Claim> {
     let mut bars = Vec::new();
     for all in many.iter().filter(|many| many.stations == STATIONS) {
         let one_from = |view| many.iter().find(|one| (one.stations, one.view) == (1, view));
@@ -174,7 +175,7 @@ fn many_bars(many: &[Many]) -> Vec<Claim> {
     bars
 }
 
-fn many_frame_bar(what: &str, [all, one]: [&Many; 2], which: &str) -> Claim {
+fn many_frame_bar(what: &str, [all, one]: [&ManyStations; 2], which: &str) -> Claim {
     let ratio = all.millis.p50 / one.millis.p50;
     let covered = [all, one].map(|many| many.covered_share * 100.0);
     bar(
@@ -194,7 +195,7 @@ fn document(results: &Results) -> Document {
         "The paper's substation, {} pixels, everyone on one core of the same software rasteriser and \
          without antialiasing, one directional light, in alternating rounds; a frame counts until \
          its picture is finished. Measured on {}.",
-        document::words::size(crate::drawer::SIZE),
+        document::number_format::size(crate::renderer_process::SIZE),
         machine(),
     ));
     document.heading("Bars");

@@ -1,4 +1,4 @@
-//! What is drawn: the paper's substation as one mesh, whole and at levels of detail.
+//! Test scenes: the paper's substation as one mesh, whole and at levels of detail.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,31 +9,31 @@ use busbar_viewer::optimize::OptimizedModel;
 use serde_json::json;
 use substation::Station;
 
-/// Decides how the equipment stands; as the generator does by itself.
+/// Seed of the equipment's erection tolerance, which is the generator's default.
 pub(crate) const SEED: u64 = 1;
-/// Shares of the triangles that are compared.
+/// Shares of the triangles at the compared levels.
 pub(crate) const SHARES: [f64; 3] = [1.0, 0.3, 0.15];
-/// What makes the levels.
+/// Optimizer of the levels of detail.
 const OPTIMIZER: &str = "quadric_collapse";
-/// Halvings until a level's share is met to a ten-thousandth.
+/// Number of halvings until a level's share is met to a ten-thousandth.
 const HALVINGS: usize = 14;
 
-/// The scene at a level of detail.
+/// Scene at a level of detail.
 pub(crate) struct Level {
     pub(crate) share: f64,
     pub(crate) glb: PathBuf,
     pub(crate) triangles: u64,
 }
 
-/// The scene's files.
+/// Files of the test scene.
 pub(crate) struct Scenes {
-    /// One for each of [`SHARES`], the whole first.
+    /// Levels for each of [`SHARES`], the whole first.
     pub(crate) levels: Vec<Level>,
     pub(crate) bounds: Bounds,
 }
 
 impl Scenes {
-    /// Makes them in a folder, with the optimiser of a folder of plugins.
+    /// Makes the scenes in a folder, with the optimiser of a folder of plugins.
     pub(crate) fn make(folder: &Path, plugins: &Path) -> Result<Self> {
         let flat = Station::generate(SEED)?.flatten()?;
         let mesh = flat.model.meshes.first().context("the scene has no mesh")?;
@@ -68,7 +68,7 @@ pub(crate) fn write_models(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Theta at which no more than so many triangles are left.
+/// Returns the theta at which no more than so many triangles are left.
 fn theta_of(model: &OptimizedModel, triangles: u64) -> f64 {
     let (mut fine, mut coarse) = (0.0, 1.0);
     for _ in 0..HALVINGS {

@@ -1,4 +1,4 @@
-//! Theta by the error on the screen, beside the best peer at full detail.
+//! Frame times with theta from the screen error, beside the best peer at full detail.
 
 use std::fs;
 use std::path::Path;
@@ -9,44 +9,44 @@ use serde::Serialize;
 use serde_json::json;
 
 use crate::camera::{Camera, orbit, walk};
-use crate::drawer::{Drawer, Recipe};
-use crate::many::MAX_ERROR_PX;
+use crate::many_stations::MAX_ERROR_PX;
+use crate::renderer_process::{RendererCommand, RendererProcess};
 use crate::scenes::Scenes;
 
 const POSES: usize = 6;
-/// How many times farther the far path is than one that fills the picture.
+/// Distance ratio of the far path to one that fills the picture.
 const FARTHER: f32 = 4.0;
-/// What makes the levels.
+/// Optimizer of the levels of detail.
 const OPTIMIZER: &str = "quadric_collapse";
 
-/// What one path came to.
+/// Results of one camera path.
 #[derive(Debug, Serialize)]
-pub(crate) struct Followed {
+pub(crate) struct PathResult {
     pub(crate) path: &'static str,
     pub(crate) triangles: u64,
     pub(crate) millis: Series,
     pub(crate) full_millis: Series,
-    /// The peer's, at full detail, and its name.
+    /// Name and frame times of the best peer at full detail.
     pub(crate) peer: Option<(&'static str, Series)>,
-    /// To full detail.
-    pub(crate) likeness: Likeness,
+    /// Similarity to the pictures in full detail.
+    pub(crate) likeness: PictureSimilarity,
 }
 
-/// How pictures at levels of detail are beside those in full detail, each of the worst.
+/// Similarity of pictures at levels of detail to those in full detail: the worst of each measure.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub(crate) struct Likeness {
+pub(crate) struct PictureSimilarity {
     pub(crate) least_ssim: f64,
     pub(crate) greatest_flip: f64,
 }
 
-/// Measures both paths.
+/// Measures the near and the far path.
 pub(crate) fn measure(
     scenes: &Scenes,
-    recipes: &[Recipe],
+    renderers: &[RendererCommand],
     (core, rounds): (&str, usize),
     folder: &Path,
     pictures: &Path,
-) -> Result<Vec<Followed>> {
+) -> Result<Vec<PathResult>> {
     let full = scenes.levels.first().context("no scene")?;
     let followed = folder.join("followed.json");
     let file = full.glb.file_name().map(|name| name.to_string_lossy());
@@ -70,20 +70,23 @@ pub(crate) fn measure(
         [("near", walk(scenes.bounds, POSES)), ("far", orbit(scenes.bounds, POSES, FARTHER))];
     let mut found = Vec::new();
     for (path, cameras) in paths {
-        let ours = recipes.first().context("nobody draws")?;
-        let mut detail = Drawer::start(ours, core, &full.glb, 1)?;
-        let mut followed = Drawer::start(ours, core, &followed, 1)?;
-        let likeness = Likeness::of([&mut detail, &mut followed], &cameras, path, pictures)?;
-        let mut drawers = vec![(detail, Vec::new()), (followed, Vec::new())];
-        for peer in &recipes[1..] {
+        let ours = renderers.first().context("nobody draws")?;
+        let mut detail = RendererProcess::start(ours, core, &full.glb, 1)?;
+        let mut followed = RendererProcess::start(ours, core, &followed, 1)?;
+        let likeness =
+            PictureSimilarity::of([&mut detail, &mut followed], &cameras, path, pictures)?;
+        let mut processes = vec![(detail, Vec::new()), (followed, Vec::new())];
+        for peer in &renderers[1..] {
             // Who cannot was told of already.
-            drawers
-                .extend(Drawer::start(peer, core, &full.glb, 1).map(|drawer| (drawer, Vec::new())));
+            processes.extend(
+                RendererProcess::start(peer, core, &full.glb, 1)
+                    .map(|process| (process, Vec::new())),
+            );
         }
         let mut triangles = 0;
         for round in 0..=rounds {
-            for (index, (drawer, millis)) in drawers.iter_mut().enumerate() {
-                let answer = drawer.frames(&cameras)?;
+            for (index, (process, millis)) in processes.iter_mut().enumerate() {
+                let answer = process.frames(&cameras)?;
                 if index == 1 {
                     triangles = answer.triangles;
                 }
@@ -93,20 +96,21 @@ pub(crate) fn measure(
                 }
             }
         }
-        let mut series =
-            drawers.into_iter().map(|(drawer, millis)| (drawer.name, Series::of(millis)));
+        let mut series = processes
+            .into_iter()
+            .map(|(process, millis)| (process.name, Series::from_values(millis)));
         let mut own = || series.next().map_or_else(Series::default, |(_, series)| series);
         let (full_millis, millis) = (own(), own());
         let peer = series.min_by(|(_, a), (_, b)| a.p50.total_cmp(&b.p50));
-        found.push(Followed { path, triangles, millis, full_millis, peer, likeness });
+        found.push(PathResult { path, triangles, millis, full_millis, peer, likeness });
     }
     Ok(found)
 }
 
-impl Likeness {
-    /// Over the pictures of a path, which are kept by its name.
+impl PictureSimilarity {
+    /// Compares the pictures of a path, which are kept by its name.
     pub(crate) fn of(
-        [detail, followed]: [&mut Drawer; 2],
+        [detail, followed]: [&mut RendererProcess; 2],
         cameras: &[Camera],
         path: &str,
         pictures: &Path,
@@ -126,8 +130,8 @@ impl Likeness {
     }
 }
 
-/// Mean FLIP (P. Andersson et al., "FLIP: A Difference Evaluator for Alternating Images",
-/// HPG 2020) at the pixels a degree that it has by default.
+/// Computes the mean FLIP (P. Andersson et al., "FLIP: A Difference Evaluator for Alternating
+/// Images", HPG 2020) at its default pixels a degree.
 fn flip(reference: &image::RgbImage, test: &image::RgbImage) -> Result<f64> {
     let (width, height) = reference.dimensions();
     anyhow::ensure!(test.dimensions() == (width, height), "pictures of different sizes");

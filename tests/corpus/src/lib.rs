@@ -17,7 +17,7 @@ use busbar_geometry::{RawPrimitive, WeldError, weld};
 use busbar_scene::{Material, Model, ModelNode};
 use glam::Mat4;
 
-/// A dead-tank circuit breaker as from CAD.
+/// Builds a dead-tank circuit breaker as from CAD.
 ///
 /// # Errors
 /// [`WeldError`] if a coordinate is not finite.
@@ -26,7 +26,7 @@ pub fn breaker() -> Result<Model, WeldError> {
     model("breaker", &primitives, materials)
 }
 
-/// A bushing as from a laser scanner.
+/// Builds a bushing as from a laser scanner.
 ///
 /// # Errors
 /// [`WeldError`] if a coordinate is not finite.
@@ -35,7 +35,7 @@ pub fn scan() -> Result<Model, WeldError> {
     model("bushing", &[scan::bushing()], vec![material])
 }
 
-/// A model of one node with one mesh.
+/// Returns a model of one node with one mesh.
 fn model(
     name: &str,
     primitives: &[RawPrimitive],

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result};
 use clap::Parser;
 
-/// Makes the meshes that optimisers are judged on.
+/// Generator of the meshes that optimisers are judged on.
 #[derive(Parser)]
 struct Arguments {
     /// Folder to write to; made if it does not exist.

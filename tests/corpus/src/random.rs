@@ -1,8 +1,8 @@
-//! Numbers that look random and are the same everywhere.
+//! Pseudo-random numbers by hashing, the same on every machine.
 
 use glam::{IVec3, Vec3};
 
-/// SplitMix64 (Steele, Lea and Flood, OOPSLA 2014) as a hash.
+/// Hashes a seed by SplitMix64 (Steele, Lea and Flood, OOPSLA 2014).
 fn mixed(seed: u64) -> u64 {
     let mut z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -10,24 +10,24 @@ fn mixed(seed: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// The number of a seed, 0 to 1.
+/// Returns the pseudo-random number of a seed, 0 to 1.
 pub(crate) fn unit(seed: u64) -> f32 {
     // 24 bits are exact.
     (mixed(seed) >> 40) as f32 / (1_u32 << 24) as f32
 }
 
-/// The number of a seed, -1 to 1.
+/// Returns the pseudo-random number of a seed, -1 to 1.
 pub(crate) fn signed(seed: u64) -> f32 {
     unit(seed) * 2.0 - 1.0
 }
 
-/// A vector in the cube of -1 to 1.
+/// Returns a pseudo-random vector in the cube of -1 to 1.
 pub(crate) fn signed_vector(seed: u64) -> Vec3 {
     let seed = mixed(seed);
     Vec3::new(signed(seed), signed(seed ^ 1), signed(seed ^ 2))
 }
 
-/// Smooth noise of a place, -1 to 1: values at whole coordinates, blended.
+/// Returns smooth noise at a place, -1 to 1: values at whole coordinates, blended.
 pub(crate) fn noise(place: Vec3, seed: u64) -> f32 {
     let floor = place.floor();
     let cell = floor.as_ivec3();

@@ -1,4 +1,4 @@
-//! The meshes stay what optimisers have been judged on.
+//! Fixed meshes: those that optimisers have been judged on do not change.
 
 use std::collections::HashMap;
 
@@ -7,9 +7,9 @@ use busbar_gltf_import::{ImportLimits, import_bytes};
 use busbar_scene::Model;
 use twox_hash::XxHash3_64;
 
-/// What a mesh was when it was fixed.
+/// Counts and checksum that a mesh had when it was fixed.
 #[derive(Debug, PartialEq, Eq)]
-struct Fixed {
+struct ExpectedMesh {
     positions: usize,
     wedges: usize,
     triangles: usize,
@@ -19,13 +19,13 @@ struct Fixed {
     hash: u64,
 }
 
-fn check(model: &Model, fixed: &Fixed) {
+fn check(model: &Model, fixed: &ExpectedMesh) {
     let bytes = busbar_gltf_export::write_glb(model).expect("it can be written");
     let imported = import_bytes(&bytes, None, &ImportLimits::default()).expect("it can be read");
     let [mesh] = imported.model.meshes.as_slice() else { panic!("one mesh") };
     assert!(mesh.wedges.normal.iter().all(|n| (n.length() - 1.0).abs() < 1e-3));
     let triangles = mesh.topology().triangles;
-    let found = Fixed {
+    let found = ExpectedMesh {
         positions: mesh.positions.len(),
         wedges: mesh.wedges.len(),
         triangles: mesh.triangles.len(),
@@ -37,7 +37,7 @@ fn check(model: &Model, fixed: &Fixed) {
     assert_eq!(&found, fixed, "the meshes that results rest on have changed");
 }
 
-/// Edges with one triangle.
+/// Counts the edges with exactly one triangle.
 fn border_edges(mesh: &Mesh) -> usize {
     let mut edges: HashMap<[u32; 2], u32> = HashMap::new();
     for [a, b, c] in mesh.topology().triangles {
@@ -55,7 +55,7 @@ fn the_breaker_is_as_from_cad() {
     assert!((100_000..200_000).contains(&model.meshes[0].triangles.len()));
     check(
         &model,
-        &Fixed {
+        &ExpectedMesh {
             positions: 92_124,
             wedges: 164_165,
             triangles: 187_996,
@@ -73,7 +73,7 @@ fn the_scan_is_noisy_and_torn() {
     assert!((200_000..300_000).contains(&model.meshes[0].triangles.len()));
     check(
         &model,
-        &Fixed {
+        &ExpectedMesh {
             positions: 138_448,
             wedges: 138_448,
             triangles: 273_165,

@@ -1,4 +1,4 @@
-//! Parts placed by name: the model that is written.
+//! Assembly of named parts to the model that is written.
 
 use busbar_geometry::{WeldError, weld};
 use busbar_scene::{Model, ModelNode};
@@ -6,11 +6,11 @@ use glam::{Mat4, Vec3};
 
 use crate::{Finish, Part};
 
-/// A mesh of an [`Assembly`].
+/// Handle of a mesh in an [`Assembly`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MeshId(u32);
 
-/// A node of an [`Assembly`].
+/// Handle of a node in an [`Assembly`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NodeId(u32);
 
@@ -22,14 +22,14 @@ pub struct Assembly {
 }
 
 impl Assembly {
-    /// An assembly whose root node has this name and stands on the origin.
+    /// Creates an assembly whose root node has this name and stands on the origin.
     pub fn new(name: &str) -> (Self, NodeId) {
         let mut assembly = Self::default();
         let root = assembly.push_node(name, None, None, Mat4::IDENTITY);
         (assembly, root)
     }
 
-    /// Turns a part into a mesh that any number of nodes can share.
+    /// Converts a part to a mesh that any number of nodes can share.
     ///
     /// # Errors
     /// [`WeldError`] if a solid's points are not finite.
@@ -40,12 +40,12 @@ impl Assembly {
         Ok(MeshId(self.model.meshes.len() as u32 - 1))
     }
 
-    /// Shows a mesh under a name.
+    /// Adds a node with a mesh and a name.
     pub fn place(&mut self, name: &str, parent: NodeId, mesh: MeshId, transform: Mat4) -> NodeId {
         self.push_node(name, Some(parent), Some(mesh), transform)
     }
 
-    /// Shows a part, used once, under a name.
+    /// Adds a node with a part that is used once.
     ///
     /// # Errors
     /// As [`Assembly::mesh`].
@@ -60,7 +60,7 @@ impl Assembly {
         Ok(self.place(name, parent, mesh, transform))
     }
 
-    /// The finished model.
+    /// Returns the finished model.
     pub fn into_model(self) -> Model {
         self.model
     }
@@ -92,7 +92,7 @@ impl Assembly {
     }
 }
 
-/// The transform that moves the origin to a point.
+/// Returns the transform that moves the origin to a point.
 pub fn at(x: f32, y: f32, z: f32) -> Mat4 {
     Mat4::from_translation(Vec3::new(x, y, z))
 }

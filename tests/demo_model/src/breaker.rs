@@ -1,4 +1,4 @@
-//! One pole of a 252 kV live-tank SF6 breaker with spring mechanism.
+//! Pole of a 252 kV live-tank SF6 breaker with spring mechanism.
 //!
 //! The scene places it three times, 4 m apart. Lower terminal at 5.5 m.
 
@@ -17,13 +17,13 @@ const HOUSING_HEIGHT: f32 = 0.34;
 const COLUMN_HEIGHT: f32 = 2.4;
 const CHAMBER_HEIGHT: f32 = 0.38;
 const INTERRUPTER_HEIGHT: f32 = 1.9;
-/// The mechanism box's middle.
+/// Middle of the mechanism box, metres.
 const BOX: Vec3 = Vec3::new(0.0, 1.55, 0.74);
 const BOX_SIZE: Vec3 = Vec3::new(0.72, 1.15, 0.55);
-/// The flange pairs between the pole's stages.
+/// Height of a flange pair between the pole's stages, metres.
 const JOINT: f32 = 0.05;
 
-/// The breaker pole.
+/// Builds the breaker pole.
 ///
 /// # Errors
 /// [`WeldError`] if a dimension above were not finite.
@@ -95,7 +95,7 @@ fn mechanism_box() -> Part {
     part
 }
 
-/// A disc with a bar, turning about z: upright closed, level open.
+/// Builds a disc with a bar, turning about z: upright closed, level open.
 fn position_indicator() -> Part {
     let mut part = Part::new();
     part.add(
@@ -106,7 +106,7 @@ fn position_indicator() -> Part {
     part
 }
 
-/// From the mechanism box up to the bell crank's lever.
+/// Builds the rod from the mechanism box up to the bell crank's lever.
 fn drive_rod() -> Part {
     let mut part = Part::new();
     let (z, bottom, top) = (BOX.z - 0.15, BOX.y + 0.55, SUPPORT_TOP + 0.19);
@@ -141,7 +141,7 @@ fn bell_crank_housing() -> Part {
     part
 }
 
-/// A hollow porcelain between two flange pairs, from y = 0 to `height`.
+/// Builds a hollow porcelain between two flange pairs, from y = 0 to `height`.
 fn porcelain_stage(height: f32, core_radii: [f32; 2], sheds: Sheds) -> Part {
     const SEGMENTS: usize = 12;
     const FITTING: f32 = 0.11;
@@ -194,7 +194,7 @@ fn interrupter() -> Part {
     part
 }
 
-/// A palm that stands out along x, its face upwards.
+/// Builds a palm that stands out along x, its face upwards.
 fn terminal() -> Part {
     let mut part = Part::new();
     part.add(Finish::Aluminium, block(Vec3::new(0.14, 0.12, 0.16), 0.015).moved(0.05, 0.0, 0.0));

@@ -1,7 +1,7 @@
-//! One pole of a 252 kV centre-break disconnector, closed.
+//! Pole of a 252 kV centre-break disconnector, closed.
 //!
-//! Either column turns about its own axis with its arm: turning `column 1`
-//! by +90 degrees and `column 2` by -90 degrees about y opens it.
+//! Either column turns about its own axis with its arm: turning `column 1` by +90 degrees and
+//! `column 2` by -90 degrees about y opens it.
 
 use busbar_geometry::WeldError;
 use busbar_scene::Model;
@@ -21,7 +21,7 @@ const COLUMN_HEIGHT: f32 = 2.4;
 /// Height of the arms above the column's foot.
 const ARM_Y: f32 = COLUMN_HEIGHT + 0.2;
 
-/// The disconnector pole.
+/// Builds the disconnector pole.
 ///
 /// # Errors
 /// [`WeldError`] if a dimension above were not finite.
@@ -120,7 +120,7 @@ fn column() -> Part {
     part
 }
 
-/// The part of both arms that stands on a column, the arm along x.
+/// Builds the part of both arms that stands on a column, the arm along x.
 fn arm(length: f32) -> Part {
     let metal = Finish::Aluminium;
     let mut part = Part::new();

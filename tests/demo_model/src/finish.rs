@@ -1,27 +1,27 @@
-//! What surfaces are made of.
+//! Surface finishes: the materials of the models.
 
 use busbar_scene::{Material, Texture, TextureRef, Wrap};
 
 use crate::plates;
 
-/// A surface as paint shop, kiln or zinc bath leave it.
+/// Surface finish by paint, glaze or zinc.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Finish {
     /// Light-grey paint (near RAL 7035) of tanks, radiators and cabinets.
     GreyPaint,
     /// Darker grey paint of frames, fans and mechanism housings.
     DarkPaint,
-    /// Brown glazed porcelain.
+    /// Porcelain with brown glaze.
     BrownPorcelain,
-    /// Hot-dip galvanised steel.
+    /// Steel, hot-dip galvanised, dull grey.
     Galvanised,
     /// Bare aluminium: caps, flanges, terminals.
     Aluminium,
     /// Bare copper: studs and low-voltage terminals.
     Copper,
-    /// Concrete.
+    /// Cast concrete of foundations.
     Concrete,
-    /// Crushed stone.
+    /// Crushed stone of the yard.
     Gravel,
     /// Black rubber and plastic: seals, handles, cable.
     Rubber,
@@ -31,14 +31,14 @@ pub enum Finish {
     SilicaGel,
     /// White enamel of dials and indicators.
     WhiteEnamel,
-    /// The warning triangle on doors.
+    /// Warning triangle on doors.
     WarningSign,
-    /// The engraved rating plate.
+    /// Rating plate with engraving.
     RatingPlate,
 }
 
 impl Finish {
-    /// The material; a texture that it needs is added to `textures`.
+    /// Returns the material; a texture that it needs is added to `textures`.
     pub(crate) fn material(self, textures: &mut Vec<Texture>) -> Material {
         // Name, linear colour, metallic, roughness.
         let (name, [r, g, b], metallic, roughness) = match self {

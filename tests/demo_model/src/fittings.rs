@@ -1,30 +1,30 @@
-//! Small things that many parts carry: bolts, flanges, terminals, lugs.
+//! Small fittings of many parts: bolts, flanges, terminals, lugs.
 
 use glam::{Mat4, Quat, Vec3};
 
 use crate::shapes::{block, cos_sin, cuboid, cylinder, strut, turn};
 use crate::{Finish, Part, Solid, at};
 
-/// Sides of a bolt head.
+/// Number of sides of a bolt head.
 const HEXAGON: usize = 6;
 
-/// A rotation about `axis` (unit length) in degrees.
+/// Returns a rotation about `axis` (unit length) in degrees.
 pub(crate) fn rotation(axis: Vec3, degrees: f64) -> Mat4 {
     let half = cos_sin(degrees * 0.5);
     Mat4::from_quat(Quat::from_xyzw(axis.x * half.y, axis.y * half.y, axis.z * half.y, half.x))
 }
 
-/// Turns what stands along y so that it lies along x.
+/// Returns the rotation of the y axis onto the x axis.
 pub(crate) fn along_x() -> Mat4 {
     rotation(Vec3::Z, -90.0)
 }
 
-/// Turns what stands along y so that it lies along z.
+/// Returns the rotation of the y axis onto the z axis.
 pub(crate) fn along_z() -> Mat4 {
     rotation(Vec3::X, 90.0)
 }
 
-/// Hexagonal bolts, `height` long about the plane y = 0, on a circle.
+/// Builds hexagonal bolts, `height` long about the plane y = 0, on a circle.
 pub(crate) fn bolt_circle(count: usize, radius: f32, across: f32, height: f32) -> Vec<Solid> {
     let place = |i| {
         let c = turn(i, count) * radius;
@@ -33,7 +33,7 @@ pub(crate) fn bolt_circle(count: usize, radius: f32, across: f32, height: f32) -
     (0..count).map(place).collect()
 }
 
-/// Hexagonal bolts along a straight line, both ends included.
+/// Builds hexagonal bolts along a straight line, both ends included.
 pub(crate) fn bolt_row(from: Vec3, to: Vec3, count: usize, across: f32, height: f32) -> Vec<Solid> {
     let last = count.saturating_sub(1).max(1) as f32;
     let place = |i| {
@@ -43,7 +43,7 @@ pub(crate) fn bolt_row(from: Vec3, to: Vec3, count: usize, across: f32, height: 
     (0..count).map(place).collect()
 }
 
-/// A pair of flanges bolted together about y = 0.
+/// Builds a pair of flanges bolted together about y = 0.
 pub(crate) fn flange_pair(radius: f32, thickness: f32, bolts: usize, finish: Finish) -> Part {
     let mut part = Part::new();
     let segments = 16;
@@ -61,13 +61,12 @@ pub(crate) fn flange_pair(radius: f32, thickness: f32, bolts: usize, finish: Fin
     part
 }
 
-/// A small pipe flange without visible bolts.
+/// Builds a small pipe flange without visible bolts.
 pub(crate) fn plain_flange(radius: f32, thickness: f32) -> Solid {
     cylinder(radius, thickness, 8).moved(0.0, -0.5 * thickness, 0.0)
 }
 
-/// A flat terminal palm with four bolts, standing on the origin, its face
-/// towards z.
+/// Builds a flat terminal palm with four bolts, standing on the origin, its face towards z.
 pub(crate) fn terminal_palm(finish: Finish, width: f32, height: f32) -> Part {
     let mut part = Part::new();
     let thickness = width * 0.16;
@@ -84,7 +83,7 @@ pub(crate) fn terminal_palm(finish: Finish, width: f32, height: f32) -> Part {
     part
 }
 
-/// A round dial that faces z, with a pointer, about the origin.
+/// Builds a round dial that faces z, with a pointer, about the origin.
 pub(crate) fn dial(radius: f32, pointer_degrees: f64) -> Part {
     let mut part = Part::new();
     let disc = |r: f32, depth: f32| cylinder(r, depth, 16).transformed(along_z());
@@ -98,7 +97,7 @@ pub(crate) fn dial(radius: f32, pointer_degrees: f64) -> Part {
     part
 }
 
-/// A lifting lug: a plate with a bollard, standing out along z.
+/// Builds a lifting lug: a plate with a bollard, standing out along z.
 pub(crate) fn lifting_lug() -> Part {
     let mut part = Part::new();
     part.add(Finish::GreyPaint, block(Vec3::new(0.05, 0.4, 0.22), 0.01).moved(0.0, 0.0, 0.1));
@@ -107,7 +106,7 @@ pub(crate) fn lifting_lug() -> Part {
     part
 }
 
-/// A ladder standing on the origin, its rungs along x.
+/// Builds a ladder standing on the origin, its rungs along x.
 pub(crate) fn ladder(height: f32) -> Part {
     const WIDTH: f32 = 0.42;
     const RUNG_PITCH: f32 = 0.3;

@@ -1,21 +1,21 @@
-//! Porcelain insulators: the profile that is turned on the lathe.
+//! Porcelain insulators: the profile of revolution.
 
 /// Sheds of a porcelain body, large and small in turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sheds {
     /// Number of sheds, large and small together.
     pub count: usize,
-    /// How far a large shed reaches beyond the core, metres.
+    /// Overhang of a large shed beyond the core, metres.
     pub large_overhang: f32,
-    /// How far a small shed reaches beyond the core, metres.
+    /// Overhang of a small shed beyond the core, metres.
     pub small_overhang: f32,
 }
 
 /// Profile rings per shed: root, drip edge, tip, shoulder.
 const RINGS_PER_SHED: usize = 4;
 
-/// The (radius, height) profile of a porcelain body that stands at height
-/// `base`, its core tapering from `core_radii[0]` to `core_radii[1]`.
+/// Returns the (radius, height) profile of a porcelain body that stands at height `base`, its core
+/// tapering from `core_radii[0]` to `core_radii[1]`.
 ///
 /// `4 count + 2` rings: a plain collar at either end and four to a shed, whose
 /// underside hangs a little and whose top slopes so that rain runs off.

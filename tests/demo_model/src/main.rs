@@ -8,7 +8,7 @@ use anyhow::{Context, Result};
 use busbar_scene::Model;
 use clap::Parser;
 
-/// Makes the demo models.
+/// Generator of the demo models.
 #[derive(Parser)]
 struct Arguments {
     /// Folder to write to; made if it does not exist.
@@ -45,7 +45,7 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// Welded vertices and triangles as shown, instances counted each time.
+/// Counts welded vertices and triangles as shown: every instance counts.
 fn shown(model: &Model) -> (usize, usize) {
     let meshes = model.nodes.iter().filter_map(|node| model.meshes.get(node.mesh? as usize));
     meshes.fold((0, 0), |(v, t), mesh| (v + mesh.positions.len(), t + mesh.triangles.len()))

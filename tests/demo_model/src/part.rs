@@ -1,23 +1,23 @@
-//! A part: solids with finishes, which become one mesh.
+//! Parts: solids with finishes, which become one mesh.
 
 use busbar_geometry::RawPrimitive;
 use glam::Mat4;
 
 use crate::{Finish, Solid};
 
-/// Solids that move together and are one mesh in the file.
+/// Part of solids that move together and are one mesh in the file.
 #[derive(Clone, Debug, Default)]
 pub struct Part {
     solids: Vec<(Finish, Solid)>,
 }
 
 impl Part {
-    /// An empty part.
+    /// Creates an empty part.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Adds a solid.
+    /// Adds a solid with its finish.
     pub fn add(&mut self, finish: Finish, solid: Solid) -> &mut Self {
         self.solids.push((finish, solid));
         self
@@ -40,13 +40,12 @@ impl Part {
         self
     }
 
-    /// The solids.
+    /// Iterates over the solids.
     pub fn solids(&self) -> impl Iterator<Item = &Solid> {
         self.solids.iter().map(|(_, solid)| solid)
     }
 
-    /// One primitive per finish, in order of first use; `material_of` numbers
-    /// the finishes.
+    /// Returns one primitive per finish, in order of first use; `material_of` numbers the finishes.
     pub(crate) fn primitives(
         &self,
         mut material_of: impl FnMut(Finish) -> u32,

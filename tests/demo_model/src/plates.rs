@@ -1,11 +1,11 @@
-//! Images drawn by rule: the warning sign and the rating plate.
+//! Procedural images: the warning sign and the rating plate.
 
 use busbar_scene::Texture;
 
 const SIGN_PIXELS: u32 = 128;
 const PLATE_WIDTH: u32 = 256;
 const PLATE_HEIGHT: u32 = 192;
-/// Samples a pixel along each axis, for soft edges.
+/// Number of samples along each axis of a pixel, for soft edges.
 const SAMPLES: u32 = 4;
 
 type Rgb = [f32; 3];
@@ -15,8 +15,8 @@ const BLACK: Rgb = [22.0, 22.0, 22.0];
 const STEEL: Rgb = [196.0, 198.0, 200.0];
 const ENGRAVED: Rgb = [52.0, 54.0, 58.0];
 
-/// The sign for dangerous voltage (ISO 7010 W012): a black bolt in a yellow
-/// triangle with a black border.
+/// Draws the sign for dangerous voltage (ISO 7010 W012): a black bolt in a yellow triangle with a
+/// black border.
 pub(crate) fn warning_sign() -> Texture {
     draw(SIGN_PIXELS, SIGN_PIXELS, |x, y| {
         let (x, y) = (x / SIGN_PIXELS as f32, y / SIGN_PIXELS as f32);
@@ -42,8 +42,8 @@ pub(crate) fn warning_sign() -> Texture {
     })
 }
 
-/// A rating plate: a frame, a headline, lines of engraving, a table of taps.
-/// The engraving is unreadable on purpose: this transformer has no maker.
+/// Draws a rating plate: a frame, a headline, lines of engraving, a table of taps. The engraving is
+/// unreadable on purpose: this transformer has no maker.
 pub(crate) fn rating_plate() -> Texture {
     draw(PLATE_WIDTH, PLATE_HEIGHT, |x, y| {
         let (w, h) = (PLATE_WIDTH as f32, PLATE_HEIGHT as f32);
@@ -69,7 +69,7 @@ fn engraved_line(x: f32, y: f32) -> bool {
     in_row && (16.0..end).contains(&x) && letters(x, y, 5.0, row as u32 + 11)
 }
 
-/// Strokes of letter-like width; `seed` varies them from line to line.
+/// Draws strokes of letter-like width; `seed` varies them from line to line.
 fn letters(x: f32, y: f32, pitch: f32, seed: u32) -> bool {
     let cell = (x / pitch).floor() as u32;
     let mixed = cell.wrapping_mul(2_654_435_761).wrapping_add(seed.wrapping_mul(40_503)) >> 7;
@@ -98,7 +98,7 @@ fn corner_hole(x: f32, y: f32, w: f32, h: f32) -> bool {
     dx * dx + dy * dy < 9.0
 }
 
-/// Whether a polygon holds a point, by crossings of a ray.
+/// Reports whether a polygon contains a point, by the even-odd rule.
 fn contains(polygon: &[(f32, f32)], x: f32, y: f32) -> bool {
     let crosses = |(ax, ay): (f32, f32), (bx, by): (f32, f32)| {
         (ay > y) != (by > y) && x < (bx - ax) * (y - ay) / (by - ay) + ax

@@ -1,13 +1,13 @@
-//! A closed surface, and how it is shaded.
+//! Closed surfaces with their shading.
 
 use busbar_geometry::RawPrimitive;
 use glam::{Mat4, Vec2, Vec3};
 
-/// Faces that meet at a smaller angle are shaded as one smooth surface.
+/// Greatest angle between faces that are shaded as one smooth surface, degrees.
 const CREASE_DEGREES: f64 = 46.0;
 
-/// One or more closed shells: every edge has two triangles, which turn
-/// counter-clockwise seen from outside.
+/// Solid of one or more closed shells: every edge has two triangles, which turn counter-clockwise
+/// seen from outside.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Solid {
     /// Points in the part's own space, metres; none repeated in a shell.
@@ -21,11 +21,11 @@ pub struct Solid {
 /// Texture coordinates by projection onto a rectangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanarUv {
-    /// Where the image's top left corner lies.
+    /// Position of the image's top left corner.
     pub top_left: Vec3,
-    /// From the top left to the top right corner.
+    /// Vector from the top left to the top right corner.
     pub along_u: Vec3,
-    /// From the top left to the bottom left corner.
+    /// Vector from the top left to the bottom left corner.
     pub along_v: Vec3,
 }
 
@@ -40,7 +40,7 @@ impl PlanarUv {
 }
 
 impl Solid {
-    /// The solid placed elsewhere. A mirroring transform keeps outside outside.
+    /// Transforms the solid. A mirroring transform keeps its faces outward.
     pub fn transformed(mut self, transform: Mat4) -> Self {
         for point in &mut self.points {
             *point = transform.transform_point3(*point);
@@ -56,18 +56,18 @@ impl Solid {
         self
     }
 
-    /// The solid moved without turning.
+    /// Translates the solid without rotation.
     pub fn moved(self, x: f32, y: f32, z: f32) -> Self {
         self.transformed(Mat4::from_translation(Vec3::new(x, y, z)))
     }
 
-    /// The solid with a texture laid on it.
+    /// Maps a texture onto the solid.
     pub fn textured(mut self, uv: PlanarUv) -> Self {
         self.uv = Some(uv);
         self
     }
 
-    /// Enclosed volume in cubic metres; negative if the shells are inside out.
+    /// Computes the enclosed volume in cubic metres; negative if the shells are inside out.
     pub fn signed_volume(&self) -> f64 {
         let point = |i: u32| self.points[i as usize].as_dvec3();
         let sum: f64 =

@@ -6,7 +6,7 @@ use crate::fittings::bolt_circle;
 use crate::shapes::{block, cuboid, strut};
 use crate::{Finish, Part, at};
 
-/// A concrete block whose top lies at `top`, reaching below the ground.
+/// Builds a concrete block whose top lies at `top`, reaching below the ground.
 pub(crate) fn plinth(width: f32, depth: f32, top: f32) -> Part {
     const BELOW_GROUND: f32 = 0.15;
     let mut part = Part::new();
@@ -16,8 +16,8 @@ pub(crate) fn plinth(width: f32, depth: f32, top: f32) -> Part {
     part
 }
 
-/// A four-legged galvanised lattice from `bottom` to `top`, square in plan,
-/// with foot plates, anchor bolts and a head plate.
+/// Builds a four-legged galvanised lattice from `bottom` to `top`, square in plan, with foot
+/// plates, anchor bolts and a head plate.
 pub(crate) fn lattice_support(bottom: f32, top: f32, foot_width: f32, head_width: f32) -> Part {
     const LEG: f32 = 0.09;
     const BAR: f32 = 0.05;

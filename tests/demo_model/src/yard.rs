@@ -17,7 +17,7 @@ const KERB_WIDTH: f32 = 0.2;
 const COVER_LENGTH: f32 = 0.6;
 const TRENCH_COVERS: usize = 30;
 
-/// The yard; its middle is at the origin, gravel ends at y = 0.
+/// Builds the yard; its middle is at the origin, gravel ends at y = 0.
 ///
 /// # Errors
 /// [`WeldError`] if a dimension above were not finite.

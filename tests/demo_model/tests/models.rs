@@ -21,7 +21,7 @@ fn triangles_shown(model: &Model) -> usize {
     shown.map(|mesh| model.meshes[mesh as usize].triangles.len()).sum()
 }
 
-/// Signed volume of every connected shell of a mesh.
+/// Computes the signed volume of every connected shell of a mesh.
 fn shell_volumes(mesh: &Mesh) -> Vec<f64> {
     let topology = mesh.topology();
     let mut shell: Vec<u32> = (0..topology.positions.len() as u32).collect();

@@ -1,4 +1,4 @@
-//! Every shape is closed, faces outward, and has the counts of its formula.
+//! Tests of the shapes: every shape is closed, faces outward, and has the counts of its formula.
 
 use std::collections::HashMap;
 
@@ -8,7 +8,7 @@ use demo_model::shapes::{
 use demo_model::{Sheds, Solid, insulator_profile};
 use glam::{Mat4, Vec2, Vec3};
 
-/// What a shape must be; volume in cubic metres, with its relative tolerance.
+/// Expected counts and volume of a shape; cubic metres, with a relative tolerance.
 struct Expected {
     points: usize,
     triangles: usize,
@@ -37,7 +37,7 @@ fn check(solid: &Solid, expected: Expected) {
     assert!(error <= expected.tolerance, "volume {volume}, expected {}", expected.volume);
 }
 
-/// Area of a regular polygon over the area of its circle.
+/// Returns the area of a regular polygon divided by that of its circle.
 fn polygon_share(n: usize) -> f64 {
     let step = std::f64::consts::TAU / n as f64;
     step.sin() / step

@@ -1,4 +1,4 @@
-//! Line charts as SVG.
+//! Line charts in SVG format.
 
 use std::fmt::Write as _;
 
@@ -10,7 +10,7 @@ const LEFT: f64 = 64.0;
 const RIGHT: f64 = 190.0;
 const TOP: f64 = 20.0;
 const BOTTOM: f64 = 52.0;
-/// Told apart in greyscale too: by colour and dash.
+/// Strokes distinguished by colour and dash, in greyscale too.
 const STROKES: [(&str, &str); 6] = [
     ("#1f4e79", ""),
     ("#b4532a", "7 4"),
@@ -20,20 +20,20 @@ const STROKES: [(&str, &str); 6] = [
     ("#a08a1b", "1 2"),
 ];
 
-/// A chart of lines over common axes.
+/// Chart of lines over common axes.
 #[derive(Clone, Debug)]
 pub struct LineChart<'a> {
-    /// What x is, with unit.
+    /// Label of the x axis, with unit.
     pub x: &'a str,
-    /// What y is, with unit.
+    /// Label of the y axis, with unit.
     pub y: &'a str,
-    /// Whether y is drawn by its logarithm.
+    /// Flag for a logarithmic y axis.
     pub log_y: bool,
-    /// The lines: name, and points in ascending x.
+    /// Lines: name, and points in ascending x.
     pub lines: Vec<(String, Vec<[f64; 2]>)>,
 }
 
-/// From values to pixels along one axis.
+/// Mapping of values to pixels along one axis.
 #[derive(Clone, Copy)]
 struct Axis {
     low: f64,
@@ -49,7 +49,7 @@ impl Axis {
         self.pixels[0] + share * (self.pixels[1] - self.pixels[0])
     }
 
-    /// Round values along the axis.
+    /// Returns round tick values along the axis.
     fn ticks(&self) -> Vec<f64> {
         if self.log {
             let (first, last) = (self.low.log10().ceil() as i32, self.high.log10().floor() as i32);
@@ -161,7 +161,7 @@ impl LineChart<'_> {
     }
 }
 
-/// An axis with room for all values; linear ones begin at zero.
+/// Creates an axis with room for all values; linear ones begin at zero.
 fn axis(values: impl Iterator<Item = f64>, pixels: [f64; 2], log: bool) -> Axis {
     let (low, high) =
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));

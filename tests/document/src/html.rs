@@ -1,10 +1,10 @@
-//! A report as one HTML page; its pictures lie beside it.
+//! Report as one HTML page; its pictures lie beside it.
 
 use std::fmt::Write as _;
 
-use crate::{Block, Claim, Document, Sheet, Table};
+use crate::{Block, Claim, ContactSheet, Document, Table};
 
-/// Calm on a screen, and on paper.
+/// Style sheet for screen and paper.
 const STYLE: &str = include_str!("style.css");
 
 /// Writes a document as HTML.
@@ -34,7 +34,7 @@ fn write_block(text: &mut String, block: &Block) {
         }
         Block::Table(table) => write_table(text, table),
         Block::Claims(claims) => write_claims(text, claims),
-        Block::Sheet(sheet) => write_sheet(text, sheet),
+        Block::ContactSheet(sheet) => write_sheet(text, sheet),
         Block::Chart(chart) => {
             let (svg, caption) = (&chart.svg, escaped(&chart.caption));
             let _ = writeln!(
@@ -79,7 +79,7 @@ fn write_claims(text: &mut String, claims: &[Claim]) {
     let _ = writeln!(text, "</ul>");
 }
 
-fn write_sheet(text: &mut String, sheet: &Sheet) {
+fn write_sheet(text: &mut String, sheet: &ContactSheet) {
     let caption = escaped(&sheet.caption);
     let columns = sheet.columns;
     let _ = writeln!(text, "<section class=\"sheet\" style=\"--columns:{columns}\">");
@@ -95,7 +95,7 @@ fn write_sheet(text: &mut String, sheet: &Sheet) {
     let _ = writeln!(text, "</section>");
 }
 
-/// Text without meaning for HTML.
+/// Escapes the characters of a text that are markup in HTML.
 pub(crate) fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {

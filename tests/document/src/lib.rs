@@ -1,13 +1,13 @@
-//! A report as blocks, written as Markdown and as HTML.
+//! Reports as blocks, written as Markdown and as HTML.
 //!
-//! Words and figures come from who makes the report; this crate knows none.
+//! Words and figures come from the author of the report; this crate knows none.
 
 pub mod chart;
 mod html;
 mod machine;
 mod markdown;
+pub mod number_format;
 mod series;
-pub mod words;
 mod writer;
 
 pub use html::html;
@@ -16,101 +16,101 @@ pub use markdown::markdown;
 pub use series::Series;
 pub use writer::write;
 
-/// A report.
+/// Report as a sequence of blocks.
 #[derive(Clone, Debug, Default)]
 pub struct Document {
-    /// Its title.
+    /// Title of the report.
     pub title: String,
-    /// What it consists of.
+    /// Blocks in reading order.
     pub blocks: Vec<Block>,
 }
 
-/// A part of a report. All text is plain.
+/// Block of a report. All text is plain.
 #[derive(Clone, Debug)]
 pub enum Block {
     /// Heading of a section.
     Heading(String),
-    /// Paragraph.
+    /// Paragraph of plain text.
     Text(String),
-    /// Table.
+    /// Table with a caption.
     Table(Table),
-    /// Pictures side by side.
-    Sheet(Sheet),
-    /// Claims and what became of them.
+    /// Contact sheet of pictures side by side.
+    ContactSheet(ContactSheet),
+    /// Claims with their verdicts.
     Claims(Vec<Claim>),
-    /// Drawing.
+    /// Chart with a caption.
     Chart(Chart),
 }
 
-/// Rows under a head; the first column holds names, others figures.
+/// Table of rows under a head; the first column holds names, others figures.
 #[derive(Clone, Debug, Default)]
 pub struct Table {
-    /// What it shows.
+    /// Caption that names the table's subject.
     pub caption: String,
-    /// Names of columns.
+    /// Headings of the columns.
     pub head: Vec<String>,
-    /// As many cells each as the head.
+    /// Rows, each with as many cells as the head.
     pub rows: Vec<Vec<String>>,
-    /// Whether cells are words rather than figures.
+    /// Flag for cells of text, which are aligned left; figures are aligned right.
     pub is_words: bool,
 }
 
-/// A contact sheet.
+/// Contact sheet of pictures in rows.
 #[derive(Clone, Debug)]
-pub struct Sheet {
-    /// What it shows.
+pub struct ContactSheet {
+    /// Caption of the whole sheet.
     pub caption: String,
-    /// Pictures a row.
+    /// Number of pictures in a row.
     pub columns: usize,
-    /// The pictures.
-    pub pictures: Vec<Captioned>,
+    /// Pictures, row by row.
+    pub pictures: Vec<CaptionedPicture>,
 }
 
-/// A picture with its words.
+/// Picture with its caption.
 #[derive(Clone, Debug)]
-pub struct Captioned {
-    /// File beside the report.
+pub struct CaptionedPicture {
+    /// File name beside the report.
     pub file: String,
-    /// Words under it.
+    /// Caption below the picture.
     pub caption: String,
 }
 
-/// A claim, judged.
+/// Claim with its verdict.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Claim {
-    /// What the paper says.
+    /// Text of the claim.
     pub claim: String,
-    /// What came of it.
+    /// Verdict on the claim.
     pub verdict: Verdict,
-    /// The figure that decides.
+    /// Figure that decides the verdict.
     pub figure: String,
 }
 
-/// What became of a claim.
+/// Verdict on a claim or bar.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// The figures bear it out.
+    /// Claim that the figures support.
     Confirmed,
-    /// The figures contradict it.
+    /// Claim that the figures contradict.
     Refuted,
-    /// A bar of this project that the figures reach.
+    /// Bar of this project that the figures reach.
     Met,
-    /// A bar of this project that they do not reach.
+    /// Bar of this project that they do not reach.
     Missed,
 }
 
 impl Verdict {
-    /// Confirmed if so, else refuted.
+    /// Returns `Confirmed` if the claim holds, else `Refuted`.
     pub fn of_claim(holds: bool) -> Self {
         if holds { Self::Confirmed } else { Self::Refuted }
     }
 
-    /// Met if so, else missed.
+    /// Returns `Met` if the bar was reached, else `Missed`.
     pub fn of_bar(reached: bool) -> Self {
         if reached { Self::Met } else { Self::Missed }
     }
 
-    /// One word.
+    /// Returns the verdict as one word.
     pub fn word(self) -> &'static str {
         match self {
             Self::Confirmed => "confirmed",
@@ -121,29 +121,29 @@ impl Verdict {
     }
 }
 
-/// A drawing.
+/// Chart as an SVG drawing.
 #[derive(Clone, Debug)]
 pub struct Chart {
-    /// What it shows.
+    /// Caption of the chart.
     pub caption: String,
-    /// File that the drawing is written to, beside the report.
+    /// File name of the drawing, beside the report.
     pub file: String,
-    /// SVG.
+    /// Drawing as SVG text.
     pub svg: String,
 }
 
 impl Document {
-    /// Begins a section.
+    /// Adds a section heading.
     pub fn heading(&mut self, text: &str) {
         self.blocks.push(Block::Heading(text.to_owned()));
     }
 
-    /// Adds a paragraph.
+    /// Adds a paragraph of text.
     pub fn text(&mut self, text: impl Into<String>) {
         self.blocks.push(Block::Text(text.into()));
     }
 
-    /// Adds a table.
+    /// Adds a table of figures.
     pub fn table(&mut self, caption: &str, head: &[&str], rows: Vec<Vec<String>>) {
         let head = head.iter().map(|&name| name.to_owned()).collect();
         self.blocks.push(Block::Table(Table {
@@ -154,16 +154,16 @@ impl Document {
         }));
     }
 
-    /// Adds pictures, so many a row.
-    pub fn sheet(&mut self, caption: &str, columns: usize, pictures: Vec<Captioned>) {
+    /// Adds a contact sheet with a number of pictures in a row.
+    pub fn sheet(&mut self, caption: &str, columns: usize, pictures: Vec<CaptionedPicture>) {
         let caption = caption.to_owned();
-        self.blocks.push(Block::Sheet(Sheet { caption, columns, pictures }));
+        self.blocks.push(Block::ContactSheet(ContactSheet { caption, columns, pictures }));
     }
 
-    /// Files that the report shows and does not write itself.
+    /// Iterates over the files that the report shows and does not write itself.
     pub fn pictures(&self) -> impl Iterator<Item = &str> {
         let sheets = self.blocks.iter().filter_map(|block| match block {
-            Block::Sheet(sheet) => Some(&sheet.pictures),
+            Block::ContactSheet(sheet) => Some(&sheet.pictures),
             _ => None,
         });
         sheets.flatten().map(|picture| picture.file.as_str())

@@ -1,8 +1,8 @@
-//! What figures were measured on.
+//! Description of the machine that figures were measured on.
 
 use std::fs;
 
-/// The processor's name, and cores.
+/// Returns the processor's name and the number of cores.
 pub fn machine() -> String {
     let facts = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = facts.lines().find_map(|line| line.strip_prefix("model name"));

@@ -1,4 +1,4 @@
-//! A report as Markdown.
+//! Report in Markdown format.
 
 use std::fmt::Write as _;
 
@@ -25,7 +25,7 @@ fn write_block(text: &mut String, block: &Block) {
         }
         Block::Table(table) => write_table(text, table),
         Block::Claims(claims) => write_table(text, &table_of(claims)),
-        Block::Sheet(sheet) => {
+        Block::ContactSheet(sheet) => {
             let _ = writeln!(text, "**{}**", escaped(&sheet.caption));
             for picture in &sheet.pictures {
                 let caption = escaped(&picture.caption);
@@ -68,7 +68,7 @@ fn write_table(text: &mut String, table: &Table) {
     }
 }
 
-/// Text without meaning for Markdown.
+/// Escapes the characters of a text that are markup in Markdown.
 fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {

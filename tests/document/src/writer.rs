@@ -1,4 +1,4 @@
-//! A report's files.
+//! Writer of a report's files.
 
 use std::path::{Path, PathBuf};
 use std::{fs, io};

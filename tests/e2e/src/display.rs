@@ -1,4 +1,4 @@
-//! An X display in memory, and hands for it.
+//! X display in memory (Xvfb), with mouse and keys by xdotool.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -7,21 +7,21 @@ use image::RgbImage;
 
 use crate::{Output, Process, available, finish, picture};
 
-/// The button that picks and turns.
+/// Mouse button for picking and rotating.
 pub const LEFT_BUTTON: u32 = 1;
-/// The button that moves.
+/// Mouse button for panning.
 pub const RIGHT_BUTTON: u32 = 3;
-/// The wheel away from the hand, as X has it.
+/// Button number of the wheel away from the user, as in X.
 pub const WHEEL_UP: u32 = 4;
 
-/// Steps of a drag, and the time of each step: a hand is not faster either.
+/// Number of steps of a drag, and the time of each, as of a human hand.
 const DRAG_STEPS: i32 = 10;
 const STEP_SECONDS: f64 = 0.03;
 
-/// A running Xvfb, ended when dropped.
+/// Running Xvfb that is ended when dropped.
 pub struct Display {
     _server: Process,
-    /// For the variable `DISPLAY`.
+    /// Value of the variable `DISPLAY`.
     pub name: String,
 }
 
@@ -52,7 +52,7 @@ impl Display {
         finish(&mut command).expect_code(0)
     }
 
-    /// A picture of the screen, kept where `BUSBAR_PICTURES` says, else in a folder.
+    /// Takes a picture of the screen, kept where `BUSBAR_PICTURES` says, else in a folder.
     ///
     /// # Panics
     /// When none can be taken.

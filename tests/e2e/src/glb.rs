@@ -1,14 +1,13 @@
-//! GLB files read and written by simple means of our own, independent of the
-//! importer under test.
+//! Independent reader and writer of GLB files, apart from the importer under test.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::{Value, json};
 
-/// A mesh with its vertices welded: equal positions are one.
+/// Mesh with welded vertices: equal positions are one.
 #[derive(Clone, Debug, Default)]
 pub struct WeldedMesh {
-    /// Different positions.
+    /// Distinct positions after welding.
     pub positions: Vec<[f32; 3]>,
     /// Corners as indices into `positions`.
     pub triangles: Vec<[usize; 3]>,
@@ -63,7 +62,7 @@ fn read_mesh(document: &Value, buffer: &[u8], mesh: &Value) -> WeldedMesh {
     welded
 }
 
-/// The bytes of each element of an accessor.
+/// Returns the bytes of each element of an accessor.
 fn elements<'a>(
     document: &Value,
     buffer: &'a [u8],
@@ -124,7 +123,7 @@ pub fn write(mesh: &WeldedMesh) -> Vec<u8> {
 }
 
 impl WeldedMesh {
-    /// Connected components of its positions.
+    /// Counts the connected components of the positions.
     pub fn components(&self) -> usize {
         let mut parent: Vec<usize> = (0..self.positions.len()).collect();
         for &[a, b, c] in &self.triangles {
@@ -136,7 +135,7 @@ impl WeldedMesh {
         (0..parent.len()).filter(|&i| parent[i] == i).count()
     }
 
-    /// Edges with one triangle.
+    /// Counts the edges with exactly one triangle.
     pub fn border_edges(&self) -> usize {
         let mut uses = BTreeMap::new();
         for &[a, b, c] in &self.triangles {
@@ -147,7 +146,7 @@ impl WeldedMesh {
         uses.values().filter(|&&count| count == 1).count()
     }
 
-    /// Positions that a triangle uses.
+    /// Counts the positions that a triangle uses.
     pub fn referenced(&self) -> usize {
         self.triangles.iter().flatten().collect::<BTreeSet<_>>().len()
     }

@@ -1,5 +1,5 @@
-//! The kit of the end-to-end tests: the built program is run as a user runs
-//! it, against real servers, displays and drivers.
+//! Support of the end-to-end tests: the built program is run as a user runs it, against real
+//! servers, displays and drivers.
 //!
 //! Everything here panics with a clear message instead of returning errors: a
 //! test that cannot be set up has failed. What may be missing on a developer's
@@ -7,6 +7,7 @@
 //! where `CI` or `BUSBAR_REQUIRE_PEERS` is set.
 
 pub mod display;
+pub mod faulty_plugins;
 pub mod glb;
 pub mod peer;
 pub mod picture;
@@ -14,7 +15,6 @@ pub mod process;
 pub mod relay;
 pub mod scene;
 pub mod stats;
-pub mod trouble;
 pub mod window;
 
 use std::path::{Path, PathBuf};
@@ -27,44 +27,44 @@ pub use stats::Stats;
 
 /// Path from this crate to the workspace's root.
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
-/// How often a condition is looked at.
+/// Polling period of a condition.
 const LOOK_PERIOD: Duration = Duration::from_millis(10);
 
-/// A path of the workspace.
+/// Returns a path of the workspace.
 pub fn workspace_path(path: &str) -> PathBuf {
     Path::new(ROOT).join(path)
 }
 
-/// The folder of programs and plugins, `target/<profile>`: the tests
-/// themselves are in `deps` below it.
+/// Returns the folder of programs and plugins, `target/<profile>`: the tests themselves are in
+/// `deps` below it.
 pub fn built_folder() -> PathBuf {
     let test = std::env::current_exe().expect("a test has a path");
     test.ancestors().nth(2).expect("it is in target/<profile>/deps").to_owned()
 }
 
-/// A file that a build or staging makes.
+/// Returns the path of a file that a build or staging makes.
 ///
 /// # Panics
-/// When it is not there, saying how to make it.
+/// When it is missing, with the command that makes it.
 pub fn built(path: PathBuf) -> PathBuf {
     assert!(path.exists(), "{} is missing: run `cargo xtask test`", path.display());
     path
 }
 
-/// The built program, ready for arguments, with a user's cache of its own.
+/// Returns the command of the built program, ready for arguments, with a user's cache of its own.
 pub fn busbar() -> Command {
     let mut command = Command::new(built(built_folder().join("busbar")));
     command.env_remove("BUSBAR_LOG").env("XDG_CACHE_HOME", built_folder().join("e2e-cache"));
     command
 }
 
-/// A staged model of the demo, such as `breaker.glb`.
+/// Returns the path of a staged model of the demo, such as `breaker.glb`.
 pub fn model(name: &str) -> PathBuf {
     built(workspace_path("config/models").join(name))
 }
 
-/// Whether a thing that a test needs is there. Where it must be, its absence
-/// is a failure; elsewhere the test is skipped, and says so.
+/// Reports whether a prerequisite of a test is present. Where prerequisites are required, absence
+/// is a failure; elsewhere the test is skipped with a message.
 #[allow(clippy::print_stderr)]
 pub fn available(present: bool, remedy: &str) -> bool {
     let required = |name| std::env::var_os(name).is_some();
@@ -75,7 +75,7 @@ pub fn available(present: bool, remedy: &str) -> bool {
     present
 }
 
-/// Waits until `condition` gives something.
+/// Waits until `condition` returns a value.
 ///
 /// # Panics
 /// When `limit` passes before.

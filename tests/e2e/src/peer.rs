@@ -1,4 +1,4 @@
-//! pymodbus, an independent server, in a process of its own.
+//! Independent Modbus server (pymodbus) in a process of its own.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -8,11 +8,11 @@ use serde_json::{Value, json};
 
 use crate::{Process, available, workspace_path};
 
-/// A Modbus TCP server, killed when dropped.
+/// Modbus TCP server that is killed when dropped.
 pub struct Peer {
-    /// Its process, to stop or kill.
+    /// Process of the server, to stop or kill.
     pub process: Process,
-    /// The port that it listens at.
+    /// Port that the server listens at.
     pub port: u16,
     answers: usize,
 }
@@ -57,13 +57,13 @@ impl Peer {
     }
 }
 
-/// The two registers of a 32-bit float, high word first.
+/// Returns the two registers of a 32-bit float, high word first.
 pub fn f32_registers(value: f32) -> [u16; 2] {
     let bits = value.to_bits();
     [(bits >> 16) as u16, bits as u16]
 }
 
-/// The interpreter that has the peers' packages, if `import NAME` works there.
+/// Returns the interpreter that has the peers' packages, if `import NAME` works there.
 pub fn python(import: &str) -> Option<PathBuf> {
     let path = std::env::var_os("BUSBAR_PYTHON")
         .map_or_else(|| workspace_path("target/venv/bin/python"), PathBuf::from);
@@ -77,8 +77,8 @@ pub fn python(import: &str) -> Option<PathBuf> {
     available(has_it, &remedy).then_some(path)
 }
 
-/// Registers and inputs of the demo's bay where all is well.
-pub fn calm_values() -> Value {
+/// Returns registers and inputs of the demo's bay in normal operation.
+pub fn normal_values() -> Value {
     let mut holding = vec![0; 100];
     // Top oil, hot-spot, one other, oil level, tap, fans, SF6.
     holding.extend([559, 600, 0, 583, 9, 2, 644]);

@@ -1,4 +1,4 @@
-//! Pictures compared.
+//! Picture comparison: differences, regions and golden pictures.
 
 use std::path::Path;
 
@@ -6,26 +6,26 @@ use image::{Rgb, RgbImage};
 
 use crate::workspace_path;
 
-/// Channels that differ by more make a pixel differ visibly.
+/// Greatest difference of a channel that is not a visible one.
 const MAX_CHANNEL_DIFFERENCE: u8 = 24;
-/// Share of pixels that may differ visibly from a golden picture.
+/// Greatest share of pixels that differ visibly from a golden picture.
 const MAX_DIFFERENT_SHARE: f64 = 0.005;
-/// Mean absolute difference of channels from a golden picture, of 255.
+/// Greatest mean absolute difference of channels from a golden picture, of 255.
 const MAX_MEAN_DIFFERENCE: f64 = 0.5;
-/// Where pictures that failed are left.
+/// Output folder of pictures that failed.
 const FAILURES: &str = "target/golden-failures";
 
-/// A rectangle of pixels, its ends inside.
+/// Rectangle of pixels, its ends inside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Region {
-    /// Left and top.
+    /// Left and top pixel.
     pub min: [u32; 2],
-    /// Right and bottom.
+    /// Right and bottom pixel, inclusive.
     pub max: [u32; 2],
 }
 
 impl Region {
-    /// Grown by a margin.
+    /// Returns the region grown by a margin.
     pub fn grow(self, margin: u32) -> Self {
         Self {
             min: self.min.map(|side| side.saturating_sub(margin)),
@@ -33,36 +33,36 @@ impl Region {
         }
     }
 
-    /// Whether another is inside.
+    /// Reports whether another region is inside this one.
     pub fn contains(&self, other: Self) -> bool {
         [0, 1]
             .iter()
             .all(|&axis| self.min[axis] <= other.min[axis] && other.max[axis] <= self.max[axis])
     }
 
-    /// Its pixels, row by row.
+    /// Iterates over the pixels, row by row.
     pub fn pixels(self) -> impl Iterator<Item = [u32; 2]> {
         let [left, top] = self.min;
         let [right, bottom] = self.max;
         (top..=bottom).flat_map(move |y| (left..=right).map(move |x| [x, y]))
     }
 
-    /// Width and height.
+    /// Returns width and height.
     pub fn size(&self) -> [u32; 2] {
         [0, 1].map(|axis| self.max[axis] - self.min[axis] + 1)
     }
 }
 
-/// Reads a picture.
+/// Reads a picture file.
 ///
 /// # Panics
-/// When it is not there or no picture.
+/// When it is missing or is no picture.
 pub fn load(path: &Path) -> RgbImage {
     let opened = image::open(path);
     opened.unwrap_or_else(|error| panic!("{}: {error}", path.display())).to_rgb8()
 }
 
-/// Where two pictures of one size differ at all.
+/// Returns the bounding region of the differences between two pictures of one size.
 ///
 /// # Panics
 /// When their sizes differ.

@@ -1,4 +1,4 @@
-//! Processes with a deadline, whose output and peak memory are kept.
+//! Child processes with a deadline, whose output and peak memory are kept.
 
 use std::io::{Read, Write};
 use std::process::{ChildStdin, Command, ExitStatus, Stdio};
@@ -12,35 +12,35 @@ use wait4::Wait4;
 
 use crate::wait_for;
 
-/// The longest that one run of a program takes, loaded machines included.
+/// Longest run of a program, loaded machines included.
 pub const MAX_RUN: Duration = Duration::from_secs(60);
-/// From the start of a server until it says that it is ready.
+/// Longest time from the start of a server until it says that it is ready.
 pub const MAX_START: Duration = Duration::from_secs(20);
-/// Output kept of each stream; more is a failure.
+/// Greatest output kept of each stream, bytes; more is a failure.
 const MAX_OUTPUT_BYTES: u64 = 4 << 20;
-/// Output read at once.
+/// Number of output bytes read at once.
 const CHUNK_BYTES: usize = 4096;
 
-/// What a program did.
+/// Result of a finished program.
 #[derive(Debug)]
 pub struct Output {
-    /// Exit code; none if a signal ended it.
+    /// Exit code; `None` if a signal ended the program.
     pub code: Option<i32>,
-    /// Its standard output.
+    /// Text of standard output.
     pub stdout: String,
-    /// Its standard error.
+    /// Text of standard error.
     pub stderr: String,
-    /// From its start to its end.
+    /// Time from the program's start to its end.
     pub elapsed: Duration,
-    /// The most memory that it had in RAM, bytes.
+    /// Peak resident memory, bytes.
     pub peak_bytes: u64,
 }
 
 impl Output {
-    /// Checks the exit code.
+    /// Asserts the exit code.
     ///
     /// # Panics
-    /// When it is another, showing all that the program said.
+    /// When it is another, with all output.
     #[track_caller]
     pub fn expect_code(self, code: i32) -> Self {
         let Self { stdout, stderr, .. } = &self;
@@ -49,7 +49,7 @@ impl Output {
     }
 }
 
-/// A program that runs; it is killed when dropped.
+/// Running program that is killed when dropped.
 pub struct Process {
     pid: Pid,
     stdin: Option<ChildStdin>,
@@ -59,7 +59,7 @@ pub struct Process {
     has_ended: bool,
 }
 
-/// One output stream, gathered by a thread.
+/// Output stream that a thread gathers.
 struct Stream {
     text: Arc<Mutex<Vec<u8>>>,
     reader: Option<JoinHandle<()>>,
@@ -74,7 +74,7 @@ pub fn finish(command: &mut Command) -> Output {
 }
 
 impl Process {
-    /// Starts a program.
+    /// Starts a program with piped streams.
     ///
     /// # Panics
     /// When it cannot be started.
@@ -98,7 +98,7 @@ impl Process {
         Self { pid, stdin, streams, started, ended, has_ended: false }
     }
 
-    /// Waits for a whole line of standard output that `wanted` makes something of.
+    /// Waits for a whole line of standard output for which `wanted` returns a value.
     ///
     /// # Panics
     /// When none comes within [`MAX_START`].
@@ -118,35 +118,35 @@ impl Process {
         })
     }
 
-    /// Writes a line to its standard input.
+    /// Writes a line to the program's standard input.
     ///
     /// # Panics
-    /// When it does not read it.
+    /// When the program does not read it.
     pub fn write_line(&mut self, line: &str) {
         let stdin = self.stdin.as_mut().expect("it is piped");
         writeln!(stdin, "{line}").expect("it reads its input");
     }
 
-    /// Its number.
+    /// Returns the process id.
     pub fn id(&self) -> u32 {
         self.pid.as_raw_pid() as u32
     }
 
-    /// Sends it a signal.
+    /// Sends a signal to the process.
     pub fn signal(&self, signal: Signal) {
         // One that has ended needs none.
         let _ = kill_process(self.pid, signal);
     }
 
-    /// Whether it has closed its output, as it does at its end.
+    /// Reports whether the process has closed its output, as at its end.
     pub fn is_over(&self) -> bool {
         self.streams.iter().all(|s| s.reader.as_ref().is_none_or(JoinHandle::is_finished))
     }
 
-    /// Waits for its end.
+    /// Waits for the end of the program.
     ///
     /// # Panics
-    /// When it does not end within [`MAX_RUN`] from its start, or says too much.
+    /// When it does not end within [`MAX_RUN`] from its start, or writes too much.
     pub fn finish(mut self) -> Output {
         let left = MAX_RUN.saturating_sub(self.started.elapsed());
         let (status, peak_bytes, elapsed) = match self.ended.recv_timeout(left) {

@@ -1,5 +1,5 @@
-//! A TCP relay between the program and a server, which counts answers: so a
-//! test knows that values arrived before it takes the server away.
+//! TCP relay between the program and a server, which counts answers: so a test knows that values
+//! arrived before it stops the server.
 
 use std::io::{Read, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};
@@ -10,12 +10,12 @@ use std::thread;
 use crate::process::MAX_START;
 use crate::wait_for;
 
-/// Longest message that is passed on at once.
+/// Greatest length of a message that is passed on at once, bytes.
 const MAX_MESSAGE_BYTES: usize = 4096;
 
-/// A relay; its threads end with the connections, its listener with the test.
+/// Running relay; its threads end with the connections, its listener with the test.
 pub struct Relay {
-    /// The port that it listens at.
+    /// Port that the relay listens at.
     pub port: u16,
     answers: Arc<AtomicUsize>,
 }
@@ -41,7 +41,7 @@ impl Relay {
         Self { port, answers }
     }
 
-    /// Waits until the server has answered this often.
+    /// Waits until the server has sent `count` answers.
     ///
     /// # Panics
     /// When it does not within [`MAX_START`].

@@ -1,4 +1,4 @@
-//! Configurations in folders of their own.
+//! Test scenes: configurations in folders of their own.
 
 use std::fs;
 use std::os::unix::fs::symlink;
@@ -11,7 +11,7 @@ use tempfile::TempDir;
 
 use crate::{Stats, built, built_folder, busbar, workspace_path};
 
-/// The plugins that the demo names, and one more optimiser.
+/// Plugins that the demo names, and one more optimiser.
 const PLUGINS: [&str; 7] = [
     "energisation",
     "gas_analysis",
@@ -24,22 +24,21 @@ const PLUGINS: [&str; 7] = [
 /// Poll period of the tests: several polls within a second.
 const POLL: Duration = Duration::from_millis(100);
 
-/// How many [`Scene::yards`] has.
+/// Number of yards in [`Scene::yards`].
 pub const YARDS: usize = 3;
-/// Of breakers in each of them.
+/// Number of rows of breakers in each yard.
 const YARD_ROWS: usize = 4;
 const YARD_COLUMNS: usize = 5;
 
-/// A configuration made from `config/demo.json`, in a temporary folder with
-/// its plugins and models.
+/// Configuration made from `config/demo.json`, in a temporary folder with its plugins and models.
 pub struct Scene {
     folder: TempDir,
-    /// The configuration: change it, then [`Scene::write`] it.
+    /// Configuration; after a change call [`Scene::write`].
     pub config: Value,
 }
 
 impl Scene {
-    /// The demo, asking a server at this port.
+    /// Creates the demo scene with its device at this port.
     ///
     /// # Panics
     /// When the plugins or models are not built.
@@ -52,14 +51,14 @@ impl Scene {
         let folder = tempfile::tempdir().expect("a temporary folder can be made");
         fs::create_dir(folder.path().join("plugins")).expect("it can be written");
         let scene = Self { folder, config };
-        PLUGINS.iter().for_each(|plugin| scene.lend(plugin));
+        PLUGINS.iter().for_each(|plugin| scene.add_plugin(plugin));
         let models = built(workspace_path("config/models").join("transformer.glb"));
         let models = models.parent().expect("it is in a folder");
         symlink(models, scene.path("models")).expect("it can be written");
         scene
     }
 
-    /// Yards of breakers, 60 m apart along x; their detail follows half a pixel of error.
+    /// Creates yards of breakers, 60 m apart along x; their detail follows half a pixel of error.
     pub fn yards() -> Self {
         let mut scene = Self::without_tags();
         let mut breaker = scene.config["models"]["breaker"].take();
@@ -86,7 +85,7 @@ impl Scene {
         scene
     }
 
-    /// The demo's equipment without tags, labels and what serves them.
+    /// Creates a scene of the demo's equipment without tags, labels and the plugins for them.
     pub fn without_tags() -> Self {
         let mut scene = Self::demo(1);
         let config = scene.config.as_object_mut().expect("the demo is an object");
@@ -98,11 +97,11 @@ impl Scene {
         scene
     }
 
-    /// Puts a plugin's library into its plugin directory.
+    /// Copies a plugin's library into the scene's plugin directory.
     ///
     /// # Panics
     /// When the plugin is not built.
-    pub fn lend(&self, plugin: &str) {
+    pub fn add_plugin(&self, plugin: &str) {
         let library = built(built_folder().join(library_name(plugin)));
         let lent = self.library(plugin);
         if lent.exists() {
@@ -114,7 +113,8 @@ impl Scene {
         linked.or_else(|_| fs::copy(&library, &lent).map(drop)).expect("a copy");
     }
 
-    /// Renders a small picture of it after so many seconds, and statistics for [`Scene::stats`].
+    /// Returns the command that renders a small picture after so many seconds, and statistics for
+    /// [`Scene::stats`].
     pub fn rendering(&self, seconds: f64) -> Command {
         let mut command = busbar();
         command.arg("render").arg(self.write()).args(["--size", "320x180"]);
@@ -124,27 +124,27 @@ impl Scene {
         command
     }
 
-    /// The statistics that a rendering left.
+    /// Reads the statistics that a rendering left.
     pub fn stats(&self) -> Stats {
         Stats::read(&self.path("stats.json"))
     }
 
-    /// A path in its folder.
+    /// Returns a path in the scene's folder.
     pub fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
-    /// Where its plugin directory has a plugin's library.
+    /// Returns the path of a plugin's library in the scene's plugin directory.
     pub fn library(&self, plugin: &str) -> PathBuf {
         self.path("plugins").join(library_name(plugin))
     }
 
-    /// Writes the configuration; its path.
+    /// Writes the configuration; returns its path.
     pub fn write(&self) -> PathBuf {
         self.write_text(&serde_json::to_string_pretty(&self.config).expect("values are JSON"))
     }
 
-    /// Writes this text as the configuration; its path.
+    /// Writes this text as the configuration; returns its path.
     ///
     /// # Panics
     /// When it cannot be written.

@@ -1,20 +1,20 @@
-//! What the program writes with `--stats`.
+//! Statistics that the program writes with `--stats`.
 
 use std::path::Path;
 
 use serde_json::Value;
 
-/// Numbers about a view.
+/// Statistics of a view as JSON.
 pub struct Stats(pub Value);
 
-/// A tag as the statistics have it.
+/// Tag of the statistics.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tag {
-    /// Last value, null if none came.
+    /// Last value; null if none came.
     pub value: Value,
-    /// `good`, `uncertain` or `bad`.
+    /// Quality: `good`, `uncertain` or `bad`.
     pub quality: String,
-    /// Why it is not good.
+    /// Reason of a quality that is not good.
     pub reason: Option<String>,
     /// Seconds since the value came.
     pub age: Option<f64>,
@@ -24,13 +24,13 @@ impl Stats {
     /// Reads a file that the program wrote.
     ///
     /// # Panics
-    /// When it is not there or no JSON.
+    /// When it is missing or is no JSON.
     pub fn read(path: &Path) -> Self {
         let text = std::fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
         Self(serde_json::from_slice(&text).expect("statistics are JSON"))
     }
 
-    /// A count.
+    /// Returns a count by its name.
     ///
     /// # Panics
     /// When there is none of that name.
@@ -38,7 +38,7 @@ impl Stats {
         self.0[name].as_u64().unwrap_or_else(|| panic!("no count '{name}' in {:#}", self.0))
     }
 
-    /// A tag.
+    /// Returns a tag by its id.
     ///
     /// # Panics
     /// When there is none of that id.
@@ -48,7 +48,7 @@ impl Stats {
         found.unwrap_or_else(|| panic!("no tag '{id}' in {:#}", self.0)).1
     }
 
-    /// Every tag with its id.
+    /// Iterates over every tag with its id.
     ///
     /// # Panics
     /// When the statistics have no tags.

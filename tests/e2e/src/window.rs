@@ -1,4 +1,4 @@
-//! The program's window on a display in memory.
+//! Window of the program on a display in memory.
 
 use image::RgbImage;
 use serde_json::json;
@@ -6,18 +6,18 @@ use serde_json::json;
 use crate::display::Display;
 use crate::{Process, Scene, Stats, busbar};
 
-/// A window that shows a scene, under validation.
+/// Window that shows a scene, under Vulkan validation.
 pub struct Window {
-    /// The program.
+    /// Process of the program.
     pub process: Process,
-    /// What it is on.
+    /// Display that shows the window.
     pub display: Display,
-    /// What it shows; its `stats.json` is there at its end.
+    /// Scene in the window; its `stats.json` is written when the program ends.
     pub scene: Scene,
 }
 
 impl Window {
-    /// Opens it for so many seconds, and gives it the keys once it is ready.
+    /// Opens the window for so many seconds, and gives it the keyboard focus once it is ready.
     ///
     /// # Panics
     /// When it does not open.
@@ -35,21 +35,21 @@ impl Window {
         Self { process, display, scene }
     }
 
-    /// A picture of the screen, a while later.
+    /// Takes a picture of the screen, a while later.
     ///
     /// # Panics
     /// When none can be taken.
-    pub fn shoot(&self, name: &str) -> RgbImage {
+    pub fn screenshot(&self, name: &str) -> RgbImage {
         // Frames are slow on a software rasteriser under validation.
         self.display.xdotool("sleep 3");
         let stats = self.scene.path("stats.json");
         self.display.screenshot(stats.parent().expect("a folder"), name)
     }
 
-    /// Waits for its end; what it said of itself then.
+    /// Waits for the window's end; returns its statistics.
     ///
     /// # Panics
-    /// When it fails, or the validation layer said anything.
+    /// When the program fails, or the validation layer reports anything.
     pub fn close(self) -> Stats {
         self.process.finish().expect_code(0);
         let stats = Stats::read(&self.scene.path("stats.json"));

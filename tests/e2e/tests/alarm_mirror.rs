@@ -1,5 +1,5 @@
-//! The alarms of an independent OPC UA server, asyncua, as the view shows them: each state as
-//! the server has it, and never as current where the server or the plugin is lost.
+//! Mirrored alarms of an independent OPC UA server, asyncua, as the view shows them: each state as
+//! the server has it, and never as current where the server or its connection is gone.
 
 use std::path::Path;
 use std::process::Command;
@@ -14,11 +14,11 @@ use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 
 const SIZE: [u32; 2] = [480, 270];
-/// Until an alarm is as expected.
+/// Longest wait for an expected alarm.
 const MAX_WAIT: Duration = Duration::from_secs(60);
 /// Silence of the server after which the plugin gives it up.
 const SILENCE: Duration = Duration::from_secs(1);
-/// From then on until that shows, on a loaded machine.
+/// Additional time until that state shows, on a loaded machine.
 const SLACK: Duration = Duration::from_secs(10);
 /// The address in the example of the page.
 const EXAMPLE_PORT: &str = ":4840/";
@@ -52,7 +52,7 @@ impl Server {
     }
 }
 
-/// An alarm of the transformer.
+/// Returns an alarm of the transformer.
 fn hot(active: bool, acked: bool, shelf: u32) -> Value {
     json!({
         "ActiveState/Id": active, "AckedState/Id": acked, "SuppressedState/Id": false,
@@ -65,7 +65,7 @@ fn only_hot(active: bool, acked: bool) -> Value {
     json!({ "ns=2;s=Hot": hot(active, acked, UNSHELVED) })
 }
 
-/// The configuration under a heading of the plugin's page.
+/// Returns the configuration under a heading of the plugin's page.
 fn example() -> Value {
     let page = std::fs::read_to_string(workspace_path("plugins/opcua/README.md"));
     let page = page.expect("it is there");
@@ -75,10 +75,10 @@ fn example() -> Value {
     serde_json::from_str(&text).expect("it is JSON")
 }
 
-/// The demo's equipment with the page's example.
+/// Returns a scene of the demo's equipment with the page's example.
 fn scene(port: u16, isolation: &str) -> Scene {
     let mut scene = Scene::without_tags();
-    scene.lend("opcua");
+    scene.add_plugin("opcua");
     let example = example();
     scene.config["isolation"] = json!(isolation);
     scene.config["plugins"]["plc"] = example["plugins"]["plc"].clone();
@@ -121,14 +121,14 @@ impl View {
         self.frame(vec![event(false)]);
     }
 
-    /// The plugin's process, if it has one now.
+    /// Returns the process of the plugin, if it has one now.
     fn plugin_pid(&self) -> Option<Pid> {
         let stats = self.viewer.stats();
         let plugin = stats.plugins.iter().find(|plugin| plugin.name == "plc")?;
         Pid::from_raw(plugin.pid? as i32)
     }
 
-    /// Draws until the alarms are such.
+    /// Draws until the alarms satisfy a condition.
     fn until(&mut self, what: &str, holds: impl Fn(&[AlarmStats]) -> bool) -> Vec<AlarmStats> {
         wait_for(what, MAX_WAIT, || {
             self.frame(Vec::new());
@@ -144,7 +144,7 @@ impl View {
         self.until(&format!("an alarm in state {state:?}"), is_so).remove(0)
     }
 
-    /// Draws until it is stale; what it says of that.
+    /// Draws until the alarm is stale; returns the reason.
     fn until_stale(&mut self) -> String {
         let mut alarms = self.until("a stale alarm", |alarms| {
             assert_eq!(alarms.len(), 1, "it is kept");

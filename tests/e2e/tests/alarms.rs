@@ -1,12 +1,12 @@
-//! Alarms from an independent server to the operator and back: states, the way to the
-//! equipment, detail, keys in a window, and what the audit log has of it.
+//! Alarms from an independent server to the operator and back: states, the way to the equipment,
+//! detail, keys in a window, and the entries of the audit log.
 
 use std::path::Path;
 use std::time::Duration;
 
 use busbar_viewer::{AlarmState, LoadedScene, RendererOptions, Stats, Viewer};
 use e2e::display::Display;
-use e2e::peer::{Peer, calm_values};
+use e2e::peer::{Peer, normal_values};
 use e2e::picture;
 use e2e::{Process, Scene, busbar, wait_for};
 use egui::{Event, Key, Modifiers};
@@ -14,14 +14,15 @@ use serde_json::{Value, json};
 
 const SIZE: [u32; 2] = [480, 270];
 const SCREEN: [u32; 2] = [1280, 720];
-/// Until an alarm, an answer or a picture is there.
+/// Longest wait for an alarm, an answer or a picture.
 const MAX_WAIT: Duration = Duration::from_secs(60);
 const RELAY: &str = "=S12D1T1-TA1/buchholz relay";
-/// Of the Buchholz relay among the discrete inputs, of the SF6 pressure among registers.
+/// Addresses of the Buchholz relay among the discrete inputs, and of the SF6 pressure among the
+/// registers.
 const RELAY_INPUT: u16 = 4;
 const SF6_REGISTER: u16 = 106;
 
-/// The demo with alarms, at theta 0.7 where nothing says otherwise.
+/// Returns the demo scene with alarms, at theta 0.7 unless set otherwise.
 fn scene(port: u16) -> Scene {
     let mut scene = Scene::demo(port);
     let config = &mut scene.config;
@@ -99,7 +100,7 @@ fn all_good(stats: &Stats) -> bool {
 
 #[test]
 fn an_alarm_leads_to_its_equipment_in_full_detail_and_back() {
-    let Some(mut peer) = Peer::start(&calm_values()) else { return };
+    let Some(mut peer) = Peer::start(&normal_values()) else { return };
     let scene = scene(peer.port);
     let mut view = View::open(&scene.write());
     let calm = view.until("good tags", all_good);
@@ -140,7 +141,7 @@ fn an_alarm_leads_to_its_equipment_in_full_detail_and_back() {
 
 #[test]
 fn a_server_that_falls_silent_clears_nothing_and_the_alarm_says_so() {
-    let Some(mut peer) = Peer::start(&calm_values()) else { return };
+    let Some(mut peer) = Peer::start(&normal_values()) else { return };
     let scene = scene(peer.port);
     let mut view = View::open(&scene.write());
     view.until("good tags", all_good);
@@ -165,7 +166,7 @@ fn what_is_mirrored_is_as_the_host_says() {
     assert!(refused.to_string().contains("mirrored"), "{refused}");
 }
 
-/// What happened to which alarm, who did it, and the state then, as the log has it.
+/// Returns alarm, event, operator and new state of each entry of the audit log.
 fn logged(log: &Path) -> Vec<[String; 4]> {
     let text = std::fs::read_to_string(log.join("alarms.jsonl")).unwrap_or_default();
     let of_line = |line: &str| {
@@ -180,7 +181,7 @@ fn logged(log: &Path) -> Vec<[String; 4]> {
 
 #[test]
 fn keys_in_a_window_are_in_the_log_once_they_show() {
-    let Some(mut peer) = Peer::start(&calm_values()) else { return };
+    let Some(mut peer) = Peer::start(&normal_values()) else { return };
     let Some(display) = Display::start(SCREEN) else { return };
     let mut scene = scene(peer.port);
     scene.config["view"]["size"] = json!(SCREEN);

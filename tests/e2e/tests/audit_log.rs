@@ -1,5 +1,5 @@
-//! The audit log of alarms by the command line: `busbar log verify` of a whole log and of one
-//! from which lines were removed, reordered and lost, and `busbar check` of a damaged one.
+//! Audit log of alarms by the command line: `busbar log verify` of a whole log and of one from
+//! which lines were removed, reordered and lost, and `busbar check` of a damaged one.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
@@ -15,14 +15,14 @@ const SIZE: [u32; 2] = [64, 48];
 const EXIT_INPUT: i32 = 1;
 const STATES: [AlarmState; 4] = [AlarmState::B, AlarmState::C, AlarmState::D, AlarmState::A];
 
-/// A configuration whose alarms were logged, with a key and an anchor outside the log.
-struct Logged {
+/// Configuration whose alarms were logged, with a key and an anchor outside the log.
+struct AuditedRun {
     scene: Scene,
     /// Folder of key and anchor.
     secrets: TempDir,
 }
 
-impl Logged {
+impl AuditedRun {
     fn new() -> Self {
         let secrets = tempfile::tempdir().expect("a temporary folder can be made");
         let mut scene = Scene::without_tags();
@@ -42,7 +42,7 @@ impl Logged {
         logged
     }
 
-    /// Lets an alarm of a host program change its state twelve times.
+    /// Changes the state of a host program's alarm twelve times.
     fn write_records(&self) {
         let scene = LoadedScene::load(&self.scene.write(), &|_, _, _| {}).expect("it loads");
         let options = RendererOptions { samples: 1, ..Default::default() };
@@ -60,7 +60,7 @@ impl Logged {
         self.scene.path("log")
     }
 
-    /// Lines of the log's newest file; the first is its header.
+    /// Returns the lines of the log's newest file; the first is its header.
     fn lines(&self) -> Vec<String> {
         let text = fs::read_to_string(self.log().join("alarms.jsonl")).expect("there is a log");
         text.lines().map(str::to_owned).collect()
@@ -90,7 +90,7 @@ impl Logged {
     }
 }
 
-/// Files of a folder with their contents.
+/// Returns the files of a folder with their contents.
 fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     let entries = fs::read_dir(folder).expect("it is there");
     let mut files: Vec<_> = entries
@@ -103,7 +103,7 @@ fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
 
 #[test]
 fn a_whole_log_has_no_faults_and_is_left_as_it_is() {
-    let logged = Logged::new();
+    let logged = AuditedRun::new();
     let before = contents(&logged.log());
     for with_anchor in [false, true] {
         let output = logged.verify(with_anchor).expect_code(0);
@@ -116,7 +116,7 @@ fn a_whole_log_has_no_faults_and_is_left_as_it_is() {
 
 #[test]
 fn removed_and_reordered_lines_are_found() {
-    let logged = Logged::new();
+    let logged = AuditedRun::new();
     let whole = logged.lines();
     assert!(whole.len() >= 13, "a header and twelve records: {whole:?}");
     let middle = whole.len() - 6;
@@ -137,7 +137,7 @@ fn removed_and_reordered_lines_are_found() {
 
 #[test]
 fn the_loss_of_the_last_lines_is_found_by_the_anchor() {
-    let logged = Logged::new();
+    let logged = AuditedRun::new();
     let whole = logged.lines();
     logged.set_lines(&whole[..whole.len() - 2]);
     // Without it, nobody can know.
@@ -152,7 +152,7 @@ fn the_loss_of_the_last_lines_is_found_by_the_anchor() {
 
 #[test]
 fn a_check_tells_of_a_damaged_log_and_destroys_no_byte() {
-    let logged = Logged::new();
+    let logged = AuditedRun::new();
     let output = logged.check();
     assert!(!output.stderr.contains("alarms.jsonl"), "{}", output.stderr);
     let mut lines = logged.lines();

@@ -1,4 +1,4 @@
-//! Results of optimisers on disk: found again, never trusted, never needed.
+//! Cache of optimisers' results on disk: found again, never trusted, never needed.
 
 use std::fs;
 use std::path::PathBuf;
@@ -10,7 +10,7 @@ use e2e::{Output, Scene, Stats, busbar, finish};
 use glam::{Mat4, Vec3};
 use serde_json::json;
 
-/// The demo's equipment with a cache in its folder.
+/// Returns a scene of the demo's equipment with a cache in its folder.
 fn scene() -> Scene {
     let mut scene = Scene::without_tags();
     scene.config["cache"] = json!({ "directory": "cache" });
@@ -28,7 +28,7 @@ fn render(scene: &Scene) -> (Output, Stats, Vec<u8>) {
     (output, Stats::read(&scene.path("stats.json")), picture)
 }
 
-/// Kept results; compiled pipelines lie beside them.
+/// Lists the cached results; compiled pipelines lie beside them.
 fn files(scene: &Scene) -> Vec<PathBuf> {
     files_like(scene, "stacks")
 }
@@ -109,7 +109,7 @@ fn a_cache_of_no_size_keeps_nothing() {
     assert!(!scene.path("cache").exists());
 }
 
-/// Hills of 51,200 triangles.
+/// Builds hills of 51,200 triangles.
 fn hills() -> Model {
     const SIDE: u32 = 160;
     let at = |i: u32| {

@@ -1,5 +1,5 @@
-//! The chart of a fleet's gases in the scene: brushes and picks lead to transformers and back,
-//! and a replay of faults frames each transformer with its verdict.
+//! Chart of a fleet's gases in the scene: brushes and picks lead to transformers and back, and a
+//! replay of faults frames each transformer with its verdict.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -9,18 +9,20 @@ use busbar_viewer::charts::{Action, AxisView, Brush, Layout, MAX_STROKED_RECORDS
 use busbar_viewer::{ChartStats, LoadedScene, RendererOptions, Stats, Viewer};
 use dga::{Concentration, Gas, Sample, Zone, triangle_1};
 use e2e::Scene;
-use fleet::{Fault, Row, TRANSFORMERS, equipment, histories, monitored, one_by_one, place};
+use fleet::{
+    Row, TRANSFORMERS, TransformerFault, equipment, histories, monitored, one_by_one, place,
+};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::json;
 use time::{Date, Month};
 
 const SIZE: [u32; 2] = [480, 270];
-/// Seeded samples, each with a fault.
+/// Number of seeded samples, each with a fault.
 const FAULTS: usize = 117;
 const H2_AXIS: usize = 0;
-/// Until many samples are read and judged, on a busy machine.
+/// Longest time until many samples are read and judged, on a busy machine.
 const MAX_READING: Duration = Duration::from_secs(90);
-/// Above table 2 of IEEE C57.104-2019, ppm.
+/// Concentration of H2 above table 2 of IEEE C57.104-2019, ppm.
 const MUCH_H2: f32 = 200.0;
 
 fn day() -> Date {
@@ -32,7 +34,7 @@ fn nanos(day: Date) -> i64 {
     since.whole_seconds() * 1_000_000_000
 }
 
-/// The fleet without the rest of the station, each transformer as a breaker of the demo.
+/// Returns a scene of the fleet alone, each transformer as a breaker of the demo.
 fn scene(rows: &[Row], follow: bool) -> Scene {
     let mut scene = Scene::without_tags();
     std::fs::write(scene.path("samples.csv"), fleet::csv(rows)).expect("it can be written");
@@ -124,7 +126,7 @@ fn a_brush_means_the_transformers_that_a_plain_filter_means() {
     }
 }
 
-/// What the file says of H2 and CH4, ppm.
+/// Returns H2 and CH4 as rounded in the file, ppm.
 fn two_gases(row: &Row) -> [f32; 2] {
     [0, 1].map(|gas| {
         let ppm = row.ppm[gas].expect("it was measured");
@@ -251,22 +253,22 @@ fn each_of_117_faults_frames_its_transformer_with_verdict_and_evidence() {
         assert!(chart.states[&id].as_ref().is_some_and(|state| state.contains("status 3")));
     }
     let named: Vec<&str> = seen.iter().map(|zone| zone.name()).collect();
-    assert_eq!(seen.len(), Fault::ALL.len(), "every class was among them: {named:?}");
+    assert_eq!(seen.len(), TransformerFault::ALL.len(), "every class was among them: {named:?}");
 }
 
-/// What a verdict must say of a fault, one of these.
-fn words(fault: Fault) -> &'static [&'static str] {
+/// Returns the phrases of which a verdict on the fault must contain one.
+fn words(fault: TransformerFault) -> &'static [&'static str] {
     match fault {
-        Fault::None => &["typical"],
-        Fault::Pd => &["partial discharges"],
-        Fault::D1 | Fault::D2 => &["discharges of"],
+        TransformerFault::None => &["typical"],
+        TransformerFault::Pd => &["partial discharges"],
+        TransformerFault::D1 | TransformerFault::D2 => &["discharges of"],
         // Only triangle 1 knows both at once.
-        Fault::Dt => &["discharges", "overheating"],
-        Fault::T1 | Fault::T2 | Fault::T3 => &["overheating"],
+        TransformerFault::Dt => &["discharges", "overheating"],
+        TransformerFault::T1 | TransformerFault::T2 | TransformerFault::T3 => &["overheating"],
     }
 }
 
-/// By the method itself, on what the file says.
+/// Returns the zone by the method itself, from the values in the file.
 fn zone_of(row: &Row) -> Zone {
     let five = [Gas::H2, Gas::Ch4, Gas::C2h6, Gas::C2h4, Gas::C2h2];
     let sample = five.into_iter().zip(row.ppm).fold(Sample::new(), |sample, (gas, ppm)| {
@@ -276,7 +278,7 @@ fn zone_of(row: &Row) -> Zone {
     triangle_1::zone(&sample)
 }
 
-/// Whether a transformer's middle is well within what the camera sees.
+/// Reports whether a transformer's middle is well within the camera's view.
 fn is_framed(stats: &Stats, transformer: usize) -> bool {
     let [x, z] = place(transformer).map(|metres| metres as f32);
     let (eye, direction) = (stats.camera.eye, stats.camera.direction);

@@ -1,5 +1,5 @@
-//! A chart under an operator's hands, in a window: a brush marks transformers in the scene, and
-//! a click on a transformer marks its line.
+//! Chart in a window: a brush marks transformers in the scene, and a click on a transformer marks
+//! its line.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -14,14 +14,14 @@ use serde_json::json;
 use time::OffsetDateTime;
 
 const SIZE: [u32; 2] = [1280, 720];
-/// Above table 2 of IEEE C57.104-2019, ppm.
+/// Concentration of H2 above table 2 of IEEE C57.104-2019, ppm.
 const MUCH_H2: f32 = 200.0;
-/// Pixels around a transformer that its outline takes.
+/// Width of a transformer's outline, pixels.
 const OUTLINE: i32 = 3;
-/// The blue of what is selected in a chart.
+/// Blue of selected items in a chart.
 const SELECTION: [u8; 3] = [30, 90, 170];
 
-/// The fleet without the rest of the station, its chart above it.
+/// Returns a scene of the fleet alone, its chart above it.
 fn scene(rows: &[Row]) -> Scene {
     let mut scene = Scene::without_tags();
     std::fs::write(scene.path("samples.csv"), fleet::csv(rows)).expect("it can be written");
@@ -46,16 +46,16 @@ fn scene(rows: &[Row]) -> Scene {
     scene
 }
 
-/// Where axes and transformers are on the screen.
-struct Places {
+/// Screen positions of axes and transformers.
+struct ScreenPositions {
     axes: Vec<ChartAxisStats>,
     /// Pixels of each transformer.
     pixels: BTreeMap<String, Vec<[i32; 2]>>,
 }
 
-impl Places {
-    /// By a view of the same size without a window.
-    fn of(config: &Path) -> Self {
+impl ScreenPositions {
+    /// Measures the positions by a view of the same size without a window.
+    fn measure(config: &Path) -> Self {
         let scene = LoadedScene::load(config, &|_, _, _| {}).expect("the scene loads");
         let options = RendererOptions { samples: 1, ..Default::default() };
         let mut viewer = Viewer::new_headless(scene, options, SIZE).expect("there is a device");
@@ -80,7 +80,7 @@ impl Places {
         Self { axes, pixels }
     }
 
-    /// Where a value is on an axis.
+    /// Returns the screen position of a value on an axis.
     fn on_axis(&self, name: &str, value: f32) -> [i32; 2] {
         let axis = self.axes.iter().find(|axis| axis.name == name).expect("it is shown");
         let scale = |value: f32| if axis.log { value.ln() } else { value };
@@ -90,7 +90,7 @@ impl Places {
     }
 }
 
-/// A window in which the samples were read.
+/// Opens a window in which the samples were read.
 fn open(scene: Scene, display: Display) -> Window {
     let window = Window::open(scene, display, 30);
     // They are read beside the first frames.
@@ -102,7 +102,7 @@ fn rows() -> Vec<Row> {
     histories(3, OffsetDateTime::now_utc().date())
 }
 
-/// The transformers whose last sample has so much H2, by the rows of the file alone.
+/// Returns the transformers whose last sample has so much H2, by the rows of the file alone.
 fn with_much_h2(rows: &[Row]) -> BTreeSet<String> {
     let last = |transformer| {
         let own = rows.iter().filter(|row| row.transformer == transformer);
@@ -112,7 +112,7 @@ fn with_much_h2(rows: &[Row]) -> BTreeSet<String> {
     (0..TRANSFORMERS).filter(|&one| is_much(last(one))).map(equipment).collect()
 }
 
-/// How many pixels at and around these differ.
+/// Counts the differing pixels at and around these.
 fn changes(before: &RgbImage, after: &RgbImage, pixels: &[[i32; 2]]) -> usize {
     let around = |[x, y]: [i32; 2]| {
         let reach = -OUTLINE..=OUTLINE;
@@ -131,9 +131,9 @@ fn a_brush_on_an_axis_marks_exactly_the_right_transformers() {
     let Some(display) = Display::start(SIZE) else { return };
     let rows = rows();
     let scene = scene(&rows);
-    let places = Places::of(&scene.write());
+    let places = ScreenPositions::measure(&scene.write());
     let window = open(scene, display);
-    let calm = window.shoot("chart_calm");
+    let calm = window.screenshot("chart_calm");
     // From the value to the axis' upper end, and beyond it.
     let [x, head] = places.on_axis("H2", 1e5);
     let from = places.on_axis("H2", MUCH_H2);
@@ -141,7 +141,7 @@ fn a_brush_on_an_axis_marks_exactly_the_right_transformers() {
     window.display.xdotool(&format!("mousemove {} {} sleep 1", from[0], from[1]));
     window.display.drag(LEFT_BUTTON, from, [x, head]);
     window.display.xdotool("sleep 1 mousemove 640 700");
-    let brushed = window.shoot("chart_brushed");
+    let brushed = window.screenshot("chart_brushed");
     let stats = window.close().0;
     let plain = with_much_h2(&rows);
     assert!((2..TRANSFORMERS - 1).contains(&plain.len()), "{plain:?}");
@@ -170,9 +170,9 @@ fn the_committed_configuration_of_the_fleet_is_whole() {
 fn a_click_on_a_transformer_marks_its_line() {
     let Some(display) = Display::start(SIZE) else { return };
     let scene = scene(&rows());
-    let places = Places::of(&scene.write());
+    let places = ScreenPositions::measure(&scene.write());
     let window = open(scene, display);
-    let calm = window.shoot("chart_unpicked");
+    let calm = window.screenshot("chart_unpicked");
     // A normal one, whose line has the colour of the selection alone.
     let id = equipment(6);
     let pixels = &places.pixels[&id];
@@ -181,7 +181,7 @@ fn a_click_on_a_transformer_marks_its_line() {
     window.display.xdotool(&format!("mousemove {} {} sleep 1", at[0], at[1]));
     window.display.click_button(LEFT_BUTTON, at);
     window.display.xdotool("sleep 1 mousemove 640 700");
-    let picked = window.shoot("chart_picked");
+    let picked = window.screenshot("chart_picked");
     let blue = |picture: &RgbImage| {
         let near = |(a, b): (&u8, &u8)| a.abs_diff(*b) < 40;
         picture.pixels().filter(|pixel| pixel.0.iter().zip(&SELECTION).all(near)).count()

@@ -1,5 +1,5 @@
-//! Order of values, clocks that differ, and pauses, as statistics and `doctor` tell them of a
-//! source whose samples, times and flags a script words.
+//! Order of values, clock differences and pauses in the statistics and in `doctor`, of a source
+//! whose samples, times and flags a script defines.
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -7,16 +7,16 @@ use e2e::{Process, Scene, Stats, busbar, finish};
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
-/// From the writing of the script to its first batch, milliseconds: all runs by then.
+/// Time from the writing of the script to its first batch, milliseconds; all processes run by then.
 const LEAD_MILLIS: u64 = 6_000;
 /// Freshness of all tags, seconds: nothing grows stale by itself.
 const FRESHNESS_SECONDS: u64 = 600;
 
-/// A scene without equipment whose tags follow a script: batches as milliseconds after the
+/// Returns a scene without equipment whose tags follow a script: batches as milliseconds after the
 /// lead, and samples.
 fn scene(plugin: Value, batches: &[(u64, Value)]) -> Scene {
     let mut scene = Scene::without_tags();
-    scene.lend("sample_generator");
+    scene.add_plugin("sample_generator");
     let start = SystemTime::now().duration_since(UNIX_EPOCH).expect("it is after 1970");
     let batches: Vec<Value> = batches
         .iter()
@@ -51,7 +51,7 @@ fn sample(tag: &str, value: f64, quality: &str, age_millis: Option<i64>, flags: 
     json!({ "tag": tag, "value": value, "quality": quality, "age_millis": age_millis, "flags": flags })
 }
 
-/// Statistics after so many milliseconds of the script.
+/// Returns the statistics after so many milliseconds of the script.
 fn stats_after(scene: &Scene, millis: u64) -> Stats {
     let seconds = (LEAD_MILLIS + millis) as f64 / 1e3;
     finish(&mut scene.rendering(seconds)).expect_code(0);

@@ -1,6 +1,5 @@
-//! The mesh at any cursor against the process as the paper words it, one
-//! collapse after the other: for every optimiser and order, on meshes with hard
-//! edges, seams, textures and several materials.
+//! Meshes at any cursor against the paper's sequential process, one collapse after the other: for
+//! every optimiser and order, on meshes with hard edges.
 
 use busbar_geometry::{Collapse, CollapseSequence, CollapseStacks, Mesh, RawPrimitive, weld};
 use busbar_gltf_import::{ImportLimits, import_file};
@@ -9,12 +8,12 @@ use e2e::{Scene, workspace_path};
 use glam::{Vec2, Vec3};
 use serde_json::{Value, json};
 
-/// Cursors that are looked at, each mesh and order.
+/// Number of compared cursors for each mesh and order.
 const CURSORS: usize = 1000;
-/// Wedges of a position among which a parent is chosen.
+/// Greatest number of wedges of a position among which a parent is chosen.
 const MAX_CANDIDATES: usize = 64;
 
-/// Every order there is.
+/// Lists every order of collapses.
 fn orders() -> [(&'static str, Value); 4] {
     [
         ("weighted_collapse", json!({ "order": "paper" })),
@@ -24,7 +23,7 @@ fn orders() -> [(&'static str, Value); 4] {
     ]
 }
 
-/// Moves wedges as a text would say it, without death indices or tables.
+/// Sequential collapse of wedges by the paper's definition, without death indices or tables.
 struct Process<'a> {
     mesh: &'a Mesh,
     /// Live triangles, as wedges; `None` for a dead one.
@@ -68,7 +67,7 @@ impl<'a> Process<'a> {
         }
     }
 
-    /// The wedge of `kept` that fits a wedge best.
+    /// Returns the wedge of `kept` that fits a wedge best.
     fn heir(&self, wedge: u32, kept: u32) -> u32 {
         let wedges = &self.mesh.wedges;
         let wedge = wedge as usize;
@@ -87,7 +86,7 @@ impl<'a> Process<'a> {
     }
 }
 
-/// SplitMix64 (Steele et al., OOPSLA 2014).
+/// Returns the next number of SplitMix64 (Steele et al., OOPSLA 2014).
 fn random(state: &mut u64) -> u64 {
     *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let z = (*state ^ (*state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -138,7 +137,7 @@ fn assert_all_orders(meshes: &[Mesh], count: usize) {
     }
 }
 
-/// A hill of two materials with a texture seam and a sharp ridge.
+/// Builds a hill of two materials with a texture seam and a sharp ridge.
 fn patchwork() -> Mesh {
     const SIDE: u32 = 30;
     let half = |material: u32| {
@@ -176,7 +175,7 @@ fn any_cursor_is_the_sequential_process() {
     assert_all_orders(&model.meshes, CURSORS);
 }
 
-/// By name, in a release build: minutes.
+/// Runs by name in a release build; takes minutes.
 #[test]
 #[ignore = "takes minutes"]
 fn any_cursor_of_large_meshes_is_the_sequential_process() {

@@ -11,10 +11,10 @@ use e2e::{Output, built, built_folder, busbar, finish};
 use serde_json::json;
 
 const HEADER: &str = "H2,CH4,C2H6,C2H4,C2H2";
-/// Rows of the large file: enough that a copy of it, or of its results, would show.
+/// Number of rows of the large file: enough that a copy of it, or of its results, would show.
 const MANY: u32 = 600_000;
-/// The most memory that any of the processes may take for it. Programs and libraries with
-/// all their checks take some 60 MB by themselves.
+/// Greatest peak memory of any of the processes, bytes. Programs and libraries with all their
+/// checks take some 60 MB by themselves.
 const MAX_PEAK_BYTES: u64 = 120 << 20;
 
 struct Folder(tempfile::TempDir);
@@ -34,7 +34,7 @@ impl Folder {
         path
     }
 
-    /// A plugin directory with this one library.
+    /// Creates a plugin directory with this one library.
     fn plugins(&self, plugin: &str) -> PathBuf {
         let name = format!("lib{plugin}.{}", std::env::consts::DLL_EXTENSION);
         let folder = self.path("plugins");
@@ -44,7 +44,7 @@ impl Folder {
     }
 }
 
-/// `busbar NAME FILE`, with the plugins of this folder.
+/// Returns the command `busbar NAME FILE`, with the plugins of this folder.
 fn offered(name: &str, file: &Path, plugins: &Path) -> Command {
     let mut command = busbar();
     command.arg(name).arg(file).arg("--plugin-directory").arg(plugins);

@@ -1,5 +1,5 @@
-//! Switches of a real server make equipment live, dead, earthed and unknown in the
-//! picture, which is read as an operator reads it.
+//! Energisation by switches of a real server: live, dead, earthed and unknown equipment, judged by
+//! the picture.
 
 use std::time::{Duration, Instant};
 
@@ -16,12 +16,13 @@ const TRANSFORMER: &str = "=S12D1T1-TA1";
 const OPEN: [u16; 2] = [1, 0];
 const CLOSED: [u16; 2] = [0, 1];
 const TRAVELLING: [u16; 2] = [0, 0];
-/// Within which a change is in the picture.
+/// Longest time until a change is in the picture.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// Levels by which a mean of a colour is seen to change.
+/// Least visible change in a mean of a colour, of 255.
 const SEEN: f64 = 6.0;
 
-/// One phase of a line that feeds a transformer through a disconnector and a breaker.
+/// Returns a scene of one phase of a line that feeds a transformer through a disconnector and a
+/// breaker.
 fn scene(port: u16) -> Scene {
     let mut scene = Scene::demo(port);
     let position = |register: u32| {
@@ -64,20 +65,20 @@ struct View {
     start: Instant,
 }
 
-/// Mean red, green and blue of a shape, and by how much its grey varies.
+/// Mean red, green and blue of a shape, and the spread of its grey.
 #[derive(Clone, Copy, Debug)]
-struct Look {
+struct RegionColor {
     mean: [f64; 3],
     spread: f64,
 }
 
-impl Look {
+impl RegionColor {
     fn differs(&self, other: &Self) -> bool {
         let mean = self.mean.iter().zip(other.mean).any(|(a, b)| (a - b).abs() > SEEN);
         mean || (self.spread - other.spread).abs() > SEEN
     }
 
-    /// How much bluer than red it is.
+    /// Returns the excess of blue over red.
     fn blue(&self) -> f64 {
         self.mean[2] - self.mean[0]
     }
@@ -112,30 +113,30 @@ impl View {
         self.viewer.read_picture().expect("the picture is there")
     }
 
-    /// Disconnector, breaker and transformer.
-    fn looks(&mut self) -> [Look; 3] {
+    /// Measures the colours of disconnector, breaker and transformer.
+    fn region_colors(&mut self) -> [RegionColor; 3] {
         let picture = self.draw();
-        let look = |shape: &Vec<usize>| {
+        let color = |shape: &Vec<usize>| {
             let pixels = || shape.iter().map(|at| &picture.rgba8[at * 4..at * 4 + 3]);
             let count = shape.len() as f64;
             let mean = [0, 1, 2].map(|c| pixels().map(|p| f64::from(p[c])).sum::<f64>() / count);
             let grey = |p: &[u8]| p.iter().map(|&c| f64::from(c)).sum::<f64>() / 3.0;
             let middle = mean.iter().sum::<f64>() / 3.0;
             let spread = pixels().map(|p| (grey(p) - middle).powi(2)).sum::<f64>() / count;
-            Look { mean, spread: spread.sqrt() }
+            RegionColor { mean, spread: spread.sqrt() }
         };
-        [0, 1, 2].map(|at| look(&self.shapes[at]))
+        [0, 1, 2].map(|at| color(&self.shapes[at]))
     }
 
-    /// Draws until something holds.
-    fn until(&mut self, what: &str, holds: impl Fn(&[Look; 3]) -> bool) -> [Look; 3] {
+    /// Draws until a condition holds.
+    fn until(&mut self, what: &str, holds: impl Fn(&[RegionColor; 3]) -> bool) -> [RegionColor; 3] {
         let start = Instant::now();
         loop {
-            let looks = self.looks();
-            if holds(&looks) {
-                return looks;
+            let region_colors = self.region_colors();
+            if holds(&region_colors) {
+                return region_colors;
             }
-            assert!(start.elapsed() < PATIENCE, "not {what}: {looks:#?}");
+            assert!(start.elapsed() < PATIENCE, "not {what}: {region_colors:#?}");
             std::thread::sleep(Duration::from_millis(20));
         }
     }
@@ -151,8 +152,8 @@ fn switches_of_a_server_change_what_is_seen_as_energised() {
     let Some(mut peer) = Peer::start(&bits(CLOSED, CLOSED)) else { return };
     let scene = scene(peer.port);
     let mut view = View::open(&scene);
-    let is_blue = |look: &Look| look.blue() > 25.0;
-    let live = view.until("all live", |looks| looks.iter().all(is_blue));
+    let is_blue = |color: &RegionColor| color.blue() > 25.0;
+    let live = view.until("all live", |region_colors| region_colors.iter().all(is_blue));
 
     peer.set("discrete", 0, &OPEN);
     let dead = view.until("a dead transformer", |[_, _, transformer]| !is_blue(transformer));
@@ -165,10 +166,10 @@ fn switches_of_a_server_change_what_is_seen_as_energised() {
     assert!(is_blue(&unknown[0]), "the disconnector's ends are known: {unknown:#?}");
 
     peer.set("discrete", 0, &CLOSED);
-    view.until("live again", |looks| looks.iter().all(is_blue));
+    view.until("live again", |region_colors| region_colors.iter().all(is_blue));
     // The server is gone: nothing may look live, the feeding line's end included.
     drop(peer);
-    let stale = view.until("stale", |looks| !looks.iter().any(is_blue));
+    let stale = view.until("stale", |region_colors| !region_colors.iter().any(is_blue));
     for (stale, live) in stale.iter().zip(&live) {
         assert!(stale.differs(live), "{stale:?} {live:?}");
     }

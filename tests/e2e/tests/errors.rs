@@ -1,4 +1,4 @@
-//! What is wrong is told once, with its place and its remedy; nothing panics.
+//! Error messages: each fault is reported once, with its place and remedy; nothing panics.
 
 use std::path::Path;
 use std::process::Command;
@@ -6,8 +6,8 @@ use std::process::Command;
 use e2e::{Output, Scene, busbar, finish, model, workspace_path};
 use serde_json::{Value, json};
 
-/// Checks that a run failed by the user's input and told it in one error that
-/// holds all these words.
+/// Asserts that a run failed by the user's input, and reported it in one error with all these
+/// words.
 #[track_caller]
 fn assert_one_error(output: Output, words: &[&str]) {
     let output = output.expect_code(1);
@@ -17,7 +17,7 @@ fn assert_one_error(output: Output, words: &[&str]) {
     }
 }
 
-/// The same, with plugins in processes of their own and without.
+/// Asserts one error with plugins in processes of their own, and without.
 #[track_caller]
 fn assert_one_error_either_way(scene: &mut Scene, words: &[&str]) {
     for isolation in ["process", "none"] {
@@ -26,7 +26,7 @@ fn assert_one_error_either_way(scene: &mut Scene, words: &[&str]) {
     }
 }
 
-/// The lines that tell an error; none may tell of a panic.
+/// Returns the lines that describe an error; none may describe a panic.
 #[track_caller]
 fn errors_of(output: &Output) -> Vec<&str> {
     assert!(!output.stderr.contains("panicked"), "{}", output.stderr);
@@ -48,7 +48,7 @@ fn rendering(scene: &Scene, more: &[&str]) -> Command {
     command
 }
 
-/// The demo with one value of its configuration changed.
+/// Returns the demo with one value of its configuration changed.
 fn with(pointer: &str, value: Value) -> Scene {
     let mut scene = Scene::demo(1);
     *scene.config.pointer_mut(pointer).expect("the demo has it") = value;
@@ -179,7 +179,7 @@ fn a_library_that_is_no_plugin() {
     }
 }
 
-/// A plugin entry in C that says it speaks this version.
+/// Returns the C source of a plugin entry of this version.
 fn entry_of_version(major: u32, minor: u32) -> String {
     format!(
         "#include \"busbar_plugin.h\"\n\

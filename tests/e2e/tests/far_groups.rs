@@ -1,15 +1,16 @@
-//! Yards far away are drawn as one mesh each, and nobody sees or feels it.
+//! Hierarchical levels of detail: yards far away are drawn as one mesh each, without a visible
+//! difference.
 
 use busbar_viewer::{LoadedScene, Picture, RendererOptions, Viewer};
 use e2e::{Scene, YARDS};
 use serde_json::json;
 
 const SIZE: [u32; 2] = [1600, 900];
-/// From where a yard is less than its proxy's error away from what it stands for.
+/// Eye from which a yard's proxy differs from the yard by less than its error allows.
 const FAR: [f32; 3] = [60.0, 45.0, 400.0];
 const NEAR: [f32; 3] = [60.0, 10.0, 40.0];
 const TARGET: [f32; 3] = [60.0, 0.0, 0.0];
-/// What a quarter of a pixel covers of the yards from there, metres.
+/// Extent of a quarter of a pixel at the yards' distance, metres.
 const QUARTER_PIXEL: f32 = 0.092;
 
 struct View {
@@ -22,7 +23,7 @@ impl View {
         self.draw_moved(eye, 0.0)
     }
 
-    /// As many metres to the right and up.
+    /// Draws from an eye moved by `metres` to the right and up.
     fn draw_moved(&mut self, eye: [f32; 3], metres: f32) -> Picture {
         let moved = |[x, y, z]: [f32; 3]| [x + metres, y + metres, z];
         self.viewer.look_from(moved(eye), moved(TARGET));
@@ -31,14 +32,14 @@ impl View {
         self.viewer.read_picture().expect("the picture is there")
     }
 
-    /// What is at each pixel of the last frame.
+    /// Returns the equipment at each pixel of the last frame.
     fn ids(&mut self) -> Vec<Option<String>> {
         let pixels: Vec<_> = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| [x, y])).collect();
         self.viewer.pick_many(&pixels).expect("ids are drawn")
     }
 }
 
-/// At how many places two of the same length differ.
+/// Counts the indices at which two slices of the same length differ.
 fn differing<T: PartialEq>(a: &[T], b: &[T]) -> usize {
     assert_eq!(a.len(), b.len());
     a.iter().zip(b).filter(|(a, b)| a != b).count()
@@ -48,17 +49,17 @@ fn visibly(picture: &Picture) -> Vec<[u8; 3]> {
     picture.rgba8.chunks_exact(4).map(|p| [p[0] >> 6, p[1] >> 6, p[2] >> 6]).collect()
 }
 
-/// How far what is shown and picked is from what is there at full detail, pixels.
+/// Numbers of pixels whose colour or pick differs from full detail.
 #[derive(Debug)]
 struct Differences {
     colours: usize,
     pieces: usize,
-    /// Where both show a piece, of another breaker.
+    /// Pixels at which both show a piece, but of different breakers.
     breakers: usize,
 }
 
 impl Differences {
-    fn between([a, b]: [&Picture; 2], ids: [&[Option<String>]; 2]) -> Self {
+    fn count([a, b]: [&Picture; 2], ids: [&[Option<String>]; 2]) -> Self {
         let both = ids[0].iter().zip(ids[1]).filter_map(|(a, b)| a.as_ref().zip(b.as_ref()));
         Self {
             colours: differing(&visibly(a), &visibly(b)),
@@ -68,7 +69,7 @@ impl Differences {
     }
 }
 
-/// The breaker that a piece `=Y0Q16/support` is of.
+/// Returns the breaker that a piece such as `=Y0Q16/support` belongs to.
 fn breaker_of(piece: &str) -> &str {
     piece.split_once('/').map_or(piece, |(breaker, _)| breaker)
 }
@@ -102,8 +103,8 @@ fn far_yards_are_one_mesh_each_and_look_and_pick_as_their_breakers() {
     let moved_ids = view.ids();
     // Breakers are some four by six pixels here, and most of their pieces less than one: which
     // of them a pixel shows hangs on where its middle is, also at full detail.
-    let as_one = Differences::between([&far, &full], [&ids, &full_ids]);
-    let by_moving = Differences::between([&moved, &full], [&moved_ids, &full_ids]);
+    let as_one = Differences::count([&far, &full], [&ids, &full_ids]);
+    let by_moving = Differences::count([&moved, &full], [&moved_ids, &full_ids]);
     let [shown, shown_in_full] = [shown(&ids), shown(&full_ids)];
     println!("{as_one:?}, by a quarter of a pixel {by_moving:?}; {shown} of {shown_in_full} shown");
     assert!(shown_in_full > 1000, "there is something to see");

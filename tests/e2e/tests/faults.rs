@@ -1,12 +1,12 @@
-//! Plugins that die while the scene loads, storms, and what a plugin's process may
-//! use up: the view is there, goes on, and says what is wrong.
+//! Plugin faults: deaths while the scene loads, storms, and resource limits of a plugin's process.
+//! The view is there, continues, and reports the fault.
 
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use e2e::trouble::Trouble;
+use e2e::faulty_plugins::FaultyPluginScene;
 use e2e::{Output, Scene, Stats, built, built_folder, busbar, finish, wait_for};
 use rustix::process::{Signal, kill_process};
 use serde_json::{Value, json};
@@ -16,14 +16,15 @@ use crate::view::{MAX_FRAME, MAX_TO_BAD, MAX_TO_GOOD, View};
 #[path = "common/view.rs"]
 mod view;
 
-/// How long frames are timed beside a storm.
+/// Duration of the frame-time measurement beside a storm.
 const STORM: Duration = Duration::from_secs(3);
-/// Address space of a plugin that wants all there is: 10^6 bytes.
+/// Greatest address space of a greedy plugin, 10^6 bytes.
 const MEMORY_MEGABYTES: u64 = 512;
 
-/// A steady plugin with its three tags beside one that has this fault, and one tag.
-fn beside(fault: Value) -> Trouble {
-    let mut trouble = Trouble::with("trouble.steady");
+/// Returns a scene of a steady plugin with its three tags beside one that has this fault, and one
+/// tag.
+fn beside(fault: Value) -> FaultyPluginScene {
+    let mut trouble = FaultyPluginScene::with_plugin("trouble.steady");
     let name = format!("libfault_injector.{}", std::env::consts::DLL_EXTENSION);
     fs::copy(built(built_folder().join(&name)), trouble.path("plugins").join(&name))
         .expect("it can be copied");
@@ -31,14 +32,14 @@ fn beside(fault: Value) -> Trouble {
     trouble
 }
 
-fn with_tag(fault: Value) -> Trouble {
+fn with_tag(fault: Value) -> FaultyPluginScene {
     let mut trouble = beside(fault);
     trouble.config["tags"]["F"] =
         json!({ "type": "f64", "source": { "plugin": "faulty", "address": {} } });
     trouble
 }
 
-fn run(command: &str, trouble: &Trouble) -> Output {
+fn run(command: &str, trouble: &FaultyPluginScene) -> Output {
     let mut program = busbar();
     program.arg(command).arg(trouble.write());
     if command == "render" {
@@ -55,9 +56,9 @@ fn assert_says(output: &Output, words: &[&str]) {
     }
 }
 
-/// The scene is shown with the others' values; the faulty plugin in quarantine.
+/// Asserts that the scene is shown with the others' values, and the faulty plugin is in quarantine.
 #[track_caller]
-fn assert_shown(trouble: &Trouble, words: &[&str]) -> Stats {
+fn assert_shown(trouble: &FaultyPluginScene, words: &[&str]) -> Stats {
     let output = run("render", trouble).expect_code(0);
     assert_says(&output, words);
     let stats = Stats::read(&trouble.path("stats.json"));
@@ -70,8 +71,8 @@ fn assert_shown(trouble: &Trouble, words: &[&str]) -> Stats {
     stats
 }
 
-/// Each kind of fault at each function once, in 49 processes beside one view;
-/// `cargo xtask faults` does it 40 times and measures.
+/// Injects each kind of fault at each function once, in 49 processes beside one view; `cargo xtask
+/// faults` does it 40 times and measures.
 #[test]
 fn a_view_survives_every_fault_at_every_function() {
     let folder = tempfile::tempdir().expect("a temporary folder can be made");
@@ -151,7 +152,7 @@ fn a_model_whose_optimizer_fails_is_shown_in_full_detail() {
     }
 }
 
-/// Without a plugin's process there is no death to outlive: an error is an error.
+/// Wrong settings are errors without a plugin's process, too: there is no death to survive.
 #[test]
 fn settings_that_are_wrong_are_errors_still() {
     let trouble = with_tag(json!({ "kind": "flood", "at": "create" }));
@@ -163,7 +164,7 @@ fn settings_that_are_wrong_are_errors_still() {
 #[test]
 #[allow(clippy::print_stderr, reason = "the figure that was measured")]
 fn frames_go_on_beside_a_storm_of_deaths() {
-    let mut trouble = Trouble::with("trouble.segfault");
+    let mut trouble = FaultyPluginScene::with_plugin("trouble.segfault");
     trouble.config["supervision"] = json!({ "restart_millis": 0, "max_deaths": 0 });
     let mut view = View::open(trouble);
     let (start, mut last, mut gaps) = (Instant::now(), Instant::now(), Vec::new());
@@ -187,7 +188,7 @@ fn frames_go_on_beside_a_storm_of_deaths() {
 
 #[test]
 fn a_plugin_that_wants_all_memory_dies_of_its_limit_alone() {
-    let mut trouble = Trouble::with("trouble.greedy");
+    let mut trouble = FaultyPluginScene::with_plugin("trouble.greedy");
     trouble.config["plugins"]["trouble"]["memory_megabytes"] = json!(MEMORY_MEGABYTES);
     trouble.config["plugins"]["other"] = json!({ "plugin": "trouble.steady" });
     trouble.config["tags"]["D"] =
@@ -217,7 +218,7 @@ fn a_plugin_that_wants_all_memory_dies_of_its_limit_alone() {
 
 #[test]
 fn what_a_plugin_started_itself_dies_with_it() {
-    let mut trouble = Trouble::with("trouble.parent");
+    let mut trouble = FaultyPluginScene::with_plugin("trouble.parent");
     trouble.config["supervision"] = json!({ "max_deaths": 1 });
     let mut view = View::open(trouble);
     view.wait_for_quality("good", MAX_TO_GOOD);
@@ -234,7 +235,7 @@ fn what_a_plugin_started_itself_dies_with_it() {
 /// Many overlays that hang at once hold a frame up no longer than one of them.
 #[test]
 fn all_overlays_share_the_patience_of_a_frame() {
-    let mut trouble = Trouble::with("trouble.slow");
+    let mut trouble = FaultyPluginScene::with_plugin("trouble.slow");
     let overlays: Vec<_> = (0..24).map(|index| format!("slow{index}")).collect();
     for name in &overlays {
         trouble.config["plugins"][name] = json!({ "plugin": "trouble.slow" });

@@ -20,7 +20,7 @@ use serde_json::{Value, json};
 
 const SIZE: [u32; 2] = [480, 270];
 
-/// The piece that each triangle of the yard is of, by where it lies.
+/// Asserts that each triangle of the yard belongs to the piece at its place.
 fn assert_triangles_lie_in_their_pieces(model: &Model) {
     let [mesh] = model.meshes.as_slice() else { panic!("not one mesh") };
     for &triangle in &mesh.triangles {
@@ -66,7 +66,7 @@ fn an_optimised_file_keeps_its_features() {
     }
 }
 
-/// Renders the scene; the picture, and what was said.
+/// Renders the scene; returns the picture and the output.
 fn render(scene: &Scene, more: &[&str]) -> (RgbImage, String, Stats) {
     let (out, stats) = (scene.path("picture.png"), scene.path("stats.json"));
     let mut command = busbar();
@@ -102,10 +102,11 @@ fn a_pick_names_the_piece_at_every_theta() {
     assert!(viewer.stats().validation_messages.is_empty());
 }
 
-/// How far an outline and what smooths it reach beyond what it is drawn around, pixels.
+/// Reach of an outline with its smoothing beyond the equipment, pixels.
 const OUTLINE_REACH: u32 = 5;
 
-/// Whether a pixel shows a piece, and whether it or one within an outline's reach does.
+/// Returns a function that reports whether a pixel shows the equipment, and whether one within an
+/// outline's reach does.
 fn mask_of(scene: &Scene, id: &str) -> impl Fn(u32, u32) -> [bool; 2] + use<> {
     let pixels: Vec<_> = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| [x, y])).collect();
     let picked = viewer_of(scene, SIZE).pick_many(&pixels).expect("they are in the picture");
@@ -165,7 +166,7 @@ fn an_alarm_on_a_piece_colours_it_alone() {
     assert_eq!(red, [6]);
 }
 
-/// Deterministic pixels (Steele, Lea, Flood, "SplitMix", OOPSLA 2014).
+/// Draws deterministic pixels (Steele, Lea, Flood, "SplitMix", OOPSLA 2014).
 fn random_pixels(count: u64, size: [u32; 2]) -> Vec<[u32; 2]> {
     let word = |i: u64| {
         let mut z = i.wrapping_mul(0x9E37_79B9_7F4A_7C15);

@@ -1,5 +1,5 @@
-//! A monitor of dissolved gases behind an independent server: its gases become a verdict and a
-//! line of the chart, and once they are stale there is no verdict.
+//! Monitor of dissolved gases behind an independent server: its gases become a verdict and a line
+//! of the chart; stale gases have no verdict.
 
 use std::time::Duration;
 
@@ -9,11 +9,11 @@ use e2e::{Scene, wait_for};
 use serde_json::{Value, json};
 
 const SIZE: [u32; 2] = [320, 180];
-/// Until values, a record or an answer are there.
+/// Longest wait for values, a record or an answer.
 const MAX_WAIT: Duration = Duration::from_secs(60);
 const ID: &str = "=S12D1T1-TA1";
 const GASES: [&str; 9] = ["H2", "CH4", "C2H6", "C2H4", "C2H2", "CO", "CO2", "O2", "N2"];
-/// Quiet oil of a sealed transformer, and one with discharges of low energy, ppm.
+/// Gases of quiet oil in a sealed transformer, ppm; those with discharges of low energy follow.
 const CALM: [f32; 9] = [14.0, 7.0, 9.0, 5.0, 0.1, 150.0, 1300.0, 2400.0, 62_000.0];
 const ARCING: [f32; 9] = [550.0, 100.0, 20.0, 50.0, 240.0, 150.0, 1300.0, 2400.0, 62_000.0];
 
@@ -53,7 +53,7 @@ struct View {
 }
 
 impl View {
-    /// The chart, once it is as wanted.
+    /// Waits until the chart is as expected.
     fn until(&mut self, what: &str, holds: impl Fn(&ChartStats) -> bool) -> ChartStats {
         wait_for(what, MAX_WAIT, || {
             self.seconds += 0.1;

@@ -1,5 +1,5 @@
-//! Whatever an operator can be shown of equipment is told apart without colour: all pairs
-//! of states, drawn by the renderer and looked at in grey.
+//! Distinction of states without colour: all pairs of states of equipment, drawn by the renderer
+//! and compared in grey.
 
 use std::sync::Arc;
 
@@ -17,23 +17,23 @@ use serde_json::Value;
 use substation::Station;
 
 const SIZE: [u32; 2] = [128, 96];
-/// Levels of grey, of 255, by which a pixel is seen to differ beside its neighbour.
+/// Least visible difference of grey between neighbouring pixels, of 255.
 const VISIBLE: f32 = 14.0;
-/// The share of a surface, or of the line around it, that differs where two states do.
+/// Least share of a surface, or of the line around it, that differs between two states.
 const MIN_SHARE: f32 = 0.15;
-/// Pixels on both sides of a border that belong to it.
+/// Number of pixels on both sides of a border that belong to it.
 const BORDER: usize = 3;
 /// Linear grey of bodies: paint and zinc, and brown porcelain.
 const BODIES: [f32; 2] = [0.55, 0.06];
-/// What the chart of gas analyses marks equipment with (`ChartState`) where it is abnormal.
+/// Marks of the gas analysis chart on abnormal equipment (`ChartState`).
 const GAS_STATES: [(&str, [u8; 3], Pattern); 3] = [
     ("gas: watch", [176, 128, 0], Pattern::Dotted),
     ("gas: overheating", [214, 84, 16], Pattern::Striped),
     ("gas: discharges", [178, 16, 36], Pattern::Crossed),
 ];
 
-/// States that say the same of different things: how bad it is, or that nobody knows. The
-/// words beside them say of what.
+/// States of equal meaning for different conditions: their severity, or that it is unknown. The
+/// words beside them name the condition.
 const SAME: [&[&str]; 4] = [
     &["warning", "attention", "general defect", "gas: watch"],
     &["SF6 low", "serious defect", "gas: overheating"],
@@ -41,13 +41,13 @@ const SAME: [&[&str]; 4] = [
     &["not known", "energised: unknown"],
 ];
 
-struct Look {
+struct Appearance {
     name: String,
     highlight: Highlight,
     outline: Option<OutlineKind>,
 }
 
-/// The legends of all overlays of the station, from their plugins as they are built.
+/// Returns the legends of all overlays of the station, from their plugins as they are built.
 fn legends() -> Vec<(String, Highlight)> {
     let station = Station::generate(1).expect("it is sound");
     let configuration = station.live_configuration(|switch| switch.closed);
@@ -73,7 +73,7 @@ fn legends() -> Vec<(String, Highlight)> {
     names.iter().flat_map(legend).collect()
 }
 
-/// All tints that there are, those that mean the same under several names once.
+/// Lists all tints; those of equal meaning under several names appear once.
 fn tints() -> Vec<(String, Highlight)> {
     let own = highlight_styles::ALL.iter().map(|&(name, tint)| (name.to_owned(), tint));
     let gas = GAS_STATES.map(|(name, color, pattern)| {
@@ -89,11 +89,15 @@ fn tints() -> Vec<(String, Highlight)> {
     tints
 }
 
-/// Each tint without an outline, under the pointer, and selected.
-fn all_looks() -> Vec<Look> {
+/// Lists each tint without an outline, under the pointer, and selected.
+fn all_appearances() -> Vec<Appearance> {
     let outlines = [None, Some(OutlineKind::Hovered), Some(OutlineKind::Selected)];
     let with_outlines = |(name, highlight): (String, Highlight)| {
-        outlines.map(|outline| Look { name: format!("{name}, {outline:?}"), highlight, outline })
+        outlines.map(|outline| Appearance {
+            name: format!("{name}, {outline:?}"),
+            highlight,
+            outline,
+        })
     };
     // What is selected shows no state, unless something is wrong with it.
     let with_selection = [
@@ -102,9 +106,9 @@ fn all_looks() -> Vec<Look> {
         highlight_styles::ALARM,
         highlight_styles::UNKNOWN,
     ];
-    let is_possible = |look: &Look| match look.outline {
-        Some(OutlineKind::Selected) => with_selection.contains(&look.highlight),
-        _ => look.highlight != highlight_styles::SELECTION,
+    let is_possible = |appearance: &Appearance| match appearance.outline {
+        Some(OutlineKind::Selected) => with_selection.contains(&appearance.highlight),
+        _ => appearance.highlight != highlight_styles::SELECTION,
     };
     tints().into_iter().flat_map(with_outlines).filter(is_possible).collect()
 }
@@ -128,20 +132,24 @@ fn body(renderer: &mut Renderer, grey: f32) -> ModelHandle {
     renderer.upload_model(upload).expect("it fits")
 }
 
-fn picture(renderer: &mut Renderer, model: ModelHandle, look: Option<&Look>) -> Picture {
-    let instance = |look: &Look| DrawInstance {
+fn picture(
+    renderer: &mut Renderer,
+    model: ModelHandle,
+    appearance: Option<&Appearance>,
+) -> Picture {
+    let instance = |appearance: &Appearance| DrawInstance {
         model,
         mesh: 0,
         cursor: 0,
         morph: None,
         world_from_mesh: Mat4::IDENTITY,
         object: 1,
-        highlight: look.highlight,
+        highlight: appearance.highlight,
         first_feature: None,
     };
-    let drawn: Vec<DrawInstance> = look.into_iter().map(instance).collect();
-    let outlined: Vec<OutlinedObject> = look
-        .and_then(|look| look.outline)
+    let drawn: Vec<DrawInstance> = appearance.into_iter().map(instance).collect();
+    let outlined: Vec<OutlinedObject> = appearance
+        .and_then(|appearance| appearance.outline)
         .map(|kind| OutlinedObject { object: 1, kind })
         .into_iter()
         .collect();
@@ -152,14 +160,14 @@ fn picture(renderer: &mut Renderer, model: ModelHandle, look: Option<&Look>) -> 
     renderer.read_picture().expect("it was drawn")
 }
 
-/// Luma (ITU-R BT.709) of each pixel.
+/// Computes the luma (ITU-R BT.709) of each pixel.
 fn grey(picture: &Picture) -> Vec<f32> {
     let luma =
         |p: &[u8]| 0.2126 * f32::from(p[0]) + 0.7152 * f32::from(p[1]) + 0.0722 * f32::from(p[2]);
     picture.rgba8.chunks_exact(4).map(luma).collect()
 }
 
-/// The pixels well within the square, and those about its border.
+/// Returns the pixels well within the square, and those about its border.
 fn regions(bare: &[f32], empty: &[f32]) -> [Vec<usize>; 2] {
     let [width, height] = SIZE.map(|side| side as usize);
     let is_shape = |x: usize, y: usize| (bare[y * width + x] - empty[y * width + x]).abs() > 1.0;
@@ -180,8 +188,10 @@ fn regions(bare: &[f32], empty: &[f32]) -> [Vec<usize>; 2] {
     [within, border]
 }
 
-fn means_the_same(a: &Look, b: &Look) -> bool {
-    let has = |words: &[&str], look: &Look| words.iter().any(|word| look.name.contains(word));
+fn means_the_same(a: &Appearance, b: &Appearance) -> bool {
+    let has = |words: &[&str], appearance: &Appearance| {
+        words.iter().any(|word| appearance.name.contains(word))
+    };
     a.outline == b.outline && SAME.iter().any(|words| has(words, a) && has(words, b))
 }
 
@@ -192,7 +202,7 @@ fn differing(a: &[f32], b: &[f32], region: &[usize]) -> f32 {
 
 #[test]
 fn all_pairs_of_states_are_told_apart_in_grey() {
-    let looks = all_looks();
+    let looks = all_appearances();
     assert!(looks.len() >= 24, "{} looks", looks.len());
     let mut alike = Vec::new();
     for quality in [Quality::Low, Quality::High] {
@@ -202,8 +212,10 @@ fn all_pairs_of_states_are_told_apart_in_grey() {
         for body_grey in BODIES {
             let model = body(&mut renderer, body_grey);
             let empty = grey(&picture(&mut renderer, model, None));
-            let pictures: Vec<Vec<f32>> =
-                looks.iter().map(|look| grey(&picture(&mut renderer, model, Some(look)))).collect();
+            let pictures: Vec<Vec<f32>> = looks
+                .iter()
+                .map(|appearance| grey(&picture(&mut renderer, model, Some(appearance))))
+                .collect();
             let regions = regions(&pictures[0], &empty);
             assert!(regions.iter().all(|region| region.len() > 500));
             for (index, a) in looks.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Models made to harm: refused at once, in little memory, with one error.
+//! Hostile models: refused at once, in little memory, with one error.
 
 use std::fs;
 use std::path::Path;
@@ -9,12 +9,12 @@ use e2e::glb::{self, WeldedMesh};
 use e2e::{Output, Scene, busbar, finish};
 use serde_json::{Value, json};
 
-/// The longest that a refusal takes.
+/// Longest time of a refusal.
 const MAX_TIME: Duration = Duration::from_secs(1);
-/// Memory beyond that of a run with a tiny model, besides four times the file.
+/// Greatest additional memory over a run with a tiny model, besides four times the file, bytes.
 const MAX_EXTRA_BYTES: u64 = 64 << 20;
 
-/// A model with one triangle, whose data are a file beside it.
+/// Returns a model with one triangle, whose data are a file beside it.
 fn triangle() -> Value {
     json!({
         "asset": {"version": "2.0"},

@@ -1,5 +1,5 @@
-//! A 104 station of c104's in a scene: what it has is in the statistics, and what
-//! it no longer vouches for is bad.
+//! IEC 60870-5-104 in a scene, with a station of c104: its values are in the statistics, and those
+//! that it no longer confirms are bad.
 
 use std::process::Command;
 use std::thread;
@@ -11,10 +11,10 @@ use e2e::{Process, Scene, finish, workspace_path};
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
-/// Messages after which all values have come: the confirmation of the start, and
-/// of the interrogation, its values, its end.
+/// Number of messages after which all values have come: the confirmation of the start, and of the
+/// interrogation, its values, its end.
 const ANSWERS_TO_ALL: usize = 2;
-/// For answers that passed the relay to be read, loaded machines included.
+/// Time for reading answers that passed the relay, loaded machines included.
 const READING: Duration = Duration::from_millis(500);
 
 struct Station {
@@ -33,7 +33,7 @@ impl Station {
     }
 }
 
-/// A point, its tag's kind, and what the statistics say: value, quality, reason.
+/// Lists points with their tags' kinds and the expected statistics: value, quality, reason.
 fn points() -> [(Value, &'static str, Value, &'static str, Option<&'static str>); 6] {
     let point = |ioa: u32, kind: &str, value: Value, quality: u8| json!({"common_address": 1, "ioa": ioa, "type": kind, "value": value, "quality": quality});
     [
@@ -56,10 +56,10 @@ fn id(point: &Value) -> String {
     format!("P{}", point["ioa"])
 }
 
-/// A scene whose tags are the points.
+/// Returns a scene whose tags are the points.
 fn scene(port: u16) -> Scene {
     let mut scene = Scene::without_tags();
-    scene.lend("iec104");
+    scene.add_plugin("iec104");
     scene.config["plugins"]["station"] = json!({
         "plugin": "iec104",
         "settings": {

@@ -1,5 +1,5 @@
-//! A server of libiec61850 in a scene: what it has is in the statistics, and what it no
-//! longer vouches for is bad. The configuration is the one of the plugin's page.
+//! IEC 61850 in a scene, with a server of libiec61850: its values are in the statistics, and those
+//! that it no longer confirms are bad. The configuration is the one of the plugin's page.
 
 use std::process::Command;
 use std::time::Duration;
@@ -9,7 +9,7 @@ use e2e::{Process, Scene, busbar, finish, wait_for, workspace_path};
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
-/// Long enough for a loaded machine.
+/// Longest wait on a loaded machine.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 const READING: Duration = Duration::from_millis(1500);
@@ -41,14 +41,14 @@ impl Server {
     }
 }
 
-/// The example of the plugin's page in a scene, at the port of a server.
+/// Returns a scene of the example on the plugin's page, at the port of a server.
 fn scene(port: u16) -> Scene {
     let page = std::fs::read_to_string(workspace_path("plugins/iec61850/README.md"));
     let page = page.expect("the plugin has a page");
     let example = page.split("```json").nth(1).and_then(|rest| rest.split("```").next());
     let example: Value = serde_json::from_str(example.expect("it has an example")).expect("JSON");
     let mut scene = Scene::without_tags();
-    scene.lend("iec61850");
+    scene.add_plugin("iec61850");
     scene.config["plugins"]["ied"] = example["plugins"]["ied"].clone();
     scene.config["tags"] = example["tags"].clone();
     let settings = &mut scene.config["plugins"]["ied"]["settings"];
@@ -193,7 +193,7 @@ fn a_scene_is_made_of_an_scl_file() {
     }
 }
 
-/// Whether somebody is connected to a local port, by the kernel's list.
+/// Reports whether a client is connected to a local port, by the kernel's list.
 fn has_client(port: u16) -> bool {
     let list = std::fs::read_to_string("/proc/net/tcp").unwrap_or_default();
     let remote = format!(":{port:04X}");

@@ -1,5 +1,5 @@
-//! `busbar import`: from a model and a point list to a live scene, by the commands of
-//! the book; and what it says to lists and requests that are no good.
+//! `busbar import`: from a model and a point list to a live scene, by the commands of the book,
+//! and its errors for invalid lists and requests.
 
 use std::fs;
 use std::net::TcpListener;
@@ -11,10 +11,10 @@ use tempfile::TempDir;
 
 /// Chapter of the book with the commands.
 const CHAPTER: &str = "host/busbar/book/src/configure/import.md";
-/// How long the device is read before the picture, seconds.
+/// Reading time of the device before the picture, seconds.
 const SECONDS: &str = "4";
 
-/// A folder with the model, the list and the plugins of the example.
+/// Folder with the model, the list and the plugins of the example.
 struct Example {
     folder: TempDir,
 }
@@ -52,7 +52,7 @@ impl Example {
         serde_json::from_slice(&text).expect("it is JSON")
     }
 
-    /// `busbar import` of the example's files, with more arguments.
+    /// Runs `busbar import` on the example's files, with more arguments.
     fn import(&self, more: &[&str]) -> Output {
         let mut command = busbar();
         command.current_dir(self.folder.path());
@@ -71,14 +71,14 @@ impl Example {
     }
 }
 
-/// `--plugin` for a device at a port that nobody has.
+/// Returns the argument of `--plugin` for a device at an unused port.
 fn device() -> String {
     let taken = TcpListener::bind("127.0.0.1:0").expect("a port is free");
     let port = taken.local_addr().expect("it has an address").port();
     format!("bay=modbus_adapter,host=127.0.0.1,port={port},poll_millis=200")
 }
 
-/// The device of a scene, simulated.
+/// Simulates the device of a scene.
 fn simulate(scene: &Path) -> Process {
     let process = Process::start(busbar().arg("simulate").arg(scene));
     process.wait_for_line(|line| (line == "ready").then_some(()));

@@ -7,7 +7,7 @@ use e2e::{Output, built, built_folder, busbar, finish, model};
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// A folder with a model, a plugin and a list.
+/// Folder with a model, a plugin and a list.
 struct Example(TempDir);
 
 impl Example {
@@ -35,7 +35,7 @@ impl Example {
         finish(command.args(more))
     }
 
-    /// Ids of the tags of the scene that was written.
+    /// Returns the tag ids of the written scene.
     fn tags(&self) -> Vec<String> {
         let text = fs::read(self.path("scene.json")).expect("a scene was written");
         let scene: Value = serde_json::from_slice(&text).expect("it is JSON");

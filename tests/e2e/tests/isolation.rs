@@ -1,11 +1,11 @@
-//! Plugins in processes of their own: whatever happens to one, the view goes on,
-//! says so, and has it back.
+//! Isolation of plugins in processes of their own: whatever happens to one, the view continues,
+//! reports it, and restarts the plugin.
 
 use std::collections::BTreeSet;
 use std::fs;
 
 use busbar_viewer::LoadedScene;
-use e2e::trouble::{self, Trouble};
+use e2e::faulty_plugins::{self, FaultyPluginScene};
 use e2e::{Process, Scene, Stats, busbar, finish, picture, wait_for};
 use rustix::process::{Signal, kill_process};
 use serde_json::json;
@@ -15,8 +15,8 @@ use crate::view::{MAX_FRAME, MAX_TO_BAD, MAX_TO_GOOD, View};
 #[path = "common/view.rs"]
 mod view;
 
-/// Letters are rounded by where they lie in their texture, which depends on what
-/// was written first: levels of 255.
+/// Greatest difference of letters, of 255: they are rounded by their places in the font texture,
+/// which depend on the order of first use.
 const MAX_ROUNDING: u8 = 2;
 
 #[track_caller]
@@ -38,20 +38,20 @@ fn assert_lost_and_back(view: &mut View, signal: Signal, words: &str) {
 
 #[test]
 fn a_killed_plugin_is_bad_within_a_second_and_comes_back() {
-    let mut view = View::open(Trouble::with("trouble.steady"));
+    let mut view = View::open(FaultyPluginScene::with_plugin("trouble.steady"));
     assert_lost_and_back(&mut view, Signal::KILL, "killed by SIGKILL");
     assert_lost_and_back(&mut view, Signal::ABORT, "killed by SIGABRT");
 }
 
 #[test]
 fn a_stopped_plugin_is_killed_for_its_heartbeat_and_comes_back() {
-    let mut view = View::open(Trouble::with("trouble.steady"));
+    let mut view = View::open(FaultyPluginScene::with_plugin("trouble.steady"));
     assert_lost_and_back(&mut view, Signal::STOP, "no heartbeat");
 }
 
 #[test]
 fn a_plugin_that_dies_too_often_is_left_alone_until_it_is_started_by_hand() {
-    let mut view = View::open(Trouble::with("trouble.segfault"));
+    let mut view = View::open(FaultyPluginScene::with_plugin("trouble.segfault"));
     view.wait_for_state("quarantined", 4 * MAX_TO_GOOD);
     let plugin = view.plugin("trouble");
     assert_eq!((plugin.deaths, plugin.pid), (3, None));
@@ -70,7 +70,7 @@ fn a_plugin_that_dies_too_often_is_left_alone_until_it_is_started_by_hand() {
 
 #[test]
 fn a_flood_drops_its_own_oldest_samples_and_holds_up_no_frame() {
-    let mut view = View::open(Trouble::with("trouble.flood"));
+    let mut view = View::open(FaultyPluginScene::with_plugin("trouble.flood"));
     view.wait_for_quality("good", MAX_TO_GOOD);
     let limit = 4 * MAX_TO_GOOD;
     view.wait_for("dropped samples", limit, |view| view.plugin("trouble").dropped > 0);
@@ -81,7 +81,7 @@ fn a_flood_drops_its_own_oldest_samples_and_holds_up_no_frame() {
 
 #[test]
 fn an_overlay_that_hangs_holds_up_no_frame_and_is_killed() {
-    let mut view = View::open(Trouble::with("trouble.slow"));
+    let mut view = View::open(FaultyPluginScene::with_plugin("trouble.slow"));
     let limit = MAX_TO_GOOD;
     view.wait_for("a death", limit, |view| view.plugin("trouble").deaths > 0);
     let plugin = view.plugin("trouble");
@@ -94,7 +94,7 @@ fn an_overlay_that_hangs_holds_up_no_frame_and_is_killed() {
 
 #[test]
 fn the_picture_comes_from_the_overlays_process() {
-    let mut view = View::open(Trouble::with("trouble.echo"));
+    let mut view = View::open(FaultyPluginScene::with_plugin("trouble.echo"));
     view.wait_for_quality("good", MAX_TO_GOOD);
     view.wait_for("a picture", MAX_TO_GOOD, |view| view.plugin("trouble").fault.is_none());
     kill_process(view.pid("trouble"), Signal::KILL).expect("it runs");
@@ -104,7 +104,7 @@ fn the_picture_comes_from_the_overlays_process() {
 
 #[test]
 fn a_plugins_process_has_no_more_than_it_needs() {
-    let mut view = View::open(Trouble::with("trouble.echo"));
+    let mut view = View::open(FaultyPluginScene::with_plugin("trouble.echo"));
     view.frame();
     let pid = view.plugin("trouble").pid.expect("it has a process");
     let status = fs::read_to_string(format!("/proc/{pid}/status")).expect("it runs");
@@ -136,7 +136,7 @@ fn a_plugins_process_has_no_more_than_it_needs() {
 
 #[test]
 fn plugins_end_with_a_viewer_that_is_killed() {
-    let trouble = Trouble::with("trouble.steady");
+    let trouble = FaultyPluginScene::with_plugin("trouble.steady");
     let mut command = busbar();
     command.arg("render").arg(trouble.write()).args(["--seconds", "30", "--out"]);
     let process = Process::start(command.arg(trouble.path("picture.png")));
@@ -166,7 +166,7 @@ fn plugins_end_with_a_viewer_that_is_killed() {
 #[test]
 fn a_plugin_may_use_the_network_only_if_it_needs_it() {
     let told = |change: &dyn Fn(&mut serde_json::Value)| {
-        let mut trouble = Trouble::with("trouble.socket");
+        let mut trouble = FaultyPluginScene::with_plugin("trouble.socket");
         change(&mut trouble.config);
         let Err(error) = LoadedScene::check(&trouble.write(), &|_, _, _| ()) else {
             panic!("it fails in any case")
@@ -183,7 +183,7 @@ fn a_plugin_may_use_the_network_only_if_it_needs_it() {
 
 #[test]
 fn without_isolation_plugins_run_in_the_viewers_process() {
-    let mut trouble = Trouble::with("trouble.echo");
+    let mut trouble = FaultyPluginScene::with_plugin("trouble.echo");
     trouble.config["isolation"] = json!("none");
     let mut view = View::open(trouble);
     view.wait_for_quality("good", MAX_TO_GOOD);
@@ -195,7 +195,7 @@ fn without_isolation_plugins_run_in_the_viewers_process() {
 
 #[test]
 fn one_plugin_may_run_together_with_the_viewer_and_another_apart() {
-    let mut trouble = Trouble::with("trouble.echo");
+    let mut trouble = FaultyPluginScene::with_plugin("trouble.echo");
     trouble.config["plugins"]["source"]["isolation"] = json!("none");
     let mut view = View::open(trouble);
     view.wait_for_quality("good", MAX_TO_GOOD);
@@ -205,7 +205,7 @@ fn one_plugin_may_run_together_with_the_viewer_and_another_apart() {
 
 #[test]
 fn the_log_has_a_plugins_last_words_and_what_becomes_of_it() {
-    let mut trouble = Trouble::with("trouble.segfault");
+    let mut trouble = FaultyPluginScene::with_plugin("trouble.segfault");
     trouble.config["supervision"] = json!({ "restart_millis": 0, "max_deaths": 2 });
     let stats = trouble.path("stats.json");
     let mut command = busbar();
@@ -231,7 +231,7 @@ fn the_log_has_a_plugins_last_words_and_what_becomes_of_it() {
 fn a_storm_in_one_plugin_changes_nothing_else_on_the_picture() {
     let picture_beside = |plugin: &str| {
         let mut scene = Scene::demo(1);
-        trouble::compile(&scene.path("plugins"));
+        faulty_plugins::compile(&scene.path("plugins"));
         scene.config["plugins"]["storm"] = json!({ "plugin": plugin });
         scene.config["tags"]["Z"] =
             json!({ "type": "f64", "source": { "plugin": "storm", "address": {} } });

@@ -1,29 +1,29 @@
-//! Which plugin libraries are loaded, and what is said of those that are not.
+//! Selection of plugin libraries: those that are loaded, and messages about those that are not.
 
 use std::fs::{self, Permissions};
 use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::Path;
 use std::process::Command;
 
-use e2e::trouble::Trouble;
+use e2e::faulty_plugins::FaultyPluginScene;
 use e2e::{busbar, finish};
 use serde_json::json;
 
-/// The digest of something else.
+/// Digest of another file.
 const NO_DIGEST: &str = "9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08";
 
-fn trouble() -> Trouble {
-    Trouble::with("trouble.steady")
+fn trouble() -> FaultyPluginScene {
+    FaultyPluginScene::with_plugin("trouble.steady")
 }
 
 #[track_caller]
-fn assert_loads(trouble: &Trouble) {
+fn assert_loads(trouble: &FaultyPluginScene) {
     finish(busbar().arg("check").arg(trouble.write())).expect_code(0);
 }
 
 /// Checks that each way to run plugins refuses them in the same words.
 #[track_caller]
-fn assert_refused(trouble: &mut Trouble, words: &[&str]) {
+fn assert_refused(trouble: &mut FaultyPluginScene, words: &[&str]) {
     for isolation in ["process", "none"] {
         trouble.config["isolation"] = json!(isolation);
         let output = finish(busbar().arg("check").arg(trouble.write())).expect_code(1);

@@ -1,4 +1,4 @@
-//! A slow dolly: detail comes and goes, and nobody sees it happen.
+//! Slow dolly: levels of detail change without a visible difference.
 
 use std::path::Path;
 use std::time::Duration;
@@ -9,20 +9,21 @@ use glam::{Vec3, vec3};
 use serde_json::{Value, json};
 
 const SIZE: [u32; 2] = [480, 270];
-/// Frames of a dolly one way.
+/// Number of frames of a dolly in one direction.
 const FRAMES: usize = 120;
-/// Likewise along the yards, which take longer to draw.
+/// Number of frames along the yards, which take longer to draw.
 const YARD_FRAMES: usize = 40;
 const FRAMES_A_SECOND: f64 = 60.0;
-/// From here to there, metres before the breakers; the level changes on the way.
+/// Distances of the dolly's start and end before the breakers, metres; the level changes on the
+/// way.
 const DOLLY: [f32; 2] = [11.0, 12.0];
-/// What a frame may differ from its neighbour by beyond what the camera's motion makes
-/// differ at full detail: the mean over all channels, of 255.
+/// Greatest difference between neighbouring frames beyond that of the camera's motion at full
+/// detail: mean over all channels, of 255.
 const MEAN_BOUND: f64 = 0.06;
-/// The share of pixels of which some channel differs by more than an eighth of its range.
+/// Greatest share of pixels of which some channel differs by more than an eighth of its range.
 const SHARE_BOUND: f64 = 0.0015;
 
-/// Two breakers side by side whose detail changes along the way.
+/// Returns a scene of two breakers side by side whose detail changes along the way.
 fn breakers() -> Scene {
     let mut scene = Scene::without_tags();
     let mut breaker = scene.config["models"]["breaker"].take();
@@ -39,7 +40,7 @@ fn breakers() -> Scene {
     scene
 }
 
-/// A view of a scene whose frames do not wait.
+/// Opens a view of a scene whose frames do not wait.
 fn open(config: &Path) -> Viewer {
     let scene = LoadedScene::load(config, &|_, _, _| {}).expect("the scene loads");
     let options = RendererOptions { samples: 4, validation: true, ..Default::default() };
@@ -48,7 +49,7 @@ fn open(config: &Path) -> Viewer {
     viewer
 }
 
-/// Frames between two eyes, there and back, and what `count` says of each.
+/// Draws frames between two eyes, there and back; returns each with the result of `count`.
 fn dolly(
     mut viewer: Viewer,
     (frames, [near, far]): (usize, [Vec3; 2]),
@@ -70,7 +71,7 @@ fn dolly(
     shown
 }
 
-/// By how much two frames differ: the mean, and the share of pixels that show it.
+/// Returns the difference of two frames: its mean, and the share of pixels that show it.
 fn difference(a: &Picture, b: &Picture) -> [f64; 2] {
     let (mut sum, mut visible) = (0, 0);
     for (a, b) in a.rgba8.chunks_exact(4).zip(b.rgba8.chunks_exact(4)) {
@@ -82,7 +83,7 @@ fn difference(a: &Picture, b: &Picture) -> [f64; 2] {
     [sum as f64 / 3.0 / pixels, visible as f64 / pixels]
 }
 
-/// The most that a frame differs from the one before, beyond what it does in `full`.
+/// Returns the greatest difference of a frame from the one before, beyond that in `full`.
 fn worst(shown: &[(Picture, u64)], full: &[(Picture, u64)]) -> [f64; 2] {
     let mut worst = [0.0; 2];
     for (shown, full) in shown.windows(2).zip(full.windows(2)) {
@@ -95,7 +96,7 @@ fn worst(shown: &[(Picture, u64)], full: &[(Picture, u64)]) -> [f64; 2] {
     worst
 }
 
-/// What was counted, each change once.
+/// Returns the counts without consecutive duplicates.
 fn changes(shown: &[(Picture, u64)]) -> Vec<u64> {
     let mut counts: Vec<u64> = shown.iter().map(|(_, count)| *count).collect();
     counts.dedup();
@@ -134,7 +135,7 @@ fn in_a_slow_dolly_nothing_pops() {
     assert!(popping_share > SHARE_BOUND, "the bound tells: {popping_share}");
 }
 
-/// Where a group is drawn as one its proxy is within half a pixel of what it stands for.
+/// A slow dolly past the switch to a group's proxy, which is within half a pixel of the group.
 #[test]
 fn nor_does_a_group_that_is_drawn_as_one() {
     let mut scene = Scene::yards();

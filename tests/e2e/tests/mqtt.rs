@@ -1,5 +1,5 @@
-//! Mosquitto in a scene: the example of the plugin's page runs, and what the broker no
-//! longer brings is bad.
+//! MQTT in a scene, with Mosquitto: the example of the plugin's page runs, and values that the
+//! broker no longer brings are bad.
 
 #[allow(dead_code, clippy::unwrap_used)]
 #[path = "../../../plugins/mqtt/src/tests/broker.rs"]
@@ -12,10 +12,10 @@ use broker::{Broker, Client};
 use e2e::{Process, Scene, busbar, finish, workspace_path};
 use serde_json::{Value, json};
 
-/// For messages that have passed the broker to be read, loaded machines included.
+/// Time for reading messages that have passed the broker, loaded machines included.
 const READING: Duration = Duration::from_millis(700);
 
-/// The scene of the page's example, with the broker's port.
+/// Returns the scene of the page's example, with the broker's port.
 fn scene(port: u16) -> Scene {
     let mut scene = scene_of("Example");
     let settings = &mut scene.config["plugins"]["sites"]["settings"];
@@ -24,10 +24,10 @@ fn scene(port: u16) -> Scene {
     scene
 }
 
-/// The scene of the example below this heading of the page.
+/// Returns the scene of the example below this heading of the page.
 fn scene_of(heading: &str) -> Scene {
     let mut scene = Scene::without_tags();
-    scene.lend("mqtt");
+    scene.add_plugin("mqtt");
     let page = fs::read_to_string(workspace_path("plugins/mqtt/README.md")).expect("it is there");
     let (_, below) = page.split_once(&format!("## {heading}\n")).expect("it has the heading");
     let lines = below.lines().skip_while(|line| !line.starts_with("    "));
@@ -40,8 +40,8 @@ fn scene_of(heading: &str) -> Scene {
     scene
 }
 
-/// What the example reads: by a publisher that keeps it, and by an edge node, which speaks
-/// again once the viewer has connected.
+/// Sources of the example: a publisher with retained messages, and an edge node that is born again
+/// once the viewer has connected.
 struct Sites {
     broker: Broker,
     publisher: Client,
@@ -68,7 +68,7 @@ impl Sites {
     }
 }
 
-/// Runs the scene, and has the sites speak for as long as it connects.
+/// Runs the scene while the sites publish for as long as it connects.
 fn run(scene: &Scene, sites: &mut Sites, seconds: f64) -> Process {
     let running = Process::start(&mut scene.rendering(seconds));
     for _ in 0..8 {

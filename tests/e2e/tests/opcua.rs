@@ -1,5 +1,5 @@
-//! The example of the plugin's page, read from asyncua in a scene: what the server has is
-//! in the statistics, and what it no longer vouches for is bad.
+//! OPC UA in a scene, with asyncua: the example of the plugin's page has the server's values in the
+//! statistics, and those that it no longer confirms are bad.
 
 use std::fs;
 use std::process::Command;
@@ -11,11 +11,11 @@ use e2e::{Process, Scene, finish, wait_for, workspace_path};
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
-/// Long enough for a loaded machine.
+/// Longest wait on a loaded machine.
 const PATIENCE: Duration = Duration::from_secs(20);
-/// For values to be read once there is a connection.
+/// Time for reading values once there is a connection.
 const READING: Duration = Duration::from_millis(1500);
-/// The address in the example.
+/// Address in the example.
 const EXAMPLE_PORT: &str = ":4840/";
 
 struct Server {
@@ -38,7 +38,7 @@ impl Server {
     }
 }
 
-/// The configuration under the heading "Example" of the plugin's page.
+/// Returns the configuration under the heading "Example" of the plugin's page.
 fn example() -> Value {
     let page = fs::read_to_string(workspace_path("plugins/opcua/README.md")).expect("it is there");
     let (_, rest) = page.split_once("## Example").expect("it has an example");
@@ -49,7 +49,7 @@ fn example() -> Value {
 
 fn scene(port: u16) -> Scene {
     let mut scene = Scene::without_tags();
-    scene.lend("opcua");
+    scene.add_plugin("opcua");
     let example = example();
     scene.config["plugins"]["plc"] = example["plugins"]["plc"].clone();
     let settings = &mut scene.config["plugins"]["plc"]["settings"];
@@ -97,7 +97,7 @@ fn a_server_that_is_killed_or_hangs_leaves_nothing_good() {
     }
 }
 
-/// Whether somebody is connected to a local port.
+/// Reports whether a client is connected to a local port.
 fn is_connected(port: u16) -> bool {
     const ESTABLISHED: &str = "01";
     let table = fs::read_to_string("/proc/net/tcp").expect("Linux has it");

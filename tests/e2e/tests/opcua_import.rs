@@ -1,5 +1,5 @@
-//! `busbar import --from`: what a running server has becomes the tags of a configuration,
-//! which are live as they are. The commands are those of the plugin's page.
+//! `busbar import --from`: the points of a running server become the tags of a configuration, which
+//! are live at once. The commands are those of the plugin's page.
 
 use std::fs;
 use std::process::Command;
@@ -8,9 +8,9 @@ use e2e::peer::python;
 use e2e::{Output, Process, Scene, busbar, finish, model, workspace_path};
 use serde_json::{Value, json};
 
-/// The address in the page's commands.
+/// Address in the page's commands.
 const PAGE_PORT: &str = ":4840/";
-/// How long the server is read before the picture, seconds.
+/// Reading time of the server before the picture, seconds.
 const SECONDS: f64 = 3.0;
 
 struct Server {
@@ -28,10 +28,10 @@ impl Server {
     }
 }
 
-/// A scene with an instance `plc` for the server at a port, and no tag.
+/// Returns a scene with an instance `plc` for the server at a port, and no tag.
 fn scene(port: u16) -> Scene {
     let mut scene = Scene::without_tags();
-    scene.lend("opcua");
+    scene.add_plugin("opcua");
     scene.config["plugins"]["plc"] = json!({
         "plugin": "opcua",
         "network": true,
@@ -52,7 +52,7 @@ fn run(scene: &Scene, line: &str, port: u16) -> Output {
     finish(command.args(line.split_whitespace().skip(1)))
 }
 
-/// The commands under the heading "Points of a server" of the plugin's page.
+/// Returns the commands under the heading "Points of a server" of the plugin's page.
 fn commands() -> [String; 3] {
     let page = fs::read_to_string(workspace_path("plugins/opcua/README.md")).expect("it is there");
     let (_, rest) = page.split_once("## Points of a server").expect("it has the heading");
@@ -65,7 +65,7 @@ fn json_of(scene: &Scene, name: &str) -> Value {
     serde_json::from_slice(&fs::read(scene.path(name)).expect("it is there")).expect("it is JSON")
 }
 
-/// Checks what the server has, by the tags' ids after a prefix.
+/// Checks the server's values, by the tags' ids after a prefix.
 #[track_caller]
 fn check_values(scene: &Scene, prefix: &str) {
     let stats = scene.stats();

@@ -1,5 +1,5 @@
-//! An operator's hands on a view without a window: clicks, rectangles, distances, labels
-//! and cameras, against ids that were waited for and geometry that is known.
+//! Operator input on a view without a window: clicks, rectangles, distances, labels and cameras,
+//! against known ids and geometry.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -12,9 +12,9 @@ use glam::{DVec3, dvec3};
 use serde_json::json;
 
 const SIZE: [u32; 2] = [480, 270];
-/// Frames within which an answer comes.
+/// Greatest number of frames until an answer.
 const MAX_FRAMES: usize = 40;
-/// Seconds between frames: clicks in different ones make no double click.
+/// Seconds between frames; clicks in different ones make no double click.
 const FRAME_SECONDS: f64 = 0.5;
 
 struct View {
@@ -38,7 +38,7 @@ impl View {
         self.viewer.frame(input).expect("a frame is drawn");
     }
 
-    /// Presses modifiers, or lets go of them.
+    /// Presses or releases modifiers.
     fn hold(&mut self, modifiers: Modifiers) {
         self.modifiers = modifiers;
         self.frame(vec![Event::ModifiersChanged(modifiers)]);
@@ -49,7 +49,7 @@ impl View {
         Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers }
     }
 
-    /// A click, in one frame; the answer comes in a later one.
+    /// Clicks in one frame; the answer comes in a later one.
     fn click(&mut self, pos: Pos2) {
         self.frame(vec![Event::PointerMoved(pos)]);
         self.frame(vec![self.button(pos, true), self.button(pos, false)]);
@@ -72,7 +72,7 @@ impl View {
         }
     }
 
-    /// Draws until something holds.
+    /// Draws until a condition holds.
     fn until(&mut self, what: &str, holds: impl Fn(&Stats) -> bool) -> Stats {
         for _ in 0..MAX_FRAMES {
             let stats = self.viewer.stats();
@@ -97,7 +97,7 @@ fn demo() -> Scene {
     scene
 }
 
-/// Pixels spread over the picture.
+/// Returns pixels spread over the picture.
 fn pixels() -> Vec<[u32; 2]> {
     (0..6).flat_map(|y| (0..8).map(move |x| [30 + x * 60, 20 + y * 45])).collect()
 }
@@ -169,7 +169,7 @@ fn a_rectangle_selects_all_that_shows_in_it_and_escape_clears_it() {
     assert!(view.viewer.stats().selected.is_empty());
 }
 
-/// Two slabs of known size, the second 2.5 m higher, at some theta far from 0.
+/// Returns a scene of two slabs of known size, the second 2.5 m higher, at some theta far from 0.
 fn slabs(camera: serde_json::Value) -> Scene {
     let mut scene = demo();
     let corner = |i: usize| [(i & 1, 8.0), (i >> 1 & 1, 0.4), (i >> 2, 8.0)];
@@ -189,9 +189,9 @@ fn slabs(camera: serde_json::Value) -> Scene {
     scene
 }
 
-/// The tops of the slabs, metres.
+/// Heights of the slabs' tops, metres.
 const TOPS: [f64; 2] = [0.4, 2.9];
-/// What a distance may be wrong by, metres.
+/// Greatest error of a measured distance, metres.
 const MAX_ERROR: f64 = 1e-3;
 
 fn measure(view: &mut View, at: [Pos2; 2]) -> [DVec3; 2] {

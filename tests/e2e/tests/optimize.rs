@@ -1,4 +1,4 @@
-//! `busbar optimize` against counts made here, from the bytes of the files.
+//! `busbar optimize` against independent counts from the bytes of the files.
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -33,9 +33,9 @@ fn optimized(
     (written, Stats::read(&scene.path("stats.json")))
 }
 
-/// Surviving vertices at theta: V - min(round(theta V), V - left), where what
-/// is left in the end is a vertex of each component in the paper's order, and a
-/// vertex in one that lets dead components go.
+/// Returns the number of surviving vertices at theta: V - min(round(theta V), V - left). In the
+/// end, the paper's order leaves a vertex of each component, and an order that removes dead
+/// components leaves one.
 fn surviving(plugin: &str, mesh: &WeldedMesh, theta: f64) -> usize {
     let vertices = mesh.positions.len();
     let left = if plugin == "weighted_collapse" { mesh.components() } else { 1 };
@@ -76,7 +76,7 @@ fn check_counts(plugin: &str, name: &str) {
     }
 }
 
-/// The corners of all triangles, as the bits of their places.
+/// Iterates over the corners of all triangles, as the bits of their positions.
 fn corners(meshes: &[WeldedMesh]) -> impl Iterator<Item = [[u32; 3]; 3]> {
     let place = |mesh: &WeldedMesh, i: usize| mesh.positions[i].map(f32::to_bits);
     meshes.iter().flat_map(move |m| m.triangles.iter().map(move |t| t.map(|i| place(m, i))))
@@ -137,7 +137,7 @@ fn two_runs_write_the_same_bytes_and_numbers() {
     }
 }
 
-/// A flat grid, whose border is a square.
+/// Builds a flat grid, whose border is a square.
 fn open_grid(side: usize) -> WeldedMesh {
     let places = (0..side * side).map(|i| [(i % side) as f32, 0.0, (i / side) as f32]);
     let cells = (0..side - 1).flat_map(|z| (0..side - 1).map(move |x| z * side + x));

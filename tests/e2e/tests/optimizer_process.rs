@@ -1,4 +1,4 @@
-//! An optimiser in a process of its own: the same results, and it can be stopped.
+//! Optimisers in a process of their own: the same results, and cancellation.
 
 use std::time::{Duration, Instant};
 
@@ -9,10 +9,10 @@ use e2e::Scene;
 use glam::{Vec2, Vec3};
 use serde_json::json;
 
-/// Far less than optimising the large grid takes.
+/// Longest time of a cancellation, far below the optimisation of the large grid.
 const MAX_TO_CANCEL: Duration = Duration::from_secs(5);
 
-/// A bumpy sheet of `side` by `side` positions.
+/// Builds a bumpy sheet of `side` by `side` positions.
 fn sheet(side: u32) -> Mesh {
     let at = |x: u32, y: u32| {
         let [fx, fy] = [x, y].map(|c| c as f32 * 0.1);

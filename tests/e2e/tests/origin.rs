@@ -1,5 +1,5 @@
-//! Values that are not live say so: at each of them and by a band across the scene, whether
-//! they are simulated, recorded or declared so, through restarts and reloads.
+//! Origin of values: those that are not live are marked, each of them and by a band across the
+//! scene, whether simulated, recorded or declared so, through restarts.
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -14,17 +14,17 @@ use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 
 const SIZE: [u32; 2] = [960, 540];
-/// Rows of pixels of the band: less than its height at every size.
+/// Number of the band's pixel rows, below its height at every size.
 const BAND_ROWS: u32 = 14;
-/// Shares of the band's pixels: dark ground, light letters and stripes.
+/// Least share of the band's pixels with dark ground; that of light letters and stripes follows.
 const MIN_DARK: f64 = 0.35;
 const MIN_LIGHT: f64 = 0.1;
-/// Pixels that a mark changes at a value: the border of its tag.
+/// Least number of pixels that a mark changes at a value: the border of its tag.
 const MIN_MARK_PIXELS: usize = 60;
-/// Until values or a process are there.
+/// Longest wait for values or a process.
 const MAX_WAIT: Duration = Duration::from_secs(60);
 
-/// The demo at a free port, its values constant.
+/// Returns the demo scene at a free port, its values constant.
 fn scene() -> (Scene, u16) {
     let listener = std::net::TcpListener::bind("127.0.0.1:0").expect("a port is free");
     let port = listener.local_addr().expect("it is bound").port();
@@ -46,7 +46,7 @@ fn simulate(scene: &Scene) -> Process {
     process
 }
 
-/// A picture of a scene without panels, and its statistics.
+/// Renders a picture of a scene without panels, and its statistics.
 fn rendered(scene: &Scene, size: [u32; 2]) -> (RgbImage, Value) {
     let mut command = busbar();
     command.arg("render").arg(scene.write()).arg("--stats").arg(scene.path("stats.json"));
@@ -56,10 +56,10 @@ fn rendered(scene: &Scene, size: [u32; 2]) -> (RgbImage, Value) {
     (picture::load(&scene.path("picture.png")), scene.stats().0)
 }
 
-/// A scene with one recorded tag at the transformer.
+/// Returns a scene with one recorded tag at the transformer.
 fn replay() -> Scene {
     let mut scene = Scene::without_tags();
-    scene.lend("replay");
+    scene.add_plugin("replay");
     let file = scene.path("log.csv");
     let rows: String = (0..3600).map(|second| format!("{second};55,5\n")).collect();
     std::fs::write(&file, format!("time;Oil\n{rows}")).expect("it can be written");
@@ -74,7 +74,7 @@ fn replay() -> Scene {
     scene
 }
 
-/// Has the transformer show a tag of an instance.
+/// Binds a tag of an instance to the transformer.
 fn with_value(scene: &mut Scene, plugin: &str, address: Value) {
     let config = &mut scene.config;
     config["plugins"]["values"] = json!({ "plugin": "power_overlay" });
@@ -101,7 +101,7 @@ fn has_band(picture: &RgbImage) -> bool {
     share(&|level| level < 60) >= MIN_DARK && share(&|level| level > 200) >= MIN_LIGHT
 }
 
-/// Pixels below the band by which two pictures differ.
+/// Counts the pixels below the band by which two pictures differ.
 fn marks(a: &RgbImage, b: &RgbImage) -> usize {
     let pixels = a.enumerate_pixels().zip(b.pixels());
     pixels.filter(|((_, y, a), b)| *y > 24 && a != b).count()
@@ -112,7 +112,7 @@ fn origin(stats: &Value) -> Vec<&str> {
     all.iter().filter_map(Value::as_str).collect()
 }
 
-/// Origins of all tags, the same for each.
+/// Returns the origins of all tags, the same for each.
 fn origins_of_tags(stats: &Value) -> Vec<Value> {
     let tags = stats["tags"].as_array().expect("statistics have tags");
     let mut all: Vec<Value> = tags.iter().map(|tag| tag["origin"].clone()).collect();
@@ -189,7 +189,7 @@ fn a_recording_is_marked_as_replay_and_looks_otherwise_than_a_simulation() {
 #[test]
 fn generated_samples_are_marked_as_simulated() {
     let mut scene = Scene::without_tags();
-    scene.lend("sample_generator");
+    scene.add_plugin("sample_generator");
     scene.config["plugins"]["generator"] = json!({ "plugin": "sample_generator" });
     with_value(&mut scene, "generator", json!({}));
     let (picture, stats) = rendered(&scene, SIZE);
@@ -198,7 +198,7 @@ fn generated_samples_are_marked_as_simulated() {
     assert!(has_band(&picture));
 }
 
-/// An operator's view without a window of its own.
+/// View of an operator without a window of its own.
 struct View {
     scene: Scene,
     path: PathBuf,
@@ -312,7 +312,7 @@ fn no_value_of_a_simulator_is_ever_shown_unmarked() {
 #[test]
 fn a_chart_that_shows_the_past_says_so_with_its_panel_hidden() {
     let mut scene = Scene::without_tags();
-    scene.lend("gas_analysis");
+    scene.add_plugin("gas_analysis");
     let file = scene.path("samples.csv");
     let day = time::Date::from_calendar_date(2026, time::Month::June, 30).expect("a day");
     let rows = fleet::histories(3, day);

@@ -1,27 +1,27 @@
-//! From a pick, a search or an alarm to the faceplate, by mouse and keys; the dark theme.
+//! Faceplates by mouse and keys, from a pick, a search or an alarm; the dark theme.
 
 use std::path::Path;
 use std::time::Duration;
 
 use busbar_viewer::{FaceplateStats, LoadedScene, RendererOptions, Stats, Viewer};
 use e2e::display::{Display, LEFT_BUTTON};
-use e2e::peer::{Peer, calm_values};
+use e2e::peer::{Peer, normal_values};
 use e2e::window::Window;
 use e2e::{Scene, picture, wait_for};
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, pos2};
 use serde_json::json;
 
 const SIZE: [u32; 2] = [1280, 720];
-/// Until values, an answer or a picture are there.
+/// Longest wait for values, an answer or a picture.
 const MAX_WAIT: Duration = Duration::from_secs(60);
 const TRANSFORMER: &str = "=S12D1T1-TA1";
-/// Where the middle pole of the breaker shows, pixels.
+/// Position of the breaker's middle pole on the picture, pixels.
 const PICKED: [i32; 2] = [923, 185];
 const POLE: &str = "=S12D1Q1-QA1-L2";
-/// Of the Buchholz relay among the discrete inputs.
+/// Address of the Buchholz relay among the discrete inputs.
 const RELAY_INPUT: u16 = 4;
 
-/// The demo with names, aliases and an alarm.
+/// Returns the demo scene with names, aliases and an alarm.
 fn scene(port: u16) -> Scene {
     let mut scene = Scene::demo(port);
     let config = &mut scene.config;
@@ -49,7 +49,7 @@ struct View {
 }
 
 impl View {
-    /// Without a window, with panels.
+    /// Opens a view with panels but without a window.
     fn open(config: &Path) -> Self {
         let loaded = LoadedScene::load(config, &|_, _, _| {});
         let scene = loaded.unwrap_or_else(|error| panic!("{error}"));
@@ -85,7 +85,7 @@ impl View {
         self.frame(vec![button(true), button(false)]);
     }
 
-    /// Searches, and goes to what is found first.
+    /// Searches, and moves to the first result.
     fn find(&mut self, words: &str) -> Option<FaceplateStats> {
         self.key(Key::F, Modifiers::COMMAND);
         self.frame(Vec::new());
@@ -110,7 +110,7 @@ impl View {
         })
     }
 
-    /// Where a part of this equipment shows.
+    /// Returns a pixel that shows a part of this equipment.
     fn place_of(&mut self, id: &str) -> Pos2 {
         let pixels: Vec<[u32; 2]> =
             (10..60).flat_map(|y| (36..124).map(move |x| [x * 10 + 5, y * 10 + 5])).collect();
@@ -126,7 +126,7 @@ impl View {
 
 #[test]
 fn a_part_that_is_picked_opens_its_device_with_values_trends_and_alarms() {
-    let Some(mut peer) = Peer::start(&calm_values()) else { return };
+    let Some(mut peer) = Peer::start(&normal_values()) else { return };
     let mut view = View::open(&scene(peer.port).write());
     view.until("good tags", |stats| stats.quality.bad == 0 && stats.quality.uncertain == 0);
     let place = view.place_of(&format!("{TRANSFORMER}/"));
@@ -185,20 +185,20 @@ fn a_key_changes_the_theme_and_a_font_must_be_one() {
     assert!(text.contains("/view/font") && text.contains("name a TrueType"), "{text}");
 }
 
-/// Mean of all channels, of 255.
+/// Returns the mean of all channels, of 255.
 fn brightness(picture: &image::RgbImage) -> f64 {
     let bytes = picture.as_raw();
     bytes.iter().map(|byte| f64::from(*byte)).sum::<f64>() / bytes.len() as f64
 }
 
-/// A window of the scene, and what its values come from; none where there is no server or
-/// display to be had.
+/// Opens a window of the scene with the server of its values; `None` where no server or display is
+/// available.
 fn open(seconds: u32) -> Option<(Window, Peer)> {
-    let (peer, display) = (Peer::start(&calm_values())?, Display::start(SIZE)?);
+    let (peer, display) = (Peer::start(&normal_values())?, Display::start(SIZE)?);
     Some((Window::open(scene(peer.port), display, seconds), peer))
 }
 
-/// Every step shows.
+/// Asserts that each step changes the picture.
 fn assert_steps(shots: &[&image::RgbImage]) {
     for pair in shots.windows(2) {
         assert!(picture::difference(pair[0], pair[1]).is_some(), "a step does not show");
@@ -208,9 +208,9 @@ fn assert_steps(shots: &[&image::RgbImage]) {
 #[test]
 fn a_click_on_a_breaker_opens_its_faceplate() {
     let Some((window, _peer)) = open(15) else { return };
-    let calm = window.shoot("panels_calm");
+    let calm = window.screenshot("panels_calm");
     window.display.click_button(LEFT_BUTTON, PICKED);
-    assert_steps(&[&calm, &window.shoot("panels_picked")]);
+    assert_steps(&[&calm, &window.screenshot("panels_picked")]);
     let stats = window.close().0;
     assert_eq!(stats["faceplate"]["id"], POLE);
     assert_eq!(stats["faceplate"]["name"], "Line 1 breaker, pole 2");
@@ -219,14 +219,14 @@ fn a_click_on_a_breaker_opens_its_faceplate() {
 #[test]
 fn hands_in_a_window_search_and_darken() {
     let Some((window, _peer)) = open(30) else { return };
-    let calm = window.shoot("panels_before");
+    let calm = window.screenshot("panels_before");
     window.display.xdotool("key ctrl+f");
     window.display.xdotool("type --delay 60 transf");
-    let searched = window.shoot("panels_searched");
+    let searched = window.screenshot("panels_searched");
     window.display.xdotool("key Return");
-    let found = window.shoot("panels_found");
+    let found = window.screenshot("panels_found");
     window.display.xdotool("key n");
-    let dark = window.shoot("panels_dark");
+    let dark = window.screenshot("panels_dark");
     assert_steps(&[&calm, &searched, &found, &dark]);
     let [light, dark] = [&found, &dark].map(brightness);
     assert!(dark < 0.5 * light, "{dark:.0} is not dark beside {light:.0}");

@@ -1,11 +1,10 @@
-//! Pictures without a display: silent under validation, repeatable, and as
-//! they were when somebody looked at them.
+//! Pictures without a display: silent under validation, repeatable, and equal to the golden ones.
 
 use e2e::picture::{self, assert_golden};
 use e2e::{Output, Scene, Stats, busbar, finish};
 use serde_json::json;
 
-/// Renders and checks that all went well; writes `picture.png` and `stats.json`.
+/// Renders and checks the success; writes `picture.png` and `stats.json`.
 #[track_caller]
 fn render(scene: &Scene, more: &[&str]) -> (Output, Stats) {
     let mut command = busbar();

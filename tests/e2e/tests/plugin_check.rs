@@ -1,5 +1,5 @@
-//! `busbar plugin check`: it passes every plugin that ships, and finds each way to
-//! misbehave wherever it can happen.
+//! `busbar plugin check`: it passes every plugin that ships, and finds each kind of misbehaviour at
+//! each function.
 
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
@@ -11,11 +11,11 @@ use e2e::{Output, built, built_folder, busbar, finish, workspace_path};
 use fault_injector::{At, FAULT_VARIABLE, Fault, Kind};
 use serde_json::{Value, json};
 
-/// Longest time of a case that is told to hang, seconds.
+/// Longest time of a case with a hang, seconds.
 const HANG_SECONDS: &str = "4";
-/// Checks that run side by side: most of their time they wait.
+/// Number of checks side by side, which mostly wait.
 const CHECKED_AT_ONCE: usize = 8;
-/// One fault a kind, each somewhere else: what CI runs of all.
+/// Sample of faults, one of each kind at different functions, which CI runs instead of all.
 const SAMPLE: &[(Kind, At)] = &[
     (Kind::Panic, At::Configure),
     (Kind::MissingVerdict, At::Draw),
@@ -76,7 +76,7 @@ fn quantities() -> Value {
     })
 }
 
-/// An asset register from somewhere.
+/// Returns the settings of an asset register from a source.
 fn lists(source: Value) -> Value {
     json!({ "lists": [{
         "title": "Asset register", "kind": "asset", "source": source, "equipment": "ID",
@@ -102,7 +102,7 @@ fn switches() -> Value {
     json!({ "switches": [{ "equipment": "=Q1", "mechanism": "blade", "travel_seconds": 6 }] })
 }
 
-/// A source, and a switch between it and another node.
+/// Returns the settings of a network of a source, and a switch between it and another node.
 fn network() -> Value {
     json!({
         "levels": [{ "name": "220 kV", "color": "#7a4fb5" }],
@@ -125,7 +125,7 @@ fn check(library: &PathBuf, sample: &Value) -> (Command, tempfile::TempDir) {
     (command, folder)
 }
 
-/// Tags that the fault injector serves, and nothing wrong.
+/// Returns tags of the fault injector without a fault.
 fn good_sample() -> Value {
     json!({ "tags": [
         { "kind": "f64", "address": 1 },
@@ -306,7 +306,7 @@ fn what_cannot_be_checked_is_told_in_words() {
     assert!(output.stdout.contains("6 passed, 0 failed, 0 skipped"), "{}", output.stdout);
 }
 
-/// An optimiser in C whose flags say that it reads no wedges, with another line of work.
+/// Compiles an optimiser in C whose flags say that it reads no wedges, with another line of work.
 fn optimizer_without_wedges(folder: &Path, work: &str) -> PathBuf {
     let templates = workspace_path("plugins/sdk/templates");
     let mut text = std::fs::read_to_string(templates.join("optimizer_c/plugin.c"))
@@ -382,7 +382,7 @@ fn find_all(faults: impl Iterator<Item = (Kind, At)>) {
     assert!(missed.is_empty(), "{count} of {all} not found:\n{}", missed.join("\n\n"));
 }
 
-/// Checks the injector with a fault, told by settings as far as they reach.
+/// Checks the injector with a fault, configured by settings as far as they reach.
 fn check_with(fault: Fault) -> Output {
     let mut sample = good_sample();
     if fault.at.knows_settings() {
@@ -399,7 +399,8 @@ fn check_with(fault: Fault) -> Output {
     finish(&mut command)
 }
 
-/// Whether a line of a report says what is wrong, and for what kills, where.
+/// Reports whether a line of a report names the fault, and its place for kinds that kill the
+/// process.
 fn explains(kind: Kind, at: At, line: &str) -> bool {
     let name = json!(at).as_str().expect("it has a name").to_owned();
     let named = line.contains(&format!("in {name}")) || at == At::Publish;

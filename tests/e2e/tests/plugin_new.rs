@@ -1,5 +1,5 @@
-//! `busbar plugin new`: what it makes builds, passes its own tests and the checker, and
-//! runs against a simulator, by the commands of its README.
+//! `busbar plugin new`: its project builds, passes its own tests and the checker, and runs against
+//! a simulator, by the commands of its README.
 
 use std::fs;
 use std::net::TcpListener;
@@ -12,7 +12,7 @@ use rustix::process::Signal;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-/// Lines of code in a new telemetry plugin in Rust.
+/// Greatest number of lines of code in a new telemetry plugin in Rust.
 const MAX_LINES: usize = 60;
 const KINDS: [&str; 3] = ["telemetry", "overlay", "optimizer"];
 
@@ -58,7 +58,7 @@ impl Project {
         assert!(output.status.success(), "{program} {arguments:?}: {said}");
     }
 
-    /// Builds it and runs its tests.
+    /// Builds the project and runs its tests.
     fn build(&self) {
         if !self.is_rust {
             self.run("make", &[]);
@@ -99,7 +99,7 @@ impl Project {
     }
 }
 
-/// One for all projects: they build the same dependencies.
+/// Returns the target folder of all projects, which build the same dependencies.
 fn cargo_target() -> PathBuf {
     built_folder().join("e2e-new-plugins")
 }
@@ -110,7 +110,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     paths.flat_map(|path| if path.is_dir() { files(&path) } else { vec![path] }).collect()
 }
 
-/// Starts a simulator that says where it listens; its port.
+/// Starts a simulator that prints its port; returns the port.
 fn simulator(command: &mut Command) -> (Process, u16) {
     let process = Process::start(command);
     let port = process
@@ -118,7 +118,7 @@ fn simulator(command: &mut Command) -> (Process, u16) {
     (process, port)
 }
 
-/// Telemetry shows the simulator's values, and that they are bad once it is gone.
+/// Asserts that telemetry shows the simulator's values, and that they are bad once it is gone.
 fn assert_telemetry_works(project: &Project, mut command: Command) {
     let (device, port) = simulator(&mut command);
     project.edit_scene("127.0.0.1:7070", &format!("127.0.0.1:{port}"));
@@ -133,7 +133,7 @@ fn assert_telemetry_works(project: &Project, mut command: Command) {
     assert_eq!(stats.tag("Temperature").quality, "bad");
 }
 
-/// Telemetry beside all else of the demo: its value is among the tags.
+/// Asserts that the telemetry's value is among the tags of the whole demo.
 fn assert_runs_in_demo(project: &Project, mut command: Command) {
     let (_device, port) = simulator(&mut command);
     let mut scene = Scene::demo(1);

@@ -1,5 +1,5 @@
-//! Positions of a real server move a blade: what is seen, picked and outlined is where it
-//! stands, and where it is not known it is shown neither open nor closed.
+//! Switch positions of a real server move a blade: it is seen, picked and outlined at its place. An
+//! unknown position is shown neither open nor closed.
 
 use std::time::{Duration, Instant};
 
@@ -12,7 +12,7 @@ use e2e::peer::Peer;
 use glam::{Mat4, Vec3};
 use serde_json::{Value, json};
 
-/// Wide enough for the angle of a camera to be that of its height.
+/// Size of the picture, wide enough for the field of view to be that of its height.
 const SIZE: [u32; 2] = [480, 270];
 const SWITCH: &str = "=Q1-QB9";
 const BLADE: &str = "=Q1-QB9/blade";
@@ -22,13 +22,13 @@ const CLOSED: [u16; 2] = [0, 1];
 const TRAVELLING: [u16; 2] = [0, 0];
 const CONTRADICTION: [u16; 2] = [1, 1];
 const PATIENCE: Duration = Duration::from_secs(10);
-/// The blade, along x from its hinge at the origin of the model's node, metres.
+/// Length of the blade, along x from its hinge at the origin of the model's node, metres.
 const LENGTH: f32 = 2.0;
 const HALF: f32 = 0.1;
-/// Where the hinge is, and a pedestal that stays.
+/// Hinge of the blade, in metres; a fixed pedestal stands there.
 const HINGE: Vec3 = Vec3::new(-0.5, 1.0, 0.0);
 
-/// A box from one corner to the other.
+/// Builds a box from one corner to the other.
 fn cuboid(least: Vec3, most: Vec3) -> busbar_geometry::Mesh {
     let corner = |index: u32| {
         let part = |axis: u32| if index >> axis & 1 == 1 { most } else { least }[axis as usize];
@@ -48,7 +48,7 @@ fn cuboid(least: Vec3, most: Vec3) -> busbar_geometry::Mesh {
     weld(&[primitive]).expect("it is sound").0
 }
 
-/// A pedestal, and a blade that is modelled closed.
+/// Builds a pedestal, and a blade that is modelled closed.
 fn model() -> Model {
     let node = |name: &str, mesh, place: Vec3| ModelNode {
         name: name.into(),
@@ -103,7 +103,7 @@ struct View {
     start: Instant,
 }
 
-/// Where the blade is looked for: closed, half-way, open.
+/// Angles at which the blade is looked for: closed, half-way, open.
 const ANGLES: [f32; 3] = [0.0, 45.0, 90.0];
 
 impl View {
@@ -121,8 +121,8 @@ impl View {
         self.viewer.read_picture().expect("the picture is there")
     }
 
-    /// Where on the picture the blade's outer half is when it stands at an angle: worked out
-    /// here, not by what moves it.
+    /// Computes the pixel of the blade's outer half at an angle, independently of the code that
+    /// moves it.
     fn pixel_at(degrees: f32) -> [u32; 2] {
         let (sin, cos) = degrees.to_radians().sin_cos();
         let place = HINGE + Vec3::new(cos, sin, 0.0) * (0.8 * LENGTH) + Vec3::Z * HALF;
@@ -135,7 +135,7 @@ impl View {
         [x.round() as u32, y.round() as u32]
     }
 
-    /// Whether the blade is picked at 0, 45 and 90 degrees.
+    /// Reports whether the blade is picked at 0, 45 and 90 degrees.
     fn seen_at(&mut self) -> [bool; 3] {
         self.draw();
         let pixels = ANGLES.map(Self::pixel_at);
@@ -155,7 +155,7 @@ impl View {
         }
     }
 
-    /// By how much the greys of the blade vary around its outer half: stripes do.
+    /// Returns the variation of the blade's greys around its outer half, which stripes increase.
     fn spread_at(&mut self, degrees: f32) -> f64 {
         let picture = self.draw();
         let [x, y] = Self::pixel_at(degrees);
@@ -172,7 +172,7 @@ impl View {
 }
 
 const FOV_DEGREES: f32 = 45.0;
-/// Levels of grey by which a blade varies that is hatched, and one that is not.
+/// Least variation of grey of a hatched blade, of 255; the greatest of a plain one follows.
 const HATCHED: f64 = 20.0;
 const PLAIN: f64 = 8.0;
 

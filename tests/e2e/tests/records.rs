@@ -1,5 +1,5 @@
-//! Work and the asset register on the faceplate of a breaker, from plugins in processes of
-//! their own; and whatever may happen to their sources.
+//! Work orders and the asset register on the faceplate of a breaker, from plugins in processes of
+//! their own, with faults of their sources.
 
 use std::fs::File;
 use std::path::Path;
@@ -7,7 +7,7 @@ use std::time::{Duration, SystemTime};
 
 use busbar_viewer::{LoadedScene, PluginStats, RecordStats, RendererOptions, Viewer};
 use e2e::display::{Display, LEFT_BUTTON};
-use e2e::peer::{Peer, calm_values};
+use e2e::peer::{Peer, normal_values};
 use e2e::window::Window;
 use e2e::{Scene, picture, wait_for};
 use rustix::process::{Pid, Signal, kill_process};
@@ -15,10 +15,10 @@ use serde_json::json;
 use substation::{AssetRow, StationRecords, WorkRow};
 
 const SIZE: [u32; 2] = [1280, 720];
-/// Until a change of a source shows.
+/// Longest time until a change of a source shows.
 const MAX_WAIT: Duration = Duration::from_secs(60);
 const POLE: &str = "=S12D1Q1-QA1-L2";
-/// Where the middle pole of the breaker shows, and the button of its work, pixels.
+/// Positions of the breaker's middle pole and of its work button, pixels.
 const PICKED: [i32; 2] = [921, 262];
 const WORK_BUTTON: [i32; 2] = [1090, 51];
 const DAY: Duration = Duration::from_secs(86_400);
@@ -35,7 +35,7 @@ fn work(number: usize, equipment: &str, text: &'static str, reported: &str) -> W
     }
 }
 
-/// Of a pole and of another breaker.
+/// Returns records of a pole and of another breaker.
 fn records() -> StationRecords {
     let closed = WorkRow {
         kind: "Inspection",
@@ -64,7 +64,7 @@ fn records() -> StationRecords {
     }
 }
 
-/// The demo with records.
+/// Returns the demo scene with records.
 fn scene(port: u16) -> Scene {
     let mut scene = Scene::demo(port);
     for model in ["transformer", "breaker", "disconnector"] {
@@ -72,7 +72,7 @@ fn scene(port: u16) -> Scene {
     }
     scene.config["view"] =
         json!({ "samples": 1, "size": SIZE, "camera": "bay", "transition_seconds": 0 });
-    ["csv_records", "sqlite_records"].iter().for_each(|plugin| scene.lend(plugin));
+    ["csv_records", "sqlite_records"].iter().for_each(|plugin| scene.add_plugin(plugin));
     let folder = scene.path("");
     records().add_to(&mut scene.config, &folder);
     records().write(&scene.path("")).expect("they can be written");
@@ -85,7 +85,7 @@ struct View {
 }
 
 impl View {
-    /// Of the breaker, with its faceplate.
+    /// Opens a view of the breaker with its faceplate.
     fn open() -> Self {
         let scene = scene(1);
         let loaded = LoadedScene::load(&scene.write(), &|_, _, _| {});
@@ -97,7 +97,7 @@ impl View {
         Self { viewer, scene }
     }
 
-    /// Work and register as soon as they are as wanted.
+    /// Waits until work and register are as expected.
     fn until(
         &mut self,
         what: &str,
@@ -202,14 +202,14 @@ fn a_plugin_that_is_lost_takes_its_records_into_doubt_and_brings_them_back() {
 
 #[test]
 fn a_click_on_a_breaker_shows_its_work_in_a_window() {
-    let (Some(peer), Some(display)) = (Peer::start(&calm_values()), Display::start(SIZE)) else {
+    let (Some(peer), Some(display)) = (Peer::start(&normal_values()), Display::start(SIZE)) else {
         return;
     };
     let window = Window::open(scene(peer.port), display, 24);
     let click = |button, name: &str| {
         window.display.click_button(LEFT_BUTTON, button);
         window.display.xdotool("sleep 1");
-        window.shoot(name)
+        window.screenshot(name)
     };
     let picked = click(PICKED, "records_picked");
     let work = click(WORK_BUTTON, "records_work");

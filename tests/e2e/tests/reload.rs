@@ -1,5 +1,5 @@
-//! Hot reload: an edit of the configuration shows within a moment, what it does not touch
-//! goes on undisturbed, and one that has faults changes nothing.
+//! Hot reload: an edit of the configuration shows within a moment, unrelated parts continue
+//! undisturbed, and one with errors changes nothing.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -8,22 +8,22 @@ use std::time::{Duration, Instant};
 
 use busbar_viewer::reload::{ReloadOutcome, Reloader, SETTLE_TIME};
 use busbar_viewer::{AlarmAction, AlarmState, LoadedScene, Picture, Stats, Viewer};
-use e2e::peer::{Peer, calm_values};
+use e2e::peer::{Peer, normal_values};
 use e2e::{Scene, wait_for};
 use serde_json::{Value, json};
 
-/// The overlay with values.
+/// Overlay with the values.
 const LABELS: &str = "values";
 const SIZE: [u32; 2] = [480, 270];
-/// Until an edit, a value or an alarm is there.
+/// Longest wait for an edit, a value or an alarm.
 const MAX_WAIT: Duration = Duration::from_secs(60);
-/// Edits that are timed.
+/// Number of timed edits.
 const TIMED: usize = 20;
-/// The longest that an edit may take where other tests keep the machine busy, from its
-/// writing to the picture. On an idle machine the promise is 250 ms after it settled.
+/// Longest time of an edit from its writing to the picture, where other tests keep the machine
+/// busy. On an idle machine the promise is 250 ms after it settled.
 const MAX_LATENCY: Duration = Duration::from_secs(3);
 
-/// The demo with alarms.
+/// Returns the demo scene with alarms.
 fn scene(port: u16) -> Scene {
     let mut scene = Scene::demo(port);
     scene.config["alarms"] = json!({
@@ -53,7 +53,7 @@ struct View {
 }
 
 impl View {
-    /// An operator's view without a window of its own.
+    /// Opens an operator's view without a window of its own.
     fn open(scene: Scene) -> Self {
         let path = scene.write();
         let loaded = LoadedScene::load(&path, &|_, _, _| {}).unwrap_or_else(|e| panic!("{e}"));
@@ -86,7 +86,7 @@ impl View {
         });
     }
 
-    /// Frames until what was written is shown or refused.
+    /// Draws frames until the edit is shown or refused.
     fn outcome(&mut self) -> ReloadOutcome {
         wait_for("the file to be read again", MAX_WAIT, || {
             self.frame();
@@ -94,7 +94,7 @@ impl View {
         })
     }
 
-    /// Changes the configuration, which must be shown.
+    /// Changes the configuration, and requires that the change is shown.
     fn edit(&mut self, change: impl FnOnce(&mut Value)) {
         change(&mut self.scene.config);
         self.scene.write();
@@ -102,7 +102,7 @@ impl View {
         self.frame();
     }
 
-    /// Without labels, whose places depend on where they were before.
+    /// Draws the scene without labels, whose places depend on their former ones.
     fn picture(&mut self) -> Picture {
         assert!(self.viewer.set_layer_shown(LABELS, false));
         // Overlays answer from processes of their own.
@@ -114,20 +114,20 @@ impl View {
         picture
     }
 
-    /// The processes of plugins.
+    /// Returns the processes of plugins.
     fn processes(&self) -> BTreeMap<String, u32> {
         let plugins = self.stats().plugins.into_iter();
         plugins.filter_map(|plugin| Some((plugin.name, plugin.pid?))).collect()
     }
 
-    /// A number as it is shown, and its quality.
+    /// Returns a number as it is shown, with its quality.
     fn value(&self, tag: &str) -> (String, &'static str) {
         let stats = self.stats();
         let found = stats.tags.iter().find(|one| one.id == tag).expect("there is such a tag");
         (format!("{:.1}", found.value.as_f64().expect("a number")), found.quality)
     }
 
-    /// Waits until the picture is this one, but for what flashes or settles.
+    /// Waits until the picture is this one, except for flashing and settling parts.
     fn wait_for_picture(&mut self, what: &str, wanted: &Picture) {
         wait_for(what, MAX_WAIT, || is_same(&self.picture(), wanted).then_some(()));
     }
@@ -143,7 +143,7 @@ fn is_same(a: &Picture, b: &Picture) -> bool {
 
 #[test]
 fn a_good_edit_shows_and_what_it_does_not_touch_goes_on() {
-    let Some(peer) = Peer::start(&calm_values()) else { return };
+    let Some(peer) = Peer::start(&normal_values()) else { return };
     let mut view = View::open(scene(peer.port));
     view.wait_for("the alarms", |stats| stats.alarms.len() == 3);
     view.act("Fans", AlarmAction::Acknowledge);
@@ -226,7 +226,7 @@ fn a_good_edit_shows_and_what_it_does_not_touch_goes_on() {
 
 #[test]
 fn no_value_of_another_device_goes_on() {
-    let Some(peer) = Peer::start(&calm_values()) else { return };
+    let Some(peer) = Peer::start(&normal_values()) else { return };
     let mut view = View::open(scene(peer.port));
     let good = view.stats().quality.good;
     // Nobody answers there: all that would be shown is what the device before said.
@@ -273,7 +273,7 @@ fn a_live_view_that_leaves_its_quality_open_goes_by_the_device_and_a_picture_doe
 
 #[test]
 fn a_bad_edit_changes_nothing_and_says_what_helps() {
-    let Some(peer) = Peer::start(&calm_values()) else { return };
+    let Some(peer) = Peer::start(&normal_values()) else { return };
     let mut view = View::open(scene(peer.port));
     let (first, processes) = (view.picture(), view.processes());
     let good = serde_json::to_string_pretty(&view.scene.config).expect("values are JSON");
@@ -318,7 +318,7 @@ fn a_bad_edit_changes_nothing_and_says_what_helps() {
 
 #[test]
 fn an_edited_model_shows_and_a_bad_one_changes_nothing() {
-    let Some(peer) = Peer::start(&calm_values()) else { return };
+    let Some(peer) = Peer::start(&normal_values()) else { return };
     let scene = scene(peer.port);
     // Models of its own, to be written.
     let models = scene.path("models");
@@ -357,7 +357,7 @@ fn an_edited_model_shows_and_a_bad_one_changes_nothing() {
 
 #[test]
 fn an_edit_shows_within_a_moment() {
-    let Some(peer) = Peer::start(&calm_values()) else { return };
+    let Some(peer) = Peer::start(&normal_values()) else { return };
     let mut view = View::open(scene(peer.port));
     let (mut from_writing, mut from_settling) = (Vec::new(), Vec::new());
     for number in 0..TIMED {

@@ -1,5 +1,4 @@
-//! Recordings in a scene: what they have is in the statistics, and when they end
-//! nothing is good any more.
+//! Recordings in a scene: their values are in the statistics, and no value is good after their end.
 
 use std::fs;
 use std::path::PathBuf;
@@ -11,10 +10,10 @@ use serde_json::{Value, json};
 /// Samples a second of the COMTRADE recording.
 const HERTZ: u64 = 100;
 
-/// A scene with these tags from one recording.
+/// Returns a scene with these tags from one recording.
 fn scene(file: &str, text: &str, settings: Value, tags: &[(&str, &str, Value)]) -> Scene {
     let mut scene = Scene::without_tags();
-    scene.lend("replay");
+    scene.add_plugin("replay");
     let path = scene.path(file);
     fs::write(&path, text).expect("it can be written");
     let mut all = json!({ "file": path });
@@ -30,7 +29,7 @@ fn scene(file: &str, text: &str, settings: Value, tags: &[(&str, &str, Value)]) 
     scene
 }
 
-/// Shows a scene for some seconds; what was said, and the statistics.
+/// Shows a scene for some seconds; returns the output and the statistics.
 fn render(scene: &Scene, seconds: f64) -> (String, Stats) {
     let stats: PathBuf = scene.path("stats.json");
     let mut command = busbar();
@@ -40,8 +39,8 @@ fn render(scene: &Scene, seconds: f64) -> (String, Stats) {
     (output.stdout + &output.stderr, Stats::read(&stats))
 }
 
-/// A configuration of 2013 for `seconds` of 100 Hz: a current, its number, a breaker
-/// of two contacts.
+/// Returns a COMTRADE file of 2013 for `seconds` of 100 Hz: configuration, and data of a current,
+/// its number, a breaker of two contacts.
 fn comtrade(seconds: u64) -> (String, String) {
     let samples = seconds * HERTZ;
     let cfg = format!(

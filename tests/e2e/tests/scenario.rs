@@ -1,4 +1,4 @@
-//! `busbar simulate --scenario`: what a file says happens, and shows.
+//! `busbar simulate --scenario`: the events of a file happen, and show.
 
 use std::net::TcpListener;
 
@@ -6,7 +6,7 @@ use e2e::{Process, Scene, Stats, built, built_folder, busbar, finish};
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
-/// A scene whose load and switch are a Modbus device's, with another tag of a station.
+/// Returns a scene whose load and switch are a Modbus device's, with another tag of a station.
 fn scene() -> Scene {
     let mut scene = Scene::without_tags();
     let station = scene.library("iec104");
@@ -40,7 +40,7 @@ fn scene() -> Scene {
     scene
 }
 
-/// The tags after three seconds of a scenario.
+/// Returns the tags after three seconds of a scenario.
 fn rendered(scene: &Scene, scenario: &Value) -> Stats {
     let (config, file) = (scene.write(), scene.path("scenario.json"));
     std::fs::write(&file, scenario.to_string()).expect("it can be written");

@@ -1,5 +1,5 @@
-//! A serial line in a scene: the plugin's process may open it, and what the line no
-//! longer brings is bad.
+//! Serial line in a scene: the plugin's process may open it, and values that the line no longer
+//! brings are bad.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -10,12 +10,12 @@ use e2e::{Process, Scene, available, finish, wait_for};
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
-/// Longest time until socat has laid a line.
+/// Longest time until socat has set up a line.
 const MAX_START: Duration = Duration::from_secs(20);
-/// Pieces of answers after which a value has come; each is two or three of them.
+/// Number of pieces of answers after which a value has come; each answer is two or three of them.
 const ANSWERS: usize = 12;
 
-/// Two pseudo-terminals that socat joins, in a folder.
+/// Pair of pseudo-terminals that socat joins, in a folder.
 struct Line {
     socat: Process,
     folder: tempfile::TempDir,
@@ -43,7 +43,7 @@ impl Line {
         Some(line)
     }
 
-    /// Waits until the devices have said something so often.
+    /// Waits until the devices have sent `count` pieces.
     fn wait_for_answers(&self, mut count: usize) {
         self.socat.wait_for_line(|line| {
             count -= usize::from(line.starts_with("< "));
@@ -73,7 +73,7 @@ fn scene(device: &Path) -> Scene {
     scene
 }
 
-/// Unit 1 alone, which has this value.
+/// Returns the register table of unit 1 alone, which has this value.
 fn unit_one(value: u16) -> Value {
     json!({"units": {"1": {"holding": {"0": value}}}})
 }

@@ -1,5 +1,4 @@
-//! A view that runs for years: what is wrong on its machine, its log, its numbers, a screen
-//! of its own, and the units that keep it.
+//! Unattended operation: machine diagnosis, log, metrics, full screen, and systemd units.
 
 use std::fs;
 use std::io::{Read, Write};
@@ -18,7 +17,7 @@ use serde_json::{Value, json};
 const SCREEN: [u32; 2] = [1024, 640];
 const MAX_WAIT: Duration = Duration::from_secs(20);
 
-/// A small scene without tags.
+/// Returns a small scene without tags.
 fn scene() -> Scene {
     let mut scene = Scene::without_tags();
     scene.config["scene"] = json!([{ "id": "=Q1", "model": "breaker" }]);
@@ -28,7 +27,7 @@ fn scene() -> Scene {
     scene
 }
 
-/// What the doctor says of a machine with these in its environment, and its exit code.
+/// Runs the doctor with these environment variables; returns its report and exit code.
 fn doctor(config: &Path, environment: &[(&str, &str)]) -> (Value, Option<i32>) {
     let mut command = busbar();
     command.args(["doctor", "--json"]).arg(config);
@@ -110,7 +109,7 @@ fn the_log_goes_into_a_file_and_a_full_disk_stops_nothing() {
     }
 }
 
-/// A window of its own display.
+/// Returns the command of a window on its own display.
 fn view(scene: &Scene, display: &Display, more: &[&str]) -> Command {
     let mut command = busbar();
     command.arg("view").arg(scene.write()).args(more);
@@ -177,7 +176,7 @@ fn numbers_are_served_as_another_parser_reads_them() {
     assert!(output.stderr.contains("--metrics-public"), "{}", output.stderr);
 }
 
-/// An address of this machine that nobody has.
+/// Returns an unused address of this machine.
 fn free_address() -> String {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
     listener.local_addr().expect("it has one").to_string()

@@ -1,4 +1,4 @@
-//! `busbar simulate` beside `busbar render`: what is shown is what the generator gives.
+//! `busbar simulate` beside `busbar render`: the shown values are those of the generator.
 
 use std::net::{TcpListener, TcpStream};
 use std::process::Command;
@@ -12,14 +12,14 @@ use rustix::process::{Pid, Signal as ProcessSignal, kill_process};
 use serde_json::{Value, json};
 
 const SEED: u64 = 42;
-/// What freshness limits, polls and changes may add to a value's age.
+/// Greatest additional age of a value by freshness limits, polls and changes.
 const FRESHNESS: Duration = Duration::from_secs(3);
-/// The longest that one part of a test takes, loaded machines included.
+/// Longest time of one part of a test, loaded machines included.
 const PATIENCE: Duration = Duration::from_secs(60);
 const FAULT_PERIOD: Duration = Duration::from_secs(8);
 const FAULT_LENGTH: Duration = Duration::from_secs(5);
 
-/// Tags: id, source, type, address, and how they move.
+/// Tag of the scene: id, source, type, address, signal.
 type Row = (&'static str, &'static str, &'static str, Value, Value);
 
 fn rows() -> Vec<Row> {
@@ -68,7 +68,7 @@ fn rows() -> Vec<Row> {
     ]
 }
 
-/// A scene with both sources at free ports.
+/// Returns a scene with both sources at free ports.
 fn scene() -> Scene {
     let mut scene = Scene::without_tags();
     let station = scene.library("iec104");
@@ -130,7 +130,7 @@ fn signal((id, _, kind, _, simulate): &Row) -> Signal {
     Signal::new(SEED, id, kind, behaviour.expect("in range")).expect("it can move so")
 }
 
-/// Whether the generator gives this value at some instant of a stretch of time.
+/// Reports whether the generator gives this value at some instant of a period.
 fn is_given(row: &Row, value: &Value, from: SystemTime, to: SystemTime) -> bool {
     let signal = signal(row);
     let fits = |time| match signal.at(time) {
@@ -189,7 +189,7 @@ fn what_is_rendered_is_what_the_generator_gives() {
     }
 }
 
-/// A view that looks at every tag in every frame.
+/// View that checks every tag in every frame.
 struct View {
     viewer: Viewer,
     looked: SystemTime,
@@ -204,7 +204,7 @@ impl View {
         Self { viewer, looked: SystemTime::now() }
     }
 
-    /// Draws until the tags are as wanted; what is good must be right in every frame.
+    /// Draws until the tags satisfy a condition; good values must be right in every frame.
     fn until(&mut self, what: &str, is: impl Fn(&[TagStats]) -> bool) {
         let begun = Instant::now();
         loop {
@@ -229,7 +229,7 @@ impl View {
     }
 }
 
-/// With each fault tags go bad and come back, and nothing wrong is ever shown as good.
+/// Tags go bad and come back with each fault, and no wrong value is ever shown as good.
 #[test]
 fn faults_make_tags_bad_and_never_wrong() {
     // What is slow, or has another clock than its values, need not be lost.
@@ -289,7 +289,7 @@ fn a_device_that_dies_comes_back() {
     assert!(said.stderr.contains("SIGKILL"), "{}", said.stderr);
 }
 
-/// The processes that any thread of a process has started.
+/// Returns the processes that any thread of a process has started.
 fn children(process: u32) -> Vec<Pid> {
     let threads = std::fs::read_dir(format!("/proc/{process}/task")).expect("it lives");
     let lists = threads
@@ -335,7 +335,7 @@ fn what_cannot_be_simulated_is_told() {
 #[test]
 fn sources_without_a_simulator_are_remarked() {
     let mut scene = scene();
-    e2e::trouble::compile(&scene.path("plugins"));
+    e2e::faulty_plugins::compile(&scene.path("plugins"));
     scene.config["plugins"]["other"] = json!({"plugin": "trouble.steady"});
     scene.config["tags"]["C"] = json!({"type": "f64", "source": {"plugin": "other", "address": 1}});
     let mut command = busbar();

@@ -1,5 +1,5 @@
-//! A database in a scene: what it has is in the statistics, what it no longer vouches
-//! for is bad, and its password reaches its plugin alone.
+//! Databases in a scene: their values are in the statistics, those no longer confirmed are bad, and
+//! the password reaches its plugin alone.
 
 #[allow(dead_code, clippy::unwrap_used)]
 #[path = "../../../plugins/sql_adapter/src/tests/cluster.rs"]
@@ -13,9 +13,9 @@ use cluster::{Cluster, PASSWORD};
 use e2e::{Process, Scene, Stats, available, busbar, finish, wait_for, workspace_path};
 use serde_json::{Value, json};
 
-/// Long enough for a loaded machine.
+/// Longest wait on a loaded machine.
 const PATIENCE: Duration = Duration::from_secs(40);
-/// Variables that the viewer has: the one that settings name, and another.
+/// Environment variable that settings name; another one of the viewer follows.
 const NAMED: &str = "BUSBAR_TEST_PASSWORD";
 const OTHER: &str = "BUSBAR_TEST_OTHER_PASSWORD";
 const OTHER_PASSWORD: &str = "nobody asked for this";
@@ -26,7 +26,7 @@ const TABLE: &str = "CREATE TABLE latest (key text, value text, quality text, at
 
 fn scene(settings: Value) -> Scene {
     let mut scene = Scene::without_tags();
-    scene.lend("sql_adapter");
+    scene.add_plugin("sql_adapter");
     scene.config["plugins"]["database"] = json!({"plugin": "sql_adapter", "settings": settings});
     let address = |key: &str| json!({"query": "latest", "key": key});
     let mut breaker = address("breaker");
@@ -46,7 +46,7 @@ fn scene(settings: Value) -> Scene {
     scene
 }
 
-/// Settings that name the password by a variable.
+/// Returns settings that name the password by a variable.
 fn settings(cluster: &Cluster) -> Value {
     let sql = "SELECT key, value, quality, at AS time FROM latest";
     let query = json!({"name": "latest", "sql": sql, "poll_millis": 200});

@@ -1,5 +1,5 @@
-//! Live values from an independent server: what is in it is in the statistics
-//! and on the picture, and what it no longer vouches for is shown as such.
+//! Live values from an independent server: they are in the statistics and on the picture, and those
+//! that it no longer confirms are shown as bad.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -13,21 +13,20 @@ use image::{Rgb, RgbImage};
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
-/// One poll of the demo is at most this many requests: after these answers
-/// every tag has had its value.
+/// Greatest number of requests in one poll of the demo; after these answers every tag has a value.
 const ANSWERS_TO_ALL: usize = 12;
-/// Distance between the stripes over what is not to be relied on, pixels.
+/// Distance between the stripes of the hatching, pixels.
 const HATCH_STEP: u32 = 5;
-/// By how much stripes are darker than their ground, of 255.
+/// Difference between stripes and their darker ground, at least, of 255.
 const MIN_STRIPE_DIFFERENCE: u8 = 16;
-/// By how much the ground varies, of 255.
+/// Variation of the ground, at most, of 255.
 const MAX_GROUND_DIFFERENCE: u8 = 4;
-/// The grey of labels, which is no ground of hatching.
+/// Grey of labels, which is no ground of hatching.
 const PAPER: u8 = 240;
-/// Pixels of hatched ground that a value has at least.
+/// Least number of pixels of hatched ground for a value.
 const MIN_HATCHED_PIXELS: usize = 60;
 
-/// The tables of the demo as a server has them.
+/// Returns the tables of the demo as a server has them.
 fn demo_values() -> Value {
     let floats = |values: &[f32]| values.iter().flat_map(|&v| f32_registers(v)).collect::<Vec<_>>();
     json!({
@@ -46,7 +45,7 @@ fn top_oil_of(stats: &Stats) -> Tag {
     stats.tag("T1.TopOil")
 }
 
-/// Renders a scene for some seconds; the picture and the statistics.
+/// Renders a scene for some seconds; returns the picture and the statistics.
 fn render(scene: &Scene, seconds: f64) -> (RgbImage, Stats) {
     let (picture, stats) = outputs(scene);
     finish(&mut rendering(scene, seconds)).expect_code(0);
@@ -66,7 +65,7 @@ fn outputs(scene: &Scene) -> (PathBuf, PathBuf) {
     (scene.path("picture.png"), scene.path("stats.json"))
 }
 
-/// The demo with one label: the top oil temperature.
+/// Returns the demo scene with one label: the top oil temperature.
 fn one_label(port: u16) -> Scene {
     let mut scene = Scene::demo(port);
     let binding = scene.config["bindings"][0].take();
@@ -75,8 +74,7 @@ fn one_label(port: u16) -> Scene {
     scene
 }
 
-/// Where the only label of a scene is: where its picture differs from one
-/// without labels.
+/// Returns the region of the scene's only label: the difference from a picture without labels.
 fn label_region(with_label: &RgbImage) -> Region {
     let mut scene = Scene::demo(1);
     scene.config["bindings"] = json!([]);
@@ -87,8 +85,8 @@ fn label_region(with_label: &RgbImage) -> Region {
     region
 }
 
-/// Pixels of a region that look like the ground of hatching: grey, the same
-/// again one stripe to the right and along the stripe, darker in between.
+/// Counts the pixels of a region that look like the ground of hatching: grey, the same again one
+/// stripe to the right and along the stripe, darker in between.
 fn hatched_pixels(picture: &RgbImage, region: Region) -> usize {
     let grey = |x: u32, y: u32| {
         let Rgb([r, g, b]) = *picture.get_pixel_checked(x, y)?;
@@ -262,7 +260,7 @@ fn a_stopped_server_makes_tags_stale_within_their_own_limits() {
     }
 }
 
-/// A label's value stands on hatched ground, where before it stood on paper.
+/// Asserts that a label's value stands on hatched ground, where before it stood on paper.
 #[track_caller]
 fn assert_hatched(good: &RgbImage, bad: &RgbImage, region: Region) {
     let [before, after] = [good, bad].map(|picture| hatched_pixels(picture, region));

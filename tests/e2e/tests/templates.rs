@@ -1,4 +1,4 @@
-//! Templates against the same scene written out.
+//! Templates compared with the same scene written out.
 
 use busbar_viewer::{LoadedScene, Picture, RendererOptions, Viewer};
 use e2e::Scene;
@@ -6,14 +6,14 @@ use serde_json::{Value, json};
 
 const SIZE: [u32; 2] = [320, 180];
 
-/// Bays at these places along x, each with two breakers and a disconnector.
+/// Bays by prefix and place along x, each with two breakers and a disconnector.
 const BAYS: [(&str, f32); 3] = [("=S1Q1", 0.0), ("=S1Q2", 14.0), ("=S1Q3", 28.0)];
 
 fn at(x: f32, z: f32) -> Value {
     json!({ "translation": [x, 0, z] })
 }
 
-/// The nodes of a bay, with this before their ids.
+/// Returns the nodes of a bay, with a prefix before their ids.
 fn bay(prefix: &str) -> Value {
     let id = |id: &str| format!("{prefix}{id}");
     json!([
@@ -35,7 +35,7 @@ fn scene_of(nodes: Value, templates: Value) -> Scene {
     scene
 }
 
-/// What is seen, and which equipment at every third pixel.
+/// Returns the picture, and the equipment at every third pixel.
 fn shown(scene: &Scene) -> (Picture, Vec<Option<String>>) {
     let loaded = LoadedScene::load(&scene.write(), &|_, _, _| {}).expect("the scene loads");
     let options = RendererOptions { samples: 1, validation: true, ..Default::default() };

@@ -1,5 +1,5 @@
-//! Theta that follows the camera: a walk along a row of breakers and back, in
-//! one view, and the same through the command line.
+//! Theta by the distance of the camera: a walk along a row of breakers and back, in one view, and
+//! the same through the command line.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -9,14 +9,14 @@ use e2e::{Scene, Stats, busbar, finish};
 use serde_json::{Value, json};
 
 const SIZE: [u32; 2] = [320, 180];
-/// Where breakers stand along x, metres; the last has a theta of its own.
+/// Positions of the breakers along x, metres; the last has a theta of its own.
 const PLACES: [f32; 4] = [0.0, 50.0, 200.0, 210.0];
 const OWN_THETA: f64 = 0.3;
 /// Distances beyond which these thetas hold.
 const LEVELS: [(f32, f64); 3] = [(0.0, 0.0), (30.0, 0.5), (100.0, 0.85)];
 /// Eyes of a walk along the row, where no distance is within the hysteresis.
 const WALK: [f32; 7] = [-60.0, -5.0, 15.0, 58.0, 85.0, 165.0, 320.0];
-/// The longest that meshes beside the frames may take, loaded machines included.
+/// Longest time of mesh resolution beside the frames, loaded machines included.
 const MAX_WAIT: Duration = Duration::from_secs(30);
 
 fn policy() -> Value {
@@ -24,7 +24,7 @@ fn policy() -> Value {
     json!({ "distance": LEVELS.map(level), "hysteresis": 0.1 })
 }
 
-/// Breakers in a row along x.
+/// Returns a row of breakers along x.
 fn row() -> Scene {
     let mut scene = Scene::without_tags();
     let mut breaker = scene.config["models"]["breaker"].take();
@@ -42,15 +42,15 @@ fn row() -> Scene {
     scene
 }
 
-/// A view without a window, and what it shows.
+/// View without a window.
 struct View {
     viewer: Viewer,
     frames: u32,
 }
 
-/// What a frame showed.
+/// Triangles and picture of one frame.
 #[derive(Debug, PartialEq)]
-struct Shown {
+struct FrameResult {
     triangles: u64,
     picture: Picture,
 }
@@ -63,12 +63,12 @@ impl View {
         Self { viewer, frames: 0 }
     }
 
-    fn draw(&mut self) -> Shown {
+    fn draw(&mut self) -> FrameResult {
         self.frames += 1;
         let input = self.viewer.headless_input(f64::from(self.frames) / 60.0);
         self.viewer.frame(input).expect("a frame is drawn");
         let picture = self.viewer.read_picture().expect("the picture is there");
-        Shown { triangles: self.viewer.stats().triangles, picture }
+        FrameResult { triangles: self.viewer.stats().triangles, picture }
     }
 
     fn go_to(&mut self, x: f32) {
@@ -76,12 +76,12 @@ impl View {
     }
 
     /// Draws from this far along the row.
-    fn at(&mut self, x: f32) -> Shown {
+    fn at(&mut self, x: f32) -> FrameResult {
         self.go_to(x);
         self.draw()
     }
 
-    /// Triangles of one breaker at a theta.
+    /// Returns the triangles of one breaker at a theta.
     fn triangles_of_one(&mut self, theta: f64) -> u64 {
         self.viewer.set_theta(theta);
         let triangles = self.draw().triangles;
@@ -99,7 +99,7 @@ impl Drop for View {
     }
 }
 
-/// The thetas of the row seen from x; the eye is some 15 m beside it.
+/// Returns the thetas of the row seen from x; the eye is some 15 m beside it.
 fn expected_thetas(x: f32) -> [f64; 4] {
     let mut thetas = PLACES.map(|place| {
         let distance = (place - x).abs();
@@ -109,7 +109,7 @@ fn expected_thetas(x: f32) -> [f64; 4] {
     thetas
 }
 
-/// Share of pixels of which some channel differs by more than a fourth of its range.
+/// Returns the share of pixels of which some channel differs by more than a fourth of its range.
 fn differing(a: &Picture, b: &Picture) -> f64 {
     let pixels = a.rgba8.chunks_exact(4).zip(b.rgba8.chunks_exact(4));
     let differs = |(a, b): &(&[u8], &[u8])| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > 64);

@@ -10,14 +10,15 @@ use serde_json::{Value, json};
 const SIZE: [u32; 2] = [480, 270];
 const TRANSFORMER: &str = "=S12D1T1-TA1";
 const BREAKER: &str = "=S12D1Q1-QA1-L1";
-/// Until a step of the script is seen.
+/// Longest time until a step of the script is seen.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// An oil temperature at the transformer: far above its alarm, then bad, then cool.
+/// Returns a scene of an oil temperature at the transformer: far above its alarm, then bad, then
+/// cool.
 fn scene() -> Scene {
     let mut scene = Scene::demo(1);
-    scene.lend("condition");
-    scene.lend("sample_generator");
+    scene.add_plugin("condition");
+    scene.add_plugin("sample_generator");
     let start = SystemTime::now().duration_since(UNIX_EPOCH).expect("after 1970");
     let sample = |at_millis: u64, value: Value, quality: &str| {
         json!({ "at_millis": at_millis, "samples": [

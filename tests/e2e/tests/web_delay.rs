@@ -1,5 +1,5 @@
-//! The web page behind a line whose delay grows, judged from the page's record and its pixels:
-//! however steadily messages arrive, nothing older than a second passes for live.
+//! Web page behind a line whose delay grows, judged from the page's record and its pixels: however
+//! steadily messages arrive, nothing older than a second passes for live.
 
 mod web_browser;
 
@@ -15,9 +15,10 @@ use web_browser::*;
 
 /// Longest time after a fault in which the picture passes for live, milliseconds.
 const MAX_OLD: u64 = 1000;
-/// How long a page is watched after a fault.
+/// Observation time of a page after a fault.
 const WATCHED: Duration = Duration::from_secs(6);
-/// Growth at which a beat each 250 ms arrives twice a second, older and older, seconds a second.
+/// Growth of the delay, seconds a second, at which beats each 250 ms arrive twice a second, older
+/// and older.
 const GROWTH: f64 = 0.95;
 
 fn growing(growth: f64) -> Delay {
@@ -29,25 +30,25 @@ fn address_of(url: &str) -> SocketAddr {
     address.parse().expect("an address")
 }
 
-/// Whom a fault befalls.
+/// Process that a fault strikes.
 #[derive(Clone, Copy, Debug)]
-enum Victim {
+enum TargetProcess {
     Viewer,
     Server,
 }
 
-fn strike(server: &Process, victim: Victim, signal: Signal) {
+fn strike(server: &Process, victim: TargetProcess, signal: Signal) {
     match victim {
-        Victim::Server => server.signal(signal),
-        Victim::Viewer => {
+        TargetProcess::Server => server.signal(signal),
+        TargetProcess::Viewer => {
             let viewer = Pid::from_raw(viewer_of(server) as i32).expect("a process");
             kill_process(viewer, signal).expect("it is there");
         }
     }
 }
 
-/// Longest time in which a page passes for live after a fault, milliseconds: by its own record,
-/// and by pixels, of which the second is the last screenshot that was begun.
+/// Measures the longest time in which a page passes for live after a fault, milliseconds: by its
+/// own record, and by pixels. The latter is that of the last screenshot begun.
 fn longest_old(
     browser: &mut Browser,
     struck: u64,
@@ -74,13 +75,13 @@ fn nothing_passes_for_live_behind_a_growing_delay() {
     let (down, up) = (growing(GROWTH), growing(GROWTH));
     let none = Delay::default();
     let cases = [
-        (Victim::Viewer, Signal::STOP, Delays { down, up: none }, 300),
-        (Victim::Viewer, Signal::STOP, Delays { down, up: none }, 3000),
-        (Victim::Viewer, Signal::STOP, Delays { down: growing(0.3), up: growing(0.3) }, 300),
-        (Victim::Viewer, Signal::KILL, Delays { down, up }, 300),
-        (Victim::Server, Signal::STOP, Delays { down, up: none }, 300),
-        (Victim::Server, Signal::STOP, Delays { down: none, up }, 3000),
-        (Victim::Server, Signal::KILL, Delays { down, up: none }, 300),
+        (TargetProcess::Viewer, Signal::STOP, Delays { down, up: none }, 300),
+        (TargetProcess::Viewer, Signal::STOP, Delays { down, up: none }, 3000),
+        (TargetProcess::Viewer, Signal::STOP, Delays { down: growing(0.3), up: growing(0.3) }, 300),
+        (TargetProcess::Viewer, Signal::KILL, Delays { down, up }, 300),
+        (TargetProcess::Server, Signal::STOP, Delays { down, up: none }, 300),
+        (TargetProcess::Server, Signal::STOP, Delays { down: none, up }, 3000),
+        (TargetProcess::Server, Signal::KILL, Delays { down, up: none }, 300),
     ];
     for (victim, signal, delays, lead_millis) in cases {
         let (server, url) = serve(&scene, "127.0.0.1:0", TOKEN, &[]);

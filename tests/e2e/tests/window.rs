@@ -11,18 +11,18 @@ use serde_json::json;
 
 const SCREEN: [u32; 2] = [1024, 640];
 const WINDOW: [i32; 2] = [800, 500];
-/// The middle of the scene: right of the panels, above the status bar.
+/// Middle of the scene: right of the panels, above the status bar.
 const MIDDLE: [i32; 2] = [600, 240];
-/// The tab with the models.
+/// Position of the tab with the models.
 const DISPLAY_TAB: [i32; 2] = [151, 14];
-/// The slider of the first model: its left end, its middle, and between.
+/// Left end of the first model's slider; further points follow.
 const SLIDER_LEFT: [i32; 2] = [52, 189];
 const SLIDER_MIDDLE: [i32; 2] = [136, 189];
 const SLIDER_QUARTER: [i32; 2] = [94, 189];
-/// Pictures under validation that must not have a single message.
+/// Least number of frames under validation without a single message.
 const MIN_FRAMES: u64 = 200;
 
-/// One breaker pole, framed.
+/// Returns a scene of one breaker pole, framed by the camera.
 fn scene() -> Scene {
     let mut scene = Scene::without_tags();
     let config = &mut scene.config;
@@ -33,7 +33,7 @@ fn scene() -> Scene {
     scene
 }
 
-/// Opens the window, and has hands at it until it closes.
+/// Opens the window, and makes gestures on it until it closes.
 fn view(scene: Scene, seconds: u32, hands: impl FnOnce(&Display, &Process)) -> Option<Stats> {
     let window = Window::open(scene, Display::start(SCREEN)?, seconds);
     hands(&window.display, &window.process);
@@ -58,7 +58,7 @@ fn the_theta_slider_takes_triangles_away() {
     assert!(live > 0 && live < full, "{live} of {full} triangles");
 }
 
-/// A flat slab, framed: seen from the side it is low and wide.
+/// Returns a scene of a flat slab, framed: seen from the side it is low and wide.
 fn slab_scene() -> Scene {
     let mut scene = scene();
     scene.config["scene"] = json!([{"id": "=Q2", "model": "slab"}]);

@@ -1,5 +1,5 @@
-//! The watcher of the program's own window, judged from the pixels of its screen: a viewer that
-//! hangs is hatched within a second, and the watcher ends with the viewer.
+//! Watchdog of the program's own window, judged from the pixels of its screen: a hung viewer is
+//! hatched within a second, and the watcher ends with it.
 
 use std::path::Path;
 use std::thread::sleep;
@@ -17,26 +17,26 @@ use x11rb::rust_connection::RustConnection;
 const SCREEN: [u32; 2] = [800, 500];
 /// Longest time in which an old picture passes for live.
 const MAX_OLD: Duration = Duration::from_millis(1000);
-/// From a picture that is new again until it is seen.
+/// Longest time from a new picture until the screen shows it.
 const MAX_BACK: Duration = Duration::from_secs(10);
-/// From the end of a viewer until its watcher has ended.
+/// Longest time from the end of a viewer to the end of its watcher.
 const MAX_END: Duration = Duration::from_secs(5);
-/// Times that a viewer is stopped.
+/// Number of stops of a viewer.
 const STOPS: u32 = 10;
-/// Difference of two channels of a pixel that has colour.
+/// Least difference of two channels of a coloured pixel.
 const MIN_COLOR: u8 = 12;
-/// A picture in which one pixel in so many has colour is none of the cover.
+/// Interval of pixels: a picture with one coloured pixel in so many is not the cover.
 const MIN_COLORED: usize = 200;
 
-/// A view on a display in memory, full-screen.
-struct Watched {
+/// View on a display in memory, full-screen, with its watcher.
+struct WatchedWindow {
     process: Process,
     display: Display,
     screen: Screen,
     scene: Scene,
 }
 
-impl Watched {
+impl WatchedWindow {
     fn open(arguments: &[&str]) -> Option<Self> {
         let display = Display::start(SCREEN)?;
         let mut scene = Scene::without_tags();
@@ -49,7 +49,7 @@ impl Watched {
         command.env_remove("WAYLAND_SOCKET").env("WINIT_X11_SCALE_FACTOR", "1");
         let process = Process::start(&mut command);
         process.wait_for_line(|line| (line == "ready").then_some(()));
-        let screen = Screen::of(&display);
+        let screen = Screen::connect(&display);
         let watched = Self { process, display, screen, scene };
         watched.wait_until_live();
         Some(watched)
@@ -59,7 +59,7 @@ impl Watched {
         wait_for("a live picture", MAX_BACK, || self.screen.passes_for_live().then_some(()));
     }
 
-    /// Stops the viewer; the time until its picture passes for live no more.
+    /// Stops the viewer; returns the time until its picture no longer passes for live.
     fn time_to_cover(&self) -> Duration {
         self.process.signal(Signal::STOP);
         let struck = Instant::now();
@@ -75,14 +75,14 @@ impl Watched {
     }
 }
 
-/// The pixels of a display's screen.
+/// Connection that reads the pixels of a display's screen.
 struct Screen {
     connection: RustConnection,
     root: u32,
 }
 
 impl Screen {
-    fn of(display: &Display) -> Self {
+    fn connect(display: &Display) -> Self {
         let (connection, screen) = RustConnection::connect(Some(&display.name)).expect("it runs");
         let root = connection.setup().roots[screen].root;
         Self { connection, root }
@@ -117,7 +117,7 @@ impl Screen {
     }
 }
 
-/// The processes that a viewer has as children and whose command is the watcher's.
+/// Lists the child processes of a viewer that run the watcher's command.
 fn watchers_of(viewer: u32) -> Vec<u32> {
     let listed = std::fs::read_dir("/proc").expect("there are processes").flatten();
     let ids = listed.filter_map(|entry| entry.file_name().to_str()?.parse::<u32>().ok());
@@ -142,7 +142,7 @@ fn is_there(process: u32) -> bool {
 #[test]
 #[allow(clippy::print_stderr)]
 fn a_window_that_hangs_is_hatched_within_a_second_and_comes_back() {
-    let Some(watched) = Watched::open(&[]) else { return };
+    let Some(watched) = WatchedWindow::open(&[]) else { return };
     watched.shot("window_live");
     let mut longest = Duration::ZERO;
     for turn in 0..STOPS {
@@ -166,7 +166,7 @@ fn a_window_that_hangs_is_hatched_within_a_second_and_comes_back() {
 
 #[test]
 fn the_watcher_ends_with_its_viewer_and_is_started_again_without_it() {
-    let Some(watched) = Watched::open(&[]) else { return };
+    let Some(watched) = WatchedWindow::open(&[]) else { return };
     let viewer = watched.process.id();
     let only = || wait_for("a watcher", MAX_BACK, || watchers_of(viewer).first().copied());
     let first = only();
@@ -186,7 +186,7 @@ fn the_watcher_ends_with_its_viewer_and_is_started_again_without_it() {
 
 #[test]
 fn a_viewer_that_ends_leaves_no_watcher() {
-    let Some(watched) = Watched::open(&["--seconds", "6"]) else { return };
+    let Some(watched) = WatchedWindow::open(&["--seconds", "6"]) else { return };
     let viewer = watched.process.id();
     let watcher = wait_for("a watcher", MAX_BACK, || watchers_of(viewer).first().copied());
     watched.process.finish().expect_code(0);
@@ -195,7 +195,7 @@ fn a_viewer_that_ends_leaves_no_watcher() {
 
 #[test]
 fn a_kiosk_is_watched_as_well() {
-    let Some(watched) = Watched::open(&["--kiosk"]) else { return };
+    let Some(watched) = WatchedWindow::open(&["--kiosk"]) else { return };
     let took = watched.time_to_cover();
     assert!(took <= MAX_OLD, "live for {took:?}");
     sleep(Duration::from_secs(1));

@@ -1,4 +1,4 @@
-//! One connection, and what its fault does to it.
+//! Proxied connection with its fault.
 
 use std::io;
 use std::net::SocketAddr;
@@ -10,25 +10,25 @@ use tokio::net::TcpStream;
 use tokio::net::tcp::{ReadHalf, WriteHalf};
 use tokio::time::sleep;
 
-use crate::Shared;
-use crate::fault::{Fault, Plan};
+use crate::SharedState;
+use crate::fault::{ConnectionFault, ConnectionPlan};
 
-/// Bytes that are passed on at once.
+/// Greatest number of bytes that are passed on at once.
 const CHUNK_BYTES: usize = 4096;
 /// Longest delay of a piece.
 const MAX_DELAY_MILLIS: u64 = 40;
-/// Between the bytes that dribble.
+/// Time between two bytes of a trickle.
 const TRICKLE: Duration = Duration::from_millis(150);
-/// Random bytes in one place.
+/// Greatest number of random bytes in one place.
 const MAX_GARBAGE_BYTES: usize = 300;
 
 pub(crate) struct Connection {
-    pub(crate) plan: Plan,
-    pub(crate) shared: Arc<Shared>,
+    pub(crate) plan: ConnectionPlan,
+    pub(crate) shared: Arc<SharedState>,
     pub(crate) server: SocketAddr,
 }
 
-/// How a connection ends that did not end by itself.
+/// Forced end of a connection.
 enum End {
     Reset,
     Close,
@@ -46,11 +46,11 @@ impl Connection {
         let end = {
             let (mut from_client, to_client) = client.split();
             let (from_server, mut to_server) = server.split();
-            let is_split = self.plan.fault == Fault::Split;
+            let is_split = self.plan.fault == ConnectionFault::Split;
             let (said, has_said) = tokio::sync::oneshot::channel();
             tokio::select! {
-                _ = pass_up(&mut from_client, &mut to_server, is_split, said) => End::Close,
-                end = self.pass_down(from_server, to_client, stale, has_said) => {
+                _ = forward_to_server(&mut from_client, &mut to_server, is_split, said) => End::Close,
+                end = self.forward_to_client(from_server, to_client, stale, has_said) => {
                     end.unwrap_or(End::Close)
                 }
                 () = shared.hang_up.notified() => End::Close,
@@ -61,13 +61,13 @@ impl Connection {
             End::Reset => _ = client.set_zero_linger(),
             End::Vanish => {
                 drop(server);
-                swallow(&mut client).await;
+                discard_input(&mut client).await;
             }
         }
     }
 
-    /// Hands on what the server says, up to the strike of a fault.
-    async fn pass_down(
+    /// Forwards the server's bytes, up to the strike of a fault.
+    async fn forward_to_client(
         &mut self,
         mut from: ReadHalf<'_>,
         mut to: WriteHalf<'_>,
@@ -91,28 +91,28 @@ impl Connection {
             left -= before.len();
             let strikes = !after.is_empty();
             match self.plan.fault {
-                Fault::None => to.write_all(piece).await?,
-                Fault::Split => write_bytes(&mut to, piece, Duration::ZERO).await?,
-                Fault::Delay => {
+                ConnectionFault::None => to.write_all(piece).await?,
+                ConnectionFault::Split => write_bytes(&mut to, piece, Duration::ZERO).await?,
+                ConnectionFault::Delay => {
                     let millis = self.plan.random.u64(0..=MAX_DELAY_MILLIS);
                     sleep(Duration::from_millis(millis)).await;
                     to.write_all(piece).await?;
                 }
-                Fault::Garbage if strikes => {
+                ConnectionFault::Garbage if strikes => {
                     self.shared.note_strike();
                     let count = self.plan.random.usize(1..=MAX_GARBAGE_BYTES);
                     let garbage: Vec<u8> = (0..count).map(|_| self.plan.random.u8(..)).collect();
                     to.write_all(&garbage).await?;
                     to.write_all(piece).await?;
                 }
-                Fault::Swap if strikes => {
+                ConnectionFault::Swap if strikes => {
                     self.shared.note_strike();
                     let mut stale =
                         self.shared.stale.lock().unwrap_or_else(PoisonError::into_inner);
                     *stale = piece.to_vec();
                     return Ok(End::Close);
                 }
-                Fault::Garbage | Fault::Swap => to.write_all(piece).await?,
+                ConnectionFault::Garbage | ConnectionFault::Swap => to.write_all(piece).await?,
                 fault => {
                     to.write_all(before).await?;
                     if strikes && let Some(end) = self.strike(fault, &mut to, after).await? {
@@ -125,15 +125,15 @@ impl Connection {
 
     async fn strike(
         &self,
-        fault: Fault,
+        fault: ConnectionFault,
         to: &mut WriteHalf<'_>,
         after: &[u8],
     ) -> io::Result<Option<End>> {
         self.shared.note_strike();
         Ok(match fault {
-            Fault::Reset => Some(End::Reset),
-            Fault::Vanish => Some(End::Vanish),
-            Fault::Trickle => {
+            ConnectionFault::Reset => Some(End::Reset),
+            ConnectionFault::Vanish => Some(End::Vanish),
+            ConnectionFault::Trickle => {
                 write_bytes(to, after, TRICKLE).await?;
                 None
             }
@@ -142,8 +142,8 @@ impl Connection {
     }
 }
 
-/// Hands on what the client says; `said` is used at its first bytes.
-async fn pass_up(
+/// Forwards the client's bytes; `said` is used at the first of them.
+async fn forward_to_server(
     from: &mut ReadHalf<'_>,
     to: &mut WriteHalf<'_>,
     is_split: bool,
@@ -178,8 +178,8 @@ async fn write_bytes(to: &mut WriteHalf<'_>, bytes: &[u8], pause: Duration) -> i
     Ok(())
 }
 
-/// Takes what comes, says nothing, until the client has had enough.
-async fn swallow(client: &mut TcpStream) {
+/// Discards the client's bytes without an answer until it closes.
+async fn discard_input(client: &mut TcpStream) {
     let mut chunk = [0; CHUNK_BYTES];
     while let Ok(1..) = client.read(&mut chunk).await {}
 }

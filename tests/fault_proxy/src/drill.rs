@@ -1,33 +1,34 @@
-//! What every adapter goes through: connections that break in all ways, and so many of them
-//! that whatever one leaves behind is seen.
+//! Endurance test of adapters: connections that break in all ways, and so many of them that leaks
+//! show.
 
 use std::time::{Duration, Instant};
 
-use crate::{Fault, FaultProxy, Script, Usage};
+use crate::{ConnectionFault, FaultProxy, FaultScript, ResourceUsage};
 
-/// All that may happen to a connection.
-pub const ALL_FAULTS: [Fault; 9] = [
-    Fault::None,
-    Fault::Split,
-    Fault::Delay,
-    Fault::Reset,
-    Fault::Close,
-    Fault::Vanish,
-    Fault::Trickle,
-    Fault::Garbage,
-    Fault::Swap,
+/// Complete list of connection faults.
+pub const ALL_FAULTS: [ConnectionFault; 9] = [
+    ConnectionFault::None,
+    ConnectionFault::Split,
+    ConnectionFault::Delay,
+    ConnectionFault::Reset,
+    ConnectionFault::Close,
+    ConnectionFault::Vanish,
+    ConnectionFault::Trickle,
+    ConnectionFault::Garbage,
+    ConnectionFault::Swap,
 ];
-/// What ends no connection.
-pub const ENDLESS_FAULTS: [Fault; 3] = [Fault::None, Fault::Split, Fault::Delay];
+/// Faults that do not end the connection.
+pub const ENDLESS_FAULTS: [ConnectionFault; 3] =
+    [ConnectionFault::None, ConnectionFault::Split, ConnectionFault::Delay];
 /// Longest time of a drill.
 pub const MAX_DRILL: Duration = Duration::from_secs(120);
 /// Descriptors and threads that an adapter, a proxy and their connections may hold at once,
 /// beside those that were there before.
 const MAX_DESCRIPTORS: usize = 24;
 const MAX_THREADS: usize = 8;
-/// Of every so many connections, one at least is struck.
+/// Lowest rate of struck connections: one in this many.
 const STRUCK: u64 = 4;
-/// Between two looks at what is held.
+/// Polling period of the resource usage.
 const LOOK_PERIOD: Duration = Duration::from_millis(5);
 
 /// Checks values that say which tag they are of, in bits 24 and up, and when they were made, by
@@ -51,13 +52,19 @@ pub fn check_stamps<const N: usize>(values: &[(u32, i64)], tags: [u32; N]) -> [u
 }
 
 impl FaultProxy {
-    /// Lets `count` connections come and break; every `pause` it hangs up on one whose fault is
-    /// among `endless`.
+    /// Waits until `count` connections have come and broken; every `pause` it closes one whose
+    /// fault is among `endless`.
     ///
     /// # Panics
     /// When there are not as many within [`MAX_DRILL`], or hardly any was struck.
     #[track_caller]
-    pub fn break_all(&self, script: &Script, count: u64, pause: Duration, endless: &[Fault]) {
+    pub fn break_all(
+        &self,
+        script: &FaultScript,
+        count: u64,
+        pause: Duration,
+        endless: &[ConnectionFault],
+    ) {
         let deadline = Instant::now() + MAX_DRILL;
         while self.connections() < count {
             assert!(Instant::now() < deadline, "{} connections", self.connections());
@@ -75,13 +82,13 @@ impl FaultProxy {
     /// # Panics
     /// When there are not as many within [`MAX_DRILL`], or more is held.
     #[track_caller]
-    pub fn wear_out(&self, count: u64, before: Usage) {
+    pub fn wear_out(&self, count: u64, before: ResourceUsage) {
         let deadline = Instant::now() + MAX_DRILL;
         let mut most = before;
         while self.connections() < count {
             assert!(Instant::now() < deadline, "{} connections", self.connections());
             std::thread::sleep(LOOK_PERIOD);
-            most = most.max(Usage::now());
+            most = most.max(ResourceUsage::now());
         }
         assert!(most.descriptors <= before.descriptors + MAX_DESCRIPTORS, "{before:?}, {most:?}");
         assert!(most.threads <= before.threads + MAX_THREADS, "{before:?}, {most:?}");

@@ -1,64 +1,62 @@
-//! What is done to connections.
+//! Faults of connections, and the seeded script that chooses them.
 
 use clap::ValueEnum;
 
 /// Spreads the numbers of connections over all seeds (the golden ratio, 64 bits).
 const SPREAD: u64 = 0x9E37_79B9_7F4A_7C15;
 
-/// What is done to a connection. Faults that strike do so once some bytes have gone
-/// to the client.
+/// Fault of a connection. Faults that strike do so once some bytes have gone to the client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Fault {
-    /// Nothing.
+pub enum ConnectionFault {
+    /// Connection without a fault.
     None,
-    /// Every byte is a segment of its own, both ways.
+    /// Segments of a single byte, in both directions.
     Split,
-    /// Every piece from the server comes late.
+    /// Delay of every piece from the server.
     Delay,
-    /// The connection is reset (RST).
+    /// Reset of the connection (RST).
     Reset,
-    /// The connection is closed (FIN), perhaps in the middle of a message.
+    /// Close of the connection (FIN), perhaps in the middle of a message.
     Close,
-    /// Nothing comes or goes any more, and nobody says so: the connection is half
-    /// open.
+    /// Half-open connection: nothing passes any more, and neither side is told.
     Vanish,
-    /// From then on the bytes of the server dribble.
+    /// Slow bytes of the server from the strike on.
     Trickle,
-    /// Random bytes come before a piece from the server.
+    /// Garbage: random bytes before a piece from the server.
     Garbage,
-    /// A piece from the server is kept, and the connection closed; the next
-    /// connection gets the piece as the answer to what it first says.
+    /// Swapped answers: a piece from the server is kept, and the connection closed. The next
+    /// connection gets the piece as the answer to its first request.
     Swap,
 }
 
-/// Which faults there are.
+/// Script of faults for all connections of a proxy.
 #[derive(Clone, Debug)]
-pub struct Script {
-    /// Decides all that is random.
+pub struct FaultScript {
+    /// Seed of all random decisions.
     pub seed: u64,
-    /// One of these for each connection; without any, nothing is done.
-    pub faults: Vec<Fault>,
-    /// Most bytes that go to the client before a fault strikes.
+    /// Faults to choose from for each connection; none if empty.
+    pub faults: Vec<ConnectionFault>,
+    /// Greatest number of bytes to the client before a fault strikes.
     pub max_bytes: usize,
 }
 
-/// What is done to one connection.
+/// Plan for one connection.
 #[derive(Clone, Debug)]
-pub struct Plan {
-    /// The fault.
-    pub fault: Fault,
-    /// Bytes to the client before it strikes.
+pub struct ConnectionPlan {
+    /// Fault of this connection.
+    pub fault: ConnectionFault,
+    /// Number of bytes to the client before the fault strikes.
     pub strike_after: usize,
-    /// For all that is random in it.
+    /// Random number generator of this connection.
     pub(crate) random: fastrand::Rng,
 }
 
-impl Script {
-    /// What is done to a connection, by its number.
-    pub fn plan(&self, index: u64) -> Plan {
+impl FaultScript {
+    /// Returns the plan for a connection by its number.
+    pub fn plan(&self, index: u64) -> ConnectionPlan {
         let seed = self.seed ^ index.wrapping_add(1).wrapping_mul(SPREAD);
         let mut random = fastrand::Rng::with_seed(seed);
-        let fault = random.choice(&self.faults).copied().unwrap_or(Fault::None);
-        Plan { fault, strike_after: random.usize(0..=self.max_bytes), random }
+        let fault = random.choice(&self.faults).copied().unwrap_or(ConnectionFault::None);
+        ConnectionPlan { fault, strike_after: random.usize(0..=self.max_bytes), random }
     }
 }

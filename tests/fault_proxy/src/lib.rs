@@ -2,9 +2,9 @@
 //! connection depends on the seed and N alone.
 //!
 //! ```
-//! use fault_proxy::{Fault, FaultProxy, Script};
+//! use fault_proxy::{ConnectionFault, FaultProxy, FaultScript};
 //!
-//! let script = Script { seed: 7, faults: vec![Fault::Reset], max_bytes: 100 };
+//! let script = FaultScript { seed: 7, faults: vec![ConnectionFault::Reset], max_bytes: 100 };
 //! let proxy = FaultProxy::start(([127, 0, 0, 1], 1).into(), script)?;
 //! assert_ne!(proxy.port(), 0);
 //! assert_eq!(proxy.connections(), 0);
@@ -30,28 +30,28 @@ use tokio::task::JoinSet;
 use crate::connection::Connection;
 #[cfg(target_os = "linux")]
 pub use crate::drill::{ALL_FAULTS, ENDLESS_FAULTS, MAX_DRILL, check_stamps};
-pub use crate::fault::{Fault, Plan, Script};
+pub use crate::fault::{ConnectionFault, ConnectionPlan, FaultScript};
 #[cfg(target_os = "linux")]
-pub use crate::usage::Usage;
+pub use crate::usage::ResourceUsage;
 
-/// Connections that are open at once; further ones wait.
+/// Greatest number of open connections; further ones wait.
 pub const MAX_OPEN: usize = 256;
 
-/// A proxy on a local port; it and all of its connections end when it is dropped.
+/// Running proxy on a local port; it ends with all of its connections when dropped.
 pub struct FaultProxy {
     port: u16,
-    shared: Arc<Shared>,
-    /// Dropped to end the thread.
+    shared: Arc<SharedState>,
+    /// Sender whose drop ends the thread.
     stop: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
 
-/// What connections share.
+/// State that all connections share.
 #[derive(Default)]
-pub(crate) struct Shared {
+pub(crate) struct SharedState {
     connections: AtomicU64,
     strikes: AtomicU64,
-    /// What the server sent to a connection that is gone.
+    /// Bytes of the server for a connection that is gone.
     pub(crate) stale: Mutex<Vec<u8>>,
     pub(crate) hang_up: Notify,
 }
@@ -60,20 +60,20 @@ impl FaultProxy {
     /// Starts a proxy on a free port.
     ///
     /// # Errors
-    /// When there is no port or no thread.
-    pub fn start(server: SocketAddr, script: Script) -> io::Result<Self> {
+    /// When no port or no thread is available.
+    pub fn start(server: SocketAddr, script: FaultScript) -> io::Result<Self> {
         Self::start_on(0, server, script)
     }
 
-    /// Starts a proxy on this port of the local host; 0 is any that is free.
+    /// Starts a proxy on this port of the local host; 0 is any free one.
     ///
     /// # Errors
-    /// When the port is taken, or there is no thread.
-    pub fn start_on(port: u16, server: SocketAddr, script: Script) -> io::Result<Self> {
+    /// When the port is taken, or no thread is available.
+    pub fn start_on(port: u16, server: SocketAddr, script: FaultScript) -> io::Result<Self> {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
         listener.set_nonblocking(true)?;
         let port = listener.local_addr()?.port();
-        let shared = Arc::new(Shared::default());
+        let shared = Arc::new(SharedState::default());
         let (stop, stopped) = oneshot::channel();
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         let handed = Arc::clone(&shared);
@@ -88,24 +88,24 @@ impl FaultProxy {
         Ok(Self { port, shared, stop: Some(stop), thread: Some(thread) })
     }
 
-    /// The port that it listens at.
+    /// Returns the port that the proxy listens at.
     pub fn port(&self) -> u16 {
         self.port
     }
 
-    /// Connections taken so far.
+    /// Returns the number of connections so far.
     pub fn connections(&self) -> u64 {
         self.shared.connections.load(Ordering::Relaxed)
     }
 
-    /// Connections whose fault has struck so far.
+    /// Returns the number of faults that have struck so far.
     pub fn strikes(&self) -> u64 {
         self.shared.strikes.load(Ordering::Relaxed)
     }
 }
 
 impl FaultProxy {
-    /// Closes all connections that are open now.
+    /// Closes all open connections.
     pub fn hang_up(&self) {
         self.shared.hang_up.notify_waiters();
     }
@@ -121,13 +121,18 @@ impl Drop for FaultProxy {
     }
 }
 
-impl Shared {
+impl SharedState {
     pub(crate) fn note_strike(&self) {
         self.strikes.fetch_add(1, Ordering::Relaxed);
     }
 }
 
-async fn accept(listener: TcpListener, server: SocketAddr, script: &Script, shared: &Arc<Shared>) {
+async fn accept(
+    listener: TcpListener,
+    server: SocketAddr,
+    script: &FaultScript,
+    shared: &Arc<SharedState>,
+) {
     let Ok(listener) = tokio::net::TcpListener::from_std(listener) else { return };
     let mut open = JoinSet::new();
     loop {

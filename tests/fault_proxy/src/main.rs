@@ -5,7 +5,7 @@ use std::net::{SocketAddr, ToSocketAddrs};
 
 use anyhow::{Context, Result};
 use clap::Parser;
-use fault_proxy::{Fault, FaultProxy, Script};
+use fault_proxy::{ConnectionFault, FaultProxy, FaultScript};
 
 /// A TCP proxy that breaks connections in seeded ways.
 #[derive(Parser)]
@@ -15,20 +15,20 @@ struct Arguments {
     /// Port to listen at, on the local host; any that is free by default.
     #[arg(long, default_value_t = 0)]
     port: u16,
-    /// Decides all that is random.
+    /// Seed of all random decisions.
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// What is done to connections, one of these to each.
+    /// Faults of connections, one of these to each.
     #[arg(long = "fault", value_enum, required = true)]
-    faults: Vec<Fault>,
-    /// Most bytes that go to the client before a fault strikes.
+    faults: Vec<ConnectionFault>,
+    /// Greatest number of bytes to the client before a fault strikes.
     #[arg(long, default_value_t = 2000)]
     max_bytes: usize,
 }
 
 fn main() -> Result<()> {
     let Arguments { server, port, seed, faults, max_bytes } = Arguments::parse();
-    let script = Script { seed, faults, max_bytes };
+    let script = FaultScript { seed, faults, max_bytes };
     let proxy = FaultProxy::start_on(port, resolve(&server)?, script)
         .with_context(|| format!("cannot listen at port {port}"))?;
     println!("READY {}", proxy.port());

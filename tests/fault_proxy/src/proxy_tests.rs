@@ -5,12 +5,12 @@ use std::time::{Duration, Instant};
 
 use super::*;
 
-/// Longest wait for what comes at once on an idle machine.
+/// Longest wait for events that are immediate on an idle machine.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// What the server says to whatever it hears.
+/// Answer of the server to any request.
 const ANSWER: &[u8] = b"twenty bytes, always";
 
-/// A server that gives the answer to each piece that it hears.
+/// Starts a server that sends the answer for each piece that it receives.
 fn server() -> SocketAddr {
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
     let address = listener.local_addr().unwrap();
@@ -29,8 +29,8 @@ fn server() -> SocketAddr {
     address
 }
 
-fn proxy(fault: Fault, max_bytes: usize) -> FaultProxy {
-    FaultProxy::start(server(), Script { seed: 5, faults: vec![fault], max_bytes }).unwrap()
+fn proxy(fault: ConnectionFault, max_bytes: usize) -> FaultProxy {
+    FaultProxy::start(server(), FaultScript { seed: 5, faults: vec![fault], max_bytes }).unwrap()
 }
 
 fn connect(proxy: &FaultProxy) -> TcpStream {
@@ -47,7 +47,7 @@ fn ask(stream: &mut TcpStream, bytes: usize) -> std::io::Result<Vec<u8>> {
 
 #[test]
 fn what_is_not_to_be_broken_is_whole() {
-    for fault in [Fault::None, Fault::Split, Fault::Delay] {
+    for fault in [ConnectionFault::None, ConnectionFault::Split, ConnectionFault::Delay] {
         let proxy = proxy(fault, 0);
         let mut stream = connect(&proxy);
         for _ in 0..5 {
@@ -59,11 +59,12 @@ fn what_is_not_to_be_broken_is_whole() {
 
 #[test]
 fn a_connection_is_reset_or_closed_where_the_seed_says() {
-    for (fault, expected) in
-        [(Fault::Reset, ErrorKind::ConnectionReset), (Fault::Close, ErrorKind::UnexpectedEof)]
-    {
+    for (fault, expected) in [
+        (ConnectionFault::Reset, ErrorKind::ConnectionReset),
+        (ConnectionFault::Close, ErrorKind::UnexpectedEof),
+    ] {
         let proxy = proxy(fault, 19);
-        let script = Script { seed: 5, faults: vec![fault], max_bytes: 19 };
+        let script = FaultScript { seed: 5, faults: vec![fault], max_bytes: 19 };
         for index in 0..20 {
             let mut stream = connect(&proxy);
             stream.write_all(b"?").unwrap();
@@ -71,7 +72,7 @@ fn a_connection_is_reset_or_closed_where_the_seed_says() {
             let ended = stream.read_to_end(&mut heard);
             // A reset may throw away what came before it.
             let sent = script.plan(index).strike_after;
-            if fault == Fault::Reset {
+            if fault == ConnectionFault::Reset {
                 assert_eq!(ended.unwrap_err().kind(), expected);
                 assert!(heard.len() <= sent);
             } else {
@@ -84,7 +85,7 @@ fn a_connection_is_reset_or_closed_where_the_seed_says() {
 
 #[test]
 fn who_vanishes_says_nothing() {
-    let proxy = proxy(Fault::Vanish, 0);
+    let proxy = proxy(ConnectionFault::Vanish, 0);
     let mut stream = connect(&proxy);
     stream.set_read_timeout(Some(Duration::from_millis(300))).unwrap();
     for _ in 0..2 {
@@ -95,7 +96,7 @@ fn who_vanishes_says_nothing() {
 
 #[test]
 fn bytes_dribble() {
-    let proxy = proxy(Fault::Trickle, 0);
+    let proxy = proxy(ConnectionFault::Trickle, 0);
     let mut stream = connect(&proxy);
     let started = Instant::now();
     assert_eq!(ask(&mut stream, 4).unwrap(), ANSWER[..4]);
@@ -104,7 +105,7 @@ fn bytes_dribble() {
 
 #[test]
 fn garbage_comes_before_the_answer() {
-    let proxy = proxy(Fault::Garbage, 0);
+    let proxy = proxy(ConnectionFault::Garbage, 0);
     let mut stream = connect(&proxy);
     stream.write_all(b"?").unwrap();
     let mut heard = Vec::new();
@@ -118,7 +119,7 @@ fn garbage_comes_before_the_answer() {
 
 #[test]
 fn an_old_answer_comes_to_the_next_connection() {
-    let proxy = proxy(Fault::Swap, 0);
+    let proxy = proxy(ConnectionFault::Swap, 0);
     assert_eq!(ask(&mut connect(&proxy), 1).unwrap_err().kind(), ErrorKind::UnexpectedEof);
     // Two answers to one question: the old one, and then the fault strikes again.
     let mut stream = connect(&proxy);
@@ -129,8 +130,8 @@ fn an_old_answer_comes_to_the_next_connection() {
 #[test]
 fn a_seed_decides_it_all() {
     let plans = |seed| {
-        let faults = vec![Fault::Reset, Fault::Close, Fault::Swap];
-        let script = Script { seed, faults, max_bytes: 1000 };
+        let faults = vec![ConnectionFault::Reset, ConnectionFault::Close, ConnectionFault::Swap];
+        let script = FaultScript { seed, faults, max_bytes: 1000 };
         (0..100)
             .map(|index| script.plan(index))
             .map(|plan| (plan.fault, plan.strike_after))
@@ -138,7 +139,7 @@ fn a_seed_decides_it_all() {
     };
     assert_eq!(plans(1), plans(1));
     assert_ne!(plans(1), plans(2));
-    for fault in [Fault::Reset, Fault::Close, Fault::Swap] {
+    for fault in [ConnectionFault::Reset, ConnectionFault::Close, ConnectionFault::Swap] {
         assert!(plans(1).iter().any(|(found, _)| *found == fault), "{fault:?}");
     }
 }
@@ -146,14 +147,14 @@ fn a_seed_decides_it_all() {
 #[test]
 fn without_a_server_the_client_is_hung_up_on() {
     let nobody = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap().local_addr().unwrap();
-    let script = Script { seed: 0, faults: Vec::new(), max_bytes: 0 };
+    let script = FaultScript { seed: 0, faults: Vec::new(), max_bytes: 0 };
     let proxy = FaultProxy::start(nobody, script).unwrap();
     assert!(ask(&mut connect(&proxy), 1).is_err());
 }
 
 #[test]
 fn all_can_be_hung_up_on() {
-    let proxy = proxy(Fault::None, 0);
+    let proxy = proxy(ConnectionFault::None, 0);
     let mut stream = connect(&proxy);
     ask(&mut stream, ANSWER.len()).unwrap();
     proxy.hang_up();
@@ -163,7 +164,7 @@ fn all_can_be_hung_up_on() {
 
 #[test]
 fn a_dropped_proxy_leaves_nothing_open() {
-    let proxy = proxy(Fault::None, 0);
+    let proxy = proxy(ConnectionFault::None, 0);
     let mut stream = connect(&proxy);
     ask(&mut stream, ANSWER.len()).unwrap();
     let port = proxy.port();

@@ -1,22 +1,22 @@
-//! What this process holds, so that a test sees what is left behind.
+//! Resource usage of this process, by which a test finds leaks.
 
 use std::fs;
 use std::sync::Once;
 
-/// An event loop leaves descriptors for signals behind, once a process.
+/// Initialisation of an event loop, which leaves descriptors for signals behind, once a process.
 static EVENT_LOOP: Once = Once::new();
 
 /// Descriptors and threads of this process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Usage {
-    /// Open descriptors.
+pub struct ResourceUsage {
+    /// Number of open descriptors.
     pub descriptors: usize,
-    /// Threads.
+    /// Number of running threads.
     pub threads: usize,
 }
 
-impl Usage {
-    /// Counts them.
+impl ResourceUsage {
+    /// Counts the open resources.
     ///
     /// # Panics
     /// Where there is no `/proc`.
@@ -28,17 +28,17 @@ impl Usage {
         Self { descriptors: count("/proc/self/fd"), threads: count("/proc/self/task") }
     }
 
-    /// Checks that neither is more than before.
+    /// Checks that neither count is above `before`.
     ///
     /// # Panics
-    /// Where one is.
+    /// When one is.
     #[track_caller]
     pub fn assert_within(self, before: Self) {
         let is_within = self.descriptors <= before.descriptors && self.threads <= before.threads;
         assert!(is_within, "{before:?}, then {self:?}");
     }
 
-    /// The larger of both counts.
+    /// Returns the larger of both counts.
     #[must_use]
     pub fn max(self, other: Self) -> Self {
         Self {

@@ -1,22 +1,23 @@
-//! Which faults there are, when each can strike, and what must come of it.
+//! Fault injections: all faults, the phase in which each can strike, and the outcomes that are
+//! required.
 
 use fault_injector::{At, Fault, Kind};
 use serde::Serialize;
 
-/// When in a scene's life a fault strikes.
+/// Phase of a scene's life in which a fault strikes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Phase {
-    /// While the scene is loaded.
+    /// Loading of the scene.
     Load,
-    /// When the plugin's process is started again.
+    /// Restart of the plugin's process.
     Restart,
-    /// While the plugin runs.
+    /// Operation of the plugin.
     Running,
-    /// When the scene is closed.
+    /// Closing of the scene.
     End,
 }
 
-/// What a plugin is to the scene.
+/// Role of a plugin in the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Role {
     Telemetry,
@@ -24,35 +25,35 @@ pub(crate) enum Role {
     Optimizer,
 }
 
-/// What became of an injection.
+/// Outcome of an injection.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Outcome {
-    /// Its process ended or was killed, and how.
+    /// End or kill of the plugin's process, with its reason.
     Died(String),
-    /// Its values or its picture were bad, and so shown.
+    /// Bad values or a bad picture, shown as such.
     Bad,
-    /// What it gave was refused.
+    /// Refusal of the plugin's output.
     Refused,
-    /// It did no harm.
+    /// Absence of any effect on the view.
     Harmless,
-    /// It struck while the scene was closed, which closed all the same.
+    /// Fault during closing; the scene closed all the same.
     Closed,
 }
 
-/// One injection, done.
+/// Record of one finished injection.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Record {
     pub(crate) kind: Kind,
     pub(crate) at: At,
     pub(crate) outcome: Outcome,
-    /// From the strike, or the death before it, until a frame showed it bad.
+    /// Milliseconds from the strike, or the death before it, until a frame showed bad data.
     pub(crate) to_bad_millis: Option<f64>,
-    /// From the death until a frame had correct data again.
+    /// Milliseconds from the death until a frame had correct data again.
     pub(crate) to_good_millis: Option<f64>,
 }
 
-/// Every kind at every function that it can happen at.
+/// Lists every kind of fault at every function in which it can happen.
 pub(crate) fn all() -> Vec<Fault> {
     let kinds = Kind::ALL.iter().copied();
     let pairs = kinds.flat_map(|kind| At::ALL.iter().map(move |&at| (kind, at)));
@@ -62,8 +63,8 @@ pub(crate) fn all() -> Vec<Fault> {
         .collect()
 }
 
-/// When a fault is to strike, and in what plugin; those of functions that all
-/// plugins have are spread over the roles that have room for them.
+/// Returns the phase and the roles in which a fault is to strike. Faults of functions that all
+/// plugins have are spread over the roles with room for them.
 pub(crate) fn place(fault: Fault) -> (Phase, &'static [Role]) {
     match fault.at {
         At::Check => (Phase::Load, &[Role::Telemetry]),
@@ -80,13 +81,13 @@ pub(crate) fn place(fault: Fault) -> (Phase, &'static [Role]) {
     }
 }
 
-/// Whether the fault strikes a process that is started for it: what goes on until the
-/// end begins with `start` too.
+/// Reports whether the fault strikes a process that is started for it. Faults that continue until
+/// the end begin with `start` too.
 pub(crate) fn needs_restart(fault: Fault) -> bool {
     place(fault).0 == Phase::Restart || fault.kind == Kind::AfterStop
 }
 
-/// Whether the process ends within the call.
+/// Reports whether the process ends within the call.
 pub(crate) fn is_sudden(kind: Kind) -> bool {
     matches!(
         kind,
@@ -99,14 +100,14 @@ pub(crate) fn is_sudden(kind: Kind) -> bool {
     )
 }
 
-/// Whether the process must end, at once or by its deadline: a plugin's own thread
-/// has none.
+/// Reports whether the process must end, at once or by its deadline; a plugin's own thread has no
+/// deadline.
 pub(crate) fn must_die(fault: Fault) -> bool {
     let hangs = matches!(fault.kind, Kind::EndlessLoop | Kind::Deadlock);
     is_sudden(fault.kind) || (hangs && fault.at != At::Publish)
 }
 
-/// A reason without the figures and words that differ from case to case.
+/// Returns a reason without the figures and words that differ from case to case.
 pub(crate) fn class_of(reason: &str) -> String {
     if reason.contains("took longer than") {
         return "killed past the deadline of its call".into();

@@ -2,13 +2,13 @@
 //! beside a live view and writes what became of it. `busbar` must be beside it.
 #![allow(clippy::print_stdout, reason = "what is done, and how it went, is its output")]
 
-mod border;
 mod injection;
 mod process;
+mod process_boundary;
 mod report;
 mod results;
 mod round;
-mod site;
+mod scene;
 mod subject;
 
 use std::fs;
@@ -20,25 +20,25 @@ use clap::Parser;
 
 use crate::process::{descriptors, resident_bytes, threads};
 use crate::results::{Results, Usage};
-use crate::site::Site;
+use crate::scene::FaultScene;
 
-/// The most injections.
+/// Greatest accepted number of injections.
 const MAX_INJECTIONS: u64 = 10_000_000;
 
 /// Injects faults into plugins beside a live view.
 #[derive(Parser)]
 struct Arguments {
-    /// The library of fault_injector.
+    /// Path of the fault injector's library.
     #[arg(long)]
     library: PathBuf,
     /// Folder for the report; made if it does not exist.
     #[arg(long)]
     out: PathBuf,
-    /// Injections at least; a round has every one once.
+    /// Least number of injections; a round has every fault once.
     #[arg(long, default_value_t = 10_000)]
     #[arg(value_parser = clap::value_parser!(u64).range(1..=MAX_INJECTIONS))]
     injections: u64,
-    /// Kills of the measurement without other load.
+    /// Number of kills in the measurement without other load.
     #[arg(long, default_value_t = 500)]
     #[arg(value_parser = clap::value_parser!(u64).range(1..=MAX_INJECTIONS))]
     kills: u64,
@@ -55,11 +55,11 @@ fn main() -> Result<()> {
     let started = Instant::now();
     let mut border = None;
     if !storm_only {
-        border = Some(border::measure(kills as usize).context("measuring the border")?);
+        border = Some(process_boundary::measure(kills as usize).context("measuring the border")?);
         println!("measured the border in {:.0} s", started.elapsed().as_secs_f64());
     }
 
-    let site = Site::new(&library)?;
+    let site = FaultScene::new(&library)?;
     let mut results = Results::new(border, site.plugins.len() + 1);
     while (results.records.len() as u64) < injections {
         let number = results.rounds;

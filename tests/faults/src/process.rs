@@ -1,8 +1,8 @@
-//! What the kernel says of this process.
+//! Resource usage of this process, by `/proc/self`.
 
 use std::fs;
 
-/// Memory in RAM, bytes.
+/// Returns the resident memory of this process, bytes.
 pub(crate) fn resident_bytes() -> u64 {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
@@ -10,17 +10,17 @@ pub(crate) fn resident_bytes() -> u64 {
     kibibytes.unwrap_or(0_u64) * 1024
 }
 
-/// Open descriptors.
+/// Returns the number of open descriptors.
 pub(crate) fn descriptors() -> usize {
     fs::read_dir("/proc/self/fd").map_or(0, Iterator::count)
 }
 
-/// Threads.
+/// Returns the number of threads.
 pub(crate) fn threads() -> usize {
     fs::read_dir("/proc/self/task").map_or(0, Iterator::count)
 }
 
-/// Numbers of the processes that it started and that are still there.
+/// Lists the ids of this process's living children.
 pub(crate) fn children() -> Vec<u32> {
     let own = std::process::id().to_string();
     let all = fs::read_dir("/proc").into_iter().flatten();

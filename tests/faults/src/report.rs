@@ -4,17 +4,17 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use document::words::grouped;
+use document::number_format::grouped;
 use document::{Block, Document, Series, machine};
 use fault_injector::{At, Kind};
 use serde_json::json;
 
-use crate::border::Border;
 use crate::injection::Outcome;
+use crate::process_boundary::BoundaryCosts;
 use crate::results::Results;
-use crate::site::FRESHNESS_MILLIS;
+use crate::scene::FRESHNESS_MILLIS;
 
-/// Writes the report; its files.
+/// Writes the report; returns its files.
 pub(crate) fn write(results: &Results, folder: &Path) -> Result<Vec<PathBuf>> {
     let mut files = document::write(&document(results), folder)?.to_vec();
     let path = folder.join("report.json");
@@ -97,7 +97,7 @@ fn document(results: &Results) -> Document {
     document
 }
 
-fn write_border(document: &mut Document, border: &Border) {
+fn write_border(document: &mut Document, border: &BoundaryCosts) {
     let quiet = [
         ("from SIGKILL to correct data", border.away_millis),
         ("between frames beside a storm in one plugin", border.storm_gap_millis),
@@ -138,7 +138,7 @@ fn words(outcome: &Outcome) -> String {
 const HEAD: [&str; 7] =
     ["Function", "Injections", "Died", "Shown as bad", "Refused", "No harm", "Closed"];
 
-/// Injections a function and outcome.
+/// Counts injections by function and outcome.
 fn matrix(results: &Results) -> Vec<Vec<String>> {
     let row = |&at: &At| {
         let records: Vec<_> = results.records.iter().filter(|record| record.at == at).collect();
@@ -158,7 +158,7 @@ fn matrix(results: &Results) -> Vec<Vec<String>> {
     in_view().map(row).collect()
 }
 
-/// The functions that a view calls.
+/// Iterates over the plugin functions that a view calls.
 fn in_view() -> impl Iterator<Item = &'static At> {
     At::ALL.iter().filter(|at| at.is_in_view())
 }

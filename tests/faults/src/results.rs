@@ -1,27 +1,27 @@
-//! What a run gave, and the bars that it must reach.
+//! Results of a run, and their required bars.
 
 use std::collections::BTreeMap;
 
 use document::{Claim, Series, Verdict};
 use serde::Serialize;
 
-use crate::border::Border;
 use crate::injection::{Outcome, Record};
+use crate::process_boundary::BoundaryCosts;
 use crate::round::Round;
 
-/// The most that memory may grow from the first round to the last, bytes: what
-/// allocators and the software rasteriser keep is there after the first.
+/// Greatest growth of memory from the first round to the last, bytes. Allocators and the software
+/// rasteriser have their caches after the first round.
 const MAX_GROWTH_BYTES: u64 = 64_000_000;
-/// Milliseconds within which a lost plugin is shown as bad.
+/// Longest time until a lost plugin is shown as bad, milliseconds.
 const MAX_TO_BAD_MILLIS: f64 = 1000.0;
-/// Milliseconds from death to correct data, without other load.
+/// Longest time from death to correct data without other load, milliseconds.
 const MAX_AWAY_MILLIS: f64 = 100.0;
-/// Milliseconds between frames beside a storm in one plugin.
+/// Longest time between frames beside a storm in one plugin, milliseconds.
 const MAX_GAP_MILLIS: f64 = 100.0;
-/// Samples a second through the border.
+/// Lowest rate of samples a second through the process boundary.
 const MIN_SAMPLES_PER_SECOND: f64 = 1e6;
 
-/// What this process uses after a round.
+/// Resource usage of this process after a round.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(crate) struct Usage {
     pub(crate) resident_bytes: u64,
@@ -29,18 +29,18 @@ pub(crate) struct Usage {
     pub(crate) threads: usize,
 }
 
-/// All of a run.
+/// Results of a whole run.
 #[derive(Debug, Serialize)]
 pub(crate) struct Results {
-    /// Without other load.
-    pub(crate) border: Option<Border>,
-    /// Processes of plugins in a scene.
+    /// Costs of the process boundary without other load.
+    pub(crate) border: Option<BoundaryCosts>,
+    /// Number of plugin processes in a scene.
     pub(crate) processes: usize,
     #[serde(skip)]
     pub(crate) records: Vec<Record>,
     pub(crate) rounds: usize,
     pub(crate) seconds: f64,
-    /// After each round.
+    /// Resource usage after each round.
     pub(crate) usage: Vec<Usage>,
     #[serde(skip)]
     gaps_millis: Vec<f64>,
@@ -51,7 +51,7 @@ pub(crate) struct Results {
 }
 
 impl Results {
-    pub(crate) fn new(border: Option<Border>, processes: usize) -> Self {
+    pub(crate) fn new(border: Option<BoundaryCosts>, processes: usize) -> Self {
         Self {
             border,
             processes,
@@ -77,7 +77,7 @@ impl Results {
         self.usage.push(usage);
     }
 
-    /// Injections an outcome.
+    /// Counts the injections by outcome.
     pub(crate) fn outcomes(&self) -> BTreeMap<Outcome, usize> {
         let mut counts = BTreeMap::new();
         for record in &self.records {
@@ -87,27 +87,29 @@ impl Results {
     }
 
     pub(crate) fn to_bad(&self) -> Series {
-        Series::of(self.records.iter().filter_map(|record| record.to_bad_millis).collect())
+        Series::from_values(self.records.iter().filter_map(|record| record.to_bad_millis).collect())
     }
 
     pub(crate) fn to_good(&self) -> Series {
-        Series::of(self.records.iter().filter_map(|record| record.to_good_millis).collect())
+        Series::from_values(
+            self.records.iter().filter_map(|record| record.to_good_millis).collect(),
+        )
     }
 
     pub(crate) fn gaps(&self) -> Series {
-        Series::of(self.gaps_millis.clone())
+        Series::from_values(self.gaps_millis.clone())
     }
 
     pub(crate) fn loads(&self) -> Series {
-        Series::of(self.load_millis.clone())
+        Series::from_values(self.load_millis.clone())
     }
 
     pub(crate) fn closes(&self) -> Series {
-        Series::of(self.close_millis.clone())
+        Series::from_values(self.close_millis.clone())
     }
 
-    /// The bars, and whether they were reached. A run gets this far only where the view
-    /// survived everything and the healthy plugin never suffered.
+    /// Judges the bars. A run gets this far only where the view survived everything and the healthy
+    /// plugin never suffered.
     pub(crate) fn bars(&self) -> Vec<Claim> {
         let bar = |claim: &str, reached: bool, figure: String| Claim {
             claim: claim.to_owned(),
@@ -165,7 +167,7 @@ impl Results {
         bars
     }
 
-    /// The bars that were missed, with their figures.
+    /// Returns the bars that were missed, with their figures.
     pub(crate) fn missed_bars(&self) -> Vec<String> {
         let bars = self.bars().into_iter();
         let missed = bars.filter(|bar| bar.verdict == Verdict::Missed);

@@ -1,4 +1,5 @@
-//! One life of a scene, from its loading to its end, with every fault in it once.
+//! Round of fault injection: one life of a scene, from its loading to its end, with every fault in
+//! it once.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -11,19 +12,19 @@ use crate::injection::{
     Outcome, Phase, Record, Role, all, class_of, must_die, needs_restart, place,
 };
 use crate::process::children;
-use crate::site::{HEALTHY, Site, TAGS, tag_of};
-use crate::subject::{Seen, Subject};
+use crate::scene::{FaultScene, HEALTHY, TAGS, tag_of};
+use crate::subject::{PluginObservation, Subject};
 
-/// Frames come this often where the machine keeps up.
+/// Period of frames where the machine keeps up.
 const FRAME_PERIOD: Duration = Duration::from_millis(10);
 const PICTURE: [u32; 2] = [64, 64];
-/// From the loaded scene until every plugin has correct data.
+/// Longest time from the loaded scene until every plugin has correct data.
 const MAX_TO_READY: Duration = Duration::from_secs(30);
-/// The longest that closing takes: plugins that hang have 2.5 s each, side by side,
-/// and then are killed.
+/// Longest time that closing takes: plugins that hang have 2.5 s each, side by side, and then are
+/// killed.
 const MAX_TO_CLOSE: Duration = Duration::from_secs(15);
 
-/// What a round gave.
+/// Results of one round.
 #[derive(Default)]
 pub(crate) struct Round {
     pub(crate) records: Vec<Record>,
@@ -34,9 +35,9 @@ pub(crate) struct Round {
 }
 
 /// Runs the round of this number.
-pub(crate) fn run(site: &Site, number: usize) -> Result<Round> {
+pub(crate) fn run(site: &FaultScene, number: usize) -> Result<Round> {
     let mut round = Round::default();
-    let mut subjects = deal(site, number)?;
+    let mut subjects = assign_faults(site, number)?;
     let mut view = round.load(site, &mut subjects)?;
     view.wait_until_ready(&subjects)?;
     view.strike(&mut subjects, &mut round)?;
@@ -44,8 +45,8 @@ pub(crate) fn run(site: &Site, number: usize) -> Result<Round> {
     Ok(round)
 }
 
-/// Deals every fault to a plugin, another one each round.
-fn deal(site: &Site, number: usize) -> Result<Vec<Subject>> {
+/// Assigns every fault to a plugin, to another one in each round.
+fn assign_faults(site: &FaultScene, number: usize) -> Result<Vec<Subject>> {
     let mut subjects: Vec<_> = site.plugins.iter().cloned().map(Subject::new).collect();
     let mut dealt: BTreeMap<(usize, bool), usize> = BTreeMap::new();
     for fault in all() {
@@ -69,7 +70,7 @@ fn take_phase(subject: &mut Subject, phase: Phase) -> Option<Fault> {
 
 impl Round {
     /// Loads the scene while faults strike.
-    fn load(&mut self, site: &Site, subjects: &mut [Subject]) -> Result<View> {
+    fn load(&mut self, site: &FaultScene, subjects: &mut [Subject]) -> Result<View> {
         let mut armed = Vec::new();
         for subject in &mut *subjects {
             let fault = take_phase(subject, Phase::Load);
@@ -99,13 +100,13 @@ impl Round {
             ensure!(died || !must_die(fault), "{name}: {fault:?} ended as {outcome:?}");
             ensure!(remarked || harmless, "{name}: nothing was said of {fault:?}, {outcome:?}");
             subject.plugin.disarm()?;
-            self.note(fault, outcome);
+            self.record(fault, outcome);
         }
         Ok(View { viewer, last_frame: None })
     }
 
     /// Closes the scene while faults strike.
-    fn close(&mut self, view: View, subjects: &[Subject], site: &Site) -> Result<()> {
+    fn close(&mut self, view: View, subjects: &[Subject], site: &FaultScene) -> Result<()> {
         let mut armed = Vec::new();
         for subject in subjects {
             for &fault in subject.queue.iter().filter(|&&fault| place(fault).0 == Phase::End) {
@@ -121,7 +122,7 @@ impl Round {
         for (subject, fault) in armed {
             let name = &subject.plugin.name;
             ensure!(subject.plugin.struck().is_some(), "{name}: {fault:?} did not strike");
-            self.note(fault, Outcome::Closed);
+            self.record(fault, Outcome::Closed);
         }
         site.plugins.iter().try_for_each(|plugin| plugin.disarm())?;
         let left = children();
@@ -129,21 +130,21 @@ impl Round {
         Ok(())
     }
 
-    fn note(&mut self, fault: Fault, outcome: Outcome) {
+    fn record(&mut self, fault: Fault, outcome: Outcome) {
         let Fault { kind, at, .. } = fault;
         let (to_bad_millis, to_good_millis) = (None, None);
         self.records.push(Record { kind, at, outcome, to_bad_millis, to_good_millis });
     }
 }
 
-/// A view without a window that behaves like one in a window.
+/// View without a window that waits between frames like one in a window.
 struct View {
     viewer: Viewer,
     last_frame: Option<Instant>,
 }
 
 impl View {
-    /// Draws a frame; plugins before it, tags after it, and when it was done.
+    /// Draws a frame; returns the plugins before it, the tags after it, and its end.
     fn frame(&mut self) -> Result<(Stats, Stats, Instant)> {
         if let Some(last) = self.last_frame {
             std::thread::sleep(FRAME_PERIOD.saturating_sub(last.elapsed()));
@@ -164,7 +165,7 @@ impl View {
             for Subject { plugin: installed, .. } in subjects {
                 let is_good = is_good(&after, &installed.name, installed.role)?;
                 let before = plugin(&before, &installed.name)?;
-                if !(Seen { before, is_good, now }).is_well() {
+                if !(PluginObservation { before, is_good, now }).is_well() {
                     ill.push(&installed.name);
                 }
             }
@@ -201,7 +202,7 @@ impl View {
             for subject in &mut *subjects {
                 let is_good = is_good(&after, &subject.plugin.name, subject.plugin.role)?;
                 let before = plugin(&before, &subject.plugin.name)?;
-                round.records.extend(subject.step(&Seen { before, is_good, now })?);
+                round.records.extend(subject.step(&PluginObservation { before, is_good, now })?);
             }
         }
         for (subject, end) in subjects.iter_mut().zip(ends) {
@@ -211,7 +212,7 @@ impl View {
     }
 }
 
-/// Whether a frame has a plugin's correct data.
+/// Reports whether a frame shows a plugin's correct data.
 fn is_good(stats: &Stats, name: &str, role: Role) -> Result<bool> {
     Ok(match role {
         Role::Telemetry => (0..TAGS).all(|index| {

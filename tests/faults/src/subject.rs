@@ -1,5 +1,5 @@
-//! One faulty plugin of a live view, stepped with each frame: it is struck, what
-//! comes of that is noted, and when it is well again the next fault follows.
+//! Faulty plugin of a live view, stepped with each frame: a fault strikes, its outcome is recorded,
+//! and after recovery the next fault follows.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
@@ -10,42 +10,41 @@ use fault_injector::{At, Fault};
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::injection::{Outcome, Record, class_of, is_sudden, must_die, needs_restart};
-use crate::site::{FRESHNESS_MILLIS, Installed};
+use crate::scene::{FRESHNESS_MILLIS, Installed};
 
-/// The longest that an injection takes from arming to correct data.
+/// Longest time of an injection from arming to correct data.
 pub(crate) const MAX_INJECTION: Duration = Duration::from_secs(30);
-/// How long a plugin that goes on after a fault is watched: its values would be
-/// stale by then.
+/// Observation time of a plugin that continues after a fault; its values would be stale by then.
 const WATCHED: Duration = Duration::from_millis(2 * FRESHNESS_MILLIS);
 
-/// A plugin, and the faults to come.
+/// Plugin under test with its queue of faults.
 pub(crate) struct Subject {
     pub(crate) plugin: Installed,
     pub(crate) queue: VecDeque<Fault>,
     current: Option<Injection>,
 }
 
-/// How a plugin is, as a frame shows it.
-pub(crate) struct Seen<'a> {
-    /// Read before the frame: what is dead here cannot look alive in the frame.
+/// Observation of a plugin in one frame.
+pub(crate) struct PluginObservation<'a> {
+    /// State before the frame: a plugin that is dead here cannot look alive in the frame.
     pub(crate) before: &'a PluginStats,
-    /// Whether the frame has its correct data.
+    /// Presence of the plugin's correct data in the frame.
     pub(crate) is_good: bool,
-    /// When the frame was done.
+    /// Instant of the frame's end.
     pub(crate) now: Instant,
 }
 
 struct Injection {
     fault: Fault,
     armed: Instant,
-    /// Deaths before it, and those that the injection itself causes.
+    /// Number of deaths before the injection, and of those that it causes itself.
     deaths: u64,
-    /// When its process was killed so that the next one is struck.
+    /// Instant of the kill that lets the fault strike the next process.
     killed: Option<Instant>,
     struck: Option<Instant>,
     bad: Option<Instant>,
     died: Option<(Instant, String)>,
-    /// When a plugin that goes on in spite of its fault was ended.
+    /// Instant of the end of a plugin that continued in spite of its fault.
     ended: Option<Instant>,
 }
 
@@ -54,13 +53,13 @@ impl Subject {
         Self { plugin, queue: VecDeque::new(), current: None }
     }
 
-    /// Whether nothing is left to do.
+    /// Reports whether all injections are done.
     pub(crate) fn is_done(&self) -> bool {
         self.current.is_none() && self.queue.is_empty()
     }
 
-    /// Looks at a frame; an injection that is over.
-    pub(crate) fn step(&mut self, seen: &Seen<'_>) -> Result<Option<Record>> {
+    /// Evaluates a frame; returns the record of an injection that is over.
+    pub(crate) fn step(&mut self, seen: &PluginObservation<'_>) -> Result<Option<Record>> {
         let Some(injection) = &mut self.current else {
             if seen.is_well() {
                 self.begin(seen)?;
@@ -78,7 +77,7 @@ impl Subject {
         if injection.struck.is_none() {
             injection.struck = self.plugin.struck().map(instant_of);
         }
-        injection.look(seen)?;
+        injection.observe(seen)?;
         if !injection.is_over(seen) {
             return Ok(None);
         }
@@ -89,7 +88,7 @@ impl Subject {
         Ok(Some(record))
     }
 
-    fn begin(&mut self, seen: &Seen<'_>) -> Result<()> {
+    fn begin(&mut self, seen: &PluginObservation<'_>) -> Result<()> {
         let Some(fault) = self.queue.pop_front() else { return Ok(()) };
         self.plugin.arm(fault)?;
         let mut injection = Injection {
@@ -112,7 +111,7 @@ impl Subject {
 }
 
 impl Injection {
-    fn look(&mut self, seen: &Seen<'_>) -> Result<()> {
+    fn observe(&mut self, seen: &PluginObservation<'_>) -> Result<()> {
         let begun = self.killed.or(self.struck);
         if begun.is_some() && self.ended.is_none() && !seen.is_good && self.bad.is_none() {
             self.bad = Some(seen.now);
@@ -123,7 +122,7 @@ impl Injection {
             self.died = Some((seen.now, reason));
         }
         let watched = self.bad.is_some() || struck.elapsed() > WATCHED;
-        if self.goes_on() && self.died.is_none() && self.ended.is_none() && watched {
+        if self.is_recurrent() && self.died.is_none() && self.ended.is_none() && watched {
             // It may die of its fault at this very moment.
             if must_die(self.fault) {
                 return Ok(());
@@ -136,13 +135,13 @@ impl Injection {
         Ok(())
     }
 
-    /// Whether the fault strikes again and again while the process lives.
-    fn goes_on(&self) -> bool {
+    /// Reports whether the fault strikes repeatedly while the process lives.
+    fn is_recurrent(&self) -> bool {
         matches!(self.fault.at, At::Publish | At::Draw) && !needs_restart(self.fault)
     }
 
-    fn is_over(&self, seen: &Seen<'_>) -> bool {
-        let met = self.died.is_some() || self.ended.is_some() || !self.goes_on();
+    fn is_over(&self, seen: &PluginObservation<'_>) -> bool {
+        let met = self.died.is_some() || self.ended.is_some() || !self.is_recurrent();
         self.struck.is_some() && met && seen.is_well() && seen.before.deaths >= self.deaths
     }
 
@@ -151,7 +150,7 @@ impl Injection {
             |from: Instant, to: Instant| to.saturating_duration_since(from).as_secs_f64() * 1e3;
         let outcome = match &self.died {
             Some((_, reason)) => Outcome::Died(class_of(reason)),
-            None if self.goes_on() && self.bad.is_some() => Outcome::Bad,
+            None if self.is_recurrent() && self.bad.is_some() => Outcome::Bad,
             None => Outcome::Harmless,
         };
         let begun = self.killed.or(self.struck);
@@ -171,7 +170,7 @@ impl Injection {
     }
 }
 
-impl Seen<'_> {
+impl PluginObservation<'_> {
     pub(crate) fn is_well(&self) -> bool {
         self.is_good && self.before.state == "running"
     }
@@ -185,7 +184,7 @@ fn kill(plugin: &PluginStats) -> Result<Instant> {
     Ok(now)
 }
 
-/// A time of the wall clock as an instant, never later than now.
+/// Converts a time of the wall clock to an instant, never later than now.
 fn instant_of(unix_nanos: u128) -> Instant {
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos();
     let age = Duration::from_nanos(now.saturating_sub(unix_nanos) as u64);

@@ -1,4 +1,4 @@
-//! The station with the fleet and its chart, as a configuration.
+//! Configuration of the station with the fleet and its chart.
 
 use serde_json::{Value, json};
 use substation::Station;
@@ -7,10 +7,10 @@ use crate::{TRANSFORMERS, equipment, place};
 
 /// Folder of models and samples, beside the configuration.
 pub const FOLDER: &str = "models";
-/// The samples in it.
+/// File name of the samples in it.
 pub const SAMPLES: &str = "samples.csv";
 
-/// The configuration; `follow` says whether the camera goes to faults by itself.
+/// Returns the configuration of the fleet; with `follow`, the camera moves to faults by itself.
 pub fn configuration(station: &Station, follow: bool) -> Value {
     let mut config = station.configuration();
     if let Some(models) = config["models"].as_object_mut() {
@@ -54,7 +54,8 @@ pub fn configuration(station: &Station, follow: bool) -> Value {
     config
 }
 
-/// The same as text, a line a placement: readable, and a third of it indented.
+/// Formats the configuration as text with one placement a line: readable, and a third of its
+/// indented size.
 pub fn text(station: &Station, follow: bool) -> String {
     let config = configuration(station, follow);
     let mut text = String::from("{\n");

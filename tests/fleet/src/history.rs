@@ -1,14 +1,14 @@
-//! Histories of gases.
+//! Simulated gas histories of transformers.
 
 use fastrand::Rng;
 use time::{Date, Duration};
 
 use crate::{Row, TRANSFORMERS};
 
-/// What develops in a transformer.
+/// Fault that develops in a transformer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fault {
-    /// It ages as most do.
+pub enum TransformerFault {
+    /// Normal ageing without a fault.
     None,
     /// Partial discharges of corona type.
     Pd,
@@ -22,17 +22,17 @@ pub enum Fault {
     T2,
     /// Overheating above 700 °C.
     T3,
-    /// Discharges and overheating.
+    /// Discharges together with overheating.
     Dt,
 }
 
-impl Fault {
-    /// All but none.
+impl TransformerFault {
+    /// Fault classes without `None`, in order.
     pub const ALL: [Self; 7] =
         [Self::Pd, Self::D1, Self::D2, Self::T1, Self::T2, Self::T3, Self::Dt];
 
-    /// H2, CH4, C2H6, C2H4 and C2H2 that it makes, in shares that need not sum up to 1: the
-    /// middles of zones of Duval's triangle 1 and of the ratios of IEC 60599.
+    /// Returns the shares of H2, CH4, C2H6, C2H4 and C2H2 that the fault produces, which need not
+    /// sum up to 1: the middles of zones of Duval's triangle 1 and of the ratios of IEC 60599.
     fn gases(self) -> [f64; 5] {
         match self {
             Self::None => [0.0; 5],
@@ -47,39 +47,39 @@ impl Fault {
     }
 }
 
-/// What develops in each transformer.
-const FAULTS: [Fault; TRANSFORMERS] = [
-    Fault::None,
-    Fault::D1,
-    Fault::T3,
-    Fault::None,
-    Fault::Pd,
-    Fault::T1,
-    Fault::None,
-    Fault::D2,
-    Fault::T2,
-    Fault::None,
-    Fault::Dt,
-    Fault::None,
+/// Fault of each transformer, by its index.
+const FAULTS: [TransformerFault; TRANSFORMERS] = [
+    TransformerFault::None,
+    TransformerFault::D1,
+    TransformerFault::T3,
+    TransformerFault::None,
+    TransformerFault::Pd,
+    TransformerFault::T1,
+    TransformerFault::None,
+    TransformerFault::D2,
+    TransformerFault::T2,
+    TransformerFault::None,
+    TransformerFault::Dt,
+    TransformerFault::None,
 ];
-/// The transformer that was not sampled in the last years, and the one whose laboratory
-/// did not always measure acetylene.
+/// Transformer that was not sampled in the last years; the one whose laboratory did not always
+/// measure acetylene follows.
 const FORGOTTEN: usize = 11;
 const INCOMPLETE: usize = 6;
-/// Samples of each transformer, and days between them.
+/// Number of samples of each transformer; days between them follow.
 const SAMPLES: usize = 20;
 const DAYS: i64 = 182;
-/// Samples over which a fault develops, and the gas that it has made in the end, ppm.
+/// Number of samples over which a fault develops; its gas in the end follows, ppm.
 const DEVELOPING: usize = 7;
 const FAULT_PPM: f64 = 900.0;
 
-/// The histories of all transformers, the last sample some days before `until`.
+/// Generates the histories of all transformers, the last sample some days before `until`.
 pub fn histories(seed: u64, until: Date) -> Vec<Row> {
     let mut random = Rng::with_seed(seed);
     let mut rows = Vec::new();
     for (transformer, fault) in FAULTS.into_iter().enumerate() {
         // Corona shows in oil that holds little else.
-        let share = if fault == Fault::Pd { 0.05 } else { 1.0 };
+        let share = if fault == TransformerFault::Pd { 0.05 } else { 1.0 };
         let ageing = share * (0.6 + 0.8 * random.f64());
         for sample in 0..SAMPLES {
             let before_last = (SAMPLES - 1 - sample) as i64;
@@ -101,14 +101,14 @@ pub fn histories(seed: u64, until: Date) -> Vec<Row> {
     rows
 }
 
-/// Samples of monitors: `count` of each transformer over ten years, the last one on the day
-/// before `until`.
+/// Generates samples of monitors: `count` of each transformer over ten years, the last one on the
+/// day before `until`.
 pub fn monitored(seed: u64, count: usize, until: Date) -> Vec<Row> {
     const SECONDS: u64 = 10 * 365 * 86_400;
     let mut random = Rng::with_seed(seed);
     let mut rows = Vec::with_capacity(count * TRANSFORMERS);
     for (transformer, fault) in FAULTS.into_iter().enumerate() {
-        let share = if fault == Fault::Pd { 0.05 } else { 1.0 };
+        let share = if fault == TransformerFault::Pd { 0.05 } else { 1.0 };
         let ageing = share * (0.6 + 0.8 * random.f64());
         for sample in 0..count {
             let progress = sample as f64 / count as f64;
@@ -125,13 +125,13 @@ pub fn monitored(seed: u64, count: usize, until: Date) -> Vec<Row> {
     rows
 }
 
-/// Samples with a fault each, one a day on one transformer after the other, all classes in
-/// turn; the last one on `until`.
-pub fn one_by_one(seed: u64, count: usize, until: Date) -> Vec<(Fault, Row)> {
+/// Generates samples with a fault each, one a day on one transformer after the other, all classes
+/// in turn; the last one on `until`.
+pub fn one_by_one(seed: u64, count: usize, until: Date) -> Vec<(TransformerFault, Row)> {
     let mut random = Rng::with_seed(seed);
     let sample = |index: usize| {
         let day = until - Duration::days((count - 1 - index) as i64);
-        let fault = Fault::ALL[index % Fault::ALL.len()];
+        let fault = TransformerFault::ALL[index % TransformerFault::ALL.len()];
         let mut row = row(&mut random, index % TRANSFORMERS, day);
         let ppm = FAULT_PPM * (1.0 + 3.0 * random.f64());
         add(&mut row, &mut random, 0.02, fault, ppm);
@@ -146,8 +146,8 @@ fn row(random: &mut Rng, transformer: usize, day: Date) -> Row {
     Row { transformer, day, second: 0, ppm: [None; 9], top_oil, load }
 }
 
-/// What ageing and a fault have made, as a laboratory measures it.
-fn add(row: &mut Row, random: &mut Rng, ageing: f64, fault: Fault, fault_ppm: f64) {
+/// Adds the gases of ageing and a fault, with the accuracy of a laboratory.
+fn add(row: &mut Row, random: &mut Rng, ageing: f64, fault: TransformerFault, fault_ppm: f64) {
     // H2, CH4, C2H6, C2H4, C2H2, CO, CO2, O2, N2 of a sealed transformer.
     const AGED: [f64; 9] = [14.0, 7.0, 9.0, 5.0, 0.1, 150.0, 1300.0, 2400.0, 62_000.0];
     let made = fault.gases();

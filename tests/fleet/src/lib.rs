@@ -9,17 +9,17 @@ use std::fmt::Write as _;
 use time::Date;
 
 pub use configuration::{FOLDER, SAMPLES, configuration, text};
-pub use history::{Fault, histories, monitored, one_by_one};
+pub use history::{TransformerFault, histories, monitored, one_by_one};
 
-/// Transformers, the first two in the yard, the others in a row before it.
+/// Number of transformers, the first two in the yard, the others in a row before it.
 pub const TRANSFORMERS: usize = 12;
 
-/// The equipment id of a transformer, from 0 on.
+/// Returns the equipment id of a transformer, from 0 on.
 pub fn equipment(transformer: usize) -> String {
     format!("=S12T{}-TA1", transformer + 1)
 }
 
-/// Where a transformer stands: x and z, metres.
+/// Returns the position of a transformer: x and z, metres.
 pub fn place(transformer: usize) -> [f64; 2] {
     match transformer {
         0 => [-28.0, 0.0],
@@ -28,24 +28,25 @@ pub fn place(transformer: usize) -> [f64; 2] {
     }
 }
 
-/// A sample of one transformer.
+/// Sample of one transformer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
     /// Index of the transformer.
     pub transformer: usize,
-    /// When it was taken.
+    /// Day of the sample.
     pub day: Date,
-    /// Seconds after that day's beginning.
+    /// Seconds since the beginning of that day.
     pub second: u32,
-    /// H2, CH4, C2H6, C2H4, C2H2, CO, CO2, O2, N2, ppm; none where it was not measured.
+    /// Concentrations of H2, CH4, C2H6, C2H4, C2H2, CO, CO2, O2, N2, ppm; `None` where not
+    /// measured.
     pub ppm: [Option<f64>; 9],
-    /// Temperature of the top oil, °C.
+    /// Temperature of the top oil in °C.
     pub top_oil: f64,
-    /// Load, per unit.
+    /// Load in per unit.
     pub load: f64,
 }
 
-/// Rows as CSV, as `busbar dga` and the chart read them.
+/// Formats rows as CSV, as `busbar dga` and the chart read them.
 pub fn csv(rows: &[Row]) -> String {
     let mut text = String::from("equipment,time,H2,CH4,C2H6,C2H4,C2H2,CO,CO2,O2,N2,top_oil,load\n");
     for row in rows {

@@ -9,12 +9,12 @@ use clap::Parser;
 use substation::Station;
 use time::OffsetDateTime;
 
-/// Makes a station with a fleet of transformers and seeded gas histories.
+/// Generator of a station with a fleet of transformers and seeded gas histories.
 #[derive(Parser)]
 struct Arguments {
     /// Folder to write to; made if it does not exist.
     out_dir: PathBuf,
-    /// Decides how gases scatter.
+    /// Seed of the gas histories.
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Let the camera go to faults by itself.

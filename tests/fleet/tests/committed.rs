@@ -1,4 +1,4 @@
-//! The configuration in the repository is the one that is made.
+//! Test that the configuration in the repository is the generated one.
 
 use std::path::Path;
 

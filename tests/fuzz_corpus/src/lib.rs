@@ -1,5 +1,5 @@
-//! Inputs that are kept for fuzz targets, and seeded mutations of them, run as an
-//! ordinary test: what the fuzzer does for minutes, CI does for seconds.
+//! Regression tests of fuzz targets: kept inputs and seeded mutations of them, run as an ordinary
+//! test. The fuzzer takes minutes for it, CI seconds.
 //!
 //! `corpus/TARGET` has the inputs, `tests/TARGET.rs` what is done with each. The fuzz
 //! targets of `tests/fuzz` are these very files.
@@ -12,14 +12,14 @@ use std::path::Path;
 
 use fastrand::Rng;
 
-/// Mutated inputs of a run.
+/// Number of mutated inputs in a run.
 const ROUNDS: u64 = 10_000;
-/// Of these, how many at least must be taken, and how many refused.
+/// Lowest number of rounds that must be accepted, and that must be refused.
 const MIN_EITHER: u64 = ROUNDS / 100;
-/// Kept inputs of one target: files, and bytes of all.
+/// Greatest number of kept inputs of one target, and of their bytes.
 const MAX_FILES: usize = 42;
 const MAX_BYTES: usize = 12 * 1024;
-/// The longest mutated input, bytes.
+/// Length limit of a mutated input, bytes.
 const MAX_INPUT_BYTES: usize = 16 * 1024;
 
 /// Runs the kept inputs of a target, then mutations of them. `body` says whether it took
@@ -54,7 +54,7 @@ pub fn check(target: &str, body: impl Fn(&[u8]) -> bool) {
     );
 }
 
-/// All kept inputs by their names, in order.
+/// Reads all kept inputs of a target with their names, in order.
 fn kept(target: &str) -> Vec<(String, Vec<u8>)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus").join(target);
     let kept = read_all(&folder)
@@ -80,19 +80,19 @@ fn read_all(folder: &Path) -> io::Result<Vec<(String, Vec<u8>)>> {
 }
 
 fn run(name: &str, input: &[u8], body: impl Fn(&[u8]) -> bool) -> bool {
-    let told = Told { name, input };
+    let report = InputReport { name, input };
     let taken = body(input);
-    drop(told);
+    drop(report);
     taken
 }
 
-/// Tells the input if what is done with it panics.
-struct Told<'a> {
+/// Report of the input on a panic.
+struct InputReport<'a> {
     name: &'a str,
     input: &'a [u8],
 }
 
-impl Drop for Told<'_> {
+impl Drop for InputReport<'_> {
     #[allow(clippy::print_stderr, reason = "it is part of a failed test's words")]
     fn drop(&mut self) {
         if std::thread::panicking() {

@@ -1,12 +1,12 @@
-//! Inputs made of other inputs.
+//! Seeded mutation of inputs.
 
 use fastrand::Rng;
 
-/// Changes of one input; each more is half as likely.
+/// Greatest number of changes of one input; each more is half as likely.
 const MAX_CHANGES: u32 = 4;
-/// The longest part that is copied, moved or taken out, bytes.
+/// Length limit of a part that is copied, moved or removed, bytes.
 const MAX_PART_BYTES: usize = 48;
-/// What readers of text find hard to bear.
+/// Text fragments that are difficult for parsers.
 const HARD_TEXTS: [&[u8]; 22] = [
     b"",
     b"0",
@@ -31,11 +31,11 @@ const HARD_TEXTS: [&[u8]; 22] = [
     b"\xC3\xA9",
     b"\xFF\xFE",
 ];
-/// What readers of binary numbers find hard to bear.
+/// Boundary values that are difficult for parsers of binary numbers.
 const HARD_NUMBERS: [u32; 8] =
     [0, 1, 0x7F, 0xFF, 0x7FFF_FFFF, 0x8000_0000, 0x7F80_0000, 0xFFFF_FFFF];
 
-/// An input with some changes, some of them taken from another one.
+/// Mutates an input, partly by pieces of another one.
 pub(crate) fn mutated(input: &[u8], other: &[u8], max_bytes: usize, random: &mut Rng) -> Vec<u8> {
     let mut bytes = input.to_vec();
     for _ in 0..(1 + random.u32(..).trailing_zeros()).min(MAX_CHANGES) {
@@ -85,7 +85,7 @@ fn change(bytes: &mut Vec<u8>, other: &[u8], random: &mut Rng) {
     }
 }
 
-/// Puts another text in place of the first number after `at`.
+/// Replaces the first number after `at` by another text.
 fn replace_number(bytes: &mut Vec<u8>, at: usize, random: &mut Rng) {
     let is_digit = |byte: &u8| byte.is_ascii_digit();
     let Some(start) = bytes[at..].iter().position(is_digit).map(|place| at + place) else {

@@ -1,5 +1,5 @@
-//! Any bytes are an audit log as far as their lines are whole: nothing normal is open, no more
-//! is kept than may be, and what was recovered is recovered again from what is written of it.
+//! Fuzzing of the audit log: any bytes are a log as far as their lines are whole. No normal alarm
+//! is open, limits hold, and what was recovered is recovered again from what is written of it.
 
 use busbar_audit_log::probe::{marked, read, signed, write};
 use busbar_audit_log::{MAX_TAIL, RecoveredLog};
@@ -7,7 +7,8 @@ use busbar_audit_log::{MAX_TAIL, RecoveredLog};
 /// Marks of lines: of a header, of an anchor, and of none that is known.
 const MARKS: [u8; 3] = *b"#@?";
 
-/// The first byte says what the rest is: a file, or texts of lines whose checksums are right.
+/// Runs one input. Its first byte selects the form of the rest: a file, or texts of lines whose
+/// checksums are right.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Some((&kind, rest)) = bytes.split_first() else { return false };
     if kind & 1 == 0 {

@@ -1,5 +1,5 @@
-//! Any bytes are a configuration that can be used, or faults that each have a place in
-//! the text, a cause and a remedy.
+//! Fuzzing of the configuration: any bytes are a usable configuration, or faults that each have a
+//! place in the text, a cause and a remedy.
 
 use std::collections::BTreeSet;
 
@@ -8,7 +8,7 @@ use busbar_config::{
     NodeConfig, OriginConfig, Severity, ThetaConfig, parse,
 };
 
-/// Whether the input is taken.
+/// Runs one input; reports whether the configuration is accepted.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Ok(text) = std::str::from_utf8(bytes) else { return false };
     match parse(text) {
@@ -42,7 +42,7 @@ fn check_diagnostics(diagnostics: &[Diagnostic], text: &str) {
     }
 }
 
-/// Every name leads somewhere.
+/// Checks that every name refers to an existing item.
 fn check_references(config: &Config) {
     let mut ids = BTreeSet::new();
     let nodes: Vec<_> = config.scene.iter().collect();
@@ -73,7 +73,7 @@ fn check_references(config: &Config) {
     assert!(config.view.camera.as_ref().is_none_or(|name| config.cameras.contains_key(name)));
 }
 
-/// Numbers are such as the rest of the program can bear.
+/// Checks that numbers are within the limits of the program.
 fn check_numbers(config: &Config) {
     let is_near = |metres: &f32| metres.is_finite() && metres.abs() <= MAX_COORDINATE_METRES;
     for node in config.scene.iter() {

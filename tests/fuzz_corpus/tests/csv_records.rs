@@ -1,5 +1,5 @@
-//! Any bytes are a table of records or told; rows have what their columns say, faults have
-//! lines in order, and what is written reads the same again.
+//! Fuzzing of CSV records: any bytes are a table of records or faults. Rows match their columns,
+//! faults have lines in order, and what is written reads the same again.
 
 use std::sync::OnceLock;
 
@@ -10,10 +10,10 @@ use serde_json::json;
 const COLUMNS: [&str; 5] = ["ID", "COUNT", "TEXT", "DAY", "STATE"];
 const LABELS: [&str; 4] = ["utf-8", "gb18030", "windows-1252", "shift_jis"];
 const DELIMITERS: [&str; 3] = ["comma", "semicolon", "tab"];
-/// Bytes of a cell.
+/// Greatest length of a cell, bytes.
 const MAX_CELL: usize = 1024;
 
-/// The first byte says the encoding and the delimiter.
+/// Runs one input. Its first byte selects the encoding and the delimiter.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Some((&kind, bytes)) = bytes.split_first() else { return false };
     let (label, delimiter) = (LABELS[usize::from(kind & 3)], usize::from(kind >> 2) % 3);

@@ -1,12 +1,12 @@
-//! Any text is an expression or refused in words: no panic, no end of the stack, inputs
-//! that the text names, and one value for the same numbers.
+//! Fuzzing of expressions: any text is an expression or refused with a message. No panic or stack
+//! overflow occurs, inputs are those that the text names, and equal numbers give equal values.
 
 use busbar_tags::{Expression, MAX_EXPRESSION_BYTES};
 
-/// Numbers that inputs get, in turn.
+/// Numbers assigned to the inputs, in turn.
 const NUMBERS: [f64; 6] = [1.5, -3.0, 0.0, f64::NAN, f64::INFINITY, 1e300];
 
-/// Whether the input is taken.
+/// Runs one input; reports whether the expression is accepted.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Ok(text) = std::str::from_utf8(bytes) else { return false };
     let expression = match Expression::parse(text) {

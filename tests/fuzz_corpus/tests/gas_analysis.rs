@@ -1,16 +1,16 @@
-//! Any bytes are a table of samples or diagnostics with their lines; results are CSV with a
-//! row for each sample, whose cells are names of zones and finite numbers.
+//! Fuzzing of gas analyses: any bytes are a table of samples or diagnostics with their lines.
+//! Results are CSV with a row for each sample, whose cells are names of zones and finite numbers.
 
 use busbar_plugin_sdk::Plugin;
 use busbar_plugin_sdk::testing::{host, run_command};
 use gas_analysis::{GasAnalysis, Settings};
 
-/// Columns of results that are numbers, from the end.
+/// Columns of the results that are numbers, from the end.
 const NUMBERS: std::ops::Range<usize> = 1..3;
-/// Columns of results.
+/// Number of columns of the results.
 const RESULTS: usize = 15;
 
-/// Whether the input is taken.
+/// Runs one input; reports whether the table is accepted.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let plugin = GasAnalysis::create(Settings::default(), host()).expect("it is made");
     // The length of the input chooses how it comes.

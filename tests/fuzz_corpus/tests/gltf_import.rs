@@ -1,14 +1,14 @@
-//! Any bytes are imported or refused: no panic, and what is imported can be written
-//! again, which checks every index in it.
+//! Fuzzing of the glTF import: any bytes are imported or refused without a panic. An imported model
+//! can be written again, which checks every index in it.
 
 use busbar_gltf_export::write_glb;
 use busbar_gltf_import::{ImportFault, ImportLimits, import_bytes};
 
-/// Small, so that the time goes into finding, not into building.
+/// Limits of the import, small so that the time goes into parsing.
 const MAX_TEXTURE_PIXELS: u64 = 1 << 16;
 const MAX_TRIANGLES: u64 = 1 << 16;
 
-/// Whether the input is taken.
+/// Runs one input; reports whether the model is accepted.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let limits = ImportLimits {
         max_texture_pixels: MAX_TEXTURE_PIXELS,

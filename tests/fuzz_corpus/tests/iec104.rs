@@ -1,6 +1,6 @@
-//! Any bytes of a station are data units or a named fault: no panic, as many objects as
-//! a header says, no memory beyond one frame, values for the tags of the very objects
-//! alone, and what can be written reads the same again.
+//! Fuzzing of IEC 60870-5-104: any bytes of a station are ASDUs or a named fault, without a panic
+//! or memory beyond one frame. Objects are as many as the header says, values are for the tags of
+//! those objects alone, and what can be written reads the same again.
 
 use std::time::{Duration, Instant, UNIX_EPOCH};
 
@@ -26,16 +26,16 @@ const TAGS: std::ops::Range<u32> = 1..17;
 const KINDS: [ValueKind; 4] =
     [ValueKind::F64, ValueKind::I64, ValueKind::Bool, ValueKind::DoublePoint];
 const COMMON_ADDRESS: u16 = 1;
-/// Requests of one input.
+/// Greatest number of requests for one input.
 const MAX_REQUESTS: usize = 100;
-/// 2024-02-29, for short time tags.
+/// Time of reception, seconds since 1970: 2024-02-29, for short time tags.
 const RECEIVED_SECONDS: u64 = 1_709_210_096;
 
-/// The first byte says in what pieces the rest arrives. The rest is also read as one data
-/// unit, which spares the fuzzer the frames around it.
+/// Runs one input. Its first byte selects the pieces in which the rest arrives. The rest is also
+/// read as one data unit, which spares the fuzzer the frames around it.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Some((&piece, rest)) = bytes.split_first() else { return false };
-    let mut end = Controlling::new();
+    let mut end = ControllingReader::new();
     let is_unit = end.read(rest);
     let now = Instant::now();
     let mut session = Session::new(PARAMETERS, now);
@@ -57,13 +57,13 @@ pub fn fuzz_one(bytes: &[u8]) -> bool {
     true
 }
 
-/// What becomes of data units.
-struct Controlling {
+/// Receiver of data units: the adapter's protocol state and its recorded samples.
+struct ControllingReader {
     recorder: Recorder,
     probe: ControllingProbe,
 }
 
-impl Controlling {
+impl ControllingReader {
     fn new() -> Self {
         let settings = json!({ "host": "127.0.0.1", "common_address": COMMON_ADDRESS });
         let settings = serde_json::from_value(settings).expect("these settings are good");
@@ -75,7 +75,7 @@ impl Controlling {
         Self { probe: probe.expect("the addresses are good"), recorder }
     }
 
-    /// Whether it is a data unit with values.
+    /// Reads a data unit; reports whether it holds values.
     fn read(&mut self, asdu: &[u8]) -> bool {
         self.recorder.clear();
         let received = UNIX_EPOCH + Duration::from_secs(RECEIVED_SECONDS);
@@ -117,7 +117,7 @@ fn is_understood(header: &Header) -> bool {
     !header.is_negative && matches!(header.cause, 1..=5 | 11 | 12 | 20..=41)
 }
 
-/// A value is of its tag's kind.
+/// Checks that a value is of its tag's kind.
 fn check_sample(sample: &Sample) {
     let kind = match sample.value {
         None => return assert!(!sample.quality.is_good()),

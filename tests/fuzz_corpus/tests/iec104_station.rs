@@ -1,6 +1,6 @@
-//! Whatever a client of a simulated station sends: the station answers with whole frames
-//! in order, no more of them than the window allows, with values of its own objects
-//! alone, or closes the connection.
+//! Fuzzing of the simulated IEC 60870-5-104 station by arbitrary client bytes. The station answers
+//! with whole frames in order, within its window and with values of its own objects alone, or
+//! closes the connection.
 
 use std::sync::OnceLock;
 use std::time::{Duration, UNIX_EPOCH};
@@ -16,10 +16,10 @@ const K: u16 = 12;
 /// Common addresses and objects of the station.
 const STATIONS: [u16; 2] = [1, 0x0203];
 const LAST_OBJECT: u32 = 80;
-/// 2026-11-22.
+/// Start of the simulation, seconds since 1970: 2026-11-22.
 const STARTS_SECONDS: u64 = 1_795_305_600;
 
-/// What the client has seen.
+/// Client side of the connection: sequence numbers sent and received.
 #[derive(Default)]
 struct Client {
     sent: u16,
@@ -27,7 +27,7 @@ struct Client {
     units: usize,
 }
 
-/// The input is a list of steps: an operation, the number of bytes after it, and these.
+/// Runs one input: a list of steps, each an operation, the number of bytes after it, and these.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let mut station = station().connect(UNIX_EPOCH + Duration::from_secs(STARTS_SECONDS));
     let mut client = Client::default();
@@ -53,7 +53,7 @@ pub fn fuzz_one(bytes: &[u8]) -> bool {
 }
 
 impl Client {
-    /// An information frame with the numbers that are due.
+    /// Encodes an information frame with the sequence numbers that are due.
     fn request(&mut self, asdu: &[u8]) -> Vec<u8> {
         let (send, receive) = (Sequence::new(self.sent), Sequence::new(self.received));
         self.sent += 1;
@@ -64,7 +64,7 @@ impl Client {
         frame(Frame::Supervisory(Sequence::new(self.received)))
     }
 
-    /// What the station sent.
+    /// Checks the frames that the station sent.
     fn take(&mut self, mut bytes: &[u8], count: u64) {
         let mut units = 0;
         while !bytes.is_empty() {
@@ -112,7 +112,7 @@ fn station() -> &'static StationProbe {
     })
 }
 
-/// Objects of all kinds in both stations, some of which move.
+/// Returns objects of all kinds in both stations, some of which change.
 fn simulation() -> Simulation {
     let kinds = [
         (ValueKind::F64, json!({})),

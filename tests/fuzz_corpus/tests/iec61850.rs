@@ -1,6 +1,6 @@
-//! Whatever a server says over MMS is answers, reports or a named fault: no panic, values
-//! of their tags' kinds alone, and nothing but the attributes of the named report control
-//! block is ever written.
+//! Fuzzing of the IEC 61850 client: any MMS bytes of a server are answers, reports or a named
+//! fault. Values are of their tags' kinds, and only attributes of the named report control block
+//! are ever written.
 
 use busbar_plugin_sdk::testing::{Recorder, tag_spec};
 use busbar_plugin_sdk::{Sample, TagSpec, Value, ValueKind};
@@ -16,12 +16,11 @@ const TAGS: [(ValueKind, &str, &str); 4] = [
 ];
 const BLOCK: &str = "IED1LD0/LLN0$BR$brcbA01";
 const ATTRIBUTES: [&str; 6] = ["OptFlds", "TrgOps", "IntgPd", "EntryID", "RptEna", "GI"];
-/// Bytes that tell how long a message is.
+/// Number of bytes of a message's length.
 const LENGTH_BYTES: usize = 2;
 
-/// The first byte says in what form the rest is: odd ones as messages, each behind its
-/// length, to a client with an association; even ones as the bytes of a connection, in
-/// pieces of that many.
+/// Runs one input. An odd first byte means messages, each behind its length, to a client with an
+/// association. An even one means the bytes of a connection, in pieces of that many.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Some((&form, rest)) = bytes.split_first() else { return false };
     let recorder = Recorder::new();
@@ -72,7 +71,7 @@ fn tags() -> Vec<TagSpec> {
     (0..).zip(&TAGS).map(tag).collect()
 }
 
-/// A value is of its tag's kind.
+/// Checks that a value is of its tag's kind.
 fn check_sample(sample: &Sample) {
     let kind = match sample.value {
         None => return assert!(!sample.quality.is_good()),

@@ -1,6 +1,6 @@
-//! Any addresses are refused or read by requests that the protocol allows, each tag
-//! once, whatever the device answers; the simulated device says what its signals say;
-//! and a mark on transaction numbers comes off again.
+//! Fuzzing of the Modbus adapter: any addresses are refused or read by requests that the protocol
+//! allows, each tag once, whatever the device answers. The simulated device serves the values of
+//! its signals, and a mark on transaction numbers can be removed again.
 
 use std::time::{Duration, UNIX_EPOCH};
 
@@ -11,13 +11,13 @@ use modbus_adapter::Settings;
 use modbus_adapter::probe::{Cells, Device, Request, mark, poll};
 use serde_json::{Value as Json, json};
 
-/// Cells of one request (Modbus Application Protocol V1.1b3, 6.1 to 6.4).
+/// Greatest number of cells in one request (Modbus Application Protocol V1.1b3, 6.1 to 6.4).
 const MAX_REGISTERS: u16 = 125;
 const MAX_BITS: u16 = 2000;
 const MAX_TAGS: usize = 64;
-/// Bytes of a tag.
+/// Number of bytes that encode a tag.
 const TAG_BYTES: usize = 6;
-/// Answers that may be late.
+/// Greatest number of answers that may be late.
 const MAX_UNANSWERED: usize = 8;
 const TABLES: [&str; 4] = ["coil", "discrete", "holding", "input"];
 const FORMATS: [&str; 8] = ["u16", "i16", "u32", "i32", "u64", "i64", "f32", "f64"];
@@ -25,8 +25,8 @@ const KINDS: [ValueKind; 4] =
     [ValueKind::F64, ValueKind::I64, ValueKind::Bool, ValueKind::DoublePoint];
 const SCALES: [f64; 4] = [1.0, 0.1, -2.5, 1e6];
 
-/// The first byte says what the rest is: a stream, an address as text and the device's
-/// answers, or tags and the device's answers.
+/// Runs one input. Its first byte selects the form of the rest: a stream, an address as text and
+/// the device's answers, or tags and the device's answers.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Some((&kind, rest)) = bytes.split_first() else { return false };
     match kind & 3 {
@@ -63,7 +63,7 @@ fn marks_come_off(bytes: &[u8], piece: u8) -> bool {
     stream.len() > TAG_BYTES
 }
 
-/// Whether the plugin would read these tags; it does so from a device that says anything.
+/// Reports whether the plugin would read these tags, from a device with arbitrary answers.
 fn is_read(tags: &[TagSpec], answers: &[u8]) -> bool {
     let mut answers = answers.iter().copied().cycle();
     let mut next = || answers.next().unwrap_or_default();
@@ -98,7 +98,7 @@ fn check(request: &Request) {
     assert!(u32::from(request.first()) + u32::from(request.count()) <= 1 << 16, "{request:?}");
 }
 
-/// One sample a tag, of its kind.
+/// Checks that there is one sample a tag, of the tag's kind.
 fn check_samples(samples: &[Sample], tags: &[TagSpec]) {
     let mut of_tags: Vec<_> = samples.iter().map(|sample| sample.tag).collect();
     of_tags.sort_unstable();
@@ -112,7 +112,7 @@ fn check_samples(samples: &[Sample], tags: &[TagSpec]) {
     }
 }
 
-/// A device that simulates these tags is read as its signals are.
+/// Checks that a device that simulates these tags is read as its signals are.
 fn is_simulated(tags: &[TagSpec], base: usize) {
     let behaviour = Behavior::new(Shape::Constant, (base % 4) as f64, 0.0, Duration::from_secs(1));
     let behaviour = behaviour.expect("in range");
@@ -150,7 +150,7 @@ fn is_simulated(tags: &[TagSpec], base: usize) {
     }
 }
 
-/// A tag from [`TAG_BYTES`] bytes; those that are all there may still not fit each other.
+/// Decodes a tag from [`TAG_BYTES`] bytes; its fields may still not fit each other.
 fn tag((number, bytes): (u32, &[u8])) -> TagSpec {
     let [shape, high, low, format, bit, scale] = bytes.try_into().expect("so many bytes");
     let kind = KINDS[usize::from(shape & 3)];

@@ -1,5 +1,5 @@
-//! Whatever a broker brings is samples of known tags, of their kinds, with times that
-//! clocks can have, or is left out: no panic, and no memory beyond a message.
+//! Fuzzing of the MQTT adapter: any bytes of a broker are samples of known tags, of their kinds and
+//! with representable times, or ignored. No panic occurs, and no memory is used beyond a message.
 
 use std::time::UNIX_EPOCH;
 
@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 const KINDS: [ValueKind; 4] =
     [ValueKind::F64, ValueKind::I64, ValueKind::Bool, ValueKind::DoublePoint];
-/// Of the edge node and its device, in turn; then plain topics.
+/// Topics of the edge node and its device, in turn, then plain topics.
 const TOPICS: [&str; 8] = [
     "spBv1.0/g/NBIRTH/e",
     "spBv1.0/g/DBIRTH/e/d",
@@ -23,12 +23,12 @@ const TOPICS: [&str; 8] = [
 ];
 /// Bits of the byte before a message.
 const RETAINED: u8 = 0x80;
-/// Messages of one input.
+/// Greatest number of messages in one input.
 const MAX_MESSAGES: usize = 64;
 
-/// The first byte says what the rest is: with its lowest bit set, bytes of a broker, of MQTT
-/// 5 with the next, in pieces of the length in the others; else messages, each with a byte
-/// for its topic, two for its length, and its payload.
+/// Runs one input. With the lowest bit of its first byte set, the rest are bytes of a broker, of
+/// MQTT 5 with the next bit, in pieces of the length in the others. Else it is messages, each with
+/// a byte for its topic, two for its length, and its payload.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Some((&kind, rest)) = bytes.split_first() else { return false };
     let (tags, recorder) = (tags(), Recorder::new());
@@ -62,7 +62,8 @@ pub fn fuzz_one(bytes: &[u8]) -> bool {
     samples.iter().any(|sample| sample.value.is_some())
 }
 
-/// Samples are of tags that there are, of their kinds; what has no value is not good.
+/// Checks that samples are of existing tags and of their kinds, and that none without a value is
+/// good.
 fn check(recorder: &Recorder, tags: &[TagSpec]) {
     for sample in recorder.recording().samples {
         let tag = tags.get(sample.tag as usize).expect("it is of a known tag");
@@ -74,7 +75,7 @@ fn check(recorder: &Recorder, tags: &[TagSpec]) {
     }
 }
 
-/// Tags of all kinds, of the edge node, of its device, and of two topics.
+/// Returns tags of all kinds, of the edge node, of its device, and of two topics.
 fn tags() -> Vec<TagSpec> {
     let metric = |name: &str| json!({ "group": "g", "edge_node": "e", "metric": name });
     let places: [Value; 4] = [

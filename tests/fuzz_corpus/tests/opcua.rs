@@ -1,12 +1,12 @@
-//! Whatever a server sends, from its first byte on: a session or a named fault, no panic
-//! that leaves the plugin, values of the tags' own kinds alone, nothing good afterwards.
+//! Fuzzing of the OPC UA client: any bytes of a server are a session or a named fault. No panic
+//! leaves the plugin, values are of the tags' own kinds, and no good value follows the end.
 
 use busbar_plugin_sdk::testing::{Recorder, tag_spec};
 use busbar_plugin_sdk::{Quality, Reason, Value, ValueKind};
 use opcua::probe::converse;
 use serde_json::json;
 
-/// Tags of the server that the kept inputs were recorded of, of kinds in turn.
+/// Tags of the server that the kept inputs were recorded from, of kinds in turn.
 const NODES: [(&str, ValueKind); 5] = [
     ("A", ValueKind::F64),
     ("B", ValueKind::I64),
@@ -15,7 +15,8 @@ const NODES: [(&str, ValueKind); 5] = [
     ("E", ValueKind::F64),
 ];
 
-/// The first two bytes say how many of the others come while endpoints are asked for.
+/// Runs one input. Its first two bytes are the number of those after them that arrive during the
+/// request for endpoints.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Some((length, rest)) = bytes.split_first_chunk() else { return false };
     let length = usize::from(u16::from_le_bytes(*length)).min(rest.len());

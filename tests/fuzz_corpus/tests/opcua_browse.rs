@@ -1,5 +1,5 @@
-//! Whatever a server has to be browsed: a point list without a fault, whose addresses the
-//! plugin takes, or a named reason; no panic that leaves the plugin.
+//! Fuzzing of OPC UA browsing: any address space gives a point list without a fault, whose
+//! addresses the plugin takes, or a named reason. No panic leaves the plugin.
 
 use busbar_plugin_sdk::testing::{host, tag_spec};
 use busbar_plugin_sdk::{Plugin, Telemetry, ValueKind};
@@ -16,7 +16,8 @@ fn settings() -> Settings {
     serde_json::from_value(settings).expect("these settings are good")
 }
 
-/// The first two bytes say how many of the others come while endpoints are asked for.
+/// Runs one input. Its first two bytes are the number of those after them that arrive during the
+/// request for endpoints.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Some((length, rest)) = bytes.split_first_chunk() else { return false };
     let length = usize::from(u16::from_le_bytes(*length)).min(rest.len());

@@ -1,6 +1,6 @@
-//! Whatever a plugin's process writes into its socket, its ring and the room for its
-//! collapses: samples are of the plugin's own tags and not from the future, pictures name
-//! what is bound, words are short and printable, and collapses are a forest.
+//! Fuzzing of the plugin's process boundary: socket, sample ring and shared collapse list. Samples
+//! are of the plugin's own tags and not from the future, pictures name bound nodes, texts are short
+//! and printable, and collapses are a forest.
 
 use std::time::Duration;
 
@@ -10,20 +10,20 @@ use busbar_plugin_process::probe::{DecodedMessage, HostSide, read_collapses};
 use busbar_tags::{Moment, Sample, TagHandle, ValueKind};
 use glam::Vec3;
 
-/// Tags and nodes of the plugin: odd ones.
+/// Tags of the plugin, with odd numbers; nodes follow.
 const TAGS: [u32; 3] = [1, 3, 5];
 const NODES: [u32; 2] = [7, 9];
-/// Bytes of a message for people that are far more than any has.
+/// Size far above that of any text message, bytes.
 const MANY_BYTES: usize = 1 << 21;
-/// Where the counters of a ring are; samples come after the last, in order.
+/// Byte offsets of the counters of a ring; samples come after the last, in order.
 const RING_COUNTERS: [u64; 4] = [0, 64, 128, 192];
 const RING_HEADER_BYTES: u64 = 256;
 const RING_SAMPLES: u64 = 1 << 18;
 const SAMPLE_BYTES: usize = 32;
 const POSITIONS: usize = 16;
 
-/// The first byte says what the rest is: bytes of the socket, in pieces, words of the
-/// ring, or collapses.
+/// Runs one input. Its first byte selects the form of the rest: bytes of the socket, in pieces,
+/// words of the ring, or collapses.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Some((&kind, rest)) = bytes.split_first() else { return false };
     match kind & 3 {
@@ -71,8 +71,8 @@ fn check_message(heard: DecodedMessage) {
     }
 }
 
-/// Eight bytes each of the numbers written, read, rejected and dropped, then the samples
-/// before the number written.
+/// Checks a ring: eight bytes each of the numbers written, read, rejected and dropped, then the
+/// samples before the number written.
 fn are_samples(bytes: &[u8]) -> bool {
     let Some((header, samples)) = bytes.split_first_chunk::<32>() else { return false };
     let mut header = *header;

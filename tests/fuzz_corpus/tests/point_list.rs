@@ -1,5 +1,5 @@
-//! Any bytes are a point list or faults with their lines; what is read can be bound to
-//! the nodes of a model and makes a scene that the configuration takes.
+//! Fuzzing of point lists: any bytes are a list or faults with their lines. What is read can be
+//! bound to the nodes of a model and makes a scene that the configuration takes.
 
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
@@ -9,7 +9,7 @@ use busbar_point_import::{
     Proposal, SceneParts, assign_plugins, place, report, scene,
 };
 
-/// The model: ids, and indices of what each hangs under.
+/// Nodes of the model: id, name, and index of the parent.
 const NODES: [(&str, &str, Option<usize>); 9] = [
     ("S1", "S1", None),
     ("S1/E01", "E01", Some(0)),
@@ -22,7 +22,7 @@ const NODES: [(&str, &str, Option<usize>); 9] = [
     ("S1/E02 Q0", "Q0", Some(7)),
 ];
 
-/// Whether the input is taken.
+/// Runs one input; reports whether the point list is accepted.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let list = PointList::parse(bytes);
     check_faults(&list.faults, bytes);
@@ -99,7 +99,7 @@ fn check_proposals(points: &[Point], proposals: &[Proposal]) {
     }
 }
 
-/// The report has every tag, as it was.
+/// Checks that the report has every tag, unchanged.
 fn check_report(points: &[Point], proposals: &[Proposal]) {
     assert!(!report::markdown(points, proposals).is_empty());
     let text = report::csv(points, proposals);

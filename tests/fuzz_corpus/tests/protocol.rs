@@ -1,6 +1,5 @@
-//! Whatever the other process writes into the socket between a program and its viewer: what
-//! passes the check has texts, counts and sizes within their limits, and is written and read
-//! the same again.
+//! Fuzzing of the protocol between a program and its viewer: messages that pass the check have
+//! texts, counts and sizes within their limits, and are written and read the same again.
 
 use busbar_protocol::framing::{Decoder, LENGTH_BYTES, decode, encode};
 use busbar_protocol::message::{
@@ -9,7 +8,7 @@ use busbar_protocol::message::{
 };
 use busbar_protocol::pictures::picture_bytes;
 
-/// The first byte says which side reads, and in what pieces.
+/// Runs one input. Its first byte selects the side that reads, and the pieces.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Some((&kind, rest)) = bytes.split_first() else { return false };
     let piece = 1 + usize::from(kind >> 1);

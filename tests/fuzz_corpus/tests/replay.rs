@@ -1,5 +1,5 @@
-//! Any bytes of a recording are samples or a named fault: no panic, no value that is
-//! not finite, and nothing without a value that is good.
+//! Fuzzing of recordings: any bytes are samples or a named fault. No panic occurs, no value is
+//! infinite or NaN, and no sample without a value is good.
 
 use busbar_plugin_sdk::testing::tag_spec;
 use busbar_plugin_sdk::{Quality, TagSpec, Value, ValueKind};
@@ -7,7 +7,7 @@ use replay::Settings;
 use replay::probe::{Bytes, play};
 use serde_json::json;
 
-/// A configuration that fits data of its type, with rates or without.
+/// Returns a configuration that fits data of its type, with rates or without.
 fn cfg(data: u8) -> String {
     let kind = ["ASCII", "BINARY", "BINARY32", "FLOAT32"][usize::from(data & 3)];
     let rates = if data & 4 == 0 { "0\n0,9" } else { "2\n4800,3\n1200,9" };
@@ -32,7 +32,7 @@ fn comtrade_tags() -> [TagSpec; 4] {
     ]
 }
 
-/// The first byte says what the rest is, and what it is read as.
+/// Runs one input. Its first byte selects the form of the rest, and its reader.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Some((&kind, rest)) = bytes.split_first() else { return false };
     let form = if kind & 4 == 0 { "wide" } else { "long" };

@@ -1,5 +1,5 @@
-//! Any text is a scenario or faults with places and remedies; what happens is in order, within
-//! its limits, and happens to what the configuration has.
+//! Fuzzing of scenarios: any text is a scenario or faults with places and remedies. Events are in
+//! order, within their limits, and refer to items of the configuration.
 
 use std::sync::OnceLock;
 
@@ -18,10 +18,10 @@ const CONFIG: &str = r#"{
         "Q1": { "type": "double_point", "source": { "plugin": "bay", "address": {} } }
     }
 }"#;
-/// A year, the longest that a scenario goes.
+/// Longest duration of a scenario, seconds: a year.
 const MAX_SECONDS: f64 = 366.0 * 86_400.0;
 
-/// Whether the input is a scenario.
+/// Runs one input; reports whether it is a scenario.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     static READ: OnceLock<Config> = OnceLock::new();
     let config = READ.get_or_init(|| parse(CONFIG).expect("it is a configuration"));

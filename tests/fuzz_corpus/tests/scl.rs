@@ -1,5 +1,5 @@
-//! Any text is a list of points or a named fault: no panic, and each row has five cells and
-//! a kind that tags have.
+//! Fuzzing of SCL files (IEC 61850-6): any text is a list of points or a named fault without a
+//! panic. Each row has five cells and a kind that tags have.
 
 use busbar_plugin_sdk::Plugin;
 use busbar_plugin_sdk::testing::{host, run_command};
@@ -7,11 +7,11 @@ use iec61850::Iec61850;
 use serde_json::json;
 
 const KINDS: [&str; 4] = ["bool", "double_point", "f64", "i64"];
-/// Bytes that the command reads at once, and writes that it may do.
+/// Size of the pieces that the command reads and writes, bytes.
 const PIECE: usize = 4096;
 const CONSTRAINTS: [&str; 2] = ["ST", "MX"];
 
-/// The input is the text of a file.
+/// Runs one input, the text of a file.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let settings = serde_json::from_value(json!({})).expect("no setting is needed");
     let plugin = Iec61850::create(settings, host()).expect("no server is needed");

@@ -1,5 +1,5 @@
-//! Whatever a database says is samples of known tags, of their kinds, finite and with
-//! times that clocks can have, or a named fault.
+//! Fuzzing of the SQL adapter: any bytes of a database are samples of known tags, of their kinds,
+//! finite and with representable times, or a named fault.
 
 use std::time::UNIX_EPOCH;
 
@@ -14,12 +14,12 @@ const MAX_ROWS: usize = 64;
 const KINDS: [ValueKind; 4] =
     [ValueKind::F64, ValueKind::I64, ValueKind::Bool, ValueKind::DoublePoint];
 const NAMES: [&str; 8] = ["key", "value", "quality", "time", "a", "b", "a", ""];
-/// PostgreSQL's types: bool, int8, int2, int4, text, oid, float4, float8, numeric,
+/// Type numbers of PostgreSQL: bool, int8, int2, int4, text, oid, float4, float8, numeric,
 /// timestamptz, timestamp, json, unknown, and none.
 const OIDS: [u32; 14] = [16, 20, 21, 23, 25, 26, 700, 701, 1700, 1184, 1114, 114, 705, 1];
 
-/// The first byte says what the rest is: a payload, rows of one of both databases, or
-/// messages of a server.
+/// Runs one input. Its first byte selects the form of the rest: a payload, rows of one of both
+/// databases, or messages of a server.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Some((&kind, rest)) = bytes.split_first() else { return false };
     let is_keyed = kind & 4 == 0;
@@ -45,7 +45,7 @@ pub fn fuzz_one(bytes: &[u8]) -> bool {
     }
 }
 
-/// Columns, then cells row by row: a type, a length, and so many bytes.
+/// Reads columns, then cells row by row: a type, a length, and so many bytes.
 fn read(is_postgres: bool, is_keyed: bool, bytes: &[u8]) -> bool {
     let Some((&count, mut rest)) = bytes.split_first() else { return false };
     let count = 1 + usize::from(count) % MAX_COLUMNS;
@@ -110,7 +110,7 @@ fn check(samples: &[Sample], tags: &[TagSpec]) {
     }
 }
 
-/// Tags of all kinds, plain and with names of states, of one query.
+/// Returns tags of all kinds, plain and with names of states, of one query.
 fn tags(is_keyed: bool) -> Vec<TagSpec> {
     let states = [
         json!({}),

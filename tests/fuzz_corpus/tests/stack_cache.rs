@@ -1,6 +1,6 @@
-//! Any bytes of a cache file are stacks of the mesh or refused, and the mesh is left;
-//! whatever tables are taken, and whatever collapses an optimiser's process gave, the
-//! mesh can be shown at every cursor.
+//! Fuzzing of the stack cache: any bytes of a cache file are stacks of the mesh, or refused with
+//! the mesh unchanged. Whatever tables or collapses are accepted, the mesh can be shown at every
+//! cursor.
 
 use std::sync::OnceLock;
 
@@ -11,20 +11,20 @@ use busbar_geometry::{
 use busbar_stack_cache::{CacheKey, MeshKey, OptimizerDigest, WeldedMesh, content_digest, probe};
 use glam::Vec3;
 
-/// Quads of the mesh, a strip.
+/// Number of quads of the mesh, a strip.
 const QUADS: u32 = 8;
 
-/// The mesh, and the key of its stacks.
+/// Mesh under test with the key of its stacks.
 struct Subject {
     mesh: Mesh,
     key: CacheKey,
 }
 
-/// Of inputs about files of welded meshes.
+/// Selector of inputs that are files of welded meshes.
 const MESH: u8 = 255;
 
-/// The first byte says what the rest is: changes of a good file, tables whose checksum is
-/// right, or collapses; or changes of a welded mesh.
+/// Runs one input. Its first byte selects the form of the rest: changes of a good file, tables
+/// whose checksum is right, collapses, or changes of a welded mesh.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Some((&kind, rest)) = bytes.split_first() else { return false };
     let subject = subject();
@@ -69,8 +69,8 @@ fn is_read(subject: &Subject, bytes: &[u8]) -> bool {
     }
 }
 
-/// A file of the mesh with other bytes, or one whose checksum is right over other indices:
-/// what is taken can be made stacks of and shown.
+/// Reads a changed file of the mesh, or one whose checksum is right over other indices. An accepted
+/// mesh can be made stacks of and shown.
 fn is_mesh_read(subject: &Subject, bytes: &[u8]) -> bool {
     let Some((&kind, rest)) = bytes.split_first() else { return false };
     let key = MeshKey::new(content_digest(&[b"a file"]), 0);
@@ -115,7 +115,7 @@ fn is_mesh_read(subject: &Subject, bytes: &[u8]) -> bool {
     }
 }
 
-/// Indices are within the mesh at every cursor, and none beyond it.
+/// Checks that indices are within the mesh at every cursor.
 fn check(stacks: &CollapseStacks) {
     let mesh = stacks.mesh();
     let wedges = mesh.wedges.len() as u32;
@@ -131,7 +131,7 @@ fn check(stacks: &CollapseStacks) {
     }
 }
 
-/// Cursor 0 is the mesh itself.
+/// Checks that cursor 0 is the mesh itself.
 fn check_lossless(subject: &Subject, stacks: &CollapseStacks) {
     assert_eq!(stacks.resolve(0).triangles, subject.mesh.triangles);
 }
@@ -161,7 +161,7 @@ fn good_file(subject: &Subject) -> Vec<u8> {
     probe::file(subject.key, &removal_ranks(&sequence), stacks.tables())
 }
 
-/// A file with other bytes: each change is a place, and what comes there. Without one it
+/// Changes bytes of a file: each change is a place and its new byte. Without a change the file
 /// stays good.
 fn changed(file: &[u8], changes: &[u8]) -> Vec<u8> {
     let mut bytes = file.to_vec();
@@ -175,7 +175,7 @@ fn changed(file: &[u8], changes: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// Tables of the right lengths, mostly.
+/// Decodes tables, mostly of the right lengths.
 fn tables(subject: &Subject, bytes: &[u8]) -> (Vec<u32>, StackTables) {
     let Mesh { positions, wedges, triangles, .. } = &subject.mesh;
     let mut bytes = bytes.iter().copied();
@@ -204,7 +204,7 @@ fn tables(subject: &Subject, bytes: &[u8]) -> (Vec<u32>, StackTables) {
     (ranks, tables)
 }
 
-/// Two positions and the exponent of an error each.
+/// Decodes collapses: two positions and the exponent of an error each.
 fn collapses(bytes: &[u8]) -> Vec<Collapse> {
     let collapse = |bytes: &[u8]| Collapse {
         removed: bytes[0].into(),

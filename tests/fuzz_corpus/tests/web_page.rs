@@ -1,6 +1,6 @@
-//! Whatever pages say to a server of the view: what reaches the viewer passes its check, the
-//! picture keeps within its limits, one page steers as long as there is one, and what is held
-//! down is let go of in the end.
+//! Fuzzing of the web page's server: input that reaches the viewer passes its check, and the
+//! picture keeps within its limits. One page steers as long as there is one, and held buttons are
+//! released in the end.
 
 use std::collections::BTreeSet;
 
@@ -8,16 +8,17 @@ use busbar_protocol::message::{Command, KeyEvent, PointerEvent};
 use busbar_web::Origin;
 use busbar_web::probe::{MAX_MESSAGE_BYTES, Pages};
 
-/// Pages at once, as a server has them by default.
+/// Greatest number of pages at once, as servers have it by default.
 const MAX_PAGES: usize = 4;
-/// Pixels of the largest picture that a page gets.
+/// Greatest number of pixels of a picture for a page.
 const MAX_PIXELS: u32 = 2560 * 1600;
 
-/// A line each: `+` comes, `-` goes, else the first byte says which page, the rest what. A
-/// line that begins with `o` is an origin instead.
+/// Runs one input, a line for each event: `+` connects a page, `-` disconnects one. Else the first
+/// byte selects the page, and the rest is its message. A line that begins with `o` is an origin
+/// instead.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Ok(text) = std::str::from_utf8(bytes) else { return false };
-    let (mut pages, mut held) = (Pages::default(), Held::default());
+    let (mut pages, mut held) = (Pages::default(), HeldInput::default());
     let (mut has_done, mut has_refused) = (false, false);
     for line in text.lines().filter(|line| line.len() <= MAX_MESSAGE_BYTES) {
         if let Some(origin) = line.strip_prefix('o') {
@@ -47,13 +48,13 @@ pub fn fuzz_one(bytes: &[u8]) -> bool {
     has_done && !has_refused
 }
 
-/// What the viewer takes for held down.
+/// Buttons that the viewer takes for held down.
 #[derive(Default)]
-struct Held {
+struct HeldInput {
     buttons: BTreeSet<u8>,
 }
 
-impl Held {
+impl HeldInput {
     fn note(&mut self, command: &Command) {
         assert_eq!(command.check(), Ok(()), "{command:?}");
         match command {

@@ -1,10 +1,10 @@
-//! How well an order of triangles uses a vertex cache.
+//! Average cache miss ratio (ACMR) of an order of triangles.
 
 use std::collections::VecDeque;
 
-/// Average cache miss ratio: vertices fetched a triangle, with a first-in
-/// first-out cache of so many entries (Hoppe, "Optimization of mesh locality for
-/// transparent vertex caching", 1999). From about 0.5 to 3; 0 without triangles.
+/// Computes the average cache miss ratio: vertices fetched a triangle, with a first-in first-out
+/// cache of `entries` entries (Hoppe, "Optimization of mesh locality for transparent vertex
+/// caching", 1999). From about 0.5 to 3; 0 without triangles.
 pub fn acmr(triangles: &[[u32; 3]], entries: usize) -> f64 {
     let mut cache = VecDeque::with_capacity(entries + 1);
     let mut misses = 0_u64;

@@ -1,4 +1,4 @@
-//! How far one surface is from another.
+//! Distances between two surfaces by sampling, in both directions.
 
 use anyhow::{Context, Result, ensure};
 use busbar_geometry::{Bounds, Topology};
@@ -6,9 +6,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::tree::{Place, Tree};
+use crate::triangle_tree::{ClosestPoint, TriangleTree};
 
-/// Places this near to one another, as a share of the diagonal, are one place.
+/// Tolerance within which places count as one, as a share of the diagonal.
 const TIE: f64 = 1e-6;
 
 /// Distances between an original and a simplified surface, relative to the
@@ -17,60 +17,60 @@ const TIE: f64 = 1e-6;
 /// points of that to the original.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SurfaceError {
-    /// Mean distance forth.
+    /// Mean distance from the original to the simplified surface.
     pub mean_forth: f64,
-    /// Root of the mean squared distance forth.
+    /// Root mean square distance from the original to the simplified surface.
     pub rms_forth: f64,
-    /// Greatest distance forth.
+    /// Greatest distance from the original to the simplified surface.
     pub max_forth: f64,
     /// Mean angle between the normals of faces forth, degrees.
     pub degrees_forth: f64,
-    /// Mean distance back.
+    /// Mean distance from the simplified surface to the original.
     pub mean_back: f64,
-    /// Root of the mean squared distance back.
+    /// Root mean square distance from the simplified surface to the original.
     pub rms_back: f64,
-    /// Greatest distance back.
+    /// Greatest distance from the simplified surface to the original.
     pub max_back: f64,
     /// Mean angle between the normals of faces back, degrees.
     pub degrees_back: f64,
 }
 
 impl SurfaceError {
-    /// The larger of both means.
+    /// Returns the larger of both means.
     pub fn mean(&self) -> f64 {
         self.mean_forth.max(self.mean_back)
     }
 
-    /// The larger of both maxima: Hausdorff's distance, as far as sampled.
+    /// Returns the larger of both maxima: Hausdorff's distance, as far as sampled.
     pub fn max(&self) -> f64 {
         self.max_forth.max(self.max_back)
     }
 
-    /// The mean over the samples of both ways.
+    /// Returns the mean over the samples of both directions.
     pub fn mean_of_both(&self) -> f64 {
         (self.mean_forth + self.mean_back) / 2.0
     }
 
-    /// The root of the mean square over the samples of both ways.
+    /// Returns the root mean square over the samples of both directions.
     pub fn rms_of_both(&self) -> f64 {
         ((self.rms_forth.powi(2) + self.rms_back.powi(2)) / 2.0).sqrt()
     }
 
-    /// The mean angle over the samples of both ways, degrees.
+    /// Returns the mean angle over the samples of both directions, degrees.
     pub fn degrees_of_both(&self) -> f64 {
         (self.degrees_forth + self.degrees_back) / 2.0
     }
 }
 
-/// A surface with points drawn on it, to compare others with.
+/// Reference surface with sample points, to compare others with.
 pub struct Reference {
-    surface: Tree,
+    surface: TriangleTree,
     samples: Vec<Sample>,
     diagonal: f64,
     seed: u64,
 }
 
-/// A point drawn on a surface.
+/// Sample point on a surface.
 #[derive(Clone, Copy, Debug)]
 struct Sample {
     point: DVec3,
@@ -87,10 +87,10 @@ impl Reference {
         let diagonal = bounds.map_or(0.0, |b| (b.max - b.min).as_dvec3().length());
         let samples = sample(original, samples, seed).context("the original has no surface")?;
         ensure!(diagonal > 0.0, "the original has no size");
-        Ok(Self { surface: Tree::build(original), samples, diagonal, seed })
+        Ok(Self { surface: TriangleTree::build(original), samples, diagonal, seed })
     }
 
-    /// The diagonal of the box around the original, metres.
+    /// Returns the diagonal of the original's bounding box, metres.
     pub fn diagonal(&self) -> f64 {
         self.diagonal
     }
@@ -98,9 +98,9 @@ impl Reference {
     /// Compares a simplified mesh; `None` if it has no surface left.
     pub fn compare(&self, simplified: &Topology) -> Option<SurfaceError> {
         let samples = sample(simplified, self.samples.len(), self.seed)?;
-        let surface = Tree::build(simplified);
-        let forth = self.one_way(&self.samples, &surface);
-        let back = self.one_way(&samples, &self.surface);
+        let surface = TriangleTree::build(simplified);
+        let forth = self.one_sided_error(&self.samples, &surface);
+        let back = self.one_sided_error(&samples, &self.surface);
         Some(SurfaceError {
             mean_forth: forth.mean,
             rms_forth: forth.rms,
@@ -113,18 +113,18 @@ impl Reference {
         })
     }
 
-    fn one_way(&self, samples: &[Sample], surface: &Tree) -> OneWay {
+    fn one_sided_error(&self, samples: &[Sample], surface: &TriangleTree) -> OneSidedError {
         let tolerance = self.diagonal * TIE;
         let place = |sample: &Sample| surface.nearest(sample.point, sample.normal, tolerance);
         // Collected first: a parallel sum depends on who adds what.
-        let places: Vec<Place> = samples.par_iter().map(place).collect();
+        let places: Vec<ClosestPoint> = samples.par_iter().map(place).collect();
         let count = samples.len().max(1) as f64;
         let distances = || places.iter().map(|place| place.distance / self.diagonal);
-        let angle = |(sample, place): (&Sample, &Place)| {
+        let angle = |(sample, place): (&Sample, &ClosestPoint)| {
             let cosine = sample.normal.dot(place.normal).clamp(-1.0, 1.0);
             cosine.acos().to_degrees()
         };
-        OneWay {
+        OneSidedError {
             mean: distances().sum::<f64>() / count,
             rms: (distances().map(|d| d * d).sum::<f64>() / count).sqrt(),
             max: distances().fold(0.0, f64::max),
@@ -133,16 +133,15 @@ impl Reference {
     }
 }
 
-/// Figures of one direction.
-struct OneWay {
+/// Distances of one direction.
+struct OneSidedError {
     mean: f64,
     rms: f64,
     max: f64,
     degrees: f64,
 }
 
-/// Points drawn by area, one in each of `count` equal shares of it; `None` if
-/// there is no area.
+/// Draws points by area, one in each of `count` equal shares of it; `None` if there is no area.
 fn sample(mesh: &Topology, count: usize, seed: u64) -> Option<Vec<Sample>> {
     let corners = |t: &[u32; 3]| t.map(|v| mesh.positions[v as usize].as_dvec3());
     let mut total = 0.0;
@@ -176,7 +175,7 @@ mod tests {
 
     const SAMPLES: usize = 2000;
 
-    /// A square of side 2 at a height.
+    /// Returns a square of side 2 at a height.
     fn square(height: f32) -> Topology {
         let at = |x: f32, y: f32| Vec3::new(x, y, height);
         Topology {

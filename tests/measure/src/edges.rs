@@ -1,28 +1,28 @@
-//! Edges and triangles that tell how whole a surface is.
+//! Edge and triangle counts that show the defects of a surface.
 
 use serde::Serialize;
 
-use crate::Sets;
+use crate::DisjointSets;
 
-/// Counts of edges.
+/// Counts of border and non-manifold edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct Edges {
-    /// Edges with exactly one triangle.
+pub struct EdgeCounts {
+    /// Number of edges with exactly one triangle.
     pub border: u64,
-    /// Edges with more than two triangles.
+    /// Number of edges with more than two triangles.
     pub non_manifold: u64,
-    /// Connected sets of border edges.
+    /// Number of connected sets of border edges.
     pub border_loops: u64,
 }
 
-impl Edges {
+impl EdgeCounts {
     /// Counts the edges of triangles over so many positions.
-    pub fn of(position_count: usize, triangles: &[[u32; 3]]) -> Self {
+    pub fn count(position_count: usize, triangles: &[[u32; 3]]) -> Self {
         let sides = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
         let mut edges: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
         edges.sort_unstable();
         let mut counts = Self::default();
-        let mut loops = Sets::new(position_count);
+        let mut loops = DisjointSets::new(position_count);
         let mut joins = 0;
         let mut ends = Vec::new();
         for run in edges.chunk_by(|a, b| a == b) {
@@ -40,8 +40,8 @@ impl Edges {
     }
 }
 
-/// Triangles on the same three vertices as another, either way round: all but
-/// one of each such group.
+/// Counts the triangles on the same three vertices as another, either way round: all but one of
+/// each such group.
 pub fn duplicates(triangles: &[[u32; 3]]) -> u64 {
     let ordered = |triangle: &[u32; 3]| {
         let mut triangle = *triangle;
@@ -59,11 +59,11 @@ mod tests {
 
     #[test]
     fn a_fan_on_one_edge_is_not_manifold() {
-        let edges = Edges::of(5, &[[0, 1, 2], [1, 0, 3], [0, 1, 4]]);
-        assert_eq!(edges, Edges { border: 6, non_manifold: 1, border_loops: 1 });
+        let edges = EdgeCounts::count(5, &[[0, 1, 2], [1, 0, 3], [0, 1, 4]]);
+        assert_eq!(edges, EdgeCounts { border: 6, non_manifold: 1, border_loops: 1 });
         let tetrahedron = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
-        assert_eq!(Edges::of(4, &tetrahedron), Edges::default());
-        assert_eq!(Edges::of(6, &[[0, 1, 2], [3, 4, 5]]).border_loops, 2);
+        assert_eq!(EdgeCounts::count(4, &tetrahedron), EdgeCounts::default());
+        assert_eq!(EdgeCounts::count(6, &[[0, 1, 2], [3, 4, 5]]).border_loops, 2);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Pictures of a mesh from all around, and how far others are from them.
+//! Picture comparison of meshes from all around.
 
 use anyhow::{Context, Result};
 use busbar_geometry::{Bounds, Topology};
@@ -6,12 +6,12 @@ use glam::Vec3;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::raster::{Shot, View, draw};
+use crate::raster::{ShadedView, View, draw};
 use crate::shading::{CREASE_DEGREES, creased_normals};
 use crate::similarity::ssim;
 
-/// Towards the eye: the corners of a cube, a little turned, so that no view
-/// looks along what is built square.
+/// Directions towards the eye: the corners of a cube, a little turned, so that no view looks along
+/// square edges.
 const VIEWS: [Vec3; 8] = [
     Vec3::new(1.0, 0.7, 0.8),
     Vec3::new(0.8, 0.6, -1.0),
@@ -22,28 +22,27 @@ const VIEWS: [Vec3; 8] = [
     Vec3::new(-1.0, -0.5, -0.8),
     Vec3::new(-0.6, -0.8, 1.0),
 ];
-/// Pixels of a picture.
+/// Size of a picture, pixels.
 const SIZE: [u32; 2] = [512, 512];
 
-/// An original's pictures.
+/// Pictures of an original mesh.
 pub struct Gallery {
     views: Vec<View>,
-    shots: Vec<Shot>,
+    shots: Vec<ShadedView>,
 }
 
-/// How far a level's pictures are from the original's, over all views.
+/// Difference of a level's pictures from the original's, over all views.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PictureError {
     /// Mean structural similarity, 1 for equal pictures.
     pub ssim: f64,
-    /// Pixels that only one of both covers, as a share of those that the
-    /// original covers.
+    /// Number of pixels that only one of both covers, as a share of those that the original covers.
     pub silhouette: f64,
 }
 
 impl Gallery {
-    /// Takes an original's pictures. Normals come from its faces, as those of
-    /// levels do: what a simplifier keeps beside the surface is not judged here.
+    /// Renders an original's pictures. Normals come from its faces, as those of levels do, so that
+    /// only the surface is judged here.
     ///
     /// # Errors
     /// When the mesh has no points.
@@ -77,7 +76,7 @@ impl Gallery {
     }
 }
 
-fn shots(mesh: &Topology, views: &[View]) -> Vec<Shot> {
+fn shots(mesh: &Topology, views: &[View]) -> Vec<ShadedView> {
     let normals = creased_normals(mesh, CREASE_DEGREES);
     views.par_iter().map(|view| draw(mesh, &normals, view, SIZE)).collect()
 }
@@ -86,7 +85,7 @@ fn shots(mesh: &Topology, views: &[View]) -> Vec<Shot> {
 mod tests {
     use super::*;
 
-    /// A box without its lid.
+    /// Returns a box without its lid.
     fn tray(width: f32) -> Topology {
         let corner =
             |i: u32| Vec3::new((i & 1) as f32 * width, (i >> 1 & 1) as f32, (i >> 2 & 1) as f32);

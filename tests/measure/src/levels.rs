@@ -3,12 +3,12 @@
 
 use busbar_geometry::{CollapseSequence, Topology};
 
-/// A count may miss the wanted one by this share of it.
+/// Greatest miss of the wanted count, as a share of it.
 const NEAR: f64 = 0.002;
-/// A guess stays this share of the bracket away from its ends.
+/// Least distance of a guess from the ends of its bracket, as a share of it.
 const INWARD: f64 = 0.03;
 
-/// The triangles that live after `cursor` collapses, over the mesh's positions.
+/// Returns the live triangles after `cursor` collapses, over the mesh's positions.
 pub fn level(mesh: &Topology, sequence: &CollapseSequence, cursor: u32) -> Vec<[u32; 3]> {
     let mut stands_for: Vec<u32> = (0..mesh.positions.len() as u32).collect();
     for entry in sequence.entries()[..cursor as usize].iter().rev() {
@@ -18,7 +18,7 @@ pub fn level(mesh: &Topology, sequence: &CollapseSequence, cursor: u32) -> Vec<[
     moved.filter(|[a, b, c]| a != b && b != c && c != a).collect()
 }
 
-/// Vertices that triangles use.
+/// Counts the vertices that triangles use.
 pub fn vertices_in_use(triangles: &[[u32; 3]]) -> usize {
     let most = triangles.as_flattened().iter().max().map_or(0, |&most| most as usize + 1);
     let mut used = vec![false; most];
@@ -26,7 +26,7 @@ pub fn vertices_in_use(triangles: &[[u32; 3]]) -> usize {
     used.iter().filter(|&&used| used).count()
 }
 
-/// The same triangles over the positions that they use, and no others.
+/// Returns the same triangles over the positions that they use, and no others.
 pub fn used_alone(mesh: &Topology, triangles: &[[u32; 3]]) -> Topology {
     const UNUSED: u32 = u32::MAX;
     let mut new_of_old = vec![UNUSED; mesh.positions.len()];
@@ -43,13 +43,12 @@ pub fn used_alone(mesh: &Topology, triangles: &[[u32; 3]]) -> Topology {
     Topology { positions, triangles }
 }
 
-/// The number of triangles to ask a simplifier for so that it leaves about
-/// `wanted` vertices, by at most `max_calls` calls, the first for `first`
-/// triangles if that lies between none and all. `full` is the mesh's number of
-/// triangles and of vertices; `vertices` calls the simplifier.
+/// Searches for the number of triangles at which a simplifier leaves about `wanted` vertices, by at
+/// most `max_calls` calls. The first call is for `first` triangles if that lies between none and
+/// all. `full` is the mesh's number of triangles and of vertices; `vertices` calls the simplifier.
 ///
 /// # Errors
-/// The simplifier's.
+/// Those of the simplifier.
 pub fn search<E>(
     full: [usize; 2],
     first: Option<usize>,

@@ -1,4 +1,4 @@
-//! meshoptimizer's simplifiers, called alike.
+//! Simplifiers of meshoptimizer behind one interface.
 
 use anyhow::{Result, ensure};
 use busbar_geometry::Topology;
@@ -6,15 +6,14 @@ use meshopt::{SimplifyOptions, VertexDataAdapter};
 
 use crate::levels::{search, vertices_in_use};
 
-/// More than any error, so that the target alone ends a call.
+/// Error bound above any error, so that the target alone ends a call.
 const ANY_ERROR: f32 = f32::MAX;
-/// What a normal that turns by one radian counts, as meshoptimizer's own
-/// demonstration has it.
+/// Weight of a normal that turns by one radian, as in meshoptimizer's own demonstration.
 const NORMAL_WEIGHT: f32 = 0.5;
-/// Calls until the number of vertices is met as well as it can be.
+/// Greatest number of calls in the search for a number of vertices.
 const MAX_CALLS: usize = 8;
 
-/// A mesh as meshoptimizer sees it.
+/// Mesh in the form of meshoptimizer's input.
 pub struct Input<'a> {
     triangles: &'a [[u32; 3]],
     vertices: VertexDataAdapter<'a>,
@@ -22,19 +21,19 @@ pub struct Input<'a> {
     normals: &'a [f32],
 }
 
-/// Which of its simplifiers.
+/// Simplification function of meshoptimizer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// `simplify`: positions alone.
+pub enum Simplifier {
+    /// Function `simplify`: positions alone.
     Plain,
-    /// `simplify_with_attributes`: normals too.
+    /// Function `simplify_with_attributes`: normals too.
     WithNormals,
-    /// `simplify_sloppy`: any topology.
+    /// Function `simplify_sloppy`: any topology.
     Sloppy,
 }
 
 impl<'a> Input<'a> {
-    /// Welded positions without attributes.
+    /// Takes welded positions without attributes.
     ///
     /// # Errors
     /// When there is none.
@@ -42,7 +41,7 @@ impl<'a> Input<'a> {
         Ok(Self { triangles: &mesh.triangles, vertices: adapter(&mesh.positions)?, normals: &[] })
     }
 
-    /// Vertices with normals, as many as positions.
+    /// Takes vertices with normals, as many as positions.
     ///
     /// # Errors
     /// When there is none, or the numbers differ.
@@ -60,17 +59,21 @@ impl<'a> Input<'a> {
         Ok(Self { triangles, vertices: adapter(positions)?, normals })
     }
 
-    /// One call, for a number of triangles.
+    /// Simplifies the mesh to a number of triangles by one call.
     ///
     /// # Errors
     /// When normals are to be kept and there are none.
-    pub fn simplify(&self, kind: Kind, triangles: usize) -> Result<Vec<[u32; 3]>> {
+    pub fn simplify(&self, kind: Simplifier, triangles: usize) -> Result<Vec<[u32; 3]>> {
         let (indices, wanted) = (self.triangles.as_flattened(), triangles * 3);
         let (vertices, options) = (&self.vertices, SimplifyOptions::None);
         let left = match kind {
-            Kind::Plain => meshopt::simplify(indices, vertices, wanted, ANY_ERROR, options, None),
-            Kind::Sloppy => meshopt::simplify_sloppy(indices, vertices, wanted, ANY_ERROR, None),
-            Kind::WithNormals => {
+            Simplifier::Plain => {
+                meshopt::simplify(indices, vertices, wanted, ANY_ERROR, options, None)
+            }
+            Simplifier::Sloppy => {
+                meshopt::simplify_sloppy(indices, vertices, wanted, ANY_ERROR, None)
+            }
+            Simplifier::WithNormals => {
                 ensure!(!self.normals.is_empty(), "the mesh has no normals: give each vertex one");
                 meshopt::simplify_with_attributes_and_locks(
                     indices,
@@ -89,12 +92,12 @@ impl<'a> Input<'a> {
         Ok(left.as_chunks().0.to_vec())
     }
 
-    /// The level whose number of vertices in use is nearest to a wanted one, as
-    /// far as some calls find it.
+    /// Searches for the level whose number of vertices in use is nearest to `wanted`, within a
+    /// limited number of calls.
     ///
     /// # Errors
     /// As [`Input::simplify`].
-    pub fn at_vertices(&self, kind: Kind, wanted: usize) -> Result<Vec<[u32; 3]>> {
+    pub fn at_vertices(&self, kind: Simplifier, wanted: usize) -> Result<Vec<[u32; 3]>> {
         let full = [self.triangles.len(), vertices_in_use(self.triangles)];
         let target = search(full, None, wanted, MAX_CALLS, |triangles| {
             anyhow::Ok(vertices_in_use(&self.simplify(kind, triangles)?))
@@ -115,7 +118,7 @@ mod tests {
 
     use super::*;
 
-    /// A bumpy grid of n by n squares.
+    /// Returns a bumpy grid of n by n squares.
     fn grid(n: u32) -> Topology {
         let at = |i: u32| {
             let (x, y) = ((i % (n + 1)) as f32, (i / (n + 1)) as f32);
@@ -136,14 +139,14 @@ mod tests {
         let mesh = grid(40);
         let normals = [0.0, 0.0, 1.0].repeat(mesh.positions.len());
         let input = Input::with_normals(&mesh.triangles, &mesh.positions, &normals).unwrap();
-        for kind in [Kind::Plain, Kind::WithNormals] {
+        for kind in [Simplifier::Plain, Simplifier::WithNormals] {
             for wanted in [840, 168] {
                 let found = vertices_in_use(&input.at_vertices(kind, wanted).unwrap());
                 assert!(found.abs_diff(wanted) <= wanted / 20, "{found} for {wanted}");
             }
         }
-        assert!(Input::new(&mesh).unwrap().simplify(Kind::WithNormals, 100).is_err());
-        let sloppy = input.simplify(Kind::Sloppy, 500).unwrap();
+        assert!(Input::new(&mesh).unwrap().simplify(Simplifier::WithNormals, 100).is_err());
+        let sloppy = input.simplify(Simplifier::Sloppy, 500).unwrap();
         assert!(!sloppy.is_empty() && sloppy.len() <= 500, "{}", sloppy.len());
     }
 }

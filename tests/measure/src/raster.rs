@@ -1,17 +1,17 @@
-//! A small rasteriser with a depth buffer: parallel projection, one light.
+//! Small software rasteriser with a depth buffer: parallel projection, one light.
 
 use busbar_geometry::{Bounds, Topology};
 use glam::{Vec2, Vec3, vec2};
 use image::{GrayImage, Luma};
 
-/// Grey where nothing is.
+/// Grey shade of the background.
 const BACKGROUND: u8 = 222;
-/// Least and greatest grey of a surface.
+/// Range of grey shades of a surface.
 const SHADES: [f32; 2] = [30.0, 200.0];
-/// Towards the light, in the camera's axes.
+/// Direction towards the light, in the camera's axes.
 const LIGHT: Vec3 = Vec3::new(-0.35, 0.5, 0.79);
 
-/// A camera far off.
+/// Parallel view with its clipping box.
 #[derive(Clone, Copy, Debug)]
 pub struct View {
     right: Vec3,
@@ -21,22 +21,22 @@ pub struct View {
     center: Vec3,
     /// Half of the picture's height, metres.
     half_height: f32,
-    /// What lies outside of this box is left out.
+    /// Clipping box: points outside are not drawn.
     part: Bounds,
 }
 
-/// A picture, and which of its pixels show the mesh.
+/// Rendered picture with its coverage.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Shot {
-    /// Shades.
+pub struct ShadedView {
+    /// Grey shade of each pixel.
     pub shades: GrayImage,
-    /// Row by row: whether the mesh is there.
+    /// Coverage of each pixel by the mesh, row by row.
     pub covered: Vec<bool>,
 }
 
 impl View {
-    /// A view of what lies in a box, and of nothing else, from a direction towards the eye that
-    /// is not straight up or down; `aspect` is width over height.
+    /// Creates a view that frames a box alone, from a direction towards the eye that is not
+    /// straight up or down; `aspect` is width over height.
     pub fn of_box(bounds: Bounds, towards_eye: Vec3, aspect: f32) -> Self {
         const MARGIN: f32 = 1.04;
         // Vertices that a simplifier moves may leave the box by a little.
@@ -66,7 +66,7 @@ pub fn draw(
     normals: &[[Vec3; 3]],
     view: &View,
     [width, height]: [u32; 2],
-) -> Shot {
+) -> ShadedView {
     let scale = height as f32 / (2.0 * view.half_height);
     let middle = vec2(width as f32, height as f32) * 0.5;
     let seen = |&p: &Vec3| {
@@ -93,16 +93,16 @@ pub fn draw(
     }
     let covered = canvas.depths.iter().map(|depth| depth.is_finite()).collect();
     let shade = |x: u32, y: u32| Luma([canvas.shades[(y * width + x) as usize]]);
-    Shot { shades: GrayImage::from_fn(width, height, shade), covered }
+    ShadedView { shades: GrayImage::from_fn(width, height, shade), covered }
 }
 
 struct Canvas<'a> {
     size: [usize; 2],
-    /// Nearness to the eye of what each pixel shows.
+    /// Depth buffer: nearness to the eye of each pixel's surface.
     depths: Vec<f32>,
     shades: Vec<u8>,
     middle: Vec2,
-    /// Pixels a metre.
+    /// Pixels for each metre.
     scale: f32,
     view: &'a View,
 }
@@ -139,7 +139,7 @@ impl Canvas<'_> {
         }
     }
 
-    /// Whether what a point of the picture shows lies in the part.
+    /// Reports whether the point that a pixel shows lies in the clipping box.
     fn is_in_part(&self, p: Vec2, depth: f32) -> bool {
         let View { right, up, back, center, part, .. } = *self.view;
         let offset = (p - self.middle) / self.scale;
@@ -149,7 +149,7 @@ impl Canvas<'_> {
     }
 }
 
-/// A point as a mean of three, by areas.
+/// Returns the barycentric weights of a point, by areas.
 fn weights(p: Vec2, [a, b, c]: [Vec2; 3], area: f32) -> [f32; 3] {
     let along = (p - a).perp_dot(c - a) / area;
     let across = (b - a).perp_dot(p - a) / area;
@@ -168,7 +168,7 @@ mod tests {
         }
     }
 
-    fn shot(mesh: &Topology) -> Shot {
+    fn shot(mesh: &Topology) -> ShadedView {
         let bounds = Bounds { min: Vec3::new(0.0, 0.0, -1.0), max: Vec3::new(8.0, 8.0, 1.0) };
         let view = View { half_height: 4.0, ..View::of_box(bounds, Vec3::Z, 1.0) };
         let normals = vec![[Vec3::Z; 3]; mesh.triangles.len()];

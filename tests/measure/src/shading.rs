@@ -1,14 +1,14 @@
-//! Normals from points and triangles alone.
+//! Vertex normals from points and triangles alone.
 
 use busbar_geometry::Topology;
 use glam::Vec3;
 
-/// Faces that meet at less are shaded smoothly in pictures, in those of originals
-/// and of levels alike.
+/// Greatest angle between faces that are shaded smoothly in pictures, in those of originals and of
+/// levels alike, degrees.
 pub const CREASE_DEGREES: f32 = 40.0;
 
-/// The normal of each triangle's corners: that of the faces around the vertex,
-/// weighted by area, that differ from the triangle by less than an angle.
+/// Computes the normal of each triangle's corners: the area-weighted sum of the faces around the
+/// vertex that differ from the triangle by less than an angle.
 pub fn creased_normals(mesh: &Topology, crease_degrees: f32) -> Vec<[Vec3; 3]> {
     let area_vector = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
@@ -16,7 +16,7 @@ pub fn creased_normals(mesh: &Topology, crease_degrees: f32) -> Vec<[Vec3; 3]> {
     };
     let faces: Vec<Vec3> = mesh.triangles.iter().map(area_vector).collect();
     let units: Vec<Vec3> = faces.iter().map(|face| face.normalize_or_zero()).collect();
-    let around = Around::of(mesh);
+    let around = VertexFaces::new(mesh);
     let least = crease_degrees.to_radians().cos();
     let normal = |(face, corners): (usize, &[u32; 3])| {
         corners.map(|vertex| {
@@ -29,14 +29,14 @@ pub fn creased_normals(mesh: &Topology, crease_degrees: f32) -> Vec<[Vec3; 3]> {
     mesh.triangles.iter().enumerate().map(normal).collect()
 }
 
-/// The triangles around each vertex.
-struct Around {
+/// Triangles around each vertex.
+struct VertexFaces {
     starts: Vec<u32>,
     faces: Vec<u32>,
 }
 
-impl Around {
-    fn of(mesh: &Topology) -> Self {
+impl VertexFaces {
+    fn new(mesh: &Topology) -> Self {
         let mut starts = vec![0_u32; mesh.positions.len() + 1];
         for &corner in mesh.triangles.as_flattened() {
             starts[corner as usize + 1] += 1;

@@ -1,11 +1,11 @@
-//! How alike two pictures are.
+//! Structural similarity (SSIM) of two pictures.
 
 use anyhow::Result;
 use image::GrayImage;
 use image_compare::Algorithm;
 
-/// Mean structural similarity of two pictures of equal size (Wang et al.
-/// 2004), 1 for equal ones.
+/// Computes the mean structural similarity of two pictures of equal size (Wang et al. 2004), 1 for
+/// equal ones.
 ///
 /// # Errors
 /// When their sizes differ.

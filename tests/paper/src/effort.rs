@@ -1,26 +1,26 @@
-//! How much is measured.
+//! Measurement effort: numbers of frames, moves and pixels.
 
-/// Amounts of one run.
+/// Amounts measured in one run.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
-    /// Whether it is the short run.
+    /// Flag of the short run.
     pub quick: bool,
-    /// Frames of the camera path a theta, size and number of samples.
+    /// Number of frames of the camera path for each theta, size and number of samples.
     pub path_frames: usize,
-    /// Samples a pixel for which frames are timed.
+    /// Numbers of samples a pixel for which frames are timed.
     pub samples: &'static [u32],
-    /// Changes of theta timed.
+    /// Number of timed changes of theta.
     pub theta_changes: usize,
-    /// Moves of the lossless walk.
+    /// Number of moves of the lossless walk.
     pub moves: usize,
-    /// Pixels picked.
+    /// Number of picked pixels.
     pub pixels: usize,
-    /// Points drawn on each surface that is compared.
+    /// Number of points drawn on each surface that is compared.
     pub surface_samples: usize,
 }
 
 impl Effort {
-    /// What the report is meant to rest on.
+    /// Effort of the full report.
     pub const FULL: Self = Self {
         quick: false,
         path_frames: 60,
@@ -31,7 +31,7 @@ impl Effort {
         surface_samples: 20_000,
     };
 
-    /// All of the report, resting on less.
+    /// Effort of the whole report with fewer measurements.
     pub const QUICK: Self = Self {
         quick: true,
         path_frames: 10,

@@ -10,20 +10,20 @@ use crate::progress::Progress;
 use crate::scene::path_camera;
 use crate::series::Series;
 
-/// Frames after a change of theta until every cursor must stand still.
+/// Greatest number of frames after a change of theta until every cursor must stand still.
 const MAX_SETTLING_FRAMES: usize = 240;
 
-/// Steps of the path that are drawn at one theta before the next.
+/// Number of steps of the path that are drawn at one theta before the next.
 const STEPS_PER_BLOCK: usize = 5;
 
 /// Frame times of one size and number of samples.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FrameTimes {
-    /// Pixels.
+    /// Width and height of the picture, pixels.
     pub size: [u32; 2],
-    /// Samples a pixel.
+    /// Number of samples a pixel.
     pub samples: u32,
-    /// One a theta, in order.
+    /// Rows in order, one a theta.
     pub rows: Vec<FrameRow>,
 }
 
@@ -32,27 +32,27 @@ pub struct FrameTimes {
 pub struct FrameRow {
     /// Proportion of simplified vertices.
     pub theta: f64,
-    /// Triangles drawn.
+    /// Number of drawn triangles.
     pub triangles: u64,
     /// Times of whole frames, from their beginning to the end of drawing.
     pub frame: Series,
 }
 
-/// A line through frame times over triangles.
+/// Linear fit of frame times over triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LinearFit {
-    /// Milliseconds a frame that no triangle explains.
+    /// Constant part of a frame, milliseconds.
     pub fixed_ms: f64,
-    /// Milliseconds a million triangles.
+    /// Milliseconds for each million triangles.
     pub ms_per_million: f64,
 }
 
 impl FrameTimes {
-    /// Draws the path a few steps at a time at each theta in turn, so that
-    /// whatever else the machine does meets all thetas alike.
+    /// Draws the path a few steps at a time at each theta in turn, so that other load of the
+    /// machine affects all thetas alike.
     ///
     /// # Errors
-    /// The device's.
+    /// Those of the device.
     pub fn measure(
         viewer: &mut Viewer,
         (size, samples): ([u32; 2], u32),
@@ -81,7 +81,7 @@ impl FrameTimes {
         let row = |((&theta, triangles), millis)| FrameRow {
             theta,
             triangles,
-            frame: Series::of(millis),
+            frame: Series::from_millis(millis),
         };
         Ok(Self {
             size,
@@ -90,17 +90,17 @@ impl FrameTimes {
         })
     }
 
-    /// The row of a theta.
+    /// Returns the row of a theta.
     pub fn at(&self, theta: f64) -> Option<&FrameRow> {
         self.rows.iter().find(|row| row.theta == theta)
     }
 
-    /// Frames per second over those at theta 0.
+    /// Returns the frame rate divided by that at theta 0.
     pub fn fps_ratio(&self, theta: f64) -> Option<f64> {
         Some(self.at(theta)?.frame.fps() / self.at(0.0)?.frame.fps())
     }
 
-    /// Least squares over the rows: time = fixed + triangles times slope.
+    /// Fits a line to the rows by least squares: time = fixed + triangles times slope.
     pub fn fit(&self) -> LinearFit {
         let n = self.rows.len() as f64;
         let millions = |row: &FrameRow| row.triangles as f64 / 1e6;
@@ -117,8 +117,8 @@ impl FrameTimes {
     }
 }
 
-/// The share of a frame that its pixels cost, from the same frame at a smaller
-/// size: triangles are the same, so what differs is pixels.
+/// Estimates the share of a frame that its pixels cost, from the same frame at a smaller size:
+/// triangles are the same, so the difference is due to pixels.
 pub fn pixel_share(large: &FrameTimes, small: &FrameTimes, theta: f64) -> Option<f64> {
     let pixels = |times: &FrameTimes| f64::from(times.size[0]) * f64::from(times.size[1]);
     let (many, few) = (large.at(theta)?.frame.p50_ms, small.at(theta)?.frame.p50_ms);
@@ -126,8 +126,7 @@ pub fn pixel_share(large: &FrameTimes, small: &FrameTimes, theta: f64) -> Option
     Some((per_pixel * pixels(large) / many).clamp(0.0, 1.0))
 }
 
-/// Moves to a theta and draws until nothing moves any more; returns the
-/// triangles drawn then.
+/// Moves to a theta and draws until every cursor stands still; returns the triangles drawn then.
 pub(crate) fn settle(viewer: &mut Viewer, theta: f64) -> Result<u64> {
     viewer.set_theta(theta);
     let mut last = None;

@@ -1,4 +1,4 @@
-//! How far one picture is from another.
+//! Similarity of two pictures: SSIM and PSNR.
 
 use anyhow::{Context, Result, ensure};
 use busbar_viewer::Picture;
@@ -21,11 +21,11 @@ pub struct ImageDifference {
 }
 
 impl ImageDifference {
-    /// Compares two pictures.
+    /// Compares two pictures of one size.
     ///
     /// # Errors
     /// When their sizes differ.
-    pub fn between(first: &Picture, second: &Picture) -> Result<Self> {
+    pub fn measure(first: &Picture, second: &Picture) -> Result<Self> {
         let sizes = [first, second].map(|p| (p.width, p.height));
         ensure!(sizes[0] == sizes[1], "pictures of {:?} and {:?} pixels", sizes[0], sizes[1]);
         let (a, b) = (luma(first)?, luma(second)?);
@@ -33,8 +33,8 @@ impl ImageDifference {
     }
 }
 
-/// Peak signal-to-noise ratio of two RGBA byte strings of equal length; alpha
-/// is left out. `None` when they are equal.
+/// Computes the peak signal-to-noise ratio of two RGBA byte strings of equal length; alpha is
+/// ignored. `None` when they are equal.
 fn psnr(a: &[u8], b: &[u8]) -> Option<f64> {
     let colors = |bytes: &'_ [u8]| -> Vec<u8> {
         bytes.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect()
@@ -61,7 +61,7 @@ mod tests {
 
     #[test]
     fn equal_pictures_do_not_differ() {
-        let same = ImageDifference::between(&flat(90), &flat(90)).unwrap();
+        let same = ImageDifference::measure(&flat(90), &flat(90)).unwrap();
         assert_eq!(same.psnr_db, None);
         assert!((same.ssim - 1.0).abs() < 1e-6);
     }
@@ -69,12 +69,12 @@ mod tests {
     #[test]
     fn psnr_is_that_of_a_known_error() {
         // An error of 16 everywhere: 10 log10(255^2 / 16^2).
-        let known = ImageDifference::between(&flat(90), &flat(106)).unwrap();
+        let known = ImageDifference::measure(&flat(90), &flat(106)).unwrap();
         assert!((known.psnr_db.unwrap() - 24.048).abs() < 1e-3, "{known:?}");
         // One channel of one pixel in 256 off by 255: mean square 255^2 / 768.
         let mut dot = flat(0);
         dot.rgba8[1] = 255;
-        let known = ImageDifference::between(&flat(0), &dot).unwrap();
+        let known = ImageDifference::measure(&flat(0), &dot).unwrap();
         assert!((known.psnr_db.unwrap() - 10.0 * 768_f64.log10()).abs() < 1e-9);
         assert!(known.ssim < 1.0);
     }
@@ -83,6 +83,6 @@ mod tests {
     fn pictures_of_different_sizes_are_refused() {
         let mut small = flat(0);
         (small.height, small.rgba8) = (8, [0; 4].repeat(128));
-        assert!(ImageDifference::between(&flat(0), &small).is_err());
+        assert!(ImageDifference::measure(&flat(0), &small).is_err());
     }
 }

@@ -1,5 +1,5 @@
-//! The lossless proof: random moves of the cursor, and the bytes at places
-//! that are visited again and again.
+//! Lossless proof: random moves of the cursor, and hashes at cursors that are visited again and
+//! again.
 
 use std::collections::BTreeSet;
 
@@ -11,46 +11,46 @@ use twox_hash::XxHash3_128;
 
 use crate::progress::Progress;
 
-/// One move in this many goes to a place whose bytes are known.
+/// Interval of moves to a cursor whose bytes are known.
 const MOVES_PER_VISIT: usize = 10;
 
 /// Thetas whose bytes are compared at each visit.
 const FIXED_THETAS: [f64; 5] = [0.0, 0.5, 0.7, 0.85, 0.95];
 
-/// What random moves came to.
+/// Results of the random moves.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LosslessWalk {
-    /// Moves made, visits included.
+    /// Number of moves, visits included.
     pub moves: usize,
     /// XXH3-128 of the index bytes at theta 0 before the first move.
     pub before: String,
-    /// The same after the last one.
+    /// Hash of the same bytes after the last move.
     pub after: String,
-    /// Places visited on the way.
+    /// Places visited during the walk.
     pub visits: Vec<FixedPlace>,
-    /// Live triangles looked at, each of which still belongs to the equipment
-    /// that it was imported with.
+    /// Number of checked live triangles, each of which still belongs to the equipment that it was
+    /// imported with.
     pub triangles_checked: u64,
-    /// Pieces of equipment that the triangles belong to.
+    /// Number of pieces of equipment that the triangles belong to.
     pub equipment: usize,
 }
 
-/// A cursor that the walk came back to.
+/// Cursor to which the walk returns.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FixedPlace {
     /// Proportion of simplified vertices.
     pub theta: f64,
-    /// Collapses done there.
+    /// Position of the cursor: number of collapses done.
     pub cursor: u32,
     /// XXH3-128 of the index bytes before the walk.
     pub hash: String,
-    /// Visits during the walk.
+    /// Number of visits during the walk.
     pub visits: usize,
-    /// Of these, visits that found other bytes.
+    /// Number of those visits that found other bytes.
     pub differing: usize,
 }
 
-/// A place of the walk.
+/// Move of the walk.
 #[derive(Clone, Copy)]
 struct Move {
     cursor: u32,
@@ -58,10 +58,10 @@ struct Move {
     place: Option<usize>,
 }
 
-/// What one move found.
-struct Found {
+/// Result of one move.
+struct MoveResult {
     triangles: u64,
-    /// A visited place, and whether its bytes were others.
+    /// Index of the visited place, and whether its bytes differed.
     visit: Option<(usize, bool)>,
 }
 
@@ -85,18 +85,18 @@ impl LosslessWalk {
             triangles_checked: 0,
             equipment: 0,
         };
-        let identity = Identity::of(stacks.mesh());
+        let identity = EquipmentMap::new(stacks.mesh());
         walk.equipment = identity.of_triangle.iter().flatten().collect::<BTreeSet<_>>().len();
         let make = |&Move { cursor, place }: &Move| {
             let resolved = stacks.resolve(cursor);
             let triangles = identity.check(stacks, &resolved, cursor)?;
             let differs = |place: usize| hash(&resolved) != walk.visits[place].hash;
             progress.step();
-            Ok(Found { triangles, visit: place.map(|place| (place, differs(place))) })
+            Ok(MoveResult { triangles, visit: place.map(|place| (place, differs(place))) })
         };
         let route = route(stacks, &walk.visits, moves);
-        let found: Vec<Found> = route.par_iter().map(make).collect::<Result<_>>()?;
-        for Found { triangles, visit } in found {
+        let found: Vec<MoveResult> = route.par_iter().map(make).collect::<Result<_>>()?;
+        for MoveResult { triangles, visit } in found {
             walk.triangles_checked += triangles;
             if let Some((place, differs)) = visit {
                 walk.visits[place].visits += 1;
@@ -107,13 +107,13 @@ impl LosslessWalk {
         Ok(walk)
     }
 
-    /// Whether every visit and the return found the same bytes.
+    /// Reports whether every visit and the return found the same bytes.
     pub fn is_lossless(&self) -> bool {
         self.before == self.after && self.visits.iter().all(|place| place.differing == 0)
     }
 }
 
-/// Random cursors, and now and then a known place.
+/// Draws a route of random cursors, with a known place now and then.
 fn route(stacks: &CollapseStacks, places: &[FixedPlace], moves: usize) -> Vec<Move> {
     let mut random = fastrand::Rng::with_seed(1015);
     let mut next = |step: usize| match step % MOVES_PER_VISIT {
@@ -126,14 +126,14 @@ fn route(stacks: &CollapseStacks, places: &[FixedPlace], moves: usize) -> Vec<Mo
     (0..moves).map(&mut next).collect()
 }
 
-/// The feature of each wedge and of each triangle, as imported.
-struct Identity {
+/// Features of each wedge and of each triangle, as imported.
+struct EquipmentMap {
     of_wedge: Vec<Option<u32>>,
     of_triangle: Vec<Option<u32>>,
 }
 
-impl Identity {
-    fn of(mesh: &Mesh) -> Self {
+impl EquipmentMap {
+    fn new(mesh: &Mesh) -> Self {
         let wedges = 0..mesh.wedges.len() as u32;
         Self {
             of_wedge: wedges.map(|wedge| mesh.feature([wedge; 3])).collect(),
@@ -141,8 +141,8 @@ impl Identity {
         }
     }
 
-    /// All corners of every live triangle belong to the feature that the
-    /// triangle was imported with; returns how many triangles there are.
+    /// Checks that all corners of every live triangle belong to the feature that the triangle was
+    /// imported with; returns the number of triangles.
     fn check(
         &self,
         stacks: &CollapseStacks,

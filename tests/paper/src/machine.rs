@@ -1,11 +1,11 @@
-//! What the run ran on.
+//! Machine of the run: processor and graphics device.
 
 use std::fs;
 use std::thread;
 
 use serde::Serialize;
 
-/// Facts of the machine.
+/// Processor and graphics device of the machine.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Machine {
     /// Model of the processor, or "unknown".
@@ -17,8 +17,8 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// This machine with that graphics device.
-    pub fn here(device: &str) -> Self {
+    /// Describes this machine with the given graphics device.
+    pub fn detect(device: &str) -> Self {
         let facts = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
         Self {
             processor: processor(&facts).unwrap_or("unknown").to_owned(),
@@ -42,6 +42,6 @@ mod tests {
         let facts = "processor\t: 0\nmodel name\t: Some CPU @ 2.1GHz\nflags: a b";
         assert_eq!(processor(facts), Some("Some CPU @ 2.1GHz"));
         assert_eq!(processor(""), None);
-        assert!(Machine::here("device").threads > 0);
+        assert!(Machine::detect("device").threads > 0);
     }
 }

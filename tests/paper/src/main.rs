@@ -8,7 +8,7 @@ use anyhow::{Context, Result};
 use clap::Parser;
 use paper::{Effort, Progress, measure, write_report};
 
-/// Reproduces the paper's Table I and Figures 5 to 8.
+/// Reproduction of the paper's Table I and Figures 5 to 8.
 #[derive(Parser)]
 struct Arguments {
     /// Folder to write to; made if it does not exist.

@@ -1,4 +1,4 @@
-//! Meshes to collapse stacks, through the plugin as a viewer loads it.
+//! Optimisation of meshes to collapse stacks, through the plugin as a viewer loads it.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -9,10 +9,10 @@ use busbar_geometry::{CollapseStacks, Mesh, RawPrimitive, weld};
 use busbar_plugin_host::{Catalog, MeshOptimizer};
 use serde_json::Value;
 
-/// The optimiser that implements the paper.
+/// Plugin that implements the paper.
 const PLUGIN: &str = "weighted_collapse";
 
-/// The paper's optimiser.
+/// Optimiser plugin with the paper's method.
 pub struct Optimiser {
     plugin: MeshOptimizer,
 }
@@ -21,7 +21,7 @@ impl Optimiser {
     /// Loads the plugin from a folder, with its own settings.
     ///
     /// # Errors
-    /// When it is not there or does not load.
+    /// When it is missing or does not load.
     pub fn load(folder: &Path) -> Result<Self> {
         let folders: [PathBuf; 1] = [std::path::absolute(folder)?];
         let plugin = Catalog::discover(&folders)
@@ -33,18 +33,18 @@ impl Optimiser {
         Ok(Self { plugin })
     }
 
-    /// The stacks of a mesh.
+    /// Builds the collapse stacks of a mesh.
     ///
     /// # Errors
-    /// The plugin's.
+    /// Those of the plugin.
     pub fn stacks(&self, mesh: Mesh) -> Result<Arc<CollapseStacks>> {
         let optimised = self.plugin.optimize(&mesh, |_| true)?;
         Ok(Arc::new(CollapseStacks::build(mesh, &optimised.sequence)))
     }
 }
 
-/// Milliseconds that welding takes, which an import does among other things:
-/// the same mesh, split into vertex arrays again and welded.
+/// Measures the milliseconds of welding, which an import does among other things: the same mesh,
+/// split into vertex arrays, is welded again.
 ///
 /// # Errors
 /// When the mesh cannot be welded.
@@ -57,7 +57,7 @@ pub fn weld_millis(mesh: &Mesh) -> Result<f64> {
     Ok(millis)
 }
 
-/// One primitive a section, as a file holds them.
+/// Splits a mesh into one primitive a section, as a file holds them.
 pub(crate) fn vertex_arrays(mesh: &Mesh) -> Vec<RawPrimitive> {
     let wedges = &mesh.wedges;
     let mut place = vec![u32::MAX; wedges.len()];

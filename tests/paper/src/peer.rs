@@ -1,11 +1,11 @@
-//! meshoptimizer's levels of a mesh, as the outside peer.
+//! Levels of a mesh by meshoptimizer, as the outside peer.
 
 use anyhow::{Result, ensure};
 use busbar_geometry::{Mesh, RawPrimitive, Topology, weld};
-use measure::meshoptimizer::{Input, Kind};
+use measure::meshoptimizer::{Input, Simplifier};
 
-/// The mesh at each theta: as many vertices in use as `round(theta V)` fewer
-/// leaves, as near as the peer comes. Normals are those of faces.
+/// Simplifies the mesh to each theta: the number of vertices in use is as near to V - `round(theta
+/// V)` as the peer comes. Normals are those of faces.
 ///
 /// # Errors
 /// When the peer refuses the mesh.
@@ -14,7 +14,7 @@ pub fn levels<const N: usize>(mesh: &Topology, thetas: [f64; N]) -> Result<[Mesh
     let mut levels = Vec::with_capacity(N);
     for theta in thetas {
         let kept = ((1.0 - theta) * mesh.positions.len() as f64).round() as usize;
-        levels.push(flat(mesh, input.at_vertices(Kind::Plain, kept)?)?);
+        levels.push(flat(mesh, input.at_vertices(Simplifier::Plain, kept)?)?);
     }
     match levels.try_into() {
         Ok(levels) => Ok(levels),
@@ -22,7 +22,7 @@ pub fn levels<const N: usize>(mesh: &Topology, thetas: [f64; N]) -> Result<[Mesh
     }
 }
 
-/// A mesh of the surviving vertices, with normals of faces.
+/// Returns a mesh of the surviving vertices, with normals of faces.
 fn flat(mesh: &Topology, triangles: Vec<[u32; 3]>) -> Result<Mesh> {
     ensure!(!triangles.is_empty(), "meshoptimizer left no triangle");
     let primitive =

@@ -1,5 +1,4 @@
-//! Which equipment is under random pixels, and whether simplification changes
-//! the answer.
+//! Picks under random pixels: comparison of the equipment ids at a theta with those at theta 0.
 
 use std::collections::BTreeSet;
 
@@ -10,29 +9,28 @@ use serde::Serialize;
 use crate::frames;
 use crate::scene::OVERVIEW;
 
-/// How picks at a theta differ from those at theta 0.
+/// Differences of picks at a theta from those at theta 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct PickChanges {
-    /// Pixels, drawn uniformly.
+    /// Number of uniformly drawn pixels.
     pub pixels: usize,
-    /// Pixels on equipment at theta 0.
+    /// Number of pixels on equipment at theta 0.
     pub on_equipment: usize,
-    /// Different pieces of equipment among them.
+    /// Number of different pieces of equipment among them.
     pub pieces: usize,
-    /// Pixels on equipment, then on another piece.
+    /// Number of pixels that changed from equipment to another piece.
     pub to_other: usize,
-    /// Pixels on equipment, then on the background.
+    /// Number of pixels that changed from equipment to the background.
     pub to_background: usize,
-    /// Pixels on the background, then on equipment.
+    /// Number of pixels that changed from the background to equipment.
     pub from_background: usize,
 }
 
 impl PickChanges {
-    /// Compares picks at `theta` with those at theta 0, over `count` random
-    /// pixels of the overview.
+    /// Compares picks at `theta` with those at theta 0, over `count` random pixels of the overview.
     ///
     /// # Errors
-    /// The device's.
+    /// Those of the device.
     pub fn measure(viewer: &mut Viewer, size: [u32; 2], theta: f64, count: usize) -> Result<Self> {
         let mut random = fastrand::Rng::with_seed(70);
         let pixels: Vec<[u32; 2]> =
@@ -45,7 +43,7 @@ impl PickChanges {
         Ok(Self::between(&before, &viewer.pick_many(&pixels)?))
     }
 
-    /// Pixels whose pick changed.
+    /// Returns the number of pixels whose pick changed.
     pub fn changed(&self) -> usize {
         self.to_other + self.to_background + self.from_background
     }

@@ -1,15 +1,15 @@
-//! What is being measured, on a terminal.
+//! Progress bar of the measurement on a terminal.
 
 use anyhow::Result;
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// A bar a stage; hidden where the output is not a terminal.
+/// Progress bar for each stage; hidden where the output is not a terminal.
 pub struct Progress {
     bar: ProgressBar,
 }
 
 impl Progress {
-    /// A bar that stands at nothing.
+    /// Creates a bar at zero.
     ///
     /// # Errors
     /// When the bar's template is wrong.
@@ -19,7 +19,7 @@ impl Progress {
         Ok(Self { bar })
     }
 
-    /// A bar that nobody sees.
+    /// Creates a bar that is not drawn.
     pub fn hidden() -> Self {
         Self { bar: ProgressBar::hidden() }
     }
@@ -32,12 +32,12 @@ impl Progress {
         self.bar.tick();
     }
 
-    /// One step done.
+    /// Advances the bar by one step.
     pub fn step(&self) {
         self.bar.inc(1);
     }
 
-    /// Takes the bar away.
+    /// Removes the bar from the terminal.
     pub fn finish(&self) {
         self.bar.finish_and_clear();
     }

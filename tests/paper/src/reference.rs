@@ -1,15 +1,15 @@
-//! What the paper prints.
+//! Reference values printed in the paper.
 
-/// A row of the paper's Table I, with the quotients that follow from it.
+/// Row of the paper's Table I, with the quotients that follow from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrintedRow {
     /// Proportion of simplified vertices.
     pub theta: f64,
-    /// Vertices.
+    /// Number of vertices V.
     pub vertices: u64,
-    /// Triangles.
+    /// Number of triangles T.
     pub triangles: u64,
-    /// Frames per second.
+    /// Frame rate, frames per second.
     pub fps: f64,
 }
 
@@ -21,23 +21,23 @@ pub const TABLE_I: [PrintedRow; 3] = [
 ];
 
 impl PrintedRow {
-    /// The row of a theta, if the paper has one.
+    /// Returns the row of a theta, if the paper has one.
     pub fn at(theta: f64) -> Option<Self> {
         TABLE_I.into_iter().find(|row| row.theta == theta)
     }
 
-    /// 2V - T.
+    /// Returns 2V - T, from which shells and holes are counted.
     pub fn two_v_minus_t(&self) -> i64 {
         2 * self.vertices as i64 - self.triangles as i64
     }
 
-    /// Frames per second over those at theta 0.
+    /// Returns the frame rate divided by that at theta 0.
     pub fn fps_ratio(&self) -> f64 {
         self.fps / TABLE_I[0].fps
     }
 
-    /// Triangles at theta 0 over triangles here: what fewer triangles alone
-    /// can give.
+    /// Returns triangles at theta 0 divided by those of this row: the gain of fewer triangles
+    /// alone.
     pub fn triangle_ratio(&self) -> f64 {
         TABLE_I[0].triangles as f64 / self.triangles as f64
     }

@@ -1,21 +1,21 @@
 //! Results as a document. Figures come from the run, and sentences that judge
 //! are chosen by them.
 
+mod comparison;
 mod costs;
 mod figures;
 mod frame_rate;
 mod proofs;
 mod table_one;
-mod ways;
 
 use crate::verdicts;
 use document::Block;
 use document::Document;
-use document::words::grouped;
+use document::number_format::grouped;
 
 use crate::Results;
 
-/// The report.
+/// Composes the report from the results.
 pub fn report(results: &Results) -> Document {
     let mut document = Document {
         title: "A fast scene constructing method, reproduced: Table I and Figures 5 to 8"
@@ -30,7 +30,7 @@ pub fn report(results: &Results) -> Document {
     table_one::write(&mut document, results);
     frame_rate::write(&mut document, results);
     figures::write(&mut document, results);
-    ways::write(&mut document, results);
+    comparison::write(&mut document, results);
     costs::write(&mut document, results);
     proofs::write(&mut document, results);
     document

@@ -1,4 +1,4 @@
-//! Everything the report says, as figures.
+//! Results of the report, as figures.
 
 use std::collections::BTreeMap;
 
@@ -17,57 +17,56 @@ use crate::topology::TopologyCounts;
 /// Figures of one run.
 #[derive(Clone, Debug, Serialize)]
 pub struct Results {
-    /// What it ran on.
+    /// Machine that the run was measured on.
     pub machine: Machine,
-    /// Whether it was the short run.
+    /// Flag of the short run.
     pub quick: bool,
-    /// The paper's scene, a level a theta.
+    /// Levels of the paper's scene, one a theta.
     pub levels: Vec<SceneLevel>,
     /// Frame times, a set for each size and number of samples.
     pub frames: Vec<FrameTimes>,
-    /// What loading the scene took.
+    /// Durations of the stages of loading.
     pub stages: Stages,
-    /// What a change of theta costs.
+    /// Costs of a change of theta.
     pub theta_change: ThetaChange,
-    /// Orders of collapse on the power transformer.
+    /// Study of collapse orders on the power transformer.
     pub study: Study,
-    /// The lossless proof.
+    /// Results of the lossless proof.
     pub lossless: LosslessWalk,
-    /// Picks that theta changes.
+    /// Changes of picks by theta.
     pub picks: PickChanges,
 }
 
-/// The paper's scene at one theta.
+/// Level of the paper's scene at one theta.
 #[derive(Clone, Debug, Serialize)]
 pub struct SceneLevel {
     /// Proportion of simplified vertices.
     pub theta: f64,
-    /// What is left.
+    /// Counts of the simplified mesh.
     pub counts: TopologyCounts,
-    /// Difference of the overview to theta 0.
+    /// Difference of the overview from that at theta 0.
     pub difference: ImageDifference,
-    /// The overview, a file beside the report.
+    /// File of the overview, beside the report.
     pub picture: String,
 }
 
-/// Milliseconds a stage of loading.
+/// Milliseconds of each stage of loading.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Stages {
-    /// The first load, by the viewer's names of stages.
+    /// Stages of the first load, by the viewer's names.
     pub first: BTreeMap<String, f64>,
-    /// The second load.
+    /// Seconds of each stage of the second load.
     pub second: BTreeMap<String, f64>,
-    /// Welding alone, which is part of `import`.
+    /// Milliseconds of welding alone, which is part of `import`.
     pub weld: f64,
 }
 
-/// With the cache, optimisation may take at most this share of its time.
+/// Greatest share of the optimisation's time that a load from the cache may take.
 pub const MAX_CACHED_SHARE: f64 = 0.1;
 
 impl Stages {
-    /// Milliseconds that finding or making stacks took in the second load, as a
-    /// share of making them in the first; `None` unless the first made them
-    /// and the second found them.
+    /// Returns the time for stacks in the second load as a share of that in the first; `None`
+    /// unless the first made them and the second found them.
     pub fn cached_share(&self) -> Option<f64> {
         let made = |load: &BTreeMap<String, f64>| {
             Some(load.get("optimize")? + load.get("stacks").copied().unwrap_or(0.0))
@@ -78,26 +77,26 @@ impl Stages {
 }
 
 impl Results {
-    /// The scene at a theta.
+    /// Returns the scene's figures at a theta.
     pub fn level(&self, theta: f64) -> Option<&SceneLevel> {
         self.levels.iter().find(|level| level.theta == theta)
     }
 
-    /// Triangles at theta 0 over triangles at theta, in our scene.
+    /// Returns triangles at theta 0 divided by those at theta, in the measured scene.
     pub fn triangle_ratio(&self, theta: f64) -> Option<f64> {
         let triangles = |theta| Some(self.level(theta)?.counts.triangles as f64);
         Some(triangles(0.0)? / triangles(theta)?)
     }
 
-    /// The median change of theta as a share of the median frame at theta 0,
-    /// of the pictures' size and of the smaller one, 1 sample a pixel.
+    /// Returns the median change of theta as a share of the median frame at theta 0, for the
+    /// pictures' size and for the smaller one, at 1 sample a pixel.
     pub fn shares_of_frame(&self) -> Option<[f64; 2]> {
         let change = &self.theta_change;
         let large = self.frames_of(LARGE, 1)?.at(0.0)?.frame.p50_ms;
         Some([large, change.full_frame.p50_ms].map(|frame| change.change.p50_ms / frame))
     }
 
-    /// Frame times of a size and number of samples.
+    /// Returns the frame times for a size and number of samples.
     pub fn frames_of(&self, size: [u32; 2], samples: u32) -> Option<&FrameTimes> {
         self.frames.iter().find(|f| f.size == size && f.samples == samples)
     }

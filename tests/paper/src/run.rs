@@ -1,4 +1,4 @@
-//! All measurements, one after another, in one process.
+//! Run of all measurements, one after another, in one process.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -23,15 +23,15 @@ use crate::study::Study;
 use crate::theta_change::ThetaChange;
 use crate::topology::{Shells, live};
 
-/// Thetas of Table I, and two more.
+/// Thetas of Table I, with two more.
 pub const THETAS: [f64; 5] = [0.0, 0.5, 0.7, 0.85, 0.95];
-/// The theta whose picks are compared with those at 0.
+/// Theta whose picks are compared with those at 0.
 pub const PICK_THETA: f64 = 0.7;
-/// Pictures, and frames bound by pixels.
+/// Size of pictures, and of frames bound by pixels.
 pub const LARGE: [u32; 2] = [1280, 720];
-/// Frames bound by vertices and triangles.
+/// Size of frames bound by vertices and triangles.
 pub const SMALL: [u32; 2] = [320, 180];
-/// Samples of the pictures.
+/// Number of samples a pixel of the pictures.
 const PICTURE_SAMPLES: u32 = 4;
 
 /// Measures everything; pictures go to `out`, the scene to a folder in it, and
@@ -54,7 +54,7 @@ pub fn measure(
 
     let (mut pictured, first) = load(&scene, PICTURE_SAMPLES)?;
     let (mut plain, second) = load(&scene, 1)?;
-    let machine = Machine::here(&plain.stats().gpu);
+    let machine = Machine::detect(&plain.stats().gpu);
     let levels = levels(&stacks, &mut pictured, out, progress)?;
     let frames =
         frame_times(&mut [(1, &mut plain), (PICTURE_SAMPLES, &mut pictured)], effort, progress)?;
@@ -81,7 +81,7 @@ pub fn measure(
     })
 }
 
-/// The only mesh of the flattened scene, as the importer gives it.
+/// Imports the only mesh of the flattened scene.
 fn imported(model: &Path) -> Result<Mesh> {
     let model = import_file(model, &ImportLimits::default())?.model;
     let [mesh] =
@@ -89,7 +89,7 @@ fn imported(model: &Path) -> Result<Mesh> {
     Ok(mesh)
 }
 
-/// A viewer of the scene, and the milliseconds that its stages of loading took.
+/// Loads the scene; returns its viewer, and the milliseconds of its stages of loading.
 fn load(
     scene: &PaperScene,
     samples: u32,
@@ -108,7 +108,7 @@ fn levels(
     progress: &Progress,
 ) -> Result<Vec<SceneLevel>> {
     progress.stage("levels of the scene", THETAS.len());
-    let shells = Shells::of(&live(stacks, 0));
+    let shells = Shells::new(&live(stacks, 0));
     viewer.resize(LARGE);
     viewer.use_camera(OVERVIEW)?;
     let mut full: Option<Picture> = None;
@@ -120,7 +120,7 @@ fn levels(
         let shown = viewer.read_picture()?;
         let picture = format!("scene-{:02.0}.png", theta * 100.0);
         save(&shown, &out.join(&picture))?;
-        let difference = ImageDifference::between(full.as_ref().unwrap_or(&shown), &shown)?;
+        let difference = ImageDifference::measure(full.as_ref().unwrap_or(&shown), &shown)?;
         full.get_or_insert(shown);
         levels.push(SceneLevel { theta, counts, difference, picture });
         progress.step();

@@ -1,5 +1,5 @@
-//! The files that the report looks at: the paper's scene with its
-//! configuration, and the power transformer as one mesh.
+//! Files of the report's scenes: the paper's scene with its configuration, and the power
+//! transformer as one mesh.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -15,7 +15,7 @@ use substation::Station;
 
 use crate::optimise::vertex_arrays;
 
-/// The seed of the station, which the generator's own program has by default.
+/// Seed of the station, which is the default of its generator.
 const SEED: u64 = 1;
 
 /// Name of the station's model that Figures 6 to 8 show.
@@ -24,36 +24,35 @@ const TRANSFORMER: &str = "transformer";
 /// Folder of results kept on disk, beside the configuration.
 const CACHE: &str = "cache";
 
-/// A triangle looks down if its normal is within this of straight down: the
-/// cosine of the angle.
+/// Least downward component of a normal for a triangle to look down: the cosine of the angle.
 const DOWNWARD: f32 = 0.9;
 
-/// The camera of the pictures.
+/// Name of the pictures' camera.
 pub const OVERVIEW: &str = "overview";
 
-/// Where the overview stands, what it looks at, metres, and its vertical angle.
+/// Eye of the overview, in metres; target and vertical field of view follow.
 pub const OVERVIEW_EYE: [f64; 3] = [92.0, 44.0, -124.0];
-/// See [`OVERVIEW_EYE`].
+/// Target of the overview, in metres.
 pub const OVERVIEW_TARGET: [f64; 3] = [2.0, 0.0, -26.0];
-/// See [`OVERVIEW_EYE`].
+/// Vertical field of view of the overview, degrees.
 pub const OVERVIEW_FOV_DEGREES: f64 = 42.0;
 
-/// What was made.
+/// Files and data of the paper's scene.
 pub struct PaperScene {
     /// Configuration of the flattened scene.
     pub config: PathBuf,
-    /// The model file that it names.
+    /// Model file that the configuration names.
     pub model: PathBuf,
-    /// The power transformer.
+    /// Power transformer as a single mesh.
     pub transformer: SingleMesh,
 }
 
-/// A model flattened to one mesh, as the paper treats a model.
+/// Model flattened to one mesh, as the paper treats a model.
 #[derive(Clone, Debug)]
 pub struct SingleMesh {
-    /// The mesh, in the model's space.
+    /// Mesh in the model's space.
     pub mesh: Mesh,
-    /// What its sections name.
+    /// Materials by the index that the mesh's sections use.
     pub materials: Vec<Material>,
 }
 
@@ -85,7 +84,7 @@ impl PaperScene {
         write(&config, serde_json::to_string_pretty(&json)?.as_bytes())?;
         let transformer = station.catalogue.get(TRANSFORMER);
         let transformer = transformer.context("the station has no power transformer")?;
-        let transformer = SingleMesh::of(&transformer.model)?;
+        let transformer = SingleMesh::from_model(&transformer.model)?;
         Ok(Self { config, model, transformer })
     }
 }
@@ -94,7 +93,7 @@ fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     fs::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
 }
 
-/// The name of a camera of the path.
+/// Returns the name of a camera of the path.
 pub fn path_camera(step: usize) -> String {
     format!("path {step:03}")
 }
@@ -119,7 +118,8 @@ fn configuration(plugins: &str, steps: usize) -> Value {
     })
 }
 
-/// Once around the station, at the height and distance of the overview.
+/// Returns the eye of a camera path once around the station, at the height and distance of the
+/// overview.
 fn path_eye(step: usize, steps: usize) -> [f64; 3] {
     let [x, y, z] = OVERVIEW_EYE;
     let [target_x, _, target_z] = OVERVIEW_TARGET;
@@ -129,11 +129,11 @@ fn path_eye(step: usize, steps: usize) -> [f64; 3] {
 }
 
 impl SingleMesh {
-    /// Puts the triangles of all nodes into one welded mesh.
+    /// Merges the triangles of all nodes into one welded mesh.
     ///
     /// # Errors
     /// When a position is not finite.
-    pub fn of(model: &Model) -> Result<Self> {
+    pub fn from_model(model: &Model) -> Result<Self> {
         let mut primitives: Vec<RawPrimitive> = (0..model.materials.len() as u32)
             .map(|index| RawPrimitive { material: Some(index), ..RawPrimitive::default() })
             .collect();
@@ -151,8 +151,8 @@ impl SingleMesh {
         Ok(Self { mesh, materials: model.materials.clone() })
     }
 
-    /// The same without the triangles that look down, as undersides that nobody
-    /// sees are often left out of models: shells with borders.
+    /// Returns the mesh without the triangles that look down: its shells have borders. Models often
+    /// leave out undersides that nobody sees.
     ///
     /// # Errors
     /// When a position is not finite.
@@ -169,8 +169,8 @@ impl SingleMesh {
         Ok(Self { mesh, materials: self.materials.clone() })
     }
 
-    /// The same triangles with a position of its own for every wedge, as vertex
-    /// arrays come from a file: every seam of normals is a border then.
+    /// Returns the same triangles with a position of its own for every wedge, as vertex arrays come
+    /// from a file. Every seam of normals is then a border.
     pub fn split(&self) -> Self {
         let mut mesh = self.mesh.clone();
         let wedges = &mut mesh.wedges;
@@ -216,7 +216,7 @@ mod tests {
     fn the_transformer_keeps_its_triangles_as_one_mesh() {
         let station = Station::generate(SEED).unwrap();
         let entry = station.catalogue.get(TRANSFORMER).unwrap();
-        let single = SingleMesh::of(&entry.model).unwrap();
+        let single = SingleMesh::from_model(&entry.model).unwrap();
         assert_eq!(single.mesh.triangles.len(), entry.counts.triangles);
         assert!(single.mesh.positions.len() <= entry.counts.vertices);
         let open = single.without_undersides().unwrap();

@@ -12,32 +12,32 @@ use glam::camera::rh::{proj::vulkan, view};
 use glam::{Mat4, Vec3, vec3};
 use image::{ImageFormat, RgbaImage};
 
-/// Towards the eye.
+/// Direction from the model towards the eye.
 const DIRECTION: Vec3 = vec3(-0.52, 0.36, -0.78);
-/// Room left around the model.
+/// Factor of the room left around the model.
 const MARGIN: f32 = 1.05;
 /// Linear light of the background, as of paper.
 const BACKGROUND: [f32; 3] = [0.87, 0.87, 0.85];
-/// How far off the eye stands, in diagonals of the box around the model.
+/// Distance of the eye from the model, in diagonals of its bounding box.
 const DISTANCE: f32 = 20.0;
 
-/// A fixed camera in front of models of one size.
+/// Studio with a fixed camera for pictures of one model.
 pub struct Studio {
     renderer: Renderer,
     camera: CameraView,
 }
 
-/// What stands in the studio.
+/// Model to be rendered in the studio.
 #[derive(Clone, Copy)]
 pub struct Subject<'a> {
-    /// Its stacks.
+    /// Collapse stacks of the model.
     pub stacks: &'a Arc<CollapseStacks>,
-    /// What its sections name.
+    /// Materials by the index that the mesh's sections use.
     pub materials: &'a [Material],
 }
 
 impl Studio {
-    /// A studio whose camera has all of `points` in view, and no more.
+    /// Creates a studio whose camera frames all of `points` exactly.
     ///
     /// # Errors
     /// When there is no usable device.
@@ -46,11 +46,16 @@ impl Studio {
         Ok(Self { renderer, camera: parallel_view(points, size[0] as f32 / size[1] as f32) })
     }
 
-    /// Takes a picture of a model after `cursor` collapses.
+    /// Renders a picture of a model after `cursor` collapses.
     ///
     /// # Errors
-    /// The device's.
-    pub fn shoot(&mut self, subject: Subject<'_>, cursor: u32, wireframe: bool) -> Result<Picture> {
+    /// Those of the device.
+    pub fn render(
+        &mut self,
+        subject: Subject<'_>,
+        cursor: u32,
+        wireframe: bool,
+    ) -> Result<Picture> {
         let model = self.renderer.upload_model(ModelUpload {
             stacks: std::slice::from_ref(subject.stacks),
             materials: subject.materials,
@@ -77,7 +82,7 @@ impl Studio {
     }
 }
 
-/// A parallel view of points, reverse-Z as all views of the renderer.
+/// Returns a parallel projection that frames the points, reverse-Z as all views of the renderer.
 fn parallel_view(points: &[Vec3], aspect: f32) -> CameraView {
     let back = DIRECTION.normalize();
     let right = Vec3::Y.cross(back).normalize();

@@ -1,4 +1,4 @@
-//! Many ways to simplify one model, each with its error and pictures.
+//! Study of variants to simplify one model, each with its error and pictures.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -12,73 +12,73 @@ use crate::progress::Progress;
 use crate::scene::SingleMesh;
 use crate::studio::{Studio, Subject, save};
 use crate::topology::{Shells, TopologyCounts, live};
-use crate::variants::{self, CLOSED, Made, ORDERS, READINGS, SPLIT, Variant};
+use crate::variants::{self, CLOSED, ORDERS, READINGS, SPLIT, Variant, VariantOutput};
 use measure::{Reference, SurfaceError};
 
 /// Thetas at which variants are compared.
 pub const THETAS: [f64; 3] = [0.7, 0.85, 0.95];
-/// Points drawn on a surface; the seed is the same for all.
+/// Number of points drawn on a surface; the seed is the same for all.
 const SAMPLE_SEED: u64 = 773;
-/// Pixels of a picture.
+/// Size of a picture, pixels.
 const PICTURE: [u32; 2] = [960, 720];
 
-/// The model that Figures 6 to 8 show, treated in many ways.
+/// Study of the model that Figures 6 to 8 show.
 #[derive(Clone, Debug, Serialize)]
 pub struct Study {
-    /// With positions welded, as imported: edges are those of the surface.
+    /// Study of the welded mesh, as imported: edges are those of the surface.
     pub welded: SubjectStudy,
-    /// The same without undersides: shells have borders.
+    /// Study of the welded mesh without undersides: shells have borders.
     pub open: SubjectStudy,
-    /// With every vertex of the file on its own: seams of normals are borders.
+    /// Study of the mesh with every vertex of the file on its own: seams of normals are borders.
     pub split: SubjectStudy,
 }
 
-/// Variants on one mesh.
+/// Results of all variants on one mesh.
 #[derive(Clone, Debug, Serialize)]
 pub struct SubjectStudy {
-    /// The mesh at theta 0.
+    /// Counts of the mesh at theta 0.
     pub full: TopologyCounts,
-    /// Picture at theta 0.
+    /// File of the picture at theta 0.
     pub picture: String,
-    /// Its wireframe.
+    /// File of the wireframe picture.
     pub wireframe: String,
-    /// Share of each factor in the variance of W, as Busbar reads the paper:
-    /// length, flag, area, curvature.
+    /// Shares of the four factors in the variance of W, as Busbar reads the paper: length, flag,
+    /// area, curvature.
     pub variance_shares: [f64; 4],
-    /// The variants, the reference reading first.
+    /// Variants, the reference reading first.
     pub variants: Vec<VariantResult>,
 }
 
-/// One variant at each theta.
+/// Results of one variant at each theta.
 #[derive(Clone, Debug, Serialize)]
 pub struct VariantResult {
     /// Short name, in file names too.
     pub id: &'static str,
-    /// In words.
+    /// Name of the variant for readers.
     pub name: &'static str,
     /// Milliseconds to make the sequence, or all levels of the peer.
     pub millis: f64,
-    /// One a theta of [`THETAS`].
+    /// Levels in the order of [`THETAS`].
     pub levels: Vec<Level>,
 }
 
-/// A variant at one theta.
+/// Level of a variant at one theta.
 #[derive(Clone, Debug, Serialize)]
 pub struct Level {
     /// Proportion of simplified vertices.
     pub theta: f64,
-    /// What is left.
+    /// Counts of the simplified mesh.
     pub counts: TopologyCounts,
     /// Distances to the original; none without a surface.
     pub error: Option<SurfaceError>,
-    /// Area, as a share of the original's.
+    /// Area as a share of the original's.
     pub area_share: f64,
     /// Enclosed volume, as a share of the original's; none where the original
     /// has borders, and so encloses nothing.
     pub volume_share: Option<f64>,
-    /// Picture, a file beside the report.
+    /// File of the picture, beside the report.
     pub picture: String,
-    /// Wireframe at the greatest theta.
+    /// File of the wireframe at the greatest theta.
     pub wireframe: Option<String>,
 }
 
@@ -98,7 +98,8 @@ impl Study {
         progress.stage("orders of collapse", closed.len() + READINGS.len() + SPLIT.len());
         let mut studio = Studio::new(&model.mesh.positions, PICTURE)?;
         let mut make = |model: &SingleMesh, prefix, variants: &[Variant]| {
-            Workshop::new(model, prefix, samples, folder, &mut studio)?.study(variants, progress)
+            StudyContext::new(model, prefix, samples, folder, &mut studio)?
+                .study(variants, progress)
         };
         Ok(Self {
             welded: make(model, "welded", &closed)?,
@@ -109,19 +110,19 @@ impl Study {
 }
 
 impl SubjectStudy {
-    /// A variant.
+    /// Returns the variant with this id.
     pub fn variant(&self, id: &str) -> Option<&VariantResult> {
         self.variants.iter().find(|variant| variant.id == id)
     }
 
-    /// A variant at a theta.
+    /// Returns a variant at a theta.
     pub fn level(&self, id: &str, theta: f64) -> Option<&Level> {
         self.variant(id)?.levels.iter().find(|level| level.theta == theta)
     }
 }
 
-/// One mesh and what variants of it are measured with.
-struct Workshop<'a> {
+/// Mesh with the instruments that its variants are measured with.
+struct StudyContext<'a> {
     model: &'a SingleMesh,
     topology: Topology,
     reference: Reference,
@@ -132,7 +133,7 @@ struct Workshop<'a> {
     studio: &'a mut Studio,
 }
 
-impl<'a> Workshop<'a> {
+impl<'a> StudyContext<'a> {
     fn new(
         model: &'a SingleMesh,
         prefix: &'static str,
@@ -142,15 +143,15 @@ impl<'a> Workshop<'a> {
     ) -> Result<Self> {
         let topology = model.mesh.topology();
         let reference = Reference::new(&topology, samples, SAMPLE_SEED)?;
-        let shells = Shells::of(&topology);
+        let shells = Shells::new(&topology);
         let full = shells.count(&topology, topology.positions.len() as u32);
         Ok(Self { model, topology, reference, shells, full, prefix, folder, studio })
     }
 
     fn study(mut self, variants: &[Variant], progress: &Progress) -> Result<SubjectStudy> {
         let full = uncollapsed(&self.model.mesh);
-        let picture = self.shoot(&full, 0, "00", false)?;
-        let wireframe = self.shoot(&full, 0, "00", true)?;
+        let picture = self.render(&full, 0, "00", false)?;
+        let wireframe = self.render(&full, 0, "00", true)?;
         let mut results = Vec::with_capacity(variants.len());
         for variant in variants {
             results.push(self.run(variant)?);
@@ -170,12 +171,12 @@ impl<'a> Workshop<'a> {
         let made = variant.make(&self.topology, THETAS)?;
         let millis = started.elapsed().as_secs_f64() * 1e3;
         let meshes = match made {
-            Made::Sequence(sequence) => {
+            VariantOutput::Sequence(sequence) => {
                 let stacks = CollapseStacks::build(self.model.mesh.clone(), &sequence);
                 let stacks = Arc::new(stacks);
                 THETAS.map(|theta| (stacks.clone(), stacks.cursor_for_theta(theta)))
             }
-            Made::Levels(levels) => levels.map(|mesh| (uncollapsed(&mesh), 0)),
+            VariantOutput::Levels(levels) => levels.map(|mesh| (uncollapsed(&mesh), 0)),
         };
         let mut levels = Vec::with_capacity(THETAS.len());
         for (theta, (stacks, cursor)) in THETAS.into_iter().zip(meshes) {
@@ -202,12 +203,12 @@ impl<'a> Workshop<'a> {
             area_share: area(&live) / area(&self.topology),
             volume_share: (self.full.border_edges == 0)
                 .then(|| volume(&live) / volume(&self.topology)),
-            picture: self.shoot(stacks, cursor, &file, false)?,
-            wireframe: last.then(|| self.shoot(stacks, cursor, &file, true)).transpose()?,
+            picture: self.render(stacks, cursor, &file, false)?,
+            wireframe: last.then(|| self.render(stacks, cursor, &file, true)).transpose()?,
         })
     }
 
-    fn shoot(
+    fn render(
         &mut self,
         stacks: &Arc<CollapseStacks>,
         cursor: u32,
@@ -215,7 +216,7 @@ impl<'a> Workshop<'a> {
         wireframe: bool,
     ) -> Result<String> {
         let subject = Subject { stacks, materials: &self.model.materials };
-        let picture = self.studio.shoot(subject, cursor, wireframe)?;
+        let picture = self.studio.render(subject, cursor, wireframe)?;
         let kind = if wireframe { "-wire" } else { "" };
         let file = format!("{}-{name}{kind}.png", self.prefix);
         save(&picture, &self.folder.join(&file))?;
@@ -223,7 +224,7 @@ impl<'a> Workshop<'a> {
     }
 }
 
-/// Stacks in which nothing collapses.
+/// Creates stacks without any collapse.
 fn uncollapsed(mesh: &Mesh) -> Arc<CollapseStacks> {
     let sequence = CollapseSequence::empty(mesh.positions.len() as u32);
     Arc::new(CollapseStacks::build(mesh.clone(), &sequence))
@@ -237,8 +238,8 @@ fn area(mesh: &Topology) -> f64 {
     mesh.triangles.iter().map(product).sum()
 }
 
-/// The volume that closed shells enclose, each counted by itself: a sixth of
-/// the sum of triple products. Where shells are open it is of no meaning.
+/// Computes the volume that closed shells enclose, each counted by itself: a sixth of the sum of
+/// triple products. The value has no meaning for open shells.
 fn volume(mesh: &Topology) -> f64 {
     let product = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|v| mesh.positions[v as usize].as_dvec3());

@@ -1,4 +1,4 @@
-//! What a change of theta of the whole scene costs.
+//! Costs of a change of theta of the whole scene.
 
 use std::time::Instant;
 
@@ -12,29 +12,29 @@ use crate::progress::Progress;
 use crate::scene::OVERVIEW;
 use crate::series::Series;
 
-/// A frame in which theta changed may take at most this share of a frame at
-/// theta 0 longer than its neighbour.
+/// Greatest excess of a frame in which theta changed over its neighbour, as a share of a frame at
+/// theta 0.
 pub const MAX_SHARE_OF_FRAME: f64 = 0.1;
 
 /// Costs of a change of theta.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ThetaChange {
-    /// [`CollapseStacks::resolve`] alone, one thread.
+    /// Times of [`CollapseStacks::resolve`] alone, on one thread.
     pub resolve: Series,
-    /// What the frame in which theta changed took longer than the next one,
-    /// which shows the same: resolve and upload, and the setting itself.
+    /// Difference between the frame in which theta changed and the next one, which shows the same:
+    /// resolve, upload and the setting itself.
     pub change: Series,
     /// Frames at theta 0 of the same view, measured between the changes.
     pub full_frame: Series,
-    /// Pixels of that view.
+    /// Size of that view, pixels.
     pub size: [u32; 2],
 }
 
 impl ThetaChange {
-    /// Moves to `count` random thetas.
+    /// Measures `count` moves to random thetas.
     ///
     /// # Errors
-    /// The device's.
+    /// Those of the device.
     pub fn measure(
         stacks: &CollapseStacks,
         viewer: &mut Viewer,
@@ -61,9 +61,9 @@ impl ThetaChange {
             progress.step();
         }
         Ok(Self {
-            resolve: Series::of(resolve),
-            change: Series::of(change),
-            full_frame: Series::of(full_frame),
+            resolve: Series::from_millis(resolve),
+            change: Series::from_millis(change),
+            full_frame: Series::from_millis(full_frame),
             size,
         })
     }

@@ -1,72 +1,71 @@
-//! What simplification does to shells: how many stay three-dimensional.
+//! Topology of shells under simplification: those that stay three-dimensional, flatten or vanish.
 //!
-//! A *shell* is a connected component of the mesh at theta 0, where equal points
-//! count as one. No collapse makes a new point, so shells are followed by the
-//! points of their triangles: one may keep its three dimensions, flatten, or go.
+//! A *shell* is a connected component of the mesh at theta 0, where equal points count as one. No
+//! collapse makes a new point, so shells are followed by the points of their triangles: one may
+//! keep its three dimensions, flatten, or vanish.
 
 use std::collections::HashMap;
 
 use busbar_geometry::{CollapseStacks, Topology};
 use glam::{DVec3, Vec3};
-use measure::{Edges, Sets, vertices_in_use};
+use measure::{DisjointSets, EdgeCounts, vertices_in_use};
 use serde::Serialize;
 
-/// A set of points is flat when all lie this close to one plane, as a share of
-/// the diagonal of its shell at theta 0.
+/// Greatest distance of a flat set of points from its plane, as a share of the diagonal of its
+/// shell at theta 0.
 pub const FLAT_SHARE: f64 = 1e-4;
 
-/// No tolerance is less than the rounding of coordinates: so many units in the
-/// last place of the largest.
+/// Least tolerance, from the rounding of coordinates: units in the last place of the largest.
 const ROUNDING_UNITS: f64 = 4.0;
 
-/// Counts of a mesh at one cursor.
+/// Topology of a mesh at one cursor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct TopologyCounts {
-    /// Surviving vertices (welded positions).
+    /// Number of surviving vertices (welded positions).
     pub vertices: u64,
-    /// Of these, the ones that no live triangle uses.
+    /// Number of those vertices that no live triangle uses.
     pub unused_vertices: u64,
-    /// Live triangles.
+    /// Number of live triangles.
     pub triangles: u64,
-    /// 2V - T.
+    /// Value of 2V - T, from which shells and holes are counted.
     pub two_v_minus_t: i64,
-    /// Connected sets of edges with exactly one live triangle.
+    /// Number of connected sets of edges with exactly one live triangle.
     pub border_loops: u64,
-    /// Edges with exactly one live triangle.
+    /// Number of edges with exactly one live triangle.
     pub border_edges: u64,
-    /// Edges with more than two live triangles.
+    /// Number of edges with more than two live triangles.
     pub non_manifold_edges: u64,
-    /// Shells that have three dimensions at theta 0.
+    /// Number of shells that have three dimensions at theta 0.
     pub shells: u64,
-    /// Of these, shells with a live piece that is not flat.
+    /// Number of shells with a live piece that is not flat.
     pub solid_shells: u64,
-    /// Of these, shells whose live pieces are all flat.
+    /// Number of shells whose live pieces are all flat.
     pub flattened_shells: u64,
-    /// Of these, shells without a live triangle.
+    /// Number of shells without a live triangle.
     pub vanished_shells: u64,
 }
 
-/// The shells of a mesh at theta 0.
+/// Shells of a mesh at theta 0.
 pub struct Shells {
-    /// Different points of the mesh.
+    /// Distinct points of the mesh.
     points: Vec<DVec3>,
-    /// Each point's number, by its bits.
+    /// Number of each point, by its bits.
     numbers: HashMap<[u32; 3], u32>,
-    /// Per point: its shell.
+    /// Shell of each point.
     of_point: Vec<u32>,
     shells: Vec<Shell>,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Shell {
-    /// Distance from one plane within which points are flat, metres.
+    /// Greatest distance of flat points from their plane, metres.
     tolerance: f64,
     solid: bool,
 }
 
 impl Shells {
-    /// Finds the shells of a mesh and which have three dimensions.
-    pub fn of(full: &Topology) -> Self {
+    /// Finds the shells of a mesh, and those with three dimensions.
+    pub fn new(full: &Topology) -> Self {
         let mut shells = Self {
             points: Vec::new(),
             numbers: HashMap::with_capacity(full.positions.len()),
@@ -79,17 +78,17 @@ impl Shells {
                 shells.points.push(position.as_dvec3());
             }
         }
-        let pieces = Pieces::of(shells.points.len(), &shells.by_points(full));
+        let pieces = Pieces::new(shells.points.len(), &shells.by_points(full));
         shells.shells = pieces.points.iter().map(|piece| measure(&shells.points, piece)).collect();
         shells.of_point = pieces.of_position;
         shells
     }
 
-    /// Counts of what is left of the mesh: triangles between points that it
-    /// had, and `surviving` vertices.
+    /// Counts the topology of the simplified mesh: triangles between points that it had, and
+    /// `surviving` vertices.
     pub fn count(&self, live: &Topology, surviving: u32) -> TopologyCounts {
-        let edges = Edges::of(live.positions.len(), &live.triangles);
-        let pieces = Pieces::of(self.points.len(), &self.by_points(live));
+        let edges = EdgeCounts::count(live.positions.len(), &live.triangles);
+        let pieces = Pieces::new(self.points.len(), &self.by_points(live));
         let triangles = live.triangles.len();
         let mut counts = TopologyCounts {
             vertices: u64::from(surviving),
@@ -106,7 +105,7 @@ impl Shells {
         counts
     }
 
-    /// Triangles as numbers of points.
+    /// Returns triangles as numbers of points.
     fn by_points(&self, mesh: &Topology) -> Vec<[u32; 3]> {
         let number = |&p: &Vec3| self.numbers.get(&bits(p)).copied().unwrap_or(u32::MAX);
         let numbers: Vec<u32> = mesh.positions.iter().map(number).collect();
@@ -136,7 +135,7 @@ impl Shells {
     }
 }
 
-/// A point's bits, with -0 read as 0.
+/// Returns the bits of a point's coordinates, with -0 read as 0.
 fn bits(point: Vec3) -> [u32; 3] {
     (point + Vec3::ZERO).to_array().map(f32::to_bits)
 }
@@ -151,8 +150,8 @@ fn measure(positions: &[DVec3], points: &[u32]) -> Shell {
     Shell { tolerance, solid: thickness(positions, points) > tolerance }
 }
 
-/// How far points lie from a plane through three of them that span it widely:
-/// the first, the one farthest from it, and the one farthest from their line.
+/// Returns the greatest distance of the points from a plane through three of them that span it
+/// widely: the first, the farthest from it, and the farthest from their line.
 fn thickness(positions: &[DVec3], points: &[u32]) -> f64 {
     let Some(&first) = points.first() else { return 0.0 };
     let origin = positions[first as usize];
@@ -166,7 +165,7 @@ fn thickness(positions: &[DVec3], points: &[u32]) -> f64 {
     offsets().map(|o| o.dot(normal).abs()).fold(0.0, f64::max)
 }
 
-/// The live mesh after `cursor` collapses.
+/// Returns the live mesh after `cursor` collapses.
 pub fn live(stacks: &CollapseStacks, cursor: u32) -> Topology {
     Topology {
         positions: stacks.mesh().positions.clone(),
@@ -174,16 +173,16 @@ pub fn live(stacks: &CollapseStacks, cursor: u32) -> Topology {
     }
 }
 
-/// Connected components of triangles, by the positions they use.
+/// Connected components of triangles, by the positions that they use.
 struct Pieces {
-    /// Per position: its piece; of no meaning where no triangle uses it.
+    /// Component of each position; without meaning where no triangle uses it.
     of_position: Vec<u32>,
     points: Vec<Vec<u32>>,
 }
 
 impl Pieces {
-    fn of(position_count: usize, triangles: &[[u32; 3]]) -> Self {
-        let mut sets = Sets::new(position_count);
+    fn new(position_count: usize, triangles: &[[u32; 3]]) -> Self {
+        let mut sets = DisjointSets::new(position_count);
         let mut used = vec![false; position_count];
         for &[a, b, c] in triangles {
             sets.join(a, b);
@@ -214,7 +213,7 @@ mod tests {
 
     use super::*;
 
-    /// A unit cube at `x`, closed unless its top is left off.
+    /// Builds a unit cube at `x`, closed unless its top is left off.
     fn cube(x: f32, top: bool) -> RawPrimitive {
         let corner =
             |i: usize| Vec3::new((i & 1) as f32 + x, (i >> 1 & 1) as f32, (i >> 2 & 1) as f32);
@@ -237,7 +236,7 @@ mod tests {
             .map(|&(from, to)| Collapse { removed: at(from), kept: at(to), error: 0.0 })
             .collect();
         let sequence = CollapseSequence::new(entries, mesh.positions.len() as u32).unwrap();
-        let shells = Shells::of(&mesh.topology());
+        let shells = Shells::new(&mesh.topology());
         let stacks = CollapseStacks::build(mesh, &sequence);
         let cursors = 0..=stacks.collapse_count();
         cursors.map(|k| shells.count(&live(&stacks, k), stacks.surviving(k))).collect()

@@ -1,4 +1,4 @@
-//! The readings and orders that the report compares.
+//! Variants of the method that the report compares: readings of the equations, and orders.
 
 use anyhow::{Result, anyhow};
 use busbar_geometry::{Collapse, CollapseSequence, Mesh, Topology};
@@ -8,19 +8,19 @@ use weighted_collapse::{
 
 use crate::peer;
 
-/// A way to simplify.
+/// Variant of the simplification.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Variant {
     pub(crate) id: &'static str,
     pub(crate) name: &'static str,
-    maker: Maker,
+    maker: VariantMethod,
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Maker {
-    /// The paper's weights in some reading and order.
+enum VariantMethod {
+    /// Order by the paper's weights in some reading.
     Weighted(Interpretation, Order),
-    /// meshoptimizer at as many vertices.
+    /// Simplification by meshoptimizer to as many vertices.
     Peer,
 }
 
@@ -39,9 +39,9 @@ const LITERAL: Interpretation = Interpretation {
     border_weight: BorderWeight::Alpha,
 };
 
-/// The paper's order with one reading.
+/// Returns the variant with the paper's order and one reading.
 const fn paper(id: &'static str, name: &'static str, reading: Interpretation) -> Variant {
-    Variant { id, name, maker: Maker::Weighted(reading, Order::Paper) }
+    Variant { id, name, maker: VariantMethod::Weighted(reading, Order::Paper) }
 }
 
 const BUSBAR: Variant = paper("busbar", "paper, as Busbar reads it", Interpretation::BUSBAR);
@@ -52,7 +52,7 @@ const UNPROTECTED: Variant = paper(
 );
 const PRINTED_EQ4: Variant = paper("eq4_printed", "Eq. 4 as printed", PRINTED_CURVATURE);
 
-/// What is compared on shells with borders, the reference reading first.
+/// Variants compared on shells with borders, the reference reading first.
 pub(crate) const READINGS: [Variant; 7] = [
     BUSBAR,
     paper("c0_alpha", "border C = 0, w2 = alpha", UNPROTECTED_FLAG),
@@ -62,47 +62,49 @@ pub(crate) const READINGS: [Variant; 7] = [
     paper("eq2_printed", "Eq. 2 as printed", PRINTED_FLAG),
     paper("literal", "Eq. 2 and 4 as printed, border C = 0", LITERAL),
 ];
-/// What may differ on closed shells.
+/// Variants compared on closed shells.
 pub(crate) const CLOSED: [Variant; 3] = [BUSBAR, UNPROTECTED, PRINTED_EQ4];
-/// What is compared on split vertices.
+/// Variants compared on split vertices.
 pub(crate) const SPLIT: [Variant; 2] = [BUSBAR, UNPROTECTED];
-/// Other orders of the same weights, and the peer.
+/// Variants with other orders of the same weights, and the peer.
 pub(crate) const ORDERS: [Variant; 3] = [
     Variant {
         id: "guarded",
         name: "paper's order, collapses that fold put off",
-        maker: Maker::Weighted(Interpretation::BUSBAR, Order::Guarded),
+        maker: VariantMethod::Weighted(Interpretation::BUSBAR, Order::Guarded),
     },
     Variant {
         id: "reweighted",
         name: "W anew after each collapse, none that folds",
-        maker: Maker::Weighted(Interpretation::BUSBAR, Order::Reweighted),
+        maker: VariantMethod::Weighted(Interpretation::BUSBAR, Order::Reweighted),
     },
-    Variant { id: "meshoptimizer", name: "meshoptimizer", maker: Maker::Peer },
+    Variant { id: "meshoptimizer", name: "meshoptimizer", maker: VariantMethod::Peer },
 ];
-/// What a variant made of a mesh.
-pub(crate) enum Made<const N: usize> {
-    /// Collapses that reach every theta.
+/// Output of a variant for a mesh.
+pub(crate) enum VariantOutput<const N: usize> {
+    /// Sequence of collapses that reaches every theta.
     Sequence(CollapseSequence),
-    /// A mesh of its own for each theta.
+    /// Mesh of its own for each theta.
     Levels([Mesh; N]),
 }
 
 impl Variant {
-    /// Simplifies a mesh.
+    /// Simplifies a mesh by this variant.
     pub(crate) fn make<const N: usize>(
         &self,
         mesh: &Topology,
         thetas: [f64; N],
-    ) -> Result<Made<N>> {
+    ) -> Result<VariantOutput<N>> {
         match self.maker {
-            Maker::Weighted(reading, order) => Ok(Made::Sequence(sequence(mesh, &reading, order)?)),
-            Maker::Peer => Ok(Made::Levels(peer::levels(mesh, thetas)?)),
+            VariantMethod::Weighted(reading, order) => {
+                Ok(VariantOutput::Sequence(sequence(mesh, &reading, order)?))
+            }
+            VariantMethod::Peer => Ok(VariantOutput::Levels(peer::levels(mesh, thetas)?)),
         }
     }
 }
 
-/// The collapse sequence of a mesh in some reading and order.
+/// Computes the collapse sequence of a mesh in some reading and order.
 fn sequence(mesh: &Topology, reading: &Interpretation, order: Order) -> Result<CollapseSequence> {
     let mut progress = Unwatched::detached();
     let list = weighted_collapse::collapse_list(
@@ -130,8 +132,8 @@ fn plugin_mesh(mesh: &Topology) -> weighted_collapse::Mesh<'_> {
     }
 }
 
-/// Shares of length, flag, area and curvature in the variance of W, as Busbar
-/// reads the paper.
+/// Computes the shares of length, flag, area and curvature in the variance of W, as Busbar reads
+/// the paper.
 pub(crate) fn variance_shares(mesh: &Topology) -> Result<[f64; 4]> {
     let shares = weighted_collapse::variance_shares(plugin_mesh(mesh), &Interpretation::BUSBAR)
         .map_err(|error| anyhow!("{}", error.message()))?;

@@ -1,23 +1,23 @@
-//! The paper's claims, each judged by a figure of the run.
+//! Verdicts on the paper's claims, each by a figure of the run.
 
 use crate::reference::PrintedRow;
 use crate::results::{MAX_CACHED_SHARE, Results};
 use crate::run::{LARGE, SMALL};
 use crate::study::{Level, SubjectStudy, THETAS};
 use crate::theta_change::MAX_SHARE_OF_FRAME;
-use document::words::{factor, grouped, millis, percent, signed, theta};
+use document::number_format::{factor, grouped, millis, percent, signed, theta};
 use document::{Claim, Verdict};
 
-/// Mean structural similarity from which a picture counts as "almost full".
+/// Least mean structural similarity of a picture that counts as "almost full".
 const ALMOST_FULL_SSIM: f64 = 0.95;
-/// A factor is balanced with three others if it explains no more than this.
+/// Greatest share of the variance of a factor that is balanced with three others.
 const BALANCED_SHARE: f64 = 0.5;
-/// Errors are compared where numbers of vertices differ by no more.
+/// Greatest relative difference of vertex numbers at which errors are compared.
 const EQUAL_VERTICES: f64 = 0.1;
-/// Quotients that differ from 1 by no more count as equal.
+/// Greatest difference from 1 of a quotient that counts as equal.
 const NEAR: f64 = 0.05;
 
-/// What the paper claims.
+/// Judges the paper's claims.
 pub(crate) fn judge(results: &Results) -> Vec<Claim> {
     let mut claims = counts(results);
     claims.extend(frame_rates(results));
@@ -29,7 +29,7 @@ pub(crate) fn judge(results: &Results) -> Vec<Claim> {
     claims
 }
 
-/// What this project asks of itself.
+/// Judges the bars that this project sets itself.
 pub(crate) fn bars(results: &Results) -> Vec<Claim> {
     let mut claims = Vec::new();
     for (at, least) in [(0.7, 0.8), (0.85, 0.65)] {
@@ -211,8 +211,8 @@ fn borders(results: &Results) -> Vec<Claim> {
     claims
 }
 
-/// Whether the first of two variants keeps more three-dimensional shells at
-/// 95 % than the second.
+/// Judges whether the first of two variants keeps more three-dimensional shells at 95 % than the
+/// second.
 fn keeps_more(study: &SubjectStudy, words: String, [with, without]: [&str; 2]) -> Option<Claim> {
     let (with, without) = (study.level(with, 0.95)?, study.level(without, 0.95)?);
     Some(claim(
@@ -264,8 +264,8 @@ fn lossless(results: &Results) -> Claim {
     )
 }
 
-/// The mean errors of one variant over those of another at each theta, as far
-/// as they keep about as many vertices there.
+/// Divides the mean errors of one variant by those of another at each theta at which they keep
+/// about as many vertices.
 fn mean_quotients(study: &SubjectStudy, of: &str, over: &str) -> Vec<(f64, f64)> {
     let quotient = |at| {
         let (of, over) = (study.level(of, at)?, study.level(over, at)?);
@@ -276,7 +276,7 @@ fn mean_quotients(study: &SubjectStudy, of: &str, over: &str) -> Vec<(f64, f64)>
     THETAS.into_iter().filter_map(quotient).collect()
 }
 
-/// Whether there are quotients, and none exceeds `most`.
+/// Reports whether there are quotients and none exceeds `most`.
 fn none_exceeds(quotients: &[(f64, f64)], most: f64) -> bool {
     !quotients.is_empty() && quotients.iter().all(|&(_, quotient)| quotient <= most)
 }

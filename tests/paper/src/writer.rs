@@ -1,4 +1,4 @@
-//! The report's files.
+//! Writer of the report's files.
 
 use std::fs;
 use std::path::{Path, PathBuf};

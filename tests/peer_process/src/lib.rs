@@ -11,19 +11,19 @@ use serde_json::Value;
 
 /// Path from this crate to the workspace's root.
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
-/// Names the interpreter that has the peers' packages.
+/// Environment variable with the interpreter that has the peers' packages.
 const PYTHON_VARIABLE: &str = "BUSBAR_PYTHON";
 
-/// A script of `tests/peers`.
+/// Python script of `tests/peers`.
 #[derive(Clone, Copy, Debug)]
-pub struct Script {
-    /// Its file.
+pub struct PeerScript {
+    /// File name of the script.
     pub file: &'static str,
-    /// The statement that fails where its package is missing.
+    /// Import statement that fails where its package is missing.
     pub import: &'static str,
 }
 
-impl Script {
+impl PeerScript {
     /// Starts it on a port, 0 for a free one, with arguments after that; `None`, said aloud,
     /// where its package is missing. Where peers are required that is a failure.
     #[track_caller]
@@ -49,12 +49,12 @@ impl Script {
         Some(peer)
     }
 
-    /// Its file.
+    /// Returns the path of the script.
     pub fn path(self) -> PathBuf {
         Path::new(ROOT).join("tests/peers").join(self.file)
     }
 
-    /// The interpreter, if it has the package.
+    /// Returns the interpreter, if it has the package.
     #[track_caller]
     pub fn python(self) -> Option<PathBuf> {
         let path = std::env::var_os(PYTHON_VARIABLE)
@@ -72,7 +72,7 @@ impl Script {
     }
 }
 
-/// Says that a test has no peer; where peers are required that is a failure.
+/// Announces that a test has no peer; where peers are required that is a failure.
 #[track_caller]
 pub fn skip(remedy: &str) {
     let required = |name| std::env::var_os(name).is_some();
@@ -80,18 +80,18 @@ pub fn skip(remedy: &str) {
     eprintln!("SKIPPED: {remedy}");
 }
 
-/// A running script; it ends when this is dropped.
+/// Running script that ends when dropped.
 pub struct Peer {
     child: Child,
     stdin: ChildStdin,
     stdout: BufReader<ChildStdout>,
-    script: Script,
-    /// Where it listens, or what it was told to connect to.
+    script: PeerScript,
+    /// Port that the peer listens at, or connects to.
     pub port: u16,
 }
 
 impl Peer {
-    /// Ends it and starts another on its port, told `spec`.
+    /// Ends the script and starts another on its port with `spec`.
     #[track_caller]
     pub fn restart(self, spec: &Value) -> Self {
         let (script, port) = (self.script, self.port);
@@ -99,20 +99,20 @@ impl Peer {
         script.start(port, &[&spec.to_string()]).expect("it was there before")
     }
 
-    /// Gives a command and waits until it is carried out.
+    /// Sends a command and waits until it is carried out.
     #[track_caller]
     pub fn command(&mut self, command: &Value) {
         assert_eq!(self.ask(command), "OK", "{command}");
     }
 
-    /// Gives a command; its answer.
+    /// Sends a command; returns its answer.
     #[track_caller]
     pub fn ask(&mut self, command: &Value) -> String {
         self.begin(command);
         self.line()
     }
 
-    /// Gives a command.
+    /// Sends a command without waiting for its answer.
     #[track_caller]
     pub fn begin(&mut self, command: &Value) {
         writeln!(self.stdin, "{command}").expect("it reads");
@@ -124,7 +124,7 @@ impl Peer {
         assert_eq!(self.line(), "OK", "{}", self.script.file);
     }
 
-    /// Stops it (`STOP`), as if its machine hung, or lets it go on (`CONT`).
+    /// Stops the process (`STOP`), as if its machine hung, or continues it (`CONT`).
     #[track_caller]
     pub fn signal(&self, name: &str) {
         let id = self.child.id().to_string();

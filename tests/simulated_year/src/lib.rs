@@ -7,11 +7,11 @@
 //! the runtime's paused clock that of time, so that the same seed gives the same year.
 //! Whatever does not hold panics, with the instant.
 
+mod fault_schedule;
 mod network;
 mod rig;
 mod tally;
 mod time;
-mod weather;
 mod year;
 
 use std::sync::Arc;
@@ -23,26 +23,26 @@ use device_server::FaultyLink;
 use tokio::io::DuplexStream;
 use tokio::sync::mpsc;
 
-pub use crate::rig::{DAY, HOUR, Moves, serve_clients, tags};
+pub use crate::fault_schedule::FaultSchedule;
+pub use crate::rig::{DAY, HOUR, SignalParameters, serve_clients, tags};
 pub use crate::tally::Tally;
 pub use crate::time::SimulatedTime;
-pub use crate::weather::Weather;
 pub use crate::year::run;
 
-/// An adapter and the device that it reads.
+/// Test rig: an adapter and the device that it reads.
 pub trait Rig {
     /// The protocol's deadline for answers.
     const DEADLINE: Duration;
-    /// From the beginning of a fault until the adapter has noticed, at the latest.
+    /// Longest time from the beginning of a fault until the adapter has noticed it.
     const NOTICED_AFTER: Duration;
-    /// From the end of a fault, or the adapter's start, until every tag is good.
+    /// Longest time from the end of a fault, or the adapter's start, until every tag is good.
     const WELL_AFTER: Duration;
-    /// Age of a value while all is well.
+    /// Greatest age of a value without disturbance.
     const MAX_AGE: Duration;
-    /// Tasks of the device while all is well.
+    /// Number of the device's tasks without disturbance.
     const TASKS: usize;
 
-    /// The tags; their handles count from 0.
+    /// Returns the tags; their handles count from 0.
     fn tags(&self) -> &[SimulatedTag];
 
     /// Serves the tags until it is dropped.

@@ -9,26 +9,26 @@ use tokio::io::DuplexStream;
 use tokio::sync::mpsc;
 use tokio::time::{Instant, sleep};
 
-/// Bytes under way in each direction, about what sockets hold.
+/// Capacity of each direction of a connection, bytes, about that of sockets.
 const QUEUE_BYTES: usize = 1 << 16;
-/// Connections that wait for the device to take them.
+/// Greatest number of connections that wait for the device.
 const MAX_WAITING: usize = 16;
 
-/// Connects whoever dials to the device that listens. Clones share it.
+/// In-memory network that connects dial attempts to the listening device. Clones share it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MemoryNetwork(Arc<Mutex<State>>);
 
 #[derive(Debug, Default)]
 struct State {
-    way: Way,
+    response: DialResponse,
     dials: u64,
     last_dials: BTreeMap<String, Instant>,
     shortest_gap: Option<Duration>,
 }
 
-/// What becomes of those who dial.
+/// Response of the network to a dial attempt.
 #[derive(Clone, Debug, Default)]
-enum Way {
+enum DialResponse {
     #[default]
     Refused,
     Silence,
@@ -36,35 +36,36 @@ enum Way {
 }
 
 impl MemoryNetwork {
-    /// A device listens, in the place of a former one.
+    /// Lets a device listen, in the place of a former one; returns its clients.
     pub(crate) fn listen(&self) -> mpsc::Receiver<DuplexStream> {
         let (device, clients) = mpsc::channel(MAX_WAITING);
-        self.lock().way = Way::Device(device);
+        self.lock().response = DialResponse::Device(device);
         clients
     }
 
-    /// Nobody listens.
-    pub(crate) fn refuse(&self) {
-        self.lock().way = Way::Refused;
+    /// Refuses all further dial attempts.
+    pub(crate) fn refuse_dials(&self) {
+        self.lock().response = DialResponse::Refused;
     }
 
-    /// Nobody answers those who dial.
-    pub(crate) fn fall_silent(&self) {
-        self.lock().way = Way::Silence;
+    /// Makes all further dial attempts time out without an answer.
+    pub(crate) fn ignore_dials(&self) {
+        self.lock().response = DialResponse::Silence;
     }
 
-    /// Whoever dials next has not dialled before.
+    /// Forgets the endpoints that were dialled, so that the next attempt counts as the first.
     pub(crate) fn forget_dials(&self) {
         self.lock().last_dials.clear();
     }
 
-    /// How often an endpoint was dialled, and the shortest time between two tries of one.
+    /// Returns the number of dial attempts, and the shortest time between two attempts at one
+    /// endpoint.
     pub(crate) fn dials(&self) -> (u64, Option<Duration>) {
         let state = self.lock();
         (state.dials, state.shortest_gap)
     }
 
-    fn note_dial(&self, endpoint: &Endpoint) -> Way {
+    fn record_dial(&self, endpoint: &Endpoint) -> DialResponse {
         let now = Instant::now();
         let mut state = self.lock();
         state.dials += 1;
@@ -72,7 +73,7 @@ impl MemoryNetwork {
             let gap = now - last;
             state.shortest_gap = Some(state.shortest_gap.map_or(gap, |least| least.min(gap)));
         }
-        state.way.clone()
+        state.response.clone()
     }
 
     fn lock(&self) -> MutexGuard<'_, State> {
@@ -84,13 +85,13 @@ impl Dial for MemoryNetwork {
     fn dial<'a>(&'a self, endpoint: &'a Endpoint, limit: Duration) -> DialFuture<'a> {
         Box::pin(async move {
             let refused = || ConnectError::System("connection refused".into());
-            match self.note_dial(endpoint) {
-                Way::Refused => Err(refused()),
-                Way::Silence => {
+            match self.record_dial(endpoint) {
+                DialResponse::Refused => Err(refused()),
+                DialResponse::Silence => {
                     sleep(limit).await;
                     Err(ConnectError::Timeout(limit))
                 }
-                Way::Device(device) => {
+                DialResponse::Device(device) => {
                     let (ours, theirs) = tokio::io::duplex(QUEUE_BYTES);
                     device.send(theirs).await.map_err(|_| refused())?;
                     Ok(Box::new(ours) as Box<dyn ByteStream>)

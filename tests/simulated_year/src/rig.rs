@@ -1,4 +1,4 @@
-//! What rigs are made of.
+//! Building blocks of rigs: tags with simulated signals, and a server for clients.
 
 use std::time::Duration;
 
@@ -11,21 +11,21 @@ use tokio::io::DuplexStream;
 use tokio::sync::mpsc;
 use tokio::task::JoinSet;
 
-/// Seconds.
+/// Length of an hour, seconds.
 pub const HOUR: f64 = 3600.0;
-/// Seconds.
+/// Length of a day, seconds.
 pub const DAY: f64 = 24.0 * HOUR;
 
-/// Shape, base, amplitude and seconds of a period.
-pub type Moves = (Shape, f64, f64, f64);
+/// Shape, base, amplitude and period in seconds of a signal.
+pub type SignalParameters = (Shape, f64, f64, f64);
 
-/// Tags with handles from 0 on, each of a kind, at an address, and how it moves.
+/// Creates tags with handles from 0 on, each with a kind, an address and a signal.
 ///
 /// # Panics
-/// When a tag cannot move so.
+/// When the parameters of a signal are invalid.
 pub fn tags(
     seed: u64,
-    all: impl IntoIterator<Item = (ValueKind, Json, Moves)>,
+    all: impl IntoIterator<Item = (ValueKind, Json, SignalParameters)>,
 ) -> Vec<SimulatedTag> {
     let tag = |(tag, (kind, address, (shape, base, amplitude, period_seconds)))| {
         let spec = tag_spec(tag, &format!("tag{tag}"), kind, address);
@@ -37,7 +37,7 @@ pub fn tags(
     (0_u32..).zip(all).map(tag).collect()
 }
 
-/// Serves each client that the link lets in, by a task of its own, until this is dropped.
+/// Serves each client that the link admits, in a task of its own, until this is dropped.
 pub async fn serve_clients<F: Future<Output: Send> + Send + 'static>(
     mut clients: mpsc::Receiver<DuplexStream>,
     link: FaultyLink,

@@ -1,4 +1,4 @@
-//! What a year brought.
+//! Statistics of a simulated year.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::mem::discriminant;
@@ -6,42 +6,42 @@ use std::time::Duration;
 
 use busbar_plugin_sdk::{LinkState, Quality, Sample, Value};
 
-/// Counts of a year, and what it came to.
+/// Counts of a year, and the digest of its course.
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
-    /// Simulated time.
+    /// Simulated time that has passed.
     pub duration: Duration,
-    /// Times that the adapter tried to connect.
+    /// Number of the adapter's dial attempts.
     pub dials: u64,
-    /// The shortest time between two tries of one endpoint by one adapter.
+    /// Shortest time between two attempts at one endpoint by one adapter.
     pub shortest_gap: Option<Duration>,
-    /// Faults of the device's link.
+    /// Number of faults of the device's link.
     pub faults: u64,
-    /// Times that the device was gone, and came back as a new one.
+    /// Number of outages, after each of which a new device started.
     pub outages: u64,
-    /// Times that the adapter was stopped and started.
+    /// Number of restarts of the adapter.
     pub reloads: u64,
-    /// Times that the clock of the adapter's machine was set.
+    /// Number of jumps of the adapter's clock.
     pub clock_jumps: u64,
-    /// Points at which all was well, and every tag good, right and fresh.
+    /// Number of checks without disturbance, at which every tag was good, right and fresh.
     pub quiet_points: u64,
-    /// Points at which nothing worked, and every tag was bad for that.
+    /// Number of checks without any connection, at which every tag was bad for that reason.
     pub dead_points: u64,
-    /// Samples with a time of their source, each of which has that time's value.
+    /// Number of samples with a source timestamp, each of which has that time's value.
     pub timed_samples: u64,
-    /// Samples without.
+    /// Number of samples without a source timestamp.
     pub untimed_samples: u64,
-    /// Bytes on the heap at the year's end beyond those after its first days.
+    /// Growth of the heap from the first days to the year's end, bytes.
     pub heap_growth: i64,
-    /// The most bytes that any day added while it lasted.
+    /// Greatest growth of the heap within a day, bytes.
     pub heap_peak: u64,
-    /// Of all samples and link reports with their times.
+    /// Digest of all samples and link reports with their times.
     pub trace: u64,
 }
 
 impl Tally {
     pub(crate) fn note_report(&mut self, at: Duration, (state, message): &(LinkState, String)) {
-        self.note(&(at, discriminant(state), message));
+        self.digest(&(at, discriminant(state), message));
     }
 
     pub(crate) fn note_sample(&mut self, at: Duration, sample: &Sample) {
@@ -56,10 +56,10 @@ impl Tally {
             Quality::Uncertain(reason) | Quality::Bad(reason) => Some(discriminant(&reason)),
         };
         let quality = (discriminant(&sample.quality), reason);
-        self.note(&(at, sample.tag, bits, quality, sample.source_time));
+        self.digest(&(at, sample.tag, bits, quality, sample.source_time));
     }
 
-    fn note(&mut self, what: &impl Hash) {
+    fn digest(&mut self, what: &impl Hash) {
         let mut hasher = DefaultHasher::new();
         (self.trace, what).hash(&mut hasher);
         self.trace = hasher.finish();

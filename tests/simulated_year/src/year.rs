@@ -1,4 +1,4 @@
-//! The year itself: what is done, and what must hold.
+//! Simulation of the year: its steps, and the checks of all that must hold.
 
 use std::sync::Arc;
 use std::time::{Duration, SystemTime};
@@ -14,32 +14,38 @@ use tokio::task::{JoinHandle, LocalSet, spawn_local};
 use tokio::time::{Instant, sleep_until};
 
 use crate::Rig;
+use crate::fault_schedule::{DisturbanceState, Event, FaultSchedule};
 use crate::network::MemoryNetwork;
 use crate::tally::Tally;
 use crate::time::{SimulatedTime, shift};
-use crate::weather::{Event, Trouble, Weather};
 
 const DAY: Duration = Duration::from_secs(86_400);
-/// Days until buffers have their lasting size.
+/// Number of days until buffers have their lasting size.
 const WARM_UP_DAYS: u32 = 7;
-/// Between two looks, seconds.
+/// Range of the time between two checks, seconds.
 const STEP_SECONDS: std::ops::Range<u64> = 60..1200;
-/// What is lost of a number on the wire.
+/// Tolerance for rounding of a number on the wire.
 const PRECISION: f64 = 1e-3;
-/// Between two instants at which a value that jumps is looked up.
+/// Sampling step for values that jump.
 const SCAN_STEP: Duration = Duration::from_secs(1);
 
-/// Runs so many days on a runtime of one thread whose clock is paused.
+/// Runs a number of days on a runtime of one thread whose clock is paused.
 ///
 /// # Panics
-/// When something does not hold.
-pub fn run<R: Rig>(rig: R, seed: u64, days: u32, weather: Weather, runtime: &Runtime) -> Tally {
+/// When a check fails.
+pub fn run<R: Rig>(
+    rig: R,
+    seed: u64,
+    days: u32,
+    fault_schedule: FaultSchedule,
+    runtime: &Runtime,
+) -> Tally {
     // Of the delays between tries, and of whatever else the adapter draws.
     fastrand::seed(seed);
     let tasks = LocalSet::new();
-    let mut year = tasks.block_on(runtime, Year::begin(rig, seed, weather));
+    let mut year = tasks.block_on(runtime, Year::begin(rig, seed, fault_schedule));
     for day in 0..days {
-        let info = allocation_counter::measure(|| tasks.block_on(runtime, year.day()));
+        let info = allocation_counter::measure(|| tasks.block_on(runtime, year.run_day()));
         year.note_heap(day, info);
     }
     tasks.block_on(runtime, year.end())
@@ -47,7 +53,7 @@ pub fn run<R: Rig>(rig: R, seed: u64, days: u32, weather: Weather, runtime: &Run
 
 struct Year<R> {
     rig: R,
-    weather: Weather,
+    fault_schedule: FaultSchedule,
     random: Rng,
     network: MemoryNetwork,
     recorder: Recorder,
@@ -55,11 +61,11 @@ struct Year<R> {
     adapter: JoinHandle<()>,
     device: Option<Device>,
     device_back_at: Option<Instant>,
-    trouble: Trouble,
+    disturbance: DisturbanceState,
     link: LinkState,
-    /// The newest sample of each tag.
+    /// Newest sample of each tag.
     newest: Vec<Option<Sample>>,
-    /// By how many seconds the device's clock was ahead at the last look.
+    /// Seconds by which the device's clock was ahead at the last check.
     ahead_before: i64,
     had_fault: bool,
     tally: Tally,
@@ -82,14 +88,14 @@ impl Device {
 }
 
 impl<R: Rig> Year<R> {
-    async fn begin(rig: R, seed: u64, weather: Weather) -> Self {
+    async fn begin(rig: R, seed: u64, fault_schedule: FaultSchedule) -> Self {
         SimulatedTime::begin();
         let (network, recorder) = (MemoryNetwork::default(), Recorder::new());
         let adapter = start_adapter(&rig, &recorder, &network);
         let newest = vec![None; rig.tags().len()];
         let mut year = Self {
             rig,
-            weather,
+            fault_schedule,
             random: Rng::with_seed(seed),
             network,
             recorder,
@@ -97,7 +103,7 @@ impl<R: Rig> Year<R> {
             adapter,
             device: None,
             device_back_at: None,
-            trouble: Trouble::new(),
+            disturbance: DisturbanceState::new(),
             link: LinkState::Connecting,
             newest,
             ahead_before: 0,
@@ -108,13 +114,13 @@ impl<R: Rig> Year<R> {
         year
     }
 
-    /// A day, and what it takes until all is well again.
-    async fn day(&mut self) {
+    /// Simulates a day, and then steps until no disturbance is left.
+    async fn run_day(&mut self) {
         let end = Instant::now() + DAY;
         while Instant::now() < end {
             self.step().await;
-            if let Some(event) = self.weather.event(&mut self.random) {
-                self.happen(event).await;
+            if let Some(event) = self.fault_schedule.event(&mut self.random) {
+                self.apply_event(event).await;
             }
         }
         while !self.is_quiet() {
@@ -122,14 +128,14 @@ impl<R: Rig> Year<R> {
         }
     }
 
-    /// Goes on to the next point, and looks.
+    /// Advances to the next point, and checks all tags.
     async fn step(&mut self) {
         let from = Instant::now();
         let some = from + Duration::from_secs(self.random.u64(STEP_SECONDS));
         let change = self.device.as_ref().and_then(Device::next_change);
         let until = [self.device_back_at, change].into_iter().flatten().fold(some, Instant::min);
         sleep_until(until).await;
-        self.note_trouble();
+        self.record_disturbance();
         self.take_samples(from.elapsed());
         self.judge();
         if self.device_back_at.is_some_and(|back_at| back_at <= Instant::now()) {
@@ -138,19 +144,19 @@ impl<R: Rig> Year<R> {
         }
     }
 
-    async fn happen(&mut self, event: Event) {
+    async fn apply_event(&mut self, event: Event) {
         match event {
             Event::Outage { length, is_silent } => {
                 let Some(device) = self.device.take() else { return };
                 device.task.abort();
                 if is_silent {
-                    self.network.fall_silent()
+                    self.network.ignore_dials()
                 } else {
-                    self.network.refuse()
+                    self.network.refuse_dials()
                 }
                 self.device_back_at = Some(Instant::now() + length);
                 self.tally.outages += 1;
-                self.note_trouble();
+                self.record_disturbance();
             }
             Event::Reload => {
                 self.adapter.abort();
@@ -160,7 +166,7 @@ impl<R: Rig> Year<R> {
                 self.newest.fill(None);
                 self.link = LinkState::Connecting;
                 self.network.forget_dials();
-                self.trouble.begin_anew();
+                self.disturbance.restart();
                 self.adapter = start_adapter(&self.rig, &self.recorder, &self.network);
                 self.tally.reloads += 1;
             }
@@ -173,27 +179,27 @@ impl<R: Rig> Year<R> {
 
     /// Starts the device as a new one.
     fn start_device(&mut self) {
-        let faults = self.weather.faults(&mut self.random);
+        let faults = self.fault_schedule.faults(&mut self.random);
         let clock = SimulatedTime::of_device;
         let link = FaultyLink::with_clock(faults.clone(), self.random.u64(..), R::DEADLINE, clock);
         let task = spawn_local(self.rig.run_device(self.network.listen(), link));
         self.device = Some(Device { task, faults, started: Instant::now() });
-        self.note_trouble();
+        self.record_disturbance();
     }
 
-    fn note_trouble(&mut self) {
+    fn record_disturbance(&mut self) {
         let fault = self.device.as_ref().and_then(Device::fault);
-        self.trouble.note(self.device.is_none(), fault.map(|fault| fault.kind));
+        self.disturbance.record(self.device.is_none(), fault.map(|fault| fault.kind));
         let has_fault = fault.is_some();
         self.tally.faults += u64::from(has_fault && !self.had_fault);
         self.had_fault = has_fault;
     }
 
     fn is_quiet(&self) -> bool {
-        self.trouble.is_over(R::WELL_AFTER)
+        self.disturbance.is_quiet_for(R::WELL_AFTER)
     }
 
-    /// Takes what came in this time.
+    /// Applies the samples of this period.
     fn take_samples(&mut self, time: Duration) {
         let recording = self.recorder.recording();
         self.recorder.clear();
@@ -217,7 +223,7 @@ impl<R: Rig> Year<R> {
         }
     }
 
-    /// A sample with a time has the value that the device had then, by its own clock.
+    /// Checks that a sample with a time has the value that the device had then, by its own clock.
     fn check_time(&mut self, sample: &Sample, time: Duration, aheads: [i64; 2]) {
         let (Some(value), Some(said_time)) = (sample.value, sample.source_time) else {
             self.tally.untimed_samples += 1;
@@ -244,7 +250,7 @@ impl<R: Rig> Year<R> {
                 sample.is_none_or(|sample| matches!(sample.quality, Quality::Bad(_)))
             });
         }
-        if self.trouble.is_dead(R::NOTICED_AFTER) {
+        if self.disturbance.is_cut_off_for(R::NOTICED_AFTER) {
             self.tally.dead_points += 1;
             self.check(self.link != LinkState::Up, "a dead link is not up", &self.link);
             let communication = Quality::Bad(Reason::Communication);
@@ -277,8 +283,8 @@ impl<R: Rig> Year<R> {
         if !holds {
             let days = self.began.elapsed().as_secs_f64() / DAY.as_secs_f64();
             let fault = self.device.as_ref().and_then(Device::fault);
-            let trouble = &self.trouble;
-            panic!("not so on day {days:.5}: {what}: {found:?}; {fault:?}; {trouble:?}");
+            let disturbance = &self.disturbance;
+            panic!("not so on day {days:.5}: {what}: {found:?}; {fault:?}; {disturbance:?}");
         }
     }
 
@@ -307,7 +313,7 @@ fn start_adapter<R: Rig>(rig: &R, recorder: &Recorder, network: &MemoryNetwork) 
     spawn_local(rig.run_adapter(recorder.sink(), Arc::new(network.clone())))
 }
 
-/// Whether a tag may have this value now.
+/// Reports whether a value is one that the signal had within the greatest age.
 fn is_current<R: Rig>(signal: &Signal, value: Value, now: SystemTime) -> bool {
     if let Some(slope) = signal.max_slope() {
         return is_equal(signal.at(now), value, slope * R::MAX_AGE.as_secs_f64() + PRECISION);

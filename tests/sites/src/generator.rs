@@ -1,4 +1,4 @@
-//! The stations: a connection each, messages at an even pace.
+//! Load generator: a connection for each station, messages at an even pace.
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -9,32 +9,32 @@ use bytes::BytesMut;
 use rumqttc_v4::mqttbytes::QoS;
 use rumqttc_v4::mqttbytes::v4::{Connect, Packet, Publish};
 
-use crate::form::{Form, Outgoing};
+use crate::payload::{Outgoing, PayloadFormat};
 
-/// What is to be published.
+/// Load that the generator publishes.
 #[derive(clap::Args, Clone, Copy, Debug)]
 pub(crate) struct Load {
     /// Port of the broker on this machine.
     #[arg(long)]
     pub(crate) port: u16,
-    /// What messages are made of.
+    /// Payload format of messages.
     #[arg(long, value_enum)]
-    pub(crate) form: Form,
-    /// Stations.
+    pub(crate) form: PayloadFormat,
+    /// Number of simulated stations.
     #[arg(long)]
     pub(crate) stations: u32,
-    /// Points of a station.
+    /// Number of points of a station.
     #[arg(long)]
     pub(crate) points: u32,
-    /// Points of all stations a second.
+    /// Rate in points of all stations a second.
     #[arg(long)]
     pub(crate) rate: f64,
-    /// Seconds, after the births.
+    /// Duration after the births, seconds.
     #[arg(long)]
     pub(crate) seconds: f64,
 }
 
-/// Publishes; prints how many points there were, and how many seconds they took.
+/// Publishes the load; prints the number of points and the seconds.
 pub(crate) fn run(load: &Load) -> Result<(u64, f64)> {
     let connect = |station| Station::connect(load.port, station);
     let mut stations: Vec<_> = (0..load.stations).map(connect).collect::<Result<_>>()?;
@@ -59,12 +59,12 @@ pub(crate) fn run(load: &Load) -> Result<(u64, f64)> {
     Ok((u64::from(sent) * u64::from(load.points), start.elapsed().as_secs_f64()))
 }
 
-/// Nanoseconds since 1970.
+/// Returns the time as nanoseconds since 1970.
 pub(crate) fn now() -> i64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_nanos() as i64)
 }
 
-/// The connection of a station.
+/// Connection of one station.
 struct Station(TcpStream);
 
 impl Station {

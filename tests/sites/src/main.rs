@@ -4,9 +4,9 @@
 //! must be beside it.
 #![allow(clippy::print_stdout, reason = "what was measured is its output")]
 
-mod bare;
-mod form;
+mod bare_client;
 mod generator;
+mod payload;
 mod reader;
 mod usage;
 
@@ -22,89 +22,90 @@ use clap::{Parser, Subcommand};
 use document::Series;
 use serde::Serialize;
 
-use crate::form::Form;
 use crate::generator::Load;
+use crate::payload::PayloadFormat;
 use crate::reader::Reader;
 use crate::usage::{Usage, cpu_seconds, plugin_process, usage};
 
 const STATIONS: u32 = 100;
 const POINTS: u32 = 5400;
-/// Points of all stations a second, by form: the last of each is every point once a second,
-/// but for texts, each of which is a message.
-const LOADS: [(Form, f64); 7] = [
-    (Form::Sparkplug, 108_000.0),
-    (Form::Sparkplug, 540_000.0),
-    (Form::Sparkplug, 1_080_000.0),
-    (Form::Json, 108_000.0),
-    (Form::Json, 540_000.0),
-    (Form::Text, 20_000.0),
-    (Form::Text, 50_000.0),
+/// Loads by payload format, points of all stations a second. The last of each is every point once a
+/// second, except for texts, each of which is a message.
+const LOADS: [(PayloadFormat, f64); 7] = [
+    (PayloadFormat::Sparkplug, 108_000.0),
+    (PayloadFormat::Sparkplug, 540_000.0),
+    (PayloadFormat::Sparkplug, 1_080_000.0),
+    (PayloadFormat::Json, 108_000.0),
+    (PayloadFormat::Json, 540_000.0),
+    (PayloadFormat::Text, 20_000.0),
+    (PayloadFormat::Text, 50_000.0),
 ];
-/// Of one load, after the births.
+/// Duration of the measurement of one load, after the births.
 const SECONDS: f64 = 15.0;
-/// For what is under way when the generator has ended.
+/// Time for messages in flight after the generator has ended.
 const DRAINING: Duration = Duration::from_secs(2);
 const BROKER: &str = "/usr/sbin/mosquitto";
 
 #[derive(Parser)]
 #[command(subcommand_negates_reqs = true)]
 struct Arguments {
-    /// The plugin's library.
+    /// Path of the plugin's library.
     #[arg(long, required = true)]
     library: Option<PathBuf>,
-    /// Where the figures go, as JSON.
+    /// Output file of the figures, JSON.
     #[arg(long, required = true)]
     out: Option<PathBuf>,
-    /// Only loads of this form.
+    /// Payload format to measure alone.
     #[arg(long, value_enum)]
-    only: Option<Form>,
+    only: Option<PayloadFormat>,
     #[command(subcommand)]
-    part: Option<Part>,
+    part: Option<Subprocess>,
 }
 
 #[derive(Subcommand)]
-enum Part {
-    /// The stations.
+enum Subprocess {
+    /// Load generator: publishes as all stations.
     Generate(Load),
-    /// The peer.
+    /// Peer client without Busbar.
     Bare {
         /// Port of the broker on this machine.
         port: u16,
     },
 }
 
-/// What was measured of one load.
+/// Figures of one load.
 #[derive(Debug, Serialize)]
 struct Figures {
     form: &'static str,
-    /// Points of all stations a second that were to be sent, and that were.
+    /// Rate of all stations that was to be sent, points a second; the rate that was sent follows.
     wanted: f64,
     sent: f64,
-    /// Good values a second that reached the table.
+    /// Rate of good values that reached the table, a second.
     reached: f64,
-    /// Of the values that were sent.
+    /// Share of the sent values that reached the tag table.
     reached_share: f64,
-    /// Values that were overtaken in the ring between the plugin's process and the host.
+    /// Number of values that were overtaken in the ring between the plugin's process and the host.
     overtaken: u64,
-    /// Milliseconds from a value's making to the table, a frame's wait of 16 ms included.
+    /// Latency of values from publication to the table, milliseconds, a frame's wait of 16 ms
+    /// included.
     latency_millis: Series,
     plugin: Usage,
     host: Usage,
     broker: Usage,
     bare: Usage,
-    /// Messages a second that the bare client took.
+    /// Rate of messages that the bare client received, a second.
     bare_messages: f64,
 }
 
 fn main() -> Result<()> {
     let Arguments { library, out, only, part } = Arguments::parse();
     match part {
-        Some(Part::Generate(load)) => {
+        Some(Subprocess::Generate(load)) => {
             let (points, seconds) = generator::run(&load)?;
             println!("{points} {seconds}");
             return Ok(());
         }
-        Some(Part::Bare { port }) => return bare::run(port),
+        Some(Subprocess::Bare { port }) => return bare_client::run(port),
         None => {}
     }
     let library = library.context("which library?")?;
@@ -115,7 +116,7 @@ fn main() -> Result<()> {
     for (form, rate) in LOADS.into_iter().filter(|(form, _)| only.is_none_or(|only| only == *form))
     {
         let figures = measure(folder.path(), form, rate)?;
-        tell(&figures);
+        print_figures(&figures);
         all.push(figures);
     }
     let out = out.context("where to?")?;
@@ -124,18 +125,18 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-fn measure(libraries: &Path, form: Form, rate: f64) -> Result<Figures> {
+fn measure(libraries: &Path, form: PayloadFormat, rate: f64) -> Result<Figures> {
     let (broker, port) = broker()?;
-    let bare = Bare::start(port)?;
+    let bare = BareClient::start(port)?;
     let tags = form.tags(STATIONS, POINTS);
     let mut reader = Reader::start(libraries.to_owned(), form, port, &tags)?;
-    let mut generator = Ended(generator_of(port, form, rate)?);
+    let mut generator = ChildGuard(generator_of(port, form, rate)?);
     // Births are not values of the measurement.
     let births = Instant::now();
     while births.elapsed() < Duration::from_secs(2) {
         reader.frame();
     }
-    reader.taken = reader::Taken::default();
+    reader.taken = reader::ReceivedValues::default();
     let plugin = plugin_process()?;
     let processes = [plugin, std::process::id(), broker.0.id(), bare.child.0.id()];
     let before: Vec<f64> = processes.into_iter().map(cpu_seconds).collect::<Result<_>>()?;
@@ -165,7 +166,7 @@ fn measure(libraries: &Path, form: Form, rate: f64) -> Result<Figures> {
         reached: reader.taken.values as f64 / sending,
         reached_share: reader.taken.values as f64 / points,
         overtaken: reader.lost(),
-        latency_millis: Series::of(std::mem::take(&mut reader.taken.latencies)),
+        latency_millis: Series::from_values(std::mem::take(&mut reader.taken.latencies)),
         plugin,
         host,
         broker,
@@ -174,7 +175,7 @@ fn measure(libraries: &Path, form: Form, rate: f64) -> Result<Figures> {
     })
 }
 
-fn tell(figures: &Figures) {
+fn print_figures(figures: &Figures) {
     let Figures { form, wanted, sent, reached, reached_share, latency_millis, .. } = figures;
     println!(
         "{form:9} {wanted:9.0} wanted {sent:9.0} sent {reached:9.0} reached a second ({:.2} %), \
@@ -195,22 +196,22 @@ fn tell(figures: &Figures) {
     println!("          bare client: {:.0} messages a second", figures.bare_messages);
 }
 
-/// A process that ends with this value.
-struct Ended(Child);
+/// Guard that kills a process when dropped.
+struct ChildGuard(Child);
 
-impl Drop for Ended {
+impl Drop for ChildGuard {
     fn drop(&mut self) {
         let _ = self.0.kill();
         let _ = self.0.wait();
     }
 }
 
-/// Mosquitto as it comes, on a free port.
-fn broker() -> Result<(Ended, u16)> {
+/// Starts Mosquitto with its default settings, on a free port.
+fn broker() -> Result<(ChildGuard, u16)> {
     let port = TcpListener::bind("127.0.0.1:0")?.local_addr()?.port();
     let mut command = Command::new(BROKER);
     command.args(["-p", &port.to_string()]).stdout(Stdio::null()).stderr(Stdio::null());
-    let child = Ended(command.spawn().context("no mosquitto: install the package mosquitto")?);
+    let child = ChildGuard(command.spawn().context("no mosquitto: install the package mosquitto")?);
     let start = Instant::now();
     while TcpStream::connect(("127.0.0.1", port)).is_err() {
         ensure!(start.elapsed() < Duration::from_secs(10), "mosquitto does not listen");
@@ -219,7 +220,7 @@ fn broker() -> Result<(Ended, u16)> {
     Ok((child, port))
 }
 
-fn generator_of(port: u16, form: Form, rate: f64) -> Result<Child> {
+fn generator_of(port: u16, form: PayloadFormat, rate: f64) -> Result<Child> {
     let mut command = Command::new(std::env::current_exe()?);
     command.arg("generate").args(["--port", &port.to_string()]).args(["--form", form.name()]);
     command.args(["--stations", &STATIONS.to_string()]).args(["--points", &POINTS.to_string()]);
@@ -227,17 +228,17 @@ fn generator_of(port: u16, form: Form, rate: f64) -> Result<Child> {
     Ok(command.stdout(Stdio::piped()).spawn()?)
 }
 
-/// The peer's process, and what it says.
-struct Bare {
-    child: Ended,
+/// Process of the peer client, with its counts.
+struct BareClient {
+    child: ChildGuard,
     messages: Arc<Mutex<u64>>,
 }
 
-impl Bare {
+impl BareClient {
     fn start(port: u16) -> Result<Self> {
         let mut command = Command::new(std::env::current_exe()?);
         command.args(["bare", &port.to_string()]).stdout(Stdio::piped());
-        let mut child = Ended(command.spawn()?);
+        let mut child = ChildGuard(command.spawn()?);
         let output = BufReader::new(child.0.stdout.take().context("no output")?);
         let messages = Arc::new(Mutex::new(0));
         let told = Arc::clone(&messages);

@@ -1,5 +1,5 @@
-//! Our end: the plugin in its process, and the tag table that its values end in, fed once a
-//! frame as a window does.
+//! Reader of the values: the plugin in its process, and the tag table, filled once a frame as in a
+//! window.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -13,37 +13,37 @@ use busbar_plugin_process::{
 use busbar_tags::{Moment, Sample, TagSet, TagSpec, TagTable, Value, ValueKind};
 use serde_json::json;
 
-use crate::form::Form;
 use crate::generator::now;
+use crate::payload::PayloadFormat;
 
-/// Between two frames of a window.
+/// Time between two frames of a window.
 const FRAME: Duration = Duration::from_millis(16);
-/// Until the plugin is connected.
+/// Longest wait until the plugin is connected.
 const PATIENCE: Duration = Duration::from_secs(120);
-/// Of so many values one gives its latency.
+/// Interval of values for latency: one of so many is sampled.
 const SAMPLED: u64 = 97;
 
-/// The plugin and the table.
+/// Running plugin with the tag table.
 pub(crate) struct Reader {
     telemetry: RunningTelemetry,
     table: TagTable,
-    pub(crate) taken: Taken,
+    pub(crate) taken: ReceivedValues,
 }
 
-/// What came.
+/// Counts and latencies of received values.
 #[derive(Debug, Default)]
-pub(crate) struct Taken {
-    /// Good values.
+pub(crate) struct ReceivedValues {
+    /// Number of good values.
     pub(crate) values: u64,
-    /// When values of a frame were published, some of them.
+    /// Publish times of some values of a frame, nanoseconds since 1970.
     published: Vec<i64>,
-    /// Milliseconds from there to the table.
+    /// Latencies from publication to the table, milliseconds.
     pub(crate) latencies: Vec<f64>,
 }
 
 struct Updates<'a> {
     table: &'a mut TagTable,
-    taken: &'a mut Taken,
+    taken: &'a mut ReceivedValues,
 }
 
 impl SampleSink for Updates<'_> {
@@ -62,7 +62,7 @@ impl SampleSink for Updates<'_> {
 impl Reader {
     pub(crate) fn start(
         libraries: PathBuf,
-        form: Form,
+        form: PayloadFormat,
         port: u16,
         tags: &[TelemetryTag],
     ) -> Result<Self> {
@@ -89,7 +89,7 @@ impl Reader {
         };
         let set = TagSet::new(tags.iter().map(spec).collect()).ok().context("tags of one id")?;
         let table = TagTable::new(Arc::new(set), Moment::now());
-        let mut reader = Self { telemetry, table, taken: Taken::default() };
+        let mut reader = Self { telemetry, table, taken: ReceivedValues::default() };
         let start = Instant::now();
         while !reader.telemetry.link().message.ends_with("connected") {
             ensure!(start.elapsed() < PATIENCE, "no connection: {:?}", reader.telemetry.link());
@@ -98,7 +98,7 @@ impl Reader {
         Ok(reader)
     }
 
-    /// One frame: waits for it, and takes all that came.
+    /// Waits for one frame, then applies all values that came.
     pub(crate) fn frame(&mut self) {
         std::thread::sleep(FRAME);
         self.telemetry.drain(&mut Updates { table: &mut self.table, taken: &mut self.taken });
@@ -108,7 +108,7 @@ impl Reader {
         self.taken.latencies.extend(self.taken.published.drain(..).map(millis));
     }
 
-    /// Values that were overtaken or refused on their way through the ring.
+    /// Returns the number of values that were overtaken or refused in the ring.
     pub(crate) fn lost(&self) -> u64 {
         let link = self.telemetry.link();
         link.dropped + link.rejected

@@ -1,4 +1,4 @@
-//! What a process has taken, by `/proc`.
+//! Resource usage of a process, by `/proc`.
 
 use std::fs;
 use std::path::Path;
@@ -6,20 +6,20 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use serde::Serialize;
 
-/// The kernel's clock ticks a second, as it shows them to programs (proc(5)).
+/// Rate of the kernel's clock ticks, a second, as it shows them to programs (proc(5)).
 const TICKS_PER_SECOND: f64 = 100.0;
 
-/// What a process took in a while.
+/// Resource usage of a process over a period.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(crate) struct Usage {
-    /// Share of one core.
+    /// Processor time as a share of one core.
     pub(crate) cores: f64,
-    /// Memory that it has resident, and the most that it ever had, MiB.
+    /// Resident memory, and its peak, MiB.
     pub(crate) mib: f64,
     pub(crate) peak_mib: f64,
 }
 
-/// Seconds on processors so far.
+/// Returns the processor time of a process so far, seconds.
 pub(crate) fn cpu_seconds(process: u32) -> Result<f64> {
     let fields = stat(process)?;
     let ticks = |index: usize| fields.get(index).and_then(|field| field.parse::<f64>().ok());
@@ -28,7 +28,7 @@ pub(crate) fn cpu_seconds(process: u32) -> Result<f64> {
     Ok((user + system) / TICKS_PER_SECOND)
 }
 
-/// Since `before` seconds of CPU, over so many seconds.
+/// Measures the usage of a process over `seconds`, since it had used `before` seconds of CPU.
 pub(crate) fn usage(process: u32, before: f64, seconds: f64) -> Result<Usage> {
     let cores = (cpu_seconds(process)? - before) / seconds;
     let status = fs::read_to_string(format!("/proc/{process}/status"))?;
@@ -41,7 +41,7 @@ pub(crate) fn usage(process: u32, before: f64, seconds: f64) -> Result<Usage> {
     Ok(Usage { cores, mib: now, peak_mib: peak })
 }
 
-/// The child of this process that runs a plugin.
+/// Finds the child of this process that runs a plugin.
 pub(crate) fn plugin_process() -> Result<u32> {
     let own = std::process::id().to_string();
     for entry in fs::read_dir("/proc")? {
@@ -60,7 +60,7 @@ fn id_of(path: &Path) -> Option<u32> {
     path.file_name()?.to_str()?.parse().ok()
 }
 
-/// Fields of `stat` from the third on: the second may hold spaces.
+/// Returns the fields of `stat` from the third on; the second may hold spaces.
 fn stat(process: u32) -> Result<Vec<String>> {
     let text = fs::read_to_string(format!("/proc/{process}/stat"))?;
     let (_, rest) = text.rsplit_once(')').context("stat has no name")?;

@@ -1,13 +1,13 @@
-//! Solids of one part, counted, so that shells that touch are found out.
+//! Parts under construction with counted positions, by which touching shells are detected.
 
 use demo_model::shapes::{cuboid, ring_of_profile};
 use demo_model::{Finish, Part, Solid};
 use glam::{Mat4, Quat, Vec3};
 
-/// Most finishes of one shell.
+/// Number of finishes that one shell may have.
 const MAX_TONES: usize = 2;
 
-/// A part under construction and the positions that its shells have.
+/// Part under construction, with the number of its shells' positions.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Body {
     pub(crate) part: Part,
@@ -72,7 +72,7 @@ fn cut_out(solid: &Solid, wanted: impl Fn(Vec3) -> bool) -> Solid {
     cut
 }
 
-/// An open grid of `[across, along]` cells, facing up, at height `y`.
+/// Builds an open grid of `[across, along]` cells, facing up, at height `y`.
 pub(crate) fn sheet(min: [f32; 2], max: [f32; 2], y: f32, cells: [u32; 2]) -> Solid {
     let mut solid = Solid::default();
     for j in 0..=cells[1] {
@@ -94,24 +94,24 @@ pub(crate) fn sheet(min: [f32; 2], max: [f32; 2], y: f32, cells: [u32; 2]) -> So
     solid
 }
 
-/// A hollow tube that stands from `bottom` to `top`.
+/// Builds a hollow tube that stands from `bottom` to `top`.
 pub(crate) fn tube(inner: f32, outer: f32, bottom: f32, top: f32, sides: usize) -> Solid {
     ring_of_profile(&[(inner, bottom), (outer, bottom), (outer, top), (inner, top)], sides)
 }
 
-/// A turn about an axis of unit length, the same on every machine.
+/// Returns a rotation about an axis of unit length, the same on every machine.
 pub(crate) fn turned(axis: Vec3, degrees: f32) -> Mat4 {
     let half = f64::from(degrees).to_radians() * 0.5;
     let (sin, cos) = (libm::sin(half) as f32, libm::cos(half) as f32);
     Mat4::from_quat(Quat::from_xyzw(axis.x * sin, axis.y * sin, axis.z * sin, cos))
 }
 
-/// Turns what stands along y so that it lies along x.
+/// Returns the rotation of the y axis onto the x axis.
 pub(crate) fn along_x() -> Mat4 {
     turned(Vec3::Z, -90.0)
 }
 
-/// Turns what stands along y so that it lies along z.
+/// Returns the rotation of the y axis onto the z axis.
 pub(crate) fn along_z() -> Mat4 {
     turned(Vec3::X, 90.0)
 }

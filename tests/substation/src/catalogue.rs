@@ -1,4 +1,4 @@
-//! The models that a station is made of.
+//! Catalogue of the station's models.
 
 use std::collections::BTreeMap;
 
@@ -15,31 +15,31 @@ pub struct Catalogue {
     entries: BTreeMap<String, Entry>,
 }
 
-/// A model, and what it shows.
+/// Model with its counts.
 #[derive(Debug)]
 pub struct Entry {
-    /// The model.
+    /// Model with its materials and meshes.
     pub model: Model,
-    /// Welded positions and triangles of all its nodes.
+    /// Counts of welded positions and triangles of all its nodes.
     pub counts: Counts,
 }
 
-/// Welded positions and triangles.
+/// Counts of welded positions and triangles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Welded positions.
+    /// Number of welded positions.
     pub vertices: usize,
-    /// Triangles.
+    /// Number of welded triangles.
     pub triangles: usize,
 }
 
 impl Catalogue {
-    /// A model, if the name is known.
+    /// Returns a model if the name is known.
     pub fn get(&self, name: &str) -> Option<&Entry> {
         self.entries.get(name)
     }
 
-    /// All models with their names.
+    /// Iterates over all models with their names.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &Entry)> {
         self.entries.iter().map(|(name, entry)| (name.as_str(), entry))
     }

@@ -1,4 +1,4 @@
-//! The station as a Busbar configuration.
+//! Busbar configuration of the station.
 
 use serde_json::{Map, Value, json};
 
@@ -8,12 +8,12 @@ use crate::{Placement, Station};
 /// Folder of the models, beside the configuration.
 const MODEL_FOLDER: &str = "station";
 
-/// Houses, walls and roads have less: there is nothing to take from them.
+/// Least number of triangles of a reducible model; houses, walls and roads have fewer.
 const MIN_REDUCED_TRIANGLES: usize = 1000;
 
 impl Station {
-    /// The configuration that places the models: bays, devices in them, poles
-    /// as instances. It has no tags yet.
+    /// Returns the configuration that places the models: bays, devices in them, poles as instances.
+    /// It has no tags yet.
     pub fn configuration(&self) -> Value {
         let models: Map<String, Value> = self
             .catalogue
@@ -57,7 +57,7 @@ impl Station {
     }
 }
 
-/// Full detail of what stands near, less of what is far.
+/// Returns the thetas of the models: full detail of near equipment, less of far equipment.
 fn theta() -> Value {
     json!({
         "distance": [
@@ -69,7 +69,7 @@ fn theta() -> Value {
     })
 }
 
-/// Runs of equal keys, in order of first use.
+/// Groups runs of equal keys, in order of first use.
 fn grouped<'p, K: PartialEq>(
     placements: impl IntoIterator<Item = &'p Placement>,
     key: impl Fn(&'p Placement) -> K,
@@ -98,7 +98,7 @@ fn bays(placements: &[Placement]) -> Vec<Value> {
         .collect()
 }
 
-/// One node, or a group with one node and its instances for the phases.
+/// Returns one node, or a group with one node and its instances for the phases.
 fn device(id: &str, poles: &[&Placement]) -> Value {
     let Some((first, others)) = poles.split_first() else { return json!({ "id": id }) };
     let mut node = placed(first);

@@ -1,15 +1,15 @@
-//! Why a station cannot be made.
+//! Errors of the station's generation.
 
 use busbar_geometry::WeldError;
 use thiserror::Error;
 
-/// Why a station cannot be made. All are faults of this crate's dimensions.
+/// Error of the station's generation; each is a fault of this crate's dimensions.
 #[derive(Debug, Error)]
 pub enum StationError {
-    /// A shape has a point that is not finite.
+    /// Shape with a point that is not finite.
     #[error("a shape cannot be welded: {0}; correct its dimensions")]
     Weld(#[from] WeldError),
-    /// Two shells share a position, so that welding would join them.
+    /// Position that two shells share, so that welding would join them.
     #[error(
         "{place}: {expected} positions became {found}: two shells share a position; \
          move one of them"
@@ -17,22 +17,22 @@ pub enum StationError {
     ShellsTouch {
         /// Model and part, or the flattened station.
         place: String,
-        /// Positions of the shells counted one by one.
+        /// Number of positions of the shells counted one by one.
         expected: usize,
-        /// Positions after welding.
+        /// Number of positions after welding.
         found: usize,
     },
-    /// The parts that close the sums cannot make up for the rest.
+    /// Filler geometry that cannot make up the paper's counts.
     #[error("{what} must be {range}, but the sums ask for {found}; change the other models")]
     DoesNotClose {
-        /// What is to close the sum.
+        /// Name of the quantity that does not match.
         what: &'static str,
-        /// What is sensible.
+        /// Range of sensible values.
         range: String,
-        /// What would be needed.
+        /// Value that would be needed.
         found: i64,
     },
-    /// The layout names a model that is not in the catalogue.
+    /// Name in the layout without a model in the catalogue.
     #[error("'{0}' is placed, but there is no such model; add it to the catalogue")]
     NoModel(String),
 }

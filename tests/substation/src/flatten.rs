@@ -1,4 +1,4 @@
-//! The station as one mesh in world space, and whose each triangle is.
+//! Station as one mesh in world space, with the equipment of each triangle.
 
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -10,24 +10,24 @@ use glam::{Mat4, Vec3};
 use crate::catalogue::Entry;
 use crate::{Station, StationError};
 
-/// The flattened station.
+/// Station flattened into one mesh.
 #[derive(Debug)]
 pub struct FlatStation {
-    /// One node with one mesh, a section a material, a feature a piece of
+    /// Model of one node with one mesh: a section for each material, a feature for each piece of
     /// equipment.
     pub model: Model,
-    /// Whose the triangles are, in order, covering all.
+    /// Runs of triangles of one piece of equipment, in order, covering all.
     pub runs: Vec<Run>,
 }
 
 /// Consecutive triangles of one piece of equipment.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Run {
-    /// First triangle of the mesh.
+    /// Index of the first triangle in the mesh.
     pub first_triangle: usize,
     /// Number of triangles, at least 1.
     pub triangle_count: usize,
-    /// Equipment id.
+    /// Id of the equipment.
     pub equipment: String,
 }
 
@@ -43,7 +43,7 @@ struct Flattener {
 }
 
 impl Station {
-    /// Puts all triangles into one mesh, by material, then by equipment.
+    /// Merges all triangles into one mesh, by material, then by equipment.
     ///
     /// # Errors
     /// [`StationError`] if two shells of one piece of equipment share a position
@@ -156,7 +156,7 @@ fn note_owner(owners: &mut Vec<(u32, usize)>, feature: u32, triangles: usize) {
 }
 
 impl FlatStation {
-    /// The runs as CSV.
+    /// Formats the runs as CSV.
     pub fn equipment_csv(&self) -> String {
         let mut csv = "first_triangle,triangle_count,equipment\n".to_owned();
         for Run { first_triangle, triangle_count, equipment } in &self.runs {

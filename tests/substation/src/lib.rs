@@ -14,9 +14,9 @@
 
 mod body;
 mod catalogue;
-mod closing;
 mod configuration;
 mod error;
+mod filler_counts;
 mod flatten;
 mod layout;
 mod live;
@@ -24,17 +24,17 @@ mod models;
 mod network;
 mod points;
 mod records;
-mod scatter;
 mod scenarios;
+mod seeded_random;
 mod station;
 
 pub use catalogue::{Catalogue, Counts, Entry};
-pub use closing::{PAPER_TRIANGLES, PAPER_VERTICES};
 pub use error::StationError;
+pub use filler_counts::{PAPER_TRIANGLES, PAPER_VERTICES};
 pub use flatten::{FlatStation, Run};
 pub use layout::Placement;
 pub use network::{Network, NetworkSwitch, network};
-pub use points::{Gateway, Point, PointKind, Usual, csv, points};
+pub use points::{Gateway, NormalValue, Point, PointKind, csv, points};
 pub use records::{AssetRow, StationRecords, WorkRow};
 pub use scenarios::{Scenario, scenarios};
 pub use station::Station;

@@ -1,5 +1,4 @@
-//! The station live: every point a tag that a simulated gateway serves, and what is shown
-//! and alarmed of it.
+//! Live station: every point a tag of a simulated gateway, with its overlays and alarms.
 
 mod alarms;
 mod monitoring;
@@ -10,26 +9,26 @@ use serde_json::{Map, Value, json};
 
 use crate::models::{BLADE, EARTHING_BLADE};
 use crate::points::{
-    EARTHED, Gateway, Load, MAIN_TRANSFORMERS, Point, PointKind, Usual, bay_loads, points,
+    EARTHED, Gateway, Load, MAIN_TRANSFORMERS, NormalValue, Point, PointKind, bay_loads, points,
 };
 use crate::{Network, NetworkSwitch, Station, network};
 
 /// Port of the first simulated gateway; the others follow.
 const FIRST_PORT: u16 = 15_021;
-/// A value is stale once so many of its scans are missing.
+/// Number of missing scans after which a value is stale.
 const MISSED_SCANS: u32 = 3;
-/// What is scanned less often than each second is a poll group of its own.
+/// Scan period of fast points, milliseconds; slower ones have a poll group of their own.
 const FAST_MILLIS: u32 = 1000;
 const SLOW_GROUP: &str = "monitoring";
-/// First register of that group: far from the others, so that none is read in vain.
+/// First register of that group: far from the others, so that no read covers the gap.
 const SLOW_REGISTER: u16 = 2000;
-/// Seconds in which what wanders finds a new aim.
+/// Period of a random walk between two targets, seconds.
 const WALK_SECONDS: f64 = 30.0;
 const AMBIENT: &str = "S12Z1MON/MMET1.EnvTmp";
 
 impl Station {
-    /// The configuration with all points, from simulated gateways, and what is made of
-    /// them. `closed` may have switches stand otherwise than in normal operation.
+    /// Returns the configuration with all points from simulated gateways, and with overlays and
+    /// alarms. `closed` may set switches to other positions than those of normal operation.
     pub fn live_configuration(&self, closed: impl Fn(&NetworkSwitch) -> bool) -> Value {
         let Network { settings, switches } = network();
         let stands: HashMap<&str, bool> =
@@ -91,7 +90,7 @@ impl Station {
     }
 }
 
-/// What overlays that are not of condition monitoring need of the station's points.
+/// Overlays that are not of condition monitoring, with the roles of the points that they need.
 const ROLES: [(&str, &[&str]); 6] = [
     ("contact_contour", &["contact_temperature"]),
     ("energised", &["position"]),
@@ -101,7 +100,7 @@ const ROLES: [(&str, &[&str]); 6] = [
     ("values", &["load", "top_oil", "hot_spot"]),
 ];
 
-/// What a camera sees best: the place of a scenario, by its name.
+/// Camera of a scenario: name, eye and target, metres.
 type Camera = (&'static str, [f64; 3], [f64; 3]);
 
 const CAMERAS: [Camera; 5] = [
@@ -112,7 +111,7 @@ const CAMERAS: [Camera; 5] = [
     ("transformer_1", [-33.6, 10.2, -14.0], [-27.6, 4.2, 0.0]),
 ];
 
-/// Where points are read: cells of each unit, one after another.
+/// Register allocator: next free address of each unit and table.
 #[derive(Default)]
 struct Registers {
     next: BTreeMap<(Gateway, u8, &'static str), u16>,
@@ -146,15 +145,15 @@ impl Registers {
 fn tag(point: &Point, source: Value, closed: Option<bool>) -> Value {
     let usual = match closed {
         // Double-points as IEC 61850-7-3 counts them: 1 is off, 2 is on.
-        Some(closed) => Usual::Constant(if closed { 2.0 } else { 1.0 }),
+        Some(closed) => NormalValue::Constant(if closed { 2.0 } else { 1.0 }),
         None => point.usual,
     };
     let simulate = match usual {
-        Usual::Constant(base) => json!({ "shape": "constant", "base": base }),
-        Usual::Walk(base, amplitude) => json!({
+        NormalValue::Constant(base) => json!({ "shape": "constant", "base": base }),
+        NormalValue::Walk(base, amplitude) => json!({
             "shape": "walk", "base": base, "amplitude": amplitude, "period_seconds": WALK_SECONDS,
         }),
-        Usual::Counter(base, seconds) => json!({
+        NormalValue::Counter(base, seconds) => json!({
             "shape": "counter", "base": base, "amplitude": 1.0e6, "period_seconds": seconds,
         }),
     };
@@ -186,7 +185,8 @@ fn capitalised(name: &str) -> String {
     first.unwrap_or_default() + letters.as_str()
 }
 
-/// Every point at its equipment; the ambient temperature also at the transformers.
+/// Returns the bindings of every point to its equipment; the ambient temperature is also bound to
+/// the transformers.
 fn bindings(points: &[Point]) -> Vec<Value> {
     let binding =
         |tag: &str, node: &str, role: &str| json!({ "tag": tag, "node": node, "role": role });
@@ -196,7 +196,7 @@ fn bindings(points: &[Point]) -> Vec<Value> {
     own.chain(ambient).collect()
 }
 
-/// All switches, and the earthing blades of lines.
+/// Returns the settings for the positions of all switches and the earthing blades of lines.
 fn switch_positions(switches: &[NetworkSwitch]) -> Value {
     let main = |switch: &NetworkSwitch| {
         let equipment = &switch.equipment;
@@ -220,7 +220,8 @@ fn switch_positions(switches: &[NetworkSwitch]) -> Value {
     json!({ "switches": all.collect::<Vec<_>>() })
 }
 
-/// Power at the current transformers of all bays: out of the busbar is positive.
+/// Returns the settings of power at the current transformers of all bays: out of the busbar is
+/// positive.
 fn flows() -> Value {
     let flow = |load: Load| {
         let at = |device: &str| format!("{}-{device}", load.bay);
@@ -239,8 +240,8 @@ fn flows() -> Value {
     json!({ "flows": in_yards.map(flow).collect::<Vec<_>>() })
 }
 
-/// Temperatures of all contacts; the limit is that of copper contacts in air (IEC 62271-1,
-/// table 14: a rise of 65 K for tin-plated ones, at 20 °C).
+/// Returns the settings of the temperatures of all contacts. The limit is that of copper contacts
+/// in air (IEC 62271-1, table 14: a rise of 65 K for tin-plated ones, at 20 °C).
 fn contact_contour(points: &[Point]) -> Value {
     json!({
         "name": "Contact temperature, °C",
@@ -253,7 +254,7 @@ fn contact_contour(points: &[Point]) -> Value {
     })
 }
 
-/// Forced-air cooling, as transformers of this size have.
+/// Returns the settings of forced-air cooling, as transformers of this size have.
 fn thermal() -> Value {
     let transformer = |number: usize| {
         json!({

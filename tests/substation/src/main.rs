@@ -12,7 +12,7 @@ use substation::{Station, StationRecords};
 /// Folder of the scenarios, beside the configuration.
 const SCENARIO_FOLDER: &str = "scenarios";
 
-/// Makes the 220 kV substation of the paper.
+/// Generator of the paper's 220 kV substation.
 #[derive(Parser)]
 struct Arguments {
     /// Folder to write to; made if it does not exist.
@@ -46,7 +46,7 @@ fn main() -> Result<()> {
     write(&out_dir.join("station.json"), json.as_bytes())?;
     progress.inc(1);
     let mut live = station.live_configuration(|switch| switch.closed);
-    let records = StationRecords::of(&station, seed);
+    let records = StationRecords::generate(&station, seed);
     // Plugins do not know where the configuration is.
     records.add_to(&mut live, &fs::canonicalize(&out_dir)?);
     records.write(&out_dir).context("cannot write the records")?;

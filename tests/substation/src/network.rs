@@ -1,25 +1,24 @@
-//! The station as a network: what joins which connectivity nodes, and how its switches
-//! stand in normal operation.
+//! Network of the station: connectivity nodes, branches, and the normal positions of switches.
 
 use serde_json::{Value, json};
 
 use crate::layout::{BayKind, YARDS, Yard};
 
-/// A switch, and how it stands in normal operation.
+/// Switch with its position in normal operation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NetworkSwitch {
-    /// Equipment id.
+    /// Id of the switch's equipment.
     pub equipment: String,
-    /// Whether it is closed.
+    /// Position in normal operation: true if closed.
     pub closed: bool,
 }
 
-/// The network, as the settings of an overlay have it, with its switches.
+/// Network in the form of an overlay's settings, with its switches.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Network {
-    /// `levels`, `nodes`, `branches`, `earths` and `sources`.
+    /// Settings `levels`, `nodes`, `branches`, `earths` and `sources`.
     pub settings: Value,
-    /// All switches.
+    /// Switches of the whole station.
     pub switches: Vec<NetworkSwitch>,
 }
 
@@ -125,12 +124,12 @@ impl Builder {
     }
 }
 
-/// The node of a transformer's winding.
+/// Returns the connectivity node of a transformer's winding.
 fn winding(number: u8, level: &str) -> String {
     format!("=S12T{number}.{}", level.trim_end_matches(" kV"))
 }
 
-/// The station's network in normal operation.
+/// Returns the station's network in normal operation.
 pub fn network() -> Network {
     let mut builder = Builder::default();
     for (yard, level) in YARDS.iter().zip(["220 kV", "110 kV"]) {

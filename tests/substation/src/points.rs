@@ -1,5 +1,5 @@
-//! The point list: what the station's devices report, as a control centre would list it,
-//! and how each value stands in normal operation.
+//! Point list: the values that the station's devices report, as of a control centre, with their
+//! course in normal operation.
 
 mod bays;
 mod loads;
@@ -13,18 +13,18 @@ pub(crate) use loads::{Load, MAIN_TRANSFORMERS, bay_loads};
 pub(crate) use monitoring::{SF6_ALARM, SF6_FILLING, SF6_LOCK_OUT};
 pub(crate) use states::EARTHED;
 
-/// What a point carries.
+/// Kind of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PointKind {
-    /// A measured value.
+    /// Analog value that is measured.
     Analog,
-    /// A switch position in two bits.
+    /// Double point: a switch position in two bits.
     Double,
-    /// A status or alarm.
+    /// Single point: a status or alarm.
     Single,
-    /// A command; Busbar shows it and never sends it.
+    /// Command; Busbar shows it and never sends it.
     Control,
-    /// A value of condition monitoring.
+    /// Value of condition monitoring.
     Monitoring,
 }
 
@@ -39,7 +39,7 @@ impl PointKind {
         }
     }
 
-    /// The logical device that has such points.
+    /// Returns the logical device that has such points.
     fn logical_device(self) -> &'static str {
         match self {
             Self::Analog => "MEAS",
@@ -50,27 +50,27 @@ impl PointKind {
     }
 }
 
-/// The gateway that bays are read through; each bay is a unit behind it.
+/// Gateway through which bays are read; each bay is a unit behind it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Gateway {
-    /// 220 kV yard.
+    /// Gateway of the 220 kV yard.
     Yard220,
-    /// 110 kV yard.
+    /// Gateway of the 110 kV yard.
     Yard110,
-    /// Main transformers.
+    /// Gateway of the main transformers.
     Transformers,
-    /// 35 kV switch house.
+    /// Gateway of the 35 kV switch house.
     House35,
-    /// What the station has as a whole.
+    /// Gateway of points of the whole station.
     Station,
 }
 
 impl Gateway {
-    /// All of them.
+    /// All gateways in order of their ports.
     pub const ALL: [Self; 5] =
         [Self::Yard220, Self::Yard110, Self::Transformers, Self::House35, Self::Station];
 
-    /// Its name in a configuration.
+    /// Returns the gateway's name in a configuration.
     pub fn name(self) -> &'static str {
         match self {
             Self::Yard220 => "yard_220",
@@ -82,78 +82,79 @@ impl Gateway {
     }
 }
 
-/// How a value stands in normal operation.
+/// Course of a value in normal operation.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Usual {
-    /// It stays.
+pub enum NormalValue {
+    /// Constant value without change.
     Constant(f64),
-    /// It wanders about a value by so much.
+    /// Random walk about a value, with its greatest deviation.
     Walk(f64, f64),
-    /// It counts on from a value, one in so many seconds.
+    /// Counter from a start value, with the seconds for each step.
     Counter(f64, f64),
 }
 
-/// One point.
+/// Point of the list: one value of one device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {
-    /// Reference in the style of IEC 61850, unique.
+    /// Unique reference in the style of IEC 61850.
     pub id: String,
-    /// The equipment (IEC 81346) that it belongs to.
+    /// Equipment (IEC 81346) that the point belongs to.
     pub equipment: String,
-    /// What people call it.
+    /// Name of the point for people.
     pub name: String,
-    /// What it carries.
+    /// Kind of the point.
     pub kind: PointKind,
     /// Unit; empty for states.
     pub unit: &'static str,
-    /// Least plausible value.
+    /// Lower end of the plausible range.
     pub low: f64,
-    /// Greatest plausible value.
+    /// Upper end of the plausible range.
     pub high: f64,
-    /// Milliseconds between two values at most.
+    /// Longest time between two values, milliseconds.
     pub scan_millis: u32,
-    /// What it means to its equipment.
+    /// Role of the point for its equipment.
     pub role: &'static str,
-    /// The band of normal operation, open where it is none.
+    /// Limits of the band of normal operation; `None` where it is open.
     pub limits: [Option<f64>; 2],
-    /// How it stands in normal operation.
-    pub usual: Usual,
-    /// Through which gateway, and as which unit behind it, it is read.
+    /// Course in normal operation.
+    pub usual: NormalValue,
+    /// Gateway, and unit behind it, that the point is read through.
     pub read_by: (Gateway, u8),
 }
 
-/// A quantity: reference, name, unit, least and greatest plausible value, milliseconds.
+/// Quantity: reference, name, unit, least and greatest plausible value, scan period in
+/// milliseconds.
 pub(crate) type Quantity = (&'static str, &'static str, &'static str, f64, f64, u32);
 
-/// A list that grows.
-pub(crate) struct List {
+/// Builder of the point list.
+pub(crate) struct PointListBuilder {
     pub(crate) points: Vec<Point>,
-    /// That of the points that are added.
+    /// Gateway and unit of the points added next.
     pub(crate) read_by: (Gateway, u8),
 }
 
-/// What a point has besides its quantity.
-pub(crate) struct Place<'a> {
-    /// Such as `=S12D1Q1`.
+/// Place of a point: bay, equipment, node and role.
+pub(crate) struct PointContext<'a> {
+    /// Designation of the bay, such as `=S12D1Q1`.
     pub(crate) bay: &'a str,
-    /// Such as `=S12D1Q1-BC1`.
+    /// Designation of the equipment, such as `=S12D1Q1-BC1`.
     pub(crate) equipment: String,
     /// Number of the logical node.
     pub(crate) node: usize,
-    /// What the point means to the equipment.
+    /// Role of the point for the equipment.
     pub(crate) role: &'static str,
 }
 
-impl List {
+impl PointListBuilder {
     pub(crate) fn add(
         &mut self,
         kind: PointKind,
         (reference, name, unit, low, high, scan_millis): Quantity,
-        place: Place<'_>,
-        usual: Usual,
+        place: PointContext<'_>,
+        usual: NormalValue,
     ) -> &mut Point {
         let index = self.points.len();
-        let Place { bay, equipment, node, role } = place;
+        let PointContext { bay, equipment, node, role } = place;
         let (class, data) = reference.split_once('.').unwrap_or((reference, ""));
         let bay = bay.trim_start_matches('=');
         self.points.push(Point {
@@ -174,14 +175,14 @@ impl List {
     }
 }
 
-/// The point list.
+/// Generates the whole point list.
 pub fn points() -> Vec<Point> {
-    let mut list = List { points: Vec::new(), read_by: (Gateway::Station, 1) };
+    let mut list = PointListBuilder { points: Vec::new(), read_by: (Gateway::Station, 1) };
     bays::add_all(&mut list);
     list.points
 }
 
-/// The list as CSV.
+/// Formats the list as CSV.
 pub fn csv(points: &[Point]) -> String {
     let mut csv = "id,equipment,name,type,unit,low,high,scan_millis\n".to_owned();
     for p in points {

@@ -1,4 +1,4 @@
-//! What business and management systems have of the station: work in a CSV file, an asset
+//! Records of business and management systems about the station: work in a CSV file, an asset
 //! register in an SQLite file. All of it is made up, by a seed.
 
 mod templates;
@@ -11,79 +11,81 @@ use rusqlite::{Connection, params};
 use serde_json::{Value, json};
 
 use crate::Station;
-use crate::scatter::Scatter;
+use crate::seeded_random::SeededRandom;
 use templates::{ASSETS, AssetTemplate, WORK, WorkTemplate};
 
-/// The files, beside the configuration.
+/// Files of the records, beside the configuration.
 const WORK_FILE: &str = "work.csv";
 const REGISTER_FILE: &str = "register.db";
-/// First number of a row of work.
+/// Number of the first row of work.
 const FIRST_NUMBER: usize = 410_027;
-/// The last day that anything was reported, as days before it are counted.
+/// Last day of the records, from which earlier days are counted.
 const LAST_DAY: [u32; 3] = [2026, 11, 20];
-/// Rows of one device at most.
+/// Greatest number of rows of one device.
 const MAX_ROWS: usize = 6;
-/// Days that work takes.
+/// Longest duration of work, days.
 const MAX_WORK_DAYS: usize = 60;
 
-/// A row of work.
+/// Row of the work orders.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct WorkRow {
-    /// `Defect`, `Work order` or `Inspection`.
+    /// Kind of work: `Defect`, `Work order` or `Inspection`.
     pub kind: &'static str,
-    /// Its number there.
+    /// Number of the order in its system.
     pub number: usize,
-    /// The equipment by its number in dispatch where it has one, else by its id.
+    /// Equipment by its number in dispatch where it has one, else by its id.
     pub equipment: String,
-    /// What is the matter.
+    /// Description of the defect or task.
     pub text: &'static str,
-    /// How it stands: `closed`, or what is done next.
+    /// Status of the work: `closed`, or the next step.
     pub status: &'static str,
-    /// The day it was reported, `2026-11-20`.
+    /// Day of the report, such as `2026-11-20`.
     pub reported: String,
-    /// 1 to 3 for a defect, 1 being the most urgent; else empty.
+    /// Priority of a defect, 1 (most urgent) to 3; else empty.
     pub priority: &'static str,
 }
 
-/// A row of the asset register.
+/// Row of the asset register.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AssetRow {
-    /// Equipment id.
+    /// Id of the equipment.
     pub equipment: String,
-    /// Who made it, and as what.
+    /// Maker and type designation.
     pub made: [String; 2],
-    /// Its number there.
+    /// Serial number of the maker.
     pub serial: String,
-    /// Year of manufacture.
+    /// Year of manufacture, AD.
     pub year: u32,
-    /// Rated voltage, kV.
+    /// Rated voltage in kV.
     pub voltage: f64,
-    /// Rated values as its plate has them.
+    /// Rated values of the plate.
     pub rating: String,
-    /// A to C; A matters most.
+    /// Criticality from A (highest) to C.
     pub criticality: &'static str,
 }
 
-/// All records of a station.
+/// Work orders, assets and dispatch numbers of a station.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StationRecords {
-    /// Work.
+    /// Work orders of the station.
     pub work: Vec<WorkRow>,
-    /// The register.
+    /// Rows of the asset register.
     pub assets: Vec<AssetRow>,
-    /// Numbers of breakers in dispatch, by equipment id.
+    /// Dispatch numbers of breakers by equipment id.
     pub dispatch: BTreeMap<String, String>,
 }
 
 impl StationRecords {
-    /// Of a station, by a seed.
-    pub fn of(station: &Station, seed: u64) -> Self {
+    /// Generates the records of a station from a seed.
+    pub fn generate(station: &Station, seed: u64) -> Self {
         let devices: BTreeSet<String> =
             station.placements.iter().map(crate::Placement::device_id).collect();
-        let mut chance = Scatter::new(seed);
+        let mut chance = SeededRandom::new(seed);
         let mut records = Self::default();
         for device in devices {
-            let Some(asset) = ASSETS.iter().find(|asset| asset.is_of(&device)) else { continue };
+            let Some(asset) = ASSETS.iter().find(|asset| asset.matches_device(&device)) else {
+                continue;
+            };
             if asset.code == "QA" {
                 let (level, count) = (level_of(&device), records.dispatch.len() + 1);
                 records.dispatch.insert(device.clone(), format!("{level}{count:02}"));
@@ -94,7 +96,7 @@ impl StationRecords {
         records
     }
 
-    fn add_work(&mut self, device: &str, code: &str, chance: &mut Scatter) {
+    fn add_work(&mut self, device: &str, code: &str, chance: &mut SeededRandom) {
         let own: Vec<&WorkTemplate> = WORK.iter().filter(|work| work.code == code).collect();
         let equipment = self.dispatch.get(device).map_or(device, String::as_str).to_owned();
         // From the newest, each some months before the last.
@@ -116,8 +118,8 @@ impl StationRecords {
         }
     }
 
-    /// Adds the plugins that read them, and what dispatch calls breakers, to a configuration;
-    /// the files are in `folder`, an absolute path.
+    /// Adds the plugins that read the records, and the dispatch numbers of breakers, to a
+    /// configuration. The files are in `folder`, an absolute path.
     pub fn add_to(&self, configuration: &mut Value, folder: &Path) {
         configuration["plugins"]["work"] = json!({
             "plugin": "csv_records",
@@ -220,12 +222,12 @@ impl StationRecords {
 }
 
 impl AssetTemplate {
-    /// Whether a device, such as `=S12D1Q1-QA1`, is of this kind.
-    fn is_of(&self, device: &str) -> bool {
+    /// Reports whether a device, such as `=S12D1Q1-QA1`, is of this template's class.
+    fn matches_device(&self, device: &str) -> bool {
         device.rsplit('-').next().is_some_and(|own| own.starts_with(self.code))
     }
 
-    fn row(&self, device: &str, level: u32, chance: &mut Scatter) -> AssetRow {
+    fn row(&self, device: &str, level: u32, chance: &mut SeededRandom) -> AssetRow {
         let (maker, model) = self.made[chance.below(self.made.len())];
         let year = 1994 + chance.below(30) as u32;
         AssetRow {
@@ -240,12 +242,13 @@ impl AssetTemplate {
     }
 }
 
-/// What dispatch's numbers begin with: of the yard, tens of kilovolts.
+/// Returns the first part of dispatch numbers: the yard's voltage in tens of kilovolts.
 fn level_of(device: &str) -> u32 {
     if device.starts_with("=S12D") || device.starts_with("=S12T") { 22 } else { 11 }
 }
 
-/// A day so many days before the last, in a calendar of 28 days a month: every one is in ours.
+/// Returns a day so many days before the last, in a calendar of 28 days a month; every such day is
+/// also in the Gregorian one.
 fn day(days_ago: usize) -> String {
     let [year, month, day] = LAST_DAY;
     let last = (year * 12 + month - 1) * 28 + day - 1;

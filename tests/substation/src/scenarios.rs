@@ -1,23 +1,22 @@
-//! What may happen to the station, in quick motion: each a timeline for its simulated
-//! devices.
+//! Scenarios of the station in quick motion: a timeline for its simulated devices each.
 
 use serde_json::{Value, json};
 
 use crate::points::{Load, bay_loads};
 
-/// A scenario.
+/// Scenario with its file name and events.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scenario {
-    /// Name of its file, without extension.
+    /// Name of the scenario's file, without extension.
     pub name: &'static str,
-    /// The scenario as `busbar simulate` reads it.
+    /// Scenario as `busbar simulate` reads it.
     pub events: Value,
 }
 
-/// When things begin, seconds: by then everything has been read once.
+/// Time of the first event, seconds; by then every value has been read once.
 const BEGIN: f64 = 4.0;
 
-/// All scenarios.
+/// Returns all scenarios of the station.
 pub fn scenarios() -> Vec<Scenario> {
     let scenario = |name, description: &str, timeline: Timeline| Scenario {
         name,
@@ -51,7 +50,7 @@ impl Timeline {
         self.events.push(json!({ "at": at, "tag": tag, "value": value, "over": over }));
     }
 
-    /// Power out of a bay's busbar, and the currents that it makes.
+    /// Sets the power out of a bay's busbar, and the currents that result from it.
     fn load(&mut self, at: f64, bay: &str, megawatts: f64, over: f64) {
         let Some(usual) = bay_loads().into_iter().find(|load| load.bay == bay) else { return };
         let load = Load { megawatts, ..usual };
@@ -63,7 +62,7 @@ impl Timeline {
         }
     }
 
-    /// No voltage at a bay's voltage transformers.
+    /// Sets the voltages at a bay's voltage transformers to zero.
     fn dead(&mut self, at: f64, bay: &str, pairs: &[&str]) {
         let singles = ["PhV.phsA", "PhV.phsB", "PhV.phsC"];
         for data in singles.iter().chain(pairs).chain(&["Hz"]) {
@@ -147,7 +146,7 @@ fn sf6_leak() -> Timeline {
     timeline
 }
 
-/// How long blades take, seconds; `live.rs` says so to the overlay.
+/// Travel time of disconnector blades, seconds; `live.rs` configures the overlay alike.
 const BLADE_SECONDS: f64 = 8.0;
 const EARTHING_SECONDS: f64 = 6.0;
 

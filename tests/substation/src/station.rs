@@ -1,26 +1,26 @@
-//! The station: models, and where each stands.
+//! Station as models and their placements.
 
 use std::collections::HashMap;
 
 use crate::StationError;
 use crate::catalogue::{Catalogue, Counts};
-use crate::closing::{close, earth_wires};
+use crate::filler_counts::{earth_wires, solve};
 use crate::layout::{Placement, YARDS, add_site_wires, add_wires, place_site, place_yard};
 use crate::models;
-use crate::scatter::Scatter;
+use crate::seeded_random::SeededRandom;
 
-/// A station.
+/// Station as models and their placements.
 #[derive(Debug)]
 pub struct Station {
-    /// The models.
+    /// Catalogue of the models.
     pub catalogue: Catalogue,
-    /// The equipment, a bay after another.
+    /// Placements of the equipment, bay after bay.
     pub placements: Vec<Placement>,
 }
 
 impl Station {
-    /// Makes the station; the seed decides by how many millimetres each piece
-    /// of equipment stands off its drawn place.
+    /// Generates the station; the seed decides the millimetres by which each piece of equipment
+    /// stands off its drawn place.
     ///
     /// # Errors
     /// [`StationError`] if the dimensions in this crate contradict themselves.
@@ -34,19 +34,19 @@ impl Station {
         }
         add_site_wires(&mut catalogue)?;
         place_site(&mut placements);
-        let mut scatter = Scatter::new(seed);
+        let mut scatter = SeededRandom::new(seed);
         for placement in &mut placements {
             placement.translation.x += scatter.metres();
             placement.translation.z += scatter.metres();
         }
         let rest = sum(&catalogue, placements.iter().filter(|p| !closes_sums(&p.model)))?;
-        let closing = close(rest)?;
-        catalogue.add("trench", models::trench(closing.covers))?;
-        catalogue.add("earth_wires", earth_wires(&closing.spans))?;
+        let fillers = solve(rest)?;
+        catalogue.add("trench", models::trench(fillers.covers))?;
+        catalogue.add("earth_wires", earth_wires(&fillers.spans))?;
         Ok(Self { catalogue, placements })
     }
 
-    /// Positions and triangles of all equipment.
+    /// Counts positions and triangles of all equipment.
     ///
     /// # Errors
     /// [`StationError::NoModel`] if a placement names no model.
@@ -54,7 +54,7 @@ impl Station {
         sum(&self.catalogue, self.placements.iter())
     }
 
-    /// How often each model is placed.
+    /// Counts the placements of each model.
     pub fn uses(&self) -> HashMap<&str, usize> {
         let mut uses = HashMap::new();
         for placement in &self.placements {

@@ -1,4 +1,5 @@
-//! The station's network: which switch makes what dead, by two ways of working it out.
+//! Tests of the station's network: the equipment that each switch de-energises, computed in two
+//! ways.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
@@ -13,7 +14,7 @@ fn topology(network: &Network) -> Topology {
     Topology::new(&settings).expect("a network")
 }
 
-/// The nodes that are joined to a source, by walking from node to node over the JSON text
+/// Returns the nodes that are joined to a source, by walking from node to node over the JSON text
 /// itself.
 fn energised(network: &Network, open: &BTreeSet<&str>) -> BTreeSet<String> {
     let text = |value: &serde_json::Value| value.as_str().expect("a text").to_owned();

@@ -8,9 +8,9 @@ use substation::{Placement, Station, StationRecords};
 #[test]
 fn records_follow_their_seed_and_belong_to_equipment_of_the_station() {
     let station = Station::generate(1).expect("it is made");
-    let records = StationRecords::of(&station, 1);
-    assert_eq!(records, StationRecords::of(&station, 1));
-    assert_ne!(records, StationRecords::of(&station, 2));
+    let records = StationRecords::generate(&station, 1);
+    assert_eq!(records, StationRecords::generate(&station, 1));
+    assert_ne!(records, StationRecords::generate(&station, 2));
     let devices: BTreeSet<String> = station.placements.iter().map(Placement::device_id).collect();
     assert!(records.assets.len() > 100 && records.work.len() > 100);
     assert!(records.assets.iter().all(|asset| devices.contains(&asset.equipment)));
@@ -28,7 +28,7 @@ fn records_follow_their_seed_and_belong_to_equipment_of_the_station() {
 fn what_is_added_to_the_configuration_is_valid_and_used() {
     let station = Station::generate(1).expect("it is made");
     let mut live = station.live_configuration(|switch| switch.closed);
-    StationRecords::of(&station, 1).add_to(&mut live, Path::new("/somewhere"));
+    StationRecords::generate(&station, 1).add_to(&mut live, Path::new("/somewhere"));
     let config = busbar_config::parse(&live.to_string()).expect("it is valid");
     assert_eq!(config.warnings, []);
     assert_eq!(config.records.len(), 2);

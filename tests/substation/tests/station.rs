@@ -111,7 +111,7 @@ fn no_shell_belongs_to_two_owners() {
     assert!(shells as usize > STATION.placements.len(), "{shells} shells");
 }
 
-/// Signed volume of every connected shell, and a point of it.
+/// Computes the signed volume of every connected shell, with a point of it.
 fn shell_volumes(topology: &Topology) -> Vec<(Vec3, f64)> {
     let mut parent: Vec<u32> = (0..topology.positions.len() as u32).collect();
     fn root(parent: &mut [u32], mut x: u32) -> u32 {

@@ -1,4 +1,4 @@
-//! An avalanche: all switches of a large station change within a second.
+//! Avalanche of changes: all switches of a large station change within a second.
 
 use std::time::{Duration, Instant};
 
@@ -8,30 +8,30 @@ use document::Series;
 use serde::Serialize;
 use serde_json::json;
 
-use crate::site::Site;
+use crate::scene::GeneratedScene;
 
-/// Switches, and changes a second.
+/// Number of switches, and of changes a second.
 pub(crate) const SWITCHES: u64 = 10_000;
-/// Avalanches, each of which changes every switch once.
+/// Number of avalanches, each of which changes every switch once.
 const AVALANCHES: u64 = 5;
 const MAX_WAIT: Duration = Duration::from_secs(60);
 
-/// What was measured.
+/// Results of the measurement.
 #[derive(Debug, Serialize)]
 pub(crate) struct Avalanche {
-    /// Changes made.
+    /// Number of changes that were made.
     pub(crate) made: u64,
-    /// Changes that the sequence of events has.
+    /// Number of changes in the sequence of events.
     pub(crate) noted: u64,
-    /// Whether they are in the order in which they were made.
+    /// Flag for changes recorded in the order in which they were made.
     pub(crate) in_order: bool,
-    /// Seconds that the source took.
+    /// Seconds that the source took for all changes.
     pub(crate) seconds: f64,
-    /// Milliseconds from the end of a frame to the end of the next.
+    /// Milliseconds from the end of a frame to that of the next.
     pub(crate) gap_millis: Series,
 }
 
-pub(crate) fn measure(site: &Site) -> Result<Avalanche> {
+pub(crate) fn measure(site: &GeneratedScene) -> Result<Avalanche> {
     let switches = SWITCHES / site.divisor;
     let made = AVALANCHES * switches;
     ensure!(made as usize <= MAX_EVENTS, "more events than are kept");
@@ -64,6 +64,6 @@ pub(crate) fn measure(site: &Site) -> Result<Avalanche> {
         noted: viewer.events().count(),
         in_order,
         seconds: nanos as f64 / 1e9,
-        gap_millis: Series::of(gaps),
+        gap_millis: Series::from_values(gaps),
     })
 }

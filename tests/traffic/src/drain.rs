@@ -1,5 +1,4 @@
-//! What it costs to take waiting updates over: out of shared memory, checked, into the
-//! tag table, counted.
+//! Cost of draining waiting updates: out of shared memory, checked, into the tag table, counted.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -11,24 +10,24 @@ use document::Series;
 use serde::Serialize;
 use serde_json::json;
 
-use crate::site::{Site, tag_id};
+use crate::scene::{GeneratedScene, tag_id};
 
-/// Tags, each updated once a burst.
+/// Number of tags, each updated once a burst.
 pub(crate) const TAGS: u32 = 100_000;
-/// Between two bursts.
+/// Time between two bursts.
 const PERIOD: Duration = Duration::from_millis(60);
 const ROUNDS: u64 = 100;
 
-/// What was measured.
+/// Results of the measurement.
 #[derive(Debug, Serialize)]
-pub(crate) struct Drain {
+pub(crate) struct DrainTimes {
     /// Milliseconds for [`TAGS`] updates.
     pub(crate) millis: Series,
-    /// Of it, from shared memory to checked samples that go nowhere.
+    /// Part of that time from shared memory to checked samples that are discarded.
     pub(crate) reading_millis: Series,
 }
 
-/// As the viewer takes them.
+/// Sink of updates as the viewer has it.
 struct Updates<'a> {
     table: &'a mut TagTable,
     count: u32,
@@ -43,7 +42,7 @@ impl SampleSink for Updates<'_> {
     }
 }
 
-pub(crate) fn measure(site: &Site) -> Result<Drain> {
+pub(crate) fn measure(site: &GeneratedScene) -> Result<DrainTimes> {
     let rate = f64::from(TAGS) / PERIOD.as_secs_f64();
     let settings = json!({ "updates_per_second": rate, "batch_millis": PERIOD.as_millis() as u64 });
     let telemetry = site.generator(&settings, TAGS)?;
@@ -86,5 +85,8 @@ pub(crate) fn measure(site: &Site) -> Result<Drain> {
     }
     let link = telemetry.link();
     ensure!(link.dropped == 0 && link.rejected == 0, "updates were lost: {link:?}");
-    Ok(Drain { millis: Series::of(all), reading_millis: Series::of(reading) })
+    Ok(DrainTimes {
+        millis: Series::from_values(all),
+        reading_millis: Series::from_values(reading),
+    })
 }

@@ -9,7 +9,7 @@ mod drain;
 mod pixel;
 mod report;
 mod requests;
-mod site;
+mod scene;
 mod sustained;
 
 use std::fs;
@@ -20,9 +20,9 @@ use clap::Parser;
 use serde::Serialize;
 
 use crate::requests::Peers;
-use crate::site::Site;
+use crate::scene::GeneratedScene;
 
-/// Measures the way of values, from a plugin to the picture.
+/// Measurement of values on their way from a plugin to the picture.
 #[derive(Parser)]
 struct Arguments {
     /// Libraries of the plugins: sample_generator, an overlay, and the adapters.
@@ -31,7 +31,7 @@ struct Arguments {
     /// Folder of the demo's models.
     #[arg(long)]
     models: PathBuf,
-    /// Python with the peers' packages; without it there is nothing to compare with.
+    /// Python with the peers' packages; without it nothing is compared.
     #[arg(long, requires = "peers")]
     python: Option<PathBuf>,
     /// Folder of the peers' scripts.
@@ -40,15 +40,15 @@ struct Arguments {
     /// Folder for the report; made if it does not exist.
     #[arg(long)]
     out: PathBuf,
-    /// A tenth of everything, and no bar.
+    /// Run a tenth of everything, without bars.
     #[arg(long)]
     quick: bool,
 }
 
-/// All that was measured.
+/// Results of all measurements.
 #[derive(Debug, Serialize)]
 struct Results {
-    drain: drain::Drain,
+    drain: drain::DrainTimes,
     sustained: sustained::Sustained,
     requests: Option<requests::Requests>,
     pixel: pixel::Latency,
@@ -60,7 +60,7 @@ fn main() -> Result<()> {
     fs::create_dir_all(&out).with_context(|| {
         format!("cannot make {}: name a folder that you may write to", out.display())
     })?;
-    let site = Site::new(&library, &models, if quick { 10 } else { 1 })?;
+    let site = GeneratedScene::new(&library, &models, if quick { 10 } else { 1 })?;
     let peers = python.zip(peers).map(|(python, scripts)| Peers { python, scripts });
     let requests = peers.as_ref().map(|peers| requests::measure(&site, peers)).transpose();
     let results = Results {

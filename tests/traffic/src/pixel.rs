@@ -1,4 +1,4 @@
-//! From a change at its source to the picture that shows it.
+//! Latency from a change at its source to the picture that shows it.
 
 use std::time::{Duration, Instant, SystemTime};
 
@@ -8,25 +8,25 @@ use document::Series;
 use serde::Serialize;
 use serde_json::json;
 
-use crate::site::Site;
+use crate::scene::GeneratedScene;
 
-/// Between two changes; no multiple of a frame, so that they come at any time of one.
+/// Time between two changes; no multiple of a frame, so that they come at any phase of one.
 const PERIOD: Duration = Duration::from_millis(137);
 const CHANGES: u64 = 200;
-/// Levels of 255 by which the warmth of the whole picture changes at least.
+/// Least change in the warmth of the whole picture, of 255.
 const CHANGE: f64 = 0.5;
 const MAX_WAIT: Duration = Duration::from_secs(120);
 
-/// What was measured.
+/// Results of the measurement.
 #[derive(Debug, Serialize)]
 pub(crate) struct Latency {
     /// Milliseconds from the value's source time until a picture with it was read back.
     pub(crate) millis: Series,
-    /// Milliseconds of a frame, reading it back among them.
+    /// Milliseconds of a frame, including the read-back.
     pub(crate) frame_millis: Series,
 }
 
-pub(crate) fn measure(site: &Site) -> Result<Latency> {
+pub(crate) fn measure(site: &GeneratedScene) -> Result<Latency> {
     let settings = json!({
         "updates_per_second": 1.0 / PERIOD.as_secs_f64(),
         "batch_millis": 1,
@@ -59,11 +59,14 @@ pub(crate) fn measure(site: &Site) -> Result<Latency> {
             latencies.extend(age.map(|age| age.as_secs_f64() * 1e3));
         }
     }
-    Ok(Latency { millis: Series::of(latencies), frame_millis: Series::of(frames) })
+    Ok(Latency {
+        millis: Series::from_values(latencies),
+        frame_millis: Series::from_values(frames),
+    })
 }
 
-/// How much more red than blue the picture is: what lies outside its limits is drawn in
-/// a warm colour.
+/// Returns the excess of red over blue in the picture; values outside their limits are drawn in a
+/// warm colour.
 fn warmth(picture: &busbar_viewer::Picture) -> f64 {
     let pixels = picture.rgba8.as_chunks::<4>().0;
     let warmth = pixels.iter().map(|[red, _, blue, _]| f64::from(*red) - f64::from(*blue));

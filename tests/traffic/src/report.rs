@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use document::words::grouped;
+use document::number_format::grouped;
 use document::{Block, Claim, Document, Series, Verdict, machine};
 use serde_json::json;
 
@@ -12,23 +12,22 @@ use crate::requests::{POINTS, REGISTERS, Rates, Requests};
 use crate::sustained::{UPDATES_PER_SECOND, median};
 use crate::{Results, avalanche, drain};
 
-/// Milliseconds that taking [`drain::TAGS`] updates over may take.
+/// Longest time for draining [`drain::TAGS`] updates, milliseconds.
 const MAX_DRAIN_MILLIS: f64 = 1.0;
-/// How much longer the 99th percentile of frames may be beside sustained updates.
+/// Greatest ratio of the 99th percentile of frame times beside sustained updates to that without.
 const MAX_P99_RATIO: f64 = 1.1;
-/// Of the updates a second that were asked for, those that must arrive: the rest is
-/// the clock's.
+/// Lowest share of the requested updates a second that must arrive; the rest is the clock's.
 const MIN_SHARE: f64 = 0.98;
-/// Milliseconds between frames in an avalanche.
+/// Longest time between frames in an avalanche, milliseconds.
 const MAX_GAP_MILLIS: f64 = 100.0;
 
-/// Milliseconds that a general interrogation of [`POINTS`] may take.
+/// Longest time of a general interrogation of [`POINTS`], milliseconds.
 const MAX_INTERROGATION_MILLIS: f64 = 250.0;
 
 const RATES_HEAD: [&str; 4] = ["", "plugin", "peer", "ratio"];
 const HEAD: [&str; 5] = ["", "median", "99th percentile", "longest", "count"];
 
-/// Writes the report; its files.
+/// Writes the report; returns its files.
 pub(crate) fn write(results: &Results, folder: &Path) -> Result<Vec<PathBuf>> {
     let mut files = document::write(&document(results), folder)?.to_vec();
     let path = folder.join("report.json");
@@ -46,7 +45,7 @@ pub(crate) fn write(results: &Results, folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// The bars of this project.
+/// Judges the bars of this project.
 pub(crate) fn bars(results: &Results) -> Vec<Claim> {
     let Results { drain, sustained, avalanche, .. } = results;
     let [quiet, busy] = sustained.p99();
@@ -92,7 +91,7 @@ pub(crate) fn bars(results: &Results) -> Vec<Claim> {
         ),
     ];
     for interrogation in results.requests.iter().flat_map(|requests| &requests.interrogations) {
-        let Series { p50, longest, .. } = Series::of(interrogation.ours.clone());
+        let Series { p50, longest, .. } = Series::from_values(interrogation.ours.clone());
         bars.push(bar(
             format!(
                 "a general interrogation of {} points of {} in at most {MAX_INTERROGATION_MILLIS} \
@@ -181,7 +180,7 @@ fn describe(requests: &Requests, document: &mut Document) {
         let peers = format!("at {}, by c104, from the request", found.server);
         [(ours, &found.ours), (peers, &found.peers)]
     });
-    let rows = rows.map(|(name, millis)| row((&name, Series::of(millis.clone()))));
+    let rows = rows.map(|(name, millis)| row((&name, Series::from_values(millis.clone()))));
     let caption = format!("One interrogation of {} points, ms", grouped(u64::from(POINTS)));
     document.table(&caption, &HEAD, rows.collect());
 }

@@ -1,4 +1,4 @@
-//! Requests a second of the adapters beside the peers' own clients, at the same servers.
+//! Request rates of the adapters beside the peers' own clients, at the same servers.
 
 mod iec104;
 mod modbus;
@@ -11,32 +11,32 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
 use busbar_plugin_host::{
-    Behaviour, DeviceScenario, Shape, SimulatedTag, Simulation, TelemetryTag,
+    DeviceScenario, Shape, SimulatedBehavior, SimulatedTag, Simulation, TelemetryTag,
 };
 use busbar_plugin_process::{RunningSimulator, RunningTelemetry};
 use busbar_tags::Sample;
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::site::Site;
+use crate::scene::GeneratedScene;
 
 pub(crate) use iec104::{Interrogations, POINTS};
 pub(crate) use modbus::REGISTERS;
 
-/// Alternating rounds of each client.
+/// Number of alternating rounds of each client.
 const ROUNDS: u64 = 5;
-/// Until an adapter has its first values.
+/// Longest wait until an adapter has its first values.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// Longer than any measurement: values stand still.
+/// Update period above that of any measurement, so that values stand still.
 const UPDATE: Duration = Duration::from_secs(3600);
 
-/// Python with the peers, and where their scripts are.
+/// Python with the peers' packages, and the folder of their scripts.
 pub(crate) struct Peers {
     pub(crate) python: PathBuf,
     pub(crate) scripts: PathBuf,
 }
 
-/// What a client does a second at a server, by the adapter and by the peer, a round each.
+/// Rates of a client at a server, by the adapter and by the peer, one for each round.
 #[derive(Debug, Serialize)]
 pub(crate) struct Rates {
     pub(crate) server: &'static str,
@@ -44,19 +44,19 @@ pub(crate) struct Rates {
     pub(crate) peers: Vec<f64>,
 }
 
-/// What was measured.
+/// Results of the measurement.
 #[derive(Debug, Serialize)]
 pub(crate) struct Requests {
-    /// Modbus: requests a second.
+    /// Rates of Modbus, requests a second.
     pub(crate) modbus: Vec<Rates>,
-    /// As many bytes to and fro on a bare connection: exchanges a second.
+    /// Rate of exchanges of as many bytes on a bare connection, a second.
     pub(crate) wire: f64,
-    /// IEC 104: points a second.
+    /// Rates of IEC 60870-5-104, points a second.
     pub(crate) iec104: Vec<Rates>,
     pub(crate) interrogations: Vec<Interrogations>,
 }
 
-pub(crate) fn measure(site: &Site, peers: &Peers) -> Result<Requests> {
+pub(crate) fn measure(site: &GeneratedScene, peers: &Peers) -> Result<Requests> {
     let (iec104, interrogations) = iec104::measure(site, peers).context("IEC 104")?;
     Ok(Requests {
         modbus: modbus::measure(site, peers).context("Modbus")?,
@@ -66,21 +66,21 @@ pub(crate) fn measure(site: &Site, peers: &Peers) -> Result<Requests> {
     })
 }
 
-/// A port that was free a moment ago.
+/// Returns a port that was free a moment ago.
 fn free_port() -> Result<u16> {
     Ok(TcpListener::bind("127.0.0.1:0")?.local_addr()?.port())
 }
 
-/// A plugin as the device of its tags, whose values stand still.
+/// Starts a simulated device of the plugin's tags, whose values stand still.
 fn device(
-    site: &Site,
+    site: &GeneratedScene,
     plugin: &str,
     settings: &Value,
     tags: &[TelemetryTag],
 ) -> Result<RunningSimulator> {
     let simulated = |tag: &TelemetryTag| SimulatedTag {
         tag: tag.clone(),
-        behaviour: Behaviour {
+        behavior: SimulatedBehavior {
             shape: Shape::Constant,
             base: f64::from(tag.tag.0 % 100),
             amplitude: 0.0,
@@ -99,7 +99,7 @@ fn device(
     Ok(RunningSimulator::start(&plugin, tags, &simulation, DeviceScenario::NONE)?)
 }
 
-/// Good values that came since the last call.
+/// Counts the good values that came since the last call.
 fn good(telemetry: &RunningTelemetry) -> u32 {
     let mut count = 0;
     telemetry.drain(&mut |sample: &Sample| count += u32::from(sample.quality.is_good()));

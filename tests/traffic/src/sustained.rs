@@ -8,32 +8,32 @@ use document::Series;
 use serde::Serialize;
 use serde_json::json;
 
-use crate::site::{Site, frames};
+use crate::scene::{GeneratedScene, frames};
 
 pub(crate) const TAGS: u64 = 1_000_000;
 pub(crate) const UPDATES_PER_SECOND: u64 = 1_000_000;
-/// Each of the alternating measurements.
+/// Duration of each of the alternating measurements.
 const ROUND: Duration = Duration::from_secs(8);
 const ROUNDS: usize = 3;
-/// Until the first updates of all tags are taken over.
+/// Time until the first updates of all tags are in the table.
 const SETTLING: Duration = Duration::from_secs(3);
 
-/// What was measured.
+/// Results of the measurement.
 #[derive(Debug, Default, Serialize)]
 pub(crate) struct Sustained {
     pub(crate) tags: u64,
     /// Seconds from the configuration to the first frame.
     pub(crate) load_seconds: Vec<f64>,
-    /// Milliseconds of frames, a round each.
+    /// Milliseconds of frames in each quiet round; those of busy rounds follow.
     pub(crate) quiet: Vec<Series>,
     pub(crate) busy: Vec<Series>,
-    /// Updates that reached the table, a second, a busy round each.
+    /// Rate of updates that reached the table in each busy round, a second.
     pub(crate) updates_per_second: Vec<f64>,
-    /// Updates overtaken or refused.
+    /// Number of updates overtaken or refused.
     pub(crate) lost: u64,
 }
 
-pub(crate) fn measure(site: &Site) -> Result<Sustained> {
+pub(crate) fn measure(site: &GeneratedScene) -> Result<Sustained> {
     let tags = TAGS / site.divisor;
     let mut found = Sustained { tags, ..Sustained::default() };
     for _ in 0..ROUNDS {
@@ -43,7 +43,7 @@ pub(crate) fn measure(site: &Site) -> Result<Sustained> {
             found.load_seconds.push(seconds);
             frames(&mut viewer, SETTLING)?;
             let (before, start) = (rounds_of_all(&viewer), Instant::now());
-            let series = Series::of(frames(&mut viewer, ROUND / site.divisor as u32)?);
+            let series = Series::from_values(frames(&mut viewer, ROUND / site.divisor as u32)?);
             let seconds = start.elapsed().as_secs_f64();
             if rate == 0 {
                 found.quiet.push(series);
@@ -59,7 +59,7 @@ pub(crate) fn measure(site: &Site) -> Result<Sustained> {
     Ok(found)
 }
 
-/// The updates that the tags got: each counts its own.
+/// Sums up the updates that the tags received; each counts its own.
 fn rounds_of_all(viewer: &busbar_viewer::Viewer) -> i64 {
     let of_one = |state: busbar_tags::TagState| match state.value {
         Some(Value::I64(round)) => round + 1,
@@ -69,7 +69,7 @@ fn rounds_of_all(viewer: &busbar_viewer::Viewer) -> i64 {
 }
 
 impl Sustained {
-    /// The medians over the rounds of the 99th percentiles, quiet and busy.
+    /// Returns the medians over the rounds of the 99th percentiles, quiet and busy.
     pub(crate) fn p99(&self) -> [f64; 2] {
         [&self.quiet, &self.busy].map(|rounds| median(rounds.iter().map(|series| series.p99)))
     }
@@ -80,5 +80,5 @@ impl Sustained {
 }
 
 pub(crate) fn median(values: impl Iterator<Item = f64>) -> f64 {
-    Series::of(values.collect()).p50
+    Series::from_values(values.collect()).p50
 }

@@ -1,35 +1,37 @@
-//! Has devices say that they are graphics cards, for tests: by their kind, and by memory of which
-//! the processor sees a part alone. What is allocated lies below where it always does.
+//! Simulated graphics card, for tests: devices report its kind, and memory of which the processor
+//! sees only a part. Allocations below this layer stay as they are.
 
 use std::ffi::c_void;
 
-use crate::chain::{Function, Handle, ask, ask_about};
+use crate::chain::{Function, Handle, query, query_object};
 
-/// Where it is set, devices are cards.
+/// Environment variable that makes devices report a graphics card.
 pub const AS_CARD_VARIABLE: &str = "BUSBAR_VULKAN_AS_CARD";
 
-/// `VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU`, and its place in `VkPhysicalDeviceProperties`.
+/// Value of `VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU`, and the word of the type in
+/// `VkPhysicalDeviceProperties`.
 const DISCRETE_GPU: u32 = 2;
 const KIND: usize = 4;
 
-/// Memory of the device's own, which the processor does not see, and of the processor's.
+/// Heap and type of the device's own memory, which the processor does not see, and of the
+/// processor's.
 const OF_DEVICE: u32 = 0;
 const OF_PROCESSOR: u32 = 1;
-/// `VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT`, and the bits "host visible", "coherent" and "cached".
+/// Bit `VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT`, and the bits "host visible", "coherent" and "cached".
 const DEVICE_LOCAL: u32 = 1;
 const HOST_VISIBLE_COHERENT_CACHED: u32 = 2 | 4 | 8;
 
-/// `VkPhysicalDeviceMemoryProperties`.
+/// Mirror of the C structure `VkPhysicalDeviceMemoryProperties`.
 #[repr(C)]
 struct MemoryProperties {
     type_count: u32,
-    /// Of each, its properties and its heap.
+    /// Property flags and heap index of each memory type.
     types: [[u32; 2]; 32],
     heap_count: u32,
     heaps: [Heap; 16],
 }
 
-/// `VkMemoryHeap`.
+/// Mirror of the C structure `VkMemoryHeap`.
 #[derive(Clone, Copy)]
 #[repr(C)]
 struct Heap {
@@ -37,16 +39,16 @@ struct Heap {
     flags: u32,
 }
 
-/// `VkMemoryRequirements`.
+/// Mirror of the C structure `VkMemoryRequirements`.
 #[repr(C)]
 struct Requirements {
     size: u64,
     alignment: u64,
-    /// A bit a type.
+    /// Bit set of the allowed memory types.
     types: u32,
 }
 
-/// A structure that may be extended, such as `VkMemoryRequirements2`.
+/// Extensible structure with its header, such as `VkMemoryRequirements2`.
 #[repr(C)]
 struct Extended<T> {
     kind: i32,
@@ -54,7 +56,7 @@ struct Extended<T> {
     own: T,
 }
 
-/// `VkMemoryAllocateInfo`, without what comes before.
+/// Body of `VkMemoryAllocateInfo` without its header.
 #[derive(Clone, Copy)]
 #[repr(C)]
 struct Allocation {
@@ -67,7 +69,7 @@ fn is_card() -> bool {
 }
 
 unsafe extern "system" fn properties(device: Handle, properties: *mut c_void) {
-    if ask(device, c"vkGetPhysicalDeviceProperties", properties) && is_card() {
+    if query(device, c"vkGetPhysicalDeviceProperties", properties) && is_card() {
         // SAFETY: the structure begins with five words, which the caller gave to be written.
         unsafe { *properties.cast::<u32>().add(KIND) = DISCRETE_GPU };
     }
@@ -86,40 +88,40 @@ impl MemoryProperties {
 }
 
 unsafe extern "system" fn memory_properties(device: Handle, properties: *mut c_void) {
-    if ask(device, c"vkGetPhysicalDeviceMemoryProperties", properties) && is_card() {
+    if query(device, c"vkGetPhysicalDeviceMemoryProperties", properties) && is_card() {
         // SAFETY: it is what the caller gave to be written, and was.
         unsafe { (*properties.cast::<MemoryProperties>()).divide() };
     }
 }
 
 unsafe extern "system" fn memory_properties2(device: Handle, properties: *mut c_void) {
-    if ask(device, c"vkGetPhysicalDeviceMemoryProperties2", properties) && is_card() {
+    if query(device, c"vkGetPhysicalDeviceMemoryProperties2", properties) && is_card() {
         // SAFETY: as above.
         unsafe { (*properties.cast::<Extended<MemoryProperties>>()).own.divide() };
     }
 }
 
-/// Buffers may be in either memory.
+/// Allows buffers in either memory.
 unsafe extern "system" fn buffer_requirements(device: Handle, buffer: u64, out: *mut c_void) {
-    if ask_about(device, c"vkGetBufferMemoryRequirements", buffer, out) && is_card() {
+    if query_object(device, c"vkGetBufferMemoryRequirements", buffer, out) && is_card() {
         // SAFETY: it is what the caller gave to be written, and was.
         unsafe { (*out.cast::<Requirements>()).types = 1 << OF_DEVICE | 1 << OF_PROCESSOR };
     }
 }
 
 unsafe extern "system" fn buffer_requirements2(device: Handle, about: Handle, out: *mut c_void) {
-    if ask_about(device, c"vkGetBufferMemoryRequirements2", about, out) && is_card() {
+    if query_object(device, c"vkGetBufferMemoryRequirements2", about, out) && is_card() {
         let types = 1 << OF_DEVICE | 1 << OF_PROCESSOR;
         // SAFETY: as above.
         unsafe { (*out.cast::<Extended<Requirements>>()).own.types = types };
     }
 }
 
-/// The call that allocates, with the type that there is below.
+/// Calls `allocate` with the memory type that exists below this layer.
 ///
 /// # Safety
 /// As for `vkAllocateMemory`.
-pub(crate) unsafe fn with_own_type<R>(
+pub(crate) unsafe fn with_underlying_memory_type<R>(
     info: *mut c_void,
     allocate: impl FnOnce(*mut c_void) -> R,
 ) -> R {
@@ -132,8 +134,8 @@ pub(crate) unsafe fn with_own_type<R>(
     allocate((&raw mut below).cast())
 }
 
-/// What of a card a function tells.
-pub(crate) fn own(name: &str) -> Option<Function> {
+/// Returns this layer's implementation of a query about the device, if it has one.
+pub(crate) fn intercepted(name: &str) -> Option<Function> {
     Some(match name {
         "vkGetPhysicalDeviceProperties" => properties as Function,
         "vkGetPhysicalDeviceMemoryProperties" => memory_properties as Function,

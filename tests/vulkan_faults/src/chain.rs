@@ -1,5 +1,5 @@
-//! What the loader hands to a layer, and the next layer of each instance and
-//! device (`vk_layer.h`).
+//! Layer chain: structures that the loader hands to a layer, and the next layer of each instance
+//! and device (`vk_layer.h`).
 
 use std::collections::HashMap;
 use std::ffi::{CStr, c_char, c_void};
@@ -9,9 +9,9 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use crate::codes::{Code, INIT, SUCCESS};
 use crate::plan;
 
-/// Any dispatchable handle: a pointer to a pointer to its dispatch table.
+/// Dispatchable handle: a pointer to a pointer to its dispatch table.
 pub(crate) type Handle = *mut c_void;
-/// Any function; a null pointer is none.
+/// Pointer to a function; null if there is none.
 pub(crate) type Function = *const c_void;
 pub(crate) type GetProcAddr = unsafe extern "system" fn(Handle, *const c_char) -> Function;
 type Create = unsafe extern "system" fn(*const c_void, *const c_void, *mut Handle) -> Code;
@@ -22,37 +22,37 @@ type Wait = unsafe extern "system" fn(Handle) -> Code;
 
 const LOADER_INSTANCE_CREATE_INFO: i32 = 47;
 const LOADER_DEVICE_CREATE_INFO: i32 = 48;
-/// `VK_LAYER_LINK_INFO`.
+/// Value of `VK_LAYER_LINK_INFO` in C.
 const LINK_INFO: i32 = 0;
-/// Structures that a chain of the loader has at most.
+/// Greatest number of structures in a chain of the loader.
 const MAX_CHAIN: usize = 256;
 
-/// `VkLayerInstanceCreateInfo` and `VkLayerDeviceCreateInfo`.
+/// Common layout of `VkLayerInstanceCreateInfo` and `VkLayerDeviceCreateInfo`.
 #[repr(C)]
 struct LayerCreateInfo {
     kind: i32,
     next: *mut Self,
     function: i32,
-    link: *mut Link,
+    link: *mut LayerLink,
 }
 
-/// `VkLayerInstanceLink` and `VkLayerDeviceLink`; the last field differs.
+/// Common layout of `VkLayerInstanceLink` and `VkLayerDeviceLink`; the last field differs.
 #[repr(C)]
-struct Link {
+struct LayerLink {
     next: *mut Self,
     instance_proc_addr: GetProcAddr,
-    /// Of devices: `pfnNextGetDeviceProcAddr`.
+    /// Function `pfnNextGetDeviceProcAddr` of devices.
     other_proc_addr: GetProcAddr,
 }
 
-/// The layer below, for one instance or device.
-pub(crate) struct Next {
+/// Next layer below, for one instance or device.
+pub(crate) struct NextLayer {
     handle: usize,
     get: GetProcAddr,
     lost: AtomicBool,
 }
 
-impl Next {
+impl NextLayer {
     pub(crate) fn function(&self, name: *const c_char) -> Function {
         // SAFETY: the handle lives while it is in the table; the name is a C string.
         unsafe { (self.get)(self.handle as Handle, name) }
@@ -62,8 +62,8 @@ impl Next {
         self.lost.load(Ordering::Acquire)
     }
 
-    /// Loses the device: nothing runs on it any more, as on a real one.
-    pub(crate) fn lose(&self) {
+    /// Marks the device as lost: nothing runs on it any more, as on a real one.
+    pub(crate) fn mark_lost(&self) {
         self.lost.store(true, Ordering::Release);
         let wait = self.function(c"vkDeviceWaitIdle".as_ptr());
         if !wait.is_null() {
@@ -75,51 +75,55 @@ impl Next {
     }
 }
 
-type Table = Mutex<HashMap<usize, Arc<Next>>>;
+type Table = Mutex<HashMap<usize, Arc<NextLayer>>>;
 
 fn table() -> &'static Table {
     static TABLE: OnceLock<Table> = OnceLock::new();
     TABLE.get_or_init(Mutex::default)
 }
 
-/// What a handle and all that is made from it have in common: the address of
-/// their dispatch table.
+/// Returns the address of the dispatch table, which a handle and all that is made from it share.
 fn key_of(handle: Handle) -> usize {
     // SAFETY: dispatchable handles begin with that address ("Loader and Layer
     // Interface").
     unsafe { *handle.cast::<usize>() }
 }
 
-/// What comes below for a handle.
-pub(crate) fn next_of(handle: Handle) -> Option<Arc<Next>> {
+/// Returns the next layer below a handle.
+pub(crate) fn next_of(handle: Handle) -> Option<Arc<NextLayer>> {
     if handle.is_null() {
         return None;
     }
     table().lock().unwrap_or_else(PoisonError::into_inner).get(&key_of(handle)).cloned()
 }
 
-/// Lets the next layer's function of a name write a structure; tells whether it did.
-pub(crate) fn ask(device: Handle, name: &CStr, structure: *mut c_void) -> bool {
-    type Ask = unsafe extern "system" fn(Handle, *mut c_void);
+/// Calls the next layer's query of this name, which writes a structure; reports whether it exists.
+pub(crate) fn query(device: Handle, name: &CStr, structure: *mut c_void) -> bool {
+    type QueryFn = unsafe extern "system" fn(Handle, *mut c_void);
     let function = function_of(device, name);
     if function.is_null() || structure.is_null() {
         return false;
     }
     // SAFETY: the next layer's functions of the names asked for have this type; the arguments
     // are the caller's.
-    unsafe { std::mem::transmute::<Function, Ask>(function)(device, structure) };
+    unsafe { std::mem::transmute::<Function, QueryFn>(function)(device, structure) };
     true
 }
 
-/// The same for a structure about something.
-pub(crate) fn ask_about<T>(device: Handle, name: &CStr, about: T, structure: *mut c_void) -> bool {
-    type Ask<T> = unsafe extern "system" fn(Handle, T, *mut c_void);
+/// Calls the next layer's query of this name about an object; reports whether it exists.
+pub(crate) fn query_object<T>(
+    device: Handle,
+    name: &CStr,
+    about: T,
+    structure: *mut c_void,
+) -> bool {
+    type QueryFn<T> = unsafe extern "system" fn(Handle, T, *mut c_void);
     let function = function_of(device, name);
     if function.is_null() || structure.is_null() {
         return false;
     }
     // SAFETY: as above.
-    unsafe { std::mem::transmute::<Function, Ask<T>>(function)(device, about, structure) };
+    unsafe { std::mem::transmute::<Function, QueryFn<T>>(function)(device, about, structure) };
     true
 }
 
@@ -128,12 +132,13 @@ fn function_of(handle: Handle, name: &CStr) -> Function {
 }
 
 fn remember(handle: Handle, get: GetProcAddr) {
-    let next = Next { handle: handle as usize, get, lost: AtomicBool::new(false) };
+    let next = NextLayer { handle: handle as usize, get, lost: AtomicBool::new(false) };
     table().lock().unwrap_or_else(PoisonError::into_inner).insert(key_of(handle), Arc::new(next));
 }
 
-/// The loader's link in the chain of a create info, moved on for the next layer.
-fn take_link(info: *const c_void, kind: i32) -> Option<&'static Link> {
+/// Takes the loader's link from the chain of a create info, and advances the chain for the next
+/// layer.
+fn take_link(info: *const c_void, kind: i32) -> Option<&'static LayerLink> {
     let mut at = info.cast_mut().cast::<LayerCreateInfo>();
     for _ in 0..MAX_CHAIN {
         if at.is_null() {

@@ -1,8 +1,8 @@
-//! Result codes, and which of them a command may give.
+//! Result codes, and those that each command may return.
 
 use crate::commands::COMMANDS;
 
-/// A `VkResult`.
+/// Result code of a command (`VkResult`).
 pub type Code = i32;
 
 pub(crate) const SUCCESS: Code = 0;
@@ -48,14 +48,14 @@ const NAMES: [(Code, &str); 20] = [
     (-13, "VK_ERROR_UNKNOWN"),
 ];
 
-/// A code's name in the specification; empty for one that no command here gives.
+/// Returns a code's name in the specification; empty for one that no command here gives.
 pub fn name_of(code: Code) -> &'static str {
     NAMES.iter().find(|(known, _)| *known == code).map_or("", |(_, name)| name)
 }
 
-/// The codes besides success that the specification lists for a command (its
-/// "Return Codes"), without those of extensions that nobody turns on here.
-/// Empty for a command that this layer does not know.
+/// Returns the codes besides success that the specification lists for a command (its "Return
+/// Codes"), without those of extensions that nobody turns on here. Empty for a command that this
+/// layer does not know.
 pub fn codes_of(command: &str) -> &'static [Code] {
     COMMANDS.iter().find(|(name, _)| *name == command).map_or(&[], |(_, codes)| codes)
 }

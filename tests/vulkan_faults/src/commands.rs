@@ -1,4 +1,4 @@
-//! The commands that may fail, and the layer's entry points.
+//! Intercepted commands that may fail, and the layer's entry points.
 
 use std::ffi::{CStr, c_char, c_void};
 
@@ -10,12 +10,12 @@ use crate::codes::*;
 use crate::features::physical_device_features;
 use crate::{card, plan};
 
-/// Pointers and non-dispatchable handles, as they cross the ABI.
+/// Pointer as it crosses the ABI; `U` is a non-dispatchable handle.
 type P = *mut c_void;
 type U = u64;
 
-/// For each command: a function that counts, fails or passes on; its entry in
-/// the table of codes; its entry in the table of functions.
+/// Generates for each command a function that counts, fails or passes on, its entry in the table of
+/// codes, and its entry in the table of functions.
 macro_rules! commands {
     ($($name:ident ( $($argument:ident : $type:ty),* ) [ $($code:expr),* ];)*) => {
         /// Commands and their codes besides success ("Return Codes").
@@ -32,18 +32,18 @@ macro_rules! commands {
                 reason = "names and arguments are the specification's"
             )]
             unsafe extern "system" fn $name(handle: Handle, $($argument: $type),*) -> Code {
-                type Own = unsafe extern "system" fn(Handle, $($type),*) -> Code;
+                type CommandFn = unsafe extern "system" fn(Handle, $($type),*) -> Code;
                 let Some(next) = next_of(handle) else { return INIT };
                 let codes: &[Code] = &[$($code),*];
                 let fault = plan::count(stringify!($name));
                 if fault == Some(LOST) {
-                    next.lose();
+                    next.mark_lost();
                 }
                 if next.is_lost() && codes.contains(&LOST) {
                     return LOST;
                 }
                 if let Some(code) = fault
-                    && !happens_all_the_same(stringify!($name), code)
+                    && !has_effect_despite_code(stringify!($name), code)
                 {
                     return code;
                 }
@@ -55,13 +55,13 @@ macro_rules! commands {
                 // SAFETY: the next layer's function of this name has this type;
                 // the arguments are the caller's.
                 let code = unsafe {
-                    std::mem::transmute::<Function, Own>(function)(handle, $($argument),*)
+                    std::mem::transmute::<Function, CommandFn>(function)(handle, $($argument),*)
                 };
                 if code == SUCCESS { fault.unwrap_or(code) } else { code }
             }
         )*
 
-        fn own(name: &str) -> Option<Function> {
+        fn intercepted(name: &str) -> Option<Function> {
             match name {
                 $(stringify!($name) => Some($name as Function),)*
                 _ => None,
@@ -70,10 +70,9 @@ macro_rules! commands {
     };
 }
 
-/// Whether a call does its work and tells of the code besides: a success code,
-/// and presenting, whose semaphores are waited for all the same
-/// (vkQueuePresentKHR).
-fn happens_all_the_same(command: &str, code: Code) -> bool {
+/// Reports whether a call has its effect in spite of the code: success codes, and presentation,
+/// whose semaphores are waited for all the same (vkQueuePresentKHR).
+fn has_effect_despite_code(command: &str, code: Code) -> bool {
     code > SUCCESS || (command == "vkQueuePresentKHR" && matches!(code, OUT_OF_DATE | SURFACE))
 }
 
@@ -137,7 +136,7 @@ commands! {
     vkQueuePresentKHR(info: P) [SUBOPTIMAL, HOST, DEVICE, LOST, OUT_OF_DATE, SURFACE];
 }
 
-/// `VkNegotiateLayerInterface`.
+/// Mirror of the C structure `VkNegotiateLayerInterface`.
 #[repr(C)]
 struct Negotiation {
     kind: i32,
@@ -151,7 +150,8 @@ struct Negotiation {
 /// The version of the interface that this layer speaks.
 const INTERFACE_VERSION: u32 = 2;
 
-/// Called by the loader first; says where the other entry points are.
+/// Negotiates the interface with the loader, which calls this first, and reports the other entry
+/// points.
 ///
 /// # Safety
 /// `negotiation` is null or a `VkNegotiateLayerInterface` that may be written.
@@ -185,7 +185,7 @@ unsafe extern "system" fn get_instance_proc_addr(
         "vkDestroyInstance" => destroy_instance as Function,
         "vkCreateDevice" => create_device as Function,
         "vkDestroyDevice" => destroy_device as Function,
-        _ => own_or_below(instance, name, text),
+        _ => intercepted_or_next(instance, name, text),
     }
 }
 
@@ -195,22 +195,26 @@ unsafe extern "system" fn get_device_proc_addr(device: Handle, name: *const c_ch
     match text {
         "vkGetDeviceProcAddr" => get_device_proc_addr as Function,
         "vkDestroyDevice" => destroy_device as Function,
-        _ => own_or_below(device, name, text),
+        _ => intercepted_or_next(device, name, text),
     }
 }
 
-/// The layer's own function where there is one below to pass on to.
-fn own_or_below(handle: Handle, name: *const c_char, text: &str) -> Function {
+/// Returns the layer's own function where there is one below to pass on to; else the one below.
+fn intercepted_or_next(handle: Handle, name: *const c_char, text: &str) -> Function {
     let Some(next) = next_of(handle) else { return std::ptr::null() };
     let below = next.function(name);
-    let own = match text {
+    let function = match text {
         "vkAllocateMemory" => Some(allocate_memory as Function),
-        _ => own(text).or_else(|| card::own(text)),
+        _ => intercepted(text).or_else(|| card::intercepted(text)),
     };
-    own.filter(|_| !below.is_null()).unwrap_or(below)
+    function.filter(|_| !below.is_null()).unwrap_or(below)
 }
 
 unsafe extern "system" fn allocate_memory(device: Handle, info: P, allocation: P, out: P) -> Code {
     // SAFETY: the caller's promise.
-    unsafe { card::with_own_type(info, |info| vkAllocateMemory(device, info, allocation, out)) }
+    unsafe {
+        card::with_underlying_memory_type(info, |info| {
+            vkAllocateMemory(device, info, allocation, out)
+        })
+    }
 }

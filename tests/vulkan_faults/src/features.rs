@@ -1,13 +1,13 @@
-//! What devices lack, for tests.
+//! Simulated lack of optional device features, for tests.
 
 use std::ffi::c_void;
 
-use crate::chain::{Handle, ask};
+use crate::chain::{Handle, query};
 
-/// Names the features that devices lack, with commas between.
+/// Environment variable with the features that devices lack, separated by commas.
 pub const WITHOUT_VARIABLE: &str = "BUSBAR_VULKAN_WITHOUT";
 
-/// Features that can be taken away, and their places in `VkPhysicalDeviceFeatures`.
+/// Features that can be removed, with their indices in `VkPhysicalDeviceFeatures`.
 const FEATURES: [(&str, usize); 3] =
     [("multiDrawIndirect", 9), ("drawIndirectFirstInstance", 10), ("fillModeNonSolid", 13)];
 
@@ -15,7 +15,7 @@ pub(crate) unsafe extern "system" fn physical_device_features(
     device: Handle,
     features: *mut c_void,
 ) {
-    if !ask(device, c"vkGetPhysicalDeviceFeatures", features) {
+    if !query(device, c"vkGetPhysicalDeviceFeatures", features) {
         return;
     }
     let without = std::env::var(WITHOUT_VARIABLE).unwrap_or_default();

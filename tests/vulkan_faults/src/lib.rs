@@ -1,4 +1,4 @@
-//! A Vulkan layer that lets calls fail, for tests of what comes after.
+//! Vulkan layer for fault injection: it makes calls fail, for tests of error handling.
 //!
 //! The loader puts it between a program and the driver. It counts the calls that
 //! may fail and, told so by the environment ([`FAULT_VARIABLE`]), answers one of
@@ -19,5 +19,5 @@ mod setup;
 pub use card::AS_CARD_VARIABLE;
 pub use codes::{Code, codes_of, name_of};
 pub use features::WITHOUT_VARIABLE;
-pub use plan::{CALLS_VARIABLE, FAULT_VARIABLE, Fault, STRUCK_VARIABLE};
+pub use plan::{CALLS_VARIABLE, FAULT_VARIABLE, STRUCK_VARIABLE, VulkanFault};
 pub use setup::{LAYER_NAME, VALIDATION_LAYER_NAME, install};

@@ -1,4 +1,4 @@
-//! Which call is to fail, and what has been called.
+//! Fault plan of a process, and the record of calls.
 
 use std::collections::HashMap;
 use std::fs::OpenOptions;
@@ -10,31 +10,31 @@ use anyhow::{Context, Result, ensure};
 
 use crate::codes::{Code, codes_of};
 
-/// Says which call fails: see [`Fault`]'s text.
+/// Environment variable with the call that fails: see [`VulkanFault`]'s text.
 pub const FAULT_VARIABLE: &str = "BUSBAR_VULKAN_FAULT";
-/// Names a file that gets the name of each call, a line each.
+/// Environment variable with the file that gets the name of each call, a line each.
 pub const CALLS_VARIABLE: &str = "BUSBAR_VULKAN_CALLS";
-/// Names a file that is made when the fault strikes.
+/// Environment variable with the file that is made when the fault strikes.
 pub const STRUCK_VARIABLE: &str = "BUSBAR_VULKAN_STRUCK";
 
-/// One call that fails.
+/// Fault of one Vulkan call.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Fault {
-    /// The command, as `vkCreateBuffer`.
+pub struct VulkanFault {
+    /// Name of the command, such as `vkCreateBuffer`.
     pub command: String,
-    /// Which of its calls in the process, from 0.
+    /// Zero-based index among the calls of this command in the process.
     pub call: u32,
-    /// What it gives.
+    /// Result code that the call returns.
     pub code: Code,
 }
 
-impl Fault {
-    /// `command:call:code`, for [`FAULT_VARIABLE`].
+impl VulkanFault {
+    /// Formats the fault as `command:call:code`, for [`FAULT_VARIABLE`].
     pub fn text(&self) -> String {
         format!("{}:{}:{}", self.command, self.call, self.code)
     }
 
-    /// Reads what [`Fault::text`] wrote.
+    /// Parses the text that [`VulkanFault::text`] wrote.
     ///
     /// # Errors
     /// When it is no such text, or the command never gives that code.
@@ -55,7 +55,7 @@ impl Fault {
 #[derive(Default)]
 struct Calls(HashMap<&'static str, u32>);
 
-/// Counts a call; the code with which it is to fail, if it is.
+/// Counts a call; returns the code with which it is to fail, if it is.
 pub(crate) fn count(command: &'static str) -> Option<Code> {
     static CALLS: OnceLock<Mutex<Calls>> = OnceLock::new();
     let mut calls =
@@ -72,20 +72,20 @@ pub(crate) fn count(command: &'static str) -> Option<Code> {
     Some(fault.code)
 }
 
-fn planned() -> Option<&'static Fault> {
-    static FAULT: OnceLock<Option<Fault>> = OnceLock::new();
+fn planned() -> Option<&'static VulkanFault> {
+    static FAULT: OnceLock<Option<VulkanFault>> = OnceLock::new();
     let read = || {
         // The loader takes the layer out and in again between instances, and a
         // fault strikes once.
         let struck = std::env::var_os(STRUCK_VARIABLE).is_some_and(|f| Path::new(&f).exists());
         let text = std::env::var(FAULT_VARIABLE).ok().filter(|_| !struck)?;
-        Fault::parse(&text).ok()
+        VulkanFault::parse(&text).ok()
     };
     FAULT.get_or_init(read).as_ref()
 }
 
-/// Adds a line to the file that a variable names. A file that cannot be written
-/// stays empty, which the test notices.
+/// Appends a line to the file that a variable names. A file that cannot be written stays empty,
+/// which the test notices.
 fn append(variable: &str, line: &str) {
     let Some(path) = std::env::var_os(variable) else { return };
     if let Ok(mut file) = OpenOptions::new().create(true).append(true).open(path) {
@@ -99,11 +99,11 @@ mod tests {
 
     #[test]
     fn a_fault_is_read_as_it_was_written() {
-        let fault = Fault { command: "vkCreateBuffer".into(), call: 3, code: -2 };
-        assert_eq!(Fault::parse(&fault.text()).ok(), Some(fault));
+        let fault = VulkanFault { command: "vkCreateBuffer".into(), call: 3, code: -2 };
+        assert_eq!(VulkanFault::parse(&fault.text()).ok(), Some(fault));
         for wrong in ["", "vkCreateBuffer", "vkCreateBuffer:x:-2", "vkCreateBuffer:0:-4", "vk:0:-1"]
         {
-            assert!(Fault::parse(wrong).is_err(), "{wrong}");
+            assert!(VulkanFault::parse(wrong).is_err(), "{wrong}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Puts the layer in a program's way.
+//! Installation of the layer into a program's environment.
 
 use std::path::Path;
 use std::process::Command;
@@ -6,9 +6,9 @@ use std::process::Command;
 use anyhow::{Context, Result};
 use serde_json::json;
 
-/// The layer, as the loader knows it.
+/// Name of the layer in its manifest.
 pub const LAYER_NAME: &str = "VK_LAYER_BUSBAR_faults";
-/// The validation layer, which sits above: it sees calls fail as the program does.
+/// Name of the validation layer, which sits above: it sees calls fail as the program does.
 pub const VALIDATION_LAYER_NAME: &str = "VK_LAYER_KHRONOS_validation";
 
 /// Makes a program's Vulkan go through the layer in this library, below the

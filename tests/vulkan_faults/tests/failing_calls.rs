@@ -1,5 +1,5 @@
-//! Every call to Vulkan fails once while a picture is rendered: the picture comes
-//! all the same, to the byte, or a clear message where there is no driver.
+//! Fault injection into every Vulkan call while a picture is rendered: the picture is the same to
+//! the byte, or a clear message appears where there is no driver.
 #![allow(clippy::print_stderr, reason = "progress of a long test")]
 
 mod common;
@@ -9,22 +9,22 @@ use std::fs;
 use common::{Subject, faults_of, is_final, sample};
 use e2e::{Output, finish};
 use serde_json::{Value, json};
-use vulkan_faults::{Fault, name_of};
+use vulkan_faults::{VulkanFault, name_of};
 
 const SIZE: [u32; 2] = [160, 120];
-/// A pixel that shows the model.
+/// Position of a pixel that shows the model.
 const PICKED: &str = "80,60";
-/// Faults of a run that is not told to let all strike.
+/// Number of faults unless the environment asks for others.
 const SAMPLE: usize = 48;
-/// The same at high quality.
+/// Number of sampled faults at high quality.
 const HIGH_SAMPLE: usize = 24;
-/// And where frames are drawn in parts.
+/// Number of faults where frames are drawn in two passes.
 const PARTS_SAMPLE: usize = 24;
-/// And as on a graphics card.
+/// Number of faults on a simulated graphics card.
 const CARD_SAMPLE: usize = 12;
 
-/// Renders the scene and picks in it; with a fault if there is one.
-fn render(subject: &Subject, fault: Option<&Fault>) -> Output {
+/// Renders the scene and picks in it, with a fault if there is one.
+fn render(subject: &Subject, fault: Option<&VulkanFault>) -> Output {
     let picture = subject.path("picture.png");
     let _ = fs::remove_file(&picture);
     let out = picture.to_string_lossy().into_owned();
@@ -37,8 +37,12 @@ fn render(subject: &Subject, fault: Option<&Fault>) -> Output {
     finish(&mut command)
 }
 
-/// What is wrong after a fault, if anything is.
-fn fault_found(subject: &Subject, fault: &Fault, expected: &(Vec<u8>, String)) -> Option<String> {
+/// Describes the failure after a fault, if there is any.
+fn fault_found(
+    subject: &Subject,
+    fault: &VulkanFault,
+    expected: &(Vec<u8>, String),
+) -> Option<String> {
     let output = render(subject, Some(fault));
     let said = format!("{}{}", output.stdout, output.stderr);
     if !subject.was_struck() {
@@ -71,7 +75,8 @@ fn at_high_quality_too_with_an_outline_and_a_section() {
     strike_all(&Subject::with_view(view), HIGH_SAMPLE);
 }
 
-/// Where what is near is drawn first, and the rest once it is known what that hides.
+/// Faults strike between the two passes of occlusion culling: near equipment first, then the rest
+/// that it does not hide.
 #[test]
 fn between_the_parts_of_a_frame_too() {
     let view = json!({ "size": SIZE, "quality": "low" });
@@ -90,7 +95,7 @@ fn as_on_a_card_too() {
     strike_all(&Subject { as_card: true, ..Subject::new(SIZE) }, CARD_SAMPLE);
 }
 
-/// Lets calls of a run fail, `count` of them if nobody asks for more.
+/// Injects faults into calls of a run, `count` of them unless the environment asks for more.
 fn strike_all(subject: &Subject, count: usize) {
     let output = render(subject, None).expect_code(0);
     assert!(output.stdout.contains("=Q1"), "{}", output.stdout);

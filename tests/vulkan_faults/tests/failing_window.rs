@@ -1,5 +1,5 @@
-//! Calls to Vulkan fail while a window is open: it stays open, and shows what it
-//! would have shown.
+//! Fault injection into Vulkan calls while a window is open: it stays open, and shows the same
+//! picture.
 #![allow(clippy::print_stderr, reason = "progress of a long test")]
 
 mod common;
@@ -10,21 +10,21 @@ use std::time::Duration;
 
 use common::{Subject, faults_of, is_final, sample};
 use e2e::{Output, Process, Stats, available};
-use vulkan_faults::{Fault, name_of};
+use vulkan_faults::{VulkanFault, name_of};
 
 const SCREEN: [usize; 2] = [640, 400];
 const WINDOW: [u32; 2] = [600, 360];
-/// Panels and model, without the status bar and its times: left, top, right, bottom.
+/// Region of panels and model, without the status bar and its times: left, top, right, bottom.
 const SHOWN: [usize; 4] = [0, 0, 590, 320];
-/// How long a window is open. One that does not show the picture in that time gets
-/// longer: the machine may be busy.
+/// Seconds that a window stays open. A run that does not show the picture in time gets the next
+/// longer one: the machine may be busy.
 const SECONDS: [&str; 3] = ["2.5", "7", "20"];
-/// Between looks at the screen.
+/// Polling period of the screen.
 const LOOK_PERIOD: Duration = Duration::from_millis(50);
-/// Faults of a run that is not told to let all strike.
+/// Number of faults unless the environment asks for others.
 const SAMPLE: usize = 16;
 
-/// A display whose pixels lie in a file.
+/// Display whose pixels lie in a file.
 struct Screen {
     _server: Process,
     name: String,
@@ -47,8 +47,8 @@ impl Screen {
         Some(Self { _server: server, name: format!(":{number}"), folder })
     }
 
-    /// The pixels of [`SHOWN`], rows from the top: an XWD file (XWDFile.h), its
-    /// header in big-endian words.
+    /// Reads the pixels of [`SHOWN`], rows from the top: an XWD file (XWDFile.h), its header in
+    /// big-endian words.
     fn shown(&self) -> Vec<u8> {
         let file = fs::read(self.folder.path().join("Xvfb_screen0")).expect("the screen's file");
         let word = |index: usize| {
@@ -66,13 +66,13 @@ impl Screen {
     }
 }
 
-/// Opens a window until it closes by itself. What was shown of it last, what it
-/// said, and how many devices it lost.
+/// Opens a window until it closes by itself; returns its last pixels, its output, and the number of
+/// lost devices.
 fn view(
     screen: &Screen,
     subject: &Subject,
     seconds: &str,
-    fault: Option<&Fault>,
+    fault: Option<&VulkanFault>,
 ) -> (Vec<u8>, Output, u64) {
     let stats = subject.path("stats.json");
     let _ = fs::remove_file(&stats);
@@ -115,12 +115,13 @@ fn a_window_goes_on_after_failing_calls() {
     let faults = faults_of(&calls);
     // Whatever the lot, a device is lost once, while frames are drawn: one that is lost while the
     // scene opens is not counted.
-    let is_loss = |fault: &&Fault| {
+    let is_loss = |fault: &&VulkanFault| {
         fault.command == "vkQueueSubmit2" && name_of(fault.code) == "VK_ERROR_DEVICE_LOST"
     };
-    let losses: Vec<&Fault> = faults.iter().filter(is_loss).collect();
+    let losses: Vec<&VulkanFault> = faults.iter().filter(is_loss).collect();
     let loss = losses[losses.len() / 2].clone();
-    let chosen: Vec<Fault> = [loss].into_iter().chain(sample(faults.clone(), SAMPLE)).collect();
+    let chosen: Vec<VulkanFault> =
+        [loss].into_iter().chain(sample(faults.clone(), SAMPLE)).collect();
     eprintln!("{} calls, {} faults, {} of them now", calls.len(), faults.len(), chosen.len());
     let (mut wrong, mut missed, mut replaced) = (Vec::new(), 0, 0);
     for fault in &chosen {

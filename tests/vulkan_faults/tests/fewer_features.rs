@@ -1,5 +1,5 @@
-//! Devices that lack what makes frames cheap draw the same, and so do those that are drawn with
-//! in other ways.
+//! Rendering without optional device features: pictures are the same, as with other ways of
+//! drawing.
 
 mod common;
 
@@ -10,7 +10,7 @@ use e2e::finish;
 use serde_json::{Value, json};
 use vulkan_faults::WITHOUT_VARIABLE;
 
-/// The picture, and `--stats`, on a device without these features.
+/// Renders on a device without these features; returns the picture and `--stats`.
 fn render(subject: &Subject, without: &str) -> (Vec<u8>, Value) {
     let [picture, stats] = ["picture.png", "stats.json"].map(|name| subject.path(name));
     let paths = [&picture, &stats].map(|path| path.to_string_lossy().into_owned());
@@ -39,7 +39,8 @@ fn without_indirect_draws_each_is_a_command_and_the_picture_the_same() {
     }
 }
 
-/// There all is drawn, hidden or not, and nothing waits for what is near.
+/// Draws everything on a simulated graphics card, hidden or not, without the two passes of
+/// occlusion culling.
 #[test]
 fn as_on_a_card_the_picture_is_the_same() {
     for view in [

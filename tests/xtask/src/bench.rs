@@ -15,14 +15,14 @@ use crate::workspace::{Profile, Workspace};
 const PACKAGE: &str = "bench";
 /// Plugins whose boundary is measured.
 const PLUGINS: [&str; 2] = ["weighted_collapse", "quadric_collapse"];
-/// The section that others than this project take part in.
+/// Section with methods from outside this project.
 const LEVELS: &str = "levels";
-/// Where the report goes.
+/// Output folder of the report.
 const FOLDER: &str = "target/bench";
-/// Where the peers' scripts are.
+/// Folder of the peers' scripts.
 const SCRIPTS: &str = "tests/peers";
 
-/// Options of `bench`.
+/// Command-line options of `bench`.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Folder for the report; `target/bench` if none is given.
@@ -45,9 +45,9 @@ pub(crate) struct Arguments {
     cores: Option<String>,
 }
 
-/// What others take part with, as far as it is there.
+/// Optional prerequisites of the comparison, as far as they are installed.
 #[derive(Default)]
-struct Others {
+struct OptionalPeers {
     python: Option<PathBuf>,
     scan: Option<PathBuf>,
 }
@@ -58,21 +58,21 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     stage::build_packages(workspace, Profile::Release, packages)?;
     let libraries = PLUGINS.map(|plugin| workspace.library(Profile::Release, plugin));
     stage::replace_libraries(&workspace.path(FOLDER).join("plugins"), &libraries)?;
-    let others = match arguments.wants(LEVELS) {
-        true => Others::find(workspace, arguments.quick),
-        false => Others::default(),
+    let others = match arguments.includes(LEVELS) {
+        true => OptionalPeers::find(workspace, arguments.quick),
+        false => OptionalPeers::default(),
     };
     process::run(&mut command(workspace, arguments, &others))
 }
 
 impl Arguments {
-    fn wants(&self, section: &str) -> bool {
+    fn includes(&self, section: &str) -> bool {
         self.only.is_empty() || self.only.iter().any(|wanted| wanted == section)
     }
 }
 
-impl Others {
-    /// What can be had; the bench does without the rest.
+impl OptionalPeers {
+    /// Prepares the optional prerequisites; the bench runs without those that fail.
     fn find(workspace: &Workspace, quick: bool) -> Self {
         let python = python::ensure_environment(workspace, python::BENCH).unwrap_or_else(|error| {
             println!("No Python peers: {error:#}");
@@ -86,7 +86,7 @@ impl Others {
     }
 }
 
-fn command(workspace: &Workspace, arguments: &Arguments, others: &Others) -> Command {
+fn command(workspace: &Workspace, arguments: &Arguments, others: &OptionalPeers) -> Command {
     let program = workspace.program(Profile::Release, PACKAGE);
     let mut command = match &arguments.cores {
         None => Command::new(program),
@@ -139,8 +139,8 @@ mod tests {
             mesh: Vec::new(),
             cores: None,
         };
-        assert!(plain.wants(LEVELS));
-        let plain = command(&workspace, &plain, &Others::default());
+        assert!(plain.includes(LEVELS));
+        let plain = command(&workspace, &plain, &OptionalPeers::default());
         let target = workspace.path(FOLDER).to_string_lossy().into_owned();
         let plugins = workspace.path("target/bench/plugins").to_string_lossy().into_owned();
         assert_eq!(given(&plain), ["--out", &target, "--plugins", &plugins]);
@@ -153,8 +153,8 @@ mod tests {
             mesh: vec!["a.glb".into()],
             cores: Some("1".to_owned()),
         };
-        assert!(!arguments.wants(LEVELS));
-        let others = Others { python: Some("python".into()), scan: Some("scan.ply".into()) };
+        assert!(!arguments.includes(LEVELS));
+        let others = OptionalPeers { python: Some("python".into()), scan: Some("scan.ply".into()) };
         let pinned = command(&workspace, &arguments, &others);
         assert_eq!(pinned.get_program(), "taskset");
         let scripts = workspace.path(SCRIPTS).to_string_lossy().into_owned();

@@ -14,16 +14,16 @@ use crate::x_server::XServer;
 const PACKAGE: &str = "bench_render";
 /// Optimisers that scenes name.
 const PLUGINS: [&str; 2] = ["weighted_collapse", "quadric_collapse"];
-/// The program whose start is measured.
+/// Program whose start is measured.
 const HOST: &str = "busbar";
-/// Where the report goes.
+/// Output folder of the report.
 const FOLDER: &str = "target/bench_render";
 /// Scripts of the peers.
 const SCRIPTS: &str = "tests/peers";
-/// Of the display that peers want, pixels.
+/// Size of the virtual display for the peers, pixels.
 const SCREEN: &str = "1280x720";
 
-/// Options of `bench-render`.
+/// Command-line options of `bench-render`.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Run only these sections: frames, screen_error, start, many.

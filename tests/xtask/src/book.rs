@@ -20,8 +20,6 @@ const BOOK: &str = "host/busbar/book";
 const GENERATED: &str = "host/busbar/book/src/generated";
 /// Folder of the built book.
 const BUILT: &str = "target/book";
-/// Folder of development tools that are installed for this repository alone.
-const TOOLS: &str = "target/tools";
 /// Version requirement of mdBook.
 const MDBOOK: &str = "mdbook@^0.4";
 /// JSON Schema of configurations.
@@ -99,7 +97,7 @@ fn generate(workspace: &Workspace) -> Result<()> {
 
 /// Returns the path of mdBook, which is installed below the target folder where it is missing.
 fn install(workspace: &Workspace) -> Result<PathBuf> {
-    let tools = workspace.path(TOOLS);
+    let tools = workspace.tools();
     let mdbook = tools.join("bin/mdbook");
     if !process::succeeds(Command::new(&mdbook).arg("--version")) {
         let mut command = process::cargo();

@@ -15,12 +15,12 @@ use crate::station::Station;
 use crate::summary;
 use crate::workspace::{Profile, Workspace};
 
-/// How a picture is made: values need time to arrive.
+/// Render options of the picture; the seconds let values arrive.
 const PICTURE_OPTIONS: [&str; 4] = ["--seconds", "4", "--size", "1280x720"];
-/// The same of a scenario: until it is all to be seen.
+/// Render options of a scenario's picture; the seconds let all of its events happen.
 const SCENARIO_OPTIONS: [&str; 4] = ["--seconds", "36", "--size", "1280x720"];
 
-/// Options of `demo`.
+/// Command-line options of `demo`.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Make a picture even where there is a display.
@@ -53,7 +53,7 @@ fn has_display() -> bool {
     is_set("DISPLAY") || is_set("WAYLAND_DISPLAY")
 }
 
-/// `busbar`, to be run from the repository's root.
+/// Returns the command `busbar`, to be run from the repository's root.
 pub(crate) fn busbar(workspace: &Workspace) -> Command {
     let mut command = Command::new(workspace.program(Profile::Release, "busbar"));
     command.current_dir(&workspace.root);

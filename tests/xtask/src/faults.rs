@@ -10,24 +10,24 @@ use crate::stage;
 use crate::workspace::{Profile, Workspace};
 
 const PACKAGE: &str = "faults";
-/// The plugin that misbehaves.
+/// Plugin that injects the faults.
 const PLUGIN: &str = "fault_injector";
-/// The program whose processes plugins run in.
+/// Program whose processes run plugins.
 const HOST: &str = "busbar";
-/// Where the report goes.
+/// Output folder of the report.
 const FOLDER: &str = "target/faults";
 const INJECTIONS: u64 = 10_000;
-/// Each fault once, and fewer kills.
+/// Options of the quick run: each fault once, and fewer kills.
 const QUICK: [&str; 4] = ["--injections", "250", "--kills", "100"];
 const MAX_INJECTIONS: u64 = 10_000_000;
 
-/// Options of `faults`.
+/// Command-line options of `faults`.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Let each fault strike once.
     #[arg(long, conflicts_with = "injections")]
     quick: bool,
-    /// Injections at least.
+    /// Least number of injections.
     #[arg(long, default_value_t = INJECTIONS)]
     #[arg(value_parser = clap::value_parser!(u64).range(1..=MAX_INJECTIONS))]
     injections: u64,

@@ -7,19 +7,19 @@ use anyhow::{Context, Result};
 use crate::stage::{build_packages, copy_whole, replace_libraries};
 use crate::workspace::{Profile, Workspace};
 
-/// The viewer's program, and the library of programs that embed it.
+/// Package of the viewer's program, and that of the library for embedding.
 const PROGRAM: &str = "busbar";
 const LIBRARY_PACKAGE: &str = "busbar_embed";
-/// What the library is called.
+/// Name of the shared library.
 const LIBRARY: &str = "busbar";
-/// What programs are linked with: a link to the library by the name that they ask for.
+/// Path of the development link, by which programs are linked with the library.
 const LINK_NAME: &str = "lib/libbusbar.so";
-/// Its name as the library itself says it (SONAME).
+/// Name of the library at run time (SONAME).
 const RUN_NAME: &str = concat!("libbusbar.so.", env!("CARGO_PKG_VERSION_MAJOR"));
-/// Where plugins are: a configuration names this folder.
+/// Folder of plugins, as configurations name it.
 const PLUGINS: &str = "lib/busbar/plugins";
 
-/// Options of `install`.
+/// Command-line options of `install`.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Folder that gets bin, include and lib.
@@ -46,7 +46,7 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
-/// Each file, and where it goes below the prefix.
+/// Lists each file with its path below the prefix.
 fn files(workspace: &Workspace, profile: Profile) -> [(PathBuf, &'static str); 6] {
     let library = workspace.library(profile, LIBRARY);
     [

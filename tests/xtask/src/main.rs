@@ -39,7 +39,7 @@ use clap::{Parser, Subcommand};
 
 use crate::workspace::Workspace;
 
-/// Busbar's project commands.
+/// Project commands of Busbar.
 #[derive(Parser)]
 #[command(name = "cargo xtask", bin_name = "cargo xtask")]
 struct Arguments {
@@ -73,7 +73,7 @@ enum Command {
     Paper(paper::Arguments),
     /// Compare the calculations of plugins with independent ones.
     References(references::Arguments),
-    /// Make the README's pictures.
+    /// Make the pictures of the README and the book.
     Pictures,
     /// Generate, build and link-check the book.
     Book(book::Arguments),

@@ -1,4 +1,4 @@
-//! System packages: what is missing, and its installation.
+//! System packages: detection and installation of missing ones.
 
 use std::collections::HashSet;
 use std::fs;
@@ -9,11 +9,11 @@ use anyhow::{Context, Result, bail};
 
 use crate::process;
 
-/// Where the Vulkan loader looks for drivers.
+/// Folders in which the Vulkan loader looks for drivers.
 const DRIVER_FOLDERS: [&str; 2] = ["/usr/share/vulkan/icd.d", "/etc/vulkan/icd.d"];
-/// Variables that name driver files instead.
+/// Environment variables that name driver files instead.
 const DRIVER_VARIABLES: [&str; 2] = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"];
-/// Mesa's software rasteriser, as its driver file is called.
+/// Prefix of the driver file of Mesa's software rasteriser.
 const SOFTWARE_DRIVER_PREFIX: &str = "lvp_icd";
 
 const SOFTWARE_DRIVER: Package = package("mesa-vulkan-drivers", "a Vulkan driver");
@@ -21,7 +21,7 @@ const PYTHON_VENV: Package = package("python3-venv", "protocol peers that tests 
 
 const VULKAN: &[Package] = &[package("libvulkan1", "the Vulkan loader")];
 
-/// What winit opens at run time.
+/// Libraries that winit opens at run time.
 const WINDOW: &[Package] = &[
     package("libx11-6", "windows on X11"),
     package("libx11-xcb1", "windows on X11"),
@@ -70,7 +70,7 @@ const RENDER_BENCH: &[Package] = &[
     package("libgl1-mesa-dri", "the rasteriser of viewers that are compared with"),
 ];
 
-/// A Debian package and what Busbar wants it for.
+/// Debian package and its purpose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Package {
     name: &'static str,
@@ -81,22 +81,22 @@ const fn package(name: &'static str, why: &'static str) -> Package {
     Package { name, why }
 }
 
-/// What the packages are wanted for.
+/// Purpose of the required packages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
-    /// To draw a picture.
+    /// Rendering of a picture without a window.
     Picture,
-    /// To open a window.
+    /// Opening of a window on a display.
     Window,
-    /// To run every test.
+    /// Running of every test.
     Tests,
-    /// To run the benches.
+    /// Running of the benches.
     Bench,
-    /// To compare frames.
+    /// Comparison of frame times with other viewers.
     RenderBench,
 }
 
-/// Installs what is missing where that is possible, lists it elsewhere.
+/// Installs missing packages where that is possible; lists them elsewhere.
 pub(crate) fn ensure(purpose: Purpose) -> Result<()> {
     let wanted = wanted(purpose);
     if !in_path("dpkg-query") || !in_path("apt-get") {
@@ -133,7 +133,7 @@ fn wanted(purpose: Purpose) -> Vec<Package> {
     wanted
 }
 
-/// What drawing takes.
+/// Returns the packages that drawing requires.
 fn driver(purpose: Purpose) -> Vec<Package> {
     let mut wanted = VULKAN.to_vec();
     // Reference pictures are the software rasteriser's, whatever else is there.
@@ -149,7 +149,7 @@ fn driver(purpose: Purpose) -> Vec<Package> {
     wanted
 }
 
-/// Driver files that the Vulkan loader will find.
+/// Lists the driver files that the Vulkan loader will find.
 fn driver_files() -> Vec<PathBuf> {
     for variable in DRIVER_VARIABLES {
         if let Some(value) = std::env::var_os(variable) {
@@ -177,7 +177,7 @@ fn missing(wanted: &[Package]) -> Result<Vec<Package>> {
     Ok(not_installed(wanted, &String::from_utf8_lossy(&output.stdout)))
 }
 
-/// The packages that a listing of `name status` lines does not call installed.
+/// Returns the packages that a listing of `name status` lines does not call installed.
 fn not_installed(wanted: &[Package], listing: &str) -> Vec<Package> {
     let lines = listing.lines().filter_map(|line| line.split_once(' '));
     let installed: HashSet<&str> =

@@ -9,12 +9,12 @@ use crate::process;
 use crate::stage;
 use crate::workspace::{Profile, Workspace};
 
-/// The plugin whose collapses are measured.
+/// Plugin whose collapses are measured.
 const PLUGIN: &str = "weighted_collapse";
-/// Where the report goes.
+/// Output folder of the report.
 const FOLDER: &str = "target/paper";
 
-/// Options of `paper`.
+/// Command-line options of `paper`.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Measure less: fewer frames, moves and points.

@@ -1,4 +1,4 @@
-//! `pictures`: those that the README shows.
+//! `pictures`: the pictures of the README.
 
 use std::fs;
 use std::path::Path;
@@ -18,20 +18,19 @@ use crate::workspace::{Profile, Workspace};
 use crate::x_server::XServer;
 
 const FOLDER: &str = "tests/pictures";
-/// The small scene that most pictures show.
+/// Path of the small scene that most pictures show.
 pub(crate) const SCENE: &str = "config/demo.json";
-/// How its pictures are made: values need time to arrive.
+/// Render options of the README's pictures; the seconds let values arrive.
 const PICTURE_OPTIONS: [&str; 4] = ["--seconds", "3", "--size", "1280x720"];
 
-/// Rendered pictures: name, and what is added to the options of the demo.
+/// Rendered pictures: name, additional options.
 const RENDERED: &[(&str, &[&str])] = &[
     ("demo", &[]),
     ("theta70", &["--theta", "0.7"]),
     ("wireframe", &["--camera", "transformer", "--theta", "0.3", "--wireframe"]),
 ];
 
-/// The same without labels and with more in their `view`: name, that, and what is added to
-/// the options.
+/// Pictures of the demo without labels: name, additional settings of `view`, additional options.
 const VIEWS: &[(&str, &str, &[&str])] = &[
     ("high", r#"{ "quality": "high", "ground": true, "fog": true }"#, &[]),
     (
@@ -40,16 +39,16 @@ const VIEWS: &[(&str, &str, &[&str])] = &[
         &["--camera", "transformer", "--pick", "672,220"],
     ),
 ];
-/// The demo's scene with such a view, beside its own, since its paths start there.
+/// Path of the demo's scene with such a view, beside its own, since its paths start there.
 const VIEW_SCENE: &str = "config/picture.json";
 
-/// The same without a device: every value is marked.
+/// Picture of the demo without a device, in which every value is marked as bad.
 const LINK_DOWN: (&str, &[&str]) = ("link_down", &["--camera", "transformer"]);
 
-/// Places on the screen that the mouse is dragged along; where there is one, it clicks.
+/// Points on the screen along which the mouse is dragged; a single point is a click.
 type Drag = &'static [[u32; 2]];
 
-/// Pictures of windows: name, and what the mouse does first. Theta is among what is displayed.
+/// Pictures of windows: name, first gestures of the mouse. Theta is on the display panel.
 const WINDOWS: &[(&str, &[Drag])] = &[
     ("window", &[]),
     ("window_theta", &[&[[151, 15]], &[[52, 311], [90, 311], [130, 311], [166, 311]]]),
@@ -61,9 +60,9 @@ const SUBSTATION: &[(&str, &[&str])] = &[
     ("substation_bay", &["--camera", "bay"]),
     ("substation_theta70", &["--camera", "bay", "--theta", "0.7"]),
 ];
-/// Half a megabyte at most.
+/// Size of the scenarios' pictures, pixels, for files of at most half a megabyte.
 const SCENARIO_SIZE: &str = "960x540";
-/// Pictures of scenarios: name, camera, and seconds until it is all to be seen.
+/// Pictures of scenarios: name, camera, seconds until all events have happened.
 const SCENARIOS: &[(&str, &str, &str)] = &[
     ("breaker_trip", "yard_110", "10"),
     ("overload", "overload", "30"),
@@ -74,17 +73,17 @@ const SCENARIOS: &[(&str, &str, &str)] = &[
     ("link_loss", "yard_110", "14"),
 ];
 
-/// Where the fleet with many samples is generated, and how many each transformer has: a
-/// million in all.
+/// Output folder of the fleet with many samples, a million in all, and the samples for each
+/// transformer.
 const DENSE_FLEET: &str = "target/dense_fleet";
 const DENSE_SAMPLES: &str = "83333";
 
 const SCREEN: &str = "1280x720";
-/// From the window's start to its first frame, on a software rasteriser.
+/// Longest time from the window's start to its first frame, on a software rasteriser.
 const MAX_FIRST_FRAME: Duration = Duration::from_secs(60);
-/// From the first frame until the values have arrived.
+/// Time from the first frame until the values have arrived.
 const LIVE_AFTER: Duration = Duration::from_secs(3);
-/// Enough for a frame on a software rasteriser.
+/// Time for a frame on a software rasteriser.
 const A_FRAME: Duration = Duration::from_millis(500);
 
 pub(crate) fn run(workspace: &Workspace) -> Result<()> {
@@ -158,7 +157,7 @@ fn render_substation(workspace: &Workspace, pictures: &Path) -> Result<()> {
     Ok(())
 }
 
-/// The chart of a fleet's gases: of `config/dga.json`, and of a million samples.
+/// Renders the chart of a fleet's gases: of `config/dga.json`, and of a million samples.
 fn render_charts(workspace: &Workspace, pictures: &Path) -> Result<()> {
     let dense = workspace.path(DENSE_FLEET);
     let fleet = |program: &str| {
@@ -168,7 +167,7 @@ fn render_charts(workspace: &Workspace, pictures: &Path) -> Result<()> {
         command
     };
     process::run(fleet("fleet").arg(&dense).args(["--monitored", DENSE_SAMPLES]))?;
-    stage::lend_plugins(workspace, &dense)?;
+    stage::link_plugins(workspace, &dense)?;
     let mut command = fleet("fleet_pictures");
     process::run(command.arg(workspace.path("config")).arg(&dense).arg(pictures))
 }

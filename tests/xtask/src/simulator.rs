@@ -1,4 +1,4 @@
-//! The simulated devices that a scene reads: `busbar simulate` is them.
+//! Simulated devices of a scene, served by `busbar simulate`.
 
 use std::io::ErrorKind;
 use std::net::TcpListener;
@@ -11,12 +11,13 @@ use crate::demo::busbar;
 use crate::process::Process;
 use crate::workspace::Workspace;
 
-/// Where `config/demo.json` expects the device, and the station its first gateway.
+/// TCP ports of the simulated devices: that of `config/demo.json`, and the first gateway of the
+/// station.
 const DEMO_PORT: u16 = 15_020;
 const STATION_PORT: u16 = 15_021;
-/// Gateways of the station.
+/// Number of the station's gateways.
 const STATION_GATEWAYS: u16 = 5;
-/// From its start until it listens.
+/// Longest time from the simulator's start until it listens.
 const MAX_START: Duration = Duration::from_secs(20);
 
 /// Starts the device of `config/demo.json`; it listens when this returns, and ends when
@@ -25,7 +26,7 @@ pub(crate) fn start_demo(workspace: &Workspace) -> Result<Process> {
     start(workspace, Path::new(crate::pictures::SCENE), None, DEMO_PORT..DEMO_PORT + 1)
 }
 
-/// Starts the gateways of the generated station, which do what a scenario says.
+/// Starts the gateways of the generated station, with the events of a scenario.
 pub(crate) fn start_station(
     workspace: &Workspace,
     scene: &Path,

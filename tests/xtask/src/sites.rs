@@ -11,15 +11,15 @@ use crate::workspace::{Profile, Workspace};
 
 const PACKAGE: &str = "sites";
 const PLUGIN: &str = "mqtt";
-/// The program whose processes plugins run in.
+/// Program whose processes run plugins.
 const HOST: &str = "busbar";
-/// Where the figures go.
+/// Output file of the figures.
 const FIGURES: &str = "target/sites.json";
 
-/// Options of `sites`.
+/// Command-line options of `sites`.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Only messages of this form: sparkplug, json or text.
+    /// Payload format to measure alone: sparkplug, json or text.
     #[arg(long)]
     only: Option<String>,
 }

@@ -1,4 +1,4 @@
-//! Building, and putting plugins and models where the demo scene looks.
+//! Build and staging of plugins and models for the demo scene.
 
 use std::collections::HashSet;
 use std::env::consts::DLL_EXTENSION;
@@ -15,17 +15,17 @@ use tempfile::NamedTempFile;
 use crate::process;
 use crate::workspace::{Profile, Workspace};
 
-/// The programs that the demo runs, beside the plugins.
+/// Programs that the demo runs, beside the plugins.
 const PROGRAMS: [&str; 3] = ["busbar", MODEL_MAKER, FLEET_MAKER];
 const MODEL_MAKER: &str = "demo_model";
-/// Makes the station and the gas histories that `config/dga.json` opens, and itself.
+/// Program that makes the station and the gas histories that `config/dga.json` opens.
 const FLEET_MAKER: &str = "fleet";
-/// Where the demo scene's models are.
+/// Folder of the demo scene's models.
 pub(crate) const MODELS: &str = "config/models";
-/// Plugins are not loaded from files that others may write to.
+/// File mode of plugins, which are not loaded from files that others may write to.
 const LIBRARY_MODE: u32 = 0o755;
 
-/// Options of `stage`.
+/// Command-line options of `stage`.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Cargo profile to build with.
@@ -69,7 +69,7 @@ pub(crate) fn stage(workspace: &Workspace, profile: Profile) -> Result<()> {
 }
 
 /// Lends the staged plugins to a configuration in another folder.
-pub(crate) fn lend_plugins(workspace: &Workspace, folder: &Path) -> Result<()> {
+pub(crate) fn link_plugins(workspace: &Workspace, folder: &Path) -> Result<()> {
     let plugins = folder.join("plugins");
     if plugins.exists() {
         return Ok(());

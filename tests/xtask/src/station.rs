@@ -1,4 +1,4 @@
-//! The generated station: where it is, and what may happen in it.
+//! Generated station: its files and its scenarios.
 
 use std::fs;
 use std::path::PathBuf;
@@ -9,7 +9,7 @@ use crate::process;
 use crate::stage;
 use crate::workspace::Workspace;
 
-/// Where the station is generated.
+/// Output folder of the generated station.
 const FOLDER: &str = "target/substation";
 
 /// Files of the generated station.
@@ -24,24 +24,24 @@ impl Station {
         let mut generate = process::cargo();
         generate.args(["run", "--release", "-p", "substation", "--"]).arg(&folder);
         process::run(generate.current_dir(&workspace.root))?;
-        stage::lend_plugins(workspace, &folder)?;
+        stage::link_plugins(workspace, &folder)?;
         Ok(Self { folder })
     }
 
-    /// The station without tags.
+    /// Returns the path of the configuration without tags.
     pub(crate) fn scene(&self) -> PathBuf {
         self.folder.join("station.json")
     }
 
-    /// The station with all of its points.
+    /// Returns the path of the configuration with all points.
     pub(crate) fn live(&self) -> PathBuf {
         self.folder.join("live.json")
     }
 
-    /// The file of a scenario.
+    /// Returns the path of a scenario.
     ///
     /// # Errors
-    /// A name that none has; the message lists them.
+    /// When no scenario has that name; the message lists them.
     pub(crate) fn scenario(&self, name: &str) -> Result<PathBuf> {
         let folder = self.folder.join("scenarios");
         let file = folder.join(format!("{name}.json"));

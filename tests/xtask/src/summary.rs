@@ -1,4 +1,4 @@
-//! The statistics of a render, in a form to read.
+//! Summary of a render's statistics as readable text.
 
 use std::fmt::Write as _;
 
@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use serde::Deserialize;
 use serde_json::Value;
 
-/// What the summary tells, of all that `busbar render --stats` writes.
+/// Subset of the statistics that `busbar render --stats` writes.
 #[derive(Deserialize)]
 struct Stats {
     triangles: u64,
@@ -23,7 +23,7 @@ struct Tag {
     reason: Option<String>,
 }
 
-/// Some lines about the picture and a table of its tags.
+/// Formats some lines about the picture and a table of its tags.
 pub(crate) fn format(stats: &str) -> Result<String> {
     let stats: Stats = serde_json::from_str(stats)
         .context("cannot read the statistics that `busbar render` wrote")?;

@@ -12,16 +12,16 @@ use crate::stage;
 use crate::workspace::{Profile, Workspace};
 
 const PACKAGE: &str = "traffic";
-/// Where values come from, and what shows them.
+/// Plugins that produce and show the values.
 const PLUGINS: [&str; 4] = ["sample_generator", "power_overlay", "modbus_adapter", "iec104"];
 /// Scripts of the peers.
 const PEERS: &str = "tests/peers";
-/// The program whose processes plugins run in.
+/// Program whose processes run plugins.
 const HOST: &str = "busbar";
-/// Where the report goes.
+/// Output folder of the report.
 const FOLDER: &str = "target/traffic";
 
-/// Options of `traffic`.
+/// Command-line options of `traffic`.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Measure a tenth of everything, and judge nothing.

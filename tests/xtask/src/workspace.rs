@@ -1,4 +1,4 @@
-//! Where things are: the workspace, its target folder, its plugins.
+//! Paths of the workspace: root, target folder, plugins, built programs.
 
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX, EXE_SUFFIX};
 use std::path::{Path, PathBuf};
@@ -9,17 +9,17 @@ use serde::Deserialize;
 
 use crate::process;
 
-/// Cargo profiles that we build with.
+/// Cargo profile of a build.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Profile {
-    /// Quick to build, checks on.
+    /// Development profile: quick to build, checks on.
     Dev,
-    /// OptimizedMesh.
+    /// Optimised profile for releases.
     Release,
 }
 
 impl Profile {
-    /// What `cargo build --profile` takes.
+    /// Returns the profile's name for `cargo build --profile`.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Dev => "dev",
@@ -27,7 +27,7 @@ impl Profile {
         }
     }
 
-    /// The profile's folder under the target folder.
+    /// Returns the profile's folder under the target folder.
     fn folder(self) -> &'static str {
         match self {
             Self::Dev => "debug",
@@ -36,12 +36,12 @@ impl Profile {
     }
 }
 
-/// What `cargo metadata` says, as far as it concerns us.
+/// Workspace as described by `cargo metadata`.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Workspace {
-    /// The repository's root.
+    /// Root folder of the repository.
     pub(crate) root: PathBuf,
-    /// Cargo's target folder.
+    /// Target folder of Cargo.
     target: PathBuf,
     /// Packages under `plugins/` that make a loadable library for users.
     pub(crate) plugins: Vec<String>,
@@ -98,17 +98,22 @@ impl Workspace {
         })
     }
 
-    /// A file of the repository.
+    /// Returns the path of a file of the repository.
     pub(crate) fn path(&self, relative: impl AsRef<Path>) -> PathBuf {
         self.root.join(relative)
     }
 
-    /// A program of the workspace, once built.
+    /// Returns the folder of development tools, in Cargo's target folder, which CI keeps.
+    pub(crate) fn tools(&self) -> PathBuf {
+        self.target.join("tools")
+    }
+
+    /// Returns the path of a program of the workspace, once built.
     pub(crate) fn program(&self, profile: Profile, name: &str) -> PathBuf {
         self.target.join(profile.folder()).join(format!("{name}{EXE_SUFFIX}"))
     }
 
-    /// A plugin's library, once built.
+    /// Returns the path of a plugin's library, once built.
     pub(crate) fn library(&self, profile: Profile, package: &str) -> PathBuf {
         let name = package.replace('-', "_");
         self.target.join(profile.folder()).join(format!("{DLL_PREFIX}{name}{DLL_SUFFIX}"))

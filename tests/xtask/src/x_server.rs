@@ -1,4 +1,4 @@
-//! An X display in memory.
+//! X server with a display in memory (Xvfb).
 
 use std::process::Command;
 use std::time::Duration;
@@ -7,13 +7,13 @@ use anyhow::{Context, Result};
 
 use crate::process::Process;
 
-/// From its start until it takes clients.
+/// Longest time from the server's start until it takes clients.
 const MAX_START: Duration = Duration::from_secs(20);
 
-/// A running Xvfb, ended when dropped.
+/// Running Xvfb that is ended when dropped.
 pub(crate) struct XServer {
     _process: Process,
-    /// For the `DISPLAY` variable.
+    /// Value of the `DISPLAY` variable.
     pub(crate) display: String,
 }
 

@@ -1,4 +1,4 @@
-//! Axes with their ticks, limits and lanes, and what they stand before.
+//! Geometry of axes: ticks, limits, lanes and the board behind them.
 
 use super::{Face, GREY, INK, MISSING_LANE, NO_RECORD, PAPER, Shape, Stroke, Text, TextKind};
 use crate::axis::short;
@@ -6,9 +6,9 @@ use crate::{Axis, AxisView, Band, Layout, ParallelCoordinates, Pattern, Size};
 
 /// Share of an axis' height that its bands are wide.
 const BAND_WIDTH: f32 = 0.018;
-/// Length of a tick, likewise.
+/// Length of a tick, as a share of the height.
 const TICK_LENGTH: f32 = 0.012;
-/// Distance of hatching lines, likewise.
+/// Distance of hatching lines, as a share of the height.
 const HATCH_STEP: f32 = 0.014;
 /// Distance of the board behind the axes, metres.
 const BOARD_BEHIND: f32 = 0.06;
@@ -45,7 +45,7 @@ fn add_board(Size { width, height, .. }: Size, shape: &mut Shape) {
     shape.faces.push(Face { corners, color: PAPER, cover: 0.94 });
 }
 
-/// Paper under axes that stand around one: seen from above, lines are read against it.
+/// Adds paper under axes in a circle, as background for lines seen from above.
 fn add_floor(feet: &[[f32; 2]], Size { height, .. }: Size, shape: &mut Shape) {
     let end = |i: usize, of: fn(f32, f32) -> f32| feet.iter().map(|foot| foot[i]).reduce(of);
     let ends = [0, 1].map(|i| end(i, f32::min).zip(end(i, f32::max)));
@@ -98,7 +98,7 @@ fn add_axis(
     });
 }
 
-/// A strip beside the axis; what is outside the normal is hatched, and its limit named.
+/// Adds a strip beside the axis; abnormal ranges are hatched, and their limits named.
 fn add_band(
     view: &AxisView,
     band: &Band,

@@ -1,5 +1,5 @@
-//! The lines of records: what is normal in grey, what is not in the colour and pattern of
-//! its state; what is brushed and selected in front.
+//! Geometry of record lines: normal records in grey, abnormal ones in the color and pattern of
+//! their state; brushed and selected ones in front.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use crate::{AxisView, Layout, ParallelCoordinates, Pattern, Size, cluster};
 /// Emphasis of a record's line, in ascending order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Emphasis {
-    /// Not brushed, where something is.
+    /// Record that is not brushed, where others are.
     Rest,
     /// An earlier record of its equipment.
     Earlier,
@@ -151,8 +151,8 @@ impl<'a> LineBuilder<'a> {
         }
     }
 
-    /// From each record of a piece of equipment to its next: surfaces for what is brushed
-    /// or selected, lines on every axis for all.
+    /// Connects each record of a piece of equipment to its next: ribbons for brushed or selected
+    /// records, lines on every axis for all.
     fn add_ribbons(&self, emphases: &BTreeMap<usize, Emphasis>, shape: &mut Shape) {
         for equipment in 0..self.chart.records.equipment_count() {
             let own = self.chart.records.of_equipment(equipment);

@@ -1,4 +1,4 @@
-//! From a mesh and a sequence to stacks.
+//! Construction of collapse stacks from a mesh and a collapse sequence.
 
 use std::ops::Range;
 
@@ -23,7 +23,7 @@ impl CollapseStacks {
             "sequence of this mesh"
         );
         let max_depth = max_depth(sequence);
-        let removal_cursor = triangle_removal::find(&mesh, sequence, max_depth);
+        let removal_cursor = triangle_removal::find_removal_cursors(&mesh, sequence, max_depth);
         let ranks = removal_ranks(sequence);
         mesh.group_wedges();
         let slender = slender_points(&mesh, &ranks);
@@ -75,7 +75,7 @@ impl CollapseStacks {
     }
 }
 
-/// Every parent must be removed later or never: then no chain is endless.
+/// Checks that every parent is removed later or never: then no chain is endless.
 fn check_parents(of_wedges: &[u32], fixed: usize, tables: &StackTables) -> Result<(), TablesError> {
     for (wedge, &position) in of_wedges.iter().enumerate() {
         if let Some(removed) = (position as usize).checked_sub(fixed) {
@@ -89,8 +89,8 @@ fn check_parents(of_wedges: &[u32], fixed: usize, tables: &StackTables) -> Resul
     Ok(())
 }
 
-/// The number of each position in reverse order of removal: of V positions,
-/// entry `i` removes number `V - 1 - i`; those that stay keep their order.
+/// Numbers the positions in reverse order of removal: of V positions, entry `i` removes number `V -
+/// 1 - i`; the others keep their order.
 pub fn removal_ranks(sequence: &CollapseSequence) -> Vec<u32> {
     const STAYS: u32 = u32::MAX;
     let count = sequence.position_count();
@@ -104,8 +104,8 @@ pub fn removal_ranks(sequence: &CollapseSequence) -> Vec<u32> {
     ranks
 }
 
-/// By their numbers in order of removal, of a mesh that has its own yet: neighbours lie
-/// together in that.
+/// Finds slender points and numbers them in order of removal. The mesh still has its own numbers,
+/// in which neighbours lie together.
 fn slender_points(mesh: &Mesh, ranks: &[u32]) -> Vec<SlenderPoint> {
     let mut points = mesh.slender_points();
     points.iter_mut().for_each(|point| point.position = ranks[point.position as usize]);
@@ -119,8 +119,8 @@ fn scatter_positions(mesh: &mut Mesh, ranks: &[u32]) {
     }
 }
 
-/// The longest chain of ancestors. Who is removed later is an ancestor, so one
-/// pass from the end suffices.
+/// Computes the length of the longest chain of ancestors. A position removed later is an ancestor,
+/// so one pass from the end suffices.
 fn max_depth(sequence: &CollapseSequence) -> u32 {
     let mut depth = vec![0_u32; sequence.position_count() as usize];
     let mut max = 0;
@@ -132,9 +132,8 @@ fn max_depth(sequence: &CollapseSequence) -> u32 {
     max
 }
 
-/// For each wedge, the wedge of the surviving position that fits it best: of
-/// the same section, then with the nearest normal and texture coordinate; of
-/// equals the first.
+/// Chooses for each wedge the best wedge of the surviving position: of the same section, then with
+/// the nearest normal and texture coordinate, then the first.
 fn parent_offsets(mesh: &Mesh, parents: &[u32], ranges: &[Range<u32>]) -> Vec<u8> {
     let wedges = &mesh.wedges;
     let fixed = mesh.positions.len() - parents.len();

@@ -1,4 +1,4 @@
-//! The mesh at a cursor.
+//! Level-of-detail extraction: the live triangles of a mesh at a cursor.
 
 use super::{CollapseStacks, ResolvedMesh};
 use crate::Section;
@@ -7,7 +7,7 @@ use crate::Section;
 const UNKNOWN: u32 = u32::MAX;
 
 impl CollapseStacks {
-    /// The mesh at a cursor: a filter and a relabelling, nothing else.
+    /// Resolves the mesh at a cursor by filtering and relabelling triangles.
     pub fn resolve(&self, cursor: u32) -> ResolvedMesh<'_> {
         let live = self.live_triangles(cursor) as usize;
         if cursor == 0 && live == self.mesh.triangles.len() {
@@ -23,7 +23,7 @@ impl CollapseStacks {
         self.filter(cursor, live, |wedge| standing[wedge as usize])
     }
 
-    /// The mesh of which nothing is dead.
+    /// Returns the mesh without any removed triangle.
     fn imported(&self) -> ResolvedMesh<'_> {
         let range = |s: &Section| s.first_triangle..s.first_triangle + s.triangle_count;
         ResolvedMesh {
@@ -33,7 +33,7 @@ impl CollapseStacks {
         }
     }
 
-    /// Live triangles, their corners relabelled.
+    /// Filters the live triangles and relabels their corners.
     fn filter(&self, cursor: u32, live: usize, stand: impl Fn(u32) -> u32) -> ResolvedMesh<'_> {
         let mut resolved = ResolvedMesh {
             stacks: self,
@@ -53,9 +53,8 @@ impl CollapseStacks {
         resolved
     }
 
-    /// Takes corners up to their first ancestors that survive, all by one step at a time and
-    /// without branches that nobody can foretell.
-    /// Gives up, with nothing lost, where that takes more steps than there are wedges.
+    /// Moves corners up to their first surviving ancestors, all by one step at a time and without
+    /// unpredictable branches. Gives up where that takes more steps than there are wedges.
     fn climb(&self, corners: &mut [u32], cursor: u32) -> Option<()> {
         let surviving = self.surviving(cursor);
         let is_removed = |wedge: u32| self.mesh.wedges.position[wedge as usize] >= surviving;
@@ -82,7 +81,7 @@ impl CollapseStacks {
         Some(())
     }
 
-    /// The wedge that stands for each wedge at a cursor.
+    /// Returns the representative of each wedge at a cursor.
     pub fn representative_wedges(&self, cursor: u32) -> Vec<u32> {
         let positions = self.mesh.wedges.position.as_slice();
         let surviving = self.surviving(cursor);
@@ -109,7 +108,7 @@ impl CollapseStacks {
         standing
     }
 
-    /// The wedge that stands for a wedge once its position is removed.
+    /// Returns the parent of a wedge, which represents it once its position is removed.
     fn parent(&self, wedge: usize) -> usize {
         let fixed = self.position_count() - self.collapse_count();
         let removed = self.mesh.wedges.position[wedge] - fixed;

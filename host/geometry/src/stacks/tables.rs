@@ -48,7 +48,7 @@ pub enum TablesError {
 }
 
 impl StackTables {
-    /// The greatest error of every step of entries.
+    /// Samples the greatest error of every step of entries.
     pub(super) fn sample_errors(errors: impl ExactSizeIterator<Item = f32>) -> Vec<f32> {
         let count = errors.len();
         let step = step(count);
@@ -68,7 +68,7 @@ impl StackTables {
         self.errors.get((entry - 1) / step).copied().unwrap_or(0.0)
     }
 
-    /// The farthest cursor that is known to have no greater error.
+    /// Returns the farthest cursor that is known to have no greater error.
     pub(super) fn cursor_for_error(&self, error: f32) -> u32 {
         let count = self.parent_start.len();
         let within = self.errors.partition_point(|&e| e <= error);

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::{Collapse, CollapseSequence, RawPrimitive, weld};
 
-/// A strip of `n` quads along x.
+/// Makes a strip of `n` quads along x.
 fn strip(n: u32) -> Mesh {
     let positions = (0..=n).flat_map(|x| [0.0, 1.0].map(|y| Vec3::new(x as f32, y, 0.0))).collect();
     let triangles = (0..n)
@@ -24,7 +24,7 @@ fn sequence(mesh: &Mesh, pairs: &[(u32, u32)]) -> CollapseSequence {
     CollapseSequence::new(entries, mesh.positions.len() as u32).unwrap()
 }
 
-/// The process as the paper words it: collapse one edge after the other.
+/// Runs the process as the paper words it: one edge collapse after the other.
 fn sequential(mesh: &Mesh, entries: &[Collapse]) -> Vec<[Vec3; 3]> {
     let mut triangles = mesh.topology().triangles;
     for entry in entries {
@@ -38,7 +38,7 @@ fn sequential(mesh: &Mesh, entries: &[Collapse]) -> Vec<[Vec3; 3]> {
     triangles.iter().map(|t| t.map(|p| mesh.positions[p as usize])).collect()
 }
 
-/// Live triangles as points: positions are numbered anew.
+/// Returns the live triangles as points: positions are renumbered.
 fn points(resolved: &ResolvedMesh<'_>) -> Vec<[Vec3; 3]> {
     let at = |p: u32| resolved.stacks.mesh.positions[p as usize];
     resolved.position_triangles().map(|t| t.map(at)).collect()

@@ -126,7 +126,7 @@ fn bad_input_is_named() {
     assert_eq!(weld(&[primitive]), Err(WeldError::NotFinite { primitive: 0, vertex: 2 }));
 }
 
-/// The positions, features and corners that welding must give, by a plain map.
+/// Welds by a plain map: expected positions, features and corners.
 fn welded_one_by_one(primitives: &[RawPrimitive]) -> (Vec<Vec3>, Vec<u32>, Vec<[u32; 3]>) {
     let mut numbers: HashMap<([u32; 3], u32), u32> = HashMap::new();
     let (mut positions, mut features, mut triangles) = (Vec::new(), Vec::new(), Vec::new());

@@ -73,7 +73,7 @@ pub(crate) fn refused(probe: &Probe) -> Outcome {
     instance.destroy()
 }
 
-/// All of it once.
+/// Calls every function once.
 pub(crate) fn use_briefly(probe: &Probe, instance: &Instance<'_>) -> Outcome {
     read(probe, instance, 0).map(drop)
 }

@@ -49,7 +49,7 @@ impl MisalignedCopy {
     }
 }
 
-/// A struct that says it is shorter than it is.
+/// Returns a copy of a struct whose size field is too small.
 pub(super) fn short<T: Copy>(value: &T, bytes: u32) -> T {
     let mut copy = *value;
     // SAFETY: every struct of the ABI that is passed alone starts with its size.

@@ -1,4 +1,4 @@
-//! Charts: what they describe, their records in pages, what they explain.
+//! Cases of charts: description, pages of records, explanations.
 
 use busbar_chart::{Description, Explanation, MAX_AXES, MAX_RECORDS, Record, Records};
 use busbar_plugin_abi as abi;
@@ -82,7 +82,7 @@ fn read_page(
     Ok(Page { raw, records, values })
 }
 
-/// All records in pages of some size, checked; and their revision.
+/// Reads all records in pages of some size, validated, with their revision.
 fn read_all(
     probe: &Probe,
     instance: &Instance<'_>,
@@ -188,7 +188,7 @@ pub(crate) fn explains(probe: &Probe) -> Outcome {
     instance.destroy()
 }
 
-/// All of it once.
+/// Calls every function once.
 pub(crate) fn use_briefly(probe: &Probe, instance: &Instance<'_>) -> Outcome {
     let Some(description) = describe(probe, instance)? else { return Ok(()) };
     let axes = description.axes.len().min(MAX_AXES) as u32;

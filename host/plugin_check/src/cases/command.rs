@@ -1,4 +1,4 @@
-//! Commands: what they are called, and what they do with any input.
+//! Cases of commands: names, and behavior with any input.
 
 use std::collections::BTreeSet;
 
@@ -15,7 +15,7 @@ use crate::text;
 const ARGUMENT: abi::BusbarStatus = abi::BUSBAR_INVALID_ARGUMENT;
 /// Bytes of a large input.
 const LARGE: usize = 3 << 20;
-/// Bytes of the line that says what a command does.
+/// Longest help line of a command, bytes.
 const MAX_HELP: usize = 200;
 /// Calls of streams that are never asked to stop.
 const ALL: usize = usize::MAX;
@@ -108,7 +108,7 @@ fn run_on(
     let raw = streams.table();
     let (call, mut result, mut error) = (call(name), result(), abi::BusbarError::empty());
     let status = probe.run_command(run, instance.as_ptr(), &call, &raw, &mut result, &mut error);
-    streams.judge(probe, what);
+    streams.report_faults(probe, what);
     if streams.was_stopped {
         let allowed = [abi::BUSBAR_CANCELLED];
         probe.expect_status(&format!("`run` with {what}"), status, &error, &allowed);

@@ -1,4 +1,4 @@
-//! Instances: made, used from other threads, ended, and what is left of them.
+//! Cases of instances: creation, use from other threads, destruction and leaks.
 
 use busbar_plugin_abi as abi;
 
@@ -109,7 +109,7 @@ pub(crate) fn two(probe: &Probe) -> Outcome {
     third.destroy()
 }
 
-/// Each capability once, on little.
+/// Calls each capability once, on little input.
 fn use_briefly(probe: &Probe, subject: &Subject, instance: &Instance<'_>) -> Outcome {
     for id in &subject.capabilities {
         match id.as_str() {

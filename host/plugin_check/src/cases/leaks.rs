@@ -6,12 +6,12 @@ use crate::environment;
 use crate::finding::{Finding, Outcome};
 use crate::probe::Probe;
 
-/// Rounds before memory is first looked at, and most between the looks.
+/// Rounds before memory is first measured, and most between two measurements.
 const WARM_UP_CYCLES: usize = 20;
 const MAX_CYCLES: usize = 200;
 /// Least number of rounds that gives a result.
 const MIN_CYCLES: usize = 20;
-/// Rounds of a part, after which memory is looked at.
+/// Rounds between two measurements of memory.
 const PART_CYCLES: usize = 10;
 /// Longest duration of the rounds.
 const MAX_CYCLING: Duration = Duration::from_secs(4);
@@ -41,7 +41,7 @@ pub(crate) fn check_library(probe: &Probe) -> Outcome {
     memory(probe, &cycle)
 }
 
-/// No thread outlives a round, and no descriptor.
+/// Checks that no thread and no descriptor outlives a round.
 pub(crate) fn threads(probe: &Probe, cycle: &dyn Fn() -> Outcome) -> Outcome {
     // Once before, so that what a library keeps for ever is there.
     cycle()?;

@@ -1,4 +1,4 @@
-//! From the file to an initialised library.
+//! Cases of libraries: loading and initialisation.
 
 use busbar_plugin_abi as abi;
 

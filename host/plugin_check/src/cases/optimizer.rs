@@ -32,7 +32,7 @@ const STAGE_CANARY: abi::BusbarStage = abi::BusbarStage { name: [0xa5; 24], mill
 const THREADS: usize = 3;
 /// Cursors at which a mesh is taken down and up again.
 const ROUND_TRIPS: u32 = 24;
-/// From being asked to stop to stopping.
+/// Longest time from a cancellation to the end of the call.
 const MAX_CANCEL: Duration = Duration::from_secs(1);
 /// A mesh that takes a while: cells along each side.
 const LARGE_SIDE: u32 = 160;
@@ -107,7 +107,7 @@ impl Output {
         Self { raw, collapses, stages }
     }
 
-    /// Nothing was written behind the ends.
+    /// Expects intact guards behind the buffers.
     pub(crate) fn expect_canaries(&self, probe: &Probe, what: &str) {
         let room = (self.raw.collapse_capacity as usize).min(self.collapses.len() - CANARIES);
         let same = |c: &abi::BusbarCollapse| {
@@ -148,7 +148,7 @@ impl Output {
     }
 }
 
-/// Progress that says stop from a report on.
+/// Progress callback that cancels from a certain report on.
 struct ProgressRecord {
     reports: AtomicU64,
     stop_at: u64,

@@ -1,4 +1,4 @@
-//! Overlays: what is drawn names bindings, nodes and text that exist.
+//! Cases of overlays: pictures name existing bindings, nodes and texts.
 
 use std::ops::Range;
 use std::time::{Duration, Instant};
@@ -207,8 +207,8 @@ impl Buffers {
         probe.expect(whole, fault, "write at most `primitive_capacity` and `text_capacity`");
     }
 
-    /// Looks at a picture as the host does.
-    fn judge(&self, probe: &Probe, scene: &Scene, what: &str) {
+    /// Validates a picture as the host does.
+    fn validate(&self, probe: &Probe, scene: &Scene, what: &str) {
         self.expect_canaries(probe, what);
         if let Err(fault) = self.fault(scene) {
             let remedy = "see BusbarOverlayPrimitive and BusbarOverlayOutput in the header";
@@ -380,7 +380,7 @@ fn configured(probe: &Probe, instance: &Instance<'_>, scene: &Scene) -> Result<D
     Ok(draw)
 }
 
-/// Draws into large buffers, which must succeed, and looks at the picture.
+/// Draws into large buffers, which must succeed, and validates the picture.
 fn drawn(
     probe: &Probe,
     instance: &Instance<'_>,
@@ -393,7 +393,7 @@ fn drawn(
     let (mut error, frame) = (abi::BusbarError::empty(), scene.frame());
     let status = probe.draw(draw, instance.as_ptr(), &frame, &mut buffers.raw, &mut error);
     probe.expect_ok(&format!("draw, given {what}"), status, &error)?;
-    buffers.judge(probe, scene, what);
+    buffers.validate(probe, scene, what);
     expect_verdicts(probe, instance, &buffers, what)?;
     Ok(buffers)
 }
@@ -433,7 +433,7 @@ pub(crate) fn limits(probe: &Probe) -> Outcome {
         let allowed = [abi::BUSBAR_OK, abi::BUSBAR_BUFFER_TOO_SMALL];
         probe.expect_refused(&format!("draw with {what}"), status, &error, &allowed);
         if status == abi::BUSBAR_OK {
-            buffers.judge(probe, &scene, &what);
+            buffers.validate(probe, &scene, &what);
         } else {
             buffers.expect_canaries(probe, &what);
         }
@@ -463,7 +463,7 @@ pub(crate) fn order(probe: &Probe) -> Outcome {
     let allowed = [abi::BUSBAR_OK, abi::BUSBAR_INVALID_ARGUMENT];
     probe.expect_refused("draw before configure", status, &error, &allowed);
     if status == abi::BUSBAR_OK {
-        buffers.judge(probe, &scene, "a draw before configure");
+        buffers.validate(probe, &scene, "a draw before configure");
     } else if text::message_of(&error).is_err() {
         probe.expect_message("draw before configure", &error);
     }

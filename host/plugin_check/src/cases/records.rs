@@ -14,7 +14,7 @@ const PAGES: [u32; 3] = [1, 7, 4096];
 const MAX_READ: usize = 20_000;
 /// Bytes of the texts of a page: a row always fits.
 const TEXT_BYTES: usize = (1 + abi::BUSBAR_MAX_RECORD_COLUMNS) * abi::BUSBAR_MAX_RECORD_TEXT;
-/// Bytes behind them, and what they are.
+/// Number of guard bytes behind the buffers.
 const BEYOND: usize = 64;
 const CANARY: u8 = 0xa5;
 const RULES: &str = "keep the rules of the header, and of `plugins/sdk/src/records.rs`";
@@ -107,7 +107,7 @@ fn read_page(probe: &Probe, instance: &Instance<'_>, wanted: PageRequest) -> Res
     Ok(Page { revision: raw.revision, total: raw.total, rows })
 }
 
-/// All rows of a list in pages of some size, checked; and their revision.
+/// Reads all rows of a list in pages of some size, validated, with their revision.
 fn read_all(
     probe: &Probe,
     instance: &Instance<'_>,
@@ -172,7 +172,7 @@ pub(crate) fn reads(probe: &Probe) -> Outcome {
     instance.destroy()
 }
 
-/// All of it once.
+/// Calls every function once.
 pub(crate) fn use_briefly(probe: &Probe, instance: &Instance<'_>) -> Outcome {
     let Some(description) = describe(probe, instance)? else { return Ok(()) };
     for (index, list) in (0..).zip(&description.lists) {

@@ -85,8 +85,8 @@ pub(crate) fn bad(probe: &Probe) -> Outcome {
     Ok(())
 }
 
-/// Creates with bad settings. The host has refused those that break the schema, so
-/// only others must be refused here; whatever is refused is refused in words.
+/// Creates an instance with invalid settings. The host has refused those that break the schema,
+/// so only others must be refused here, with a message.
 fn refused(
     probe: &Probe,
     subject: &Subject,

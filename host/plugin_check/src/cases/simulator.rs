@@ -61,8 +61,8 @@ pub(crate) fn simulation() -> abi::BusbarSimulation {
     }
 }
 
-/// Starts with tags that must be served; skips where nobody can listen there, and what
-/// the plugin says it cannot simulate.
+/// Starts the simulation of tags that must be served. Skips where no endpoint is free, and where
+/// the plugin cannot simulate them.
 fn start(probe: &Probe, instance: &Instance<'_>, tags: &SimulatedTags) -> Outcome {
     let table: &abi::BusbarSimulator = instance.capability(abi::SIMULATOR_ID)?;
     let start = required(table.start, "start")?;
@@ -92,11 +92,11 @@ fn status(probe: &Probe, instance: &Instance<'_>) -> Outcome {
     let (mut error, mut into) = (abi::BusbarError::empty(), abi::BusbarSimulatorStatus::empty());
     let code = probe.simulation_status(status, instance.as_ptr(), &mut into, &mut error);
     probe.expect_ok("simulator status", code, &error)?;
-    judge(probe, &into);
+    validate_status(probe, &into);
     Ok(())
 }
 
-fn judge(probe: &Probe, status: &abi::BusbarSimulatorStatus) {
+fn validate_status(probe: &Probe, status: &abi::BusbarSimulatorStatus) {
     let length = status.message_len as usize;
     let fault = format!("`status` says that its text has {length} bytes");
     probe.expect(length <= status.message.len(), fault, "cut it to the room that there is");

@@ -64,7 +64,7 @@ fn kind(kind: TagKind) -> u8 {
     }
 }
 
-/// A plugin that was started; what it sends after `stop` is late.
+/// Plugin that was started; samples after `stop` are late.
 pub(crate) struct Started<'a> {
     pub(crate) instance: &'a Instance<'a>,
     pub(crate) table: &'static abi::BusbarTelemetry,
@@ -103,8 +103,8 @@ impl Started<'_> {
         Ok(())
     }
 
-    /// Adds what was wrong with what it sent.
-    pub(crate) fn judge(&self, probe: &Probe) {
+    /// Adds the errors in its samples as findings.
+    pub(crate) fn report_faults(&self, probe: &Probe) {
         let seen = self.sink.seen();
         seen.findings().into_iter().for_each(|finding| probe.find(finding));
         probe.expect(
@@ -136,7 +136,7 @@ pub(crate) fn zero_tags(probe: &Probe) -> Outcome {
     let started = start(probe, &instance, &TagSpecs::from_samples(&[]))?;
     std::thread::sleep(OBSERVATION_TIME);
     started.stop(probe)?;
-    started.judge(probe);
+    started.report_faults(probe);
     instance.destroy()
 }
 
@@ -181,12 +181,12 @@ fn destroyed_while_active(probe: &Probe, subject: &Subject, tags: &TagSpecs) -> 
     Ok(())
 }
 
-/// All that did not spoil anything.
+/// Validates all telemetry calls that did not fail.
 fn started_judged(probe: &Probe, subject: &Subject, tags: &TagSpecs) -> Outcome {
     let instance = subject.make(probe)?;
     let started = start(probe, &instance, tags)?;
     started.stop(probe)?;
-    started.judge(probe);
+    started.report_faults(probe);
     instance.destroy()
 }
 

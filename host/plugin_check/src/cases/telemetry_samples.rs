@@ -13,7 +13,7 @@ use crate::probe::Probe;
 const MAX_START: Duration = Duration::from_secs(1);
 /// `stop` ends all threads within this.
 const MAX_STOP: Duration = Duration::from_secs(2);
-/// By when every tag must have been spoken of, were it only to say that it is bad.
+/// Deadline for a first sample of every tag, even a bad one.
 const MAX_FIRST_SAMPLE: Duration = Duration::from_secs(5);
 /// Duration over which samples are counted.
 const COUNTED: Duration = Duration::from_millis(500);
@@ -52,7 +52,7 @@ pub(crate) fn samples(probe: &Probe) -> Outcome {
         "publish changes, or poll with a period",
     );
     started.stop(probe)?;
-    started.judge(probe);
+    started.report_faults(probe);
     instance.destroy()
 }
 
@@ -71,7 +71,7 @@ pub(crate) fn stop(probe: &Probe) -> Outcome {
         let remedy = "let threads wait on something that `stop` can wake";
         probe.expect(took <= MAX_STOP, fault, remedy);
         std::thread::sleep(OBSERVATION_TIME);
-        started.judge(probe);
+        started.report_faults(probe);
     }
     instance.destroy()?;
     let threads = || environment::threads().len();

@@ -58,7 +58,8 @@ impl TextBuffer {
     }
 }
 
-/// Asks for JSON with as much room as it takes; none where the plugin refuses in words.
+/// Calls for JSON with as large a buffer as it needs; none where the plugin refuses with a
+/// message.
 pub(super) fn ask<T: DeserializeOwned>(
     probe: &Probe,
     call: &str,

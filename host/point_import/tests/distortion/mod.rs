@@ -14,10 +14,10 @@ pub(crate) struct Name {
     pub(crate) is_position: bool,
 }
 
-/// Parts of models.
+/// Namespace for tests on parts of models.
 pub(crate) struct Part;
 
-/// What of an equipment id says what: `=S12 D1 Q3 -QB 9 -L 1`.
+/// Parts of an equipment id by their meaning: `=S12 D1 Q3 -QB 9 -L 1`.
 #[derive(Clone, Debug)]
 struct Id {
     station: String,
@@ -31,9 +31,9 @@ struct Id {
 
 /// Distorts the ids of a station.
 pub(crate) struct Distorter {
-    /// How many devices of a kind a bay has.
+    /// Number of devices of a kind in a bay.
     of_kind: BTreeMap<(String, String), usize>,
-    /// How many levels have a bay.
+    /// Number of levels that have a bay.
     levels_of_bay: BTreeMap<String, usize>,
 }
 
@@ -174,7 +174,7 @@ impl Distorter {
         self.written(place, signal, "", false, rng)
     }
 
-    /// What is about the whole of a model whose parts have nodes of their own.
+    /// Returns a name about the whole of a model whose parts have nodes of their own.
     fn equipment_of_model(&self, placement: &str, rng: &mut Rng) -> Name {
         let id = parse(placement);
         let (signal, unit) = match id.device.as_str() {

@@ -16,35 +16,34 @@ pub const MAX_DENSITY_BYTES: usize = 480_000_000;
 pub(super) const SIDE: usize = DENSITY_BINS as usize + 1;
 
 /// Says of a record, by its number, whether something holds.
-type OfRecord<'a> = Option<&'a dyn Fn(usize) -> bool>;
+type RecordPredicate<'a> = Option<&'a dyn Fn(usize) -> bool>;
 
 /// Records, axes and brushes to count.
 #[derive(Clone, Copy)]
 pub struct DensityInput<'a> {
-    /// Another one for other values: the same are not uploaded again.
+    /// Revision of the values: the same revision is not uploaded again.
     pub revision: u64,
-    /// Another one for whatever else is counted otherwise.
+    /// Revision of everything else that changes the count.
     pub arrangement: u64,
     /// Values a record; at most [`MAX_DENSITY_AXES`].
     pub axes: usize,
     /// The values, record by record; NaN where there is none, no subnormals. At most
     /// [`MAX_DENSITY_BYTES`].
     pub values: &'a [f32],
-    /// Axes that are binned: which they are, and the lower edges of their bins 1, 2 and so
-    /// on, ascending.
-    pub shown: &'a [(usize, [f32; DENSITY_BINS as usize - 1])],
-    /// For each of those whether it is drawn upside down.
+    /// Binned axes: index of each, and the lower edges of its bins 1 and up, ascending.
+    pub binned_axes: &'a [(usize, [f32; DENSITY_BINS as usize - 1])],
+    /// Direction of each binned axis: whether it is drawn upside down.
     pub flipped: &'a [bool],
-    /// Pairs of those, by their places.
+    /// Pairs of binned axes, by their positions.
     pub pairs: &'a [[usize; 2]],
-    /// Brushes that select records; empty where there is none.
+    /// Brushes that select records; empty without brushes.
     pub brushes: &'a [BrushedAxis<'a>],
-    /// Combination of brushes: whether meeting any of them is enough.
+    /// Combination of brushes: whether matching any of them is enough.
     pub any: bool,
     /// Filter of the records that are counted; `None` counts all.
-    pub known: OfRecord<'a>,
-    /// One more condition for those that are meant.
-    pub given: OfRecord<'a>,
+    pub record_filter: RecordPredicate<'a>,
+    /// Additional condition of brushed records, evaluated on the CPU.
+    pub brush_filter: RecordPredicate<'a>,
 }
 
 /// A condition on the value of one axis.
@@ -52,7 +51,7 @@ pub struct DensityInput<'a> {
 pub struct BrushedAxis<'a> {
     /// Index of the axis.
     pub axis: usize,
-    /// The value lies in one of these, ends included.
+    /// Ranges that the value may lie in, ends included.
     pub ranges: &'a [[f32; 2]],
     /// Missing values: whether records without a value are selected too.
     pub with_missing: bool,
@@ -64,12 +63,12 @@ pub struct DensityCounts {
     /// For each pair, from each bin of the first to each of the second: 129 times 129 counts;
     /// the last bin is that of records without a value.
     pub all: Vec<u32>,
-    /// Likewise of the records that are meant.
+    /// Counts of the brushed records, in the same order.
     pub brushed: Vec<u32>,
-    /// A bit a record: whether it is meant.
+    /// Brush mask: one bit a record.
     pub mask: Vec<u32>,
-    /// For each pair 64 columns of 137 cells from below: how many lines pass; first of all,
-    /// then of those meant.
+    /// Density picture of each pair, 64 columns of 137 cells from below: lines through each cell,
+    /// first of all records, then of brushed ones.
     pub picture: Vec<u32>,
     /// All of that in few numbers.
     pub summary: DensitySummary,
@@ -82,9 +81,9 @@ pub struct DensitySummary {
     pub arrangement: u64,
     /// Number of pairs of axes.
     pub pairs: u32,
-    /// Most lines in a cell.
+    /// Maximum number of lines in a cell.
     pub peak: u32,
-    /// Likewise of those that are meant.
+    /// Maximum number of brushed lines in a cell.
     pub brushed_peak: u32,
     /// Records that were counted.
     pub lines: u32,
@@ -104,42 +103,43 @@ pub struct DensityProgress {
 }
 
 pub(super) fn check(input: &DensityInput<'_>) -> Result<(), RenderError> {
-    let DensityInput { axes, values, shown, flipped, pairs, brushes, .. } = *input;
+    let DensityInput { axes, values, binned_axes, flipped, pairs, brushes, .. } = *input;
     let too_many = |what, asked: usize, limit: usize| {
         Err(RenderError::TooMany { what, asked: asked as u64, limit: limit as u64 })
     };
-    let most = axes.max(shown.len());
+    let most = axes.max(binned_axes.len());
     if most > MAX_DENSITY_AXES {
         return too_many("axes of records", most, MAX_DENSITY_AXES);
     }
     if size_of_val(values) > MAX_DENSITY_BYTES {
         return too_many("bytes of values", size_of_val(values), MAX_DENSITY_BYTES);
     }
-    let names = shown.iter().map(|(axis, _)| *axis).chain(brushes.iter().map(|brush| brush.axis));
+    let names =
+        binned_axes.iter().map(|(axis, _)| *axis).chain(brushes.iter().map(|brush| brush.axis));
     let fits = axes > 0
         && values.len() % axes == 0
-        && flipped.len() == shown.len()
+        && flipped.len() == binned_axes.len()
         && names.into_iter().all(|axis| axis < axes)
-        && pairs.iter().flatten().all(|place| *place < shown.len());
+        && pairs.iter().flatten().all(|place| *place < binned_axes.len());
     if fits { Ok(()) } else { Err(GpuError::Misuse("records that do not fit their axes").into()) }
 }
 
 /// Packs the shader's plan: axes, pairs and brushes.
 pub(super) fn plan(input: &DensityInput<'_>) -> Vec<u32> {
-    let shown = input.shown.iter().map(|(axis, _)| *axis as u32);
+    let binned_axes = input.binned_axes.iter().map(|(axis, _)| *axis as u32);
     let pairs = input.pairs.iter().flatten().map(|place| *place as u32);
     let brushes = input.brushes.iter().flat_map(|brush| {
         let head = [brush.axis as u32, brush.ranges.len() as u32, u32::from(brush.with_missing)];
         head.into_iter().chain(brush.ranges.iter().flatten().map(|end| end.to_bits()))
     });
-    let mut plan: Vec<u32> = shown.chain(pairs).chain(brushes).collect();
+    let mut plan: Vec<u32> = binned_axes.chain(pairs).chain(brushes).collect();
     if plan.is_empty() {
         plan.push(0);
     }
     plan
 }
 
-/// Two a pair: 1 where the axis is upside down.
+/// Packs the axes' directions, two a pair: 1 where the axis is upside down.
 pub(super) fn flips(input: &DensityInput<'_>) -> Vec<u32> {
     let flips = input.pairs.iter().flatten().map(|place| u32::from(input.flipped[*place]));
     let mut flips: Vec<u32> = flips.collect();
@@ -149,12 +149,12 @@ pub(super) fn flips(input: &DensityInput<'_>) -> Vec<u32> {
     flips
 }
 
-/// Bits of some records: whether each is known, then whether it meets what is given; and how
-/// many words each of the two takes.
+/// Packs the gate bits of some records: whether each is counted, then whether it matches `brush_filter`.
+/// Returns the words with the length of each of the two.
 pub(super) fn gates(input: &DensityInput<'_>, records: Range<usize>) -> (Vec<u32>, u32, u32) {
     let words = records.len().div_ceil(WORD);
     let mut gates = Vec::new();
-    let mut add = |of: OfRecord<'_>| {
+    let mut add = |of: RecordPredicate<'_>| {
         let Some(holds) = of else { return 0 };
         let first = gates.len();
         gates.resize(first + words, 0);
@@ -163,9 +163,9 @@ pub(super) fn gates(input: &DensityInput<'_>, records: Range<usize>) -> (Vec<u32
         }
         words as u32
     };
-    let (known, given) = (add(input.known), add(input.given));
+    let (record_words, brush_words) = (add(input.record_filter), add(input.brush_filter));
     if gates.is_empty() {
         gates.push(0);
     }
-    (gates, known, given)
+    (gates, record_words, brush_words)
 }

@@ -1,4 +1,4 @@
-//! Pipelines that count and lay out.
+//! Compute pipelines of density counting and of the density picture.
 
 use std::ops::Range;
 
@@ -32,8 +32,8 @@ pub(super) struct RecordChunk(BindGroup);
 pub(super) struct CountTarget<'a> {
     pub(super) group: &'a BindGroup,
     pub(super) gates: &'a BindGroup,
-    pub(super) known_words: u32,
-    pub(super) given_words: u32,
+    pub(super) record_filter_words: u32,
+    pub(super) brush_filter_words: u32,
 }
 
 impl DensityPipelines {
@@ -86,13 +86,13 @@ impl DensityPipelines {
         let step = DensityStep {
             records: records.len() as u32,
             axes: input.axes as u32,
-            shown: input.shown.len() as u32,
+            binned_axes: input.binned_axes.len() as u32,
             pairs: input.pairs.len() as u32,
             brushes: input.brushes.len() as u32,
             any: u32::from(input.any),
             first_word: (records.start / WORD) as u32,
-            known_words: counted.known_words,
-            given_words: counted.given_words,
+            record_filter_words: counted.record_filter_words,
+            brush_filter_words: counted.brush_filter_words,
         };
         recorder.compute_pass("density").dispatch(&Dispatch {
             pipeline: &self.counter,

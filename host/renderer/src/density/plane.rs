@@ -1,4 +1,4 @@
-//! Draws a density's picture between the axes in the world.
+//! Density planes: density pictures drawn between the axes in the world.
 
 use busbar_gpu::{
     BindGroup, BindGroupLayout, Buffer, BufferUsage, DrawCount, Format, GpuError,
@@ -89,7 +89,7 @@ impl DensityPlaneResources {
         Ok(self.slots[slot].write(bytemuck::cast_slice(&instances))?)
     }
 
-    /// Draws them over what is farther. There are none unless what was counted has as many pairs.
+    /// Draws the planes over farther surfaces. Nothing is drawn unless the count has as many pairs.
     pub(crate) fn draw(
         &self,
         pass: &mut RenderPass<'_>,

@@ -1,4 +1,4 @@
-//! The part of a frame that is drawn before the rest.
+//! First pass of two-pass occlusion culling: near instances and their depth.
 
 use std::time::Instant;
 
@@ -20,8 +20,8 @@ pub(crate) struct FirstPass {
 }
 
 impl SceneResources {
-    /// Draws what is near before the rest, if the plan has it so, waits for it, and leaves out
-    /// what it hides.
+    /// Draws the first phase, if the plan has one, waits for its depth, and removes occluded
+    /// instances of the second phase.
     pub(super) fn record_first_pass(
         &mut self,
         recorder: &mut Recorder<'_>,

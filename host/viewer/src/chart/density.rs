@@ -158,13 +158,13 @@ fn count(
         arrangement,
         axes: records.axes(),
         values: records.values(),
-        shown: &shown,
+        binned_axes: &shown,
         flipped: &flipped,
         pairs: &request.pairs,
         brushes: &brushes,
         any: request.brushes.operator == BrushOperator::Or,
-        known: if request.playhead.is_some() { Some(&known) } else { None },
-        given: if request.has_rises() { Some(&given) } else { None },
+        record_filter: if request.playhead.is_some() { Some(&known) } else { None },
+        brush_filter: if request.has_rises() { Some(&given) } else { None },
     };
     renderer.advance_density(&input, settles)
 }

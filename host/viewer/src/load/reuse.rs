@@ -152,7 +152,7 @@ impl<'a> ReusePlan<'a> {
     fn of(scene: &'a LoadedScene, config: &Config, changes: &'a Changes) -> Self {
         let names = scene.instances.keys();
         let is_plugin_kept = |name: &&String| {
-            !changes.touch(Section::PluginRules) && is_plugin_kept(&scene.config, config, name)
+            !changes.affect(Section::PluginRules) && is_plugin_kept(&scene.config, config, name)
         };
         let plugins = names.filter(is_plugin_kept).cloned().collect();
         let following = screen_error_models(config);
@@ -168,7 +168,7 @@ impl<'a> ReusePlan<'a> {
             })
             .map(|(name, index)| (name.clone(), index))
             .collect();
-        let has_same_graph = !changes.touch(Section::Scene)
+        let has_same_graph = !changes.affect(Section::Scene)
             && models.keys().eq(config.models.keys())
             && models.len() == scene.config.models.len();
         Self(Some(PreviousScene { scene, changes, plugins, models, has_same_graph }))
@@ -181,7 +181,7 @@ impl<'a> ReusePlan<'a> {
 
     /// Reports whether a section of the configuration has changed.
     pub(super) fn touches(&self, section: Section) -> bool {
-        self.0.as_ref().is_none_or(|before| before.changes.touch(section))
+        self.0.as_ref().is_none_or(|before| before.changes.affect(section))
     }
 
     /// Reports whether nodes and models are unchanged.

@@ -6,7 +6,9 @@ use busbar_plugin_sdk::simulation::{FaultPlan, Shape};
 use busbar_plugin_sdk::testing::host;
 use busbar_plugin_sdk::{SampleSink, SimulatedTag, ValueKind};
 use serde_json::{Value as Json, json};
-use simulated_year::{DAY, HOUR, Moves, Rig, SimulatedTime, Weather, run, serve_clients};
+use simulated_year::{
+    DAY, FaultSchedule, HOUR, Rig, SignalParameters, SimulatedTime, run, serve_clients,
+};
 use tokio::sync::mpsc;
 
 use super::*;
@@ -50,7 +52,7 @@ impl TwoConnections {
 /// All kinds, on two common addresses.
 fn tags() -> Vec<SimulatedTag> {
     let sine = |base| (ValueKind::F64, json!({}), (Shape::Sine, base, 20.0, DAY));
-    let all: [(ValueKind, Json, Moves); 10] = [
+    let all: [(ValueKind, Json, SignalParameters); 10] = [
         sine(0.0),
         sine(100.0),
         sine(200.0),
@@ -115,7 +117,7 @@ fn paused() -> tokio::runtime::Runtime {
 #[test]
 fn a_year_of_failures_leaves_nothing_behind() {
     let rig = TwoConnections::new(Duration::from_secs(300), Duration::from_secs(900));
-    let year = run(rig, SEED, 365, Weather::Rough, &paused());
+    let year = run(rig, SEED, 365, FaultSchedule::Daily, &paused());
     eprintln!("{year:?}");
     assert!(year.duration >= Duration::from_secs(365 * 86_400));
     assert!(year.faults > 1200 && year.outages > 200 && year.reloads > 200, "{year:?}");
@@ -131,7 +133,7 @@ fn a_year_of_failures_leaves_nothing_behind() {
 fn a_seed_gives_the_same_days_again() {
     let days = |seed| {
         let rig = TwoConnections::new(Duration::from_secs(300), Duration::from_secs(900));
-        run(rig, seed, 5, Weather::Rough, &paused()).trace
+        run(rig, seed, 5, FaultSchedule::Daily, &paused()).trace
     };
     assert_eq!(days(1), days(1));
     assert_ne!(days(1), days(2));
@@ -140,7 +142,7 @@ fn a_seed_gives_the_same_days_again() {
 #[test]
 fn sequence_numbers_begin_anew_on_a_connection_that_lasts() {
     let second = Duration::from_secs(1);
-    let day = run(TwoConnections::new(second, second), SEED, 1, Weather::Calm, &paused());
+    let day = run(TwoConnections::new(second, second), SEED, 1, FaultSchedule::Empty, &paused());
     eprintln!("{day:?}");
     assert_eq!(day.dials, 2, "no connection was lost");
     // A request brings the ten tags but the counter; each look at least the sines.

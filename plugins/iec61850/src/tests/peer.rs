@@ -1,10 +1,10 @@
 //! libiec61850's server in a process of its own.
 
-use peer_process::{Peer, Script};
+use peer_process::{Peer, PeerScript};
 use serde_json::Value;
 
-const SERVER: Script =
-    Script { file: "iec61850_server.py", import: "import pyiec61850.pyiec61850" };
+const SERVER: PeerScript =
+    PeerScript { file: "iec61850_server.py", import: "import pyiec61850.pyiec61850" };
 
 /// Starts a server; `None`, said aloud, where there is no library.
 pub(crate) fn start(spec: &Value) -> Option<Peer> {

@@ -1,6 +1,9 @@
 //! Over connections that break in every way: no wrong value, nothing left behind.
 
-use fault_proxy::{ALL_FAULTS, ENDLESS_FAULTS, Fault, FaultProxy, Script, Usage, check_stamps};
+use fault_proxy::{
+    ALL_FAULTS, ConnectionFault, ENDLESS_FAULTS, FaultProxy, FaultScript, ResourceUsage,
+    check_stamps,
+};
 
 use super::*;
 
@@ -25,7 +28,7 @@ fn quick() -> serde_json::Value {
     json!({"connect_millis": 1000, "timeout_millis": 300, "test_millis": 200})
 }
 
-fn proxy(peer: &Peer, script: &Script) -> FaultProxy {
+fn proxy(peer: &Peer, script: &FaultScript) -> FaultProxy {
     FaultProxy::start(([127, 0, 0, 1], peer.port).into(), script.clone()).unwrap()
 }
 
@@ -41,7 +44,7 @@ fn check_values(recording: &Recording) -> [usize; TAGS.len()] {
 #[test]
 fn no_value_is_wrong_whatever_happens_to_connections() {
     let Some(peer) = server() else { return };
-    let script = Script { seed: 4, faults: ALL_FAULTS.to_vec(), max_bytes: 2000 };
+    let script = FaultScript { seed: 4, faults: ALL_FAULTS.to_vec(), max_bytes: 2000 };
     let proxy = proxy(&peer, &script);
     let running = start_with(proxy.port(), quick(), AT_ONCE, tags());
     proxy.break_all(&script, CONNECTIONS, Duration::from_millis(300), &ENDLESS_FAULTS);
@@ -54,13 +57,13 @@ fn hundreds_of_reconnects_leave_nothing_behind() {
     let Some(peer) = server() else { return };
     // The first event loop of a process makes descriptors that stay.
     drop(start(peer.port, quick(), tags()));
-    let before = Usage::now();
-    let faults = vec![Fault::Reset, Fault::Close, Fault::Swap];
-    let proxy = proxy(&peer, &Script { seed: 3, faults, max_bytes: 400 });
+    let before = ResourceUsage::now();
+    let faults = vec![ConnectionFault::Reset, ConnectionFault::Close, ConnectionFault::Swap];
+    let proxy = proxy(&peer, &FaultScript { seed: 3, faults, max_bytes: 400 });
     let running = start_with(proxy.port(), quick(), AT_ONCE, tags());
     proxy.wear_out(RECONNECTS, before);
     check_values(&running.recorder.recording());
     drop(running);
     drop(proxy);
-    Usage::now().assert_within(before);
+    ResourceUsage::now().assert_within(before);
 }

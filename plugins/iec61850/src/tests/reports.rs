@@ -116,7 +116,11 @@ fn a_buffer_is_read_from_where_it_was_left() {
     let Some(mut peer) = peer::start(&json!({})) else { return };
     let proxy = fault_proxy::FaultProxy::start(
         ([127, 0, 0, 1], peer.port).into(),
-        fault_proxy::Script { seed: 1, faults: vec![fault_proxy::Fault::None], max_bytes: 1 },
+        fault_proxy::FaultScript {
+            seed: 1,
+            faults: vec![fault_proxy::ConnectionFault::None],
+            max_bytes: 1,
+        },
     )
     .unwrap();
     // Long enough to change something meanwhile.

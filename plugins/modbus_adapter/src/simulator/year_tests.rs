@@ -8,7 +8,7 @@ use busbar_plugin_sdk::simulation::{FaultPlan, Shape};
 use busbar_plugin_sdk::testing::host;
 use busbar_plugin_sdk::{SampleSink, SimulatedTag, ValueKind};
 use serde_json::{Value as Json, json};
-use simulated_year::{DAY, HOUR, Moves, Rig, Weather, run, serve_clients};
+use simulated_year::{DAY, FaultSchedule, HOUR, Rig, SignalParameters, run, serve_clients};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
 use tokio::sync::mpsc;
 use tokio_modbus::bytes::Bytes;
@@ -57,7 +57,7 @@ fn tags() -> Vec<SimulatedTag> {
     let sine = |base: f64| (Shape::Sine, base, 20.0, DAY);
     let counter = (Shape::Counter, 0.0, 50_000.0, HOUR);
     let steps = (Shape::Steps, 0.0, 0.0, HOUR);
-    let all: [(ValueKind, Json, Moves); 8] = [
+    let all: [(ValueKind, Json, SignalParameters); 8] = [
         (ValueKind::F64, holding(0, "f32", ""), sine(0.0)),
         (ValueKind::F64, holding(2, "f32", "other"), sine(100.0)),
         (ValueKind::F64, holding(100, "f64", ""), sine(200.0)),
@@ -152,7 +152,7 @@ fn paused() -> tokio::runtime::Runtime {
 
 #[test]
 fn a_year_of_failures_leaves_nothing_behind() {
-    let year = run(OneDevice::new(300_000, 600_000), SEED, 365, Weather::Rough, &paused());
+    let year = run(OneDevice::new(300_000, 600_000), SEED, 365, FaultSchedule::Daily, &paused());
     eprintln!("{year:?}");
     assert!(year.duration >= Duration::from_secs(365 * 86_400));
     assert!(year.faults > 1200 && year.outages > 200 && year.reloads > 200, "{year:?}");
@@ -168,7 +168,7 @@ fn a_year_of_failures_leaves_nothing_behind() {
 fn a_seed_gives_the_same_days_again() {
     let days = |seed| {
         let rig = OneDevice::new(300_000, 600_000);
-        run(rig, seed, 5, Weather::Rough, &paused()).trace
+        run(rig, seed, 5, FaultSchedule::Daily, &paused()).trace
     };
     assert_eq!(days(1), days(1));
     assert_ne!(days(1), days(2));
@@ -176,7 +176,7 @@ fn a_seed_gives_the_same_days_again() {
 
 #[test]
 fn transaction_numbers_begin_anew_on_a_connection_that_lasts() {
-    let day = run(OneDevice::new(5000, 4000), SEED, 1, Weather::Calm, &paused());
+    let day = run(OneDevice::new(5000, 4000), SEED, 1, FaultSchedule::Empty, &paused());
     eprintln!("{day:?}");
     assert_eq!(day.dials, 1, "the connection was not lost");
     // Every poll of the default group takes four requests, each of the other two.

@@ -2,7 +2,9 @@
 
 use std::time::Instant;
 
-use fault_proxy::{ALL_FAULTS, ENDLESS_FAULTS, Fault, FaultProxy, MAX_DRILL, Script, Usage};
+use fault_proxy::{
+    ALL_FAULTS, ConnectionFault, ENDLESS_FAULTS, FaultProxy, FaultScript, MAX_DRILL, ResourceUsage,
+};
 
 use super::peer::{Libmodbus, Peer, Place, free_port};
 use super::*;
@@ -19,7 +21,7 @@ fn server_with_stamps() -> Option<Peer> {
     Some(peer)
 }
 
-fn proxy(peer: &Peer, script: &Script) -> FaultProxy {
+fn proxy(peer: &Peer, script: &FaultScript) -> FaultProxy {
     FaultProxy::start(([127, 0, 0, 1], peer.port).into(), script.clone()).unwrap()
 }
 
@@ -27,7 +29,7 @@ fn proxy(peer: &Peer, script: &Script) -> FaultProxy {
 fn no_value_is_wrong_whatever_happens_to_connections() {
     let Some(peer) = server_with_stamps() else { return };
     // Some 70 bytes a poll.
-    let script = Script { seed: 20, faults: ALL_FAULTS.to_vec(), max_bytes: 400 };
+    let script = FaultScript { seed: 20, faults: ALL_FAULTS.to_vec(), max_bytes: 400 };
     let proxy = proxy(&peer, &script);
     let settings = json!({"host": "127.0.0.1", "port": proxy.port(), "timeout_millis": 150});
     let running = start_with(settings, AT_ONCE, stamps::tags());
@@ -39,22 +41,22 @@ fn no_value_is_wrong_whatever_happens_to_connections() {
 #[test]
 fn a_thousand_reconnects_leave_nothing_behind() {
     let Some(peer) = server_with_stamps() else { return };
-    let before = Usage::now();
-    let faults = vec![Fault::Reset, Fault::Close, Fault::Swap];
-    let proxy = proxy(&peer, &Script { seed: 3, faults, max_bytes: 60 });
+    let before = ResourceUsage::now();
+    let faults = vec![ConnectionFault::Reset, ConnectionFault::Close, ConnectionFault::Swap];
+    let proxy = proxy(&peer, &FaultScript { seed: 3, faults, max_bytes: 60 });
     let settings = json!({"host": "127.0.0.1", "port": proxy.port()});
     let running = start_with(settings, AT_ONCE, stamps::tags());
     proxy.wear_out(1000, before);
     stamps::check(&running.recorder.recording());
     drop(running);
     drop(proxy);
-    Usage::now().assert_within(before);
+    ResourceUsage::now().assert_within(before);
 }
 
 #[test]
 fn a_device_is_tried_once_a_second_at_most() {
     // As the settings have it, and from a port where everybody is hung up on.
-    let script = Script { seed: 1, faults: vec![Fault::Close], max_bytes: 0 };
+    let script = FaultScript { seed: 1, faults: vec![ConnectionFault::Close], max_bytes: 0 };
     let Some(peer) = server_with_stamps() else { return };
     let proxy = proxy(&peer, &script);
     let settings = json!({"host": "127.0.0.1", "port": proxy.port()});

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::{Child, Command};
 use std::time::{Duration, Instant};
 
-use peer_process::{Script, skip};
+use peer_process::{PeerScript, skip};
 use tempfile::TempDir;
 
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -81,8 +81,9 @@ fn program() -> Option<PathBuf> {
     found
 }
 
-const PUBLISHER: Script = Script { file: "mqtt_publisher.py", import: "import paho.mqtt.client" };
-const NODE: Script = Script { file: "sparkplug_node.py", import: "import pysparkplug" };
+const PUBLISHER: PeerScript =
+    PeerScript { file: "mqtt_publisher.py", import: "import paho.mqtt.client" };
+const NODE: PeerScript = PeerScript { file: "sparkplug_node.py", import: "import pysparkplug" };
 
 /// A client in Python that obeys.
 pub(super) struct Client(peer_process::Peer);

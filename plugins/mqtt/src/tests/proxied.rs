@@ -1,23 +1,28 @@
 //! Over connections that break in every way: no wrong value, nothing left behind.
 
 use busbar_link::testing::CertificateAuthority;
-use fault_proxy::{Fault, FaultProxy, Script, Usage, check_stamps};
+use fault_proxy::{ConnectionFault, FaultProxy, FaultScript, ResourceUsage, check_stamps};
 
 use super::*;
 
 /// All that may happen to a connection without encryption. `Garbage` and `Swap` are not among
 /// them: bytes put into a stream make messages that nothing tells from the broker's; TLS does.
-const FAULTS: [Fault; 7] = [
-    Fault::None,
-    Fault::Split,
-    Fault::Delay,
-    Fault::Reset,
-    Fault::Close,
-    Fault::Vanish,
-    Fault::Trickle,
+const FAULTS: [ConnectionFault; 7] = [
+    ConnectionFault::None,
+    ConnectionFault::Split,
+    ConnectionFault::Delay,
+    ConnectionFault::Reset,
+    ConnectionFault::Close,
+    ConnectionFault::Vanish,
+    ConnectionFault::Trickle,
 ];
 /// Of those, what ends no connection.
-const ENDLESS: [Fault; 4] = [Fault::None, Fault::Split, Fault::Delay, Fault::Trickle];
+const ENDLESS: [ConnectionFault; 4] = [
+    ConnectionFault::None,
+    ConnectionFault::Split,
+    ConnectionFault::Delay,
+    ConnectionFault::Trickle,
+];
 const AT_ONCE: ReconnectBounds =
     ReconnectBounds { min: Duration::from_millis(1), max: Duration::from_millis(4) };
 const TAGS: [u32; 3] = [1, 2, 3];
@@ -57,7 +62,7 @@ fn connect_with(proxy: &FaultProxy, settings: &Json) -> Running {
     RunningPlugin::start(plugin, tags.into(), PATIENCE)
 }
 
-fn proxy(broker: &Broker, script: &Script) -> FaultProxy {
+fn proxy(broker: &Broker, script: &FaultScript) -> FaultProxy {
     FaultProxy::start(([127, 0, 0, 1], broker.port).into(), script.clone()).unwrap()
 }
 
@@ -79,12 +84,12 @@ fn over_tls_no_value_is_wrong_even_if_bytes_are() {
     );
     let tls = json!({"tls": {"ca": ours.certificate()}});
     let Some((broker, _peer)) = stamped(&lines, &tls) else { return };
-    let faults = [&FAULTS[..], &[Fault::Garbage, Fault::Swap]].concat();
+    let faults = [&FAULTS[..], &[ConnectionFault::Garbage, ConnectionFault::Swap]].concat();
     check_faults(&broker, &faults, &tls);
 }
 
-fn check_faults(broker: &Broker, faults: &[Fault], settings: &Json) {
-    let script = Script { seed: 4, faults: faults.to_vec(), max_bytes: 3000 };
+fn check_faults(broker: &Broker, faults: &[ConnectionFault], settings: &Json) {
+    let script = FaultScript { seed: 4, faults: faults.to_vec(), max_bytes: 3000 };
     let proxy = proxy(broker, &script);
     let running = connect_with(&proxy, settings);
     proxy.break_all(&script, CONNECTIONS, Duration::from_millis(300), &ENDLESS);
@@ -97,13 +102,13 @@ fn reconnects_leave_nothing_behind() {
     let Some((broker, _peer)) = stamped("allow_anonymous true\n", &json!({})) else { return };
     // What the event loops of a process share stays with it.
     drop(busbar_link::IoLoop::new(1).unwrap());
-    let before = Usage::now();
-    let faults = vec![Fault::Reset, Fault::Close];
-    let proxy = proxy(&broker, &Script { seed: 3, faults, max_bytes: 60 });
+    let before = ResourceUsage::now();
+    let faults = vec![ConnectionFault::Reset, ConnectionFault::Close];
+    let proxy = proxy(&broker, &FaultScript { seed: 3, faults, max_bytes: 60 });
     let running = connect(&proxy);
     proxy.wear_out(RECONNECTS, before);
     check_stamps(&running.recorder.recording().integers(), TAGS);
     drop(running);
     drop(proxy);
-    Usage::now().assert_within(before);
+    ResourceUsage::now().assert_within(before);
 }

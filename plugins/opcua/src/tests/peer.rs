@@ -3,10 +3,10 @@
 use std::path::Path;
 use std::process::Command;
 
-use peer_process::{Peer, Script};
+use peer_process::{Peer, PeerScript};
 use serde_json::Value;
 
-const SERVER: Script = Script { file: "opcua_asyncua.py", import: "import asyncua" };
+const SERVER: PeerScript = PeerScript { file: "opcua_asyncua.py", import: "import asyncua" };
 
 /// Starts a server; `None`, said aloud, where there is no asyncua.
 pub(crate) fn start(spec: &Value) -> Option<Peer> {

@@ -1,6 +1,9 @@
 //! Over connections that break in every way: no wrong value, nothing left behind.
 
-use fault_proxy::{ALL_FAULTS, ENDLESS_FAULTS, Fault, FaultProxy, Script, Usage, check_stamps};
+use fault_proxy::{
+    ALL_FAULTS, ConnectionFault, ENDLESS_FAULTS, FaultProxy, FaultScript, ResourceUsage,
+    check_stamps,
+};
 
 use peer_process::Peer;
 
@@ -33,7 +36,7 @@ fn quick() -> Json {
     json!({"connect_timeout_millis": 500, "silence_millis": 500})
 }
 
-fn proxy(peer: &Peer, script: &Script) -> FaultProxy {
+fn proxy(peer: &Peer, script: &FaultScript) -> FaultProxy {
     FaultProxy::start(([127, 0, 0, 1], peer.port).into(), script.clone()).unwrap()
 }
 
@@ -49,7 +52,7 @@ fn check_values(recording: &Recording) -> [usize; NODES.len()] {
 #[test]
 fn no_value_is_wrong_whatever_happens_to_connections() {
     let Some(peer) = server() else { return };
-    let script = Script { seed: 4, faults: ALL_FAULTS.to_vec(), max_bytes: 4000 };
+    let script = FaultScript { seed: 4, faults: ALL_FAULTS.to_vec(), max_bytes: 4000 };
     let proxy = proxy(&peer, &script);
     let running = start_with(proxy.port(), &quick(), AT_ONCE, tags());
     proxy.break_all(&script, CONNECTIONS, Duration::from_millis(300), &ENDLESS_FAULTS);
@@ -60,13 +63,13 @@ fn no_value_is_wrong_whatever_happens_to_connections() {
 #[test]
 fn hundreds_of_reconnects_leave_nothing_behind() {
     let Some(peer) = server() else { return };
-    let before = Usage::now();
-    let faults = vec![Fault::Reset, Fault::Close, Fault::Swap];
-    let proxy = proxy(&peer, &Script { seed: 3, faults, max_bytes: 4000 });
+    let before = ResourceUsage::now();
+    let faults = vec![ConnectionFault::Reset, ConnectionFault::Close, ConnectionFault::Swap];
+    let proxy = proxy(&peer, &FaultScript { seed: 3, faults, max_bytes: 4000 });
     let running = start_with(proxy.port(), &quick(), AT_ONCE, tags());
     proxy.wear_out(RECONNECTS, before);
     check_values(&running.recorder.recording());
     drop(running);
     drop(proxy);
-    Usage::now().assert_within(before);
+    ResourceUsage::now().assert_within(before);
 }

@@ -17,7 +17,7 @@ fn run(mesh: Mesh<'_>, order: Order) -> Vec<Collapse> {
     collapse_list(mesh, &Interpretation::BUSBAR, order, 4, progress).unwrap().collapses
 }
 
-/// At each step collapses the legal edge of the least key, of all there are.
+/// Collapses at each step the legal edge of the least key, found by exhaustive search.
 fn plain(mesh: Mesh<'_>, order: Order) -> Vec<(u32, u32)> {
     let interpretation = &Interpretation::BUSBAR;
     let edges = edges::find(&mesh, 1);
@@ -81,14 +81,14 @@ fn is_legal(surface: &Surface<'_>, removed: u32, kept: u32) -> bool {
     Candidate { removed, removed_ring, kept, kept_ring }.is_legal(surface)
 }
 
-/// The triangles that live after a collapse.
+/// Returns the triangles that live after a collapse.
 fn moved(triangles: &[[u32; 3]], removed: u32, kept: u32) -> Vec<[u32; 3]> {
     let live = triangles.iter().filter(|t| !(t.contains(&removed) && t.contains(&kept)));
     live.map(|t| t.map(|v| if v == removed { kept } else { v })).collect()
 }
 
-/// Plays collapses again: no face flips or flattens, errors never decrease, and
-/// on a closed manifold every mesh on the way is one of the same Euler number.
+/// Replays collapses: no face flips or flattens, errors never decrease, and a closed manifold keeps
+/// its Euler number.
 #[track_caller]
 fn check_promises(mesh: Mesh<'_>, collapses: &[Collapse], is_closed: bool) {
     assert!(collapses.is_sorted_by(|a, b| a.error <= b.error));
@@ -113,8 +113,8 @@ fn check_promises(mesh: Mesh<'_>, collapses: &[Collapse], is_closed: bool) {
     }
 }
 
-/// V - E + T, after a look at whether the mesh is closed, manifold at its
-/// edges, and without double faces.
+/// Computes V - E + T, after checking that the mesh is closed, manifold at its edges, and without
+/// double faces.
 #[track_caller]
 fn euler_number(vertices: usize, triangles: &[[u32; 3]], is_closed: bool) -> i64 {
     let mut sides: BTreeMap<[u32; 2], usize> = BTreeMap::new();
@@ -136,7 +136,7 @@ fn sorted(mut triangle: [u32; 3]) -> [u32; 3] {
     triangle
 }
 
-/// A torus of `n` by `m` cells with bumps, closed and of genus 1.
+/// Makes a torus of `n` by `m` cells with bumps, closed and of genus 1.
 fn torus(n: u32, m: u32) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
     let place = |i: u32| {
         let around = f64::from(i / m) / f64::from(n) * std::f64::consts::TAU;

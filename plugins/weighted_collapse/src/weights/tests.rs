@@ -8,7 +8,7 @@ use crate::interpretation::{BorderFlag, Curvature};
 
 struct Weighed {
     edges: Edges,
-    measured: Measured,
+    measured: MeasuredEdges,
     weights: Vec<f64>,
 }
 
@@ -78,7 +78,7 @@ fn two_triangles() {
     near(square.weight([0, 2]), diagonal);
 }
 
-/// The same without border protection: C = 0 everywhere and w2 = 0.
+/// Two triangles without border protection: C = 0 everywhere and w2 = 0.
 #[test]
 fn two_triangles_without_border_protection() {
     let square = Weighed::of(&SQUARE, &[[0, 1, 2], [0, 2, 3]], &Interpretation::UNPROTECTED);

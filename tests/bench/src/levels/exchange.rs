@@ -1,4 +1,4 @@
-//! Meshes as files between the bench and its workers.
+//! Mesh files between the bench and its workers.
 //!
 //! Little-endian: numbers of positions and triangles, positions, triangles over
 //! them; a mesh with attributes goes on with the number of wedges, each one's
@@ -13,7 +13,7 @@ use anyhow::{Context, Result, ensure};
 use busbar_geometry::{Mesh, Topology, Wedges};
 use bytemuck::{AnyBitPattern, NoUninit};
 
-/// Elements of one array at most.
+/// Greatest number of elements of one array.
 const MAX_ELEMENTS: u32 = 1 << 28;
 
 /// Writes a mesh with its attributes.
@@ -36,7 +36,7 @@ pub(crate) fn write_level(path: &Path, level: &Topology) -> Result<()> {
     write(path, |file| put_topology(file, level))
 }
 
-/// Reads what [`write_mesh`] wrote; all triangles in one section.
+/// Reads a mesh that [`write_mesh`] wrote; all triangles are in one section.
 pub(crate) fn read_mesh(path: &Path) -> Result<Mesh> {
     read(path, |file| {
         let topology = take_topology(file)?;

@@ -1,15 +1,17 @@
-//! A level's figures, each by the same ruler.
+//! Figures of a level, measured alike for all methods.
 
 use anyhow::{Context, Result};
 use busbar_geometry::{Topology, count_components};
-use measure::{Edges, Gallery, PictureError, Reference, SurfaceError, duplicates, vertices_in_use};
+use measure::{
+    EdgeCounts, Gallery, PictureError, Reference, SurfaceError, duplicates, vertices_in_use,
+};
 use serde::Serialize;
 
-/// Points drawn on each surface, and what they are drawn by.
+/// Number of points drawn on each surface, with their seed.
 const SAMPLES: usize = 100_000;
 const SEED: u64 = 20_150_773;
 
-/// What a level is compared with.
+/// Original mesh as the reference of its levels.
 pub(crate) struct Original {
     reference: Reference,
     gallery: Gallery,
@@ -20,16 +22,16 @@ pub(crate) struct Original {
 /// Counts of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct Counts {
-    /// Vertices that triangles use.
+    /// Number of vertices that triangles use.
     pub(crate) vertices: usize,
     pub(crate) triangles: usize,
-    /// Connected components.
+    /// Number of connected components.
     pub(crate) components: u32,
-    /// Connected sets of edges with one triangle.
+    /// Number of connected sets of edges with one triangle.
     pub(crate) border_loops: u64,
-    /// Edges with more than two triangles.
+    /// Number of edges with more than two triangles.
     pub(crate) non_manifold: u64,
-    /// Triangles on the same vertices as another, as a share of all.
+    /// Number of triangles on the same vertices as another, as a share of all.
     pub(crate) duplicates: f64,
 }
 
@@ -43,8 +45,8 @@ pub(crate) struct Figures {
 }
 
 impl Counts {
-    fn of(mesh: &Topology) -> Self {
-        let edges = Edges::of(mesh.positions.len(), &mesh.triangles);
+    fn count(mesh: &Topology) -> Self {
+        let edges = EdgeCounts::count(mesh.positions.len(), &mesh.triangles);
         let triangles = mesh.triangles.len();
         Self {
             vertices: vertices_in_use(&mesh.triangles),
@@ -62,18 +64,18 @@ impl Original {
         Ok(Self {
             reference: Reference::new(mesh, SAMPLES, SEED)?,
             gallery: Gallery::new(mesh)?,
-            counts: Counts::of(mesh),
+            counts: Counts::count(mesh),
         })
     }
 
-    /// The diagonal that distances are relative to, metres.
+    /// Returns the diagonal that distances are relative to, metres.
     pub(crate) fn diagonal(&self) -> f64 {
         self.reference.diagonal()
     }
 
     pub(crate) fn figures(&self, level: &Topology) -> Result<Figures> {
         Ok(Figures {
-            counts: Counts::of(level),
+            counts: Counts::count(level),
             error: self.reference.compare(level),
             picture: self.gallery.compare(level).context("pictures cannot be compared")?,
         })

@@ -1,61 +1,61 @@
-//! Ways to simplify that are compared.
+//! Methods of simplification that are compared.
 
-use measure::meshoptimizer::Kind;
+use measure::meshoptimizer::Simplifier;
 use weighted_collapse::Order;
 
-/// A way to simplify.
+/// Method of simplification to compare.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Method {
     /// Short name, in file names and in JSON too.
     pub(crate) id: &'static str,
-    pub(crate) work: Work,
+    pub(crate) work: Implementation,
 }
 
-/// Who does it.
+/// Implementation of a method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Work {
-    /// The whole sequence by the paper's weights.
+pub(crate) enum Implementation {
+    /// Whole sequence by the paper's weights.
     Weighted(Order),
-    /// The whole sequence by quadric error.
+    /// Whole sequence by quadric error.
     Quadric,
-    /// meshoptimizer, a call a level.
-    Meshoptimizer(Kind),
-    /// A Python script, a call a level.
+    /// Function of meshoptimizer, one call for each level.
+    Meshoptimizer(Simplifier),
+    /// Python script, one call for each level.
     Script(&'static str),
 }
 
-/// The method that deployments use by default.
+/// Method that deployments use by default.
 pub(crate) const OURS: &str = "quadric_collapse";
-/// What the bars compare with.
+/// Method that the bars compare with.
 pub(crate) const BASELINE: &str = "meshoptimizer";
 
-/// All methods. Ours is the first: how many triangles its levels have is where
-/// others begin to search.
+/// List of all methods. Busbar's first method comes first: its triangle counts are where the
+/// searches of the others begin.
 pub(crate) const METHODS: [Method; 10] = [
-    method(OURS, Work::Quadric),
-    method(BASELINE, Work::Meshoptimizer(Kind::Plain)),
-    method("weighted, reweighted", Work::Weighted(Order::Reweighted)),
-    method("weighted, guarded", Work::Weighted(Order::Guarded)),
-    method("weighted, paper", Work::Weighted(Order::Paper)),
-    method("meshoptimizer, normals", Work::Meshoptimizer(Kind::WithNormals)),
-    method("meshoptimizer, sloppy", Work::Meshoptimizer(Kind::Sloppy)),
-    method("fast-simplification", Work::Script("decimate_fast_simplification.py")),
-    method("VTK", Work::Script("decimate_vtk.py")),
-    method("Open3D", Work::Script("decimate_open3d.py")),
+    method(OURS, Implementation::Quadric),
+    method(BASELINE, Implementation::Meshoptimizer(Simplifier::Plain)),
+    method("weighted, reweighted", Implementation::Weighted(Order::Reweighted)),
+    method("weighted, guarded", Implementation::Weighted(Order::Guarded)),
+    method("weighted, paper", Implementation::Weighted(Order::Paper)),
+    method("meshoptimizer, normals", Implementation::Meshoptimizer(Simplifier::WithNormals)),
+    method("meshoptimizer, sloppy", Implementation::Meshoptimizer(Simplifier::Sloppy)),
+    method("fast-simplification", Implementation::Script("decimate_fast_simplification.py")),
+    method("VTK", Implementation::Script("decimate_vtk.py")),
+    method("Open3D", Implementation::Script("decimate_open3d.py")),
 ];
 
-const fn method(id: &'static str, work: Work) -> Method {
+const fn method(id: &'static str, work: Implementation) -> Method {
     Method { id, work }
 }
 
 impl Method {
-    /// The method of a name.
+    /// Returns the method with this id.
     pub(crate) fn named(id: &str) -> Option<Self> {
         METHODS.into_iter().find(|method| method.id == id)
     }
 
-    /// Whether it is not this project's.
+    /// Reports whether the method is not this project's.
     pub(crate) fn is_peer(self) -> bool {
-        matches!(self.work, Work::Meshoptimizer(_) | Work::Script(_))
+        matches!(self.work, Implementation::Meshoptimizer(_) | Implementation::Script(_))
     }
 }

@@ -1,15 +1,15 @@
-//! Levels of detail: ours and those of the field, at equal numbers of vertices.
+//! Levels of detail: Busbar's and those of the field, at equal numbers of vertices.
 //!
 //! Each method runs in a process of its own on one core ([`worker`]), where its
 //! time and memory are measured; its levels come back as files and are measured
 //! here, all by one ruler ([`figures`]).
 
+mod contact_sheet;
 mod exchange;
 mod figures;
 mod method;
 mod ply;
 mod report;
-mod sheet;
 mod subject;
 mod verdicts;
 pub(crate) mod worker;
@@ -20,9 +20,9 @@ use anyhow::{Context, Result};
 use indicatif::ProgressBar;
 use serde::Serialize;
 
+use crate::levels::contact_sheet::ContactSheet;
 use crate::levels::figures::{Counts, Figures, Original};
 use crate::levels::method::{METHODS, OURS};
-use crate::levels::sheet::Sheet;
 use crate::levels::subject::Subject;
 use crate::levels::worker::{Cost, Peers, Target};
 use crate::scene::Scene;
@@ -33,49 +33,49 @@ pub(crate) use verdicts::{bars, write_worse};
 /// Proportions of simplified vertices at which methods are compared.
 const THETAS: [f64; 3] = [0.70, 0.85, 0.95];
 
-/// What to compare, and with whom.
+/// Scope of the comparison: peers, meshes and output.
 pub(crate) struct Plan {
     pub(crate) peers: Option<Peers>,
-    /// Further meshes.
+    /// Additional meshes to compare on.
     pub(crate) files: Vec<PathBuf>,
-    /// A scan that the bars are about.
+    /// Scan that the bars are judged on.
     pub(crate) scan: Option<PathBuf>,
-    /// Fewer meshes.
+    /// Flag for fewer meshes.
     pub(crate) quick: bool,
-    /// Where contact sheets go.
+    /// Output folder of contact sheets.
     pub(crate) out: PathBuf,
 }
 
-/// What was found.
+/// Results of the comparison.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Levels {
     pub(crate) subjects: Vec<SubjectResult>,
-    /// What could not be done, and why.
+    /// Omissions, with their reasons.
     pub(crate) remarks: Vec<String>,
 }
 
-/// What was found on one mesh.
+/// Results on one mesh.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct SubjectResult {
     pub(crate) name: String,
     pub(crate) is_judged: bool,
-    /// Diagonal of the box around it, metres.
+    /// Diagonal of the mesh's bounding box, metres.
     pub(crate) diagonal: f64,
     pub(crate) counts: Counts,
-    /// Vertices wanted at each of the thetas.
+    /// Target numbers of vertices at each of the thetas.
     pub(crate) wanted: Vec<usize>,
     pub(crate) methods: Vec<MethodResult>,
-    /// File of its contact sheet, beside the report.
+    /// File of the contact sheet, beside the report.
     pub(crate) sheet: Option<String>,
 }
 
-/// What one method did on one mesh.
+/// Results of one method on one mesh.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct MethodResult {
     pub(crate) id: &'static str,
     pub(crate) is_peer: bool,
     pub(crate) cost: Cost,
-    /// One a theta.
+    /// Figures of each level, one a theta.
     pub(crate) levels: Vec<Figures>,
 }
 
@@ -117,11 +117,11 @@ fn compare(
         wanted.map(|vertices| Target { vertices, triangles: (vertices as f64 * share) as usize });
     let mut sheet = subject
         .sheet
-        .map(|(name, bounds, towards_eye)| Sheet::new(name, &topology, bounds, towards_eye));
+        .map(|(name, bounds, towards_eye)| ContactSheet::new(name, &topology, bounds, towards_eye));
     let mut methods = Vec::new();
     for method in METHODS {
         progress.set_message(format!("{}: {}", subject.name, method.id));
-        if matches!(method.work, method::Work::Script(_)) && plan.peers.is_none() {
+        if matches!(method.work, method::Implementation::Script(_)) && plan.peers.is_none() {
             progress.inc(1);
             continue;
         }
@@ -171,7 +171,7 @@ impl SubjectResult {
     }
 }
 
-/// Interpreter and scripts, if there is one.
+/// Returns interpreter and scripts, if there is an interpreter.
 pub(crate) fn peers(python: Option<&Path>, scripts: &Path) -> Option<Peers> {
     python.map(|python| Peers { python: python.to_owned(), scripts: scripts.to_owned() })
 }

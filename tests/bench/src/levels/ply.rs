@@ -1,5 +1,4 @@
-//! Scans as PLY files: points and triangles, in text or binary, what else they
-//! hold skipped.
+//! PLY files of scans: points and triangles, in text or binary; other elements are skipped.
 
 use std::io::{BufRead, Read};
 use std::path::Path;
@@ -8,12 +7,12 @@ use anyhow::{Context, Result, bail, ensure};
 use busbar_geometry::{Mesh, RawPrimitive, weld};
 use glam::Vec3;
 
-/// Points, or faces, at most.
+/// Greatest number of points, or of faces.
 const MAX_ELEMENTS: usize = 1 << 26;
-/// Lines of a header at most.
+/// Greatest number of lines of a header.
 const MAX_HEADER_LINES: usize = 256;
 
-/// How numbers are written.
+/// Encoding of numbers in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Form {
     Text,
@@ -21,7 +20,7 @@ enum Form {
     Little,
 }
 
-/// A property of an element: its type, and the type of its length if a list.
+/// Property of an element: its type, and the type of its length if a list.
 #[derive(Clone, Debug)]
 struct Property {
     kind: Kind,
@@ -44,7 +43,7 @@ struct Element {
     properties: Vec<Property>,
 }
 
-/// Reads a mesh; its normals are smooth ones.
+/// Reads a mesh; its normals are smooth.
 pub(crate) fn read(path: &Path) -> Result<Mesh> {
     mesh(&std::fs::read(path)?)
 }
@@ -120,7 +119,7 @@ fn kind_of(name: &str) -> Result<Kind> {
     })
 }
 
-/// The values of one element, a list a property.
+/// Reads the values of one element, a list for each property.
 fn row(rest: &mut &[u8], form: Form, element: &Element) -> Result<Vec<Vec<f64>>> {
     let mut values = Vec::with_capacity(element.properties.len());
     for property in &element.properties {
@@ -172,7 +171,7 @@ fn point(element: &Element, values: &[Vec<f64>]) -> Result<Vec3> {
     Ok(Vec3::new(coordinate("x")?, coordinate("y")?, coordinate("z")?))
 }
 
-/// Normals of points, weighted by area.
+/// Computes the normals of points, weighted by area.
 fn smooth_normals(primitive: &RawPrimitive) -> Result<Vec<Vec3>> {
     let mut normals = vec![Vec3::ZERO; primitive.positions.len()];
     for (index, triangle) in primitive.triangles.iter().enumerate() {

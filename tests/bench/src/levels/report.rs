@@ -1,7 +1,7 @@
-//! The section of levels as tables and pictures.
+//! Report section of levels as tables and pictures.
 
-use document::words::{grouped, percent, theta};
-use document::{Captioned, Document};
+use document::number_format::{grouped, percent, theta};
+use document::{CaptionedPicture, Document};
 
 use crate::levels::verdicts::new_non_manifold;
 use crate::levels::{Levels, MethodResult, SubjectResult, THETAS};
@@ -31,7 +31,7 @@ const LEVEL_HEAD: [&str; 14] = [
     "new non-manifold",
 ];
 
-/// Writes what was found on each mesh.
+/// Writes the results on each mesh.
 pub(crate) fn write(document: &mut Document, levels: &Levels) {
     document.heading("Levels of detail, ours and the field's");
     document.text(
@@ -82,7 +82,7 @@ fn write_subject(document: &mut Document, subject: &SubjectResult) {
         document.table(&title, &LEVEL_HEAD, rows);
     }
     if let Some(file) = &subject.sheet {
-        let picture = Captioned { file: file.clone(), caption: subject.name.clone() };
+        let picture = CaptionedPicture { file: file.clone(), caption: subject.name.clone() };
         document.sheet(&format!("{} at each theta", subject.name), 1, vec![picture]);
     }
 }

@@ -1,4 +1,4 @@
-//! Meshes that methods are compared on.
+//! Test meshes of the comparison.
 
 use std::path::Path;
 
@@ -11,26 +11,24 @@ use glam::{Mat3, Mat4, Vec3};
 use crate::levels::ply;
 use crate::scene::Scene;
 
-/// Switchgear of the bay of the station that is pictured: its wires reach far
-/// beyond it.
+/// Prefix of the switchgear in the pictured bay, whose wires reach far beyond it.
 const BAY: &str = "=S12D1Q3-Q";
-/// Towards the eye, in pictures.
+/// Direction towards the eye, in pictures.
 const DIRECTION: Vec3 = Vec3::new(-0.52, 0.36, -0.78);
-/// The same for the bay: along the yard, so that no other bay is in front.
+/// Viewing direction for the bay: along the yard, so that no other bay is in front.
 const BAY_DIRECTION: Vec3 = Vec3::new(-0.75, 0.45, -0.5);
 
-/// A mesh, and what is to be done with it.
+/// Test mesh with its options.
 pub(crate) struct Subject {
     pub(crate) name: String,
     pub(crate) mesh: Mesh,
-    /// Whether the bars are about it.
+    /// Flag for subjects that the bars are judged on.
     pub(crate) is_judged: bool,
-    /// What its contact sheet shows, if it has one: a part, and from where.
+    /// Contact sheet of the subject, if it has one: name, clipped part, direction towards the eye.
     pub(crate) sheet: Option<(&'static str, Bounds, Vec3)>,
 }
 
-/// The meshes of this project, those of `files` last; a quick run leaves the
-/// large ones out.
+/// Loads the meshes of this project, those of `files` last; a quick run omits the large ones.
 pub(crate) fn all(
     scene: &Scene,
     files: &[std::path::PathBuf],
@@ -60,7 +58,7 @@ pub(crate) fn all(
     Ok(subjects)
 }
 
-/// A scan from elsewhere, which the bars are about too.
+/// Loads a scan from elsewhere, which the bars are judged on too.
 pub(crate) fn scan(file: &Path) -> Result<Subject> {
     let name = file.file_stem().unwrap_or_default().to_string_lossy();
     Ok(Subject::judged(&format!("{name} (scan)"), load(file)?))
@@ -83,7 +81,7 @@ impl Subject {
     }
 }
 
-/// All meshes of a model where its nodes put them, as one.
+/// Merges all meshes of a model, placed by its nodes, into one.
 fn merged(model: &Model) -> Mesh {
     let mut all = Mesh::default();
     for (node, model_from_node) in model.nodes.iter().zip(model.model_from_nodes()) {

@@ -1,28 +1,28 @@
-//! What the figures say: bars that are met or missed, and where ours is worse
-//! than a peer.
+//! Verdicts on the figures: bars that are met or missed, and columns in which Busbar is worse than
+//! a peer.
 
 use document::{Claim, Document, Verdict};
 
 use crate::levels::method::{BASELINE, OURS};
 use crate::levels::{Levels, MethodResult, SubjectResult, THETAS};
 
-/// Ours may have this share of the baseline's mean distance, a bar a theta.
+/// Greatest ratio of Busbar's mean distance to the baseline's, for each theta.
 const MEAN_BARS: [f64; 3] = [0.6, 0.75, 1.0];
-/// The whole sequence may take so many times the baseline's first level.
+/// Greatest ratio of the whole sequence's time to that of the baseline's first level.
 const SEQUENCE_BAR: f64 = 1.5;
-/// Bytes of memory a triangle that making it may take.
+/// Greatest memory of the optimisation, bytes a triangle.
 const MEMORY_BAR: f64 = 200.0;
-/// Triangles that coincide with another, as a share.
+/// Greatest share of triangles that coincide with another.
 const DUPLICATES_BAR: f64 = 0.001;
-/// Levels are compared where the peer's has the vertices wanted, or so near.
+/// Greatest relative difference of a peer's vertices from the target at which levels are compared.
 const EQUAL_VERTICES: f64 = 0.03;
-/// Worse by less is as good.
+/// Greatest ratio of figures that count as equal.
 const NEAR: f64 = 1.02;
 
-/// A column of figures of which less is better, or of which more is.
+/// Column of figures, with the direction that is better.
 struct Column {
     name: &'static str,
-    /// Below this, figures are noise.
+    /// Noise floor: smaller figures are not compared.
     floor: f64,
     value: fn(&SubjectResult, &MethodResult, usize) -> Option<f64>,
 }
@@ -54,7 +54,7 @@ const fn column(
     Column { name, floor, value }
 }
 
-/// Edges of a level with more than two triangles, beyond those there were.
+/// Counts the edges of a level with more than two triangles, beyond those of the original.
 pub(super) fn new_non_manifold(
     subject: &SubjectResult,
     method: &MethodResult,
@@ -63,14 +63,14 @@ pub(super) fn new_non_manifold(
     method.levels[level].counts.non_manifold.saturating_sub(subject.counts.non_manifold)
 }
 
-/// Whether a peer's level has about as many vertices as wanted. Ours never has
-/// more, and where shells are gone it has fewer in use.
-fn has_wanted(subject: &SubjectResult, theirs: &MethodResult, level: usize) -> bool {
+/// Reports whether a peer's level has about the target number of vertices. Busbar's levels never
+/// have more, and fewer in use where shells are gone.
+fn has_target_vertices(subject: &SubjectResult, theirs: &MethodResult, level: usize) -> bool {
     let found = theirs.levels[level].counts.vertices as f64;
     (found / subject.wanted[level] as f64 - 1.0).abs() <= EQUAL_VERTICES
 }
 
-/// The bars, met or missed.
+/// Judges the bars of the comparison.
 pub(crate) fn bars(levels: &Levels) -> Vec<Claim> {
     let mut claims = Vec::new();
     for subject in levels.subjects.iter().filter(|subject| subject.is_judged) {
@@ -86,7 +86,9 @@ pub(crate) fn bars(levels: &Levels) -> Vec<Claim> {
                     "{name}, theta {:.0} %: mean distance at most {bar} of {BASELINE}'s",
                     theta * 100.0
                 ),
-                verdict: Verdict::of_bar(a <= bar * b && has_wanted(subject, baseline, index)),
+                verdict: Verdict::of_bar(
+                    a <= bar * b && has_target_vertices(subject, baseline, index),
+                ),
                 figure: format!("{:.3}", a / b),
             });
         }
@@ -116,7 +118,7 @@ pub(crate) fn bars(levels: &Levels) -> Vec<Claim> {
     claims
 }
 
-/// The report's first lines: where ours is worse than a peer.
+/// Writes the report's first lines: the levels at which Busbar is worse than a peer.
 pub(crate) fn write_worse(document: &mut Document, levels: &Levels) {
     let mut peers: Vec<&str> = Vec::new();
     for method in levels.subjects.iter().flat_map(|s| &s.methods).filter(|m| m.is_peer) {
@@ -125,7 +127,7 @@ pub(crate) fn write_worse(document: &mut Document, levels: &Levels) {
         }
     }
     let rows = COLUMNS.iter().map(|column| {
-        let cells = peers.iter().map(|peer| worse(levels, column, peer));
+        let cells = peers.iter().map(|peer| describe_losses(levels, column, peer));
         std::iter::once(column.name.to_owned()).chain(cells).collect::<Vec<_>>()
     });
     let rows: Vec<Vec<String>> = rows.collect();
@@ -144,15 +146,15 @@ pub(crate) fn write_worse(document: &mut Document, levels: &Levels) {
     document.table(&format!("{OURS} beside each peer"), &head, rows);
 }
 
-/// Where ours is worse than a peer in one column.
-fn worse(levels: &Levels, column: &Column, peer: &str) -> String {
+/// Describes the levels at which Busbar is worse than a peer in one column.
+fn describe_losses(levels: &Levels, column: &Column, peer: &str) -> String {
     let (mut compared, mut count, mut most) = (0, 0, (0.0, String::new()));
     for subject in &levels.subjects {
         let Some((ours, theirs)) = subject.method(OURS).zip(subject.method(peer)) else { continue };
         for (level, theta) in THETAS.into_iter().enumerate() {
             let values = [ours, theirs].map(|method| (column.value)(subject, method, level));
             let [Some(a), Some(b)] = values else { continue };
-            if !has_wanted(subject, theirs, level) {
+            if !has_target_vertices(subject, theirs, level) {
                 continue;
             }
             compared += 1;

@@ -1,5 +1,5 @@
-//! One method on one mesh, in a process of its own, on one core: so that memory
-//! is the method's own, and a crash or a hang is a result and not the end.
+//! Worker process: one method on one mesh, on one core. Memory is the method's own, and a crash or
+//! a hang is a result and not the end.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -10,58 +10,58 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 use busbar_geometry::{Mesh, Topology, theta_to_cursor};
-use measure::meshoptimizer::{Input as PeerInput, Kind};
+use measure::meshoptimizer::{Input as PeerInput, Simplifier};
 use measure::{level, search, used_alone, vertices_in_use};
 use serde::{Deserialize, Serialize};
 use weighted_collapse::MAX_THREADS;
 
 use crate::affinity::{OneCore, processor_seconds};
 use crate::levels::exchange;
-use crate::levels::method::{Method, Work};
+use crate::levels::method::{Implementation, Method};
 use crate::memory;
 use crate::optimizers::{Input, sequence};
 
-/// A call that takes less is repeated, and the fastest counts.
+/// Longest time of a call that is repeated, seconds; the fastest counts.
 const SHORT_SECONDS: f64 = 1.0;
 const RUNS: usize = 3;
-/// Calls that a search for a number of vertices may take.
+/// Greatest number of calls in a search for a number of vertices.
 const MAX_CALLS: usize = 6;
-/// The same for scripts, some of whose calls take seconds.
+/// Greatest number of calls of scripts, some of which take seconds.
 const MAX_SCRIPT_CALLS: usize = 2;
-/// A worker that takes longer is ended.
+/// Longest time of a worker, seconds; then it is ended.
 const MAX_SECONDS: u64 = 300;
 const POLL: Duration = Duration::from_millis(5);
 
-/// What a method costs on one core.
+/// Cost of a method on one core.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Cost {
     /// Seconds of processor time for the level of the first theta alone.
     pub(crate) one_seconds: f64,
     /// Seconds for the levels of all thetas.
     pub(crate) all_seconds: f64,
-    /// By how much resident memory grew at most in the first call.
+    /// Greatest growth of resident memory in the first call, bytes.
     pub(crate) peak_bytes: u64,
-    /// The error that each level claims, metres; none from peers.
+    /// Errors that each level claims, metres; none from peers.
     #[serde(default)]
     pub(crate) claimed: Vec<f32>,
 }
 
-/// What a worker is to do.
+/// Task of a worker process.
 #[derive(clap::Args, Clone, Debug)]
 pub(crate) struct Task {
     method: String,
     mesh: PathBuf,
     out: PathBuf,
-    /// The levels, as `VERTICES:TRIANGLES`.
+    /// Targets of the levels, as `VERTICES:TRIANGLES`.
     targets: Vec<Target>,
 }
 
-/// What a level is to be.
+/// Target of a level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Target {
-    /// Vertices that it is to have.
+    /// Number of vertices to reach.
     pub(crate) vertices: usize,
-    /// Triangles that it is likely to have then.
+    /// Number of triangles to be expected then.
     pub(crate) triangles: usize,
 }
 
@@ -80,14 +80,14 @@ impl fmt::Display for Target {
     }
 }
 
-/// Where Python peers are found.
+/// Python peers: interpreter and folder of scripts.
 #[derive(Clone, Debug)]
 pub(crate) struct Peers {
     pub(crate) python: PathBuf,
     pub(crate) scripts: PathBuf,
 }
 
-/// Starts a worker and reads its levels, one a target.
+/// Starts a worker and reads its levels, one for each target.
 pub(crate) fn levels(
     method: Method,
     peers: Option<&Peers>,
@@ -96,13 +96,13 @@ pub(crate) fn levels(
 ) -> Result<(Cost, Vec<Topology>)> {
     let out = tempfile::tempdir().context("no folder for levels")?;
     let mut command = match (method.work, peers) {
-        (Work::Script(script), Some(peers)) => {
+        (Implementation::Script(script), Some(peers)) => {
             let mut command = Command::new(&peers.python);
             command.arg(peers.scripts.join(script)).arg(mesh).arg(out.path());
             command.arg(MAX_SCRIPT_CALLS.to_string());
             command
         }
-        (Work::Script(_), None) => bail!("no Python"),
+        (Implementation::Script(_), None) => bail!("no Python"),
         _ => {
             let mut command = Command::new(std::env::current_exe()?);
             command.arg("worker").arg(method.id).arg(mesh).arg(out.path());
@@ -116,7 +116,7 @@ pub(crate) fn levels(
     Ok((cost, levels.collect::<Result<_>>()?))
 }
 
-/// What a process writes, within [`MAX_SECONDS`].
+/// Returns the output of a process that ends within [`MAX_SECONDS`].
 fn output(command: &mut Command) -> Result<String> {
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()?;
     let started = Instant::now();
@@ -141,22 +141,22 @@ fn end(child: &mut Child) -> Result<()> {
     Ok(())
 }
 
-/// What the worker's process does; returns the cost.
+/// Runs a task in the worker process; returns the cost.
 pub(crate) fn run(task: &Task) -> Result<Cost> {
     let method = Method::named(&task.method).context("no such method")?;
     let _core = OneCore::hold()?;
     let mesh = exchange::read_mesh(&task.mesh)?;
     let (cost, levels) = match method.work {
-        Work::Weighted(order) => {
+        Implementation::Weighted(order) => {
             let input = Input::new(&mesh);
-            ours(&mesh, &task.targets, || input.weighted(order, MAX_THREADS))?
+            measure_own(&mesh, &task.targets, || input.weighted(order, MAX_THREADS))?
         }
-        Work::Quadric => {
+        Implementation::Quadric => {
             let input = Input::new(&mesh);
-            ours(&mesh, &task.targets, || input.quadric())?
+            measure_own(&mesh, &task.targets, || input.quadric())?
         }
-        Work::Meshoptimizer(kind) => theirs(&mesh, kind, &task.targets)?,
-        Work::Script(_) => bail!("{} is no work for this process", method.id),
+        Implementation::Meshoptimizer(kind) => measure_peer(&mesh, kind, &task.targets)?,
+        Implementation::Script(_) => bail!("{} is no work for this process", method.id),
     };
     for (index, level) in levels.iter().enumerate() {
         exchange::write_level(&task.out.join(format!("{index}.mesh")), level)?;
@@ -164,8 +164,8 @@ pub(crate) fn run(task: &Task) -> Result<Cost> {
     Ok(cost)
 }
 
-/// A whole sequence, and the levels on it.
-fn ours(
+/// Builds a whole sequence, then its levels.
+fn measure_own(
     mesh: &Mesh,
     targets: &[Target],
     optimize: impl Fn() -> Result<busbar_plugin_sdk::CollapseList>,
@@ -191,19 +191,23 @@ fn ours(
     Ok((Cost { one_seconds, all_seconds, peak_bytes, claimed }, levels))
 }
 
-/// A search and a call for each level.
-fn theirs(mesh: &Mesh, kind: Kind, targets: &[Target]) -> Result<(Cost, Vec<Topology>)> {
+/// Runs a search and a call for each level.
+fn measure_peer(
+    mesh: &Mesh,
+    kind: Simplifier,
+    targets: &[Target],
+) -> Result<(Cost, Vec<Topology>)> {
     let topology = mesh.topology();
     let wedges = &mesh.wedges;
     let of_wedges: Vec<_> =
         wedges.position.iter().map(|&p| topology.positions[p as usize]).collect();
     let normals: Vec<[f32; 3]> = wedges.normal.iter().map(|n| n.to_array()).collect();
     let (input, welds) = match kind {
-        Kind::WithNormals => {
+        Simplifier::WithNormals => {
             let normals = normals.as_flattened();
             (PeerInput::with_normals(&mesh.triangles, &of_wedges, normals)?, true)
         }
-        Kind::Plain | Kind::Sloppy => (PeerInput::new(&topology)?, false),
+        Simplifier::Plain | Simplifier::Sloppy => (PeerInput::new(&topology)?, false),
     };
     let welded = |level: Vec<[u32; 3]>| -> Vec<[u32; 3]> {
         if !welds {
@@ -237,7 +241,7 @@ fn runs(seconds: f64) -> usize {
     if seconds < SHORT_SECONDS { RUNS } else { 1 }
 }
 
-/// Work, and its seconds of processor time.
+/// Runs work; returns its result and its seconds of processor time.
 fn timed<T>(work: impl FnOnce() -> Result<T>) -> Result<(f64, T)> {
     let start = processor_seconds();
     let result = work()?;
@@ -265,14 +269,14 @@ mod tests {
         let target = |vertices| Target { vertices, triangles: vertices * 2 };
         let targets = [target(count / 2), target(count / 4)];
         assert_eq!(targets[0].to_string().parse::<Target>().unwrap(), targets[0]);
-        let (cost, levels) = theirs(&mesh, Kind::Plain, &targets).unwrap();
+        let (cost, levels) = measure_peer(&mesh, Simplifier::Plain, &targets).unwrap();
         assert!(cost.one_seconds > 0.0 && cost.all_seconds > cost.one_seconds);
         assert!(levels[0].positions.len() > levels[1].positions.len());
         // Hard edges stop it, but nothing is torn.
-        let (_, levels) = theirs(&mesh, Kind::WithNormals, &targets).unwrap();
+        let (_, levels) = measure_peer(&mesh, Simplifier::WithNormals, &targets).unwrap();
         assert!(levels.iter().all(|level| (count / 4..=count).contains(&level.positions.len())));
         let input = Input::new(&mesh);
-        let (cost, levels) = ours(&mesh, &targets, || input.quadric()).unwrap();
+        let (cost, levels) = measure_own(&mesh, &targets, || input.quadric()).unwrap();
         assert!(cost.one_seconds > 0.0 && cost.all_seconds > cost.one_seconds);
         for (level, target) in levels.iter().zip(targets) {
             let found = level.positions.len();

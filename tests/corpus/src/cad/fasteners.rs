@@ -9,8 +9,8 @@ use crate::cad::shape::{Shape, Vertex};
 const ROUND: usize = 12;
 const HEXAGON: usize = 6;
 
-/// A bolt through `grip` metres of flange that lies on y = -grip to 0: washer
-/// and head above, washer, nut and thread below. `diameter` is the shank's.
+/// Builds a bolt through `grip` metres of flange that lies on y = -grip to 0: washer and head
+/// above, washer, nut and thread below. `diameter` is the shank's.
 pub(crate) fn bolt(diameter: f32, grip: f32) -> Shape {
     let washer = diameter * 0.16;
     let mut shape = Shape::default();
@@ -25,7 +25,7 @@ pub(crate) fn bolt(diameter: f32, grip: f32) -> Shape {
     shape
 }
 
-/// A washer.
+/// Builds a washer with chamfered edges.
 fn ring(diameter: f32, height: f32) -> Shape {
     let (bore, rim, edge) = (diameter * 0.53, diameter * 1.0, height * 0.2);
     Profile::from(bore, 0.0)
@@ -37,7 +37,7 @@ fn ring(diameter: f32, height: f32) -> Shape {
         .revolved(ROUND)
 }
 
-/// A hexagonal head or nut with a chamfered top.
+/// Builds a hexagonal head or nut with a chamfered top.
 fn hexagon(diameter: f32, height: f32) -> Shape {
     let across = diameter * 0.92;
     let corners = circle(Vec2::ZERO, across, HEXAGON);
@@ -64,7 +64,7 @@ fn hexagon(diameter: f32, height: f32) -> Shape {
     shape
 }
 
-/// The end of a shank: rings for a thread, with a rounded tip below.
+/// Builds the end of a shank: rings for a thread, with a rounded tip below.
 fn thread(diameter: f32, from: f32, to: f32) -> Shape {
     const RIDGES: usize = 4;
     let (crest, root) = (diameter * 0.5, diameter * 0.43);
@@ -86,8 +86,8 @@ fn thread(diameter: f32, from: f32, to: f32) -> Shape {
     profile.line(0.0, to).revolved(ROUND)
 }
 
-/// Bolts on a circle about the y axis, tightened as it came: each turned by
-/// another angle.
+/// Places bolts on a circle about the y axis, each turned by another angle, as tightening leaves
+/// them.
 pub(crate) fn bolt_circle(count: usize, on_radius: f32, diameter: f32, grip: f32) -> Shape {
     let one = bolt(diameter, grip);
     let mut shape = Shape::default();

@@ -16,7 +16,7 @@ use glam::{Mat4, Vec3};
 
 use crate::cad::shape::Shape;
 
-/// What bodies are made of: name, linear colour, metallic, roughness.
+/// Materials of the bodies: name, linear colour, metallic factor, roughness factor.
 const FINISHES: [(&str, [f32; 3], f32, f32); 6] = [
     ("grey paint", [0.58, 0.60, 0.60], 0.0, 0.45),
     ("galvanised steel", [0.50, 0.52, 0.53], 0.8, 0.55),
@@ -37,7 +37,7 @@ enum Finish {
     Dark,
 }
 
-/// Bodies by finish.
+/// Shapes of the assembly, one for each finish.
 #[derive(Default)]
 struct Assembly {
     shapes: [Shape; FINISHES.len()],
@@ -55,12 +55,12 @@ impl Assembly {
     }
 }
 
-/// Moves the origin to a point.
+/// Returns the transform that moves the origin to a point.
 fn at(x: f32, y: f32, z: f32) -> Mat4 {
     Mat4::from_translation(Vec3::new(x, y, z))
 }
 
-/// Lays what stands along y along x.
+/// Returns the rotation of the y axis onto the x axis.
 fn along_x() -> Mat4 {
     Mat4::from_cols(
         Vec3::NEG_Y.extend(0.0),
@@ -70,7 +70,7 @@ fn along_x() -> Mat4 {
     )
 }
 
-/// Lays what stands along y along z.
+/// Returns the rotation of the y axis onto the z axis.
 fn along_z() -> Mat4 {
     Mat4::from_cols(
         Vec3::X.extend(0.0),
@@ -80,7 +80,7 @@ fn along_z() -> Mat4 {
     )
 }
 
-/// The breaker, a primitive a finish.
+/// Builds the breaker, with one primitive for each finish.
 pub(crate) fn breaker() -> (Vec<RawPrimitive>, Vec<Material>) {
     let mut assembly = Assembly::default();
     parts::tank(&mut assembly);

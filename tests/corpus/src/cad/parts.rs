@@ -1,4 +1,4 @@
-//! The breaker's parts where they stand, ground at y = 0.
+//! Parts of the breaker at their places, ground at y = 0.
 
 use glam::{Mat4, Vec2, Vec3, vec2, vec3, vec4};
 
@@ -10,13 +10,13 @@ use crate::cad::solids::{
 };
 use crate::cad::{Assembly, Finish, along_x, along_z, at};
 
-/// The tank's axis above ground.
+/// Height of the tank's axis above ground, metres.
 pub(crate) const AXIS_HEIGHT: f32 = 2.1;
 const TANK_RADIUS: f32 = 0.44;
 const TANK_HALF: f32 = 1.15;
 
-/// The lying tank: a shell of long strips, flanges at both ends, a domed cover
-/// bolted on each.
+/// Builds the lying tank: a shell of long strips, flanges at both ends, a domed cover bolted on
+/// each.
 pub(crate) fn tank(assembly: &mut Assembly) {
     const SEGMENTS: usize = 80;
     let wall = 0.012;
@@ -53,8 +53,8 @@ pub(crate) fn tank(assembly: &mut Assembly) {
     }
 }
 
-/// A bushing that stands on the tank's axis: turret, current transformer
-/// housing, flanges, porcelain with sheds, terminal.
+/// Builds a bushing that stands on the tank's axis: turret, current transformer housing, flanges,
+/// porcelain with sheds, terminal.
 pub(crate) fn bushing() -> Assembly {
     const SEGMENTS: usize = 48;
     let mut assembly = Assembly::default();
@@ -88,7 +88,7 @@ pub(crate) fn bushing() -> Assembly {
     assembly
 }
 
-/// Alternating sheds with round tips and hollows; the profile, and its top.
+/// Builds alternating sheds with round tips and hollows; returns the profile and its top.
 fn porcelain(foot: f32) -> (Profile, f32) {
     const SHEDS: usize = 12;
     const PITCH: f32 = 0.11;
@@ -110,7 +110,7 @@ fn porcelain(foot: f32) -> (Profile, f32) {
     (profile, low)
 }
 
-/// A palm with four holes and bolts on a round stud.
+/// Builds a palm with four holes and bolts on a round stud.
 fn terminal() -> Shape {
     let stud = Profile::from(0.0, 0.0)
         .line(0.03, 0.0)
@@ -130,8 +130,8 @@ fn terminal() -> Shape {
     shape
 }
 
-/// The cabinet of the operating mechanism: large flat sides, a door, louvres,
-/// hinges, a handle.
+/// Builds the cabinet of the operating mechanism: large flat sides, a door, louvres, hinges, a
+/// handle.
 pub(crate) fn cabinet(assembly: &mut Assembly) {
     let centre = at(0.0, 1.0, 0.62);
     assembly.add(Finish::Paint, &rounded_box(vec3(0.9, 1.1, 0.5), 0.02, 6), centre);
@@ -161,7 +161,7 @@ pub(crate) fn cabinet(assembly: &mut Assembly) {
     assembly.add(Finish::Stainless, &plate, centre * at(0.0, 0.3, 0.276) * along_z());
 }
 
-/// Closing and opening springs with their rods and seats.
+/// Builds closing and opening springs with their rods and seats.
 pub(crate) fn mechanism(assembly: &mut Assembly) {
     for (x, radius, turns) in [(-0.26, 0.07, 11), (0.26, 0.05, 13)] {
         let place = at(x, 1.62, 0.55);
@@ -180,7 +180,7 @@ pub(crate) fn mechanism(assembly: &mut Assembly) {
     }
 }
 
-/// Gas pipes with bends, flanged, and a gauge.
+/// Builds gas pipes with bends, flanged, and a gauge.
 pub(crate) fn pipes(assembly: &mut Assembly) {
     let runs: [&[[f32; 3]]; 3] = [
         &[[-0.8, 1.7, 0.1], [-0.8, 1.45, 0.1], [-0.8, 1.45, 0.5], [-0.4, 1.45, 0.5]],
@@ -209,7 +209,7 @@ pub(crate) fn pipes(assembly: &mut Assembly) {
     assembly.add(Finish::Dark, &gauge.revolved(48), at(0.3, 1.45, 0.62) * along_z());
 }
 
-/// The frame: rolled columns on drilled foot plates, and beams.
+/// Builds the frame: rolled columns on drilled foot plates, and beams.
 pub(crate) fn frame(assembly: &mut Assembly) {
     let holes = |x: f32, z: f32, radius: f32| {
         let spread = [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]];
@@ -247,7 +247,7 @@ pub(crate) fn frame(assembly: &mut Assembly) {
     }
 }
 
-/// An I section with hollows where web and flanges meet.
+/// Returns an I section with hollows where web and flanges meet.
 fn beam_section(width: f32, depth: f32, web: f32, flange: f32, hollow: f32) -> Profile {
     let (x, z, w, r) = (width * 0.5, depth * 0.5, web * 0.5, hollow);
     let inner = z - flange;
@@ -270,7 +270,7 @@ fn beam_section(width: f32, depth: f32, web: f32, flange: f32, hollow: f32) -> P
         .line(x, -z)
 }
 
-/// Cooling fins between two headers at the back.
+/// Builds cooling fins between two headers at the back.
 pub(crate) fn cooler(assembly: &mut Assembly) {
     const FINS: usize = 16;
     let fin = rounded_box(vec3(0.004, 0.62, 0.22), 0.0018, 3);

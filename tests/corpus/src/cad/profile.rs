@@ -1,24 +1,24 @@
-//! Lines and arcs that are revolved, or extruded upwards.
+//! Profiles of lines and arcs, to be revolved or extruded.
 
 use glam::{Vec2, Vec3};
 
 use crate::cad::shape::{Shape, Vertex};
 
-/// A point of a profile with the normal there.
+/// Point of a profile with its normal.
 #[derive(Clone, Copy, Debug)]
 struct Station {
     point: Vec2,
     normal: Vec2,
 }
 
-/// A line of runs, each smooth in itself; matter lies on its left.
+/// Profile of runs, each smooth in itself; matter lies on its left.
 #[derive(Clone, Debug)]
 pub(crate) struct Profile {
     at: Vec2,
     runs: Vec<Vec<Station>>,
 }
 
-/// Cosine and sine of a share of a turn; quarters are exact.
+/// Returns cosine and sine of a share of a turn; quarters are exact.
 pub(crate) fn turn(step: usize, steps: usize) -> Vec2 {
     let step = step % steps;
     let eighths = [Vec2::X, Vec2::Y, Vec2::NEG_X, Vec2::NEG_Y];
@@ -29,7 +29,7 @@ pub(crate) fn turn(step: usize, steps: usize) -> Vec2 {
     Vec2::new(libm::cos(angle) as f32, libm::sin(angle) as f32)
 }
 
-/// Points on a circle.
+/// Returns points on a circle.
 pub(crate) fn circle(centre: Vec2, radius: f32, steps: usize) -> Vec<Vec2> {
     (0..steps).map(|step| centre + turn(step, steps) * radius).collect()
 }
@@ -39,7 +39,7 @@ impl Profile {
         Self { at: Vec2::new(x, y), runs: Vec::new() }
     }
 
-    /// Goes straight on.
+    /// Adds a straight run to a point.
     pub(crate) fn line(mut self, x: f32, y: f32) -> Self {
         let to = Vec2::new(x, y);
         let along = to - self.at;
@@ -49,8 +49,8 @@ impl Profile {
         self
     }
 
-    /// Goes round a centre, left about (the profile bulges) or right about (it
-    /// is hollow), by less than a full turn.
+    /// Adds an arc about a centre by less than a full turn: left about bulges, right about is
+    /// hollow.
     pub(crate) fn arc(mut self, to: [f32; 2], centre: [f32; 2], left: bool, steps: usize) -> Self {
         let (to, centre) = (Vec2::from(to), Vec2::from(centre));
         let (out, end) = (self.at - centre, to - centre);
@@ -75,7 +75,7 @@ impl Profile {
         self
     }
 
-    /// The surface that the profile makes about the y axis; x is the radius.
+    /// Builds the surface of revolution of the profile about the y axis; x is the radius.
     pub(crate) fn revolved(&self, segments: usize) -> Shape {
         let mut shape = Shape::default();
         let mut length = 0.0;
@@ -93,8 +93,7 @@ impl Profile {
         shape
     }
 
-    /// The walls over the profile in the plane of x and z, from one height to
-    /// another.
+    /// Builds the walls over the profile in the plane of x and z, from one height to another.
     pub(crate) fn walls(&self, from: f32, to: f32) -> Shape {
         let mut shape = Shape::default();
         let mut length = 0.0;
@@ -113,7 +112,7 @@ impl Profile {
         shape
     }
 
-    /// The points of a closed profile.
+    /// Returns the points of a closed profile.
     pub(crate) fn outline(&self) -> Vec<Vec2> {
         let points = |run: &Vec<Station>| -> Vec<Vec2> {
             run[..run.len() - 1].iter().map(|station| station.point).collect()
@@ -122,7 +121,7 @@ impl Profile {
     }
 }
 
-/// How far along the profile each station of a run is.
+/// Returns the arc length from the profile's start to each station of a run, metres.
 fn lengths(run: &[Station], length: &mut f32) -> Vec<f32> {
     let mut last = run.first().map_or(Vec2::ZERO, |station| station.point);
     let along = |station: &Station| {

@@ -4,13 +4,13 @@
 use busbar_geometry::RawPrimitive;
 use glam::{Mat4, Vec2, Vec3};
 
-/// A point of a face.
+/// Vertex of a face.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Vertex {
     pub(crate) position: Vec3,
-    /// Of unit length.
+    /// Surface normal of unit length.
     pub(crate) normal: Vec3,
-    /// Along the surface, metres.
+    /// Coordinates along the surface, metres.
     pub(crate) uv: Vec2,
 }
 
@@ -22,7 +22,7 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
-    /// A curved face: a net of `steps` squares each way.
+    /// Adds a curved face: a net of `steps` squares each way.
     pub(crate) fn net(&mut self, steps: [usize; 2], vertex: impl Fn(usize, usize) -> Vertex) {
         let first = self.vertices.len() as u32;
         let columns = steps[1] as u32 + 1;
@@ -38,8 +38,7 @@ impl Shape {
         }
     }
 
-    /// A flat face with holes, level at `height`, facing up or down. Points
-    /// are x and z.
+    /// Adds a flat face with holes, level at `height`, facing up or down. Points are x and z.
     pub(crate) fn plate(&mut self, outlines: &[Vec<Vec2>], height: f32, up: bool) {
         let first = self.vertices.len() as u32;
         let normal = if up { Vec3::Y } else { Vec3::NEG_Y };
@@ -63,7 +62,7 @@ impl Shape {
         }
     }
 
-    /// Adds a triangle, turned as its normals say; none whose corners meet.
+    /// Adds a triangle, oriented by its normals, unless its corners coincide.
     fn triangle(&mut self, [a, b, c]: [u32; 3]) {
         let [p, q, r] = [a, b, c].map(|v| self.vertices[v as usize]);
         if p.position == q.position || q.position == r.position || r.position == p.position {
@@ -85,7 +84,7 @@ impl Shape {
         self.triangles.extend(other.triangles.iter().map(|t| t.map(|v| first + v)));
     }
 
-    /// The faces as a file gives them.
+    /// Returns the faces as a primitive of a file.
     pub(crate) fn primitive(&self, material: u32) -> RawPrimitive {
         RawPrimitive {
             positions: self.vertices.iter().map(|v| v.position).collect(),

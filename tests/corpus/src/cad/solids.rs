@@ -1,12 +1,11 @@
-//! Bodies that the breaker is made of. Each stands on y = 0 about the y axis
-//! unless it says otherwise.
+//! Solids of the breaker. Each stands on y = 0 about the y axis unless it says otherwise.
 
 use glam::{Mat4, Vec2, Vec3};
 
 use crate::cad::profile::{Profile, circle, turn};
 use crate::cad::shape::{Shape, Vertex};
 
-/// A round hole upright through a plate.
+/// Round hole upright through a plate.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hole {
     pub(crate) centre: Vec2,
@@ -35,13 +34,13 @@ impl Hole {
     }
 }
 
-/// Holes on a circle about the origin.
+/// Returns holes on a circle about the origin.
 pub(crate) fn hole_circle(count: usize, on_radius: f32, radius: f32) -> Vec<Hole> {
     let hole = |i| Hole { centre: turn(i, count) * on_radius, radius, steps: 20 };
     (0..count).map(hole).collect()
 }
 
-/// A plate with rounded corners and holes, its size in x and z.
+/// Builds a plate with rounded corners and holes, its size in x and z.
 pub(crate) fn drilled_plate(size: Vec2, corner: f32, thickness: f32, holes: &[Hole]) -> Shape {
     let (x, z, r) = (size.x * 0.5, size.y * 0.5, corner);
     let outline = Profile::from(x, r - z)
@@ -56,7 +55,7 @@ pub(crate) fn drilled_plate(size: Vec2, corner: f32, thickness: f32, holes: &[Ho
     extruded(&outline, thickness, holes)
 }
 
-/// A closed profile in the plane of x and z, drawn upwards, with holes.
+/// Extrudes a closed profile in the plane of x and z upwards, with holes.
 pub(crate) fn extruded(profile: &Profile, height: f32, holes: &[Hole]) -> Shape {
     let mut shape = profile.walls(0.0, height);
     let mut outlines = vec![profile.outline()];
@@ -68,7 +67,7 @@ pub(crate) fn extruded(profile: &Profile, height: f32, holes: &[Hole]) -> Shape 
     shape
 }
 
-/// A ring with chamfered edges, drilled on a circle.
+/// Builds a ring with chamfered edges, drilled on a circle.
 pub(crate) fn drilled_flange(
     [bore, rim]: [f32; 2],
     thickness: f32,
@@ -93,7 +92,7 @@ pub(crate) fn drilled_flange(
     shape
 }
 
-/// A box about the origin with rounded edges and corners.
+/// Builds a box about the origin with rounded edges and corners.
 pub(crate) fn rounded_box(size: Vec3, radius: f32, steps: usize) -> Shape {
     let mut shape = Shape::default();
     let inner = size * 0.5 - Vec3::splat(radius);
@@ -134,7 +133,7 @@ pub(crate) fn rounded_box(size: Vec3, radius: f32, steps: usize) -> Shape {
     shape
 }
 
-/// A flat side of a rounded box across the axis `normal`.
+/// Adds a flat side of a rounded box across the axis `normal`.
 fn side(
     shape: &mut Shape,
     inner: Vec3,
@@ -154,7 +153,7 @@ fn side(
     });
 }
 
-/// A round tube or rod along a path: straight legs, arcs of `steps` at corners.
+/// Builds a round tube or rod along a path: straight legs, arcs of `steps` at corners.
 pub(crate) fn tube(path: &[Vec3], radius: f32, bend: f32, around: usize, steps: usize) -> Shape {
     let mut centres = vec![path[0]];
     for corner in path.windows(3) {
@@ -174,7 +173,7 @@ pub(crate) fn tube(path: &[Vec3], radius: f32, bend: f32, around: usize, steps: 
     swept(&centres, radius, around)
 }
 
-/// A coil of wire about the y axis.
+/// Builds a coil of wire about the y axis.
 pub(crate) fn coil(radius: f32, wire: f32, turns: usize, pitch: f32) -> Shape {
     const STEPS: usize = 32;
     let centre = |step: usize| {
@@ -185,7 +184,7 @@ pub(crate) fn coil(radius: f32, wire: f32, turns: usize, pitch: f32) -> Shape {
     swept(&centres, wire, 12)
 }
 
-/// A disc drawn along a line of centres, with flat ends.
+/// Sweeps a disc along a line of centres, with flat ends.
 fn swept(centres: &[Vec3], radius: f32, around: usize) -> Shape {
     let legs: Vec<Vec3> = centres.windows(2).map(|c| (c[1] - c[0]).normalize()).collect();
     let mut x = legs[0].any_orthonormal_vector();

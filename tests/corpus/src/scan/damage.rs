@@ -1,4 +1,4 @@
-//! What a scanner does not see, and what it sees amiss.
+//! Scan damage: regions without data, and outliers.
 
 use glam::Vec3;
 
@@ -6,21 +6,21 @@ use crate::random::{noise, unit};
 use crate::scan::Surface;
 use crate::scan::field::HEIGHT;
 
-/// Spots without data.
+/// Number of spots without data.
 const HOLES: u64 = 34;
 const HOLE_SEED: u64 = 0x0401_e500;
-/// In every so many holes a scrap stays, seen from elsewhere.
+/// Interval of holes in which a scrap stays, as seen from another scan position.
 const SCRAP_EVERY: u64 = 5;
 
-/// A place without data.
+/// Spot of the surface without data.
 struct Spot {
     centre: Vec3,
     radius: f32,
-    /// Offset of the scrap that stays in it.
+    /// Offset of the scrap within the spot, metres.
     scrap: Option<Vec3>,
 }
 
-/// The surface with holes, shadows and scraps.
+/// Returns the surface with holes, shadows and scraps.
 pub(crate) fn damaged(whole: &Surface) -> Surface {
     let spots: Vec<Spot> = (0..HOLES).map(|index| spot(whole, index)).collect();
     let mut left = Surface { points: whole.points.clone(), triangles: Vec::new() };
@@ -46,7 +46,7 @@ pub(crate) fn damaged(whole: &Surface) -> Surface {
 }
 
 impl Spot {
-    /// Whether a point lies within a share of the radius, with a ragged rim.
+    /// Reports whether a point lies within a share of the radius, with a ragged rim.
     fn covers(&self, point: Vec3, share: f32) -> bool {
         let ragged = 1.0 + 0.25 * noise(point * 60.0, 9);
         point.distance(self.centre) < self.radius * share * ragged
@@ -65,8 +65,8 @@ fn spot(whole: &Surface, index: u64) -> Spot {
     }
 }
 
-/// Undersides near the core on the side away from the scanner, and the foot,
-/// which stands on the ground.
+/// Reports whether a place is hidden from the scanner: undersides near the core on its far side,
+/// and the foot, which stands on the ground.
 fn is_shadowed(place: Vec3, normal: Vec3) -> bool {
     let down = -normal.y / normal.length().max(f32::MIN_POSITIVE);
     let radius = Vec3::new(place.x, 0.0, place.z).length();

@@ -1,23 +1,24 @@
-//! The scanned body as a field: negative inside, positive outside, metres.
+//! Signed distance field of the scanned body: negative inside, positive outside, metres.
 
 use glam::{Vec2, Vec3};
 
 use crate::random::{noise, signed_vector, unit};
 
-/// Height of the porcelain.
+/// Height of the porcelain, metres.
 pub(crate) const HEIGHT: f32 = 1.3;
-/// Outermost radius that the field has anything in.
+/// Outermost radius of the field's bodies, metres.
 pub(crate) const REACH: f32 = 0.26;
 
 const SHEDS: usize = 9;
 const FIRST_SHED: f32 = 0.16;
 const SHED_PITCH: f32 = 0.125;
-/// How far bodies flow into one another.
+/// Radius of the smooth blend between neighbouring bodies, metres.
 const BLEND: f32 = 0.014;
 const ISLANDS: u64 = 14;
 const ISLAND_SEED: u64 = 0x15_1a4d;
 
-/// The bushing with its noise, and specks that float beside it.
+/// Returns the signed distance field of the bushing with its noise, and of specks that float beside
+/// it.
 pub(crate) fn field(place: Vec3) -> f32 {
     let body = bushing(Vec2::new(Vec2::new(place.x, place.z).length(), place.y));
     // Registration: shots from three sides lie a little apart.
@@ -27,7 +28,7 @@ pub(crate) fn field(place: Vec3) -> f32 {
     (body + shot + waves + grain).min(islands(place))
 }
 
-/// The clean body of revolution, at radius x and height y.
+/// Returns the signed distance of the clean body of revolution, at radius x and height y.
 fn bushing(at: Vec2) -> f32 {
     let core_radius = 0.11 - 0.04 * (at.y / HEIGHT).clamp(0.0, 1.0);
     let core = (at.x - core_radius).max((at.y - 0.5 * HEIGHT).abs() - 0.5 * HEIGHT);
@@ -46,7 +47,7 @@ fn bushing(at: Vec2) -> f32 {
     sheds.map(shed).fold(solid, blended)
 }
 
-/// A disc with a slightly rounded rim.
+/// Returns the signed distance of a disc with a slightly rounded rim.
 fn slab(at: Vec2, radius: f32, [low, high]: [f32; 2]) -> f32 {
     const ROUND: f32 = 0.004;
     let middle = 0.5 * (low + high);
@@ -55,20 +56,20 @@ fn slab(at: Vec2, radius: f32, [low, high]: [f32; 2]) -> f32 {
     outside.max(Vec2::ZERO).length() + outside.max_element().min(0.0) - ROUND
 }
 
-/// A rod whose radius changes from one end to the other.
+/// Returns the signed distance of a rod whose radius changes from one end to the other.
 fn tapered(at: Vec2, from: Vec2, to: Vec2, radii: [f32; 2]) -> f32 {
     let along = to - from;
     let share = ((at - from).dot(along) / along.length_squared()).clamp(0.0, 1.0);
     at.distance(from + along * share) - (radii[0] + (radii[1] - radii[0]) * share)
 }
 
-/// The union of two bodies, rounded where they meet.
+/// Blends two signed distances to the union of two bodies, rounded where they meet.
 fn blended(a: f32, b: f32) -> f32 {
     let near = (BLEND - (a - b).abs()).max(0.0) / BLEND;
     a.min(b) - near * near * BLEND * 0.25
 }
 
-/// Specks of dust and reflections.
+/// Returns the signed distance of specks of dust and reflections.
 fn islands(place: Vec3) -> f32 {
     let island = |index: u64| {
         let seed = ISLAND_SEED + 16 * index;

@@ -14,14 +14,14 @@ use crate::random::signed;
 /// Noise of the range along the surface's normal, metres.
 const RANGE_NOISE: f32 = 0.00035;
 
-/// Points and triangles over them.
+/// Surface as points and triangles over them.
 #[derive(Clone, Debug, Default)]
 struct Surface {
     points: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
 }
 
-/// The scanned bushing.
+/// Returns the bushing as scanned: noise on the surface, holes and damage.
 pub(crate) fn bushing() -> RawPrimitive {
     let whole = tetrahedra::surface();
     let mut surface = damage::damaged(&whole);
@@ -40,7 +40,7 @@ pub(crate) fn bushing() -> RawPrimitive {
 }
 
 impl Surface {
-    /// Smooth normals, weighted by area.
+    /// Computes smooth normals, weighted by area.
     fn normals(&self) -> Vec<Vec3> {
         let mut normals = vec![Vec3::ZERO; self.points.len()];
         for triangle in &self.triangles {
@@ -52,7 +52,7 @@ impl Surface {
         normals.iter().map(|normal| normal.try_normalize().unwrap_or(Vec3::Y)).collect()
     }
 
-    /// The same without points that no triangle uses.
+    /// Returns the surface without points that no triangle uses.
     fn compact(self) -> Self {
         const UNUSED: u32 = u32::MAX;
         let mut new_of_old = vec![UNUSED; self.points.len()];

@@ -10,20 +10,20 @@ use crate::random::{signed_vector, unit};
 use crate::scan::Surface;
 use crate::scan::field::{HEIGHT, REACH, field};
 
-/// Cells along each axis.
+/// Number of cells along each axis.
 const CELLS: [usize; 3] = [52, 144, 52];
-/// How far grid points stray, as a share of a cell.
+/// Greatest displacement of a grid point by jitter, as a share of a cell.
 const JITTER: f32 = 0.22;
-/// How much denser or sparser the scanner samples along each axis.
+/// Relative variation of the sampling density along each axis.
 const UNEVEN: f32 = 0.3;
-/// A crossing comes no nearer than this share of an edge to its ends, so that
-/// points stay apart.
+/// Least distance of a crossing from the ends of its edge, as a share of the edge, so that points
+/// stay apart.
 const MARGIN: f32 = 0.06;
 
-/// The way from a cell's lowest to its highest corner, by single axes.
+/// Paths from a cell's lowest to its highest corner, by single axes.
 const PATHS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
 
-/// The whole surface.
+/// Extracts the whole zero surface of the field.
 pub(crate) fn surface() -> Surface {
     let points = grid();
     let values: Vec<f32> = points.iter().map(|&point| field(point)).collect();
@@ -47,7 +47,7 @@ fn index([x, y, z]: [usize; 3]) -> usize {
     (x * (CELLS[1] + 1) + y) * (CELLS[2] + 1) + z
 }
 
-/// Grid points, uneven along each axis, each a little off its place.
+/// Returns grid points, uneven along each axis, each a little off its place.
 fn grid() -> Vec<Vec3> {
     let low = Vec3::new(-REACH, -0.03, -REACH);
     let high = Vec3::new(REACH, HEIGHT + 0.15, REACH);
@@ -65,7 +65,7 @@ fn grid() -> Vec<Vec3> {
     points
 }
 
-/// Coordinates of grid lines along an axis: some denser, some sparser.
+/// Returns the coordinates of grid lines along an axis, with a varying density.
 fn lines(axis: usize, low: f32, high: f32) -> Vec<f32> {
     let spacing = |i: usize| 1.0 + UNEVEN * (2.0 * unit((i as u64 / 9) << 2 | axis as u64) - 1.0);
     let total: f32 = (0..CELLS[axis]).map(spacing).sum();
@@ -81,7 +81,7 @@ fn lines(axis: usize, low: f32, high: f32) -> Vec<f32> {
 struct Mesher<'a> {
     points: &'a [Vec3],
     values: &'a [f32],
-    /// The point on each edge that the surface crosses, by inner and outer end.
+    /// Points at which edges cross the surface, by inner and outer end.
     crossings: HashMap<[u32; 2], u32>,
     found: Surface,
 }
@@ -130,7 +130,7 @@ impl Mesher<'_> {
         }
     }
 
-    /// One corner alone inside, or alone outside.
+    /// Adds the triangle that cuts off one corner, alone inside or alone outside.
     fn tip(&mut self, [a, b, c, d]: [u32; 4], inside: bool) {
         let [p, q, r] = [b, c, d].map(|other| match inside {
             true => self.crossing(a, other),
@@ -139,7 +139,8 @@ impl Mesher<'_> {
         self.found.triangles.push(if inside { [p, q, r] } else { [p, r, q] });
     }
 
-    /// The first two corners inside.
+    /// Adds the quadrilateral that separates the first two corners, which are inside, from the
+    /// others.
     fn band(&mut self, [a, b, c, d]: [u32; 4]) {
         let [p, q, r, s] = [(a, c), (a, d), (b, d), (b, c)].map(|(i, o)| self.crossing(i, o));
         self.found.triangles.extend([[p, q, r], [p, r, s]]);

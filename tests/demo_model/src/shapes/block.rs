@@ -4,7 +4,7 @@ use glam::{Mat4, Vec3};
 
 use crate::Solid;
 
-/// A box about the origin: 8 points, 12 triangles.
+/// Builds a box about the origin: 8 points, 12 triangles.
 pub fn cuboid(size: Vec3) -> Solid {
     let half = size * 0.5;
     let points = (0..8).map(|octant| half * signs(octant)).collect();
@@ -21,8 +21,8 @@ pub fn cuboid(size: Vec3) -> Solid {
     Solid { points, triangles, uv: None }
 }
 
-/// A box about the origin with its edges cut at 45 degrees: 24 points, 44
-/// triangles. A bevel of more than a third of the least side is reduced to it.
+/// Builds a box about the origin with its edges cut at 45 degrees: 24 points, 44 triangles. A bevel
+/// of more than a third of the least side is reduced to it.
 pub fn block(size: Vec3, bevel: f32) -> Solid {
     let bevel = bevel.min(size.min_element() / 3.0);
     if bevel <= 0.0 {
@@ -60,7 +60,7 @@ pub fn block(size: Vec3, bevel: f32) -> Solid {
     solid
 }
 
-/// A bar of rectangular section from one point to another.
+/// Builds a bar of rectangular section from one point to another.
 pub fn strut(from: Vec3, to: Vec3, width: f32, depth: f32) -> Solid {
     let along = (to - from).normalize_or(Vec3::Y);
     // Steep bars keep their width along x, level ones keep it upright.
@@ -81,7 +81,7 @@ fn signs(octant: usize) -> Vec3 {
     Vec3::new(sign(0), sign(1), sign(2))
 }
 
-/// Corners of a face, counter-clockwise about the positive axis.
+/// Returns the corners of a face, counter-clockwise about the positive axis.
 fn octants_of_face(axis: usize, positive: bool) -> [usize; 4] {
     let (u, v) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3));
     let base = if positive { 1 << axis } else { 0 };

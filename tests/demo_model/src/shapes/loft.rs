@@ -5,16 +5,16 @@ use glam::{DVec3, Vec3};
 use super::{MIN_SEGMENTS, turn};
 use crate::Solid;
 
-/// What becomes of the first and last ring of a loft.
+/// Closure of the first and last ring of a loft.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ends {
-    /// Each is closed by triangles to a point at its centre.
+    /// Closure of each end by triangles to a point at its centre.
     Capped,
-    /// The last is joined to the first.
+    /// Joint of the last ring with the first.
     Joined,
 }
 
-/// The surface through `rings`, which have equal numbers of points and turn
+/// Builds the surface through `rings`, which have equal numbers of points and turn
 /// counter-clockwise about the direction of travel.
 ///
 /// R rings of N points give, capped, V = R N + 2 and T = 2 R N (genus 0);
@@ -64,13 +64,13 @@ fn centre(ring: &[Vec3]) -> Vec3 {
     (sum / ring.len() as f64).as_vec3()
 }
 
-/// A profile of (radius, height) turned about the y axis, bottom to top.
+/// Revolves a profile of (radius, height) about the y axis, bottom to top.
 pub fn lathe(profile: &[(f32, f32)], segments: usize) -> Solid {
     loft(&turned_rings(profile, segments), Ends::Capped)
 }
 
-/// A closed profile of (radius, height) turned about the y axis: a hollow
-/// ring. The profile turns counter-clockwise with radius to the right.
+/// Revolves a closed profile of (radius, height) about the y axis to a hollow ring. The profile
+/// turns counter-clockwise with radius to the right.
 pub fn ring_of_profile(profile: &[(f32, f32)], segments: usize) -> Solid {
     loft(&turned_rings(profile, segments), Ends::Joined)
 }
@@ -87,12 +87,12 @@ fn turned_rings(profile: &[(f32, f32)], segments: usize) -> Vec<Vec<Vec3>> {
     profile.iter().map(ring).collect()
 }
 
-/// A cylinder standing on the origin.
+/// Builds a cylinder standing on the origin.
 pub fn cylinder(radius: f32, height: f32, segments: usize) -> Solid {
     lathe(&[(radius, 0.0), (radius, height)], segments)
 }
 
-/// A torus about the y axis: `segments` around, `sides` around the tube.
+/// Builds a torus about the y axis: `segments` around, `sides` around the tube.
 pub fn torus(radius: f32, tube_radius: f32, segments: usize, sides: usize) -> Solid {
     let sides = sides.max(MIN_SEGMENTS);
     let profile: Vec<(f32, f32)> =

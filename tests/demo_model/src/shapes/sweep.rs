@@ -5,13 +5,13 @@ use glam::{Quat, Vec2, Vec3};
 use super::{Ends, MIN_SEGMENTS, loft, turn};
 use crate::Solid;
 
-/// Points that round off one corner of a path.
+/// Number of points that round off one corner of a path.
 const ELBOW_STEPS: usize = 4;
-/// A bend gets at most this share of either leg.
+/// Greatest share of either leg that a bend takes.
 const MAX_LEG_SHARE: f32 = 0.49;
 
-/// A convex `section` (counter-clockwise) swept along `path`, mitred at its
-/// corners and capped. `up` is where the section's y axis points at the start.
+/// Sweeps a convex `section` (counter-clockwise) along `path`, mitred at its corners and capped.
+/// `up` is the direction of the section's y axis at the start.
 pub fn sweep(path: &[Vec3], section: &[Vec2], up: Vec3) -> Solid {
     let mut path = path.to_vec();
     path.dedup();
@@ -39,14 +39,14 @@ pub fn sweep(path: &[Vec3], section: &[Vec2], up: Vec3) -> Solid {
     loft(&rings, Ends::Capped)
 }
 
-/// A round pipe along `path`, its corners bent to `bend_radius`.
+/// Builds a round pipe along `path`, its corners bent to `bend_radius`.
 pub fn pipe(path: &[Vec3], radius: f32, bend_radius: f32, sides: usize) -> Solid {
     let sides = sides.max(MIN_SEGMENTS);
     let section: Vec<Vec2> = (0..sides).map(|i| turn(i, sides) * radius).collect();
     sweep(&rounded_path(path, bend_radius), &section, Vec3::new(0.3, 1.0, 0.2))
 }
 
-/// The path with each corner replaced by an arc of four steps.
+/// Returns the path with each corner replaced by an arc of four steps.
 pub fn rounded_path(path: &[Vec3], bend_radius: f32) -> Vec<Vec3> {
     if path.len() < 3 || bend_radius <= 0.0 {
         return path.to_vec();

@@ -5,7 +5,7 @@ use crate::shapes::{cuboid, cylinder, lathe, torus};
 use crate::{Finish, Part, Sheds, at, insulator_profile};
 use glam::Vec3;
 
-/// What tells one bushing from another; metres.
+/// Dimensions that distinguish one bushing from another; metres.
 pub(super) struct BushingKind {
     pub(super) sleeve: f32,
     pub(super) porcelain: f32,
@@ -65,7 +65,7 @@ pub(super) const KV_35: BushingKind = BushingKind {
     segments: 12,
 };
 
-/// A bushing standing on its flange at y = 0.
+/// Builds a bushing standing on its flange at y = 0.
 pub(super) fn bushing(kind: &BushingKind) -> Part {
     let [foot, head] = kind.core_radii;
     let n = kind.segments;
@@ -120,8 +120,8 @@ pub(super) fn bushing(kind: &BushingKind) -> Part {
     part
 }
 
-/// A turret with current transformers, from below the cover (y = 0) up to the
-/// bushing's flange at `height`.
+/// Builds a turret with current transformers, from below the cover (y = 0) up to the bushing's
+/// flange at `height`.
 pub(super) fn turret(radius: f32, height: f32, below: f32) -> Part {
     let mut part = Part::new();
     part.add(
@@ -136,7 +136,7 @@ pub(super) fn turret(radius: f32, height: f32, below: f32) -> Part {
     part
 }
 
-/// Bolts that a flange of this radius carries, 0.13 m apart or so.
+/// Returns the number of bolts of a flange of this radius, some 0.13 m apart.
 fn bolts_on(radius: f32) -> usize {
     ((radius * 48.0) as usize).clamp(6, 18)
 }

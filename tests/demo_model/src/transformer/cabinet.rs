@@ -9,8 +9,8 @@ use crate::{Finish, Part};
 const SIZE: Vec3 = Vec3::new(0.5, 1.8, 1.2);
 const DOOR_HALF: f32 = 0.29;
 
-/// The cubicle on an end wall whose ribs end at x = 0, about the origin in y
-/// and z, its doors facing x.
+/// Builds the cubicle on an end wall whose ribs end at x = 0, about the origin in y and z, its
+/// doors facing x.
 pub(super) fn cabinet() -> Part {
     let paint = Finish::GreyPaint;
     let mut part = Part::new();

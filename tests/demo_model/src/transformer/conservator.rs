@@ -8,10 +8,10 @@ use crate::{Finish, Part, at};
 
 pub(super) const RADIUS: f32 = 0.55;
 pub(super) const LENGTH: f32 = 6.0;
-/// The bracket's posts stand at plus and minus this z.
+/// Distance of the bracket's posts from z = 0, metres.
 const POST_Z: f32 = 1.25;
 
-/// The vessel about the origin, lying along z.
+/// Builds the vessel about the origin, lying along z.
 pub(super) fn vessel() -> Part {
     let mut part = Part::new();
     let (half, dish) = (0.5 * LENGTH, 0.18);
@@ -44,8 +44,8 @@ pub(super) fn vessel() -> Part {
     part
 }
 
-/// The bracket on the tank's end wall. The origin is where the vessel's axis
-/// lies above; the wall is at x = `wall`, the vessel's underside at y = 0.
+/// Builds the bracket on the tank's end wall. The origin lies below the vessel's axis; the wall is
+/// at x = `wall`, the vessel's underside at y = 0.
 pub(super) fn bracket(wall: f32, foot: f32) -> Part {
     let paint = Finish::GreyPaint;
     let mut part = Part::new();
@@ -74,7 +74,7 @@ pub(super) fn bracket(wall: f32, foot: f32) -> Part {
     part
 }
 
-/// The Buchholz relay about the origin, between flanges along x.
+/// Builds the Buchholz relay about the origin, between flanges along x.
 pub(super) fn buchholz_relay() -> Part {
     let mut part = Part::new();
     part.add(Finish::DarkPaint, block(Vec3::new(0.2, 0.22, 0.2), 0.03));
@@ -94,8 +94,7 @@ pub(super) fn buchholz_relay() -> Part {
     part
 }
 
-/// The pipe of the main tank's conservator through `path`, with a flange at
-/// either end.
+/// Builds the pipe of the main tank's conservator through `path`, with a flange at either end.
 pub(super) fn oil_pipe(path: &[Vec3], radius: f32) -> Part {
     let mut part = Part::new();
     part.add(Finish::GreyPaint, pipe(path, radius, radius * 3.0, 12));
@@ -108,8 +107,8 @@ pub(super) fn oil_pipe(path: &[Vec3], radius: f32) -> Part {
     part
 }
 
-/// The breather at the foot of a pipe that comes down from the vessel; the
-/// origin is the pipe's lower end.
+/// Builds the breather at the foot of a pipe that comes down from the vessel; the origin is the
+/// pipe's lower end.
 pub(super) fn breather() -> Part {
     let mut part = Part::new();
     part.add(Finish::DarkPaint, lathe(&[(0.1, -0.06), (0.1, -0.02), (0.04, 0.02)], 14));

@@ -21,14 +21,14 @@ use crate::shapes::{block, cuboid, strut};
 use crate::structure::plinth;
 use crate::{Assembly, Finish, NodeId, Part, at};
 
-/// Half of the tank's length (x) and width (z).
+/// Half of the tank's length (x) and width (z), metres.
 const TANK_HALF: Vec2 = Vec2::new(4.25, 1.6);
 const TANK_BOTTOM: f32 = 0.62;
 const COVER_TOP: f32 = TANK_BOTTOM + 4.0;
-/// Top of the foundation, and of the rails on it.
+/// Height of the foundation's top, metres; that of the rails follows.
 const FOUNDATION_TOP: f32 = 0.25;
 const RAIL_TOP: f32 = 0.39;
-/// The ribs of the end walls stand out as far.
+/// Distance to which the ribs of the end walls stand out, metres.
 const RIB_FACE: f32 = TANK_HALF.x + 0.13;
 
 const RADIATORS_PER_SIDE: usize = 11;
@@ -38,11 +38,11 @@ const FANS_PER_SIDE: usize = 8;
 const FAN_PITCH: f32 = 0.96;
 const FAN_Y: f32 = 0.82;
 
-/// The conservator's axis.
+/// Middle of the conservator's axis, metres.
 const CONSERVATOR: Vec3 = Vec3::new(-4.95, 5.85, 0.0);
 const TAP_CHANGER: Vec3 = Vec3::new(3.8, COVER_TOP, -0.35);
 
-/// The transformer.
+/// Builds the power transformer.
 ///
 /// # Errors
 /// [`WeldError`] if a dimension above were not finite.
@@ -100,7 +100,7 @@ fn place_cooling(assembly: &mut Assembly, root: NodeId) -> Result<(), WeldError>
 }
 
 fn place_bushings(assembly: &mut Assembly, root: NodeId) -> Result<(), WeldError> {
-    struct Set {
+    struct BushingSet {
         kind: &'static bushing::BushingKind,
         turret_radius: f32,
         turret_height: f32,
@@ -108,28 +108,28 @@ fn place_bushings(assembly: &mut Assembly, root: NodeId) -> Result<(), WeldError
         stands: &'static [(&'static str, f32, f32)],
     }
     let sets = [
-        Set {
+        BushingSet {
             kind: &bushing::KV_220,
             turret_radius: 0.4,
             turret_height: 0.75,
             lean_degrees: 10.0,
             stands: &[("1U", -1.9, 0.78), ("1V", 0.5, 0.78), ("1W", 2.9, 0.78)],
         },
-        Set {
+        BushingSet {
             kind: &bushing::KV_110,
             turret_radius: 0.31,
             turret_height: 0.5,
             lean_degrees: -14.0,
             stands: &[("2U", -2.0, -0.9), ("2V", -0.5, -0.9), ("2W", 1.0, -0.9)],
         },
-        Set {
+        BushingSet {
             kind: &bushing::KV_35,
             turret_radius: 0.2,
             turret_height: 0.22,
             lean_degrees: 0.0,
             stands: &[("3U", 2.05, -1.2), ("3V", 2.7, -1.2), ("3W", 3.35, -1.2)],
         },
-        Set {
+        BushingSet {
             kind: &bushing::NEUTRAL,
             turret_radius: 0.24,
             turret_height: 0.34,
@@ -258,7 +258,7 @@ fn place_fittings(assembly: &mut Assembly, root: NodeId) -> Result<(), WeldError
     Ok(())
 }
 
-/// The place of item `i` of `n` about the middle, in pitches.
+/// Returns the position of item `i` of `n` about the middle, in pitches.
 fn centred(i: usize, n: usize) -> f32 {
     i as f32 - 0.5 * (n - 1) as f32
 }

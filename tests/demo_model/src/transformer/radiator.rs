@@ -8,25 +8,24 @@ use crate::shapes::{
 };
 use crate::{Finish, Part, Solid};
 
-/// Between the upper and the lower header, metres.
+/// Distance between the upper and the lower header, metres.
 pub(super) const HEADER_DISTANCE: f32 = 2.7;
-/// From the tank wall to the first panel.
+/// Distance from the tank wall to the first panel, metres.
 const FIRST_PANEL: f32 = 0.30;
 const PANEL_PITCH: f32 = 0.05;
 const PANELS: usize = 20;
 const PANEL_WIDTH: f32 = 0.52;
 const PANEL_THICKNESS: f32 = 0.026;
 const HEADER_RADIUS: f32 = 0.05;
-/// How far the panels reach beyond the headers.
+/// Overhang of the panels beyond the headers, metres.
 const PANEL_OVERHANG: f32 = 0.1;
 
-/// From the tank wall to the middle of the panels.
+/// Distance from the tank wall to the middle of the panels, metres.
 pub(super) const MIDDLE: f32 = FIRST_PANEL + 0.5 * (PANELS - 1) as f32 * PANEL_PITCH;
-/// From the tank wall to the outermost panel.
+/// Distance from the tank wall to the outermost panel, metres.
 pub(super) const REACH: f32 = FIRST_PANEL + (PANELS - 1) as f32 * PANEL_PITCH;
 
-/// A radiator standing out along z from a wall at z = 0, its lower header at
-/// y = 0.
+/// Builds a radiator standing out along z from a wall at z = 0, its lower header at y = 0.
 pub(super) fn radiator() -> Part {
     let paint = Finish::GreyPaint;
     let mut part = Part::new();
@@ -53,8 +52,8 @@ pub(super) fn radiator() -> Part {
     part
 }
 
-/// One pressed panel about the origin: three oil channels between flat seams,
-/// drawn together at top and bottom.
+/// Builds one pressed panel about the origin: three oil channels between flat seams, drawn together
+/// at top and bottom.
 fn panel() -> Solid {
     let half_height = 0.5 * HEADER_DISTANCE + PANEL_OVERHANG;
     let levels = [
@@ -80,7 +79,7 @@ const FAN_RADIUS: f32 = 0.38;
 const BLADES: usize = 6;
 const SPOKES: usize = 6;
 
-/// A fan that blows upwards, about the origin.
+/// Builds a fan that blows upwards, about the origin.
 pub(super) fn fan() -> Part {
     let mut part = Part::new();
     let shroud = [
@@ -112,7 +111,7 @@ pub(super) fn fan() -> Part {
     part
 }
 
-/// A twisted blade along x: flatter at the tip than at the root.
+/// Builds a twisted blade along x: flatter at the tip than at the root.
 fn blade() -> Solid {
     let stations = [(0.05, 0.07, 42.0), (0.2, 0.1, 30.0), (FAN_RADIUS - 0.02, 0.12, 20.0)];
     let ring = |&(x, half_chord, degrees): &(f32, f32, f64)| -> Vec<Vec3> {
@@ -126,8 +125,8 @@ fn blade() -> Solid {
     loft(&stations.iter().map(ring).collect::<Vec<_>>(), Ends::Capped)
 }
 
-/// The frame that carries the fans of one side: two rails along x, hangers to
-/// the tank wall at z = 0. The fans' plane is y = 0.
+/// Builds the frame that carries the fans of one side: two rails along x, hangers to the tank wall
+/// at z = 0. The fans' plane is y = 0.
 pub(super) fn fan_frame(length: f32) -> Part {
     let steel = Finish::Galvanised;
     let mut part = Part::new();

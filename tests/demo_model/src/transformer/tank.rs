@@ -10,11 +10,11 @@ use crate::shapes::{block, cuboid, cylinder, lathe, torus};
 use crate::{Finish, Part, PlanarUv, at};
 
 const FLANGE: f32 = 0.045;
-/// Room between the tank's wall and the flange's outer edge.
+/// Distance between the tank's wall and the flange's outer edge, metres.
 const FLANGE_WIDTH: f32 = 0.15;
 const RIB_DEPTH: f32 = 0.15;
 
-/// Walls, stiffeners, bottom, flange, lugs, jacking pads and the drain.
+/// Builds the walls, stiffeners, bottom, flange, lugs, jacking pads and the drain.
 pub(super) fn tank() -> Part {
     let paint = Finish::GreyPaint;
     let mut part = Part::new();
@@ -57,7 +57,7 @@ pub(super) fn tank() -> Part {
     part
 }
 
-/// The bolted cover with manholes and jack bolts.
+/// Builds the bolted cover with manholes and jack bolts.
 pub(super) fn cover() -> Part {
     let paint = Finish::GreyPaint;
     let mut part = Part::new();
@@ -88,7 +88,7 @@ pub(super) fn cover() -> Part {
     part
 }
 
-/// The pressure-relief device on the cover, standing on the origin.
+/// Builds the pressure-relief device on the cover, standing on the origin.
 pub(super) fn pressure_relief() -> Part {
     let mut part = Part::new();
     part.add(
@@ -101,7 +101,7 @@ pub(super) fn pressure_relief() -> Part {
     part
 }
 
-/// Skids across the rails, with their bolts.
+/// Builds skids across the rails, with their bolts.
 pub(super) fn skids(bottom: f32) -> Part {
     let mut part = Part::new();
     let height = TANK_BOTTOM - bottom;
@@ -116,7 +116,7 @@ pub(super) fn skids(bottom: f32) -> Part {
     part
 }
 
-/// The rating plate about the origin, facing x.
+/// Builds the rating plate about the origin, facing x.
 pub(super) fn rating_plate() -> Part {
     const WIDTH: f32 = 0.52;
     const HEIGHT: f32 = 0.39;
@@ -134,7 +134,7 @@ pub(super) fn rating_plate() -> Part {
     part
 }
 
-/// The texture of a plate about the origin that is read from +x.
+/// Returns the texture of a plate about the origin that is read from +x.
 pub(super) fn facing_x(width: f32, height: f32) -> PlanarUv {
     PlanarUv {
         top_left: Vec3::new(0.0, 0.5 * height, 0.5 * width),
@@ -143,7 +143,7 @@ pub(super) fn facing_x(width: f32, height: f32) -> PlanarUv {
     }
 }
 
-/// A gate valve standing out along x from a wall at x = 0.
+/// Builds a gate valve standing out along x from a wall at x = 0.
 fn valve() -> Part {
     let mut part = Part::new();
     part.add(

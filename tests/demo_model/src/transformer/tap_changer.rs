@@ -6,10 +6,10 @@ use crate::fittings::{along_x, bolt_circle, flange_pair};
 use crate::shapes::{block, cuboid, cylinder, lathe};
 use crate::{Finish, Part, at};
 
-/// Height of the head's drive shaft above the cover.
+/// Height of the head's drive shaft above the cover, metres.
 pub(super) const SHAFT_HEIGHT: f32 = 0.52;
 
-/// The head, standing on the cover at y = 0; its shaft leaves along x.
+/// Builds the head, standing on the cover at y = 0; its shaft leaves along x.
 pub(super) fn head(shaft_length: f32) -> Part {
     let paint = Finish::GreyPaint;
     let mut part = Part::new();
@@ -36,8 +36,8 @@ pub(super) fn head(shaft_length: f32) -> Part {
     part
 }
 
-/// The motor drive on an end wall whose ribs end at x = 0: the box about the
-/// origin in y and z, its shaft rising by `shaft_rise`.
+/// Builds the motor drive on an end wall whose ribs end at x = 0: the box about the origin in y and
+/// z, its shaft rising by `shaft_rise`.
 pub(super) fn motor_drive(shaft_rise: f32) -> Part {
     const SIZE: Vec3 = Vec3::new(0.42, 0.95, 0.66);
     let paint = Finish::GreyPaint;
@@ -67,5 +67,5 @@ pub(super) fn motor_drive(shaft_rise: f32) -> Part {
     part
 }
 
-/// From the ribs' face to the motor drive's shaft.
+/// Distance from the ribs' face to the motor drive's shaft, metres.
 pub(super) const DRIVE_SHAFT_X: f32 = 0.31;

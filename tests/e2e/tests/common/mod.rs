@@ -1,4 +1,4 @@
-//! A yard as sites export it: all equipment in one mesh, ids by vertex.
+//! Yard as sites export it: all equipment in one mesh, ids by vertex.
 
 use std::f32::consts::{PI, TAU};
 use std::fs;
@@ -12,13 +12,13 @@ use e2e::Scene;
 use glam::{Mat4, Vec3};
 use serde_json::json;
 
-/// Pieces of equipment, side by side along x, a metre each.
+/// Number of pieces of equipment, side by side along x, a metre each.
 pub(crate) const PIECES: usize = 8;
-/// Quads along an edge of a box.
+/// Number of quads along an edge of a box.
 const STEPS: u32 = 6;
-/// Quads around and from top to bottom of a ball.
+/// Number of quads around and from top to bottom of a ball.
 const BALL: [u32; 2] = [16, 10];
-/// Where the camera stands before the middle of the row.
+/// Position of the camera before the middle of the row.
 const EYE: Vec3 = Vec3::new(PIECES as f32 / 2.0, 0.8, 22.0);
 const FOV_DEGREES: f32 = 24.0;
 
@@ -26,18 +26,18 @@ pub(crate) fn name_of(piece: usize) -> String {
     format!("=S1Q{piece}-QA1")
 }
 
-/// The equipment id of a piece in [`scene_of`].
+/// Returns the equipment id of a piece in [`scene_of`].
 pub(crate) fn id_of(piece: usize) -> String {
     format!("yard/{}", name_of(piece))
 }
 
-/// Corners of the ground, which is no feature.
+/// Returns the corners of the ground, which is no feature.
 pub(crate) fn ground_box() -> (Vec3, Vec3) {
     (Vec3::new(-1.0, -1.0, -1.0), Vec3::new(PIECES as f32 + 1.0, -0.5, 2.0))
 }
 
-/// Boxes, wall to wall, each with a ball of another material above; each two
-/// are a feature. One mesh at one node.
+/// Builds boxes, wall to wall, each with a ball of another material above; each two are a feature.
+/// One mesh at one node.
 pub(crate) fn merged_yard() -> Model {
     let mut boxes = RawPrimitive { material: Some(0), ..RawPrimitive::default() };
     let mut balls = RawPrimitive { material: Some(1), ..RawPrimitive::default() };
@@ -103,7 +103,7 @@ fn add_box(into: &mut RawPrimitive, low: Vec3, high: Vec3, feature: u32) {
     }
 }
 
-/// Half a metre across at most, closed but for rounding at its seam.
+/// Adds a ball half a metre across at most, closed but for rounding at its seam.
 fn add_ball(into: &mut RawPrimitive, center: Vec3, feature: u32) {
     add_grid(into, BALL, feature, |u, v| {
         // The last column is the first one, to the bit.
@@ -113,7 +113,7 @@ fn add_ball(into: &mut RawPrimitive, center: Vec3, feature: u32) {
     });
 }
 
-/// A configuration that shows a model as `yard`, from before the middle.
+/// Returns a configuration that shows a model as `yard`, from before the middle.
 pub(crate) fn scene_of(model: &Model, size: [u32; 2]) -> Scene {
     let mut scene = Scene::without_tags();
     let file = write_glb(model).expect("it can be written");
@@ -127,12 +127,12 @@ pub(crate) fn scene_of(model: &Model, size: [u32; 2]) -> Scene {
     scene
 }
 
-/// The pixel of the middle of a box's front.
+/// Returns the pixel of the middle of a box's front.
 pub(crate) fn pixel_of(piece: usize, size: [u32; 2]) -> [u32; 2] {
     pixel_at(Vec3::new(piece as f32 + 0.5, 0.5, 1.0), size)
 }
 
-/// The pixel of the middle of the ground's front.
+/// Returns the pixel of the middle of the ground's front.
 pub(crate) fn pixel_of_ground(size: [u32; 2]) -> [u32; 2] {
     let (low, high) = ground_box();
     pixel_at(((low + high) / 2.0).with_z(high.z), size)
@@ -156,7 +156,7 @@ pub(crate) fn viewer_of(scene: &Scene, size: [u32; 2]) -> Viewer {
     Viewer::new_headless(loaded, options, size).unwrap_or_else(|fault| panic!("{fault}"))
 }
 
-/// Moves all cursors to theta and draws a frame with them; its triangles.
+/// Moves all cursors to theta and draws a frame with them; returns its triangles.
 pub(crate) fn show_at(viewer: &mut Viewer, theta: f64) -> u64 {
     viewer.set_theta(theta);
     let input = viewer.headless_input(0.0);
@@ -164,8 +164,8 @@ pub(crate) fn show_at(viewer: &mut Viewer, theta: f64) -> u64 {
     viewer.stats().triangles
 }
 
-/// Runs the optimiser, and looks at every corner of every live triangle at
-/// `steps` cursors and at the last one.
+/// Runs the optimiser, and checks every corner of every live triangle at `steps` cursors and at the
+/// last one.
 pub(crate) fn assert_every_theta_keeps_features(model: &Model, steps: u32) {
     let scene = Scene::without_tags();
     let optimizer = Catalog::discover(&[scene.path("plugins")])

@@ -1,33 +1,32 @@
-//! A view of plugins that are in trouble.
+//! View of faulty plugins.
 #![allow(dead_code, reason = "each test program uses its part of it")]
 
 use std::time::{Duration, Instant};
 
 use busbar_viewer::{LoadedScene, PluginStats, RendererOptions, Viewer};
-use e2e::trouble::Trouble;
+use e2e::faulty_plugins::FaultyPluginScene;
 use e2e::wait_for;
 use rustix::process::Pid;
 
-/// From the death of a plugin until all its tags are bad, at most.
+/// Longest time from the death of a plugin until all its tags are bad.
 pub(crate) const MAX_TO_BAD: Duration = Duration::from_secs(1);
-/// From there until it has values again, a loaded machine included.
+/// Longest time from there until the plugin has values again, a loaded machine included.
 pub(crate) const MAX_TO_GOOD: Duration = Duration::from_secs(10);
 /// The longest frame of a window's kind while a plugin misbehaves. Without other load it
 /// is 100 ms, which `cargo xtask faults` measures; tests run where two cores build and
 /// draw at once, and a thread may wait for some hundred milliseconds for its turn.
 pub(crate) const MAX_FRAME: Duration = Duration::from_millis(400);
 
-/// A view without a window that behaves like one in a window: frames wait for
-/// nobody.
+/// View without a window that paces frames like one in a window.
 pub(crate) struct View {
     pub(crate) viewer: Viewer,
-    /// The longest frame so far.
+    /// Duration of the longest frame so far.
     pub(crate) longest: Duration,
-    _trouble: Trouble,
+    _trouble: FaultyPluginScene,
 }
 
 impl View {
-    pub(crate) fn open(trouble: Trouble) -> Self {
+    pub(crate) fn open(trouble: FaultyPluginScene) -> Self {
         let loaded = LoadedScene::load(&trouble.write(), &|_, _, _| ());
         let scene = loaded.unwrap_or_else(|error| panic!("{error}"));
         let options = RendererOptions { samples: 1, ..Default::default() };
@@ -53,7 +52,7 @@ impl View {
         Pid::from_raw(pid as i32).expect("no process has the number 0")
     }
 
-    /// Draws until all tags are of this quality; how long that took.
+    /// Draws until all tags are of this quality; returns the time that took.
     #[track_caller]
     pub(crate) fn wait_for_quality(&mut self, quality: &str, limit: Duration) -> Duration {
         self.wait_for(quality, limit, |view| {

@@ -10,6 +10,7 @@ use std::fs;
 use std::path::{Component, Path, PathBuf};
 
 use e2e::workspace_path;
+use serde_json::Value;
 
 use crate::commands::{CommandLine, Help};
 use crate::markdown::Document;
@@ -30,6 +31,13 @@ const FORMER_STATES: [&str; 7] =
     ["the plan ", "used to be", "no longer", "formerly", "fell from", "by now", "issue #"];
 /// Verbs that are run; they are quick and write nothing.
 const RUN_VERBS: [&[&str]; 3] = [&["check"], &["schema"], &["plugin", "list"]];
+/// JSON Schema of configurations.
+const SCHEMA: &str = "config/busbar.schema.json";
+/// Names that examples choose, settings and addresses of plugins.
+const EXAMPLE_KEYS: [&str; 7] = ["bay", "env", "host", "order", "register", "reweighted", "table"];
+/// Table of keys that the window shows, and the book's page with the same keys.
+const KEY_HELP: &str = "host/ui/src/help.rs";
+const KEY_PAGE: &str = "host/busbar/book/src/operate/window.md";
 /// Mark of code blocks whose commands are not run.
 const NOT_RUN: &str = "no_run";
 
@@ -220,6 +228,77 @@ fn documents_tell_how_things_are() {
         }
     }
     assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn the_book_has_all_keys_of_the_window() {
+    let help = fs::read_to_string(workspace_path(KEY_HELP)).expect("it is there");
+    let (_, table) = help.split_once("const HELP").expect("it has a table of keys");
+    let table = table.split("];").next().unwrap_or_default();
+    let page = Document::read(KEY_PAGE);
+    let told: BTreeSet<_> = page.code.iter().flat_map(|code| code.split_whitespace()).collect();
+    let words = table.split(|c: char| !c.is_alphanumeric());
+    let is_function = |word: &str| {
+        word.strip_prefix('F').is_some_and(|n| !n.is_empty() && n.chars().all(char::is_numeric))
+    };
+    let is_letter = |word: &str| word.len() == 1 && word.chars().all(|c| c.is_ascii_uppercase());
+    let keys: BTreeSet<_> = words.filter(|word| is_function(word) || is_letter(word)).collect();
+    assert!(keys.len() > 15, "{keys:?}");
+    let missing: Vec<_> = keys.iter().filter(|key| !told.contains(**key)).collect();
+    assert!(missing.is_empty(), "{KEY_PAGE} does not have {missing:?}");
+}
+
+#[test]
+fn configuration_keys_of_the_book_exist() {
+    let schema = fs::read_to_string(workspace_path(SCHEMA)).expect("it is there");
+    let schema: Value = serde_json::from_str(&schema).expect("it is JSON");
+    let mut known: BTreeSet<String> = EXAMPLE_KEYS.iter().map(ToString::to_string).collect();
+    add_keys(&schema, &mut known);
+    let (mut checked, mut faults) = (0, Vec::new());
+    for document in Document::all().iter().filter(|document| document.name.starts_with(BOOK)) {
+        let blocks = document.blocks.iter().filter(|block| block.info == "json");
+        let texts = blocks.map(|block| &block.text).chain(&document.code);
+        for key in texts.flat_map(|text| keys(text)) {
+            checked += 1;
+            if !known.contains(key) {
+                faults.push(format!("{} has \"{key}\", which is no key", document.name));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+    assert!(checked > 50, "{checked} keys");
+}
+
+/// Adds the names of all properties of a schema.
+fn add_keys(schema: &Value, known: &mut BTreeSet<String>) {
+    match schema {
+        Value::Object(members) => {
+            if let Some(properties) = members.get("properties").and_then(Value::as_object) {
+                known.extend(properties.keys().cloned());
+            }
+            members.values().for_each(|member| add_keys(member, known));
+        }
+        Value::Array(items) => items.iter().for_each(|item| add_keys(item, known)),
+        _ => {}
+    }
+}
+
+/// Returns the words in quotes before colons, and a text that is one word in quotes.
+fn keys(text: &str) -> Vec<&str> {
+    let parts: Vec<_> = text.split('"').collect();
+    let is_word =
+        |word: &str| !word.is_empty() && word.chars().all(|c| c.is_ascii_lowercase() || c == '_');
+    let pairs = parts.windows(2).skip(1).step_by(2);
+    let before_colons =
+        pairs.filter(|pair| pair[1].trim_start().starts_with(':') || parts.len() == 3);
+    before_colons.map(|pair| pair[0]).filter(|word| is_word(word)).collect()
+}
+
+#[test]
+fn keys_are_words_before_colons() {
+    assert_eq!(keys(r#""view": { "theme": "dark", "=A1-B": 1 }"#), ["view", "theme"]);
+    assert_eq!(keys(r#""isolation""#), ["isolation"]);
+    assert!(keys("no quotes").is_empty() && keys(r#"say "a" and "b""#).is_empty());
 }
 
 fn exists(path: &str) -> bool {

@@ -12,49 +12,50 @@ use busbar_plugin_check::heap_bytes;
 use busbar_renderer::release_freed_memory;
 use busbar_viewer::reload::{ReloadOutcome, Reloader};
 use busbar_viewer::{AlarmAction, LoadedScene, Picture, Viewer};
-use e2e::peer::{Peer, calm_values};
+use e2e::peer::{Peer, normal_values};
 use e2e::{Scene, wait_for};
 use serde_json::json;
 
 use mutator::{Random, mutated};
 
-/// The overlay with values; where labels stand depends on where they were before.
+/// Overlay with the values; places of labels depend on their former ones.
 const LABELS: &str = "values";
 const SIZE: [u32; 2] = [320, 180];
-/// Configurations in a test; `cargo xtask soak --reload` has 10,000.
+/// Number of reloads in a test; `cargo xtask soak --reload` has 10,000.
 const RELOADS: usize = 60;
 const RELOADS_VARIABLE: &str = "BUSBAR_RELOADS";
 const SEED_VARIABLE: &str = "BUSBAR_RELOAD_SEED";
-/// After so many the good one is restored, and the picture must be the first one again.
+/// Number of reloads after which the good configuration is restored, and the picture must be the
+/// first one again.
 const BETWEEN_LOOKS: usize = 20;
-/// After so many what is held is told.
+/// Number of reloads after which the resources are printed.
 const BETWEEN_REPORTS: usize = 500;
-/// Looks after which nothing may grow any more.
+/// Number of checks after which nothing may grow any more.
 const WARM: usize = 2;
 const MAX_WAIT: Duration = Duration::from_secs(120);
-/// Between looks a thread of the last plugin may still be ending.
+/// Allowed growth of descriptors between checks: a thread of the last plugin may still be ending.
 const MAX_MORE_DESCRIPTORS: usize = 16;
 const MAX_MORE_THREADS: usize = 8;
-/// What is on the heap may differ by so much from look to look, as caches fill, bytes.
+/// Allowed variation of the heap between two checks, as caches fill, bytes.
 const HEAP_VARIES: usize = 1_000_000;
-/// It may be so much more for each configuration, bytes: no leak worth the name hides here.
+/// Greatest heap growth for each configuration, bytes; a real leak exceeds it.
 const MAX_MORE_HEAP_EACH: usize = 400;
-/// What the heap cannot give back although it is free, between what is in use, bytes.
+/// Greatest memory between allocations that the heap cannot return although it is free, bytes.
 const MAX_MORE_MEMORY: u64 = 150_000_000;
 
 fn asked(variable: &str) -> Option<u64> {
     std::env::var(variable).ok().map(|text| text.parse().expect("a number"))
 }
 
-/// What this process holds.
+/// Resources of this process.
 #[derive(Clone, Copy, Debug)]
 struct Holdings {
     descriptors: usize,
     threads: usize,
     children: usize,
-    /// On the heap, of the graphics driver too, bytes.
+    /// Allocated heap, that of the graphics driver included, bytes.
     heap: usize,
-    /// Of the process in RAM, bytes.
+    /// Resident memory of the process, bytes.
     memory: u64,
 }
 
@@ -116,7 +117,7 @@ impl View {
         })
     }
 
-    /// What edits made alarms of is seen, and over.
+    /// Acknowledges the alarms that edits created, so that they end.
     fn acknowledge_all(&mut self) {
         for alarm in self.viewer.stats().alarms {
             // One that is acknowledged needs nothing.
@@ -124,7 +125,7 @@ impl View {
         }
     }
 
-    /// The picture once all values are good.
+    /// Returns the picture once all values are good.
     fn good_picture(&mut self) -> Picture {
         self.viewer.set_layer_shown(LABELS, false);
         wait_for("all values", MAX_WAIT, || {
@@ -137,7 +138,7 @@ impl View {
 
 #[test]
 fn the_scene_outlives_whatever_is_written() {
-    let Some(peer) = Peer::start(&calm_values()) else { return };
+    let Some(peer) = Peer::start(&normal_values()) else { return };
     let mut scene = Scene::demo(peer.port);
     scene.config["alarms"] = json!({
         "Oil": { "tag": "T1.TopOil", "condition": { "high": 90 }, "message": "Top oil hot" }

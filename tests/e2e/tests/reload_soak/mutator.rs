@@ -1,11 +1,11 @@
-//! Edits as people and programs make them, good and bad, by a seed.
+//! Seeded edits of configurations as people and programs make them, good and bad.
 
 use serde_json::{Map, Value, json};
 
-/// Bytes of a text that are cut or overwritten at once, at most.
+/// Greatest number of bytes of a text that are cut or overwritten at once.
 const MAX_DAMAGE: usize = 64;
 
-/// Numbers that follow from a seed (SplitMix64).
+/// Random number generator (SplitMix64).
 pub(crate) struct Random(u64);
 
 impl Random {
@@ -21,7 +21,7 @@ impl Random {
         mixed ^ (mixed >> 31)
     }
 
-    /// Less than a limit.
+    /// Returns a random number below a limit.
     fn below(&mut self, limit: usize) -> usize {
         (self.next() % limit.max(1) as u64) as usize
     }
@@ -31,7 +31,7 @@ impl Random {
     }
 }
 
-/// The text of a configuration after an edit of this one.
+/// Returns the text of a configuration after an edit of this one.
 pub(crate) fn mutated(config: &Value, random: &mut Random) -> String {
     let mut config = config.clone();
     match random.below(10) {
@@ -49,7 +49,7 @@ pub(crate) fn mutated(config: &Value, random: &mut Random) -> String {
     }
 }
 
-/// An edit as an integrator makes it.
+/// Edits the configuration as an integrator would.
 fn edit(config: &mut Value, random: &mut Random) {
     let number = random.below(1000);
     let tag = name_in(config, "tags", random);
@@ -96,7 +96,7 @@ fn remove_one(config: &mut Value, section: &str, random: &mut Random) -> Value {
     list.remove(index)
 }
 
-/// Something that a schema, a rule or a plugin mostly refuses.
+/// Changes a value so that a schema, a rule or a plugin mostly refuses it.
 fn break_a_value(config: &mut Value, random: &mut Random) {
     let mut pointers = Vec::new();
     collect(config, String::new(), &mut pointers);
@@ -143,7 +143,7 @@ fn nth_key(map: &Map<String, Value>, random: &mut Random) -> String {
     map.keys().nth(random.below(map.len())).cloned().unwrap_or_default()
 }
 
-/// The pointers of all values below the root.
+/// Collects the pointers of all values below the root.
 fn collect(value: &Value, pointer: String, pointers: &mut Vec<String>) {
     if !pointer.is_empty() {
         pointers.push(pointer.clone());
@@ -160,7 +160,7 @@ fn collect(value: &Value, pointer: String, pointers: &mut Vec<String>) {
     }
 }
 
-/// A text that was cut off, or overwritten in a place.
+/// Damages a text: cut off, or overwritten in a place.
 fn damaged(text: &str, random: &mut Random) -> String {
     let mut bytes = text.as_bytes().to_vec();
     let at = random.below(bytes.len());

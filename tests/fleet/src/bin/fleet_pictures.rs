@@ -13,16 +13,16 @@ use clap::Parser;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 
-/// Pixels: half a megabyte at most.
+/// Size of pictures, pixels, for files of at most half a megabyte.
 const SIZE: [u32; 2] = [960, 540];
-/// Of pictures with panels.
+/// Size of pictures with panels, pixels.
 const PANELS_SIZE: [u32; 2] = [1600, 900];
-/// Until a million samples are read, judged and counted.
+/// Longest time until a million samples are read, judged and counted.
 const MAX_WAIT: Duration = Duration::from_secs(300);
-/// Places of axes among all.
+/// Index of the axis of H2 among all; others follow.
 const H2: usize = 0;
 const C2H2: usize = 4;
-/// Of whom the verdict is shown: overheating, and discharges.
+/// Transformer with overheating and discharges, whose verdict is shown.
 const EXPLAINED: &str = "=S12T8-TA1";
 
 #[derive(Parser)]
@@ -31,7 +31,7 @@ struct Arguments {
     fleet: PathBuf,
     /// Folder with the fleet and a million samples.
     dense: PathBuf,
-    /// Where pictures go.
+    /// Output folder of the pictures.
     out_dir: PathBuf,
 }
 
@@ -74,7 +74,7 @@ struct View {
 }
 
 impl View {
-    /// A view once all records are there.
+    /// Opens a view once all records are there.
     fn open(folder: &Path, size: [u32; 2]) -> Result<Self> {
         let path = folder.join("dga.json");
         let scene = LoadedScene::load(&path, &|_, _, _| {})?;

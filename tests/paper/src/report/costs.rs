@@ -1,10 +1,10 @@
-//! Initialisation, and changes of theta.
+//! Section on the costs of initialisation and of changes of theta.
 
 use std::collections::BTreeSet;
 
 use crate::theta_change::MAX_SHARE_OF_FRAME;
 use document::Document;
-use document::words::{millis, percent, size};
+use document::number_format::{millis, percent, size};
 
 use crate::Results;
 

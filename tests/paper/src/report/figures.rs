@@ -1,24 +1,24 @@
-//! Figures 5 to 8.
+//! Section on Figures 5 to 8.
 
 use crate::results::SceneLevel;
 use crate::study::{Level, SubjectStudy};
 use crate::topology::TopologyCounts;
-use document::Captioned;
+use document::CaptionedPicture;
 use document::Document;
-use document::words::{grouped, percent, theta};
+use document::number_format::{grouped, percent, theta};
 
 use crate::Results;
 
-/// The theta of Figures 7 and 8.
+/// Theta of Figures 7 and 8.
 pub(super) const LAST: f64 = 0.95;
 
 pub(super) fn write(document: &mut Document, results: &Results) {
     document.heading("Figure 5: the scene");
-    let level = |level: &SceneLevel| Captioned {
+    let level = |level: &SceneLevel| CaptionedPicture {
         file: level.picture.clone(),
         caption: caption("the scene", level.theta, &level.counts),
     };
-    let shown = |wanted: &[f64]| -> Vec<Captioned> {
+    let shown = |wanted: &[f64]| -> Vec<CaptionedPicture> {
         wanted.iter().filter_map(|&theta| results.level(theta)).map(level).collect()
     };
     document.sheet("5a to 5c: theta 0, 70 and 85 %", 1, shown(&[0.0, 0.7, 0.85]));
@@ -39,7 +39,7 @@ pub(super) fn write(document: &mut Document, results: &Results) {
     split_vertices(document, &study.split);
 }
 
-/// The 2 x 2 of {border C} x {w2}.
+/// Writes the 2 x 2 comparison of {border C} x {w2}.
 fn border_handling(document: &mut Document, study: &SubjectStudy) {
     document.heading("Border handling, two by two");
     document.text(
@@ -57,14 +57,14 @@ fn border_handling(document: &mut Document, study: &SubjectStudy) {
     let title = format!("Theta {}", theta(LAST));
     let rows = levels().map(|(what, level)| level_row(what, level)).collect();
     document.table(&title, &LEVEL_HEAD, rows);
-    let picture = |(what, level): (&str, &Level)| Captioned {
+    let picture = |(what, level): (&str, &Level)| CaptionedPicture {
         file: level.picture.clone(),
         caption: caption(what, LAST, &level.counts),
     };
     document.sheet(&title, 2, levels().map(picture).collect());
 }
 
-/// What comes of vertex arrays as files hold them.
+/// Writes the section about unwelded vertex arrays as files hold them.
 fn split_vertices(document: &mut Document, study: &SubjectStudy) {
     document.heading("Vertex arrays, literally");
     document.text(format!(
@@ -85,12 +85,12 @@ fn split_vertices(document: &mut Document, study: &SubjectStudy) {
     let first = study.variants.iter().filter_map(|variant| {
         let level = variant.levels.first()?;
         let caption = caption(variant.name, level.theta, &level.counts);
-        Some(Captioned { file: level.picture.clone(), caption })
+        Some(CaptionedPicture { file: level.picture.clone(), caption })
     });
     document.sheet("Split vertices", 2, first.collect());
 }
 
-/// Columns of [`level_row`].
+/// Column headings of [`level_row`].
 pub(super) const LEVEL_HEAD: [&str; 9] = [
     "way",
     "vertices",
@@ -118,7 +118,7 @@ pub(super) fn level_row(name: &str, level: &Level) -> Vec<String> {
     ]
 }
 
-fn with_and_without(study: &SubjectStudy) -> Vec<Captioned> {
+fn with_and_without(study: &SubjectStudy) -> Vec<CaptionedPicture> {
     let full = caption("Fig. 6, full detail", 0.0, &study.full);
     let mut pictures = pair(&full, &study.picture, Some(&study.wireframe));
     let figures = [
@@ -134,8 +134,8 @@ fn with_and_without(study: &SubjectStudy) -> Vec<Captioned> {
     pictures
 }
 
-fn pair(caption: &str, shaded: &str, wireframe: Option<&str>) -> Vec<Captioned> {
-    let picture = |file: &str, caption| Captioned { file: file.to_owned(), caption };
+fn pair(caption: &str, shaded: &str, wireframe: Option<&str>) -> Vec<CaptionedPicture> {
+    let picture = |file: &str, caption| CaptionedPicture { file: file.to_owned(), caption };
     let shaded = picture(shaded, caption.to_owned());
     let wireframe = wireframe.map(|file| picture(file, format!("{caption}; wireframe")));
     [Some(shaded), wireframe].into_iter().flatten().collect()

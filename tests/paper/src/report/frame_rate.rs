@@ -1,11 +1,11 @@
-//! Frames per second, and what bounds them.
+//! Section on frame rates, and the limits on them.
 
 use crate::frames::{FrameTimes, pixel_share};
 use crate::reference::{PrintedRow, TABLE_I};
 use crate::run::{LARGE, SMALL};
 use document::Document;
 use document::chart::LineChart;
-use document::words::{factor, grouped, millis, percent, size, theta};
+use document::number_format::{factor, grouped, millis, percent, size, theta};
 use document::{Block, Chart};
 
 use crate::Results;

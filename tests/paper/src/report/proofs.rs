@@ -1,8 +1,8 @@
-//! The lossless walk, and picks.
+//! Section on the lossless walk and on picks.
 
 use crate::run::PICK_THETA;
 use document::Document;
-use document::words::{grouped, percent, theta};
+use document::number_format::{grouped, percent, theta};
 
 use crate::Results;
 

@@ -1,9 +1,9 @@
-//! Table I and its topology.
+//! Section on Table I and its topology.
 
 use crate::reference::PrintedRow;
 use crate::topology::FLAT_SHARE;
 use document::Document;
-use document::words::{grouped, percent, signed, theta};
+use document::number_format::{grouped, percent, signed, theta};
 
 use crate::Results;
 

@@ -1,4 +1,4 @@
-//! The devices of one bay.
+//! Layout of the devices of one bay.
 
 use super::Placement;
 use super::wires::BayKind;
@@ -9,12 +9,12 @@ pub(super) struct Bay<'y> {
     pub(super) yard: &'y Yard,
     pub(super) kind: BayKind,
     pub(super) id: String,
-    /// World x of its middle.
+    /// World x of the bay's middle, metres.
     pub(super) x: f32,
 }
 
 impl Bay<'_> {
-    /// A pole in each phase at a depth that may depend on the phase's place.
+    /// Places a pole in each phase at a depth that may depend on the phase's place.
     fn poles(
         &self,
         device: &str,
@@ -49,11 +49,11 @@ impl Bay<'_> {
     }
 }
 
-/// Straight behind one another, facing the lines.
+/// Placement offsets of devices straight behind one another, facing the lines.
 const AHEAD: (f32, f32, f32, f32) = (0.0, 0.0, 0.0, 0.0);
-/// Facing the transformer.
+/// Placement offsets of devices that face the transformer: diagonal, yaw, aside, height.
 const BACK: (f32, f32, f32, f32) = (0.0, 180.0, 0.0, 0.0);
-/// Each under its own tube of the busbar.
+/// Placement offsets of devices that each stand under their own tube of the busbar.
 const DIAGONAL: (f32, f32, f32, f32) = (1.0, 0.0, 0.0, 0.0);
 
 /// Places a bay's devices and wires.

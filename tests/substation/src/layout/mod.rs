@@ -1,5 +1,4 @@
-//! Where everything stands: the two yards, the transformers between them, the
-//! site around.
+//! Layout of the station: the two yards, the transformers between them, the site around.
 
 mod bay;
 mod site;
@@ -14,30 +13,30 @@ pub(crate) use yard::{YARDS, Yard, place_yard};
 
 use crate::body::turned;
 
-/// A piece of equipment: what it is and where it stands.
+/// Placement of a piece of equipment: its model and position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Placement {
-    /// The bay (IEC 81346), such as `=S12D1Q3`.
+    /// Designation of the bay (IEC 81346), such as `=S12D1Q3`.
     pub bay: String,
-    /// The device in the bay, such as `QB9`.
+    /// Designation of the device in the bay, such as `QB9`.
     pub device: String,
-    /// Phase 1 to 3; none for what is not in phases.
+    /// Phase 1 to 3; `None` for equipment without phases.
     pub phase: Option<u8>,
     /// Name of the model.
     pub model: String,
-    /// Where its origin stands, metres.
+    /// Position of the model's origin, metres.
     pub translation: Vec3,
-    /// Turn about the y axis, degrees.
+    /// Rotation about the y axis, degrees.
     pub yaw_degrees: f32,
 }
 
 impl Placement {
-    /// The device's id, such as `=S12D1Q3-QB9`.
+    /// Returns the device's id, such as `=S12D1Q3-QB9`.
     pub fn device_id(&self) -> String {
         format!("{}-{}", self.bay, self.device)
     }
 
-    /// The equipment id, such as `=S12D1Q3-QB9-L1`.
+    /// Returns the equipment id, such as `=S12D1Q3-QB9-L1`.
     pub fn id(&self) -> String {
         match self.phase {
             Some(phase) => format!("{}-L{phase}", self.device_id()),
@@ -45,7 +44,7 @@ impl Placement {
         }
     }
 
-    /// The transform from the model's space to the world.
+    /// Returns the transform from the model's space to the world.
     pub fn world_from_model(&self) -> Mat4 {
         Mat4::from_translation(self.translation) * turned(Vec3::Y, self.yaw_degrees)
     }

@@ -1,4 +1,4 @@
-//! What stands between and around the yards.
+//! Layout of the site between and around the yards.
 
 use glam::Vec3;
 
@@ -24,7 +24,7 @@ pub(crate) fn add_site_wires(catalogue: &mut Catalogue) -> Result<(), StationErr
     Ok(())
 }
 
-/// The model of transformer `i`'s conductors to the 35 kV house.
+/// Returns the name of the model of transformer `i`'s conductors to the 35 kV house.
 fn low_voltage(i: usize) -> String {
     format!("wires_low_voltage_{}", i + 1)
 }
@@ -69,8 +69,8 @@ pub(crate) fn place_site(placements: &mut Vec<Placement>) {
     }
 }
 
-/// Ends of the earth wires: from peak to peak along the line gantries, and
-/// from their ends to the masts.
+/// Returns the ends of the earth wires: from peak to peak along the line gantries, and from their
+/// ends to the masts.
 pub(crate) fn earth_spans() -> Vec<[Vec3; 2]> {
     let mut spans = Vec::new();
     for (yard, masts) in YARDS.iter().zip([&MASTS[..2], &MASTS[2..]]) {

@@ -1,4 +1,4 @@
-//! The conductors of a bay, from clamp to clamp.
+//! Conductors of a bay, from clamp to clamp.
 
 use demo_model::Finish;
 use glam::Vec3;
@@ -11,7 +11,7 @@ use crate::models::{
 };
 use crate::{Catalogue, StationError};
 
-/// Kinds of bay.
+/// Kind of a bay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum BayKind {
     Line,
@@ -24,7 +24,7 @@ pub(crate) enum BayKind {
 }
 
 impl BayKind {
-    /// The bay's designation; `number` counts bays of the kind from 1.
+    /// Returns the bay's designation; `number` counts bays of the kind from 1.
     pub(crate) fn designation(self, number: u8) -> String {
         match self {
             Self::Line => format!("Q{number}"),
@@ -35,7 +35,7 @@ impl BayKind {
         }
     }
 
-    /// The kind of model that holds its wires.
+    /// Returns the kind of model that holds the bay's wires.
     pub(crate) fn wires(self) -> &'static str {
         match self {
             Self::Line => "wires_line",
@@ -110,7 +110,7 @@ pub(crate) fn add_low_voltage(
     catalogue.add(name, body)
 }
 
-/// Clamps of each wire of a phase: x from the bay's middle, height, depth.
+/// Returns the clamps of each wire of a phase: x from the bay's middle, height, depth.
 fn runs(yard: &Yard, kind: BayKind, x: f32) -> Vec<Vec<[f32; 3]>> {
     let class = yard.class;
     let d = &yard.depths;

@@ -1,4 +1,4 @@
-//! A yard: its bays side by side along two busbars, and the gantries.
+//! Layout of a yard: its bays side by side along two busbars, and the gantries.
 
 use glam::{Vec2, Vec3};
 
@@ -7,19 +7,19 @@ use super::bay::{Bay, place_bay};
 use super::wires::BayKind;
 use crate::models::{CLASS_126, CLASS_252, Class};
 
-/// One voltage level's yard.
+/// Yard of one voltage level.
 ///
-/// Yard space: x along the busbars, depth positive towards the lines, zero in
-/// the middle of busbar II.
+/// Yard space: x along the busbars, depth positive towards the lines, zero in the middle of busbar
+/// II.
 pub(crate) struct Yard {
     pub(crate) class: &'static Class,
-    /// The voltage level (IEC 81346), such as `=S12D1`.
+    /// Designation of the voltage level (IEC 81346), such as `=S12D1`.
     pub(crate) level: &'static str,
-    /// World z of depth zero.
+    /// World z of depth zero, metres.
     pub(crate) origin_z: f32,
-    /// 0 where lines leave towards -z, 180 towards +z.
+    /// Rotation of the yard: 0 where lines leave towards -z, 180 towards +z.
     pub(crate) yaw_degrees: f32,
-    /// The bays, in order along x of the world.
+    /// Bays in order along x of the world.
     pub(crate) bays: &'static [BayKind],
     pub(crate) depths: Depths,
 }
@@ -34,13 +34,13 @@ pub(crate) struct Depths {
     pub(crate) voltage: f32,
     pub(crate) arrester: f32,
     pub(crate) gantry: f32,
-    /// Towards the transformer: breaker, current transformer, arrester, gantry.
+    /// Depths towards the transformer: breaker, current transformer, arrester, gantry.
     pub(crate) back: [f32; 4],
 }
 
 use BayKind::{Coupler, Line, Transformer, VoltageOne, VoltageTwo};
 
-/// The 220 and the 110 kV yard.
+/// Yards of 220 and 110 kV.
 pub(crate) const YARDS: [Yard; 2] = [
     Yard {
         class: &CLASS_252,
@@ -105,24 +105,24 @@ pub(crate) const YARDS: [Yard; 2] = [
 ];
 
 impl Yard {
-    /// World x of the middle of bay slot `i` (fractions lie between slots).
+    /// Returns world x of the middle of bay slot `i` (fractions lie between slots).
     pub(crate) fn slot_x(&self, i: f32) -> f32 {
         (i - 0.5 * (self.bays.len() - 1) as f32) * self.class.pitch
     }
 
-    /// The world point at world x, height and depth.
+    /// Returns the world point at world x, height and depth.
     pub(crate) fn point(&self, x: f32, y: f32, depth: f32) -> Vec3 {
         let towards_lines = if self.yaw_degrees == 0.0 { -1.0 } else { 1.0 };
         Vec3::new(x, y, self.origin_z + towards_lines * depth)
     }
 
-    /// Phase 1 to 3's distance from the bay's middle along world x.
+    /// Returns the distance of phase 1 to 3 from the bay's middle along world x.
     pub(crate) fn phase_x(&self, phase: u8) -> f32 {
         (f32::from(phase) - 2.0) * self.class.phase
     }
 }
 
-/// Places a yard.
+/// Places all devices of a yard.
 pub(crate) fn place_yard(yard: &Yard, placements: &mut Vec<Placement>) {
     let mut numbers = [0_u8; 5];
     for (slot, &kind) in yard.bays.iter().enumerate() {
@@ -153,7 +153,7 @@ pub(crate) fn place_yard(yard: &Yard, placements: &mut Vec<Placement>) {
     }
 }
 
-/// Busbar I and II at one support line.
+/// Places the supports of busbars I and II at one support line.
 fn place_supports(yard: &Yard, line: usize, placements: &mut Vec<Placement>) {
     let x = yard.slot_x(line as f32 - 0.5);
     for (bus, depth) in [("W1", yard.depths.bus_one), ("W2", 0.0)] {

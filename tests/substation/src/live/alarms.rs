@@ -1,4 +1,4 @@
-//! What the station alarms of its points.
+//! Alarm definitions of the station's points.
 
 use serde_json::{Map, Value, json};
 
@@ -7,11 +7,11 @@ use crate::points::{Gateway, Point};
 /// Share of the rated current at which an overload is urgent.
 const HEAVY_OVERLOAD: f64 = 1.15;
 
-/// Alarms by id: that of the point, and what is wrong.
+/// Returns the alarms by id: that of the point, with a suffix for the condition.
 pub(super) fn alarms(points: &[Point]) -> Map<String, Value> {
     let mut alarms = Map::new();
     for point in points {
-        for (what, alarm) in of_point(point) {
+        for (what, alarm) in alarms_of_point(point) {
             alarms.insert(format!("{}.{what}", point.id), alarm);
         }
     }
@@ -35,10 +35,10 @@ pub(super) fn alarms(points: &[Point]) -> Map<String, Value> {
     alarms
 }
 
-/// Suffix of the id, and the alarm.
+/// Suffix of the id, with the alarm's settings.
 type Alarm = (&'static str, Value);
 
-fn of_point(point: &Point) -> Vec<Alarm> {
+fn alarms_of_point(point: &Point) -> Vec<Alarm> {
     let (_, reference) = point.id.split_once('/').unwrap_or_default();
     let alarm = |priority: &str, condition: Value, message: &str, response: &str| {
         json!({

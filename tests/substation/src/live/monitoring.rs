@@ -1,4 +1,4 @@
-//! What is made of the points of condition monitoring.
+//! Overlays of condition monitoring for the station's points.
 
 use std::collections::BTreeSet;
 
@@ -6,10 +6,10 @@ use serde_json::{Value, json};
 
 use crate::points::{Point, SF6_ALARM, SF6_FILLING, SF6_LOCK_OUT};
 
-/// An overlay: name, plugin, settings, the roles that it needs.
+/// Overlay: name, plugin, settings, roles that it needs.
 type Overlay = (&'static str, &'static str, Value, Vec<&'static str>);
 
-/// Quantities with their roles: attention, alarm.
+/// Quantities with their roles and limits: attention, alarm.
 const QUANTITIES: [(&str, &str, f64, f64); 5] = [
     ("Arrester resistive current", "arrester_resistive_current", 0.3, 0.6),
     ("Insulator leakage", "leakage_current", 2.0, 5.0),
@@ -18,7 +18,7 @@ const QUANTITIES: [(&str, &str, f64, f64); 5] = [
     ("Bushing loss factor", "loss_factor", 0.6, 1.0),
 ];
 
-/// Overlays of gas, contacts, and all else that is monitored.
+/// Returns the overlays of gas, contacts, and all other monitoring.
 pub(super) fn overlays(points: &[Point]) -> [Overlay; 3] {
     let quantities = QUANTITIES.map(|(name, role, attention, alarm)| {
         json!({ "name": name, "role": role, "attention": attention, "alarm": alarm })
@@ -52,7 +52,7 @@ pub(super) fn overlays(points: &[Point]) -> [Overlay; 3] {
     ]
 }
 
-/// What points in these roles are at.
+/// Returns the equipment that has points in these roles.
 pub(super) fn equipment<'p>(points: &'p [Point], roles: &[&str]) -> BTreeSet<&'p str> {
     let in_role = points.iter().filter(|point| roles.contains(&point.role));
     in_role.map(|point| point.equipment.as_str()).collect()

@@ -7,15 +7,15 @@ use glam::{Mat4, Vec3};
 use super::insulator::Column;
 use crate::body::{Body, sheet, tube};
 
-/// Least x and z of the site, metres.
+/// Corner of the site with the least x and z, metres.
 pub(crate) const SITE_MIN: [f32; 2] = [-86.0, -94.0];
-/// Greatest x and z of the site, metres.
+/// Corner of the site with the greatest x and z, metres.
 pub(crate) const SITE_MAX: [f32; 2] = [86.0, 70.0];
 /// Distance from the wall to the middle of the ring road, metres.
 const ROAD_INSET: f32 = 6.0;
 const ROAD_WIDTH: f32 = 4.0;
 
-/// A band of rectangular section around a rectangle.
+/// Builds a band of rectangular section around a rectangle.
 fn rectangle(min: [f32; 2], max: [f32; 2], width: f32, low: f32, high: f32) -> Solid {
     let ring = |sx: f32, sz: f32| {
         let corner = |grow: f32, y: f32| {
@@ -29,7 +29,7 @@ fn rectangle(min: [f32; 2], max: [f32; 2], width: f32, low: f32, high: f32) -> S
     loft(&[ring(-1.0, -1.0), ring(-1.0, 1.0), ring(1.0, 1.0), ring(1.0, -1.0)], Ends::Joined)
 }
 
-/// Gravel, within and a little beyond the wall.
+/// Builds the gravel, within and a little beyond the wall.
 pub(super) fn ground() -> Body {
     let mut body = Body::new();
     let grow = 26.0;
@@ -38,7 +38,7 @@ pub(super) fn ground() -> Body {
     body
 }
 
-/// The ring road and the road along the transformers.
+/// Builds the ring road and the road along the transformers.
 pub(super) fn road() -> Body {
     let mut body = Body::new();
     let (min, max) = (SITE_MIN.map(|v| v + ROAD_INSET), SITE_MAX.map(|v| v - ROAD_INSET));
@@ -50,7 +50,7 @@ pub(super) fn road() -> Body {
     body
 }
 
-/// The boundary wall with its piers and gate.
+/// Builds the boundary wall with its piers and gate.
 pub(super) fn fence() -> Body {
     const PIER_PITCH: f32 = 6.0;
     let mut body = Body::new();
@@ -73,8 +73,8 @@ pub(super) fn fence() -> Body {
     body
 }
 
-/// A flat-roofed house of `[length, height, depth]` with windows on its long
-/// sides and a door at its end.
+/// Builds a flat-roofed house of `[length, height, depth]` with windows on its long sides and a
+/// door at its end.
 pub(super) fn house([length, height, depth]: [f32; 3], windows: usize) -> Body {
     let mut body = Body::new();
     let walls = block(Vec3::new(length, height + 0.4, depth), 0.04);
@@ -96,7 +96,7 @@ pub(super) fn house([length, height, depth]: [f32; 3], windows: usize) -> Body {
     body
 }
 
-/// A 35 kV capacitor bank in its frame, with three air-core reactors.
+/// Builds a 35 kV capacitor bank in its frame, with three air-core reactors.
 pub(super) fn capacitor_bank() -> Body {
     let mut body = Body::new();
     body.add(Finish::Concrete, block(Vec3::new(13.0, 0.5, 4.6), 0.03));
@@ -127,7 +127,7 @@ pub(super) fn capacitor_bank() -> Body {
     body
 }
 
-/// A bay's marshalling cubicle; its door looks towards x.
+/// Builds a bay's marshalling cubicle; its door looks towards x.
 pub(super) fn cubicle() -> Body {
     let mut body = Body::new();
     let case = block(Vec3::new(0.7, 1.6, 1.1), 0.02);
@@ -137,14 +137,14 @@ pub(super) fn cubicle() -> Body {
     body
 }
 
-/// A fire wall beside a transformer, along z.
+/// Builds a fire wall beside a transformer, along z.
 pub(super) fn fire_wall() -> Body {
     let mut body = Body::new();
     body.add(Finish::Concrete, block(Vec3::new(0.35, 7.2, 10.4), 0.03).moved(0.0, 3.4, 0.0));
     body
 }
 
-/// The kerb and stone bed that catch a transformer's oil.
+/// Builds the kerb and stone bed that catch a transformer's oil.
 pub(super) fn oil_pit() -> Body {
     let mut body = Body::new();
     let (min, max) = ([-6.6, -4.6], [6.6, 4.6]);
@@ -153,7 +153,7 @@ pub(super) fn oil_pit() -> Body {
     body
 }
 
-/// Where cable trenches run: start and end, x and z in metres.
+/// Cable trenches by start and end: x and z in metres.
 const TRENCHES: [[[f32; 2]; 2]; 5] = [
     [[-76.0, -54.2], [76.0, -54.2]],
     [[-70.0, 36.4], [60.0, 36.4]],
@@ -162,12 +162,12 @@ const TRENCHES: [[[f32; 2]; 2]; 5] = [
     [[-78.0, -10.0], [-78.0, 17.0]],
 ];
 
-/// Length of all trenches, metres.
+/// Returns length of all trenches, metres.
 pub(crate) fn trench_metres() -> f32 {
     TRENCHES.iter().map(|[[x, z], [u, w]]| (u - x).abs() + (w - z).abs()).sum()
 }
 
-/// The cable trenches under `covers` slabs of equal length.
+/// Builds the cable trenches under `covers` slabs of equal length.
 pub(crate) fn trench(covers: usize) -> Body {
     let mut body = Body::new();
     let total = trench_metres();

@@ -7,26 +7,26 @@ use glam::{Vec2, Vec3};
 use super::Class;
 use crate::body::{Body, along_x, tube};
 
-/// Most points of one wire.
+/// Number of points that one wire may have.
 pub(crate) const MAX_WIRE_POINTS: usize = 512;
 
-/// A wire through points, hanging between each two of them.
+/// Wire through points, hanging between each two of them.
 #[derive(Clone, Debug)]
 pub(crate) struct Wire {
-    /// Where it is clamped, in order.
+    /// Clamps of the wire, in order, metres.
     pub(crate) clamps: Vec<Vec3>,
-    /// Sag at mid-span over the span's length.
+    /// Ratio of the sag at mid-span to the span's length.
     pub(crate) sag_ratio: f32,
-    /// Radius, metres.
+    /// Radius of the wire, metres.
     pub(crate) radius: f32,
-    /// Segments of each span.
+    /// Number of segments of each span.
     pub(crate) segments: usize,
-    /// Points around.
+    /// Number of points around.
     pub(crate) sides: usize,
 }
 
-/// The tube along a wire. Between clamps it follows the parabola that a
-/// catenary of small sag is.
+/// Builds the tube along a wire. Between clamps it follows the parabola that a catenary of small
+/// sag is.
 pub(crate) fn wire(wire: &Wire) -> Solid {
     let mut path = Vec::new();
     for span in wire.clamps.windows(2) {
@@ -47,7 +47,7 @@ pub(crate) fn wire(wire: &Wire) -> Solid {
     sweep(&path, &section, Vec3::new(0.31, 0.87, 0.17))
 }
 
-/// One bay's length of aluminium tube along x, about its middle.
+/// Builds one bay's length of aluminium tube along x, about its middle.
 pub(super) fn bus_tube(class: &Class) -> Body {
     let mut body = Body::new();
     let half = 0.5 * class.pitch - 0.01;

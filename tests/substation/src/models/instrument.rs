@@ -9,10 +9,10 @@ use super::insulator::Column;
 use super::steel::{grading_ring, support};
 use crate::body::{Body, along_z, tube};
 
-/// A rounded metal cap with its clamp: radius, height above the column.
+/// Profile of a rounded metal cap with its clamp: radius, height above the column.
 const CAP: [(f32, f32); 4] = [(0.12, 0.03), (0.1, 0.08), (0.05, 0.1), (0.05, 0.16)];
 
-/// An inverted (head-type) current transformer, its primary along z.
+/// Builds an inverted (head-type) current transformer, its primary along z.
 pub(super) fn current_transformer(class: &Class) -> Body {
     let s = class.scale();
     let mut body = Body::new();
@@ -36,12 +36,12 @@ pub(super) fn current_transformer(class: &Class) -> Body {
     body
 }
 
-/// Height of a current transformer's primary above the terminals, metres.
+/// Returns height of a current transformer's primary above the terminals, metres.
 pub(crate) fn primary_rise(class: &Class) -> f32 {
     0.168 + 0.2 * class.scale()
 }
 
-/// A capacitor voltage transformer on its electromagnetic unit.
+/// Builds a capacitor voltage transformer on its electromagnetic unit.
 pub(super) fn voltage_transformer(class: &Class) -> Body {
     let mut body = Body::new();
     let base = class.terminal - class.column;
@@ -61,7 +61,7 @@ pub(super) fn voltage_transformer(class: &Class) -> Body {
     body
 }
 
-/// A metal-oxide arrester with grading ring and counter.
+/// Builds a metal-oxide arrester with grading ring and counter.
 pub(super) fn arrester(class: &Class) -> Body {
     let s = class.scale();
     let mut body = Body::new();
@@ -75,7 +75,7 @@ pub(super) fn arrester(class: &Class) -> Body {
     body
 }
 
-/// A post insulator on its support.
+/// Builds a post insulator on its support.
 pub(super) fn post(class: &Class) -> Body {
     let mut body = Body::new();
     let base = class.terminal - class.column;

@@ -7,9 +7,9 @@ use glam::{Mat4, Vec3};
 use super::Class;
 use crate::body::{Body, along_z};
 
-/// Points around a porcelain.
+/// Number of points around a porcelain.
 const SEGMENTS: usize = 10;
-/// Points around a disc.
+/// Number of points around a disc.
 const DISC_SEGMENTS: usize = 8;
 /// Height of the cemented flange at either end of a column, metres.
 const FLANGE: f32 = 0.09;
@@ -18,26 +18,26 @@ const DISC_PITCH: f32 = 0.146;
 const DISC_RADIUS: f32 = 0.1275;
 const CAP_RADIUS: f32 = 0.05;
 
-/// A porcelain column with a flange at either end.
+/// Porcelain column with a flange at either end.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Column {
     pub(super) base: f32,
     pub(super) height: f32,
-    /// Radius of the core.
+    /// Radius of the core, metres.
     pub(super) core: f32,
-    /// How far a large shed reaches beyond the core.
+    /// Overhang of a large shed beyond the core, metres.
     pub(super) overhang: f32,
     pub(super) sheds: usize,
 }
 
 impl Column {
-    /// `2 sheds + 4` rings: two to a flange, root and tip to a shed.
+    /// Builds the column of `2 sheds + 4` rings: two to a flange, root and tip to a shed.
     pub(super) fn body(self) -> Body {
         self.with_head(&[])
     }
 
-    /// The column and, in the same shell, metal turned to `head`: radius and
-    /// height above the column.
+    /// Builds the column and, in the same shell, metal turned to `head`: radius and height above
+    /// the column.
     pub(super) fn with_head(self, head: &[(f32, f32)]) -> Body {
         let mut profile = self.profile();
         let top = self.base + self.height;
@@ -45,7 +45,7 @@ impl Column {
         two_tone(&profile, |y| y > self.base + FLANGE && y < top - FLANGE)
     }
 
-    /// A second column on the first, with metal between and above them.
+    /// Builds a second column on the first, with metal between and above them.
     pub(super) fn stacked(self, waist: &[(f32, f32)], second: Column, head: &[(f32, f32)]) -> Body {
         let mut profile = self.profile();
         let (low, high) = (self.base + self.height, second.base + second.height);
@@ -81,7 +81,7 @@ fn two_tone(profile: &[(f32, f32)], is_porcelain: impl Fn(f32) -> bool) -> Body 
     body
 }
 
-/// A string of discs, from y = 0 up to its length; returns the length too.
+/// Builds a string of discs from y = 0 up to its length; returns the length too.
 fn string(discs: usize) -> (Body, f32) {
     let mut profile = vec![(0.02, 0.0)];
     for disc in 0..discs {
@@ -95,12 +95,12 @@ fn string(discs: usize) -> (Body, f32) {
     (body, length)
 }
 
-/// How far a tension set reaches from the beam to the clamp, metres.
+/// Returns the length of a tension set from the beam to the clamp, metres.
 pub(crate) fn tension_reach(discs: usize) -> f32 {
     0.12 + DISC_PITCH * discs as f32 + 0.5
 }
 
-/// Two strings side by side, from the beam at the origin towards -z.
+/// Builds two strings side by side, from the beam at the origin towards -z.
 pub(super) fn tension_set(class: &Class) -> Body {
     let mut body = Body::new();
     let length = tension_reach(class.discs) - 0.5;
@@ -119,7 +119,7 @@ pub(super) fn tension_set(class: &Class) -> Body {
     body
 }
 
-/// A string that hangs from the origin, with its clamp.
+/// Builds a string that hangs from the origin, with its clamp.
 pub(super) fn suspension_set(class: &Class) -> Body {
     let mut body = Body::new();
     let (string, length) = string(class.discs);
@@ -129,7 +129,7 @@ pub(super) fn suspension_set(class: &Class) -> Body {
     body
 }
 
-/// How far the clamp hangs below the beam, metres.
+/// Returns the height of the beam above the clamp, metres.
 pub(crate) fn suspension_reach(discs: usize) -> f32 {
     0.27 + 0.12 + DISC_PITCH * discs as f32
 }

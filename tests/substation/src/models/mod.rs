@@ -1,5 +1,5 @@
-//! The equipment, a function a kind. Models stand on the origin, y up, and
-//! turn their line side towards -z.
+//! Models of the equipment, one function for each kind. Models stand on the origin, y up, and turn
+//! their line side towards -z.
 
 mod civil;
 mod conductor;
@@ -27,17 +27,17 @@ pub(crate) struct Class {
     pub(crate) gantry: f32,
     /// Height of an insulator column.
     pub(crate) column: f32,
-    /// Sheds of a column.
+    /// Number of sheds of a column.
     pub(crate) sheds: usize,
-    /// Discs of a string.
+    /// Number of discs of a string.
     pub(crate) discs: usize,
-    /// Distance between phases.
+    /// Distance between phases, metres.
     pub(crate) phase: f32,
-    /// Distance between bays.
+    /// Distance between bays, metres.
     pub(crate) pitch: f32,
 }
 
-/// 220 kV equipment.
+/// Dimensions of 220 kV equipment.
 pub(crate) const CLASS_252: Class = Class {
     highest_kilovolts: 252,
     terminal: 5.5,
@@ -50,7 +50,7 @@ pub(crate) const CLASS_252: Class = Class {
     pitch: 14.0,
 };
 
-/// 110 kV equipment.
+/// Dimensions of 110 kV equipment.
 pub(crate) const CLASS_126: Class = Class {
     highest_kilovolts: 126,
     terminal: 4.1,
@@ -64,24 +64,24 @@ pub(crate) const CLASS_126: Class = Class {
 };
 
 impl Class {
-    /// The name of this class's model of a kind.
+    /// Returns the name of this class's model of a kind.
     pub(crate) fn named(&self, kind: &str) -> String {
         format!("{kind}_{}", self.highest_kilovolts)
     }
 
-    /// Size of what carries no voltage, relative to 252 kV.
+    /// Returns the scale of parts without voltage, relative to 252 kV.
     fn scale(&self) -> f32 {
         self.column / CLASS_252.column
     }
 
-    /// A column from `base` upwards, its core `core` metres in radius.
+    /// Returns a column from `base` upwards, its core `core` metres in radius.
     fn column_at(&self, base: f32, core: f32) -> Column {
         let overhang = 0.045 + 0.02 * self.scale();
         Column { base, height: self.column, core, overhang, sheds: self.sheds }
     }
 }
 
-/// Fills a catalogue with everything but what closes the sums.
+/// Fills a catalogue with all models except the filler geometry.
 pub(crate) fn add_all(catalogue: &mut Catalogue) -> Result<(), StationError> {
     for class in [&CLASS_252, &CLASS_126] {
         for (kind, body) in [

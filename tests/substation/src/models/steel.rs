@@ -12,8 +12,8 @@ const BURIED: f32 = 0.3;
 /// Height of foundations above the ground, metres.
 const PLINTH: f32 = 0.18;
 
-/// A tubular support with head flange on a square concrete collar, from the
-/// ground up to `top`.
+/// Builds a tubular support with head flange on a square concrete collar, from the ground up to
+/// `top`.
 pub(super) fn support(top: f32, radius: f32) -> Body {
     let mut body = Body::new();
     let wall = 0.8 * radius;
@@ -42,8 +42,8 @@ fn collar(half: f32) -> Body {
     body
 }
 
-/// Three posts on a steel frame, under the three tubes of one busbar. The
-/// tubes run along x, one phase spacing apart along z.
+/// Builds three posts on a steel frame, under the three tubes of one busbar. The tubes run along x,
+/// one phase spacing apart along z.
 pub(super) fn bus_support(class: &Class) -> Body {
     let mut body = Body::new();
     let beam_top = class.bus - class.column - 0.08;
@@ -61,7 +61,7 @@ pub(super) fn bus_support(class: &Class) -> Body {
     body
 }
 
-/// A square hollow section along z, about its middle.
+/// Builds a square hollow section along z, about its middle.
 pub(super) fn hollow_beam(side: f32, length: f32) -> Body {
     let mut body = Body::new();
     let outer = side * std::f32::consts::FRAC_1_SQRT_2;
@@ -70,11 +70,11 @@ pub(super) fn hollow_beam(side: f32, length: f32) -> Body {
     body
 }
 
-/// A lattice of four legs, laced on its four sides.
+/// Lattice of four legs, laced on its four sides.
 struct Lattice {
-    /// The legs at the start, in turn.
+    /// Start points of the legs, in turn.
     start: [Vec3; 4],
-    /// The legs at the end.
+    /// End points of the legs.
     end: [Vec3; 4],
     panels: usize,
     leg: f32,
@@ -98,7 +98,7 @@ impl Lattice {
         body
     }
 
-    /// The bar that is bent around the legs, from one to the next, rising.
+    /// Returns the path of the bar that is bent around the legs, from one to the next, rising.
     fn lacing(&self) -> Vec<Vec3> {
         (0..=self.panels)
             .map(|i| {
@@ -114,8 +114,8 @@ fn square(half_x: f32, half_z: f32, y: f32) -> [Vec3; 4] {
         .map(|(x, z)| Vec3::new(x * half_x, y, z * half_z))
 }
 
-/// A lattice column that carries beams at the class's gantry height, with the
-/// peak for the earth wire above.
+/// Builds a lattice column that carries beams at the class's gantry height, with the peak for the
+/// earth wire above.
 pub(super) fn gantry_column(class: &Class) -> Body {
     let mut body = Body::new();
     let (foot, head, top) = (0.075 * class.gantry, 0.42, class.gantry + 0.5);
@@ -143,12 +143,12 @@ pub(super) fn gantry_column(class: &Class) -> Body {
     body
 }
 
-/// Height of the peak above the beam's top chord, metres.
+/// Returns height of the peak above the beam's top chord, metres.
 pub(crate) fn peak_height(class: &Class) -> f32 {
     0.16 * class.gantry
 }
 
-/// A lattice beam along x, one bay long, about the gantry height.
+/// Builds a lattice beam along x, one bay long, about the gantry height.
 pub(super) fn gantry_beam(class: &Class) -> Body {
     let half = 0.5 * class.pitch - 0.3;
     let (y, depth) = (class.gantry, 0.4);
@@ -162,7 +162,7 @@ pub(super) fn gantry_beam(class: &Class) -> Body {
 /// Height of a lightning mast, metres.
 pub(crate) const MAST_HEIGHT: f32 = 32.0;
 
-/// A tapering tubular lightning mast.
+/// Builds a tapering tubular lightning mast.
 pub(super) fn mast() -> Body {
     let mut body = Body::new();
     let mut profile = vec![(0.5, 0.16), (0.5, 0.22), (0.36, 0.23)];
@@ -182,7 +182,7 @@ pub(super) fn mast() -> Body {
     body
 }
 
-/// A grading ring about y = 0 on its cross-bar.
+/// Builds a grading ring about y = 0 on its cross-bar.
 pub(super) fn grading_ring(radius: f32) -> Body {
     let mut body = Body::new();
     body.add(Finish::Aluminium, torus(radius, 0.03, 16, 6));

@@ -10,7 +10,7 @@ use super::insulator::Column;
 use super::steel::{hollow_beam, support};
 use crate::body::{Body, along_x, along_z, tube, turned};
 
-/// Bodies, and where each is, by name.
+/// Bodies with their names and places.
 pub(super) struct Parts {
     pub(super) bodies: Vec<Body>,
     pub(super) places: Vec<(String, usize, Mat4)>,
@@ -20,15 +20,15 @@ fn part(name: &str, body: usize, place: Mat4) -> (String, usize, Mat4) {
     (name.to_owned(), body, place)
 }
 
-/// A mechanism box about its middle.
+/// Builds a mechanism box about its middle.
 fn mechanism_box(width: f32, height: f32, depth: f32) -> Body {
     let mut body = Body::new();
     body.add(Finish::GreyPaint, block(Vec3::new(depth, height, width), 0.03));
     body
 }
 
-/// A live-tank breaker pole: support column, and the chamber above it.
-/// Terminals: below the chamber (+z) and above it (-z).
+/// Builds a live-tank breaker pole: support column, and the chamber above it. Terminals: below the
+/// chamber (+z) and above it (-z).
 pub(super) fn breaker(class: &Class) -> Body {
     let s = class.scale();
     let mut body = Body::new();
@@ -55,12 +55,12 @@ pub(super) fn breaker(class: &Class) -> Body {
     body
 }
 
-/// Height above the terminals at which the breaker's upper terminal lies.
+/// Returns the height above the terminals at which the breaker's upper terminal lies.
 pub(crate) fn breaker_top(class: &Class) -> f32 {
     class.terminal - 0.025 + 0.8 * class.column + 0.1
 }
 
-/// A closed loop of bar through `corners`, square in section.
+/// Builds a closed loop of bar through `corners`, square in section.
 fn frame(corners: &[Vec3], bar: f32) -> Solid {
     let n = corners.len();
     let middle = corners.iter().sum::<Vec3>() / n as f32;
@@ -75,7 +75,7 @@ fn frame(corners: &[Vec3], bar: f32) -> Solid {
     loft(&(0..n).map(ring).collect::<Vec<_>>(), Ends::Joined)
 }
 
-/// A pantograph pole, closed onto the busbar's contact above it: what stands, and its
+/// Builds a pantograph pole, closed onto the busbar's contact above it: its fixed body, and its
 /// scissors.
 pub(super) fn pantograph(class: &Class) -> Parts {
     let s = class.scale();
@@ -121,9 +121,8 @@ pub(super) fn pantograph(class: &Class) -> Parts {
     }
 }
 
-/// A centre-break disconnector pole with two turning columns, closed, the
-/// current path along z, with its earthing blade, open: what stands, and three blades, each
-/// about its hinge.
+/// Builds a centre-break disconnector pole with two turning columns, closed, the current path along
+/// z, with its earthing blade, open: what stands, and three blades, each about its hinge.
 pub(super) fn disconnector(class: &Class) -> Parts {
     let s = class.scale();
     let mut body = Body::new();
@@ -171,7 +170,8 @@ pub(super) fn disconnector(class: &Class) -> Parts {
     }
 }
 
-/// How the parts of a model move, as a configuration words it; none of what stands still.
+/// Returns the moving parts of a model in the form of a configuration; none for models that stand
+/// still.
 pub(crate) fn moving_parts(model: &str) -> Option<Value> {
     let blade = |part: &str, degrees: f32| json!({ "part": part, "mechanism": BLADE, "axis": [0, 1, 0], "degrees": degrees });
     let scissors = json!({ "part": "scissors", "mechanism": BLADE, "scale": [1, 0.3, 1.5] });
@@ -189,11 +189,11 @@ pub(crate) fn moving_parts(model: &str) -> Option<Value> {
     }
 }
 
-/// What moves the current path of a disconnector, and its earthing blade.
+/// Mechanism of a disconnector's current path; that of its earthing blade follows.
 pub(crate) const BLADE: &str = "blade";
 pub(crate) const EARTHING_BLADE: &str = "earthing blade";
 
-/// Half the length of a disconnector's current path, metres.
+/// Returns half the length of a disconnector's current path, metres.
 pub(crate) fn disconnector_reach(class: &Class) -> f32 {
     0.52 * class.column + 0.08 + 0.28
 }

@@ -1,5 +1,5 @@
-//! The main transformer 220/110/35 kV, 180 MVA, lean enough for the paper's
-//! sum of triangles. High voltage towards -z, medium voltage towards +z.
+//! Main transformer 220/110/35 kV, 180 MVA, lean enough for the paper's number of triangles. High
+//! voltage towards -z, medium voltage towards +z.
 
 use demo_model::shapes::{block, cylinder, lathe, pipe, strut};
 use demo_model::{Finish, at};
@@ -15,10 +15,10 @@ const RADIATORS_PER_SIDE: usize = 8;
 const RADIATOR_PITCH: f32 = 0.98;
 const PANELS: usize = 10;
 
-/// A set of bushings on their turrets.
+/// Set of bushings on their turrets.
 struct Bushing {
     prefix: &'static str,
-    /// Distance between phases.
+    /// Distance between phases, metres.
     pitch: f32,
     middle: [f32; 2],
     turret: [f32; 2],
@@ -55,7 +55,7 @@ const LOW: Bushing = Bushing {
     sheds: 7,
 };
 
-/// A winding of the transformer.
+/// Winding of the transformer by its voltage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Winding {
     High,
@@ -63,7 +63,7 @@ pub(crate) enum Winding {
     Low,
 }
 
-/// Tip of a bushing; `phase` is -1, 0 or 1.
+/// Returns the tip of a bushing; `phase` is -1, 0 or 1.
 pub(crate) fn bushing_tip(winding: Winding, phase: f32) -> Vec3 {
     let set = match winding {
         Winding::High => &HIGH,
@@ -74,7 +74,7 @@ pub(crate) fn bushing_tip(winding: Winding, phase: f32) -> Vec3 {
     Vec3::new(set.middle[0] + phase * set.pitch, y, set.middle[1])
 }
 
-/// The bodies, and the parts: name, index of the body, place.
+/// Builds the bodies and the parts: name, index of the body, place.
 pub(super) fn transformer() -> (Vec<Body>, Vec<(String, usize, Mat4)>) {
     let bodies = vec![
         tank(),
@@ -184,7 +184,7 @@ impl Bushing {
     }
 }
 
-/// A panel radiator that stands out along z from the wall, with its two pipes.
+/// Builds a panel radiator that stands out along z from the wall, with its two pipes.
 fn radiator() -> Body {
     const HEIGHT: f32 = 2.7;
     const REACH: f32 = 1.1;
@@ -203,7 +203,7 @@ fn radiator() -> Body {
     body
 }
 
-/// A fan under a radiator, blowing upwards.
+/// Builds a fan under a radiator, blowing upwards.
 fn fan() -> Body {
     let mut body = Body::new();
     body.add(Finish::DarkPaint, tube(0.39, 0.41, -0.09, 0.09, 16));

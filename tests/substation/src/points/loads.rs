@@ -1,23 +1,23 @@
-//! What each bay carries in normal operation.
+//! Loads of the bays in normal operation.
 
-/// How many main transformers there are.
+/// Number of main transformers.
 pub(crate) const MAIN_TRANSFORMERS: usize = 2;
 
-/// What a bay carries in normal operation.
+/// Load of a bay in normal operation.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Load {
-    /// Such as `=S12D1Q1`.
+    /// Designation of the bay, such as `=S12D1Q1`.
     pub(crate) bay: String,
-    /// Active power out of the busbar, MW.
+    /// Active power out of the busbar in MW.
     pub(crate) megawatts: f64,
-    /// Nominal voltage, kV.
+    /// Nominal voltage in kV.
     pub(crate) kilovolts: f64,
-    /// Rated current, A.
+    /// Rated current in A.
     pub(crate) rated_amperes: f64,
 }
 
 impl Load {
-    /// At the station's power factor.
+    /// Returns the current at the station's power factor, A.
     pub(crate) fn amperes(&self) -> f64 {
         1000.0 * self.megawatts.abs() / (3_f64.sqrt() * self.kilovolts * POWER_FACTOR)
     }
@@ -54,7 +54,7 @@ const LOADS: [(&str, f64, f64, f64); 22] = [
 ];
 const FEEDER_MEGAWATTS: f64 = 0.61;
 
-/// What each bay of the yards and transformers carries.
+/// Returns the loads of the yards' and transformers' bays.
 pub(crate) fn bay_loads() -> Vec<Load> {
     LOADS
         .iter()
@@ -77,7 +77,7 @@ pub(super) fn load_of(bay: &str) -> Load {
     bay_loads().into_iter().find(|load| load.bay == bay).unwrap_or(feeder)
 }
 
-/// Share of a bay's rated current that flows.
+/// Returns the share of a bay's rated current that flows.
 pub(super) fn loading(bay: &str) -> f64 {
     let load = load_of(bay);
     load.amperes() / load.rated_amperes

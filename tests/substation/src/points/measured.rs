@@ -1,9 +1,9 @@
 //! Measured values of a bay.
 
 use super::loads::{POWER_FACTOR, load_of};
-use super::{List, Place, PointKind, Quantity, Usual};
+use super::{NormalValue, PointContext, PointKind, PointListBuilder, Quantity};
 
-/// Measured values of a bay: 14 of the first, and what voltage transformers have besides.
+/// Measured values of a bay: the first 14 of every bay, the rest of voltage transformers.
 const MEASURED: [Quantity; 18] = [
     ("MMXU.TotW", "active power", "MW", -400.0, 400.0, 1000),
     ("MMXU.TotVAr", "reactive power", "Mvar", -200.0, 200.0, 1000),
@@ -26,18 +26,18 @@ const MEASURED: [Quantity; 18] = [
 ];
 const OF_FEEDER: [usize; 14] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13];
 
-/// Adds what a feeder measures, at where currents are measured, and voltages.
-pub(super) fn add_measured(bay: &str, at: [&str; 2], node: usize, list: &mut List) {
+/// Adds the measured values of a feeder, at the devices that measure currents and voltages.
+pub(super) fn add_measured(bay: &str, at: [&str; 2], node: usize, list: &mut PointListBuilder) {
     add_some_measured(bay, at, node, &OF_FEEDER, list);
 }
 
-/// Adds those with these indices, at where currents are measured, and voltages.
+/// Adds the measured values with these indices, at the devices that measure currents and voltages.
 pub(super) fn add_some_measured(
     bay: &str,
     [current, voltage]: [&str; 2],
     node: usize,
     which: &[usize],
-    list: &mut List,
+    list: &mut PointListBuilder,
 ) {
     let load = load_of(bay);
     let (power, amperes) = (load.megawatts, load.amperes());
@@ -54,17 +54,23 @@ pub(super) fn add_some_measured(
             2..=4 => ("current", walk(amperes)),
             6..=8 => ("phase_voltage", walk(phase)),
             9 | 14 | 15 => ("voltage", walk(line)),
-            10 => ("frequency", Usual::Walk(50.0, 0.015)),
-            11 => ("power_factor", Usual::Walk(POWER_FACTOR, 0.004)),
-            12 if power > 0.0 => ("energy", Usual::Counter(84_000.0, 3600.0 * hours_a_unit)),
-            13 if power < 0.0 => ("energy", Usual::Counter(84_000.0, 3600.0 * hours_a_unit)),
-            12 | 13 => ("energy", Usual::Constant(1_200.0)),
-            17 => ("distortion", Usual::Walk(1.4, 0.1)),
-            _ => ("residual", Usual::Walk(0.004 * amperes.max(1.0), 0.001 * amperes.max(1.0))),
+            10 => ("frequency", NormalValue::Walk(50.0, 0.015)),
+            11 => ("power_factor", NormalValue::Walk(POWER_FACTOR, 0.004)),
+            12 if power > 0.0 => ("energy", NormalValue::Counter(84_000.0, 3600.0 * hours_a_unit)),
+            13 if power < 0.0 => ("energy", NormalValue::Counter(84_000.0, 3600.0 * hours_a_unit)),
+            12 | 13 => ("energy", NormalValue::Constant(1_200.0)),
+            17 => ("distortion", NormalValue::Walk(1.4, 0.1)),
+            _ => {
+                ("residual", NormalValue::Walk(0.004 * amperes.max(1.0), 0.001 * amperes.max(1.0)))
+            }
         };
         let equipment = if is_voltage { voltage } else { current }.to_owned();
-        let point =
-            list.add(PointKind::Analog, quantity, Place { bay, equipment, node, role }, usual);
+        let point = list.add(
+            PointKind::Analog,
+            quantity,
+            PointContext { bay, equipment, node, role },
+            usual,
+        );
         match role {
             "current" => point.limits[1] = Some(load.rated_amperes),
             "voltage" => point.limits = [0.9, 1.1].map(|share| Some(share * load.kilovolts)),
@@ -74,7 +80,7 @@ pub(super) fn add_some_measured(
     }
 }
 
-/// By half a percent: within the dead band of a control centre.
-fn walk(base: f64) -> Usual {
-    Usual::Walk(base, 0.005 * base.abs())
+/// Returns a random walk of half a percent, within the deadband of a control centre.
+fn walk(base: f64) -> NormalValue {
+    NormalValue::Walk(base, 0.005 * base.abs())
 }

@@ -1,9 +1,9 @@
 //! Points of condition monitoring.
 
-use super::{List, Place, PointKind, Quantity, Usual};
+use super::{NormalValue, PointContext, PointKind, PointListBuilder, Quantity};
 
-/// Milliseconds between two values of condition monitoring: as a demonstration needs them.
-/// Stations read gas each 1 to 10 minutes, currents and temperatures each 5 to 30.
+/// Scan period of condition monitoring, milliseconds, as a demonstration needs it. Stations read
+/// gas each 1 to 10 minutes, currents and temperatures each 5 to 30.
 const SCAN: u32 = 5000;
 
 const PRESSURE: Quantity = ("SIMG.Pres", "SF6 pressure", "bar", 0.0, 12.0, SCAN);
@@ -16,16 +16,16 @@ const LEAKAGE: Quantity = ("SINS.LeakA", "insulator leakage current", "mA", 0.0,
 
 /// Filling pressure of a breaker at 20 °C, bar absolute.
 pub(crate) const SF6_FILLING: f64 = 7.0;
-/// Where an alarm is raised, and where the breaker is locked, bar absolute at 20 °C.
+/// Pressure limit of the alarm, bar absolute at 20 °C; the lock-out limit follows.
 pub(crate) const SF6_ALARM: f64 = 6.4;
 pub(crate) const SF6_LOCK_OUT: f64 = 6.0;
 /// Temperature of gas and of contacts without current, °C.
 const OUTSIDE: f64 = 22.0;
 
-/// What is monitored in a bay: devices of each pole.
-pub(super) struct Monitored<'a> {
+/// Monitored devices of a bay, of each pole.
+pub(super) struct MonitoredDevices<'a> {
     pub(super) bay: &'a str,
-    /// Breaker with SF6.
+    /// Flag of a breaker with SF6.
     pub(super) breaker: bool,
     pub(super) arrester: bool,
     /// Devices with a contact that may heat up.
@@ -36,25 +36,25 @@ pub(super) struct Monitored<'a> {
     pub(super) loading: f64,
 }
 
-impl Monitored<'_> {
-    pub(super) fn add(&self, list: &mut List) {
+impl MonitoredDevices<'_> {
+    pub(super) fn add(&self, list: &mut PointListBuilder) {
         for pole in 1..=3_usize {
             let mut add = |quantity: Quantity, device: &str, node, role, usual| {
                 let equipment = format!("{}-{device}-L{pole}", self.bay);
-                let place = Place { bay: self.bay, equipment, node, role };
+                let place = PointContext { bay: self.bay, equipment, node, role };
                 list.add(PointKind::Monitoring, quantity, place, usual);
             };
             if self.breaker {
                 let temperature = OUTSIDE + 1.0;
                 // The gas law: pressure goes with the absolute temperature.
                 let pressure = SF6_FILLING * (temperature + 273.15) / 293.15;
-                add(PRESSURE, "QA1", pole, "sf6_pressure", Usual::Walk(pressure, 0.005));
+                add(PRESSURE, "QA1", pole, "sf6_pressure", NormalValue::Walk(pressure, 0.005));
                 add(GAS_TEMPERATURE, "QA1", pole, "sf6_temperature", walk(temperature, 0.2));
             }
             if self.arrester {
                 add(TOTAL, "FA1", pole, "arrester_total_current", walk(0.9, 0.02));
                 add(RESISTIVE, "FA1", pole, "arrester_resistive_current", walk(0.12, 0.01));
-                let operations = Usual::Constant((3 * pole + self.bay.len()) as f64);
+                let operations = NormalValue::Constant((3 * pole + self.bay.len()) as f64);
                 add(OPERATIONS, "FA1", pole, "arrester_operations", operations);
             }
             for (index, device) in self.contacts.iter().enumerate() {
@@ -71,15 +71,15 @@ impl Monitored<'_> {
     }
 }
 
-fn walk(base: f64, amplitude: f64) -> Usual {
-    Usual::Walk(base, amplitude)
+fn walk(base: f64, amplitude: f64) -> NormalValue {
+    NormalValue::Walk(base, amplitude)
 }
 
-/// A point of a transformer: its quantity, role, value, and how many sensors there are.
-type OfTransformer = (Quantity, &'static str, f64, f64, usize);
+/// Point of a transformer: quantity, role, value, deviation, number of sensors.
+type TransformerPoint = (Quantity, &'static str, f64, f64, usize);
 
-/// 51 points.
-const TRANSFORMER: [OfTransformer; 17] = [
+/// Monitoring points of a transformer, 51 in all.
+const TRANSFORMER: [TransformerPoint; 17] = [
     (("SIML.H2", "hydrogen", "ppm", 0.0, 5000.0, SCAN), "hydrogen", 24.0, 0.4, 1),
     (("SIML.CH4", "methane", "ppm", 0.0, 5000.0, SCAN), "methane", 11.0, 0.2, 1),
     (("SIML.C2H2", "acetylene", "ppm", 0.0, 1000.0, SCAN), "acetylene", 0.3, 0.02, 1),
@@ -105,13 +105,13 @@ const TRANSFORMER: [OfTransformer; 17] = [
     (("YLTC.OilTmp", "tap changer oil", "°C", -40.0, 150.0, SCAN), "tap_changer_oil", 41.0, 0.3, 1),
 ];
 
-/// Adds what is monitored at a transformer.
-pub(super) fn add_of_transformer(bay: &str, list: &mut List) {
+/// Adds the monitoring points of a transformer.
+pub(super) fn add_of_transformer(bay: &str, list: &mut PointListBuilder) {
     for (quantity, role, base, amplitude, sensors) in TRANSFORMER {
         for node in 1..=sensors {
             let is_second = node > 1 && matches!(role, "top_oil" | "hot_spot" | "oil_level");
             let role = if is_second { "second_sensor" } else { role };
-            let place = Place { bay, equipment: format!("{bay}-TA1"), node, role };
+            let place = PointContext { bay, equipment: format!("{bay}-TA1"), node, role };
             let point = list.add(PointKind::Monitoring, quantity, place, walk(base, amplitude));
             point.limits[1] = match role {
                 "top_oil" => Some(95.0),
@@ -122,11 +122,12 @@ pub(super) fn add_of_transformer(bay: &str, list: &mut List) {
     }
 }
 
-/// A point of the station: its quantity, value, and how many sensors there are.
-type OfStation = (Quantity, f64, f64, usize);
+/// Point of the station: quantity, value, deviation, number of sensors.
+type StationPoint = (Quantity, f64, f64, usize);
 
-/// Weather, batteries, fire detection, gas in the switch room, cameras: 102 points.
-const STATION: [OfStation; 9] = [
+/// Monitoring points of the station: weather, batteries, fire detection, gas in the switch room,
+/// cameras: 102 points.
+const STATION: [StationPoint; 9] = [
     (("MMET.EnvTmp", "ambient temperature", "°C", -50.0, 60.0, 1000), OUTSIDE, 0.2, 2),
     (("MMET.EnvHum", "humidity", "%", 0.0, 100.0, SCAN), 54.0, 0.5, 2),
     (("MMET.HorWdSpd", "wind speed", "m/s", 0.0, 60.0, SCAN), 3.0, 1.0, 2),
@@ -138,24 +139,26 @@ const STATION: [OfStation; 9] = [
     (("SCAM.Rate", "video stream rate", "Mbit/s", 0.0, 100.0, SCAN), 8.0, 0.6, 40),
 ];
 
-/// Adds what is monitored for the station as a whole.
-pub(super) fn add_of_station(bay: &str, equipment: &str, list: &mut List) {
+/// Adds the monitoring points of the station as a whole.
+pub(super) fn add_of_station(bay: &str, equipment: &str, list: &mut PointListBuilder) {
     for (quantity, base, amplitude, sensors) in STATION {
         for node in 1..=sensors {
-            let place = Place { bay, equipment: equipment.to_owned(), node, role: "environment" };
+            let place =
+                PointContext { bay, equipment: equipment.to_owned(), node, role: "environment" };
             list.add(PointKind::Monitoring, quantity, place, walk(base, amplitude));
         }
     }
 }
 
-/// Adds what is monitored at a 35 kV feeder: 6 points.
-pub(super) fn add_of_feeder(bay: &str, equipment: &str, list: &mut List) {
+/// Adds the 6 monitoring points of a 35 kV feeder.
+pub(super) fn add_of_feeder(bay: &str, equipment: &str, list: &mut PointListBuilder) {
     let contacts = (1..=3).map(|node| (CONTACT, node, 31.0, 0.4));
     let others = [(PRESSURE, 1, 1.4, 0.002), (GAS_TEMPERATURE, 1, OUTSIDE, 0.2)];
     for (quantity, node, base, amplitude) in
         others.into_iter().chain(contacts).chain([(LEAKAGE, 1, 0.1, 0.02)])
     {
-        let place = Place { bay, equipment: equipment.to_owned(), node, role: "environment" };
+        let place =
+            PointContext { bay, equipment: equipment.to_owned(), node, role: "environment" };
         list.add(PointKind::Monitoring, quantity, place, walk(base, amplitude));
     }
 }

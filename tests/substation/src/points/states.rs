@@ -1,9 +1,9 @@
 //! Positions, states and commands of a bay.
 
-use super::{List, Place, PointKind, Usual};
+use super::{NormalValue, PointContext, PointKind, PointListBuilder};
 use crate::network;
 
-/// States; the list repeats with the next logical node.
+/// States by reference and name; the list repeats with the next logical node.
 const STATES: [(&str, &str); 15] = [
     ("PTRC.Tr", "trip"),
     ("PTRC.Str", "protection picked up"),
@@ -24,10 +24,10 @@ const STATES: [(&str, &str); 15] = [
 const COMMANDS: [(&str, &str); 3] =
     [("CSWI.Pos.Oper", "operate"), ("GGIO.SPCSO.Oper", "reset"), ("RREC.Auto.Oper", "reclosing")];
 
-/// A switch: equipment, name, whether it is closed. Breakers are those named so.
+/// Switch: equipment, name, true if closed. Breakers have the name [`BREAKER`].
 pub(super) type Switch = (String, &'static str, bool);
 
-/// The switches of a bay of the network.
+/// Returns the switches of a bay of the network.
 pub(super) fn switches(bay: &str) -> Vec<Switch> {
     let prefix = format!("{bay}-");
     let own = network::network().switches.into_iter();
@@ -40,16 +40,21 @@ pub(super) fn switches(bay: &str) -> Vec<Switch> {
         .collect()
 }
 
-/// The disconnector that has an earthing blade.
+/// Suffix of the disconnector that has an earthing blade.
 pub(crate) const EARTHED: &str = "-QB9";
-/// Name of breakers.
+/// Name of the breakers' position.
 pub(super) const BREAKER: &str = "breaker";
-/// How an open and a closed switch are told (IEC 61850-7-3, 7.4.4).
+/// Code of an open switch (IEC 61850-7-3, 7.4.4); that of a closed one follows.
 const OPEN: f64 = 1.0;
 const CLOSED: f64 = 2.0;
 
-/// Positions of switches, and of `earths` earth switches, which are open.
-pub(super) fn add_doubles(bay: &str, switches: &[Switch], earths: usize, list: &mut List) {
+/// Adds positions of switches, and of `earths` earth switches, which are open.
+pub(super) fn add_doubles(
+    bay: &str,
+    switches: &[Switch],
+    earths: usize,
+    list: &mut PointListBuilder,
+) {
     let (mut breakers, mut disconnectors) = (0, 0);
     for (equipment, name, closed) in switches {
         let (class, count) = match *name {
@@ -57,8 +62,9 @@ pub(super) fn add_doubles(bay: &str, switches: &[Switch], earths: usize, list: &
             _ => ("XSWI.Pos", &mut disconnectors),
         };
         *count += 1;
-        let place = Place { bay, equipment: equipment.clone(), node: *count, role: "position" };
-        let usual = Usual::Constant(if *closed { CLOSED } else { OPEN });
+        let place =
+            PointContext { bay, equipment: equipment.clone(), node: *count, role: "position" };
+        let usual = NormalValue::Constant(if *closed { CLOSED } else { OPEN });
         list.add(PointKind::Double, (class, name, "", 0.0, 3.0, 1000), place, usual);
     }
     for node in disconnectors + 1..=disconnectors + earths {
@@ -66,19 +72,19 @@ pub(super) fn add_doubles(bay: &str, switches: &[Switch], earths: usize, list: &
         let line = switches.iter().find(|(equipment, ..)| equipment.ends_with(EARTHED));
         let line = line.filter(|_| node == disconnectors + 1);
         let Some((equipment, ..)) = line.or(switches.first()) else { continue };
-        let place = Place { bay, equipment: equipment.clone(), node, role: "earth_switch" };
+        let place = PointContext { bay, equipment: equipment.clone(), node, role: "earth_switch" };
         let quantity = ("XSWI.Pos", "earth switch", "", 0.0, 3.0, 1000);
-        list.add(PointKind::Double, quantity, place, Usual::Constant(OPEN));
+        list.add(PointKind::Double, quantity, place, NormalValue::Constant(OPEN));
     }
 }
 
-/// States, all as they should be, and commands.
+/// Adds states, all in their normal condition, and commands.
 pub(super) fn add_states(
     bay: &str,
     equipment: &str,
     states: usize,
     commands: usize,
-    list: &mut List,
+    list: &mut PointListBuilder,
 ) {
     let kinds = [
         (PointKind::Single, &STATES[..], states, "state"),
@@ -88,8 +94,13 @@ pub(super) fn add_states(
         for i in 0..count {
             let (reference, name) = names[i % names.len()];
             let node = i / names.len() + 1;
-            let place = Place { bay, equipment: equipment.to_owned(), node, role };
-            list.add(kind, (reference, name, "", 0.0, 1.0, 1000), place, Usual::Constant(0.0));
+            let place = PointContext { bay, equipment: equipment.to_owned(), node, role };
+            list.add(
+                kind,
+                (reference, name, "", 0.0, 1.0, 1000),
+                place,
+                NormalValue::Constant(0.0),
+            );
         }
     }
 }

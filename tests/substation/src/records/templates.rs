@@ -1,19 +1,19 @@
-//! What may be reported of equipment, and what equipment may be, by its class (IEC 81346-2).
+//! Templates of work orders and assets by the class of equipment (IEC 81346-2).
 
-/// Work on a class of equipment.
+/// Template of work on a class of equipment.
 pub(super) struct WorkTemplate {
     pub(super) code: &'static str,
     pub(super) kind: &'static str,
     pub(super) text: &'static str,
-    /// What is done next as long as it is open.
+    /// Next step as long as the work is open.
     pub(super) next: &'static str,
     pub(super) priority: &'static str,
 }
 
-/// A class of equipment.
+/// Template of a class of equipment.
 pub(super) struct AssetTemplate {
     pub(super) code: &'static str,
-    /// Makers that do not exist, and their models.
+    /// Fictitious makers and their types.
     pub(super) made: [(&'static str, &'static str); 2],
     pub(super) rating: &'static str,
     pub(super) criticality: &'static str,

@@ -11,31 +11,34 @@ use serde_json::{Value, json};
 
 use super::peer::{Peer, number};
 use super::{PATIENCE, Peers, ROUNDS, Rates, device, ensure_none_lost, free_port, good};
-use crate::site::{Site, telemetry_tag};
+use crate::scene::{GeneratedScene, telemetry_tag};
 
 const PLUGIN: &str = "iec104";
-/// Points of a common address, and of an interrogation.
+/// Number of points of a common address, and of an interrogation.
 pub(crate) const POINTS: u32 = 5000;
-/// As many as the plugin's limit of tags allows.
+/// Number of common addresses, as many as the plugin's limit of tags allows.
 const ADDRESSES: u32 = 20;
-/// The shortest that the settings allow: then all common addresses are asked, one after
-/// the other.
+/// Shortest interrogation period that the settings allow, milliseconds; then all common addresses
+/// are asked, one after the other.
 const PERIOD_MILLIS: u32 = 1000;
-/// Between two looks at what came.
+/// Polling period of received values.
 const PAUSE: Duration = Duration::from_micros(500);
 
-/// Milliseconds of one interrogation of [`POINTS`], a round each.
+/// Milliseconds of one interrogation of [`POINTS`], one for each round.
 #[derive(Debug, Serialize)]
 pub(crate) struct Interrogations {
     pub(crate) server: &'static str,
-    /// From the plugin's start, with connecting and the start of data transfer, until the
+    /// Seconds from the plugin's start, with connecting and the start of data transfer, until the
     /// host has all values.
     pub(crate) ours: Vec<f64>,
-    /// From the request to its end, on a connection that is there.
+    /// Seconds from the request to its end, on an open connection.
     pub(crate) peers: Vec<f64>,
 }
 
-pub(crate) fn measure(site: &Site, peers: &Peers) -> Result<(Vec<Rates>, Vec<Interrogations>)> {
+pub(crate) fn measure(
+    site: &GeneratedScene,
+    peers: &Peers,
+) -> Result<(Vec<Rates>, Vec<Interrogations>)> {
     let port = free_port()?;
     let device = device(site, PLUGIN, &settings(port), &tags(ADDRESSES))?;
     let (rates, interrogations) = alternate(site, peers, "busbar simulate", port)?;
@@ -48,7 +51,7 @@ pub(crate) fn measure(site: &Site, peers: &Peers) -> Result<(Vec<Rates>, Vec<Int
 }
 
 fn alternate(
-    site: &Site,
+    site: &GeneratedScene,
     peers: &Peers,
     server: &'static str,
     port: u16,
@@ -59,17 +62,17 @@ fn alternate(
     let mut interrogations = Interrogations { server, ours: Vec::new(), peers: Vec::new() };
     for _ in 0..ROUNDS {
         rates.ours.push(points_per_second(site, port)?);
-        let seconds = theirs(&mut client, ADDRESSES)?;
+        let seconds = peer_seconds(&mut client, ADDRESSES)?;
         rates.peers.push(f64::from(ADDRESSES * POINTS) / seconds);
         interrogations.ours.push(first_interrogation(site, port)?.as_secs_f64() * 1e3);
-        interrogations.peers.push(theirs(&mut client, 1)? * 1e3);
+        interrogations.peers.push(peer_seconds(&mut client, 1)? * 1e3);
     }
     Ok((rates, interrogations))
 }
 
-/// While all common addresses are interrogated a second time, from the first to the last
-/// of their values: at the first time all is new to the plugin.
-fn points_per_second(site: &Site, port: u16) -> Result<f64> {
+/// Measures points a second in the second interrogation of all common addresses, from the first to
+/// the last of their values: in the first one all is new to the plugin.
+fn points_per_second(site: &GeneratedScene, port: u16) -> Result<f64> {
     let all = ADDRESSES * POINTS;
     let plugin = site.plugin(PLUGIN, &settings(port))?;
     let telemetry = RunningTelemetry::start(&plugin, &tags(ADDRESSES), SourcePolicy::default())?;
@@ -88,7 +91,7 @@ fn points_per_second(site: &Site, port: u16) -> Result<f64> {
     Ok(f64::from(rest) / begun.elapsed().as_secs_f64())
 }
 
-fn first_interrogation(site: &Site, port: u16) -> Result<Duration> {
+fn first_interrogation(site: &GeneratedScene, port: u16) -> Result<Duration> {
     let plugin = site.plugin(PLUGIN, &settings(port))?;
     let tags = tags(1);
     let begun = Instant::now();
@@ -108,8 +111,8 @@ fn take(telemetry: &RunningTelemetry, count: u32) -> Result<()> {
     Ok(())
 }
 
-/// Seconds.
-fn theirs(client: &mut Peer, addresses: u32) -> Result<f64> {
+/// Runs one interrogation by the peer; returns its seconds.
+fn peer_seconds(client: &mut Peer, addresses: u32) -> Result<f64> {
     let answer = client.ask(&json!({ "addresses": addresses }))?;
     let points = number(&answer, "points")?;
     ensure!(points == f64::from(addresses * POINTS), "the peer has {points} points");

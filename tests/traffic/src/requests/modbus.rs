@@ -10,36 +10,36 @@ use serde_json::{Value, json};
 
 use super::peer::{Peer, number};
 use super::{PATIENCE, Peers, ROUNDS, Rates, device, ensure_none_lost, free_port, good};
-use crate::site::{Site, telemetry_tag};
+use crate::scene::{GeneratedScene, telemetry_tag};
 
 const PLUGIN: &str = "modbus_adapter";
-/// As many as one request may ask for (Modbus Application Protocol V1.1b3, 6.3).
+/// Number of registers in one request, as many as it may ask for (Modbus Application Protocol
+/// V1.1b3, 6.3).
 pub(crate) const REGISTERS: u32 = 125;
-/// 62 floats and one of 16 bits fill them.
+/// Number of 32-bit floats in a request; one value of 16 bits fills the rest.
 const FLOATS: u32 = REGISTERS / 2;
 const VALUES: u32 = FLOATS + 1;
-/// Groups of the shortest period that the settings allow. Their requests take longer than
-/// that together, so one is always due, and the adapter never waits.
+/// Number of poll groups of the shortest period that the settings allow.
 const GROUPS: u32 = 8;
 const POLL_MILLIS: u32 = 50;
-/// Of a round; until the first of it, the adapter settles.
+/// Duration of a round; until the first one, the adapter settles.
 const ROUND: Duration = Duration::from_secs(3);
 const SETTLING: Duration = Duration::from_millis(500);
-/// Between two looks at what came.
+/// Polling period of received values.
 const PAUSE: Duration = Duration::from_millis(10);
 
-/// Which registers there are.
+/// Layout of the registers: units and blocks.
 #[derive(Clone, Copy)]
 struct Layout {
     units: u32,
     blocks: u32,
 }
 
-/// Enough that reading them all takes longer than the period.
+/// Layout whose reading takes longer than the period.
 const SIMULATOR: Layout = Layout { units: 3, blocks: 500 };
 const PYMODBUS: Layout = Layout { units: 1, blocks: 200 };
 
-pub(crate) fn measure(site: &Site, peers: &Peers) -> Result<Vec<Rates>> {
+pub(crate) fn measure(site: &GeneratedScene, peers: &Peers) -> Result<Vec<Rates>> {
     let port = free_port()?;
     let device = device(site, PLUGIN, &settings(port), &tags(SIMULATOR))?;
     let simulator = alternate(site, peers, "busbar simulate", port, SIMULATOR)?;
@@ -52,7 +52,7 @@ pub(crate) fn measure(site: &Site, peers: &Peers) -> Result<Vec<Rates>> {
 }
 
 fn alternate(
-    site: &Site,
+    site: &GeneratedScene,
     peers: &Peers,
     server: &'static str,
     port: u16,
@@ -63,13 +63,13 @@ fn alternate(
     let round = ROUND / site.divisor as u32;
     let mut rates = Rates { server, ours: Vec::new(), peers: Vec::new() };
     for _ in 0..ROUNDS {
-        rates.ours.push(ours(site, port, layout, round)?);
-        rates.peers.push(theirs(&mut client, round)?);
+        rates.ours.push(adapter_rate(site, port, layout, round)?);
+        rates.peers.push(peer_rate(&mut client, round)?);
     }
     Ok(rates)
 }
 
-fn ours(site: &Site, port: u16, layout: Layout, round: Duration) -> Result<f64> {
+fn adapter_rate(site: &GeneratedScene, port: u16, layout: Layout, round: Duration) -> Result<f64> {
     let plugin = site.plugin(PLUGIN, &settings(port))?;
     let telemetry = RunningTelemetry::start(&plugin, &tags(layout), SourcePolicy::default())?;
     let begun = Instant::now();
@@ -77,16 +77,16 @@ fn ours(site: &Site, port: u16, layout: Layout, round: Duration) -> Result<f64> 
         ensure!(begun.elapsed() < PATIENCE, "no value came: {:?}", telemetry.link());
         std::thread::sleep(PAUSE);
     }
-    for_so_long(&telemetry, SETTLING);
+    read_for(&telemetry, SETTLING);
     let begun = Instant::now();
-    let values = for_so_long(&telemetry, round);
+    let values = read_for(&telemetry, round);
     let rate = values as f64 / f64::from(VALUES) / begun.elapsed().as_secs_f64();
     ensure_none_lost(&telemetry)?;
     Ok(rate)
 }
 
-/// Good values that come in this time.
-fn for_so_long(telemetry: &RunningTelemetry, time: Duration) -> u64 {
+/// Counts the good values that arrive in this time.
+fn read_for(telemetry: &RunningTelemetry, time: Duration) -> u64 {
     let (begun, mut count) = (Instant::now(), 0);
     while begun.elapsed() < time {
         std::thread::sleep(PAUSE);
@@ -95,7 +95,7 @@ fn for_so_long(telemetry: &RunningTelemetry, time: Duration) -> u64 {
     count
 }
 
-fn theirs(client: &mut Peer, round: Duration) -> Result<f64> {
+fn peer_rate(client: &mut Peer, round: Duration) -> Result<f64> {
     let answer = client.ask(&json!({ "seconds": round.as_secs_f64() }))?;
     Ok(number(&answer, "requests")? / number(&answer, "seconds")?)
 }
@@ -110,7 +110,7 @@ fn group_name(group: u32) -> String {
     format!("group {group}")
 }
 
-/// Tags that fill all registers.
+/// Returns tags that fill all registers.
 fn tags(layout: Layout) -> Vec<TelemetryTag> {
     let mut tags = Vec::new();
     for unit in 1..=layout.units {

@@ -1,4 +1,4 @@
-//! A peer in Python that takes a line, and answers with one.
+//! Peer in Python that answers each line with one line.
 
 use std::io::{BufRead, BufReader, Lines, Write};
 use std::path::Path;
@@ -7,11 +7,11 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 use anyhow::{Context, Result, bail};
 use serde_json::Value;
 
-/// A running peer; it is ended when this is dropped.
+/// Running peer that is ended when dropped.
 pub(crate) struct Peer {
     child: Child,
     lines: Lines<BufReader<ChildStdout>>,
-    /// What it said after `READY`.
+    /// Text of the peer after `READY`.
     pub(crate) greeting: String,
 }
 
@@ -33,7 +33,7 @@ impl Peer {
         Ok(peer)
     }
 
-    /// Asks, and waits for the answer.
+    /// Sends a question and waits for its answer.
     pub(crate) fn ask(&mut self, question: &Value) -> Result<Value> {
         let stdin = self.child.stdin.as_mut().context("it has no input")?;
         writeln!(stdin, "{question}")?;
@@ -54,7 +54,7 @@ impl Drop for Peer {
     }
 }
 
-/// A number of an answer.
+/// Returns a number of an answer.
 pub(crate) fn number(answer: &Value, name: &str) -> Result<f64> {
     answer[name].as_f64().with_context(|| format!("no {name} in {answer}"))
 }

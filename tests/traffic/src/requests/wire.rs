@@ -1,5 +1,4 @@
-//! The limit of the machine: the bytes of a read of 125 registers, to and fro, without
-//! any protocol.
+//! Limit of the machine: the bytes of a read of 125 registers, to and fro, without any protocol.
 
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -7,12 +6,13 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 
-/// Header, function, first register and count (Modbus Application Protocol V1.1b3, 6.3).
+/// Length of a request, bytes: header, function, first register and count (Modbus Application
+/// Protocol V1.1b3, 6.3).
 const REQUEST_BYTES: usize = 7 + 5;
-/// Header, function, count of bytes, registers.
+/// Length of an answer, bytes: header, function, count of bytes, registers.
 const ANSWER_BYTES: usize = 7 + 2 + 2 * super::REGISTERS as usize;
 
-/// Exchanges a second over loopback, one at a time.
+/// Measures exchanges a second over loopback, one at a time.
 pub(crate) fn exchanges_per_second(duration: Duration) -> Result<f64> {
     let listener = TcpListener::bind("127.0.0.1:0")?;
     let mut client = TcpStream::connect(listener.local_addr()?)?;
@@ -31,7 +31,7 @@ pub(crate) fn exchanges_per_second(duration: Duration) -> Result<f64> {
     Ok(rate)
 }
 
-/// Until the client closes.
+/// Answers one client until it closes.
 fn answer(listener: &TcpListener) -> Result<()> {
     let (mut stream, _) = listener.accept()?;
     stream.set_nodelay(true)?;

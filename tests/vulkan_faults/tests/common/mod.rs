@@ -14,19 +14,20 @@ use glam::{Mat4, Vec2, Vec3};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 use vulkan_faults::{
-    AS_CARD_VARIABLE, CALLS_VARIABLE, FAULT_VARIABLE, Fault, STRUCK_VARIABLE, codes_of, install,
+    AS_CARD_VARIABLE, CALLS_VARIABLE, FAULT_VARIABLE, STRUCK_VARIABLE, VulkanFault, codes_of,
+    install,
 };
 
-/// Says how many faults are to strike, or "all".
+/// Environment variable with the number of faults, or "all".
 const COUNT_VARIABLE: &str = "BUSBAR_VULKAN_FAULTS";
-/// What the sample is drawn with; another number gives another sample.
+/// Environment variable with the seed of the random sample of faults.
 const SEED_VARIABLE: &str = "BUSBAR_VULKAN_SEED";
 const DEFAULT_SEED: u64 = 7;
 
-/// The scene in a folder of its own.
+/// Scene under test in a folder of its own.
 pub(crate) struct Subject {
     pub(crate) folder: TempDir,
-    /// Whether devices say that they are cards.
+    /// Flag that makes devices report a graphics card.
     pub(crate) as_card: bool,
 }
 
@@ -35,12 +36,12 @@ impl Subject {
         Self::with_view(json!({ "size": size, "samples": 4 }))
     }
 
-    /// `view` as in a configuration, without a camera.
+    /// Creates a scene with these settings of `view`, without a camera.
     pub(crate) fn with_view(view: Value) -> Self {
         Self::with_sheets(view, 0)
     }
 
-    /// The same with so many sheets before it, of some thousand triangles each.
+    /// Creates a scene with additional sheets in front, of some thousand triangles each.
     pub(crate) fn with_sheets(mut view: Value, sheets: usize) -> Self {
         view["camera"] = "front".into();
         let folder = tempfile::tempdir().expect("a temporary folder can be made");
@@ -80,8 +81,8 @@ impl Subject {
         self.folder.path().join(name)
     }
 
-    /// `busbar` with these words, the scene after the first, going through the
-    /// layer; no fault is set.
+    /// Returns the command `busbar` with these words, the scene after the first, through the layer;
+    /// no fault is set.
     pub(crate) fn command(&self, verb: &str, words: &[&str]) -> Command {
         // Every run compiles its pipelines.
         let _ = fs::remove_dir_all(self.path("cache"));
@@ -96,19 +97,19 @@ impl Subject {
         command
     }
 
-    /// Lets a run count its calls.
+    /// Makes a run count its calls.
     pub(crate) fn count(&self, command: &mut Command) {
         let _ = fs::remove_file(self.path("calls"));
         command.env(CALLS_VARIABLE, self.path("calls"));
     }
 
-    /// The commands that the counting run called, in order.
+    /// Returns the commands that the counting run called, in order.
     pub(crate) fn calls(&self) -> Vec<String> {
         let text = fs::read_to_string(self.path("calls")).expect("the layer writes its calls");
         text.lines().map(str::to_owned).collect()
     }
 
-    pub(crate) fn strike(&self, command: &mut Command, fault: &Fault) {
+    pub(crate) fn strike(&self, command: &mut Command, fault: &VulkanFault) {
         command.env(FAULT_VARIABLE, fault.text()).env(STRUCK_VARIABLE, self.path("struck"));
     }
 
@@ -117,23 +118,23 @@ impl Subject {
     }
 }
 
-/// Every call with every code that it may give.
-pub(crate) fn faults_of(calls: &[String]) -> Vec<Fault> {
+/// Lists every call with every code that it may return.
+pub(crate) fn faults_of(calls: &[String]) -> Vec<VulkanFault> {
     let mut seen: BTreeMap<&str, u32> = BTreeMap::new();
     let mut faults = Vec::new();
     for command in calls {
         let call = seen.entry(command).or_default();
         for &code in codes_of(command) {
-            faults.push(Fault { command: command.clone(), call: *call, code });
+            faults.push(VulkanFault { command: command.clone(), call: *call, code });
         }
         *call += 1;
     }
     faults
 }
 
-/// A sample of faults: of each command and code one, as far as `count` allows;
-/// another number, or all of them, where the environment says so.
-pub(crate) fn sample(mut faults: Vec<Fault>, count: usize) -> Vec<Fault> {
+/// Draws a sample of faults: one of each command and code first, `count` in all. The environment
+/// may ask for another number, or for all.
+pub(crate) fn sample(mut faults: Vec<VulkanFault>, count: usize) -> Vec<VulkanFault> {
     let asked = std::env::var(COUNT_VARIABLE).ok();
     if asked.as_deref() == Some("all") {
         return faults;
@@ -148,8 +149,8 @@ pub(crate) fn sample(mut faults: Vec<Fault>, count: usize) -> Vec<Fault> {
     first.into_iter().chain(rest).take(count).collect()
 }
 
-/// Whether nothing can be drawn after it: no driver answers at the start.
-pub(crate) fn is_final(fault: &Fault) -> bool {
+/// Reports whether rendering is impossible after the fault, since no driver answers at the start.
+pub(crate) fn is_final(fault: &VulkanFault) -> bool {
     const INITIALIZATION_FAILED: i32 = -3;
     const EXTENSION_NOT_PRESENT: i32 = -7;
     const INCOMPATIBLE_DRIVER: i32 = -9;
@@ -198,7 +199,7 @@ fn model() -> Model {
     }
 }
 
-/// A sheet of 2,048 triangles.
+/// Builds a sheet of 2,048 triangles.
 fn sheet() -> Model {
     const SIDE: u32 = 32;
     let point = |number: u32| {

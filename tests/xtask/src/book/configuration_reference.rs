@@ -7,10 +7,13 @@ const INTRODUCTION: &str = "\
 # Configuration keys
 
 `cargo xtask book` generates this page from `config/busbar.schema.json`, which editors use to
-complete and check a file. A key without a default must be given where it is marked **required**.
+complete and check a file. A key that is marked **required** must be given.
 ";
 /// Start of a reference to another type of the schema.
 const REFERENCE: &str = "#/$defs/";
+
+/// Length of the longest example that is shown.
+const MAX_EXAMPLE_BYTES: usize = 80;
 
 /// Returns the page; the file and each type of the schema have a section.
 pub(super) fn page(schema: &Value) -> Result<String> {
@@ -60,7 +63,7 @@ fn add_keys(properties: &Map<String, Value>, required: &Value, page: &mut String
         *page += &format!(
             "| `{key}` | {} | {default} | {} |\n",
             type_of(property),
-            cell(description(property)) + &limits(property)
+            cell(description(property)) + &limits(property) + &example(property)
         );
     }
 }
@@ -111,6 +114,13 @@ fn limits(property: &Value) -> String {
     }
 }
 
+/// Returns the first example of a key, where it is short.
+fn example(property: &Value) -> String {
+    let example = property["examples"].get(0).map(|value| cell(&short(value)));
+    let example = example.filter(|text| text.len() <= MAX_EXAMPLE_BYTES);
+    example.map(|text| format!(" Such as `{text}`.")).unwrap_or_default()
+}
+
 /// Returns a value as JSON; whole numbers have no fraction.
 fn short(value: &Value) -> String {
     let text = value.to_string();
@@ -139,7 +149,8 @@ mod tests {
                     "type": "object", "additionalProperties": {"$ref": "#/$defs/Alarm"},
                     "description": "Alarms\nby id."
                 },
-                "view": {"type": ["number", "null"], "default": 0.0, "minimum": 0, "maximum": 2.0}
+                "view": {"type": ["number", "null"], "default": 0.0, "minimum": 0, "maximum": 2.0,
+                         "description": "A number", "examples": [1.5]}
             },
             "required": ["alarms"],
             "$defs": {"Alarm": {"description": "An alarm.", "enum": ["a", "b"]}}
@@ -148,7 +159,7 @@ mod tests {
         for line in [
             "## The file",
             "| `alarms` | object of [Alarm](#alarm) | **required** | Alarms by id. |",
-            "| `view` | number | `0` |  (0 to 2) |",
+            "| `view` | number | `0` | A number (0 to 2) Such as `1.5`. |",
             "## Alarm",
             "One of `\"a\"`, `\"b\"`.",
         ] {
