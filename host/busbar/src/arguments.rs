@@ -1,4 +1,4 @@
-//! The command line.
+//! Command-line arguments and subcommands (clap).
 
 use std::ffi::OsString;
 use std::net::SocketAddr;
@@ -33,14 +33,14 @@ pub(crate) enum Command {
     Render(RenderOptions),
     /// Find every fault of a configuration and of what it names
     Check {
-        /// Configuration file
+        /// Configuration file to check
         config: PathBuf,
     },
     /// Say what is wrong on this machine, why, and what helps
     Doctor(DoctorOptions),
-    /// Simplify one model by one optimiser plugin
+    /// Simplify one model by one optimizer plugin
     Optimize(OptimizeOptions),
-    /// Be the devices of a configuration, so that it can be viewed without them
+    /// Simulate the devices of a configuration, so that it can be viewed without them
     Simulate(SimulateOptions),
     /// Make a scene from a model and a point list, or the point list from a device
     ///
@@ -62,7 +62,7 @@ pub(crate) enum Command {
     },
     /// Print the JSON Schema of configurations
     Schema,
-    /// Look at plugins
+    /// Inspect, check, make and sign plugins
     Plugin {
         #[command(subcommand)]
         command: PluginCommand,
@@ -70,13 +70,13 @@ pub(crate) enum Command {
     /// Host one plugin for a viewer, which starts this itself
     #[command(hide = true)]
     PluginHost,
-    /// Be the view of a host program, which starts this itself
+    /// Show the view of a host program, which starts this itself
     #[command(hide = true)]
     Embedded,
     /// Hatch the window of a viewer that hangs; `busbar view` starts this itself
     #[command(hide = true)]
     WatchWindow {
-        /// X11 window
+        /// X11 window to be covered
         window: u32,
     },
     /// A command that a plugin offers
@@ -106,7 +106,7 @@ pub(crate) enum LogCommand {
 pub(crate) enum PluginCommand {
     /// List the plugins that can be used
     List {
-        /// Configuration file whose directories are searched [default: as for optimize]
+        /// Configuration file whose plugin directories are searched [default: as for optimize]
         config: Option<PathBuf>,
         /// Print the JSON Schema of each plugin's settings too
         #[arg(long)]
@@ -118,7 +118,7 @@ pub(crate) enum PluginCommand {
     New(PluginNewOptions),
     /// Sign a plugin's library: writes LIBRARY.sig and prints the public key
     Sign {
-        /// Library
+        /// Plugin library to be signed
         library: PathBuf,
         /// Ed25519 key as PEM, made by `openssl genpkey -algorithm ed25519`
         #[arg(long, value_name = "FILE")]
@@ -127,7 +127,7 @@ pub(crate) enum PluginCommand {
     /// Run one case of a check, in a process of its own
     #[command(hide = true)]
     RunCase {
-        /// What to run
+        /// File with the case to run
         request: PathBuf,
     },
 }
@@ -154,10 +154,10 @@ pub(crate) struct PluginCheckOptions {
 pub(crate) struct PluginNewOptions {
     /// Name of the plugin and of its folder: lower-case letters, digits and `_`
     pub(crate) name: String,
-    /// What it does
+    /// Kind of plugin to make
     #[arg(long, value_enum)]
     pub(crate) kind: PluginKind,
-    /// Language
+    /// Language of the plugin
     #[arg(long, value_enum, default_value = "rust")]
     pub(crate) lang: PluginLanguage,
     /// Folder to make it in [default: the working directory]
@@ -168,18 +168,18 @@ pub(crate) struct PluginNewOptions {
     pub(crate) sdk: Option<PathBuf>,
 }
 
-/// What a new plugin does.
+/// Kind of a new plugin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum PluginKind {
     /// Brings values from devices
     Telemetry,
     /// Shows values at the equipment
     Overlay,
-    /// Simplifies meshes
+    /// Simplifies meshes to levels of detail
     Optimizer,
 }
 
-/// What a new plugin is written in.
+/// Language of a new plugin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum PluginLanguage {
     /// Rust, with the SDK
@@ -190,12 +190,12 @@ pub(crate) enum PluginLanguage {
 
 #[derive(Debug, Args)]
 pub(crate) struct ViewOptions {
-    /// Configuration file
+    /// Configuration file to show
     pub(crate) config: PathBuf,
     /// Close the window after this many seconds
     #[arg(long, value_name = "S", value_parser = parse_seconds)]
     pub(crate) seconds: Option<Duration>,
-    /// Write numbers about the view here when the window closes
+    /// Write statistics of the view here when the window closes
     #[arg(long, value_name = "F.json")]
     pub(crate) stats: Option<PathBuf>,
     /// Use the Vulkan validation layer; its messages are a failure
@@ -207,17 +207,17 @@ pub(crate) struct ViewOptions {
     /// Monitor to fill, such as HDMI-1 [default: the primary one]
     #[arg(long, value_name = "NAME", requires = "kiosk")]
     pub(crate) monitor: Option<String>,
-    /// Serve numbers for Prometheus here, such as 127.0.0.1:9187, at /metrics
+    /// Serve metrics for Prometheus here, such as 127.0.0.1:9187, at /metrics
     #[arg(long, value_name = "ADDRESS")]
     pub(crate) metrics: Option<SocketAddr>,
-    /// Serve them to other machines too
+    /// Serve the metrics to other machines too
     #[arg(long, requires = "metrics")]
     pub(crate) metrics_public: bool,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct DoctorOptions {
-    /// Configuration file to look at too, with its plugins
+    /// Configuration file to examine too, with its plugins
     pub(crate) config: Option<PathBuf>,
     /// Seconds to listen to the configuration's sources, for links and clocks; 0 connects to none
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(..=3600))]
@@ -229,9 +229,9 @@ pub(crate) struct DoctorOptions {
 
 #[derive(Debug, Args)]
 pub(crate) struct RenderOptions {
-    /// Configuration file
+    /// Configuration file to draw
     pub(crate) config: PathBuf,
-    /// Picture to write
+    /// Picture file (PNG) to write
     #[arg(long, value_name = "F.png")]
     pub(crate) out: PathBuf,
     /// Size of the picture in pixels
@@ -249,7 +249,7 @@ pub(crate) struct RenderOptions {
     /// Let telemetry run this long first
     #[arg(long, value_name = "S", value_parser = parse_seconds, default_value = "0")]
     pub(crate) seconds: Duration,
-    /// Write numbers about the view here
+    /// Write statistics of the view here
     #[arg(long, value_name = "F.json")]
     pub(crate) stats: Option<PathBuf>,
     /// Name and highlight the equipment at this pixel
@@ -262,9 +262,9 @@ pub(crate) struct RenderOptions {
 
 #[derive(Debug, Args)]
 pub(crate) struct SimulateOptions {
-    /// Configuration file
+    /// Configuration file whose devices are simulated
     pub(crate) config: PathBuf,
-    /// The same seed gives the same values and the same faults
+    /// Seed of values and faults: the same seed repeats both
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
     /// End after this many seconds [default: on Ctrl-C]
@@ -273,20 +273,20 @@ pub(crate) struct SimulateOptions {
     /// Simulate the device of this plugin instance alone
     #[arg(long, value_name = "INSTANCE")]
     pub(crate) plugin: Option<String>,
-    /// Let happen what this file says, counted from the start
+    /// Apply the events of this scenario file, counted from the start
     #[arg(long, value_name = "F.json")]
     pub(crate) scenario: Option<PathBuf>,
-    /// Let this go wrong now and then: `all`, or some of link-loss, slow, half-open,
-    /// reset, garbage, late, clock-jump
+    /// Inject these faults from time to time: `all`, or some of link-loss, slow, half-open, reset,
+    /// garbage, late, clock-jump
     #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = parse_fault)]
     pub(crate) fault: Vec<Faults>,
-    /// One fault in each of these periods, seconds
+    /// Period in which one fault occurs, seconds
     #[arg(long, value_name = "S", value_parser = parse_period, default_value = "30")]
     pub(crate) fault_period: Duration,
-    /// How long a fault holds at most, seconds; less than its period
+    /// Longest duration of a fault, seconds; less than its period
     #[arg(long, value_name = "S", value_parser = parse_period, default_value = "8")]
     pub(crate) fault_seconds: Duration,
-    /// How often devices that speak by themselves look for changes, seconds
+    /// Period in which devices with unsolicited messages check for changes, seconds
     #[arg(long, value_name = "S", value_parser = parse_period, default_value = "1")]
     pub(crate) update: Duration,
 }
@@ -297,7 +297,7 @@ pub(crate) struct Faults(pub(crate) Vec<FaultKind>);
 
 #[derive(Debug, Args)]
 pub(crate) struct ServeOptions {
-    /// Configuration file
+    /// Configuration file to serve
     pub(crate) config: PathBuf,
     /// Address and port to listen at; port 0 takes a free one
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080")]
@@ -312,13 +312,13 @@ pub(crate) struct ServeOptions {
     /// Let other machines reach the server, though nothing is encrypted
     #[arg(long)]
     pub(crate) insecure_remote: bool,
-    /// Pages that look at the same time
+    /// Greatest number of pages at the same time
     #[arg(long, value_name = "N", default_value_t = 4)]
     pub(crate) clients: usize,
     /// Show panels beside the scene
     #[arg(long)]
     pub(crate) panels: bool,
-    /// Who acts on alarms, for the audit log
+    /// Operator who acts on alarms, for the audit log
     #[arg(long, value_name = "NAME")]
     pub(crate) operator: Option<String>,
 }
@@ -327,7 +327,7 @@ pub(crate) struct ServeOptions {
 pub(crate) struct OptimizeOptions {
     /// Model file, .glb or .gltf
     pub(crate) model: PathBuf,
-    /// Id of the optimiser plugin
+    /// Id of the optimizer plugin
     #[arg(long, value_name = "ID")]
     pub(crate) plugin: String,
     /// Setting of the plugin; V is JSON, or else text
@@ -386,13 +386,13 @@ pub(crate) struct ImportOptions {
     /// Equipment id of the model [default: the name of its file]
     #[arg(long, value_name = "ID")]
     pub(crate) id: Option<String>,
-    /// Leave out rows that have faults, and tell them
+    /// Leave out rows that have faults, and report them
     #[arg(long)]
     pub(crate) skip_bad_rows: bool,
-    /// Replace what is written if it is there
+    /// Overwrite existing output files
     #[arg(long)]
     pub(crate) force: bool,
-    /// What the plugin gets besides, such as nodes to begin at
+    /// Further arguments for the plugin, such as nodes to begin at
     #[arg(last = true, requires = "from")]
     pub(crate) arguments: Vec<String>,
 }
@@ -401,7 +401,7 @@ pub(crate) struct ImportOptions {
 /// 2 wrong use, 3 Busbar at fault.
 #[derive(Debug, Parser)]
 pub(crate) struct OfferedOptions {
-    /// What it reads
+    /// Input file of the command
     pub(crate) file: PathBuf,
     /// Write the result here [default: standard output]
     #[arg(long, value_name = "F")]
@@ -412,12 +412,12 @@ pub(crate) struct OfferedOptions {
     /// Directory that holds plugins [default: as for optimize]
     #[arg(long, value_name = "DIR")]
     pub(crate) plugin_directory: Vec<PathBuf>,
-    /// What the command gets besides
+    /// Further arguments for the command
     #[arg(last = true)]
     pub(crate) arguments: Vec<String>,
 }
 
-/// Width and height.
+/// Width and height, pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Size(pub(crate) [u32; 2]);
 
@@ -456,7 +456,7 @@ fn parse_seconds(text: &str) -> Result<Duration, String> {
     Duration::try_from_secs_f64(seconds).map_err(|_| "a number of seconds from 0".into())
 }
 
-/// The longest that one case of a check may take, seconds.
+/// Greatest time limit of one case of a check, seconds.
 const MAX_CASE_SECONDS: f64 = 3600.0;
 
 fn parse_limit(text: &str) -> Result<Duration, String> {
@@ -468,7 +468,7 @@ fn parse_limit(text: &str) -> Result<Duration, String> {
     }
 }
 
-/// The shortest and the longest period of a simulation, seconds.
+/// Shortest and longest period of a simulation, seconds.
 const PERIOD_SECONDS: std::ops::RangeInclusive<f64> = 0.01..=86_400.0;
 
 fn parse_period(text: &str) -> Result<Duration, String> {
@@ -498,7 +498,7 @@ fn parse_setting(text: &str) -> Result<(String, serde_json::Value), String> {
     Ok((key.to_owned(), value))
 }
 
-/// `NAME=ID,KEY=VALUE,...`; commas within brackets and quotes part nothing.
+/// Parses `NAME=ID,KEY=VALUE,...`; commas within brackets and quotes do not separate.
 fn parse_instance(text: &str) -> Result<PluginInstance, String> {
     const FORM: &str = "write it as NAME=PLUGIN_ID,KEY=VALUE";
     let (name, rest) = text.split_once('=').ok_or(FORM)?;

@@ -1,4 +1,4 @@
-//! `busbar check`.
+//! Subcommand `busbar check`: every fault of a configuration.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -13,7 +13,7 @@ pub(crate) fn run(config: &Path) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Loads a scene with a progress bar, and prints what there is to remark.
+/// Loads a scene with a progress bar, and prints its remarks.
 pub(crate) fn load(config: &Path) -> anyhow::Result<LoadedScene> {
     load_by(config, LoadedScene::load)
 }

@@ -1,4 +1,4 @@
-//! Subcommands that plugins offer: `busbar NAME FILE`.
+//! Subcommands of plugins: `busbar NAME FILE`.
 
 use std::ffi::OsString;
 use std::fs::File;
@@ -16,12 +16,12 @@ use clap::Parser;
 use crate::arguments::OfferedOptions;
 use crate::{EXIT_INPUT, output, plugin};
 
-/// Wrong use.
+/// Exit code of wrong use.
 const EXIT_USAGE: u8 = 2;
-/// Parts of a bar of progress.
+/// Steps of a progress bar.
 const PARTS: usize = 1000;
 
-/// Runs the command of this name with what users wrote after it.
+/// Runs the command of this name with the arguments after it.
 pub(crate) fn run(mut words: Vec<OsString>) -> anyhow::Result<ExitCode> {
     let name = words.remove(0).to_string_lossy().into_owned();
     let program = [OsString::from(format!("busbar {name}"))];
@@ -77,7 +77,7 @@ pub(crate) fn run(mut words: Vec<OsString>) -> anyhow::Result<ExitCode> {
     }
 }
 
-/// Opens an input: a file, and nothing that could keep the program waiting.
+/// Opens an input file, and nothing that could block the program.
 fn open(path: &Path) -> anyhow::Result<File> {
     let place = || format!("cannot read '{}'", path.display());
     let metadata = path.metadata().with_context(place)?;
@@ -87,7 +87,7 @@ fn open(path: &Path) -> anyhow::Result<File> {
     File::open(path).with_context(place)
 }
 
-/// The program's exit code for what a command came to.
+/// Returns the program's exit code for the outcome of a command.
 pub(crate) fn exit_code(report: &CommandReport) -> ExitCode {
     ExitCode::from(match report.exit {
         CommandExit::Done => 0,
@@ -96,7 +96,7 @@ pub(crate) fn exit_code(report: &CommandReport) -> ExitCode {
     })
 }
 
-/// Prints what a command says of its input.
+/// Prints the diagnostics of a command on its input.
 pub(crate) fn tell(file: &str, report: &CommandReport) {
     for diagnostic in &report.diagnostics {
         let place = diagnostic.line.map_or(file.to_owned(), |line| format!("{file}:{line}"));

@@ -1,4 +1,4 @@
-//! `busbar doctor`: what is wrong on this machine, why, and what helps.
+//! Subcommand `busbar doctor`: faults of this machine, their causes and remedies.
 
 mod display;
 mod machine;
@@ -13,26 +13,26 @@ use serde_json::json;
 use crate::arguments::DoctorOptions;
 use crate::{EXIT_INPUT, output};
 
-/// How something is.
+/// State of a checked item.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum State {
     Ok,
-    /// It works, and may not be what is wanted.
+    /// Item that works, and may not be as intended.
     Warning,
-    /// Something does not work.
+    /// Item that does not work.
     Fault,
 }
 
-/// What was looked at, and what came of it.
+/// Finding of one check.
 #[derive(Debug, Serialize)]
 pub(crate) struct Finding {
-    /// What was looked at.
+    /// Name of the check.
     check: &'static str,
     state: State,
-    /// What was found.
+    /// Result of the check, in words.
     cause: String,
-    /// What helps; empty where all is well.
+    /// Remedy; empty where all is well.
     remedy: String,
 }
 
@@ -61,10 +61,10 @@ impl Finding {
 pub(crate) fn run(options: &DoctorOptions) -> anyhow::Result<ExitCode> {
     let mut findings = vec![machine::version()];
     findings.extend(graphics());
-    findings.push(display::look());
-    findings.extend(machine::look());
+    findings.push(display::check());
+    findings.extend(machine::check());
     if let Some(config) = &options.config {
-        findings.extend(scene::look(config));
+        findings.extend(scene::check(config));
         findings.extend(scene::listen(config, options.listen_seconds));
     }
     let count = |state| findings.iter().filter(|finding| finding.state == state).count();
@@ -90,7 +90,7 @@ fn tell(finding: &Finding) {
     }
 }
 
-/// Vulkan: its loader, drivers and devices, and the layer that checks its use.
+/// Checks Vulkan: its loader, drivers and devices, and the validation layer.
 fn graphics() -> [Finding; 2] {
     const DEVICE: &str = "graphics";
     const VALIDATION: &str = "validation layer";

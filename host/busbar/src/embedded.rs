@@ -1,6 +1,6 @@
-//! `busbar embedded`: the view of a host program, in its window or offscreen.
+//! Subcommand `busbar embedded`: the view of a host program, in its window or offscreen.
 
-mod parent;
+mod parent_window;
 
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -16,12 +16,13 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
 use winit::platform::x11::{EventLoopBuilderExtX11, WindowAttributesExtX11};
 use winit::window::{Window, WindowId};
 
-use self::parent::Parent;
+use self::parent_window::ParentEvent;
 
-/// As in a window of our own.
+/// Period of frames without input, as in a window of the program's own.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
 const BUSY_PERIOD: Duration = Duration::from_millis(16);
-/// Where nobody sees the window: often enough that it is never taken for dead.
+/// Period of frames while nobody sees the window: short enough that the viewer is never taken for
+/// dead.
 const HIDDEN_PERIOD: Duration = Duration::from_millis(300);
 
 pub(crate) fn run() -> anyhow::Result<ExitCode> {
@@ -34,15 +35,15 @@ pub(crate) fn run() -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What wakes the event loop.
+/// Event that wakes the event loop.
 enum Wake {
-    /// The host program asked something.
-    Asked,
-    /// Its window has another size now.
+    /// Command of the host program.
+    Command,
+    /// New size of the host program's window, pixels.
     Resized([u32; 2]),
-    /// Its window is seen, or is not.
+    /// New visibility of the host program's window.
     Shown(bool),
-    /// Its window has gone.
+    /// End of the host program's window.
     Gone,
 }
 
@@ -52,13 +53,13 @@ fn in_window(mut embedded: ViewerServer, scene: LoadedScene, window: u32) -> any
     let event_loop = event_loop.map_err(|error| anyhow!("no X11 display: {error}"));
     let event_loop = event_loop.inspect_err(|error| embedded.report_failure(&error.to_string()))?;
     let proxy = event_loop.create_proxy();
-    embedded.set_waker(move || drop(proxy.send_event(Wake::Asked)));
+    embedded.set_waker(move || drop(proxy.send_event(Wake::Command)));
     let proxy = event_loop.create_proxy();
-    let size = parent::watch(window, move |happened| {
+    let size = parent_window::watch(window, move |happened| {
         let wake = match happened {
-            Parent::Resized(size) => Wake::Resized(size),
-            Parent::Shown(is_shown) => Wake::Shown(is_shown),
-            Parent::Gone => Wake::Gone,
+            ParentEvent::Resized(size) => Wake::Resized(size),
+            ParentEvent::Shown(is_shown) => Wake::Shown(is_shown),
+            ParentEvent::Gone => Wake::Gone,
         };
         proxy.send_event(wake).is_ok()
     });
@@ -79,25 +80,25 @@ fn in_window(mut embedded: ViewerServer, scene: LoadedScene, window: u32) -> any
 
 struct Application {
     embedded: ViewerServer,
-    /// Until the window is there.
+    /// Loaded scene, until the window exists.
     scene: Option<LoadedScene>,
     parent: u32,
-    /// Of the host program's window.
+    /// Size of the host program's window, pixels.
     size: [u32; 2],
     pane: Option<Pane>,
-    /// Whether the host program's window is seen.
+    /// Reports whether the host program's window is visible.
     is_shown: bool,
     next_frame: Instant,
     result: anyhow::Result<()>,
 }
 
-/// Our window in that of the host program.
+/// Child window in that of the host program.
 struct Pane {
     // The viewer holds the window too, and goes first.
     viewer: Viewer,
     egui: egui_winit::State,
     window: Arc<Window>,
-    /// Why it shows an older picture, as the host program was told.
+    /// Reason for an older picture, as the host program was told.
     trouble: Option<String>,
 }
 
@@ -113,7 +114,7 @@ impl ApplicationHandler<Wake> for Application {
 
     fn user_event(&mut self, event_loop: &ActiveEventLoop, wake: Wake) {
         match wake {
-            Wake::Asked => self.next_frame = self.next_frame.min(Instant::now() + BUSY_PERIOD),
+            Wake::Command => self.next_frame = self.next_frame.min(Instant::now() + BUSY_PERIOD),
             Wake::Resized(size) => self.resize(size),
             Wake::Shown(is_shown) => self.is_shown = is_shown,
             Wake::Gone => event_loop.exit(),
@@ -174,8 +175,8 @@ impl Application {
         }
     }
 
-    /// Does what was asked and draws one frame; without a pane afterwards, the host
-    /// program has let go.
+    /// Executes commands and draws one frame. Without a pane afterwards, the host program has
+    /// detached.
     fn step(&mut self) -> anyhow::Result<()> {
         let Some(mut pane) = self.pane.take() else { return Ok(()) };
         if self.embedded.apply_commands(&mut pane.viewer).is_none() {

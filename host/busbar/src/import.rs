@@ -1,4 +1,4 @@
-//! `busbar import`.
+//! Subcommand `busbar import`: a scene from a model and a point list.
 
 mod device;
 
@@ -63,7 +63,7 @@ fn make_scene(options: &ImportOptions, points: &Path, out: &Path) -> anyhow::Res
     Ok(ExitCode::SUCCESS)
 }
 
-/// `scene.import.csv` beside `scene.json`.
+/// Returns a path beside the scene, such as `scene.import.csv` beside `scene.json`.
 fn beside(out: &Path, extension: &str) -> PathBuf {
     out.with_extension(format!("import.{extension}"))
 }
@@ -78,7 +78,8 @@ fn check_free(paths: &[&Path]) -> anyhow::Result<()> {
     }
 }
 
-/// Those asked for; else `plugins` beside the scene; else those of this program.
+/// Returns the plugin directories: those of the arguments; else `plugins` beside the scene; else
+/// those of this program.
 fn directories(options: &ImportOptions, out: &Path) -> anyhow::Result<Vec<PathBuf>> {
     if !options.plugins.is_empty() {
         return Ok(options.plugins.clone());
@@ -87,7 +88,7 @@ fn directories(options: &ImportOptions, out: &Path) -> anyhow::Result<Vec<PathBu
     if own.is_dir() { Ok(vec![own]) } else { plugin::default_directories() }
 }
 
-/// Writes the scene where it has no fault, and not at all otherwise.
+/// Writes the scene if it has no fault, and not at all otherwise.
 fn write_checked(out: &Path, text: &str) -> anyhow::Result<()> {
     let mut name = OsString::from(".");
     name.push(out.file_name().ok_or_else(|| anyhow!("--out names no file\n  remedy: name one"))?);

@@ -1,5 +1,5 @@
-//! A view that has a screen of its own: full-screen, on a monitor by name, wherever that
-//! goes and comes back; nobody leaves it by mistake.
+//! Kiosk mode: a full-screen view on a monitor by name, also when that goes and comes back; nobody
+//! leaves it by mistake.
 
 use std::time::{Duration, Instant};
 
@@ -13,44 +13,44 @@ use x11rb::protocol::randr::{ConnectionExt as _, MonitorInfo};
 use x11rb::protocol::xproto::{ConnectionExt as _, ScreenSaver};
 use x11rb::rust_connection::RustConnection;
 
-/// How long the pointer is seen after it moved last.
+/// Time for which the pointer stays visible after its last movement.
 const POINTER_SHOWN: Duration = Duration::from_secs(5);
-/// How often monitors are looked at.
-const LOOK_PERIOD: Duration = Duration::from_secs(1);
-/// How often the screen saver is put off.
+/// Period at which monitors are polled.
+const POLL_PERIOD: Duration = Duration::from_secs(1);
+/// Period at which the screen saver is reset.
 const AWAKE_PERIOD: Duration = Duration::from_secs(30);
 
 /// Keeps a window on its monitor.
 pub(crate) struct Kiosk {
     wanted: Option<String>,
-    shown_on: Option<Place>,
+    shown_on: Option<MonitorArea>,
     looked_at: Option<Instant>,
     moved_at: Instant,
     is_pointer_shown: bool,
     modifiers: ModifiersState,
-    /// None on Wayland, whose compositors have settings of their own for that.
+    /// X11 display; none on Wayland, whose compositors have settings of their own for that.
     display: Option<Display>,
     kept_awake_at: Option<Instant>,
 }
 
-/// Where a monitor is, and how large.
+/// Position and size of a monitor, pixels.
 #[derive(Clone, Debug, PartialEq)]
-struct Place {
+struct MonitorArea {
     name: Option<String>,
     position: PhysicalPosition<i32>,
     size: PhysicalSize<u32>,
 }
 
-impl Place {
-    fn of(monitor: &MonitorHandle) -> Self {
+impl MonitorArea {
+    fn from_monitor(monitor: &MonitorHandle) -> Self {
         let (name, position, size) = (monitor.name(), monitor.position(), monitor.size());
         Self { name, position, size }
     }
 }
 
 impl Kiosk {
-    /// On this monitor, or the first one while there is none of that name.
-    pub(crate) fn on(monitor: Option<String>) -> Self {
+    /// Creates the kiosk for this monitor, or the first one while there is none of that name.
+    pub(crate) fn new(monitor: Option<String>) -> Self {
         Self {
             wanted: monitor,
             shown_on: None,
@@ -63,8 +63,8 @@ impl Kiosk {
         }
     }
 
-    /// Whether an event is the chord that ends it: Ctrl+Alt+Shift+Q.
-    pub(crate) fn ends_it(&mut self, event: &WindowEvent) -> bool {
+    /// Reports whether an event is the chord that ends the kiosk: Ctrl+Alt+Shift+Q.
+    pub(crate) fn is_exit_chord(&mut self, event: &WindowEvent) -> bool {
         match event {
             WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
             WindowEvent::CursorMoved { .. } => self.moved_at = Instant::now(),
@@ -89,7 +89,7 @@ impl Kiosk {
             self.kept_awake_at = Some(Instant::now());
             self.display.iter().for_each(Display::keep_awake);
         }
-        if self.looked_at.is_none_or(|at| at.elapsed() >= LOOK_PERIOD) {
+        if self.looked_at.is_none_or(|at| at.elapsed() >= POLL_PERIOD) {
             self.looked_at = Some(Instant::now());
             self.follow_monitors(window);
         }
@@ -98,9 +98,12 @@ impl Kiosk {
     fn follow_monitors(&mut self, window: &Window) {
         let places = match &self.display {
             Some(display) => display.monitors(),
-            None => window.available_monitors().map(|monitor| Place::of(&monitor)).collect(),
+            None => window
+                .available_monitors()
+                .map(|monitor| MonitorArea::from_monitor(&monitor))
+                .collect(),
         };
-        let wanted = |place: &&Place| self.wanted.is_some() && place.name == self.wanted;
+        let wanted = |place: &&MonitorArea| self.wanted.is_some() && place.name == self.wanted;
         let Some(place) = places.iter().find(wanted).or(places.first()).cloned() else { return };
         let is_covered = window.inner_size() == place.size;
         if self.shown_on.as_ref() == Some(&place) && is_covered {
@@ -119,7 +122,7 @@ impl Kiosk {
     }
 }
 
-/// The X11 display, asked anew each time: winit remembers monitors that are gone.
+/// X11 display, queried anew each time: winit remembers monitors that are gone.
 struct Display {
     connection: RustConnection,
     root: u32,
@@ -132,15 +135,15 @@ impl Display {
         Some(Self { connection, root })
     }
 
-    /// Those that are on, the primary one first.
-    fn monitors(&self) -> Vec<Place> {
+    /// Returns the monitors that are on, the primary one first.
+    fn monitors(&self) -> Vec<MonitorArea> {
         let asked = self.connection.randr_get_monitors(self.root, true);
         let Some(answer) = asked.ok().and_then(|asked| asked.reply().ok()) else {
             return Vec::new();
         };
         let mut monitors = answer.monitors;
         monitors.sort_by_key(|monitor| !monitor.primary);
-        let place = |monitor: &MonitorInfo| Place {
+        let place = |monitor: &MonitorInfo| MonitorArea {
             name: self.name(monitor.name),
             position: PhysicalPosition::new(monitor.x.into(), monitor.y.into()),
             size: PhysicalSize::new(monitor.width.into(), monitor.height.into()),
@@ -153,7 +156,8 @@ impl Display {
         String::from_utf8(name).ok()
     }
 
-    /// A display that has gone takes the window with it, and need not be told.
+    /// Resets the screen saver. A display that has gone takes the window with it, and needs no
+    /// report.
     fn keep_awake(&self) {
         let _ = self.connection.force_screen_saver(ScreenSaver::RESET);
         let _ = self.connection.flush();

@@ -1,10 +1,10 @@
-//! Where the log goes: to standard error, and on request into files that are rotated.
+//! Logging: to standard error, and on request into files that are rotated.
 //!
 //! Nothing here stops the program or lets it wait: a folder that cannot be written, a full
 //! disk or a slow one cost lines of the log, which are counted and told.
 
-mod limit;
-mod rotating;
+mod file_rotation;
+mod repeat_limit;
 
 use std::io::{self, Stderr, Write};
 use std::os::unix::fs::MetadataExt;
@@ -21,44 +21,44 @@ use tracing_subscriber::reload::{Handle, Layer as Reloaded};
 use tracing_subscriber::util::SubscriberInitExt;
 use tracing_subscriber::{EnvFilter, Layer, Registry, fmt};
 
-use limit::Limit;
-use rotating::RotatingFile;
+use file_rotation::RotatingFile;
+use repeat_limit::RepeatLimit;
 
-/// What is logged, as directives of levels and targets.
+/// Environment variable with directives of levels and targets.
 const LEVEL_VARIABLE: &str = "BUSBAR_LOG";
-/// Lines that wait for the disk; what comes beyond is dropped and counted.
+/// Lines that wait for the disk; further ones are dropped and counted.
 const MAX_WAITING_LINES: usize = 10_000;
 const BYTES_PER_MEGABYTE: u64 = 1_000_000;
-/// The largest log file, in 10^6 bytes.
+/// Largest size of a log file, in 10^6 bytes.
 const MAX_MEGABYTES: u64 = 10_000;
 const MAX_FILES: u64 = 1_000;
 
-/// Where the log goes besides standard error. What is logged, `BUSBAR_LOG` says, such as
-/// `warn` or `busbar_viewer=debug,info`.
+/// Log file besides standard error. `BUSBAR_LOG` sets levels, such as `warn` or
+/// `busbar_viewer=debug,info`.
 #[derive(Debug, Args)]
 pub(crate) struct LogOptions {
     /// Write the log into this file too
     #[arg(long, global = true, value_name = "FILE")]
     pub(crate) log: Option<PathBuf>,
-    /// How lines look in the file
+    /// Format of lines in the file
     #[arg(long, global = true, value_enum, default_value = "text")]
     pub(crate) log_format: LogFormat,
     /// Size at which the log begins a new file, in 10^6 bytes
     #[arg(long, global = true, value_name = "N", default_value = "16",
         value_parser = clap::value_parser!(u64).range(1..=MAX_MEGABYTES))]
     pub(crate) log_megabytes: u64,
-    /// Log files that are kept: FILE, FILE.1 and so on
+    /// Number of log files kept: FILE, FILE.1 and so on
     #[arg(long, global = true, value_name = "N", default_value = "10",
         value_parser = clap::value_parser!(u64).range(1..=MAX_FILES))]
     pub(crate) log_files: u64,
 }
 
-/// How lines of a log file look.
+/// Format of lines in a log file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum LogFormat {
-    /// For people
+    /// Text for people to read
     Text,
-    /// An object of JSON a line
+    /// JSON object for each line
     Json,
 }
 
@@ -71,7 +71,7 @@ impl From<LogFormatConfig> for LogFormat {
     }
 }
 
-/// A file that the log goes into.
+/// Log file with its format and limits.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct LogFile {
     path: PathBuf,
@@ -82,7 +82,7 @@ struct LogFile {
 
 type FileLayer = Option<Box<dyn Layer<Registry> + Send + Sync>>;
 
-/// The log of this process. Lines that wait are written when it is dropped.
+/// Log of this process. Lines that wait are written when it is dropped.
 pub(crate) struct Log {
     is_by_arguments: bool,
     file: Option<LogFile>,
@@ -91,7 +91,7 @@ pub(crate) struct Log {
 }
 
 impl Log {
-    /// Starts it, with a file where arguments name one.
+    /// Starts the log, with a file where arguments name one.
     pub(crate) fn start(options: &LogOptions) -> Self {
         let file = options.log.as_ref().map(|path| LogFile {
             path: path.clone(),
@@ -113,13 +113,13 @@ impl Log {
         tracing_subscriber::registry()
             .with(file_layer)
             .with(level)
-            .with(Limit::default())
+            .with(RepeatLimit::default())
             .with(terminal)
             .init();
         Self { is_by_arguments: file.is_some(), file, layer, guard }
     }
 
-    /// Goes into the file that a configuration names, unless arguments name one.
+    /// Switches to the file of a configuration, unless arguments name one.
     pub(crate) fn follow(&mut self, wanted: Option<(PathBuf, &LogConfig)>) {
         let wanted = wanted.map(|(path, log)| LogFile {
             path,
@@ -140,7 +140,7 @@ impl Log {
 }
 
 impl LogFile {
-    /// What writes into it, by a thread of its own.
+    /// Opens the file's layer, which writes by a thread of its own.
     fn open(&self) -> (Box<dyn Layer<Registry> + Send + Sync>, WorkerGuard) {
         let limit = self.megabytes * BYTES_PER_MEGABYTE;
         let file = RotatingFile::new(self.path.clone(), limit, self.files as usize);
@@ -179,7 +179,7 @@ fn message_only() -> impl for<'w> FormatFields<'w> + 'static {
     })
 }
 
-/// Whether standard error leads to systemd's journal, as `JOURNAL_STREAM` says
+/// Reports whether standard error leads to systemd's journal, as `JOURNAL_STREAM` says
 /// (systemd.exec(5)).
 fn is_journal() -> bool {
     let Ok(stream) = std::env::var("JOURNAL_STREAM") else { return false };
@@ -187,7 +187,7 @@ fn is_journal() -> bool {
     stderr.is_ok_and(|file| stream == format!("{}:{}", file.dev(), file.ino()))
 }
 
-/// Standard error; in the journal each line has its level before it (sd-daemon(3)).
+/// Writer to standard error; in the journal each line has its level before it (sd-daemon(3)).
 struct LeveledStderr {
     stderr: Stderr,
     is_journal: bool,

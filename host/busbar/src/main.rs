@@ -28,13 +28,13 @@ use clap::Parser;
 use arguments::{Arguments, Command, LogCommand, PluginCommand};
 use log::Log;
 
-/// Models are many megabytes.
+/// Allocator with huge pages: models are many megabytes.
 #[global_allocator]
 static HEAP: busbar_viewer::HugePageAllocator = busbar_viewer::HugePageAllocator;
 
-/// Input or environment at fault.
+/// Exit code of a fault of input or environment.
 const EXIT_INPUT: u8 = 1;
-/// Busbar at fault.
+/// Exit code of a fault of Busbar.
 const EXIT_INTERNAL: u8 = 3;
 
 fn main() -> ExitCode {

@@ -1,4 +1,4 @@
-//! Numbers for Prometheus, on request, at an address of this machine.
+//! Metrics for Prometheus (OpenMetrics), on request, at an address of this machine.
 
 use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
@@ -18,18 +18,18 @@ use prometheus_client::metrics::histogram::Histogram;
 use prometheus_client::registry::{Registry, Unit};
 use tokio::sync::oneshot;
 
-/// How often what costs something is looked at.
+/// Period of metrics that are expensive to collect.
 const PERIOD: Duration = Duration::from_secs(1);
 /// Bounds of the histogram of frame times, seconds.
 const FRAME_SECONDS: [f64; 9] = [0.004, 0.008, 0.016, 0.033, 0.066, 0.125, 0.25, 0.5, 1.0];
-/// What tells the format of the answer (OpenMetrics 1.0).
+/// Content type of the answer (OpenMetrics 1.0).
 const FORMAT: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
 
 type Labels = Vec<(&'static str, String)>;
 type Gauges = Family<Labels, Gauge>;
 type Counters = Family<Labels, Counter<u64, AtomicU64>>;
 
-/// Numbers that are served where arguments want it, or else the configuration.
+/// Metrics server, configured by arguments or else by the configuration.
 #[derive(Default)]
 pub(crate) struct ServedMetrics {
     is_by_arguments: bool,
@@ -37,7 +37,7 @@ pub(crate) struct ServedMetrics {
 }
 
 impl ServedMetrics {
-    /// Serves them where arguments say so.
+    /// Serves metrics if the arguments request it.
     ///
     /// # Errors
     /// As [`Metrics::serve`].
@@ -47,8 +47,8 @@ impl ServedMetrics {
         Ok(Self { is_by_arguments: served.is_some(), served })
     }
 
-    /// Serves them where a configuration says so. Where that cannot be, all stays as it was:
-    /// a view is worth more than its numbers.
+    /// Serves metrics if a configuration requests it. On failure, all stays as it was: a view is
+    /// worth more than its metrics.
     pub(crate) fn follow(&mut self, wanted: Option<MetricsConfig>) {
         let address = wanted.map(|wanted| wanted.address);
         if self.is_by_arguments || address == self.served.as_ref().map(|(served, _)| *served) {
@@ -63,7 +63,7 @@ impl ServedMetrics {
         }
     }
 
-    /// Takes the numbers of the frame that was just drawn.
+    /// Records the metrics of the frame that was just drawn.
     pub(crate) fn note(&mut self, viewer: &Viewer) {
         if let Some((_, metrics)) = &mut self.served {
             metrics.note(viewer);
@@ -71,7 +71,7 @@ impl ServedMetrics {
     }
 }
 
-/// What is told of a view, until it is dropped.
+/// Metrics of a view, served until this is dropped.
 #[derive(Default)]
 struct Metrics {
     frame_seconds: Option<Histogram>,
@@ -87,12 +87,12 @@ struct Metrics {
     faulty: Gauge,
     memory: Gauge,
     looked_at: Option<Instant>,
-    /// Ends serving with it.
+    /// Sender whose drop ends serving.
     _serves: Option<oneshot::Sender<()>>,
 }
 
 impl Metrics {
-    /// Serves them at an address; unless it may be `public`, of this machine alone.
+    /// Serves metrics at an address; unless `public`, of this machine alone.
     fn serve(address: SocketAddr, public: bool) -> anyhow::Result<Self> {
         if !address.ip().is_loopback() && !public {
             bail!(
@@ -171,7 +171,7 @@ impl Metrics {
         all
     }
 
-    /// Takes the numbers of the frame that was just drawn.
+    /// Records the metrics of the frame that was just drawn.
     fn note(&mut self, viewer: &Viewer) {
         if let Some(histogram) = &self.frame_seconds {
             histogram.observe(viewer.frame_time().as_secs_f64());
@@ -218,7 +218,7 @@ impl Metrics {
     }
 }
 
-/// Memory of this process in RAM, bytes.
+/// Returns the memory of this process in RAM, bytes.
 fn resident_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;

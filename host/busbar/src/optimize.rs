@@ -1,4 +1,4 @@
-//! `busbar optimize`.
+//! Subcommand `busbar optimize`: one model simplified by one plugin.
 
 use std::process::ExitCode;
 

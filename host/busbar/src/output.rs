@@ -1,4 +1,4 @@
-//! What the program prints: results to stdout, everything else to stderr.
+//! Output of the program: results to stdout, everything else to stderr.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 use std::fs::File;
@@ -44,7 +44,7 @@ pub(crate) fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     })
 }
 
-/// Where a file is written before it takes its name.
+/// Returns the temporary path at which a file is written before it is renamed.
 fn beside(path: &Path) -> anyhow::Result<PathBuf> {
     let name = path.file_name().with_context(|| {
         format!("cannot write '{}': it names no file; name one", path.display())
@@ -58,16 +58,17 @@ fn not_written(path: &Path) -> String {
     format!("cannot write '{}'; check that its folder exists and may be written", path.display())
 }
 
-/// Where a result of any length goes, piece by piece.
+/// Sink for a result of any length, written piece by piece.
 pub(crate) enum Sink {
-    /// To stdout; on a terminal without control characters, which a plugin may have put there.
+    /// Standard output; on a terminal without control characters, which a plugin may have put
+    /// there.
     Stdout { is_terminal: bool },
-    /// Into a file, whole or not at all.
+    /// File that is written whole or not at all.
     File { path: PathBuf, temporary: PathBuf, file: Option<BufWriter<File>> },
 }
 
 impl Sink {
-    /// Into this file, or to stdout.
+    /// Opens a sink into this file, or to stdout.
     pub(crate) fn open(path: Option<&Path>) -> anyhow::Result<Self> {
         let Some(path) = path else {
             return Ok(Self::Stdout { is_terminal: io::stdout().is_terminal() });
@@ -91,7 +92,7 @@ impl Sink {
         }
     }
 
-    /// All is there: a file takes its name.
+    /// Completes the output: a file is renamed to its path.
     pub(crate) fn finish(mut self) -> anyhow::Result<()> {
         match &mut self {
             // A closed pipe is no failure.
@@ -123,7 +124,7 @@ pub(crate) fn write_json(path: &Path, value: &impl serde::Serialize) -> anyhow::
     write_file(path, text.as_bytes())
 }
 
-/// A progress bar on a terminal, and nothing elsewhere.
+/// Creates a progress bar on a terminal, and nothing elsewhere.
 pub(crate) fn progress_bar() -> ProgressBar {
     let style = ProgressStyle::with_template("{msg:28} {wide_bar} {pos}/{len}")
         .unwrap_or_else(|_| ProgressStyle::default_bar());

@@ -1,4 +1,4 @@
-//! `busbar plugin`, and where plugins are without a configuration.
+//! Subcommand `busbar plugin`, and the default plugin directories.
 
 pub(crate) mod check;
 pub(crate) mod new;
@@ -59,7 +59,7 @@ pub(crate) fn host() -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// `plugins` beside this program, or else the program's own directory.
+/// Returns `plugins` beside this program, or else the program's own directory.
 pub(crate) fn default_directories() -> anyhow::Result<Vec<PathBuf>> {
     let program = std::env::current_exe()?;
     let folder = program.parent().map(PathBuf::from).unwrap_or_default();

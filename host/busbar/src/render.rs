@@ -1,4 +1,4 @@
-//! `busbar render`: a picture without a display.
+//! Subcommand `busbar render`: a picture without a display.
 
 use std::io::Cursor;
 use std::process::ExitCode;
@@ -11,8 +11,8 @@ use image::{ImageFormat, RgbaImage};
 use crate::arguments::{Pixel, RenderOptions};
 use crate::{EXIT_INTERNAL, check, output};
 
-/// Frames of a picture with panels or labels, so that they have their sizes; and of one whose
-/// times are wanted, so that they have a median.
+/// Frames before a picture with panels or labels, so that they have their sizes, and before one
+/// with timing, so that it has a median.
 const SETTLING_FRAMES: u32 = 3;
 
 pub(crate) fn run(options: &RenderOptions) -> anyhow::Result<ExitCode> {
@@ -59,7 +59,7 @@ fn draw(viewer: &mut Viewer, wanted: Duration, is_timed: bool) -> anyhow::Result
     Ok(())
 }
 
-/// A silent validation layer is success; any message is a fault of Busbar.
+/// Returns the exit code: a silent validation layer is success, any message a fault of Busbar.
 pub(crate) fn verdict(validation_messages: &[String]) -> ExitCode {
     for message in validation_messages {
         output::line(&format!("validation: {message}"));

@@ -1,4 +1,4 @@
-//! `busbar serve`: the view as a web page.
+//! Subcommand `busbar serve`: the view as a web page.
 
 use std::ffi::OsString;
 use std::os::unix::fs::PermissionsExt;
@@ -14,12 +14,12 @@ use crate::arguments::ServeOptions;
 use crate::systemd::Watchdog;
 use crate::{output, simulate};
 
-/// Where the token is looked for when no file is named.
+/// Environment variable with the token, when no file is named.
 const TOKEN_VARIABLE: &str = "BUSBAR_TOKEN";
-/// How often it is looked whether it is to end.
-const LOOK_PERIOD: Duration = Duration::from_millis(100);
-/// Without a look at the viewer for so long, systemd's watchdog is fed no more: pages show
-/// nothing that is live.
+/// Period at which the end of the program is polled.
+const POLL_PERIOD: Duration = Duration::from_millis(100);
+/// Longest silence of the viewer's polling thread. Beyond it systemd's watchdog is fed no more:
+/// pages show nothing that is live.
 const MAX_SILENCE: Duration = Duration::from_secs(5);
 
 pub(crate) fn run(options: &ServeOptions) -> anyhow::Result<ExitCode> {
@@ -53,13 +53,13 @@ pub(crate) fn run(options: &ServeOptions) -> anyhow::Result<ExitCode> {
         if server.silence() < MAX_SILENCE {
             watchdog.feed();
         }
-        std::thread::sleep(LOOK_PERIOD);
+        std::thread::sleep(POLL_PERIOD);
     }
     watchdog.end();
     Ok(ExitCode::SUCCESS)
 }
 
-/// The token, and whether it was made here.
+/// Returns the token, and whether it was generated here.
 fn token(file: Option<&Path>) -> anyhow::Result<(Token, bool)> {
     let given = match (file, std::env::var(TOKEN_VARIABLE)) {
         (Some(file), _) => {
@@ -84,7 +84,7 @@ fn token(file: Option<&Path>) -> anyhow::Result<(Token, bool)> {
     })
 }
 
-/// Says so where others of this machine can read the token.
+/// Warns where others of this machine can read the token.
 fn warn_of_readers(file: &Path) {
     const OTHERS: u32 = 0o044;
     let is_read = std::fs::metadata(file).is_ok_and(|file| file.permissions().mode() & OTHERS != 0);
@@ -93,7 +93,7 @@ fn warn_of_readers(file: &Path) {
     }
 }
 
-/// This program, which is the viewer too.
+/// Returns the path of this program, which is the viewer too.
 fn program() -> anyhow::Result<OsString> {
     Ok(std::env::current_exe().context("this program does not know where it is")?.into())
 }

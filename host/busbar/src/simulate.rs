@@ -1,4 +1,4 @@
-//! `busbar simulate`: the devices of a configuration, without any device.
+//! Subcommand `busbar simulate`: the devices of a configuration, without any device.
 
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -13,8 +13,8 @@ use signal_hook::flag;
 use crate::arguments::SimulateOptions;
 use crate::output;
 
-/// How often it is looked whether there is something to tell.
-const LOOK_PERIOD: Duration = Duration::from_millis(100);
+/// Period at which the status of devices is polled.
+const POLL_PERIOD: Duration = Duration::from_millis(100);
 
 pub(crate) fn run(options: &SimulateOptions) -> anyhow::Result<ExitCode> {
     if options.fault_seconds >= options.fault_period {
@@ -34,18 +34,19 @@ pub(crate) fn run(options: &SimulateOptions) -> anyhow::Result<ExitCode> {
         options.scenario.as_deref(),
     )?;
     simulated.remarks().iter().for_each(|remark| output::line(&format!("remark: {remark}")));
-    let mut told: Vec<_> = simulated.devices().iter().map(Told::new).collect();
+    let mut reported: Vec<_> = simulated.devices().iter().map(ReportedStatus::new).collect();
     output::result("ready");
     let is_over = || options.seconds.is_some_and(|seconds| started.elapsed() >= seconds);
     while !ending.load(Ordering::Relaxed) && !is_over() {
-        told.iter_mut().for_each(Told::look);
-        std::thread::sleep(LOOK_PERIOD);
+        reported.iter_mut().for_each(ReportedStatus::report_changes);
+        std::thread::sleep(POLL_PERIOD);
     }
-    told.iter_mut().for_each(Told::sum_up);
+    reported.iter_mut().for_each(ReportedStatus::sum_up);
     Ok(ExitCode::SUCCESS)
 }
 
-/// Becomes true with the first SIGINT or SIGTERM; a second one ends the program.
+/// Returns a flag that becomes true with the first SIGINT or SIGTERM; a second one ends the
+/// program.
 pub(crate) fn ending_by_signal() -> anyhow::Result<Arc<AtomicBool>> {
     let ending = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
@@ -67,50 +68,50 @@ fn simulation(options: &SimulateOptions) -> Simulation {
     }
 }
 
-/// What was last said of a device.
-struct Told<'a> {
+/// Status of a device as it was last reported.
+struct ReportedStatus<'a> {
     device: &'a SimulatedDevice,
     fault: Option<FaultKind>,
     clients: u32,
     trouble: Option<String>,
 }
 
-impl<'a> Told<'a> {
+impl<'a> ReportedStatus<'a> {
     fn new(device: &'a SimulatedDevice) -> Self {
-        let mut told = Self { device, fault: None, clients: 0, trouble: None };
+        let mut reported = Self { device, fault: None, clients: 0, trouble: None };
         match device.status() {
             Ok(status) => {
-                told.say(&format!("{} with {} tags", status.endpoint, device.tag_count));
+                reported.print(&format!("{} with {} tags", status.endpoint, device.tag_count));
             }
-            Err(error) => told.note(error.to_string()),
+            Err(error) => reported.note(error.to_string()),
         }
-        told
+        reported
     }
 
-    fn say(&self, what: &str) {
+    fn print(&self, what: &str) {
         output::result(&format!("{}: {what}", self.device.name()));
     }
 
-    /// Tells what has changed.
-    fn look(&mut self) {
+    /// Reports changes of the status.
+    fn report_changes(&mut self) {
         let status = match self.device.status() {
             Ok(status) => status,
             Err(error) => return self.note(error.to_string()),
         };
         if self.trouble.take().is_some() {
-            self.say("is back");
+            self.print("is back");
         }
         if status.fault != self.fault {
             match (self.fault, status.fault) {
-                (_, Some(fault)) => self.say(&format!("fault: {}", fault.name())),
-                (Some(fault), None) => self.say(&format!("{} is over", fault.name())),
+                (_, Some(fault)) => self.print(&format!("fault: {}", fault.name())),
+                (Some(fault), None) => self.print(&format!("{} is over", fault.name())),
                 (None, None) => {}
             }
             self.fault = status.fault;
         }
         if status.clients != self.clients {
             self.clients = status.clients;
-            self.say(&format!("clients: {}", status.clients));
+            self.print(&format!("clients: {}", status.clients));
         }
     }
 
@@ -125,7 +126,7 @@ impl<'a> Told<'a> {
         match self.device.status() {
             Ok(status) => {
                 let (connections, messages) = (status.connections, status.messages);
-                self.say(&format!("{connections} connections, {messages} messages"));
+                self.print(&format!("{connections} connections, {messages} messages"));
             }
             Err(error) => self.note(error.to_string()),
         }

@@ -1,4 +1,4 @@
-//! `busbar view`: a window.
+//! Subcommand `busbar view`: a window.
 
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -22,18 +22,19 @@ use crate::window_watch::{WindowWatch, boot_nanos};
 use crate::{check, output, render};
 
 const TITLE: &str = "Busbar";
-/// Live values are drawn this often without any input.
+/// Period of frames with live values, without any input.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
-/// Who acts on alarms, where the session has another name than the account.
+/// Environment variable with the operator of alarms, where the session has another name than the
+/// account.
 const OPERATOR_VARIABLE: &str = "BUSBAR_OPERATOR";
-/// With input, frames come no faster than this: a display may not pace them.
+/// Shortest period of frames with input: a display may not pace them.
 const BUSY_PERIOD: Duration = Duration::from_millis(16);
 
 pub(crate) fn run(options: &ViewOptions, log: Option<Log>) -> anyhow::Result<ExitCode> {
     let metrics = ServedMetrics::start(options.metrics, options.metrics_public)?;
     let scene = check::load(&options.config)?;
-    let mut telling = Telling { log, metrics };
-    telling.follow(&scene);
+    let mut log_and_metrics = LogAndMetrics { log, metrics };
+    log_and_metrics.follow(&scene);
     let event_loop = EventLoop::<Wake>::with_user_event().build().map_err(|error| {
         // Its own text names source files of the build machine.
         tracing::debug!("{error}");
@@ -48,8 +49,8 @@ pub(crate) fn run(options: &ViewOptions, log: Option<Log>) -> anyhow::Result<Exi
         scene: Some(scene),
         window: None,
         reloader: reloader.ok(),
-        telling,
-        kiosk: options.kiosk.then(|| Kiosk::on(options.monitor.clone())),
+        log_and_metrics,
+        kiosk: options.kiosk.then(|| Kiosk::new(options.monitor.clone())),
         watchdog: Watchdog::default(),
         started: Instant::now(),
         next_frame: Instant::now(),
@@ -59,16 +60,16 @@ pub(crate) fn run(options: &ViewOptions, log: Option<Log>) -> anyhow::Result<Exi
     application.result
 }
 
-/// Something is to be done that no window event told.
+/// Wake-up of the event loop by another event than one of the window.
 struct Wake;
 
-/// What it tells of itself, as arguments want it or else the configuration.
-struct Telling {
+/// Log and metrics, by arguments or else by the configuration.
+struct LogAndMetrics {
     log: Option<Log>,
     metrics: ServedMetrics,
 }
 
-impl Telling {
+impl LogAndMetrics {
     fn follow(&mut self, scene: &LoadedScene) {
         if let Some(log) = &mut self.log {
             log.follow(scene.log());
@@ -79,13 +80,13 @@ impl Telling {
 
 struct Application<'a> {
     options: &'a ViewOptions,
-    /// Until the window is there.
+    /// Loaded scene, until the window exists.
     scene: Option<LoadedScene>,
     window: Option<OpenWindow>,
     reloader: Option<Reloader>,
-    telling: Telling,
+    log_and_metrics: LogAndMetrics,
     kiosk: Option<Kiosk>,
-    /// Fed by frames.
+    /// Watchdog of systemd, fed by frames.
     watchdog: Watchdog,
     started: Instant,
     next_frame: Instant,
@@ -100,7 +101,7 @@ struct OpenWindow {
     announced: bool,
     /// Watcher that hatches the window where this hangs; none on Wayland.
     watch: Option<WindowWatch>,
-    /// Why it shows an older picture, as its title says.
+    /// Reason for an older picture, as in the window's title.
     trouble: Option<String>,
 }
 
@@ -124,7 +125,7 @@ impl ApplicationHandler<Wake> for Application<'_> {
         if response.repaint {
             self.next_frame = self.next_frame.min(Instant::now() + BUSY_PERIOD);
         }
-        if self.kiosk.as_mut().is_some_and(|kiosk| kiosk.ends_it(&event)) {
+        if self.kiosk.as_mut().is_some_and(|kiosk| kiosk.is_exit_chord(&event)) {
             return self.close(event_loop);
         }
         match event {
@@ -139,12 +140,12 @@ impl ApplicationHandler<Wake> for Application<'_> {
                 if let Some(reloader) = &mut self.reloader
                     && reloader.step(&mut open.viewer) == Some(ReloadOutcome::Shown)
                 {
-                    self.telling.follow(open.viewer.scene());
+                    self.log_and_metrics.follow(open.viewer.scene());
                 }
                 let drawn = open.draw();
                 match drawn {
                     Ok(repaint_after) => {
-                        self.telling.metrics.note(&open.viewer);
+                        self.log_and_metrics.metrics.note(&open.viewer);
                         if let Some(kiosk) = &mut self.kiosk {
                             kiosk.step(&open.window);
                         }
@@ -219,7 +220,7 @@ impl OpenWindow {
             None,
             None,
         );
-        let watch = WindowWatch::over(&window);
+        let watch = WindowWatch::new(&window);
         Ok(Self { viewer, egui, window, announced: false, watch, trouble: None })
     }
 
@@ -248,7 +249,7 @@ impl OpenWindow {
     }
 }
 
-/// Who sits before the window: by `BUSBAR_OPERATOR`, else the account.
+/// Returns the operator: that of `BUSBAR_OPERATOR`, else the account.
 fn operator() -> String {
     let name = |variable| std::env::var(variable).ok().filter(|name| !name.trim().is_empty());
     name(OPERATOR_VARIABLE).or_else(|| name("USER")).or_else(|| name("LOGNAME")).unwrap_or_default()

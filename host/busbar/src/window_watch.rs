@@ -24,17 +24,17 @@ use rustix::time::{ClockId, clock_gettime};
 use winit::raw_window_handle::{HasWindowHandle, RawWindowHandle};
 use winit::window::Window;
 
-/// The program's command for the watcher.
+/// Subcommand of the program for the watcher.
 const COMMAND: &str = "watch-window";
-/// A picture of values that are older is covered: within a second of them, with a while for the
-/// X server to draw.
+/// Greatest age of the values in an uncovered picture: within a second of them, with a while for
+/// the X server to draw.
 const MAX_AGE: Duration = Duration::from_millis(950);
 /// Time that a picture must stay live before it is uncovered: one that is late again and again
 /// does not flash.
 const MIN_LIVE: Duration = Duration::from_millis(400);
-/// Period of looks at the picture's age, at most.
-const LOOK_PERIOD: Duration = Duration::from_millis(50);
-/// Limits by which a picture is live; nothing is ended by this watch.
+/// Longest period at which the picture's age is checked.
+const CHECK_PERIOD: Duration = Duration::from_millis(50);
+/// Limits by which a picture is live; this watchdog ends nothing.
 const LIMITS: LivenessLimits = LivenessLimits { silent: MAX_AGE, hung: Duration::MAX };
 /// Delay from one start of a watcher to the next; it doubles with each start, up to
 /// [`MAX_RESTART_DELAY`], until a watcher has run for [`MIN_RUN`].
@@ -48,16 +48,17 @@ const INSTANTS_AT_ONCE: usize = 512;
 /// Wait for the exit status of a watcher whose pipe is closed, and the period of looks at it.
 const END_GRACE: Duration = Duration::from_millis(20);
 const END_POLL: Duration = Duration::from_millis(2);
-/// Variables by which systemd would take the watcher for the viewer.
+/// Environment variables by which systemd would take the watcher for the viewer.
 const SYSTEMD_VARIABLES: [&str; 3] = ["NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID"];
 
-/// Now, nanoseconds of the clock since boot, which goes on while the machine sleeps.
+/// Returns the present instant, nanoseconds of the clock since boot, which advances while the
+/// machine sleeps.
 pub(crate) fn boot_nanos() -> u64 {
     let now = clock_gettime(ClockId::Boottime);
     now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
 }
 
-/// The viewer's side: keeps a watcher of its window running, and tells it of frames.
+/// Viewer's side: keeps a watcher of its window running, and reports frames to it.
 pub(crate) struct WindowWatch {
     window: u32,
     watcher: Option<Watcher>,
@@ -69,8 +70,8 @@ pub(crate) struct WindowWatch {
 }
 
 impl WindowWatch {
-    /// Prepares the watch over an X11 window; none on Wayland.
-    pub(crate) fn over(window: &Window) -> Option<Self> {
+    /// Prepares the watchdog of an X11 window; none on Wayland.
+    pub(crate) fn new(window: &Window) -> Option<Self> {
         let window = match window.window_handle().ok()?.as_raw() {
             RawWindowHandle::Xlib(handle) => u32::try_from(handle.window).ok()?,
             RawWindowHandle::Xcb(handle) => handle.window.get(),
@@ -91,15 +92,15 @@ impl WindowWatch {
         })
     }
 
-    /// Notes a frame that was presented, by the instant of the values in it. The frame before it
-    /// is on the screen then, at the least.
+    /// Records a presented frame, by the instant of the values in it. The frame before it is on the
+    /// screen then, at the least.
     pub(crate) fn note_frame(&mut self, true_at: u64) {
         let seen = self.presented.replace(true_at);
         if self.watcher.is_none() {
             self.start_if_due();
         }
         let (Some(watcher), Some(seen)) = (&mut self.watcher, seen) else { return };
-        if let Err(error) = watcher.tell(seen) {
+        if let Err(error) = watcher.send(seen) {
             let how = watcher.ending().unwrap_or_else(|| error.to_string());
             self.watcher = None;
             if self.started_at.is_some_and(|at| at.elapsed() >= MIN_RUN) {
@@ -127,7 +128,7 @@ impl WindowWatch {
     }
 }
 
-/// A watcher's process; it ends when its pipe is closed.
+/// Process of a watcher; it ends when its pipe is closed.
 struct Watcher {
     pipe: Option<ChildStdin>,
     process: Child,
@@ -151,7 +152,7 @@ impl Watcher {
         Ok(Self { pipe, process })
     }
 
-    /// Waits a moment for the end of the process; its exit status in words.
+    /// Waits a moment for the end of the process; returns its exit status in words.
     fn ending(&mut self) -> Option<String> {
         self.pipe = None;
         let start = Instant::now();
@@ -164,8 +165,8 @@ impl Watcher {
         None
     }
 
-    /// Tells the instant of the values on the screen.
-    fn tell(&mut self, true_at: u64) -> io::Result<()> {
+    /// Sends the instant of the values on the screen.
+    fn send(&mut self, true_at: u64) -> io::Result<()> {
         let Some(pipe) = &mut self.pipe else { return Ok(()) };
         // A pipe takes so few bytes whole or not at all.
         match pipe.write(&true_at.to_le_bytes()) {
@@ -184,7 +185,7 @@ impl Drop for Watcher {
     }
 }
 
-/// `busbar watch-window`: covers a window while its picture is old, until the viewer ends.
+/// Runs `busbar watch-window`: covers a window while its picture is old, until the viewer ends.
 pub(crate) fn run(window: u32) -> anyhow::Result<ExitCode> {
     let mut cover = match WindowCover::open(None, window) {
         Ok(cover) => cover,
@@ -214,7 +215,7 @@ pub(crate) fn run(window: u32) -> anyhow::Result<ExitCode> {
             Err(error) => return Err(anyhow!("{error}")),
         }
         let left = MAX_AGE.saturating_sub(age) + Duration::from_millis(1);
-        let timeout = if cover.is_shown() { LOOK_PERIOD } else { left.min(LOOK_PERIOD) };
+        let timeout = if cover.is_shown() { CHECK_PERIOD } else { left.min(CHECK_PERIOD) };
         let timeout = Timespec { tv_sec: 0, tv_nsec: i64::from(timeout.subsec_nanos()) };
         let (stdin, display) = (io::stdin(), cover.descriptor());
         let mut waited = [
@@ -243,7 +244,7 @@ struct CoverDecision {
 }
 
 impl CoverDecision {
-    /// Decides anew; the words to cover the window with, or none.
+    /// Decides anew; returns the text to cover the window with, or none.
     fn cover(&mut self, liveness: Liveness, now: Instant) -> Option<&'static str> {
         if liveness.is_live() {
             let live_since = *self.live_since.get_or_insert(now);
@@ -259,12 +260,12 @@ impl CoverDecision {
 /// Reading end of the pipe: the newest instant that came whole.
 struct InstantPipe {
     true_at: u64,
-    /// Bytes of one that did not.
+    /// Bytes of an incomplete instant.
     rest: Vec<u8>,
 }
 
 impl InstantPipe {
-    /// Takes what came; false once the viewer has ended.
+    /// Reads instants; returns false once the viewer has ended.
     fn read(&mut self, read: impl FnOnce(&mut [u8]) -> io::Result<usize>) -> io::Result<bool> {
         let mut room = [0; INSTANTS_AT_ONCE * INSTANT_BYTES];
         let count = match read(&mut room) {

@@ -12,7 +12,7 @@ pub(crate) const MAX_TAGS: usize = 100_000;
 /// Alarms and layers whose last state is kept for the next viewer.
 pub(crate) const MAX_NAMES: usize = 1 << 17;
 
-/// All that outlives a viewer.
+/// Desired state of a view, which outlives each viewer.
 #[derive(Clone, Debug)]
 pub(crate) struct DesiredState {
     /// Path of the configuration that was shown last, or of the first.

@@ -126,7 +126,7 @@ impl Drop for Victim {
     }
 }
 
-/// Looks every 50 ms at a process that shows no beat, until the verdict is another than `before`.
+/// Samples a process without a heartbeat every 50 ms, until the verdict differs from `before`.
 fn next_verdict(
     watch: &mut LivenessMonitor,
     true_at: u64,

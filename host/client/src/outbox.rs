@@ -19,7 +19,7 @@ impl Outbox {
         self.0.len() < MAX_WAITING
     }
 
-    /// Puts a command behind the others, where there is room.
+    /// Appends a command to the queue, where there is room.
     pub(crate) fn push(&mut self, command: Command) {
         if let Some(last) = self.0.back_mut()
             && merges(last, &command)

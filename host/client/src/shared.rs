@@ -86,7 +86,7 @@ impl Shared {
         self.picture_limit.store(millis, Ordering::Release);
     }
 
-    /// Puts a command on its way.
+    /// Queues a command for the viewer.
     ///
     /// # Errors
     /// There is no room.

@@ -22,7 +22,7 @@ use crate::viewer_process::{ViewerProcess, ending};
 
 /// Period at which a viewer's signs of life are sampled.
 const SAMPLE_PERIOD: Duration = Duration::from_millis(25);
-/// From a viewer's start to its first picture at most: optimisers may have much to do.
+/// Longest time from a viewer's start to its first picture: optimizers may have much to do.
 const MAX_START: Duration = Duration::from_secs(300);
 /// The longest time without heartbeat and progress before the first picture: a process that
 /// starts may have to wait for the disk and the processor.
@@ -78,7 +78,7 @@ impl Supervisor {
         }
     }
 
-    /// Until the view is closed.
+    /// Supervises viewers until the view is closed.
     pub(crate) fn run(mut self) {
         while !self.shared.is_closing() {
             self.dying.retain_mut(|child| matches!(child.try_wait(), Ok(None)));
@@ -284,8 +284,8 @@ impl Supervisor {
         }
     }
 
-    /// Lets the viewer end by itself, so that what operators did gets to the disk, and ends
-    /// it where it does not.
+    /// Waits for the viewer to end by itself, so that operators' actions reach the disk; kills it
+    /// where it does not.
     fn close(&mut self) {
         self.dying.extend(self.viewer.take().map(|running| running.viewer.detach()));
         if !self.reap() {

@@ -75,8 +75,8 @@ impl View {
         Ok(view)
     }
 
-    /// Puts a command on its way. It must be checked ([`Command::check`]). What the viewer
-    /// refuses comes as an [`Event::Error`]; what is asked while it is away is done later.
+    /// Queues a command, which must be checked ([`Command::check`]). A refusal of the viewer
+    /// arrives as an [`Event::Error`]; commands given while no viewer runs are executed later.
     ///
     /// # Errors
     /// Too much waits for the viewer already.

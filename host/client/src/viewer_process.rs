@@ -72,7 +72,7 @@ impl ViewerProcess {
         self.child.id()
     }
 
-    /// For polling: whether it sent something, or can take something.
+    /// Returns the socket, to poll it for messages and for room.
     pub(crate) fn socket(&self) -> &UnixStream {
         &self.socket
     }
@@ -131,7 +131,8 @@ impl ViewerProcess {
         let _ = self.child.kill();
     }
 
-    /// Lets it end by itself, as it does without the program: its process, to be waited for.
+    /// Detaches from the process, which ends by itself without the program; returns it to be waited
+    /// for.
     pub(crate) fn detach(self) -> Child {
         self.child
     }

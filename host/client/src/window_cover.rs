@@ -142,7 +142,7 @@ impl WindowCover {
         self.step()
     }
 
-    /// Lets the window be seen again.
+    /// Hides the cover, so that the window is visible again.
     ///
     /// # Errors
     /// [`CoverError::Gone`].
@@ -254,7 +254,8 @@ impl std::fmt::Display for CoverError {
 impl std::error::Error for CoverError {}
 
 impl Shades {
-    /// None where the visual has no masks, as one with a palette: then black and white.
+    /// Creates the shades of a visual. A visual without masks, as one with a palette, has black and
+    /// white alone.
     fn new(visual: Option<&Visualtype>, depth: u8) -> Self {
         let masks = visual.map_or([0; 3], |v| [v.red_mask, v.green_mask, v.blue_mask]);
         let all = if depth >= 32 { u32::MAX } else { (1 << depth) - 1 };

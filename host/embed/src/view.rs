@@ -18,7 +18,7 @@ pub struct BusbarView {
     /// Callback that busbar_view_dispatch runs.
     callback: Mutex<Callback>,
     /// Texts of the event that was taken last.
-    held: Mutex<Held>,
+    held: Mutex<EventTexts>,
 }
 
 /// Callback for events, with its context.
@@ -33,7 +33,7 @@ pub(crate) struct Callback {
 unsafe impl Send for Callback {}
 
 #[derive(Default)]
-struct Held {
+struct EventTexts {
     id: CString,
     text: CString,
 }
@@ -87,7 +87,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 fn call_back(callback: Callback, events: &mut dyn Iterator<Item = (Event, u32)>) {
     let Some(function) = callback.function else { return };
-    let mut held = Held::default();
+    let mut held = EventTexts::default();
     for (event, dropped) in events {
         let event = to_event(event, dropped, &mut held);
         // SAFETY: the function is the program's, for events of this form; the event and
@@ -97,7 +97,7 @@ fn call_back(callback: Callback, events: &mut dyn Iterator<Item = (Event, u32)>)
 }
 
 /// Converts an event to its C struct.
-fn to_event(event: Event, dropped: u32, held: &mut Held) -> BusbarViewEvent {
+fn to_event(event: Event, dropped: u32, held: &mut EventTexts) -> BusbarViewEvent {
     let mut told = BusbarViewEvent {
         struct_size: size_of::<BusbarViewEvent>() as u32,
         kind: 0,
@@ -155,7 +155,7 @@ fn to_event(event: Event, dropped: u32, held: &mut Held) -> BusbarViewEvent {
         Event::Recovered { how, .. } => (BUSBAR_VIEW_RECOVERED, none, how),
         Event::Reloaded(config) => (BUSBAR_VIEW_RELOADED, config, none),
     };
-    *held = Held { id: to_c(&id), text: to_c(&text) };
+    *held = EventTexts { id: to_c(&id), text: to_c(&text) };
     (told.kind, told.id, told.text) = (kind, held.id.as_ptr(), held.text.as_ptr());
     told
 }

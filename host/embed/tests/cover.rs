@@ -13,7 +13,7 @@ use x11_window::{SIZE, X11Window};
 const TEXT: &str = "NO LIVE PICTURE SINCE 12:34:56";
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// Lets the cover follow until the window looks as wanted.
+/// Steps the cover until the window looks as expected.
 fn wait(
     window: &X11Window,
     cover: &mut WindowCover,

@@ -1,4 +1,4 @@
-//! From a value that the program sets to the pixel that shows it.
+//! Latency from a value that the program sets to the pixel that shows it.
 //!
 //! `BUSBAR_EMBED_VALUES` says how often that is measured.
 

@@ -23,7 +23,7 @@ const BUSY_SECONDS: u64 = 5;
 const WATCHED: Duration = Duration::from_secs(2);
 /// The longest that an old picture may pass for live, on each surface, whatever happens.
 const MAX_OLD: Duration = Duration::from_secs(1);
-/// From the end of a viewer to the hatching.
+/// Longest time from the end of a viewer to the hatching.
 const MAX_UNCOVERED: Duration = Duration::from_millis(700);
 /// Number of busy processes.
 const LOAD: usize = 20;

@@ -3,7 +3,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use busbar_huge_pages::{self as huge_pages, Pages, Wanted};
+use busbar_huge_pages::{self as huge_pages, PageSize, Pages};
 
 /// Memory that a frame of a million triangles takes, and more.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
@@ -60,7 +60,7 @@ pub fn configure_allocator() {
         // A block that is none of the heap's is not below its end, or far below.
         if !block.is_null() && bytes <= 2 * FIRST_HEAP_BYTES as usize {
             let pages = Pages::within(block, bytes);
-            pages.advise(Wanted::Huge);
+            pages.advise(PageSize::Huge);
             HEAP.0.store(pages.start().addr(), Ordering::Relaxed);
             HEAP.1.store(pages.bytes(), Ordering::Relaxed);
         }
@@ -133,7 +133,7 @@ unsafe fn advised(block: *mut u8, used_bytes: usize, bytes: usize) -> *mut u8 {
     };
     if huge_pages::ask(block, bytes, used_bytes, touch) {
         let heap = std::ptr::without_provenance_mut(HEAP.0.load(Ordering::Relaxed));
-        Pages::within(heap, HEAP.1.load(Ordering::Relaxed)).advise(Wanted::Small);
+        Pages::within(heap, HEAP.1.load(Ordering::Relaxed)).advise(PageSize::Small);
     }
     block
 }

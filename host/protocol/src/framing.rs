@@ -54,7 +54,7 @@ pub struct Decoder {
 }
 
 impl Decoder {
-    /// One that takes no message longer than `limit` bytes.
+    /// Creates a decoder that accepts no message longer than `limit` bytes.
     pub fn new(limit: usize) -> Self {
         Self { limit, buffer: Vec::new(), start: 0 }
     }

@@ -18,7 +18,7 @@ pub const MAX_TYPED_BYTES: usize = 256;
 /// The longest side of a picture, pixels.
 pub const MAX_SIDE: u32 = 8192;
 
-/// From the host program's library.
+/// Message of the host program's library to its viewer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum HostMessage {
     /// The first message; the descriptor of the pictures' memory comes along.
@@ -103,7 +103,7 @@ pub enum Command {
     MirrorAlarm {
         /// Id of the alarm.
         alarm: String,
-        /// By the letter of IEC 62682, 0 for A to 8 for I.
+        /// State by its letter in IEC 62682, 0 for A to 8 for I.
         state: u8,
     },
     /// Sets the instant that a chart shows, nanoseconds since 1970-01-01 UTC; none for all.
@@ -273,9 +273,9 @@ pub enum EquipmentVerdict {
     Normal,
     /// Outside its limits, or in a state that needs attention.
     Abnormal,
-    /// Not to be judged.
+    /// Equipment that cannot be judged.
     Unknown,
-    /// Not to be judged, and abnormal when it was last known.
+    /// Equipment that cannot be judged, and was abnormal at the last judgment.
     UnknownAfterAbnormal,
 }
 
@@ -284,11 +284,11 @@ pub enum EquipmentVerdict {
 pub struct AlarmSnapshot {
     /// Id of the alarm.
     pub alarm: String,
-    /// By the letter of IEC 62682, 0 for A to 8 for I.
+    /// State by its letter in IEC 62682, 0 for A to 8 for I.
     pub state: u8,
     /// Since when, nanoseconds since 1970-01-01 UTC.
     pub since: i64,
-    /// All that the state rests on, as JSON; for the viewer after this one.
+    /// Complete state of the alarm as JSON, for the next viewer.
     pub standing: String,
 }
 

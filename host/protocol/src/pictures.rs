@@ -304,7 +304,7 @@ impl PictureReader {
         Some(if is_newest { own.max(confirmed) } else { own })
     }
 
-    /// None where they name no picture.
+    /// Reads the description of a picture; none where its words are invalid.
     fn read_info(&self) -> Option<PictureInfo> {
         let [sequence, rest @ .., true_at] =
             self.memory.info_words(self.own).map(|w| w.load(Ordering::Relaxed));

@@ -41,7 +41,7 @@ impl Activity {
     }
 }
 
-/// One reading of a process.
+/// Reading of a process at one instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Reading {
     /// CPU time of all threads, nanoseconds.

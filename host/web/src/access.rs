@@ -67,8 +67,8 @@ impl Access {
         queried.chain(kept).chain(borne).chain(listed).any(|told| self.token.is(told))
     }
 
-    /// Tells the browser to keep the token. In the frame of another site it keeps a cookie
-    /// only so: for that site alone (partitioned), over TLS or from this machine.
+    /// Sets a cookie with the token. In the frame of another site, browsers keep it only for that
+    /// site alone (partitioned), over TLS or from this machine.
     pub(crate) fn keep_token(&self, headers: &mut HeaderMap) {
         let (name, token) = (&self.cookie_name, self.token.reveal());
         let where_sent = match self.allowed.is_empty() {

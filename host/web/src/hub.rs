@@ -16,7 +16,7 @@ use tokio::sync::{broadcast, watch};
 use crate::message::{AlarmCounts, FromPage, PictureCondition, ToPage};
 use crate::options::Options;
 use crate::picture::Picture;
-use crate::steering::{Seat, Steering};
+use crate::steering::{PageId, Steering};
 
 /// Size of the picture until a page says its own, pixels.
 const FIRST_SIZE: [u32; 2] = [1280, 720];
@@ -28,9 +28,9 @@ const HUNG: Duration = Duration::from_secs(5);
 /// The longest delay before a viewer that keeps ending is started again.
 const LONGEST_DELAY: Duration = Duration::from_secs(5);
 /// Period at which the viewer is polled without an event.
-const LOOK_PERIOD: Duration = Duration::from_millis(100);
+const POLL_PERIOD: Duration = Duration::from_millis(100);
 /// Time without a poll after which no picture counts as live.
-const MAX_UNLOOKED: Duration = Duration::from_millis(1000);
+const MAX_UNPOLLED: Duration = Duration::from_millis(1000);
 /// Replaced pictures whose last true instant is remembered. For a page with an older one, the
 /// instant of the oldest counts.
 const MAX_SUPERSEDED: usize = 64;
@@ -40,11 +40,11 @@ const MAX_TOLD: usize = 256;
 /// View of a server, with its state.
 pub(crate) struct Hub {
     view: View,
-    shown: Mutex<Shown>,
+    shown: Mutex<ViewerSnapshot>,
     steering: Mutex<Steering>,
     /// Raised with whatever a page may have to send.
     changes: watch::Sender<u64>,
-    told: broadcast::Sender<ToPage>,
+    events: broadcast::Sender<ToPage>,
     /// Reports whether the viewer's queue was full at the last command.
     is_full: AtomicBool,
     /// Reason for which there never was a scene, once that is known.
@@ -64,14 +64,14 @@ pub(crate) struct PageState {
 }
 
 /// State of the viewer at the last poll.
-struct Shown {
+struct ViewerSnapshot {
     picture: Arc<Picture>,
     condition: PictureCondition,
     /// Instant at which the picture was true, nanoseconds of the clock since boot, which goes on
     /// while the machine sleeps.
     true_at: u64,
     /// Instant of the last poll.
-    looked: Instant,
+    polled_at: Instant,
     /// Pictures that were replaced: number, and the last instant at which each was true.
     superseded: VecDeque<(u64, u64)>,
     /// Reports whether there ever was a picture.
@@ -96,11 +96,11 @@ impl Hub {
             hung: HUNG,
             longest_delay: LONGEST_DELAY,
         })?;
-        let shown = Shown {
+        let shown = ViewerSnapshot {
             picture: Arc::default(),
             condition: PictureCondition::Starting,
             true_at: pictures::now(),
-            looked: Instant::now(),
+            polled_at: Instant::now(),
             superseded: VecDeque::new(),
             was_ever_ready: false,
             alarms: HashMap::new(),
@@ -110,12 +110,12 @@ impl Hub {
             shown: Mutex::new(shown),
             steering: Mutex::default(),
             changes: watch::channel(0).0,
-            told: broadcast::channel(MAX_TOLD).0,
+            events: broadcast::channel(MAX_TOLD).0,
             is_full: AtomicBool::new(false),
             failure: watch::channel(None).0,
         });
         // Nobody looks yet.
-        hub.ask(vec![Command::SetVisible(false)]);
+        hub.send_commands(vec![Command::SetVisible(false)]);
         let followed = Arc::downgrade(&hub);
         std::thread::Builder::new().name("web view".into()).spawn(move || follow(&followed))?;
         Ok(hub)
@@ -127,13 +127,13 @@ impl Hub {
     }
 
     /// Subscribes to events from now on.
-    pub(crate) fn told(&self) -> broadcast::Receiver<ToPage> {
-        self.told.subscribe()
+    pub(crate) fn subscribe_events(&self) -> broadcast::Receiver<ToPage> {
+        self.events.subscribe()
     }
 
     /// Returns the time since the last poll of the viewer.
     pub(crate) fn silence(&self) -> Duration {
-        lock(&self.shown).looked.elapsed()
+        lock(&self.shown).polled_at.elapsed()
     }
 
     /// Returns the reason for which there never was a scene, once that is known.
@@ -156,7 +156,7 @@ impl Hub {
     pub(crate) fn page_state(&self, known: u64) -> PageState {
         let shown = lock(&self.shown);
         let condition = match shown.condition {
-            PictureCondition::Live if shown.looked.elapsed() > MAX_UNLOOKED => {
+            PictureCondition::Live if shown.polled_at.elapsed() > MAX_UNPOLLED => {
                 PictureCondition::Lost
             }
             condition => condition,
@@ -173,45 +173,45 @@ impl Hub {
 
     /// Counts alarms by their state.
     pub(crate) fn alarms(&self) -> AlarmCounts {
-        AlarmCounts::of(lock(&self.shown).alarms.values().copied())
+        AlarmCounts::count(lock(&self.shown).alarms.values().copied())
     }
 
     /// Adds a page to the view.
-    pub(crate) fn join(&self) -> Seat {
-        let (seat, commands) = lock(&self.steering).join();
-        self.ask(commands);
-        seat
+    pub(crate) fn join(&self) -> PageId {
+        let (page_id, commands) = lock(&self.steering).join();
+        self.send_commands(commands);
+        page_id
     }
 
     /// Removes a page from the view.
-    pub(crate) fn leave(&self, seat: Seat) {
-        let commands = lock(&self.steering).leave(seat);
-        self.ask(commands);
+    pub(crate) fn leave(&self, page_id: PageId) {
+        let commands = lock(&self.steering).leave(page_id);
+        self.send_commands(commands);
         self.wake();
     }
 
     /// Reports whether a page steers the view.
-    pub(crate) fn does_steer(&self, seat: Seat) -> bool {
-        lock(&self.steering).does_steer(seat)
+    pub(crate) fn is_steering(&self, page_id: PageId) -> bool {
+        lock(&self.steering).is_steering(page_id)
     }
 
     /// Executes a page's message.
     ///
     /// # Errors
     /// In words, why not.
-    pub(crate) fn act(&self, seat: Seat, said: FromPage) -> Result<(), String> {
+    pub(crate) fn act(&self, page_id: PageId, said: FromPage) -> Result<(), String> {
         let is_takeover = said == FromPage::Steer;
-        let commands = lock(&self.steering).act(seat, said)?;
-        self.ask(commands);
+        let commands = lock(&self.steering).act(page_id, said)?;
+        self.send_commands(commands);
         if is_takeover {
             self.wake();
         }
         Ok(())
     }
 
-    fn ask(&self, commands: Vec<Command>) {
+    fn send_commands(&self, commands: Vec<Command>) {
         for command in commands {
-            // Hands go on; what counts is told by the picture.
+            // Input continues; the picture shows its effect.
             let is_full = self.view.command(command).is_err();
             if is_full && !self.is_full.load(Ordering::Relaxed) {
                 tracing::warn!("the viewer does not keep up with what pages ask");
@@ -225,18 +225,18 @@ impl Hub {
     }
 
     /// Polls events and the picture of the viewer.
-    fn look(&self, pixels: &mut Vec<u8>) {
+    fn poll(&self, pixels: &mut Vec<u8>) {
         while let Some((event, _)) = self.view.next_event() {
-            self.take(event);
+            self.handle_event(event);
         }
         let Some(seen) = self.view.copy_frame(pixels) else {
-            lock(&self.shown).looked = Instant::now();
+            lock(&self.shown).polled_at = Instant::now();
             return;
         };
         let mut shown = lock(&self.shown);
         let before = shown.condition;
         let replaced = (shown.picture.number, shown.true_at);
-        shown.looked = Instant::now();
+        shown.polled_at = Instant::now();
         shown.condition = match seen.state {
             PictureState::Live => PictureCondition::Live,
             PictureState::Late => PictureCondition::Late,
@@ -261,8 +261,8 @@ impl Hub {
         }
     }
 
-    fn take(&self, event: Event) {
-        let told = match event {
+    fn handle_event(&self, event: Event) {
+        let message = match event {
             Event::Ready { device } => {
                 tracing::info!("the view is drawn by {device}");
                 lock(&self.shown).was_ever_ready = true;
@@ -275,7 +275,7 @@ impl Hub {
                     0 => drop(alarms.remove(&snapshot.alarm)),
                     state => drop(alarms.insert(snapshot.alarm, state)),
                 }
-                // Counts are told with beats: a storm of alarms is no storm of messages.
+                // Counts are sent with beats: a storm of alarms is no storm of messages.
                 return;
             }
             Event::Lost(how) => {
@@ -300,16 +300,16 @@ impl Hub {
             _ => return,
         };
         // Nobody may be there.
-        let _ = self.told.send(told);
+        let _ = self.events.send(message);
     }
 }
 
-/// Looks whenever the viewer tells something, until nobody has the hub.
+/// Polls the viewer at each of its events, until nobody has the hub.
 fn follow(hub: &Weak<Hub>) {
     let mut pixels = Vec::new();
     while let Some(hub) = hub.upgrade() {
-        hub.look(&mut pixels);
-        let timeout = Timespec { tv_sec: 0, tv_nsec: i64::from(LOOK_PERIOD.subsec_nanos()) };
+        hub.poll(&mut pixels);
+        let timeout = Timespec { tv_sec: 0, tv_nsec: i64::from(POLL_PERIOD.subsec_nanos()) };
         let events = hub.view.has_events();
         // Interrupted is as good as awake.
         let _ = poll(&mut [PollFd::from_borrowed_fd(events, PollFlags::IN)], Some(&timeout));

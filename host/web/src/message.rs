@@ -123,7 +123,7 @@ pub(crate) struct AlarmCounts {
 
 impl AlarmCounts {
     /// Counts alarms, each by its state: 0 for A to 8 for I.
-    pub(crate) fn of(states: impl Iterator<Item = u8>) -> Self {
+    pub(crate) fn count(states: impl Iterator<Item = u8>) -> Self {
         let mut counts = Self::default();
         for state in states {
             let count = match state {
@@ -245,7 +245,7 @@ mod tests {
         assert_eq!(text(beat), r#"{"beat":["live",90,2,17]}"#);
         assert_eq!(FromPage::parse(r#"{"probe":17}"#), Ok(FromPage::Probe(17)));
         assert_eq!(text(ToPage::Steers(true)), r#"{"steers":true}"#);
-        let counts = AlarmCounts::of([0, 1, 1, 6, 9].into_iter());
+        let counts = AlarmCounts::count([0, 1, 1, 6, 9].into_iter());
         assert!(text(ToPage::Alarms(counts)).starts_with(r#"{"alarms":{"unacknowledged":2,"#));
         assert_eq!(counts.shelved, 1);
     }

@@ -34,8 +34,8 @@ const SHARP_TILE_BYTES: u64 = 8_000;
 #[derive(Debug)]
 pub(crate) struct Pacing {
     size: [u32; 2],
-    sent: Vec<Sent>,
-    in_flight: Option<Flight>,
+    sent: Vec<TileState>,
+    in_flight: Option<InFlightPicture>,
     last_sent: Option<Instant>,
     /// Last instant at which the page's picture was true, where a newer one was not sent.
     unsent_since: Option<Instant>,
@@ -45,7 +45,7 @@ pub(crate) struct Pacing {
 
 /// Transmission state of a tile.
 #[derive(Clone, Copy, Debug, Default)]
-struct Sent {
+struct TileState {
     /// Number of the picture, 0 for none.
     number: u64,
     /// Instant of sending, if with loss.
@@ -54,7 +54,7 @@ struct Sent {
 
 /// Picture that was sent and not shown yet.
 #[derive(Debug)]
-struct Flight {
+struct InFlightPicture {
     number: u32,
     sent: Instant,
     bytes: u64,
@@ -64,7 +64,7 @@ struct Flight {
 
 /// Tiles to send next, and their format.
 #[derive(Debug, PartialEq)]
-pub(crate) struct Next {
+pub(crate) struct SendPlan {
     pub(crate) tiles: Vec<usize>,
     pub(crate) format: Format,
 }
@@ -96,27 +96,27 @@ impl Pacing {
     }
 
     /// Chooses the tiles to send now, if any: changed ones, or lossy ones to refine.
-    pub(crate) fn next(&mut self, picture: &Picture, now: Instant) -> Option<Next> {
+    pub(crate) fn plan(&mut self, picture: &Picture, now: Instant) -> Option<SendPlan> {
         let is_early = self.last_sent.is_some_and(|sent| now.duration_since(sent) < MIN_GAP);
         if self.in_flight.is_some() || is_early {
             return None;
         }
         if self.size != picture.size {
             self.size = picture.size;
-            self.sent = vec![Sent::default(); picture.changed().len()];
+            self.sent = vec![TileState::default(); picture.changed().len()];
         }
         let is_unsent = |tile: &usize| picture.changed()[*tile] > self.sent[*tile].number;
         let unsent: Vec<_> = (0..self.sent.len()).filter(is_unsent).collect();
         if !unsent.is_empty() {
             let is_sharp = unsent.len() <= MAX_SHARP_TILES;
             let format = if is_sharp { Format::Png } else { Format::Jpeg(self.quality) };
-            return Some(Next { tiles: unsent, format });
+            return Some(SendPlan { tiles: unsent, format });
         }
         self.unsent_since = None;
-        let rests = |sent: &Sent| sent.lossy.is_some_and(|lossy| now >= lossy + REST);
+        let rests = |sent: &TileState| sent.lossy.is_some_and(|lossy| now >= lossy + REST);
         let resting = self.sent.iter().enumerate().filter(|(_, sent)| rests(sent));
         let tiles: Vec<_> = resting.map(|(tile, _)| tile).take(self.sharpened).collect();
-        (!tiles.is_empty()).then_some(Next { tiles, format: Format::Png })
+        (!tiles.is_empty()).then_some(SendPlan { tiles, format: Format::Png })
     }
 
     /// Records that these tiles of a picture are being sent.
@@ -129,15 +129,16 @@ impl Pacing {
     ) {
         let lossy = (format != Format::Png).then_some(now);
         for &tile in tiles {
-            self.sent[tile] = Sent { number: picture.number, lossy };
+            self.sent[tile] = TileState { number: picture.number, lossy };
         }
         let since = self.unsent_since.take();
-        self.in_flight = Some(Flight { number: picture.number as u32, sent: now, bytes: 0, since });
+        self.in_flight =
+            Some(InFlightPicture { number: picture.number as u32, sent: now, bytes: 0, since });
         self.last_sent = Some(now);
     }
 
     /// Records the encoded size of the picture in flight, and the instant of sending.
-    pub(crate) fn note_away(&mut self, bytes: usize, now: Instant) {
+    pub(crate) fn note_encoded(&mut self, bytes: usize, now: Instant) {
         if let Some(flight) = &mut self.in_flight {
             (flight.sent, flight.bytes) = (now, bytes as u64);
         }
@@ -208,7 +209,7 @@ mod tests {
         start: Instant,
         steps: u32,
         delay: u32,
-    ) -> Vec<(u32, Next)> {
+    ) -> Vec<(u32, SendPlan)> {
         let (mut told, mut due) = (Vec::new(), None);
         for step in 0..steps {
             let now = start + Duration::from_millis(10) * step;
@@ -216,7 +217,7 @@ mod tests {
                 assert!(pacing.note_shown(picture.number as u32, now));
                 due = None;
             }
-            if let Some(next) = pacing.next(picture, now) {
+            if let Some(next) = pacing.plan(picture, now) {
                 assert_eq!(due, None, "one at a time");
                 pacing.note_sent(picture, &next.tiles, next.format, now);
                 due = Some(step + delay);
@@ -232,7 +233,10 @@ mod tests {
         let mut pacing = Pacing::new();
         pacing.note_change(start);
         let told = run(&mut pacing, &picture, start, 300, 1);
-        assert_eq!(told[0].1, Next { tiles: (0..100).collect(), format: Format::Jpeg(QUALITY) });
+        assert_eq!(
+            told[0].1,
+            SendPlan { tiles: (0..100).collect(), format: Format::Jpeg(QUALITY) }
+        );
         assert!(told[1].0 >= 120, "it rests first");
         let sharp: Vec<_> = told[1..].iter().flat_map(|(_, next)| next.tiles.clone()).collect();
         assert_eq!(sharp, (0..100).collect::<Vec<_>>(), "each tile once");
@@ -250,11 +254,11 @@ mod tests {
         let later = start + Duration::from_secs(2);
         change(&mut picture, 2);
         pacing.note_change(later);
-        assert_eq!(pacing.next(&picture, later), None);
+        assert_eq!(pacing.plan(&picture, later), None);
         assert!(pacing.behind(later) >= MAX_BEHIND);
         assert!(!pacing.note_shown(77, later), "what was never sent");
         assert!(pacing.note_shown(1, later));
-        let next = pacing.next(&picture, later).unwrap();
+        let next = pacing.plan(&picture, later).unwrap();
         assert_eq!(next.format, Format::Jpeg(QUALITY - 15), "worse, for it was slow");
         assert_eq!(pacing.behind(later), Duration::ZERO, "since the second change");
     }
@@ -267,7 +271,7 @@ mod tests {
         let mut turn = |took: u64| {
             picture = picture_after(&picture);
             pacing.note_change(now);
-            let next = pacing.next(&picture, now).unwrap();
+            let next = pacing.plan(&picture, now).unwrap();
             pacing.note_sent(&picture, &next.tiles, next.format, now);
             now += Duration::from_millis(took);
             assert!(pacing.note_shown(picture.number as u32, now));
@@ -285,13 +289,13 @@ mod tests {
         for _ in 0..9 {
             picture = picture_after(&picture);
             pacing.note_change(now);
-            let next = pacing.next(&picture, now).unwrap();
+            let next = pacing.plan(&picture, now).unwrap();
             pacing.note_sent(&picture, &next.tiles, next.format, now);
-            pacing.note_away(bytes, now);
+            pacing.note_encoded(bytes, now);
             now += Duration::from_millis(took);
             assert!(pacing.note_shown(picture.number as u32, now));
         }
-        pacing.next(&picture, now + REST).unwrap().tiles.len()
+        pacing.plan(&picture, now + REST).unwrap().tiles.len()
     }
 
     #[test]
@@ -319,7 +323,7 @@ mod tests {
         let now = start + Duration::from_secs(5);
         picture.update(SIZE, &pixels, Area { x: 0, y: 0, width: 1, height: 1 });
         pacing.note_change(now);
-        let next = pacing.next(&picture, now);
-        assert_eq!(next, Some(Next { tiles: vec![0], format: Format::Png }));
+        let next = pacing.plan(&picture, now);
+        assert_eq!(next, Some(SendPlan { tiles: vec![0], format: Format::Png }));
     }
 }

@@ -14,7 +14,7 @@ pub(crate) struct Picture {
     pub(crate) size: [u32; 2],
     /// Blue, green, red and 255, rows from the top.
     pixels: Vec<u8>,
-    /// By tile, row by row: the number of the picture in which it changed last.
+    /// Number of the picture in which each tile changed last, row by row.
     changed: Vec<u64>,
     /// Number of this picture, from 1.
     pub(crate) number: u64,

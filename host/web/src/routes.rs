@@ -33,7 +33,7 @@ const PARTS: [(&str, &str, &str); 7] = [
 ];
 
 /// State shared by all requests.
-pub(crate) struct Site {
+pub(crate) struct RouteState {
     pub(crate) access: Access,
     pub(crate) hub: Arc<Hub>,
     pub(crate) places: Arc<Semaphore>,
@@ -42,19 +42,19 @@ pub(crate) struct Site {
 }
 
 /// Creates the router of all paths.
-pub(crate) fn router(site: Arc<Site>) -> Router {
+pub(crate) fn router(state: Arc<RouteState>) -> Router {
     let mut router = Router::new().route("/", get(page)).route("/socket", get(socket));
     for (path, kind, text) in PARTS {
         let part = move || async move { ([(CONTENT_TYPE, HeaderValue::from_static(kind))], text) };
         router = router.route(path, get(part));
     }
-    router.layer(from_fn_with_state(site.clone(), guard)).with_state(site)
+    router.layer(from_fn_with_state(state.clone(), guard)).with_state(state)
 }
 
 /// Refuses requests for another server and other methods than GET, and protects the answer by
 /// headers.
-async fn guard(State(site): State<Arc<Site>>, request: Request, next: Next) -> Response {
-    let mut response = if !site.access.is_host_known(request.headers()) {
+async fn guard(State(state): State<Arc<RouteState>>, request: Request, next: Next) -> Response {
+    let mut response = if !state.access.is_host_known(request.headers()) {
         let why = "this name is none of this server's: ask by its address, or let `busbar serve` \
                    know the name with --allow-origin";
         refusal(StatusCode::FORBIDDEN, why)
@@ -63,7 +63,7 @@ async fn guard(State(site): State<Arc<Site>>, request: Request, next: Next) -> R
     } else {
         next.run(request).await
     };
-    site.access.protect(response.headers_mut());
+    state.access.protect(response.headers_mut());
     if response.status() != StatusCode::SWITCHING_PROTOCOLS {
         // A connection that asked has its answer; others wait for its place.
         response.headers_mut().insert(CONNECTION, HeaderValue::from_static("close"));
@@ -71,19 +71,19 @@ async fn guard(State(site): State<Arc<Site>>, request: Request, next: Next) -> R
     response
 }
 
-async fn page(State(site): State<Arc<Site>>, request: Request) -> Response {
-    if !site.access.has_token(request.uri().query(), request.headers()) {
+async fn page(State(state): State<Arc<RouteState>>, request: Request) -> Response {
+    if !state.access.has_token(request.uri().query(), request.headers()) {
         return no_token();
     }
-    let html = PAGE.replace(ORIGINS_PLACE, &site.access.allowed());
+    let html = PAGE.replace(ORIGINS_PLACE, &state.access.allowed());
     let mut response = axum::response::Html(html).into_response();
-    site.access.keep_token(response.headers_mut());
+    state.access.keep_token(response.headers_mut());
     response
 }
 
-async fn socket(State(site): State<Arc<Site>>, request: Request) -> Response {
+async fn socket(State(state): State<Arc<RouteState>>, request: Request) -> Response {
     let (mut parts, _) = request.into_parts();
-    if !site.access.has_token(parts.uri.query(), &parts.headers) {
+    if !state.access.has_token(parts.uri.query(), &parts.headers) {
         return no_token();
     }
     let upgrade = match WebSocketUpgrade::from_request_parts(&mut parts, &()).await {
@@ -91,7 +91,7 @@ async fn socket(State(site): State<Arc<Site>>, request: Request) -> Response {
         // A page whose socket is refused asks so whether its token is.
         Err(_) => return refusal(StatusCode::UPGRADE_REQUIRED, "this is a WebSocket"),
     };
-    if !site.access.is_origin_known(&parts.headers) {
+    if !state.access.is_origin_known(&parts.headers) {
         let why = "pages of this origin may not look: start `busbar serve` with --allow-origin";
         return refusal(StatusCode::FORBIDDEN, why);
     }
@@ -102,8 +102,8 @@ async fn socket(State(site): State<Arc<Site>>, request: Request) -> Response {
     if upgrade.selected_protocol().is_none() {
         return refusal(StatusCode::BAD_REQUEST, "the page is of another release; load it anew");
     }
-    let (hub, stopping, places) = (site.hub.clone(), site.stopping.clone(), site.max_clients);
-    match site.places.clone().try_acquire_owned() {
+    let (hub, stopping, places) = (state.hub.clone(), state.stopping.clone(), state.max_clients);
+    match state.places.clone().try_acquire_owned() {
         Ok(place) => upgrade.on_upgrade(move |socket| async move {
             session::run(socket, hub, stopping).await;
             drop(place);

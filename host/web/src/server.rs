@@ -17,7 +17,7 @@ use tokio::time::{sleep, timeout};
 use crate::access::Access;
 use crate::hub::Hub;
 use crate::options::{MAX_CLIENTS, Options};
-use crate::routes::{Site, router};
+use crate::routes::{RouteState, router};
 
 /// Connections that ask something at the same time; further ones wait to be taken.
 const MAX_CONNECTIONS: usize = 32;
@@ -56,7 +56,7 @@ pub enum ServeError {
     /// Too many or too few pages.
     #[error("{0} pages at once; give 1 to {MAX_CLIENTS}")]
     Clients(usize),
-    /// No threads or descriptors left.
+    /// System without threads or descriptors.
     #[error("the system does not let a server start: {0}")]
     System(#[from] io::Error),
 }
@@ -97,7 +97,7 @@ impl Server {
         let origins = options.allowed_origins.clone();
         let (places, max_clients) =
             (Arc::new(Semaphore::new(options.max_clients)), options.max_clients);
-        let site = Arc::new(Site {
+        let site = Arc::new(RouteState {
             access: Access::new(options.token.clone(), origins, address.port()),
             hub: hub.clone(),
             places: places.clone(),

@@ -14,7 +14,7 @@ use crate::encode;
 use crate::hub::{Hub, PageState};
 use crate::message::{AlarmCounts, FromPage, PictureCondition, ToPage};
 use crate::pacing::{MAX_BEHIND, Pacing};
-use crate::steering::Seat;
+use crate::steering::PageId;
 
 /// Period of unsolicited beats. A page that probes is answered at once; one that does not marks its
 /// picture dead all the same.
@@ -35,20 +35,20 @@ const MAX_RATE: f64 = 250.0;
 pub(crate) const CLOSE_FULL: u16 = 4001;
 
 /// Reason for the end of a session, as close code and words.
-struct End {
+struct SessionEnd {
     code: u16,
     why: String,
 }
 
 struct Session {
     hub: Arc<Hub>,
-    seat: Seat,
+    page_id: PageId,
     out: mpsc::Sender<Message>,
     pacing: Pacing,
     /// Number of the picture that the page was last woken for.
     known: u64,
     encoding: Option<JoinHandle<Option<Vec<u8>>>>,
-    told: (PictureCondition, bool),
+    reported: (PictureCondition, bool),
     /// Instant of the last beat, and the number of the page's newest probe.
     beat_at: Instant,
     probe: u32,
@@ -59,7 +59,7 @@ struct Session {
     is_visible: bool,
     allowance: f64,
     counted: Instant,
-    heard: Instant,
+    received_at: Instant,
 }
 
 /// Serves a page until it goes, or the server does.
@@ -74,7 +74,7 @@ pub(crate) async fn run(socket: WebSocket, hub: Arc<Hub>, mut stopping: watch::R
         }
         let _ = timeout(MAX_SEND, sink.close()).await;
     });
-    let (mut changes, mut told) = (hub.changes(), hub.told());
+    let (mut changes, mut events) = (hub.changes(), hub.subscribe_events());
     let mut session = Session::open(hub, out);
     let (mut beats, mut pings) = (interval(BEAT_PERIOD), interval(PING_PERIOD));
     beats.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -83,22 +83,22 @@ pub(crate) async fn run(socket: WebSocket, hub: Arc<Hub>, mut stopping: watch::R
         let due = session.due().map(tokio::time::Instant::from_std);
         let step = tokio::select! {
             message = stream.next() => match message {
-                Some(Ok(message)) => session.hear(message),
+                Some(Ok(message)) => session.receive(message),
                 // It went, or broke the protocol: there is nobody to tell.
                 _ => break None,
             },
             encoded = encoded(&mut session.encoding) => session.send_picture(encoded),
             _ = changes.changed() => session.note_change(),
             // What a page has no room for waits with the hub, where the oldest goes first.
-            event = told.recv(), if session.has_room() => match event {
-                Ok(event) => session.tell(&event),
+            event = events.recv(), if session.has_room() => match event {
+                Ok(event) => session.send(&event),
                 Err(broadcast::error::RecvError::Lagged(_)) => Ok(()),
                 Err(broadcast::error::RecvError::Closed) => break None,
             },
             _ = beats.tick() => session.beat_if_due(),
             _ = pings.tick() => session.ping(),
             () = at(due) => Ok(()),
-            _ = stopping.changed() => Err(End {
+            _ = stopping.changed() => Err(SessionEnd {
                 code: close_code::AWAY,
                 why: "the server ends".into(),
             }),
@@ -130,14 +130,14 @@ async fn at(due: Option<tokio::time::Instant>) {
 
 impl Session {
     fn open(hub: Arc<Hub>, out: mpsc::Sender<Message>) -> Self {
-        let (seat, now) = (hub.join(), Instant::now());
+        let (page_id, now) = (hub.join(), Instant::now());
         let mut session = Self {
             known: 0,
-            seat,
+            page_id,
             out,
             pacing: Pacing::new(),
             encoding: None,
-            told: (PictureCondition::Starting, false),
+            reported: (PictureCondition::Starting, false),
             beat_at: now,
             probe: 0,
             alarms: None,
@@ -145,45 +145,46 @@ impl Session {
             is_visible: true,
             allowance: MAX_BURST,
             counted: now,
-            heard: now,
+            received_at: now,
             hub,
         };
-        let steers = session.hub.does_steer(seat);
-        session.told.1 = steers;
+        let steers = session.hub.is_steering(page_id);
+        session.reported.1 = steers;
         // There is room for that.
-        let _ = session.tell(&ToPage::Steers(steers));
+        let _ = session.send(&ToPage::Steers(steers));
         let _ = session.note_change();
         session
     }
 
-    fn tell(&self, message: &ToPage) -> Result<(), End> {
+    fn send(&self, message: &ToPage) -> Result<(), SessionEnd> {
         let Ok(text) = serde_json::to_string(message) else { return Ok(()) };
-        self.out
-            .try_send(Message::Text(text.into()))
-            .map_err(|_| End { code: close_code::AGAIN, why: "the page does not read".into() })
+        self.out.try_send(Message::Text(text.into())).map_err(|_| SessionEnd {
+            code: close_code::AGAIN,
+            why: "the page does not read".into(),
+        })
     }
 
-    /// Tells how the page's picture is, unless a probe was answered lately.
-    fn beat_if_due(&mut self) -> Result<(), End> {
+    /// Sends a beat, unless a probe was answered lately.
+    fn beat_if_due(&mut self) -> Result<(), SessionEnd> {
         if self.beat_at.elapsed() < BEAT_PERIOD / 2 { Ok(()) } else { self.beat() }
     }
 
-    /// Tells how the page's picture is: its age is that of what the page shows.
-    fn beat(&mut self) -> Result<(), End> {
+    /// Sends a beat: condition and age of the picture that the page shows.
+    fn beat(&mut self) -> Result<(), SessionEnd> {
         let PageState { mut condition, age, .. } = self.follow_picture();
         let now = Instant::now();
         let behind = self.pacing.behind(now);
         if condition == PictureCondition::Live && behind > MAX_BEHIND {
             condition = PictureCondition::Behind;
         }
-        self.told.0 = condition;
+        self.reported.0 = condition;
         let age = u64::try_from(age.max(behind).as_millis()).unwrap_or(u64::MAX);
         if self.has_room() {
             self.beat_at = now;
-            self.tell(&ToPage::Beat(condition, age, self.views, self.probe))?;
+            self.send(&ToPage::Beat(condition, age, self.views, self.probe))?;
             let alarms = self.hub.alarms();
             if self.alarms.replace(alarms) != Some(alarms) {
-                self.tell(&ToPage::Alarms(alarms))?;
+                self.send(&ToPage::Alarms(alarms))?;
             }
         }
         Ok(())
@@ -194,9 +195,9 @@ impl Session {
         self.out.capacity() > MAX_WAITING / 2
     }
 
-    fn ping(&self) -> Result<(), End> {
-        if self.heard.elapsed() > MAX_SILENCE {
-            return Err(End { code: close_code::AWAY, why: "the page is silent".into() });
+    fn ping(&self) -> Result<(), SessionEnd> {
+        if self.received_at.elapsed() > MAX_SILENCE {
+            return Err(SessionEnd { code: close_code::AWAY, why: "the page is silent".into() });
         }
         // Where there is no room, something is on its way anyhow.
         let _ = self.out.try_send(Message::Ping(Bytes::new()));
@@ -215,32 +216,37 @@ impl Session {
         state
     }
 
-    /// Looks at what the hub has to tell.
-    fn note_change(&mut self) -> Result<(), End> {
+    /// Processes a change of the hub: a new picture, condition or control.
+    fn note_change(&mut self) -> Result<(), SessionEnd> {
         let PageState { condition, .. } = self.follow_picture();
-        let steers = self.hub.does_steer(self.seat);
-        if std::mem::replace(&mut self.told.1, steers) != steers {
-            self.tell(&ToPage::Steers(steers))?;
+        let steers = self.hub.is_steering(self.page_id);
+        if std::mem::replace(&mut self.reported.1, steers) != steers {
+            self.send(&ToPage::Steers(steers))?;
         }
-        if (condition == PictureCondition::Live) != (self.told.0 == PictureCondition::Live) {
+        if (condition == PictureCondition::Live) != (self.reported.0 == PictureCondition::Live) {
             self.beat()?;
         }
         Ok(())
     }
 
     /// Takes what the page says.
-    fn hear(&mut self, message: Message) -> Result<(), End> {
-        self.heard = Instant::now();
+    fn receive(&mut self, message: Message) -> Result<(), SessionEnd> {
+        self.received_at = Instant::now();
         self.count()?;
         let text = match message {
             Message::Text(text) => text,
             Message::Ping(_) | Message::Pong(_) => return Ok(()),
-            Message::Close(_) => return Err(End { code: close_code::NORMAL, why: String::new() }),
+            Message::Close(_) => {
+                return Err(SessionEnd { code: close_code::NORMAL, why: String::new() });
+            }
             Message::Binary(_) => {
-                return Err(End { code: close_code::UNSUPPORTED, why: "bytes; say JSON".into() });
+                return Err(SessionEnd {
+                    code: close_code::UNSUPPORTED,
+                    why: "bytes; say JSON".into(),
+                });
             }
         };
-        let said = FromPage::parse(&text).map_err(|fault| End {
+        let said = FromPage::parse(&text).map_err(|fault| SessionEnd {
             code: close_code::POLICY,
             why: format!("no message: {fault}"),
         })?;
@@ -260,20 +266,20 @@ impl Session {
             }
             _ => {}
         }
-        match self.hub.act(self.seat, said) {
+        match self.hub.act(self.page_id, said) {
             Ok(()) => Ok(()),
-            Err(why) => self.tell(&ToPage::Refused(why)),
+            Err(why) => self.send(&ToPage::Refused(why)),
         }
     }
 
     /// Counts a message of the page against what it may say.
-    fn count(&mut self) -> Result<(), End> {
-        let passed = self.heard.saturating_duration_since(self.counted).as_secs_f64();
-        self.counted = self.heard;
+    fn count(&mut self) -> Result<(), SessionEnd> {
+        let passed = self.received_at.saturating_duration_since(self.counted).as_secs_f64();
+        self.counted = self.received_at;
         self.allowance = (self.allowance + passed * MAX_RATE).min(MAX_BURST) - 1.0;
         if self.allowance < 0.0 {
             let why = format!("more than {MAX_RATE} messages a second");
-            return Err(End { code: close_code::POLICY, why });
+            return Err(SessionEnd { code: close_code::POLICY, why });
         }
         Ok(())
     }
@@ -289,7 +295,7 @@ impl Session {
             return;
         }
         let (picture, now) = (self.hub.picture(), Instant::now());
-        let Some(next) = self.pacing.next(&picture, now) else { return };
+        let Some(next) = self.pacing.plan(&picture, now) else { return };
         let (areas, tiles) = picture.cover(&next.tiles);
         self.pacing.note_sent(&picture, &tiles, next.format, now);
         let format = next.format;
@@ -299,19 +305,19 @@ impl Session {
         }));
     }
 
-    fn send_picture(&mut self, encoded: Option<Vec<u8>>) -> Result<(), End> {
+    fn send_picture(&mut self, encoded: Option<Vec<u8>>) -> Result<(), SessionEnd> {
         self.encoding = None;
-        let fault = |why: &str| End { code: close_code::ERROR, why: why.to_owned() };
+        let fault = |why: &str| SessionEnd { code: close_code::ERROR, why: why.to_owned() };
         let bytes = encoded.ok_or_else(|| fault("a picture cannot be encoded"))?;
-        self.pacing.note_away(bytes.len(), Instant::now());
+        self.pacing.note_encoded(bytes.len(), Instant::now());
         let sent = self.out.try_send(Message::Binary(bytes.into()));
         sent.map_err(|_| fault("the page does not read"))
     }
 
-    /// Gives up the place, and says why where there is something to say.
-    fn close(self, end: Option<End>) {
-        self.hub.leave(self.seat);
-        let Some(End { code, why }) = end else { return };
+    /// Leaves the view, and sends the reason where there is one.
+    fn close(self, end: Option<SessionEnd>) {
+        self.hub.leave(self.page_id);
+        let Some(SessionEnd { code, why }) = end else { return };
         let _ = self.out.try_send(Message::Close(Some(CloseFrame { code, reason: cut(&why) })));
     }
 }

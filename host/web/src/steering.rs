@@ -11,14 +11,14 @@ use crate::message::{FromPage, picture_size};
 const MAX_KEYS: usize = 16;
 
 /// Identifier of one page of the view.
-pub(crate) type Seat = u64;
+pub(crate) type PageId = u64;
 
 /// Pages of a view in the order of their arrival, and the one that steers.
 #[derive(Debug, Default)]
 pub(crate) struct Steering {
     pages: Vec<Page>,
-    steers: Option<Seat>,
-    last_seat: Seat,
+    steers: Option<PageId>,
+    last_page_id: PageId,
     /// Buttons held down by the page that steers.
     buttons: Vec<u8>,
     keys: Vec<String>,
@@ -31,36 +31,36 @@ pub(crate) struct Steering {
 
 #[derive(Debug)]
 struct Page {
-    seat: Seat,
+    page_id: PageId,
     size: Option<[u32; 2]>,
     is_visible: bool,
 }
 
 impl Steering {
     /// Adds a page; returns commands for the viewer.
-    pub(crate) fn join(&mut self) -> (Seat, Vec<Command>) {
-        self.last_seat += 1;
-        let seat = self.last_seat;
-        self.pages.push(Page { seat, size: None, is_visible: true });
-        self.steers.get_or_insert(seat);
-        (seat, self.settle())
+    pub(crate) fn join(&mut self) -> (PageId, Vec<Command>) {
+        self.last_page_id += 1;
+        let page_id = self.last_page_id;
+        self.pages.push(Page { page_id, size: None, is_visible: true });
+        self.steers.get_or_insert(page_id);
+        (page_id, self.settle())
     }
 
     /// Removes a page. If it steered, the next visible page steers, or else the next one.
-    pub(crate) fn leave(&mut self, seat: Seat) -> Vec<Command> {
-        self.pages.retain(|page| page.seat != seat);
-        if self.steers != Some(seat) {
+    pub(crate) fn leave(&mut self, page_id: PageId) -> Vec<Command> {
+        self.pages.retain(|page| page.page_id != page_id);
+        if self.steers != Some(page_id) {
             return self.settle();
         }
         let next = self.pages.iter().find(|page| page.is_visible).or(self.pages.first());
-        self.steers = next.map(|page| page.seat);
+        self.steers = next.map(|page| page.page_id);
         let released = self.release();
         released.into_iter().chain(self.settle()).collect()
     }
 
     /// Reports whether a page steers.
-    pub(crate) fn does_steer(&self, seat: Seat) -> bool {
-        self.steers == Some(seat)
+    pub(crate) fn is_steering(&self, page_id: PageId) -> bool {
+        self.steers == Some(page_id)
     }
 
     /// Handles a page's message; returns commands for the viewer. Input of a page that does not
@@ -68,23 +68,23 @@ impl Steering {
     ///
     /// # Errors
     /// In words, why a command of such a page is not done.
-    pub(crate) fn act(&mut self, seat: Seat, said: FromPage) -> Result<Vec<Command>, String> {
+    pub(crate) fn act(&mut self, page_id: PageId, said: FromPage) -> Result<Vec<Command>, String> {
         match said {
             FromPage::View { size, visible } => {
-                if let Some(page) = self.pages.iter_mut().find(|page| page.seat == seat) {
+                if let Some(page) = self.pages.iter_mut().find(|page| page.page_id == page_id) {
                     (page.size, page.is_visible) = (Some(picture_size(size)), visible);
                 }
                 return Ok(self.settle());
             }
-            FromPage::Steer if self.steers != Some(seat) => {
-                self.steers = Some(seat);
+            FromPage::Steer if self.steers != Some(page_id) => {
+                self.steers = Some(page_id);
                 let released = self.release();
                 return Ok(released.into_iter().chain(self.settle()).collect());
             }
             _ => {}
         }
         let Some(command) = said.into_command() else { return Ok(Vec::new()) };
-        if self.steers == Some(seat) {
+        if self.steers == Some(page_id) {
             self.note(&command);
             return Ok(vec![command]);
         }
@@ -137,7 +137,7 @@ impl Steering {
         if std::mem::replace(&mut self.is_visible, is_visible) != is_visible {
             commands.push(Command::SetVisible(is_visible));
         }
-        let steers = self.pages.iter().find(|page| Some(page.seat) == self.steers);
+        let steers = self.pages.iter().find(|page| Some(page.page_id) == self.steers);
         if let Some(size) = steers.and_then(|page| page.size)
             && self.size.replace(size) != Some(size)
         {
@@ -165,7 +165,7 @@ mod tests {
         let (first, commands) = steering.join();
         assert_eq!(commands, [Command::SetVisible(true)]);
         let (second, _) = steering.join();
-        assert!(steering.does_steer(first) && !steering.does_steer(second));
+        assert!(steering.is_steering(first) && !steering.is_steering(second));
         assert_eq!(steering.act(first, view(200, true)), Ok(vec![Command::Resize([200, 100])]));
         assert_eq!(steering.act(second, view(300, true)), Ok(vec![]), "not its size");
         assert_eq!(steering.act(second, press()), Ok(vec![]));
@@ -204,9 +204,9 @@ mod tests {
         assert_eq!(taken[..4], released);
         assert_eq!(taken[4..], [Command::Resize([300, 100])]);
         assert_eq!(steering.act(second, FromPage::Steer), Ok(vec![]), "it does already");
-        assert!(steering.does_steer(second));
+        assert!(steering.is_steering(second));
         assert_eq!(steering.leave(second).last(), Some(&Command::Resize([200, 100])));
-        assert!(steering.does_steer(first));
+        assert!(steering.is_steering(first));
     }
 
     #[test]

@@ -67,7 +67,7 @@ impl Token {
         self.0.as_bytes().ct_eq(told.as_bytes()).into()
     }
 
-    /// To be shown to whoever may look.
+    /// Returns the token, to be shown only to those who may look.
     pub fn reveal(&self) -> &str {
         &self.0
     }

@@ -21,7 +21,7 @@ const LARGE: [u32; 2] = [1000, 640];
 const ENOUGH: usize = 8;
 /// A page takes a server for silent after a second; a busy machine adds its turns.
 const MAX_GAP: Duration = Duration::from_millis(1300);
-/// From a viewer's end until pages hear of it, on a machine that does much else.
+/// Longest time from a viewer's end until pages are told, on a busy machine.
 const MAX_UNNOTICED: Duration = Duration::from_millis(1600);
 
 /// Greatest mean difference, of 255: the camera comes back to where it was, but for rounding.

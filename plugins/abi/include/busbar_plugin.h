@@ -690,7 +690,7 @@ typedef struct BusbarTagValue {
   uint64_t age_millis;
 } BusbarTagValue;
 
-// All bound tags at one instant.
+// Frame with all bound tags at one instant.
 typedef struct BusbarOverlayFrame {
   // Size of this struct, bytes.
   uint32_t struct_size;
@@ -704,7 +704,7 @@ typedef struct BusbarOverlayFrame {
   const struct BusbarTagValue *values;
 } BusbarOverlayFrame;
 
-// One thing to draw. Array element.
+// Primitive to draw. Array element.
 typedef struct BusbarOverlayPrimitive {
   // Kind of the primitive, one of `BUSBAR_OVERLAY_*`.
   uint32_t kind;
@@ -735,7 +735,7 @@ typedef struct BusbarOverlayQuantity {
   uint32_t equipment;
   // Second index, by the kind.
   uint32_t other;
-  // By kind; finite unless the kind says otherwise.
+  // Value by the kind; finite unless the kind says otherwise.
   double value;
 } BusbarOverlayQuantity;
 
@@ -823,7 +823,7 @@ typedef struct BusbarContour {
   double low;
   // Normal band, upper end; NaN for none.
   double high;
-  // From one line of equal level to the next, in the unit; above 0.
+  // Distance from one line of equal level to the next, in the unit; above 0.
   double step;
 } BusbarContour;
 

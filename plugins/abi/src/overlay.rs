@@ -50,7 +50,7 @@ pub struct BusbarTagValue {
     pub age_millis: u64,
 }
 
-/// All bound tags at one instant.
+/// Frame with all bound tags at one instant.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarOverlayFrame {
@@ -112,7 +112,7 @@ pub struct BusbarContour {
     pub low: f64,
     /// Normal band, upper end; NaN for none.
     pub high: f64,
-    /// From one line of equal level to the next, in the unit; above 0.
+    /// Distance from one line of equal level to the next, in the unit; above 0.
     pub step: f64,
 }
 
@@ -177,7 +177,7 @@ pub struct BusbarOverlayQuantity {
     pub equipment: u32,
     /// Second index, by the kind.
     pub other: u32,
-    /// By kind; finite unless the kind says otherwise.
+    /// Value by the kind; finite unless the kind says otherwise.
     pub value: f64,
 }
 
@@ -188,7 +188,7 @@ pub const BUSBAR_SEVERITY_WARNING: u32 = 1;
 /// Severity: needs action now.
 pub const BUSBAR_SEVERITY_ALARM: u32 = 2;
 
-/// One thing to draw. Array element.
+/// Primitive to draw. Array element.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarOverlayPrimitive {

@@ -14,7 +14,7 @@ pub use settings::{QuantitySettings, Settings, Side};
 const ATTENTION: [u8; 3] = [0xc9, 0xa2, 0x27];
 const ALARM: [u8; 3] = [0xc0, 0x22, 0x2b];
 
-/// The overlay.
+/// Overlay of monitored quantities.
 pub struct Condition {
     settings: Settings,
     watched: Vec<Watched>,

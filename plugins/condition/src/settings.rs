@@ -15,7 +15,7 @@ const MAX_UNIT_BYTES: usize = 16;
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
-    /// The quantities.
+    /// Quantities that are monitored.
     #[schemars(length(min = 1, max = MAX_QUANTITIES))]
     pub quantities: Vec<QuantitySettings>,
     /// Ids of the equipment that states are shown at.
@@ -31,7 +31,7 @@ pub struct Settings {
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct QuantitySettings {
-    /// What people call it; at most 48 bytes.
+    /// Name for people, at most 48 bytes.
     #[schemars(length(min = 1, max = MAX_NAME_BYTES))]
     pub name: String,
     /// Role of its tags.
@@ -63,7 +63,7 @@ pub enum Side {
 }
 
 impl QuantitySettings {
-    /// How bad a value is.
+    /// Grades a value by the thresholds.
     pub(crate) fn judge(&self, value: f64) -> Severity {
         let reaches = |threshold: f64| match self.bad {
             Side::Above => value >= threshold,
@@ -78,7 +78,7 @@ impl QuantitySettings {
 }
 
 impl Settings {
-    /// What makes no sense, in words.
+    /// Finds the first fault of the settings, in words.
     pub(crate) fn fault(&self) -> Option<String> {
         if self.quantities.is_empty() || self.quantities.len() > MAX_QUANTITIES {
             return Some(format!("name 1 to {MAX_QUANTITIES} quantities"));

@@ -1,4 +1,4 @@
-//! What is drawn of monitored quantities.
+//! Drawings of monitored quantities, and verdicts on them.
 
 use std::time::Duration;
 

@@ -10,7 +10,7 @@ use busbar_plugin_sdk::{
 use levels::Piece;
 pub use settings::Settings;
 
-/// The overlay.
+/// Overlay of a contour.
 pub struct Contour {
     settings: Settings,
     pieces: Vec<Piece>,

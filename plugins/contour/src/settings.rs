@@ -11,7 +11,7 @@ const MAX_REACH_METRES: f64 = 1000.0;
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
-    /// What people call the quantity.
+    /// Name of the quantity for people.
     #[schemars(length(min = 1, max = MAX_NAME_BYTES))]
     pub name: String,
     /// Unit of the quantity, which tags in other units are converted to.
@@ -28,7 +28,7 @@ pub struct Settings {
     #[serde(default)]
     #[schemars(length(max = MAX_EQUIPMENT))]
     pub untelemetered: Vec<String>,
-    /// How far around a piece of equipment its value counts, metres.
+    /// Radius around a piece of equipment in which its value counts, metres.
     #[schemars(range(min = MIN_REACH_METRES, max = MAX_REACH_METRES))]
     pub reach_metres: f64,
     /// Lower end of the normal band; none where low is good. Only what lies outside of the
@@ -40,7 +40,7 @@ pub struct Settings {
     pub high: Option<f64>,
     /// From one line of equal value to the next, in the unit.
     pub step: f64,
-    /// Whether it is shown before an operator switches it on.
+    /// Shows the contour before an operator switches it on.
     #[serde(default)]
     pub shown: bool,
 }
@@ -51,7 +51,7 @@ impl Settings {
         self.low.is_some_and(|low| level < low) || self.high.is_some_and(|high| level > high)
     }
 
-    /// What makes no sense, in words.
+    /// Finds the first fault of the settings, in words.
     pub(crate) fn fault(&self) -> Option<String> {
         let Self { name, unit, equipment, reach_metres, low, high, step, .. } = self;
         if name.is_empty() || name.len() > MAX_NAME_BYTES || unit.len() > MAX_UNIT_BYTES {

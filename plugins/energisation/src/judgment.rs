@@ -92,10 +92,14 @@ pub struct Judgments {
     was_partial: bool,
     /// Length of all texts when all were made last, bytes.
     text_base: usize,
+    /// Number of lists when all were made last.
+    list_base: usize,
 }
 
 /// Bytes of texts that nothing shows any more, besides as many as all texts had.
 const MIN_TEXT_GARBAGE: usize = 1 << 20;
+/// Lists that nothing rests on any more, besides as many as all lists were.
+const MIN_LIST_GARBAGE: usize = 1 << 16;
 
 /// Readings of a frame that may differ from those before.
 #[derive(Clone, Debug, Default)]
@@ -230,7 +234,7 @@ impl Judgments {
         }
         let contradictions = std::mem::take(&mut self.contradictions);
         let voltages = self.find_states(network);
-        if self.lists.has_no_room() || self.texts.len() > self.text_base * 2 + MIN_TEXT_GARBAGE {
+        if self.lists.has_no_room() || self.has_garbage() {
             self.judge_all(network, voltages);
             return true;
         }
@@ -268,6 +272,13 @@ impl Judgments {
         true
     }
 
+    /// Reports whether texts and lists that nothing shows any more take more room than the
+    /// others.
+    fn has_garbage(&self) -> bool {
+        self.texts.len() > self.text_base * 2 + MIN_TEXT_GARBAGE
+            || self.lists.len() > self.list_base * 2 + MIN_LIST_GARBAGE
+    }
+
     /// Finds states, borders and contradictions.
     fn find_states(&mut self, network: &Network) -> VoltageDoubts {
         let Self { energisation, readings, positions, sources, .. } = self;
@@ -290,7 +301,7 @@ impl Judgments {
         pieces.clear();
         let equipment = 0..topology.equipment.len();
         pieces.extend(equipment.map(|piece| judge.judge_piece(piece, lists, texts)));
-        self.text_base = texts.len();
+        (self.text_base, self.list_base) = (texts.len(), lists.len());
         self.was_partial = false;
     }
 

@@ -93,12 +93,12 @@ impl ReasonTexts {
         self.text.len()
     }
 
-    /// Returns a text.
+    /// Returns the words of a text.
     pub(crate) fn get(&self, text: Text) -> &str {
         &self.text[text.range()]
     }
 
-    /// Stores a text.
+    /// Stores words as a text.
     pub(crate) fn add(&mut self, words: &str) -> Text {
         self.add_parts(&[words])
     }

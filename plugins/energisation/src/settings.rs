@@ -135,7 +135,7 @@ pub struct PlacementSettings {
     #[serde(default)]
     #[schemars(length(max = 64))]
     pub by: String,
-    /// When, as people write it.
+    /// Date and time, as people write them.
     #[serde(default)]
     #[schemars(length(max = 64))]
     pub since: String,

@@ -55,7 +55,7 @@ pub enum SourceCondition {
     NoTag,
     /// No tag tells, as the settings say.
     Untelemetered,
-    /// Its value is not good.
+    /// Tag whose value is not good.
     NotGood,
     /// A double point at neither of its ends.
     Undecided,

@@ -171,17 +171,26 @@ fn tags_that_change_are_read_and_judged_as_all_tags_are() {
     assert!(counts.iter().all(|&count| count >= 500), "{counts:?}");
 }
 
+/// Runs rounds in which a switch changes between two values; returns the most bytes of texts
+/// and the most lists.
+fn most_kept(station: &mut Station, values: [busbar_plugin_sdk::Value; 2]) -> [usize; 2] {
+    let mut most = [0; 2];
+    for round in 0..120_000 {
+        station.update(&switches(CLOSED, values[round % 2], OPEN, OPEN));
+        let judgments = station.overlay.judgments();
+        most = [most[0].max(judgments.text_bytes()), most[1].max(judgments.list_count())];
+    }
+    most
+}
+
 #[test]
-fn reasons_that_nothing_shows_any_more_are_removed() {
+fn texts_and_lists_that_nothing_shows_any_more_are_removed() {
     let tags = switches(CLOSED, CLOSED, OPEN, OPEN);
     let mut station = station(&two_levels(), &tags);
-    let mut most = 0;
-    for round in 0..60_000 {
-        let value = [MOVING, CLOSED][round % 2];
-        station.update(&switches(CLOSED, value, OPEN, OPEN));
-        most = most.max(station.overlay.judgments().text_bytes());
-    }
-    // One text of such a round has some 20 bytes.
-    assert!((1 << 19..2 << 20).contains(&most), "{most}");
+    let [texts, _] = most_kept(&mut station, [MOVING, CLOSED]);
+    assert!((1 << 20..2 << 20).contains(&texts), "{texts}");
     assert_eq!(station.judgment("BUS").reason, "");
+    let [texts, lists] = most_kept(&mut station, [OPEN, CLOSED]);
+    assert!((1 << 16..1 << 17).contains(&lists), "{texts} {lists}");
+    assert_eq!(station.state("BUS"), PieceState::Energised);
 }

@@ -6,7 +6,7 @@ use std::sync::{LazyLock, PoisonError, RwLock};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::fuse;
+use crate::armed_fault;
 
 /// Environment variable with a fault that is active before settings arrive.
 pub const FAULT_VARIABLE: &str = "BUSBAR_FAULT";
@@ -26,8 +26,8 @@ macro_rules! named {
 }
 
 named! {
-    /// Kind of misbehaviour of a plugin.
-    Kind {
+    /// Misbehaviour of a plugin in a call.
+    Misbehavior {
         /// Panics in the call.
         Panic,
         /// Indexes beyond the end of a slice.
@@ -59,7 +59,7 @@ named! {
         /// Leaks a thread in each call.
         LeakThread,
         /// Returns a struct whose size field is smaller than its size.
-        LieAboutSize,
+        WrongStructSize,
         /// Returns text that is not UTF-8.
         NotUtf8,
         /// Returns numbers that are not finite.
@@ -85,7 +85,7 @@ named! {
 
 named! {
     /// Call site of a fault: a function of the ABI, or the plugin's own thread.
-    At {
+    CallSite {
         /// Function `BusbarPluginEntry.init` of the ABI.
         Init,
         /// Function `BusbarPluginEntry.deinit` of the ABI.
@@ -139,12 +139,12 @@ named! {
     }
 }
 
-impl Kind {
+impl Misbehavior {
     /// Reports whether the fault can occur at a call site: corrupting a result needs a result.
-    pub fn reaches(self, at: At) -> bool {
-        use At::*;
+    pub fn reaches(self, at: CallSite) -> bool {
+        use CallSite::*;
         match self {
-            Self::LieAboutSize => matches!(at, GetFactory | Descriptor | Create | GetCapability),
+            Self::WrongStructSize => matches!(at, GetFactory | Descriptor | Create | GetCapability),
             Self::NotUtf8 => matches!(
                 at,
                 Descriptor
@@ -201,7 +201,7 @@ impl Kind {
     }
 }
 
-impl At {
+impl CallSite {
     /// Reports whether frames wait for the call. Simulators and commands have no part in a view,
     /// and charts and records are read beside its frames.
     pub fn is_in_view(self) -> bool {
@@ -233,10 +233,10 @@ impl At {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Fault {
-    /// Kind of the fault.
-    pub kind: Kind,
+    /// Misbehaviour in the call.
+    pub kind: Misbehavior,
     /// Call site of the fault.
-    pub at: At,
+    pub at: CallSite,
     /// Number of calls there that succeed before; every later one fails.
     #[serde(default)]
     pub after_calls: u64,
@@ -247,7 +247,7 @@ static FROM_ENVIRONMENT: LazyLock<Option<Fault>> = LazyLock::new(|| {
     serde_json::from_str(&text).ok()
 });
 static FROM_SETTINGS: RwLock<Option<Fault>> = RwLock::new(None);
-static CALLS: [AtomicU64; At::ALL.len()] = [const { AtomicU64::new(0) }; At::ALL.len()];
+static CALLS: [AtomicU64; CallSite::ALL.len()] = [const { AtomicU64::new(0) }; CallSite::ALL.len()];
 
 /// Sets the fault of the settings.
 pub(crate) fn set(fault: Option<Fault>) {
@@ -255,20 +255,20 @@ pub(crate) fn set(fault: Option<Fault>) {
 }
 
 /// Counts a call; returns the kind of fault that hits it, if any.
-pub(crate) fn due(at: At) -> Option<Kind> {
+pub(crate) fn due(at: CallSite) -> Option<Misbehavior> {
     let before = CALLS[at as usize].fetch_add(1, Ordering::Relaxed);
     pending(at).filter(|fault| before >= fault.after_calls).map(|fault| fault.kind)
 }
 
 /// Reports whether a call site has this kind of fault, now or later.
-pub(crate) fn is_set(kind: Kind, at: At) -> bool {
+pub(crate) fn is_set(kind: Misbehavior, at: CallSite) -> bool {
     pending(at).is_some_and(|fault| fault.kind == kind)
 }
 
-fn pending(at: At) -> Option<Fault> {
+fn pending(at: CallSite) -> Option<Fault> {
     let from_settings = *FROM_SETTINGS.read().unwrap_or_else(PoisonError::into_inner);
     let set = from_settings.or(*FROM_ENVIRONMENT).filter(|fault| fault.at == at);
-    set.or_else(|| fuse::fault_at(at))
+    set.or_else(|| armed_fault::fault_at(at))
 }
 
 #[cfg(test)]
@@ -276,23 +276,23 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_kind_strikes_somewhere_and_everywhere_is_struck() {
-        assert!(Kind::ALL.len() >= 15);
-        for kind in Kind::ALL {
-            assert!(At::ALL.iter().any(|&at| kind.reaches(at)), "{kind:?}");
+    fn every_misbehavior_has_a_call_site_and_the_reverse() {
+        assert!(Misbehavior::ALL.len() >= 15);
+        for kind in Misbehavior::ALL {
+            assert!(CallSite::ALL.iter().any(|&at| kind.reaches(at)), "{kind:?}");
         }
-        for &at in At::ALL {
-            let kinds = Kind::ALL.iter().filter(|kind| kind.reaches(at)).count();
+        for &at in CallSite::ALL {
+            let kinds = Misbehavior::ALL.iter().filter(|kind| kind.reaches(at)).count();
             assert!(kinds >= 15, "{at:?}: {kinds} kinds");
         }
     }
 
     #[test]
     fn calls_go_well_before_the_fault() {
-        set(Some(Fault { kind: Kind::Panic, at: At::Draw, after_calls: 2 }));
-        let due: Vec<_> = (0..4).map(|_| due(At::Draw)).collect();
-        assert_eq!(due, [None, None, Some(Kind::Panic), Some(Kind::Panic)]);
-        assert_eq!(super::due(At::Stop), None);
+        set(Some(Fault { kind: Misbehavior::Panic, at: CallSite::Draw, after_calls: 2 }));
+        let due: Vec<_> = (0..4).map(|_| due(CallSite::Draw)).collect();
+        assert_eq!(due, [None, None, Some(Misbehavior::Panic), Some(Misbehavior::Panic)]);
+        assert_eq!(super::due(CallSite::Stop), None);
         set(None);
     }
 }

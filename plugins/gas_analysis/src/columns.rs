@@ -1,4 +1,4 @@
-//! Which column is what.
+//! Columns of a table, found by their names.
 
 use dga::Gas;
 
@@ -12,18 +12,18 @@ const MAX_SHOWN: usize = 8;
 /// Columns of a file by its header.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Columns {
-    /// Number of columns.
+    /// Number of all columns.
     pub(crate) count: usize,
     /// [`IDENTIFYING`] columns that are there, and where.
     pub(crate) identifying: Vec<(&'static str, usize)>,
     /// Gases that are there, and where, in the order of [`Gas::ALL`].
     pub(crate) gases: Vec<(Gas, usize)>,
-    /// What is wrong but no fault, in words.
+    /// Warning about columns without use, in words.
     pub(crate) warning: Option<String>,
 }
 
 impl Columns {
-    /// Reads a header.
+    /// Finds the columns of a header.
     ///
     /// # Errors
     /// Why it is none, in words with a remedy.

@@ -1,4 +1,4 @@
-//! What a sample means, in words, tables and diagrams.
+//! Explanation of a sample in words, tables and diagrams.
 
 use busbar_plugin_sdk::{
     Diagram, DiagramZone, Evidence, ExplainedRow, ExplainedTable, Explanation, Severity,

@@ -22,15 +22,15 @@ const MONITORED_DAYS: u32 = 400;
 pub(crate) struct Fleet {
     host: Host,
     settings: Settings,
-    /// What the file was when reading it began.
+    /// Version of the file when reading it began.
     version: Option<(SystemTime, u64)>,
     loading: Option<Loading>,
     has_begun: bool,
-    /// Why the file could not be read the last time.
+    /// Reason why the file could not be read the last time.
     fault: Option<String>,
-    /// Of the file, by transformer.
+    /// Samples of the file, by transformer.
     laboratory: BTreeMap<String, Vec<Judged>>,
-    /// Of the monitors when their samples were listed.
+    /// Revision of the monitors when their samples were listed.
     monitored: u64,
     revision: u64,
     equipment: Vec<String>,
@@ -148,12 +148,12 @@ impl Fleet {
         self.revision += 1;
     }
 
-    /// Why the file could not be read the last time.
+    /// Returns the reason why the file could not be read the last time.
     pub(crate) fn fault(&self) -> Option<&str> {
         self.fault.as_deref()
     }
 
-    /// What is read now.
+    /// Returns the records that are read now.
     pub(crate) fn records(&self) -> ChartRecords<'_> {
         let Self { revision, records, values, .. } = self;
         ChartRecords { revision: *revision, records, values }

@@ -10,7 +10,7 @@ use crate::source::FleetSettings;
 use crate::*;
 
 const ROWS: &str = "(equipment TEXT, time TEXT, H2, CH4, C2H6, C2H4, C2H2, O2, N2, load)";
-/// What reading may take on a busy machine.
+/// Longest time of reading on a busy machine.
 const MAX_WAIT: Duration = Duration::from_secs(30);
 
 fn settings(file: &Path, query: Option<&str>) -> Settings {
@@ -26,7 +26,7 @@ fn plugin(file: &Path) -> GasAnalysis {
     GasAnalysis::create(settings(file, None), host()).unwrap()
 }
 
-/// What reading once says.
+/// Returns the fault of reading once.
 fn fault(file: &Path, query: Option<&str>) -> String {
     let settings = settings(file, query);
     let fleet = settings.fleet.unwrap();

@@ -36,7 +36,7 @@ struct Entry {
     ppm: [Option<f64>; GASES.len()],
 }
 
-/// What a sample adds to those before it.
+/// Trend that a sample gives with those before it.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Trend {
     pub(crate) history: History,

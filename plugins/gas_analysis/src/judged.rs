@@ -13,7 +13,7 @@ use crate::verdict::{self, Judgement};
 /// A sample with what it comes to.
 #[derive(Clone, Debug)]
 pub(crate) struct Judged {
-    /// When it was taken, nanoseconds since 1970-01-01 UTC.
+    /// Time of sampling, nanoseconds since 1970-01-01 UTC.
     pub(crate) unix_nanos: i64,
     pub(crate) sample: Sample,
     /// As [`EXTRAS`]; NaN where there is none.
@@ -21,13 +21,13 @@ pub(crate) struct Judged {
     pub(crate) status: Option<Status>,
     /// Index of the legend's entry.
     pub(crate) state: u32,
-    /// Whether a monitor measured it: hours before are no history by C57.104.
+    /// Reports whether a monitor measured it: hours before are no history by C57.104.
     pub(crate) is_online: bool,
-    /// Why it is not judged.
+    /// Reason why the sample is not judged.
     pub(crate) doubt: Option<Arc<str>>,
 }
 
-/// What is known of a sample besides.
+/// Judgement, trend and status of a sample.
 pub(crate) struct Judging {
     pub(crate) judgement: Judgement,
     pub(crate) trend: Trend,
@@ -62,7 +62,7 @@ pub(crate) fn of_monitor(
 }
 
 impl Judged {
-    /// What is known of it besides, by those before it, the oldest first.
+    /// Judges the sample again, by those before it, the oldest first.
     pub(crate) fn again(&self, before: &[&Judged], settings: &Settings) -> Judging {
         let mut page = Page::default();
         let own = before.iter().filter(|one| !one.is_online && !self.is_online);

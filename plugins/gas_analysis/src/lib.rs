@@ -33,13 +33,13 @@ use dga::c57_104;
 use dga::iec60599;
 use dga::uncertainty::Uncertainty;
 
-/// What holds for all samples of a run.
+/// Settings that hold for all samples of a run.
 #[derive(Clone, Debug, Default, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
     /// Age of the transformers in years, for the limits of IEEE C57.104-2019.
     age: Age,
-    /// What the oil is in, for the limit of partial discharge of IEC 60599.
+    /// Equipment that the oil is in, for the limit of partial discharge of IEC 60599.
     equipment: Equipment,
     /// Compare samples of each transformer, whose columns `equipment` and `time` are needed then:
     /// columns with the status by all tables of IEEE C57.104-2019 and with rates are added.
@@ -48,9 +48,9 @@ pub struct Settings {
     /// each zone are added, at some 0.1 s a sample.
     #[schemars(range(min = 0.0, max = 0.99))]
     uncertainty: Option<f64>,
-    /// Where the samples of a fleet are, for the chart.
+    /// File that has the samples of a fleet, for the chart.
     fleet: Option<source::FleetSettings>,
-    /// Which transformers have a monitor, for the chart and the overlay.
+    /// Transformers that have a monitor, for the chart and the overlay.
     monitors: Option<monitors::MonitorSettings>,
 }
 
@@ -99,7 +99,7 @@ impl From<Equipment> for iec60599::Equipment {
     }
 }
 
-/// The plugin.
+/// Analysis of dissolved gases.
 pub struct GasAnalysis {
     settings: Settings,
     uncertainty: Option<Uncertainty>,

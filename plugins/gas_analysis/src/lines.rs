@@ -1,37 +1,37 @@
-//! Lines of a stream, whatever is in it: of bounded length, each with its number.
+//! Line reader for untrusted streams: lines of bounded length, each with its number, in UTF-8,
+//! or in UTF-16 by the byte order mark.
 
-use std::io::{self, BufRead, BufReader, Read};
+use std::io::{self, Chain, Cursor, Read};
+
+pub(crate) use text_table::lines::Line;
+use text_table::{MAX_MARK_BYTES, TextEncoding, lines};
 
 /// Longest row that is read, bytes. A sample takes some hundred.
 pub(crate) const MAX_LINE_BYTES: usize = 1 << 16;
-/// Bytes that are read at once.
-const READ_BYTES: usize = 1 << 16;
-/// Mark of UTF-8 at the start of a file.
-const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 
-/// What was read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Line {
-    /// A line, without its end.
-    Whole,
-    /// A line longer than [`MAX_LINE_BYTES`], of which the start is kept.
-    TooLong,
-    /// There is no more.
-    End,
-}
-
-/// Reads lines that end with LF or CR LF, from a stream that may begin with the mark of UTF-8.
+/// Reads lines that end with LF or CR LF.
 pub(crate) struct Lines<R> {
-    reader: BufReader<R>,
+    lines: lines::Lines<Chain<Cursor<Vec<u8>>, R>>,
+    encoding: TextEncoding,
+    raw: Vec<u8>,
     /// Number of the line read last; the first is 1.
     pub(crate) number: u64,
+    /// Bytes of that line, in UTF-8 unless the text is in another encoding without a mark.
     pub(crate) text: Vec<u8>,
 }
 
 impl<R: Read> Lines<R> {
-    pub(crate) fn of(reader: R) -> Self {
-        let reader = BufReader::with_capacity(READ_BYTES, reader);
-        Self { reader, number: 0, text: Vec::new() }
+    /// Reads the byte order mark of a stream.
+    ///
+    /// # Errors
+    /// Those of the stream.
+    pub(crate) fn open(mut reader: R) -> io::Result<Self> {
+        let mut start = Vec::new();
+        (&mut reader).take(MAX_MARK_BYTES as u64).read_to_end(&mut start)?;
+        let (encoding, mark) = TextEncoding::from_mark(&start).unwrap_or_default();
+        start.drain(..mark);
+        let lines = lines::Lines::from_stream(Cursor::new(start).chain(reader), encoding);
+        Ok(Self { lines, encoding, raw: Vec::new(), number: 0, text: Vec::new() })
     }
 
     /// Reads the next line into `text`.
@@ -40,32 +40,20 @@ impl<R: Read> Lines<R> {
     /// Those of the stream.
     pub(crate) fn read(&mut self) -> io::Result<Line> {
         self.text.clear();
-        let (mut is_too_long, mut is_ended, mut has_any) = (false, false, false);
-        while !is_ended {
-            let found = self.reader.fill_buf()?;
-            if found.is_empty() {
-                break;
-            }
-            has_any = true;
-            let end = found.iter().position(|&byte| byte == b'\n');
-            let text = &found[..end.unwrap_or(found.len())];
-            let room = MAX_LINE_BYTES - self.text.len();
-            is_too_long |= text.len() > room;
-            self.text.extend_from_slice(&text[..text.len().min(room)]);
-            is_ended = end.is_some();
-            let used = text.len() + usize::from(is_ended);
-            self.reader.consume(used);
-        }
-        if !has_any {
-            return Ok(Line::End);
+        let read = self.lines.read(&mut self.raw)?;
+        if read == Line::End {
+            return Ok(read);
         }
         self.number += 1;
-        if self.number == 1 && self.text.starts_with(BYTE_ORDER_MARK) {
-            self.text.drain(..BYTE_ORDER_MARK.len());
+        if read == Line::TooLong || self.raw.len() > MAX_LINE_BYTES {
+            return Ok(Line::TooLong);
         }
-        if self.text.last() == Some(&b'\r') {
-            self.text.pop();
+        if self.encoding == TextEncoding::default() {
+            std::mem::swap(&mut self.raw, &mut self.text);
+        } else {
+            let text = self.encoding.decode(&self.raw);
+            self.text.extend_from_slice(text.trim_end_matches('\r').as_bytes());
         }
-        Ok(if is_too_long { Line::TooLong } else { Line::Whole })
+        Ok(Line::Whole)
     }
 }

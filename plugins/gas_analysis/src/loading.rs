@@ -11,7 +11,7 @@ use crate::history::Page;
 use crate::judged::{self, Judged};
 use crate::source::{self, FleetSettings, Readings};
 
-/// How often waiting looks whether it is done.
+/// Time between two looks whether reading is done.
 const LOOK: Duration = Duration::from_millis(5);
 
 /// All samples of a file, judged, by transformer and in the order of time.
@@ -19,7 +19,7 @@ pub(crate) struct Loaded {
     pub(crate) histories: BTreeMap<String, Vec<Judged>>,
     /// Rows that are none, in words.
     pub(crate) faults: Vec<String>,
-    /// How many there are.
+    /// Number of samples that were left out.
     pub(crate) left_out: usize,
 }
 
@@ -30,7 +30,7 @@ pub(crate) struct Loading {
 }
 
 impl Loading {
-    /// Begins.
+    /// Begins to read on a thread.
     ///
     /// # Errors
     /// That there is no thread to be had, in words.
@@ -46,7 +46,7 @@ impl Loading {
         Ok(Self { ends, thread: Some(thread) })
     }
 
-    /// What was read, if that is done within `patience`.
+    /// Returns the samples that were read, if that is done within `patience`.
     pub(crate) fn take(&mut self, patience: Duration) -> Option<Result<Loaded, String>> {
         let end = Instant::now() + patience;
         while !self.thread.as_ref()?.is_finished() {

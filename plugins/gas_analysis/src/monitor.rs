@@ -26,14 +26,14 @@ pub(crate) struct Monitor {
     is_untelemetered: bool,
     gases: Vec<(Gas, Input)>,
     extras: [Option<Input>; EXTRAS.len()],
-    /// What was judged last, and what is said of it.
+    /// Sample that was judged last, and the words for it.
     pub(crate) last: Option<(Judged, String)>,
 }
 
 /// Judgment on a monitor in one frame.
 pub(crate) struct MonitorJudgment {
     pub(crate) judged: Judged,
-    /// What is told in a line, and the binding of that line.
+    /// Text of the line, and the binding of that line.
     pub(crate) told: String,
     pub(crate) line_binding: Option<usize>,
     /// Status that is certain.

@@ -54,7 +54,7 @@ fn default_minutes() -> f64 {
     60.0
 }
 
-/// All monitors.
+/// Monitors of all transformers.
 pub(crate) struct Monitors {
     settings: Settings,
     gap_nanos: i64,
@@ -108,7 +108,7 @@ impl Monitors {
         self.equipment.iter().map(String::as_str)
     }
 
-    /// What the monitor of a transformer measured, the oldest first.
+    /// Returns the samples that the monitor of a transformer measured, the oldest first.
     pub(crate) fn history(&self, equipment: &str) -> impl DoubleEndedIterator<Item = &Judged> {
         self.histories.get(equipment).into_iter().flatten()
     }
@@ -123,7 +123,7 @@ impl Monitors {
         axes::legend().into_iter().map(entry).collect()
     }
 
-    /// What bindings lack, for `busbar check`.
+    /// Returns the findings about the bindings, for `busbar check`.
     pub(crate) fn findings(&self) -> &[String] {
         &self.findings
     }
@@ -146,7 +146,7 @@ impl Monitors {
         self.room = (MAX_KEPT / bound.max(1)).clamp(MIN_KEPT_EACH, MAX_KEPT_EACH);
     }
 
-    /// Where no frame came for long, what was measured last does not go on being judged.
+    /// Ends the judgment of the last samples where no frame came for long.
     pub(crate) fn note_silence(&mut self, now: Instant) {
         let Some((drawn, unix_nanos)) = self.drawn else { return };
         let silent = now.saturating_duration_since(drawn);
@@ -204,7 +204,7 @@ fn keep(history: &mut VecDeque<Judged>, judged: Judged, room: usize) {
     history.push_back(judged);
 }
 
-/// Whether a sample goes into the history after the last one there. A clock that was set
+/// Reports whether a sample goes into the history after the last one there. A clock that was set
 /// back adds nothing until it is where it was.
 fn is_news(last: Option<&Judged>, now: &Judged, gap_nanos: i64) -> bool {
     let Some(last) = last else { return true };

@@ -1,4 +1,4 @@
-//! How probable each zone is, as cells.
+//! Probabilities of the zones, as cells.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;

@@ -34,7 +34,7 @@ pub(crate) const RESULTS: [&str; 15] = [
 ];
 /// Bytes of output that go to the host at once.
 const PIECE_BYTES: usize = 1 << 16;
-/// What stands where there is nothing.
+/// Cell of a result that there is not.
 const NONE: &str = "NA";
 
 /// Writes rows of results.
@@ -45,7 +45,7 @@ pub(crate) struct Report<'a, W: Write> {
 }
 
 impl<'a, W: Write> Report<'a, W> {
-    /// Writes the header.
+    /// Writes the header of results.
     ///
     /// # Errors
     /// Those of the output.

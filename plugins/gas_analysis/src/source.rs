@@ -1,4 +1,4 @@
-//! Where the samples of a fleet come from: a CSV file, or a query of an SQLite file.
+//! Samples of a fleet from a CSV file, or from a query of an SQLite file.
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -31,7 +31,7 @@ const MAX_QUERY: Duration = Duration::from_secs(10);
 /// Columns beside gases: temperature of the top oil, °C, and load, per unit.
 pub(crate) const EXTRAS: [&str; 2] = ["top_oil", "load"];
 
-/// Where the samples of a fleet are.
+/// Settings of the file that has the samples of a fleet.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct FleetSettings {
@@ -73,7 +73,7 @@ pub(crate) struct Reading {
 #[derive(Default)]
 pub(crate) struct Readings {
     pub(crate) all: Vec<Reading>,
-    /// Ids of transformers.
+    /// Equipment ids of all transformers.
     pub(crate) equipment: Vec<String>,
     places: HashMap<String, u32>,
     /// In words, with their rows.
@@ -129,7 +129,7 @@ impl Readings {
     }
 }
 
-/// What tells whether a file is still the same.
+/// Returns the time of change and the length of a file, by which a change is noticed.
 pub(crate) fn version(file: &Path) -> Option<(SystemTime, u64)> {
     let metadata = std::fs::metadata(file).ok()?;
     Some((metadata.modified().ok()?, metadata.len()))
@@ -149,7 +149,7 @@ pub(crate) fn read(settings: &FleetSettings, ends: &AtomicBool) -> Result<Readin
 
 fn read_csv(path: &Path, ends: &AtomicBool) -> Result<Readings, String> {
     let at = |fault: std::io::Error| format!("{}: {fault}", path.display());
-    let mut lines = Lines::of(File::open(path).map_err(at)?);
+    let mut lines = Lines::open(File::open(path).map_err(at)?).map_err(at)?;
     let mut cells = Cells::new();
     let header = table::header(&mut lines, &mut cells).map_err(at)?;
     let columns = header.map_err(|(line, fault)| {
@@ -184,7 +184,7 @@ fn no_identity(path: &Path) -> String {
     format!("{}: a fleet needs the columns equipment and time", path.display())
 }
 
-/// Whether one more sample may be read.
+/// Checks that one more sample may be read.
 fn may_go_on(path: &Path, readings: &Readings, ends: &AtomicBool) -> Result<(), String> {
     if ends.load(Ordering::Relaxed) {
         return Err("it was to end".into());

@@ -12,16 +12,13 @@ use crate::lines::{Line, Lines, MAX_LINE_BYTES};
 use crate::report::Report;
 use crate::row::{self, Cells};
 
-/// How a file in UTF-16 begins.
-const UTF_16: [&[u8]; 2] = [b"\xFF\xFE", b"\xFE\xFF"];
-
 /// Reads samples and writes their results. A row that is no sample is a diagnostic, and
 /// those after it go on; without a header, or without any sample, the input is at fault.
 ///
 /// # Errors
 /// Those of the streams.
 pub(crate) fn analyse(streams: &Streams<'_>, plugin: &GasAnalysis) -> io::Result<CommandExit> {
-    let mut lines = Lines::of(streams.input());
+    let mut lines = Lines::open(streams.input())?;
     let mut cells = Cells::new();
     let columns = match header(&mut lines, &mut cells)? {
         Ok(columns) => columns,
@@ -86,7 +83,7 @@ pub(crate) fn analyse(streams: &Streams<'_>, plugin: &GasAnalysis) -> io::Result
     Ok(CommandExit::Done)
 }
 
-/// Where equipment and time are, if both are there.
+/// Returns the columns of equipment and time, if both are there.
 pub(crate) fn identity(columns: &Columns) -> Option<[usize; 2]> {
     match columns.identifying.as_slice() {
         [(_, equipment), (_, time)] => Some([*equipment, *time]),
@@ -101,9 +98,6 @@ pub(crate) fn header(lines: &mut Lines<impl io::Read>, cells: &mut Cells) -> io:
     loop {
         let read = lines.read()?;
         let line = Some(lines.number);
-        if lines.number == 1 && UTF_16.iter().any(|mark| lines.text.starts_with(mark)) {
-            return Ok(Err((line, "the file is UTF-16; save it as UTF-8".into())));
-        }
         match read {
             Line::End => return Ok(Err((None, "the file is empty".into()))),
             Line::TooLong => return Ok(Err((line, too_long()))),

@@ -35,7 +35,7 @@ fn refused(input: impl AsRef<[u8]>, expected: &str) {
     assert!(last.1.contains(expected), "{last:?}");
 }
 
-/// What is said of a row between two good ones, which are analysed.
+/// Checks the diagnostic of a row between two good ones, which are analysed.
 #[track_caller]
 fn bad_row(row: impl AsRef<[u8]>, expected: &str) {
     let mut input = format!("{HEADER}\n1,2,3,4,5\n").into_bytes();
@@ -143,6 +143,25 @@ fn bad_rows_are_told_and_left_out() {
 }
 
 #[test]
+fn tables_in_utf_16_are_read_by_their_mark() {
+    let table = format!("{HEADER},equipment\r\n1,2,3,4,5,Ä\r\n\r\n5,4,3,2,1,\"a,b\"\r\n");
+    let expected = run(&table);
+    assert_eq!(rows(&expected).len(), 3);
+    let little = table.encode_utf16().flat_map(u16::to_le_bytes);
+    let big = table.encode_utf16().flat_map(u16::to_be_bytes);
+    let encoded = [
+        b"\xFF\xFE".iter().copied().chain(little).collect::<Vec<u8>>(),
+        b"\xFE\xFF".iter().copied().chain(big).collect(),
+        b"\xEF\xBB\xBF".iter().copied().chain(table.bytes()).collect(),
+    ];
+    for encoded in encoded {
+        for piece in [1, 1000] {
+            assert_eq!(run_pieces(&encoded, piece).output, expected.output);
+        }
+    }
+}
+
+#[test]
 fn files_that_are_no_tables_are_refused() {
     refused("", "the file is empty");
     refused("\n\n", "the file is empty");
@@ -153,7 +172,7 @@ fn files_that_are_no_tables_are_refused() {
     refused("H2\tCH4\tC2H6\tC2H4\tC2H2\n", "separated by tabs");
     refused("H2,CH4,C2H6,C2H4,C2H2,h2\n", "column H2 is there twice");
     refused("H2,CH4,C2H6,C2H4,C2H2,Time,TIME\n", "column time is there twice");
-    refused(b"\xFF\xFEH\x002\x00\n", "UTF-16");
+    refused(b"\xFF\xFEH\x002\x00\n\x00", "the header lacks CH4");
     refused(b"\x89PNG\r\n\x1a\n\x00\x00", "not UTF-8");
     refused("x".repeat(10 * MAX_LINE_BYTES), "more than 65536 bytes");
 }

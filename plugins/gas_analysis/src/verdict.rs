@@ -1,4 +1,4 @@
-//! What several methods say of one sample together.
+//! Verdict of several methods on one sample.
 
 use dga::c57_104::Status;
 use dga::pentagon::{PENTAGON_1, PENTAGON_2};
@@ -43,14 +43,14 @@ impl Family {
     }
 }
 
-/// What a method says: its name, its results (several where zones overlap) and its rule.
+/// Opinion of a method: its name, its results (several where zones overlap) and its rule.
 pub(crate) struct Opinion {
     pub(crate) method: &'static str,
     pub(crate) zones: Vec<Zone>,
     pub(crate) rule: &'static str,
 }
 
-/// What all methods come to.
+/// Judgement of all methods together.
 pub(crate) struct Judgement {
     pub(crate) opinions: Vec<Opinion>,
     /// The family that most methods name; of two that as many name, that of triangle 1.
@@ -59,7 +59,7 @@ pub(crate) struct Judgement {
     pub(crate) zone: Option<Zone>,
 }
 
-/// Which methods there are, and what they say of a sample.
+/// Judges a sample by all methods.
 pub(crate) fn judge(sample: &Sample, settings: &Settings) -> Judgement {
     let one = |method, verdict: Verdict| Opinion {
         method,
@@ -90,7 +90,7 @@ pub(crate) fn judge(sample: &Sample, settings: &Settings) -> Judgement {
     Judgement { opinions, family, zone }
 }
 
-/// What most opinions name; of those that as many name, what an earlier opinion names.
+/// Finds the result that most opinions name; of those that as many name, that of an earlier one.
 fn most<T: Copy>(
     all: &[T],
     opinions: &[Opinion],
@@ -104,7 +104,7 @@ fn most<T: Copy>(
 
 /// States of the legend, by their indices.
 pub(crate) const NORMAL: u32 = 0;
-/// What is not known is less urgent than what is wrong, and more than what is well.
+/// Urgency of a sample that is not judged: between those that are well and those that are not.
 pub(crate) const NOT_JUDGED: u32 = 1;
 pub(crate) const WATCH: u32 = 2;
 pub(crate) const THERMAL: u32 = 3;
@@ -124,7 +124,7 @@ pub(crate) fn state(status: Option<Status>, judgement: &Judgement) -> u32 {
     }
 }
 
-/// What a status and a judgement come to, in a few words. Of little gas ratios say nothing.
+/// Sums up a status and a judgement in a few words. Of little gas ratios say nothing.
 pub(crate) fn in_short(status: Option<Status>, judgement: &Judgement) -> String {
     match (status, judgement.zone) {
         (Some(Status::One), _) => "status 1".into(),
@@ -135,7 +135,7 @@ pub(crate) fn in_short(status: Option<Status>, judgement: &Judgement) -> String 
     }
 }
 
-/// What a zone is called in a sentence.
+/// Returns the name of a zone in a sentence.
 pub(crate) fn words(zone: Zone) -> &'static str {
     match zone {
         Zone::PartialDischarge => "partial discharges of corona type (PD)",

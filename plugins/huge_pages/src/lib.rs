@@ -51,7 +51,7 @@ fn ask_timed(
     time: impl Fn(*mut u8) -> Duration,
 ) -> bool {
     let pages = Pages::within(block, bytes);
-    pages.advise(Wanted::Huge);
+    pages.advise(PageSize::Huge);
     let used = (block.addr() + used_bytes).saturating_sub(pages.start.addr());
     let mut page = used.next_multiple_of(HUGE_PAGE_BYTES);
     while page < pages.bytes {
@@ -59,7 +59,7 @@ fn ask_timed(
         // After a slow one, the next tells whether that was by chance.
         page += if is_fast { TIMED * HUGE_PAGE_BYTES } else { HUGE_PAGE_BYTES };
         if speed.is_slow() {
-            pages.from(page).advise(Wanted::Small);
+            pages.from(page).advise(PageSize::Small);
             return true;
         }
     }
@@ -91,7 +91,7 @@ impl Speed {
 
 /// Page size requested from now on; existing pages stay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Wanted {
+pub enum PageSize {
     /// Pages of 2 MiB.
     Huge,
     /// Pages of 4 KiB.
@@ -130,12 +130,12 @@ impl Pages {
     }
 
     /// Requests a page size from the system.
-    pub fn advise(self, wanted: Wanted) {
+    pub fn advise(self, wanted: PageSize) {
         #[cfg(target_os = "linux")]
         if self.bytes > 0 {
             let advice = match wanted {
-                Wanted::Huge => libc::MADV_HUGEPAGE,
-                Wanted::Small => libc::MADV_NOHUGEPAGE,
+                PageSize::Huge => libc::MADV_HUGEPAGE,
+                PageSize::Small => libc::MADV_NOHUGEPAGE,
             };
             // SAFETY: neither advice changes content, wherever it is given; a system that knows
             // no huge pages, or nothing at that place, refuses, and nothing is lost.

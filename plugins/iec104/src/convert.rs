@@ -111,7 +111,7 @@ fn integer(value: codec::Value) -> Option<i64> {
     })
 }
 
-/// What an object is called in messages.
+/// Returns the name of a value's type for messages.
 pub(crate) fn name_of(value: codec::Value) -> &'static str {
     match value {
         codec::Value::Single(_) => "a single point",

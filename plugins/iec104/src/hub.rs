@@ -9,24 +9,24 @@ use tokio::sync::watch;
 use crate::link::LinkFault;
 use crate::station::Station;
 
-/// What the connections share. One at most is active, and carries data; the
-/// others are kept ready (IEC 60870-5-104, 10).
+/// State shared by redundant connections. At most one is active and carries data; the others are
+/// kept on standby (IEC 60870-5-104, 10).
 pub(crate) struct Hub {
     pub(crate) station: Station,
     sink: SampleSink,
     host: Host,
-    /// By connection.
+    /// State of each connection.
     links: Vec<Link>,
     active: watch::Sender<Option<usize>>,
-    /// Whether the active one has started data transfer.
+    /// Reports whether the active connection has started data transfer.
     is_started: bool,
 }
 
 struct Link {
     endpoint: Endpoint,
     is_connected: bool,
-    /// Whether it was told that this one is down, while another is active.
-    is_loss_told: bool,
+    /// Reports whether the loss of this connection was reported, while another is active.
+    is_loss_reported: bool,
 }
 
 impl Hub {
@@ -39,7 +39,7 @@ impl Hub {
         let link = |endpoint: &Endpoint| Link {
             endpoint: endpoint.clone(),
             is_connected: false,
-            is_loss_told: false,
+            is_loss_reported: false,
         };
         let links = endpoints.iter().map(link).collect();
         let (active, _) = watch::channel(None);
@@ -63,7 +63,7 @@ impl Hub {
     pub(crate) fn note_connected(&mut self, index: usize) {
         let link = &mut self.links[index];
         link.is_connected = true;
-        link.is_loss_told = false;
+        link.is_loss_reported = false;
         if self.active.borrow().is_none() {
             self.active.send_replace(Some(index));
         }
@@ -84,7 +84,7 @@ impl Hub {
         let text = format!("{endpoint}: {fault}; next try in {:.1} s", retry.as_secs_f64());
         let active = *self.active.borrow();
         if active.is_some_and(|active| active != index) {
-            if !std::mem::replace(&mut self.links[index].is_loss_told, true) {
+            if !std::mem::replace(&mut self.links[index].is_loss_reported, true) {
                 self.host.log(LogLevel::Warning, &text);
             }
             return;

@@ -44,7 +44,7 @@ use crate::settings::Config;
 pub use crate::settings::Settings;
 use crate::station::{Station, freshness_warning};
 
-/// The plugin.
+/// Telemetry plugin for IEC 60870-5-104.
 pub struct Iec104 {
     config: Config,
     host: Host,

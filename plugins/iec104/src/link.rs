@@ -20,7 +20,7 @@ const CHUNK_BYTES: usize = 16 * 1024;
 /// A connection that held so long deserves a quick second try.
 const STABLE_AFTER: Duration = Duration::from_secs(10);
 
-/// Why a connection ended, or was not made.
+/// Reason for which a connection ended, or was not made.
 #[derive(Debug, Error)]
 pub(crate) enum LinkFault {
     #[error("{0}")]
@@ -33,7 +33,7 @@ pub(crate) enum LinkFault {
     Lost(String),
 }
 
-/// What connections have of the world around them; simulated time has its own.
+/// Clock and connector of connections; simulated time has its own.
 #[derive(Clone)]
 pub(crate) struct World {
     pub(crate) dial: Arc<dyn Dial>,
@@ -131,7 +131,7 @@ impl Link {
         let mut hub = self.hub.borrow_mut();
         let outcome = session.receive(bytes, now, |event| match event {
             Event::Started => hub.note_started(self.index, received, now),
-            Event::Asdu(asdu) => hub.station.heed(asdu, received, now),
+            Event::Asdu(asdu) => hub.station.handle_answer(asdu, received, now),
         });
         hub.station.flush();
         Ok(outcome?)

@@ -39,7 +39,7 @@ const MAX_AHEAD: Duration = Duration::from_secs(10);
 /// An object of the station.
 type Place = (u8, u8);
 
-/// What happens to a data unit on its way, or is wrong with it.
+/// Damage to a data unit on its way, or within it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Damage {
     Lost,
@@ -75,9 +75,9 @@ const DAMAGES: [Damage; 14] = [
     Damage::Reordered,
 ];
 
-/// How a station answers an interrogation.
+/// Behaviour of a station at an interrogation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Answering {
+enum InterrogationBehavior {
     Whole,
     Refusing,
     Silent,
@@ -97,7 +97,7 @@ enum Item {
 
 /// A tag as the host shows it.
 #[derive(Clone, Copy, Debug)]
-struct Shown {
+struct DisplayedTag {
     value: Option<f64>,
     quality: Quality,
     source_time: Option<SystemTime>,
@@ -115,7 +115,7 @@ struct Matrix {
     session: Option<Session>,
     started: Instant,
     elapsed: Duration,
-    /// Of the station's clock, less the true time.
+    /// Lead of the station's clock over the true time, milliseconds.
     clock_ahead_millis: i64,
     truth: BTreeMap<Place, f64>,
     next_value: f64,
@@ -128,8 +128,8 @@ struct Matrix {
     is_frame_lost: bool,
     /// Last values out of the buffer of objects that were not interrogated since.
     buffered: BTreeMap<Place, f64>,
-    shown: BTreeMap<Place, Shown>,
-    answering: Answering,
+    shown: BTreeMap<Place, DisplayedTag>,
+    answering: InterrogationBehavior,
     counts: BTreeMap<Damage, u32>,
     good: u64,
     judged: u64,
@@ -155,7 +155,7 @@ impl Matrix {
         let points = Points::parse(&tags, &config).unwrap();
         let recorder = Recorder::new();
         let station = Station::new(config.clone(), points, recorder.sink(), host());
-        let shown = Shown {
+        let shown = DisplayedTag {
             value: None,
             quality: Quality::Bad(Reason::NotConnected),
             source_time: None,
@@ -180,7 +180,7 @@ impl Matrix {
             is_frame_lost: false,
             buffered: BTreeMap::new(),
             shown: places().map(|place| (place, shown)).collect(),
-            answering: Answering::Whole,
+            answering: InterrogationBehavior::Whole,
             counts: BTreeMap::new(),
             good: 0,
             judged: 0,
@@ -212,7 +212,7 @@ impl Matrix {
             68..=70 => self.hang_up(),
             71..=74 => self.step_clock(),
             75..=77 => {
-                use Answering::{Refusing, Silent, UnknownAddress, Whole, WithoutEnd};
+                use InterrogationBehavior::{Refusing, Silent, UnknownAddress, Whole, WithoutEnd};
                 let all = [Whole, Whole, Refusing, Silent, WithoutEnd, UnknownAddress];
                 self.answering = *self.random.choice(all.iter()).unwrap();
             }
@@ -225,9 +225,9 @@ impl Matrix {
 
     /// All is good again, where nothing fails any more.
     fn settle(&mut self) {
-        self.answering = Answering::Whole;
+        self.answering = InterrogationBehavior::Whole;
         let end = self.elapsed + RECOVERY;
-        let is_settled = |shown: &Shown| shown.quality.is_good() || shown.is_of_source;
+        let is_settled = |shown: &DisplayedTag| shown.quality.is_good() || shown.is_of_source;
         while !self.shown.values().all(is_settled) {
             assert!(self.elapsed < end, "never good again: {:?}", self.shown);
             self.elapsed += Duration::from_millis(250);
@@ -412,10 +412,10 @@ impl Matrix {
             .partition::<Vec<_>, _>(|unit| unit[4] == address);
         self.buffer = others;
         let refusal = match self.answering {
-            Answering::Silent => Some(None),
-            Answering::Refusing => Some(Some(with_cause(7 | 0x40))),
-            Answering::UnknownAddress => Some(Some(with_cause(46 | 0x40))),
-            Answering::WithoutEnd | Answering::Whole => None,
+            InterrogationBehavior::Silent => Some(None),
+            InterrogationBehavior::Refusing => Some(Some(with_cause(7 | 0x40))),
+            InterrogationBehavior::UnknownAddress => Some(Some(with_cause(46 | 0x40))),
+            InterrogationBehavior::WithoutEnd | InterrogationBehavior::Whole => None,
         };
         if let Some(refusal) = refusal {
             self.queue.extend(own.into_iter().map(Item::Buffered));
@@ -432,7 +432,7 @@ impl Matrix {
         }
         self.queue.push_back(with_cause(7));
         self.queue.extend(items);
-        if self.answering == Answering::Whole {
+        if self.answering == InterrogationBehavior::Whole {
             self.queue.push_back(with_cause(10));
         }
     }
@@ -544,7 +544,7 @@ impl Matrix {
             let station = &mut self.station;
             let outcome = session.receive(piece, now, |event| match event {
                 Event::Started => station.begin(wall, now),
-                Event::Asdu(asdu) => station.heed(asdu, wall, now),
+                Event::Asdu(asdu) => station.handle_answer(asdu, wall, now),
             });
             station.flush();
             if outcome.is_err() {
@@ -607,7 +607,7 @@ fn unit((address, object): Place, cause: u8, value: f64, time: &[u8]) -> Vec<u8>
     [&head[..], &(value as f32).to_le_bytes(), &[0], time].concat()
 }
 
-impl Shown {
+impl DisplayedTag {
     /// By the rules of the host: order of arrival, but for what comes out of a buffer.
     fn take(&mut self, sample: &Sample, wall: SystemTime) {
         let Some(Value::F64(value)) = sample.value else {

@@ -14,7 +14,7 @@ const MAX_COMMON_ADDRESSES: usize = 256;
 /// The last object address (IEC 60870-5-104, 7.4).
 const MAX_OBJECT_ADDRESS: u32 = 0xFF_FFFF;
 
-/// What kind of object a tag is for.
+/// Kind of information object that a tag is for.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum ObjectType {
@@ -109,7 +109,7 @@ impl Points {
         addresses
     }
 
-    /// Where the tags of an object are.
+    /// Returns the range of an object's tags.
     pub(crate) fn of_object(&self, common_address: u16, object_address: u32) -> Range<usize> {
         let key = (common_address, object_address);
         let start = self.0.partition_point(|point| point.key() < key);
@@ -117,7 +117,7 @@ impl Points {
         start..start + same
     }
 
-    /// Where the tags of a common address are.
+    /// Returns the range of a common address's tags.
     pub(crate) fn of_station(&self, common_address: u16) -> Range<usize> {
         let start = self.0.partition_point(|point| point.common_address < common_address);
         start..self.0.partition_point(|point| point.common_address <= common_address)
@@ -164,7 +164,7 @@ fn parse_one(tag: &TagSpec, config: &Config) -> Result<Point, String> {
     })
 }
 
-/// Whether an object of the type could ever be a value of the kind.
+/// Checks whether an object of the type could ever be a value of the kind.
 fn check_type(kind: ValueKind, raw: &RawAddress) -> Result<(), String> {
     use ObjectType::{Any, Bitstring, Counter, Double, Measured, Single, Step};
     if kind != ValueKind::F64 && (raw.scale.is_some() || raw.offset.is_some()) {

@@ -30,8 +30,8 @@ impl ControllingProbe {
     }
 
     /// Takes a data unit and publishes what is in it.
-    pub fn heed(&mut self, asdu: &[u8], received: SystemTime) {
-        self.station.heed(asdu, received, self.now);
+    pub fn handle_answer(&mut self, asdu: &[u8], received: SystemTime) {
+        self.station.handle_answer(asdu, received, self.now);
         self.station.flush();
     }
 

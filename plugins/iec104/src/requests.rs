@@ -1,5 +1,4 @@
-//! What to ask a station for, and when: one request at a time, each confirmed
-//! and ended before the next.
+//! Schedule of requests to a station: one at a time, each confirmed and terminated before the next.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -7,16 +6,16 @@ use std::time::{Duration, Instant};
 use crate::codec::{Header, cause};
 use crate::settings::Config;
 
-/// How long a station may take to answer a request that it has confirmed.
+/// Longest time that a station may take to answer a request that it has confirmed.
 const ANSWER_LIMIT: Duration = Duration::from_secs(120);
 /// Shortest time between interrogations of a common address whose values are doubtful.
 pub(crate) const DEMAND_INTERVAL: Duration = Duration::from_secs(5);
 /// Time after which an interrogation is tried again that was refused or not answered.
 pub(crate) const RETRY_INTERVAL: Duration = Duration::from_secs(30);
 
-/// What is asked for.
+/// Kind of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum RequestKind {
     ClockSync,
     Interrogation,
     Counters,
@@ -25,20 +24,20 @@ pub(crate) enum Kind {
 /// A request to one common address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Job {
-    pub(crate) kind: Kind,
+    pub(crate) kind: RequestKind,
     pub(crate) common_address: u16,
 }
 
-/// How a request went.
+/// Outcome of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Outcome {
     /// All values have come.
     Done,
     /// The station knows no such common address.
     UnknownCommonAddress,
-    /// It refuses, with this cause of transmission.
+    /// Refusal by the station, with this cause of transmission.
     Refused(u8),
-    /// It did not confirm, or not end, in time.
+    /// Request that was not confirmed, or not terminated, in time.
     Unanswered,
 }
 
@@ -54,12 +53,12 @@ struct Demand {
 #[derive(Debug)]
 pub(crate) struct Requests {
     common_addresses: Vec<u16>,
-    /// By common address.
+    /// Demands by common address.
     demands: Vec<Demand>,
     /// By kind: its period, and when it is due next.
-    periods: [(Kind, Option<Duration>, Option<Instant>); 3],
+    periods: [(RequestKind, Option<Duration>, Option<Instant>); 3],
     interrogate_on_start: bool,
-    /// How long a station may take to confirm a request: t1, as for the frame.
+    /// Longest time that a station may take to confirm a request: t1, as for the frame.
     confirm_limit: Duration,
     queue: VecDeque<Job>,
     current: Option<(Job, Instant)>,
@@ -73,9 +72,9 @@ impl Requests {
             demands: common_addresses.iter().map(demand).collect(),
             common_addresses,
             periods: [
-                (Kind::ClockSync, config.clock_sync_period, None),
-                (Kind::Interrogation, config.interrogation_period, None),
-                (Kind::Counters, config.counter_period, None),
+                (RequestKind::ClockSync, config.clock_sync_period, None),
+                (RequestKind::Interrogation, config.interrogation_period, None),
+                (RequestKind::Counters, config.counter_period, None),
             ],
             interrogate_on_start: config.interrogate_on_start,
             confirm_limit: config.parameters.t1,
@@ -90,9 +89,9 @@ impl Requests {
         self.end();
         for (kind, period, due) in &mut self.periods {
             *due = match kind {
-                Kind::Interrogation if self.interrogate_on_start => Some(now),
-                Kind::Interrogation => period.map(|period| now + period),
-                Kind::ClockSync | Kind::Counters => period.map(|_| now),
+                RequestKind::Interrogation if self.interrogate_on_start => Some(now),
+                RequestKind::Interrogation => period.map(|period| now + period),
+                RequestKind::ClockSync | RequestKind::Counters => period.map(|_| now),
             };
         }
         self.queue_due(now);
@@ -143,7 +142,7 @@ impl Requests {
         late.inspect(|job| self.retry(*job, now))
     }
 
-    /// When [`Requests::next`] or [`Requests::take_late`] has something.
+    /// Returns the instant at which [`Requests::next`] or [`Requests::take_late`] has something.
     pub(crate) fn deadline(&self) -> Option<Instant> {
         let due = self.periods.iter().filter_map(|(.., due)| *due);
         let demands = self.demands.iter().filter(|demand| demand.is_wanted);
@@ -152,9 +151,9 @@ impl Requests {
     }
 
     /// Takes the station's answer to a request.
-    pub(crate) fn heed(
+    pub(crate) fn handle_answer(
         &mut self,
-        kind: Kind,
+        kind: RequestKind,
         header: &Header,
         now: Instant,
     ) -> Option<(Job, Outcome)> {
@@ -165,7 +164,12 @@ impl Requests {
         outcome
     }
 
-    fn outcome_of(&mut self, kind: Kind, header: &Header, now: Instant) -> Option<(Job, Outcome)> {
+    fn outcome_of(
+        &mut self,
+        kind: RequestKind,
+        header: &Header,
+        now: Instant,
+    ) -> Option<(Job, Outcome)> {
         let common_address = header.common_address;
         let job = Job { kind, common_address };
         if header.cause == cause::UNKNOWN_COMMON_ADDRESS {
@@ -179,7 +183,7 @@ impl Requests {
             cause @ cause::UNKNOWN_TYPE..=cause::UNKNOWN_OBJECT_ADDRESS => Outcome::Refused(cause),
             cause if header.is_negative => Outcome::Refused(cause),
             // There is nothing more to come.
-            cause::ACTIVATION_CONFIRMED if kind == Kind::ClockSync => Outcome::Done,
+            cause::ACTIVATION_CONFIRMED if kind == RequestKind::ClockSync => Outcome::Done,
             cause::ACTIVATION_CONFIRMED => {
                 *by = now + ANSWER_LIMIT;
                 return None;
@@ -193,7 +197,7 @@ impl Requests {
 
     /// An interrogation that brought nothing is tried again later: it is never forgotten.
     fn retry(&mut self, job: Job, now: Instant) {
-        let is_interrogation = job.kind == Kind::Interrogation;
+        let is_interrogation = job.kind == RequestKind::Interrogation;
         let demand = self.demand_of(job.common_address).filter(|_| is_interrogation);
         if let Some(demand) = demand {
             (demand.is_wanted, demand.not_before) = (true, Some(now + RETRY_INTERVAL));
@@ -213,10 +217,10 @@ impl Requests {
             }
             (demand.is_wanted, demand.not_before) = (false, Some(now + DEMAND_INTERVAL));
             let common_address = demand.common_address;
-            self.add(Job { kind: Kind::Interrogation, common_address });
+            self.add(Job { kind: RequestKind::Interrogation, common_address });
             // Counters are told by an interrogation of their own.
-            if self.has_period(Kind::Counters) {
-                self.add(Job { kind: Kind::Counters, common_address });
+            if self.has_period(RequestKind::Counters) {
+                self.add(Job { kind: RequestKind::Counters, common_address });
             }
         }
         for index in 0..self.periods.len() {
@@ -230,7 +234,7 @@ impl Requests {
         }
     }
 
-    fn has_period(&self, wanted: Kind) -> bool {
+    fn has_period(&self, wanted: RequestKind) -> bool {
         self.periods.iter().any(|(kind, period, _)| *kind == wanted && period.is_some())
     }
 }

@@ -27,13 +27,13 @@ fn answer(common_address: u16, cause: u8, is_negative: bool) -> Header {
     }
 }
 
-fn job(kind: Kind, common_address: u16) -> Job {
+fn job(kind: RequestKind, common_address: u16) -> Job {
     Job { kind, common_address }
 }
 
 #[test]
 fn one_request_at_a_time_the_clock_first() {
-    use Kind::{ClockSync, Counters, Interrogation};
+    use RequestKind::{ClockSync, Counters, Interrogation};
     let mut requests =
         requests(json!({"counter_period_millis": 1000, "clock_sync_period_millis": 1000}));
     let now = Instant::now();
@@ -45,16 +45,16 @@ fn one_request_at_a_time_the_clock_first() {
             assert_eq!(requests.next(now), Some(job));
             assert_eq!(requests.next(now), None, "{job:?} is open");
             let confirmed = answer(common_address, cause::ACTIVATION_CONFIRMED, false);
-            let outcome = requests.heed(kind, &confirmed, now);
+            let outcome = requests.handle_answer(kind, &confirmed, now);
             if kind == ClockSync {
                 assert_eq!(outcome, Some((job, Outcome::Done)));
                 continue;
             }
             assert_eq!(outcome, None);
             let of_another = answer(9, cause::ACTIVATION_TERMINATED, false);
-            assert_eq!(requests.heed(kind, &of_another, now), None);
+            assert_eq!(requests.handle_answer(kind, &of_another, now), None);
             let ended = answer(common_address, cause::ACTIVATION_TERMINATED, false);
-            assert_eq!(requests.heed(kind, &ended, now), Some((job, Outcome::Done)));
+            assert_eq!(requests.handle_answer(kind, &ended, now), Some((job, Outcome::Done)));
         }
     }
     assert_eq!(requests.next(now), None);
@@ -73,7 +73,7 @@ fn an_interrogation_is_asked_for_at_the_start_or_in_its_period() {
             let now = start + second * SECOND;
             while let Some(job) = requests.next(now) {
                 let ended = answer(job.common_address, cause::ACTIVATION_TERMINATED, false);
-                requests.heed(job.kind, &ended, now);
+                requests.handle_answer(job.kind, &ended, now);
                 if job.common_address == 3 {
                     times.push(second);
                 }
@@ -101,7 +101,7 @@ fn what_is_not_answered_does_not_hold_up_the_rest() {
     let second = requests.next(now).unwrap();
     assert_eq!(second.common_address, 5);
     let confirmed = answer(5, cause::ACTIVATION_CONFIRMED, false);
-    requests.heed(Kind::Interrogation, &confirmed, now);
+    requests.handle_answer(RequestKind::Interrogation, &confirmed, now);
     assert_eq!(requests.take_late(now + ANSWER_LIMIT - SECOND), None);
     assert_eq!(requests.take_late(now + ANSWER_LIMIT), Some(second));
 }
@@ -120,7 +120,10 @@ fn refusals_are_told_apart() {
         requests.begin(now);
         let job = requests.next(now).unwrap();
         let header = answer(3, cause, is_negative);
-        assert_eq!(requests.heed(Kind::Interrogation, &header, now), Some((job, outcome)));
+        assert_eq!(
+            requests.handle_answer(RequestKind::Interrogation, &header, now),
+            Some((job, outcome))
+        );
     }
 }
 
@@ -130,11 +133,19 @@ fn an_unknown_common_address_is_heard_even_after_a_refusal() {
     let now = Instant::now();
     requests.begin(now);
     let job = requests.next(now).unwrap();
-    requests.heed(Kind::Interrogation, &answer(3, cause::ACTIVATION_CONFIRMED, true), now);
+    requests.handle_answer(
+        RequestKind::Interrogation,
+        &answer(3, cause::ACTIVATION_CONFIRMED, true),
+        now,
+    );
     let unknown = |common_address| answer(common_address, cause::UNKNOWN_COMMON_ADDRESS, false);
-    let heard = requests.heed(Kind::Interrogation, &unknown(3), now);
+    let heard = requests.handle_answer(RequestKind::Interrogation, &unknown(3), now);
     assert_eq!(heard, Some((job, Outcome::UnknownCommonAddress)));
-    assert_eq!(requests.heed(Kind::Interrogation, &unknown(4), now), None, "none of ours");
+    assert_eq!(
+        requests.handle_answer(RequestKind::Interrogation, &unknown(4), now),
+        None,
+        "none of ours"
+    );
 }
 
 #[test]
@@ -151,7 +162,7 @@ fn a_demand_waits_its_time_and_once() {
         while let Some(job) = requests.next(now) {
             asked.push((job.common_address, second));
             let ended = answer(job.common_address, cause::ACTIVATION_TERMINATED, false);
-            requests.heed(job.kind, &ended, now);
+            requests.handle_answer(job.kind, &ended, now);
         }
         assert!(requests.queue.is_empty());
     }
@@ -164,19 +175,19 @@ fn a_demand_while_the_same_is_asked_for_comes_after_it() {
     let mut requests = requests(json!({"counter_period_millis": 3_600_000}));
     let now = Instant::now();
     requests.begin(now);
-    assert_eq!(requests.next(now), Some(job(Kind::Interrogation, 3)));
+    assert_eq!(requests.next(now), Some(job(RequestKind::Interrogation, 3)));
     requests.demand(3);
     let mut asked = Vec::new();
     let end = |requests: &mut Requests, job: Job| {
         let ended = answer(job.common_address, cause::ACTIVATION_TERMINATED, false);
-        requests.heed(job.kind, &ended, now)
+        requests.handle_answer(job.kind, &ended, now)
     };
-    end(&mut requests, job(Kind::Interrogation, 3));
+    end(&mut requests, job(RequestKind::Interrogation, 3));
     while let Some(job) = requests.next(now) {
         asked.push(job);
         end(&mut requests, job);
     }
-    let again = job(Kind::Interrogation, 3);
-    assert!(asked.contains(&again) && asked.contains(&job(Kind::Counters, 3)), "{asked:?}");
+    let again = job(RequestKind::Interrogation, 3);
+    assert!(asked.contains(&again) && asked.contains(&job(RequestKind::Counters, 3)), "{asked:?}");
     assert_eq!(asked.len(), 4, "{asked:?}");
 }

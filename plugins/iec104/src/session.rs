@@ -26,21 +26,21 @@ pub struct Parameters {
     pub t3: Duration,
 }
 
-/// Why a connection must be closed.
+/// Reason for which a connection must be closed.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum SessionFault {
-    /// Not the protocol.
+    /// Bytes that break the protocol.
     #[error("{0}")]
     Frame(#[from] FrameError),
     /// Frames were lost or repeated.
     #[error("the station sent frame {found} where {wanted} was due")]
     Sequence {
-        /// N(S) that came.
+        /// Send number N(S) that was received.
         found: u16,
         /// N(S) that was due.
         wanted: u16,
     },
-    /// It acknowledges what was not sent.
+    /// Acknowledgement of frames that were not sent.
     #[error("the station acknowledged frames before {0}, which were never sent")]
     Acknowledgement(u16),
     /// Data on a connection where it was not started.
@@ -55,9 +55,9 @@ pub enum SessionFault {
     /// A frame was not acknowledged within t1.
     #[error("no answer to {what} within {} ms (t1)", .limit.as_millis())]
     Timeout {
-        /// What was sent.
+        /// Frame that was not acknowledged.
         what: &'static str,
-        /// t1.
+        /// Timeout t1 of the connection.
         limit: Duration,
     },
     /// More requests than the station acknowledges.
@@ -65,12 +65,12 @@ pub enum SessionFault {
     Overrun,
 }
 
-/// What came of received bytes.
+/// Event of received bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event<'a> {
     /// Data transfer has begun.
     Started,
-    /// A data unit.
+    /// Data unit that was received.
     Asdu(&'a [u8]),
 }
 
@@ -89,13 +89,13 @@ pub struct Session {
     /// Bytes of a frame that is not whole.
     input: Vec<u8>,
     output: Vec<u8>,
-    /// V(S).
+    /// Send state variable V(S).
     send_next: Sequence,
-    /// When each frame was sent that is not acknowledged, oldest first.
+    /// Instants of the frames that are not acknowledged, oldest first.
     sent_at: VecDeque<Instant>,
     /// Data units that the window keeps back.
     waiting: VecDeque<Vec<u8>>,
-    /// V(R).
+    /// Receive state variable V(R).
     receive_next: Sequence,
     unacknowledged: u16,
     acknowledge_by: Option<Instant>,
@@ -124,7 +124,7 @@ impl Session {
         }
     }
 
-    /// Whether data may come.
+    /// Reports whether data transfer is started.
     pub fn is_started(&self) -> bool {
         self.phase == Phase::Started
     }
@@ -151,7 +151,7 @@ impl Session {
         Ok(())
     }
 
-    /// Takes received bytes.
+    /// Processes bytes that were received.
     ///
     /// # Errors
     /// After any [`SessionFault`] the connection must be closed.
@@ -159,14 +159,14 @@ impl Session {
         &mut self,
         bytes: &[u8],
         now: Instant,
-        mut heed: impl FnMut(Event<'_>),
+        mut handle: impl FnMut(Event<'_>),
     ) -> Result<(), SessionFault> {
         let mut input = std::mem::take(&mut self.input);
         input.extend_from_slice(bytes);
         let mut rest: &[u8] = &input;
         while let Some((frame, taken)) = split_frame(rest)? {
             self.test_at = now + self.parameters.t3;
-            self.take(frame, now, &mut heed)?;
+            self.take(frame, now, &mut handle)?;
             rest = rest.get(taken..).unwrap_or_default();
         }
         let taken = input.len() - rest.len();
@@ -206,7 +206,7 @@ impl Session {
         Ok(())
     }
 
-    /// When [`Session::tick`] has something to do at the latest.
+    /// Returns the latest instant at which [`Session::tick`] has something to do.
     pub fn deadline(&self) -> Instant {
         let unanswered = self.sent_at.front().map(|&sent| sent + self.parameters.t1);
         [self.start_confirm_by, self.test_confirm_by, unanswered, self.acknowledge_by]
@@ -224,7 +224,7 @@ impl Session {
         &mut self,
         frame: Frame<'_>,
         now: Instant,
-        heed: &mut impl FnMut(Event<'_>),
+        handle: &mut impl FnMut(Event<'_>),
     ) -> Result<(), SessionFault> {
         match frame {
             Frame::Information { send, receive, asdu } => {
@@ -242,14 +242,14 @@ impl Session {
                 if self.unacknowledged >= self.parameters.w {
                     self.acknowledge();
                 }
-                heed(Event::Asdu(asdu));
+                handle(Event::Asdu(asdu));
             }
             Frame::Supervisory(receive) => self.note_acknowledgement(receive)?,
             Frame::Unnumbered(Function::StartCon) => {
                 if self.phase == Phase::Starting {
                     self.phase = Phase::Started;
                     self.start_confirm_by = None;
-                    heed(Event::Started);
+                    handle(Event::Started);
                 }
             }
             Frame::Unnumbered(Function::TestAct) => {
@@ -294,7 +294,7 @@ impl Session {
         self.note_acknowledged();
     }
 
-    /// What was received is acknowledged by the frame that was just written.
+    /// Records that the frame just written acknowledges all received frames.
     fn note_acknowledged(&mut self) {
         self.unacknowledged = 0;
         self.acknowledge_by = None;

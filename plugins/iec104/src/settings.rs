@@ -34,7 +34,7 @@ pub struct Settings {
     /// Host name or address of the station.
     #[schemars(length(min = 1, max = 253))]
     host: String,
-    /// TCP port.
+    /// Port of TCP; 2404 by default.
     #[serde(default = "default_port")]
     #[schemars(range(min = 1))]
     port: u16,
@@ -74,7 +74,7 @@ pub struct Settings {
     #[serde(default = "default_t3")]
     #[schemars(range(min = 100, max = 172_800_000))]
     t3_millis: u64,
-    /// Whether all values are asked for when data transfer starts.
+    /// Requests all values when data transfer starts.
     #[serde(default = "default_true")]
     interrogate_on_start: bool,
     /// Period in which all values are asked for again, milliseconds.
@@ -117,7 +117,7 @@ struct RawEndpoint {
     /// Host name or address.
     #[schemars(length(min = 1, max = 253))]
     host: String,
-    /// TCP port.
+    /// Port of TCP; 2404 by default.
     #[serde(default = "default_port")]
     #[schemars(range(min = 1))]
     port: u16,

@@ -13,7 +13,7 @@ use crate::codec::{
 };
 use crate::convert::{name_of, origin_of, quality_of_value, value_of};
 use crate::points::{Point, Points};
-use crate::requests::{Job, Kind, Outcome, Requests};
+use crate::requests::{Job, Outcome, RequestKind, Requests};
 use crate::settings::Config;
 use crate::validity::{ALL_STATIONS, EventOrder, Evidence, NO_STATION, Validity};
 
@@ -104,7 +104,7 @@ impl Station {
 
     /// Takes a data unit. Its samples go with the next [`Station::flush`] at the
     /// latest.
-    pub(crate) fn heed(&mut self, asdu: &[u8], received: SystemTime, now: Instant) {
+    pub(crate) fn handle_answer(&mut self, asdu: &[u8], received: SystemTime, now: Instant) {
         let taken = match Asdu::parse(asdu) {
             Ok(Asdu { header, body }) => match body {
                 Body::Objects(objects) => self.take_objects(&header, objects, received),
@@ -112,9 +112,9 @@ impl Station {
                     self.restart(header.common_address, received);
                     Ok(())
                 }
-                Body::Interrogation => self.take_answer(Kind::Interrogation, &header, now),
-                Body::CounterInterrogation => self.take_answer(Kind::Counters, &header, now),
-                Body::ClockSync => self.take_answer(Kind::ClockSync, &header, now),
+                Body::Interrogation => self.take_answer(RequestKind::Interrogation, &header, now),
+                Body::CounterInterrogation => self.take_answer(RequestKind::Counters, &header, now),
+                Body::ClockSync => self.take_answer(RequestKind::ClockSync, &header, now),
                 Body::Other => self.take_other(header.type_id),
             },
             Err(error) => Err(error.to_string()),
@@ -124,7 +124,7 @@ impl Station {
         }
     }
 
-    /// Publishes what came.
+    /// Publishes the samples received.
     pub(crate) fn flush(&mut self) {
         if !self.batch.is_empty() {
             self.sink.publish(&self.batch);
@@ -144,14 +144,14 @@ impl Station {
         }
         let job = self.requests.next(now)?;
         let request = match job.kind {
-            Kind::Interrogation => Request::Interrogation,
-            Kind::Counters => Request::Counters,
-            Kind::ClockSync => Request::ClockSync(wall_clock(), self.config.zone),
+            RequestKind::Interrogation => Request::Interrogation,
+            RequestKind::Counters => Request::Counters,
+            RequestKind::ClockSync => Request::ClockSync(wall_clock(), self.config.zone),
         };
         request.to_bytes(job.common_address, self.config.originator)
     }
 
-    /// When [`Station::next_request`] has something to do.
+    /// Returns the instant at which [`Station::next_request`] has something to do.
     pub(crate) fn deadline(&self) -> Option<Instant> {
         self.requests.deadline().into_iter().chain(self.notices.deadline()).min()
     }
@@ -292,12 +292,17 @@ impl Station {
 
     /// # Errors
     /// Description of a cause that no answer has.
-    fn take_answer(&mut self, kind: Kind, header: &Header, now: Instant) -> Result<(), String> {
+    fn take_answer(
+        &mut self,
+        kind: RequestKind,
+        header: &Header,
+        now: Instant,
+    ) -> Result<(), String> {
         let &Header { type_id, cause, .. } = header;
         if !is_answer(cause) {
             return Err(format!("type {type_id} with cause of transmission {cause}"));
         }
-        if let Some((job, outcome)) = self.requests.heed(kind, header, now) {
+        if let Some((job, outcome)) = self.requests.handle_answer(kind, header, now) {
             self.note_outcome(job, outcome);
         }
         Ok(())
@@ -305,16 +310,16 @@ impl Station {
 
     fn note_outcome(&mut self, job: Job, outcome: Outcome) {
         let what = match job.kind {
-            Kind::ClockSync => "its clock to be set",
-            Kind::Interrogation => "an interrogation",
-            Kind::Counters => "a counter interrogation",
+            RequestKind::ClockSync => "its clock to be set",
+            RequestKind::Interrogation => "an interrogation",
+            RequestKind::Counters => "a counter interrogation",
         };
         let common_address = job.common_address;
-        if job.kind == Kind::Interrogation {
+        if job.kind == RequestKind::Interrogation {
             self.validity.end_round(common_address);
         }
         match outcome {
-            Outcome::Done if job.kind == Kind::Interrogation => {
+            Outcome::Done if job.kind == RequestKind::Interrogation => {
                 if self.unknown_addresses.remove(&common_address) {
                     self.report_link();
                 }
@@ -368,7 +373,7 @@ impl Station {
     /// there may still send values of it.
     fn mark_unknown(&mut self, job: Job) {
         self.flush();
-        if job.kind != Kind::ClockSync {
+        if job.kind != RequestKind::ClockSync {
             self.validity.distrust(job.common_address);
         }
         let range = self.points.of_station(job.common_address);
@@ -451,8 +456,8 @@ fn unknown_address(common_address: u16) -> String {
     )
 }
 
-/// Whether a cause of transmission goes with values of the process
-/// (IEC 60870-5-101, 7.2.3).
+/// Reports whether a cause of transmission goes with values of the process (IEC 60870-5-101,
+/// 7.2.3).
 fn is_process_data(cause: u8) -> bool {
     matches!(
         cause,

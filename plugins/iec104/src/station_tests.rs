@@ -8,7 +8,7 @@ use super::*;
 use crate::Settings;
 use crate::codec::Zone;
 
-/// When data transfer started, by the wall clock.
+/// Start of data transfer, by the wall clock.
 const START: SystemTime = UNIX_EPOCH;
 
 /// A station whose tags 10 to 12 are objects 10 to 12, floats, of address 1.
@@ -34,8 +34,8 @@ impl Bench {
         Self { recorder, station, now, wall: START }
     }
 
-    fn heed(&mut self, asdu: &[u8]) {
-        self.station.heed(asdu, self.wall, self.now);
+    fn handle_answer(&mut self, asdu: &[u8]) {
+        self.station.handle_answer(asdu, self.wall, self.now);
         self.station.flush();
     }
 
@@ -57,7 +57,7 @@ fn answer(type_id: u8, cause: u8) -> Vec<u8> {
 /// All tags have this value, and it is good.
 fn all_good(bench: &mut Bench) {
     for tag in [10, 11, 12] {
-        bench.heed(&float(20, 1, tag));
+        bench.handle_answer(&float(20, 1, tag));
         assert_eq!(bench.quality(tag.into()), Some(Quality::Good));
     }
 }
@@ -68,7 +68,7 @@ fn only_process_data_become_values() {
     for cause in 0..=255 {
         let mut bench = Bench::new(json!({}));
         all_good(&mut bench);
-        bench.heed(&float(cause, 1, 10));
+        bench.handle_answer(&float(cause, 1, 10));
         let is_process = matches!(cause & 0x3F, 1..=5 | 11 | 12 | 20..=41);
         let sample = bench.recorder.latest(10).unwrap();
         if cause & negative != 0 || !is_process {
@@ -138,7 +138,7 @@ fn what_cannot_be_understood_makes_its_common_address_bad_and_is_asked_again() {
     for (bytes, words) in strangers() {
         let mut bench = Bench::new(json!({"interrogate_on_start": false}));
         all_good(&mut bench);
-        bench.heed(&bytes);
+        bench.handle_answer(&bytes);
         for tag in [10, 11, 12] {
             assert_eq!(bench.recorder.latest(tag), Some(bad(tag)), "{words}");
         }
@@ -149,7 +149,7 @@ fn what_cannot_be_understood_makes_its_common_address_bad_and_is_asked_again() {
         assert!(said.contains(words), "{words}: {said}");
         assert!(said.contains("1 data units could not be used"), "{said}");
         // What comes after it is right.
-        bench.heed(&float(3, 1, 11));
+        bench.handle_answer(&float(3, 1, 11));
         assert_eq!(bench.quality(11), Some(Quality::Good));
         assert_eq!(bench.quality(12), Some(Quality::Bad(Reason::Communication)));
     }
@@ -162,12 +162,12 @@ fn what_carries_no_values_leaves_all_as_it_is() {
     bench.recorder.clear();
     let types = [45, 51, 58, 64, 102, 104, 107, 110, 113, 120, 127, 200];
     for type_id in types {
-        bench.heed(&answer(type_id, 7));
+        bench.handle_answer(&answer(type_id, 7));
     }
-    bench.heed(&float(3, 1, 99));
-    bench.heed(&float(3, 2, 10));
+    bench.handle_answer(&float(3, 1, 99));
+    bench.handle_answer(&float(3, 2, 10));
     // Of a common address without tags it concerns nobody, and is told all the same.
-    bench.heed(&float(3, 2, 10)[..12]);
+    bench.handle_answer(&float(3, 2, 10)[..12]);
     let ignored =
         Ignored { unknown_objects: 2, without_values: types.len() as u64, not_understood: 1 };
     assert_eq!(bench.station.ignored, ignored);
@@ -182,11 +182,11 @@ fn a_flood_is_told_with_its_number_and_asked_for_in_measure() {
     let (start, mut requests) = (bench.now, 0);
     for millis in 0..20_000 {
         bench.now = start + Duration::from_millis(millis);
-        bench.heed(&float(3, 1, 10)[..12]);
+        bench.handle_answer(&float(3, 1, 10)[..12]);
         if bench.station.next_request(bench.now, SystemTime::now).is_some() {
             requests += 1;
-            bench.heed(&answer(100, 7));
-            bench.heed(&answer(100, 10));
+            bench.handle_answer(&answer(100, 7));
+            bench.handle_answer(&answer(100, 10));
         }
     }
     assert_eq!(requests, 4, "one each five seconds");
@@ -209,7 +209,7 @@ fn an_interrogation_that_fails_is_never_forgotten() {
             let request = bench.station.next_request(bench.now, SystemTime::now);
             assert!(request.is_some(), "{outcome:?}, round {round}");
             if let Some(outcome) = &outcome {
-                bench.heed(outcome);
+                bench.handle_answer(outcome);
             }
             // What is due meanwhile.
             let end = bench.now + Duration::from_secs(limit);
@@ -227,7 +227,7 @@ fn a_common_address_that_is_not_known_has_no_values() {
     let mut bench = Bench::new(json!({}));
     all_good(&mut bench);
     assert!(bench.station.next_request(bench.now, SystemTime::now).is_some());
-    bench.heed(&answer(100, 46 | 0x40));
+    bench.handle_answer(&answer(100, 46 | 0x40));
     for tag in [10, 11, 12] {
         assert_eq!(bench.quality(tag), Some(Quality::Bad(Reason::Configuration)));
     }
@@ -240,8 +240,8 @@ fn an_object_of_another_type_may_be_that_of_any_tag() {
     let mut bench = Bench::new(json!({"interrogate_on_start": false}));
     let single = |cause| [1, 1, cause, 0, 1, 0, 10, 0, 0, 1];
     for round in 0..6 {
-        bench.heed(&float(20, 1, 11));
-        bench.heed(&single(3));
+        bench.handle_answer(&float(20, 1, 11));
+        bench.handle_answer(&single(3));
         assert_eq!(bench.quality(10), Some(Quality::Bad(Reason::Configuration)));
         let is_doubtful = round < 4;
         let other = if is_doubtful { Quality::Bad(Reason::Communication) } else { Quality::Good };
@@ -249,10 +249,10 @@ fn an_object_of_another_type_may_be_that_of_any_tag() {
     }
     assert!(bench.station.next_request(bench.now, SystemTime::now).is_some());
     // Where it is so when asked, the configuration is at fault.
-    bench.heed(&float(20, 1, 10));
+    bench.handle_answer(&float(20, 1, 10));
     for round in 0..3 {
-        bench.heed(&float(20, 1, 11));
-        bench.heed(&single(20));
+        bench.handle_answer(&float(20, 1, 11));
+        bench.handle_answer(&single(20));
         assert_eq!(bench.quality(11).unwrap().is_good(), round > 0, "round {round}");
     }
 }
@@ -262,11 +262,11 @@ fn an_object_of_another_type_is_told_once_and_bad_each_time() {
     let mut bench = Bench::new(json!({}));
     let single = [1, 1, 3, 0, 1, 0, 10, 0, 0, 1];
     for _ in 0..3 {
-        bench.heed(&single);
+        bench.handle_answer(&single);
         assert_eq!(bench.quality(10), Some(Quality::Bad(Reason::Configuration)));
     }
     assert_eq!(bench.station.misfits_told, 1);
-    bench.heed(&float(3, 1, 10));
+    bench.handle_answer(&float(3, 1, 10));
     assert_eq!(bench.quality(10), Some(Quality::Good));
 }
 
@@ -274,14 +274,14 @@ fn an_object_of_another_type_is_told_once_and_bad_each_time() {
 fn the_end_of_initialisation_asks_anew() {
     let mut bench = Bench::new(json!({"interrogate_on_start": false}));
     assert_eq!(bench.station.next_request(bench.now, SystemTime::now), None);
-    bench.heed(&[70, 1, 4, 0, 2, 0, 0, 0, 0, 0]);
+    bench.handle_answer(&[70, 1, 4, 0, 2, 0, 0, 0, 0, 0]);
     assert_eq!(
         bench.station.next_request(bench.now, SystemTime::now),
         None,
         "of an address without tags"
     );
     all_good(&mut bench);
-    bench.heed(&[70, 1, 4, 0, 1, 0, 0, 0, 0, 0]);
+    bench.handle_answer(&[70, 1, 4, 0, 1, 0, 0, 0, 0, 0]);
     for tag in [10, 11, 12] {
         assert_eq!(bench.quality(tag), Some(Quality::Bad(Reason::NotConnected)));
     }
@@ -294,9 +294,9 @@ fn what_an_interrogation_leaves_out_is_told_once() {
     let mut bench = Bench::new(json!({"interrogation_period_millis": 1000}));
     for round in 0..3 {
         assert!(bench.station.next_request(bench.now, SystemTime::now).is_some(), "{round}");
-        bench.heed(&answer(100, 7));
-        bench.heed(&float(20, 1, 11));
-        bench.heed(&answer(100, 10));
+        bench.handle_answer(&answer(100, 7));
+        bench.handle_answer(&float(20, 1, 11));
+        bench.handle_answer(&answer(100, 10));
         assert!(bench.station.is_silence_told);
         bench.now += Duration::from_secs(1);
     }
@@ -345,7 +345,7 @@ fn bench_of_minute() -> Bench {
     bench.wall = at(60_000);
     bench.station.begin(bench.wall, bench.now);
     assert!(bench.station.next_request(bench.now, SystemTime::now).is_some());
-    bench.heed(&answer(100, 7));
+    bench.handle_answer(&answer(100, 7));
     bench.recorder.clear();
     bench
 }
@@ -358,13 +358,13 @@ fn latest(bench: &Bench) -> (Option<Value>, Quality, Option<SystemTime>, SampleF
 #[test]
 fn values_count_in_order_of_arrival_whatever_their_times() {
     let mut bench = bench_of_minute();
-    bench.heed(&float(20, 1, 10));
-    bench.heed(&answer(100, 10));
+    bench.handle_answer(&float(20, 1, 10));
+    bench.handle_answer(&answer(100, 10));
     let live = |value, millis| {
         (Some(Value::F64(value)), Quality::Good, Some(at(millis)), SampleFlags::LIVE)
     };
     for (value, millis) in [(1.0, 90_000), (2.0, 88_000), (3.0, 1000), (4.0, 90_000)] {
-        bench.heed(&timed(3, 10, value as f32, millis));
+        bench.handle_answer(&timed(3, 10, value as f32, millis));
         assert_eq!(latest(&bench), live(value, millis));
     }
 }
@@ -382,22 +382,22 @@ fn a_buffer_overtakes_no_interrogated_value_and_no_clock_drops_a_live_one() {
     ] {
         let mut bench = bench_of_minute();
         // Before the interrogated value, whose order is right in any case.
-        bench.heed(&time);
+        bench.handle_answer(&time);
         assert!(latest(&bench).1.is_good());
-        bench.heed(&float(20, 1, 10));
+        bench.handle_answer(&float(20, 1, 10));
         assert_eq!(latest(&bench).1, Quality::Good);
         // After it nobody can say, so it is asked for again.
-        bench.heed(&time);
+        bench.handle_answer(&time);
         assert_eq!(latest(&bench).1, Quality::Uncertain(Reason::SourceTime));
         assert_eq!(latest(&bench).3, flags);
-        bench.heed(&answer(100, 10));
+        bench.handle_answer(&answer(100, 10));
         assert!(bench.station.next_request(bench.now, SystemTime::now).is_some());
-        bench.heed(&answer(100, 7));
-        bench.heed(&float(20, 1, 10));
-        bench.heed(&answer(100, 10));
+        bench.handle_answer(&answer(100, 7));
+        bench.handle_answer(&float(20, 1, 10));
+        bench.handle_answer(&answer(100, 10));
         assert_eq!(latest(&bench).1, Quality::Good);
         // The buffer is empty now, and the clock is as it is.
-        bench.heed(&time);
+        bench.handle_answer(&time);
         assert!(latest(&bench).1.is_good());
         assert!(!latest(&bench).3.contains(SampleFlags::BUFFERED));
     }
@@ -406,8 +406,8 @@ fn a_buffer_overtakes_no_interrogated_value_and_no_clock_drops_a_live_one() {
 #[test]
 fn events_of_this_connection_are_live_in_an_interrogation_too() {
     let mut bench = bench_of_minute();
-    bench.heed(&float(20, 1, 10));
-    bench.heed(&timed(3, 10, 7.0, 71_000));
+    bench.handle_answer(&float(20, 1, 10));
+    bench.handle_answer(&timed(3, 10, 7.0, 71_000));
     assert_eq!(latest(&bench).1, Quality::Good);
     assert_eq!(latest(&bench).3, SampleFlags::LIVE);
 }
@@ -422,16 +422,16 @@ fn times_that_are_none_are_flagged_and_their_values_kept() {
         let mut bench = Bench::new(json!({}));
         let mut time = good;
         time[index] = byte;
-        bench.heed(&stamped(3, 10, 7.0, &time));
+        bench.handle_answer(&stamped(3, 10, 7.0, &time));
         let (value, quality, source_time, flags) = latest(&bench);
         assert_eq!((value, quality), (Some(Value::F64(7.0)), Quality::Good), "{time:?}");
         assert_eq!((source_time, flags), (None, SampleFlags::TIME_UNUSABLE), "{time:?}");
     }
     let mut bench = Bench::new(json!({}));
-    bench.heed(&stamped(3, 10, 7.0, &good));
+    bench.handle_answer(&stamped(3, 10, 7.0, &good));
     assert!(latest(&bench).2.is_some());
     // Types without a time promise none.
-    bench.heed(&float(3, 1, 10));
+    bench.handle_answer(&float(3, 1, 10));
     assert_eq!((latest(&bench).2, latest(&bench).3), (None, SampleFlags::LIVE));
 }
 
@@ -448,11 +448,11 @@ fn quality_bits_have_their_origins() {
         (0xD1, SampleFlags::LIVE),
     ] {
         let mut bench = Bench::new(json!({}));
-        bench.heed(&with(bits));
+        bench.handle_answer(&with(bits));
         let sample = bench.recorder.latest(10).unwrap();
         assert!(!sample.quality.is_good() && sample.flags == flags, "{bits:02X}: {sample:?}");
     }
     let mut bench = Bench::new(json!({}));
-    bench.heed(&stamped(3, 10, f32::NAN, &[0xD5, 0xDD, 34, 12, 29, 2, 24]));
+    bench.handle_answer(&stamped(3, 10, f32::NAN, &[0xD5, 0xDD, 34, 12, 29, 2, 24]));
     assert_eq!(latest(&bench).1, Quality::Bad(Reason::NotFinite));
 }

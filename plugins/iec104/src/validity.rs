@@ -40,7 +40,7 @@ pub(crate) enum Evidence {
 /// Order in which an event counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum EventOrder {
-    /// Order of arrival.
+    /// Order of their arrival.
     Arrival,
     /// Out of a buffer, or of a clock that was set back.
     Doubtful {
@@ -52,7 +52,7 @@ pub(crate) enum EventOrder {
 /// Validity of all tags of a station.
 #[derive(Debug)]
 pub(crate) struct Validity {
-    /// By point.
+    /// Evidence of each point.
     evidence: Vec<Evidence>,
     /// By point: objects of another type in a row, also on former connections.
     misfits: Vec<u8>,
@@ -64,7 +64,7 @@ pub(crate) struct Validity {
 struct AddressState {
     common_address: u16,
     points: Range<usize>,
-    /// Points with evidence.
+    /// Number of points with evidence.
     valued: usize,
     catch_up: Option<CatchUp>,
 }

@@ -12,13 +12,13 @@ const MAX_P_BYTES: usize = 8;
 /// Arcs of an AP title.
 const MAX_ARCS: usize = 16;
 
-/// How the server's and our access points are named.
+/// OSI addresses of the server's and this client's access points.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct RawOsi {
-    /// The server.
+    /// Selectors of the server.
     remote: RawSelectors,
-    /// This end.
+    /// Selectors of this client.
     local: RawSelectors,
 }
 
@@ -26,15 +26,15 @@ pub(crate) struct RawOsi {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 struct RawSelectors {
-    /// OSI-TSEL.
+    /// Transport selector, OSI-TSEL, hexadecimal.
     t_selector: String,
-    /// OSI-SSEL.
+    /// Session selector, OSI-SSEL, hexadecimal.
     s_selector: String,
-    /// OSI-PSEL.
+    /// Presentation selector, OSI-PSEL, hexadecimal.
     p_selector: String,
     /// OSI-AP-Title, such as `1.1.1.999.1`.
     ap_title: Option<String>,
-    /// OSI-AE-Qualifier.
+    /// Application entity qualifier, OSI-AE-Qualifier.
     ae_qualifier: Option<u16>,
 }
 

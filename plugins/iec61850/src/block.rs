@@ -19,19 +19,19 @@ const MIN_INTEGRITY_MILLIS: u64 = 100;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct RawReport {
-    /// Its reference, such as `IED1LD0/LLN0.BR.brcbA01`, or `IED1LD0/LLN0.brcbA01` with
+    /// Reference of the block, such as `IED1LD0/LLN0.BR.brcbA01`, or `IED1LD0/LLN0.brcbA01` with
     /// `buffered`.
     #[schemars(length(min = 1, max = 129))]
     rcb: String,
-    /// Whether it is buffered; needed where `rcb` has no `BR` or `RP`.
+    /// Declares the block buffered or not; needed where `rcb` has no `BR` or `RP`.
     #[serde(default)]
     buffered: Option<bool>,
     /// Period of integrity reports, milliseconds. Without it the block keeps its own.
     #[serde(default)]
     #[schemars(range(min = 100, max = 3_600_000))]
     integrity_millis: Option<u64>,
-    /// How long changes are gathered into one report, milliseconds. Without it the block
-    /// keeps its own.
+    /// Buffer time in which changes are gathered into one report, milliseconds. Without it the
+    /// block keeps its own.
     #[serde(default)]
     #[schemars(range(max = 3_600_000))]
     buffer_millis: Option<u64>,
@@ -45,7 +45,7 @@ pub(crate) struct RawReport {
 /// A block to enable.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct ReportBlock {
-    /// `LD` and `LLN0$BR$name`.
+    /// Name of the block, `LD` and `LLN0$BR$name`.
     pub(crate) name: Name,
     pub(crate) is_buffered: bool,
     pub(crate) integrity: Option<Duration>,
@@ -53,7 +53,7 @@ pub(crate) struct ReportBlock {
     pub(crate) data_set: Option<Name>,
 }
 
-/// Checks the setting.
+/// Checks the setting `reports`.
 pub(crate) fn report_blocks(raw: &[RawReport], faults: &mut SettingsFaults) -> Vec<ReportBlock> {
     if raw.len() > MAX_BLOCKS {
         faults.add(format!("reports: {} blocks; at most {MAX_BLOCKS} are allowed", raw.len()));
@@ -115,7 +115,7 @@ fn block_name(text: &str, buffered: Option<bool>) -> Result<(Name, bool), String
     Ok((Name { domain: reference.ld.into(), item }, is_buffered))
 }
 
-/// `LD/LN.name` or `LD/LN$name`.
+/// Parses `LD/LN.name` or `LD/LN$name`.
 fn data_set_name(text: &str) -> Result<Name, String> {
     let fault = || format!("data_set: '{text}' is no data set: write it as \"IED1LD0/LLN0.dsA\"");
     let dotted = text.replace('$', ".");
@@ -125,7 +125,8 @@ fn data_set_name(text: &str) -> Result<Name, String> {
     Ok(Name { domain: reference.ld.into(), item: format!("{}${set}", reference.ln) })
 }
 
-/// What follows the logical node; nothing where there is an index, which none here has.
+/// Returns the names after the logical node; nothing where there is an index, which no name here
+/// has.
 fn names_of<'r>(reference: &ObjectReference<'r>) -> Vec<&'r str> {
     let is_plain = reference.selection().is_empty();
     reference.path().filter(|_| is_plain).collect()

@@ -1,4 +1,4 @@
-//! What is known of each point, and the samples that come of it.
+//! State of each point, and the samples made from received values.
 
 use std::time::SystemTime;
 
@@ -14,18 +14,18 @@ const MAX_BATCH: usize = 4096;
 /// Lines about single tags.
 const MAX_TOLD: usize = 20;
 
-/// Where values come from.
+/// Origin of received values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Origin {
-    /// They are told because they changed, and not because they were asked for.
+    /// Marks values that are sent because they changed, not because they were requested.
     pub(crate) is_change: bool,
-    /// They are of the past.
+    /// Marks values of the past.
     pub(crate) is_replayed: bool,
-    /// When the server put them together.
+    /// Time at which the server assembled the report.
     pub(crate) entry_time: Option<SystemTime>,
 }
 
-/// A point.
+/// State of a point.
 #[derive(Clone, Copy, Debug, Default)]
 struct State {
     value: Option<Value>,
@@ -37,7 +37,7 @@ struct State {
     origin: SampleFlags,
     /// The latest `t`, also of former connections.
     latest: Option<SystemTime>,
-    /// The last `t`.
+    /// Last timestamp `t` of the point.
     last: Option<SystemTime>,
     stamp: Stamp,
     /// Number of the last report of it: what was asked for before says less.
@@ -51,7 +51,7 @@ pub(crate) struct Board {
     states: Vec<State>,
     sink: SampleSink,
     host: Host,
-    /// What messages begin with.
+    /// Prefix of messages that names the server.
     server: String,
     told: usize,
     touched: Vec<usize>,
@@ -85,7 +85,7 @@ impl Board {
         }
     }
 
-    /// Whether a point has a quality of its own is told by its type.
+    /// Records whether a point's type has a quality of its own.
     pub(crate) fn note_type(&mut self, index: usize, has_quality: bool) {
         let state = &mut self.states[index];
         state.has_quality = has_quality;
@@ -250,8 +250,8 @@ impl State {
         self.latest = before.max(Some(time));
         let is_other = self.last.replace(time) != Some(time);
         let has_advanced = before.is_some_and(|before| time > before);
-        let is_news = has_advanced || (origin.is_change && is_other);
-        (origin.is_replayed || is_news).then_some(time)
+        let has_changed = has_advanced || (origin.is_change && is_other);
+        (origin.is_replayed || has_changed).then_some(time)
     }
 }
 

@@ -24,15 +24,15 @@ use crate::settings::Config;
 
 /// Data objects whose types are asked for.
 const MAX_OBJECTS: usize = 100_000;
-/// Answers with names.
+/// Greatest number of name answers.
 const MAX_PAGES: usize = 10_000;
 /// Levels of data objects in each other, and of structures in them.
 const MAX_LEVELS: usize = 8;
 /// Refusals that are named.
 const MAX_NAMED: usize = 20;
-/// How long all of it may take.
+/// Longest time of the whole search.
 const MAX_TIME: Duration = Duration::from_secs(600);
-/// How often the host hears that it goes on, and is asked whether to stop.
+/// Period at which the host is told of progress, and asked whether to stop.
 const BEAT: Duration = Duration::from_millis(200);
 
 /// Asks a server and writes the list, of the logical devices that the arguments name, or of
@@ -89,7 +89,7 @@ pub(crate) fn run(
     Ok(CommandExit::Done)
 }
 
-/// What the first way to the server gives, or what is wrong with each.
+/// Returns the result of the first reachable address, or the faults of all.
 async fn any(dial: &dyn Dial, config: &Config, devices: &[&str]) -> Result<Search, Vec<String>> {
     let mut faults = Vec::new();
     for endpoint in &config.endpoints {
@@ -155,12 +155,12 @@ async fn converse(
     }
 }
 
-/// What is asked of the server.
+/// Question to the server.
 #[derive(Clone, Debug, PartialEq)]
 enum Question {
-    /// Its logical devices, or what one has, after a name that came before.
+    /// Names of the logical devices, or within one, after a name that came before.
     Names { device: Option<String>, after: Option<String> },
-    /// What a data object is made of.
+    /// Type of a data object.
     Type(Name),
 }
 
@@ -175,7 +175,7 @@ impl Question {
     }
 }
 
-/// What was asked and found.
+/// State of the search: questions and findings.
 struct Search {
     /// Logical devices that are looked into; none for all.
     wanted: Vec<String>,

@@ -13,12 +13,12 @@ use crate::block::ReportBlock;
 use crate::locate::Share;
 use crate::service::{AccessError, Answer, Name, Request};
 
-/// How long a block that cannot be enabled is left alone.
+/// Pause after a block that cannot be enabled.
 const RETRY: Duration = Duration::from_secs(10);
 /// Pause after which nothing more comes out of a buffer: a general interrogation is asked for
 /// then, so that the answer to a former one is not taken for its answer.
 const REPLAY_PAUSE: Duration = Duration::from_millis(500);
-/// What is read of a block, in this order.
+/// Attributes read of a block, in this order.
 const ATTRIBUTES: [&str; 7] = ["RptID", "RptEna", "DatSet", "OptFlds", "TrgOps", "IntgPd", "BufTm"];
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,30 +29,30 @@ enum Step {
     Enable,
     Interrogate,
     Running,
-    /// It is tried again then; without a time, not on this connection.
+    /// Failure: the block is retried at that time; without one, not on this connection.
     Failed(Option<Instant>),
 }
 
-/// What a member of the data set is to a point.
+/// Use of a data set member by a point.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Use {
+pub(crate) struct MemberUse {
     pub(crate) point: usize,
     pub(crate) share: Share,
 }
 
-/// What came of an answer.
+/// Outcome of an answer.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Outcome {
-    /// There is more to ask, or nothing to tell.
-    Going,
+    /// Further requests follow, or nothing is to be reported.
+    InProgress,
     /// The members of its data set, to be mapped.
     Members(Vec<Option<Name>>),
-    /// It reports, but tells no values now: they have to be read.
+    /// Block that reports, but does not send its values now: they have to be read.
     NotInterrogated(String),
-    /// It does not report; in words, why.
+    /// Block that does not report, for a reason in words.
     Failed(String),
-    /// It goes on without something; in words.
-    Lacking(String),
+    /// Block that works without something, in words.
+    Degraded(String),
 }
 
 /// A control block and how far it is.
@@ -60,19 +60,19 @@ pub(crate) enum Outcome {
 pub(crate) struct Control {
     pub(crate) block: ReportBlock,
     step: Step,
-    /// Whether an answer is waited for.
+    /// Reports whether an answer is awaited.
     is_asked: bool,
     /// Tells whether it was enabled in this connection.
     is_enabled: bool,
-    /// As its reports have it.
+    /// Identifier of the block's reports.
     report_id: String,
     data_set: Option<Name>,
     options: OptFlds,
     triggers: TrgOps,
     writes: Vec<(Name, Value)>,
     revision: Option<u32>,
-    /// By member.
-    pub(crate) uses: Vec<Vec<Use>>,
+    /// Uses of each member.
+    pub(crate) uses: Vec<Vec<MemberUse>>,
     /// Names of the members of the data set.
     members: Vec<Option<Name>>,
     /// `SqNum` of the last report since it was enabled.
@@ -81,19 +81,19 @@ pub(crate) struct Control {
     faults: u32,
     /// The last entry that came, also of former connections.
     entry_id: Option<Vec<u8>>,
-    /// Whether entries of the past come, until the answer to the general interrogation.
+    /// Reports whether past entries arrive, until the answer to the general interrogation.
     is_replaying: bool,
-    /// When a buffer that is read has paused for so long that it is read, and when that is
-    /// not waited for any more.
+    /// Instant at which a buffer counts as read for lack of reports, and the instant at which that
+    /// is no longer awaited.
     quiet_at: Option<Instant>,
     quiet_by: Option<Instant>,
     /// Until when the report that a general interrogation asks for has to come.
     answer_by: Option<Instant>,
-    /// Whether it came; it may come before the request is confirmed.
+    /// Reports whether the answer came; it may come before the request is confirmed.
     is_answered: bool,
-    /// How long the server has for it.
+    /// Time that the server has for the answer.
     timeout: Duration,
-    /// What was told last, also of former connections.
+    /// Last message on the block, also of former connections.
     told: Option<String>,
 }
 
@@ -133,7 +133,7 @@ impl Control {
         (self.quiet_at, self.quiet_by) = (None, None);
     }
 
-    /// Whether it reports, or does not for the time being.
+    /// Reports whether the block reports, or does not for the time being.
     pub(crate) fn is_settled(&self) -> bool {
         self.is_running() || matches!(self.step, Step::Failed(_))
     }
@@ -142,13 +142,13 @@ impl Control {
         matches!(self.step, Step::Interrogate | Step::Running)
     }
 
-    /// What its reports are told by.
+    /// Returns the identity of the block's reports.
     pub(crate) fn identity(&self) -> Option<(&str, &Name)> {
         let is_known = !matches!(self.step, Step::Inspect | Step::Failed(_));
         self.data_set.as_ref().filter(|_| is_known).map(|set| (self.report_id.as_str(), set))
     }
 
-    /// When it is tried again, or misses a report.
+    /// Returns the instant at which the block is retried, or misses a report.
     pub(crate) fn deadline(&self) -> Option<Instant> {
         match self.step {
             Step::Failed(at) => at,
@@ -157,14 +157,14 @@ impl Control {
         }
     }
 
-    /// Whether the answer to a general interrogation did not come in time; told once.
+    /// Reports whether the answer to a general interrogation did not come in time; true only once.
     pub(crate) fn take_late(&mut self, now: Instant) -> bool {
         let is_late = self.answer_by.take_if(|by| *by <= now).is_some();
         self.is_replaying &= !is_late;
         is_late
     }
 
-    /// What to ask now, if anything.
+    /// Returns the next request, if there is one now.
     pub(crate) fn next_request(&mut self, now: Instant) -> Option<Request> {
         if matches!(self.step, Step::Failed(Some(at)) if at <= now) {
             self.begin();
@@ -195,19 +195,20 @@ impl Control {
     }
 
     /// A report came, usable or not.
-    pub(crate) fn hear(&mut self, now: Instant) {
+    pub(crate) fn note_report(&mut self, now: Instant) {
         if self.block.is_buffered {
             self.quiet_at = Some(now + REPLAY_PAUSE);
         }
     }
 
-    /// When a general interrogation may be asked for; nothing where that is at once.
+    /// Returns the instant at which a general interrogation may be requested; nothing where that is
+    /// at once.
     fn interrogate_at(&self) -> Option<Instant> {
         self.quiet_at.min(self.quiet_by)
     }
 
     /// Takes the answer to [`Control::next_request`].
-    pub(crate) fn heed(&mut self, answer: Answer, now: Instant) -> Outcome {
+    pub(crate) fn handle_answer(&mut self, answer: Answer, now: Instant) -> Outcome {
         self.is_asked = false;
         let outcome = match (self.step, answer) {
             (Step::Interrogate, Answer::Refused(why)) => self.not_interrogated(&why),
@@ -225,11 +226,11 @@ impl Control {
                 _ => {
                     self.step = Step::Running;
                     self.answer_by = (!self.is_answered).then(|| now + self.timeout);
-                    Outcome::Going
+                    Outcome::InProgress
                 }
             },
             // Sessions hand on answers of the service that was asked for alone.
-            _ => Outcome::Going,
+            _ => Outcome::InProgress,
         };
         if matches!(outcome, Outcome::Failed(_)) {
             self.fail(now);
@@ -237,21 +238,20 @@ impl Control {
         outcome
     }
 
-    /// It is left alone for a while.
+    /// Pauses the block for a while.
     pub(crate) fn fail(&mut self, now: Instant) {
-        self.give_up(Some(now + RETRY));
+        self.abandon(Some(now + RETRY));
     }
 
-    /// It is left alone, with what it may still report, until then or for good.
-    pub(crate) fn give_up(&mut self, until: Option<Instant>) {
+    /// Gives up the block, with all that it may still report, until an instant or for good.
+    pub(crate) fn abandon(&mut self, until: Option<Instant>) {
         self.step = Step::Failed(until);
         self.answer_by = None;
         self.uses.clear();
     }
 
-    /// Whether something is to be told of it, and was not told just before: it is tried
-    /// again and again.
-    pub(crate) fn is_news(&mut self, text: &str) -> bool {
+    /// Reports whether a message on the block differs from the last one: attempts are repeated.
+    pub(crate) fn has_changed(&mut self, text: &str) -> bool {
         self.told.replace(text.to_owned()).as_deref() != Some(text)
     }
 
@@ -281,10 +281,10 @@ impl Control {
             .filter_map(|part| Some((self.block.name.part(part), value(part)?.clone())))
             .collect();
         self.step = Step::Members;
-        Outcome::Going
+        Outcome::InProgress
     }
 
-    /// What has to be written, where the block has something else: some servers empty a
+    /// Returns the attributes to be written, where the block has other values: some servers empty a
     /// buffer whose settings are written.
     fn settings(&mut self) -> Vec<(Name, Value)> {
         let is_buffered = self.block.is_buffered;
@@ -353,8 +353,8 @@ impl Control {
             }
         }
         match lacking[..] {
-            [] => Outcome::Going,
-            _ => Outcome::Lacking(lacking.join("; ")),
+            [] => Outcome::InProgress,
+            _ => Outcome::Degraded(lacking.join("; ")),
         }
     }
 
@@ -365,9 +365,9 @@ impl Control {
             )),
             _ => {
                 (self.step, self.told) = (Step::Interrogate, None);
-                self.hear(now);
+                self.note_report(now);
                 self.quiet_by = self.quiet_at.map(|_| now + self.timeout);
-                Outcome::Going
+                Outcome::InProgress
             }
         }
     }

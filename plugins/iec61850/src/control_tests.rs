@@ -21,7 +21,7 @@ fn buffered() -> Control {
     control(json!({"rcb": "L/LLN0.BR.b01", "integrity_millis": 2000}))
 }
 
-/// What a block has, in the order of [`ATTRIBUTES`].
+/// Returns the attributes of a block, in the order of [`ATTRIBUTES`].
 fn attributes(is_enabled: bool) -> Answer {
     let text = |text: &str| Value::VisibleString(text.into());
     let values = [
@@ -36,7 +36,7 @@ fn attributes(is_enabled: bool) -> Answer {
     Answer::Values(values.map(Ok).into())
 }
 
-/// What a request writes, by the names of the attributes.
+/// Returns the writes of a request, by the names of the attributes.
 fn written(request: Option<Request>) -> Vec<(String, Value)> {
     let Some(Request::Write(writes)) = request else { panic!("{request:?} writes nothing") };
     let last = |name: &Name| name.item.rsplit('$').next().unwrap().to_owned();
@@ -47,10 +47,10 @@ fn written(request: Option<Request>) -> Vec<(String, Value)> {
 fn mapped(control: &mut Control, now: Instant) {
     assert!(matches!(control.next_request(now), Some(Request::Read(names)) if names.len() == 7));
     assert_eq!(control.next_request(now), None, "an answer is waited for");
-    assert_eq!(control.heed(attributes(false), now), Outcome::Going);
+    assert_eq!(control.handle_answer(attributes(false), now), Outcome::InProgress);
     let set = Name { domain: "L".into(), item: "LLN0$ds".into() };
     assert_eq!(control.next_request(now), Some(Request::Members(set)));
-    let outcome = control.heed(Answer::Members(vec![None, None]), now);
+    let outcome = control.handle_answer(Answer::Members(vec![None, None]), now);
     assert_eq!(outcome, Outcome::Members(vec![None, None]));
     control.uses = vec![Vec::new(); 2];
 }
@@ -59,13 +59,16 @@ fn mapped(control: &mut Control, now: Instant) {
 fn enabled(control: &mut Control, now: Instant) {
     mapped(control, now);
     let count = written(control.next_request(now)).len();
-    assert_eq!(control.heed(Answer::Written(vec![Ok(()); count]), now), Outcome::Going);
+    assert_eq!(
+        control.handle_answer(Answer::Written(vec![Ok(()); count]), now),
+        Outcome::InProgress
+    );
     assert_eq!(written(control.next_request(now)), [("RptEna".into(), Value::Boolean(true))]);
-    assert_eq!(control.heed(Answer::Written(vec![Ok(())]), now), Outcome::Going);
+    assert_eq!(control.handle_answer(Answer::Written(vec![Ok(())]), now), Outcome::InProgress);
     assert!(control.is_running());
     let quiet = now + if control.block.is_buffered { REPLAY_PAUSE } else { Duration::ZERO };
     assert_eq!(written(control.next_request(quiet)), [("GI".into(), Value::Boolean(true))]);
-    assert_eq!(control.heed(Answer::Written(vec![Ok(())]), now), Outcome::Going);
+    assert_eq!(control.handle_answer(Answer::Written(vec![Ok(())]), now), Outcome::InProgress);
 }
 
 fn report(members: usize, reason: ReasonCode) -> Report {
@@ -114,8 +117,8 @@ fn a_buffer_is_resumed_after_the_last_entry() {
     assert_eq!(writes.last(), Some(&("EntryID".into(), Value::OctetString(vec![1; 8]))));
     let mut results = vec![Ok(()); writes.len() - 1];
     results.push(Err(DENIED));
-    let outcome = control.heed(Answer::Written(results), now);
-    assert!(matches!(outcome, Outcome::Lacking(what) if what.contains("changes may be missing")));
+    let outcome = control.handle_answer(Answer::Written(results), now);
+    assert!(matches!(outcome, Outcome::Degraded(what) if what.contains("changes may be missing")));
     control.begin();
     mapped(&mut control, now);
     assert!(written(control.next_request(now)).iter().all(|(name, _)| name != "EntryID"));
@@ -142,9 +145,9 @@ fn replaying(now: Instant) -> Control {
     let mut control = buffered();
     mapped(&mut control, now);
     let count = written(control.next_request(now)).len();
-    control.heed(Answer::Written(vec![Ok(()); count]), now);
+    control.handle_answer(Answer::Written(vec![Ok(()); count]), now);
     assert!(control.next_request(now).is_some());
-    control.heed(Answer::Written(vec![Ok(())]), now);
+    control.handle_answer(Answer::Written(vec![Ok(())]), now);
     control
 }
 
@@ -158,7 +161,7 @@ fn a_buffer_is_interrogated_when_nothing_more_comes_out_of_it() {
         now += REPLAY_PAUSE - Duration::from_millis(1);
         assert_eq!(control.next_request(now), None);
         // The answer to a former interrogation is in the buffer.
-        control.hear(now);
+        control.note_report(now);
         assert!(control.note(&report(2, ASKED)).is_replayed);
     }
     assert!(control.note(&report(2, CHANGED)).is_replayed);
@@ -168,7 +171,7 @@ fn a_buffer_is_interrogated_when_nothing_more_comes_out_of_it() {
     let mut control = replaying(start);
     let mut now = start;
     while control.next_request(now).is_none() {
-        control.hear(now);
+        control.note_report(now);
         now += REPLAY_PAUSE / 2;
         assert!(now <= start + TIMEOUT);
     }
@@ -218,7 +221,7 @@ fn a_report_that_does_not_fit_gives_no_values() {
     ] {
         assert!(!control.has_sent(&other));
     }
-    control.give_up(None);
+    control.abandon(None);
     assert!(control.has_sent(&ours) && !control.is_reporting() && control.is_settled());
     assert_eq!((control.deadline(), control.next_request(now + RETRY)), (None, None));
 }
@@ -265,13 +268,13 @@ fn a_block_that_is_taken_is_tried_again_and_told_of_once() {
     let (mut control, now) = (buffered(), Instant::now());
     for _ in 0..2 {
         assert!(control.next_request(now).is_some());
-        let outcome = control.heed(attributes(true), now);
+        let outcome = control.handle_answer(attributes(true), now);
         assert!(matches!(outcome, Outcome::Failed(what) if what.contains("another client")));
         assert_eq!(control.deadline(), Some(now + RETRY));
         assert_eq!(control.next_request(now), None);
         control.begin();
     }
-    assert!(control.is_news("a") && !control.is_news("a") && control.is_news("b"));
+    assert!(control.has_changed("a") && !control.has_changed("a") && control.has_changed("b"));
     enabled(&mut control, now);
-    assert!(control.is_news("b"));
+    assert!(control.has_changed("b"));
 }

@@ -31,7 +31,7 @@ fn integer(data: &Value) -> Option<i64> {
     data.as_i64().or_else(|| data.as_u64().and_then(|value| value.try_into().ok()))
 }
 
-/// What data is called in messages.
+/// Returns the name of a data type for messages.
 pub(crate) fn name_of(data: &Value) -> &'static str {
     match data {
         Value::Array(_) => "an array",
@@ -87,7 +87,7 @@ pub(crate) fn origin_of(quality: Quality) -> sdk::SampleFlags {
     origin
 }
 
-/// What is wrong with a tag whose variable the server does not hand out.
+/// Returns the reason of a tag whose variable the server refuses.
 pub(crate) fn reason_of(error: AccessError) -> Reason {
     match error {
         AccessError::HARDWARE_FAULT => Reason::Sensor,
@@ -99,7 +99,7 @@ pub(crate) fn reason_of(error: AccessError) -> Reason {
 /// A time `t` (IEC 61850-7-2, 6.1.2.9).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Stamp {
-    /// None was sent.
+    /// No timestamp was sent.
     #[default]
     Absent,
     /// Never set, or of a clock that is not synchronised: it may be far off, and says

@@ -40,7 +40,7 @@ use crate::server::Server;
 use crate::settings::Config;
 pub use crate::settings::Settings;
 
-/// The plugin.
+/// Telemetry plugin for IEC 61850 MMS.
 pub struct Iec61850 {
     /// Or what is wrong with it, where there is no server and only its command is wanted.
     config: Result<Config, Error>,
@@ -135,7 +135,7 @@ fn load_tls(config: &Config) -> Result<Option<TlsClient>, Error> {
     config.tls.as_ref().map(load).transpose().map_err(|fault| Error::settings(fault.to_string()))
 }
 
-/// What a block reports on change alone goes stale while nothing changes.
+/// Warns of tags that only change reports serve: they go stale while nothing changes.
 fn freshness_warnings(config: &Config, tags: &[TagSpec]) -> Vec<String> {
     let shortest = tags.iter().map(|tag| tag.freshness).min();
     let remedy = "set integrity_millis below the freshness_millis of its tags";

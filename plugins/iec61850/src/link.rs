@@ -20,7 +20,7 @@ pub(crate) const CHUNK_BYTES: usize = 16 * 1024;
 /// A connection that held so long deserves a quick second try.
 const STABLE_AFTER: Duration = Duration::from_secs(10);
 
-/// Why a connection ended, or was not made.
+/// Reason for which a connection ended, or was not made.
 #[derive(Debug, Error)]
 pub(crate) enum LinkFault {
     #[error("{0}")]
@@ -134,7 +134,7 @@ impl Link {
         of_server.map_or(of_session, |deadline| deadline.min(of_session))
     }
 
-    /// Takes received bytes.
+    /// Processes bytes that were received.
     ///
     /// # Errors
     /// The connection must be closed.
@@ -155,7 +155,7 @@ impl Link {
                 server.begin();
                 sink.report_link(LinkState::Up, &format!("{endpoint}: connected"));
             }
-            Event::Answer(job, answer) => server.heed(job, answer, now),
+            Event::Answer(job, answer) => server.handle_answer(job, answer, now),
             Event::Report(report) => {
                 let found = server.take_report(&report, now).err();
                 change = change.take().or(found);

@@ -1,13 +1,13 @@
-//! Where in a data object a tag's value, quality and time are, by the type that the server
-//! tells (IEC 61850-7-3, 7: common data classes).
+//! Location of a tag's value, quality and time in a data object, by the type that the server
+//! returns (IEC 61850-7-3, 7: common data classes).
 
 use iec61850_rs::proto::data::Value;
 use iec61850_rs::proto::mms::typespec::TypeSpec;
 
 use crate::service::Name;
 
-/// What stands for the value of a structure that is not gone into further: the first of
-/// these that it has. Process values of the common data classes, then their parts.
+/// Attributes that stand for the value of a structure, the first found first: process values of the
+/// common data classes, then their parts.
 pub(crate) const VALUES: [&str; 17] = [
     "stVal", "mag", "cVal", "mxVal", "general", "valWTr", "posVal", "actVal", "instMag",
     "instCVal", "frVal", "setVal", "setMag", "subVal", "ctlVal", "f", "i",
@@ -24,16 +24,16 @@ pub(crate) struct Place {
     names: Vec<String>,
     /// The same as indices.
     indices: Vec<usize>,
-    /// How many of these lead to the structure with quality and time.
+    /// Number of leading steps to the structure with quality and time.
     holder: usize,
     quality: Option<usize>,
     time: Option<usize>,
 }
 
-/// Where something is within a variable that is read or reported.
+/// Path of component indices within a variable that is read or reported.
 pub(crate) type Path = Vec<usize>;
 
-/// What of a point a variable brings.
+/// Share of a point in a variable: value, quality, time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Share {
     pub(crate) value: Option<Path>,
@@ -99,7 +99,7 @@ impl Place {
         }
     }
 
-    /// What has neither quality nor time is read by itself.
+    /// Narrows a place without quality and time to its value, which is read by itself.
     fn narrowed(mut self) -> Self {
         if self.quality.is_none() && self.time.is_none() {
             self.holder = self.indices.len();
@@ -122,8 +122,8 @@ impl Place {
         parts.iter().fold(object.clone(), |name, part| name.part(part))
     }
 
-    /// What of it a variable brings that is this data object, or a part of it that these
-    /// names lead to; nothing if it is another part.
+    /// Returns the share of the point in a variable that is this data object, or its part under
+    /// these names; nothing for another part.
     pub(crate) fn share(&self, below: &[&str]) -> Option<Share> {
         let depth = below.len();
         let is_on_way =

@@ -36,14 +36,14 @@ pub(crate) struct Point {
     pub(crate) kind: ValueKind,
     pub(crate) scale: f64,
     pub(crate) offset: f64,
-    /// Its data object under its functional constraint, such as `MMXU1$MX$PhV`.
+    /// Data object under its functional constraint, such as `MMXU1$MX$PhV`.
     pub(crate) object: Name,
-    /// What follows the data object: `phsA`, `cVal`, `mag`, `f`.
+    /// Path below the data object: `phsA`, `cVal`, `mag`, `f`.
     pub(crate) path: Vec<String>,
 }
 
 impl Point {
-    /// Its reference as typed.
+    /// Returns the reference as typed.
     pub(crate) fn reference(&self) -> String {
         let path: String = self.path.iter().map(|part| format!("${part}")).collect();
         format!("{}{path}", self.object)

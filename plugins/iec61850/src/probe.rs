@@ -55,7 +55,7 @@ impl ClientProbe {
         let mut change = Ok(());
         let outcome = session.receive(bytes, *now, |event| match event {
             Event::Up => server.begin(),
-            Event::Answer(job, answer) => server.heed(job, answer, *now),
+            Event::Answer(job, answer) => server.handle_answer(job, answer, *now),
             Event::Report(report) => {
                 let found = server.take_report(&report, *now);
                 if change.is_ok() {
@@ -136,7 +136,7 @@ impl AssociatedProbe {
     }
 }
 
-/// What a request writes to; all of it that is no write of named variables is a fault.
+/// Returns the names that a request writes to; anything but a write of named variables is a fault.
 fn writes_of(pdu: &[u8]) -> Vec<String> {
     let Ok(Mms::ConfirmedRequest { service, .. }) = Mms::parse(pdu, &LIMITS) else {
         return vec!["what is no request".into()];

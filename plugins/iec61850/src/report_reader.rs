@@ -37,11 +37,11 @@ struct Run {
 #[derive(Debug)]
 pub(crate) struct ReportReader {
     assembler: ReportAssembler,
-    /// Of each report whose segments are being gathered, at most [`MAX_OPEN_REPORTS`].
+    /// Segments of reports being assembled, at most [`MAX_OPEN_REPORTS`].
     runs: VecDeque<Run>,
     /// Longest time that the segments of a report may take.
     limit: Duration,
-    /// When segments that are being gathered have to be complete.
+    /// Instant by which the segments being assembled must be complete.
     complete_by: Option<Instant>,
 }
 

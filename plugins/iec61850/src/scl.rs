@@ -17,7 +17,7 @@ use iec61850_rs::scl::Scl;
 use self::text_encoding::{DecodedFile, NO_CHARACTER};
 use crate::locate::VALUES;
 
-/// Longest file, bytes.
+/// Longest SCL file, bytes.
 const MAX_FILE_BYTES: u64 = 64 << 20;
 /// Rows of a list, as many as a plugin serves.
 pub(crate) const MAX_ROWS: usize = 100_000;
@@ -30,7 +30,7 @@ const HEADER: &str = "tag,type,unit,address.reference,address.fc\n";
 /// A value that can be a tag.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Row {
-    /// Such as `IED1LD0/MMXU1.PhV.phsA`.
+    /// Reference of the row, such as `IED1LD0/MMXU1.PhV.phsA`.
     pub(crate) reference: String,
     pub(crate) constraint: &'static str,
     pub(crate) kind: &'static str,
@@ -155,7 +155,7 @@ fn nodes(model: &IedModel) -> impl Iterator<Item = (&LogicalDevice, &LogicalNode
     devices.flat_map(|device| device.logical_nodes.iter().map(move |node| (device, node)))
 }
 
-/// Whether `PhV.phsA` is in `PhV`.
+/// Reports whether a path is within another, as `PhV.phsA` is in `PhV`.
 fn is_within(path: &str, whole: &str) -> bool {
     let rest = path.strip_prefix(whole);
     whole.is_empty() || rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))

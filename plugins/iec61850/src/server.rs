@@ -29,7 +29,7 @@ const VARIABLE_BYTES: usize = 400;
 /// Shortest time between readings of what reports left doubtful.
 const REREAD_INTERVAL: Duration = Duration::from_secs(1);
 
-/// What a request is for.
+/// Purpose of a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Job {
     /// The type of a data object.
@@ -44,15 +44,15 @@ pub(crate) enum Job {
     },
     /// The next step of a control block.
     Control(usize),
-    /// What there is where something is not.
+    /// Names beside an object that does not exist.
     Browse,
-    /// To hear something.
+    /// Test of the connection.
     Test,
 }
 
-/// When something was asked for.
+/// Order of a request among the reports and requests of the connection.
 #[derive(Clone, Copy, Debug)]
-struct Asked {
+struct RequestOrder {
     /// Reports that the server had sent for certain.
     reports: u64,
     /// Number of the request.
@@ -121,7 +121,7 @@ impl Server {
         }
     }
 
-    /// There is an association: nothing is known of the server.
+    /// Begins an association: nothing is known of the server.
     pub(crate) fn begin(&mut self) {
         self.board.reset(Reason::NotConnected);
         self.places.fill(None);
@@ -134,7 +134,7 @@ impl Server {
         self.reread_not_before = None;
     }
 
-    /// There is none any more, or none yet.
+    /// Ends the association, or records that there is none yet.
     pub(crate) fn end(&mut self, reason: Reason) {
         self.board.reset(reason);
         self.queue.clear();
@@ -145,12 +145,12 @@ impl Server {
         }
     }
 
-    /// Publishes what came.
+    /// Publishes the samples received.
     pub(crate) fn flush(&mut self) {
         self.board.flush();
     }
 
-    /// What to ask now, with messages of at most so many bytes.
+    /// Returns the next request, with messages of at most so many bytes.
     pub(crate) fn next_request(
         &mut self,
         now: Instant,
@@ -184,7 +184,7 @@ impl Server {
         Some((job, request))
     }
 
-    /// When [`Server::next_request`] has something that it has not now.
+    /// Returns the instant at which [`Server::next_request`] has more than now.
     pub(crate) fn deadline(&self) -> Option<Instant> {
         let retries = self.controls.iter().filter_map(Control::deadline);
         let poll = self.next_poll.filter(|_| self.reads_open == 0);
@@ -193,8 +193,8 @@ impl Server {
         asked.chain(self.notices.deadline()).min()
     }
 
-    /// Takes an answer.
-    pub(crate) fn heed(&mut self, job: Job, answer: Answer, now: Instant) {
+    /// Processes an answer of the server.
+    pub(crate) fn handle_answer(&mut self, job: Job, answer: Answer, now: Instant) {
         match job {
             Job::Type(object) => {
                 self.take_type(object, answer);
@@ -204,7 +204,7 @@ impl Server {
                 }
             }
             Job::Read { variables, reports, number } => {
-                self.take_values(&variables, Asked { reports, number }, answer);
+                self.take_values(&variables, RequestOrder { reports, number }, answer);
             }
             Job::Control(index) => self.take_step(index, answer, now),
             Job::Browse => self.take_names(answer),
@@ -309,7 +309,7 @@ impl Server {
         self.queue_reads(&variables);
     }
 
-    fn take_values(&mut self, variables: &[usize], asked: Asked, answer: Answer) {
+    fn take_values(&mut self, variables: &[usize], asked: RequestOrder, answer: Answer) {
         match answer {
             Answer::Values(values) => {
                 for (index, value) in variables.iter().zip(values) {
@@ -335,7 +335,12 @@ impl Server {
         self.board.commit(Origin::default());
     }
 
-    fn take_value(&mut self, index: usize, asked: Asked, value: &Result<Value, (Reason, String)>) {
+    fn take_value(
+        &mut self,
+        index: usize,
+        asked: RequestOrder,
+        value: &Result<Value, (Reason, String)>,
+    ) {
         let variable = &mut self.variables[index];
         // Answers may overtake each other, and the later question has the newer one.
         if asked.number < variable.answered {
@@ -372,7 +377,7 @@ fn controls_of(config: &Config) -> Vec<Control> {
     config.reports.iter().map(control).collect()
 }
 
-/// What a variable's name has beyond its data object's.
+/// Returns the names of a variable beyond its data object's.
 fn parts_below<'n>(object: &Name, variable: &'n Name) -> Vec<&'n str> {
     let below = variable.item.strip_prefix(object.item.as_str()).unwrap_or_default();
     below.split('$').filter(|part| !part.is_empty()).collect()

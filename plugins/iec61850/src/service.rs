@@ -14,22 +14,22 @@ use iec61850_rs::proto::mms::{
 };
 use iec61850_rs::{Error, Limits};
 
-/// What is taken from a server at most: members of a structure or of a data set, levels of
-/// a structure, bytes of a text.
+/// Limits of what is accepted from a server: members of a structure or of a data set, levels of a
+/// structure, bytes of a text.
 pub(crate) const LIMITS: Limits =
     Limits { max_dataset_members: 8192, max_depth: 16, ..Limits::DEFAULT };
 
 /// A variable, a data set or a control block in a logical device.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct Name {
-    /// The logical device.
+    /// Logical device of the name.
     pub(crate) domain: String,
-    /// Such as `MMXU1$MX$TotW`.
+    /// Item of the name, such as `MMXU1$MX$TotW`.
     pub(crate) item: String,
 }
 
 impl Name {
-    /// Of the form `LD/LN$...`, as servers write it.
+    /// Parses a name of the form `LD/LN$...`, as servers write it.
     pub(crate) fn parse(text: &str) -> Option<Self> {
         let (domain, item) = text.split_once('/')?;
         let is_whole = !domain.is_empty() && !item.is_empty();
@@ -52,14 +52,14 @@ impl fmt::Display for Name {
     }
 }
 
-/// What a server is asked.
+/// Request to a server.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Request {
-    /// What a variable is made of (`GetVariableAccessAttributes`).
+    /// Type of a variable (`GetVariableAccessAttributes`).
     Type(Name),
-    /// Values.
+    /// Values of these variables.
     Read(Vec<Name>),
-    /// What a data set is made of (`GetNamedVariableListAttributes`).
+    /// Members of a data set (`GetNamedVariableListAttributes`).
     Members(Name),
     /// Attributes of a report control block.
     Write(Vec<(Name, Value)>),
@@ -70,15 +70,15 @@ pub(crate) enum Request {
     Identify,
 }
 
-/// What a server answers.
+/// Answer of a server.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Answer {
     Type(TypeSpec),
-    /// As many as were asked for.
+    /// Values read, as many as were requested.
     Values(Vec<Result<Value, AccessError>>),
     /// Nothing stands for a part of an array.
     Members(Vec<Option<Name>>),
-    /// As many as were written.
+    /// Results of writes, as many as were requested.
     Written(Vec<Result<(), AccessError>>),
     Names {
         names: Vec<String>,
@@ -89,7 +89,7 @@ pub(crate) enum Answer {
     Refused(String),
 }
 
-/// `DataAccessError` (ISO 9506-2).
+/// Error code `DataAccessError` (ISO 9506-2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct AccessError(pub(crate) i64);
 
@@ -109,7 +109,7 @@ impl fmt::Display for AccessError {
 }
 
 impl Request {
-    /// What it is called in messages.
+    /// Returns the name of the request for messages.
     pub(crate) fn what(&self) -> &'static str {
         match self {
             Self::Type(_) => "the question what a variable is made of",

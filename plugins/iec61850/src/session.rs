@@ -25,7 +25,7 @@ const MAX_EVENTS: usize = 4096;
 const MAX_PDU: u32 = 65_000;
 const MAX_MESSAGE: usize = 256 * 1024;
 
-/// What the ends of a connection are, and how long each waits.
+/// Addresses of both ends of a connection, and their timeouts.
 #[derive(Clone, Debug)]
 pub(crate) struct Parameters {
     pub(crate) selectors: addressing::Selectors,
@@ -34,7 +34,7 @@ pub(crate) struct Parameters {
     pub(crate) test: Duration,
 }
 
-/// Why a connection must be closed.
+/// Reason for which a connection must be closed.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub(crate) enum SessionFault {
     #[error(
@@ -59,13 +59,13 @@ pub(crate) enum SessionFault {
     Request(Error),
 }
 
-/// What came of received bytes.
+/// Event of received bytes.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Event<J> {
     /// Requests may be sent.
     Up,
     Answer(J, Answer),
-    /// A whole report.
+    /// Report with all its segments.
     Report(Box<Report>),
     /// A report that cannot be used.
     Unusable(Unusable),
@@ -78,8 +78,8 @@ pub(crate) struct Session<J> {
     reports: ReportReader,
     /// By invoke id: what was asked, what for, until when.
     in_flight: BTreeMap<i64, (Request, J, Instant)>,
-    /// What the ids of this connection have in their upper half, so that the answer to a
-    /// request of a former connection is the answer to none.
+    /// Upper half of this connection's request ids. An answer to a request of a former connection
+    /// matches none.
     key: i64,
     next: u16,
     began: Instant,
@@ -127,7 +127,7 @@ impl<J> Session<J> {
         self.association.start(self.at(now)).map_err(SessionFault::Request)
     }
 
-    /// Whether another request may be sent.
+    /// Reports whether another request may be sent.
     pub(crate) fn has_room(&self) -> bool {
         let agreed = self.association.negotiated();
         let limit = agreed.map_or(0, |agreed| agreed.max_outstanding.min(MAX_IN_FLIGHT));
@@ -139,12 +139,12 @@ impl<J> Session<J> {
         self.association.negotiated().map_or(0, |agreed| agreed.max_pdu)
     }
 
-    /// Whether nothing was heard for so long that the connection should be tested.
+    /// Reports whether the silence is so long that the connection should be tested.
     pub(crate) fn is_idle(&self, now: Instant) -> bool {
         self.in_flight.is_empty() && now >= self.heard_at + self.test
     }
 
-    /// Sends a request.
+    /// Sends a request to the server.
     ///
     /// # Errors
     /// [`SessionFault::Request`].
@@ -165,7 +165,7 @@ impl<J> Session<J> {
         Ok(())
     }
 
-    /// Takes received bytes.
+    /// Processes bytes that were received.
     ///
     /// # Errors
     /// After any [`SessionFault`] the connection must be closed.
@@ -173,13 +173,13 @@ impl<J> Session<J> {
         &mut self,
         bytes: &[u8],
         now: Instant,
-        mut heed: impl FnMut(Event<J>),
+        mut handle: impl FnMut(Event<J>),
     ) -> Result<(), SessionFault> {
         for piece in bytes.chunks(MAX_PIECE) {
             self.association.on_bytes(self.at(now), piece);
             while let Some(event) = self.association.poll_event() {
                 if let Some(event) = self.take(event, now)? {
-                    heed(event);
+                    handle(event);
                 }
             }
         }
@@ -206,7 +206,7 @@ impl<J> Session<J> {
         }
     }
 
-    /// When [`Session::tick`] or [`Session::is_idle`] has something at the latest.
+    /// Returns the latest instant at which [`Session::tick`] or [`Session::is_idle`] has something.
     pub(crate) fn deadline(&self) -> Instant {
         let of_association =
             self.association.next_timeout().map(|at| self.began + Duration::from_nanos(at.0));

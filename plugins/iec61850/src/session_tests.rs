@@ -13,7 +13,7 @@ fn parameters() -> Parameters {
     Parameters { selectors, password: None, timeout: TIMEOUT, test: TEST }
 }
 
-/// Both ends, connected.
+/// Creates both ends of a connection.
 fn pair(key: u16, now: Instant) -> (Session<u32>, Association) {
     let mut session = Session::new(&parameters(), key, now);
     let mut server = Association::server(AssociationConfig::default());
@@ -30,11 +30,11 @@ fn exchange(
     session: &mut Session<u32>,
     server: &mut Association,
     now: Instant,
-    mut heed: impl FnMut(Event<u32>),
+    mut handle: impl FnMut(Event<u32>),
 ) {
     server.on_bytes(iec61850_rs::Instant::ZERO, &session.take_output());
     while let Some(bytes) = server.poll_transmit() {
-        session.receive(bytes, now, &mut heed).unwrap();
+        session.receive(bytes, now, &mut handle).unwrap();
     }
 }
 

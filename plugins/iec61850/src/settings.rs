@@ -121,7 +121,7 @@ pub(crate) struct Config {
 }
 
 impl Settings {
-    /// Whether they name a server.
+    /// Reports whether the settings name a server.
     pub(crate) fn has_server(&self) -> bool {
         self.host.is_some()
     }

@@ -1,27 +1,33 @@
 //! Message matrix: answers that are lost, cut, oversized, unknown, misassigned, doubled and
 //! out of order, over TCP and over a serial line, judged after every poll.
+//!
+//! Connections of the long test lie in memory, and its clock is simulated: a deadline that
+//! passes takes no time. `BUSBAR_MATRIX_STEPS` sets the count of its polls.
 
 use std::fs::File;
 use std::io::{Read, Write};
 use std::sync::{Arc, Mutex};
 
-use busbar_link::TcpDial;
+use busbar_link::{Dial, DialFuture, Endpoint, TcpDial};
 use busbar_plugin_sdk::testing::{
     FaultGenerator, MessageFault, TruthOracle, host, matrix_steps, tag_spec,
 };
 use busbar_plugin_sdk::{TagSpec, Value, ValueKind};
 use serde_json::json;
+use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream, duplex};
 
 use super::*;
 use crate::Settings;
 use crate::tests::line::Line;
 use crate::tests::server::{Pieces, Server, at_once};
 
-/// Polls over TCP, and over a line, where bytes take their time.
-const TCP_POLLS: u16 = 3000;
-const SERIAL_POLLS: u16 = 300;
-/// Polls over TCP of all seeds where the environment says nothing.
-const SAMPLE: u64 = 2 * TCP_POLLS as u64;
+/// Polls of one seed in memory, and over sockets and lines, where a deadline takes its time.
+const MEMORY_POLLS: u16 = 3000;
+const REAL_POLLS: u16 = 300;
+/// Polls in memory of all seeds where the environment says nothing.
+const SAMPLE: u64 = 10 * MEMORY_POLLS as u64;
+/// Most bytes that are on their way at once in memory: answers come in pieces.
+const MAX_PIECE: usize = 400;
 /// Registers with a tag each: two requests.
 const REGISTERS: [u16; 6] = [0, 1, 2, 100, 101, 102];
 /// A device has so many registers.
@@ -158,6 +164,36 @@ impl Device {
     }
 }
 
+/// Connections in memory to a device.
+struct MemoryDial(Arc<Mutex<Device>>);
+
+impl Dial for MemoryDial {
+    fn dial<'a>(&'a self, _: &'a Endpoint, _: std::time::Duration) -> DialFuture<'a> {
+        let piece = {
+            let random = &mut self.0.lock().unwrap().faults;
+            let max_piece = [1, 12, MAX_PIECE][random.below(3)];
+            1 + random.below(max_piece)
+        };
+        let (ours, theirs) = duplex(piece);
+        tokio::spawn(serve(theirs, Arc::clone(&self.0)));
+        Box::pin(async { Ok(Box::new(ours) as _) })
+    }
+}
+
+/// Serves one connection until either side closes it.
+async fn serve(mut stream: DuplexStream, device: Arc<Mutex<Device>>) {
+    let mut request = [0; 12];
+    while stream.read_exact(&mut request).await.is_ok() {
+        let answer = device.lock().unwrap().answer_tcp(&request);
+        let Some(pieces) = answer else { return };
+        for (_, bytes) in pieces {
+            if stream.write_all(&bytes).await.is_err() {
+                return;
+            }
+        }
+    }
+}
+
 /// First register and count of a request, from its data on.
 fn asked(data: &[u8]) -> (u16, u16) {
     (u16::from_be_bytes([data[0], data[1]]), u16::from_be_bytes([data[2], data[3]]))
@@ -184,14 +220,25 @@ fn tags() -> Vec<TagSpec> {
     REGISTERS.iter().map(tag).collect()
 }
 
+/// Reaches a device.
+struct Path {
+    settings: serde_json::Value,
+    dial: Arc<dyn Dial>,
+    /// True where no time passes but that which is waited for.
+    has_simulated_clock: bool,
+}
+
 /// Polls a device by hand, as the session's own loop does, without its delays.
-fn run(settings: serde_json::Value, device: &Mutex<Device>, seed: u64, polls: u16) {
+fn run(path: Path, device: &Mutex<Device>, seed: u64, polls: u16) {
+    let Path { settings, dial, has_simulated_clock } = path;
+    // Transaction numbers, too, are those of the seed.
+    fastrand::seed(seed);
     let config = serde_json::from_value::<Settings>(settings).unwrap().parse().unwrap();
     let tags = tags();
     let points = crate::address::parse(&tags, &config).unwrap();
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+    let mut builder = tokio::runtime::Builder::new_current_thread();
+    let runtime = builder.enable_all().start_paused(has_simulated_clock).build().unwrap();
     let mut oracle = TruthOracle::new(seed, std::time::Duration::ZERO, &tags);
-    let dial = Arc::new(TcpDial { tls: None });
     let mut session = Session::new(config, dial, points, oracle.sink(), host());
     let mut link = None;
     for step in 1..=polls {
@@ -233,15 +280,28 @@ fn run(settings: serde_json::Value, device: &Mutex<Device>, seed: u64, polls: u1
     assert!(counts.good > counts.judged / 10 && counts.good < counts.judged * 9 / 10, "{counts:?}");
 }
 
+fn tcp_settings(port: u16) -> serde_json::Value {
+    json!({"host": "127.0.0.1", "port": port, "timeout_millis": 20})
+}
+
 #[test]
 fn no_answer_over_tcp_leaves_an_old_value_good() {
-    for seed in 1..=matrix_steps(SAMPLE).div_ceil(TCP_POLLS.into()) {
+    for seed in 1..=matrix_steps(SAMPLE).div_ceil(MEMORY_POLLS.into()) {
         let device = Device::new(seed);
-        let served = Arc::clone(&device);
-        let server = Server::start(move |request| served.lock().unwrap().answer_tcp(request));
-        let settings = json!({"host": "127.0.0.1", "port": server.port, "timeout_millis": 20});
-        run(settings, &device, seed, TCP_POLLS);
+        let dial = Arc::new(MemoryDial(Arc::clone(&device)));
+        let path = Path { settings: tcp_settings(502), dial, has_simulated_clock: true };
+        run(path, &device, seed, MEMORY_POLLS);
     }
+}
+
+#[test]
+fn no_answer_over_a_socket_leaves_an_old_value_good() {
+    let device = Device::new(1);
+    let served = Arc::clone(&device);
+    let server = Server::start(move |request| served.lock().unwrap().answer_tcp(request));
+    let dial = Arc::new(TcpDial { tls: None });
+    let settings = tcp_settings(server.port);
+    run(Path { settings, dial, has_simulated_clock: false }, &device, 1, REAL_POLLS);
 }
 
 #[test]
@@ -264,7 +324,8 @@ fn no_answer_over_a_line_leaves_an_old_value_good() {
     let mut settings = line.settings();
     settings["timeout_millis"] = json!(20);
     settings["serial"]["baud_rate"] = json!(115_200);
-    run(settings, &device, 7, SERIAL_POLLS);
+    let dial = Arc::new(TcpDial { tls: None });
+    run(Path { settings, dial, has_simulated_clock: false }, &device, 7, REAL_POLLS);
 }
 
 /// A gateway that reaches a unit no more.

@@ -72,7 +72,7 @@ pub(crate) struct Arrival {
     pub(crate) is_filled: bool,
     /// Number of a notification to ask for.
     pub(crate) republish: Option<u32>,
-    /// The very message came before.
+    /// The very message, or the notification that it announces, came before.
     pub(crate) is_duplicate: bool,
 }
 
@@ -139,7 +139,8 @@ impl Sequence {
         if self.restarted == Some(number) && number != self.next {
             self.adopt(if is_keep_alive { number } else { after(number) }, &mut arrival);
         } else if is_keep_alive {
-            self.take_keep_alive(number, available.contains(&number), &mut arrival);
+            let is_overtaken = self.is_overtaken(&message);
+            self.take_keep_alive(number, available.contains(&number), is_overtaken, &mut arrival);
         } else {
             self.take_data(number, message, &mut arrival);
         }
@@ -196,7 +197,24 @@ impl Sequence {
         false
     }
 
-    fn take_keep_alive(&mut self, number: u32, is_kept: bool, arrival: &mut Arrival) {
+    /// Reports whether a keep-alive was published before the notification of its number, which
+    /// came already.
+    fn is_overtaken(&self, keep_alive: &NotificationMessage) -> bool {
+        let number = keep_alive.sequence_number;
+        let time = keep_alive.publish_time.checked_ticks();
+        time != 0
+            && self.seen.iter().any(|(seen, published, content)| {
+                *seen == number && content.is_some() && *published > time
+            })
+    }
+
+    fn take_keep_alive(
+        &mut self,
+        number: u32,
+        is_kept: bool,
+        is_overtaken: bool,
+        arrival: &mut Arrival,
+    ) {
         if self.counting == KeepAliveNumber::Own && self.announced.get(&number) == Some(&false) {
             // The same number a second time: a keep-alive uses none.
             self.keep_alives_use_none(arrival);
@@ -214,6 +232,7 @@ impl Sequence {
                 self.counting = KeepAliveNumber::Next;
                 self.extend(after(number));
             }
+            KeepAliveNumber::Next if ahead == -1 && is_overtaken => arrival.is_duplicate = true,
             KeepAliveNumber::Next if ahead == -1 && !self.has_gap() => {
                 // That of the last notification: what was lost before, nobody knows.
                 self.counting = KeepAliveNumber::Last;

@@ -206,6 +206,27 @@ fn a_server_that_repeats_the_last_number_hides_no_loss() {
     assert_eq!(server.republished(3, false), lost(&[]));
 }
 
+/// It would otherwise pass for one of a server that repeats the last number. The next
+/// keep-alive would then pass for a notification, which is given up before it was sent: if it
+/// is lost, nothing shows it.
+#[test]
+fn a_keep_alive_that_its_notification_overtook_changes_nothing() {
+    let mut server = Server::default();
+    server.data(1);
+    server.data(2);
+    let arrival = server.sequence.take(message(2, 1, false), &[]);
+    assert!(arrival.is_duplicate);
+    assert_eq!(server.outcome(arrival), ready(&[]));
+    assert_eq!(server.keep_alive(3), ready(&[]));
+    assert_eq!(server.keep_alive(4), gap(Some(3)), "the notification 3 is lost");
+    // With a gap before it, too.
+    let arrival = server.sequence.take(message(2, 1, false), &[]);
+    assert_eq!(server.outcome(arrival), gap(None));
+    assert_eq!(server.republished(3, true), ready(&[3]));
+    // One that comes later than the notification repeats its number.
+    assert_eq!(server.keep_alive(3), lost(&[]));
+}
+
 #[test]
 fn duplicates_are_known_and_a_server_that_counts_anew_is_no_duplicate() {
     let mut server = Server::default();

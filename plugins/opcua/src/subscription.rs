@@ -24,6 +24,9 @@ const ITEMS_PER_CALL: usize = 500;
 /// A subscription gives a sign of life this many times within the shortest freshness of
 /// its tags, and within the silence that is borne.
 const SIGNS_OF_LIFE: u32 = 4;
+/// Notifications of a subscription that one which belongs to none may have overtaken: as many
+/// as publish requests wait at the server.
+const MAX_DOUBTED: u32 = 64;
 /// The server keeps a subscription at least this many signs of life long (OPC 10000-4,
 /// 5.14.2: three).
 const MIN_LIFETIMES: u32 = 3;
@@ -47,6 +50,18 @@ pub(crate) struct Subscription {
     pub(crate) is_reading: bool,
     /// Values are not read before this.
     pub(crate) next_read: Instant,
+    /// Doubt about the order of notifications, since one came that belongs to no subscription.
+    pub(crate) doubt: Option<Doubt>,
+}
+
+/// Doubt about notifications that were published no later than one which belongs to no
+/// subscription: that one may have had newer values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Doubt {
+    /// Publish time of the one that belongs to no subscription, in ticks of the server's clock.
+    until: i64,
+    /// Notifications that may still be doubted, so that a clock which was set back ends it.
+    left: u32,
 }
 
 /// Creates a subscription without items.
@@ -205,7 +220,24 @@ impl Subscription {
             is_lossy: false,
             is_reading: false,
             next_read: now,
+            doubt: None,
         }
+    }
+
+    /// Begins the doubt about notifications published no later than this, in ticks.
+    pub(crate) fn begin_doubt(&mut self, published: i64) {
+        let until = self.doubt.map_or(published, |doubt| doubt.until.max(published));
+        self.doubt = Some(Doubt { until, left: MAX_DOUBTED });
+    }
+
+    /// Reports whether the newest of the notifications that came is doubted, by their publish
+    /// time in ticks; one that is not ends the doubt.
+    pub(crate) fn is_doubted(&mut self, published: i64) -> bool {
+        self.doubt = self.doubt.filter(|doubt| published <= doubt.until && doubt.left > 0);
+        if let Some(doubt) = &mut self.doubt {
+            doubt.left -= 1;
+        }
+        self.doubt.is_some()
     }
 
     /// Tells whether it has been silent for longer than is borne.

@@ -158,6 +158,10 @@ impl SubscriptionSet {
             if has_data {
                 self.note("the server published for a subscription that there is not");
                 self.lose_all();
+                let published = message.publish_time.checked_ticks();
+                for one in &mut self.all {
+                    one.begin_doubt(published);
+                }
                 self.board.borrow_mut().flush();
             }
             return Ok(());
@@ -208,6 +212,7 @@ impl SubscriptionSet {
         one.next_read = at.now + READ_INTERVAL;
         // What is missing meanwhile may have been sent before they were read.
         if one.epoch == epoch && !one.sequence.has_gap() {
+            one.doubt = None;
             let mut board = self.board.borrow_mut();
             for (item, value) in values {
                 board.take_read(item, &value, at.now, at.wall);
@@ -293,7 +298,9 @@ impl SubscriptionSet {
             self.lose(index);
         }
         let mut is_understood = true;
-        self.board.borrow_mut().is_more_missing = self.all[index].sequence.has_gap();
+        let published = arrival.ready.iter().map(|message| message.publish_time.checked_ticks());
+        let is_doubted = published.max().is_some_and(|time| self.all[index].is_doubted(time));
+        self.board.borrow_mut().is_more_missing = is_doubted || self.all[index].sequence.has_gap();
         for message in arrival.ready {
             for data in message.notification_data.unwrap_or_default() {
                 is_understood &= self.apply(index, &data, at);
@@ -302,6 +309,12 @@ impl SubscriptionSet {
         self.board.borrow_mut().is_more_missing = false;
         if !is_understood {
             self.note("a notification could not be understood: its values are read anew");
+            self.lose(index);
+        }
+        if is_doubted {
+            self.note(
+                "a notification may be older than one that was lost: its values are read anew",
+            );
             self.lose(index);
         }
         if let Some(number) = arrival.republish {
@@ -313,7 +326,7 @@ impl SubscriptionSet {
         if arrival.is_filled && is_understood {
             board.restore(items.clone(), at.now, at.wall);
         }
-        let is_sound = is_understood && !arrival.is_lost && !arrival.is_duplicate;
+        let is_sound = is_understood && !is_doubted && !arrival.is_lost && !arrival.is_duplicate;
         if is_sound && is_last && !self.all[index].sequence.has_gap() {
             board.confirm(items, at.now, at.wall);
             if is_of_events {

@@ -1,12 +1,12 @@
 //! Message matrix: seeded sequences of faulty messages against an oracle that knows the
 //! truth, and single cases.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use async_opcua::types::{DateTime, MonitoredItemNotification, SignedSoftwareCertificate, Variant};
 use busbar_plugin_sdk::testing::{
-    FaultGenerator, MessageFault, TruthOracle, host, matrix_steps, tag_spec,
+    FaultGenerator, MessageFault, TruthMoment, TruthOracle, host, matrix_steps, tag_spec,
 };
 use busbar_plugin_sdk::{Reason, TagSpec, Value, ValueKind};
 use serde_json::json;
@@ -57,8 +57,8 @@ struct ModelSubscription {
     next: u32,
     idle: u32,
     kept: BTreeMap<u32, NotificationMessage>,
-    /// Number of a notification that did not arrive.
-    lost: Option<u32>,
+    /// Numbers of notifications that did not arrive, and of which no later message told yet.
+    lost: BTreeSet<u32>,
 }
 
 /// A message on its way.
@@ -67,6 +67,8 @@ struct Sent {
     answer: PublishResponse,
     /// Tags whose present truth it has.
     tags: Vec<u32>,
+    /// Instant at which it was sent.
+    moment: TruthMoment,
 }
 
 fn tags() -> Vec<TagSpec> {
@@ -110,7 +112,7 @@ impl Model {
     }
 
     /// Looks at the values of a subscription; what is to be told of them.
-    fn look(&mut self, index: u32, at: SystemTime) -> Option<Sent> {
+    fn look(&mut self, index: u32, at: SystemTime, moment: TruthMoment) -> Option<Sent> {
         let changed: Vec<_> =
             items(index).filter(|&item| self.values[item] != self.published[item]).collect();
         let one = &mut self.subscriptions[index as usize];
@@ -143,7 +145,7 @@ impl Model {
             notification_message: message,
             ..PublishResponse::default()
         };
-        Some(Sent { answer, tags: changed.into_iter().map(|item| item as u32).collect() })
+        Some(Sent { answer, tags: changed.into_iter().map(|item| item as u32).collect(), moment })
     }
 }
 
@@ -231,9 +233,11 @@ impl Matrix {
         let repeats = self.model.counting == Counting::Last && message.notification_data.is_none();
         let end = message.sequence_number + u32::from(repeats);
         if let Some(one) = self.model.subscriptions.get_mut(id as usize)
-            && one.lost.take_if(|lost| *lost < end).is_some()
+            && one.lost.first().is_some_and(|lost| *lost < end)
         {
-            self.oracle.note_sign(tags(), "a gap");
+            one.lost.retain(|lost| *lost >= end);
+            // A late message tells what was lost until it was sent, and nothing of since.
+            self.oracle.note_late_sign(tags(), "a gap", sent.moment);
         }
         if has_present_truth {
             sent.tags.iter().for_each(|tag| self.oracle.note_message(*tag));
@@ -246,7 +250,7 @@ impl Matrix {
         if !sent.tags.is_empty() {
             let number = sent.answer.notification_message.sequence_number;
             let one = &mut self.model.subscriptions[sent.answer.subscription_id as usize];
-            one.lost.get_or_insert(number);
+            one.lost.insert(number);
         }
     }
 
@@ -305,8 +309,12 @@ impl Matrix {
             let at = self.moment();
             match inquiry {
                 Inquiry::Republish { subscription, number } => {
-                    let one = &self.model.subscriptions[subscription as usize];
+                    let one = &mut self.model.subscriptions[subscription as usize];
                     let message = one.kept.get(&number).cloned();
+                    if message.is_some() {
+                        // It may be asked for before a message tells that it is lost.
+                        one.lost.remove(&number);
+                    }
                     self.set.take_republished(subscription, number, message, at).unwrap();
                 }
                 Inquiry::Read { subscription, epoch, items } => {
@@ -331,7 +339,8 @@ impl Matrix {
         }
         let at = self.oracle.wall_clock();
         for id in 0..SUBSCRIPTIONS {
-            let Some(sent) = self.model.look(id, at) else { continue };
+            let moment = self.oracle.moment();
+            let Some(sent) = self.model.look(id, at, moment) else { continue };
             let fault = if is_faulty { self.faults.next_fault() } else { None };
             let (late, sessions) = (self.late.take(), self.sessions);
             self.send(sent, fault);
@@ -360,6 +369,77 @@ impl Matrix {
             self.step(false);
         }
     }
+}
+
+/// A notification of one item, published so many seconds after the first.
+fn notification(subscription: u32, number: u32, seconds: u64, value: i64) -> PublishResponse {
+    let at = SystemTime::UNIX_EPOCH + Duration::from_secs(1_700_000_000 + seconds);
+    PublishResponse {
+        subscription_id: subscription,
+        notification_message: message(number, at, Some(vec![changes(vec![data(0, value)])])),
+        ..PublishResponse::default()
+    }
+}
+
+impl Matrix {
+    /// Takes a notification of tag 0; the tag's value, and whether it is good.
+    fn shown_after(&mut self, answer: PublishResponse) -> (Option<Value>, bool) {
+        let at = self.moment();
+        self.set.take(answer, at).unwrap();
+        (self.oracle.shown(0).value(), self.oracle.is_good(0))
+    }
+
+    /// Has the values read that are asked for.
+    fn read(&mut self, value: i64) {
+        let at = self.moment();
+        for inquiry in self.set.inquire(at.now + READ_INTERVAL) {
+            let Inquiry::Read { subscription, epoch, items } = inquiry else { continue };
+            let values = items.into_iter().map(|item| (item, data(0, value).value));
+            self.set.take_read(subscription, epoch, values, at);
+        }
+    }
+}
+
+#[test]
+fn a_notification_from_before_one_of_no_subscription_is_not_good() {
+    let mut matrix = Matrix::new(0, Counting::Standard, true, 1);
+    let value = |value| Some(Value::I64(value));
+    assert_eq!(matrix.shown_after(notification(0, 1, 0, 1)), (value(1), true));
+    assert_eq!(matrix.shown_after(notification(9, 1, 2, 3)), (value(1), false));
+    // It was overtaken by the one of no subscription, which may have a newer value.
+    assert_eq!(matrix.shown_after(notification(0, 2, 1, 2)), (value(2), false));
+    // A later one has the newest, whatever was lost.
+    assert_eq!(matrix.shown_after(notification(0, 3, 3, 4)), (value(4), true));
+    assert_eq!(matrix.shown_after(notification(0, 4, 3, 5)), (value(5), true));
+}
+
+#[test]
+fn a_server_whose_clock_is_set_back_is_not_doubted_for_ever() {
+    let mut matrix = Matrix::new(0, Counting::Standard, true, 1);
+    matrix.shown_after(notification(9, 1, 3600, 0));
+    let goods = (1..100_u32).map(|number| {
+        let answer = notification(0, number, number.into(), number.into());
+        matrix.shown_after(answer).1
+    });
+    assert_eq!(goods.filter(|is_good| !is_good).count(), 64);
+    assert!(matrix.oracle.is_good(0));
+}
+
+#[test]
+fn values_that_are_read_end_the_doubt_of_a_server_without_publish_times() {
+    let mut matrix = Matrix::new(0, Counting::Standard, true, 1);
+    let value = |value| Some(Value::I64(value));
+    let untimed = |subscription, number, value| {
+        let mut answer = notification(subscription, number, 0, value);
+        answer.notification_message.publish_time = DateTime::null();
+        answer
+    };
+    assert_eq!(matrix.shown_after(untimed(0, 1, 1)), (value(1), true));
+    assert_eq!(matrix.shown_after(untimed(9, 1, 2)), (value(1), false));
+    assert_eq!(matrix.shown_after(untimed(0, 2, 3)), (value(3), false));
+    matrix.read(3);
+    assert!(matrix.oracle.is_good(0));
+    assert_eq!(matrix.shown_after(untimed(0, 3, 4)), (value(4), true));
 }
 
 #[test]

@@ -78,7 +78,7 @@ impl ColumnLayout {
             equipment: equipment.to_owned(),
             cells,
             unix_nanos,
-            severity: list.severity.as_ref().and_then(|settings| settings.of(severity)),
+            severity: list.severity.as_ref().and_then(|settings| settings.severity_of(severity)),
             is_open: list.open.as_ref().is_some_and(|settings| settings.is_open(state)),
         })
     }

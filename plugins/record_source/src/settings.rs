@@ -122,7 +122,7 @@ impl OpenSettings {
 }
 
 impl SeveritySettings {
-    pub(crate) fn of(&self, cell: &str) -> Option<RecordSeverity> {
+    pub(crate) fn severity_of(&self, cell: &str) -> Option<RecordSeverity> {
         let words = [
             (&self.critical, RecordSeverity::Critical),
             (&self.serious, RecordSeverity::Serious),

@@ -34,7 +34,7 @@ pub(crate) struct Point {
     pub(crate) unit: Option<String>,
 }
 
-/// Where a tag's values are.
+/// Columns or channels of a tag's values.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Source {
     /// A channel of COMTRADE, a column, or a name in long form.
@@ -44,7 +44,7 @@ pub(crate) enum Source {
 }
 
 impl Point {
-    /// Whether every change of it matters.
+    /// Reports whether every change of the point matters.
     pub(crate) fn is_discrete(&self) -> bool {
         is_discrete(self.kind)
     }
@@ -165,7 +165,7 @@ fn parse_one(tag: &TagSpec, config: &Config) -> Result<Point, String> {
     })
 }
 
-/// Whether every change of such a tag matters.
+/// Reports whether every change of such a tag matters.
 fn is_discrete(kind: ValueKind) -> bool {
     matches!(kind, ValueKind::Bool | ValueKind::DoublePoint)
 }

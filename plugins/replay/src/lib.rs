@@ -33,12 +33,12 @@ use crate::remarks::Remarks;
 use crate::session::Session;
 pub use crate::settings::Settings;
 use crate::settings::{Config, Format};
-/// The plugin.
+/// Telemetry plugin that replays recordings.
 pub struct Replay {
     config: Config,
     host: Host,
     worker: Option<Worker>,
-    /// What is wrong with the file, as it was told.
+    /// Fault of the file, as it was last reported.
     told: Mutex<Option<String>>,
 }
 

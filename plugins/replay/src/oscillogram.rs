@@ -12,23 +12,23 @@ use text_table::TextEncoding;
 
 use crate::address::{Point, Points, Source};
 use crate::comtrade::{
-    Analog, Cff, Cfg, Data, Layout, MAX_CFG_BYTES, Record, SampleClock, Sampling,
+    Analog, Cff, Cfg, Data, MAX_CFG_BYTES, Record, RecordLayout, SampleClock, Sampling,
 };
 use crate::recording::{Fault, Recording, Update, open_file};
 use crate::remarks::Remarks;
 use crate::settings::{Config, Times};
 use crate::table::{Column, find_column};
 
-/// What a single file of 2013 begins with.
+/// First bytes of a single file of 2013.
 const CFF_START: &[u8] = b"---";
 const NANOS_PER_MINUTE: i64 = 60_000_000_000;
 
-/// An open recording.
+/// Open COMTRADE recording with its reader.
 pub(crate) struct Oscillogram<R> {
     file: PathBuf,
     cfg: Cfg,
     data: Data<R>,
-    wanted: Vec<Wanted>,
+    wanted: Vec<ChannelSelection>,
     origin: Option<i64>,
     /// Time of the last record.
     last: i64,
@@ -49,7 +49,7 @@ pub(crate) struct Oscillogram<R> {
 }
 
 /// A tag's channels, counted from 0.
-enum Wanted {
+enum ChannelSelection {
     Number { channel: usize, is_whole: bool, scale: Scale },
     Bool(usize),
     DoublePoint { off: usize, on: usize },
@@ -85,7 +85,7 @@ impl<R: Read + Seek> Oscillogram<R> {
         remarks: &mut Remarks,
     ) -> Result<Self, Fault> {
         let Parts { path: file, file: bytes, offset, line, bytes: count } = parts;
-        let data = Data::open(bytes, Layout::of(&cfg), offset, line, count);
+        let data = Data::open(bytes, RecordLayout::new(&cfg), offset, line, count);
         let data = data.map_err(|error| Fault::new(&file, error))?;
         let wanted = find_channels(&config.file, &cfg, points)?;
         let (origin, is_ambiguous) = find_origin(config, &cfg, remarks);
@@ -205,7 +205,7 @@ fn tell_oddities(cfg: &Cfg, rest_bytes: u64, remarks: &mut Remarks) {
 }
 
 /// Finds the channels of all tags.
-fn find_channels(file: &Path, cfg: &Cfg, points: &Points) -> Result<Vec<Wanted>, Fault> {
+fn find_channels(file: &Path, cfg: &Cfg, points: &Points) -> Result<Vec<ChannelSelection>, Fault> {
     let (mut wanted, mut faults) = (Vec::new(), Vec::new());
     for point in &points.0 {
         match find(cfg, point) {
@@ -216,14 +216,18 @@ fn find_channels(file: &Path, cfg: &Cfg, points: &Points) -> Result<Vec<Wanted>,
     if faults.is_empty() { Ok(wanted) } else { Err(Fault::of_tags(file, &faults)) }
 }
 
-fn find(cfg: &Cfg, point: &Point) -> Result<Wanted, String> {
+fn find(cfg: &Cfg, point: &Point) -> Result<ChannelSelection, String> {
     let digital = |column: &Column| {
         let ids: Vec<&str> = cfg.digitals.iter().map(|channel| channel.id.as_str()).collect();
         find_column(&ids, column, "digital channel")
     };
     Ok(match (&point.source, point.kind) {
-        (Source::Two(off, on), _) => Wanted::DoublePoint { off: digital(off)?, on: digital(on)? },
-        (Source::One(one), ValueKind::Bool | ValueKind::DoublePoint) => Wanted::Bool(digital(one)?),
+        (Source::Two(off, on), _) => {
+            ChannelSelection::DoublePoint { off: digital(off)?, on: digital(on)? }
+        }
+        (Source::One(one), ValueKind::Bool | ValueKind::DoublePoint) => {
+            ChannelSelection::Bool(digital(one)?)
+        }
         (Source::One(one), kind) => {
             let ids: Vec<&str> = cfg.analogs.iter().map(|channel| channel.id.as_str()).collect();
             let channel = find_column(&ids, one, "analogue channel")?;
@@ -238,7 +242,7 @@ fn find(cfg: &Cfg, point: &Point) -> Result<Wanted, String> {
                 None => 1.0,
             };
             let scale = Scale { a, b, factor, range, skew_nanos };
-            Wanted::Number { channel, is_whole: kind == ValueKind::I64, scale }
+            ChannelSelection::Number { channel, is_whole: kind == ValueKind::I64, scale }
         }
     })
 }
@@ -401,7 +405,7 @@ impl<R: Read + Seek> Oscillogram<R> {
     }
 }
 
-impl Wanted {
+impl ChannelSelection {
     fn read(&self, record: &Record<'_>, nanos: i64, quality: Quality) -> Result<Update, String> {
         let in_words = |channel: usize, fault| format!("channel {}: {fault}", channel + 1);
         let digital = |channel| record.digital(channel).map_err(|fault| in_words(channel, fault));

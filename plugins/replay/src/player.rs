@@ -8,15 +8,15 @@ use crate::remarks::Remarks;
 
 /// Updates that are read before the caller looks whether to go on.
 pub(crate) const MAX_UPDATES_AT_ONCE: usize = 16_384;
-/// How long at most the last instant lasts, nanoseconds of the recording.
+/// Longest duration of the last instant, nanoseconds of the recording.
 const MAX_LAST_STEP: i64 = 10_000_000_000;
 
-/// How far the player came.
+/// Progress of the player.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Progress {
     /// All that is due was taken.
     Waiting,
-    /// There is more that is due, since this time.
+    /// Updates since this time are due, and not played yet.
     More(i64),
     /// The end has come, and lasted, at this time.
     Ended(i64),
@@ -32,7 +32,7 @@ pub(crate) struct Player {
     /// The instant that comes next, and its updates.
     next: Option<i64>,
     updates: Vec<Update>,
-    /// What each tag was before the start.
+    /// State of each tag before the start.
     before: Vec<Option<Update>>,
     /// In a pass after the first: tags that have no value of it yet, whose values would be
     /// those of the end of the pass before.
@@ -48,7 +48,7 @@ pub(crate) struct Player {
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum State {
-    /// Before the start.
+    /// Search for the start of playing.
     Seeking,
     Playing,
     /// After the last instant.
@@ -175,7 +175,7 @@ impl Player {
         self.next = None;
     }
 
-    /// What was before the start holds there.
+    /// Applies the state before the start at the start.
     fn begin(&mut self, out: &mut Vec<Update>) {
         for update in self.before.iter().flatten() {
             self.decimator.take(Update { nanos: 0, ..*update }, out);
@@ -209,7 +209,7 @@ impl Player {
         Progress::Ended(end)
     }
 
-    /// Whether anything was played in this pass.
+    /// Reports whether anything was played in this pass.
     pub(crate) fn has_played(&self) -> bool {
         self.last.is_some()
     }

@@ -48,7 +48,7 @@ fn player(times: Vec<i64>, start: i64, end: i64) -> Player {
     Player::new(recording, vec![false], None, start, end).unwrap()
 }
 
-/// What comes until `head`: times from the start, and values.
+/// Plays up to `head`; returns the times from the start, and values.
 fn advance(player: &mut Player, head: i64) -> (Progress, Vec<(i64, i64)>) {
     let mut remarks = Remarks::new(host(), String::new());
     let mut out = Vec::new();

@@ -22,7 +22,7 @@ pub enum Bytes {
     Comtrade(Vec<u8>, Vec<u8>),
     /// A single file of 2013.
     Cff(Vec<u8>),
-    /// A table.
+    /// Bytes of a table.
     Csv(Vec<u8>),
 }
 

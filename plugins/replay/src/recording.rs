@@ -1,4 +1,4 @@
-//! What every kind of recording is to the player.
+//! Common interface of all kinds of recordings for the player.
 
 use std::fs::File;
 use std::io;
@@ -11,14 +11,14 @@ use crate::address::Points;
 use crate::remarks::Remarks;
 use crate::settings::{Config, Format};
 
-/// Why a recording cannot be played, or not any further.
+/// Fault of a recording that cannot be played, or not any further.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error("'{}': {what}", file.display())]
 pub(crate) struct Fault {
     pub(crate) file: PathBuf,
     /// Fault, place and remedy.
     pub(crate) what: String,
-    /// Whether it is the address of a tag that does not fit the file.
+    /// Marks a fault of a tag's address, which does not fit the file.
     pub(crate) is_of_tags: bool,
 }
 
@@ -33,7 +33,7 @@ impl Fault {
     }
 }
 
-/// What a tag is from an instant on.
+/// Value and quality of a tag from an instant on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Update {
     /// Place of the tag in [`Points`].

@@ -1,4 +1,4 @@
-//! What is odd in a recording, told once and not without end.
+//! Remarks on oddities of a recording, each reported once and in limited number.
 
 use busbar_plugin_sdk::{Host, LogLevel};
 

@@ -15,13 +15,13 @@ use crate::settings::{Config, Moment, Times};
 
 /// Time between two batches.
 const TICK: Duration = Duration::from_millis(10);
-/// How far playing may be behind before it goes on from where it is.
+/// Greatest lag of playing before it continues from where it is.
 const MAX_BEHIND: Duration = Duration::from_secs(1);
 /// Shortest and longest delay between tries to open a recording.
 const MIN_RETRY: Duration = Duration::from_secs(1);
 const MAX_RETRY: Duration = Duration::from_secs(30);
 
-/// What the thread needs.
+/// State of the playing thread.
 pub(crate) struct Session {
     pub(crate) config: Config,
     pub(crate) points: Points,
@@ -127,7 +127,7 @@ impl Session {
         Fault::new(&self.config.file, "there is nothing to play between start and end: set others")
     }
 
-    /// Where to start and end, from the recording's origin.
+    /// Returns the bounds of playing, from the recording's origin.
     fn bounds(&self, origin: Option<i64>) -> Result<[i64; 2], Fault> {
         let fault = |what: &str| Fault::new(&self.config.file, what);
         let place = |moment: Moment| match moment {
@@ -236,7 +236,7 @@ struct Clock {
     /// Nothing is as fast as possible.
     speed: Option<f64>,
     times: Times,
-    /// Where playing starts, nanoseconds from 1970.
+    /// Origin of playing, nanoseconds from 1970.
     origin: Option<i64>,
     /// The same for the scene clock; of a recording without dates it is the instant at
     /// which playing started.
@@ -250,7 +250,7 @@ impl Clock {
         self.speed.map_or(i64::MAX, |speed| (elapsed.as_nanos() as f64 * speed) as i64)
     }
 
-    /// How long it takes to play so many nanoseconds.
+    /// Returns the real time of so many nanoseconds of the recording.
     fn duration(&self, nanos: i64) -> Duration {
         let nanos = nanos.max(0) as f64 / self.speed.unwrap_or(f64::INFINITY);
         Duration::from_nanos(nanos as u64)

@@ -28,19 +28,19 @@ pub struct Settings {
     /// The recording, by an absolute path: .cfg, .cff or .csv.
     #[schemars(length(min = 1), example = "/var/recordings/fault.cfg")]
     file: PathBuf,
-    /// What the file is, where its name does not say it.
+    /// Format of the file, where its name does not tell.
     #[serde(default)]
     format: Option<Format>,
     /// Seconds of the recording in a second, 0.1 to 1000, or `as_fast_as_possible`.
     #[serde(default)]
     speed: RawSpeed,
-    /// Whether it begins again at its end.
+    /// Repeats the recording at its end.
     #[serde(default, rename = "loop")]
     is_loop: bool,
-    /// Where to begin: seconds from the recording's start, or a time (RFC 3339).
+    /// Start of playing: seconds from the recording's start, or a time (RFC 3339).
     #[serde(default)]
     start: Option<RawMoment>,
-    /// Where to end, in the same ways.
+    /// End of playing, in the same forms.
     #[serde(default)]
     end: Option<RawMoment>,
     /// Times that values have: those of playing, or those of the recording.
@@ -69,18 +69,18 @@ pub struct Settings {
     /// COMTRADE: side of the instrument transformers that values are of.
     #[serde(default)]
     values: Values,
-    /// CSV: its columns.
+    /// Settings of CSV and its columns.
     #[serde(default)]
     csv: RawCsv,
 }
 
-/// Kind of recording.
+/// Format of a recording.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Format {
     /// IEEE C37.111, IEC 60255-24.
     Comtrade,
-    /// RFC 4180.
+    /// Comma-separated values (RFC 4180).
     Csv,
 }
 
@@ -121,7 +121,7 @@ pub(crate) enum Times {
     /// Shifted, so that what is played now is of now.
     #[default]
     Now,
-    /// Those of the recording: its values are as old as they are.
+    /// Times of the recording: its values are as old as they are.
     Original,
 }
 
@@ -129,12 +129,12 @@ pub(crate) enum Times {
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Values {
-    /// As the file has them.
+    /// Values as the file has them.
     #[default]
     AsRecorded,
-    /// Of the line.
+    /// Values of the line (primary side).
     Primary,
-    /// Of the relay.
+    /// Values of the relay (secondary side).
     Secondary,
 }
 
@@ -148,11 +148,11 @@ impl Values {
     }
 }
 
-/// What an empty cell says.
+/// Meaning of an empty cell.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum EmptyCells {
-    /// There is no value: the tag is bad.
+    /// Missing value: the tag is bad.
     #[default]
     Missing,
     /// Nothing: the last value stays, and grows old.
@@ -163,12 +163,12 @@ fn default_updates() -> f64 {
     20.0
 }
 
-/// Where in a recording.
+/// Instant in a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Moment {
     /// Nanoseconds from its first instant.
     Offset(i64),
-    /// Nanoseconds from 1970-01-01T00:00:00Z.
+    /// Nanoseconds since the epoch, 1970-01-01T00:00:00Z.
     Unix(i64),
 }
 
@@ -183,7 +183,7 @@ pub(crate) struct Config {
     pub(crate) start: Option<Moment>,
     pub(crate) end: Option<Moment>,
     pub(crate) times: Times,
-    /// Nothing is all.
+    /// Greatest number of updates a second; none for all.
     pub(crate) max_updates_per_second: Option<f64>,
     pub(crate) utc_offset_minutes: i32,
     /// Zone of times that name none.
@@ -200,7 +200,7 @@ impl Settings {
     /// # Errors
     /// [`Error::settings`] with each fault and what is allowed.
     pub(crate) fn parse(self) -> Result<Config, Error> {
-        let mut faults = Faults(Vec::new());
+        let mut faults = SettingsFaults(Vec::new());
         if !self.file.is_absolute() {
             faults.add(format!("file: '{}' is no absolute path", self.file.display()));
         }
@@ -284,7 +284,7 @@ fn format_of(file: &Path) -> Option<Format> {
 }
 
 impl RawMoment {
-    fn parse(self, name: &str, faults: &mut Faults) -> Option<Moment> {
+    fn parse(self, name: &str, faults: &mut SettingsFaults) -> Option<Moment> {
         match self {
             Self::Seconds(seconds) => {
                 let seconds = faults.check(name, seconds, 0.0..=MAX_OFFSET_SECONDS);
@@ -302,9 +302,9 @@ impl RawMoment {
 }
 
 /// All that is wrong, so that it can be told at once.
-pub(crate) struct Faults(Vec<String>);
+pub(crate) struct SettingsFaults(Vec<String>);
 
-impl Faults {
+impl SettingsFaults {
     pub(crate) fn add(&mut self, fault: impl Into<String>) {
         self.0.push(fault.into());
     }

@@ -68,6 +68,7 @@ mod sample_flags;
 mod secret;
 pub mod simulation;
 mod simulator;
+mod state_file;
 mod states;
 mod telemetry;
 pub mod testing;
@@ -98,6 +99,7 @@ pub use records::{
 pub use sample_flags::SampleFlags;
 pub use secret::{MAX_SECRET_BYTES, Secret, SecretText};
 pub use simulator::{SimulatedTag, Simulation, SimulationStatus, Simulator};
+pub use state_file::{StateFile, StateFileLayout, StoredState, state_file_fault};
 pub use states::parse_states;
 pub use telemetry::{LinkState, Sample, SampleSink, TagSpec, Telemetry};
 pub use value::{DoublePoint, Quality, Reason, Value, ValueKind};

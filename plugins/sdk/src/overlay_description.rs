@@ -78,7 +78,7 @@ pub(crate) struct RawDescription {
 }
 
 impl RawDescription {
-    pub(crate) fn of(mut description: Description) -> Self {
+    pub(crate) fn new(mut description: Description) -> Self {
         limit_findings(&mut description.findings);
         let entry = |entry: &LegendEntry| {
             let [red, green, blue] = entry.color;

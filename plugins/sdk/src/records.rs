@@ -195,10 +195,10 @@ pub(crate) unsafe fn read<P: Records>(
     page.total = list.rows.len() as u64;
     let first = usize::try_from(page.first).unwrap_or(usize::MAX).min(list.rows.len());
     let wanted = list.rows[first..].iter().take(page.row_capacity as usize);
-    let written = Written::of(wanted, columns, page.text_capacity as usize)?;
+    let written = WrittenRows::fit(wanted, columns, page.text_capacity as usize)?;
     page.row_count = written.rows.len() as u32;
     // SAFETY: the host gives room for `row_capacity` rows, as many ends of their texts, and
-    // `text_capacity` bytes, which `Written` keeps to.
+    // `text_capacity` bytes, which `WrittenRows` keeps to.
     unsafe {
         copy_out(&written.rows, page.rows)?;
         copy_out(&written.ends, page.ends)?;
@@ -208,15 +208,15 @@ pub(crate) unsafe fn read<P: Records>(
 
 /// Rows as the buffers of a page hold them.
 #[derive(Default)]
-struct Written {
+struct WrittenRows {
     rows: Vec<abi::BusbarRecordRow>,
     ends: Vec<u32>,
     text: String,
 }
 
-impl Written {
+impl WrittenRows {
     /// Writes as many of the rows as fit.
-    fn of<'r>(
+    fn fit<'r>(
         rows: impl Iterator<Item = &'r Record>,
         columns: usize,
         max_bytes: usize,

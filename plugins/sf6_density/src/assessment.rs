@@ -39,7 +39,7 @@ pub(crate) enum Level {
     LockOut,
     /// At the alarm pressure or below it.
     Alarm,
-    /// Above both.
+    /// Density above both thresholds.
     Filled,
 }
 

@@ -2,7 +2,7 @@
 
 /// 20 °C, to which densities are normalized (IEC 62271-1:2017, 3.6.6), K.
 pub const REFERENCE: f64 = 293.15;
-/// 0 °C, K.
+/// Temperature of 0 °C, K.
 pub const ZERO_CELSIUS: f64 = 273.15;
 /// Gas constant over the molar mass of SF6, 146.055 g/mol: MPa m3/(kg K).
 const GAS_CONSTANT: f64 = 56.926e-6;

@@ -15,7 +15,7 @@ const MAX_HALVINGS: u32 = 50;
 /// Relation of pressure, temperature and density of a gas.
 #[derive(Clone, Debug)]
 pub(crate) enum GasModel {
-    /// Pure SF6.
+    /// Pure SF6 by an equation.
     Sf6(EquationOfState),
     /// Mixture by its maker's isochores.
     Mixture(Mixture),
@@ -33,7 +33,7 @@ pub(crate) struct GasState {
 /// Place of gas relative to its line of condensation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Saturation {
-    /// No liquid.
+    /// Gas without any liquid.
     Dry,
     /// On the line of condensation: a part of it is liquid.
     Condensing,

@@ -8,7 +8,7 @@ use super::*;
 use crate::compartments::{PRESSURE, TEMPERATURE};
 use crate::outcome::ATTENTION;
 
-const DAY: i64 = 86_400_000_000_000;
+pub(crate) const DAY: i64 = 86_400_000_000_000;
 
 #[test]
 fn a_leak_is_told_in_an_alarm() {
@@ -35,8 +35,8 @@ fn pressure_of(density: f64, kelvin: f64) -> f64 {
     low
 }
 
-/// A month of a loss, % a year, from a filled compartment, at temperatures by the day.
-fn month(overlay: &mut Sf6Density, loss: f64, celsius: impl Fn(f64) -> f64) -> Drawing {
+/// Drawing after a month of a loss, % a year, from a filled compartment, at temperatures by the day.
+pub(crate) fn month(overlay: &mut Sf6Density, loss: f64, celsius: impl Fn(f64) -> f64) -> Drawing {
     let mut last = Drawing::default();
     let full = virial_density(0.7, REFERENCE).expect("gas");
     for hour in 0..31 * 24_i64 {

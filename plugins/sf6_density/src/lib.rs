@@ -5,6 +5,7 @@ mod assessment;
 mod compartments;
 mod gas;
 mod gas_model;
+mod kept_trends;
 mod mixture;
 mod outcome;
 mod piece_verdicts;
@@ -30,6 +31,7 @@ pub use trend::{Loss, Sample, Trend};
 use assessment::assess;
 use compartments::{Compartment, Layout, layout};
 use gas_model::GasModel;
+use kept_trends::KeptTrends;
 use outcome::{Outcome, judge};
 use piece_verdicts::{SensorVerdict, give_verdicts};
 use readings::{Neighbors, PressureReading, read_contacts, read_pressure};
@@ -40,7 +42,7 @@ const MAX_TRENDS_A_FRAME: usize = 16;
 /// not quite that of the gas.
 const COMPENSATION_ERROR: f64 = 0.01;
 
-/// The overlay.
+/// Overlay of gas densities.
 pub struct Sf6Density {
     settings: Settings,
     gas: GasModel,
@@ -49,6 +51,7 @@ pub struct Sf6Density {
     layout: Layout,
     /// Trends of the compartments, in their order.
     trends: Vec<(TrendKey, Trend)>,
+    kept: Option<KeptTrends>,
 }
 
 /// Place and tags that a trend is of: it stays for as long as these do.
@@ -56,6 +59,10 @@ pub struct Sf6Density {
 struct TrendKey([String; 3]);
 
 impl TrendKey {
+    fn equipment(&self) -> &str {
+        &self.0[0]
+    }
+
     fn new(compartment: &Compartment) -> Self {
         let tag = |input: &Option<compartments::Input>| {
             input.as_ref().map_or_else(String::new, |input| input.tag_id.clone())
@@ -76,7 +83,7 @@ impl Plugin for Sf6Density {
         "SF6 density at 20 °C against alarm and lock-out, and its loss a year.";
     type Settings = Settings;
 
-    fn create(settings: Settings, _host: Host) -> Result<Self, Error> {
+    fn create(settings: Settings, host: Host) -> Result<Self, Error> {
         if let Some(fault) = settings.fault() {
             return Err(Error::settings(fault));
         }
@@ -85,7 +92,8 @@ impl Plugin for Sf6Density {
         let mut layout = layout(&settings, gas.assumption(), &[]);
         // No bindings came yet that anything could be found of.
         layout.findings.clear();
-        Ok(Self { settings, gas, filling, layout, trends: Vec::new() })
+        let kept = KeptTrends::new(&settings, filling, host);
+        Ok(Self { settings, gas, filling, layout, trends: Vec::new(), kept })
     }
 }
 
@@ -120,11 +128,14 @@ impl Overlay for Sf6Density {
 
     fn draw(&mut self, frame: &OverlayFrame<'_>, canvas: &mut Canvas<'_>) -> Result<(), Error> {
         let values: Vec<TagValue> = frame.values().collect();
-        let Self { settings, gas, filling, layout, trends } = self;
+        if let Some(kept) = &mut self.kept {
+            kept.restore(frame.unix_nanos(), &mut self.trends);
+        }
+        let Self { settings, gas, filling, layout, trends, kept } = self;
         let neighbors = Neighbors::new(settings, &layout.compartments, &values);
         let mut verdicts = Vec::with_capacity(layout.compartments.len());
         let mut updates_left = MAX_TRENDS_A_FRAME;
-        for (compartment, (_, trend)) in layout.compartments.iter().zip(trends) {
+        for (compartment, (_, trend)) in layout.compartments.iter().zip(&mut *trends) {
             let temperature = neighbors.temperature(settings, compartment, &values);
             let pressure = read_pressure(settings, compartment, &values);
             let assessment = pressure
@@ -155,7 +166,18 @@ impl Overlay for Sf6Density {
             let pressure = pressure.as_ref().ok();
             verdicts.push(show(compartment, (&outcome, pressure, is_exact), canvas)?);
         }
+        if let Some(kept) = kept {
+            kept.save(trends);
+        }
         give_verdicts(&verdicts, canvas)
+    }
+}
+
+impl Drop for Sf6Density {
+    fn drop(&mut self) {
+        if let Some(kept) = &mut self.kept {
+            kept.close(&self.trends);
+        }
     }
 }
 
@@ -204,6 +226,8 @@ fn show(
 
 busbar_plugin_sdk::export_plugin!(Sf6Density: overlay);
 
+#[cfg(test)]
+mod kept_trend_tests;
 #[cfg(test)]
 mod leak_tests;
 #[cfg(test)]

@@ -149,7 +149,7 @@ fn read_air(
 /// State of the density contacts of a compartment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ContactState {
-    /// There is none.
+    /// Compartment without a density contact.
     Absent,
     /// All are known, and none reports an alarm.
     Calm,

@@ -1,5 +1,7 @@
 //! Settings of the overlay: compartments, thresholds, gas, and what bounds the inputs.
 
+use busbar_plugin_sdk::state_file_fault;
+
 use crate::gas::EquationOfState;
 use crate::gas_model::GasModel;
 use crate::mixture::{Mixture, MixtureSettings};
@@ -81,16 +83,20 @@ pub struct Settings {
     #[serde(default)]
     #[schemars(length(max = MAX_EQUIPMENT))]
     pub untelemetered: Vec<String>,
+    /// File that keeps the trends of gas across restarts: an absolute path, or one that
+    /// `${folder}/` begins for the folder of the configuration.
+    #[serde(default)]
+    pub state_file: Option<String>,
 }
 
-/// Unit of pressures.
+/// Unit of the pressures of settings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
 pub enum PressureUnit {
-    /// 0.1 MPa.
+    /// Bar, which is 0.1 MPa.
     #[default]
     #[serde(rename = "bar")]
     Bar,
-    /// Megapascal.
+    /// Megapascal, the unit of computation.
     #[serde(rename = "MPa")]
     Mpa,
 }
@@ -104,7 +110,7 @@ impl PressureUnit {
         }
     }
 
-    /// Megapascals of one.
+    /// Returns the megapascals of one unit.
     pub fn megapascals(self) -> f64 {
         match self {
             Self::Bar => 0.1,
@@ -141,6 +147,9 @@ impl Settings {
             return Some(format!(
                 "lock_out {lock_out}, alarm {alarm} and filling {filling} must rise in this order"
             ));
+        }
+        if let Some(fault) = self.state_file.as_deref().and_then(state_file_fault) {
+            return Some(fault);
         }
         let [coldest, hottest] = self.temperature_range;
         if !(-100.0 <= coldest && coldest < hottest && hottest <= 200.0) {

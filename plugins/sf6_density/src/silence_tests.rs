@@ -12,7 +12,7 @@ use super::*;
 /// digits.
 const MARGIN: f64 = 0.012;
 
-/// Pseudorandom numbers (splitmix64).
+/// Generator of pseudorandom numbers (splitmix64).
 struct Random(u64);
 
 impl Random {

@@ -3,10 +3,20 @@
 
 use std::collections::VecDeque;
 
+use busbar_plugin_sdk::StoredState;
+
 use crate::theil_sen::{Slope, estimate_slope, median_of};
 
 /// Buckets that a window is divided into at most.
 const MAX_BUCKETS: i64 = 120;
+/// Closed buckets that are kept at most, those of a window's ends included.
+const MAX_KEPT_BUCKETS: usize = MAX_BUCKETS as usize + 8;
+/// Index of a kept bucket at most: those of any clock are less.
+const MAX_INDEX: i64 = 1 << 40;
+/// Gas of a kept sample at most, % of the filling.
+const MAX_PERCENT: f64 = 1e4;
+/// Temperature of a kept sample at most, °C.
+const MAX_CELSIUS: f64 = 1e3;
 /// Samples of a bucket: more come too soon after each other.
 const MAX_SAMPLES: usize = 96;
 /// Share of the window that must be covered before a rate is told.
@@ -15,7 +25,8 @@ const LEAST_SHARE: f64 = 0.25;
 const LEAST_BUCKETS: usize = 7;
 /// Days of a window from which on buckets are whole days.
 const LEAST_DAYS: f64 = 2.0;
-const NANOS_A_DAY: f64 = 86_400e9;
+/// Nanoseconds of a day.
+pub(crate) const NANOS_A_DAY: f64 = 86_400e9;
 const NANOS_A_YEAR: f64 = 365.25 * NANOS_A_DAY;
 /// Rise from bucket to bucket that is a refill, % of the filling.
 const REFILL_STEP: f64 = 2.0;
@@ -37,7 +48,7 @@ pub struct Sample {
     pub celsius: f64,
 }
 
-/// Loss of gas.
+/// Loss of gas from a compartment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Loss {
     /// Loss, % of the filling a year.
@@ -65,6 +76,37 @@ struct OpenBucket {
     index: i64,
     last: i64,
     samples: Vec<Sample>,
+}
+
+/// Medians and samples of a trend as they are kept across restarts, in numbers that are
+/// rounded to 0.00001 % and 0.001 K.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub(crate) struct KeptTrend {
+    /// Scene time of the newest sample, nanoseconds since 1970-01-01 UTC.
+    pub(crate) unix_nanos: i64,
+    /// Parameters that the trend belongs to.
+    pub(crate) parameters: String,
+    /// Closed buckets: index, %, °C.
+    buckets: Vec<(i64, f64, f64)>,
+    /// Index of the open bucket, and its samples: %, °C.
+    open: (i64, Vec<(f64, f64)>),
+}
+
+impl StoredState for KeptTrend {
+    fn is_plausible(&self) -> bool {
+        let is_sample = |&(percent, celsius): &(f64, f64)| {
+            (0.0..=MAX_PERCENT).contains(&percent) && (-273.15..=MAX_CELSIUS).contains(&celsius)
+        };
+        let (open, samples) = &self.open;
+        let indices = self.buckets.iter().map(|bucket| bucket.0).chain([*open]);
+        let median = |bucket: &(i64, f64, f64)| (bucket.1, bucket.2);
+        self.buckets.len() <= MAX_KEPT_BUCKETS
+            && (1..=MAX_SAMPLES).contains(&samples.len())
+            && indices.clone().is_sorted_by(|a, b| a < b)
+            && indices.clone().all(|index| (-MAX_INDEX..=MAX_INDEX).contains(&index))
+            && self.buckets.iter().map(median).all(|sample| is_sample(&sample))
+            && samples.iter().all(is_sample)
+    }
 }
 
 /// Compensated densities over a window of time.
@@ -142,6 +184,33 @@ impl Trend {
         while self.buckets.front().is_some_and(|bucket| bucket.index < oldest) {
             self.buckets.pop_front();
         }
+        self.is_due = true;
+    }
+
+    /// Returns the trend as it is kept across restarts; `None` without any sample.
+    pub(crate) fn to_kept(&self, parameters: String) -> Option<KeptTrend> {
+        let open = self.open.as_ref()?;
+        let percent = |sample: &Sample| (sample.percent * 1e5).round() / 1e5;
+        let celsius = |sample: &Sample| (sample.celsius * 1e3).round() / 1e3;
+        let bucket = |of: &Bucket| (of.index, percent(&of.median), celsius(&of.median));
+        let samples = open.samples.iter().map(|sample| (percent(sample), celsius(sample)));
+        Some(KeptTrend {
+            unix_nanos: open.last,
+            parameters,
+            buckets: self.buckets.iter().map(bucket).collect(),
+            open: (open.index, samples.collect()),
+        })
+    }
+
+    /// Takes what was kept of a trend over the same window.
+    pub(crate) fn restore(&mut self, kept: KeptTrend) {
+        let KeptTrend { unix_nanos, buckets, open: (index, samples), .. } = kept;
+        let bucket =
+            |(index, percent, celsius)| Bucket { index, median: Sample { percent, celsius } };
+        self.buckets = buckets.into_iter().map(bucket).collect();
+        let sample = |(percent, celsius)| Sample { percent, celsius };
+        let samples = samples.into_iter().map(sample).collect();
+        self.open = Some(OpenBucket { index, last: unix_nanos, samples });
         self.is_due = true;
     }
 

@@ -22,7 +22,7 @@ const VALUE: &str = "value";
 const QUALITY: &str = "quality";
 const TIME: &str = "time";
 
-/// Why a query gave nothing for any of its tags.
+/// Fault of a query that gave nothing for any of its tags.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub(crate) enum QueryFault {
     #[error("{0}")]
@@ -40,7 +40,7 @@ pub(crate) enum QueryFault {
 }
 
 impl QueryFault {
-    /// What its tags say of it.
+    /// Returns the reason for the query's tags.
     pub(crate) fn reason(&self) -> Reason {
         match self {
             Self::Unavailable(_) => Reason::Communication,
@@ -50,7 +50,7 @@ impl QueryFault {
     }
 }
 
-/// What one answer has for the tags of its query.
+/// Samples of one answer for the tags of its query.
 pub(crate) struct Answer<'a> {
     points: &'a Points,
     rules: TimeRules,
@@ -59,21 +59,21 @@ pub(crate) struct Answer<'a> {
     rows: usize,
     /// Fault of the key of a row that may be of any tag.
     unassigned: Option<String>,
-    /// By point.
-    found: Vec<Option<Found>>,
+    /// Samples found, by point.
+    found: Vec<Option<FoundSample>>,
 }
 
 /// One for each tag, in order, and what is wrong with it.
 pub(crate) type Samples = Vec<(Sample, Option<String>)>;
 
-struct Found {
+struct FoundSample {
     sample: Sample,
     remark: Option<String>,
-    /// Whether rows of the same key contradict each other.
+    /// Reports whether rows of the same key contradict each other.
     is_ambiguous: bool,
 }
 
-/// Where values are in a row.
+/// Columns of the values in a row.
 enum Places<'a> {
     Nowhere,
     Wide(Vec<Result<ColumnsOfTag, String>>),
@@ -152,7 +152,7 @@ impl<'a> Answer<'a> {
                             Some(format!("{what}; the query has {}", self.columns)),
                         ),
                     };
-                    self.found[index] = Some(Found { sample, remark, is_ambiguous: false });
+                    self.found[index] = Some(FoundSample { sample, remark, is_ambiguous: false });
                 }
             }
             Places::Long { by_key, key, columns } => {
@@ -185,19 +185,19 @@ impl<'a> Answer<'a> {
         if self.rows == 0 && matches!(self.places, Places::Wide(_)) {
             return Err(QueryFault::NoRow);
         }
-        let outcome = |(point, found): (_, Option<Found>)| {
+        let outcome = |(point, found): (_, Option<FoundSample>)| {
             let point: &crate::points::Point = point;
             match found {
                 None => {
                     let remark = "no row has its key".to_owned();
                     (Sample::bad(point.tag, Reason::Sensor), Some(remark))
                 }
-                Some(Found { is_ambiguous: true, .. }) => {
+                Some(FoundSample { is_ambiguous: true, .. }) => {
                     let remark = "several rows have its key, and their times do not tell which \
                                   is the newest: select one row a key, or give `time`";
                     (Sample::bad(point.tag, Reason::Configuration), Some(remark.to_owned()))
                 }
-                Some(Found { sample, remark, .. }) => match &self.unassigned {
+                Some(FoundSample { sample, remark, .. }) => match &self.unassigned {
                     // The row may be one of this tag, and newer.
                     Some(what) if sample.quality.is_good() => {
                         let quality = Quality::Uncertain(Reason::Configuration);
@@ -211,10 +211,10 @@ impl<'a> Answer<'a> {
     }
 }
 
-/// Of two rows of one key the newer one counts.
-fn merge(found: &mut Option<Found>, sample: Sample, remark: Option<String>) {
-    let new = Found { sample, remark, is_ambiguous: false };
-    let time = |found: &Found| -> Option<SystemTime> { found.sample.source_time };
+/// Merges two rows of one key: the newer one counts.
+fn merge(found: &mut Option<FoundSample>, sample: Sample, remark: Option<String>) {
+    let new = FoundSample { sample, remark, is_ambiguous: false };
+    let time = |found: &FoundSample| -> Option<SystemTime> { found.sample.source_time };
     match found {
         None => *found = Some(new),
         Some(old) => match (time(old), time(&new)) {

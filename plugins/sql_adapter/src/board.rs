@@ -34,7 +34,7 @@ pub(crate) struct Board {
 struct Query {
     name: String,
     points: Arc<Points>,
-    /// What was last said of it.
+    /// Fault of the query that was last reported.
     fault: Option<QueryFault>,
     /// By point: whether it was said what is wrong with it.
     is_told: Vec<bool>,

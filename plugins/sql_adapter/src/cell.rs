@@ -1,4 +1,4 @@
-//! What a database gives in one column of one row, whichever database it is.
+//! Cell of a database's result: one column of one row, independent of the database.
 
 use std::borrow::Cow;
 use std::time::SystemTime;
@@ -15,7 +15,7 @@ pub(crate) enum Cell<'a> {
     Time(SystemTime),
     /// A time without a zone, nanoseconds from 1970-01-01T00:00:00 of its clock.
     LocalTime(i64),
-    /// What no tag can take, in words, with a remedy.
+    /// Value that no tag can take, in words, with a remedy.
     Unusable(Cow<'static, str>),
 }
 

@@ -30,7 +30,7 @@ pub(crate) struct RowTime {
     pub(crate) is_ambiguous: bool,
 }
 
-/// What one row has for one tag.
+/// Reading of one tag in one row.
 pub(crate) struct Reading<'a> {
     pub(crate) value: Cell<'a>,
     /// `None` where the source has none.

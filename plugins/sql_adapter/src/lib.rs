@@ -28,18 +28,18 @@ use crate::board::{Board, list};
 pub use crate::settings::Settings;
 use crate::settings::{Config, Database};
 
-/// How long the thread waits for a name lookup that hangs in the system.
+/// Longest wait for a name lookup that hangs in the system.
 const LOOKUP_LIMIT: Duration = Duration::from_millis(500);
 
-/// The plugin.
+/// Telemetry plugin for SQL databases.
 pub struct SqlAdapter {
     config: Config,
     host: Host,
-    running: Option<Running>,
+    running: Option<RunningWorker>,
 }
 
 /// Dropped in this order: told to end, then waited for.
-struct Running {
+struct RunningWorker {
     _stop: oneshot::Sender<()>,
     _worker: Worker,
 }
@@ -99,7 +99,7 @@ impl Telemetry for SqlAdapter {
                 })
             }
         }?;
-        self.running = Some(Running { _stop: stop, _worker: worker });
+        self.running = Some(RunningWorker { _stop: stop, _worker: worker });
         Ok(())
     }
 

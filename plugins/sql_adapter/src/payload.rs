@@ -26,7 +26,7 @@ pub(crate) struct Payload {
 pub(crate) struct PayloadFault {
     /// The fault, in words that repeat nothing of it.
     pub(crate) what: String,
-    /// Its key, where it has one that can be trusted.
+    /// Key of the payload, where it has one that can be trusted.
     pub(crate) key: Option<String>,
 }
 

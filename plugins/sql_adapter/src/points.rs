@@ -22,7 +22,7 @@ pub(crate) struct Point {
     /// Id of the tag, for messages.
     pub(crate) id: String,
     pub(crate) kind: ValueKind,
-    /// What the source's words for states mean; empty where it has numbers.
+    /// Values of the source's words for states; empty where it has numbers.
     pub(crate) states: StateWords<Value>,
 }
 
@@ -33,10 +33,10 @@ pub(crate) struct Points {
     pub(crate) shape: Shape,
 }
 
-/// How a query names its values.
+/// Form in which a query returns its values.
 #[derive(Debug, Default)]
 pub(crate) enum Shape {
-    /// No tag asks.
+    /// Query that no tag uses.
     #[default]
     Unused,
     /// One row, a column a tag; by point.

@@ -13,14 +13,14 @@ use crate::settings::Settings;
 
 /// A value as a database gives it.
 #[derive(Clone, Copy, Debug)]
-pub enum Given<'a> {
-    /// NULL.
+pub enum CellInput<'a> {
+    /// SQL value NULL of any column.
     Null,
-    /// SQLite's INTEGER.
+    /// Integer of SQLite (INTEGER).
     Integer(i64),
-    /// SQLite's REAL.
+    /// Floating-point number of SQLite (REAL).
     Real(f64),
-    /// SQLite's TEXT.
+    /// Text of SQLite (TEXT).
     Text(&'a str),
     /// PostgreSQL's type, by its OID, and the value in binary form.
     Postgres(u32, &'a [u8]),
@@ -53,7 +53,7 @@ pub fn answer(
     settings: Settings,
     tags: &[TagSpec],
     columns: &[&str],
-    rows: &[Vec<Given<'_>>],
+    rows: &[Vec<CellInput<'_>>],
 ) -> Result<Vec<Sample>, Error> {
     let config = settings.parse()?;
     let points = points::parse(tags, &config)?;
@@ -61,13 +61,13 @@ pub fn answer(
     let failed = |fault: crate::answer::QueryFault| Error::failed(fault.to_string());
     let mut answer = Answer::begin(points, columns, &config.times).map_err(failed)?;
     for row in rows {
-        answer.take(&GivenRow(row)).map_err(failed)?;
+        answer.take(&InputRow(row)).map_err(failed)?;
     }
     let samples = answer.finish().map_err(failed)?;
     Ok(samples.into_iter().map(|(sample, _)| sample).collect())
 }
 
-/// Whether the client may see a stream of a server that comes in these pieces.
+/// Reports whether the client may see a stream of a server that arrives in these pieces.
 ///
 /// # Errors
 /// What is in it that must not be, in words.
@@ -78,16 +78,16 @@ pub fn watch<'a>(
     check_stream(pieces, is_encrypted).map_err(|excess| excess.to_string())
 }
 
-struct GivenRow<'a>(&'a [Given<'a>]);
+struct InputRow<'a>(&'a [CellInput<'a>]);
 
-impl Row for GivenRow<'_> {
+impl Row for InputRow<'_> {
     fn cell(&self, column: usize) -> Cell<'_> {
         match self.0.get(column) {
-            None | Some(Given::Null) => Cell::Null,
-            Some(Given::Integer(value)) => Cell::Int(*value),
-            Some(Given::Real(value)) => Cell::Float(*value),
-            Some(Given::Text(text)) => Cell::Text((*text).into()),
-            Some(Given::Postgres(oid, bytes)) => {
+            None | Some(CellInput::Null) => Cell::Null,
+            Some(CellInput::Integer(value)) => Cell::Int(*value),
+            Some(CellInput::Real(value)) => Cell::Float(*value),
+            Some(CellInput::Text(text)) => Cell::Text((*text).into()),
+            Some(CellInput::Postgres(oid, bytes)) => {
                 let of = Type::from_oid(*oid).unwrap_or(Type::UNKNOWN);
                 let malformed = |_| Cell::Unusable("a malformed value".into());
                 Cell::from_sql(&of, bytes).unwrap_or_else(malformed)

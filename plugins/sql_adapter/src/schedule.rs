@@ -1,9 +1,8 @@
-//! Which query is due when.
+//! Schedule of the queries by their periods.
 
 use std::time::{Duration, Instant};
 
-/// When each query runs next. One that comes late runs once, not once for each time
-/// that it missed.
+/// Next run of each query. A late one runs once, not once for each missed time.
 pub(crate) struct Schedule {
     /// `None` where it runs no more in this connection.
     due: Vec<Option<Instant>>,

@@ -23,22 +23,22 @@ const MAX_NAME_BYTES: usize = 253;
 const MAX_CHANNEL_BYTES: usize = 63;
 /// The shortest and the longest period, milliseconds.
 const PERIODS: std::ops::RangeInclusive<u64> = 100..=86_400_000;
-/// Deadlines, milliseconds.
+/// Range of deadlines, milliseconds.
 const DEADLINES: std::ops::RangeInclusive<u64> = 100..=600_000;
 
 /// A database, and what is asked of it. Give `postgres` or `sqlite`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
-    /// A PostgreSQL server.
+    /// Server of a PostgreSQL database.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "RawPostgres")]
     postgres: Option<RawPostgres>,
-    /// An SQLite file.
+    /// File of an SQLite database.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "RawSqlite")]
     sqlite: Option<RawSqlite>,
-    /// What is asked, and how often.
+    /// Queries, and their periods.
     #[schemars(length(min = 1, max = 256), example = example_queries())]
     queries: Vec<RawQuery>,
     /// Channels on which a PostgreSQL server tells of new values.
@@ -82,16 +82,16 @@ struct RawPostgres {
     /// Name of the role; one that may only read.
     #[schemars(length(min = 1, max = 253))]
     user: String,
-    /// Its password.
+    /// Password of the user.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "Secret")]
     password: Option<Secret>,
-    /// How the connection is encrypted; nothing weaker is ever tried. Over TCP the
-    /// default is `verify-full`, over a Unix socket only `disable` is possible.
+    /// Encryption of the connection; nothing weaker is ever tried. Over TCP the default is
+    /// `verify-full`, over a Unix socket only `disable` is possible.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "SslMode")]
     sslmode: Option<SslMode>,
-    /// Certificates for `verify-full`.
+    /// Certificates for the mode `verify-full`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "RawTls")]
     tls: Option<RawTls>,
@@ -105,11 +105,11 @@ struct RawPostgres {
     keepalive_millis: u64,
 }
 
-/// How a connection is encrypted.
+/// Encryption of a connection.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
 enum SslMode {
-    /// Not at all.
+    /// Connection without any encryption.
     Disable,
     /// By TLS, to a server whose certificate an authority of `tls.ca` vouches for and
     /// whose name it has.
@@ -138,7 +138,7 @@ struct RawSqlite {
     path: PathBuf,
 }
 
-/// One query.
+/// Query of the database.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct RawQuery {
@@ -196,7 +196,7 @@ pub(crate) struct Config {
     pub(crate) times: TimeRules,
 }
 
-/// Which database.
+/// Database to connect to.
 #[derive(Clone, Debug)]
 pub(crate) enum Database {
     Postgres(Box<Postgres>),
@@ -217,7 +217,7 @@ pub(crate) struct Postgres {
     pub(crate) keepalive: Duration,
 }
 
-/// Where certificates are; all paths are absolute.
+/// Paths of certificates and keys; all are absolute.
 #[derive(Clone, Debug)]
 pub(crate) struct TlsFiles {
     pub(crate) ca: PathBuf,

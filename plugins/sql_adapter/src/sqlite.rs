@@ -35,7 +35,7 @@ const MAX_LOCK_WAIT: Duration = Duration::from_millis(500);
 /// A file that could be read so long deserves a quick second try.
 const STABLE_AFTER: Duration = Duration::from_secs(10);
 
-/// Why no query can be asked.
+/// Fault of the file, for which no query can run.
 #[derive(Debug, Error)]
 enum FileFault {
     #[error("it cannot be opened: {0}")]
@@ -134,7 +134,7 @@ impl Session<'_> {
         Ok(answer.finish())
     }
 
-    /// What an error says of its query, or of the file.
+    /// Classifies an error as a fault of its query, or of the file.
     fn judge(&self, error: &rusqlite::Error) -> Result<QueryFault, FileFault> {
         let text = shown(&error.to_string());
         let code = match error {

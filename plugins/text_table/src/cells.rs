@@ -51,7 +51,7 @@ impl Cells {
     ///
     /// # Errors
     /// More cells than a row may have.
-    pub(crate) fn cut(&mut self, line: &str) -> Result<(), String> {
+    pub fn cut(&mut self, line: &str) -> Result<(), String> {
         self.reader.reset();
         (self.written, self.count) = (0, 0);
         if !self.feed(line.as_bytes())? {

@@ -7,7 +7,7 @@ const MAX_SKIPPED_LINES: u32 = 10_000;
 /// Bytes of the longest start of a comment.
 const MAX_COMMENT_BYTES: usize = 16;
 
-/// Character between cells.
+/// Delimiter: the character between cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Delimiter(u8);
 

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use encoding_rs::{Encoding, UTF_8, UTF_16BE, UTF_16LE, WINDOWS_1252};
 
 /// Bytes of the longest byte order mark.
-pub(crate) const MAX_MARK_BYTES: usize = 3;
+pub const MAX_MARK_BYTES: usize = 3;
 
 /// Character encoding of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -25,7 +25,7 @@ mod zone;
 
 pub use cells::{Cells, MAX_COLUMNS};
 pub use dialect::{Delimiter, Dialect};
-pub use encoding::TextEncoding;
+pub use encoding::{MAX_MARK_BYTES, TextEncoding};
 pub use number::{NumberFormat, Separators};
 pub use rows::{NextRow, RowLimits, Rows};
 pub use state_words::StateWords;

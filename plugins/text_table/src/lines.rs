@@ -52,12 +52,32 @@ impl<R: Read + Seek> Lines<R> {
         offset: u64,
         number: u64,
     ) -> io::Result<Self> {
-        let line_feed = encoding.line_feed();
-        let carriage_return = encoding.carriage_return();
-        let reader = BufReader::new(file);
-        let mut lines = Self { reader, line_feed, carriage_return, offset, number };
+        let mut lines = Self::from_stream(file, encoding);
         lines.go_to(offset, number)?;
         Ok(lines)
+    }
+
+    /// Goes on from the start of another line.
+    ///
+    /// # Errors
+    /// Those of the file.
+    pub fn go_to(&mut self, offset: u64, number: u64) -> io::Result<()> {
+        self.reader.seek(SeekFrom::Start(offset))?;
+        (self.offset, self.number) = (offset, number);
+        Ok(())
+    }
+}
+
+impl<R: Read> Lines<R> {
+    /// Creates a reader of the lines of a stream, whose byte order mark is read already.
+    pub fn from_stream(stream: R, encoding: TextEncoding) -> Self {
+        Self {
+            reader: BufReader::new(stream),
+            line_feed: encoding.line_feed(),
+            carriage_return: encoding.carriage_return(),
+            offset: 0,
+            number: 1,
+        }
     }
 
     /// Looks at the first bytes for what ends a line: a carriage return alone, as once on the
@@ -71,16 +91,6 @@ impl<R: Read + Seek> Lines<R> {
         if !has(self.line_feed) && has(self.carriage_return) {
             self.line_feed = self.carriage_return;
         }
-        Ok(())
-    }
-
-    /// Goes on from the start of another line.
-    ///
-    /// # Errors
-    /// Those of the file.
-    pub fn go_to(&mut self, offset: u64, number: u64) -> io::Result<()> {
-        self.reader.seek(SeekFrom::Start(offset))?;
-        (self.offset, self.number) = (offset, number);
         Ok(())
     }
 

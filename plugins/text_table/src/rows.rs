@@ -19,7 +19,7 @@ const SEPARATOR_LINE: &str = "sep=";
 pub struct RowLimits {
     /// Bytes of all its lines.
     pub bytes: usize,
-    /// Cells.
+    /// Cells of a row.
     pub cells: usize,
 }
 

@@ -40,7 +40,7 @@ pub enum TimeFormat {
     Excel,
     /// Millionths of a serial day, as WinCC writes `Time_ms`, local time.
     Wincc,
-    /// Pattern of strftime.
+    /// Pattern in the syntax of strftime.
     Pattern(TimePattern),
 }
 
@@ -172,9 +172,9 @@ impl TimePattern {
 
 /// Fault of a time.
 enum Fault {
-    /// It is not of the format.
+    /// Text that does not match the format.
     Format,
-    /// It is of a year that it cannot be of.
+    /// Time of an implausible year.
     Implausible(Option<i16>),
     /// Another one, in words.
     Other(String),

@@ -16,7 +16,7 @@ pub struct Zone {
 /// Instant of a local time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Resolved {
-    /// Nanoseconds from 1970-01-01T00:00:00Z.
+    /// Nanoseconds since 1970-01-01 00:00 UTC.
     pub nanos: i64,
     /// True where the clock showed the time twice, and nothing tells which is meant.
     pub is_ambiguous: bool,

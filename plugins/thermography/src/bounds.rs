@@ -45,9 +45,9 @@ impl LoadFactors {
 pub(crate) struct Surroundings<'s> {
     /// Temperature of the contact, within [`CONTACT_RANGE`].
     pub(crate) hot: f64,
-    /// Those of its peers.
+    /// Temperatures of the peers of the contact.
     pub(crate) peers: &'s [Temperature],
-    /// Those of the air; several where it is not known which counts.
+    /// Temperatures of the air; several where it is not known which counts.
     pub(crate) ambients: &'s [Ambient],
     pub(crate) load: LoadFactors,
     /// Distance below the air from which on a temperature is not believed, K.

@@ -19,13 +19,13 @@ use contacts::{BoundContact, Layout, layout};
 use judgment::{ContactJudgment, judge_device};
 use piece_verdicts::{SensorVerdict, give_verdicts};
 
-/// The overlay.
+/// Overlay of contact temperatures.
 pub struct Thermography {
     settings: Settings,
     layout: Layout,
     /// Values that `judgments` are of: contacts change once in many frames.
     judged: Vec<(Option<Value>, Quality)>,
-    /// Judgments by device.
+    /// Judgments on the contacts, by device.
     judgments: Vec<Vec<ContactJudgment>>,
 }
 

@@ -68,7 +68,7 @@ impl Rule {
 /// Rule with its limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grading {
-    /// Rule that grades.
+    /// Rule that grades a rise.
     pub rule: Rule,
     /// Part that is measured.
     pub part: Part,

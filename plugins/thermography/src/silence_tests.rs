@@ -8,7 +8,7 @@ use serde_json::json;
 use super::tests::{binding, overlay, value};
 use super::*;
 
-/// Pseudorandom numbers (splitmix64).
+/// Generator of pseudorandom numbers (splitmix64).
 struct Random(u64);
 
 impl Random {

@@ -1,6 +1,6 @@
 """Compares series of the thermal model with two independent implementations.
 
-Reads the CSV of the example `series` from standard input, works the same series out with the
+Reads the CSV of the example `series` from standard input or a file, works the same series out with the
 package transformer-thermal-model (PyPI, MPL-2.0) and with the difference equations of
 IEC 60076-7:2018, annex C, in steps of a tenth of a minute, and prints the worst deviation of
 each quantity as CSV. Exit status 1 where one is above its limit.
@@ -111,7 +111,7 @@ def by_difference_equations(rows):
 
 
 def main():
-    table = pd.read_csv(sys.stdin)
+    table = pd.read_csv(sys.argv[1] if len(sys.argv) > 1 else sys.stdin)
     worst = dict.fromkeys(LIMITS, 0.0)
     for _, rows in table.groupby("profile"):
         references = {"package": by_package(rows), "difference_equations": by_difference_equations(rows)}
@@ -121,6 +121,8 @@ def main():
                 deviation = abs(ours - other)
                 if LIMITS[reference, quantity][1] == "relative":
                     deviation /= abs(other)
+                # What is no number deviates from any.
+                deviation = math.inf if math.isnan(deviation) else deviation
                 worst[reference, quantity] = max(worst[reference, quantity], deviation)
     print("reference,quantity,points,worst,unit,limit,verdict")
     for (reference, quantity), deviation in worst.items():

@@ -12,7 +12,6 @@ mod operating_point;
 mod ratings;
 mod settings;
 mod settings_faults;
-mod state_file;
 mod temperature_band;
 mod thermal_constants;
 mod transformer;
@@ -23,7 +22,7 @@ use std::time::{Duration, Instant};
 pub use ageing::Oxygen;
 use busbar_plugin_sdk::{
     Basis, Binding, Canvas, Description, Error, Host, Judgment, LogLevel, Overlay, OverlayFrame,
-    Plugin, Severity, TagValue,
+    Plugin, Severity, StateFile, StateFileLayout, TagValue,
 };
 pub use model::{Parameters, Temperatures};
 pub use settings::{
@@ -32,17 +31,24 @@ pub use settings::{
 
 use crate::assessment::{Assessment, Estimate, degrees, per_unit};
 use crate::inputs::Inputs;
-use crate::state_file::{Entry, StateFile};
-use crate::transformer::Transformer;
+use crate::transformer::{Entry, Transformer};
 
 /// Wall-clock time between two writings of the states.
 const SAVE_INTERVAL: Duration = Duration::from_secs(60);
+
+/// Layout of the file that keeps the states of all transformers.
+const STATE_FILE: StateFileLayout = StateFileLayout {
+    version: 1,
+    key: "transformers",
+    max_bytes: 8 << 20,
+    subject: "temperatures",
+};
 
 /// Overlay of transformer temperatures.
 pub struct TransformerThermal {
     settings: Settings,
     transformers: Vec<Transformer>,
-    states: Option<StateFile>,
+    states: Option<StateFile<Entry>>,
     /// States of the file that no frame has taken yet.
     restored: HashMap<String, Entry>,
     last_save: Instant,
@@ -62,7 +68,8 @@ impl Plugin for TransformerThermal {
         if let Some(fault) = settings.fault() {
             return Err(Error::settings(fault));
         }
-        let states = settings.state_file.as_ref().map(|file| StateFile::new(file, host.clone()));
+        let states =
+            settings.state_file.as_ref().map(|file| StateFile::new(file, STATE_FILE, host.clone()));
         let restored = states.as_ref().map(StateFile::read).unwrap_or_default();
         let transformers =
             settings.transformers.iter().map(|of| Transformer::new(of, &settings)).collect();
@@ -163,7 +170,7 @@ impl Drop for TransformerThermal {
     fn drop(&mut self) {
         let entries = self.entries();
         if let Some(states) = self.states.as_mut().filter(|_| self.has_drawn) {
-            states.close(entries);
+            states.close(&entries);
         }
     }
 }

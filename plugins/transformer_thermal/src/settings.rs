@@ -192,7 +192,7 @@ pub enum Size {
     Small,
     /// Up to 100 MVA.
     Medium,
-    /// Above 100 MVA.
+    /// Rated power above 100 MVA.
     Large,
 }
 
@@ -200,12 +200,12 @@ pub enum Size {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Loading {
-    /// Normal cyclic loading.
+    /// Normal cyclic loading (IEC 60076-7).
     #[default]
     NormalCyclic,
-    /// Long-time emergency loading.
+    /// Long-time emergency loading (IEC 60076-7).
     LongTimeEmergency,
-    /// Short-time emergency loading.
+    /// Short-time emergency loading (IEC 60076-7).
     ShortTimeEmergency,
 }
 

@@ -1,7 +1,8 @@
 //! Faults of the settings that no binding could mend, each with its place and remedy.
 
 use std::collections::HashSet;
-use std::path::Path;
+
+use busbar_plugin_sdk::state_file_fault;
 
 use crate::ageing::MAX_MOISTURE;
 use crate::interval::Interval;
@@ -17,12 +18,8 @@ impl Settings {
         if self.transformers.is_empty() || self.transformers.len() > MAX_TRANSFORMERS {
             return Some(format!("name 1 to {MAX_TRANSFORMERS} transformers"));
         }
-        if let Some(file) = self.state_file.as_deref().filter(|file| !Path::new(file).is_absolute())
-        {
-            return Some(format!(
-                "state_file: '{file}' is no absolute path; ${{folder}}/ before it is the folder \
-                 of the configuration"
-            ));
+        if let Some(fault) = self.state_file.as_deref().and_then(state_file_fault) {
+            return Some(fault);
         }
         let mut seen = HashSet::new();
         if let Some(of) = self.transformers.iter().find(|of| !seen.insert(&of.equipment)) {

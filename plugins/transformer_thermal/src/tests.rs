@@ -41,7 +41,7 @@ fn create(transformer: &str, more: &str) -> TransformerThermal {
 struct Bench {
     overlay: TransformerThermal,
     bindings: Option<Vec<Binding>>,
-    /// Minutes since [`START`].
+    /// Minutes since the instant [`START`].
     minute: i64,
 }
 

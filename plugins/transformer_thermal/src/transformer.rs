@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use busbar_plugin_sdk::TagValue;
+use busbar_plugin_sdk::{StoredState, TagValue};
 
 use crate::ageing::Paper;
 use crate::assessment::Estimate;
@@ -27,6 +27,19 @@ pub(crate) struct State {
     /// Last load that was known, per unit.
     pub(crate) last_load: Option<f64>,
     pub(crate) life: LossOfLife,
+}
+
+/// State of a transformer, and the parameters that it belongs to.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub(crate) struct Entry {
+    pub(crate) parameters: String,
+    pub(crate) state: State,
+}
+
+impl StoredState for Entry {
+    fn is_plausible(&self) -> bool {
+        self.state.is_plausible()
+    }
 }
 
 impl State {

@@ -8,7 +8,7 @@ use std::process::Command;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use e2e::{Output, built, built_folder, busbar, finish, workspace_path};
-use fault_injector::{At, FAULT_VARIABLE, Fault, Kind};
+use fault_injector::{CallSite, FAULT_VARIABLE, Fault, Misbehavior};
 use serde_json::{Value, json};
 
 /// Longest time of a case with a hang, seconds.
@@ -16,49 +16,49 @@ const HANG_SECONDS: &str = "4";
 /// Number of checks side by side, which mostly wait.
 const CHECKED_AT_ONCE: usize = 8;
 /// Sample of faults, one of each kind at different functions, which CI runs instead of all.
-const SAMPLE: &[(Kind, At)] = &[
-    (Kind::Panic, At::Configure),
-    (Kind::MissingVerdict, At::Draw),
-    (Kind::VerdictOutOfRange, At::Draw),
-    (Kind::UnknownWithoutReason, At::Draw),
-    (Kind::IndexOutOfBounds, At::Optimize),
-    (Kind::PanicInDrop, At::Destroy),
-    (Kind::Segfault, At::Publish),
-    (Kind::StackOverflow, At::Draw),
-    (Kind::Abort, At::Check),
-    (Kind::Exit, At::Stop),
-    (Kind::AllocationFailure, At::Create),
-    (Kind::EndlessLoop, At::Init),
-    (Kind::Deadlock, At::GetFactory),
-    (Kind::DoubleFree, At::GetCapability),
-    (Kind::CloseDescriptors, At::Start),
-    (Kind::LeakMemory, At::Create),
-    (Kind::LeakDescriptor, At::Deinit),
-    (Kind::LeakThread, At::Start),
-    (Kind::LieAboutSize, At::Descriptor),
-    (Kind::NotUtf8, At::Draw),
-    (Kind::NotFinite, At::Publish),
-    (Kind::OutOfRange, At::Count),
-    (Kind::NullResult, At::Create),
-    (Kind::Overrun, At::Optimize),
-    (Kind::Flood, At::Publish),
-    (Kind::AfterStop, At::Publish),
-    (Kind::Segfault, At::Simulate),
-    (Kind::LeakMemory, At::StopSimulation),
-    (Kind::NotUtf8, At::SimulationStatus),
-    (Kind::OutOfRange, At::RunCommand),
-    (Kind::LeakDescriptor, At::RunCommand),
-    (Kind::Panic, At::DescribeChart),
-    (Kind::NotFinite, At::ReadChart),
-    (Kind::OutOfRange, At::ReadChart),
-    (Kind::Overrun, At::Explain),
-    (Kind::NotUtf8, At::DescribeRecords),
-    (Kind::OutOfRange, At::ReadRecords),
-    (Kind::Overrun, At::ReadRecords),
-    (Kind::NotUtf8, At::ReadAlarms),
-    (Kind::OutOfRange, At::ReadAlarms),
-    (Kind::Flood, At::ReadAlarms),
-    (Kind::Overrun, At::ReadAlarms),
+const SAMPLE: &[(Misbehavior, CallSite)] = &[
+    (Misbehavior::Panic, CallSite::Configure),
+    (Misbehavior::MissingVerdict, CallSite::Draw),
+    (Misbehavior::VerdictOutOfRange, CallSite::Draw),
+    (Misbehavior::UnknownWithoutReason, CallSite::Draw),
+    (Misbehavior::IndexOutOfBounds, CallSite::Optimize),
+    (Misbehavior::PanicInDrop, CallSite::Destroy),
+    (Misbehavior::Segfault, CallSite::Publish),
+    (Misbehavior::StackOverflow, CallSite::Draw),
+    (Misbehavior::Abort, CallSite::Check),
+    (Misbehavior::Exit, CallSite::Stop),
+    (Misbehavior::AllocationFailure, CallSite::Create),
+    (Misbehavior::EndlessLoop, CallSite::Init),
+    (Misbehavior::Deadlock, CallSite::GetFactory),
+    (Misbehavior::DoubleFree, CallSite::GetCapability),
+    (Misbehavior::CloseDescriptors, CallSite::Start),
+    (Misbehavior::LeakMemory, CallSite::Create),
+    (Misbehavior::LeakDescriptor, CallSite::Deinit),
+    (Misbehavior::LeakThread, CallSite::Start),
+    (Misbehavior::WrongStructSize, CallSite::Descriptor),
+    (Misbehavior::NotUtf8, CallSite::Draw),
+    (Misbehavior::NotFinite, CallSite::Publish),
+    (Misbehavior::OutOfRange, CallSite::Count),
+    (Misbehavior::NullResult, CallSite::Create),
+    (Misbehavior::Overrun, CallSite::Optimize),
+    (Misbehavior::Flood, CallSite::Publish),
+    (Misbehavior::AfterStop, CallSite::Publish),
+    (Misbehavior::Segfault, CallSite::Simulate),
+    (Misbehavior::LeakMemory, CallSite::StopSimulation),
+    (Misbehavior::NotUtf8, CallSite::SimulationStatus),
+    (Misbehavior::OutOfRange, CallSite::RunCommand),
+    (Misbehavior::LeakDescriptor, CallSite::RunCommand),
+    (Misbehavior::Panic, CallSite::DescribeChart),
+    (Misbehavior::NotFinite, CallSite::ReadChart),
+    (Misbehavior::OutOfRange, CallSite::ReadChart),
+    (Misbehavior::Overrun, CallSite::Explain),
+    (Misbehavior::NotUtf8, CallSite::DescribeRecords),
+    (Misbehavior::OutOfRange, CallSite::ReadRecords),
+    (Misbehavior::Overrun, CallSite::ReadRecords),
+    (Misbehavior::NotUtf8, CallSite::ReadAlarms),
+    (Misbehavior::OutOfRange, CallSite::ReadAlarms),
+    (Misbehavior::Flood, CallSite::ReadAlarms),
+    (Misbehavior::Overrun, CallSite::ReadAlarms),
 ];
 
 fn transformer() -> Value {
@@ -344,10 +344,10 @@ fn who_reads_wedges_and_denies_it_is_found() {
 #[test]
 fn a_fault_of_each_kind_is_found() {
     let missing: Vec<_> =
-        Kind::ALL.iter().filter(|kind| SAMPLE.iter().all(|(k, _)| k != *kind)).collect();
+        Misbehavior::ALL.iter().filter(|kind| SAMPLE.iter().all(|(k, _)| k != *kind)).collect();
     assert!(missing.is_empty(), "the sample lacks {missing:?}");
     let everywhere: BTreeSet<_> = SAMPLE.iter().map(|&(_, at)| at as usize).collect();
-    assert_eq!(everywhere.len(), At::ALL.len(), "the sample strikes everywhere");
+    assert_eq!(everywhere.len(), CallSite::ALL.len(), "the sample strikes everywhere");
     find_all(SAMPLE.iter().copied());
 }
 
@@ -355,11 +355,12 @@ fn a_fault_of_each_kind_is_found() {
 #[test]
 #[ignore = "takes minutes: every kind of fault at every function"]
 fn every_fault_is_found_everywhere() {
-    let all = Kind::ALL.iter().flat_map(|&kind| At::ALL.iter().map(move |&at| (kind, at)));
+    let all =
+        Misbehavior::ALL.iter().flat_map(|&kind| CallSite::ALL.iter().map(move |&at| (kind, at)));
     find_all(all.filter(|(kind, at)| kind.reaches(*at)));
 }
 
-fn find_all(faults: impl Iterator<Item = (Kind, At)>) {
+fn find_all(faults: impl Iterator<Item = (Misbehavior, CallSite)>) {
     let faults: Vec<_> = faults.collect();
     let next = AtomicUsize::new(0);
     let work = || {
@@ -392,7 +393,7 @@ fn check_with(fault: Fault) -> Output {
     if !fault.at.knows_settings() {
         command.env(FAULT_VARIABLE, json!(fault).to_string());
     }
-    let hangs = matches!(fault.kind, Kind::EndlessLoop | Kind::Deadlock);
+    let hangs = matches!(fault.kind, Misbehavior::EndlessLoop | Misbehavior::Deadlock);
     if hangs {
         command.args(["--limit", HANG_SECONDS]);
     }
@@ -401,27 +402,33 @@ fn check_with(fault: Fault) -> Output {
 
 /// Reports whether a line of a report names the fault, and its place for kinds that kill the
 /// process.
-fn explains(kind: Kind, at: At, line: &str) -> bool {
+fn explains(kind: Misbehavior, at: CallSite, line: &str) -> bool {
     let name = json!(at).as_str().expect("it has a name").to_owned();
-    let named = line.contains(&format!("in {name}")) || at == At::Publish;
+    let named = line.contains(&format!("in {name}")) || at == CallSite::Publish;
     let says = |words: &[&str]| words.iter().any(|word| line.contains(word));
     match kind {
         // Caught in the SDK, but for functions that are not Rust's to catch in.
-        Kind::Panic | Kind::IndexOutOfBounds | Kind::PanicInDrop => says(&["panicked"]),
-        Kind::Segfault => named && says(&["SIGSEGV"]),
-        Kind::StackOverflow => named && says(&["SIGSEGV", "SIGABRT"]),
-        Kind::Abort | Kind::AllocationFailure | Kind::DoubleFree => named && says(&["SIGABRT"]),
-        Kind::Exit => named && says(&["exit code 0"]),
-        Kind::EndlessLoop | Kind::Deadlock if at == At::Publish => says(&["left", "did not end"]),
-        Kind::EndlessLoop | Kind::Deadlock => named && says(&["did not end within"]),
-        Kind::CloseDescriptors => says(&["descriptors that it had not opened"]),
-        Kind::LeakMemory => says(&["bytes of heap"]),
-        Kind::LeakDescriptor => says(&["descriptors"]),
-        Kind::LeakThread => says(&["left_behind"]),
-        Kind::LieAboutSize => says(&["says that it has 8 bytes"]),
-        Kind::NotUtf8 => says(&["not UTF-8"]),
-        Kind::NotFinite => says(&["NaN", "not finite", "is infinite"]),
-        Kind::OutOfRange => says(&[
+        Misbehavior::Panic | Misbehavior::IndexOutOfBounds | Misbehavior::PanicInDrop => {
+            says(&["panicked"])
+        }
+        Misbehavior::Segfault => named && says(&["SIGSEGV"]),
+        Misbehavior::StackOverflow => named && says(&["SIGSEGV", "SIGABRT"]),
+        Misbehavior::Abort | Misbehavior::AllocationFailure | Misbehavior::DoubleFree => {
+            named && says(&["SIGABRT"])
+        }
+        Misbehavior::Exit => named && says(&["exit code 0"]),
+        Misbehavior::EndlessLoop | Misbehavior::Deadlock if at == CallSite::Publish => {
+            says(&["left", "did not end"])
+        }
+        Misbehavior::EndlessLoop | Misbehavior::Deadlock => named && says(&["did not end within"]),
+        Misbehavior::CloseDescriptors => says(&["descriptors that it had not opened"]),
+        Misbehavior::LeakMemory => says(&["bytes of heap"]),
+        Misbehavior::LeakDescriptor => says(&["descriptors"]),
+        Misbehavior::LeakThread => says(&["left_behind"]),
+        Misbehavior::WrongStructSize => says(&["says that it has 8 bytes"]),
+        Misbehavior::NotUtf8 => says(&["not UTF-8"]),
+        Misbehavior::NotFinite => says(&["NaN", "not finite", "is infinite"]),
+        Misbehavior::OutOfRange => says(&[
             "1000",
             "which `start` did not give",
             "which is not there",
@@ -430,12 +437,12 @@ fn explains(kind: Kind, at: At, line: &str) -> bool {
             "not described",
             "not those of the header",
         ]),
-        Kind::NullResult => says(&["null", "failed where it must not"]),
-        Kind::Overrun => says(&["beyond the end"]),
-        Kind::Flood => says(&["flood", "more than 5,000"]),
-        Kind::AfterStop => says(&["while it was idle"]),
-        Kind::MissingVerdict => says(&["have no verdict"]),
-        Kind::VerdictOutOfRange => says(&["not described"]),
-        Kind::UnknownWithoutReason => says(&["has no reason"]),
+        Misbehavior::NullResult => says(&["null", "failed where it must not"]),
+        Misbehavior::Overrun => says(&["beyond the end"]),
+        Misbehavior::Flood => says(&["flood", "more than 5,000"]),
+        Misbehavior::AfterStop => says(&["while it was idle"]),
+        Misbehavior::MissingVerdict => says(&["have no verdict"]),
+        Misbehavior::VerdictOutOfRange => says(&["not described"]),
+        Misbehavior::UnknownWithoutReason => says(&["has no reason"]),
     }
 }

@@ -1,7 +1,7 @@
 //! Fault injections: all faults, the phase in which each can strike, and the outcomes that are
 //! required.
 
-use fault_injector::{At, Fault, Kind};
+use fault_injector::{CallSite, Fault, Misbehavior};
 use serde::Serialize;
 
 /// Phase of a scene's life in which a fault strikes.
@@ -44,8 +44,8 @@ pub(crate) enum Outcome {
 /// Record of one finished injection.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Record {
-    pub(crate) kind: Kind,
-    pub(crate) at: At,
+    pub(crate) kind: Misbehavior,
+    pub(crate) at: CallSite,
     pub(crate) outcome: Outcome,
     /// Milliseconds from the strike, or the death before it, until a frame showed bad data.
     pub(crate) to_bad_millis: Option<f64>,
@@ -55,8 +55,8 @@ pub(crate) struct Record {
 
 /// Lists every kind of fault at every function in which it can happen.
 pub(crate) fn all() -> Vec<Fault> {
-    let kinds = Kind::ALL.iter().copied();
-    let pairs = kinds.flat_map(|kind| At::ALL.iter().map(move |&at| (kind, at)));
+    let kinds = Misbehavior::ALL.iter().copied();
+    let pairs = kinds.flat_map(|kind| CallSite::ALL.iter().map(move |&at| (kind, at)));
     pairs
         .filter(|&(kind, at)| kind.reaches(at) && at.is_in_view())
         .map(|(kind, at)| Fault { kind, at, after_calls: 0 })
@@ -67,16 +67,20 @@ pub(crate) fn all() -> Vec<Fault> {
 /// plugins have are spread over the roles with room for them.
 pub(crate) fn place(fault: Fault) -> (Phase, &'static [Role]) {
     match fault.at {
-        At::Check => (Phase::Load, &[Role::Telemetry]),
-        At::Optimize => (Phase::Load, &[Role::Optimizer]),
-        At::Stop => (Phase::End, &[Role::Telemetry]),
-        At::Destroy | At::Deinit => (Phase::End, &[Role::Overlay, Role::Optimizer]),
-        At::Configure => (Phase::Restart, &[Role::Overlay]),
-        At::Draw => (Phase::Running, &[Role::Overlay]),
-        At::Publish if fault.kind == Kind::AfterStop => (Phase::End, &[Role::Telemetry]),
+        CallSite::Check => (Phase::Load, &[Role::Telemetry]),
+        CallSite::Optimize => (Phase::Load, &[Role::Optimizer]),
+        CallSite::Stop => (Phase::End, &[Role::Telemetry]),
+        CallSite::Destroy | CallSite::Deinit => (Phase::End, &[Role::Overlay, Role::Optimizer]),
+        CallSite::Configure => (Phase::Restart, &[Role::Overlay]),
+        CallSite::Draw => (Phase::Running, &[Role::Overlay]),
+        CallSite::Publish if fault.kind == Misbehavior::AfterStop => {
+            (Phase::End, &[Role::Telemetry])
+        }
         // It begins with `start`.
-        At::Publish if fault.kind == Kind::NotUtf8 => (Phase::Restart, &[Role::Telemetry]),
-        At::Publish => (Phase::Running, &[Role::Telemetry]),
+        CallSite::Publish if fault.kind == Misbehavior::NotUtf8 => {
+            (Phase::Restart, &[Role::Telemetry])
+        }
+        CallSite::Publish => (Phase::Running, &[Role::Telemetry]),
         _ => (Phase::Restart, &[Role::Telemetry]),
     }
 }
@@ -84,27 +88,27 @@ pub(crate) fn place(fault: Fault) -> (Phase, &'static [Role]) {
 /// Reports whether the fault strikes a process that is started for it. Faults that continue until
 /// the end begin with `start` too.
 pub(crate) fn needs_restart(fault: Fault) -> bool {
-    place(fault).0 == Phase::Restart || fault.kind == Kind::AfterStop
+    place(fault).0 == Phase::Restart || fault.kind == Misbehavior::AfterStop
 }
 
 /// Reports whether the process ends within the call.
-pub(crate) fn is_sudden(kind: Kind) -> bool {
+pub(crate) fn is_sudden(kind: Misbehavior) -> bool {
     matches!(
         kind,
-        Kind::Segfault
-            | Kind::StackOverflow
-            | Kind::Abort
-            | Kind::Exit
-            | Kind::AllocationFailure
-            | Kind::DoubleFree
+        Misbehavior::Segfault
+            | Misbehavior::StackOverflow
+            | Misbehavior::Abort
+            | Misbehavior::Exit
+            | Misbehavior::AllocationFailure
+            | Misbehavior::DoubleFree
     )
 }
 
 /// Reports whether the process must end, at once or by its deadline; a plugin's own thread has no
 /// deadline.
 pub(crate) fn must_die(fault: Fault) -> bool {
-    let hangs = matches!(fault.kind, Kind::EndlessLoop | Kind::Deadlock);
-    is_sudden(fault.kind) || (hangs && fault.at != At::Publish)
+    let hangs = matches!(fault.kind, Misbehavior::EndlessLoop | Misbehavior::Deadlock);
+    is_sudden(fault.kind) || (hangs && fault.at != CallSite::Publish)
 }
 
 /// Returns a reason without the figures and words that differ from case to case.
@@ -134,8 +138,8 @@ mod tests {
         for phase in [Phase::Load, Phase::Restart, Phase::Running, Phase::End] {
             assert!(all().into_iter().any(|fault| place(fault).0 == phase), "{phase:?}");
         }
-        let stuck = Fault { kind: Kind::Deadlock, at: At::Publish, after_calls: 0 };
-        assert!(!must_die(stuck) && must_die(Fault { at: At::Draw, ..stuck }));
+        let stuck = Fault { kind: Misbehavior::Deadlock, at: CallSite::Publish, after_calls: 0 };
+        assert!(!must_die(stuck) && must_die(Fault { at: CallSite::Draw, ..stuck }));
     }
 
     #[test]

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use document::number_format::grouped;
 use document::{Block, Document, Series, machine};
-use fault_injector::{At, Kind};
+use fault_injector::{CallSite, Misbehavior};
 use serde_json::json;
 
 use crate::injection::Outcome;
@@ -43,7 +43,7 @@ pub(crate) fn write(results: &Results, folder: &Path) -> Result<Vec<PathBuf>> {
 fn document(results: &Results) -> Document {
     let mut document =
         Document { title: "Faults of plugins beside a live view".into(), blocks: Vec::new() };
-    let (kinds, places) = (Kind::ALL.len(), in_view().count());
+    let (kinds, places) = (Misbehavior::ALL.len(), in_view().count());
     document.text(format!(
         "{} injections in {} rounds and {:.0} s: {kinds} kinds of fault at {places} functions of \
          the plugin ABI, in {} processes of plugins beside one view, which survived all of them. \
@@ -140,7 +140,7 @@ const HEAD: [&str; 7] =
 
 /// Counts injections by function and outcome.
 fn matrix(results: &Results) -> Vec<Vec<String>> {
-    let row = |&at: &At| {
+    let row = |&at: &CallSite| {
         let records: Vec<_> = results.records.iter().filter(|record| record.at == at).collect();
         let count = |is: fn(&Outcome) -> bool| {
             grouped(records.iter().filter(|record| is(&record.outcome)).count() as u64)
@@ -159,6 +159,6 @@ fn matrix(results: &Results) -> Vec<Vec<String>> {
 }
 
 /// Iterates over the plugin functions that a view calls.
-fn in_view() -> impl Iterator<Item = &'static At> {
-    At::ALL.iter().filter(|at| at.is_in_view())
+fn in_view() -> impl Iterator<Item = &'static CallSite> {
+    CallSite::ALL.iter().filter(|at| at.is_in_view())
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use e2e::glb::{self, WeldedMesh};
-use fault_injector::{Fault, LIBRARY_STEM, PLUGIN_ID, fuse_of, struck_of};
+use fault_injector::{Fault, LIBRARY_STEM, PLUGIN_ID, armed_fault_path, fault_time_path};
 use serde_json::{Map, Value, json};
 use tempfile::TempDir;
 
@@ -130,7 +130,7 @@ impl Installed {
     /// Arms a fault for the plugin's next process, in place of an older one.
     pub(crate) fn arm(&self, fault: Fault) -> Result<()> {
         self.disarm()?;
-        let fuse = fuse_of(&self.library);
+        let fuse = armed_fault_path(&self.library);
         // Whole or not at all: the plugin may be looking.
         let draft = fuse.with_extension("draft");
         fs::write(&draft, serde_json::to_vec(&fault)?)?;
@@ -139,12 +139,12 @@ impl Installed {
 
     /// Returns the instant of the fault's strike, nanoseconds since 1970.
     pub(crate) fn struck(&self) -> Option<u128> {
-        fs::read_to_string(struck_of(&self.library)).ok()?.parse().ok()
+        fs::read_to_string(fault_time_path(&self.library)).ok()?.parse().ok()
     }
 
     /// Disarms the fault, and removes its trace.
     pub(crate) fn disarm(&self) -> Result<()> {
-        for path in [fuse_of(&self.library), struck_of(&self.library)] {
+        for path in [armed_fault_path(&self.library), fault_time_path(&self.library)] {
             match fs::remove_file(&path) {
                 Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
                     return Err(error).with_context(|| format!("cannot remove {}", path.display()));

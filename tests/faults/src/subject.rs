@@ -6,7 +6,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use anyhow::{Result, bail, ensure};
 use busbar_viewer::PluginStats;
-use fault_injector::{At, Fault};
+use fault_injector::{CallSite, Fault};
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::injection::{Outcome, Record, class_of, is_sudden, must_die, needs_restart};
@@ -137,7 +137,7 @@ impl Injection {
 
     /// Reports whether the fault strikes repeatedly while the process lives.
     fn is_recurrent(&self) -> bool {
-        matches!(self.fault.at, At::Publish | At::Draw) && !needs_restart(self.fault)
+        matches!(self.fault.at, CallSite::Publish | CallSite::Draw) && !needs_restart(self.fault)
     }
 
     fn is_over(&self, seen: &PluginObservation<'_>) -> bool {

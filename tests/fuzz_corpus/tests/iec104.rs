@@ -79,7 +79,7 @@ impl ControllingReader {
     fn read(&mut self, asdu: &[u8]) -> bool {
         self.recorder.clear();
         let received = UNIX_EPOCH + Duration::from_secs(RECEIVED_SECONDS);
-        self.probe.heed(asdu, received);
+        self.probe.handle_answer(asdu, received);
         let samples: Vec<_> = self.recorder.recording().samples.into();
         let requests = std::iter::from_fn(|| self.probe.next_request());
         for request in requests.take(MAX_REQUESTS) {

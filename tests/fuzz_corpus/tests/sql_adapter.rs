@@ -7,7 +7,7 @@ use busbar_plugin_sdk::testing::{Recorder, tag_spec};
 use busbar_plugin_sdk::{Sample, SampleFlags, TagSpec, Value, ValueKind};
 use serde_json::json;
 use sql_adapter::Settings;
-use sql_adapter::probe::{Given, answer, notify, watch};
+use sql_adapter::probe::{CellInput, answer, notify, watch};
 
 const MAX_COLUMNS: usize = 8;
 const MAX_ROWS: usize = 64;
@@ -74,21 +74,21 @@ fn read(is_postgres: bool, is_keyed: bool, bytes: &[u8]) -> bool {
     }
 }
 
-fn given(is_postgres: bool, of: u8, value: &[u8]) -> Given<'_> {
+fn given(is_postgres: bool, of: u8, value: &[u8]) -> CellInput<'_> {
     if is_postgres {
         return match OIDS.get(usize::from(of)) {
-            Some(oid) => Given::Postgres(*oid, value),
-            None => Given::Null,
+            Some(oid) => CellInput::Postgres(*oid, value),
+            None => CellInput::Null,
         };
     }
     let mut number = [0; 8];
     let length = value.len().min(number.len());
     number[..length].copy_from_slice(&value[..length]);
     match of % 4 {
-        0 => Given::Integer(i64::from_le_bytes(number)),
-        1 => Given::Real(f64::from_le_bytes(number)),
-        2 => std::str::from_utf8(value).map_or(Given::Null, Given::Text),
-        _ => Given::Null,
+        0 => CellInput::Integer(i64::from_le_bytes(number)),
+        1 => CellInput::Real(f64::from_le_bytes(number)),
+        2 => std::str::from_utf8(value).map_or(CellInput::Null, CellInput::Text),
+        _ => CellInput::Null,
     }
 }
 

@@ -265,5 +265,8 @@ fn thermal() -> Value {
             "loss_ratio": 6.0,
         })
     };
-    json!({ "transformers": (1..=MAIN_TRANSFORMERS).map(transformer).collect::<Vec<_>>() })
+    json!({
+        "transformers": (1..=MAIN_TRANSFORMERS).map(transformer).collect::<Vec<_>>(),
+        "state_file": "${folder}/transformer_states.json",
+    })
 }

@@ -138,9 +138,9 @@ fn transformer_heating() -> Timeline {
 
 fn sf6_leak() -> Timeline {
     let mut timeline = Timeline::default();
-    // From 7.07 bar at 23 °C, which is 7.0 at 20 °C, to 5.9 at 20 °C in 30 s: 6.4 after 16 s,
+    // From 7.09 bar at 23 °C, which is 7.0 at 20 °C, to 5.9 at 20 °C in 30 s: 6.4 after 16 s,
     // 6.0 after 27 s.
-    timeline.ramp(BEGIN, "S12D1Q3MON/SIMG2.Pres", 5.96, 30.0);
+    timeline.ramp(BEGIN, "S12D1Q3MON/SIMG2.Pres", 5.972, 30.0);
     timeline.jump(BEGIN + 16.5, "S12D1Q3PROT/SIMG1.InsAlm", 1.0);
     timeline.jump(BEGIN + 27.5, "S12D1Q3PROT/SIMG1.InsBlk", 1.0);
     timeline

@@ -2,16 +2,19 @@
 //! prints the worst deviation of its quantities, and fails beyond a stated limit.
 
 use std::env;
+use std::fs::File;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Error, Result, bail};
 
 use crate::process;
 use crate::python;
 use crate::steps::Steps;
 use crate::workspace::{Profile, Workspace};
 
+/// Variable that makes missing peers a failure, as for tests, where it is 1.
+const REQUIRE_VARIABLE: &str = "BUSBAR_REQUIRE_PEERS";
 /// Folder of real COMTRADE recordings that are compared too, where it is set.
 const RECORDINGS_VARIABLE: &str = "BUSBAR_COMTRADE_FOLDER";
 
@@ -43,6 +46,30 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     outcome
 }
 
+/// Runs the sample as a step of CI. Where the packages cannot be installed it is skipped with
+/// a message, unless peers are required.
+///
+/// # Errors
+/// A deviation beyond its limit, or missing packages that are required.
+pub(crate) fn run_sample(workspace: &Workspace) -> Result<()> {
+    match python::ensure_environment(workspace, python::REFERENCES) {
+        Ok(_) => run(workspace, &Arguments { quick: true }),
+        Err(error) => {
+            let is_required = env::var_os(REQUIRE_VARIABLE).is_some_and(|value| value == "1");
+            println!("{}", skip(error, is_required)?);
+            Ok(())
+        }
+    }
+}
+
+/// Returns the message of a sample that is skipped for want of its packages.
+fn skip(error: Error, is_required: bool) -> Result<String> {
+    if is_required {
+        return Err(error);
+    }
+    Ok(format!("references: SKIPPED ({error:#}); with {REQUIRE_VARIABLE}=1 this is a failure"))
+}
+
 fn compare(workspace: &Workspace, arguments: &Arguments, steps: &mut Steps) -> Result<()> {
     let sample = if arguments.quick { QUICK } else { WHOLE };
     let python = steps
@@ -58,22 +85,20 @@ fn compare(workspace: &Workspace, arguments: &Arguments, steps: &mut Steps) -> R
         build_example("transformer_thermal", "series")?;
         // Annex C's printed values, then two other implementations.
         test(&["-p", "transformer_thermal", "--lib", "standards_example"], None)?;
-        let mut series = Command::new(example(workspace, "series"));
-        let mut series = series
+        let folder = tempfile::tempdir().context("no folder for the series can be made")?;
+        let file = folder.path().join("series.csv");
+        let written = File::create(&file).context("the series cannot be written")?;
+        // Children have no input, so the series go by a file.
+        let status = Command::new(example(workspace, "series"))
             .args([sample.profiles, "1"])
-            .stdout(Stdio::piped())
-            .spawn()
+            .stdin(Stdio::null())
+            .stdout(written)
+            .status()
             .context("the series of temperatures cannot be made")?;
-        let output = series.stdout.take().context("the series have no output")?;
-        let compared = process::run(
-            script(workspace, &python, "transformer_thermal").stdin(Stdio::from(output)),
-        );
-        let status = series.wait().context("the series cannot be waited for")?;
-        compared?;
         if !status.success() {
             bail!("the series of temperatures ended with {status}");
         }
-        Ok(())
+        process::run(script(workspace, &python, "transformer_thermal").arg(&file))
     })?;
     steps.run("topology", || {
         let cases = Some(("BUSBAR_TOPOLOGY_CASES", sample.networks));
@@ -111,4 +136,17 @@ fn test(arguments: &[&str], variable: Option<(&str, &str)>) -> Result<()> {
     command.arg("test").args(arguments).args(["--", "--nocapture"]);
     command.envs(variable);
     process::run(&mut command)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn missing_packages_skip_the_sample_unless_peers_are_required() {
+        let error = || anyhow::anyhow!("no index").context("cannot make the environment");
+        let message = skip(error(), false).unwrap();
+        assert!(message.contains("SKIPPED (cannot make the environment: no index)"), "{message}");
+        assert_eq!(skip(error(), true).unwrap_err().to_string(), "cannot make the environment");
+    }
 }

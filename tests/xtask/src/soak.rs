@@ -40,7 +40,7 @@ const MESSAGE_MATRICES: [(&str, &str); 8] = [
     ("sql_adapter", "rows_and_notifications_with_faults_leave_no_old_value_good"),
 ];
 const MATRIX_VARIABLE: &str = "BUSBAR_MATRIX_STEPS";
-const MATRIX_STEPS: &str = "1000000";
+const MATRIX_STEPS: u64 = 1_000_000;
 /// The test that reads pictures for what is stale and looks live, and how many sequences
 /// of values it reads.
 const STALE_TEST: &str = "stale_picture";
@@ -103,11 +103,13 @@ pub(crate) struct Arguments {
     /// 3 minutes); without it that comes last, unless fuzz targets are named.
     #[arg(long, conflicts_with_all = ["targets", "vulkan_faults", "alarm_kills", "stale_pictures", "view_faults", "reload"])]
     clock_matrix: bool,
-    /// Take 1,000,000 steps of the matrix of faulty messages of each adapter, and nothing else
-    /// (over TCP, Modbus takes hours); without it that comes last, unless fuzz targets are
-    /// named.
+    /// Take steps of the matrix of faulty messages of each adapter, and nothing else (some 30
+    /// minutes for 1,000,000 steps); without it that comes last, unless fuzz targets are named.
     #[arg(long, conflicts_with_all = ["targets", "vulkan_faults", "alarm_kills", "stale_pictures", "view_faults", "reload", "clock_matrix"])]
     message_matrix: bool,
+    /// Steps of each matrix of faulty messages.
+    #[arg(long, default_value_t = MATRIX_STEPS, value_parser = clap::value_parser!(u64).range(1..))]
+    matrix_steps: u64,
 }
 
 pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
@@ -127,7 +129,7 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
         return step_clocks(workspace);
     }
     if arguments.message_matrix {
-        return disturb_messages(workspace);
+        return disturb_messages(workspace, arguments.matrix_steps);
     }
     if !arguments.vulkan_faults {
         fuzz_all(workspace, arguments)?;
@@ -144,7 +146,7 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     end_viewers(workspace)?;
     reload_all(workspace)?;
     step_clocks(workspace)?;
-    disturb_messages(workspace)
+    disturb_messages(workspace, arguments.matrix_steps)
 }
 
 /// Lets a view load very many configurations.
@@ -203,10 +205,10 @@ fn step_clocks(workspace: &Workspace) -> Result<()> {
 }
 
 /// Lets messages of each adapter be lost, cut, oversized, unknown and misassigned.
-fn disturb_messages(workspace: &Workspace) -> Result<()> {
+fn disturb_messages(workspace: &Workspace, steps: u64) -> Result<()> {
     for (package, test) in MESSAGE_MATRICES {
         let mut command = process::cargo();
-        command.current_dir(&workspace.root).env(MATRIX_VARIABLE, MATRIX_STEPS);
+        command.current_dir(&workspace.root).env(MATRIX_VARIABLE, steps.to_string());
         command.args(["test", "--package", package, "--lib", test, "--", "--nocapture"]);
         process::run(&mut command)?;
     }

@@ -11,6 +11,7 @@ use crate::book;
 use crate::packages::{self, Purpose};
 use crate::process;
 use crate::python;
+use crate::references;
 use crate::stage;
 use crate::steps::Steps;
 use crate::workspace::{Profile, Workspace};
@@ -70,6 +71,9 @@ fn run_steps(
     }
     if filter.is_none() {
         steps.run("as on a card", || run_as_on_a_card(workspace))?;
+    }
+    if filter.is_none() {
+        steps.run("references", || references::run_sample(workspace))?;
     }
     // Last, so that its result ends the output.
     steps.run("tests", || run_tests(filter, python.as_deref(), results))

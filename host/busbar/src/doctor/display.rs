@@ -1,4 +1,4 @@
-//! Whether there is a display for a window.
+//! Check for a display that can show a window.
 
 use std::env::var_os;
 use std::os::unix::net::UnixStream;
@@ -8,8 +8,8 @@ use super::Finding;
 
 const CHECK: &str = "display";
 
-/// Wayland goes before X11, as windows have it.
-pub(super) fn look() -> Finding {
+/// Checks the display; Wayland takes precedence over X11, as for windows.
+pub(super) fn check() -> Finding {
     let named = |name| var_os(name).filter(|value| !value.is_empty());
     if let Some(name) = named("WAYLAND_DISPLAY") {
         let folder = named("XDG_RUNTIME_DIR").map(PathBuf::from).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! What the system grants: memory, files, time, folders, a watchdog.
+//! Checks of the system: memory, files, time, folders, a watchdog.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -11,7 +11,7 @@ use super::Finding;
 
 /// Files that a view with many plugins has open at once.
 const MIN_OPEN_FILES: u64 = 1024;
-/// What a cache of models and the logs want free, bytes.
+/// Free space for a cache of models and the logs, bytes.
 const MIN_FREE_BYTES: u64 = 500_000_000;
 
 pub(super) fn version() -> Finding {
@@ -20,11 +20,11 @@ pub(super) fn version() -> Finding {
     Finding::ok("version", format!("busbar {} on {name} {release}", env!("CARGO_PKG_VERSION")))
 }
 
-pub(super) fn look() -> Vec<Finding> {
+pub(super) fn check() -> Vec<Finding> {
     vec![shared_memory(), open_files(), clock(), cache(), watchdog()]
 }
 
-/// Plugins get values and meshes in anonymous memory that is shared.
+/// Checks shared memory: plugins get values and meshes in anonymous memory that is shared.
 fn shared_memory() -> Finding {
     const CHECK: &str = "shared memory";
     match memfd_create("doctor", MemfdFlags::CLOEXEC | MemfdFlags::ALLOW_SEALING) {
@@ -50,7 +50,7 @@ fn open_files() -> Finding {
     }
 }
 
-/// Source times are compared with this machine's clock.
+/// Checks the clock of this machine, which source times are compared with.
 fn clock() -> Finding {
     const CHECK: &str = "clock";
     let mut asked = Command::new("timedatectl");
@@ -71,7 +71,7 @@ fn clock() -> Finding {
     }
 }
 
-/// Where results of optimisers are kept, by the XDG Base Directory Specification.
+/// Checks the cache folder of optimizers' results, by the XDG Base Directory Specification.
 fn cache() -> Finding {
     const CHECK: &str = "cache";
     let folder = |name| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
@@ -86,7 +86,7 @@ fn cache() -> Finding {
     writable(CHECK, &cache.join("busbar"))
 }
 
-/// Whether files can be made in a folder, which may have to be made first.
+/// Checks whether files can be made in a folder, which may have to be made first.
 pub(super) fn writable(check: &'static str, folder: &Path) -> Finding {
     let probe = folder.join(format!(".doctor.{}", std::process::id()));
     let written = std::fs::create_dir_all(folder)
@@ -108,7 +108,7 @@ pub(super) fn writable(check: &'static str, folder: &Path) -> Finding {
     Finding::ok(check, format!("'{shown}' can be written"))
 }
 
-/// Under systemd (sd_watchdog_enabled(3)).
+/// Checks the watchdog of systemd (sd_watchdog_enabled(3)).
 fn watchdog() -> Finding {
     const CHECK: &str = "watchdog";
     let set = |name| std::env::var_os(name).is_some();

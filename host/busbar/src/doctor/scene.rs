@@ -1,4 +1,4 @@
-//! A configuration with its plugins.
+//! Checks of a configuration with its plugins.
 
 use std::path::Path;
 use std::time::Duration;
@@ -7,10 +7,10 @@ use busbar_viewer::{CheckedLink, LoadedScene, Severity, check_links, plugin_cata
 
 use super::Finding;
 
-/// Faults of a configuration that are told one by one; `busbar check` tells all.
+/// Faults of a configuration that are listed one by one; `busbar check` lists all.
 const MAX_TOLD: usize = 20;
 
-pub(super) fn look(config: &Path) -> Vec<Finding> {
+pub(super) fn check(config: &Path) -> Vec<Finding> {
     let mut findings = plugins(config);
     const CHECK: &str = "configuration";
     match LoadedScene::check(config, &|_, _, _| {}) {
@@ -45,7 +45,7 @@ fn plugins(config: &Path) -> Vec<Finding> {
     findings
 }
 
-/// Listens to the sources of tags: their links, and their clocks against this machine's.
+/// Connects to the sources of tags: checks their links, and their clocks against this machine's.
 pub(super) fn listen(config: &Path, seconds: u64) -> Vec<Finding> {
     if seconds == 0 {
         return Vec::new();

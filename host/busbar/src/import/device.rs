@@ -1,4 +1,5 @@
-//! `busbar import CONFIG --from INSTANCE`: what a device has, as a point list or as tags.
+//! Subcommand `busbar import CONFIG --from INSTANCE`: the points of a device, as a point list or as
+//! tags.
 
 use std::process::ExitCode;
 
@@ -10,7 +11,7 @@ use crate::arguments::ImportOptions;
 use crate::command::{exit_code, tell};
 use crate::output;
 
-/// Runs the plugin's listing, and writes nothing that it did not come through.
+/// Runs the plugin's listing; writes nothing unless it succeeds.
 pub(super) fn run(options: &ImportOptions, instance: &str) -> anyhow::Result<ExitCode> {
     let out = options.out.as_deref();
     if let Some(out) = out.filter(|_| !options.force) {

@@ -1,4 +1,4 @@
-//! `busbar plugin check`.
+//! Subcommand `busbar plugin check`: conformance of a plugin library.
 
 use std::path::Path;
 use std::process::{Command, ExitCode};
@@ -9,7 +9,7 @@ use busbar_plugin_check::{Options, Sample, check, run_case};
 use crate::arguments::PluginCheckOptions;
 use crate::{EXIT_INPUT, output};
 
-/// The subcommand of this program that runs one case in its own process.
+/// Subcommand of this program that runs one case in its own process.
 const RUN_CASE: [&str; 2] = ["plugin", "run-case"];
 
 pub(crate) fn run(options: &PluginCheckOptions) -> anyhow::Result<ExitCode> {
@@ -37,7 +37,7 @@ pub(crate) fn run(options: &PluginCheckOptions) -> anyhow::Result<ExitCode> {
     Ok(if report.passed { ExitCode::SUCCESS } else { ExitCode::from(EXIT_INPUT) })
 }
 
-/// One case, in this process, which ends with it.
+/// Runs one case in this process, which ends with it.
 pub(crate) fn case(request: &Path) -> ExitCode {
     ExitCode::from(run_case(request) as u8)
 }

@@ -1,4 +1,4 @@
-//! `busbar plugin new`: the SDK's templates with a name in them.
+//! Subcommand `busbar plugin new`: a project from the SDK's templates.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,16 +10,16 @@ use super::default_directories;
 use crate::arguments::{PluginKind, PluginLanguage, PluginNewOptions};
 use crate::output;
 
-/// The SDK of the sources that this program was built from.
+/// Path of the SDK in the sources that this program was built from.
 const BUILT_FROM: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../plugins/sdk");
-/// The header, from the SDK.
+/// Path of the header, from the SDK.
 const HEADER: &str = "../abi/include/busbar_plugin.h";
-/// Letters of a name.
+/// Greatest length of a name, letters.
 const MAX_NAME: usize = 64;
-/// Files of a template, and levels of folders.
+/// Greatest number of files of a template, and of folder levels.
 const MAX_FILES: usize = 64;
 const MAX_DEPTH: usize = 8;
-/// Words of Rust and C that are no names, and those that the templates use.
+/// Reserved words of Rust and C, and words that the templates use.
 const RESERVED: [&str; 24] = [
     "abstract", "async", "await", "box", "break", "const", "core", "crate", "default", "enum",
     "extern", "fn", "host", "impl", "main", "match", "mod", "plugin", "self", "static", "std",
@@ -50,7 +50,7 @@ pub(crate) fn run(options: &PluginNewOptions) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// A name that can be a crate, a C identifier and a part of a plugin id.
+/// Checks that a name can be a crate, a C identifier and a part of a plugin id.
 fn check_name(name: &str) -> anyhow::Result<()> {
     let mut letters = name.chars();
     let good = letters.next().is_some_and(|c| c.is_ascii_lowercase())
@@ -84,11 +84,11 @@ fn sdk_folder(asked: Option<&Path>) -> anyhow::Result<PathBuf> {
     folder.canonicalize().with_context(|| format!("cannot use '{}'; {remedy}", folder.display()))
 }
 
-/// A file of a project: its path in it, and what it holds.
+/// File of a project: its path in the project, and its contents.
 type NewFile = (PathBuf, Vec<u8>);
 
-/// The files of a project, from the layers of its template: what all have, what the
-/// language and the kind have, and what both have together.
+/// Instantiates the files of a project from the layers of its template: common files, those of the
+/// language, those of the kind, and those of both together.
 fn instantiate(options: &PluginNewOptions, sdk: &Path) -> anyhow::Result<Vec<NewFile>> {
     let language = match options.lang {
         PluginLanguage::Rust => "rust",
@@ -125,7 +125,7 @@ fn instantiate(options: &PluginNewOptions, sdk: &Path) -> anyhow::Result<Vec<New
     Ok(files)
 }
 
-/// Words of the templates, and what stands for them in this project.
+/// Returns the placeholders of the templates, with their values in this project.
 fn words(options: &PluginNewOptions, sdk: &Path) -> anyhow::Result<[(&'static str, String); 5]> {
     let utf8 = |path: &Path| {
         path.to_str()
@@ -155,8 +155,8 @@ fn camel_case(name: &str) -> String {
     name.split('_').map(word).collect()
 }
 
-/// Reads a folder with all below it. `x.in` becomes `x`, and `gitignore` `.gitignore`:
-/// as they are called they would act on the template itself.
+/// Reads a folder with all below it. `x.in` becomes `x`, and `gitignore` `.gitignore`: their
+/// original names would affect the template itself.
 fn read(folder: &Path, below: &Path, files: &mut Vec<NewFile>) -> anyhow::Result<()> {
     if below.components().count() > MAX_DEPTH {
         bail!("its folders are nested more than {MAX_DEPTH} deep");

@@ -140,7 +140,7 @@ impl Judge {
         replaced.map_or(Duration::ZERO, |(at, _)| now.saturating_duration_since(*at))
     }
 
-    /// Looks again and again for some time.
+    /// Judges the surface repeatedly for some time.
     pub(crate) fn watch(
         &mut self,
         host: &mut Host,

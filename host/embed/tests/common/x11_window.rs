@@ -79,7 +79,7 @@ impl X11Window {
         Seen { width: usize::from(width), pixels: image.data }
     }
 
-    /// Gives the window another size.
+    /// Sets the size of the window.
     pub(crate) fn resize(&self, [width, height]: [u16; 2]) {
         use x11rb::protocol::xproto::ConfigureWindowAux;
         let wanted = ConfigureWindowAux::new().width(u32::from(width)).height(u32::from(height));

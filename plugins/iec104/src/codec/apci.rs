@@ -8,7 +8,7 @@ const PREFIX_BYTES: usize = 2;
 const CONTROL_BYTES: usize = 4;
 /// The longest data unit: a length of at most 253 less the control field.
 pub const MAX_ASDU_BYTES: usize = 249;
-/// The longest frame.
+/// Longest frame, in bytes.
 pub const MAX_FRAME_BYTES: usize = PREFIX_BYTES + CONTROL_BYTES + MAX_ASDU_BYTES;
 /// Sequence numbers have 15 bits.
 const SEQUENCE_MASK: u16 = 0x7FFF;
@@ -47,20 +47,20 @@ impl Sequence {
     }
 }
 
-/// What an unnumbered frame asks or confirms (5.1, figure 8).
+/// Function of an unnumbered frame (5.1, figure 8).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Function {
-    /// STARTDT act.
+    /// Activation of data transfer, STARTDT act.
     StartAct,
-    /// STARTDT con.
+    /// Confirmation of data transfer, STARTDT con.
     StartCon,
-    /// STOPDT act.
+    /// Stop of data transfer, STOPDT act.
     StopAct,
-    /// STOPDT con.
+    /// Confirmation of the stop, STOPDT con.
     StopCon,
-    /// TESTFR act.
+    /// Test of the connection, TESTFR act.
     TestAct,
-    /// TESTFR con.
+    /// Confirmation of the test, TESTFR con.
     TestCon,
 }
 
@@ -89,10 +89,10 @@ impl Function {
     }
 }
 
-/// One frame.
+/// Frame of any format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Frame<'a> {
-    /// Numbered information transfer.
+    /// Numbered information transfer (format I).
     Information {
         /// N(S): number of this frame.
         send: Sequence,
@@ -103,7 +103,7 @@ pub enum Frame<'a> {
     },
     /// Numbered supervision: N(R) alone.
     Supervisory(Sequence),
-    /// Unnumbered control.
+    /// Unnumbered control (format U).
     Unnumbered(Function),
 }
 

@@ -15,21 +15,21 @@ const MAX_ADDRESS: u32 = 0xFF_FFFF;
 
 /// Causes of transmission (IEC 60870-5-101, 7.2.3).
 pub mod cause {
-    /// Periodic, cyclic.
+    /// Periodic or cyclic transmission.
     pub const PERIODIC: u8 = 1;
-    /// Background scan.
+    /// Background scan of values.
     pub const BACKGROUND: u8 = 2;
-    /// Spontaneous.
+    /// Spontaneous transmission of a change.
     pub const SPONTANEOUS: u8 = 3;
-    /// Initialised.
+    /// Initialisation of the station.
     pub const INITIALISED: u8 = 4;
-    /// Requested.
+    /// Data that was requested.
     pub const REQUESTED: u8 = 5;
-    /// Activation.
+    /// Activation of a command.
     pub const ACTIVATION: u8 = 6;
-    /// Activation confirmed.
+    /// Confirmation of an activation.
     pub const ACTIVATION_CONFIRMED: u8 = 7;
-    /// Activation terminated.
+    /// Termination of an activation.
     pub const ACTIVATION_TERMINATED: u8 = 10;
     /// Return information caused by a remote command.
     pub const RETURN_REMOTE: u8 = 11;
@@ -56,7 +56,7 @@ pub mod cause {
 /// The six bytes before the objects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Header {
-    /// Type identification.
+    /// Type identification of the data unit.
     pub type_id: u8,
     /// SQ: one address, then elements at that address and those after it.
     pub is_sequence: bool,
@@ -77,16 +77,16 @@ pub struct Header {
 /// A data unit whose length fits what it claims to hold.
 #[derive(Clone, Copy, Debug)]
 pub struct Asdu<'a> {
-    /// Its header.
+    /// Header of the data unit.
     pub header: Header,
-    /// What it holds.
+    /// Body of the data unit.
     pub body: Body<'a>,
 }
 
-/// What a data unit holds.
+/// Body of a data unit.
 #[derive(Clone, Copy, Debug)]
 pub enum Body<'a> {
-    /// Values.
+    /// Information objects with values.
     Objects(Objects<'a>),
     /// End of initialisation (M_EI_NA_1).
     InitialisationEnded,
@@ -100,16 +100,16 @@ pub enum Body<'a> {
     Other,
 }
 
-/// One value.
+/// Information object with one value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Object {
     /// Information object address, at most 16777215.
     pub address: u32,
-    /// The value.
+    /// Value of the object.
     pub value: Value,
-    /// Its quality.
+    /// Quality of the value.
     pub flags: Flags,
-    /// When it was so.
+    /// Time tag, where the type has one.
     pub time: Option<TimeTag>,
 }
 
@@ -123,7 +123,7 @@ pub struct Objects<'a> {
     bytes: &'a [u8],
 }
 
-/// What an object of a type has after its address.
+/// Layout of an object after its address, by type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Shape {
     element: Element,

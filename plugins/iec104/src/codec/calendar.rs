@@ -1,4 +1,4 @@
-//! The Gregorian calendar.
+//! Gregorian calendar dates from day counts.
 
 /// Days since 1970-01-01 of a date of the Gregorian calendar, years counted
 /// from March on so that leap days come last.

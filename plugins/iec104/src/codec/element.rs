@@ -9,9 +9,9 @@ pub enum Value {
     Double(u8),
     /// Step position (VTI, 7.2.6.5).
     Step {
-        /// -64 to 63.
+        /// Position of the step, -64 to 63.
         position: i8,
-        /// Whether the equipment is moving.
+        /// Reports whether the equipment is moving.
         is_transient: bool,
     },
     /// A string of bits (BSI, 7.2.6.13), packed single points (SCD, 7.2.6.40) or
@@ -25,7 +25,7 @@ pub enum Value {
     Float(f32),
     /// Binary counter reading (BCR, 7.2.6.9).
     Counter {
-        /// The count.
+        /// Count of the counter.
         count: i32,
         /// Sequence number, 0 to 31.
         sequence: u8,
@@ -79,7 +79,7 @@ impl Flags {
         self.0 & Self::NOT_TOPICAL != 0
     }
 
-    /// IV: not usable.
+    /// Reports an invalid value (bit IV).
     pub fn is_invalid(self) -> bool {
         self.0 & Self::INVALID != 0
     }
@@ -97,7 +97,7 @@ const POINT_QUALITY: u8 = Flags::BLOCKED | Flags::SUBSTITUTED | Flags::NOT_TOPIC
 /// Bits of protection equipment.
 const PROTECTION_QUALITY: u8 = Flags::ELAPSED_INVALID | POINT_QUALITY;
 
-/// How a value lies in its bytes.
+/// Encoding of a value in its bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Element {
     Single,

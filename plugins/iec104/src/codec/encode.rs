@@ -7,7 +7,7 @@ use super::time::{Cp56, TimeTag};
 
 /// Objects of one data unit (IEC 60870-5-101, 7.2.2).
 const MAX_OBJECTS: u8 = 127;
-/// Where the cause lies in a data unit.
+/// Offset of the cause in a data unit, bytes.
 const CAUSE_INDEX: usize = 2;
 /// P/N: a negative confirmation.
 const NEGATIVE: u8 = 0x40;

@@ -1,4 +1,4 @@
-//! What bytes can have wrong.
+//! Errors of frames and data units.
 
 use thiserror::Error;
 
@@ -25,7 +25,7 @@ pub enum AsduError {
     /// Number and type of objects say another length.
     #[error("type {type_id}: {count} objects take {wanted} bytes, there are {found}")]
     Length {
-        /// Type identification.
+        /// Type identification of the data unit.
         type_id: u8,
         /// Objects that it claims to have.
         count: u8,

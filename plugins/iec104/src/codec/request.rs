@@ -13,11 +13,11 @@ const QCC_GENERAL_READ: u8 = 5;
 /// A request of a controlling station that only looks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Request {
-    /// C_IC_NA_1: all values.
+    /// Interrogation of all values, C_IC_NA_1.
     Interrogation,
     /// C_CI_NA_1: all counters, as they are.
     Counters,
-    /// C_CS_NA_1: the time.
+    /// Synchronization of the clock, C_CS_NA_1.
     ClockSync(SystemTime, Zone),
 }
 

@@ -8,7 +8,7 @@ const MILLIS_PER_MINUTE: i64 = 60_000;
 const MILLIS_PER_HOUR: i64 = 60 * MILLIS_PER_MINUTE;
 const MILLIS_PER_DAY: i64 = 24 * MILLIS_PER_HOUR;
 
-/// How a station counts time.
+/// Time zone of a station's time tags.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Zone {
     /// UTC, as recommended (IEC 60870-5-104, 7.6). There is no summer time.
@@ -52,7 +52,7 @@ pub struct Cp56 {
     pub within_hour: Cp24,
     /// Hour, 0 to 23 where valid.
     pub hour: u8,
-    /// SU: summer time.
+    /// Summer time flag, SU.
     pub is_summer: bool,
     /// Day of month, 1 to 31 where valid.
     pub day: u8,
@@ -67,9 +67,9 @@ pub struct Cp56 {
 /// A time tag of either length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TimeTag {
-    /// Three bytes.
+    /// Time tag of three bytes.
     Cp24(Cp24),
-    /// Seven bytes.
+    /// Time tag of seven bytes.
     Cp56(Cp56),
 }
 
@@ -135,7 +135,7 @@ impl Cp56 {
         }
     }
 
-    /// The seven bytes.
+    /// Encodes the time tag as seven bytes.
     pub fn to_bytes(self) -> [u8; Self::BYTES] {
         let [b0, b1, b2] = self.within_hour.to_bytes();
         let hour = self.hour & 0x1F | u8::from(self.is_summer) << 7;

@@ -6,7 +6,7 @@ fn at(unix_millis: u64) -> SystemTime {
     UNIX_EPOCH + Duration::from_millis(unix_millis)
 }
 
-/// 2024-02-29 12:34:56.789 UTC.
+/// Instant 2024-02-29 12:34:56.789 UTC, in milliseconds.
 const LEAP_DAY_MILLIS: u64 = 1_709_210_096_789;
 const LEAP_DAY: [u8; 7] = [0xD5, 0xDD, 34, 12, 29, 2, 24];
 

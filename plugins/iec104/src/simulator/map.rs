@@ -17,7 +17,7 @@ const MAX_TAGS_IN_MESSAGE: usize = 5;
 const GROUPS: usize = 16;
 const COUNTER_GROUPS: usize = 4;
 
-/// What kind of information object carries a value.
+/// Kind of information object that carries a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Form {
     Single,
@@ -29,7 +29,7 @@ pub(super) enum Form {
     Counter,
 }
 
-/// An information object.
+/// Information object of the simulated station.
 #[derive(Debug)]
 pub(super) struct SimulatedObject {
     pub(super) common_address: u16,
@@ -47,9 +47,9 @@ pub(super) struct StationMap {
     common_addresses: Vec<u16>,
 }
 
-/// Which objects a request is for.
+/// Selection of objects by a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Wanted {
+pub(super) enum ObjectSelection {
     /// All but counters, or one of sixteen groups, from 0.
     Values(Option<usize>),
     /// Counters, or one of four groups, from 0.
@@ -114,16 +114,16 @@ impl StationMap {
         self.by_address.get(&(common_address, address)).copied()
     }
 
-    /// Where the objects are that a request is for. Groups are parts of equal length.
-    pub(super) fn range(&self, common_address: u16, wanted: Wanted) -> Range<usize> {
+    /// Returns the range of objects that a request selects. Groups are parts of equal length.
+    pub(super) fn range(&self, common_address: u16, wanted: ObjectSelection) -> Range<usize> {
         let begin = self.objects.partition_point(|o| o.common_address < common_address);
         let end = self.objects.partition_point(|o| o.common_address <= common_address);
         let is_value =
             |o: &SimulatedObject| (o.common_address, o.form) < (common_address, Form::Counter);
         let counters = self.objects.partition_point(is_value).clamp(begin, end);
         match wanted {
-            Wanted::Values(group) => part(begin..counters, GROUPS, group),
-            Wanted::Counters(group) => part(counters..end, COUNTER_GROUPS, group),
+            ObjectSelection::Values(group) => part(begin..counters, GROUPS, group),
+            ObjectSelection::Counters(group) => part(counters..end, COUNTER_GROUPS, group),
         }
     }
 }
@@ -155,7 +155,7 @@ impl SimulatedObject {
         part.map_or(codec::Value::Single(false), |(p, s)| value_of(self.form, p, s.at(time)))
     }
 
-    /// Whether it is asked for by a counter interrogation.
+    /// Reports whether a counter interrogation selects the object.
     #[cfg(test)]
     pub(super) fn is_counter(&self) -> bool {
         self.form == Form::Counter

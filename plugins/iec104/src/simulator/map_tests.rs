@@ -102,16 +102,19 @@ fn groups_are_parts_without_gaps() {
         .collect();
     let (station, _) = map(&tags).unwrap();
     assert_eq!(station.common_addresses(), [1, 9]);
-    assert_eq!(station.range(1, Wanted::Values(None)).len(), 80);
-    assert_eq!(station.range(1, Wanted::Counters(None)).len(), 20);
-    assert_eq!(station.range(9, Wanted::Values(None)).len(), 1);
-    let parts = |count, wanted: fn(Option<usize>) -> Wanted| {
+    assert_eq!(station.range(1, ObjectSelection::Values(None)).len(), 80);
+    assert_eq!(station.range(1, ObjectSelection::Counters(None)).len(), 20);
+    assert_eq!(station.range(9, ObjectSelection::Values(None)).len(), 1);
+    let parts = |count, wanted: fn(Option<usize>) -> ObjectSelection| {
         let ranges = (0..count).map(|group| station.range(1, wanted(Some(group))));
         ranges.flatten().collect::<Vec<_>>()
     };
     let all = |wanted| station.range(1, wanted).collect::<Vec<_>>();
-    assert_eq!(parts(GROUPS, Wanted::Values), all(Wanted::Values(None)));
-    assert_eq!(parts(COUNTER_GROUPS, Wanted::Counters), all(Wanted::Counters(None)));
+    assert_eq!(parts(GROUPS, ObjectSelection::Values), all(ObjectSelection::Values(None)));
+    assert_eq!(
+        parts(COUNTER_GROUPS, ObjectSelection::Counters),
+        all(ObjectSelection::Counters(None))
+    );
 }
 
 #[test]

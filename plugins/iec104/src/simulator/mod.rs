@@ -56,7 +56,7 @@ fn lay_out(config: &Config, simulation: &Simulation, host: &Host) -> Result<Arc<
     Ok(Arc::new(shared))
 }
 
-/// What all clients of a simulated station share, and a remark on its objects.
+/// Creates the state that all clients of a simulated station share, and a remark on its objects.
 fn share(config: &Config, simulation: &Simulation) -> Result<(Shared, Option<String>), Error> {
     let points = Points::parse(&simulation.specs(), config)?;
     let signal_of = |tag| {
@@ -71,7 +71,7 @@ fn share(config: &Config, simulation: &Simulation) -> Result<(Shared, Option<Str
         map,
         zone: config.zone,
         parameters: config.parameters,
-        has_told_start: AtomicBool::new(false),
+        has_sent_start: AtomicBool::new(false),
     };
     Ok((shared, remark))
 }
@@ -141,8 +141,8 @@ async fn serve_client(
 }
 
 fn times(link: &FaultyLink) -> Times {
-    let (said_time, true_time) = link.now();
-    Times { now: Instant::now().into_std(), true_time, said_time }
+    let (station_time, true_time) = link.now();
+    Times { now: Instant::now().into_std(), true_time, station_time }
 }
 
 #[cfg(test)]

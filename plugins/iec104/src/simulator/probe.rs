@@ -7,10 +7,10 @@ use std::time::{Duration, Instant, SystemTime};
 use busbar_plugin_sdk::{Error, Simulation};
 
 use super::share;
-use super::station::{Fault, Shared, Station, Times};
+use super::station::{CloseReason, Shared, Station, Times};
 use crate::settings::Settings;
 
-/// A simulated station.
+/// Simulated station for fuzzing.
 pub struct StationProbe(Arc<Shared>);
 
 /// The station as one client sees it.
@@ -30,8 +30,8 @@ impl StationProbe {
 
     /// A client that connects at this time, the first since the station was started.
     pub fn connect(&self, time: SystemTime) -> ClientProbe {
-        self.0.has_told_start.store(false, Ordering::Relaxed);
-        let times = Times { now: Instant::now(), true_time: time, said_time: time };
+        self.0.has_sent_start.store(false, Ordering::Relaxed);
+        let times = Times { now: Instant::now(), true_time: time, station_time: time };
         ClientProbe { station: Station::new(Arc::clone(&self.0), times.now), times }
     }
 }
@@ -52,7 +52,7 @@ impl ClientProbe {
     pub fn pass(&mut self, time: Duration) -> Result<(), String> {
         self.times.now += time;
         self.times.true_time += time;
-        self.times.said_time += time;
+        self.times.station_time += time;
         self.station.tick(self.times).map_err(in_words)?;
         self.station.look_for_changes(self.times);
         Ok(())
@@ -64,6 +64,6 @@ impl ClientProbe {
     }
 }
 
-fn in_words(fault: Fault) -> String {
+fn in_words(fault: CloseReason) -> String {
     fault.to_string()
 }

@@ -9,21 +9,21 @@ use thiserror::Error;
 use crate::codec::{Frame, FrameError, Function, Sequence, split_frame};
 use crate::session::Parameters;
 
-/// Why a connection must be closed.
+/// Reason for which a connection must be closed.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
-pub(crate) enum Fault {
-    /// Not the protocol.
+pub(crate) enum CloseReason {
+    /// Bytes that break the protocol.
     #[error("{0}")]
     Frame(#[from] FrameError),
     /// Frames were lost or repeated.
     #[error("frame {found} came where {wanted} was due")]
     Sequence {
-        /// N(S) that came.
+        /// Send number N(S) that was received.
         found: u16,
         /// N(S) that was due.
         wanted: u16,
     },
-    /// It acknowledges what was not sent.
+    /// Acknowledgement of frames that were not sent.
     #[error("frames before {0} are acknowledged, which were never sent")]
     Acknowledgement(u16),
     /// Data on a connection where it was not started.
@@ -37,14 +37,14 @@ pub(crate) enum Fault {
     Timeout(Duration),
 }
 
-/// What came of received bytes.
+/// Event of received bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Event<'a> {
     /// Data transfer has begun.
     Started,
     /// Data transfer has ended.
     Stopped,
-    /// A request.
+    /// Request that was received.
     Asdu(&'a [u8]),
 }
 
@@ -64,11 +64,11 @@ pub(crate) struct Session {
     /// Bytes of a frame that is not whole.
     input: Vec<u8>,
     output: Vec<u8>,
-    /// V(S).
+    /// Send state variable V(S).
     send_next: Sequence,
-    /// When each frame was sent that is not acknowledged, oldest first.
+    /// Instants of the frames that are not acknowledged, oldest first.
     sent_at: VecDeque<Instant>,
-    /// V(R).
+    /// Receive state variable V(R).
     receive_next: Sequence,
     unacknowledged: u16,
     acknowledge_by: Option<Instant>,
@@ -94,12 +94,12 @@ impl Session {
         }
     }
 
-    /// Whether data are wanted.
+    /// Reports whether data transfer is started.
     pub(crate) fn is_started(&self) -> bool {
         self.phase == Phase::Started
     }
 
-    /// Whether data are wanted, and the window has room.
+    /// Reports whether data transfer is started, and the window has room.
     pub(crate) fn can_send(&self) -> bool {
         self.phase == Phase::Started && self.sent_at.len() < usize::from(self.parameters.k)
     }
@@ -113,22 +113,22 @@ impl Session {
         self.note_acknowledged();
     }
 
-    /// Takes received bytes.
+    /// Processes bytes that were received.
     ///
     /// # Errors
-    /// After any [`Fault`] the connection must be closed.
+    /// After any [`CloseReason`] the connection must be closed.
     pub(crate) fn receive(
         &mut self,
         bytes: &[u8],
         now: Instant,
-        mut heed: impl FnMut(Event<'_>),
-    ) -> Result<(), Fault> {
+        mut handle: impl FnMut(Event<'_>),
+    ) -> Result<(), CloseReason> {
         let mut input = std::mem::take(&mut self.input);
         input.extend_from_slice(bytes);
         let mut rest: &[u8] = &input;
         while let Some((frame, taken)) = split_frame(rest)? {
             self.test_at = now + self.parameters.t3;
-            self.take(frame, now, &mut heed)?;
+            self.take(frame, now, &mut handle)?;
             rest = rest.get(taken..).unwrap_or_default();
         }
         let taken = input.len() - rest.len();
@@ -140,11 +140,11 @@ impl Session {
     /// Does what is due.
     ///
     /// # Errors
-    /// [`Fault::Timeout`]: the connection must be closed.
-    pub(crate) fn tick(&mut self, now: Instant) -> Result<(), Fault> {
+    /// [`CloseReason::Timeout`]: the connection must be closed.
+    pub(crate) fn tick(&mut self, now: Instant) -> Result<(), CloseReason> {
         let is_late = |by: Option<Instant>| by.is_some_and(|by| by <= now);
         if is_late(self.test_confirm_by) || is_late(self.answer_due()) {
-            return Err(Fault::Timeout(self.parameters.t1));
+            return Err(CloseReason::Timeout(self.parameters.t1));
         }
         if is_late(self.acknowledge_by) {
             self.acknowledge();
@@ -159,7 +159,7 @@ impl Session {
         Ok(())
     }
 
-    /// When [`Session::tick`] has something to do at the latest.
+    /// Returns the latest instant at which [`Session::tick`] has something to do.
     pub(crate) fn deadline(&self) -> Instant {
         [self.test_confirm_by, self.answer_due(), self.acknowledge_by]
             .into_iter()
@@ -180,17 +180,17 @@ impl Session {
         &mut self,
         frame: Frame<'_>,
         now: Instant,
-        heed: &mut impl FnMut(Event<'_>),
-    ) -> Result<(), Fault> {
+        handle: &mut impl FnMut(Event<'_>),
+    ) -> Result<(), CloseReason> {
         match frame {
             Frame::Information { send, receive, asdu } => {
                 self.note_acknowledgement(receive)?;
                 if self.phase != Phase::Started {
-                    return Err(Fault::NotStarted);
+                    return Err(CloseReason::NotStarted);
                 }
                 if send != self.receive_next {
                     let wanted = self.receive_next.number();
-                    return Err(Fault::Sequence { found: send.number(), wanted });
+                    return Err(CloseReason::Sequence { found: send.number(), wanted });
                 }
                 self.receive_next = send.next();
                 self.unacknowledged += 1;
@@ -198,7 +198,7 @@ impl Session {
                 if self.unacknowledged >= self.parameters.w {
                     self.acknowledge();
                 }
-                heed(Event::Asdu(asdu));
+                handle(Event::Asdu(asdu));
             }
             Frame::Supervisory(receive) => {
                 self.note_acknowledgement(receive)?;
@@ -207,7 +207,7 @@ impl Session {
             Frame::Unnumbered(Function::StartAct) => {
                 self.write(Frame::Unnumbered(Function::StartCon));
                 if std::mem::replace(&mut self.phase, Phase::Started) != Phase::Started {
-                    heed(Event::Started);
+                    handle(Event::Started);
                 }
             }
             Frame::Unnumbered(Function::StopAct) => {
@@ -215,7 +215,7 @@ impl Session {
                     self.acknowledge();
                 }
                 if std::mem::replace(&mut self.phase, Phase::Stopping) == Phase::Started {
-                    heed(Event::Stopped);
+                    handle(Event::Stopped);
                 }
                 self.stop_when_acknowledged();
             }
@@ -224,7 +224,7 @@ impl Session {
             }
             Frame::Unnumbered(Function::TestCon) => self.test_confirm_by = None,
             Frame::Unnumbered(Function::StartCon | Function::StopCon) => {
-                return Err(Fault::Controlled);
+                return Err(CloseReason::Controlled);
             }
         }
         Ok(())
@@ -238,10 +238,10 @@ impl Session {
     }
 
     /// N(R) says that all frames before it have arrived.
-    fn note_acknowledgement(&mut self, receive: Sequence) -> Result<(), Fault> {
+    fn note_acknowledgement(&mut self, receive: Sequence) -> Result<(), CloseReason> {
         let open = usize::from(self.send_next.since(receive));
         let acknowledged = self.sent_at.len().checked_sub(open);
-        let count = acknowledged.ok_or(Fault::Acknowledgement(receive.number()))?;
+        let count = acknowledged.ok_or(CloseReason::Acknowledgement(receive.number()))?;
         self.sent_at.drain(..count);
         Ok(())
     }
@@ -251,7 +251,7 @@ impl Session {
         self.note_acknowledged();
     }
 
-    /// What was received is acknowledged by the frame that was just written.
+    /// Records that the frame just written acknowledges all received frames.
     fn note_acknowledged(&mut self) {
         self.unacknowledged = 0;
         self.acknowledge_by = None;

@@ -28,7 +28,7 @@ impl Trial {
         trial
     }
 
-    fn take(&mut self, frame: Frame<'_>) -> Result<(), Fault> {
+    fn take(&mut self, frame: Frame<'_>) -> Result<(), CloseReason> {
         let mut bytes = Vec::new();
         frame.write(&mut bytes);
         let events = &mut self.events;
@@ -39,7 +39,7 @@ impl Trial {
         Ok(())
     }
 
-    fn request(&mut self, number: u16, acknowledged: u16) -> Result<(), Fault> {
+    fn request(&mut self, number: u16, acknowledged: u16) -> Result<(), CloseReason> {
         let (send, receive) = (Sequence::new(number), Sequence::new(acknowledged));
         self.take(Frame::Information { send, receive, asdu: &REQUEST })
     }
@@ -48,7 +48,7 @@ impl Trial {
         self.session.take_output()
     }
 
-    fn pass(&mut self, seconds: u64) -> Result<(), Fault> {
+    fn pass(&mut self, seconds: u64) -> Result<(), CloseReason> {
         self.now += Duration::from_secs(seconds);
         self.session.tick(self.now)
     }
@@ -58,7 +58,7 @@ impl Trial {
 fn data_flow_between_start_and_stop_alone() {
     let mut trial = Trial::new();
     assert!(!trial.session.can_send());
-    assert_eq!(trial.request(0, 0), Err(Fault::NotStarted));
+    assert_eq!(trial.request(0, 0), Err(CloseReason::NotStarted));
     let mut trial = Trial::started();
     assert_eq!(trial.events, ["Started"]);
     trial.request(0, 0).unwrap();
@@ -87,7 +87,10 @@ fn the_window_is_kept_and_opened() {
     assert!(!trial.session.can_send());
     trial.take(Frame::Supervisory(Sequence::new(1))).unwrap();
     assert!(trial.session.can_send());
-    assert_eq!(trial.take(Frame::Supervisory(Sequence::new(4))), Err(Fault::Acknowledgement(4)));
+    assert_eq!(
+        trial.take(Frame::Supervisory(Sequence::new(4))),
+        Err(CloseReason::Acknowledgement(4))
+    );
 }
 
 #[test]
@@ -102,7 +105,7 @@ fn requests_are_acknowledged_after_w_or_t2() {
     assert_eq!(trial.said(), [0_u8; 0]);
     trial.pass(1).unwrap();
     assert_eq!(trial.said(), [0x68, 4, 1, 0, 6, 0]);
-    assert_eq!(trial.request(4, 0), Err(Fault::Sequence { found: 4, wanted: 3 }));
+    assert_eq!(trial.request(4, 0), Err(CloseReason::Sequence { found: 4, wanted: 3 }));
 }
 
 #[test]
@@ -115,10 +118,10 @@ fn silence_is_tested_and_not_borne() {
     trial.take(Frame::Unnumbered(Function::TestCon)).unwrap();
     trial.pass(20).unwrap();
     assert_eq!(trial.said(), [0x68, 4, 0x43, 0, 0, 0]);
-    assert_eq!(trial.pass(15), Err(Fault::Timeout(PARAMETERS.t1)));
+    assert_eq!(trial.pass(15), Err(CloseReason::Timeout(PARAMETERS.t1)));
     let mut trial = Trial::started();
     trial.session.send(&[1], trial.now);
-    assert_eq!(trial.pass(15), Err(Fault::Timeout(PARAMETERS.t1)));
+    assert_eq!(trial.pass(15), Err(CloseReason::Timeout(PARAMETERS.t1)));
     let mut trial = Trial::started();
     trial.take(Frame::Unnumbered(Function::TestAct)).unwrap();
     assert_eq!(trial.said(), [0x68, 4, 0x83, 0, 0, 0]);
@@ -127,7 +130,7 @@ fn silence_is_tested_and_not_borne() {
 #[test]
 fn what_a_controlling_station_never_says_is_a_fault() {
     let mut trial = Trial::started();
-    assert_eq!(trial.take(Frame::Unnumbered(Function::StartCon)), Err(Fault::Controlled));
+    assert_eq!(trial.take(Frame::Unnumbered(Function::StartCon)), Err(CloseReason::Controlled));
     let garbage = trial.session.receive(&[0xE8, 1, 2], trial.now, |_| {});
-    assert_eq!(garbage, Err(Fault::Frame(FrameError::Start(0xE8))));
+    assert_eq!(garbage, Err(CloseReason::Frame(FrameError::Start(0xE8))));
 }

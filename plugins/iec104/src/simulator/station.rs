@@ -10,7 +10,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use thiserror::Error;
 
-use super::map::{StationMap, Wanted};
+use super::map::{ObjectSelection, StationMap};
 use super::session::{self, Event, Session};
 use crate::codec::{
     self, Asdu, AsduWriter, Body, Cp56, Object, TimeTag, Zone, answer_to, cause,
@@ -22,7 +22,7 @@ use crate::session::Parameters;
 const MAX_JOBS: usize = 1024;
 /// The common address that means all of them (IEC 60870-5-101, 7.2.4).
 const ALL_STATIONS: u16 = 0xFFFF;
-/// Where the first byte of a request's element lies: after header and object address.
+/// Offset of a request's first element, bytes: after header and object address.
 const ELEMENT_INDEX: usize = 9;
 /// Station interrogation, global, and of groups 1 to 16 (QOI, 7.2.6.22).
 const QOI_STATION: u8 = 20;
@@ -40,42 +40,42 @@ const C_CS_NA: u8 = 103;
 const C_TS_NA: u8 = 104;
 const C_TS_TA: u8 = 107;
 
-/// What all clients share.
+/// State shared by all clients.
 #[derive(Debug)]
 pub(super) struct Shared {
     pub(super) map: StationMap,
     pub(super) zone: Zone,
     pub(super) parameters: Parameters,
-    /// Whether the end of initialisation was told.
-    pub(super) has_told_start: AtomicBool,
+    /// Reports whether the end of initialisation was sent.
+    pub(super) has_sent_start: AtomicBool,
 }
 
 /// An instant on all clocks.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Times {
-    /// For deadlines.
+    /// Instant by which deadlines count.
     pub(super) now: Instant,
     /// By which values move.
     pub(super) true_time: SystemTime,
-    /// What the station's clock says.
-    pub(super) said_time: SystemTime,
+    /// Time of the station's clock.
+    pub(super) station_time: SystemTime,
 }
 
-/// Why a client is closed.
+/// Reason for which a client is closed.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
-pub(super) enum Fault {
-    /// Of the connection.
+pub(super) enum CloseReason {
+    /// Fault of the connection.
     #[error("{0}")]
-    Session(#[from] session::Fault),
+    Session(#[from] session::CloseReason),
     /// More requests than can be kept.
     #[error("{MAX_JOBS} requests wait for their answers")]
     Overrun,
 }
 
-/// What is to be sent, in order.
+/// Message to be sent, in order.
 #[derive(Debug)]
 enum Job {
-    /// This data unit.
+    /// Data unit to be sent.
     Send(Vec<u8>),
     /// Objects of a common address, then this data unit.
     Report { common_address: u16, cause: u8, left: Range<usize>, end: Option<Vec<u8>> },
@@ -84,19 +84,19 @@ enum Job {
 /// A walk through all objects, for those that have changed.
 #[derive(Debug)]
 struct Scan {
-    /// When values are taken, by both clocks.
+    /// Instant of the values, by the true clock and the station's.
     true_time: SystemTime,
-    said_time: SystemTime,
+    station_time: SystemTime,
     next: usize,
 }
 
-/// One client.
+/// Client of the simulated station.
 #[derive(Debug)]
 pub(super) struct Station {
     shared: Arc<Shared>,
     session: Session,
     jobs: VecDeque<Job>,
-    /// What the client knows of each object, while data are wanted.
+    /// Values of each object that the client knows, while data transfer is started.
     known: Vec<codec::Value>,
     scan: Option<Scan>,
     sent_count: u64,
@@ -109,17 +109,17 @@ impl Station {
         Self { shared, session, jobs, known, scan: None, sent_count: 0 }
     }
 
-    /// Takes received bytes.
+    /// Processes bytes that were received.
     ///
     /// # Errors
-    /// After any [`Fault`] the connection must be closed.
-    pub(super) fn receive(&mut self, bytes: &[u8], times: Times) -> Result<(), Fault> {
+    /// After any [`CloseReason`] the connection must be closed.
+    pub(super) fn receive(&mut self, bytes: &[u8], times: Times) -> Result<(), CloseReason> {
         let Self { shared, session, jobs, known, scan, .. } = self;
         session.receive(bytes, times.now, |event| match event {
             Event::Started => {
                 let time = whole_millis(times.true_time);
                 *known = shared.map.objects().iter().map(|object| object.value_at(time)).collect();
-                if !shared.has_told_start.swap(true, Ordering::Relaxed) {
+                if !shared.has_sent_start.swap(true, Ordering::Relaxed) {
                     let all = shared.map.common_addresses().iter();
                     jobs.extend(all.map(|&address| Job::Send(initialisation_ended(address))));
                 }
@@ -131,7 +131,7 @@ impl Station {
             Event::Asdu(request) => answer(shared, request, jobs),
         })?;
         if jobs.len() > MAX_JOBS {
-            return Err(Fault::Overrun);
+            return Err(CloseReason::Overrun);
         }
         self.fill(times);
         Ok(())
@@ -141,7 +141,7 @@ impl Station {
     ///
     /// # Errors
     /// As [`Station::receive`].
-    pub(super) fn tick(&mut self, times: Times) -> Result<(), Fault> {
+    pub(super) fn tick(&mut self, times: Times) -> Result<(), CloseReason> {
         self.session.tick(times.now)?;
         self.fill(times);
         Ok(())
@@ -150,14 +150,14 @@ impl Station {
     /// Looks for changes, unless it still does.
     pub(super) fn look_for_changes(&mut self, times: Times) {
         if self.scan.is_none() && !self.known.is_empty() && self.session.is_started() {
-            let (true_time, said_time) =
-                (whole_millis(times.true_time), whole_millis(times.said_time));
-            self.scan = Some(Scan { true_time, said_time, next: 0 });
+            let (true_time, station_time) =
+                (whole_millis(times.true_time), whole_millis(times.station_time));
+            self.scan = Some(Scan { true_time, station_time, next: 0 });
         }
         self.fill(times);
     }
 
-    /// When [`Station::tick`] has something to do at the latest.
+    /// Returns the latest instant at which [`Station::tick`] has something to do.
     pub(super) fn deadline(&self) -> Instant {
         self.session.deadline()
     }
@@ -211,7 +211,7 @@ impl Station {
     /// The next data unit of changes; nothing when the walk is over.
     fn next_change(&mut self) -> Option<Vec<u8>> {
         let scan = self.scan.as_mut()?;
-        let time = Cp56::from_system_time(scan.said_time, self.shared.zone).map(TimeTag::Cp56);
+        let time = Cp56::from_system_time(scan.station_time, self.shared.zone).map(TimeTag::Cp56);
         let objects = self.shared.map.objects();
         let mut writer: Option<AsduWriter> = None;
         let mut common_address = 0;
@@ -243,7 +243,8 @@ fn good(address: u32, value: codec::Value, time: Option<TimeTag>) -> Object {
     Object { address, value, flags: codec::Flags::default(), time }
 }
 
-/// What time tags can say: whoever works a value out from one gets this very value.
+/// Rounds a time to whole milliseconds, as time tags have it: a value computed from a tag is
+/// exactly this value.
 fn whole_millis(time: SystemTime) -> SystemTime {
     let since = time.duration_since(UNIX_EPOCH).unwrap_or_default();
     let millis = u64::try_from(since.as_millis()).unwrap_or_default();
@@ -283,12 +284,12 @@ fn answer(shared: &Shared, request: &[u8], jobs: &mut VecDeque<Job>) {
         match (header.type_id, element) {
             (C_IC_NA, Some(qoi @ QOI_STATION..=QOI_LAST_GROUP)) => {
                 let group = usize::from(qoi - QOI_STATION).checked_sub(1);
-                let left = shared.map.range(station, Wanted::Values(group));
+                let left = shared.map.range(station, ObjectSelection::Values(group));
                 report(&named, station, qoi, left, jobs);
             }
             (C_CI_NA, Some(qcc)) if qcc & FRZ == 0 && (1..=RQT_GENERAL).contains(&(qcc & RQT)) => {
                 let group = (qcc & RQT != RQT_GENERAL).then(|| usize::from((qcc & RQT) - 1));
-                let left = shared.map.range(station, Wanted::Counters(group));
+                let left = shared.map.range(station, ObjectSelection::Counters(group));
                 let cause = cause::COUNTERS + group.map_or(0, |group| group as u8 + 1);
                 report(&named, station, cause, left, jobs);
             }

@@ -28,10 +28,10 @@ impl Client {
             map: map(tags).unwrap().0,
             zone: Zone::Utc,
             parameters: PARAMETERS,
-            has_told_start: AtomicBool::new(false),
+            has_sent_start: AtomicBool::new(false),
         });
         let time = UNIX_EPOCH + Duration::from_millis(1_700_000_000_123);
-        let times = Times { now: Instant::now(), true_time: time, said_time: time };
+        let times = Times { now: Instant::now(), true_time: time, station_time: time };
         let mut client = Self {
             station: Station::new(shared, times.now),
             times,
@@ -181,8 +181,8 @@ fn changes_come_with_their_value_at_their_time() {
     for round in 1..=3 {
         let time = client.times.true_time + Duration::from_millis(700);
         // Its clock is an hour ahead: the value is still that of the true time.
-        let said_time = time + Duration::from_secs(3600);
-        client.times = Times { true_time: time, said_time, ..client.times };
+        let station_time = time + Duration::from_secs(3600);
+        client.times = Times { true_time: time, station_time, ..client.times };
         client.station.look_for_changes(client.times);
         let units = client.units();
         let mut seen = 0;
@@ -195,7 +195,7 @@ fn changes_come_with_their_value_at_their_time() {
                 let busbar_plugin_sdk::Value::F64(expected) = signal.at(time) else { panic!() };
                 assert_eq!(object.value, codec::Value::Float(expected as f32));
                 let tag = object.time.unwrap().resolve(UNIX_EPOCH, Zone::Utc);
-                assert_eq!(tag, Some(said_time));
+                assert_eq!(tag, Some(station_time));
                 seen += 1;
             }
         }
@@ -229,5 +229,5 @@ fn a_flood_of_requests_ends_the_connection() {
         let (send, receive) = (Sequence::new(number), Sequence::default());
         Frame::Information { send, receive, asdu: &interrogation(1, 20) }.write(&mut bytes);
     }
-    assert_eq!(client.station.receive(&bytes, client.times), Err(Fault::Overrun));
+    assert_eq!(client.station.receive(&bytes, client.times), Err(CloseReason::Overrun));
 }

@@ -59,7 +59,7 @@ fn tag(ioa: u32, kind: ValueKind) -> TagSpec {
     tag_spec(ioa, &format!("tag{ioa}"), kind, json!({"ioa": ioa}))
 }
 
-/// Whether a thread of a plugin on this port lives in this process.
+/// Reports whether a thread of a plugin on this port lives in this process.
 #[cfg(target_os = "linux")]
 fn has_thread(port: u16) -> bool {
     let name = format!("iec104:{port}");

@@ -3,7 +3,7 @@
 use peer_process::{Peer, PeerScript};
 use serde_json::Value;
 
-/// lib60870-C behind c104.
+/// Peer script with lib60870-C behind c104.
 pub(super) const C104: PeerScript = PeerScript { file: "iec104_c104.py", import: "import c104" };
 /// hat-drivers, in Python throughout.
 pub(super) const HAT: PeerScript =

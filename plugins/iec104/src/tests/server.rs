@@ -5,7 +5,7 @@ use std::net::{TcpListener, TcpStream};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-/// What the station does with a frame: bytes to send, or `None` to close.
+/// Reaction of the station to a frame: bytes to send, or `None` to close.
 type Answer = dyn Fn(&[u8]) -> Option<Vec<u8>> + Send + Sync;
 
 /// Longest silence of a connection that the peer left open.

@@ -212,7 +212,7 @@ fn hat_sees_types_causes_and_times() {
     }
 }
 
-/// As a load: five thousand points, each changing at every look.
+/// Loads the simulator: five thousand points, each changing at every scan.
 #[test]
 fn thousands_of_points_are_served_at_once() {
     const POINTS: u32 = 5000;

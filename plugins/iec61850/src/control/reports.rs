@@ -14,14 +14,14 @@ const MAX_FAULTS: u32 = 5;
 /// Last numbers before `SqNum` begins anew: of 8, 16 and 32 bits.
 const LAST_SEQUENCES: [u32; 3] = [u8::MAX as u32, u16::MAX as u32, u32::MAX];
 
-/// What is to be known of a report.
+/// Findings on a report's sequence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Noted {
+pub(crate) struct ReportFlags {
     pub(crate) is_replayed: bool,
     pub(crate) is_lossy: bool,
 }
 
-/// Why the values of a report cannot be told apart.
+/// Reason for which the values of a report cannot be assigned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Mismatch {
     Members {
@@ -89,7 +89,7 @@ impl Control {
             && report.data_set.as_ref().is_none_or(|data_set| self.has_data_set(data_set))
     }
 
-    /// Whether the values of a report are where they should be.
+    /// Checks that the values of a report are where they should be.
     ///
     /// # Errors
     /// [`Mismatch`]: they cannot be told apart, or others are missing.
@@ -136,7 +136,7 @@ impl Control {
 
     /// Takes notice of a report: whether it is of the past, and whether entries before it
     /// were lost.
-    pub(crate) fn note(&mut self, report: &Report) -> Noted {
+    pub(crate) fn note(&mut self, report: &Report) -> ReportFlags {
         if let Some(id) = report.entry_id.as_ref().filter(|id| id.len() <= MAX_ENTRY_ID) {
             self.entry_id = Some(id.clone());
         }
@@ -150,7 +150,7 @@ impl Control {
         self.is_replaying &= !is_answer;
         self.is_answered |= is_answer;
         self.answer_by = self.answer_by.filter(|_| !is_answer);
-        Noted { is_replayed: self.is_replaying, is_lossy: report.buf_ovfl == Some(true) }
+        ReportFlags { is_replayed: self.is_replaying, is_lossy: report.buf_ovfl == Some(true) }
     }
 }
 

@@ -1,4 +1,4 @@
-//! What happens to reports and answers on their way, and what of it can be seen.
+//! Damage to reports and answers on their way, and the visible signs of it.
 
 use busbar_plugin_sdk::testing::{MessageFault, TruthMoment};
 use iec61850_rs::ber::Tag;
@@ -223,7 +223,7 @@ impl Matrix {
         let (block, mut report, moment) = (sent.block, sent.report.clone(), moment_of(&sent));
         let other = (block + 1 + self.random.below(BLOCKS - 1)) % BLOCKS;
         let is_single = !is_later && is_last;
-        let can_tell = is_single && report.data_set.is_some() && !self.device.manners.shares_id;
+        let can_tell = is_single && report.data_set.is_some() && !self.device.quirks.shares_id;
         match self.random.below(3) {
             0 if can_tell => report.rpt_id = format!("Events{other}"),
             1 if can_tell => {

@@ -17,7 +17,7 @@ impl Matrix {
     /// Tells whether several blocks may have sent a report.
     pub(super) fn is_ambiguous(&self, report: &Report) -> bool {
         let senders = self.link.server.controls().iter().filter(|control| control.is_enabled());
-        self.device.manners.shares_id && report.data_set.is_none() && senders.count() > 1
+        self.device.quirks.shares_id && report.data_set.is_none() && senders.count() > 1
     }
 
     /// A report of a block, or a segment of it, does not arrive as it is.
@@ -72,7 +72,7 @@ impl Matrix {
         if !is_last {
             return;
         }
-        let last_number = self.device.manners.last_number;
+        let last_number = self.device.quirks.last_number;
         let follows = |last: u32| if last == last_number { 0 } else { last + 1 };
         let expected = arrivals.number.map(follows);
         arrivals.number = report.seq_num;
@@ -98,7 +98,7 @@ impl Matrix {
     }
 
     pub(super) fn sign_by_id(&mut self, block: usize, sign: &str, moment: TruthMoment) {
-        match self.device.manners.shares_id {
+        match self.device.quirks.shares_id {
             true => self.sign_all(sign, moment),
             false => self.sign([block], sign, moment),
         }

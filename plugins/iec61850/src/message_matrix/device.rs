@@ -15,7 +15,7 @@ use iec61850_rs::proto::mms::{
 };
 use iec61850_rs::{Quality as Bits, TimeQuality, UtcTime, Validity};
 
-use super::report_block::{At, ModelBlock, Outgoing, Part};
+use super::report_block::{Instants, ModelBlock, Outgoing, Part};
 use crate::service::LIMITS;
 
 /// Objects: those of each block, of which the last has no quality, and those that are polled.
@@ -29,7 +29,7 @@ const ACCESS_DENIED: i64 = 3;
 const NON_EXISTENT: i64 = 10;
 pub(super) const TEMPORARILY_UNAVAILABLE: i64 = 2;
 
-/// A data object.
+/// Data object of the simulated device.
 #[derive(Clone, Copy)]
 pub(super) struct Object {
     pub(super) value: i64,
@@ -39,9 +39,9 @@ pub(super) struct Object {
     pub(super) revision: u64,
 }
 
-/// What servers do in their own way.
+/// Behaviour in which servers differ.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Manners {
+pub(super) struct ServerQuirks {
     /// Options of reports can be set; else they stay as they are.
     pub(super) takes_options: bool,
     pub(super) has_reasons: bool,
@@ -62,20 +62,20 @@ pub(super) struct Reply {
     pub(super) told: Vec<(usize, u64)>,
     /// The object that cannot be read.
     pub(super) failed: Option<usize>,
-    /// It answers a question for values.
+    /// Marks the answer to a read of values.
     pub(super) is_read: bool,
 }
 
-/// The model.
+/// Simulated device with its model.
 pub(super) struct Device {
     pub(super) objects: [Object; OBJECTS],
     pub(super) blocks: Vec<ModelBlock>,
-    pub(super) manners: Manners,
+    pub(super) quirks: ServerQuirks,
     /// Reports that wait to be sent.
     pub(super) reports: Vec<Outgoing>,
     next_value: i64,
     last_stamp: Duration,
-    pub(super) at: At,
+    pub(super) at: Instants,
 }
 
 pub(super) fn object_item(object: usize) -> String {
@@ -95,14 +95,14 @@ fn object_of(item: &str) -> Option<(usize, Part)> {
 }
 
 impl Device {
-    pub(super) fn new(manners: Manners, at: At) -> Self {
+    pub(super) fn new(quirks: ServerQuirks, at: Instants) -> Self {
         let time = UtcTime::from_unix(1_700_000_000, 0, TimeQuality::SYNCHRONIZED);
         let object = Object { value: 0, quality: Bits::GOOD, time, revision: 0 };
-        let blocks = (0..BLOCKS).map(|index| ModelBlock::new(index, &manners)).collect();
+        let blocks = (0..BLOCKS).map(|index| ModelBlock::new(index, &quirks)).collect();
         let mut objects = [object; OBJECTS];
         (0..OBJECTS).for_each(|index| objects[index].value = index as i64);
         let (reports, last_stamp) = (Vec::new(), Duration::ZERO);
-        Self { objects, blocks, manners, reports, next_value: 100, last_stamp, at }
+        Self { objects, blocks, quirks, reports, next_value: 100, last_stamp, at }
     }
 
     /// The value that is true, where one is.
@@ -197,17 +197,17 @@ impl Device {
         }
     }
 
-    /// The connection ended.
-    pub(super) fn hang_up(&mut self) {
+    /// Closes the connection to the client.
+    pub(super) fn close(&mut self) {
         self.blocks.iter_mut().for_each(ModelBlock::disable);
         self.reports.clear();
     }
 
-    /// It starts anew: other values, and nothing is kept.
+    /// Restarts the device: other values, and nothing is kept.
     pub(super) fn restart(&mut self, random: &mut FaultGenerator) {
-        self.hang_up();
-        let manners = self.manners;
-        self.blocks = (0..BLOCKS).map(|index| ModelBlock::new(index, &manners)).collect();
+        self.close();
+        let quirks = self.quirks;
+        self.blocks = (0..BLOCKS).map(|index| ModelBlock::new(index, &quirks)).collect();
         for object in 0..OBJECTS {
             self.change(object, random, false);
         }
@@ -238,10 +238,10 @@ impl Device {
 
     fn write(&mut self, name: &ObjectName<'_>, value: &Value) -> Result<(), i64> {
         let ObjectName::DomainSpecific { item, .. } = name else { return Err(NON_EXISTENT) };
-        let Self { objects, blocks, manners, reports, at, .. } = self;
+        let Self { objects, blocks, quirks, reports, at, .. } = self;
         for block in blocks {
             let Some(attribute) = block.attribute(item).map(str::to_owned) else { continue };
-            if attribute == "OptFlds" && !manners.takes_options {
+            if attribute == "OptFlds" && !quirks.takes_options {
                 return Err(ACCESS_DENIED);
             }
             let is_taken = block.write(&attribute, value, objects, *at, reports);

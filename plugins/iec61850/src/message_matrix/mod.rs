@@ -22,8 +22,10 @@ use busbar_plugin_sdk::{Reason, TagSpec, ValueKind};
 use iec61850_rs::proto::mms::association::{Association, AssociationConfig, AssociationEvent};
 use serde_json::json;
 
-use self::device::{BLOCKS, DOMAIN, Device, Manners, OBJECTS, OBJECTS_A_BLOCK, Reply, object_item};
-use self::report_block::{At, Outgoing};
+use self::device::{
+    BLOCKS, DOMAIN, Device, OBJECTS, OBJECTS_A_BLOCK, Reply, ServerQuirks, object_item,
+};
+use self::report_block::{Instants, Outgoing};
 use crate::link::{Link, parameters};
 use crate::points::Points;
 use crate::server::{Job, Server};
@@ -47,7 +49,7 @@ const RECONNECT: Duration = Duration::from_secs(1);
 enum Message {
     Report {
         outgoing: Outgoing,
-        /// It is a segment, and not the first one.
+        /// Marks a segment other than the first one.
         is_later_segment: bool,
         is_last: bool,
     },
@@ -56,19 +58,19 @@ enum Message {
         reply: Reply,
         /// Reports that had arrived when it was asked for.
         asked: u64,
-        /// When it was answered.
+        /// Instant at which the answer was made.
         moment: TruthMoment,
     },
 }
 
-/// What is known of the reports of a block that arrived.
+/// Arrivals of a block's reports.
 #[derive(Clone, Copy, Default)]
 struct Arrivals {
     /// Number of the last one since the block was enabled, by which a gap can be seen.
     number: Option<u32>,
     /// So far all segments of the present one came.
     is_run_whole: bool,
-    /// When the last report was sent that did not arrive as it was.
+    /// Instant of the last report that did not arrive intact.
     lost: Option<TruthMoment>,
 }
 
@@ -90,7 +92,7 @@ struct Matrix {
     reports: u64,
     reported: [u64; OBJECTS],
     connect_at: Duration,
-    /// When nothing was on its way last.
+    /// Last time at which nothing was on its way.
     all_came_at: Duration,
     keys: u16,
 }
@@ -104,8 +106,8 @@ fn tags() -> Vec<TagSpec> {
     (0..OBJECTS).map(tag).collect()
 }
 
-fn manners(random: &mut FaultGenerator) -> Manners {
-    Manners {
+fn quirks(random: &mut FaultGenerator) -> ServerQuirks {
+    ServerQuirks {
         takes_options: random.one_in(2),
         has_reasons: random.one_in(2),
         names_data_sets: random.one_in(2),
@@ -130,7 +132,7 @@ impl Matrix {
     fn new(seed: u64) -> Self {
         let mut random = FaultGenerator::new(seed);
         let rarity = [4, 12, 40, 150][random.below(4)];
-        let manners = manners(&mut random);
+        let quirks = quirks(&mut random);
         let tags = tags();
         let oracle =
             TruthOracle::new(seed, Duration::ZERO, &tags).with_delay(2 * MAX_DELAY + MAX_STEP);
@@ -143,13 +145,13 @@ impl Matrix {
         let server = Server::new(&config, points, oracle.sink(), host());
         let sink = oracle.sink();
         let (now, wall, before) = (oracle.now(), oracle.wall_clock(), oracle.moment());
-        let at = At { now, wall, before };
+        let at = Instants { now, wall, before };
         let link = Link { server, config, sink, dial: Arc::new(TcpDial { tls: None }) };
         let mut matrix = Self {
             link,
             session: None,
             peer: Association::server(AssociationConfig::default()),
-            device: Device::new(manners, at),
+            device: Device::new(quirks, at),
             oracle,
             random: random.with_rarity(rarity),
             start: Instant::now(),
@@ -184,7 +186,7 @@ impl Matrix {
         self.oracle.advance(elapsed);
         let (now, wall, before) =
             (self.oracle.now(), self.oracle.wall_clock(), self.oracle.moment());
-        self.device.at = At { now, wall, before };
+        self.device.at = Instants { now, wall, before };
         self.oracle.check();
         self.device.tick();
         self.sync();
@@ -232,9 +234,9 @@ impl Matrix {
             self.sync();
         }
         match self.random.below(400) {
-            0 => self.hang_up(),
+            0 => self.close(),
             1 => {
-                self.hang_up();
+                self.close();
                 self.device.restart(&mut self.random);
             }
             2 => self.device.blocks[self.random.below(BLOCKS)].revision += 1,
@@ -299,7 +301,7 @@ impl Matrix {
         let outcome = self.link.advance(session, now);
         let output = session.take_output();
         if outcome.is_err() {
-            return self.hang_up();
+            return self.close();
         }
         self.peer.on_bytes(iec61850_rs::Instant::ZERO, &output);
         while let Some(event) = self.peer.poll_event() {
@@ -328,11 +330,11 @@ impl Matrix {
     }
 
     /// The connection ends, at either end.
-    fn hang_up(&mut self) {
+    fn close(&mut self) {
         if self.session.take().is_some() {
             self.link.server.end(Reason::Communication);
         }
-        self.device.hang_up();
+        self.device.close();
         self.inbox.clear();
         self.wire.clear();
         self.held = None;
@@ -347,7 +349,7 @@ impl Matrix {
         while let Some(bytes) = self.peer.poll_transmit().map(<[u8]>::to_vec) {
             let Some(session) = &mut self.session else { return };
             if self.link.receive(session, &endpoint, &bytes, now).is_err() {
-                self.hang_up();
+                self.close();
             }
         }
     }
@@ -355,7 +357,7 @@ impl Matrix {
     /// All is good again, where nothing fails any more.
     fn settle(&mut self) {
         // Without a period, what does not change is not told again, and goes stale.
-        let is_repeated = !self.device.manners.integrity.is_zero();
+        let is_repeated = !self.device.quirks.integrity.is_zero();
         let wanted: Vec<_> =
             (0..OBJECTS).filter(|o| is_repeated || *o >= BLOCKS * OBJECTS_A_BLOCK).collect();
         let end = self.oracle.now() + RECOVERY;

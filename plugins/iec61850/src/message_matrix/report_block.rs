@@ -9,13 +9,13 @@ use iec61850_rs::proto::data::Value;
 use iec61850_rs::proto::mms::report::{Report, ReportEntry};
 
 use super::device::{
-    DOMAIN, Device, Manners, OBJECTS, OBJECTS_A_BLOCK, Object, change_of, object_item,
+    DOMAIN, Device, OBJECTS, OBJECTS_A_BLOCK, Object, ServerQuirks, change_of, object_item,
 };
 
 /// Entries that a buffer holds.
 const MAX_ENTRIES: usize = 8;
 
-/// What of an object a member of a data set is.
+/// Part of an object that a member of a data set has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Part {
     Whole,
@@ -24,12 +24,12 @@ pub(super) enum Part {
     Time,
 }
 
-/// An instant.
+/// Instant by the oracle and the calendar.
 #[derive(Clone, Copy)]
-pub(super) struct At {
+pub(super) struct Instants {
     /// By the model's clock.
     pub(super) now: Duration,
-    /// By the calendar.
+    /// Time by the calendar.
     pub(super) wall: SystemTime,
     /// By the oracle, before the last change of an object.
     pub(super) before: TruthMoment,
@@ -43,9 +43,9 @@ struct Entry {
     members: Vec<(usize, Value, ReasonCode)>,
     /// Objects of which it says all, with the revisions of their values.
     told: Vec<(usize, u64)>,
-    /// It follows entries that are lost.
+    /// Marks an entry that follows lost entries.
     is_overflow: bool,
-    /// When it was made; nothing until the oracle knows what has changed.
+    /// Instant at which the entry was made; nothing until the oracle knows the change.
     moment: Option<TruthMoment>,
 }
 
@@ -55,9 +55,9 @@ pub(super) struct Outgoing {
     pub(super) block: usize,
     pub(super) report: Report,
     pub(super) told: Vec<(usize, u64)>,
-    /// It may be taken for the answer to an interrogation.
+    /// Marks a report that may be taken for the answer to an interrogation.
     pub(super) is_answer: bool,
-    /// When it was made; nothing until the oracle knows what has changed.
+    /// Instant at which the report was made; nothing until the oracle knows the change.
     pub(super) moment: Option<TruthMoment>,
 }
 
@@ -90,7 +90,7 @@ pub(super) struct ModelBlock {
 }
 
 impl ModelBlock {
-    pub(super) fn new(index: usize, manners: &Manners) -> Self {
+    pub(super) fn new(index: usize, quirks: &ServerQuirks) -> Self {
         let first = index * OBJECTS_A_BLOCK;
         let objects = first..first + OBJECTS_A_BLOCK;
         let members = match index {
@@ -102,12 +102,12 @@ impl ModelBlock {
         };
         let is_buffered = index == 0;
         let (kind, letter) = if is_buffered { ("BR", 'b') } else { ("RP", 'u') };
-        let id = if manners.shares_id { "Events".into() } else { format!("Events{index}") };
+        let id = if quirks.shares_id { "Events".into() } else { format!("Events{index}") };
         let options = OptFlds::NONE
-            .with_sequence_number(manners.has_numbers)
+            .with_sequence_number(quirks.has_numbers)
             .with_report_time_stamp(true)
-            .with_reason_for_inclusion(manners.has_reasons)
-            .with_data_set_name(manners.names_data_sets)
+            .with_reason_for_inclusion(quirks.has_reasons)
+            .with_data_set_name(quirks.names_data_sets)
             .with_buffer_overflow(is_buffered)
             .with_entry_id(is_buffered)
             .with_conf_revision(true);
@@ -121,9 +121,9 @@ impl ModelBlock {
             is_enabled: false,
             options,
             triggers: TrgOps::EVENTS,
-            integrity: manners.integrity,
-            buffer_time: manners.buffer_time,
-            last_number: manners.last_number,
+            integrity: quirks.integrity,
+            buffer_time: quirks.buffer_time,
+            last_number: quirks.last_number,
             sequence: 0,
             revision: 1,
             entries: VecDeque::new(),
@@ -136,7 +136,7 @@ impl ModelBlock {
         }
     }
 
-    /// What of it is named.
+    /// Returns the attribute of the block that an item names.
     pub(super) fn attribute<'n>(&self, item: &'n str) -> Option<&'n str> {
         item.strip_prefix(self.item.as_str())?.strip_prefix('$')
     }
@@ -170,7 +170,7 @@ impl ModelBlock {
         attribute: &str,
         value: &Value,
         objects: &[Object; OBJECTS],
-        at: At,
+        at: Instants,
         reports: &mut Vec<Outgoing>,
     ) -> bool {
         match attribute {
@@ -224,7 +224,7 @@ impl ModelBlock {
         objects: &[Object; OBJECTS],
         object: usize,
         parts: &[Part],
-        at: At,
+        at: Instants,
         reports: &mut Vec<Outgoing>,
     ) {
         if !self.is_enabled && !self.is_buffered {
@@ -260,7 +260,7 @@ impl ModelBlock {
     pub(super) fn tick(
         &mut self,
         objects: &[Object; OBJECTS],
-        at: At,
+        at: Instants,
         reports: &mut Vec<Outgoing>,
     ) {
         if self.pending_until <= at.now {
@@ -275,7 +275,7 @@ impl ModelBlock {
     }
 
     /// Makes an entry of what is gathered.
-    fn flush(&mut self, objects: &[Object; OBJECTS], at: At, reports: &mut Vec<Outgoing>) {
+    fn flush(&mut self, objects: &[Object; OBJECTS], at: Instants, reports: &mut Vec<Outgoing>) {
         self.flush_before(objects, OBJECTS, at, reports);
     }
 
@@ -284,7 +284,7 @@ impl ModelBlock {
         &mut self,
         objects: &[Object; OBJECTS],
         newer: usize,
-        at: At,
+        at: Instants,
         reports: &mut Vec<Outgoing>,
     ) {
         let pending = std::mem::take(&mut self.pending);
@@ -303,7 +303,7 @@ impl ModelBlock {
         &mut self,
         reason: ReasonCode,
         objects: &[Object; OBJECTS],
-        at: At,
+        at: Instants,
         reports: &mut Vec<Outgoing>,
     ) {
         let member = |(index, &(object, part)): (usize, &(usize, Part))| {
@@ -320,7 +320,7 @@ impl ModelBlock {
         members: Vec<(usize, Value, ReasonCode)>,
         told: Vec<(usize, u64)>,
         moment: Option<TruthMoment>,
-        at: At,
+        at: Instants,
         reports: &mut Vec<Outgoing>,
     ) {
         if members.is_empty() {

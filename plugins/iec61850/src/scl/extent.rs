@@ -1,5 +1,5 @@
-//! How much the model of an IED becomes once its types are written out, found before that is
-//! done: types of types multiply, and a short file may claim more than memory holds.
+//! Size of an IED's model with its types expanded, computed before the expansion. Types of types
+//! multiply, and a short file may claim more than memory holds.
 
 use std::collections::HashMap;
 

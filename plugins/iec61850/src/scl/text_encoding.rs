@@ -22,7 +22,7 @@ pub(super) const NO_CHARACTER: char = char::REPLACEMENT_CHARACTER;
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct DecodedFile {
     pub(super) text: String,
-    /// What the user should know of the decoding.
+    /// Remark for the user on the decoding.
     pub(super) remark: Option<String>,
 }
 

@@ -1,4 +1,5 @@
-//! Where a server has no data object of a name: what it has there, for whoever corrects it.
+//! Search for the names beside a data object that the server lacks, for a message to the
+//! integrator.
 
 use std::collections::BTreeSet;
 
@@ -16,9 +17,9 @@ const MAX_TOLD: usize = 30;
 /// A search for what stands beside a name.
 #[derive(Debug)]
 pub(super) struct Search {
-    /// `LD` and `LN$FC$DO`.
+    /// Name of the object that is missing, `LD` and `LN$FC$DO`.
     wanted: Name,
-    /// Whether the server has the logical device.
+    /// Reports whether the server has the logical device.
     has_device: bool,
     /// The last name that came.
     after: Option<String>,

@@ -8,17 +8,17 @@ use iec61850_rs::proto::mms::report::Report;
 
 use super::Server;
 use crate::board::Origin;
-use crate::control::{Control, Mismatch, Outcome, Use};
+use crate::control::{Control, MemberUse, Mismatch, Outcome};
 use crate::convert::entry_time_of;
 use crate::locate::Place;
 use crate::report_reader::Unusable;
 use crate::service::{Answer, Name};
 
-/// Why a block is left alone after several reports in a row.
+/// Reason for which a block is given up after several unusable reports in a row.
 const REPEATED_FAULTS: &str = "its reports cannot be used again and again";
 
 impl Server {
-    /// Takes a report.
+    /// Processes a report of the server.
     ///
     /// # Errors
     /// In words: the server is another than it was, so all of it has to be asked anew.
@@ -42,7 +42,7 @@ impl Server {
         }
         self.board.begin_report();
         let control = &mut self.controls[index];
-        control.hear(now);
+        control.note_report(now);
         match control.check(report) {
             Ok(()) => {}
             Err(Mismatch::Revision) => {
@@ -71,7 +71,7 @@ impl Server {
         let control = &self.controls[index];
         let mut misfits = BTreeSet::new();
         for entry in &report.entries {
-            for Use { point, share } in control.uses.get(entry.index).into_iter().flatten() {
+            for MemberUse { point, share } in control.uses.get(entry.index).into_iter().flatten() {
                 if !self.board.take(*point, share, &entry.value) {
                     misfits.insert(*point);
                 }
@@ -134,7 +134,7 @@ impl Server {
         self.board.begin_report();
         self.distrust(&doubted, why, now);
         for index in doubted {
-            self.controls[index].hear(now);
+            self.controls[index].note_report(now);
             if self.controls[index].note_fault() {
                 self.leave(index, REPEATED_FAULTS);
             }
@@ -170,22 +170,22 @@ impl Server {
 
     /// Leaves a block alone for the rest of the connection; its values are polled.
     fn leave(&mut self, index: usize, why: &str) {
-        self.controls[index].give_up(None);
+        self.controls[index].abandon(None);
         self.warn_of(index, &format!("{why}; its values are polled"));
     }
 
     pub(super) fn take_step(&mut self, index: usize, answer: Answer, now: Instant) {
-        let outcome = self.controls[index].heed(answer, now);
+        let outcome = self.controls[index].handle_answer(answer, now);
         let is_taken = self.controls[index].identity().is_some_and(|identity| {
             self.controls[..index].iter().any(|other| other.identity() == Some(identity))
         });
         if is_taken {
-            self.controls[index].give_up(None);
+            self.controls[index].abandon(None);
             let what = "it has the RptID and data set of another block: give it a RptID of its own";
             return self.warn_of(index, &format!("{what}; its values are polled"));
         }
         match outcome {
-            Outcome::Going => {}
+            Outcome::InProgress => {}
             Outcome::Members(members) => {
                 let uses = members.iter().map(|member| self.uses_of(member.as_ref())).collect();
                 self.controls[index].uses = uses;
@@ -200,7 +200,7 @@ impl Server {
                     &format!("{what}; its values are polled, and it is tried again"),
                 );
             }
-            Outcome::Lacking(what) => self.tell_of(index, LogLevel::Info, &what),
+            Outcome::Degraded(what) => self.tell_of(index, LogLevel::Info, &what),
         }
     }
 
@@ -221,7 +221,7 @@ impl Server {
     /// Tells of a block what was not told of it just before.
     fn tell_of(&mut self, index: usize, level: LogLevel, what: &str) {
         let control = &mut self.controls[index];
-        if control.is_news(what) {
+        if control.has_changed(what) {
             self.board.log(level, &format!("{}: {what}", control.block.reference()));
         }
     }
@@ -244,8 +244,8 @@ impl Server {
         (0..self.variables.len()).filter(is_of_them).collect()
     }
 
-    /// What a member of a data set is to the points.
-    fn uses_of(&self, member: Option<&Name>) -> Vec<Use> {
+    /// Returns the uses of a data set member by the points.
+    fn uses_of(&self, member: Option<&Name>) -> Vec<MemberUse> {
         let Some(member) = member else { return Vec::new() };
         let parts: Vec<_> = member.item.split('$').collect();
         // A whole logical node has no type here: its values are polled.
@@ -257,7 +257,7 @@ impl Server {
         points
             .filter_map(|point| {
                 let share = self.places[point].as_ref()?.share(below)?;
-                Some(Use { point, share })
+                Some(MemberUse { point, share })
             })
             .collect()
     }
@@ -267,7 +267,7 @@ impl Server {
         let mut reported = vec![false; self.places.len()];
         for control in self.controls.iter().filter(|control| control.is_running()) {
             let mut found: BTreeMap<usize, [bool; 2]> = BTreeMap::new();
-            for Use { point, share } in control.uses.iter().flatten() {
+            for MemberUse { point, share } in control.uses.iter().flatten() {
                 let [value, quality] = found.entry(*point).or_default();
                 *value |= share.value.is_some();
                 *quality |= share.quality.is_some();

@@ -73,7 +73,7 @@ impl Fixture {
     fn serve(&mut self, ids: [&str; 2]) {
         while let Some((job, request)) = self.server.next_request(self.now, MAX_MESSAGE) {
             let answer = self.answer(&request, ids);
-            self.server.heed(job, answer, self.now);
+            self.server.handle_answer(job, answer, self.now);
             self.server.flush();
         }
     }
@@ -254,8 +254,8 @@ fn an_answer_to_an_earlier_question_is_not_the_newer_value() {
     let (second, _) = fixture.server.next_request(fixture.now, MAX_MESSAGE).unwrap();
     let answer = |value| Answer::Values(vec![Ok(Value::Integer(value))]);
     assert!(matches!((&first, &second), (Job::Read { .. }, Job::Read { .. })));
-    fixture.server.heed(second, answer(6), fixture.now);
-    fixture.server.heed(first, answer(5), fixture.now);
+    fixture.server.handle_answer(second, answer(6), fixture.now);
+    fixture.server.handle_answer(first, answer(5), fixture.now);
     fixture.server.flush();
     assert_eq!(fixture.shown(), [Some(6), Some(2)]);
 }
@@ -265,7 +265,7 @@ fn a_reading_that_is_refused_is_tried_again_where_nothing_else_brings_the_value(
     let mut fixture = Fixture::new(IDS);
     fixture.note(Some("A"));
     let (job, _) = fixture.server.next_request(fixture.now, MAX_MESSAGE).unwrap();
-    fixture.server.heed(job, Answer::Refused("no resources".into()), fixture.now);
+    fixture.server.handle_answer(job, Answer::Refused("no resources".into()), fixture.now);
     fixture.server.flush();
     assert_eq!(fixture.shown(), [None, Some(2)]);
     fixture.now += PAUSE;

@@ -116,7 +116,7 @@ fn answers_another_service() {
     assert!(is_asked.load(Ordering::Relaxed));
 }
 
-/// Of a former connection, perhaps: it is the answer to nothing.
+/// Sends an answer that matches no request, as one of a former connection would.
 #[test]
 fn answers_a_request_that_was_never_made() {
     let (port, is_asked) = associated(|invoke_id, _| {

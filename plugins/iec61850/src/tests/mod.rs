@@ -30,7 +30,7 @@ const PATIENCE: Duration = Duration::from_secs(15);
 const QUICK: ReconnectBounds =
     ReconnectBounds { min: Duration::from_millis(100), max: Duration::from_millis(400) };
 
-/// 2026-01-02 03:04:05.678 UTC.
+/// Instant 2026-01-02 03:04:05.678 UTC, in milliseconds.
 const TIME_MILLIS: u64 = 1_767_323_045_678;
 
 /// A running plugin, and what it published.

@@ -32,7 +32,7 @@ fn proxy(peer: &Peer, script: &FaultScript) -> FaultProxy {
     FaultProxy::start(([127, 0, 0, 1], peer.port).into(), script.clone()).unwrap()
 }
 
-/// How many values there were of each tag, none of them wrong.
+/// Counts the values of each tag; none may be wrong.
 #[track_caller]
 fn check_values(recording: &Recording) -> [usize; TAGS.len()] {
     let mut values = recording.integers();

@@ -4,7 +4,7 @@ use busbar_link::testing::CertificateAuthority;
 
 use super::*;
 
-/// What is reported as a whole.
+/// Returns the tags of a whole report.
 fn whole() -> Vec<TagSpec> {
     vec![
         tag(1, ValueKind::F64, "MMXU1.TotW", "MX"),

@@ -22,7 +22,7 @@ pub enum CffError {
     Separator {
         /// Number of the line.
         line: u64,
-        /// What is there.
+        /// Text of the line.
         text: String,
     },
     /// A configuration that is too long.
@@ -35,12 +35,12 @@ pub enum CffError {
     Incomplete,
 }
 
-/// Where the parts of a single file are.
+/// Parts of a single file and their offsets.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Cff {
-    /// The configuration.
+    /// Bytes of the configuration.
     pub cfg: Vec<u8>,
-    /// Where the data start, bytes from the start of the file.
+    /// Offset of the data, bytes from the start of the file.
     pub data_offset: u64,
     /// Number of the first line of the data.
     pub data_line: u64,
@@ -48,7 +48,7 @@ pub struct Cff {
     pub data_bytes: Option<u64>,
 }
 
-/// What comes after a separator.
+/// Section after a separator.
 enum Section {
     Cfg,
     /// Data, and how many bytes of them, if it says.

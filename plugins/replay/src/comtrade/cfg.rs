@@ -26,7 +26,7 @@ const MAX_OFFSET_MINUTES: i32 = 14 * 60;
 pub struct CfgError {
     /// Number of the line, the first being 1.
     pub line: usize,
-    /// The fault.
+    /// Description of the fault.
     pub what: String,
 }
 
@@ -41,20 +41,20 @@ pub enum Revision {
     Of2013,
 }
 
-/// How samples are written (7.4.10).
+/// Format of the samples (7.4.10).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DataType {
-    /// Lines of text.
+    /// Text, a line for each sample.
     Ascii,
-    /// 16-bit integers.
+    /// Integers of 16 bits.
     Binary,
-    /// 32-bit integers.
+    /// Integers of 32 bits.
     Binary32,
     /// 32-bit floating point (IEEE 754).
     Float32,
 }
 
-/// What a file of 2013 says of the recorder's clock (7.4.12, 7.4.13).
+/// Properties of the recorder's clock in files of 2013 (7.4.12, 7.4.13).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Clock {
     /// Minutes by which its times are ahead of UTC, where it says so.
@@ -79,13 +79,13 @@ pub struct Cfg {
     pub station: String,
     /// Name of the recorder.
     pub device: String,
-    /// Edition.
+    /// Edition of the standard.
     pub revision: Revision,
     /// Analogue channels, in order of the data.
     pub analogs: Vec<Analog>,
     /// Digital channels, in order of the data.
     pub digitals: Vec<Digital>,
-    /// When samples were taken.
+    /// Sampling rates or time stamps.
     pub sampling: Sampling,
     /// Samples that the file says it has.
     pub samples: u64,
@@ -93,13 +93,13 @@ pub struct Cfg {
     pub start: Stamp,
     /// Time of the event.
     pub trigger: Stamp,
-    /// How samples are written.
+    /// Format of the samples.
     pub data: DataType,
     /// Unit of the time stamps of records, nanoseconds.
     pub timestamp_nanos: f64,
-    /// The recorder's clock.
+    /// Clock of the recorder.
     pub clock: Clock,
-    /// What is odd, but does no harm.
+    /// Remarks on harmless oddities.
     pub remarks: Vec<String>,
 }
 
@@ -123,7 +123,7 @@ impl Cfg {
             return Err(CfgError { line: 1, what });
         }
         let (text, is_guess) = TextEncoding::decode_text(encoding, bytes);
-        let mut lines = Lines::of(text.trim_start_matches('\u{feff}'));
+        let mut lines = Lines::new(text.trim_start_matches('\u{feff}'));
         let mut remarks = Vec::new();
         if is_guess {
             remarks.push(
@@ -283,7 +283,7 @@ fn parse_revision(year: &str, remarks: &mut Vec<String>) -> Revision {
     }
 }
 
-/// `TT,##A,##D` (7.4.3).
+/// Parses the numbers of channels, `TT,##A,##D` (7.4.3).
 fn parse_counts(fields: &Fields<'_>, remarks: &mut Vec<String>) -> Result<[usize; 2], CfgError> {
     let count = |index: usize, letter: char| {
         let text = fields.get(index);
@@ -351,7 +351,7 @@ fn parse_multiplier(
     Ok(multiplier)
 }
 
-/// `time_code,local_code` and `tmq_code,leapsec`.
+/// Parses `time_code,local_code` and `tmq_code,leapsec`.
 fn parse_clock(lines: &mut Lines<'_>, remarks: &mut Vec<String>) -> Clock {
     let Some(zone) = lines.next_if_any().filter(|fields| !fields.is_blank()) else {
         remarks.push("time code and time quality are missing".into());

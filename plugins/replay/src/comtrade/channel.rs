@@ -15,24 +15,24 @@ const MAX_SKEW_MICROS: f64 = 1e6;
 /// The side of the instrument transformer that values are of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// The line's.
+    /// Primary side: the line's values.
     Primary,
-    /// The relay's.
+    /// Secondary side: the relay's values.
     Secondary,
 }
 
-/// An analogue channel.
+/// Analogue channel of a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Analog {
-    /// Identifier, `ch_id`.
+    /// Identifier of the channel, `ch_id`.
     pub id: String,
-    /// Unit, `uu`.
+    /// Unit of the values, `uu`.
     pub unit: String,
     /// Multiplier: value = `a` x raw + `b`.
     pub a: f64,
-    /// Offset, in units.
+    /// Offset `b`, in units.
     pub b: f64,
-    /// How long after the record's time it was sampled, nanoseconds.
+    /// Skew: delay of the channel's sampling after the record's time, nanoseconds.
     pub skew_nanos: i64,
     /// Raw values that can be.
     pub range: Option<RangeInclusive<f64>>,
@@ -47,7 +47,7 @@ pub struct Analog {
 /// A digital (status) channel.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Digital {
-    /// Identifier, `ch_id`.
+    /// Identifier of the channel, `ch_id`.
     pub id: String,
     /// State in service, where the file says it.
     pub normal: Option<bool>,

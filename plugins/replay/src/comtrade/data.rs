@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use thiserror::Error;
 
-use super::record::{Layout, Record, RecordError};
+use super::record::{Record, RecordError, RecordLayout};
 use crate::lines::{Line, Lines, MAX_LINE_BYTES};
 
 /// Blocks of lines whose places are kept. Where a file has more, blocks grow.
@@ -13,7 +13,7 @@ pub const MAX_BLOCKS: usize = 4096;
 /// Lines of a block at first.
 const FIRST_BLOCK_LINES: u64 = 64;
 
-/// Why a record was not read.
+/// Fault of a record that was not read.
 #[derive(Debug, Error)]
 pub enum DataFault {
     /// The file cannot be read any further.
@@ -21,7 +21,7 @@ pub enum DataFault {
     Read {
         /// Number of the record, the first being 1.
         record: u64,
-        /// What the system says.
+        /// Error of the system.
         error: io::Error,
     },
     /// One record is malformed. Those after it may be well.
@@ -29,7 +29,7 @@ pub enum DataFault {
     Line {
         /// Number of the line, the first being 1.
         line: u64,
-        /// Its fault.
+        /// Fault of the line.
         fault: RecordError,
     },
     /// A line that nobody meant.
@@ -38,7 +38,7 @@ pub enum DataFault {
 }
 
 impl DataFault {
-    /// Whether there is nothing to read after it.
+    /// Reports whether nothing can be read after the fault.
     pub fn is_final(&self) -> bool {
         matches!(self, Self::Read { .. })
     }
@@ -47,7 +47,7 @@ impl DataFault {
 /// Records of a file. Memory does not depend on the file's length.
 #[derive(Debug)]
 pub struct Data<R> {
-    layout: Layout,
+    layout: RecordLayout,
     source: Source<R>,
     /// Records before the next one.
     position: u64,
@@ -67,7 +67,7 @@ impl<R: Read + Seek> Data<R> {
     /// Those of the file.
     pub fn open(
         mut file: R,
-        layout: Layout,
+        layout: RecordLayout,
         start: u64,
         line: u64,
         bytes: Option<u64>,
@@ -183,7 +183,7 @@ impl<R: Read + Seek> Data<R> {
     }
 }
 
-/// Where blocks of lines start, so that text can be gone back in.
+/// Offsets of blocks of lines, so that text can be sought backwards.
 #[derive(Debug)]
 struct Blocks {
     lines: u64,

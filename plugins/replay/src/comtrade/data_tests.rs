@@ -6,7 +6,7 @@ use crate::comtrade::{Cfg, DataType, Revision};
 
 fn open(recipe: Recipe, dat: Vec<u8>) -> Data<Cursor<Vec<u8>>> {
     let cfg = Cfg::parse(recipe.cfg().as_bytes()).unwrap();
-    Data::open(Cursor::new(dat), Layout::of(&cfg), 0, 1, None).unwrap()
+    Data::open(Cursor::new(dat), RecordLayout::new(&cfg), 0, 1, None).unwrap()
 }
 
 #[track_caller]
@@ -61,7 +61,7 @@ fn blocks_are_bounded_and_lead_back() {
 fn marks_of_1991_are_missing_where_they_are_no_values() {
     let cfg = Recipe::new(Revision::Of1991, DataType::Binary).cfg();
     let read = |cfg: &str, raw: i16| {
-        let layout = Layout::of(&Cfg::parse(cfg.as_bytes()).unwrap());
+        let layout = RecordLayout::new(&Cfg::parse(cfg.as_bytes()).unwrap());
         let record = [&[1, 0, 0, 0, 0, 0, 0, 0][..], &raw.to_le_bytes(), &[0; 6]].concat();
         layout.read_binary(&record).analog(0).unwrap()
     };
@@ -115,7 +115,7 @@ fn a_malformed_line_does_not_stop_the_rest() {
 fn a_value_that_is_none_is_named() {
     let recipe = Recipe { samples: 2, ..Recipe::new(Revision::Of1999, DataType::Ascii) };
     let cfg = Cfg::parse(recipe.cfg().as_bytes()).unwrap();
-    let (layout, mut fields) = (Layout::of(&cfg), Vec::new());
+    let (layout, mut fields) = (RecordLayout::new(&cfg), Vec::new());
     let line = format!("1,,abc,inf,2,{}", ["0"; 17].join(","));
     let record = layout.read_line(line.as_bytes(), &mut fields).unwrap();
     assert_eq!(record.timestamp, None);

@@ -8,9 +8,9 @@ use super::fields::Fields;
 
 /// Fields at the end of an analogue line: a, b, skew, min, max, and then primary, secondary, PS.
 const TAIL: usize = 8;
-/// Those of a line without PS.
+/// Fields at the end of an analogue line without PS.
 const TAIL_WITHOUT_SIDE: usize = 7;
-/// Those of 1991.
+/// Fields at the end of an analogue line of 1991.
 const TAIL_1991: usize = 5;
 /// Names of an analogue line: `ch_id`, `ph`, `ccbm`, `uu`.
 const ANALOG_NAMES: usize = 4;

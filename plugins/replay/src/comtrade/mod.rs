@@ -1,7 +1,7 @@
 //! COMTRADE, the common format for transient data exchange: IEEE C37.111-1991,
 //! -1999 and -2013 (IEC 60255-24:2013).
 //!
-//! [`Cfg`] is what a configuration says, [`Layout`] reads one record of data, and
+//! [`Cfg`] is what a configuration says, [`RecordLayout`] reads one record of data, and
 //! [`Data`] finds records in a file without keeping them. [`Cff`] is the single file
 //! of 2013. Clauses are those of the edition of 2013 where no other is named.
 
@@ -20,7 +20,7 @@ pub use cff::{Cff, CffError, MAX_CFF_HEAD_BYTES};
 pub use cfg::{Cfg, CfgError, Clock, DataType, MAX_CFG_BYTES, MAX_CHANNELS, Revision};
 pub use channel::{Analog, Digital, Side};
 pub use data::{Data, DataFault, MAX_BLOCKS};
-pub use record::{Layout, Record, RecordError};
+pub use record::{Record, RecordError, RecordLayout};
 pub(crate) use sample_clock::SampleClock;
 pub use sampling::{MAX_RATES, Rate, Sampling};
 pub use stamp::Stamp;

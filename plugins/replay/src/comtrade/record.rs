@@ -18,7 +18,7 @@ const NO_VALUE: f64 = 99_999.0;
 /// A value that says nothing, in files of 1991 (8.2).
 const NO_VALUE_1991: f64 = -1.0;
 
-/// What is wrong with a record.
+/// Fault of a record's contents.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum RecordError {
     /// A line with more or fewer fields than the channels have.
@@ -40,9 +40,9 @@ pub enum RecordError {
     Value(String),
 }
 
-/// How a record is laid out.
+/// Layout of a record.
 #[derive(Clone, Debug)]
-pub struct Layout {
+pub struct RecordLayout {
     data: DataType,
     revision: Revision,
     digitals: usize,
@@ -57,15 +57,15 @@ pub struct Record<'a> {
     pub sample: u64,
     /// Time stamp, in units of [`Cfg::timestamp_nanos`], where there is one.
     pub timestamp: Option<f64>,
-    layout: &'a Layout,
+    layout: &'a RecordLayout,
     bytes: &'a [u8],
     /// Fields of a line; empty for binary data.
     fields: &'a [Range<usize>],
 }
 
-impl Layout {
+impl RecordLayout {
     /// The layout that a configuration says.
-    pub fn of(cfg: &Cfg) -> Self {
+    pub fn new(cfg: &Cfg) -> Self {
         let mark = if cfg.data == DataType::Ascii { NO_VALUE } else { NO_VALUE_1991 };
         let has_mark = |channel: &super::Analog| {
             channel.range.as_ref().is_some_and(|range| range.contains(&mark))
@@ -93,7 +93,7 @@ impl Layout {
         (self.data != DataType::Ascii).then_some(bytes)
     }
 
-    /// Reads a binary record of [`Layout::record_bytes`] bytes.
+    /// Reads a binary record of [`RecordLayout::record_bytes`] bytes.
     pub fn read_binary<'a>(&'a self, bytes: &'a [u8]) -> Record<'a> {
         let word = |at: usize| u32::from_le_bytes(four(bytes, at));
         let timestamp = Some(word(4)).filter(|time| *time != NO_TIMESTAMP).map(f64::from);

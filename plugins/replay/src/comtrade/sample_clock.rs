@@ -8,7 +8,7 @@ use super::sampling::Sampling;
 
 /// Sample numbers after which counters of 15, 16, 31 and 32 bits begin again.
 const BINARY_ENDS: [u64; 4] = [0x7FFF, 0xFFFF, 0x7FFF_FFFF, 0xFFFF_FFFF];
-/// Those after which counters of 4 to 10 decimal digits begin again.
+/// Decimal digits, 4 to 10, after whose greatest number counters begin again.
 const DECIMAL_ENDS: std::ops::RangeInclusive<u32> = 4..=10;
 /// Values of a time stamp of 32 bits.
 const STAMPS: f64 = 4_294_967_296.0;
@@ -41,7 +41,7 @@ pub(crate) struct SamplePlace {
 }
 
 impl SampleClock {
-    /// Counts a record.
+    /// Counts a record of the recording.
     ///
     /// # Errors
     /// That it has no time, or is earlier than the one before it.

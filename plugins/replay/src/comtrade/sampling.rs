@@ -1,4 +1,4 @@
-//! When samples were taken (7.4.8).
+//! Sampling rates and sample times (7.4.8).
 
 use super::cfg::CfgError;
 use super::fields::{Fields, Lines};
@@ -13,7 +13,7 @@ const NANOS_PER_SECOND: f64 = 1e9;
 /// Times beyond are refused: a century.
 const MAX_NANOS: f64 = 3.2e18;
 
-/// How samples follow each other.
+/// Sequence of the samples: by rates or by time stamps.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Sampling {
     /// At rates, one after another.
@@ -22,16 +22,16 @@ pub enum Sampling {
     Timestamps,
 }
 
-/// One rate.
+/// Sampling rate of a section.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rate {
-    /// Samples a second.
+    /// Sampling rate, samples a second.
     pub hertz: f64,
     /// Number of the last sample at this rate.
     pub last: u64,
     /// Number of the sample that times are counted from: the last one before.
     from: u64,
-    /// Its time, seconds.
+    /// Time at which the section begins, seconds.
     from_seconds: f64,
 }
 

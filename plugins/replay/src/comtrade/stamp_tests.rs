@@ -1,6 +1,6 @@
 use super::*;
 
-/// 2024-02-29T13:14:15Z.
+/// Instant 2024-02-29T13:14:15Z, in nanoseconds.
 const LEAP_DAY: i64 = 1_709_212_455 * NANOS_PER_SECOND;
 
 fn nanos(date: &str, clock: &str, revision: Revision) -> Option<i64> {

@@ -3,20 +3,20 @@
 
 use super::{DataType, Revision};
 
-/// Samples a second.
+/// Sampling rate, samples a second.
 pub(crate) const HERTZ: u64 = 4800;
 /// Raw values that the first channel may have.
 pub(crate) const RANGE: i32 = 30_000;
 
-/// What is written.
+/// Properties of a recording to be written.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Recipe {
     pub(crate) revision: Revision,
     pub(crate) data: DataType,
     pub(crate) samples: u64,
-    /// Whether records say their times, and there are no rates.
+    /// Writes time stamps into records, and no rates.
     pub(crate) has_timestamps: bool,
-    /// Whether times are in nanoseconds.
+    /// Writes times in nanoseconds.
     pub(crate) is_nano: bool,
 }
 
@@ -100,12 +100,12 @@ impl Recipe {
         (if self.is_nano { micros * 1000 } else { micros }) as u32
     }
 
-    /// The data.
+    /// Returns the bytes of the data file.
     pub(crate) fn dat(&self) -> Vec<u8> {
         (1..=self.samples).flat_map(|sample| self.record(sample)).collect()
     }
 
-    /// One record.
+    /// Returns the bytes of one record.
     pub(crate) fn record(&self, sample: u64) -> Vec<u8> {
         let digitals = (0..18).map(|channel| Self::digital(sample, channel));
         if self.data == DataType::Ascii {

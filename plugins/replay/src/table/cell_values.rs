@@ -8,7 +8,7 @@ use super::config::CsvConfig;
 /// Meaning of a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum CellValue {
-    /// Nothing stands there.
+    /// Cell without any text.
     Empty,
     /// A word that is no value.
     NoValue,

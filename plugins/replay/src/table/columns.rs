@@ -30,11 +30,11 @@ pub(super) struct Columns {
     is_ambiguity_told: bool,
     /// Time of the last row of each tag, nanoseconds from the first row.
     newest: Vec<i64>,
-    wanted: Wanted,
+    wanted: ColumnSelection,
 }
 
-enum Wanted {
-    /// By tag.
+enum ColumnSelection {
+    /// Columns of each tag, in wide form.
     Wide(Vec<WideColumns>),
     Long {
         name: usize,
@@ -92,7 +92,7 @@ impl Columns {
         let quality = config.quality.as_ref().map(|column| found("quality", column)).transpose()?;
         let wanted = if config.form == Form::Long {
             let (name, value) = (found("name", &config.name)?, found("value", &config.value)?);
-            Wanted::Long {
+            ColumnSelection::Long {
                 name,
                 value,
                 quality,
@@ -119,7 +119,7 @@ impl Columns {
             if !faults.is_empty() {
                 return Err(Missing::OfTags(faults));
             }
-            Wanted::Wide(columns)
+            ColumnSelection::Wide(columns)
         };
         let kinds = points.0.iter().map(|point| point.kind).collect();
         let newest = vec![i64::MIN; points.0.len()];
@@ -147,7 +147,7 @@ impl Columns {
     /// # Errors
     /// Tags whose address says another unit.
     pub(super) fn take_units(&mut self, cells: &Cells, points: &Points) -> Result<(), Vec<String>> {
-        let Wanted::Wide(columns) = &self.wanted else { return Ok(()) };
+        let ColumnSelection::Wide(columns) = &self.wanted else { return Ok(()) };
         let mut faults = Vec::new();
         for ((column, unit), point) in columns.iter().zip(&mut self.units).zip(&points.0) {
             let Cell::One(index) = column.values else { continue };
@@ -178,7 +178,7 @@ impl Columns {
                 format!("{} cells instead of {}; is a quote not closed?", cells.len(), self.width);
             return Err(RowFault { what, is_named: false });
         }
-        if let Wanted::Long { name, .. } = &self.wanted
+        if let ColumnSelection::Long { name, .. } = &self.wanted
             && cells.get(*name).contains(char::REPLACEMENT_CHARACTER)
         {
             let encoding = self.config.dialect.encoding.unwrap_or_default().name();
@@ -250,12 +250,12 @@ impl Columns {
             updates.push(update);
         };
         match &mut self.wanted {
-            Wanted::Wide(columns) => {
+            ColumnSelection::Wide(columns) => {
                 for (point, column) in columns.iter().enumerate() {
                     push(point, &column.values, column.quality);
                 }
             }
-            Wanted::Long { name, .. } if config.stop_names.contains(cells.get(*name)) => {
+            ColumnSelection::Long { name, .. } if config.stop_names.contains(cells.get(*name)) => {
                 remarks.add(format!(
                     "line {}: the recorder stopped ('{}'): tags are bad until their next row",
                     row.line,
@@ -264,7 +264,7 @@ impl Columns {
                 let all = 0..kinds.len();
                 updates.extend(all.map(|point| Update::missing(point, latest, MISSING)));
             }
-            Wanted::Long { name, value, quality, points, is_seen } => {
+            ColumnSelection::Long { name, value, quality, points, is_seen } => {
                 for &point in points.get(cells.get(*name)).into_iter().flatten() {
                     is_seen[point] = true;
                     push(point, &Cell::One(*value), *quality);
@@ -284,7 +284,7 @@ impl Columns {
     ) {
         let missing = |point| Update::missing(point, nanos, MISSING);
         match &self.wanted {
-            Wanted::Long { name, points, .. } if is_named => {
+            ColumnSelection::Long { name, points, .. } if is_named => {
                 let named = points.get(cells.get(*name)).into_iter().flatten();
                 updates.extend(named.map(|&point| missing(point)));
             }
@@ -299,7 +299,7 @@ impl Columns {
 
     /// At the end: the names that no row had.
     pub(super) fn tell_unseen(&self, remarks: &mut Remarks) {
-        let Wanted::Long { points, is_seen, .. } = &self.wanted else { return };
+        let ColumnSelection::Long { points, is_seen, .. } = &self.wanted else { return };
         for (name, points) in points {
             if points.iter().all(|&point| !is_seen[point]) {
                 remarks.add(format!("no row has the name '{name}': its tags had no value"));

@@ -16,9 +16,9 @@ const MAX_LISTED: usize = 12;
 #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(untagged, expecting = "a name, or a number from 1 on")]
 pub(crate) enum Column {
-    /// Its number, the first being 1.
+    /// Number of the column, the first being 1.
     Number(u32),
-    /// Its name.
+    /// Name of the column.
     Name(String),
 }
 

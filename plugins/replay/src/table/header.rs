@@ -8,9 +8,9 @@ use crate::address::{Points, Source};
 /// Decision on the first row of a table.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum FirstRow {
-    /// It names the columns.
+    /// First row that names the columns.
     Header,
-    /// It is data, and columns have numbers alone.
+    /// First row with data; columns have numbers alone.
     Data,
 }
 

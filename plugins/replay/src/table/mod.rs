@@ -34,7 +34,7 @@ const MAX_LEFT_OUT: usize = 1000;
 /// Rows that are searched for the first time.
 const MAX_ROWS_TO_FIRST_TIME: usize = 1000;
 
-/// An open recording.
+/// Open table recording with its reader.
 pub(crate) struct Table<R> {
     file: PathBuf,
     rows: Rows<R>,

@@ -10,7 +10,7 @@ use text_table::{
 };
 
 use super::config::{Column, CsvConfig, Form};
-use crate::settings::{EmptyCells, Faults};
+use crate::settings::{EmptyCells, SettingsFaults};
 
 /// Longest name of a column.
 const MAX_NAME_BYTES: usize = 1024;
@@ -130,7 +130,7 @@ impl RawCsv {
         self,
         encoding: Option<&str>,
         zone: Option<&str>,
-        faults: &mut Faults,
+        faults: &mut SettingsFaults,
     ) -> CsvConfig {
         self.check_columns(faults);
         let encoding = self.encoding.as_deref().or(encoding);
@@ -196,7 +196,7 @@ impl RawCsv {
         }
     }
 
-    fn check_columns(&self, faults: &mut Faults) {
+    fn check_columns(&self, faults: &mut SettingsFaults) {
         for (name, column) in [
             ("time", Some(&self.time)),
             ("date", self.date.as_ref()),

@@ -6,8 +6,8 @@ use super::*;
 use crate::comtrade::{DataType, Revision};
 use crate::probe::{Bytes, play};
 
-/// Files that are spoiled, by kind.
-const SPOILED: u64 = 1500;
+/// Files that are corrupted, by kind.
+const CORRUPTED: u64 = 1500;
 /// Samples that no recording here has.
 const MAX_SAMPLES: usize = 200_000;
 
@@ -116,7 +116,7 @@ fn some_tags() -> Vec<TagSpec> {
     tags
 }
 
-/// Plays spoiled bytes: samples are of known tags, and numbers are finite.
+/// Plays corrupted bytes: samples are of known tags, and numbers are finite.
 fn survives(tags: &[TagSpec], bytes: Bytes, csv: serde_json::Value) -> bool {
     let settings =
         json!({"file": "/a.csv", "format": "comtrade", "max_updates_per_second": 0, "csv": csv});
@@ -141,7 +141,7 @@ fn survives(tags: &[TagSpec], bytes: Bytes, csv: serde_json::Value) -> bool {
 }
 
 /// Changes some bytes, cuts, repeats, or puts numbers in that are hard to bear.
-fn spoil(bytes: &[u8], random: &mut fastrand::Rng) -> Vec<u8> {
+fn corrupt(bytes: &[u8], random: &mut fastrand::Rng) -> Vec<u8> {
     let mut bytes = bytes.to_vec();
     for _ in 0..random.usize(1..4) {
         let at = random.usize(..=bytes.len());
@@ -188,20 +188,23 @@ fn spoiled_recordings_neither_panic_nor_lie() {
     let tags = some_tags();
     let (mut played, mut refused) = (0, 0);
     let kinds = [DataType::Ascii, DataType::Binary, DataType::Binary32, DataType::Float32];
-    for number in 0..SPOILED {
+    for number in 0..CORRUPTED {
         let revision = [Revision::Of1991, Revision::Of1999, Revision::Of2013][random.usize(..3)];
         let data = kinds[random.usize(..4)];
         let has_timestamps = random.bool();
         let recipe = Recipe { samples: 40, has_timestamps, ..Recipe::new(revision, data) };
         let bytes = match number % 3 {
-            0 => Bytes::Comtrade(spoil(recipe.cfg().as_bytes(), &mut random), recipe.dat()),
-            1 => Bytes::Comtrade(recipe.cfg().into_bytes(), spoil(&recipe.dat(), &mut random)),
-            _ => Bytes::Cff(spoil(&recipe.cff(), &mut random)),
+            0 => Bytes::Comtrade(corrupt(recipe.cfg().as_bytes(), &mut random), recipe.dat()),
+            1 => Bytes::Comtrade(recipe.cfg().into_bytes(), corrupt(&recipe.dat(), &mut random)),
+            _ => Bytes::Cff(corrupt(&recipe.cff(), &mut random)),
         };
         if survives(&tags, bytes, json!({})) { played += 1 } else { refused += 1 }
     }
     // Some must get through and some must not, or nothing was tested.
-    assert!(played > SPOILED / 4 && refused > SPOILED / 20, "{played} played, {refused} refused");
+    assert!(
+        played > CORRUPTED / 4 && refused > CORRUPTED / 20,
+        "{played} played, {refused} refused"
+    );
 }
 
 #[test]
@@ -211,7 +214,7 @@ fn spoiled_tables_neither_panic_nor_lie() {
     let long = "time,name,value\n0,a,1\n0,b,true\n1,a,\n2,\"b\",0\n";
     let tag = |tag, kind, key: &str, name: &str| tag_spec(tag, name, kind, json!({key: name}));
     let (mut played, mut refused) = (0, 0);
-    for number in 0..SPOILED {
+    for number in 0..CORRUPTED {
         let is_long = number % 2 == 0;
         let (text, key) = if is_long { (long, "name") } else { (wide, "column") };
         let tags = [tag(0, ValueKind::F64, key, "a"), tag(1, ValueKind::Bool, key, "b")];
@@ -220,8 +223,11 @@ fn spoiled_tables_neither_panic_nor_lie() {
         if !is_long {
             csv["quality"] = json!("q");
         }
-        let bytes = Bytes::Csv(spoil(text.as_bytes(), &mut random));
+        let bytes = Bytes::Csv(corrupt(text.as_bytes(), &mut random));
         if survives(&tags, bytes, csv) { played += 1 } else { refused += 1 }
     }
-    assert!(played > SPOILED / 4 && refused > SPOILED / 20, "{played} played, {refused} refused");
+    assert!(
+        played > CORRUPTED / 4 && refused > CORRUPTED / 20,
+        "{played} played, {refused} refused"
+    );
 }

@@ -17,11 +17,11 @@ use crate::table::Table;
 const STEPS: usize = 2500;
 /// Rows of all seeds and kinds where the environment says nothing.
 const SAMPLE: u64 = 9 * STEPS as u64;
-/// Time between rows.
+/// Time between two rows.
 const STEP: Duration = Duration::from_millis(100);
 const TAGS: u32 = 3;
 
-/// Kinds of recordings.
+/// Kinds of recordings played.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Kind {
     Wide,
@@ -76,7 +76,7 @@ fn rows(kind: Kind, number: usize, truth: &[i64]) -> Vec<Vec<u8>> {
 }
 
 /// One step with a fault in one of its rows.
-fn spoil(
+fn corrupt(
     kind: Kind,
     step: &mut Step,
     fault: MessageFault,
@@ -164,7 +164,7 @@ fn record(kind: Kind, random: &mut FaultGenerator) -> (Vec<u8>, Vec<Step>) {
         // The last second is whole.
         let fault = random.next_fault().filter(|_| number > 0 && number + 10 < STEPS);
         if let Some(fault) = fault {
-            spoil(kind, &mut step, fault, random, &before);
+            corrupt(kind, &mut step, fault, random, &before);
         }
         before = right;
         text.extend(step.rows.iter().flat_map(|row| [row, &b"\n"[..]].concat()));

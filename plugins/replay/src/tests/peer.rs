@@ -9,9 +9,9 @@ use crate::comtrade::{DataType, Revision};
 
 /// Path from this crate to the workspace's root.
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
-/// 2024-02-29T13:14:15.25Z, seconds.
+/// Start of the recording, 2024-02-29T13:14:15.25Z, seconds.
 const START: f64 = 1_709_212_455.25;
-/// What the peer makes of a missing value in FLOAT32, which it does not know.
+/// Number that the peer returns for a missing value in FLOAT32, which it does not know.
 const PEERS_MISSING: f64 = -1e35;
 
 /// Runs a script of a peer; `None`, said aloud, where the peer is not there. Where

@@ -167,7 +167,7 @@ pub const fn overlay<P: Overlay>() -> Capability {
                 let instance = instance::<P>(plugin)?;
                 let into = checked_mut(description, "describe: the description")?;
                 let plugin = instance.plugin.read().unwrap_or_else(PoisonError::into_inner);
-                let raw = RawDescription::of(plugin.describe());
+                let raw = RawDescription::new(plugin.describe());
                 let mut kept = instance.description.lock().unwrap_or_else(PoisonError::into_inner);
                 kept.insert(raw).write(into);
                 Ok(())

@@ -94,7 +94,7 @@ pub fn draw<P: Overlay>(
     draw_at(overlay, Some(bindings), values, 0)
 }
 
-/// Lets an overlay draw these values at an instant, nanoseconds since 1970-01-01 UTC;
+/// Draws one frame of an overlay with these values at an instant, nanoseconds since 1970-01-01 UTC;
 /// configures it first where there are bindings.
 ///
 /// # Errors

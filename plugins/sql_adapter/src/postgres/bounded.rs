@@ -20,9 +20,9 @@ const HEADER_BYTES: usize = 5;
 const AUTHENTICATION: u8 = b'R';
 const CLEARTEXT_PASSWORD: [u8; 4] = [0, 0, 0, 3];
 
-/// What a server sent that is not taken.
+/// Server message beyond the limits.
 #[derive(Clone, Copy, Debug, thiserror::Error, PartialEq, Eq)]
-pub(crate) enum Excess {
+pub(crate) enum OversizedMessage {
     /// A message of this many bytes.
     #[error("a row of {0} bytes; at most {MAX_MESSAGE_BYTES} are taken: select less text")]
     Long(u32),
@@ -34,7 +34,7 @@ pub(crate) enum Excess {
     ClearTextPassword,
 }
 
-/// Where in its messages a stream is.
+/// Position of a stream within its messages.
 #[derive(Clone, Copy, Debug, Default)]
 struct Messages {
     /// The header so far, and of authentication requests the code.
@@ -47,7 +47,7 @@ struct Messages {
 
 impl Messages {
     /// Takes the next bytes.
-    fn advance(&mut self, mut bytes: &[u8]) -> Result<(), Excess> {
+    fn advance(&mut self, mut bytes: &[u8]) -> Result<(), OversizedMessage> {
         while let [first, ..] = bytes {
             if self.head_len >= HEADER_BYTES {
                 let taken = bytes.len().min(self.left as usize);
@@ -62,7 +62,7 @@ impl Messages {
                     let [_, length @ .., _, _, _, _] = self.head;
                     let length = u32::from_be_bytes(length);
                     if length > MAX_MESSAGE_BYTES {
-                        return Err(Excess::Long(length));
+                        return Err(OversizedMessage::Long(length));
                     }
                     // A length that does not count itself is for the client to refuse.
                     self.left = length.saturating_sub(4);
@@ -76,7 +76,7 @@ impl Messages {
     }
 
     /// Looks for a request for the password.
-    fn look_into(&mut self, body: &[u8]) -> Result<(), Excess> {
+    fn look_into(&mut self, body: &[u8]) -> Result<(), OversizedMessage> {
         let code = &mut self.head[self.head_len..];
         let taken = body.len().min(code.len());
         code[..taken].copy_from_slice(&body[..taken]);
@@ -85,20 +85,20 @@ impl Messages {
             && self.head_len == self.head.len()
             && self.head[HEADER_BYTES..] == CLEARTEXT_PASSWORD;
         if is_request && taken > 0 && !self.is_encrypted {
-            return Err(Excess::ClearTextPassword);
+            return Err(OversizedMessage::ClearTextPassword);
         }
         Ok(())
     }
 }
 
-/// Whether a stream that comes in these pieces is taken.
+/// Reports whether a stream that arrives in these pieces is accepted.
 ///
 /// # Errors
-/// The first [`Excess`] in it.
+/// The first [`OversizedMessage`] in it.
 pub(crate) fn check_stream<'a>(
     pieces: impl IntoIterator<Item = &'a [u8]>,
     is_encrypted: bool,
-) -> Result<(), Excess> {
+) -> Result<(), OversizedMessage> {
     let mut messages = Messages { is_encrypted, ..Messages::default() };
     pieces.into_iter().try_for_each(|piece| messages.advance(piece))
 }

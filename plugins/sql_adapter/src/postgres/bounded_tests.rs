@@ -6,7 +6,7 @@ fn message(kind: u8, body: &[u8]) -> Vec<u8> {
     [&[kind][..], &(body.len() as u32 + 4).to_be_bytes(), body].concat()
 }
 
-fn advance(bytes: &[u8], piece: usize, is_encrypted: bool) -> Result<(), Excess> {
+fn advance(bytes: &[u8], piece: usize, is_encrypted: bool) -> Result<(), OversizedMessage> {
     let mut messages = Messages { is_encrypted, ..Messages::default() };
     bytes.chunks(piece).try_for_each(|piece| messages.advance(piece))
 }
@@ -19,10 +19,17 @@ fn messages_are_followed_however_they_are_cut() {
     for piece in 1..20 {
         assert_eq!(advance(&before, piece, false), Ok(()));
         let stream = [&before[..], &clear_text].concat();
-        assert_eq!(advance(&stream, piece, false), Err(Excess::ClearTextPassword), "{piece}");
+        assert_eq!(
+            advance(&stream, piece, false),
+            Err(OversizedMessage::ClearTextPassword),
+            "{piece}"
+        );
         assert_eq!(advance(&stream, piece, true), Ok(()));
         let stream = [&before[..], &long].concat();
-        assert_eq!(advance(&stream, piece, true), Err(Excess::Long(MAX_MESSAGE_BYTES + 1)));
+        assert_eq!(
+            advance(&stream, piece, true),
+            Err(OversizedMessage::Long(MAX_MESSAGE_BYTES + 1))
+        );
     }
 }
 

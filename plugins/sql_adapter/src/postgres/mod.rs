@@ -23,7 +23,7 @@ use tokio_postgres::tls::MakeTlsConnect;
 use tokio_postgres::{Client, NoTls};
 
 pub(crate) use self::bounded::check_stream;
-use self::bounded::{Bounded, BoundedTls, Excess};
+use self::bounded::{Bounded, BoundedTls, OversizedMessage};
 use self::session::{Messages, Session, messages};
 use self::tls::Tls;
 use crate::board::{Board, shown};
@@ -33,10 +33,10 @@ use crate::settings::{Config, Postgres};
 const MAX_ADDRESSES: usize = 8;
 /// A connection that held so long deserves a quick second try.
 const STABLE_AFTER: Duration = Duration::from_secs(10);
-/// What the server calls us in its list of sessions.
+/// Name of this client in the server's list of sessions.
 const APPLICATION: &str = "busbar";
 
-/// How to come to a server.
+/// Access parameters of a server.
 pub(crate) struct Access {
     server: Postgres,
     tls: Option<Tls>,
@@ -58,7 +58,7 @@ impl Access {
     }
 }
 
-/// Why a connection ended, or was not made.
+/// Reason for which a connection ended, or was not made.
 #[derive(Debug, ThisError)]
 pub(crate) enum LinkFault {
     #[error("{0}")]
@@ -75,7 +75,7 @@ pub(crate) enum LinkFault {
     #[error("{what} was not answered within {} ms: the server hangs, or the network", .limit.as_millis())]
     Silent { what: String, limit: Duration },
     #[error("{0}")]
-    Excess(#[from] Excess),
+    OversizedMessage(#[from] OversizedMessage),
     #[error("{0}")]
     Lost(String),
 }
@@ -175,7 +175,7 @@ async fn connect_any(
     Err(fault)
 }
 
-/// What an error of the client library says of the connection.
+/// Converts an error of the client library to a fault of the connection.
 fn fault_of(error: &tokio_postgres::Error) -> LinkFault {
     if let Some(refusal) = error.as_db_error() {
         let remedy = match *refusal.code() {
@@ -191,14 +191,15 @@ fn fault_of(error: &tokio_postgres::Error) -> LinkFault {
     let mut source = std::error::Error::source(error);
     let mut text = error.to_string();
     while let Some(cause) = source {
-        if let Some(excess) = cause.downcast_ref::<Excess>() {
-            return LinkFault::Excess(*excess);
+        if let Some(excess) = cause.downcast_ref::<OversizedMessage>() {
+            return LinkFault::OversizedMessage(*excess);
         }
         // An error of I/O hides what it was made from.
         if let Some(io) = cause.downcast_ref::<io::Error>()
-            && let Some(excess) = io.get_ref().and_then(|inner| inner.downcast_ref::<Excess>())
+            && let Some(excess) =
+                io.get_ref().and_then(|inner| inner.downcast_ref::<OversizedMessage>())
         {
-            return LinkFault::Excess(*excess);
+            return LinkFault::OversizedMessage(*excess);
         }
         text = format!("{text}: {cause}");
         source = cause.source();

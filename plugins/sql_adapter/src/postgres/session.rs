@@ -24,16 +24,16 @@ use crate::board::{Board, shown};
 use crate::schedule::Schedule;
 use crate::settings::{Channel, Config, QueryConfig};
 
-/// What the server gets beyond its own deadline to say that a query took too long.
+/// Time beyond the server's own deadline for it to report that a query took too long.
 const GRACE: Duration = Duration::from_secs(1);
-/// How long a query stays out whose answer ended the connection.
+/// Suspension of a query whose answer ended the connection.
 const SUSPENSION: Duration = Duration::from_secs(300);
 /// Time from a notification that cannot be used to the query that is asked anew, once for
 /// all that come meanwhile.
 const ASK_ANEW: Duration = Duration::from_secs(1);
 /// Time from the failure of a query without a period to its next try.
 const RETRY: Duration = Duration::from_secs(30);
-/// Asks for nothing.
+/// Empty query that keeps the connection alive.
 const KEEPALIVE: &str = "";
 
 /// Messages that come unasked. Polling it drives the connection.
@@ -49,7 +49,7 @@ where
     Box::new(move |cx| connection.poll_message(cx))
 }
 
-/// What outlives a connection.
+/// State of the session that outlives a connection.
 pub(super) struct Session<'a> {
     queries: &'a [QueryConfig],
     channels: &'a [Channel],
@@ -88,7 +88,7 @@ impl<'a> Session<'a> {
             }
         };
         board.borrow_mut().flush();
-        if let (LinkFault::Excess(_), Some(query)) = (&fault, self.current) {
+        if let (LinkFault::OversizedMessage(_), Some(query)) = (&fault, self.current) {
             self.suspended[query] = Some(Instant::now() + SUSPENSION);
         }
         self.current = None;
@@ -320,7 +320,7 @@ fn is_fatal(error: &Error) -> bool {
     }
 }
 
-/// Why a query failed, where the connection is well.
+/// Converts an error to a fault of the query, where the connection is well.
 fn query_fault(error: &Error, limit: Duration) -> QueryFault {
     let Some(refusal) = error.as_db_error() else {
         return QueryFault::Refused(shown(&error.to_string()));

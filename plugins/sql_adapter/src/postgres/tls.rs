@@ -12,7 +12,7 @@ use tokio_rustls::rustls::{self, ClientConfig, RootCertStore};
 
 use crate::settings::TlsFiles;
 
-/// What every encrypted connection needs.
+/// TLS configuration that all connections share.
 #[derive(Clone)]
 pub(crate) struct Tls {
     pub(crate) connector: MakeRustlsConnect,
@@ -20,7 +20,7 @@ pub(crate) struct Tls {
 }
 
 impl Tls {
-    /// Reads the certificates.
+    /// Loads the certificates and keys.
     ///
     /// # Errors
     /// [`Error::settings`] that names the file and its fault, never its contents.

@@ -14,7 +14,7 @@ use serde_json::json;
 
 use super::{PATIENCE, available};
 
-/// Where Debian puts the programs of each version.
+/// Folder in which Debian installs the programs of each version.
 const VERSIONS: &str = "/usr/lib/postgresql";
 /// The server refuses to run as root, and then runs as this user.
 const UNPRIVILEGED: &str = "postgres";
@@ -39,7 +39,7 @@ impl Cluster {
         Self::start_with(ACCESS, |_| Vec::new())
     }
 
-    /// As `start`, with a pg_hba.conf and options that may name files in the folder.
+    /// Starts a cluster with a pg_hba.conf and options that may name files in the folder.
     pub(super) fn start_with(
         access: &str,
         options: impl FnOnce(&Self) -> Vec<String>,
@@ -228,7 +228,7 @@ fn run(command: &mut Command) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
-/// Whether nobody listens at a port any more.
+/// Reports whether nobody listens at a port any more.
 pub(super) fn is_free(port: u16) -> bool {
     TcpStream::connect(("127.0.0.1", port)).is_err()
 }

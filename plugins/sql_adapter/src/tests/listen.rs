@@ -64,7 +64,7 @@ fn a_storm_comes_whole_and_in_order() {
     }
 }
 
-/// What a poll read is never shown after a notification that is newer.
+/// Checks that a polled value never replaces a newer notification.
 #[test]
 fn polls_and_notifications_do_not_overtake_each_other() {
     let Some(cluster) = Cluster::start() else { return };

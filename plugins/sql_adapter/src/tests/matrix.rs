@@ -20,7 +20,7 @@ const STEP: Duration = Duration::from_millis(100);
 const TAGS: u32 = 4;
 /// Columns of an answer.
 const COLUMNS: [&str; 4] = ["key", "value", "quality", "time"];
-/// How far the database's clock is set back at times.
+/// Step by which the database's clock is set back at times.
 const STEP_BACK: Duration = Duration::from_secs(3);
 
 struct Cells([Cell<'static>; 4]);

@@ -54,7 +54,7 @@ fn query(name: &str, sql: &str) -> serde_json::Value {
     json!({"name": name, "sql": sql, "poll_millis": 100})
 }
 
-/// Whether a peer is there. Where peers are required its absence is a failure.
+/// Reports whether a peer is there. Where peers are required its absence is a failure.
 #[allow(clippy::print_stderr)]
 fn available(is_there: bool, remedy: &str) -> bool {
     let required = |name| std::env::var_os(name).is_some();

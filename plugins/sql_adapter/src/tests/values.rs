@@ -1,4 +1,4 @@
-//! What is asked, and what comes.
+//! Tests of queries and the values that they return.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 

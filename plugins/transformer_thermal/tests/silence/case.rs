@@ -60,7 +60,7 @@ pub(crate) enum Fault {
     ImplausibleLoad,
     BadAmbient,
     ImplausibleAmbient,
-    /// Nobody draws.
+    /// Time in which nobody draws.
     NoFrame,
 }
 

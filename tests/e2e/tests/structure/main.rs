@@ -104,7 +104,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("dga", &[]),
     ("energisation", &["busbar_plugin_sdk"]),
     ("fault_injector", &["busbar_plugin_sdk"]),
-    ("gas_analysis", &["busbar_plugin_sdk", "dga"]),
+    ("gas_analysis", &["busbar_plugin_sdk", "dga", "text_table"]),
     ("busbar_link", &[]),
     ("iec104", &["busbar_link", "busbar_plugin_sdk", "device_server"]),
     ("iec61850", &["busbar_link", "busbar_plugin_sdk"]),

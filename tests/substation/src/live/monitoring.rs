@@ -34,6 +34,7 @@ pub(super) fn overlays(points: &[Point]) -> [Overlay; 3] {
                 "alarm": SF6_ALARM,
                 "lock_out": SF6_LOCK_OUT,
                 "trend_hours": 0.02,
+                "state_file": "${folder}/gas_trends.json",
             }),
             vec!["sf6_pressure", "sf6_temperature"],
         ),

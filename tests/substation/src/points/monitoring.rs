@@ -19,6 +19,10 @@ pub(crate) const SF6_FILLING: f64 = 7.0;
 /// Pressure limit of the alarm, bar absolute at 20 °C; the lock-out limit follows.
 pub(crate) const SF6_ALARM: f64 = 6.4;
 pub(crate) const SF6_LOCK_OUT: f64 = 6.0;
+/// Density above which no gas of a breaker is, kg/m3.
+const MAX_SF6_DENSITY: f64 = 60.0;
+/// Halvings of a range of densities, to the last bit of the pressure.
+const BISECTIONS: usize = 60;
 /// Temperature of gas and of contacts without current, °C.
 const OUTSIDE: f64 = 22.0;
 
@@ -46,8 +50,7 @@ impl MonitoredDevices<'_> {
             };
             if self.breaker {
                 let temperature = OUTSIDE + 1.0;
-                // The gas law: pressure goes with the absolute temperature.
-                let pressure = SF6_FILLING * (temperature + 273.15) / 293.15;
+                let pressure = sf6_pressure(SF6_FILLING, temperature);
                 add(PRESSURE, "QA1", pole, "sf6_pressure", NormalValue::Walk(pressure, 0.005));
                 add(GAS_TEMPERATURE, "QA1", pole, "sf6_temperature", walk(temperature, 0.2));
             }
@@ -69,6 +72,26 @@ impl MonitoredDevices<'_> {
             }
         }
     }
+}
+
+/// Computes the pressure of SF6, bar absolute, at a temperature, °C, from the pressure of the
+/// same density at 20 °C.
+fn sf6_pressure(at_20: f64, celsius: f64) -> f64 {
+    let [mut low, mut high] = [0.0, MAX_SF6_DENSITY];
+    for _ in 0..BISECTIONS {
+        let middle = 0.5 * (low + high);
+        let is_less = beattie_bridgeman(middle, 293.15) < at_20;
+        if is_less { low = middle } else { high = middle }
+    }
+    beattie_bridgeman(low, celsius + 273.15)
+}
+
+/// Computes the pressure of SF6, bar absolute, at a density, kg/m3, and a temperature, K, by
+/// the equation of Beattie and Bridgeman with the constants in common use for switchgear.
+fn beattie_bridgeman(density: f64, kelvin: f64) -> f64 {
+    let a = 74.9e-6 * (1.0 - 0.727e-3 * density);
+    let b = 2.51e-3 * density * (1.0 - 0.846e-3 * density);
+    10.0 * (56.926e-6 * density * kelvin * (1.0 + b) - density * density * a)
 }
 
 fn walk(base: f64, amplitude: f64) -> NormalValue {
@@ -161,4 +184,22 @@ pub(super) fn add_of_feeder(bay: &str, equipment: &str, list: &mut PointListBuil
             PointContext { bay, equipment: equipment.to_owned(), node, role: "environment" };
         list.add(PointKind::Monitoring, quantity, place, walk(base, amplitude));
     }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gas_of_a_filled_breaker_is_at_its_filling_pressure_at_20_degrees() {
+        assert!((sf6_pressure(SF6_FILLING, 20.0) - SF6_FILLING).abs() < 1e-9);
+        // The reference equation of SF6 (Guder and Wagner 2009) as CoolProp 8.0.0 has it.
+        for (celsius, expected) in REFERENCE {
+            let found = sf6_pressure(SF6_FILLING, celsius);
+            assert!((found / expected - 1.0).abs() < 0.007, "{celsius}: {found} {expected}");
+        }
+    }
+
+    /// Temperatures, °C, and pressures, bar, of SF6 that has 7 bar at 20 °C.
+    const REFERENCE: [(f64, f64); 3] = [(-20.0, 5.8093), (23.0, 7.0874), (40.0, 7.5797)];
 }

@@ -2,9 +2,9 @@
 
 use busbar_plugin_sdk::abi;
 
-use super::{due_again, status};
-use crate::fault::{At, Kind};
-use crate::tables::{SHORT, honest_table};
+use super::{active_corruption, status};
+use crate::entry::{SHORT, sdk_table};
+use crate::fault::{CallSite, Misbehavior};
 
 /// Function tables with their true size, and with a wrong one.
 pub(super) static TABLE: [abi::BusbarCommand; 2] =
@@ -15,20 +15,20 @@ const fn command(struct_size: u32) -> abi::BusbarCommand {
     abi::BusbarCommand { struct_size, reserved: 0, count, describe, run: Some(run_command as _) }
 }
 
-fn honest_command() -> Option<&'static abi::BusbarCommand> {
-    honest_table::<abi::BusbarCommand>(abi::COMMAND_ID)
+fn sdk_command() -> Option<&'static abi::BusbarCommand> {
+    sdk_table::<abi::BusbarCommand>(abi::COMMAND_ID)
 }
 
 unsafe extern "C" fn count_commands(plugin: *const abi::BusbarPlugin) -> u32 {
     // SAFETY: handed on as it came.
-    honest_command().and_then(|t| t.count).map_or(0, |count| unsafe { count(plugin) })
+    sdk_command().and_then(|t| t.count).map_or(0, |count| unsafe { count(plugin) })
 }
 
 unsafe extern "C" fn describe_command(
     plugin: *const abi::BusbarPlugin,
     index: u32,
 ) -> *const abi::BusbarCommandInfo {
-    let describe = honest_command().and_then(|t| t.describe);
+    let describe = sdk_command().and_then(|t| t.describe);
     // SAFETY: handed on as it came.
     describe.map_or(std::ptr::null(), |describe| unsafe { describe(plugin, index) })
 }
@@ -40,13 +40,15 @@ unsafe extern "C" fn run_command(
     result: *mut abi::BusbarCommandResult,
     error: *mut abi::BusbarError,
 ) -> abi::BusbarStatus {
-    let Some(run) = honest_command().and_then(|t| t.run) else { return abi::BUSBAR_INTERNAL };
+    let Some(run) = sdk_command().and_then(|t| t.run) else { return abi::BUSBAR_INTERNAL };
     // SAFETY: handed on as it came.
     let done = unsafe { run(plugin, call, streams, result, error) };
-    if done == abi::BUSBAR_OK && due_again(At::RunCommand) == Some(Kind::OutOfRange) {
+    if done == abi::BUSBAR_OK
+        && active_corruption(CallSite::RunCommand) == Some(Misbehavior::OutOfRange)
+    {
         // SAFETY: the SDK found it good.
         unsafe { (*result).exit_code = u32::MAX };
     }
     // SAFETY: the host's error is null or valid.
-    unsafe { status(At::RunCommand, done, error) }
+    unsafe { status(CallSite::RunCommand, done, error) }
 }

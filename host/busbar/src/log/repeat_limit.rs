@@ -1,4 +1,4 @@
-//! The same line again and again: a few of them a while, and no more.
+//! Rate limit of repeated log lines.
 
 use std::collections::HashMap;
 use std::fmt::{Debug, Write};
@@ -11,15 +11,15 @@ use tracing::{Event, Subscriber};
 use tracing_subscriber::Layer;
 use tracing_subscriber::layer::Context;
 
-/// Lines that are alike within [`WINDOW`].
+/// Equal lines that pass within [`WINDOW`].
 const MAX_ALIKE: u32 = 10;
 const WINDOW: Duration = Duration::from_secs(60);
-/// Different lines that are counted; of more all are forgotten.
+/// Different lines that are counted; at this number all are forgotten.
 const MAX_COUNTED: usize = 1_000;
 
-/// Lets through what was not said too often.
+/// Filter that drops lines repeated too often.
 #[derive(Default)]
-pub(super) struct Limit {
+pub(super) struct RepeatLimit {
     said: Mutex<HashMap<u64, Said>>,
 }
 
@@ -29,7 +29,7 @@ struct Said {
     count: u32,
 }
 
-impl Limit {
+impl RepeatLimit {
     fn lets_through(&self, line: u64, now: Instant) -> bool {
         let mut said = self.said.lock().unwrap_or_else(PoisonError::into_inner);
         if said.len() >= MAX_COUNTED && !said.contains_key(&line) {
@@ -47,7 +47,7 @@ impl Limit {
     }
 }
 
-impl<S: Subscriber> Layer<S> for Limit {
+impl<S: Subscriber> Layer<S> for RepeatLimit {
     fn event_enabled(&self, event: &Event<'_>, _: Context<'_, S>) -> bool {
         let mut line = Line::default();
         event.record(&mut line);
@@ -57,7 +57,7 @@ impl<S: Subscriber> Layer<S> for Limit {
     }
 }
 
-/// All fields of an event as text.
+/// Fields of an event as text.
 #[derive(Default)]
 struct Line(String);
 
@@ -74,7 +74,7 @@ mod tests {
 
     #[test]
     fn what_is_said_again_and_again_is_said_a_few_times_a_while() {
-        let (limit, start) = (Limit::default(), Instant::now());
+        let (limit, start) = (RepeatLimit::default(), Instant::now());
         let said = |line, after: Duration| limit.lets_through(line, start + after);
         assert_eq!((0..100).filter(|_| said(1, Duration::ZERO)).count(), MAX_ALIKE as usize);
         assert!(said(2, Duration::ZERO), "another line");

@@ -1,28 +1,28 @@
-//! The host program's window, which is not ours: its size, whether it is seen, its end.
+//! Events of the host program's window: size, visibility, end.
 
 use anyhow::Context;
 use x11rb::connection::Connection;
 use x11rb::protocol::Event;
 use x11rb::protocol::xproto::{ChangeWindowAttributesAux, ConnectionExt, EventMask, Visibility};
 
-/// What happened to it.
-pub(super) enum Parent {
-    /// It has this size, pixels.
+/// Event of the parent window.
+pub(super) enum ParentEvent {
+    /// New size of the window, pixels.
     Resized([u32; 2]),
-    /// It is seen, or is not.
+    /// New visibility of the window.
     Shown(bool),
-    /// It is there no more.
+    /// End of the window.
     Gone,
 }
 
-/// Tells `tell` what happens to a window, from a thread of its own, until that says no.
-/// Gives the window's size.
+/// Reports events of a window to `tell`, from a thread of its own, until that returns false.
+/// Returns the window's size.
 ///
 /// # Errors
 /// No display, or no such window.
 pub(super) fn watch(
     window: u32,
-    tell: impl Fn(Parent) -> bool + Send + 'static,
+    tell: impl Fn(ParentEvent) -> bool + Send + 'static,
 ) -> anyhow::Result<[u32; 2]> {
     let (connection, _) = x11rb::connect(None).context("no X11 display: set DISPLAY")?;
     let mask = EventMask::STRUCTURE_NOTIFY | EventMask::VISIBILITY_CHANGE;
@@ -35,15 +35,15 @@ pub(super) fn watch(
         while let Ok(event) = connection.wait_for_event() {
             let happened = match event {
                 Event::ConfigureNotify(event) if event.window == window => {
-                    Parent::Resized([event.width, event.height].map(|s| u32::from(s).max(1)))
+                    ParentEvent::Resized([event.width, event.height].map(|s| u32::from(s).max(1)))
                 }
-                Event::UnmapNotify(event) if event.window == window => Parent::Shown(false),
-                Event::MapNotify(event) if event.window == window => Parent::Shown(true),
+                Event::UnmapNotify(event) if event.window == window => ParentEvent::Shown(false),
+                Event::MapNotify(event) if event.window == window => ParentEvent::Shown(true),
                 // What lies over it may be our own window; only all of it hidden counts.
                 Event::VisibilityNotify(event) if event.window == window => {
-                    Parent::Shown(event.state != Visibility::FULLY_OBSCURED)
+                    ParentEvent::Shown(event.state != Visibility::FULLY_OBSCURED)
                 }
-                Event::DestroyNotify(event) if event.window == window => Parent::Gone,
+                Event::DestroyNotify(event) if event.window == window => ParentEvent::Gone,
                 _ => continue,
             };
             if !tell(happened) {
@@ -51,7 +51,7 @@ pub(super) fn watch(
             }
         }
         // The display has gone, and the window with it.
-        tell(Parent::Gone);
+        tell(ParentEvent::Gone);
     };
     std::thread::Builder::new().name("host window".into()).spawn(work)?;
     Ok(size)

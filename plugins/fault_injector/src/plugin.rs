@@ -11,10 +11,10 @@ use busbar_plugin_sdk::{
     Simulator, StopToken, Streams, TagSpec, TagValue, Telemetry, Value, ValueKind, Worker, export,
 };
 
-use crate::fault::{At, Fault, Kind, set};
-use crate::fuse::PLUGIN_ID;
-use crate::kept;
-use crate::strike::strike;
+use crate::armed_fault::PLUGIN_ID;
+use crate::data_sources;
+use crate::fault::{CallSite, Fault, Misbehavior, set};
+use crate::injection::inject;
 
 /// Time between two batches.
 pub const PUBLISH_PERIOD: Duration = Duration::from_millis(10);
@@ -27,10 +27,10 @@ const NO_TAG: u32 = u32::MAX - 7;
 #[derive(Debug, Default, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
-    /// Kind of the fault; none for no fault.
-    kind: Option<Kind>,
+    /// Misbehaviour in the call; none for no fault.
+    kind: Option<Misbehavior>,
     /// Call site of the fault.
-    at: Option<At>,
+    at: Option<CallSite>,
     /// Number of calls there that succeed before.
     after_calls: u64,
 }
@@ -65,13 +65,13 @@ impl Plugin for FaultInjector {
             }
             _ => return Err(Error::settings("settings: give `kind` and `at`, or neither")),
         }
-        strike(At::Create);
+        inject(CallSite::Create);
         Ok(Self {
             host,
             worker: None,
             bindings: Vec::new(),
             equipment: Vec::new(),
-            lists: kept::lists(),
+            lists: data_sources::lists(),
         })
     }
 }
@@ -79,18 +79,18 @@ impl Plugin for FaultInjector {
 impl Drop for FaultInjector {
     fn drop(&mut self) {
         self.worker = None;
-        strike(At::Destroy);
+        inject(CallSite::Destroy);
     }
 }
 
 impl Telemetry for FaultInjector {
     fn check(&self, _tags: &[TagSpec]) -> Result<(), Error> {
-        strike(At::Check);
+        inject(CallSite::Check);
         Ok(())
     }
 
     fn start(&mut self, tags: Vec<TagSpec>, sink: SampleSink) -> Result<(), Error> {
-        strike(At::Start);
+        inject(CallSite::Start);
         let work = move |running: &StopToken| publish(&tags, &sink, running);
         self.worker = Some(Worker::start(&self.host, "fault_injector", work)?);
         Ok(())
@@ -98,20 +98,20 @@ impl Telemetry for FaultInjector {
 
     fn stop(&mut self) {
         self.worker = None;
-        strike(At::Stop);
+        inject(CallSite::Stop);
     }
 }
 
 /// Publishes a ramp of every tag until it is told to stop.
 fn publish(tags: &[TagSpec], sink: &SampleSink, running: &StopToken) {
     for step in 0_u32.. {
-        let kind = strike(At::Publish);
+        let kind = inject(CallSite::Publish);
         let mut batch: Vec<_> =
             tags.iter().map(|tag| Sample::good(tag.tag, value_of(tag.kind, step))).collect();
         for sample in &mut batch {
             match kind {
-                Some(Kind::NotFinite) => sample.value = Some(Value::F64(f64::NAN)),
-                Some(Kind::OutOfRange) => sample.tag = NO_TAG,
+                Some(Misbehavior::NotFinite) => sample.value = Some(Value::F64(f64::NAN)),
+                Some(Misbehavior::OutOfRange) => sample.tag = NO_TAG,
                 _ => {}
             }
         }
@@ -121,7 +121,7 @@ fn publish(tags: &[TagSpec], sink: &SampleSink, running: &StopToken) {
         if step == 0 && !batch.is_empty() {
             sink.report_link(LinkState::Up, "a ramp");
         }
-        let flood = kind == Some(Kind::Flood);
+        let flood = kind == Some(Misbehavior::Flood);
         if !running.wait(if flood { Duration::ZERO } else { PUBLISH_PERIOD }) {
             return;
         }
@@ -140,16 +140,16 @@ fn value_of(kind: ValueKind, step: u32) -> Value {
 /// Simulated device that nobody can connect to.
 impl Simulator for FaultInjector {
     fn start_simulation(&mut self, _simulation: Simulation) -> Result<(), Error> {
-        strike(At::Simulate);
+        inject(CallSite::Simulate);
         Ok(())
     }
 
     fn stop_simulation(&mut self) {
-        strike(At::StopSimulation);
+        inject(CallSite::StopSimulation);
     }
 
     fn simulation_status(&self) -> SimulationStatus {
-        strike(At::SimulationStatus);
+        inject(CallSite::SimulationStatus);
         SimulationStatus { endpoint: "listens nowhere".into(), ..SimulationStatus::default() }
     }
 }
@@ -165,7 +165,7 @@ impl Command for FaultInjector {
         _arguments: &[&str],
         streams: &Streams<'_>,
     ) -> Result<CommandExit, Error> {
-        strike(At::RunCommand);
+        inject(CallSite::RunCommand);
         let copied = std::io::copy(&mut streams.input(), &mut streams.output());
         copied.map(|_| CommandExit::Done).map_err(|error| Error::failed(error.to_string()))
     }
@@ -178,7 +178,7 @@ impl Overlay for FaultInjector {
     }
 
     fn configure(&mut self, bindings: Vec<Binding>) -> Result<(), Error> {
-        strike(At::Configure);
+        inject(CallSite::Configure);
         let mut places: HashMap<&str, usize> = HashMap::new();
         self.equipment.clear();
         for (index, binding) in bindings.iter().enumerate() {
@@ -193,7 +193,7 @@ impl Overlay for FaultInjector {
     }
 
     fn draw(&mut self, frame: &OverlayFrame<'_>, canvas: &mut Canvas<'_>) -> Result<(), Error> {
-        strike(At::Draw);
+        inject(CallSite::Draw);
         let values: Vec<TagValue> = frame.values().collect();
         for (index, (binding, state)) in self.bindings.iter().zip(&values).enumerate() {
             let text = if state.value.is_some() { "a value" } else { "none" };
@@ -216,7 +216,7 @@ impl MeshOptimizer for FaultInjector {
     /// Collapses the shortest edges first, as far as both ends are live.
     fn optimize(&self, mesh: Mesh<'_>, progress: &mut Progress<'_>) -> Result<CollapseList, Error> {
         progress.report(0.0)?;
-        strike(At::Optimize);
+        inject(CallSite::Optimize);
         let mut lengths = HashMap::new();
         for &[a, b, c] in mesh.triangles {
             for (a, b) in [(a, b), (b, c), (c, a)] {

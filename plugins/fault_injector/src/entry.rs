@@ -5,13 +5,13 @@ use std::sync::OnceLock;
 
 use busbar_plugin_sdk::abi;
 
-use crate::fault::{At, Kind};
-use crate::fuse::{self, PLUGIN_ID};
-use crate::honest::FaultInjector;
-use crate::spoil;
-use crate::strike::strike;
+use crate::armed_fault::{self, PLUGIN_ID};
+use crate::corrupted_tables;
+use crate::fault::{CallSite, Misbehavior};
+use crate::injection::inject;
+use crate::plugin::FaultInjector;
 
-const HONEST: abi::BusbarPluginEntry = busbar_plugin_sdk::export::entry::<FaultInjector>();
+const SDK_ENTRY: abi::BusbarPluginEntry = busbar_plugin_sdk::export::entry::<FaultInjector>();
 /// Wrong size that a struct claims, bytes.
 pub(crate) const SHORT: u32 = 8;
 /// Number of plugins, and of capabilities, above the limit of a library.
@@ -20,7 +20,7 @@ const TOO_MANY: u32 = 1000;
 type GetCapability =
     unsafe extern "C" fn(*const abi::BusbarPlugin, abi::BusbarStr) -> *const c_void;
 /// Function of the SDK that an instance no longer names.
-static HONEST_GET_CAPABILITY: OnceLock<GetCapability> = OnceLock::new();
+static SDK_GET_CAPABILITY: OnceLock<GetCapability> = OnceLock::new();
 
 /// Entry point of this plugin library.
 // SAFETY: no other symbol of this name is in a plugin library.
@@ -29,7 +29,7 @@ pub static busbar_plugin_entry: abi::BusbarPluginEntry = abi::BusbarPluginEntry 
     init: Some(init),
     deinit: Some(deinit),
     get_factory: Some(get_factory),
-    ..HONEST
+    ..SDK_ENTRY
 };
 
 const fn factory(struct_size: u32) -> abi::BusbarPluginFactory {
@@ -46,30 +46,30 @@ static FACTORY: abi::BusbarPluginFactory = factory(size_of::<abi::BusbarPluginFa
 static SHORT_FACTORY: abi::BusbarPluginFactory = factory(SHORT);
 
 unsafe extern "C" fn init(_error: *mut abi::BusbarError) -> abi::BusbarStatus {
-    strike(At::Init);
+    inject(CallSite::Init);
     abi::BUSBAR_OK
 }
 
 unsafe extern "C" fn deinit() {
-    strike(At::Deinit);
+    inject(CallSite::Deinit);
 }
 
 unsafe extern "C" fn get_factory(id: abi::BusbarStr) -> *const c_void {
-    let kind = strike(At::GetFactory);
+    let kind = inject(CallSite::GetFactory);
     // SAFETY: handed on as it came.
-    let honest = HONEST.get_factory.map_or(std::ptr::null(), |get| unsafe { get(id) });
+    let original = SDK_ENTRY.get_factory.map_or(std::ptr::null(), |get| unsafe { get(id) });
     match kind {
-        _ if honest.is_null() => honest,
-        Some(Kind::NullResult) => std::ptr::null(),
-        Some(Kind::LieAboutSize) => std::ptr::from_ref(&SHORT_FACTORY).cast(),
+        _ if original.is_null() => original,
+        Some(Misbehavior::NullResult) => std::ptr::null(),
+        Some(Misbehavior::WrongStructSize) => std::ptr::from_ref(&SHORT_FACTORY).cast(),
         _ => std::ptr::from_ref(&FACTORY).cast(),
     }
 }
 
-fn honest_factory() -> Option<&'static abi::BusbarPluginFactory> {
+fn sdk_factory() -> Option<&'static abi::BusbarPluginFactory> {
     let id = abi::BusbarStr::from_static(abi::PLUGIN_FACTORY_ID);
     // SAFETY: the SDK gives its static factory for this id.
-    unsafe { HONEST.get_factory?(id).cast::<abi::BusbarPluginFactory>().as_ref() }
+    unsafe { SDK_ENTRY.get_factory?(id).cast::<abi::BusbarPluginFactory>().as_ref() }
 }
 
 /// Descriptor of the SDK with the id of this copy of the library.
@@ -81,27 +81,31 @@ unsafe impl Send for Own {}
 unsafe impl Sync for Own {}
 
 unsafe extern "C" fn count() -> u32 {
-    if strike(At::Count) == Some(Kind::OutOfRange) { TOO_MANY } else { 1 }
+    if inject(CallSite::Count) == Some(Misbehavior::OutOfRange) { TOO_MANY } else { 1 }
 }
 
 unsafe extern "C" fn descriptor(index: u32) -> *const abi::BusbarPluginDescriptor {
-    let kind = strike(At::Descriptor);
-    let honest = honest_factory().and_then(|factory| factory.descriptor);
+    let kind = inject(CallSite::Descriptor);
+    let original = sdk_factory().and_then(|factory| factory.descriptor);
     // SAFETY: handed on as it came.
-    let honest = honest.map_or(std::ptr::null(), |descriptor| unsafe { descriptor(index) });
+    let original = original.map_or(std::ptr::null(), |descriptor| unsafe { descriptor(index) });
     // SAFETY: the SDK's descriptor is static.
-    let Some(mut copy) = (unsafe { honest.as_ref() }).copied() else { return honest };
-    copy.id = abi::BusbarStr::from_static(fuse::plugin_id());
-    let spoiled = match kind {
-        Some(Kind::NullResult) => return std::ptr::null(),
-        Some(Kind::LieAboutSize) => abi::BusbarPluginDescriptor { struct_size: SHORT, ..copy },
-        Some(Kind::NotUtf8) => abi::BusbarPluginDescriptor { name: spoil::NOT_UTF8, ..copy },
-        Some(Kind::OutOfRange) => {
+    let Some(mut copy) = (unsafe { original.as_ref() }).copied() else { return original };
+    copy.id = abi::BusbarStr::from_static(armed_fault::plugin_id());
+    let corrupted = match kind {
+        Some(Misbehavior::NullResult) => return std::ptr::null(),
+        Some(Misbehavior::WrongStructSize) => {
+            abi::BusbarPluginDescriptor { struct_size: SHORT, ..copy }
+        }
+        Some(Misbehavior::NotUtf8) => {
+            abi::BusbarPluginDescriptor { name: corrupted_tables::NOT_UTF8, ..copy }
+        }
+        Some(Misbehavior::OutOfRange) => {
             abi::BusbarPluginDescriptor { capability_count: TOO_MANY, ..copy }
         }
         _ => return std::ptr::from_ref(&OWN.get_or_init(|| Own(copy)).0),
     };
-    Box::leak(Box::new(spoiled))
+    Box::leak(Box::new(corrupted))
 }
 
 unsafe extern "C" fn create(
@@ -110,7 +114,7 @@ unsafe extern "C" fn create(
     host: *const abi::BusbarHost,
     error: *mut abi::BusbarError,
 ) -> *mut abi::BusbarPlugin {
-    let Some(create) = honest_factory().and_then(|factory| factory.create) else {
+    let Some(create) = sdk_factory().and_then(|factory| factory.create) else {
         return std::ptr::null_mut();
     };
     let id = if is_own(id) { abi::BusbarStr::from_static(PLUGIN_ID) } else { id };
@@ -119,20 +123,20 @@ unsafe extern "C" fn create(
     // SAFETY: null, or what the SDK just made and nobody else knows.
     let Some(plugin) = (unsafe { made.as_mut() }) else { return made };
     if let Some(get) = plugin.get_capability {
-        HONEST_GET_CAPABILITY.get_or_init(|| get);
+        SDK_GET_CAPABILITY.get_or_init(|| get);
     }
     plugin.get_capability = Some(get_capability);
     // The call was counted within the SDK's `create`.
-    match spoil::due_again(At::Create) {
-        Some(Kind::LieAboutSize) => plugin.struct_size = SHORT,
-        Some(kind @ (Kind::NullResult | Kind::NotUtf8)) => {
+    match corrupted_tables::active_corruption(CallSite::Create) {
+        Some(Misbehavior::WrongStructSize) => plugin.struct_size = SHORT,
+        Some(kind @ (Misbehavior::NullResult | Misbehavior::NotUtf8)) => {
             if let Some(destroy) = plugin.destroy {
                 // SAFETY: made above and given to nobody.
                 unsafe { destroy(made) };
             }
-            if kind == Kind::NotUtf8 {
+            if kind == Misbehavior::NotUtf8 {
                 // SAFETY: the host's error is null or valid.
-                unsafe { spoil::error(error) };
+                unsafe { corrupted_tables::error(error) };
             }
             return std::ptr::null_mut();
         }
@@ -143,7 +147,7 @@ unsafe extern "C" fn create(
 
 /// Reports whether an id is that of this library's plugin.
 fn is_own(id: abi::BusbarStr) -> bool {
-    let own = fuse::plugin_id();
+    let own = armed_fault::plugin_id();
     if id.len != own.len() || id.ptr.is_null() {
         return false;
     }
@@ -155,19 +159,19 @@ unsafe extern "C" fn get_capability(
     plugin: *const abi::BusbarPlugin,
     id: abi::BusbarStr,
 ) -> *const c_void {
-    let kind = strike(At::GetCapability);
-    let Some(get) = HONEST_GET_CAPABILITY.get() else { return std::ptr::null() };
+    let kind = inject(CallSite::GetCapability);
+    let Some(get) = SDK_GET_CAPABILITY.get() else { return std::ptr::null() };
     // SAFETY: handed on as it came.
-    let honest = unsafe { get(plugin, id) };
-    if honest.is_null() || kind == Some(Kind::NullResult) {
+    let original = unsafe { get(plugin, id) };
+    if original.is_null() || kind == Some(Misbehavior::NullResult) {
         return std::ptr::null();
     }
-    spoil::table(id, kind == Some(Kind::LieAboutSize))
+    corrupted_tables::table(id, kind == Some(Misbehavior::WrongStructSize))
 }
 
 /// Returns the SDK's own table of a capability.
-pub(crate) fn honest_table<T>(id: &'static str) -> Option<&'static T> {
-    let get = HONEST_GET_CAPABILITY.get()?;
+pub(crate) fn sdk_table<T>(id: &'static str) -> Option<&'static T> {
+    let get = SDK_GET_CAPABILITY.get()?;
     // SAFETY: the SDK looks at the id alone, and its tables are static and of this type.
     unsafe { get(std::ptr::null(), abi::BusbarStr::from_static(id)).cast::<T>().as_ref() }
 }

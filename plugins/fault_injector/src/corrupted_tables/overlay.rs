@@ -2,9 +2,9 @@
 
 use busbar_plugin_sdk::abi;
 
-use super::{due_again, status};
-use crate::fault::{At, Kind};
-use crate::tables::{SHORT, honest_table};
+use super::{active_corruption, status};
+use crate::entry::{SHORT, sdk_table};
+use crate::fault::{CallSite, Misbehavior};
 
 /// Function tables with their true size, and with a wrong one.
 pub(super) static TABLE: [abi::BusbarOverlay; 2] =
@@ -15,8 +15,8 @@ const fn overlay(struct_size: u32) -> abi::BusbarOverlay {
     abi::BusbarOverlay { struct_size, reserved: 0, configure, draw, describe: Some(describe as _) }
 }
 
-fn honest() -> Option<&'static abi::BusbarOverlay> {
-    honest_table::<abi::BusbarOverlay>(abi::OVERLAY_ID)
+fn original() -> Option<&'static abi::BusbarOverlay> {
+    sdk_table::<abi::BusbarOverlay>(abi::OVERLAY_ID)
 }
 
 unsafe extern "C" fn describe(
@@ -24,7 +24,7 @@ unsafe extern "C" fn describe(
     description: *mut abi::BusbarOverlayDescription,
     error: *mut abi::BusbarError,
 ) -> abi::BusbarStatus {
-    let Some(describe) = honest().and_then(|t| t.describe) else { return abi::BUSBAR_INTERNAL };
+    let Some(describe) = original().and_then(|t| t.describe) else { return abi::BUSBAR_INTERNAL };
     // SAFETY: handed on as it came.
     unsafe { describe(plugin, description, error) }
 }
@@ -35,9 +35,9 @@ unsafe extern "C" fn configure(
     binding_count: usize,
     error: *mut abi::BusbarError,
 ) -> abi::BusbarStatus {
-    let Some(configure) = honest().and_then(|t| t.configure) else { return abi::BUSBAR_INTERNAL };
+    let Some(configure) = original().and_then(|t| t.configure) else { return abi::BUSBAR_INTERNAL };
     // SAFETY: handed on as it came.
-    unsafe { status(At::Configure, configure(plugin, bindings, binding_count, error), error) }
+    unsafe { status(CallSite::Configure, configure(plugin, bindings, binding_count, error), error) }
 }
 
 unsafe extern "C" fn draw(
@@ -46,7 +46,7 @@ unsafe extern "C" fn draw(
     output: *mut abi::BusbarOverlayOutput,
     error: *mut abi::BusbarError,
 ) -> abi::BusbarStatus {
-    let Some(draw) = honest().and_then(|t| t.draw) else { return abi::BUSBAR_INTERNAL };
+    let Some(draw) = original().and_then(|t| t.draw) else { return abi::BUSBAR_INTERNAL };
     // SAFETY: handed on as it came.
     let drawn = unsafe { draw(plugin, frame, output, error) };
     if drawn != abi::BUSBAR_OK {
@@ -55,34 +55,34 @@ unsafe extern "C" fn draw(
     // SAFETY: the SDK found it good.
     let output = unsafe { &mut *output };
     let some = output.primitive_count > 0;
-    match due_again(At::Draw) {
-        Some(Kind::NotUtf8) if output.text_len > 0 => {
+    match active_corruption(CallSite::Draw) {
+        Some(Misbehavior::NotUtf8) if output.text_len > 0 => {
             // SAFETY: there is text, so there is a first byte.
             unsafe { output.text.write(0xff) };
         }
-        Some(Kind::OutOfRange) if some => {
+        Some(Misbehavior::OutOfRange) if some => {
             // SAFETY: there is a first primitive.
             unsafe { (*output.primitives).binding = u32::MAX };
         }
-        Some(Kind::Overrun) => {
+        Some(Misbehavior::Overrun) => {
             // SAFETY: none; writing beyond the end is the fault, which is the purpose.
             unsafe { output.text.add(output.text_capacity as usize).write_bytes(0x11, 8) };
         }
-        Some(kind) => spoil_verdicts(kind, output),
+        Some(kind) => corrupt_verdicts(kind, output),
         None => {}
     }
     drawn
 }
 
 /// Corrupts the verdicts of a drawing, where the fault says so.
-fn spoil_verdicts(kind: Kind, output: &mut abi::BusbarOverlayOutput) {
+fn corrupt_verdicts(kind: Misbehavior, output: &mut abi::BusbarOverlayOutput) {
     let Some(last) = output.verdict_count.checked_sub(1) else { return };
     // SAFETY: the SDK wrote so many verdicts.
     let verdict = unsafe { &mut *output.verdicts.add(last as usize) };
     match kind {
-        Kind::MissingVerdict => output.verdict_count = last,
-        Kind::VerdictOutOfRange => verdict.equipment = u32::MAX,
-        Kind::UnknownWithoutReason => {
+        Misbehavior::MissingVerdict => output.verdict_count = last,
+        Misbehavior::VerdictOutOfRange => verdict.equipment = u32::MAX,
+        Misbehavior::UnknownWithoutReason => {
             verdict.verdict = abi::BUSBAR_VERDICT_UNKNOWN;
             verdict.reason_len = 0;
         }
@@ -94,7 +94,7 @@ fn spoil_verdicts(kind: Kind, output: &mut abi::BusbarOverlayOutput) {
 mod tests {
     use super::*;
 
-    fn spoiled(kind: Kind) -> (u32, abi::BusbarOverlayVerdict) {
+    fn corrupted(kind: Misbehavior) -> (u32, abi::BusbarOverlayVerdict) {
         let mut verdicts = [abi::BusbarOverlayVerdict {
             equipment: 0,
             verdict: abi::BUSBAR_VERDICT_NORMAL,
@@ -123,17 +123,17 @@ mod tests {
             basis_count: 0,
             basis: std::ptr::null_mut(),
         };
-        spoil_verdicts(kind, &mut output);
+        corrupt_verdicts(kind, &mut output);
         (output.verdict_count, verdicts[0])
     }
 
     #[test]
-    fn verdicts_are_spoiled_in_each_way() {
-        assert_eq!(spoiled(Kind::MissingVerdict).0, 0);
-        assert_eq!(spoiled(Kind::VerdictOutOfRange).1.equipment, u32::MAX);
-        let (_, silent) = spoiled(Kind::UnknownWithoutReason);
+    fn verdicts_are_corrupted_in_each_way() {
+        assert_eq!(corrupted(Misbehavior::MissingVerdict).0, 0);
+        assert_eq!(corrupted(Misbehavior::VerdictOutOfRange).1.equipment, u32::MAX);
+        let (_, silent) = corrupted(Misbehavior::UnknownWithoutReason);
         assert_eq!((silent.verdict, silent.reason_len), (abi::BUSBAR_VERDICT_UNKNOWN, 0));
-        let (count, whole) = spoiled(Kind::Overrun);
+        let (count, whole) = corrupted(Misbehavior::Overrun);
         assert_eq!((count, whole.reason_len), (1, 4));
     }
 }

@@ -2,10 +2,10 @@
 
 use busbar_plugin_sdk::abi;
 
-use super::{due_again, text};
-use crate::fault::{At, Kind};
-use crate::strike::strike;
-use crate::tables::{SHORT, honest_table};
+use super::{active_corruption, text};
+use crate::entry::{SHORT, sdk_table};
+use crate::fault::{CallSite, Misbehavior};
+use crate::injection::inject;
 
 /// Function tables with their true size, and with a wrong one.
 pub(super) static TABLE: [abi::BusbarRecords; 2] =
@@ -16,8 +16,8 @@ const fn records(struct_size: u32) -> abi::BusbarRecords {
     abi::BusbarRecords { struct_size, reserved: 0, describe, read }
 }
 
-fn honest() -> Option<&'static abi::BusbarRecords> {
-    honest_table::<abi::BusbarRecords>(abi::RECORDS_ID)
+fn original() -> Option<&'static abi::BusbarRecords> {
+    sdk_table::<abi::BusbarRecords>(abi::RECORDS_ID)
 }
 
 unsafe extern "C" fn describe(
@@ -25,13 +25,13 @@ unsafe extern "C" fn describe(
     output: *mut abi::BusbarTextOutput,
     error: *mut abi::BusbarError,
 ) -> abi::BusbarStatus {
-    strike(At::DescribeRecords);
-    let Some(describe) = honest().and_then(|t| t.describe) else { return abi::BUSBAR_INTERNAL };
+    inject(CallSite::DescribeRecords);
+    let Some(describe) = original().and_then(|t| t.describe) else { return abi::BUSBAR_INTERNAL };
     // SAFETY: handed on as it came.
     let done = unsafe { describe(plugin, output, error) };
     if done == abi::BUSBAR_OK {
         // SAFETY: the SDK found it good and wrote it.
-        unsafe { text(At::DescribeRecords, output) };
+        unsafe { text(CallSite::DescribeRecords, output) };
     }
     done
 }
@@ -41,8 +41,8 @@ unsafe extern "C" fn read(
     page: *mut abi::BusbarRecordPage,
     error: *mut abi::BusbarError,
 ) -> abi::BusbarStatus {
-    strike(At::ReadRecords);
-    let Some(read) = honest().and_then(|t| t.read) else { return abi::BUSBAR_INTERNAL };
+    inject(CallSite::ReadRecords);
+    let Some(read) = original().and_then(|t| t.read) else { return abi::BUSBAR_INTERNAL };
     // SAFETY: handed on as it came.
     let done = unsafe { read(plugin, page, error) };
     if done != abi::BUSBAR_OK {
@@ -51,12 +51,12 @@ unsafe extern "C" fn read(
     // SAFETY: the SDK found it good.
     let page = unsafe { &mut *page };
     let some = page.row_count > 0;
-    match due_again(At::ReadRecords) {
+    match active_corruption(CallSite::ReadRecords) {
         // SAFETY: there is a first row, whose equipment has a first byte.
-        Some(Kind::NotUtf8) if some => unsafe { page.text.write(0xff) },
+        Some(Misbehavior::NotUtf8) if some => unsafe { page.text.write(0xff) },
         // SAFETY: there is a first row.
-        Some(Kind::OutOfRange) if some => unsafe { (*page.rows).severity = 1000 },
-        Some(Kind::Overrun) if some => {
+        Some(Misbehavior::OutOfRange) if some => unsafe { (*page.rows).severity = 1000 },
+        Some(Misbehavior::Overrun) if some => {
             // SAFETY: none; writing beyond the end is the fault, which is the purpose.
             unsafe { page.text.add(page.text_capacity as usize).write_bytes(0x11, 8) };
         }

@@ -3,8 +3,8 @@
 use busbar_plugin_sdk::abi;
 
 use super::text;
-use crate::fault::At;
-use crate::tables::{SHORT, honest_table};
+use crate::entry::{SHORT, sdk_table};
+use crate::fault::CallSite;
 
 /// Function tables with their true size, and with a wrong one.
 pub(super) static TABLE: [abi::BusbarAlarms; 2] =
@@ -20,13 +20,13 @@ unsafe extern "C" fn read(
     output: *mut abi::BusbarTextOutput,
     error: *mut abi::BusbarError,
 ) -> abi::BusbarStatus {
-    let honest = honest_table::<abi::BusbarAlarms>(abi::ALARMS_ID).and_then(|table| table.read);
-    let Some(read) = honest else { return abi::BUSBAR_INTERNAL };
+    let original = sdk_table::<abi::BusbarAlarms>(abi::ALARMS_ID).and_then(|table| table.read);
+    let Some(read) = original else { return abi::BUSBAR_INTERNAL };
     // SAFETY: handed on as it came.
     let done = unsafe { read(plugin, known_revision, output, error) };
     if done == abi::BUSBAR_OK {
         // SAFETY: the SDK found it good and wrote it.
-        unsafe { text(At::ReadAlarms, output) };
+        unsafe { text(CallSite::ReadAlarms, output) };
     }
     done
 }

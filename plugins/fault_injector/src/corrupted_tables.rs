@@ -11,8 +11,8 @@ use std::time::{Duration, Instant};
 
 use busbar_plugin_sdk::abi;
 
-use crate::fault::{At, Kind, is_set};
-use crate::tables::{SHORT, honest_table};
+use crate::entry::{SHORT, sdk_table};
+use crate::fault::{CallSite, Misbehavior, is_set};
 
 /// Text of bytes that are not UTF-8.
 pub(crate) const NOT_UTF8: abi::BusbarStr = abi::BusbarStr { ptr: BAD_BYTES.as_ptr(), len: 4 };
@@ -21,11 +21,16 @@ static BAD_BYTES: [u8; 4] = [b'a', 0xff, 0xfe, b'z'];
 const AFTERWARDS: Duration = Duration::from_secs(5);
 
 /// Returns the kind of fault that corrupts this call, which was counted already.
-pub(crate) fn due_again(at: At) -> Option<Kind> {
-    let kinds = [Kind::LieAboutSize, Kind::NotUtf8, Kind::NullResult, Kind::NotFinite]
-        .into_iter()
-        .chain([Kind::OutOfRange, Kind::Overrun, Kind::MissingVerdict])
-        .chain([Kind::VerdictOutOfRange, Kind::UnknownWithoutReason]);
+pub(crate) fn active_corruption(at: CallSite) -> Option<Misbehavior> {
+    let kinds = [
+        Misbehavior::WrongStructSize,
+        Misbehavior::NotUtf8,
+        Misbehavior::NullResult,
+        Misbehavior::NotFinite,
+    ]
+    .into_iter()
+    .chain([Misbehavior::OutOfRange, Misbehavior::Overrun, Misbehavior::MissingVerdict])
+    .chain([Misbehavior::VerdictOutOfRange, Misbehavior::UnknownWithoutReason]);
     kinds.into_iter().find(|&kind| is_set(kind, at))
 }
 
@@ -46,15 +51,15 @@ pub(crate) unsafe fn error(error: *mut abi::BusbarError) {
 ///
 /// # Safety
 /// `output` is null, or good and written.
-unsafe fn text(at: At, output: *mut abi::BusbarTextOutput) {
+unsafe fn text(at: CallSite, output: *mut abi::BusbarTextOutput) {
     // SAFETY: the caller vouches for it.
     let Some(output) = (unsafe { output.as_mut() }) else { return };
-    match due_again(at) {
-        Some(Kind::NotUtf8) if output.len > 0 => {
+    match active_corruption(at) {
+        Some(Misbehavior::NotUtf8) if output.len > 0 => {
             // SAFETY: there is text, so there is a first byte.
             unsafe { output.text.write(0xff) };
         }
-        Some(Kind::Overrun) => {
+        Some(Misbehavior::Overrun) => {
             // SAFETY: none; writing beyond the end is the fault, which is the purpose.
             unsafe { output.text.add(output.capacity as usize).write_bytes(0x11, 8) };
         }
@@ -67,11 +72,11 @@ unsafe fn text(at: At, output: *mut abi::BusbarTextOutput) {
 /// # Safety
 /// `into` is null or may be written.
 unsafe fn status(
-    at: At,
+    at: CallSite,
     status: abi::BusbarStatus,
     into: *mut abi::BusbarError,
 ) -> abi::BusbarStatus {
-    if due_again(at) != Some(Kind::NotUtf8) || status != abi::BUSBAR_OK {
+    if active_corruption(at) != Some(Misbehavior::NotUtf8) || status != abi::BUSBAR_OK {
         return status;
     }
     // SAFETY: the caller vouches for it.
@@ -131,10 +136,10 @@ unsafe extern "C" fn check(
     tag_count: usize,
     error: *mut abi::BusbarError,
 ) -> abi::BusbarStatus {
-    let honest = honest_table::<abi::BusbarTelemetry>(abi::TELEMETRY_ID).and_then(|t| t.check);
-    let Some(check) = honest else { return abi::BUSBAR_INTERNAL };
+    let original = sdk_table::<abi::BusbarTelemetry>(abi::TELEMETRY_ID).and_then(|t| t.check);
+    let Some(check) = original else { return abi::BUSBAR_INTERNAL };
     // SAFETY: handed on as it came.
-    unsafe { status(At::Check, check(plugin, tags, tag_count, error), error) }
+    unsafe { status(CallSite::Check, check(plugin, tags, tag_count, error), error) }
 }
 
 unsafe extern "C" fn start(
@@ -144,8 +149,8 @@ unsafe extern "C" fn start(
     sink: *const abi::BusbarSampleSink,
     error: *mut abi::BusbarError,
 ) -> abi::BusbarStatus {
-    let honest = honest_table::<abi::BusbarTelemetry>(abi::TELEMETRY_ID);
-    let Some((start, stop)) = honest.and_then(|t| t.start.zip(t.stop)) else {
+    let original = sdk_table::<abi::BusbarTelemetry>(abi::TELEMETRY_ID);
+    let Some((start, stop)) = original.and_then(|t| t.start.zip(t.stop)) else {
         return abi::BUSBAR_INTERNAL;
     };
     // SAFETY: handed on as it came.
@@ -153,30 +158,30 @@ unsafe extern "C" fn start(
     if started != abi::BUSBAR_OK {
         return started;
     }
-    match due_again(At::Publish) {
-        Some(Kind::NotUtf8) => say_nonsense(sink),
-        _ if is_set(Kind::AfterStop, At::Publish) => publish_afterwards(sink),
+    match active_corruption(CallSite::Publish) {
+        Some(Misbehavior::NotUtf8) => report_invalid_link(sink),
+        _ if is_set(Misbehavior::AfterStop, CallSite::Publish) => publish_afterwards(sink),
         _ => {}
     }
     // SAFETY: the host's error is null or valid.
-    let spoiled = unsafe { status(At::Start, started, error) };
-    if spoiled != abi::BUSBAR_OK {
+    let corrupted = unsafe { status(CallSite::Start, started, error) };
+    if corrupted != abi::BUSBAR_OK {
         // SAFETY: it was started just now; one that failed is idle.
         unsafe { stop(plugin) };
     }
-    spoiled
+    corrupted
 }
 
 unsafe extern "C" fn stop(plugin: *const abi::BusbarPlugin) {
-    let honest = honest_table::<abi::BusbarTelemetry>(abi::TELEMETRY_ID).and_then(|t| t.stop);
-    if let Some(stop) = honest {
+    let original = sdk_table::<abi::BusbarTelemetry>(abi::TELEMETRY_ID).and_then(|t| t.stop);
+    if let Some(stop) = original {
         // SAFETY: handed on as it came.
         unsafe { stop(plugin) };
     }
 }
 
 /// Reports a link with text that is not UTF-8.
-fn say_nonsense(sink: *const abi::BusbarSampleSink) {
+fn report_invalid_link(sink: *const abi::BusbarSampleSink) {
     // SAFETY: the SDK just found it good; it stays so until `stop`.
     let sink = unsafe { &*sink };
     if let Some(report) = sink.report_link {
@@ -213,8 +218,8 @@ unsafe extern "C" fn optimize(
     output: *mut abi::BusbarCollapseOutput,
     error: *mut abi::BusbarError,
 ) -> abi::BusbarStatus {
-    let honest = honest_table::<abi::BusbarMeshOptimizer>(abi::MESH_OPTIMIZER_ID);
-    let Some(optimize) = honest.and_then(|t| t.optimize) else { return abi::BUSBAR_INTERNAL };
+    let original = sdk_table::<abi::BusbarMeshOptimizer>(abi::MESH_OPTIMIZER_ID);
+    let Some(optimize) = original.and_then(|t| t.optimize) else { return abi::BUSBAR_INTERNAL };
     // SAFETY: handed on as it came.
     let done = unsafe { optimize(plugin, mesh, progress, output, error) };
     if done != abi::BUSBAR_OK {
@@ -223,12 +228,12 @@ unsafe extern "C" fn optimize(
     // SAFETY: the SDK found it good.
     let result = unsafe { &mut *output };
     let some = result.collapse_count > 0;
-    match due_again(At::Optimize) {
+    match active_corruption(CallSite::Optimize) {
         // SAFETY: there is a first collapse.
-        Some(Kind::NotFinite) if some => unsafe { (*result.collapses).error = f32::NAN },
+        Some(Misbehavior::NotFinite) if some => unsafe { (*result.collapses).error = f32::NAN },
         // SAFETY: as above.
-        Some(Kind::OutOfRange) if some => unsafe { (*result.collapses).kept = u32::MAX },
-        Some(Kind::Overrun) => {
+        Some(Misbehavior::OutOfRange) if some => unsafe { (*result.collapses).kept = u32::MAX },
+        Some(Misbehavior::Overrun) => {
             // SAFETY: none; writing beyond the end is the fault, which is the purpose.
             unsafe {
                 let end = result.collapses.add(result.collapse_capacity as usize);
@@ -238,11 +243,11 @@ unsafe extern "C" fn optimize(
         _ => {}
     }
     // SAFETY: the host's error is null or valid.
-    unsafe { status(At::Optimize, done, error) }
+    unsafe { status(CallSite::Optimize, done, error) }
 }
 
-fn honest_simulator() -> Option<&'static abi::BusbarSimulator> {
-    honest_table::<abi::BusbarSimulator>(abi::SIMULATOR_ID)
+fn sdk_simulator() -> Option<&'static abi::BusbarSimulator> {
+    sdk_table::<abi::BusbarSimulator>(abi::SIMULATOR_ID)
 }
 
 unsafe extern "C" fn simulate(
@@ -252,22 +257,22 @@ unsafe extern "C" fn simulate(
     simulation: *const abi::BusbarSimulation,
     error: *mut abi::BusbarError,
 ) -> abi::BusbarStatus {
-    let Some((start, stop)) = honest_simulator().and_then(|t| t.start.zip(t.stop)) else {
+    let Some((start, stop)) = sdk_simulator().and_then(|t| t.start.zip(t.stop)) else {
         return abi::BUSBAR_INTERNAL;
     };
     // SAFETY: handed on as it came.
     let started = unsafe { start(plugin, tags, tag_count, simulation, error) };
     // SAFETY: the host's error is null or valid.
-    let spoiled = unsafe { status(At::Simulate, started, error) };
-    if started == abi::BUSBAR_OK && spoiled != abi::BUSBAR_OK {
+    let corrupted = unsafe { status(CallSite::Simulate, started, error) };
+    if started == abi::BUSBAR_OK && corrupted != abi::BUSBAR_OK {
         // SAFETY: it was started just now; one that failed is idle.
         unsafe { stop(plugin) };
     }
-    spoiled
+    corrupted
 }
 
 unsafe extern "C" fn stop_simulation(plugin: *const abi::BusbarPlugin) {
-    if let Some(stop) = honest_simulator().and_then(|t| t.stop) {
+    if let Some(stop) = sdk_simulator().and_then(|t| t.stop) {
         // SAFETY: handed on as it came.
         unsafe { stop(plugin) };
     }
@@ -278,12 +283,14 @@ unsafe extern "C" fn simulation_status(
     into: *mut abi::BusbarSimulatorStatus,
     error: *mut abi::BusbarError,
 ) -> abi::BusbarStatus {
-    let Some(honest) = honest_simulator().and_then(|t| t.status) else {
+    let Some(original) = sdk_simulator().and_then(|t| t.status) else {
         return abi::BUSBAR_INTERNAL;
     };
     // SAFETY: handed on as it came.
-    let code = unsafe { honest(plugin, into, error) };
-    if code == abi::BUSBAR_OK && due_again(At::SimulationStatus) == Some(Kind::NotUtf8) {
+    let code = unsafe { original(plugin, into, error) };
+    if code == abi::BUSBAR_OK
+        && active_corruption(CallSite::SimulationStatus) == Some(Misbehavior::NotUtf8)
+    {
         // SAFETY: the SDK found it good.
         let into = unsafe { &mut *into };
         into.message[..BAD_BYTES.len()].copy_from_slice(&BAD_BYTES);

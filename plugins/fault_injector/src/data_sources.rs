@@ -6,9 +6,9 @@ use busbar_plugin_sdk::{
     RecordSet, RecordSeverity, Records, SourceAlarm,
 };
 
-use crate::fault::{At, Kind};
-use crate::honest::FaultInjector;
-use crate::strike::strike;
+use crate::fault::{CallSite, Misbehavior};
+use crate::injection::inject;
+use crate::plugin::FaultInjector;
 
 /// Equipment of all records and alarms.
 const EQUIPMENT: &str = "=Q1";
@@ -22,7 +22,7 @@ const VALUES: [f32; 4] = [1.0, 2.0, f32::NAN, 4.0];
 
 impl Chart for FaultInjector {
     fn describe_chart(&mut self) -> Result<ChartDescription, Error> {
-        strike(At::DescribeChart);
+        inject(CallSite::DescribeChart);
         let axis = |name: &str| ChartAxis {
             name: name.into(),
             low: 0.0,
@@ -45,12 +45,12 @@ impl Chart for FaultInjector {
     }
 
     fn chart_records(&mut self) -> Result<ChartRecords<'_>, Error> {
-        strike(At::ReadChart);
+        inject(CallSite::ReadChart);
         Ok(ChartRecords { revision: REVISION, records: &RECORDS, values: &VALUES })
     }
 
     fn explain(&mut self, equipment: &str, unix_nanos: i64) -> Result<Explanation, Error> {
-        strike(At::Explain);
+        inject(CallSite::Explain);
         let known = RECORDS.iter().rfind(|record| record.unix_nanos <= unix_nanos);
         match known.filter(|_| equipment == EQUIPMENT) {
             Some(record) => Ok(Explanation {
@@ -91,17 +91,17 @@ impl Records for FaultInjector {
 
 impl Alarms for FaultInjector {
     fn alarms(&mut self, _known_revision: u64) -> Result<AlarmReport, Error> {
-        let kind = strike(At::ReadAlarms);
+        let kind = inject(CallSite::ReadAlarms);
         let alarm = |id: &str| SourceAlarm {
             id: id.into(),
             source: "=Q1".into(),
             message: "Oil hot".into(),
-            severity: if kind == Some(Kind::OutOfRange) { u16::MAX } else { 700 },
+            severity: if kind == Some(Misbehavior::OutOfRange) { u16::MAX } else { 700 },
             is_active: true,
             unix_nanos: Some(1),
             ..SourceAlarm::default()
         };
-        let count = if kind == Some(Kind::Flood) { MAX_SOURCE_ALARMS + 1 } else { 2 };
+        let count = if kind == Some(Misbehavior::Flood) { MAX_SOURCE_ALARMS + 1 } else { 2 };
         Ok(AlarmReport {
             revision: REVISION,
             heard_millis: Some(0),

@@ -1,10 +1,9 @@
 //! Armed fault in a file beside the library, for one process.
 //!
-//! Whoever arms it writes a [`Fault`] as JSON to [`fuse_of`] the library. The first
-//! call that it is meant for takes the file away, leaves the time in
-//! [`struck_of`], and is struck, as are the later calls in that process; the process
-//! after it finds nothing. So a plugin that is started again behaves again, and a
-//! fault can strike before settings come.
+//! A test arms a fault by writing a [`Fault`] as JSON to [`armed_fault_path`] of the library.
+//! The first call that it is meant for takes the file away, leaves the time in
+//! [`fault_time_path`], and misbehaves, as do the later calls in that process. The next process
+//! finds nothing: a restarted plugin behaves again. A fault can occur before settings arrive.
 
 use std::ffi::OsString;
 use std::fs;
@@ -12,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{LazyLock, PoisonError, RwLock};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use crate::fault::{At, Fault};
+use crate::fault::{CallSite, Fault};
 
 /// Stem of this library's file name.
 pub const LIBRARY_STEM: &str = "libfault_injector";
@@ -26,15 +25,15 @@ static LIBRARY: LazyLock<Option<PathBuf>> = LazyLock::new(|| {
     paths.map(Path::new).find(|path| suffix_of(path).is_some()).map(Path::to_owned)
 });
 /// Fault that was taken last in this process.
-static LIT: RwLock<Option<Fault>> = RwLock::new(None);
+static TAKEN: RwLock<Option<Fault>> = RwLock::new(None);
 
 /// Returns the path of a library's armed fault.
-pub fn fuse_of(library: &Path) -> PathBuf {
+pub fn armed_fault_path(library: &Path) -> PathBuf {
     beside(library, ".fault")
 }
 
 /// Returns the path at which a fault leaves the time of its occurrence: nanoseconds since 1970.
-pub fn struck_of(library: &Path) -> PathBuf {
+pub fn fault_time_path(library: &Path) -> PathBuf {
     beside(library, ".struck")
 }
 
@@ -49,24 +48,24 @@ pub(crate) fn plugin_id() -> &'static str {
 }
 
 /// Returns this process's fault at a call site, if there is one.
-pub(crate) fn fault_at(at: At) -> Option<Fault> {
+pub(crate) fn fault_at(at: CallSite) -> Option<Fault> {
     if let Some(taken) = take(at) {
-        *LIT.write().unwrap_or_else(PoisonError::into_inner) = Some(taken);
+        *TAKEN.write().unwrap_or_else(PoisonError::into_inner) = Some(taken);
     }
-    LIT.read().unwrap_or_else(PoisonError::into_inner).filter(|lit| lit.at == at)
+    TAKEN.read().unwrap_or_else(PoisonError::into_inner).filter(|lit| lit.at == at)
 }
 
 /// Takes the armed fault, if it is meant for this call.
-fn take(at: At) -> Option<Fault> {
+fn take(at: CallSite) -> Option<Fault> {
     let library = LIBRARY.as_deref()?;
-    let (fuse, struck) = (fuse_of(library), struck_of(library));
-    let fault: Fault = serde_json::from_slice(&fs::read(&fuse).ok()?).ok()?;
+    let (armed, struck) = (armed_fault_path(library), fault_time_path(library));
+    let fault: Fault = serde_json::from_slice(&fs::read(&armed).ok()?).ok()?;
     if fault.at != at {
         return None;
     }
     let now = SystemTime::now().duration_since(UNIX_EPOCH).ok()?.as_nanos();
     // Of two processes, or threads, one takes it.
-    fs::rename(&fuse, &struck).ok()?;
+    fs::rename(&armed, &struck).ok()?;
     fs::write(&struck, now.to_string()).ok()?;
     Some(fault)
 }
@@ -92,6 +91,6 @@ mod tests {
         assert_eq!(suffix_of(Path::new("/p/libfault_injector.so")), Some(""));
         assert_eq!(suffix_of(Path::new("/p/libfault_injector.so.fault")), None);
         assert_eq!(suffix_of(Path::new("/p/libother.so")), None);
-        assert_eq!(fuse_of(Path::new("/p/liba.so")), Path::new("/p/liba.so.fault"));
+        assert_eq!(armed_fault_path(Path::new("/p/liba.so")), Path::new("/p/liba.so.fault"));
     }
 }

@@ -2,9 +2,9 @@
 
 use busbar_plugin_sdk::abi;
 
-use super::{due_again, status, text};
-use crate::fault::{At, Kind};
-use crate::tables::{SHORT, honest_table};
+use super::{active_corruption, status, text};
+use crate::entry::{SHORT, sdk_table};
+use crate::fault::{CallSite, Misbehavior};
 
 /// Function tables with their true size, and with a wrong one.
 pub(super) static TABLE: [abi::BusbarChart; 2] =
@@ -15,8 +15,8 @@ const fn chart(struct_size: u32) -> abi::BusbarChart {
     abi::BusbarChart { struct_size, reserved: 0, describe, read, explain: Some(explain as _) }
 }
 
-fn honest() -> Option<&'static abi::BusbarChart> {
-    honest_table::<abi::BusbarChart>(abi::CHART_ID)
+fn original() -> Option<&'static abi::BusbarChart> {
+    sdk_table::<abi::BusbarChart>(abi::CHART_ID)
 }
 
 unsafe extern "C" fn describe(
@@ -24,12 +24,12 @@ unsafe extern "C" fn describe(
     output: *mut abi::BusbarTextOutput,
     error: *mut abi::BusbarError,
 ) -> abi::BusbarStatus {
-    let Some(describe) = honest().and_then(|t| t.describe) else { return abi::BUSBAR_INTERNAL };
+    let Some(describe) = original().and_then(|t| t.describe) else { return abi::BUSBAR_INTERNAL };
     // SAFETY: handed on as it came.
     let done = unsafe { describe(plugin, output, error) };
     if done == abi::BUSBAR_OK {
         // SAFETY: the SDK found it good and wrote it.
-        unsafe { text(At::DescribeChart, output) };
+        unsafe { text(CallSite::DescribeChart, output) };
     }
     done
 }
@@ -39,7 +39,7 @@ unsafe extern "C" fn read(
     page: *mut abi::BusbarChartPage,
     error: *mut abi::BusbarError,
 ) -> abi::BusbarStatus {
-    let Some(read) = honest().and_then(|t| t.read) else { return abi::BUSBAR_INTERNAL };
+    let Some(read) = original().and_then(|t| t.read) else { return abi::BUSBAR_INTERNAL };
     // SAFETY: handed on as it came.
     let done = unsafe { read(plugin, page, error) };
     if done != abi::BUSBAR_OK {
@@ -48,12 +48,12 @@ unsafe extern "C" fn read(
     // SAFETY: the SDK found it good.
     let page = unsafe { &mut *page };
     let some = page.count > 0;
-    match due_again(At::ReadChart) {
+    match active_corruption(CallSite::ReadChart) {
         // SAFETY: there is a first value.
-        Some(Kind::NotFinite) if some => unsafe { page.values.write(f32::INFINITY) },
+        Some(Misbehavior::NotFinite) if some => unsafe { page.values.write(f32::INFINITY) },
         // SAFETY: there is a first record.
-        Some(Kind::OutOfRange) if some => unsafe { (*page.records).equipment = u32::MAX },
-        Some(Kind::Overrun) if some => {
+        Some(Misbehavior::OutOfRange) if some => unsafe { (*page.records).equipment = u32::MAX },
+        Some(Misbehavior::Overrun) if some => {
             // SAFETY: none; writing beyond the end is the fault, which is the purpose.
             unsafe {
                 let end = page.values.add((page.capacity * page.axis_count) as usize);
@@ -63,7 +63,7 @@ unsafe extern "C" fn read(
         _ => {}
     }
     // SAFETY: the host's error is null or valid.
-    unsafe { status(At::ReadChart, done, error) }
+    unsafe { status(CallSite::ReadChart, done, error) }
 }
 
 unsafe extern "C" fn explain(
@@ -73,12 +73,12 @@ unsafe extern "C" fn explain(
     output: *mut abi::BusbarTextOutput,
     error: *mut abi::BusbarError,
 ) -> abi::BusbarStatus {
-    let Some(explain) = honest().and_then(|t| t.explain) else { return abi::BUSBAR_INTERNAL };
+    let Some(explain) = original().and_then(|t| t.explain) else { return abi::BUSBAR_INTERNAL };
     // SAFETY: handed on as it came.
     let done = unsafe { explain(plugin, equipment, time_unix_nanos, output, error) };
     if done == abi::BUSBAR_OK {
         // SAFETY: the SDK found it good and wrote it.
-        unsafe { text(At::Explain, output) };
+        unsafe { text(CallSite::Explain, output) };
     }
     done
 }

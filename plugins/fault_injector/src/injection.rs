@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::sync::Mutex;
 use std::time::Duration;
 
-use crate::fault::{At, Kind, due};
+use crate::fault::{CallSite, Misbehavior, due};
 
 /// Bytes of one memory leak.
 const LEAKED_BYTES: usize = 64 << 10;
@@ -15,65 +15,65 @@ const TOO_MUCH: usize = 1 << 62;
 
 /// Counts a call and injects its fault. A kind that corrupts results is returned for the caller to
 /// apply.
-pub(crate) fn strike(at: At) -> Option<Kind> {
+pub(crate) fn inject(at: CallSite) -> Option<Misbehavior> {
     let kind = due(at)?;
     match kind {
-        Kind::Panic => panic!("told to panic at {at:?}"),
-        Kind::IndexOutOfBounds => {
+        Misbehavior::Panic => panic!("told to panic at {at:?}"),
+        Misbehavior::IndexOutOfBounds => {
             let values = vec![at; black_box(3)];
             black_box(values[black_box(7)]);
         }
-        Kind::PanicInDrop => drop(Bomb(at)),
+        Misbehavior::PanicInDrop => drop(Bomb(at)),
         // SAFETY: none; the fault is the purpose.
-        Kind::Segfault => unsafe {
+        Misbehavior::Segfault => unsafe {
             black_box(std::ptr::without_provenance_mut::<u8>(8)).write_volatile(1)
         },
-        Kind::StackOverflow => {
+        Misbehavior::StackOverflow => {
             black_box(recurse(black_box(0)));
         }
-        Kind::Abort => std::process::abort(),
-        Kind::Exit => std::process::exit(0),
-        Kind::AllocationFailure => {
+        Misbehavior::Abort => std::process::abort(),
+        Misbehavior::Exit => std::process::exit(0),
+        Misbehavior::AllocationFailure => {
             black_box(Vec::<u8>::with_capacity(black_box(TOO_MUCH)));
         }
-        Kind::EndlessLoop => loop {
+        Misbehavior::EndlessLoop => loop {
             std::hint::spin_loop();
         },
-        Kind::Deadlock => deadlock(),
-        Kind::DoubleFree => double_free(),
-        Kind::CloseDescriptors => {
+        Misbehavior::Deadlock => deadlock(),
+        Misbehavior::DoubleFree => double_free(),
+        Misbehavior::CloseDescriptors => {
             for descriptor in CLOSED {
                 // SAFETY: none; the descriptors are others' and the fault is the purpose.
                 unsafe { libc::close(descriptor) };
             }
         }
-        Kind::LeakMemory => {
+        Misbehavior::LeakMemory => {
             Vec::leak(black_box(vec![1_u8; LEAKED_BYTES]));
         }
-        Kind::LeakDescriptor => {
+        Misbehavior::LeakDescriptor => {
             std::mem::forget(std::fs::File::open("/dev/null"));
         }
-        Kind::LeakThread => {
+        Misbehavior::LeakThread => {
             let _ = std::thread::Builder::new().name("left_behind".into()).spawn(|| {
                 std::thread::sleep(Duration::from_secs(3600));
             });
         }
-        Kind::LieAboutSize
-        | Kind::NotUtf8
-        | Kind::NotFinite
-        | Kind::OutOfRange
-        | Kind::NullResult
-        | Kind::Overrun
-        | Kind::Flood
-        | Kind::AfterStop
-        | Kind::MissingVerdict
-        | Kind::VerdictOutOfRange
-        | Kind::UnknownWithoutReason => return Some(kind),
+        Misbehavior::WrongStructSize
+        | Misbehavior::NotUtf8
+        | Misbehavior::NotFinite
+        | Misbehavior::OutOfRange
+        | Misbehavior::NullResult
+        | Misbehavior::Overrun
+        | Misbehavior::Flood
+        | Misbehavior::AfterStop
+        | Misbehavior::MissingVerdict
+        | Misbehavior::VerdictOutOfRange
+        | Misbehavior::UnknownWithoutReason => return Some(kind),
     }
     None
 }
 
-struct Bomb(At);
+struct Bomb(CallSite);
 
 impl Drop for Bomb {
     fn drop(&mut self) {

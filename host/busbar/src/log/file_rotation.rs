@@ -1,5 +1,5 @@
-//! A file that is renamed when it is full: `busbar.log`, `busbar.log.1` and so on, the newest
-//! first. It takes all that is written, whatever becomes of it.
+//! Log file rotation: `busbar.log`, `busbar.log.1` and so on, the newest first. Writing never
+//! fails, whatever becomes of the file.
 
 use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions};
@@ -7,23 +7,23 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// How long it is left alone after it could not be written.
+/// Pause after a failed write.
 const RETRY: Duration = Duration::from_secs(5);
 
-/// Writes lines into files of a limited size and number.
+/// Writer of lines into files of a limited size and number.
 pub(super) struct RotatingFile {
     path: PathBuf,
     max_bytes: u64,
     max_files: usize,
     file: Option<File>,
     bytes: u64,
-    /// Writes that came to nothing since it last worked, and since when.
+    /// Number of writes lost since the last success, and since when.
     lost: u64,
     failed_at: Option<Instant>,
 }
 
 impl RotatingFile {
-    /// Opens nothing yet.
+    /// Creates the writer; opens nothing yet.
     pub(super) fn new(path: PathBuf, max_bytes: u64, max_files: usize) -> Self {
         Self { path, max_bytes, max_files, file: None, bytes: 0, lost: 0, failed_at: None }
     }
