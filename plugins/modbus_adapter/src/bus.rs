@@ -22,7 +22,7 @@ const MAX_EXCHANGES: usize = 4;
 
 const PORT_GONE: &str = "the port is gone; is it unplugged?";
 
-/// What outlives the opening of a port.
+/// Record of late answers, which outlives the opening of a port.
 pub(crate) type SharedLate = Arc<Mutex<LateAnswers>>;
 
 pub(crate) struct Bus {

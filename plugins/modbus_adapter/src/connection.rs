@@ -22,9 +22,8 @@ use crate::transport::Transport;
 
 const OTHER_FUNCTION: &str = "it is of another function";
 
-/// Why a link went down, or a device of a serial line did not answer. After any of
-/// these a network connection is dropped, so that a late answer can never be taken
-/// for that of a later request.
+/// Fault of a link, or of a device of a serial line that did not answer. After any of them a
+/// network connection is dropped: a late answer never passes for that of a later request.
 #[derive(Debug, Error)]
 pub(crate) enum LinkFault {
     #[error("{0}")]
@@ -49,7 +48,7 @@ impl LinkFault {
     }
 }
 
-/// What a device answered.
+/// Answer of a device to a read of one block.
 #[derive(Debug)]
 pub(crate) enum Reply {
     Registers(Vec<u16>),
@@ -135,7 +134,7 @@ impl Network {
     }
 }
 
-/// What asks for a block.
+/// Returns the request that reads a block.
 pub(crate) fn request(block: &Block) -> Request<'static> {
     let (first, count) = (block.first, block.count);
     match block.table {
@@ -173,7 +172,7 @@ pub(crate) fn checked(block: &Block, response: Response) -> Result<Reply, LinkFa
     })
 }
 
-/// What an error of the client says of the link.
+/// Translates an error of the client into the fault of the link.
 pub(crate) fn fault(block: &Block, error: &ModbusError) -> LinkFault {
     let why = match error {
         ModbusError::Protocol(ProtocolError::HeaderMismatch { .. }) => {

@@ -4,7 +4,7 @@ use busbar_plugin_sdk::{DoublePoint, Reason, Value};
 
 use crate::address::{Decoding, Format, WordOrder};
 
-/// What a device answered, cut to the cells of one point.
+/// Cells of one point within the answer of a device.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Cells<'a> {
     /// Holding or input registers.

@@ -11,7 +11,7 @@ use crate::plan::{Block, plan_of};
 /// Splits of refused blocks in one poll of a group; the rest waits for the
 /// next, so that one bad table does not hold up the others.
 const MAX_SPLITS_PER_POLL: usize = 32;
-/// How long refused cells are left alone before they are asked for again.
+/// Time after which refused cells are asked for again.
 const REFUSED_RETRY: Duration = Duration::from_secs(30);
 /// Refused blocks that are asked for again in one poll of a group.
 pub(crate) const MAX_RETRIES_PER_POLL: usize = 4;
@@ -19,18 +19,17 @@ pub(crate) const MAX_RETRIES_PER_POLL: usize = 4;
 /// doubles from [`REFUSED_RETRY`] as long as that is of no use.
 const MAX_REPLAN_PAUSE: Duration = Duration::from_secs(600);
 
-/// What a connection knows of a poll group.
+/// Poll group as one connection knows it: its blocks, those refused, and when it is due.
 pub(crate) struct Group {
     pub(crate) period: Duration,
     pub(crate) due: Instant,
-    /// Whether this connection has served a whole poll.
+    /// True once this connection has served a whole poll.
     pub(crate) is_polled: bool,
     /// Together with those refused they hold all points of the group.
     pub(crate) blocks: Vec<Block>,
     /// In order of `retry_at`.
     pub(crate) refused: VecDeque<Refused>,
-    /// When to join again what was split, for the device may have changed its
-    /// mind.
+    /// Time at which split blocks are joined again, since the device may take them now.
     pub(crate) replan_at: Option<Instant>,
     pub(crate) replan_pause: Duration,
 }
@@ -46,16 +45,16 @@ pub(crate) struct Poll {
     /// The blocks before the group was planned anew; else empty.
     pub(crate) former: Vec<Block>,
     pub(crate) splits_left: usize,
-    /// Whether a block that was refused has answered.
+    /// True where a block that was refused has answered.
     pub(crate) has_recovered: bool,
 }
 
-/// Why a block is asked for.
+/// Reason why a block is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Origin {
     Known,
     Replanned,
-    /// It was refused before.
+    /// Block that was refused before.
     Retry,
 }
 

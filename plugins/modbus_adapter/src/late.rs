@@ -15,7 +15,7 @@ use crate::plan::{Block, MAX_BITS, MAX_REGISTERS};
 /// unanswered has long lost the first.
 const MAX_OPEN: usize = 8;
 
-/// What tells an answer from another: its function and its data bytes.
+/// Shape that tells one answer from another: its function and its count of data bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Shape {
     table: Table,
@@ -35,8 +35,8 @@ impl Shape {
 pub(crate) struct LateAnswers(BTreeMap<u8, VecDeque<Shape>>);
 
 impl LateAnswers {
-    /// What to ask for when a block is wanted: the block itself, or, as long as
-    /// the answer could be a late one, its cells in another number.
+    /// Returns the block to ask for when one is due: itself, or another count of its cells as
+    /// long as the answer could be a late one.
     pub(crate) fn unmistakable(&self, block: &Block) -> Block {
         let Some(open) = self.0.get(&block.unit) else { return block.clone() };
         let is_free = |block: &Block| !open.contains(&Shape::of(block));
@@ -48,7 +48,7 @@ impl LateAnswers {
         others.find(is_free).unwrap_or_else(|| block.clone())
     }
 
-    /// A request goes out.
+    /// Notes a request that goes out.
     pub(crate) fn note_request(&mut self, block: &Block) {
         let open = self.0.entry(block.unit).or_default();
         if open.len() == MAX_OPEN {
@@ -57,14 +57,14 @@ impl LateAnswers {
         open.push_back(Shape::of(block));
     }
 
-    /// Its answer came: no older one is to come.
+    /// Notes the answer to a block, after which no older one is to come.
     pub(crate) fn note_answer(&mut self, block: &Block) {
         let shape = Shape::of(block);
         self.close(block.unit, |open| *open == shape);
     }
 
-    /// An exception came, of the oldest request that it fits: it names its function
-    /// alone.
+    /// Notes an exception as that of the oldest request of its table, since it names its
+    /// function alone.
     pub(crate) fn note_exception(&mut self, block: &Block) {
         self.close(block.unit, |open| open.table == block.table);
     }

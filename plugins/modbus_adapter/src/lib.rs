@@ -36,7 +36,7 @@ use crate::settings::Config;
 pub use crate::settings::Settings;
 use crate::transport::Transport;
 
-/// The plugin.
+/// Telemetry plugin of Modbus devices.
 pub struct ModbusAdapter {
     config: Config,
     host: Host,

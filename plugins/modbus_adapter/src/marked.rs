@@ -37,7 +37,7 @@ pub(crate) fn mark<'a>(pieces: impl Iterator<Item = &'a mut [u8]>, key: u16) {
     pieces.for_each(|piece| place.mark(piece, key.to_be_bytes()));
 }
 
-/// Which byte of a frame is next.
+/// Position within a frame of the next byte.
 #[derive(Clone, Copy, Debug, Default)]
 struct Place {
     at: usize,

@@ -20,11 +20,11 @@ pub(crate) const MAX_GAP_BITS: u16 = 256;
 pub(crate) struct Block {
     /// Unit id of the device.
     pub(crate) unit: u8,
-    /// Table to read.
+    /// Table that is read.
     pub(crate) table: Table,
-    /// First cell.
+    /// Address of the first cell.
     pub(crate) first: u16,
-    /// Number of cells.
+    /// Count of cells to read.
     pub(crate) count: u16,
     /// Indices of the points, in order of their first cell; never empty.
     pub(crate) points: Vec<usize>,
@@ -113,7 +113,7 @@ impl Block {
         best.map(|(_, at)| at)
     }
 
-    /// What this block reads of the points of another.
+    /// Returns the part of this block that holds points of another; `None` where it has none.
     pub(crate) fn within(&self, other: &Self, points: &[Point]) -> Option<Self> {
         let has = |index: &usize| other.points.contains(index);
         let members: Vec<_> = self.points.iter().copied().filter(has).collect();

@@ -14,7 +14,7 @@ use crate::transport::{Parity, SerialLine};
 
 /// Bytes that are thrown away at once.
 const CHUNK_BYTES: usize = 256;
-/// How long silence is waited for.
+/// Longest wait for a silent line.
 const MAX_NOISE: Duration = Duration::from_secs(5);
 
 /// A port, locked for us alone. Clones share it.
@@ -32,7 +32,7 @@ struct Wire {
 pub(crate) struct Noise;
 
 impl Port {
-    /// Opens the port.
+    /// Opens the device file of a line and locks it.
     ///
     /// # Errors
     /// In words, with the remedy.

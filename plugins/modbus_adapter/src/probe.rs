@@ -19,29 +19,29 @@ pub struct Request(Block);
 /// Cells that a device gave.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Cells {
-    /// Of holding or input registers.
+    /// Cells of holding or input registers.
     Registers(Vec<u16>),
-    /// Of coils or discrete inputs.
+    /// Cells of coils or discrete inputs.
     Bits(Vec<bool>),
 }
 
 impl Request {
-    /// Whether its cells are bits.
+    /// Reports whether the cells are single bits.
     pub fn is_bits(&self) -> bool {
         self.0.table.is_bits()
     }
 
-    /// Its first cell.
+    /// Returns the address of the first cell.
     pub fn first(&self) -> u16 {
         self.0.first
     }
 
-    /// Its number of cells.
+    /// Returns the count of cells.
     pub fn count(&self) -> u16 {
         self.0.count
     }
 
-    /// What is asked for instead while answers to `unanswered` may still come.
+    /// Returns the request that is made instead while answers to `unanswered` may still come.
     pub fn unmistakable(&self, unanswered: &[Self]) -> Self {
         let mut late = LateAnswers::default();
         unanswered.iter().for_each(|request| late.note_request(&request.0));
@@ -84,7 +84,7 @@ pub fn poll(
     Ok(taken)
 }
 
-/// The simulated device.
+/// Simulated device that answers reads.
 pub struct Device(Bank);
 
 impl Device {
@@ -96,7 +96,7 @@ impl Device {
         bank(&settings.parse()?, simulation).map(|(bank, _)| Self(bank))
     }
 
-    /// What it answers at an instant; nothing for an exception.
+    /// Returns the cells that the device answers at an instant; `None` for an exception.
     pub fn read(&self, request: &Request, time: SystemTime) -> Option<Cells> {
         let Request(Block { unit, table, first, count, .. }) = request;
         let cells = self.0.read(*unit, *table, *first, *count, time).ok()?;

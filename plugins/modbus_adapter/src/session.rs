@@ -31,20 +31,20 @@ pub(crate) struct Session {
 struct Link {
     connection: Connection,
     units: Units,
-    /// Whether anybody has answered.
+    /// True once a device has answered.
     is_up: bool,
-    /// Whether a unit answered that had been silent.
+    /// True where a unit answered that had been silent.
     has_recovered: bool,
 }
 
-/// What an exception says of the tags of a block.
+/// Meaning of an exception for the tags of a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Verdict {
     /// Some of the cells do not exist.
     SomeRefused,
     /// None of them can be read.
     AllRefused,
-    /// Not now.
+    /// Cells that cannot be read now.
     Unavailable(Reason),
 }
 
@@ -283,7 +283,7 @@ impl Session {
     }
 }
 
-/// What an answer says of the tags of a block.
+/// Returns the samples of a block's tags by an answer.
 pub(crate) fn samples(points: &[Point], block: &Block, reply: &Reply) -> Vec<Sample> {
     let sample = |&index: &usize| {
         let point = &points[index];

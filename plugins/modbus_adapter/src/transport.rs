@@ -1,4 +1,4 @@
-//! How a device is reached: over a network or a serial line.
+//! Transport to a device: a network or a serial line.
 
 use std::fmt;
 use std::ops::RangeInclusive;
@@ -77,7 +77,7 @@ pub(crate) struct RawTransport {
     pub(crate) serial: Option<SerialSettings>,
 }
 
-/// How a device is reached. Shown as operators know it.
+/// Transport to a device. It is displayed as operators know it.
 #[derive(Clone, Debug)]
 pub(crate) enum Transport {
     Tcp { endpoint: Endpoint, tls: Option<TlsFiles> },
@@ -181,7 +181,7 @@ impl fmt::Display for Transport {
 }
 
 impl SerialLine {
-    /// How long so many bytes are under way.
+    /// Returns the time that so many bytes take on the line.
     pub(crate) fn transmission(&self, bytes: u32) -> Duration {
         Duration::from_secs(1) * (bytes * CHARACTER_BITS) / self.baud_rate
     }

@@ -7,8 +7,8 @@ use tokio::time::Instant;
 
 use crate::address::Point;
 
-/// Which units are silent, and when each is asked again: the line is not held up
-/// by those that are off.
+/// Register of silent units and of when each is asked again: units that are off do not hold
+/// up the line.
 #[derive(Debug)]
 pub(crate) struct Units {
     count: usize,
@@ -38,7 +38,7 @@ impl Units {
         }
     }
 
-    /// Whether a unit is not to be asked now.
+    /// Reports whether a unit is silent and not to be asked yet.
     pub(crate) fn is_left_alone(&self, unit: u8, now: Instant) -> bool {
         self.silent.get(&unit).is_some_and(|silence| now < silence.retry_at)
     }
@@ -71,7 +71,7 @@ impl Units {
         Some(*count).filter(|count| *count == 10_u64.pow(count.ilog10()))
     }
 
-    /// Whether there is nobody left.
+    /// Reports whether all units are silent.
     pub(crate) fn are_all_silent(&self) -> bool {
         self.silent.len() >= self.count
     }

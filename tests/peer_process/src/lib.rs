@@ -1,7 +1,7 @@
 //! Independent implementations that tests talk to: scripts of `tests/peers` in Python, each in
 //! a process of its own, that say `READY`, and then `OK` or an answer to each command.
 #![allow(clippy::print_stderr, reason = "a test that is skipped says so")]
-#![allow(clippy::missing_panics_doc, reason = "a test ends where its peer does not obey")]
+#![allow(clippy::missing_panics_doc, reason = "a test ends where its peer fails a command")]
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};

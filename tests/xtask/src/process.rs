@@ -238,7 +238,7 @@ impl Drop for Process {
         while Instant::now() < deadline && matches!(self.child.try_wait(), Ok(None)) {
             thread::sleep(POLL);
         }
-        // The child, if it did not heed the first signal, or what it left.
+        // The child, if it survived the first signal, or its leftovers.
         self.signal(Signal::KILL);
         let _ = self.child.wait();
     }

@@ -50,7 +50,7 @@ impl Document {
         Self::all().into_iter().filter(|document| document.name != "CHANGELOG.md").collect()
     }
 
-    /// Reads one document.
+    /// Reads one document of the repository.
     ///
     /// # Panics
     /// When it is not there or not UTF-8.
