@@ -29,7 +29,7 @@ pub struct Config {
     pub plugin_directories: Vec<DirectoryConfig>,
     /// Restart policy of plugins whose process crashed.
     pub supervision: SupervisionConfig,
-    /// Required signature of every plugin library.
+    /// Key that must have signed every plugin library.
     pub signature: Option<SignatureConfig>,
     /// Plugin instances by the name that the rest of the configuration uses.
     pub plugins: BTreeMap<String, PluginConfig>,
@@ -99,7 +99,7 @@ pub struct ModelConfig {
     pub file: String,
     /// Name of the plugin instance that simplifies it.
     pub optimizer: Option<String>,
-    /// Collapse level where a node does not choose one.
+    /// Theta, the share of vertices collapsed, where a node does not choose one.
     pub theta: ThetaConfig,
     /// Parts of it that move with a switch.
     pub moving_parts: Vec<MovingPartConfig>,
@@ -185,7 +185,7 @@ pub struct NodeConfig {
     pub transform: TransformConfig,
     /// Name of the model shown here.
     pub model: Option<String>,
-    /// Collapse level of the node; none where the model's applies.
+    /// Theta of the node; none where the model's applies.
     pub theta: Option<ThetaConfig>,
     /// JSON pointer of the node.
     pub pointer: String,

@@ -108,7 +108,7 @@ pub(crate) struct RawSupervision {
     optimize_millis: u64,
 }
 
-/// Required signature of every plugin library.
+/// Key that must have signed every plugin library.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Signature")]
@@ -162,7 +162,7 @@ pub struct SupervisionConfig {
     pub optimize_millis: u64,
 }
 
-/// Required signature of every plugin library.
+/// Key that must have signed every plugin library.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SignatureConfig {
     /// 64 hexadecimal digits, which need not be a key.

@@ -43,7 +43,7 @@ pub(crate) struct RawConfig {
     /// Restart policy of plugins whose process crashed.
     #[serde(default)]
     pub(crate) supervision: RawSupervision,
-    /// Required signature of every plugin library; none for no requirement.
+    /// Key that must have signed every plugin library; none for no requirement.
     #[serde(default)]
     #[schemars(with = "RawSignature")]
     pub(crate) signature: Option<RawSignature>,
@@ -127,7 +127,7 @@ pub(crate) struct RawModel {
     #[serde(default)]
     #[schemars(extend("examples" = ["optimizer"]))]
     pub(crate) optimizer: Option<String>,
-    /// Collapse level where a node does not choose one.
+    /// Theta, the share of vertices collapsed, where a node does not choose one.
     #[serde(default)]
     pub(crate) theta: RawTheta,
     /// Parts of it that move with a switch.
@@ -150,7 +150,7 @@ pub(crate) struct RawNode {
     #[serde(default)]
     #[schemars(extend("examples" = ["transformer"]))]
     pub(crate) model: Option<String>,
-    /// Collapse level of the model here, instead of the model's own.
+    /// Theta of the model here, instead of the model's own.
     #[serde(default)]
     #[schemars(with = "RawTheta")]
     pub(crate) theta: Option<RawTheta>,
@@ -180,7 +180,7 @@ pub(crate) struct RawInstance {
     #[schemars(length(min = 1, max = MAX_NAME_BYTES))]
     #[schemars(extend("examples" = ["=S12D1T1-TA2"]))]
     pub(crate) id: String,
-    /// Collapse level of the copy, instead of the node's.
+    /// Theta of the copy, instead of the node's.
     #[serde(default)]
     #[schemars(with = "RawTheta")]
     pub(crate) theta: Option<RawTheta>,

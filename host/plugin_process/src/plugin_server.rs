@@ -1,9 +1,8 @@
-//! The plugin's process: `busbar plugin-host`.
+//! Plugin server: the process of an isolated plugin, `busbar plugin-host`.
 //!
-//! Standard input is the socket to the host. One thread reads it and answers
-//! pings; calls run on the main thread, one at a time, and optimising on threads
-//! of its own, beside each other. The plugin itself is driven by the same code
-//! that drives it in the host's process.
+//! Standard input is the socket to the host. One thread reads it and answers pings. Calls run on
+//! the main thread, one at a time; each optimization has a thread of its own. The plugin is
+//! driven by the same code as in the viewer's process.
 
 use std::collections::BTreeMap;
 use std::fs::File;

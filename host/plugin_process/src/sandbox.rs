@@ -1,5 +1,5 @@
-//! Sandbox of a plugin's process: resource limits and namespaces set before the library is
-//! loaded.
+//! Sandbox of a plugin process: resource limits, no new privileges and a seccomp filter, set
+//! before the library is loaded.
 
 use std::collections::BTreeMap;
 
@@ -21,8 +21,8 @@ const FIRST_OWN_DESCRIPTOR: u32 = 3;
 #[cfg(target_arch = "x86_64")]
 const X32_BIT: i64 = 0x4000_0000;
 
-/// Closes every descriptor that was inherited, and ends with the host. The first
-/// thing that the process does.
+/// Closes every inherited descriptor and ties this process to the life of its host. It is the
+/// first thing that the process does.
 pub(crate) fn detach_from_host() -> Result<(), String> {
     // SAFETY: nothing in this process has opened a descriptor yet, so none that
     // anybody owns is closed.
