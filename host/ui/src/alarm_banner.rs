@@ -42,7 +42,7 @@ pub(crate) fn show(
                 let symbol = AlarmSymbol {
                     priority: alarm.priority,
                     // Hollow as at the equipment where nobody knows.
-                    is_active: alarm.is_active && alarm.doubt.is_none(),
+                    is_active: alarm.is_active && alarm.uncertainty.is_none(),
                     has_ring: alarm_symbol::is_flash_on(ui, model.flashes),
                 };
                 alarm_symbol::paint(ui.painter(), place.center(), MARK_RADIUS, symbol);
@@ -84,8 +84,8 @@ fn show_message(ui: &mut Ui, alarm: &AlarmRow) {
 fn show_state(ui: &mut Ui, alarm: &AlarmRow, waiting: usize) {
     text(ui, RichText::new(format!("{} {}", alarm.priority.name(), alarm.state)));
     text(ui, RichText::new(&alarm.time));
-    if let Some(doubt) = &alarm.doubt {
-        text(ui, RichText::new(format!("? {doubt}")));
+    if let Some(uncertainty) = &alarm.uncertainty {
+        text(ui, RichText::new(format!("? {uncertainty}")));
     }
     let faint = theme::palette(ui.ctx()).weak_text;
     if waiting > 1 {

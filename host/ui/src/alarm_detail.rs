@@ -23,8 +23,8 @@ pub(crate) fn show(ui: &mut Ui, model: &AlarmModel, commands: &mut Vec<Command>)
     area.show(ui, |ui| {
         let state = format!("{} · {}", alarm.priority.name(), alarm.state);
         line(ui, "State", &state);
-        if let Some(doubt) = &alarm.doubt {
-            line(ui, "Doubt", &format!("× {doubt}: whether it holds still is not known"));
+        if let Some(uncertainty) = &alarm.uncertainty {
+            line(ui, "Doubt", &format!("× {uncertainty}: whether it holds still is not known"));
         }
         for words in origin_mark::words(alarm.origin) {
             line(ui, words.letters, &format!("not live: {}", words.meaning));

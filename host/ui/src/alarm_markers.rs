@@ -45,7 +45,7 @@ pub(crate) fn paint(ui: &Ui, viewport: Rect, alarm_markers: &[AlarmMarker], flas
         );
         let symbol = AlarmSymbol {
             priority: marker.priority,
-            is_active: !marker.is_doubtful,
+            is_active: !marker.is_uncertain,
             has_ring: marker.is_unacknowledged && lit,
         };
         alarm_symbol::paint(&painter, center, RADIUS, symbol);
@@ -53,7 +53,7 @@ pub(crate) fn paint(ui: &Ui, viewport: Rect, alarm_markers: &[AlarmMarker], flas
         if marker.count > 1 {
             note += &format!("×{}", marker.count);
         }
-        if marker.is_doubtful {
+        if marker.is_uncertain {
             note += " ?";
         }
         if !note.is_empty() {

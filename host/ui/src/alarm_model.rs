@@ -116,7 +116,7 @@ pub struct AlarmRow {
     /// True while the alarm condition holds.
     pub is_active: bool,
     /// Reason why the state of the condition is uncertain; none while it is certain.
-    pub doubt: Option<String>,
+    pub uncertainty: Option<String>,
     /// Time of day at which it occurred.
     pub time: String,
     /// Time since the last change of state.
@@ -151,7 +151,7 @@ pub struct AlarmSourceStatus {
     /// Number of the source's alarms beyond the reported ones.
     pub left_out: u64,
     /// Reason why the reported alarms may be outdated; none while they are current.
-    pub doubt: Option<String>,
+    pub uncertainty: Option<String>,
 }
 
 /// The alarms of the list that is shown, the most urgent first, as many as there may be.
@@ -182,7 +182,7 @@ pub struct AlarmMarker {
     /// True if at least one of its alarms is unacknowledged.
     pub is_unacknowledged: bool,
     /// True if the state of all its alarms is uncertain.
-    pub is_doubtful: bool,
+    pub is_uncertain: bool,
     /// Number of alarms at the equipment.
     pub count: usize,
     /// Origins of the values that they rest on.

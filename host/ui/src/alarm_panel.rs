@@ -146,9 +146,9 @@ fn row(ui: &mut Ui, alarm: &AlarmRow, selected: bool, lit: bool) -> Response {
     if selected {
         ui.painter().rect_filled(rect, 2.0, ui.visuals().selection.bg_fill);
     }
-    if let Some(doubt) = &alarm.doubt {
+    if let Some(uncertainty) = &alarm.uncertainty {
         let ground = column(rect, 5).union(column(rect, 6)).shrink2(vec2(0.0, 1.0));
-        hatch::fill(ui.painter(), ground, &ValueMark::Bad { reason: doubt.clone() });
+        hatch::fill(ui.painter(), ground, &ValueMark::Bad { reason: uncertainty.clone() });
     }
     let center = rect.left_center() + vec2(MARK_WIDTH * 0.5, 0.0);
     let has_ring = alarm.is_unacknowledged && lit;
@@ -174,9 +174,10 @@ fn row(ui: &mut Ui, alarm: &AlarmRow, selected: bool, lit: bool) -> Response {
         }
     }
     let place = alarm.equipment.as_deref().unwrap_or("no equipment");
-    let doubt = alarm.doubt.as_deref().unwrap_or_default();
+    let uncertainty = alarm.uncertainty.as_deref().unwrap_or_default();
     let origin = origin_mark::tooltip(alarm.origin);
-    let hint = format!("{}\n{}\n{place}\n{state}  {more}{doubt}{origin}", alarm.id, alarm.message);
+    let hint =
+        format!("{}\n{}\n{place}\n{state}  {more}{uncertainty}{origin}", alarm.id, alarm.message);
     response.on_hover_text(hint)
 }
 
@@ -197,11 +198,11 @@ fn mark_origin(ui: &Ui, [value, more]: [Rect; 2], origin: Origin) -> [Rect; 2] {
 
 /// Returns the value of the tag or the name of the source; a cross marks doubt.
 fn value_of(alarm: &AlarmRow) -> String {
-    match (&alarm.source, &alarm.doubt) {
+    match (&alarm.source, &alarm.uncertainty) {
         (None, None) => alarm.value.clone(),
         (None, Some(_)) => format!("× {}", alarm.value),
         (Some(source), None) => format!("by {source}"),
-        (Some(source), Some(doubt)) => format!("× {source} {doubt}"),
+        (Some(source), Some(uncertainty)) => format!("× {source} {uncertainty}"),
     }
 }
 
@@ -266,11 +267,11 @@ mod tests {
     }
 
     #[test]
-    fn who_decides_stands_where_the_value_would() {
-        let of = |source: Option<&str>, doubt: Option<&str>| {
+    fn the_deciding_source_replaces_the_value() {
+        let of = |source: Option<&str>, uncertainty: Option<&str>| {
             let value = "96 °C".to_owned();
-            let [source, doubt] = [source, doubt].map(|text| text.map(str::to_owned));
-            value_of(&AlarmRow { value, source, doubt, ..AlarmRow::default() })
+            let [source, uncertainty] = [source, uncertainty].map(|text| text.map(str::to_owned));
+            value_of(&AlarmRow { value, source, uncertainty, ..AlarmRow::default() })
         };
         assert_eq!(of(None, None), "96 °C");
         assert_eq!(of(None, Some("stale")), "× 96 °C");
@@ -279,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn notes_are_what_there_is_to_say() {
+    fn notes_list_the_present_conditions() {
         let mut alarm = AlarmRow { occurrences: 4, chatters: true, ..AlarmRow::default() };
         assert_eq!(notes(&alarm), "4×, chattering");
         alarm = AlarmRow { shelf_left: Some(Duration::from_secs(1700)), ..AlarmRow::default() };

@@ -133,8 +133,8 @@ fn alarms(ui: &mut Ui, faceplate: &Faceplate, flashes: bool, into: &mut Vec<Comm
 fn alarm_row(ui: &mut Ui, alarm: &AlarmRow, lit: bool, into: &mut Vec<Command>) {
     let size = vec2(ui.available_width(), 2.0 * ROW_HEIGHT - 2.0);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
-    if let Some(doubt) = &alarm.doubt {
-        let reason = doubt.clone();
+    if let Some(uncertainty) = &alarm.uncertainty {
+        let reason = uncertainty.clone();
         let right = rect.with_min_x(rect.left() + 24.0).with_min_y(rect.center().y);
         hatch::fill(ui.painter(), right, &ValueMark::Bad { reason });
     }
@@ -145,8 +145,11 @@ fn alarm_row(ui: &mut Ui, alarm: &AlarmRow, lit: bool, into: &mut Vec<Command>) 
     let (above, below) = text.split_top_bottom_at_fraction(0.5);
     line(ui, above, RichText::new(&alarm.message).strong(), Align::Min);
     let state = if alarm.is_saving { "saving…" } else { alarm.state };
-    let doubt = alarm.doubt.as_ref().map_or_else(String::new, |doubt| format!("  × {doubt}"));
-    let words = format!("{}  {}{doubt}", alarm.time, state);
+    let uncertainty = alarm
+        .uncertainty
+        .as_ref()
+        .map_or_else(String::new, |uncertainty| format!("  × {uncertainty}"));
+    let words = format!("{}  {}{uncertainty}", alarm.time, state);
     let below = mark_origin(ui, below, alarm.origin);
     line(ui, below, RichText::new(words.trim()), Align::Min);
     let hover = format!("{}{}", alarm.id, origin_mark::tooltip(alarm.origin));

@@ -19,7 +19,7 @@ pub(crate) enum FaceplateSection {
 
 /// Width of the names of columns, points.
 const NAME_WIDTH: f32 = 96.0;
-/// Room beside rows that are in doubt, points.
+/// Room beside uncertain rows, points.
 const DOUBT_MARGIN: i8 = 10;
 
 /// The bar of parts, where there is more than one; the part that is clicked.
@@ -39,11 +39,11 @@ pub(crate) fn bar(ui: &mut Ui, records: &[RecordSection]) -> Option<FaceplateSec
         if has(Kind::Business) {
             part(ui, FaceplateSection::Records(Kind::Business), &work_words(records));
         }
-        if let Some(severity) = worst(records) {
+        if let Some(severity) = greatest_severity(records) {
             badge(ui, severity, true);
         }
         if has(Kind::Asset) {
-            let words = format!("{}Asset", doubt_of(records, Kind::Asset));
+            let words = format!("{}Asset", uncertainty_mark(records, Kind::Asset));
             part(ui, FaceplateSection::Records(Kind::Asset), &words);
         }
     });
@@ -52,21 +52,22 @@ pub(crate) fn bar(ui: &mut Ui, records: &[RecordSection]) -> Option<FaceplateSec
 
 fn work_words(records: &[RecordSection]) -> String {
     let work = records.iter().filter(|section| section.kind == Kind::Business);
-    let doubt = doubt_of(records, Kind::Business);
+    let uncertainty = uncertainty_mark(records, Kind::Business);
     match work.map(|section| section.open).sum::<usize>() {
-        0 => format!("{doubt}Work"),
-        open => format!("{doubt}Work: {open} open"),
+        0 => format!("{uncertainty}Work"),
+        open => format!("{uncertainty}Work: {open} open"),
     }
 }
 
 /// Returns the mark before a section in which any list is doubtful.
-fn doubt_of(records: &[RecordSection], kind: Kind) -> &'static str {
-    let in_doubt = |section: &RecordSection| section.kind == kind && section.doubt.is_some();
-    if records.iter().any(in_doubt) { "× " } else { "" }
+fn uncertainty_mark(records: &[RecordSection], kind: Kind) -> &'static str {
+    let is_uncertain =
+        |section: &RecordSection| section.kind == kind && section.uncertainty.is_some();
+    if records.iter().any(is_uncertain) { "× " } else { "" }
 }
 
 /// Returns the greatest severity among the open records.
-fn worst(records: &[RecordSection]) -> Option<Severity> {
+fn greatest_severity(records: &[RecordSection]) -> Option<Severity> {
     let rows = records.iter().flat_map(|section| &section.rows);
     rows.filter(|row| row.is_open).filter_map(|row| row.severity).max()
 }
@@ -80,9 +81,9 @@ pub(crate) fn show(ui: &mut Ui, records: &[RecordSection], mut goes_to: Option<F
             }
             section(ui, &list.title);
             origin(ui, list);
-            match &list.doubt {
+            match &list.uncertainty {
                 None => rows(ui, list),
-                Some(doubt) => in_doubt(ui, doubt, list),
+                Some(uncertainty) => show_uncertain_rows(ui, uncertainty, list),
             }
         }
     }
@@ -94,16 +95,16 @@ fn origin(ui: &mut Ui, list: &RecordSection) {
         true => String::new(),
         false => format!(", as of {}", list.as_of),
     };
-    let words = match &list.doubt {
+    let words = match &list.uncertainty {
         None => format!("{}{as_of}", list.source),
-        Some(doubt) => format!("× {}{as_of}: {doubt}", list.source),
+        Some(uncertainty) => format!("× {}{as_of}: {uncertainty}", list.source),
     };
     let palette = theme::palette(ui.ctx());
-    let ink = if list.doubt.is_some() { palette.text } else { palette.weak_text };
+    let ink = if list.uncertainty.is_some() { palette.text } else { palette.weak_text };
     let width = ui.available_width();
     let galley = ui.painter().layout(words, theme::small_font(), ink, width);
     let (place, _) = ui.allocate_exact_size(vec2(width, galley.size().y), Sense::hover());
-    if let Some(reason) = list.doubt.clone() {
+    if let Some(reason) = list.uncertainty.clone() {
         hatch::fill(ui.painter(), place, &ValueMark::Bad { reason });
     }
     ui.painter().galley(place.min, galley, ink);
@@ -115,18 +116,18 @@ fn origin(ui: &mut Ui, list: &RecordSection) {
 }
 
 /// Rows that may be otherwise by now: hatched along their side, for the text is to be read.
-fn in_doubt(ui: &mut Ui, doubt: &str, list: &RecordSection) {
+fn show_uncertain_rows(ui: &mut Ui, uncertainty: &str, list: &RecordSection) {
     let margin = Margin { left: DOUBT_MARGIN, ..Margin::ZERO };
     let shown = Frame::new().inner_margin(margin).show(ui, |ui| rows(ui, list));
     let side = shown.response.rect;
     let side = side.with_max_x(side.left() + f32::from(DOUBT_MARGIN) - 3.0);
-    hatch::fill(ui.painter(), side, &ValueMark::Bad { reason: doubt.to_owned() });
+    hatch::fill(ui.painter(), side, &ValueMark::Bad { reason: uncertainty.to_owned() });
 }
 
 fn rows(ui: &mut Ui, list: &RecordSection) {
     if list.rows.is_empty() {
         // Of a list that is not there, nothing is known.
-        if list.doubt.is_none() {
+        if list.uncertainty.is_none() {
             ui.weak(match list.kind {
                 Kind::Business => "none",
                 Kind::Asset => "not in the register",

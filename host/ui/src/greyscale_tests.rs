@@ -133,7 +133,7 @@ fn assert_all_differ<T: std::fmt::Debug>(marks: &[T], paint: impl Fn(&Painter, R
 }
 
 #[test]
-fn alarm_marks_are_told_apart() {
+fn alarm_marks_are_distinguishable() {
     let states = [(true, true), (true, false), (false, true), (false, false)];
     let symbols: Vec<AlarmSymbol> = AlarmPriority::ALL
         .into_iter()
@@ -147,21 +147,21 @@ fn alarm_marks_are_told_apart() {
 }
 
 #[test]
-fn flags_are_told_apart() {
+fn switch_symbols_are_distinguishable() {
     assert_all_differ(&SwitchState::ALL, |painter, rect, state| {
         switch_symbols::shape(painter, rect.center(), *state);
     });
 }
 
 #[test]
-fn arrows_of_the_legend_are_told_apart() {
+fn arrows_of_the_legend_are_distinguishable() {
     assert_all_differ(&FlowArrowKind::ALL, |painter, rect, key| {
         layers::arrow(painter, rect.shrink2(Vec2::new(11.0, 17.0)), *key);
     });
 }
 
 #[test]
-fn values_of_every_quality_and_severity_are_told_apart() {
+fn values_of_every_quality_and_severity_are_distinguishable() {
     let reason = String::new;
     let marks = [
         ValueMark::Normal,
@@ -180,7 +180,7 @@ fn values_of_every_quality_and_severity_are_told_apart() {
 }
 
 #[test]
-fn patterns_of_legends_are_told_apart_in_one_colour() {
+fn legend_patterns_of_one_colour_are_distinguishable() {
     let patterns = [Pattern::Solid, Pattern::Striped, Pattern::Crossed, Pattern::Dotted];
     assert_all_differ(&patterns, |painter, rect, pattern| {
         let row = LegendRow { name: String::new(), color: [74, 78, 84], pattern: *pattern };
@@ -189,7 +189,7 @@ fn patterns_of_legends_are_told_apart_in_one_colour() {
 }
 
 #[test]
-fn origins_are_told_apart_and_from_live_values() {
+fn origins_are_distinguishable_from_each_other_and_from_live_values() {
     let all = origin_mark::ORIGINS.map(|words| words.origin);
     let marks: Vec<Origin> = [Origin::LIVE].into_iter().chain(all).collect();
     assert_all_differ(&marks, |painter, rect, origin| {
@@ -198,7 +198,7 @@ fn origins_are_told_apart_and_from_live_values() {
 }
 
 #[test]
-fn bands_of_every_origin_are_told_apart() {
+fn bands_of_every_origin_are_distinguishable() {
     let all = origin_mark::ORIGINS.into_iter().filter(|words| words.band.is_some());
     let bands: Vec<Origin> = [Origin::LIVE].into_iter().chain(all.map(|w| w.origin)).collect();
     assert_all_differ(&bands, |painter, rect, origin| {

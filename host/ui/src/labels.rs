@@ -302,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn a_late_display_is_no_quality() {
+    fn a_late_display_has_its_own_note() {
         let late = LabelLine { mark: ValueMark::LateDisplay, ..LabelLine::default() };
         assert_eq!(note(&late), "… display late");
     }

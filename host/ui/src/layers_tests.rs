@@ -8,7 +8,7 @@ use crate::{Appearance, ListModels, Panels, SceneOverlay};
 const SCREEN: Rect = Rect { min: Pos2::ZERO, max: pos2(1280.0, 720.0) };
 
 #[test]
-fn labels_stay_beside_the_layers_and_those_leave_half_of_the_scene() {
+fn labels_avoid_the_layer_list_and_the_list_leaves_half_of_the_scene() {
     let row = |number: u32| LegendRow {
         name: format!("state {number}"),
         color: [120; 3],

@@ -137,7 +137,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lengths_are_of_the_last_piece_and_of_all() {
+    fn measurements_show_the_last_and_the_total_length() {
         let point = |world: [f64; 3]| MeasuredPoint { at: None, world };
         let mut measurement = Measurement::default();
         assert_eq!(measurement.lengths(), None);
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn millimetres_have_a_sign_and_nothing_has_none() {
+    fn nonzero_millimetres_have_a_sign_and_zero_has_none() {
         let texts = [0.0004, -1.5, 12.3456].map(signed_metres);
         assert_eq!(texts, ["0.000", "\u{2212}1.500", "+12.346"]);
         assert_eq!(metres(2.0), "2.000 m");

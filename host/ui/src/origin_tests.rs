@@ -53,7 +53,7 @@ fn found(output: &PanelsOutput, word: &str) -> Vec<Rect> {
 }
 
 #[test]
-fn the_band_says_every_origin_at_every_size_with_panels_and_without() {
+fn the_band_names_every_origin_at_every_size_with_and_without_panels() {
     for (size, shown, is_dark) in SIZES.into_iter().flat_map(|size| {
         [(true, true), (true, false), (false, true), (false, false)]
             .map(|(shown, is_dark)| (size, shown, is_dark))

@@ -14,7 +14,7 @@ pub struct RecordSection {
     /// Local time at which the source's content was read; empty while unknown.
     pub as_of: String,
     /// Reason why the list may be outdated; none while it is current.
-    pub doubt: Option<String>,
+    pub uncertainty: Option<String>,
     /// Number of faulty source rows that are left out, and the fault of the first.
     pub left_out: (u64, String),
     /// Rows of the equipment, in the order in which they are to be looked at.

@@ -48,7 +48,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_section_begins_in_the_middle_of_the_scene() {
+    fn a_new_section_starts_in_the_middle_of_the_scene() {
         let model = ViewModel { extent: [[-4.0, 0.0, 2.0], [8.0, 6.0, 3.0]], ..Default::default() };
         let at = [0, 1, 2].map(|axis| middle_of(&model, axis).at);
         assert_eq!(at, [2.0, 3.0, 2.5]);

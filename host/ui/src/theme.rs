@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn all_text_can_be_read_in_both_themes() {
+    fn all_text_is_readable_in_both_themes() {
         assert!((contrast(Color32::BLACK, Color32::WHITE) - 21.0).abs() < 0.01);
         for (name, palette) in [("light", LIGHT), ("dark", DARK)] {
             let check = |what: &str, text: Color32, ground: Color32| {

@@ -91,8 +91,8 @@ pub(crate) fn show(ui: &mut Ui, trend: &Trend, span: Duration) {
             plot.line(Line::new("", PlotPoints::Borrowed(&interval.line)).stroke(stroke));
         }
     });
-    let doubtful = quality_intervals.iter().filter(|interval| !interval.is_good);
-    for interval in doubtful {
+    let uncertain = quality_intervals.iter().filter(|interval| !interval.is_good);
+    for interval in uncertain {
         stripes(ui, &shown.transform, interval, span);
     }
     // Before the first point nothing is known.
@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn a_time_of_bad_quality_is_a_gap_of_its_own() {
+    fn an_interval_of_bad_quality_is_a_separate_gap() {
         let of = trend(&[
             (-9.0, TrendState::Good(1.0)),
             (-8.0, TrendState::Good(2.0)),
@@ -278,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn bands_have_air_and_noise_stays_small() {
+    fn value_ranges_have_a_margin_and_noise_stays_small() {
         let [low, high] =
             value_range(&trend(&[(-1.0, TrendState::Good(10.0)), (0.0, TrendState::Good(20.0))]));
         assert!(low < 10.0 && high > 20.0 && high - low < 13.0);

@@ -281,7 +281,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ages_read_well() {
+    fn ages_are_formatted_readably() {
         let check =
             |millis, expected| assert_eq!(age_text(Duration::from_millis(millis)), expected);
         check(400, "0.4 s");

@@ -183,7 +183,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn keys_are_what_the_help_says() {
+    fn keys_match_the_help() {
         let model = ViewModel::default();
         let of = |key, modifiers| command_of(key, modifiers, &model);
         assert_eq!(of(Key::Num1, Modifiers::NONE), Some(Command::GoToBookmark(1)));
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn ctrl_counts_where_it_is_let_go_of_in_the_same_frame() {
+    fn ctrl_counts_if_released_in_the_same_frame() {
         let mut input = InputState::default();
         let key = |key, modifiers| Event::Key {
             key,

@@ -239,7 +239,7 @@ impl AlarmService {
     }
 
     /// Returns the current refusal, else the fault or the remark of the log.
-    fn trouble(&self) -> Option<String> {
+    fn fault_text(&self) -> Option<String> {
         let fresh = |at: Moment| self.now.since(at) < REFUSAL_SHOWN_FOR;
         let refusal = self.refusal.as_ref().filter(|(at, _)| fresh(*at));
         let log = self.log.as_ref().and_then(AuditLog::fault);

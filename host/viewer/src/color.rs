@@ -11,7 +11,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn srgb_is_undone() {
+    fn srgb_conversion_is_inverted() {
         assert_eq!(linear_from_srgb(0), 0.0);
         assert_eq!(linear_from_srgb(255), 1.0);
         assert!((linear_from_srgb(188) - 0.5029).abs() < 1e-3);

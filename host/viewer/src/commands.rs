@@ -56,7 +56,7 @@ pub fn plugin_with_command(
     let ids: Vec<_> = offered.iter().filter(|command| command.name == name).collect();
     let id = match ids.as_slice() {
         [one] => &one.plugin,
-        [] => return Err(nobody(name, &offered, &remarks)),
+        [] => return Err(missing_command_message(name, &offered, &remarks)),
         several => {
             let ids: Vec<_> = several.iter().map(|command| command.plugin.as_str()).collect();
             return Err(format!(
@@ -70,7 +70,7 @@ pub fn plugin_with_command(
     plugin.map_err(|error| format!("{error}\n  remedy: {}", error.remedy()))
 }
 
-fn nobody(name: &str, offered: &[OfferedCommand], remarks: &[String]) -> String {
+fn missing_command_message(name: &str, offered: &[OfferedCommand], remarks: &[String]) -> String {
     let mut names: Vec<_> = offered.iter().map(|command| command.name.as_str()).collect();
     names.sort_unstable();
     let known = match names.as_slice() {

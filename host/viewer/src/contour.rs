@@ -258,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn where_the_nearest_is_not_good_there_is_no_data() {
+    fn no_data_is_shown_where_the_nearest_value_is_bad() {
         let levels = [level(0.0, Some(40.0)), level(6.0, None)];
         let at = |x: f32| interpolate(vec2(x, 0.0), &levels, 8.0);
         assert_eq!(
@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_drawn_is_bounded_and_shows_what_is_missing() {
+    fn chart_lines_are_bounded_and_missing_values_are_shown() {
         let drawn = |levels: &[MeasuredLevel]| {
             let (mut faces, mut strokes) = (Vec::new(), Vec::new());
             draw(&contour(), levels, &mut faces, &mut strokes);

@@ -148,7 +148,7 @@ impl DeviceRecovery {
     }
 
     /// Returns the message for the operator while the picture is frozen.
-    pub(crate) fn trouble(&self) -> Option<String> {
+    pub(crate) fn frozen_message(&self) -> Option<String> {
         match &self.state {
             DeviceState::Lost { cause, .. } => {
                 Some(format!("picture frozen, graphics restart, try {}: {cause}", self.tries + 1))

@@ -74,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_cut_comes_back_from_its_plane() {
+    fn a_section_is_recovered_from_its_plane() {
         for axis in 0..3 {
             for from_below in [false, true] {
                 let cut = AxisSection { axis, at: 2.5, from_below };
@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_around_fits_the_scene_and_is_there_only_where_asked_for() {
+    fn the_environment_fits_the_scene_and_exists_only_if_configured() {
         let view = |text: &str| {
             let text = format!(r#"{{"version": 1, "scene": [], "view": {text}}}"#);
             busbar_config::parse(&text).unwrap().view

@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pole_leads_to_its_device_and_a_bay_to_itself() {
+    fn a_pole_resolves_to_its_device_and_a_bay_to_itself() {
         let graph = graph(&[
             ("=S12D1Q3", None),
             ("=S12D1Q3-QB9", Some(0)),

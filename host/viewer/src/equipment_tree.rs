@@ -288,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn branches_open_and_what_is_selected_is_shown() {
+    fn branches_open_and_the_selection_is_visible() {
         let graph = station(30, 3);
         let mut tree = EquipmentTree::new(&graph, &EquipmentIndex::default(), &HashSet::new());
         assert_eq!(ids(&graph, &tree).len(), 30, "closed: they would be 120");
@@ -302,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn a_search_shows_what_it_finds_and_the_tree_comes_back() {
+    fn a_search_lists_matches_and_clearing_it_restores_the_tree() {
         let graph = station(3, 2);
         let equipment = &EquipmentIndex::default();
         let mut tree = EquipmentTree::new(&graph, equipment, &HashSet::new());
@@ -314,7 +314,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hundred_thousand_pieces_are_searched_within_a_frame() {
+    fn a_hundred_thousand_pieces_of_equipment_are_searched_within_a_frame() {
         let graph = station(1000, 99);
         let equipment = &EquipmentIndex::default();
         let mut tree = EquipmentTree::new(&graph, equipment, &HashSet::new());

@@ -170,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn the_sign_turns_an_arrow_and_the_load_widens_it() {
+    fn the_sign_reverses_an_arrow_and_the_load_widens_it() {
         let (there, _) = drawn(Some(0.4));
         let (back, _) = drawn(Some(-0.4));
         assert!((tip(&there) - 2.5).abs() < 1e-5 && (tip(&back) + 2.5).abs() < 1e-5);
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn shapes_tell_states_without_colour() {
+    fn shapes_distinguish_states_without_colour() {
         let parts = |share| {
             let (faces, strokes) = drawn(share);
             (faces.len(), strokes.len(), strokes[0].pattern)

@@ -44,7 +44,7 @@ fn a_fast_machine_keeps_full_detail() {
 }
 
 #[test]
-fn a_slow_machine_comes_to_its_time_and_rests_there() {
+fn a_slow_machine_reaches_its_frame_time_and_stays_there() {
     for (triangles, power) in [(25.0, 1.0), (40.0, 1.0), (60.0, 1.5), (30.0, 0.7)] {
         let mut frame_budget = FrameBudget::new(Some(TARGET));
         let machine = Machine { fixed: 6.0, triangles, power };
@@ -57,7 +57,7 @@ fn a_slow_machine_comes_to_its_time_and_rests_there() {
 }
 
 #[test]
-fn detail_that_saves_no_time_is_not_given_up() {
+fn detail_that_saves_no_time_is_kept() {
     let mut frame_budget = FrameBudget::new(Some(TARGET));
     let machine = Machine { fixed: 40.0, triangles: 0.5, power: 1.0 };
     let frames = 10_000;
@@ -78,14 +78,14 @@ fn detail_returns_with_time() {
 }
 
 #[test]
-fn without_a_target_detail_is_as_asked_for() {
+fn without_a_target_detail_is_as_configured() {
     let mut frame_budget = FrameBudget::new(None);
     run(&mut frame_budget, &Machine { fixed: 90.0, triangles: 90.0, power: 1.0 }, 500);
     assert_eq!(frame_budget.coarseness(), 1.0);
 }
 
 #[test]
-fn frames_that_wait_for_meshes_say_nothing() {
+fn frames_that_wait_for_meshes_do_not_change_the_budget() {
     let mut frame_budget = FrameBudget::new(Some(TARGET));
     let slow = FrameStats { cpu_millis: 90.0, draw_calls: 1, ..FrameStats::default() };
     (0..100).for_each(|_| frame_budget.record_frame(&FrameStats { waiting: 1, ..slow }));

@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn the_more_urgent_of_own_and_inherited_shows_and_selection_hides_neither() {
+    fn the_more_urgent_of_own_and_inherited_state_is_shown_even_under_selection() {
         let table = table_after(Duration::ZERO);
         let tints = [tint(0, Severity::Alarm), tint(1, Severity::Warning)];
         assert_eq!(shown(&tints, &table, Some(1)), [ALARM, ALARM]);
@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn what_changes_shows_and_what_does_not_is_kept() {
+    fn changed_highlights_are_updated_and_unchanged_ones_kept() {
         let (graph, mut highlights) = (graph(), Highlights::default());
         let fresh = table_after(Duration::ZERO);
         let stale = table_after(Duration::from_secs(2));
@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn a_state_shows_where_nothing_is_wrong_and_not_once_it_is_stale() {
+    fn an_overlay_state_is_shown_without_alarms_and_hidden_once_stale() {
         let node = NodeIndex(0);
         let shown = |tints: &[OverlayTint], table: &TagTable, selected: &[NodeIndex]| {
             let (color, pattern) = ([255, 0, 0], Pattern::Dotted);

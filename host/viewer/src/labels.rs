@@ -172,7 +172,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_late_overlay_is_late_and_hides_no_bad_value() {
+    fn a_late_overlay_is_marked_late_and_hides_no_bad_value() {
         let spec = TagSpec {
             id: "U".into(),
             name: "U".into(),

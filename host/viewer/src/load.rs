@@ -267,7 +267,7 @@ impl LoadedScene {
             stage.run(&config, imported, &mut faults)
         };
 
-        plugins::report_deaths(&config, &instances, &mut faults);
+        plugins::report_crashed_plugins(&config, &instances, &mut faults);
         let mut plugin_failures = faults.plugin_failures;
         plugin_failures.sort_by_key(|d| (d.line, d.column));
         let mut diagnostics = faults.found;

@@ -367,7 +367,7 @@ impl LodCursors {
         if let Some(theta) = pinned.or(self.manual_theta[model as usize]) {
             if forced {
                 self.instances[index].level = NO_LEVEL;
-                self.want_theta(index, theta, models);
+                self.request_theta(index, theta, models);
             }
         } else if forced || self.policies[policy as usize].follows_camera() {
             let level = self.level_of(index, eye);
@@ -396,19 +396,19 @@ impl LodCursors {
         if self.scale == 1.0 {
             // A proxy may leave out what must be seen.
             let proxy = proxy.filter(|_| !self.individual.contains(&index));
-            self.want(index, theta, proxy.unwrap_or(own));
+            self.request_cursor(index, theta, proxy.unwrap_or(own));
         } else {
-            self.want_theta(index, (theta * self.scale).clamp(0.0, 1.0), models);
+            self.request_theta(index, (theta * self.scale).clamp(0.0, 1.0), models);
         }
     }
 
-    fn want_theta(&mut self, index: usize, theta: f64, models: &[LoadedModel]) {
+    fn request_theta(&mut self, index: usize, theta: f64, models: &[LoadedModel]) {
         let stacks = self.kind_of(&self.instances[index]).stacks(models);
-        self.want(index, theta, stacks.cursor_for_theta(theta));
+        self.request_cursor(index, theta, stacks.cursor_for_theta(theta));
     }
 
     /// Wants a theta, which is at this cursor.
-    fn want(&mut self, index: usize, theta: f64, cursor: u32) {
+    fn request_cursor(&mut self, index: usize, theta: f64, cursor: u32) {
         let instance = &mut self.instances[index];
         let is_as_before = theta == instance.theta && cursor == instance.wanted;
         if is_as_before && instance.shown != NOT_SHOWN {

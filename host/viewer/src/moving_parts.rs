@@ -335,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn a_position_moves_what_is_under_its_equipment_and_costs_nothing_while_it_stays() {
+    fn a_position_moves_the_parts_of_its_equipment_and_an_unchanged_one_updates_nothing() {
         let mut graph = graph();
         let mut parts = parts(&graph);
         let good = table(Duration::ZERO);
@@ -354,7 +354,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_known_stands_in_the_middle_and_says_so() {
+    fn an_unknown_position_is_drawn_in_the_middle_and_marked() {
         let mut graph = graph();
         let mut parts = parts(&graph);
         let (good, stale) = (table(Duration::ZERO), table(Duration::from_secs(2)));

@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn times_that_were_not_live_stay_known() {
+    fn intervals_that_were_not_live_are_remembered() {
         let (mut watch, history, start) = (watch(2), history(), Moment::now());
         let at = |seconds| start.after(Duration::from_secs(seconds));
         let tag = TagHandle(0);
@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_that_comes_and_goes_for_ever_stays_bounded_and_marked() {
+    fn an_endlessly_alternating_origin_stays_bounded_and_marked() {
         let (mut watch, history, start) = (watch(1), history(), Moment::now());
         let at = |seconds| start.after(Duration::from_secs(seconds));
         for second in 0..4 * MAX_CHANGES as u64 {

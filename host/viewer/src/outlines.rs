@@ -60,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_below_has_its_outline_and_selection_goes_before() {
+    fn descendants_have_the_outline_and_selection_takes_precedence() {
         let placement = |id: &str, parent| Placement {
             id: id.into(),
             parent,

@@ -1,22 +1,20 @@
-//! Plugins that run while a view is open.
+//! Running overlay plugins of an open view.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use busbar_config::Config;
 use busbar_plugin_host::{
-    FreshnessBasis, OverlayDescription, OverlayLine, OverlayPicture, OverlayQuantity, OverlayTint,
-    Pattern, Quantity, SceneClock, SourcePolicy, Verdicts,
+    OverlayDescription, OverlayLine, OverlayPicture, OverlayQuantity, OverlayTint, Pattern,
+    Quantity, SceneClock, Verdicts,
 };
-use busbar_plugin_process::{RunningOverlay, RunningTelemetry};
+use busbar_plugin_process::RunningOverlay;
 use busbar_scene::{NodeIndex, SceneGraph};
-use busbar_tags::{Origin, Snapshot, TagHandle};
+use busbar_tags::{Snapshot, TagHandle};
 use busbar_ui::LegendRow;
 
 use crate::alarms::ExternalAlarmTint;
 use crate::index_remap::IndexRemap;
 use crate::load::LoadedScene;
-use crate::telemetry_instance::TelemetryInstance;
 use crate::verdicts::{UnknownVerdict, VerdictBoard};
 use crate::{ViewError, panel_rows};
 
@@ -331,29 +329,6 @@ pub(crate) fn start_overlays(scene: &LoadedScene) -> Result<Vec<OverlayInstance>
         }
     }
     Ok(overlays)
-}
-
-/// Starts the telemetry plugins of a scene on their tags.
-pub(crate) fn start_telemetry(scene: &LoadedScene) -> Result<Vec<TelemetryInstance>, ViewError> {
-    let mut running = Vec::new();
-    for (name, plugin) in &scene.instances {
-        if let Some(tags) = scene.served_tags(name, plugin) {
-            let policy = source_policy(&scene.config, name);
-            running.push(TelemetryInstance::new(RunningTelemetry::start(plugin, &tags, policy)?));
-        }
-    }
-    Ok(running)
-}
-
-/// Rules of the configuration for all samples of an instance.
-pub(crate) fn source_policy(config: &Config, name: &str) -> SourcePolicy {
-    let Some(plugin) = config.plugins.get(name) else { return SourcePolicy::default() };
-    let origin = if plugin.simulated { Origin::SIMULATED } else { Origin::LIVE };
-    let basis = match plugin.freshness_by {
-        busbar_config::FreshnessBasis::SourceTime => FreshnessBasis::SourceTime,
-        busbar_config::FreshnessBasis::Reception => FreshnessBasis::Reception,
-    };
-    SourcePolicy { origin, basis }
 }
 
 /// Runs every overlay, hidden ones included: their calculations have a history, and their verdicts

@@ -189,7 +189,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_process_is_told_in_words() {
+    fn a_plugin_process_state_is_described_in_words() {
         let check = |status: PluginStatus, words| assert_eq!(process(&status), words);
         check(PluginStatus::default(), "in process");
         let running = PluginStatus {
@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn a_link_that_is_up_but_silent_is_shown_down() {
+    fn a_silent_link_is_shown_as_down() {
         let limit = Duration::from_secs(3);
         let report = |silent_for| LinkReport {
             state: LinkState::Up,

@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn clicks_are_answered_in_order_and_only_so_many_wait() {
+    fn clicks_are_answered_in_order_and_the_queue_is_bounded() {
         let mut picker = PickQueue::default();
         for x in 0..MAX_WAITING as u32 + 2 {
             picker.enqueue(request(PickPurpose::Select, x), &DrawList::default());
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pointer_at_rest_asks_once() {
+    fn a_pointer_at_rest_queues_one_pick() {
         let mut picker = PickQueue::default();
         let [here, there] = [1, 2].map(|x| request(PickPurpose::Hover, x));
         assert!(picker.is_new(&here));

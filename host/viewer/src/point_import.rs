@@ -95,7 +95,7 @@ pub enum SceneImportError {
     #[error("two plugins are called '{0}'\n  remedy: give one of them another name")]
     TwoPlugins(String),
     /// The list has faults.
-    #[error("{}", told(file, faults))]
+    #[error("{}", list_faults_text(file, faults))]
     List {
         /// Path of the point list.
         file: PathBuf,
@@ -110,7 +110,7 @@ impl From<SceneError> for SceneImportError {
     }
 }
 
-fn told(file: &Path, faults: &[ListFault]) -> String {
+fn list_faults_text(file: &Path, faults: &[ListFault]) -> String {
     let file = file.display().to_string();
     faults.iter().map(|fault| fault.render(&file)).collect::<Vec<_>>().join("\n")
 }

@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn a_box_is_entered_where_it_begins_also_along_an_axis_and_from_within() {
+    fn ray_entry_into_a_box_is_correct_along_an_axis_and_from_inside() {
         let bounds = Bounds { min: Vec3::ZERO, max: Vec3::splat(2.0) };
         let ray = |origin: DVec3| Ray { origin, direction: DVec3::X };
         assert_eq!(ray(dvec3(-3.0, 1.0, 0.0)).distance_to_bounds(&bounds), Some(3.0));
@@ -272,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_surface_that_is_not_cut_away_is_met_or_else_an_edge() {
+    fn the_nearest_visible_surface_is_hit_or_else_an_edge() {
         let (graph, models) = scene();
         let node = graph.find("plates/mesh").unwrap();
         let met = |x: f64, section| {

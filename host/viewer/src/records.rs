@@ -67,7 +67,7 @@ impl RecordStore {
             self.revision += u64::from(is_new || fault != source.fault);
             source.fault = fault;
             if is_new {
-                source.lists.iter().for_each(|list| warn_absent(scene, list));
+                source.lists.iter().for_each(|list| warn_unknown_equipment(scene, list));
             }
         }
     }
@@ -88,7 +88,7 @@ impl RecordStore {
 }
 
 /// Warns of rows whose equipment is not in the scene.
-fn warn_absent(scene: &LoadedScene, list: &List) {
+fn warn_unknown_equipment(scene: &LoadedScene, list: &List) {
     let is_absent = |id: &&str| scene.equipment.find(&scene.graph, id).is_none();
     let mut absent = list.equipment().take(MAX_CHECKED_IDS).filter(is_absent);
     if let Some(first) = absent.next() {
@@ -116,7 +116,7 @@ fn section(
         kind: info.kind,
         source: info.source.clone(),
         as_of: info.as_of_unix_nanos.map_or_else(String::new, local_minute),
-        doubt: doubt(list, fault, now),
+        uncertainty: list_uncertainty(list, fault, now),
         left_out: (info.left_out, left_out),
         open: found.iter().filter(|(_, row)| row.is_open).count(),
         more: found.len().saturating_sub(MAX_ROWS),
@@ -129,7 +129,7 @@ fn section(
 }
 
 /// Returns the reason why a list may be outdated.
-fn doubt(list: &List, fault: Option<&str>, now: SourceTime) -> Option<String> {
+fn list_uncertainty(list: &List, fault: Option<&str>, now: SourceTime) -> Option<String> {
     let info = list.info();
     if let Some(fault) = fault.or(info.fault.as_deref()) {
         return Some(fault.to_owned());

@@ -105,11 +105,11 @@ impl BackgroundLoad {
     /// # Errors
     /// Errors of the graphics device.
     pub(crate) fn step(&self, viewer: &mut Viewer) -> Option<ReloadOutcome> {
-        self.step_within(Duration::ZERO, viewer)
+        self.step_with_timeout(Duration::ZERO, viewer)
     }
 
     /// Steps like [`BackgroundLoad::step`], but waits up to `grace` for the load.
-    fn step_within(&self, grace: Duration, viewer: &mut Viewer) -> Option<ReloadOutcome> {
+    fn step_with_timeout(&self, grace: Duration, viewer: &mut Viewer) -> Option<ReloadOutcome> {
         let outcome = match self.loaded.recv_timeout(grace) {
             Err(RecvTimeoutError::Timeout) => return None,
             Err(RecvTimeoutError::Disconnected) => {
@@ -170,7 +170,7 @@ impl Reloader {
                 }
             }
         }
-        let outcome = self.loading.as_ref()?.step_within(grace, viewer)?;
+        let outcome = self.loading.as_ref()?.step_with_timeout(grace, viewer)?;
         self.loading = None;
         self.follows_models = outcome != ReloadOutcome::Shown;
         // It may have changed meanwhile.

@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_found_is_bounded() {
+    fn the_number_of_matches_is_bounded() {
         let mut text = SearchIndex::default();
         (0..MAX_HITS + 7).for_each(|item| text.add([format!("=Q{item}").as_str()]));
         let (found, is_truncated) = text.find("q");

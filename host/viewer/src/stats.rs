@@ -188,7 +188,8 @@ pub struct RecordStats {
     /// Name of the source system.
     pub source: String,
     /// Reason why the list may be outdated, or null.
-    pub doubt: Option<String>,
+    #[serde(rename = "doubt")]
+    pub uncertainty: Option<String>,
     /// Rows that are left out.
     pub left_out: u64,
     /// Number of open rows.
@@ -299,7 +300,7 @@ fn records(shown: &RecordSection) -> RecordStats {
     RecordStats {
         title: shown.title.clone(),
         source: shown.source.clone(),
-        doubt: shown.doubt.clone(),
+        uncertainty: shown.uncertainty.clone(),
         left_out: shown.left_out.0,
         open: shown.open,
         rows: shown.rows.iter().map(row).collect(),
@@ -392,7 +393,8 @@ pub struct AlarmStats {
     /// The plugin whose source decides on it; none where that is done here.
     pub source: Option<String>,
     /// Reason why the alarm's state is uncertain: its source reports so or is lost.
-    pub doubt: Option<String>,
+    #[serde(rename = "doubt")]
+    pub uncertainty: Option<String>,
 }
 
 /// Number of tags by quality.
@@ -430,7 +432,7 @@ pub(crate) fn alarms(alarm_service: &AlarmService) -> Vec<AlarmStats> {
             certain: status.is_certain,
             occurrences: status.occurrences,
             source: None,
-            doubt: None,
+            uncertainty: None,
         })
     };
     table.open().filter_map(of).chain(alarm_service.external_stats()).collect()

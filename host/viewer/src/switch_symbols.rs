@@ -54,7 +54,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_not_good_is_neither_open_nor_closed() {
+    fn a_bad_position_is_neither_open_nor_closed() {
         for travelled in [None, Some(0.0), Some(0.3), Some(1.0)] {
             assert_eq!(state_of(travelled, false), SwitchState::Unknown, "{travelled:?}");
         }

@@ -75,8 +75,8 @@ impl VerdictBoard {
         self.pieces = vec![PieceVerdict::default(); before.len()];
         for (verdict, index) in picture.verdicts.iter().zip(0..) {
             let Some(piece) = self.pieces.get_mut(verdict.equipment as usize) else { continue };
-            let doubted = picture.verdicts.basis(verdict).iter().find(|tag| !is_good(**tag));
-            let next = match doubted.filter(|_| verdict.verdict != Verdict::Unknown) {
+            let bad_tag = picture.verdicts.basis(verdict).iter().find(|tag| !is_good(**tag));
+            let next = match bad_tag.filter(|_| verdict.verdict != Verdict::Unknown) {
                 Some(tag) => PieceVerdict {
                     cause: VerdictCause::Tag(*tag),
                     // The plugin has not heard of it yet, or thinks that it knows better.
@@ -168,7 +168,7 @@ impl VerdictBoard {
                 let verdict = verdicts.iter().nth(index as usize);
                 Cow::Borrowed(verdict.map_or("", |verdict| verdicts.reason(verdict)))
             }
-            VerdictCause::Tag(tag) => Cow::Owned(doubt_of(tag, scene, snapshot)),
+            VerdictCause::Tag(tag) => Cow::Owned(describe_bad_value(tag, scene, snapshot)),
         };
         if piece.was_abnormal {
             reason += "; abnormal when last known";
@@ -223,7 +223,7 @@ fn urgency(verdict: Verdict) -> u8 {
 }
 
 /// Describes a value that is not good.
-fn doubt_of(tag: TagHandle, scene: &LoadedScene, snapshot: Snapshot<'_>) -> String {
+fn describe_bad_value(tag: TagHandle, scene: &LoadedScene, snapshot: Snapshot<'_>) -> String {
     let quality = snapshot.state(tag).map_or(Quality::Bad(Reason::NotConnected), |s| s.quality);
     let name = scene.tags.spec(tag).map_or("a tag that is gone", |spec| spec.id.as_str());
     match quality.reason() {

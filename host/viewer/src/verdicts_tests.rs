@@ -47,7 +47,7 @@ fn of(board: &VerdictBoard, equipment: usize) -> (Verdict, bool) {
 }
 
 #[test]
-fn silence_is_unknown_and_never_healthy() {
+fn equipment_without_a_verdict_is_unknown_and_never_normal() {
     let mut board = board(&["a", "b"]);
     assert_eq!(of(&board, 0), (Verdict::Unknown, false), "before the first picture");
     let good = table(Quality::Good);
@@ -58,7 +58,7 @@ fn silence_is_unknown_and_never_healthy() {
 }
 
 #[test]
-fn a_value_that_is_not_good_takes_its_verdict_back_at_once() {
+fn a_bad_value_withdraws_its_verdict_at_once() {
     let mut board = board(&["a"]);
     let normal = picture(&[(0, Verdict::Normal, "")]);
     board.update(&normal, table(Quality::Good).snapshot());
@@ -70,7 +70,7 @@ fn a_value_that_is_not_good_takes_its_verdict_back_at_once() {
 }
 
 #[test]
-fn what_was_abnormal_stays_so_until_it_is_judged_normal() {
+fn abnormal_equipment_stays_abnormal_until_judged_normal() {
     let (good, bad) = (table(Quality::Good), table(Quality::Bad(Reason::Communication)));
     let abnormal = picture(&[(0, Verdict::Abnormal, "too hot")]);
     let unknown = picture(&[(0, Verdict::Unknown, "no load")]);

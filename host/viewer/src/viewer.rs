@@ -66,7 +66,7 @@ use crate::reload::ReloadCounters;
 use crate::scene_draw_list::SceneDrawList;
 use crate::stack_builder::millis_since;
 use crate::tag_filter::TagFilter;
-use crate::telemetry_instance::TelemetryInstance;
+use crate::telemetry_instance::{self, TelemetryInstance};
 use crate::uploaded_models::{self, UploadedModel, mesh_at_cursor};
 use crate::{Stats, ViewError, labels, panel_rows, ray_casting, stats, switch_symbols};
 
@@ -449,7 +449,11 @@ impl Viewer {
         let Some(drawn) = drawn? else {
             let repaint_after = self.recovery.next_try().unwrap_or(Duration::ZERO);
             let platform = egui.platform_output;
-            return Ok(FrameOutput { platform, repaint_after, trouble: self.recovery.trouble() });
+            return Ok(FrameOutput {
+                platform,
+                repaint_after,
+                trouble: self.recovery.frozen_message(),
+            });
         };
         self.last_frame = drawn;
         self.last_primitives = primitives;
@@ -479,7 +483,7 @@ impl Viewer {
             _ if needs_frames || self.needs_frames() => Duration::ZERO,
             root => root.map_or(Duration::MAX, |viewport| viewport.repaint_delay),
         };
-        let trouble = self.recovery.trouble();
+        let trouble = self.recovery.frozen_message();
         Ok(FrameOutput { platform: egui.platform_output, repaint_after, trouble })
     }
 

@@ -150,7 +150,7 @@ impl View {
             assert_eq!(alarms.len(), 1, "it is kept");
             !alarms[0].certain
         });
-        alarms.remove(0).doubt.expect("it says why")
+        alarms.remove(0).uncertainty.expect("it says why")
     }
 }
 
@@ -162,7 +162,7 @@ fn each_state_is_shown_as_the_server_has_it() {
         let alarm = view.until_current(AlarmState::B);
         assert_eq!(alarm.id, "plc:nsu=urn:busbar:test;s=Hot", "{isolation}");
         assert_eq!((alarm.priority, alarm.source.as_deref()), ("high", Some("plc")));
-        assert_eq!(alarm.doubt, None);
+        assert_eq!(alarm.uncertainty, None);
 
         view.key(Key::F8);
         let found = view.viewer.stats();
@@ -197,9 +197,9 @@ fn alarms_of_a_server_that_is_killed_are_stale_until_the_next_one_tells_its_own(
     let port = server.port;
     server.process.signal(Signal::KILL);
     let killed = Instant::now();
-    let doubt = view.until_stale();
+    let uncertainty = view.until_stale();
     assert!(killed.elapsed() < SILENCE + SLACK, "{:?}", killed.elapsed());
-    assert!(doubt.starts_with("stale "), "{doubt}");
+    assert!(uncertainty.starts_with("stale "), "{uncertainty}");
     drop(server);
     // Acknowledged, and another one is new.
     let mut alarms = only_hot(true, true);
@@ -220,9 +220,9 @@ fn alarms_of_a_frozen_server_are_stale_within_its_limit_and_current_once_it_goes
     view.until_current(AlarmState::B);
     server.process.signal(Signal::STOP);
     let frozen = Instant::now();
-    let doubt = view.until_stale();
+    let uncertainty = view.until_stale();
     assert!(frozen.elapsed() < 2 * SILENCE + SLACK, "{:?}", frozen.elapsed());
-    assert!(doubt.starts_with("stale "), "{doubt}");
+    assert!(uncertainty.starts_with("stale "), "{uncertainty}");
     server.process.signal(Signal::CONT);
     view.until_current(AlarmState::B);
     server.change("Hot", &hot(true, true, UNSHELVED));
@@ -239,8 +239,8 @@ fn alarms_of_a_plugin_that_dies_are_stale_until_it_is_back() {
     view.until_current(AlarmState::B);
     let pid = view.plugin_pid().expect("it has a process");
     kill_process(pid, Signal::KILL).expect("it runs");
-    let doubt = view.until_stale();
-    assert!(doubt.starts_with("stale "), "{doubt}");
+    let uncertainty = view.until_stale();
+    assert!(uncertainty.starts_with("stale "), "{uncertainty}");
     view.until_current(AlarmState::B);
 
     // One that is started anew while the server is away knows nothing of them.

@@ -140,8 +140,8 @@ fn a_breaker_has_its_work_and_its_register_whatever_it_is_called_there() {
             ["", "", "closed", "2026-11-20", "Inspection", "3", "Timing", "closed"],
         ]
     );
-    assert_eq!((work.open, work.left_out, work.doubt), (2, 0, None));
-    assert_eq!((register.source.as_str(), register.doubt), ("register.db", None));
+    assert_eq!((work.open, work.left_out, work.uncertainty), (2, 0, None));
+    assert_eq!((register.source.as_str(), register.uncertainty), ("register.db", None));
     let made = ["Nordwind Switchgear", "NS-B 50", "QA07-43356", "2007", "252 kV"];
     assert_eq!(register.rows[0][4..9], made);
     assert!(view.viewer.stats().faceplate.is_some_and(|f| !f.tags.is_empty()), "live values too");
@@ -151,7 +151,7 @@ fn a_breaker_has_its_work_and_its_register_whatever_it_is_called_there() {
 fn a_source_that_changes_is_read_and_one_that_is_lost_or_old_says_so() {
     let mut view = View::open();
     let good = |work: &RecordStats, register: &RecordStats| {
-        work.rows.len() == 3 && work.doubt.is_none() && register.doubt.is_none()
+        work.rows.len() == 3 && work.uncertainty.is_none() && register.uncertainty.is_none()
     };
     view.until("records", good);
     let (file, mut more) = (view.scene.path("work.csv"), records());
@@ -165,16 +165,16 @@ fn a_source_that_changes_is_read_and_one_that_is_lost_or_old_says_so() {
 
     age(&file, 5 * DAY);
     let words = "old, nothing came for 5 days";
-    view.until("that it is old", |work, _| work.doubt.as_deref() == Some(words));
+    view.until("that it is old", |work, _| work.uncertainty.as_deref() == Some(words));
     std::fs::remove_file(&file).expect("it is there");
     let is_lost = |work: &RecordStats, _: &RecordStats| {
-        work.doubt.as_ref().is_some_and(|doubt| doubt.contains("No such file"))
+        work.uncertainty.as_ref().is_some_and(|uncertainty| uncertainty.contains("No such file"))
     };
     let [work, _] = view.until("that it is lost", is_lost);
     assert_eq!(work.rows.len(), 4, "the last rows stay");
 
     std::fs::write(view.scene.path("register.db"), "no database").expect("it can be written");
-    let is_lost = |_: &RecordStats, register: &RecordStats| register.doubt.is_some();
+    let is_lost = |_: &RecordStats, register: &RecordStats| register.uncertainty.is_some();
     view.until("that the register is none", is_lost);
     records().write(&view.scene.path("")).expect("they can be written");
     view.until("that both are back", good);
@@ -192,11 +192,11 @@ fn a_plugin_that_is_lost_takes_its_records_into_doubt_and_brings_them_back() {
         view.until("a frame", |_, _| true);
         (view.plugin("work").state == "quarantined").then_some(())
     });
-    let [work, register] = view.until("doubt", |work, _| work.doubt.is_some());
-    assert_eq!((work.rows.len(), register.doubt), (3, None), "the rows stay, in doubt");
+    let [work, register] = view.until("doubt", |work, _| work.uncertainty.is_some());
+    assert_eq!((work.rows.len(), register.uncertainty), (3, None), "the rows stay, in doubt");
     view.viewer.start_plugin("work");
     let is_back =
-        |work: &RecordStats, _: &RecordStats| work.doubt.is_none() && work.rows.len() == 3;
+        |work: &RecordStats, _: &RecordStats| work.uncertainty.is_none() && work.rows.len() == 3;
     view.until("that it is back", is_back);
 }
 

@@ -18,7 +18,7 @@ const REQUIRE_VARIABLE: &str = "BUSBAR_REQUIRE_PEERS";
 /// Folder of real COMTRADE recordings that are compared too, where it is set.
 const RECORDINGS_VARIABLE: &str = "BUSBAR_COMTRADE_FOLDER";
 
-/// Options of `references`.
+/// Options of the command `references`.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Compare a sample, as CI does.
@@ -32,7 +32,7 @@ struct Sample {
     gas_step: &'static str,
     /// Load profiles of transformers.
     profiles: &'static str,
-    /// Random networks.
+    /// Number of random networks.
     networks: &'static str,
 }
 

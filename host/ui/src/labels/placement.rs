@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn places_do_not_overlap_and_stay_inside() {
+    fn label_boxes_do_not_overlap_and_stay_inside_the_screen() {
         let keys = ["a", "b", "c", "d", "e", "f"];
         let size = vec2(120.0, 60.0);
         let wanted = keys.map(|key| LabelRequest { key, size, anchor: pos2(400.0, 300.0) });
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_occupied_stays_free() {
+    fn occupied_areas_get_no_labels() {
         let wanted =
             [LabelRequest { key: "a", size: vec2(80.0, 40.0), anchor: pos2(400.0, 300.0) }];
         let above = Rect::from_min_max(pos2(385.0, 255.0), pos2(415.0, 290.0));
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn a_more_urgent_label_gets_room_where_there_is_for_one_alone() {
+    fn the_more_urgent_label_is_placed_if_only_one_fits() {
         let within = Rect::from_min_size(Pos2::ZERO, vec2(130.0, 120.0));
         let wanted = |key| LabelRequest { key, size: vec2(120.0, 40.0), anchor: pos2(65.0, 100.0) };
         let mut placement = LabelPlacement::default();

@@ -48,7 +48,7 @@ pub(super) struct EquipmentAlarms {
     pub(super) priority: Priority,
     pub(super) is_unacknowledged: bool,
     /// True if none of its alarms is certain.
-    pub(super) is_doubtful: bool,
+    pub(super) is_uncertain: bool,
     pub(super) count: usize,
     /// Origins of the values by which they came.
     pub(super) origin: Origin,
@@ -89,8 +89,8 @@ impl AlarmCollector {
         if is_unacknowledged {
             self.in_alarm.unacknowledged.insert(node);
         }
-        let is_doubtful = !is_certain;
-        let own = EquipmentAlarms { priority, is_unacknowledged, is_doubtful, count: 1, origin };
+        let is_uncertain = !is_certain;
+        let own = EquipmentAlarms { priority, is_unacknowledged, is_uncertain, count: 1, origin };
         self.places.entry(node).and_modify(|place| place.join(own)).or_insert(own);
     }
 }
@@ -187,7 +187,7 @@ impl EquipmentAlarms {
     fn join(&mut self, other: Self) {
         self.priority = self.priority.min(other.priority);
         self.is_unacknowledged |= other.is_unacknowledged;
-        self.is_doubtful &= other.is_doubtful;
+        self.is_uncertain &= other.is_uncertain;
         self.count += other.count;
         self.origin |= other.origin;
     }

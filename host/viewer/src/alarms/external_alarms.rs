@@ -38,7 +38,7 @@ pub(super) struct ExternalSource {
     alarms: Vec<ExternalAlarm>,
     is_stale: bool,
     /// True once a warning about alarms without equipment in the scene was logged.
-    has_warned_absent: bool,
+    has_warned_unknown_equipment: bool,
 }
 
 /// An alarm of a source.
@@ -66,7 +66,7 @@ impl ExternalSources {
                 health: SourceHealth { fault, ..SourceHealth::default() },
                 alarms: Vec::new(),
                 is_stale: true,
-                has_warned_absent: false,
+                has_warned_unknown_equipment: false,
             });
         }
         sources
@@ -143,7 +143,9 @@ impl ExternalSources {
             name: source.config.plugin.clone(),
             alarms: source.alarms.len(),
             left_out: source.health.left_out,
-            doubt: source.stale_reason(now).map(|why| format!("{}: {why}", source.doubt(now))),
+            uncertainty: source
+                .stale_reason(now)
+                .map(|why| format!("{}: {why}", source.staleness_text(now))),
         };
         self.all.iter().map(status).collect()
     }
@@ -168,7 +170,7 @@ impl ExternalSource {
         self.health.last_heard.map(|last_heard| now.saturating_duration_since(last_heard))
     }
 
-    fn doubt(&self, now: Instant) -> String {
+    fn staleness_text(&self, now: Instant) -> String {
         match self.silence(now) {
             Some(silence) => format!("stale {}", age_text(silence)),
             None => "not read yet".to_owned(),
@@ -176,9 +178,9 @@ impl ExternalSource {
     }
 
     /// Returns the short reason why an alarm's state is uncertain.
-    pub(super) fn doubt_of(&self, alarm: &SourceAlarm) -> Option<String> {
+    pub(super) fn short_uncertainty(&self, alarm: &SourceAlarm) -> Option<String> {
         if self.is_stale {
-            return Some(self.doubt(Instant::now()));
+            return Some(self.staleness_text(Instant::now()));
         }
         match alarm.quality {
             SourceQuality::Good => None,
@@ -188,10 +190,10 @@ impl ExternalSource {
     }
 
     /// Returns the long reason why an alarm's state is uncertain.
-    pub(super) fn long_doubt_of(&self, alarm: &SourceAlarm) -> Option<String> {
-        let doubt = self.doubt_of(alarm)?;
+    pub(super) fn long_uncertainty(&self, alarm: &SourceAlarm) -> Option<String> {
+        let uncertainty = self.short_uncertainty(alarm)?;
         let why = self.stale_reason(Instant::now());
-        Some(why.map_or_else(|| doubt.clone(), |why| format!("{doubt}: {why}")))
+        Some(why.map_or_else(|| uncertainty.clone(), |why| format!("{uncertainty}: {why}")))
     }
 
     /// Replaces the alarms; those that remain keep their numbers.
@@ -208,20 +210,20 @@ impl ExternalSource {
             external.place(&self.config, scene);
             self.alarms.push(external);
         }
-        self.note_absent();
+        self.warn_unknown_equipment();
     }
 
     /// Warns once of alarms without equipment in the scene.
-    fn note_absent(&mut self) {
+    fn warn_unknown_equipment(&mut self) {
         let absent = || self.alarms.iter().filter(|external| external.node.is_none());
-        if let Some(first) = absent().next().filter(|_| !self.has_warned_absent) {
+        if let Some(first) = absent().next().filter(|_| !self.has_warned_unknown_equipment) {
             let (count, plugin) = (absent().count(), &self.config.plugin);
             tracing::warn!(
                 "{count} alarms of '{plugin}' are at no equipment of the scene, such as those of \
                  '{}': add a rule to \"equipment\" of that source, or an alias to \"equipment\"",
                 first.alarm.source
             );
-            self.has_warned_absent = true;
+            self.has_warned_unknown_equipment = true;
         }
     }
 }

@@ -41,7 +41,7 @@ impl AlarmService {
             certain: external.is_certain(source),
             occurrences: 0,
             source: Some(source.name().to_owned()),
-            doubt: source.doubt_of(&external.alarm),
+            uncertainty: source.short_uncertainty(&external.alarm),
         })
     }
 

@@ -40,7 +40,7 @@ impl AlarmListRows<'_> {
         let (spec, status) =
             (alarm_service.table.set().spec(alarm)?, alarm_service.table.status(alarm)?);
         let (state, is_saving) = alarm_service.shown_state(alarm, status.state);
-        let (value, doubt) = self.value_of(spec, &status);
+        let (value, uncertainty) = self.value_of(spec, &status);
         let wall_clock = alarm_service.wall_clock;
         Some(AlarmRow {
             number: alarm.0,
@@ -50,7 +50,7 @@ impl AlarmListRows<'_> {
             state: state.name(),
             is_unacknowledged: state.is_unacknowledged(),
             is_active: status.standing.is_active,
-            doubt,
+            uncertainty,
             time: status.occurred.map_or_else(String::new, |at| text::time(at, wall_clock)),
             age: status.since.map(|since| elapsed(since, wall_clock)),
             value,
@@ -81,7 +81,7 @@ impl AlarmListRows<'_> {
             state: alarm.state_name(),
             is_unacknowledged: standing.state().is_unacknowledged(),
             is_active: standing.is_active,
-            doubt: source.doubt_of(alarm),
+            uncertainty: source.short_uncertainty(alarm),
             time: alarm.since().map_or_else(String::new, |at| text::time(at, wall_clock)),
             age: alarm.since().map(|since| elapsed(since, wall_clock)),
             equipment: self.equipment(alarm_service, external.number),
@@ -179,7 +179,7 @@ impl AlarmListRows<'_> {
                 .and_then(|alarm| self.row_of(alarm_service, alarm)),
             log: newest.map(|record| text::record(record, alarm_service.wall_clock)).collect(),
             sources: alarm_service.sources.statuses(),
-            trouble: alarm_service.trouble(),
+            trouble: alarm_service.fault_text(),
             max_shelving: Duration::from_secs(u64::from(handling.max_shelving_minutes) * 60),
             flashes,
         })
@@ -189,7 +189,7 @@ impl AlarmListRows<'_> {
         if let Some((source, external)) = alarm_service.sources.get(alarm) {
             return Some(AlarmDetail {
                 row: AlarmRow {
-                    doubt: source.long_doubt_of(&external.alarm),
+                    uncertainty: source.long_uncertainty(&external.alarm),
                     ..self.external_row(alarm_service, source, external)
                 },
                 condition: external.alarm.name.clone(),
@@ -255,7 +255,7 @@ pub(crate) fn alarm_markers(
             anchor: camera.projection.to_screen(top_of(graph.node(*node)))?,
             priority: priority(place.priority),
             is_unacknowledged: place.is_unacknowledged,
-            is_doubtful: place.is_doubtful,
+            is_uncertain: place.is_uncertain,
             count: place.count,
             origin: place.origin,
         })

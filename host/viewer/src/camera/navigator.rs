@@ -192,7 +192,7 @@ impl Navigator {
             Command::Reveal(id) => self.reveal(id, context),
             Command::UseCamera(name) => {
                 if let Some(config) = context.cameras.get(name) {
-                    self.visit(Camera::from_config(config), context);
+                    self.go_to_free_camera(Camera::from_config(config), context);
                 }
             }
             Command::StoreBookmark(number) => {
@@ -288,7 +288,7 @@ impl Navigator {
     fn frame(&mut self, bounds: Option<Bounds>, context: &NavigationContext<'_>) {
         let mut camera = self.destination();
         camera.frame(bounds);
-        self.visit(camera, context);
+        self.go_to_free_camera(camera, context);
     }
 
     fn reveal(&mut self, id: &str, context: &NavigationContext<'_>) {
@@ -299,7 +299,7 @@ impl Navigator {
             bounds,
             &boxes_of(context.graph),
         );
-        self.visit(camera, context);
+        self.go_to_free_camera(camera, context);
     }
 
     fn go_to_bookmark(&mut self, number: usize, context: &NavigationContext<'_>) {
@@ -307,12 +307,12 @@ impl Navigator {
         let stored = self.stored.get(index).copied().flatten();
         let configured = || context.cameras.values().nth(index).map(Camera::from_config);
         if let Some(camera) = stored.or_else(configured) {
-            self.visit(camera, context);
+            self.go_to_free_camera(camera, context);
         }
     }
 
     /// Goes to a camera that need not stand on the ground.
-    fn visit(&mut self, camera: Camera, context: &NavigationContext<'_>) {
+    fn go_to_free_camera(&mut self, camera: Camera, context: &NavigationContext<'_>) {
         if self.mode == CameraMode::Walk {
             self.mode = CameraMode::Orbit;
         }

@@ -22,14 +22,14 @@ fn config(projection: ProjectionConfig) -> CameraConfig {
 }
 
 #[test]
-fn a_configured_eye_and_target_come_back() {
+fn a_configured_eye_and_target_are_recovered() {
     let config = config(ProjectionConfig::Perspective);
     let camera = Camera::from_config(&config);
     assert!((view(&camera).eye - Vec3::from(config.eye)).length() < 1e-4);
 }
 
 #[test]
-fn a_configured_height_fills_the_picture_and_depth_does_not_count() {
+fn a_configured_height_fills_the_picture_independent_of_depth() {
     let config = config(ProjectionConfig::Orthographic { height: Some(10.0) });
     let camera = Camera::from_config(&config);
     let wide = Rect::from_min_size(Pos2::ZERO, egui::vec2(1600.0, 900.0));
@@ -105,7 +105,7 @@ fn panning_keeps_the_point_under_the_pointer() {
 }
 
 #[test]
-fn what_is_behind_the_camera_has_no_place() {
+fn points_behind_the_camera_have_no_screen_position() {
     let camera = Camera::framing(None);
     let view = view(&camera);
     let behind = view.eye + camera.direction();

@@ -85,7 +85,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_begins_and_ends_where_it_should_and_turns_the_shorter_way() {
+    fn a_transition_has_the_given_ends_and_turns_the_shorter_way() {
         let mut from = Camera::framing(None);
         from.yaw = 3.0;
         let to = Camera::look_at(vec3(40.0, 9.0, -60.0), Vec3::X * 50.0, 0.9);
@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn at_once_is_no_transition() {
+    fn a_duration_of_zero_gives_no_transition() {
         let camera = Camera::framing(None);
         let other = camera.moved_to(Vec3::ONE, Vec3::ZERO);
         assert!(Transition::between(camera, other, 0.0, &[]).is_none());

@@ -93,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wall_is_looked_around_and_what_is_free_is_looked_at_from_here() {
+    fn an_occluded_target_is_viewed_around_the_wall_and_a_visible_one_from_the_same_side() {
         let target = cube(vec3(0.0, 1.0, 0.0), 2.0);
         let camera = Camera::look_at(vec3(0.0, 1.0, 30.0), target.center(), 0.8);
         let free = find_unoccluded_view(camera, target, &[]);
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn closed_in_all_around_it_is_looked_at_all_the_same() {
+    fn a_fully_enclosed_target_still_gets_a_view() {
         let target = cube(Vec3::ZERO, 1.0);
         let camera = Camera::look_at(vec3(0.0, 0.0, 9.0), Vec3::ZERO, 0.8);
         let walls: Vec<Bounds> = (0..6)

@@ -44,7 +44,10 @@ fn users_cache() -> Option<PathBuf> {
 
 /// Returns the digest of the optimizer for cache keys: plugin id, version, library content and
 /// settings.
-pub(super) fn maker(plugin: &Plugin, settings: &Value) -> std::io::Result<OptimizerDigest> {
+pub(super) fn optimizer_digest(
+    plugin: &Plugin,
+    settings: &Value,
+) -> std::io::Result<OptimizerDigest> {
     let info = plugin.info();
     let length = std::fs::metadata(&info.path)?.len();
     if length > MAX_LIBRARY_BYTES {

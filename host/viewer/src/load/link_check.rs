@@ -9,8 +9,8 @@ use busbar_plugin_process::{Plugin, RunningTelemetry};
 use busbar_tags::{Moment, QualityCounts, Sample, TagTable};
 
 use super::{DiagnosticsCollector, LoadError, bindings, folder_of, plugins, read_config};
-use crate::overlay_instances::source_policy;
 use crate::stats::{self, LinkStats, QualityStats};
+use crate::telemetry_instance::source_policy;
 
 /// Period at which samples are taken.
 const PERIOD: Duration = Duration::from_millis(50);

@@ -173,7 +173,7 @@ impl OptimizationStage<'_> {
         mut imported: ImportedModels,
         faults: &mut DiagnosticsCollector<'_>,
     ) -> Vec<LoadedModel> {
-        let makers = self.makers(config);
+        let optimizer_digests = self.optimizer_digests(config);
         let following = screen_error_models(config);
         let mut loaded = Vec::with_capacity(imported.models.len());
         for (((name, configured), source), index) in
@@ -189,15 +189,20 @@ impl OptimizationStage<'_> {
             };
             let by_error = following.contains(name);
             let optimizer = configured.optimizer.as_ref();
-            let maker = optimizer.and_then(|name| makers.get(name).copied());
+            let optimizer_digest = optimizer.and_then(|name| optimizer_digests.get(name).copied());
             let built = optimizer
                 .and_then(|name| self.instances.get(name))
                 .map(Optimizer::from_plugin)
                 .transpose()
                 .and_then(|optimizer| {
-                    let maker =
-                        maker.map(|maker| if by_error { maker.with_part(BY_ERROR) } else { maker });
-                    let cache = self.cache.as_ref().zip(maker);
+                    let optimizer_digest = optimizer_digest.map(|optimizer_digest| {
+                        if by_error {
+                            optimizer_digest.with_part(BY_ERROR)
+                        } else {
+                            optimizer_digest
+                        }
+                    });
+                    let cache = self.cache.as_ref().zip(optimizer_digest);
                     let optimizer = optimizer.as_ref();
                     let builder = StackBuilder { optimizer, cache, by_error, allows_failure: true };
                     let total = model.meshes.len();
@@ -242,10 +247,10 @@ impl OptimizationStage<'_> {
     }
 
     /// Returns the cache digest of each optimizer in use.
-    fn makers(&mut self, config: &Config) -> BTreeMap<String, OptimizerDigest> {
-        let mut makers = BTreeMap::new();
+    fn optimizer_digests(&mut self, config: &Config) -> BTreeMap<String, OptimizerDigest> {
+        let mut optimizer_digests = BTreeMap::new();
         if self.cache.is_none() {
-            return makers;
+            return optimizer_digests;
         }
         let used: BTreeSet<&String> =
             config.models.values().filter_map(|model| model.optimizer.as_ref()).collect();
@@ -255,15 +260,15 @@ impl OptimizationStage<'_> {
             else {
                 continue;
             };
-            match cache::maker(instance, &plugin.settings) {
-                Ok(maker) => {
-                    makers.insert(name.clone(), maker);
+            match cache::optimizer_digest(instance, &plugin.settings) {
+                Ok(optimizer_digest) => {
+                    optimizer_digests.insert(name.clone(), optimizer_digest);
                 }
                 Err(error) => {
                     self.notes.push(format!("results of '{name}' are not cached: {error}"));
                 }
             }
         }
-        makers
+        optimizer_digests
     }
 }

@@ -188,7 +188,7 @@ pub(super) fn place(pointer: &str, error: &PluginError, faults: &mut Diagnostics
 }
 
 /// Reports the plugins that died during loading; they are restarted.
-pub(super) fn report_deaths(
+pub(super) fn report_crashed_plugins(
     config: &Config,
     instances: &BTreeMap<String, Plugin>,
     faults: &mut DiagnosticsCollector<'_>,

@@ -12,7 +12,7 @@ use busbar_plugin_process::{Plugin, RunningOverlay, RunningTelemetry};
 use busbar_scene::{ModelIndex, ModelParts};
 
 use super::models::screen_error_models;
-use crate::overlay_instances::source_policy;
+use crate::telemetry_instance::source_policy;
 
 use super::{LoadedModel, LoadedScene, folder_of, plugins, read_config};
 use crate::file_version::version;
@@ -219,13 +219,14 @@ impl<'a> ReusePlan<'a> {
 fn is_plugin_kept(before: &Config, after: &Config, name: &str) -> bool {
     before.plugins.get(name) == after.plugins.get(name)
         && plugins::serves(before, name) == plugins::serves(after, name)
-        && served(before, name).eq(served(after, name))
-        && jobs(before, name) == jobs(after, name)
-        && (!jobs(after, name)[0] || bound(before, name).eq(bound(after, name)))
+        && served_tag_properties(before, name).eq(served_tag_properties(after, name))
+        && plugin_duties(before, name) == plugin_duties(after, name)
+        && (!plugin_duties(after, name)[0]
+            || overlay_inputs(before, name).eq(overlay_inputs(after, name)))
 }
 
 /// Returns the tags that a plugin serves, with the properties it receives.
-fn served<'a>(
+fn served_tag_properties<'a>(
     config: &'a Config,
     name: &'a str,
 ) -> impl Iterator<Item = (&'a String, impl PartialEq + 'a)> {
@@ -236,7 +237,7 @@ fn served<'a>(
 }
 
 /// Returns the duties of a plugin: overlay, records, chart, model optimizer, alarms.
-fn jobs(config: &Config, name: &str) -> [bool; 5] {
+fn plugin_duties(config: &Config, name: &str) -> [bool; 5] {
     [
         config.overlays.iter().any(|overlay| overlay.plugin == name),
         config.records.iter().any(|records| records.plugin == name),
@@ -247,7 +248,7 @@ fn jobs(config: &Config, name: &str) -> [bool; 5] {
 }
 
 /// Returns the bindings that an overlay receives.
-fn bound<'a>(config: &'a Config, name: &str) -> impl Iterator<Item = impl PartialEq + 'a> {
+fn overlay_inputs<'a>(config: &'a Config, name: &str) -> impl Iterator<Item = impl PartialEq + 'a> {
     let roles = config.plugins.get(name).map_or(&[][..], |plugin| &plugin.roles);
     let bindings = config.bindings.iter();
     let own = bindings.filter(|of| roles.is_empty() || roles.contains(&of.role));

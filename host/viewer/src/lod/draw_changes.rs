@@ -94,8 +94,8 @@ mod tests {
     /// Event before a frame.
     #[derive(Clone, Copy, Debug)]
     enum Event {
-        LodCamera(f32),
-        ByHand(Option<f64>),
+        CameraDistance(f32),
+        ManualTheta(Option<f64>),
         Full(usize),
         NoneFull,
         Nothing,
@@ -103,8 +103,8 @@ mod tests {
 
     fn event() -> impl Strategy<Value = Event> {
         prop_oneof![
-            8 => (0.0_f32..2.5).prop_map(|power| Event::LodCamera(10_f32.powf(power))),
-            1 => prop::option::of(0.0..1.0).prop_map(Event::ByHand),
+            8 => (0.0_f32..2.5).prop_map(|power| Event::CameraDistance(10_f32.powf(power))),
+            1 => prop::option::of(0.0..1.0).prop_map(Event::ManualTheta),
             1 => (0_usize..4).prop_map(Event::Full),
             1 => Just(Event::NoneFull),
             3 => Just(Event::Nothing),
@@ -128,24 +128,24 @@ mod tests {
     proptest! {
         /// Accumulated changes equal the present drawing after any events.
         #[test]
-        fn who_hears_of_all_changes_knows_what_is_drawn(
+        fn all_draw_changes_together_reproduce_the_draw_list(
             steps in prop::collection::vec(
                 (event(), any::<bool>(), 0_u32..10, any::<bool>()), 1..60)
         ) {
             let (mut cursors, models) = hlod_tests::groups();
             cursors.set_morph_seconds(0.5);
             let mut known = BTreeMap::new();
-            for (step, (event, is_ready, settles, hears)) in steps.into_iter().enumerate() {
+            for (step, (event, is_ready, settles, collects)) in steps.into_iter().enumerate() {
                 let settle = settles == 0;
                 match event {
-                    Event::LodCamera(metres) => cursors.choose_levels(eye_at(-metres), &models, settle),
-                    Event::ByHand(theta) => cursors.set_manual_theta(0, theta),
+                    Event::CameraDistance(metres) => cursors.choose_levels(eye_at(-metres), &models, settle),
+                    Event::ManualTheta(theta) => cursors.set_manual_theta(0, theta),
                     Event::Full(instance) => cursors.set_full_detail([instance].into()),
                     Event::NoneFull => cursors.set_full_detail([].into()),
                     Event::Nothing => {}
                 }
                 cursors.advance(&models, settle, step as f64 * 0.2, |_| is_ready);
-                if !hears {
+                if !collects {
                     continue;
                 }
                 apply_changes(&mut cursors, &mut known);

@@ -145,7 +145,7 @@ impl LodCursors {
             let HlodState { wants_merge, is_merged, .. } = self.groups[group];
             let ready = match (is_merged, wants_merge) {
                 (false, true) => self.instances[self.own + group].is_ready(),
-                (true, false) => self.is_ready_within(group),
+                (true, false) => self.is_group_ready(group),
                 _ => false,
             };
             if ready {
@@ -154,7 +154,7 @@ impl LodCursors {
         }
     }
 
-    fn is_ready_within(&self, group: usize) -> bool {
+    fn is_group_ready(&self, group: usize) -> bool {
         let mut ready = true;
         let instances = self.groups[group].instances.clone();
         self.walk(instances, group + 1, &mut |_, index| ready &= self.instances[index].is_ready());

@@ -70,7 +70,7 @@ const ALL: [DrawItem; 4] =
     [DrawItem::Instance(0), DrawItem::Instance(1), DrawItem::Instance(2), DrawItem::Instance(3)];
 
 #[test]
-fn the_farther_the_more_stand_as_one_and_back() {
+fn groups_merge_with_distance_and_split_again() {
     let (mut cursors, models) = groups();
     let mut at = |metres| step(&mut cursors, &models, metres, &|_| true);
     for _ in 0..2 {
@@ -84,7 +84,7 @@ fn the_farther_the_more_stand_as_one_and_back() {
 }
 
 #[test]
-fn proxies_of_a_group_follow_each_other() {
+fn proxies_of_a_group_replace_each_other_in_order() {
     let (mut cursors, models) = grouped([(0..4, 2, 1, OUTER_ERROR), (0..4, 2, 2, INNER_ERROR)]);
     let mut at =
         |metres, ready: fn(MeshCursor) -> bool| step(&mut cursors, &models, metres, &ready);
@@ -101,7 +101,7 @@ fn proxies_of_a_group_follow_each_other() {
 }
 
 #[test]
-fn nothing_is_missing_while_meshes_are_made() {
+fn no_instance_disappears_while_meshes_are_prepared() {
     let (mut cursors, models) = groups();
     step(&mut cursors, &models, 1.0, &|_| true);
     let nothing = |_: MeshCursor| false;
@@ -122,7 +122,7 @@ fn nothing_is_missing_while_meshes_are_made() {
 }
 
 #[test]
-fn the_eye_that_turns_back_leaves_nothing_behind() {
+fn a_camera_that_turns_back_leaves_no_pending_changes() {
     let (mut cursors, models) = groups();
     step(&mut cursors, &models, 200.0, &|_| true);
     let nothing = |_: MeshCursor| false;
@@ -134,7 +134,7 @@ fn the_eye_that_turns_back_leaves_nothing_behind() {
 }
 
 #[test]
-fn a_hand_and_the_scale_take_groups_apart() {
+fn manual_theta_and_scale_split_groups() {
     let (mut cursors, models) = groups();
     let settled = |cursors: &mut LodCursors, metres: f32| {
         cursors.choose_levels(eye_at(-metres), &models, true);
@@ -153,7 +153,7 @@ fn a_hand_and_the_scale_take_groups_apart() {
 }
 
 #[test]
-fn a_group_that_holds_what_is_to_be_in_full_detail_is_taken_apart_however_far() {
+fn a_group_with_a_full_detail_instance_is_split_at_any_distance() {
     let (mut cursors, models) = groups();
     let far = |cursors: &mut LodCursors| {
         step(cursors, &models, 1_000.0, &|_| true);
@@ -171,7 +171,7 @@ fn a_group_that_holds_what_is_to_be_in_full_detail_is_taken_apart_however_far() 
 }
 
 #[test]
-fn what_is_marked_is_drawn_by_itself_as_coarse_as_it_may_be() {
+fn a_highlighted_instance_is_drawn_individually_at_its_coarsest_allowed_level() {
     let (mut cursors, models) = groups();
     let far = |cursors: &mut LodCursors| {
         step(cursors, &models, 1_000.0, &|_| true);

@@ -71,14 +71,14 @@ impl InstanceKind {
                 let error = metres / f64::from(self.metres);
                 let cursor = stacks.cursor_for_error(error as f32);
                 let theta = f64::from(cursor) / f64::from(stacks.position_count().max(1));
-                (theta, self.proxy_within(error))
+                (theta, self.proxy_for_error(error))
             }
         };
         LevelCursors { theta, own: stacks.cursor_for_theta(theta), proxy }
     }
 
     /// The cursor of the coarsest proxy with at most this error, in units of the mesh.
-    fn proxy_within(&self, error: f64) -> Option<u32> {
+    fn proxy_for_error(&self, error: f64) -> Option<u32> {
         let proxies = self.proxies.as_ref()?;
         let within = proxies.partition_point(|proxy| proxy.error <= error);
         Some(FIRST_PROXY + within.checked_sub(1)? as u32)

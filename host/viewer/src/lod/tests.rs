@@ -124,7 +124,7 @@ fn a_cursor_stays_until_its_mesh_is_ready() {
 }
 
 #[test]
-fn a_hand_and_the_scale_override_policies_and_give_back() {
+fn manual_theta_and_scale_override_policies_until_cleared() {
     let (mut cursors, models) = row(&[0.0, 50.0, 200.0], Some(0.25));
     assert_eq!(step(&mut cursors, &models, 0.0, true), [0, 11, 6]);
     cursors.set_scale(0.0);
@@ -140,7 +140,7 @@ fn a_hand_and_the_scale_override_policies_and_give_back() {
 }
 
 #[test]
-fn detail_is_summed_over_instances_and_told_once() {
+fn detail_is_summed_over_instances_and_reported_once() {
     let (mut cursors, models) = row(&[0.0, 50.0], None);
     step(&mut cursors, &models, 0.0, true);
     let detail = cursors.changed_detail(&models).unwrap();
@@ -163,7 +163,7 @@ fn detail_is_summed_over_instances_and_told_once() {
 }
 
 #[test]
-fn without_perspective_detail_by_the_error_on_the_screen_is_the_same_at_any_distance() {
+fn without_perspective_screen_error_detail_is_independent_of_distance() {
     let (graph, mut models) = row_of(&[0.0, 50.0, 5000.0], None);
     models[0].stacks = vec![Arc::new(stacks(strip(), 0.01))];
     let policies = vec![ThetaPolicy::ScreenError(ScreenError::new(1.0, 0.0))];
@@ -185,7 +185,7 @@ fn without_perspective_detail_by_the_error_on_the_screen_is_the_same_at_any_dist
 }
 
 #[test]
-fn a_pixel_covers_less_of_what_is_beside_than_of_what_is_ahead() {
+fn a_pixel_covers_less_at_the_edge_of_the_view_than_at_its_centre() {
     let pixel = PixelSize::PerMetre { ahead: 1e-3, corner: 0.75 };
     let eye = LodCamera { position: Vec3::X, ahead: Vec3::NEG_Z, pixel };
     let check = |center: Vec3, metres: f32| {
@@ -203,7 +203,7 @@ fn a_pixel_covers_less_of_what_is_beside_than_of_what_is_ahead() {
 /// Prints what choosing costs; a loaded machine in a debug build is slow, so
 /// the bound is loose.
 #[test]
-fn ten_thousand_instances_are_chosen_in_no_time() {
+fn cursors_of_ten_thousand_instances_are_chosen_within_the_time_limit() {
     let places: Vec<f32> = (0..10_000).map(|i| (i % 400) as f32).collect();
     let (mut cursors, models) = row(&places, None);
     step(&mut cursors, &models, 0.0, true);
@@ -222,7 +222,7 @@ fn ten_thousand_instances_are_chosen_in_no_time() {
 
 /// Ways from the strips' cursors to those wanted at 50 m and back, in quarters of a second.
 #[test]
-fn a_change_goes_by_degrees_and_what_is_wanted_meanwhile_comes_after() {
+fn a_level_change_is_gradual_and_later_requests_follow_it() {
     let (mut cursors, models) = row(&[0.0], None);
     cursors.set_morph_seconds(1.0);
     let mut at = |x: f32, now: f64| {
@@ -252,7 +252,7 @@ fn a_change_goes_by_degrees_and_what_is_wanted_meanwhile_comes_after() {
 }
 
 #[test]
-fn a_way_waits_for_what_it_needs_and_settling_waits_for_nothing() {
+fn a_morph_waits_for_its_meshes_and_settling_skips_morphs() {
     let (mut cursors, models) = row(&[0.0], None);
     cursors.set_morph_seconds(1.0);
     let place = MeshCursor { model: 0, mesh: 0, cursor: 11 };
@@ -274,7 +274,7 @@ fn a_way_waits_for_what_it_needs_and_settling_waits_for_nothing() {
 }
 
 #[test]
-fn what_is_beyond_the_limit_changes_at_once() {
+fn changes_beyond_the_morph_limit_are_immediate() {
     let count = geomorphing::MAX_MORPHS + 10;
     let (mut cursors, models) = row(&vec![0.0; count], None);
     cursors.set_morph_seconds(1.0);
@@ -288,7 +288,7 @@ fn what_is_beyond_the_limit_changes_at_once() {
 }
 
 #[test]
-fn what_is_to_be_in_full_detail_is_so_at_any_distance_and_by_any_hand() {
+fn full_detail_instances_ignore_distance_and_manual_theta() {
     let (mut cursors, models) = row(&[0.0, 50.0, 200.0], None);
     let before = step(&mut cursors, &models, 0.0, true);
     assert!(before[2] > 0);
@@ -330,7 +330,7 @@ fn proxies_from(
 }
 
 #[test]
-fn what_is_far_is_shown_as_the_proxy_of_its_mesh_once_that_is_ready() {
+fn a_distant_instance_is_shown_as_its_proxy_once_the_proxy_is_ready() {
     // An error of 0.05 m is half a pixel from 100 m on.
     let (mut cursors, models) = proxied(&[0.0, 50.0]);
     let mut at = |metres, is_ready| proxies_from(&mut cursors, &models, metres, is_ready);
@@ -343,7 +343,7 @@ fn what_is_far_is_shown_as_the_proxy_of_its_mesh_once_that_is_ready() {
 }
 
 #[test]
-fn proxies_count_as_the_mesh_that_they_stand_for() {
+fn proxies_count_as_the_mesh_that_they_replace() {
     let (mut cursors, models) = proxied(&[0.0, 0.0]);
     proxies_from(&mut cursors, &models, 200.0, true);
     cursors.count_moved(|place| Some(if place.model == 1 { 3 } else { 99 }));
@@ -357,7 +357,7 @@ fn proxies_count_as_the_mesh_that_they_stand_for() {
 }
 
 #[test]
-fn what_is_marked_selected_or_set_by_hand_is_no_proxy_and_nothing_bends_to_one() {
+fn highlighted_or_manual_instances_use_no_proxy_and_nothing_morphs_to_a_proxy() {
     let (mut cursors, models) = proxied(&[0.0, 0.0]);
     let far = |cursors: &mut LodCursors| proxies_from(cursors, &models, 200.0, true);
     assert_eq!(far(&mut cursors), [true, true]);

@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_is_told_once_it_rests_however_it_is_written() {
+    fn a_changed_file_is_reported_once_it_settles_for_every_way_of_writing() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("scene.json");
         fs::write(&path, "0").unwrap();
@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn models_are_followed_as_what_they_are_shown() {
+    fn model_edits_are_detected_against_the_shown_versions() {
         let folder = tempfile::tempdir().unwrap();
         let [path, model] = ["scene.json", "a.glb"].map(|name| folder.path().join(name));
         fs::write(&path, "0").unwrap();
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn the_thread_ends_with_the_watch() {
+    fn the_thread_ends_when_the_watcher_is_dropped() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("scene.json");
         fs::write(&path, "0").unwrap();

@@ -45,7 +45,7 @@ impl Viewer {
         self.carry_view(&before);
         let same_proxies = Arc::ptr_eq(&before.proxies, &self.scene.proxies);
         if !has_same_graph || !same_proxies || before.policies() != self.scene.policies() {
-            self.place_anew(&before, &remap, has_same_graph);
+            self.rebuild_lod_cursors(&before, &remap, has_same_graph);
         }
         self.carry_equipment(&remap);
         before.instances.retain(|name, _| !is_kept(name));
@@ -213,7 +213,7 @@ impl Viewer {
         let is_live = !self.settles;
         let wanted = |scene: &LoadedScene| {
             let options = construction::options_of(scene.renderer_options(), is_live);
-            (options, construction::choice_of(scene))
+            (options, construction::device_choice(scene))
         };
         let (options, choice) = wanted(next);
         if !self.renderer.set_options(options, choice) {
@@ -233,7 +233,7 @@ impl Viewer {
     }
 
     /// Draws other instances than before, or at other levels of detail.
-    fn place_anew(&mut self, before: &LoadedScene, remap: &IndexRemap, same_graph: bool) {
+    fn rebuild_lod_cursors(&mut self, before: &LoadedScene, remap: &IndexRemap, same_graph: bool) {
         let scene = &self.scene;
         let scale = scene.config.view.theta_scale;
         let policies = scene.policies();

@@ -67,7 +67,7 @@ impl Viewer {
         };
         let start = Instant::now();
         let in_window = window.is_some();
-        let choice = choice_of(&scene);
+        let choice = device_choice(&scene);
         let options = options_of(options, is_live);
         let open = || Renderer::open(options, choice.clone(), window.clone(), size);
         let (recovery, renderer) = DeviceRecovery::start(&scene, !is_live, open)?;
@@ -76,7 +76,7 @@ impl Viewer {
         let theta_scale = scene.config.view.theta_scale;
         let tags = table_of(&scene);
         let overlays = overlay_instances::start_overlays(&scene)?;
-        let telemetry = overlay_instances::start_telemetry(&scene)?;
+        let telemetry = telemetry_instance::start_telemetry(&scene)?;
         let chart = start_chart(&scene, !is_live)?;
         let records = RecordStore::start(&scene, !is_live)?;
         let camera =
@@ -185,7 +185,7 @@ pub(super) fn options_of(options: RendererOptions, is_live: bool) -> RendererOpt
 }
 
 /// The device that the configuration wants.
-pub(super) fn choice_of(scene: &LoadedScene) -> DeviceChoice {
+pub(super) fn device_choice(scene: &LoadedScene) -> DeviceChoice {
     DeviceChoice {
         device: scene.config.view.device.clone(),
         pipeline_cache: scene.pipeline_cache.clone(),

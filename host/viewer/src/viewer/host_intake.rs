@@ -49,11 +49,11 @@ impl HostIntake {
         sink: &mut impl SampleSink,
     ) {
         let waited = Duration::from_nanos(boot.saturating_sub(update.sent_at));
-        self.0.take_program_value(&said_value(tag, update), waited, (now, wall), sink);
+        self.0.take_program_value(&program_value(tag, update), waited, (now, wall), sink);
     }
 }
 
-fn said_value(tag: TagHandle, update: &TagUpdate) -> ProgramValue {
+fn program_value(tag: TagHandle, update: &TagUpdate) -> ProgramValue {
     let value = |value| match value {
         TagValue::F64(value) => Value::F64(value),
         TagValue::I64(value) => Value::I64(value),

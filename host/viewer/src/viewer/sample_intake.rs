@@ -43,7 +43,7 @@ impl Viewer {
     }
 
     /// Holds values from before a pause of the process or the machine for stale.
-    fn distrust_after_pause(&mut self) {
+    fn mark_stale_after_pause(&mut self) {
         let Some(pause) = self.pauses.take() else { return };
         tracing::warn!("{pause}");
         let Self { tags, events, history, alarms, .. } = self;
@@ -60,7 +60,7 @@ impl Viewer {
     /// the CPU time.
     pub(super) fn take_samples(&mut self) -> FrameStageMillis {
         let began = CpuClock::start();
-        self.distrust_after_pause();
+        self.mark_stale_after_pause();
         let Self { tags, events, history, .. } = self;
         for telemetry in &mut self.telemetry {
             telemetry.log_clock();

@@ -37,7 +37,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_beats_until_it_is_dropped() {
+    fn the_heartbeat_continues_until_dropped() {
         let (_, memory) = PictureMemory::create().unwrap();
         let heartbeat = Heartbeat::start(&memory);
         let first = memory.last_beat();

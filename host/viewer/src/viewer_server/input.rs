@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn modifiers_last_until_they_are_let_go_of() {
+    fn modifiers_last_until_released() {
         let (mut input_state, mut input) = (InputState::default(), RawInput::default());
         let lets_go = KeyEvent::Modifiers(message::Modifiers::default());
         let wheel = Command::Pointer(PointerEvent::Scrolled(1.0));

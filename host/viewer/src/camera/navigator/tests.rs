@@ -57,7 +57,7 @@ impl NavigatorFixture {
 }
 
 #[test]
-fn who_walks_stays_on_the_ground_at_so_many_metres_a_second() {
+fn walking_stays_on_the_ground_at_the_configured_speed() {
     let mut fixture = NavigatorFixture::new("{}", false);
     fixture.steer(Command::SetCameraMode(CameraMode::Walk));
     assert!((fixture.eye().y - EYE_HEIGHT).abs() < 1e-4, "{}", fixture.eye());
@@ -75,7 +75,7 @@ fn who_walks_stays_on_the_ground_at_so_many_metres_a_second() {
 }
 
 #[test]
-fn turning_the_head_leaves_the_eye_where_it_is() {
+fn looking_around_keeps_the_eye_position() {
     let mut fixture = NavigatorFixture::new("{}", false);
     fixture.steer(Command::SetCameraMode(CameraMode::Fly));
     let (eye, ahead) = (fixture.eye(), fixture.navigator.camera().forward());
@@ -85,7 +85,7 @@ fn turning_the_head_leaves_the_eye_where_it_is() {
 }
 
 #[test]
-fn who_flies_goes_where_he_looks_and_up_and_the_wheel_sets_the_speed() {
+fn flying_follows_the_view_direction_and_the_wheel_sets_the_speed() {
     let mut fixture = NavigatorFixture::new("{}", false);
     fixture.steer(Command::SetCameraMode(CameraMode::Fly));
     let ahead = fixture.navigator.camera().forward();
@@ -122,7 +122,7 @@ fn bookmarks_are_those_of_the_configuration_until_others_are_stored() {
 }
 
 #[test]
-fn sides_are_looked_at_straight_and_without_perspective() {
+fn standard_views_are_axis_aligned_and_orthographic() {
     let mut fixture = NavigatorFixture::new("{}", false);
     let sides = [
         (StandardView::Top, Vec3::NEG_Y),
@@ -138,7 +138,7 @@ fn sides_are_looked_at_straight_and_without_perspective() {
 }
 
 #[test]
-fn a_window_takes_its_time_and_a_picture_does_not() {
+fn camera_transitions_are_animated_in_a_window_and_immediate_in_a_picture() {
     let go = Command::UseCamera("far".into());
     let destination = Vec3::new(0.0, 10.0, 100.0);
     let mut picture = NavigatorFixture::new(r#"{"transition_seconds": 2}"#, false);
@@ -166,7 +166,7 @@ fn a_window_takes_its_time_and_a_picture_does_not() {
 }
 
 #[test]
-fn a_drag_coasts_only_where_it_is_asked_for_and_comes_to_rest() {
+fn a_drag_coasts_only_if_enabled_and_comes_to_rest() {
     let coast = Command::StartInertia(vec2(400.0, 0.0));
     let mut calm = NavigatorFixture::new("{}", true);
     calm.steer(coast.clone());

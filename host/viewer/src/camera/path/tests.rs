@@ -27,14 +27,14 @@ fn first_violation(path: &CameraPath, equipment: &[Bounds], ends: [Vec3; 2]) -> 
 }
 
 #[test]
-fn a_free_way_is_straight() {
+fn an_unobstructed_path_is_straight() {
     let path = CameraPath::between(Vec3::ZERO, Vec3::X * 10.0, &[]).unwrap();
     assert_eq!(path.at(0.5), Vec3::X * 5.0);
     assert_eq!([path.at(0.0), path.at(1.0)], [Vec3::ZERO, Vec3::X * 10.0]);
 }
 
 #[test]
-fn it_rises_over_what_is_between_and_not_over_what_is_not() {
+fn a_path_rises_over_obstacles_in_between_only() {
     let wall = boxed([4.0, -5.0, -50.0], [2.0, 15.0, 100.0]);
     let tower = boxed([4.0, 0.0, 100.0], [2.0, 90.0, 5.0]);
     let (from, to) = (Vec3::ZERO, Vec3::X * 10.0);
@@ -45,7 +45,7 @@ fn it_rises_over_what_is_between_and_not_over_what_is_not() {
 }
 
 #[test]
-fn from_under_a_roof_it_goes_aside_first() {
+fn a_path_from_under_a_roof_leaves_sideways_first() {
     let roof = boxed([-5.0, 3.0, -5.0], [10.0, 1.0, 10.0]);
     let wall = boxed([15.0, -5.0, -50.0], [2.0, 15.0, 100.0]);
     let (from, to) = (Vec3::ZERO, Vec3::X * 30.0);
@@ -54,7 +54,7 @@ fn from_under_a_roof_it_goes_aside_first() {
 }
 
 #[test]
-fn out_of_a_closed_room_there_is_no_way() {
+fn a_closed_room_has_no_path_out() {
     let side = 40.0;
     let walls = [
         boxed([-side, 8.0, -side], [2.0 * side, 1.0, 2.0 * side]),
@@ -81,7 +81,7 @@ proptest! {
 
     /// Random scenes and pairs of cameras.
     #[test]
-    fn no_place_on_the_way_is_within_a_metre_of_equipment_that_holds_no_end(
+    fn a_path_keeps_one_metre_from_equipment_that_contains_neither_end(
         equipment in prop::collection::vec(any_box(), 0..60),
         from in (-90.0_f32..90.0, 0.0_f32..40.0, -90.0_f32..90.0),
         to in (-90.0_f32..90.0, 0.0_f32..40.0, -90.0_f32..90.0),
@@ -98,7 +98,7 @@ proptest! {
 /// Prints what a way costs on a hundred stations; a loaded machine in a debug build is
 /// slow, so the bound is loose.
 #[test]
-fn among_a_hundred_thousand_pieces_a_way_is_found_at_once() {
+fn a_path_among_a_hundred_thousand_pieces_is_found_within_the_time_limit() {
     let equipment: Vec<Bounds> = (0..100_000)
         .map(|index| {
             let (x, z) = ((index % 400) as f32 * 5.0, (index / 400) as f32 * 5.0);
@@ -116,7 +116,7 @@ fn among_a_hundred_thousand_pieces_a_way_is_found_at_once() {
 
 /// Else the property above would say little.
 #[test]
-fn in_scenes_of_equipment_a_way_is_found_nearly_always() {
+fn a_path_is_nearly_always_found_in_equipment_scenes() {
     let mut state = 7_u32;
     let mut random = |limit: f32| {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);

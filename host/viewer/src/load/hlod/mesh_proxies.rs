@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_shown_often_has_fewer_triangles_by_far_with_each_proxy_and_as_much_surface() {
+    fn each_proxy_of_a_repeated_mesh_has_far_fewer_triangles_and_the_same_surface() {
         let (proxies, models) = racks(2, policy());
         let of_rack = &proxies[&(0, 0)];
         assert!(!of_rack.is_empty());
@@ -279,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_shown_once_or_by_another_policy_has_none() {
+    fn single_instances_and_other_policies_have_no_proxies() {
         for (proxies, models) in [racks(1, policy()), racks(9, ThetaPolicy::Fixed(0.5))] {
             assert!(proxies.is_empty());
             assert_eq!(models.len(), 1);
@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn what_there_is_no_room_for_is_left_out_the_finest_first() {
+    fn proxies_beyond_the_memory_limit_are_left_out_finest_first() {
         let built =
             all_of(&CollapseStacks::build(rack(40), &CollapseSequence::empty(320)), &policy());
         let coarsest = built.last().unwrap().0.triangles.len() as u64;
