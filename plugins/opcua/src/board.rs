@@ -49,17 +49,17 @@ pub(crate) struct Board {
     mirror: Option<Mirror>,
 }
 
-/// What was told of a tag.
+/// Last sample of a tag that the host was told.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Last {
-    /// A value that may be confirmed, with its quality.
+    /// Value with its quality, where it may be confirmed.
     pub(crate) value: Option<(Value, Quality)>,
     source_time: Option<SystemTime>,
     flags: SampleFlags,
     pub(crate) told: Option<Instant>,
-    /// Told anew since it came, as what is so now.
+    /// True once the value was confirmed: told anew, as the current one.
     is_confirmed: bool,
-    /// Something may have changed it since.
+    /// True where the value may have changed since it was told.
     pub(crate) is_suspect: bool,
 }
 
@@ -379,8 +379,8 @@ impl Board {
         }
     }
 
-    /// Its source time is that of its last change, and orders nothing any more: what is
-    /// known is that the value is so now. A time that is not believed stays so.
+    /// Repeats a tag's last value as current, without a source time, which would be that of its
+    /// last change. An implausible source time stays marked as unusable.
     fn confirm_one(&mut self, index: usize, now: Instant, wall: SystemTime) {
         let last = &mut self.last[index];
         let Some((value, quality)) = last.value else { return };

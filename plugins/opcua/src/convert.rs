@@ -8,16 +8,16 @@ use busbar_plugin_sdk::{DoublePoint, Quality, Reason, SampleFlags, Value, ValueK
 use crate::points::Point;
 use crate::settings::SourceTime;
 
-/// The longest text that is looked at as a value, bytes.
+/// Longest text that is converted to a value, bytes.
 const MAX_TEXT_BYTES: usize = 256;
-/// What makes a status code: severity and sub-code (OPC 10000-4, 7.38.1).
+/// Bits of a status code that hold its severity and sub-code (OPC 10000-4, 7.38.1).
 const CODE_BITS: u32 = 0xFFFF_0000;
 /// Bits that only a historian's value has: calculated, interpolated, partial, with extra
 /// data, one of several (OPC 10000-4, 7.38.1; OPC 10000-11, 6.2).
 const HISTORIAN_BITS: u32 = 0x1F;
-/// From here on the integers of a float are no longer those of an i64.
+/// Smallest positive float beyond the range of an i64, 2^63.
 const I64_END: f64 = 9_223_372_036_854_775_808.0;
-/// 1601-01-01 before 1970-01-01, in ticks of 100 ns (OPC 10000-6, 5.2.2.5).
+/// Ticks of 100 ns from 1601-01-01 to 1970-01-01 (OPC 10000-6, 5.2.2.5).
 const TICKS_TO_1970: i64 = 116_444_736_000_000_000;
 const NANOS_PER_TICK: u64 = 100;
 

@@ -31,11 +31,11 @@ use crate::session;
 use crate::settings::Config;
 use crate::url::Url;
 
-/// Nodes that browsing begins at.
+/// Most nodes at which browsing begins.
 const MAX_ROOTS: usize = 64;
-/// How long all of it may take.
+/// Time limit of the whole import.
 const MAX_TIME: Duration = Duration::from_secs(600);
-/// How often the host hears that it goes on, and is asked whether to stop.
+/// Period of the progress reports to the host, which may then stop the import.
 const BEAT: Duration = Duration::from_millis(200);
 const USAGE: &str = "busbar import CONFIG --from INSTANCE [--out POINTS.csv|TAGS.json] -- [NODE...]: \
                      each NODE, such as nsu=urn:plc;s=Station, is browsed instead of the folder Objects";

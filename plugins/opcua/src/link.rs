@@ -20,12 +20,12 @@ use crate::settings::Config;
 use crate::url::Url;
 use crate::watch::Watch;
 
-/// A session that held so long deserves a quick second try.
+/// Duration of a session after which the first reconnection attempt is quick.
 const STABLE_AFTER: Duration = Duration::from_secs(10);
-/// How long a goodbye may take.
+/// Deadline of closing a session.
 pub(crate) const CLOSE_LIMIT: Duration = Duration::from_millis(800);
 
-/// What sessions have of the world around them; tests have their own.
+/// Surroundings of a session: dialer and wall clock, replaced in tests.
 #[derive(Clone)]
 pub(crate) struct World {
     pub(crate) dial: Arc<dyn Dial>,

@@ -33,7 +33,7 @@ impl MovedNamespace {
 #[derive(Debug, Default)]
 pub(crate) struct NamespaceMemory {
     shared: BTreeMap<u16, String>,
-    /// By server.
+    /// URI of the own namespace (index 1) of each server.
     own: BTreeMap<String, String>,
 }
 

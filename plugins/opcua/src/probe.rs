@@ -20,13 +20,13 @@ use crate::link::{Link, World};
 use crate::points::Points;
 use crate::settings::Settings;
 
-/// Bytes that wait between the two ends.
+/// Capacity of the pipe between the two ends, bytes.
 const PIPE_BYTES: usize = 64 * 1024;
 /// Turns of the event loop without a request after which the server goes on by itself.
 const IDLE_TURNS: usize = 8;
-/// Requests of one session.
+/// Most requests of one session.
 const MAX_REQUESTS: usize = 200;
-/// Type, kind of chunk, size (OPC 10000-6, 7.1.2.2).
+/// Length of a header: type, kind of chunk, size (OPC 10000-6, 7.1.2.2), bytes.
 const HEADER_BYTES: usize = 8;
 
 /// Has one session with a server that answers each request with the next frame of the
@@ -123,7 +123,7 @@ async fn serve(mut stream: DuplexStream, bytes: Vec<u8>) {
     }
 }
 
-/// Whether there was one.
+/// Reads the bytes of a request without waiting; reports whether any came.
 async fn take_request(stream: &mut DuplexStream) -> bool {
     let mut bytes = vec![0; PIPE_BYTES];
     poll_fn(|context| {

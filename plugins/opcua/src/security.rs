@@ -1,4 +1,4 @@
-//! Who the server may be, and who we are.
+//! Certificates of the server and of the client, and the protection of messages.
 
 use std::fs;
 use std::path::Path;
@@ -26,7 +26,7 @@ pub(crate) struct Own {
     pub(crate) key: PrivateKey,
 }
 
-/// What is done to messages.
+/// Security policy and mode that protect messages.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Protection {
     pub(crate) policy: SecurityPolicy,
@@ -82,7 +82,7 @@ impl Own {
         Ok(own)
     }
 
-    /// Whether what the key signs is signed by the certificate.
+    /// Reports whether key and certificate are a pair, by a trial signature.
     fn is_pair(&self) -> bool {
         let (policy, nonce) = (SecurityPolicy::Basic256Sha256, ByteString::from(b"pair"));
         let signed = self.certificate.as_byte_string();

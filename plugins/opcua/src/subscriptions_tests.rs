@@ -36,16 +36,16 @@ const TICKS_TO_1970: i64 = 116_444_736_000_000_000;
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Counting {
     Standard,
-    /// Keep-alives use numbers.
+    /// Keep-alives use up numbers of their own.
     Own,
-    /// Keep-alives repeat the last number.
+    /// Keep-alives repeat the last notification's number.
     Last,
 }
 
 /// A server of which the truth is known.
 struct Model {
     counting: Counting,
-    /// It keeps notifications for Republish.
+    /// True where the server keeps notifications for Republish.
     keeps: bool,
     values: [i64; TAGS as usize],
     published: [i64; TAGS as usize],

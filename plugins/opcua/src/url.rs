@@ -7,19 +7,19 @@ use busbar_link::{Endpoint, SettingsFaults};
 /// Port of a server whose URL names none (IANA: opcua-tcp).
 const DEFAULT_PORT: u16 = 4840;
 const SCHEME: &str = "opc.tcp://";
-/// Longest URL that is written down in full, bytes.
+/// Longest URL that is accepted, bytes.
 const MAX_URL_BYTES: usize = 1024;
 
-/// Where a server listens.
+/// URL of a server that listens for OPC UA over TCP.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Url {
     pub(crate) endpoint: Endpoint,
-    /// As servers are told it.
+    /// Text of the URL as servers are told it.
     pub(crate) text: String,
 }
 
 impl Url {
-    /// Reads a URL.
+    /// Parses a URL of OPC UA over TCP.
     ///
     /// # Errors
     /// What is wrong with it, and how it is written.

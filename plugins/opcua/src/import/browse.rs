@@ -1,5 +1,4 @@
-//! What the address space of a server has below some nodes: its variables, by the shortest
-//! way to each.
+//! Variables of a server's address space below some nodes, by the shortest path to each.
 
 use std::collections::{BTreeMap, HashSet};
 
@@ -17,18 +16,18 @@ const MAX_PATH_BYTES: usize = 1024;
 /// Nodes that cannot be browsed and are named.
 const MAX_NAMED: usize = 20;
 
-/// A variable that was found.
+/// Variable that browsing found.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Variable {
     pub(super) node: NodeId,
-    /// Browse names from where browsing began, by dots.
+    /// Path of browse names from the start of browsing, separated by dots.
     pub(super) path: String,
     pub(super) display_name: String,
-    /// Its properties by browse name.
+    /// Node of each property, by browse name.
     pub(super) properties: BTreeMap<String, NodeId>,
 }
 
-/// What was found, and what was left out, in words.
+/// Variables that were found, and remarks on those that were left out.
 #[derive(Debug, Default)]
 pub(super) struct Found {
     pub(super) variables: Vec<Variable>,
@@ -71,23 +70,23 @@ pub(super) async fn variables_below(
     Ok(walk.end())
 }
 
-/// A node whose references are asked for.
+/// Node whose references are asked for.
 struct Place {
     path: String,
     node: NodeId,
-    /// Which variable it is.
+    /// Index of the variable, where the node is one.
     variable: Option<usize>,
 }
 
-/// What was seen so far.
+/// State of a breadth-first walk through the address space.
 struct Walk {
     found: Found,
     seen: HashSet<NodeId>,
     level: Vec<Place>,
     skips_standard: bool,
-    /// Whether the limit is reached.
+    /// True once the limit of nodes is reached.
     is_full: bool,
-    /// Nodes that cannot be browsed.
+    /// Number of nodes that cannot be browsed.
     refused: usize,
 }
 

@@ -21,7 +21,7 @@ const MAX_ROWS: usize = 100_000;
 const MAX_NAME_BYTES: usize = 200;
 const MAX_UNIT_BYTES: usize = 32;
 const HEADER: &str = "tag,description,type,unit,low,high,address.node,address.index,address.states";
-/// What is read of each variable, in the order of [`Attributes`].
+/// Attributes that are read of each variable, in the order of [`Attributes`].
 const ATTRIBUTES: [AttributeId; 6] = [
     AttributeId::DataType,
     AttributeId::ValueRank,
@@ -31,11 +31,11 @@ const ATTRIBUTES: [AttributeId; 6] = [
     AttributeId::Description,
 ];
 
-/// What can be tags, and what cannot.
+/// Variables that can be tags, and those that cannot.
 #[derive(Debug, Default)]
 pub(crate) struct Listing {
     pub(super) rows: Vec<Row>,
-    /// Paths of variables, and why they are no tags.
+    /// Paths of refused variables, each with the reason.
     pub(super) refused: Vec<(String, String)>,
     pub(super) remarks: Vec<String>,
 }

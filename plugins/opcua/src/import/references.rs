@@ -22,10 +22,10 @@ const PAGE: u32 = 1000;
 /// Answers that one request is continued by.
 const MAX_PAGES: usize = 10_000;
 
-/// The references of a node, or why there are none.
+/// References of a node, or the reason for which there are none.
 pub(super) type References = Result<Vec<ReferenceDescription>, StatusCode>;
 
-/// Which references of a node are asked for.
+/// Direction in which a node's references are browsed.
 #[derive(Clone, Copy)]
 pub(super) enum Direction {
     Down,
@@ -33,11 +33,11 @@ pub(super) enum Direction {
     Supertype,
 }
 
-/// Asks one server.
+/// Browser of one server's references.
 pub(super) struct Browser<'a> {
     client: &'a Client,
     pub(super) namespaces: &'a [String],
-    /// Nodes of one request.
+    /// Most nodes of one request.
     batch: usize,
 }
 
@@ -119,7 +119,8 @@ impl<'a> Browser<'a> {
         Ok((all, false))
     }
 
-    /// Whether a request was too large and the next one will be smaller.
+    /// Halves the batch size after a request that was too large; reports whether a smaller one may
+    /// be tried.
     fn may_ask_for_less(&mut self, fault: &Fault) -> bool {
         let may = self.batch > 1 && fault.is_too_much();
         if may {
@@ -128,7 +129,7 @@ impl<'a> Browser<'a> {
         may
     }
 
-    /// One request and what continues it.
+    /// Sends one browse request and reads all of its continuation points.
     async fn batch_of(
         &self,
         nodes: &[NodeId],

@@ -1,4 +1,4 @@
-//! What the names of states mean to a tag.
+//! Mapping of state names to the values of a tag.
 
 use std::collections::BTreeMap;
 

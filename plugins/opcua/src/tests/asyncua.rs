@@ -9,7 +9,7 @@ use peer_process::Peer;
 use super::peer;
 use super::*;
 
-/// 2026-01-02 03:04:05.678 UTC.
+/// Test time 2026-01-02 03:04:05.678 UTC, milliseconds since 1970.
 const TIME_MILLIS: u64 = 1_767_323_045_678;
 
 /// A type, what the server has, and what it sends later, as values there and of the tag.

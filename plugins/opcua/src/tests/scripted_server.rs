@@ -33,22 +33,22 @@ const SERVER_STATE: u32 = 2259;
 /// Orders of a test to the server, and the requests that came.
 #[derive(Default)]
 pub(crate) struct Script {
-    /// By node as text.
+    /// Values of the nodes, by node as text.
     pub(crate) values: HashMap<String, DataValue>,
     pub(crate) namespaces: Vec<String>,
     pub(crate) state: i32,
     /// Publishing interval, milliseconds, and intervals without a change before a keep-alive.
     pub(crate) interval_millis: f64,
     pub(crate) keep_alive_count: u32,
-    /// Notifications for Republish.
+    /// Notifications that Republish returns, by sequence number.
     pub(crate) kept: BTreeMap<u32, NotificationMessage>,
-    /// Republish is not answered.
+    /// True where Republish is not answered.
     pub(crate) holds_republish: bool,
-    /// Publish requests that it lets wait; it refuses those beyond.
+    /// Most publish requests that wait at the server; it refuses those beyond.
     pub(crate) max_publishes: usize,
-    /// The connection is closed.
+    /// True once the connection is to be closed.
     pub(crate) is_closing: bool,
-    /// Names of requests.
+    /// Names of the requests that came, in order.
     pub(crate) requests: Vec<&'static str>,
     /// Handles of monitored items, by node as text.
     handles: HashMap<String, Vec<u32>>,
