@@ -220,7 +220,7 @@ fn tags() -> Vec<TagSpec> {
     REGISTERS.iter().map(tag).collect()
 }
 
-/// Reaches a device.
+/// Settings and dialer by which a test reaches its device.
 struct Path {
     settings: serde_json::Value,
     dial: Arc<dyn Dial>,

@@ -62,7 +62,7 @@ pub struct Settings {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct PollGroup {
-    /// Period, milliseconds.
+    /// Polling period of the group, milliseconds.
     #[schemars(range(min = 50, max = 86_400_000))]
     poll_millis: u64,
 }

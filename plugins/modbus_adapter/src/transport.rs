@@ -32,7 +32,7 @@ pub(crate) struct SerialSettings {
     /// Absolute path of the device file, such as `/dev/ttyUSB0`.
     #[schemars(length(min = 1))]
     device: PathBuf,
-    /// Bits a second.
+    /// Baud rate of the serial line, bits per second.
     #[serde(default = "default_baud_rate")]
     #[schemars(range(min = 300, max = 4_000_000))]
     baud_rate: u32,
@@ -40,7 +40,7 @@ pub(crate) struct SerialSettings {
     #[serde(default = "default_data_bits")]
     #[schemars(range(min = 8, max = 8))]
     data_bits: u8,
-    /// The parity bit.
+    /// Parity bit of each character.
     #[serde(default)]
     parity: Parity,
     /// Stop bits: 1 or 2; without it 1, or 2 where there is no parity.
@@ -48,16 +48,16 @@ pub(crate) struct SerialSettings {
     stop_bits: Option<u8>,
 }
 
-/// The parity bit.
+/// Parity bit of a character on a serial line.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Parity {
-    /// What the standard asks devices to begin with.
+    /// Even parity, the default of the Modbus standard.
     #[default]
     Even,
-    /// Odd.
+    /// Odd parity, a bit in each character.
     Odd,
-    /// None.
+    /// No parity bit; then two stop bits are the default.
     None,
 }
 

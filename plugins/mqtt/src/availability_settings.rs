@@ -16,7 +16,7 @@ const MAX_STATE_WORDS: usize = 20;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct RawAvailability {
-    /// The topic.
+    /// Topic of the availability messages.
     topic: String,
     /// Filter of the topics of that source.
     covers: String,

@@ -1,4 +1,4 @@
-//! What a payload holds -> values and qualities of tags.
+//! Conversion of payload contents into values and qualities of tags.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use busbar_plugin_sdk::{DoublePoint, Quality, Reason, Value, ValueKind};
 
 use crate::payload_format::prefixed_hex_number;
 
-/// A value as a payload has it.
+/// Value as the payload encodes it, before its conversion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Raw<'a> {
     Float(f64),
@@ -16,7 +16,7 @@ pub(crate) enum Raw<'a> {
     Text(&'a str),
 }
 
-/// What becomes of a tag's values.
+/// Conversion of payload values into values of a tag.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Mapping {
     pub(crate) kind: ValueKind,
@@ -86,7 +86,7 @@ pub(crate) fn quality_of_code(code: i64) -> Quality {
     }
 }
 
-/// What a payload holds, in messages.
+/// Names the type of a payload value, for messages.
 pub(crate) fn name_of(raw: Raw<'_>) -> &'static str {
     match raw {
         Raw::Float(_) => "a number with a fraction",

@@ -26,7 +26,7 @@ pub(crate) struct Desk {
     batch: Vec<Sample>,
     /// Samples in `batch` from before the message that is held, while one is.
     held: Option<usize>,
-    /// By point.
+    /// State of each point, by its index.
     states: Vec<PointState>,
     lines: LineBudget,
     pub(crate) ignored: Ignored,
@@ -196,7 +196,7 @@ impl Desk {
         self.batch.truncate(self.held.unwrap_or(self.batch.len()));
     }
 
-    /// Ends [`Desk::hold`].
+    /// Ends [`Desk::hold`] and keeps the samples that came since.
     pub(crate) fn release(&mut self) {
         self.held = None;
         if self.batch.len() >= MAX_BATCH {
@@ -204,7 +204,7 @@ impl Desk {
         }
     }
 
-    /// Publishes what came.
+    /// Publishes all samples that have come.
     pub(crate) fn flush(&mut self) {
         if !self.batch.is_empty() {
             self.sink.publish(&self.batch);
@@ -213,7 +213,7 @@ impl Desk {
         self.held = self.held.map(|_| 0);
     }
 
-    /// Begins a connection.
+    /// Begins a connection to the named broker and resets what is counted per connection.
     pub(crate) fn begin(&mut self, name: String) {
         self.name = name;
         for state in &mut self.states {
@@ -223,7 +223,7 @@ impl Desk {
         self.ignored = Ignored::default();
     }
 
-    /// Ends a connection.
+    /// Logs the counts of ignored messages at the end of a connection.
     pub(crate) fn log_ignored(&mut self) {
         let ignored = std::mem::take(&mut self.ignored);
         if ignored == Ignored::default() {

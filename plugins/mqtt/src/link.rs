@@ -18,10 +18,10 @@ use crate::subscriber::Subscriber;
 
 /// Bytes that are read at once.
 const CHUNK_BYTES: usize = 256 * 1024;
-/// A connection that held so long deserves a quick second try.
+/// Duration of a connection after which the first reconnection attempt is quick.
 const STABLE_AFTER: Duration = Duration::from_secs(10);
 
-/// Why a connection ended, or was not made.
+/// Reason for which a connection ended or was not made.
 #[derive(Debug, ThisError)]
 enum LinkFault {
     #[error("{0}")]
@@ -36,19 +36,19 @@ enum LinkFault {
     Lost(String),
 }
 
-/// What connections have of the world around them; simulated time has its own.
+/// Surroundings of a connection: dialer and wall clock, replaced in simulations.
 #[derive(Clone)]
 pub(crate) struct World {
     pub(crate) dial: Arc<dyn Dial>,
     pub(crate) wall_clock: fn() -> SystemTime,
 }
 
-/// The event loop's time.
+/// Returns the event loop's time.
 pub(crate) fn now() -> Instant {
     tokio::time::Instant::now().into_std()
 }
 
-/// Serves a cluster.
+/// Connection loop that serves a cluster.
 pub(crate) struct Link {
     pub(crate) subscriber: Subscriber,
     pub(crate) config: Config,

@@ -46,9 +46,9 @@ pub(crate) enum ByteOrder {
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum BytesForm {
-    /// As they are.
+    /// Raw bytes, without an encoding.
     Raw,
-    /// As text of two hexadecimal digits each.
+    /// Hexadecimal text, two digits for each byte.
     Hex,
 }
 

@@ -15,21 +15,21 @@ const MAX_SHOWN_CHARS: usize = 60;
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, PartialOrd, Ord)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum TimeUnit {
-    /// Seconds.
+    /// Seconds since 1970-01-01 UTC.
     S,
-    /// Milliseconds.
+    /// Milliseconds since 1970-01-01 UTC.
     #[default]
     Ms,
-    /// Microseconds.
+    /// Microseconds since 1970-01-01 UTC.
     Us,
-    /// Nanoseconds.
+    /// Nanoseconds since 1970-01-01 UTC.
     Ns,
 }
 
 impl TimeUnit {
     const ALL: [Self; 4] = [Self::S, Self::Ms, Self::Us, Self::Ns];
 
-    /// The word of the settings.
+    /// Returns the word of the settings for this unit.
     fn word(self) -> &'static str {
         match self {
             Self::S => "s",

@@ -29,7 +29,7 @@ pub(crate) struct Topics {
 #[derive(Clone, Debug)]
 struct Topic {
     points: Range<usize>,
-    /// What tells whether its source is there.
+    /// Index of the availability guard of the topic's source.
     guard: Option<usize>,
 }
 

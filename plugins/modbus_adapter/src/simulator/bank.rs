@@ -123,7 +123,7 @@ impl Space {
     }
 }
 
-/// What is wrong where a point cannot hold the values that its signal takes.
+/// Returns an error text where a point cannot hold all values of its signal.
 fn misfit(point: &Point, signal: &Signal) -> Option<String> {
     let (low, high) = signal.range();
     let value = |number: f64| match signal.kind() {
@@ -142,7 +142,7 @@ fn misfit(point: &Point, signal: &Signal) -> Option<String> {
     })
 }
 
-/// Which bits of each of its cells are the point's.
+/// Returns the mask of the bits that a point occupies in each of its cells.
 fn bits_of(decoding: &Decoding) -> u16 {
     match decoding {
         Decoding::Number { .. } | Decoding::Integer { .. } => u16::MAX,

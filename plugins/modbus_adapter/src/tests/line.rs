@@ -45,7 +45,7 @@ impl Line {
         }
     }
 
-    /// Lays it again.
+    /// Joins the two pseudo-terminals again after a cut.
     pub(super) fn mend(&mut self) {
         self.socat = join(self.folder.path());
     }

@@ -64,7 +64,7 @@ pub(crate) fn holding(tag: u32, register: u16) -> TagSpec {
     tag_spec(tag, &format!("tag{tag}"), ValueKind::F64, address)
 }
 
-/// Whether a thread of an adapter on this port lives in this process.
+/// Reports whether this process has a thread of an adapter for this port.
 #[cfg(target_os = "linux")]
 fn has_thread(port: u16) -> bool {
     let name = format!("modbus:{port}");

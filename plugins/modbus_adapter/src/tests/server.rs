@@ -5,8 +5,8 @@ use std::net::{TcpListener, TcpStream};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-/// What the server does with the bytes of each request: the answer's pieces,
-/// with pauses between them, or `None` to close.
+/// Reply rule for the bytes of each request: pieces with pauses between them, or `None` to close
+/// the connection.
 type Answer = dyn Fn(&[u8]) -> Option<Pieces> + Send + Sync;
 pub(crate) type Pieces = Vec<(Duration, Vec<u8>)>;
 

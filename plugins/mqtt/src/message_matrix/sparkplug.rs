@@ -23,7 +23,7 @@ const PER_METRIC: i64 = 1_000_000_000;
 const MAX_LOST: u32 = 100;
 /// Messages that may come again.
 const MAX_SENT: usize = 60;
-/// Kinds of messages.
+/// Number of message kinds in the matrix.
 const KINDS: u8 = 40;
 
 /// Numbering of aliases by the encoder of the edge node, chosen anew at each birth.

@@ -13,29 +13,29 @@ use super::{Login, Parameters};
 /// properties (some 64 KiB).
 const MAX_OVERHEAD: usize = 128 * 1024;
 
-/// Which protocol a broker is spoken to in.
+/// Protocol version in which the client speaks to its broker.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
 pub(crate) enum Version {
-    /// MQTT 3.1.1 (ISO/IEC 20922).
+    /// Version 3.1.1 of MQTT (ISO/IEC 20922).
     #[default]
     #[serde(rename = "3.1.1")]
     V4,
-    /// MQTT 5 (OASIS).
+    /// Version 5 of MQTT (OASIS).
     #[serde(rename = "5")]
     V5,
 }
 
-/// How sure the delivery of messages is, at most what the publisher asked for.
+/// Quality of service, 0 to 2; deliveries have at most that of the publisher.
 pub(crate) type QosLevel = u8;
 
-/// What a broker says.
+/// Packet that came from a broker.
 #[derive(Debug)]
 pub(crate) enum Incoming {
     /// The connection stands; the broker may demand a shorter keep-alive, seconds.
     Accepted {
         keep_alive: Option<u16>,
     },
-    /// In words for operators.
+    /// Refusal of the connection, in words for operators.
     Refused(String),
     Message {
         topic: Bytes,
@@ -43,7 +43,7 @@ pub(crate) enum Incoming {
         is_retained: bool,
         reply: Reply,
     },
-    /// By filter of the subscription: why it was refused.
+    /// Reasons for which filters were refused, by filter of the subscription.
     Subscribed {
         id: u16,
         outcomes: Vec<Option<&'static str>>,
@@ -56,13 +56,13 @@ pub(crate) enum Incoming {
     Other,
 }
 
-/// What a message is answered with.
+/// Acknowledgement that a message asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Reply {
     None,
-    /// PUBACK.
+    /// PUBACK of this packet id, for quality of service 1.
     Acknowledged(u16),
-    /// PUBREC.
+    /// PUBREC of this packet id, for quality of service 2.
     Received(u16),
 }
 
@@ -228,7 +228,7 @@ impl Codec {
         })
     }
 
-    /// Answers [`Incoming::Released`].
+    /// Returns the PUBCOMP packet that answers [`Incoming::Released`].
     pub(crate) fn complete(self, id: u16) -> Packet {
         match self.version {
             Version::V4 => Packet::V4(v4::Packet::PubComp(v4::PubComp { pkid: id })),

@@ -3,7 +3,7 @@ use super::*;
 const KEEP_ALIVE: Duration = Duration::from_secs(10);
 const ANSWER: Duration = Duration::from_secs(3);
 
-/// CONNACK, success.
+/// CONNACK packet that reports success.
 const ACCEPTED: [u8; 4] = [0x20, 2, 0, 0];
 const PONG: [u8; 2] = [0xD0, 0];
 const PING: [u8; 2] = [0xC0, 0];

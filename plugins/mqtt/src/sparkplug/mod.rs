@@ -63,7 +63,7 @@ impl Fleet {
         }
     }
 
-    /// A connection begins.
+    /// Resets the state of all edge nodes for a new connection.
     pub(crate) fn begin(&mut self) {
         for node in &mut self.nodes {
             node.begin();
@@ -183,7 +183,7 @@ fn kind_of(word: &str, device: Option<&str>) -> Option<Kind> {
     }
 }
 
-/// Milliseconds since 1970.
+/// Converts a time to milliseconds since 1970-01-01 UTC; 0 for earlier times.
 pub(crate) fn millis(time: SystemTime) -> u64 {
     time.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_millis() as u64)
 }

@@ -66,13 +66,12 @@ struct Device {
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum DeviceState {
-    /// Aliases count as its birth told them.
+    /// Aliases are valid as the birth certificate defined them.
     #[default]
     Sound,
-    /// What it sends and what its birth told do not agree: aliases count only after its next
-    /// birth.
+    /// Messages contradict the birth certificate: aliases are valid only after the next birth.
     Gapped,
-    /// Nothing counts before its next birth.
+    /// The device died: nothing is valid before its next birth certificate.
     Dead,
 }
 
@@ -80,7 +79,7 @@ enum DeviceState {
 #[derive(Default)]
 struct NamedMetric {
     points: Range<usize>,
-    /// As its birth told.
+    /// Data type from the birth certificate.
     data_type: Option<DataType>,
     is_born: bool,
     /// True where another metric has its alias.

@@ -52,7 +52,7 @@ pub(crate) enum Entry<'a> {
 /// Fields of a payload beside its metrics.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Head {
-    /// Milliseconds since 1970.
+    /// Timestamp of the payload, milliseconds since 1970-01-01 UTC.
     pub(crate) timestamp: Option<u64>,
     pub(crate) sequence: Option<u64>,
     pub(crate) metrics: usize,

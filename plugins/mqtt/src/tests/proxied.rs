@@ -16,7 +16,7 @@ const FAULTS: [ConnectionFault; 7] = [
     ConnectionFault::Vanish,
     ConnectionFault::Trickle,
 ];
-/// Of those, what ends no connection.
+/// Faults among [`FAULTS`] that end no connection.
 const ENDLESS: [ConnectionFault; 4] = [
     ConnectionFault::None,
     ConnectionFault::Split,
