@@ -48,8 +48,8 @@ impl Eye {
         Self { size: size.map(|side| side as usize), shapes }
     }
 
-    /// What a picture shows of a piece of equipment: a lamp, by how it looked when it was
-    /// known to be off and on, or a gauge with its label.
+    /// Reads a piece of equipment from a picture. A lamp is compared with its known pictures off
+    /// and on; a gauge is read by its label.
     pub(crate) fn see(
         &self,
         picture: &Picture,
@@ -75,7 +75,7 @@ impl Eye {
         self.shapes.get(equipment).unwrap_or_else(|| panic!("{equipment} is not seen"))
     }
 
-    /// Whether a piece of equipment looks in a picture as it did in another.
+    /// Reports whether a piece of equipment looks alike in two pictures.
     pub(crate) fn looks_as(&self, picture: &Picture, other: &Picture, equipment: &str) -> bool {
         let shape = self.shape(equipment);
         let alike = |&&at: &&usize| {
@@ -95,7 +95,7 @@ impl Eye {
         share(|grey| grey < BODY_DARK) > BODY_SHARE && share(|grey| grey > BODY_LIGHT) > BODY_SHARE
     }
 
-    /// Whether it has a colour, as of an alarm.
+    /// Reports whether the equipment has a color, such as that of an alarm.
     fn is_colored(&self, picture: &Picture, equipment: &str) -> bool {
         let shape = self.shape(equipment);
         let colored = |&&at: &&usize| {
@@ -105,8 +105,8 @@ impl Eye {
         shape.iter().filter(colored).count() as f64 > COLORED_SHARE * shape.len() as f64
     }
 
-    /// Whether anything in the cell around a piece of equipment is hatched: stripes
-    /// under 45 degrees, darker than what is beside them.
+    /// Reports whether anything in the cell around a piece of equipment is hatched: stripes at 45
+    /// degrees, darker than their neighborhood.
     fn is_hatched(&self, picture: &Picture, equipment: &str) -> bool {
         let shape = self.shape(equipment);
         let count = shape.len();
@@ -143,12 +143,12 @@ impl Eye {
     }
 }
 
-/// What is seen of a tag.
+/// State of a tag as it is read from a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Seen {
     Good(bool),
     NotGood,
-    /// Neither the one nor the other.
+    /// Neither clearly good nor clearly not good.
     Unclear,
 }
 

@@ -2,27 +2,27 @@
 
 use serde_json::{Value, json};
 
-/// Between batches.
+/// Time between two batches, milliseconds.
 pub(crate) const STEP_MILLIS: u64 = 20;
-/// What one sequence takes.
+/// Duration of one sequence, milliseconds.
 pub(crate) const SEQUENCE_MILLIS: u64 = 1500;
-/// How long all tags show each of their values in the beginning, to be seen once.
+/// Time for which all tags show each of their values at the start, as a reference, milliseconds.
 pub(crate) const SHOWN_MILLIS: u64 = 1000;
-/// What is shown then, and when each of it is to be looked at.
+/// Values that are shown at the start, in order.
 pub(crate) const SHOWN: [bool; 2] = [false, true];
 const SHOWN_STEPS: u64 = SHOWN_MILLIS / STEP_MILLIS;
-/// Between two values of a tag that stays as it is, in steps.
+/// Steps between two samples of a tag whose value stays the same.
 const PERIOD: usize = 5;
 const HOUR_MILLIS: i64 = 3_600_000;
 const STEPS: u64 = SEQUENCE_MILLIS / STEP_MILLIS;
 
-/// What a sample says.
+/// Content of a sample beside its quality.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Said {
-    /// Of the quality alone.
+    /// Quality alone, without a value.
     Nothing,
     NotANumber,
-    /// Normal or, if it is so, abnormal; of a switch, closed or open.
+    /// Value of a gauge (true is abnormal) or of a switch (true is closed).
     Value(bool),
 }
 
@@ -90,7 +90,7 @@ impl Script {
         Self { tags: all, batches: shown + sequences * STEPS }
     }
 
-    /// As the plugin reads it.
+    /// Formats the script as the JSON document that the plugin reads.
     pub(crate) fn to_json(&self, ids: &[String], start_unix_millis: u64) -> Value {
         let mut batches = vec![Vec::new(); self.batches as usize];
         for (id, sent) in ids.iter().zip(&self.tags) {
