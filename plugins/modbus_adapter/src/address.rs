@@ -307,7 +307,7 @@ fn one_register(raw: &RawAddress) -> Result<(), String> {
     }
 }
 
-/// Fails for fields that would have no effect: what is written must count.
+/// Fails for fields that would have no effect.
 fn refuse(raw: &RawAddress, names: &[&str]) -> Result<(), String> {
     let present = |name: &str| match name {
         "type" => raw.format.is_some(),

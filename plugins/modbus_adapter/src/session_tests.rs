@@ -119,7 +119,7 @@ impl Bench {
         self.group.replan_at = Some(Instant::now());
     }
 
-    /// Polls until what was refused has been asked for again, and once more.
+    /// Polls until all refused cells have been requested again, and once more.
     fn retry_all(&mut self) {
         self.make_retries_due();
         for _ in 0..=self.group.refused.len().div_ceil(MAX_RETRIES_PER_POLL) {

@@ -13,8 +13,8 @@ use serde::Deserialize;
 const PORT: u16 = 502;
 /// Port of Modbus/TCP Security (its specification V21, 5).
 const SECURE_PORT: u16 = 802;
-/// Units of a serial line: 0 is for broadcasts, which nobody answers
-/// (Modbus over Serial Line V1.02, 2.2).
+/// Unit ids of a serial line; 0 is for broadcasts, which have no answer (Modbus over Serial Line
+/// V1.02, 2.2).
 const SERIAL_UNITS: RangeInclusive<u8> = 1..=247;
 /// Slowest and fastest line, bits a second.
 const BAUD_RATES: RangeInclusive<u32> = 300..=4_000_000;
@@ -181,13 +181,13 @@ impl fmt::Display for Transport {
 }
 
 impl SerialLine {
-    /// Returns the time that so many bytes take on the line.
+    /// Returns the transmission time of a number of bytes on the line.
     pub(crate) fn transmission(&self, bytes: u32) -> Duration {
         Duration::from_secs(1) * (bytes * CHARACTER_BITS) / self.baud_rate
     }
 
-    /// The silence that ends a frame: three and a half characters
-    /// (Modbus over Serial Line V1.02, 2.5.1.1).
+    /// Returns the silence that ends a frame: three and a half characters (Modbus over Serial Line
+    /// V1.02, 2.5.1.1).
     pub(crate) fn silence(&self) -> Duration {
         (self.transmission(7) / 2).max(MIN_SILENCE)
     }

@@ -27,7 +27,7 @@ pub(crate) struct Mapping {
 }
 
 impl Mapping {
-    /// The value of the tag; nothing where it does not fit.
+    /// Converts a payload value to the value of the tag; none where it does not fit.
     pub(crate) fn value_of(&self, raw: Raw<'_>) -> Option<Value> {
         if !self.values.is_empty()
             && let Some(value) = self.by_text(raw)
@@ -68,7 +68,7 @@ impl Mapping {
     }
 }
 
-/// A number without a fraction, where an i64 can hold it.
+/// Converts a number without a fraction to an integer, where an i64 can hold it.
 fn whole(value: f64) -> Option<i64> {
     // Both limits are exact as f64; the upper one is the first that does not fit.
     const LIMIT: f64 = 9_223_372_036_854_775_808.0;

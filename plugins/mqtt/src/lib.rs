@@ -108,7 +108,7 @@ impl Mqtt {
     }
 }
 
-/// An id that no other client of a broker has.
+/// Creates a random client id, unique among the clients of a broker.
 fn random_id() -> String {
     format!("busbar{:016x}", fastrand::u64(..))
 }

@@ -59,8 +59,8 @@ pub(crate) struct Link {
 impl Link {
     /// Serves for ever; drop the future to end it.
     ///
-    /// A broker that was lost is followed by the next at once: only when each was tried since
-    /// then does a delay begin.
+    /// A lost broker is followed by the next at once. The delay begins only when each was tried
+    /// since then.
     pub(crate) async fn run(mut self) -> Infallible {
         let brokers = self.config.brokers.clone();
         let mut backoff = Backoff::new(self.config.reconnect);
@@ -125,7 +125,7 @@ impl Link {
         }
     }
 
-    /// Does what is due, and reads what came.
+    /// Processes received bytes, deadlines and requests that are due.
     fn advance(&mut self, session: &mut Session) -> Result<(), LinkFault> {
         let now = now();
         let subscriber = &mut self.subscriber;
@@ -139,7 +139,7 @@ impl Link {
         Ok(())
     }
 
-    /// Tells edge nodes that their primary host is there, where the settings want it
+    /// Publishes the birth of the primary host to edge nodes, where the settings name one
     /// (Sparkplug 3.0, 5.14).
     fn announce(&self, session: &mut Session, parameters: &Parameters) -> Result<(), LinkFault> {
         if let Some(Announcement { topic, payload }) = &parameters.will {

@@ -100,7 +100,7 @@ impl NumberType {
 }
 
 impl RawFormat {
-    /// Tells whether an address says nothing of it.
+    /// Reports whether an address has no field of the format.
     pub(crate) fn is_empty(&self) -> bool {
         self.format.is_none() && !self.has_details()
     }

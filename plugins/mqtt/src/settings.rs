@@ -85,8 +85,7 @@ pub struct Settings {
     #[serde(default)]
     #[schemars(length(max = 1000))]
     availability: Vec<RawAvailability>,
-    /// Treatment of retained messages without a believable time of their own, whose age
-    /// nobody knows.
+    /// Treatment of retained messages without a believable time of their own, whose age is unknown.
     #[serde(default)]
     retained: Retained,
     /// Unit of source times that are counts since 1970, as numbers or, where it is set, as
@@ -212,7 +211,7 @@ impl Settings {
     /// Checks all of it.
     ///
     /// # Errors
-    /// [`Error::settings`] with each fault and what is allowed.
+    /// [`Error::settings`] with each fault and the allowed range.
     pub(crate) fn parse(self) -> Result<Config, Error> {
         let mut faults = SettingsFaults::default();
         let default_port = if self.tls.is_some() { TLS_PORT } else { PLAIN_PORT };

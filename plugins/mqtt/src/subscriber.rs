@@ -146,7 +146,7 @@ impl Subscriber {
         }
     }
 
-    /// The next message to send: topic and payload.
+    /// Returns the next message to send: topic and payload.
     pub(crate) fn next_request(
         &mut self,
         now: Instant,
@@ -155,7 +155,7 @@ impl Subscriber {
         self.fleet.next_request(now, wall_clock)
     }
 
-    /// When [`Subscriber::next_request`] has something to do.
+    /// Returns the time at which [`Subscriber::next_request`] has something to do.
     pub(crate) fn deadline(&self) -> Option<Instant> {
         self.fleet.deadline()
     }
@@ -172,7 +172,7 @@ impl Subscriber {
         self.desk.begin(broker.to_owned());
     }
 
-    /// The connection was lost, or could not be made.
+    /// Ends a connection that was lost or could not be made; all tags turn bad.
     pub(crate) fn end(&mut self, text: &str, is_last: bool) {
         self.desk.mark_all(Reason::Communication);
         self.desk.flush();

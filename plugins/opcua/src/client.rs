@@ -57,7 +57,7 @@ pub(crate) struct Driver {
 }
 
 impl Driver {
-    /// Runs while work goes on; the end of the channel ends the work.
+    /// Runs the channel until the work is done; the end of the channel ends the work.
     pub(crate) async fn during<T>(
         &mut self,
         work: impl Future<Output = Result<T, Fault>>,
@@ -158,7 +158,7 @@ pub(crate) fn decoding() -> DecodingOptions {
 }
 
 impl Client {
-    /// The header of a request, with a deadline.
+    /// Returns a request header with a deadline.
     pub(crate) fn header(&self, limit: Duration) -> RequestHeader {
         RequestHeader {
             authentication_token: self.token.borrow().clone(),
@@ -219,7 +219,7 @@ impl Client {
     }
 }
 
-/// The answer of a service as what it must be.
+/// Calls a service and returns its answer in the expected type.
 macro_rules! answer {
     ($client:expr, $what:literal, $variant:ident, $request:expr) => {
         answer!($client, $what, $variant, $request, $client.limit())

@@ -1,4 +1,4 @@
-//! Alarm conditions (OPC 10000-9) as tags: what their events say.
+//! Alarm conditions (OPC 10000-9) as tags, from the fields of their events.
 
 use async_opcua::types::{
     AttributeId, CallMethodRequest, CallRequest, DataValue, EventFilter, ExtensionObject,
@@ -125,17 +125,17 @@ impl Told<'_> {
 
 /// An event that concerns conditions.
 pub(crate) enum Event<'a> {
-    /// A condition is so now; the fields are in the order of [`FIELDS`].
+    /// State of a condition; the fields are in the order of [`FIELDS`].
     State { condition: &'a NodeId, told: Told<'a> },
-    /// All conditions that are of interest are told from here on.
+    /// Start of a refresh, which reports all conditions of interest.
     RefreshStart,
-    /// All conditions that are of interest have been told.
+    /// End of a refresh: all conditions of interest have been reported.
     RefreshEnd,
     /// Events may be missing: the conditions are to be asked for again.
     RefreshRequired,
     /// No condition's event, or that of a branch.
     Other,
-    /// Fields that are not those which were asked for: nobody knows of which condition.
+    /// Event with other fields than were selected, so of an unknown condition.
     Unreadable,
 }
 

@@ -21,10 +21,10 @@ const I64_END: f64 = 9_223_372_036_854_775_808.0;
 const TICKS_TO_1970: i64 = 116_444_736_000_000_000;
 const NANOS_PER_TICK: u64 = 100;
 
-/// The value of a tag.
+/// Converts a value of the server to the value of a tag.
 ///
 /// # Errors
-/// What does not fit, in words.
+/// The mismatch, in words.
 pub(crate) fn value_of(point: &Point, variant: &Variant) -> Result<Value, String> {
     let variant = match (variant, point.index) {
         (Variant::Array(array), Some(index)) => array.values.get(index).ok_or_else(|| {
@@ -77,7 +77,7 @@ pub(crate) fn value_of(point: &Point, variant: &Variant) -> Result<Value, String
     })
 }
 
-/// A state by the names of the tag's address.
+/// Looks up a state by the names in the tag's address.
 fn state_of(point: &Point, variant: &Variant) -> Result<Value, String> {
     let written = match (variant, text_of(variant)) {
         (_, Some(text)) => short(text).map(str::to_owned),
@@ -193,7 +193,7 @@ pub(crate) fn source_time_of(
     }
 }
 
-/// An instant; none where there is no time, or none that can be counted from 1970.
+/// Converts a time; none where it is unset or outside the range from 1970 on.
 pub(crate) fn time_of(time: &DateTime) -> Option<SystemTime> {
     let ticks = time.checked_ticks();
     // The last tick means a time without end.

@@ -80,7 +80,7 @@ impl Fault {
     }
 }
 
-/// A status code by its name, with the standard's sentence.
+/// Formats a status code by its name, with the standard's sentence.
 pub(crate) fn in_words(status: StatusCode) -> String {
     let code = status.sub_code();
     if StatusCode::from_category(code).is_good() && !status.is_good() {

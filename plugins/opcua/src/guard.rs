@@ -12,7 +12,7 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 
 use crate::fault::in_words;
 
-/// Longest chunk that is taken, bytes: what servers are told in Hello (OPC 10000-6, 7.1.2.3).
+/// Longest chunk, bytes, as Hello announces it to servers (OPC 10000-6, 7.1.2.3).
 pub(crate) const MAX_CHUNK_BYTES: u32 = 65_536;
 /// Length of a header: type, kind of chunk, size (OPC 10000-6, 7.1.2.2), bytes.
 const HEADER_BYTES: usize = 8;
@@ -49,7 +49,7 @@ impl FrameGuard {
     /// Looks at the bytes that came next.
     ///
     /// # Errors
-    /// As soon as they can be no frame.
+    /// A frame fault, as soon as the bytes can be no frame.
     pub(crate) fn pass(&mut self, mut bytes: &[u8]) -> Result<(), FrameFault> {
         while let Some(&first) = bytes.first() {
             if self.left > 0 {
@@ -83,7 +83,7 @@ impl FrameGuard {
         Some(format!("the server ended the connection: {status}: {}", text.trim()))
     }
 
-    /// The bytes that follow the header.
+    /// Checks a complete header; returns the number of bytes that follow it.
     fn check(&self) -> Result<usize, FrameFault> {
         let [a, b, c, _, size @ ..] = self.header;
         if !TYPES.contains(&&[a, b, c]) {
@@ -113,7 +113,7 @@ impl LastWords {
 /// A stream whose incoming bytes are frames, or an error.
 #[derive(Debug)]
 pub(crate) struct Guarded<S> {
-    /// Nobody ever waits for the lock: it lets threads share what they may not use at once.
+    /// Stream behind a lock that is never contended: it only makes the type shareable.
     stream: Mutex<S>,
     guard: FrameGuard,
     words: LastWords,

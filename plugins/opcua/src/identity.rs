@@ -11,8 +11,8 @@ use crate::fault::Fault;
 use crate::security::{Own, Protection, leaf};
 use crate::settings::User;
 
-/// The token of a user and its signature, for a session on this endpoint whose server
-/// gave this nonce.
+/// Creates the token of a user and its signature, for a session on this endpoint with this server
+/// nonce.
 pub(crate) fn token(
     user: &User,
     endpoint: &EndpointDescription,

@@ -43,7 +43,7 @@ const USAGE: &str = "busbar import CONFIG --from INSTANCE [--out POINTS.csv|TAGS
 /// Browses a server and writes the list.
 ///
 /// # Errors
-/// Those of the streams, and where the host asks to stop.
+/// Errors of the streams, or a cancellation by the host.
 pub(crate) fn run(
     config: &Config,
     arguments: &[&str],
@@ -102,7 +102,7 @@ fn tell(listing: &Listing, streams: &Streams<'_>) {
     }
 }
 
-/// The list of the first server that can be asked, or what is wrong with each.
+/// Lists the first server that answers; otherwise returns the fault of each.
 pub(crate) async fn of_any(
     world: &World,
     config: &Config,

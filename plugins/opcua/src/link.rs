@@ -81,7 +81,8 @@ impl Link {
         fault.to_string()
     }
 
-    /// A panic of the library at what a server sent ends the session alone.
+    /// Serves one connection; a panic of the library over a server's message ends the session
+    /// alone.
     async fn serve_guarded(&self, server: &Url) -> Result<Infallible, Fault> {
         let tasks = LocalSet::new();
         tasks.run_until(CatchPanic(Box::pin(self.serve(server)))).await
@@ -135,7 +136,7 @@ impl Link {
         Err(fault)
     }
 
-    /// Waits; whether it was told to stop meanwhile.
+    /// Waits for a delay; reports whether a stop was requested meanwhile.
     async fn stopped_within(&self, delay: Duration) -> bool {
         let mut stop = self.stop.clone();
         tokio::select! {

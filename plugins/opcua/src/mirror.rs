@@ -1,7 +1,7 @@
 //! Mirror of a server's alarm conditions, for the host to show (OPC 10000-9).
 //!
-//! Events tell of each condition; a refresh tells of all that are of interest, and what it
-//! leaves out is gone. What was known stays while the server is lost, with the reason.
+//! Events report single conditions; a refresh reports all that are of interest, and those that it
+//! leaves out are removed. Known conditions stay while the server is lost, with the reason.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -44,7 +44,7 @@ struct State {
 
 struct Kept {
     alarm: SourceAlarm,
-    /// The round in which it was told last.
+    /// Number of the refresh round in which the condition was last reported.
     round: u64,
 }
 
@@ -80,7 +80,7 @@ impl Mirror {
         self.state().heard = Some(Instant::now());
     }
 
-    /// The server is asked for all conditions of interest.
+    /// Begins a refresh, in which the server reports all conditions of interest.
     pub(crate) fn begin_refresh(&self) {
         let mut state = self.state();
         state.round += 1;
@@ -105,7 +105,7 @@ impl Mirror {
         state.fault = state.unreadable.map(str::to_owned);
     }
 
-    /// Takes what an event says of a condition, whose id is as of these namespaces.
+    /// Takes an event of a condition, whose id refers to these namespaces.
     pub(crate) fn take(&self, namespaces: &[String], condition: &NodeId, told: &Told<'_>) {
         let Some(alarm) = alarm_of(namespaces, condition, told) else { return };
         let mut state = self.state();
@@ -155,7 +155,7 @@ impl State {
     }
 }
 
-/// An event as an alarm; none where its condition is no alarm, such as a dialog.
+/// Converts an event to an alarm; none where its condition is no alarm, such as a dialog.
 fn alarm_of(namespaces: &[String], condition: &NodeId, told: &Told<'_>) -> Option<SourceAlarm> {
     let is = |field: Field| told.is(field);
     let is_active = is(Field::ActiveState)?;
@@ -205,7 +205,7 @@ fn is_retained(told: &Told<'_>) -> bool {
     told.is(Field::Retain).unwrap_or(waits)
 }
 
-/// A node by the URI of its namespace, whose number may be another after a restart.
+/// Returns a node's id by the URI of its namespace, whose index may change with a restart.
 fn id_of(namespaces: &[String], node: &NodeId) -> String {
     let by_number = node.to_string();
     let uri = namespaces.get(usize::from(node.namespace)).filter(|_| node.namespace > 0);
@@ -226,7 +226,7 @@ fn text(variant: &Variant) -> String {
     }
 }
 
-/// A text as one line of at most so many bytes.
+/// Truncates a text to one line of at most `max_bytes` bytes.
 fn line(text: &str, max_bytes: usize) -> String {
     let printable = |c: char| if c.is_control() { ' ' } else { c };
     let mut line: String = text.chars().map(printable).collect();

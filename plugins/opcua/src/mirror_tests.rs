@@ -47,7 +47,7 @@ fn take(mirror: &Mirror, name: &str, event: &Event) {
     mirror.take(&namespaces(), &NodeId::new(2, name), &event.told());
 }
 
-/// A mirror that was told that there is nothing.
+/// Creates a mirror after a refresh without conditions.
 fn calm() -> Mirror {
     let mirror = Mirror::default();
     mirror.begin_refresh();

@@ -136,7 +136,7 @@ impl Points {
         )))
     }
 
-    /// The handles of all tags.
+    /// Returns the handles of all tags.
     pub(crate) fn tags(&self) -> impl Iterator<Item = u32> {
         self.all.iter().map(|point| point.tag)
     }

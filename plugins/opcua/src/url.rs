@@ -14,7 +14,7 @@ const MAX_URL_BYTES: usize = 1024;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Url {
     pub(crate) endpoint: Endpoint,
-    /// Text of the URL as servers are told it.
+    /// Text of the URL as it is sent to servers.
     pub(crate) text: String,
 }
 
@@ -22,7 +22,7 @@ impl Url {
     /// Parses a URL of OPC UA over TCP.
     ///
     /// # Errors
-    /// What is wrong with it, and how it is written.
+    /// The fault of the text, and the right format.
     pub(crate) fn parse(text: &str) -> Result<Self, String> {
         let fault = |what: &str| Err(format!("'{text}' {what}: write opc.tcp://host:port/path"));
         if text.len() > MAX_URL_BYTES || text.contains(|c: char| c.is_control() || c == ' ') {

@@ -1,4 +1,4 @@
-//! An activated session at work: publishing, signs of life, what the server refused.
+//! Service loop of an activated session: publishing, keep-alives and refused items.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -298,8 +298,8 @@ impl Watch {
         }
     }
 
-    /// Notes the state of the server, where it tells one: only one that is running, or in
-    /// test mode, serves its values as they are.
+    /// Notes the state of the server, where it has one. Only the states running and test serve
+    /// trustworthy values.
     fn note_state(&mut self, state: Option<i32>) {
         let Some(state) = state else { return };
         if std::mem::replace(&mut self.state, state) == state {
@@ -352,7 +352,7 @@ impl Watch {
         }
     }
 
-    /// Asks for what is missing.
+    /// Sends the requests for what is missing: Republish and Read.
     async fn inquire(&mut self, tasks: &mut JoinSet<Done>) -> Result<(), Fault> {
         for inquiry in self.subscriptions.inquire(now()) {
             let client = Rc::clone(&self.client);

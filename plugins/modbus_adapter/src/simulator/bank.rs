@@ -65,7 +65,7 @@ impl Bank {
     /// Cells at an instant; bits as 0 and 1.
     ///
     /// # Errors
-    /// [`ExceptionCode`] for what the device does not have.
+    /// [`ExceptionCode`] for cells or units that the device does not have.
     pub(crate) fn read(
         &self,
         unit: u8,
@@ -114,7 +114,7 @@ impl Space {
         self.end = self.end.max(point.end());
     }
 
-    /// The points with a cell from `first` to before `end`.
+    /// Returns the points with a cell from `first` to before `end`.
     fn of_cells(&self, first: u32, end: u32) -> impl Iterator<Item = &(Point, Signal)> {
         let reach = u32::try_from(MAX_CELLS).unwrap_or(u32::MAX);
         let begin = self.points.partition_point(|(p, _)| u32::from(p.first) + reach <= first);

@@ -28,7 +28,7 @@ use crate::{ModbusAdapter, Settings};
 /// Long enough for a loaded machine; a test that passes does not wait for it.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// An adapter that polls fast, and what it published.
+/// Running adapter that polls fast, and the record of its samples.
 pub(crate) type Running = RunningPlugin<ModbusAdapter>;
 
 /// Delays that the settings would not allow.

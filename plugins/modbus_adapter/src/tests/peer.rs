@@ -135,7 +135,7 @@ impl Libmodbus {
     }
 }
 
-/// A port that was free just now, for a server that cannot choose one.
+/// Returns a port that was free just now, for a server that cannot choose one.
 pub(super) fn free_port() -> u16 {
     std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
 }

@@ -48,7 +48,7 @@ fn start_device(tags: Vec<SimulatedTag>, faults: FaultPlan, timeout_millis: u64)
     panic!("no port is free");
 }
 
-/// One tag of each way in which values lie in cells.
+/// Creates one tag for each way in which values lie in cells.
 fn tags() -> Vec<SimulatedTag> {
     let holding = |register: u16, format: &str| json!({"table": "holding", "register": register, "type": format});
     let sine = (Shape::Sine, 60.0, 20.0, 8.0);

@@ -6,7 +6,7 @@ use super::*;
 
 const NOT_A_NUMBER: u32 = 99;
 
-/// The tables of a server.
+/// Returns the tables of a server.
 pub(super) fn values() -> serde_json::Value {
     json!({
         "holding": {

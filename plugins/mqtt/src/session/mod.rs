@@ -1,5 +1,5 @@
-//! A connection as a client that reads: bytes in, messages and bytes out. It knows no
-//! socket, and time only as it is told.
+//! Client session of MQTT: bytes in, messages and bytes out. It has no socket, and no clock but the
+//! times that its caller passes.
 
 mod head;
 pub(crate) mod packet;
@@ -184,7 +184,7 @@ impl Session {
         of_state.min(self.pinged + self.ping_interval()).min(self.heard + self.keep_alive)
     }
 
-    /// Does what is due.
+    /// Sends pings and checks deadlines as they are due.
     pub(crate) fn tick(&mut self, now: Instant) -> Result<(), SessionFault> {
         match self.state {
             State::Connecting { deadline } if now >= deadline => {

@@ -84,13 +84,13 @@ pub(crate) struct Codec {
 }
 
 impl Codec {
-    /// Tells whether a message is left out: its payload is longer than is taken, to the byte,
-    /// or the rest of its packet than any needs.
+    /// Reports whether a message is left out because its payload, to the byte, or its packet is too
+    /// long.
     pub(crate) fn is_too_long(self, payload: usize, packet: usize) -> bool {
         payload > self.max_payload || packet > self.max_packet()
     }
 
-    /// The longest packet that is read, bytes.
+    /// Returns the longest packet that is read, bytes.
     fn max_packet(self) -> usize {
         self.max_payload.saturating_add(MAX_OVERHEAD)
     }
@@ -189,7 +189,7 @@ impl Codec {
         }
     }
 
-    /// A message at most once.
+    /// Returns a PUBLISH packet of quality of service 0.
     pub(crate) fn publish(self, topic: &str, payload: Vec<u8>, retain: bool) -> Packet {
         match self.version {
             Version::V4 => {
@@ -245,7 +245,7 @@ pub(crate) enum Packet {
 }
 
 impl Packet {
-    /// Appends the packet; what cannot be written leaves `output` as it was.
+    /// Appends the packet; a failure leaves `output` as it was.
     pub(crate) fn write(&self, output: &mut BytesMut) -> Result<(), PacketFault> {
         let length = output.len();
         let written = match self {
@@ -382,7 +382,7 @@ fn refusal(why: &str) -> String {
     format!("the broker refused the connection: {why}")
 }
 
-/// A text of the broker's that may be shown, not too long and on one line.
+/// Shortens a text of the broker to one line that may be shown.
 fn short(text: &str) -> String {
     const MAX_CHARS: usize = 200;
     text.chars().filter(|character| !character.is_control()).take(MAX_CHARS).collect()

@@ -48,7 +48,7 @@ impl Fleet {
         fleet
     }
 
-    /// The filters to subscribe to, two a node, in order of nodes.
+    /// Returns the topic filters to subscribe to, two per node, in the order of the nodes.
     pub(crate) fn filters(&self) -> Vec<String> {
         let filters = |Node { group, id, .. }: &Node| {
             [format!("{NAMESPACE}/{group}/+/{id}"), format!("{NAMESPACE}/{group}/+/{id}/+")]
@@ -73,7 +73,7 @@ impl Fleet {
         }
     }
 
-    /// The broker brings what comes from now on: births were before, so they are asked for.
+    /// Requests births after a subscription, because earlier ones did not arrive.
     pub(crate) fn note_subscribed(&mut self, now: Instant) {
         for node in 0..self.nodes.len() {
             self.want_birth(node, now);
@@ -136,7 +136,7 @@ impl Fleet {
         true
     }
 
-    /// The next message to send: topic and payload.
+    /// Returns the next message to send: topic and payload.
     pub(crate) fn next_request(
         &mut self,
         now: Instant,

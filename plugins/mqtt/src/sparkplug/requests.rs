@@ -51,7 +51,7 @@ impl RebirthRequests {
         }
     }
 
-    /// Notes that a node needs to be asked no more.
+    /// Cancels the request to a node.
     pub(super) fn settle(&mut self, node: usize) {
         if let Some(request) = self.nodes.get_mut(node) {
             (request.due, request.repeats) = (None, 0);

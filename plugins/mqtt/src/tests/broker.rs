@@ -89,12 +89,12 @@ const NODE: PeerScript = PeerScript { file: "sparkplug_node.py", import: "import
 pub(super) struct Client(peer_process::Peer);
 
 impl Client {
-    /// A publisher by paho-mqtt.
+    /// Starts a publisher by paho-mqtt.
     pub(super) fn publisher(port: u16, spec: &serde_json::Value) -> Option<Self> {
         Some(Self(PUBLISHER.start(port, &[&spec.to_string()])?))
     }
 
-    /// An edge node by pysparkplug.
+    /// Starts an edge node by pysparkplug.
     pub(super) fn node(port: u16, group: &str, edge_node: &str) -> Option<Self> {
         Some(Self(NODE.start(port, &[group, edge_node])?))
     }

@@ -78,7 +78,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The value, or why there is none.
+/// Returns the value, empty where there is none, or its bad status.
 pub(super) fn given(value: DataValue) -> Result<Variant, StatusCode> {
     match (value.status.filter(|status| status.is_bad()), value.value) {
         (Some(status), _) => Err(status),

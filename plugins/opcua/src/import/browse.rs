@@ -7,7 +7,7 @@ use async_opcua::types::{NodeClass, NodeId, ReferenceDescription, ReferenceTypeI
 use super::references::{Browser, Direction, References};
 use crate::fault::{Fault, in_words};
 
-/// Nodes that are looked at; what is beyond is left out and told.
+/// Most nodes that are browsed; further ones are left out, with a remark.
 const MAX_NODES: usize = 200_000;
 /// Levels below the nodes that browsing begins at.
 const MAX_LEVELS: usize = 32;
@@ -34,12 +34,11 @@ pub(super) struct Found {
     pub(super) remarks: Vec<String>,
 }
 
-/// All variables below these nodes, each by the first in order of its shortest ways, which
-/// does not depend on the order of a server's answers. What the standard itself has there is
-/// left out where `skips_standard`.
+/// Finds all variables below these nodes, each by its shortest path, independently of the order of
+/// the server's answers. Standard nodes are left out where `skips_standard`.
 ///
 /// # Errors
-/// One of `roots` cannot be browsed, or the connection is at fault.
+/// Fault of browsing one of `roots`, or of the connection.
 pub(super) async fn variables_below(
     browser: &mut Browser<'_>,
     roots: &[NodeId],

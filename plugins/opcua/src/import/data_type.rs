@@ -26,7 +26,7 @@ pub(super) enum Nature {
     Boolean,
     Integer,
     Number,
-    /// Any type: only the value itself tells which.
+    /// Any type: it depends on the value itself.
     Any,
     /// No suitable type, with the reason.
     Unfit(&'static str),
@@ -141,7 +141,7 @@ fn nature_of(scalar: VariantScalarTypeId) -> Nature {
 /// Returns the nature of a value and, for an array, the number of its elements.
 ///
 /// # Errors
-/// Why that cannot be known.
+/// The reason for which the nature is unknown.
 pub(super) fn of_value(value: &Variant) -> Result<(Nature, Option<usize>), &'static str> {
     match value {
         Variant::Empty => Err("it has no value now, and its type alone does not say what it is"),

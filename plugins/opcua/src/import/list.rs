@@ -52,10 +52,10 @@ pub(super) struct Row {
     index: Option<usize>,
 }
 
-/// Reads what is needed of all variables.
+/// Reads the attributes and properties of all variables and lists them.
 ///
 /// # Errors
-/// The connection's.
+/// Faults of the connection.
 pub(super) async fn of(
     found: Found,
     browser: &mut Browser<'_>,
@@ -307,7 +307,7 @@ fn exact(text: &str) -> io::Result<String> {
     if is_plain { Ok(text.to_owned()) } else { Ok(serde_json::to_string(text)?) }
 }
 
-/// A cell of CSV.
+/// Quotes a cell of CSV where it needs that.
 fn cell(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", text.replace('"', "\"\""))

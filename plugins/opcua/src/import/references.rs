@@ -48,7 +48,7 @@ impl<'a> Browser<'a> {
         Self { client, namespaces, batch }
     }
 
-    /// The properties of one node, by browse name.
+    /// Returns the properties of one node, by browse name.
     pub(super) async fn properties_of(
         &mut self,
         node: &NodeId,
@@ -62,14 +62,14 @@ impl<'a> Browser<'a> {
         Ok(named.collect())
     }
 
-    /// The type above a data type.
+    /// Returns the supertype of a data type.
     pub(super) async fn supertype(&mut self, node: &NodeId) -> Result<Option<NodeId>, Fault> {
         let (mut results, _) = self.references(slice::from_ref(node), Direction::Supertype).await?;
         let references = results.pop().and_then(Result::ok).unwrap_or_default();
         Ok(references.first().and_then(|reference| self.here(reference)))
     }
 
-    /// A node of this server; none for one of another.
+    /// Returns a reference's target on this server; none for one of another server.
     pub(super) fn here(&self, reference: &ReferenceDescription) -> Option<NodeId> {
         let id = &reference.node_id;
         if id.server_index != 0 {

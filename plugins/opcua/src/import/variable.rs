@@ -1,4 +1,4 @@
-//! One variable: what was read of it -> rows of the list, or why there is none.
+//! Suitability of one variable as a tag, by its attributes, properties and value.
 
 use std::collections::BTreeMap;
 
@@ -54,7 +54,7 @@ impl Attributes {
     /// Returns the shape, where the attributes tell it; otherwise the value does.
     ///
     /// # Errors
-    /// Why it can be no tag.
+    /// The reason for which the variable can be no tag.
     pub(super) fn shape(&self) -> Result<Option<Shape>, String> {
         let rank = match &self.rank {
             Ok(Variant::Int32(rank)) => *rank,
@@ -86,7 +86,7 @@ impl Attributes {
 /// Nature and shape of a variable, of its value where its attributes do not tell.
 ///
 /// # Errors
-/// Why it can be no tag.
+/// The reason for which the variable can be no tag.
 pub(super) fn settle(
     nature: Nature,
     shape: Option<Shape>,
@@ -114,7 +114,7 @@ pub(super) fn settle(
     }
 }
 
-/// The kind of tag for values of this nature.
+/// Returns the kind of tag for values of this nature, and its states.
 pub(super) fn meaning(nature: Nature, data_type: &DataType, properties: &Properties) -> Meaning {
     let plain = |kind| Meaning { kind, states: BTreeMap::new(), names: String::new() };
     let with = |states| Meaning { kind: "double_point", states, names: String::new() };

@@ -19,7 +19,7 @@ const CONNECTIONS: u64 = 60;
 /// Number of connections of a test of leaks.
 const RECONNECTS: u64 = 150;
 
-/// A server whose values say which node they are of, and when they were made.
+/// Starts a server whose values encode their node and the time of their making.
 fn server() -> Option<Peer> {
     let nodes = NODES.map(|name| node(name, "Int64", &json!(0)));
     let mut peer = peer::start(&json!({"nodes": nodes}))?;

@@ -13,7 +13,7 @@ const CELL: [usize; 4] = [130, 290, 90, 90];
 const ALIKE_LEVELS: u8 = 8;
 /// Share of a shape's pixels that decides.
 const MOST: f64 = 0.9;
-/// Levels between the strongest and the weakest channel of what has a colour.
+/// Difference between the strongest and the weakest channel above which a pixel has a color.
 const COLORED: u8 = 60;
 const COLORED_SHARE: f64 = 0.2;
 /// Levels of grey of the stripes of a hatched body.

@@ -1,6 +1,6 @@
-//! Nothing that is not good looks good: seeded sequences of values, qualities, times and
-//! faults are sent, an oracle tells from what was sent alone what cannot be good, and the
-//! picture is read to see whether it is shown so. `BUSBAR_STALE_SEQUENCES` asks for more
+//! End-to-end test that nothing stale or bad looks good. Seeded sequences of values, qualities,
+//! times and faults are played. An oracle derives from the sent samples alone which tags cannot be
+//! good, and each picture is checked against it. `BUSBAR_STALE_SEQUENCES` sets the number of
 //! sequences; `BUSBAR_PICTURES` names a folder for a few of the pictures.
 
 mod eye;
@@ -230,7 +230,7 @@ impl Test {
         (self.viewer.read_picture().expect("it is drawn"), Times { began, ended })
     }
 
-    /// A picture of between two times.
+    /// Draws until a picture begins after `from`; none where it ends after `until`.
     fn draw_between(&mut self, from: i64, until: i64) -> Option<Picture> {
         loop {
             let (picture, times) = self.draw();
@@ -240,7 +240,7 @@ impl Test {
         }
     }
 
-    /// A count that the plugin sends of its own progress.
+    /// Returns a count by which the plugin reports its own progress.
     fn progress(&self, id: &str) -> Option<usize> {
         let tags = self.viewer.stats().tags;
         let tag = tags.into_iter().find(|tag| tag.id == id)?;
@@ -248,8 +248,8 @@ impl Test {
     }
 }
 
-/// Reads pictures while so many sequences of each tag are played; adds up what it found.
-/// None where the machine was too slow to see in time how what is known looks.
+/// Plays sequences of each tag, checks the pictures and adds up the counts. None where the machine
+/// was too slow for the reference pictures.
 fn read_round(seed: u64, sequences: u64, counts: &mut Counts) -> Option<()> {
     let pictures = std::env::var_os("BUSBAR_PICTURES").map(PathBuf::from);
     let (scene, ids) = scene();

@@ -1,8 +1,8 @@
 //! Test oracle of a tag's state, from nothing but what was sent and when.
 //!
-//! It makes no claim where a sample may or may not have arrived. What it claims follows
-//! from the promise: a value past its limit, of bad quality, no number, or from a plugin
-//! that is dead or stands still is not good.
+//! No claim is made where a sample may or may not have arrived. All claims follow from one promise.
+//! A value is not good past its freshness limit, with bad quality, as no number, or from a plugin
+//! that is dead or stopped.
 
 use crate::script::{STEP_MILLIS, Said, Script, Sent, Worth};
 
@@ -42,7 +42,7 @@ enum Arrival {
     Before(i64),
 }
 
-/// Knows what was sent and what came of it.
+/// Oracle that knows the sent samples and their arrivals.
 pub(crate) struct Oracle {
     script: Script,
     start: i64,
@@ -64,12 +64,12 @@ impl Oracle {
         Self { script, start, arrivals, known: 0, first: 0, disturbed: 0 }
     }
 
-    /// The plugin was stopped, started or killed.
+    /// Notes that the plugin was stopped, started or killed.
     pub(crate) fn note_disturbance(&mut self, now: i64) {
         self.disturbed = now;
     }
 
-    /// A frame showed that batches from `first` on and before `sent` have come.
+    /// Notes that batches from `first` on and before `sent` have arrived, as a frame showed.
     pub(crate) fn note_progress(&mut self, first: usize, sent: usize, times: Times) {
         if first > self.first {
             // Those before were lost with the process, or came before that.
@@ -118,8 +118,8 @@ impl Oracle {
         }
     }
 
-    /// The last that was sent of a tag: by how many milliseconds before a frame's beginning,
-    /// by how many its arrival is known, and what it was.
+    /// Returns the last samples of a tag. Each has its age and that of its known arrival at the
+    /// frame's beginning, milliseconds.
     pub(crate) fn last_sent(&self, tag: usize, times: Times) -> Vec<(i64, Option<i64>, Sent)> {
         let sent = &self.script.tags[tag];
         let begun = sent.partition_point(|sent| self.due(sent) <= times.ended);

@@ -44,9 +44,9 @@ pub(crate) struct Sent {
     pub(crate) worth: Worth,
     /// By how much its source time is before the batch, milliseconds.
     pub(crate) age: Option<i64>,
-    /// Tells whether it comes out of a buffer: only then its source time orders it.
+    /// True where the sample comes out of a buffer; only then its source time orders it.
     pub(crate) is_buffered: bool,
-    /// Tells whether the source promised a time and sent none that can be read.
+    /// True where the source promised a time and sent none that can be read.
     pub(crate) is_time_unusable: bool,
 }
 
@@ -72,7 +72,8 @@ impl Random {
 }
 
 impl Script {
-    /// Both values of all tags, then so many sequences for each, one after the other.
+    /// Creates a script: both values of all tags, then a number of sequences for each, one after
+    /// the other.
     pub(crate) fn new(tags: usize, sequences: u64, random: &mut Random) -> Self {
         let good = |batch: u64| Sent {
             batch: batch as usize,
@@ -140,7 +141,7 @@ impl Sent {
     }
 }
 
-/// A stretch of good values as a device sends them, and whatever goes wrong around it.
+/// Generates a stretch of good values as a device sends them, with faults around it.
 fn sequence(start: u64, random: &mut Random, into: &mut Vec<Sent>) {
     let mut steps: Vec<Option<Sent>> = vec![None; STEPS as usize];
     if !random.one_in(4) {
