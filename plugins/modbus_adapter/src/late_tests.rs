@@ -63,13 +63,13 @@ fn other_lengths_are_within_the_tables() {
     }
 }
 
-/// What a device does with each request.
+/// Behavior of a device for each request.
 #[derive(Clone, Copy, Debug)]
 enum Fate {
     Answered,
     Refused,
     Lost,
-    /// Its answer comes this many requests later, and no later one before it.
+    /// Answer that comes this many requests later, with no later answer before it.
     Late(usize),
 }
 

@@ -27,7 +27,7 @@ pub(crate) struct Session {
     connector: Connector,
 }
 
-/// A connection, and what is known of the devices behind it.
+/// Connection, and the state of the devices behind it.
 struct Link {
     connection: Connection,
     units: Units,
@@ -146,7 +146,7 @@ impl Session {
         Ok(())
     }
 
-    /// One device of a serial line did not answer: all of its tags are bad, whatever
+    /// Notes that a device of a serial line did not answer: all of its tags turn bad, whatever
     /// their poll groups.
     fn note_silence(&self, link: &mut Link, unit: u8, fault: LinkFault) -> Result<(), LinkFault> {
         let of_unit = self.points.iter().filter(|point| point.unit == unit);
@@ -171,8 +171,8 @@ impl Session {
         }
     }
 
-    /// An exception that is the unit's own is an answer of it. One of a gateway which does
-    /// not reach the unit makes all of its tags bad, whatever their poll groups.
+    /// Notes an exception. The unit's own counts as an answer. One of a gateway that cannot reach
+    /// the unit makes all of its tags bad, whatever their poll groups.
     fn note_exception(&self, link: &mut Link, block: &Block, exception: ExceptionCode) {
         let unit = block.unit;
         let is_of_gateway = matches!(
@@ -206,7 +206,7 @@ impl Session {
         self.report(state, &text);
     }
 
-    /// Does with a block what the device's exception asks for.
+    /// Handles a block by the verdict on the device's exception.
     fn heed(
         &self,
         exception: ExceptionCode,

@@ -42,10 +42,10 @@ fn exceptions_say_who_is_at_fault() {
     }
 }
 
-/// What a device refuses, and how often it was asked.
+/// Simulated device: its refusals and a count of its requests.
 #[derive(Default)]
 struct Device {
-    /// Requests to refuse whatever they ask for.
+    /// Number of requests to refuse, whatever they ask for.
     refusals: AtomicUsize,
     missing: Mutex<BTreeSet<u16>>,
     requests: AtomicU16,
@@ -107,7 +107,7 @@ impl Bench {
         self.device.refusals.store(refusals, Ordering::SeqCst);
     }
 
-    /// As if the time had passed.
+    /// Makes the retries of all refused blocks due at once.
     fn make_retries_due(&mut self) {
         for refused in &mut self.group.refused {
             refused.retry_at = Instant::now();
@@ -119,7 +119,7 @@ impl Bench {
         self.group.replan_at = Some(Instant::now());
     }
 
-    /// Polls until what was refused has been asked for again, and once more.
+    /// Polls until all refused cells have been requested again, and once more.
     fn retry_all(&mut self) {
         self.make_retries_due();
         for _ in 0..=self.group.refused.len().div_ceil(MAX_RETRIES_PER_POLL) {

@@ -13,15 +13,15 @@ use crate::sparkplug::Fleet;
 use crate::sparkplug::payload::PayloadFault;
 use crate::topics::Topics;
 
-/// Filters of one connection.
+/// Most topic filters of one connection.
 const MAX_FILTERS: usize = 20_000;
 
-/// What a broker is to bring, and where it goes.
+/// Subscription plan: the topic filters and the points that their messages serve.
 pub(crate) struct Plan {
     topics: Topics,
     fleet: Fleet,
     points: Vec<Point>,
-    /// Those of the topics, then those of the fleet.
+    /// Topic filters of plain topics, then those of the edge nodes.
     filters: Vec<String>,
     topic_filters: usize,
 }
@@ -146,7 +146,7 @@ impl Subscriber {
         }
     }
 
-    /// The next message to send: topic and payload.
+    /// Returns the next message to send: topic and payload.
     pub(crate) fn next_request(
         &mut self,
         now: Instant,
@@ -155,24 +155,24 @@ impl Subscriber {
         self.fleet.next_request(now, wall_clock)
     }
 
-    /// When [`Subscriber::next_request`] has something to do.
+    /// Returns the time at which [`Subscriber::next_request`] has something to do.
     pub(crate) fn deadline(&self) -> Option<Instant> {
         self.fleet.deadline()
     }
 
-    /// Publishes what came.
+    /// Publishes all samples that have come.
     pub(crate) fn flush(&mut self) {
         self.desk.flush();
     }
 
-    /// A connection to this broker is tried.
+    /// Begins an attempt to connect to this broker.
     pub(crate) fn begin(&mut self, broker: &str) {
         broker.clone_into(&mut self.broker);
         self.refused = 0;
         self.desk.begin(broker.to_owned());
     }
 
-    /// The connection was lost, or could not be made.
+    /// Ends a connection that was lost or could not be made; all tags turn bad.
     pub(crate) fn end(&mut self, text: &str, is_last: bool) {
         self.desk.mark_all(Reason::Communication);
         self.desk.flush();

@@ -29,7 +29,7 @@ pub(crate) struct Topics {
 #[derive(Clone, Debug)]
 struct Topic {
     points: Range<usize>,
-    /// What tells whether its source is there.
+    /// Index of the availability guard of the topic's source.
     guard: Option<usize>,
 }
 
@@ -60,8 +60,8 @@ impl Topics {
         Self { by_name, pointers, guards, retained, qualities, time_unit }
     }
 
-    /// The filters to subscribe to, each once: those of the settings, and each topic that
-    /// they do not cover.
+    /// Returns the topic filters to subscribe to, each once: those of the settings, and each topic
+    /// that they do not cover.
     pub(crate) fn filters(&self, subscriptions: &[String]) -> Vec<String> {
         if self.by_name.is_empty() {
             return Vec::new();
@@ -81,18 +81,18 @@ impl Topics {
         subscriptions.iter().cloned().chain(alone).collect()
     }
 
-    /// The points that a filter would have brought.
+    /// Returns the points of all topics that a filter covers.
     pub(crate) fn under(&self, filter: &str) -> Vec<Range<usize>> {
         let topics = self.by_name.iter().filter(|(topic, _)| covers(filter, topic));
         topics.map(|(_, topic)| topic.points.clone()).collect()
     }
 
-    /// Tells whether the settings take retained values of unknown age for new.
+    /// Reports whether the settings treat retained values of unknown age as new.
     pub(crate) fn takes_retained_as_new(&self) -> bool {
         self.retained == Retained::Good && !self.by_name.is_empty()
     }
 
-    /// Begins a connection: nobody has told yet who is there.
+    /// Begins a connection, in which the state of all sources is not known yet.
     pub(crate) fn begin(&mut self) {
         self.guards.iter_mut().for_each(Guard::begin);
     }
@@ -167,8 +167,8 @@ impl Topics {
         }
     }
 
-    /// Tells whether a topic is one of availability; if so, takes what it tells. A state that
-    /// cannot be read is none in which the source is there.
+    /// Handles the message of an availability topic; false for other topics. A source whose state
+    /// cannot be read counts as offline.
     fn heed_availability(&mut self, topic: &str, payload: Option<&[u8]>, desk: &mut Desk) -> bool {
         let Some(guard) = self.guards.iter_mut().find(|guard| guard.availability.topic == topic)
         else {
@@ -188,7 +188,7 @@ impl Topics {
     }
 }
 
-/// Takes a sign that something came of which no value can be read.
+/// Publishes an unusable value, or a bad one where the source is offline.
 fn take_unusable(index: usize, what: &str, is_gone: bool, desk: &mut Desk) {
     if is_gone {
         desk.mark(index..index + 1, Reason::Communication);
@@ -197,7 +197,7 @@ fn take_unusable(index: usize, what: &str, is_gone: bool, desk: &mut Desk) {
     }
 }
 
-/// Tells whether a filter brings a topic (MQTT 3.1.1, 4.7).
+/// Reports whether a filter matches a topic (MQTT 3.1.1, 4.7).
 fn covers(filter: &str, topic: &str) -> bool {
     // Most filters of a site differ from most of its topics before their first wildcard.
     let literal = filter.find(['+', '#']).map_or(filter, |first| &filter[..first]);

@@ -49,13 +49,13 @@ use crate::points::Points;
 use crate::settings::Config;
 pub use crate::settings::Settings;
 
-/// The plugin.
+/// OPC UA plugin, a client of one server or of a redundant set.
 pub struct OpcUa {
     config: Config,
     host: Host,
     /// The server's alarms, where the settings ask for them.
     mirror: Option<Mirror>,
-    /// Serves the server; dropped to end that.
+    /// Thread that serves the server; dropped to end the connection.
     worker: Option<Worker>,
 }
 

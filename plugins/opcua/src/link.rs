@@ -20,12 +20,12 @@ use crate::settings::Config;
 use crate::url::Url;
 use crate::watch::Watch;
 
-/// A session that held so long deserves a quick second try.
+/// Duration of a session after which the first reconnection attempt is quick.
 const STABLE_AFTER: Duration = Duration::from_secs(10);
-/// How long a goodbye may take.
+/// Deadline of closing a session.
 pub(crate) const CLOSE_LIMIT: Duration = Duration::from_millis(800);
 
-/// What sessions have of the world around them; tests have their own.
+/// Surroundings of a session: dialer and wall clock, replaced in tests.
 #[derive(Clone)]
 pub(crate) struct World {
     pub(crate) dial: Arc<dyn Dial>,
@@ -81,7 +81,8 @@ impl Link {
         fault.to_string()
     }
 
-    /// A panic of the library at what a server sent ends the session alone.
+    /// Serves one connection; a panic of the library over a server's message ends the session
+    /// alone.
     async fn serve_guarded(&self, server: &Url) -> Result<Infallible, Fault> {
         let tasks = LocalSet::new();
         tasks.run_until(CatchPanic(Box::pin(self.serve(server)))).await
@@ -135,7 +136,7 @@ impl Link {
         Err(fault)
     }
 
-    /// Waits; whether it was told to stop meanwhile.
+    /// Waits for a delay; reports whether a stop was requested meanwhile.
     async fn stopped_within(&self, delay: Duration) -> bool {
         let mut stop = self.stop.clone();
         tokio::select! {

@@ -31,24 +31,24 @@ const MAX_DOUBTED: u32 = 64;
 /// 5.14.2: three).
 const MIN_LIFETIMES: u32 = 3;
 
-/// One subscription.
+/// Subscription of a session, with the state of its notifications.
 pub(crate) struct Subscription {
     pub(crate) id: u32,
-    /// Items of the board that it has.
+    /// Indices of the board's items that belong to the subscription.
     pub(crate) items: Range<usize>,
     /// Longest time between two signs of life, as the server has it.
     pub(crate) due: Duration,
-    /// Silence that is borne: that of the server beyond a sign of life.
+    /// Longest silence of the server beyond a sign of life before it is lost.
     pub(crate) limit: Duration,
     pub(crate) heard: Instant,
     pub(crate) sequence: Sequence,
-    /// Grows with each loss: what was read before it is of before it.
+    /// Number that grows with each loss of reports; values read under an older one are outdated.
     pub(crate) epoch: u64,
-    /// Items may have values that no report brought.
+    /// True where items may have values that no report brought.
     pub(crate) is_lossy: bool,
-    /// Values are being read, since the last loss or before it.
+    /// True while values are being read, since the last loss or before it.
     pub(crate) is_reading: bool,
-    /// Values are not read before this.
+    /// Earliest time of the next read of values.
     pub(crate) next_read: Instant,
     /// Doubt about the order of notifications, since one came that belongs to no subscription.
     pub(crate) doubt: Option<Doubt>,
@@ -92,7 +92,7 @@ pub(crate) async fn create(
     Ok(Subscription::new(answer.subscription_id, items, sign, config.silence, now))
 }
 
-/// How many intervals there are in a time, one at least.
+/// Returns the number of whole intervals in a time, at least one.
 fn count(time: Duration, interval: Duration) -> u32 {
     let count = time.as_millis() / interval.as_millis().max(1);
     u32::try_from(count).unwrap_or(u32::MAX).max(1)

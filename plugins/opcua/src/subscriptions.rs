@@ -125,7 +125,7 @@ impl SubscriptionSet {
         }
     }
 
-    /// Takes what was received and is not acknowledged yet, at most so many.
+    /// Takes at most `max` acknowledgements of notifications that were received.
     pub(crate) fn take_acknowledgements(&mut self, max: usize) -> Vec<SubscriptionAcknowledgement> {
         let count = self.acknowledgements.len().min(max);
         self.acknowledgements.drain(..count).collect()
@@ -134,7 +134,7 @@ impl SubscriptionSet {
     /// Finds a subscription that gave no sign of life for longer than is borne.
     ///
     /// # Errors
-    /// An error where there is one.
+    /// A fault where a subscription was silent for too long.
     pub(crate) fn check_silence(&self, now: Instant) -> Result<(), Fault> {
         match self.all.iter().find(|one| one.is_overdue(now)) {
             Some(one) => Err(Fault::SilentSubscription {
@@ -145,7 +145,7 @@ impl SubscriptionSet {
         }
     }
 
-    /// Takes what the server published.
+    /// Takes the publish response of the server.
     ///
     /// # Errors
     /// An error where a subscription ended.
@@ -228,7 +228,7 @@ impl SubscriptionSet {
         }
     }
 
-    /// Lists what the server is to be asked for now.
+    /// Lists the requests that the server is to get now.
     pub(crate) fn inquire(&mut self, now: Instant) -> Vec<Inquiry> {
         let mut inquiries = std::mem::take(&mut self.inquiries);
         for one in &mut self.all {

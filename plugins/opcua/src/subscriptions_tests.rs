@@ -36,16 +36,16 @@ const TICKS_TO_1970: i64 = 116_444_736_000_000_000;
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Counting {
     Standard,
-    /// Keep-alives use numbers.
+    /// Keep-alives use up numbers of their own.
     Own,
-    /// Keep-alives repeat the last number.
+    /// Keep-alives repeat the last notification's number.
     Last,
 }
 
 /// A server of which the truth is known.
 struct Model {
     counting: Counting,
-    /// It keeps notifications for Republish.
+    /// True where the server keeps notifications for Republish.
     keeps: bool,
     values: [i64; TAGS as usize],
     published: [i64; TAGS as usize],
@@ -57,7 +57,7 @@ struct ModelSubscription {
     next: u32,
     idle: u32,
     kept: BTreeMap<u32, NotificationMessage>,
-    /// Numbers of notifications that did not arrive, and of which no later message told yet.
+    /// Numbers of lost notifications that no later message has revealed yet.
     lost: BTreeSet<u32>,
 }
 
@@ -197,7 +197,7 @@ impl Matrix {
         Moment { now: self.start + self.oracle.now(), wall: self.oracle.wall_clock() }
     }
 
-    /// A session begins: all values of the one before are bad.
+    /// Begins a session, in which all former values are bad.
     fn connect(&mut self) {
         self.sessions += 1;
         self.board.borrow_mut().lose(Reason::Communication);
@@ -303,7 +303,7 @@ impl Matrix {
         }
     }
 
-    /// Answers what was asked for in the step before.
+    /// Answers the requests of the step before.
     fn answer(&mut self) {
         for inquiry in std::mem::take(&mut self.inquiries) {
             let at = self.moment();

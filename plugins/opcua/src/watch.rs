@@ -1,4 +1,4 @@
-//! An activated session at work: publishing, signs of life, what the server refused.
+//! Service loop of an activated session: publishing, keep-alives and refused items.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -21,16 +21,16 @@ use crate::settings::Config;
 use crate::subscription;
 use crate::subscriptions::{Events, Inquiry, Moment, SubscriptionSet};
 
-/// Publish requests that wait at the server at once.
+/// Most publish requests that wait at the server at once.
 const MAX_PUBLISHES: usize = 64;
-/// Nodes that are looked for, or read, at once.
+/// Most nodes that one request looks for or reads.
 const NODES_PER_READ: usize = 500;
-/// Acknowledgements of one publish request.
+/// Most acknowledgements of one publish request.
 const MAX_ACKNOWLEDGED: usize = 1000;
-/// How often the server is asked again for nodes that it did not know.
+/// Period in which the server is asked again for nodes that it did not know.
 const ASK_AGAIN: Duration = Duration::from_secs(30);
-/// A turn of the event loop that comes so much later than it should: this process was
-/// stopped, and what waited for it meanwhile is of then.
+/// Delay of an event-loop turn from which this process counts as stopped, so that waiting messages
+/// may be old.
 const STALLED_AFTER: Duration = Duration::from_secs(1);
 /// States of a server (OPC 10000-5, 12.6).
 const RUNNING: i32 = 0;
@@ -47,7 +47,7 @@ const STATES: [&str; 8] = [
     "unknown",
 ];
 
-/// What a session works with.
+/// Service loop of a session: its subscriptions, publish requests and reads.
 pub(crate) struct Watch {
     client: Rc<Client>,
     config: Config,
@@ -58,13 +58,13 @@ pub(crate) struct Watch {
     subscriptions: SubscriptionSet,
     /// Items that the server refused, each with its subscription.
     refused: Vec<(u32, Vec<usize>)>,
-    /// Publish requests that wait at the server, and how many there are to be.
+    /// Number of publish requests that wait at the server, and number that there are to be.
     waiting: usize,
     wanted: usize,
     state: i32,
 }
 
-/// What a task found.
+/// Result of a task of the session.
 enum Done {
     Published(Result<Box<PublishResponse>, Fault>),
     Republished(u32, u32, Result<Option<NotificationMessage>, Fault>),
@@ -72,7 +72,7 @@ enum Done {
     Alive(Result<Option<i32>, Fault>),
 }
 
-/// The event loop's time.
+/// Returns the event loop's time.
 fn now() -> Instant {
     tokio::time::Instant::now().into_std()
 }
@@ -129,8 +129,8 @@ impl Watch {
         moved.map(|moved| moved.in_words()).collect()
     }
 
-    /// Where tags are of conditions, has the server report all their events, and the
-    /// state of those that there are.
+    /// Subscribes to the events of all conditions and refreshes them, where tags or the alarm
+    /// mirror need them.
     async fn subscribe_to_events(&mut self) -> Result<(), Fault> {
         let addresses: Vec<_> = {
             let board = self.board.borrow();
@@ -298,8 +298,8 @@ impl Watch {
         }
     }
 
-    /// Notes the state of the server, where it tells one: only one that is running, or in
-    /// test mode, serves its values as they are.
+    /// Notes the state of the server, where it has one. Only the states running and test serve
+    /// trustworthy values.
     fn note_state(&mut self, state: Option<i32>) {
         let Some(state) = state else { return };
         if std::mem::replace(&mut self.state, state) == state {
@@ -352,7 +352,7 @@ impl Watch {
         }
     }
 
-    /// Asks for what is missing.
+    /// Sends the requests for what is missing: Republish and Read.
     async fn inquire(&mut self, tasks: &mut JoinSet<Done>) -> Result<(), Fault> {
         for inquiry in self.subscriptions.inquire(now()) {
             let client = Rc::clone(&self.client);

@@ -48,7 +48,7 @@ impl Fleet {
         fleet
     }
 
-    /// The filters to subscribe to, two a node, in order of nodes.
+    /// Returns the topic filters to subscribe to, two per node, in the order of the nodes.
     pub(crate) fn filters(&self) -> Vec<String> {
         let filters = |Node { group, id, .. }: &Node| {
             [format!("{NAMESPACE}/{group}/+/{id}"), format!("{NAMESPACE}/{group}/+/{id}/+")]
@@ -63,7 +63,7 @@ impl Fleet {
         }
     }
 
-    /// A connection begins.
+    /// Resets the state of all edge nodes for a new connection.
     pub(crate) fn begin(&mut self) {
         for node in &mut self.nodes {
             node.begin();
@@ -73,7 +73,7 @@ impl Fleet {
         }
     }
 
-    /// The broker brings what comes from now on: births were before, so they are asked for.
+    /// Requests births after a subscription, because earlier ones did not arrive.
     pub(crate) fn note_subscribed(&mut self, now: Instant) {
         for node in 0..self.nodes.len() {
             self.want_birth(node, now);
@@ -136,7 +136,7 @@ impl Fleet {
         true
     }
 
-    /// The next message to send: topic and payload.
+    /// Returns the next message to send: topic and payload.
     pub(crate) fn next_request(
         &mut self,
         now: Instant,
@@ -183,7 +183,7 @@ fn kind_of(word: &str, device: Option<&str>) -> Option<Kind> {
     }
 }
 
-/// Milliseconds since 1970.
+/// Converts a time to milliseconds since 1970-01-01 UTC; 0 for earlier times.
 pub(crate) fn millis(time: SystemTime) -> u64 {
     time.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_millis() as u64)
 }

@@ -17,10 +17,10 @@ use crate::desk::{Desk, Stamp};
 
 /// Aliases of one edge node.
 pub(crate) const MAX_ALIASES: usize = 100_000;
-/// A death certificate with a bdSeq ahead of the birth's by no more is one of a later life,
-/// whose birth was lost. All others are old wills.
+/// Largest lead of a death certificate's bdSeq over the birth's by which it belongs to a later
+/// life, whose birth was lost. All others are old wills.
 const MAX_UNSEEN_LIVES: u64 = 8;
-/// Messages that may be missing before one counts as older than what came already.
+/// Most missing messages before one; beyond, it counts as older than the last.
 const MAX_AHEAD: u8 = 127;
 /// Count of the values of bdSeq, which begin anew after the last (Sparkplug 3.0, 6.4.16).
 const BD_SEQ_VALUES: u64 = 256;
@@ -60,19 +60,18 @@ struct Device {
     state: DeviceState,
     /// True where points had a sample since all of them were marked bad.
     has_samples: bool,
-    /// True where it was told since its birth that values are lost.
+    /// True where a loss of values was logged since the device's birth.
     is_loss_told: bool,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum DeviceState {
-    /// Aliases count as its birth told them.
+    /// Aliases are valid as the birth certificate defined them.
     #[default]
     Sound,
-    /// What it sends and what its birth told do not agree: aliases count only after its next
-    /// birth.
+    /// Messages contradict the birth certificate: aliases are valid only after the next birth.
     Gapped,
-    /// Nothing counts before its next birth.
+    /// The device died: nothing is valid before its next birth certificate.
     Dead,
 }
 
@@ -80,7 +79,7 @@ enum DeviceState {
 #[derive(Default)]
 struct NamedMetric {
     points: Range<usize>,
-    /// As its birth told.
+    /// Data type from the birth certificate.
     data_type: Option<DataType>,
     is_born: bool,
     /// True where another metric has its alias.
@@ -94,8 +93,8 @@ enum Life {
     Alive {
         bd_seq: Option<u64>,
     },
-    /// A message is missing since the birth. A birth may have been among them, so aliases
-    /// mean nothing any more.
+    /// Messages are missing since the birth. A lost one may be a birth, so aliases are no longer
+    /// valid.
     Gapped {
         bd_seq: Option<u64>,
     },
@@ -116,7 +115,7 @@ enum Order {
 /// Outcome of the metrics of a message.
 #[derive(Default)]
 struct Taken {
-    /// Metrics by an alias that no birth told, or that means another metric than their name.
+    /// Metrics by an alias that no birth defined, or that contradicts their name.
     unknown: u64,
     /// Metrics that cannot be read, or have neither name nor alias.
     lost: u64,
@@ -127,7 +126,7 @@ enum Found {
     Named(usize),
     /// A metric that none names.
     Unnamed,
-    /// An alias that no birth told, or none that can be trusted.
+    /// Alias that no birth defined, or that is not valid now.
     Unknown,
     /// Neither name nor alias: encoders that leave out zeros leave out alias 0.
     Nameless,
@@ -169,7 +168,7 @@ impl Node {
         }
     }
 
-    /// Begins a connection: what the node said before is not known any more.
+    /// Begins a connection and drops all that is known of the node.
     pub(crate) fn begin(&mut self) {
         (self.life, self.next) = (Life::Unknown, None);
         self.forget_births();
@@ -185,15 +184,15 @@ impl Node {
         }
     }
 
-    /// Takes a sign of the node that cannot be read, not even what it is about.
+    /// Handles an unreadable message of the node whose device is unknown.
     pub(crate) fn lose_all(&mut self, what: &str, desk: &mut Desk) {
         if self.mark_sampled(desk) {
             self.tell(desk, ITSELF, &format!("{what}: {UNTIL_BIRTH}"));
         }
     }
 
-    /// Takes a message of the node, or of a device, or the fault of one that cannot be read.
-    /// Tells whether a birth is needed to go on.
+    /// Handles a message of the node or of a device, or the fault of an unreadable one. Returns
+    /// true where a birth is needed.
     pub(crate) fn heed(
         &mut self,
         kind: Kind,
@@ -340,13 +339,13 @@ impl Node {
         }
     }
 
-    /// Tells whether all that the node sent since its birth came.
+    /// Reports whether no message is missing since the node's birth.
     fn is_followed(&self) -> bool {
         matches!(self.life, Life::Alive { .. })
     }
 
-    /// Takes the metrics of a birth, in two turns: all aliases are known before the first
-    /// value is published. Tells whether another birth is needed.
+    /// Takes the metrics of a birth in two passes: all aliases are known before the first value is
+    /// published. Returns true where another birth is needed.
     fn take_birth(&mut self, device: usize, payload: Payload<'_>, desk: &mut Desk) -> bool {
         self.forget_device(device);
         let mut aliases: usize = self.devices.iter().map(|device| device.aliases.len()).sum();
@@ -430,7 +429,7 @@ impl Node {
             .collect()
     }
 
-    /// Takes the metrics of a data message. Tells whether a birth is needed.
+    /// Takes the metrics of a data message; returns true where a birth is needed.
     fn take_data(&mut self, device: usize, payload: Payload<'_>, desk: &mut Desk) -> bool {
         if self.devices[device].state == DeviceState::Dead {
             return true;
@@ -563,8 +562,8 @@ impl Node {
         }
     }
 
-    /// Takes a sign of a device whose values cannot be read: what is shown is not the newest.
-    /// Aliases go on to count. Tells that a birth is needed.
+    /// Handles the loss of a device's values: those that are shown turn bad. Aliases stay valid.
+    /// Returns true, because a birth is needed.
     fn lose(&mut self, device: usize, what: &str, desk: &mut Desk) -> bool {
         let known = &mut self.devices[device];
         let is_told = std::mem::replace(&mut known.is_loss_told, true);
@@ -578,8 +577,8 @@ impl Node {
         true
     }
 
-    /// Takes a birth of a device that cannot be read: aliases do not count any more. Tells
-    /// that another birth is needed.
+    /// Handles an unreadable birth of a device: its aliases are no longer valid. Returns true,
+    /// because another birth is needed.
     fn lose_births(&mut self, device: usize, what: &str, desk: &mut Desk) -> bool {
         self.devices[device].state = DeviceState::Gapped;
         self.mark_device(device, Reason::Communication, desk);
