@@ -25,23 +25,6 @@ fn polls_keep_their_beat() {
     assert_eq!(next_due(start, period, at(350)), at(400));
 }
 
-#[test]
-fn exceptions_say_who_is_at_fault() {
-    let cases = [
-        (1, Verdict::AllRefused),
-        (2, Verdict::SomeRefused),
-        (3, Verdict::SomeRefused),
-        (4, Verdict::Unavailable(Reason::Unknown)),
-        (6, Verdict::Unavailable(Reason::Communication)),
-        (10, Verdict::Unavailable(Reason::Communication)),
-        (11, Verdict::Unavailable(Reason::Communication)),
-        (99, Verdict::Unavailable(Reason::Unknown)),
-    ];
-    for (code, expected) in cases {
-        assert_eq!(verdict(ExceptionCode::new(code)), expected, "{code}");
-    }
-}
-
 /// Simulated device: its refusals and a count of its requests.
 #[derive(Default)]
 struct Device {

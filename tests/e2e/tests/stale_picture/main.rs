@@ -3,8 +3,8 @@
 //! good, and each picture is checked against it. `BUSBAR_STALE_SEQUENCES` sets the number of
 //! sequences; `BUSBAR_PICTURES` names a folder for a few of the pictures.
 
-mod eye;
-mod oracle;
+mod expected_state;
+mod picture_reader;
 mod script;
 
 use std::path::PathBuf;
@@ -16,8 +16,8 @@ use e2e::glb::{self, WeldedMesh};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 
-use crate::eye::{Eye, Seen};
-use crate::oracle::{Claim, FRESHNESS_MILLIS, Oracle, Times};
+use crate::expected_state::{Claim, ExpectedState, FRESHNESS_MILLIS, Times};
+use crate::picture_reader::{PictureReader, ShownState};
 use crate::script::{Random, SEQUENCE_MILLIS, SHOWN, SHOWN_MILLIS, Script};
 
 const SIZE: [u32; 2] = [1280, 720];
@@ -169,7 +169,7 @@ struct Troublemaker {
 }
 
 impl Troublemaker {
-    fn step(&mut self, viewer: &Viewer, oracle: &mut Oracle) {
+    fn step(&mut self, viewer: &Viewer, oracle: &mut ExpectedState) {
         let now = now();
         if now < self.next {
             return;
@@ -257,7 +257,7 @@ fn read_round(seed: u64, sequences: u64, counts: &mut Counts) -> Option<()> {
     let start_millis = now() as u64 / 1_000_000 + LEAD.as_millis() as u64;
     let text = script.to_json(&ids, start_millis).to_string();
     std::fs::write(scene.path("script.json"), text).expect("it can be written");
-    let mut oracle = Oracle::new(script, start_millis);
+    let mut oracle = ExpectedState::new(script, start_millis);
 
     let loaded = LoadedScene::load(&scene.write(), &|_, _, _| {});
     let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
@@ -270,13 +270,13 @@ fn read_round(seed: u64, sequences: u64, counts: &mut Counts) -> Option<()> {
     if times.ended + SETTLED.as_nanos() as i64 > first {
         return None;
     }
-    let eye = Eye::new(&mut test.viewer, SIZE);
+    let reader = PictureReader::new(&mut test.viewer, SIZE);
     let shown = [1, 2].map(|count| first + count * (SHOWN_MILLIS * 1_000_000) as i64);
     let looks = shown.map(|until| test.draw_between(until - SHOWN_MARGIN, until));
     let [Some(off), Some(on)] = looks else { return None };
     let lamps = || ids.iter().filter(|id| id.starts_with('L')).map(|id| format!("={id}"));
     let pairs = [[&off, &on], [&off, &unknown], [&on, &unknown]];
-    if lamps().any(|lamp| pairs.iter().any(|[a, b]| eye.looks_as(a, b, &lamp))) {
+    if lamps().any(|lamp| pairs.iter().any(|[a, b]| reader.looks_as(a, b, &lamp))) {
         return None;
     }
     let looks = [off, on];
@@ -305,12 +305,12 @@ fn read_round(seed: u64, sequences: u64, counts: &mut Counts) -> Option<()> {
             if claim == Claim::Nothing {
                 continue;
             }
-            let seen = eye.see(&picture, &looks, &equipment, id.starts_with('L'));
+            let seen = reader.see(&picture, &looks, &equipment, id.starts_with('L'));
             match claim {
                 Claim::NotGood => {
                     counts.not_good += 1;
                     assert!(
-                        seen == Seen::NotGood,
+                        seen == ShownState::NotGood,
                         "{id} is not good and is seen as {seen:?}, in {times:?}: see {}; \
                          seed {seed}, {counts:?}, after {:#?}",
                         keep(&picture).display(),
@@ -319,7 +319,7 @@ fn read_round(seed: u64, sequences: u64, counts: &mut Counts) -> Option<()> {
                 }
                 Claim::Good(value) => {
                     counts.good += 1;
-                    counts.late += usize::from(seen != Seen::Good(value));
+                    counts.late += usize::from(seen != ShownState::Good(value));
                 }
                 Claim::Nothing => {}
             }

@@ -27,13 +27,13 @@ const STRIPE: usize = 4;
 const MIN_STRIPES: usize = 2;
 
 /// Knows where everything is.
-pub(crate) struct Eye {
+pub(crate) struct PictureReader {
     size: [usize; 2],
     /// Pixels of each piece of equipment, by id.
     shapes: BTreeMap<String, Vec<usize>>,
 }
 
-impl Eye {
+impl PictureReader {
     /// For pictures of this size.
     pub(crate) fn new(viewer: &mut Viewer, size: [u32; 2]) -> Self {
         let pixels: Vec<_> = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| [x, y])).collect();
@@ -56,18 +56,18 @@ impl Eye {
         looks: &[Picture; 2],
         equipment: &str,
         is_lamp: bool,
-    ) -> Seen {
+    ) -> ShownState {
         if is_lamp {
             let known = looks.iter().position(|look| self.looks_as(picture, look, equipment));
-            return known.map_or(Seen::NotGood, |look| Seen::Good(SHOWN[look]));
+            return known.map_or(ShownState::NotGood, |look| ShownState::Good(SHOWN[look]));
         }
         // Its label may stand elsewhere, where many have one: then the body itself tells.
         let is_hatched =
             self.is_hatched(picture, equipment) || self.is_striped_body(picture, equipment);
         match (is_hatched, self.is_colored(picture, equipment)) {
-            (true, false) => Seen::NotGood,
-            (false, colored) => Seen::Good(colored),
-            (true, true) => Seen::Unclear,
+            (true, false) => ShownState::NotGood,
+            (false, colored) => ShownState::Good(colored),
+            (true, true) => ShownState::Unclear,
         }
     }
 
@@ -145,7 +145,7 @@ impl Eye {
 
 /// State of a tag as it is read from a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Seen {
+pub(crate) enum ShownState {
     Good(bool),
     NotGood,
     /// Neither clearly good nor clearly not good.

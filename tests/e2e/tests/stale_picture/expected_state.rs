@@ -42,8 +42,8 @@ enum Arrival {
     Before(i64),
 }
 
-/// Oracle that knows the sent samples and their arrivals.
-pub(crate) struct Oracle {
+/// ExpectedState that knows the sent samples and their arrivals.
+pub(crate) struct ExpectedState {
     script: Script,
     start: i64,
     /// Arrival of each batch, by its index.
@@ -55,7 +55,7 @@ pub(crate) struct Oracle {
     disturbed: i64,
 }
 
-impl Oracle {
+impl ExpectedState {
     pub(crate) fn new(script: Script, start_unix_millis: u64) -> Self {
         let last = script.tags.iter().filter_map(|sent| sent.last());
         let batches = last.map(|sent| sent.batch + 1).max().unwrap_or(0);
