@@ -23,7 +23,7 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
-    pub(crate) fn of(block: &Block) -> Self {
+    pub(crate) fn from_block(block: &Block) -> Self {
         let count = block.count;
         let bytes = if block.table.is_bits() { count.div_ceil(8) } else { 2 * count };
         Self { table: block.table, bytes }
@@ -39,7 +39,7 @@ impl LateAnswers {
     /// could have its shape.
     pub(crate) fn unmistakable(&self, block: &Block) -> Block {
         let Some(open) = self.0.get(&block.unit) else { return block.clone() };
-        let is_free = |block: &Block| !open.contains(&Shape::of(block));
+        let is_free = |block: &Block| !open.contains(&Shape::from_block(block));
         if is_free(block) {
             return block.clone();
         }
@@ -54,12 +54,12 @@ impl LateAnswers {
         if open.len() == MAX_OPEN {
             open.pop_front();
         }
-        open.push_back(Shape::of(block));
+        open.push_back(Shape::from_block(block));
     }
 
     /// Notes the answer to a block, after which no older one is to come.
     pub(crate) fn note_answer(&mut self, block: &Block) {
-        let shape = Shape::of(block);
+        let shape = Shape::from_block(block);
         self.close(block.unit, |open| *open == shape);
     }
 

@@ -101,7 +101,7 @@ impl Subscriber {
             Event::Message { topic, payload, is_retained } => {
                 // The codec ends the connection at any other topic (MQTT 3.1.1, 1.5.3).
                 let Ok(topic) = std::str::from_utf8(topic) else { return };
-                self.heed(topic, Ok(payload), is_retained, now);
+                self.handle(topic, Ok(payload), is_retained, now);
             }
             Event::Refused(index, why) => self.note_refused(index, why),
             Event::Subscribed => {
@@ -128,12 +128,12 @@ impl Subscriber {
                      max_payload_bytes, or send less"
                 );
                 self.desk.tell(LogLevel::Warning, &text);
-                self.heed(topic, Err(PayloadFault::TooLong(bytes)), is_retained, now);
+                self.handle(topic, Err(PayloadFault::TooLong(bytes)), is_retained, now);
             }
         }
     }
 
-    fn heed(
+    fn handle(
         &mut self,
         topic: &str,
         payload: Result<&[u8], PayloadFault>,
@@ -141,8 +141,8 @@ impl Subscriber {
         now: Instant,
     ) {
         let desk = &mut self.desk;
-        if !self.fleet.heed(topic, payload.clone(), is_retained, now, desk) {
-            self.topics.heed(topic, payload.ok(), is_retained, desk);
+        if !self.fleet.handle(topic, payload.clone(), is_retained, now, desk) {
+            self.topics.handle(topic, payload.ok(), is_retained, desk);
         }
     }
 

@@ -98,7 +98,7 @@ impl Topics {
     }
 
     /// Takes a message; its payload is missing where it was too long.
-    pub(crate) fn heed(
+    pub(crate) fn handle(
         &mut self,
         topic: &str,
         payload: Option<&[u8]>,

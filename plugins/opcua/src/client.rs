@@ -127,7 +127,8 @@ impl Opening<'_> {
             Err(_) => return Err(Fault::NoAnswer(self.connect)),
             Ok(Ok(events)) => events,
             Ok(Err(error)) => {
-                let of_library = || Fault::of("opening a secure channel", &error, self.connect);
+                let of_library =
+                    || Fault::from_library("opening a secure channel", &error, self.connect);
                 return Err(words.take().map_or_else(of_library, Fault::Lost));
             }
         };
@@ -188,11 +189,11 @@ impl Client {
     ) -> Result<ResponseMessage, Fault> {
         let answer = self.channel.send(request, limit).await;
         self.anchor();
-        let answer = answer.map_err(|error| Fault::of(what, &error, limit))?;
+        let answer = answer.map_err(|error| Fault::from_library(what, &error, limit))?;
         let status = answer.response_header().service_result;
         if status.is_bad() || matches!(answer, ResponseMessage::ServiceFault(_)) {
             let error = LibraryError::new(status, "the server refused");
-            return Err(match Fault::of(what, &error, limit) {
+            return Err(match Fault::from_library(what, &error, limit) {
                 Fault::Library(what, _) => Fault::Refused { what, status },
                 fault => fault,
             });

@@ -60,7 +60,7 @@ impl Fault {
     }
 
     /// Converts a library error of the service `what`, called with the deadline `limit`.
-    pub(crate) fn of(what: &'static str, error: &LibraryError, limit: Duration) -> Self {
+    pub(crate) fn from_library(what: &'static str, error: &LibraryError, limit: Duration) -> Self {
         match error.status() {
             StatusCode::BadTimeout => Self::NoAnswer(limit),
             status @ (StatusCode::BadIdentityTokenRejected

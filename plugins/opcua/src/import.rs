@@ -159,5 +159,5 @@ async fn of_session(client: &Client, roots: &[NodeAddress]) -> Result<Listing, F
         starts.push(NodeId::from(ObjectId::ObjectsFolder));
     }
     let found = variables_below(&mut browser, &starts, begins_at_objects).await?;
-    list::of(found, &mut browser, &mut reader).await
+    list::list_variables(found, &mut browser, &mut reader).await
 }

@@ -18,7 +18,7 @@ struct Event {
 }
 
 impl Event {
-    fn of(states: &[(Field, bool)], severity: u16) -> Self {
+    fn from_states(states: &[(Field, bool)], severity: u16) -> Self {
         let mut fields = vec![Variant::Empty; EVENT_FIELDS];
         for (field, value) in states {
             fields[place_of(*field)] = (*value).into();
@@ -36,7 +36,7 @@ impl Event {
 
 fn alarm(retain: bool, severity: u16) -> Event {
     let states = [(Field::ActiveState, true), (Field::AckedState, false), (Field::Retain, retain)];
-    Event::of(&states, severity)
+    Event::from_states(&states, severity)
 }
 
 fn namespaces() -> Vec<String> {
@@ -136,6 +136,6 @@ fn a_mirror_that_lacks_a_condition_is_not_current() {
 #[test]
 fn a_dialog_is_no_alarm() {
     let mirror = calm();
-    take(&mirror, "Question", &Event::of(&[(Field::Retain, true)], 500));
+    take(&mirror, "Question", &Event::from_states(&[(Field::Retain, true)], 500));
     assert!(ids(&mirror).is_empty());
 }

@@ -37,7 +37,7 @@ impl Protection {
     pub(crate) const NONE: Self =
         Self { policy: SecurityPolicy::None, mode: MessageSecurityMode::None };
 
-    pub(crate) fn of(files: Option<&SecurityFiles>) -> Self {
+    pub(crate) fn from_files(files: Option<&SecurityFiles>) -> Self {
         let Some(files) = files else { return Self::NONE };
         Self {
             policy: match files.policy {

@@ -43,7 +43,7 @@ pub(crate) async fn open(
     config: &Config,
     server: &Url,
 ) -> Result<(Client, Driver), Fault> {
-    let protection = Protection::of(config.security.as_ref());
+    let protection = Protection::from_files(config.security.as_ref());
     let own = load_own(config, protection)?;
     let endpoint = discover(world, config, server, protection).await?;
     if let Some(files) = &config.security {
@@ -160,7 +160,7 @@ async fn activate(
         max_response_message_size: 0,
     };
     let created = answer!(client, "creating a session", CreateSession, request)?;
-    let protection = Protection::of(config.security.as_ref());
+    let protection = Protection::from_files(config.security.as_ref());
     check_created(&created, endpoint, own, protection, nonce.as_ref())?;
     client.set_session(&created.authentication_token);
     let client_signature = match own {

@@ -174,7 +174,7 @@ impl SubscriptionSet {
         }
         let available = answer.available_sequence_numbers.unwrap_or_default();
         let arrival = self.all[index].sequence.take(message, &available);
-        self.heed(index, arrival, !answer.more_notifications, at)
+        self.handle_arrival(index, arrival, !answer.more_notifications, at)
     }
 
     /// Takes a notification that was asked for; none where the server does not have it.
@@ -196,7 +196,7 @@ impl SubscriptionSet {
             self.acknowledge(subscription, number);
         }
         let arrival = self.all[index].sequence.take_republished(number, message);
-        self.heed(index, arrival, false, at)
+        self.handle_arrival(index, arrival, false, at)
     }
 
     /// Takes the values of items that were read.
@@ -280,7 +280,7 @@ impl SubscriptionSet {
         }
     }
 
-    fn heed(
+    fn handle_arrival(
         &mut self,
         index: usize,
         arrival: Arrival,

@@ -256,13 +256,13 @@ impl Session {
                 }
             }
             match self.codec.read(&mut self.input)? {
-                Some(packet) => self.heed(packet, now, note)?,
+                Some(packet) => self.handle(packet, now, note)?,
                 None => return Ok(()),
             }
         }
     }
 
-    fn heed(
+    fn handle(
         &mut self,
         packet: Incoming,
         now: Instant,

@@ -82,7 +82,7 @@ impl Fleet {
 
     /// Takes a message, or the fault of one whose payload was not taken; false if its topic
     /// is none of these edge nodes'.
-    pub(crate) fn heed(
+    pub(crate) fn handle(
         &mut self,
         topic: &str,
         payload: Result<&[u8], PayloadFault>,
@@ -117,7 +117,7 @@ impl Fleet {
         let payload = payload.and_then(Payload::parse);
         let is_birth_needed = match (kind_of(word, device), rest) {
             (Some(kind), None) => {
-                let is_birth_needed = node.heed(kind, device, payload, desk);
+                let is_birth_needed = node.handle(kind, device, payload, desk);
                 if (kind, device) == (Kind::Birth, None) && !is_birth_needed {
                     self.settle_birth(index);
                 }

@@ -193,7 +193,7 @@ impl Node {
 
     /// Handles a message of the node or of a device, or the fault of an unreadable one. Returns
     /// true where a birth is needed.
-    pub(crate) fn heed(
+    pub(crate) fn handle(
         &mut self,
         kind: Kind,
         device: Option<&str>,

@@ -49,7 +49,7 @@ pub(super) struct DataTypes(HashMap<NodeId, DataType>);
 
 impl DataTypes {
     /// Returns the data type at a node, from the cache or from the server.
-    pub(super) async fn of(
+    pub(super) async fn data_type_at(
         &mut self,
         node: &NodeId,
         browser: &mut Browser<'_>,

@@ -56,7 +56,7 @@ pub(super) struct Row {
 ///
 /// # Errors
 /// Faults of the connection.
-pub(super) async fn of(
+pub(super) async fn list_variables(
     found: Found,
     browser: &mut Browser<'_>,
     reader: &mut Reader<'_>,
@@ -141,7 +141,7 @@ async fn known_of(
         Ok(_) => return Ok(Err("the server does not tell its data type".into())),
         Err(status) => return Ok(Err(format!("its DataType: {}", in_words(*status)))),
     };
-    let data_type = types.of(node, browser, reader).await?;
+    let data_type = types.data_type_at(node, browser, reader).await?;
     Ok(match (data_type.nature, attributes.shape()) {
         (Nature::Unfit(why), _) => Err(why.to_owned()),
         (_, shape) => shape.map(|shape| (data_type, shape)),

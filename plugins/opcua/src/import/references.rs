@@ -140,7 +140,9 @@ impl<'a> Browser<'a> {
             request_header: client.header(client.limit()),
             view: ViewDescription::default(),
             requested_max_references_per_node: PAGE,
-            nodes_to_browse: Some(nodes.iter().map(|node| direction.of(node)).collect()),
+            nodes_to_browse: Some(
+                nodes.iter().map(|node| direction.browse_description(node)).collect(),
+            ),
         };
         let answer = answer!(client, "browsing", Browse, request)?;
         let mut all: Vec<References> = Vec::with_capacity(nodes.len());
@@ -200,7 +202,7 @@ fn take(
 }
 
 impl Direction {
-    fn of(self, node: &NodeId) -> BrowseDescription {
+    fn browse_description(self, node: &NodeId) -> BrowseDescription {
         let (browse_direction, kind, classes) = match self {
             Self::Down => (
                 BrowseDirection::Forward,
