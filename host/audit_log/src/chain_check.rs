@@ -239,7 +239,7 @@ impl CheckedFile {
 
 /// Records the state of an alarm after a record.
 fn stand(record: &AlarmRecord, found: &mut RecoveredLog) {
-    if record.to == State::A {
+    if record.to == State::Normal {
         found.open.remove(&record.alarm);
     } else {
         found.open.insert(record.alarm.clone(), record.clone());

@@ -213,7 +213,7 @@ impl LogWriter {
         self.unwritten = None;
         for record in self.staged.drain(..count) {
             self.last_number = self.last_number.max(record.number);
-            if record.to == State::A {
+            if record.to == State::Normal {
                 self.open.remove(&record.alarm);
             } else {
                 self.open.insert(record.alarm.clone(), record.clone());
