@@ -7,7 +7,6 @@
 mod availability;
 mod availability_settings;
 mod convert;
-mod desk;
 mod document;
 mod line_budget;
 mod link;
@@ -15,6 +14,7 @@ mod link;
 mod message_matrix;
 mod names;
 mod payload_format;
+mod point_states;
 mod points;
 pub mod probe;
 mod session;

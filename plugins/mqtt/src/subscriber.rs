@@ -5,7 +5,7 @@ use std::time::{Instant, SystemTime};
 
 use busbar_plugin_sdk::{Error, Host, LinkState, LogLevel, Reason, SampleSink};
 
-use crate::desk::Desk;
+use crate::point_states::PointStates;
 use crate::points::{Place, Point};
 use crate::session::Event;
 use crate::settings::Config;
@@ -61,7 +61,7 @@ pub(crate) struct Subscriber {
     fleet: Fleet,
     filters: Vec<String>,
     topic_filters: usize,
-    desk: Desk,
+    point_states: PointStates,
     sink: SampleSink,
     /// The broker that is connected.
     broker: String,
@@ -72,8 +72,8 @@ impl Subscriber {
     pub(crate) fn new(plan: Plan, config: &Config, sink: SampleSink, host: Host) -> Self {
         let Plan { topics, fleet, points, filters, topic_filters } = plan;
         let broker = config.brokers.first().map(ToString::to_string).unwrap_or_default();
-        let desk = Desk::new(points, sink.clone(), host, broker.clone());
-        Self { topics, fleet, filters, topic_filters, desk, sink, broker, refused: 0 }
+        let point_states = PointStates::new(points, sink.clone(), host, broker.clone());
+        Self { topics, fleet, filters, topic_filters, point_states, sink, broker, refused: 0 }
     }
 
     pub(crate) fn filters(&self) -> &[String] {
@@ -82,8 +82,8 @@ impl Subscriber {
 
     /// Before the first connection.
     pub(crate) fn open(&mut self, config: &Config) {
-        self.desk.mark_all(Reason::NotConnected);
-        self.desk.flush();
+        self.point_states.mark_all(Reason::NotConnected);
+        self.point_states.flush();
         let brokers: Vec<_> = config.brokers.iter().map(ToString::to_string).collect();
         self.sink
             .report_link(LinkState::Connecting, &format!("{}: connecting", brokers.join(", ")));
@@ -91,10 +91,10 @@ impl Subscriber {
 
     /// Takes an event of the connection.
     pub(crate) fn note(&mut self, event: Event<'_>, now: Instant) {
-        self.desk.advance(now);
+        self.point_states.advance(now);
         match event {
             Event::Connected => {
-                self.desk.mark_all(Reason::NotConnected);
+                self.point_states.mark_all(Reason::NotConnected);
                 self.topics.begin();
                 self.fleet.begin();
             }
@@ -122,12 +122,12 @@ impl Subscriber {
                 self.sink.report_link(LinkState::Up, &format!("{text}{basis}"));
             }
             Event::TooLong { topic, bytes, is_retained } => {
-                self.desk.ignored.too_long += 1;
+                self.point_states.ignored.too_long += 1;
                 let text = format!(
                     "a message of {bytes} bytes on '{topic}' was left out: raise \
                      max_payload_bytes, or send less"
                 );
-                self.desk.tell(LogLevel::Warning, &text);
+                self.point_states.tell(LogLevel::Warning, &text);
                 self.handle(topic, Err(PayloadFault::TooLong(bytes)), is_retained, now);
             }
         }
@@ -140,9 +140,9 @@ impl Subscriber {
         is_retained: bool,
         now: Instant,
     ) {
-        let desk = &mut self.desk;
-        if !self.fleet.handle(topic, payload.clone(), is_retained, now, desk) {
-            self.topics.handle(topic, payload.ok(), is_retained, desk);
+        let point_states = &mut self.point_states;
+        if !self.fleet.handle(topic, payload.clone(), is_retained, now, point_states) {
+            self.topics.handle(topic, payload.ok(), is_retained, point_states);
         }
     }
 
@@ -162,21 +162,21 @@ impl Subscriber {
 
     /// Publishes all samples that have come.
     pub(crate) fn flush(&mut self) {
-        self.desk.flush();
+        self.point_states.flush();
     }
 
     /// Begins an attempt to connect to this broker.
     pub(crate) fn begin(&mut self, broker: &str) {
         broker.clone_into(&mut self.broker);
         self.refused = 0;
-        self.desk.begin(broker.to_owned());
+        self.point_states.begin(broker.to_owned());
     }
 
     /// Ends a connection that was lost or could not be made; all tags turn bad.
     pub(crate) fn end(&mut self, text: &str, is_last: bool) {
-        self.desk.mark_all(Reason::Communication);
-        self.desk.flush();
-        self.desk.log_ignored();
+        self.point_states.mark_all(Reason::Communication);
+        self.point_states.flush();
+        self.point_states.log_ignored();
         let state = if is_last { LinkState::Down } else { LinkState::Connecting };
         self.sink.report_link(state, &format!("{}: {text}", self.broker));
     }
@@ -184,13 +184,14 @@ impl Subscriber {
     fn note_refused(&mut self, index: usize, why: &str) {
         self.refused += 1;
         let Some(filter) = self.filters.get(index) else { return };
-        self.desk.tell(LogLevel::Error, &format!("topic filter '{filter}' is refused: {why}"));
+        self.point_states
+            .tell(LogLevel::Error, &format!("topic filter '{filter}' is refused: {why}"));
         if index < self.topic_filters {
             for points in self.topics.under(filter) {
-                self.desk.mark(points, Reason::Configuration);
+                self.point_states.mark(points, Reason::Configuration);
             }
         } else {
-            self.fleet.refuse(index - self.topic_filters, &mut self.desk);
+            self.fleet.refuse(index - self.topic_filters, &mut self.point_states);
         }
     }
 }

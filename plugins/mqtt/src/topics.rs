@@ -8,8 +8,8 @@ use rumqttc_v4::mqttbytes::{has_wildcards, matches};
 
 use crate::availability::Guard;
 use crate::convert::name_of;
-use crate::desk::{Desk, Stamp};
 use crate::document::{Content, Document, DocumentTime};
+use crate::point_states::{PointStates, Stamp};
 use crate::points::Pointers;
 use crate::settings::{Config, Retained};
 use crate::source_time::TimeUnit;
@@ -103,17 +103,17 @@ impl Topics {
         topic: &str,
         payload: Option<&[u8]>,
         is_retained: bool,
-        desk: &mut Desk,
+        point_states: &mut PointStates,
     ) {
-        let is_told = self.heed_availability(topic, payload, desk);
+        let is_told = self.heed_availability(topic, payload, point_states);
         let Some(Topic { points, guard }) = self.by_name.get(topic).cloned() else {
-            desk.ignored.topics += u64::from(!is_told);
+            point_states.ignored.topics += u64::from(!is_told);
             return;
         };
         let is_gone = guard.and_then(|guard| self.guards.get(guard)).is_some_and(|g| g.is_gone);
         let Some(payload) = payload else {
             for index in points {
-                take_unusable(index, "a message that is too long", is_gone, desk);
+                take_unusable(index, "a message that is too long", is_gone, point_states);
             }
             return;
         };
@@ -123,7 +123,7 @@ impl Topics {
             let time = document.time(pointers, self.time_unit);
             let is_ageless = is_retained && !matches!(time, DocumentTime::At(_));
             if is_ageless && self.retained == Retained::Ignore {
-                desk.ignored.retained += 1;
+                point_states.ignored.retained += 1;
                 continue;
             }
             let mut stamp = Stamp {
@@ -138,7 +138,7 @@ impl Topics {
                 DocumentTime::At(time) => stamp.source_time = Some(time),
                 DocumentTime::Unusable => {
                     stamp.flags |= SampleFlags::TIME_UNUSABLE;
-                    desk.tell_time(index, || document.show_time(pointers, self.time_unit));
+                    point_states.tell_time(index, || document.show_time(pointers, self.time_unit));
                 }
                 // Only the settings can say that such a value is new.
                 DocumentTime::NotPromised if is_ageless && self.retained != Retained::Good => {
@@ -151,25 +151,30 @@ impl Topics {
                 stamp.flags |= SampleFlags::BUFFERED;
             }
             match document.content(pointers) {
-                Content::Value(raw) => match desk.value_of(index, raw) {
+                Content::Value(raw) => match point_states.value_of(index, raw) {
                     Some(Value::F64(number)) if !number.is_finite() => {
-                        take_unusable(index, "no finite number", is_gone, desk);
+                        take_unusable(index, "no finite number", is_gone, point_states);
                     }
-                    Some(value) => desk.take_value(index, value, stamp),
-                    None => take_unusable(index, name_of(raw), is_gone, desk),
+                    Some(value) => point_states.take_value(index, value, stamp),
+                    None => take_unusable(index, name_of(raw), is_gone, point_states),
                 },
-                Content::Null => desk.take_null(index, stamp),
-                Content::Unusable(what) => take_unusable(index, &what, is_gone, desk),
+                Content::Null => point_states.take_null(index, stamp),
+                Content::Unusable(what) => take_unusable(index, &what, is_gone, point_states),
             }
         }
         if document.is_broken() {
-            desk.ignored.malformed += 1;
+            point_states.ignored.malformed += 1;
         }
     }
 
     /// Handles the message of an availability topic; false for other topics. A source whose state
     /// cannot be read counts as offline.
-    fn heed_availability(&mut self, topic: &str, payload: Option<&[u8]>, desk: &mut Desk) -> bool {
+    fn heed_availability(
+        &mut self,
+        topic: &str,
+        payload: Option<&[u8]>,
+        point_states: &mut PointStates,
+    ) -> bool {
         let Some(guard) = self.guards.iter_mut().find(|guard| guard.availability.topic == topic)
         else {
             return false;
@@ -177,23 +182,23 @@ impl Topics {
         let notice = guard.take(payload);
         if !notice.is_there {
             for points in guard.points.clone() {
-                desk.mark(points, Reason::Communication);
+                point_states.mark(points, Reason::Communication);
             }
         }
         if let Some((is_warning, line)) = notice.line {
             let level = if is_warning { LogLevel::Warning } else { LogLevel::Info };
-            desk.tell(level, &line);
+            point_states.tell(level, &line);
         }
         true
     }
 }
 
 /// Publishes an unusable value, or a bad one where the source is offline.
-fn take_unusable(index: usize, what: &str, is_gone: bool, desk: &mut Desk) {
+fn take_unusable(index: usize, what: &str, is_gone: bool, point_states: &mut PointStates) {
     if is_gone {
-        desk.mark(index..index + 1, Reason::Communication);
+        point_states.mark(index..index + 1, Reason::Communication);
     } else {
-        desk.take_unusable(index, what);
+        point_states.take_unusable(index, what);
     }
 }
 

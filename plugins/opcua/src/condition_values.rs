@@ -5,12 +5,12 @@ use std::time::{Instant, SystemTime};
 use async_opcua::types::{StatusCode, Variant};
 use busbar_plugin_sdk::{LogLevel, Quality, Reason, Sample, SampleFlags};
 
-use crate::board::Board;
 use crate::conditions::Told;
 use crate::convert::{origin_of, quality_of, source_time_of};
 use crate::fault::in_words;
+use crate::point_states::PointStates;
 
-impl Board {
+impl PointStates {
     /// Publishes the states of a condition that an event reports.
     pub(crate) fn take_event(
         &mut self,

@@ -14,9 +14,9 @@ use busbar_plugin_sdk::{Error, SampleSink, TagSpec};
 use tokio::io::{AsyncRead, AsyncWriteExt, DuplexStream, ReadBuf, duplex};
 use tokio::task::yield_now;
 
-use crate::board::Board;
 use crate::import::of_any;
 use crate::link::{Link, World};
+use crate::point_states::PointStates;
 use crate::points::Points;
 use crate::settings::Settings;
 
@@ -45,12 +45,12 @@ pub fn converse(
     let points = Points::parse(tags, &config)?;
     let (_stop, stopped) = tokio::sync::watch::channel(false);
     let world = world(connections);
-    let board = Board::new(points, &config, sink.clone(), host());
-    let board = Rc::new(RefCell::new(board));
+    let point_states = PointStates::new(points, &config, sink.clone(), host());
+    let point_states = Rc::new(RefCell::new(point_states));
     let sink = sink.clone();
     let link = Link {
         config,
-        board,
+        point_states,
         sink,
         host: host(),
         world,

@@ -10,10 +10,10 @@ use async_opcua::types::{
     MonitoringParameters, NodeId, ReadValueId, StatusCode, TimestampsToReturn,
 };
 
-use crate::board::Board;
 use crate::client::{Client, answer};
 use crate::conditions::events_item;
 use crate::fault::Fault;
+use crate::point_states::PointStates;
 use crate::points::{Deadband, Item};
 use crate::sequence::Sequence;
 use crate::session::Server;
@@ -34,7 +34,7 @@ const MIN_LIFETIMES: u32 = 3;
 /// Subscription of a session, with the state of its notifications.
 pub(crate) struct Subscription {
     pub(crate) id: u32,
-    /// Indices of the board's items that belong to the subscription.
+    /// Indices of the point_states's items that belong to the subscription.
     pub(crate) items: Range<usize>,
     /// Longest time between two signs of life, as the server has it.
     pub(crate) due: Duration,
@@ -102,23 +102,23 @@ fn count(time: Duration, interval: Duration) -> u32 {
 pub(crate) async fn add_items(
     client: &Client,
     server: &Server,
-    board: &RefCell<Board>,
+    point_states: &RefCell<PointStates>,
     id: u32,
     items: &[usize],
 ) -> Result<Vec<usize>, Fault> {
     let mut refused = Vec::new();
     let mut known = Vec::with_capacity(items.len());
     for &item in items {
-        let address = board.borrow().points().items[item].node.clone();
+        let address = point_states.borrow().points().items[item].node.clone();
         if let Some(moved) = server.moved(&address) {
             let (status, why) = (StatusCode::BadConfigurationError, moved.in_words());
-            board.borrow_mut().refuse_in_words(item, status, &why);
+            point_states.borrow_mut().refuse_in_words(item, status, &why);
             continue;
         }
         match address.resolve(&server.namespaces) {
             Some(node) => known.push((item, node)),
             None => {
-                board.borrow_mut().refuse(item, StatusCode::BadNodeIdUnknown);
+                point_states.borrow_mut().refuse(item, StatusCode::BadNodeIdUnknown);
                 refused.push(item);
             }
         }
@@ -127,7 +127,9 @@ pub(crate) async fn add_items(
     for some in known.chunks(per_call) {
         let requests = some
             .iter()
-            .map(|(item, node)| request_of(&board.borrow().points().items[*item], *item, node))
+            .map(|(item, node)| {
+                request_of(&point_states.borrow().points().items[*item], *item, node)
+            })
             .collect();
         let request = CreateMonitoredItemsRequest {
             request_header: client.header(client.limit()),
@@ -142,14 +144,14 @@ pub(crate) async fn add_items(
         }
         for ((item, _), result) in some.iter().zip(results) {
             if result.status_code.is_bad() {
-                board.borrow_mut().refuse(*item, result.status_code);
+                point_states.borrow_mut().refuse(*item, result.status_code);
                 refused.push(*item);
             } else {
-                board.borrow_mut().accept(*item);
+                point_states.borrow_mut().accept(*item);
             }
         }
     }
-    board.borrow_mut().flush();
+    point_states.borrow_mut().flush();
     Ok(refused)
 }
 

@@ -153,7 +153,7 @@ impl Model {
 struct Matrix {
     model: Model,
     set: SubscriptionSet,
-    board: Rc<RefCell<Board>>,
+    point_states: Rc<RefCell<PointStates>>,
     oracle: TruthOracle,
     faults: FaultGenerator,
     start: Instant,
@@ -171,16 +171,17 @@ impl Matrix {
         let settings: Settings = serde_json::from_value(json!({"url": "opc.tcp://plc"})).unwrap();
         let config = settings.parse().unwrap();
         let points = Points::parse(&tags, &config).unwrap();
-        let board = Rc::new(RefCell::new(Board::new(points, &config, oracle.sink(), host())));
+        let point_states =
+            Rc::new(RefCell::new(PointStates::new(points, &config, oracle.sink(), host())));
         let values = std::array::from_fn(|index| index as i64);
         for tag in 0..TAGS {
             oracle.set_truth(tag, Some(Value::I64(values[tag as usize])));
         }
-        let set = SubscriptionSet::new(Rc::clone(&board), Vec::new());
+        let set = SubscriptionSet::new(Rc::clone(&point_states), Vec::new());
         let mut matrix = Self {
             model: Model::new(counting, keeps, values),
             set,
-            board,
+            point_states,
             oracle,
             faults: FaultGenerator::new(seed).with_rarity(rarity),
             start: Instant::now(),
@@ -200,10 +201,10 @@ impl Matrix {
     /// Begins a session, in which all former values are bad.
     fn connect(&mut self) {
         self.sessions += 1;
-        self.board.borrow_mut().lose(Reason::Communication);
+        self.point_states.borrow_mut().lose(Reason::Communication);
         let (counting, keeps) = (self.model.counting, self.model.keeps);
         self.model = Model::new(counting, keeps, self.model.values);
-        self.set = SubscriptionSet::new(Rc::clone(&self.board), Vec::new());
+        self.set = SubscriptionSet::new(Rc::clone(&self.point_states), Vec::new());
         let (due, silence) = (STEP * KEEP_ALIVE, Duration::from_secs(3600));
         for id in 0..SUBSCRIPTIONS {
             let now = self.moment().now;

@@ -11,11 +11,11 @@ use busbar_plugin_sdk::{Host, LogLevel, SampleFlags};
 use tokio::task::JoinSet;
 use tokio::time::sleep;
 
-use crate::board::Board;
 use crate::client::{Client, answer};
 use crate::conditions;
 use crate::fault::Fault;
 use crate::namespaces::NamespaceMemory;
+use crate::point_states::PointStates;
 use crate::session::{self, Server};
 use crate::settings::Config;
 use crate::subscription;
@@ -51,7 +51,7 @@ const STATES: [&str; 8] = [
 pub(crate) struct Watch {
     client: Rc<Client>,
     config: Config,
-    board: Rc<RefCell<Board>>,
+    point_states: Rc<RefCell<PointStates>>,
     server: Server,
     host: Host,
     wall_clock: fn() -> SystemTime,
@@ -82,18 +82,19 @@ impl Watch {
     pub(crate) async fn begin(
         client: Rc<Client>,
         config: Config,
-        board: Rc<RefCell<Board>>,
+        point_states: Rc<RefCell<PointStates>>,
         host: Host,
         wall_clock: fn() -> SystemTime,
         (name, memory): (&str, &RefCell<NamespaceMemory>),
     ) -> Result<Self, Fault> {
         let mut server = session::describe(&client).await?;
         server.moved = memory.borrow_mut().compare(name, &server.namespaces);
-        let subscriptions = SubscriptionSet::new(Rc::clone(&board), server.namespaces.clone());
+        let subscriptions =
+            SubscriptionSet::new(Rc::clone(&point_states), server.namespaces.clone());
         let mut watch = Self {
             client,
             config,
-            board,
+            point_states,
             server,
             host,
             wall_clock,
@@ -108,7 +109,7 @@ impl Watch {
         match watch.subscribe_to_events().await {
             // The values of other tags come all the same.
             Err(Fault::Refused { what, status }) => {
-                watch.board.borrow_mut().refuse_conditions(what, status);
+                watch.point_states.borrow_mut().refuse_conditions(what, status);
             }
             outcome => outcome?,
         }
@@ -120,8 +121,8 @@ impl Watch {
     /// Namespaces by whose index tags are addressed and which are others than before, in
     /// words.
     pub(crate) fn moved_namespaces(&self) -> Vec<String> {
-        let board = self.board.borrow();
-        let points = board.points();
+        let point_states = self.point_states.borrow();
+        let points = point_states.points();
         let items = points.items.iter().map(|item| &item.node);
         let conditions = points.conditions.iter().map(|condition| &condition.node);
         let used: Vec<_> = items.chain(conditions).filter_map(|node| node.bare_index()).collect();
@@ -133,10 +134,15 @@ impl Watch {
     /// mirror need them.
     async fn subscribe_to_events(&mut self) -> Result<(), Fault> {
         let addresses: Vec<_> = {
-            let board = self.board.borrow();
-            board.points().conditions.iter().map(|condition| condition.node.clone()).collect()
+            let point_states = self.point_states.borrow();
+            point_states
+                .points()
+                .conditions
+                .iter()
+                .map(|condition| condition.node.clone())
+                .collect()
         };
-        let mirror = self.board.borrow().mirror().cloned();
+        let mirror = self.point_states.borrow().mirror().cloned();
         if addresses.is_empty() && mirror.is_none() {
             return Ok(());
         }
@@ -156,10 +162,10 @@ impl Watch {
         for condition in (0..nodes.len()).filter(|condition| !known[*condition]) {
             let moved = self.server.moved(&addresses[condition]);
             let why = moved.map_or("the server has none".into(), |moved| moved.in_words());
-            self.board.borrow_mut().miss_condition(condition, &why);
+            self.point_states.borrow_mut().miss_condition(condition, &why);
         }
-        let freshness = self.board.borrow().min_freshness();
-        let (client, end) = (&self.client, self.board.borrow().points().items.len());
+        let freshness = self.point_states.borrow().min_freshness();
+        let (client, end) = (&self.client, self.point_states.borrow().points().items.len());
         let subscription =
             subscription::create(client, &self.config, freshness, end..end, now()).await?;
         subscription::add_events(client, subscription.id).await?;
@@ -175,8 +181,8 @@ impl Watch {
     }
 
     async fn subscribe(&mut self) -> Result<(), Fault> {
-        let count = self.board.borrow().points().items.len();
-        let freshness = self.board.borrow().min_freshness();
+        let count = self.point_states.borrow().points().items.len();
+        let freshness = self.point_states.borrow().min_freshness();
         let mut slowest = Duration::ZERO;
         for first in (0..count).step_by(self.config.items_per_subscription) {
             let items = first..count.min(first + self.config.items_per_subscription);
@@ -187,7 +193,8 @@ impl Watch {
             let items: Vec<_> = items.collect();
             let (client, id) = (&self.client, subscription.id);
             let refused =
-                subscription::add_items(client, &self.server, &self.board, id, &items).await?;
+                subscription::add_items(client, &self.server, &self.point_states, id, &items)
+                    .await?;
             if !refused.is_empty() {
                 self.refused.push((id, refused));
             }
@@ -310,9 +317,9 @@ impl Watch {
         self.host.log(LogLevel::Warning, &format!("the server's state is now: {name}"));
         let origin = if state == TEST { SampleFlags::TEST } else { SampleFlags::LIVE };
         let Moment { now, wall } = self.moment();
-        let mut board = self.board.borrow_mut();
-        board.set_server(![RUNNING, TEST].contains(&state), origin, now, wall);
-        board.flush();
+        let mut point_states = self.point_states.borrow_mut();
+        point_states.set_server(![RUNNING, TEST].contains(&state), origin, now, wall);
+        point_states.flush();
     }
 
     fn take(&mut self, done: Done) -> Result<(), Fault> {
@@ -365,9 +372,9 @@ impl Watch {
                 }
                 Inquiry::Read { subscription, epoch, items } => {
                     let (items, nodes): (Vec<_>, Vec<_>) = {
-                        let board = self.board.borrow();
+                        let point_states = self.point_states.borrow();
                         let node = |item: usize| {
-                            let address = &board.points().items.get(item)?.node;
+                            let address = &point_states.points().items.get(item)?.node;
                             Some((item, address.resolve(&self.server.namespaces)?))
                         };
                         items.into_iter().filter_map(node).unzip()
@@ -394,8 +401,9 @@ impl Watch {
     async fn ask_again(&mut self) -> Result<(), Fault> {
         let mut refused = std::mem::take(&mut self.refused);
         for (id, items) in &mut refused {
-            let (client, board) = (&self.client, &self.board);
-            *items = subscription::add_items(client, &self.server, board, *id, items).await?;
+            let (client, point_states) = (&self.client, &self.point_states);
+            *items =
+                subscription::add_items(client, &self.server, point_states, *id, items).await?;
         }
         refused.retain(|(_, items)| !items.is_empty());
         self.refused = refused;

@@ -16,7 +16,7 @@ use srad_types::payload::{DataType, Message, Metric, Payload as Outgoing, metric
 use self::node::{Kind, Node};
 use self::payload::{Payload, PayloadFault};
 use self::requests::RebirthRequests;
-use crate::desk::Desk;
+use crate::point_states::PointStates;
 use crate::points::MetricPlace;
 
 /// The namespace of Sparkplug B, first level of all of its topics.
@@ -57,9 +57,9 @@ impl Fleet {
     }
 
     /// Marks the points that the filter of this index would have brought.
-    pub(crate) fn refuse(&mut self, filter: usize, desk: &mut Desk) {
+    pub(crate) fn refuse(&mut self, filter: usize, point_states: &mut PointStates) {
         if let Some(node) = self.nodes.get_mut(filter / 2) {
-            node.mark_all(Reason::Configuration, desk);
+            node.mark_all(Reason::Configuration, point_states);
         }
     }
 
@@ -88,7 +88,7 @@ impl Fleet {
         payload: Result<&[u8], PayloadFault>,
         is_retained: bool,
         now: Instant,
-        desk: &mut Desk,
+        point_states: &mut PointStates,
     ) -> bool {
         let mut levels = topic.split('/');
         if levels.next() != Some(NAMESPACE) {
@@ -105,19 +105,19 @@ impl Fleet {
         if is_retained {
             // None of these is ever retained (Sparkplug 3.0, 5.4 to 5.8), and what is comes
             // from before the subscription (MQTT 3.1.1, 3.3.1.3).
-            desk.ignored.retained += 1;
+            point_states.ignored.retained += 1;
             let text = format!(
                 "a retained message of '{topic}' is left out: messages of Sparkplug are never \
                  retained, so its age is unknown"
             );
-            desk.tell(LogLevel::Warning, &text);
+            point_states.tell(LogLevel::Warning, &text);
             return true;
         }
         let (device, rest) = (levels.next(), levels.next());
         let payload = payload.and_then(Payload::parse);
         let is_birth_needed = match (kind_of(word, device), rest) {
             (Some(kind), None) => {
-                let is_birth_needed = node.handle(kind, device, payload, desk);
+                let is_birth_needed = node.handle(kind, device, payload, point_states);
                 if (kind, device) == (Kind::Birth, None) && !is_birth_needed {
                     self.settle_birth(index);
                 }
@@ -126,7 +126,7 @@ impl Fleet {
             // Commands are for others.
             _ if ["NCMD", "DCMD"].contains(&word) => false,
             _ => {
-                node.lose_all(&format!("'{topic}' is no topic of Sparkplug B"), desk);
+                node.lose_all(&format!("'{topic}' is no topic of Sparkplug B"), point_states);
                 true
             }
         };

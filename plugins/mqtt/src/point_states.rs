@@ -1,4 +1,4 @@
-//! Sink of all points: their samples, and lines of the log about them.
+//! States of all points: their samples for the host, and lines of the log about them.
 
 use std::ops::Range;
 use std::time::{Instant, SystemTime};
@@ -17,7 +17,7 @@ const MAX_HELD: usize = 256 * 1024;
 const MAX_TAGS_IN_MESSAGE: usize = 5;
 
 /// Points by their index, in order of their places.
-pub(crate) struct Desk {
+pub(crate) struct PointStates {
     points: Vec<Point>,
     sink: SampleSink,
     host: Host,
@@ -64,7 +64,7 @@ pub(crate) struct Ignored {
     pub(crate) aliases: u64,
 }
 
-impl Desk {
+impl PointStates {
     pub(crate) fn new(points: Vec<Point>, sink: SampleSink, host: Host, name: String) -> Self {
         let states = vec![PointState::default(); points.len()];
         let (batch, lines, ignored) = (Vec::new(), LineBudget::default(), Ignored::default());
@@ -186,17 +186,17 @@ impl Desk {
         format!("{tags} '{}'{rest}", ids.join("', '"))
     }
 
-    /// Holds back all further samples until [`Desk::release`] or [`Desk::flush`].
+    /// Holds back all further samples until [`PointStates::release`] or [`PointStates::flush`].
     pub(crate) fn hold(&mut self) {
         self.held = Some(self.batch.len());
     }
 
-    /// Drops the samples since [`Desk::hold`] that are not published yet.
+    /// Drops the samples since [`PointStates::hold`] that are not published yet.
     pub(crate) fn drop_held(&mut self) {
         self.batch.truncate(self.held.unwrap_or(self.batch.len()));
     }
 
-    /// Ends [`Desk::hold`] and keeps the samples that came since.
+    /// Ends [`PointStates::hold`] and keeps the samples that came since.
     pub(crate) fn release(&mut self) {
         self.held = None;
         if self.batch.len() >= MAX_BATCH {

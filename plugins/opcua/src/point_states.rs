@@ -26,7 +26,7 @@ const OLD_AFTER: u32 = 2;
 const MAX_CLOCK_AHEAD: Duration = Duration::from_secs(10);
 
 /// Samples of values, and values that go on.
-pub(crate) struct Board {
+pub(crate) struct PointStates {
     pub(crate) points: Points,
     pub(crate) last: Vec<Last>,
     items: Vec<ItemState>,
@@ -82,7 +82,7 @@ struct ItemState {
     has_new_meaning: bool,
 }
 
-impl Board {
+impl PointStates {
     pub(crate) fn new(points: Points, config: &Config, sink: SampleSink, host: Host) -> Self {
         Self {
             last: vec![Last::default(); points.all.len()],
@@ -453,5 +453,5 @@ impl Board {
 }
 
 #[cfg(test)]
-#[path = "board_tests.rs"]
+#[path = "point_states_tests.rs"]
 mod tests;
