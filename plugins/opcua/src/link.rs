@@ -158,7 +158,7 @@ impl<T, F: Future<Output = Result<T, Fault>>> Future for CatchPanic<F> {
         context: &mut std::task::Context<'_>,
     ) -> std::task::Poll<Self::Output> {
         let poll = std::panic::AssertUnwindSafe(|| self.0.as_mut().poll(context));
-        // What it held is dropped with it, and the point_states is emptied before the next session.
+        // What it held is dropped with it, and the point states are emptied before the next session.
         std::panic::catch_unwind(poll).unwrap_or(std::task::Poll::Ready(Err(Fault::Panic)))
     }
 }

@@ -34,7 +34,7 @@ const MIN_LIFETIMES: u32 = 3;
 /// Subscription of a session, with the state of its notifications.
 pub(crate) struct Subscription {
     pub(crate) id: u32,
-    /// Indices of the point_states's items that belong to the subscription.
+    /// Indices of the point states that belong to the subscription.
     pub(crate) items: Range<usize>,
     /// Longest time between two signs of life, as the server has it.
     pub(crate) due: Duration,
