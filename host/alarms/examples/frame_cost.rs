@@ -113,11 +113,15 @@ fn main() {
         }
         occurred += site.records - before;
         for alarm in (0..POINTS).map(AlarmHandle) {
-            let state = site.alarms.status(alarm).map_or(State::A, |status| status.state);
+            let state = site.alarms.status(alarm).map_or(State::Normal, |status| status.state);
             if state.is_unacknowledged() {
                 site.alarms.perform(alarm, Action::Acknowledge, "bench").expect("it is legal");
             }
-            if site.alarms.status(alarm).is_some_and(|status| status.state == State::F) {
+            if site
+                .alarms
+                .status(alarm)
+                .is_some_and(|status| status.state == State::LatchedAcknowledged)
+            {
                 site.alarms.perform(alarm, Action::Reset, "bench").expect("it is legal");
             }
         }

@@ -71,10 +71,14 @@ pub enum ActionError {
 /// Returns the remedy for an action that is not allowed in a state.
 fn remedy(action: Action, state: State) -> &'static str {
     match (action, state) {
-        (Action::Acknowledge, State::A | State::C | State::F) => "there is nothing to acknowledge",
+        (Action::Acknowledge, State::Normal | State::Acknowledged | State::LatchedAcknowledged) => {
+            "there is nothing to acknowledge"
+        }
         (Action::Acknowledge, _) => "it cannot be acknowledged while it is held back",
-        (Action::Reset, State::B | State::C) => "it can be reset once it has returned to normal",
-        (Action::Reset, State::E) => "acknowledge it first, then reset it",
+        (Action::Reset, State::Unacknowledged | State::Acknowledged) => {
+            "it can be reset once it has returned to normal"
+        }
+        (Action::Reset, State::LatchedUnacknowledged) => "acknowledge it first, then reset it",
         (Action::Reset, _) => "it has no latch to reset",
         (Action::Shelve(_), _) => "it is held back already",
         (Action::Unshelve, _) => "it is not on the shelf",
@@ -90,8 +94,10 @@ impl Action {
         let state = standing.state();
         match self {
             Self::Acknowledge => state.is_unacknowledged(),
-            Self::Reset => state == State::F,
-            Self::Shelve(_) => state.is_annunciated() || matches!(state, State::A | State::G),
+            Self::Reset => state == State::LatchedAcknowledged,
+            Self::Shelve(_) => {
+                state.is_annunciated() || matches!(state, State::Normal | State::Shelved)
+            }
             Self::Unshelve => standing.is_shelved,
             Self::RemoveFromService => !standing.is_out_of_service,
             Self::ReturnToService => standing.is_out_of_service,

@@ -145,9 +145,9 @@ impl SourceAlarm {
     /// source's own reason.
     pub fn state_name(&self) -> &'static str {
         match self.standing().state() {
-            State::A if self.is_unconfirmed => "returned, unconfirmed",
-            State::A => "returned, kept by its source",
-            State::C if self.is_unconfirmed => "acknowledged, unconfirmed",
+            State::Normal if self.is_unconfirmed => "returned, unconfirmed",
+            State::Normal => "returned, kept by its source",
+            State::Acknowledged if self.is_unconfirmed => "acknowledged, unconfirmed",
             state => state.name(),
         }
     }
@@ -205,14 +205,14 @@ mod tests {
             is_unacknowledged,
             ..alarm("a")
         };
-        assert_eq!(with(true, true).standing().state(), State::B);
-        assert_eq!(with(true, false).standing().state(), State::C);
-        assert_eq!(with(false, true).standing().state(), State::D);
+        assert_eq!(with(true, true).standing().state(), State::Unacknowledged);
+        assert_eq!(with(true, false).standing().state(), State::Acknowledged);
+        assert_eq!(with(false, true).standing().state(), State::ReturnedUnacknowledged);
         assert_eq!(with(false, false).state_name(), "returned, kept by its source");
         let unconfirmed = SourceAlarm { is_unconfirmed: true, ..with(false, false) };
         assert_eq!(unconfirmed.state_name(), "returned, unconfirmed");
         let shelved = SourceAlarm { is_shelved: true, ..with(true, true) };
-        assert_eq!(shelved.standing().state(), State::G);
+        assert_eq!(shelved.standing().state(), State::Shelved);
         let out = SourceAlarm { is_out_of_service: true, ..shelved };
         assert_eq!(out.state_name(), "out of service");
     }

@@ -11,23 +11,32 @@ use serde::{Deserialize, Serialize};
 pub enum State {
     /// Normal state of an alarm.
     #[default]
-    A,
+    #[serde(rename = "A")]
+    Normal,
     /// Unacknowledged alarm, condition active.
-    B,
+    #[serde(rename = "B")]
+    Unacknowledged,
     /// Acknowledged alarm, condition active.
-    C,
+    #[serde(rename = "C")]
+    Acknowledged,
     /// Returned to normal, unacknowledged.
-    D,
+    #[serde(rename = "D")]
+    ReturnedUnacknowledged,
     /// Latched, unacknowledged: condition over; needs acknowledgment and reset.
-    E,
+    #[serde(rename = "E")]
+    LatchedUnacknowledged,
     /// Latched, acknowledged: condition over; needs a reset.
-    F,
+    #[serde(rename = "F")]
+    LatchedAcknowledged,
     /// Shelved by an operator for some time.
-    G,
+    #[serde(rename = "G")]
+    Shelved,
     /// Suppressed by design (logic).
-    H,
+    #[serde(rename = "H")]
+    SuppressedByDesign,
     /// Out of service (maintenance).
-    I,
+    #[serde(rename = "I")]
+    OutOfService,
 }
 
 /// Flags that determine an alarm's state, also under a hold (shelving, suppression by design, out
@@ -72,37 +81,71 @@ fn is_false(value: &bool) -> bool {
 
 impl State {
     /// All states, in the order of their letters.
-    pub const ALL: [Self; 9] =
-        [Self::A, Self::B, Self::C, Self::D, Self::E, Self::F, Self::G, Self::H, Self::I];
+    pub const ALL: [Self; 9] = [
+        Self::Normal,
+        Self::Unacknowledged,
+        Self::Acknowledged,
+        Self::ReturnedUnacknowledged,
+        Self::LatchedUnacknowledged,
+        Self::LatchedAcknowledged,
+        Self::Shelved,
+        Self::SuppressedByDesign,
+        Self::OutOfService,
+    ];
+
+    /// Returns the letter of the state in the diagrams of IEC 62682, `A` to `I`.
+    pub fn letter(self) -> char {
+        match self {
+            Self::Normal => 'A',
+            Self::Unacknowledged => 'B',
+            Self::Acknowledged => 'C',
+            Self::ReturnedUnacknowledged => 'D',
+            Self::LatchedUnacknowledged => 'E',
+            Self::LatchedAcknowledged => 'F',
+            Self::Shelved => 'G',
+            Self::SuppressedByDesign => 'H',
+            Self::OutOfService => 'I',
+        }
+    }
 
     /// Returns the name of the state for people.
     pub fn name(self) -> &'static str {
         match self {
-            Self::A => "normal",
-            Self::B => "unacknowledged",
-            Self::C => "acknowledged",
-            Self::D => "returned, unacknowledged",
-            Self::E => "latched, unacknowledged",
-            Self::F => "latched, acknowledged",
-            Self::G => "shelved",
-            Self::H => "suppressed by design",
-            Self::I => "out of service",
+            Self::Normal => "normal",
+            Self::Unacknowledged => "unacknowledged",
+            Self::Acknowledged => "acknowledged",
+            Self::ReturnedUnacknowledged => "returned, unacknowledged",
+            Self::LatchedUnacknowledged => "latched, unacknowledged",
+            Self::LatchedAcknowledged => "latched, acknowledged",
+            Self::Shelved => "shelved",
+            Self::SuppressedByDesign => "suppressed by design",
+            Self::OutOfService => "out of service",
         }
     }
 
     /// Reports whether the state is an unacknowledged one.
     pub fn is_unacknowledged(self) -> bool {
-        matches!(self, Self::B | Self::D | Self::E)
+        matches!(
+            self,
+            Self::Unacknowledged | Self::ReturnedUnacknowledged | Self::LatchedUnacknowledged
+        )
     }
 
     /// Reports whether the alarm is in the alarm list: neither normal nor suppressed.
     pub fn is_annunciated(self) -> bool {
-        matches!(self, Self::B | Self::C | Self::D | Self::E | Self::F)
+        matches!(
+            self,
+            Self::Unacknowledged
+                | Self::Acknowledged
+                | Self::ReturnedUnacknowledged
+                | Self::LatchedUnacknowledged
+                | Self::LatchedAcknowledged
+        )
     }
 
     /// Reports whether the alarm is shelved, suppressed by design or out of service.
     pub fn is_held(self) -> bool {
-        matches!(self, Self::G | Self::H | Self::I)
+        matches!(self, Self::Shelved | Self::SuppressedByDesign | Self::OutOfService)
     }
 }
 
@@ -111,28 +154,28 @@ impl AlarmFlags {
     pub fn state(&self) -> State {
         let Self { is_active, is_unacknowledged, is_latched, .. } = *self;
         match (is_active, is_latched, is_unacknowledged) {
-            _ if self.is_out_of_service => State::I,
-            _ if self.is_suppressed => State::H,
-            _ if self.is_shelved => State::G,
-            (true, _, true) => State::B,
-            (true, _, false) => State::C,
-            (false, true, true) => State::E,
-            (false, true, false) => State::F,
-            (false, false, true) => State::D,
-            (false, false, false) => State::A,
+            _ if self.is_out_of_service => State::OutOfService,
+            _ if self.is_suppressed => State::SuppressedByDesign,
+            _ if self.is_shelved => State::Shelved,
+            (true, _, true) => State::Unacknowledged,
+            (true, _, false) => State::Acknowledged,
+            (false, true, true) => State::LatchedUnacknowledged,
+            (false, true, false) => State::LatchedAcknowledged,
+            (false, false, true) => State::ReturnedUnacknowledged,
+            (false, false, false) => State::Normal,
         }
     }
 
     /// The standing of which nothing but the state is known.
     pub fn from_state(state: State, shelved_until: Option<SourceTime>) -> Self {
         Self {
-            is_active: matches!(state, State::B | State::C),
+            is_active: matches!(state, State::Unacknowledged | State::Acknowledged),
             is_unacknowledged: state.is_unacknowledged(),
-            is_latched: matches!(state, State::E | State::F),
-            is_shelved: state == State::G,
-            shelved_until: shelved_until.filter(|_| state == State::G),
-            is_suppressed: state == State::H,
-            is_out_of_service: state == State::I,
+            is_latched: matches!(state, State::LatchedUnacknowledged | State::LatchedAcknowledged),
+            is_shelved: state == State::Shelved,
+            shelved_until: shelved_until.filter(|_| state == State::Shelved),
+            is_suppressed: state == State::SuppressedByDesign,
+            is_out_of_service: state == State::OutOfService,
         }
     }
 

@@ -132,10 +132,10 @@ fn delays_are_kept_and_begin_anew_when_the_condition_goes() {
     assert_eq!(bay.step(0.5), []);
     assert_eq!(bay.step(4.9), []);
     assert_eq!(bay.alarms.next_due(), Some(bay.now.after(seconds(0.1))));
-    assert_eq!(bay.step(0.1)[0].to, State::B);
+    assert_eq!(bay.step(0.1)[0].to, State::Unacknowledged);
     bay.set_oil(92.0);
     assert_eq!(bay.step(0.0), []);
-    assert_eq!(bay.step(10.0)[0].to, State::D);
+    assert_eq!(bay.step(10.0)[0].to, State::ReturnedUnacknowledged);
     assert_eq!(bay.alarms.next_due(), None);
 }
 
@@ -150,15 +150,15 @@ fn bad_values_neither_raise_nor_clear_and_the_alarm_says_so() {
     bay.set_oil(96.0);
     assert_eq!(bay.step(0.0), []);
     assert_eq!(bay.step(4.0), [], "the delay began anew");
-    assert_eq!(bay.step(1.0)[0].to, State::B);
+    assert_eq!(bay.step(1.0)[0].to, State::Unacknowledged);
     // Stale from here on.
     assert_eq!(bay.step(7200.0), [], "never cleared by silence");
     let status = bay.alarms.status(AlarmHandle(0)).unwrap();
-    assert_eq!((status.state, status.is_certain), (State::B, false));
+    assert_eq!((status.state, status.is_certain), (State::Unacknowledged, false));
     bay.set_oil(80.0);
     bay.step(0.0);
     assert!(bay.alarms.status(AlarmHandle(0)).unwrap().is_certain);
-    assert_eq!(bay.step(5.0)[0].to, State::D);
+    assert_eq!(bay.step(5.0)[0].to, State::ReturnedUnacknowledged);
 }
 
 #[test]
@@ -171,7 +171,7 @@ fn a_condition_that_is_over_before_the_frame_is_no_less_an_alarm() {
     bay.set_bool(RELAY, false);
     let records = bay.step(0.016);
     let states: Vec<_> = records.iter().map(|record| record.to).collect();
-    assert_eq!(states, [State::B, State::D]);
+    assert_eq!(states, [State::Unacknowledged, State::ReturnedUnacknowledged]);
     assert_eq!(records[0].value, Some(Value::Bool(true)));
 }
 
@@ -215,10 +215,10 @@ fn what_suppresses_in_the_same_frame_suppresses_and_nothing_is_shown_between() {
     bay.set_oil(99.0);
     bay.set_bool(BREAKER, false);
     let states = |records: Vec<AlarmRecord>| records.iter().map(|r| r.to).collect::<Vec<_>>();
-    assert_eq!(states(bay.step(1.0)), [State::H, State::H]);
+    assert_eq!(states(bay.step(1.0)), [State::SuppressedByDesign, State::SuppressedByDesign]);
     bay.set_oil(60.0);
     bay.set_bool(BREAKER, true);
-    assert_eq!(states(bay.step(1.0)), [State::H, State::A]);
+    assert_eq!(states(bay.step(1.0)), [State::SuppressedByDesign, State::Normal]);
 }
 
 #[test]
@@ -233,10 +233,10 @@ fn shelves_end_by_themselves_and_what_is_wrong_still_is_annunciated_anew() {
     let left = bay.alarms.status(AlarmHandle(0)).unwrap().shelf_left;
     assert_eq!(left, Some(seconds(1.0)));
     let expired = &bay.step(1.0)[0];
-    assert_eq!((expired.happened, expired.to), (AlarmEvent::ShelfExpired, State::B));
+    assert_eq!((expired.happened, expired.to), (AlarmEvent::ShelfExpired, State::Unacknowledged));
     let too_long = bay.perform(0, Action::Shelve(SHIFT + seconds(1.0))).unwrap_err();
     assert!(too_long.to_string().contains("from 1 to 28800 s"), "{too_long}");
-    assert_eq!(bay.state(0), State::B);
+    assert_eq!(bay.state(0), State::Unacknowledged);
 }
 
 #[test]
@@ -255,16 +255,26 @@ fn a_table_goes_on_where_the_log_ends() {
     let standings = log.iter().map(|record| (record.alarm.as_str(), record.standing, record.time));
     // 59 s later, by the wall clock.
     after.alarms.restore(standings, last, SourceTime(59_000_000_000));
-    assert_eq!([0, 1, 2].map(|alarm| after.state(alarm)), [State::C, State::B, State::G]);
+    assert_eq!(
+        [0, 1, 2].map(|alarm| after.state(alarm)),
+        [State::Acknowledged, State::Unacknowledged, State::Shelved]
+    );
     assert!(!after.alarms.status(AlarmHandle(0)).unwrap().is_certain, "nothing is known yet");
     assert_eq!(after.step(0.5), [], "nothing came: all stays");
     after.set_oil(96.0);
     let records = after.step(0.5);
     let told: Vec<_> = records.iter().map(|r| (r.number, r.alarm.as_str(), r.to)).collect();
-    assert_eq!(told, [(last + 1, "shelved", State::B)], "acknowledged stays acknowledged");
+    assert_eq!(
+        told,
+        [(last + 1, "shelved", State::Unacknowledged)],
+        "acknowledged stays acknowledged"
+    );
     after.set_oil(60.0);
     after.step(1.0);
-    assert_eq!([0, 1, 2].map(|alarm| after.state(alarm)), [State::A, State::E, State::D]);
+    assert_eq!(
+        [0, 1, 2].map(|alarm| after.state(alarm)),
+        [State::Normal, State::LatchedUnacknowledged, State::ReturnedUnacknowledged]
+    );
 }
 
 #[test]
@@ -274,7 +284,7 @@ fn what_is_mirrored_is_decided_on_by_the_host_alone() {
     let mirror = |bay: &mut Bay, state| {
         bay.alarms.mirror(AlarmHandle(0), state, None, Some("host")).unwrap()
     };
-    assert_eq!(mirror(&mut bay, State::A), None);
+    assert_eq!(mirror(&mut bay, State::Normal), None);
     for state in State::ALL.into_iter().skip(1) {
         let record = mirror(&mut bay, state).expect("it changes");
         assert_eq!((record.to, record.happened), (state, AlarmEvent::Mirrored));
@@ -282,7 +292,7 @@ fn what_is_mirrored_is_decided_on_by_the_host_alone() {
         assert!(matches!(refused, ActionError::Mirrored { .. }));
     }
     let mut own = Bay::new(vec![hot()]);
-    let refused = own.alarms.mirror(AlarmHandle(0), State::B, None, None);
+    let refused = own.alarms.mirror(AlarmHandle(0), State::Unacknowledged, None, None);
     assert_eq!(refused, Err(ActionError::Unknown), "a tag decides on that one");
 }
 
@@ -300,7 +310,7 @@ fn counts_and_what_is_open_follow_and_timers_hold_one_entry_an_alarm() {
     bay.step(60.0);
     let counts = bay.alarms.counts(Priority::High);
     assert_eq!(
-        (counts.count(State::B), counts.annunciated(), counts.unacknowledged()),
+        (counts.count(State::Unacknowledged), counts.annunciated(), counts.unacknowledged()),
         (100, 100, 100)
     );
     assert_eq!(bay.alarms.open().len(), 100);
@@ -372,14 +382,17 @@ fn a_table_goes_on_where_another_was_whatever_numbers_alarms_and_tags_have() {
     after.inherit(before, |id| id != "oil");
     let state = |table: &AlarmTable, alarm| table.status(AlarmHandle(alarm)).unwrap().state;
     let states = |table: &AlarmTable| [0, 1, 2, 3].map(|alarm| state(table, alarm));
-    assert_eq!(states(&after), [State::A, State::C, State::G, State::A]);
+    assert_eq!(states(&after), [State::Normal, State::Acknowledged, State::Shelved, State::Normal]);
     let records = step(&mut after, &mut tags, 2.0);
     let happened: Vec<_> = records.iter().map(|record| record.alarm.as_str()).collect();
     assert_eq!(happened, ["new"], "what was acknowledged stays so, its limit moved or not");
     assert_eq!(records[0].number, 6, "records are counted on");
     let records = step(&mut after, &mut tags, 11.5);
     assert_eq!(records[0].alarm, "slow", "its delay went on");
-    assert_eq!(states(&after), [State::B, State::C, State::G, State::B]);
+    assert_eq!(
+        states(&after),
+        [State::Unacknowledged, State::Acknowledged, State::Shelved, State::Unacknowledged]
+    );
     step(&mut after, &mut tags, 31.5);
-    assert_eq!(state(&after, 2), State::B, "its shelf ended when it was to");
+    assert_eq!(state(&after, 2), State::Unacknowledged, "its shelf ended when it was to");
 }

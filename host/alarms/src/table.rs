@@ -137,7 +137,7 @@ impl AlarmTable {
     pub fn new(set: Arc<AlarmSet>, max_shelving: Duration, now: Moment) -> Self {
         let mut counts = [StateCounts::default(); Priority::ALL.len()];
         let cell = |spec: &AlarmSpec| {
-            counts[spec.priority as usize].0[State::A as usize] += 1;
+            counts[spec.priority as usize].0[State::Normal as usize] += 1;
             Cell { is_certain: spec.source == AlarmSource::Mirrored, ..Cell::default() }
         };
         Self {
@@ -230,7 +230,7 @@ impl AlarmTable {
             let group = self.set.group(alarm).filter(|_| after.is_annunciated());
             cell.is_first_out &= group.is_some();
             self.cells[alarm.0 as usize] = cell;
-            self.recount(alarm, State::A, after);
+            self.recount(alarm, State::Normal, after);
             if let Some(group) = group {
                 let group = &mut self.groups[group as usize];
                 group.enter_unordered();
@@ -418,7 +418,7 @@ impl AlarmTable {
         let counts = &mut self.counts[self.set.specs()[alarm.0 as usize].priority as usize];
         counts.0[from as usize] -= 1;
         counts.0[to as usize] += 1;
-        if to == State::A {
+        if to == State::Normal {
             self.open.remove(&alarm);
         } else {
             self.open.insert(alarm);

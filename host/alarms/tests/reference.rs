@@ -113,7 +113,7 @@ fn look_up<'t>(table: &'t str, words: &[&str]) -> Option<&'t str> {
 
 impl Model {
     fn new() -> Self {
-        Self { state: Some(State::A), ..Self::default() }
+        Self { state: Some(State::Normal), ..Self::default() }
     }
 
     fn shown(&self) -> State {
@@ -133,9 +133,9 @@ impl Model {
             let kind = if latched { "latched" } else { "plain" };
             let Some(next) = look_up(TRANSITIONS, &[&name, event, kind]) else { return false };
             let next = letter(next);
-            self.latch |= latched && next == State::B;
+            self.latch |= latched && next == State::Unacknowledged;
             self.latch &= event != "reset";
-            if next >= State::G {
+            if next >= State::Shelved {
                 self.holds.insert(next);
                 self.state = None;
             } else {
@@ -145,7 +145,7 @@ impl Model {
         }
         if event == "occurs" || event == "returns" {
             // Only behind a shelf alone does it latch.
-            self.latch |= event == "occurs" && latched && shown == State::G;
+            self.latch |= event == "occurs" && latched && shown == State::Shelved;
             return true;
         }
         let Some(effect) = look_up(HELD, &[&name, event]) else { return false };
@@ -161,7 +161,7 @@ impl Model {
             ];
             self.state = look_up(RELEASED, &[condition, latch]).map(letter);
             // As for every way into B.
-            self.latch |= latched && self.state == Some(State::B);
+            self.latch |= latched && self.state == Some(State::Unacknowledged);
         }
         changed
     }
@@ -297,9 +297,9 @@ fn expected_step(
     };
     let suppression = suppressed_by.as_ref().map(|by| {
         let (value, quality) = state_of(by.tag);
-        verdict(by.condition, value, quality, model.holds.contains(&State::H))
+        verdict(by.condition, value, quality, model.holds.contains(&State::SuppressedByDesign))
     });
-    if suppression == Some(Some(true)) && !model.holds.contains(&State::H) {
+    if suppression == Some(Some(true)) && !model.holds.contains(&State::SuppressedByDesign) {
         happen(model, "suppress");
     }
     let of_tag = || history.iter().filter(|(tag, ..)| *tag == trigger.tag);
@@ -329,7 +329,7 @@ fn expected_step(
     if model.shelf_ends.take_if(|ends| *ends <= now).is_some() {
         happen(model, "expire");
     }
-    if suppression == Some(Some(false)) && model.holds.contains(&State::H) {
+    if suppression == Some(Some(false)) && model.holds.contains(&State::SuppressedByDesign) {
         happen(model, "unsuppress");
     }
     events

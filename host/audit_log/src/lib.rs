@@ -28,9 +28,9 @@
 
 mod anchor;
 mod chain;
+mod chain_check;
 mod file_header;
 mod file_names;
-mod file_reading;
 mod line;
 mod log;
 mod log_writer;

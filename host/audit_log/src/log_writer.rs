@@ -186,7 +186,7 @@ impl LogWriter {
 
     fn write_some(&mut self) -> io::Result<()> {
         if self.unwritten.is_none() {
-            self.begin_file_if_due()?;
+            self.rotate_if_due()?;
             self.unwritten = Some(self.render_staged()?);
         }
         let (Some(current), Some(unwritten)) = (&mut self.current, &mut self.unwritten) else {
@@ -213,7 +213,7 @@ impl LogWriter {
         self.unwritten = None;
         for record in self.staged.drain(..count) {
             self.last_number = self.last_number.max(record.number);
-            if record.to == State::A {
+            if record.to == State::Normal {
                 self.open.remove(&record.alarm);
             } else {
                 self.open.insert(record.alarm.clone(), record.clone());
@@ -255,7 +255,7 @@ impl LogWriter {
     }
 
     /// Begins a new file where there is none, or the current one is full or gone.
-    fn begin_file_if_due(&mut self) -> io::Result<()> {
+    fn rotate_if_due(&mut self) -> io::Result<()> {
         if let Some(current) = &self.current {
             let at_its_name = self.storage.id_of(CURRENT)?;
             if at_its_name != Some(current.file.id()?) {

@@ -62,9 +62,9 @@ pub(crate) struct MemoryStorage(Arc<Mutex<Disk>>);
 /// Order in which what was not synced reaches the disk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum CrashOrder {
-    /// As it was made; the last write may be cut.
+    /// Writes in the order in which they were made; the last one may be cut short.
     Sequential,
-    /// Any of it, in blocks.
+    /// Any subset of the writes, in blocks and in any order.
     Reordered,
 }
 

@@ -2,14 +2,14 @@
 
 use crate::RecoveredLog;
 use crate::chain::{ChainKey, Digest256, KeyRing};
+use crate::chain_check::CheckedFile;
 use crate::file_header::FileHeader;
-use crate::file_reading::FileReading;
 use crate::line;
 
 /// Reads the bytes of a file: the recovered state, and the number of bytes in whole lines.
 pub fn read(bytes: &[u8]) -> (RecoveredLog, u64) {
     let mut found = RecoveredLog::default();
-    let reading = FileReading::read(bytes, &KeyRing::default(), None, &mut found);
+    let reading = CheckedFile::read(bytes, &KeyRing::default(), None, &mut found);
     found.remarks = reading.remarks();
     (found, reading.whole_bytes)
 }

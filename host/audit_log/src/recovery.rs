@@ -10,9 +10,9 @@ use busbar_alarms::AlarmRecord;
 use crate::MAX_FILE_BYTES;
 use crate::anchor::AnchorState;
 use crate::chain::{Digest256, FileHasher, KeyRing};
+use crate::chain_check::CheckedFile;
 use crate::file_header::{FileHeader, ListedFile};
 use crate::file_names::{CURRENT, FileRole, LOCK, SCRATCH, age_order, role_of};
-use crate::file_reading::FileReading;
 use crate::line::MAX_NUMBER;
 use crate::storage::Storage;
 
@@ -92,7 +92,7 @@ pub(crate) fn examine(
     let bytes = &bytes[..bytes.len().min(MAX_FILE_BYTES as usize)];
 
     // The files before it tell what it does not.
-    let trial = FileReading::read(bytes, keys, None, &mut RecoveredLog::default());
+    let trial = CheckedFile::read(bytes, keys, None, &mut RecoveredLog::default());
     let ended: Vec<&String> = names.iter().filter(|name| is_ended(name)).collect();
     let mut found = RecoveredLog::default();
     let mut base: Option<(FileHeader, Option<String>)> =
@@ -105,7 +105,7 @@ pub(crate) fn examine(
         found.remarks.clear();
     }
     let before = found.last_number;
-    let mut reading = FileReading::read(bytes, keys, wanted.as_ref(), &mut found);
+    let mut reading = CheckedFile::read(bytes, keys, wanted.as_ref(), &mut found);
     let mut remarks = reading.remarks();
     if is_too_large {
         remarks.push(format!("it has more than {MAX_FILE_BYTES} bytes"));
@@ -193,7 +193,7 @@ fn newest_of(
 
 /// Reports whether these bytes are a file that was begun, and lacks only its name.
 pub(crate) fn is_whole_beginning(bytes: &[u8], keys: &KeyRing) -> bool {
-    let reading = FileReading::read(bytes, keys, None, &mut RecoveredLog::default());
+    let reading = CheckedFile::read(bytes, keys, None, &mut RecoveredLog::default());
     let is_understood = reading.header.is_some() || reading.carried + reading.news > 0;
     is_understood && reading.is_complete() && !reading.is_faulty() && reading.torn_bytes() == 0
 }
@@ -224,7 +224,7 @@ fn read_ended(
     while start > 0 {
         start -= 1;
         let bytes = read_some(storage, ended[start])?;
-        let reading = FileReading::read(&bytes, keys, None, &mut RecoveredLog::default());
+        let reading = CheckedFile::read(&bytes, keys, None, &mut RecoveredLog::default());
         if let (None, Some(header)) = (&newest, &reading.header) {
             newest = Some((header.clone(), ended[start].clone()));
         }
@@ -235,7 +235,7 @@ fn read_ended(
     }
     for name in &ended[start..] {
         let bytes = read_some(storage, name)?;
-        FileReading::read(&bytes, keys, None, found);
+        CheckedFile::read(&bytes, keys, None, found);
     }
     Ok(newest)
 }
@@ -248,7 +248,7 @@ fn read_some(storage: &dyn Storage, name: &str) -> io::Result<Vec<u8>> {
 /// Compares the log with its anchor; a fault, if there is one.
 fn check_anchor(
     anchor: &AnchorState,
-    reading: &FileReading,
+    reading: &CheckedFile,
     found: &mut RecoveredLog,
     next_file: &mut u64,
     base: Option<&(FileHeader, Option<String>)>,

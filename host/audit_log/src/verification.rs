@@ -6,9 +6,9 @@ use std::{io, thread, time::Duration};
 
 use crate::anchor::{self, Anchor, AnchorState};
 use crate::chain::KeyRing;
+use crate::chain_check::CheckedFile;
 use crate::file_header::{FileHeader, ListedFile};
 use crate::file_names::{CURRENT, FileRole, SCRATCH, age_order, role_of};
-use crate::file_reading::FileReading;
 use crate::options::open_keys;
 use crate::recovery::is_whole_beginning;
 use crate::storage::{DiskStorage, Storage};
@@ -84,9 +84,9 @@ pub fn verify(
 }
 
 /// A file of the log.
-struct LogFileReading {
+struct NamedCheckedFile {
     name: String,
-    reading: FileReading,
+    reading: CheckedFile,
     /// True where it was larger than the limit of reading.
     is_cut: bool,
 }
@@ -140,8 +140,8 @@ pub(crate) fn verify_storage(
         let is_cut = bytes.len() as u64 > MAX_FILE_BYTES;
         let bytes = &bytes[..bytes.len().min(MAX_FILE_BYTES as usize)];
         let mut found = RecoveredLog::default();
-        let reading = FileReading::read(bytes, keys, wanted.as_ref(), &mut found);
-        files.push(LogFileReading { name: name.clone(), reading, is_cut });
+        let reading = CheckedFile::read(bytes, keys, wanted.as_ref(), &mut found);
+        files.push(NamedCheckedFile { name: name.clone(), reading, is_cut });
     }
     check_manifest(storage, header.as_ref(), &files, &mut outcome)?;
     check_keys(keys, &files, &mut outcome);
@@ -169,7 +169,7 @@ fn newest_header(
     for name in names.iter().rev() {
         let bytes = storage.read(name, MAX_FILE_BYTES).unwrap_or_default();
         let line = bytes.split_inclusive(|&byte| byte == b'\n').next().unwrap_or_default();
-        let reading = FileReading::read(line, keys, None, &mut RecoveredLog::default());
+        let reading = CheckedFile::read(line, keys, None, &mut RecoveredLog::default());
         if let Some(header) = reading.header {
             return Ok(Some((name.clone(), header)));
         }
@@ -181,7 +181,7 @@ fn newest_header(
 fn check_manifest(
     storage: &dyn Storage,
     header: Option<&(String, FileHeader)>,
-    files: &[LogFileReading],
+    files: &[NamedCheckedFile],
     outcome: &mut Verification,
 ) -> io::Result<()> {
     let Some((newest, header)) = header else { return Ok(()) };
@@ -225,9 +225,9 @@ fn check_manifest(
 }
 
 /// Compares the keys of the files with the given one, and reports where the chain begins.
-fn check_keys(keys: &KeyRing, files: &[LogFileReading], outcome: &mut Verification) {
+fn check_keys(keys: &KeyRing, files: &[NamedCheckedFile], outcome: &mut Verification) {
     let own = keys.current().id();
-    let mut begun: Option<(&LogFileReading, &FileHeader)> = None;
+    let mut begun: Option<(&NamedCheckedFile, &FileHeader)> = None;
     let mut is_keyed_elsewhere = false;
     for file in files {
         let name = &file.name;
@@ -284,9 +284,9 @@ fn check_keys(keys: &KeyRing, files: &[LogFileReading], outcome: &mut Verificati
 }
 
 /// Reports the faults of each file, and gaps of numbers between files.
-fn check_files(files: &[LogFileReading], outcome: &mut Verification) {
+fn check_files(files: &[NamedCheckedFile], outcome: &mut Verification) {
     let mut before: Option<u64> = None;
-    for LogFileReading { name, reading, is_cut } in files {
+    for NamedCheckedFile { name, reading, is_cut } in files {
         outcome.files += 1;
         outcome.records += reading.news;
         if let Some(header) = &reading.header {
@@ -325,7 +325,7 @@ fn check_files(files: &[LogFileReading], outcome: &mut Verification) {
 
 fn check_numbers(
     name: &str,
-    reading: &FileReading,
+    reading: &CheckedFile,
     before: Option<u64>,
     outcome: &mut Verification,
 ) {
@@ -355,7 +355,7 @@ fn check_numbers(
     }
 }
 
-fn check_anchor(anchor: &AnchorState, files: &[LogFileReading], outcome: &mut Verification) {
+fn check_anchor(anchor: &AnchorState, files: &[NamedCheckedFile], outcome: &mut Verification) {
     let Anchor { file, number, .. } = match anchor {
         AnchorState::Unused => {
             let header = files.last().and_then(|file| file.reading.header.as_ref());

@@ -208,7 +208,7 @@ fn its_claims_outlive_a_process_that_is_killed() {
         // How alarms stand is what the last record of each says.
         let mut open = BTreeMap::new();
         records.into_values().for_each(|record| drop(open.insert(record.alarm.clone(), record)));
-        open.retain(|_, record| record.to != State::A);
+        open.retain(|_, record| record.to != State::Normal);
         assert_eq!(found.open, open, "kill {kill}");
         claimed += claims.len();
     }

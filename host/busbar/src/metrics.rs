@@ -192,7 +192,9 @@ impl Metrics {
             self.tags.get_or_create(&vec![("quality", name.to_owned())]).set(count as i64);
         }
         for (state, count) in &health.alarms {
-            self.alarms.get_or_create(&vec![("state", format!("{state:?}"))]).set(*count as i64);
+            self.alarms
+                .get_or_create(&vec![("state", state.letter().to_string())])
+                .set(*count as i64);
         }
         // Some may be gone.
         self.plugin_up.clear();

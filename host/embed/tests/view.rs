@@ -242,7 +242,7 @@ fn wrong_use_is_refused_and_touches_nothing() {
             std::thread::sleep(Duration::from_millis(1));
         }
         assert_eq!(event.kind, BUSBAR_VIEW_ERROR);
-        assert!(Happened::of(&event).text.contains("/no/such/program"));
+        assert!(Happened::from_event(&event).text.contains("/no/such/program"));
         // What waits has a limit, and callers hear of it.
         let full = (0..100_000).find(|_| busbar_view_pick(view, 1, 1) == BUSBAR_VIEW_FULL);
         assert_eq!(full, Some(4096));

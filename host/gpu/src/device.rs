@@ -14,12 +14,12 @@ use gpu_allocator::{AllocationSizes, MemoryLocation};
 
 use crate::GpuError;
 use crate::adapter::Adapter;
-use crate::allocator::retain_freed_memory;
 use crate::bind_group::DescriptorPools;
 use crate::deferred_destruction::DiscardedObject;
 use crate::error::{allocation_error, vulkan_error};
 use crate::instance::Instance;
 use crate::pipeline_cache::PipelineCache;
+use crate::process_heap::retain_freed_memory;
 
 /// Time that submitted work may take before it counts as hung, milliseconds. A software rasterizer
 /// on a busy machine is slow, not hung.

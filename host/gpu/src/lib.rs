@@ -9,7 +9,6 @@
 #![doc = include_str!("../DESIGN.md")]
 
 mod adapter;
-mod allocator;
 mod area;
 mod arena;
 mod bind_group;
@@ -31,6 +30,7 @@ mod pass_splitting;
 mod pipeline;
 mod pipeline_cache;
 mod presenter;
+mod process_heap;
 mod recorder;
 mod sampler;
 mod surface;
@@ -38,7 +38,6 @@ mod swapchain;
 mod transfer;
 mod validation;
 
-pub use allocator::{HugePageAllocator, configure_allocator, release_freed_memory};
 pub use area::ImageArea;
 pub use arena::{BufferArena, BufferSlice};
 pub use bind_group::{BindGroup, BindGroupLayout, Binding, BindingKind};
@@ -56,6 +55,7 @@ pub use pass::{
 pub use pipeline::{
     AttributeKind, Blend, Pipeline, PipelineDescription, ShaderStage, VertexAttribute, VertexBuffer,
 };
+pub use process_heap::{HugePageAllocator, configure_allocator, release_freed_memory};
 pub use recorder::{Recorder, Submission};
 pub use sampler::{AddressMode, Sampler};
 pub use surface::WindowHandles;

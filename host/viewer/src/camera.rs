@@ -1,7 +1,7 @@
 //! Camera of the view: target, distance, angles and projection.
 
+mod collision_free_path;
 pub(crate) mod navigator;
-mod path;
 mod transition;
 mod unoccluded_view;
 

@@ -41,7 +41,7 @@ fn picture(verdicts: &[(u32, Verdict, &str)]) -> Arc<OverlayPicture> {
     Arc::new(OverlayPicture { verdicts: list, ..OverlayPicture::default() })
 }
 
-fn of(board: &VerdictBoard, equipment: usize) -> (Verdict, bool) {
+fn shown_verdict(board: &VerdictBoard, equipment: usize) -> (Verdict, bool) {
     let piece = board.pieces[equipment];
     (piece.verdict, piece.was_abnormal)
 }
@@ -49,11 +49,15 @@ fn of(board: &VerdictBoard, equipment: usize) -> (Verdict, bool) {
 #[test]
 fn equipment_without_a_verdict_is_unknown_and_never_normal() {
     let mut board = board(&["a", "b"]);
-    assert_eq!(of(&board, 0), (Verdict::Unknown, false), "before the first picture");
+    assert_eq!(shown_verdict(&board, 0), (Verdict::Unknown, false), "before the first picture");
     let good = table(Quality::Good);
     board.update(&picture(&[(0, Verdict::Normal, "")]), good.snapshot());
-    assert_eq!(of(&board, 0), (Verdict::Normal, false));
-    assert_eq!(of(&board, 1), (Verdict::Unknown, false), "the plugin said nothing of it");
+    assert_eq!(shown_verdict(&board, 0), (Verdict::Normal, false));
+    assert_eq!(
+        shown_verdict(&board, 1),
+        (Verdict::Unknown, false),
+        "the plugin said nothing of it"
+    );
     assert_eq!(board.unknown().collect::<Vec<_>>(), [1]);
 }
 
@@ -62,10 +66,10 @@ fn a_bad_value_withdraws_its_verdict_at_once() {
     let mut board = board(&["a"]);
     let normal = picture(&[(0, Verdict::Normal, "")]);
     board.update(&normal, table(Quality::Good).snapshot());
-    assert_eq!(of(&board, 0), (Verdict::Normal, false));
+    assert_eq!(shown_verdict(&board, 0), (Verdict::Normal, false));
     for quality in [Quality::Bad(Reason::Stale), Quality::Uncertain(Reason::SourceTime)] {
         board.update(&normal, table(quality).snapshot());
-        assert_eq!(of(&board, 0), (Verdict::Unknown, false), "{quality:?}");
+        assert_eq!(shown_verdict(&board, 0), (Verdict::Unknown, false), "{quality:?}");
     }
 }
 
@@ -76,21 +80,21 @@ fn abnormal_equipment_stays_abnormal_until_judged_normal() {
     let unknown = picture(&[(0, Verdict::Unknown, "no load")]);
     let mut board = board(&["a"]);
     board.update(&abnormal, good.snapshot());
-    assert_eq!(of(&board, 0), (Verdict::Abnormal, false));
+    assert_eq!(shown_verdict(&board, 0), (Verdict::Abnormal, false));
     board.update(&unknown, good.snapshot());
-    assert_eq!(of(&board, 0), (Verdict::Unknown, true), "the plugin cannot judge");
+    assert_eq!(shown_verdict(&board, 0), (Verdict::Unknown, true), "the plugin cannot judge");
     board.update(&abnormal, bad.snapshot());
-    assert_eq!(of(&board, 0), (Verdict::Unknown, true), "its value is bad");
+    assert_eq!(shown_verdict(&board, 0), (Verdict::Unknown, true), "its value is bad");
     board.mark_unknown();
-    assert_eq!(of(&board, 0), (Verdict::Unknown, true), "the overlay is late");
+    assert_eq!(shown_verdict(&board, 0), (Verdict::Unknown, true), "the overlay is late");
     let ids = ["b".to_owned(), "a".to_owned()];
     board.describe(&["a".to_owned()], &ids);
-    assert_eq!(of(&board, 1), (Verdict::Unknown, true), "settings were edited");
-    assert_eq!(of(&board, 0), (Verdict::Unknown, false), "another piece has no past");
+    assert_eq!(shown_verdict(&board, 1), (Verdict::Unknown, true), "settings were edited");
+    assert_eq!(shown_verdict(&board, 0), (Verdict::Unknown, false), "another piece has no past");
     board.update(&picture(&[(1, Verdict::Normal, "")]), good.snapshot());
-    assert_eq!(of(&board, 1), (Verdict::Normal, false));
+    assert_eq!(shown_verdict(&board, 1), (Verdict::Normal, false));
     board.update(&picture(&[(1, Verdict::Unknown, "no load")]), good.snapshot());
-    assert_eq!(of(&board, 1), (Verdict::Unknown, false));
+    assert_eq!(shown_verdict(&board, 1), (Verdict::Unknown, false));
 }
 
 #[test]
@@ -100,5 +104,5 @@ fn of_two_verdicts_the_more_urgent_one_counts() {
     let both =
         [(0, Verdict::Normal, ""), (0, Verdict::Abnormal, "hot"), (0, Verdict::Unknown, "x")];
     board.update(&picture(&both), good.snapshot());
-    assert_eq!(of(&board, 0), (Verdict::Abnormal, false));
+    assert_eq!(shown_verdict(&board, 0), (Verdict::Abnormal, false));
 }

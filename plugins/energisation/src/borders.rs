@@ -93,7 +93,7 @@ impl Borders {
     }
 
     /// Inputs on the border of the part that a node is in.
-    pub(crate) fn of(&self, node: Node) -> impl Iterator<Item = Input> + '_ {
+    pub(crate) fn inputs_at(&self, node: Node) -> impl Iterator<Item = Input> + '_ {
         let row = self.part(node).map_or(&[][..], |part| self.row(part));
         row.iter().filter_map(|&input| unpack(input))
     }

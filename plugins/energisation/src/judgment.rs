@@ -42,11 +42,11 @@ pub enum PieceState {
 /// Verdict on a piece of equipment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Standing {
-    /// As it should be: nothing contradicts.
+    /// Consistent inputs: nothing contradicts the judged state.
     Normal,
-    /// Inputs contradict each other, and the state holds all the same.
+    /// Contradictory inputs that leave the judged state valid.
     Abnormal,
-    /// Not to be judged.
+    /// No judgment, because the inputs do not suffice.
     Unknown,
 }
 

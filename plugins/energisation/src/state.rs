@@ -232,7 +232,7 @@ impl Energisation {
             };
             if same_parts[part] == NONE {
                 let is_same = borders.is_same(part, &before.borders, old)
-                    && !borders.of(node).any(|input| inputs.has(input));
+                    && !borders.inputs_at(node).any(|input| inputs.has(input));
                 same_parts[part] = if is_same { old as u32 } else { NO_SAME_PART };
             }
             same_parts[part] != old as u32
@@ -271,7 +271,7 @@ impl Energisation {
             inputs_of_way(topology, self.way_to_earth(node), earth, &mut each);
         }
         if matches!(state, State::Dead | State::Earthed) {
-            self.borders.of(node).for_each(&mut each);
+            self.borders.inputs_at(node).for_each(&mut each);
         }
     }
 }

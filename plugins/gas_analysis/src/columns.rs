@@ -27,7 +27,7 @@ impl Columns {
     ///
     /// # Errors
     /// Why it is none, in words with a remedy.
-    pub(crate) fn of(cells: &Cells) -> Result<Self, String> {
+    pub(crate) fn from_cells(cells: &Cells) -> Result<Self, String> {
         let names: Vec<_> = (0..cells.len()).map(|index| cells.get(index)).collect();
         let find = |wanted: &str| -> Result<Option<usize>, String> {
             let is_it = |name: &&str| name.eq_ignore_ascii_case(wanted);

@@ -43,7 +43,7 @@ fn verdict(last: &Judged, judgement: &Judgement) -> String {
     };
     let named = judgement.zone.zip(judgement.family);
     let agreeing = |family| {
-        let agrees = |zone: &Zone| Family::of(*zone).contains(&family);
+        let agrees = |zone: &Zone| Family::for_zone(*zone).contains(&family);
         judgement.opinions.iter().filter(|opinion| opinion.zones.iter().any(agrees)).count()
     };
     match (last.status, named) {
@@ -62,7 +62,7 @@ fn verdict(last: &Judged, judgement: &Judgement) -> String {
 fn evidence(judgement: &Judgement) -> Vec<Evidence> {
     let opinion = |opinion: &crate::verdict::Opinion| {
         let families: Vec<Family> =
-            opinion.zones.iter().flat_map(|zone| Family::of(*zone)).copied().collect();
+            opinion.zones.iter().flat_map(|zone| Family::for_zone(*zone)).copied().collect();
         let names: Vec<&str> = opinion.zones.iter().map(|zone| zone.name()).collect();
         Evidence {
             method: opinion.method.into(),

@@ -40,7 +40,7 @@ pub(crate) struct Fleet {
 
 impl Fleet {
     /// Nothing is read yet.
-    pub(crate) fn of(settings: &Settings, host: Host) -> Result<Self, Error> {
+    pub(crate) fn from_settings(settings: &Settings, host: Host) -> Result<Self, Error> {
         if let Some(fleet) = settings.fleet.as_ref().filter(|fleet| !fleet.file.is_absolute()) {
             let path = fleet.file.display();
             return Err(Error::settings(format!(

@@ -16,7 +16,7 @@ pub(crate) struct Judged {
     /// Time of sampling, nanoseconds since 1970-01-01 UTC.
     pub(crate) unix_nanos: i64,
     pub(crate) sample: Sample,
-    /// As [`EXTRAS`]; NaN where there is none.
+    /// Quantities in the order of [`EXTRAS`]; NaN where the sample has none.
     pub(crate) extras: [f32; EXTRAS.len()],
     pub(crate) status: Option<Status>,
     /// Index of the legend's entry.

@@ -118,8 +118,8 @@ impl Plugin for GasAnalysis {
     fn create(settings: Settings, host: Host) -> Result<Self, Error> {
         let uncertainty = settings.uncertainty.map(Uncertainty::new).transpose();
         let uncertainty = uncertainty.map_err(|error| Error::settings(error.to_string()))?;
-        let fleet = fleet::Fleet::of(&settings, host)?;
-        let monitors = monitors::Monitors::of(&settings)?;
+        let fleet = fleet::Fleet::from_settings(&settings, host)?;
+        let monitors = monitors::Monitors::from_settings(&settings)?;
         Ok(Self { settings, uncertainty, fleet, monitors })
     }
 }

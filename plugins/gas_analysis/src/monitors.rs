@@ -71,7 +71,7 @@ pub(crate) struct Monitors {
 }
 
 impl Monitors {
-    pub(crate) fn of(settings: &Settings) -> Result<Self, Error> {
+    pub(crate) fn from_settings(settings: &Settings) -> Result<Self, Error> {
         let monitors = settings.monitors.as_ref();
         let mut equipment = monitors.map_or_else(Vec::new, |monitors| monitors.equipment.clone());
         let mut known = HashSet::new();

@@ -65,7 +65,7 @@ pub(crate) struct Reading {
     /// Nanoseconds since 1970-01-01 UTC.
     pub(crate) unix_nanos: i64,
     pub(crate) sample: Sample,
-    /// As [`EXTRAS`]; NaN where there is none.
+    /// Quantities in the order of [`EXTRAS`]; NaN where the sample has none.
     pub(crate) extras: [f32; EXTRAS.len()],
 }
 
@@ -216,7 +216,8 @@ fn read_sqlite(path: &Path, query: &str, ends: &AtomicBool) -> Result<Readings, 
     let names = statement.column_names().collect::<Vec<_>>().join(",");
     let mut cells = Cells::new();
     cells.cut(names.as_bytes())?;
-    let columns = Columns::of(&cells).map_err(|fault| format!("{}: {fault}", path.display()))?;
+    let columns =
+        Columns::from_cells(&cells).map_err(|fault| format!("{}: {fault}", path.display()))?;
     let places = places(&columns).ok_or_else(|| no_identity(path))?;
     let find = |name: &str| (0..cells.len()).find(|&i| cells.get(i).eq_ignore_ascii_case(name));
     let extras = EXTRAS.map(find);

@@ -103,7 +103,7 @@ pub(crate) fn header(lines: &mut Lines<impl io::Read>, cells: &mut Cells) -> io:
             Line::TooLong => return Ok(Err((line, too_long()))),
             Line::Whole if lines.text.trim_ascii().is_empty() => {}
             Line::Whole => {
-                let columns = cells.cut(&lines.text).and_then(|()| Columns::of(cells));
+                let columns = cells.cut(&lines.text).and_then(|()| Columns::from_cells(cells));
                 return Ok(columns.map_err(|fault| (line, fault)));
             }
         }

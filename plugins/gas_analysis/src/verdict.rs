@@ -18,7 +18,7 @@ impl Family {
     const ALL: [Self; 3] = [Self::PartialDischarge, Self::Discharge, Self::Thermal];
 
     /// The families of a zone; none for what names no fault.
-    pub(crate) fn of(zone: Zone) -> &'static [Self] {
+    pub(crate) fn for_zone(zone: Zone) -> &'static [Self] {
         match zone {
             Zone::PartialDischarge => &[Self::PartialDischarge],
             Zone::Discharge | Zone::LowEnergy | Zone::HighEnergy => &[Self::Discharge],
@@ -82,9 +82,10 @@ pub(crate) fn judge(sample: &Sample, settings: &Settings) -> Judgement {
         one("Key gas", key_gas::diagnose(sample)),
     ];
     let family = most(&Family::ALL, &opinions, |opinion, family| {
-        opinion.zones.iter().any(|zone| Family::of(*zone).contains(&family))
+        opinion.zones.iter().any(|zone| Family::for_zone(*zone).contains(&family))
     });
-    let is_of = |zone: &Zone| family.is_some_and(|family| Family::of(*zone).contains(&family));
+    let is_of =
+        |zone: &Zone| family.is_some_and(|family| Family::for_zone(*zone).contains(&family));
     let of_family: Vec<Zone> = Zone::ALL.into_iter().filter(is_of).collect();
     let zone = most(&of_family, &opinions, |opinion, zone| opinion.zones.contains(&zone));
     Judgement { opinions, family, zone }

@@ -14,7 +14,7 @@ mod link;
 mod message_matrix;
 mod points;
 pub mod probe;
-mod requests;
+mod request_schedule;
 pub mod session;
 mod settings;
 mod simulator;

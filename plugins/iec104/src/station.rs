@@ -13,7 +13,7 @@ use crate::codec::{
 };
 use crate::convert::{name_of, origin_of, quality_of_value, value_of};
 use crate::points::{Point, Points};
-use crate::requests::{Job, Outcome, RequestKind, Requests};
+use crate::request_schedule::{Outcome, RequestKind, RequestSchedule, ScheduledRequest};
 use crate::settings::Config;
 use crate::validity::{ALL_STATIONS, EventOrder, Evidence, NO_STATION, Validity};
 
@@ -29,7 +29,7 @@ pub(crate) struct Station {
     points: Points,
     sink: SampleSink,
     host: Host,
-    requests: Requests,
+    requests: RequestSchedule,
     validity: Validity,
     /// Data units that could not be understood.
     notices: Notices,
@@ -57,7 +57,7 @@ struct Ignored {
 
 impl Station {
     pub(crate) fn new(config: Config, points: Points, sink: SampleSink, host: Host) -> Self {
-        let requests = Requests::new(&config, points.common_addresses());
+        let requests = RequestSchedule::new(&config, points.common_addresses());
         let validity = Validity::new(&points);
         let count = points.all().len();
         Self {
@@ -308,7 +308,7 @@ impl Station {
         Ok(())
     }
 
-    fn note_outcome(&mut self, job: Job, outcome: Outcome) {
+    fn note_outcome(&mut self, job: ScheduledRequest, outcome: Outcome) {
         let what = match job.kind {
             RequestKind::ClockSync => "its clock to be set",
             RequestKind::Interrogation => "an interrogation",
@@ -371,7 +371,7 @@ impl Station {
 
     /// The station does not know a common address. One that does not let its clock be set
     /// there may still send values of it.
-    fn mark_unknown(&mut self, job: Job) {
+    fn mark_unknown(&mut self, job: ScheduledRequest) {
         self.flush();
         if job.kind != RequestKind::ClockSync {
             self.validity.distrust(job.common_address);

@@ -112,7 +112,7 @@ async fn ask(
     let parameters = parameters(config)?;
     let stream = dial.dial(endpoint, config.connect_timeout).await?;
     let session = Session::new(&parameters, fastrand::u16(..), now());
-    converse(stream, session, Search::of(devices), config.timeout).await
+    converse(stream, session, Search::with_devices(devices), config.timeout).await
 }
 
 /// Asks until nothing is left to ask.
@@ -192,7 +192,7 @@ struct Search {
 }
 
 impl Search {
-    fn of(devices: &[&str]) -> Self {
+    fn with_devices(devices: &[&str]) -> Self {
         Self {
             wanted: devices.iter().map(|name| (*name).to_owned()).collect(),
             queue: [Question::Names { device: None, after: None }].into(),

@@ -6,7 +6,6 @@
 
 mod addressing;
 mod block;
-mod board;
 mod browse;
 mod control;
 mod convert;
@@ -14,6 +13,7 @@ mod link;
 mod locate;
 #[cfg(test)]
 mod message_matrix;
+mod point_states;
 mod points;
 pub mod probe;
 mod report_reader;

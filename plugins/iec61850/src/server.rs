@@ -14,10 +14,10 @@ use iec61850_rs::proto::mms::typespec::TypeSpec;
 
 use self::browse::Search;
 use crate::block::ReportBlock;
-use crate::board::{Board, Origin};
 use crate::control::Control;
 use crate::convert::reason_of;
 use crate::locate::{Place, Share, locate};
+use crate::point_states::{Origin, PointStates};
 use crate::points::Points;
 use crate::service::{Answer, Name, Request};
 use crate::settings::Config;
@@ -69,7 +69,7 @@ struct Variable {
 }
 
 pub(crate) struct Server {
-    board: Board,
+    point_states: PointStates,
     objects: Vec<(Name, Range<usize>)>,
     /// By point, where it is known.
     places: Vec<Option<Place>>,
@@ -101,7 +101,7 @@ impl Server {
         let places = vec![None; points.all().len()];
         let server = config.endpoints[0].to_string();
         Self {
-            board: Board::new(points, sink.clone(), host, server),
+            point_states: PointStates::new(points, sink.clone(), host, server),
             sink,
             objects,
             places,
@@ -123,7 +123,7 @@ impl Server {
 
     /// Begins an association: nothing is known of the server.
     pub(crate) fn begin(&mut self) {
-        self.board.reset(Reason::NotConnected);
+        self.point_states.reset(Reason::NotConnected);
         self.places.fill(None);
         self.variables.clear();
         self.controls.iter_mut().for_each(Control::begin);
@@ -136,7 +136,7 @@ impl Server {
 
     /// Ends the association, or records that there is none yet.
     pub(crate) fn end(&mut self, reason: Reason) {
-        self.board.reset(reason);
+        self.point_states.reset(reason);
         self.queue.clear();
         self.rereads.clear();
         self.next_poll = None;
@@ -147,7 +147,7 @@ impl Server {
 
     /// Publishes the samples received.
     pub(crate) fn flush(&mut self) {
-        self.board.flush();
+        self.point_states.flush();
     }
 
     /// Returns the next request, with messages of at most so many bytes.
@@ -173,7 +173,7 @@ impl Server {
             Job::Type(object) => Request::Type(self.objects[*object].0.clone()),
             Job::Read { variables, reports, number } => {
                 self.reads += 1;
-                (*reports, *number) = (self.board.reports(), self.reads);
+                (*reports, *number) = (self.point_states.reports(), self.reads);
                 let name = |index: &usize| self.variables[*index].name.clone();
                 Request::Read(variables.iter().map(name).collect())
             }
@@ -219,7 +219,7 @@ impl Server {
         let Notice { last, total, .. } = notice;
         let text = format!(
             "{}: connected; {total} reports could not be used, the last: {last}",
-            self.board.server()
+            self.point_states.server()
         );
         self.sink.report_link(LinkState::Up, &text);
     }
@@ -233,7 +233,7 @@ impl Server {
             "{last}; the values that it may have brought are bad until they are read{more} \
              ({total} in this connection)"
         );
-        self.board.log(LogLevel::Warning, &text);
+        self.point_states.log(LogLevel::Warning, &text);
     }
 
     fn take_type(&mut self, object: usize, answer: Answer) {
@@ -248,15 +248,15 @@ impl Server {
             _ => return,
         };
         for index in points {
-            let path = &self.board.points().all()[index].path;
+            let path = &self.point_states.points().all()[index].path;
             match spec.as_ref().map_err(Clone::clone).and_then(|spec| locate(spec, path)) {
                 Ok(place) => {
-                    self.board.note_type(index, place.has_quality());
+                    self.point_states.note_type(index, place.has_quality());
                     self.places[index] = Some(place);
                 }
                 Err(what) => {
-                    self.board.fail(index, Reason::Configuration);
-                    self.board.tell(index, &what);
+                    self.point_states.fail(index, Reason::Configuration);
+                    self.point_states.tell(index, &what);
                 }
             }
         }
@@ -264,7 +264,8 @@ impl Server {
 
     fn gather_variables(&mut self) {
         let mut variables: BTreeMap<Name, Vec<(usize, Share)>> = BTreeMap::new();
-        for (index, (place, point)) in self.places.iter().zip(self.board.points().all()).enumerate()
+        for (index, (place, point)) in
+            self.places.iter().zip(self.point_states.points().all()).enumerate()
         {
             let Some(place) = place else { continue };
             let name = place.variable(&point.object);
@@ -332,7 +333,7 @@ impl Server {
             _ => {}
         }
         self.reads_open = self.reads_open.saturating_sub(variables.len());
-        self.board.commit(Origin::default());
+        self.point_states.commit(Origin::default());
     }
 
     fn take_value(
@@ -348,19 +349,19 @@ impl Server {
         }
         variable.answered = asked.number;
         for (point, share) in &variable.points {
-            if self.board.is_overtaken(*point, asked.reports) {
+            if self.point_states.is_overtaken(*point, asked.reports) {
                 self.rereads.insert(index);
                 continue;
             }
             match value {
-                Ok(value) => _ = self.board.take(*point, share, value),
+                Ok(value) => _ = self.point_states.take(*point, share, value),
                 Err((reason, what)) => {
-                    self.board.fail(*point, *reason);
+                    self.point_states.fail(*point, *reason);
                     // What reports bring is not polled, so nobody else would read it again.
-                    if self.board.is_overtaken(*point, 0) {
+                    if self.point_states.is_overtaken(*point, 0) {
                         self.rereads.insert(index);
                     }
-                    self.board.tell(*point, what);
+                    self.point_states.tell(*point, what);
                 }
             }
         }

@@ -29,7 +29,7 @@ pub(crate) enum Table {
 }
 
 impl Table {
-    /// Whether its cells are single bits.
+    /// Reports whether the cells of this table are single bits.
     pub(crate) fn is_bits(self) -> bool {
         matches!(self, Self::Coil | Self::Discrete)
     }
@@ -46,7 +46,7 @@ impl fmt::Display for Table {
     }
 }
 
-/// How a number lies in registers; each register is big-endian on the wire.
+/// Number format of one or more registers; each register is big-endian on the wire.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Format {
@@ -75,25 +75,25 @@ impl Format {
     }
 }
 
-/// Which register of a number comes first.
+/// Order of the registers (words) of a number.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum WordOrder {
-    /// The most significant one.
+    /// Most significant register first, the default.
     #[default]
     Big,
-    /// The least significant one.
+    /// Least significant register first.
     Little,
 }
 
-/// How cells become a value.
+/// Decoding of registers or bits into a tag's value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Decoding {
     /// `raw * scale + offset`, as f64.
     Number { format: Format, word_order: WordOrder, scale: f64, offset: f64 },
-    /// An integer as it is.
+    /// Integer without scaling, as i64.
     Integer { format: Format, word_order: WordOrder },
-    /// A bit of a register, 0 the least significant.
+    /// One bit of a register, 0 to 15; bit 0 is the least significant.
     RegisterBit(u8),
     /// Two bits of a register: this one says open, the next one closed.
     RegisterBitPair(u8),
@@ -116,16 +116,16 @@ pub(crate) struct Point {
     pub(crate) table: Table,
     /// Index of the poll group.
     pub(crate) group: usize,
-    /// First cell.
+    /// Address of the first cell, counted from 0.
     pub(crate) first: u16,
     /// Number of cells, at least one; `first + count` is at most 65536.
     pub(crate) count: u16,
-    /// From cells to the value.
+    /// Decoding of the cells into the value.
     pub(crate) decoding: Decoding,
 }
 
 impl Point {
-    /// One past the last cell.
+    /// Returns the address one past the last cell.
     pub(crate) fn end(&self) -> u32 {
         u32::from(self.first) + u32::from(self.count)
     }
@@ -307,7 +307,7 @@ fn one_register(raw: &RawAddress) -> Result<(), String> {
     }
 }
 
-/// Fails for fields that would have no effect: what is written must count.
+/// Fails for fields that would have no effect.
 fn refuse(raw: &RawAddress, names: &[&str]) -> Result<(), String> {
     let present = |name: &str| match name {
         "type" => raw.format.is_some(),

@@ -67,7 +67,7 @@ impl Bus {
         self.late().note_request(block);
         // A client of its own, for no bytes of former answers to be left in it.
         let mut client = rtu::attach_slave(self.port.clone(), Slave(block.unit));
-        let bytes = OVERHEAD_BYTES + u32::from(Shape::of(block).bytes);
+        let bytes = OVERHEAD_BYTES + u32::from(Shape::from_block(block).bytes);
         let limit = self.limit + self.line.transmission(bytes);
         let reply = match timeout(limit, client.call(request(block))).await {
             Ok(Ok(Ok(response))) => checked(block, response),

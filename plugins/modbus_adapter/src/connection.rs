@@ -59,7 +59,7 @@ pub(crate) enum Reply {
 }
 
 impl Reply {
-    /// The cells from `first` on, counted within the reply.
+    /// Returns the cells from `first` on, counted within the reply.
     pub(crate) fn cells(&self, first: usize, count: usize) -> Option<Cells<'_>> {
         let range = first..first.checked_add(count)?;
         match self {
@@ -199,7 +199,7 @@ pub(crate) fn fault(block: &Block, error: &ModbusError) -> LinkFault {
     LinkFault::Answer { what: describe(block), why }
 }
 
-/// The block for messages, such as `holding register 100 to 109 of unit 1`.
+/// Formats the block for messages, such as `holding register 100 to 109 of unit 1`.
 pub(crate) fn describe(block: &Block) -> String {
     let Block { unit, table, first, count, .. } = block;
     match count {

@@ -13,7 +13,7 @@ pub(crate) enum Cells<'a> {
     Bits(&'a [bool]),
 }
 
-/// The value of a point.
+/// Decodes cells into the value of a point.
 ///
 /// Numbers that are not finite are passed on: the host marks them.
 ///
@@ -43,7 +43,7 @@ pub(crate) fn decode(decoding: &Decoding, cells: Cells<'_>) -> Result<Value, Rea
     }
 }
 
-/// The bits of a number, right-aligned.
+/// Returns the bits of a number, right-aligned.
 fn raw_bits(format: Format, word_order: WordOrder, registers: &[u16]) -> Result<u64, Reason> {
     if registers.len() != usize::from(format.registers()) {
         return Err(Reason::Configuration);

@@ -1,4 +1,4 @@
-//! A poll group on a connection: what it asks for, and when.
+//! Poll group of a connection: its blocks, their schedule and their retries.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -8,8 +8,8 @@ use tokio::time::Instant;
 use crate::address::Point;
 use crate::plan::{Block, plan_of};
 
-/// Splits of refused blocks in one poll of a group; the rest waits for the
-/// next, so that one bad table does not hold up the others.
+/// Most splits of refused blocks in one poll of a group. The rest waits for the next poll, so that
+/// one bad table does not hold up the others.
 const MAX_SPLITS_PER_POLL: usize = 32;
 /// Time after which refused cells are asked for again.
 const REFUSED_RETRY: Duration = Duration::from_secs(30);
@@ -71,7 +71,7 @@ impl Group {
         }
     }
 
-    /// Takes what is to be asked for now.
+    /// Takes the blocks that are due in this poll.
     pub(crate) fn begin_poll(&mut self, points: &[Point], now: Instant) -> Poll {
         let mut blocks = std::mem::take(&mut self.blocks);
         let mut former = Vec::new();
@@ -122,8 +122,8 @@ impl Group {
 }
 
 impl Poll {
-    /// Asks for the points of a block as before they were planned anew: that
-    /// the device has answered, so no tag turns bad for a try to save requests.
+    /// Queues the former blocks in place of a newly planned one that failed. The device has
+    /// answered those, so no tag turns bad for an attempt to save requests.
     pub(crate) fn fall_back(&mut self, block: &Block, points: &[Point]) {
         for former in &self.former {
             if let Some(piece) = former.within(block, points) {
@@ -133,8 +133,8 @@ impl Poll {
     }
 }
 
-/// The next multiple of the period after `now`: polls do not drift, and those
-/// missed are left out.
+/// Returns the next multiple of the period after `now`: polls do not drift, and missed ones are
+/// left out.
 pub(crate) fn next_due(due: Instant, period: Duration, now: Instant) -> Instant {
     let late = now.saturating_duration_since(due);
     let missed = late.as_nanos() / period.as_nanos().max(1);

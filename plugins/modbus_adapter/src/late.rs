@@ -1,4 +1,4 @@
-//! Answers that may still come.
+//! Late answers of a serial line, which must not be mistaken for the answer to a later request.
 //!
 //! Modbus RTU has no transaction numbers: an answer that comes too late looks like
 //! that to a later request of the same function and length, whatever cells that one
@@ -11,11 +11,11 @@ use std::collections::{BTreeMap, VecDeque};
 use crate::address::Table;
 use crate::plan::{Block, MAX_BITS, MAX_REGISTERS};
 
-/// Requests of a unit whose answers are waited for. A device that left so many
-/// unanswered has long lost the first.
+/// Most unanswered requests of a unit that are remembered. A device that left so many unanswered
+/// has long lost the first.
 const MAX_OPEN: usize = 8;
 
-/// Shape that tells one answer from another: its function and its count of data bytes.
+/// Shape by which answers are distinguished: function and number of data bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Shape {
     table: Table,
@@ -23,7 +23,7 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
-    pub(crate) fn of(block: &Block) -> Self {
+    pub(crate) fn from_block(block: &Block) -> Self {
         let count = block.count;
         let bytes = if block.table.is_bits() { count.div_ceil(8) } else { 2 * count };
         Self { table: block.table, bytes }
@@ -35,11 +35,11 @@ impl Shape {
 pub(crate) struct LateAnswers(BTreeMap<u8, VecDeque<Shape>>);
 
 impl LateAnswers {
-    /// Returns the block to ask for when one is due: itself, or another count of its cells as
-    /// long as the answer could be a late one.
+    /// Returns the block to request: itself, or one with another count of cells while a late answer
+    /// could have its shape.
     pub(crate) fn unmistakable(&self, block: &Block) -> Block {
         let Some(open) = self.0.get(&block.unit) else { return block.clone() };
-        let is_free = |block: &Block| !open.contains(&Shape::of(block));
+        let is_free = |block: &Block| !open.contains(&Shape::from_block(block));
         if is_free(block) {
             return block.clone();
         }
@@ -54,12 +54,12 @@ impl LateAnswers {
         if open.len() == MAX_OPEN {
             open.pop_front();
         }
-        open.push_back(Shape::of(block));
+        open.push_back(Shape::from_block(block));
     }
 
     /// Notes the answer to a block, after which no older one is to come.
     pub(crate) fn note_answer(&mut self, block: &Block) {
-        let shape = Shape::of(block);
+        let shape = Shape::from_block(block);
         self.close(block.unit, |open| *open == shape);
     }
 
@@ -80,8 +80,8 @@ impl LateAnswers {
     }
 }
 
-/// Cells around those of a block whose answer differs by `step` of what it counts:
-/// fewer, or more where there are not enough.
+/// Returns a block around the cells whose answer is `step` units shorter, or longer where there are
+/// too few cells.
 fn of_other_length(block: &Block, step: u16) -> Block {
     let (unit, max) = if block.table.is_bits() { (8, MAX_BITS) } else { (1, MAX_REGISTERS) };
     let mut other = block.clone();

@@ -56,20 +56,20 @@ fn other_lengths_are_within_the_tables() {
             assert!(next.count >= 1 && u32::from(next.first) + u32::from(next.count) <= 1 << 16);
             assert!(next.count <= if table.is_bits() { MAX_BITS } else { MAX_REGISTERS });
             let open = late.0.get(&1).cloned().unwrap_or_default();
-            assert!(!open.contains(&Shape::of(&next)), "{next:?}");
+            assert!(!open.contains(&Shape::from_block(&next)), "{next:?}");
             late.note_request(&next);
             assert!(late.0[&1].len() <= MAX_OPEN);
         }
     }
 }
 
-/// What a device does with each request.
+/// Behavior of a device for each request.
 #[derive(Clone, Copy, Debug)]
 enum Fate {
     Answered,
     Refused,
     Lost,
-    /// Its answer comes this many requests later, and no later one before it.
+    /// Answer that comes this many requests later, with no later answer before it.
     Late(usize),
 }
 
@@ -116,7 +116,7 @@ proptest! {
                 if is_refused {
                     late.note_exception(&asked);
                     is_waiting = false;
-                } else if Shape::of(&answered) == Shape::of(&asked) {
+                } else if Shape::from_block(&answered) == Shape::from_block(&asked) {
                     prop_assert_eq!(&answered, &asked);
                     late.note_answer(&asked);
                     *taken.entry(asked.first).or_insert(0) += 1;

@@ -8,6 +8,7 @@ mod address;
 mod bus;
 mod connection;
 mod decode;
+mod exceptions;
 mod group;
 mod late;
 mod marked;

@@ -9,8 +9,8 @@ use crate::address::{Point, Table};
 pub(crate) const MAX_REGISTERS: u16 = 125;
 /// Bits of one request.
 pub(crate) const MAX_BITS: u16 = 2000;
-/// Registers that nobody wants, read to save a request: 32 bytes, about what
-/// a request and the head of its answer cost.
+/// Longest gap of unused registers that is read to save a request. Its 32 bytes cost about as much
+/// as a request and the head of its answer.
 pub(crate) const MAX_GAP_REGISTERS: u16 = 16;
 /// The same for bits.
 pub(crate) const MAX_GAP_BITS: u16 = 256;
@@ -30,12 +30,12 @@ pub(crate) struct Block {
     pub(crate) points: Vec<usize>,
 }
 
-/// The requests that read all points of a poll group.
+/// Plans the requests that read all points of a poll group.
 pub(crate) fn plan(points: &[Point], group: usize) -> Vec<Block> {
     plan_of(points, (0..points.len()).filter(|&i| points[i].group == group).collect())
 }
 
-/// The requests that read some points, of one poll group.
+/// Plans the requests that read some points of one poll group.
 pub(crate) fn plan_of(points: &[Point], mut wanted: Vec<usize>) -> Vec<Block> {
     wanted.sort_by_key(|&i| key(&points[i]));
     let mut blocks: Vec<Block> = Vec::new();
@@ -86,8 +86,8 @@ impl Block {
         self.points.push(index);
     }
 
-    /// Two halves of a block that the device refused, cut where its widest gap
-    /// is, else in the middle; `None` if its points all want the same cells.
+    /// Splits a refused block at its widest gap, or else in the middle; `None` if all points need
+    /// the same cells.
     pub(crate) fn split(&self, points: &[Point]) -> Option<(Self, Self)> {
         let at = self.cut(points)?;
         let (left, right) = self.points.split_at(at);

@@ -54,11 +54,10 @@ impl Port {
         Ok(Self(Arc::new(Mutex::new(Wire { stream: opened?, busy_at: Instant::now() }))))
     }
 
-    /// Throws away what comes until nothing has come or gone for a while, and not
-    /// since `start`.
+    /// Discards incoming bytes until the line was silent for a while, and not since `start`.
     ///
     /// # Errors
-    /// Of the system; within, [`Noise`] after [`MAX_NOISE`].
+    /// Faults of the system; within, [`Noise`] after [`MAX_NOISE`].
     pub(crate) async fn fall_silent(
         &mut self,
         silence: Duration,

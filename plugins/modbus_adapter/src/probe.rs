@@ -49,10 +49,10 @@ impl Request {
     }
 }
 
-/// Asks for all tags once. What `answer` refuses is asked for in halves.
+/// Polls all tags once; a block that `answer` refuses is split and requested in halves.
 ///
 /// # Errors
-/// What the plugin would say of settings and addresses.
+/// Faults of the settings and addresses.
 pub fn poll(
     settings: Settings,
     tags: &[TagSpec],
@@ -88,10 +88,10 @@ pub fn poll(
 pub struct Device(Bank);
 
 impl Device {
-    /// A device with these tags.
+    /// Creates a device with the tags of a simulation.
     ///
     /// # Errors
-    /// What the plugin would say of settings, addresses and signals.
+    /// Faults of the settings, addresses and signals.
     pub fn new(settings: Settings, simulation: &Simulation) -> Result<Self, Error> {
         bank(&settings.parse()?, simulation).map(|(bank, _)| Self(bank))
     }

@@ -10,6 +10,7 @@ use tokio_modbus::ExceptionCode;
 use crate::address::Point;
 use crate::connection::{Connection, Connector, LinkFault, Reply, describe};
 use crate::decode::decode;
+use crate::exceptions::{ExceptionEffect, effect_of_exception};
 use crate::group::{Group, Origin, Poll, next_due};
 use crate::plan::{Block, plan};
 use crate::settings::Config;
@@ -27,7 +28,7 @@ pub(crate) struct Session {
     connector: Connector,
 }
 
-/// A connection, and what is known of the devices behind it.
+/// Connection, and the state of the devices behind it.
 struct Link {
     connection: Connection,
     units: Units,
@@ -35,17 +36,6 @@ struct Link {
     is_up: bool,
     /// True where a unit answered that had been silent.
     has_recovered: bool,
-}
-
-/// Meaning of an exception for the tags of a block.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Verdict {
-    /// Some of the cells do not exist.
-    SomeRefused,
-    /// None of them can be read.
-    AllRefused,
-    /// Cells that cannot be read now.
-    Unavailable(Reason),
 }
 
 impl Session {
@@ -129,7 +119,7 @@ impl Session {
             }
             if let Reply::Exception(exception) = reply {
                 self.note_exception(link, &block, exception);
-                self.heed(exception, block, origin, group, &mut poll);
+                self.apply_exception(exception, block, origin, group, &mut poll);
             } else {
                 self.note_answer(link, block.unit);
                 self.publish_values(&block, &reply);
@@ -146,7 +136,7 @@ impl Session {
         Ok(())
     }
 
-    /// One device of a serial line did not answer: all of its tags are bad, whatever
+    /// Notes that a device of a serial line did not answer: all of its tags turn bad, whatever
     /// their poll groups.
     fn note_silence(&self, link: &mut Link, unit: u8, fault: LinkFault) -> Result<(), LinkFault> {
         let of_unit = self.points.iter().filter(|point| point.unit == unit);
@@ -171,8 +161,8 @@ impl Session {
         }
     }
 
-    /// An exception that is the unit's own is an answer of it. One of a gateway which does
-    /// not reach the unit makes all of its tags bad, whatever their poll groups.
+    /// Notes an exception. The unit's own counts as an answer. One of a gateway that cannot reach
+    /// the unit makes all of its tags bad, whatever their poll groups.
     fn note_exception(&self, link: &mut Link, block: &Block, exception: ExceptionCode) {
         let unit = block.unit;
         let is_of_gateway = matches!(
@@ -189,7 +179,7 @@ impl Session {
         } else {
             self.note_answer(link, unit);
         }
-        if matches!(verdict(exception), Verdict::Unavailable(_))
+        if matches!(effect_of_exception(exception), ExceptionEffect::Unavailable(_))
             && let Some(count) = link.units.count_exception(unit)
         {
             let times = if count == 1 { String::new() } else { format!(", {count} times so far") };
@@ -206,8 +196,8 @@ impl Session {
         self.report(state, &text);
     }
 
-    /// Does with a block what the device's exception asks for.
-    fn heed(
+    /// Handles a block by the effect of the device's exception.
+    fn apply_exception(
         &self,
         exception: ExceptionCode,
         block: Block,
@@ -215,12 +205,12 @@ impl Session {
         group: &mut Group,
         poll: &mut Poll,
     ) {
-        match verdict(exception) {
-            Verdict::Unavailable(reason) => {
+        match effect_of_exception(exception) {
+            ExceptionEffect::Unavailable(reason) => {
                 self.publish_bad(&block, reason);
                 group.blocks.push(block);
             }
-            Verdict::SomeRefused if let Some((left, right)) = block.split(&self.points) => {
+            ExceptionEffect::SomeRefused if let Some((left, right)) = block.split(&self.points) => {
                 if poll.splits_left > 0 {
                     poll.splits_left -= 1;
                     poll.queue.push_front((right, origin));
@@ -233,7 +223,7 @@ impl Session {
                     group.blocks.extend([left, right]);
                 }
             }
-            Verdict::SomeRefused | Verdict::AllRefused => {
+            ExceptionEffect::SomeRefused | ExceptionEffect::AllRefused => {
                 if origin != Origin::Retry {
                     self.log_refusal(&block, exception);
                 }
@@ -298,21 +288,6 @@ pub(crate) fn samples(points: &[Point], block: &Block, reply: &Reply) -> Vec<Sam
         }
     };
     block.points.iter().map(sample).collect()
-}
-
-/// By the Modbus Application Protocol Specification V1.1b3, 7.
-fn verdict(exception: ExceptionCode) -> Verdict {
-    match exception {
-        ExceptionCode::IllegalFunction => Verdict::AllRefused,
-        // Devices that take fewer cells a request than the protocol allows
-        // answer with an illegal value, and want smaller requests.
-        ExceptionCode::IllegalDataAddress | ExceptionCode::IllegalDataValue => Verdict::SomeRefused,
-        ExceptionCode::GatewayPathUnavailable
-        | ExceptionCode::GatewayTargetDevice
-        | ExceptionCode::Acknowledge
-        | ExceptionCode::ServerDeviceBusy => Verdict::Unavailable(Reason::Communication),
-        _ => Verdict::Unavailable(Reason::Unknown),
-    }
 }
 
 #[cfg(test)]

@@ -30,14 +30,14 @@ const SAMPLE: u64 = 10 * MEMORY_POLLS as u64;
 const MAX_PIECE: usize = 400;
 /// Registers with a tag each: two requests.
 const REGISTERS: [u16; 6] = [0, 1, 2, 100, 101, 102];
-/// A device has so many registers.
+/// Number of registers of each device.
 const ALL_REGISTERS: usize = 128;
 
 /// A device whose answers get faults.
 struct Device {
     registers: [u16; ALL_REGISTERS],
     faults: FaultGenerator,
-    /// Tells whether faults happen now.
+    /// True while faults are injected.
     is_faulty: bool,
     /// The answer before, or one that is late.
     former: Vec<u8>,
@@ -199,7 +199,7 @@ fn asked(data: &[u8]) -> (u16, u16) {
     (u16::from_be_bytes([data[0], data[1]]), u16::from_be_bytes([data[2], data[3]]))
 }
 
-/// A frame of the request's transaction.
+/// Builds a frame of the request's transaction.
 fn mbap(request: &[u8], body: &[u8]) -> Vec<u8> {
     [&request[..4], &(body.len() as u16).to_be_bytes(), body].concat()
 }
@@ -220,7 +220,7 @@ fn tags() -> Vec<TagSpec> {
     REGISTERS.iter().map(tag).collect()
 }
 
-/// Reaches a device.
+/// Settings and dialer by which a test reaches its device.
 struct Path {
     settings: serde_json::Value,
     dial: Arc<dyn Dial>,
@@ -328,7 +328,7 @@ fn no_answer_over_a_line_leaves_an_old_value_good() {
     run(Path { settings, dial, has_simulated_clock: false }, &device, 7, REAL_POLLS);
 }
 
-/// A gateway that reaches a unit no more.
+/// Exceptions of a gateway that no longer reaches a unit.
 #[test]
 fn a_unit_that_its_gateway_does_not_reach_is_bad_in_all_poll_groups() {
     let code = Arc::new(Mutex::new(0_u8));

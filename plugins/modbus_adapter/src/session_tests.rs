@@ -25,27 +25,10 @@ fn polls_keep_their_beat() {
     assert_eq!(next_due(start, period, at(350)), at(400));
 }
 
-#[test]
-fn exceptions_say_who_is_at_fault() {
-    let cases = [
-        (1, Verdict::AllRefused),
-        (2, Verdict::SomeRefused),
-        (3, Verdict::SomeRefused),
-        (4, Verdict::Unavailable(Reason::Unknown)),
-        (6, Verdict::Unavailable(Reason::Communication)),
-        (10, Verdict::Unavailable(Reason::Communication)),
-        (11, Verdict::Unavailable(Reason::Communication)),
-        (99, Verdict::Unavailable(Reason::Unknown)),
-    ];
-    for (code, expected) in cases {
-        assert_eq!(verdict(ExceptionCode::new(code)), expected, "{code}");
-    }
-}
-
-/// What a device refuses, and how often it was asked.
+/// Simulated device: its refusals and a count of its requests.
 #[derive(Default)]
 struct Device {
-    /// Requests to refuse whatever they ask for.
+    /// Number of requests to refuse, whatever they ask for.
     refusals: AtomicUsize,
     missing: Mutex<BTreeSet<u16>>,
     requests: AtomicU16,
@@ -107,7 +90,7 @@ impl Bench {
         self.device.refusals.store(refusals, Ordering::SeqCst);
     }
 
-    /// As if the time had passed.
+    /// Makes the retries of all refused blocks due at once.
     fn make_retries_due(&mut self) {
         for refused in &mut self.group.refused {
             refused.retry_at = Instant::now();
@@ -119,7 +102,7 @@ impl Bench {
         self.group.replan_at = Some(Instant::now());
     }
 
-    /// Polls until what was refused has been asked for again, and once more.
+    /// Polls until all refused cells have been requested again, and once more.
     fn retry_all(&mut self) {
         self.make_retries_due();
         for _ in 0..=self.group.refused.len().div_ceil(MAX_RETRIES_PER_POLL) {

@@ -10,7 +10,7 @@ use serde::Deserialize;
 
 use crate::transport::{RawTransport, SerialSettings, Transport};
 
-/// Shortest poll period: what a device's CPU bears.
+/// Shortest poll period, milliseconds, which a device's CPU can bear.
 const MIN_POLL_MILLIS: u64 = 50;
 /// Longest poll period: a day.
 const MAX_POLL_MILLIS: u64 = 86_400_000;
@@ -62,7 +62,7 @@ pub struct Settings {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct PollGroup {
-    /// Period, milliseconds.
+    /// Polling period of the group, milliseconds.
     #[schemars(range(min = 50, max = 86_400_000))]
     poll_millis: u64,
 }
@@ -96,7 +96,7 @@ impl Settings {
     /// Checks all of it.
     ///
     /// # Errors
-    /// [`Error::settings`] with each fault and what is allowed.
+    /// [`Error::settings`] with each fault and the allowed range.
     pub(crate) fn parse(self) -> Result<Config, Error> {
         let mut faults = SettingsFaults::default();
         let raw =

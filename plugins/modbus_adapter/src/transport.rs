@@ -13,8 +13,8 @@ use serde::Deserialize;
 const PORT: u16 = 502;
 /// Port of Modbus/TCP Security (its specification V21, 5).
 const SECURE_PORT: u16 = 802;
-/// Units of a serial line: 0 is for broadcasts, which nobody answers
-/// (Modbus over Serial Line V1.02, 2.2).
+/// Unit ids of a serial line; 0 is for broadcasts, which have no answer (Modbus over Serial Line
+/// V1.02, 2.2).
 const SERIAL_UNITS: RangeInclusive<u8> = 1..=247;
 /// Slowest and fastest line, bits a second.
 const BAUD_RATES: RangeInclusive<u32> = 300..=4_000_000;
@@ -32,7 +32,7 @@ pub(crate) struct SerialSettings {
     /// Absolute path of the device file, such as `/dev/ttyUSB0`.
     #[schemars(length(min = 1))]
     device: PathBuf,
-    /// Bits a second.
+    /// Baud rate of the serial line, bits per second.
     #[serde(default = "default_baud_rate")]
     #[schemars(range(min = 300, max = 4_000_000))]
     baud_rate: u32,
@@ -40,7 +40,7 @@ pub(crate) struct SerialSettings {
     #[serde(default = "default_data_bits")]
     #[schemars(range(min = 8, max = 8))]
     data_bits: u8,
-    /// The parity bit.
+    /// Parity bit of each character.
     #[serde(default)]
     parity: Parity,
     /// Stop bits: 1 or 2; without it 1, or 2 where there is no parity.
@@ -48,16 +48,16 @@ pub(crate) struct SerialSettings {
     stop_bits: Option<u8>,
 }
 
-/// The parity bit.
+/// Parity bit of a character on a serial line.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Parity {
-    /// What the standard asks devices to begin with.
+    /// Even parity, the default of the Modbus standard.
     #[default]
     Even,
-    /// Odd.
+    /// Odd parity, a bit in each character.
     Odd,
-    /// None.
+    /// No parity bit; then two stop bits are the default.
     None,
 }
 
@@ -181,13 +181,13 @@ impl fmt::Display for Transport {
 }
 
 impl SerialLine {
-    /// Returns the time that so many bytes take on the line.
+    /// Returns the transmission time of a number of bytes on the line.
     pub(crate) fn transmission(&self, bytes: u32) -> Duration {
         Duration::from_secs(1) * (bytes * CHARACTER_BITS) / self.baud_rate
     }
 
-    /// The silence that ends a frame: three and a half characters
-    /// (Modbus over Serial Line V1.02, 2.5.1.1).
+    /// Returns the silence that ends a frame: three and a half characters (Modbus over Serial Line
+    /// V1.02, 2.5.1.1).
     pub(crate) fn silence(&self) -> Duration {
         (self.transmission(7) / 2).max(MIN_SILENCE)
     }

@@ -43,7 +43,8 @@ impl Units {
         self.silent.get(&unit).is_some_and(|silence| now < silence.retry_at)
     }
 
-    /// A unit did not answer; whether it had before. It is left alone for a while.
+    /// Notes that a unit did not answer, and leaves it alone for a while; true where it was not
+    /// silent before.
     pub(crate) fn note_silence(&mut self, unit: u8, now: Instant) -> bool {
         let count = self.silent.len();
         let new = || Silence { backoff: Backoff::new(self.delays), retry_at: now };
@@ -52,7 +53,7 @@ impl Units {
         self.silent.len() > count
     }
 
-    /// A unit answered; whether it had been silent, or out of reach.
+    /// Notes that a unit answered; true where it had been silent or out of reach.
     pub(crate) fn note_answer(&mut self, unit: u8) -> bool {
         self.silent.remove(&unit).is_some() | self.unreachable.remove(&unit)
     }
@@ -63,8 +64,8 @@ impl Units {
         self.unreachable.insert(unit)
     }
 
-    /// Counts an exception that says that a unit cannot answer now; the count, where that is
-    /// to be told: one, ten, a hundred and so on.
+    /// Counts an exception by which a unit cannot answer now. Returns the count where it is to be
+    /// logged: 1, 10, 100 and so on.
     pub(crate) fn count_exception(&mut self, unit: u8) -> Option<u64> {
         let count = self.exceptions.entry(unit).or_default();
         *count = count.saturating_add(1);
@@ -76,7 +77,7 @@ impl Units {
         self.silent.len() >= self.count
     }
 
-    /// The silent ones, for operators; none if all answer.
+    /// Lists the silent and unreachable units, for operators; none if all answer.
     pub(crate) fn silent(&self) -> Option<String> {
         let silent = listed("no answer from", self.silent.keys());
         let unreachable = listed("the gateway does not reach", self.unreachable.iter());

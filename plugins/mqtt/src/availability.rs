@@ -1,4 +1,4 @@
-//! Availability of sources: the words by which a topic tells whether its source is there.
+//! Availability of sources, by the words that their topics carry.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -30,7 +30,7 @@ const MAX_SHOWN_CHARS: usize = 60;
 /// The greatest whole number that is read as one, exact as f64.
 const MAX_WHOLE: f64 = 9.0e15;
 
-/// A topic that tells whether the source of others is there.
+/// Availability topic, which reports whether the source of other topics is online.
 #[derive(Clone, Debug)]
 pub(crate) struct Availability {
     pub(crate) topic: String,
@@ -41,7 +41,7 @@ pub(crate) struct Availability {
     pub(crate) offline: BTreeSet<String>,
 }
 
-/// State of a source, as its topic tells it.
+/// State of a source as its availability topic reports it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum SourceState {
     There,
@@ -50,11 +50,11 @@ enum SourceState {
     Unknown,
 }
 
-/// A source whose availability is told by a topic.
+/// Source whose availability a topic reports.
 pub(crate) struct Guard {
     pub(crate) availability: Availability,
     pub(crate) is_gone: bool,
-    /// The unknown word that was told last.
+    /// Unknown word that was logged last.
     told: Option<String>,
     pub(crate) points: Vec<Range<usize>>,
 }
@@ -71,7 +71,7 @@ impl Guard {
         Self { availability: availability.clone(), is_gone: false, told: None, points: Vec::new() }
     }
 
-    /// Begins a connection: nobody has told yet who is there.
+    /// Begins a connection, in which the state of the source is not known yet.
     pub(crate) fn begin(&mut self) {
         (self.is_gone, self.told) = (false, None);
     }
@@ -127,8 +127,8 @@ impl Guard {
     }
 }
 
-/// The form in which words are compared: without case and blanks around them, whole numbers
-/// without a fraction.
+/// Normalizes a word for comparison: lower case, no blanks around it, whole numbers without a
+/// fraction.
 pub(crate) fn plain(word: &str) -> String {
     let word = word.trim().to_lowercase();
     match word.parse::<f64>() {
@@ -139,7 +139,7 @@ pub(crate) fn plain(word: &str) -> String {
     }
 }
 
-/// The word that a payload has, or in words what it has instead.
+/// Returns the word in a payload; otherwise a description of what it has instead.
 fn word_of(payload: &[u8], pointer: Option<&str>) -> Result<String, String> {
     let Some(pointer) = pointer else {
         let text = std::str::from_utf8(payload).map_err(|_| "what is not UTF-8".to_owned())?;

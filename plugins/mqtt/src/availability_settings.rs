@@ -1,4 +1,4 @@
-//! Availability of sources in the settings: topics, what they cover, and words.
+//! Availability settings: the topics of sources, the topics that they cover, and their words.
 
 use std::collections::BTreeSet;
 
@@ -12,11 +12,12 @@ use crate::names::{check_filter, check_pointer, check_topic};
 /// Words of one state of an availability.
 const MAX_STATE_WORDS: usize = 20;
 
-/// A topic, often a last will, that tells whether the source of others is there.
+/// Availability topic, often a last will, which reports whether the source of other topics is
+/// online.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct RawAvailability {
-    /// The topic.
+    /// Topic of the availability messages.
     topic: String,
     /// Filter of the topics of that source.
     covers: String,

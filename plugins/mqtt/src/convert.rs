@@ -1,4 +1,4 @@
-//! What a payload holds -> values and qualities of tags.
+//! Conversion of payload contents into values and qualities of tags.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use busbar_plugin_sdk::{DoublePoint, Quality, Reason, Value, ValueKind};
 
 use crate::payload_format::prefixed_hex_number;
 
-/// A value as a payload has it.
+/// Value as the payload encodes it, before its conversion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Raw<'a> {
     Float(f64),
@@ -16,7 +16,7 @@ pub(crate) enum Raw<'a> {
     Text(&'a str),
 }
 
-/// What becomes of a tag's values.
+/// Conversion of payload values into values of a tag.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Mapping {
     pub(crate) kind: ValueKind,
@@ -27,7 +27,7 @@ pub(crate) struct Mapping {
 }
 
 impl Mapping {
-    /// The value of the tag; nothing where it does not fit.
+    /// Converts a payload value to the value of the tag; none where it does not fit.
     pub(crate) fn value_of(&self, raw: Raw<'_>) -> Option<Value> {
         if !self.values.is_empty()
             && let Some(value) = self.by_text(raw)
@@ -68,7 +68,7 @@ impl Mapping {
     }
 }
 
-/// A number without a fraction, where an i64 can hold it.
+/// Converts a number without a fraction to an integer, where an i64 can hold it.
 fn whole(value: f64) -> Option<i64> {
     // Both limits are exact as f64; the upper one is the first that does not fit.
     const LIMIT: f64 = 9_223_372_036_854_775_808.0;
@@ -86,7 +86,7 @@ pub(crate) fn quality_of_code(code: i64) -> Quality {
     }
 }
 
-/// What a payload holds, in messages.
+/// Names the type of a payload value, for messages.
 pub(crate) fn name_of(raw: Raw<'_>) -> &'static str {
     match raw {
         Raw::Float(_) => "a number with a fraction",

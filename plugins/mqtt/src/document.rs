@@ -24,7 +24,7 @@ pub(crate) enum Content<'a> {
     Value(Raw<'a>),
     /// JSON `null`: there is no value.
     Null,
-    /// No value can be read, and what is there instead.
+    /// Unreadable value, with a description of what is there instead.
     Unusable(Cow<'static, str>),
 }
 
@@ -43,7 +43,7 @@ impl<'a> Document<'a> {
         Self { bytes, json: None }
     }
 
-    /// Tells whether something was looked for in it, and it is no JSON.
+    /// Reports whether a lookup found that the document is no JSON.
     pub(crate) fn is_broken(&self) -> bool {
         self.json == Some(None)
     }
@@ -64,7 +64,7 @@ impl<'a> Document<'a> {
         time.map_or(DocumentTime::Unusable, DocumentTime::At)
     }
 
-    /// Shows, in words, where a time was promised what is there instead.
+    /// Describes what stands in place of the source time.
     pub(crate) fn show_time(&mut self, pointers: &Pointers, unit: Option<TimeUnit>) -> String {
         let pointer = pointers.time.as_deref().unwrap_or_default();
         match self.at(pointer) {
@@ -73,7 +73,7 @@ impl<'a> Document<'a> {
         }
     }
 
-    /// Reads the value's quality; one that nobody can read is no good sign.
+    /// Reads the quality of the value; an unreadable one is uncertain.
     pub(crate) fn quality(
         &mut self,
         pointers: &Pointers,
@@ -129,7 +129,7 @@ fn read_hex(text: &str) -> Result<Raw<'static>, Cow<'static, str>> {
     hex_number(text).map(Raw::Int).ok_or_else(|| "no hexadecimal number of 64 bits".into())
 }
 
-/// The content of a value of JSON as it is.
+/// Converts a JSON value to the content of a message.
 fn plain_content(json: &Json) -> Content<'_> {
     match json {
         Json::Null => Content::Null,

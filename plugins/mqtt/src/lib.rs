@@ -7,7 +7,6 @@
 mod availability;
 mod availability_settings;
 mod convert;
-mod desk;
 mod document;
 mod line_budget;
 mod link;
@@ -15,6 +14,7 @@ mod link;
 mod message_matrix;
 mod names;
 mod payload_format;
+mod point_states;
 mod points;
 pub mod probe;
 mod session;
@@ -40,11 +40,11 @@ use crate::settings::Config;
 pub use crate::settings::Settings;
 use crate::subscriber::{Plan, Subscriber};
 
-/// The plugin.
+/// MQTT and Sparkplug B plugin, a client of one cluster of brokers.
 pub struct Mqtt {
     config: Config,
     host: Host,
-    /// Serves the cluster; dropped to end that.
+    /// Thread that serves the cluster; dropped to end the connection.
     worker: Option<Worker>,
 }
 
@@ -108,7 +108,7 @@ impl Mqtt {
     }
 }
 
-/// An id that no other client of a broker has.
+/// Creates a random client id, unique among the clients of a broker.
 fn random_id() -> String {
     format!("busbar{:016x}", fastrand::u64(..))
 }

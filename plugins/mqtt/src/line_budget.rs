@@ -23,7 +23,7 @@ impl Default for LineBudget {
 }
 
 impl LineBudget {
-    /// Moves time on.
+    /// Refills the token bucket up to this time.
     pub(crate) fn advance(&mut self, now: Instant) {
         let since = *self.refilled.get_or_insert(now);
         let spans = now.saturating_duration_since(since).as_secs() / REFILL.as_secs();

@@ -18,10 +18,10 @@ use crate::subscriber::Subscriber;
 
 /// Bytes that are read at once.
 const CHUNK_BYTES: usize = 256 * 1024;
-/// A connection that held so long deserves a quick second try.
+/// Duration of a connection after which the first reconnection attempt is quick.
 const STABLE_AFTER: Duration = Duration::from_secs(10);
 
-/// Why a connection ended, or was not made.
+/// Reason for which a connection ended or was not made.
 #[derive(Debug, ThisError)]
 enum LinkFault {
     #[error("{0}")]
@@ -36,19 +36,19 @@ enum LinkFault {
     Lost(String),
 }
 
-/// What connections have of the world around them; simulated time has its own.
+/// Surroundings of a connection: dialer and wall clock, replaced in simulations.
 #[derive(Clone)]
 pub(crate) struct World {
     pub(crate) dial: Arc<dyn Dial>,
     pub(crate) wall_clock: fn() -> SystemTime,
 }
 
-/// The event loop's time.
+/// Returns the event loop's time.
 pub(crate) fn now() -> Instant {
     tokio::time::Instant::now().into_std()
 }
 
-/// Serves a cluster.
+/// Connection loop that serves a cluster.
 pub(crate) struct Link {
     pub(crate) subscriber: Subscriber,
     pub(crate) config: Config,
@@ -59,8 +59,8 @@ pub(crate) struct Link {
 impl Link {
     /// Serves for ever; drop the future to end it.
     ///
-    /// A broker that was lost is followed by the next at once: only when each was tried since
-    /// then does a delay begin.
+    /// A lost broker is followed by the next at once. The delay begins only when each was tried
+    /// since then.
     pub(crate) async fn run(mut self) -> Infallible {
         let brokers = self.config.brokers.clone();
         let mut backoff = Backoff::new(self.config.reconnect);
@@ -125,7 +125,7 @@ impl Link {
         }
     }
 
-    /// Does what is due, and reads what came.
+    /// Processes received bytes, deadlines and requests that are due.
     fn advance(&mut self, session: &mut Session) -> Result<(), LinkFault> {
         let now = now();
         let subscriber = &mut self.subscriber;
@@ -139,7 +139,7 @@ impl Link {
         Ok(())
     }
 
-    /// Tells edge nodes that their primary host is there, where the settings want it
+    /// Publishes the birth of the primary host to edge nodes, where the settings name one
     /// (Sparkplug 3.0, 5.14).
     fn announce(&self, session: &mut Session, parameters: &Parameters) -> Result<(), LinkFault> {
         if let Some(Announcement { topic, payload }) = &parameters.will {

@@ -46,9 +46,9 @@ pub(crate) enum ByteOrder {
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum BytesForm {
-    /// As they are.
+    /// Raw bytes, without an encoding.
     Raw,
-    /// As text of two hexadecimal digits each.
+    /// Hexadecimal text, two digits for each byte.
     Hex,
 }
 
@@ -100,7 +100,7 @@ impl NumberType {
 }
 
 impl RawFormat {
-    /// Tells whether an address says nothing of it.
+    /// Reports whether an address has no field of the format.
     pub(crate) fn is_empty(&self) -> bool {
         self.format.is_none() && !self.has_details()
     }

@@ -28,14 +28,14 @@ pub(crate) struct Point {
     pub(crate) mapping: Mapping,
 }
 
-/// Where the value of a point is.
+/// Source of a point's value: a topic or a Sparkplug metric.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Place {
     Topic { topic: String, pointers: Pointers },
     Metric(MetricPlace),
 }
 
-/// A metric of Sparkplug B; without a device it is the edge node's own.
+/// Metric of Sparkplug B; without a device it is the edge node's own.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct MetricPlace {
     pub(crate) group: String,

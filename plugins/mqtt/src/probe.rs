@@ -18,10 +18,10 @@ pub struct ClientProbe {
 }
 
 impl ClientProbe {
-    /// A client that has just connected.
+    /// Creates a client that has just connected.
     ///
     /// # Errors
-    /// What the plugin would say of settings and addresses.
+    /// Faults of the settings and addresses.
     pub fn new(settings: Settings, tags: &[TagSpec], sink: SampleSink) -> Result<Self, Error> {
         let (config, now) = (settings.parse()?, Instant::now());
         let plan = Plan::new(points::parse(tags.iter())?, &config)?;
@@ -30,7 +30,7 @@ impl ClientProbe {
         Ok(Self { config, subscriber, now })
     }
 
-    /// Takes a message as the broker would bring it, and publishes what is in it.
+    /// Takes a message as from the broker, and publishes its values.
     pub fn message(&mut self, topic: &str, payload: &[u8], is_retained: bool) {
         let event = Event::Message { topic: topic.as_bytes(), payload, is_retained };
         self.subscriber.note(event, self.now);

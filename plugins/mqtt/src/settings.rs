@@ -21,9 +21,9 @@ const PLAIN_PORT: u16 = 1883;
 const TLS_PORT: u16 = 8883;
 /// Brokers of a cluster.
 const MAX_BROKERS: usize = 8;
-/// Filters and availability topics in the settings.
+/// Most topic filters, and most availability topics, in the settings.
 const MAX_FILTERS: usize = 1000;
-/// Words of quality.
+/// Most quality words in the settings.
 const MAX_QUALITIES: usize = 100;
 const MIN_KEEP_ALIVE_SECONDS: u16 = 2;
 const MAX_KEEP_ALIVE_SECONDS: u16 = 600;
@@ -47,7 +47,7 @@ pub struct Settings {
     #[serde(default)]
     #[schemars(length(max = 7))]
     cluster: Vec<RawEndpoint>,
-    /// Version of MQTT.
+    /// Version of the MQTT protocol.
     #[serde(default)]
     version: Version,
     /// Identifies this client to the broker, which ends an older connection of the same
@@ -55,11 +55,11 @@ pub struct Settings {
     #[serde(default)]
     #[schemars(length(min = 1, max = 65535))]
     client_id: Option<String>,
-    /// Name and password, by reference.
+    /// User name and password, by reference.
     #[serde(default)]
     login: Option<RawLogin>,
-    /// A broker that says nothing for so long is lost, seconds; it is asked after half of
-    /// that.
+    /// Longest silence of the broker, seconds, after which the connection is lost. The broker is
+    /// pinged after half of it.
     #[serde(default = "default_keep_alive")]
     #[schemars(range(min = 2, max = 600))]
     keep_alive_seconds: u16,
@@ -85,8 +85,7 @@ pub struct Settings {
     #[serde(default)]
     #[schemars(length(max = 1000))]
     availability: Vec<RawAvailability>,
-    /// Treatment of retained messages without a believable time of their own, whose age
-    /// nobody knows.
+    /// Treatment of retained messages without a believable time of their own, whose age is unknown.
     #[serde(default)]
     retained: Retained,
     /// Unit of source times that are counts since 1970, as numbers or, where it is set, as
@@ -98,13 +97,13 @@ pub struct Settings {
     #[serde(default)]
     #[schemars(length(max = 100))]
     qualities: BTreeMap<String, QualityWord>,
-    /// What the plugin may say to edge nodes.
+    /// Messages that the plugin may send to Sparkplug edge nodes.
     #[serde(default)]
     sparkplug: RawSparkplug,
     /// Delay between tries to connect.
     #[serde(default)]
     reconnect: ReconnectSettings,
-    /// Encrypts the connection.
+    /// Encryption of the connection by TLS; without it the connection is plain TCP.
     #[serde(default)]
     tls: Option<TlsSettings>,
 }
@@ -126,19 +125,19 @@ struct RawEndpoint {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct RawLogin {
-    /// The name.
+    /// User name for the broker, by reference.
     username: Secret,
-    /// The password.
+    /// Password for the broker, by reference.
     #[serde(default)]
     #[schemars(with = "Secret")]
     password: Option<Secret>,
 }
 
-/// What the plugin may say to edge nodes. Without it, it says nothing.
+/// Messages that the plugin may send to Sparkplug edge nodes; without any it only listens.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 struct RawSparkplug {
-    /// Whether edge nodes are asked to tell all of their metrics anew: a command, `Node
+    /// Permission to ask edge nodes for new birth certificates, by the command `Node
     /// Control/Rebirth`.
     request_rebirth: bool,
     /// Id of a primary host application as which the plugin announces itself, retained, so
@@ -147,16 +146,16 @@ struct RawSparkplug {
     primary_host: Option<String>,
 }
 
-/// What becomes of retained messages without a time of their own.
+/// Treatment of retained messages that have no believable source time of their own.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Retained {
-    /// Their values are uncertain (source time) until the next message.
+    /// Values of retained messages are uncertain (source time) until the next message.
     #[default]
     Uncertain,
-    /// They count as new.
+    /// Values of retained messages count as new.
     Good,
-    /// They are left out.
+    /// Retained messages are left out.
     Ignore,
 }
 
@@ -212,7 +211,7 @@ impl Settings {
     /// Checks all of it.
     ///
     /// # Errors
-    /// [`Error::settings`] with each fault and what is allowed.
+    /// [`Error::settings`] with each fault and the allowed range.
     pub(crate) fn parse(self) -> Result<Config, Error> {
         let mut faults = SettingsFaults::default();
         let default_port = if self.tls.is_some() { TLS_PORT } else { PLAIN_PORT };

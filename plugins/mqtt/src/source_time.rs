@@ -15,21 +15,21 @@ const MAX_SHOWN_CHARS: usize = 60;
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, PartialOrd, Ord)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum TimeUnit {
-    /// Seconds.
+    /// Seconds since 1970-01-01 UTC.
     S,
-    /// Milliseconds.
+    /// Milliseconds since 1970-01-01 UTC.
     #[default]
     Ms,
-    /// Microseconds.
+    /// Microseconds since 1970-01-01 UTC.
     Us,
-    /// Nanoseconds.
+    /// Nanoseconds since 1970-01-01 UTC.
     Ns,
 }
 
 impl TimeUnit {
     const ALL: [Self; 4] = [Self::S, Self::Ms, Self::Us, Self::Ns];
 
-    /// The word of the settings.
+    /// Returns the word of the settings for this unit.
     fn word(self) -> &'static str {
         match self {
             Self::S => "s",
@@ -48,7 +48,7 @@ impl TimeUnit {
         }
     }
 
-    /// The time of a count; `None` where none can be meant.
+    /// Converts a count to a time; `None` where no source can mean it.
     fn time_of(self, count: Count) -> Option<SystemTime> {
         let since = match count {
             Count::Whole(count) => {
@@ -70,9 +70,9 @@ enum Count {
     Fraction(f64),
 }
 
-/// Reads a time. Without a `unit` that the settings name, counts are milliseconds, and texts
-/// are no counts. `None` where it cannot be read, is none that a source can mean, or would
-/// be plausible as a count of another unit alone.
+/// Reads a source time. Without a `unit` in the settings, counts are milliseconds, and texts are no
+/// counts. Unreadable or impossible times are `None`, and so are counts that would be plausible in
+/// another unit alone.
 pub(crate) fn time_of(json: &Json, unit: Option<TimeUnit>) -> Option<SystemTime> {
     let Some(count) = count_of(json, unit) else {
         let Json::String(text) = json else { return None };
@@ -125,7 +125,7 @@ fn count_of_text(text: &str) -> Option<Count> {
     whole.or_else(|| text.parse().ok().map(Count::Fraction)).filter(|_| is_count)
 }
 
-/// The unit in which a count is a plausible time that it is not in `unit`.
+/// Returns another unit in which a count is a plausible time, where it is none in `unit`.
 fn better_unit(count: Count, unit: TimeUnit) -> Option<TimeUnit> {
     let is_plausible = |unit: TimeUnit| {
         let since = unit.time_of(count).and_then(|time| time.duration_since(UNIX_EPOCH).ok());
@@ -135,8 +135,8 @@ fn better_unit(count: Count, unit: TimeUnit) -> Option<TimeUnit> {
     if is_plausible(unit) { None } else { others.find(|other| is_plausible(*other)) }
 }
 
-/// Tells whether a source can mean a time: from 1970 on, and within what counts of
-/// nanoseconds reach (2262).
+/// Reports whether a source can mean a time: from 1970 to 2262, the range of nanoseconds in 63
+/// bits.
 pub(crate) fn is_possible(time: SystemTime) -> bool {
     let since = time.duration_since(UNIX_EPOCH);
     since.is_ok_and(|since| i64::try_from(since.as_nanos()).is_ok())

@@ -5,7 +5,7 @@ use std::time::{Instant, SystemTime};
 
 use busbar_plugin_sdk::{Error, Host, LinkState, LogLevel, Reason, SampleSink};
 
-use crate::desk::Desk;
+use crate::point_states::PointStates;
 use crate::points::{Place, Point};
 use crate::session::Event;
 use crate::settings::Config;
@@ -13,15 +13,15 @@ use crate::sparkplug::Fleet;
 use crate::sparkplug::payload::PayloadFault;
 use crate::topics::Topics;
 
-/// Filters of one connection.
+/// Most topic filters of one connection.
 const MAX_FILTERS: usize = 20_000;
 
-/// What a broker is to bring, and where it goes.
+/// Subscription plan: the topic filters and the points that their messages serve.
 pub(crate) struct Plan {
     topics: Topics,
     fleet: Fleet,
     points: Vec<Point>,
-    /// Those of the topics, then those of the fleet.
+    /// Topic filters of plain topics, then those of the edge nodes.
     filters: Vec<String>,
     topic_filters: usize,
 }
@@ -61,7 +61,7 @@ pub(crate) struct Subscriber {
     fleet: Fleet,
     filters: Vec<String>,
     topic_filters: usize,
-    desk: Desk,
+    point_states: PointStates,
     sink: SampleSink,
     /// The broker that is connected.
     broker: String,
@@ -72,8 +72,8 @@ impl Subscriber {
     pub(crate) fn new(plan: Plan, config: &Config, sink: SampleSink, host: Host) -> Self {
         let Plan { topics, fleet, points, filters, topic_filters } = plan;
         let broker = config.brokers.first().map(ToString::to_string).unwrap_or_default();
-        let desk = Desk::new(points, sink.clone(), host, broker.clone());
-        Self { topics, fleet, filters, topic_filters, desk, sink, broker, refused: 0 }
+        let point_states = PointStates::new(points, sink.clone(), host, broker.clone());
+        Self { topics, fleet, filters, topic_filters, point_states, sink, broker, refused: 0 }
     }
 
     pub(crate) fn filters(&self) -> &[String] {
@@ -82,8 +82,8 @@ impl Subscriber {
 
     /// Before the first connection.
     pub(crate) fn open(&mut self, config: &Config) {
-        self.desk.mark_all(Reason::NotConnected);
-        self.desk.flush();
+        self.point_states.mark_all(Reason::NotConnected);
+        self.point_states.flush();
         let brokers: Vec<_> = config.brokers.iter().map(ToString::to_string).collect();
         self.sink
             .report_link(LinkState::Connecting, &format!("{}: connecting", brokers.join(", ")));
@@ -91,17 +91,17 @@ impl Subscriber {
 
     /// Takes an event of the connection.
     pub(crate) fn note(&mut self, event: Event<'_>, now: Instant) {
-        self.desk.advance(now);
+        self.point_states.advance(now);
         match event {
             Event::Connected => {
-                self.desk.mark_all(Reason::NotConnected);
+                self.point_states.mark_all(Reason::NotConnected);
                 self.topics.begin();
                 self.fleet.begin();
             }
             Event::Message { topic, payload, is_retained } => {
                 // The codec ends the connection at any other topic (MQTT 3.1.1, 1.5.3).
                 let Ok(topic) = std::str::from_utf8(topic) else { return };
-                self.heed(topic, Ok(payload), is_retained, now);
+                self.handle(topic, Ok(payload), is_retained, now);
             }
             Event::Refused(index, why) => self.note_refused(index, why),
             Event::Subscribed => {
@@ -122,31 +122,31 @@ impl Subscriber {
                 self.sink.report_link(LinkState::Up, &format!("{text}{basis}"));
             }
             Event::TooLong { topic, bytes, is_retained } => {
-                self.desk.ignored.too_long += 1;
+                self.point_states.ignored.too_long += 1;
                 let text = format!(
                     "a message of {bytes} bytes on '{topic}' was left out: raise \
                      max_payload_bytes, or send less"
                 );
-                self.desk.tell(LogLevel::Warning, &text);
-                self.heed(topic, Err(PayloadFault::TooLong(bytes)), is_retained, now);
+                self.point_states.tell(LogLevel::Warning, &text);
+                self.handle(topic, Err(PayloadFault::TooLong(bytes)), is_retained, now);
             }
         }
     }
 
-    fn heed(
+    fn handle(
         &mut self,
         topic: &str,
         payload: Result<&[u8], PayloadFault>,
         is_retained: bool,
         now: Instant,
     ) {
-        let desk = &mut self.desk;
-        if !self.fleet.heed(topic, payload.clone(), is_retained, now, desk) {
-            self.topics.heed(topic, payload.ok(), is_retained, desk);
+        let point_states = &mut self.point_states;
+        if !self.fleet.handle(topic, payload.clone(), is_retained, now, point_states) {
+            self.topics.handle(topic, payload.ok(), is_retained, point_states);
         }
     }
 
-    /// The next message to send: topic and payload.
+    /// Returns the next message to send: topic and payload.
     pub(crate) fn next_request(
         &mut self,
         now: Instant,
@@ -155,28 +155,28 @@ impl Subscriber {
         self.fleet.next_request(now, wall_clock)
     }
 
-    /// When [`Subscriber::next_request`] has something to do.
+    /// Returns the time at which [`Subscriber::next_request`] has something to do.
     pub(crate) fn deadline(&self) -> Option<Instant> {
         self.fleet.deadline()
     }
 
-    /// Publishes what came.
+    /// Publishes all samples that have come.
     pub(crate) fn flush(&mut self) {
-        self.desk.flush();
+        self.point_states.flush();
     }
 
-    /// A connection to this broker is tried.
+    /// Begins an attempt to connect to this broker.
     pub(crate) fn begin(&mut self, broker: &str) {
         broker.clone_into(&mut self.broker);
         self.refused = 0;
-        self.desk.begin(broker.to_owned());
+        self.point_states.begin(broker.to_owned());
     }
 
-    /// The connection was lost, or could not be made.
+    /// Ends a connection that was lost or could not be made; all tags turn bad.
     pub(crate) fn end(&mut self, text: &str, is_last: bool) {
-        self.desk.mark_all(Reason::Communication);
-        self.desk.flush();
-        self.desk.log_ignored();
+        self.point_states.mark_all(Reason::Communication);
+        self.point_states.flush();
+        self.point_states.log_ignored();
         let state = if is_last { LinkState::Down } else { LinkState::Connecting };
         self.sink.report_link(state, &format!("{}: {text}", self.broker));
     }
@@ -184,13 +184,14 @@ impl Subscriber {
     fn note_refused(&mut self, index: usize, why: &str) {
         self.refused += 1;
         let Some(filter) = self.filters.get(index) else { return };
-        self.desk.tell(LogLevel::Error, &format!("topic filter '{filter}' is refused: {why}"));
+        self.point_states
+            .tell(LogLevel::Error, &format!("topic filter '{filter}' is refused: {why}"));
         if index < self.topic_filters {
             for points in self.topics.under(filter) {
-                self.desk.mark(points, Reason::Configuration);
+                self.point_states.mark(points, Reason::Configuration);
             }
         } else {
-            self.fleet.refuse(index - self.topic_filters, &mut self.desk);
+            self.fleet.refuse(index - self.topic_filters, &mut self.point_states);
         }
     }
 }

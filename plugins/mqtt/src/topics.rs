@@ -8,8 +8,8 @@ use rumqttc_v4::mqttbytes::{has_wildcards, matches};
 
 use crate::availability::Guard;
 use crate::convert::name_of;
-use crate::desk::{Desk, Stamp};
 use crate::document::{Content, Document, DocumentTime};
+use crate::point_states::{PointStates, Stamp};
 use crate::points::Pointers;
 use crate::settings::{Config, Retained};
 use crate::source_time::TimeUnit;
@@ -29,7 +29,7 @@ pub(crate) struct Topics {
 #[derive(Clone, Debug)]
 struct Topic {
     points: Range<usize>,
-    /// What tells whether its source is there.
+    /// Index of the availability guard of the topic's source.
     guard: Option<usize>,
 }
 
@@ -60,8 +60,8 @@ impl Topics {
         Self { by_name, pointers, guards, retained, qualities, time_unit }
     }
 
-    /// The filters to subscribe to, each once: those of the settings, and each topic that
-    /// they do not cover.
+    /// Returns the topic filters to subscribe to, each once: those of the settings, and each topic
+    /// that they do not cover.
     pub(crate) fn filters(&self, subscriptions: &[String]) -> Vec<String> {
         if self.by_name.is_empty() {
             return Vec::new();
@@ -81,39 +81,39 @@ impl Topics {
         subscriptions.iter().cloned().chain(alone).collect()
     }
 
-    /// The points that a filter would have brought.
+    /// Returns the points of all topics that a filter covers.
     pub(crate) fn under(&self, filter: &str) -> Vec<Range<usize>> {
         let topics = self.by_name.iter().filter(|(topic, _)| covers(filter, topic));
         topics.map(|(_, topic)| topic.points.clone()).collect()
     }
 
-    /// Tells whether the settings take retained values of unknown age for new.
+    /// Reports whether the settings treat retained values of unknown age as new.
     pub(crate) fn takes_retained_as_new(&self) -> bool {
         self.retained == Retained::Good && !self.by_name.is_empty()
     }
 
-    /// Begins a connection: nobody has told yet who is there.
+    /// Begins a connection, in which the state of all sources is not known yet.
     pub(crate) fn begin(&mut self) {
         self.guards.iter_mut().for_each(Guard::begin);
     }
 
     /// Takes a message; its payload is missing where it was too long.
-    pub(crate) fn heed(
+    pub(crate) fn handle(
         &mut self,
         topic: &str,
         payload: Option<&[u8]>,
         is_retained: bool,
-        desk: &mut Desk,
+        point_states: &mut PointStates,
     ) {
-        let is_told = self.heed_availability(topic, payload, desk);
+        let is_told = self.heed_availability(topic, payload, point_states);
         let Some(Topic { points, guard }) = self.by_name.get(topic).cloned() else {
-            desk.ignored.topics += u64::from(!is_told);
+            point_states.ignored.topics += u64::from(!is_told);
             return;
         };
         let is_gone = guard.and_then(|guard| self.guards.get(guard)).is_some_and(|g| g.is_gone);
         let Some(payload) = payload else {
             for index in points {
-                take_unusable(index, "a message that is too long", is_gone, desk);
+                take_unusable(index, "a message that is too long", is_gone, point_states);
             }
             return;
         };
@@ -123,7 +123,7 @@ impl Topics {
             let time = document.time(pointers, self.time_unit);
             let is_ageless = is_retained && !matches!(time, DocumentTime::At(_));
             if is_ageless && self.retained == Retained::Ignore {
-                desk.ignored.retained += 1;
+                point_states.ignored.retained += 1;
                 continue;
             }
             let mut stamp = Stamp {
@@ -138,7 +138,7 @@ impl Topics {
                 DocumentTime::At(time) => stamp.source_time = Some(time),
                 DocumentTime::Unusable => {
                     stamp.flags |= SampleFlags::TIME_UNUSABLE;
-                    desk.tell_time(index, || document.show_time(pointers, self.time_unit));
+                    point_states.tell_time(index, || document.show_time(pointers, self.time_unit));
                 }
                 // Only the settings can say that such a value is new.
                 DocumentTime::NotPromised if is_ageless && self.retained != Retained::Good => {
@@ -151,25 +151,30 @@ impl Topics {
                 stamp.flags |= SampleFlags::BUFFERED;
             }
             match document.content(pointers) {
-                Content::Value(raw) => match desk.value_of(index, raw) {
+                Content::Value(raw) => match point_states.value_of(index, raw) {
                     Some(Value::F64(number)) if !number.is_finite() => {
-                        take_unusable(index, "no finite number", is_gone, desk);
+                        take_unusable(index, "no finite number", is_gone, point_states);
                     }
-                    Some(value) => desk.take_value(index, value, stamp),
-                    None => take_unusable(index, name_of(raw), is_gone, desk),
+                    Some(value) => point_states.take_value(index, value, stamp),
+                    None => take_unusable(index, name_of(raw), is_gone, point_states),
                 },
-                Content::Null => desk.take_null(index, stamp),
-                Content::Unusable(what) => take_unusable(index, &what, is_gone, desk),
+                Content::Null => point_states.take_null(index, stamp),
+                Content::Unusable(what) => take_unusable(index, &what, is_gone, point_states),
             }
         }
         if document.is_broken() {
-            desk.ignored.malformed += 1;
+            point_states.ignored.malformed += 1;
         }
     }
 
-    /// Tells whether a topic is one of availability; if so, takes what it tells. A state that
-    /// cannot be read is none in which the source is there.
-    fn heed_availability(&mut self, topic: &str, payload: Option<&[u8]>, desk: &mut Desk) -> bool {
+    /// Handles the message of an availability topic; false for other topics. A source whose state
+    /// cannot be read counts as offline.
+    fn heed_availability(
+        &mut self,
+        topic: &str,
+        payload: Option<&[u8]>,
+        point_states: &mut PointStates,
+    ) -> bool {
         let Some(guard) = self.guards.iter_mut().find(|guard| guard.availability.topic == topic)
         else {
             return false;
@@ -177,27 +182,27 @@ impl Topics {
         let notice = guard.take(payload);
         if !notice.is_there {
             for points in guard.points.clone() {
-                desk.mark(points, Reason::Communication);
+                point_states.mark(points, Reason::Communication);
             }
         }
         if let Some((is_warning, line)) = notice.line {
             let level = if is_warning { LogLevel::Warning } else { LogLevel::Info };
-            desk.tell(level, &line);
+            point_states.tell(level, &line);
         }
         true
     }
 }
 
-/// Takes a sign that something came of which no value can be read.
-fn take_unusable(index: usize, what: &str, is_gone: bool, desk: &mut Desk) {
+/// Publishes an unusable value, or a bad one where the source is offline.
+fn take_unusable(index: usize, what: &str, is_gone: bool, point_states: &mut PointStates) {
     if is_gone {
-        desk.mark(index..index + 1, Reason::Communication);
+        point_states.mark(index..index + 1, Reason::Communication);
     } else {
-        desk.take_unusable(index, what);
+        point_states.take_unusable(index, what);
     }
 }
 
-/// Tells whether a filter brings a topic (MQTT 3.1.1, 4.7).
+/// Reports whether a filter matches a topic (MQTT 3.1.1, 4.7).
 fn covers(filter: &str, topic: &str) -> bool {
     // Most filters of a site differ from most of its topics before their first wildcard.
     let literal = filter.find(['+', '#']).map_or(filter, |first| &filter[..first]);

@@ -28,9 +28,9 @@ use crate::guard::{Guarded, LastWords, MAX_CHUNK_BYTES};
 use crate::security::Own;
 use crate::url::Url;
 
-/// Chunks of one message.
+/// Most chunks of one message.
 const MAX_CHUNKS: usize = 256;
-/// Bytes of one message, elements of one array, bytes of one text.
+/// Size limits: bytes of one message, elements of one array, bytes of one text.
 const MAX_MESSAGE_BYTES: usize = 16 * 1024 * 1024;
 const MAX_ARRAY: usize = 200_000;
 const MAX_STRING_BYTES: usize = 1024 * 1024;
@@ -38,15 +38,15 @@ const MAX_STRING_BYTES: usize = 1024 * 1024;
 type Stream = Guarded<Box<dyn ByteStream>>;
 type Wire = StreamTransport<ReadHalf<Stream>, WriteHalf<Stream>>;
 
-/// Calls services.
+/// Client of one secure channel, which calls the server's services.
 pub(crate) struct Client {
     channel: AsyncSecureChannel,
     state: Arc<SecureChannelState>,
     /// Deadline of a service.
     limit: Duration,
-    /// Of the session, once there is one.
+    /// Authentication token of the session, once there is one.
     token: RefCell<NodeId>,
-    /// The keys whose time is counted from our own clock.
+    /// Id of the security token whose lifetime is counted from our own clock.
     anchored: Cell<u32>,
 }
 
@@ -57,7 +57,7 @@ pub(crate) struct Driver {
 }
 
 impl Driver {
-    /// Runs while work goes on; the end of the channel ends the work.
+    /// Runs the channel until the work is done; the end of the channel ends the work.
     pub(crate) async fn during<T>(
         &mut self,
         work: impl Future<Output = Result<T, Fault>>,
@@ -80,17 +80,17 @@ impl Driver {
     }
 }
 
-/// What a channel needs.
+/// Parameters of a secure channel that is to be opened.
 pub(crate) struct Opening<'a> {
     pub(crate) dial: &'a dyn Dial,
     pub(crate) server: &'a Url,
     pub(crate) endpoint: EndpointDescription,
     pub(crate) own: Option<&'a Own>,
-    /// Deadline of connecting.
+    /// Deadline of the connection attempt.
     pub(crate) connect: Duration,
-    /// Deadline of a service.
+    /// Deadline of each service call.
     pub(crate) service: Duration,
-    /// How long keys are asked to hold.
+    /// Lifetime of the channel's keys that the server is asked for.
     pub(crate) lifetime: Duration,
 }
 
@@ -127,7 +127,8 @@ impl Opening<'_> {
             Err(_) => return Err(Fault::NoAnswer(self.connect)),
             Ok(Ok(events)) => events,
             Ok(Err(error)) => {
-                let of_library = || Fault::of("opening a secure channel", &error, self.connect);
+                let of_library =
+                    || Fault::from_library("opening a secure channel", &error, self.connect);
                 return Err(words.take().map_or_else(of_library, Fault::Lost));
             }
         };
@@ -145,7 +146,7 @@ impl Opening<'_> {
     }
 }
 
-/// What is taken of a server's bytes at most.
+/// Returns the decoding limits for messages from a server.
 pub(crate) fn decoding() -> DecodingOptions {
     DecodingOptions {
         max_message_size: MAX_MESSAGE_BYTES,
@@ -158,7 +159,7 @@ pub(crate) fn decoding() -> DecodingOptions {
 }
 
 impl Client {
-    /// The header of a request, with a deadline.
+    /// Returns a request header with a deadline.
     pub(crate) fn header(&self, limit: Duration) -> RequestHeader {
         RequestHeader {
             authentication_token: self.token.borrow().clone(),
@@ -188,11 +189,11 @@ impl Client {
     ) -> Result<ResponseMessage, Fault> {
         let answer = self.channel.send(request, limit).await;
         self.anchor();
-        let answer = answer.map_err(|error| Fault::of(what, &error, limit))?;
+        let answer = answer.map_err(|error| Fault::from_library(what, &error, limit))?;
         let status = answer.response_header().service_result;
         if status.is_bad() || matches!(answer, ResponseMessage::ServiceFault(_)) {
             let error = LibraryError::new(status, "the server refused");
-            return Err(match Fault::of(what, &error, limit) {
+            return Err(match Fault::from_library(what, &error, limit) {
                 Fault::Library(what, _) => Fault::Refused { what, status },
                 fault => fault,
             });
@@ -219,7 +220,7 @@ impl Client {
     }
 }
 
-/// The answer of a service as what it must be.
+/// Calls a service and returns its answer in the expected type.
 macro_rules! answer {
     ($client:expr, $what:literal, $variant:ident, $request:expr) => {
         answer!($client, $what, $variant, $request, $client.limit())

@@ -5,13 +5,13 @@ use std::time::{Instant, SystemTime};
 use async_opcua::types::{StatusCode, Variant};
 use busbar_plugin_sdk::{LogLevel, Quality, Reason, Sample, SampleFlags};
 
-use crate::board::Board;
 use crate::conditions::Told;
 use crate::convert::{origin_of, quality_of, source_time_of};
 use crate::fault::in_words;
+use crate::point_states::PointStates;
 
-impl Board {
-    /// Takes what an event says of a condition.
+impl PointStates {
+    /// Publishes the states of a condition that an event reports.
     pub(crate) fn take_event(
         &mut self,
         condition: usize,
@@ -46,8 +46,8 @@ impl Board {
         self.told_conditions[condition] = true;
     }
 
-    /// The server is asked for all conditions of interest: what was told of them before is
-    /// suspect until it is told anew.
+    /// Begins a refresh: the values of all conditions are suspect until an event reports them
+    /// again.
     pub(crate) fn begin_refresh(&mut self) {
         self.told_conditions.fill(false);
         for condition in 0..self.points.conditions.len() {
@@ -57,8 +57,8 @@ impl Board {
         }
     }
 
-    /// All conditions of interest were told: those that were not are neither active nor to
-    /// be acknowledged, where they are `known`. Of their other fields nobody knows.
+    /// Ends a refresh. Conditions without an event are neither active nor to be acknowledged, where
+    /// they are `known`; their other fields are unknown.
     pub(crate) fn end_refresh(&mut self, known: &[bool], now: Instant, wall: SystemTime) {
         for condition in 0..self.points.conditions.len() {
             if self.told_conditions[condition] {
@@ -81,7 +81,7 @@ impl Board {
         }
     }
 
-    /// All conditions live: their events come by one subscription, and none is missing.
+    /// Confirms the values of all conditions: their subscription is alive, and no event is missing.
     pub(crate) fn confirm_conditions(&mut self, now: Instant, wall: SystemTime) {
         for condition in 0..self.points.conditions.len() {
             for place in 0..self.points.conditions[condition].points.len() {
@@ -92,7 +92,7 @@ impl Board {
         }
     }
 
-    /// The server does not tell of conditions.
+    /// Marks all points of conditions bad, because the server reports no events.
     pub(crate) fn refuse_conditions(&mut self, what: &str, status: StatusCode) {
         for condition in 0..self.points.conditions.len() {
             for (index, _) in self.points.conditions[condition].points.clone() {
@@ -105,8 +105,8 @@ impl Board {
         self.flush();
     }
 
-    /// A condition has no node, and no event may ever name it; or its address means another
-    /// one than before.
+    /// Marks the points of a condition bad that has no node, or whose address means another node
+    /// than before.
     pub(crate) fn miss_condition(&mut self, condition: usize, why: &str) {
         let (node, points) = {
             let condition = &self.points.conditions[condition];

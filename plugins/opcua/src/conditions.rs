@@ -1,4 +1,4 @@
-//! Alarm conditions (OPC 10000-9) as tags: what their events say.
+//! Alarm conditions (OPC 10000-9) as tags, from the fields of their events.
 
 use async_opcua::types::{
     AttributeId, CallMethodRequest, CallRequest, DataValue, EventFilter, ExtensionObject,
@@ -27,7 +27,7 @@ const ACKNOWLEDGEABLE_CONDITION_TYPE: u32 = 2881;
 const ALARM_CONDITION_TYPE: u32 = 2915;
 const CONDITION_REFRESH: u32 = 3875;
 const UNSHELVED: u32 = 2930;
-/// What each event is asked for before the fields of tags.
+/// Event fields that are selected before those of tags.
 const HEAD: [(u32, &[&str]); 5] = [
     (BASE_EVENT_TYPE, &["EventType"]),
     (BASE_EVENT_TYPE, &["Time"]),
@@ -36,7 +36,7 @@ const HEAD: [(u32, &[&str]); 5] = [
     (CONDITION_TYPE, &[]),
 ];
 
-/// What of a condition is a tag.
+/// State or field of an alarm condition that can be a tag.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 pub(crate) enum Field {
     EnabledState,
@@ -45,7 +45,7 @@ pub(crate) enum Field {
     ConfirmedState,
     SuppressedState,
     OutOfServiceState,
-    /// Whether it is shelved, for a time or for once.
+    /// Shelving of the condition, for a time or for once.
     ShelvingState,
     Retain,
     Severity,
@@ -63,7 +63,7 @@ const FIELDS: [(Field, u32, &[&str]); 9] = [
     (Field::Severity, BASE_EVENT_TYPE, &["Severity"]),
 ];
 
-/// What the mirror of alarms has beside those fields.
+/// Event fields that the alarm mirror reads beside [`FIELDS`].
 const TEXTS: [(u32, &[&str]); 4] = [
     (BASE_EVENT_TYPE, &["SourceName"]),
     (BASE_EVENT_TYPE, &["SourceNode"]),
@@ -75,14 +75,13 @@ const TEXTS: [(u32, &[&str]); 4] = [
 #[cfg(test)]
 pub(crate) const EVENT_FIELDS: usize = FIELDS.len() + TEXTS.len();
 
-/// Where a field stands among them.
+/// Returns the index of a field in [`FIELDS`].
 #[cfg(test)]
 pub(crate) fn place_of(field: Field) -> usize {
     FIELDS.iter().position(|(other, ..)| *other == field).unwrap_or(usize::MAX)
 }
 
-/// What an event says of a condition; the fields are in the order of [`FIELDS`] and
-/// [`TEXTS`].
+/// Content of a condition's event; the fields are in the order of [`FIELDS`] and [`TEXTS`].
 pub(crate) struct Told<'a> {
     pub(crate) time: &'a Variant,
     pub(crate) quality: &'a Variant,
@@ -90,12 +89,12 @@ pub(crate) struct Told<'a> {
 }
 
 impl Told<'_> {
-    /// A field's value; none where the condition has no such state.
+    /// Returns a field's value; none where the condition has no such state.
     pub(crate) fn value(&self, field: Field, kind: ValueKind) -> Option<Value> {
         field.value(kind, self.fields)
     }
 
-    /// Whether a state is so; none where the condition has no such state.
+    /// Returns whether a state holds; none where the condition has no such state.
     pub(crate) fn is(&self, field: Field) -> Option<bool> {
         match self.value(field, ValueKind::Bool)? {
             Value::Bool(value) => Some(value),
@@ -126,22 +125,22 @@ impl Told<'_> {
 
 /// An event that concerns conditions.
 pub(crate) enum Event<'a> {
-    /// A condition is so now; the fields are in the order of [`FIELDS`].
+    /// State of a condition; the fields are in the order of [`FIELDS`].
     State { condition: &'a NodeId, told: Told<'a> },
-    /// All conditions that are of interest are told from here on.
+    /// Start of a refresh, which reports all conditions of interest.
     RefreshStart,
-    /// All conditions that are of interest have been told.
+    /// End of a refresh: all conditions of interest have been reported.
     RefreshEnd,
     /// Events may be missing: the conditions are to be asked for again.
     RefreshRequired,
     /// No condition's event, or that of a branch.
     Other,
-    /// Fields that are not those which were asked for: nobody knows of which condition.
+    /// Event with other fields than were selected, so of an unknown condition.
     Unreadable,
 }
 
 impl Field {
-    /// Whether it can be a tag of this kind.
+    /// Reports whether the field can be a tag of this kind.
     pub(crate) fn suits(self, kind: ValueKind) -> bool {
         match self {
             Self::Severity => matches!(kind, ValueKind::I64 | ValueKind::F64),
@@ -149,7 +148,7 @@ impl Field {
         }
     }
 
-    /// The value in an event's fields; none where the condition has no such state.
+    /// Returns the value in an event's fields; none where the condition has no such state.
     pub(crate) fn value(self, kind: ValueKind, fields: &[Variant]) -> Option<Value> {
         let place = FIELDS.iter().position(|(field, ..)| *field == self)?;
         Some(match (self, fields.get(place)?) {
@@ -166,9 +165,8 @@ impl Field {
         })
     }
 
-    /// What a condition is in that a server does not report, because it is of no interest
-    /// (OPC 10000-9, 5.5.7): neither active nor to be acknowledged. Of the rest nobody
-    /// knows.
+    /// Returns the state of a condition that the server no longer reports (OPC 10000-9, 5.5.7):
+    /// neither active nor to be acknowledged. All other fields are unknown.
     pub(crate) fn of_no_interest(self) -> Option<Value> {
         match self {
             Self::ActiveState | Self::Retain => Some(Value::Bool(false)),
@@ -178,7 +176,7 @@ impl Field {
     }
 }
 
-/// Reads an event.
+/// Classifies an event by its fields.
 pub(crate) fn read_event(fields: &[Variant]) -> Event<'_> {
     let Some(([kind, time, quality, branch, condition], fields)) = fields.split_first_chunk()
     else {
@@ -203,13 +201,13 @@ pub(crate) fn read_event(fields: &[Variant]) -> Event<'_> {
     }
 }
 
-/// Whether an event tells of a former state that somebody has yet to see to, not of how the
-/// condition is now (OPC 10000-9, 5.5.2.1).
+/// Reports whether an event is of a branch: a former state that awaits action, not the condition's
+/// current one (OPC 10000-9, 5.5.2.1).
 fn is_branch(branch: &Variant) -> bool {
     matches!(branch, Variant::NodeId(branch) if !branch.is_null())
 }
 
-/// The item that reports all events of a server.
+/// Returns the monitored item that reports all events of a server.
 pub(crate) fn events_item() -> MonitoredItemCreateRequest {
     let operand = |kind: u32, path: &[&str]| SimpleAttributeOperand {
         type_definition_id: NodeId::new(0, kind),
@@ -261,7 +259,7 @@ pub(crate) async fn refresh(client: &Client, subscription: u32) -> Result<(), Fa
     }
 }
 
-/// Which of these conditions have a node.
+/// Reads for each of these conditions whether the server has its node.
 pub(crate) async fn known(client: &Client, conditions: &[NodeId]) -> Result<Vec<bool>, Fault> {
     let node = |id: &NodeId| ReadValueId {
         node_id: id.clone(),

@@ -8,23 +8,23 @@ use busbar_plugin_sdk::{DoublePoint, Quality, Reason, SampleFlags, Value, ValueK
 use crate::points::Point;
 use crate::settings::SourceTime;
 
-/// The longest text that is looked at as a value, bytes.
+/// Longest text that is converted to a value, bytes.
 const MAX_TEXT_BYTES: usize = 256;
-/// What makes a status code: severity and sub-code (OPC 10000-4, 7.38.1).
+/// Bits of a status code that hold its severity and sub-code (OPC 10000-4, 7.38.1).
 const CODE_BITS: u32 = 0xFFFF_0000;
 /// Bits that only a historian's value has: calculated, interpolated, partial, with extra
 /// data, one of several (OPC 10000-4, 7.38.1; OPC 10000-11, 6.2).
 const HISTORIAN_BITS: u32 = 0x1F;
-/// From here on the integers of a float are no longer those of an i64.
+/// Smallest positive float beyond the range of an i64, 2^63.
 const I64_END: f64 = 9_223_372_036_854_775_808.0;
-/// 1601-01-01 before 1970-01-01, in ticks of 100 ns (OPC 10000-6, 5.2.2.5).
+/// Ticks of 100 ns from 1601-01-01 to 1970-01-01 (OPC 10000-6, 5.2.2.5).
 const TICKS_TO_1970: i64 = 116_444_736_000_000_000;
 const NANOS_PER_TICK: u64 = 100;
 
-/// The value of a tag.
+/// Converts a value of the server to the value of a tag.
 ///
 /// # Errors
-/// What does not fit, in words.
+/// The mismatch, in words.
 pub(crate) fn value_of(point: &Point, variant: &Variant) -> Result<Value, String> {
     let variant = match (variant, point.index) {
         (Variant::Array(array), Some(index)) => array.values.get(index).ok_or_else(|| {
@@ -77,7 +77,7 @@ pub(crate) fn value_of(point: &Point, variant: &Variant) -> Result<Value, String
     })
 }
 
-/// A state by the names of the tag's address.
+/// Looks up a state by the names in the tag's address.
 fn state_of(point: &Point, variant: &Variant) -> Result<Value, String> {
     let written = match (variant, text_of(variant)) {
         (_, Some(text)) => short(text).map(str::to_owned),
@@ -193,7 +193,7 @@ pub(crate) fn source_time_of(
     }
 }
 
-/// An instant; none where there is no time, or none that can be counted from 1970.
+/// Converts a time; none where it is unset or outside the range from 1970 on.
 pub(crate) fn time_of(time: &DateTime) -> Option<SystemTime> {
     let ticks = time.checked_ticks();
     // The last tick means a time without end.

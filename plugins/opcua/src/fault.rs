@@ -1,4 +1,4 @@
-//! Why there is no connection to a server, in words for operators.
+//! Connection faults, described for operators.
 
 use std::time::Duration;
 
@@ -6,10 +6,10 @@ use async_opcua::types::{Error as LibraryError, StatusCode};
 use busbar_link::ConnectError;
 use thiserror::Error;
 
-/// Longest text of a server that is repeated, characters.
+/// Longest server text that is repeated in a message, characters.
 const MAX_WORDS: usize = 200;
 
-/// Why a connection was not made, or ended.
+/// Reason for which a connection was not made, or ended.
 #[derive(Debug, Error)]
 pub(crate) enum Fault {
     #[error("{0}")]
@@ -59,8 +59,8 @@ impl Fault {
         .contains(status)
     }
 
-    /// What the library says of a service.
-    pub(crate) fn of(what: &'static str, error: &LibraryError, limit: Duration) -> Self {
+    /// Converts a library error of the service `what`, called with the deadline `limit`.
+    pub(crate) fn from_library(what: &'static str, error: &LibraryError, limit: Duration) -> Self {
         match error.status() {
             StatusCode::BadTimeout => Self::NoAnswer(limit),
             status @ (StatusCode::BadIdentityTokenRejected
@@ -80,7 +80,7 @@ impl Fault {
     }
 }
 
-/// A status code by its name, with the standard's sentence.
+/// Formats a status code by its name, with the standard's sentence.
 pub(crate) fn in_words(status: StatusCode) -> String {
     let code = status.sub_code();
     if StatusCode::from_category(code).is_good() && !status.is_good() {

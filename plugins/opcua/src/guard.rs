@@ -1,4 +1,5 @@
-//! What comes from a server in frames: nothing that no client has to buffer.
+//! Frame validation of a server's byte stream, so that no client buffers what is malformed or too
+//! large.
 
 use std::io;
 use std::pin::Pin;
@@ -11,28 +12,28 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 
 use crate::fault::in_words;
 
-/// Longest chunk that is taken, bytes: what servers are told in Hello (OPC 10000-6, 7.1.2.3).
+/// Longest chunk, bytes, as Hello announces it to servers (OPC 10000-6, 7.1.2.3).
 pub(crate) const MAX_CHUNK_BYTES: u32 = 65_536;
-/// Type, kind of chunk, size (OPC 10000-6, 7.1.2.2).
+/// Length of a header: type, kind of chunk, size (OPC 10000-6, 7.1.2.2), bytes.
 const HEADER_BYTES: usize = 8;
 /// Bytes of an error's body that are kept.
 const MAX_ERROR_BYTES: usize = 512;
-/// What a server may send.
+/// Message types that a server may send.
 const ERROR: &[u8; 3] = b"ERR";
 const TYPES: [&[u8; 3]; 5] = [b"ACK", ERROR, b"OPN", b"MSG", b"CLO"];
 
-/// Why bytes are no frames of a server.
+/// Reason for which bytes are no frames of a server.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub(crate) enum FrameFault {
-    /// Another protocol.
+    /// Unknown message type, so probably another protocol.
     #[error("what came is no OPC UA over TCP; is the port right?")]
     Type,
-    /// A size that nobody agreed to.
+    /// Chunk size outside the limits that were agreed.
     #[error("a chunk of {0} bytes, where 9 to {MAX_CHUNK_BYTES} are agreed")]
     Size(u32),
 }
 
-/// Follows the frames in a stream of bytes.
+/// Frame parser that follows a stream of bytes.
 #[derive(Debug, Default)]
 pub(crate) struct FrameGuard {
     header: [u8; HEADER_BYTES],
@@ -48,7 +49,7 @@ impl FrameGuard {
     /// Looks at the bytes that came next.
     ///
     /// # Errors
-    /// As soon as they can be no frame.
+    /// A frame fault, as soon as the bytes can be no frame.
     pub(crate) fn pass(&mut self, mut bytes: &[u8]) -> Result<(), FrameFault> {
         while let Some(&first) = bytes.first() {
             if self.left > 0 {
@@ -74,7 +75,7 @@ impl FrameGuard {
         Ok(())
     }
 
-    /// What the server says why it ends the connection.
+    /// Returns the server's reason for ending the connection, from its error message.
     fn refusal(&self) -> Option<String> {
         let (status, rest) = self.error.split_first_chunk()?;
         let status = in_words(StatusCode::from(u32::from_le_bytes(*status)));
@@ -82,7 +83,7 @@ impl FrameGuard {
         Some(format!("the server ended the connection: {status}: {}", text.trim()))
     }
 
-    /// The bytes that follow the header.
+    /// Checks a complete header; returns the number of bytes that follow it.
     fn check(&self) -> Result<usize, FrameFault> {
         let [a, b, c, _, size @ ..] = self.header;
         if !TYPES.contains(&&[a, b, c]) {
@@ -94,12 +95,12 @@ impl FrameGuard {
     }
 }
 
-/// Why a stream ended, for whoever is told of the end alone.
+/// Shared reason for the end of a stream, for callers that see only the end.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LastWords(Arc<Mutex<Option<String>>>);
 
 impl LastWords {
-    /// What was noted first.
+    /// Takes the reason that was noted first.
     pub(crate) fn take(&self) -> Option<String> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
@@ -112,7 +113,7 @@ impl LastWords {
 /// A stream whose incoming bytes are frames, or an error.
 #[derive(Debug)]
 pub(crate) struct Guarded<S> {
-    /// Nobody ever waits for the lock: it lets threads share what they may not use at once.
+    /// Stream behind a lock that is never contended: it only makes the type shareable.
     stream: Mutex<S>,
     guard: FrameGuard,
     words: LastWords,

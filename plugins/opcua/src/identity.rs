@@ -1,4 +1,4 @@
-//! Who reads, as servers are told it (OPC 10000-4, 7.40).
+//! User identity tokens by which servers learn who reads (OPC 10000-4, 7.40).
 
 use async_opcua::crypto::{SecurityPolicy, create_signature_data, legacy_encrypt_secret};
 use async_opcua::types::{
@@ -11,8 +11,8 @@ use crate::fault::Fault;
 use crate::security::{Own, Protection, leaf};
 use crate::settings::User;
 
-/// The token of a user and its signature, for a session on this endpoint whose server
-/// gave this nonce.
+/// Creates the token of a user and its signature, for a session on this endpoint with this server
+/// nonce.
 pub(crate) fn token(
     user: &User,
     endpoint: &EndpointDescription,
@@ -79,7 +79,7 @@ pub(crate) fn token(
     }
 }
 
-/// What protects a token: its own policy, or that of the channel.
+/// Returns the security policy that protects a token: its own, or that of the channel.
 fn effective(policy: &UserTokenPolicy, protection: Protection) -> SecurityPolicy {
     if policy.security_policy_uri.is_empty() {
         protection.policy
@@ -88,7 +88,7 @@ fn effective(policy: &UserTokenPolicy, protection: Protection) -> SecurityPolicy
     }
 }
 
-/// How the endpoint takes users of a type.
+/// Returns the endpoint's token policy for a type of user.
 fn policy_of<'a>(
     endpoint: &'a EndpointDescription,
     wanted: UserTokenType,

@@ -31,11 +31,11 @@ use crate::session;
 use crate::settings::Config;
 use crate::url::Url;
 
-/// Nodes that browsing begins at.
+/// Most nodes at which browsing begins.
 const MAX_ROOTS: usize = 64;
-/// How long all of it may take.
+/// Time limit of the whole import.
 const MAX_TIME: Duration = Duration::from_secs(600);
-/// How often the host hears that it goes on, and is asked whether to stop.
+/// Period of the progress reports to the host, which may then stop the import.
 const BEAT: Duration = Duration::from_millis(200);
 const USAGE: &str = "busbar import CONFIG --from INSTANCE [--out POINTS.csv|TAGS.json] -- [NODE...]: \
                      each NODE, such as nsu=urn:plc;s=Station, is browsed instead of the folder Objects";
@@ -43,7 +43,7 @@ const USAGE: &str = "busbar import CONFIG --from INSTANCE [--out POINTS.csv|TAGS
 /// Browses a server and writes the list.
 ///
 /// # Errors
-/// Those of the streams, and where the host asks to stop.
+/// Errors of the streams, or a cancellation by the host.
 pub(crate) fn run(
     config: &Config,
     arguments: &[&str],
@@ -102,7 +102,7 @@ fn tell(listing: &Listing, streams: &Streams<'_>) {
     }
 }
 
-/// The list of the first server that can be asked, or what is wrong with each.
+/// Lists the first server that answers; otherwise returns the fault of each.
 pub(crate) async fn of_any(
     world: &World,
     config: &Config,
@@ -159,5 +159,5 @@ async fn of_session(client: &Client, roots: &[NodeAddress]) -> Result<Listing, F
         starts.push(NodeId::from(ObjectId::ObjectsFolder));
     }
     let found = variables_below(&mut browser, &starts, begins_at_objects).await?;
-    list::of(found, &mut browser, &mut reader).await
+    list::list_variables(found, &mut browser, &mut reader).await
 }

@@ -4,7 +4,6 @@
 //! thread serves a server. It writes no value, and calls no method but the one that has a
 //! server tell its alarm conditions anew.
 
-mod board;
 mod client;
 mod condition_values;
 mod conditions;
@@ -17,6 +16,7 @@ mod link;
 mod mirror;
 mod namespaces;
 mod node;
+mod point_states;
 mod points;
 pub mod probe;
 mod security;
@@ -42,20 +42,20 @@ use busbar_plugin_sdk::{
 };
 use tokio::time::sleep;
 
-use crate::board::Board;
 use crate::link::{CLOSE_LIMIT, Link, World};
 use crate::mirror::Mirror;
+use crate::point_states::PointStates;
 use crate::points::Points;
 use crate::settings::Config;
 pub use crate::settings::Settings;
 
-/// The plugin.
+/// OPC UA plugin, a client of one server or of a redundant set.
 pub struct OpcUa {
     config: Config,
     host: Host,
     /// The server's alarms, where the settings ask for them.
     mirror: Option<Mirror>,
-    /// Serves the server; dropped to end that.
+    /// Thread that serves the server; dropped to end the connection.
     worker: Option<Worker>,
 }
 
@@ -92,11 +92,11 @@ impl Telemetry for OpcUa {
         let world = World { dial: Arc::new(TcpDial { tls: None }), wall_clock: SystemTime::now };
         self.worker = Some(Worker::start(&self.host, &name, move |running| {
             let (stop, stopped) = tokio::sync::watch::channel(false);
-            let board = Board::new(points, &config, sink.clone(), host.clone());
-            let board = Rc::new(RefCell::new(board.with_mirror(mirror.clone())));
+            let point_states = PointStates::new(points, &config, sink.clone(), host.clone());
+            let point_states = Rc::new(RefCell::new(point_states.with_mirror(mirror.clone())));
             let link = Link {
                 config,
-                board,
+                point_states,
                 sink,
                 host,
                 world,

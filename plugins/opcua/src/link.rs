@@ -12,20 +12,20 @@ use tokio::sync::watch;
 use tokio::task::LocalSet;
 use tokio::time::{sleep, timeout};
 
-use crate::board::Board;
 use crate::fault::Fault;
 use crate::namespaces::NamespaceMemory;
+use crate::point_states::PointStates;
 use crate::session;
 use crate::settings::Config;
 use crate::url::Url;
 use crate::watch::Watch;
 
-/// A session that held so long deserves a quick second try.
+/// Duration of a session after which the first reconnection attempt is quick.
 const STABLE_AFTER: Duration = Duration::from_secs(10);
-/// How long a goodbye may take.
+/// Deadline of closing a session.
 pub(crate) const CLOSE_LIMIT: Duration = Duration::from_millis(800);
 
-/// What sessions have of the world around them; tests have their own.
+/// Surroundings of a session: dialer and wall clock, replaced in tests.
 #[derive(Clone)]
 pub(crate) struct World {
     pub(crate) dial: Arc<dyn Dial>,
@@ -35,7 +35,7 @@ pub(crate) struct World {
 /// The way to the servers.
 pub(crate) struct Link {
     pub(crate) config: Config,
-    pub(crate) board: Rc<RefCell<Board>>,
+    pub(crate) point_states: Rc<RefCell<PointStates>>,
     pub(crate) sink: SampleSink,
     pub(crate) host: Host,
     pub(crate) world: World,
@@ -48,7 +48,7 @@ pub(crate) struct Link {
 impl Link {
     /// Serves until it is told to stop.
     pub(crate) async fn run(self) {
-        self.board.borrow_mut().lose(Reason::NotConnected);
+        self.point_states.borrow_mut().lose(Reason::NotConnected);
         let names: Vec<_> = self.config.servers.iter().map(Url::to_string).collect();
         let text = format!("{}: connecting", names.join(", "));
         self.sink.report_link(LinkState::Connecting, &text);
@@ -63,9 +63,9 @@ impl Link {
                 backoff.reset();
             }
             let delay = backoff.next_delay();
-            self.board.borrow_mut().lose(Reason::Communication);
+            self.point_states.borrow_mut().lose(Reason::Communication);
             let text = format!("{server}: {fault}; next try in {:.1} s", delay.as_secs_f64());
-            self.board.borrow().tell_mirror(&text);
+            self.point_states.borrow().tell_mirror(&text);
             self.sink.report_link(LinkState::Down, &text);
             if self.stopped_within(delay).await {
                 return;
@@ -77,11 +77,12 @@ impl Link {
     pub(crate) async fn serve_once(&self) -> String {
         let Some(server) = self.config.servers.first() else { return String::new() };
         let Err(fault) = self.serve_guarded(server).await;
-        self.board.borrow_mut().lose(Reason::Communication);
+        self.point_states.borrow_mut().lose(Reason::Communication);
         fault.to_string()
     }
 
-    /// A panic of the library at what a server sent ends the session alone.
+    /// Serves one connection; a panic of the library over a server's message ends the session
+    /// alone.
     async fn serve_guarded(&self, server: &Url) -> Result<Infallible, Fault> {
         let tasks = LocalSet::new();
         tasks.run_until(CatchPanic(Box::pin(self.serve(server)))).await
@@ -96,13 +97,13 @@ impl Link {
         };
         let client = Rc::new(client);
         let work = async {
-            let (config, board) = (self.config.clone(), Rc::clone(&self.board));
+            let (config, point_states) = (self.config.clone(), Rc::clone(&self.point_states));
             // Tags wait for their values until these come.
-            board.borrow_mut().lose(Reason::NotConnected);
+            point_states.borrow_mut().lose(Reason::NotConnected);
             let watch = Watch::begin(
                 Rc::clone(&client),
                 config,
-                board,
+                point_states,
                 self.host.clone(),
                 self.world.wall_clock,
                 (server.text.as_str(), &self.namespaces),
@@ -135,7 +136,7 @@ impl Link {
         Err(fault)
     }
 
-    /// Waits; whether it was told to stop meanwhile.
+    /// Waits for a delay; reports whether a stop was requested meanwhile.
     async fn stopped_within(&self, delay: Duration) -> bool {
         let mut stop = self.stop.clone();
         tokio::select! {
@@ -157,7 +158,7 @@ impl<T, F: Future<Output = Result<T, Fault>>> Future for CatchPanic<F> {
         context: &mut std::task::Context<'_>,
     ) -> std::task::Poll<Self::Output> {
         let poll = std::panic::AssertUnwindSafe(|| self.0.as_mut().poll(context));
-        // What it held is dropped with it, and the board is emptied before the next session.
+        // What it held is dropped with it, and the point states are emptied before the next session.
         std::panic::catch_unwind(poll).unwrap_or(std::task::Poll::Ready(Err(Fault::Panic)))
     }
 }

@@ -1,7 +1,7 @@
-//! The alarms of a server as it has them, for the host to show (OPC 10000-9).
+//! Mirror of a server's alarm conditions, for the host to show (OPC 10000-9).
 //!
-//! Events tell of each condition; a refresh tells of all that are of interest, and what it
-//! leaves out is gone. What was known stays while the server is lost, with the reason.
+//! Events report single conditions; a refresh reports all that are of interest, and those that it
+//! leaves out are removed. Known conditions stay while the server is lost, with the reason.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -18,33 +18,33 @@ use crate::convert::{quality_of, time_of};
 
 /// Conditions that are kept; the most severe of them are reported.
 const MAX_KEPT: usize = 20_000;
-/// The most urgent severity (OPC 10000-5, 6.4.2).
+/// Highest severity of an event, the most urgent one (OPC 10000-5, 6.4.2).
 const MAX_SEVERITY: u16 = 1000;
-/// Bytes of why the server is lost.
+/// Longest reason for the loss of the server, bytes.
 const MAX_REASON_BYTES: usize = 512;
 
-/// What the server's thread knows, and the host asks for.
+/// Alarm state shared by the server's thread, which updates it, and the host, which polls it.
 #[derive(Clone)]
 pub(crate) struct Mirror(Arc<Mutex<State>>);
 
 struct State {
     revision: u64,
     heard: Option<Instant>,
-    /// Why the conditions are not current; none while they are.
+    /// Reason for which the conditions are not current; none while they are.
     fault: Option<String>,
     kept: BTreeMap<String, Kept>,
-    /// Whether all were told once: before that nothing is known, not that there is none.
+    /// True once a refresh was complete: before that the conditions are unknown, not absent.
     is_told: bool,
-    /// Grows with each refresh, and how many of those have not ended.
+    /// Number of the last refresh, and number of refreshes that have not ended.
     round: u64,
     open_rounds: u32,
-    /// What is left out, and why.
+    /// Reason for which conditions are left out; none where all are read.
     unreadable: Option<&'static str>,
 }
 
 struct Kept {
     alarm: SourceAlarm,
-    /// The round in which it was told last.
+    /// Number of the refresh round in which the condition was last reported.
     round: u64,
 }
 
@@ -68,19 +68,19 @@ impl Mirror {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What is known stays, and is not current any more.
+    /// Marks the known conditions as no longer current, for a reason.
     pub(crate) fn lose(&self, why: &str) {
         let mut state = self.state();
         state.fault = Some(line(why, MAX_REASON_BYTES));
         state.open_rounds = 0;
     }
 
-    /// The subscription of events lives.
+    /// Notes that the subscription of events is alive.
     pub(crate) fn confirm(&self) {
         self.state().heard = Some(Instant::now());
     }
 
-    /// The server is asked for all conditions of interest.
+    /// Begins a refresh, in which the server reports all conditions of interest.
     pub(crate) fn begin_refresh(&self) {
         let mut state = self.state();
         state.round += 1;
@@ -88,7 +88,8 @@ impl Mirror {
         state.unreadable = None;
     }
 
-    /// It told them: those that it left out are of no interest (OPC 10000-9, 5.5.7).
+    /// Ends a refresh: conditions that it left out are of no interest and are removed (OPC 10000-9,
+    /// 5.5.7).
     pub(crate) fn end_refresh(&self) {
         let mut state = self.state();
         state.open_rounds = state.open_rounds.saturating_sub(1);
@@ -104,7 +105,7 @@ impl Mirror {
         state.fault = state.unreadable.map(str::to_owned);
     }
 
-    /// Takes what an event says of a condition, whose id is as of these namespaces.
+    /// Takes an event of a condition, whose id refers to these namespaces.
     pub(crate) fn take(&self, namespaces: &[String], condition: &NodeId, told: &Told<'_>) {
         let Some(alarm) = alarm_of(namespaces, condition, told) else { return };
         let mut state = self.state();
@@ -125,7 +126,7 @@ impl Mirror {
         }
     }
 
-    /// As the host is told.
+    /// Returns the report to the host, with the alarms where they are newer than `known_revision`.
     pub(crate) fn report(&self, known_revision: u64) -> AlarmReport {
         let state = self.state();
         let is_news = state.is_told && state.revision != known_revision;
@@ -141,7 +142,7 @@ impl Mirror {
 }
 
 impl State {
-    /// What is known is not all: that is not current.
+    /// Marks the mirror as incomplete, so not current, for a reason.
     fn refuse(&mut self, why: &'static str) {
         self.unreadable = Some(why);
         self.fault = Some(why.to_owned());
@@ -154,7 +155,7 @@ impl State {
     }
 }
 
-/// An event as an alarm; none where its condition is no alarm, such as a dialog.
+/// Converts an event to an alarm; none where its condition is no alarm, such as a dialog.
 fn alarm_of(namespaces: &[String], condition: &NodeId, told: &Told<'_>) -> Option<SourceAlarm> {
     let is = |field: Field| told.is(field);
     let is_active = is(Field::ActiveState)?;
@@ -196,15 +197,15 @@ fn alarm_of(namespaces: &[String], condition: &NodeId, told: &Told<'_>) -> Optio
     })
 }
 
-/// Whether a condition is of interest. One that does not say so is while it is active or
-/// waits for somebody.
+/// Reports whether a condition is of interest. Without Retain it is while it is active or
+/// unacknowledged.
 fn is_retained(told: &Told<'_>) -> bool {
     let waits =
         told.is(Field::ActiveState) == Some(true) || told.is(Field::AckedState) == Some(false);
     told.is(Field::Retain).unwrap_or(waits)
 }
 
-/// A node by the URI of its namespace, whose number may be another after a restart.
+/// Returns a node's id by the URI of its namespace, whose index may change with a restart.
 fn id_of(namespaces: &[String], node: &NodeId) -> String {
     let by_number = node.to_string();
     let uri = namespaces.get(usize::from(node.namespace)).filter(|_| node.namespace > 0);
@@ -225,7 +226,7 @@ fn text(variant: &Variant) -> String {
     }
 }
 
-/// A text as one line of at most so many bytes.
+/// Truncates a text to one line of at most `max_bytes` bytes.
 fn line(text: &str, max_bytes: usize) -> String {
     let printable = |c: char| if c.is_control() { ' ' } else { c };
     let mut line: String = text.chars().map(printable).collect();

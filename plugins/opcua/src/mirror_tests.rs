@@ -1,13 +1,13 @@
-//! What events make of the mirror, without a server.
+//! Tests of the alarm mirror by events alone, without a server.
 
 use async_opcua::types::{DateTime, LocalizedText};
 
 use super::*;
 use crate::conditions::{EVENT_FIELDS, place_of};
 
-/// 2026-01-02 03:04:05 UTC.
+/// Test time 2026-01-02 03:04:05 UTC, seconds since 1970.
 const TIME_SECONDS: i64 = 1_767_323_045;
-/// From 1601 on, as OPC UA counts (OPC 10000-6, 5.2.2.5).
+/// Seconds from 1601, the epoch of OPC UA, to 1970 (OPC 10000-6, 5.2.2.5).
 const SECONDS_TO_1970: i64 = 11_644_473_600;
 const TICKS_A_SECOND: i64 = 10_000_000;
 
@@ -18,7 +18,7 @@ struct Event {
 }
 
 impl Event {
-    fn of(states: &[(Field, bool)], severity: u16) -> Self {
+    fn from_states(states: &[(Field, bool)], severity: u16) -> Self {
         let mut fields = vec![Variant::Empty; EVENT_FIELDS];
         for (field, value) in states {
             fields[place_of(*field)] = (*value).into();
@@ -36,7 +36,7 @@ impl Event {
 
 fn alarm(retain: bool, severity: u16) -> Event {
     let states = [(Field::ActiveState, true), (Field::AckedState, false), (Field::Retain, retain)];
-    Event::of(&states, severity)
+    Event::from_states(&states, severity)
 }
 
 fn namespaces() -> Vec<String> {
@@ -47,7 +47,7 @@ fn take(mirror: &Mirror, name: &str, event: &Event) {
     mirror.take(&namespaces(), &NodeId::new(2, name), &event.told());
 }
 
-/// A mirror that was told that there is nothing.
+/// Creates a mirror after a refresh without conditions.
 fn calm() -> Mirror {
     let mirror = Mirror::default();
     mirror.begin_refresh();
@@ -136,6 +136,6 @@ fn a_mirror_that_lacks_a_condition_is_not_current() {
 #[test]
 fn a_dialog_is_no_alarm() {
     let mirror = calm();
-    take(&mirror, "Question", &Event::of(&[(Field::Retain, true)], 500));
+    take(&mirror, "Question", &Event::from_states(&[(Field::Retain, true)], 500));
     assert!(ids(&mirror).is_empty());
 }

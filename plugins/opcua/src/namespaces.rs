@@ -1,5 +1,5 @@
-//! Namespaces of a server over its restarts (OPC 10000-3, 8.2.2): an index may mean another
-//! URI afterwards, and addresses by that index would then be of other nodes.
+//! Namespaces of a server over its restarts (OPC 10000-3, 8.2.2). An index may mean another URI
+//! afterwards; addresses by that index would then name other nodes.
 
 use std::collections::BTreeMap;
 
@@ -13,12 +13,12 @@ const OWN_INDEX: u16 = 1;
 pub(crate) struct MovedNamespace {
     pub(crate) index: u16,
     was: String,
-    /// None where the server has no such namespace any more.
+    /// Present URI of the index; none where the server no longer has such a namespace.
     is: Option<String>,
 }
 
 impl MovedNamespace {
-    /// Describes what changed, and the remedy.
+    /// Describes the change and the remedy.
     pub(crate) fn in_words(&self) -> String {
         let Self { index, was, is } = self;
         let now = is.as_ref().map_or("is gone".to_owned(), |is| format!("is now '{is}'"));
@@ -33,7 +33,7 @@ impl MovedNamespace {
 #[derive(Debug, Default)]
 pub(crate) struct NamespaceMemory {
     shared: BTreeMap<u16, String>,
-    /// By server.
+    /// URI of the own namespace (index 1) of each server.
     own: BTreeMap<String, String>,
 }
 

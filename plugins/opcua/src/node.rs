@@ -25,7 +25,7 @@ impl NodeAddress {
     /// Reads `ns=2;s=Q1.P`, `nsu=urn:station;i=7`, `i=2258`.
     ///
     /// # Errors
-    /// What is wrong with it, and how it is written.
+    /// The fault of the text, and the right format.
     pub(crate) fn parse(text: &str) -> Result<Self, String> {
         let fault = || {
             format!(
@@ -58,7 +58,8 @@ impl NodeAddress {
         Ok(Self { namespace, identifier })
     }
 
-    /// The id on a server with these namespaces; none where the server does not know it.
+    /// Resolves the id on a server with these namespaces; none where the server does not know the
+    /// URI.
     pub(crate) fn resolve(&self, namespaces: &[String]) -> Option<NodeId> {
         let index = match &self.namespace {
             Namespace::Index(index) => *index,
@@ -70,8 +71,7 @@ impl NodeAddress {
         Some(NodeId { namespace: index, identifier: self.identifier.clone() })
     }
 
-    /// The index of the namespace, where that is all that the address tells: the standard's
-    /// own is 0 for ever.
+    /// Returns the namespace index of an address without a URI; none for 0, the standard's own.
     pub(crate) fn bare_index(&self) -> Option<u16> {
         match self.namespace {
             Namespace::Index(index) if index > 0 => Some(index),
@@ -79,8 +79,8 @@ impl NodeAddress {
         }
     }
 
-    /// The address of a node of a server with these namespaces: by URI, which outlives a
-    /// server's restart, where an index need not.
+    /// Creates the address of a node by its namespace URI, which is stable over restarts of the
+    /// server, unlike the index.
     pub(crate) fn lasting(node: &NodeId, namespaces: &[String]) -> Self {
         let uri = namespaces.get(usize::from(node.namespace)).filter(|_| node.namespace > 0);
         let namespace = match uri {

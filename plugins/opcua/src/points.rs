@@ -27,45 +27,45 @@ pub(crate) struct Point {
     pub(crate) id: String,
     pub(crate) kind: ValueKind,
     pub(crate) freshness: Duration,
-    /// Element of an array that is the tag.
+    /// Index of the array element that is the tag.
     pub(crate) index: Option<usize>,
     /// Bit of an integer that is the tag.
     pub(crate) bit: Option<u8>,
     pub(crate) scale: f64,
     pub(crate) offset: f64,
-    /// What texts, numbers and truth values mean; empty where a value speaks for itself.
+    /// Values of the tag by text, number or truth value; empty where the value needs no mapping.
     pub(crate) states: BTreeMap<String, Value>,
 }
 
-/// What a server is asked to watch, once for all tags that rest on it.
+/// Monitored item, which all tags of the same node and parameters share.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Item {
     pub(crate) node: NodeAddress,
     pub(crate) sampling: Duration,
     pub(crate) deadband: Deadband,
     pub(crate) queue: u32,
-    /// Points that it serves.
+    /// Indices of the points that the item serves.
     pub(crate) points: Vec<usize>,
 }
 
-/// Which changes are not reported (OPC 10000-4, 7.22.2).
+/// Deadband below which changes are not reported (OPC 10000-4, 7.22.2).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Deadband {
     None,
-    /// In units of the value.
+    /// Absolute deadband, in the unit of the value.
     Absolute(f64),
-    /// Of the range EURange, percent.
+    /// Percent deadband, of the range EURange.
     Percent(f64),
 }
 
-/// An alarm condition, and what of it is which point.
+/// Alarm condition and its fields that are points.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Condition {
     pub(crate) node: NodeAddress,
     pub(crate) points: Vec<(usize, Field)>,
 }
 
-/// The tags of a server.
+/// All tags of a server, with their monitored items and conditions.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Points {
     pub(crate) all: Vec<Point>,
@@ -91,13 +91,13 @@ struct RawAddress {
     queue: Option<u32>,
 }
 
-/// What a tag rests on.
+/// Source of a tag: a monitored item or a condition.
 enum Place {
     Item(Item),
     Condition(NodeAddress, Field),
 }
 
-/// What makes two tags rest on the same item.
+/// Key by which tags share a monitored item: node, sampling interval, deadband and queue size.
 #[derive(PartialEq, Eq, Hash)]
 struct ItemKey(NodeAddress, Duration, [u64; 2], u32);
 
@@ -136,7 +136,7 @@ impl Points {
         )))
     }
 
-    /// The handles of all tags.
+    /// Returns the handles of all tags.
     pub(crate) fn tags(&self) -> impl Iterator<Item = u32> {
         self.all.iter().map(|point| point.tag)
     }

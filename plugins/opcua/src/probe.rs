@@ -14,27 +14,27 @@ use busbar_plugin_sdk::{Error, SampleSink, TagSpec};
 use tokio::io::{AsyncRead, AsyncWriteExt, DuplexStream, ReadBuf, duplex};
 use tokio::task::yield_now;
 
-use crate::board::Board;
 use crate::import::of_any;
 use crate::link::{Link, World};
+use crate::point_states::PointStates;
 use crate::points::Points;
 use crate::settings::Settings;
 
-/// Bytes that wait between the two ends.
+/// Capacity of the pipe between the two ends, bytes.
 const PIPE_BYTES: usize = 64 * 1024;
-/// Turns of the event loop without a request after which the server goes on by itself.
+/// Turns of the event loop without a request after which the server sends the next frame anyway.
 const IDLE_TURNS: usize = 8;
-/// Requests of one session.
+/// Most requests of one session.
 const MAX_REQUESTS: usize = 200;
-/// Type, kind of chunk, size (OPC 10000-6, 7.1.2.2).
+/// Length of a header: type, kind of chunk, size (OPC 10000-6, 7.1.2.2), bytes.
 const HEADER_BYTES: usize = 8;
 
-/// Has one session with a server that answers each request with the next frame of the
-/// bytes: of the first part while it is asked for its endpoints, of the second one after
-/// that. What it reports goes to the sink; why it ended comes back.
+/// Runs one session with a server that answers each request with the next frame. The first bytes
+/// are for the discovery of endpoints, the second ones for the session. Samples go to the sink; the
+/// reason of the end is returned.
 ///
 /// # Errors
-/// What the plugin would say of settings and addresses.
+/// Faults of the settings and addresses.
 pub fn converse(
     settings: Settings,
     tags: &[TagSpec],
@@ -45,12 +45,12 @@ pub fn converse(
     let points = Points::parse(tags, &config)?;
     let (_stop, stopped) = tokio::sync::watch::channel(false);
     let world = world(connections);
-    let board = Board::new(points, &config, sink.clone(), host());
-    let board = Rc::new(RefCell::new(board));
+    let point_states = PointStates::new(points, &config, sink.clone(), host());
+    let point_states = Rc::new(RefCell::new(point_states));
     let sink = sink.clone();
     let link = Link {
         config,
-        board,
+        point_states,
         sink,
         host: host(),
         world,
@@ -63,10 +63,10 @@ pub fn converse(
     Ok(said)
 }
 
-/// Asks such a server what it has: the point list, or why there is none.
+/// Browses such a server and returns the point list.
 ///
 /// # Errors
-/// The reason, in words.
+/// The reason for which there is no list, in words.
 pub fn browse(settings: Settings, connections: [&[u8]; 2]) -> Result<Vec<u8>, String> {
     let config = settings.parse().map_err(|error| error.to_string())?;
     let io_loop = IoLoop::new(1).map_err(|error| error.to_string())?;
@@ -123,7 +123,7 @@ async fn serve(mut stream: DuplexStream, bytes: Vec<u8>) {
     }
 }
 
-/// Whether there was one.
+/// Reads the bytes of a request without waiting; reports whether any came.
 async fn take_request(stream: &mut DuplexStream) -> bool {
     let mut bytes = vec![0; PIPE_BYTES];
     poll_fn(|context| {
@@ -134,7 +134,7 @@ async fn take_request(stream: &mut DuplexStream) -> bool {
     .await
 }
 
-/// The length of the frame that bytes begin with, all of them where it has none.
+/// Returns the length of the first frame, or of all bytes where they hold none.
 fn frame_length(bytes: &[u8]) -> usize {
     let size = bytes.get(4..HEADER_BYTES).and_then(|size| size.try_into().ok());
     let size = size.map_or(usize::MAX, |size| u32::from_le_bytes(size) as usize);

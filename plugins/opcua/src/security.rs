@@ -1,4 +1,4 @@
-//! Who the server may be, and who we are.
+//! Certificates of the server and of the client, and the protection of messages.
 
 use std::fs;
 use std::path::Path;
@@ -26,7 +26,7 @@ pub(crate) struct Own {
     pub(crate) key: PrivateKey,
 }
 
-/// What is done to messages.
+/// Security policy and mode that protect messages.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Protection {
     pub(crate) policy: SecurityPolicy,
@@ -37,7 +37,7 @@ impl Protection {
     pub(crate) const NONE: Self =
         Self { policy: SecurityPolicy::None, mode: MessageSecurityMode::None };
 
-    pub(crate) fn of(files: Option<&SecurityFiles>) -> Self {
+    pub(crate) fn from_files(files: Option<&SecurityFiles>) -> Self {
         let Some(files) = files else { return Self::NONE };
         Self {
             policy: match files.policy {
@@ -57,7 +57,7 @@ impl Protection {
     }
 }
 
-/// A policy, by its URI, and a mode as settings write them.
+/// Formats a policy, given by its URI, and a mode as settings write them.
 pub(crate) fn name_of(policy: &str, mode: MessageSecurityMode) -> String {
     match mode {
         MessageSecurityMode::None => "endpoint without security".into(),
@@ -69,7 +69,7 @@ impl Own {
     /// Reads a certificate and its key.
     ///
     /// # Errors
-    /// The file at fault, and what to do; never what is in it.
+    /// The file at fault and the remedy; never the file's contents.
     pub(crate) fn load(certificate: &Path, key: &Path) -> Result<Self, String> {
         let own = Self { certificate: read_certificate(certificate)?, key: read_key(key)? };
         if !own.is_pair() {
@@ -82,7 +82,7 @@ impl Own {
         Ok(own)
     }
 
-    /// Whether what the key signs is signed by the certificate.
+    /// Reports whether key and certificate are a pair, by a trial signature.
     fn is_pair(&self) -> bool {
         let (policy, nonce) = (SecurityPolicy::Basic256Sha256, ByteString::from(b"pair"));
         let signed = self.certificate.as_byte_string();
@@ -95,7 +95,7 @@ impl Own {
     /// Checks that it suits a policy and names us.
     ///
     /// # Errors
-    /// What does not, and what to do.
+    /// The mismatch, and the remedy.
     pub(crate) fn check(
         &self,
         policy: SecurityPolicy,
@@ -115,7 +115,7 @@ impl Own {
 /// Checks that a server's certificate is one of those that are trusted, and good.
 ///
 /// # Errors
-/// Whose it is, why not, and what to do.
+/// The certificate's owner, the reason of the distrust and the remedy.
 pub(crate) fn check_server(
     files: &SecurityFiles,
     protection: Protection,
@@ -152,7 +152,7 @@ fn check_certificate(certificate: &X509, policy: SecurityPolicy) -> Result<(), S
         .map_err(|error| format!("is not valid now: {error}"))
 }
 
-/// The certificates that are trusted now: somebody may have added one.
+/// Reads the trusted certificates anew, since an operator may have added one.
 fn trusted(path: &Path) -> Result<Vec<ByteString>, String> {
     let fault = |error: std::io::Error| format!("'{}': {error}", path.display());
     if !fs::metadata(path).map_err(fault)?.is_dir() {
@@ -166,7 +166,8 @@ fn trusted(path: &Path) -> Result<Vec<ByteString>, String> {
     Ok(found)
 }
 
-/// Writes a certificate where somebody can look at it; says so.
+/// Writes a rejected certificate to the folder for an operator's inspection; returns a sentence
+/// that says so.
 fn keep_rejected(folder: &Path, certificate: &X509, der: &ByteString) -> String {
     let path = folder.join(format!("{}.der", certificate.thumbprint().as_hex_string()));
     let kept = || -> std::io::Result<bool> {
@@ -185,7 +186,7 @@ fn keep_rejected(folder: &Path, certificate: &X509, der: &ByteString) -> String 
     }
 }
 
-/// The first certificate of a chain: a server's own.
+/// Returns the first certificate of a chain, the server's own.
 ///
 /// # Errors
 /// When there is none.

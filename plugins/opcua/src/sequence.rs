@@ -68,7 +68,7 @@ pub(crate) struct Arrival {
     pub(crate) is_gap_new: bool,
     /// Notifications are lost for good: all values are to be read anew.
     pub(crate) is_lost: bool,
-    /// Nothing is missing any more, and all of it came.
+    /// True where the last missing notification arrived, so that the gap is filled.
     pub(crate) is_filled: bool,
     /// Number of a notification to ask for.
     pub(crate) republish: Option<u32>,
@@ -116,7 +116,7 @@ impl Default for Sequence {
 }
 
 impl Sequence {
-    /// Tells whether notifications are known to be missing.
+    /// Reports whether notifications are known to be missing.
     pub(crate) fn has_gap(&self) -> bool {
         distance(self.next, self.end) > 0
     }
@@ -181,7 +181,7 @@ impl Sequence {
         arrival
     }
 
-    /// Tells whether the very message came before, and remembers it.
+    /// Reports whether the identical message came before, and remembers it.
     fn is_duplicate(&mut self, message: &NotificationMessage, is_keep_alive: bool) -> bool {
         let time = message.publish_time.checked_ticks();
         let content = (!is_keep_alive).then(|| fingerprint(message));
@@ -287,7 +287,7 @@ impl Sequence {
         arrival.is_lost = true;
     }
 
-    /// Goes on from this number: the server counts anew.
+    /// Restarts the sequence at this number, from which the server counts anew.
     fn adopt(&mut self, next: u32, arrival: &mut Arrival) {
         self.held.clear();
         self.announced.clear();
@@ -321,7 +321,7 @@ impl Sequence {
         }
     }
 
-    /// Goes on with what came after a gap: what is missing does not come any more.
+    /// Gives up the missing notifications and continues after the gap.
     fn give_up(&mut self, arrival: &mut Arrival) {
         arrival.is_lost = true;
         if self.missing() > MAX_REPUBLISHED {
@@ -351,7 +351,7 @@ impl Sequence {
         distance(self.next, end).max(0).cast_unsigned()
     }
 
-    /// Releases what is in order, and asks for what is missing.
+    /// Releases the notifications that are in order, and requests the missing ones.
     fn proceed(&mut self, had_gap: bool, arrival: &mut Arrival) {
         loop {
             self.release(arrival);

@@ -206,9 +206,9 @@ fn a_server_that_repeats_the_last_number_hides_no_loss() {
     assert_eq!(server.republished(3, false), lost(&[]));
 }
 
-/// It would otherwise pass for one of a server that repeats the last number. The next
-/// keep-alive would then pass for a notification, which is given up before it was sent: if it
-/// is lost, nothing shows it.
+/// Keep-alives that their notification overtook must not count as those of a server that repeats
+/// the last number. Otherwise the next notification would be given up before it was sent, and its
+/// loss would go unnoticed.
 #[test]
 fn a_keep_alive_that_its_notification_overtook_changes_nothing() {
     let mut server = Server::default();

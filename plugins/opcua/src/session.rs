@@ -28,13 +28,13 @@ const NONCE_BYTES: usize = 32;
 const MAX_NAMESPACES: usize = 10_000;
 /// Endpoints that are named in a message.
 const MAX_NAMED: usize = 12;
-/// Server_NamespaceArray (OPC 10000-6, Annex A).
+/// Node id of Server_NamespaceArray (OPC 10000-6, Annex A).
 const NAMESPACE_ARRAY: u32 = 2255;
-/// Server_ServerStatus_State.
+/// Node id of Server_ServerStatus_State (OPC 10000-6, Annex A).
 const SERVER_STATE: u32 = 2259;
-/// Server_ServerCapabilities_OperationLimits_MaxMonitoredItemsPerCall.
+/// Node id of Server_ServerCapabilities_OperationLimits_MaxMonitoredItemsPerCall.
 const MAX_ITEMS_PER_CALL: u32 = 11_714;
-/// Server_ServerCapabilities_OperationLimits_MaxNodesPerRead.
+/// Node id of Server_ServerCapabilities_OperationLimits_MaxNodesPerRead.
 const MAX_NODES_PER_READ: u32 = 11_705;
 
 /// Connects, checks who the server is, and activates a session.
@@ -43,7 +43,7 @@ pub(crate) async fn open(
     config: &Config,
     server: &Url,
 ) -> Result<(Client, Driver), Fault> {
-    let protection = Protection::of(config.security.as_ref());
+    let protection = Protection::from_files(config.security.as_ref());
     let own = load_own(config, protection)?;
     let endpoint = discover(world, config, server, protection).await?;
     if let Some(files) = &config.security {
@@ -160,7 +160,7 @@ async fn activate(
         max_response_message_size: 0,
     };
     let created = answer!(client, "creating a session", CreateSession, request)?;
-    let protection = Protection::of(config.security.as_ref());
+    let protection = Protection::from_files(config.security.as_ref());
     check_created(&created, endpoint, own, protection, nonce.as_ref())?;
     client.set_session(&created.authentication_token);
     let client_signature = match own {
@@ -186,8 +186,8 @@ async fn activate(
     answer!(client, "activating the session", ActivateSession, request).map(|_| ())
 }
 
-/// Whether who answered has the key of the certificate, and offers what was discovered
-/// without any security (OPC 10000-4, 5.7.2).
+/// Checks that the server has its certificate's key and offers what was discovered without security
+/// (OPC 10000-4, 5.7.2).
 fn check_created(
     created: &CreateSessionResponse,
     endpoint: &EndpointDescription,
@@ -218,14 +218,14 @@ fn check_created(
     Ok(())
 }
 
-/// What the server says of itself.
+/// Properties and limits that the server reports of itself.
 pub(crate) struct Server {
     pub(crate) namespaces: Vec<String>,
     /// Namespaces that have other indices than the addresses of tags were written by.
     pub(crate) moved: Vec<MovedNamespace>,
-    /// Monitored items that one request may have, where the server says so.
+    /// Most monitored items of one request, where the server has a limit.
     pub(crate) items_per_call: Option<usize>,
-    /// Nodes that one request may read, where the server says so.
+    /// Most nodes that one request may read, where the server has a limit.
     pub(crate) nodes_per_read: Option<usize>,
     /// State of the server (OPC 10000-5, 12.6), where it tells one.
     pub(crate) state: Option<i32>,

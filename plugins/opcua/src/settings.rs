@@ -22,35 +22,35 @@ pub(crate) const MAX_SAMPLING_MILLIS: u64 = 3_600_000;
 const TIMEOUT_MILLIS: std::ops::RangeInclusive<u64> = 500..=600_000;
 /// Shortest and longest session timeout: ten seconds, an hour.
 const SESSION_MILLIS: std::ops::RangeInclusive<u64> = 10_000..=3_600_000;
-/// How long the keys of a channel are asked to hold.
+/// Lifetime of a channel's keys that the server is asked for.
 const CHANNEL_LIFETIME: Duration = Duration::from_secs(3600);
-/// The longest name or URI, bytes.
+/// Longest name or URI, bytes.
 const MAX_TEXT_BYTES: usize = 256;
 
 /// An OPC UA server, or a redundant set of them with the same nodes.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
-    /// Where the server listens: `opc.tcp://host:port/path`, port 4840 where none is named.
+    /// URL of the server, `opc.tcp://host:port/path`; without a port it is 4840.
     #[schemars(length(min = 11, max = 1024))]
     url: String,
-    /// Further servers of a redundant set, with the same nodes: tried in turn when one
+    /// Further servers of a redundant set, with the same nodes. They are tried in turn when one
     /// cannot be reached.
     #[serde(default)]
     #[schemars(length(max = 7))]
     redundancy: Vec<String>,
-    /// Signs, or signs and encrypts, all messages. Without it there is no security.
+    /// Signature, or signature and encryption, of all messages. Without it there is no security.
     #[serde(default)]
     security: Option<SecuritySettings>,
-    /// Who reads. Without it the user is anonymous.
+    /// User as whom the client reads; without it the user is anonymous.
     #[serde(default)]
     user: Option<UserSettings>,
-    /// How often the server sends what changed, milliseconds.
+    /// Publishing interval, in which the server sends changes, milliseconds.
     #[serde(default = "default_publishing")]
     #[schemars(range(min = 50, max = 60_000))]
     publishing_millis: u64,
-    /// How often the server looks at a value, milliseconds: the publishing interval where
-    /// it is not given, 0 is as often as the server can.
+    /// Sampling interval, in which the server checks a value, milliseconds. It defaults to the
+    /// publishing interval; 0 is the fastest that the server can.
     #[serde(default)]
     #[schemars(range(max = 3_600_000))]
     sampling_millis: Option<u64>,
@@ -59,29 +59,29 @@ pub struct Settings {
     #[serde(default = "default_silence")]
     #[schemars(range(min = 500, max = 600_000))]
     silence_millis: u64,
-    /// Deadline of connecting, milliseconds.
+    /// Deadline of the connection attempt, milliseconds.
     #[serde(default = "default_connect")]
     #[schemars(range(min = 500, max = 600_000))]
     connect_timeout_millis: u64,
-    /// How long the server keeps a session that it hears nothing of, milliseconds.
+    /// Session timeout: time for which the server keeps a session without requests, milliseconds.
     #[serde(default = "default_session")]
     #[schemars(range(min = 10_000, max = 3_600_000))]
     session_timeout_millis: u64,
-    /// Monitored items of one subscription; further ones get subscriptions of their own.
+    /// Most monitored items of one subscription; further ones get subscriptions of their own.
     #[serde(default = "default_items")]
     #[schemars(range(min = 1, max = 10_000))]
     items_per_subscription: u32,
-    /// Whether a value that the server reports no change of counts as confirmed with each
-    /// sign of life of its subscription. Otherwise it goes stale by the tag's limit.
+    /// Confirmation of unchanged values by each sign of life of their subscription. Otherwise they
+    /// go stale by the tag's limit.
     #[serde(default = "default_true")]
     confirm_unchanged: bool,
     /// Use of the source times that come with values.
     #[serde(default)]
     source_time: SourceTime,
-    /// Whether all alarm conditions of the server are told, for the host to show them.
+    /// Mirror of all alarm conditions of the server, for the host to show them.
     #[serde(default)]
     alarms: bool,
-    /// Our application URI, as our certificate has it.
+    /// Application URI of this client, as its certificate has it.
     #[serde(default = "default_application")]
     #[schemars(length(min = 1, max = 256))]
     application_uri: String,
@@ -108,44 +108,44 @@ pub(crate) enum SourceTime {
 /// Security policies (OPC 10000-7, 6.6) that are not deprecated.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 pub(crate) enum Policy {
-    /// RSA-OAEP, SHA-256, AES-256.
+    /// Policy `Basic256Sha256`: RSA-OAEP, SHA-256, AES-256.
     Basic256Sha256,
-    /// RSA-OAEP, SHA-256, AES-128.
+    /// Policy `Aes128_Sha256_RsaOaep`: RSA-OAEP, SHA-256, AES-128.
     #[serde(rename = "Aes128_Sha256_RsaOaep")]
     Aes128Sha256RsaOaep,
-    /// RSA-OAEP with SHA-256, RSA-PSS, AES-256.
+    /// Policy `Aes256_Sha256_RsaPss`: RSA-OAEP with SHA-256, RSA-PSS, AES-256.
     #[serde(rename = "Aes256_Sha256_RsaPss")]
     Aes256Sha256RsaPss,
 }
 
-/// What is done to messages.
+/// Security mode of the messages.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
 pub(crate) enum Mode {
-    /// They can be read by others, but not changed.
+    /// Signed messages: others can read but not change them.
     Sign,
-    /// They can neither be read nor changed.
+    /// Signed and encrypted messages: others can neither read nor change them.
     #[default]
     SignAndEncrypt,
 }
 
-/// Files are in DER or PEM form, by absolute paths. A key is a PEM file that only its
+/// Files of certificates in DER or PEM form, by absolute paths. A key is a PEM file that only its
 /// owner should be able to read; its contents are never shown.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SecuritySettings {
-    /// The security policy.
+    /// Security policy of the secure channel.
     policy: Policy,
-    /// Whether messages are encrypted too.
+    /// Security mode: signed, or signed and encrypted (the default).
     #[serde(default)]
     mode: Mode,
-    /// Our certificate.
+    /// Certificate file of this client.
     certificate: PathBuf,
-    /// The key of our certificate.
+    /// Private key file of the client's certificate.
     key: PathBuf,
-    /// Certificates of the servers that are trusted: one file, or a folder of them.
+    /// Certificates of trusted servers: one file, or a folder of them.
     trusted: PathBuf,
-    /// A folder to which the certificate of a server that is not trusted is written, for
-    /// somebody to check it and to move it to those that are.
+    /// Folder for the certificates of servers that are not trusted. An operator checks them there
+    /// and moves them to the trusted ones.
     rejected: Option<PathBuf>,
 }
 
@@ -153,17 +153,17 @@ pub(crate) struct SecuritySettings {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct UserSettings {
-    /// The user's name.
+    /// Name of the user, with a password.
     #[schemars(length(min = 1, max = 256))]
     name: Option<String>,
-    /// The user's password.
+    /// Password of the user, by reference.
     password: Option<Secret>,
-    /// Whether the password may be sent where nothing encrypts it.
+    /// Permission to send the password where nothing encrypts it.
     #[serde(default)]
     allow_plain_password: bool,
-    /// The user's certificate.
+    /// Certificate file of the user, in place of a name.
     certificate: Option<PathBuf>,
-    /// The key of the user's certificate.
+    /// Private key file of the user's certificate.
     key: Option<PathBuf>,
 }
 
@@ -207,7 +207,7 @@ pub(crate) struct Config {
     pub(crate) silence: Duration,
     pub(crate) connect_timeout: Duration,
     pub(crate) session_timeout: Duration,
-    /// How long the keys of a channel are asked to hold.
+    /// Lifetime of the channel's keys that the server is asked for.
     pub(crate) channel_lifetime: Duration,
     pub(crate) items_per_subscription: usize,
     pub(crate) confirm_unchanged: bool,
@@ -217,7 +217,7 @@ pub(crate) struct Config {
     pub(crate) reconnect: ReconnectBounds,
 }
 
-/// Where certificates are; all paths are absolute.
+/// Files of keys and certificates, by absolute paths.
 #[derive(Clone, Debug)]
 pub(crate) struct SecurityFiles {
     pub(crate) policy: Policy,
@@ -228,7 +228,7 @@ pub(crate) struct SecurityFiles {
     pub(crate) rejected: Option<PathBuf>,
 }
 
-/// Who reads.
+/// User as whom the client reads.
 #[derive(Clone, Debug)]
 pub(crate) enum User {
     Anonymous,

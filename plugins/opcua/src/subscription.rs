@@ -10,10 +10,10 @@ use async_opcua::types::{
     MonitoringParameters, NodeId, ReadValueId, StatusCode, TimestampsToReturn,
 };
 
-use crate::board::Board;
 use crate::client::{Client, answer};
 use crate::conditions::events_item;
 use crate::fault::Fault;
+use crate::point_states::PointStates;
 use crate::points::{Deadband, Item};
 use crate::sequence::Sequence;
 use crate::session::Server;
@@ -31,24 +31,24 @@ const MAX_DOUBTED: u32 = 64;
 /// 5.14.2: three).
 const MIN_LIFETIMES: u32 = 3;
 
-/// One subscription.
+/// Subscription of a session, with the state of its notifications.
 pub(crate) struct Subscription {
     pub(crate) id: u32,
-    /// Items of the board that it has.
+    /// Indices of the point states that belong to the subscription.
     pub(crate) items: Range<usize>,
     /// Longest time between two signs of life, as the server has it.
     pub(crate) due: Duration,
-    /// Silence that is borne: that of the server beyond a sign of life.
+    /// Longest silence of the server beyond a sign of life before it is lost.
     pub(crate) limit: Duration,
     pub(crate) heard: Instant,
     pub(crate) sequence: Sequence,
-    /// Grows with each loss: what was read before it is of before it.
+    /// Number that grows with each loss of reports; values read under an older one are outdated.
     pub(crate) epoch: u64,
-    /// Items may have values that no report brought.
+    /// True where items may have values that no report brought.
     pub(crate) is_lossy: bool,
-    /// Values are being read, since the last loss or before it.
+    /// True while values are being read, since the last loss or before it.
     pub(crate) is_reading: bool,
-    /// Values are not read before this.
+    /// Earliest time of the next read of values.
     pub(crate) next_read: Instant,
     /// Doubt about the order of notifications, since one came that belongs to no subscription.
     pub(crate) doubt: Option<Doubt>,
@@ -92,7 +92,7 @@ pub(crate) async fn create(
     Ok(Subscription::new(answer.subscription_id, items, sign, config.silence, now))
 }
 
-/// How many intervals there are in a time, one at least.
+/// Returns the number of whole intervals in a time, at least one.
 fn count(time: Duration, interval: Duration) -> u32 {
     let count = time.as_millis() / interval.as_millis().max(1);
     u32::try_from(count).unwrap_or(u32::MAX).max(1)
@@ -102,23 +102,23 @@ fn count(time: Duration, interval: Duration) -> u32 {
 pub(crate) async fn add_items(
     client: &Client,
     server: &Server,
-    board: &RefCell<Board>,
+    point_states: &RefCell<PointStates>,
     id: u32,
     items: &[usize],
 ) -> Result<Vec<usize>, Fault> {
     let mut refused = Vec::new();
     let mut known = Vec::with_capacity(items.len());
     for &item in items {
-        let address = board.borrow().points().items[item].node.clone();
+        let address = point_states.borrow().points().items[item].node.clone();
         if let Some(moved) = server.moved(&address) {
             let (status, why) = (StatusCode::BadConfigurationError, moved.in_words());
-            board.borrow_mut().refuse_in_words(item, status, &why);
+            point_states.borrow_mut().refuse_in_words(item, status, &why);
             continue;
         }
         match address.resolve(&server.namespaces) {
             Some(node) => known.push((item, node)),
             None => {
-                board.borrow_mut().refuse(item, StatusCode::BadNodeIdUnknown);
+                point_states.borrow_mut().refuse(item, StatusCode::BadNodeIdUnknown);
                 refused.push(item);
             }
         }
@@ -127,7 +127,9 @@ pub(crate) async fn add_items(
     for some in known.chunks(per_call) {
         let requests = some
             .iter()
-            .map(|(item, node)| request_of(&board.borrow().points().items[*item], *item, node))
+            .map(|(item, node)| {
+                request_of(&point_states.borrow().points().items[*item], *item, node)
+            })
             .collect();
         let request = CreateMonitoredItemsRequest {
             request_header: client.header(client.limit()),
@@ -142,14 +144,14 @@ pub(crate) async fn add_items(
         }
         for ((item, _), result) in some.iter().zip(results) {
             if result.status_code.is_bad() {
-                board.borrow_mut().refuse(*item, result.status_code);
+                point_states.borrow_mut().refuse(*item, result.status_code);
                 refused.push(*item);
             } else {
-                board.borrow_mut().accept(*item);
+                point_states.borrow_mut().accept(*item);
             }
         }
     }
-    board.borrow_mut().flush();
+    point_states.borrow_mut().flush();
     Ok(refused)
 }
 

@@ -16,9 +16,9 @@ use async_opcua::types::{
 };
 use busbar_plugin_sdk::LogLevel;
 
-use crate::board::Board;
 use crate::conditions::{EVENTS_HANDLE, Event, read_event};
 use crate::fault::Fault;
+use crate::point_states::PointStates;
 use crate::sequence::Arrival;
 use crate::subscription::Subscription;
 
@@ -85,7 +85,7 @@ impl Events {
 
 /// All subscriptions of a session.
 pub(crate) struct SubscriptionSet {
-    board: Rc<RefCell<Board>>,
+    point_states: Rc<RefCell<PointStates>>,
     all: Vec<Subscription>,
     pub(crate) events: Option<Events>,
     namespaces: Vec<String>,
@@ -94,9 +94,9 @@ pub(crate) struct SubscriptionSet {
 }
 
 impl SubscriptionSet {
-    pub(crate) fn new(board: Rc<RefCell<Board>>, namespaces: Vec<String>) -> Self {
+    pub(crate) fn new(point_states: Rc<RefCell<PointStates>>, namespaces: Vec<String>) -> Self {
         Self {
-            board,
+            point_states,
             all: Vec::new(),
             events: None,
             namespaces,
@@ -125,7 +125,7 @@ impl SubscriptionSet {
         }
     }
 
-    /// Takes what was received and is not acknowledged yet, at most so many.
+    /// Takes at most `max` acknowledgements of notifications that were received.
     pub(crate) fn take_acknowledgements(&mut self, max: usize) -> Vec<SubscriptionAcknowledgement> {
         let count = self.acknowledgements.len().min(max);
         self.acknowledgements.drain(..count).collect()
@@ -134,7 +134,7 @@ impl SubscriptionSet {
     /// Finds a subscription that gave no sign of life for longer than is borne.
     ///
     /// # Errors
-    /// An error where there is one.
+    /// A fault where a subscription was silent for too long.
     pub(crate) fn check_silence(&self, now: Instant) -> Result<(), Fault> {
         match self.all.iter().find(|one| one.is_overdue(now)) {
             Some(one) => Err(Fault::SilentSubscription {
@@ -145,7 +145,7 @@ impl SubscriptionSet {
         }
     }
 
-    /// Takes what the server published.
+    /// Takes the publish response of the server.
     ///
     /// # Errors
     /// An error where a subscription ended.
@@ -162,7 +162,7 @@ impl SubscriptionSet {
                 for one in &mut self.all {
                     one.begin_doubt(published);
                 }
-                self.board.borrow_mut().flush();
+                self.point_states.borrow_mut().flush();
             }
             return Ok(());
         };
@@ -174,7 +174,7 @@ impl SubscriptionSet {
         }
         let available = answer.available_sequence_numbers.unwrap_or_default();
         let arrival = self.all[index].sequence.take(message, &available);
-        self.heed(index, arrival, !answer.more_notifications, at)
+        self.handle_arrival(index, arrival, !answer.more_notifications, at)
     }
 
     /// Takes a notification that was asked for; none where the server does not have it.
@@ -196,7 +196,7 @@ impl SubscriptionSet {
             self.acknowledge(subscription, number);
         }
         let arrival = self.all[index].sequence.take_republished(number, message);
-        self.heed(index, arrival, false, at)
+        self.handle_arrival(index, arrival, false, at)
     }
 
     /// Takes the values of items that were read.
@@ -213,11 +213,11 @@ impl SubscriptionSet {
         // What is missing meanwhile may have been sent before they were read.
         if one.epoch == epoch && !one.sequence.has_gap() {
             one.doubt = None;
-            let mut board = self.board.borrow_mut();
+            let mut point_states = self.point_states.borrow_mut();
             for (item, value) in values {
-                board.take_read(item, &value, at.now, at.wall);
+                point_states.take_read(item, &value, at.now, at.wall);
             }
-            board.flush();
+            point_states.flush();
         }
     }
 
@@ -228,16 +228,16 @@ impl SubscriptionSet {
         }
     }
 
-    /// Lists what the server is to be asked for now.
+    /// Lists the requests that the server is to get now.
     pub(crate) fn inquire(&mut self, now: Instant) -> Vec<Inquiry> {
         let mut inquiries = std::mem::take(&mut self.inquiries);
         for one in &mut self.all {
             if !one.is_lossy || one.is_reading || now < one.next_read || one.sequence.has_gap() {
                 continue;
             }
-            let board = self.board.borrow();
-            let items = board.items_to_read(one.items.clone(), now);
-            one.is_lossy = board.has_lost(one.items.clone());
+            let point_states = self.point_states.borrow();
+            let items = point_states.items_to_read(one.items.clone(), now);
+            one.is_lossy = point_states.has_lost(one.items.clone());
             if !items.is_empty() {
                 one.is_reading = true;
                 let (subscription, epoch) = (one.id, one.epoch);
@@ -250,7 +250,7 @@ impl SubscriptionSet {
             if refresh.is_due && !is_early {
                 (refresh.is_due, refresh.last) = (false, Some(now));
                 refresh.open += 1;
-                if let Some(mirror) = self.board.borrow().mirror() {
+                if let Some(mirror) = self.point_states.borrow().mirror() {
                     mirror.begin_refresh();
                 }
                 inquiries.push(Inquiry::Refresh);
@@ -261,10 +261,10 @@ impl SubscriptionSet {
 
     /// Finds the time to ask at the latest, where something waits for its time.
     pub(crate) fn next_inquiry(&self) -> Option<Instant> {
-        let board = self.board.borrow();
+        let point_states = self.point_states.borrow();
         let reads = self.all.iter().filter(|one| {
             let is_waiting = one.is_lossy && !one.is_reading && !one.sequence.has_gap();
-            is_waiting && !board.items_to_read(one.items.clone(), one.next_read).is_empty()
+            is_waiting && !point_states.items_to_read(one.items.clone(), one.next_read).is_empty()
         });
         let refresh = self.events.as_ref().map(|events| &events.refresh);
         let refresh = refresh.filter(|refresh| refresh.is_due).and_then(|refresh| refresh.last);
@@ -280,7 +280,7 @@ impl SubscriptionSet {
         }
     }
 
-    fn heed(
+    fn handle_arrival(
         &mut self,
         index: usize,
         arrival: Arrival,
@@ -290,7 +290,7 @@ impl SubscriptionSet {
         let items = self.all[index].items.clone();
         if arrival.is_gap_new {
             self.note("a notification is missing: its values are uncertain until it comes");
-            self.board.borrow_mut().suspect(items.clone());
+            self.point_states.borrow_mut().suspect(items.clone());
             self.suspect_conditions(index);
         }
         if arrival.is_lost {
@@ -300,13 +300,14 @@ impl SubscriptionSet {
         let mut is_understood = true;
         let published = arrival.ready.iter().map(|message| message.publish_time.checked_ticks());
         let is_doubted = published.max().is_some_and(|time| self.all[index].is_doubted(time));
-        self.board.borrow_mut().is_more_missing = is_doubted || self.all[index].sequence.has_gap();
+        self.point_states.borrow_mut().is_more_missing =
+            is_doubted || self.all[index].sequence.has_gap();
         for message in arrival.ready {
             for data in message.notification_data.unwrap_or_default() {
                 is_understood &= self.apply(index, &data, at);
             }
         }
-        self.board.borrow_mut().is_more_missing = false;
+        self.point_states.borrow_mut().is_more_missing = false;
         if !is_understood {
             self.note("a notification could not be understood: its values are read anew");
             self.lose(index);
@@ -322,26 +323,26 @@ impl SubscriptionSet {
             self.inquiries.push(Inquiry::Republish { subscription, number });
         }
         let is_of_events = self.is_of_events(index);
-        let mut board = self.board.borrow_mut();
+        let mut point_states = self.point_states.borrow_mut();
         if arrival.is_filled && is_understood {
-            board.restore(items.clone(), at.now, at.wall);
+            point_states.restore(items.clone(), at.now, at.wall);
         }
         let is_sound = is_understood && !is_doubted && !arrival.is_lost && !arrival.is_duplicate;
         if is_sound && is_last && !self.all[index].sequence.has_gap() {
-            board.confirm(items, at.now, at.wall);
+            point_states.confirm(items, at.now, at.wall);
             if is_of_events {
-                board.confirm_conditions(at.now, at.wall);
+                point_states.confirm_conditions(at.now, at.wall);
             }
         }
-        if is_of_events && let Some(mirror) = board.mirror() {
+        if is_of_events && let Some(mirror) = point_states.mirror() {
             mirror.confirm();
         }
-        board.flush();
+        point_states.flush();
         Ok(())
     }
 
     fn note(&self, text: &str) {
-        self.board.borrow_mut().name(LogLevel::Warning, text);
+        self.point_states.borrow_mut().name(LogLevel::Warning, text);
     }
 
     fn is_of_events(&self, index: usize) -> bool {
@@ -354,7 +355,7 @@ impl SubscriptionSet {
         let one = &mut self.all[index];
         one.epoch += 1;
         one.is_lossy = true;
-        self.board.borrow_mut().suspect_lost(one.items.clone());
+        self.point_states.borrow_mut().suspect_lost(one.items.clone());
         self.suspect_conditions(index);
     }
 
@@ -371,9 +372,9 @@ impl SubscriptionSet {
         refresh.is_due = true;
         refresh.is_start_needed |= refresh.open > 0 && refresh.has_starts;
         refresh.open = 0;
-        let mut board = self.board.borrow_mut();
-        board.begin_refresh();
-        board.tell_mirror("events were lost: its conditions are asked for anew");
+        let mut point_states = self.point_states.borrow_mut();
+        point_states.begin_refresh();
+        point_states.tell_mirror("events were lost: its conditions are asked for anew");
     }
 
     /// Applies a part of a notification; whether it could be understood.
@@ -381,11 +382,11 @@ impl SubscriptionSet {
         let items = self.all[index].items.clone();
         if let Some(changes) = data.inner_as::<DataChangeNotification>() {
             let mut is_understood = true;
-            let mut board = self.board.borrow_mut();
+            let mut point_states = self.point_states.borrow_mut();
             for change in changes.monitored_items.iter().flatten() {
                 let item = change.client_handle as usize;
                 if items.contains(&item) {
-                    board.take(item, &change.value, at.now, at.wall);
+                    point_states.take(item, &change.value, at.now, at.wall);
                 } else {
                     is_understood = false;
                 }
@@ -406,13 +407,13 @@ impl SubscriptionSet {
             match read {
                 _ if event.client_handle != EVENTS_HANDLE => is_understood = false,
                 Event::State { condition, told } => {
-                    let mut board = self.board.borrow_mut();
-                    if let Some(mirror) = board.mirror() {
+                    let mut point_states = self.point_states.borrow_mut();
+                    if let Some(mirror) = point_states.mirror() {
                         mirror.take(&self.namespaces, condition, &told);
                     }
                     let events = self.events.as_ref();
                     if let Some(place) = events.and_then(|events| events.by_node.get(condition)) {
-                        board.take_event(*place, &told, at.now, at.wall);
+                        point_states.take_event(*place, &told, at.now, at.wall);
                     }
                 }
                 Event::RefreshStart => {
@@ -437,11 +438,11 @@ impl SubscriptionSet {
             return;
         }
         refresh.open -= 1;
-        let mut board = self.board.borrow_mut();
+        let mut point_states = self.point_states.borrow_mut();
         if refresh.open == 0 {
-            board.end_refresh(&events.known, at.now, at.wall);
+            point_states.end_refresh(&events.known, at.now, at.wall);
         }
-        if let Some(mirror) = board.mirror() {
+        if let Some(mirror) = point_states.mirror() {
             mirror.end_refresh();
         }
     }

@@ -36,16 +36,16 @@ const TICKS_TO_1970: i64 = 116_444_736_000_000_000;
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Counting {
     Standard,
-    /// Keep-alives use numbers.
+    /// Keep-alives use up numbers of their own.
     Own,
-    /// Keep-alives repeat the last number.
+    /// Keep-alives repeat the last notification's number.
     Last,
 }
 
 /// A server of which the truth is known.
 struct Model {
     counting: Counting,
-    /// It keeps notifications for Republish.
+    /// True where the server keeps notifications for Republish.
     keeps: bool,
     values: [i64; TAGS as usize],
     published: [i64; TAGS as usize],
@@ -57,7 +57,7 @@ struct ModelSubscription {
     next: u32,
     idle: u32,
     kept: BTreeMap<u32, NotificationMessage>,
-    /// Numbers of notifications that did not arrive, and of which no later message told yet.
+    /// Numbers of lost notifications that no later message has revealed yet.
     lost: BTreeSet<u32>,
 }
 
@@ -153,7 +153,7 @@ impl Model {
 struct Matrix {
     model: Model,
     set: SubscriptionSet,
-    board: Rc<RefCell<Board>>,
+    point_states: Rc<RefCell<PointStates>>,
     oracle: TruthOracle,
     faults: FaultGenerator,
     start: Instant,
@@ -171,16 +171,17 @@ impl Matrix {
         let settings: Settings = serde_json::from_value(json!({"url": "opc.tcp://plc"})).unwrap();
         let config = settings.parse().unwrap();
         let points = Points::parse(&tags, &config).unwrap();
-        let board = Rc::new(RefCell::new(Board::new(points, &config, oracle.sink(), host())));
+        let point_states =
+            Rc::new(RefCell::new(PointStates::new(points, &config, oracle.sink(), host())));
         let values = std::array::from_fn(|index| index as i64);
         for tag in 0..TAGS {
             oracle.set_truth(tag, Some(Value::I64(values[tag as usize])));
         }
-        let set = SubscriptionSet::new(Rc::clone(&board), Vec::new());
+        let set = SubscriptionSet::new(Rc::clone(&point_states), Vec::new());
         let mut matrix = Self {
             model: Model::new(counting, keeps, values),
             set,
-            board,
+            point_states,
             oracle,
             faults: FaultGenerator::new(seed).with_rarity(rarity),
             start: Instant::now(),
@@ -197,13 +198,13 @@ impl Matrix {
         Moment { now: self.start + self.oracle.now(), wall: self.oracle.wall_clock() }
     }
 
-    /// A session begins: all values of the one before are bad.
+    /// Begins a session, in which all former values are bad.
     fn connect(&mut self) {
         self.sessions += 1;
-        self.board.borrow_mut().lose(Reason::Communication);
+        self.point_states.borrow_mut().lose(Reason::Communication);
         let (counting, keeps) = (self.model.counting, self.model.keeps);
         self.model = Model::new(counting, keeps, self.model.values);
-        self.set = SubscriptionSet::new(Rc::clone(&self.board), Vec::new());
+        self.set = SubscriptionSet::new(Rc::clone(&self.point_states), Vec::new());
         let (due, silence) = (STEP * KEEP_ALIVE, Duration::from_secs(3600));
         for id in 0..SUBSCRIPTIONS {
             let now = self.moment().now;
@@ -303,7 +304,7 @@ impl Matrix {
         }
     }
 
-    /// Answers what was asked for in the step before.
+    /// Answers the requests of the step before.
     fn answer(&mut self) {
         for inquiry in std::mem::take(&mut self.inquiries) {
             let at = self.moment();

@@ -7,22 +7,22 @@ use busbar_link::{Endpoint, SettingsFaults};
 /// Port of a server whose URL names none (IANA: opcua-tcp).
 const DEFAULT_PORT: u16 = 4840;
 const SCHEME: &str = "opc.tcp://";
-/// Longest URL that is written down in full, bytes.
+/// Longest URL that is accepted, bytes.
 const MAX_URL_BYTES: usize = 1024;
 
-/// Where a server listens.
+/// URL of a server that listens for OPC UA over TCP.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Url {
     pub(crate) endpoint: Endpoint,
-    /// As servers are told it.
+    /// Text of the URL as it is sent to servers.
     pub(crate) text: String,
 }
 
 impl Url {
-    /// Reads a URL.
+    /// Parses a URL of OPC UA over TCP.
     ///
     /// # Errors
-    /// What is wrong with it, and how it is written.
+    /// The fault of the text, and the right format.
     pub(crate) fn parse(text: &str) -> Result<Self, String> {
         let fault = |what: &str| Err(format!("'{text}' {what}: write opc.tcp://host:port/path"));
         if text.len() > MAX_URL_BYTES || text.contains(|c: char| c.is_control() || c == ' ') {

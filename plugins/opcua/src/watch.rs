@@ -1,4 +1,4 @@
-//! An activated session at work: publishing, signs of life, what the server refused.
+//! Service loop of an activated session: publishing, keep-alives and refused items.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -11,26 +11,26 @@ use busbar_plugin_sdk::{Host, LogLevel, SampleFlags};
 use tokio::task::JoinSet;
 use tokio::time::sleep;
 
-use crate::board::Board;
 use crate::client::{Client, answer};
 use crate::conditions;
 use crate::fault::Fault;
 use crate::namespaces::NamespaceMemory;
+use crate::point_states::PointStates;
 use crate::session::{self, Server};
 use crate::settings::Config;
 use crate::subscription;
 use crate::subscriptions::{Events, Inquiry, Moment, SubscriptionSet};
 
-/// Publish requests that wait at the server at once.
+/// Most publish requests that wait at the server at once.
 const MAX_PUBLISHES: usize = 64;
-/// Nodes that are looked for, or read, at once.
+/// Most nodes that one request looks for or reads.
 const NODES_PER_READ: usize = 500;
-/// Acknowledgements of one publish request.
+/// Most acknowledgements of one publish request.
 const MAX_ACKNOWLEDGED: usize = 1000;
-/// How often the server is asked again for nodes that it did not know.
+/// Period in which the server is asked again for nodes that it did not know.
 const ASK_AGAIN: Duration = Duration::from_secs(30);
-/// A turn of the event loop that comes so much later than it should: this process was
-/// stopped, and what waited for it meanwhile is of then.
+/// Delay of an event-loop turn from which this process counts as stopped, so that waiting messages
+/// may be old.
 const STALLED_AFTER: Duration = Duration::from_secs(1);
 /// States of a server (OPC 10000-5, 12.6).
 const RUNNING: i32 = 0;
@@ -47,24 +47,24 @@ const STATES: [&str; 8] = [
     "unknown",
 ];
 
-/// What a session works with.
+/// Service loop of a session: its subscriptions, publish requests and reads.
 pub(crate) struct Watch {
     client: Rc<Client>,
     config: Config,
-    board: Rc<RefCell<Board>>,
+    point_states: Rc<RefCell<PointStates>>,
     server: Server,
     host: Host,
     wall_clock: fn() -> SystemTime,
     subscriptions: SubscriptionSet,
     /// Items that the server refused, each with its subscription.
     refused: Vec<(u32, Vec<usize>)>,
-    /// Publish requests that wait at the server, and how many there are to be.
+    /// Number of publish requests that wait at the server, and number that there are to be.
     waiting: usize,
     wanted: usize,
     state: i32,
 }
 
-/// What a task found.
+/// Result of a task of the session.
 enum Done {
     Published(Result<Box<PublishResponse>, Fault>),
     Republished(u32, u32, Result<Option<NotificationMessage>, Fault>),
@@ -72,7 +72,7 @@ enum Done {
     Alive(Result<Option<i32>, Fault>),
 }
 
-/// The event loop's time.
+/// Returns the event loop's time.
 fn now() -> Instant {
     tokio::time::Instant::now().into_std()
 }
@@ -82,18 +82,19 @@ impl Watch {
     pub(crate) async fn begin(
         client: Rc<Client>,
         config: Config,
-        board: Rc<RefCell<Board>>,
+        point_states: Rc<RefCell<PointStates>>,
         host: Host,
         wall_clock: fn() -> SystemTime,
         (name, memory): (&str, &RefCell<NamespaceMemory>),
     ) -> Result<Self, Fault> {
         let mut server = session::describe(&client).await?;
         server.moved = memory.borrow_mut().compare(name, &server.namespaces);
-        let subscriptions = SubscriptionSet::new(Rc::clone(&board), server.namespaces.clone());
+        let subscriptions =
+            SubscriptionSet::new(Rc::clone(&point_states), server.namespaces.clone());
         let mut watch = Self {
             client,
             config,
-            board,
+            point_states,
             server,
             host,
             wall_clock,
@@ -108,7 +109,7 @@ impl Watch {
         match watch.subscribe_to_events().await {
             // The values of other tags come all the same.
             Err(Fault::Refused { what, status }) => {
-                watch.board.borrow_mut().refuse_conditions(what, status);
+                watch.point_states.borrow_mut().refuse_conditions(what, status);
             }
             outcome => outcome?,
         }
@@ -120,8 +121,8 @@ impl Watch {
     /// Namespaces by whose index tags are addressed and which are others than before, in
     /// words.
     pub(crate) fn moved_namespaces(&self) -> Vec<String> {
-        let board = self.board.borrow();
-        let points = board.points();
+        let point_states = self.point_states.borrow();
+        let points = point_states.points();
         let items = points.items.iter().map(|item| &item.node);
         let conditions = points.conditions.iter().map(|condition| &condition.node);
         let used: Vec<_> = items.chain(conditions).filter_map(|node| node.bare_index()).collect();
@@ -129,14 +130,19 @@ impl Watch {
         moved.map(|moved| moved.in_words()).collect()
     }
 
-    /// Where tags are of conditions, has the server report all their events, and the
-    /// state of those that there are.
+    /// Subscribes to the events of all conditions and refreshes them, where tags or the alarm
+    /// mirror need them.
     async fn subscribe_to_events(&mut self) -> Result<(), Fault> {
         let addresses: Vec<_> = {
-            let board = self.board.borrow();
-            board.points().conditions.iter().map(|condition| condition.node.clone()).collect()
+            let point_states = self.point_states.borrow();
+            point_states
+                .points()
+                .conditions
+                .iter()
+                .map(|condition| condition.node.clone())
+                .collect()
         };
-        let mirror = self.board.borrow().mirror().cloned();
+        let mirror = self.point_states.borrow().mirror().cloned();
         if addresses.is_empty() && mirror.is_none() {
             return Ok(());
         }
@@ -156,10 +162,10 @@ impl Watch {
         for condition in (0..nodes.len()).filter(|condition| !known[*condition]) {
             let moved = self.server.moved(&addresses[condition]);
             let why = moved.map_or("the server has none".into(), |moved| moved.in_words());
-            self.board.borrow_mut().miss_condition(condition, &why);
+            self.point_states.borrow_mut().miss_condition(condition, &why);
         }
-        let freshness = self.board.borrow().min_freshness();
-        let (client, end) = (&self.client, self.board.borrow().points().items.len());
+        let freshness = self.point_states.borrow().min_freshness();
+        let (client, end) = (&self.client, self.point_states.borrow().points().items.len());
         let subscription =
             subscription::create(client, &self.config, freshness, end..end, now()).await?;
         subscription::add_events(client, subscription.id).await?;
@@ -175,8 +181,8 @@ impl Watch {
     }
 
     async fn subscribe(&mut self) -> Result<(), Fault> {
-        let count = self.board.borrow().points().items.len();
-        let freshness = self.board.borrow().min_freshness();
+        let count = self.point_states.borrow().points().items.len();
+        let freshness = self.point_states.borrow().min_freshness();
         let mut slowest = Duration::ZERO;
         for first in (0..count).step_by(self.config.items_per_subscription) {
             let items = first..count.min(first + self.config.items_per_subscription);
@@ -187,7 +193,8 @@ impl Watch {
             let items: Vec<_> = items.collect();
             let (client, id) = (&self.client, subscription.id);
             let refused =
-                subscription::add_items(client, &self.server, &self.board, id, &items).await?;
+                subscription::add_items(client, &self.server, &self.point_states, id, &items)
+                    .await?;
             if !refused.is_empty() {
                 self.refused.push((id, refused));
             }
@@ -298,8 +305,8 @@ impl Watch {
         }
     }
 
-    /// Notes the state of the server, where it tells one: only one that is running, or in
-    /// test mode, serves its values as they are.
+    /// Notes the state of the server, where it has one. Only the states running and test serve
+    /// trustworthy values.
     fn note_state(&mut self, state: Option<i32>) {
         let Some(state) = state else { return };
         if std::mem::replace(&mut self.state, state) == state {
@@ -310,9 +317,9 @@ impl Watch {
         self.host.log(LogLevel::Warning, &format!("the server's state is now: {name}"));
         let origin = if state == TEST { SampleFlags::TEST } else { SampleFlags::LIVE };
         let Moment { now, wall } = self.moment();
-        let mut board = self.board.borrow_mut();
-        board.set_server(![RUNNING, TEST].contains(&state), origin, now, wall);
-        board.flush();
+        let mut point_states = self.point_states.borrow_mut();
+        point_states.set_server(![RUNNING, TEST].contains(&state), origin, now, wall);
+        point_states.flush();
     }
 
     fn take(&mut self, done: Done) -> Result<(), Fault> {
@@ -352,7 +359,7 @@ impl Watch {
         }
     }
 
-    /// Asks for what is missing.
+    /// Sends the requests for what is missing: Republish and Read.
     async fn inquire(&mut self, tasks: &mut JoinSet<Done>) -> Result<(), Fault> {
         for inquiry in self.subscriptions.inquire(now()) {
             let client = Rc::clone(&self.client);
@@ -365,9 +372,9 @@ impl Watch {
                 }
                 Inquiry::Read { subscription, epoch, items } => {
                     let (items, nodes): (Vec<_>, Vec<_>) = {
-                        let board = self.board.borrow();
+                        let point_states = self.point_states.borrow();
                         let node = |item: usize| {
-                            let address = &board.points().items.get(item)?.node;
+                            let address = &point_states.points().items.get(item)?.node;
                             Some((item, address.resolve(&self.server.namespaces)?))
                         };
                         items.into_iter().filter_map(node).unzip()
@@ -394,8 +401,9 @@ impl Watch {
     async fn ask_again(&mut self) -> Result<(), Fault> {
         let mut refused = std::mem::take(&mut self.refused);
         for (id, items) in &mut refused {
-            let (client, board) = (&self.client, &self.board);
-            *items = subscription::add_items(client, &self.server, board, *id, items).await?;
+            let (client, point_states) = (&self.client, &self.point_states);
+            *items =
+                subscription::add_items(client, &self.server, point_states, *id, items).await?;
         }
         refused.retain(|(_, items)| !items.is_empty());
         self.refused = refused;

@@ -139,7 +139,7 @@ impl Line {
         let age = self.age_millis.map(|age| (age, Duration::from_millis(age.unsigned_abs())));
         Sample {
             tag: tag.tag,
-            value: self.value.map(|value| value.of(tag.kind)),
+            value: self.value.map(|value| value.to_value(tag.kind)),
             quality: match self.quality {
                 Worth::Good => Quality::Good,
                 Worth::Uncertain => Quality::Uncertain(Reason::Unknown),
@@ -152,7 +152,7 @@ impl Line {
 }
 
 impl Worded {
-    fn of(self, kind: ValueKind) -> Value {
+    fn to_value(self, kind: ValueKind) -> Value {
         let number = match self {
             Self::Number(number) => number,
             Self::Word(Word::Nan) => f64::NAN,

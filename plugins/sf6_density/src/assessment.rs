@@ -5,7 +5,7 @@
 //! with temperature and rises with pressure, so its bounds lie at the ends of the ranges: a
 //! level is certain where both ends have it.
 
-use crate::gas_model::{GasModel, GasState, Saturation};
+use crate::gas_state::{GasModel, GasState, Saturation};
 use crate::settings::Settings;
 
 /// Multiple of the filling above which a density is not believed: gas compartments are

@@ -3,8 +3,8 @@
 
 mod assessment;
 mod compartments;
-mod gas;
-mod gas_model;
+mod equation_of_state;
+mod gas_state;
 mod kept_trends;
 mod mixture;
 mod outcome;
@@ -20,7 +20,7 @@ use busbar_plugin_sdk::{
     Binding, Canvas, Description, Error, Host, LegendEntry, Overlay, OverlayFrame, Pattern, Plugin,
     TagValue, Verdict,
 };
-pub use gas::{
+pub use equation_of_state::{
     EquationOfState, REFERENCE, ZERO_CELSIUS, air_pressure, pressure, vapor_pressure,
     virial_density,
 };
@@ -30,7 +30,7 @@ pub use trend::{Loss, Sample, Trend};
 
 use assessment::assess;
 use compartments::{Compartment, Layout, layout};
-use gas_model::GasModel;
+use gas_state::GasModel;
 use kept_trends::KeptTrends;
 use outcome::{Outcome, judge};
 use piece_verdicts::{SensorVerdict, give_verdicts};

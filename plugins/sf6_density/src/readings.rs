@@ -4,7 +4,7 @@ use busbar_plugin_sdk::{DoublePoint, Quality, TagValue, Value};
 
 use crate::assessment::Range;
 use crate::compartments::{Compartment, Input};
-use crate::gas::air_pressure;
+use crate::equation_of_state::air_pressure;
 use crate::settings::{SEA_LEVEL, Settings};
 
 /// Pressures that the air has, MPa: from 5,500 m to a strong anticyclone at sea level.

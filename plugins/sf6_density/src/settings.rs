@@ -2,8 +2,8 @@
 
 use busbar_plugin_sdk::state_file_fault;
 
-use crate::gas::EquationOfState;
-use crate::gas_model::GasModel;
+use crate::equation_of_state::EquationOfState;
+use crate::gas_state::GasModel;
 use crate::mixture::{Mixture, MixtureSettings};
 
 /// Pieces of equipment of one overlay.

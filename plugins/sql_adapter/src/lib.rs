@@ -4,10 +4,10 @@
 //! thread and one connection serve an instance. It only reads.
 
 mod answer;
-mod board;
 mod cell;
 mod convert;
 mod payload;
+mod point_states;
 mod points;
 mod postgres;
 pub mod probe;
@@ -24,7 +24,7 @@ use busbar_plugin_sdk::{
 };
 use tokio::sync::oneshot;
 
-use crate::board::{Board, list};
+use crate::point_states::{PointStates, list};
 pub use crate::settings::Settings;
 use crate::settings::{Config, Database};
 
@@ -74,11 +74,11 @@ impl Telemetry for SqlAdapter {
         let rules = config.times.clone();
         let names = config.queries.iter().map(|query| query.name.clone());
         let named = names.zip(points);
-        let board = Board::new(config.label(), named, rules, sink, self.host.clone());
+        let point_states = PointStates::new(config.label(), named, rules, sink, self.host.clone());
         let (stop, stopped) = oneshot::channel();
         let worker = match config.database.clone() {
             Database::Sqlite(path) => Worker::start(&self.host, "sqlite", move |running| {
-                sqlite::serve(&path, &config, board, running);
+                sqlite::serve(&path, &config, point_states, running);
             }),
             Database::Postgres(server) => {
                 let access = postgres::Access::load(*server)?;
@@ -92,7 +92,7 @@ impl Telemetry for SqlAdapter {
                         tokio::select! {
                             biased;
                             _ = stopped => {}
-                            _ = postgres::serve(&access, &config, board) => {}
+                            _ = postgres::serve(&access, &config, point_states) => {}
                         }
                     });
                     runtime.shutdown_timeout(LOOKUP_LIMIT);

@@ -5,8 +5,8 @@ use busbar_plugin_sdk::{Error, Sample, SampleSink, TagSpec};
 use tokio_postgres::types::{FromSql, Type};
 
 use crate::answer::Answer;
-use crate::board::Board;
 use crate::cell::{Cell, Row};
+use crate::point_states::PointStates;
 use crate::points;
 use crate::postgres::check_stream;
 use crate::settings::Settings;
@@ -39,9 +39,10 @@ pub fn notify(
     let config = settings.parse()?;
     let names = config.queries.iter().map(|query| query.name.clone());
     let named = names.zip(points::parse(tags, &config)?);
-    let mut board = Board::new(config.label(), named, config.times.clone(), sink, host());
-    board.note_notification(0, payload);
-    board.flush();
+    let mut point_states =
+        PointStates::new(config.label(), named, config.times.clone(), sink, host());
+    point_states.note_notification(0, payload);
+    point_states.flush();
     Ok(())
 }
 

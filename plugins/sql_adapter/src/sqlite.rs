@@ -17,8 +17,8 @@ use rusqlite::{Connection, ErrorCode, OpenFlags};
 use thiserror::Error;
 
 use crate::answer::{Answer, QueryFault, Samples};
-use crate::board::{Board, shown};
 use crate::cell::{Cell, Row};
+use crate::point_states::{PointStates, shown};
 use crate::schedule::Schedule;
 use crate::settings::{Config, QueryConfig};
 
@@ -47,18 +47,23 @@ enum FileFault {
 }
 
 /// Serves until the worker is dropped.
-pub(crate) fn serve(path: &Path, config: &Config, mut board: Board, running: &StopToken) {
+pub(crate) fn serve(
+    path: &Path,
+    config: &Config,
+    mut point_states: PointStates,
+    running: &StopToken,
+) {
     let mut backoff = Backoff::new(config.reconnect);
     let session = Session { path, queries: &config.queries, timeout: config.timeout, running };
-    board.open();
+    point_states.open();
     while running.is_running() {
         let started = Instant::now();
-        let Err(fault) = session.run(&mut board) else { return };
+        let Err(fault) = session.run(&mut point_states) else { return };
         if started.elapsed() >= STABLE_AFTER {
             backoff.reset();
         }
         let delay = backoff.next_delay();
-        board.note_lost(&fault.to_string(), delay);
+        point_states.note_lost(&fault.to_string(), delay);
         running.wait(delay);
     }
 }
@@ -73,25 +78,26 @@ struct Session<'a> {
 
 impl Session<'_> {
     /// Runs queries until the worker is dropped.
-    fn run(&self, board: &mut Board) -> Result<(), FileFault> {
+    fn run(&self, point_states: &mut PointStates) -> Result<(), FileFault> {
         open(self.path, self.timeout)?;
-        board.note_connected();
+        point_states.note_connected();
         let periods = self.queries.iter().map(|query| query.period);
-        let mut schedule = Schedule::new(periods, |query| board.is_used(query), Instant::now());
+        let mut schedule =
+            Schedule::new(periods, |query| point_states.is_used(query), Instant::now());
         while let Some((query, due)) = schedule.next() {
             if !self.running.wait(due.saturating_duration_since(Instant::now())) {
                 return Ok(());
             }
             schedule.note_run(query, Instant::now());
             let connection = open(self.path, self.timeout)?;
-            match self.ask(connection, query, board) {
-                Ok(outcome) => board.note_answer(query, outcome),
+            match self.ask(connection, query, point_states) {
+                Ok(outcome) => point_states.note_answer(query, outcome),
                 Err(error) if !self.running.is_running() => {
                     // It was stopped for that.
                     drop(error);
                     return Ok(());
                 }
-                Err(error) => board.note_answer(query, Err(self.judge(&error)?)),
+                Err(error) => point_states.note_answer(query, Err(self.judge(&error)?)),
             }
         }
         Ok(())
@@ -101,7 +107,7 @@ impl Session<'_> {
         &self,
         mut connection: Connection,
         query: usize,
-        board: &Board,
+        point_states: &PointStates,
     ) -> rusqlite::Result<Result<Samples, QueryFault>> {
         let deadline = Instant::now() + self.timeout;
         let running = self.running.clone();
@@ -118,10 +124,10 @@ impl Session<'_> {
         if statement.parameter_count() > 0 {
             return refused("it has parameters, which nobody gives it: write the values");
         }
-        let points = board.points(query);
+        let points = point_states.points(query);
         let names: Vec<_> = statement.column_names().map(str::to_owned).collect();
         let names: Vec<_> = names.iter().map(String::as_str).collect();
-        let mut answer = match Answer::begin(&points, &names, &board.time_rules()) {
+        let mut answer = match Answer::begin(&points, &names, &point_states.time_rules()) {
             Ok(answer) => answer,
             Err(fault) => return Ok(Err(fault)),
         };

@@ -164,23 +164,23 @@ pub struct TapSettings {
 pub enum Cooling {
     /// Oil and air by convection.
     Onan,
-    /// Oil by convection, air by fans.
+    /// Natural oil circulation by convection, air by fans.
     Onaf,
-    /// Oil by pumps, not directed through the windings.
+    /// Forced oil circulation by pumps, not directed through the windings.
     Of,
-    /// As OF, with air by convection.
+    /// Forced oil circulation, not directed; air by convection.
     Ofan,
-    /// As OF, with air by fans.
+    /// Forced oil circulation, not directed; air by fans.
     Ofaf,
-    /// As OF, with water.
+    /// Forced oil circulation, not directed; water as coolant.
     Ofwf,
-    /// Oil by pumps, directed through the windings.
+    /// Forced oil circulation by pumps, directed through the windings.
     Od,
-    /// As OD, with air by convection.
+    /// Forced and directed oil circulation; air by convection.
     Odan,
-    /// As OD, with air by fans.
+    /// Forced and directed oil circulation; air by fans.
     Odaf,
-    /// As OD, with water.
+    /// Forced and directed oil circulation; water as coolant.
     Odwf,
 }
 

@@ -99,7 +99,8 @@ pub(crate) fn measure(
                 let full = configuration((stations, "full", &json!(0.0)), scenes.bounds, folder)?;
                 let mut detail = RendererProcess::start(ours, core, &full, 1)?;
                 let processes = [&mut detail, &mut process];
-                many.likeness = Some(PictureSimilarity::of(processes, cameras, &stem, pictures)?);
+                many.likeness =
+                    Some(PictureSimilarity::compare(processes, cameras, &stem, pictures)?);
             }
             found.push(many);
         }

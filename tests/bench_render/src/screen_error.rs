@@ -74,7 +74,7 @@ pub(crate) fn measure(
         let mut detail = RendererProcess::start(ours, core, &full.glb, 1)?;
         let mut followed = RendererProcess::start(ours, core, &followed, 1)?;
         let likeness =
-            PictureSimilarity::of([&mut detail, &mut followed], &cameras, path, pictures)?;
+            PictureSimilarity::compare([&mut detail, &mut followed], &cameras, path, pictures)?;
         let mut processes = vec![(detail, Vec::new()), (followed, Vec::new())];
         for peer in &renderers[1..] {
             // Who cannot was told of already.
@@ -109,7 +109,7 @@ pub(crate) fn measure(
 
 impl PictureSimilarity {
     /// Compares the pictures of a path, which are kept by its name.
-    pub(crate) fn of(
+    pub(crate) fn compare(
         [detail, followed]: [&mut RendererProcess; 2],
         cameras: &[Camera],
         path: &str,

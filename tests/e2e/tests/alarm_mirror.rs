@@ -159,7 +159,7 @@ fn each_state_is_shown_as_the_server_has_it() {
     for isolation in ["process", "none"] {
         let Some(mut server) = Server::start(0, &only_hot(true, false)) else { return };
         let mut view = View::open(&scene(server.port, isolation).write());
-        let alarm = view.until_current(AlarmState::B);
+        let alarm = view.until_current(AlarmState::Unacknowledged);
         assert_eq!(alarm.id, "plc:nsu=urn:busbar:test;s=Hot", "{isolation}");
         assert_eq!((alarm.priority, alarm.source.as_deref()), ("high", Some("plc")));
         assert_eq!(alarm.uncertainty, None);
@@ -170,12 +170,12 @@ fn each_state_is_shown_as_the_server_has_it() {
         assert_eq!(found.picked.as_deref(), Some(TRANSFORMER), "the way to the equipment");
         // Acknowledging is the server's.
         view.key(Key::F9);
-        view.until_current(AlarmState::B);
+        view.until_current(AlarmState::Unacknowledged);
 
         for (fields, state) in [
-            (hot(true, true, UNSHELVED), AlarmState::C),
-            (hot(true, true, TIMED_SHELVED), AlarmState::G),
-            (hot(false, false, UNSHELVED), AlarmState::D),
+            (hot(true, true, UNSHELVED), AlarmState::Acknowledged),
+            (hot(true, true, TIMED_SHELVED), AlarmState::Shelved),
+            (hot(false, false, UNSHELVED), AlarmState::ReturnedUnacknowledged),
         ] {
             server.change("Hot", &fields);
             view.until_current(state);
@@ -183,7 +183,7 @@ fn each_state_is_shown_as_the_server_has_it() {
         server.change("Hot", &json!({ "Quality": 0x8031_0000_u32 }));
         assert_eq!(view.until_stale(), "bad at its source");
         server.change("Hot", &json!({ "Quality": 0 }));
-        view.until_current(AlarmState::D);
+        view.until_current(AlarmState::ReturnedUnacknowledged);
         server.change("Hot", &hot(false, true, UNSHELVED));
         view.until("no alarm", <[AlarmStats]>::is_empty);
     }
@@ -193,7 +193,7 @@ fn each_state_is_shown_as_the_server_has_it() {
 fn alarms_of_a_server_that_is_killed_are_stale_until_the_next_one_tells_its_own() {
     let Some(server) = Server::start(0, &only_hot(true, false)) else { return };
     let mut view = View::open(&scene(server.port, "process").write());
-    view.until_current(AlarmState::B);
+    view.until_current(AlarmState::Unacknowledged);
     let port = server.port;
     server.process.signal(Signal::KILL);
     let killed = Instant::now();
@@ -210,23 +210,23 @@ fn alarms_of_a_server_that_is_killed_are_stale_until_the_next_one_tells_its_own(
     });
     let mut states: Vec<_> = alarms.iter().map(|alarm| alarm.state).collect();
     states.sort_unstable();
-    assert_eq!(states, [AlarmState::B, AlarmState::C]);
+    assert_eq!(states, [AlarmState::Unacknowledged, AlarmState::Acknowledged]);
 }
 
 #[test]
 fn alarms_of_a_frozen_server_are_stale_within_its_limit_and_current_once_it_goes_on() {
     let Some(mut server) = Server::start(0, &only_hot(true, false)) else { return };
     let mut view = View::open(&scene(server.port, "process").write());
-    view.until_current(AlarmState::B);
+    view.until_current(AlarmState::Unacknowledged);
     server.process.signal(Signal::STOP);
     let frozen = Instant::now();
     let uncertainty = view.until_stale();
     assert!(frozen.elapsed() < 2 * SILENCE + SLACK, "{:?}", frozen.elapsed());
     assert!(uncertainty.starts_with("stale "), "{uncertainty}");
     server.process.signal(Signal::CONT);
-    view.until_current(AlarmState::B);
+    view.until_current(AlarmState::Unacknowledged);
     server.change("Hot", &hot(true, true, UNSHELVED));
-    view.until_current(AlarmState::C);
+    view.until_current(AlarmState::Acknowledged);
 }
 
 #[test]
@@ -236,12 +236,12 @@ fn alarms_of_a_plugin_that_dies_are_stale_until_it_is_back() {
     // Long enough to be seen.
     scene.config["supervision"] = json!({ "restart_millis": 3000 });
     let mut view = View::open(&scene.write());
-    view.until_current(AlarmState::B);
+    view.until_current(AlarmState::Unacknowledged);
     let pid = view.plugin_pid().expect("it has a process");
     kill_process(pid, Signal::KILL).expect("it runs");
     let uncertainty = view.until_stale();
     assert!(uncertainty.starts_with("stale "), "{uncertainty}");
-    view.until_current(AlarmState::B);
+    view.until_current(AlarmState::Unacknowledged);
 
     // One that is started anew while the server is away knows nothing of them.
     server.process.signal(Signal::KILL);
@@ -281,7 +281,7 @@ fn a_reload_drops_no_alarm_and_places_it_by_the_new_rules() {
     let mut scene = scene(server.port, "process");
     let path = scene.write();
     let mut view = View::open(&path);
-    view.until_current(AlarmState::B);
+    view.until_current(AlarmState::Unacknowledged);
     let before = view.plugin_pid();
     let mut reloader = Reloader::start(&path, || {}).expect("a file can be watched");
     let source = &mut scene.config["alarm_handling"]["sources"][0];
@@ -294,7 +294,7 @@ fn a_reload_drops_no_alarm_and_places_it_by_the_new_rules() {
         reloader.step(&mut view.viewer)
     });
     assert_eq!(outcome, ReloadOutcome::Shown);
-    let alarm = view.until_current(AlarmState::B);
+    let alarm = view.until_current(AlarmState::Unacknowledged);
     assert_eq!(alarm.priority, "critical");
     assert_eq!(view.plugin_pid(), before, "the plugin goes on");
     view.key(Key::F8);

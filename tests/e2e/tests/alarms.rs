@@ -76,7 +76,7 @@ impl View {
     fn state(&self, id: &str) -> AlarmState {
         let stats = self.viewer.stats();
         let alarm = stats.alarms.into_iter().find(|alarm| alarm.id == id);
-        alarm.map_or(AlarmState::A, |alarm| alarm.state)
+        alarm.map_or(AlarmState::Normal, |alarm| alarm.state)
     }
 
     fn until(&mut self, what: &str, holds: impl Fn(&Stats) -> bool) -> Stats {
@@ -89,7 +89,7 @@ impl View {
     fn until_state(&mut self, id: &str, state: AlarmState) {
         self.until(&format!("{id} in state {state:?}"), |stats| {
             let alarm = stats.alarms.iter().find(|alarm| alarm.id == id);
-            alarm.map_or(AlarmState::A, |alarm| alarm.state) == state
+            alarm.map_or(AlarmState::Normal, |alarm| alarm.state) == state
         });
     }
 }
@@ -107,7 +107,7 @@ fn an_alarm_leads_to_its_equipment_in_full_detail_and_back() {
     assert_eq!((calm.alarms.len(), view.viewer.stats().theta_span["transformer"]), (0, [0.7; 2]));
 
     peer.set("discrete", RELAY_INPUT, &[1]);
-    view.until_state("Trip", AlarmState::B);
+    view.until_state("Trip", AlarmState::Unacknowledged);
     let theta = view.viewer.stats().theta_span["transformer"];
     assert_eq!(theta, [0.0, 0.7], "the relay in full detail, the rest as before");
 
@@ -124,17 +124,21 @@ fn an_alarm_leads_to_its_equipment_in_full_detail_and_back() {
     assert!(share > 0.05, "{:.1} % of the picture is the relay", share * 100.0);
 
     view.key(Key::F9, Modifiers::NONE);
-    assert_eq!(view.state("Trip"), AlarmState::C);
+    assert_eq!(view.state("Trip"), AlarmState::Acknowledged);
     view.frame(Vec::new());
     let theta = view.viewer.stats().theta_span["transformer"];
     assert_eq!(theta, [0.7; 2], "acknowledged: as the policy has it");
 
     peer.set("discrete", RELAY_INPUT, &[0]);
-    view.until_state("Trip", AlarmState::F);
+    view.until_state("Trip", AlarmState::LatchedAcknowledged);
     view.key(Key::F10, Modifiers::NONE);
-    assert_eq!(view.state("Trip"), AlarmState::G);
+    assert_eq!(view.state("Trip"), AlarmState::Shelved);
     view.key(Key::F10, Modifiers::SHIFT);
-    assert_eq!(view.state("Trip"), AlarmState::E, "the latch outlived the shelf");
+    assert_eq!(
+        view.state("Trip"),
+        AlarmState::LatchedUnacknowledged,
+        "the latch outlived the shelf"
+    );
     let messages = view.viewer.stats().validation_messages;
     assert_eq!(messages, Vec::<String>::new());
 }
@@ -146,23 +150,32 @@ fn a_server_that_falls_silent_clears_nothing_and_the_alarm_says_so() {
     let mut view = View::open(&scene.write());
     view.until("good tags", all_good);
     peer.set("holding", SF6_REGISTER, &[540]);
-    view.until_state("SF6", AlarmState::B);
+    view.until_state("SF6", AlarmState::Unacknowledged);
     drop(peer);
     let stats = view.until("doubt", |stats| stats.alarms.iter().any(|alarm| !alarm.certain));
     let alarm = &stats.alarms[0];
-    assert_eq!((alarm.id.as_str(), alarm.state, alarm.priority), ("SF6", AlarmState::B, "high"));
+    assert_eq!(
+        (alarm.id.as_str(), alarm.state, alarm.priority),
+        ("SF6", AlarmState::Unacknowledged, "high")
+    );
 }
 
 #[test]
 fn what_is_mirrored_is_as_the_host_says() {
     let mut view = View::open(&scene(1).write());
     view.frame(Vec::new());
-    for state in [AlarmState::B, AlarmState::C, AlarmState::D, AlarmState::A] {
+    for state in [
+        AlarmState::Unacknowledged,
+        AlarmState::Acknowledged,
+        AlarmState::ReturnedUnacknowledged,
+        AlarmState::Normal,
+    ] {
         view.viewer.mirror_alarm("Grid", state, None, Some("host")).expect("it is mirrored");
         view.frame(Vec::new());
         assert_eq!(view.state("Grid"), state);
     }
-    let refused = view.viewer.mirror_alarm("SF6", AlarmState::B, None, None).unwrap_err();
+    let refused =
+        view.viewer.mirror_alarm("SF6", AlarmState::Unacknowledged, None, None).unwrap_err();
     assert!(refused.to_string().contains("mirrored"), "{refused}");
 }
 

@@ -13,7 +13,12 @@ use tempfile::TempDir;
 const SIZE: [u32; 2] = [64, 48];
 /// Exit code of a command whose input is at fault.
 const EXIT_INPUT: i32 = 1;
-const STATES: [AlarmState; 4] = [AlarmState::B, AlarmState::C, AlarmState::D, AlarmState::A];
+const STATES: [AlarmState; 4] = [
+    AlarmState::Unacknowledged,
+    AlarmState::Acknowledged,
+    AlarmState::ReturnedUnacknowledged,
+    AlarmState::Normal,
+];
 
 /// Configuration whose alarms were logged, with a key and an anchor outside the log.
 struct AuditedRun {

@@ -156,9 +156,9 @@ fn a_good_edit_shows_and_what_it_does_not_touch_goes_on() {
     let (processes, camera) = (view.processes(), view.stats().camera.eye);
     let first = view.picture();
     let goes_on = |view: &View| {
-        assert_eq!(view.alarm("Fans"), Some(AlarmState::C), "acknowledged");
-        assert_eq!(view.alarm("SF6"), Some(AlarmState::G), "shelved");
-        assert_eq!(view.alarm("Oil"), Some(AlarmState::C), "acknowledged");
+        assert_eq!(view.alarm("Fans"), Some(AlarmState::Acknowledged), "acknowledged");
+        assert_eq!(view.alarm("SF6"), Some(AlarmState::Shelved), "shelved");
+        assert_eq!(view.alarm("Oil"), Some(AlarmState::Acknowledged), "acknowledged");
         let stats = view.stats();
         assert_eq!(stats.camera.eye, camera);
         assert_eq!(stats.selected, ["=S12D1T1-TA1"]);
@@ -186,10 +186,10 @@ fn a_good_edit_shows_and_what_it_does_not_touch_goes_on() {
     // A limit of an alarm, which returns to normal by it.
     view.edit(|config| config["alarms"]["Oil"]["condition"]["high"] = json!(60));
     view.frame();
-    assert!(matches!(view.alarm("Oil"), None | Some(AlarmState::A)));
+    assert!(matches!(view.alarm("Oil"), None | Some(AlarmState::Normal)));
     view.edit(|config| config["alarms"]["Oil"]["condition"]["high"] = json!(50));
     view.frame();
-    assert_eq!(view.alarm("Oil"), Some(AlarmState::B), "it is news");
+    assert_eq!(view.alarm("Oil"), Some(AlarmState::Unacknowledged), "it is news");
     view.act("Oil", AlarmAction::Acknowledge);
     assert_eq!(view.processes(), processes);
 

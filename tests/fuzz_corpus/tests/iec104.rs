@@ -44,13 +44,13 @@ pub fn fuzz_one(bytes: &[u8]) -> bool {
     Frame::Unnumbered(Function::StartCon).write(&mut confirmed);
     assert_eq!(session.receive(&confirmed, now, |_| {}), Ok(()));
     for piece in rest.chunks(usize::from(piece).max(1)) {
-        let heed = |event: Event<'_>| {
+        let handle = |event: Event<'_>| {
             if let Event::Asdu(asdu) = event {
                 assert!((1..=MAX_ASDU_BYTES).contains(&asdu.len()));
                 end.read(asdu);
             }
         };
-        if session.receive(piece, now, heed).is_err() {
+        if session.receive(piece, now, handle).is_err() {
             return is_unit;
         }
     }

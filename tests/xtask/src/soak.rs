@@ -59,14 +59,14 @@ const RELOADS: &str = "10000";
 const FUZZ_FOLDER: &str = "tests/fuzz";
 /// Inputs that are kept, a folder a target.
 const KEPT_INPUTS: &str = "tests/fuzz_corpus/corpus";
-/// What cargo-fuzz is installed as, where it is missing.
+/// Package and version of cargo-fuzz that are installed where it is missing.
 const FUZZER: &str = "cargo-fuzz@^0.13";
 const MAX_MINUTES: u64 = 7 * 24 * 60;
-/// What one input may take before it is a finding.
+/// Time limit of one fuzz input, seconds, beyond which it is a finding.
 const MAX_INPUT_SECONDS: u64 = 10;
 const MAX_ALLOCATION_MEGABYTES: u64 = 256;
 
-/// Options of `soak`.
+/// Command-line options of `soak`.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Minutes for each fuzz target.
@@ -261,7 +261,7 @@ fn fuzz_targets(fuzz_folder: &Path) -> Result<Vec<String>> {
     Ok(targets)
 }
 
-/// Those of the targets that are wanted; all where nobody names any.
+/// Selects the fuzz targets that are wanted; all of them where none is named.
 fn chosen(known: Vec<String>, wanted: &[String]) -> Result<Vec<String>> {
     if let Some(unknown) = wanted.iter().find(|name| !known.contains(name)) {
         bail!("there is no fuzz target '{unknown}'; there are {}", known.join(", "));

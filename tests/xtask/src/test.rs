@@ -19,7 +19,7 @@ use crate::workspace::{Profile, Workspace};
 /// One a test program, when nextest is not there.
 const MAX_RESULT_LINES: usize = 1024;
 
-/// Options of `test`.
+/// Command-line options of `test`.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Run only the tests whose names contain this, without lints.

@@ -209,7 +209,7 @@ impl Host {
             if self.call(|view| unsafe { busbar_view_next_event(view, &mut event) }) != 1 {
                 break;
             }
-            self.events.push(Happened::of(&event));
+            self.events.push(Happened::from_event(&event));
         }
         std::thread::sleep(Duration::from_millis(2));
     }
@@ -352,7 +352,7 @@ impl Drop for Host {
 }
 
 impl Happened {
-    pub(crate) fn of(event: &BusbarViewEvent) -> Self {
+    pub(crate) fn from_event(event: &BusbarViewEvent) -> Self {
         // SAFETY: never null, and ended by zero, as the header says.
         let text = |text| unsafe { CStr::from_ptr(text) }.to_str().expect("it is UTF-8").to_owned();
         Self {

@@ -66,13 +66,13 @@ impl AlarmService {
     ) -> Vec<(String, State, AlarmFlags, SourceTime)> {
         let mut changed = Vec::new();
         let closed = known.keys().copied().filter(|&alarm| {
-            self.table.status(alarm).is_none_or(|status| status.state == State::A)
+            self.table.status(alarm).is_none_or(|status| status.state == State::Normal)
         });
         let closed: Vec<_> = closed.collect();
         for alarm in self.table.open().chain(closed) {
             let Some(status) = self.table.status(alarm) else { continue };
             let before = match status.state {
-                State::A => known.remove(&alarm),
+                State::Normal => known.remove(&alarm),
                 _ => known.insert(alarm, status.standing),
             };
             let Some(spec) = self.table.set().spec(alarm) else { continue };

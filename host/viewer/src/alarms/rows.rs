@@ -58,7 +58,7 @@ impl AlarmListRows<'_> {
             occurrences: status.occurrences,
             chatters: status.chatters,
             is_first_out: status.is_first_out,
-            shelf_left: status.shelf_left.filter(|_| state == State::G),
+            shelf_left: status.shelf_left.filter(|_| state == State::Shelved),
             is_saving,
             origin: status.origin | self.origin_of(spec),
             ..AlarmRow::default()
@@ -140,7 +140,7 @@ impl AlarmListRows<'_> {
     ) -> (Vec<AlarmRow>, usize) {
         let Some(alarm_service) = self.alarm_service else { return (Vec::new(), 0) };
         let state = |alarm| alarm_service.table.status(alarm).map(|status| status.state);
-        let is_open = |alarm: &&AlarmHandle| state(**alarm).is_some_and(|s| s != State::A);
+        let is_open = |alarm: &&AlarmHandle| state(**alarm).is_some_and(|s| s != State::Normal);
         let open = alarms.iter().filter(is_open);
         let mut rows: Vec<AlarmRow> =
             open.filter_map(|alarm| self.row_of(alarm_service, *alarm)).collect();
@@ -210,8 +210,9 @@ impl AlarmListRows<'_> {
             response: spec.response.clone(),
             decided_by: is_mirrored.then(|| "The host's alarm system".to_owned()),
             can_ask: alarm_service.has_host,
-            can_reset: status.state == State::F,
-            can_shelve: !matches!(status.state, State::H | State::I) && !is_mirrored,
+            can_reset: status.state == State::LatchedAcknowledged,
+            can_shelve: !matches!(status.state, State::SuppressedByDesign | State::OutOfService)
+                && !is_mirrored,
             is_shelved: status.standing.is_shelved,
             is_out_of_service: status.standing.is_out_of_service,
         })

@@ -4,7 +4,7 @@ use std::f32::consts::{PI, TAU};
 
 use busbar_geometry::Bounds;
 
-use super::path::CameraPath;
+use super::collision_free_path::CameraPath;
 use super::{Camera, ProjectionMode};
 
 /// A camera that moves along a path and turns as it goes.

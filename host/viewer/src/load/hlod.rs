@@ -82,11 +82,11 @@ fn build_groups(
 ) -> Vec<HlodGroup> {
     // A proxy goes down by one policy: the first such one.
     let follows = |policy: &&ThetaPolicy| matches!(policy, ThetaPolicy::ScreenError(_));
-    let Some(policy) = graph.instances().map(|i| policies.of(&i)).find(follows) else {
+    let Some(policy) = graph.instances().map(|i| policies.for_instance(&i)).find(follows) else {
         return Vec::new();
     };
     let may = |other: &ThetaPolicy| other == policy || matches!(other, ThetaPolicy::Fixed(_));
-    let groups = find_groups(graph, |instance| may(policies.of(instance)));
+    let groups = find_groups(graph, |instance| may(policies.for_instance(instance)));
     let mut kinds: Vec<u32> = groups.iter().map(|group| group.kind).collect();
     kinds.sort_unstable();
     kinds.dedup();
@@ -122,7 +122,7 @@ struct Policies<'a> {
 }
 
 impl<'a> Policies<'a> {
-    fn of(self, instance: &MeshInstance) -> &'a ThetaPolicy {
+    fn for_instance(self, instance: &MeshInstance) -> &'a ThetaPolicy {
         match instance.theta {
             Some(theta) => &self.placed[theta.0 as usize],
             None => &self.of_models[instance.model.0 as usize],
@@ -177,7 +177,7 @@ impl Proxy {
                 let world_from_mesh = graph.world_from_mesh(&instance);
                 let placed =
                     (group_from_world * world_from_mesh, max_scale_factor(&world_from_mesh));
-                GroupMember::new(&instance, policies.of(&instance), group, placed, models)
+                GroupMember::new(&instance, policies.for_instance(&instance), group, placed, models)
             })
             .collect();
         MergedGroup::merge(&members, policy)

@@ -92,7 +92,7 @@ impl LoadedScene {
         // Relative paths of another folder lead elsewhere.
         let reuse = match is_elsewhere {
             true => ReusePlan::none_of(self, &changes),
-            false => ReusePlan::of(self, &config, &changes),
+            false => ReusePlan::new(self, &config, &changes),
         };
         let scene = Self::assemble(path, config, millis, &reuse, &|_, _, _| {})?;
         let has_same_graph = reuse.has_same_graph();
@@ -149,7 +149,7 @@ impl<'a> ReusePlan<'a> {
         Self(Some(PreviousScene { scene, changes, plugins, models, has_same_graph: false }))
     }
 
-    fn of(scene: &'a LoadedScene, config: &Config, changes: &'a Changes) -> Self {
+    fn new(scene: &'a LoadedScene, config: &Config, changes: &'a Changes) -> Self {
         let names = scene.instances.keys();
         let is_plugin_kept = |name: &&String| {
             !changes.affect(Section::PluginRules) && is_plugin_kept(&scene.config, config, name)

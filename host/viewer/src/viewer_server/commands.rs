@@ -40,7 +40,7 @@ pub(super) fn perform(viewer: &mut Viewer, command: Command) -> Result<(), Strin
             viewer.act_on_alarm(&alarm, action_from(action), &operator)
         }
         Command::MirrorAlarm { alarm, state } => {
-            let state = State::ALL.get(usize::from(state)).copied().unwrap_or(State::A);
+            let state = State::ALL.get(usize::from(state)).copied().unwrap_or(State::Normal);
             let mirrored = viewer.mirror_alarm(&alarm, state, None, None);
             mirrored.map_err(|error| error.to_string())
         }

@@ -139,7 +139,7 @@ enum Time {
 
 impl Shape {
     /// The monitoring types (IEC 60870-5-101, 7.2.1.1; IEC 60870-5-104, 6).
-    fn of(type_id: u8) -> Option<Self> {
+    fn from_type_id(type_id: u8) -> Option<Self> {
         let (element, time) = match type_id {
             1 => (Element::Single, Time::None),
             2 => (Element::Single, Time::Short),
@@ -211,7 +211,7 @@ impl<'a> Asdu<'a> {
             100 => single(&header, rest).map(|()| Body::Interrogation)?,
             101 => single(&header, rest).map(|()| Body::CounterInterrogation)?,
             103 => Body::ClockSync,
-            _ => match Shape::of(type_id) {
+            _ => match Shape::from_type_id(type_id) {
                 Some(shape) => Body::Objects(Objects::new(&header, shape, rest)?),
                 None => Body::Other,
             },

@@ -147,7 +147,7 @@ proptest! {
         for (index, (object, bytes)) in (0..).zip(read.iter().zip(&elements)) {
             prop_assert_eq!(object.address, first + index);
             // Debug, so that not-a-number equals itself.
-            let alone = Shape::of(type_id).unwrap().element.read(bytes).unwrap();
+            let alone = Shape::from_type_id(type_id).unwrap().element.read(bytes).unwrap();
             prop_assert_eq!(
                 format!("{:?}", (object.value, object.flags)),
                 format!("{alone:?}")

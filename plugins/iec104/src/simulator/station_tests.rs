@@ -23,7 +23,9 @@ struct Client {
 }
 
 impl Client {
-    fn of(tags: &[(busbar_plugin_sdk::TagSpec, busbar_plugin_sdk::simulation::Signal)]) -> Self {
+    fn with_tags(
+        tags: &[(busbar_plugin_sdk::TagSpec, busbar_plugin_sdk::simulation::Signal)],
+    ) -> Self {
         let shared = Arc::new(Shared {
             map: map(tags).unwrap().0,
             zone: Zone::Utc,
@@ -106,7 +108,7 @@ fn tags() -> Vec<(busbar_plugin_sdk::TagSpec, busbar_plugin_sdk::simulation::Sig
 
 #[test]
 fn an_interrogation_gives_everything_once_and_ends() {
-    let mut client = Client::of(&tags());
+    let mut client = Client::with_tags(&tags());
     assert_eq!(client.units(), [initialisation_ended(1)]);
     let units = client.request(&interrogation(1, 20));
     assert_eq!(heads(&units)[0], [100, 7]);
@@ -137,7 +139,7 @@ fn an_interrogation_gives_everything_once_and_ends() {
 
 #[test]
 fn requests_are_answered_as_the_standard_has_it() {
-    let mut client = Client::of(&tags());
+    let mut client = Client::with_tags(&tags());
     client.units();
     let negative = |cause: u8| 0x40 | cause;
     let cases: [(&[u8], &[[u8; 2]]); 13] = [
@@ -174,7 +176,7 @@ fn changes_come_with_their_value_at_their_time() {
     let mut tags: Vec<_> =
         (1..=100).map(|ioa| moving(ioa, ValueKind::F64, json!({"ioa": ioa}), behaviour)).collect();
     tags.push(constant(101, ValueKind::F64, json!({"ioa": 101}), 1.0));
-    let mut client = Client::of(&tags);
+    let mut client = Client::with_tags(&tags);
     client.units();
     client.station.look_for_changes(client.times);
     assert_eq!(client.units(), Vec::<Vec<u8>>::new(), "nothing has changed yet");
@@ -206,8 +208,12 @@ fn changes_come_with_their_value_at_their_time() {
 #[test]
 fn nothing_is_sent_after_stop_and_all_is_known_anew_after_start() {
     let behaviour = Behavior::new(Shape::Counter, 0.0, 1e6, Duration::from_secs(1)).unwrap();
-    let mut client =
-        Client::of(&[moving(1, ValueKind::I64, json!({"ioa": 1, "type": "counter"}), behaviour)]);
+    let mut client = Client::with_tags(&[moving(
+        1,
+        ValueKind::I64,
+        json!({"ioa": 1, "type": "counter"}),
+        behaviour,
+    )]);
     client.units();
     client.write(Frame::Unnumbered(Function::StopAct));
     client.times.true_time += Duration::from_secs(5);
@@ -223,7 +229,7 @@ fn nothing_is_sent_after_stop_and_all_is_known_anew_after_start() {
 
 #[test]
 fn a_flood_of_requests_ends_the_connection() {
-    let mut client = Client::of(&tags());
+    let mut client = Client::with_tags(&tags());
     let mut bytes = Vec::new();
     for number in 0..2000 {
         let (send, receive) = (Sequence::new(number), Sequence::default());

@@ -22,7 +22,7 @@ pub(super) fn check(text: &str, ied: Option<&str>) -> Result<(), String> {
     else {
         return Ok(());
     };
-    let mut types = Types::of(root);
+    let mut types = Types::from_root(root);
     let mut total = 0_u64;
     for node in ied.descendants().filter(|node| matches!(node.tag_name().name(), "LN" | "LN0")) {
         let parts = node.attribute("lnType").map(|id| types.parts("LNodeType", id, 0));
@@ -42,7 +42,7 @@ struct Types<'a> {
 }
 
 impl<'a> Types<'a> {
-    fn of(root: Node<'a, 'a>) -> Self {
+    fn from_root(root: Node<'a, 'a>) -> Self {
         let all = named(root, "DataTypeTemplates").flat_map(|templates| templates.children());
         let keyed =
             all.filter_map(|node| Some(((node.tag_name().name(), node.attribute("id")?), node)));

@@ -71,7 +71,7 @@ impl Server {
             return self.queue.push_back(Job::Browse);
         }
         let text = search.in_words();
-        self.board.log(LogLevel::Warning, &text);
+        self.point_states.log(LogLevel::Warning, &text);
     }
 }
 

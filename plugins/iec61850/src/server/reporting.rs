@@ -7,10 +7,10 @@ use busbar_plugin_sdk::LogLevel;
 use iec61850_rs::proto::mms::report::Report;
 
 use super::Server;
-use crate::board::Origin;
 use crate::control::{Control, MemberUse, Mismatch, Outcome};
 use crate::convert::entry_time_of;
 use crate::locate::Place;
+use crate::point_states::Origin;
 use crate::report_reader::Unusable;
 use crate::service::{Answer, Name};
 
@@ -40,7 +40,7 @@ impl Server {
             self.note_unusable(&Unusable { report_id, why: why.into() }, now);
             return Ok(());
         }
-        self.board.begin_report();
+        self.point_states.begin_report();
         let control = &mut self.controls[index];
         control.note_report(now);
         match control.check(report) {
@@ -72,10 +72,10 @@ impl Server {
         let mut misfits = BTreeSet::new();
         for entry in &report.entries {
             for MemberUse { point, share } in control.uses.get(entry.index).into_iter().flatten() {
-                if !self.board.take(*point, share, &entry.value) {
+                if !self.point_states.take(*point, share, &entry.value) {
                     misfits.insert(*point);
                 }
-                self.board.note_reported(*point);
+                self.point_states.note_reported(*point);
             }
         }
         // Perhaps it fits where it is read; nobody else would find out.
@@ -86,7 +86,7 @@ impl Server {
             })
         });
         let entry_time = report.time_of_entry.and_then(entry_time_of);
-        self.board.commit(Origin { is_change, is_replayed: noted.is_replayed, entry_time });
+        self.point_states.commit(Origin { is_change, is_replayed: noted.is_replayed, entry_time });
         if noted.is_lossy && noted.is_replayed {
             self.warn_of(index, "its buffer ran over, so changes are missing");
         }
@@ -131,7 +131,7 @@ impl Server {
             false => blocks,
         };
         doubted.retain(|index| self.controls[*index].is_reporting());
-        self.board.begin_report();
+        self.point_states.begin_report();
         self.distrust(&doubted, why, now);
         for index in doubted {
             self.controls[index].note_report(now);
@@ -156,7 +156,7 @@ impl Server {
         for &index in blocks {
             let points = self.points_of(index);
             for point in &points {
-                self.board.distrust(*point);
+                self.point_states.distrust(*point);
             }
             self.rereads.extend(self.variables_of(&points));
         }
@@ -222,7 +222,7 @@ impl Server {
     fn tell_of(&mut self, index: usize, level: LogLevel, what: &str) {
         let control = &mut self.controls[index];
         if control.has_changed(what) {
-            self.board.log(level, &format!("{}: {what}", control.block.reference()));
+            self.point_states.log(level, &format!("{}: {what}", control.block.reference()));
         }
     }
 

@@ -65,7 +65,7 @@ impl Bank {
     /// Cells at an instant; bits as 0 and 1.
     ///
     /// # Errors
-    /// [`ExceptionCode`] for what the device does not have.
+    /// [`ExceptionCode`] for cells or units that the device does not have.
     pub(crate) fn read(
         &self,
         unit: u8,
@@ -114,7 +114,7 @@ impl Space {
         self.end = self.end.max(point.end());
     }
 
-    /// The points with a cell from `first` to before `end`.
+    /// Returns the points with a cell from `first` to before `end`.
     fn of_cells(&self, first: u32, end: u32) -> impl Iterator<Item = &(Point, Signal)> {
         let reach = u32::try_from(MAX_CELLS).unwrap_or(u32::MAX);
         let begin = self.points.partition_point(|(p, _)| u32::from(p.first) + reach <= first);
@@ -123,7 +123,7 @@ impl Space {
     }
 }
 
-/// What is wrong where a point cannot hold the values that its signal takes.
+/// Returns an error text where a point cannot hold all values of its signal.
 fn misfit(point: &Point, signal: &Signal) -> Option<String> {
     let (low, high) = signal.range();
     let value = |number: f64| match signal.kind() {
@@ -142,7 +142,7 @@ fn misfit(point: &Point, signal: &Signal) -> Option<String> {
     })
 }
 
-/// Which bits of each of its cells are the point's.
+/// Returns the mask of the bits that a point occupies in each of its cells.
 fn bits_of(decoding: &Decoding) -> u16 {
     match decoding {
         Decoding::Number { .. } | Decoding::Integer { .. } => u16::MAX,

@@ -1,4 +1,4 @@
-//! Values -> cells: what [`crate::decode`] reads, the other way round.
+//! Encoding of values into cells, the inverse of [`crate::decode`].
 
 use busbar_plugin_sdk::Value;
 
@@ -7,8 +7,7 @@ use crate::address::{Decoding, Format, WordOrder};
 /// Cells of the longest number.
 pub(super) const MAX_CELLS: usize = 4;
 
-/// The cells that say a value; those beyond the point's are 0. Nothing where they
-/// cannot.
+/// Encodes a value into cells; those beyond the point's are 0. None where the cells cannot hold it.
 pub(super) fn encode(decoding: &Decoding, value: Value) -> Option<[u16; MAX_CELLS]> {
     match (*decoding, value) {
         (Decoding::Number { format, word_order, scale, offset }, Value::F64(value)) => {
@@ -44,7 +43,7 @@ fn number_bits(format: Format, raw: f64) -> Option<u64> {
     }
 }
 
-/// The low bits of a number that the format can hold.
+/// Returns the low bits of a number, where the format can hold it.
 fn integer_bits(format: Format, number: i128) -> Option<u64> {
     let (low, high) = match format {
         Format::U16 => (0, u16::MAX.into()),

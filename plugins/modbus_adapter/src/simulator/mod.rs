@@ -42,7 +42,7 @@ pub(crate) fn start(
     })
 }
 
-/// The cells of the device, and a remark on its tags.
+/// Builds the cells of the device, and a remark on tags that share cells.
 pub(crate) fn bank(
     config: &Config,
     simulation: &Simulation,

@@ -44,7 +44,7 @@ impl OneDevice {
     }
 }
 
-/// All kinds, in all tables.
+/// Creates tags of all kinds, in all tables.
 fn tags() -> Vec<SimulatedTag> {
     let holding = |register: u16, format: &str, group: &str| {
         let mut address = json!({"table": "holding", "register": register, "type": format});
@@ -74,7 +74,7 @@ impl Rig for OneDevice {
     const DEADLINE: Duration = Duration::from_secs(1);
     /// The next poll, which is not answered in time.
     const NOTICED_AFTER: Duration = Duration::from_secs(300 + 3);
-    /// The next poll, which notices what was lost since the last, and the longest delay.
+    /// Time of the next poll, which notices the loss, and the longest delay after it.
     const WELL_AFTER: Duration = Duration::from_secs(300 + 40);
     const MAX_AGE: Duration = Duration::from_secs(602);
     /// The bytes of the connection, and its protocol.

@@ -164,8 +164,8 @@ fn a_proper_answer_is_taken() {
     running.wait_for(1, Value::F64(f64::from(0xDEAD)));
 }
 
-/// What the adapter says of its delays, in seconds, once it failed `count`
-/// times.
+/// Returns the reconnection delays that the adapter reported, in seconds, after at least `count`
+/// failures.
 fn delays(running: &Running, count: usize) -> Vec<f64> {
     let delays = |seen: &busbar_plugin_sdk::testing::Recording| -> Vec<f64> {
         let delay =

@@ -17,14 +17,14 @@ fn with_crc(mut bytes: Vec<u8>) -> Vec<u8> {
     bytes
 }
 
-/// The right answer: every register is 0xDEAD.
+/// Builds the right answer, in which every register is 0xDEAD.
 fn right(request: &[u8]) -> Vec<u8> {
     let count = request[5];
     let head = vec![request[0], request[1], 2 * count];
     with_crc([head, [0xDE, 0xAD].repeat(count.into())].concat())
 }
 
-/// A device at the other end that gives these answers, until the test's process ends.
+/// Runs a device at the other end that gives these answers, until the test's process ends.
 fn serve(line: &Line, answer: impl Fn(&[u8]) -> Vec<u8> + Send + 'static) {
     let mut device = File::options().read(true).write(true).open(line.theirs()).unwrap();
     std::thread::spawn(move || {

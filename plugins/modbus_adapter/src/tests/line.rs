@@ -26,12 +26,12 @@ impl Line {
         Some(Self { socat, folder })
     }
 
-    /// The end of the adapter.
+    /// Returns the adapter's end of the line.
     pub(super) fn ours(&self) -> PathBuf {
         self.folder.path().join("ours")
     }
 
-    /// The end of the devices.
+    /// Returns the devices' end of the line.
     pub(crate) fn theirs(&self) -> PathBuf {
         self.folder.path().join("theirs")
     }
@@ -45,7 +45,7 @@ impl Line {
         }
     }
 
-    /// Lays it again.
+    /// Joins the two pseudo-terminals again after a cut.
     pub(super) fn mend(&mut self) {
         self.socat = join(self.folder.path());
     }

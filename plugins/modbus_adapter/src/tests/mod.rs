@@ -28,7 +28,7 @@ use crate::{ModbusAdapter, Settings};
 /// Long enough for a loaded machine; a test that passes does not wait for it.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// An adapter that polls fast, and what it published.
+/// Running adapter that polls fast, and the record of its samples.
 pub(crate) type Running = RunningPlugin<ModbusAdapter>;
 
 /// Delays that the settings would not allow.
@@ -64,7 +64,7 @@ pub(crate) fn holding(tag: u32, register: u16) -> TagSpec {
     tag_spec(tag, &format!("tag{tag}"), ValueKind::F64, address)
 }
 
-/// Whether a thread of an adapter on this port lives in this process.
+/// Reports whether this process has a thread of an adapter for this port.
 #[cfg(target_os = "linux")]
 fn has_thread(port: u16) -> bool {
     let name = format!("modbus:{port}");

@@ -7,14 +7,14 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 /// Path from this crate to the workspace's root.
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
-/// Where a server listens.
+/// Listening address of a server under test.
 #[derive(Clone, Debug)]
 pub(super) enum Place {
-    /// A port; 0 is any that is free.
+    /// TCP port; 0 stands for any free port.
     Tcp(u16),
-    /// The same, encrypted, with these files.
+    /// TCP port with TLS, and the files of its certificates.
     Tls(u16, serde_json::Value),
-    /// A serial line.
+    /// Device file of a serial line.
     Serial(PathBuf),
 }
 
@@ -135,12 +135,12 @@ impl Libmodbus {
     }
 }
 
-/// A port that was free just now, for a server that cannot choose one.
+/// Returns a port that was free just now, for a server that cannot choose one.
 pub(super) fn free_port() -> u16 {
     std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
 }
 
-/// Whether a thing that a test needs is there; where it must be, a failure.
+/// Reports whether a prerequisite of a test is present; panics where it is required and missing.
 pub(super) fn available(present: bool, remedy: &str) -> bool {
     let required = |name| std::env::var_os(name).is_some();
     assert!(present || !required("CI") && !required("BUSBAR_REQUIRE_PEERS"), "{remedy}");

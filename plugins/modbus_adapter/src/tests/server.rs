@@ -5,8 +5,8 @@ use std::net::{TcpListener, TcpStream};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-/// What the server does with the bytes of each request: the answer's pieces,
-/// with pauses between them, or `None` to close.
+/// Reply rule for the bytes of each request: pieces with pauses between them, or `None` to close
+/// the connection.
 type Answer = dyn Fn(&[u8]) -> Option<Pieces> + Send + Sync;
 pub(crate) type Pieces = Vec<(Duration, Vec<u8>)>;
 
@@ -59,7 +59,7 @@ fn serve(mut stream: TcpStream, answer: &Answer) {
     }
 }
 
-/// The right answer: every register is 0xDEAD.
+/// Builds the right answer, in which every register is 0xDEAD.
 pub(crate) fn right(request: &[u8]) -> Vec<u8> {
     let count = usize::from(request[11]);
     let mut answer = request[..4].to_vec();
@@ -73,7 +73,7 @@ pub(crate) fn at_once(bytes: Vec<u8>) -> Option<Pieces> {
     Some(vec![(Duration::ZERO, bytes)])
 }
 
-/// The answer of a device that refuses the cells.
+/// Builds the exception of a device that refuses the cells.
 pub(crate) fn illegal_address(request: &[u8]) -> Vec<u8> {
     [&request[..4], &[0, 3, request[6], request[7] | 0x80, 2]].concat()
 }

@@ -48,7 +48,7 @@ fn start_device(tags: Vec<SimulatedTag>, faults: FaultPlan, timeout_millis: u64)
     panic!("no port is free");
 }
 
-/// One tag of each way in which values lie in cells.
+/// Creates one tag for each way in which values lie in cells.
 fn tags() -> Vec<SimulatedTag> {
     let holding = |register: u16, format: &str| json!({"table": "holding", "register": register, "type": format});
     let sine = (Shape::Sine, 60.0, 20.0, 8.0);
@@ -88,8 +88,8 @@ fn tags() -> Vec<SimulatedTag> {
     ]
 }
 
-/// Whether the signal has this value at some instant of a stretch of time, as exactly as
-/// the tag's cells can say it.
+/// Reports whether the signal has this value at some instant between `from` and `to`, within the
+/// resolution of the tag's cells.
 fn has_at_some_time(tag: &SimulatedTag, value: Value, from: SystemTime, to: SystemTime) -> bool {
     let step = Duration::from_millis(1);
     let near = |expected: Value| match (expected, value) {
@@ -290,7 +290,8 @@ impl Watch<'_> {
         self.look();
     }
 
-    /// What is new and good was so when it was asked for: at most a deadline ago.
+    /// Checks that each new good sample was true after its request, which is one deadline ago at
+    /// most.
     fn look(&mut self) {
         let from = self.looked - Duration::from_millis(TIMEOUT_MILLIS + 100);
         self.looked = SystemTime::now();

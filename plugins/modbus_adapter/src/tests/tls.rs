@@ -7,7 +7,7 @@ use busbar_link::testing::CertificateAuthority;
 use super::peer::{Peer, Place};
 use super::*;
 
-/// Settings of encryption.
+/// Builds the settings of an encrypted connection (TLS).
 fn settings(
     ca: &CertificateAuthority,
     own: Option<&(PathBuf, PathBuf)>,

@@ -6,7 +6,7 @@ use super::*;
 
 const NOT_A_NUMBER: u32 = 99;
 
-/// The tables of a server.
+/// Returns the tables of a server.
 pub(super) fn values() -> serde_json::Value {
     json!({
         "holding": {
@@ -23,7 +23,7 @@ pub(super) fn values() -> serde_json::Value {
     })
 }
 
-/// What a tag reads of them.
+/// Returns tag kinds, addresses and the values that they must read from [`values`].
 fn cases() -> Vec<(ValueKind, serde_json::Value, Value)> {
     let (f64_kind, i64_kind) = (ValueKind::F64, ValueKind::I64);
     let double = |state| Value::DoublePoint(state);

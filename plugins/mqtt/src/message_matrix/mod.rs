@@ -119,8 +119,8 @@ impl Client {
         self.show();
     }
 
-    /// Shows what came as the host does: arrival orders live samples, source time those of
-    /// buffers.
+    /// Applies the published samples as the host does: live ones by arrival, buffered ones by
+    /// source time.
     fn show(&mut self) {
         let recording = self.recorder.recording();
         self.recorder.clear();

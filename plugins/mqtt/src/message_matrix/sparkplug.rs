@@ -17,13 +17,13 @@ const PER_DEVICE: usize = 3;
 const METRICS: usize = DEVICES.len() * PER_DEVICE;
 /// Name of the metric without a tag, which is numbered last.
 const UNTAGGED: &str = "untagged";
-/// Values of one metric: a value tells whose it is.
+/// Range of the values of one metric, so that a value identifies its metric.
 const PER_METRIC: i64 = 1_000_000_000;
 /// Messages that may be lost in a row: fewer than sequence numbers that count as missing.
 const MAX_LOST: u32 = 100;
 /// Messages that may come again.
 const MAX_SENT: usize = 60;
-/// Kinds of messages.
+/// Number of message kinds in the matrix.
 const KINDS: u8 = 40;
 
 /// Numbering of aliases by the encoder of the edge node, chosen anew at each birth.
@@ -106,7 +106,7 @@ impl Matrix {
         }
     }
 
-    /// A metric with a new value. The source's clock is set back at times.
+    /// Creates a metric with a new value. The source's clock is set back at times.
     fn metric(&mut self, metric: usize, has_name: bool, has_alias: bool) -> Metric {
         self.count += 1;
         self.millis += 10;
@@ -149,7 +149,7 @@ impl Matrix {
         }
     }
 
-    /// A message with the next sequence number.
+    /// Creates a message with the next sequence number.
     fn message(&mut self, kind: &str, device: usize, metrics: Vec<Metric>) -> Outgoing {
         let is_death = kind == "NDEATH";
         let sequence = (!is_death).then_some(self.sequence);
@@ -242,8 +242,8 @@ impl Matrix {
         self.deliver(message);
     }
 
-    /// Reports whether nobody can see that messages are missing before this one: numbers
-    /// began anew with a birth that was lost, and by chance it has the number that is due.
+    /// Reports whether a loss before this message is undetectable. The numbers began anew with a
+    /// lost birth, and the message by chance has the due number.
     fn hides_loss(&self, message: &Outgoing) -> bool {
         let has_due_number = self.expected.is_some() && message.sequence == self.expected;
         message.is_readable && message.is_numbered() && self.is_excused && has_due_number
@@ -506,7 +506,7 @@ fn bd_seq(life: u64) -> Metric {
     }
 }
 
-/// A message of so many bytes, by a body that means nothing.
+/// Pads a message to a length by a meaningless body.
 fn padded(mut message: Outgoing, bytes: usize, is_readable: bool) -> Outgoing {
     // Field 5, a length of two digits at least, and zeros.
     let body = bytes - message.payload.len();

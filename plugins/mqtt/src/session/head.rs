@@ -23,7 +23,7 @@ pub(super) struct MessageHead {
     pub(super) reply: Reply,
 }
 
-/// Tells a PUBLISH packet by its first byte.
+/// Reports whether the first byte is that of a PUBLISH packet.
 pub(super) fn is_message(input: &[u8]) -> bool {
     input.first().is_some_and(|first| first >> 4 == PUBLISH)
 }

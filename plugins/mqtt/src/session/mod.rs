@@ -1,5 +1,5 @@
-//! A connection as a client that reads: bytes in, messages and bytes out. It knows no
-//! socket, and time only as it is told.
+//! Client session of MQTT: bytes in, messages and bytes out. It has no socket, and no clock but the
+//! times that its caller passes.
 
 mod head;
 pub(crate) mod packet;
@@ -16,18 +16,18 @@ use self::packet::{Codec, Incoming, PacketFault, QosLevel, Reply};
 
 /// Fault of a message that cannot be of any topic.
 const NO_TOPIC: &str = "a message without a readable topic";
-/// Filters of one SUBSCRIBE packet.
+/// Most topic filters in one SUBSCRIBE packet.
 const MAX_FILTERS_A_PACKET: usize = 100;
 
-/// What a client is connected as.
+/// Parameters of a client connection.
 #[derive(Clone, Debug)]
 pub(crate) struct Parameters {
     pub(crate) version: Version,
     pub(crate) client_id: String,
     pub(crate) login: Option<Login>,
-    /// What the broker says when we are gone.
+    /// Will message, which the broker publishes when the connection is lost.
     pub(crate) will: Option<Announcement>,
-    /// A broker that said nothing for so long is lost.
+    /// Keep-alive: a broker that sends nothing for so long is lost.
     pub(crate) keep_alive: Duration,
     /// Deadline of the broker's answer to the connection, and to a subscription.
     pub(crate) answer_timeout: Duration,
@@ -36,40 +36,40 @@ pub(crate) struct Parameters {
     pub(crate) max_payload: usize,
 }
 
-/// Name and password.
+/// User name and password of the client.
 #[derive(Clone, Debug)]
 pub(crate) struct Login {
     pub(crate) username: SecretText,
     pub(crate) password: Option<SecretText>,
 }
 
-/// A retained message.
+/// Retained message of the client, such as its will.
 #[derive(Clone, Debug)]
 pub(crate) struct Announcement {
     pub(crate) topic: String,
     pub(crate) payload: String,
 }
 
-/// What happened.
+/// Event of a session, for its caller.
 #[derive(Debug)]
 pub(crate) enum Event<'a> {
-    /// The broker took us.
+    /// The broker accepted the connection.
     Connected,
-    /// A filter will bring nothing: its index, and why.
+    /// A filter was refused: its index, and the reason.
     Refused(usize, &'static str),
     /// All filters were answered.
     Subscribed,
     Message {
         topic: &'a [u8],
         payload: &'a [u8],
-        /// Whether the broker had kept it from before we subscribed.
+        /// True where the broker had retained the message from before the subscription.
         is_retained: bool,
     },
     /// A message was left out: its payload, or its packet, has more bytes than are taken.
     TooLong { topic: &'a str, bytes: usize, is_retained: bool },
 }
 
-/// Why a connection cannot go on.
+/// Reason for which a connection cannot go on.
 #[derive(Debug, Error, PartialEq, Eq)]
 pub(crate) enum SessionFault {
     #[error("{0}")]
@@ -99,7 +99,7 @@ impl From<PacketFault> for SessionFault {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
-    /// CONNECT was sent.
+    /// CONNECT was sent; CONNACK is due by the deadline.
     Connecting {
         deadline: Instant,
     },
@@ -113,7 +113,7 @@ enum State {
     Subscribed,
 }
 
-/// One connection.
+/// Client session over one connection, without input and output of its own.
 pub(crate) struct Session {
     codec: Codec,
     keep_alive: Duration,
@@ -121,7 +121,7 @@ pub(crate) struct Session {
     qos: QosLevel,
     filters: Vec<String>,
     state: State,
-    /// What came and was not read yet: part of a packet at most.
+    /// Bytes received but not parsed yet: part of one packet at most.
     input: BytesMut,
     /// Bytes of `input` that had come before.
     known: usize,
@@ -129,7 +129,7 @@ pub(crate) struct Session {
     /// Bytes of a message that is too long, still to come.
     to_skip: usize,
     heard: Instant,
-    /// When the last ping was sent.
+    /// Time of the last PINGREQ.
     pinged: Instant,
 }
 
@@ -160,12 +160,13 @@ impl Session {
         })
     }
 
-    /// Where bytes of the broker are to be put, before [`Session::advance`].
+    /// Returns the buffer for bytes received from the broker, to be filled before
+    /// [`Session::advance`].
     pub(crate) fn input(&mut self) -> &mut BytesMut {
         &mut self.input
     }
 
-    /// Bytes to send.
+    /// Takes the bytes to send to the broker.
     pub(crate) fn take_output(&mut self) -> Bytes {
         self.output.split().freeze()
     }
@@ -174,7 +175,7 @@ impl Session {
         self.state == State::Subscribed
     }
 
-    /// When [`Session::tick`] has something to do.
+    /// Returns the time at which [`Session::tick`] has something to do.
     pub(crate) fn deadline(&self) -> Instant {
         let of_state = match self.state {
             State::Connecting { deadline } | State::Subscribing { deadline, .. } => deadline,
@@ -183,7 +184,7 @@ impl Session {
         of_state.min(self.pinged + self.ping_interval()).min(self.heard + self.keep_alive)
     }
 
-    /// Does what is due.
+    /// Sends pings and checks deadlines as they are due.
     pub(crate) fn tick(&mut self, now: Instant) -> Result<(), SessionFault> {
         match self.state {
             State::Connecting { deadline } if now >= deadline => {
@@ -207,7 +208,7 @@ impl Session {
         Ok(())
     }
 
-    /// Sends a message.
+    /// Queues a PUBLISH packet for sending.
     pub(crate) fn publish(
         &mut self,
         topic: &str,
@@ -255,13 +256,13 @@ impl Session {
                 }
             }
             match self.codec.read(&mut self.input)? {
-                Some(packet) => self.heed(packet, now, note)?,
+                Some(packet) => self.handle(packet, now, note)?,
                 None => return Ok(()),
             }
         }
     }
 
-    fn heed(
+    fn handle(
         &mut self,
         packet: Incoming,
         now: Instant,

@@ -13,29 +13,29 @@ use super::{Login, Parameters};
 /// properties (some 64 KiB).
 const MAX_OVERHEAD: usize = 128 * 1024;
 
-/// Which protocol a broker is spoken to in.
+/// Protocol version in which the client speaks to its broker.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
 pub(crate) enum Version {
-    /// MQTT 3.1.1 (ISO/IEC 20922).
+    /// Version 3.1.1 of MQTT (ISO/IEC 20922).
     #[default]
     #[serde(rename = "3.1.1")]
     V4,
-    /// MQTT 5 (OASIS).
+    /// Version 5 of MQTT (OASIS).
     #[serde(rename = "5")]
     V5,
 }
 
-/// How sure the delivery of messages is, at most what the publisher asked for.
+/// Quality of service, 0 to 2; deliveries have at most that of the publisher.
 pub(crate) type QosLevel = u8;
 
-/// What a broker says.
+/// Packet that came from a broker.
 #[derive(Debug)]
 pub(crate) enum Incoming {
     /// The connection stands; the broker may demand a shorter keep-alive, seconds.
     Accepted {
         keep_alive: Option<u16>,
     },
-    /// In words for operators.
+    /// Refusal of the connection, in words for operators.
     Refused(String),
     Message {
         topic: Bytes,
@@ -43,7 +43,7 @@ pub(crate) enum Incoming {
         is_retained: bool,
         reply: Reply,
     },
-    /// By filter of the subscription: why it was refused.
+    /// Reasons for which filters were refused, by filter of the subscription.
     Subscribed {
         id: u16,
         outcomes: Vec<Option<&'static str>>,
@@ -56,13 +56,13 @@ pub(crate) enum Incoming {
     Other,
 }
 
-/// What a message is answered with.
+/// Acknowledgement that a message asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Reply {
     None,
-    /// PUBACK.
+    /// PUBACK of this packet id, for quality of service 1.
     Acknowledged(u16),
-    /// PUBREC.
+    /// PUBREC of this packet id, for quality of service 2.
     Received(u16),
 }
 
@@ -84,13 +84,13 @@ pub(crate) struct Codec {
 }
 
 impl Codec {
-    /// Tells whether a message is left out: its payload is longer than is taken, to the byte,
-    /// or the rest of its packet than any needs.
+    /// Reports whether a message is left out because its payload, to the byte, or its packet is too
+    /// long.
     pub(crate) fn is_too_long(self, payload: usize, packet: usize) -> bool {
         payload > self.max_payload || packet > self.max_packet()
     }
 
-    /// The longest packet that is read, bytes.
+    /// Returns the longest packet that is read, bytes.
     fn max_packet(self) -> usize {
         self.max_payload.saturating_add(MAX_OVERHEAD)
     }
@@ -189,7 +189,7 @@ impl Codec {
         }
     }
 
-    /// A message at most once.
+    /// Returns a PUBLISH packet of quality of service 0.
     pub(crate) fn publish(self, topic: &str, payload: Vec<u8>, retain: bool) -> Packet {
         match self.version {
             Version::V4 => {
@@ -228,7 +228,7 @@ impl Codec {
         })
     }
 
-    /// Answers [`Incoming::Released`].
+    /// Returns the PUBCOMP packet that answers [`Incoming::Released`].
     pub(crate) fn complete(self, id: u16) -> Packet {
         match self.version {
             Version::V4 => Packet::V4(v4::Packet::PubComp(v4::PubComp { pkid: id })),
@@ -245,7 +245,7 @@ pub(crate) enum Packet {
 }
 
 impl Packet {
-    /// Appends the packet; what cannot be written leaves `output` as it was.
+    /// Appends the packet; a failure leaves `output` as it was.
     pub(crate) fn write(&self, output: &mut BytesMut) -> Result<(), PacketFault> {
         let length = output.len();
         let written = match self {
@@ -382,7 +382,7 @@ fn refusal(why: &str) -> String {
     format!("the broker refused the connection: {why}")
 }
 
-/// A text of the broker's that may be shown, not too long and on one line.
+/// Shortens a text of the broker to one line that may be shown.
 fn short(text: &str) -> String {
     const MAX_CHARS: usize = 200;
     text.chars().filter(|character| !character.is_control()).take(MAX_CHARS).collect()

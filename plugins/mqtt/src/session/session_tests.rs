@@ -3,7 +3,7 @@ use super::*;
 const KEEP_ALIVE: Duration = Duration::from_secs(10);
 const ANSWER: Duration = Duration::from_secs(3);
 
-/// CONNACK, success.
+/// CONNACK packet that reports success.
 const ACCEPTED: [u8; 4] = [0x20, 2, 0, 0];
 const PONG: [u8; 2] = [0xD0, 0];
 const PING: [u8; 2] = [0xC0, 0];
@@ -21,7 +21,7 @@ fn parameters() -> Parameters {
     }
 }
 
-/// A session, and what it told, in words.
+/// Session under test and a log of its events, in words.
 struct Client {
     session: Session,
     now: Instant,
@@ -41,7 +41,7 @@ impl Client {
         Self { session, now, told: Vec::new() }
     }
 
-    /// One that is connected and has subscribed to one filter.
+    /// Creates a client that is connected and has subscribed to one filter.
     fn subscribed() -> Self {
         let mut client = Self::new(1);
         client.hear(&ACCEPTED).unwrap();
@@ -153,7 +153,7 @@ fn answers_have_a_deadline() {
     assert_eq!(early, Err(SessionFault::OutOfOrder));
 }
 
-/// A PUBLISH packet on `a` with a payload of so many bytes.
+/// Builds a PUBLISH packet on `a` with a payload of this length.
 fn message(version: Version, qos: u8, properties: &[u8], payload: usize) -> Vec<u8> {
     let id: &[u8] = if qos > 0 { &[0, 9] } else { &[] };
     let mut body = [&[0, 1, b'a'][..], id].concat();

@@ -1,7 +1,7 @@
-//! Aliases of one device, as its birth told them (Sparkplug 3.0, 6.4.3).
+//! Alias table of one device, from its birth certificate (Sparkplug 3.0, 6.4.3).
 //!
-//! Aliases are to be unique within an edge node. Devices whose aliases are numbered on their
-//! own are told apart all the same: each message names its device.
+//! Aliases are to be unique within an edge node. Devices that number their aliases on their own
+//! work all the same, because each message names its device.
 
 use std::collections::HashMap;
 
@@ -18,7 +18,7 @@ pub(super) enum Alias {
     Named(usize),
     /// A metric that no tag names.
     Unnamed,
-    /// Two metrics at least, which nothing tells apart.
+    /// Ambiguous alias of at least two metrics.
     Ambiguous,
 }
 

@@ -47,7 +47,7 @@ fn act() -> impl Strategy<Value = Act> {
     ]
 }
 
-/// The edge node, and what the plugin makes of it.
+/// Simulated edge node, and the plugin's view of it.
 struct World {
     subscriber: Subscriber,
     recorder: Recorder,

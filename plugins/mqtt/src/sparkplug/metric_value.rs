@@ -11,8 +11,8 @@ use crate::source_time::is_possible;
 /// Property that has the quality code (Sparkplug 3.0, 6.4.15).
 const QUALITY_KEY: &str = "Quality";
 
-/// Reads an instant by its milliseconds since 1970; `None` beyond what counts of nanoseconds
-/// reach, such as microseconds for milliseconds.
+/// Converts milliseconds since 1970 to a time. `None` beyond 2262, such as for microseconds in
+/// place of milliseconds.
 pub(super) fn instant(millis: u64) -> Option<SystemTime> {
     UNIX_EPOCH.checked_add(Duration::from_millis(millis)).filter(|time| is_possible(*time))
 }
@@ -30,10 +30,10 @@ pub(super) fn data_type(metric: &Metric) -> Result<Option<DataType>, &'static st
     }
 }
 
-/// Reads the value of a metric by its type, which it says or its birth told.
+/// Reads the value of a metric by its own type, or else by that of its birth certificate.
 ///
 /// # Errors
-/// Names what it is instead (Sparkplug 3.0, 6.4.16).
+/// A description of the value that is there instead (Sparkplug 3.0, 6.4.16).
 pub(super) fn raw_value(
     metric: &Metric,
     of_birth: Option<DataType>,
@@ -68,7 +68,7 @@ pub(super) fn raw_value(
     }
 }
 
-/// Tells whether values of a type come in such a field.
+/// Reports whether a field of this kind can hold values of a type.
 fn can_hold(data_type: DataType, value: &metric::Value) -> bool {
     use DataType as Type;
     use metric::Value;
@@ -130,7 +130,7 @@ fn sign_extended(bits: u64, width: u32) -> i64 {
     (bits << unused) as i64 >> unused
 }
 
-/// Reads the quality of a metric; one that is there and that nobody can read is no good sign.
+/// Reads the quality of a metric; an unreadable one is not good.
 pub(super) fn quality(metric: &Metric) -> Quality {
     let Some(properties) = metric.properties.as_ref() else { return Quality::Good };
     let Some(index) = properties.keys.iter().position(|key| key == QUALITY_KEY) else {

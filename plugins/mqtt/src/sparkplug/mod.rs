@@ -16,7 +16,7 @@ use srad_types::payload::{DataType, Message, Metric, Payload as Outgoing, metric
 use self::node::{Kind, Node};
 use self::payload::{Payload, PayloadFault};
 use self::requests::RebirthRequests;
-use crate::desk::Desk;
+use crate::point_states::PointStates;
 use crate::points::MetricPlace;
 
 /// The namespace of Sparkplug B, first level of all of its topics.
@@ -48,7 +48,7 @@ impl Fleet {
         fleet
     }
 
-    /// The filters to subscribe to, two a node, in order of nodes.
+    /// Returns the topic filters to subscribe to, two per node, in the order of the nodes.
     pub(crate) fn filters(&self) -> Vec<String> {
         let filters = |Node { group, id, .. }: &Node| {
             [format!("{NAMESPACE}/{group}/+/{id}"), format!("{NAMESPACE}/{group}/+/{id}/+")]
@@ -57,13 +57,13 @@ impl Fleet {
     }
 
     /// Marks the points that the filter of this index would have brought.
-    pub(crate) fn refuse(&mut self, filter: usize, desk: &mut Desk) {
+    pub(crate) fn refuse(&mut self, filter: usize, point_states: &mut PointStates) {
         if let Some(node) = self.nodes.get_mut(filter / 2) {
-            node.mark_all(Reason::Configuration, desk);
+            node.mark_all(Reason::Configuration, point_states);
         }
     }
 
-    /// A connection begins.
+    /// Resets the state of all edge nodes for a new connection.
     pub(crate) fn begin(&mut self) {
         for node in &mut self.nodes {
             node.begin();
@@ -73,7 +73,7 @@ impl Fleet {
         }
     }
 
-    /// The broker brings what comes from now on: births were before, so they are asked for.
+    /// Requests births after a subscription, because earlier ones did not arrive.
     pub(crate) fn note_subscribed(&mut self, now: Instant) {
         for node in 0..self.nodes.len() {
             self.want_birth(node, now);
@@ -82,13 +82,13 @@ impl Fleet {
 
     /// Takes a message, or the fault of one whose payload was not taken; false if its topic
     /// is none of these edge nodes'.
-    pub(crate) fn heed(
+    pub(crate) fn handle(
         &mut self,
         topic: &str,
         payload: Result<&[u8], PayloadFault>,
         is_retained: bool,
         now: Instant,
-        desk: &mut Desk,
+        point_states: &mut PointStates,
     ) -> bool {
         let mut levels = topic.split('/');
         if levels.next() != Some(NAMESPACE) {
@@ -105,19 +105,19 @@ impl Fleet {
         if is_retained {
             // None of these is ever retained (Sparkplug 3.0, 5.4 to 5.8), and what is comes
             // from before the subscription (MQTT 3.1.1, 3.3.1.3).
-            desk.ignored.retained += 1;
+            point_states.ignored.retained += 1;
             let text = format!(
                 "a retained message of '{topic}' is left out: messages of Sparkplug are never \
                  retained, so its age is unknown"
             );
-            desk.tell(LogLevel::Warning, &text);
+            point_states.tell(LogLevel::Warning, &text);
             return true;
         }
         let (device, rest) = (levels.next(), levels.next());
         let payload = payload.and_then(Payload::parse);
         let is_birth_needed = match (kind_of(word, device), rest) {
             (Some(kind), None) => {
-                let is_birth_needed = node.heed(kind, device, payload, desk);
+                let is_birth_needed = node.handle(kind, device, payload, point_states);
                 if (kind, device) == (Kind::Birth, None) && !is_birth_needed {
                     self.settle_birth(index);
                 }
@@ -126,7 +126,7 @@ impl Fleet {
             // Commands are for others.
             _ if ["NCMD", "DCMD"].contains(&word) => false,
             _ => {
-                node.lose_all(&format!("'{topic}' is no topic of Sparkplug B"), desk);
+                node.lose_all(&format!("'{topic}' is no topic of Sparkplug B"), point_states);
                 true
             }
         };
@@ -136,7 +136,7 @@ impl Fleet {
         true
     }
 
-    /// The next message to send: topic and payload.
+    /// Returns the next message to send: topic and payload.
     pub(crate) fn next_request(
         &mut self,
         now: Instant,
@@ -183,7 +183,7 @@ fn kind_of(word: &str, device: Option<&str>) -> Option<Kind> {
     }
 }
 
-/// Milliseconds since 1970.
+/// Converts a time to milliseconds since 1970-01-01 UTC; 0 for earlier times.
 pub(crate) fn millis(time: SystemTime) -> u64 {
     time.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_millis() as u64)
 }

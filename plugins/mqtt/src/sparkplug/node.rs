@@ -13,14 +13,14 @@ use srad_types::payload::{DataType, Metric};
 use super::aliases::{Alias, AliasTable};
 use super::metric_value::{data_type, instant, quality, raw_value};
 use super::payload::{Entry, MAX_METRIC_BYTES, Payload, PayloadFault};
-use crate::desk::{Desk, Stamp};
+use crate::point_states::{PointStates, Stamp};
 
 /// Aliases of one edge node.
 pub(crate) const MAX_ALIASES: usize = 100_000;
-/// A death certificate with a bdSeq ahead of the birth's by no more is one of a later life,
-/// whose birth was lost. All others are old wills.
+/// Largest lead of a death certificate's bdSeq over the birth's by which it belongs to a later
+/// life, whose birth was lost. All others are old wills.
 const MAX_UNSEEN_LIVES: u64 = 8;
-/// Messages that may be missing before one counts as older than what came already.
+/// Most missing messages before one; beyond, it counts as older than the last.
 const MAX_AHEAD: u8 = 127;
 /// Count of the values of bdSeq, which begin anew after the last (Sparkplug 3.0, 6.4.16).
 const BD_SEQ_VALUES: u64 = 256;
@@ -60,19 +60,18 @@ struct Device {
     state: DeviceState,
     /// True where points had a sample since all of them were marked bad.
     has_samples: bool,
-    /// True where it was told since its birth that values are lost.
+    /// True where a loss of values was logged since the device's birth.
     is_loss_told: bool,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum DeviceState {
-    /// Aliases count as its birth told them.
+    /// Aliases are valid as the birth certificate defined them.
     #[default]
     Sound,
-    /// What it sends and what its birth told do not agree: aliases count only after its next
-    /// birth.
+    /// Messages contradict the birth certificate: aliases are valid only after the next birth.
     Gapped,
-    /// Nothing counts before its next birth.
+    /// The device died: nothing is valid before its next birth certificate.
     Dead,
 }
 
@@ -80,7 +79,7 @@ enum DeviceState {
 #[derive(Default)]
 struct NamedMetric {
     points: Range<usize>,
-    /// As its birth told.
+    /// Data type from the birth certificate.
     data_type: Option<DataType>,
     is_born: bool,
     /// True where another metric has its alias.
@@ -94,8 +93,8 @@ enum Life {
     Alive {
         bd_seq: Option<u64>,
     },
-    /// A message is missing since the birth. A birth may have been among them, so aliases
-    /// mean nothing any more.
+    /// Messages are missing since the birth. A lost one may be a birth, so aliases are no longer
+    /// valid.
     Gapped {
         bd_seq: Option<u64>,
     },
@@ -116,7 +115,7 @@ enum Order {
 /// Outcome of the metrics of a message.
 #[derive(Default)]
 struct Taken {
-    /// Metrics by an alias that no birth told, or that means another metric than their name.
+    /// Metrics by an alias that no birth defined, or that contradicts their name.
     unknown: u64,
     /// Metrics that cannot be read, or have neither name nor alias.
     lost: u64,
@@ -127,7 +126,7 @@ enum Found {
     Named(usize),
     /// A metric that none names.
     Unnamed,
-    /// An alias that no birth told, or none that can be trusted.
+    /// Alias that no birth defined, or that is not valid now.
     Unknown,
     /// Neither name nor alias: encoders that leave out zeros leave out alias 0.
     Nameless,
@@ -169,7 +168,7 @@ impl Node {
         }
     }
 
-    /// Begins a connection: what the node said before is not known any more.
+    /// Begins a connection and drops all that is known of the node.
     pub(crate) fn begin(&mut self) {
         (self.life, self.next) = (Life::Unknown, None);
         self.forget_births();
@@ -179,35 +178,35 @@ impl Node {
     }
 
     /// Marks all points of the node and its devices.
-    pub(crate) fn mark_all(&mut self, reason: Reason, desk: &mut Desk) {
+    pub(crate) fn mark_all(&mut self, reason: Reason, point_states: &mut PointStates) {
         for index in 0..self.devices.len() {
-            self.mark_device(index, reason, desk);
+            self.mark_device(index, reason, point_states);
         }
     }
 
-    /// Takes a sign of the node that cannot be read, not even what it is about.
-    pub(crate) fn lose_all(&mut self, what: &str, desk: &mut Desk) {
-        if self.mark_sampled(desk) {
-            self.tell(desk, ITSELF, &format!("{what}: {UNTIL_BIRTH}"));
+    /// Handles an unreadable message of the node whose device is unknown.
+    pub(crate) fn lose_all(&mut self, what: &str, point_states: &mut PointStates) {
+        if self.mark_sampled(point_states) {
+            self.tell(point_states, ITSELF, &format!("{what}: {UNTIL_BIRTH}"));
         }
     }
 
-    /// Takes a message of the node, or of a device, or the fault of one that cannot be read.
-    /// Tells whether a birth is needed to go on.
-    pub(crate) fn heed(
+    /// Handles a message of the node or of a device, or the fault of an unreadable one. Returns
+    /// true where a birth is needed.
+    pub(crate) fn handle(
         &mut self,
         kind: Kind,
         device: Option<&str>,
         payload: Result<Payload<'_>, PayloadFault>,
-        desk: &mut Desk,
+        point_states: &mut PointStates,
     ) -> bool {
-        desk.ignored.malformed += u64::from(payload.is_err());
+        point_states.ignored.malformed += u64::from(payload.is_err());
         match (kind, device) {
-            (Kind::Birth, None) => return self.take_node_birth(payload, desk),
-            (Kind::Death, None) => return self.take_node_death(payload, desk),
+            (Kind::Birth, None) => return self.take_node_birth(payload, point_states),
+            (Kind::Death, None) => return self.take_node_death(payload, point_states),
             _ => {}
         }
-        let order = self.follow(&payload, desk);
+        let order = self.follow(&payload, point_states);
         let is_missing = !self.is_followed();
         // A device that no tag names still counts in the node's sequence.
         let index = match device {
@@ -221,19 +220,23 @@ impl Node {
             return true;
         }
         let is_birth_needed = match (kind, payload) {
-            (Kind::Birth, Ok(payload)) => self.take_birth(index, payload, desk),
+            (Kind::Birth, Ok(payload)) => self.take_birth(index, payload, point_states),
             (Kind::Birth, Err(fault)) => {
                 self.forget_device(index);
-                self.lose_births(index, &format!("a birth of it cannot be read ({fault})"), desk)
+                self.lose_births(
+                    index,
+                    &format!("a birth of it cannot be read ({fault})"),
+                    point_states,
+                )
             }
-            (Kind::Data, Ok(payload)) => self.take_data(index, payload, desk),
+            (Kind::Data, Ok(payload)) => self.take_data(index, payload, point_states),
             (Kind::Data, Err(fault)) => {
-                self.lose(index, &format!("a message of it cannot be read ({fault})"), desk)
+                self.lose(index, &format!("a message of it cannot be read ({fault})"), point_states)
             }
             (Kind::Death, _) => {
                 self.forget_device(index);
                 self.devices[index].state = DeviceState::Dead;
-                self.mark_device(index, Reason::Communication, desk);
+                self.mark_device(index, Reason::Communication, point_states);
                 false
             }
         };
@@ -244,32 +247,32 @@ impl Node {
     fn take_node_birth(
         &mut self,
         payload: Result<Payload<'_>, PayloadFault>,
-        desk: &mut Desk,
+        point_states: &mut PointStates,
     ) -> bool {
         self.forget_births();
-        self.mark_all(Reason::NotConnected, desk);
+        self.mark_all(Reason::NotConnected, point_states);
         (self.life, self.next) = (Life::Unknown, None);
         let payload = match payload {
             Ok(payload) => payload,
             Err(fault) => {
-                self.tell(desk, ITSELF, &format!("its birth cannot be read ({fault})"));
+                self.tell(point_states, ITSELF, &format!("its birth cannot be read ({fault})"));
                 return true;
             }
         };
         let Some(sequence) = sequence(payload) else {
-            self.tell(desk, ITSELF, "its birth has no sequence number, and is not used");
+            self.tell(point_states, ITSELF, "its birth has no sequence number, and is not used");
             return true;
         };
         self.life = Life::Alive { bd_seq: payload.bd_seq() };
         self.next = Some(sequence.wrapping_add(1));
-        self.take_birth(ITSELF, payload, desk)
+        self.take_birth(ITSELF, payload, point_states)
     }
 
     /// Takes an NDEATH; one of an earlier life is not the node's end (Sparkplug 3.0, 6.4.16).
     fn take_node_death(
         &mut self,
         payload: Result<Payload<'_>, PayloadFault>,
-        desk: &mut Desk,
+        point_states: &mut PointStates,
     ) -> bool {
         let of_death = payload.ok().and_then(Payload::bd_seq);
         if let Life::Alive { bd_seq: Some(of_birth) } | Life::Gapped { bd_seq: Some(of_birth) } =
@@ -281,19 +284,23 @@ impl Node {
                 "a death certificate of another life (bdSeq {of_death}, its birth has \
                  {of_birth}) changes nothing"
             );
-            self.tell(desk, ITSELF, &text);
+            self.tell(point_states, ITSELF, &text);
             return false;
         }
         (self.life, self.next) = (Life::Dead, None);
         self.forget_births();
-        self.mark_all(Reason::Communication, desk);
-        self.tell(desk, ITSELF, "it is gone (death certificate)");
+        self.mark_all(Reason::Communication, point_states);
+        self.tell(point_states, ITSELF, "it is gone (death certificate)");
         false
     }
 
     /// Follows the sequence of the node's messages: after a gap, all that is known of the
     /// node may be outdated.
-    fn follow(&mut self, payload: &Result<Payload<'_>, PayloadFault>, desk: &mut Desk) -> Order {
+    fn follow(
+        &mut self,
+        payload: &Result<Payload<'_>, PayloadFault>,
+        point_states: &mut PointStates,
+    ) -> Order {
         if self.life == Life::Dead {
             return Order::Next;
         }
@@ -319,13 +326,13 @@ impl Node {
             self.next = found.or(expected).map(|sequence| sequence.wrapping_add(1));
         }
         if order != Order::Next {
-            self.note_gap(desk);
+            self.note_gap(point_states);
         }
         order
     }
 
     /// Takes the sign that messages are missing: births, too, may be among them.
-    fn note_gap(&mut self, desk: &mut Desk) {
+    fn note_gap(&mut self, point_states: &mut PointStates) {
         let mut is_new = false;
         if let Life::Alive { bd_seq } = self.life {
             self.life = Life::Gapped { bd_seq };
@@ -334,20 +341,25 @@ impl Node {
         for device in &mut self.devices {
             device.state = DeviceState::Sound;
         }
-        if self.mark_sampled(desk) || is_new {
+        if self.mark_sampled(point_states) || is_new {
             let text = format!("a message is missing (sequence number): {UNTIL_BIRTH}");
-            self.tell(desk, ITSELF, &text);
+            self.tell(point_states, ITSELF, &text);
         }
     }
 
-    /// Tells whether all that the node sent since its birth came.
+    /// Reports whether no message is missing since the node's birth.
     fn is_followed(&self) -> bool {
         matches!(self.life, Life::Alive { .. })
     }
 
-    /// Takes the metrics of a birth, in two turns: all aliases are known before the first
-    /// value is published. Tells whether another birth is needed.
-    fn take_birth(&mut self, device: usize, payload: Payload<'_>, desk: &mut Desk) -> bool {
+    /// Takes the metrics of a birth in two passes: all aliases are known before the first value is
+    /// published. Returns true where another birth is needed.
+    fn take_birth(
+        &mut self,
+        device: usize,
+        payload: Payload<'_>,
+        point_states: &mut PointStates,
+    ) -> bool {
         self.forget_device(device);
         let mut aliases: usize = self.devices.iter().map(|device| device.aliases.len()).sum();
         let (mut lost, mut ambiguous, mut too_many) = (0_u64, Vec::new(), 0_u64);
@@ -379,46 +391,46 @@ impl Node {
         }
         let is_lossy = lost + too_many > 0;
         if is_lossy {
-            desk.ignored.malformed += lost;
-            desk.ignored.aliases += too_many;
+            point_states.ignored.malformed += lost;
+            point_states.ignored.aliases += too_many;
             let text = format!(
                 "{lost} metrics of its birth cannot be read or have no name, {too_many} aliases \
                  are beyond {MAX_ALIASES}"
             );
-            self.lose_births(device, &text, desk);
+            self.lose_births(device, &text, point_states);
         }
-        self.take_metrics(device, payload, desk);
-        self.mark_unborn(device, is_lossy, desk);
-        self.mark_ambiguous(device, desk);
+        self.take_metrics(device, payload, point_states);
+        self.mark_unborn(device, is_lossy, point_states);
+        self.mark_ambiguous(device, point_states);
         is_lossy
     }
 
     /// Marks the metrics that tags name and the birth did not have.
-    fn mark_unborn(&mut self, device: usize, is_lossy: bool, desk: &mut Desk) {
+    fn mark_unborn(&mut self, device: usize, is_lossy: bool, point_states: &mut PointStates) {
         let unborn = self.points_of(device, |metric| !metric.is_born);
         if unborn.is_empty() || is_lossy {
             return;
         }
         for point in &unborn {
-            desk.mark(*point..point + 1, Reason::Configuration);
+            point_states.mark(*point..point + 1, Reason::Configuration);
         }
-        let list = desk.list(&unborn);
+        let list = point_states.list(&unborn);
         let text = format!("its birth does not have what {list} name: correct their metrics");
-        self.tell(desk, device, &text);
+        self.tell(point_states, device, &text);
     }
 
     /// Marks the metrics whose alias another one has, too: no value by it can be assigned.
-    fn mark_ambiguous(&mut self, device: usize, desk: &mut Desk) {
+    fn mark_ambiguous(&mut self, device: usize, point_states: &mut PointStates) {
         let ambiguous = self.points_of(device, |metric| metric.is_ambiguous);
         if ambiguous.is_empty() {
             return;
         }
         for point in &ambiguous {
-            desk.mark(*point..point + 1, Reason::Configuration);
+            point_states.mark(*point..point + 1, Reason::Configuration);
         }
-        let list = desk.list(&ambiguous);
+        let list = point_states.list(&ambiguous);
         let text = format!("its birth gives one alias to two metrics, one of them that of {list}");
-        self.tell(desk, device, &text);
+        self.tell(point_states, device, &text);
     }
 
     fn points_of(&self, device: usize, is_wanted: impl Fn(&NamedMetric) -> bool) -> Vec<usize> {
@@ -430,18 +442,23 @@ impl Node {
             .collect()
     }
 
-    /// Takes the metrics of a data message. Tells whether a birth is needed.
-    fn take_data(&mut self, device: usize, payload: Payload<'_>, desk: &mut Desk) -> bool {
+    /// Takes the metrics of a data message; returns true where a birth is needed.
+    fn take_data(
+        &mut self,
+        device: usize,
+        payload: Payload<'_>,
+        point_states: &mut PointStates,
+    ) -> bool {
         if self.devices[device].state == DeviceState::Dead {
             return true;
         }
-        desk.hold();
-        let Taken { unknown, lost } = self.take_metrics(device, payload, desk);
+        point_states.hold();
+        let Taken { unknown, lost } = self.take_metrics(device, payload, point_states);
         if unknown + lost > 0 {
-            desk.ignored.aliases += unknown;
-            desk.ignored.malformed += lost;
+            point_states.ignored.aliases += unknown;
+            point_states.ignored.malformed += lost;
             // What cannot be assigned may be a newer value of any of its metrics.
-            desk.drop_held();
+            point_states.drop_held();
             if unknown > 0 {
                 self.devices[device].state = DeviceState::Gapped;
             }
@@ -457,13 +474,18 @@ impl Node {
                      birth did not tell"
                 ),
             };
-            self.lose(device, &text, desk);
+            self.lose(device, &text, point_states);
         }
-        desk.release();
+        point_states.release();
         unknown + lost > 0
     }
 
-    fn take_metrics(&mut self, device: usize, payload: Payload<'_>, desk: &mut Desk) -> Taken {
+    fn take_metrics(
+        &mut self,
+        device: usize,
+        payload: Payload<'_>,
+        point_states: &mut PointStates,
+    ) -> Taken {
         let mut taken = Taken::default();
         payload.each_metric(|entry| {
             let (metric, is_too_long) = match entry {
@@ -477,7 +499,7 @@ impl Node {
             match self.find(device, metric) {
                 Found::Named(index) => {
                     self.devices[device].has_samples = true;
-                    self.take(index, metric, is_too_long, payload.head.timestamp, desk);
+                    self.take(index, metric, is_too_long, payload.head.timestamp, point_states);
                 }
                 Found::Unnamed => {}
                 Found::Unknown => taken.unknown += 1,
@@ -515,7 +537,7 @@ impl Node {
         metric: &Metric,
         is_too_long: bool,
         sent: Option<u64>,
-        desk: &mut Desk,
+        point_states: &mut PointStates,
     ) {
         let Some(NamedMetric { points, data_type: of_birth, is_ambiguous, .. }) =
             self.metrics.get(named)
@@ -542,66 +564,66 @@ impl Node {
         let raw = raw_value(metric, of_birth);
         for point in points.clone() {
             if source_time.is_none() {
-                desk.tell_time(point, || match millis {
+                point_states.tell_time(point, || match millis {
                     None => "missing (metric and message have no timestamp)".into(),
                     Some(millis) => format!("impossible (timestamp {millis}, not milliseconds?)"),
                 });
             }
             match raw {
                 _ if is_too_long => {
-                    desk.ignored.too_long += 1;
+                    point_states.ignored.too_long += 1;
                     let text = format!("a metric of more than {MAX_METRIC_BYTES} bytes");
-                    desk.take_misfit(point, &text);
+                    point_states.take_misfit(point, &text);
                 }
-                _ if metric.is_null == Some(true) => desk.take_null(point, stamp),
-                Ok(raw) => match desk.value_of(point, raw) {
-                    Some(value) => desk.take_value(point, value, stamp),
-                    None => desk.take_misfit(point, crate::convert::name_of(raw)),
+                _ if metric.is_null == Some(true) => point_states.take_null(point, stamp),
+                Ok(raw) => match point_states.value_of(point, raw) {
+                    Some(value) => point_states.take_value(point, value, stamp),
+                    None => point_states.take_misfit(point, crate::convert::name_of(raw)),
                 },
-                Err(what) => desk.take_misfit(point, what),
+                Err(what) => point_states.take_misfit(point, what),
             }
         }
     }
 
-    /// Takes a sign of a device whose values cannot be read: what is shown is not the newest.
-    /// Aliases go on to count. Tells that a birth is needed.
-    fn lose(&mut self, device: usize, what: &str, desk: &mut Desk) -> bool {
+    /// Handles the loss of a device's values: those that are shown turn bad. Aliases stay valid.
+    /// Returns true, because a birth is needed.
+    fn lose(&mut self, device: usize, what: &str, point_states: &mut PointStates) -> bool {
         let known = &mut self.devices[device];
         let is_told = std::mem::replace(&mut known.is_loss_told, true);
         let is_shown = known.has_samples;
         if is_shown {
-            self.mark_device(device, Reason::Communication, desk);
+            self.mark_device(device, Reason::Communication, point_states);
         }
         if is_shown || !is_told {
-            self.tell(desk, device, &format!("{what}: {UNTIL_BIRTH}"));
+            self.tell(point_states, device, &format!("{what}: {UNTIL_BIRTH}"));
         }
         true
     }
 
-    /// Takes a birth of a device that cannot be read: aliases do not count any more. Tells
-    /// that another birth is needed.
-    fn lose_births(&mut self, device: usize, what: &str, desk: &mut Desk) -> bool {
+    /// Handles an unreadable birth of a device: its aliases are no longer valid. Returns true,
+    /// because another birth is needed.
+    fn lose_births(&mut self, device: usize, what: &str, point_states: &mut PointStates) -> bool {
         self.devices[device].state = DeviceState::Gapped;
-        self.mark_device(device, Reason::Communication, desk);
-        self.tell(desk, device, &format!("{what}: {UNTIL_BIRTH}"));
+        self.mark_device(device, Reason::Communication, point_states);
+        self.tell(point_states, device, &format!("{what}: {UNTIL_BIRTH}"));
         true
     }
 
-    fn mark_device(&mut self, device: usize, reason: Reason, desk: &mut Desk) {
+    fn mark_device(&mut self, device: usize, reason: Reason, point_states: &mut PointStates) {
         let device = &mut self.devices[device];
         device.has_samples = false;
         for points in &device.points {
-            desk.mark(points.clone(), reason);
+            point_states.mark(points.clone(), reason);
         }
     }
 
     /// Marks the devices that had samples since they were marked last; false if none had.
-    fn mark_sampled(&mut self, desk: &mut Desk) -> bool {
+    fn mark_sampled(&mut self, point_states: &mut PointStates) -> bool {
         let mut is_any = false;
         for index in 0..self.devices.len() {
             if self.devices[index].has_samples {
                 is_any = true;
-                self.mark_device(index, Reason::Communication, desk);
+                self.mark_device(index, Reason::Communication, point_states);
             }
         }
         is_any
@@ -625,13 +647,13 @@ impl Node {
         }
     }
 
-    fn tell(&self, desk: &mut Desk, device: usize, what: &str) {
+    fn tell(&self, point_states: &mut PointStates, device: usize, what: &str) {
         let Self { group, id, .. } = self;
         let text = match self.devices.get(device).and_then(|device| device.name.as_ref()) {
             Some(name) => format!("device '{group}/{id}/{name}': {what}"),
             None => format!("edge node '{group}/{id}': {what}"),
         };
-        desk.tell(LogLevel::Warning, &text);
+        point_states.tell(LogLevel::Warning, &text);
     }
 }
 

@@ -1,5 +1,5 @@
-//! Payloads of Sparkplug B (3.0, 6.4), read metric by metric: a payload of any shape takes
-//! no more memory than its longest metric.
+//! Payloads of Sparkplug B (3.0, 6.4), read metric by metric. A payload of any shape takes no more
+//! memory than its longest metric.
 
 use srad_types::payload::{Message, Metric, metric};
 use thiserror::Error;
@@ -8,7 +8,7 @@ use crate::names::MAX_TEXT;
 
 /// Metrics of one payload.
 pub(crate) const MAX_METRICS: usize = 100_000;
-/// Bytes of one metric; of a longer one no more is read than what it is.
+/// Longest metric, bytes; of a longer one only name, alias and type are read.
 pub(crate) const MAX_METRIC_BYTES: usize = 64 * 1024;
 
 /// Numbers of the payload's fields (Sparkplug 3.0, 6.4.1).
@@ -52,7 +52,7 @@ pub(crate) enum Entry<'a> {
 /// Fields of a payload beside its metrics.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Head {
-    /// Milliseconds since 1970.
+    /// Timestamp of the payload, milliseconds since 1970-01-01 UTC.
     pub(crate) timestamp: Option<u64>,
     pub(crate) sequence: Option<u64>,
     pub(crate) metrics: usize,
@@ -107,7 +107,7 @@ impl<'a> Payload<'a> {
         }
     }
 
-    /// The number of the node's life, in a birth or death certificate.
+    /// Returns bdSeq, the number of the node's life, from a birth or death certificate.
     pub(crate) fn bd_seq(self) -> Option<u64> {
         let mut number = None;
         self.each_metric(|entry| {
@@ -125,8 +125,8 @@ impl<'a> Payload<'a> {
     }
 }
 
-/// Reads name, alias and type of a metric, and no more; `None` where it is malformed, or has
-/// neither name nor alias.
+/// Reads only name, alias and type of a metric; `None` where it is malformed, or has neither name
+/// nor alias.
 fn identity_of(bytes: &[u8]) -> Option<Metric> {
     let mut metric = Metric::default();
     let mut fields = Fields(bytes);
@@ -145,7 +145,7 @@ fn identity_of(bytes: &[u8]) -> Option<Metric> {
     (metric.name.is_some() || metric.alias.is_some()).then_some(metric)
 }
 
-/// Tells names that no tag can have.
+/// Reports whether a name is longer than that of any tag.
 fn is_too_long(name: &str) -> bool {
     name.len() > MAX_TEXT
 }

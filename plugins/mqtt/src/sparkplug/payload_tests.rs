@@ -31,7 +31,7 @@ fn what_is_cut_short_or_endless_is_refused() {
     assert_eq!(Payload::parse(&many).unwrap_err(), PayloadFault::TooManyMetrics);
 }
 
-/// Names and aliases of a payload's metrics, and what became of each.
+/// Returns the outcome, name and alias of each metric of a payload.
 fn entries(bytes: &[u8]) -> Vec<(&'static str, Option<String>, Option<u64>)> {
     let mut found = Vec::new();
     Payload::parse(bytes).unwrap().each_metric(|entry| {

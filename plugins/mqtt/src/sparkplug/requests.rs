@@ -35,13 +35,13 @@ impl RebirthRequests {
         Self { queue: BinaryHeap::new(), nodes, last: None }
     }
 
-    /// Begins a connection.
+    /// Drops all pending requests at the start of a connection.
     pub(super) fn clear(&mut self) {
         self.queue.clear();
         self.nodes.fill(NodeRequest::default());
     }
 
-    /// Has a node asked as soon as that may be.
+    /// Schedules a rebirth request to a node as soon as the minimum interval permits.
     pub(super) fn want(&mut self, node: usize, now: Instant) {
         let Some(request) = self.nodes.get_mut(node) else { return };
         let at = request.asked.map_or(now, |asked| now.max(asked + MIN_REQUEST_INTERVAL));
@@ -51,7 +51,7 @@ impl RebirthRequests {
         }
     }
 
-    /// Notes that a node needs to be asked no more.
+    /// Cancels the request to a node.
     pub(super) fn settle(&mut self, node: usize) {
         if let Some(request) = self.nodes.get_mut(node) {
             (request.due, request.repeats) = (None, 0);

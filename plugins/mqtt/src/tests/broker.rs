@@ -10,7 +10,7 @@ use tempfile::TempDir;
 
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// A broker.
+/// Mosquitto broker of a test, on a free port.
 pub(super) struct Broker {
     child: Option<Child>,
     folder: TempDir,
@@ -71,7 +71,7 @@ impl Drop for Broker {
     }
 }
 
-/// Where Mosquitto is.
+/// Returns the path of the Mosquitto program, if it is installed.
 fn program() -> Option<PathBuf> {
     let found = ["/usr/sbin/mosquitto", "/usr/local/sbin/mosquitto"].map(PathBuf::from);
     let found = found.into_iter().find(|path| path.is_file());
@@ -89,12 +89,12 @@ const NODE: PeerScript = PeerScript { file: "sparkplug_node.py", import: "import
 pub(super) struct Client(peer_process::Peer);
 
 impl Client {
-    /// A publisher by paho-mqtt.
+    /// Starts a publisher by paho-mqtt.
     pub(super) fn publisher(port: u16, spec: &serde_json::Value) -> Option<Self> {
         Some(Self(PUBLISHER.start(port, &[&spec.to_string()])?))
     }
 
-    /// An edge node by pysparkplug.
+    /// Starts an edge node by pysparkplug.
     pub(super) fn node(port: u16, group: &str, edge_node: &str) -> Option<Self> {
         Some(Self(NODE.start(port, &[group, edge_node])?))
     }
@@ -105,13 +105,13 @@ impl Client {
         self.0.command(command);
     }
 
-    /// Publishes a text.
+    /// Publishes a text under a topic.
     #[track_caller]
     pub(super) fn publish(&mut self, topic: &str, payload: &str) {
         self.command(&serde_json::json!({"publish": {"topic": topic, "payload": payload}}));
     }
 
-    /// Publishes a text that the broker keeps.
+    /// Publishes a text as a retained message.
     #[track_caller]
     pub(super) fn retain(&mut self, topic: &str, payload: &str) {
         let message = serde_json::json!({"topic": topic, "payload": payload, "retain": true});

@@ -27,7 +27,7 @@ const PATIENCE: Duration = Duration::from_secs(15);
 const QUICK: ReconnectBounds =
     ReconnectBounds { min: Duration::from_millis(100), max: Duration::from_millis(400) };
 
-/// A running plugin, and what it published.
+/// Running plugin and the record of its samples.
 type Running = RunningPlugin<Mqtt>;
 
 /// Starts a plugin; `settings` are added to its host and port.
@@ -46,7 +46,7 @@ fn start_only(port: u16, settings: &Json, tags: Vec<TagSpec>) -> Running {
     RunningPlugin::start(plugin, tags, PATIENCE)
 }
 
-/// A tag of this number and address.
+/// Creates a tag of this number and address.
 fn tag(number: u32, kind: ValueKind, address: Json) -> TagSpec {
     tag_spec(number, &format!("tag{number}"), kind, address)
 }

@@ -16,7 +16,7 @@ const FAULTS: [ConnectionFault; 7] = [
     ConnectionFault::Vanish,
     ConnectionFault::Trickle,
 ];
-/// Of those, what ends no connection.
+/// Faults among [`FAULTS`] that end no connection.
 const ENDLESS: [ConnectionFault; 4] = [
     ConnectionFault::None,
     ConnectionFault::Split,
@@ -35,7 +35,7 @@ fn topic(tag: u32) -> String {
     format!("stamped/{tag}")
 }
 
-/// A broker whose topics get their index in bits 24 and up, and a number that counts up.
+/// Starts a broker whose topics carry their index in bits 24 and up, and a count below.
 fn stamped(lines: &str, publisher: &Json) -> Option<(Broker, Client)> {
     let broker = Broker::start_with(lines)?;
     let mut peer = Client::publisher(broker.port, publisher)?;

@@ -10,21 +10,21 @@ use crate::fault::Fault;
 
 /// Attributes of one request, where the server allows that.
 const MAX_BATCH: usize = 1000;
-/// Server_ServerCapabilities_OperationLimits_MaxNodesPerRead (OPC 10000-6, Annex A).
+/// Node id of Server_ServerCapabilities_OperationLimits_MaxNodesPerRead (OPC 10000-6, Annex A).
 const MAX_NODES_PER_READ: u32 = 11_705;
-/// Server_ServerCapabilities_OperationLimits_MaxNodesPerBrowse.
+/// Node id of Server_ServerCapabilities_OperationLimits_MaxNodesPerBrowse (OPC 10000-6, Annex A).
 const MAX_NODES_PER_BROWSE: u32 = 11_710;
 
-/// Reads.
+/// Attribute reader that keeps the server's limit on a request.
 pub(super) struct Reader<'a> {
     client: &'a Client,
-    /// Attributes of one request.
+    /// Most attributes of one request.
     batch: usize,
 }
 
 impl<'a> Reader<'a> {
-    /// One that keeps the server's limit, and how many nodes the server browses at once,
-    /// where it says so.
+    /// Creates a reader that keeps the server's limit. Returns also the limit of nodes that the
+    /// server browses at once, where it has one.
     pub(super) async fn within_limits(client: &'a Client) -> Result<(Self, Option<usize>), Fault> {
         let mut reader = Self { client, batch: 1 };
         let limits = [MAX_NODES_PER_READ, MAX_NODES_PER_BROWSE]
@@ -39,7 +39,7 @@ impl<'a> Reader<'a> {
         Ok((reader, limits.next().flatten()))
     }
 
-    /// As many values as are asked for.
+    /// Reads the wanted attributes, in as many requests as they need.
     pub(super) async fn read(
         &mut self,
         wanted: &[(NodeId, AttributeId)],
@@ -78,7 +78,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The value, or why there is none.
+/// Returns the value, empty where there is none, or its bad status.
 pub(super) fn given(value: DataValue) -> Result<Variant, StatusCode> {
     match (value.status.filter(|status| status.is_bad()), value.value) {
         (Some(status), _) => Err(status),

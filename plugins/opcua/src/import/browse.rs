@@ -1,5 +1,4 @@
-//! What the address space of a server has below some nodes: its variables, by the shortest
-//! way to each.
+//! Variables of a server's address space below some nodes, by the shortest path to each.
 
 use std::collections::{BTreeMap, HashSet};
 
@@ -8,7 +7,7 @@ use async_opcua::types::{NodeClass, NodeId, ReferenceDescription, ReferenceTypeI
 use super::references::{Browser, Direction, References};
 use crate::fault::{Fault, in_words};
 
-/// Nodes that are looked at; what is beyond is left out and told.
+/// Most nodes that are browsed; further ones are left out, with a remark.
 const MAX_NODES: usize = 200_000;
 /// Levels below the nodes that browsing begins at.
 const MAX_LEVELS: usize = 32;
@@ -17,30 +16,29 @@ const MAX_PATH_BYTES: usize = 1024;
 /// Nodes that cannot be browsed and are named.
 const MAX_NAMED: usize = 20;
 
-/// A variable that was found.
+/// Variable that browsing found.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Variable {
     pub(super) node: NodeId,
-    /// Browse names from where browsing began, by dots.
+    /// Path of browse names from the start of browsing, separated by dots.
     pub(super) path: String,
     pub(super) display_name: String,
-    /// Its properties by browse name.
+    /// Node of each property, by browse name.
     pub(super) properties: BTreeMap<String, NodeId>,
 }
 
-/// What was found, and what was left out, in words.
+/// Variables that were found, and remarks on those that were left out.
 #[derive(Debug, Default)]
 pub(super) struct Found {
     pub(super) variables: Vec<Variable>,
     pub(super) remarks: Vec<String>,
 }
 
-/// All variables below these nodes, each by the first in order of its shortest ways, which
-/// does not depend on the order of a server's answers. What the standard itself has there is
-/// left out where `skips_standard`.
+/// Finds all variables below these nodes, each by its shortest path, independently of the order of
+/// the server's answers. Standard nodes are left out where `skips_standard`.
 ///
 /// # Errors
-/// One of `roots` cannot be browsed, or the connection is at fault.
+/// Fault of browsing one of `roots`, or of the connection.
 pub(super) async fn variables_below(
     browser: &mut Browser<'_>,
     roots: &[NodeId],
@@ -71,23 +69,23 @@ pub(super) async fn variables_below(
     Ok(walk.end())
 }
 
-/// A node whose references are asked for.
+/// Node whose references are asked for.
 struct Place {
     path: String,
     node: NodeId,
-    /// Which variable it is.
+    /// Index of the variable, where the node is one.
     variable: Option<usize>,
 }
 
-/// What was seen so far.
+/// State of a breadth-first walk through the address space.
 struct Walk {
     found: Found,
     seen: HashSet<NodeId>,
     level: Vec<Place>,
     skips_standard: bool,
-    /// Whether the limit is reached.
+    /// True once the limit of nodes is reached.
     is_full: bool,
-    /// Nodes that cannot be browsed.
+    /// Number of nodes that cannot be browsed.
     refused: usize,
 }
 

@@ -20,36 +20,36 @@ const NUMBER: u32 = 26;
 const INTEGERS: [u32; 3] = [27, 28, 29];
 const BASE: u32 = 24;
 
-/// What values of a type are to a tag.
+/// Suitability of a data type's values for tags.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Nature {
     Boolean,
     Integer,
     Number,
-    /// Anything: the value itself must say.
+    /// Any type: it depends on the value itself.
     Any,
-    /// No tag, and why.
+    /// No suitable type, with the reason.
     Unfit(&'static str),
 }
 
-/// Names by number.
+/// Names of enumeration values, by number.
 pub(super) type Names = Vec<(i64, String)>;
 
-/// A data type.
+/// Data type as tags see it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct DataType {
     pub(super) nature: Nature,
-    /// Of an enumeration.
+    /// Names of the values, where the type is an enumeration.
     pub(super) names: Names,
 }
 
-/// The data types of a server, each asked for once.
+/// Cache of a server's data types, each asked for once.
 #[derive(Default)]
 pub(super) struct DataTypes(HashMap<NodeId, DataType>);
 
 impl DataTypes {
-    /// What the type at a node is.
-    pub(super) async fn of(
+    /// Returns the data type at a node, from the cache or from the server.
+    pub(super) async fn data_type_at(
         &mut self,
         node: &NodeId,
         browser: &mut Browser<'_>,
@@ -98,7 +98,7 @@ async fn find(
     Ok(DataType { nature, names })
 }
 
-/// What a type of the standard is; none where that depends on the type above it.
+/// Returns the nature of a standard type; none where it depends on the supertype.
 fn built_in(node: &NodeId) -> Option<Nature> {
     if node.namespace != 0 {
         return None;
@@ -138,10 +138,10 @@ fn nature_of(scalar: VariantScalarTypeId) -> Nature {
     }
 }
 
-/// What a value itself is: alone, or each of so many elements.
+/// Returns the nature of a value and, for an array, the number of its elements.
 ///
 /// # Errors
-/// Why that cannot be known.
+/// The reason for which the nature is unknown.
 pub(super) fn of_value(value: &Variant) -> Result<(Nature, Option<usize>), &'static str> {
     match value {
         Variant::Empty => Err("it has no value now, and its type alone does not say what it is"),

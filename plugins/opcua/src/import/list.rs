@@ -21,7 +21,7 @@ const MAX_ROWS: usize = 100_000;
 const MAX_NAME_BYTES: usize = 200;
 const MAX_UNIT_BYTES: usize = 32;
 const HEADER: &str = "tag,description,type,unit,low,high,address.node,address.index,address.states";
-/// What is read of each variable, in the order of [`Attributes`].
+/// Attributes that are read of each variable, in the order of [`Attributes`].
 const ATTRIBUTES: [AttributeId; 6] = [
     AttributeId::DataType,
     AttributeId::ValueRank,
@@ -31,11 +31,11 @@ const ATTRIBUTES: [AttributeId; 6] = [
     AttributeId::Description,
 ];
 
-/// What can be tags, and what cannot.
+/// Variables that can be tags, and those that cannot.
 #[derive(Debug, Default)]
 pub(crate) struct Listing {
     pub(super) rows: Vec<Row>,
-    /// Paths of variables, and why they are no tags.
+    /// Paths of refused variables, each with the reason.
     pub(super) refused: Vec<(String, String)>,
     pub(super) remarks: Vec<String>,
 }
@@ -52,11 +52,11 @@ pub(super) struct Row {
     index: Option<usize>,
 }
 
-/// Reads what is needed of all variables.
+/// Reads the attributes and properties of all variables and lists them.
 ///
 /// # Errors
-/// The connection's.
-pub(super) async fn of(
+/// Faults of the connection.
+pub(super) async fn list_variables(
     found: Found,
     browser: &mut Browser<'_>,
     reader: &mut Reader<'_>,
@@ -141,7 +141,7 @@ async fn known_of(
         Ok(_) => return Ok(Err("the server does not tell its data type".into())),
         Err(status) => return Ok(Err(format!("its DataType: {}", in_words(*status)))),
     };
-    let data_type = types.of(node, browser, reader).await?;
+    let data_type = types.data_type_at(node, browser, reader).await?;
     Ok(match (data_type.nature, attributes.shape()) {
         (Nature::Unfit(why), _) => Err(why.to_owned()),
         (_, shape) => shape.map(|shape| (data_type, shape)),
@@ -307,7 +307,7 @@ fn exact(text: &str) -> io::Result<String> {
     if is_plain { Ok(text.to_owned()) } else { Ok(serde_json::to_string(text)?) }
 }
 
-/// A cell of CSV.
+/// Quotes a cell of CSV where it needs that.
 fn cell(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", text.replace('"', "\"\""))

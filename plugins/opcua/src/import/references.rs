@@ -22,10 +22,10 @@ const PAGE: u32 = 1000;
 /// Answers that one request is continued by.
 const MAX_PAGES: usize = 10_000;
 
-/// The references of a node, or why there are none.
+/// References of a node, or the reason for which there are none.
 pub(super) type References = Result<Vec<ReferenceDescription>, StatusCode>;
 
-/// Which references of a node are asked for.
+/// Direction in which a node's references are browsed.
 #[derive(Clone, Copy)]
 pub(super) enum Direction {
     Down,
@@ -33,11 +33,11 @@ pub(super) enum Direction {
     Supertype,
 }
 
-/// Asks one server.
+/// Browser of one server's references.
 pub(super) struct Browser<'a> {
     client: &'a Client,
     pub(super) namespaces: &'a [String],
-    /// Nodes of one request.
+    /// Most nodes of one request.
     batch: usize,
 }
 
@@ -48,7 +48,7 @@ impl<'a> Browser<'a> {
         Self { client, namespaces, batch }
     }
 
-    /// The properties of one node, by browse name.
+    /// Returns the properties of one node, by browse name.
     pub(super) async fn properties_of(
         &mut self,
         node: &NodeId,
@@ -62,14 +62,14 @@ impl<'a> Browser<'a> {
         Ok(named.collect())
     }
 
-    /// The type above a data type.
+    /// Returns the supertype of a data type.
     pub(super) async fn supertype(&mut self, node: &NodeId) -> Result<Option<NodeId>, Fault> {
         let (mut results, _) = self.references(slice::from_ref(node), Direction::Supertype).await?;
         let references = results.pop().and_then(Result::ok).unwrap_or_default();
         Ok(references.first().and_then(|reference| self.here(reference)))
     }
 
-    /// A node of this server; none for one of another.
+    /// Returns a reference's target on this server; none for one of another server.
     pub(super) fn here(&self, reference: &ReferenceDescription) -> Option<NodeId> {
         let id = &reference.node_id;
         if id.server_index != 0 {
@@ -119,7 +119,8 @@ impl<'a> Browser<'a> {
         Ok((all, false))
     }
 
-    /// Whether a request was too large and the next one will be smaller.
+    /// Halves the batch size after a request that was too large; reports whether a smaller one may
+    /// be tried.
     fn may_ask_for_less(&mut self, fault: &Fault) -> bool {
         let may = self.batch > 1 && fault.is_too_much();
         if may {
@@ -128,7 +129,7 @@ impl<'a> Browser<'a> {
         may
     }
 
-    /// One request and what continues it.
+    /// Sends one browse request and reads all of its continuation points.
     async fn batch_of(
         &self,
         nodes: &[NodeId],
@@ -139,7 +140,9 @@ impl<'a> Browser<'a> {
             request_header: client.header(client.limit()),
             view: ViewDescription::default(),
             requested_max_references_per_node: PAGE,
-            nodes_to_browse: Some(nodes.iter().map(|node| direction.of(node)).collect()),
+            nodes_to_browse: Some(
+                nodes.iter().map(|node| direction.browse_description(node)).collect(),
+            ),
         };
         let answer = answer!(client, "browsing", Browse, request)?;
         let mut all: Vec<References> = Vec::with_capacity(nodes.len());
@@ -199,7 +202,7 @@ fn take(
 }
 
 impl Direction {
-    fn of(self, node: &NodeId) -> BrowseDescription {
+    fn browse_description(self, node: &NodeId) -> BrowseDescription {
         let (browse_direction, kind, classes) = match self {
             Self::Down => (
                 BrowseDirection::Forward,

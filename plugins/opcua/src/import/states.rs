@@ -1,4 +1,4 @@
-//! What the names of states mean to a tag.
+//! Mapping of state names to the values of a tag.
 
 use std::collections::BTreeMap;
 
@@ -10,8 +10,8 @@ const POSITIONS: [(&str, &[&str]); 4] = [
     ("bad_state", &["bad_state", "bad-state", "bad state", "bad", "fault", "faulty", "invalid"]),
 ];
 
-/// The address's `states` where these are the positions of a switch (Dbpos of IEC
-/// 61850-7-3): off and on are among them, each once, and no name is anything else.
+/// Returns the address's `states` where the names are the positions of a switch (Dbpos of IEC
+/// 61850-7-3). Off and on each occur once, and no name is anything else.
 pub(super) fn positions<K: ToString>(names: &[(K, String)]) -> Option<BTreeMap<String, String>> {
     let position = |name: &str| {
         let name = name.trim().to_lowercase();

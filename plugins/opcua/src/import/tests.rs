@@ -9,10 +9,10 @@ use serde_json::{Value, json};
 use crate::tests::peer;
 use crate::{OpcUa, Settings};
 
-/// More than any answer here takes, also on a loaded machine.
+/// Longest wait for an answer, which suffices also on a loaded machine.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// What the server's Station is as a list.
+/// Expected point list of the test server's Station.
 const LIST: &str = r#"tag,description,type,unit,low,high,address.node,address.index,address.states
 Station.Bay 1.Any,,i64,,,,nsu=urn:busbar:test;s=Station.Any,,
 Station.Bay 1.Breaker,,double_point,,,,nsu=urn:busbar:test;s=Station.Breaker,,"{""0"":""intermediate"",""1"":""off"",""2"":""on"",""3"":""bad_state""}"
@@ -51,7 +51,7 @@ const REFUSED: [(&str, &str); 7] = [
     ("Types.String", "a text: its states have no names on the server; add a bool or"),
 ];
 
-/// What comes of the command at a port; `settings` are added to the URL.
+/// Runs the command `points` against a server at a port; `settings` are added to the URL.
 pub(crate) fn points(port: u16, settings: &Value, arguments: &[&str]) -> CommandRun {
     let mut all = json!({"url": format!("opc.tcp://127.0.0.1:{port}/test")});
     all.as_object_mut().unwrap().extend(settings.as_object().unwrap().clone());

@@ -1,4 +1,4 @@
-//! One variable: what was read of it -> rows of the list, or why there is none.
+//! Suitability of one variable as a tag, by its attributes, properties and value.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ const CURRENT_READ: u8 = 1;
 const SCALAR: i32 = -1;
 const ONE_DIMENSION: i32 = 1;
 
-/// What is read of each variable.
+/// Attributes that are read of each variable.
 #[derive(Debug)]
 pub(super) struct Attributes {
     pub(super) data_type: Result<Variant, StatusCode>,
@@ -32,15 +32,15 @@ pub(super) struct Attributes {
 pub(super) struct Meaning {
     pub(super) kind: &'static str,
     pub(super) states: BTreeMap<String, String>,
-    /// What its states are called, where the kind does not say it.
+    /// Names of the states, where the kind does not tell them.
     pub(super) names: String,
 }
 
-/// A scalar, or an array with so many elements.
+/// Number of an array's elements; none for a scalar.
 pub(super) type Shape = Option<usize>;
 
 impl Attributes {
-    /// Why the user may not read values.
+    /// Returns the reason for which the user may not read values.
     pub(super) fn refusal(&self) -> Option<String> {
         let mut levels = [&self.user_access, &self.access].into_iter();
         let level = levels.find_map(|level| match level {
@@ -51,10 +51,10 @@ impl Attributes {
         is_closed.then(|| "its AccessLevel does not allow this user to read it".to_owned())
     }
 
-    /// The shape, where the attributes tell it; otherwise the value does.
+    /// Returns the shape, where the attributes tell it; otherwise the value does.
     ///
     /// # Errors
-    /// Why it can be no tag.
+    /// The reason for which the variable can be no tag.
     pub(super) fn shape(&self) -> Result<Option<Shape>, String> {
         let rank = match &self.rank {
             Ok(Variant::Int32(rank)) => *rank,
@@ -72,7 +72,7 @@ impl Attributes {
         }
     }
 
-    /// What the description says, if anything.
+    /// Returns the text of the description, where it is not blank.
     pub(super) fn description(&self) -> Option<String> {
         match &self.description {
             Ok(Variant::LocalizedText(text)) => {
@@ -86,7 +86,7 @@ impl Attributes {
 /// Nature and shape of a variable, of its value where its attributes do not tell.
 ///
 /// # Errors
-/// Why it can be no tag.
+/// The reason for which the variable can be no tag.
 pub(super) fn settle(
     nature: Nature,
     shape: Option<Shape>,
@@ -114,7 +114,7 @@ pub(super) fn settle(
     }
 }
 
-/// The kind of tag for values of this nature.
+/// Returns the kind of tag for values of this nature, and its states.
 pub(super) fn meaning(nature: Nature, data_type: &DataType, properties: &Properties) -> Meaning {
     let plain = |kind| Meaning { kind, states: BTreeMap::new(), names: String::new() };
     let with = |states| Meaning { kind: "double_point", states, names: String::new() };
@@ -138,17 +138,17 @@ pub(super) fn meaning(nature: Nature, data_type: &DataType, properties: &Propert
 pub(super) struct Properties(pub(super) BTreeMap<String, Variant>);
 
 impl Properties {
-    /// Those that are read (OPC 10000-8, 5.3; OPC 10000-3, 5.8.3).
+    /// Browse names of the properties that are read (OPC 10000-8, 5.3; OPC 10000-3, 5.8.3).
     pub(super) const NAMES: [&'static str; 6] =
         ["EngineeringUnits", "EURange", "EnumStrings", "EnumValues", "TrueState", "FalseState"];
 
-    /// The symbol of the unit.
+    /// Returns the symbol of the unit.
     pub(super) fn unit(&self) -> Option<String> {
         let Variant::ExtensionObject(object) = self.0.get("EngineeringUnits")? else { return None };
         Some(object.inner_as::<EUInformation>()?.display_name.text.to_string())
     }
 
-    /// What the value lies in normally: least and greatest.
+    /// Returns the normal range of the value: low and high.
     pub(super) fn range(&self) -> Option<[f64; 2]> {
         let Variant::ExtensionObject(object) = self.0.get("EURange")? else { return None };
         let Range { low, high } = object.inner_as::<Range>()?;

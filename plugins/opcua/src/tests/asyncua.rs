@@ -9,10 +9,10 @@ use peer_process::Peer;
 use super::peer;
 use super::*;
 
-/// 2026-01-02 03:04:05.678 UTC.
+/// Test time 2026-01-02 03:04:05.678 UTC, milliseconds since 1970.
 const TIME_MILLIS: u64 = 1_767_323_045_678;
 
-/// A type, what the server has, and what it sends later, as values there and of the tag.
+/// Data type, kind of tag, and two pairs of a server's value and the tag's.
 type Case = (&'static str, ValueKind, [(Json, Value); 2]);
 
 fn cases() -> Vec<Case> {

@@ -3,7 +3,7 @@
 use super::peer;
 use super::*;
 
-/// 2026-01-02 03:04:05.678 UTC.
+/// Test time 2026-01-02 03:04:05.678 UTC, milliseconds since 1970.
 const TIME_MILLIS: u64 = 1_767_323_045_678;
 /// Ids of the states of a shelf (OPC 10000-6, Annex A).
 const UNSHELVED: u32 = 2930;

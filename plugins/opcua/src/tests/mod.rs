@@ -28,7 +28,7 @@ const PATIENCE: Duration = Duration::from_secs(20);
 const QUICK: ReconnectBounds =
     ReconnectBounds { min: Duration::from_millis(100), max: Duration::from_millis(400) };
 
-/// A running plugin, and what it published.
+/// Running plugin and the record of its samples.
 type Running = RunningPlugin<OpcUa>;
 
 /// Starts a plugin; `settings` are added to quick ones.
@@ -46,12 +46,12 @@ fn start_with(port: u16, settings: &Json, delays: ReconnectBounds, tags: Vec<Tag
     RunningPlugin::start(plugin, tags, PATIENCE)
 }
 
-/// A tag by its node's name in the server's own namespace.
+/// Creates a tag by its node's name in the server's own namespace.
 fn tag(tag: u32, kind: ValueKind, node: &str) -> TagSpec {
     tag_spec(tag, &format!("tag{tag}"), kind, json!({"node": format!("ns=2;s={node}")}))
 }
 
-/// A node of the server, by the same name.
+/// Creates a node of the server with this name.
 fn node(name: &str, kind: &str, value: &Json) -> Json {
     json!({"id": format!("ns=2;s={name}"), "type": kind, "value": value})
 }

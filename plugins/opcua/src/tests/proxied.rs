@@ -14,12 +14,12 @@ use super::*;
 const AT_ONCE: ReconnectBounds =
     ReconnectBounds { min: Duration::from_millis(1), max: Duration::from_millis(4) };
 const NODES: [&str; 3] = ["A", "B", "C"];
-/// Connections of a test of all faults.
+/// Number of connections of a test of all faults.
 const CONNECTIONS: u64 = 60;
-/// Those of a test of leaks.
+/// Number of connections of a test of leaks.
 const RECONNECTS: u64 = 150;
 
-/// A server whose values say which node they are of, and when they were made.
+/// Starts a server whose values encode their node and the time of their making.
 fn server() -> Option<Peer> {
     let nodes = NODES.map(|name| node(name, "Int64", &json!(0)));
     let mut peer = peer::start(&json!({"nodes": nodes}))?;
@@ -40,7 +40,7 @@ fn proxy(peer: &Peer, script: &FaultScript) -> FaultProxy {
     FaultProxy::start(([127, 0, 0, 1], peer.port).into(), script.clone()).unwrap()
 }
 
-/// How many values there were of each tag, none of them wrong.
+/// Returns the number of values of each tag, and checks that none is wrong.
 #[track_caller]
 fn check_values(recording: &Recording) -> [usize; NODES.len()] {
     let mut values = recording.integers();

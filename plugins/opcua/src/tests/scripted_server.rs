@@ -1,5 +1,5 @@
-//! A server in this process that publishes what a test tells it to, for faults that no
-//! other server has on demand.
+//! Scripted OPC UA server in the test's process, for faults that real servers do not produce on
+//! demand.
 
 use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::io::{ErrorKind, Read, Write};
@@ -23,7 +23,7 @@ use async_opcua::types::{
 
 use crate::client::decoding;
 
-/// Time for which the server waits for bytes before it looks for what is to be published.
+/// Time for which the server waits for bytes before it checks for messages to publish.
 const TURN: Duration = Duration::from_millis(3);
 /// Longest wait of a test for the server.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -33,22 +33,22 @@ const SERVER_STATE: u32 = 2259;
 /// Orders of a test to the server, and the requests that came.
 #[derive(Default)]
 pub(crate) struct Script {
-    /// By node as text.
+    /// Values of the nodes, by node as text.
     pub(crate) values: HashMap<String, DataValue>,
     pub(crate) namespaces: Vec<String>,
     pub(crate) state: i32,
     /// Publishing interval, milliseconds, and intervals without a change before a keep-alive.
     pub(crate) interval_millis: f64,
     pub(crate) keep_alive_count: u32,
-    /// Notifications for Republish.
+    /// Notifications that Republish returns, by sequence number.
     pub(crate) kept: BTreeMap<u32, NotificationMessage>,
-    /// Republish is not answered.
+    /// True where Republish is not answered.
     pub(crate) holds_republish: bool,
-    /// Publish requests that it lets wait; it refuses those beyond.
+    /// Most publish requests that wait at the server; it refuses those beyond.
     pub(crate) max_publishes: usize,
-    /// The connection is closed.
+    /// True once the connection is to be closed.
     pub(crate) is_closing: bool,
-    /// Names of requests.
+    /// Names of the requests that came, in order.
     pub(crate) requests: Vec<&'static str>,
     /// Handles of monitored items, by node as text.
     handles: HashMap<String, Vec<u32>>,
@@ -66,7 +66,7 @@ fn lock(script: &Mutex<Script>) -> MutexGuard<'_, Script> {
     script.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A value as a server reports it.
+/// Creates a value as a server reports it.
 pub(crate) fn value(variant: impl Into<Variant>) -> DataValue {
     DataValue {
         value: Some(variant.into()),
@@ -110,12 +110,12 @@ impl ScriptedServer {
         self.script().namespaces = all.collect();
     }
 
-    /// Sets what a node has to be read.
+    /// Sets the value that reading a node returns.
     pub(crate) fn set(&self, node: &str, value: DataValue) {
         self.script().values.insert(node.to_owned(), value);
     }
 
-    /// Closes the connection, as a restart does; the next one finds all as it is told then.
+    /// Closes the connection, as a restart of the server does.
     pub(crate) fn restart(&self) {
         self.script().is_closing = true;
         self.wait("the end", |script| !script.is_closing);
@@ -147,7 +147,7 @@ impl ScriptedServer {
         self.script().requests.iter().filter(|name| **name == request).count()
     }
 
-    /// A notification with values of nodes.
+    /// Creates a notification with values of nodes.
     pub(crate) fn notification(
         &self,
         number: u32,
@@ -184,7 +184,7 @@ impl ScriptedServer {
     }
 }
 
-/// A message with these parts, or a keep-alive.
+/// Creates a message with these parts, or a keep-alive.
 pub(crate) fn message(number: u32, data: Option<Vec<ExtensionObject>>) -> NotificationMessage {
     NotificationMessage {
         sequence_number: number,
@@ -193,7 +193,7 @@ pub(crate) fn message(number: u32, data: Option<Vec<ExtensionObject>>) -> Notifi
     }
 }
 
-/// A part of a message that tells of changes.
+/// Creates a data change notification of these items.
 pub(crate) fn changes_of(items: Vec<MonitoredItemNotification>) -> ExtensionObject {
     ExtensionObject::from_message(DataChangeNotification {
         monitored_items: Some(items),

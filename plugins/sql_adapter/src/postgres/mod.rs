@@ -26,7 +26,7 @@ pub(crate) use self::bounded::check_stream;
 use self::bounded::{Bounded, BoundedTls, OversizedMessage};
 use self::session::{Messages, Session, messages};
 use self::tls::Tls;
-use crate::board::{Board, shown};
+use crate::point_states::{PointStates, shown};
 use crate::settings::{Config, Postgres};
 
 /// Addresses of one name that are tried, so that each has a useful share of the deadline.
@@ -81,11 +81,15 @@ pub(crate) enum LinkFault {
 }
 
 /// Serves for ever; drop the future to end it.
-pub(crate) async fn serve(access: &Access, config: &Config, board: Board) -> Infallible {
+pub(crate) async fn serve(
+    access: &Access,
+    config: &Config,
+    point_states: PointStates,
+) -> Infallible {
     let mut backoff = Backoff::new(config.reconnect);
-    let board = RefCell::new(board);
-    let mut session = Session::new(config, access.server.keepalive, &board);
-    board.borrow().open();
+    let point_states = RefCell::new(point_states);
+    let mut session = Session::new(config, access.server.keepalive, &point_states);
+    point_states.borrow().open();
     loop {
         let started = Instant::now();
         let fault = match connect(access).await {
@@ -96,7 +100,7 @@ pub(crate) async fn serve(access: &Access, config: &Config, board: Board) -> Inf
             backoff.reset();
         }
         let delay = backoff.next_delay();
-        board.borrow_mut().note_lost(&fault.to_string(), delay);
+        point_states.borrow_mut().note_lost(&fault.to_string(), delay);
         sleep(delay).await;
     }
 }

@@ -20,7 +20,7 @@ use tokio_postgres::{AsyncMessage, Client, Connection, Error, Statement};
 
 use super::{LinkFault, fault_of};
 use crate::answer::{Answer, MAX_ROWS, QueryFault, Samples};
-use crate::board::{Board, shown};
+use crate::point_states::{PointStates, shown};
 use crate::schedule::Schedule;
 use crate::settings::{Channel, Config, QueryConfig};
 
@@ -55,7 +55,7 @@ pub(super) struct Session<'a> {
     channels: &'a [Channel],
     timeout: Duration,
     keepalive: Duration,
-    board: &'a RefCell<Board>,
+    point_states: &'a RefCell<PointStates>,
     /// By query: until when it is left out.
     suspended: Vec<Option<Instant>>,
     /// The query under way.
@@ -63,19 +63,32 @@ pub(super) struct Session<'a> {
 }
 
 impl<'a> Session<'a> {
-    pub(super) fn new(config: &'a Config, keepalive: Duration, board: &'a RefCell<Board>) -> Self {
+    pub(super) fn new(
+        config: &'a Config,
+        keepalive: Duration,
+        point_states: &'a RefCell<PointStates>,
+    ) -> Self {
         let Config { queries, channels, timeout, .. } = config;
         let suspended = vec![None; queries.len()];
-        Self { queries, channels, timeout: *timeout, keepalive, board, suspended, current: None }
+        Self {
+            queries,
+            channels,
+            timeout: *timeout,
+            keepalive,
+            point_states,
+            suspended,
+            current: None,
+        }
     }
 
     /// Serves until the connection ends; says why.
     pub(super) async fn run(&mut self, client: Client, mut messages: Messages) -> LinkFault {
-        let (board, channels) = (self.board, self.channels);
+        let (point_states, channels) = (self.point_states, self.channels);
         // Wakes the polling when a query is to be asked anew.
         let wanted = Notify::new();
         let fault = {
-            let receive = poll_fn(|cx| poll_messages(cx, &mut messages, channels, board, &wanted));
+            let receive =
+                poll_fn(|cx| poll_messages(cx, &mut messages, channels, point_states, &wanted));
             let mut poll = pin!(self.poll(client, &wanted));
             tokio::select! {
                 biased;
@@ -87,7 +100,7 @@ impl<'a> Session<'a> {
                 fault = &mut poll => fault,
             }
         };
-        board.borrow_mut().flush();
+        point_states.borrow_mut().flush();
         if let (LinkFault::OversizedMessage(_), Some(query)) = (&fault, self.current) {
             self.suspended[query] = Some(Instant::now() + SUSPENSION);
         }
@@ -108,9 +121,9 @@ impl<'a> Session<'a> {
         wanted: &Notify,
     ) -> Result<std::convert::Infallible, LinkFault> {
         self.set_up(client).await?;
-        self.board.borrow_mut().note_connected();
+        self.point_states.borrow_mut().note_connected();
         let mut now = Instant::now();
-        let is_used = |query| self.board.borrow().is_used(query);
+        let is_used = |query| self.point_states.borrow().is_used(query);
         let mut schedule =
             Schedule::new(self.queries.iter().map(|query| query.period), is_used, now);
         self.leave_out_suspended(&mut schedule, now);
@@ -133,7 +146,7 @@ impl<'a> Session<'a> {
                     self.run_query(client, query, &mut statements[query]).await?;
                     self.current = None;
                     let is_asked_once = self.queries[query].period.is_none();
-                    if is_asked_once && self.board.borrow().has_failed(query) {
+                    if is_asked_once && self.point_states.borrow().has_failed(query) {
                         schedule.bring_forward(query, Instant::now() + RETRY);
                     }
                 }
@@ -158,7 +171,7 @@ impl<'a> Session<'a> {
             (self.timeout + GRACE).as_millis()
         );
         for Channel { name, query } in self.channels {
-            if self.board.borrow().is_used(*query) {
+            if self.point_states.borrow().is_used(*query) {
                 let quoted = name.replace('"', "\"\"");
                 commands += &format!("; LISTEN \"{quoted}\"");
             }
@@ -169,7 +182,7 @@ impl<'a> Session<'a> {
 
     /// Plans queries anew of which a notification could not be used.
     fn ask_anew(&self, schedule: &mut Schedule) {
-        let wanted = self.board.borrow_mut().take_wanted();
+        let wanted = self.point_states.borrow_mut().take_wanted();
         let at = Instant::now() + ASK_ANEW;
         let is_asked = |query: &usize| self.suspended[*query].is_none_or(|until| until <= at);
         for query in wanted.into_iter().filter(is_asked) {
@@ -187,7 +200,7 @@ impl<'a> Session<'a> {
                  select less text",
                 (until - now).as_secs()
             ));
-            self.board.borrow_mut().note_answer(query, Err(fault));
+            self.point_states.borrow_mut().note_answer(query, Err(fault));
         }
     }
 
@@ -207,7 +220,7 @@ impl<'a> Session<'a> {
             return Err(fault_of(&error));
         }
         let fault = query_fault(&error, self.timeout);
-        self.board.borrow_mut().note_answer(query, Err(fault));
+        self.point_states.borrow_mut().note_answer(query, Err(fault));
         Ok(())
     }
 
@@ -230,17 +243,17 @@ impl<'a> Session<'a> {
                 let portal = transaction.bind(&prepared, &[]).await?;
                 // One row more tells that there are too many.
                 let rows = transaction.query_portal_raw(&portal, MAX_ROWS as i32 + 1).await?;
-                let points = self.board.borrow().points(query);
+                let points = self.point_states.borrow().points(query);
                 let names: Vec<_> = prepared.columns().iter().map(|column| column.name()).collect();
                 let mut rows = pin!(rows);
-                let rules = self.board.borrow().time_rules();
+                let rules = self.point_states.borrow().time_rules();
                 match Answer::begin(&points, &names, &rules) {
                     Err(fault) => Err(fault),
                     Ok(answer) => gather(answer, &mut rows).await?,
                 }
             }
         };
-        self.board.borrow_mut().note_answer(query, outcome);
+        self.point_states.borrow_mut().note_answer(query, outcome);
         transaction.rollback().await
     }
 
@@ -280,7 +293,7 @@ fn poll_messages(
     cx: &mut Context<'_>,
     messages: &mut Messages,
     channels: &[Channel],
-    board: &RefCell<Board>,
+    point_states: &RefCell<PointStates>,
     wanted: &Notify,
 ) -> Poll<LinkFault> {
     loop {
@@ -288,12 +301,12 @@ fn poll_messages(
             Poll::Ready(Some(Ok(AsyncMessage::Notification(told)))) => {
                 let mut channels = channels.iter();
                 if let Some(channel) = channels.find(|channel| channel.name == told.channel()) {
-                    board.borrow_mut().note_notification(channel.query, told.payload());
+                    point_states.borrow_mut().note_notification(channel.query, told.payload());
                 }
             }
             Poll::Ready(Some(Ok(AsyncMessage::Notice(notice)))) => {
                 let text = format!("the server says: {}", shown(notice.message()));
-                board.borrow().log(LogLevel::Debug, &text);
+                point_states.borrow().log(LogLevel::Debug, &text);
             }
             Poll::Ready(Some(Ok(_))) => {}
             Poll::Ready(Some(Err(error))) => return Poll::Ready(fault_of(&error)),
@@ -301,8 +314,8 @@ fn poll_messages(
                 return Poll::Ready(LinkFault::Lost("the connection was closed".into()));
             }
             Poll::Pending => {
-                board.borrow_mut().flush();
-                if board.borrow().has_wanted() {
+                point_states.borrow_mut().flush();
+                if point_states.borrow().has_wanted() {
                     wanted.notify_one();
                 }
                 return Poll::Pending;

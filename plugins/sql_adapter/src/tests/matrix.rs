@@ -8,9 +8,9 @@ use busbar_plugin_sdk::testing::{FaultGenerator, MessageFault, TruthOracle, matr
 
 use super::*;
 use crate::answer::{Answer, MAX_ROWS, QueryFault, Samples};
-use crate::board::Board;
 use crate::cell::{Cell, Row};
 use crate::convert::rules_of_tests;
+use crate::point_states::PointStates;
 use crate::points;
 
 /// Steps of one seed, and of all where the environment says nothing.
@@ -153,8 +153,8 @@ fn settings() -> crate::settings::Config {
     serde_json::from_value::<Settings>(settings).unwrap().parse().unwrap()
 }
 
-fn read(board: &Board, rows: Vec<[Cell<'static>; 4]>) -> Result<Samples, QueryFault> {
-    let points = board.points(0);
+fn read(point_states: &PointStates, rows: Vec<[Cell<'static>; 4]>) -> Result<Samples, QueryFault> {
+    let points = point_states.points(0);
     let mut answer = Answer::begin(&points, &COLUMNS, &rules_of_tests(None))?;
     for row in rows {
         answer.take(&Cells(row))?;
@@ -166,20 +166,26 @@ fn tags() -> Vec<TagSpec> {
     (0..TAGS).map(|tag| key(tag, "q", &format!("t{tag}"), ValueKind::I64)).collect()
 }
 
-fn board(oracle: &TruthOracle) -> Board {
+fn point_states(oracle: &TruthOracle) -> PointStates {
     let (config, tags) = (settings(), tags());
     let points = points::parse(&tags, &config).unwrap().remove(0);
-    Board::new("db".into(), [("q".into(), points)], rules_of_tests(None), oracle.sink(), host())
+    PointStates::new(
+        "db".into(),
+        [("q".into(), points)],
+        rules_of_tests(None),
+        oracle.sink(),
+        host(),
+    )
 }
 
 fn run(seed: u64) {
     let mut oracle = TruthOracle::new(seed, Duration::ZERO, &tags());
-    let mut board = board(&oracle);
+    let mut point_states = point_states(&oracle);
     let (mut random, start) = (FaultGenerator::new(seed), oracle.wall_clock());
     let mut database =
         Database { values: [0; TAGS as usize], time: start, random: FaultGenerator::new(!seed) };
-    board.open();
-    board.note_connected();
+    point_states.open();
+    point_states.note_connected();
     let mut back = Duration::ZERO;
     for step in 0..STEPS {
         oracle.advance(STEP);
@@ -198,15 +204,19 @@ fn run(seed: u64) {
                 // Nobody can know; the next poll does.
             } else if signs.is_empty() {
                 oracle.note_message(tag);
-                board.note_notification(0, &payload);
+                point_states.note_notification(0, &payload);
             } else {
                 oracle.note_sign(signs, &payload);
-                board.note_notification(0, &payload);
+                point_states.note_notification(0, &payload);
                 // A value that is null is understood: there is none.
                 let is_null = payload.contains("\"value\": null");
-                assert_eq!(board.take_wanted(), if is_null { &[][..] } else { &[0] }, "{payload}");
+                assert_eq!(
+                    point_states.take_wanted(),
+                    if is_null { &[][..] } else { &[0] },
+                    "{payload}"
+                );
             }
-            board.flush();
+            point_states.flush();
         } else {
             for tag in 0..TAGS {
                 let value = step as i64 * 10 + i64::from(tag);
@@ -219,25 +229,25 @@ fn run(seed: u64) {
             let (rows, signs) = database.answer(fault);
             oracle.note_sign(signs, "a row with a fault");
             let outcome = match random.below(3) {
-                _ if !fails => read(&board, rows),
+                _ if !fails => read(&point_states, rows),
                 0 => Err(QueryFault::Unavailable("it took too long".into())),
                 1 => Err(QueryFault::Refused("there is no table any more".into())),
                 _ => Err(QueryFault::TooManyRows),
             };
-            board.note_answer(0, outcome);
+            point_states.note_answer(0, outcome);
         }
         if random.one_in(200) && step + 10 < STEPS {
             oracle.note_sign(0..TAGS, "the connection is lost");
-            board.note_lost("reset", STEP);
+            point_states.note_lost("reset", STEP);
             oracle.check();
-            board.note_connected();
+            point_states.note_connected();
         }
         oracle.check();
     }
     // The last steps are whole, and polls among them.
     let (rows, _) = database.answer(None);
-    let outcome = read(&board, rows);
-    board.note_answer(0, outcome);
+    let outcome = read(&point_states, rows);
+    point_states.note_answer(0, outcome);
     oracle.check_recovered();
     let counts = oracle.counts();
     assert!(counts.good > counts.judged / 3 && counts.signs > 500, "{counts:?}");
@@ -251,7 +261,7 @@ fn rows_and_notifications_with_faults_leave_no_old_value_good() {
 #[test]
 fn rows_beyond_the_limit_make_all_tags_bad() {
     let mut oracle = TruthOracle::new(0, Duration::ZERO, &tags());
-    let mut board = board(&oracle);
+    let mut point_states = point_states(&oracle);
     let database = Database {
         values: [1; TAGS as usize],
         time: oracle.wall_clock(),
@@ -259,13 +269,13 @@ fn rows_beyond_the_limit_make_all_tags_bad() {
     };
     (0..TAGS).for_each(|tag| oracle.set_truth(tag, Some(Value::I64(1))));
     let rows: Vec<_> = (0..TAGS as usize).map(|tag| database.row(tag)).collect();
-    let outcome = read(&board, rows.clone());
-    board.note_answer(0, outcome);
+    let outcome = read(&point_states, rows.clone());
+    point_states.note_answer(0, outcome);
     oracle.check_recovered();
     oracle.note_sign(0..TAGS, "too many rows");
     let others = (0..MAX_ROWS).map(|_| [text("other"), Cell::Int(1), text("good"), Cell::Null]);
-    let outcome = read(&board, rows.into_iter().chain(others).collect());
-    board.note_answer(0, outcome);
+    let outcome = read(&point_states, rows.into_iter().chain(others).collect());
+    point_states.note_answer(0, outcome);
     oracle.check();
     assert!(!oracle.is_good(0));
 }
@@ -273,7 +283,7 @@ fn rows_beyond_the_limit_make_all_tags_bad() {
 #[test]
 fn rows_that_stop_changing_age_by_their_time() {
     let mut oracle = TruthOracle::new(0, Duration::ZERO, &tags());
-    let mut board = board(&oracle);
+    let mut point_states = point_states(&oracle);
     let database = Database {
         values: [1; TAGS as usize],
         time: oracle.wall_clock(),
@@ -282,8 +292,8 @@ fn rows_that_stop_changing_age_by_their_time() {
     (0..TAGS).for_each(|tag| oracle.set_truth(tag, Some(Value::I64(1))));
     for second in 0..20 {
         let rows = (0..TAGS as usize).map(|tag| database.row(tag)).collect();
-        let outcome = read(&board, rows);
-        board.note_answer(0, outcome);
+        let outcome = read(&point_states, rows);
+        point_states.note_answer(0, outcome);
         assert_eq!(oracle.is_good(0), second <= 5, "after {second} s");
         oracle.advance(Duration::from_secs(1));
     }
@@ -292,7 +302,7 @@ fn rows_that_stop_changing_age_by_their_time() {
 #[test]
 fn bad_quality_with_an_older_time_counts() {
     let mut oracle = TruthOracle::new(0, Duration::ZERO, &tags());
-    let mut board = board(&oracle);
+    let mut point_states = point_states(&oracle);
     let mut database = Database {
         values: [1; TAGS as usize],
         time: oracle.wall_clock(),
@@ -300,8 +310,8 @@ fn bad_quality_with_an_older_time_counts() {
     };
     (0..TAGS).for_each(|tag| oracle.set_truth(tag, Some(Value::I64(1))));
     let mut rows: Vec<_> = (0..TAGS as usize).map(|tag| database.row(tag)).collect();
-    let outcome = read(&board, rows.clone());
-    board.note_answer(0, outcome);
+    let outcome = read(&point_states, rows.clone());
+    point_states.note_answer(0, outcome);
     oracle.check_recovered();
     // The row is written anew 20 s older, and bad.
     database.time -= Duration::from_secs(20);
@@ -309,8 +319,8 @@ fn bad_quality_with_an_older_time_counts() {
     rows[0][2] = text("bad");
     oracle.set_truth(0, None);
     oracle.note_message(0);
-    let outcome = read(&board, rows);
-    board.note_answer(0, outcome);
+    let outcome = read(&point_states, rows);
+    point_states.note_answer(0, outcome);
     oracle.check();
     let now = oracle.wall_clock();
     assert_eq!(oracle.shown(0).quality(now), Quality::Bad(Reason::Sensor));
@@ -323,14 +333,15 @@ fn a_notification_for_tags_of_columns_leaves_them_uncertain_until_they_are_asked
     let points = points::parse(&tags, &config).unwrap().remove(0);
     let mut oracle = TruthOracle::new(0, Duration::ZERO, &tags);
     let queries = [("q".into(), points)];
-    let mut board = Board::new("db".into(), queries, rules_of_tests(None), oracle.sink(), host());
+    let mut point_states =
+        PointStates::new("db".into(), queries, rules_of_tests(None), oracle.sink(), host());
     oracle.set_truth(0, Some(Value::I64(1)));
     oracle.sink().publish(&[Sample::good(0, Value::I64(1))]);
     oracle.check_recovered();
     oracle.set_truth(0, Some(Value::I64(2)));
     oracle.note_sign([0], "a key that no column has");
-    board.note_notification(0, r#"{"key": "a", "value": 2}"#);
-    board.flush();
+    point_states.note_notification(0, r#"{"key": "a", "value": 2}"#);
+    point_states.flush();
     oracle.check();
-    assert_eq!(board.take_wanted(), [0]);
+    assert_eq!(point_states.take_wanted(), [0]);
 }

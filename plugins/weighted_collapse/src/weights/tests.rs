@@ -22,7 +22,11 @@ struct Edge {
 }
 
 impl Weighed {
-    fn of(positions: &[[f32; 3]], triangles: &[[u32; 3]], interpretation: &Interpretation) -> Self {
+    fn new(
+        positions: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        interpretation: &Interpretation,
+    ) -> Self {
         let mesh = Mesh { positions, triangles, wedges: None };
         let edges = find(&mesh, 1);
         let measured = measure_all(&mesh, &edges, interpretation, 1);
@@ -64,7 +68,7 @@ const SQUARE: [[f32; 3]; 4] = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1.
 /// has has the deviation sqrt(1/5 * 4/5) = 0.4 times the difference.
 #[test]
 fn two_triangles() {
-    let square = Weighed::of(&SQUARE, &[[0, 1, 2], [0, 2, 3]], &Interpretation::BUSBAR);
+    let square = Weighed::new(&SQUARE, &[[0, 1, 2], [0, 2, 3]], &Interpretation::BUSBAR);
     near(square.factors([0, 2]).curvature, 0.0);
     near(square.factors([0, 2]).area, 1.0);
     near(square.factors([0, 1]).curvature, PI);
@@ -81,7 +85,7 @@ fn two_triangles() {
 /// Two triangles without border protection: C = 0 everywhere and w2 = 0.
 #[test]
 fn two_triangles_without_border_protection() {
-    let square = Weighed::of(&SQUARE, &[[0, 1, 2], [0, 2, 3]], &Interpretation::UNPROTECTED);
+    let square = Weighed::new(&SQUARE, &[[0, 1, 2], [0, 2, 3]], &Interpretation::UNPROTECTED);
     let (sigma_l, sigma_s) = (0.4 * PI * (1.0 - FRAC_1_SQRT_2), 0.4 * FRAC_PI_2);
     near(square.weight([0, 1]), sigma_l * PI * FRAC_1_SQRT_2 + sigma_s * FRAC_PI_2);
     near(square.weight([0, 2]), sigma_l * PI + sigma_s * PI);
@@ -108,7 +112,7 @@ fn cube() {
         [1, 3, 7],
         [1, 7, 5],
     ];
-    let cube = Weighed::of(&positions, &triangles, &Interpretation::BUSBAR);
+    let cube = Weighed::new(&positions, &triangles, &Interpretation::BUSBAR);
     assert_eq!(cube.edges.len(), 18);
     let third = SQRT_2 / 3.0;
     let sigma_l = third * PI * (1.0 - FRAC_1_SQRT_2);
@@ -131,7 +135,7 @@ fn open_grid() {
     let positions: Vec<[f32; 3]> = (0..9).map(|i| [(i % 3) as f32, (i / 3) as f32, 0.0]).collect();
     let triangles: Vec<[u32; 3]> =
         [0, 1, 3, 4].into_iter().flat_map(|i| [[i, i + 1, i + 4], [i, i + 4, i + 3]]).collect();
-    let grid = Weighed::of(&positions, &triangles, &Interpretation::BUSBAR);
+    let grid = Weighed::new(&positions, &triangles, &Interpretation::BUSBAR);
     assert_eq!(grid.edges.len(), 16);
     let sigma_l = (0.25_f64 * 0.75).sqrt() * PI * (1.0 - FRAC_1_SQRT_2);
     let (sigma_s, sigma_c, alpha) = (0.5 * FRAC_PI_2, 0.5 * PI, 0.5);
@@ -146,7 +150,7 @@ fn open_grid() {
 #[test]
 fn fan_with_a_border() {
     let positions = [[0., 0., 1.], [1., 0., 0.], [0., 1., 0.], [-1., 0., 0.], [0., -1., 0.]];
-    let fan = Weighed::of(
+    let fan = Weighed::new(
         &positions,
         &[[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]],
         &Interpretation::BUSBAR,
@@ -166,7 +170,8 @@ fn fan_with_a_border() {
 #[test]
 fn non_manifold_edge() {
     let positions = [[0., 0., 0.], [0., 0., 1.], [1., 0., 0.], [-1., 0., 0.], [0., 1., 0.]];
-    let book = Weighed::of(&positions, &[[0, 1, 2], [0, 3, 1], [0, 1, 4]], &Interpretation::BUSBAR);
+    let book =
+        Weighed::new(&positions, &[[0, 1, 2], [0, 3, 1], [0, 1, 4]], &Interpretation::BUSBAR);
     let spine = book.factors([0, 1]);
     assert!(spine.flag);
     near(spine.area, 1.5);
@@ -186,7 +191,7 @@ fn non_manifold_edge() {
 #[test]
 fn degenerate_triangle() {
     let positions = [[0., 0., 0.], [2., 0., 0.], [0., 2., 0.], [1., 1., 0.]];
-    let mesh = Weighed::of(&positions, &[[0, 1, 2], [2, 1, 3]], &Interpretation::BUSBAR);
+    let mesh = Weighed::new(&positions, &[[0, 1, 2], [2, 1, 3]], &Interpretation::BUSBAR);
     let hypotenuse = mesh.factors([1, 2]);
     near(hypotenuse.curvature, 0.0);
     near(hypotenuse.area, 2.0);
@@ -197,12 +202,12 @@ fn degenerate_triangle() {
 /// itself has C = pi.
 #[test]
 fn curvature_ignores_the_winding() {
-    let flat = Weighed::of(&SQUARE, &[[0, 1, 2], [2, 0, 3]], &Interpretation::BUSBAR);
+    let flat = Weighed::new(&SQUARE, &[[0, 1, 2], [2, 0, 3]], &Interpretation::BUSBAR);
     near(flat.factors([0, 2]).curvature, 0.0);
     let mut folded = SQUARE;
     folded[3] = [0.9, 0.1, 0.0];
     for second in [[0, 2, 3], [2, 0, 3]] {
-        let folded = Weighed::of(&folded, &[[0, 1, 2], second], &Interpretation::BUSBAR);
+        let folded = Weighed::new(&folded, &[[0, 1, 2], second], &Interpretation::BUSBAR);
         near(folded.factors([0, 2]).curvature, PI);
     }
 }
@@ -210,7 +215,7 @@ fn curvature_ignores_the_winding() {
 /// A mesh whose maxima are 0 has weights of 0, not NaN.
 #[test]
 fn a_mesh_without_size_has_finite_weights() {
-    let point = Weighed::of(&[[1., 1., 1.]; 3], &[[0, 1, 2]], &Interpretation::BUSBAR);
+    let point = Weighed::new(&[[1., 1., 1.]; 3], &[[0, 1, 2]], &Interpretation::BUSBAR);
     assert!(point.weights.iter().all(|w| w.is_finite()));
 }
 
@@ -218,7 +223,7 @@ fn a_mesh_without_size_has_finite_weights() {
 #[test]
 fn two_triangles_as_printed() {
     let check = |interpretation: &Interpretation, border: (bool, f64), diagonal: (bool, f64)| {
-        let square = Weighed::of(&SQUARE, &[[0, 1, 2], [0, 2, 3]], interpretation);
+        let square = Weighed::new(&SQUARE, &[[0, 1, 2], [0, 2, 3]], interpretation);
         for (ends, (flag, curvature)) in [([0, 1], border), ([0, 2], diagonal)] {
             assert_eq!(square.factors(ends).flag, flag);
             near(square.factors(ends).curvature, curvature);

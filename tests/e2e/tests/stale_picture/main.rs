@@ -1,10 +1,10 @@
-//! Nothing that is not good looks good: seeded sequences of values, qualities, times and
-//! faults are sent, an oracle tells from what was sent alone what cannot be good, and the
-//! picture is read to see whether it is shown so. `BUSBAR_STALE_SEQUENCES` asks for more
+//! End-to-end test that nothing stale or bad looks good. Seeded sequences of values, qualities,
+//! times and faults are played. An oracle derives from the sent samples alone which tags cannot be
+//! good, and each picture is checked against it. `BUSBAR_STALE_SEQUENCES` sets the number of
 //! sequences; `BUSBAR_PICTURES` names a folder for a few of the pictures.
 
-mod eye;
-mod oracle;
+mod expected_state;
+mod picture_reader;
 mod script;
 
 use std::path::PathBuf;
@@ -16,8 +16,8 @@ use e2e::glb::{self, WeldedMesh};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 
-use crate::eye::{Eye, Seen};
-use crate::oracle::{Claim, FRESHNESS_MILLIS, Oracle, Times};
+use crate::expected_state::{Claim, ExpectedState, FRESHNESS_MILLIS, Times};
+use crate::picture_reader::{PictureReader, ShownState};
 use crate::script::{Random, SEQUENCE_MILLIS, SHOWN, SHOWN_MILLIS, Script};
 
 const SIZE: [u32; 2] = [1280, 720];
@@ -31,23 +31,26 @@ const GAUGE_COUNT: usize = GAUGES[0] * GAUGES[1];
 const LAMP_COUNT: usize = LAMPS[0] * LAMPS[1];
 /// Sequences in a test; `cargo xtask soak --stale-pictures` has 100,000.
 const SEQUENCES: usize = 600;
-/// Of each tag, before all is started anew.
+/// Most sequences of each tag before all processes are started anew.
 const MAX_ROUND: u64 = 40;
 const SEQUENCES_VARIABLE: &str = "BUSBAR_STALE_SEQUENCES";
-/// From now until the first sample: everything runs by then.
+/// Lead time from now until the first sample, by which all processes run.
 const LEAD: Duration = Duration::from_secs(5);
-/// What must be left of that once the first frame is drawn.
+/// Part of [`LEAD`] that must be left once the first frame is drawn.
 const SETTLED: Duration = Duration::from_millis(500);
-/// Before the end of what is shown in the beginning it is looked at, nanoseconds.
+/// Margin before the end of each initial value, in which the reference picture is taken,
+/// nanoseconds.
 const SHOWN_MARGIN: i64 = 150_000_000;
-/// Of what was claimed good, as much may be shown late: overlays answer from a process of
-/// their own.
+/// Largest share of frames claimed good that may be shown late, because overlays answer from a
+/// process of their own.
 const MAX_LATE_SHARE: f64 = 0.1;
-/// What is stopped and killed: whoever brings values, most of the time, or shows them.
+/// Plugins that are stopped and killed: mostly the source of the values, otherwise those that show
+/// them.
 const PLUGINS: [&str; 4] = ["source", "source", "values", "energised"];
 /// Rounds that may come to nothing, because others keep the machine busy.
 const MAX_SLOW: u32 = 8;
-/// The longest that a plugin stands still: less than what it is killed for.
+/// Longest stop of a plugin, milliseconds; shorter than the time after which a stopped plugin is
+/// killed.
 const MAX_STOP: u64 = 450;
 
 /// To the left of a gauge there is less room than to its right, where its label is, metres.
@@ -166,7 +169,7 @@ struct Troublemaker {
 }
 
 impl Troublemaker {
-    fn step(&mut self, viewer: &Viewer, oracle: &mut Oracle) {
+    fn step(&mut self, viewer: &Viewer, oracle: &mut ExpectedState) {
         let now = now();
         if now < self.next {
             return;
@@ -201,7 +204,7 @@ impl Troublemaker {
     }
 }
 
-/// What was found.
+/// Counts of sequences, faults and frames over a test.
 #[derive(Debug, Default)]
 struct Counts {
     sequences: usize,
@@ -227,7 +230,7 @@ impl Test {
         (self.viewer.read_picture().expect("it is drawn"), Times { began, ended })
     }
 
-    /// A picture of between two times.
+    /// Draws until a picture begins after `from`; none where it ends after `until`.
     fn draw_between(&mut self, from: i64, until: i64) -> Option<Picture> {
         loop {
             let (picture, times) = self.draw();
@@ -237,7 +240,7 @@ impl Test {
         }
     }
 
-    /// A count that the plugin sends of its own progress.
+    /// Returns a count by which the plugin reports its own progress.
     fn progress(&self, id: &str) -> Option<usize> {
         let tags = self.viewer.stats().tags;
         let tag = tags.into_iter().find(|tag| tag.id == id)?;
@@ -245,8 +248,8 @@ impl Test {
     }
 }
 
-/// Reads pictures while so many sequences of each tag are played; adds up what it found.
-/// None where the machine was too slow to see in time how what is known looks.
+/// Plays sequences of each tag, checks the pictures and adds up the counts. None where the machine
+/// was too slow for the reference pictures.
 fn read_round(seed: u64, sequences: u64, counts: &mut Counts) -> Option<()> {
     let pictures = std::env::var_os("BUSBAR_PICTURES").map(PathBuf::from);
     let (scene, ids) = scene();
@@ -254,7 +257,7 @@ fn read_round(seed: u64, sequences: u64, counts: &mut Counts) -> Option<()> {
     let start_millis = now() as u64 / 1_000_000 + LEAD.as_millis() as u64;
     let text = script.to_json(&ids, start_millis).to_string();
     std::fs::write(scene.path("script.json"), text).expect("it can be written");
-    let mut oracle = Oracle::new(script, start_millis);
+    let mut oracle = ExpectedState::new(script, start_millis);
 
     let loaded = LoadedScene::load(&scene.write(), &|_, _, _| {});
     let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
@@ -267,13 +270,13 @@ fn read_round(seed: u64, sequences: u64, counts: &mut Counts) -> Option<()> {
     if times.ended + SETTLED.as_nanos() as i64 > first {
         return None;
     }
-    let eye = Eye::new(&mut test.viewer, SIZE);
+    let reader = PictureReader::new(&mut test.viewer, SIZE);
     let shown = [1, 2].map(|count| first + count * (SHOWN_MILLIS * 1_000_000) as i64);
     let looks = shown.map(|until| test.draw_between(until - SHOWN_MARGIN, until));
     let [Some(off), Some(on)] = looks else { return None };
     let lamps = || ids.iter().filter(|id| id.starts_with('L')).map(|id| format!("={id}"));
     let pairs = [[&off, &on], [&off, &unknown], [&on, &unknown]];
-    if lamps().any(|lamp| pairs.iter().any(|[a, b]| eye.looks_as(a, b, &lamp))) {
+    if lamps().any(|lamp| pairs.iter().any(|[a, b]| reader.looks_as(a, b, &lamp))) {
         return None;
     }
     let looks = [off, on];
@@ -302,12 +305,12 @@ fn read_round(seed: u64, sequences: u64, counts: &mut Counts) -> Option<()> {
             if claim == Claim::Nothing {
                 continue;
             }
-            let seen = eye.see(&picture, &looks, &equipment, id.starts_with('L'));
+            let seen = reader.see(&picture, &looks, &equipment, id.starts_with('L'));
             match claim {
                 Claim::NotGood => {
                     counts.not_good += 1;
                     assert!(
-                        seen == Seen::NotGood,
+                        seen == ShownState::NotGood,
                         "{id} is not good and is seen as {seen:?}, in {times:?}: see {}; \
                          seed {seed}, {counts:?}, after {:#?}",
                         keep(&picture).display(),
@@ -316,7 +319,7 @@ fn read_round(seed: u64, sequences: u64, counts: &mut Counts) -> Option<()> {
                 }
                 Claim::Good(value) => {
                     counts.good += 1;
-                    counts.late += usize::from(seen != Seen::Good(value));
+                    counts.late += usize::from(seen != ShownState::Good(value));
                 }
                 Claim::Nothing => {}
             }

@@ -2,27 +2,27 @@
 
 use serde_json::{Value, json};
 
-/// Between batches.
+/// Time between two batches, milliseconds.
 pub(crate) const STEP_MILLIS: u64 = 20;
-/// What one sequence takes.
+/// Duration of one sequence, milliseconds.
 pub(crate) const SEQUENCE_MILLIS: u64 = 1500;
-/// How long all tags show each of their values in the beginning, to be seen once.
+/// Time for which all tags show each of their values at the start, as a reference, milliseconds.
 pub(crate) const SHOWN_MILLIS: u64 = 1000;
-/// What is shown then, and when each of it is to be looked at.
+/// Values that are shown at the start, in order.
 pub(crate) const SHOWN: [bool; 2] = [false, true];
 const SHOWN_STEPS: u64 = SHOWN_MILLIS / STEP_MILLIS;
-/// Between two values of a tag that stays as it is, in steps.
+/// Steps between two samples of a tag whose value stays the same.
 const PERIOD: usize = 5;
 const HOUR_MILLIS: i64 = 3_600_000;
 const STEPS: u64 = SEQUENCE_MILLIS / STEP_MILLIS;
 
-/// What a sample says.
+/// Content of a sample beside its quality.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Said {
-    /// Of the quality alone.
+    /// Quality alone, without a value.
     Nothing,
     NotANumber,
-    /// Normal or, if it is so, abnormal; of a switch, closed or open.
+    /// Value of a gauge (true is abnormal) or of a switch (true is closed).
     Value(bool),
 }
 
@@ -44,9 +44,9 @@ pub(crate) struct Sent {
     pub(crate) worth: Worth,
     /// By how much its source time is before the batch, milliseconds.
     pub(crate) age: Option<i64>,
-    /// Tells whether it comes out of a buffer: only then its source time orders it.
+    /// True where the sample comes out of a buffer; only then its source time orders it.
     pub(crate) is_buffered: bool,
-    /// Tells whether the source promised a time and sent none that can be read.
+    /// True where the source promised a time and sent none that can be read.
     pub(crate) is_time_unusable: bool,
 }
 
@@ -72,7 +72,8 @@ impl Random {
 }
 
 impl Script {
-    /// Both values of all tags, then so many sequences for each, one after the other.
+    /// Creates a script: both values of all tags, then a number of sequences for each, one after
+    /// the other.
     pub(crate) fn new(tags: usize, sequences: u64, random: &mut Random) -> Self {
         let good = |batch: u64| Sent {
             batch: batch as usize,
@@ -90,7 +91,7 @@ impl Script {
         Self { tags: all, batches: shown + sequences * STEPS }
     }
 
-    /// As the plugin reads it.
+    /// Formats the script as the JSON document that the plugin reads.
     pub(crate) fn to_json(&self, ids: &[String], start_unix_millis: u64) -> Value {
         let mut batches = vec![Vec::new(); self.batches as usize];
         for (id, sent) in ids.iter().zip(&self.tags) {
@@ -140,7 +141,7 @@ impl Sent {
     }
 }
 
-/// A stretch of good values as a device sends them, and whatever goes wrong around it.
+/// Generates a stretch of good values as a device sends them, with faults around it.
 fn sequence(start: u64, random: &mut Random, into: &mut Vec<Sent>) {
     let mut steps: Vec<Option<Sent>> = vec![None; STEPS as usize];
     if !random.one_in(4) {

@@ -1,4 +1,4 @@
-//! Language of doc comments: first words and least length.
+//! Language: first words and least length of doc comments, and names of functions that say nothing.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -92,6 +92,26 @@ fn doc_comments_begin_with_a_noun_phrase_or_a_verb_and_say_something() {
     for (folder, most) in UNFINISHED {
         let left = faults.get(*folder).map_or(0, Vec::len);
         assert!(left == *most, "{folder} has {left} faults left: lower its number in UNFINISHED");
+    }
+}
+
+#[test]
+fn functions_are_called_by_what_they_do() {
+    // Within quotes it is a name here.
+    let forbidden = [["fn ", "of("].concat(), ["fn ", "of<"].concat()];
+    let root = workspace_path("");
+    let roots = ["host", "plugins", "shaders", "tests"].map(|folder| root.join(folder));
+    for path in roots.iter().flat_map(|folder| rust_files(folder)) {
+        let source = fs::read_to_string(&path).expect("sources are text");
+        for (index, line) in source.lines().enumerate() {
+            let is_named_so = forbidden.iter().any(|name| line.contains(name.as_str()));
+            assert!(
+                !is_named_so,
+                "{}:{}: a function called `of`: name it by what it returns or does",
+                path.display(),
+                index + 1
+            );
+        }
     }
 }
 

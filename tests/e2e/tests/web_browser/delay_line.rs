@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 /// Bytes that are passed on at once.
 const PIECE_BYTES: usize = 1 << 16;
-/// How often a line looks whether its delay was lifted.
+/// Period at which a line checks whether its delay was lifted.
 const LOOK_PERIOD: Duration = Duration::from_millis(5);
 
 /// Delays of both directions.
@@ -20,10 +20,10 @@ pub(crate) struct Delays {
     pub(crate) up: Delay,
 }
 
-/// One direction's delay.
+/// Delay of one direction, which may grow.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Delay {
-    /// At first.
+    /// Initial delay of the direction.
     pub(crate) at_first: Duration,
     /// Growth, seconds a second.
     pub(crate) growth: f64,

@@ -134,7 +134,8 @@ impl Browser {
         self.ask("shot", json!(path));
     }
 
-    /// What the page complained of: a strict policy that blocks a part of it, say.
+    /// Asserts that the page reported no errors, such as a part blocked by a strict content
+    /// security policy.
     #[track_caller]
     pub(crate) fn expect_no_errors(&mut self) {
         assert_eq!(self.ask("errors", Value::Null), json!([]));

@@ -51,7 +51,7 @@ pub(super) fn build(
 ) -> MeshProxies {
     let mut shown: BTreeMap<(u32, u32), (usize, &ThetaPolicy)> = BTreeMap::new();
     for instance in graph.instances() {
-        let policy = policies.of(&instance);
+        let policy = policies.for_instance(&instance);
         if matches!(policy, ThetaPolicy::ScreenError(_)) {
             shown.entry((instance.model.0, instance.mesh)).or_insert((0, policy)).0 += 1;
         }

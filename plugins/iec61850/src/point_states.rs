@@ -46,7 +46,7 @@ struct State {
     is_told: bool,
 }
 
-pub(crate) struct Board {
+pub(crate) struct PointStates {
     points: Points,
     states: Vec<State>,
     sink: SampleSink,
@@ -60,7 +60,7 @@ pub(crate) struct Board {
     reports: u64,
 }
 
-impl Board {
+impl PointStates {
     pub(crate) fn new(points: Points, sink: SampleSink, host: Host, server: String) -> Self {
         let states = vec![State::default(); points.all().len()];
         let (touched, batch) = (Vec::new(), Vec::new());
@@ -122,7 +122,7 @@ impl Board {
         state.reported = self.reports;
     }
 
-    /// Takes what a variable has of a point; [`Board::commit`] publishes it. Returns false where
+    /// Takes what a variable has of a point; [`PointStates::commit`] publishes it. Returns false where
     /// its value or quality is of another type.
     pub(crate) fn take(&mut self, index: usize, share: &Share, data: &data::Value) -> bool {
         let find = |path: &Option<Vec<usize>>| path.as_ref().map(|path| follow(data, path));
@@ -256,5 +256,5 @@ impl State {
 }
 
 #[cfg(test)]
-#[path = "board_tests.rs"]
+#[path = "point_states_tests.rs"]
 mod tests;

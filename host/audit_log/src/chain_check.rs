@@ -1,4 +1,4 @@
-//! Reading of one file: its lines, its chain, and every fault of either.
+//! Check of one log file: its lines, the links of its hash chain, and every fault of either.
 
 use busbar_alarms::{AlarmRecord, State};
 
@@ -39,7 +39,7 @@ impl LinePlaces {
 
 /// Content of one file, as far as it can be understood.
 #[derive(Debug, Default)]
-pub(crate) struct FileReading {
+pub(crate) struct CheckedFile {
     pub(crate) header: Option<FileHeader>,
     /// True where the reader has the key of its chain.
     pub(crate) is_checked: bool,
@@ -71,7 +71,7 @@ pub(crate) struct FileReading {
     pub(crate) has_wanted: bool,
 }
 
-impl FileReading {
+impl CheckedFile {
     /// Reads the bytes of a file into the recovered state. Bytes after its last whole line were
     /// cut short by a crash.
     pub(crate) fn read(
@@ -239,7 +239,7 @@ impl FileReading {
 
 /// Records the state of an alarm after a record.
 fn stand(record: &AlarmRecord, found: &mut RecoveredLog) {
-    if record.to == State::A {
+    if record.to == State::Normal {
         found.open.remove(&record.alarm);
     } else {
         found.open.insert(record.alarm.clone(), record.clone());

@@ -13,7 +13,7 @@ const WALL_SECONDS: u64 = 1_767_323_045;
 const TICKS_TO_1970: i64 = 116_444_736_000_000_000;
 
 struct Setting {
-    board: Board,
+    point_states: PointStates,
     recorder: Recorder,
     now: Instant,
 }
@@ -35,8 +35,8 @@ fn setting_with(more: serde_json::Value) -> Setting {
     ];
     let points = Points::parse(&tags, &config).unwrap();
     let recorder = Recorder::new();
-    let board = Board::new(points, &config, recorder.sink(), host());
-    Setting { board, recorder, now: Instant::now() }
+    let point_states = PointStates::new(points, &config, recorder.sink(), host());
+    Setting { point_states, recorder, now: Instant::now() }
 }
 
 fn wall() -> SystemTime {
@@ -54,19 +54,19 @@ fn data(value: f64, age_seconds: i64) -> DataValue {
 
 impl Setting {
     fn take(&mut self, data: &DataValue) {
-        self.board.take(0, data, self.now, wall());
-        self.board.flush();
+        self.point_states.take(0, data, self.now, wall());
+        self.point_states.flush();
     }
 
     fn confirm_after(&mut self, seconds: u64) {
         self.now += Duration::from_secs(seconds);
-        self.board.confirm(0..1, self.now, wall());
-        self.board.flush();
+        self.point_states.confirm(0..1, self.now, wall());
+        self.point_states.flush();
     }
 
     fn read(&mut self, data: &DataValue) {
-        self.board.take_read(0, data, self.now, wall());
-        self.board.flush();
+        self.point_states.take_read(0, data, self.now, wall());
+        self.point_states.flush();
     }
 
     fn last(&self) -> Sample {
@@ -113,7 +113,7 @@ fn nothing_is_confirmed_where_the_settings_say_so_or_the_connection_is_lost() {
     assert_eq!(setting.of_tag(0).len(), 1);
     let mut setting = self::setting(true);
     setting.take(&data(1.5, 0));
-    setting.board.lose(Reason::Communication);
+    setting.point_states.lose(Reason::Communication);
     setting.confirm_after(10);
     let samples = setting.of_tag(0);
     assert_eq!(samples.last().unwrap().quality, Quality::Bad(Reason::Communication));
@@ -137,9 +137,9 @@ fn what_is_bad_is_not_confirmed_and_nothing_is_no_value() {
 #[test]
 fn a_refused_node_makes_its_tags_bad() {
     let mut setting = setting(true);
-    setting.board.refuse(0, StatusCode::BadNodeIdUnknown);
-    setting.board.refuse(9, StatusCode::BadNodeIdUnknown);
-    setting.board.flush();
+    setting.point_states.refuse(0, StatusCode::BadNodeIdUnknown);
+    setting.point_states.refuse(9, StatusCode::BadNodeIdUnknown);
+    setting.point_states.flush();
     for tag in [0, 1] {
         assert_eq!(setting.of_tag(tag), [Sample::bad(tag, Reason::Configuration)]);
     }
@@ -151,17 +151,17 @@ const DOUBT: Quality = Quality::Uncertain(Reason::Communication);
 fn a_suspect_value_is_uncertain_and_not_confirmed_until_what_is_missing_came() {
     let mut setting = setting(true);
     setting.take(&data(1.5, 3600));
-    setting.board.suspect(0..1);
+    setting.point_states.suspect(0..1);
     setting.confirm_after(10);
     let count = setting.of_tag(0).len();
     let last = setting.last();
     assert_eq!((last.value, last.quality), (Some(Value::F64(1.5)), DOUBT));
     setting.confirm_after(10);
     assert_eq!(setting.of_tag(0).len(), count);
-    setting.board.restore(0..1, setting.now, wall());
-    setting.board.flush();
+    setting.point_states.restore(0..1, setting.now, wall());
+    setting.point_states.flush();
     assert_eq!(setting.last(), Sample::good(0, Value::F64(1.5)));
-    setting.board.suspect(0..1);
+    setting.point_states.suspect(0..1);
     setting.take(&data(2.5, 0));
     assert_eq!(
         (setting.last().value, setting.last().quality),
@@ -175,34 +175,34 @@ fn a_value_whose_report_is_lost_is_read_until_the_next_report() {
     setting.read(&data(9.0, 0));
     assert!(setting.of_tag(0).is_empty(), "nothing is lost");
     setting.take(&data(1.5, 0));
-    setting.board.suspect_lost(0..1);
-    setting.board.restore(0..1, setting.now, wall());
-    setting.board.flush();
+    setting.point_states.suspect_lost(0..1);
+    setting.point_states.restore(0..1, setting.now, wall());
+    setting.point_states.flush();
     assert_eq!(setting.last().quality, DOUBT, "it is lost");
-    assert_eq!(setting.board.items_to_read(0..1, setting.now), [0]);
+    assert_eq!(setting.point_states.items_to_read(0..1, setting.now), [0]);
     setting.read(&data(2.0, 0));
     assert_eq!(
         (setting.last().value, setting.last().quality),
         (Some(Value::F64(2.0)), Quality::Good)
     );
     // What was read is right now; signs of life of its subscription do not tell more.
-    assert!(setting.board.items_to_read(0..1, setting.now).is_empty());
+    assert!(setting.point_states.items_to_read(0..1, setting.now).is_empty());
     let count = setting.of_tag(0).len();
     setting.confirm_after(2);
     assert_eq!(setting.of_tag(0).len(), count);
-    assert_eq!(setting.board.items_to_read(0..1, setting.now), [0]);
+    assert_eq!(setting.point_states.items_to_read(0..1, setting.now), [0]);
     setting.take(&data(3.0, 0));
     setting.read(&data(2.0, 0));
     assert_eq!(setting.last().value, Some(Value::F64(3.0)), "the report is newer");
-    assert!(!setting.board.has_lost(0..1));
+    assert!(!setting.point_states.has_lost(0..1));
 }
 
 #[test]
 fn a_refused_item_is_not_read() {
     let mut setting = setting(true);
-    setting.board.refuse(0, StatusCode::BadNodeIdUnknown);
-    setting.board.suspect_lost(0..1);
-    assert!(setting.board.items_to_read(0..1, setting.now).is_empty());
+    setting.point_states.refuse(0, StatusCode::BadNodeIdUnknown);
+    setting.point_states.suspect_lost(0..1);
+    assert!(setting.point_states.items_to_read(0..1, setting.now).is_empty());
     setting.read(&data(2.0, 0));
     assert_eq!(setting.last().quality, Quality::Bad(Reason::Configuration));
 }
@@ -233,18 +233,18 @@ fn origins_stay_with_confirmed_values() {
 fn a_server_in_test_mode_marks_all_and_one_that_fails_vouches_for_nothing() {
     let mut setting = setting(true);
     setting.take(&data(1.5, 0));
-    setting.board.set_server(false, SampleFlags::TEST, setting.now, wall());
+    setting.point_states.set_server(false, SampleFlags::TEST, setting.now, wall());
     setting.take(&data(2.5, 0));
     let found: Vec<_> = setting.of_tag(0).iter().map(|s| (s.value, s.flags)).collect();
     let value = |value| Some(Value::F64(value));
     let test = SampleFlags::TEST;
     assert_eq!(found, [(value(1.5), SampleFlags::LIVE), (value(1.5), test), (value(2.5), test)]);
-    setting.board.set_server(true, SampleFlags::LIVE, setting.now, wall());
+    setting.point_states.set_server(true, SampleFlags::LIVE, setting.now, wall());
     setting.confirm_after(2);
     setting.take(&data(3.5, 0));
     assert!(setting.of_tag(0)[3..].iter().all(|sample| sample.quality == DOUBT));
-    setting.board.set_server(false, SampleFlags::LIVE, setting.now, wall());
-    setting.board.flush();
+    setting.point_states.set_server(false, SampleFlags::LIVE, setting.now, wall());
+    setting.point_states.flush();
     assert_eq!(setting.last(), Sample::good(0, Value::F64(3.5)));
 }
 
@@ -309,7 +309,7 @@ fn a_value_whose_meaning_changed_is_uncertain_until_the_next_connection() {
     setting.take(&data(2.0, 0));
     let doubt = Quality::Uncertain(Reason::Configuration);
     assert!(setting.of_tag(0).iter().all(|sample| sample.quality == doubt));
-    setting.board.lose(Reason::Communication);
+    setting.point_states.lose(Reason::Communication);
     setting.take(&data(3.0, 0));
     assert_eq!(setting.last().quality, Quality::Good);
 }

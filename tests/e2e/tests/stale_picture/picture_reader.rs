@@ -13,7 +13,7 @@ const CELL: [usize; 4] = [130, 290, 90, 90];
 const ALIKE_LEVELS: u8 = 8;
 /// Share of a shape's pixels that decides.
 const MOST: f64 = 0.9;
-/// Levels between the strongest and the weakest channel of what has a colour.
+/// Difference between the strongest and the weakest channel above which a pixel has a color.
 const COLORED: u8 = 60;
 const COLORED_SHARE: f64 = 0.2;
 /// Levels of grey of the stripes of a hatched body.
@@ -27,13 +27,13 @@ const STRIPE: usize = 4;
 const MIN_STRIPES: usize = 2;
 
 /// Knows where everything is.
-pub(crate) struct Eye {
+pub(crate) struct PictureReader {
     size: [usize; 2],
     /// Pixels of each piece of equipment, by id.
     shapes: BTreeMap<String, Vec<usize>>,
 }
 
-impl Eye {
+impl PictureReader {
     /// For pictures of this size.
     pub(crate) fn new(viewer: &mut Viewer, size: [u32; 2]) -> Self {
         let pixels: Vec<_> = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| [x, y])).collect();
@@ -48,26 +48,26 @@ impl Eye {
         Self { size: size.map(|side| side as usize), shapes }
     }
 
-    /// What a picture shows of a piece of equipment: a lamp, by how it looked when it was
-    /// known to be off and on, or a gauge with its label.
+    /// Reads a piece of equipment from a picture. A lamp is compared with its known pictures off
+    /// and on; a gauge is read by its label.
     pub(crate) fn see(
         &self,
         picture: &Picture,
         looks: &[Picture; 2],
         equipment: &str,
         is_lamp: bool,
-    ) -> Seen {
+    ) -> ShownState {
         if is_lamp {
             let known = looks.iter().position(|look| self.looks_as(picture, look, equipment));
-            return known.map_or(Seen::NotGood, |look| Seen::Good(SHOWN[look]));
+            return known.map_or(ShownState::NotGood, |look| ShownState::Good(SHOWN[look]));
         }
         // Its label may stand elsewhere, where many have one: then the body itself tells.
         let is_hatched =
             self.is_hatched(picture, equipment) || self.is_striped_body(picture, equipment);
         match (is_hatched, self.is_colored(picture, equipment)) {
-            (true, false) => Seen::NotGood,
-            (false, colored) => Seen::Good(colored),
-            (true, true) => Seen::Unclear,
+            (true, false) => ShownState::NotGood,
+            (false, colored) => ShownState::Good(colored),
+            (true, true) => ShownState::Unclear,
         }
     }
 
@@ -75,7 +75,7 @@ impl Eye {
         self.shapes.get(equipment).unwrap_or_else(|| panic!("{equipment} is not seen"))
     }
 
-    /// Whether a piece of equipment looks in a picture as it did in another.
+    /// Reports whether a piece of equipment looks alike in two pictures.
     pub(crate) fn looks_as(&self, picture: &Picture, other: &Picture, equipment: &str) -> bool {
         let shape = self.shape(equipment);
         let alike = |&&at: &&usize| {
@@ -95,7 +95,7 @@ impl Eye {
         share(|grey| grey < BODY_DARK) > BODY_SHARE && share(|grey| grey > BODY_LIGHT) > BODY_SHARE
     }
 
-    /// Whether it has a colour, as of an alarm.
+    /// Reports whether the equipment has a color, such as that of an alarm.
     fn is_colored(&self, picture: &Picture, equipment: &str) -> bool {
         let shape = self.shape(equipment);
         let colored = |&&at: &&usize| {
@@ -105,8 +105,8 @@ impl Eye {
         shape.iter().filter(colored).count() as f64 > COLORED_SHARE * shape.len() as f64
     }
 
-    /// Whether anything in the cell around a piece of equipment is hatched: stripes
-    /// under 45 degrees, darker than what is beside them.
+    /// Reports whether anything in the cell around a piece of equipment is hatched: stripes at 45
+    /// degrees, darker than their neighborhood.
     fn is_hatched(&self, picture: &Picture, equipment: &str) -> bool {
         let shape = self.shape(equipment);
         let count = shape.len();
@@ -143,12 +143,12 @@ impl Eye {
     }
 }
 
-/// What is seen of a tag.
+/// State of a tag as it is read from a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Seen {
+pub(crate) enum ShownState {
     Good(bool),
     NotGood,
-    /// Neither the one nor the other.
+    /// Neither clearly good nor clearly not good.
     Unclear,
 }
 

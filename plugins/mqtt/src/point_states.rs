@@ -1,4 +1,4 @@
-//! Sink of all points: their samples, and lines of the log about them.
+//! States of all points: their samples for the host, and lines of the log about them.
 
 use std::ops::Range;
 use std::time::{Instant, SystemTime};
@@ -17,7 +17,7 @@ const MAX_HELD: usize = 256 * 1024;
 const MAX_TAGS_IN_MESSAGE: usize = 5;
 
 /// Points by their index, in order of their places.
-pub(crate) struct Desk {
+pub(crate) struct PointStates {
     points: Vec<Point>,
     sink: SampleSink,
     host: Host,
@@ -26,13 +26,13 @@ pub(crate) struct Desk {
     batch: Vec<Sample>,
     /// Samples in `batch` from before the message that is held, while one is.
     held: Option<usize>,
-    /// By point.
+    /// State of each point, by its index.
     states: Vec<PointState>,
     lines: LineBudget,
     pub(crate) ignored: Ignored,
 }
 
-/// State of a point in this connection: what its host shows, what its operators were told.
+/// State of a point in this connection: its last sample, and the faults that were logged.
 #[derive(Clone, Copy, Debug, Default)]
 struct PointState {
     /// True where the last sample was good or uncertain.
@@ -60,11 +60,11 @@ pub(crate) struct Ignored {
     pub(crate) malformed: u64,
     /// Retained messages that the settings, or Sparkplug, leave out.
     pub(crate) retained: u64,
-    /// Values by an alias that nothing stands behind any more, or by none.
+    /// Values by an alias that has lost its meaning, or without a name and alias.
     pub(crate) aliases: u64,
 }
 
-impl Desk {
+impl PointStates {
     pub(crate) fn new(points: Vec<Point>, sink: SampleSink, host: Host, name: String) -> Self {
         let states = vec![PointState::default(); points.len()];
         let (batch, lines, ignored) = (Vec::new(), LineBudget::default(), Ignored::default());
@@ -85,7 +85,7 @@ impl Desk {
         }
     }
 
-    /// Makes a point's value of what a payload holds; `None` where it does not fit.
+    /// Converts a payload value to the value of a point; `None` where it does not fit.
     pub(crate) fn value_of(&self, index: usize, raw: Raw<'_>) -> Option<Value> {
         self.points.get(index)?.mapping.value_of(raw)
     }
@@ -113,8 +113,8 @@ impl Desk {
         self.tell_misfit(index, what);
     }
 
-    /// Takes a sign that something was sent of which no value can be read. The value before
-    /// is not the newest any more: uncertain, or bad as it was, until one can be read.
+    /// Publishes that a newer value could not be read. The last value turns uncertain, or stays
+    /// bad, until one can be read.
     pub(crate) fn take_unusable(&mut self, index: usize, what: &str) {
         let (Some(point), Some(state)) = (self.points.get(index), self.states.get(index)) else {
             return;
@@ -142,8 +142,8 @@ impl Desk {
         }
     }
 
-    /// Tells of a source time that cannot be used, once a tag and connection; `seen` is what
-    /// came in its place.
+    /// Logs an unusable source time, once per tag and connection; `seen` describes what came in its
+    /// place.
     pub(crate) fn tell_time(&mut self, index: usize, seen: impl FnOnce() -> String) {
         let (Some(point), Some(state)) = (self.points.get(index), self.states.get_mut(index))
         else {
@@ -186,17 +186,17 @@ impl Desk {
         format!("{tags} '{}'{rest}", ids.join("', '"))
     }
 
-    /// Holds what comes from here on back, until [`Desk::release`] or [`Desk::flush`].
+    /// Holds back all further samples until [`PointStates::release`] or [`PointStates::flush`].
     pub(crate) fn hold(&mut self) {
         self.held = Some(self.batch.len());
     }
 
-    /// Drops what came since [`Desk::hold`] and is still here.
+    /// Drops the samples since [`PointStates::hold`] that are not published yet.
     pub(crate) fn drop_held(&mut self) {
         self.batch.truncate(self.held.unwrap_or(self.batch.len()));
     }
 
-    /// Ends [`Desk::hold`].
+    /// Ends [`PointStates::hold`] and keeps the samples that came since.
     pub(crate) fn release(&mut self) {
         self.held = None;
         if self.batch.len() >= MAX_BATCH {
@@ -204,7 +204,7 @@ impl Desk {
         }
     }
 
-    /// Publishes what came.
+    /// Publishes all samples that have come.
     pub(crate) fn flush(&mut self) {
         if !self.batch.is_empty() {
             self.sink.publish(&self.batch);
@@ -213,7 +213,7 @@ impl Desk {
         self.held = self.held.map(|_| 0);
     }
 
-    /// Begins a connection.
+    /// Begins a connection to the named broker and resets the counts and limits per connection.
     pub(crate) fn begin(&mut self, name: String) {
         self.name = name;
         for state in &mut self.states {
@@ -223,7 +223,7 @@ impl Desk {
         self.ignored = Ignored::default();
     }
 
-    /// Ends a connection.
+    /// Logs the counts of ignored messages at the end of a connection.
     pub(crate) fn log_ignored(&mut self) {
         let ignored = std::mem::take(&mut self.ignored);
         if ignored == Ignored::default() {

@@ -166,5 +166,5 @@ pub fn air_pressure(altitude_metres: f64) -> f64 {
 }
 
 #[cfg(test)]
-#[path = "gas_tests.rs"]
+#[path = "equation_of_state_tests.rs"]
 mod tests;

@@ -1,25 +1,25 @@
-//! What may be known of a tag from what was sent and when, and from nothing else.
+//! Test oracle of a tag's state, from nothing but what was sent and when.
 //!
-//! It makes no claim where a sample may or may not have arrived. What it claims follows
-//! from the promise: a value past its limit, of bad quality, no number, or from a plugin
-//! that is dead or stands still is not good.
+//! No claim is made where a sample may or may not have arrived. All claims follow from one promise.
+//! A value is not good past its freshness limit, with bad quality, as no number, or from a plugin
+//! that is dead or stopped.
 
 use crate::script::{STEP_MILLIS, Said, Script, Sent, Worth};
 
-/// How old a value may be, milliseconds.
+/// Freshness limit of a value, milliseconds.
 pub(crate) const FRESHNESS_MILLIS: u64 = 300;
-/// How long a value must stay good after a frame for the frame to be claimed good.
+/// Time that a value must stay good after a frame for the frame to be claimed good, nanoseconds.
 const MARGIN_NANOS: i64 = 50_000_000;
 /// Samples of a tag that are looked at: those before have gone stale.
 const MAX_SAMPLES: usize = 64;
 const MILLI: i64 = 1_000_000;
 
-/// What a picture must show of a tag.
+/// State of a tag that a picture must show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Claim {
-    /// Not as good, whatever else.
+    /// The tag must not look good.
     NotGood,
-    /// As good, with this value.
+    /// The tag must look good and show this value.
     Good(bool),
     /// Nothing can be said.
     Nothing,
@@ -34,19 +34,19 @@ pub(crate) struct Times {
 
 #[derive(Clone, Copy, PartialEq)]
 enum Arrival {
-    /// It may be on its way.
+    /// Unknown arrival: the batch may still be on its way.
     Unknown,
-    /// Before this, if at all.
+    /// Arrival before this time, or loss; nanoseconds since 1970.
     Lost(i64),
-    /// For certain, before this.
+    /// Certain arrival, before this time, nanoseconds since 1970.
     Before(i64),
 }
 
-/// Knows what was sent and what came of it.
-pub(crate) struct Oracle {
+/// ExpectedState that knows the sent samples and their arrivals.
+pub(crate) struct ExpectedState {
     script: Script,
     start: i64,
-    /// Of each batch.
+    /// Arrival of each batch, by its index.
     arrivals: Vec<Arrival>,
     /// Batches up to here are no longer unknown.
     known: usize,
@@ -55,7 +55,7 @@ pub(crate) struct Oracle {
     disturbed: i64,
 }
 
-impl Oracle {
+impl ExpectedState {
     pub(crate) fn new(script: Script, start_unix_millis: u64) -> Self {
         let last = script.tags.iter().filter_map(|sent| sent.last());
         let batches = last.map(|sent| sent.batch + 1).max().unwrap_or(0);
@@ -64,12 +64,12 @@ impl Oracle {
         Self { script, start, arrivals, known: 0, first: 0, disturbed: 0 }
     }
 
-    /// The plugin was stopped, started or killed.
+    /// Notes that the plugin was stopped, started or killed.
     pub(crate) fn note_disturbance(&mut self, now: i64) {
         self.disturbed = now;
     }
 
-    /// A frame showed that batches from `first` on and before `sent` have come.
+    /// Notes that batches from `first` on and before `sent` have arrived, as a frame showed.
     pub(crate) fn note_progress(&mut self, first: usize, sent: usize, times: Times) {
         if first > self.first {
             // Those before were lost with the process, or came before that.
@@ -87,7 +87,7 @@ impl Oracle {
         }
     }
 
-    /// What a frame must show of a tag.
+    /// Returns the claim that a frame must satisfy for a tag.
     pub(crate) fn claim(&self, tag: usize, times: Times) -> Claim {
         let sent = &self.script.tags[tag];
         let begun = sent.partition_point(|sent| self.due(sent) <= times.ended);
@@ -118,8 +118,8 @@ impl Oracle {
         }
     }
 
-    /// The last that was sent of a tag: by how many milliseconds before a frame's beginning,
-    /// by how many its arrival is known, and what it was.
+    /// Returns the last samples of a tag. Each has its age and that of its known arrival at the
+    /// frame's beginning, milliseconds.
     pub(crate) fn last_sent(&self, tag: usize, times: Times) -> Vec<(i64, Option<i64>, Sent)> {
         let sent = &self.script.tags[tag];
         let begun = sent.partition_point(|sent| self.due(sent) <= times.ended);
@@ -138,12 +138,12 @@ impl Oracle {
         self.start + (sent.batch as u64 * STEP_MILLIS) as i64 * MILLI
     }
 
-    /// Its own time; none where it has none or that lies in the future.
+    /// Returns the source time of a sample; none where it has none or one in the future.
     fn source_time(&self, sent: &Sent) -> Option<i64> {
         sent.age.filter(|&age| age >= 0).map(|age| self.due(sent) - age * MILLI)
     }
 
-    /// Whether its value is past its limit for certain.
+    /// Reports whether the value of a sample is certainly older than the freshness limit.
     fn is_stale(&self, sent: &Sent, now: i64) -> bool {
         let of_arrival = match self.arrivals[sent.batch] {
             Arrival::Unknown => None,

@@ -23,7 +23,7 @@ pub(crate) enum RequestKind {
 
 /// A request to one common address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Job {
+pub(crate) struct ScheduledRequest {
     pub(crate) kind: RequestKind,
     pub(crate) common_address: u16,
 }
@@ -51,7 +51,7 @@ struct Demand {
 
 /// The requests of one period of data transfer.
 #[derive(Debug)]
-pub(crate) struct Requests {
+pub(crate) struct RequestSchedule {
     common_addresses: Vec<u16>,
     /// Demands by common address.
     demands: Vec<Demand>,
@@ -60,11 +60,11 @@ pub(crate) struct Requests {
     interrogate_on_start: bool,
     /// Longest time that a station may take to confirm a request: t1, as for the frame.
     confirm_limit: Duration,
-    queue: VecDeque<Job>,
-    current: Option<(Job, Instant)>,
+    queue: VecDeque<ScheduledRequest>,
+    current: Option<(ScheduledRequest, Instant)>,
 }
 
-impl Requests {
+impl RequestSchedule {
     pub(crate) fn new(config: &Config, common_addresses: Vec<u16>) -> Self {
         let demand =
             |&common_address| Demand { common_address, is_wanted: false, not_before: None };
@@ -119,14 +119,14 @@ impl Requests {
 
     /// Asks for it unless that is planned anyway; so no more wait than there are
     /// kinds and common addresses.
-    fn add(&mut self, job: Job) {
+    fn add(&mut self, job: ScheduledRequest) {
         if !self.queue.contains(&job) {
             self.queue.push_back(job);
         }
     }
 
     /// The request to send now, if any.
-    pub(crate) fn next(&mut self, now: Instant) -> Option<Job> {
+    pub(crate) fn next(&mut self, now: Instant) -> Option<ScheduledRequest> {
         self.queue_due(now);
         if self.current.is_some() {
             return None;
@@ -137,12 +137,12 @@ impl Requests {
     }
 
     /// The request whose time is over, if any.
-    pub(crate) fn take_late(&mut self, now: Instant) -> Option<Job> {
+    pub(crate) fn take_late(&mut self, now: Instant) -> Option<ScheduledRequest> {
         let late = self.current.take_if(|(_, by)| *by <= now).map(|(job, _)| job);
         late.inspect(|job| self.retry(*job, now))
     }
 
-    /// Returns the instant at which [`Requests::next`] or [`Requests::take_late`] has something.
+    /// Returns the instant at which [`RequestSchedule::next`] or [`RequestSchedule::take_late`] has something.
     pub(crate) fn deadline(&self) -> Option<Instant> {
         let due = self.periods.iter().filter_map(|(.., due)| *due);
         let demands = self.demands.iter().filter(|demand| demand.is_wanted);
@@ -156,7 +156,7 @@ impl Requests {
         kind: RequestKind,
         header: &Header,
         now: Instant,
-    ) -> Option<(Job, Outcome)> {
+    ) -> Option<(ScheduledRequest, Outcome)> {
         let outcome = self.outcome_of(kind, header, now);
         if let Some((job, Outcome::Refused(_) | Outcome::UnknownCommonAddress)) = outcome {
             self.retry(job, now);
@@ -169,9 +169,9 @@ impl Requests {
         kind: RequestKind,
         header: &Header,
         now: Instant,
-    ) -> Option<(Job, Outcome)> {
+    ) -> Option<(ScheduledRequest, Outcome)> {
         let common_address = header.common_address;
-        let job = Job { kind, common_address };
+        let job = ScheduledRequest { kind, common_address };
         if header.cause == cause::UNKNOWN_COMMON_ADDRESS {
             // It may follow a negative confirmation, which ended the request.
             self.current.take_if(|(current, _)| *current == job);
@@ -196,7 +196,7 @@ impl Requests {
     }
 
     /// An interrogation that brought nothing is tried again later: it is never forgotten.
-    fn retry(&mut self, job: Job, now: Instant) {
+    fn retry(&mut self, job: ScheduledRequest, now: Instant) {
         let is_interrogation = job.kind == RequestKind::Interrogation;
         let demand = self.demand_of(job.common_address).filter(|_| is_interrogation);
         if let Some(demand) = demand {
@@ -217,10 +217,10 @@ impl Requests {
             }
             (demand.is_wanted, demand.not_before) = (false, Some(now + DEMAND_INTERVAL));
             let common_address = demand.common_address;
-            self.add(Job { kind: RequestKind::Interrogation, common_address });
+            self.add(ScheduledRequest { kind: RequestKind::Interrogation, common_address });
             // Counters are told by an interrogation of their own.
             if self.has_period(RequestKind::Counters) {
-                self.add(Job { kind: RequestKind::Counters, common_address });
+                self.add(ScheduledRequest { kind: RequestKind::Counters, common_address });
             }
         }
         for index in 0..self.periods.len() {
@@ -228,7 +228,7 @@ impl Requests {
             if due.is_some_and(|due| due <= now) {
                 self.periods[index].2 = period.map(|period| now + period);
                 for common_address in self.common_addresses.clone() {
-                    self.add(Job { kind, common_address });
+                    self.add(ScheduledRequest { kind, common_address });
                 }
             }
         }
@@ -240,5 +240,5 @@ impl Requests {
 }
 
 #[cfg(test)]
-#[path = "requests_tests.rs"]
+#[path = "request_schedule_tests.rs"]
 mod tests;

@@ -1,4 +1,4 @@
-//! The tags between the database and the host: what they are told, and what is said of it.
+//! States of the tags between database and host: their last values, and what is logged of them.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ const MAX_TAGS_IN_LINE: usize = 5;
 /// The longest text of a server or a library that is repeated, bytes.
 const MAX_WORDS_BYTES: usize = 500;
 
-pub(crate) struct Board {
+pub(crate) struct PointStates {
     /// The database, for people.
     pub(crate) label: String,
     rules: TimeRules,
@@ -49,7 +49,7 @@ struct Ignored {
     malformed: u64,
 }
 
-impl Board {
+impl PointStates {
     pub(crate) fn new(
         label: String,
         queries: impl IntoIterator<Item = (String, Points)>,
@@ -184,7 +184,7 @@ impl Board {
     }
 
     /// A notification came for the keys of a query. Its samples go with the next
-    /// [`Board::flush`] at the latest.
+    /// [`PointStates::flush`] at the latest.
     pub(crate) fn note_notification(&mut self, query: usize, payload: &str) {
         let payload = match Payload::parse(payload) {
             Ok(payload) => payload,

@@ -1,6 +1,6 @@
 //! State of the gas of a compartment: density as a pressure at 20 °C, and condensation.
 
-use crate::gas::{EquationOfState, ZERO_CELSIUS, vapor_pressure, virial_density};
+use crate::equation_of_state::{EquationOfState, ZERO_CELSIUS, vapor_pressure, virial_density};
 use crate::mixture::Mixture;
 
 /// Share of the saturation pressure from which on gas is taken to condense: sensors err by

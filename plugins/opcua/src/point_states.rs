@@ -1,7 +1,7 @@
-//! The tags of a server: their last values, and what is told of them.
+//! Last values of a server's tags, and the samples that the host gets of them.
 //!
-//! A value that something may have changed since is suspect: it is told as uncertain until
-//! it comes anew, and not confirmed meanwhile.
+//! Suspect values may have changed since their last report. They are published as uncertain and not
+//! confirmed until a new report arrives.
 
 use std::ops::Range;
 use std::time::{Duration, Instant, SystemTime};
@@ -26,11 +26,11 @@ const OLD_AFTER: u32 = 2;
 const MAX_CLOCK_AHEAD: Duration = Duration::from_secs(10);
 
 /// Samples of values, and values that go on.
-pub(crate) struct Board {
+pub(crate) struct PointStates {
     pub(crate) points: Points,
     pub(crate) last: Vec<Last>,
     items: Vec<ItemState>,
-    /// By condition: whether an event told it since it was asked for.
+    /// True for each condition, by its index, that an event reported since the last refresh began.
     pub(crate) told_conditions: Vec<bool>,
     batch: Vec<Sample>,
     /// Faults named since the connection was made.
@@ -49,17 +49,17 @@ pub(crate) struct Board {
     mirror: Option<Mirror>,
 }
 
-/// What was told of a tag.
+/// Last sample of a tag that the host was told.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Last {
-    /// A value that may be confirmed, with its quality.
+    /// Value with its quality, where it may be confirmed.
     pub(crate) value: Option<(Value, Quality)>,
     source_time: Option<SystemTime>,
     flags: SampleFlags,
     pub(crate) told: Option<Instant>,
-    /// Told anew since it came, as what is so now.
+    /// True once the value was confirmed: published again as the current one.
     is_confirmed: bool,
-    /// Something may have changed it since.
+    /// True where the value may have changed since it was published.
     pub(crate) is_suspect: bool,
 }
 
@@ -82,7 +82,7 @@ struct ItemState {
     has_new_meaning: bool,
 }
 
-impl Board {
+impl PointStates {
     pub(crate) fn new(points: Points, config: &Config, sink: SampleSink, host: Host) -> Self {
         Self {
             last: vec![Last::default(); points.all.len()],
@@ -102,7 +102,7 @@ impl Board {
         }
     }
 
-    /// The same with all alarms of the server.
+    /// Adds the mirror of all alarms of the server.
     pub(crate) fn with_mirror(self, mirror: Option<Mirror>) -> Self {
         Self { mirror, ..self }
     }
@@ -127,7 +127,7 @@ impl Board {
         self.tell_mirror("its conditions are not known yet");
     }
 
-    /// The alarms are as they last were, for this reason.
+    /// Marks the alarms of the mirror as no longer current, for a reason.
     pub(crate) fn tell_mirror(&self, why: &str) {
         if let Some(mirror) = &self.mirror {
             mirror.lose(why);
@@ -267,7 +267,7 @@ impl Board {
         self.batch.push(Sample::bad(self.points.all[index].tag, reason));
     }
 
-    /// Tells the last value as it is known now.
+    /// Publishes the last value again, in its present state.
     fn tell(&mut self, index: usize) {
         let last = self.last[index];
         let Some((value, quality)) = last.value else { return };
@@ -281,7 +281,8 @@ impl Board {
         self.push(sample, last.is_suspect);
     }
 
-    /// Tells the last value as what is so now, where it is and the settings have it so.
+    /// Publishes the last value as current, where it is and the settings confirm values; otherwise
+    /// in its present state.
     fn tell_anew(&mut self, index: usize, now: Instant, wall: SystemTime) {
         let last = &self.last[index];
         let is_past = last.is_suspect || last.flags.contains(SampleFlags::HISTORICAL);
@@ -292,7 +293,7 @@ impl Board {
         }
     }
 
-    /// Notes that something may have changed a value since it was told.
+    /// Marks a value as suspect: it may have changed since it was published.
     pub(crate) fn suspect_one(&mut self, index: usize) {
         if !std::mem::replace(&mut self.last[index].is_suspect, true) {
             self.tell(index);
@@ -320,8 +321,7 @@ impl Board {
         }
     }
 
-    /// Notes that no report of these items is missing any more: what was not reported
-    /// did not change.
+    /// Notes that no report of these items is missing, so that unreported values did not change.
     pub(crate) fn restore(&mut self, items: Range<usize>, now: Instant, wall: SystemTime) {
         for item in items {
             if self.items[item].reports != Reports::Complete {
@@ -350,13 +350,13 @@ impl Board {
         items.filter(is_wanted).collect()
     }
 
-    /// Tells whether reports of one of these items are lost, and none came since.
+    /// Reports whether reports of one of these items are lost, and none came since.
     pub(crate) fn has_lost(&self, items: Range<usize>) -> bool {
         let states = self.items.get(items).unwrap_or_default();
         states.iter().any(|state| state.reports == Reports::Lost)
     }
 
-    /// The subscription of these items lives, and reported no change of them.
+    /// Confirms the values of items whose subscription is alive and reported no change.
     pub(crate) fn confirm(&mut self, items: Range<usize>, now: Instant, wall: SystemTime) {
         for item in items {
             if self.items[item].reports == Reports::Complete {
@@ -379,8 +379,8 @@ impl Board {
         }
     }
 
-    /// Its source time is that of its last change, and orders nothing any more: what is
-    /// known is that the value is so now. A time that is not believed stays so.
+    /// Repeats a tag's last value as current, without a source time, which would be that of its
+    /// last change. An implausible source time stays marked as unusable.
     fn confirm_one(&mut self, index: usize, now: Instant, wall: SystemTime) {
         let last = &mut self.last[index];
         let Some((value, quality)) = last.value else { return };
@@ -397,12 +397,12 @@ impl Board {
         self.push(Sample { tag, value: Some(value), quality, source_time: None, flags }, false);
     }
 
-    /// The server does not serve an item.
+    /// Marks the points of an item bad that the server refused.
     pub(crate) fn refuse(&mut self, item: usize, status: StatusCode) {
         self.refuse_in_words(item, status, &in_words(status));
     }
 
-    /// The same, for a reason that is told in words.
+    /// Marks the points of a refused item bad, with a reason in words.
     pub(crate) fn refuse_in_words(&mut self, item: usize, status: StatusCode, why: &str) {
         let Some(refused) = self.points.items.get(item) else { return };
         self.items[item].reports = Reports::Refused;
@@ -419,14 +419,14 @@ impl Board {
         }
     }
 
-    /// The server serves an item, which it may have refused before.
+    /// Accepts an item that the server serves, which it may have refused before.
     pub(crate) fn accept(&mut self, item: usize) {
         if let Some(state) = self.items.get_mut(item) {
             state.reports = Reports::Complete;
         }
     }
 
-    /// Says what is wrong with a tag, as long as there are not too many.
+    /// Logs a fault of a tag, up to a limit per connection.
     pub(crate) fn name(&mut self, level: LogLevel, text: &str) {
         self.named += 1;
         match self.named.cmp(&(MAX_NAMED + 1)) {
@@ -438,7 +438,7 @@ impl Board {
         }
     }
 
-    /// Hands on what came.
+    /// Publishes all samples of the batch.
     pub(crate) fn flush(&mut self) {
         if !self.batch.is_empty() {
             self.sink.publish(&self.batch);
@@ -446,12 +446,12 @@ impl Board {
         }
     }
 
-    /// The shortest freshness of a tag.
+    /// Returns the shortest freshness limit of all tags.
     pub(crate) fn min_freshness(&self) -> Option<Duration> {
         self.points.all.iter().map(|point| point.freshness).min()
     }
 }
 
 #[cfg(test)]
-#[path = "board_tests.rs"]
+#[path = "point_states_tests.rs"]
 mod tests;

@@ -11,12 +11,12 @@ const SHARE: fn() -> Share =
     || Share { value: Some(vec![0]), quality: Some(vec![1]), time: Some(vec![2]) };
 const CHANGE: Origin = Origin { is_change: true, is_replayed: false, entry_time: None };
 
-fn board(recorder: &Recorder) -> Board {
+fn point_states(recorder: &Recorder) -> PointStates {
     let address = json!({"reference": "L/M.T", "fc": "MX"});
     let points = Points::parse(&[tag_spec(1, "t", ValueKind::F64, address)]).unwrap();
-    let mut board = Board::new(points, recorder.sink(), host(), "server".into());
-    board.note_type(0, true);
-    board
+    let mut point_states = PointStates::new(points, recorder.sink(), host(), "server".into());
+    point_states.note_type(0, true);
+    point_states
 }
 
 fn data(value: f32, seconds: u32, quality: TimeQuality) -> data::Value {
@@ -29,24 +29,24 @@ fn data(value: f32, seconds: u32, quality: TimeQuality) -> data::Value {
 
 /// The quality and the source time in seconds of what is published.
 fn publish(
-    board: &mut Board,
+    point_states: &mut PointStates,
     recorder: &Recorder,
     seconds: u32,
     origin: Origin,
 ) -> (Quality, Option<u64>) {
-    publish_with(board, recorder, seconds, origin, TimeQuality::SYNCHRONIZED)
+    publish_with(point_states, recorder, seconds, origin, TimeQuality::SYNCHRONIZED)
 }
 
 fn publish_with(
-    board: &mut Board,
+    point_states: &mut PointStates,
     recorder: &Recorder,
     seconds: u32,
     origin: Origin,
     clock: TimeQuality,
 ) -> (Quality, Option<u64>) {
-    board.take(0, &SHARE(), &data(1.0, seconds, clock));
-    board.commit(origin);
-    board.flush();
+    point_states.take(0, &SHARE(), &data(1.0, seconds, clock));
+    point_states.commit(origin);
+    point_states.flush();
     let sample = recorder.latest(1).unwrap();
     let seconds = |time: SystemTime| time.duration_since(UNIX_EPOCH).unwrap().as_secs();
     (sample.quality, sample.source_time.map(seconds))
@@ -55,76 +55,82 @@ fn publish_with(
 #[test]
 fn a_time_is_handed_on_where_it_is_news() {
     let recorder = Recorder::new();
-    let mut board = board(&recorder);
+    let mut point_states = point_states(&recorder);
     let good = Quality::Good;
     let reading = Origin::default();
     // As it is now, however long it has been so.
-    assert_eq!(publish(&mut board, &recorder, 100, reading), (good, None));
-    assert_eq!(publish(&mut board, &recorder, 100, reading), (good, None));
-    assert_eq!(publish(&mut board, &recorder, 105, reading), (good, Some(105)));
-    assert_eq!(publish(&mut board, &recorder, 105, reading), (good, None));
+    assert_eq!(publish(&mut point_states, &recorder, 100, reading), (good, None));
+    assert_eq!(publish(&mut point_states, &recorder, 100, reading), (good, None));
+    assert_eq!(publish(&mut point_states, &recorder, 105, reading), (good, Some(105)));
+    assert_eq!(publish(&mut point_states, &recorder, 105, reading), (good, None));
     // A clock that was set back holds nothing up.
-    assert_eq!(publish(&mut board, &recorder, 50, reading), (good, None));
+    assert_eq!(publish(&mut point_states, &recorder, 50, reading), (good, None));
     // In a report it is told as it is: the host looks for steps of clocks.
-    assert_eq!(publish(&mut board, &recorder, 51, CHANGE), (good, Some(51)));
-    assert_eq!(publish(&mut board, &recorder, 51, CHANGE), (good, None));
-    assert_eq!(publish(&mut board, &recorder, 106, CHANGE), (good, Some(106)));
+    assert_eq!(publish(&mut point_states, &recorder, 51, CHANGE), (good, Some(51)));
+    assert_eq!(publish(&mut point_states, &recorder, 51, CHANGE), (good, None));
+    assert_eq!(publish(&mut point_states, &recorder, 106, CHANGE), (good, Some(106)));
 }
 
 #[test]
 fn what_is_of_the_past_says_so() {
     let recorder = Recorder::new();
-    let mut board = board(&recorder);
+    let mut point_states = point_states(&recorder);
     let entry_time = Some(UNIX_EPOCH + Duration::from_secs(70));
     let past = Origin { is_change: true, is_replayed: true, entry_time };
-    assert_eq!(publish(&mut board, &recorder, 60, past), (Quality::Good, Some(60)));
-    assert_eq!(publish(&mut board, &recorder, 60, past), (Quality::Good, Some(60)));
+    assert_eq!(publish(&mut point_states, &recorder, 60, past), (Quality::Good, Some(60)));
+    assert_eq!(publish(&mut point_states, &recorder, 60, past), (Quality::Good, Some(60)));
     let lost = TimeQuality { clock_failure: true, ..TimeQuality::SYNCHRONIZED };
     let doubtful = (Quality::Uncertain(Reason::SourceTime), None);
-    assert_eq!(publish_with(&mut board, &recorder, 61, past, lost), doubtful);
+    assert_eq!(publish_with(&mut point_states, &recorder, 61, past, lost), doubtful);
     let present = Origin { is_replayed: false, ..past };
-    assert_eq!(publish_with(&mut board, &recorder, 61, present, lost), (Quality::Good, None));
+    assert_eq!(
+        publish_with(&mut point_states, &recorder, 61, present, lost),
+        (Quality::Good, None)
+    );
     let flags = |recorder: &Recorder| recorder.latest(1).unwrap().flags;
     assert_eq!(flags(&recorder), SampleFlags::TIME_UNUSABLE);
     let free = TimeQuality { clock_not_synchronized: true, ..TimeQuality::SYNCHRONIZED };
-    assert_eq!(publish_with(&mut board, &recorder, 61, present, free), (Quality::Good, None));
+    assert_eq!(
+        publish_with(&mut point_states, &recorder, 61, present, free),
+        (Quality::Good, None)
+    );
     assert_eq!(flags(&recorder), SampleFlags::LIVE);
-    assert_eq!(publish_with(&mut board, &recorder, 61, past, free), doubtful);
+    assert_eq!(publish_with(&mut point_states, &recorder, 61, past, free), doubtful);
     assert_eq!(flags(&recorder), SampleFlags::BUFFERED | SampleFlags::TIME_UNUSABLE);
-    publish(&mut board, &recorder, 61, past);
+    publish(&mut point_states, &recorder, 61, past);
     assert_eq!(flags(&recorder), SampleFlags::BUFFERED);
 }
 
 #[test]
 fn a_value_without_its_quality_is_not_good() {
     let recorder = Recorder::new();
-    let mut board = board(&recorder);
+    let mut point_states = point_states(&recorder);
     let alone = Share { value: Some(vec![]), quality: None, time: None };
-    board.take(0, &alone, &data::Value::Float32(2.0));
-    board.commit(CHANGE);
-    board.flush();
+    point_states.take(0, &alone, &data::Value::Float32(2.0));
+    point_states.commit(CHANGE);
+    point_states.flush();
     let sample = recorder.latest(1).unwrap();
     assert_eq!(sample.quality, Quality::Uncertain(Reason::Unknown));
     // And one that is no quality makes it bad.
-    board.take(0, &SHARE(), &data::Value::Structure(vec![data::Value::Float32(2.0); 3]));
-    board.commit(CHANGE);
-    board.flush();
+    point_states.take(0, &SHARE(), &data::Value::Structure(vec![data::Value::Float32(2.0); 3]));
+    point_states.commit(CHANGE);
+    point_states.flush();
     assert_eq!(recorder.latest(1).unwrap().quality, Quality::Bad(Reason::Configuration));
 }
 
 #[test]
 fn what_was_known_is_forgotten_with_the_connection() {
     let recorder = Recorder::new();
-    let mut board = board(&recorder);
-    publish(&mut board, &recorder, 100, CHANGE);
-    board.reset(Reason::Communication);
+    let mut point_states = point_states(&recorder);
+    publish(&mut point_states, &recorder, 100, CHANGE);
+    point_states.reset(Reason::Communication);
     assert_eq!(recorder.latest(1).unwrap(), Sample::bad(1, Reason::Communication));
     let quality = Share { value: None, quality: Some(vec![1]), time: None };
     recorder.clear();
     // Good, and nobody knows what.
-    board.take(0, &quality, &data(1.0, 100, TimeQuality::SYNCHRONIZED));
-    board.commit(CHANGE);
-    board.flush();
+    point_states.take(0, &quality, &data(1.0, 100, TimeQuality::SYNCHRONIZED));
+    point_states.commit(CHANGE);
+    point_states.flush();
     assert_eq!(recorder.latest(1), None);
 }
 
@@ -137,7 +143,7 @@ fn what_is_not_of_the_process_says_so() {
             data::Value::UtcTime(UtcTime::from_unix(7, 0, TimeQuality::SYNCHRONIZED)),
         ])
     });
-    let mut board = board(&recorder);
+    let mut point_states = point_states(&recorder);
     let substituted = Bits { source: iec61850_rs::common::Source::Substituted, ..Bits::GOOD };
     let test = Bits { test: true, ..Bits::GOOD };
     for (bits, quality, flags) in [
@@ -145,9 +151,9 @@ fn what_is_not_of_the_process_says_so() {
         (test, Quality::Bad(Reason::Unknown), SampleFlags::TEST),
         (Bits::GOOD, Quality::Good, SampleFlags::LIVE),
     ] {
-        board.take(0, &SHARE(), &data(bits));
-        board.commit(CHANGE);
-        board.flush();
+        point_states.take(0, &SHARE(), &data(bits));
+        point_states.commit(CHANGE);
+        point_states.flush();
         let sample = recorder.latest(1).unwrap();
         assert_eq!((sample.quality, sample.flags), (quality, flags));
         assert_eq!(sample.value, Some(Value::F64(1.0)));
@@ -157,37 +163,40 @@ fn what_is_not_of_the_process_says_so() {
 #[test]
 fn a_time_that_is_none_and_a_number_that_is_none_are_told() {
     let recorder = Recorder::new();
-    let mut board = board(&recorder);
+    let mut point_states = point_states(&recorder);
     let none = data::Value::Structure(vec![
         data::Value::Float32(1.0),
         data::Value::quality(Bits::GOOD),
         data::Value::Boolean(true),
     ]);
-    board.take(0, &SHARE(), &none);
-    board.commit(CHANGE);
-    board.flush();
+    point_states.take(0, &SHARE(), &none);
+    point_states.commit(CHANGE);
+    point_states.flush();
     assert_eq!(recorder.latest(1).unwrap().flags, SampleFlags::TIME_UNUSABLE);
-    board.take(0, &SHARE(), &self::data(f32::NAN, 5, TimeQuality::SYNCHRONIZED));
-    board.commit(CHANGE);
-    board.flush();
+    point_states.take(0, &SHARE(), &self::data(f32::NAN, 5, TimeQuality::SYNCHRONIZED));
+    point_states.commit(CHANGE);
+    point_states.flush();
     assert_eq!(recorder.latest(1).unwrap().quality, Quality::Bad(Reason::NotFinite));
 }
 
 #[test]
 fn what_is_distrusted_needs_value_and_quality_anew() {
     let recorder = Recorder::new();
-    let mut board = board(&recorder);
-    publish(&mut board, &recorder, 100, CHANGE);
-    let before = board.reports();
-    board.begin_report();
-    board.distrust(0);
-    board.flush();
+    let mut point_states = point_states(&recorder);
+    publish(&mut point_states, &recorder, 100, CHANGE);
+    let before = point_states.reports();
+    point_states.begin_report();
+    point_states.distrust(0);
+    point_states.flush();
     assert_eq!(recorder.latest(1).unwrap(), Sample::bad(1, Reason::Communication));
-    assert!(board.is_overtaken(0, before) && !board.is_overtaken(0, board.reports()));
+    assert!(
+        point_states.is_overtaken(0, before)
+            && !point_states.is_overtaken(0, point_states.reports())
+    );
     let quality = Share { value: None, quality: Some(vec![1]), time: None };
-    board.take(0, &quality, &data(1.0, 100, TimeQuality::SYNCHRONIZED));
-    board.commit(CHANGE);
-    board.flush();
+    point_states.take(0, &quality, &data(1.0, 100, TimeQuality::SYNCHRONIZED));
+    point_states.commit(CHANGE);
+    point_states.flush();
     assert_eq!(recorder.latest(1).unwrap(), Sample::bad(1, Reason::Communication));
-    assert_eq!(publish(&mut board, &recorder, 101, CHANGE).0, Quality::Good);
+    assert_eq!(publish(&mut point_states, &recorder, 101, CHANGE).0, Quality::Good);
 }

@@ -7,11 +7,11 @@ const SECOND: Duration = Duration::from_secs(1);
 /// The default of t1.
 const CONFIRM_LIMIT: Duration = Duration::from_secs(15);
 
-fn requests(settings: serde_json::Value) -> Requests {
+fn requests(settings: serde_json::Value) -> RequestSchedule {
     let mut all = json!({"host": "a"});
     all.as_object_mut().unwrap().extend(settings.as_object().unwrap().clone());
     let config = serde_json::from_value::<Settings>(all).unwrap().parse().unwrap();
-    Requests::new(&config, vec![3, 5])
+    RequestSchedule::new(&config, vec![3, 5])
 }
 
 fn answer(common_address: u16, cause: u8, is_negative: bool) -> Header {
@@ -27,8 +27,8 @@ fn answer(common_address: u16, cause: u8, is_negative: bool) -> Header {
     }
 }
 
-fn job(kind: RequestKind, common_address: u16) -> Job {
-    Job { kind, common_address }
+fn job(kind: RequestKind, common_address: u16) -> ScheduledRequest {
+    ScheduledRequest { kind, common_address }
 }
 
 #[test]
@@ -178,7 +178,7 @@ fn a_demand_while_the_same_is_asked_for_comes_after_it() {
     assert_eq!(requests.next(now), Some(job(RequestKind::Interrogation, 3)));
     requests.demand(3);
     let mut asked = Vec::new();
-    let end = |requests: &mut Requests, job: Job| {
+    let end = |requests: &mut RequestSchedule, job: ScheduledRequest| {
         let ended = answer(job.common_address, cause::ACTIVATION_TERMINATED, false);
         requests.handle_answer(job.kind, &ended, now)
     };
