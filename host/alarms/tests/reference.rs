@@ -123,7 +123,7 @@ impl Model {
     /// Lets an event happen; whether the tables know it.
     fn happen(&mut self, event: &str, latched: bool) -> bool {
         let shown = self.shown();
-        let name = format!("{shown:?}");
+        let name = shown.letter().to_string();
         match event {
             "occurs" => self.condition = true,
             "returns" => self.condition = false,
