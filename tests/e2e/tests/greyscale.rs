@@ -52,12 +52,16 @@ fn legends() -> Vec<(String, Highlight)> {
     let station = Station::generate(1).expect("it is sound");
     let configuration = station.live_configuration(|switch| switch.closed);
     let catalog = Catalog::discover(&[built_folder()]);
+    let temporary = tempfile::tempdir().expect("a folder");
+    let folder = temporary.path().to_str().expect("UTF-8");
     let names = configuration["overlays"].as_array().expect("it has overlays");
     let legend = |name: &Value| {
         let name = name.as_str().expect("a name");
         let plugin = &configuration["plugins"][name];
         let id = plugin["plugin"].as_str().expect("a plugin");
         let settings = plugin.get("settings").cloned().unwrap_or_else(|| serde_json::json!({}));
+        let settings = settings.to_string().replace("${folder}", folder);
+        let settings = serde_json::from_str(&settings).expect("JSON");
         let overlay = catalog
             .create(name, id, &settings)
             .and_then(|instance| Overlay::configure(instance, Vec::new()))

@@ -14,7 +14,7 @@ const CARGO_VERBS: [&str; 6] = ["bench", "build", "doc", "nextest", "run", "test
 const TARGETS: [(&str, &str); 2] = [("--test", "test"), ("--example", "example")];
 
 /// Text in the help of every name that is no verb of the program: plugins may offer it.
-const HELP_OF_PLUGIN_VERBS: &str = "What the command gets besides";
+const HELP_OF_PLUGIN_VERBS: &str = "Further arguments for the command";
 
 /// Verbs of plugins that documents take as examples.
 const EXAMPLE_VERBS: [&str; 1] = ["count"];
