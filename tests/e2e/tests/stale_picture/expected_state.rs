@@ -111,7 +111,7 @@ impl ExpectedState {
             _ if !last.may_be_good() && is_told && !may_be_good => Claim::NotGood,
             _ if !self.is_taken(last, before) => Claim::Nothing,
             Said::NotANumber if !may_be_number => Claim::NotGood,
-            Said::Value(value) if self.stays_good(last, times) && after.is_empty() => {
+            Said::Value(value) if self.stays_good(last, before, times) && after.is_empty() => {
                 Claim::Good(value)
             }
             _ => Claim::Nothing,
@@ -162,10 +162,13 @@ impl ExpectedState {
         sent.said == Said::Nothing || before.iter().all(is_older)
     }
 
-    fn stays_good(&self, sent: &Sent, times: Times) -> bool {
+    fn stays_good(&self, sent: &Sent, before: &[Sent], times: Times) -> bool {
+        // The first time of a tag is in doubt where the source's clock has been ahead.
+        let has_time = |other: &Sent| other.age.is_some() && self.disturbed < self.due(other);
+        let is_proven = before.iter().any(has_time);
         let since = self.source_time(sent).unwrap_or(self.due(sent));
         sent.may_be_good()
-            && sent.age.is_none_or(|age| age >= 0)
+            && sent.age.is_none_or(|age| age >= 0 && is_proven)
             && since + FRESHNESS_MILLIS as i64 * MILLI > times.ended + MARGIN_NANOS
             && self.disturbed < self.due(sent)
     }

@@ -116,8 +116,10 @@ impl Script {
 impl Sent {
     /// Reports whether its quality and its time let the host show it as good.
     pub(crate) fn may_be_good(&self) -> bool {
-        let is_believed = self.age.is_none_or(|age| age >= -MAX_AHEAD_MILLIS);
-        self.worth == Worth::Good && is_believed && !self.is_time_unusable
+        let is_possible = self.age.is_none_or(|age| age >= -MAX_AHEAD_MILLIS);
+        // Without a value nothing is said of when it was so.
+        let is_believed = self.said == Said::Nothing || (is_possible && !self.is_time_unusable);
+        self.worth == Worth::Good && is_believed
     }
 
     fn to_json(self, id: &str) -> Value {
