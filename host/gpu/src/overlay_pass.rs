@@ -7,7 +7,7 @@ use crate::{BindGroup, Buffer, BufferUsage, Format, GpuError, Image, Pipeline, R
 
 /// Triangles to paint, within a rectangle.
 pub struct OverlayDraw<'a> {
-    /// A pipeline of [`Blend::PremultipliedAlpha`](crate::Blend::Paint).
+    /// A pipeline of [`Blend::PremultipliedAlpha`](crate::Blend::PremultipliedAlpha).
     pub pipeline: &'a Pipeline,
     /// The groups that its layout asks for.
     pub groups: [&'a BindGroup; 2],

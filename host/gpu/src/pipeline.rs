@@ -57,7 +57,7 @@ pub struct PipelineDescription<'a> {
     pub blend: Blend,
     /// Draws edges instead of faces; needs [`Gpu::can_draw_lines`].
     pub lines: bool,
-    /// For [`Recorder::fullscreen_pass`](crate::Recorder::screen_pass): there is no depth.
+    /// For [`crate::Recorder::fullscreen_pass`]: there is no depth.
     pub screen: bool,
 }
 

@@ -19,7 +19,7 @@ pub struct MeshInstance {
     /// Model the mesh belongs to.
     pub model: ModelIndex,
     /// Index into the model's meshes, or their pieces
-    /// ([`SceneGraph::split_meshes`](crate::SceneGraph::take_apart)).
+    /// ([`crate::SceneGraph::split_meshes`]).
     pub mesh: u32,
     /// The placement's own theta policy; none where the model's holds.
     pub theta: Option<PolicyIndex>,

@@ -163,7 +163,7 @@ impl ViewerServer {
     }
 
     /// Notes that a frame is drawn; with `is_presented`, that the window shows it. The end of the turn
-    /// ([`ViewerServer::report`]) confirms it.
+    /// ([`ViewerServer::report_changes`]) confirms it.
     pub fn note_frame_drawn(&mut self, is_presented: bool) {
         self.iteration.is_presented = is_presented;
     }

@@ -1,17 +1,17 @@
 //! Plugin `quadric_collapse`: the best picture at a given number of vertices.
 //!
 //! Each connected piece of the mesh, a *shell*, is simplified greedily down to
-//! one vertex by half-edge collapses ([`reduce`]), the cheapest first; no
+//! one vertex by half-edge collapses (`reduce`), the cheapest first; no
 //! vertex moves to a new place. What a collapse costs is how far the faces that
 //! its vertex stands for are left behind (plane quadrics, Garland and Heckbert,
 //! SIGGRAPH 1997), area that is lost, and attributes that do not fit
-//! ([`evaluator`]). The collapses that were done, those of all shells in order of
-//! cost ([`sequence`]), are the static list that the host goes up and down.
+//! (`collapse_cost`). The collapses that were done, those of all shells in order of
+//! cost (`sequence`), are the static list that the host goes up and down.
 //!
 //! Order: costs are integrals over area of squared distance (fourth power of
 //! metres), so the sequence keeps the mean distance small. Error: each entry
 //! carries the largest error of a collapse so far in metres, see
-//! [`reduce::Step`].
+//! `reduce::Step`.
 #![doc = include_str!("../DESIGN.md")]
 
 mod attributes;

@@ -15,44 +15,58 @@
 //! 13. [Versions](versions): what stays, what changes
 //! 14. [Before a release](checklist): a list to go through
 
-#[doc = include_str!("book/getting_started.md")]
-pub mod getting_started {}
+pub mod getting_started {
+    #![doc = include_str!("book/getting_started.md")]
+}
 
-#[doc = include_str!("book/lifecycle.md")]
-pub mod lifecycle {}
+pub mod lifecycle {
+    #![doc = include_str!("book/lifecycle.md")]
+}
 
-#[doc = include_str!("book/threads.md")]
-pub mod threads {}
+pub mod threads {
+    #![doc = include_str!("book/threads.md")]
+}
 
-#[doc = include_str!("book/memory.md")]
-pub mod memory {}
+pub mod memory {
+    #![doc = include_str!("book/memory.md")]
+}
 
-#[doc = include_str!("book/errors.md")]
-pub mod errors {}
+pub mod errors {
+    #![doc = include_str!("book/errors.md")]
+}
 
-#[doc = include_str!("book/data_quality.md")]
-pub mod data_quality {}
+pub mod data_quality {
+    #![doc = include_str!("book/data_quality.md")]
+}
 
-#[doc = include_str!("book/verdicts.md")]
-pub mod verdicts {}
+pub mod verdicts {
+    #![doc = include_str!("book/verdicts.md")]
+}
 
-#[doc = include_str!("book/settings.md")]
-pub mod settings {}
+pub mod settings {
+    #![doc = include_str!("book/settings.md")]
+}
 
-#[doc = include_str!("book/testing.md")]
-pub mod testing {}
+pub mod testing {
+    #![doc = include_str!("book/testing.md")]
+}
 
-#[doc = include_str!("book/simulation.md")]
-pub mod simulation {}
+pub mod simulation {
+    #![doc = include_str!("book/simulation.md")]
+}
 
-#[doc = include_str!("book/commands.md")]
-pub mod commands {}
+pub mod commands {
+    #![doc = include_str!("book/commands.md")]
+}
 
-#[doc = include_str!("book/c.md")]
-pub mod c {}
+pub mod c {
+    #![doc = include_str!("book/c.md")]
+}
 
-#[doc = include_str!("book/versions.md")]
-pub mod versions {}
+pub mod versions {
+    #![doc = include_str!("book/versions.md")]
+}
 
-#[doc = include_str!("book/checklist.md")]
-pub mod checklist {}
+pub mod checklist {
+    #![doc = include_str!("book/checklist.md")]
+}

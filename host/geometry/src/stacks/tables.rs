@@ -15,7 +15,7 @@ pub struct StackTables {
     /// For each wedge: which of the wedges from there on stands for it.
     pub parent_offset: Vec<u8>,
     /// For each triangle: the smallest cursor at which two of its corners share
-    /// a position, or [`NEVER_REMOVED`](crate::NEVER).
+    /// a position, or [`NEVER_REMOVED`](crate::NEVER_REMOVED).
     pub removal_cursor: Vec<u32>,
     /// The greatest error of each step of equally many entries.
     pub errors: Vec<f32>,
