@@ -40,7 +40,7 @@ impl ServedMetrics {
     /// Serves metrics if the arguments request it.
     ///
     /// # Errors
-    /// As [`Metrics::serve`].
+    /// Returns the errors of [`Metrics::serve`].
     pub(crate) fn start(address: Option<SocketAddr>, public: bool) -> anyhow::Result<Self> {
         let serve = |address| anyhow::Ok((address, Metrics::serve(address, public)?));
         let served = address.map(serve).transpose()?;

@@ -52,7 +52,7 @@ impl CollapseStacks {
     /// Positions keep their numbers; a section's material is its own number.
     ///
     /// # Errors
-    /// As [`merge`].
+    /// Returns the errors of [`merge`].
     pub fn baked_at_cursor(&self, cursor: u32) -> Result<(Mesh, CollapseSequence), SequenceError> {
         let sections = self.mesh().sections.len() as u32;
         let as_it_is = MergePart {

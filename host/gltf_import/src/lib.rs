@@ -82,7 +82,7 @@ pub fn import_file(path: &Path, limits: &ImportLimits) -> Result<ImportedModel, 
 /// Imports like [`import_file`], with a cache that keeps large meshes between imports.
 ///
 /// # Errors
-/// As [`import_file`].
+/// Returns the errors of [`import_file`].
 pub fn import_file_with_cache(
     path: &Path,
     limits: &ImportLimits,
@@ -102,7 +102,7 @@ pub fn import_file_with_cache(
 /// `base` and stay below it, links followed; `None` refuses all files.
 ///
 /// # Errors
-/// As [`import_file`].
+/// Returns the errors of [`import_file`].
 pub fn import_bytes(
     bytes: &[u8],
     base: Option<&Path>,

@@ -196,7 +196,7 @@ impl Buffer {
     /// Passes a range of the buffer to `write`, under the rules of [`Buffer::write`].
     ///
     /// # Errors
-    /// As [`Buffer::write`].
+    /// Returns the errors of [`Buffer::write`].
     pub fn write_with(
         &self,
         start: u64,

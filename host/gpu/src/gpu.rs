@@ -61,7 +61,7 @@ impl Gpu {
     /// Opens the best device that can draw into the window.
     ///
     /// # Errors
-    /// As [`Gpu::headless`], or when the window gives no surface.
+    /// Returns the errors of [`Gpu::headless`], or when the window gives no surface.
     pub fn for_window(
         options: &GpuOptions,
         window: Arc<dyn WindowHandles>,
@@ -190,7 +190,7 @@ impl Gpu {
     /// Begins work outside frames: uploads, read-backs, picking.
     ///
     /// # Errors
-    /// As [`Gpu::begin_frame`].
+    /// Returns the errors of [`Gpu::begin_frame`].
     pub fn begin_transfer(&mut self) -> Result<Recorder<'_>, GpuError> {
         self.begin(TRANSFER_SLOT)
     }

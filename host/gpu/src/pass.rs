@@ -392,7 +392,7 @@ impl RenderPass<'_> {
     /// one command, where the device can.
     ///
     /// # Errors
-    /// As [`RenderPass::draw`].
+    /// Returns the errors of [`RenderPass::draw`].
     pub fn draw_all(&mut self, draws: &[DrawCall<'_>]) -> Result<DrawCount, GpuError> {
         let mut count = DrawCount::default();
         for alike in draws.chunk_by(DrawCall::shares_state_with) {

@@ -133,7 +133,7 @@ impl<'g> Recorder<'g> {
     /// Submits the recorded commands; [`Gpu::has_finished`] tells when they are done.
     ///
     /// # Errors
-    /// As [`Recorder::submit`].
+    /// Returns the errors of [`Recorder::submit`].
     pub fn submit_tracked(mut self) -> Result<Submission, GpuError> {
         self.finish(None, None)?;
         Ok(Submission(self.command_slot().value))
@@ -142,7 +142,7 @@ impl<'g> Recorder<'g> {
     /// Submits the recorded commands and waits for them.
     ///
     /// # Errors
-    /// As [`Recorder::submit`], or when the device hangs.
+    /// Returns the errors of [`Recorder::submit`], or when the device hangs.
     pub fn submit_and_wait(mut self) -> Result<(), GpuError> {
         self.finish(None, None)?;
         self.device().wait(self.command_slot().value, "a transfer")
@@ -152,7 +152,7 @@ impl<'g> Recorder<'g> {
     /// recorder's slot are free to be written again.
     ///
     /// # Errors
-    /// As [`Recorder::submit_and_wait`].
+    /// Returns the errors of [`Recorder::submit_and_wait`].
     pub fn flush(&mut self) -> Result<(), GpuError> {
         self.finish(None, None)?;
         self.device().wait(self.command_slot().value, "the first part of a submission")?;

@@ -137,7 +137,7 @@ impl Recorder<'_> {
     /// Uploads a texture without mipmaps, from pixels like those of [`Recorder::upload_texture`].
     ///
     /// # Errors
-    /// As [`Recorder::upload_texture`].
+    /// Returns the errors of [`Recorder::upload_texture`].
     pub fn upload_flat_texture(
         &mut self,
         name: &'static str,

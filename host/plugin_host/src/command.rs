@@ -80,13 +80,13 @@ pub trait CommandStreams {
     /// Input, as much as there is room for; nothing at the end. An error stops the command.
     ///
     /// # Errors
-    /// Those of the input, and whatever else is to stop it.
+    /// I/O errors of the input, and whatever else is to stop it.
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize>;
 
     /// Writes a whole piece of output. An error stops the command.
     ///
     /// # Errors
-    /// Those of the output, and whatever else is to stop it.
+    /// I/O errors of the output, and whatever else is to stop it.
     fn write(&mut self, bytes: &[u8]) -> io::Result<()>;
 }
 

@@ -119,23 +119,10 @@ impl Overlay {
         &self.description
     }
 
-    /// Draws the overlay for the given tag states. `state` returns the state of a tag.
-    ///
-    /// # Errors
-    /// What the plugin says, or the rule its result breaks.
-    pub fn draw(
-        &mut self,
-        state: impl Fn(TagHandle) -> Option<TagState>,
-        now: SystemTime,
-    ) -> Result<OverlayPicture, PluginError> {
-        let values: Vec<_> = self.bindings.iter().map(|b| value_to_abi(state(b.tag))).collect();
-        self.draw_values(&values, now)
-    }
-
     /// Draws the overlay for one state a binding, in the order of the bindings.
     ///
     /// # Errors
-    /// As [`Overlay::draw`].
+    /// Returns what the plugin says, or the rule that its result breaks.
     pub fn draw_states(
         &mut self,
         states: &[Option<TagState>],
@@ -143,14 +130,6 @@ impl Overlay {
     ) -> Result<OverlayPicture, PluginError> {
         let state = |index| states.get(index).copied().flatten();
         let values: Vec<_> = (0..self.bindings.len()).map(|i| value_to_abi(state(i))).collect();
-        self.draw_values(&values, now)
-    }
-
-    fn draw_values(
-        &mut self,
-        values: &[abi::BusbarTagValue],
-        now: SystemTime,
-    ) -> Result<OverlayPicture, PluginError> {
         let since = now.duration_since(UNIX_EPOCH).unwrap_or_default();
         let frame = abi::BusbarOverlayFrame {
             struct_size: size_of::<abi::BusbarOverlayFrame>() as u32,

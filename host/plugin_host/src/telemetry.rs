@@ -160,7 +160,7 @@ impl Telemetry {
     /// Validates tags and their addresses with the plugin, without a connection.
     ///
     /// # Errors
-    /// As [`Telemetry::start`].
+    /// Returns the errors of [`Telemetry::start`].
     pub fn check(instance: &Instance, tags: &[TelemetryTag]) -> Result<(), PluginError> {
         let table: &abi::BusbarTelemetry = instance.capability(abi::TELEMETRY_ID)?;
         let Some(check) = table.check else { return Ok(()) };
@@ -207,7 +207,7 @@ impl TelemetryStream {
     /// Starts an instance on its tags; raw samples go to `receiver`.
     ///
     /// # Errors
-    /// As [`Telemetry::start`].
+    /// Returns the errors of [`Telemetry::start`].
     pub fn start(
         instance: Arc<Instance>,
         tags: &[TelemetryTag],

@@ -57,7 +57,7 @@ impl RunningChart {
     /// 0 the page has the total and the revision alone.
     ///
     /// # Errors
-    /// As [`RunningChart::describe`].
+    /// Returns the errors of [`RunningChart::describe`].
     pub fn read(&self, axes: u32, first: u64, count: u32) -> Result<ChartPage, PluginError> {
         match self {
             Self::InProcess(chart) => chart.read(axes, first, count),
@@ -78,7 +78,7 @@ impl RunningChart {
     /// since 1970-01-01 UTC). States are not checked against a legend yet.
     ///
     /// # Errors
-    /// As [`RunningChart::describe`], or that there is none.
+    /// Returns the errors of [`RunningChart::describe`], or that there is none.
     pub fn explain(&self, equipment: &str, unix_nanos: i64) -> Result<Explanation, PluginError> {
         match self {
             Self::InProcess(chart) => chart.explain(equipment, unix_nanos),

@@ -132,7 +132,7 @@ impl RunningTelemetry {
     /// Starts a plugin on its tags.
     ///
     /// # Errors
-    /// As [`RunningTelemetry::check`].
+    /// Returns the errors of [`RunningTelemetry::check`].
     pub fn start(
         plugin: &Plugin,
         tags: &[TelemetryTag],

@@ -57,7 +57,7 @@ impl RunningRecords {
     /// the page has the revision alone, of any list.
     ///
     /// # Errors
-    /// As [`RunningRecords::describe`].
+    /// Returns the errors of [`RunningRecords::describe`].
     pub fn read(
         &self,
         list: u32,

@@ -133,7 +133,7 @@ impl Renderer {
     /// it outlives its surface.
     ///
     /// # Errors
-    /// As [`Renderer::headless`], or when the window cannot be drawn into.
+    /// Returns the errors of [`Renderer::headless`], or when the window cannot be drawn into.
     pub fn for_window(
         options: RendererOptions,
         window: Arc<dyn WindowHandles>,
@@ -145,7 +145,7 @@ impl Renderer {
     /// Draws into a window or, without one, into pictures, on a chosen device.
     ///
     /// # Errors
-    /// As [`Renderer::for_window`], or when the device chosen is not there.
+    /// Returns the errors of [`Renderer::for_window`], or when the device chosen is not there.
     pub fn open(
         options: RendererOptions,
         choice: DeviceChoice,
@@ -201,7 +201,8 @@ impl Renderer {
     /// validation log stay.
     ///
     /// # Errors
-    /// As [`Renderer::open`]; then nothing can be drawn until a later call succeeds.
+    /// Returns the errors of [`Renderer::open`]; then nothing can be drawn until a later call
+    /// succeeds.
     pub fn renew(&mut self) -> Result<(), RenderError> {
         // A window has one surface at a time; models need not be there twice.
         self.gpu.release_window();
@@ -240,7 +241,7 @@ impl Renderer {
     /// Uploads a model that has this handle from here on, in place of the one that had it.
     ///
     /// # Errors
-    /// As [`Renderer::upload_model`].
+    /// Returns the errors of [`Renderer::upload_model`].
     pub fn upload_model_at(
         &mut self,
         handle: ModelHandle,
@@ -342,7 +343,7 @@ impl Renderer {
     /// `waits`, waits for the end.
     ///
     /// # Errors
-    /// As [`Renderer::count_records`]; what was counted before is gone then.
+    /// Returns the errors of [`Renderer::count_records`]; what was counted before is gone then.
     pub fn advance_density(
         &mut self,
         input: &DensityInput<'_>,
@@ -471,7 +472,7 @@ impl Renderer {
     /// that of [`Renderer::picked_size`].
     ///
     /// # Errors
-    /// As [`Renderer::draw`].
+    /// Returns the errors of [`Renderer::draw`].
     pub fn pick_all(&mut self, frame: &Frame<'_>) -> Result<Vec<Option<u32>>, RenderError> {
         let size = self.picked_size();
         if size.contains(&0) {
@@ -485,7 +486,7 @@ impl Renderer {
     /// wait for the answer; a pick that was begun before is given up.
     ///
     /// # Errors
-    /// As [`Renderer::pick`].
+    /// Returns the errors of [`Renderer::pick`].
     pub fn begin_pick(&mut self, frame: &Frame<'_>, area: &PixelArea) -> Result<(), RenderError> {
         self.pending = None;
         if !area.is_within() {

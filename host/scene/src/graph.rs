@@ -187,7 +187,7 @@ impl SceneGraph {
     /// Places models whose parts are known, one for each index.
     ///
     /// # Errors
-    /// As [`SceneGraph::build`].
+    /// Returns the errors of [`SceneGraph::build`].
     pub fn from_parts<P: Borrow<Placement>>(
         placements: impl IntoIterator<Item = P, IntoIter: Clone>,
         models: Vec<ModelParts>,

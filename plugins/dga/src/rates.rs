@@ -68,7 +68,7 @@ pub fn per_day(first: Reading, second: Reading) -> Result<f64, RateError> {
 /// mass is in tonnes, its density in tonnes a cubic metre.
 ///
 /// # Errors
-/// As [`per_day`], and [`RateError::Oil`].
+/// Returns the errors of [`per_day`], and [`RateError::Oil`].
 pub fn absolute(
     first: Reading,
     second: Reading,
@@ -86,7 +86,7 @@ pub fn absolute(
 /// Computes the relative rate of DL/T 722-2014, 9.3.2: (C2 - C1) / C1 / Δt · 100, percent a month.
 ///
 /// # Errors
-/// As [`per_day`], and [`RateError::FromZero`].
+/// Returns the errors of [`per_day`], and [`RateError::FromZero`].
 pub fn relative(first: Reading, second: Reading) -> Result<f64, RateError> {
     let rate = per_day(first, second)?;
     if first.ppm <= 0.0 {

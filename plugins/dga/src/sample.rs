@@ -30,7 +30,7 @@ impl Concentration {
     /// Creates a concentration below a detection limit, ppm.
     ///
     /// # Errors
-    /// As for [`Concentration::measured`].
+    /// Returns the errors of [`Concentration::measured`].
     pub fn below(limit_ppm: f64) -> Result<Self, SampleError> {
         SampleError::check(limit_ppm).map(|ppm| Self(Inner::Below(ppm)))
     }
@@ -65,7 +65,7 @@ impl Sample {
     /// Creates a sample of the five gases in the order of [`Gas::FIVE`], ppm.
     ///
     /// # Errors
-    /// As for [`Concentration::measured`].
+    /// Returns the errors of [`Concentration::measured`].
     pub fn of_five(ppm: [f64; 5]) -> Result<Self, SampleError> {
         let mut sample = Self::new();
         for (gas, ppm) in Gas::FIVE.into_iter().zip(ppm) {

@@ -110,7 +110,7 @@ fn trend(kept: &VecDeque<Entry>) -> Trend {
 /// The instant that a text is, nanoseconds since 1970-01-01 UTC, to the second.
 ///
 /// # Errors
-/// As [`day_of`].
+/// Returns the errors of [`day_of`].
 pub(crate) fn unix_nanos_of(text: &str) -> Result<i64, String> {
     let seconds = ((day_of(text)? - EPOCH_DAY) * 86_400.0).round() as i64;
     Ok(seconds.saturating_mul(1_000_000_000))

@@ -24,7 +24,7 @@ impl<R: Read> Lines<R> {
     /// Reads the byte order mark of a stream.
     ///
     /// # Errors
-    /// Those of the stream.
+    /// I/O errors of the stream.
     pub(crate) fn open(mut reader: R) -> io::Result<Self> {
         let mut start = Vec::new();
         (&mut reader).take(MAX_MARK_BYTES as u64).read_to_end(&mut start)?;
@@ -37,7 +37,7 @@ impl<R: Read> Lines<R> {
     /// Reads the next line into `text`.
     ///
     /// # Errors
-    /// Those of the stream.
+    /// I/O errors of the stream.
     pub(crate) fn read(&mut self) -> io::Result<Line> {
         self.text.clear();
         let read = self.lines.read(&mut self.raw)?;

@@ -48,7 +48,7 @@ impl<'a, W: Write> Report<'a, W> {
     /// Writes the header of results.
     ///
     /// # Errors
-    /// Those of the output.
+    /// I/O errors of the output.
     pub(crate) fn begin(output: W, columns: &Columns, plugin: &'a GasAnalysis) -> io::Result<Self> {
         let mut writer = csv::Writer::from_writer(BufWriter::with_capacity(PIECE_BYTES, output));
         let identifying = columns.identifying.iter().map(|(name, _)| *name);
@@ -64,7 +64,7 @@ impl<'a, W: Write> Report<'a, W> {
     /// Writes the results of a sample whose row has these cells.
     ///
     /// # Errors
-    /// Those of the output.
+    /// I/O errors of the output.
     pub(crate) fn add(
         &mut self,
         columns: &Columns,
@@ -141,7 +141,7 @@ impl<'a, W: Write> Report<'a, W> {
     /// Hands over what is left.
     ///
     /// # Errors
-    /// Those of the output.
+    /// I/O errors of the output.
     pub(crate) fn end(mut self) -> io::Result<()> {
         self.writer.flush()
     }

@@ -16,7 +16,7 @@ use crate::row::{self, Cells};
 /// those after it go on; without a header, or without any sample, the input is at fault.
 ///
 /// # Errors
-/// Those of the streams.
+/// I/O errors of the streams.
 pub(crate) fn analyse(streams: &Streams<'_>, plugin: &GasAnalysis) -> io::Result<CommandExit> {
     let mut lines = Lines::open(streams.input())?;
     let mut cells = Cells::new();

@@ -39,7 +39,7 @@ const BEAT: Duration = Duration::from_millis(200);
 /// all.
 ///
 /// # Errors
-/// Those of the streams and of TLS files, and where the host asks to stop.
+/// I/O errors of the streams and of TLS files, and where the host asks to stop.
 pub(crate) fn run(
     config: &Config,
     devices: &[&str],

@@ -40,7 +40,7 @@ pub(crate) struct Row {
 /// Reads a file and writes the list.
 ///
 /// # Errors
-/// Those of the streams.
+/// I/O errors of the streams.
 pub(crate) fn run(arguments: &[&str], streams: &Streams<'_>) -> Result<CommandExit, Error> {
     let wants_all = arguments.contains(&"all");
     let names: Vec<_> = arguments.iter().filter(|argument| **argument != "all").collect();

@@ -59,7 +59,7 @@ impl Player {
     /// Plays `recording` from `start` to `end`, both from its origin.
     ///
     /// # Errors
-    /// Those of the file.
+    /// I/O errors of the file.
     pub(crate) fn new(
         mut recording: Box<dyn Recording>,
         is_discrete: Vec<bool>,
@@ -129,7 +129,7 @@ impl Player {
     /// Goes back to the start, for another pass.
     ///
     /// # Errors
-    /// Those of the file.
+    /// I/O errors of the file.
     pub(crate) fn rewind(&mut self, out: &mut Vec<Update>) -> Result<(), Fault> {
         self.recording.rewind()?;
         (self.next, self.last, self.step, self.state) = (None, None, 0, State::Playing);

@@ -72,13 +72,13 @@ pub(crate) trait Recording: Send {
     /// update that the time needs is passed over.
     ///
     /// # Errors
-    /// Those of the file.
+    /// I/O errors of the file.
     fn skip_to(&mut self, nanos: i64) -> Result<(), Fault>;
 
     /// Goes back to where [`Recording::read`] was when `mark` was called.
     ///
     /// # Errors
-    /// Those of the file.
+    /// I/O errors of the file.
     fn rewind(&mut self) -> Result<(), Fault>;
 
     /// Remembers what comes next, for [`Recording::rewind`].

@@ -123,7 +123,7 @@ impl Worker {
     /// second, then a second, and so on up to thirty.
     ///
     /// # Errors
-    /// As [`Worker::start`].
+    /// Returns the errors of [`Worker::start`].
     pub fn serve<E: std::fmt::Display>(
         host: &Host,
         name: &str,

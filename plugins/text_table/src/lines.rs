@@ -37,7 +37,7 @@ impl<R: Read + Seek> Lines<R> {
     /// Reads lines from a place of a file on, which is the start of a line.
     ///
     /// # Errors
-    /// Those of the file.
+    /// I/O errors of the file.
     pub fn from(file: R, offset: u64, number: u64) -> io::Result<Self> {
         Self::of_encoding(file, TextEncoding::default(), offset, number)
     }
@@ -45,7 +45,7 @@ impl<R: Read + Seek> Lines<R> {
     /// Reads lines of a text in an encoding, whose line feed may have two bytes.
     ///
     /// # Errors
-    /// Those of the file.
+    /// I/O errors of the file.
     pub fn of_encoding(
         file: R,
         encoding: TextEncoding,
@@ -60,7 +60,7 @@ impl<R: Read + Seek> Lines<R> {
     /// Goes on from the start of another line.
     ///
     /// # Errors
-    /// Those of the file.
+    /// I/O errors of the file.
     pub fn go_to(&mut self, offset: u64, number: u64) -> io::Result<()> {
         self.reader.seek(SeekFrom::Start(offset))?;
         (self.offset, self.number) = (offset, number);
@@ -84,7 +84,7 @@ impl<R: Read> Lines<R> {
     /// Macintosh, where there is no line feed.
     ///
     /// # Errors
-    /// Those of the file.
+    /// I/O errors of the file.
     pub(crate) fn find_line_end(&mut self) -> io::Result<()> {
         let start = self.reader.fill_buf()?;
         let has = |end: &[u8]| start.chunks(end.len()).any(|unit| unit == end);
@@ -107,7 +107,7 @@ impl<R: Read> Lines<R> {
     /// Reads the next line into `line`, without its end.
     ///
     /// # Errors
-    /// Those of the file.
+    /// I/O errors of the file.
     pub fn read(&mut self, line: &mut Vec<u8>) -> io::Result<Line> {
         line.clear();
         if self.line_feed.len() > 1 {

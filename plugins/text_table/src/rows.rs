@@ -59,7 +59,7 @@ impl<R: Read + Seek> Rows<R> {
     /// the lines that the dialect says. Returns remarks on contradictions as well.
     ///
     /// # Errors
-    /// Those of the file.
+    /// I/O errors of the file.
     pub fn open(
         mut file: R,
         dialect: &Dialect,
@@ -135,7 +135,7 @@ impl<R: Read + Seek> Rows<R> {
     /// Goes to the next row that is neither blank nor a comment.
     ///
     /// # Errors
-    /// Those of the file.
+    /// I/O errors of the file.
     pub fn read(&mut self) -> io::Result<NextRow> {
         loop {
             self.line = self.lines.number();
@@ -206,7 +206,7 @@ impl<R: Read + Seek> Rows<R> {
     /// returns whether the row had more lines.
     ///
     /// # Errors
-    /// Those of the file.
+    /// I/O errors of the file.
     pub fn end_with_first_line(&mut self) -> io::Result<bool> {
         if !self.has_more_lines {
             return Ok(false);
@@ -268,7 +268,7 @@ impl<R: Read + Seek> Rows<R> {
     /// Goes to a place that [`Self::position`] gave.
     ///
     /// # Errors
-    /// Those of the file.
+    /// I/O errors of the file.
     pub fn go_to(&mut self, (offset, number): (u64, u64)) -> io::Result<()> {
         self.lines.go_to(offset, number)
     }

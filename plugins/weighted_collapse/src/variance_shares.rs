@@ -24,7 +24,7 @@ pub struct VarianceShares {
 /// Computes the contributions of L, F, S and C to the variance of W.
 ///
 /// # Errors
-/// As [`collapse_list`](crate::collapse_list) for meshes that it refuses.
+/// Returns the errors of [`collapse_list`](crate::collapse_list) for meshes that it refuses.
 pub fn variance_shares(
     mesh: Mesh<'_>,
     interpretation: &Interpretation,

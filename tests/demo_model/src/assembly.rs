@@ -48,7 +48,7 @@ impl Assembly {
     /// Adds a node with a part that is used once.
     ///
     /// # Errors
-    /// As [`Assembly::mesh`].
+    /// Returns the errors of [`Assembly::mesh`].
     pub fn place_part(
         &mut self,
         name: &str,

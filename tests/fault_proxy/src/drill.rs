@@ -36,7 +36,7 @@ const LOOK_PERIOD: Duration = Duration::from_millis(5);
 /// many there were of each tag.
 ///
 /// # Panics
-/// When one is.
+/// Panics if a value is of another tag, or older than one before it.
 #[track_caller]
 pub fn check_stamps<const N: usize>(values: &[(u32, i64)], tags: [u32; N]) -> [usize; N] {
     tags.map(|tag| {

@@ -31,7 +31,7 @@ impl ResourceUsage {
     /// Checks that neither count is above `before`.
     ///
     /// # Panics
-    /// When one is.
+    /// Panics if a count is above `before`.
     #[track_caller]
     pub fn assert_within(self, before: Self) {
         let is_within = self.descriptors <= before.descriptors && self.threads <= before.threads;

@@ -48,7 +48,7 @@ pub fn used_alone(mesh: &Topology, triangles: &[[u32; 3]]) -> Topology {
 /// all. `full` is the mesh's number of triangles and of vertices; `vertices` calls the simplifier.
 ///
 /// # Errors
-/// Those of the simplifier.
+/// Errors that the simplifier reports.
 pub fn search<E>(
     full: [usize; 2],
     first: Option<usize>,

@@ -96,7 +96,7 @@ impl<'a> Input<'a> {
     /// limited number of calls.
     ///
     /// # Errors
-    /// As [`Input::simplify`].
+    /// Returns the errors of [`Input::simplify`].
     pub fn at_vertices(&self, kind: Simplifier, wanted: usize) -> Result<Vec<[u32; 3]>> {
         let full = [self.triangles.len(), vertices_in_use(self.triangles)];
         let target = search(full, None, wanted, MAX_CALLS, |triangles| {

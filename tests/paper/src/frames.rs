@@ -52,7 +52,7 @@ impl FrameTimes {
     /// machine affects all thetas alike.
     ///
     /// # Errors
-    /// Those of the device.
+    /// Errors of the graphics device.
     pub fn measure(
         viewer: &mut Viewer,
         (size, samples): ([u32; 2], u32),

@@ -36,7 +36,7 @@ impl Optimiser {
     /// Builds the collapse stacks of a mesh.
     ///
     /// # Errors
-    /// Those of the plugin.
+    /// Errors that the plugin reports.
     pub fn stacks(&self, mesh: Mesh) -> Result<Arc<CollapseStacks>> {
         let optimised = self.plugin.optimize(&mesh, |_| true)?;
         Ok(Arc::new(CollapseStacks::build(mesh, &optimised.sequence)))

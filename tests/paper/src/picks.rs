@@ -30,7 +30,7 @@ impl PickChanges {
     /// Compares picks at `theta` with those at theta 0, over `count` random pixels of the overview.
     ///
     /// # Errors
-    /// Those of the device.
+    /// Errors of the graphics device.
     pub fn measure(viewer: &mut Viewer, size: [u32; 2], theta: f64, count: usize) -> Result<Self> {
         let mut random = fastrand::Rng::with_seed(70);
         let pixels: Vec<[u32; 2]> =

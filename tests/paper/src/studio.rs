@@ -49,7 +49,7 @@ impl Studio {
     /// Renders a picture of a model after `cursor` collapses.
     ///
     /// # Errors
-    /// Those of the device.
+    /// Errors of the graphics device.
     pub fn render(
         &mut self,
         subject: Subject<'_>,

@@ -34,7 +34,7 @@ impl ThetaChange {
     /// Measures `count` moves to random thetas.
     ///
     /// # Errors
-    /// Those of the device.
+    /// Errors of the graphics device.
     pub fn measure(
         stacks: &CollapseStacks,
         viewer: &mut Viewer,

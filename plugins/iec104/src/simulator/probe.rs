@@ -48,7 +48,7 @@ impl ClientProbe {
     /// Lets time go on; the station does what is due and looks for changes.
     ///
     /// # Errors
-    /// As [`ClientProbe::receive`].
+    /// Returns the errors of [`ClientProbe::receive`].
     pub fn pass(&mut self, time: Duration) -> Result<(), String> {
         self.times.now += time;
         self.times.true_time += time;

@@ -140,7 +140,7 @@ impl Station {
     /// Does what is due.
     ///
     /// # Errors
-    /// As [`Station::receive`].
+    /// Returns the errors of [`Station::receive`].
     pub(super) fn tick(&mut self, times: Times) -> Result<(), CloseReason> {
         self.session.tick(times.now)?;
         self.fill(times);

@@ -64,7 +64,7 @@ impl<R: Read + Seek> Data<R> {
     /// most `bytes`, where that is known.
     ///
     /// # Errors
-    /// Those of the file.
+    /// I/O errors of the file.
     pub fn open(
         mut file: R,
         layout: RecordLayout,
@@ -156,7 +156,7 @@ impl<R: Read + Seek> Data<R> {
     /// that has been read.
     ///
     /// # Errors
-    /// Those of the file.
+    /// I/O errors of the file.
     pub fn seek(&mut self, position: u64) -> Result<(), DataFault> {
         let failed = |error| DataFault::Read { record: position.saturating_add(1), error };
         match &mut self.source {
