@@ -9,10 +9,9 @@ use std::collections::HashMap;
 use busbar_shaders::{Instance, NONE};
 use glam::Mat4;
 
+use crate::batch::{IndexKey, MorphKey};
 use crate::frustum::BoundingSphere;
-use crate::index_cache::IndexKey;
 use crate::model::{GpuMesh, GpuModel};
-use crate::morph::MorphKey;
 use crate::{DrawInstance, DrawList, InstanceSource, Morph, PATTERNS, RenderError};
 
 /// Sort key of instances that are drawn together, the most important field first.

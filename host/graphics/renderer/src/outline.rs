@@ -8,9 +8,12 @@ use busbar_gpu::{
 };
 use busbar_shaders::{FrameUniform, OUTLINE};
 
-use crate::draw_plan::{DrawPhase, DrawPlan, mesh_at};
+use crate::batch::DrawPhase;
+use crate::draw_plan::{CullView, DrawPlan, mesh_at};
+use crate::draw_reduction::NoReduction;
 use crate::frame_buffers::{FrameBuffers, MAX_FEATURE_HIGHLIGHTS};
 use crate::instance_buckets::InstanceBuckets;
+use crate::instance_transform::world_from_mesh;
 use crate::layer::{Layer, get_or_create};
 use crate::model::GpuModel;
 use crate::pick::ID_FORMAT;
@@ -20,7 +23,6 @@ use crate::scene_pass::{SceneDrawer, Sections};
 use crate::screen_box::{ScreenBox, hull, tile_pixels};
 use crate::shadows::MeshPassInputs;
 use crate::targets::{OutlineMask, SceneTargets, full_viewport};
-use crate::visibility::{CullView, world_from_mesh};
 use crate::{CameraView, DrawInstance, Frame, InstanceSource, OutlinedObject, RenderError};
 
 /// Side of a tile in pixels, as `TILE` of the shader.
@@ -85,7 +87,7 @@ impl Outlines {
         (frame, uniform): (&Frame<'_>, &FrameUniform),
     ) -> Result<(), RenderError> {
         self.collect_outlined(inputs.models, frame)?;
-        let view = CullView::new(&frame.camera.clip_from_world());
+        let view = CullView::new(&frame.camera.clip_from_world(), None);
         self.buckets.update(inputs.models, InstanceSource::Listed(&self.instances))?;
         self.plan.fill(inputs.models, &self.buckets, &self.kinds, &view)?;
         let size = targets.size();
@@ -116,7 +118,7 @@ impl Outlines {
             morpher: Some(inputs.morpher),
             phase: DrawPhase::Second,
             more: Some(&scene_depth.group),
-            culler: None,
+            reduction: &NoReduction,
             shows_backs: true,
         };
         let cleared = RenderTargets {

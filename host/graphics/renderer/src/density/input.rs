@@ -5,13 +5,14 @@ use std::ops::Range;
 use busbar_gpu::GpuError;
 use busbar_shaders::DENSITY_BINS;
 
-use super::WORD;
 use crate::RenderError;
 
 /// Values that one record may have.
 pub const MAX_DENSITY_AXES: usize = 32;
 /// Bytes of values that stay on the device: ten million records of twelve values.
 pub const MAX_DENSITY_BYTES: usize = 480_000_000;
+/// Records of a mask word.
+pub(super) const WORD: usize = 32;
 /// Bins of an axis with that of records without a value.
 pub(super) const SIDE: usize = DENSITY_BINS as usize + 1;
 

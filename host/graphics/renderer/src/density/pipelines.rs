@@ -10,8 +10,7 @@ use busbar_shaders::{
     DENSITY, DENSITY_COLUMNS, DENSITY_GROUP, DENSITY_RASTERIZE, DensityStep, RasterizeStep,
 };
 
-use super::WORD;
-use super::input::{DensityInput, SIDE};
+use super::input::{DensityInput, SIDE, WORD};
 use crate::RenderError;
 
 /// Compute pipelines and bind group layouts of density counting.

@@ -9,7 +9,7 @@ use glam::Vec3;
 
 use super::DensityResources;
 use crate::RenderError;
-use crate::polylines::{QuadMesh, QuadShader, quad_pipeline, target_color};
+use crate::quads::{QuadMesh, QuadShader, quad_pipeline, target_color};
 
 /// Planes that a picture may have: one for each axis but one.
 const MAX_PLANES: usize = super::MAX_DENSITY_AXES;

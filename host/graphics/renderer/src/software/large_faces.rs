@@ -1,4 +1,4 @@
-//! Visibility: frustum culling, and occlusion culling behind large faces.
+//! Occlusion culling behind large faces near the eye.
 
 use std::f32::consts::PI;
 use std::ops::Range;
@@ -7,14 +7,16 @@ use busbar_geometry::Bounds;
 use busbar_shaders::Instance;
 use glam::{Mat4, Vec2, Vec3, Vec4};
 
+use super::masked_occlusion::MaskedDepthBuffer;
+use super::mesh_data::SoftwareMesh;
+use super::occluders::{MAX_CORNERS, Occluder};
 use crate::CameraView;
-use crate::first_pass_depth::FirstPassDepth;
+use crate::draw_reduction::DrawnScene;
 use crate::frustum::{BoundingSphere, Frustum};
 use crate::index_cache::IndexCache;
-use crate::instance_buckets::{Bucket, BucketKey, InstanceBuckets};
-use crate::masked_occlusion::MaskedDepthBuffer;
+use crate::instance_buckets::{Bucket, BucketKey};
+use crate::instance_transform::world_from_mesh;
 use crate::model::{GpuMesh, GpuModel};
-use crate::occluders::{MAX_CORNERS, Occluder};
 
 /// Least share of a picture that an occluding face must cover.
 const MIN_SCREEN_SHARE: f32 = 1.0 / 128.0;
@@ -25,50 +27,9 @@ const MAX_FOUND: usize = 4 * MAX_FACES;
 /// Tolerance of the back-face test, as a share of the eye's distance from the mesh's origin.
 const BACK_FACE_TOLERANCE: f32 = 1e-5;
 
-/// Frustum and occluders that instances are culled against.
-pub(crate) struct CullView<'a> {
-    pub(crate) frustum: Frustum,
-    /// Occluding faces; `None` where nothing is occluded.
-    pub(crate) occluders: Option<&'a OcclusionBuffer>,
-}
-
-impl CullView<'_> {
-    /// Makes a view that culls by the frustum alone.
-    pub(crate) fn new(clip_from_world: &Mat4) -> Self {
-        Self { frustum: Frustum::from_matrix(clip_from_world), occluders: None }
-    }
-}
-
-/// Occlusion test against large faces or against the depth of the first pass.
-#[derive(Clone, Copy)]
-pub(crate) enum OcclusionTest<'a> {
-    LargeFaces(&'a OcclusionBuffer),
-    FirstPassDepth(&'a FirstPassDepth),
-}
-
-impl OcclusionTest<'_> {
-    /// Returns the transform from an instance's mesh to clip space, for
-    /// [`OcclusionTest::is_box_visible`].
-    pub(crate) fn clip_from_mesh(self, instance: &Instance) -> Mat4 {
-        match self {
-            Self::LargeFaces(buffer) => buffer.clip_from_mesh(instance),
-            Self::FirstPassDepth(drawn) => drawn.clip_from_mesh(instance),
-        }
-    }
-
-    /// Reports whether any part of a box is in the picture and not occluded.
-    #[inline]
-    pub(crate) fn is_box_visible(self, clip_from_mesh: &Mat4, bounds: &Bounds) -> bool {
-        match self {
-            Self::LargeFaces(buffer) => buffer.is_box_visible(clip_from_mesh, bounds),
-            Self::FirstPassDepth(drawn) => drawn.is_visible(clip_from_mesh, bounds),
-        }
-    }
-}
-
 /// Occlusion buffer: large faces near the eye, rasterized into masked depth.
 #[derive(Default)]
-pub(crate) struct OcclusionBuffer {
+pub(super) struct OcclusionBuffer {
     clip_from_world: Mat4,
     depth: MaskedDepthBuffer,
     found: Vec<ProjectedFace>,
@@ -87,9 +48,9 @@ struct ProjectedFace {
 
 impl OcclusionBuffer {
     /// Rasterizes the large faces of resolved meshes as occluders; without a camera there are none.
-    pub(crate) fn rasterize_faces(
+    pub(super) fn rasterize_faces(
         &mut self,
-        (models, cache, buckets): (&[Option<GpuModel>], &IndexCache, &InstanceBuckets),
+        DrawnScene { models, cache, buckets }: DrawnScene<'_>,
         camera: Option<&CameraView>,
         (size, samples): ([u32; 2], u32),
     ) {
@@ -149,7 +110,7 @@ impl OcclusionBuffer {
     }
 
     /// Returns the buffer if it holds any face.
-    pub(crate) fn non_empty(&self) -> Option<&Self> {
+    pub(super) fn non_empty(&self) -> Option<&Self> {
         (!self.found.is_empty()).then_some(self)
     }
 
@@ -198,16 +159,16 @@ impl OcclusionBuffer {
 
     /// Reports whether a box of an instance's mesh is wholly occluded.
     #[inline]
-    pub(crate) fn is_occluded(&self, instance: &Instance, bounds: &Bounds) -> bool {
+    pub(super) fn is_occluded(&self, instance: &Instance, bounds: &Bounds) -> bool {
         !self.is_box_visible(&self.clip_from_mesh(instance), bounds)
     }
 
-    fn clip_from_mesh(&self, instance: &Instance) -> Mat4 {
+    pub(super) fn clip_from_mesh(&self, instance: &Instance) -> Mat4 {
         self.clip_from_world * world_from_mesh(instance)
     }
 
     #[inline]
-    fn is_box_visible(&self, clip_from_mesh: &Mat4, bounds: &Bounds) -> bool {
+    pub(super) fn is_box_visible(&self, clip_from_mesh: &Mat4, bounds: &Bounds) -> bool {
         self.depth.is_visible(clip_from_mesh, bounds)
     }
 }
@@ -219,7 +180,8 @@ fn occluders_of_bucket<'a>(
     cache: &'a IndexCache,
     key: &BucketKey,
 ) -> Option<((&'a GpuModel, &'a GpuMesh), &'a [Occluder])> {
-    let occluders = cache.get(key.mesh).filter(|_| key.morph.is_none())?.occluders();
+    let resolved = cache.get(key.mesh).filter(|_| key.morph.is_none())?;
+    let occluders = &*resolved.data::<SoftwareMesh>()?.occluders;
     let model = models[key.mesh.model as usize].as_ref().filter(|_| !occluders.is_empty())?;
     Some(((model, &model.meshes[key.mesh.mesh as usize]), occluders))
 }
@@ -277,10 +239,4 @@ fn is_outside_frustum(corners: &[Vec4]) -> bool {
         || all(|corner| corner.y > corner.w)
         || all(|corner| corner.y < -corner.w)
         || all(|corner| corner.z > corner.w)
-}
-
-/// Returns the instance's transform as a matrix.
-pub(crate) fn world_from_mesh(instance: &Instance) -> Mat4 {
-    let [x, y, z] = instance.world_from_mesh.map(Vec4::from_array);
-    Mat4::from_cols(x, y, z, Vec4::W).transpose()
 }

@@ -11,7 +11,7 @@ use crate::slender::SectionRange;
 /// they would spare.
 const MAX_MESH_TRIANGLES: usize = 65_536;
 /// Corners that a face has at most.
-pub(crate) const MAX_CORNERS: usize = 12;
+pub(super) const MAX_CORNERS: usize = 12;
 /// Faces of a mesh, the largest ones.
 const MAX_FACES: usize = 16;
 /// Triangles that they are made of.
@@ -25,19 +25,19 @@ const LEAST_SHARE: f32 = 1.0 / 16.0;
 const FLAT: f32 = 1e-5;
 
 /// A convex flat face, mesh space.
-pub(crate) struct Occluder {
+pub(super) struct Occluder {
     /// Plane of the face: a point in front of it has a positive product.
-    pub(crate) plane: Vec4,
+    pub(super) plane: Vec4,
     /// Counter-clockwise where it shows its front.
-    pub(crate) corners: Box<[Vec3]>,
+    pub(super) corners: Box<[Vec3]>,
     /// Square units of the mesh.
-    pub(crate) area: f32,
+    pub(super) area: f32,
     /// The section that it is of.
-    pub(crate) section: u32,
+    pub(super) section: u32,
 }
 
 /// Finds the large flat faces among a mesh's triangles at a cursor, the largest first.
-pub(crate) fn occluders_of(
+pub(super) fn occluders_of(
     mesh: &Mesh,
     triangles: &[[u32; 3]],
     sections: &[SectionRange],
@@ -69,7 +69,7 @@ pub(crate) fn occluders_of(
 }
 
 /// Returns the memory of occluders, bytes.
-pub(crate) fn occluder_bytes(faces: &[Occluder]) -> u64 {
+pub(super) fn occluder_bytes(faces: &[Occluder]) -> u64 {
     let corners: usize = faces.iter().map(|face| face.corners.len()).sum();
     (size_of_val(faces) + corners * size_of::<Vec3>()) as u64
 }

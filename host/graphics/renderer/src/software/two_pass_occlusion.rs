@@ -6,11 +6,12 @@
 
 use glam::Vec3;
 
-use crate::draw_plan::{DrawPhase, DrawPlan, mesh_at};
-use crate::first_pass_depth::FirstPassDepth;
+use super::first_pass_depth::FirstPassDepth;
+use crate::batch::DrawPhase;
+use crate::draw_plan::{DrawPlan, mesh_at};
 use crate::index_cache::IndexCache;
+use crate::instance_transform::world_from_mesh;
 use crate::model::GpuModel;
-use crate::visibility::world_from_mesh;
 
 /// Share of a frame's triangles that the first pass draws.
 const NEAR_SHARE: f32 = 0.2;
@@ -40,7 +41,7 @@ const fn step_of(metres: f32) -> u32 {
 impl DrawPlan {
     /// Puts those instances first in each batch that are near an eye, if it pays to draw them
     /// before the rest.
-    pub(crate) fn sort_near_first(
+    pub(super) fn sort_near_first(
         &mut self,
         (models, cache): (&[Option<GpuModel>], &IndexCache),
         eye: Vec3,
@@ -94,7 +95,7 @@ impl DrawPlan {
     }
 
     /// Queues an occlusion query for each instance of the second phase.
-    pub(crate) fn add_occlusion_queries(
+    pub(super) fn add_occlusion_queries(
         &self,
         models: &[Option<GpuModel>],
         drawn: &mut FirstPassDepth,
@@ -108,7 +109,7 @@ impl DrawPlan {
     }
 
     /// Removes occluded instances, once the depth was read back.
-    pub(crate) fn remove_occluded(&mut self, models: &[Option<GpuModel>], drawn: &FirstPassDepth) {
+    pub(super) fn remove_occluded(&mut self, models: &[Option<GpuModel>], drawn: &FirstPassDepth) {
         let Self { instances, batches, .. } = self;
         let mut answers = drawn.query_results();
         for batch in batches.iter_mut().filter(|batch| mesh_at(models, batch.key).is_some()) {

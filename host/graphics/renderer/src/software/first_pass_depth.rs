@@ -9,9 +9,9 @@ use busbar_shaders::Instance;
 use glam::Mat4;
 
 use crate::CameraView;
+use crate::instance_transform::world_from_mesh;
 use crate::layer::get_or_create;
 use crate::screen_box::{ScreenBox, hull, tile_pixels};
-use crate::visibility::world_from_mesh;
 
 /// Pixels along a side of a tile, of which the farthest depth is kept.
 const TILE: u32 = 4;
@@ -34,7 +34,7 @@ enum ScreenPlace {
 
 /// Depth of a part of a picture whose pixels have one sample, tile by tile.
 #[derive(Default)]
-pub(crate) struct FirstPassDepth {
+pub(super) struct FirstPassDepth {
     clip_from_world: Mat4,
     /// Size of the picture in pixels.
     size: [u32; 2],
@@ -52,7 +52,7 @@ pub(crate) struct FirstPassDepth {
 
 impl FirstPassDepth {
     /// Begins a frame of a camera without any depth.
-    pub(crate) fn begin(&mut self, camera: &CameraView, size: [u32; 2]) {
+    pub(super) fn begin(&mut self, camera: &CameraView, size: [u32; 2]) {
         self.clip_from_world = camera.clip_from_world();
         self.size = size;
         self.tolerance = DEPTH_TOLERANCE + MARGIN_PIXELS / camera.pixels_per_unit(size[1]);
@@ -62,7 +62,7 @@ impl FirstPassDepth {
     }
 
     /// Queues a query for an instance's box; [`FirstPassDepth::query_results`] answers it.
-    pub(crate) fn add_query(&mut self, instance: &Instance, bounds: &Bounds) {
+    pub(super) fn add_query(&mut self, instance: &Instance, bounds: &Bounds) {
         let place = self.place_of(&self.clip_from_mesh(instance), bounds);
         if let ScreenPlace::Tiles([columns, rows], _) = &place {
             let with = |all: &Range<u32>, more: &Range<u32>| match all.is_empty() {
@@ -75,12 +75,12 @@ impl FirstPassDepth {
     }
 
     /// Returns for each queued box whether it may be visible, once depth was read back.
-    pub(crate) fn query_results(&self) -> impl Iterator<Item = bool> {
+    pub(super) fn query_results(&self) -> impl Iterator<Item = bool> {
         self.queries.iter().map(|place| self.is_place_visible(place))
     }
 
     /// Has the depth copied where it will be asked about, if anywhere.
-    pub(crate) fn record(
+    pub(super) fn record(
         &mut self,
         recorder: &mut Recorder<'_>,
         depth: &Image,
@@ -101,7 +101,7 @@ impl FirstPassDepth {
     }
 
     /// Reads the copied depth back, once the device has written it.
-    pub(crate) fn read_back(&mut self) -> Result<(), GpuError> {
+    pub(super) fn read_back(&mut self) -> Result<(), GpuError> {
         if self.columns.is_empty() {
             return Ok(());
         }
@@ -113,7 +113,7 @@ impl FirstPassDepth {
     /// Reports whether a box may be visible: within the picture, and not behind the depth drawn. A
     /// box with NaN coordinates may be.
     #[inline]
-    pub(crate) fn is_visible(&self, clip_from_box: &Mat4, bounds: &Bounds) -> bool {
+    pub(super) fn is_visible(&self, clip_from_box: &Mat4, bounds: &Bounds) -> bool {
         self.is_place_visible(&self.place_of(clip_from_box, bounds))
     }
 
@@ -153,7 +153,7 @@ impl FirstPassDepth {
     }
 
     /// Returns the transform from an instance's mesh to clip space.
-    pub(crate) fn clip_from_mesh(&self, instance: &Instance) -> Mat4 {
+    pub(super) fn clip_from_mesh(&self, instance: &Instance) -> Mat4 {
         self.clip_from_world * world_from_mesh(instance)
     }
 }
