@@ -14,7 +14,6 @@ const MAX_FILES: usize = 3;
 const UNOPENED: &[(&str, &[usize])] = &[
     ("busbar_config", &[14]),
     ("busbar_gpu", &[16]),
-    ("busbar_plugin_host", &[6, 4]),
     ("busbar_renderer", &[21]),
     ("busbar_scene", &[4]),
     ("busbar_tags", &[10]),
