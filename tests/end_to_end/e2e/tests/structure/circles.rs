@@ -15,7 +15,6 @@ const UNOPENED: &[(&str, &[usize])] = &[
     ("busbar_config", &[14]),
     ("busbar_gpu", &[16]),
     ("busbar_renderer", &[21]),
-    ("busbar_ui", &[9]),
     ("busbar_viewer", &[53]),
     ("energisation", &[4, 4]),
     ("fault_injector", &[7]),
