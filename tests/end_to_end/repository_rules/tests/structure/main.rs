@@ -16,7 +16,16 @@ use serde_json::Value;
 
 /// Imports from this workspace that each crate may have.
 const ALLOWED: &[(&str, &[&str])] = &[
-    ("busbar", &["busbar_client", "busbar_plugin_check", "busbar_viewer", "busbar_web"]),
+    (
+        "busbar",
+        &[
+            "busbar_client",
+            "busbar_plugin_check",
+            "busbar_viewer",
+            "busbar_viewer_server",
+            "busbar_web",
+        ],
+    ),
     (
         "busbar_viewer",
         &[
@@ -31,7 +40,6 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_plugin_host",
             "busbar_plugin_process",
             "busbar_point_import",
-            "busbar_protocol",
             "busbar_records",
             "busbar_renderer",
             "busbar_scene",
@@ -95,6 +103,16 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_stack_cache", &["busbar_geometry"]),
     ("busbar_tags", &[]),
     ("busbar_ui", &["busbar_chart", "busbar_records", "busbar_tags"]),
+    (
+        "busbar_viewer_server",
+        &[
+            "busbar_alarms",
+            "busbar_plugin_host",
+            "busbar_protocol",
+            "busbar_tags",
+            "busbar_viewer",
+        ],
+    ),
     ("busbar_web", &["busbar_client", "busbar_protocol"]),
     ("busbar_plugin_abi", &[]),
     ("busbar_huge_pages", &[]),
