@@ -3,13 +3,13 @@
 use std::cell::LazyCell;
 use std::ops::Range;
 
+use busbar_culling::Frustum;
 use busbar_geometry::Bounds;
 use busbar_shaders::{Instance, NONE};
 use glam::Mat4;
 
 use crate::RenderError;
 use crate::batch::{Batch, DrawPhase, Highlights, IndexKey};
-use crate::frustum::Frustum;
 use crate::instance_buckets::{Bucket, InstanceBuckets, clamped};
 use crate::model::{GpuMesh, GpuModel};
 

@@ -6,11 +6,11 @@
 
 use std::collections::HashMap;
 
+use busbar_culling::BoundingSphere;
 use busbar_shaders::{Instance, NONE};
 use glam::Mat4;
 
 use crate::batch::{IndexKey, MorphKey};
-use crate::frustum::BoundingSphere;
 use crate::model::{GpuMesh, GpuModel};
 use crate::{DrawInstance, DrawList, InstanceSource, Morph, PATTERNS, RenderError};
 

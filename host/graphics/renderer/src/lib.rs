@@ -13,8 +13,7 @@
 
 mod ambient_occlusion;
 mod batch;
-mod camera;
-mod density;
+mod density_planes;
 mod draw_instance;
 mod draw_list;
 mod draw_plan;
@@ -23,7 +22,6 @@ mod error;
 mod features;
 mod frame;
 mod frame_buffers;
-mod frustum;
 mod ground;
 mod index_cache;
 mod instance_buckets;
@@ -45,7 +43,6 @@ mod renderer;
 mod resolver;
 mod scene_pass;
 mod scene_resources;
-mod screen_box;
 mod section;
 mod section_draw;
 mod shader_set;
@@ -54,17 +51,19 @@ mod slender;
 mod software;
 mod sun_view;
 mod targets;
+mod tile_pixels;
 mod uniform;
 
+pub use busbar_culling::CameraView;
+pub use busbar_density::{
+    BrushedAxis, DensityCounts, DensityInput, DensityProgress, DensitySummary, MAX_DENSITY_AXES,
+    MAX_DENSITY_BYTES, SLICE_RECORDS,
+};
 pub use busbar_gpu::{
     GpuError, HugePageAllocator, MAX_STAGES, RecoveryAction, StageMillis, ValidationLog,
     WindowHandles, configure_allocator, release_freed_memory,
 };
-pub use camera::CameraView;
-pub use density::{
-    BrushedAxis, DensityCounts, DensityInput, DensityPlane, DensityProgress, DensitySummary,
-    MAX_DENSITY_AXES, MAX_DENSITY_BYTES, SLICE_RECORDS,
-};
+pub use density_planes::DensityPlane;
 pub use draw_instance::{
     DrawInstance, MeshAtCursor, ModelHandle, Morph, PATTERNS, ResolveRequest,
     highlight_with_pattern,

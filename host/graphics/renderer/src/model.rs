@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use busbar_culling::BoundingSphere;
 use busbar_geometry::{Bounds, CollapseStacks, Mesh, Section};
 use busbar_gpu::{BufferArena, BufferSlice, Recorder};
 use busbar_scene::{Material, Texture};
@@ -10,7 +11,6 @@ use glam::Vec3;
 
 use crate::RenderError;
 use crate::features::{FeatureResources, MeshFeatures};
-use crate::frustum::BoundingSphere;
 use crate::material::{GpuMaterial, MaterialResources};
 use crate::mesh_preparation::MeshPreparation;
 use crate::resolver::ResolveSource;

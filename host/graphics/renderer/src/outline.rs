@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use busbar_culling::{ScreenBox, hull};
 use busbar_gpu::{
     BindGroupLayout, Binding, Blend, ClearColor, DepthStore, Format, Gpu, Image, ImageArea,
     ImageDescription, ImageKind, LoadOp, MAX_FRAMES_IN_FLIGHT, Pipeline, Recorder, RenderTargets,
@@ -20,9 +21,9 @@ use crate::pick::ID_FORMAT;
 use crate::pipeline_description::screen_pipeline;
 use crate::pipelines::{Layouts, OutlineMaskPipelines};
 use crate::scene_pass::{SceneDrawer, Sections};
-use crate::screen_box::{ScreenBox, hull, tile_pixels};
 use crate::shadows::MeshPassInputs;
 use crate::targets::{OutlineMask, SceneTargets, full_viewport};
+use crate::tile_pixels::tile_pixels;
 use crate::{CameraView, DrawInstance, Frame, InstanceSource, OutlinedObject, RenderError};
 
 /// Side of a tile in pixels, as `TILE` of the shader.

@@ -12,7 +12,7 @@ use busbar_shaders::{FaceInstance, POLYLINES, StrokeInstance};
 use glam::Vec3;
 
 use crate::RenderError;
-use crate::density::DensityPlane;
+use crate::density_planes::DensityPlane;
 use crate::quads::{QuadMesh, QuadShader, quad_pipeline, target_color};
 
 /// Lines, and as many faces, in one frame: 24 and 32 MB.

@@ -6,7 +6,6 @@ use std::time::Instant;
 
 use busbar_gpu::{Gpu, GpuOptions, GpuQueue, ValidationLog, WindowHandles};
 
-use crate::density;
 use crate::draw_reduction::{DrawReduction, NoReduction};
 use crate::model::GpuModel;
 use crate::panels::Panels;
@@ -318,12 +317,12 @@ impl Renderer {
         &mut self,
         input: &DensityInput<'_>,
     ) -> Result<DensityCounts, RenderError> {
-        let counted = density::count(&mut self.queue, &mut self.scene.density, input);
+        let counted = busbar_density::count(&mut self.queue, &mut self.scene.density, input);
         if counted.is_err() {
             // Among it may be what was never filled.
             self.scene.density = None;
         }
-        counted
+        Ok(counted?)
     }
 
     /// Advances counting and the density picture for
@@ -339,11 +338,11 @@ impl Renderer {
         waits: bool,
     ) -> Result<DensityProgress, RenderError> {
         let density = &mut self.scene.density;
-        let advanced = density::advance(&mut self.queue, density, input, waits);
+        let advanced = busbar_density::advance(&mut self.queue, density, input, waits);
         if advanced.is_err() {
             self.scene.density = None;
         }
-        advanced
+        Ok(advanced?)
     }
 
     /// Changes the size of the picture from the next frame on. In a window,

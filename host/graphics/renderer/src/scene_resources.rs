@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use busbar_density::DensityResources;
 use busbar_geometry::Bounds;
 use busbar_gpu::{
     Binding, BufferArena, BufferUsage, DepthStore, DrawCount, Gpu, GpuQueue, LoadOp,
@@ -12,7 +13,7 @@ use rayon::prelude::*;
 
 use crate::ambient_occlusion::AmbientOcclusion;
 use crate::batch::{DrawPhase, IndexKey};
-use crate::density::{DensityPlaneResources, DensityResources};
+use crate::density_planes::DensityPlaneResources;
 use crate::draw_plan::{CullView, DrawPlan, OcclusionQuery};
 use crate::draw_reduction::{DrawReduction, DrawnScene, NoReduction, ReducedView};
 use crate::features::FeatureResources;

@@ -6,11 +6,8 @@
 
 mod first_pass_depth;
 mod large_faces;
-mod masked_occlusion;
 mod mesh_data;
-mod occluders;
 mod occlusion_test;
-mod triangle_blocks;
 mod triangle_culling;
 mod two_pass_occlusion;
 
@@ -72,7 +69,7 @@ impl SoftwareReduction {
     /// Returns the occlusion test of the phase: the first phase's depth, or large faces.
     fn occlusion_test(&self) -> Option<OcclusionTest<'_>> {
         if self.phase.has_depth {
-            return Some(OcclusionTest::FirstPassDepth(&self.first_pass_depth));
+            return Some(OcclusionTest::FirstPassDepth(&self.first_pass_depth.tiles));
         }
         self.large_faces.non_empty().map(OcclusionTest::LargeFaces)
     }
@@ -162,14 +159,14 @@ impl DrawReduction for SoftwareReduction {
         if let Some(camera) = &self.camera {
             self.first_pass_depth.begin(camera, self.size);
         }
-        plan.add_occlusion_queries(models, &mut self.first_pass_depth);
+        plan.add_occlusion_queries(models, &mut self.first_pass_depth.tiles);
         self.first_pass_depth.record(recorder, depth)?;
         recorder.end_stage("near");
         let handed = Instant::now();
         recorder.flush()?;
         let there = Instant::now();
         self.first_pass_depth.read_back()?;
-        plan.remove_occluded(models, &self.first_pass_depth);
+        plan.remove_occluded(models, &self.first_pass_depth.tiles);
         Ok([handed, there])
     }
 }

@@ -1,51 +1,18 @@
-//! Occlusion test against the depth of the first pass: depth read back in tiles of the farthest
-//! depth.
+//! Depth of the first pass, read back to test occlusion against.
 
-use std::ops::Range;
-
-use busbar_geometry::Bounds;
+use busbar_culling::{DepthTiles, TILE_PIXELS};
 use busbar_gpu::{DepthCopy, Gpu, GpuError, Image, Recorder};
-use busbar_shaders::Instance;
-use glam::Mat4;
 
 use crate::CameraView;
-use crate::instance_transform::world_from_mesh;
 use crate::layer::get_or_create;
-use crate::screen_box::{ScreenBox, hull, tile_pixels};
+use crate::tile_pixels::tile_pixels;
 
-/// Pixels along a side of a tile, of which the farthest depth is kept.
-const TILE: u32 = 4;
-/// Margin in pixels around a box. Slender things are drawn a pixel wide, and a rasterizer snaps to
-/// 1/256 of a pixel.
-const MARGIN_PIXELS: f32 = 0.6;
-/// Tolerance of depths for rounding, as a share of the distance. A face that begins before the eye
-/// has depths as exact as its greatest.
-const DEPTH_TOLERANCE: f32 = 1e-3;
-
-/// Position of a bounding box on the screen.
-enum ScreenPlace {
-    /// Before the near plane in part, or no place at all.
-    Uncertain,
-    /// Beside the picture, behind the eye or between pixels.
-    Outside,
-    /// In these columns and rows of tiles, with this depth at its nearest.
-    Tiles([Range<u32>; 2], f32),
-}
-
-/// Depth of a part of a picture whose pixels have one sample, tile by tile.
+/// Depth of a part of a picture whose pixels have one sample.
 #[derive(Default)]
 pub(super) struct FirstPassDepth {
-    clip_from_world: Mat4,
+    pub(super) tiles: DepthTiles,
     /// Size of the picture in pixels.
     size: [u32; 2],
-    /// Margin by which occluded boxes lie farther, as a share of the distance.
-    tolerance: f32,
-    /// Tiles of it that are known: columns and rows.
-    columns: Range<u32>,
-    rows: Range<u32>,
-    /// The least depth in each, row by row.
-    tiles: Vec<f32>,
-    queries: Vec<ScreenPlace>,
     /// Room for the depth of a picture, and of which size.
     copy: Option<(DepthCopy, [u32; 2])>,
 }
@@ -53,30 +20,8 @@ pub(super) struct FirstPassDepth {
 impl FirstPassDepth {
     /// Begins a frame of a camera without any depth.
     pub(super) fn begin(&mut self, camera: &CameraView, size: [u32; 2]) {
-        self.clip_from_world = camera.clip_from_world();
         self.size = size;
-        self.tolerance = DEPTH_TOLERANCE + MARGIN_PIXELS / camera.pixels_per_unit(size[1]);
-        (self.columns, self.rows) = (0..0, 0..0);
-        self.tiles.clear();
-        self.queries.clear();
-    }
-
-    /// Queues a query for an instance's box; [`FirstPassDepth::query_results`] answers it.
-    pub(super) fn add_query(&mut self, instance: &Instance, bounds: &Bounds) {
-        let place = self.place_of(&self.clip_from_mesh(instance), bounds);
-        if let ScreenPlace::Tiles([columns, rows], _) = &place {
-            let with = |all: &Range<u32>, more: &Range<u32>| match all.is_empty() {
-                true => more.clone(),
-                false => hull(all, more),
-            };
-            (self.columns, self.rows) = (with(&self.columns, columns), with(&self.rows, rows));
-        }
-        self.queries.push(place);
-    }
-
-    /// Returns for each queued box whether it may be visible, once depth was read back.
-    pub(super) fn query_results(&self) -> impl Iterator<Item = bool> {
-        self.queries.iter().map(|place| self.is_place_visible(place))
+        self.tiles.begin(camera, size);
     }
 
     /// Has the depth copied where it will be asked about, if anywhere.
@@ -85,7 +30,7 @@ impl FirstPassDepth {
         recorder: &mut Recorder<'_>,
         depth: &Image,
     ) -> Result<(), GpuError> {
-        let area = tile_pixels([&self.columns, &self.rows], TILE, self.size);
+        let area = tile_pixels(self.tiles.queried(), TILE_PIXELS, self.size);
         if area.size.contains(&0) {
             return Ok(());
         }
@@ -102,86 +47,11 @@ impl FirstPassDepth {
 
     /// Reads the copied depth back, once the device has written it.
     pub(super) fn read_back(&mut self) -> Result<(), GpuError> {
-        if self.columns.is_empty() {
+        let Self { copy: Some((copy, _)), tiles, .. } = self else { return Ok(()) };
+        if tiles.queried()[0].is_empty() {
             return Ok(());
         }
-        let Self { copy: Some((copy, _)), tiles, .. } = self else { return Ok(()) };
         let width = copy.size()[0] as usize;
-        copy.read_with(|depths| add_tiles(tiles, depths, width))
-    }
-
-    /// Reports whether a box may be visible: within the picture, and not behind the depth drawn. A
-    /// box with NaN coordinates may be.
-    #[inline]
-    pub(super) fn is_visible(&self, clip_from_box: &Mat4, bounds: &Bounds) -> bool {
-        self.is_place_visible(&self.place_of(clip_from_box, bounds))
-    }
-
-    fn place_of(&self, clip_from_box: &Mat4, bounds: &Bounds) -> ScreenPlace {
-        let found = ScreenBox::project(clip_from_box, bounds);
-        let Some(nearest) = found.nearest() else {
-            return if found.may_surround() {
-                ScreenPlace::Uncertain
-            } else {
-                ScreenPlace::Outside
-            };
-        };
-        // Depth is the near plane's distance over its own.
-        let depth = found.near() / nearest * (1.0 + self.tolerance);
-        let tiles = found.tiles(self.size, TILE, MARGIN_PIXELS);
-        tiles.map_or(ScreenPlace::Outside, |tiles| ScreenPlace::Tiles(tiles, depth))
-    }
-
-    fn is_place_visible(&self, place: &ScreenPlace) -> bool {
-        let ([columns, rows], depth) = match place {
-            ScreenPlace::Uncertain => return true,
-            ScreenPlace::Outside => return false,
-            ScreenPlace::Tiles(tiles, depth) => (tiles, depth),
-        };
-        let is_within =
-            |of: &Range<u32>, all: &Range<u32>| all.start <= of.start && of.end <= all.end;
-        if !(is_within(columns, &self.columns) && is_within(rows, &self.rows)) {
-            return true;
-        }
-        let width = self.columns.len();
-        let from = (columns.start - self.columns.start) as usize;
-        rows.clone().any(|row| {
-            let start = (row - self.rows.start) as usize * width + from;
-            let tiles = self.tiles.get(start..start + columns.len());
-            !tiles.is_some_and(|tiles| tiles.iter().all(|tile| depth < tile))
-        })
-    }
-
-    /// Returns the transform from an instance's mesh to clip space.
-    pub(super) fn clip_from_mesh(&self, instance: &Instance) -> Mat4 {
-        self.clip_from_world * world_from_mesh(instance)
+        copy.read_with(|depths| tiles.read(depths, width))
     }
 }
-
-/// Adds the tiles of pixel lines of a width.
-fn add_tiles(tiles: &mut Vec<f32>, depths: &[f32], width: usize) {
-    let mut least = Vec::with_capacity(width);
-    for lines in depths.chunks(width * TILE as usize) {
-        add_least(tiles, lines, width, &mut least);
-    }
-}
-
-/// Adds the least depth of each tile of a row of tiles.
-fn add_least(tiles: &mut Vec<f32>, lines: &[f32], width: usize, least: &mut Vec<f32>) {
-    let lesser = |one: f32, other: f32| if one < other { one } else { other };
-    let (first, others) = lines.split_at(width.min(lines.len()));
-    least.clear();
-    least.extend_from_slice(first);
-    for line in others.chunks(width) {
-        least.iter_mut().zip(line).for_each(|(least, &depth)| *least = lesser(depth, *least));
-    }
-    let (whole, rest) = least.as_chunks::<{ TILE as usize }>();
-    tiles.extend(whole.iter().map(|[a, b, c, d]| lesser(lesser(*a, *b), lesser(*c, *d))));
-    if !rest.is_empty() {
-        tiles.push(rest.iter().copied().fold(f32::INFINITY, lesser));
-    }
-}
-
-#[cfg(test)]
-#[path = "first_pass_depth_tests.rs"]
-mod tests;

@@ -3,16 +3,14 @@
 use std::f32::consts::PI;
 use std::ops::Range;
 
+use busbar_culling::{BoundingSphere, Frustum, MAX_CORNERS, MaskedDepthBuffer, Occluder};
 use busbar_geometry::Bounds;
 use busbar_shaders::Instance;
 use glam::{Mat4, Vec2, Vec3, Vec4};
 
-use super::masked_occlusion::MaskedDepthBuffer;
 use super::mesh_data::SoftwareMesh;
-use super::occluders::{MAX_CORNERS, Occluder};
 use crate::CameraView;
 use crate::draw_reduction::DrawnScene;
-use crate::frustum::{BoundingSphere, Frustum};
 use crate::index_cache::IndexCache;
 use crate::instance_buckets::{Bucket, BucketKey};
 use crate::instance_transform::world_from_mesh;

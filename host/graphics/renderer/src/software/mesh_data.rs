@@ -1,10 +1,9 @@
 //! Data that software rasterizers keep of a resolved mesh: culling blocks and large faces.
 
+use busbar_culling::{Occluder, TriangleBlocks, occluder_bytes, occluders_of};
 use busbar_geometry::Mesh;
 use busbar_gpu::BufferSlice;
 
-use super::occluders::{Occluder, occluder_bytes, occluders_of};
-use super::triangle_blocks::TriangleBlocks;
 use crate::mesh_preparation::{LiveTriangles, MeshData, MeshPreparation};
 
 /// Triangles of the largest mesh that takes part in CPU culling.
@@ -71,7 +70,9 @@ impl SoftwareMesh {
         let LiveTriangles { mesh, is_part, triangles, sections } = live;
         let is_culled = triangles.len() >= min_culled_triangles(mesh, is_part);
         let blocks = is_culled.then(|| TriangleBlocks::new(mesh, triangles));
-        let occluders = occluders_of(mesh, triangles, sections);
+        // Slender triangles are drawn wider than they are, and not in full.
+        let flat = sections.iter().map(|section| section.all.start..section.slender_from);
+        let occluders = occluders_of(mesh, triangles, flat);
         Some(Box::new(Self { blocks, faces: None, occluders }))
     }
 

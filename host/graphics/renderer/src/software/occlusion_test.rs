@@ -1,17 +1,18 @@
 //! Occlusion test of boxes, against large faces or drawn depth.
 
+use busbar_culling::DepthTiles;
 use busbar_geometry::Bounds;
 use busbar_shaders::Instance;
 use glam::Mat4;
 
-use super::first_pass_depth::FirstPassDepth;
 use super::large_faces::OcclusionBuffer;
+use crate::instance_transform::world_from_mesh;
 
 /// Occlusion test against large faces or against the depth of the first pass.
 #[derive(Clone, Copy)]
 pub(super) enum OcclusionTest<'a> {
     LargeFaces(&'a OcclusionBuffer),
-    FirstPassDepth(&'a FirstPassDepth),
+    FirstPassDepth(&'a DepthTiles),
 }
 
 impl OcclusionTest<'_> {
@@ -20,7 +21,7 @@ impl OcclusionTest<'_> {
     pub(super) fn clip_from_mesh(self, instance: &Instance) -> Mat4 {
         match self {
             Self::LargeFaces(buffer) => buffer.clip_from_mesh(instance),
-            Self::FirstPassDepth(drawn) => drawn.clip_from_mesh(instance),
+            Self::FirstPassDepth(drawn) => *drawn.clip_from_world() * world_from_mesh(instance),
         }
     }
 

@@ -4,9 +4,9 @@
 //! Most of a frame is hidden by many nearer things rather than by large ones: rows of equipment,
 //! one behind the other.
 
+use busbar_culling::DepthTiles;
 use glam::Vec3;
 
-use super::first_pass_depth::FirstPassDepth;
 use crate::batch::DrawPhase;
 use crate::draw_plan::{DrawPlan, mesh_at};
 use crate::index_cache::IndexCache;
@@ -98,18 +98,21 @@ impl DrawPlan {
     pub(super) fn add_occlusion_queries(
         &self,
         models: &[Option<GpuModel>],
-        drawn: &mut FirstPassDepth,
+        drawn: &mut DepthTiles,
     ) {
         for batch in self.visible_in(DrawPhase::Second) {
             if let Some(mesh) = mesh_at(models, batch.key) {
                 let rest = &self.instances[batch.range()];
-                rest.iter().for_each(|instance| drawn.add_query(instance, &mesh.bounds));
+                for instance in rest {
+                    let clip_from_mesh = *drawn.clip_from_world() * world_from_mesh(instance);
+                    drawn.add_query(&clip_from_mesh, &mesh.bounds);
+                }
             }
         }
     }
 
     /// Removes occluded instances, once the depth was read back.
-    pub(super) fn remove_occluded(&mut self, models: &[Option<GpuModel>], drawn: &FirstPassDepth) {
+    pub(super) fn remove_occluded(&mut self, models: &[Option<GpuModel>], drawn: &DepthTiles) {
         let Self { instances, batches, .. } = self;
         let mut answers = drawn.query_results();
         for batch in batches.iter_mut().filter(|batch| mesh_at(models, batch.key).is_some()) {

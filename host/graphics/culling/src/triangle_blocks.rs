@@ -19,7 +19,7 @@ const EYE_SCALE: f32 = 255.0;
 const BACK_FACE_TOLERANCE: f32 = 0.0107;
 
 /// Quantised normals and bounds of triangles, in blocks of [`BLOCK`].
-pub(super) struct TriangleBlocks {
+pub struct TriangleBlocks {
     blocks: Vec<Block>,
     /// Number of triangles in all blocks.
     count: usize,
@@ -33,7 +33,8 @@ struct Block {
 }
 
 impl TriangleBlocks {
-    pub(super) fn new(mesh: &Mesh, triangles: &[[u32; 3]]) -> Self {
+    /// Prepares the triangles of a mesh, given as wedge indices.
+    pub fn new(mesh: &Mesh, triangles: &[[u32; 3]]) -> Self {
         let corners = |&triangle: &[u32; 3]| {
             mesh.corner_positions(triangle).map(|position| mesh.positions[position as usize])
         };
@@ -54,12 +55,12 @@ impl TriangleBlocks {
     }
 
     /// Returns the number of triangles.
-    pub(super) fn count(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.count
     }
 
     /// Returns the bytes of the blocks of so many triangles.
-    pub(super) fn bytes_of(triangles: usize) -> u64 {
+    pub fn bytes_of(triangles: usize) -> u64 {
         (triangles.div_ceil(BLOCK) * size_of::<Block>()) as u64
     }
 }
@@ -67,7 +68,7 @@ impl TriangleBlocks {
 impl TriangleBlocks {
     /// Writes the triangles of a range that may be visible: of blocks with wanted bounds those that
     /// may face an eye, or all without an eye. Returns their number.
-    pub(super) fn cull_into(
+    pub fn cull_into(
         &self,
         triangles: &[[u32; 3]],
         range: Range<usize>,
