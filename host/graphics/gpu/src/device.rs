@@ -19,7 +19,6 @@ use crate::descriptor_pools::DescriptorPools;
 use crate::error::{allocation_error, vulkan_error};
 use crate::instance::Instance;
 use crate::pipeline_cache::PipelineCache;
-use crate::process_heap::retain_freed_memory;
 
 /// Time that submitted work may take before it counts as hung, milliseconds. A software rasterizer
 /// on a busy machine is slow, not hung.
@@ -357,9 +356,6 @@ impl DeviceParts {
 }
 
 fn create(instance: &Instance, adapter: &Adapter, presents: bool) -> Result<ash::Device, GpuError> {
-    if adapter.is_software {
-        retain_freed_memory();
-    }
     let priorities = [1.0];
     let queues = [vk::DeviceQueueCreateInfo::default()
         .queue_family_index(adapter.queue_family)

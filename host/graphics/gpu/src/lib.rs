@@ -33,7 +33,6 @@ mod pass_splitting;
 mod pipeline;
 mod pipeline_cache;
 mod presenter;
-mod process_heap;
 mod queue;
 mod recorder;
 mod sampler;
@@ -60,7 +59,6 @@ pub use pass::{
 pub use pipeline::{
     AttributeKind, Blend, Pipeline, PipelineDescription, ShaderStage, VertexAttribute, VertexBuffer,
 };
-pub use process_heap::{HugePageAllocator, configure_allocator, release_freed_memory};
 pub use queue::{GpuOptions, GpuQueue};
 pub use recorder::{Recorder, Submission};
 pub use sampler::{AddressMode, Sampler};

@@ -60,8 +60,7 @@ pub use busbar_density::{
     MAX_DENSITY_BYTES, SLICE_RECORDS,
 };
 pub use busbar_gpu::{
-    GpuError, HugePageAllocator, MAX_STAGES, RecoveryAction, StageMillis, ValidationLog,
-    WindowHandles, configure_allocator, release_freed_memory,
+    GpuError, MAX_STAGES, RecoveryAction, StageMillis, ValidationLog, WindowHandles,
 };
 pub use density_planes::DensityPlane;
 pub use draw_instance::{

@@ -24,6 +24,7 @@ mod faceplate;
 mod file_version;
 mod flow_arrows;
 mod frame_budget;
+mod freed_memory;
 mod graphics_device;
 mod highlight;
 pub mod highlight_styles;
@@ -72,13 +73,13 @@ pub use busbar_plugin_process::{
 };
 pub use busbar_point_import::{ListFault, PluginInstance};
 pub use busbar_renderer::{
-    HugePageAllocator, Picture, Quality, RenderError, RendererOptions, SectionPlane, WindowHandles,
-    configure_allocator,
+    Picture, Quality, RenderError, RendererOptions, SectionPlane, WindowHandles,
 };
 pub use busbar_ui::{AlarmAction, ChartCommand};
 pub use commands::{OfferedCommand, offered_commands, plugin_with_command};
 pub use error::{LoadError, ViewError};
 pub use graphics_device::graphics_device;
+pub use freed_memory::set_memory_release;
 pub use load::{
     CheckedLink, DevicePointSource, DevicePoints, LoadProgress, LoadedScene, MAX_CONFIG_FILE_BYTES,
     POINTS_COMMAND, PreparedReload, ReloadError, SimulatedDevice, SimulatedDevices, check_links,

@@ -29,7 +29,7 @@ use busbar_plugin_process::Plugin;
 use busbar_renderer::{
     CameraView, DeviceChoice, DrawList, EguiFrame, Frame, FrameStats, InstanceSource, PickState,
     Picture, PixelArea, RenderError, Renderer, RendererOptions, ResolveRequest, SectionPlane,
-    WindowHandles, release_freed_memory,
+    WindowHandles,
 };
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{EventLog, Moment, Origin, Sample, Snapshot, TagTable};
@@ -39,6 +39,7 @@ use busbar_ui::{
 };
 use egui::{Pos2, RawInput, Rect};
 
+use crate::freed_memory::release_freed_memory;
 use crate::alarms::{AlarmListRows, AlarmService, alarm_markers, nodes_in_alarm};
 use crate::camera::navigator::{NavigationContext, Navigator};
 use crate::camera::{Camera, Projection};

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use busbar_config::{PluginConfig, TagConfig};
-use busbar_renderer::release_freed_memory;
 use busbar_tags::HandleRemap;
 
 use super::*;
+use crate::freed_memory::release_freed_memory;
 use crate::file_version::FileVersion;
 use crate::index_remap::IndexRemap;
 use crate::load::PreparedReload;

@@ -21,6 +21,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         &[
             "busbar_client",
             "busbar_plugin_check",
+            "busbar_process_heap",
             "busbar_viewer",
             "busbar_viewer_server",
             "busbar_web",
@@ -59,7 +60,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_geometry", &[]),
     ("busbar_gltf_export", &["busbar_geometry", "busbar_scene"]),
     ("busbar_gltf_import", &["busbar_geometry", "busbar_scene"]),
-    ("busbar_gpu", &["busbar_huge_pages"]),
+    ("busbar_gpu", &[]),
     ("busbar_history", &["busbar_tags"]),
     (
         "busbar_plugin_check",
@@ -97,6 +98,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         ],
     ),
     ("busbar_point_import", &[]),
+    ("busbar_process_heap", &["busbar_huge_pages"]),
     ("busbar_protocol", &[]),
     ("busbar_records", &[]),
     (
@@ -174,6 +176,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         &[
             "busbar_geometry",
             "busbar_gltf_export",
+            "busbar_process_heap",
             "busbar_viewer",
             "document",
             "measure",
@@ -246,7 +249,7 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
     ("device_tests", &["busbar_plugin_sdk", "busbar_viewer", "e2e", "peer_process"]),
     (
         "operation_tests",
-        &["busbar_plugin_check", "busbar_renderer", "busbar_viewer", "e2e", "fleet"],
+        &["busbar_plugin_check", "busbar_process_heap", "busbar_viewer", "e2e", "fleet"],
     ),
     (
         "plugin_tests",
@@ -348,7 +351,8 @@ const RESERVED_BUT_IN_TESTS: [(&str, &str); 2] =
     [("gltf", "busbar_gltf_export"), ("winit", "busbar_renderer")];
 /// Crates that may have unsafe code: they call Vulkan or the system, speak the C ABI or
 /// share memory with other processes.
-const UNSAFE: [&str; 11] = [
+const UNSAFE: [&str; 12] = [
+    "host/app/process_heap",
     "host/remote/embed",
     "host/graphics/gpu",
     "host/plugins/plugin_check",
