@@ -11,7 +11,7 @@ use thiserror::Error;
 use crate::instances::{Instances, MeshInstance};
 use crate::nodes::{NodeAddress, Nodes};
 use crate::parts::Parts;
-use crate::{Model, ModelIndex, ThetaPolicy};
+use crate::{Model, ModelIndex};
 
 /// An equipment id, such as `=S12D1T1-TA1` or `=S12D1T1-TA1/bushing 1U`.
 pub type EquipmentId = String;
@@ -46,7 +46,7 @@ pub struct Placement {
     /// Model that is shown here.
     pub model: Option<ModelIndex>,
     /// Theta policy of this placement; none where the model's policy holds.
-    pub theta: Option<ThetaPolicy>,
+    pub theta: Option<PolicyIndex>,
 }
 
 /// A node of the graph.
@@ -89,7 +89,7 @@ impl<'a> SceneNode<'a> {
     }
 }
 
-/// Index of a theta policy in the graph.
+/// Index of a placement's own theta policy, in a list that the caller keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct PolicyIndex(pub u32);
 
@@ -154,7 +154,6 @@ pub struct SceneGraph {
     /// Around all of them.
     bounds: Option<Bounds>,
     instances: Instances,
-    policies: Vec<ThetaPolicy>,
 }
 
 impl Default for Transform {
@@ -208,7 +207,6 @@ impl SceneGraph {
             nodes: Nodes::new(parts, count),
             bounds: None,
             instances: Instances::with_capacity(instances),
-            policies: Vec::new(),
         };
         for placement in placements {
             graph.place(placement.borrow())?;
@@ -257,11 +255,6 @@ impl SceneGraph {
     /// Returns the mesh instance of an index.
     pub fn instance(&self, index: usize) -> MeshInstance {
         self.instances.get(index, &self.nodes)
-    }
-
-    /// Returns the theta policies of single placements.
-    pub fn policies(&self) -> &[ThetaPolicy] {
-        &self.policies
     }
 
     /// Finds the node of an equipment id.
@@ -320,8 +313,7 @@ impl SceneGraph {
             }
         })?;
         if let Some(model) = *model {
-            let theta = theta.clone().map(|policy| self.add_policy(policy));
-            self.show(placement, model, theta)?;
+            self.show(placement, model, *theta)?;
         }
         Ok(())
     }
@@ -347,11 +339,6 @@ impl SceneGraph {
         }
         self.instances.show(placement, model, theta, parts);
         Ok(())
-    }
-
-    fn add_policy(&mut self, policy: ThetaPolicy) -> PolicyIndex {
-        self.policies.push(policy);
-        PolicyIndex(self.policies.len() as u32 - 1)
     }
 }
 

@@ -3,27 +3,21 @@
 //! Invariant: nothing here knows where a value comes from or how it is drawn.
 #![doc = include_str!("../DESIGN.md")]
 
+mod color;
 mod features;
 mod graph;
-mod groups;
 mod instances;
 mod model;
 mod motion;
 mod nodes;
 mod parts;
 mod poses;
-mod screen_error;
-mod theta;
 
+pub use color::linear_from_srgb;
 pub use graph::{
     EquipmentId, MAX_NODES, ModelParts, NodeIndex, Placement, PolicyIndex, SceneError, SceneGraph,
     SceneNode, Transform, max_scale_factor,
 };
-pub use groups::{Group, find_groups, first_group_after};
 pub use instances::MeshInstance;
 pub use model::{AlphaMode, Material, Model, ModelIndex, ModelNode, Texture, TextureRef, Wrap};
 pub use motion::Motion;
-pub use screen_error::ScreenError;
-pub use theta::{
-    Detail, DistanceLevel, DistanceTable, ThetaPolicy, ViewMetrics, distance_to_bounds,
-};

@@ -5,7 +5,6 @@ mod bindings;
 mod cache;
 mod device_points;
 mod font;
-mod hlod;
 mod link_check;
 mod models;
 mod moving_part_check;
@@ -13,6 +12,7 @@ mod overlay_check;
 mod plugins;
 mod reuse;
 mod simulation;
+mod theta_policies;
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
@@ -27,15 +27,15 @@ use busbar_config::{
     Config, Diagnostic, LogConfig, MetricsConfig, QualityConfig, Section, Severity,
 };
 use busbar_geometry::CollapseStacks;
+use busbar_lod::{InstancePolicies, Proxies, ProxyModel, SourceModel};
 use busbar_plugin_host::{OverlayBinding, PluginError, TelemetryTag};
 use busbar_plugin_process::{Plugin, PluginCatalog, RunningTelemetry};
 use busbar_renderer::{ModelHandle, Quality, RendererOptions};
-use busbar_scene::{Material, NodeIndex, SceneGraph, Texture, ThetaPolicy};
+use busbar_scene::{Material, NodeIndex, SceneGraph, Texture};
 use busbar_tags::{TagHandle, TagSet};
 
 pub(crate) use alarms::LoadedAlarms;
 pub use device_points::{DevicePointSource, DevicePoints, POINTS_COMMAND};
-pub(crate) use hlod::{HlodGroup, MeshProxy, Proxies};
 pub use link_check::{CheckedLink, check_links};
 use reuse::ReusePlan;
 pub use reuse::{PreparedReload, ReloadError};
@@ -43,7 +43,6 @@ pub use simulation::{SimulatedDevice, SimulatedDevices};
 
 use crate::equipment::EquipmentIndex;
 use crate::file_version::FileVersion;
-use crate::lod::policy_of;
 use crate::moving_parts::MovingParts;
 use crate::stack_builder::millis_since;
 use crate::{LoadError, LoadMillis};
@@ -67,6 +66,8 @@ pub struct LoadedScene {
     pub(crate) instances_of_models: Vec<usize>,
     pub(crate) graph: Arc<SceneGraph>,
     pub(crate) proxies: Arc<Proxies>,
+    /// Theta policies of all mesh instances.
+    pub(crate) policies: Arc<InstancePolicies>,
     pub(crate) tags: Arc<TagSet>,
     pub(crate) bindings: Arc<[Binding]>,
     /// Parts that move, as modelled.
@@ -103,6 +104,16 @@ pub(crate) struct LoadedModel {
 }
 
 impl LoadedModel {
+    /// Creates a model of proxy meshes.
+    fn from_proxy(ProxyModel { stacks, materials }: ProxyModel) -> Self {
+        Self { stacks, materials, ..Self::default() }
+    }
+
+    /// Returns the meshes with their appearance, as proxies are made of them.
+    fn source(&self) -> SourceModel<'_> {
+        SourceModel { stacks: &self.stacks, materials: &self.materials, textures: &self.textures }
+    }
+
     /// Returns the model's handle on the device.
     pub(crate) fn handle(&self) -> ModelHandle {
         ModelHandle::from_index(self.slot.unwrap_or(u32::MAX))
@@ -276,13 +287,18 @@ impl LoadedScene {
         match graph {
             Some(graph) if !errors => {
                 let start = Instant::now();
-                let policies = policies_of(&config);
-                let proxies = match known.filter(|scene| scene.policies() == policies) {
+                let policies = theta_policies::of_instances(&config);
+                let proxies = match known.filter(|scene| *scene.policies == policies) {
                     Some(scene) => {
                         models.extend_from_slice(&scene.models[scene.model_count()..]);
                         Arc::clone(&scene.proxies)
                     }
-                    None => Arc::new(hlod::build(&graph, &policies, &mut models)),
+                    None => {
+                        let sources: Vec<_> = models.iter().map(LoadedModel::source).collect();
+                        let (proxies, built) = Proxies::build(&graph, &policies, &sources);
+                        models.extend(built.into_iter().map(LoadedModel::from_proxy));
+                        Arc::new(proxies)
+                    }
                 };
                 reuse.give_slots(&mut models);
                 millis.insert("proxies".into(), millis_since(start));
@@ -299,6 +315,7 @@ impl LoadedScene {
                     instances_of_models,
                     graph,
                     proxies,
+                    policies: Arc::new(policies),
                     tags,
                     bindings: bindings.into(),
                     moving,
@@ -377,9 +394,9 @@ impl LoadedScene {
         warnings.chain(plugin_failures).chain(self.notes.iter().cloned()).collect()
     }
 
-    /// The theta policies of the configuration's models.
-    pub(crate) fn policies(&self) -> Vec<ThetaPolicy> {
-        policies_of(&self.config)
+    /// Returns the meshes of all models, those of proxies last.
+    pub(crate) fn meshes(&self) -> Vec<&[Arc<CollapseStacks>]> {
+        self.models.iter().map(|model| model.stacks.as_slice()).collect()
     }
 
     /// The files of the configuration's models, and which content of each was read.
@@ -463,10 +480,6 @@ fn count_placed(config: &Config) -> Vec<usize> {
         *placed.entry(name).or_default() += 1;
     }
     config.models.keys().map(|name| placed.get(name).copied().unwrap_or(0)).collect()
-}
-
-fn policies_of(config: &Config) -> Vec<ThetaPolicy> {
-    config.models.values().map(|model| policy_of(&model.theta)).collect()
 }
 
 /// Runs some work and returns its result with the time in milliseconds.

@@ -1,10 +1,14 @@
 //! Models on the device, and what the panels say of them.
 
-use busbar_renderer::{MeshAtCursor, ModelHandle, ModelUpload, RenderError, Renderer};
+use busbar_lod::{MeshCursor, ModelDetail, MorphBudget};
+use busbar_renderer::{MAX_MORPHED_BYTES, MeshAtCursor, ModelHandle, ModelUpload, RenderError, Renderer, VERTEX_BYTES};
 use busbar_ui::ModelRow;
 
 use crate::load::{LoadedModel, LoadedScene};
-use crate::lod::{MeshCursor, ModelDetail};
+
+/// Vertex memory that the renderer has for morphs.
+pub(crate) const MORPH_BUDGET: MorphBudget =
+    MorphBudget { max_bytes: MAX_MORPHED_BYTES, vertex_bytes: VERTEX_BYTES };
 
 /// A model on the device.
 pub(crate) struct UploadedModel {

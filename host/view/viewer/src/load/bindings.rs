@@ -5,12 +5,11 @@ use std::time::Duration;
 
 use busbar_config::{Config, TagType, join_pointer};
 use busbar_plugin_host::OverlayBinding;
-use busbar_scene::{ModelIndex, NodeIndex, Placement, SceneGraph, Transform};
+use busbar_scene::{ModelIndex, NodeIndex, Placement, PolicyIndex, SceneGraph, Transform};
 use busbar_tags::{Scale, TagHandle, TagSet, TagSpec, TagSpecError, ValueKind};
 
 use super::models::{ImportedModels, ModelSource};
 use super::{Binding, DiagnosticsCollector, LoadedScene};
-use crate::lod;
 
 /// Names listed when a node does not exist.
 const MAX_SUGGESTIONS: usize = 12;
@@ -24,16 +23,21 @@ pub(super) fn place(
     let model_index = |name: &String| {
         config.models.keys().position(|key| key == name).map(|i| ModelIndex(i as u32))
     };
-    let placements = config.scene.iter().map(|node| Placement {
-        id: node.id,
-        parent: node.parent,
-        transform: Transform {
-            translation: node.transform.translation.into(),
-            rotation_degrees: node.transform.rotation_degrees.into(),
-            scale: node.transform.scale.into(),
-        },
-        model: node.model.as_ref().and_then(model_index),
-        theta: node.theta.as_ref().map(lod::policy_of),
+    // Own policies are counted in the order of their placements.
+    let placements = config.scene.iter().scan(0, |next_policy, node| {
+        let theta = node.theta.as_ref().map(|_| PolicyIndex(*next_policy));
+        *next_policy += u32::from(theta.is_some());
+        Some(Placement {
+            id: node.id,
+            parent: node.parent,
+            transform: Transform {
+                translation: node.transform.translation.into(),
+                rotation_degrees: node.transform.rotation_degrees.into(),
+                scale: node.transform.scale.into(),
+            },
+            model: node.model.as_ref().and_then(model_index),
+            theta,
+        })
     });
     let parts = imported.models.iter().map(ModelSource::parts).collect();
     SceneGraph::from_parts(placements, parts)

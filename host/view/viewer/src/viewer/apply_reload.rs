@@ -44,7 +44,7 @@ impl Viewer {
         self.carry_plugins(&remap, &is_kept, telemetry, overlays);
         self.carry_view(&before);
         let same_proxies = Arc::ptr_eq(&before.proxies, &self.scene.proxies);
-        if !has_same_graph || !same_proxies || before.policies() != self.scene.policies() {
+        if !has_same_graph || !same_proxies || before.policies != self.scene.policies {
             self.rebuild_lod_cursors(&before, &remap, has_same_graph);
         }
         self.carry_equipment(&remap);
@@ -236,9 +236,14 @@ impl Viewer {
     fn rebuild_lod_cursors(&mut self, before: &LoadedScene, remap: &IndexRemap, same_graph: bool) {
         let scene = &self.scene;
         let scale = scene.config.view.theta_scale;
-        let policies = scene.policies();
-        let mut lod_cursors =
-            LodCursors::new(&scene.graph, &scene.models, policies, &scene.proxies, scale);
+        let mut lod_cursors = LodCursors::new(
+            &scene.graph,
+            &scene.meshes(),
+            &scene.policies,
+            &scene.proxies,
+            scale,
+            uploaded_models::MORPH_BUDGET,
+        );
         lod_cursors.set_morph_seconds(scene.config.view.morph_seconds);
         lod_cursors.inherit(&self.lod_cursors, same_graph, |model| {
             let name = &scene.models.get(model)?.name;

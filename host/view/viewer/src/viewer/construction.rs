@@ -85,10 +85,11 @@ impl Viewer {
             camera.map_or_else(|| Camera::framing(scene.graph.bounds()), Camera::from_config);
         let mut lod_cursors = LodCursors::new(
             &scene.graph,
-            &scene.models,
-            scene.policies(),
+            &scene.meshes(),
+            &scene.policies,
             &scene.proxies,
             theta_scale,
+            uploaded_models::MORPH_BUDGET,
         );
         lod_cursors.set_morph_seconds(scene.config.view.morph_seconds);
         // In a window, its own glue says how large a point is.

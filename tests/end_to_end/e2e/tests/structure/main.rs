@@ -35,6 +35,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_gltf_export",
             "busbar_gltf_import",
             "busbar_history",
+            "busbar_lod",
             "busbar_plugin_host",
             "busbar_plugin_process",
             "busbar_point_import",
@@ -57,6 +58,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_gltf_import", &["busbar_geometry", "busbar_scene"]),
     ("busbar_gpu", &["busbar_huge_pages"]),
     ("busbar_history", &["busbar_tags"]),
+    ("busbar_lod", &["busbar_geometry", "busbar_scene"]),
     (
         "busbar_plugin_check",
         &[

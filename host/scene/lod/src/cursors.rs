@@ -1,4 +1,4 @@
-//! Level of detail: chooses the collapse cursor of each instance and tracks the cursor shown.
+//! Cursors: chooses the collapse cursor of each instance and tracks the cursor shown.
 //!
 //! Each frame chooses a level of detail for instances whose policy depends on the camera, and thus
 //! their *wanted* cursors. The *shown* cursor follows once the mesh there is ready, by geomorphing.
@@ -7,24 +7,24 @@
 
 mod draw_changes;
 mod geomorphing;
-mod hlod;
+mod group_merging;
 mod instance_kinds;
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
-use busbar_config::ThetaConfig;
-use busbar_geometry::Bounds;
-use busbar_scene::{
-    DistanceLevel, DistanceTable, SceneGraph, ScreenError, ThetaPolicy, ViewMetrics,
-    distance_to_bounds, max_scale_factor,
-};
+use busbar_geometry::{Bounds, CollapseStacks};
+use busbar_scene::{MeshInstance, SceneGraph, max_scale_factor};
 use glam::Vec3;
 
 use self::draw_changes::ReportedDrawing;
 use self::geomorphing::{ActiveMorphs, NO_TRANSITION};
-use self::hlod::HlodState;
+pub use self::geomorphing::{Morph, MorphBudget};
+use self::group_merging::HlodState;
 use self::instance_kinds::{FIRST_PROXY, InstanceKind, InstanceKinds, LevelCursors};
-use crate::load::{LoadedModel, Proxies};
+use crate::lod_camera::LodCamera;
+use crate::proxies::Proxies;
+use crate::theta_policy::{InstancePolicies, ThetaPolicy, ViewMetrics, distance_to_bounds};
 
 /// Cursor of an instance that is not shown.
 const NOT_SHOWN: u32 = u32::MAX;
@@ -33,48 +33,8 @@ const NO_LEVEL: u32 = u32::MAX;
 
 const EVERYWHERE: Bounds = Bounds { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY };
 
-/// Camera position, direction and resolution for the choice of detail.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct LodCamera {
-    /// Eye position in world space, metres.
-    pub(crate) position: Vec3,
-    /// Viewing direction, a unit vector.
-    pub(crate) ahead: Vec3,
-    pub(crate) pixel: PixelSize,
-}
-
-/// Size of a pixel in the scene.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum PixelSize {
-    /// Perspective projection: the size grows with depth.
-    PerMetre {
-        /// Pixel size one metre ahead of the eye, metres.
-        ahead: f32,
-        /// Depth per metre of distance at the picture's corners.
-        corner: f32,
-    },
-    /// Whatever the distance, metres: without perspective.
-    Metres(f32),
-}
-
-impl LodCamera {
-    /// Returns a lower bound of the pixel size within a box at a distance, both in metres.
-    pub(crate) fn pixel_at(&self, bounds: &Bounds, distance: f32) -> f32 {
-        match self.pixel {
-            PixelSize::PerMetre { ahead, corner } => {
-                let half = (bounds.max - bounds.min) * 0.5;
-                // Of what is everywhere it is no number, and `max` lets it go.
-                let depth =
-                    (bounds.center() - self.position).dot(self.ahead) - half.dot(self.ahead.abs());
-                ahead * depth.max(distance * corner)
-            }
-            PixelSize::Metres(metres) => metres,
-        }
-    }
-}
-
 /// The cursors of all mesh instances of a scene, in the order of its graph.
-pub(crate) struct LodCursors {
+pub struct LodCursors {
     /// The models', then those of placements.
     policies: Vec<ThetaPolicy>,
     /// A theta for all instances of a model, instead of their policies.
@@ -110,22 +70,27 @@ pub(crate) struct LodCursors {
 
 /// Drawn item: an instance of the graph or a merged group, by index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum DrawItem {
+pub enum DrawItem {
+    /// Mesh instance of the scene graph.
     Instance(usize),
+    /// Merged group, drawn as its proxy.
     Group(usize),
 }
 
 /// A mesh at a cursor, by the indices of model and mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct MeshCursor {
-    pub(crate) model: usize,
-    pub(crate) mesh: usize,
-    pub(crate) cursor: u32,
+pub struct MeshCursor {
+    /// Index of the model.
+    pub model: usize,
+    /// Index of the mesh in its model.
+    pub mesh: usize,
+    /// Number of collapses that are applied to the mesh.
+    pub cursor: u32,
 }
 
 /// Resource that an instance needs before its cursor moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum LodRequest {
+pub enum LodRequest {
     /// Mesh at the cursor.
     Mesh(MeshCursor),
     /// Morph data of the finer mesh, to or from this cursor.
@@ -153,17 +118,17 @@ struct InstanceCursor {
 
 /// Level of detail of a model, summed over its instances.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct ModelDetail {
+pub struct ModelDetail {
     /// Least and greatest theta wanted.
-    pub(crate) theta: [f64; 2],
+    pub theta: [f64; 2],
     /// True if policies choose theta instead of the operator.
-    pub(crate) by_policy: bool,
+    pub by_policy: bool,
     /// Entries to be collapsed.
-    pub(crate) s1: u64,
+    pub s1: u64,
     /// Number of collapsed entries.
-    pub(crate) s2: u64,
+    pub s2: u64,
     /// Number of live triangles.
-    pub(crate) triangles: u64,
+    pub triangles: u64,
 }
 
 impl InstanceCursor {
@@ -180,40 +145,52 @@ impl InstanceCursor {
 }
 
 impl LodCursors {
-    /// Creates the cursors of all instances in full detail. `policies` has one entry for each model
-    /// that is not a proxy.
-    pub(crate) fn new(
+    /// Creates the cursors of all instances in full detail. `models` has the meshes of all models,
+    /// the proxies' last.
+    pub fn new(
         graph: &SceneGraph,
-        models: &[LoadedModel],
-        mut policies: Vec<ThetaPolicy>,
+        models: &[&[Arc<CollapseStacks>]],
+        policies: &InstancePolicies,
         Proxies { groups, of_meshes }: &Proxies,
         scale: f64,
+        morph_budget: MorphBudget,
     ) -> Self {
-        let own_policies = policies.len() as u32;
-        policies.extend(graph.policies().iter().cloned());
         let mut kinds = InstanceKinds::default();
         let mut instances = Vec::with_capacity(graph.instances().len() + groups.len());
         instances.extend(graph.instances().map(|instance| {
-            let kind = InstanceKind {
-                model: instance.model.0,
-                mesh: instance.mesh,
-                policy: instance.theta.map_or(instance.model.0, |theta| own_policies + theta.0),
-                metres: max_scale_factor(&graph.world_from_mesh(&instance)),
-                proxies: of_meshes.get(&(instance.model.0, instance.mesh)).cloned(),
+            let MeshInstance { model, mesh, .. } = instance;
+            let metres = max_scale_factor(&graph.world_from_mesh(&instance));
+            let policy = policies.index_for(&instance);
+            let kind = kinds.index_of([model.0, mesh, policy, metres.to_bits()], || InstanceKind {
+                model: model.0,
+                mesh,
+                stacks: Arc::clone(&models[model.0 as usize][mesh as usize]),
+                policy,
+                metres,
+                proxies: of_meshes.get(&(model.0, mesh)).cloned(),
                 level_cursors: Vec::new(),
-            };
-            let triangles = kind.stacks(models).mesh().triangles.len() as u32;
-            InstanceCursor::new(kinds.index_of(kind), graph.bounds_of_mesh(&instance), triangles)
+            });
+            let triangles = kinds.all[kind as usize].stacks.mesh().triangles.len() as u32;
+            InstanceCursor::new(kind, graph.bounds_of_mesh(&instance), triangles)
         }));
         let own = instances.len();
+        let mut policies = policies.to_vec();
         // All go down by one policy.
         policies.extend(groups.first().map(|group| ThetaPolicy::clone(&group.policy)));
         let policy = policies.len().saturating_sub(1) as u32;
         instances.extend(groups.iter().map(|group| {
             // Its errors are in metres already.
-            let (model, proxies, level_cursors) = (group.model as u32, None, Vec::new());
-            let kind = InstanceKind { model, mesh: 0, policy, metres: 1.0, proxies, level_cursors };
-            InstanceCursor::for_proxy(kinds.index_of(kind), group)
+            let (model, metres) = (group.model as u32, 1.0_f32);
+            let kind = kinds.index_of([model, 0, policy, metres.to_bits()], || InstanceKind {
+                model,
+                mesh: 0,
+                stacks: Arc::clone(&models[group.model][0]),
+                policy,
+                metres,
+                proxies: None,
+                level_cursors: Vec::new(),
+            });
+            InstanceCursor::for_proxy(kind, group)
         }));
         Self {
             groups: HlodState::all(groups, graph),
@@ -229,7 +206,7 @@ impl LodCursors {
             individual: BTreeSet::new(),
             coarseness: 1.0,
             moving: Vec::new(),
-            morphs: ActiveMorphs::default(),
+            morphs: ActiveMorphs::new(morph_budget),
             moved: Vec::new(),
             reported: ReportedDrawing::nothing(),
             has_settled: false,
@@ -240,7 +217,7 @@ impl LodCursors {
     /// Inherits manual thetas and scales from the cursors of a previous scene. With the same
     /// instances, the sets of full-detail, displaced and individual ones are inherited, too.
     /// `model_before` returns the previous index of a model.
-    pub(crate) fn inherit(
+    pub fn inherit(
         &mut self,
         before: &Self,
         same_instances: bool,
@@ -260,7 +237,7 @@ impl LodCursors {
 
     /// Gives all instances of a model this theta, whatever their policies and
     /// the scale say; `None` gives them back to their policies.
-    pub(crate) fn set_manual_theta(&mut self, model: usize, theta: Option<f64>) {
+    pub fn set_manual_theta(&mut self, model: usize, theta: Option<f64>) {
         if let Some(manual_theta) = self.manual_theta.get_mut(model) {
             *manual_theta = theta.map(|theta| theta.clamp(0.0, 1.0));
             self.eye = None;
@@ -268,13 +245,13 @@ impl LodCursors {
     }
 
     /// Sets the factor on the thetas of all policies.
-    pub(crate) fn set_scale(&mut self, scale: f64) {
+    pub fn set_scale(&mut self, scale: f64) {
         self.scale = scale;
         self.eye = None;
     }
 
     /// Lets the errors that policies bound show so many times over.
-    pub(crate) fn set_coarseness(&mut self, coarseness: f32) {
+    pub fn set_coarseness(&mut self, coarseness: f32) {
         if self.coarseness != coarseness {
             self.coarseness = coarseness;
             self.eye = None;
@@ -282,7 +259,7 @@ impl LodCursors {
     }
 
     /// Shows these instances of the graph, by their indices, in full detail.
-    pub(crate) fn set_full_detail(&mut self, instances: BTreeSet<usize>) {
+    pub fn set_full_detail(&mut self, instances: BTreeSet<usize>) {
         if self.full_detail != instances {
             self.full_detail = instances;
             self.eye = None;
@@ -290,7 +267,7 @@ impl LodCursors {
     }
 
     /// Shows these instances of the graph, by their indices, whatever else is shown as one.
-    pub(crate) fn set_individual(&mut self, instances: BTreeSet<usize>) {
+    pub fn set_individual(&mut self, instances: BTreeSet<usize>) {
         if self.individual != instances {
             self.individual = instances;
             self.eye = None;
@@ -299,7 +276,7 @@ impl LodCursors {
 
     /// Updates the bounds of moved instances, and the set of those that proxies would show at a
     /// wrong place.
-    pub(crate) fn move_instances(
+    pub fn move_instances(
         &mut self,
         graph: &SceneGraph,
         moved: &[usize],
@@ -315,13 +292,14 @@ impl LodCursors {
         }
     }
 
-    pub(crate) fn scale(&self) -> f64 {
+    /// Returns the factor on the thetas of all policies.
+    pub fn scale(&self) -> f64 {
         self.scale
     }
 
     /// Chooses the wanted cursors. Nothing is computed while the camera rests. With `settle`,
     /// groups are merged or split at once.
-    pub(crate) fn choose_levels(&mut self, eye: LodCamera, models: &[LoadedModel], settle: bool) {
+    pub fn choose_levels(&mut self, eye: LodCamera, settle: bool) {
         let settle = settle || !self.has_settled;
         let last = self.eye.replace(eye);
         if last == Some(eye) && !(settle && self.has_groups_to_change()) {
@@ -335,7 +313,7 @@ impl LodCursors {
         while index < self.own {
             match self.groups.get(group).map(|state| (state.instances.clone(), state.after)) {
                 Some((instances, after)) if instances.start == index => {
-                    self.choose_group(group, eye, models, settle || index < covered);
+                    self.choose_group(group, eye, settle || index < covered);
                     if self.groups[group].stays_merged() {
                         (index, group) = (instances.end, after);
                     } else {
@@ -346,33 +324,27 @@ impl LodCursors {
                     }
                 }
                 _ => {
-                    self.choose_instance(index, eye, models, forced);
+                    self.choose_instance(index, eye, forced);
                     index += 1;
                 }
             }
         }
     }
 
-    fn choose_instance(
-        &mut self,
-        index: usize,
-        eye: LodCamera,
-        models: &[LoadedModel],
-        forced: bool,
-    ) {
+    fn choose_instance(&mut self, index: usize, eye: LodCamera, forced: bool) {
         let InstanceCursor { kind, shown, .. } = self.instances[index];
-        let InstanceKind { model, policy, .. } = self.kinds[kind as usize];
+        let &InstanceKind { model, policy, .. } = &self.kinds[kind as usize];
         let forced = forced || shown == NOT_SHOWN;
         let pinned = self.full_detail.contains(&index).then_some(0.0);
         if let Some(theta) = pinned.or(self.manual_theta[model as usize]) {
             if forced {
                 self.instances[index].level = NO_LEVEL;
-                self.request_theta(index, theta, models);
+                self.request_theta(index, theta);
             }
         } else if forced || self.policies[policy as usize].follows_camera() {
             let level = self.level_of(index, eye);
             if forced || self.instances[index].level != level {
-                self.take_level(index, level, models);
+                self.take_level(index, level);
             }
         }
     }
@@ -387,24 +359,24 @@ impl LodCursors {
             .level(ViewMetrics { distance, meters_per_pixel: pixel }, instance.level())
     }
 
-    fn take_level(&mut self, index: usize, level: u32, models: &[LoadedModel]) {
+    fn take_level(&mut self, index: usize, level: u32) {
         let instance = &mut self.instances[index];
         instance.level = level;
         let kind = &mut self.kinds[instance.kind as usize];
         let LevelCursors { theta, own, proxy } =
-            kind.cursors_at_level(level, &self.policies, models);
+            kind.cursors_at_level(level, &self.policies);
         if self.scale == 1.0 {
             // A proxy may leave out what must be seen.
             let proxy = proxy.filter(|_| !self.individual.contains(&index));
             self.request_cursor(index, theta, proxy.unwrap_or(own));
         } else {
-            self.request_theta(index, (theta * self.scale).clamp(0.0, 1.0), models);
+            self.request_theta(index, (theta * self.scale).clamp(0.0, 1.0));
         }
     }
 
-    fn request_theta(&mut self, index: usize, theta: f64, models: &[LoadedModel]) {
-        let stacks = self.kind_of(&self.instances[index]).stacks(models);
-        self.request_cursor(index, theta, stacks.cursor_for_theta(theta));
+    fn request_theta(&mut self, index: usize, theta: f64) {
+        let cursor = self.kind_of(&self.instances[index]).stacks.cursor_for_theta(theta);
+        self.request_cursor(index, theta, cursor);
     }
 
     /// Wants a theta, which is at this cursor.
@@ -425,9 +397,8 @@ impl LodCursors {
     /// Moves instances to their wanted cursors, or starts their morphs, where the required meshes
     /// are ready. With `settle`, and at the first call, all move at once. `now` is the frame's
     /// time, seconds.
-    pub(crate) fn advance(
+    pub fn advance(
         &mut self,
-        models: &[LoadedModel],
         settle: bool,
         now: f64,
         is_ready: impl Fn(LodRequest) -> bool,
@@ -436,7 +407,7 @@ impl LodCursors {
         self.has_settled = true;
         self.end_morphs(now, settle);
         let mut moving = std::mem::take(&mut self.moving);
-        moving.retain(|&index| self.advance_instance(index, models, settle, &is_ready));
+        moving.retain(|&index| self.advance_instance(index, settle, &is_ready));
         self.moving = moving;
         self.has_changed |= !self.moved.is_empty();
         self.change_groups();
@@ -447,7 +418,6 @@ impl LodCursors {
     fn advance_instance(
         &mut self,
         index: usize,
-        models: &[LoadedModel],
         settle: bool,
         is_ready: impl Fn(LodRequest) -> bool,
     ) -> bool {
@@ -459,12 +429,12 @@ impl LodCursors {
         if !settle && !is_ready(LodRequest::Mesh(self.place(instance, instance.wanted))) {
             return true;
         }
-        if settle || !self.morphs(instance, models) {
+        if settle || !self.morphs(instance) {
             self.show(index, instance.wanted);
             return false;
         }
         if is_ready(self.morph_request(instance)) {
-            self.begin_morph(index, models);
+            self.begin_morph(index);
         }
         true
     }
@@ -478,21 +448,21 @@ impl LodCursors {
     }
 
     /// Returns the number of instances that are not at their wanted cursors.
-    pub(crate) fn waiting_count(&self) -> usize {
+    pub fn waiting_count(&self) -> usize {
         self.moving.len()
     }
 
     /// Returns the resources that instances wait for, with repetitions.
-    pub(crate) fn waiting(&self, models: &[LoadedModel]) -> impl Iterator<Item = LodRequest> {
+    pub fn waiting(&self) -> impl Iterator<Item = LodRequest> {
         let cursors = self.moving.iter().map(|&index| &self.instances[index]);
         cursors.filter(|instance| instance.transition == NO_TRANSITION).flat_map(|instance| {
-            let transition = self.morphs(instance, models).then(|| self.morph_request(instance));
+            let transition = self.morphs(instance).then(|| self.morph_request(instance));
             [LodRequest::Mesh(self.place(instance, instance.wanted))].into_iter().chain(transition)
         })
     }
 
     /// Notes the live triangles of instances that moved, once they are drawn.
-    pub(crate) fn count_moved(&mut self, triangles_at: impl Fn(MeshCursor) -> Option<u32>) {
+    pub fn count_moved(&mut self, triangles_at: impl Fn(MeshCursor) -> Option<u32>) {
         let Self { kinds, instances, moved, .. } = self;
         // A frame of a minimised window draws nothing.
         moved.retain(|&index| {
@@ -507,11 +477,11 @@ impl LodCursors {
     }
 
     /// Returns the detail of each model if it has changed since the last call.
-    pub(crate) fn changed_detail(&mut self, models: &[LoadedModel]) -> Option<Vec<ModelDetail>> {
+    pub fn changed_detail(&mut self) -> Option<Vec<ModelDetail>> {
         if !std::mem::take(&mut self.has_changed) {
             return None;
         }
-        let mut details: Vec<Option<ModelDetail>> = vec![None; models.len()];
+        let mut details: Vec<Option<ModelDetail>> = vec![None; self.manual_theta.len()];
         self.walk(0..self.own, 0, &mut |_, index| {
             let instance = &self.instances[index];
             let kind = self.kind_of(instance);
@@ -521,7 +491,7 @@ impl LodCursors {
             });
             let [least, greatest] = detail.theta;
             detail.theta = [least.min(instance.theta), greatest.max(instance.theta)];
-            let stacks = kind.stacks(models);
+            let stacks = &kind.stacks;
             let is_own = instance.shown < FIRST_PROXY;
             let cursor =
                 if is_own { instance.shown } else { stacks.cursor_for_theta(instance.theta) };
@@ -536,25 +506,7 @@ impl LodCursors {
     }
 }
 
-/// Converts a configured theta to its policy.
-pub(crate) fn policy_of(theta: &ThetaConfig) -> ThetaPolicy {
-    match theta {
-        ThetaConfig::Fixed(theta) => ThetaPolicy::Fixed(*theta),
-        ThetaConfig::Distance { levels, hysteresis } => {
-            let level = |level: &busbar_config::ThetaLevelConfig| DistanceLevel {
-                beyond: level.beyond as f32,
-                theta: level.theta,
-            };
-            let levels = levels.iter().map(level).collect();
-            ThetaPolicy::Distance(DistanceTable::new(levels, *hysteresis as f32))
-        }
-        ThetaConfig::ScreenError { max_pixels, hysteresis } => {
-            ThetaPolicy::ScreenError(ScreenError::new(*max_pixels, *hysteresis))
-        }
-    }
-}
-
 #[cfg(test)]
-mod hlod_tests;
+mod group_merging_tests;
 #[cfg(test)]
 mod tests;

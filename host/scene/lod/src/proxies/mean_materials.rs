@@ -2,11 +2,9 @@
 
 use std::collections::HashMap;
 
-use busbar_scene::{AlphaMode, Material, Texture};
+use busbar_scene::{AlphaMode, Material, Texture, linear_from_srgb};
 
-use super::GroupMember;
-use crate::color::linear_from_srgb;
-use crate::load::LoadedModel;
+use super::{GroupMember, SourceModel};
 
 /// The most materials that a proxy may have: each is a draw call.
 const MAX_PROXY_MATERIALS: usize = 64;
@@ -15,8 +13,8 @@ const MAX_PROXY_MATERIALS: usize = 64;
 #[derive(Default)]
 pub(super) struct Materials {
     pub(super) merged: Vec<Material>,
-    /// Merged material index by model address and material index.
-    known: HashMap<(*const LoadedModel, Option<u32>), u32>,
+    /// Merged material index by the indices of model and material.
+    known: HashMap<(u32, Option<u32>), u32>,
 }
 
 impl Materials {
@@ -27,13 +25,17 @@ impl Materials {
     }
 
     /// Returns the material of one section of a model's mesh; `None` beyond the limit.
-    pub(super) fn of_section(&mut self, model: &LoadedModel, material: Option<u32>) -> Option<u32> {
-        let key = (std::ptr::from_ref(model), material);
+    pub(super) fn of_section(
+        &mut self,
+        (model_index, model): (u32, SourceModel<'_>),
+        material: Option<u32>,
+    ) -> Option<u32> {
+        let key = (model_index, material);
         if let Some(&known) = self.known.get(&key) {
             return Some(known);
         }
         let own = material.and_then(|material| model.materials.get(material as usize));
-        let far = own.map_or_else(Material::default, |own| seen_from_afar(own, &model.textures));
+        let far = own.map_or_else(Material::default, |own| seen_from_afar(own, model.textures));
         let known = self.merged.iter().position(|merged| *merged == far);
         if known.is_none() && self.merged.len() >= MAX_PROXY_MATERIALS {
             return None;

@@ -8,11 +8,12 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use busbar_geometry::{CollapseStacks, Mesh};
-use busbar_scene::{Detail, SceneGraph, ThetaPolicy, ViewMetrics};
+use busbar_scene::SceneGraph;
 use rayon::prelude::*;
 
-use super::materials::Materials;
-use super::{GREATEST_SHARE, ISLAND_ERRORS, LoadedModel, Policies, uncollapsed};
+use super::mean_materials::Materials;
+use super::{GREATEST_SHARE, ISLAND_ERRORS, ProxyModel, SourceModel, uncollapsed};
+use crate::theta_policy::{Detail, InstancePolicies, ThetaPolicy, ViewMetrics};
 
 /// The fewest instances of a mesh that are worth its proxies.
 const MIN_INSTANCES: usize = 2;
@@ -28,26 +29,28 @@ const MAX_DIFFERENCE: f32 = 0.1;
 
 /// Proxy of a mesh from a certain error on.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct MeshProxy {
-    /// Index of the model that it is in, and its own in there.
-    pub(crate) model: u32,
-    pub(crate) mesh: u32,
+pub struct MeshProxy {
+    /// Index of the model that the proxy is in.
+    pub model: u32,
+    /// Index of the proxy mesh in that model.
+    pub mesh: u32,
     /// Error in units of the original mesh.
-    pub(crate) error: f64,
+    pub error: f64,
 }
 
 /// Proxy mesh with its error.
 type ProxyMesh = (Mesh, f64);
 
 /// The proxies of meshes, by the indices of model and mesh, the finest first.
-pub(crate) type MeshProxies = HashMap<(u32, u32), Arc<[MeshProxy]>>;
+pub type MeshProxies = HashMap<(u32, u32), Arc<[MeshProxy]>>;
 
 /// Makes the proxies of all meshes that are worth it; those of a model become one that comes
 /// after the other models.
 pub(super) fn build(
     graph: &SceneGraph,
-    policies: Policies<'_>,
-    models: &mut Vec<LoadedModel>,
+    policies: &InstancePolicies,
+    models: &[SourceModel<'_>],
+    proxy_models: &mut Vec<ProxyModel>,
 ) -> MeshProxies {
     let mut shown: BTreeMap<(u32, u32), (usize, &ThetaPolicy)> = BTreeMap::new();
     for instance in graph.instances() {
@@ -68,16 +71,17 @@ pub(super) fn build(
     let mut left = MAX_TRIANGLES;
     let mut proxies = MeshProxies::new();
     for of_model in of_meshes.chunk_by_mut(|((one, _), _), ((next, _), _)| one == next) {
-        let mut whole = ProxyModel::default();
+        let mut whole = MeshProxyBuilder::default();
         for (of, built) in of_model {
-            let (built, index) = (std::mem::take(built), models.len());
-            let taken = whole.take(&models[of.0 as usize], built, index, &mut left);
+            let (built, index) = (std::mem::take(built), models.len() + proxy_models.len());
+            let source = (of.0, models[of.0 as usize]);
+            let taken = whole.take(source, built, index, &mut left);
             if !taken.is_empty() {
                 proxies.insert(*of, taken.into());
             }
         }
         if !whole.meshes.is_empty() {
-            models.push(whole.into_model());
+            proxy_models.push(whole.into_model());
         }
     }
     proxies
@@ -136,17 +140,17 @@ fn area_of(mesh: &Mesh) -> f32 {
 
 /// The proxies of the meshes of a model, in the making.
 #[derive(Default)]
-struct ProxyModel {
+struct MeshProxyBuilder {
     meshes: Vec<Mesh>,
     materials: Materials,
 }
 
-impl ProxyModel {
+impl MeshProxyBuilder {
     /// Takes those of a mesh in, as many as there is room for, the coarsest first; it will have
     /// this index.
     fn take(
         &mut self,
-        model: &LoadedModel,
+        source: (u32, SourceModel<'_>),
         built: Vec<ProxyMesh>,
         index: usize,
         left: &mut u64,
@@ -155,7 +159,7 @@ impl ProxyModel {
         for (mut mesh, error) in built.into_iter().rev() {
             let of_sections = mesh.sections.iter();
             let materials: Option<Vec<u32>> = of_sections
-                .map(|section| self.materials.of_section(model, section.material))
+                .map(|section| self.materials.of_section(source, section.material))
                 .collect();
             let rest = left.checked_sub(mesh.triangles.len() as u64);
             let (Some(materials), Some(rest)) = (materials, rest) else { break };
@@ -170,13 +174,9 @@ impl ProxyModel {
         taken
     }
 
-    fn into_model(self) -> LoadedModel {
+    fn into_model(self) -> ProxyModel {
         let stacks = self.meshes.into_iter().map(|mesh| Arc::new(uncollapsed(mesh)));
-        LoadedModel {
-            stacks: stacks.collect(),
-            materials: self.materials.merged.into(),
-            ..LoadedModel::default()
-        }
+        ProxyModel { stacks: stacks.collect(), materials: self.materials.merged.into() }
     }
 }
 
@@ -184,11 +184,12 @@ impl ProxyModel {
 mod tests {
     use busbar_geometry::{CollapseSequence, RawPrimitive, weld};
     use busbar_scene::{
-        Material, Model, ModelIndex, ModelNode, Placement, ScreenError, TextureRef, Transform, Wrap,
+        Material, Model, ModelIndex, ModelNode, Placement, TextureRef, Transform, Wrap,
     };
     use glam::{Mat4, Vec3};
 
     use super::*;
+    use crate::screen_error::ScreenError;
 
     fn policy() -> ThetaPolicy {
         ThetaPolicy::ScreenError(ScreenError::new(0.5, 0.1))
@@ -219,8 +220,13 @@ mod tests {
         weld(&[rack]).unwrap().0
     }
 
+    /// A model without textures.
+    fn source(model: &ProxyModel) -> SourceModel<'_> {
+        SourceModel { stacks: &model.stacks, materials: &model.materials, textures: &[] }
+    }
+
     /// A rack so often in a row, and its model.
-    fn racks(count: usize, policy: ThetaPolicy) -> (MeshProxies, Vec<LoadedModel>) {
+    fn racks(count: usize, policy: ThetaPolicy) -> (MeshProxies, Vec<ProxyModel>) {
         let node = ModelNode {
             name: "rack".into(),
             parent: None,
@@ -244,15 +250,15 @@ mod tests {
             base_color_texture: Some(TextureRef { texture: 0, wrap: [Wrap::Repeat; 2] }),
             ..Default::default()
         };
-        let loaded = LoadedModel {
-            name: "rack".into(),
+        let mut models = vec![ProxyModel {
             stacks: vec![Arc::new(CollapseStacks::build(mesh, &none))],
             materials: vec![material].into(),
-            ..LoadedModel::default()
-        };
-        let mut models = vec![loaded];
-        let policies = Policies { placed: graph.policies(), of_models: &[policy] };
-        (build(&graph, policies, &mut models), models)
+        }];
+        let mut built = Vec::new();
+        let policies = InstancePolicies { of_models: vec![policy], of_placements: [].into() };
+        let proxies = build(&graph, &policies, &[source(&models[0])], &mut built);
+        models.extend(built);
+        (proxies, models)
     }
 
     #[test]
@@ -292,9 +298,9 @@ mod tests {
             all_of(&CollapseStacks::build(rack(40), &CollapseSequence::empty(320)), &policy());
         let coarsest = built.last().unwrap().0.triangles.len() as u64;
         let mut left = coarsest + 1;
-        let model = LoadedModel::default();
+        let model = SourceModel { stacks: &[], materials: &[], textures: &[] };
         let error = built.last().unwrap().1;
-        let taken = ProxyModel::default().take(&model, built, 7, &mut left);
+        let taken = MeshProxyBuilder::default().take((0, model), built, 7, &mut left);
         assert_eq!(
             taken.iter().map(|proxy| (proxy.model, proxy.error)).collect::<Vec<_>>(),
             [(7, error)]

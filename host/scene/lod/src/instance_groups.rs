@@ -4,9 +4,8 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use busbar_geometry::Bounds;
+use busbar_scene::{MeshInstance, NodeIndex, SceneGraph};
 use glam::{Mat4, Vec3};
-
-use crate::{MeshInstance, NodeIndex, SceneGraph};
 
 /// The fewest mesh instances that are worth a group.
 const MIN_INSTANCES: u32 = 16;

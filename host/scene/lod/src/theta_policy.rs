@@ -4,7 +4,10 @@
 //! open how far is far: a policy says it. Pure values and functions; whoever
 //! steps frames keeps the level that each instance is at.
 
+use std::sync::Arc;
+
 use busbar_geometry::Bounds;
+use busbar_scene::MeshInstance;
 use glam::Vec3;
 
 use crate::screen_error::ScreenError;
@@ -104,6 +107,36 @@ impl ThetaPolicy {
             }
             Self::ScreenError(_) => Detail::Error(ScreenError::error(level)),
         }
+    }
+}
+
+/// Theta policies of all mesh instances of a scene.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct InstancePolicies {
+    /// Policies of models, by model index; those of placements without their own.
+    pub of_models: Vec<ThetaPolicy>,
+    /// Policies of single placements, by policy index.
+    pub of_placements: Arc<[ThetaPolicy]>,
+}
+
+impl InstancePolicies {
+    /// Returns the policy of an instance.
+    pub fn for_instance(&self, instance: &MeshInstance) -> &ThetaPolicy {
+        match instance.theta {
+            Some(theta) => &self.of_placements[theta.0 as usize],
+            None => &self.of_models[instance.model.0 as usize],
+        }
+    }
+
+    /// Returns the index of an instance's policy in [`InstancePolicies::to_vec`].
+    pub(crate) fn index_for(&self, instance: &MeshInstance) -> u32 {
+        let own = |theta: u32| self.of_models.len() as u32 + theta;
+        instance.theta.map_or(instance.model.0, |theta| own(theta.0))
+    }
+
+    /// Returns the policies of models, then those of placements.
+    pub(crate) fn to_vec(&self) -> Vec<ThetaPolicy> {
+        self.of_models.iter().chain(self.of_placements.iter()).cloned().collect()
     }
 }
 

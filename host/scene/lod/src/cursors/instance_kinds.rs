@@ -4,10 +4,10 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use busbar_geometry::CollapseStacks;
-use busbar_scene::{Detail, ThetaPolicy};
 
 use super::MeshCursor;
-use crate::load::{LoadedModel, MeshProxy};
+use crate::proxies::MeshProxy;
+use crate::theta_policy::{Detail, ThetaPolicy};
 
 /// The first cursor that is none of the mesh: from here on its proxies are numbered.
 pub(super) const FIRST_PROXY: u32 = 1 << 31;
@@ -16,6 +16,8 @@ pub(super) const FIRST_PROXY: u32 = 1 << 31;
 pub(super) struct InstanceKind {
     pub(super) model: u32,
     pub(super) mesh: u32,
+    /// Collapse stacks of the mesh.
+    pub(super) stacks: Arc<CollapseStacks>,
     /// Index of its policy.
     pub(super) policy: u32,
     /// Metres to a unit of the mesh, at most.
@@ -51,11 +53,10 @@ impl InstanceKind {
         &mut self,
         level: u32,
         policies: &[ThetaPolicy],
-        models: &[LoadedModel],
     ) -> LevelCursors {
         let known = self.level_cursors.get(level as usize).copied().flatten();
         known.unwrap_or_else(|| {
-            let cursors = self.find_cursors(policies[self.policy as usize].detail(level), models);
+            let cursors = self.find_cursors(policies[self.policy as usize].detail(level));
             let levels = self.level_cursors.len().max(level as usize + 1);
             self.level_cursors.resize(levels, None);
             self.level_cursors[level as usize] = Some(cursors);
@@ -63,8 +64,8 @@ impl InstanceKind {
         })
     }
 
-    fn find_cursors(&self, detail: Detail, models: &[LoadedModel]) -> LevelCursors {
-        let stacks = self.stacks(models);
+    fn find_cursors(&self, detail: Detail) -> LevelCursors {
+        let stacks = &self.stacks;
         let (theta, proxy) = match detail {
             Detail::Theta(theta) => (theta, None),
             Detail::Error(metres) => {
@@ -83,10 +84,6 @@ impl InstanceKind {
         let within = proxies.partition_point(|proxy| proxy.error <= error);
         Some(FIRST_PROXY + within.checked_sub(1)? as u32)
     }
-
-    pub(super) fn stacks<'a>(&self, models: &'a [LoadedModel]) -> &'a CollapseStacks {
-        &models[self.model as usize].stacks[self.mesh as usize]
-    }
 }
 
 /// Kinds that are known, by what makes them.
@@ -97,10 +94,10 @@ pub(super) struct InstanceKinds {
 }
 
 impl InstanceKinds {
-    pub(super) fn index_of(&mut self, kind: InstanceKind) -> u32 {
-        let InstanceKind { model, mesh, policy, metres, .. } = kind;
-        *self.known.entry([model, mesh, policy, metres.to_bits()]).or_insert_with(|| {
-            self.all.push(kind);
+    /// Returns the index of the kind with a key: model, mesh, policy, and bits of the scale.
+    pub(super) fn index_of(&mut self, key: [u32; 4], kind: impl FnOnce() -> InstanceKind) -> u32 {
+        *self.known.entry(key).or_insert_with(|| {
+            self.all.push(kind());
             self.all.len() as u32 - 1
         })
     }

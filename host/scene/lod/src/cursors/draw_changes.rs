@@ -1,8 +1,6 @@
 //! Drawn items, and their changes since the last report.
 
-use busbar_renderer::Morph;
-
-use super::{DrawItem, LodCursors, MeshCursor};
+use super::{DrawItem, LodCursors, MeshCursor, Morph};
 
 /// Last reported drawing, and the changes since.
 pub(super) struct ReportedDrawing {
@@ -28,7 +26,7 @@ impl ReportedDrawing {
 
 impl LodCursors {
     /// Visits each drawn item with its cursor and its morph.
-    pub(crate) fn for_each_drawn(&self, mut each: impl FnMut(DrawItem, MeshCursor, Option<Morph>)) {
+    pub fn for_each_drawn(&self, mut each: impl FnMut(DrawItem, MeshCursor, Option<Morph>)) {
         self.walk(0..self.own, 0, &mut |drawn, index| {
             let instance = &self.instances[index];
             each(drawn, self.place(instance, instance.shown), self.morph_of(instance));
@@ -37,7 +35,7 @@ impl LodCursors {
 
     /// Visits each item that is drawn differently from the last report; none for one that is gone.
     /// The cost depends on the changes, or on all drawn items after groups changed.
-    pub(crate) fn for_each_changed(
+    pub fn for_each_changed(
         &mut self,
         mut each: impl FnMut(DrawItem, Option<(MeshCursor, Option<Morph>)>),
     ) {
@@ -87,7 +85,7 @@ mod tests {
 
     use proptest::prelude::*;
 
-    use super::super::hlod_tests;
+    use super::super::group_merging_tests;
     use super::super::tests::eye_at;
     use super::*;
 
@@ -132,19 +130,19 @@ mod tests {
             steps in prop::collection::vec(
                 (event(), any::<bool>(), 0_u32..10, any::<bool>()), 1..60)
         ) {
-            let (mut cursors, models) = hlod_tests::groups();
+            let mut cursors = group_merging_tests::groups();
             cursors.set_morph_seconds(0.5);
             let mut known = BTreeMap::new();
             for (step, (event, is_ready, settles, collects)) in steps.into_iter().enumerate() {
                 let settle = settles == 0;
                 match event {
-                    Event::CameraDistance(metres) => cursors.choose_levels(eye_at(-metres), &models, settle),
+                    Event::CameraDistance(metres) => cursors.choose_levels(eye_at(-metres), settle),
                     Event::ManualTheta(theta) => cursors.set_manual_theta(0, theta),
                     Event::Full(instance) => cursors.set_full_detail([instance].into()),
                     Event::NoneFull => cursors.set_full_detail([].into()),
                     Event::Nothing => {}
                 }
-                cursors.advance(&models, settle, step as f64 * 0.2, |_| is_ready);
+                cursors.advance(settle, step as f64 * 0.2, |_| is_ready);
                 if !collects {
                     continue;
                 }

@@ -4,11 +4,14 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use busbar_geometry::{Collapse, CollapseSequence, CollapseStacks, Mesh, RawPrimitive, weld};
-use busbar_scene::{Model, ModelIndex, ModelNode, Placement, Transform};
+use busbar_scene::{Model, ModelIndex, ModelNode, Placement, PolicyIndex, Transform};
 use glam::Mat4;
 
 use super::*;
-use crate::load::MeshProxy;
+use crate::proxies::MeshProxy;
+use crate::screen_error::ScreenError;
+use crate::theta_policy::{DistanceLevel, DistanceTable};
+use crate::lod_camera::PixelSize;
 
 /// A strip of ten quads, one metre long, whose positions collapse one by one.
 pub(super) fn strip() -> Mesh {
@@ -32,16 +35,28 @@ fn stacks(mesh: Mesh, error: f32) -> CollapseStacks {
     CollapseStacks::build(mesh, &sequence)
 }
 
-pub(super) fn loaded(mesh: Mesh) -> LoadedModel {
-    LoadedModel {
-        name: "strip".into(),
-        stacks: vec![Arc::new(stacks(mesh, 0.0))],
-        ..LoadedModel::default()
-    }
+/// Models with one mesh each.
+pub(super) type Models = Vec<Arc<CollapseStacks>>;
+
+pub(super) fn loaded(mesh: Mesh) -> Arc<CollapseStacks> {
+    Arc::new(stacks(mesh, 0.0))
 }
 
-/// Strips beginning at these x, the last with this theta of its own.
-pub(super) fn row_of(places: &[f32], last_theta: Option<f64>) -> (SceneGraph, Vec<LoadedModel>) {
+/// Cursors whose models have one policy each, and the last placement perhaps one of its own.
+pub(super) fn cursors_of(
+    (graph, models, of_placements): (&SceneGraph, &Models, &[ThetaPolicy]),
+    policy: ThetaPolicy,
+    proxies: &Proxies,
+) -> LodCursors {
+    let meshes: Vec<&[Arc<CollapseStacks>]> = models.iter().map(std::slice::from_ref).collect();
+    let policies =
+        InstancePolicies { of_models: vec![policy], of_placements: of_placements.into() };
+    let budget = MorphBudget { max_bytes: 64 << 20, vertex_bytes: 32 };
+    LodCursors::new(graph, &meshes, &policies, proxies, 1.0, budget)
+}
+
+/// Strips beginning at these x; the last one may have a policy of its own.
+pub(super) fn row_of(places: &[f32], last_has_policy: bool) -> (SceneGraph, Models) {
     let node = ModelNode {
         name: "mesh".into(),
         parent: None,
@@ -54,7 +69,7 @@ pub(super) fn row_of(places: &[f32], last_theta: Option<f64>) -> (SceneGraph, Ve
         parent: None,
         transform: Transform { translation: Vec3::X * x, ..Default::default() },
         model: Some(ModelIndex(0)),
-        theta: last_theta.filter(|_| index + 1 == places.len()).map(ThetaPolicy::Fixed),
+        theta: (last_has_policy && index + 1 == places.len()).then_some(PolicyIndex(0)),
     };
     let placements: Vec<_> = places.iter().enumerate().map(placement).collect();
     let graph = SceneGraph::build(&placements, std::slice::from_ref(&model)).unwrap();
@@ -62,12 +77,13 @@ pub(super) fn row_of(places: &[f32], last_theta: Option<f64>) -> (SceneGraph, Ve
 }
 
 /// The cursors of such a row, by distance.
-fn row(places: &[f32], last_theta: Option<f64>) -> (LodCursors, Vec<LoadedModel>) {
-    let (graph, models) = row_of(places, last_theta);
+fn row(places: &[f32], last_theta: Option<f64>) -> (LodCursors, Models) {
+    let (graph, models) = row_of(places, last_theta.is_some());
     let levels = [(0.0, 0.0), (10.0, 0.5), (100.0, 0.9)];
     let levels = levels.map(|(beyond, theta)| DistanceLevel { beyond, theta }).to_vec();
-    let policies = vec![ThetaPolicy::Distance(DistanceTable::new(levels, 0.1))];
-    (LodCursors::new(&graph, &models, policies, &Proxies::default(), 1.0), models)
+    let policy = ThetaPolicy::Distance(DistanceTable::new(levels, 0.1));
+    let own: Vec<_> = last_theta.into_iter().map(ThetaPolicy::Fixed).collect();
+    (cursors_of((&graph, &models, &own), policy, &Proxies::default()), models)
 }
 
 /// Pixel size of a narrow perspective picture.
@@ -78,11 +94,11 @@ pub(super) fn eye_at(x: f32) -> LodCamera {
 }
 
 /// Chooses levels for an eye at x, shows ready meshes, and returns the cursors.
-fn step(cursors: &mut LodCursors, models: &[LoadedModel], x: f32, is_ready: bool) -> Vec<u32> {
-    cursors.choose_levels(eye_at(x), models, false);
-    cursors.advance(models, false, 0.0, |_| is_ready);
+fn step(cursors: &mut LodCursors, models: &Models, x: f32, is_ready: bool) -> Vec<u32> {
+    cursors.choose_levels(eye_at(x), false);
+    cursors.advance(false, 0.0, |_| is_ready);
     cursors.count_moved(|place| {
-        Some(models[place.model].stacks[place.mesh].live_triangles(place.cursor) as u32)
+        Some(models[place.model].live_triangles(place.cursor) as u32)
     });
     shown(cursors)
 }
@@ -112,14 +128,14 @@ fn a_cursor_stays_until_its_mesh_is_ready() {
     assert_eq!(step(&mut cursors, &models, 0.0, false), [0, 0, 20], "the first time settles");
     assert_eq!(step(&mut cursors, &models, 50.0, false), [0, 0, 20]);
     let place = MeshCursor { model: 0, mesh: 0, cursor: 11 };
-    assert_eq!(cursors.waiting(&models).collect::<Vec<_>>(), [LodRequest::Mesh(place); 2]);
+    assert_eq!(cursors.waiting().collect::<Vec<_>>(), [LodRequest::Mesh(place); 2]);
     assert_eq!(step(&mut cursors, &models, 150.0, false), [0, 0, 20]);
     assert_eq!(cursors.waiting_count(), 3, "one more, none twice");
     assert_eq!(step(&mut cursors, &models, 0.0, false), [0, 0, 20], "back before it came");
     assert_eq!(cursors.waiting_count(), 0);
     assert_eq!(step(&mut cursors, &models, 50.0, true), [11, 11, 20]);
-    cursors.choose_levels(eye_at(0.0), &models, true);
-    cursors.advance(&models, true, 0.0, |_| false);
+    cursors.choose_levels(eye_at(0.0), true);
+    cursors.advance(true, 0.0, |_| false);
     assert!(shown(&cursors).iter().all(|&cursor| cursor != 11), "settled");
 }
 
@@ -143,8 +159,8 @@ fn manual_theta_and_scale_override_policies_until_cleared() {
 fn detail_is_summed_over_instances_and_reported_once() {
     let (mut cursors, models) = row(&[0.0, 50.0], None);
     step(&mut cursors, &models, 0.0, true);
-    let detail = cursors.changed_detail(&models).unwrap();
-    let live = [0, 11].map(|cursor| models[0].stacks[0].live_triangles(cursor));
+    let detail = cursors.changed_detail().unwrap();
+    let live = [0, 11].map(|cursor| models[0].live_triangles(cursor));
     let expected = ModelDetail {
         theta: [0.0, 0.5],
         by_policy: true,
@@ -155,26 +171,23 @@ fn detail_is_summed_over_instances_and_reported_once() {
     assert_eq!(detail, [expected]);
     assert!(live[1] < live[0]);
     step(&mut cursors, &models, 0.5, true);
-    assert_eq!(cursors.changed_detail(&models), None);
+    assert_eq!(cursors.changed_detail(), None);
     cursors.set_manual_theta(0, Some(0.0));
     step(&mut cursors, &models, 0.5, true);
-    let detail = cursors.changed_detail(&models).unwrap()[0];
+    let detail = cursors.changed_detail().unwrap()[0];
     assert_eq!((detail.theta, detail.by_policy, detail.s2), ([0.0; 2], false, 0));
 }
 
 #[test]
 fn without_perspective_screen_error_detail_is_independent_of_distance() {
-    let (graph, mut models) = row_of(&[0.0, 50.0, 5000.0], None);
-    models[0].stacks = vec![Arc::new(stacks(strip(), 0.01))];
-    let policies = vec![ThetaPolicy::ScreenError(ScreenError::new(1.0, 0.0))];
-    let mut cursors = LodCursors::new(&graph, &models, policies, &Proxies::default(), 1.0);
+    let (graph, mut models) = row_of(&[0.0, 50.0, 5000.0], false);
+    models[0] = Arc::new(stacks(strip(), 0.01));
+    let policy = ThetaPolicy::ScreenError(ScreenError::new(1.0, 0.0));
+    let mut cursors = cursors_of((&graph, &models, &[]), policy, &Proxies::default());
     let mut at = |pixel| {
-        cursors.choose_levels(
-            LodCamera { position: Vec3::NEG_X, ahead: Vec3::X, pixel },
-            &models,
-            true,
-        );
-        cursors.advance(&models, true, 0.0, |_| true);
+        cursors
+            .choose_levels(LodCamera { position: Vec3::NEG_X, ahead: Vec3::X, pixel }, true);
+        cursors.advance(true, 0.0, |_| true);
         shown(&cursors)
     };
     let perspective = at(PERSPECTIVE);
@@ -211,9 +224,9 @@ fn cursors_of_ten_thousand_instances_are_chosen_within_the_time_limit() {
     let mut least = Duration::MAX;
     for frame in frames {
         let start = Instant::now();
-        cursors.choose_levels(eye_at(frame as f32), &models, true);
+        cursors.choose_levels(eye_at(frame as f32), true);
         least = least.min(start.elapsed());
-        cursors.advance(&models, true, 0.0, |_| true);
+        cursors.advance(true, 0.0, |_| true);
     }
     println!("10000 instances: {least:?}");
     assert!(shown(&cursors).iter().any(|&cursor| cursor > 0));
@@ -226,8 +239,8 @@ fn a_level_change_is_gradual_and_later_requests_follow_it() {
     let (mut cursors, models) = row(&[0.0], None);
     cursors.set_morph_seconds(1.0);
     let mut at = |x: f32, now: f64| {
-        cursors.choose_levels(eye_at(x), &models, false);
-        cursors.advance(&models, false, now, |_| true);
+        cursors.choose_levels(eye_at(x), false);
+        cursors.advance(false, now, |_| true);
         let mut all = Vec::new();
         cursors.for_each_drawn(|_, place, morph| {
             all.push((place.cursor, morph.map(|morph| (morph.coarser, morph.weight))));
@@ -256,19 +269,19 @@ fn a_morph_waits_for_its_meshes_and_settling_skips_morphs() {
     let (mut cursors, models) = row(&[0.0], None);
     cursors.set_morph_seconds(1.0);
     let place = MeshCursor { model: 0, mesh: 0, cursor: 11 };
-    cursors.choose_levels(eye_at(0.0), &models, false);
-    cursors.advance(&models, false, 0.0, |_| true);
-    cursors.choose_levels(eye_at(50.0), &models, false);
+    cursors.choose_levels(eye_at(0.0), false);
+    cursors.advance(false, 0.0, |_| true);
+    cursors.choose_levels(eye_at(50.0), false);
     let needs = [LodRequest::Mesh(place), LodRequest::Morph(place)];
     for missing in needs {
-        cursors.advance(&models, false, 1.0, |needed| needed != missing);
+        cursors.advance(false, 1.0, |needed| needed != missing);
         assert_eq!((shown(&cursors), cursors.is_morphing()), (vec![0], false), "{missing:?}");
-        assert_eq!(cursors.waiting(&models).collect::<Vec<_>>(), needs);
+        assert_eq!(cursors.waiting().collect::<Vec<_>>(), needs);
     }
-    cursors.advance(&models, false, 2.0, |_| true);
+    cursors.advance(false, 2.0, |_| true);
     assert!(cursors.is_morphing());
-    assert_eq!(cursors.waiting(&models).count(), 0, "all is there");
-    cursors.advance(&models, true, 2.1, |_| false);
+    assert_eq!(cursors.waiting().count(), 0, "all is there");
+    cursors.advance(true, 2.1, |_| false);
     assert_eq!((shown(&cursors), cursors.is_morphing()), (vec![11], false));
     assert_eq!(cursors.waiting_count(), 0);
 }
@@ -283,7 +296,7 @@ fn changes_beyond_the_morph_limit_are_immediate() {
     let there =
         |cursors: &LodCursors| shown(cursors).iter().filter(|&&cursor| cursor == 11).count();
     assert_eq!(there(&cursors), 10);
-    cursors.advance(&models, false, 1.0, |_| true);
+    cursors.advance(false, 1.0, |_| true);
     assert_eq!((there(&cursors), cursors.is_morphing()), (count, false));
 }
 
@@ -302,25 +315,20 @@ fn full_detail_instances_ignore_distance_and_manual_theta() {
 }
 
 /// A strip whose positions go with so much error each, and a proxy of it from 0.05 m on.
-fn proxied(places: &[f32]) -> (LodCursors, Vec<LoadedModel>) {
-    let (graph, mut models) = row_of(places, None);
-    models[0].stacks = vec![Arc::new(stacks(strip(), 0.01))];
+fn proxied(places: &[f32]) -> (LodCursors, Models) {
+    let (graph, mut models) = row_of(places, false);
+    models[0] = Arc::new(stacks(strip(), 0.01));
     models.push(loaded(strip()));
     let proxy = MeshProxy { model: 1, mesh: 0, error: 0.05 };
     let proxies = Proxies { of_meshes: [((0, 0), [proxy].into())].into(), ..Proxies::default() };
-    let policies = vec![ThetaPolicy::ScreenError(ScreenError::new(0.5, 0.0))];
-    (LodCursors::new(&graph, &models, policies, &proxies, 1.0), models)
+    let policy = ThetaPolicy::ScreenError(ScreenError::new(0.5, 0.0));
+    (cursors_of((&graph, &models, &[]), policy, &proxies), models)
 }
 
 /// Reports which instances are shown as proxies from a distance.
-fn proxies_from(
-    cursors: &mut LodCursors,
-    models: &[LoadedModel],
-    metres: f32,
-    is_ready: bool,
-) -> Vec<bool> {
-    cursors.choose_levels(eye_at(-metres), models, false);
-    cursors.advance(models, false, 0.0, |_| is_ready);
+fn proxies_from(cursors: &mut LodCursors, metres: f32, is_ready: bool) -> Vec<bool> {
+    cursors.choose_levels(eye_at(-metres), false);
+    cursors.advance(false, 0.0, |_| is_ready);
     let mut shown = Vec::new();
     cursors.for_each_drawn(|_, place, _| {
         assert!(place.model == 0 || place == MeshCursor { model: 1, mesh: 0, cursor: 0 });
@@ -333,7 +341,7 @@ fn proxies_from(
 fn a_distant_instance_is_shown_as_its_proxy_once_the_proxy_is_ready() {
     // An error of 0.05 m is half a pixel from 100 m on.
     let (mut cursors, models) = proxied(&[0.0, 50.0]);
-    let mut at = |metres, is_ready| proxies_from(&mut cursors, &models, metres, is_ready);
+    let mut at = |metres, is_ready| proxies_from(&mut cursors, metres, is_ready);
     assert_eq!(at(1.0, true), [false, false]);
     assert_eq!(at(70.0, false), [false, false], "until it is ready");
     assert_eq!(at(71.0, true), [false, true]);
@@ -345,10 +353,10 @@ fn a_distant_instance_is_shown_as_its_proxy_once_the_proxy_is_ready() {
 #[test]
 fn proxies_count_as_the_mesh_that_they_replace() {
     let (mut cursors, models) = proxied(&[0.0, 0.0]);
-    proxies_from(&mut cursors, &models, 200.0, true);
+    proxies_from(&mut cursors, 200.0, true);
     cursors.count_moved(|place| Some(if place.model == 1 { 3 } else { 99 }));
-    let detail = cursors.changed_detail(&models).unwrap();
-    let own = &models[0].stacks[0];
+    let detail = cursors.changed_detail().unwrap();
+    let own = &models[0];
     let cursor = own.cursor_for_theta(detail[0].theta[0]);
     assert!(cursor > 0 && detail[0].triangles == 2 * 3);
     assert_eq!(detail[0].s2, 2 * u64::from(cursor));
@@ -359,7 +367,7 @@ fn proxies_count_as_the_mesh_that_they_replace() {
 #[test]
 fn highlighted_or_manual_instances_use_no_proxy_and_nothing_morphs_to_a_proxy() {
     let (mut cursors, models) = proxied(&[0.0, 0.0]);
-    let far = |cursors: &mut LodCursors| proxies_from(cursors, &models, 200.0, true);
+    let far = |cursors: &mut LodCursors| proxies_from(cursors, 200.0, true);
     assert_eq!(far(&mut cursors), [true, true]);
     cursors.set_individual([1].into());
     assert_eq!(far(&mut cursors), [true, false]);

@@ -4,20 +4,35 @@
 //! that grows with time. A morph that has begun is completed before the next. Beyond the limits,
 //! cursors switch at once.
 
-use busbar_renderer::{MAX_MORPHED_BYTES, Morph, VERTEX_BYTES};
-
 use super::{FIRST_PROXY, InstanceCursor, LodCursors, LodRequest, NOT_SHOWN};
-use crate::load::LoadedModel;
 
 /// Instances that are on their way at once.
-pub(crate) const MAX_MORPHS: usize = 1024;
+pub(super) const MAX_MORPHS: usize = 1024;
 
 /// The way of an instance that is on none.
 pub(super) const NO_TRANSITION: u32 = u32::MAX;
 
+/// Morph of a drawn mesh towards a coarser cursor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Morph {
+    /// Cursor of the coarser mesh.
+    pub coarser: u32,
+    /// Weight of the coarser mesh, 0 to 1.
+    pub weight: f32,
+}
+
+/// Vertex memory for morphing, as the renderer has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MorphBudget {
+    /// Largest number of vertex bytes of all active morphs.
+    pub max_bytes: u64,
+    /// Bytes of one morphed vertex.
+    pub vertex_bytes: u64,
+}
+
 /// Active morphs and their duration.
-#[derive(Default)]
 pub(super) struct ActiveMorphs {
+    budget: MorphBudget,
     /// 0 where all changes at once.
     seconds: f64,
     /// Time of the current frame, seconds.
@@ -40,6 +55,13 @@ struct MorphTransition {
     bytes: u64,
 }
 
+impl ActiveMorphs {
+    /// Creates the state without any morph: all changes are immediate.
+    pub(super) fn new(budget: MorphBudget) -> Self {
+        Self { budget, seconds: 0.0, now: 0.0, transitions: Vec::new(), bytes: 0 }
+    }
+}
+
 impl MorphTransition {
     fn coarser(&self) -> u32 {
         self.from.max(self.to)
@@ -55,12 +77,12 @@ impl MorphTransition {
 
 impl LodCursors {
     /// Lets changes take so many seconds; 0 shows them at once.
-    pub(crate) fn set_morph_seconds(&mut self, seconds: f64) {
+    pub fn set_morph_seconds(&mut self, seconds: f64) {
         self.morphs.seconds = seconds;
     }
 
     /// Reports whether any instance is morphing.
-    pub(crate) fn is_morphing(&self) -> bool {
+    pub fn is_morphing(&self) -> bool {
         !self.morphs.transitions.is_empty()
     }
 
@@ -119,19 +141,19 @@ impl LodCursors {
 
     /// Reports whether an instance morphs to its wanted cursor; to and from proxies it switches at
     /// once.
-    pub(super) fn morphs(&self, instance: &InstanceCursor, models: &[LoadedModel]) -> bool {
-        let ActiveMorphs { seconds, transitions, bytes, .. } = &self.morphs;
+    pub(super) fn morphs(&self, instance: &InstanceCursor) -> bool {
+        let ActiveMorphs { budget, seconds, transitions, bytes, .. } = &self.morphs;
         *seconds > 0.0
             && instance.shown.max(instance.wanted) < FIRST_PROXY
             && transitions.len() < MAX_MORPHS
-            && bytes + self.vertex_bytes(instance, models) <= MAX_MORPHED_BYTES
+            && bytes + self.vertex_bytes(instance) <= budget.max_bytes
     }
 
     /// Starts the morph of an instance to its wanted cursor.
-    pub(super) fn begin_morph(&mut self, index: usize, models: &[LoadedModel]) {
+    pub(super) fn begin_morph(&mut self, index: usize) {
         let ActiveMorphs { now, transitions, .. } = &self.morphs;
         let (begun, at) = (*now, transitions.len() as u32);
-        let bytes = self.vertex_bytes(&self.instances[index], models);
+        let bytes = self.vertex_bytes(&self.instances[index]);
         let instance = &mut self.instances[index];
         instance.transition = at;
         let (from, to) = (instance.shown, instance.wanted);
@@ -145,8 +167,8 @@ impl LodCursors {
         LodRequest::Morph(self.place(instance, instance.shown.max(instance.wanted)))
     }
 
-    fn vertex_bytes(&self, instance: &InstanceCursor, models: &[LoadedModel]) -> u64 {
-        let mesh = self.kind_of(instance).stacks(models).mesh();
-        mesh.wedges.position.len() as u64 * VERTEX_BYTES
+    fn vertex_bytes(&self, instance: &InstanceCursor) -> u64 {
+        let mesh = self.kind_of(instance).stacks.mesh();
+        mesh.wedges.position.len() as u64 * self.morphs.budget.vertex_bytes
     }
 }

@@ -3,23 +3,21 @@
 //! thousand. A group has proxies for several errors, each of few islands for many
 //! ([`busbar_geometry::Mesh::thinned`]): to the cursors they are groups within each other.
 
-mod materials;
+mod mean_materials;
 mod mesh_proxies;
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
 use busbar_geometry::{CollapseSequence, CollapseStacks, MergePart, Mesh, merge};
-use busbar_scene::{
-    Detail, Group, Material, MeshInstance, SceneGraph, ThetaPolicy, ViewMetrics, find_groups,
-    first_group_after, max_scale_factor,
-};
+use busbar_scene::{Material, MeshInstance, SceneGraph, Texture, max_scale_factor};
 use glam::Mat4;
 use rayon::prelude::*;
 
-use self::materials::Materials;
-pub(crate) use self::mesh_proxies::{MeshProxies, MeshProxy};
-use super::LoadedModel;
+use self::mean_materials::Materials;
+pub use self::mesh_proxies::{MeshProxies, MeshProxy};
+use crate::instance_groups::{Group, find_groups, first_group_after};
+use crate::theta_policy::{Detail, InstancePolicies, ThetaPolicy, ViewMetrics};
 
 /// The most triangles that a proxy has for each mesh instance that it stands for: where
 /// there are more, what an instance costs by itself is little beside them.
@@ -43,42 +41,69 @@ const FEWEST_TRIANGLES: u64 = 64;
 
 /// A group that can be drawn as one mesh, its proxy.
 #[derive(Clone, Debug)]
-pub(crate) struct HlodGroup {
+pub struct HlodGroup {
     /// Shared by all of its proxies.
-    pub(crate) group: Arc<Group>,
+    pub group: Arc<Group>,
     /// Index of the first group after those within this one, counted once a proxy.
-    pub(crate) after: u32,
+    pub after: u32,
     /// Index of the proxy, a model with one mesh in the group's own space.
-    pub(crate) model: usize,
+    pub model: usize,
     /// Geometric error of the proxy, metres.
-    pub(crate) base_error: f64,
+    pub base_error: f64,
     /// Policy of all instances with levels of detail.
-    pub(crate) policy: Arc<ThetaPolicy>,
+    pub policy: Arc<ThetaPolicy>,
 }
 
 /// Proxy meshes of groups and of single meshes.
 #[derive(Default)]
-pub(crate) struct Proxies {
-    pub(crate) groups: Vec<HlodGroup>,
-    pub(crate) of_meshes: MeshProxies,
+pub struct Proxies {
+    /// Groups of instances, one entry for each proxy, outer groups first.
+    pub groups: Vec<HlodGroup>,
+    /// Proxies of repeated meshes.
+    pub of_meshes: MeshProxies,
 }
 
-/// Makes proxies of what follows the error on the screen; they come after the other models.
-pub(super) fn build(
-    graph: &SceneGraph,
-    policies: &[ThetaPolicy],
-    models: &mut Vec<LoadedModel>,
-) -> Proxies {
-    let policies = Policies { placed: graph.policies(), of_models: policies };
-    let groups = build_groups(graph, policies, models);
-    Proxies { groups, of_meshes: mesh_proxies::build(graph, policies, models) }
+/// Meshes of a model with their appearance, from which proxies are made.
+#[derive(Clone, Copy, Debug)]
+pub struct SourceModel<'a> {
+    /// Collapse stacks of the meshes.
+    pub stacks: &'a [Arc<CollapseStacks>],
+    /// Materials of the meshes' sections.
+    pub materials: &'a [Material],
+    /// Textures of the materials.
+    pub textures: &'a [Texture],
+}
+
+/// Model that consists of proxy meshes.
+#[derive(Debug)]
+pub struct ProxyModel {
+    /// Meshes, whose stacks have no collapses.
+    pub stacks: Vec<Arc<CollapseStacks>>,
+    /// Materials of the meshes' sections, without textures.
+    pub materials: Arc<[Material]>,
+}
+
+impl Proxies {
+    /// Builds the proxies of the instances that follow the screen-space error, and the models
+    /// that they are in. Their model indices continue those of `models`.
+    pub fn build(
+        graph: &SceneGraph,
+        policies: &InstancePolicies,
+        models: &[SourceModel<'_>],
+    ) -> (Self, Vec<ProxyModel>) {
+        let mut built = Vec::new();
+        let groups = build_groups(graph, policies, models, &mut built);
+        let of_meshes = mesh_proxies::build(graph, policies, models, &mut built);
+        (Self { groups, of_meshes }, built)
+    }
 }
 
 /// Finds groups, and makes their proxies.
 fn build_groups(
     graph: &SceneGraph,
-    policies: Policies<'_>,
-    models: &mut Vec<LoadedModel>,
+    policies: &InstancePolicies,
+    models: &[SourceModel<'_>],
+    proxy_models: &mut Vec<ProxyModel>,
 ) -> Vec<HlodGroup> {
     // A proxy goes down by one policy: the first such one.
     let follows = |policy: &&ThetaPolicy| matches!(policy, ThetaPolicy::ScreenError(_));
@@ -105,29 +130,12 @@ fn build_groups(
         for proxy in built.into_iter().rev() {
             let Some(rest) = left.checked_sub(proxy.triangles()) else { break };
             left = rest;
-            proxies.entry(kind).or_default().push((models.len(), proxy.error));
-            models.push(proxy.into_model());
+            let index = models.len() + proxy_models.len();
+            proxies.entry(kind).or_default().push((index, proxy.error));
+            proxy_models.push(proxy.into_model());
         }
     }
     order_groups(groups, &proxies, policy)
-}
-
-/// Theta policies of mesh instances.
-#[derive(Clone, Copy)]
-struct Policies<'a> {
-    /// Policies of placements, by the graph's index.
-    placed: &'a [ThetaPolicy],
-    /// Policies of models, for placements without one.
-    of_models: &'a [ThetaPolicy],
-}
-
-impl<'a> Policies<'a> {
-    fn for_instance(self, instance: &MeshInstance) -> &'a ThetaPolicy {
-        match instance.theta {
-            Some(theta) => &self.placed[theta.0 as usize],
-            None => &self.of_models[instance.model.0 as usize],
-        }
-    }
 }
 
 /// The groups that have proxies, once for each, the coarsest outermost.
@@ -165,8 +173,8 @@ impl Proxy {
         graph: &SceneGraph,
         group: &Group,
         (policy, max_levels): (&ThetaPolicy, usize),
-        policies: Policies<'_>,
-        models: &[LoadedModel],
+        policies: &InstancePolicies,
+        models: &[SourceModel<'_>],
     ) -> Vec<Self> {
         let group_from_world = group.world_from_group.inverse();
         let members: Vec<GroupMember<'_>> = group
@@ -188,12 +196,10 @@ impl Proxy {
         self.mesh.triangles.len() as u64
     }
 
-    fn into_model(self) -> LoadedModel {
-        LoadedModel {
-            name: String::new(),
+    fn into_model(self) -> ProxyModel {
+        ProxyModel {
             stacks: vec![Arc::new(uncollapsed(self.mesh))],
             materials: self.materials,
-            ..LoadedModel::default()
         }
     }
 }
@@ -262,7 +268,8 @@ fn thinned(stacks: &CollapseStacks, error: f64) -> Option<Mesh> {
 
 /// A mesh instance of a group, in the group's space.
 struct GroupMember<'a> {
-    model: &'a LoadedModel,
+    /// Index of its model, and the model.
+    model: (u32, SourceModel<'a>),
     stacks: &'a CollapseStacks,
     /// Cursor of an instance with a fixed theta.
     fixed_cursor: Option<u32>,
@@ -279,12 +286,12 @@ impl<'a> GroupMember<'a> {
         policy: &ThetaPolicy,
         group: &Group,
         (transform, stretch): (Mat4, f32),
-        models: &'a [LoadedModel],
+        models: &[SourceModel<'a>],
     ) -> Self {
-        let model = &models[instance.model.0 as usize];
+        let model = models[instance.model.0 as usize];
         let stacks = &model.stacks[instance.mesh as usize];
         Self {
-            model,
+            model: (instance.model.0, model),
             stacks,
             fixed_cursor: match policy {
                 ThetaPolicy::Fixed(theta) => Some(stacks.cursor_for_theta(*theta)),

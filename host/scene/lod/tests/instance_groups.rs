@@ -1,9 +1,9 @@
 //! Instance groups of a yard of bays.
 
 use busbar_geometry::{Mesh, RawPrimitive, weld};
+use busbar_lod::{Group, find_groups};
 use busbar_scene::{
-    Group, Model, ModelIndex, ModelNode, NodeIndex, Placement, SceneGraph, ThetaPolicy, Transform,
-    find_groups,
+    Model, ModelIndex, ModelNode, NodeIndex, Placement, PolicyIndex, SceneGraph, Transform,
 };
 use glam::{Mat4, Vec3};
 
@@ -109,7 +109,7 @@ fn what_has_a_policy_of_its_own_is_in_no_group() {
         let top = station(&mut placements, Vec3::X * number as f32 * 500.0, 0.0);
         placements[top].parent = Some(region);
     }
-    placements.last_mut().expect("the last piece").theta = Some(ThetaPolicy::Fixed(0.0));
+    placements.last_mut().expect("the last piece").theta = Some(PolicyIndex(0));
     let (_, groups) = groups(&placements);
     let found: Vec<_> = groups.iter().map(|g| (g.instances.start, g.instances.end)).collect();
     assert_eq!(found, [(0, 20)]);

@@ -1,7 +1,7 @@
 //! Colours as bytes and as light.
 
 /// Converts an sRGB byte to linear light (IEC 61966-2-1).
-pub(crate) fn linear_from_srgb(byte: u8) -> f32 {
+pub fn linear_from_srgb(byte: u8) -> f32 {
     let value = f32::from(byte) / 255.0;
     if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
 }

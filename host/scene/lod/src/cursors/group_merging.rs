@@ -8,10 +8,11 @@ use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
 use std::sync::Arc;
 
-use busbar_scene::{Detail, SceneGraph};
+use busbar_scene::SceneGraph;
 
 use super::{DrawItem, InstanceCursor, LodCamera, LodCursors, NO_LEVEL, NOT_SHOWN};
-use crate::load::{HlodGroup, LoadedModel};
+use crate::proxies::HlodGroup;
+use crate::theta_policy::Detail;
 
 /// A group, and how it is drawn.
 pub(super) struct HlodState {
@@ -73,13 +74,7 @@ impl InstanceCursor {
 impl LodCursors {
     /// Chooses whether a group wants to be drawn as one, and at which cursor. `at_once`
     /// it is so too: where all may change, or nothing of it is drawn by itself yet.
-    pub(super) fn choose_group(
-        &mut self,
-        group: usize,
-        eye: LodCamera,
-        models: &[LoadedModel],
-        at_once: bool,
-    ) {
+    pub(super) fn choose_group(&mut self, group: usize, eye: LodCamera, at_once: bool) {
         let proxy = self.own + group;
         let level = self.level_of(proxy, eye);
         let policy = &self.policies[self.kind_of(&self.instances[proxy]).policy as usize];
@@ -91,7 +86,7 @@ impl LodCursors {
         self.groups[group].wants_merge = wants_merge;
         if wants_merge {
             if self.instances[proxy].level != level {
-                self.take_level(proxy, level, models);
+                self.take_level(proxy, level);
             }
         } else if self.groups[group].is_merged {
             // It stays as it is until its instances are ready.
