@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use busbar_renderer::{RecoveryAction, RenderError, Renderer};
 
-use crate::load::LoadedScene;
+use busbar_scene_loader::LoadedScene;
 use crate::{ViewError, uploaded_models};
 
 /// Tries at a device, unless it worked for [`STABLE_TIME`] in between.

@@ -20,7 +20,7 @@ use crate::alarms;
 use crate::chart::SceneChart;
 use crate::equipment_tree::EquipmentTree;
 use crate::labels::mark;
-use crate::load::LoadedScene;
+use busbar_scene_loader::LoadedScene;
 use crate::origin_tracker::OriginTracker;
 use crate::overlay_instances::{NodeState, OverlayInstance, StateBasis};
 use crate::panel_rows::TagListRows;

@@ -14,7 +14,7 @@ use busbar_ui::LegendRow;
 
 use crate::alarms::ExternalAlarmTint;
 use crate::index_remap::IndexRemap;
-use crate::load::LoadedScene;
+use busbar_scene_loader::LoadedScene;
 use crate::verdicts::{UnknownVerdict, VerdictBoard};
 use crate::{ViewError, panel_rows};
 

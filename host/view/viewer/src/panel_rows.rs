@@ -7,7 +7,7 @@ use busbar_plugin_process::{Plugin, PluginState, PluginStatus};
 use busbar_tags::{Origin, Snapshot, TagHandle, Value};
 use busbar_ui::{LayerRow, LegendRow, LinkIndicator, PluginRow, TagRow, TagRows};
 
-use crate::LoadedScene;
+use busbar_scene_loader::LoadedScene;
 use crate::contour;
 use crate::labels::mark;
 use crate::overlay_instances::OverlayInstance;

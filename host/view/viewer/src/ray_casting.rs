@@ -5,7 +5,7 @@ use busbar_renderer::{CameraView, SectionPlane};
 use busbar_scene::{MeshInstance, NodeIndex, SceneGraph};
 use glam::{DMat4, DVec3, dvec3};
 
-use crate::load::LoadedModel;
+use busbar_scene_loader::LoadedModel;
 
 /// Half a line, from where the picture begins.
 #[derive(Clone, Copy, Debug, PartialEq)]

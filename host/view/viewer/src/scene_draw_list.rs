@@ -6,7 +6,7 @@ use busbar_scene::NodeIndex;
 
 use crate::highlight::Highlights;
 use crate::highlight_styles;
-use crate::load::LoadedScene;
+use busbar_scene_loader::LoadedScene;
 use crate::uploaded_models::UploadedModel;
 use crate::viewer::object_of;
 

@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use crate::LoadedScene;
+use busbar_scene_loader::LoadedScene;
 use crate::search_index::SearchIndex;
 
 /// The tags that are listed.

@@ -21,7 +21,8 @@ use busbar_protocol::message::{Command, PROTOCOL_VERSION, StartParameters, Viewe
 use busbar_protocol::pictures::{self, PictureMemory};
 
 use busbar_viewer::reload::{BackgroundLoad, ReloadOutcome};
-use busbar_viewer::{LoadError, LoadedScene, Viewer};
+use busbar_scene_loader::{LoadError, LoadedScene};
+use busbar_viewer::Viewer;
 
 use change_reporter::ChangeReporter;
 use channel::Channel;

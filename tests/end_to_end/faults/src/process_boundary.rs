@@ -10,7 +10,8 @@ use busbar_plugin_process::{
     RunningTelemetry,
 };
 use busbar_tags::{Sample, TagHandle, ValueKind};
-use busbar_viewer::{LoadedScene, RendererOptions, Viewer};
+use busbar_scene_loader::LoadedScene;
+use busbar_viewer::{RendererOptions, Viewer};
 use document::Series;
 use e2e::faulty_plugins::FaultyPluginScene;
 use rustix::process::{Pid, Signal, kill_process};

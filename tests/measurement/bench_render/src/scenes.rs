@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use busbar_geometry::Bounds;
-use busbar_viewer::optimize::OptimizedModel;
+use busbar_commands::OptimizedModel;
 use serde_json::json;
 use substation::Station;
 

@@ -5,12 +5,12 @@ use std::path::PathBuf;
 
 use busbar_config::{PluginConfig, TagConfig};
 use busbar_renderer::release_freed_memory;
+use busbar_scene_loader::{FileVersion, LoadedModel, ReloadedScene};
 use busbar_tags::HandleRemap;
 
 use super::*;
-use crate::file_version::FileVersion;
 use crate::index_remap::IndexRemap;
-use crate::load::PreparedReload;
+use crate::reload::PreparedReload;
 
 impl Viewer {
     /// Applies a prepared reload from the next frame on. Unchanged parts are kept: plugins, values
@@ -20,8 +20,8 @@ impl Viewer {
     /// # Errors
     /// Errors of the graphics device, or of a chart or records that cannot be read.
     pub fn apply_reload(&mut self, reload: PreparedReload) -> Result<(), ViewError> {
-        let PreparedReload { mut scene, changes, kept, telemetry, overlays, has_same_graph } =
-            reload;
+        let PreparedReload { loaded, telemetry, overlays } = reload;
+        let ReloadedScene { mut scene, changes, kept, has_same_graph } = loaded;
         let is_kept = |name: &String| kept.contains(name);
         let chart = self.next_chart(&scene, &is_kept)?;
         let records = self.next_records(&scene, &is_kept)?;
@@ -35,7 +35,7 @@ impl Viewer {
         let mut before = std::mem::replace(&mut self.scene, scene);
         let slots: BTreeSet<Option<u32>> = self.scene.models.iter().map(|m| m.slot).collect();
         let gone = before.models.iter().filter(|model| !slots.contains(&model.slot));
-        gone.for_each(|model| self.renderer.remove_model(model.handle()));
+        gone.for_each(|model| self.renderer.remove_model(uploaded_models::handle_of(model)));
 
         self.chart = chart.unwrap_or_else(|| self.chart.take());
         self.records = records.unwrap_or_else(|| std::mem::take(&mut self.records));
@@ -94,7 +94,7 @@ impl Viewer {
     fn upload_new(&mut self, scene: &LoadedScene) -> Result<(), ViewError> {
         let there: BTreeSet<Option<u32>> = self.scene.models.iter().map(|m| m.slot).collect();
         self.recovery.run(&mut self.renderer, &self.scene, |renderer| {
-            let is_new = |model: &crate::load::LoadedModel| !there.contains(&model.slot);
+            let is_new = |model: &LoadedModel| !there.contains(&model.slot);
             uploaded_models::upload_some(&scene.models, renderer, is_new)
         })?;
         Ok(())
@@ -212,7 +212,7 @@ impl Viewer {
     fn change_device(&mut self, next: &LoadedScene) -> Result<(), ViewError> {
         let is_live = !self.settles;
         let wanted = |scene: &LoadedScene| {
-            let options = construction::options_of(scene.renderer_options(), is_live);
+            let options = construction::options_of(renderer_options(scene), is_live);
             (options, construction::device_choice(scene))
         };
         let (options, choice) = wanted(next);
@@ -256,7 +256,7 @@ impl Viewer {
         if same_graph {
             return;
         }
-        self.moving_parts = scene.moving.clone();
+        self.moving_parts = MovingParts::new(Arc::clone(&scene.moving_parts));
         self.selection = self.selection.iter().filter_map(|node| remap.node(*node)).collect();
         self.pick_queue = PickQueue::default();
         (self.hovered, self.last_view, self.camera_rests) = (None, None, false);

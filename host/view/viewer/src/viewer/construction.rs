@@ -123,7 +123,7 @@ impl Viewer {
             ),
             section: scene.config.view.section.map(environment::section_of),
             environment: Environment::new(&scene.config.view, scene.graph.bounds()),
-            moving_parts: scene.moving.clone(),
+            moving_parts: MovingParts::new(Arc::clone(&scene.moving_parts)),
             navigator: Navigator::new(camera, &scene.config.view, is_live),
             scene,
             renderer,

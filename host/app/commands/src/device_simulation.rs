@@ -10,8 +10,11 @@ use busbar_plugin_host::{
     SimulatedLinkFault, SimulatedTag, Simulation, SimulationStatus,
 };
 use busbar_plugin_process::{Plugin, RunningSimulator, SimulatorRegistration};
+use busbar_scene_loader::{
+    DiagnosticsCollector, LoadError, config_folder, create_instances, read_config,
+    read_config_text, report_plugin_error, tag_specs, telemetry_tags,
+};
 
-use super::{DiagnosticsCollector, LoadError, bindings, folder_of, plugins, read_text};
 
 /// The devices of a configuration, for as long as this lives.
 pub struct SimulatedDevices {
@@ -59,19 +62,17 @@ impl SimulatedDevices {
         scenario: Option<&Path>,
     ) -> Result<Self, LoadError> {
         let faulty = |diagnostics| LoadError { file: path.to_owned(), diagnostics };
-        let text = read_text(path).map_err(|fault| faulty(vec![fault]))?;
-        let config = busbar_config::parse(&text).map_err(faulty)?;
+        let config = read_config(path)?;
         let scenario = match scenario {
             Some(path) => read_scenario(path, &config)?,
             None => ScenarioConfig::default(),
         };
-        let mut faults =
-            DiagnosticsCollector { found: Vec::new(), ..DiagnosticsCollector::new(&config) };
+        let mut faults = DiagnosticsCollector::new(&config);
         let is_wanted = |name: &str| {
             let mut sources = config.tags.values().filter_map(TagConfig::source);
             only.is_none_or(|only| only == name) && sources.any(|source| source.plugin == name)
         };
-        let instances = plugins::create_some(&config, &folder_of(path), &mut faults, &is_wanted);
+        let instances = create_instances(&config, &config_folder(path), &mut faults, &is_wanted);
         let (devices, remarks) = (Vec::new(), Vec::new());
         let mut started = Self { devices, instances, remarks, registration: None };
         // Before they listen: no value of theirs is shown unmarked.
@@ -105,10 +106,10 @@ impl SimulatedDevices {
         scenario: &ScenarioConfig,
         faults: &mut DiagnosticsCollector<'_>,
     ) {
-        let specs = bindings::tag_specs(config);
+        let specs = tag_specs(config);
         let begun = SystemTime::now();
         for (name, plugin) in &self.instances {
-            let tags = plugins::telemetry_tags(config, &specs, name);
+            let tags = telemetry_tags(config, &specs, name);
             if !RunningSimulator::is_offered_by(plugin) {
                 self.remarks.push(format!(
                     "'{name}' cannot be simulated, and its {} tags have no device here: plugin \
@@ -131,7 +132,7 @@ impl SimulatedDevices {
                 Ok(simulator) => self.devices.push(SimulatedDevice { simulator, tag_count }),
                 Err(error) => {
                     let pointer = config.plugins.get(name).map_or("", |plugin| &plugin.pointer);
-                    plugins::place(pointer, &error, faults);
+                    report_plugin_error(pointer, &error, faults);
                 }
             }
         }
@@ -169,7 +170,7 @@ impl Drop for SimulatedDevices {
 
 fn read_scenario(path: &Path, config: &Config) -> Result<ScenarioConfig, LoadError> {
     let faulty = |diagnostics| LoadError { file: path.to_owned(), diagnostics };
-    let text = read_text(path).map_err(|fault| faulty(vec![fault]))?;
+    let text = read_config_text(path).map_err(|fault| faulty(vec![fault]))?;
     busbar_config::parse_scenario(&text, config).map_err(faulty)
 }
 

@@ -12,19 +12,21 @@ use busbar_config::{
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{DoublePoint, TagHandle, TagSet, Value};
 
-use super::models::ImportedModels;
-use super::{DiagnosticsCollector, bindings};
+use crate::bindings;
+use crate::diagnostics::DiagnosticsCollector;
+use crate::models::ImportedModels;
 
 /// The alarms of a scene, and where they show.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct LoadedAlarms {
-    pub(crate) set: Arc<AlarmSet>,
+pub struct LoadedAlarms {
+    /// Alarms in the order of their handles.
+    pub set: Arc<AlarmSet>,
     /// The equipment of each alarm.
-    pub(crate) nodes: Arc<[Option<NodeIndex>]>,
+    pub nodes: Arc<[Option<NodeIndex>]>,
 }
 
 /// Alarms in the order of their ids, which is that of their handles.
-pub(super) fn resolve(
+pub(crate) fn resolve(
     config: &Config,
     tags: &TagSet,
     graph: Option<&SceneGraph>,

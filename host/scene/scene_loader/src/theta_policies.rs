@@ -4,7 +4,7 @@ use busbar_config::{Config, ThetaConfig, ThetaLevelConfig};
 use busbar_lod::{DistanceLevel, DistanceTable, InstancePolicies, ScreenError, ThetaPolicy};
 
 /// Returns the policies of all models and of the placements that have their own.
-pub(super) fn of_instances(config: &Config) -> InstancePolicies {
+pub(crate) fn of_instances(config: &Config) -> InstancePolicies {
     InstancePolicies {
         of_models: config.models.values().map(|model| policy_of(&model.theta)).collect(),
         of_placements: config

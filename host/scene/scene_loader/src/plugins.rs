@@ -5,21 +5,36 @@ use std::path::Path;
 use std::time::Duration;
 
 use busbar_config::{Config, Isolation, PluginConfig, TagConfig, join_pointer};
-use busbar_plugin_host::{Digest, LoadRules, PluginError, PublicKey, TelemetryTag};
+use busbar_plugin_host::{
+    Digest, FreshnessBasis, LoadRules, PluginError, PublicKey, SourcePolicy, TelemetryTag,
+};
 use busbar_plugin_process::{
     Confinement, Deadlines, Optimizer, Plugin, PluginCatalog, PluginOptions, RestartPolicy,
     RunningAlarms, RunningOverlay, RunningRecords, RunningTelemetry,
 };
-use busbar_tags::{TagHandle, TagSpec};
+use busbar_tags::{Origin, TagHandle, TagSpec};
 use rayon::prelude::*;
 use serde_json::Value;
 
-use super::DiagnosticsCollector;
-use super::reuse::ReusePlan;
+use crate::config_file::{config_folder, read_config};
+use crate::diagnostics::{DiagnosticsCollector, LoadError};
+use crate::reuse::ReusePlan;
+
+/// Makes the catalogue of plugins that a configuration's directories hold.
+///
+/// # Errors
+/// When the configuration itself cannot be read or names no usable key.
+pub fn plugin_catalog(path: &Path) -> Result<PluginCatalog, LoadError> {
+    let faulty = |diagnostics| LoadError { file: path.to_owned(), diagnostics };
+    let config = read_config(path)?;
+    let mut faults = DiagnosticsCollector::new(&config);
+    let catalog = catalog(&config, &config_folder(path), &mut faults);
+    catalog.ok_or_else(|| faulty(faults.found))
+}
 
 /// The plugins of the configured directories; none with a fault where it is not
 /// known which libraries may be loaded.
-pub(super) fn catalog(
+fn catalog(
     config: &Config,
     folder: &Path,
     faults: &mut DiagnosticsCollector<'_>,
@@ -60,21 +75,21 @@ fn pin(plugin: &PluginConfig) -> Option<Digest> {
 }
 
 /// Keeps the unchanged instances and creates all others, several in parallel.
-pub(super) fn create(
+pub(crate) fn create(
     config: &Config,
     folder: &Path,
     reuse: &ReusePlan<'_>,
     faults: &mut DiagnosticsCollector<'_>,
 ) -> BTreeMap<String, Plugin> {
     let is_new = |name: &str| reuse.plugin(name).is_none();
-    let mut instances = create_some(config, folder, faults, &is_new);
+    let mut instances = create_instances(config, folder, faults, &is_new);
     let names = config.plugins.keys();
     instances.extend(names.filter_map(|name| Some((name.clone(), reuse.plugin(name)?.clone()))));
     instances
 }
 
 /// Creates the selected instances of the configuration, several in parallel.
-pub(super) fn create_some(
+pub fn create_instances(
     config: &Config,
     folder: &Path,
     faults: &mut DiagnosticsCollector<'_>,
@@ -100,7 +115,7 @@ pub(super) fn create_some(
             Ok(instance) => {
                 instances.insert(name.clone(), instance);
             }
-            Err(error) => place(&plugin.pointer, &error, faults),
+            Err(error) => report_plugin_error(&plugin.pointer, &error, faults),
         }
     }
     instances
@@ -126,7 +141,7 @@ fn in_folder(settings: &Value, folder: &Path) -> Value {
 }
 
 /// Reports whether an instance may use the network. By default only sources of tags or alarms may.
-pub(super) fn may_use_network(config: &Config, name: &str, plugin: &PluginConfig) -> bool {
+pub fn may_use_network(config: &Config, name: &str, plugin: &PluginConfig) -> bool {
     plugin.network.unwrap_or_else(|| serves(config, name))
 }
 
@@ -157,18 +172,18 @@ fn options(config: &Config, name: &str, plugin: &PluginConfig) -> PluginOptions 
 }
 
 /// Reports whether a plugin instance is the source of a tag or of alarms.
-pub(super) fn serves(config: &Config, name: &str) -> bool {
+pub(crate) fn serves(config: &Config, name: &str) -> bool {
     let mut sources = config.tags.values().filter_map(TagConfig::source);
     sources.any(|source| source.plugin == name) || has_alarms(config, name)
 }
 
 /// Reports whether a plugin is the source of external alarms.
-pub(super) fn has_alarms(config: &Config, name: &str) -> bool {
+pub(crate) fn has_alarms(config: &Config, name: &str) -> bool {
     config.alarm_handling.sources.iter().any(|source| source.plugin == name)
 }
 
-/// Puts a plugin's error where the configuration caused it.
-pub(super) fn place(pointer: &str, error: &PluginError, faults: &mut DiagnosticsCollector<'_>) {
+/// Adds a plugin's error where the configuration of the instance caused it.
+pub fn report_plugin_error(pointer: &str, error: &PluginError, faults: &mut DiagnosticsCollector<'_>) {
     let settings = join_pointer(pointer, "settings");
     match error {
         PluginError::Settings { id, faults: wrong } => {
@@ -188,7 +203,7 @@ pub(super) fn place(pointer: &str, error: &PluginError, faults: &mut Diagnostics
 }
 
 /// Reports the plugins that died during loading; they are restarted.
-pub(super) fn report_crashed_plugins(
+pub(crate) fn report_crashed_plugins(
     config: &Config,
     instances: &BTreeMap<String, Plugin>,
     faults: &mut DiagnosticsCollector<'_>,
@@ -210,7 +225,7 @@ pub(super) fn report_crashed_plugins(
 
 /// Checks that each plugin has the capabilities its use requires, and that its tags' addresses are
 /// usable.
-pub(super) fn check_capabilities(
+pub(crate) fn check_capabilities(
     config: &Config,
     instances: &BTreeMap<String, Plugin>,
     tags: &[TagSpec],
@@ -284,8 +299,8 @@ fn check_addresses(
     }
 }
 
-/// The tags that a plugin instance serves. Handles follow the order of ids.
-pub(super) fn telemetry_tags(config: &Config, tags: &[TagSpec], plugin: &str) -> Vec<TelemetryTag> {
+/// Returns the tags that a plugin instance serves. Handles follow the order of ids.
+pub fn telemetry_tags(config: &Config, tags: &[TagSpec], plugin: &str) -> Vec<TelemetryTag> {
     config
         .tags
         .iter()
@@ -301,4 +316,15 @@ pub(super) fn telemetry_tags(config: &Config, tags: &[TagSpec], plugin: &str) ->
             })
         })
         .collect()
+}
+
+/// Returns the configured rules for all samples of an instance.
+pub fn source_policy(config: &Config, name: &str) -> SourcePolicy {
+    let Some(plugin) = config.plugins.get(name) else { return SourcePolicy::default() };
+    let origin = if plugin.simulated { Origin::SIMULATED } else { Origin::LIVE };
+    let basis = match plugin.freshness_by {
+        busbar_config::FreshnessBasis::SourceTime => FreshnessBasis::SourceTime,
+        busbar_config::FreshnessBasis::Reception => FreshnessBasis::Reception,
+    };
+    SourcePolicy { origin, basis }
 }

@@ -13,10 +13,10 @@ use busbar_gltf_import::{ImportError, ImportLimits, import_file};
 use busbar_plugin_host::{LoadRules, PluginError};
 use busbar_plugin_process::{Isolation, Optimizer, PluginCatalog, PluginOptions};
 use busbar_scene::Model;
+use busbar_scene_loader::{StackBuilder, millis_since};
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::stack_builder::{StackBuilder, millis_since};
 
 /// A model with its stacks, ready to be walked.
 pub struct OptimizedModel {

@@ -4,7 +4,7 @@ use busbar_plugin_host::PluginError;
 use busbar_plugin_process::{Plugin, PluginCatalog, PluginOptions};
 use serde_json::{Value, json};
 
-use crate::POINTS_COMMAND;
+use crate::device_points::POINTS_COMMAND;
 
 /// A command and the plugin that offers it.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -7,14 +7,14 @@ use std::path::Path;
 use busbar_config::{Config, join_pointer};
 use skrifa::{FontRef, MetadataProvider};
 
-use super::DiagnosticsCollector;
+use crate::diagnostics::DiagnosticsCollector;
 
 /// The largest font file; those of all Chinese signs have some 20 MB.
 const MAX_FONT_BYTES: u64 = 64 << 20;
 
 /// Reads the font and ensures that it is one; none where the built-in one is used, or
 /// with a fault.
-pub(super) fn load(
+pub(crate) fn load(
     config: &Config,
     folder: &Path,
     faults: &mut DiagnosticsCollector<'_>,

@@ -1,54 +1,33 @@
-//! Scene loader: reads a configuration and all it names, without a graphics device.
-
-mod alarms;
-mod bindings;
-mod cache;
-mod device_points;
-mod font;
-mod link_check;
-mod models;
-mod moving_part_check;
-mod overlay_check;
-mod plugins;
-mod reuse;
-mod simulation;
-mod theta_policies;
+//! Loaded scene: a configuration with everything it names, loaded and checked.
 
 use std::collections::{BTreeMap, HashMap};
-use std::fs::File;
-use std::io::Read;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
 use busbar_audit_log::AuditLogOptions;
-use busbar_config::{
-    Config, Diagnostic, LogConfig, MetricsConfig, QualityConfig, Section, Severity,
-};
+use busbar_config::{Config, Diagnostic, LogConfig, MetricsConfig, Section, Severity};
 use busbar_geometry::CollapseStacks;
 use busbar_lod::{InstancePolicies, Proxies, ProxyModel, SourceModel};
-use busbar_plugin_host::{OverlayBinding, PluginError, TelemetryTag};
-use busbar_plugin_process::{Plugin, PluginCatalog, RunningTelemetry};
-use busbar_renderer::{ModelHandle, Quality, RendererOptions};
+use busbar_plugin_host::{OverlayBinding, TelemetryTag};
+use busbar_plugin_process::{Plugin, RunningTelemetry};
 use busbar_scene::{Material, NodeIndex, SceneGraph, Texture};
 use busbar_tags::{TagHandle, TagSet};
 
-pub(crate) use alarms::LoadedAlarms;
-pub use device_points::{DevicePointSource, DevicePoints, POINTS_COMMAND};
-pub use link_check::{CheckedLink, check_links};
-use reuse::ReusePlan;
-pub use reuse::{PreparedReload, ReloadError};
-pub use simulation::{SimulatedDevice, SimulatedDevices};
-
+use crate::alarms::{self, LoadedAlarms};
+use crate::bindings;
+use crate::config_file::{config_folder, read_config};
+use crate::diagnostics::{DiagnosticsCollector, LoadError};
 use crate::equipment::EquipmentIndex;
 use crate::file_version::FileVersion;
-use crate::moving_parts::MovingParts;
+use crate::moving_parts::MovingPartTable;
+use crate::reuse::ReusePlan;
 use crate::stack_builder::millis_since;
-use crate::{LoadError, LoadMillis};
+use crate::{font, mesh_cache, models, moving_part_check, plugins, theta_policies};
 
-/// The largest configuration file that is read.
-pub const MAX_CONFIG_FILE_BYTES: u64 = busbar_config::MAX_CONFIG_BYTES as u64;
+/// Milliseconds of loading by stage.
+pub type LoadMillis = BTreeMap<String, f64>;
 
 /// Progress callback: stage, steps done, steps in all.
 pub type LoadProgress<'a> = dyn Fn(&str, usize, usize) + Sync + 'a;
@@ -56,36 +35,44 @@ pub type LoadProgress<'a> = dyn Fn(&str, usize, usize) + Sync + 'a;
 /// A configuration with everything it names, loaded and checked. Clones share all of it.
 #[derive(Clone)]
 pub struct LoadedScene {
-    pub(crate) config: Arc<Config>,
+    /// Valid configuration, without the positions of its values.
+    pub config: Arc<Config>,
     /// Base folder of relative paths.
-    folder: PathBuf,
-    pub(crate) instances: BTreeMap<String, Plugin>,
+    pub(crate) folder: PathBuf,
+    /// Plugin instances by their names; none of them has been started on its duties.
+    pub instances: BTreeMap<String, Plugin>,
     /// Models of the configuration, then the proxies.
-    pub(crate) models: Vec<LoadedModel>,
+    pub models: Vec<LoadedModel>,
     /// Number of placements of each configured model.
-    pub(crate) instances_of_models: Vec<usize>,
-    pub(crate) graph: Arc<SceneGraph>,
-    pub(crate) proxies: Arc<Proxies>,
+    pub instances_of_models: Vec<usize>,
+    /// Placed nodes and mesh instances.
+    pub graph: Arc<SceneGraph>,
+    /// Proxy meshes of groups and of repeated meshes.
+    pub proxies: Arc<Proxies>,
     /// Theta policies of all mesh instances.
-    pub(crate) policies: Arc<InstancePolicies>,
-    pub(crate) tags: Arc<TagSet>,
-    pub(crate) bindings: Arc<[Binding]>,
+    pub policies: Arc<InstancePolicies>,
+    /// Tags in the order of their handles.
+    pub tags: Arc<TagSet>,
+    /// Bindings of tags to nodes.
+    pub bindings: Arc<[Binding]>,
     /// Parts that move, as modelled.
-    pub(crate) moving: MovingParts,
-    pub(crate) alarms: LoadedAlarms,
+    pub moving_parts: Arc<MovingPartTable>,
+    /// Alarms with their equipment.
+    pub alarms: LoadedAlarms,
     /// The alarm log that the configuration asks for.
-    pub(crate) audit_log: Option<AuditLogOptions>,
+    pub audit_log: Option<AuditLogOptions>,
     /// Names and aliases of the equipment.
-    pub(crate) equipment: Arc<EquipmentIndex>,
+    pub equipment: Arc<EquipmentIndex>,
     /// The font of panels and labels; none for the one built in.
-    pub(crate) font: Option<Arc<[u8]>>,
+    pub font: Option<Arc<[u8]>>,
     /// The first node that each tag is bound to.
     nodes_of_tags: Arc<HashMap<TagHandle, NodeIndex>>,
-    pub(crate) millis: LoadMillis,
+    /// Milliseconds of loading by stage.
+    pub millis: LoadMillis,
     /// Meshes whose stacks were in the cache.
-    pub(crate) cached_meshes: usize,
+    pub cached_meshes: usize,
     /// Folder for compiled pipelines.
-    pub(crate) pipeline_cache: Option<PathBuf>,
+    pub pipeline_cache: Option<PathBuf>,
     notes: Vec<String>,
     /// Failures of plugins that do not prevent the scene from being shown.
     plugin_failures: Vec<Diagnostic>,
@@ -93,13 +80,18 @@ pub struct LoadedScene {
 
 /// A model ready for upload.
 #[derive(Clone, Default)]
-pub(crate) struct LoadedModel {
-    pub(crate) name: String,
-    pub(crate) stacks: Vec<Arc<CollapseStacks>>,
-    pub(crate) materials: Arc<[Material]>,
-    pub(crate) textures: Arc<[Texture]>,
-    /// Slot on the device; none until all models are loaded.
-    pub(crate) slot: Option<u32>,
+pub struct LoadedModel {
+    /// Name in the configuration; empty for proxies.
+    pub name: String,
+    /// Collapse stacks of the meshes.
+    pub stacks: Vec<Arc<CollapseStacks>>,
+    /// Materials of the meshes' sections.
+    pub materials: Arc<[Material]>,
+    /// Textures of the materials.
+    pub textures: Arc<[Texture]>,
+    /// Number that no other loaded model has, nor one of the scene before; none until all models
+    /// are loaded.
+    pub slot: Option<u32>,
     pub(crate) provenance: ModelProvenance,
 }
 
@@ -113,69 +105,30 @@ impl LoadedModel {
     fn source(&self) -> SourceModel<'_> {
         SourceModel { stacks: &self.stacks, materials: &self.materials, textures: &self.textures }
     }
-
-    /// Returns the model's handle on the device.
-    pub(crate) fn handle(&self) -> ModelHandle {
-        ModelHandle::from_index(self.slot.unwrap_or(u32::MAX))
-    }
 }
 
 /// Provenance of a model, compared at reload.
 #[derive(Clone, Default)]
 pub(crate) struct ModelProvenance {
     /// True if the collapses are ordered by error.
-    by_error: bool,
+    pub(crate) by_error: bool,
     /// True if the optimizer succeeded.
-    is_complete: bool,
+    pub(crate) is_complete: bool,
     /// Version of the model file; files that it references are not checked.
-    file: FileVersion,
+    pub(crate) file: FileVersion,
     /// Range of pieces of each mesh, for a model that was split.
-    pieces: Vec<Range<u32>>,
+    pub(crate) pieces: Vec<Range<u32>>,
 }
 
 /// A tag bound to a node, resolved.
 #[derive(Clone, Debug)]
-pub(crate) struct Binding {
-    pub(crate) tag: TagHandle,
-    pub(crate) node: NodeIndex,
-    pub(crate) role: String,
-}
-
-/// Collector of diagnostics, so that loading continues as far as possible.
-pub(crate) struct DiagnosticsCollector<'a> {
-    config: &'a Config,
-    found: Vec<Diagnostic>,
-    /// Failures of plugins, which do not prevent the scene from being shown.
-    plugin_failures: Vec<Diagnostic>,
-}
-
-impl<'a> DiagnosticsCollector<'a> {
-    fn new(config: &'a Config) -> Self {
-        Self { config, found: Vec::new(), plugin_failures: Vec::new() }
-    }
-
-    /// Adds a plugin's error. An error that the plugin alone caused does not prevent the scene from
-    /// being shown.
-    pub(crate) fn add_plugin_error(&mut self, pointer: &str, error: &PluginError) {
-        if error.is_reported_by_plugin() {
-            self.add_plugin_failure(pointer, error.to_string(), error.remedy());
-        } else {
-            self.add(pointer, error.to_string(), error.remedy());
-        }
-    }
-
-    fn add_plugin_failure(&mut self, pointer: &str, cause: String, remedy: &str) {
-        self.plugin_failures.push(self.config.positions.diagnostic(pointer, cause, remedy));
-    }
-
-    pub(crate) fn add(
-        &mut self,
-        pointer: &str,
-        cause: impl Into<String>,
-        remedy: impl Into<String>,
-    ) {
-        self.found.push(self.config.positions.diagnostic(pointer, cause, remedy));
-    }
+pub struct Binding {
+    /// Tag that is bound.
+    pub tag: TagHandle,
+    /// Node that the tag is bound to.
+    pub node: NodeIndex,
+    /// Role of the tag at the node, as overlays know it.
+    pub role: String,
 }
 
 impl LoadedScene {
@@ -195,7 +148,7 @@ impl LoadedScene {
     }
 
     /// Loads what a configuration names, except for what can be reused.
-    fn assemble(
+    pub(crate) fn assemble(
         path: &Path,
         config: Config,
         mut millis: LoadMillis,
@@ -203,18 +156,16 @@ impl LoadedScene {
         progress: &LoadProgress<'_>,
     ) -> Result<Self, LoadError> {
         let faulty = |diagnostics| LoadError { file: path.to_owned(), diagnostics };
-        let folder = folder_of(path);
-        let mut faults = DiagnosticsCollector {
-            found: config.warnings.clone(),
-            ..DiagnosticsCollector::new(&config)
-        };
+        let folder = config_folder(path);
+        let mut faults = DiagnosticsCollector::new(&config);
+        faults.found.clone_from(&config.warnings);
         // Beside each other: starting the processes of plugins is mostly waiting.
         progress("plugins and models", 0, 1);
         let mut import_faults = DiagnosticsCollector::new(&config);
         let mut notes = Vec::new();
         let is_new = |name: &String| reuse.model(name).is_none();
         let cache = config.models.keys().any(is_new);
-        let cache = cache.then(|| cache::open(&config.cache, &folder, &mut notes)).flatten();
+        let cache = cache.then(|| mesh_cache::open(&config.cache, &folder, &mut notes)).flatten();
         let at_hand = (reuse, cache.as_ref());
         let ((instances, plugin_millis), (mut imported, import_millis)) = rayon::join(
             || timed(|| plugins::create(&config, &folder, reuse, &mut faults)),
@@ -304,7 +255,7 @@ impl LoadedScene {
                 millis.insert("proxies".into(), millis_since(start));
                 let instances_of_models = count_placed(&config);
                 let audit_log = audit_log_of(&config, &folder);
-                let moving = MovingParts::new(&config, &graph);
+                let moving_parts = Arc::new(MovingPartTable::new(&config, &graph));
                 let mut config = config.loaded();
                 config.warnings = diagnostics;
                 Ok(Self {
@@ -318,7 +269,7 @@ impl LoadedScene {
                     policies: Arc::new(policies),
                     tags,
                     bindings: bindings.into(),
-                    moving,
+                    moving_parts,
                     alarms,
                     audit_log,
                     equipment: equipment.unwrap_or_default(),
@@ -395,12 +346,12 @@ impl LoadedScene {
     }
 
     /// Returns the meshes of all models, those of proxies last.
-    pub(crate) fn meshes(&self) -> Vec<&[Arc<CollapseStacks>]> {
+    pub fn meshes(&self) -> Vec<&[Arc<CollapseStacks>]> {
         self.models.iter().map(|model| model.stacks.as_slice()).collect()
     }
 
     /// The files of the configuration's models, and which content of each was read.
-    pub(crate) fn model_files(&self) -> impl Iterator<Item = (PathBuf, FileVersion)> {
+    pub fn model_files(&self) -> impl Iterator<Item = (PathBuf, FileVersion)> {
         let models = self.config.models.values().zip(&self.models);
         models.map(|(model, loaded)| (self.folder.join(&model.file), loaded.provenance.file))
     }
@@ -417,7 +368,7 @@ impl LoadedScene {
     }
 
     /// Returns the number of configured models.
-    pub(crate) fn model_count(&self) -> usize {
+    pub fn model_count(&self) -> usize {
         self.config.models.len()
     }
 
@@ -426,28 +377,13 @@ impl LoadedScene {
         self.config.view.size
     }
 
-    /// Returns the renderer options of the configuration. An open quality becomes `Low` on a
-    /// software rasterizer, except in headless views.
-    pub fn renderer_options(&self) -> RendererOptions {
-        let view = &self.config.view;
-        let quality = match view.quality {
-            Some(QualityConfig::Low) => Quality::Low,
-            Some(QualityConfig::Medium) | None => Quality::Medium,
-            Some(QualityConfig::High) => Quality::High,
-        };
-        let with_samples = |quality: Quality| (quality, view.samples.unwrap_or(quality.samples()));
-        let (quality, samples) = with_samples(quality);
-        let on_software_rasterizer = view.quality.is_none().then(|| with_samples(Quality::Low));
-        RendererOptions { quality, samples, on_software_rasterizer, validation: false }
-    }
-
     /// The equipment that a tag is bound to first.
-    pub(crate) fn node_of(&self, tag: TagHandle) -> Option<String> {
+    pub fn node_of(&self, tag: TagHandle) -> Option<String> {
         self.nodes_of_tags.get(&tag).map(|&node| self.graph.node(node).id())
     }
 
     /// The tags that a plugin serves, if it is to serve: a source of alarms does without any.
-    pub(crate) fn served_tags(&self, name: &str, plugin: &Plugin) -> Option<Vec<TelemetryTag>> {
+    pub fn served_tags(&self, name: &str, plugin: &Plugin) -> Option<Vec<TelemetryTag>> {
         let tags = plugins::telemetry_tags(&self.config, self.tags.specs(), name);
         let has_alarms = plugins::has_alarms(&self.config, name);
         let serves = !tags.is_empty() || has_alarms && RunningTelemetry::has_telemetry(plugin);
@@ -455,7 +391,7 @@ impl LoadedScene {
     }
 
     /// The bindings that an overlay gets.
-    pub(crate) fn overlay_bindings(&self, overlay: &str) -> Vec<OverlayBinding> {
+    pub fn overlay_bindings(&self, overlay: &str) -> Vec<OverlayBinding> {
         let roles = self.config.plugins.get(overlay).map_or(&[][..], |plugin| &plugin.roles);
         bindings::for_overlay(self, roles)
     }
@@ -488,53 +424,3 @@ fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
     (work(), millis_since(start))
 }
 
-/// Makes the catalogue of plugins that a configuration's directories hold.
-///
-/// # Errors
-/// When the configuration itself cannot be read or names no usable key.
-pub fn plugin_catalog(path: &Path) -> Result<PluginCatalog, LoadError> {
-    let faulty = |diagnostics| LoadError { file: path.to_owned(), diagnostics };
-    let config = read_config(path)?;
-    let mut faults = DiagnosticsCollector::new(&config);
-    let catalog = plugins::catalog(&config, &folder_of(path), &mut faults);
-    catalog.ok_or_else(|| faulty(faults.found))
-}
-
-/// The folder that relative paths of a configuration start from, absolute.
-fn folder_of(path: &Path) -> PathBuf {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    folder.canonicalize().unwrap_or_else(|_| folder.to_owned())
-}
-
-/// Reads a configuration without checking the files it names.
-fn read_config(path: &Path) -> Result<Config, LoadError> {
-    let faulty = |diagnostics| LoadError { file: path.to_owned(), diagnostics };
-    let text = read_text(path).map_err(|fault| faulty(vec![fault]))?;
-    busbar_config::parse(&text).map_err(faulty)
-}
-
-fn read_text(path: &Path) -> Result<String, Diagnostic> {
-    let fault = |cause: String, remedy: &str| Diagnostic {
-        severity: Severity::Error,
-        line: 1,
-        column: 1,
-        pointer: String::new(),
-        cause,
-        remedy: remedy.into(),
-    };
-    let unreadable = |error: std::io::Error| {
-        fault(format!("cannot read the configuration: {error}"), "check the path and its rights")
-    };
-    let metadata = std::fs::metadata(path).map_err(unreadable)?;
-    if !metadata.is_file() {
-        return Err(fault("it is not a regular file".into(), "name a JSON file"));
-    }
-    let mut bytes = Vec::new();
-    let file = File::open(path).map_err(unreadable)?;
-    file.take(MAX_CONFIG_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
-    if bytes.len() as u64 > MAX_CONFIG_FILE_BYTES {
-        let cause = format!("it is larger than {MAX_CONFIG_FILE_BYTES} bytes");
-        return Err(fault(cause, "name a configuration file, or split it"));
-    }
-    String::from_utf8(bytes).map_err(|_| fault("it is not UTF-8 text".into(), "save it as UTF-8"))
-}

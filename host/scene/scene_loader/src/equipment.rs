@@ -7,22 +7,23 @@ use busbar_scene::{NodeIndex, SceneGraph};
 
 /// The names of a piece of equipment besides its id.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct EquipmentNames {
+pub struct EquipmentNames {
     /// Descriptive name; may be empty.
-    pub(crate) name: String,
-    pub(crate) aliases: Vec<String>,
+    pub name: String,
+    /// Other ids of the equipment.
+    pub aliases: Vec<String>,
 }
 
 /// Index of the equipment's names and aliases.
 #[derive(Debug, Default)]
-pub(crate) struct EquipmentIndex {
+pub struct EquipmentIndex {
     names: HashMap<NodeIndex, EquipmentNames>,
     by_alias: HashMap<String, NodeIndex>,
 }
 
 impl EquipmentIndex {
     /// Builds the index from a configuration; calls `absent` for equipment that the scene lacks.
-    pub(crate) fn new(
+    pub fn new(
         graph: &SceneGraph,
         equipment: &BTreeMap<String, EquipmentConfig>,
         mut absent: impl FnMut(&str, &EquipmentConfig),
@@ -43,12 +44,12 @@ impl EquipmentIndex {
     }
 
     /// Returns the names of a node besides its id.
-    pub(crate) fn names(&self, node: NodeIndex) -> Option<&EquipmentNames> {
+    pub fn names(&self, node: NodeIndex) -> Option<&EquipmentNames> {
         self.names.get(&node)
     }
 
     /// The node of an id or an alias.
-    pub(crate) fn find(&self, graph: &SceneGraph, id: &str) -> Option<NodeIndex> {
+    pub fn find(&self, graph: &SceneGraph, id: &str) -> Option<NodeIndex> {
         graph.find(id).or_else(|| self.by_alias.get(id).copied())
     }
 
@@ -57,7 +58,7 @@ impl EquipmentIndex {
     /// The device is the nearest node upwards that the configuration names. Otherwise it is the
     /// highest ancestor with a product designation (IEC 81346-1: a `-` behind a prefix), or else
     /// the placement of the node.
-    pub(crate) fn device_of(&self, graph: &SceneGraph, node: NodeIndex) -> NodeIndex {
+    pub fn device_of(&self, graph: &SceneGraph, node: NodeIndex) -> NodeIndex {
         let way = || std::iter::successors(Some(node), |node| graph.node(*node).parent());
         let named = way().find(|node| self.names.contains_key(node));
         let product = || way().filter(|node| is_product(graph.node(*node).name())).last();
@@ -68,7 +69,7 @@ impl EquipmentIndex {
 
 /// Reports whether a name is a reference designation (IEC 81346-1). Such a name begins with an
 /// aspect's prefix: `=` function, `-` product, `+` location.
-pub(crate) fn is_designation(name: &str) -> bool {
+pub fn is_designation(name: &str) -> bool {
     name.starts_with(['=', '-', '+'])
 }
 

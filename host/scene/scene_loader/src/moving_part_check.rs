@@ -2,14 +2,14 @@
 
 use busbar_config::Config;
 
-use super::DiagnosticsCollector;
-use super::models::{ImportedModels, ModelSource};
+use crate::diagnostics::DiagnosticsCollector;
+use crate::models::{ImportedModels, ModelSource};
 
 /// Names of a model's nodes that a fault suggests.
 const MAX_SUGGESTIONS: usize = 8;
 
 /// Finds faults of models that have no such part.
-pub(super) fn check(
+pub(crate) fn check(
     config: &Config,
     imported: &ImportedModels,
     faults: &mut DiagnosticsCollector<'_>,

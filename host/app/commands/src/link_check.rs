@@ -5,12 +5,13 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use busbar_config::TagConfig;
+use busbar_plugin_host::LinkReport;
 use busbar_plugin_process::{Plugin, RunningTelemetry};
+use busbar_scene_loader::{
+    DiagnosticsCollector, LoadError, config_folder, create_instances, read_config,
+    report_plugin_error, source_policy, tag_specs, telemetry_tags,
+};
 use busbar_tags::{Moment, QualityCounts, Sample, TagTable};
-
-use super::{DiagnosticsCollector, LoadError, bindings, folder_of, plugins, read_config};
-use crate::stats::{self, LinkStats, QualityStats};
-use crate::telemetry_instance::source_policy;
 
 /// Period at which samples are taken.
 const PERIOD: Duration = Duration::from_millis(50);
@@ -20,9 +21,9 @@ pub struct CheckedLink {
     /// The configuration's name of the instance.
     pub name: String,
     /// Link and clock of the source.
-    pub link: LinkStats,
+    pub link: LinkReport,
     /// Qualities of its tags at the end.
-    pub quality: QualityStats,
+    pub quality: QualityCounts,
 }
 
 /// Starts every plugin instance that is the source of a tag, listens for a duration, and returns
@@ -36,16 +37,16 @@ pub fn check_links(path: &Path, duration: Duration) -> Result<Vec<CheckedLink>, 
     let is_source = |name: &str| {
         config.tags.values().filter_map(TagConfig::source).any(|source| source.plugin == name)
     };
-    let instances = plugins::create_some(&config, &folder_of(path), &mut faults, &is_source);
-    let specs = bindings::tag_specs(&config);
+    let instances = create_instances(&config, &config_folder(path), &mut faults, &is_source);
+    let specs = tag_specs(&config);
     let mut running = Vec::new();
     for (name, plugin) in &instances {
-        let tags = plugins::telemetry_tags(&config, &specs, name);
+        let tags = telemetry_tags(&config, &specs, name);
         match RunningTelemetry::start(plugin, &tags, source_policy(&config, name)) {
             Ok(telemetry) => running.push((telemetry, tags)),
             Err(error) => {
                 let pointer = config.plugins.get(name).map_or("", |plugin| &plugin.pointer);
-                plugins::place(pointer, &error, &mut faults);
+                report_plugin_error(pointer, &error, &mut faults);
             }
         }
     }
@@ -72,8 +73,8 @@ pub fn check_links(path: &Path, duration: Duration) -> Result<Vec<CheckedLink>, 
         }
         CheckedLink {
             name: telemetry.name().to_owned(),
-            link: stats::link(telemetry.link()),
-            quality: counts.into(),
+            link: telemetry.link(),
+            quality: counts,
         }
     });
     let checked = checked.collect();

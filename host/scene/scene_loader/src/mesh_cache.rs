@@ -14,7 +14,7 @@ const MAX_LIBRARY_BYTES: u64 = 1 << 30;
 
 /// Opens the configured cache; none if it is turned off or has no directory. An unusable cache
 /// gives a remark; loading then takes longer.
-pub(super) fn open(
+pub(crate) fn open(
     config: &CacheConfig,
     folder: &Path,
     notes: &mut Vec<String>,
@@ -44,7 +44,7 @@ fn users_cache() -> Option<PathBuf> {
 
 /// Returns the digest of the optimizer for cache keys: plugin id, version, library content and
 /// settings.
-pub(super) fn optimizer_digest(
+pub(crate) fn optimizer_digest(
     plugin: &Plugin,
     settings: &Value,
 ) -> std::io::Result<OptimizerDigest> {
@@ -61,18 +61,18 @@ pub(super) fn optimizer_digest(
 }
 
 /// Welded meshes in the cache.
-pub(super) struct WeldedMeshCache<'a> {
+pub(crate) struct WeldedMeshCache<'a> {
     cache: &'a StackCache,
     /// Remarks on faults of the cache.
     notes: Mutex<Vec<String>>,
 }
 
 impl<'a> WeldedMeshCache<'a> {
-    pub(super) fn new(cache: &'a StackCache) -> Self {
+    pub(crate) fn new(cache: &'a StackCache) -> Self {
         Self { cache, notes: Mutex::default() }
     }
 
-    pub(super) fn into_notes(self) -> Vec<String> {
+    pub(crate) fn into_notes(self) -> Vec<String> {
         self.notes.into_inner().unwrap_or_else(PoisonError::into_inner)
     }
 

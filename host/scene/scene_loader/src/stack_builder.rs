@@ -12,35 +12,39 @@ use busbar_stack_cache::{CacheKey, Lookup, OptimizerDigest, StackCache};
 use rayon::prelude::*;
 
 /// Makes stacks, with an optimiser or (nothing then collapses) without.
-pub(crate) struct StackBuilder<'a> {
-    pub(crate) optimizer: Option<&'a Optimizer>,
+pub struct StackBuilder<'a> {
+    /// Optimizer of the meshes; none keeps them without collapses.
+    pub optimizer: Option<&'a Optimizer>,
     /// Cache of stacks, and the digest of this optimizer.
-    pub(crate) cache: Option<(&'a StackCache, OptimizerDigest)>,
+    pub cache: Option<(&'a StackCache, OptimizerDigest)>,
     /// True if collapses are ordered by error instead of the plugin's order.
-    pub(crate) by_error: bool,
+    pub by_error: bool,
     /// True if a mesh on which the optimizer fails is kept without collapses.
-    pub(crate) allows_failure: bool,
+    pub allows_failure: bool,
 }
 
 /// Stacks of the meshes of one model, and what their making took.
 #[derive(Default)]
-pub(crate) struct BuiltStacks {
+pub struct BuiltStacks {
     /// Stacks of the meshes, in order.
-    pub(crate) stacks: Vec<Arc<CollapseStacks>>,
+    pub stacks: Vec<Arc<CollapseStacks>>,
     /// CPU milliseconds a stage, summed over meshes. `optimize` is the whole
     /// call of the plugin; `optimize/...` are the parts that it reported.
-    pub(crate) millis: BTreeMap<String, f64>,
+    pub millis: BTreeMap<String, f64>,
     /// Meshes whose stacks were in the cache.
-    pub(crate) cached: usize,
+    pub cached: usize,
     /// Remarks on faults of the cache.
-    pub(crate) notes: Vec<String>,
+    pub notes: Vec<String>,
     /// Failure of the optimizer on a mesh that is kept without collapses.
-    pub(crate) optimizer_failure: Option<PluginError>,
+    pub optimizer_failure: Option<PluginError>,
 }
 
 impl StackBuilder<'_> {
     /// Builds the stacks of all meshes; `done` receives the number of finished meshes.
-    pub(crate) fn build(
+    ///
+    /// # Errors
+    /// Error of the optimizer, unless its failure is allowed.
+    pub fn build(
         &self,
         meshes: Vec<Mesh>,
         done: &(dyn Fn(usize) + Sync),
@@ -133,7 +137,7 @@ impl StackBuilder<'_> {
     }
 }
 
-/// Milliseconds since an instant.
-pub(crate) fn millis_since(start: Instant) -> f64 {
+/// Returns the milliseconds since an instant.
+pub fn millis_since(start: Instant) -> f64 {
     start.elapsed().as_secs_f64() * 1e3
 }

@@ -2,130 +2,17 @@
 //! started again.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt;
-use std::path::Path;
-use std::time::Instant;
 
 use busbar_config::{Changes, Config, Section, TagConfig};
-use busbar_plugin_host::PluginError;
-use busbar_plugin_process::{Plugin, RunningOverlay, RunningTelemetry};
+use busbar_plugin_process::Plugin;
 use busbar_scene::{ModelIndex, ModelParts};
 
-use super::models::screen_error_models;
-use crate::telemetry_instance::source_policy;
-
-use super::{LoadedModel, LoadedScene, folder_of, plugins, read_config};
-use crate::file_version::version;
-use crate::stack_builder::millis_since;
-use crate::{LoadError, LoadMillis};
-
-/// A changed configuration with everything it names, ready to be shown: its new plugins run.
-pub struct PreparedReload {
-    pub(crate) scene: LoadedScene,
-    pub(crate) changes: Changes,
-    /// Plugins that are kept unchanged.
-    pub(crate) kept: BTreeSet<String>,
-    /// Telemetry plugins that were started for it.
-    pub(crate) telemetry: Vec<RunningTelemetry>,
-    pub(crate) overlays: BTreeMap<String, RunningOverlay>,
-    /// True if nodes and models are unchanged.
-    pub(crate) has_same_graph: bool,
-}
-
-/// Error that keeps a changed configuration from being shown.
-#[derive(Debug)]
-pub enum ReloadError {
-    /// Faults of the file and of the files it names.
-    Load(LoadError),
-    /// A plugin that cannot start.
-    Plugin(PluginError),
-}
-
-impl fmt::Display for ReloadError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Load(error) => error.fmt(f),
-            Self::Plugin(error) => write!(f, "{error}\n  remedy: {}", error.remedy()),
-        }
-    }
-}
-
-impl std::error::Error for ReloadError {}
-
-impl From<LoadError> for ReloadError {
-    fn from(error: LoadError) -> Self {
-        Self::Load(error)
-    }
-}
-
-impl From<PluginError> for ReloadError {
-    fn from(error: PluginError) -> Self {
-        Self::Plugin(error)
-    }
-}
-
-impl PreparedReload {
-    /// Returns the changes against the previous configuration.
-    pub fn changes(&self) -> &Changes {
-        &self.changes
-    }
-}
-
-impl LoadedScene {
-    /// Loads a configuration in place of this scene and starts new or changed plugins, while this
-    /// scene is still shown. Returns none if nothing has changed. Models whose files were rewritten
-    /// are loaded again; other files that the configuration names are not checked.
-    ///
-    /// # Errors
-    /// Every fault of the file, of the files it names, and of what it asks of plugins. This
-    /// scene goes on undisturbed.
-    pub fn reload(&self, path: &Path) -> Result<Option<PreparedReload>, ReloadError> {
-        let start = Instant::now();
-        let config = read_config(path)?;
-        let is_elsewhere = self.folder != folder_of(path);
-        let mut changes = Changes::between(&self.config, &config);
-        changes.add_models(self.edited_models());
-        if changes.is_empty() && !is_elsewhere {
-            return Ok(None);
-        }
-        let millis = LoadMillis::from([("config".into(), millis_since(start))]);
-        // Relative paths of another folder lead elsewhere.
-        let reuse = match is_elsewhere {
-            true => ReusePlan::none_of(self, &changes),
-            false => ReusePlan::new(self, &config, &changes),
-        };
-        let scene = Self::assemble(path, config, millis, &reuse, &|_, _, _| {})?;
-        let has_same_graph = reuse.has_same_graph();
-        let kept = reuse.0.map(|before| before.plugins).unwrap_or_default();
-        let (mut telemetry, mut overlays) = (Vec::new(), BTreeMap::new());
-        for (name, plugin) in scene.instances.iter().filter(|(name, _)| !kept.contains(*name)) {
-            if scene.config.overlays.iter().any(|overlay| overlay.plugin == *name) {
-                let bindings = scene.overlay_bindings(name);
-                overlays.insert(name.clone(), RunningOverlay::configure(plugin, bindings)?);
-            }
-            if let Some(tags) = scene.served_tags(name, plugin) {
-                telemetry.push(RunningTelemetry::start(
-                    plugin,
-                    &tags,
-                    source_policy(&scene.config, name),
-                )?);
-            }
-        }
-        Ok(Some(PreparedReload { scene, changes, kept, telemetry, overlays, has_same_graph }))
-    }
-
-    /// Returns the models whose files have changed. A missing file counts as being replaced; its
-    /// model stays.
-    fn edited_models(&self) -> Vec<String> {
-        let files = self.config.models.keys().zip(self.model_files());
-        let is_edited = |path: &Path, read| version(path).is_some_and(|now| Some(now) != read);
-        let edited = files.filter(|(_, (path, read))| is_edited(path, *read));
-        edited.map(|(name, _)| name.clone()).collect()
-    }
-}
+use crate::loaded_scene::{LoadedModel, LoadedScene};
+use crate::models::screen_error_models;
+use crate::plugins;
 
 /// Reusable parts of the previous scene, if there is one.
-pub(super) struct ReusePlan<'a>(Option<PreviousScene<'a>>);
+pub(crate) struct ReusePlan<'a>(Option<PreviousScene<'a>>);
 
 struct PreviousScene<'a> {
     scene: &'a LoadedScene,
@@ -139,17 +26,18 @@ struct PreviousScene<'a> {
 
 impl<'a> ReusePlan<'a> {
     /// Creates a plan that reuses nothing.
-    pub(super) fn none() -> Self {
+    pub(crate) fn none() -> Self {
         Self(None)
     }
 
     /// Creates a plan that reuses nothing of a previous scene.
-    fn none_of(scene: &'a LoadedScene, changes: &'a Changes) -> Self {
+    pub(crate) fn none_of(scene: &'a LoadedScene, changes: &'a Changes) -> Self {
         let (plugins, models) = (BTreeSet::new(), BTreeMap::new());
         Self(Some(PreviousScene { scene, changes, plugins, models, has_same_graph: false }))
     }
 
-    fn new(scene: &'a LoadedScene, config: &Config, changes: &'a Changes) -> Self {
+    /// Finds what a changed configuration leaves as it is.
+    pub(crate) fn new(scene: &'a LoadedScene, config: &Config, changes: &'a Changes) -> Self {
         let names = scene.instances.keys();
         let is_plugin_kept = |name: &&String| {
             !changes.affect(Section::PluginRules) && is_plugin_kept(&scene.config, config, name)
@@ -175,28 +63,33 @@ impl<'a> ReusePlan<'a> {
     }
 
     /// Returns the previous scene.
-    pub(super) fn scene(&self) -> Option<&'a LoadedScene> {
+    pub(crate) fn scene(&self) -> Option<&'a LoadedScene> {
         self.0.as_ref().map(|before| before.scene)
     }
 
     /// Reports whether a section of the configuration has changed.
-    pub(super) fn touches(&self, section: Section) -> bool {
+    pub(crate) fn touches(&self, section: Section) -> bool {
         self.0.as_ref().is_none_or(|before| before.changes.affect(section))
     }
 
     /// Reports whether nodes and models are unchanged.
-    pub(super) fn has_same_graph(&self) -> bool {
+    pub(crate) fn has_same_graph(&self) -> bool {
         self.0.as_ref().is_some_and(|before| before.has_same_graph)
     }
 
+    /// Returns the names of the plugins that are kept.
+    pub(crate) fn into_kept_plugins(self) -> BTreeSet<String> {
+        self.0.map(|before| before.plugins).unwrap_or_default()
+    }
+
     /// Returns a plugin that is kept.
-    pub(super) fn plugin(&self, name: &str) -> Option<&'a Plugin> {
+    pub(crate) fn plugin(&self, name: &str) -> Option<&'a Plugin> {
         let before = self.0.as_ref().filter(|before| before.plugins.contains(name))?;
         before.scene.instances.get(name)
     }
 
     /// Returns an unchanged model.
-    pub(super) fn model(&self, name: &str) -> Option<(&'a LoadedModel, ModelParts)> {
+    pub(crate) fn model(&self, name: &str) -> Option<(&'a LoadedModel, ModelParts)> {
         let before = self.0.as_ref()?;
         let index = *before.models.get(name)?;
         let parts = before.scene.graph.model_parts(ModelIndex(index as u32));
@@ -205,7 +98,7 @@ impl<'a> ReusePlan<'a> {
 
     /// Assigns free device slots to new models; models of the previous scene keep theirs until they
     /// are removed.
-    pub(super) fn give_slots(&self, models: &mut [LoadedModel]) {
+    pub(crate) fn give_slots(&self, models: &mut [LoadedModel]) {
         let before = self.scene().map_or(&[][..], |scene| &scene.models);
         let taken: BTreeSet<u32> = before.iter().filter_map(|model| model.slot).collect();
         let mut free = (0..).filter(|slot| !taken.contains(slot));

@@ -13,25 +13,25 @@ use busbar_scene::{Model, ModelIndex, ModelParts, SceneGraph};
 use busbar_stack_cache::{OptimizerDigest, StackCache};
 use rayon::prelude::*;
 
-use super::cache::{self, WeldedMeshCache};
-use super::reuse::ReusePlan;
-use super::{DiagnosticsCollector, LoadProgress, LoadedModel, ModelProvenance};
-use crate::LoadMillis;
+use crate::diagnostics::DiagnosticsCollector;
 use crate::file_version::{FileVersion, version};
+use crate::loaded_scene::{LoadMillis, LoadProgress, LoadedModel, ModelProvenance};
+use crate::mesh_cache::{self, WeldedMeshCache};
+use crate::reuse::ReusePlan;
 use crate::stack_builder::StackBuilder;
 
 /// The models of a configuration, before their stacks are built.
-pub(super) struct ImportedModels {
+pub(crate) struct ImportedModels {
     /// Models in order of name.
-    pub(super) models: Vec<ModelSource>,
+    pub(crate) models: Vec<ModelSource>,
     /// Ranges of pieces of each mesh, by the index of a model that was split.
     pieces: BTreeMap<usize, Vec<Range<u32>>>,
     /// Remarks on skipped content, for the log.
-    pub(super) notes: Vec<String>,
+    pub(crate) notes: Vec<String>,
 }
 
 /// Source of a model.
-pub(super) enum ModelSource {
+pub(crate) enum ModelSource {
     /// Newly imported model with its file's version.
     New(Box<Model>, FileVersion),
     /// Model of the previous scene.
@@ -42,7 +42,7 @@ pub(super) enum ModelSource {
 
 impl ModelSource {
     /// Returns the parts that the model adds to a scene.
-    pub(super) fn parts(&self) -> ModelParts {
+    pub(crate) fn parts(&self) -> ModelParts {
         match self {
             Self::New(model, _) => ModelParts::from_model(model),
             Self::Known(_, parts) => parts.clone(),
@@ -52,7 +52,7 @@ impl ModelSource {
 }
 
 /// Imports the model files that are not known, each on a thread of its own.
-pub(super) fn import(
+pub(crate) fn import(
     config: &Config,
     folder: &Path,
     (reuse, cache): (&ReusePlan<'_>, Option<&StackCache>),
@@ -106,7 +106,7 @@ const PIECES: PieceLimits = PieceLimits { triangles: 16_384, triangles_if_wide: 
 const BY_ERROR: &[u8] = b"by error, 4";
 
 /// The models whose detail, somewhere they are placed, follows the error on the screen.
-pub(super) fn screen_error_models(config: &Config) -> BTreeSet<&String> {
+pub(crate) fn screen_error_models(config: &Config) -> BTreeSet<&String> {
     let follows = |theta: &ThetaConfig| matches!(theta, ThetaConfig::ScreenError { .. });
     let placed = config.scene.iter().filter(|node| node.theta.as_ref().is_some_and(follows));
     let placed: BTreeSet<String> = placed.filter_map(|node| node.model).collect();
@@ -118,7 +118,7 @@ pub(super) fn screen_error_models(config: &Config) -> BTreeSet<&String> {
 /// Takes the meshes apart whose detail follows the error on the screen, so that each
 /// piece has a cursor for its own distance: a site is often drawn as one mesh, and its
 /// far end may be coarse while the near one is not.
-pub(super) fn split_meshes(
+pub(crate) fn split_meshes(
     config: &Config,
     imported: &mut ImportedModels,
     graph: Option<&mut SceneGraph>,
@@ -156,18 +156,18 @@ pub(super) fn split_meshes(
 }
 
 /// The stage of loading that builds stacks.
-pub(super) struct OptimizationStage<'a> {
-    pub(super) instances: &'a BTreeMap<String, Plugin>,
-    pub(super) cache: Option<StackCache>,
-    pub(super) progress: &'a LoadProgress<'a>,
-    pub(super) millis: &'a mut LoadMillis,
-    pub(super) cached_meshes: &'a mut usize,
-    pub(super) notes: &'a mut Vec<String>,
+pub(crate) struct OptimizationStage<'a> {
+    pub(crate) instances: &'a BTreeMap<String, Plugin>,
+    pub(crate) cache: Option<StackCache>,
+    pub(crate) progress: &'a LoadProgress<'a>,
+    pub(crate) millis: &'a mut LoadMillis,
+    pub(crate) cached_meshes: &'a mut usize,
+    pub(crate) notes: &'a mut Vec<String>,
 }
 
 impl OptimizationStage<'_> {
     /// Builds the stacks of all models.
-    pub(super) fn run(
+    pub(crate) fn run(
         &mut self,
         config: &Config,
         mut imported: ImportedModels,
@@ -260,7 +260,7 @@ impl OptimizationStage<'_> {
             else {
                 continue;
             };
-            match cache::optimizer_digest(instance, &plugin.settings) {
+            match mesh_cache::optimizer_digest(instance, &plugin.settings) {
                 Ok(optimizer_digest) => {
                     optimizer_digests.insert(name.clone(), optimizer_digest);
                 }

@@ -9,9 +9,11 @@ use busbar_plugin_process::{CommandError, Plugin};
 use busbar_point_import::{
     ListFault, MAX_LIST_BYTES, PluginInstance, PointList, assign_plugins, tags,
 };
+use busbar_scene_loader::{
+    DiagnosticsCollector, LoadError, config_folder, create_instances, may_use_network, read_config,
+};
 use serde_json::{Map, Value};
 
-use super::{DiagnosticsCollector, LoadError, folder_of, plugins, read_config};
 
 /// The command of plugins that can list what their device has. Users reach it by
 /// `busbar import` alone, for it needs the settings of an instance.
@@ -45,7 +47,7 @@ impl DevicePointSource {
         let config = read_config(path)?;
         let mut faults = DiagnosticsCollector::new(&config);
         let mut created =
-            plugins::create_some(&config, &folder_of(path), &mut faults, &|wanted| wanted == name);
+            create_instances(&config, &config_folder(path), &mut faults, &|wanted| wanted == name);
         let source = match (config.plugins.get(name), created.remove(name)) {
             (None, _) => {
                 let names: Vec<_> = config.plugins.keys().map(String::as_str).collect();
@@ -63,7 +65,7 @@ impl DevicePointSource {
                                   that to `busbar import`";
                     faults.add(&configured.pointer, cause, remedy);
                 }
-                let has_network = plugins::may_use_network(&config, name, configured);
+                let has_network = may_use_network(&config, name, configured);
                 Some(Self { name: name.to_owned(), plugin, has_network })
             }
         };

@@ -4,12 +4,14 @@ use std::path::Path;
 
 use busbar_plugin_process::RunningOverlay;
 
-use super::{DiagnosticsCollector, LoadError, LoadedScene, read_config};
+use crate::config_file::read_config;
+use crate::diagnostics::{DiagnosticsCollector, LoadError};
+use crate::loaded_scene::LoadedScene;
 
 impl LoadedScene {
     /// Configures the overlays with their bindings, and adds findings as failures, such as a
     /// role without a tag or a unit that cannot be converted.
-    pub(super) fn check_overlays(&mut self, path: &Path) -> Result<(), LoadError> {
+    pub(crate) fn check_overlays(&mut self, path: &Path) -> Result<(), LoadError> {
         let config = read_config(path)?;
         let mut faults = DiagnosticsCollector::new(&config);
         for overlay in &config.overlays {

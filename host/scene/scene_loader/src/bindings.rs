@@ -8,14 +8,15 @@ use busbar_plugin_host::OverlayBinding;
 use busbar_scene::{ModelIndex, NodeIndex, Placement, PolicyIndex, SceneGraph, Transform};
 use busbar_tags::{Scale, TagHandle, TagSet, TagSpec, TagSpecError, ValueKind};
 
-use super::models::{ImportedModels, ModelSource};
-use super::{Binding, DiagnosticsCollector, LoadedScene};
+use crate::diagnostics::DiagnosticsCollector;
+use crate::loaded_scene::{Binding, LoadedScene};
+use crate::models::{ImportedModels, ModelSource};
 
 /// Names listed when a node does not exist.
 const MAX_SUGGESTIONS: usize = 12;
 
 /// The scene graph; `None` with a fault when it cannot be.
-pub(super) fn place(
+pub(crate) fn place(
     config: &Config,
     imported: &ImportedModels,
     faults: &mut DiagnosticsCollector<'_>,
@@ -49,7 +50,7 @@ pub(super) fn place(
 
 /// Tags in the order of their ids, which is the order of their handles; without the
 /// derived ones' expressions where one of them cannot be.
-pub(super) fn tags(config: &Config, faults: &mut DiagnosticsCollector<'_>) -> TagSet {
+pub(crate) fn tags(config: &Config, faults: &mut DiagnosticsCollector<'_>) -> TagSet {
     TagSet::new(tag_specs(config)).unwrap_or_else(|found| {
         for TagSpecError { id, cause, remedy } in found {
             let pointer = config.tags.get(&id).map_or("/tags", |tag| tag.pointer.as_str());
@@ -60,7 +61,8 @@ pub(super) fn tags(config: &Config, faults: &mut DiagnosticsCollector<'_>) -> Ta
     })
 }
 
-pub(super) fn tag_specs(config: &Config) -> Vec<TagSpec> {
+/// Returns the configured tags in the order of their ids, which is the order of their handles.
+pub fn tag_specs(config: &Config) -> Vec<TagSpec> {
     config
         .tags
         .iter()
@@ -90,7 +92,7 @@ pub(super) fn tag_specs(config: &Config) -> Vec<TagSpec> {
 }
 
 /// Bindings to nodes that exist.
-pub(super) fn resolve(
+pub(crate) fn resolve(
     config: &Config,
     graph: Option<&SceneGraph>,
     imported: &ImportedModels,
@@ -116,7 +118,7 @@ pub(super) fn resolve(
 }
 
 /// The node of an equipment id that stands at a pointer; a fault where there is none.
-pub(super) fn find(
+pub(crate) fn find(
     config: &Config,
     graph: &SceneGraph,
     imported: &ImportedModels,
@@ -157,7 +159,7 @@ fn suggest(graph: &SceneGraph, node: &str) -> String {
 }
 
 /// The bindings in these roles, or all where there are none, as overlays get them.
-pub(super) fn for_overlay(scene: &LoadedScene, roles: &[String]) -> Vec<OverlayBinding> {
+pub(crate) fn for_overlay(scene: &LoadedScene, roles: &[String]) -> Vec<OverlayBinding> {
     scene
         .bindings
         .iter()
