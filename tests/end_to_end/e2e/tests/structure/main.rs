@@ -19,8 +19,15 @@ const ALLOWED: &[(&str, &[&str])] = &[
     (
         "busbar",
         &[
+            "busbar_audit_log",
             "busbar_client",
+            "busbar_commands",
+            "busbar_config",
             "busbar_plugin_check",
+            "busbar_plugin_host",
+            "busbar_plugin_process",
+            "busbar_point_import",
+            "busbar_scene_loader",
             "busbar_viewer",
             "busbar_viewer_server",
             "busbar_web",
@@ -34,16 +41,14 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_chart",
             "busbar_config",
             "busbar_geometry",
-            "busbar_gltf_export",
-            "busbar_gltf_import",
             "busbar_history",
+            "busbar_lod",
             "busbar_plugin_host",
             "busbar_plugin_process",
-            "busbar_point_import",
             "busbar_records",
             "busbar_renderer",
             "busbar_scene",
-            "busbar_stack_cache",
+            "busbar_scene_loader",
             "busbar_tags",
             "busbar_ui",
         ],
@@ -52,6 +57,21 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_audit_log", &["busbar_alarms", "busbar_tags"]),
     ("busbar_chart", &[]),
     ("busbar_client", &["busbar_protocol"]),
+    (
+        "busbar_commands",
+        &[
+            "busbar_config",
+            "busbar_geometry",
+            "busbar_gltf_export",
+            "busbar_gltf_import",
+            "busbar_plugin_host",
+            "busbar_plugin_process",
+            "busbar_point_import",
+            "busbar_scene",
+            "busbar_scene_loader",
+            "busbar_tags",
+        ],
+    ),
     ("busbar_config", &[]),
     ("busbar_embed", &["busbar_client", "busbar_protocol"]),
     ("busbar_geometry", &[]),
@@ -59,6 +79,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_gltf_import", &["busbar_geometry", "busbar_scene"]),
     ("busbar_gpu", &["busbar_huge_pages"]),
     ("busbar_history", &["busbar_tags"]),
+    ("busbar_lod", &["busbar_geometry", "busbar_scene"]),
     (
         "busbar_plugin_check",
         &[
@@ -99,6 +120,22 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_records", &[]),
     ("busbar_renderer", &["busbar_geometry", "busbar_gpu", "busbar_scene", "busbar_shaders"]),
     ("busbar_scene", &["busbar_geometry"]),
+    (
+        "busbar_scene_loader",
+        &[
+            "busbar_alarms",
+            "busbar_audit_log",
+            "busbar_config",
+            "busbar_geometry",
+            "busbar_gltf_import",
+            "busbar_lod",
+            "busbar_plugin_host",
+            "busbar_plugin_process",
+            "busbar_scene",
+            "busbar_stack_cache",
+            "busbar_tags",
+        ],
+    ),
     ("busbar_shaders", &[]),
     ("busbar_stack_cache", &["busbar_geometry"]),
     ("busbar_tags", &[]),
@@ -109,6 +146,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_alarms",
             "busbar_plugin_host",
             "busbar_protocol",
+            "busbar_scene_loader",
             "busbar_tags",
             "busbar_viewer",
         ],
@@ -166,8 +204,10 @@ const ALLOWED: &[(&str, &[&str])] = &[
     (
         "bench_render",
         &[
+            "busbar_commands",
             "busbar_geometry",
             "busbar_gltf_export",
+            "busbar_scene_loader",
             "busbar_viewer",
             "document",
             "measure",
@@ -191,6 +231,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_plugin_host",
             "busbar_renderer",
             "busbar_scene",
+            "busbar_scene_loader",
             "busbar_viewer",
             "document",
             "measure",
@@ -200,12 +241,22 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ),
     ("e2e", &[]),
     ("fault_proxy", &[]),
-    ("fleet", &["busbar_gltf_export", "busbar_viewer", "substation"]),
+    (
+        "fleet",
+        &[
+            "busbar_chart",
+            "busbar_gltf_export",
+            "busbar_scene_loader",
+            "busbar_viewer",
+            "substation",
+        ],
+    ),
     (
         "faults",
         &[
             "busbar_plugin_host",
             "busbar_plugin_process",
+            "busbar_scene_loader",
             "busbar_tags",
             "busbar_viewer",
             "document",
@@ -221,6 +272,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         &[
             "busbar_plugin_host",
             "busbar_plugin_process",
+            "busbar_scene_loader",
             "busbar_tags",
             "busbar_viewer",
             "document",
@@ -235,6 +287,7 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
     (
         "e2e",
         &[
+            "busbar_chart",
             "busbar_geometry",
             "busbar_gltf_export",
             "busbar_gltf_import",
@@ -244,6 +297,7 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
             "busbar_plugin_sdk",
             "busbar_renderer",
             "busbar_scene",
+            "busbar_scene_loader",
             "busbar_viewer",
             "corpus",
             "dga",
@@ -396,6 +450,28 @@ fn crates_import_only_what_they_may() {
                 || (*for_tests && in_tests.get(name.as_str()).is_some_and(|i| i.contains(&import)));
             assert!(may || !packages.contains_key(import), "{name} may not import {import}");
         }
+    }
+}
+
+/// Imports of the crates that choose detail and load scenes, followed to their ends.
+#[test]
+fn detail_and_loading_know_no_renderer_no_device_and_no_panels() {
+    let packages = packages();
+    for name in ["busbar_lod", "busbar_scene_loader"] {
+        let (mut seen, mut next) = (BTreeSet::new(), vec![name]);
+        while let Some(name) = next.pop() {
+            if !seen.insert(name) {
+                continue;
+            }
+            let package = &packages[name];
+            let drawing = ["ash", "egui", "busbar_gpu", "busbar_renderer", "busbar_ui"];
+            let imports = package.imports.iter().filter(|(_, for_tests)| !for_tests);
+            for (import, _) in imports {
+                assert!(!drawing.contains(&import.as_str()), "{name} imports {import}");
+                next.extend(packages.contains_key(import).then_some(import.as_str()));
+            }
+        }
+        assert!(seen.contains("busbar_scene"), "{seen:?}");
     }
 }
 
