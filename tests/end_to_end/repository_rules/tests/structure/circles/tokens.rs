@@ -4,7 +4,7 @@ use std::iter::Peekable;
 use std::str::Chars;
 
 /// Keywords that begin an item which ends with a brace or a semicolon.
-const ITEM_KEYWORDS: [&str; 14] = [
+const ITEM_KEYWORDS: [&str; 13] = [
     "async",
     "const",
     "enum",
@@ -18,7 +18,6 @@ const ITEM_KEYWORDS: [&str; 14] = [
     "struct",
     "trait",
     "type",
-    "unsafe",
 ];
 
 /// Tokens of a source: words, `::`, and single characters of punctuation.
