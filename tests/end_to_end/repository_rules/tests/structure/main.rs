@@ -4,6 +4,7 @@
 
 mod circles;
 mod crate_size;
+mod dependencies;
 mod doc_comments;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -19,9 +20,16 @@ const ALLOWED: &[(&str, &[&str])] = &[
     (
         "busbar",
         &[
+            "busbar_audit_log",
             "busbar_client",
+            "busbar_commands",
+            "busbar_config",
             "busbar_plugin_check",
+            "busbar_plugin_host",
+            "busbar_plugin_process",
+            "busbar_point_import",
             "busbar_process_heap",
+            "busbar_scene_loader",
             "busbar_viewer",
             "busbar_viewer_server",
             "busbar_web",
@@ -35,16 +43,14 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_chart",
             "busbar_config",
             "busbar_geometry",
-            "busbar_gltf_export",
-            "busbar_gltf_import",
             "busbar_history",
+            "busbar_lod",
             "busbar_plugin_host",
             "busbar_plugin_process",
-            "busbar_point_import",
             "busbar_records",
             "busbar_renderer",
             "busbar_scene",
-            "busbar_stack_cache",
+            "busbar_scene_loader",
             "busbar_tags",
             "busbar_ui",
         ],
@@ -53,6 +59,21 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_audit_log", &["busbar_alarms", "busbar_tags"]),
     ("busbar_chart", &[]),
     ("busbar_client", &["busbar_protocol"]),
+    (
+        "busbar_commands",
+        &[
+            "busbar_config",
+            "busbar_geometry",
+            "busbar_gltf_export",
+            "busbar_gltf_import",
+            "busbar_plugin_host",
+            "busbar_plugin_process",
+            "busbar_point_import",
+            "busbar_scene",
+            "busbar_scene_loader",
+            "busbar_tags",
+        ],
+    ),
     ("busbar_config", &[]),
     ("busbar_culling", &["busbar_geometry"]),
     ("busbar_density", &["busbar_gpu", "busbar_shaders"]),
@@ -62,6 +83,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_gltf_import", &["busbar_geometry", "busbar_scene"]),
     ("busbar_gpu", &[]),
     ("busbar_history", &["busbar_tags"]),
+    ("busbar_lod", &["busbar_geometry", "busbar_scene"]),
     (
         "busbar_plugin_check",
         &[
@@ -113,13 +135,36 @@ const ALLOWED: &[(&str, &[&str])] = &[
         ],
     ),
     ("busbar_scene", &["busbar_geometry"]),
+    (
+        "busbar_scene_loader",
+        &[
+            "busbar_alarms",
+            "busbar_audit_log",
+            "busbar_config",
+            "busbar_geometry",
+            "busbar_gltf_import",
+            "busbar_lod",
+            "busbar_plugin_host",
+            "busbar_plugin_process",
+            "busbar_scene",
+            "busbar_stack_cache",
+            "busbar_tags",
+        ],
+    ),
     ("busbar_shaders", &[]),
     ("busbar_stack_cache", &["busbar_geometry"]),
     ("busbar_tags", &[]),
     ("busbar_ui", &["busbar_chart", "busbar_records", "busbar_tags"]),
     (
         "busbar_viewer_server",
-        &["busbar_alarms", "busbar_plugin_host", "busbar_protocol", "busbar_tags", "busbar_viewer"],
+        &[
+            "busbar_alarms",
+            "busbar_plugin_host",
+            "busbar_protocol",
+            "busbar_scene_loader",
+            "busbar_tags",
+            "busbar_viewer",
+        ],
     ),
     ("busbar_web", &["busbar_client", "busbar_protocol"]),
     ("busbar_plugin_abi", &[]),
@@ -174,9 +219,11 @@ const ALLOWED: &[(&str, &[&str])] = &[
     (
         "bench_render",
         &[
+            "busbar_commands",
             "busbar_geometry",
             "busbar_gltf_export",
             "busbar_process_heap",
+            "busbar_scene_loader",
             "busbar_viewer",
             "document",
             "measure",
@@ -200,6 +247,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_plugin_host",
             "busbar_renderer",
             "busbar_scene",
+            "busbar_scene_loader",
             "busbar_viewer",
             "document",
             "measure",
@@ -214,12 +262,22 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("repository_rules", &[]),
     ("view_tests", &[]),
     ("fault_proxy", &[]),
-    ("fleet", &["busbar_gltf_export", "busbar_viewer", "substation"]),
+    (
+        "fleet",
+        &[
+            "busbar_chart",
+            "busbar_gltf_export",
+            "busbar_scene_loader",
+            "busbar_viewer",
+            "substation",
+        ],
+    ),
     (
         "faults",
         &[
             "busbar_plugin_host",
             "busbar_plugin_process",
+            "busbar_scene_loader",
             "busbar_tags",
             "busbar_viewer",
             "document",
@@ -235,6 +293,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         &[
             "busbar_plugin_host",
             "busbar_plugin_process",
+            "busbar_scene_loader",
             "busbar_tags",
             "busbar_viewer",
             "document",
@@ -246,19 +305,32 @@ const ALLOWED: &[(&str, &[&str])] = &[
 ];
 /// Imports that tests alone may have besides.
 const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
-    ("device_tests", &["busbar_plugin_sdk", "busbar_viewer", "e2e", "peer_process"]),
+    (
+        "device_tests",
+        &["busbar_plugin_sdk", "busbar_scene_loader", "busbar_viewer", "e2e", "peer_process"],
+    ),
     (
         "operation_tests",
-        &["busbar_plugin_check", "busbar_process_heap", "busbar_viewer", "e2e", "fleet"],
+        &[
+            "busbar_chart",
+            "busbar_plugin_check",
+            "busbar_process_heap",
+            "busbar_scene_loader",
+            "busbar_viewer",
+            "e2e",
+            "fleet",
+        ],
     ),
     (
         "plugin_tests",
         &[
+            "busbar_chart",
             "busbar_geometry",
             "busbar_gltf_export",
             "busbar_plugin_host",
             "busbar_plugin_process",
             "busbar_scene",
+            "busbar_scene_loader",
             "busbar_viewer",
             "dga",
             "e2e",
@@ -271,12 +343,14 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
     (
         "view_tests",
         &[
+            "busbar_chart",
             "busbar_geometry",
             "busbar_gltf_export",
             "busbar_gltf_import",
             "busbar_plugin_host",
             "busbar_renderer",
             "busbar_scene",
+            "busbar_scene_loader",
             "busbar_viewer",
             "corpus",
             "e2e",
@@ -427,6 +501,28 @@ fn crates_import_only_what_they_may() {
                 || (*for_tests && in_tests.get(name.as_str()).is_some_and(|i| i.contains(&import)));
             assert!(may || !packages.contains_key(import), "{name} may not import {import}");
         }
+    }
+}
+
+/// Imports of the crates that choose detail and load scenes, followed to their ends.
+#[test]
+fn detail_and_loading_know_no_renderer_no_device_and_no_panels() {
+    let packages = packages();
+    for name in ["busbar_lod", "busbar_scene_loader"] {
+        let (mut seen, mut next) = (BTreeSet::new(), vec![name]);
+        while let Some(name) = next.pop() {
+            if !seen.insert(name) {
+                continue;
+            }
+            let package = &packages[name];
+            let drawing = ["ash", "egui", "busbar_gpu", "busbar_renderer", "busbar_ui"];
+            let imports = package.imports.iter().filter(|(_, for_tests)| !for_tests);
+            for (import, _) in imports {
+                assert!(!drawing.contains(&import.as_str()), "{name} imports {import}");
+                next.extend(packages.contains_key(import).then_some(import.as_str()));
+            }
+        }
+        assert!(seen.contains("busbar_scene"), "{seen:?}");
     }
 }
 
