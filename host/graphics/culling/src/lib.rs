@@ -9,6 +9,7 @@
 
 mod camera;
 mod depth_tiles;
+mod face_filter;
 mod frustum;
 mod masked_occlusion;
 mod occluders;
@@ -17,6 +18,7 @@ mod triangle_blocks;
 
 pub use camera::CameraView;
 pub use depth_tiles::{DepthTiles, TILE_PIXELS};
+pub use face_filter::{FaceFilter, is_outside_frustum};
 pub use frustum::{BoundingSphere, Frustum};
 pub use masked_occlusion::MaskedDepthBuffer;
 pub use occluders::{MAX_CORNERS, Occluder, occluder_bytes, occluders_of};

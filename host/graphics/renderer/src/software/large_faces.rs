@@ -1,12 +1,14 @@
 //! Occlusion culling behind large faces near the eye.
 
-use std::f32::consts::PI;
 use std::ops::Range;
 
-use busbar_culling::{BoundingSphere, Frustum, MAX_CORNERS, MaskedDepthBuffer, Occluder};
+use busbar_culling::{
+    BoundingSphere, FaceFilter, Frustum, MAX_CORNERS, MaskedDepthBuffer, Occluder,
+    is_outside_frustum,
+};
 use busbar_geometry::Bounds;
 use busbar_shaders::Instance;
-use glam::{Mat4, Vec2, Vec3, Vec4};
+use glam::{Mat4, Vec4};
 
 use super::mesh_data::SoftwareMesh;
 use crate::CameraView;
@@ -16,8 +18,6 @@ use crate::instance_buckets::{Bucket, BucketKey};
 use crate::instance_transform::world_from_mesh;
 use crate::model::{GpuMesh, GpuModel};
 
-/// Least share of a picture that an occluding face must cover.
-const MIN_SCREEN_SHARE: f32 = 1.0 / 128.0;
 /// Faces of a frame, those that cover most.
 const MAX_FACES: usize = 1024;
 /// Faces that are kept in mind until only those are.
@@ -57,15 +57,7 @@ impl OcclusionBuffer {
         let Some(camera) = camera else { return };
         self.clip_from_world = camera.clip_from_world();
         let frustum = Frustum::from_matrix(&self.clip_from_world);
-        let square = camera.pixels_per_unit(size[1]).powi(2);
-        let least = size[0] as f32 * size[1] as f32 * MIN_SCREEN_SHARE;
-        let filter = FaceFilter {
-            eye: camera.eye,
-            square,
-            least,
-            near: (1.0 + (PI * square / least).sqrt()).powi(2),
-            half: Vec2::new(size[0] as f32, size[1] as f32) * 0.5,
-        };
+        let filter = FaceFilter::new(camera, size);
         for Bucket { key, entries, spheres, .. } in buckets.buckets() {
             // Of most kinds nothing is near enough, and nothing more is looked up.
             let mut of_bucket = None;
@@ -129,7 +121,7 @@ impl OcclusionBuffer {
         }
         let world_from_mesh = world_from_mesh(instance);
         let clip_from_mesh = self.clip_from_world * world_from_mesh;
-        let eye = world_from_mesh.inverse().transform_point3(filter.eye).extend(1.0);
+        let eye = world_from_mesh.inverse().transform_point3(filter.eye()).extend(1.0);
         let tolerance =
             BACK_FACE_TOLERANCE * (eye.truncate().length() + mesh.sphere.center.length());
         for Occluder { plane, corners, section, .. } in occluders.iter().take_while(is_large) {
@@ -143,7 +135,7 @@ impl OcclusionBuffer {
             self.corners.extend(corners.iter().map(|corner| clip_from_mesh * corner.extend(1.0)));
             let added = &self.corners[first..];
             let (pixels, nearest) = filter.screen_size(added);
-            if pixels >= filter.least && !is_outside_frustum(added) {
+            if filter.is_large(pixels) && !is_outside_frustum(added) {
                 self.found.push(ProjectedFace {
                     pixels,
                     nearest,
@@ -182,59 +174,4 @@ fn occluders_of_bucket<'a>(
     let occluders = &*resolved.data::<SoftwareMesh>()?.occluders;
     let model = models[key.mesh.model as usize].as_ref().filter(|_| !occluders.is_empty())?;
     Some(((model, &model.meshes[key.mesh.mesh as usize]), occluders))
-}
-
-/// From where one looks.
-struct FaceFilter {
-    eye: Vec3,
-    /// Pixels that a square unit covers a unit away.
-    square: f32,
-    /// Pixels that a face must cover.
-    least: f32,
-    /// Greatest squared distance, in squared radii, at which a disc as large as a sphere covers
-    /// enough pixels.
-    near: f32,
-    /// Pixels from the middle of the picture to its edges.
-    half: Vec2,
-}
-
-impl FaceFilter {
-    /// Reports whether any face within a sphere may be large enough to occlude.
-    #[inline]
-    fn is_near(&self, sphere: &BoundingSphere) -> bool {
-        sphere.center.distance_squared(self.eye) <= self.near * sphere.radius * sphere.radius
-    }
-
-    /// Returns the least area of a face within a sphere that may cover enough pixels.
-    #[inline]
-    fn least_area(&self, sphere: &BoundingSphere) -> f32 {
-        let distance = (sphere.center.distance(self.eye) - sphere.radius).max(0.0);
-        self.least * distance * distance / self.square
-    }
-
-    /// Returns the pixels that a face covers by its corners in clip space, also beside the picture,
-    /// and one over its least distance. Both are infinite where it reaches behind the eye.
-    fn screen_size(&self, corners: &[Vec4]) -> (f32, f32) {
-        let least = corners.iter().fold(f32::INFINITY, |least, corner| least.min(corner.w));
-        if least <= 0.0 {
-            return (f32::INFINITY, f32::INFINITY);
-        }
-        let place = |corner: &Vec4| Vec2::new(corner.x, corner.y) / corner.w * self.half;
-        let mut last = corners.last().map(place).unwrap_or_default();
-        let twice = corners
-            .iter()
-            .map(place)
-            .fold(0.0, |twice, place| twice + std::mem::replace(&mut last, place).perp_dot(place));
-        (0.5 * twice.abs(), least.recip())
-    }
-}
-
-/// Reports whether a face is wholly outside the frustum.
-fn is_outside_frustum(corners: &[Vec4]) -> bool {
-    let all = |is_out: fn(&Vec4) -> bool| corners.iter().all(is_out);
-    all(|corner| corner.x > corner.w)
-        || all(|corner| corner.x < -corner.w)
-        || all(|corner| corner.y > corner.w)
-        || all(|corner| corner.y < -corner.w)
-        || all(|corner| corner.z > corner.w)
 }
