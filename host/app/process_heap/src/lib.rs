@@ -1,5 +1,10 @@
 //! Process allocator: huge pages, a single glibc arena, and memory kept for software rasterizers.
 //!
+//! Blocks of 4 MiB and more ask for huge pages. A program that shows a scene loads within one heap,
+//! in which each stage takes what the stage before it freed. What is free is given back once the
+//! first frame is drawn. One huge page in eight is timed. Where two in a row take 2 ms and more, no
+//! more are asked for.
+//!
 //! Invariant: a program chooses it. Libraries know nothing of it but a function that gives free
 //! memory back, where a program hands them one.
 
