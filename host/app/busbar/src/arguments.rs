@@ -309,6 +309,7 @@ pub(crate) struct ServeOptions {
     /// Origin of a page that may embed the view and speak to it, such as
     /// https://hmi.example; may be given again
     #[arg(long, value_name = "ORIGIN")]
+    #[allow(rustdoc::bare_urls, reason = "the help shows this text as it is")]
     pub(crate) allow_origin: Vec<Origin>,
     /// Let other machines reach the server, though nothing is encrypted
     #[arg(long)]
