@@ -25,7 +25,7 @@ pub(super) fn load(
         Err(cause) => {
             let cause = format!("cannot use the font '{path}': {cause}");
             let remedy = "name a TrueType or OpenType file (.ttf or .otf), or remove \"font\"";
-            faults.add(&join_pointer(&config.view.pointer, "font"), cause, remedy);
+            faults.add("/theme/font", cause, remedy);
             None
         }
     }
