@@ -60,6 +60,19 @@ pub struct RenamedSettings {
 }
 
 impl RenamedSettings {
+    /// Returns settings of a part as settings of the document that has it at `pointer`.
+    pub fn below(self, pointer: &str) -> Self {
+        let place = |one: RenamedSetting| RenamedSetting {
+            former: format!("{pointer}{}", one.former),
+            present: format!("{pointer}{}", one.present),
+        };
+        Self {
+            renamed: self.renamed.into_iter().map(place).collect(),
+            conflicts: self.conflicts.into_iter().map(place).collect(),
+            ..self
+        }
+    }
+
     /// Returns an error for each setting that is given under both names.
     pub fn conflict_errors(&self, positions: &Positions) -> Vec<Diagnostic> {
         let error = |one: &RenamedSetting| {

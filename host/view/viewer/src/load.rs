@@ -157,6 +157,13 @@ impl<'a> DiagnosticsCollector<'a> {
         self.plugin_failures.push(self.config.positions.diagnostic(pointer, cause, remedy));
     }
 
+    /// Adds warnings of settings with former names, and errors of those given twice.
+    pub(crate) fn add_renamed(&mut self, renamed: &RenamedSettings) {
+        let positions = &self.config.positions;
+        self.found.extend(renamed.conflict_errors(positions));
+        self.found.extend(renamed.warnings(positions));
+    }
+
     pub(crate) fn add(
         &mut self,
         pointer: &str,

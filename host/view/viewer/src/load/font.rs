@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use busbar_config::{Config, join_pointer};
+use busbar_config::Config;
 use skrifa::{FontRef, MetadataProvider};
 
 use super::DiagnosticsCollector;
