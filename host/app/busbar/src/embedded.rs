@@ -7,8 +7,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow};
-use busbar_viewer::viewer_server::{Target, ViewerServer};
 use busbar_viewer::{LoadedScene, Viewer};
+use busbar_viewer_server::{Target, ViewerServer};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::event::WindowEvent;

@@ -55,7 +55,6 @@ mod telemetry_instance;
 mod uploaded_models;
 mod verdicts;
 mod viewer;
-pub mod viewer_server;
 
 /// The states of an alarm, by the letters of IEC 62682.
 pub use busbar_alarms::State as AlarmState;
@@ -90,4 +89,7 @@ pub use stats::{
     AlarmStats, CameraStats, ChartAxisStats, ChartEvidence, ChartStats, FaceplateStats, LinkStats,
     LoadMillis, PluginStats, RecordStats, ReloadStats, Stats, TagStats, ViewHealth,
 };
-pub use viewer::{FrameOutput, FrameStageMillis, MAX_SELECTED, Viewer};
+pub use verdicts::{OverlayVerdicts, VerdictText};
+pub use viewer::{
+    CameraPose, ChangedAlarm, FrameOutput, FrameStageMillis, HostTagValue, MAX_SELECTED, Viewer,
+};

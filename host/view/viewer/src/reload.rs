@@ -68,8 +68,8 @@ pub enum ReloadOutcome {
     Refused(String),
 }
 
-/// A configuration that is loaded beside the frames.
-pub(crate) struct BackgroundLoad {
+/// Configuration that a thread loads beside the frames.
+pub struct BackgroundLoad {
     since: Instant,
     loaded: Receiver<LoadResult>,
 }
@@ -82,7 +82,7 @@ impl BackgroundLoad {
     ///
     /// # Errors
     /// The operating system's error if no thread can be started.
-    pub(crate) fn begin(
+    pub fn begin(
         viewer: &Viewer,
         path: &Path,
         since: Instant,
@@ -104,7 +104,7 @@ impl BackgroundLoad {
     ///
     /// # Errors
     /// Errors of the graphics device.
-    pub(crate) fn step(&self, viewer: &mut Viewer) -> Option<ReloadOutcome> {
+    pub fn step(&self, viewer: &mut Viewer) -> Option<ReloadOutcome> {
         self.step_with_timeout(Duration::ZERO, viewer)
     }
 

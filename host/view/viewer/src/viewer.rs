@@ -14,6 +14,8 @@ mod selection;
 
 pub(crate) use drawing::{node_of, object_of};
 use host_intake::HostIntake;
+pub use host_intake::HostTagValue;
+pub use host_interface::{CameraPose, ChangedAlarm};
 
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;

@@ -3,6 +3,7 @@
 //! The host program's library starts this process and passes it a socket and the shared memory of
 //! pictures. Closing the socket ends the process. No call waits for the host program; a stopped or
 //! slow one costs a bounded amount of memory.
+#![doc = include_str!("../DESIGN.md")]
 
 mod change_reporter;
 mod channel;
@@ -10,6 +11,7 @@ mod commands;
 mod heartbeat;
 mod input;
 mod offscreen;
+mod wire_types;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -18,8 +20,9 @@ pub use busbar_protocol::message::Target;
 use busbar_protocol::message::{Command, PROTOCOL_VERSION, StartParameters, ViewerMessage};
 use busbar_protocol::pictures::{self, PictureMemory};
 
-use crate::reload::{BackgroundLoad, ReloadOutcome};
-use crate::{LoadError, LoadedScene, Viewer};
+use busbar_viewer::reload::{BackgroundLoad, ReloadOutcome};
+use busbar_viewer::{LoadError, LoadedScene, Viewer};
+
 use change_reporter::ChangeReporter;
 use channel::Channel;
 use heartbeat::Heartbeat;
@@ -157,7 +160,7 @@ impl ViewerServer {
     fn prepare_viewer(&mut self, viewer: &mut Viewer) {
         viewer.set_operator(&self.begin.operator);
         viewer.set_panels_shown(self.begin.panels);
-        viewer.set_host();
+        viewer.attach_host_program();
         viewer.restore_alarms(&change_reporter::standings_of(&self.begin.alarms));
         self.change_reporter = ChangeReporter::default();
     }

@@ -6,7 +6,7 @@ use busbar_protocol::pictures::{self, Area, PictureWriter};
 
 use super::input::InputState;
 use super::{FrameRequests, ViewerServer};
-use crate::{LoadedScene, Picture, RenderError, ViewError, Viewer};
+use busbar_viewer::{LoadedScene, Picture, RenderError, ViewError, Viewer};
 
 /// Longest period between frames without commands, since live values change.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);

@@ -3,8 +3,9 @@
 use busbar_alarms::State;
 use busbar_protocol::message::Command;
 
-use crate::Viewer;
-use crate::alarms::action_from;
+use busbar_viewer::Viewer;
+
+use crate::wire_types::{alarm_action, camera_pose, host_tag_value};
 
 /// Does one thing, except for what the loop around the view does.
 ///
@@ -14,7 +15,7 @@ pub(super) fn perform(viewer: &mut Viewer, command: Command) -> Result<(), Strin
     match command {
         Command::UseCamera(name) => viewer.use_camera(&name).map_err(|error| error.to_string()),
         Command::SetCamera(pose) => {
-            viewer.set_pose(&pose);
+            viewer.set_camera_pose(&camera_pose(&pose));
             Ok(())
         }
         Command::Focus(id) if viewer.focus(&id) => Ok(()),
@@ -29,7 +30,9 @@ pub(super) fn perform(viewer: &mut Viewer, command: Command) -> Result<(), Strin
         Command::SetLayer { layer, shown } if viewer.set_layer_shown(&layer, shown) => Ok(()),
         Command::SetLayer { layer, .. } => Err(format!("there is no overlay '{layer}'")),
         Command::SetTags(tags) => {
-            let refused: Vec<_> = tags.iter().filter_map(|tag| viewer.set_tag(tag).err()).collect();
+            let set =
+                tags.iter().map(|update| viewer.set_tag(&update.tag, &host_tag_value(update)));
+            let refused: Vec<_> = set.filter_map(Result::err).collect();
             match refused.as_slice() {
                 [] => Ok(()),
                 [one] => Err(one.clone()),
@@ -37,7 +40,7 @@ pub(super) fn perform(viewer: &mut Viewer, command: Command) -> Result<(), Strin
             }
         }
         Command::ActOnAlarm { alarm, action, operator } => {
-            viewer.act_on_alarm(&alarm, action_from(action), &operator)
+            viewer.act_on_alarm(&alarm, alarm_action(action), &operator)
         }
         Command::MirrorAlarm { alarm, state } => {
             let state = State::ALL.get(usize::from(state)).copied().unwrap_or(State::Normal);

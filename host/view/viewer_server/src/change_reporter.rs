@@ -10,8 +10,9 @@ use busbar_protocol::message::{
 };
 use busbar_tags::{Origin, Quality, SourceTime};
 
-use crate::Viewer;
-use crate::alarms::action_to;
+use busbar_viewer::{ChangedAlarm, Viewer};
+
+use crate::wire_types::{alarm_action_message, camera_pose_message};
 
 /// Largest number of quality changes reported a frame; further ones follow in later frames.
 const MAX_QUALITIES_A_FRAME: usize = 4096;
@@ -52,7 +53,7 @@ impl ChangeReporter {
             self.hovered.clone_from(&hovered);
             events.push(ViewerMessage::Hovered(hovered));
         }
-        let pose = viewer.pose();
+        let pose = camera_pose_message(&viewer.camera_pose());
         if self.pose.replace(pose) != Some(pose) {
             events.push(ViewerMessage::CameraMoved(pose));
         }
@@ -69,9 +70,8 @@ impl ChangeReporter {
     }
 
     fn collect_alarms(&mut self, viewer: &mut Viewer, events: &mut Vec<ViewerMessage>) {
-        let Some(alarms) = viewer.alarm_service() else { return };
-        let changed = alarms.changed_since(&mut self.alarms);
-        events.extend(changed.into_iter().map(|(alarm, state, standing, since)| {
+        let changed = viewer.alarms_changed_since(&mut self.alarms).into_iter();
+        events.extend(changed.map(|ChangedAlarm { alarm, state, standing, since }| {
             ViewerMessage::Alarm(AlarmSnapshot {
                 alarm,
                 state: state_number(state),
@@ -79,9 +79,10 @@ impl ChangeReporter {
                 standing: serde_json::to_string(&standing).unwrap_or_default(),
             })
         }));
-        for (alarm, action) in alarms.take_host_requests() {
+        for (alarm, action) in viewer.take_alarm_requests() {
             events.extend(
-                action_to(action).map(|action| ViewerMessage::AlarmRequested { alarm, action }),
+                alarm_action_message(action)
+                    .map(|action| ViewerMessage::AlarmRequested { alarm, action }),
             );
         }
     }
