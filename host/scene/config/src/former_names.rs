@@ -73,6 +73,12 @@ impl RenamedSettings {
         }
     }
 
+    /// Adds those of another part.
+    pub fn extend(&mut self, other: Self) {
+        self.renamed.extend(other.renamed);
+        self.conflicts.extend(other.conflicts);
+    }
+
     /// Returns an error for each setting that is given under both names.
     pub fn conflict_errors(&self, positions: &Positions) -> Vec<Diagnostic> {
         let error = |one: &RenamedSetting| {

@@ -67,7 +67,7 @@ pub use scene::{SceneConfig, SceneNodes};
 pub use schema::schema;
 pub use service::{LogConfig, LogFormatConfig, MetricsConfig};
 pub use simulate::{SimulateConfig, SimulatedShape};
-pub use upgrade::{UPGRADE_HINT, UpgradedText, upgrade};
+pub use upgrade::{TextKind, UPGRADE_HINT, UpgradedText, upgrade};
 
 use report::Report;
 

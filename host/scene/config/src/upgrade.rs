@@ -15,11 +15,22 @@ use crate::{Diagnostic, RenamedSetting, RenamedSettings, pointer, scenario, sche
 /// Remedy of former names.
 pub const UPGRADE_HINT: &str = "`busbar config upgrade FILE` writes the present names";
 
+/// Kinds of a text that settings have names in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TextKind {
+    /// Text of a configuration, with a scene.
+    Configuration,
+    /// Text of a scenario for simulated devices, with events.
+    Scenario,
+}
+
 /// A text with present names.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UpgradedText {
     /// The text; the former one where nothing was renamed.
     pub text: String,
+    /// Kind of the text.
+    pub kind: TextKind,
     /// Settings that were renamed.
     pub renamed: Vec<RenamedSetting>,
 }
@@ -36,25 +47,27 @@ pub fn upgrade(
     more: impl FnOnce(&mut Value) -> RenamedSettings,
 ) -> Result<UpgradedText, Vec<Diagnostic>> {
     let mut document = syntax::read(text)?;
-    let schema = schema_of(&document.value);
+    let kind = kind_of(&document.value);
+    let schema: &CompiledSchema = match kind {
+        TextKind::Configuration => &schema::CONFIGURATION,
+        TextKind::Scenario => &scenario::FORM,
+    };
     let mut names = schema.former_names.rename(&mut document.value);
     document.positions.add_former(names.renamed.iter().cloned());
-    let more = more(&mut document.value);
-    names.renamed.extend(more.renamed);
-    names.conflicts.extend(more.conflicts);
+    names.extend(more(&mut document.value));
     if !names.conflicts.is_empty() {
         return Err(names.conflict_errors(&document.positions));
     }
     let text = rewritten(text, &names.renamed).unwrap_or_else(|| text.to_owned());
-    Ok(UpgradedText { text, renamed: names.renamed })
+    Ok(UpgradedText { text, kind, renamed: names.renamed })
 }
 
-/// Returns the schema of a document: a scenario has events, a configuration a scene.
-fn schema_of(document: &Value) -> &'static CompiledSchema {
+/// Returns the kind of a document: a scenario has events, a configuration a scene.
+fn kind_of(document: &Value) -> TextKind {
     if document.get("events").is_some() && document.get("scene").is_none() {
-        &scenario::FORM
+        TextKind::Scenario
     } else {
-        &schema::CONFIGURATION
+        TextKind::Configuration
     }
 }
 

@@ -82,7 +82,7 @@ pub use graphics_device::graphics_device;
 pub use load::{
     CheckedLink, DevicePointSource, DevicePoints, LoadProgress, LoadedScene, MAX_CONFIG_FILE_BYTES,
     POINTS_COMMAND, PreparedReload, ReloadError, SimulatedDevice, SimulatedDevices, check_links,
-    plugin_catalog,
+    plugin_catalog, upgraded_text,
 };
 pub use point_import::{ImportedScene, SceneImportError, SceneRequest, import_scene};
 pub use stats::{

@@ -24,7 +24,8 @@ use std::time::Instant;
 
 use busbar_audit_log::AuditLogOptions;
 use busbar_config::{
-    Config, Diagnostic, LogConfig, MetricsConfig, QualityConfig, Section, Severity,
+    Config, Diagnostic, LogConfig, MetricsConfig, QualityConfig, RenamedSettings, Section,
+    Severity, TextKind, UpgradedText, join_pointer,
 };
 use busbar_geometry::CollapseStacks;
 use busbar_plugin_host::{OverlayBinding, PluginError, TelemetryTag};
@@ -492,6 +493,40 @@ pub fn plugin_catalog(path: &Path) -> Result<PluginCatalog, LoadError> {
     let mut faults = DiagnosticsCollector::new(&config);
     let catalog = plugins::catalog(&config, &folder_of(path), &mut faults);
     catalog.ok_or_else(|| faulty(faults.found))
+}
+
+/// Returns the text of a configuration or scenario with present names; settings of plugins by
+/// the schemas of the plugins in the configured directories.
+///
+/// # Errors
+/// A text that cannot be read, settings given under two names, and faults of a configuration
+/// with plugins, which hide what its plugins are.
+pub fn upgraded_text(path: &Path) -> Result<UpgradedText, LoadError> {
+    let faulty = |diagnostics| LoadError { file: path.to_owned(), diagnostics };
+    let text = read_text(path).map_err(|fault| faulty(vec![fault]))?;
+    let upgraded = busbar_config::upgrade(&text, |_| RenamedSettings::default());
+    let upgraded = upgraded.map_err(faulty)?;
+    if upgraded.kind == TextKind::Scenario {
+        return Ok(upgraded);
+    }
+    let config = busbar_config::parse(&text).map_err(faulty)?;
+    if config.plugins.is_empty() {
+        return Ok(upgraded);
+    }
+    let mut faults = DiagnosticsCollector::new(&config);
+    let catalog = plugins::catalog(&config, &folder_of(path), &mut faults);
+    let catalog = catalog.ok_or_else(|| faulty(faults.found))?;
+    let of_plugins = |document: &mut serde_json::Value| {
+        let mut all = RenamedSettings::default();
+        for plugin in config.plugins.values() {
+            let pointer = join_pointer(&plugin.pointer, "settings");
+            if let Some(settings) = document.pointer_mut(&pointer) {
+                all.extend(plugins::rename_settings(settings, plugin, &catalog));
+            }
+        }
+        all
+    };
+    busbar_config::upgrade(&text, of_plugins).map_err(faulty)
 }
 
 /// The folder that relative paths of a configuration start from, absolute.

@@ -205,7 +205,7 @@ impl Settings {
             faults.add("t2_seconds: must be less than t1_seconds, or the station gives up first");
         }
         let periods = MIN_PERIOD_MILLIS..=MAX_PERIOD_MILLIS;
-        let mut period = |name: &str, period: Option<u64>| {
+        let mut period = |name: &str, period: Option<f64>| {
             period.map(|period| faults.seconds(name, period, periods.clone()))
         };
         let interrogation_period =

@@ -111,7 +111,7 @@ pub(super) fn create_some(
 }
 
 /// Gives settings of an instance their present names, which the plugin's schema tells.
-fn rename_settings(
+pub(super) fn rename_settings(
     settings: &mut Value,
     plugin: &PluginConfig,
     catalog: &PluginCatalog,

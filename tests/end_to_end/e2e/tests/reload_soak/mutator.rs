@@ -76,7 +76,7 @@ fn edit(config: &mut Value, random: &mut Random) {
             config["scene"].as_array_mut().expect("a list").insert(0, node);
         }
         10 => config["models"]["breaker"]["theta"] = json!(number as f64 / 1000.0),
-        11 => config["plugins"]["bay"]["settings"]["poll_seconds"] = json!(0.1 + number),
+        11 => config["plugins"]["bay"]["settings"]["poll_seconds"] = json!((100 + number) as f64 / 1_000.0),
         12 => config["theme"]["colors"] = json!(*random.among(&["light", "dark"])),
         _ => {
             let camera = json!({ "eye": [number % 30 + 5, 5, 12], "target": [0, 1, 0] });

@@ -105,13 +105,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_ui", &["busbar_chart", "busbar_records", "busbar_tags"]),
     (
         "busbar_viewer_server",
-        &[
-            "busbar_alarms",
-            "busbar_plugin_host",
-            "busbar_protocol",
-            "busbar_tags",
-            "busbar_viewer",
-        ],
+        &["busbar_alarms", "busbar_plugin_host", "busbar_protocol", "busbar_tags", "busbar_viewer"],
     ),
     ("busbar_web", &["busbar_client", "busbar_protocol"]),
     ("busbar_plugin_abi", &[]),
