@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use busbar_viewer::upgraded_text;
+use busbar_scene_loader::upgraded_text;
 
 use crate::output;
 

@@ -80,7 +80,7 @@ fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
         Command::Config { command: ConfigCommand::Upgrade { file, dry_run } } => {
             config_upgrade::run(&file, dry_run)
         }
-        Command::Schema => output::json(&busbar_viewer::schema()),
+        Command::Schema => output::json(&busbar_config::schema()),
         Command::Plugin { command } => match command {
             PluginCommand::List { config, schema } => plugin::list(config.as_deref(), schema),
             PluginCommand::Check(options) => plugin::check::run(&options),

@@ -11,7 +11,7 @@ use busbar_plugin_host::{OverlayPicture, Verdict};
 use busbar_scene::NodeIndex;
 use busbar_tags::{Quality, Reason, Snapshot, TagHandle};
 
-use crate::load::LoadedScene;
+use busbar_scene_loader::LoadedScene;
 
 /// Reason of a verdict, or its lack.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

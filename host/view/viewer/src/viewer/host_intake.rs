@@ -5,7 +5,7 @@ use std::time::Duration;
 use busbar_plugin_host::{ProgramValue, SampleIntake, SampleSink, SourcePolicy, TelemetryTag};
 use busbar_tags::{Moment, Quality, SourceTime, TagHandle, TagSpec, Value};
 
-use crate::load::LoadedScene;
+use busbar_scene_loader::LoadedScene;
 
 /// Value that a host program sets.
 #[derive(Clone, Copy, Debug, PartialEq)]
