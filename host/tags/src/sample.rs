@@ -19,6 +19,9 @@ pub struct Sample {
     pub value: Option<Value>,
     /// Quality at the source.
     pub quality: Quality,
+    /// Doubt of the host about the value, by its time or its way here; good where there is none.
+    /// It stays until the next value counts. Without a value it concerns the last one.
+    pub doubt: Quality,
     /// Time at the source, if it gave a usable one.
     pub source_time: Option<SourceTime>,
     /// Time of reception by the host.
@@ -56,12 +59,18 @@ impl Sample {
             tag,
             value,
             quality,
+            doubt: Quality::Good,
             source_time: None,
             received,
             valid_from: received,
             origin: Origin::LIVE,
             is_buffered: false,
         }
+    }
+
+    /// Adds a doubt about the value, which no quality alone takes back.
+    pub fn with_doubt(self, doubt: Quality) -> Self {
+        Self { quality: self.quality.worst(doubt), doubt: self.doubt.worst(doubt), ..self }
     }
 }
 
@@ -101,6 +110,15 @@ impl Update for Sample {
 
     fn source_nanos(&self) -> Option<i64> {
         self.source_time.map(|time| time.0)
+    }
+
+    fn doubt(&self) -> Quality {
+        self.doubt
+    }
+
+    fn add_doubt(&mut self, doubt: Quality) {
+        let own = if self.value.is_none() { self.doubt } else { Quality::Good };
+        *self = Self { value: None, doubt: own, ..*self }.with_doubt(doubt);
     }
 }
 
