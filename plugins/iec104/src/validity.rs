@@ -5,7 +5,8 @@
 //! follows the start of data transfer (or the end of initialisation) is not at its end, a
 //! station may still send what it kept while nobody was connected. Until then an event
 //! for an object that already has an interrogated value is doubtful, where its time does
-//! not show that it is of this connection.
+//! not show that it is of this connection. The same holds for one that is older than another
+//! event of its object.
 
 use std::ops::Range;
 use std::time::{Duration, SystemTime};
@@ -54,6 +55,8 @@ pub(crate) enum EventOrder {
 pub(crate) struct Validity {
     /// Evidence of each point.
     evidence: Vec<Evidence>,
+    /// By point: newest time of its events since it had no value, while a buffer may come.
+    newest_events: Vec<Option<SystemTime>>,
     /// By point: objects of another type in a row, also on former connections.
     misfits: Vec<u8>,
     /// In order of the common addresses.
@@ -88,12 +91,18 @@ impl Validity {
         };
         let count = points.all().len();
         let addresses = points.common_addresses().into_iter().map(state).collect();
-        Self { evidence: vec![Evidence::None; count], misfits: vec![0; count], addresses }
+        Self {
+            evidence: vec![Evidence::None; count],
+            newest_events: vec![None; count],
+            misfits: vec![0; count],
+            addresses,
+        }
     }
 
     /// Data transfer starts; an interrogation follows, or does not.
     pub(crate) fn begin(&mut self, started: SystemTime, is_interrogated: bool) {
         self.evidence.fill(Evidence::None);
+        self.newest_events.fill(None);
         for state in &mut self.addresses {
             state.valued = 0;
             state.catch_up = is_interrogated.then(|| CatchUp::new(started));
@@ -150,6 +159,7 @@ impl Validity {
         if std::mem::take(&mut state.valued) == 0 {
             return Vec::new();
         }
+        self.newest_events[state.points.clone()].fill(None);
         let evidence = &mut self.evidence;
         let take = |point: &usize| {
             evidence.get_mut(*point).map(std::mem::take).unwrap_or_default() != Evidence::None
@@ -181,16 +191,25 @@ impl Validity {
         time: Option<SystemTime>,
     ) -> EventOrder {
         let is_present = self.is_present(point);
-        let state = self.state(common_address).filter(|_| is_present);
+        let newest = self.newest_events.get(point).copied().flatten();
+        let state = self.state(common_address);
         let Some(catch_up) = state.and_then(|state| state.catch_up.as_mut()) else {
             return EventOrder::Arrival;
         };
+        let is_older = newest.zip(time).is_some_and(|(newest, time)| time < newest);
+        if !is_present && !is_older {
+            // A buffer is sent in order.
+            if let Some(own) = self.newest_events.get_mut(point) {
+                *own = time.or(newest);
+            }
+            return EventOrder::Arrival;
+        }
         let is_of_now = match tag {
             // The hour is not in it.
             TimeTag::Cp24(_) => false,
             TimeTag::Cp56(_) => time.is_some_and(|time| time >= catch_up.started + CLOCK_TOLERANCE),
         };
-        if is_of_now {
+        if is_of_now && !is_older {
             return EventOrder::Arrival;
         }
         catch_up.is_doubted = true;
@@ -202,6 +221,11 @@ impl Validity {
     fn set(&mut self, common_address: u16, point: usize, by: Evidence) {
         let Some(evidence) = self.evidence.get_mut(point) else { return };
         let before = std::mem::replace(evidence, by);
+        if by == Evidence::None
+            && let Some(newest) = self.newest_events.get_mut(point)
+        {
+            *newest = None;
+        }
         let Some(state) = self.state(common_address) else { return };
         match (before, by) {
             (Evidence::None, Evidence::None) => {}
