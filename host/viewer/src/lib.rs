@@ -71,7 +71,7 @@ pub use busbar_plugin_host::{
 pub use busbar_plugin_process::{
     CommandError, Isolation, Plugin, PluginCatalog, serve as serve_plugin,
 };
-pub use busbar_point_import::{ListFault, PluginInstance};
+pub use busbar_point_import::{ListEncoding, ListFault, PluginInstance};
 pub use busbar_renderer::{
     HugePageAllocator, Picture, Quality, RenderError, RendererOptions, SectionPlane, WindowHandles,
     configure_allocator,
