@@ -15,6 +15,7 @@ use super::{AlarmService, text};
 use crate::labels::{OverlayCamera, top_of};
 use crate::load::LoadedScene;
 use crate::panel_rows::value_text;
+use crate::stats::AlarmStats;
 
 /// Alarms as rows, made one by one as they are looked at. Without alarms there are none.
 #[derive(Clone, Copy)]
@@ -31,6 +32,36 @@ impl AlarmListRows<'_> {
             AlarmList::Held => &alarm_service.listing.held,
             AlarmList::Log => &[],
         })
+    }
+
+    /// Returns the statistics of the alarms that are not normal.
+    pub(crate) fn stats(&self) -> Vec<AlarmStats> {
+        let Some(alarm_service) = self.alarm_service else { return Vec::new() };
+        let table = &alarm_service.table;
+        let own = table.open().filter_map(|alarm| {
+            let (spec, status) = (table.set().spec(alarm)?, table.status(alarm)?);
+            Some(AlarmStats {
+                id: spec.id.clone(),
+                state: status.state,
+                priority: spec.priority.name(),
+                certain: status.is_certain,
+                occurrences: status.occurrences,
+                origin: (status.origin | self.origin_of(spec)).names().collect(),
+                source: None,
+                uncertainty: None,
+            })
+        });
+        let external = alarm_service.sources.iter().map(|(source, external)| AlarmStats {
+            id: external.id(source),
+            state: external.alarm.standing().state(),
+            priority: external.priority.name(),
+            certain: external.is_certain(source),
+            occurrences: 0,
+            origin: self.declared_origin(source).names().collect(),
+            source: Some(source.name().to_owned()),
+            uncertainty: source.short_uncertainty(&external.alarm),
+        });
+        own.chain(external).collect()
     }
 
     fn row_of(&self, alarm_service: &AlarmService, alarm: AlarmHandle) -> Option<AlarmRow> {
