@@ -1,6 +1,6 @@
 // Rasterizes joint histograms into a density plot: number of lines per cell between two axes.
 // Integer arithmetic only, so that results are identical on every device; the reference on
-// the CPU is in `host/renderer/tests/density.rs`.
+// the CPU is in `host/graphics/renderer/tests/density.rs`.
 
 struct RasterizeStep {
     pairs: u32,

@@ -20,7 +20,7 @@ const LEVELS: &str = "levels";
 /// Output folder of the report.
 const FOLDER: &str = "target/bench";
 /// Folder of the peers' scripts.
-const SCRIPTS: &str = "tests/peers";
+const SCRIPTS: &str = "tests/end_to_end/peers";
 
 /// Command-line options of `bench`.
 #[derive(clap::Args)]

@@ -19,7 +19,7 @@ const HOST: &str = "busbar";
 /// Output folder of the report.
 const FOLDER: &str = "target/bench_render";
 /// Scripts of the peers.
-const SCRIPTS: &str = "tests/peers";
+const SCRIPTS: &str = "tests/end_to_end/peers";
 /// Size of the virtual display for the peers, pixels.
 const SCREEN: &str = "1280x720";
 

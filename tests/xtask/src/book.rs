@@ -15,9 +15,9 @@ use crate::process;
 use crate::workspace::{Profile, Workspace};
 
 /// Folder of the book's sources.
-const BOOK: &str = "host/busbar/book";
+const BOOK: &str = "host/app/busbar/book";
 /// Folder of chapters that are generated and not committed.
-const GENERATED: &str = "host/busbar/book/src/generated";
+const GENERATED: &str = "host/app/busbar/book/src/generated";
 /// Folder of the built book.
 const BUILT: &str = "target/book";
 /// Version requirement of mdBook.
@@ -25,7 +25,7 @@ const MDBOOK: &str = "mdbook@^0.4";
 /// JSON Schema of configurations.
 const SCHEMA: &str = "config/busbar.schema.json";
 /// Folder of the SDK's chapters, which its crate documentation contains too.
-const SDK_CHAPTERS: &str = "plugins/sdk/src/book";
+const SDK_CHAPTERS: &str = "plugins/sdk/sdk/src/book";
 /// Environment variable that turns skipped steps into failures.
 const REQUIRE: &str = "BUSBAR_REQUIRE_PEERS";
 /// Most lines of mdBook's output that are searched for faults.

@@ -51,8 +51,8 @@ fn files(workspace: &Workspace, profile: Profile) -> [(PathBuf, &'static str); 6
     let library = workspace.library(profile, LIBRARY);
     [
         (workspace.program(profile, PROGRAM), "bin/busbar"),
-        (workspace.path("host/embed/include/busbar.h"), "include/busbar.h"),
-        (workspace.path("host/embed/busbar.pc"), "lib/pkgconfig/busbar.pc"),
+        (workspace.path("host/remote/embed/include/busbar.h"), "include/busbar.h"),
+        (workspace.path("host/remote/embed/busbar.pc"), "lib/pkgconfig/busbar.pc"),
         (workspace.path("config/busbar-kiosk.service"), "lib/systemd/system/busbar-kiosk.service"),
         (workspace.path("config/busbar-serve.service"), "lib/systemd/system/busbar-serve.service"),
         (library.with_extension("a"), "lib/libbusbar.a"),

@@ -17,7 +17,7 @@ use crate::station::Station;
 use crate::workspace::{Profile, Workspace};
 use crate::x_server::XServer;
 
-const FOLDER: &str = "tests/pictures";
+const FOLDER: &str = "tests/end_to_end/pictures";
 /// Path of the small scene that most pictures show.
 pub(crate) const SCENE: &str = "config/demo.json";
 /// Render options of the README's pictures; the seconds let values arrive.

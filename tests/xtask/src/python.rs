@@ -19,21 +19,23 @@ pub(crate) struct Environment {
 
 /// Environment of peers that tests talk to.
 pub(crate) const TESTS: Environment =
-    Environment { folder: "target/venv", requirements: "tests/peers/requirements.txt" };
+    Environment { folder: "target/venv", requirements: "tests/end_to_end/peers/requirements.txt" };
 /// Environment of peers that the bench compares with.
-pub(crate) const BENCH: Environment =
-    Environment { folder: "target/bench-venv", requirements: "tests/peers/bench_requirements.txt" };
+pub(crate) const BENCH: Environment = Environment {
+    folder: "target/bench-venv",
+    requirements: "tests/end_to_end/peers/bench_requirements.txt",
+};
 
 /// Environment of calculations that those of plugins are compared with.
 pub(crate) const REFERENCES: Environment = Environment {
     folder: "target/references-venv",
-    requirements: "tests/peers/references_requirements.txt",
+    requirements: "tests/end_to_end/peers/references_requirements.txt",
 };
 
 /// Environment of viewers that frames are compared with.
 pub(crate) const RENDER: Environment = Environment {
     folder: "target/render-venv",
-    requirements: "tests/peers/render_requirements.txt",
+    requirements: "tests/end_to_end/peers/render_requirements.txt",
 };
 
 /// Prepares the Python environment with the peers' requirements; returns its interpreter, or

@@ -74,7 +74,7 @@ fn compare(workspace: &Workspace, arguments: &Arguments, steps: &mut Steps) -> R
     let sample = if arguments.quick { QUICK } else { WHOLE };
     let python = steps
         .run("python", || python::ensure_environment(workspace, python::REFERENCES))?
-        .context("the references' requirements are missing from tests/peers")?;
+        .context("the references' requirements are missing from tests/end_to_end/peers")?;
     steps.run("SF6", || {
         build_example("sf6_density", "print_values")?;
         let mut comparison = script(workspace, &python, "sf6_density");
@@ -127,7 +127,7 @@ fn example(workspace: &Workspace, name: &str) -> std::path::PathBuf {
 
 fn script(workspace: &Workspace, python: &Path, plugin: &str) -> Command {
     let mut command = Command::new(python);
-    command.arg(workspace.path(format!("plugins/{plugin}/references/compare.py")));
+    command.arg(workspace.path(format!("plugins/overlays/{plugin}/references/compare.py")));
     command
 }
 

@@ -56,9 +56,9 @@ const VIEW_VARIABLES: [(&str, &str); 2] =
 const RELOAD_TEST: &str = "reload_soak";
 const RELOADS_VARIABLE: &str = "BUSBAR_RELOADS";
 const RELOADS: &str = "10000";
-const FUZZ_FOLDER: &str = "tests/fuzz";
+const FUZZ_FOLDER: &str = "tests/robustness/fuzz";
 /// Inputs that are kept, a folder a target.
-const KEPT_INPUTS: &str = "tests/fuzz_corpus/corpus";
+const KEPT_INPUTS: &str = "tests/robustness/fuzz_corpus/corpus";
 /// Package and version of cargo-fuzz that are installed where it is missing.
 const FUZZER: &str = "cargo-fuzz@^0.13";
 const MAX_MINUTES: u64 = 7 * 24 * 60;
@@ -359,7 +359,7 @@ mod tests {
             assert!(has_text(&folder, &head), "{package} has no {test}");
         }
         for test in VIEW_TESTS {
-            assert!(workspace.path("host/embed/tests").join(format!("{test}.rs")).is_file());
+            assert!(workspace.path("host/remote/embed/tests").join(format!("{test}.rs")).is_file());
         }
     }
 

@@ -15,7 +15,7 @@ const PACKAGE: &str = "traffic";
 /// Plugins that produce and show the values.
 const PLUGINS: [&str; 4] = ["sample_generator", "power_overlay", "modbus_adapter", "iec104"];
 /// Scripts of the peers.
-const PEERS: &str = "tests/peers";
+const PEERS: &str = "tests/end_to_end/peers";
 /// Program whose processes run plugins.
 const HOST: &str = "busbar";
 /// Output folder of the report.
