@@ -20,7 +20,8 @@ pub struct Sample {
     /// Quality at the source.
     pub quality: Quality,
     /// Doubt of the host about the value, by its time or its way here; good where there is none.
-    /// It stays until the next value counts. Without a value it concerns the last one.
+    /// The doubt stays until the next value counts. Without a value the doubt concerns the last
+    /// value.
     pub doubt: Quality,
     /// Time at the source, if it gave a usable one.
     pub source_time: Option<SourceTime>,
@@ -68,7 +69,7 @@ impl Sample {
         }
     }
 
-    /// Adds a doubt about the value, which no quality alone takes back.
+    /// Adds a doubt about the value, which no later quality alone takes back.
     pub fn with_doubt(self, doubt: Quality) -> Self {
         Self { quality: self.quality.worst(doubt), doubt: self.doubt.worst(doubt), ..self }
     }

@@ -37,9 +37,9 @@ const RECOVERY: Duration = Duration::from_secs(120 + 30 + 15 + 5);
 /// Shown times further ahead than this are not believed, as in the host.
 const MAX_AHEAD: Duration = Duration::from_secs(10);
 
-/// Time for which a live event shuts out older ones of the buffer: less than an interrogation
-/// takes that is not answered.
-const LIVE_EVENT_COUNTS: Duration = Duration::from_secs(5);
+/// Time from an interrogation for which a live event shuts out older ones of the buffer: less
+/// than the client waits for its end.
+const CATCH_UP: Duration = Duration::from_secs(100);
 
 /// An object of the station.
 type Place = (u8, u8);
@@ -113,6 +113,7 @@ struct DisplayedTag {
 }
 
 struct Matrix {
+    seed: u64,
     random: Rng,
     config: Config,
     recorder: Recorder,
@@ -133,8 +134,10 @@ struct Matrix {
     is_frame_lost: bool,
     /// Last values out of the buffer of objects that were not interrogated since.
     buffered: BTreeMap<Place, f64>,
-    /// Source times of live events since the connection or the last damage, and when they came.
-    live_events: BTreeMap<Place, (SystemTime, Duration)>,
+    /// Source times of live events since the connection or the last damage.
+    live_events: BTreeMap<Place, SystemTime>,
+    /// Time of the first interrogation of the connection, by common address.
+    interrogated: BTreeMap<u8, Duration>,
     shown: BTreeMap<Place, DisplayedTag>,
     answering: InterrogationBehavior,
     counts: BTreeMap<Damage, u32>,
@@ -170,6 +173,7 @@ impl Matrix {
             is_of_source: false,
         };
         Self {
+            seed,
             random: Rng::with_seed(seed),
             config,
             recorder,
@@ -187,6 +191,7 @@ impl Matrix {
             is_frame_lost: false,
             buffered: BTreeMap::new(),
             live_events: BTreeMap::new(),
+            interrogated: BTreeMap::new(),
             shown: places().map(|place| (place, shown)).collect(),
             answering: InterrogationBehavior::Whole,
             counts: BTreeMap::new(),
@@ -337,6 +342,7 @@ impl Matrix {
         (self.sent, self.received) = (0, 0);
         self.buffered.clear();
         self.live_events.clear();
+        self.interrogated.clear();
         self.session = Some(session);
         let mut confirmed = Vec::new();
         Frame::Unnumbered(Function::StartCon).write(&mut confirmed);
@@ -411,6 +417,7 @@ impl Matrix {
     /// values.
     fn answer(&mut self, request: &[u8]) {
         let address = request[4];
+        self.interrogated.entry(address).or_insert(self.elapsed);
         let with_cause = |cause: u8| {
             let mut bytes = request.to_vec();
             bytes[2] = cause;
@@ -465,11 +472,12 @@ impl Matrix {
         let place = (asdu[4], asdu[6]);
         let time = time_of(asdu, self.wall());
         if is_buffered {
-            let live = self.live_events.get(&place).filter(|(_, at)| {
-                // Later, it may have been asked for and refused.
-                self.elapsed < *at + LIVE_EVENT_COUNTS
+            // Later, events count in order of arrival.
+            let interrogated = self.interrogated.get(&place.0);
+            let live = self.live_events.get(&place).filter(|_| {
+                interrogated.is_none_or(|interrogated| self.elapsed < *interrogated + CATCH_UP)
             });
-            let is_overtaken = time.zip(live).is_some_and(|(time, (live, _))| time < *live);
+            let is_overtaken = time.zip(live).is_some_and(|(time, live)| time < *live);
             if !is_overtaken {
                 let [b0, b1, b2, b3] = [asdu[9], asdu[10], asdu[11], asdu[12]];
                 self.buffered.insert(place, f32::from_le_bytes([b0, b1, b2, b3]).into());
@@ -479,7 +487,7 @@ impl Matrix {
         } else if asdu[0] == 36
             && let Some(time) = time
         {
-            self.live_events.insert(place, (time, self.elapsed));
+            self.live_events.insert(place, time);
         } else if asdu[0] == 70 || (asdu[0] == 100 && asdu[2] != 7) {
             self.live_events.clear();
         }
@@ -608,8 +616,10 @@ impl Matrix {
             let is_on_its_way = self.queue.iter().any(|item| is_about(item, *place));
             assert!(
                 is_right || self.is_frame_lost || is_on_its_way || is_of_buffer,
-                "{place:?} is {shown:?} and should be {}",
-                self.truth[place]
+                "seed {}: {place:?} is {shown:?} and should be {} after {:?}",
+                self.seed,
+                self.truth[place],
+                self.elapsed
             );
         }
     }
