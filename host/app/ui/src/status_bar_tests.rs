@@ -45,7 +45,8 @@ fn places(width: f32, selected: &str, words: &[&str]) -> Vec<Option<Rect>> {
 
 #[test]
 fn a_narrow_window_keeps_clock_and_qualities_whole() {
-    let words = ["17:04:05", "=S12D1T1", "1\u{2009}234\u{2009}567", "tags: 1998", "16.7 ms", "llvmpipe"];
+    let words =
+        ["17:04:05", "=S12D1T1", "1\u{2009}234\u{2009}567", "tags: 1998", "16.7 ms", "llvmpipe"];
     for width in WIDTHS {
         for selected in [SELECTED, "=S12D1T1"] {
             let found = places(width, selected, &words);

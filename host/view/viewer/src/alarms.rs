@@ -22,9 +22,8 @@ use busbar_ui::{AlarmAction, AlarmList};
 pub(crate) use self::alarm_listing::ExternalAlarmTint;
 use self::alarm_listing::{AlarmListing, EquipmentInAlarm};
 use self::external_alarms::ExternalSources;
-pub(crate) use self::host_api::{action_from, action_to};
 pub(crate) use self::rows::{AlarmListRows, alarm_markers, nodes_in_alarm};
-use crate::load::LoadedScene;
+use busbar_scene_loader::LoadedScene;
 
 /// Newest log records that are kept for display.
 const MAX_LOG_TAIL: usize = 200;

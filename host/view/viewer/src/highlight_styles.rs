@@ -1,10 +1,10 @@
 //! Highlight styles of equipment by state. Each pair is distinguishable in grey, as a test verifies
-//! (`tests/end_to_end/e2e/tests/greyscale.rs`): abnormal states have patterns, normal ones are plain.
+//! (`tests/end_to_end/view_tests/tests/greyscale.rs`): abnormal states have patterns, normal ones
+//! are plain.
 
 use busbar_plugin_host::Pattern;
 use busbar_renderer::highlight_with_pattern;
-
-use crate::color::linear_from_srgb;
+use busbar_scene::linear_from_srgb;
 
 /// Linear rgb, strength and pattern, as the renderer takes them.
 pub type Highlight = [f32; 4];

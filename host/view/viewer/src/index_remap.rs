@@ -7,7 +7,7 @@ use busbar_plugin_host::OverlayPicture;
 use busbar_scene::NodeIndex;
 use busbar_tags::{HandleRemap, TagHandle};
 
-use crate::load::LoadedScene;
+use busbar_scene_loader::LoadedScene;
 
 /// No tag has this number.
 const NO_TAG: TagHandle = TagHandle(u32::MAX);

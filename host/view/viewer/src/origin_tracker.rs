@@ -9,7 +9,7 @@ use busbar_history::History;
 use busbar_tags::{Moment, Origin, Snapshot, TagHandle, TagSet};
 use busbar_ui::TrendOrigin;
 
-use crate::load::LoadedScene;
+use busbar_scene_loader::LoadedScene;
 
 /// Changes of origin that are kept of one tag; older ones are joined.
 const MAX_CHANGES: usize = 256;

@@ -14,9 +14,9 @@ use busbar_ui::LegendRow;
 
 use crate::alarms::ExternalAlarmTint;
 use crate::index_remap::IndexRemap;
-use crate::load::LoadedScene;
 use crate::verdicts::{UnknownVerdict, VerdictBoard};
 use crate::{ViewError, panel_rows};
+use busbar_scene_loader::LoadedScene;
 
 /// The longest that a frame in a window waits for an isolated overlay: mostly
 /// enough for the picture of this frame, and too little to be seen.

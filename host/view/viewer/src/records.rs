@@ -13,7 +13,7 @@ use jiff::Timestamp;
 use jiff::tz::TimeZone;
 
 use crate::ViewError;
-use crate::load::LoadedScene;
+use busbar_scene_loader::LoadedScene;
 use poller::RecordPoller;
 
 /// The longest that opening a view without a window waits for the first records.

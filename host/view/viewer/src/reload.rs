@@ -2,15 +2,18 @@
 //! one changed, and shown where it has no fault. One that has leaves the scene as it is.
 
 mod file_watcher;
+mod prepared_reload;
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
+use busbar_scene_loader::LoadedScene;
+
 use crate::Viewer;
-use crate::load::{LoadedScene, PreparedReload, ReloadError};
 use file_watcher::FileWatcher;
 pub use file_watcher::SETTLE_TIME;
+pub use prepared_reload::{PreparedReload, ReloadError};
 
 /// Bytes of a fault that are kept to be shown; a file may have two hundred.
 const MAX_FAULT_BYTES: usize = 4_000;
@@ -68,8 +71,8 @@ pub enum ReloadOutcome {
     Refused(String),
 }
 
-/// A configuration that is loaded beside the frames.
-pub(crate) struct BackgroundLoad {
+/// Configuration that a thread loads beside the frames.
+pub struct BackgroundLoad {
     since: Instant,
     loaded: Receiver<LoadResult>,
 }
@@ -82,7 +85,7 @@ impl BackgroundLoad {
     ///
     /// # Errors
     /// The operating system's error if no thread can be started.
-    pub(crate) fn begin(
+    pub fn begin(
         viewer: &Viewer,
         path: &Path,
         since: Instant,
@@ -92,7 +95,7 @@ impl BackgroundLoad {
         let (sender, loaded) = channel();
         let load = move || {
             // Nobody listens any more when the viewer has gone.
-            let _ = sender.send(scene.reload(&path));
+            let _ = sender.send(PreparedReload::load(&scene, &path));
             drop(scene);
             wake();
         };
@@ -104,7 +107,7 @@ impl BackgroundLoad {
     ///
     /// # Errors
     /// Errors of the graphics device.
-    pub(crate) fn step(&self, viewer: &mut Viewer) -> Option<ReloadOutcome> {
+    pub fn step(&self, viewer: &mut Viewer) -> Option<ReloadOutcome> {
         self.step_with_timeout(Duration::ZERO, viewer)
     }
 

@@ -2,13 +2,12 @@
 
 use std::time::{Duration, Instant};
 
-use busbar_config::Config;
-use busbar_plugin_host::{ClockReport, FreshnessBasis, LinkReport, SampleSink, SourcePolicy};
+use busbar_plugin_host::{ClockReport, LinkReport, SampleSink};
 use busbar_plugin_process::RunningTelemetry;
-use busbar_tags::{HandleRemap, Origin, Sample, SourceTime};
+use busbar_scene_loader::{LoadedScene, source_policy};
+use busbar_tags::{HandleRemap, Sample, SourceTime};
 
 use crate::ViewError;
-use crate::load::LoadedScene;
 
 /// Running telemetry plugin with the map from its tag indices to the scene's.
 pub(crate) struct TelemetryInstance {
@@ -114,17 +113,6 @@ pub(crate) fn start_telemetry(scene: &LoadedScene) -> Result<Vec<TelemetryInstan
         }
     }
     Ok(running)
-}
-
-/// Rules of the configuration for all samples of an instance.
-pub(crate) fn source_policy(config: &Config, name: &str) -> SourcePolicy {
-    let Some(plugin) = config.plugins.get(name) else { return SourcePolicy::default() };
-    let origin = if plugin.simulated { Origin::SIMULATED } else { Origin::LIVE };
-    let basis = match plugin.freshness_by {
-        busbar_config::FreshnessBasis::SourceTime => FreshnessBasis::SourceTime,
-        busbar_config::FreshnessBasis::Reception => FreshnessBasis::Reception,
-    };
-    SourcePolicy { origin, basis }
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use busbar_plugin_host::{OverlayPicture, Verdict};
 use busbar_scene::NodeIndex;
 use busbar_tags::{Quality, Reason, Snapshot, TagHandle};
 
-use crate::load::LoadedScene;
+use busbar_scene_loader::LoadedScene;
 
 /// Reason of a verdict, or its lack.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -59,12 +59,15 @@ pub(crate) struct VerdictBoard {
 
 /// Verdict on a piece of equipment, with its reason as text.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct VerdictText<'a> {
-    pub(crate) verdict: Verdict,
-    pub(crate) is_assumed: bool,
+pub struct VerdictText<'a> {
+    /// Verdict as it holds in this frame.
+    pub verdict: Verdict,
+    /// True if the plugin assumed it.
+    pub is_assumed: bool,
     /// Unknown now, and abnormal when it was last known.
-    pub(crate) was_abnormal: bool,
-    pub(crate) reason: Cow<'a, str>,
+    pub was_abnormal: bool,
+    /// Reason of the verdict, or of its lack.
+    pub reason: Cow<'a, str>,
 }
 
 impl VerdictBoard {
@@ -192,19 +195,19 @@ pub(crate) struct UnknownVerdict {
 }
 
 /// An overlay with the equipment that it judges.
-pub(crate) struct OverlayVerdicts<'a> {
+pub struct OverlayVerdicts<'a> {
     /// Name of its plugin instance.
-    pub(crate) name: &'a str,
+    pub name: &'a str,
     /// Ids of the equipment, as it describes them.
-    pub(crate) equipment: &'a [String],
+    pub equipment: &'a [String],
     pub(crate) verdicts: &'a VerdictBoard,
     pub(crate) scene: &'a LoadedScene,
     pub(crate) snapshot: Snapshot<'a>,
 }
 
 impl OverlayVerdicts<'_> {
-    /// The verdict on a piece of its equipment.
-    pub(crate) fn verdict(&self, equipment: usize) -> VerdictText<'_> {
+    /// Returns the verdict on a piece of its equipment, by index.
+    pub fn verdict(&self, equipment: usize) -> VerdictText<'_> {
         self.verdicts.verdict(equipment, self.scene, self.snapshot)
     }
 }

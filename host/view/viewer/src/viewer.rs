@@ -14,6 +14,8 @@ mod selection;
 
 pub(crate) use drawing::{node_of, object_of};
 use host_intake::HostIntake;
+pub use host_intake::HostTagValue;
+pub use host_interface::{CameraPose, ChangedAlarm};
 
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
@@ -22,6 +24,7 @@ use std::time::{Duration, Instant, SystemTime};
 use busbar_config::MAX_THETA_SCALE;
 use busbar_geometry::Bounds;
 use busbar_history::History;
+use busbar_lod::{DrawItem, LodCamera, LodCursors, LodRequest};
 use busbar_plugin_host::{LinkReport, SampleSink, SceneClock, wall_clock};
 use busbar_plugin_process::Plugin;
 use busbar_renderer::{
@@ -29,7 +32,7 @@ use busbar_renderer::{
     Picture, PixelArea, RenderError, Renderer, RendererOptions, ResolveRequest, SectionPlane,
     WindowHandles, release_freed_memory,
 };
-use busbar_scene::{NodeIndex, SceneGraph};
+use busbar_scene::{NodeIndex, SceneGraph, linear_from_srgb};
 use busbar_tags::{EventLog, Moment, Origin, Sample, Snapshot, TagTable};
 use busbar_ui::{
     Appearance, Command, ListModels, ModelRow, Navigation, Panels, SceneOverlay, StatusBarModel,
@@ -41,7 +44,6 @@ use crate::alarms::{AlarmListRows, AlarmService, alarm_markers, nodes_in_alarm};
 use crate::camera::navigator::{NavigationContext, Navigator};
 use crate::camera::{Camera, Projection};
 use crate::chart::SceneChart;
-use crate::color::linear_from_srgb;
 use crate::cpu_clock::CpuClock;
 use crate::device_recovery::DeviceRecovery;
 use crate::environment::{self, Environment};
@@ -51,8 +53,6 @@ use crate::frame_budget::FrameBudget;
 use crate::highlight::Highlights;
 use crate::highlight_styles::Highlight;
 use crate::labels::{LinesByNode, hidden_labels};
-use crate::load::LoadedScene;
-use crate::lod::{DrawItem, LodCamera, LodCursors, LodRequest};
 use crate::measurement_chain::MeasurementChain;
 use crate::moving_parts::MovingParts;
 use crate::origin_tracker::OriginTracker;
@@ -64,11 +64,12 @@ use crate::pick_queue::{PickPurpose, PickQueue, PickRequest};
 use crate::records::RecordStore;
 use crate::reload::ReloadCounters;
 use crate::scene_draw_list::SceneDrawList;
-use crate::stack_builder::millis_since;
 use crate::tag_filter::TagFilter;
 use crate::telemetry_instance::{self, TelemetryInstance};
 use crate::uploaded_models::{self, UploadedModel, mesh_at_cursor};
 use crate::{Stats, ViewError, labels, panel_rows, ray_casting, stats, switch_symbols};
+use busbar_scene_loader::LoadedScene;
+use busbar_scene_loader::millis_since;
 
 /// Pieces of equipment that are selected at once; of more the first in the scene.
 pub const MAX_SELECTED: usize = 10_000;

@@ -12,7 +12,7 @@ use busbar_scene::NodeIndex;
 use busbar_ui::{AlarmSourceStatus, age_text};
 
 use self::poller::{AlarmPoller, SourceHealth};
-use crate::load::LoadedScene;
+use busbar_scene_loader::LoadedScene;
 
 /// Numbers of these alarms; those of configured ones are below.
 const FIRST_NUMBER: u32 = 1 << 30;

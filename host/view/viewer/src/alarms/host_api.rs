@@ -1,7 +1,5 @@
 //! Interface of the alarm service to a host program: actions, standings, operator requests.
 
-use std::time::Duration;
-
 use busbar_alarms::{AlarmFlags, AlarmSource};
 
 use super::*;
@@ -93,30 +91,5 @@ impl AlarmService {
             self.table.restore(standings, 0, self.wall_clock);
             self.refresh();
         }
-    }
-}
-
-/// Converts an alarm action from the protocol.
-pub(crate) fn action_from(action: busbar_protocol::message::AlarmAction) -> AlarmAction {
-    use busbar_protocol::message::AlarmAction as Said;
-    match action {
-        Said::Acknowledge => AlarmAction::Acknowledge,
-        Said::Reset => AlarmAction::Reset,
-        Said::Unshelve => AlarmAction::Unshelve,
-        Said::Shelve(seconds) => AlarmAction::Shelve(Duration::from_secs(u64::from(seconds))),
-    }
-}
-
-/// To the wire; none for what a host program is not asked.
-pub(crate) fn action_to(action: AlarmAction) -> Option<busbar_protocol::message::AlarmAction> {
-    use busbar_protocol::message::AlarmAction as Said;
-    match action {
-        AlarmAction::Acknowledge => Some(Said::Acknowledge),
-        AlarmAction::Reset => Some(Said::Reset),
-        AlarmAction::Unshelve => Some(Said::Unshelve),
-        AlarmAction::Shelve(time) => {
-            Some(Said::Shelve(u32::try_from(time.as_secs()).unwrap_or(u32::MAX)))
-        }
-        AlarmAction::RemoveFromService | AlarmAction::ReturnToService => None,
     }
 }

@@ -13,9 +13,9 @@ use busbar_ui::{
 use super::external_alarms::{ExternalAlarm, ExternalSource};
 use super::{AlarmService, text};
 use crate::labels::{OverlayCamera, top_of};
-use crate::load::LoadedScene;
 use crate::panel_rows::value_text;
 use crate::stats::AlarmStats;
+use busbar_scene_loader::LoadedScene;
 
 /// Alarms as rows, made one by one as they are looked at. Without alarms there are none.
 #[derive(Clone, Copy)]

@@ -5,12 +5,13 @@ use std::path::PathBuf;
 
 use busbar_config::{PluginConfig, TagConfig};
 use busbar_renderer::release_freed_memory;
+use busbar_scene_loader::{FileVersion, LoadedModel, ReloadedScene};
 use busbar_tags::HandleRemap;
 
 use super::*;
-use crate::file_version::FileVersion;
 use crate::index_remap::IndexRemap;
-use crate::load::PreparedReload;
+use crate::reload::PreparedReload;
+use crate::renderer_options;
 
 impl Viewer {
     /// Applies a prepared reload from the next frame on. Unchanged parts are kept: plugins, values
@@ -20,8 +21,8 @@ impl Viewer {
     /// # Errors
     /// Errors of the graphics device, or of a chart or records that cannot be read.
     pub fn apply_reload(&mut self, reload: PreparedReload) -> Result<(), ViewError> {
-        let PreparedReload { mut scene, changes, kept, telemetry, overlays, has_same_graph } =
-            reload;
+        let PreparedReload { loaded, telemetry, overlays } = reload;
+        let ReloadedScene { mut scene, changes, kept, has_same_graph } = loaded;
         let is_kept = |name: &String| kept.contains(name);
         let chart = self.next_chart(&scene, &is_kept)?;
         let records = self.next_records(&scene, &is_kept)?;
@@ -35,7 +36,7 @@ impl Viewer {
         let mut before = std::mem::replace(&mut self.scene, scene);
         let slots: BTreeSet<Option<u32>> = self.scene.models.iter().map(|m| m.slot).collect();
         let gone = before.models.iter().filter(|model| !slots.contains(&model.slot));
-        gone.for_each(|model| self.renderer.remove_model(model.handle()));
+        gone.for_each(|model| self.renderer.remove_model(uploaded_models::handle_of(model)));
 
         self.chart = chart.unwrap_or_else(|| self.chart.take());
         self.records = records.unwrap_or_else(|| std::mem::take(&mut self.records));
@@ -44,7 +45,7 @@ impl Viewer {
         self.carry_plugins(&remap, &is_kept, telemetry, overlays);
         self.carry_view(&before);
         let same_proxies = Arc::ptr_eq(&before.proxies, &self.scene.proxies);
-        if !has_same_graph || !same_proxies || before.policies() != self.scene.policies() {
+        if !has_same_graph || !same_proxies || before.policies != self.scene.policies {
             self.rebuild_lod_cursors(&before, &remap, has_same_graph);
         }
         self.carry_equipment(&remap);
@@ -94,7 +95,7 @@ impl Viewer {
     fn upload_new(&mut self, scene: &LoadedScene) -> Result<(), ViewError> {
         let there: BTreeSet<Option<u32>> = self.scene.models.iter().map(|m| m.slot).collect();
         self.recovery.run(&mut self.renderer, &self.scene, |renderer| {
-            let is_new = |model: &crate::load::LoadedModel| !there.contains(&model.slot);
+            let is_new = |model: &LoadedModel| !there.contains(&model.slot);
             uploaded_models::upload_some(&scene.models, renderer, is_new)
         })?;
         Ok(())
@@ -212,7 +213,7 @@ impl Viewer {
     fn change_device(&mut self, next: &LoadedScene) -> Result<(), ViewError> {
         let is_live = !self.settles;
         let wanted = |scene: &LoadedScene| {
-            let options = construction::options_of(scene.renderer_options(), is_live);
+            let options = construction::options_of(renderer_options(scene), is_live);
             (options, construction::device_choice(scene))
         };
         let (options, choice) = wanted(next);
@@ -236,9 +237,14 @@ impl Viewer {
     fn rebuild_lod_cursors(&mut self, before: &LoadedScene, remap: &IndexRemap, same_graph: bool) {
         let scene = &self.scene;
         let scale = scene.config.view.theta_scale;
-        let policies = scene.policies();
-        let mut lod_cursors =
-            LodCursors::new(&scene.graph, &scene.models, policies, &scene.proxies, scale);
+        let mut lod_cursors = LodCursors::new(
+            &scene.graph,
+            &scene.meshes(),
+            &scene.policies,
+            &scene.proxies,
+            scale,
+            uploaded_models::MORPH_BUDGET,
+        );
         lod_cursors.set_morph_seconds(scene.config.view.morph_seconds);
         lod_cursors.inherit(&self.lod_cursors, same_graph, |model| {
             let name = &scene.models.get(model)?.name;
@@ -251,7 +257,7 @@ impl Viewer {
         if same_graph {
             return;
         }
-        self.moving_parts = scene.moving.clone();
+        self.moving_parts = MovingParts::new(Arc::clone(&scene.moving_parts));
         self.selection = self.selection.iter().filter_map(|node| remap.node(*node)).collect();
         self.pick_queue = PickQueue::default();
         (self.hovered, self.last_view, self.camera_rests) = (None, None, false);

@@ -85,10 +85,11 @@ impl Viewer {
             camera.map_or_else(|| Camera::framing(scene.graph.bounds()), Camera::from_config);
         let mut lod_cursors = LodCursors::new(
             &scene.graph,
-            &scene.models,
-            scene.policies(),
+            &scene.meshes(),
+            &scene.policies,
             &scene.proxies,
             theta_scale,
+            uploaded_models::MORPH_BUDGET,
         );
         lod_cursors.set_morph_seconds(scene.config.view.morph_seconds);
         // In a window, its own glue says how large a point is.
@@ -122,7 +123,7 @@ impl Viewer {
             ),
             section: scene.config.view.section.map(environment::section_of),
             environment: Environment::new(&scene.config.view, scene.graph.bounds()),
-            moving_parts: scene.moving.clone(),
+            moving_parts: MovingParts::new(Arc::clone(&scene.moving_parts)),
             navigator: Navigator::new(camera, &scene.config.view, is_live),
             scene,
             renderer,

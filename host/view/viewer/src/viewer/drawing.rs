@@ -49,7 +49,7 @@ impl Viewer {
     /// Chooses cursors for where the camera is, and moves those that are ready. `now`:
     /// when the frame is, seconds.
     pub(super) fn update_lod_cursors(&mut self, now: f64) {
-        let Self { lod_cursors, renderer, models, scene, .. } = self;
+        let Self { lod_cursors, renderer, models, .. } = self;
         let pixels = self.viewport.size() * self.pixels_per_point;
         let camera = self.navigator.camera();
         let eye = LodCamera {
@@ -58,14 +58,14 @@ impl Viewer {
             pixel: camera.pixel_size(pixels),
         };
         lod_cursors.set_coarseness(self.frame_budget.coarseness());
-        lod_cursors.choose_levels(eye, &scene.models, self.settles);
-        lod_cursors.advance(&scene.models, self.settles, now, |needed| match needed {
+        lod_cursors.choose_levels(eye, self.settles);
+        lod_cursors.advance(self.settles, now, |needed| match needed {
             LodRequest::Mesh(place) => {
                 renderer.triangles_at(&mesh_at_cursor(models, place)).is_some()
             }
             LodRequest::Morph(place) => renderer.has_morph_target(&mesh_at_cursor(models, place)),
         });
-        renderer.request(lod_cursors.waiting(&scene.models).map(|needed| match needed {
+        renderer.request(lod_cursors.waiting().map(|needed| match needed {
             LodRequest::Mesh(place) => ResolveRequest::Mesh(mesh_at_cursor(models, place)),
             LodRequest::Morph(place) => ResolveRequest::MorphTarget(mesh_at_cursor(models, place)),
         }));
@@ -73,10 +73,10 @@ impl Viewer {
 
     /// Updates the panel rows of models after the frame was drawn.
     pub(super) fn update_model_rows(&mut self) {
-        let Self { lod_cursors, renderer, models, scene, .. } = self;
+        let Self { lod_cursors, renderer, models, .. } = self;
         self.resolved += u64::from(self.last_frame.resolved);
         lod_cursors.count_moved(|place| renderer.triangles_at(&mesh_at_cursor(models, place)));
-        if let Some(details) = lod_cursors.changed_detail(&scene.models) {
+        if let Some(details) = lod_cursors.changed_detail() {
             models.iter_mut().zip(&details).for_each(|(model, detail)| model.set_detail(detail));
         }
     }

@@ -3,10 +3,22 @@
 use std::time::Duration;
 
 use busbar_plugin_host::{ProgramValue, SampleIntake, SampleSink, SourcePolicy, TelemetryTag};
-use busbar_protocol::message::{TagQuality, TagUpdate, TagValue};
-use busbar_tags::{DoublePoint, Moment, Quality, Reason, SourceTime, TagHandle, TagSpec, Value};
+use busbar_tags::{Moment, Quality, SourceTime, TagHandle, TagSpec, Value};
 
-use crate::load::LoadedScene;
+use busbar_scene_loader::LoadedScene;
+
+/// Value that a host program sets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HostTagValue {
+    /// New value; none changes the quality alone.
+    pub value: Option<Value>,
+    /// Quality of the value.
+    pub quality: Quality,
+    /// Source timestamp, nanoseconds since 1970-01-01 UTC, if known.
+    pub source_time: Option<i64>,
+    /// Time since the host program set the value; it counts as age.
+    pub waited: Duration,
+}
 
 /// Judges the values that a host program sets, one source of many tags.
 pub(super) struct HostIntake(SampleIntake);
@@ -18,8 +30,6 @@ pub(super) struct ArrivalTimes {
     pub(super) now: Moment,
     /// Instant on the wall clock.
     pub(super) wall: SourceTime,
-    /// Instant on the clock since boot that stamps messages, nanoseconds.
-    pub(super) boot: u64,
 }
 
 impl HostIntake {
@@ -44,32 +54,12 @@ impl HostIntake {
     pub(super) fn take(
         &mut self,
         tag: TagHandle,
-        update: &TagUpdate,
-        ArrivalTimes { now, wall, boot }: ArrivalTimes,
+        value: &HostTagValue,
+        ArrivalTimes { now, wall }: ArrivalTimes,
         sink: &mut impl SampleSink,
     ) {
-        let waited = Duration::from_nanos(boot.saturating_sub(update.sent_at));
-        self.0.take_program_value(&program_value(tag, update), waited, (now, wall), sink);
+        let HostTagValue { value, quality, source_time, waited } = *value;
+        let value = ProgramValue { tag, value, quality, source_time };
+        self.0.take_program_value(&value, waited, (now, wall), sink);
     }
-}
-
-fn program_value(tag: TagHandle, update: &TagUpdate) -> ProgramValue {
-    let value = |value| match value {
-        TagValue::F64(value) => Value::F64(value),
-        TagValue::I64(value) => Value::I64(value),
-        TagValue::Bool(value) => Value::Bool(value),
-        TagValue::DoublePoint(position) => Value::DoublePoint(match position {
-            0 => DoublePoint::Intermediate,
-            1 => DoublePoint::Off,
-            2 => DoublePoint::On,
-            _ => DoublePoint::BadState,
-        }),
-    };
-    let quality = match update.quality {
-        TagQuality::Good => Quality::Good,
-        TagQuality::Uncertain => Quality::Uncertain(Reason::Unknown),
-        TagQuality::Bad => Quality::Bad(Reason::Unknown),
-    };
-    let source_time = update.source_time;
-    ProgramValue { tag, value: update.value.map(value), quality, source_time }
 }

@@ -1,21 +1,46 @@
 //! Interface of the view to a host program.
 
-use busbar_alarms::AlarmFlags;
+use std::collections::HashMap;
+
+use busbar_alarms::{AlarmFlags, AlarmHandle, State};
 use busbar_chart::Action;
-use busbar_protocol::message::{CameraPose, TagUpdate};
 use busbar_tags::{SourceTime, TagHandle};
 use busbar_ui::{AlarmAction, ChartCommand};
 
-use super::host_intake::ArrivalTimes;
+use super::host_intake::{ArrivalTimes, HostTagValue};
 use super::sample_intake::SampleUpdates;
 use super::*;
 
 /// Picks that a host program has yet to hear; of more the oldest goes.
 const MAX_HOST_PICKS: usize = 256;
 
+/// Pose of the camera, in world space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraPose {
+    /// Position of the eye, metres.
+    pub eye: [f32; 3],
+    /// Point that the camera looks at and turns around, metres.
+    pub target: [f32; 3],
+    /// True for an orthographic projection.
+    pub is_orthographic: bool,
+}
+
+/// Alarm whose standing changed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChangedAlarm {
+    /// Id of the alarm in the configuration.
+    pub alarm: String,
+    /// Present state, by the letters of IEC 62682.
+    pub state: State,
+    /// Present standing, from which a later viewer restores the alarm.
+    pub standing: AlarmFlags,
+    /// Time of the last change.
+    pub since: SourceTime,
+}
+
 impl Viewer {
     /// Marks the view as embedded in a host program.
-    pub(crate) fn set_host(&mut self) {
+    pub fn attach_host_program(&mut self) {
         self.has_host = true;
         if let Some(alarms) = &mut self.alarms {
             alarms.set_host();
@@ -23,7 +48,7 @@ impl Viewer {
     }
 
     /// Sets the size of a view without a window, pixels.
-    pub(crate) fn resize_offscreen(&mut self, size: [u32; 2]) {
+    pub fn resize_offscreen(&mut self, size: [u32; 2]) {
         self.renderer.resize(size);
         let points = size.map(|pixels| pixels as f32 / self.scene.config.view.scale);
         self.screen = Rect::from_min_size(Pos2::ZERO, points.into());
@@ -31,12 +56,12 @@ impl Viewer {
 
     /// Waits until the device has drawn the last frame; reports success. The next frame reports a
     /// lost device.
-    pub(crate) fn finish_frame(&mut self) -> bool {
+    pub fn finish_frame(&mut self) -> bool {
         self.renderer.finish().is_ok()
     }
 
     /// Selects and frames a piece of equipment, by its id or an alias; whether there is one.
-    pub(crate) fn focus(&mut self, id: &str) -> bool {
+    pub fn focus(&mut self, id: &str) -> bool {
         let Some(node) = self.scene.equipment.find(&self.scene.graph, id) else { return false };
         self.select([node]);
         self.host_camera_commands.push(Command::Focus(self.scene.graph.node(node).id()));
@@ -44,7 +69,7 @@ impl Viewer {
     }
 
     /// Returns the pose of the camera.
-    pub(crate) fn pose(&self) -> CameraPose {
+    pub fn camera_pose(&self) -> CameraPose {
         let camera = self.navigator.camera();
         CameraPose {
             eye: camera.eye().to_array(),
@@ -54,7 +79,7 @@ impl Viewer {
     }
 
     /// Puts the camera somewhere at once.
-    pub(crate) fn set_pose(&mut self, pose: &CameraPose) {
+    pub fn set_camera_pose(&mut self, pose: &CameraPose) {
         let camera = self.navigator.camera().moved_to(pose.eye.into(), pose.target.into());
         self.navigator.jump_to(camera.with_projection(pose.is_orthographic));
     }
@@ -67,7 +92,7 @@ impl Viewer {
     }
 
     /// Sets the instant that the chart shows.
-    pub(crate) fn set_playhead(&mut self, unix_nanos: Option<i64>) {
+    pub fn set_playhead(&mut self, unix_nanos: Option<i64>) {
         self.apply_chart_command(&ChartCommand::Apply(Action::SetPlayhead(unix_nanos)));
     }
 
@@ -75,25 +100,23 @@ impl Viewer {
     ///
     /// # Errors
     /// A text: the tag does not exist or is not set by the host.
-    pub(crate) fn set_tag(&mut self, update: &TagUpdate) -> Result<(), String> {
+    pub fn set_tag(&mut self, id: &str, value: &HostTagValue) -> Result<(), String> {
         let specs = self.scene.tags.specs();
-        let found = specs.binary_search_by(|spec| spec.id.as_str().cmp(&update.tag));
-        let by_host = self.scene.config.tags.get(&update.tag).map(|tag| tag.is_host_written());
+        let found = specs.binary_search_by(|spec| spec.id.as_str().cmp(id));
+        let by_host = self.scene.config.tags.get(id).map(|tag| tag.is_host_written());
         let (Ok(index), Some(by_host)) = (found, by_host) else {
-            return Err(format!("there is no tag '{}'", update.tag));
+            return Err(format!("there is no tag '{id}'"));
         };
         if !by_host {
             return Err(format!(
-                "tag '{}' comes from elsewhere; say \"set_by_host\": true in the configuration \
-                 instead of its source",
-                update.tag
+                "tag '{id}' comes from elsewhere; say \"set_by_host\": true in the configuration \
+                 instead of its source"
             ));
         }
-        let boot = busbar_protocol::pictures::now();
-        let at = ArrivalTimes { now: Moment::now(), wall: wall_clock(), boot };
+        let at = ArrivalTimes { now: Moment::now(), wall: wall_clock() };
         let Self { tags, events, history, alarms, host_intake, .. } = self;
         let mut updates = SampleUpdates { tags, events, history, alarms: alarms.as_mut() };
-        host_intake.take(TagHandle(index as u32), update, at, &mut updates);
+        host_intake.take(TagHandle(index as u32), value, at, &mut updates);
         Ok(())
     }
 
@@ -106,7 +129,7 @@ impl Viewer {
     }
 
     /// Takes the ids of the equipment picked since the last call.
-    pub(crate) fn take_host_picks(&mut self) -> Vec<Option<String>> {
+    pub fn take_host_picks(&mut self) -> Vec<Option<String>> {
         let id = |node: NodeIndex| self.scene.graph.node(node).id();
         self.host_picks.drain(..).map(|node| node.map(id)).collect()
     }
@@ -125,20 +148,32 @@ impl Viewer {
         alarms.act_as(id, action, operator)
     }
 
-    /// Alarms, if any is configured.
-    pub(crate) fn alarm_service(&mut self) -> Option<&mut AlarmService> {
-        self.alarms.as_mut()
+    /// Returns the alarms whose standing differs from `known`, and updates `known`.
+    pub fn alarms_changed_since(
+        &self,
+        known: &mut HashMap<AlarmHandle, AlarmFlags>,
+    ) -> Vec<ChangedAlarm> {
+        let changed = self.alarms.as_ref().map(|alarms| alarms.changed_since(known));
+        let changed = changed.unwrap_or_default().into_iter();
+        let alarm =
+            |(alarm, state, standing, since)| ChangedAlarm { alarm, state, standing, since };
+        changed.map(alarm).collect()
+    }
+
+    /// Takes the operator's requests on external alarms since the last call, by alarm id.
+    pub fn take_alarm_requests(&mut self) -> Vec<(String, AlarmAction)> {
+        self.alarms.as_mut().map(AlarmService::take_host_requests).unwrap_or_default()
     }
 
     /// Restores the alarm states of a previous viewer process.
-    pub(crate) fn restore_alarms(&mut self, standings: &[(String, AlarmFlags, SourceTime)]) {
+    pub fn restore_alarms(&mut self, standings: &[(String, AlarmFlags, SourceTime)]) {
         if let Some(alarms) = &mut self.alarms {
             alarms.restore(standings);
         }
     }
 
     /// Returns the name and the state text of each plugin instance.
-    pub(crate) fn plugin_states(&self) -> Vec<(String, String)> {
+    pub fn plugin_states(&self) -> Vec<(String, String)> {
         let state = |(plugin, link, fault): (&Plugin, Option<LinkReport>, Option<&str>)| {
             let row = panel_rows::plugin(plugin, link, fault);
             let process = plugin.status().state.name();
@@ -149,12 +184,12 @@ impl Viewer {
     }
 
     /// Returns the name of the graphics device.
-    pub(crate) fn device_name(&self) -> &str {
+    pub fn device_name(&self) -> &str {
         self.renderer.device_name()
     }
 
-    /// Id of a tag.
-    pub(crate) fn tag_id(&self, tag: TagHandle) -> Option<&str> {
+    /// Returns the id of a tag; none for a handle of another scene.
+    pub fn tag_id(&self, tag: TagHandle) -> Option<&str> {
         self.scene.tags.spec(tag).map(|spec| spec.id.as_str())
     }
 }

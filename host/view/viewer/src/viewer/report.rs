@@ -222,7 +222,7 @@ impl Viewer {
     }
 
     /// The overlays that judge equipment, hidden ones too.
-    pub(crate) fn overlay_verdicts(&self) -> impl Iterator<Item = OverlayVerdicts<'_>> {
+    pub fn overlay_verdicts(&self) -> impl Iterator<Item = OverlayVerdicts<'_>> {
         let (scene, snapshot) = (&self.scene, self.tags.snapshot());
         self.overlays.iter().map(move |shown| OverlayVerdicts {
             name: shown.overlay.name(),
