@@ -24,8 +24,9 @@ pub(crate) fn show(ui: &mut Ui, model: &ViewModel) {
     let selected = model.measuring.as_deref().unwrap_or(selected);
     let [shown, full] = [status.triangles, status.triangles_full].map(thousands);
     let triangles = format!("{shown} of {full} triangles");
-    let quality =
-        format!("tags: {} good, {} uncertain, {} bad", status.good, status.uncertain, status.bad);
+    let counts =
+        format!("{} good, {} uncertain, {} bad", status.good, status.uncertain, status.bad);
+    let quality = format!("tags: {counts}");
     let millis = format!("{:.1} ms", status.frame_millis);
     ui.horizontal(|ui| {
         let clock = status.clock.as_deref();
@@ -33,7 +34,8 @@ pub(crate) fn show(ui: &mut Ui, model: &ViewModel) {
         let certain: f32 = texts.map(|text| width(ui, text) + PART_GAP).sum();
         // From the first to be left out to the last.
         let optional = [&*status.device, &*triangles, &*millis].map(|text| width(ui, text));
-        let fit = fit(ui.available_width() - certain, width(ui, selected), optional);
+        let room = ui.available_width();
+        let fit = fit(room - certain, width(ui, selected), optional);
         if let Some(clock) = clock {
             ui.label(RichText::new(clock).strong());
             ui.separator();
@@ -53,7 +55,7 @@ pub(crate) fn show(ui: &mut Ui, model: &ViewModel) {
             ui.label(triangles);
             ui.separator();
         }
-        ui.label(quality);
+        ui.label(if certain <= room { quality } else { counts });
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             if shows_device {
                 ui.label(&status.device);

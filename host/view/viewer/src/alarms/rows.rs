@@ -14,7 +14,6 @@ use super::external_alarms::{ExternalAlarm, ExternalSource};
 use super::{AlarmService, text};
 use crate::labels::{OverlayCamera, top_of};
 use crate::panel_rows::value_text;
-use crate::stats::AlarmStats;
 use busbar_scene_loader::LoadedScene;
 
 /// Alarms as rows, made one by one as they are looked at. Without alarms there are none.
@@ -32,36 +31,6 @@ impl AlarmListRows<'_> {
             AlarmList::Held => &alarm_service.listing.held,
             AlarmList::Log => &[],
         })
-    }
-
-    /// Returns the statistics of the alarms that are not normal.
-    pub(crate) fn stats(&self) -> Vec<AlarmStats> {
-        let Some(alarm_service) = self.alarm_service else { return Vec::new() };
-        let table = &alarm_service.table;
-        let own = table.open().filter_map(|alarm| {
-            let (spec, status) = (table.set().spec(alarm)?, table.status(alarm)?);
-            Some(AlarmStats {
-                id: spec.id.clone(),
-                state: status.state,
-                priority: spec.priority.name(),
-                certain: status.is_certain,
-                occurrences: status.occurrences,
-                origin: (status.origin | self.origin_of(spec)).names().collect(),
-                source: None,
-                uncertainty: None,
-            })
-        });
-        let external = alarm_service.sources.iter().map(|(source, external)| AlarmStats {
-            id: external.id(source),
-            state: external.alarm.standing().state(),
-            priority: external.priority.name(),
-            certain: external.is_certain(source),
-            occurrences: 0,
-            origin: self.declared_origin(source).names().collect(),
-            source: Some(source.name().to_owned()),
-            uncertainty: source.short_uncertainty(&external.alarm),
-        });
-        own.chain(external).collect()
     }
 
     fn row_of(&self, alarm_service: &AlarmService, alarm: AlarmHandle) -> Option<AlarmRow> {
@@ -123,13 +92,13 @@ impl AlarmListRows<'_> {
     }
 
     /// Origin of an alarm's tag as it is.
-    fn origin_of(&self, spec: &AlarmSpec) -> Origin {
+    pub(super) fn origin_of(&self, spec: &AlarmSpec) -> Origin {
         let AlarmSource::Tag { trigger, .. } = &spec.source else { return Origin::LIVE };
         self.snapshot.state(trigger.tag).map_or(Origin::LIVE, |state| state.origin)
     }
 
     /// Origin that the configuration declares of another system's alarms.
-    fn declared_origin(&self, source: &ExternalSource) -> Origin {
+    pub(super) fn declared_origin(&self, source: &ExternalSource) -> Origin {
         let plugin = self.scene.config.plugins.get(source.name());
         let is_simulated = plugin.is_some_and(|plugin| plugin.simulated);
         if is_simulated { Origin::SIMULATED } else { Origin::LIVE }
