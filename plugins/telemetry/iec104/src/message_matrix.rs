@@ -5,7 +5,8 @@
 //! The oracle calls a good value wrong if it is not the present one of its object. Two
 //! bounds hold: a lost frame is noticed at the next information frame, and before the
 //! interrogated value of an object an event out of the buffer counts, with its own time,
-//! unless a live event with a later time came before.
+//! unless a live event with a later time came before. Once a buffer had its time to come, events
+//! count in order of arrival.
 //!
 //! `BUSBAR_MATRIX_STEPS` sets the count of steps.
 
@@ -37,9 +38,9 @@ const RECOVERY: Duration = Duration::from_secs(120 + 30 + 15 + 5);
 /// Shown times further ahead than this are not believed, as in the host.
 const MAX_AHEAD: Duration = Duration::from_secs(10);
 
-/// Time from an interrogation for which a live event shuts out older ones of the buffer: less
-/// than the client waits for its end.
-const CATCH_UP: Duration = Duration::from_secs(100);
+/// Time from an interrogation for which a live event or a present value shuts out older events
+/// of the buffer: less than the client waits for two that are not answered.
+const CATCH_UP: Duration = Duration::from_secs(50);
 
 /// An object of the station.
 type Place = (u8, u8);
@@ -134,7 +135,8 @@ struct Matrix {
     is_frame_lost: bool,
     /// Last values out of the buffer of objects that were not interrogated since.
     buffered: BTreeMap<Place, f64>,
-    /// Source times of live events since the connection or the last damage.
+    /// Source times of live events, and arrivals of present values, since the connection or the
+    /// last damage.
     live_events: BTreeMap<Place, SystemTime>,
     /// Time of the first interrogation of the connection, by common address.
     interrogated: BTreeMap<u8, Duration>,
@@ -484,6 +486,9 @@ impl Matrix {
             }
         } else if asdu[0] == 13 {
             self.buffered.remove(&place);
+            if matches!(asdu[2], cause::PERIODIC | cause::BACKGROUND | cause::INTERROGATED) {
+                self.live_events.insert(place, self.wall());
+            }
         } else if asdu[0] == 36
             && let Some(time) = time
         {

@@ -428,6 +428,25 @@ fn an_older_event_of_the_buffer_overtakes_no_live_one_before_the_interrogated_va
 }
 
 #[test]
+fn a_buffer_overtakes_no_value_of_an_interrogation_that_was_answered_late() {
+    let mut bench = bench_of_minute();
+    // The first one was given up, and its answer comes all the same.
+    bench.now += Duration::from_secs(121);
+    bench.station.next_request(bench.now, SystemTime::now);
+    bench.handle_answer(&float(20, 1, 10));
+    bench.handle_answer(&timed(3, 10, 7.0, 30_000));
+    assert_eq!(latest(&bench).1, Quality::Uncertain(Reason::SourceTime));
+    // Of a station that never answers, events count in order of arrival after the second.
+    for _ in 0..4 {
+        bench.now += Duration::from_secs(121);
+        bench.station.next_request(bench.now, SystemTime::now);
+    }
+    bench.handle_answer(&float(1, 1, 10));
+    bench.handle_answer(&timed(3, 10, 7.0, 30_000));
+    assert_eq!(latest(&bench).1, Quality::Good);
+}
+
+#[test]
 fn a_clock_that_is_set_back_in_an_interrogation_is_asked_about_and_then_counts() {
     let mut bench = bench_of_minute();
     bench.handle_answer(&timed(3, 10, 5.0, 90_000));

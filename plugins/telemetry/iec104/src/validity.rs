@@ -19,7 +19,7 @@ pub(crate) const NO_STATION: u16 = 0;
 pub(crate) const ALL_STATIONS: u16 = 0xFFFF;
 /// Difference of the clocks that is no contradiction: the host's limit for times ahead.
 const CLOCK_TOLERANCE: Duration = Duration::from_secs(10);
-/// Interrogations that a station may take to empty its buffer. After these, events count
+/// Interrogations that a station may take to empty its buffer, unanswered ones included. After these, events count
 /// in order of arrival, so that a clock that is wrong holds nothing up for long.
 const CATCH_UP_ROUNDS: u8 = 2;
 /// Events of another type in a row, after which a tag's configuration is at fault and not
@@ -176,10 +176,10 @@ impl Validity {
         points
     }
 
-    /// An interrogation has ended, however.
-    pub(crate) fn end_round(&mut self, common_address: u16) {
+    /// An interrogation has ended, however. Without an answer the buffer may still come.
+    pub(crate) fn end_round(&mut self, common_address: u16, is_answered: bool) {
         let Some(state) = self.state(common_address) else { return };
-        state.catch_up = state.catch_up.and_then(CatchUp::next_round);
+        state.catch_up = state.catch_up.and_then(|round| round.next_round(is_answered));
     }
 
     /// Judges the order of an event; `time` is what its tag resolves to.
@@ -247,12 +247,9 @@ impl CatchUp {
     }
 
     /// The next round, if the buffer may still come.
-    fn next_round(self) -> Option<Self> {
+    fn next_round(self, is_answered: bool) -> Option<Self> {
         let rounds_left = self.rounds_left.saturating_sub(1);
-        (self.is_doubted && rounds_left > 0).then_some(Self {
-            rounds_left,
-            is_doubted: false,
-            ..self
-        })
+        let may_come = self.is_doubted || !is_answered;
+        (may_come && rounds_left > 0).then_some(Self { rounds_left, is_doubted: false, ..self })
     }
 }
