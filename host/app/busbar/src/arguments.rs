@@ -61,6 +61,11 @@ pub(crate) enum Command {
         #[command(subcommand)]
         command: LogCommand,
     },
+    /// Rewrite a configuration
+    Config {
+        #[command(subcommand)]
+        command: ConfigCommand,
+    },
     /// Print the JSON Schema of configurations
     Schema,
     /// Inspect, check, make and sign plugins
@@ -100,6 +105,21 @@ pub(crate) enum LogCommand {
         /// Anchor of its newest record, as in "log_anchor_file"
         #[arg(long, value_name = "FILE")]
         anchor: Option<PathBuf>,
+    },
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum ConfigCommand {
+    /// Write the present names of settings, in place
+    ///
+    /// Order and layout stay. Settings of plugins are renamed by the schemas of the plugins in
+    /// the configured directories. A scenario is rewritten too.
+    Upgrade {
+        /// Configuration or scenario to rewrite
+        file: PathBuf,
+        /// Tell what would be renamed, and write nothing
+        #[arg(long)]
+        dry_run: bool,
     },
 }
 

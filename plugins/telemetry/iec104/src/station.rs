@@ -509,8 +509,8 @@ pub(crate) fn freshness_warning(config: &Config, tags: &[TagSpec]) -> Option<Str
     };
     Some(format!(
         "all values are asked for {asked}: what the station does not send by itself in the \
-         meantime goes stale, as may {}; set interrogation_period_millis below their \
-         freshness_millis",
+         meantime goes stale, as may {}; set interrogation_period_seconds below their \
+         freshness_seconds",
         list(&short)
     ))
 }

@@ -291,7 +291,7 @@ fn the_end_of_initialisation_asks_anew() {
 
 #[test]
 fn what_an_interrogation_leaves_out_is_told_once() {
-    let mut bench = Bench::new(json!({"interrogation_period_millis": 1000}));
+    let mut bench = Bench::new(json!({"interrogation_period_seconds": 1}));
     for round in 0..3 {
         assert!(bench.station.next_request(bench.now, SystemTime::now).is_some(), "{round}");
         bench.handle_answer(&answer(100, 7));
@@ -319,8 +319,8 @@ fn tags_that_go_stale_between_interrogations_are_named() {
         freshness_warning(&config, &[tag_spec(1, "Oil", ValueKind::F64, json!({"ioa": 1}))])
     };
     assert!(warning(json!({})).unwrap().contains("when data transfer starts"));
-    assert!(warning(json!({"interrogation_period_millis": 6000})).unwrap().contains("'Oil'"));
-    assert_eq!(warning(json!({"interrogation_period_millis": 4000})), None);
+    assert!(warning(json!({"interrogation_period_seconds": 6})).unwrap().contains("'Oil'"));
+    assert_eq!(warning(json!({"interrogation_period_seconds": 4})), None);
 }
 
 /// Type 36 with a value and this many milliseconds since 2001-01-01.

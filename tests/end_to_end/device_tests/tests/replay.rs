@@ -22,8 +22,8 @@ fn scene(file: &str, text: &str, settings: Value, tags: &[(&str, &str, Value)]) 
     scene.config["plugins"]["recording"] = json!({ "plugin": "replay", "settings": all });
     for (id, kind, address) in tags {
         scene.config["tags"][*id] = json!({
-            "type": kind, "freshness_millis": 60_000,
-            "source": { "plugin": "recording", "address": address }
+            "type": kind, "freshness_seconds": 60,
+            "source": { "instance": "recording", "address": address }
         });
     }
     scene

@@ -180,7 +180,7 @@ impl AlarmListRows<'_> {
             log: newest.map(|record| text::record(record, alarm_service.wall_clock)).collect(),
             sources: alarm_service.sources.statuses(),
             trouble: alarm_service.fault_text(),
-            max_shelving: Duration::from_secs(u64::from(handling.max_shelving_minutes) * 60),
+            max_shelving: handling.max_shelving,
             flashes,
         })
     }
