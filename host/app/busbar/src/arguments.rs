@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use busbar_plugin_host::FaultKind;
-use busbar_point_import::PluginInstance;
+use busbar_point_import::{ListEncoding, PluginInstance};
 use busbar_web::Origin;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
@@ -389,7 +389,8 @@ pub(crate) struct ImportOptions {
         long,
         value_name = "INSTANCE",
         conflicts_with_all = [
-            "points", "plugin", "overlay", "optimizer", "plugins", "id", "skip_bad_rows"
+            "points", "encoding", "plugin", "overlay", "optimizer", "plugins", "id",
+            "skip_bad_rows"
         ]
     )]
     pub(crate) from: Option<String>,
@@ -408,6 +409,9 @@ pub(crate) struct ImportOptions {
     /// Equipment id of the model [default: the name of its file]
     #[arg(long, value_name = "ID")]
     pub(crate) id: Option<String>,
+    /// Encoding of the point list, such as windows-1251 [default: by its mark or characters]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) encoding: Option<ListEncoding>,
     /// Leave out rows that have faults, and report them
     #[arg(long)]
     pub(crate) skip_bad_rows: bool,

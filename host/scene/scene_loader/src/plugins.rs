@@ -292,6 +292,13 @@ fn check_addresses(
         let pointer = source(first).map_or_else(String::new, |p| join_pointer(p, "plugin"));
         return add(pointer, &error);
     }
+    if error.is_reported_by_plugin() {
+        // What lies outside the configuration, such as a file, is no fault of an address.
+        return add(
+            config.plugins.get(name).map_or_else(String::new, |p| p.pointer.clone()),
+            &error,
+        );
+    }
     let mut alone = 0;
     for tag in &served {
         if let (Err(error), Some(source)) =

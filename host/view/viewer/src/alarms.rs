@@ -6,6 +6,7 @@ mod external_sources;
 mod host_api;
 mod reload;
 mod rows;
+mod statistics;
 mod text;
 
 use std::collections::{BTreeSet, HashMap, VecDeque};

@@ -316,7 +316,7 @@ impl Station {
         };
         let common_address = job.common_address;
         if job.kind == RequestKind::Interrogation {
-            self.validity.end_round(common_address);
+            self.validity.end_round(common_address, outcome != Outcome::Unanswered);
         }
         match outcome {
             Outcome::Done if job.kind == RequestKind::Interrogation => {

@@ -197,8 +197,16 @@ fn generated_samples_are_marked_as_simulated() {
     scene.add_plugin("sample_generator");
     scene.config["plugins"]["generator"] = json!({ "plugin": "sample_generator" });
     with_value(&mut scene, "generator", json!({}));
+    scene.config["alarms"] = json!({
+        "Oil": {
+            "tag": "T1.TopOil", "condition": { "high": -1e9 }, "priority": "high",
+            "message": "Oil is hot"
+        }
+    });
     let (picture, stats) = rendered(&scene, SIZE);
     assert_eq!(origin(&stats), ["simulated"]);
+    let alarm = &stats["alarms"][0];
+    assert_eq!([&alarm["id"], &alarm["origin"]], [&json!("Oil"), &json!(["simulated"])]);
     assert_eq!(origins_of_tags(&stats), [json!(["simulated"])]);
     assert!(has_band(&picture));
 }
