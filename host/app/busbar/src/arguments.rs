@@ -61,7 +61,7 @@ pub(crate) enum Command {
         #[command(subcommand)]
         command: LogCommand,
     },
-    /// Rewrite a configuration
+    /// Rewrite a configuration with the present names
     Config {
         #[command(subcommand)]
         command: ConfigCommand,

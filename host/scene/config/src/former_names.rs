@@ -126,7 +126,7 @@ struct Shape {
     properties: BTreeMap<String, usize>,
     /// Schema of further members.
     others: Option<usize>,
-    /// Schema of elements.
+    /// Schema of a list's elements.
     elements: Option<usize>,
 }
 
