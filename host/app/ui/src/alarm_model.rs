@@ -31,23 +31,6 @@ pub enum AlarmList {
     Log,
 }
 
-/// Operator action on an alarm (IEC 62682).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum AlarmAction {
-    /// Say that it was seen.
-    Acknowledge,
-    /// Reset the latch of the alarm.
-    Reset,
-    /// Put it on the shelf for so long.
-    Shelve(Duration),
-    /// Take it off the shelf.
-    Unshelve,
-    /// Take it out of service.
-    RemoveFromService,
-    /// Return it to service.
-    ReturnToService,
-}
-
 /// View model of the alarm panel without the rows of its list.
 #[derive(Clone, Debug, Default)]
 pub struct AlarmModel {

@@ -51,9 +51,12 @@ mod trend;
 mod view_model;
 mod viewport;
 
+/// Operator action on an alarm (IEC 62682).
+pub use busbar_alarms::Action as AlarmAction;
+
 pub use alarm_model::{
-    AlarmAction, AlarmDetail, AlarmList, AlarmMarker, AlarmModel, AlarmPriority, AlarmRow,
-    AlarmRows, AlarmSourceStatus,
+    AlarmDetail, AlarmList, AlarmMarker, AlarmModel, AlarmPriority, AlarmRow, AlarmRows,
+    AlarmSourceStatus,
 };
 pub use chart_model::{
     ChartAxisRow, ChartCommand, ChartModel, ChartOverlay, DensityLegend, EquipmentExplanation,

@@ -11,7 +11,7 @@ use busbar_ui::{Label, LabelLine, ValueMark};
 use glam::{Vec3, vec3};
 
 use crate::camera::Projection;
-use crate::verdicts::UnknownVerdict;
+use crate::overlay_layers::UnknownVerdict;
 
 /// Projection and eye position for content over the scene.
 #[derive(Clone, Copy, Debug)]

@@ -14,7 +14,6 @@ mod clock;
 mod color;
 mod commands;
 mod contour;
-mod cpu_clock;
 mod device_recovery;
 mod environment;
 mod equipment;
@@ -27,19 +26,16 @@ mod frame_budget;
 mod graphics_device;
 mod highlight;
 pub mod highlight_styles;
-mod index_remap;
 mod labels;
 mod load;
 mod lod;
 mod measurement_chain;
 mod moving_parts;
 pub mod optimize;
-mod origin_tracker;
 mod outlines;
 mod overlay_geometry;
-mod overlay_instances;
+mod overlay_layers;
 mod panel_rows;
-mod pause_monitor;
 mod pick_queue;
 mod point_import;
 mod ray_casting;
@@ -47,13 +43,12 @@ mod records;
 pub mod reload;
 mod scene_draw_list;
 mod search_index;
+mod site_definition;
 mod stack_builder;
 mod stats;
 mod switch_symbols;
 mod tag_filter;
-mod telemetry_instance;
 mod uploaded_models;
-mod verdicts;
 mod viewer;
 
 /// The states of an alarm, by the letters of IEC 62682.
@@ -75,6 +70,7 @@ pub use busbar_renderer::{
     HugePageAllocator, Picture, Quality, RenderError, RendererOptions, SectionPlane, WindowHandles,
     configure_allocator,
 };
+pub use busbar_site::{HostTagValue, OverlayVerdicts, VerdictText};
 pub use busbar_ui::{AlarmAction, ChartCommand};
 pub use commands::{OfferedCommand, offered_commands, plugin_with_command};
 pub use error::{LoadError, ViewError};
@@ -89,7 +85,4 @@ pub use stats::{
     AlarmStats, CameraStats, ChartAxisStats, ChartEvidence, ChartStats, FaceplateStats, LinkStats,
     LoadMillis, PluginStats, RecordStats, ReloadStats, Stats, TagStats, ViewHealth,
 };
-pub use verdicts::{OverlayVerdicts, VerdictText};
-pub use viewer::{
-    CameraPose, ChangedAlarm, FrameOutput, FrameStageMillis, HostTagValue, MAX_SELECTED, Viewer,
-};
+pub use viewer::{CameraPose, ChangedAlarm, FrameOutput, FrameStageMillis, MAX_SELECTED, Viewer};

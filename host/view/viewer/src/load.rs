@@ -37,6 +37,7 @@ pub(crate) use alarms::LoadedAlarms;
 pub use device_points::{DevicePointSource, DevicePoints, POINTS_COMMAND};
 pub(crate) use hlod::{HlodGroup, MeshProxy, Proxies};
 pub use link_check::{CheckedLink, check_links};
+pub(crate) use plugins::source_policy;
 use reuse::ReusePlan;
 pub use reuse::{PreparedReload, ReloadError};
 pub use simulation::{SimulatedDevice, SimulatedDevices};

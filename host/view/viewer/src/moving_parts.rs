@@ -12,7 +12,7 @@ use busbar_plugin_host::Pattern;
 use busbar_scene::{Motion, NodeIndex, SceneGraph};
 use busbar_tags::Snapshot;
 
-use crate::overlay_instances::{NodeState, StateBasis, SwitchPosition};
+use crate::overlay_layers::{NodeState, StateBasis, SwitchPosition};
 
 /// Travel of a part whose position is unknown.
 const MIDDLE: f64 = 0.5;

@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 
 use busbar_alarms::Priority;
 use busbar_plugin_host::{LinkReport, LinkState};
-use busbar_plugin_process::Plugin;
 use busbar_renderer::FrameStats;
+use busbar_site::{AlarmService, PluginHealth};
 use busbar_tags::{QualityCounts, Snapshot, TagSet, TagSpec, TagState, Value};
 use busbar_ui::{CameraMode, Faceplate, RecordRow, RecordSection};
 use serde::Serialize;
 
 use crate::AlarmState;
-use crate::alarms::AlarmService;
+use crate::alarms::short_uncertainty;
 use crate::reload::ReloadCounters;
 
 /// Milliseconds a stage of loading, in no order.
@@ -435,12 +435,20 @@ pub(crate) fn alarms(alarm_service: &AlarmService) -> Vec<AlarmStats> {
             uncertainty: None,
         })
     };
-    table.open().filter_map(of).chain(alarm_service.external_stats()).collect()
+    table.open().filter_map(of).chain(external_alarms(alarm_service)).collect()
 }
 
-/// Id of the alarm that was chosen.
-pub(crate) fn selected_alarm(alarm_service: &AlarmService) -> Option<String> {
-    alarm_service.id_of(alarm_service.selected()?)
+/// Returns the state of each alarm that other systems decide on.
+fn external_alarms(alarm_service: &AlarmService) -> impl Iterator<Item = AlarmStats> {
+    alarm_service.sources().iter().map(|(source, external)| AlarmStats {
+        id: external.id(source),
+        state: external.alarm.standing().state(),
+        priority: external.priority.name(),
+        certain: external.is_certain(source),
+        occurrences: 0,
+        source: Some(source.name().to_owned()),
+        uncertainty: short_uncertainty(source, &external.alarm),
+    })
 }
 
 /// Counts the alarms in each state.
@@ -449,8 +457,11 @@ pub(crate) fn alarms_by_state(alarms: &AlarmService) -> Vec<(AlarmState, usize)>
     let count = |state| -> usize {
         Priority::ALL.into_iter().map(|priority| table.counts(priority).count(state)).sum()
     };
-    let sourced = |state| alarms.external_stats().filter(|alarm| alarm.state == state).count();
-    AlarmState::ALL.into_iter().map(|state| (state, count(state) + sourced(state))).collect()
+    let external = |state| {
+        let states = alarms.sources().iter().map(|(_, alarm)| alarm.alarm.standing().state());
+        states.filter(|of_alarm| *of_alarm == state).count()
+    };
+    AlarmState::ALL.into_iter().map(|state| (state, count(state) + external(state))).collect()
 }
 
 pub(crate) fn reloads(reloads: &ReloadCounters) -> ReloadStats {
@@ -459,11 +470,8 @@ pub(crate) fn reloads(reloads: &ReloadCounters) -> ReloadStats {
     ReloadStats { good, bad, last_ms, fault: fault.clone() }
 }
 
-pub(crate) fn plugin(
-    plugin: &Plugin,
-    link: Option<LinkReport>,
-    fault: Option<&str>,
-) -> PluginStats {
+pub(crate) fn plugin(health: PluginHealth<'_>) -> PluginStats {
+    let PluginHealth { plugin, link, fault } = health;
     let status = plugin.status();
     let lost = link.as_ref().map_or((0, 0), |link| (link.dropped, link.rejected));
     PluginStats {

@@ -5,46 +5,40 @@ mod apply_reload;
 mod commands;
 mod construction;
 mod drawing;
-mod host_intake;
 mod host_interface;
 mod picking;
 mod report;
-mod sample_intake;
 mod selection;
 
 pub(crate) use drawing::{node_of, object_of};
-use host_intake::HostIntake;
-pub use host_intake::HostTagValue;
 pub use host_interface::{CameraPose, ChangedAlarm};
 
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, Instant};
 
 use busbar_config::MAX_THETA_SCALE;
 use busbar_geometry::Bounds;
-use busbar_history::History;
-use busbar_plugin_host::{LinkReport, SampleSink, SceneClock, wall_clock};
-use busbar_plugin_process::Plugin;
+use busbar_plugin_host::wall_clock;
 use busbar_renderer::{
     CameraView, DeviceChoice, DrawList, EguiFrame, Frame, FrameStats, InstanceSource, PickState,
     Picture, PixelArea, RenderError, Renderer, RendererOptions, ResolveRequest, SectionPlane,
     WindowHandles, release_freed_memory,
 };
 use busbar_scene::{NodeIndex, SceneGraph};
-use busbar_tags::{EventLog, Moment, Origin, Sample, Snapshot, TagTable};
+use busbar_site::{CpuClock, Site};
+use busbar_tags::{EventLog, Moment, Origin, Snapshot};
 use busbar_ui::{
     Appearance, Command, ListModels, ModelRow, Navigation, Panels, SceneOverlay, StatusBarModel,
     ViewModel,
 };
 use egui::{Pos2, RawInput, Rect};
 
-use crate::alarms::{AlarmListRows, AlarmService, alarm_markers, nodes_in_alarm};
+use crate::alarms::{AlarmListRows, AlarmPresentation, alarm_markers, nodes_in_alarm};
 use crate::camera::navigator::{NavigationContext, Navigator};
 use crate::camera::{Camera, Projection};
 use crate::chart::SceneChart;
 use crate::color::linear_from_srgb;
-use crate::cpu_clock::CpuClock;
 use crate::device_recovery::DeviceRecovery;
 use crate::environment::{self, Environment};
 use crate::equipment_tree::{self, EquipmentTree};
@@ -57,18 +51,15 @@ use crate::load::LoadedScene;
 use crate::lod::{DrawItem, LodCamera, LodCursors, LodRequest};
 use crate::measurement_chain::MeasurementChain;
 use crate::moving_parts::MovingParts;
-use crate::origin_tracker::OriginTracker;
 use crate::outlines::Outlines;
 use crate::overlay_geometry::OverlayGeometry;
-use crate::overlay_instances::{self, NodeState, OverlayInstance};
-use crate::pause_monitor::PauseMonitor;
+use crate::overlay_layers::{NodeState, OverlayLayers};
 use crate::pick_queue::{PickPurpose, PickQueue, PickRequest};
-use crate::records::RecordStore;
 use crate::reload::ReloadCounters;
 use crate::scene_draw_list::SceneDrawList;
+use crate::site_definition::SceneDirectory;
 use crate::stack_builder::millis_since;
 use crate::tag_filter::TagFilter;
-use crate::telemetry_instance::{self, TelemetryInstance};
 use crate::uploaded_models::{self, UploadedModel, mesh_at_cursor};
 use crate::{Stats, ViewError, labels, panel_rows, ray_casting, stats, switch_symbols};
 
@@ -80,29 +71,18 @@ const MAX_FRAME_TIMES: usize = 1024;
 
 /// A scene on a device, with its plugins running.
 pub struct Viewer {
-    // Telemetry first: it stops before what it feeds is gone.
-    telemetry: Vec<TelemetryInstance>,
-    overlays: Vec<OverlayInstance>,
-    tags: TagTable,
-    pauses: PauseMonitor,
-    /// Sequence of switching events.
-    events: EventLog,
-    /// Histories of tag values.
-    history: History,
-    /// Origins of the values in history.
-    origins: OriginTracker,
-    /// Alarm service; none without configured alarms.
-    alarms: Option<AlarmService>,
+    // The site first: it stops before what it feeds is gone.
+    site: Site,
+    /// Layers that show the overlays of the site.
+    layers: OverlayLayers,
+    /// Presentation of the site's alarms.
+    alarms: AlarmPresentation,
     /// Name of the operator who acts on alarms.
     operator: String,
     /// True if a host program embeds the view.
     has_host: bool,
-    /// Judges the values that it sets.
-    host_intake: HostIntake,
     /// Chart in the scene; none without a configured one.
     chart: Option<SceneChart>,
-    /// Records of business and asset management systems.
-    records: RecordStore,
     scene: LoadedScene,
     /// Parts that move with switches.
     moving_parts: MovingParts,
@@ -268,6 +248,7 @@ impl Viewer {
     /// until the new one is ready.
     pub fn set_settles(&mut self, settles: bool) {
         self.settles = settles;
+        self.site.set_settles(settles);
     }
 
     /// Lets changes of detail take so long, by degrees; 0 seconds shows them at once.
@@ -295,27 +276,15 @@ impl Viewer {
         self.update_screen(&input);
         let now = input.time.unwrap_or_default();
         self.navigator.advance(now);
-        let mut parts = self.take_samples();
-        self.take_records();
+        let stepped = self.site.step(&SceneDirectory::new(&self.scene));
+        self.look_up_records();
         let began = CpuClock::start();
-        let snapshot = self.tags.snapshot();
-        self.origins.follow(&self.scene, snapshot, &self.history, Moment::now());
-        let patience = if self.settles {
-            overlay_instances::HEADLESS_TIMEOUT
-        } else {
-            overlay_instances::WINDOW_TIMEOUT
-        };
-        let recorded = self.telemetry.iter().filter_map(TelemetryInstance::scene_time).max();
-        let clock = SceneClock { wall: SystemTime::now(), recorded };
-        let mut overlay_frame = overlay_instances::run_overlays(
-            &mut self.overlays,
-            &self.scene,
-            snapshot,
-            (clock, patience),
-        );
-        if let Some(alarms) = &self.alarms {
-            overlay_frame.tints.extend_from_slice(alarms.tints());
-            overlay_frame.external_tints.extend_from_slice(alarms.external_tints());
+        let snapshot = self.site.snapshot();
+        let mut overlay_frame = self.layers.frame(&self.site, &self.scene.graph);
+        if let Some(alarms) = self.site.alarms() {
+            let listing = alarms.listing();
+            overlay_frame.tints.extend_from_slice(listing.tints());
+            overlay_frame.external_tints.extend_from_slice(listing.external_tints());
         }
         let graph = &mut self.scene.graph;
         overlay_frame.states.extend_from_slice(self.moving_parts.update(
@@ -323,20 +292,26 @@ impl Viewer {
             &overlay_frame.positions,
             snapshot,
         ));
+        let mut chart = self.chart.as_mut().zip(self.site.chart());
         let chart_goes_to =
-            self.chart.as_mut().and_then(|chart| chart.step(&self.scene.graph, now));
+            chart.as_mut().and_then(|(chart, reader)| chart.step(reader, &self.scene.graph, now));
         if let Some(id) = &chart_goes_to {
             self.selection = self.scene.graph.find(id).into_iter().collect();
         }
-        if let Some(chart) = &mut self.chart {
+        if let Some((chart, reader)) = chart {
             // Of several the last one shows: what tags say now comes after records.
             overlay_frame.states.splice(0..0, chart.states());
-            chart.follow_selection(&self.scene.graph, &self.selection);
+            chart.follow_selection(reader, &self.scene.graph, &self.selection);
             chart.update_geometry();
         }
         let labelled =
             LinesByNode::new(overlay_frame.lines(), &overlay_frame.unknown_labels, &self.selection);
-        parts.overlays += began.millis();
+        let mut parts = FrameStageMillis {
+            tags: stepped.tags,
+            alarms: stepped.alarms,
+            overlays: stepped.overlays + began.millis(),
+            panels: 0.0,
+        };
         let began = CpuClock::start();
         let rows = panel_rows::TagListRows::new(
             &self.scene,
@@ -349,8 +324,9 @@ impl Viewer {
         let (panels, navigator, hovered) = (&mut self.panels, &mut self.navigator, self.hovered);
         let (screen, graph) = (self.screen, &scene.graph);
         let selected_bounds = bounds_of(graph, selection);
-        let (hidden, alarm_service) = (&self.hidden_labels, self.alarms.as_ref());
-        let alarm_rows = AlarmListRows { alarm_service, scene, snapshot };
+        let (hidden, alarm_service) = (&self.hidden_labels, self.site.alarms());
+        let alarm_rows =
+            AlarmListRows { alarm_service, presentation: &self.alarms, scene, snapshot };
         let alarmed = alarm_service.map(nodes_in_alarm).unwrap_or_default();
         let marked = labels::LabelContext { selection, hidden, alarmed: &alarmed };
         let (tree, equipment) = (&self.equipment_tree, &scene.equipment);
@@ -404,10 +380,10 @@ impl Viewer {
         let [labels_millis, beacons_millis] = over_scene;
         parts.panels = began.millis() - labels_millis - beacons_millis;
         let began = CpuClock::start();
-        let (graph, snapshot) = (&self.scene.graph, self.tags.snapshot());
+        let (graph, snapshot) = (&self.scene.graph, self.site.snapshot());
         self.highlights.update(graph, &overlay_frame, snapshot, &self.selection);
         let eye = self.navigator.camera().eye();
-        self.overlay_geometry.update(graph, &self.overlays, &overlay_frame, snapshot, eye);
+        self.overlay_geometry.update(graph, &self.layers, &overlay_frame, snapshot, eye);
         self.overlay_geometry.append_chart(self.chart.as_ref().and_then(SceneChart::polylines));
         parts.overlays += labels_millis + began.millis();
         parts.alarms += beacons_millis;
@@ -519,12 +495,4 @@ impl Viewer {
 /// The box around nodes.
 fn bounds_of(graph: &SceneGraph, nodes: &BTreeSet<NodeIndex>) -> Option<Bounds> {
     nodes.iter().filter_map(|node| graph.node(*node).bounds()).reduce(Bounds::union)
-}
-
-impl Drop for Viewer {
-    fn drop(&mut self) {
-        for plugin in self.scene.instances.values() {
-            plugin.quit();
-        }
-    }
 }

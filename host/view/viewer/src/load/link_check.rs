@@ -8,9 +8,10 @@ use busbar_config::TagConfig;
 use busbar_plugin_process::{Plugin, RunningTelemetry};
 use busbar_tags::{Moment, QualityCounts, Sample, TagTable};
 
-use super::{DiagnosticsCollector, LoadError, bindings, folder_of, plugins, read_config};
+use super::{
+    DiagnosticsCollector, LoadError, bindings, folder_of, plugins, read_config, source_policy,
+};
 use crate::stats::{self, LinkStats, QualityStats};
-use crate::telemetry_instance::source_policy;
 
 /// Period at which samples are taken.
 const PERIOD: Duration = Duration::from_millis(50);

@@ -5,12 +5,14 @@ use std::path::Path;
 use std::time::Duration;
 
 use busbar_config::{Config, Isolation, PluginConfig, TagConfig, join_pointer};
-use busbar_plugin_host::{Digest, LoadRules, PluginError, PublicKey, TelemetryTag};
+use busbar_plugin_host::{
+    Digest, FreshnessBasis, LoadRules, PluginError, PublicKey, SourcePolicy, TelemetryTag,
+};
 use busbar_plugin_process::{
     Confinement, Deadlines, Optimizer, Plugin, PluginCatalog, PluginOptions, RestartPolicy,
     RunningAlarms, RunningOverlay, RunningRecords, RunningTelemetry,
 };
-use busbar_tags::{TagHandle, TagSpec};
+use busbar_tags::{Origin, TagHandle, TagSpec};
 use rayon::prelude::*;
 use serde_json::Value;
 
@@ -165,6 +167,17 @@ pub(super) fn serves(config: &Config, name: &str) -> bool {
 /// Reports whether a plugin is the source of external alarms.
 pub(super) fn has_alarms(config: &Config, name: &str) -> bool {
     config.alarm_handling.sources.iter().any(|source| source.plugin == name)
+}
+
+/// Rules of the configuration for all samples of an instance.
+pub(crate) fn source_policy(config: &Config, name: &str) -> SourcePolicy {
+    let Some(plugin) = config.plugins.get(name) else { return SourcePolicy::default() };
+    let origin = if plugin.simulated { Origin::SIMULATED } else { Origin::LIVE };
+    let basis = match plugin.freshness_by {
+        busbar_config::FreshnessBasis::SourceTime => FreshnessBasis::SourceTime,
+        busbar_config::FreshnessBasis::Reception => FreshnessBasis::Reception,
+    };
+    SourcePolicy { origin, basis }
 }
 
 /// Puts a plugin's error where the configuration caused it.

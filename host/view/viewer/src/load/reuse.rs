@@ -12,9 +12,7 @@ use busbar_plugin_process::{Plugin, RunningOverlay, RunningTelemetry};
 use busbar_scene::{ModelIndex, ModelParts};
 
 use super::models::screen_error_models;
-use crate::telemetry_instance::source_policy;
-
-use super::{LoadedModel, LoadedScene, folder_of, plugins, read_config};
+use super::{LoadedModel, LoadedScene, folder_of, plugins, read_config, source_policy};
 use crate::file_version::version;
 use crate::stack_builder::millis_since;
 use crate::{LoadError, LoadMillis};

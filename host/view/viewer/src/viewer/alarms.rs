@@ -9,9 +9,6 @@ impl Viewer {
     /// Sets the operator for later alarm actions, as the audit log names them.
     pub fn set_operator(&mut self, name: &str) {
         name.clone_into(&mut self.operator);
-        if let Some(alarms) = &mut self.alarms {
-            alarms.set_operator(name);
-        }
     }
 
     /// Sets a mirrored alarm to the state that the host's alarm system has it in, by the
@@ -26,15 +23,13 @@ impl Viewer {
         until: Option<SourceTime>,
         operator: Option<&str>,
     ) -> Result<(), ViewError> {
-        let alarms = self.alarms.as_mut().ok_or_else(|| format!("there is no alarm '{id}'"));
-        let mirrored = alarms.and_then(|alarms| alarms.mirror(id, state, until, operator));
-        mirrored.map_err(ViewError::Alarm)
+        self.site.mirror_alarm(id, state, until, operator).map_err(ViewError::Alarm)
     }
 
     /// Draws equipment in unacknowledged alarm in full detail, and all equipment in alarm
     /// individually, since a proxy may omit it.
     pub(super) fn apply_alarm_detail(&mut self) {
-        let changed = self.alarms.as_mut().and_then(AlarmService::changed_detail);
+        let changed = self.alarms.changed_detail(&self.site, &self.scene.graph);
         if let Some([unacknowledged, all]) = changed {
             self.lod_cursors.set_full_detail(unacknowledged);
             self.lod_cursors.set_individual(all);

@@ -1,16 +1,14 @@
 //! A changed configuration in place of the one that is shown.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use busbar_config::{PluginConfig, TagConfig};
 use busbar_renderer::release_freed_memory;
-use busbar_tags::HandleRemap;
+use busbar_site::{IndexRemap, StartedPlugins};
 
 use super::*;
 use crate::file_version::FileVersion;
-use crate::index_remap::IndexRemap;
 use crate::load::PreparedReload;
+use crate::site_definition::{index_remap, remapped, site_definition};
 
 impl Viewer {
     /// Applies a prepared reload from the next frame on. Unchanged parts are kept: plugins, values
@@ -22,71 +20,40 @@ impl Viewer {
     pub fn apply_reload(&mut self, reload: PreparedReload) -> Result<(), ViewError> {
         let PreparedReload { mut scene, changes, kept, telemetry, overlays, has_same_graph } =
             reload;
-        let is_kept = |name: &String| kept.contains(name);
-        let chart = self.next_chart(&scene, &is_kept)?;
-        let records = self.next_records(&scene, &is_kept)?;
+        let started = StartedPlugins { telemetry, overlays };
+        let site = self.site.prepare_reload(site_definition(&scene), started, kept.clone())?;
+        let chart = site.replaced_chart();
+        let chart = chart.map(|reader| construction::chart_of(&scene, reader, self.settles));
         self.change_device(&scene)?;
         self.upload_new(&scene)?;
         if has_same_graph {
             // Parts may have moved while it was loaded.
             scene.graph = Arc::clone(&self.scene.graph);
         }
-        let remap = IndexRemap::between(&self.scene, &scene, has_same_graph);
-        let mut before = std::mem::replace(&mut self.scene, scene);
+        let remap = index_remap(&self.scene, &scene, has_same_graph);
+        let before = std::mem::replace(&mut self.scene, scene);
         let slots: BTreeSet<Option<u32>> = self.scene.models.iter().map(|m| m.slot).collect();
         let gone = before.models.iter().filter(|model| !slots.contains(&model.slot));
         gone.for_each(|model| self.renderer.remove_model(model.handle()));
 
         self.chart = chart.unwrap_or_else(|| self.chart.take());
-        self.records = records.unwrap_or_else(|| std::mem::take(&mut self.records));
-        self.carry_tags(&before, &remap.tags);
-        self.carry_alarms(&before);
-        self.carry_plugins(&remap, &is_kept, telemetry, overlays);
+        let replaced = self.site.apply_reload(site, &remap, &SceneDirectory::new(&self.scene));
+        self.alarms.reload(&before.alarms.set, &self.scene, &self.site);
+        self.layers.reload(&self.site, &self.scene.graph, &|name| kept.contains(name));
         self.carry_view(&before);
         let same_proxies = Arc::ptr_eq(&before.proxies, &self.scene.proxies);
         if !has_same_graph || !same_proxies || before.policies() != self.scene.policies() {
             self.rebuild_lod_cursors(&before, &remap, has_same_graph);
         }
         self.carry_equipment(&remap);
-        before.instances.retain(|name, _| !is_kept(name));
-        before.instances.values().for_each(Plugin::quit);
         // Waiting for processes is not the frame's business; without a thread it has to be.
         let end = std::thread::Builder::new().name("reload end".into());
         drop(end.spawn(move || {
-            drop(before);
+            drop((replaced, before));
             release_freed_memory();
         }));
         tracing::info!("the configuration is loaded again: {changes}");
         Ok(())
-    }
-
-    /// The chart, where it is another one than before.
-    fn next_chart(
-        &self,
-        scene: &LoadedScene,
-        is_kept: &dyn Fn(&String) -> bool,
-    ) -> Result<Option<Option<SceneChart>>, ViewError> {
-        let (was, is) = (&self.scene.config.chart, &scene.config.chart);
-        let goes_on = is.as_ref().is_none_or(|chart| is_kept(&chart.plugin));
-        if was == is && goes_on {
-            return Ok(None);
-        }
-        construction::start_chart(scene, self.settles).map(Some)
-    }
-
-    /// The records, where they come from elsewhere than before.
-    fn next_records(
-        &self,
-        scene: &LoadedScene,
-        is_kept: &dyn Fn(&String) -> bool,
-    ) -> Result<Option<RecordStore>, ViewError> {
-        let names = |scene: &LoadedScene| -> Vec<String> {
-            scene.config.records.iter().map(|records| records.plugin.clone()).collect()
-        };
-        if names(&self.scene) == names(scene) && names(scene).iter().all(is_kept) {
-            return Ok(None);
-        }
-        RecordStore::start(scene, self.settles).map(Some)
     }
 
     /// Uploads the models that the device has not yet. Without a device they come with the
@@ -98,82 +65,6 @@ impl Viewer {
             uploaded_models::upload_some(&scene.models, renderer, is_new)
         })?;
         Ok(())
-    }
-
-    /// Carries over the values of tags with an unchanged source.
-    fn carry_tags(&mut self, before: &LoadedScene, remap: &HandleRemap) {
-        let (was, is) = (&before.config.tags, &self.scene.config.tags);
-        let (was_plugins, are_plugins) = (&before.config.plugins, &self.scene.config.plugins);
-        let same_origin = |id: &String| {
-            let origin = |tag: &TagConfig| (tag.origin.clone(), tag.scale);
-            let device = |plugins, tag| source_device(plugins, tag);
-            was.get(id).map(origin) == is.get(id).map(origin)
-                && was.get(id).map(|tag| device(was_plugins, tag))
-                    == is.get(id).map(|tag| device(are_plugins, tag))
-        };
-        let specs = before.tags.specs();
-        let all_same = remap.is_identity() && specs.iter().all(|spec| same_origin(&spec.id));
-        if all_same && Arc::ptr_eq(&before.tags, &self.scene.tags) {
-            return;
-        }
-        let own: Vec<Option<u32>> = specs
-            .iter()
-            .zip(0..)
-            .map(|(spec, old)| remap.index(old).filter(|_| same_origin(&spec.id)))
-            .collect();
-        let own = HandleRemap::new(own.into_iter());
-        let mut tags = construction::table_of(&self.scene);
-        tags.inherit(&self.tags, &own);
-        self.tags = tags;
-        self.host_intake = HostIntake::for_scene(&self.scene);
-        self.events.renumber(&own);
-        let history = std::mem::replace(&mut self.history, selection::history_of(&self.scene));
-        self.history.inherit(history, &own);
-    }
-
-    fn carry_alarms(&mut self, before: &LoadedScene) {
-        let is_live = !self.settles;
-        self.alarms = match self.alarms.take() {
-            Some(alarms) => alarms.into_reloaded(before, &self.scene, is_live, wall_clock()),
-            None => AlarmService::new(&self.scene, is_live, wall_clock()),
-        };
-        if let Some(alarms) = &mut self.alarms {
-            alarms.set_operator(&self.operator);
-            if self.has_host {
-                alarms.set_host();
-            }
-        }
-    }
-
-    fn carry_plugins(
-        &mut self,
-        remap: &IndexRemap,
-        is_kept: &dyn Fn(&String) -> bool,
-        telemetry: Vec<busbar_plugin_process::RunningTelemetry>,
-        mut overlays: std::collections::BTreeMap<String, busbar_plugin_process::RunningOverlay>,
-    ) {
-        self.telemetry.retain(|telemetry| is_kept(&telemetry.name().to_owned()));
-        self.telemetry.iter_mut().for_each(|telemetry| telemetry.remap_tags(&remap.tags));
-        self.telemetry.extend(telemetry.into_iter().map(TelemetryInstance::new));
-        let mut shown = std::mem::take(&mut self.overlays);
-        for overlay in &self.scene.config.overlays {
-            let name = &overlay.plugin;
-            let was = shown.iter().position(|shown| shown.overlay.name() == name);
-            let was = was.map(|index| shown.swap_remove(index));
-            let next = match (overlays.remove(name), was) {
-                (Some(running), was) => {
-                    let mut next = OverlayInstance::new(running);
-                    was.into_iter().for_each(|was| next.inherit(was));
-                    next
-                }
-                (None, Some(mut was)) => {
-                    was.remap_indices(remap, &self.scene.graph);
-                    was
-                }
-                (None, None) => continue,
-            };
-            self.overlays.push(next);
-        }
     }
 
     /// Applies changed view settings; all others stay as the operator set them.
@@ -252,7 +143,7 @@ impl Viewer {
             return;
         }
         self.moving_parts = scene.moving.clone();
-        self.selection = self.selection.iter().filter_map(|node| remap.node(*node)).collect();
+        self.selection = self.selection.iter().filter_map(|node| remapped(remap, *node)).collect();
         self.pick_queue = PickQueue::default();
         (self.hovered, self.last_view, self.camera_rests) = (None, None, false);
         (self.labelled, self.hidden_labels) = (Vec::new(), BTreeSet::new());
@@ -271,13 +162,13 @@ impl Viewer {
             EquipmentTree::new(&scene.graph, &scene.equipment, &self.node_attachments.nodes());
         let old = std::mem::replace(&mut self.equipment_tree, tree);
         self.equipment_tree.search(old.query(), &scene.graph, &scene.equipment);
-        self.equipment_tree.inherit(&old, |node| remap.node(node));
+        self.equipment_tree.inherit(&old, |node| remapped(remap, node));
         self.tag_filter = self.tag_filter.for_scene(scene);
         let faceplate = self.faceplate.take();
         let selection = std::mem::take(&mut self.selection);
         self.select(selection);
         if let (Some(now), Some(before)) = (&mut self.faceplate, &faceplate) {
-            now.keep_trends(before, &remap.tags);
+            now.keep_trends(before, remap.tags());
         }
     }
 
@@ -304,14 +195,4 @@ impl Viewer {
     pub(crate) fn reload_counters_mut(&mut self) -> &mut ReloadCounters {
         &mut self.reloads
     }
-}
-
-/// Settings that decide on the device that a tag's values come from; `None` where no plugin
-/// brings them.
-fn source_device<'a>(
-    plugins: &'a BTreeMap<String, PluginConfig>,
-    tag: &TagConfig,
-) -> Option<(&'a str, &'a serde_json::Value)> {
-    let plugin = plugins.get(&tag.source()?.plugin)?;
-    Some((&plugin.plugin, &plugin.settings))
 }

@@ -21,17 +21,14 @@ impl Viewer {
                     self.select(self.scene.graph.find(id));
                 }
                 Command::SelectAlarm(alarm) => {
-                    self.with_alarms(|alarms| alarms.select(AlarmHandle(*alarm)));
+                    self.alarms.select(AlarmHandle(*alarm), &self.site);
                 }
                 Command::ActOnAlarm { alarm, action } => {
-                    self.with_alarms(|alarms| alarms.act(AlarmHandle(*alarm), *action));
+                    let alarm = AlarmHandle(*alarm);
+                    self.alarms.act(&mut self.site, alarm, *action, &self.operator);
                 }
-                Command::ShowAlarmList(list) => self.with_alarms(|alarms| alarms.show_list(*list)),
-                Command::SetLayer { layer, shown } => {
-                    if let Some(overlay) = self.overlays.get_mut(*layer) {
-                        overlay.is_shown = *shown;
-                    }
-                }
+                Command::ShowAlarmList(list) => self.alarms.show_list(*list, &self.site),
+                Command::SetLayer { layer, shown } => self.layers.set_shown(*layer, *shown),
                 Command::StartPlugin(name) => self.start_plugin(name),
                 Command::Chart(command) => self.apply_chart_command(command),
                 Command::Pick(position) => self.pick_line_or_scene(*position),
@@ -79,12 +76,6 @@ impl Viewer {
         let copied = self.chart.as_mut().and_then(|chart| chart.apply(command));
         if let Some(text) = copied {
             self.panels.context().copy_text(text);
-        }
-    }
-
-    fn with_alarms(&mut self, act: impl FnOnce(&mut AlarmService)) {
-        if let Some(alarms) = &mut self.alarms {
-            act(alarms);
         }
     }
 }

@@ -1,9 +1,10 @@
 //! Construction of a viewer from a loaded scene.
 
-use busbar_config::{OriginConfig, ThemeConfig};
-use busbar_tags::{TagHandle, TagSpec};
+use busbar_config::ThemeConfig;
+use busbar_site::ChartReader;
 
 use super::*;
+use crate::site_definition::{site_definition, start_plugins};
 
 /// Target of a view: a picture, another program's window, or an own window.
 enum ViewTarget {
@@ -74,11 +75,8 @@ impl Viewer {
         let models = uploaded_models::without_details(&scene);
         scene.millis.insert("upload".into(), millis_since(start));
         let theta_scale = scene.config.view.theta_scale;
-        let tags = table_of(&scene);
-        let overlays = overlay_instances::start_overlays(&scene)?;
-        let telemetry = telemetry_instance::start_telemetry(&scene)?;
-        let chart = start_chart(&scene, !is_live)?;
-        let records = RecordStore::start(&scene, !is_live)?;
+        let site = Site::start(site_definition(&scene), start_plugins(&scene)?, !is_live)?;
+        let chart = chart_of(&scene, site.chart(), !is_live);
         let camera =
             scene.config.view.camera.as_ref().and_then(|name| scene.config.cameras.get(name));
         let camera =
@@ -98,21 +96,13 @@ impl Viewer {
         let appearance = appearance_of(&mut scene);
         let node_attachments = NodeAttachments::new(&scene);
         let tree = EquipmentTree::new(&scene.graph, &scene.equipment, &node_attachments.nodes());
-        let alarms = AlarmService::new(&scene, is_live, wall_clock());
         Ok(Self {
-            telemetry,
-            overlays,
-            history: selection::history_of(&scene),
-            origins: OriginTracker::default(),
-            tags,
-            pauses: PauseMonitor::start(),
-            events: EventLog::default(),
-            alarms,
+            layers: OverlayLayers::new(&site),
+            alarms: AlarmPresentation::new(&scene),
+            site,
             operator: String::new(),
             has_host: false,
-            host_intake: HostIntake::for_scene(&scene),
             chart,
-            records,
             triangles_full: full_triangles(&scene),
             lod_cursors,
             settles: !is_live,
@@ -192,13 +182,14 @@ pub(super) fn device_choice(scene: &LoadedScene) -> DeviceChoice {
     }
 }
 
-pub(super) fn start_chart(
+/// Creates the configured chart on the reader of its records.
+pub(super) fn chart_of(
     scene: &LoadedScene,
+    reader: Option<&ChartReader>,
     settles: bool,
-) -> Result<Option<SceneChart>, ViewError> {
-    let Some(config) = &scene.config.chart else { return Ok(None) };
-    let Some(plugin) = scene.instances.get(&config.plugin) else { return Ok(None) };
-    Ok(Some(SceneChart::start(config, plugin, &scene.graph, settles)?))
+) -> Option<SceneChart> {
+    let config = scene.config.chart.as_ref()?;
+    Some(SceneChart::new(config, reader?, &scene.graph, settles))
 }
 
 pub(super) fn full_triangles(scene: &LoadedScene) -> u64 {
@@ -207,17 +198,4 @@ pub(super) fn full_triangles(scene: &LoadedScene) -> u64 {
         stacks[instance.mesh as usize].mesh().triangles.len() as u64
     };
     scene.graph.instances().map(triangles).sum()
-}
-
-/// Creates an empty tag table. Host values survive a stop of this process, since their queue does.
-pub(super) fn table_of(scene: &LoadedScene) -> TagTable {
-    let mut table = TagTable::new(scene.tags.clone(), Moment::now());
-    let is_by_host = |spec: &TagSpec| {
-        let tag = scene.config.tags.get(&spec.id);
-        tag.is_some_and(|tag| matches!(tag.origin, OriginConfig::Host))
-    };
-    let specs = scene.tags.specs().iter().zip(0..);
-    let by_host = specs.filter(|(spec, _)| is_by_host(spec)).map(|(_, tag)| TagHandle(tag));
-    table.keep_current_across_stops(by_host);
-    table
 }

@@ -4,11 +4,10 @@ use std::collections::HashMap;
 
 use busbar_alarms::{AlarmFlags, AlarmHandle, State};
 use busbar_chart::Action;
+use busbar_site::{HostTagValue, PluginHealth};
 use busbar_tags::{SourceTime, TagHandle};
 use busbar_ui::{AlarmAction, ChartCommand};
 
-use super::host_intake::{ArrivalTimes, HostTagValue};
-use super::sample_intake::SampleUpdates;
 use super::*;
 
 /// Picks that a host program has yet to hear; of more the oldest goes.
@@ -42,9 +41,7 @@ impl Viewer {
     /// Marks the view as embedded in a host program.
     pub fn attach_host_program(&mut self) {
         self.has_host = true;
-        if let Some(alarms) = &mut self.alarms {
-            alarms.set_host();
-        }
+        self.site.attach_host_program();
     }
 
     /// Sets the size of a view without a window, pixels.
@@ -86,9 +83,7 @@ impl Viewer {
 
     /// Draws an overlay or leaves it out, by its plugin instance; whether there is one.
     pub fn set_layer_shown(&mut self, name: &str, shown: bool) -> bool {
-        let mut overlays = self.overlays.iter_mut();
-        let found = overlays.find(|overlay| overlay.overlay.name() == name);
-        found.map(|overlay| overlay.is_shown = shown).is_some()
+        self.layers.set_shown_by_name(name, shown)
     }
 
     /// Sets the instant that the chart shows.
@@ -101,23 +96,7 @@ impl Viewer {
     /// # Errors
     /// A text: the tag does not exist or is not set by the host.
     pub fn set_tag(&mut self, id: &str, value: &HostTagValue) -> Result<(), String> {
-        let specs = self.scene.tags.specs();
-        let found = specs.binary_search_by(|spec| spec.id.as_str().cmp(id));
-        let by_host = self.scene.config.tags.get(id).map(|tag| tag.is_host_written());
-        let (Ok(index), Some(by_host)) = (found, by_host) else {
-            return Err(format!("there is no tag '{id}'"));
-        };
-        if !by_host {
-            return Err(format!(
-                "tag '{id}' comes from elsewhere; say \"set_by_host\": true in the configuration \
-                 instead of its source"
-            ));
-        }
-        let at = ArrivalTimes { now: Moment::now(), wall: wall_clock() };
-        let Self { tags, events, history, alarms, host_intake, .. } = self;
-        let mut updates = SampleUpdates { tags, events, history, alarms: alarms.as_mut() };
-        host_intake.take(TagHandle(index as u32), value, at, &mut updates);
-        Ok(())
+        self.site.set_tag(id, value)
     }
 
     /// Notes what an operator picked.
@@ -144,8 +123,8 @@ impl Viewer {
         action: AlarmAction,
         operator: &str,
     ) -> Result<(), String> {
-        let alarms = self.alarms.as_mut().ok_or_else(|| format!("there is no alarm '{id}'"))?;
-        alarms.act_as(id, action, operator)
+        let operator = if operator.is_empty() { &self.operator } else { operator };
+        self.site.act_on_alarm_by_id(id, action, operator)
     }
 
     /// Returns the alarms whose standing differs from `known`, and updates `known`.
@@ -153,7 +132,7 @@ impl Viewer {
         &self,
         known: &mut HashMap<AlarmHandle, AlarmFlags>,
     ) -> Vec<ChangedAlarm> {
-        let changed = self.alarms.as_ref().map(|alarms| alarms.changed_since(known));
+        let changed = self.site.alarms().map(|alarms| alarms.changed_since(known));
         let changed = changed.unwrap_or_default().into_iter();
         let alarm =
             |(alarm, state, standing, since)| ChangedAlarm { alarm, state, standing, since };
@@ -162,25 +141,23 @@ impl Viewer {
 
     /// Takes the operator's requests on external alarms since the last call, by alarm id.
     pub fn take_alarm_requests(&mut self) -> Vec<(String, AlarmAction)> {
-        self.alarms.as_mut().map(AlarmService::take_host_requests).unwrap_or_default()
+        self.site.take_alarm_requests()
     }
 
     /// Restores the alarm states of a previous viewer process.
     pub fn restore_alarms(&mut self, standings: &[(String, AlarmFlags, SourceTime)]) {
-        if let Some(alarms) = &mut self.alarms {
-            alarms.restore(standings);
-        }
+        self.site.restore_alarms(standings);
     }
 
     /// Returns the name and the state text of each plugin instance.
     pub fn plugin_states(&self) -> Vec<(String, String)> {
-        let state = |(plugin, link, fault): (&Plugin, Option<LinkReport>, Option<&str>)| {
-            let row = panel_rows::plugin(plugin, link, fault);
-            let process = plugin.status().state.name();
+        let state = |health: PluginHealth<'_>| {
+            let process = health.plugin.status().state.name();
+            let row = panel_rows::plugin(health);
             let words = [process, row.message.as_str()].join(": ");
             (row.name, words.trim_end_matches(": ").to_owned())
         };
-        self.plugin_instances().map(state).collect()
+        self.site.plugins().map(state).collect()
     }
 
     /// Returns the name of the graphics device.
@@ -188,7 +165,7 @@ impl Viewer {
         self.renderer.device_name()
     }
 
-    /// Returns the id of a tag; none for a handle of another scene.
+    /// Id of a tag.
     pub fn tag_id(&self, tag: TagHandle) -> Option<&str> {
         self.scene.tags.spec(tag).map(|spec| spec.id.as_str())
     }

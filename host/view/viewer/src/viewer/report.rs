@@ -1,9 +1,10 @@
 //! View model of the panels, and statistics of the view.
 
+use busbar_site::{ChartReader, OverlayVerdicts};
+
 use super::*;
 use crate::clock;
 use crate::stats::ViewHealth;
-use crate::verdicts::OverlayVerdicts;
 
 /// Selected pieces of equipment that are named; of more their number.
 const MAX_NAMES: usize = 3;
@@ -43,25 +44,17 @@ impl Viewer {
             frames_skipped: self.recovery.skipped,
             load_ms: self.scene.millis.clone(),
             cached_meshes: self.scene.cached_meshes,
-            plugins: self
-                .plugin_instances()
-                .map(|(plugin, link, fault)| stats::plugin(plugin, link, fault))
-                .collect(),
-            tags: stats::tags(&self.scene.tags, self.tags.snapshot()),
-            quality: self.tags.snapshot().counts().into(),
+            plugins: self.site.plugins().map(stats::plugin).collect(),
+            tags: stats::tags(&self.scene.tags, self.site.snapshot()),
+            quality: self.site.snapshot().counts().into(),
             origin: self.shown_origin().names().collect(),
-            pauses: self.pauses.count(),
+            pauses: self.site.pauses(),
             verdicts: self.verdicts(),
-            scene_time: self
-                .telemetry
-                .iter()
-                .filter_map(TelemetryInstance::scene_time)
-                .max()
-                .map(|time| time.0 as f64 / 1e9),
-            events: self.events.count(),
-            alarms: self.alarms.as_ref().map_or_else(Vec::new, stats::alarms),
-            chart: self.chart.as_ref().map(SceneChart::stats),
-            selected_alarm: self.alarms.as_ref().and_then(stats::selected_alarm),
+            scene_time: self.site.scene_time().map(|time| time.0 as f64 / 1e9),
+            events: self.site.events().count(),
+            alarms: self.site.alarms().map_or_else(Vec::new, stats::alarms),
+            chart: self.chart_with_reader().map(|(chart, reader)| chart.stats(reader)),
+            selected_alarm: self.selected_alarm(),
             picked: match self.selection.len() {
                 1 => self.ids_of(&self.selection).next(),
                 _ => None,
@@ -96,24 +89,27 @@ impl Viewer {
     /// Returns the origins of all displayed values. Origins that plugins declare count even without
     /// good values; a chart of the past counts as historical.
     pub(super) fn shown_origin(&self) -> Origin {
-        let links = self.telemetry.iter().map(|telemetry| telemetry.link().origin);
-        let is_simulated = self.scene.config.plugins.values().any(|plugin| plugin.simulated);
-        let declared = if is_simulated { Origin::SIMULATED } else { Origin::LIVE };
         let shows_past = self.chart.as_ref().is_some_and(SceneChart::shows_past);
         let of_chart = if shows_past { Origin::HISTORICAL } else { Origin::LIVE };
-        let known = self.origins.shown() | declared | of_chart;
-        links.fold(known, Origin::union)
+        self.site.origin() | of_chart
+    }
+
+    /// Returns the chart with the reader of its records.
+    fn chart_with_reader(&self) -> Option<(&SceneChart, &ChartReader)> {
+        self.chart.as_ref().zip(self.site.chart())
+    }
+
+    /// Returns the id of the selected alarm.
+    fn selected_alarm(&self) -> Option<String> {
+        self.site.alarms()?.id_of(self.alarms.selected()?)
     }
 
     /// Returns the health numbers, which are cheaper than all statistics.
     pub fn health(&self) -> ViewHealth {
         ViewHealth {
-            quality: self.tags.snapshot().counts().into(),
-            alarms: self.alarms.as_ref().map_or_else(Vec::new, stats::alarms_by_state),
-            plugins: self
-                .plugin_instances()
-                .map(|(plugin, link, fault)| stats::plugin(plugin, link, fault))
-                .collect(),
+            quality: self.site.snapshot().counts().into(),
+            alarms: self.site.alarms().map_or_else(Vec::new, stats::alarms_by_state),
+            plugins: self.site.plugins().map(stats::plugin).collect(),
             reloads: stats::reloads(&self.reloads),
         }
     }
@@ -133,11 +129,8 @@ impl Viewer {
         let inputs = self.faceplate_inputs(snapshot, rows, states);
         ViewModel {
             models: self.model_rows().cloned().collect(),
-            plugins: self
-                .plugin_instances()
-                .map(|(plugin, link, fault)| panel_rows::plugin(plugin, link, fault))
-                .collect(),
-            layers: self.overlays.iter().map(panel_rows::layer).collect(),
+            plugins: self.site.plugins().map(panel_rows::plugin).collect(),
+            layers: self.layers.rows(&self.site),
             cameras: self.scene.config.cameras.keys().cloned().collect(),
             section: self.section.as_ref().and_then(environment::cut_of),
             extent: self
@@ -152,7 +145,7 @@ impl Viewer {
                 speed: self.navigator.speed(),
             },
             alarms: inputs.alarms.model(!self.settles),
-            chart: self.chart.as_ref().map(SceneChart::model),
+            chart: self.chart_with_reader().map(|(chart, reader)| chart.model(reader)),
             wireframe: self.wireframe,
             theta_scale: self.lod_cursors.scale(),
             max_theta_scale: MAX_THETA_SCALE,
@@ -188,12 +181,16 @@ impl Viewer {
             scene,
             snapshot,
             rows,
-            alarms: AlarmListRows { alarm_service: self.alarms.as_ref(), scene, snapshot },
-            overlays: &self.overlays,
+            alarms: AlarmListRows {
+                alarm_service: self.site.alarms(),
+                presentation: &self.alarms,
+                scene,
+                snapshot,
+            },
+            site: &self.site,
+            layers: &self.layers,
             states,
             chart: self.chart.as_ref(),
-            history: &self.history,
-            origins: &self.origins,
             span: self.trend_span,
             now: Moment::now(),
             wall_clock: wall_clock(),
@@ -205,28 +202,24 @@ impl Viewer {
         self.models.iter().take(self.scene.model_count()).map(|model| &model.row)
     }
 
-    /// Plugins with their links, and what went wrong with them last.
-    pub(super) fn plugin_instances(
-        &self,
-    ) -> impl Iterator<Item = (&Plugin, Option<LinkReport>, Option<&str>)> {
-        self.scene.instances.iter().map(|(name, plugin)| {
-            let link = self.telemetry.iter().find(|t| t.name() == name);
-            let overlay = self.overlays.iter().find(|o| o.overlay.name() == name);
-            let fault = overlay.and_then(|overlay| overlay.fault.as_deref());
-            (plugin, link.map(TelemetryInstance::link), fault)
-        })
+    /// Starts a plugin again that waits for that or is in quarantine.
+    pub fn start_plugin(&self, name: &str) {
+        self.site.start_plugin(name);
     }
 
-    /// The overlays that judge equipment, hidden ones too.
+    /// Returns the tags as the last frame showed them.
+    pub fn tags(&self) -> Snapshot<'_> {
+        self.site.snapshot()
+    }
+
+    /// Returns the switching events since the start, in order of arrival.
+    pub fn events(&self) -> &EventLog {
+        self.site.events()
+    }
+
+    /// Returns the verdicts of each overlay that judges equipment, hidden ones too.
     pub fn overlay_verdicts(&self) -> impl Iterator<Item = OverlayVerdicts<'_>> {
-        let (scene, snapshot) = (&self.scene, self.tags.snapshot());
-        self.overlays.iter().map(move |shown| OverlayVerdicts {
-            name: shown.overlay.name(),
-            equipment: &shown.description.equipment,
-            verdicts: &shown.verdicts,
-            scene,
-            snapshot,
-        })
+        self.site.overlay_verdicts()
     }
 
     /// The verdicts of all overlays, hidden ones too.

@@ -1,7 +1,5 @@
 //! Selection of equipment, and the faceplate that it opens.
 
-use busbar_tags::{TagHandle, ValueKind};
-
 use super::*;
 
 impl Viewer {
@@ -16,27 +14,15 @@ impl Viewer {
             return;
         }
         self.faceplate = device.map(|device| {
-            let (tree, history) = (&self.equipment_tree, &self.history);
+            let (tree, history) = (&self.equipment_tree, self.site.history());
             OpenFaceplate::open(&self.scene, &self.node_attachments, tree, history, device)
         });
     }
 
-    /// Takes new records and updates those of the faceplate.
-    pub(super) fn take_records(&mut self) {
-        self.records.step(&self.scene);
+    /// Updates the records of the faceplate.
+    pub(super) fn look_up_records(&mut self) {
         if let Some(faceplate) = &mut self.faceplate {
-            faceplate.records.look_up(&self.records, wall_clock());
+            faceplate.records.look_up(self.site.records(), wall_clock());
         }
     }
-}
-
-/// Histories of numbers: of tags at equipment first, of as many as are kept.
-pub(super) fn history_of(scene: &LoadedScene) -> History {
-    let is_number = |tag: &TagHandle| {
-        let kind = scene.tags.spec(*tag).map(|spec| spec.kind);
-        matches!(kind, Some(ValueKind::F64 | ValueKind::I64))
-    };
-    let bound = scene.bindings.iter().map(|binding| binding.tag);
-    let all = (0..scene.tags.specs().len() as u32).map(TagHandle);
-    History::new(bound.chain(all).filter(is_number))
 }

@@ -41,6 +41,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_records",
             "busbar_renderer",
             "busbar_scene",
+            "busbar_site",
             "busbar_stack_cache",
             "busbar_tags",
             "busbar_ui",
@@ -98,18 +99,26 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_renderer", &["busbar_geometry", "busbar_gpu", "busbar_scene", "busbar_shaders"]),
     ("busbar_scene", &["busbar_geometry"]),
     ("busbar_shaders", &[]),
-    ("busbar_stack_cache", &["busbar_geometry"]),
-    ("busbar_tags", &[]),
-    ("busbar_ui", &["busbar_chart", "busbar_records", "busbar_tags"]),
     (
-        "busbar_viewer_server",
+        "busbar_site",
         &[
             "busbar_alarms",
+            "busbar_audit_log",
+            "busbar_chart",
+            "busbar_config",
+            "busbar_history",
             "busbar_plugin_host",
-            "busbar_protocol",
+            "busbar_plugin_process",
+            "busbar_records",
             "busbar_tags",
-            "busbar_viewer",
         ],
+    ),
+    ("busbar_stack_cache", &["busbar_geometry"]),
+    ("busbar_tags", &[]),
+    ("busbar_ui", &["busbar_alarms", "busbar_chart", "busbar_records", "busbar_tags"]),
+    (
+        "busbar_viewer_server",
+        &["busbar_alarms", "busbar_plugin_host", "busbar_protocol", "busbar_tags", "busbar_viewer"],
     ),
     ("busbar_web", &["busbar_client", "busbar_protocol"]),
     ("busbar_plugin_abi", &[]),
@@ -332,6 +341,15 @@ const UNSAFE: [&str; 11] = [
     "plugins/sdk/sdk",
     "tests/end_to_end/vulkan_faults",
 ];
+/// Folders that no crate of the site imports from: it has no camera and draws nothing.
+const VIEW_FOLDERS: [&str; 5] =
+    ["host/app", "host/graphics", "host/models", "host/scene", "host/view"];
+/// Crates of those folders that the site imports all the same: the checked configuration names tags,
+/// alarms and plugins, and nothing of it is drawn.
+const SHARED_WITH_SITE: [&str; 1] = ["busbar_config"];
+/// Crates from elsewhere that draw, open windows or compute with a camera.
+const DRAWING_CRATES: [&str; 5] = ["ash", "egui", "glam", "skrifa", "winit"];
+
 /// Documents whose links are followed.
 const DOCUMENTS: [&str; 3] = ["README.md", "ARCHITECTURE.md", "CHANGELOG.md"];
 
@@ -404,6 +422,35 @@ fn reserved_crates_are_imported_by_their_owners_alone() {
     let abi = &packages["busbar_plugin_abi"];
     let imports: Vec<_> = abi.imports.iter().filter(|(_, for_tests)| !for_tests).collect();
     assert!(imports.is_empty(), "the ABI has no dependencies, but {imports:?}");
+}
+
+#[test]
+fn the_site_knows_no_view() {
+    let packages = packages();
+    let folder_of = |name: &str| {
+        let root = workspace_path("").canonicalize().expect("it is there");
+        let folder = packages.get(name)?.folder.canonicalize().expect("it is there");
+        Some(folder.strip_prefix(&root).expect("it is in the workspace").to_owned())
+    };
+    let mut seen = 0;
+    for (name, package) in &packages {
+        if !folder_of(name).is_some_and(|folder| folder.starts_with("host/site")) {
+            continue;
+        }
+        seen += 1;
+        for (import, _) in &package.imports {
+            let is_drawing = DRAWING_CRATES.iter().any(|crate_name| {
+                import == crate_name || import.starts_with(&format!("{crate_name}-"))
+            });
+            assert!(!is_drawing, "{name} may not import {import}");
+            let of_view = folder_of(import).is_some_and(|folder| {
+                VIEW_FOLDERS.iter().any(|of_view| folder.starts_with(of_view))
+            });
+            let is_shared = SHARED_WITH_SITE.contains(&import.as_str());
+            assert!(!of_view || is_shared, "{name} may not import {import} of the view");
+        }
+    }
+    assert!(seen >= 7, "{seen} crates of the site are found");
 }
 
 #[test]

@@ -8,19 +8,18 @@ use std::time::{Duration, Instant};
 
 use busbar_alarms::{AlarmHandle, Priority, SourceAlarm, SourceQuality};
 use busbar_config::AlarmSourceConfig;
-use busbar_scene::NodeIndex;
-use busbar_ui::{AlarmSourceStatus, age_text};
 
 use self::poller::{AlarmPoller, SourceHealth};
-use crate::load::LoadedScene;
+use crate::definition::SiteDefinition;
+use crate::equipment::{EquipmentDirectory, EquipmentNumber};
 
 /// Numbers of these alarms; those of configured ones are below.
 const FIRST_NUMBER: u32 = 1 << 30;
 const _: () = assert!(FIRST_NUMBER as usize > busbar_alarms::MAX_ALARMS);
 
-/// All external alarm sources of a view.
+/// All external alarm sources of a site.
 #[derive(Default)]
-pub(crate) struct ExternalSources {
+pub struct ExternalSources {
     all: Vec<ExternalSource>,
     next_number: u32,
     /// Index of the source and the position in it of each alarm.
@@ -29,8 +28,8 @@ pub(crate) struct ExternalSources {
     pub(super) revision: u64,
 }
 
-/// A plugin with alarms of another system.
-pub(super) struct ExternalSource {
+/// Plugin with alarms of another system.
+pub struct ExternalSource {
     config: AlarmSourceConfig,
     /// Polling thread; none if it could not be started, as the fault says.
     poller: Option<AlarmPoller>,
@@ -41,20 +40,24 @@ pub(super) struct ExternalSource {
     has_warned_unknown_equipment: bool,
 }
 
-/// An alarm of a source.
-pub(super) struct ExternalAlarm {
-    pub(super) number: AlarmHandle,
-    pub(super) alarm: SourceAlarm,
-    pub(super) priority: Priority,
-    pub(super) node: Option<NodeIndex>,
+/// Alarm that another system decides on.
+pub struct ExternalAlarm {
+    /// Handle, above those of configured alarms.
+    pub number: AlarmHandle,
+    /// Alarm as its source reported it.
+    pub alarm: SourceAlarm,
+    /// Priority by the severity rules of the configuration.
+    pub priority: Priority,
+    /// Equipment by the rules of the configuration; none if the directory lacks it.
+    pub equipment: Option<EquipmentNumber>,
 }
 
 impl ExternalSources {
-    /// Begins to read those of a scene.
-    pub(super) fn start(scene: &LoadedScene) -> Self {
+    /// Begins to read all configured sources.
+    pub(super) fn start(site: &SiteDefinition) -> Self {
         let mut sources = Self::default();
-        for config in &scene.config.alarm_handling.sources {
-            let started = scene.instances.get(&config.plugin).map(AlarmPoller::start);
+        for config in &site.config.alarm_handling.sources {
+            let started = site.plugins.get(&config.plugin).map(AlarmPoller::start);
             let (poller, fault) = match started {
                 Some(Ok(poller)) => (Some(poller), None),
                 Some(Err(error)) => (None, Some(error.to_string())),
@@ -73,14 +76,14 @@ impl ExternalSources {
     }
 
     /// Inherits the alarms of sources that existed before, until they are read again.
-    pub(super) fn inherit(&mut self, before: Self, scene: &LoadedScene) {
+    pub(super) fn inherit(&mut self, before: Self, directory: &dyn EquipmentDirectory) {
         self.next_number = before.next_number;
         for mut old in before.all {
             let same = |source: &&mut ExternalSource| source.config.plugin == old.config.plugin;
             if let Some(source) = self.all.iter_mut().find(same) {
                 source.health = SourceHealth { fault: source.health.fault.take(), ..old.health };
                 for external in &mut old.alarms {
-                    external.place(&source.config, scene);
+                    external.place(&source.config, directory);
                 }
                 source.alarms = old.alarms;
             }
@@ -88,8 +91,8 @@ impl ExternalSources {
         self.index();
     }
 
-    /// Takes the alarms that the pollers have read; reports whether any are new.
-    pub(super) fn step(&mut self, scene: &LoadedScene) -> bool {
+    /// Takes the alarms that the pollers have read.
+    pub(super) fn step(&mut self, directory: &dyn EquipmentDirectory) {
         let (mut is_new, now) = (false, Instant::now());
         for source in &mut self.all {
             if let Some((new_alarms, health)) = source.poller.as_ref().map(AlarmPoller::take) {
@@ -97,7 +100,7 @@ impl ExternalSources {
                 let last_heard = health.last_heard.max(source.health.last_heard);
                 source.health = SourceHealth { last_heard, ..health };
                 if let Some(new_alarms) = new_alarms {
-                    source.replace(new_alarms, &mut self.next_number, scene);
+                    source.replace(new_alarms, &mut self.next_number, directory);
                     is_new = true;
                 }
             }
@@ -112,7 +115,6 @@ impl ExternalSources {
         if is_new {
             self.index();
         }
-        is_new
     }
 
     fn index(&mut self) {
@@ -124,40 +126,47 @@ impl ExternalSources {
         }
     }
 
-    /// Each alarm with its source.
-    pub(super) fn iter(&self) -> impl Iterator<Item = (&ExternalSource, &ExternalAlarm)> {
+    /// Returns all sources in the order of the configuration.
+    pub fn all(&self) -> &[ExternalSource] {
+        &self.all
+    }
+
+    /// Returns each alarm with its source.
+    pub fn iter(&self) -> impl Iterator<Item = (&ExternalSource, &ExternalAlarm)> {
         self.all.iter().flat_map(|source| source.alarms.iter().map(move |one| (source, one)))
     }
 
-    /// An alarm by its number.
-    pub(super) fn get(&self, alarm: AlarmHandle) -> Option<(&ExternalSource, &ExternalAlarm)> {
+    /// Returns an alarm and its source, by the alarm's handle.
+    pub fn get(&self, alarm: AlarmHandle) -> Option<(&ExternalSource, &ExternalAlarm)> {
         let (source, place) = *self.places.get(&alarm)?;
         let source = self.all.get(source)?;
         Some((source, source.alarms.get(place)?))
     }
-
-    /// Returns the status of each source.
-    pub(super) fn statuses(&self) -> Vec<AlarmSourceStatus> {
-        let now = Instant::now();
-        let status = |source: &ExternalSource| AlarmSourceStatus {
-            name: source.config.plugin.clone(),
-            alarms: source.alarms.len(),
-            left_out: source.health.left_out,
-            uncertainty: source
-                .stale_reason(now)
-                .map(|why| format!("{}: {why}", source.staleness_text(now))),
-        };
-        self.all.iter().map(status).collect()
-    }
 }
 
 impl ExternalSource {
-    pub(super) fn name(&self) -> &str {
+    /// Returns the name of the plugin instance.
+    pub fn name(&self) -> &str {
         &self.config.plugin
     }
 
-    /// Returns the reason why the source's alarms may be outdated.
-    fn stale_reason(&self, now: Instant) -> Option<String> {
+    /// Returns the alarms as last reported.
+    pub fn alarms(&self) -> &[ExternalAlarm] {
+        &self.alarms
+    }
+
+    /// Returns the number of alarms that the source has beyond those reported.
+    pub fn left_out(&self) -> u64 {
+        self.health.left_out
+    }
+
+    /// Reports whether the alarms were outdated in the last step.
+    pub fn is_stale(&self) -> bool {
+        self.is_stale
+    }
+
+    /// Returns the reason why the alarms are outdated; none while they are current.
+    pub fn stale_reason(&self, now: Instant) -> Option<String> {
         if let Some(fault) = &self.health.fault {
             return Some(fault.clone());
         }
@@ -166,38 +175,18 @@ impl ExternalSource {
         is_silent.then(|| "its source is silent".to_owned())
     }
 
-    fn silence(&self, now: Instant) -> Option<Duration> {
+    /// Returns the time since the source's last sign of life; none before the first.
+    pub fn silence(&self, now: Instant) -> Option<Duration> {
         self.health.last_heard.map(|last_heard| now.saturating_duration_since(last_heard))
     }
 
-    fn staleness_text(&self, now: Instant) -> String {
-        match self.silence(now) {
-            Some(silence) => format!("stale {}", age_text(silence)),
-            None => "not read yet".to_owned(),
-        }
-    }
-
-    /// Returns the short reason why an alarm's state is uncertain.
-    pub(super) fn short_uncertainty(&self, alarm: &SourceAlarm) -> Option<String> {
-        if self.is_stale {
-            return Some(self.staleness_text(Instant::now()));
-        }
-        match alarm.quality {
-            SourceQuality::Good => None,
-            SourceQuality::Uncertain => Some("uncertain at its source".to_owned()),
-            SourceQuality::Bad => Some("bad at its source".to_owned()),
-        }
-    }
-
-    /// Returns the long reason why an alarm's state is uncertain.
-    pub(super) fn long_uncertainty(&self, alarm: &SourceAlarm) -> Option<String> {
-        let uncertainty = self.short_uncertainty(alarm)?;
-        let why = self.stale_reason(Instant::now());
-        Some(why.map_or_else(|| uncertainty.clone(), |why| format!("{uncertainty}: {why}")))
-    }
-
     /// Replaces the alarms; those that remain keep their numbers.
-    fn replace(&mut self, new_alarms: Vec<SourceAlarm>, next: &mut u32, scene: &LoadedScene) {
+    fn replace(
+        &mut self,
+        new_alarms: Vec<SourceAlarm>,
+        next: &mut u32,
+        directory: &dyn EquipmentDirectory,
+    ) {
         let old = std::mem::take(&mut self.alarms);
         let numbers: HashMap<String, AlarmHandle> =
             old.into_iter().map(|external| (external.alarm.id, external.number)).collect();
@@ -206,8 +195,9 @@ impl ExternalSource {
                 *next = next.wrapping_add(1) % FIRST_NUMBER;
                 AlarmHandle(FIRST_NUMBER + *next)
             });
-            let mut external = ExternalAlarm { number, alarm, priority: Priority::Low, node: None };
-            external.place(&self.config, scene);
+            let mut external =
+                ExternalAlarm { number, alarm, priority: Priority::Low, equipment: None };
+            external.place(&self.config, directory);
             self.alarms.push(external);
         }
         self.warn_unknown_equipment();
@@ -215,7 +205,7 @@ impl ExternalSource {
 
     /// Warns once of alarms without equipment in the scene.
     fn warn_unknown_equipment(&mut self) {
-        let absent = || self.alarms.iter().filter(|external| external.node.is_none());
+        let absent = || self.alarms.iter().filter(|external| external.equipment.is_none());
         if let Some(first) = absent().next().filter(|_| !self.has_warned_unknown_equipment) {
             let (count, plugin) = (absent().count(), &self.config.plugin);
             tracing::warn!(
@@ -230,28 +220,28 @@ impl ExternalSource {
 
 impl ExternalAlarm {
     /// Finds its priority and its equipment.
-    fn place(&mut self, config: &AlarmSourceConfig, scene: &LoadedScene) {
+    fn place(&mut self, config: &AlarmSourceConfig, directory: &dyn EquipmentDirectory) {
         let reached = |least: &u16| self.alarm.severity >= *least;
         let rank = config.severities.iter().position(reached).unwrap_or(Priority::ALL.len() - 1);
         self.priority = Priority::ALL[rank];
         let source = &self.alarm.source;
         let by_rule = config.equipment_of(source);
         let id = by_rule.unwrap_or(source);
-        self.node = scene.equipment.find(&scene.graph, id);
+        self.equipment = directory.find(id);
     }
 
     /// Reports whether the alarm is current and of good quality.
-    pub(super) fn is_certain(&self, source: &ExternalSource) -> bool {
+    pub fn is_certain(&self, source: &ExternalSource) -> bool {
         !source.is_stale && self.alarm.quality == SourceQuality::Good
     }
 
     /// Returns the alarm's id, unique among all sources.
-    pub(super) fn id(&self, source: &ExternalSource) -> String {
+    pub fn id(&self, source: &ExternalSource) -> String {
         format!("{}:{}", source.name(), self.alarm.id)
     }
 
     /// Returns the message of the source, or else the alarm's name or id.
-    pub(super) fn message(&self) -> &str {
+    pub fn message(&self) -> &str {
         let SourceAlarm { message, name, id, .. } = &self.alarm;
         [message, name, id].into_iter().find(|text| !text.is_empty()).map_or("", String::as_str)
     }

@@ -5,69 +5,69 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use busbar_alarms::{AlarmHandle, AlarmSource, AlarmTable, Priority};
 use busbar_plugin_host::{OverlayTint, Severity};
-use busbar_scene::NodeIndex;
 use busbar_tags::{Origin, SourceTime};
 
 use super::external_alarms::ExternalSources;
+use crate::equipment::EquipmentNumber;
 
 /// Marks in the scene, the most urgent first.
 const MAX_ALARM_MARKERS: usize = 200;
 
 /// Listing of the alarms in display order.
 #[derive(Debug, Default)]
-pub(super) struct AlarmListing {
+pub struct AlarmListing {
     /// Revisions of the alarm table and of the external sources.
     revision: Option<(u64, u64)>,
-    /// Annunciated ones: by priority, then the newest first.
-    pub(super) alarms: Vec<AlarmHandle>,
-    /// Suppressed alarms: shelved, suppressed by design, out of service.
-    pub(super) held: Vec<AlarmHandle>,
-    /// First unacknowledged alarm of `alarms`.
-    pub(super) most_urgent: Option<AlarmHandle>,
-    /// Equipment in alarm, the most urgent first.
-    pub(super) places: Vec<(NodeIndex, EquipmentAlarms)>,
-    pub(super) tints: Vec<OverlayTint>,
-    pub(super) external_tints: Vec<ExternalAlarmTint>,
-    /// Unacknowledged and annunciated alarms of external systems, by priority.
-    pub(super) external_counts: [[usize; 2]; 4],
-    /// Equipment in alarm, and whether that changed.
+    alarms: Vec<AlarmHandle>,
+    held: Vec<AlarmHandle>,
+    most_urgent: Option<AlarmHandle>,
+    equipment: Vec<(EquipmentNumber, EquipmentAlarms)>,
+    tints: Vec<OverlayTint>,
+    external_tints: Vec<ExternalAlarmTint>,
+    external_counts: [[usize; 2]; 4],
     in_alarm: EquipmentInAlarm,
-    has_changed: bool,
 }
 
-/// Equipment in alarm, by node.
+/// Equipment in alarm, marked in the scene or not.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct EquipmentInAlarm {
-    pub(super) unacknowledged: BTreeSet<NodeIndex>,
-    pub(super) all: BTreeSet<NodeIndex>,
+pub struct EquipmentInAlarm {
+    /// Equipment with an unacknowledged alarm.
+    pub unacknowledged: BTreeSet<EquipmentNumber>,
+    /// Equipment with any annunciated alarm.
+    pub all: BTreeSet<EquipmentNumber>,
 }
 
-/// The alarms at a piece of equipment.
+/// Alarms at a piece of equipment.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct EquipmentAlarms {
-    pub(super) priority: Priority,
-    pub(super) is_unacknowledged: bool,
+pub struct EquipmentAlarms {
+    /// Highest priority of its alarms.
+    pub priority: Priority,
+    /// True if any of its alarms is unacknowledged.
+    pub is_unacknowledged: bool,
     /// True if none of its alarms is certain.
-    pub(super) is_uncertain: bool,
-    pub(super) count: usize,
-    /// Origins of the values by which they came.
-    pub(super) origin: Origin,
+    pub is_uncertain: bool,
+    /// Number of its alarms.
+    pub count: usize,
+    /// Origins of the values by which the alarms came.
+    pub origin: Origin,
 }
 
-/// Colour on equipment in alarm, where another system decides.
+/// Colour on equipment in alarm where another system decides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct ExternalAlarmTint {
-    pub(crate) node: NodeIndex,
-    pub(crate) severity: Severity,
+pub struct ExternalAlarmTint {
+    /// Equipment that is tinted.
+    pub equipment: EquipmentNumber,
+    /// Severity that decides on the colour.
+    pub severity: Severity,
     /// True if the source's report is current and good.
-    pub(crate) is_certain: bool,
+    pub is_certain: bool,
 }
 
 /// Collector of alarms for a listing.
 #[derive(Default)]
 struct AlarmCollector {
     ranked: Vec<RankedAlarm>,
-    places: BTreeMap<NodeIndex, EquipmentAlarms>,
+    equipment: BTreeMap<EquipmentNumber, EquipmentAlarms>,
     in_alarm: EquipmentInAlarm,
 }
 
@@ -78,28 +78,74 @@ impl AlarmCollector {
     fn add(
         &mut self,
         ranked: RankedAlarm,
-        node: Option<NodeIndex>,
+        equipment: Option<EquipmentNumber>,
         is_certain: bool,
         origin: Origin,
     ) {
         let (priority, _, _, is_unacknowledged) = ranked;
         self.ranked.push(ranked);
-        let Some(node) = node else { return };
-        self.in_alarm.all.insert(node);
+        let Some(equipment) = equipment else { return };
+        self.in_alarm.all.insert(equipment);
         if is_unacknowledged {
-            self.in_alarm.unacknowledged.insert(node);
+            self.in_alarm.unacknowledged.insert(equipment);
         }
         let is_uncertain = !is_certain;
         let own = EquipmentAlarms { priority, is_unacknowledged, is_uncertain, count: 1, origin };
-        self.places.entry(node).and_modify(|place| place.join(own)).or_insert(own);
+        self.equipment.entry(equipment).and_modify(|all| all.join(own)).or_insert(own);
     }
 }
 
 impl AlarmListing {
+    /// Returns the annunciated alarms: by priority, then the newest first.
+    pub fn alarms(&self) -> &[AlarmHandle] {
+        &self.alarms
+    }
+
+    /// Returns the suppressed alarms: shelved, suppressed by design, out of service.
+    pub fn held(&self) -> &[AlarmHandle] {
+        &self.held
+    }
+
+    /// Returns the first unacknowledged alarm in display order.
+    pub fn most_urgent(&self) -> Option<AlarmHandle> {
+        self.most_urgent
+    }
+
+    /// Returns the equipment to be marked in the scene, the most urgent first.
+    pub fn equipment(&self) -> &[(EquipmentNumber, EquipmentAlarms)] {
+        &self.equipment
+    }
+
+    /// Returns the colours on equipment with an active alarm of a tag.
+    pub fn tints(&self) -> &[OverlayTint] {
+        &self.tints
+    }
+
+    /// Returns the colours on equipment with an active alarm of another system.
+    pub fn external_tints(&self) -> &[ExternalAlarmTint] {
+        &self.external_tints
+    }
+
+    /// Returns the unacknowledged and annunciated alarms of external systems, by priority.
+    pub fn external_counts(&self) -> &[[usize; 2]; 4] {
+        &self.external_counts
+    }
+
+    /// Returns all equipment in alarm.
+    pub fn in_alarm(&self) -> &EquipmentInAlarm {
+        &self.in_alarm
+    }
+
+    /// Returns the revision of the listing; none before the first update.
+    pub fn revision(&self) -> Option<(u64, u64)> {
+        self.revision
+    }
+
+    /// Lists the alarms anew if any has changed.
     pub(super) fn update(
         &mut self,
         table: &AlarmTable,
-        nodes: &[Option<NodeIndex>],
+        equipment: &[Option<EquipmentNumber>],
         sources: &ExternalSources,
     ) {
         let revision = (table.revision(), sources.revision);
@@ -108,25 +154,24 @@ impl AlarmListing {
         }
         let mut collector = AlarmCollector::default();
         self.held.clear();
-        self.list_own(table, nodes, &mut collector);
+        self.list_own(table, equipment, &mut collector);
         self.list_external(sources, &mut collector);
-        let AlarmCollector { mut ranked, places, in_alarm } = collector;
+        let AlarmCollector { mut ranked, equipment, in_alarm } = collector;
         ranked.sort_unstable_by_key(|&(priority, occurred, alarm, _)| (priority, occurred, alarm));
         let urgent = ranked.iter().find(|(.., is_unacknowledged)| *is_unacknowledged);
         self.most_urgent = urgent.map(|(_, _, alarm, _)| *alarm);
         self.alarms.clear();
         self.alarms.extend(ranked.iter().map(|(_, _, alarm, _)| *alarm));
-        self.places = places.into_iter().collect();
-        self.places.sort_by_key(|(_, place)| (place.priority, !place.is_unacknowledged));
-        self.places.truncate(MAX_ALARM_MARKERS);
-        self.has_changed |= in_alarm != self.in_alarm;
+        self.equipment = equipment.into_iter().collect();
+        self.equipment.sort_by_key(|(_, alarms)| (alarms.priority, !alarms.is_unacknowledged));
+        self.equipment.truncate(MAX_ALARM_MARKERS);
         self.in_alarm = in_alarm;
     }
 
     fn list_own(
         &mut self,
         table: &AlarmTable,
-        nodes: &[Option<NodeIndex>],
+        equipment_of_alarms: &[Option<EquipmentNumber>],
         collector: &mut AlarmCollector,
     ) {
         self.tints.clear();
@@ -138,15 +183,15 @@ impl AlarmListing {
                 self.held.push(alarm);
                 continue;
             }
-            let node = nodes.get(alarm.0 as usize).copied().flatten();
+            let equipment = equipment_of_alarms.get(alarm.0 as usize).copied().flatten();
             let is_unacknowledged = status.state.is_unacknowledged();
             let ranked = (spec.priority, Reverse(status.occurred), alarm, is_unacknowledged);
-            collector.add(ranked, node, status.is_certain, status.origin);
-            if let (Some(node), true, AlarmSource::Tag { trigger, .. }) =
-                (node, status.standing.is_active, &spec.source)
+            collector.add(ranked, equipment, status.is_certain, status.origin);
+            if let (Some(equipment), true, AlarmSource::Tag { trigger, .. }) =
+                (equipment, status.standing.is_active, &spec.source)
             {
                 let severity = severity(spec.priority);
-                self.tints.push(OverlayTint { node: node.0, tag: trigger.tag, severity });
+                self.tints.push(OverlayTint { node: equipment.0, tag: trigger.tag, severity });
             }
         }
     }
@@ -169,17 +214,12 @@ impl AlarmListing {
             *all += 1;
             let since = Reverse(external.alarm.since());
             let ranked = (priority, since, external.number, state.is_unacknowledged());
-            collector.add(ranked, external.node, is_certain, Origin::LIVE);
-            if let Some(node) = external.node.filter(|_| standing.is_active) {
+            collector.add(ranked, external.equipment, is_certain, Origin::LIVE);
+            if let Some(equipment) = external.equipment.filter(|_| standing.is_active) {
                 let severity = severity(priority);
-                self.external_tints.push(ExternalAlarmTint { node, severity, is_certain });
+                self.external_tints.push(ExternalAlarmTint { equipment, severity, is_certain });
             }
         }
-    }
-
-    /// Takes the equipment in alarm if it has changed since the last call.
-    pub(super) fn take_in_alarm(&mut self) -> Option<&EquipmentInAlarm> {
-        std::mem::take(&mut self.has_changed).then_some(&self.in_alarm)
     }
 }
 

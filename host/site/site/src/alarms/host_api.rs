@@ -1,8 +1,11 @@
 //! Interface of the alarm service to a host program: actions, standings, operator requests.
 
-use busbar_alarms::{AlarmFlags, AlarmSource};
+use std::collections::HashMap;
 
-use super::*;
+use busbar_alarms::{Action, AlarmFlags, AlarmHandle, AlarmSource, State};
+use busbar_tags::SourceTime;
+
+use super::AlarmService;
 
 /// Largest number of requests for the host program; beyond it the oldest is dropped, and the
 /// operator must press again.
@@ -22,7 +25,7 @@ impl AlarmService {
         )
     }
 
-    pub(super) fn request_from_host(&mut self, alarm: AlarmHandle, action: AlarmAction) {
+    pub(super) fn request_from_host(&mut self, alarm: AlarmHandle, action: Action) {
         if self.host_requests.len() == MAX_HOST_REQUESTS {
             self.host_requests.pop_front();
         }
@@ -30,35 +33,29 @@ impl AlarmService {
     }
 
     /// Takes the operator requests since the last call, by alarm id.
-    pub(crate) fn take_host_requests(&mut self) -> Vec<(String, AlarmAction)> {
+    pub(crate) fn take_host_requests(&mut self) -> Vec<(String, Action)> {
         let host_requests = std::mem::take(&mut self.host_requests).into_iter();
         host_requests.filter_map(|(alarm, action)| Some((self.id_of(alarm)?, action))).collect()
     }
 
-    /// Acts on an alarm for the host program's operator; an empty name means the operator set
-    /// before.
+    /// Performs an action of the host program's operator.
     ///
     /// # Errors
     /// A text with the reason.
-    pub(crate) fn act_as(
+    pub(crate) fn act_by_id(
         &mut self,
         id: &str,
-        action: AlarmAction,
+        action: Action,
         operator: &str,
     ) -> Result<(), String> {
         let alarm = self.table.set().find(id).ok_or_else(|| format!("there is no alarm '{id}'"))?;
-        let usual = self.operator.clone();
-        if !operator.is_empty() {
-            operator.clone_into(&mut self.operator);
-        }
-        let done = self.perform(alarm, action_of(action));
-        self.operator = usual;
+        let done = self.perform(alarm, action, operator);
         done.map_err(|error| format!("alarm '{id}': {error}"))
     }
 
     /// Returns the alarms whose standing differs from `known`, and updates `known`. Each comes with
     /// its state, its standing, and the time of its last change.
-    pub(crate) fn changed_since(
+    pub fn changed_since(
         &self,
         known: &mut HashMap<AlarmHandle, AlarmFlags>,
     ) -> Vec<(String, State, AlarmFlags, SourceTime)> {
@@ -82,7 +79,7 @@ impl AlarmService {
         changed
     }
 
-    /// Restores the standings of a previous viewer before the first frame, unless an audit log
+    /// Restores the standings of a previous process before the first step, unless an audit log
     /// exists.
     pub(crate) fn restore(&mut self, standings: &[(String, AlarmFlags, SourceTime)]) {
         if self.log.is_none() {

@@ -6,18 +6,18 @@ const NANOS_PER_SECOND: i64 = 1_000_000_000;
 
 /// Counts while this thread computes, and not while it waits or another has the CPU.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct CpuClock {
+pub struct CpuClock {
     start_nanos: i64,
 }
 
 impl CpuClock {
     /// Starts a measurement now.
-    pub(crate) fn start() -> Self {
+    pub fn start() -> Self {
         Self { start_nanos: nanos() }
     }
 
     /// Milliseconds since the start.
-    pub(crate) fn millis(self) -> f64 {
+    pub fn millis(self) -> f64 {
         (nanos() - self.start_nanos) as f64 / 1e6
     }
 }

@@ -1,4 +1,4 @@
-//! Origins of the values that a view shows, now and in the last hours: live, or
+//! Origins of the values of a site, now and in the last hours: live, or
 //! substituted, under test, simulated, recorded, historical.
 
 use std::collections::{HashMap, VecDeque};
@@ -7,9 +7,8 @@ use std::sync::Arc;
 use busbar_config::Config;
 use busbar_history::History;
 use busbar_tags::{Moment, Origin, Snapshot, TagHandle, TagSet};
-use busbar_ui::TrendOrigin;
 
-use crate::load::LoadedScene;
+use crate::definition::SiteDefinition;
 
 /// Changes of origin that are kept of one tag; older ones are joined.
 const MAX_CHANGES: usize = 256;
@@ -18,10 +17,21 @@ const MAX_CHANGES: usize = 256;
 const KINDS: [Origin; 5] =
     [Origin::SUBSTITUTED, Origin::TEST, Origin::SIMULATED, Origin::RECORDED, Origin::HISTORICAL];
 
-/// Origins of all tags. Its cost in a frame is that of the tags that changed.
+/// Interval in which a tag's value was not live.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OriginInterval {
+    /// Start of the interval.
+    pub start: Moment,
+    /// End of the interval.
+    pub end: Moment,
+    /// Origins of the value in the interval.
+    pub origin: Origin,
+}
+
+/// Origins of all tags. Its cost in a step is that of the tags that changed.
 #[derive(Debug, Default)]
-pub(crate) struct OriginTracker {
-    /// Configuration of the tracked scene; none before the first frame.
+pub struct OriginTracker {
+    /// Configuration that is tracked; none before the first step.
     config: Option<Arc<Config>>,
     tags: Option<Arc<TagSet>>,
     of_tags: Vec<Origin>,
@@ -29,22 +39,22 @@ pub(crate) struct OriginTracker {
     counts: [usize; KINDS.len()],
     /// Origins of tags with a history that were not live, each from an instant on.
     past: HashMap<TagHandle, VecDeque<(Moment, Origin)>>,
-    /// Instant of the last frame.
+    /// Instant of the last step.
     last: Option<Moment>,
 }
 
 impl OriginTracker {
-    /// Follows the tags of a scene to the snapshot of a frame.
+    /// Follows the tags of a site to the snapshot of a step.
     pub(crate) fn follow(
         &mut self,
-        scene: &LoadedScene,
+        site: &SiteDefinition,
         snapshot: Snapshot<'_>,
         history: &History,
         now: Moment,
     ) {
-        // Changes of a frame came since the one before; nothing is known of before the first.
+        // Changes of a step came since the one before; nothing is known of before the first.
         let since = self.last.replace(now).unwrap_or(now);
-        let goes_on = self.config.as_ref().is_some_and(|own| Arc::ptr_eq(own, &scene.config));
+        let goes_on = self.config.as_ref().is_some_and(|own| Arc::ptr_eq(own, &site.config));
         if goes_on {
             for &tag in snapshot.changed() {
                 if let Some(state) = snapshot.state(tag) {
@@ -53,22 +63,22 @@ impl OriginTracker {
             }
             return;
         }
-        self.take_scene(scene);
+        self.take_definition(site);
         let states = snapshot.states().zip(0..);
         states.for_each(|(state, tag)| self.set(TagHandle(tag), state.origin, history, since));
     }
 
     /// Adopts another configuration; past origins of tags are matched by id.
-    fn take_scene(&mut self, scene: &LoadedScene) {
-        let before = self.tags.replace(Arc::clone(&scene.tags));
-        self.config = Some(Arc::clone(&scene.config));
-        self.of_tags = vec![Origin::LIVE; scene.tags.specs().len()];
+    fn take_definition(&mut self, site: &SiteDefinition) {
+        let before = self.tags.replace(Arc::clone(&site.tags));
+        self.config = Some(Arc::clone(&site.config));
+        self.of_tags = vec![Origin::LIVE; site.tags.specs().len()];
         self.counts = Default::default();
         let Some(before) = before else { return };
         let past = std::mem::take(&mut self.past);
         let renumbered = past.into_iter().filter_map(|(tag, past)| {
             let index = before.specs().get(tag.0 as usize).map(|spec| &spec.id)?;
-            let tag = scene.tags.specs().iter().position(|spec| spec.id == *index)?;
+            let tag = site.tags.specs().iter().position(|spec| spec.id == *index)?;
             Some((TagHandle(tag as u32), past))
         });
         self.past = renumbered.collect();
@@ -111,22 +121,19 @@ impl OriginTracker {
     }
 
     /// Origins of any tag's value.
-    pub(crate) fn shown(&self) -> Origin {
+    pub fn shown(&self) -> Origin {
         let found = KINDS.into_iter().zip(self.counts).filter(|(_, count)| *count > 0);
         found.fold(Origin::LIVE, |all, (kind, _)| all | kind)
     }
 
     /// Times from an instant until now in which a tag's value was not live, in order.
-    pub(crate) fn between(&self, tag: TagHandle, from: Moment, now: Moment) -> Vec<TrendOrigin> {
+    pub fn between(&self, tag: TagHandle, from: Moment, now: Moment) -> Vec<OriginInterval> {
         let Some(past) = self.past.get(&tag) else { return Vec::new() };
         let ends = past.iter().skip(1).map(|(since, _)| *since).chain([now]);
         let spans =
             past.iter().zip(ends).filter(|((_, origin), end)| !origin.is_live() && *end > from);
         spans
-            .map(|(&(since, origin), end)| TrendOrigin {
-                span: [since.max(from), end].map(|at| -now.since(at).as_secs_f64()),
-                origin,
-            })
+            .map(|(&(since, origin), end)| OriginInterval { start: since.max(from), end, origin })
             .collect()
     }
 }
@@ -167,11 +174,13 @@ mod tests {
         watch.set(tag, Origin::LIVE, &history, at(20));
         watch.set(tag, Origin::TEST, &history, at(30));
         let spans = watch.between(tag, at(15), at(40));
-        let expected = [([-25.0, -20.0], Origin::RECORDED), ([-10.0, 0.0], Origin::TEST)];
-        assert_eq!(spans.len(), 2);
-        for (span, (times, origin)) in spans.iter().zip(expected) {
-            assert_eq!((span.span, span.origin), (times, origin));
-        }
+        let interval = |[start, end]: [u64; 2], origin| OriginInterval {
+            start: at(start),
+            end: at(end),
+            origin,
+        };
+        let expected = [interval([15, 20], Origin::RECORDED), interval([30, 40], Origin::TEST)];
+        assert_eq!(spans, expected);
         assert_eq!(watch.between(TagHandle(1), start, at(40)), []);
     }
 
@@ -187,6 +196,6 @@ mod tests {
         let end = at(4 * MAX_CHANGES as u64);
         let spans = watch.between(TagHandle(0), start, end);
         let first = spans.first().expect("there are some");
-        assert_eq!(first.span[0], -end.since(start).as_secs_f64(), "never less than it was");
+        assert_eq!(first.start, start, "never less than it was");
     }
 }

@@ -15,20 +15,23 @@ const MAX_TRIES: u32 = 5;
 
 /// A question: what a piece of equipment's record of an instant means.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct ExplanationRequest {
-    pub(super) equipment: String,
-    /// Nanoseconds since 1970-01-01 UTC.
-    pub(super) unix_nanos: i64,
+pub struct ExplanationRequest {
+    /// Id of the equipment in the chart's description.
+    pub equipment: String,
+    /// Instant of the record, nanoseconds since 1970-01-01 UTC.
+    pub unix_nanos: i64,
     /// Number of the read that it refers to: [`ChartData::number`].
-    pub(super) read: u64,
+    pub read: u64,
 }
 
 /// Chart data that was read and not taken yet.
-pub(super) struct ChartData {
+pub struct ChartData {
     /// Number of reads so far; a restarted plugin begins its revisions anew.
-    pub(super) number: u64,
-    pub(super) description: Arc<Description>,
-    pub(super) records: Records,
+    pub number: u64,
+    /// Description of axes, legend and equipment.
+    pub description: Arc<Description>,
+    /// All records of the chart.
+    pub records: Records,
 }
 
 #[derive(Default)]
@@ -55,13 +58,17 @@ impl Shared {
 }
 
 /// A chart that is read on a thread of its own.
-pub(super) struct ChartPoller {
+pub struct ChartReader {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
 }
 
-impl ChartPoller {
-    pub(super) fn start(plugin: &Plugin) -> Result<Self, PluginError> {
+impl ChartReader {
+    /// Starts the thread that reads a plugin's chart.
+    ///
+    /// # Errors
+    /// A plugin without a chart, or no thread.
+    pub fn start(plugin: &Plugin) -> Result<Self, PluginError> {
         let chart = RunningChart::from_plugin(plugin)?;
         let shared = Arc::new(Shared::default());
         let (theirs, plugin) = (shared.clone(), plugin.clone());
@@ -77,23 +84,23 @@ impl ChartPoller {
     }
 
     /// Waits until it was read once, or could not be.
-    pub(super) fn wait_for_first(&self, timeout: Duration) {
+    pub fn wait_for_first(&self, timeout: Duration) {
         self.wait(timeout, |state| state.polls > 0);
     }
 
     /// Takes the data read since the last call.
-    pub(super) fn take(&self) -> Option<ChartData> {
+    pub fn take(&self) -> Option<ChartData> {
         self.shared.state().read.take()
     }
 
     /// Returns the fault that keeps the chart from being read.
-    pub(super) fn fault(&self) -> Option<String> {
+    pub fn fault(&self) -> Option<String> {
         self.shared.state().fault.clone()
     }
 
     /// Returns the explanation if it is available, and requests it otherwise. Waits at most
     /// `timeout`.
-    pub(super) fn explain(
+    pub fn explain(
         &self,
         question: &ExplanationRequest,
         timeout: Duration,
@@ -126,7 +133,7 @@ impl ChartPoller {
     }
 }
 
-impl Drop for ChartPoller {
+impl Drop for ChartReader {
     fn drop(&mut self) {
         self.shared.state().ends = true;
         self.shared.changed.notify_all();

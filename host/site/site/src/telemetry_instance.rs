@@ -2,15 +2,11 @@
 
 use std::time::{Duration, Instant};
 
-use busbar_config::Config;
-use busbar_plugin_host::{ClockReport, FreshnessBasis, LinkReport, SampleSink, SourcePolicy};
+use busbar_plugin_host::{ClockReport, LinkReport, SampleSink};
 use busbar_plugin_process::RunningTelemetry;
-use busbar_tags::{HandleRemap, Origin, Sample, SourceTime};
+use busbar_tags::{HandleRemap, Sample, SourceTime};
 
-use crate::ViewError;
-use crate::load::LoadedScene;
-
-/// Running telemetry plugin with the map from its tag indices to the scene's.
+/// Running telemetry plugin with the map from its tag indices to the present ones.
 pub(crate) struct TelemetryInstance {
     running: RunningTelemetry,
     /// Map from the plugin's tag indices to the present ones.
@@ -63,7 +59,7 @@ impl TelemetryInstance {
         self.running.name()
     }
 
-    /// Adapts to a scene with other tag indices.
+    /// Adapts to other tag indices after a reload.
     pub(crate) fn remap_tags(&mut self, remap: &HandleRemap) {
         self.remap = self.remap.then(remap);
     }
@@ -102,29 +98,6 @@ impl TelemetryInstance {
     pub(crate) fn link(&self) -> LinkReport {
         self.running.link()
     }
-}
-
-/// Starts the telemetry plugins of a scene on their tags.
-pub(crate) fn start_telemetry(scene: &LoadedScene) -> Result<Vec<TelemetryInstance>, ViewError> {
-    let mut running = Vec::new();
-    for (name, plugin) in &scene.instances {
-        if let Some(tags) = scene.served_tags(name, plugin) {
-            let policy = source_policy(&scene.config, name);
-            running.push(TelemetryInstance::new(RunningTelemetry::start(plugin, &tags, policy)?));
-        }
-    }
-    Ok(running)
-}
-
-/// Rules of the configuration for all samples of an instance.
-pub(crate) fn source_policy(config: &Config, name: &str) -> SourcePolicy {
-    let Some(plugin) = config.plugins.get(name) else { return SourcePolicy::default() };
-    let origin = if plugin.simulated { Origin::SIMULATED } else { Origin::LIVE };
-    let basis = match plugin.freshness_by {
-        busbar_config::FreshnessBasis::SourceTime => FreshnessBasis::SourceTime,
-        busbar_config::FreshnessBasis::Reception => FreshnessBasis::Reception,
-    };
-    SourcePolicy { origin, basis }
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
-//! Verdicts of an overlay on its equipment, as they hold in this frame.
+//! Verdicts of an overlay on its equipment, as they hold in this step.
 //!
-//! A verdict is withdrawn in the frame in which one of its values is not good. An abnormal verdict
+//! A verdict is withdrawn in the step in which one of its values is not good. An abnormal verdict
 //! is remembered until the piece is judged normal: an alarm does not clear for lack of data.
 
 use std::borrow::Cow;
@@ -8,10 +8,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use busbar_plugin_host::{OverlayPicture, Verdict};
-use busbar_scene::NodeIndex;
-use busbar_tags::{Quality, Reason, Snapshot, TagHandle};
-
-use crate::load::LoadedScene;
+use busbar_tags::{Quality, Reason, Snapshot, TagHandle, TagSet};
 
 /// Reason of a verdict, or its lack.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -50,7 +47,7 @@ impl Default for PieceVerdict {
 
 /// The verdicts of one overlay, by the indices of its equipment.
 #[derive(Default)]
-pub(crate) struct VerdictBoard {
+pub struct VerdictBoard {
     pieces: Vec<PieceVerdict>,
     /// The picture that they come of.
     picture: Arc<OverlayPicture>,
@@ -60,7 +57,7 @@ pub(crate) struct VerdictBoard {
 /// Verdict on a piece of equipment, with its reason as text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct VerdictText<'a> {
-    /// Verdict as it holds in this frame.
+    /// Verdict as it holds in this step.
     pub verdict: Verdict,
     /// True if the plugin assumed it.
     pub is_assumed: bool,
@@ -145,21 +142,26 @@ impl VerdictBoard {
     }
 
     /// Indices of the pieces that are unknown.
-    pub(crate) fn unknown(&self) -> impl Iterator<Item = usize> {
+    pub fn unknown(&self) -> impl Iterator<Item = usize> {
         let pieces = self.pieces.iter().enumerate();
         pieces.filter(|(_, piece)| piece.verdict == Verdict::Unknown).map(|(index, _)| index)
     }
 
+    /// Reports whether there are no pieces.
+    pub fn is_empty(&self) -> bool {
+        self.pieces.is_empty()
+    }
+
     /// Returns the number of pieces.
-    pub(crate) fn len(&self) -> usize {
+    pub fn len(&self) -> usize {
         self.pieces.len()
     }
 
     /// Returns the verdict on a piece, with its reason as text.
-    pub(crate) fn verdict<'a>(
+    pub fn verdict<'a>(
         &'a self,
         equipment: usize,
-        scene: &LoadedScene,
+        tags: &TagSet,
         snapshot: Snapshot<'_>,
     ) -> VerdictText<'a> {
         let piece = self.pieces.get(equipment).copied().unwrap_or_default();
@@ -171,7 +173,7 @@ impl VerdictBoard {
                 let verdict = verdicts.iter().nth(index as usize);
                 Cow::Borrowed(verdict.map_or("", |verdict| verdicts.reason(verdict)))
             }
-            VerdictCause::Tag(tag) => Cow::Owned(describe_bad_value(tag, scene, snapshot)),
+            VerdictCause::Tag(tag) => Cow::Owned(describe_bad_value(tag, tags, snapshot)),
         };
         if piece.was_abnormal {
             reason += "; abnormal when last known";
@@ -185,15 +187,6 @@ impl VerdictBoard {
     }
 }
 
-/// An unknown verdict at a node, for its label.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct UnknownVerdict {
-    pub(crate) node: NodeIndex,
-    /// Name of the overlay.
-    pub(crate) layer: String,
-    pub(crate) reason: String,
-}
-
 /// An overlay with the equipment that it judges.
 pub struct OverlayVerdicts<'a> {
     /// Name of its plugin instance.
@@ -201,14 +194,14 @@ pub struct OverlayVerdicts<'a> {
     /// Ids of the equipment, as it describes them.
     pub equipment: &'a [String],
     pub(crate) verdicts: &'a VerdictBoard,
-    pub(crate) scene: &'a LoadedScene,
+    pub(crate) tags: &'a TagSet,
     pub(crate) snapshot: Snapshot<'a>,
 }
 
 impl OverlayVerdicts<'_> {
     /// Returns the verdict on a piece of its equipment, by index.
     pub fn verdict(&self, equipment: usize) -> VerdictText<'_> {
-        self.verdicts.verdict(equipment, self.scene, self.snapshot)
+        self.verdicts.verdict(equipment, self.tags, self.snapshot)
     }
 }
 
@@ -226,9 +219,9 @@ fn urgency(verdict: Verdict) -> u8 {
 }
 
 /// Describes a value that is not good.
-fn describe_bad_value(tag: TagHandle, scene: &LoadedScene, snapshot: Snapshot<'_>) -> String {
+fn describe_bad_value(tag: TagHandle, tags: &TagSet, snapshot: Snapshot<'_>) -> String {
     let quality = snapshot.state(tag).map_or(Quality::Bad(Reason::NotConnected), |s| s.quality);
-    let name = scene.tags.spec(tag).map_or("a tag that is gone", |spec| spec.id.as_str());
+    let name = tags.spec(tag).map_or("a tag that is gone", |spec| spec.id.as_str());
     match quality.reason() {
         Some(reason) => format!("{name}: {reason}"),
         None => format!("{name}: it was not good when this was drawn"),
