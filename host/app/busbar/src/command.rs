@@ -14,10 +14,9 @@ use busbar_viewer::{
 use clap::Parser;
 
 use crate::arguments::OfferedOptions;
-use crate::{EXIT_INPUT, output, plugin};
+use crate::exit_codes::{EXIT_INPUT, EXIT_USAGE};
+use crate::{output, plugin};
 
-/// Exit code of wrong use.
-const EXIT_USAGE: u8 = 2;
 /// Steps of a progress bar.
 const PARTS: usize = 1000;
 

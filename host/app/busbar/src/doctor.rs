@@ -1,62 +1,20 @@
 //! Subcommand `busbar doctor`: faults of this machine, their causes and remedies.
 
 mod display;
+mod finding;
 mod machine;
 mod scene;
 
 use std::process::ExitCode;
 
 use busbar_viewer::graphics_device;
-use serde::Serialize;
 use serde_json::json;
 
 use crate::arguments::DoctorOptions;
-use crate::{EXIT_INPUT, output};
+use crate::exit_codes::EXIT_INPUT;
+use crate::output;
 
-/// State of a checked item.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub(crate) enum State {
-    Ok,
-    /// Item that works, and may not be as intended.
-    Warning,
-    /// Item that does not work.
-    Fault,
-}
-
-/// Finding of one check.
-#[derive(Debug, Serialize)]
-pub(crate) struct Finding {
-    /// Name of the check.
-    check: &'static str,
-    state: State,
-    /// Result of the check, in words.
-    cause: String,
-    /// Remedy; empty where all is well.
-    remedy: String,
-}
-
-impl Finding {
-    pub(crate) fn ok(check: &'static str, cause: impl Into<String>) -> Self {
-        Self { check, state: State::Ok, cause: cause.into(), remedy: String::new() }
-    }
-
-    pub(crate) fn warning(
-        check: &'static str,
-        cause: impl Into<String>,
-        remedy: impl Into<String>,
-    ) -> Self {
-        Self { check, state: State::Warning, cause: cause.into(), remedy: remedy.into() }
-    }
-
-    pub(crate) fn fault(
-        check: &'static str,
-        cause: impl Into<String>,
-        remedy: impl Into<String>,
-    ) -> Self {
-        Self { check, state: State::Fault, cause: cause.into(), remedy: remedy.into() }
-    }
-}
+use finding::{Finding, State};
 
 pub(crate) fn run(options: &DoctorOptions) -> anyhow::Result<ExitCode> {
     let mut findings = vec![machine::version()];

@@ -5,7 +5,8 @@ use std::process::ExitCode;
 
 use busbar_viewer::{Verification, verify_audit_log};
 
-use crate::{EXIT_INPUT, output};
+use crate::exit_codes::EXIT_INPUT;
+use crate::output;
 
 /// Verifies the log of a folder, and prints every fault and what was looked at.
 pub(crate) fn verify(

@@ -5,6 +5,7 @@ mod check;
 mod command;
 mod doctor;
 mod embedded;
+mod exit_codes;
 mod import;
 mod kiosk;
 mod log;
@@ -26,16 +27,12 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use arguments::{Arguments, Command, LogCommand, PluginCommand};
+use exit_codes::{EXIT_INPUT, EXIT_INTERNAL};
 use log::Log;
 
 /// Allocator with huge pages: models are many megabytes.
 #[global_allocator]
 static HEAP: busbar_viewer::HugePageAllocator = busbar_viewer::HugePageAllocator;
-
-/// Exit code of a fault of input or environment.
-const EXIT_INPUT: u8 = 1;
-/// Exit code of a fault of Busbar.
-const EXIT_INTERNAL: u8 = 3;
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();

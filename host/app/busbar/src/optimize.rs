@@ -5,7 +5,8 @@ use std::process::ExitCode;
 use busbar_viewer::optimize::{OptimizeStats, OptimizedModel};
 
 use crate::arguments::OptimizeOptions;
-use crate::{EXIT_INTERNAL, output, plugin};
+use crate::exit_codes::EXIT_INTERNAL;
+use crate::{output, plugin};
 
 pub(crate) fn run(options: &OptimizeOptions) -> anyhow::Result<ExitCode> {
     let directories = match options.plugin_directory.as_slice() {

@@ -9,7 +9,8 @@ use busbar_viewer::{Picture, RendererOptions, Viewer};
 use image::{ImageFormat, RgbaImage};
 
 use crate::arguments::{Pixel, RenderOptions};
-use crate::{EXIT_INTERNAL, check, output};
+use crate::exit_codes::EXIT_INTERNAL;
+use crate::{check, output};
 
 /// Frames before a picture with panels or labels, so that they have their sizes, and before one
 /// with timing, so that it has a median.

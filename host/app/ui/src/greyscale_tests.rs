@@ -6,9 +6,9 @@ use egui::epaint::{Primitive, Vertex};
 use egui::{Context, Painter, RawInput, Rect, Ui, Vec2, pos2};
 
 use crate::alarm_symbol::{self, AlarmSymbol};
-use crate::layers::{self, FlowArrowKind, LegendRow, Pattern};
+use crate::layers::{self, FlowArrowKind};
 use crate::switch_symbols::{self, SwitchState};
-use crate::{AlarmPriority, ValueMark, hatch, origin_band, origin_mark, theme};
+use crate::{AlarmPriority, LegendRow, Pattern, ValueMark, hatch, origin_band, origin_mark, theme};
 
 /// Side of a test picture, pixels.
 const SIDE: usize = 48;

@@ -29,6 +29,7 @@ mod hatch;
 mod help;
 mod hover_tooltip;
 mod labels;
+mod layer_model;
 mod layers;
 mod measure;
 mod model_panel;
@@ -48,6 +49,7 @@ mod tag_panel;
 mod test_lists;
 mod theme;
 mod trend;
+mod value_mark;
 mod view_model;
 mod viewport;
 
@@ -67,13 +69,14 @@ pub use equipment_model::{EquipmentRow, EquipmentRows};
 pub use faceplate_model::{
     Faceplate, FaceplateState, FaceplateValue, Trend, TrendOrigin, TrendPoint, TrendState,
 };
-pub use layers::{ContourRow, LayerRow, LegendRow, Pattern};
+pub use layer_model::{ContourRow, LayerRow, LegendRow, Pattern};
 pub use measure::{MeasuredPoint, Measurement};
 pub use record_model::{RecordRow, RecordSection};
 pub use switch_symbols::{SwitchState, SwitchSymbol};
+pub use value_mark::ValueMark;
 pub use view_model::{
     Bookmark, Label, LabelLine, LinkIndicator, ModelRow, Navigation, PluginRow, StatusBarModel,
-    TagRow, TagRows, ValueMark, ViewModel, age_text,
+    TagRow, TagRows, ViewModel, age_text,
 };
 
 use std::num::NonZeroUsize;

@@ -5,7 +5,7 @@ use std::time::Duration;
 use busbar_tags::Origin;
 use egui::Pos2;
 
-use crate::{AlarmModel, AxisSection, CameraMode, ChartModel, Faceplate, LayerRow};
+use crate::{AlarmModel, AxisSection, CameraMode, ChartModel, Faceplate, LayerRow, ValueMark};
 
 /// Everything that the panels show in one frame.
 #[derive(Clone, Debug, Default)]
@@ -86,31 +86,6 @@ pub struct ModelRow {
     pub triangles: u64,
     /// Instances in the scene.
     pub instances: usize,
-}
-
-/// Presentation of a value by quality and severity.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub enum ValueMark {
-    /// Good and in its normal band.
-    #[default]
-    Normal,
-    /// Good, outside its normal band.
-    Warning,
-    /// Good, and needs action.
-    Alarm,
-    /// Value of uncertain quality.
-    Uncertain {
-        /// Reason of the quality.
-        reason: String,
-    },
-    /// Value of bad quality.
-    Bad {
-        /// Reason of the quality.
-        reason: String,
-    },
-    /// Value drawn by a late overlay: the picture is old, which does not affect the value's
-    /// quality.
-    LateDisplay,
 }
 
 /// Rows of the tag table; only visible rows are requested.
@@ -248,24 +223,6 @@ pub struct StatusBarModel {
     pub fault: Option<String>,
 }
 
-impl ValueMark {
-    /// The more urgent of two: alarm, bad, warning, uncertain, normal.
-    pub fn most_urgent(self, other: Self) -> Self {
-        if other.urgency() > self.urgency() { other } else { self }
-    }
-
-    /// Returns the urgency; 0 is normal.
-    pub fn urgency(&self) -> u8 {
-        match self {
-            Self::Normal => 0,
-            Self::Uncertain { .. } => 1,
-            Self::Warning => 2,
-            Self::Bad { .. } | Self::LateDisplay => 3,
-            Self::Alarm => 4,
-        }
-    }
-}
-
 /// Formats an age: `0.4 s`, `12 s`, `3 min`, `5 h`.
 pub fn age_text(age: Duration) -> String {
     match age.as_secs() {
@@ -288,13 +245,5 @@ mod tests {
         check(12_900, "12 s");
         check(180_000, "3 min");
         check(7_200_000, "2 h");
-    }
-
-    #[test]
-    fn the_most_urgent_mark_wins() {
-        let bad = ValueMark::Bad { reason: "stale".into() };
-        assert_eq!(ValueMark::Warning.most_urgent(bad.clone()), bad);
-        assert_eq!(ValueMark::Alarm.most_urgent(bad.clone()), ValueMark::Alarm);
-        assert_eq!(ValueMark::Normal.most_urgent(ValueMark::Normal), ValueMark::Normal);
     }
 }

@@ -5,22 +5,13 @@ use std::sync::Arc;
 
 use crate::library::{PluginInfo, PluginLibrary};
 use crate::text::shown;
-use crate::trust::{LibraryFile, LoadRules, libraries};
+use crate::trust::{LibraryFile, LoadRules, RejectedLibrary, libraries};
 use crate::{Instance, PluginError, SettingsError};
 
 /// Keyword of a settings schema: words on what to write where the schema refuses.
 const REMEDY_KEYWORD: &str = "x-busbar-remedy";
 /// Longest remedy of a schema that is shown, bytes.
 const MAX_REMEDY_BYTES: usize = 500;
-
-/// A file or directory that gave no plugin, and why.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct RejectedLibrary {
-    /// The file or directory.
-    pub path: PathBuf,
-    /// Reason of the rejection.
-    pub reason: String,
-}
 
 /// The plugins of some directories. Libraries are loaded from there alone,
 /// never from the working directory or a search path.

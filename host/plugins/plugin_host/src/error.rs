@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::Digest;
-use crate::catalog::RejectedLibrary;
+use crate::trust::RejectedLibrary;
 
 /// Errors that keep a plugin from doing its configured work.
 #[derive(Debug, Error)]

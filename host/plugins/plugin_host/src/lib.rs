@@ -18,6 +18,7 @@ mod library;
 mod log;
 mod mesh_optimizer;
 mod overlay;
+mod overlay_binding;
 mod overlay_picture;
 mod overlay_quantity;
 mod overlay_verdict;
@@ -33,7 +34,7 @@ mod text;
 mod trust;
 
 pub use alarms::Alarms;
-pub use catalog::{Catalog, RejectedLibrary};
+pub use catalog::Catalog;
 pub use chart::{Chart, ChartPage, MAX_PAGE_RECORDS};
 pub use command::{
     CommandExit, CommandInfo, CommandReport, CommandStreams, Commands, Diagnostic, DiagnosticLevel,
@@ -46,10 +47,11 @@ pub use library::PluginInfo;
 pub use mesh_optimizer::{
     MeshOptimizer, MeshView, OptimizedMesh, Stage, WedgesView, WrittenCollapses, check_stages,
 };
-pub use overlay::{Overlay, OverlayBinding};
+pub use overlay::Overlay;
+pub use overlay_binding::{MAX_PART_BYTES, OverlayBinding};
 pub use overlay_picture::{
-    LegendEntry, MAX_PART_BYTES, OverlayDescription, OverlayLine, OverlayPicture, OverlayState,
-    OverlayTint, Pattern, PictureRules, Severity,
+    LegendEntry, OverlayDescription, OverlayLine, OverlayPicture, OverlayState, OverlayTint,
+    Pattern, PictureRules, Severity,
 };
 pub use overlay_quantity::{Contour, OverlayQuantity, Quantity};
 pub use overlay_verdict::{OverlayVerdict, Verdict, Verdicts};
@@ -68,4 +70,6 @@ pub use telemetry::{
     TelemetryTag, wall_clock,
 };
 pub use text::shown;
-pub use trust::{LibraryFile, LoadRules, MAX_LIBRARIES, MAX_LIBRARY_BYTES, libraries};
+pub use trust::{
+    LibraryFile, LoadRules, MAX_LIBRARIES, MAX_LIBRARY_BYTES, RejectedLibrary, libraries,
+};

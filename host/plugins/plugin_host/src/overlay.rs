@@ -5,47 +5,22 @@ use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use busbar_plugin_abi as abi;
-use busbar_tags::{Quality, Reason, TagHandle, TagState, Value, ValueKind};
-use serde::{Deserialize, Serialize};
+use busbar_tags::{Quality, Reason, TagState, Value};
 
+use crate::overlay_binding::MAX_PART_BYTES;
 use crate::overlay_picture::{
-    MAX_FINDINGS, MAX_LEGEND_ENTRIES, MAX_OVERLAY_EQUIPMENT, MAX_PART_BYTES, max_primitives,
+    MAX_FINDINGS, MAX_LEGEND_ENTRIES, MAX_OVERLAY_EQUIPMENT, max_primitives, max_quantities,
 };
-use crate::overlay_quantity::{self, MAX_MECHANISMS, max_quantities};
+use crate::overlay_quantity::{self, MAX_MECHANISMS};
 use crate::overlay_verdict::{MAX_BASIS, Verdicts, max_verdicts};
 use crate::telemetry::{kind_to_abi, reason_to_abi};
 use crate::{
-    Contour, Instance, LegendEntry, OverlayDescription, OverlayLine, OverlayPicture, OverlayState,
-    OverlayTint, Pattern, PictureRules, PluginError, Severity, text,
+    Contour, Instance, LegendEntry, OverlayBinding, OverlayDescription, OverlayLine,
+    OverlayPicture, OverlayState, OverlayTint, Pattern, PictureRules, PluginError, Severity, text,
 };
 
 /// Bytes of text that one overlay may draw in a frame, a primitive.
 const MAX_TEXT_A_PRIMITIVE: usize = 256;
-
-/// A tag bound to a node.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct OverlayBinding {
-    /// Handle of the bound tag.
-    pub tag: TagHandle,
-    /// Names the node; the scene's node index.
-    pub node: u32,
-    /// Type of the tag's values.
-    pub kind: ValueKind,
-    /// Lower end of the normal band.
-    pub limit_low: Option<f64>,
-    /// Upper end of the normal band.
-    pub limit_high: Option<f64>,
-    /// Id of the tag.
-    pub tag_id: String,
-    /// Display name of the tag.
-    pub tag_name: String,
-    /// Unit of the tag.
-    pub unit: String,
-    /// Equipment id of the node.
-    pub node_id: String,
-    /// Role of the value for the node.
-    pub role: String,
-}
 
 /// Configured instance of an overlay plugin.
 pub struct Overlay {

@@ -5,7 +5,8 @@ use std::collections::HashSet;
 use busbar_tags::TagHandle;
 use serde::{Deserialize, Serialize};
 
-use crate::overlay_quantity::{MAX_MECHANISMS, max_quantities};
+use crate::overlay_binding::MAX_PART_BYTES;
+use crate::overlay_quantity::MAX_MECHANISMS;
 use crate::{Contour, OverlayBinding, OverlayQuantity, Quantity, Verdicts};
 
 /// Bindings under the states of one frame, for each piece of equipment described, where
@@ -15,8 +16,6 @@ const MAX_BINDINGS_A_STATE: usize = 64;
 const MIN_STATE_PRIMITIVES: usize = 1 << 20;
 /// Primitives that one overlay may draw in a frame, a binding.
 const MAX_PRIMITIVES_A_BINDING: usize = 8;
-/// Bytes of one caption or value.
-pub const MAX_PART_BYTES: usize = 256;
 
 /// Entries that a legend may have.
 pub(crate) const MAX_LEGEND_ENTRIES: usize = 64;
@@ -271,6 +270,11 @@ impl PictureRules {
             _ => Ok(()),
         }
     }
+}
+
+/// Quantities that an overlay may draw in a frame.
+pub(crate) fn max_quantities(bindings: usize, description: &OverlayDescription) -> usize {
+    bindings + description.equipment.len() * description.mechanisms.len().max(1)
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use busbar_plugin_abi as abi;
 use busbar_tags::TagHandle;
 use serde::{Deserialize, Serialize};
 
-use crate::{OverlayDescription, text};
+use crate::text;
 
 /// Mechanisms that one overlay may give positions of.
 pub(crate) const MAX_MECHANISMS: usize = 16;
@@ -99,11 +99,6 @@ impl Contour {
             step: raw.step,
         })
     }
-}
-
-/// Quantities that an overlay may draw in a frame.
-pub(crate) fn max_quantities(bindings: usize, description: &OverlayDescription) -> usize {
-    bindings + description.equipment.len() * description.mechanisms.len().max(1)
 }
 
 /// Reads a quantity of a plugin for the tag of its binding.

@@ -7,7 +7,7 @@ use busbar_tags::TagHandle;
 use serde::{Deserialize, Serialize};
 
 use crate::OverlayBinding;
-use crate::overlay_picture::MAX_PART_BYTES;
+use crate::overlay_binding::MAX_PART_BYTES;
 
 /// Verdicts that one overlay may give in a frame, for each piece of equipment described.
 const MAX_VERDICTS_A_PIECE: usize = 2;

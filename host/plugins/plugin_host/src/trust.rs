@@ -13,8 +13,8 @@ use std::sync::{Arc, OnceLock};
 use rustix::fs::OFlags;
 use sha2::{Digest as _, Sha256};
 
+use crate::Digest;
 use crate::signature::{self, PublicKey};
-use crate::{Digest, RejectedLibrary};
 
 /// Limit of libraries in one directory.
 pub const MAX_LIBRARIES: usize = 256;
@@ -202,6 +202,15 @@ fn hash(file: &File) -> std::io::Result<Digest> {
             )));
         }
     }
+}
+
+/// A file or directory that gave no plugin, and why.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RejectedLibrary {
+    /// The file or directory.
+    pub path: PathBuf,
+    /// Reason of the rejection.
+    pub reason: String,
 }
 
 #[cfg(test)]

@@ -174,6 +174,10 @@ impl Events {
     }
 }
 
+/// Callback that takes waiting events, each with the number of events dropped before it. Events
+/// that it leaves are handed over again.
+pub type Listener = Box<dyn FnMut(&mut dyn Iterator<Item = (Event, u32)>) + Send>;
+
 #[cfg(test)]
 mod tests {
     use busbar_protocol::message::TagQuality;

@@ -27,8 +27,8 @@ mod view;
 mod viewer_process;
 mod window_cover;
 
-pub use events::Event;
+pub use events::{Event, Listener};
 pub use pictures::{FrameCopy, FrameView, PictureState};
 pub use shared::OutboxFull;
-pub use view::{Listener, Options, View};
+pub use view::{Options, View};
 pub use window_cover::{CoverError, WindowCover};

@@ -10,11 +10,10 @@ use busbar_protocol::pictures::PictureMemory;
 use rustix::event::{EventfdFlags, eventfd};
 
 use crate::desired_state::DesiredState;
-use crate::events::{Event, Events};
+use crate::events::{Event, Events, Listener};
 use crate::liveness::Liveness;
 use crate::outbox::Outbox;
 use crate::pictures::PictureStream;
-use crate::view::Listener;
 
 /// Events handed to a listener in one call.
 const MAX_A_ROUND: usize = 1024;

@@ -11,16 +11,12 @@ use busbar_protocol::message::{Command, Target};
 
 use crate::cover_thread::CoverThread;
 use crate::desired_state::DesiredState;
-use crate::events::Event;
+use crate::events::{Event, Listener};
 use crate::liveness::LivenessLimits;
 use crate::pictures::{FrameCopy, FrameView};
 use crate::restarts::Restarts;
 use crate::shared::{OutboxFull, Shared, lock, signal};
 use crate::supervisor::Supervisor;
-
-/// Callback that takes waiting events, each with the number of events dropped before it. Events
-/// that it leaves are handed over again.
-pub type Listener = Box<dyn FnMut(&mut dyn Iterator<Item = (Event, u32)>) + Send>;
 
 /// Content of a view, and limits of its supervision.
 #[derive(Clone, Debug)]

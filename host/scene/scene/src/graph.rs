@@ -9,19 +9,13 @@ use glam::{EulerRot, Mat4, Quat, Vec3};
 use thiserror::Error;
 
 use crate::instances::{Instances, MeshInstance};
-use crate::nodes::{NodeAddress, Nodes};
+use crate::node_index::{EquipmentId, NodeAddress, NodeIndex, PolicyIndex};
+use crate::nodes::Nodes;
 use crate::parts::Parts;
 use crate::{Model, ModelIndex, ThetaPolicy};
 
-/// An equipment id, such as `=S12D1T1-TA1` or `=S12D1T1-TA1/bushing 1U`.
-pub type EquipmentId = String;
-
 /// The most nodes one scene may hold, model nodes of every placement included.
 pub const MAX_NODES: usize = 4_000_000;
-
-/// Index of a node in the graph. Picking and bindings name equipment by it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct NodeIndex(pub u32);
 
 /// Placement transform: scale, then rotate (about x, y, z in turn), then translate.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,10 +82,6 @@ impl<'a> SceneNode<'a> {
         self.nodes.bounds(self.place)
     }
 }
-
-/// Index of a theta policy in the graph.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct PolicyIndex(pub u32);
 
 /// Reasons why placements make no scene.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]

@@ -7,8 +7,8 @@ use std::ops::Range;
 use busbar_geometry::Bounds;
 
 use crate::ModelIndex;
-use crate::graph::{NodeIndex, PolicyIndex};
-use crate::nodes::{NodeAddress, Nodes};
+use crate::node_index::{NodeAddress, NodeIndex, PolicyIndex};
+use crate::nodes::Nodes;
 use crate::parts::{PartMesh, Parts};
 
 /// One mesh drawn at one node, whose space is the mesh's.

@@ -9,6 +9,7 @@ mod groups;
 mod instances;
 mod model;
 mod motion;
+mod node_index;
 mod nodes;
 mod parts;
 mod poses;
@@ -16,13 +17,14 @@ mod screen_error;
 mod theta;
 
 pub use graph::{
-    EquipmentId, MAX_NODES, ModelParts, NodeIndex, Placement, PolicyIndex, SceneError, SceneGraph,
-    SceneNode, Transform, max_scale_factor,
+    MAX_NODES, ModelParts, Placement, SceneError, SceneGraph, SceneNode, Transform,
+    max_scale_factor,
 };
 pub use groups::{Group, find_groups, first_group_after};
 pub use instances::MeshInstance;
 pub use model::{AlphaMode, Material, Model, ModelIndex, ModelNode, Texture, TextureRef, Wrap};
 pub use motion::Motion;
+pub use node_index::{EquipmentId, NodeIndex, PolicyIndex};
 pub use screen_error::ScreenError;
 pub use theta::{
     Detail, DistanceLevel, DistanceTable, ThetaPolicy, ViewMetrics, distance_to_bounds,

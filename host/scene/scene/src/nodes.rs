@@ -9,7 +9,7 @@ use busbar_geometry::Bounds;
 use glam::{Mat3, Mat4, Vec3};
 use hashbrown::HashTable;
 
-use crate::graph::NodeIndex;
+use crate::node_index::{NodeAddress, NodeIndex};
 use crate::parts::{Part, PartMesh, Parts, union_bounds};
 use crate::poses::Poses;
 use crate::{EquipmentId, ModelIndex};
@@ -72,13 +72,6 @@ impl Transforms {
             origin.extend(1.0),
         )
     }
-}
-
-/// A node: a placement or a part of one, by their indices.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct NodeAddress {
-    pub(crate) placement: u32,
-    pub(crate) part: Option<u32>,
 }
 
 /// All nodes, parents before children.

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::Mat4;
 
-use crate::nodes::NodeAddress;
+use crate::node_index::NodeAddress;
 use crate::parts::Parts;
 
 /// Poses of moved parts, in their own spaces. Few parts are moved at a time.

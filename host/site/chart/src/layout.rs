@@ -54,3 +54,15 @@ impl Layout {
         }
     }
 }
+
+/// Returns the depth of a time, metres.
+pub(crate) fn depth_of(time: i64, [first, last]: [i64; 2], depth: f32) -> f32 {
+    let share = (time - first) as f64 / (last - first).max(1) as f64;
+    depth * share.clamp(0.0, 1.0) as f32
+}
+
+/// Position of records without a value: a lane below the feet of axes.
+pub(crate) const MISSING_LANE: f32 = -8.5 / crate::BINS as f32;
+
+/// Below this a brush takes them in.
+pub(crate) const MISSING_EDGE: f32 = MISSING_LANE / 2.0;

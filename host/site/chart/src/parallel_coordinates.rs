@@ -3,9 +3,10 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use crate::layout::{MISSING_EDGE, depth_of};
 use crate::{
-    Action, AxisView, Brush, Brushes, DensityRequest, Description, Layout, Record, Records, Shape,
-    Size, export, shape,
+    Action, AxisView, Brush, Brushes, DensityRequest, Description, Layout, Record, Records, Size,
+    export,
 };
 
 /// Limit of records drawn as lines. A larger chart is drawn as density, with at most as many
@@ -171,9 +172,21 @@ impl ParallelCoordinates {
     pub fn density_axis_positions(&self) -> Vec<[[f32; 3]; 2]> {
         let count = self.shown_axes().len();
         let feet = self.layout.axis_positions(count, self.size);
-        let back = shape::density_depth(self);
+        let back = self.density_depth();
         let foot = |axis: usize| [feet[axis][0], 0.0, feet[axis][1] + back];
         self.layout.pairs(count).into_iter().map(|[from, to]| [foot(from), foot(to)]).collect()
+    }
+
+    /// Returns the depth of the density's picture, metres: at the instant shown where time runs
+    /// into the depth, and just behind the lines elsewhere.
+    fn density_depth(&self) -> f32 {
+        const BEHIND: f32 = 0.01;
+        match (self.layout, self.records.span()) {
+            (Layout::Time, Some(span)) => {
+                depth_of(self.playhead.unwrap_or(span[1]), span, self.size.depth)
+            }
+            _ => -BEHIND,
+        }
     }
 
     /// Reports whether a record exists at the instant shown.
@@ -293,11 +306,6 @@ impl ParallelCoordinates {
         known.map(|known| known.equipment).collect()
     }
 
-    /// Builds the geometry of the chart.
-    pub fn shape(&self, now: i64) -> Shape {
-        shape::build(self, now)
-    }
-
     /// The records that brushes mean as CSV; all that are known where there is no brush.
     pub fn csv(&self) -> String {
         let all = self.brushes.is_empty();
@@ -310,7 +318,7 @@ impl ParallelCoordinates {
     pub fn brush_at(&self, shown: usize, positions: [f32; 2]) -> Option<Brush> {
         let view = *self.shown_axes().get(shown)?;
         let [low, high] = [positions[0].min(positions[1]), positions[0].max(positions[1])];
-        let with_missing = low < shape::MISSING_EDGE;
+        let with_missing = low < MISSING_EDGE;
         let ends = [view.value_at(low), view.value_at(high)];
         // What is beyond the ends of an axis is drawn there.
         let open = |value: f32| match value {

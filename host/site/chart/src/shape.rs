@@ -5,7 +5,7 @@ mod lines;
 
 pub use axes::date;
 
-use crate::{Layout, ParallelCoordinates};
+use crate::ParallelCoordinates;
 
 /// Line segment of the chart.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,32 +79,17 @@ pub struct Shape {
     pub axes: Vec<[[f32; 3]; 2]>,
 }
 
-/// Position of records without a value: a lane below the feet of axes.
-pub(crate) const MISSING_LANE: f32 = -8.5 / crate::BINS as f32;
-/// Below this a brush takes them in.
-pub(crate) const MISSING_EDGE: f32 = MISSING_LANE / 2.0;
-
 pub(crate) const INK: [u8; 3] = [40, 42, 46];
 pub(crate) const GREY: [u8; 3] = [96, 100, 106];
 pub(crate) const PAPER: [u8; 3] = [244, 245, 246];
 pub(crate) const SELECTION: [u8; 3] = [30, 90, 170];
 
-/// Builds it, `now` in nanoseconds since 1970-01-01 UTC.
-pub(crate) fn build(chart: &ParallelCoordinates, now: i64) -> Shape {
-    let mut shape = Shape::default();
-    axes::add(chart, &mut shape);
-    lines::add(chart, now, &mut shape);
-    shape
-}
-
-/// Depth of the density's picture, metres: at the instant shown where time runs into the depth,
-/// and just behind the lines elsewhere.
-pub(crate) fn density_depth(chart: &ParallelCoordinates) -> f32 {
-    const BEHIND: f32 = 0.01;
-    match (chart.layout, chart.records.span()) {
-        (Layout::Time, Some(span)) => {
-            axes::depth_of(chart.playhead.unwrap_or(span[1]), span, chart.size.depth)
-        }
-        _ => -BEHIND,
+impl ParallelCoordinates {
+    /// Builds the geometry of the chart, `now` in nanoseconds since 1970-01-01 UTC.
+    pub fn shape(&self, now: i64) -> Shape {
+        let mut shape = Shape::default();
+        axes::add(self, &mut shape);
+        lines::add(self, now, &mut shape);
+        shape
     }
 }

@@ -27,6 +27,28 @@ pub trait Update {
     fn buffered_time(&self) -> Option<i64>;
 }
 
+impl Update for Sample {
+    fn tag(&self) -> u32 {
+        self.tag.0
+    }
+
+    fn has_value(&self) -> bool {
+        self.value.is_some()
+    }
+
+    fn is_good(&self) -> bool {
+        self.quality.is_good()
+    }
+
+    fn buffered_time(&self) -> Option<i64> {
+        self.is_buffered.then_some(self.source_time?.0)
+    }
+
+    fn source_nanos(&self) -> Option<i64> {
+        self.source_time.map(|time| time.0)
+    }
+}
+
 /// Updates that wait, in order.
 ///
 /// One that is never drained stays bounded and loses no tag: when it is full, every

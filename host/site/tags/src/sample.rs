@@ -4,7 +4,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Moment, Origin, Quality, TagHandle, Update, Value};
+use crate::{Moment, Origin, Quality, TagHandle, Value};
 
 /// Timestamp of a source: nanoseconds since 1970-01-01 UTC.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -79,28 +79,6 @@ impl SourceTime {
     pub fn to_system_time(self) -> Option<SystemTime> {
         let distance = Duration::from_nanos(self.0.unsigned_abs());
         if self.0 < 0 { UNIX_EPOCH.checked_sub(distance) } else { UNIX_EPOCH.checked_add(distance) }
-    }
-}
-
-impl Update for Sample {
-    fn tag(&self) -> u32 {
-        self.tag.0
-    }
-
-    fn has_value(&self) -> bool {
-        self.value.is_some()
-    }
-
-    fn is_good(&self) -> bool {
-        self.quality.is_good()
-    }
-
-    fn buffered_time(&self) -> Option<i64> {
-        self.is_buffered.then_some(self.source_time?.0)
-    }
-
-    fn source_nanos(&self) -> Option<i64> {
-        self.source_time.map(|time| time.0)
     }
 }
 

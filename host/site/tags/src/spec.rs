@@ -3,14 +3,8 @@
 use std::ops::RangeInclusive;
 use std::time::Duration;
 
-use serde::{Deserialize, Serialize};
-
-use crate::ValueKind;
 use crate::derived::Derivations;
-
-/// Names a tag within one table.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-pub struct TagHandle(pub u32);
+use crate::{TagHandle, ValueKind};
 
 /// Definition of a tag.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,5 +1,6 @@
 //! Highlight styles of equipment by state. Each pair is distinguishable in grey, as a test verifies
-//! (`tests/end_to_end/e2e/tests/greyscale.rs`): abnormal states have patterns, normal ones are plain.
+//! (`tests/end_to_end/view_tests/tests/greyscale.rs`): abnormal states have patterns, normal ones
+//! are plain.
 
 use busbar_plugin_host::Pattern;
 use busbar_renderer::highlight_with_pattern;

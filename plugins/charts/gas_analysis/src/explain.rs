@@ -7,9 +7,9 @@ use dga::c57_104::{self, GASES, Status};
 use dga::pentagon::{self, PENTAGON_1, PENTAGON_2, Pentagon};
 use dga::{Sample, Zone, triangle_1};
 
-use crate::Settings;
 use crate::history::Trend;
 use crate::judged::{Judged, Judging};
+use crate::settings::Settings;
 use crate::verdict::{Family, Judgement, words};
 
 /// Samples before this one that diagrams show.

@@ -5,12 +5,12 @@ use std::time::{Duration, SystemTime};
 
 use busbar_plugin_sdk::{ChartDescription, ChartRecord, ChartRecords, Error, Host, LogLevel};
 
-use crate::Settings;
 use crate::axes;
 use crate::explain::MAX_TRAIL;
 use crate::judged::Judged;
 use crate::loading::{Loaded, Loading};
 use crate::monitors::Monitors;
+use crate::settings::Settings;
 use crate::source;
 
 /// The longest that the first call waits for a file: most are read by then.

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use busbar_plugin_sdk::testing::host;
 use rusqlite::Connection;
 
-use crate::source::FleetSettings;
+use crate::settings::FleetSettings;
 use crate::*;
 
 const ROWS: &str = "(equipment TEXT, time TEXT, H2, CH4, C2H6, C2H4, C2H2, O2, N2, load)";

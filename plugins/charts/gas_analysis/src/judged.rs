@@ -5,8 +5,8 @@ use std::sync::Arc;
 use dga::Sample;
 use dga::c57_104::{self, Status};
 
-use crate::Settings;
 use crate::history::{Page, Trend};
+use crate::settings::Settings;
 use crate::source::EXTRAS;
 use crate::verdict::{self, Judgement};
 

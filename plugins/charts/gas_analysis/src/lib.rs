@@ -17,6 +17,7 @@ mod monitors;
 mod odds;
 mod report;
 mod row;
+mod settings;
 mod source;
 mod status_bounds;
 mod table;
@@ -29,75 +30,9 @@ use busbar_plugin_sdk::{
     Description, Error, Explanation, Host, LogLevel, Overlay, OverlayFrame, Plugin, Streams,
     TagValue,
 };
-use dga::c57_104;
-use dga::iec60599;
 use dga::uncertainty::Uncertainty;
 
-/// Settings that hold for all samples of a run.
-#[derive(Clone, Debug, Default, serde::Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct Settings {
-    /// Age of the transformers in years, for the limits of IEEE C57.104-2019.
-    age: Age,
-    /// Equipment that the oil is in, for the limit of partial discharge of IEC 60599.
-    equipment: Equipment,
-    /// Compare samples of each transformer, whose columns `equipment` and `time` are needed then:
-    /// columns with the status by all tables of IEEE C57.104-2019 and with rates are added.
-    history: bool,
-    /// Accuracy of the laboratory as a share, such as 0.15: columns with the probability of
-    /// each zone are added, at some 0.1 s a sample.
-    #[schemars(range(min = 0.0, max = 0.99))]
-    uncertainty: Option<f64>,
-    /// File that has the samples of a fleet, for the chart.
-    fleet: Option<source::FleetSettings>,
-    /// Transformers that have a monitor, for the chart and the overlay.
-    monitors: Option<monitors::MonitorSettings>,
-}
-
-// Without documentation of their own, variants are one `enum` in the schema, whose faults
-// name them all.
-#[derive(Clone, Copy, Debug, Default, serde::Deserialize, schemars::JsonSchema)]
-enum Age {
-    #[default]
-    #[serde(rename = "unknown")]
-    Unknown,
-    #[serde(rename = "1-9")]
-    UpTo9,
-    #[serde(rename = "10-30")]
-    From10To30,
-    #[serde(rename = ">30")]
-    Over30,
-}
-
-#[derive(Clone, Copy, Debug, Default, serde::Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "snake_case")]
-enum Equipment {
-    #[default]
-    Transformer,
-    InstrumentTransformer,
-    Bushing,
-}
-
-impl From<Age> for c57_104::Age {
-    fn from(age: Age) -> Self {
-        match age {
-            Age::Unknown => Self::Unknown,
-            Age::UpTo9 => Self::UpTo9,
-            Age::From10To30 => Self::From10To30,
-            Age::Over30 => Self::Over30,
-        }
-    }
-}
-
-impl From<Equipment> for iec60599::Equipment {
-    fn from(equipment: Equipment) -> Self {
-        match equipment {
-            Equipment::Transformer => Self::Transformer,
-            Equipment::InstrumentTransformer => Self::InstrumentTransformer,
-            Equipment::Bushing => Self::Bushing,
-        }
-    }
-}
+pub use settings::Settings;
 
 /// Analysis of dissolved gases.
 pub struct GasAnalysis {
@@ -142,7 +77,8 @@ impl Command for GasAnalysis {
             streams.diagnose(LogLevel::Error, None, &text);
             return Ok(CommandExit::WrongUse);
         }
-        table::analyse(streams, self).map_err(|error| Error::failed(error.to_string()))
+        table::analyse(streams, &self.settings, self.uncertainty)
+            .map_err(|error| Error::failed(error.to_string()))
     }
 }
 

@@ -6,10 +6,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use crate::Settings;
 use crate::history::Page;
 use crate::judged::{self, Judged};
-use crate::source::{self, FleetSettings, Readings};
+use crate::settings::{FleetSettings, Settings};
+use crate::source::{self, Readings};
 
 /// Time between two looks whether reading is done.
 const LOOK: Duration = Duration::from_millis(5);

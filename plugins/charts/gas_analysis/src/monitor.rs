@@ -5,9 +5,9 @@ use busbar_plugin_sdk::{Binding, TagValue, Verdict};
 use dga::c57_104::{GASES, Status};
 use dga::{Gas, Sample};
 
-use crate::Settings;
 use crate::gas_input::Input;
 use crate::judged::{Judged, of_monitor};
+use crate::settings::Settings;
 use crate::source::EXTRAS;
 use crate::status_bounds::StatusBounds;
 use crate::verdict::{self, NOT_JUDGED};

@@ -7,7 +7,7 @@ use busbar_plugin_sdk::testing::{
     AdmittedVerdicts, Drawing, InputGenerator, check_verdicts, draw_at, host, silence_cases,
 };
 use busbar_plugin_sdk::{Quality, Reason, Severity, Value, ValueKind, Verdict};
-use dga::c57_104::{GASES, Status};
+use dga::c57_104::{self, GASES, Status};
 use dga::{Concentration, Gas, Sample};
 
 use crate::*;

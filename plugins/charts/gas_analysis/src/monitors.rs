@@ -10,14 +10,12 @@ use busbar_plugin_sdk::{Binding, Canvas, Error, Judgment, LegendEntry, Severity,
 use dga::Sample;
 use dga::c57_104::Status;
 
-use crate::Settings;
 use crate::axes;
 use crate::judged::Judged;
 use crate::monitor::{Monitor, MonitorJudgment, not_judged};
+use crate::settings::{MAX_MONITORS, Settings, default_minutes};
 use crate::verdict::{NORMAL, NOT_JUDGED, WATCH};
 
-/// Transformers with a monitor.
-const MAX_MONITORS: usize = 10_000;
 /// Samples that are kept of all monitors, and of one at most and at least; the oldest go.
 const MAX_KEPT: usize = 200_000;
 const MAX_KEPT_EACH: usize = 2_000;
@@ -28,31 +26,6 @@ const MIN_GAP: i64 = 1_000_000_000;
 const NANOS_PER_MINUTE: f64 = 60e9;
 /// Without a frame for so long, nothing is known of tags any more.
 const MAX_SILENCE: Duration = Duration::from_secs(5);
-
-/// Transformers with a monitor, whose gases are bound to them in the roles `gas_h2`, `gas_ch4`,
-/// `gas_c2h6`, `gas_c2h4`, `gas_c2h2`, `gas_co`, `gas_co2`, `gas_o2` and `gas_n2` (ppm), and
-/// perhaps `gas_top_oil` (°C, °F, K) and `gas_load` (per unit, %).
-#[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct MonitorSettings {
-    /// Ids of the transformers.
-    #[schemars(length(max = MAX_MONITORS))]
-    pub(crate) equipment: Vec<String>,
-    /// Ids of those without all of the tags that are needed (H2, CH4, C2H6, C2H4, C2H2): what
-    /// cannot be judged is unknown, and that is no fault.
-    #[serde(default)]
-    #[schemars(length(max = MAX_MONITORS))]
-    pub(crate) untelemetered: Vec<String>,
-    /// Minutes from one sample of the history to the next, where the verdict stays the same.
-    #[serde(default = "default_minutes")]
-    #[schemars(range(min = 0.01, max = 10_080.0))]
-    pub(crate) record_minutes: f64,
-}
-
-/// Monitors measure a few times a day.
-fn default_minutes() -> f64 {
-    60.0
-}
 
 /// Monitors of all transformers.
 pub(crate) struct Monitors {

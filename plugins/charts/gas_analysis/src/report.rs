@@ -3,16 +3,17 @@
 use std::io::{self, BufWriter, Write};
 
 use dga::pentagon::{self, PENTAGON_1, PENTAGON_2};
+use dga::uncertainty::Uncertainty;
 use dga::{
     Sample, c57_104, dlt722, doernenburg, iec60599, key_gas, rogers, triangle_1, triangle_4,
     triangle_5,
 };
 
-use crate::GasAnalysis;
 use crate::columns::Columns;
 use crate::history::{self, Trend};
 use crate::odds;
 use crate::row::Cells;
+use crate::settings::Settings;
 
 /// Columns of results, after those of the sample.
 pub(crate) const RESULTS: [&str; 15] = [
@@ -40,7 +41,8 @@ const NONE: &str = "NA";
 /// Writes rows of results.
 pub(crate) struct Report<'a, W: Write> {
     writer: csv::Writer<BufWriter<W>>,
-    plugin: &'a GasAnalysis,
+    settings: &'a Settings,
+    uncertainty: Option<Uncertainty>,
     text: String,
 }
 
@@ -49,16 +51,21 @@ impl<'a, W: Write> Report<'a, W> {
     ///
     /// # Errors
     /// I/O errors of the output.
-    pub(crate) fn begin(output: W, columns: &Columns, plugin: &'a GasAnalysis) -> io::Result<Self> {
+    pub(crate) fn begin(
+        output: W,
+        columns: &Columns,
+        settings: &'a Settings,
+        uncertainty: Option<Uncertainty>,
+    ) -> io::Result<Self> {
         let mut writer = csv::Writer::from_writer(BufWriter::with_capacity(PIECE_BYTES, output));
         let identifying = columns.identifying.iter().map(|(name, _)| *name);
         let gases = columns.gases.iter().map(|(gas, _)| gas.formula());
-        let odds = plugin.uncertainty.iter().flat_map(|_| odds::COLUMNS);
-        let history = plugin.settings.history.then_some(history::COLUMNS);
+        let odds = uncertainty.iter().flat_map(|_| odds::COLUMNS);
+        let history = settings.history.then_some(history::COLUMNS);
         let history = history.into_iter().flatten();
         let names = identifying.chain(gases).chain(RESULTS).chain(history).chain(odds);
         writer.write_record(names).map_err(io::Error::from)?;
-        Ok(Self { writer, plugin, text: String::new() })
+        Ok(Self { writer, settings, uncertainty, text: String::new() })
     }
 
     /// Writes the results of a sample whose row has these cells.
@@ -76,7 +83,7 @@ impl<'a, W: Write> Report<'a, W> {
         for index in identifying.chain(columns.gases.iter().map(|(_, index)| *index)) {
             self.cell(cells.get(index))?;
         }
-        let settings = &self.plugin.settings;
+        let settings = self.settings;
         self.text.clear();
         for zone in iec60599::zones(sample, settings.equipment.into()) {
             if !self.text.is_empty() {
@@ -123,7 +130,7 @@ impl<'a, W: Write> Report<'a, W> {
                 self.cell(&rate.map_or(NONE.to_owned(), |rate| format!("{rate:.3}")))?;
             }
         }
-        if let Some(uncertainty) = self.plugin.uncertainty {
+        if let Some(uncertainty) = self.uncertainty {
             for cell in odds::cells(sample, uncertainty, settings.equipment.into()) {
                 self.cell(&cell)?;
             }
@@ -131,7 +138,7 @@ impl<'a, W: Write> Report<'a, W> {
         // An empty record ends the row.
         self.writer.write_record(None::<&[u8]>).map_err(io::Error::from)?;
         // What takes long shows that it goes on: a host ends a command that does not.
-        if self.plugin.uncertainty.is_some() { self.writer.flush() } else { Ok(()) }
+        if self.uncertainty.is_some() { self.writer.flush() } else { Ok(()) }
     }
 
     fn cell(&mut self, text: &str) -> io::Result<()> {

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, SystemTime};
 
@@ -15,6 +15,7 @@ use crate::columns::Columns;
 use crate::history::{MAX_EQUIPMENT, unix_nanos_of};
 use crate::lines::{Line, Lines};
 use crate::row::{self, Cells};
+use crate::settings::FleetSettings;
 use crate::table;
 
 /// Samples of a fleet.
@@ -30,33 +31,6 @@ const PROGRESS_STEPS: i32 = 10_000;
 const MAX_QUERY: Duration = Duration::from_secs(10);
 /// Columns beside gases: temperature of the top oil, °C, and load, per unit.
 pub(crate) const EXTRAS: [&str; 2] = ["top_oil", "load"];
-
-/// Settings of the file that has the samples of a fleet.
-#[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct FleetSettings {
-    /// Absolute path, or one that `${folder}/` begins for the folder of the configuration, of
-    /// a CSV file (.csv) or an SQLite file (any other name): columns or
-    /// results equipment, time, H2, CH4, C2H6, C2H4 and C2H2 in ppm, and perhaps CO, CO2, O2,
-    /// N2, top_oil in °C and load per unit.
-    pub(crate) file: PathBuf,
-    /// Query of an SQLite file.
-    #[serde(default = "default_query")]
-    pub(crate) query: String,
-    /// Days for which a sample speaks for its transformer.
-    #[serde(default = "default_days")]
-    #[schemars(range(min = 1, max = 36_500))]
-    pub(crate) valid_days: u32,
-}
-
-fn default_query() -> String {
-    "SELECT * FROM samples ORDER BY time".into()
-}
-
-/// A year and a month: samples are taken once a year (IEC 60422).
-fn default_days() -> u32 {
-    400
-}
 
 /// A sample as it was read.
 pub(crate) struct Reading {

@@ -3,21 +3,26 @@
 use std::io;
 
 use busbar_plugin_sdk::{CommandExit, LogLevel, Streams};
+use dga::uncertainty::Uncertainty;
 use dga::{Gas, Sample};
 
-use crate::GasAnalysis;
 use crate::columns::Columns;
 use crate::history::Book;
 use crate::lines::{Line, Lines, MAX_LINE_BYTES};
 use crate::report::Report;
 use crate::row::{self, Cells};
+use crate::settings::Settings;
 
 /// Reads samples and writes their results. A row that is no sample is a diagnostic, and
 /// those after it go on; without a header, or without any sample, the input is at fault.
 ///
 /// # Errors
 /// I/O errors of the streams.
-pub(crate) fn analyse(streams: &Streams<'_>, plugin: &GasAnalysis) -> io::Result<CommandExit> {
+pub(crate) fn analyse(
+    streams: &Streams<'_>,
+    settings: &Settings,
+    uncertainty: Option<Uncertainty>,
+) -> io::Result<CommandExit> {
     let mut lines = Lines::open(streams.input())?;
     let mut cells = Cells::new();
     let columns = match header(&mut lines, &mut cells)? {
@@ -30,7 +35,7 @@ pub(crate) fn analyse(streams: &Streams<'_>, plugin: &GasAnalysis) -> io::Result
     if let Some(warning) = &columns.warning {
         streams.diagnose(LogLevel::Warning, Some(lines.number), warning);
     }
-    let mut book = match plugin.settings.history.then(|| identity(&columns)) {
+    let mut book = match settings.history.then(|| identity(&columns)) {
         None => None,
         Some(Some(places)) => Some((Book::default(), places)),
         Some(None) => {
@@ -39,7 +44,7 @@ pub(crate) fn analyse(streams: &Streams<'_>, plugin: &GasAnalysis) -> io::Result
             return Ok(CommandExit::InputAtFault);
         }
     };
-    let mut report = Report::begin(streams.output(), &columns, plugin)?;
+    let mut report = Report::begin(streams.output(), &columns, settings, uncertainty)?;
     let (mut good, mut bad) = (0_u64, 0_u64);
     loop {
         let read = lines.read()?;

@@ -4,6 +4,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::lines::MAX_LINE_BYTES;
 use crate::report::RESULTS;
+use crate::settings::{Age, Equipment};
 
 const HEADER: &str = "H2,CH4,C2H6,C2H4,C2H2";
 

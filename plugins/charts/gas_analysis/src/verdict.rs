@@ -4,7 +4,7 @@ use dga::c57_104::Status;
 use dga::pentagon::{PENTAGON_1, PENTAGON_2};
 use dga::{Sample, Verdict, Zone, dlt722, doernenburg, iec60599, key_gas, rogers, triangle_1};
 
-use crate::Settings;
+use crate::settings::Settings;
 
 /// Kinds of faults that all methods tell apart (IEC 60599:2015, 5.1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -3,15 +3,13 @@
 use std::cmp::Reverse;
 
 use crate::basis::BasisLists;
-use crate::contradiction::{Contradictions, name_of_source};
+use crate::contradiction::Contradictions;
 use crate::network::Network;
+use crate::readings::{ChangedReadings, Readings};
 use crate::reasons::{Parts, ReasonTexts, Text};
-use crate::source_reading::SourceReading;
-use crate::state::{ChangedInputs, ChangedNodes, Energisation, Input, Position, State};
+use crate::state::{ChangedInputs, ChangedNodes, Energisation, Position, State};
 use crate::switch_condition::SwitchCondition;
-use crate::switch_reading::SwitchReading;
-use crate::topology::{Equipment, Node, Switch, Topology};
-use crate::voltage::VoltageEvidence;
+use crate::topology::{Equipment, Node, Switch};
 use crate::voltage_doubt::VoltageDoubts;
 
 /// State that a piece of equipment is shown in.
@@ -100,53 +98,6 @@ pub struct Judgments {
 const MIN_TEXT_GARBAGE: usize = 1 << 20;
 /// Lists that nothing rests on any more, besides as many as all lists were.
 const MIN_LIST_GARBAGE: usize = 1 << 16;
-
-/// Readings of a frame that may differ from those before.
-#[derive(Clone, Debug, Default)]
-pub struct ChangedReadings {
-    /// Switches that may have changed, with their readings.
-    pub switches: Vec<(Switch, SwitchReading)>,
-    /// Readings of all sources.
-    pub sources: Vec<SourceReading>,
-    /// Readings of all instrument transformers.
-    pub voltages: Vec<VoltageEvidence>,
-}
-
-/// Readings of all inputs of one frame.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Readings {
-    /// Readings of switches, in the topology's order.
-    pub switches: Vec<SwitchReading>,
-    /// Readings of all sources.
-    pub sources: Vec<SourceReading>,
-    /// Readings of all instrument transformers.
-    pub voltages: Vec<VoltageEvidence>,
-}
-
-impl Readings {
-    /// Tells why an input is unknown, or what is remarkable of it.
-    pub fn explain(&self, topology: &Topology, input: Input) -> String {
-        let (id, words) = match input {
-            Input::Switch(switch) => {
-                let id = topology.switches[switch].as_str();
-                (id, self.switches[switch].condition.explain(id))
-            }
-            Input::Source(source) => {
-                let id = name_of_source(topology, source);
-                (id, self.sources[source].condition.explain(id))
-            }
-        };
-        if words.is_empty() { format!("{id} is not known") } else { words }
-    }
-
-    /// Bindings that an input rests on.
-    pub fn bindings(&self, input: Input) -> &[u32] {
-        match input {
-            Input::Switch(switch) => &self.switches[switch].basis,
-            Input::Source(source) => &self.sources[source].basis,
-        }
-    }
-}
 
 impl Judgments {
     /// Returns the bindings of a list, sorted. Judgments may share one.

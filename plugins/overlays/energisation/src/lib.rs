@@ -16,6 +16,7 @@ mod network;
 mod placement_log;
 mod placements;
 mod reachability;
+mod readings;
 mod reasons;
 mod rows;
 mod settings;
@@ -37,15 +38,16 @@ pub use adjacency::{Adjacency, Arc};
 pub use basis::MAX_BASIS;
 pub use branch_kind::{BranchKind, EarthKind};
 pub use contradiction::{Contradiction, Contradictions};
-pub use judgment::{ChangedReadings, Judgments, PieceJudgment, PieceState, Readings, Standing};
+pub use judgment::{Judgments, PieceJudgment, PieceState, Standing};
 pub use measured_unit::MeasuredUnit;
 pub use network::Network;
 pub use reachability::{Certainty, Step};
+pub use readings::{ChangedReadings, Readings};
 pub use reasons::{MAX_REASON_BYTES, Text};
 pub use rows::Rows;
 pub use settings::{
-    BranchSettings, Color, EarthSettings, HandDressedPosition, LevelSettings, NodeSettings,
-    PlacementKind, PlacementSettings, Settings, SourceSettings,
+    BranchSettings, Color, EarthSettings, HandDressedPosition, LevelSettings, MAX_LEVELS,
+    MAX_PLACEMENTS, NodeSettings, PlacementKind, PlacementSettings, Settings, SourceSettings,
 };
 pub use source_reading::{
     MIN_POWER_SHARE, SourceCondition, SourceReading, SourceTag, SourceWiring,
@@ -54,8 +56,7 @@ pub use state::{Energisation, Input, Position, State};
 pub use switch_condition::{Pole, SwitchCondition, SwitchRole};
 pub use switch_reading::{BindingList, Contact, Placed, SwitchReading, SwitchWiring};
 pub use topology::{
-    Branch, Earth, Equipment, MAX_BRANCHES, MAX_LEVELS, MAX_NODES, MAX_PLACEMENTS, Node, Source,
-    Switch, Topology,
+    Branch, Earth, Equipment, MAX_BRANCHES, MAX_NODES, Node, Source, Switch, Topology,
 };
 pub use topology_error::TopologyError;
 pub use voltage::{

@@ -2,7 +2,7 @@
 
 use busbar_plugin_sdk::{Host, LogLevel};
 
-use crate::judgment::Readings;
+use crate::readings::Readings;
 use crate::settings::{PlacementKind, Settings};
 use crate::switch_condition::SwitchCondition;
 use crate::topology::Topology;

@@ -3,8 +3,8 @@
 use smallvec::SmallVec;
 
 use crate::contradiction::{Contradictions, name_of_source};
-use crate::judgment::Readings;
 use crate::reachability::NONE;
+use crate::readings::Readings;
 use crate::state::Input;
 use crate::topology::{Switch, Topology};
 

@@ -1,7 +1,11 @@
 //! Settings: the network, and what operators placed in it.
 
 use crate::branch_kind::{BranchKind, EarthKind};
-use crate::topology::{MAX_LEVELS, MAX_PLACEMENTS};
+
+/// Placements of one network.
+pub const MAX_PLACEMENTS: usize = 10_000;
+/// Voltage levels of one network.
+pub const MAX_LEVELS: usize = 54;
 
 /// Settings of the overlay: the network's connectivity nodes, and what joins, feeds and
 /// earths them. Positions come from tags bound to the switches in the role `position`.

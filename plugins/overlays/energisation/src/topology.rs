@@ -5,17 +5,13 @@ use crate::branch_kind::{BranchKind, EarthKind};
 use crate::bridges::find_arcs_to_sources;
 use crate::names::Names;
 use crate::rows::Rows;
-use crate::settings::{BranchSettings, EarthSettings, Settings};
+use crate::settings::{BranchSettings, EarthSettings, MAX_LEVELS, MAX_PLACEMENTS, Settings};
 use crate::topology_error::TopologyError;
 
 /// Connectivity nodes of one network.
 pub const MAX_NODES: usize = 100_000;
 /// Branches and earth switches of one network.
 pub const MAX_BRANCHES: usize = 200_000;
-/// Placements of one network.
-pub const MAX_PLACEMENTS: usize = 10_000;
-/// Voltage levels of one network.
-pub const MAX_LEVELS: usize = 54;
 
 /// Index of a connectivity node.
 pub type Node = usize;

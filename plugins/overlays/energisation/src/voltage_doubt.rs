@@ -3,9 +3,9 @@
 
 use std::collections::HashMap;
 
-use crate::judgment::Readings;
 use crate::network::Network;
 use crate::reachability::{Certainty, Passage, Reachability, Start, Step};
+use crate::readings::Readings;
 use crate::state::{Energisation, Input, Position, State};
 use crate::topology::Node;
 use crate::voltage::VoltageEvidence;

@@ -25,11 +25,12 @@ use crate::import::attributes::Reader;
 use crate::import::browse::variables_below;
 use crate::import::list::Listing;
 use crate::import::references::Browser;
-use crate::link::{CLOSE_LIMIT, CatchPanic, World};
+use crate::link::{CLOSE_LIMIT, CatchPanic};
 use crate::node::NodeAddress;
 use crate::session;
 use crate::settings::Config;
 use crate::url::Url;
+use crate::world::World;
 
 /// Most nodes at which browsing begins.
 const MAX_ROOTS: usize = 64;

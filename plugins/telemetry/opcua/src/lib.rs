@@ -29,6 +29,7 @@ mod subscriptions;
 mod tests;
 mod url;
 mod watch;
+mod world;
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -42,12 +43,13 @@ use busbar_plugin_sdk::{
 };
 use tokio::time::sleep;
 
-use crate::link::{CLOSE_LIMIT, Link, World};
+use crate::link::{CLOSE_LIMIT, Link};
 use crate::mirror::Mirror;
 use crate::point_states::PointStates;
 use crate::points::Points;
 use crate::settings::Config;
 pub use crate::settings::Settings;
+use crate::world::World;
 
 /// OPC UA plugin, a client of one server or of a redundant set.
 pub struct OpcUa {

@@ -3,10 +3,9 @@
 use std::cell::RefCell;
 use std::convert::Infallible;
 use std::rc::Rc;
-use std::sync::Arc;
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, Instant};
 
-use busbar_link::{Backoff, Dial};
+use busbar_link::Backoff;
 use busbar_plugin_sdk::{Host, LinkState, Reason, SampleSink};
 use tokio::sync::watch;
 use tokio::task::LocalSet;
@@ -19,18 +18,12 @@ use crate::session;
 use crate::settings::Config;
 use crate::url::Url;
 use crate::watch::Watch;
+use crate::world::World;
 
 /// Duration of a session after which the first reconnection attempt is quick.
 const STABLE_AFTER: Duration = Duration::from_secs(10);
 /// Deadline of closing a session.
 pub(crate) const CLOSE_LIMIT: Duration = Duration::from_millis(800);
-
-/// Surroundings of a session: dialer and wall clock, replaced in tests.
-#[derive(Clone)]
-pub(crate) struct World {
-    pub(crate) dial: Arc<dyn Dial>,
-    pub(crate) wall_clock: fn() -> SystemTime,
-}
 
 /// The way to the servers.
 pub(crate) struct Link {

@@ -15,10 +15,11 @@ use tokio::io::{AsyncRead, AsyncWriteExt, DuplexStream, ReadBuf, duplex};
 use tokio::task::yield_now;
 
 use crate::import::of_any;
-use crate::link::{Link, World};
+use crate::link::Link;
 use crate::point_states::PointStates;
 use crate::points::Points;
 use crate::settings::Settings;
+use crate::world::World;
 
 /// Capacity of the pipe between the two ends, bytes.
 const PIPE_BYTES: usize = 64 * 1024;

@@ -15,12 +15,12 @@ use async_opcua::types::{
 use crate::client::{Client, Driver, Opening, answer};
 use crate::fault::Fault;
 use crate::identity;
-use crate::link::World;
 use crate::namespaces::MovedNamespace;
 use crate::node::NodeAddress;
 use crate::security::{Own, Protection, check_server, leaf, name_of};
 use crate::settings::Config;
 use crate::url::Url;
+use crate::world::World;
 
 /// Bytes of our nonce (OPC 10000-4, 5.7.2: at least 32).
 const NONCE_BYTES: usize = 32;

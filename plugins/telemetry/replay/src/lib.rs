@@ -10,6 +10,7 @@ pub mod comtrade;
 mod decimate;
 mod instant;
 pub use text_table::lines;
+mod open_recording;
 mod oscillogram;
 mod player;
 pub mod probe;
@@ -29,6 +30,7 @@ use busbar_plugin_sdk::{
 };
 
 use crate::address::Points;
+use crate::open_recording::open_recording;
 use crate::remarks::Remarks;
 use crate::session::Session;
 pub use crate::settings::Settings;
@@ -61,7 +63,7 @@ impl Telemetry for Replay {
         let points = Points::parse(tags, &self.config)?;
         let mut remarks =
             Remarks::new(Host::clone(&self.host), self.config.file.display().to_string());
-        let Err(fault) = recording::open(&self.config, &points, &mut remarks) else {
+        let Err(fault) = open_recording(&self.config, &points, &mut remarks) else {
             return Ok(());
         };
         // An oscillogram is written once: a channel that it lacks is a fault of the address.

@@ -7,9 +7,7 @@ use std::path::{Path, PathBuf};
 use busbar_plugin_sdk::{Quality, Reason, Value};
 use thiserror::Error;
 
-use crate::address::Points;
 use crate::remarks::Remarks;
-use crate::settings::{Config, Format};
 
 /// Fault of a recording that cannot be played, or not any further.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
@@ -36,7 +34,7 @@ impl Fault {
 /// Value and quality of a tag from an instant on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Update {
-    /// Place of the tag in [`Points`].
+    /// Place of the tag in [`Points`](crate::address::Points).
     pub(crate) point: usize,
     /// Nanoseconds from the recording's origin.
     pub(crate) nanos: i64,
@@ -83,23 +81,6 @@ pub(crate) trait Recording: Send {
 
     /// Remembers what comes next, for [`Recording::rewind`].
     fn mark(&mut self);
-}
-
-/// Opens the recording that the settings name, and finds the channels of the tags.
-///
-/// # Errors
-/// What is wrong with the file, its configuration, or the addresses.
-pub(crate) fn open(
-    config: &Config,
-    points: &Points,
-    remarks: &mut Remarks,
-) -> Result<Box<dyn Recording>, Fault> {
-    Ok(match config.format {
-        Format::Comtrade => {
-            Box::new(crate::oscillogram::Oscillogram::open(config, points, remarks)?)
-        }
-        Format::Csv => Box::new(crate::table::Table::open(config, points, remarks)?),
-    })
 }
 
 /// Opens a file for reading; nothing else, which could block.

@@ -8,8 +8,9 @@ use busbar_plugin_sdk::{
 
 use crate::address::Points;
 use crate::instant::{SECOND, in_words, system_time, unix_nanos};
+use crate::open_recording::open_recording;
 use crate::player::{MAX_UPDATES_AT_ONCE, Player, Progress};
-use crate::recording::{self, Fault, Update};
+use crate::recording::{Fault, Update};
 use crate::remarks::Remarks;
 use crate::settings::{Config, Moment, Times};
 
@@ -74,7 +75,7 @@ impl Session {
     /// Plays the recording to its end.
     fn play(&self, running: &StopToken) -> Result<(), Fault> {
         let mut remarks = Remarks::new(self.host.clone(), self.file());
-        let recording = recording::open(&self.config, &self.points, &mut remarks)?;
+        let recording = open_recording(&self.config, &self.points, &mut remarks)?;
         let origin = recording.origin();
         let [start, end] = self.bounds(origin)?;
         let is_discrete = self.points.0.iter().map(|point| point.is_discrete()).collect();

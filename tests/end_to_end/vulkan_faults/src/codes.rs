@@ -1,6 +1,6 @@
 //! Result codes, and those that each command may return.
 
-use crate::commands::COMMANDS;
+use crate::command_list::for_each_command;
 
 /// Result code of a command (`VkResult`).
 pub type Code = i32;
@@ -47,6 +47,20 @@ const NAMES: [(Code, &str); 20] = [
     (OUT_OF_DATE, "VK_ERROR_OUT_OF_DATE_KHR"),
     (-13, "VK_ERROR_UNKNOWN"),
 ];
+
+/// Generates the table of the codes of each command.
+macro_rules! command_codes {
+    ($($name:ident ( $($argument:ident : $type:ty),* ) [ $($code:expr),* ];)*) => {
+        /// Commands and their codes besides success ("Return Codes").
+        const COMMANDS: &[(&str, &[Code])] = &[
+            ("vkCreateInstance", &[HOST, DEVICE, INIT, LAYER, EXTENSION, DRIVER]),
+            ("vkCreateDevice", &[HOST, DEVICE, INIT, EXTENSION, FEATURE, TOO_MANY, LOST]),
+            $((stringify!($name), &[$($code),*]),)*
+        ];
+    };
+}
+
+for_each_command!(command_codes);
 
 /// Returns a code's name in the specification; empty for one that no command here gives.
 pub fn name_of(code: Code) -> &'static str {

@@ -11,6 +11,7 @@
 mod card;
 mod chain;
 mod codes;
+mod command_list;
 mod commands;
 mod features;
 mod plan;

@@ -21,7 +21,7 @@ use serde_json::Value;
 use crate::scene::GeneratedScene;
 
 pub(crate) use iec104::{Interrogations, POINTS};
-pub(crate) use modbus::REGISTERS;
+pub(crate) use wire::REGISTERS;
 
 /// Number of alternating rounds of each client.
 const ROUNDS: u64 = 5;

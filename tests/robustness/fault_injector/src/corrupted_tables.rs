@@ -11,78 +11,12 @@ use std::time::{Duration, Instant};
 
 use busbar_plugin_sdk::abi;
 
-use crate::entry::{SHORT, sdk_table};
+use crate::corruption::{BAD_BYTES, NOT_UTF8, active_corruption, status};
 use crate::fault::{CallSite, Misbehavior, is_set};
+use crate::sdk_tables::{SHORT, sdk_table};
 
-/// Text of bytes that are not UTF-8.
-pub(crate) const NOT_UTF8: abi::BusbarStr = abi::BusbarStr { ptr: BAD_BYTES.as_ptr(), len: 4 };
-static BAD_BYTES: [u8; 4] = [b'a', 0xff, 0xfe, b'z'];
 /// Time for which samples are published after `stop`.
 const AFTERWARDS: Duration = Duration::from_secs(5);
-
-/// Returns the kind of fault that corrupts this call, which was counted already.
-pub(crate) fn active_corruption(at: CallSite) -> Option<Misbehavior> {
-    let kinds = [
-        Misbehavior::WrongStructSize,
-        Misbehavior::NotUtf8,
-        Misbehavior::NullResult,
-        Misbehavior::NotFinite,
-    ]
-    .into_iter()
-    .chain([Misbehavior::OutOfRange, Misbehavior::Overrun, Misbehavior::MissingVerdict])
-    .chain([Misbehavior::VerdictOutOfRange, Misbehavior::UnknownWithoutReason]);
-    kinds.into_iter().find(|&kind| is_set(kind, at))
-}
-
-/// Writes a message that is not UTF-8.
-///
-/// # Safety
-/// `error` is null or may be written.
-pub(crate) unsafe fn error(error: *mut abi::BusbarError) {
-    // SAFETY: the caller vouches for it.
-    if let Some(error) = unsafe { error.as_mut() } {
-        error.status = abi::BUSBAR_FAILED;
-        error.message[..4].copy_from_slice(&BAD_BYTES);
-        error.message_len = 4;
-    }
-}
-
-/// Corrupts a text that was written, where the fault says so.
-///
-/// # Safety
-/// `output` is null, or good and written.
-unsafe fn text(at: CallSite, output: *mut abi::BusbarTextOutput) {
-    // SAFETY: the caller vouches for it.
-    let Some(output) = (unsafe { output.as_mut() }) else { return };
-    match active_corruption(at) {
-        Some(Misbehavior::NotUtf8) if output.len > 0 => {
-            // SAFETY: there is text, so there is a first byte.
-            unsafe { output.text.write(0xff) };
-        }
-        Some(Misbehavior::Overrun) => {
-            // SAFETY: none; writing beyond the end is the fault, which is the purpose.
-            unsafe { output.text.add(output.capacity as usize).write_bytes(0x11, 8) };
-        }
-        _ => {}
-    }
-}
-
-/// Returns a status, after its error was corrupted where the fault says so.
-///
-/// # Safety
-/// `into` is null or may be written.
-unsafe fn status(
-    at: CallSite,
-    status: abi::BusbarStatus,
-    into: *mut abi::BusbarError,
-) -> abi::BusbarStatus {
-    if active_corruption(at) != Some(Misbehavior::NotUtf8) || status != abi::BUSBAR_OK {
-        return status;
-    }
-    // SAFETY: the caller vouches for it.
-    unsafe { error(into) };
-    abi::BUSBAR_FAILED
-}
 
 const fn telemetry(struct_size: u32) -> abi::BusbarTelemetry {
     let (check, start, stop) = (Some(check as _), Some(start as _), Some(stop as _));

@@ -6,21 +6,15 @@ use std::sync::OnceLock;
 use busbar_plugin_sdk::abi;
 
 use crate::armed_fault::{self, PLUGIN_ID};
-use crate::corrupted_tables;
 use crate::fault::{CallSite, Misbehavior};
 use crate::injection::inject;
 use crate::plugin::FaultInjector;
+use crate::sdk_tables::{SDK_GET_CAPABILITY, SHORT};
+use crate::{corrupted_tables, corruption};
 
 const SDK_ENTRY: abi::BusbarPluginEntry = busbar_plugin_sdk::export::entry::<FaultInjector>();
-/// Wrong size that a struct claims, bytes.
-pub(crate) const SHORT: u32 = 8;
 /// Number of plugins, and of capabilities, above the limit of a library.
 const TOO_MANY: u32 = 1000;
-
-type GetCapability =
-    unsafe extern "C" fn(*const abi::BusbarPlugin, abi::BusbarStr) -> *const c_void;
-/// Function of the SDK that an instance no longer names.
-static SDK_GET_CAPABILITY: OnceLock<GetCapability> = OnceLock::new();
 
 /// Entry point of this plugin library.
 // SAFETY: no other symbol of this name is in a plugin library.
@@ -98,7 +92,7 @@ unsafe extern "C" fn descriptor(index: u32) -> *const abi::BusbarPluginDescripto
             abi::BusbarPluginDescriptor { struct_size: SHORT, ..copy }
         }
         Some(Misbehavior::NotUtf8) => {
-            abi::BusbarPluginDescriptor { name: corrupted_tables::NOT_UTF8, ..copy }
+            abi::BusbarPluginDescriptor { name: corruption::NOT_UTF8, ..copy }
         }
         Some(Misbehavior::OutOfRange) => {
             abi::BusbarPluginDescriptor { capability_count: TOO_MANY, ..copy }
@@ -127,7 +121,7 @@ unsafe extern "C" fn create(
     }
     plugin.get_capability = Some(get_capability);
     // The call was counted within the SDK's `create`.
-    match corrupted_tables::active_corruption(CallSite::Create) {
+    match corruption::active_corruption(CallSite::Create) {
         Some(Misbehavior::WrongStructSize) => plugin.struct_size = SHORT,
         Some(kind @ (Misbehavior::NullResult | Misbehavior::NotUtf8)) => {
             if let Some(destroy) = plugin.destroy {
@@ -136,7 +130,7 @@ unsafe extern "C" fn create(
             }
             if kind == Misbehavior::NotUtf8 {
                 // SAFETY: the host's error is null or valid.
-                unsafe { corrupted_tables::error(error) };
+                unsafe { corruption::error(error) };
             }
             return std::ptr::null_mut();
         }
@@ -167,11 +161,4 @@ unsafe extern "C" fn get_capability(
         return std::ptr::null();
     }
     corrupted_tables::table(id, kind == Some(Misbehavior::WrongStructSize))
-}
-
-/// Returns the SDK's own table of a capability.
-pub(crate) fn sdk_table<T>(id: &'static str) -> Option<&'static T> {
-    let get = SDK_GET_CAPABILITY.get()?;
-    // SAFETY: the SDK looks at the id alone, and its tables are static and of this type.
-    unsafe { get(std::ptr::null(), abi::BusbarStr::from_static(id)).cast::<T>().as_ref() }
 }

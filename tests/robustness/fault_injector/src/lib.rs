@@ -17,11 +17,13 @@
 
 mod armed_fault;
 mod corrupted_tables;
+mod corruption;
 mod data_sources;
 mod entry;
 mod fault;
 mod injection;
 mod plugin;
+mod sdk_tables;
 
 pub use armed_fault::{LIBRARY_STEM, PLUGIN_ID, armed_fault_path, fault_time_path};
 pub use entry::busbar_plugin_entry;

@@ -4,7 +4,7 @@ use std::env::var_os;
 use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
 
-use super::Finding;
+use super::finding::Finding;
 
 const CHECK: &str = "display";
 

@@ -7,7 +7,7 @@ use rustix::fs::{MemfdFlags, memfd_create, statvfs};
 use rustix::process::{Resource, getrlimit};
 use rustix::system::uname;
 
-use super::Finding;
+use super::finding::Finding;
 
 /// Files that a view with many plugins has open at once.
 const MIN_OPEN_FILES: u64 = 1024;

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use busbar_viewer::{CheckedLink, LoadedScene, Severity, check_links, plugin_catalog};
 
-use super::Finding;
+use super::finding::Finding;
 
 /// Faults of a configuration that are listed one by one; `busbar check` lists all.
 const MAX_TOLD: usize = 20;

@@ -7,7 +7,8 @@ use anyhow::Context;
 use busbar_plugin_check::{Options, Sample, check, run_case};
 
 use crate::arguments::PluginCheckOptions;
-use crate::{EXIT_INPUT, output};
+use crate::exit_codes::EXIT_INPUT;
+use crate::output;
 
 /// Subcommand of this program that runs one case in its own process.
 const RUN_CASE: [&str; 2] = ["plugin", "run-case"];

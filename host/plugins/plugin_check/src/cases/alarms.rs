@@ -4,8 +4,8 @@ use busbar_alarms::SourceReport;
 use busbar_plugin_abi as abi;
 
 use super::arguments::{MisalignedCopy, short};
+use super::plugin_instance::{Instance, required};
 use super::text_buffer::{TextBuffer, ask, check_required_size};
-use super::{Instance, required};
 use crate::finding::{Finding, Outcome, Stop};
 use crate::probe::Probe;
 

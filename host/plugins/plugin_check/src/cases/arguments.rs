@@ -4,8 +4,9 @@ use busbar_plugin_abi as abi;
 
 use super::optimizer::{Output, raw_mesh};
 use super::overlay::Buffers;
+use super::plugin_instance::required;
 use super::telemetry::TagSpecs;
-use super::{optimizer, overlay, required};
+use super::{optimizer, overlay};
 use crate::finding::Outcome;
 use crate::meshes;
 use crate::probe::Probe;

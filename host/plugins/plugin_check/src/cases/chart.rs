@@ -3,8 +3,8 @@
 use busbar_chart::{Description, Explanation, MAX_AXES, MAX_RECORDS, Record, Records};
 use busbar_plugin_abi as abi;
 
+use super::plugin_instance::{Instance, required};
 use super::text_buffer::{ask, check_required_size};
-use super::{Instance, required};
 use crate::finding::{Finding, Outcome, Stop};
 use crate::probe::Probe;
 

@@ -4,7 +4,7 @@ use busbar_plugin_abi as abi;
 
 use super::arguments::{MisalignedCopy, short};
 use super::chart::table;
-use super::required;
+use super::plugin_instance::required;
 use super::text_buffer::TextBuffer;
 use crate::finding::Outcome;
 use crate::probe::Probe;

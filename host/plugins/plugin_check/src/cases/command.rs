@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use busbar_plugin_abi as abi;
 
 use super::arguments::{MisalignedCopy, short};
-use super::{Instance, required};
+use super::plugin_instance::{Instance, required};
 use crate::fake_streams::FakeStreams;
 use crate::finding::{Finding, Outcome, Stop};
 use crate::library::sized;

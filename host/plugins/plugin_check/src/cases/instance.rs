@@ -2,7 +2,7 @@
 
 use busbar_plugin_abi as abi;
 
-use super::Instance;
+use super::plugin_instance::{Instance, required};
 use super::{alarms, chart, command, leaks, optimizer, overlay, records, simulator, telemetry};
 use crate::finding::{Outcome, Stop};
 use crate::probe::{Probe, Subject};
@@ -15,45 +15,45 @@ pub(crate) fn create(probe: &Probe) -> Outcome {
         match id.as_str() {
             abi::TELEMETRY_ID => {
                 let table: &abi::BusbarTelemetry = instance.capability(abi::TELEMETRY_ID)?;
-                super::required(table.start, "start")?;
-                super::required(table.stop, "stop")?;
+                required(table.start, "start")?;
+                required(table.stop, "stop")?;
             }
             abi::MESH_OPTIMIZER_ID => {
                 let table: &abi::BusbarMeshOptimizer =
                     instance.capability(abi::MESH_OPTIMIZER_ID)?;
-                super::required(table.optimize, "optimize")?;
+                required(table.optimize, "optimize")?;
             }
             abi::OVERLAY_ID => {
                 let table: &abi::BusbarOverlay = instance.capability(abi::OVERLAY_ID)?;
-                super::required(table.configure, "configure")?;
-                super::required(table.draw, "draw")?;
+                required(table.configure, "configure")?;
+                required(table.draw, "draw")?;
             }
             abi::SIMULATOR_ID => {
                 let table: &abi::BusbarSimulator = instance.capability(abi::SIMULATOR_ID)?;
-                super::required(table.start, "start")?;
-                super::required(table.stop, "stop")?;
-                super::required(table.status, "status")?;
+                required(table.start, "start")?;
+                required(table.stop, "stop")?;
+                required(table.status, "status")?;
             }
             abi::COMMAND_ID => {
                 let table: &abi::BusbarCommand = instance.capability(abi::COMMAND_ID)?;
-                super::required(table.count, "count")?;
-                super::required(table.describe, "describe")?;
-                super::required(table.run, "run")?;
+                required(table.count, "count")?;
+                required(table.describe, "describe")?;
+                required(table.run, "run")?;
             }
             abi::CHART_ID => {
                 let table: &abi::BusbarChart = instance.capability(abi::CHART_ID)?;
-                super::required(table.describe, "describe")?;
-                super::required(table.read, "read")?;
-                super::required(table.explain, "explain")?;
+                required(table.describe, "describe")?;
+                required(table.read, "read")?;
+                required(table.explain, "explain")?;
             }
             abi::RECORDS_ID => {
                 let table: &abi::BusbarRecords = instance.capability(abi::RECORDS_ID)?;
-                super::required(table.describe, "describe")?;
-                super::required(table.read, "read")?;
+                required(table.describe, "describe")?;
+                required(table.read, "read")?;
             }
             abi::ALARMS_ID => {
                 let table: &abi::BusbarAlarms = instance.capability(abi::ALARMS_ID)?;
-                super::required(table.read, "read")?;
+                required(table.read, "read")?;
             }
             _ => {}
         }

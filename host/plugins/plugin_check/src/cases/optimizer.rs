@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use busbar_geometry::{Collapse, CollapseSequence, CollapseStacks, Mesh};
 use busbar_plugin_abi as abi;
 
-use super::{Instance, required};
+use super::plugin_instance::{Instance, required};
 use crate::finding::{Finding, Outcome, Stop};
 use crate::meshes;
 use crate::probe::Probe;

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use busbar_plugin_abi as abi;
 
-use super::{Instance, required};
+use super::plugin_instance::{Instance, required};
 use crate::finding::{Finding, Outcome, Stop};
 use crate::probe::Probe;
 use crate::text;

@@ -3,8 +3,8 @@
 use busbar_plugin_abi as abi;
 
 use super::arguments::{MisalignedCopy, short};
+use super::plugin_instance::required;
 use super::records::{describe, table};
-use super::required;
 use super::text_buffer::TextBuffer;
 use crate::finding::Outcome;
 use crate::probe::Probe;

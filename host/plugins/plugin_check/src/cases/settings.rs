@@ -3,7 +3,7 @@
 use busbar_plugin_abi as abi;
 use serde_json::{Value, json};
 
-use super::required;
+use super::plugin_instance::required;
 use crate::finding::{Finding, Outcome, skip};
 use crate::probe::{Probe, Subject};
 use crate::schema as made_up;

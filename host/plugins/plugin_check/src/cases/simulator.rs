@@ -4,8 +4,8 @@ use std::time::{Duration, Instant};
 
 use busbar_plugin_abi as abi;
 
+use super::plugin_instance::{Instance, required};
 use super::telemetry::{OBSERVATION_TIME, TagSpecs};
-use super::{Instance, required};
 use crate::environment;
 use crate::finding::{Finding, Outcome, Stop, skip};
 use crate::probe::Probe;

@@ -3,7 +3,7 @@
 use busbar_plugin_abi as abi;
 
 use super::arguments::{MisalignedCopy, short};
-use super::required;
+use super::plugin_instance::required;
 use super::simulator::{SimulatedTags, simulation};
 use super::telemetry::TagSpecs;
 use crate::finding::Outcome;

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use busbar_plugin_abi as abi;
 
-use super::{Instance, required};
+use super::plugin_instance::{Instance, required};
 use crate::fake_sink::FakeSink;
 use crate::finding::{Finding, Outcome, Stop};
 use crate::probe::{Probe, Subject};

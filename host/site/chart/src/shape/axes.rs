@@ -1,7 +1,8 @@
 //! Geometry of axes: ticks, limits, lanes and the board behind them.
 
-use super::{Face, GREY, INK, MISSING_LANE, NO_RECORD, PAPER, Shape, Stroke, Text, TextKind};
+use super::{Face, GREY, INK, NO_RECORD, PAPER, Shape, Stroke, Text, TextKind};
 use crate::axis::short;
+use crate::layout::{MISSING_LANE, depth_of};
 use crate::{Axis, AxisView, Band, Layout, ParallelCoordinates, Pattern, Size};
 
 /// Share of an axis' height that its bands are wide.
@@ -158,12 +159,6 @@ fn add_times(chart: &ParallelCoordinates, shape: &mut Shape) {
         let (at, kind) = ([width * 1.02, height, z], TextKind::Time);
         shape.texts.push(Text { at, text: date(playhead), kind });
     }
-}
-
-/// Returns the depth of a time, metres.
-pub(super) fn depth_of(time: i64, [first, last]: [i64; 2], depth: f32) -> f32 {
-    let share = (time - first) as f64 / (last - first).max(1) as f64;
-    depth * share.clamp(0.0, 1.0) as f32
 }
 
 pub(super) fn plain(

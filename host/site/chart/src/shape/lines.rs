@@ -3,8 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use super::axes::depth_of;
-use super::{Face, GREY, INK, MISSING_LANE, SELECTION, Shape, Stroke};
+use super::{Face, GREY, INK, SELECTION, Shape, Stroke};
+use crate::layout::{MISSING_LANE, depth_of};
 use crate::parallel_coordinates::MAX_STROKED_RECORDS;
 use crate::{AxisView, Layout, ParallelCoordinates, Pattern, Size, cluster};
 

@@ -2,11 +2,11 @@
 
 use std::io::{self, Read, Seek};
 
+use text_table::lines::{Line, Lines};
 use thiserror::Error;
 
 use super::cfg::MAX_CFG_BYTES;
 use super::fields::shorten;
-use crate::lines::{Line, Lines};
 
 /// Bytes before the data, headers and remarks included.
 pub const MAX_CFF_HEAD_BYTES: u64 = 64 << 20;

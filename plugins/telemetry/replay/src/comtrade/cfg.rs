@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 
 use text_table::TextEncoding;
-use thiserror::Error;
 
+use super::cfg_error::CfgError;
 use super::channel::{Analog, Digital};
 use super::fields::{Fields, Lines, shorten};
 use super::layout::Oddity;
+use super::revision::Revision;
 use super::sampling::Sampling;
 use super::stamp::Stamp;
 
@@ -19,27 +20,6 @@ pub const MAX_CHANNELS: u64 = 65_536;
 const MAX_TIME_MULTIPLIER: f64 = 1e12;
 /// No place is further from UTC (7.4.12).
 const MAX_OFFSET_MINUTES: i32 = 14 * 60;
-
-/// A configuration that cannot be used.
-#[derive(Clone, Debug, Error, PartialEq, Eq)]
-#[error("line {line}: {what}")]
-pub struct CfgError {
-    /// Number of the line, the first being 1.
-    pub line: usize,
-    /// Description of the fault.
-    pub what: String,
-}
-
-/// Edition of the standard that a file follows (7.4.2).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Revision {
-    /// IEEE C37.111-1991, whose files do not name it.
-    Of1991,
-    /// IEEE C37.111-1999, or IEC 60255-24:2001.
-    Of1999,
-    /// IEEE C37.111-2013, or IEC 60255-24:2013.
-    Of2013,
-}
 
 /// Format of the samples (7.4.10).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,9 +2,10 @@
 
 use std::ops::RangeInclusive;
 
-use super::cfg::{CfgError, Revision};
+use super::cfg_error::CfgError;
 use super::fields::{Fields, shorten};
 use super::layout::{self, Oddity};
+use super::revision::Revision;
 
 /// Fields of an analogue channel in files of 1991; later ones have three more.
 const ANALOG_FIELDS_1991: usize = 10;

@@ -3,10 +3,10 @@
 use std::io::{self, BufReader, ErrorKind, Read, Seek, SeekFrom};
 use std::ops::Range;
 
+use text_table::lines::{Line, Lines, MAX_LINE_BYTES};
 use thiserror::Error;
 
 use super::record::{Record, RecordError, RecordLayout};
-use crate::lines::{Line, Lines, MAX_LINE_BYTES};
 
 /// Blocks of lines whose places are kept. Where a file has more, blocks grow.
 pub const MAX_BLOCKS: usize = 4096;

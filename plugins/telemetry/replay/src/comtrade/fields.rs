@@ -2,7 +2,7 @@
 
 pub(super) use text_table::shorten;
 
-use super::cfg::CfgError;
+use super::cfg_error::CfgError;
 
 /// Goes through the lines of a configuration, and knows where it is.
 pub(super) struct Lines<'a> {

@@ -3,8 +3,8 @@
 //! The numbers of a line stand at its end and tell the layout, whatever revision the file names.
 //! The fields in front of them are names, which may have commas.
 
-use super::cfg::Revision;
 use super::fields::Fields;
+use super::revision::Revision;
 
 /// Fields at the end of an analogue line: a, b, skew, min, max, and then primary, secondary, PS.
 const TAIL: usize = 8;

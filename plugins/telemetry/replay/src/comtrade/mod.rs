@@ -7,20 +7,24 @@
 
 mod cff;
 mod cfg;
+mod cfg_error;
 mod channel;
 mod data;
 mod fields;
 mod layout;
 mod record;
+mod revision;
 mod sample_clock;
 mod sampling;
 mod stamp;
 
 pub use cff::{Cff, CffError, MAX_CFF_HEAD_BYTES};
-pub use cfg::{Cfg, CfgError, Clock, DataType, MAX_CFG_BYTES, MAX_CHANNELS, Revision};
+pub use cfg::{Cfg, Clock, DataType, MAX_CFG_BYTES, MAX_CHANNELS};
+pub use cfg_error::CfgError;
 pub use channel::{Analog, Digital, Side};
 pub use data::{Data, DataFault, MAX_BLOCKS};
 pub use record::{Record, RecordError, RecordLayout};
+pub use revision::Revision;
 pub(crate) use sample_clock::SampleClock;
 pub use sampling::{MAX_RATES, Rate, Sampling};
 pub use stamp::Stamp;

@@ -4,8 +4,9 @@ use std::ops::Range;
 
 use thiserror::Error;
 
-use super::cfg::{Cfg, DataType, Revision};
+use super::cfg::{Cfg, DataType};
 use super::fields::shorten;
+use super::revision::Revision;
 
 /// Sample number and time stamp, four bytes each (8.6).
 const HEAD_BYTES: usize = 8;

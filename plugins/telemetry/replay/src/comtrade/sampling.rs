@@ -1,6 +1,6 @@
 //! Sampling rates and sample times (7.4.8).
 
-use super::cfg::CfgError;
+use super::cfg_error::CfgError;
 use super::fields::{Fields, Lines};
 
 /// Sample rates of one file.

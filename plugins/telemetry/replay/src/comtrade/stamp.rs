@@ -2,7 +2,7 @@
 
 use time::{Date, Month};
 
-use super::cfg::Revision;
+use super::revision::Revision;
 
 const NANOS_PER_SECOND: i64 = 1_000_000_000;
 /// Digits of a nanosecond.

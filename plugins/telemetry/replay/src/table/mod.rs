@@ -12,11 +12,11 @@ use std::path::PathBuf;
 
 use busbar_plugin_sdk::Reason;
 
+use text_table::lines::MAX_LINE_BYTES;
 use text_table::{MAX_COLUMNS, NextRow, RowLimits, Rows};
 
 use crate::address::Points;
 use crate::instant::SECOND;
-use crate::lines::MAX_LINE_BYTES;
 use crate::recording::{Fault, Recording, Update, open_file};
 use crate::remarks::Remarks;
 use crate::settings::Config;

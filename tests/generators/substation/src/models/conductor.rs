@@ -4,7 +4,7 @@ use demo_model::shapes::sweep;
 use demo_model::{Finish, Solid};
 use glam::{Vec2, Vec3};
 
-use super::Class;
+use super::voltage_class::Class;
 use crate::body::{Body, along_x, tube};
 
 /// Number of points that one wire may have.

@@ -4,9 +4,9 @@ use demo_model::shapes::block;
 use demo_model::{Finish, at};
 use glam::Vec3;
 
-use super::Class;
 use super::insulator::Column;
 use super::steel::{grading_ring, support};
+use super::voltage_class::Class;
 use crate::body::{Body, along_z, tube};
 
 /// Profile of a rounded metal cap with its clamp: radius, height above the column.

@@ -4,7 +4,7 @@ use demo_model::Finish;
 use demo_model::shapes::{lathe, torus};
 use glam::{Mat4, Vec3};
 
-use super::Class;
+use super::voltage_class::Class;
 use crate::body::{Body, along_z};
 
 /// Number of points around a porcelain.
@@ -132,4 +132,12 @@ pub(super) fn suspension_set(class: &Class) -> Body {
 /// Returns the height of the beam above the clamp, metres.
 pub(crate) fn suspension_reach(discs: usize) -> f32 {
     0.27 + 0.12 + DISC_PITCH * discs as f32
+}
+
+impl Class {
+    /// Returns a column from `base` upwards, its core `core` metres in radius.
+    pub(super) fn column_at(&self, base: f32, core: f32) -> Column {
+        let overhang = 0.045 + 0.02 * self.scale();
+        Column { base, height: self.column, core, overhang, sheds: self.sheds }
+    }
 }

@@ -4,7 +4,7 @@ use demo_model::shapes::{block, lathe, ring_of_profile, strut, sweep, torus};
 use demo_model::{Finish, at};
 use glam::{Mat4, Quat, Vec2, Vec3};
 
-use super::Class;
+use super::voltage_class::Class;
 use crate::body::{Body, along_x, along_z, tube, turned};
 
 /// Depth of foundations below the ground, metres.

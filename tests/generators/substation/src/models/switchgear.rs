@@ -5,9 +5,9 @@ use demo_model::{Finish, Solid, at};
 use glam::{Mat4, Vec3};
 use serde_json::{Value, json};
 
-use super::Class;
 use super::insulator::Column;
 use super::steel::{hollow_beam, support};
+use super::voltage_class::Class;
 use crate::body::{Body, along_x, along_z, tube, turned};
 
 /// Bodies with their names and places.

@@ -3,8 +3,8 @@
 use super::loads::{MAIN_TRANSFORMERS, loading};
 use super::measured::{add_measured, add_some_measured};
 use super::monitoring::{self, MonitoredDevices};
+use super::point_list::{Gateway, NormalValue, PointContext, PointKind, PointListBuilder};
 use super::states::{BREAKER, add_doubles, add_states, switches};
-use super::{Gateway, NormalValue, PointContext, PointKind, PointListBuilder};
 use crate::layout::{BayKind, YARDS};
 
 /// Number of 35 kV feeders, capacitor banks, station transformers and incomers.

@@ -1,7 +1,7 @@
 //! Measured values of a bay.
 
 use super::loads::{POWER_FACTOR, load_of};
-use super::{NormalValue, PointContext, PointKind, PointListBuilder, Quantity};
+use super::point_list::{NormalValue, PointContext, PointKind, PointListBuilder, Quantity};
 
 /// Measured values of a bay: the first 14 of every bay, the rest of voltage transformers.
 const MEASURED: [Quantity; 18] = [

@@ -1,6 +1,6 @@
 //! Points of condition monitoring.
 
-use super::{NormalValue, PointContext, PointKind, PointListBuilder, Quantity};
+use super::point_list::{NormalValue, PointContext, PointKind, PointListBuilder, Quantity};
 
 /// Scan period of condition monitoring, milliseconds, as a demonstration needs it. Stations read
 /// gas each 1 to 10 minutes, currents and temperatures each 5 to 30.

@@ -1,6 +1,6 @@
 //! Positions, states and commands of a bay.
 
-use super::{NormalValue, PointContext, PointKind, PointListBuilder};
+use super::point_list::{NormalValue, PointContext, PointKind, PointListBuilder};
 use crate::network;
 
 /// States by reference and name; the list repeats with the next logical node.

@@ -9,13 +9,11 @@ use busbar_plugin_process::RunningTelemetry;
 use serde_json::{Value, json};
 
 use super::peer::{Peer, number};
+use super::wire::REGISTERS;
 use super::{PATIENCE, Peers, ROUNDS, Rates, device, ensure_none_lost, free_port, good};
 use crate::scene::{GeneratedScene, telemetry_tag};
 
 const PLUGIN: &str = "modbus_adapter";
-/// Number of registers in one request, as many as it may ask for (Modbus Application Protocol
-/// V1.1b3, 6.3).
-pub(crate) const REGISTERS: u32 = 125;
 /// Number of 32-bit floats in a request; one value of 16 bits fills the rest.
 const FLOATS: u32 = REGISTERS / 2;
 const VALUES: u32 = FLOATS + 1;

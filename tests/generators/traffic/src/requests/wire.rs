@@ -6,11 +6,14 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 
+/// Number of registers in one request, as many as it may ask for (Modbus Application Protocol
+/// V1.1b3, 6.3).
+pub(crate) const REGISTERS: u32 = 125;
 /// Length of a request, bytes: header, function, first register and count (Modbus Application
 /// Protocol V1.1b3, 6.3).
 const REQUEST_BYTES: usize = 7 + 5;
 /// Length of an answer, bytes: header, function, count of bytes, registers.
-const ANSWER_BYTES: usize = 7 + 2 + 2 * super::REGISTERS as usize;
+const ANSWER_BYTES: usize = 7 + 2 + 2 * REGISTERS as usize;
 
 /// Measures exchanges a second over loopback, one at a time.
 pub(crate) fn exchanges_per_second(duration: Duration) -> Result<f64> {

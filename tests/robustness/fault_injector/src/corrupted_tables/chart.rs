@@ -2,9 +2,9 @@
 
 use busbar_plugin_sdk::abi;
 
-use super::{active_corruption, status, text};
-use crate::entry::{SHORT, sdk_table};
+use crate::corruption::{active_corruption, status, text};
 use crate::fault::{CallSite, Misbehavior};
+use crate::sdk_tables::{SHORT, sdk_table};
 
 /// Function tables with their true size, and with a wrong one.
 pub(super) static TABLE: [abi::BusbarChart; 2] =

@@ -2,10 +2,10 @@
 
 use busbar_plugin_sdk::abi;
 
-use super::{active_corruption, text};
-use crate::entry::{SHORT, sdk_table};
+use crate::corruption::{active_corruption, text};
 use crate::fault::{CallSite, Misbehavior};
 use crate::injection::inject;
+use crate::sdk_tables::{SHORT, sdk_table};
 
 /// Function tables with their true size, and with a wrong one.
 pub(super) static TABLE: [abi::BusbarRecords; 2] =

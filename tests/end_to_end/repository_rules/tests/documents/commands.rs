@@ -214,8 +214,8 @@ fn wrong_commands_are_found() {
         ("cargo xtask tset", Some("there is no verb `xtask tset`")),
         ("cargo xtask soak --target x", None),
         ("cargo run -p no_such", Some("there is no package no_such")),
-        ("cargo test -p e2e --test no_such", Some("there is no test no_such")),
-        ("cargo test -p e2e --test documents", None),
+        ("cargo test -p repository_rules --test no_such", Some("there is no test no_such")),
+        ("cargo test -p repository_rules --test documents", None),
     ] {
         let lines = CommandLine::of_shell(line);
         assert_eq!(lines[0].fault(&mut help, &repository).as_deref(), expected, "{line}");

@@ -1,6 +1,8 @@
 //! The house's rules: who may import whom, who names plugins, who is unsafe,
-//! whether documents lead where they say, how large crates are, and how doc comments read.
+//! whether documents lead where they say, how large crates are, which files name one another in
+//! circles, and how doc comments read.
 
+mod circles;
 mod crate_size;
 mod doc_comments;
 
@@ -206,6 +208,11 @@ const ALLOWED: &[(&str, &[&str])] = &[
         ],
     ),
     ("e2e", &[]),
+    ("device_tests", &[]),
+    ("operation_tests", &[]),
+    ("plugin_tests", &[]),
+    ("repository_rules", &[]),
+    ("view_tests", &[]),
     ("fault_proxy", &[]),
     ("fleet", &["busbar_gltf_export", "busbar_viewer", "substation"]),
     (
@@ -239,24 +246,40 @@ const ALLOWED: &[(&str, &[&str])] = &[
 ];
 /// Imports that tests alone may have besides.
 const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
+    ("device_tests", &["busbar_plugin_sdk", "busbar_viewer", "e2e", "peer_process"]),
     (
-        "e2e",
+        "operation_tests",
+        &["busbar_plugin_check", "busbar_renderer", "busbar_viewer", "e2e", "fleet"],
+    ),
+    (
+        "plugin_tests",
+        &[
+            "busbar_geometry",
+            "busbar_gltf_export",
+            "busbar_plugin_host",
+            "busbar_plugin_process",
+            "busbar_scene",
+            "busbar_viewer",
+            "dga",
+            "e2e",
+            "fault_injector",
+            "fleet",
+            "substation",
+        ],
+    ),
+    ("repository_rules", &["e2e"]),
+    (
+        "view_tests",
         &[
             "busbar_geometry",
             "busbar_gltf_export",
             "busbar_gltf_import",
-            "busbar_plugin_check",
             "busbar_plugin_host",
-            "busbar_plugin_process",
-            "busbar_plugin_sdk",
             "busbar_renderer",
             "busbar_scene",
             "busbar_viewer",
             "corpus",
-            "dga",
-            "fault_injector",
-            "fleet",
-            "peer_process",
+            "e2e",
             "substation",
         ],
     ),
@@ -363,6 +386,8 @@ struct Package {
     folder: PathBuf,
     /// One of its targets is a library that a host loads.
     is_plugin: bool,
+    /// Root files of its libraries and programs.
+    roots: Vec<PathBuf>,
     imports: Vec<(String, bool)>,
 }
 
@@ -381,9 +406,18 @@ fn packages() -> BTreeMap<String, Package> {
         let targets = package["targets"].as_array().expect("packages have targets");
         let mut kinds = targets.iter().filter_map(|target| target["crate_types"].as_array());
         let is_plugin = kinds.any(|kinds| kinds.iter().any(|kind| kind == "cdylib"));
-        (text(&package["name"]), Package { folder, is_plugin, imports: imports.collect() })
+        let roots = targets.iter().filter(|target| is_shipped(target));
+        let roots = roots.map(|target| PathBuf::from(text(&target["src_path"]))).collect();
+        let imports = imports.collect();
+        (text(&package["name"]), Package { folder, is_plugin, roots, imports })
     };
     packages.iter().map(package).collect()
+}
+
+/// Reports whether a target is a library or a program, not a test, example or build script.
+fn is_shipped(target: &Value) -> bool {
+    let kinds = target["kind"].as_array().into_iter().flatten().filter_map(Value::as_str);
+    kinds.into_iter().any(|kind| kind == "bin" || kind == "proc-macro" || kind.ends_with("lib"))
 }
 
 #[test]

@@ -136,8 +136,10 @@ fn paths_are_told_from_other_words() {
 #[test]
 fn packages_have_their_targets() {
     let repository = Repository::find();
-    assert!(repository.has("e2e", Some(("test", "documents"))) && repository.has("xtask", None));
-    assert!(!repository.has("e2e", Some(("test", "no_such_test"))) && !repository.has("no", None));
+    let documents = Some(("test", "documents"));
+    assert!(repository.has("repository_rules", documents) && repository.has("xtask", None));
+    let no_such = Some(("test", "no_such_test"));
+    assert!(!repository.has("repository_rules", no_such) && !repository.has("no", None));
 }
 
 #[test]

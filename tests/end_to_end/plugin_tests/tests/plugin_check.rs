@@ -351,7 +351,7 @@ fn a_fault_of_each_kind_is_found() {
     find_all(SAMPLE.iter().copied());
 }
 
-/// Minutes: `cargo nextest run -p e2e --run-ignored only every_fault`.
+/// Minutes: `cargo nextest run -p plugin_tests --run-ignored only every_fault`.
 #[test]
 #[ignore = "takes minutes: every kind of fault at every function"]
 fn every_fault_is_found_everywhere() {

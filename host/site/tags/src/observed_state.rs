@@ -1,0 +1,49 @@
+//! State of a tag as readers observe it, and numbers of tags by quality.
+
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Origin, Quality, SourceTime, Value};
+
+/// A tag at one instant.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TagState {
+    /// The last value that came, however old or bad.
+    pub value: Option<Value>,
+    /// Quality of the value, freshness included.
+    pub quality: Quality,
+    /// Age of the value: time since it came, and its lag before that.
+    pub age: Option<Duration>,
+    /// Time at the source, where the source gave one.
+    pub source_time: Option<SourceTime>,
+    /// Live, or simulated, recorded and the like.
+    pub origin: Origin,
+}
+
+/// Numbers of tags by quality.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct QualityCounts {
+    /// Number of good tags.
+    pub good: usize,
+    /// Number of uncertain tags.
+    pub uncertain: usize,
+    /// Number of bad tags.
+    pub bad: usize,
+}
+
+impl QualityCounts {
+    /// Counts a tag of this quality.
+    pub fn add(&mut self, quality: Quality) {
+        *self.count_mut(quality.rank()) += 1;
+    }
+
+    /// The count of a quality's rank.
+    pub(crate) fn count_mut(&mut self, rank: u8) -> &mut usize {
+        match rank {
+            0 => &mut self.good,
+            1 => &mut self.uncertain,
+            _ => &mut self.bad,
+        }
+    }
+}
