@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+/// Operator action on an alarm (IEC 62682).
+pub use busbar_alarms::Action as AlarmAction;
 use busbar_tags::Origin;
 use egui::Pos2;
 

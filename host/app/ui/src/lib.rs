@@ -53,12 +53,9 @@ mod value_mark;
 mod view_model;
 mod viewport;
 
-/// Operator action on an alarm (IEC 62682).
-pub use busbar_alarms::Action as AlarmAction;
-
 pub use alarm_model::{
-    AlarmDetail, AlarmList, AlarmMarker, AlarmModel, AlarmPriority, AlarmRow, AlarmRows,
-    AlarmSourceStatus,
+    AlarmAction, AlarmDetail, AlarmList, AlarmMarker, AlarmModel, AlarmPriority, AlarmRow,
+    AlarmRows, AlarmSourceStatus,
 };
 pub use chart_model::{
     ChartAxisRow, ChartCommand, ChartModel, ChartOverlay, DensityLegend, EquipmentExplanation,

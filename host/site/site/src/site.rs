@@ -63,13 +63,13 @@ pub struct SiteStepMillis {
     pub tags: f64,
     /// Stepping and listing alarms.
     pub alarms: f64,
-    /// Running overlays.
+    /// Drawing with all overlays.
     pub overlays: f64,
 }
 
 /// Plugin instance with its link and the last fault of its overlay.
 pub struct PluginHealth<'a> {
-    /// Plugin instance.
+    /// Plugin instance of the configuration.
     pub plugin: &'a Plugin,
     /// Link to the data source; none without telemetry.
     pub link: Option<LinkReport>,

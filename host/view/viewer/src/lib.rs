@@ -14,27 +14,34 @@ mod clock;
 mod color;
 mod commands;
 mod contour;
+mod detail_control;
 mod device_recovery;
 mod environment;
 mod equipment;
+mod equipment_panels;
 mod equipment_tree;
 mod error;
 mod faceplate;
 mod file_version;
 mod flow_arrows;
 mod frame_budget;
+mod frame_statistics;
 mod graphics_device;
 mod highlight;
 pub mod highlight_styles;
+mod host_program;
+mod interaction;
 mod labels;
 mod load;
 mod lod;
 mod measurement_chain;
 mod moving_parts;
+mod object_numbers;
 pub mod optimize;
 mod outlines;
 mod overlay_geometry;
 mod overlay_layers;
+mod panel_frame;
 mod panel_rows;
 mod pick_queue;
 mod point_import;
@@ -42,6 +49,8 @@ mod ray_casting;
 mod records;
 pub mod reload;
 mod scene_draw_list;
+mod scene_drawing;
+mod scene_overlays;
 mod search_index;
 mod site_definition;
 mod stack_builder;
@@ -49,6 +58,8 @@ mod stats;
 mod switch_symbols;
 mod tag_filter;
 mod uploaded_models;
+mod view_renderer;
+mod view_target;
 mod viewer;
 
 /// The states of an alarm, by the letters of IEC 62682.
@@ -74,7 +85,9 @@ pub use busbar_site::{HostTagValue, OverlayVerdicts, VerdictText};
 pub use busbar_ui::{AlarmAction, ChartCommand};
 pub use commands::{OfferedCommand, offered_commands, plugin_with_command};
 pub use error::{LoadError, ViewError};
+pub use frame_statistics::FrameStageMillis;
 pub use graphics_device::graphics_device;
+pub use interaction::MAX_SELECTED;
 pub use load::{
     CheckedLink, DevicePointSource, DevicePoints, LoadProgress, LoadedScene, MAX_CONFIG_FILE_BYTES,
     POINTS_COMMAND, PreparedReload, ReloadError, SimulatedDevice, SimulatedDevices, check_links,
@@ -85,4 +98,4 @@ pub use stats::{
     AlarmStats, CameraStats, ChartAxisStats, ChartEvidence, ChartStats, FaceplateStats, LinkStats,
     LoadMillis, PluginStats, RecordStats, ReloadStats, Stats, TagStats, ViewHealth,
 };
-pub use viewer::{CameraPose, ChangedAlarm, FrameOutput, FrameStageMillis, MAX_SELECTED, Viewer};
+pub use viewer::{CameraPose, ChangedAlarm, FrameOutput, Viewer};

@@ -7,8 +7,8 @@ use crate::highlight::Highlights;
 use crate::highlight_styles;
 use crate::load::LoadedScene;
 use crate::lod::{DrawItem, LodCursors, MeshCursor};
+use crate::object_numbers::object_of;
 use crate::uploaded_models::UploadedModel;
-use crate::viewer::object_of;
 
 /// The instances of the graph, in their order, then its groups.
 #[derive(Default)]

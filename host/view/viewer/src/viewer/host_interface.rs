@@ -4,14 +4,13 @@ use std::collections::HashMap;
 
 use busbar_alarms::{AlarmFlags, AlarmHandle, State};
 use busbar_chart::Action;
+use busbar_scene::NodeIndex;
 use busbar_site::{HostTagValue, PluginHealth};
 use busbar_tags::{SourceTime, TagHandle};
-use busbar_ui::{AlarmAction, ChartCommand};
+use busbar_ui::{AlarmAction, ChartCommand, Command};
 
-use super::*;
-
-/// Picks that a host program has yet to hear; of more the oldest goes.
-const MAX_HOST_PICKS: usize = 256;
+use super::Viewer;
+use crate::{ViewError, panel_rows};
 
 /// Pose of the camera, in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,28 +39,27 @@ pub struct ChangedAlarm {
 impl Viewer {
     /// Marks the view as embedded in a host program.
     pub fn attach_host_program(&mut self) {
-        self.has_host = true;
+        self.host.is_attached = true;
         self.site.attach_host_program();
     }
 
     /// Sets the size of a view without a window, pixels.
     pub fn resize_offscreen(&mut self, size: [u32; 2]) {
-        self.renderer.resize(size);
-        let points = size.map(|pixels| pixels as f32 / self.scene.config.view.scale);
-        self.screen = Rect::from_min_size(Pos2::ZERO, points.into());
+        self.renderer.get_mut().resize(size);
+        self.target.resize(size, self.scene.config.view.scale);
     }
 
     /// Waits until the device has drawn the last frame; reports success. The next frame reports a
     /// lost device.
     pub fn finish_frame(&mut self) -> bool {
-        self.renderer.finish().is_ok()
+        self.renderer.get_mut().finish().is_ok()
     }
 
     /// Selects and frames a piece of equipment, by its id or an alias; whether there is one.
     pub fn focus(&mut self, id: &str) -> bool {
         let Some(node) = self.scene.equipment.find(&self.scene.graph, id) else { return false };
         self.select([node]);
-        self.host_camera_commands.push(Command::Focus(self.scene.graph.node(node).id()));
+        self.host.camera_commands.push(Command::Focus(self.scene.graph.node(node).id()));
         true
     }
 
@@ -83,7 +81,7 @@ impl Viewer {
 
     /// Draws an overlay or leaves it out, by its plugin instance; whether there is one.
     pub fn set_layer_shown(&mut self, name: &str, shown: bool) -> bool {
-        self.layers.set_shown_by_name(name, shown)
+        self.overlays.layers.set_shown_by_name(name, shown)
     }
 
     /// Sets the instant that the chart shows.
@@ -99,18 +97,30 @@ impl Viewer {
         self.site.set_tag(id, value)
     }
 
-    /// Notes what an operator picked.
-    pub(super) fn note_host_pick(&mut self, node: Option<NodeIndex>) {
-        if self.host_picks.len() == MAX_HOST_PICKS {
-            self.host_picks.pop_front();
-        }
-        self.host_picks.push_back(node);
-    }
-
     /// Takes the ids of the equipment picked since the last call.
     pub fn take_host_picks(&mut self) -> Vec<Option<String>> {
         let id = |node: NodeIndex| self.scene.graph.node(node).id();
-        self.host_picks.drain(..).map(|node| node.map(id)).collect()
+        self.host.take_picks().into_iter().map(|node| node.map(id)).collect()
+    }
+
+    /// Sets the operator for later alarm actions, as the audit log names them.
+    pub fn set_operator(&mut self, name: &str) {
+        name.clone_into(&mut self.host.operator);
+    }
+
+    /// Sets a mirrored alarm to the state that the host's alarm system has it in, by the
+    /// letter of IEC 62682: `A` to `I`. `until` is the end of its time on the shelf.
+    ///
+    /// # Errors
+    /// An alarm that does not exist or is not mirrored.
+    pub fn mirror_alarm(
+        &mut self,
+        id: &str,
+        state: State,
+        until: Option<SourceTime>,
+        operator: Option<&str>,
+    ) -> Result<(), ViewError> {
+        self.site.mirror_alarm(id, state, until, operator).map_err(ViewError::Alarm)
     }
 
     /// Does what the host program's operator does to an alarm.
@@ -123,7 +133,7 @@ impl Viewer {
         action: AlarmAction,
         operator: &str,
     ) -> Result<(), String> {
-        let operator = if operator.is_empty() { &self.operator } else { operator };
+        let operator = if operator.is_empty() { &self.host.operator } else { operator };
         self.site.act_on_alarm_by_id(id, action, operator)
     }
 
@@ -162,7 +172,7 @@ impl Viewer {
 
     /// Returns the name of the graphics device.
     pub fn device_name(&self) -> &str {
-        self.renderer.device_name()
+        self.renderer.get().device_name()
     }
 
     /// Id of a tag.

@@ -15,7 +15,7 @@ const UNOPENED: &[(&str, &[usize])] = &[
     ("busbar_config", &[14]),
     ("busbar_gpu", &[16]),
     ("busbar_renderer", &[21]),
-    ("busbar_viewer", &[53]),
+    ("busbar_viewer", &[50]),
 ];
 
 /// Finds the strongly connected components of a graph, by the algorithm of Tarjan.
