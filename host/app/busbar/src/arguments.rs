@@ -5,7 +5,8 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use busbar_viewer::{FaultKind, PluginInstance};
+use busbar_plugin_host::FaultKind;
+use busbar_point_import::PluginInstance;
 use busbar_web::Origin;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 

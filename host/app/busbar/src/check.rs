@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use busbar_viewer::{LoadError, LoadProgress, LoadedScene};
+use busbar_scene_loader::{LoadError, LoadProgress, LoadedScene};
 
 use crate::output;
 

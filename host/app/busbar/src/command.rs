@@ -7,10 +7,9 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::{Context, anyhow, bail};
-use busbar_viewer::{
-    CommandError, CommandExit, CommandReport, DiagnosticLevel, Isolation, LoadRules, PluginCatalog,
-    plugin_with_command,
-};
+use busbar_commands::plugin_with_command;
+use busbar_plugin_host::{CommandExit, CommandReport, DiagnosticLevel, LoadRules};
+use busbar_plugin_process::{CommandError, Isolation, PluginCatalog};
 use clap::Parser;
 
 use crate::arguments::OfferedOptions;

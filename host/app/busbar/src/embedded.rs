@@ -7,7 +7,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow};
-use busbar_viewer::{LoadedScene, Viewer};
+use busbar_scene_loader::LoadedScene;
+use busbar_viewer::{Viewer, renderer_options};
 use busbar_viewer_server::{Target, ViewerServer};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
@@ -160,7 +161,7 @@ impl Application {
             .with_embed_parent_window(self.parent);
         let window = event_loop.create_window(attributes);
         let window = Arc::new(window.context("no window in that of the host program")?);
-        let options = scene.renderer_options();
+        let options = renderer_options(&scene);
         let open = || Viewer::new_in_window(scene, options, window.clone(), [width, height]);
         let viewer = self.embedded.open_viewer(open)?;
         let egui = glue(&viewer, &window);

@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{anyhow, bail};
-use busbar_viewer::{LoadError, LoadedScene, SceneRequest, import_scene};
+use busbar_commands::{SceneRequest, import_scene};
+use busbar_scene_loader::{LoadError, LoadedScene};
 
 use crate::arguments::ImportOptions;
 use crate::{output, plugin};

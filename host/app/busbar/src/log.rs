@@ -10,7 +10,7 @@ use std::io::{self, Stderr, Write};
 use std::os::unix::fs::MetadataExt;
 use std::path::PathBuf;
 
-use busbar_viewer::{LogConfig, LogFormatConfig};
+use busbar_config::{LogConfig, LogFormatConfig};
 use clap::{Args, ValueEnum};
 use tracing::{Level, Metadata};
 use tracing_appender::non_blocking::{NonBlockingBuilder, WorkerGuard};

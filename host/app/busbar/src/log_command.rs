@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use busbar_viewer::{Verification, verify_audit_log};
+use busbar_audit_log::{Verification, verify as verify_audit_log};
 
 use crate::exit_codes::EXIT_INPUT;
 use crate::output;

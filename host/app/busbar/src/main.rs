@@ -76,7 +76,7 @@ fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
         Command::Log { command: LogCommand::Verify { folder, key, anchor } } => {
             log_command::verify(&folder, key.as_deref(), anchor.as_deref())
         }
-        Command::Schema => output::json(&busbar_viewer::schema()),
+        Command::Schema => output::json(&busbar_config::schema()),
         Command::Plugin { command } => match command {
             PluginCommand::List { config, schema } => plugin::list(config.as_deref(), schema),
             PluginCommand::Check(options) => plugin::check::run(&options),

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use busbar_viewer::optimize::{OptimizeStats, OptimizedModel};
+use busbar_commands::{OptimizeStats, OptimizedModel};
 
 use crate::arguments::OptimizeOptions;
 use crate::exit_codes::EXIT_INTERNAL;

@@ -7,7 +7,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::anyhow;
-use busbar_viewer::{Isolation, LoadRules, PluginCatalog, offered_commands, plugin_catalog};
+use busbar_commands::offered_commands;
+use busbar_plugin_host::LoadRules;
+use busbar_plugin_process::{Isolation, PluginCatalog};
+use busbar_scene_loader::plugin_catalog;
 
 use crate::output;
 
@@ -46,7 +49,7 @@ pub(crate) fn list(config: Option<&Path>, with_schema: bool) -> anyhow::Result<E
 /// Signs a library for a site.
 pub(crate) fn sign(library: &Path, key: &Path) -> anyhow::Result<ExitCode> {
     let (path, text, public_key) =
-        busbar_viewer::sign_library(library, key).map_err(|error| anyhow!(error))?;
+        busbar_plugin_host::sign_library(library, key).map_err(|error| anyhow!(error))?;
     output::write_file(&path, text.as_bytes())?;
     output::line(&format!("{} is signed; the configuration demands it by", library.display()));
     output::result(&format!("\"signature\": {{ \"public_key\": \"{public_key}\" }}"));
@@ -55,7 +58,7 @@ pub(crate) fn sign(library: &Path, key: &Path) -> anyhow::Result<ExitCode> {
 
 /// Hosts a plugin for the viewer that started this process.
 pub(crate) fn host() -> anyhow::Result<ExitCode> {
-    busbar_viewer::serve_plugin().map_err(|error| anyhow!(error))?;
+    busbar_plugin_process::serve().map_err(|error| anyhow!(error))?;
     Ok(ExitCode::SUCCESS)
 }
 

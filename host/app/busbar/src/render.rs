@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use busbar_viewer::{Picture, RendererOptions, Viewer};
+use busbar_viewer::{Picture, RendererOptions, Viewer, renderer_options};
 use image::{ImageFormat, RgbaImage};
 
 use crate::arguments::{Pixel, RenderOptions};
@@ -19,7 +19,7 @@ const SETTLING_FRAMES: u32 = 3;
 pub(crate) fn run(options: &RenderOptions) -> anyhow::Result<ExitCode> {
     let scene = check::load(&options.config)?;
     let size = options.size.map_or(scene.size(), |size| size.0);
-    let renderer = RendererOptions { validation: options.validation, ..scene.renderer_options() };
+    let renderer = RendererOptions { validation: options.validation, ..renderer_options(&scene) };
     let mut viewer = Viewer::new_headless(scene, renderer, size)?;
     if let Some(camera) = &options.camera {
         viewer.use_camera(camera)?;

@@ -6,7 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
-use busbar_viewer::{FaultKind, SimulatedDevice, SimulatedDevices, Simulation};
+use busbar_commands::{SimulatedDevice, SimulatedDevices};
+use busbar_plugin_host::{FaultKind, Simulation};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 

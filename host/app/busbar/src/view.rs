@@ -5,8 +5,9 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow};
+use busbar_scene_loader::LoadedScene;
 use busbar_viewer::reload::{ReloadOutcome, Reloader};
-use busbar_viewer::{LoadedScene, RendererOptions, Viewer};
+use busbar_viewer::{RendererOptions, Viewer, renderer_options};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::event::WindowEvent;
@@ -208,7 +209,7 @@ impl OpenWindow {
         let window =
             Arc::new(event_loop.create_window(attributes).context("cannot open a window")?);
         let size = window.inner_size();
-        let options = RendererOptions { validation, ..scene.renderer_options() };
+        let options = RendererOptions { validation, ..renderer_options(&scene) };
         let mut viewer =
             Viewer::new_in_window(scene, options, window.clone(), [size.width, size.height])?;
         viewer.set_operator(&operator());

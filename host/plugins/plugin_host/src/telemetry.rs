@@ -48,6 +48,18 @@ pub enum LinkState {
     Down,
 }
 
+impl LinkState {
+    /// Returns the state in lower case: `idle`, `connecting`, `up` or `down`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Idle => "idle",
+            Self::Connecting => "connecting",
+            Self::Up => "up",
+            Self::Down => "down",
+        }
+    }
+}
+
 /// Last link state reported by a plugin, with counts of its samples.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LinkReport {

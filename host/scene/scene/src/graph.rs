@@ -12,7 +12,7 @@ use crate::instances::{Instances, MeshInstance};
 use crate::node_index::{EquipmentId, NodeAddress, NodeIndex, PolicyIndex};
 use crate::nodes::Nodes;
 use crate::parts::Parts;
-use crate::{Model, ModelIndex, ThetaPolicy};
+use crate::{Model, ModelIndex};
 
 /// The most nodes one scene may hold, model nodes of every placement included.
 pub const MAX_NODES: usize = 4_000_000;
@@ -40,7 +40,7 @@ pub struct Placement {
     /// Model that is shown here.
     pub model: Option<ModelIndex>,
     /// Theta policy of this placement; none where the model's policy holds.
-    pub theta: Option<ThetaPolicy>,
+    pub theta: Option<PolicyIndex>,
 }
 
 /// A node of the graph.
@@ -82,7 +82,6 @@ impl<'a> SceneNode<'a> {
         self.nodes.bounds(self.place)
     }
 }
-
 /// Reasons why placements make no scene.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum SceneError {
@@ -144,7 +143,6 @@ pub struct SceneGraph {
     /// Around all of them.
     bounds: Option<Bounds>,
     instances: Instances,
-    policies: Vec<ThetaPolicy>,
 }
 
 impl Default for Transform {
@@ -198,7 +196,6 @@ impl SceneGraph {
             nodes: Nodes::new(parts, count),
             bounds: None,
             instances: Instances::with_capacity(instances),
-            policies: Vec::new(),
         };
         for placement in placements {
             graph.place(placement.borrow())?;
@@ -247,11 +244,6 @@ impl SceneGraph {
     /// Returns the mesh instance of an index.
     pub fn instance(&self, index: usize) -> MeshInstance {
         self.instances.get(index, &self.nodes)
-    }
-
-    /// Returns the theta policies of single placements.
-    pub fn policies(&self) -> &[ThetaPolicy] {
-        &self.policies
     }
 
     /// Finds the node of an equipment id.
@@ -310,8 +302,7 @@ impl SceneGraph {
             }
         })?;
         if let Some(model) = *model {
-            let theta = theta.clone().map(|policy| self.add_policy(policy));
-            self.show(placement, model, theta)?;
+            self.show(placement, model, *theta)?;
         }
         Ok(())
     }
@@ -337,11 +328,6 @@ impl SceneGraph {
         }
         self.instances.show(placement, model, theta, parts);
         Ok(())
-    }
-
-    fn add_policy(&mut self, policy: ThetaPolicy) -> PolicyIndex {
-        self.policies.push(policy);
-        PolicyIndex(self.policies.len() as u32 - 1)
     }
 }
 

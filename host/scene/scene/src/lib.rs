@@ -3,9 +3,9 @@
 //! Invariant: nothing here knows where a value comes from or how it is drawn.
 #![doc = include_str!("../DESIGN.md")]
 
+mod color;
 mod features;
 mod graph;
-mod groups;
 mod instances;
 mod model;
 mod motion;
@@ -13,19 +13,13 @@ mod node_index;
 mod nodes;
 mod parts;
 mod poses;
-mod screen_error;
-mod theta;
 
+pub use color::linear_from_srgb;
 pub use graph::{
     MAX_NODES, ModelParts, Placement, SceneError, SceneGraph, SceneNode, Transform,
     max_scale_factor,
 };
-pub use groups::{Group, find_groups, first_group_after};
 pub use instances::MeshInstance;
 pub use model::{AlphaMode, Material, Model, ModelIndex, ModelNode, Texture, TextureRef, Wrap};
 pub use motion::Motion;
 pub use node_index::{EquipmentId, NodeIndex, PolicyIndex};
-pub use screen_error::ScreenError;
-pub use theta::{
-    Detail, DistanceLevel, DistanceTable, ThetaPolicy, ViewMetrics, distance_to_bounds,
-};

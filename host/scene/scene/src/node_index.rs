@@ -7,7 +7,7 @@ pub type EquipmentId = String;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct NodeIndex(pub u32);
 
-/// Index of a theta policy in the graph.
+/// Index of a placement's own theta policy, in a list that the caller keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct PolicyIndex(pub u32);
 

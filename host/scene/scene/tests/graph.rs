@@ -6,8 +6,7 @@ use std::slice::from_ref;
 
 use busbar_geometry::{Bounds, RawPrimitive, weld};
 use busbar_scene::{
-    Model, ModelIndex, ModelNode, Placement, PolicyIndex, SceneError, SceneGraph, ThetaPolicy,
-    Transform,
+    Model, ModelIndex, ModelNode, Placement, PolicyIndex, SceneError, SceneGraph, Transform,
 };
 use glam::{Mat4, Vec3};
 
@@ -114,11 +113,10 @@ fn a_part_that_moves_takes_along_what_hangs_under_it() {
 #[test]
 fn a_placement_may_have_a_policy_of_its_own() {
     let mut placements = [placement("T1", None, 0.0), placement("T2", None, 5.0)];
-    placements[1].theta = Some(ThetaPolicy::Fixed(0.5));
+    placements[1].theta = Some(PolicyIndex(7));
     let graph = SceneGraph::build(&placements, &[model()]).unwrap();
     let thetas: Vec<_> = graph.instances().map(|i| i.theta).collect();
-    assert_eq!(thetas, [None, Some(PolicyIndex(0))]);
-    assert_eq!(graph.policies(), [ThetaPolicy::Fixed(0.5)]);
+    assert_eq!(thetas, [None, Some(PolicyIndex(7))]);
 }
 
 #[test]

@@ -8,7 +8,8 @@
 use std::path::Path;
 use std::time::Instant;
 
-use busbar_viewer::{LoadedScene, RendererOptions, Viewer};
+use busbar_scene_loader::LoadedScene;
+use busbar_viewer::{RendererOptions, Viewer};
 
 type AnyError = Box<dyn std::error::Error>;
 

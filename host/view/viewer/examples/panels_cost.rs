@@ -7,7 +7,8 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use busbar_viewer::{FrameStageMillis, LoadedScene, RendererOptions, Viewer};
+use busbar_scene_loader::LoadedScene;
+use busbar_viewer::{FrameStageMillis, RendererOptions, Viewer};
 use serde_json::{Map, Value, json};
 
 type AnyError = Box<dyn std::error::Error>;

@@ -16,8 +16,8 @@ use busbar_ui::{AlarmAction, AlarmList};
 
 pub(crate) use self::external_text::short_uncertainty;
 pub(crate) use self::rows::{AlarmListRows, alarm_markers, nodes_in_alarm};
-use crate::load::LoadedScene;
 use crate::site_definition::node_of;
+use busbar_scene_loader::LoadedScene;
 
 /// Display time of the reason why an action was refused.
 const REFUSAL_SHOWN_FOR: Duration = Duration::from_secs(10);

@@ -7,11 +7,10 @@ mod unoccluded_view;
 
 use busbar_config::{CameraConfig, ProjectionConfig};
 use busbar_geometry::Bounds;
+use busbar_lod::PixelSize;
 use busbar_renderer::CameraView;
 use egui::{Pos2, Rect, Vec2, pos2};
 use glam::{Mat4, Vec3, Vec4, vec3};
-
-use crate::lod::PixelSize;
 
 /// Radians a point of drag.
 const ORBIT_SPEED: f32 = 0.006;

@@ -7,9 +7,9 @@ use busbar_renderer::{FrameStats, Renderer, ResolveRequest};
 use busbar_ui::ModelRow;
 
 use crate::frame_budget::FrameBudget;
-use crate::load::LoadedScene;
-use crate::lod::{DrawItem, LodCamera, LodCursors, LodRequest};
 use crate::uploaded_models::{self, UploadedModel, mesh_at_cursor};
+use busbar_lod::{DrawItem, LodCamera, LodCursors, LodRequest};
+use busbar_scene_loader::LoadedScene;
 
 /// Level of detail of the scene, with the models that it is of.
 pub(crate) struct DetailControl {
@@ -102,7 +102,6 @@ impl DetailControl {
     /// of the frame.
     pub(crate) fn update(
         &mut self,
-        scene: &LoadedScene,
         renderer: &mut Renderer,
         eye: LodCamera,
         settles: bool,
@@ -110,30 +109,25 @@ impl DetailControl {
     ) {
         let Self { cursors, budget, models, .. } = self;
         cursors.set_coarseness(budget.coarseness());
-        cursors.choose_levels(eye, &scene.models, settles);
-        cursors.advance(&scene.models, settles, seconds, |needed| match needed {
+        cursors.choose_levels(eye, settles);
+        cursors.advance(settles, seconds, |needed| match needed {
             LodRequest::Mesh(place) => {
                 renderer.triangles_at(&mesh_at_cursor(models, place)).is_some()
             }
             LodRequest::Morph(place) => renderer.has_morph_target(&mesh_at_cursor(models, place)),
         });
-        renderer.request(cursors.waiting(&scene.models).map(|needed| match needed {
+        renderer.request(cursors.waiting().map(|needed| match needed {
             LodRequest::Mesh(place) => ResolveRequest::Mesh(mesh_at_cursor(models, place)),
             LodRequest::Morph(place) => ResolveRequest::MorphTarget(mesh_at_cursor(models, place)),
         }));
     }
 
     /// Updates budget and panel rows after a frame was drawn.
-    pub(crate) fn note_frame(
-        &mut self,
-        scene: &LoadedScene,
-        renderer: &Renderer,
-        frame: &FrameStats,
-    ) {
+    pub(crate) fn note_frame(&mut self, renderer: &Renderer, frame: &FrameStats) {
         let Self { cursors, models, .. } = self;
         self.resolved += u64::from(frame.resolved);
         cursors.count_moved(|place| renderer.triangles_at(&mesh_at_cursor(models, place)));
-        if let Some(details) = cursors.changed_detail(&scene.models) {
+        if let Some(details) = cursors.changed_detail() {
             models.iter_mut().zip(&details).for_each(|(model, detail)| model.set_detail(detail));
         }
         self.budget.record_frame(frame);
@@ -196,9 +190,14 @@ impl DetailControl {
 
 fn cursors_of(scene: &LoadedScene) -> LodCursors {
     let view = &scene.config.view;
-    let policies = scene.policies();
-    let mut cursors =
-        LodCursors::new(&scene.graph, &scene.models, policies, &scene.proxies, view.theta_scale);
+    let mut cursors = LodCursors::new(
+        &scene.graph,
+        &scene.meshes(),
+        &scene.policies,
+        &scene.proxies,
+        view.theta_scale,
+        uploaded_models::MORPH_BUDGET,
+    );
     cursors.set_morph_seconds(view.morph_seconds);
     cursors
 }

@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 
 use busbar_renderer::{RecoveryAction, RenderError, Renderer};
 
-use crate::load::LoadedScene;
 use crate::{ViewError, uploaded_models};
+use busbar_scene_loader::LoadedScene;
 
 /// Tries at a device, unless it worked for [`STABLE_TIME`] in between.
 pub(crate) const MAX_TRIES: u32 = 8;

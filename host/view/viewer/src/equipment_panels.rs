@@ -10,9 +10,9 @@ use busbar_tags::{SourceTime, TagHandle};
 
 use crate::equipment_tree::{EquipmentTree, EquipmentTreeRows};
 use crate::faceplate::{self, NodeAttachments, OpenFaceplate};
-use crate::load::LoadedScene;
 use crate::site_definition::remapped;
 use crate::tag_filter::TagFilter;
+use busbar_scene_loader::LoadedScene;
 
 /// State of the panels that list equipment and tags.
 pub(crate) struct EquipmentPanels {

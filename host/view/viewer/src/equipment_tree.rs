@@ -5,8 +5,8 @@ use std::collections::HashSet;
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_ui::{EquipmentRow, EquipmentRows};
 
-use crate::equipment::{EquipmentIndex, is_designation};
 use crate::search_index::SearchIndex;
+use busbar_scene_loader::{EquipmentIndex, is_designation};
 
 /// Branches at the top are open from the start where that gives so many rows at most.
 const MAX_ROWS_OPEN: usize = 40;

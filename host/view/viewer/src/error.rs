@@ -1,21 +1,8 @@
 //! Errors of the public interface: faulty party, place and remedy.
 
-use std::fmt;
-use std::path::PathBuf;
-
-use busbar_config::Diagnostic;
 use busbar_plugin_host::PluginError;
 use busbar_renderer::RenderError;
 use thiserror::Error;
-
-/// A configuration that cannot be loaded: every fault found.
-#[derive(Debug)]
-pub struct LoadError {
-    /// Path of the configuration file.
-    pub file: PathBuf,
-    /// Faults in order of place, warnings among them.
-    pub diagnostics: Vec<Diagnostic>,
-}
 
 /// Error that keeps a loaded scene from being shown.
 #[derive(Debug, Error)]
@@ -52,21 +39,6 @@ pub enum ViewError {
         known: Vec<String>,
     },
 }
-
-impl fmt::Display for LoadError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let file = self.file.display().to_string();
-        for (index, diagnostic) in self.diagnostics.iter().enumerate() {
-            if index > 0 {
-                writeln!(f)?;
-            }
-            f.write_str(&diagnostic.render(&file))?;
-        }
-        Ok(())
-    }
-}
-
-impl std::error::Error for LoadError {}
 
 impl From<PluginError> for ViewError {
     fn from(error: PluginError) -> Self {

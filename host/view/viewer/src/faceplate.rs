@@ -22,10 +22,10 @@ use crate::alarms;
 use crate::chart::SceneChart;
 use crate::equipment_tree::EquipmentTree;
 use crate::labels::mark;
-use crate::load::LoadedScene;
 use crate::overlay_layers::{NodeState, OverlayLayers, StateBasis};
 use crate::panel_rows::TagListRows;
 use crate::records::EquipmentRecords;
+use busbar_scene_loader::LoadedScene;
 
 /// Nodes at or below a device that are looked at; a bay has some hundred.
 const MAX_NODES: usize = 20_000;

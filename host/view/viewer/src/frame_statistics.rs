@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use busbar_site::SiteStepMillis;
 
 use crate::reload::ReloadCounters;
-use crate::stack_builder::millis_since;
+use busbar_scene_loader::millis_since;
 
 /// Frame times kept for statistics.
 const MAX_FRAME_TIMES: usize = 1024;

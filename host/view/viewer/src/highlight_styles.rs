@@ -4,8 +4,7 @@
 
 use busbar_plugin_host::Pattern;
 use busbar_renderer::highlight_with_pattern;
-
-use crate::color::linear_from_srgb;
+use busbar_scene::linear_from_srgb;
 
 /// Linear rgb, strength and pattern, as the renderer takes them.
 pub type Highlight = [f32; 4];

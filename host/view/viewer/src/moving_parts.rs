@@ -3,13 +3,13 @@
 //! A part of unknown position stands in the middle of its travel and is hatched, neither open nor
 //! closed.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::ops::Range;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use busbar_config::{Config, EndConfig, MovingPartConfig};
+use busbar_config::EndConfig;
 use busbar_plugin_host::Pattern;
-use busbar_scene::{Motion, NodeIndex, SceneGraph};
+use busbar_scene::{NodeIndex, SceneGraph};
+use busbar_scene_loader::{MovingPartKind, MovingPartTable};
 use busbar_tags::Snapshot;
 
 use crate::overlay_layers::{NodeState, StateBasis, SwitchPosition};
@@ -20,7 +20,7 @@ const MIDDLE: f64 = 0.5;
 /// All moving parts of a scene with their positions. Clones share the table of parts.
 #[derive(Clone, Default)]
 pub(crate) struct MovingParts {
-    parts: Arc<PartTable>,
+    parts: Arc<MovingPartTable>,
     /// Parts whose position was reported at least once, by index.
     shown: BTreeMap<u32, MovedPart>,
     /// Instances that stand elsewhere than their models show them.
@@ -31,23 +31,6 @@ pub(crate) struct MovingParts {
     positions_seen: Vec<(SwitchPosition, bool)>,
     /// States of the parts whose position was unknown.
     unknown: Vec<NodeState>,
-}
-
-/// Parts as modelled: a hundred stations have tens of thousands, of few kinds.
-#[derive(Default)]
-struct PartTable {
-    kinds: Vec<PartKind>,
-    /// Node and kind of each part.
-    all: Vec<(NodeIndex, u32)>,
-    /// Pieces of equipment with runs of the parts at them or under them, in order.
-    at: Vec<(NodeIndex, Range<u32>)>,
-}
-
-/// Motion of a model's part, shared by all its placements.
-struct PartKind {
-    mechanism: String,
-    motion: Motion,
-    modelled: EndConfig,
 }
 
 #[derive(Clone)]
@@ -68,73 +51,15 @@ impl PartPosition {
     const UNKNOWN: Self = Self { travelled: MIDDLE, is_known: false };
 }
 
-impl PartTable {
-    /// Adds the part of a kind that a node is.
-    fn add(&mut self, graph: &SceneGraph, node: NodeIndex, kind: u32) {
-        let index = self.all.len() as u32;
-        self.all.push((node, kind));
-        let above = |node: &NodeIndex| graph.node(*node).parent();
-        self.at
-            .extend(std::iter::successors(Some(node), above).map(|node| (node, index..index + 1)));
-    }
-
-    fn finish(mut self) -> Self {
-        self.all.shrink_to_fit();
-        self.at.sort_unstable_by_key(|(node, run)| (*node, run.start));
-        // Most parts under a piece follow each other.
-        self.at.dedup_by(|(node, next), (of_run, run)| {
-            let goes_on = node == of_run && next.start == run.end;
-            if goes_on {
-                run.end = next.end;
-            }
-            goes_on
-        });
-        self.at.shrink_to_fit();
-        self
-    }
-
-    fn kind(&self, part: u32) -> &PartKind {
-        &self.kinds[self.all[part as usize].1 as usize]
-    }
-
-    fn moved_by<'a>(&'a self, position: &'a SwitchPosition) -> impl Iterator<Item = u32> + 'a {
-        let first = self.at.partition_point(|(node, _)| *node < position.node);
-        let at = self.at[first..].iter().take_while(|(node, _)| *node == position.node);
-        at.flat_map(|(_, run)| run.clone())
-            .filter(|&part| *self.kind(part).mechanism == *position.mechanism)
-    }
-}
-
 impl MovingParts {
-    /// Finds the moving parts of all placed models.
-    pub(crate) fn new(config: &Config, graph: &SceneGraph) -> Self {
-        let mut parts = PartTable::default();
-        let mut first_kinds: HashMap<&str, u32> = HashMap::new();
-        for (name, model) in &config.models {
-            first_kinds.insert(name, parts.kinds.len() as u32);
-            parts.kinds.extend(model.moving_parts.iter().map(PartKind::new));
-        }
-        if parts.kinds.is_empty() {
-            return Self::default();
-        }
-        for placed in config.scene.iter() {
-            let Some((name, model)) =
-                placed.model.as_ref().and_then(|name| config.models.get_key_value(name))
-            else {
-                continue;
-            };
-            for (kind, part) in (first_kinds[name.as_str()]..).zip(&model.moving_parts) {
-                if let Some(node) = graph.find(&format!("{}/{}", placed.id, part.part)) {
-                    parts.add(graph, node, kind);
-                }
-            }
-        }
-        Self { parts: Arc::new(parts.finish()), ..Self::default() }
+    /// Creates the positions of the parts in a table: none has been reported.
+    pub(crate) fn new(parts: Arc<MovingPartTable>) -> Self {
+        Self { parts, ..Self::default() }
     }
 
     /// Reports whether a position moves any part.
     pub(crate) fn has(&self, position: &SwitchPosition) -> bool {
-        self.parts.moved_by(position).next().is_some()
+        self.parts_of(position).next().is_some()
     }
 
     /// Moves the parts whose positions changed; returns states for parts of unknown position. An
@@ -165,7 +90,7 @@ impl MovingParts {
             let travelled = position.travelled.filter(|_| *is_good);
             let known = |travelled| PartPosition { travelled, is_known: true };
             let of_position = travelled.map_or(PartPosition::UNKNOWN, known);
-            now.extend(self.parts.moved_by(position).map(|part| (part, of_position)));
+            now.extend(self.parts_of(position).map(|part| (part, of_position)));
         }
         self.unknown.clear();
         for (part, position) in now {
@@ -173,20 +98,20 @@ impl MovingParts {
                 self.show(graph, part, position);
             }
             if !position.is_known {
-                self.unknown.push(unknown_state(self.parts.all[part as usize].0));
+                self.unknown.push(unknown_state(self.parts.node(part)));
             }
         }
     }
 
     fn show(&mut self, graph: &mut Arc<SceneGraph>, part: u32, position: PartPosition) {
-        let PartKind { motion, modelled, .. } = self.parts.kind(part);
+        let MovingPartKind { motion, modelled, .. } = self.parts.kind(part);
         let share = match modelled {
             EndConfig::Closed => 1.0 - position.travelled,
             EndConfig::Open => position.travelled,
         };
         let pose = (share != 0.0).then(|| motion.transform_at(share as f32));
         // A copy where a reload looks at the graph just now.
-        let moved = Arc::make_mut(graph).set_part_pose(self.parts.all[part as usize].0, pose);
+        let moved = Arc::make_mut(graph).set_part_pose(self.parts.node(part), pose);
         let shown = self.shown.entry(part).or_insert(MovedPart { position, instances: Vec::new() });
         shown.position = position;
         if !moved.is_empty() {
@@ -199,6 +124,11 @@ impl MovingParts {
                 None => self.moved.remove(&instance),
             };
         }
+    }
+
+    /// Returns the parts that a position moves, by index.
+    fn parts_of<'a>(&'a self, position: &'a SwitchPosition) -> impl Iterator<Item = u32> + 'a {
+        self.parts.moved_by(position.node, &position.mechanism)
     }
 
     /// Instances that the last update moved.
@@ -223,23 +153,11 @@ fn unknown_state(node: NodeIndex) -> NodeState {
     }
 }
 
-impl PartKind {
-    fn new(config: &MovingPartConfig) -> Self {
-        let motion = Motion {
-            pivot: config.pivot.into(),
-            axis: config.axis.into(),
-            degrees: config.degrees,
-            travel: config.travel.into(),
-            scale: config.scale.into(),
-        };
-        Self { mechanism: config.mechanism.clone(), motion, modelled: config.modelled }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::time::Duration;
 
+    use busbar_config::MovingPartConfig;
     use busbar_geometry::{RawPrimitive, weld};
     use busbar_scene::{Model, ModelIndex, ModelNode, Placement, Transform};
     use busbar_tags::{
@@ -292,11 +210,8 @@ mod tests {
             scale: [1.0; 3],
             pointer: String::new(),
         };
-        let mut parts = PartTable { kinds: vec![PartKind::new(&config)], ..PartTable::default() };
-        for pole in ["Q-L1/blade", "Q-L2/blade"] {
-            parts.add(graph, graph.find(pole).unwrap(), 0);
-        }
-        MovingParts { parts: Arc::new(parts.finish()), ..MovingParts::default() }
+        let poles = ["Q-L1/blade", "Q-L2/blade"].map(|pole| (graph.find(pole).unwrap(), 0));
+        MovingParts::new(Arc::new(MovingPartTable::from_placed(graph, [&config], poles)))
     }
 
     /// A good value, so old.

@@ -5,7 +5,7 @@ use busbar_renderer::EguiFrame;
 use busbar_ui::Appearance;
 use egui::{ClippedPrimitive, Context, FullOutput};
 
-use crate::load::LoadedScene;
+use busbar_scene_loader::LoadedScene;
 
 /// Panels of one frame, laid out and tessellated.
 pub(crate) struct PanelFrame {

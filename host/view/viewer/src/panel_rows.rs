@@ -10,11 +10,11 @@ use busbar_site::{OverlayInstance, PluginHealth};
 use busbar_tags::{Origin, Snapshot, TagHandle, Value};
 use busbar_ui::{LayerRow, LegendRow, LinkIndicator, PluginRow, TagRow, TagRows};
 
-use crate::LoadedScene;
 use crate::contour;
 use crate::labels::mark;
 use crate::overlay_layers::OverlayLayer;
 use crate::tag_filter::TagFilter;
+use busbar_scene_loader::LoadedScene;
 
 /// Tags as rows, made one by one as they are looked at.
 pub(crate) struct TagListRows<'a> {

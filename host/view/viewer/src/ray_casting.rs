@@ -5,7 +5,7 @@ use busbar_renderer::{CameraView, SectionPlane};
 use busbar_scene::{MeshInstance, NodeIndex, SceneGraph};
 use glam::{DMat4, DVec3, dvec3};
 
-use crate::load::LoadedModel;
+use busbar_scene_loader::LoadedModel;
 
 /// Half a line, from where the picture begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -268,7 +268,9 @@ mod tests {
         };
         let graph = SceneGraph::build(&[placement], std::slice::from_ref(&model)).unwrap();
         let stacks = vec![Arc::new(CollapseStacks::build(mesh, &sequence))];
-        (graph, vec![LoadedModel { name: "plates".into(), stacks, ..LoadedModel::default() }])
+        let mut loaded = LoadedModel::default();
+        loaded.stacks = stacks;
+        (graph, vec![loaded])
     }
 
     #[test]

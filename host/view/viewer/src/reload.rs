@@ -2,15 +2,18 @@
 //! one changed, and shown where it has no fault. One that has leaves the scene as it is.
 
 mod file_watcher;
+mod prepared_reload;
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
+use busbar_scene_loader::LoadedScene;
+
 use crate::Viewer;
-use crate::load::{LoadedScene, PreparedReload, ReloadError};
 use file_watcher::FileWatcher;
 pub use file_watcher::SETTLE_TIME;
+pub use prepared_reload::{PreparedReload, ReloadError};
 
 /// Bytes of a fault that are kept to be shown; a file may have two hundred.
 const MAX_FAULT_BYTES: usize = 4_000;
@@ -92,7 +95,7 @@ impl BackgroundLoad {
         let (sender, loaded) = channel();
         let load = move || {
             // Nobody listens any more when the viewer has gone.
-            let _ = sender.send(scene.reload(&path));
+            let _ = sender.send(PreparedReload::load(&scene, &path));
             drop(scene);
             wake();
         };

@@ -1,14 +1,14 @@
 //! Draw list of the scene, updated incrementally from one frame to the next.
 
-use busbar_renderer::{DrawInstance, DrawList, Morph};
+use busbar_renderer::{DrawInstance, DrawList};
 use busbar_scene::NodeIndex;
 
 use crate::highlight::Highlights;
 use crate::highlight_styles;
-use crate::load::LoadedScene;
-use crate::lod::{DrawItem, LodCursors, MeshCursor};
 use crate::object_numbers::object_of;
 use crate::uploaded_models::UploadedModel;
+use busbar_lod::{DrawItem, LodCursors, MeshCursor, Morph};
+use busbar_scene_loader::LoadedScene;
 
 /// The instances of the graph, in their order, then its groups.
 #[derive(Default)]
@@ -99,7 +99,7 @@ fn instance_of(
         model: models[place.model].handle,
         mesh: place.mesh as u32,
         cursor: place.cursor,
-        morph,
+        morph: morph.map(|Morph { coarser, weight }| busbar_renderer::Morph { coarser, weight }),
         world_from_mesh,
         object: object_of(node),
         highlight: highlight_of(highlights, node),

@@ -8,15 +8,15 @@ use busbar_renderer::{
 use egui::ClippedPrimitive;
 
 use crate::camera::Camera;
-use crate::color::linear_from_srgb;
 use crate::detail_control::DetailControl;
 use crate::environment::{self, Environment};
 use crate::highlight::Highlights;
 use crate::highlight_styles::Highlight;
-use crate::load::LoadedScene;
 use crate::moving_parts::MovingParts;
 use crate::scene_draw_list::SceneDrawList;
 use crate::view_target::ViewTarget;
+use busbar_scene::linear_from_srgb;
+use busbar_scene_loader::LoadedScene;
 
 /// Share of the configured background light that the dark theme keeps.
 const DARK_BACKGROUND: f32 = 0.045;

@@ -14,12 +14,12 @@ use crate::alarms::{alarm_markers, nodes_in_alarm};
 use crate::chart::SceneChart;
 use crate::highlight::Highlights;
 use crate::labels::{LabelContext, LinesByNode, OverlayCamera};
-use crate::load::LoadedScene;
 use crate::moving_parts::MovingParts;
 use crate::outlines::Outlines;
 use crate::overlay_geometry::OverlayGeometry;
 use crate::overlay_layers::{NodeState, OverlayFrame, OverlayLayers};
 use crate::switch_symbols;
+use busbar_scene_loader::LoadedScene;
 
 /// Overlays of the scene, with what they drew in the last frame.
 pub(crate) struct SceneOverlays {
@@ -56,7 +56,7 @@ impl SceneOverlays {
     pub(crate) fn new(scene: &LoadedScene, site: &Site, settles: bool) -> Self {
         Self {
             layers: OverlayLayers::new(site),
-            moving_parts: scene.moving.clone(),
+            moving_parts: MovingParts::new(Arc::clone(&scene.moving_parts)),
             chart: chart_of(scene, site.chart(), settles),
             highlights: Highlights::default(),
             outlines: Outlines::default(),
@@ -74,7 +74,7 @@ impl SceneOverlays {
 
     /// Adapts to a reloaded scene with other nodes.
     pub(crate) fn reset(&mut self, scene: &LoadedScene) {
-        self.moving_parts = scene.moving.clone();
+        self.moving_parts = MovingParts::new(Arc::clone(&scene.moving_parts));
         (self.labelled, self.hidden_labels) = (Vec::new(), BTreeSet::new());
         (self.highlights, self.outlines) = (Highlights::default(), Outlines::default());
         (self.geometry, self.states) = (OverlayGeometry::default(), Vec::new());

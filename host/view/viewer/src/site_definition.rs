@@ -1,6 +1,5 @@
 //! Definition of the site by a loaded scene; equipment numbers of the site are node indices here.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use busbar_plugin_host::PluginError;
@@ -11,8 +10,8 @@ use busbar_site::{
 };
 use busbar_tags::HandleRemap;
 
-use crate::equipment::EquipmentIndex;
-use crate::load::{LoadedScene, source_policy};
+use busbar_scene_loader::EquipmentIndex;
+use busbar_scene_loader::{LoadedScene, source_policy};
 
 /// Directory of the equipment in a scene, by id or alias.
 pub(crate) struct SceneDirectory<'a> {
@@ -57,23 +56,30 @@ pub(crate) fn site_definition(scene: &LoadedScene) -> SiteDefinition {
     }
 }
 
-/// Starts the overlays of a scene on their bindings, and the telemetry plugins on their tags.
-pub(crate) fn start_plugins(scene: &LoadedScene) -> Result<StartedPlugins, PluginError> {
-    let mut overlays = BTreeMap::new();
-    for overlay in &scene.config.overlays {
-        if let Some(plugin) = scene.instances.get(&overlay.plugin) {
-            let bindings = scene.overlay_bindings(&overlay.plugin);
-            overlays.insert(overlay.plugin.clone(), RunningOverlay::configure(plugin, bindings)?);
+/// Starts the selected overlays of a scene on their bindings, and the selected telemetry plugins on
+/// their tags.
+///
+/// # Errors
+/// A plugin that cannot start.
+pub(crate) fn start_plugins(
+    scene: &LoadedScene,
+    is_selected: &dyn Fn(&str) -> bool,
+) -> Result<StartedPlugins, PluginError> {
+    let mut started = StartedPlugins::default();
+    let selected = || scene.instances.iter().filter(|(name, _)| is_selected(name));
+    for (name, plugin) in selected() {
+        if scene.config.overlays.iter().any(|overlay| overlay.plugin == *name) {
+            let bindings = scene.overlay_bindings(name);
+            started.overlays.insert(name.clone(), RunningOverlay::configure(plugin, bindings)?);
         }
     }
-    let mut telemetry = Vec::new();
-    for (name, plugin) in &scene.instances {
+    for (name, plugin) in selected() {
         if let Some(tags) = scene.served_tags(name, plugin) {
             let policy = source_policy(&scene.config, name);
-            telemetry.push(RunningTelemetry::start(plugin, &tags, policy)?);
+            started.telemetry.push(RunningTelemetry::start(plugin, &tags, policy)?);
         }
     }
-    Ok(StartedPlugins { telemetry, overlays })
+    Ok(started)
 }
 
 /// Builds the map from the numbers of one scene to those of another; with the same nodes it maps

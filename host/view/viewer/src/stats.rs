@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 
 use busbar_alarms::Priority;
-use busbar_plugin_host::{LinkReport, LinkState};
+use busbar_plugin_host::LinkReport;
 use busbar_renderer::FrameStats;
+use busbar_scene_loader::LoadMillis;
 use busbar_site::{AlarmService, PluginHealth};
 use busbar_tags::{QualityCounts, Snapshot, TagSet, TagSpec, TagState, Value};
 use busbar_ui::{CameraMode, Faceplate, RecordRow, RecordSection};
@@ -13,9 +14,6 @@ use serde::Serialize;
 use crate::AlarmState;
 use crate::alarms::short_uncertainty;
 use crate::reload::ReloadCounters;
-
-/// Milliseconds a stage of loading, in no order.
-pub type LoadMillis = BTreeMap<String, f64>;
 
 /// Numbers about the view.
 #[derive(Clone, Debug, Serialize)]
@@ -489,14 +487,9 @@ pub(crate) fn plugin(health: PluginHealth<'_>) -> PluginStats {
     }
 }
 
-pub(crate) fn link(report: LinkReport) -> LinkStats {
+fn link(report: LinkReport) -> LinkStats {
     LinkStats {
-        state: match report.state {
-            LinkState::Idle => "idle",
-            LinkState::Connecting => "connecting",
-            LinkState::Up => "up",
-            LinkState::Down => "down",
-        },
+        state: report.state.name(),
         silent_seconds: report.silent_for.map(|silence| silence.as_secs_f64()),
         origin: report.origin.names().collect(),
         clock_skew_seconds: report.clock.skew_nanos.map(|nanos| nanos as f64 / 1e9),

@@ -2,8 +2,8 @@
 
 use std::sync::OnceLock;
 
-use crate::LoadedScene;
 use crate::search_index::SearchIndex;
+use busbar_scene_loader::LoadedScene;
 
 /// The tags that are listed.
 #[derive(Debug, Default)]

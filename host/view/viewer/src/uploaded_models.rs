@@ -1,10 +1,15 @@
 //! Models on the device, and what the panels say of them.
 
-use busbar_renderer::{MeshAtCursor, ModelHandle, ModelUpload, RenderError, Renderer};
+use busbar_lod::{MeshCursor, ModelDetail, MorphBudget};
+use busbar_renderer::{
+    MAX_MORPHED_BYTES, MeshAtCursor, ModelHandle, ModelUpload, RenderError, Renderer, VERTEX_BYTES,
+};
+use busbar_scene_loader::{LoadedModel, LoadedScene};
 use busbar_ui::ModelRow;
 
-use crate::load::{LoadedModel, LoadedScene};
-use crate::lod::{MeshCursor, ModelDetail};
+/// Vertex memory that the renderer has for morphs.
+pub(crate) const MORPH_BUDGET: MorphBudget =
+    MorphBudget { max_bytes: MAX_MORPHED_BYTES, vertex_bytes: VERTEX_BYTES };
 
 /// A model on the device.
 pub(crate) struct UploadedModel {
@@ -28,6 +33,11 @@ impl UploadedModel {
     }
 }
 
+/// Returns the handle of a model on the device.
+pub(crate) fn handle_of(model: &LoadedModel) -> ModelHandle {
+    ModelHandle::from_index(model.slot.unwrap_or(u32::MAX))
+}
+
 /// Uploads all models of a scene, in place of whatever is there.
 pub(crate) fn upload(scene: &LoadedScene, renderer: &mut Renderer) -> Result<usize, RenderError> {
     renderer.remove_all_models();
@@ -43,7 +53,7 @@ pub(crate) fn upload_some(
     let mut count = 0;
     for model in models.iter().filter(|model| is_selected(model)) {
         let LoadedModel { stacks, materials, textures, .. } = model;
-        renderer.upload_model_at(model.handle(), ModelUpload { stacks, materials, textures })?;
+        renderer.upload_model_at(handle_of(model), ModelUpload { stacks, materials, textures })?;
         count += 1;
     }
     Ok(count)
@@ -55,7 +65,7 @@ pub(crate) fn without_details(scene: &LoadedScene) -> Vec<UploadedModel> {
     let counts = scene.instances_of_models.iter().copied().chain(std::iter::repeat(0));
     let shown = |(model, instances): (&LoadedModel, usize)| {
         let row = ModelRow { name: model.name.clone(), instances, ..ModelRow::default() };
-        UploadedModel { handle: model.handle(), row }
+        UploadedModel { handle: handle_of(model), row }
     };
     scene.models.iter().zip(counts).map(shown).collect()
 }

@@ -6,8 +6,9 @@ use std::sync::Arc;
 use busbar_renderer::{DeviceChoice, RenderError, Renderer, RendererOptions, WindowHandles};
 
 use crate::device_recovery::DeviceRecovery;
-use crate::load::{LoadedModel, LoadedScene};
+use crate::renderer_options::renderer_options;
 use crate::{ViewError, uploaded_models};
+use busbar_scene_loader::{LoadedModel, LoadedScene};
 
 /// Renderer with the recovery of its device.
 pub(crate) struct ViewRenderer {
@@ -75,7 +76,7 @@ impl ViewRenderer {
         is_live: bool,
     ) -> Result<bool, ViewError> {
         let wanted = |scene: &LoadedScene| {
-            (options_of(scene.renderer_options(), is_live), device_choice(scene))
+            (options_of(renderer_options(scene), is_live), device_choice(scene))
         };
         let (options, choice) = wanted(next);
         if !self.renderer.set_options(options, choice) {
@@ -114,7 +115,7 @@ impl ViewRenderer {
     pub(crate) fn remove_replaced(&mut self, before: &LoadedScene, scene: &LoadedScene) {
         let slots = slots_of(scene);
         let replaced = before.models.iter().filter(|model| !slots.contains(&model.slot));
-        replaced.for_each(|model| self.renderer.remove_model(model.handle()));
+        replaced.for_each(|model| self.renderer.remove_model(uploaded_models::handle_of(model)));
     }
 }
 

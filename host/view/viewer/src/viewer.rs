@@ -27,12 +27,12 @@ use crate::equipment_panels::EquipmentPanels;
 use crate::frame_statistics::{FrameStageMillis, FrameStatistics};
 use crate::host_program::HostProgram;
 use crate::interaction::Interaction;
-use crate::load::LoadedScene;
 use crate::scene_drawing::SceneDrawing;
 use crate::scene_overlays::SceneOverlays;
 use crate::site_definition::SceneDirectory;
 use crate::view_renderer::ViewRenderer;
 use crate::view_target::ViewTarget;
+use busbar_scene_loader::LoadedScene;
 
 /// A scene on a device, with its plugins running.
 pub struct Viewer {

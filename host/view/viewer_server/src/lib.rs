@@ -20,8 +20,9 @@ pub use busbar_protocol::message::Target;
 use busbar_protocol::message::{Command, PROTOCOL_VERSION, StartParameters, ViewerMessage};
 use busbar_protocol::pictures::{self, PictureMemory};
 
+use busbar_scene_loader::{LoadError, LoadedScene};
+use busbar_viewer::Viewer;
 use busbar_viewer::reload::{BackgroundLoad, ReloadOutcome};
-use busbar_viewer::{LoadError, LoadedScene, Viewer};
 
 use change_reporter::ChangeReporter;
 use channel::Channel;

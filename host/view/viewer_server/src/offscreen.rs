@@ -6,7 +6,8 @@ use busbar_protocol::pictures::{self, Area, PictureWriter};
 
 use super::input::InputState;
 use super::{FrameRequests, ViewerServer};
-use busbar_viewer::{LoadedScene, Picture, RenderError, ViewError, Viewer};
+use busbar_scene_loader::LoadedScene;
+use busbar_viewer::{Picture, RenderError, ViewError, Viewer, renderer_options};
 
 /// Longest period between frames without commands, since live values change.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
@@ -70,7 +71,7 @@ impl ViewerServer {
 }
 
 fn open(scene: LoadedScene, size: [u32; 2]) -> Result<Viewer, ViewError> {
-    let options = scene.renderer_options();
+    let options = renderer_options(&scene);
     Viewer::new_offscreen(scene, options, size)
 }
 

@@ -6,7 +6,8 @@ use std::time::{Duration, Instant, SystemTime};
 
 use busbar_plugin_sdk::simulation::{Behavior, Shape, Signal};
 use busbar_plugin_sdk::{DoublePoint, Value as SimulatedValue, ValueKind};
-use busbar_viewer::{LoadedScene, RendererOptions, TagStats, Viewer};
+use busbar_scene_loader::LoadedScene;
+use busbar_viewer::{RendererOptions, TagStats, Viewer};
 use e2e::{Process, Scene, Stats, built, built_folder, busbar, finish, wait_for};
 use rustix::process::{Pid, Signal as ProcessSignal, kill_process};
 use serde_json::{Value, json};

@@ -9,8 +9,9 @@ use busbar_plugin_process::{
     Isolation, Plugin, PluginCatalog, PluginOptions, RestartPolicy, RunningOverlay,
     RunningTelemetry,
 };
+use busbar_scene_loader::LoadedScene;
 use busbar_tags::{Sample, TagHandle, ValueKind};
-use busbar_viewer::{LoadedScene, RendererOptions, Viewer};
+use busbar_viewer::{RendererOptions, Viewer};
 use document::Series;
 use e2e::faulty_plugins::FaultyPluginScene;
 use rustix::process::{Pid, Signal, kill_process};

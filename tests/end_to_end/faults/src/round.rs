@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
-use busbar_viewer::{LoadedScene, PluginStats, RendererOptions, Stats, Viewer};
+use busbar_scene_loader::LoadedScene;
+use busbar_viewer::{PluginStats, RendererOptions, Stats, Viewer};
 use fault_injector::Fault;
 
 use crate::injection::{

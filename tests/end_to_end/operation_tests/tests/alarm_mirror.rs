@@ -5,8 +5,9 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
+use busbar_scene_loader::LoadedScene;
 use busbar_viewer::reload::{ReloadOutcome, Reloader};
-use busbar_viewer::{AlarmState, AlarmStats, LoadedScene, RendererOptions, Viewer};
+use busbar_viewer::{AlarmState, AlarmStats, RendererOptions, Viewer};
 use e2e::peer::python;
 use e2e::{Process, Scene, busbar, finish, wait_for, workspace_path};
 use egui::{Event, Key, Modifiers};

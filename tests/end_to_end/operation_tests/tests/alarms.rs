@@ -4,7 +4,8 @@
 use std::path::Path;
 use std::time::Duration;
 
-use busbar_viewer::{AlarmState, LoadedScene, RendererOptions, Stats, Viewer};
+use busbar_scene_loader::LoadedScene;
+use busbar_viewer::{AlarmState, RendererOptions, Stats, Viewer};
 use e2e::display::Display;
 use e2e::peer::{Peer, normal_values};
 use e2e::picture;

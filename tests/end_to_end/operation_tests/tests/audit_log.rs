@@ -5,7 +5,8 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
-use busbar_viewer::{AlarmState, LoadedScene, RendererOptions, Viewer};
+use busbar_scene_loader::LoadedScene;
+use busbar_viewer::{AlarmState, RendererOptions, Viewer};
 use e2e::{Output, Scene, busbar, finish};
 use serde_json::json;
 use tempfile::TempDir;

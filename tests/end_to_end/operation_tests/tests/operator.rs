@@ -4,7 +4,8 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use busbar_viewer::{LoadedScene, RendererOptions, Stats, Viewer};
+use busbar_scene_loader::LoadedScene;
+use busbar_viewer::{RendererOptions, Stats, Viewer};
 use e2e::Scene;
 use e2e::glb::{self, WeldedMesh};
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, Rect, pos2, vec2};

@@ -4,9 +4,10 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use busbar_viewer::charts::Action;
+use busbar_chart::Action;
+use busbar_scene_loader::LoadedScene;
 use busbar_viewer::reload::{ReloadOutcome, Reloader};
-use busbar_viewer::{ChartCommand, LoadedScene, Stats, Viewer};
+use busbar_viewer::{ChartCommand, Stats, Viewer, renderer_options};
 use e2e::relay::Relay;
 use e2e::{Process, Scene, busbar, finish, picture, wait_for};
 use image::RgbImage;
@@ -211,7 +212,7 @@ impl View {
     fn open(scene: Scene) -> Self {
         let path = scene.write();
         let loaded = LoadedScene::load(&path, &|_, _, _| {}).unwrap_or_else(|e| panic!("{e}"));
-        let options = loaded.renderer_options();
+        let options = renderer_options(&loaded);
         let viewer = Viewer::new_offscreen(loaded, options, SIZE).expect("there is a device");
         let reloader = Reloader::start(&path, || {}).expect("a file can be watched");
         Self { scene, path, viewer, reloader, started: Instant::now() }

@@ -3,7 +3,8 @@
 use std::path::Path;
 use std::time::Duration;
 
-use busbar_viewer::{FaceplateStats, LoadedScene, RendererOptions, Stats, Viewer};
+use busbar_scene_loader::LoadedScene;
+use busbar_viewer::{FaceplateStats, RendererOptions, Stats, Viewer};
 use e2e::display::{Display, LEFT_BUTTON};
 use e2e::peer::{Peer, normal_values};
 use e2e::window::Window;

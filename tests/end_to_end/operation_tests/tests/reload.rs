@@ -6,8 +6,9 @@ use std::fs;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use busbar_scene_loader::LoadedScene;
 use busbar_viewer::reload::{ReloadOutcome, Reloader, SETTLE_TIME};
-use busbar_viewer::{AlarmAction, AlarmState, LoadedScene, Picture, Stats, Viewer};
+use busbar_viewer::{AlarmAction, AlarmState, Picture, Stats, Viewer, renderer_options};
 use e2e::peer::{Peer, normal_values};
 use e2e::{Scene, wait_for};
 use serde_json::{Value, json};
@@ -57,7 +58,7 @@ impl View {
     fn open(scene: Scene) -> Self {
         let path = scene.write();
         let loaded = LoadedScene::load(&path, &|_, _, _| {}).unwrap_or_else(|e| panic!("{e}"));
-        let options = loaded.renderer_options();
+        let options = renderer_options(&loaded);
         let mut viewer = Viewer::new_offscreen(loaded, options, SIZE).expect("there is a device");
         viewer.set_operator("A. Operator");
         let reloader = Reloader::start(&path, || {}).expect("a file can be watched");
@@ -264,7 +265,7 @@ fn a_live_view_that_leaves_its_quality_open_goes_by_the_device_and_a_picture_doe
     assert!(is_same(&shown(&mut view), by_device), "after an edit, too");
 
     let loaded = LoadedScene::load(&view.path, &|_, _, _| {}).unwrap_or_else(|e| panic!("{e}"));
-    let options = loaded.renderer_options();
+    let options = renderer_options(&loaded);
     let mut still = Viewer::new_headless(loaded, options, SIZE).expect("there is a device");
     still.frame(still.headless_input(0.0)).expect("a frame is drawn");
     let picture = still.read_picture().expect("a frame was drawn");

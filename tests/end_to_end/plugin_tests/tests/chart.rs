@@ -5,8 +5,9 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use busbar_viewer::charts::{Action, AxisView, Brush, Layout, MAX_STROKED_RECORDS};
-use busbar_viewer::{ChartStats, LoadedScene, RendererOptions, Stats, Viewer};
+use busbar_chart::{Action, AxisView, Brush, Layout, MAX_STROKED_RECORDS};
+use busbar_scene_loader::LoadedScene;
+use busbar_viewer::{ChartStats, RendererOptions, Stats, Viewer};
 use dga::{Concentration, Gas, Sample, Zone, triangle_1};
 use e2e::Scene;
 use fleet::{

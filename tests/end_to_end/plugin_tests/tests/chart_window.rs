@@ -4,7 +4,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use busbar_viewer::{ChartAxisStats, LoadedScene, RendererOptions, Viewer};
+use busbar_scene_loader::LoadedScene;
+use busbar_viewer::{ChartAxisStats, RendererOptions, Viewer};
 use e2e::display::{Display, LEFT_BUTTON};
 use e2e::window::Window;
 use e2e::{Scene, built, busbar, finish, picture, workspace_path};

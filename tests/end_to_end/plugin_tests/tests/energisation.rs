@@ -3,7 +3,8 @@
 
 use std::time::{Duration, Instant};
 
-use busbar_viewer::{LoadedScene, Picture, RendererOptions, Viewer};
+use busbar_scene_loader::LoadedScene;
+use busbar_viewer::{Picture, RendererOptions, Viewer};
 use e2e::Scene;
 use e2e::peer::Peer;
 use serde_json::{Value, json};

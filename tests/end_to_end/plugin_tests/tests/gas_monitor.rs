@@ -3,7 +3,8 @@
 
 use std::time::Duration;
 
-use busbar_viewer::{ChartStats, LoadedScene, RendererOptions, Viewer};
+use busbar_scene_loader::LoadedScene;
+use busbar_viewer::{ChartStats, RendererOptions, Viewer};
 use e2e::peer::{Peer, f32_registers};
 use e2e::{Scene, wait_for};
 use serde_json::{Value, json};

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 use std::fs;
 
-use busbar_viewer::LoadedScene;
+use busbar_scene_loader::LoadedScene;
 use e2e::faulty_plugins::{self, FaultyPluginScene};
 use e2e::{Process, Scene, Stats, busbar, finish, picture, wait_for};
 use rustix::process::{Signal, kill_process};

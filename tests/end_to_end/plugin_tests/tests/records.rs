@@ -5,7 +5,8 @@ use std::fs::File;
 use std::path::Path;
 use std::time::{Duration, SystemTime};
 
-use busbar_viewer::{LoadedScene, PluginStats, RecordStats, RendererOptions, Viewer};
+use busbar_scene_loader::LoadedScene;
+use busbar_viewer::{PluginStats, RecordStats, RendererOptions, Viewer};
 use e2e::display::{Display, LEFT_BUTTON};
 use e2e::peer::{Peer, normal_values};
 use e2e::window::Window;

@@ -3,7 +3,8 @@
 
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use busbar_viewer::{LoadedScene, RendererOptions, Viewer};
+use busbar_scene_loader::LoadedScene;
+use busbar_viewer::{RendererOptions, Viewer};
 use e2e::{Scene, busbar, finish, wait_for};
 use serde_json::{Value, json};
 

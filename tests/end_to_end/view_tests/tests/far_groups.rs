@@ -1,7 +1,8 @@
 //! Hierarchical levels of detail: yards far away are drawn as one mesh each, without a visible
 //! difference.
 
-use busbar_viewer::{LoadedScene, Picture, RendererOptions, Viewer};
+use busbar_scene_loader::LoadedScene;
+use busbar_viewer::{Picture, RendererOptions, Viewer};
 use e2e::{Scene, YARDS};
 use serde_json::json;
 

@@ -3,7 +3,8 @@
 use std::path::Path;
 use std::time::Duration;
 
-use busbar_viewer::{LoadedScene, Picture, RendererOptions, Stats, Viewer};
+use busbar_scene_loader::LoadedScene;
+use busbar_viewer::{Picture, RendererOptions, Stats, Viewer};
 use e2e::Scene;
 use glam::{Vec3, vec3};
 use serde_json::{Value, json};

@@ -1,6 +1,7 @@
 //! Templates compared with the same scene written out.
 
-use busbar_viewer::{LoadedScene, Picture, RendererOptions, Viewer};
+use busbar_scene_loader::LoadedScene;
+use busbar_viewer::{Picture, RendererOptions, Viewer};
 use e2e::Scene;
 use serde_json::{Value, json};
 

@@ -4,7 +4,8 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use busbar_viewer::{LoadedScene, Picture, RendererOptions, Viewer};
+use busbar_scene_loader::LoadedScene;
+use busbar_viewer::{Picture, RendererOptions, Viewer};
 use e2e::{Scene, Stats, busbar, finish};
 use serde_json::{Value, json};
 

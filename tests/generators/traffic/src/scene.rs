@@ -12,8 +12,9 @@ use busbar_plugin_process::{
     Confinement, DEFAULT_CONFINEMENT, Isolation, Plugin, PluginCatalog, PluginOptions,
     RunningTelemetry,
 };
+use busbar_scene_loader::LoadedScene;
 use busbar_tags::{TagHandle, ValueKind};
-use busbar_viewer::{LoadedScene, RendererOptions, Viewer};
+use busbar_viewer::{RendererOptions, Viewer};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use busbar_viewer::{LoadedScene, Quality, RendererOptions, Viewer};
+use busbar_scene_loader::LoadedScene;
+use busbar_viewer::{Quality, RendererOptions, Viewer};
 use serde_json::json;
 
 use crate::camera::{Camera, FOV_DEGREES};

@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
+use busbar_commands::OptimizedModel;
 use busbar_geometry::Bounds;
-use busbar_viewer::optimize::OptimizedModel;
 use serde_json::json;
 use substation::Station;
 

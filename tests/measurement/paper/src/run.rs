@@ -6,7 +6,8 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 use busbar_geometry::{CollapseStacks, Mesh};
 use busbar_gltf_import::{ImportLimits, import_file};
-use busbar_viewer::{LoadedScene, Picture, RendererOptions, Viewer};
+use busbar_scene_loader::LoadedScene;
+use busbar_viewer::{Picture, RendererOptions, Viewer};
 
 use crate::effort::Effort;
 use crate::frames::{self, FrameTimes};

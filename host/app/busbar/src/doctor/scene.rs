@@ -3,7 +3,10 @@
 use std::path::Path;
 use std::time::Duration;
 
-use busbar_viewer::{CheckedLink, LoadedScene, Severity, check_links, plugin_catalog};
+use busbar_commands::{CheckedLink, check_links};
+use busbar_config::Severity;
+use busbar_plugin_host::LinkState;
+use busbar_scene_loader::{LoadedScene, plugin_catalog};
 
 use super::finding::Finding;
 
@@ -61,16 +64,19 @@ fn link(checked: &CheckedLink) -> Vec<Finding> {
     let CheckedLink { name, link, quality } = checked;
     let counts =
         format!("{} good, {} uncertain, {} bad", quality.good, quality.uncertain, quality.bad);
-    let said = if link.message.is_empty() { link.state } else { &link.message };
+    let said = if link.message.is_empty() { link.state.name() } else { &link.message };
     let cause = format!("{name}: {said} ({counts})");
     let state = match link.state {
-        "up" if quality.uncertain + quality.bad == 0 => Finding::ok(LINK, cause),
-        "up" => Finding::warning(LINK, cause, "see `busbar render --stats` for each tag's reason"),
+        LinkState::Up if quality.uncertain + quality.bad == 0 => Finding::ok(LINK, cause),
+        LinkState::Up => {
+            Finding::warning(LINK, cause, "see `busbar render --stats` for each tag's reason")
+        }
         // A device that is off is no fault of this machine.
         _ => Finding::warning(LINK, cause, "start the device, or correct the instance's settings"),
     };
     // A remark is cause and remedy, parted by a colon.
-    let clock = link.clock_remarks.iter().map(|remark| {
+    let remarks = link.clock.remarks();
+    let clock = remarks.iter().map(|remark| {
         let (cause, remedy) = remark.split_once(": ").unwrap_or((remark, ""));
         Finding::warning(CLOCK, format!("{name}: {cause}"), remedy)
     });

@@ -4,7 +4,9 @@
 use std::process::ExitCode;
 
 use anyhow::bail;
-use busbar_viewer::{CommandError, CommandExit, DevicePointSource, DevicePoints};
+use busbar_commands::{DevicePointSource, DevicePoints};
+use busbar_plugin_host::CommandExit;
+use busbar_plugin_process::CommandError;
 
 use super::check_free;
 use crate::arguments::ImportOptions;

@@ -14,9 +14,9 @@ use busbar_ui::{
 use super::external_text::{long_uncertainty, short_uncertainty, statuses};
 use super::{AlarmPresentation, text};
 use crate::labels::{OverlayCamera, top_of};
-use crate::load::LoadedScene;
 use crate::panel_rows::value_text;
 use crate::site_definition::node_of;
+use busbar_scene_loader::LoadedScene;
 
 /// Alarms as rows, made one by one as they are looked at. Without alarms there are none.
 #[derive(Clone, Copy)]

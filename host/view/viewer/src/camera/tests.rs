@@ -1,7 +1,8 @@
 //! Tests of cameras, and of steering them.
 
+use busbar_lod::LodCamera;
+
 use super::*;
-use crate::lod::LodCamera;
 
 fn screen() -> Rect {
     Rect::from_min_size(Pos2::ZERO, egui::vec2(800.0, 600.0))

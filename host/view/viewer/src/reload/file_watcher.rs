@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use notify::{RecommendedWatcher, RecursiveMode, Watcher};
 
-use crate::file_version::{FileVersion, version};
+use busbar_scene_loader::{FileVersion, file_version};
 
 /// Debounce time: a file must be unchanged for so long before it is read.
 pub const SETTLE_TIME: Duration = Duration::from_millis(50);
@@ -59,7 +59,7 @@ impl FileWatcher {
         let shared = Arc::<Shared>::default();
         let mut watched = WatchThread {
             path: path.to_owned(),
-            seen: Versions::from([(path.to_owned(), version(path))]),
+            seen: Versions::from([(path.to_owned(), file_version(path))]),
             shared: Arc::downgrade(&shared),
             wake,
             folders: BTreeSet::new(),
@@ -144,7 +144,7 @@ impl WatchThread {
     }
 
     fn versions(&self) -> Versions {
-        self.seen.keys().map(|path| (path.clone(), version(path))).collect()
+        self.seen.keys().map(|path| (path.clone(), file_version(path))).collect()
     }
 
     /// Watches the folders of the files, and of those that links lead to.
@@ -244,7 +244,7 @@ mod tests {
         let [path, model] = ["scene.json", "a.glb"].map(|name| folder.path().join(name));
         fs::write(&path, "0").unwrap();
         fs::write(&model, "shown").unwrap();
-        let shown = version(&model);
+        let shown = file_version(&model);
         let (sender, woken) = channel();
         let wake = move || {
             let _ = sender.send(());

@@ -17,14 +17,14 @@ use crate::equipment_panels::EquipmentPanels;
 use crate::frame_statistics::FrameStatistics;
 use crate::host_program::HostProgram;
 use crate::interaction::Interaction;
-use crate::load::LoadedScene;
 use crate::panel_frame::appearance_of;
 use crate::scene_drawing::SceneDrawing;
 use crate::scene_overlays::SceneOverlays;
 use crate::site_definition::{site_definition, start_plugins};
-use crate::stack_builder::millis_since;
 use crate::view_renderer::ViewRenderer;
 use crate::view_target::ViewTarget;
+use busbar_scene_loader::LoadedScene;
+use busbar_scene_loader::millis_since;
 
 /// Place where a view is shown.
 enum ViewPlace {
@@ -90,7 +90,8 @@ impl Viewer {
         let start = Instant::now();
         let renderer = ViewRenderer::start(&scene, options, window, size, !is_live)?;
         scene.millis.insert("upload".into(), millis_since(start));
-        let site = Site::start(site_definition(&scene), start_plugins(&scene)?, !is_live)?;
+        let plugins = start_plugins(&scene, &|_| true)?;
+        let site = Site::start(site_definition(&scene), plugins, !is_live)?;
         // In a window, its own glue says how large a point is.
         let scale = if in_window { 1.0 } else { scene.config.view.scale };
         Ok(Self {

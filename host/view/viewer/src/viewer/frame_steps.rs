@@ -17,12 +17,12 @@ use crate::camera::Projection;
 use crate::camera::navigator::NavigationContext;
 use crate::frame_statistics::FrameStageMillis;
 use crate::labels::{LinesByNode, OverlayCamera};
-use crate::lod::LodCamera;
 use crate::overlay_layers::OverlayFrame;
 use crate::panel_frame::PanelFrame;
 use crate::panel_rows::TagListRows;
 use crate::scene_drawing::background;
-use crate::stack_builder::millis_since;
+use busbar_lod::LodCamera;
+use busbar_scene_loader::millis_since;
 
 /// Frame that was drawn, with the camera view that it shows.
 pub(super) struct DrawnFrame {
@@ -144,7 +144,7 @@ impl Viewer {
             ahead: camera.forward(),
             pixel: camera.pixel_size(target.viewport.size() * target.pixels_per_point),
         };
-        detail.update(scene, renderer.get_mut(), eye, target.settles, seconds);
+        detail.update(renderer.get_mut(), eye, target.settles, seconds);
         drawing.update_draw_list(scene, detail, overlays.highlights());
     }
 
@@ -186,7 +186,7 @@ impl Viewer {
         (shown, labelled): (OverlayFrame, Vec<NodeIndex>),
     ) {
         self.statistics.cpu_millis = prepared_millis + stats.cpu_millis;
-        self.detail.note_frame(&self.scene, self.renderer.get(), &stats);
+        self.detail.note_frame(self.renderer.get(), &stats);
         self.drawing.note_frame(view, stats, primitives);
         if self.overlays.note_frame(shown, labelled) {
             self.interaction.picks.forget_labels();

@@ -11,10 +11,10 @@ use crate::ViewError;
 use crate::camera::Projection;
 use crate::interaction::PickedPicture;
 use crate::labels::hidden_labels;
-use crate::load::LoadedScene;
 use crate::object_numbers::node_of;
 use crate::pick_queue::{PickPurpose, PickRequest};
 use crate::ray_casting;
+use busbar_scene_loader::LoadedScene;
 
 impl Viewer {
     /// Selects the equipment at a pixel and returns its id. Waits for the device.

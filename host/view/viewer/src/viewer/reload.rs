@@ -4,18 +4,19 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use busbar_renderer::release_freed_memory;
-use busbar_site::{IndexRemap, StartedPlugins};
+use busbar_site::IndexRemap;
 
 use super::Viewer;
 use crate::ViewError;
 use crate::camera::Camera;
-use crate::file_version::FileVersion;
-use crate::load::{LoadedScene, PreparedReload};
 use crate::panel_frame::appearance_of;
 use crate::pick_queue::PickQueue;
+use crate::reload::PreparedReload;
 use crate::reload::ReloadCounters;
 use crate::scene_overlays::chart_of;
 use crate::site_definition::{SceneDirectory, index_remap, site_definition};
+use busbar_scene_loader::FileVersion;
+use busbar_scene_loader::{LoadedScene, ReloadedScene};
 
 impl Viewer {
     /// Applies a prepared reload from the next frame on. Unchanged parts are kept: plugins, values
@@ -25,10 +26,9 @@ impl Viewer {
     /// # Errors
     /// Errors of the graphics device, or of a chart or records that cannot be read.
     pub fn apply_reload(&mut self, reload: PreparedReload) -> Result<(), ViewError> {
-        let PreparedReload { mut scene, changes, kept, telemetry, overlays, has_same_graph } =
-            reload;
+        let PreparedReload { loaded, started } = reload;
+        let ReloadedScene { mut scene, changes, kept, has_same_graph } = loaded;
         let settles = self.target.settles;
-        let started = StartedPlugins { telemetry, overlays };
         let site = self.site.prepare_reload(site_definition(&scene), started, kept.clone())?;
         let chart = site.replaced_chart().map(|reader| chart_of(&scene, reader, settles));
         if self.renderer.change_options(&self.scene, &scene, !settles)? {
@@ -53,7 +53,7 @@ impl Viewer {
         self.overlays.layers.reload(&self.site, &self.scene.graph, &is_kept);
         self.carry_view(&before);
         let same_proxies = Arc::ptr_eq(&before.proxies, &self.scene.proxies);
-        if !has_same_graph || !same_proxies || before.policies() != self.scene.policies() {
+        if !has_same_graph || !same_proxies || before.policies != self.scene.policies {
             self.rebuild_detail(&before, &remap, has_same_graph);
         }
         self.carry_equipment(&remap);

@@ -10,8 +10,9 @@ use std::time::{Duration, Instant};
 
 use busbar_plugin_check::heap_bytes;
 use busbar_renderer::release_freed_memory;
+use busbar_scene_loader::LoadedScene;
 use busbar_viewer::reload::{ReloadOutcome, Reloader};
-use busbar_viewer::{AlarmAction, LoadedScene, Picture, Viewer};
+use busbar_viewer::{AlarmAction, Picture, Viewer, renderer_options};
 use e2e::peer::{Peer, normal_values};
 use e2e::{Scene, wait_for};
 use serde_json::json;
@@ -99,7 +100,7 @@ struct View {
 impl View {
     fn open(path: &Path) -> Self {
         let scene = LoadedScene::load(path, &|_, _, _| {}).unwrap_or_else(|e| panic!("{e}"));
-        let options = scene.renderer_options();
+        let options = renderer_options(&scene);
         let viewer = Viewer::new_offscreen(scene, options, SIZE).expect("there is a device");
         let reloader = Reloader::start(path, || {}).expect("a file can be watched");
         Self { viewer, reloader, started: Instant::now() }

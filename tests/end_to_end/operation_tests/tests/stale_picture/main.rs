@@ -10,7 +10,8 @@ mod script;
 use std::path::PathBuf;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use busbar_viewer::{LoadedScene, Picture, RendererOptions, Viewer};
+use busbar_scene_loader::LoadedScene;
+use busbar_viewer::{Picture, RendererOptions, Viewer};
 use e2e::Scene;
 use e2e::glb::{self, WeldedMesh};
 use rustix::process::{Pid, Signal, kill_process};

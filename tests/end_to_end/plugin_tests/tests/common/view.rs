@@ -3,7 +3,8 @@
 
 use std::time::{Duration, Instant};
 
-use busbar_viewer::{LoadedScene, PluginStats, RendererOptions, Viewer};
+use busbar_scene_loader::LoadedScene;
+use busbar_viewer::{PluginStats, RendererOptions, Viewer};
 use e2e::faulty_plugins::FaultyPluginScene;
 use e2e::wait_for;
 use rustix::process::Pid;

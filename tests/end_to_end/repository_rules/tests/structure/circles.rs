@@ -14,8 +14,9 @@ const MAX_FILES: usize = 3;
 const UNOPENED: &[(&str, &[usize])] = &[
     ("busbar_config", &[14]),
     ("busbar_gpu", &[16]),
+    ("busbar_lod", &[5]),
     ("busbar_renderer", &[21]),
-    ("busbar_viewer", &[50]),
+    ("busbar_viewer", &[9]),
 ];
 
 /// Finds the strongly connected components of a graph, by the algorithm of Tarjan.

@@ -4,6 +4,7 @@
 
 mod circles;
 mod crate_size;
+mod dependencies;
 mod doc_comments;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -19,8 +20,15 @@ const ALLOWED: &[(&str, &[&str])] = &[
     (
         "busbar",
         &[
+            "busbar_audit_log",
             "busbar_client",
+            "busbar_commands",
+            "busbar_config",
             "busbar_plugin_check",
+            "busbar_plugin_host",
+            "busbar_plugin_process",
+            "busbar_point_import",
+            "busbar_scene_loader",
             "busbar_viewer",
             "busbar_viewer_server",
             "busbar_web",
@@ -30,21 +38,18 @@ const ALLOWED: &[(&str, &[&str])] = &[
         "busbar_viewer",
         &[
             "busbar_alarms",
-            "busbar_audit_log",
             "busbar_chart",
             "busbar_config",
             "busbar_geometry",
-            "busbar_gltf_export",
-            "busbar_gltf_import",
             "busbar_history",
+            "busbar_lod",
             "busbar_plugin_host",
             "busbar_plugin_process",
-            "busbar_point_import",
             "busbar_records",
             "busbar_renderer",
             "busbar_scene",
+            "busbar_scene_loader",
             "busbar_site",
-            "busbar_stack_cache",
             "busbar_tags",
             "busbar_ui",
         ],
@@ -53,6 +58,21 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_audit_log", &["busbar_alarms", "busbar_tags"]),
     ("busbar_chart", &[]),
     ("busbar_client", &["busbar_protocol"]),
+    (
+        "busbar_commands",
+        &[
+            "busbar_config",
+            "busbar_geometry",
+            "busbar_gltf_export",
+            "busbar_gltf_import",
+            "busbar_plugin_host",
+            "busbar_plugin_process",
+            "busbar_point_import",
+            "busbar_scene",
+            "busbar_scene_loader",
+            "busbar_tags",
+        ],
+    ),
     ("busbar_config", &[]),
     ("busbar_embed", &["busbar_client", "busbar_protocol"]),
     ("busbar_geometry", &[]),
@@ -60,6 +80,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_gltf_import", &["busbar_geometry", "busbar_scene"]),
     ("busbar_gpu", &["busbar_huge_pages"]),
     ("busbar_history", &["busbar_tags"]),
+    ("busbar_lod", &["busbar_geometry", "busbar_scene"]),
     (
         "busbar_plugin_check",
         &[
@@ -100,6 +121,22 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_records", &[]),
     ("busbar_renderer", &["busbar_geometry", "busbar_gpu", "busbar_scene", "busbar_shaders"]),
     ("busbar_scene", &["busbar_geometry"]),
+    (
+        "busbar_scene_loader",
+        &[
+            "busbar_alarms",
+            "busbar_audit_log",
+            "busbar_config",
+            "busbar_geometry",
+            "busbar_gltf_import",
+            "busbar_lod",
+            "busbar_plugin_host",
+            "busbar_plugin_process",
+            "busbar_scene",
+            "busbar_stack_cache",
+            "busbar_tags",
+        ],
+    ),
     ("busbar_shaders", &[]),
     (
         "busbar_site",
@@ -120,7 +157,14 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_ui", &["busbar_alarms", "busbar_chart", "busbar_records", "busbar_tags"]),
     (
         "busbar_viewer_server",
-        &["busbar_alarms", "busbar_plugin_host", "busbar_protocol", "busbar_tags", "busbar_viewer"],
+        &[
+            "busbar_alarms",
+            "busbar_plugin_host",
+            "busbar_protocol",
+            "busbar_scene_loader",
+            "busbar_tags",
+            "busbar_viewer",
+        ],
     ),
     ("busbar_web", &["busbar_client", "busbar_protocol"]),
     ("busbar_plugin_abi", &[]),
@@ -175,8 +219,10 @@ const ALLOWED: &[(&str, &[&str])] = &[
     (
         "bench_render",
         &[
+            "busbar_commands",
             "busbar_geometry",
             "busbar_gltf_export",
+            "busbar_scene_loader",
             "busbar_viewer",
             "document",
             "measure",
@@ -200,6 +246,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_plugin_host",
             "busbar_renderer",
             "busbar_scene",
+            "busbar_scene_loader",
             "busbar_viewer",
             "document",
             "measure",
@@ -214,12 +261,22 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("repository_rules", &[]),
     ("view_tests", &[]),
     ("fault_proxy", &[]),
-    ("fleet", &["busbar_gltf_export", "busbar_viewer", "substation"]),
+    (
+        "fleet",
+        &[
+            "busbar_chart",
+            "busbar_gltf_export",
+            "busbar_scene_loader",
+            "busbar_viewer",
+            "substation",
+        ],
+    ),
     (
         "faults",
         &[
             "busbar_plugin_host",
             "busbar_plugin_process",
+            "busbar_scene_loader",
             "busbar_tags",
             "busbar_viewer",
             "document",
@@ -235,6 +292,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         &[
             "busbar_plugin_host",
             "busbar_plugin_process",
+            "busbar_scene_loader",
             "busbar_tags",
             "busbar_viewer",
             "document",
@@ -246,19 +304,32 @@ const ALLOWED: &[(&str, &[&str])] = &[
 ];
 /// Imports that tests alone may have besides.
 const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
-    ("device_tests", &["busbar_plugin_sdk", "busbar_viewer", "e2e", "peer_process"]),
+    (
+        "device_tests",
+        &["busbar_plugin_sdk", "busbar_scene_loader", "busbar_viewer", "e2e", "peer_process"],
+    ),
     (
         "operation_tests",
-        &["busbar_plugin_check", "busbar_renderer", "busbar_viewer", "e2e", "fleet"],
+        &[
+            "busbar_chart",
+            "busbar_plugin_check",
+            "busbar_renderer",
+            "busbar_scene_loader",
+            "busbar_viewer",
+            "e2e",
+            "fleet",
+        ],
     ),
     (
         "plugin_tests",
         &[
+            "busbar_chart",
             "busbar_geometry",
             "busbar_gltf_export",
             "busbar_plugin_host",
             "busbar_plugin_process",
             "busbar_scene",
+            "busbar_scene_loader",
             "busbar_viewer",
             "dga",
             "e2e",
@@ -271,12 +342,14 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
     (
         "view_tests",
         &[
+            "busbar_chart",
             "busbar_geometry",
             "busbar_gltf_export",
             "busbar_gltf_import",
             "busbar_plugin_host",
             "busbar_renderer",
             "busbar_scene",
+            "busbar_scene_loader",
             "busbar_viewer",
             "corpus",
             "e2e",
@@ -435,6 +508,28 @@ fn crates_import_only_what_they_may() {
                 || (*for_tests && in_tests.get(name.as_str()).is_some_and(|i| i.contains(&import)));
             assert!(may || !packages.contains_key(import), "{name} may not import {import}");
         }
+    }
+}
+
+/// Imports of the crates that choose detail and load scenes, followed to their ends.
+#[test]
+fn detail_and_loading_know_no_renderer_no_device_and_no_panels() {
+    let packages = packages();
+    for name in ["busbar_lod", "busbar_scene_loader"] {
+        let (mut seen, mut next) = (BTreeSet::new(), vec![name]);
+        while let Some(name) = next.pop() {
+            if !seen.insert(name) {
+                continue;
+            }
+            let package = &packages[name];
+            let drawing = ["ash", "egui", "busbar_gpu", "busbar_renderer", "busbar_ui"];
+            let imports = package.imports.iter().filter(|(_, for_tests)| !for_tests);
+            for (import, _) in imports {
+                assert!(!drawing.contains(&import.as_str()), "{name} imports {import}");
+                next.extend(packages.contains_key(import).then_some(import.as_str()));
+            }
+        }
+        assert!(seen.contains("busbar_scene"), "{seen:?}");
     }
 }
 

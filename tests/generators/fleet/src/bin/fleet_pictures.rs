@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
-use busbar_viewer::charts::{Action, Brush, Layout};
-use busbar_viewer::{ChartCommand, LoadedScene, Stats, Viewer};
+use busbar_chart::{Action, Brush, Layout};
+use busbar_scene_loader::LoadedScene;
+use busbar_viewer::{ChartCommand, Stats, Viewer, renderer_options};
 use clap::Parser;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
@@ -78,7 +79,7 @@ impl View {
     fn open(folder: &Path, size: [u32; 2]) -> Result<Self> {
         let path = folder.join("dga.json");
         let scene = LoadedScene::load(&path, &|_, _, _| {})?;
-        let options = scene.renderer_options();
+        let options = renderer_options(&scene);
         let viewer = Viewer::new_headless(scene, options, size)?;
         let mut view = Self { viewer, seconds: 0.0 };
         let begun = Instant::now();

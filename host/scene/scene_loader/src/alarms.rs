@@ -1,0 +1,138 @@
+//! Alarms as configured, on the tags and nodes of a scene.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+use busbar_alarms::{AlarmSet, AlarmSource, AlarmSpec, Condition, Limit, Priority, TagCondition};
+use busbar_config::{
+    AlarmConfig, AlarmOriginConfig, ConditionConfig, Config, DoublePointConfig, LimitConfig,
+    PriorityConfig, StateConfig, TagConditionConfig, join_pointer,
+};
+use busbar_scene::{NodeIndex, SceneGraph};
+use busbar_tags::{DoublePoint, TagHandle, TagSet, Value};
+
+use crate::bindings;
+use crate::diagnostics::DiagnosticsCollector;
+use crate::loaded_scene::LoadedAlarms;
+use crate::models::ImportedModels;
+
+/// Alarms in the order of their ids, which is that of their handles.
+pub(crate) fn resolve(
+    config: &Config,
+    tags: &TagSet,
+    graph: Option<&SceneGraph>,
+    imported: &ImportedModels,
+    nodes_of_tags: &HashMap<TagHandle, NodeIndex>,
+    faults: &mut DiagnosticsCollector<'_>,
+) -> LoadedAlarms {
+    // Ids are the keys of a sorted map: their rank is their handle.
+    let handles: HashMap<&str, TagHandle> =
+        config.tags.keys().zip(0..).map(|(id, rank)| (id.as_str(), TagHandle(rank))).collect();
+    let (mut specs, mut nodes) = (Vec::new(), Vec::new());
+    for (id, alarm) in &config.alarms {
+        let spec = spec(id, alarm, &handles);
+        let of_tag = match &spec.source {
+            AlarmSource::Tag { trigger, .. } => nodes_of_tags.get(&trigger.tag).copied(),
+            AlarmSource::Mirrored => None,
+        };
+        nodes.push(match (&alarm.equipment, graph) {
+            (Some(equipment), Some(graph)) => {
+                let pointer = join_pointer(&alarm.pointer, "equipment");
+                bindings::find(config, graph, imported, equipment, &pointer, faults)
+            }
+            _ => of_tag,
+        });
+        specs.push(spec);
+    }
+    let sources = config.alarm_handling.sources.iter();
+    for (source, graph) in sources.filter_map(|source| Some((source, graph?))) {
+        let rules = join_pointer(&source.pointer, "equipment");
+        for (start, equipment) in &source.equipment {
+            bindings::find(
+                config,
+                graph,
+                imported,
+                equipment,
+                &join_pointer(&rules, start),
+                faults,
+            );
+        }
+    }
+    let set = AlarmSet::new(specs, tags).unwrap_or_else(|found| {
+        for fault in found {
+            let alarm = config.alarms.get(&fault.id);
+            let pointer = alarm.map_or("/alarms", |alarm| alarm.pointer.as_str());
+            faults.add(pointer, fault.cause, fault.remedy);
+        }
+        AlarmSet::default()
+    });
+    LoadedAlarms { set: Arc::new(set), nodes: nodes.into() }
+}
+
+fn spec(id: &str, alarm: &AlarmConfig, handles: &HashMap<&str, TagHandle>) -> AlarmSpec {
+    let tag_condition = |condition_config: &TagConditionConfig| TagCondition {
+        // The rules ensure that the tag is there.
+        tag: handles.get(condition_config.tag.as_str()).copied().unwrap_or(TagHandle(u32::MAX)),
+        condition: condition(&condition_config.condition),
+    };
+    AlarmSpec {
+        id: id.to_owned(),
+        message: alarm.message.clone(),
+        consequence: alarm.consequence.clone(),
+        response: alarm.response.clone(),
+        equipment: alarm.equipment.clone(),
+        priority: match alarm.priority {
+            PriorityConfig::Critical => Priority::Critical,
+            PriorityConfig::High => Priority::High,
+            PriorityConfig::Medium => Priority::Medium,
+            PriorityConfig::Low => Priority::Low,
+        },
+        latched: alarm.latched,
+        group: alarm.group.clone(),
+        source: match &alarm.origin {
+            AlarmOriginConfig::Mirrored => AlarmSource::Mirrored,
+            AlarmOriginConfig::Tag {
+                trigger: of,
+                on_delay_seconds,
+                off_delay_seconds,
+                suppressed_by,
+            } => AlarmSource::Tag {
+                trigger: tag_condition(of),
+                on_delay: Duration::from_secs_f64(*on_delay_seconds),
+                off_delay: Duration::from_secs_f64(*off_delay_seconds),
+                suppressed_by: suppressed_by.as_ref().map(tag_condition),
+            },
+        },
+    }
+}
+
+fn condition(condition: &ConditionConfig) -> Condition {
+    match *condition {
+        ConditionConfig::Limit { limit, at, deadband } => {
+            let limit = match limit {
+                LimitConfig::HighHigh => Limit::HighHigh,
+                LimitConfig::High => Limit::High,
+                LimitConfig::Low => Limit::Low,
+                LimitConfig::LowLow => Limit::LowLow,
+            };
+            Condition::Limit { limit, at, deadband }
+        }
+        ConditionConfig::Equals(state) => Condition::Equals(value(state)),
+        ConditionConfig::Differs(state) => Condition::Differs(value(state)),
+        ConditionConfig::BadQuality => Condition::BadQuality,
+    }
+}
+
+fn value(state: StateConfig) -> Value {
+    match state {
+        StateConfig::Bool(state) => Value::Bool(state),
+        StateConfig::Integer(state) => Value::I64(state),
+        StateConfig::DoublePoint(state) => Value::DoublePoint(match state {
+            DoublePointConfig::Intermediate => DoublePoint::Intermediate,
+            DoublePointConfig::Off => DoublePoint::Off,
+            DoublePointConfig::On => DoublePoint::On,
+            DoublePointConfig::BadState => DoublePoint::BadState,
+        }),
+    }
+}
