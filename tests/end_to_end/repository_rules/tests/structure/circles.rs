@@ -16,7 +16,6 @@ const UNOPENED: &[(&str, &[usize])] = &[
     ("busbar_gpu", &[16]),
     ("busbar_lod", &[5]),
     ("busbar_renderer", &[21]),
-    ("busbar_viewer", &[9]),
 ];
 
 /// Finds the strongly connected components of a graph, by the algorithm of Tarjan.
