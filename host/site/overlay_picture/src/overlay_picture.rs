@@ -18,15 +18,15 @@ const MIN_STATE_PRIMITIVES: usize = 1 << 20;
 const MAX_PRIMITIVES_A_BINDING: usize = 8;
 
 /// Entries that a legend may have.
-pub(crate) const MAX_LEGEND_ENTRIES: usize = 64;
+pub const MAX_LEGEND_ENTRIES: usize = 64;
 /// Pieces of equipment that one overlay may show states at.
-pub(crate) const MAX_OVERLAY_EQUIPMENT: usize = 100_000;
+pub const MAX_OVERLAY_EQUIPMENT: usize = 100_000;
 /// Findings about the bindings that one overlay may have.
-pub(crate) const MAX_FINDINGS: usize = 256;
+pub const MAX_FINDINGS: usize = 256;
 /// Bytes of a finding.
 const MAX_FINDING_BYTES: usize = 1024;
 /// Bytes of an entry's name.
-pub(crate) const MAX_LEGEND_NAME: usize = 64;
+const MAX_LEGEND_NAME: usize = 64;
 
 /// Fill pattern of a state, besides its colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -180,8 +180,8 @@ pub struct PictureRules {
     max_quantities: usize,
 }
 
-/// Primitives that an overlay may draw in a frame.
-pub(crate) fn max_primitives(bindings: usize, description: &OverlayDescription) -> usize {
+/// Returns the number of primitives that an overlay may draw in a frame.
+pub fn max_primitives(bindings: usize, description: &OverlayDescription) -> usize {
     let equipment = description.equipment.len();
     let most = (equipment * MAX_BINDINGS_A_STATE).max(MIN_STATE_PRIMITIVES);
     let states = equipment.saturating_mul(bindings.max(1)).min(most);
@@ -272,8 +272,8 @@ impl PictureRules {
     }
 }
 
-/// Quantities that an overlay may draw in a frame.
-pub(crate) fn max_quantities(bindings: usize, description: &OverlayDescription) -> usize {
+/// Returns the number of quantities that an overlay may draw in a frame.
+pub fn max_quantities(bindings: usize, description: &OverlayDescription) -> usize {
     bindings + description.equipment.len() * description.mechanisms.len().max(1)
 }
 

@@ -2,14 +2,11 @@
 
 use std::ops::RangeInclusive;
 
-use busbar_plugin_abi as abi;
 use busbar_tags::TagHandle;
 use serde::{Deserialize, Serialize};
 
-use crate::text;
-
 /// Mechanisms that one overlay may give positions of.
-pub(crate) const MAX_MECHANISMS: usize = 16;
+pub const MAX_MECHANISMS: usize = 16;
 const MAX_CONTOUR_NAME: usize = 64;
 const MAX_CONTOUR_UNIT: usize = 16;
 /// Allowed reach of a contour level, metres.
@@ -83,38 +80,4 @@ impl Contour {
         }
         Ok(())
     }
-
-    /// # Safety
-    /// The texts are the plugin's, alive for the call.
-    pub(crate) unsafe fn read(raw: &abi::BusbarContour) -> Result<Self, String> {
-        let limit = |value: f64| (!value.is_nan()).then_some(value);
-        // SAFETY: the caller vouches for the texts.
-        let (name, unit) = unsafe { (text::read(raw.name)?, text::read(raw.unit)?) };
-        Ok(Self {
-            name,
-            unit,
-            reach_metres: raw.reach_metres,
-            low: limit(raw.low),
-            high: limit(raw.high),
-            step: raw.step,
-        })
-    }
-}
-
-/// Reads a quantity of a plugin for the tag of its binding.
-pub(crate) fn read(
-    raw: &abi::BusbarOverlayQuantity,
-    tag: TagHandle,
-) -> Result<OverlayQuantity, String> {
-    let &abi::BusbarOverlayQuantity { kind, equipment, other, value, .. } = raw;
-    let what = match kind {
-        abi::BUSBAR_QUANTITY_POSITION => {
-            let travelled = (!value.is_nan()).then_some(value);
-            Quantity::Position { mechanism: other, travelled }
-        }
-        abi::BUSBAR_QUANTITY_FLOW => Quantity::Flow { to: other, share: value },
-        abi::BUSBAR_QUANTITY_LEVEL => Quantity::Level(value),
-        unknown => return Err(format!("a quantity has the unknown kind {unknown}")),
-    };
-    Ok(OverlayQuantity { equipment, tag, what })
 }

@@ -2,17 +2,15 @@
 
 use std::ops::Range;
 
-use busbar_plugin_abi as abi;
 use busbar_tags::TagHandle;
 use serde::{Deserialize, Serialize};
 
-use crate::OverlayBinding;
 use crate::overlay_binding::MAX_PART_BYTES;
 
 /// Verdicts that one overlay may give in a frame, for each piece of equipment described.
 const MAX_VERDICTS_A_PIECE: usize = 2;
 /// Bindings that all verdicts of a frame may rest on together.
-pub(crate) const MAX_BASIS: usize = 1 << 22;
+pub const MAX_BASIS: usize = 1 << 22;
 
 /// Judgment on a piece of equipment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -89,59 +87,31 @@ impl Verdicts {
         reason: &str,
         basis: &[TagHandle],
     ) {
-        let from = self.reasons.len() as u32;
-        self.reasons.push_str(reason);
-        let basis_from = self.basis.len() as u32;
+        let from = self.basis.len() as u32;
         self.basis.extend_from_slice(basis);
-        self.list.push(OverlayVerdict {
-            equipment,
-            verdict,
-            is_assumed,
-            reason: from..self.reasons.len() as u32,
-            basis: basis_from..self.basis.len() as u32,
-        });
+        let basis = from..self.basis.len() as u32;
+        self.push_on_basis(equipment, verdict, is_assumed, reason, basis);
     }
 
-    /// Reads verdicts from the buffers of a plugin.
-    ///
-    /// # Errors
-    /// The rule that it breaks, in words.
-    pub(crate) fn read(
-        raw: &[abi::BusbarOverlayVerdict],
-        basis: &[u32],
-        text: &str,
-        bindings: &[OverlayBinding],
-    ) -> Result<Self, String> {
-        let tag_of = |index: &u32| bindings.get(*index as usize).map(|binding| binding.tag);
-        let basis: Option<Vec<TagHandle>> = basis.iter().map(tag_of).collect();
-        let basis = basis.ok_or("a verdict rests on a binding that does not exist")?;
-        let mut read = Self { list: Vec::with_capacity(raw.len()), reasons: String::new(), basis };
-        for raw in raw {
-            let verdict = match raw.verdict {
-                abi::BUSBAR_VERDICT_NORMAL => Verdict::Normal,
-                abi::BUSBAR_VERDICT_ABNORMAL => Verdict::Abnormal,
-                abi::BUSBAR_VERDICT_UNKNOWN => Verdict::Unknown,
-                other => return Err(format!("a verdict is the unknown one {other}")),
-            };
-            if raw.reason_len as usize > MAX_PART_BYTES {
-                return Err("the reason of a verdict is too long".into());
-            }
-            let start = raw.reason_offset as usize;
-            let reason = text.get(start..start + raw.reason_len as usize);
-            let reason = reason.ok_or("a verdict names text that is not there")?;
-            let from = read.reasons.len() as u32;
-            read.reasons.push_str(reason);
-            let basis_end = raw.basis_offset.checked_add(raw.basis_count);
-            let basis_end = basis_end.ok_or("a verdict names a basis that is not there")?;
-            read.list.push(OverlayVerdict {
-                equipment: raw.equipment,
-                verdict,
-                is_assumed: raw.flags & abi::BUSBAR_VERDICT_ASSUMED != 0,
-                reason: from..read.reasons.len() as u32,
-                basis: raw.basis_offset..basis_end,
-            });
-        }
-        Ok(read)
+    /// Creates an empty list whose verdicts rest on ranges of these tags; it has room for so many.
+    pub fn with_basis(basis: Vec<TagHandle>, capacity: usize) -> Self {
+        Self { list: Vec::with_capacity(capacity), reasons: String::new(), basis }
+    }
+
+    /// Adds a verdict that rests on a range of the tags of [`Verdicts::with_basis`]. The range is
+    /// checked by [`PictureRules::check`](crate::PictureRules::check).
+    pub fn push_on_basis(
+        &mut self,
+        equipment: u32,
+        verdict: Verdict,
+        is_assumed: bool,
+        reason: &str,
+        basis: Range<u32>,
+    ) {
+        let from = self.reasons.len() as u32;
+        self.reasons.push_str(reason);
+        let reason = from..self.reasons.len() as u32;
+        self.list.push(OverlayVerdict { equipment, verdict, is_assumed, reason, basis });
     }
 
     /// Checks the rules for verdicts on so many pieces of equipment, resting on tags that
@@ -184,8 +154,8 @@ impl Verdicts {
     }
 }
 
-/// Verdicts that an overlay may give in a frame.
-pub(crate) fn max_verdicts(equipment: usize) -> usize {
+/// Returns the number of verdicts that an overlay may give in a frame.
+pub fn max_verdicts(equipment: usize) -> usize {
     equipment * MAX_VERDICTS_A_PIECE
 }
 

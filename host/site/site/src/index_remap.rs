@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use busbar_plugin_host::OverlayPicture;
+use busbar_overlay_picture::OverlayPicture;
 use busbar_tags::{HandleRemap, TagHandle};
 
 use crate::equipment::EquipmentNumber;

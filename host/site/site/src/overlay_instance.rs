@@ -3,7 +3,8 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use busbar_plugin_host::{OverlayDescription, OverlayPicture, SceneClock, Verdicts};
+use busbar_overlay_picture::{OverlayDescription, OverlayPicture, Verdicts};
+use busbar_plugin_host::SceneClock;
 use busbar_plugin_process::RunningOverlay;
 use busbar_tags::{Snapshot, TagHandle};
 

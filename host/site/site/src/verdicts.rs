@@ -7,7 +7,7 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use busbar_plugin_host::{OverlayPicture, Verdict};
+use busbar_overlay_picture::{OverlayPicture, Verdict};
 use busbar_tags::{Quality, Reason, Snapshot, TagHandle, TagSet};
 
 /// Reason of a verdict, or its lack.

@@ -1,6 +1,6 @@
 use std::time::Duration;
 
-use busbar_plugin_host::Verdicts;
+use busbar_overlay_picture::Verdicts;
 use busbar_tags::{Moment, Sample, TagSet, TagSpec, TagTable, Value, ValueKind};
 
 use super::*;

@@ -11,7 +11,8 @@ use busbar_chart::{
     Action, Brush, ChartSelection, Explanation, ParallelCoordinates, Shape, Size, nearest,
 };
 use busbar_config::ChartConfig;
-use busbar_plugin_host::{Pattern, wall_clock};
+use busbar_overlay_picture::Pattern;
+use busbar_plugin_host::wall_clock;
 use busbar_renderer::{
     MAX_POLYLINE_PARTS, Polylines, RenderError, Renderer, WorldFace, WorldStroke,
 };

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use busbar_alarms::AlarmHandle;
 use busbar_history::{History, Point, PointState};
-use busbar_plugin_host::{Severity, Verdict};
+use busbar_overlay_picture::{Severity, Verdict};
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_site::{OriginInterval, Site, VerdictText};
 use busbar_tags::{

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use busbar_plugin_host::Severity;
+use busbar_overlay_picture::Severity;
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::Snapshot;
 
@@ -150,7 +150,7 @@ mod tests {
     use std::sync::Arc;
     use std::time::Duration;
 
-    use busbar_plugin_host::{OverlayTint, Pattern};
+    use busbar_overlay_picture::{OverlayTint, Pattern};
     use busbar_scene::{Placement, Transform};
     use busbar_tags::{
         Moment, Quality, Sample, TagHandle, TagSet, TagSpec, TagTable, Value, ValueKind,

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use busbar_config::EndConfig;
-use busbar_plugin_host::Pattern;
+use busbar_overlay_picture::Pattern;
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_scene_loader::{MovingPartKind, MovingPartTable};
 use busbar_tags::Snapshot;

@@ -1,7 +1,7 @@
 //! World geometry of overlays: flow arrows and contours, merged with the chart's lines and faces.
 //! It is rebuilt when its inputs change, such as the eye position.
 
-use busbar_plugin_host::Contour;
+use busbar_overlay_picture::Contour;
 use busbar_renderer::{MAX_POLYLINE_PARTS, Polylines, WorldFace, WorldStroke};
 use busbar_scene::SceneGraph;
 use busbar_tags::Snapshot;

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use busbar_plugin_host::{
+use busbar_overlay_picture::{
     OverlayDescription, OverlayLine, OverlayPicture, OverlayQuantity, OverlayTint, Pattern,
     Quantity,
 };

@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
-use busbar_plugin_host::{
-    LegendEntry, LinkReport, LinkState, OverlayLine, OverlayQuantity, Pattern, Quantity, Severity,
+use busbar_overlay_picture::{
+    LegendEntry, OverlayLine, OverlayQuantity, Pattern, Quantity, Severity,
 };
+use busbar_plugin_host::{LinkReport, LinkState};
 use busbar_plugin_process::{PluginState, PluginStatus};
 use busbar_site::{OverlayInstance, PluginHealth};
 use busbar_tags::{Origin, Snapshot, TagHandle, Value};

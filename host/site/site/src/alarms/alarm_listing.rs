@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 
 use busbar_alarms::{AlarmHandle, AlarmSource, AlarmTable, Priority};
-use busbar_plugin_host::{OverlayTint, Severity};
+use busbar_overlay_picture::{OverlayTint, Severity};
 use busbar_tags::{Origin, SourceTime};
 
 use super::external_alarms::ExternalSources;

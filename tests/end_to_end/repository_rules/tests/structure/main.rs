@@ -43,6 +43,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_geometry",
             "busbar_history",
             "busbar_lod",
+            "busbar_overlay_picture",
             "busbar_plugin_host",
             "busbar_plugin_process",
             "busbar_records",
@@ -97,6 +98,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_alarms",
             "busbar_chart",
             "busbar_geometry",
+            "busbar_overlay_picture",
             "busbar_plugin_abi",
             "busbar_records",
             "busbar_scene",
@@ -116,6 +118,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_tags",
         ],
     ),
+    ("busbar_overlay_picture", &["busbar_tags"]),
     ("busbar_point_import", &[]),
     ("busbar_protocol", &[]),
     ("busbar_records", &[]),
@@ -146,6 +149,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_chart",
             "busbar_config",
             "busbar_history",
+            "busbar_overlay_picture",
             "busbar_plugin_host",
             "busbar_plugin_process",
             "busbar_records",
@@ -579,7 +583,7 @@ fn the_site_knows_no_view() {
             assert!(!of_view || is_shared, "{name} may not import {import} of the view");
         }
     }
-    assert!(seen >= 7, "{seen} crates of the site are found");
+    assert!(seen >= 8, "{seen} crates of the site are found");
 }
 
 #[test]
