@@ -31,10 +31,12 @@ impl Viewer {
         let settles = self.target.settles;
         let site = self.site.prepare_reload(site_definition(&scene), started, kept.clone())?;
         let chart = site.replaced_chart().map(|reader| chart_of(&scene, reader, settles));
-        if self.renderer.change_options(&self.scene, &scene, !settles)? {
+        let changed = self.renderer.change_options(&self.scene, &scene, !settles);
+        if !matches!(changed, Ok(false)) {
             // What was asked of the device before is gone with it.
             self.interaction.picks = PickQueue::default();
         }
+        changed?;
         self.renderer.upload_new(&self.scene, &scene)?;
         if has_same_graph {
             // Parts may have moved while it was loaded.
