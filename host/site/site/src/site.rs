@@ -88,6 +88,8 @@ impl Site {
         plugins: StartedPlugins,
         settles: bool,
     ) -> Result<Self, PluginError> {
+        // Before any wait: values age from when they came.
+        let table = empty_table(&definition);
         let StartedPlugins { telemetry, mut overlays } = plugins;
         let shown = definition.config.overlays.iter();
         let overlays: Vec<_> =
@@ -98,7 +100,7 @@ impl Site {
         Ok(Self {
             telemetry: telemetry.into_iter().map(TelemetryInstance::new).collect(),
             overlays: overlays.into_iter().map(OverlayInstance::new).collect(),
-            table: empty_table(&definition),
+            table,
             pauses: PauseMonitor::start(),
             events: EventLog::default(),
             history: empty_history(&definition),
