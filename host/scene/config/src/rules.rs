@@ -3,19 +3,17 @@
 //!
 //! The rules look at the JSON value and skip whatever has the wrong shape, which
 //! [`crate::structure`] reports. So one pass finds all faults.
-//!
-//! The rules look at the JSON value and pass over whatever has the wrong
-//! shape, which [`crate::structure`] reports: so one look finds all faults.
 
 use std::collections::HashSet;
 
 use serde_json::{Map, Value};
 
+use crate::item_names::{check_name_key, check_reference, item_pointer, name_fault, named};
 use crate::placement_rules::{self, Equipment};
 use crate::report::Report;
 use crate::{
-    MAX_NAME_BYTES, alarm_rules, alarm_sources, join_pointer, moving_parts, plugins, scene_rules,
-    service, simulate, suggestions, theta,
+    alarm_rules, alarm_sources, join_pointer, moving_parts, plugins, scene_rules, service,
+    simulate, suggestions, theta,
 };
 
 /// One of the parts of a direction is at least so long.
@@ -92,7 +90,7 @@ impl<'d> Rules<'d, '_, '_> {
                 "remove one of the two: one alone says what the value is",
             ),
             (true, false) => {
-                self.check_plugin_reference(&tag["source"]["plugin"], &source, "plugin");
+                self.check_plugin_reference(&tag["source"]["instance"], &source, "instance");
             }
             (true, true) => self.report.error(
                 &join_pointer(pointer, "expression"),
@@ -104,7 +102,7 @@ impl<'d> Rules<'d, '_, '_> {
                 self.report.error(
                     pointer,
                     "the tag has no source",
-                    "add \"source\" with a plugin and an address, \"expression\", or \"set_by_host\": true",
+                    "add \"source\" with an instance and an address, \"expression\", or \"set_by_host\": true",
                 );
             }
             _ => {}
@@ -149,17 +147,17 @@ impl<'d> Rules<'d, '_, '_> {
 
     fn check_alarm_sources(&mut self) {
         for (pointer, source) in alarm_sources::sources(self.document) {
-            if let Some(plugin) = source.get("plugin") {
-                self.check_plugin_reference(plugin, &pointer, "plugin");
+            if let Some(instance) = source.get("instance") {
+                self.check_plugin_reference(instance, &pointer, "instance");
             }
         }
     }
 
     fn check_chart(&mut self) {
         if let Some(chart) = self.document["chart"].as_object()
-            && let Some(plugin) = chart.get("plugin")
+            && let Some(instance) = chart.get("instance")
         {
-            self.check_plugin_reference(plugin, "/chart", "plugin");
+            self.check_plugin_reference(instance, "/chart", "instance");
         }
     }
 
@@ -188,8 +186,7 @@ impl<'d> Rules<'d, '_, '_> {
                     &pointer,
                     format!("the plugin '{}' is used nowhere", suggestions::shown(name)),
                     "name it in a model, a tag's source, the overlays, the records, the chart \
-                     or the sources of alarms, or \
-                     remove it",
+                     or the alarm sources, or remove it",
                 );
             }
         }
@@ -208,10 +205,10 @@ impl<'d> Rules<'d, '_, '_> {
     }
 
     fn check_section(&mut self) {
-        let normal = coordinates(&self.document["view"]["section"]["normal"]);
+        let normal = coordinates(&self.document["camera"]["section"]["normal"]);
         if normal.is_some_and(|normal| normal.iter().all(|part| part.abs() < MIN_NORMAL_PART)) {
             self.report.error(
-                "/view/section/normal",
+                "/camera/section/normal",
                 "the section plane looks nowhere",
                 "give it a direction, such as [0, 1, 0] to cut away what is above it",
             );
@@ -240,10 +237,10 @@ impl<'d> Rules<'d, '_, '_> {
         }
         let cameras = self.document["cameras"].as_object();
         self.check_reference(
-            &self.document["view"]["camera"],
+            &self.document["camera"]["start"],
             cameras,
-            "/view",
-            "camera",
+            "/camera",
+            "start",
             "camera",
         );
     }
@@ -291,72 +288,10 @@ impl<'d> Rules<'d, '_, '_> {
     }
 }
 
-/// Reports a name that is none of `known`.
-pub(crate) fn check_reference(
-    name: &Value,
-    known: Option<&Map<String, Value>>,
-    parent_pointer: &str,
-    key: impl std::fmt::Display,
-    what: &str,
-    report: &mut Report<'_>,
-) {
-    let Some(name) = name.as_str() else { return };
-    if known.is_some_and(|known| known.contains_key(name)) {
-        return;
-    }
-    report.error_with(&join_pointer(parent_pointer, key), || {
-        let names = known.into_iter().flat_map(|known| known.keys().map(String::as_str));
-        let define = || format!("add a {what} of that name under /{what}s");
-        let cause = format!("there is no {what} '{}'", suggestions::shown(name));
-        (cause, suggestions::remedy(name, names, define))
-    });
-}
-
-/// Checks a name beyond the schema's limit of 1 to [`MAX_NAME_BYTES`] *characters*; returns cause
-/// and remedy.
-pub(crate) fn name_fault(name: &str, what: &str) -> Option<(String, String)> {
-    let characters = name.chars().count();
-    if name.len() > MAX_NAME_BYTES && characters <= MAX_NAME_BYTES {
-        let cause = format!("the {what} has {} bytes; at most {MAX_NAME_BYTES}", name.len());
-        return Some((cause, "shorten it".to_owned()));
-    }
-    name.chars().any(char::is_control).then(|| {
-        let cause = format!("the {what} '{}' has a control character", suggestions::shown(name));
-        (cause, "write it with printable characters".to_owned())
-    })
-}
-
 fn report_name_fault(fault: Option<(String, String)>, pointer: &str, report: &mut Report<'_>) {
     if let Some((cause, remedy)) = fault {
         report.error(pointer, cause, remedy);
     }
-}
-
-/// Checks a name that is a key, which the schema does not limit.
-pub(crate) fn check_name_key(name: &str, pointer: &str, what: &str, report: &mut Report<'_>) {
-    let fault = if name.is_empty() {
-        Some((format!("the {what} has an empty name"), "give it a name".to_owned()))
-    } else if name.len() > MAX_NAME_BYTES {
-        let cause = format!("the {what} name has {} bytes; at most {MAX_NAME_BYTES}", name.len());
-        Some((cause, "shorten it".to_owned()))
-    } else {
-        name_fault(name, &format!("{what} name"))
-    };
-    if let Some((cause, remedy)) = fault {
-        report.key_error(pointer, cause, remedy);
-    }
-}
-
-/// The members of the object `key` of the document.
-pub(crate) fn named<'d>(
-    document: &'d Value,
-    key: &str,
-) -> impl Iterator<Item = (&'d String, &'d Value)> {
-    document[key].as_object().into_iter().flatten()
-}
-
-pub(crate) fn item_pointer(key: &str, name: &str) -> String {
-    join_pointer(&join_pointer("", key), name)
 }
 
 /// Three coordinates as they will be stored.

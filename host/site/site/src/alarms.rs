@@ -272,7 +272,7 @@ impl AlarmService {
 
 /// Returns the longest time that an alarm is shelved.
 fn longest_shelf(handling: &AlarmHandlingConfig) -> Duration {
-    Duration::from_secs(u64::from(handling.max_shelving_minutes) * 60)
+    handling.max_shelving
 }
 
 /// Appends a record to the log and to the displayed tail.

@@ -3,6 +3,7 @@
 
 mod external_text;
 mod rows;
+mod statistics;
 mod text;
 
 use std::collections::{BTreeSet, HashMap};
@@ -14,7 +15,6 @@ use busbar_site::{ActionOutcome, AlarmService, EquipmentInAlarm, EquipmentNumber
 use busbar_tags::Moment;
 use busbar_ui::{AlarmAction, AlarmList};
 
-pub(crate) use self::external_text::short_uncertainty;
 pub(crate) use self::rows::{AlarmListRows, alarm_markers, nodes_in_alarm};
 use crate::site_definition::node_of;
 use busbar_scene_loader::LoadedScene;

@@ -12,7 +12,6 @@ use busbar_ui::{CameraMode, Faceplate, RecordRow, RecordSection};
 use serde::Serialize;
 
 use crate::AlarmState;
-use crate::alarms::short_uncertainty;
 use crate::reload::ReloadCounters;
 
 /// Numbers about the view.
@@ -388,6 +387,9 @@ pub struct AlarmStats {
     pub certain: bool,
     /// Occurrences since the start.
     pub occurrences: u64,
+    /// Origins of the value on which the alarm rests, and of its tag now; empty where both
+    /// are live.
+    pub origin: Vec<&'static str>,
     /// The plugin whose source decides on it; none where that is done here.
     pub source: Option<String>,
     /// Reason why the alarm's state is uncertain: its source reports so or is lost.
@@ -416,37 +418,6 @@ impl From<QualityCounts> for QualityStats {
 pub(crate) fn gpu_millis(frame: &FrameStats) -> BTreeMap<&'static str, f64> {
     let whole = frame.gpu_millis.map(|millis| ("frame", millis));
     whole.into_iter().chain(frame.gpu_stages.iter()).collect()
-}
-
-/// The alarms that are not normal.
-pub(crate) fn alarms(alarm_service: &AlarmService) -> Vec<AlarmStats> {
-    let table = alarm_service.table();
-    let of = |alarm| {
-        let (spec, status) = (table.set().spec(alarm)?, table.status(alarm)?);
-        Some(AlarmStats {
-            id: spec.id.clone(),
-            state: status.state,
-            priority: spec.priority.name(),
-            certain: status.is_certain,
-            occurrences: status.occurrences,
-            source: None,
-            uncertainty: None,
-        })
-    };
-    table.open().filter_map(of).chain(external_alarms(alarm_service)).collect()
-}
-
-/// Returns the state of each alarm that other systems decide on.
-fn external_alarms(alarm_service: &AlarmService) -> impl Iterator<Item = AlarmStats> {
-    alarm_service.sources().iter().map(|(source, external)| AlarmStats {
-        id: external.id(source),
-        state: external.alarm.standing().state(),
-        priority: external.priority.name(),
-        certain: external.is_certain(source),
-        occurrences: 0,
-        source: Some(source.name().to_owned()),
-        uncertainty: short_uncertainty(source, &external.alarm),
-    })
 }
 
 /// Counts the alarms in each state.

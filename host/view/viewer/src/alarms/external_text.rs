@@ -28,7 +28,7 @@ fn staleness_text(source: &ExternalSource, now: Instant) -> String {
 }
 
 /// Returns the short reason why an alarm's state is uncertain.
-pub(crate) fn short_uncertainty(source: &ExternalSource, alarm: &SourceAlarm) -> Option<String> {
+pub(super) fn short_uncertainty(source: &ExternalSource, alarm: &SourceAlarm) -> Option<String> {
     if source.is_stale() {
         return Some(staleness_text(source, Instant::now()));
     }

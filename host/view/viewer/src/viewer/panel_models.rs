@@ -64,6 +64,16 @@ impl Viewer {
         }
     }
 
+    /// Returns the alarms as rows.
+    pub(super) fn alarm_rows(&self) -> AlarmListRows<'_> {
+        AlarmListRows {
+            alarm_service: self.site.alarms(),
+            presentation: &self.alarms,
+            scene: &self.scene,
+            snapshot: self.site.snapshot(),
+        }
+    }
+
     /// Returns the inputs of the faceplate for a frame with these rows and states.
     pub(super) fn faceplate_inputs<'a>(
         &'a self,
@@ -75,12 +85,7 @@ impl Viewer {
             scene,
             snapshot,
             rows,
-            alarms: AlarmListRows {
-                alarm_service: self.site.alarms(),
-                presentation: &self.alarms,
-                scene,
-                snapshot,
-            },
+            alarms: self.alarm_rows(),
             site: &self.site,
             layers: &self.overlays.layers,
             states,

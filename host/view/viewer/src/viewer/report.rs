@@ -50,7 +50,7 @@ impl Viewer {
             verdicts: self.verdicts(),
             scene_time: self.site.scene_time().map(|time| time.0 as f64 / 1e9),
             events: self.site.events().count(),
-            alarms: self.site.alarms().map_or_else(Vec::new, stats::alarms),
+            alarms: self.alarm_rows().stats(),
             chart: self.chart_with_reader().map(|(chart, reader)| chart.stats(reader)),
             selected_alarm: self.selected_alarm(),
             picked: match selection.len() {
