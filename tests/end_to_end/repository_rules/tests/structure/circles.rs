@@ -14,7 +14,6 @@ const MAX_FILES: usize = 3;
 const UNOPENED: &[(&str, &[usize])] = &[
     ("busbar_config", &[14]),
     ("busbar_gpu", &[16]),
-    ("busbar_lod", &[5]),
     ("busbar_renderer", &[21]),
     ("busbar_viewer", &[9]),
 ];
