@@ -1,5 +1,6 @@
 //! Choice of levels: the wanted cursor of each instance for a camera.
 
+use super::active_morphs::NO_TRANSITION;
 use super::cursor_state::{InstanceCursor, NO_LEVEL, NOT_SHOWN};
 use super::instance_kinds::{InstanceKind, LevelCursors};
 use super::lod_cursors::LodCursors;
