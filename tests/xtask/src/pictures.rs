@@ -32,10 +32,10 @@ const RENDERED: &[(&str, &[&str])] = &[
 
 /// Pictures of the demo without labels: name, additional settings of `view`, additional options.
 const VIEWS: &[(&str, &str, &[&str])] = &[
-    ("high", r#"{ "quality": "high", "ground": true, "fog": true }"#, &[]),
+    ("high", r#"{ "graphics": { "quality": "high", "ground": true, "fog": true } }"#, &[]),
     (
         "section",
-        r#"{ "quality": "high", "ground": true, "section": { "normal": [0, 0, 1], "distance": 0 } }"#,
+        r#"{ "graphics": { "quality": "high", "ground": true }, "camera": { "section": { "normal": [0, 0, 1], "distance": 0 } } }"#,
         &["--camera", "transformer", "--pick", "672,220"],
     ),
 ];
@@ -120,14 +120,16 @@ fn render(workspace: &Workspace, options: &[&str], out: &Path) -> Result<()> {
     process::run(command.args(options).arg("--out").arg(out))
 }
 
-/// Renders the demo without labels, with these members of its `view` replaced.
+/// Renders the demo without labels, with these members of its sections replaced.
 fn render_view(workspace: &Workspace, view: &str, options: &[&str], out: &Path) -> Result<()> {
     let text = fs::read_to_string(workspace.path(SCENE))?;
     let mut scene: Value = serde_json::from_str(&text)?;
     scene["overlays"] = Value::Array(Vec::new());
     let members: Map<String, Value> = serde_json::from_str(view)?;
-    for (name, member) in members {
-        scene["view"][name] = member;
+    for (section, members) in members {
+        for (name, member) in members.as_object().into_iter().flatten() {
+            scene[&section][name] = member.clone();
+        }
     }
     let variant = workspace.path(VIEW_SCENE);
     fs::write(&variant, scene.to_string())?;

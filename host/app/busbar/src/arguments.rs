@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use busbar_plugin_host::FaultKind;
-use busbar_point_import::PluginInstance;
+use busbar_point_import::{ListEncoding, PluginInstance};
 use busbar_web::Origin;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
@@ -61,6 +61,11 @@ pub(crate) enum Command {
         #[command(subcommand)]
         command: LogCommand,
     },
+    /// Rewrite a configuration
+    Config {
+        #[command(subcommand)]
+        command: ConfigCommand,
+    },
     /// Print the JSON Schema of configurations
     Schema,
     /// Inspect, check, make and sign plugins
@@ -100,6 +105,21 @@ pub(crate) enum LogCommand {
         /// Anchor of its newest record, as in "log_anchor_file"
         #[arg(long, value_name = "FILE")]
         anchor: Option<PathBuf>,
+    },
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum ConfigCommand {
+    /// Write the present names of settings, in place
+    ///
+    /// Order and layout stay. Settings of plugins are renamed by the schemas of the plugins in
+    /// the configured directories. A scenario is rewritten too.
+    Upgrade {
+        /// Configuration or scenario to rewrite
+        file: PathBuf,
+        /// Tell what would be renamed, and write nothing
+        #[arg(long)]
+        dry_run: bool,
     },
 }
 
@@ -368,7 +388,8 @@ pub(crate) struct ImportOptions {
         long,
         value_name = "INSTANCE",
         conflicts_with_all = [
-            "points", "plugin", "overlay", "optimizer", "plugins", "id", "skip_bad_rows"
+            "points", "encoding", "plugin", "overlay", "optimizer", "plugins", "id",
+            "skip_bad_rows"
         ]
     )]
     pub(crate) from: Option<String>,
@@ -387,6 +408,9 @@ pub(crate) struct ImportOptions {
     /// Equipment id of the model [default: the name of its file]
     #[arg(long, value_name = "ID")]
     pub(crate) id: Option<String>,
+    /// Encoding of the point list, such as windows-1251 [default: by its mark or characters]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) encoding: Option<ListEncoding>,
     /// Leave out rows that have faults, and report them
     #[arg(long)]
     pub(crate) skip_bad_rows: bool,

@@ -30,6 +30,7 @@ fn make_scene(options: &ImportOptions, points: &Path, out: &Path) -> anyhow::Res
     let scene = import_scene(&SceneRequest {
         model: options.source.clone(),
         points: points.to_owned(),
+        encoding: options.encoding,
         out: out.to_owned(),
         id: options.id.clone(),
         plugins: options.plugin.clone(),

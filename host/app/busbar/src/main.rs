@@ -3,6 +3,7 @@
 mod arguments;
 mod check;
 mod command;
+mod config_upgrade;
 mod doctor;
 mod embedded;
 mod exit_codes;
@@ -26,7 +27,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use arguments::{Arguments, Command, LogCommand, PluginCommand};
+use arguments::{Arguments, Command, ConfigCommand, LogCommand, PluginCommand};
 use exit_codes::{EXIT_INPUT, EXIT_INTERNAL};
 use log::Log;
 
@@ -75,6 +76,9 @@ fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
         Command::Serve(options) => serve::run(&options),
         Command::Log { command: LogCommand::Verify { folder, key, anchor } } => {
             log_command::verify(&folder, key.as_deref(), anchor.as_deref())
+        }
+        Command::Config { command: ConfigCommand::Upgrade { file, dry_run } } => {
+            config_upgrade::run(&file, dry_run)
         }
         Command::Schema => output::json(&busbar_config::schema()),
         Command::Plugin { command } => match command {

@@ -36,8 +36,13 @@ pub(crate) fn json(value: &Value) -> anyhow::Result<ExitCode> {
 /// Writes a file whole or not at all.
 pub(crate) fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     let temporary = beside(path)?;
-    let written =
-        std::fs::write(&temporary, bytes).and_then(|()| std::fs::rename(&temporary, path));
+    let written = std::fs::write(&temporary, bytes).and_then(|()| {
+        // A file that is replaced stays as secret, or as public, as it was.
+        if let Ok(former) = std::fs::metadata(path) {
+            std::fs::set_permissions(&temporary, former.permissions())?;
+        }
+        std::fs::rename(&temporary, path)
+    });
     written.with_context(|| {
         let _ = std::fs::remove_file(&temporary);
         not_written(path)

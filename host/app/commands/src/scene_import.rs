@@ -4,8 +4,8 @@ use std::path::{Component, Path, PathBuf};
 
 use busbar_gltf_import::{ImportError, ImportLimits, import_file};
 use busbar_point_import::{
-    Catalogue, FOV_DEGREES, ListFault, MAX_LIST_BYTES, NodeName, PluginInstance, PointList,
-    SceneParts, TooManyNodes, assign_plugins, place, report, scene,
+    Catalogue, FOV_DEGREES, ListEncoding, ListFault, MAX_LIST_BYTES, NodeName, PluginInstance,
+    PointList, SceneParts, TooManyNodes, assign_plugins, place, report, scene,
 };
 use busbar_scene::{Model, ModelIndex, NodeIndex, Placement, SceneError, SceneGraph, Transform};
 use glam::Vec3;
@@ -23,6 +23,8 @@ pub struct SceneRequest {
     pub model: PathBuf,
     /// Path of the point list, CSV.
     pub points: PathBuf,
+    /// Encoding of the point list; by its mark or characters where missing.
+    pub encoding: Option<ListEncoding>,
     /// Configuration that the text is for: its paths start from there.
     pub out: PathBuf,
     /// Equipment id of the model; the name of its file where missing.
@@ -125,7 +127,7 @@ pub fn import_scene(request: &SceneRequest) -> Result<ImportedScene, SceneImport
     let id = request.id.clone().unwrap_or_else(|| stem_of(&request.model));
     let graph = place_model(&id, imported.model)?;
     let model = catalogue(&graph)?;
-    let mut list = PointList::parse(&read(&request.points)?);
+    let mut list = PointList::parse_in(&read(&request.points)?, request.encoding);
     let mut faults = std::mem::take(&mut list.faults);
     let mut points = list.points;
     faults.extend(assign_plugins(&mut points, &request.plugins));

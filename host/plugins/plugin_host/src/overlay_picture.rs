@@ -14,13 +14,18 @@ use crate::{Contour, OverlayBinding, OverlayQuantity, Quantity, Verdicts};
 const MAX_BINDINGS_A_STATE: usize = 64;
 /// Bindings under the states of one frame that every overlay may name.
 const MIN_STATE_PRIMITIVES: usize = 1 << 20;
+/// Bindings under the states of one frame that any overlay may name. At 9 bytes each they take
+/// 58 MB, within the 64 MiB of a message from a plugin's process.
+const MAX_STATE_PRIMITIVES: usize = 6_400_000;
 /// Primitives that one overlay may draw in a frame, a binding.
 const MAX_PRIMITIVES_A_BINDING: usize = 8;
 
 /// Entries that a legend may have.
 pub(crate) const MAX_LEGEND_ENTRIES: usize = 64;
-/// Pieces of equipment that one overlay may show states at.
-pub(crate) const MAX_OVERLAY_EQUIPMENT: usize = 100_000;
+/// Pieces of equipment that one overlay may show states at. Their ids, each of at most
+/// [`MAX_PART_BYTES`] and its length, take 52 MB, within the 64 MiB of a message from a plugin's
+/// process.
+pub(crate) const MAX_OVERLAY_EQUIPMENT: usize = 200_000;
 /// Findings about the bindings that one overlay may have.
 pub(crate) const MAX_FINDINGS: usize = 256;
 /// Bytes of a finding.
@@ -82,7 +87,7 @@ impl OverlayDescription {
             return Err("a name in its legend is longer than 64 bytes");
         }
         if self.equipment.len() > MAX_OVERLAY_EQUIPMENT {
-            return Err("it shows states at more than 100,000 pieces of equipment");
+            return Err("it shows states at more than 200,000 pieces of equipment");
         }
         if self.equipment.iter().any(|id| id.len() > MAX_PART_BYTES) {
             return Err("an equipment id is longer than 256 bytes");
@@ -183,7 +188,8 @@ pub struct PictureRules {
 /// Primitives that an overlay may draw in a frame.
 pub(crate) fn max_primitives(bindings: usize, description: &OverlayDescription) -> usize {
     let equipment = description.equipment.len();
-    let most = (equipment * MAX_BINDINGS_A_STATE).max(MIN_STATE_PRIMITIVES);
+    let most = (equipment.saturating_mul(MAX_BINDINGS_A_STATE))
+        .clamp(MIN_STATE_PRIMITIVES, MAX_STATE_PRIMITIVES);
     let states = equipment.saturating_mul(bindings.max(1)).min(most);
     (bindings + 1) * MAX_PRIMITIVES_A_BINDING + states
 }
@@ -292,6 +298,30 @@ mod tests {
             text: text.into(),
         };
         OverlayPicture { lines: vec![line], ..OverlayPicture::default() }
+    }
+
+    /// A region of 181,600 pieces is described; the greatest description and the states of a
+    /// frame are less than a message of a plugin's process.
+    #[test]
+    fn regions_fit_and_limits_bound_the_memory() {
+        let of = |count: usize, id: &str| OverlayDescription {
+            equipment: vec![id.into(); count],
+            ..OverlayDescription::default()
+        };
+        let longest = "x".repeat(MAX_PART_BYTES);
+        assert_eq!(of(181_600, "=R1").check(), Ok(()));
+        let greatest = of(MAX_OVERLAY_EQUIPMENT, &longest);
+        assert_eq!(greatest.check(), Ok(()));
+        assert!(of(MAX_OVERLAY_EQUIPMENT + 1, "=R1").check().is_err());
+        const MESSAGE_BYTES: usize = 64 << 20;
+        const LENGTH_BYTES: usize = 2;
+        let ids: usize = greatest.equipment.iter().map(|id| id.len() + LENGTH_BYTES).sum();
+        assert!(ids < MESSAGE_BYTES, "{ids}");
+        for bindings in [0, 1, 1 << 20, usize::MAX >> 8] {
+            let other = (bindings + 1) * MAX_PRIMITIVES_A_BINDING;
+            let states = max_primitives(bindings, &greatest) - other;
+            assert!(states >= MAX_OVERLAY_EQUIPMENT && 9 * states < MESSAGE_BYTES, "{states}");
+        }
     }
 
     #[test]

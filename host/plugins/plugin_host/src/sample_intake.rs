@@ -26,6 +26,8 @@ const ORIGIN_FLAGS: u8 = abi::BUSBAR_ORIGIN_SUBSTITUTED
     | abi::BUSBAR_ORIGIN_SIMULATED
     | abi::BUSBAR_ORIGIN_RECORDED
     | abi::BUSBAR_ORIGIN_HISTORICAL;
+/// Doubt about a value whose source time is not believed. It stays until the next value.
+const UNBELIEVED: Quality = Quality::Uncertain(Reason::SourceTime);
 /// Source time of a tag that has none yet.
 const NO_TIME: i64 = i64::MIN;
 /// Time for which one value of the future casts doubt on tags that have shown but one time:
@@ -84,7 +86,9 @@ struct TagTimes {
 enum TagClock {
     /// Tag of another plugin instance.
     Foreign,
-    /// At most one possible time has been seen.
+    /// No time has been seen.
+    Untimed,
+    /// At most one possible time has been seen of live values.
     Unproven,
     /// The last two times were different and possible.
     Plausible,
@@ -107,7 +111,7 @@ impl SampleIntake {
         let foreign = TagTimes { last: NO_TIME, valid_from: Moment(0), state: TagClock::Foreign };
         let mut times = vec![foreign; size];
         for tag in tags {
-            times[tag.tag.0 as usize].state = TagClock::Unproven;
+            times[tag.tag.0 as usize].state = TagClock::Untimed;
         }
         let clock = SourceClock::new(policy.basis);
         Self { tags: times, policy, clock, doubt_until: Moment(0), clock_offset: None }
@@ -171,6 +175,7 @@ impl SampleIntake {
             tag: TagHandle(raw.tag),
             value: Some(Value::F64(f64::from_bits(raw.value))),
             quality: Quality::Good,
+            doubt: Quality::Good,
             source_time: Some(SourceTime(source_time)),
             received,
             valid_from,
@@ -204,9 +209,9 @@ impl SampleIntake {
     /// future came after them.
     fn doubt_unproven(&self, received: Moment, sink: &mut impl SampleSink) {
         for (times, tag) in self.tags.iter().zip(0..) {
-            if times.state == TagClock::Unproven && times.last != NO_TIME {
-                let doubt = Quality::Uncertain(Reason::SourceTime);
-                sink.take(&Sample::live(TagHandle(tag), None, doubt, received));
+            if times.state == TagClock::Unproven {
+                let good = Sample::live(TagHandle(tag), None, Quality::Good, received);
+                sink.take(&good.with_doubt(UNBELIEVED));
             }
         }
     }
@@ -230,20 +235,21 @@ impl SampleIntake {
             // Nothing is said of a value, so nothing of when it was so.
             None => JudgedTime { source_time: None, valid_from: received, is_believed: true },
         };
-        let doubt = match time.is_believed {
-            true => Quality::Good,
-            false => Quality::Uncertain(Reason::SourceTime),
-        };
-        Some(Sample {
+        // A plugin may doubt the time of its value as well.
+        let is_doubted =
+            !time.is_believed || (value.is_some() && quality.reason() == Some(Reason::SourceTime));
+        let sample = Sample {
             tag: TagHandle(raw.tag),
             value,
-            quality: quality.worst(doubt),
+            quality,
+            doubt: Quality::Good,
             source_time: time.source_time,
             received,
             valid_from: time.valid_from,
             origin: self.policy.origin | origin_of_flags(raw.flags),
             is_buffered,
-        })
+        };
+        Some(if is_doubted { sample.with_doubt(UNBELIEVED) } else { sample })
     }
 
     /// Judges the time of a sample with a value.
@@ -286,6 +292,8 @@ impl SampleIntake {
                 };
             }
             (times.last, times.valid_from) = (source_time, valid_from);
+        } else if times.state == TagClock::Untimed {
+            times.state = TagClock::Unproven;
         }
         if is_future {
             self.clock.note_future();
@@ -294,7 +302,7 @@ impl SampleIntake {
         let is_believed = !is_future
             && match times.state {
                 TagClock::Ahead => false,
-                TagClock::Unproven => received >= self.doubt_until,
+                TagClock::Untimed | TagClock::Unproven => received >= self.doubt_until,
                 TagClock::Plausible | TagClock::Foreign => true,
             };
         if counts_reception {

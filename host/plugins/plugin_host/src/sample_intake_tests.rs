@@ -10,15 +10,18 @@ const NOW: i64 = 1_790_000_000 * SECOND;
 const RECEIVED: Moment = Moment(1 << 62);
 const DOUBT: Quality = Quality::Uncertain(Reason::SourceTime);
 
-fn intake(policy: SourcePolicy) -> SampleIntake {
-    let own = TelemetryTag {
+fn telemetry_tag() -> TelemetryTag {
+    TelemetryTag {
         tag: TagHandle(1),
         kind: ValueKind::F64,
         freshness: Duration::from_secs(1),
         id: String::new(),
         address_json: String::new(),
-    };
-    SampleIntake::new(&[own], policy)
+    }
+}
+
+fn intake(policy: SourcePolicy) -> SampleIntake {
+    SampleIntake::new(&[telemetry_tag()], policy)
 }
 
 /// A good measurement with a time so many seconds after now.
@@ -111,6 +114,41 @@ fn a_first_old_value_is_doubted_once_another_tag_shows_that_the_clocks_differ() 
     assert_eq!(told, [(0, DOUBT), (1, DOUBT)], "what came before is doubted as well");
     assert_eq!(of(&mut intake, 2, -2.0), [(2, DOUBT)], "and what comes first from then on");
     assert_eq!(of(&mut intake, 2, -1.0), [(2, Quality::Good)], "until its time goes on");
+}
+
+#[test]
+fn a_stored_value_is_doubted_as_well_once_the_clocks_are_known_to_differ() {
+    let own = |tag| TelemetryTag { tag: TagHandle(tag), ..telemetry_tag() };
+    let mut intake = SampleIntake::new(&[own(0), own(1), own(2)], SourcePolicy::default());
+    let mut told = Vec::new();
+    let stored = abi::BusbarSample { flags: abi::BUSBAR_SAMPLE_BUFFERED, tag: 0, ..raw(-1.0) };
+    let without = abi::BusbarSample { source_time_unix_nanos: abi::BUSBAR_NO_TIME, ..stored };
+    let without = abi::BusbarSample { tag: 2, ..without };
+    for raw in [stored, without, abi::BusbarSample { tag: 1, ..raw(3600.0) }] {
+        let mut sink = |sample: &Sample| told.push((sample.tag.0, sample.quality, sample.doubt));
+        intake.take(&raw, RECEIVED, SourceTime(NOW), &mut sink);
+    }
+    let good = Quality::Good;
+    // No time was promised of the third tag.
+    assert_eq!(told, [(0, good, good), (2, good, good), (0, DOUBT, DOUBT), (1, DOUBT, DOUBT)]);
+}
+
+#[test]
+fn a_doubt_about_a_time_is_told_apart_from_what_the_source_says() {
+    let mut intake = intake(SourcePolicy::default());
+    let bad = abi::BusbarSample { quality: abi::BUSBAR_QUALITY_BAD, ..raw(3600.0) };
+    let sample = take(&mut intake, bad, 0).unwrap();
+    assert_eq!((sample.quality, sample.doubt), (Quality::Bad(Reason::Unknown), DOUBT));
+    let own_doubt = abi::BusbarSample {
+        quality: abi::BUSBAR_QUALITY_UNCERTAIN,
+        reason: abi::BUSBAR_REASON_SOURCE_TIME,
+        ..raw(0.0)
+    };
+    let sample = take(&mut intake, own_doubt, 0).unwrap();
+    assert_eq!((sample.quality, sample.doubt), (DOUBT, DOUBT), "the plugin's own");
+    let alone = abi::BusbarSample { kind: abi::BUSBAR_VALUE_NONE, ..own_doubt };
+    let sample = take(&mut intake, alone, 0).unwrap();
+    assert_eq!((sample.quality, sample.doubt), (DOUBT, Quality::Good), "of no value");
 }
 
 #[test]

@@ -186,6 +186,36 @@ fn raw(sample: &sdk::Sample, time: i64) -> abi::BusbarSample {
 }
 
 #[test]
+fn a_quality_alone_takes_back_no_doubt_about_a_time() {
+    let value = sdk::Sample::good(0, sdk::Value::Bool(true));
+    let alone = sdk::Sample { value: None, ..value };
+    let unusable = sdk::Sample { flags: sdk::SampleFlags::TIME_UNUSABLE, ..value };
+    let hour = 3600 * SECOND as i64;
+    let now = START as i64;
+    let buffered = sdk::Sample { flags: sdk::SampleFlags::BUFFERED, ..value };
+    let own_doubt =
+        sdk::Sample { quality: sdk::Quality::Uncertain(sdk::Reason::SourceTime), ..value };
+    for (sample, time) in [
+        (unusable, abi::BUSBAR_NO_TIME),
+        (value, now + hour),
+        (value, -5),
+        (buffered, now + hour),
+        (own_doubt, now),
+    ] {
+        let mut host = Host::new(ValueKind::Bool);
+        host.take(&raw(&sample, time), START);
+        let doubted = host.shown(START).1;
+        assert_eq!(doubted, "Uncertain(SourceTime)", "{sample:?}");
+        for (seconds, time) in [(0, abi::BUSBAR_NO_TIME), (1, now), (2, now + 2 * SECOND as i64)] {
+            host.take(&raw(&alone, time), START + seconds * SECOND);
+            assert_eq!(host.shown(START + seconds * SECOND).1, doubted, "{sample:?}");
+        }
+        host.take(&raw(&value, abi::BUSBAR_NO_TIME), START + 3 * SECOND);
+        assert_eq!(host.shown(START + 3 * SECOND).1, "Good", "the next value: {sample:?}");
+    }
+}
+
+#[test]
 fn the_test_kit_shows_what_the_host_shows() {
     let (mut good, mut other) = (0, 0);
     for seed in 0..SEEDS {

@@ -119,7 +119,9 @@ impl SampleFeed {
         self.link = (LinkState::Down, reason.to_owned());
         let now = Moment::now();
         let lost = |tag: &TelemetryTag| {
-            Sample::live(tag.tag, None, Quality::Bad(Reason::Communication), now)
+            // Of its next process, only a value counts.
+            Sample::live(tag.tag, None, Quality::Good, now)
+                .with_doubt(Quality::Bad(Reason::Communication))
         };
         self.tags.iter().map(lost).for_each(|sample| self.backlog.push(sample));
     }
@@ -200,7 +202,10 @@ impl<S: SampleSink> SampleSink for PauseFilter<'_, S> {
         }
         let is_doubtful = sample.source_time.is_none() || sample.valid_from < self.pause_end;
         let doubt = if is_doubtful { Quality::Uncertain(Reason::Stale) } else { Quality::Good };
-        self.sink.take(&Sample { quality: sample.quality.worst(doubt), ..*sample });
+        self.sink.take(&match sample.value {
+            Some(_) => sample.with_doubt(doubt),
+            None => Sample { quality: sample.quality.worst(doubt), ..*sample },
+        });
     }
 }
 
@@ -265,8 +270,9 @@ mod tests {
         let soon = pause_end.after(Duration::from_millis(1));
         ring.write(&[sample(1, 1.0)], soon);
         ring.write(&[sample(1, 2.0)], pause_end.after(SETTLE_AFTER_PAUSE));
-        let qualities: Vec<Quality> = drained(&mut feed).iter().map(|s| s.quality).collect();
-        assert_eq!(qualities, [Quality::Uncertain(Reason::Stale), Quality::Good]);
+        let told: Vec<_> = drained(&mut feed).iter().map(|s| (s.quality, s.doubt)).collect();
+        let doubt = Quality::Uncertain(Reason::Stale);
+        assert_eq!(told, [(doubt, doubt), (Quality::Good, Quality::Good)]);
     }
 
     #[test]
@@ -323,6 +329,7 @@ mod tests {
         assert_eq!(samples[0].value, Some(Value::F64(4.5)));
         assert_eq!(samples[1].value, None);
         assert_eq!(samples[1].quality, Quality::Bad(Reason::Communication));
+        assert_eq!(samples[1].doubt, samples[1].quality, "a quality alone takes it not back");
         assert_eq!(feed.link().state, LinkState::Down);
         assert_eq!(drained(&mut feed), []);
     }

@@ -84,7 +84,7 @@ fn example_scene() -> e2e::Scene {
     scene.config["cameras"] = serde_json::json!({
         "middle": { "eye": [14, 8, 14], "target": [0, 2.5, 0] }
     });
-    scene.config["view"]["camera"] = "middle".into();
+    scene.config["camera"]["start"] = "middle".into();
     scene.config.as_object_mut().unwrap().remove("bindings");
     scene
 }

@@ -84,7 +84,7 @@ fn a_value_that_nobody_repeats_goes_stale_and_an_alarm_is_told() {
     let mut scene = scene();
     for tag in scene.config["tags"].as_object_mut().unwrap().values_mut() {
         if tag["set_by_host"] == true {
-            tag["freshness_millis"] = 1500.into();
+            tag["freshness_seconds"] = 1.5.into();
         }
     }
     let mut host = Host::open(&scene);
@@ -119,7 +119,7 @@ fn the_origin_of_a_value_is_told_with_its_quality() {
     scene.add_plugin("sample_generator");
     scene.config["plugins"]["generator"] = serde_json::json!({ "plugin": "sample_generator" });
     scene.config["tags"]["made"] = serde_json::json!({
-        "type": "f64", "source": { "plugin": "generator", "address": {} },
+        "type": "f64", "source": { "instance": "generator", "address": {} },
     });
     let mut host = Host::open(&scene);
     let is_good = |id: &'static str| {
@@ -178,7 +178,7 @@ fn a_faulty_configuration_never_replaces_the_scene() {
     save(&after, "after");
     assert!(after.pixels == before.pixels, "the picture is another");
     scene.config = good;
-    scene.config["view"]["background"] = serde_json::json!("#204060");
+    scene.config["theme"]["background"] = serde_json::json!("#204060");
     scene.write();
     assert_eq!(host.call(|view| unsafe { busbar_view_reload(view, null) }), 0);
     let reloaded = host.wait_for(BUSBAR_VIEW_RELOADED);

@@ -36,7 +36,7 @@ fn mean_difference(one: &[u8], other: &[u8]) -> f64 {
 /// A scene in which nothing changes by itself.
 fn scene() -> Scene {
     let mut scene = Scene::without_tags();
-    scene.config["view"]["transition_seconds"] = json!(0);
+    scene.config["camera"]["transition_seconds"] = json!(0);
     scene
 }
 

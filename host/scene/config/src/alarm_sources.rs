@@ -19,9 +19,10 @@ use crate::report::Report;
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "AlarmSource")]
 pub(crate) struct RawAlarmSource {
-    /// Name of the plugin that has them.
+    /// Name of the plugin instance that has them.
     #[schemars(length(min = 1, max = MAX_NAME_BYTES), extend("examples" = ["plc"]))]
-    plugin: String,
+    #[schemars(extend("x-busbar-formerly" = ["plugin"]))]
+    instance: String,
     /// Equipment ids by the names of alarm sources, or by prefixes of them; the longest match
     /// counts. Without a match the source itself is an equipment id or an alias.
     #[serde(default)]
@@ -82,7 +83,7 @@ impl RawAlarmSource {
     pub(crate) fn resolve((index, raw): (usize, Self)) -> AlarmSourceConfig {
         let RawSeverities { critical, high, medium } = raw.severities;
         AlarmSourceConfig {
-            plugin: raw.plugin,
+            plugin: raw.instance,
             equipment: raw.equipment,
             severities: [critical, high, medium],
             stale_after_seconds: raw.stale_after_seconds,
@@ -100,12 +101,12 @@ impl AlarmSourceConfig {
 }
 
 fn pointer_of(index: usize) -> String {
-    join_pointer("/alarm_handling/sources", index)
+    join_pointer("/alarm_sources", index)
 }
 
 /// Iterates over the sources, with their pointers.
 pub(crate) fn sources(document: &Value) -> impl Iterator<Item = (String, &Value)> {
-    let sources = document["alarm_handling"]["sources"].as_array().into_iter().flatten();
+    let sources = document["alarm_sources"].as_array().into_iter().flatten();
     sources.enumerate().map(|(index, source)| (pointer_of(index), source))
 }
 
@@ -113,9 +114,9 @@ pub(crate) fn sources(document: &Value) -> impl Iterator<Item = (String, &Value)
 pub(crate) fn check(document: &Value, equipment: &Equipment<'_>, report: &mut Report<'_>) {
     let mut named: Vec<&str> = Vec::new();
     for (pointer, source) in sources(document) {
-        if let Some(name) = source["plugin"].as_str() {
+        if let Some(name) = source["instance"].as_str() {
             if named.contains(&name) {
-                let pointer = join_pointer(&pointer, "plugin");
+                let pointer = join_pointer(&pointer, "instance");
                 report.error(&pointer, "its alarms are shown already", "remove one of them");
             }
             named.push(name);

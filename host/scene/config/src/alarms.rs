@@ -1,5 +1,7 @@
 //! Alarms: as typed, and as used.
 
+use std::time::Duration;
+
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 
@@ -146,13 +148,10 @@ pub(crate) struct RawAlarmHandling {
     /// fault do not count.
     #[schemars(range(min = 1, max = MAX_LOG_FILES), extend("examples" = [20]))]
     log_files: u32,
-    /// The longest that an operator may shelve an alarm, in minutes.
-    #[schemars(range(min = 1, max = MAX_SHELVING_MINUTES), extend("examples" = [480]))]
-    max_shelving_minutes: u32,
-    /// Plugins with the alarms of other systems, which decide on them; they are shown beside
-    /// those decided here.
-    #[schemars(length(max = MAX_PLUGINS))]
-    sources: Vec<RawAlarmSource>,
+    /// The longest that an operator may shelve an alarm, in seconds.
+    #[schemars(range(min = 60.0, max = MAX_SHELVING_SECONDS), extend("examples" = [28_800]))]
+    #[schemars(extend("x-busbar-formerly" = ["max_shelving_minutes"]))]
+    max_shelving_seconds: f64,
 }
 
 /// Priority of an alarm, the most urgent first.
@@ -292,8 +291,8 @@ pub struct AlarmHandlingConfig {
     pub log_megabytes: u32,
     /// Files that are kept.
     pub log_files: u32,
-    /// The longest that an alarm is shelved, in minutes.
-    pub max_shelving_minutes: u32,
+    /// The longest that an alarm is shelved.
+    pub max_shelving: Duration,
     /// Plugins with the alarms of other systems.
     pub sources: Vec<AlarmSourceConfig>,
     /// JSON pointer; of an object that may be absent.
@@ -323,22 +322,21 @@ impl Default for RawAlarmHandling {
             log_anchor_file: None,
             log_megabytes: 8,
             log_files: 20,
-            max_shelving_minutes: 480,
-            sources: Vec::new(),
+            max_shelving_seconds: 28_800.0,
         }
     }
 }
 
 impl RawAlarmHandling {
-    pub(crate) fn resolve(self) -> AlarmHandlingConfig {
+    pub(crate) fn resolve(self, sources: Vec<RawAlarmSource>) -> AlarmHandlingConfig {
         AlarmHandlingConfig {
             log_directory: self.log_directory,
             log_key_file: self.log_key_file,
             log_anchor_file: self.log_anchor_file,
             log_megabytes: self.log_megabytes,
             log_files: self.log_files,
-            max_shelving_minutes: self.max_shelving_minutes,
-            sources: (0..).zip(self.sources).map(RawAlarmSource::resolve).collect(),
+            max_shelving: Duration::from_secs_f64(self.max_shelving_seconds),
+            sources: (0..).zip(sources).map(RawAlarmSource::resolve).collect(),
             pointer: "/alarm_handling".to_owned(),
         }
     }

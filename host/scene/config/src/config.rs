@@ -412,8 +412,6 @@ pub struct ViewConfig {
     pub font: Option<String>,
     /// Graphics device, by number or part of its name; none for the best.
     pub device: Option<String>,
-    /// JSON pointer; of a view that may be absent.
-    pub pointer: String,
 }
 
 /// Colours of panels and labels.

@@ -16,6 +16,7 @@ mod changes;
 mod config;
 mod diagnostic;
 mod equipment;
+mod former_names;
 mod json_index;
 mod limits;
 mod moving_parts;
@@ -37,6 +38,7 @@ mod structure;
 mod suggestions;
 mod syntax;
 mod theta;
+mod upgrade;
 mod world_transform;
 
 pub use alarm_sources::AlarmSourceConfig;
@@ -53,6 +55,7 @@ pub use config::{
 };
 pub use diagnostic::{Diagnostic, Severity};
 pub use equipment::EquipmentConfig;
+pub use former_names::{FORMER_NAMES, FormerNames, RenamedSetting, RenamedSettings};
 pub use limits::*;
 pub use plugins::{FreshnessBasis, Isolation, PluginConfig, SignatureConfig, SupervisionConfig};
 pub use pointer::join_pointer;
@@ -64,6 +67,7 @@ pub use scene::{SceneConfig, SceneNodes};
 pub use schema::schema;
 pub use service::{LogConfig, LogFormatConfig, MetricsConfig};
 pub use simulate::{SimulateConfig, SimulatedShape};
+pub use upgrade::{TextKind, UPGRADE_HINT, UpgradedText, upgrade};
 
 use report::Report;
 
@@ -76,8 +80,11 @@ use report::Report;
 /// most [`MAX_DIAGNOSTICS`], then one more that counts the rest. A text that
 /// is not JSON has one fault: where it stops to be JSON.
 pub fn parse(text: &str) -> Result<Config, Vec<Diagnostic>> {
-    let document = syntax::read(text)?;
+    let mut document = syntax::read(text)?;
+    let names = schema::CONFIGURATION.former_names.rename(&mut document.value);
+    document.positions.add_former(names.renamed.iter().cloned());
     let mut report = Report::new(&document.positions);
+    report.add_renamed(&names);
     report.extend(document.duplicate_keys);
     report.count_more(document.more_duplicate_keys);
     structure::check(&document.value, &schema::CONFIGURATION, &mut report);

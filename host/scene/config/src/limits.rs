@@ -17,13 +17,13 @@ pub const MIN_MEMORY_MEGABYTES: u32 = 256;
 /// The most that can be allowed, in 10^6 bytes.
 pub const MAX_MEMORY_MEGABYTES: u32 = 1_000_000;
 /// The longest delay before a plugin is started again, in milliseconds.
-pub const MAX_RESTART_MILLIS: u64 = 3_600_000;
+pub const MAX_RESTART_SECONDS: f64 = 3_600.0;
 /// The most deaths before quarantine.
 pub const MAX_DEATHS: u32 = 60;
 /// The longest window in which deaths count, in seconds.
-pub const MAX_WINDOW_SECONDS: u64 = 86_400;
+pub const MAX_WINDOW_SECONDS: f64 = 86_400.0;
 /// The longest deadline of a plugin's call, in milliseconds.
-pub const MAX_DEADLINE_MILLIS: u64 = 3_600_000;
+pub const MAX_DEADLINE_SECONDS: f64 = 3_600.0;
 /// Limit of the models.
 pub const MAX_MODELS: usize = 10_000;
 /// The most scene nodes, instances included.
@@ -43,7 +43,7 @@ pub const MAX_ALARM_DELAY_SECONDS: f64 = 86_400.0;
 /// The longest text of an alarm, in characters.
 pub const MAX_ALARM_TEXT: usize = 500;
 /// The longest that alarms may be shelved, in minutes: a week.
-pub const MAX_SHELVING_MINUTES: u32 = 10_080;
+pub const MAX_SHELVING_SECONDS: f64 = 604_800.0;
 /// The largest file of the alarm log, in 10^6 bytes.
 pub const MAX_LOG_MEGABYTES: u32 = 32;
 /// The longest silence of a source of alarms before they are stale, in seconds.
@@ -75,7 +75,7 @@ pub const MAX_CAMERAS: usize = 1_000;
 /// The smallest height of an orthographic view, metres.
 pub const MIN_VIEW_METRES: f32 = 0.1;
 /// The longest way from one camera to another, seconds.
-pub const MAX_TRANSITION_SECONDS: f32 = 10.0;
+pub const MAX_TRANSITION_SECONDS: f64 = 10.0;
 
 /// Seconds that a change of detail may take.
 pub const MAX_MORPH_SECONDS: f64 = 5.0;
@@ -88,7 +88,7 @@ pub const MIN_ERROR_PIXELS: f64 = 0.05;
 /// Largest screen-space error, pixels.
 pub const MAX_ERROR_PIXELS: f64 = 100.0;
 /// The longest that a frame may be meant to take, in milliseconds.
-pub const MAX_FRAME_MILLIS: f64 = 1_000.0;
+pub const MAX_FRAME_SECONDS: f64 = 1.0;
 /// The most that all thetas together are multiplied by.
 pub const MAX_THETA_SCALE: f64 = 2.0;
 /// The shortest period in which a simulated value moves, in seconds.

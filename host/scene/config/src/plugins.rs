@@ -8,6 +8,7 @@ use serde_json::Value;
 
 use crate::limits::*;
 use crate::report::Report;
+use crate::resolve::whole_millis;
 use crate::{join_pointer, suggestions};
 
 /// Isolation of plugins from the viewer.
@@ -85,27 +86,31 @@ pub(crate) struct RawPlugin {
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "Supervision")]
 pub(crate) struct RawSupervision {
-    /// Delay before the first restart in milliseconds; it doubles with each
+    /// Delay before the first restart in seconds; it doubles with each
     /// death, and chance shortens it. 0 starts again at once.
-    #[schemars(range(min = 0, max = MAX_RESTART_MILLIS), extend("examples" = [200]))]
-    restart_millis: u64,
-    /// The longest delay in milliseconds.
-    #[schemars(range(min = 0, max = MAX_RESTART_MILLIS), extend("examples" = [30_000]))]
-    max_restart_millis: u64,
+    #[schemars(range(min = 0.0, max = MAX_RESTART_SECONDS), extend("examples" = [0.2]))]
+    #[schemars(extend("x-busbar-formerly" = ["restart_millis"]))]
+    restart_seconds: f64,
+    /// The longest delay in seconds.
+    #[schemars(range(min = 0.0, max = MAX_RESTART_SECONDS), extend("examples" = [30]))]
+    #[schemars(extend("x-busbar-formerly" = ["max_restart_millis"]))]
+    max_restart_seconds: f64,
     /// Crashes within the window that put a plugin in quarantine, until an operator starts it; 0
     /// for never.
     #[schemars(range(min = 0, max = MAX_DEATHS), extend("examples" = [3]))]
     max_deaths: u32,
     /// The window in seconds.
-    #[schemars(range(min = 1, max = MAX_WINDOW_SECONDS), extend("examples" = [600]))]
-    window_seconds: u64,
+    #[schemars(range(min = 1.0, max = MAX_WINDOW_SECONDS), extend("examples" = [600]))]
+    window_seconds: f64,
     /// The longest that a plugin takes to be created, to check, to start or to take
-    /// bindings, in milliseconds. One that takes longer is killed.
-    #[schemars(range(min = 1, max = MAX_DEADLINE_MILLIS), extend("examples" = [10_000]))]
-    call_millis: u64,
-    /// The longest that an optimiser is silent about its progress, in milliseconds.
-    #[schemars(range(min = 1, max = MAX_DEADLINE_MILLIS), extend("examples" = [120_000]))]
-    optimize_millis: u64,
+    /// bindings, in seconds. One that takes longer is killed.
+    #[schemars(range(min = 0.001, max = MAX_DEADLINE_SECONDS), extend("examples" = [10]))]
+    #[schemars(extend("x-busbar-formerly" = ["call_millis"]))]
+    call_seconds: f64,
+    /// The longest that an optimizer is silent about its progress, in seconds.
+    #[schemars(range(min = 0.001, max = MAX_DEADLINE_SECONDS), extend("examples" = [120]))]
+    #[schemars(extend("x-busbar-formerly" = ["optimize_millis"]))]
+    optimize_seconds: f64,
 }
 
 /// Key that must have signed every plugin library.
@@ -209,12 +214,12 @@ pub(crate) fn check_roles(document: &Value, report: &mut Report<'_>) {
 impl RawSupervision {
     pub(crate) fn resolve(self) -> SupervisionConfig {
         SupervisionConfig {
-            restart_millis: self.restart_millis,
-            max_restart_millis: self.max_restart_millis,
+            restart_millis: whole_millis(self.restart_seconds),
+            max_restart_millis: whole_millis(self.max_restart_seconds),
             max_deaths: self.max_deaths,
-            window_seconds: self.window_seconds,
-            call_millis: self.call_millis,
-            optimize_millis: self.optimize_millis,
+            window_seconds: self.window_seconds.round() as u64,
+            call_millis: whole_millis(self.call_seconds),
+            optimize_millis: whole_millis(self.optimize_seconds),
         }
     }
 }
@@ -222,12 +227,12 @@ impl RawSupervision {
 impl Default for RawSupervision {
     fn default() -> Self {
         Self {
-            restart_millis: 200,
-            max_restart_millis: 30_000,
+            restart_seconds: 0.2,
+            max_restart_seconds: 30.0,
             max_deaths: 3,
-            window_seconds: 600,
-            call_millis: 10_000,
-            optimize_millis: 120_000,
+            window_seconds: 600.0,
+            call_seconds: 10.0,
+            optimize_seconds: 120.0,
         }
     }
 }

@@ -6,18 +6,23 @@ use std::borrow::Cow;
 ///
 /// `token` is a key or an index as it is; this escapes it.
 pub fn join_pointer(pointer: &str, token: impl std::fmt::Display) -> String {
+    let mut joined = pointer.to_owned();
+    push_token(&mut joined, token);
+    joined
+}
+
+/// Appends a key or an index, as it is, to a pointer.
+pub(crate) fn push_token(pointer: &mut String, token: impl std::fmt::Display) {
     let token = token.to_string();
-    let mut joined = String::with_capacity(pointer.len() + 1 + token.len());
-    joined.push_str(pointer);
-    joined.push('/');
+    pointer.reserve(1 + token.len());
+    pointer.push('/');
     for letter in token.chars() {
         match letter {
-            '~' => joined.push_str("~0"),
-            '/' => joined.push_str("~1"),
-            other => joined.push(other),
+            '~' => pointer.push_str("~0"),
+            '/' => pointer.push_str("~1"),
+            other => pointer.push(other),
         }
     }
-    joined
 }
 
 /// The keys and indices of a pointer, unescaped.

@@ -2,6 +2,7 @@
 
 use serde::Deserialize;
 
+use crate::former_names::{FormerPlaces, RenamedSetting};
 use crate::{Diagnostic, Severity, pointer};
 
 /// Positions of all values in a text. They outlive parsing, so that later errors (a missing model
@@ -13,6 +14,8 @@ pub struct Positions {
     line_starts: Vec<u32>,
     /// Values in the order of the text, parents before children.
     places: Vec<ValuePosition>,
+    /// Former places of settings that were renamed.
+    former: FormerPlaces,
 }
 
 /// One value of the text. Offsets are bytes.
@@ -31,7 +34,12 @@ impl Positions {
     pub(crate) fn new(text: &str, places: Vec<ValuePosition>) -> Self {
         let behind_breaks = text.match_indices('\n').map(|(at, _)| at as u32 + 1);
         let line_starts = std::iter::once(0).chain(behind_breaks).collect();
-        Self { text: text.to_owned(), line_starts, places }
+        Self { text: text.to_owned(), line_starts, places, former: FormerPlaces::default() }
+    }
+
+    /// Takes settings that were renamed: pointers to their present names lead to the text.
+    pub fn add_former(&mut self, renamed: impl IntoIterator<Item = RenamedSetting>) {
+        self.former.extend(renamed.into_iter().collect());
     }
 
     /// An error at the value of `pointer`, or where that does not exist (a
@@ -42,7 +50,7 @@ impl Positions {
         cause: impl Into<String>,
         remedy: impl Into<String>,
     ) -> Diagnostic {
-        let pointer = pointer.into();
+        let pointer = self.former.find(&pointer.into());
         let offset = self.find(&pointer).map_or(0, |place| place.value);
         self.at_offset(Severity::Error, offset, pointer, cause.into(), remedy.into())
     }
@@ -55,8 +63,9 @@ impl Positions {
         cause: String,
         remedy: String,
     ) -> Diagnostic {
-        let offset = self.find(pointer).map_or(0, |place| place.key.unwrap_or(place.value));
-        self.at_offset(severity, offset, pointer.to_owned(), cause, remedy)
+        let pointer = self.former.find(pointer);
+        let offset = self.find(&pointer).map_or(0, |place| place.key.unwrap_or(place.value));
+        self.at_offset(severity, offset, pointer, cause, remedy)
     }
 
     /// A diagnostic at a byte of the text.
@@ -74,7 +83,8 @@ impl Positions {
 
     /// Line and column of the value at `pointer`, or of the nearest around it.
     pub fn locate(&self, pointer: &str) -> (u32, u32) {
-        self.line_and_column(self.find(pointer).map_or(0, |place| place.value))
+        let pointer = self.former.find(pointer);
+        self.line_and_column(self.find(&pointer).map_or(0, |place| place.value))
     }
 
     /// The byte at a column counted in bytes from 1, as serde_json counts.

@@ -7,6 +7,7 @@ use schemars::{JsonSchema, Schema, json_schema};
 use serde::Deserialize;
 use serde_json::Value;
 
+use crate::alarm_sources::RawAlarmSource;
 use crate::alarms::{RawAlarm, RawAlarmHandling};
 use crate::config::{TagType, ThemeConfig};
 use crate::equipment::RawEquipment;
@@ -81,12 +82,18 @@ pub(crate) struct RawConfig {
     /// Settings of all alarms.
     #[serde(default)]
     pub(crate) alarm_handling: RawAlarmHandling,
-    /// Names of the overlay plugins to draw, in this order.
+    /// Plugin instances with the alarms of other systems, which decide on them; they are shown
+    /// beside those decided here.
+    #[serde(default)]
+    #[schemars(length(max = MAX_PLUGINS))]
+    #[schemars(extend("x-busbar-formerly" = ["alarm_handling/sources"]))]
+    pub(crate) alarm_sources: Vec<RawAlarmSource>,
+    /// Names of the plugin instances whose overlays are drawn, in this order.
     #[serde(default)]
     #[schemars(length(max = MAX_PLUGINS), extend("uniqueItems" = true))]
     #[schemars(extend("examples" = [["labels"]]))]
     pub(crate) overlays: Vec<String>,
-    /// Names of the plugins whose records of work and assets faceplates show, in this order.
+    /// Names of the plugin instances whose records of work and assets faceplates show, in this order.
     #[serde(default)]
     #[schemars(length(max = MAX_PLUGINS), extend("uniqueItems" = true))]
     #[schemars(extend("examples" = [["work", "register"]]))]
@@ -99,9 +106,18 @@ pub(crate) struct RawConfig {
     #[serde(default)]
     #[schemars(extend("maxProperties" = MAX_CAMERAS))]
     pub(crate) cameras: BTreeMap<String, RawCamera>,
-    /// Settings of the first picture.
+    /// Camera of the first picture, and its movement.
     #[serde(default)]
-    pub(crate) view: RawView,
+    pub(crate) camera: RawCameraStart,
+    /// Quality of pictures, and what they may cost.
+    #[serde(default)]
+    pub(crate) graphics: RawGraphics,
+    /// Colors, size and font of panels and labels.
+    #[serde(default)]
+    pub(crate) theme: RawTheme,
+    /// Size of the window.
+    #[serde(default)]
+    pub(crate) window: RawWindow,
     /// Cache of optimizer results, so that the next start is quick.
     #[serde(default)]
     pub(crate) cache: RawCache,
@@ -239,10 +255,11 @@ pub(crate) struct RawTag {
     /// Normal band: outside it, the value is abnormal and drawn in colour.
     #[serde(default)]
     pub(crate) limits: RawBand,
-    /// Age in milliseconds past which a value is stale.
-    #[serde(default = "default_freshness_millis")]
-    #[schemars(range(min = 50, max = 86_400_000), extend("examples" = [3000]))]
-    pub(crate) freshness_millis: u64,
+    /// Age in seconds past which a value is stale.
+    #[serde(default = "default_freshness_seconds")]
+    #[schemars(range(min = 0.05, max = 86_400.0), extend("examples" = [3]))]
+    #[schemars(extend("x-busbar-formerly" = ["freshness_millis"]))]
+    pub(crate) freshness_seconds: f64,
     /// Conversion from the plugin's number to the tag's unit; for type f64 alone.
     #[serde(default)]
     #[schemars(with = "RawTagScale")]
@@ -250,11 +267,12 @@ pub(crate) struct RawTag {
     /// A number nearer than this to the one shown does not change it, in the tag's unit.
     #[serde(default)]
     #[schemars(range(min = 0.0), extend("examples" = [0.1]))]
-    pub(crate) dead_band: f64,
+    #[schemars(extend("x-busbar-formerly" = ["dead_band"]))]
+    pub(crate) deadband: f64,
     /// Source of the value.
     #[serde(default)]
     #[schemars(with = "RawSource")]
-    #[schemars(extend("examples" = [{"plugin": "plc", "address": {}}]))]
+    #[schemars(extend("examples" = [{"instance": "plc", "address": {}}]))]
     pub(crate) source: Option<RawSource>,
     /// Instead of a source: a formula of other tags, their ids in braces.
     #[serde(default)]
@@ -307,8 +325,8 @@ pub(crate) struct RawBand {
 #[schemars(rename = "Source")]
 pub(crate) struct RawSource {
     /// Name of the plugin instance that reads it.
-    #[schemars(extend("examples" = ["plc"]))]
-    pub(crate) plugin: String,
+    #[schemars(extend("examples" = ["plc"]), extend("x-busbar-formerly" = ["plugin"]))]
+    pub(crate) instance: String,
     /// Address, handed to the plugin unchanged.
     pub(crate) address: Value,
 }
@@ -338,8 +356,8 @@ pub(crate) struct RawBinding {
 #[schemars(rename = "Chart")]
 pub(crate) struct RawChart {
     /// Name of the plugin instance whose chart it is.
-    #[schemars(extend("examples" = ["gases"]))]
-    pub(crate) plugin: String,
+    #[schemars(extend("examples" = ["gases"]), extend("x-busbar-formerly" = ["plugin"]))]
+    pub(crate) instance: String,
     /// Position of the first axis's foot, in metres.
     #[serde(default)]
     #[schemars(inner(range(min = -MAX_COORDINATE_METRES, max = MAX_COORDINATE_METRES)))]
@@ -402,72 +420,104 @@ pub(crate) enum RawProjection {
     Orthographic,
 }
 
-/// Settings of the first picture.
+/// Camera of the first picture, and its movement.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-#[schemars(rename = "View")]
-pub(crate) struct RawView {
+#[schemars(rename = "CameraStart")]
+pub(crate) struct RawCameraStart {
     /// Name of the camera; none to frame the whole scene.
-    #[schemars(extend("examples" = ["overview"]))]
-    pub(crate) camera: Option<String>,
-    /// Background as `#rrggbb`, sRGB.
-    #[schemars(regex(pattern = "^#[0-9a-fA-F]{6}$"), extend("examples" = ["#d8dadd"]))]
-    pub(crate) background: String,
+    #[schemars(extend("examples" = ["overview"]), extend("x-busbar-formerly" = ["../view/camera"]))]
+    pub(crate) start: Option<String>,
+    /// Section plane that cuts the scene open.
+    #[schemars(extend("examples" = [{ "normal": [0, 1, 0], "distance": 2 }]))]
+    #[schemars(extend("x-busbar-formerly" = ["../view/section"]))]
+    pub(crate) section: Option<RawSection>,
+    /// Seconds in which a window goes from one camera to another; 0 for at once.
+    #[schemars(range(min = 0.0, max = MAX_TRANSITION_SECONDS), extend("examples" = [0.6]))]
+    #[schemars(extend("x-busbar-formerly" = ["../view/transition_seconds"]))]
+    pub(crate) transition_seconds: f64,
+    /// Lets a window's camera turn on for a moment after a drag.
+    #[schemars(extend("examples" = [true]), extend("x-busbar-formerly" = ["../view/inertia"]))]
+    pub(crate) inertia: bool,
+}
+
+/// Quality of pictures, and what they may cost.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "Graphics")]
+pub(crate) struct RawGraphics {
     /// Rendering quality: `low` for remote desktops and software rasterizers, `high` for graphics
     /// cards. Where missing, `medium`, and `low` in live views that the processor draws.
-    #[schemars(extend("examples" = ["medium"]))]
+    #[schemars(extend("examples" = ["medium"]), extend("x-busbar-formerly" = ["../view/quality"]))]
     pub(crate) quality: Option<RawQuality>,
     /// Samples a pixel: 1, or 4 for smooth edges; where missing, 1 at quality `low`,
     /// else 4.
     #[schemars(extend("enum" = [1, 4]), extend("examples" = [4]))]
+    #[schemars(extend("x-busbar-formerly" = ["../view/samples"]))]
     pub(crate) samples: Option<u32>,
     /// Shows a ground with a grid of 1 m and 10 m below the lowest point; not at
     /// quality `low`.
-    #[schemars(extend("examples" = [true]))]
+    #[schemars(extend("examples" = [true]), extend("x-busbar-formerly" = ["../view/ground"]))]
     pub(crate) ground: bool,
-    /// Section plane that cuts the scene open.
-    #[schemars(extend("examples" = [{ "normal": [0, 1, 0], "distance": 2 }]))]
-    pub(crate) section: Option<RawSection>,
     /// Fades distant objects into the background; not at quality `low`.
-    #[schemars(extend("examples" = [true]))]
+    #[schemars(extend("examples" = [true]), extend("x-busbar-formerly" = ["../view/fog"]))]
     pub(crate) fog: bool,
-    /// Width and height in pixels.
-    #[schemars(inner(range(min = 16, max = 16_384)), extend("examples" = [[1280, 720]]))]
-    pub(crate) size: [u32; 2],
     /// Every theta of models and nodes is multiplied by this, up to 1; 0 shows
     /// all in full detail.
     #[schemars(range(min = 0.0, max = MAX_THETA_SCALE), extend("examples" = [1]))]
+    #[schemars(extend("x-busbar-formerly" = ["../view/theta_scale"]))]
     pub(crate) theta_scale: f64,
-    /// Milliseconds that a frame in a window is to take. Where it takes longer, thetas
+    /// Seconds that a frame in a window is to take. Where it takes longer, thetas
     /// that follow the error on the screen let more of it show; 0 for as long as it
     /// takes.
-    #[schemars(range(min = 0.0, max = MAX_FRAME_MILLIS), extend("examples" = [16.6]))]
-    pub(crate) target_frame_ms: f64,
+    #[schemars(range(min = 0.0, max = MAX_FRAME_SECONDS), extend("examples" = [0.0166]))]
+    #[schemars(extend("x-busbar-formerly" = ["../view/target_frame_ms"]))]
+    pub(crate) target_frame_seconds: f64,
     /// Seconds in which a change of detail is made in a window, by degrees so that nothing
     /// pops; 0 for at once.
     #[schemars(range(min = 0.0, max = MAX_MORPH_SECONDS), extend("examples" = [0.25]))]
+    #[schemars(extend("x-busbar-formerly" = ["../view/morph_seconds"]))]
     pub(crate) morph_seconds: f64,
-    /// Seconds in which a window goes from one camera to another; 0 for at once.
-    #[schemars(range(min = 0.0, max = MAX_TRANSITION_SECONDS), extend("examples" = [0.6]))]
-    pub(crate) transition_seconds: f32,
-    /// Lets a window's camera turn on for a moment after a drag.
-    #[schemars(extend("examples" = [true]))]
-    pub(crate) inertia: bool,
-    /// Colours of panels and labels: `light`, or `dark` for night shifts. `N` in a window
+    /// Graphics device: its number among those there are, or a part of its name; where
+    /// missing, the best. `BUSBAR_DEVICE` in the environment goes before.
+    #[schemars(length(min = 1, max = 256), extend("examples" = ["llvmpipe"]))]
+    #[schemars(extend("x-busbar-formerly" = ["../view/device"]))]
+    pub(crate) device: Option<String>,
+}
+
+/// Colors, size and font of panels and labels.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "ThemeSettings")]
+pub(crate) struct RawTheme {
+    /// Colors of panels and labels: `light`, or `dark` for night shifts. `N` in a window
     /// changes them.
-    #[schemars(extend("examples" = ["dark"]))]
-    pub(crate) theme: ThemeConfig,
+    #[schemars(extend("examples" = ["dark"]), extend("x-busbar-formerly" = ["../view/theme"]))]
+    pub(crate) colors: ThemeConfig,
+    /// Background of the scene as `#rrggbb`, sRGB.
+    #[schemars(regex(pattern = "^#[0-9a-fA-F]{6}$"), extend("examples" = ["#d8dadd"]))]
+    #[schemars(extend("x-busbar-formerly" = ["../view/background"]))]
+    pub(crate) background: String,
     /// Factor on the size of panels and labels.
     #[schemars(range(min = MIN_PANEL_SCALE, max = MAX_PANEL_SCALE), extend("examples" = [1.25]))]
+    #[schemars(extend("x-busbar-formerly" = ["../view/scale"]))]
     pub(crate) scale: f32,
     /// A TrueType or OpenType font for panels and labels, relative to this file; where
     /// missing, one that is built in. What it has no sign for comes from that.
     #[schemars(length(min = 1, max = MAX_PATH_BYTES), extend("examples" = ["fonts/site.ttf"]))]
+    #[schemars(extend("x-busbar-formerly" = ["../view/font"]))]
     pub(crate) font: Option<String>,
-    /// Graphics device: its number among those there are, or a part of its name; where
-    /// missing, the best. `BUSBAR_DEVICE` in the environment goes before.
-    #[schemars(length(min = 1, max = 256), extend("examples" = ["llvmpipe"]))]
-    pub(crate) device: Option<String>,
+}
+
+/// Size of the window.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "Window")]
+pub(crate) struct RawWindow {
+    /// Width and height in pixels, of pictures too.
+    #[schemars(inner(range(min = 16, max = 16_384)), extend("examples" = [[1280, 720]]))]
+    #[schemars(extend("x-busbar-formerly" = ["../view/size"]))]
+    pub(crate) size: [u32; 2],
 }
 
 /// Rendering quality of pictures.
@@ -523,32 +573,46 @@ impl Default for RawScale {
     }
 }
 
-impl Default for RawView {
+impl Default for RawCameraStart {
+    fn default() -> Self {
+        Self { start: None, section: None, transition_seconds: 0.6, inertia: false }
+    }
+}
+
+impl Default for RawGraphics {
     fn default() -> Self {
         Self {
-            camera: None,
-            background: "#d8dadd".to_owned(),
             quality: None,
             samples: None,
             ground: false,
             fog: false,
-            section: None,
-            size: [1280, 720],
             theta_scale: 1.0,
-            target_frame_ms: 16.6,
+            target_frame_seconds: 0.0166,
             morph_seconds: 0.25,
-            transition_seconds: 0.6,
-            inertia: false,
-            theme: ThemeConfig::default(),
-            scale: 1.0,
-            font: None,
             device: None,
         }
     }
 }
 
-fn default_freshness_millis() -> u64 {
-    3_000
+impl Default for RawTheme {
+    fn default() -> Self {
+        Self {
+            colors: ThemeConfig::default(),
+            background: "#d8dadd".to_owned(),
+            scale: 1.0,
+            font: None,
+        }
+    }
+}
+
+impl Default for RawWindow {
+    fn default() -> Self {
+        Self { size: [1280, 720] }
+    }
+}
+
+fn default_freshness_seconds() -> f64 {
+    3.0
 }
 
 fn default_role() -> String {

@@ -1,5 +1,6 @@
 //! Gathers the faults of one text.
 
+use crate::former_names::RenamedSettings;
 use crate::{Diagnostic, MAX_DIAGNOSTICS, Positions, Severity};
 
 /// The diagnostics found so far.
@@ -75,6 +76,12 @@ impl<'a> Report<'a> {
         remedy: impl Into<String>,
     ) {
         self.at_key(Severity::Warning, pointer, cause.into(), remedy.into());
+    }
+
+    /// Tells settings with former names, each pair of names once, and those given twice.
+    pub(crate) fn add_renamed(&mut self, names: &RenamedSettings) {
+        self.extend(names.conflict_errors(self.positions));
+        self.extend(names.warnings(self.positions));
     }
 
     /// Returns all diagnostics in the order of the text.

@@ -77,7 +77,7 @@ pub(crate) fn resolve(raw: RawConfig, positions: Positions, warnings: Vec<Diagno
             pointer,
         }),
         alarms: named(raw.alarms, "/alarms", |_, raw, pointer| raw.resolve(pointer)),
-        alarm_handling: raw.alarm_handling.resolve(),
+        alarm_handling: raw.alarm_handling.resolve(raw.alarm_sources),
         overlays: indexed(raw.overlays, "/overlays", |plugin, pointer| OverlayConfig {
             plugin,
             pointer,
@@ -87,7 +87,7 @@ pub(crate) fn resolve(raw: RawConfig, positions: Positions, warnings: Vec<Diagno
             pointer,
         }),
         chart: raw.chart.map(|raw| ChartConfig {
-            plugin: raw.plugin,
+            plugin: raw.instance,
             position: raw.position,
             yaw_degrees: raw.yaw_degrees,
             size: raw.size,
@@ -106,7 +106,7 @@ pub(crate) fn resolve(raw: RawConfig, positions: Positions, warnings: Vec<Diagno
             },
             pointer,
         }),
-        view: view(raw.view),
+        view: view(raw.camera, raw.graphics, raw.theme, raw.window),
         cache: CacheConfig {
             directory: raw.cache.directory,
             max_megabytes: raw.cache.max_megabytes,
@@ -130,9 +130,9 @@ fn tag(id: &str, raw: RawTag, pointer: String) -> TagConfig {
         range,
         limits,
         simulate: raw.simulate.resolve(raw.value_type, range, limits),
-        freshness_millis: raw.freshness_millis,
+        freshness_millis: whole_millis(raw.freshness_seconds),
         scale: raw.scale.map(|scale| [scale.factor, scale.offset]),
-        dead_band: raw.dead_band,
+        dead_band: raw.deadband,
         origin: match raw.set_by_host {
             true => OriginConfig::Host,
             false => origin(raw.source, raw.expression, &pointer),
@@ -144,7 +144,7 @@ fn tag(id: &str, raw: RawTag, pointer: String) -> TagConfig {
 /// The rules ensure that there is one of the two.
 fn origin(source: Option<RawSource>, expression: Option<String>, pointer: &str) -> OriginConfig {
     match source {
-        Some(RawSource { plugin, address }) => {
+        Some(RawSource { instance: plugin, address }) => {
             let pointer = join_pointer(pointer, "source");
             OriginConfig::Source(SourceConfig { plugin, address, pointer })
         }
@@ -152,31 +152,41 @@ fn origin(source: Option<RawSource>, expression: Option<String>, pointer: &str) 
     }
 }
 
-fn view(raw: RawView) -> ViewConfig {
+/// Returns a time in whole milliseconds.
+pub(crate) fn whole_millis(seconds: f64) -> u64 {
+    (seconds * 1_000.0).round() as u64
+}
+
+fn view(
+    camera: RawCameraStart,
+    graphics: RawGraphics,
+    theme: RawTheme,
+    window: RawWindow,
+) -> ViewConfig {
     let quality = |quality| match quality {
         RawQuality::Low => QualityConfig::Low,
         RawQuality::Medium => QualityConfig::Medium,
         RawQuality::High => QualityConfig::High,
     };
     ViewConfig {
-        camera: raw.camera,
-        background: colour(&raw.background),
-        quality: raw.quality.map(quality),
-        samples: raw.samples,
-        ground: raw.ground,
-        fog: raw.fog,
-        section: raw.section.map(section),
-        size: raw.size,
-        theta_scale: raw.theta_scale,
-        target_frame_millis: Some(raw.target_frame_ms).filter(|&target| target > 0.0),
-        morph_seconds: raw.morph_seconds,
-        transition_seconds: raw.transition_seconds,
-        inertia: raw.inertia,
-        theme: raw.theme,
-        scale: raw.scale,
-        font: raw.font,
-        device: raw.device,
-        pointer: "/view".to_owned(),
+        camera: camera.start,
+        background: colour(&theme.background),
+        quality: graphics.quality.map(quality),
+        samples: graphics.samples,
+        ground: graphics.ground,
+        fog: graphics.fog,
+        section: camera.section.map(section),
+        size: window.size,
+        theta_scale: graphics.theta_scale,
+        target_frame_millis: Some(graphics.target_frame_seconds * 1_000.0)
+            .filter(|&target| target > 0.0),
+        morph_seconds: graphics.morph_seconds,
+        transition_seconds: camera.transition_seconds as f32,
+        inertia: camera.inertia,
+        theme: theme.colors,
+        scale: theme.scale,
+        font: theme.font,
+        device: graphics.device,
     }
 }
 

@@ -92,7 +92,7 @@ impl<'d> Rules<'d, '_, '_> {
                 "remove one of the two: one alone says what the value is",
             ),
             (true, false) => {
-                self.check_plugin_reference(&tag["source"]["plugin"], &source, "plugin");
+                self.check_plugin_reference(&tag["source"]["instance"], &source, "instance");
             }
             (true, true) => self.report.error(
                 &join_pointer(pointer, "expression"),
@@ -104,7 +104,7 @@ impl<'d> Rules<'d, '_, '_> {
                 self.report.error(
                     pointer,
                     "the tag has no source",
-                    "add \"source\" with a plugin and an address, \"expression\", or \"set_by_host\": true",
+                    "add \"source\" with an instance and an address, \"expression\", or \"set_by_host\": true",
                 );
             }
             _ => {}
@@ -149,17 +149,17 @@ impl<'d> Rules<'d, '_, '_> {
 
     fn check_alarm_sources(&mut self) {
         for (pointer, source) in alarm_sources::sources(self.document) {
-            if let Some(plugin) = source.get("plugin") {
-                self.check_plugin_reference(plugin, &pointer, "plugin");
+            if let Some(instance) = source.get("instance") {
+                self.check_plugin_reference(instance, &pointer, "instance");
             }
         }
     }
 
     fn check_chart(&mut self) {
         if let Some(chart) = self.document["chart"].as_object()
-            && let Some(plugin) = chart.get("plugin")
+            && let Some(instance) = chart.get("instance")
         {
-            self.check_plugin_reference(plugin, "/chart", "plugin");
+            self.check_plugin_reference(instance, "/chart", "instance");
         }
     }
 
@@ -188,8 +188,7 @@ impl<'d> Rules<'d, '_, '_> {
                     &pointer,
                     format!("the plugin '{}' is used nowhere", suggestions::shown(name)),
                     "name it in a model, a tag's source, the overlays, the records, the chart \
-                     or the sources of alarms, or \
-                     remove it",
+                     or the alarm sources, or remove it",
                 );
             }
         }
@@ -208,10 +207,10 @@ impl<'d> Rules<'d, '_, '_> {
     }
 
     fn check_section(&mut self) {
-        let normal = coordinates(&self.document["view"]["section"]["normal"]);
+        let normal = coordinates(&self.document["camera"]["section"]["normal"]);
         if normal.is_some_and(|normal| normal.iter().all(|part| part.abs() < MIN_NORMAL_PART)) {
             self.report.error(
-                "/view/section/normal",
+                "/camera/section/normal",
                 "the section plane looks nowhere",
                 "give it a direction, such as [0, 1, 0] to cut away what is above it",
             );
@@ -240,10 +239,10 @@ impl<'d> Rules<'d, '_, '_> {
         }
         let cameras = self.document["cameras"].as_object();
         self.check_reference(
-            &self.document["view"]["camera"],
+            &self.document["camera"]["start"],
             cameras,
-            "/view",
-            "camera",
+            "/camera",
+            "start",
             "camera",
         );
     }

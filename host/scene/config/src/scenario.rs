@@ -13,7 +13,8 @@ use crate::report::Report;
 use crate::schema::CompiledSchema;
 use crate::{Diagnostic, TagConfig, join_pointer, resolve, structure, suggestions, syntax};
 
-static FORM: LazyLock<CompiledSchema> = LazyLock::new(CompiledSchema::from_type::<RawScenario>);
+pub(crate) static FORM: LazyLock<CompiledSchema> =
+    LazyLock::new(CompiledSchema::from_type::<RawScenario>);
 
 /// A timeline of events for simulated devices.
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -30,7 +31,7 @@ struct RawScenario {
     description: String,
     /// Events, in any order.
     #[schemars(length(max = MAX_SCENARIO_EVENTS))]
-    #[schemars(extend("examples" = [[{ "at": 5, "tag": "Q1.Position", "value": 1 }]]))]
+    #[schemars(extend("examples" = [[{ "at_seconds": 5, "tag": "Q1.Position", "value": 1 }]]))]
     events: Vec<RawEvent>,
 }
 
@@ -41,7 +42,8 @@ struct RawScenario {
 struct RawEvent {
     /// Seconds since the start of the devices.
     #[schemars(range(min = 0.0, max = MAX_SCENARIO_SECONDS), extend("examples" = [5]))]
-    at: f64,
+    #[schemars(extend("x-busbar-formerly" = ["at"]))]
+    at_seconds: f64,
     /// The tag; with `value` or `release`.
     #[serde(default)]
     #[schemars(with = "String", extend("examples" = ["T1.Load"]))]
@@ -54,21 +56,24 @@ struct RawEvent {
     /// Duration of the ramp to the value, seconds; a bool or double_point jumps.
     #[serde(default)]
     #[schemars(range(min = 0.0, max = MAX_SCENARIO_SECONDS), extend("examples" = [10]))]
-    over: f64,
+    #[schemars(extend("x-busbar-formerly" = ["over"]))]
+    over_seconds: f64,
     /// Releases the tag to its own movement.
     #[serde(rename = "release", default)]
     _release: bool,
-    /// The plugin whose link fails; with `link` and `for`.
+    /// The plugin instance whose link fails; with `link` and `for_seconds`.
     #[serde(default)]
     #[schemars(with = "String", extend("examples" = ["bay"]))]
-    plugin: Option<String>,
+    #[schemars(extend("x-busbar-formerly" = ["plugin"]))]
+    instance: Option<String>,
     /// Kind of the link fault.
     #[serde(default)]
     #[schemars(with = "LinkFaultKind", extend("examples" = ["link-loss"]))]
     link: Option<LinkFaultKind>,
     /// Duration of the fault, seconds.
-    #[serde(default, rename = "for")]
+    #[serde(default)]
     #[schemars(with = "f64", range(min = 0.001, max = MAX_SCENARIO_SECONDS), extend("examples" = [20]))]
+    #[schemars(extend("x-busbar-formerly" = ["for"]))]
     for_seconds: Option<f64>,
 }
 
@@ -101,6 +106,8 @@ pub struct ScenarioConfig {
     pub events: Vec<ScenarioEventConfig>,
     /// Faults of links, in the order of time.
     pub link_faults: Vec<LinkFaultConfig>,
+    /// Faults of the text that do not stop it.
+    pub warnings: Vec<Diagnostic>,
 }
 
 /// Event of a simulated tag.
@@ -133,8 +140,11 @@ pub struct LinkFaultConfig {
 /// # Errors
 /// Every fault of the text, as [`crate::parse`] tells those of a configuration.
 pub fn parse_scenario(text: &str, config: &Config) -> Result<ScenarioConfig, Vec<Diagnostic>> {
-    let document = syntax::read(text)?;
+    let mut document = syntax::read(text)?;
+    let names = FORM.former_names.rename(&mut document.value);
+    document.positions.add_former(names.renamed.iter().cloned());
     let mut report = Report::new(&document.positions);
+    report.add_renamed(&names);
     report.extend(document.duplicate_keys);
     report.count_more(document.more_duplicate_keys);
     structure::check(&document.value, &FORM, &mut report);
@@ -147,7 +157,10 @@ pub fn parse_scenario(text: &str, config: &Config) -> Result<ScenarioConfig, Vec
         return Err(report.into_diagnostics());
     }
     match resolve::deserialize::<RawScenario>(document.value) {
-        Ok(raw) => Ok(resolved(raw)),
+        Ok(raw) => {
+            let warnings = report.into_diagnostics();
+            Ok(ScenarioConfig { warnings, ..resolved(raw) })
+        }
         Err(fault) => {
             report.error(&fault.pointer, fault.cause, fault.remedy);
             Err(report.into_diagnostics())
@@ -156,17 +169,17 @@ pub fn parse_scenario(text: &str, config: &Config) -> Result<ScenarioConfig, Vec
 }
 
 fn check_event(event: &Value, pointer: &str, config: &Config, report: &mut Report<'_>) {
-    let (subject, others) = match (event["tag"].as_str(), event["plugin"].as_str()) {
+    let (subject, others) = match (event["tag"].as_str(), event["instance"].as_str()) {
         (Some(tag), None) => {
             check_tag_event(event, tag, pointer, config, report);
-            ("tag", &["link", "for"][..])
+            ("tag", &["link", "for_seconds"][..])
         }
-        (None, Some(plugin)) => {
-            check_link_fault(event, plugin, pointer, config, report);
-            ("plugin", &["value", "over", "release"][..])
+        (None, Some(instance)) => {
+            check_link_fault(event, instance, pointer, config, report);
+            ("instance", &["value", "over_seconds", "release"][..])
         }
         _ => {
-            let remedy = "name either a \"tag\" or a \"plugin\"";
+            let remedy = "name either a \"tag\" or an \"instance\"";
             return report.error(pointer, "it happens to nothing, or to two things", remedy);
         }
     };
@@ -205,7 +218,7 @@ fn check_tag_event(
         );
     }
     if let Some(value) = event["value"].as_f64() {
-        check_value(value, event["over"].as_f64(), tag, &at, report);
+        check_value(value, event["over_seconds"].as_f64(), tag, &at, report);
     }
 }
 
@@ -233,30 +246,34 @@ fn check_value(
         report.error(&at("value"), cause, format!("write a whole number from 0 to {most}"));
     }
     if over.is_some_and(|over| over > 0.0) {
-        report.error(&at("over"), "a state has no way to another", "remove it: states jump");
+        report.error(
+            &at("over_seconds"),
+            "a state has no way to another",
+            "remove it: states jump",
+        );
     }
 }
 
 fn check_link_fault(
     event: &Value,
-    plugin: &str,
+    instance: &str,
     pointer: &str,
     config: &Config,
     report: &mut Report<'_>,
 ) {
     let sources: BTreeSet<&str> =
         config.tags.values().filter_map(|tag| Some(tag.source()?.plugin.as_str())).collect();
-    if !sources.contains(plugin) {
+    if !sources.contains(instance) {
         let otherwise = || "name the source of a tag".to_owned();
-        let remedy = suggestions::remedy(plugin, sources.iter().copied(), otherwise);
-        let cause = format!("no tag has a source '{}'", suggestions::shown(plugin));
-        report.error(&join_pointer(pointer, "plugin"), cause, remedy);
+        let remedy = suggestions::remedy(instance, sources.iter().copied(), otherwise);
+        let cause = format!("no tag has a source '{}'", suggestions::shown(instance));
+        report.error(&join_pointer(pointer, "instance"), cause, remedy);
     }
-    for key in ["link", "for"].into_iter().filter(|&key| event[key].is_null()) {
+    for key in ["link", "for_seconds"].into_iter().filter(|&key| event[key].is_null()) {
         report.error(
             pointer,
             format!("the key '{key}' is missing"),
-            "write how the link fails, and for how long: \"link\": \"link-loss\", \"for\": 20",
+            "write how the link fails, and for how long: \"link\": \"link-loss\", \"for_seconds\": 20",
         );
     }
 }
@@ -265,13 +282,16 @@ fn resolved(raw: RawScenario) -> ScenarioConfig {
     let mut scenario = ScenarioConfig { description: raw.description, ..ScenarioConfig::default() };
     let mut events = raw.events;
     // Stable: what happens at once keeps the order of the text.
-    events.sort_by(|a, b| a.at.total_cmp(&b.at));
-    for RawEvent { at, tag, value, over, plugin, link, for_seconds, .. } in events {
+    events.sort_by(|a, b| a.at_seconds.total_cmp(&b.at_seconds));
+    for event in events {
+        let RawEvent { at_seconds, tag, value, over_seconds, instance, link, for_seconds, .. } =
+            event;
         if let Some(tag) = tag {
-            let value = value.map(|value| (value, over));
-            scenario.events.push(ScenarioEventConfig { at_seconds: at, tag, value });
-        } else if let (Some(plugin), Some(kind), Some(for_seconds)) = (plugin, link, for_seconds) {
-            let fault = LinkFaultConfig { at_seconds: at, for_seconds, plugin, kind };
+            let value = value.map(|value| (value, over_seconds));
+            scenario.events.push(ScenarioEventConfig { at_seconds, tag, value });
+        } else if let (Some(plugin), Some(kind), Some(for_seconds)) = (instance, link, for_seconds)
+        {
+            let fault = LinkFaultConfig { at_seconds, for_seconds, plugin, kind };
             scenario.link_faults.push(fault);
         }
     }

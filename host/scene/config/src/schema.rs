@@ -6,6 +6,7 @@ use jsonschema::Validator;
 use schemars::JsonSchema;
 use serde_json::Value;
 
+use crate::former_names::FormerNames;
 use crate::raw::RawConfig;
 
 /// The form of configurations.
@@ -17,13 +18,16 @@ pub(crate) struct CompiledSchema {
     pub(crate) schema: Value,
     /// Compiled validator; none only for an invalid schema, which the tests rule out.
     pub(crate) validator: Option<Validator>,
+    /// Former names of its settings.
+    pub(crate) former_names: FormerNames,
 }
 
 impl CompiledSchema {
     pub(crate) fn from_type<T: JsonSchema>() -> Self {
         let schema = schemars::schema_for!(T).to_value();
         let validator = jsonschema::draft202012::new(&schema).ok();
-        Self { schema, validator }
+        let former_names = FormerNames::new(&schema);
+        Self { schema, validator, former_names }
     }
 }
 

@@ -10,8 +10,8 @@ fn document() -> Value {
         "plugins": { "p": { "plugin": "example.source" }, "o": { "plugin": "example.overlay" } },
         "scene": [{ "id": "=A" }, { "id": "=B" }],
         "tags": {
-            "t": { "type": "f64", "unit": "A", "source": { "plugin": "p", "address": 1 } },
-            "u": { "type": "f64", "unit": "A", "source": { "plugin": "p", "address": 2 } }
+            "t": { "type": "f64", "unit": "A", "source": { "instance": "p", "address": 1 } },
+            "u": { "type": "f64", "unit": "A", "source": { "instance": "p", "address": 2 } }
         },
         "bindings": [
             { "tag": "t", "node": "=A", "role": "load" },
@@ -19,7 +19,7 @@ fn document() -> Value {
         ],
         "overlays": ["o"],
         "cameras": { "all": { "eye": [0, 1, 9], "target": [0, 0, 0] } },
-        "view": { "background": "#aaaaaa" }
+        "theme": { "background": "#aaaaaa" }
     })
 }
 
@@ -51,7 +51,7 @@ fn each_part_is_told_by_its_name() {
     check("/bindings/0/role", json!("temperature"), "bindings changed");
     check("/overlays", json!([]), "overlays changed");
     check("/cameras/all/eye/0", json!(3), "cameras: all changed");
-    check("/view/background", json!("#bbbbbb"), "view changed");
+    check("/theme/background", json!("#bbbbbb"), "view changed");
     let mut after = document();
     after["log"] = json!({ "file": "busbar.log" });
     after["metrics"] = json!({ "address": "127.0.0.1:9187" });

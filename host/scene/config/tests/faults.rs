@@ -262,12 +262,12 @@ fn what_only_the_strict_parser_refuses() {
 fn keys_given_twice_do_not_hide_other_faults() {
     check(
         r#"{ "version": 1, "scene": [],
- "view": { "samples": 4,
+ "graphics": { "samples": 4,
  «"samples": «9 },
  «"version": 1 }"#,
         &[
-            ("/view/samples", "given twice, first at line 2, column 12", "remove one"),
-            ("/view/samples", "9 is not allowed", "write one of 1, 4"),
+            ("/graphics/samples", "given twice, first at line 2, column 16", "remove one"),
+            ("/graphics/samples", "9 is not allowed", "write one of 1, 4"),
             ("/version", "given twice, first at line 1, column 3", "remove one"),
         ],
     );
@@ -287,8 +287,8 @@ fn ten_different_faults_are_ten_diagnostics() {
   ],
   "tags": {
     "t": { "type": "i64", "limits": { "low": «9, "high": 1 },
-           "source": { "plugin": «"plcc", "address": 1 } },
-    "u": { "type": "i64", "source": { "plugin": "plc", "address": 1 } }
+           "source": { "instance": «"plcc", "address": 1 } },
+    "u": { "type": "i64", "source": { "instance": "plc", "address": 1 } }
   },
   "bindings": [{ "tag": «"v", "node": "A/x" }]
 }"##,
@@ -301,7 +301,7 @@ fn ten_different_faults_are_ten_diagnostics() {
             ("/scene/0/transfrom", "not known", "did you mean 'transform'?"),
             ("/scene/1/id", "used twice", "another id"),
             ("/tags/t/limits/low", "not less", "less"),
-            ("/tags/t/source/plugin", "no plugin 'plcc'", "did you mean 'plc'?"),
+            ("/tags/t/source/instance", "no plugin 'plcc'", "did you mean 'plc'?"),
             ("/bindings/0/tag", "no tag 'v'", "'"),
         ],
     );

@@ -26,8 +26,8 @@ fn valid_tag(index: usize) -> String {
     format!(
         r#"{{ "name": "Value {index}", "type": "f64", "unit": "kV",
         "range": {{ "low": -40, "high": 150 }}, "limits": {{ "low": null, "high": 95 }},
-        "freshness_millis": 3000,
-        "source": {{ "plugin": "plc", "address": {{ "table": "a", "index": {index} }} }} }}"#
+        "freshness_seconds": 3,
+        "source": {{ "instance": "plc", "address": {{ "table": "a", "index": {index} }} }} }}"#
     )
 }
 
@@ -46,7 +46,7 @@ fn fifty_thousand_tags_are_read_in_well_under_a_second() {
 /// wrong: ten times the text, well under a hundred times the time.
 #[test]
 fn time_grows_with_the_text_even_if_every_tag_is_wrong() {
-    let wrong = |_: usize| r#"{ "type": "f65", "source": { "plugin": "plcc" } }"#.to_owned();
+    let wrong = |_: usize| r#"{ "type": "f65", "source": { "instance": "plcc" } }"#.to_owned();
     let time = |count| {
         let text = with_tags(count, wrong).replace('\n', " ");
         let runs = (0..3).map(|_| {
@@ -89,7 +89,7 @@ fn a_key_given_thousands_of_times_takes_no_quadratic_time() {
         let members = vec!["\"k\":0"; count].join(",");
         with_tags(1, |_| {
             format!(
-                r#"{{ "type": "f64", "source": {{ "plugin": "plc", "address": {{ {members} }} }} }}"#
+                r#"{{ "type": "f64", "source": {{ "instance": "plc", "address": {{ {members} }} }} }}"#
             )
         })
         .replace('\n', " ")
@@ -128,7 +128,7 @@ fn suggestions_are_only_sought_for_faults_that_are_shown() {
 fn faults_beyond_the_limit_are_counted() {
     let count = MAX_DIAGNOSTICS + 5;
     let text = with_tags(count, |_| {
-        r#"{ "type": "f65", "source": { "plugin": "plc", "address": 0 } }"#.into()
+        r#"{ "type": "f65", "source": { "instance": "plc", "address": 0 } }"#.into()
     });
     let faults = parse(&text).unwrap_err();
     assert_eq!(faults.len(), MAX_DIAGNOSTICS + 1);
@@ -142,7 +142,7 @@ fn deep_nesting_is_refused_where_it_gets_too_deep() {
     let nested = |depth: usize| format!("{}{}", "[".repeat(depth), "]".repeat(depth));
     let address = |depth: usize| {
         let tag = format!(
-            r#"{{ "type": "f64", "source": {{ "plugin": "plc", "address": {} }} }}"#,
+            r#"{{ "type": "f64", "source": {{ "instance": "plc", "address": {} }} }}"#,
             nested(depth)
         );
         with_tags(1, |_| tag.clone())

@@ -9,9 +9,9 @@ const CONFIG: &str = r#"{
     "scene": [],
     "tags": {
         "load": { "type": "f64", "range": { "low": 0, "high": 200 },
-            "source": { "plugin": "bay", "address": {} } },
+            "source": { "instance": "bay", "address": {} } },
         "twice": { "type": "f64", "expression": "2 * 3" },
-        "Q1": { "type": "double_point", "source": { "plugin": "bay", "address": {} } }
+        "Q1": { "type": "double_point", "source": { "instance": "bay", "address": {} } }
     }
 }"#;
 
@@ -26,10 +26,10 @@ fn faults(events: &str) -> Vec<(u32, String, String)> {
 fn events_come_in_the_order_of_time() {
     let config = parse(CONFIG).expect("a configuration");
     let text = r#"{ "version": 1, "description": "It trips", "events": [
-        { "at": 9, "tag": "load", "release": true },
-        { "at": 7, "plugin": "bay", "link": "link-loss", "for": 20 },
-        { "at": 5, "tag": "Q1", "value": 0 },
-        { "at": 5, "tag": "load", "value": 120, "over": 2.5 }
+        { "at_seconds": 9, "tag": "load", "release": true },
+        { "at_seconds": 7, "instance": "bay", "link": "link-loss", "for_seconds": 20 },
+        { "at_seconds": 5, "tag": "Q1", "value": 0 },
+        { "at_seconds": 5, "tag": "load", "value": 120, "over_seconds": 2.5 }
     ] }"#;
     let scenario = parse_scenario(text, &config).expect("a scenario");
     assert_eq!(scenario.description, "It trips");
@@ -59,18 +59,34 @@ fn every_fault_is_told_with_line_and_remedy() {
         };
         assert!(found.len() == 1 && found.iter().all(fits), "{event}: {found:?}");
     };
-    check(r#"{ "at": 1, "tag": "laod", "value": 1 }"#, "no tag 'laod'", "'load'");
-    check(r#"{ "at": 1, "tag": "twice", "value": 1 }"#, "derived", "derived from");
-    check(r#"{ "at": -1, "tag": "load", "value": 1 }"#, "less than 0", "from 0");
-    check(r#"{ "at": 1, "tag": "load", "value": 300 }"#, "outside the range", "can have");
-    check(r#"{ "at": 1, "tag": "load" }"#, "what the tag does", "release");
-    check(r#"{ "at": 1, "tag": "load", "value": 1, "release": true }"#, "twice", "either");
-    check(r#"{ "at": 1, "tag": "Q1", "value": 1.5 }"#, "never 1.5", "0 to 3");
-    check(r#"{ "at": 1, "tag": "Q1", "value": 1, "over": 2 }"#, "no way", "jump");
-    check(r#"{ "at": 1 }"#, "nothing", "either");
-    check(r#"{ "at": 1, "tag": "Q1", "value": 1, "for": 3 }"#, "no meaning", "remove");
-    check(r#"{ "at": 1, "plugin": "bya", "link": "slow", "for": 3 }"#, "no tag has", "'bay'");
-    check(r#"{ "at": 1, "plugin": "bay", "link": "slow" }"#, "'for' is missing", "link-loss");
-    check(r#"{ "at": 1, "plugin": "bay", "link": "slwo", "for": 3 }"#, "not allowed", "slow");
-    check(r#"{ "at": 1, "tag": "load", "vaule": 1, "value": 1 }"#, "'vaule'", "'value'");
+    check(r#"{ "at_seconds": 1, "tag": "laod", "value": 1 }"#, "no tag 'laod'", "'load'");
+    check(r#"{ "at_seconds": 1, "tag": "twice", "value": 1 }"#, "derived", "derived from");
+    check(r#"{ "at_seconds": -1, "tag": "load", "value": 1 }"#, "less than 0", "from 0");
+    check(r#"{ "at_seconds": 1, "tag": "load", "value": 300 }"#, "outside the range", "can have");
+    check(r#"{ "at_seconds": 1, "tag": "load" }"#, "what the tag does", "release");
+    check(r#"{ "at_seconds": 1, "tag": "load", "value": 1, "release": true }"#, "twice", "either");
+    check(r#"{ "at_seconds": 1, "tag": "Q1", "value": 1.5 }"#, "never 1.5", "0 to 3");
+    check(r#"{ "at_seconds": 1, "tag": "Q1", "value": 1, "over_seconds": 2 }"#, "no way", "jump");
+    check(r#"{ "at_seconds": 1 }"#, "nothing", "either");
+    check(
+        r#"{ "at_seconds": 1, "tag": "Q1", "value": 1, "for_seconds": 3 }"#,
+        "no meaning",
+        "remove",
+    );
+    check(
+        r#"{ "at_seconds": 1, "instance": "bya", "link": "slow", "for_seconds": 3 }"#,
+        "no tag has",
+        "'bay'",
+    );
+    check(
+        r#"{ "at_seconds": 1, "instance": "bay", "link": "slow" }"#,
+        "'for_seconds' is missing",
+        "link-loss",
+    );
+    check(
+        r#"{ "at_seconds": 1, "instance": "bay", "link": "slwo", "for_seconds": 3 }"#,
+        "not allowed",
+        "slow",
+    );
+    check(r#"{ "at_seconds": 1, "tag": "load", "vaule": 1, "value": 1 }"#, "'vaule'", "'value'");
 }

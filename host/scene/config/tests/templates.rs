@@ -67,7 +67,7 @@ fn what_is_bound_may_stand_in_a_template() {
             "plugins": { "plc": { "plugin": "x" } },
             "templates": { "bay": [{ "id": "-QA1" }] },
             "scene": [{ "id": "=S1", "template": "bay" }],
-            "tags": { "t": { "type": "bool", "source": { "plugin": "plc", "address": {} } } },
+            "tags": { "t": { "type": "bool", "source": { "instance": "plc", "address": {} } } },
             "bindings": [{ "tag": "t", "node": node }],
         });
         parse(&document.to_string())

@@ -1,14 +1,18 @@
 //! A valid configuration and what becomes of it.
 
+use std::time::Duration;
+
 use busbar_config::{
-    AlarmOriginConfig, Band, ConditionConfig, Config, DoublePointConfig, EndConfig, FreshnessBasis,
-    Isolation, LimitConfig, LogConfig, LogFormatConfig, MetricsConfig, PriorityConfig,
-    QualityConfig, Severity, StateConfig, TagConditionConfig, TagType, ThemeConfig, ThetaConfig,
-    ThetaLevelConfig, parse, schema,
+    AlarmOriginConfig, Band, Changes, ConditionConfig, Config, DoublePointConfig, EndConfig,
+    FORMER_NAMES, FreshnessBasis, Isolation, LimitConfig, LogConfig, LogFormatConfig,
+    MetricsConfig, PriorityConfig, QualityConfig, RenamedSettings, Section, Severity, StateConfig,
+    TagConditionConfig, TagType, ThemeConfig, ThetaConfig, ThetaLevelConfig, parse, schema,
+    upgrade,
 };
 use serde_json::json;
 
 const EXAMPLE: &str = include_str!("data/example.json");
+const FORMER: &str = include_str!("data/former_names.json");
 const SCHEMA_FILE: &str =
     concat!(env!("CARGO_MANIFEST_DIR"), "/../../../config/busbar.schema.json");
 
@@ -102,7 +106,7 @@ fn alarms_are_of_tags_or_of_the_host() {
     assert_eq!(["T1.Hotter", "T1.Silent", "Host.7"].map(delay), [Some(0.0), Some(5.0), None]);
     let handling = &config.alarm_handling;
     assert_eq!(handling.log_directory.as_deref(), Some("log"));
-    assert_eq!((handling.max_shelving_minutes, handling.log_files), (60, 20));
+    assert_eq!((handling.max_shelving, handling.log_files), (Duration::from_secs(3_600), 20));
 }
 
 #[test]
@@ -187,7 +191,7 @@ fn tags_and_bindings_keep_what_is_theirs() {
 
 #[test]
 fn a_tag_may_be_the_host_programs() {
-    let source = r#""source": { "plugin": "plc", "address": [1, 2] }"#;
+    let source = r#""source": { "instance": "plc", "address": [1, 2] }"#;
     let text = EXAMPLE.replace(source, r#""set_by_host": true"#);
     let config = parse(&text).expect("it is valid");
     let tag = &config.tags["Q1.Position"];
@@ -208,7 +212,7 @@ fn later_faults_find_their_place() {
     assert_eq!((defaulted.line, defaulted.column), (8, 15), "at the nearest value around it");
     assert_eq!(defaulted.pointer, "/plugins/labels/settings/x");
     let second = config.positions.diagnostic("/tags/Q1.Position/source/address/1", "c", "r");
-    assert_eq!((second.line, second.column), (38, 90));
+    assert_eq!((second.line, second.column), (38, 92));
 }
 
 #[test]
@@ -236,7 +240,7 @@ fn the_least_configuration_has_defaults() {
 #[test]
 fn quality_and_samples_are_as_somebody_says() {
     let view = |view: &str| {
-        parse(&format!(r#"{{ "version": 1, "scene": [], "view": {view} }}"#)).unwrap().view
+        parse(&format!(r#"{{ "version": 1, "scene": [], "graphics": {view} }}"#)).unwrap().view
     };
     let low = view(r#"{ "quality": "low" }"#);
     assert_eq!((low.quality, low.samples), (Some(QualityConfig::Low), None));
@@ -251,7 +255,7 @@ fn quality_and_samples_are_as_somebody_says() {
 #[test]
 fn a_section_plane_has_a_normal_of_length_one() {
     let text = r#"{ "version": 1, "scene": [],
-        "view": { "section": { "normal": [1, 0, -1], "distance": 2.5 } } }"#;
+        "camera": { "section": { "normal": [1, 0, -1], "distance": 2.5 } } }"#;
     let section = parse(text).unwrap().view.section.unwrap();
     let half = 0.5_f32.sqrt();
     assert!(section.normal.iter().zip([half, 0.0, -half]).all(|(a, b)| (a - b).abs() < 1e-6));
@@ -334,7 +338,7 @@ fn equipment_has_names_and_panels_a_look() {
         "version": 1,
         "scene": [{ "id": "=Q1" }],
         "equipment": { "=Q1": { "name": "Line 1", "aliases": ["2211"] } },
-        "view": { "theme": "dark", "scale": 1.25, "font": "site.ttf" }
+        "theme": { "colors": "dark", "scale": 1.25, "font": "site.ttf" }
     }"#;
     let config = parse(text).unwrap();
     let equipment = &config.equipment["=Q1"];
@@ -368,4 +372,61 @@ fn an_instance_says_that_it_is_simulated_and_how_its_freshness_counts() {
         let faults = with(wrong).unwrap_err();
         assert!(faults[0].pointer.starts_with("/plugins/"), "{faults:#?}");
     }
+}
+
+#[test]
+fn former_names_mean_the_same_and_are_told() {
+    let former = parse(FORMER).unwrap_or_else(|faults| panic!("{faults:#?}"));
+    let words: Vec<&str> = former.warnings.iter().map(|w| w.cause.as_str()).collect();
+    for words_of_one in [
+        "'freshness_millis' is called 'freshness_seconds' now",
+        "'dead_band' is called 'deadband' now",
+        "'plugin' is called 'instance' now, here and at 2 other places",
+        "'max_shelving_minutes' is called 'max_shelving_seconds' now",
+        "'/alarm_handling/sources' is called '/alarm_sources' now",
+        "'/view/camera' is called '/camera/start' now",
+        "'/view/target_frame_ms' is called '/graphics/target_frame_seconds' now",
+        "'/view/theme' is called '/theme/colors' now",
+        "'/view/size' is called '/window/size' now",
+        "'restart_millis' is called 'restart_seconds' now",
+    ] {
+        assert!(words.contains(&words_of_one), "{words_of_one}: {words:#?}");
+    }
+    assert!(former.warnings.iter().all(|w| w.severity == Severity::Warning && w.line > 1));
+    assert_eq!(former.tags["T1.TopOil"].freshness_millis, 5_000);
+    assert_eq!(former.tags["T1.TopOil"].dead_band, 0.5);
+    assert_eq!(former.view.target_frame_millis, Some(20.0));
+    assert_eq!(former.supervision.call_millis, 2_500);
+    assert_eq!(former.alarm_handling.sources[0].plugin, "plc");
+    // A later fault is placed where the text has the setting.
+    let (line, _) = former.positions.locate("/theme/colors");
+    assert!(FORMER.lines().nth(line as usize - 1).unwrap().contains("\"theme\": \"dark\""));
+
+    let upgraded = upgrade(FORMER, |_| RenamedSettings::default()).unwrap();
+    let present = parse(&upgraded.text).unwrap_or_else(|faults| panic!("{faults:#?}"));
+    assert!(present.warnings.is_empty(), "{:#?}", present.warnings);
+    let changes = Changes::between(&former, &present);
+    assert!(
+        changes.iter().all(|change| change.section == Section::AlarmHandling),
+        "{changes}: pointers of alarm sources differ, nothing else"
+    );
+}
+
+#[test]
+fn every_former_name_of_the_schema_is_read() {
+    let mut seen = 0;
+    for definition in schema()["$defs"].as_object().unwrap().values() {
+        for property in definition["properties"].as_object().into_iter().flatten() {
+            let (key, property) = property;
+            let former = property[FORMER_NAMES].as_array().into_iter().flatten();
+            for former in former {
+                assert_ne!(former, key.as_str());
+                seen += 1;
+            }
+            let unit = key.rsplit('_').next().unwrap_or_default();
+            let is_other = ["ms", "millis", "minutes", "hours"].contains(&unit);
+            assert!(!is_other, "{key}: durations are in seconds");
+        }
+    }
+    assert!(seen > 20, "{seen}");
 }

@@ -44,6 +44,7 @@ pub use address::cell_value;
 pub use catalogue::{Catalogue, MAX_NODES, NodeName, TooManyNodes};
 pub use fault::{ListFault, MAX_FAULTS};
 pub use list::{MAX_LIST_BYTES, MAX_POINTS, PointList};
+pub use list_text::ListEncoding;
 pub use matching::{
     Candidate, MAX_CANDIDATES, MAX_LISTED, MIN_CONFIDENCE, MIN_MARGIN, Proposal, TagName, propose,
 };

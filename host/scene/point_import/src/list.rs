@@ -7,7 +7,7 @@ use csv::{Reader, ReaderBuilder, StringRecord, Trim};
 use crate::column::Column;
 use crate::fault::{ListFault, MAX_FAULTS};
 use crate::list_layout::{Layout, cell_text, explains_columns, is_no_value, is_remark, layout_of};
-use crate::list_text::{ListText, decode};
+use crate::list_text::{ListEncoding, ListText, decode};
 use crate::number_style::NumberStyle;
 use crate::point::Point;
 use crate::row;
@@ -55,8 +55,13 @@ impl PointList {
     /// parted by comma, semicolon, tab or bar. The first line that names a tag column and
     /// another is the header; titles may stand before it.
     pub fn parse(bytes: &[u8]) -> Self {
+        Self::parse_in(bytes, None)
+    }
+
+    /// Reads a list as [`PointList::parse`] does, in a named encoding where one is given.
+    pub fn parse_in(bytes: &[u8], encoding: Option<ListEncoding>) -> Self {
         let mut list = Self::default();
-        match text_of(bytes) {
+        match text_of(bytes, encoding) {
             Ok(ListText { text, remark }) => {
                 list.remarks.extend(remark);
                 list.read(&text);
@@ -226,12 +231,12 @@ impl PointList {
     }
 }
 
-fn text_of(bytes: &[u8]) -> Result<ListText<'_>, ListFault> {
+fn text_of(bytes: &[u8], encoding: Option<ListEncoding>) -> Result<ListText<'_>, ListFault> {
     if bytes.len() > MAX_LIST_BYTES {
         let cause = format!("the list has {} bytes, {MAX_LIST_BYTES} at most", bytes.len());
         return Err(ListFault::new(1, "", cause, "split it"));
     }
-    decode(bytes)
+    decode(bytes, encoding)
 }
 
 fn reader_of(text: &str, delimiter: u8) -> Reader<&[u8]> {

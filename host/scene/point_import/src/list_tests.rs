@@ -49,10 +49,10 @@ fn an_address_nests_no_deeper_than_a_configuration_can() {
 
 #[test]
 fn every_fault_of_a_list_is_told_at_once_and_no_row_is_lost() {
-    let text = "tag,type,low,high,limit_low,limit_high,freshness_ms,scale,address\n\
+    let text = "tag,type,low,high,limit_low,limit_high,freshness_seconds,scale,address\n\
                 A,f64,1,2,,,,,1\n\
                 ,f64,,,,,,,1\n\
-                B,command,x,,,,10,,1\n\
+                B,command,x,,,,0.01,,1\n\
                 C,f64,5,5,,,,0,1\n\
                 D,bool,,,,,,2,\n\
                 A,f64,,,,,,,1\n\
@@ -62,7 +62,7 @@ fn every_fault_of_a_list_is_told_at_once_and_no_row_is_lost() {
         "3:: the row has no tag",
         "4:type: 'command' is no type that is known",
         "4:low: 'x' is no number",
-        "4:freshness_ms: '10' is no such time",
+        "4:freshness_seconds: '0.01' is no such time",
         "5:low: low, 5, is not less than high, 5",
         "5:scale: the factor is 0",
         "6:scale: a tag of type 'bool' has no scale",

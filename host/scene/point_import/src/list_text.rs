@@ -2,6 +2,7 @@
 //! a spreadsheet ran on.
 
 use std::borrow::Cow;
+use std::str::FromStr;
 
 use chardetng::{EncodingDetector, Iso2022JpDetection, Utf8Detection};
 use encoding_rs::{Encoding, UTF_16BE, UTF_16LE, WINDOWS_1252};
@@ -19,6 +20,51 @@ const MORE_SIGNS: &str = "‘’“”„‚«»…•€½¼¾™®©¹ºª‰�
 /// Letters that texts of Western Europe do not have, but other bytes become.
 const RARE_LETTERS: &str = "ÿþðÞÐÝ¿¡";
 
+/// Names of encodings by Windows code pages that the WHATWG Encoding standard lacks.
+const CODE_PAGES: [(&str, &str); 4] =
+    [("cp932", "shift_jis"), ("cp936", "gbk"), ("cp949", "euc-kr"), ("cp950", "big5")];
+
+/// Character encoding of a list, by its name in the WHATWG Encoding standard or its Windows code
+/// page.
+///
+/// ```
+/// use busbar_point_import::ListEncoding;
+///
+/// let encoding: ListEncoding = "cp1251".parse()?;
+/// assert_eq!(encoding.name(), "windows-1251");
+/// assert!("utf-9".parse::<ListEncoding>().is_err());
+/// # Ok::<(), String>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ListEncoding(&'static Encoding);
+
+impl ListEncoding {
+    /// Returns the name in the WHATWG Encoding standard.
+    pub fn name(self) -> &'static str {
+        self.0.name()
+    }
+}
+
+impl FromStr for ListEncoding {
+    type Err = String;
+
+    /// # Errors
+    /// The unknown name, beside examples of known ones.
+    fn from_str(name: &str) -> Result<Self, String> {
+        let plain = name.trim().to_ascii_lowercase();
+        let code_page = CODE_PAGES.iter().find(|(code_page, _)| *code_page == plain);
+        let label = code_page.map_or(plain.as_str(), |(_, label)| label);
+        match Encoding::for_label(label.as_bytes()) {
+            // The standard's decoder of encodings that nothing may be in.
+            Some(encoding) if encoding.name() != "replacement" => Ok(Self(encoding)),
+            _ => Err(format!(
+                "no encoding has the name '{name}': write utf-8, utf-16le, windows-1252, \
+                 windows-1251 or gb18030"
+            )),
+        }
+    }
+}
+
 /// A list as text.
 #[derive(Debug)]
 pub(crate) struct ListText<'b> {
@@ -27,12 +73,16 @@ pub(crate) struct ListText<'b> {
     pub(crate) remark: Option<String>,
 }
 
-/// Decodes the text of a list, by its byte order mark or by a guess.
+/// Decodes the text of a list, by the encoding that a person named, its byte order mark or a
+/// guess.
 ///
 /// # Errors
-/// The first line that cannot be read, where neither a mark nor the characters tell the
-/// encoding.
-pub(crate) fn decode(bytes: &[u8]) -> Result<ListText<'_>, ListFault> {
+/// The first line that cannot be read: by the encoding named, or where neither a mark nor the
+/// characters tell one. A mark of another encoding than the one named.
+pub(crate) fn decode(bytes: &[u8], named: Option<ListEncoding>) -> Result<ListText<'_>, ListFault> {
+    if let Some(encoding) = named {
+        return decode_named(bytes, encoding);
+    }
     let marked = Encoding::for_bom(bytes).or_else(|| Some((utf16_without_mark(bytes)?, 0)));
     if let Some((encoding, mark_bytes)) = marked {
         let bytes = bytes.get(mark_bytes..).unwrap_or_default();
@@ -54,9 +104,34 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<ListText<'_>, ListFault> {
     }
 }
 
+fn decode_named(bytes: &[u8], named: ListEncoding) -> Result<ListText<'_>, ListFault> {
+    let remedy = "name another --encoding, or none, or save the list as CSV in UTF-8";
+    let ListEncoding(encoding) = named;
+    let mark_bytes = match Encoding::for_bom(bytes) {
+        Some((marked, _)) if marked != encoding => {
+            let (own, named) = (marked.name(), named.name());
+            let cause = format!("its first bytes say that it is {own} text, not {named}");
+            return Err(ListFault::new(1, "", cause, remedy));
+        }
+        marked => marked.map_or(0, |(_, length)| length),
+    };
+    let bytes = bytes.get(mark_bytes..).unwrap_or_default();
+    let (text, is_malformed) = encoding.decode_without_bom_handling(bytes);
+    if !is_malformed {
+        return Ok(ListText { text, remark: None });
+    }
+    let before = text.split(char::REPLACEMENT_CHARACTER).next().unwrap_or_default();
+    let cause = format!("it is not {} text", named.name());
+    Err(ListFault::new(line_after(before.as_bytes()), "", cause, remedy))
+}
+
 fn fault_at(before: &[u8], cause: String) -> ListFault {
-    let line = before.iter().filter(|byte| **byte == b'\n').count() as u64 + 1;
-    ListFault::new(line, "", cause, "save the list as CSV in UTF-8")
+    ListFault::new(line_after(before), "", cause, "save the list as CSV in UTF-8")
+}
+
+/// Returns the number of the line that follows a text.
+fn line_after(text: &[u8]) -> u64 {
+    text.iter().filter(|byte| **byte == b'\n').count() as u64 + 1
 }
 
 /// Recognizes UTF-16 by the zeros in its ASCII characters.

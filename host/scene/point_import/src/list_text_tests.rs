@@ -1,4 +1,4 @@
-use encoding_rs::{GB18030, WINDOWS_1251};
+use encoding_rs::{GB18030, ISO_8859_5, UTF_8, WINDOWS_1251};
 
 use super::*;
 
@@ -51,7 +51,7 @@ fn lists_of_every_system_are_read() {
         ] {
             let text = list_of(words, &mut rng, rows);
             let (bytes, ..) = encoding.encode(&text);
-            let decoded = decode(&bytes).unwrap_or_else(|fault| panic!("{fault}: {text}"));
+            let decoded = decode(&bytes, None).unwrap_or_else(|fault| panic!("{fault}: {text}"));
             assert_eq!(decoded.text, text, "{encoding:?}: {:?}", decoded.remark);
             assert!(decoded.remark.is_some(), "{encoding:?}");
         }
@@ -62,7 +62,7 @@ fn lists_of_every_system_are_read() {
 fn a_unit_alone_tells_western_encoding() {
     for text in ["tag,unit\nA,°C\n", "tag,unit\nA,°\nB,m³/h\nC,mm²\n", "tag,unit\nA,µS\n"] {
         let (bytes, ..) = WINDOWS_1252.encode(text);
-        assert_eq!(decode(&bytes).unwrap().text, text);
+        assert_eq!(decode(&bytes, None).unwrap().text, text);
     }
 }
 
@@ -77,22 +77,52 @@ fn utf_16_and_utf_8_are_read_with_and_without_a_mark() {
                     |unit: u16| if is_little { unit.to_le_bytes() } else { unit.to_be_bytes() },
                 )
                 .collect();
-            let decoded = decode(&bytes).unwrap();
+            let decoded = decode(&bytes, None).unwrap();
             assert_eq!((&*decoded.text, decoded.remark), (text, None));
         }
     }
     let marked = format!("\u{feff}{text}");
-    assert_eq!(decode(marked.as_bytes()).unwrap().text, text);
-    assert_eq!(decode(text.as_bytes()).unwrap().text, text);
+    assert_eq!(decode(marked.as_bytes(), None).unwrap().text, text);
+    assert_eq!(decode(text.as_bytes(), None).unwrap().text, text);
 }
 
 #[test]
 fn bytes_that_are_no_text_are_refused_with_their_line() {
     for bytes in [&b"tag,address\nA,1\nx\xff,2"[..], b"tag\nA\n\x81\x8d\x8f", b"tag\n\n\xfe\xfe"] {
-        let fault = decode(bytes).unwrap_err();
+        let fault = decode(bytes, None).unwrap_err();
         assert!(fault.line == 3 && fault.cause.contains("UTF-8"), "{fault}");
     }
     // A lone surrogate.
-    let fault = decode(b"\xff\xfea\0\n\0\x00\xd8b\0").unwrap_err();
+    let fault = decode(b"\xff\xfea\0\n\0\x00\xd8b\0", None).unwrap_err();
     assert!(fault.line == 2 && fault.cause.contains("UTF-16LE"), "{fault}");
+}
+
+#[test]
+fn a_named_encoding_is_not_guessed() {
+    let text = format!("tag;description\r\n1;{}\r\n", RUSSIAN.join(" "));
+    let (bytes, ..) = ISO_8859_5.encode(&text);
+    assert!(decode(&bytes, None).map_or(true, |guessed| guessed.text != text));
+    for name in ["iso-8859-5", " ISO_8859-5 ", "cyrillic"] {
+        let decoded = decode(&bytes, Some(name.parse().unwrap())).unwrap();
+        assert_eq!((&*decoded.text, decoded.remark), (&*text, None), "nothing is assumed");
+    }
+    for (code_page, own) in [("cp932", "Shift_JIS"), ("cp936", "GBK"), ("cp950", "Big5")] {
+        assert_eq!(code_page.parse::<ListEncoding>().unwrap().name(), own);
+    }
+    for wrong in ["", "utf-9", "windows-9999", "iso-2022-cn", "hz-gb-2312"] {
+        assert!(wrong.parse::<ListEncoding>().is_err(), "{wrong}");
+    }
+}
+
+#[test]
+fn a_named_encoding_that_is_not_the_lists_is_refused() {
+    let utf8 = Some(ListEncoding(UTF_8));
+    let (bytes, ..) = WINDOWS_1251.encode("tag;d\n1;a\n2;\u{44f}\n");
+    let fault = decode(&bytes, utf8).unwrap_err();
+    assert_eq!((fault.line, fault.cause.as_str()), (3, "it is not UTF-8 text"));
+    // A mark is certain.
+    let marked = "\u{feff}tag;d\n1;\u{44f}\n".as_bytes();
+    let fault = decode(marked, Some(ListEncoding(WINDOWS_1251))).unwrap_err();
+    assert!(fault.cause.contains("UTF-8 text, not windows-1251"), "{fault}");
+    assert_eq!(decode(marked, utf8).unwrap().text, "tag;d\n1;\u{44f}\n");
 }

@@ -166,14 +166,20 @@ impl<'r> Row<'r> {
     }
 
     fn freshness(&mut self) -> Option<u64> {
-        let (name, text) = self.cell(&Column::Freshness)?;
-        let parsed = text.parse().ok().filter(|millis| FRESHNESS_MILLIS.contains(millis));
-        if parsed.is_none() {
-            let (least, most) = (FRESHNESS_MILLIS.start(), FRESHNESS_MILLIS.end());
-            let remedy = format!("write whole milliseconds from {least} to {most}");
+        let in_seconds = self.cell(&Column::FreshnessSeconds).map(|cell| (cell, 1_000.0));
+        let in_millis = || self.cell(&Column::FreshnessMillis).map(|cell| (cell, 1.0));
+        let ((name, text), millis_per_unit) = in_seconds.or_else(in_millis)?;
+        let millis = text.parse::<f64>().ok().map(|time| (time * millis_per_unit).round());
+        // Negative and endless times end at the ends of the type, which are out of range.
+        let millis = millis.map(|millis| millis as u64).filter(|m| FRESHNESS_MILLIS.contains(m));
+        if millis.is_none() {
+            let [least, most] = [FRESHNESS_MILLIS.start(), FRESHNESS_MILLIS.end()]
+                .map(|end| *end as f64 / millis_per_unit);
+            let unit = if millis_per_unit > 1.0 { "seconds" } else { "milliseconds" };
+            let remedy = format!("write {unit} from {least} to {most}");
             self.fault(name, format!("'{text}' is no such time"), remedy);
         }
-        parsed
+        millis
     }
 
     fn scale(&mut self, value_type: Option<PointType>) -> Option<[f64; 2]> {

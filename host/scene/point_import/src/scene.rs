@@ -151,7 +151,7 @@ pub fn scene(parts: &SceneParts, points: &[Point], proposals: &[Proposal]) -> Va
     if let Some([eye, target]) = parts.camera {
         let camera = json!({ "eye": eye, "target": target, "fov_degrees": FOV_DEGREES });
         scene["cameras"] = json!({ CAMERA: camera });
-        scene["view"] = json!({ "camera": CAMERA });
+        scene["camera"] = json!({ "start": CAMERA });
     }
     scene
 }
@@ -168,7 +168,7 @@ fn tags_of(points: &[Point]) -> Map<String, Value> {
 fn tag(point: &Point) -> Value {
     let mut tag = json!({
         "type": point.value_type.word(),
-        "source": { "plugin": point.plugin, "address": point.address },
+        "source": { "instance": point.plugin, "address": point.address },
     });
     if !point.description.is_empty() {
         tag["name"] = json!(point.description);
@@ -182,7 +182,7 @@ fn tag(point: &Point) -> Value {
         }
     }
     if let Some(millis) = point.freshness_millis {
-        tag["freshness_millis"] = json!(millis);
+        tag["freshness_seconds"] = json!(millis as f64 / 1_000.0);
     }
     if let Some([factor, offset]) = point.scale {
         tag["scale"] = json!({ "factor": factor, "offset": offset });

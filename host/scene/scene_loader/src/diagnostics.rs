@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use busbar_config::{Config, Diagnostic};
+use busbar_config::{Config, Diagnostic, RenamedSettings};
 use busbar_plugin_host::PluginError;
 
 /// A configuration that cannot be loaded: every fault found.
@@ -42,6 +42,13 @@ impl<'a> DiagnosticsCollector<'a> {
 
     pub(crate) fn add_plugin_failure(&mut self, pointer: &str, cause: String, remedy: &str) {
         self.plugin_failures.push(self.config.positions.diagnostic(pointer, cause, remedy));
+    }
+
+    /// Adds warnings of settings with former names, and errors of those given twice.
+    pub(crate) fn add_renamed(&mut self, renamed: &RenamedSettings) {
+        let positions = &self.config.positions;
+        self.found.extend(renamed.conflict_errors(positions));
+        self.found.extend(renamed.warnings(positions));
     }
 
     /// Adds a fault of the value at a JSON pointer.

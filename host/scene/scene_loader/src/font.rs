@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use busbar_config::{Config, join_pointer};
+use busbar_config::Config;
 use skrifa::{FontRef, MetadataProvider};
 
 use crate::diagnostics::DiagnosticsCollector;
@@ -25,7 +25,7 @@ pub(crate) fn load(
         Err(cause) => {
             let cause = format!("cannot use the font '{path}': {cause}");
             let remedy = "name a TrueType or OpenType file (.ttf or .otf), or remove \"font\"";
-            faults.add(&join_pointer(&config.view.pointer, "font"), cause, remedy);
+            faults.add("/theme/font", cause, remedy);
             None
         }
     }

@@ -10,6 +10,7 @@
 mod alarms;
 mod bindings;
 mod config_file;
+mod config_upgrade;
 mod diagnostics;
 mod equipment;
 mod file_version;
@@ -31,6 +32,7 @@ mod theta_policies;
 
 pub use bindings::tag_specs;
 pub use config_file::{MAX_CONFIG_FILE_BYTES, config_folder, read_config, read_config_text};
+pub use config_upgrade::upgraded_text;
 pub use diagnostics::{DiagnosticsCollector, LoadError};
 pub use equipment::{EquipmentIndex, EquipmentNames, is_designation};
 pub use file_version::{FileVersion, version as file_version};

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::time::Duration;
 
-use busbar_config::{Config, Isolation, PluginConfig, join_pointer};
+use busbar_config::{Config, FormerNames, Isolation, PluginConfig, RenamedSettings, join_pointer};
 use busbar_plugin_host::{Digest, LoadRules, PluginError, PublicKey, TelemetryTag};
 use busbar_plugin_process::{
     Confinement, Deadlines, Optimizer, Plugin, PluginCatalog, PluginOptions, RestartPolicy,
@@ -33,7 +33,7 @@ pub fn plugin_catalog(path: &Path) -> Result<PluginCatalog, LoadError> {
 
 /// The plugins of the configured directories; none with a fault where it is not
 /// known which libraries may be loaded.
-fn catalog(
+pub(crate) fn catalog(
     config: &Config,
     folder: &Path,
     faults: &mut DiagnosticsCollector<'_>,
@@ -104,12 +104,14 @@ pub fn create_instances(
         .filter(|(name, _)| is_wanted(name))
         .map(|(name, plugin)| {
             let options = options(config, name, plugin);
-            let settings = in_folder(&plugin.settings, folder);
-            (name, plugin, catalog.create(name, &plugin.plugin, &settings, &options))
+            let mut settings = in_folder(&plugin.settings, folder);
+            let renamed = rename_settings(&mut settings, plugin, &catalog);
+            (plugin, renamed, name, catalog.create(name, &plugin.plugin, &settings, &options))
         })
         .collect();
     let mut instances = BTreeMap::new();
-    for (name, plugin, created) in created {
+    for (plugin, renamed, name, created) in created {
+        faults.add_renamed(&renamed);
         match created {
             Ok(instance) => {
                 instances.insert(name.clone(), instance);
@@ -118,6 +120,20 @@ pub fn create_instances(
         }
     }
     instances
+}
+
+/// Gives settings of an instance their present names, which the plugin's schema tells.
+pub(crate) fn rename_settings(
+    settings: &mut Value,
+    plugin: &PluginConfig,
+    catalog: &PluginCatalog,
+) -> RenamedSettings {
+    let mut infos = catalog.plugins();
+    let info = infos.find(|info| info.id == plugin.plugin);
+    let Some(schema) = info.and_then(|info| info.settings_schema.as_ref()) else {
+        return RenamedSettings::default();
+    };
+    FormerNames::new(schema).rename(settings).below(&join_pointer(&plugin.pointer, "settings"))
 }
 
 /// Prefix of a settings text that names a file beside the configuration. Plugins take absolute
@@ -275,6 +291,13 @@ fn check_addresses(
     if let PluginError::WrongCapability { .. } = error {
         let pointer = source(first).map_or_else(String::new, |p| join_pointer(p, "plugin"));
         return add(pointer, &error);
+    }
+    if error.is_reported_by_plugin() {
+        // What lies outside the configuration, such as a file, is no fault of an address.
+        return add(
+            config.plugins.get(name).map_or_else(String::new, |p| p.pointer.clone()),
+            &error,
+        );
     }
     let mut alone = 0;
     for tag in &served {

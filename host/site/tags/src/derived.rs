@@ -145,6 +145,7 @@ impl Rule {
             tag: self.tag,
             value,
             quality,
+            doubt: Quality::Good,
             source_time: None,
             received: now,
             valid_from: oldest,

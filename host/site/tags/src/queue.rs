@@ -3,7 +3,7 @@
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Mutex, PoisonError};
 
-use crate::Sample;
+use crate::{Quality, Sample};
 
 /// Updates that a backlog holds before it thins itself out.
 pub const MAX_QUEUED_SAMPLES: usize = 1 << 18;
@@ -25,6 +25,15 @@ pub trait Update {
     /// The same of an update with a value that comes out of a buffer, so that this time
     /// orders it; `None` for one that counts in order of arrival.
     fn buffered_time(&self) -> Option<i64>;
+
+    /// Returns the host's doubt about the value; good where the host has not judged it yet.
+    fn doubt(&self) -> Quality {
+        Quality::Good
+    }
+
+    /// Adds the doubt of an earlier update without a value, which this one replaces. A value
+    /// of its own is too old to count, and goes.
+    fn add_doubt(&mut self, _doubt: Quality) {}
 }
 
 impl Update for Sample {
@@ -46,6 +55,15 @@ impl Update for Sample {
 
     fn source_nanos(&self) -> Option<i64> {
         self.source_time.map(|time| time.0)
+    }
+
+    fn doubt(&self) -> Quality {
+        self.doubt
+    }
+
+    fn add_doubt(&mut self, doubt: Quality) {
+        let own = if self.value.is_none() { self.doubt } else { Quality::Good };
+        *self = Self { value: None, doubt: own, ..*self }.with_doubt(doubt);
     }
 }
 
@@ -114,8 +132,16 @@ impl<U: Update> Backlog<U> {
     fn coalesce(&mut self) {
         let before = self.updates.len();
         let mut known: HashMap<u32, RetainedUpdates> = HashMap::new();
-        for (index, update) in self.updates.iter().enumerate() {
-            known.entry(update.tag()).or_default().observe(index, update);
+        for index in 0..before {
+            let update = &self.updates[index];
+            let replaced = known.entry(update.tag()).or_default().observe(index, update);
+            if let Some(ReplacedQuality { earlier, later }) = replaced {
+                let earlier = &self.updates[earlier];
+                let doubt = if earlier.has_value() { Quality::Good } else { earlier.doubt() };
+                if !doubt.is_good() {
+                    self.updates[later].add_doubt(doubt);
+                }
+            }
         }
         let mut is_kept = vec![false; before];
         let kept = known.values().flat_map(RetainedUpdates::indices);
@@ -140,45 +166,70 @@ struct RetainedUpdates {
     /// Last quality without a value after `live` and before `buffered`.
     quality_before: Option<usize>,
     /// Newest buffered value after `live`, by its source time.
-    buffered: Option<(usize, i64)>,
+    buffered: Option<BufferedUpdate>,
     /// Last quality without a value after `buffered`.
     quality_after: Option<usize>,
 }
 
+/// Value out of a buffer that a tag keeps.
+#[derive(Clone, Copy)]
+struct BufferedUpdate {
+    index: usize,
+    /// Source time, nanoseconds since 1970.
+    time: i64,
+    is_good: bool,
+}
+
+/// A quality without a value that gives way to a later one, whose doubt stays.
+#[derive(Clone, Copy)]
+struct ReplacedQuality {
+    earlier: usize,
+    later: usize,
+}
+
 impl RetainedUpdates {
-    fn observe(&mut self, index: usize, update: &impl Update) {
+    /// Takes in the next update of the tag. Returns the quality that goes for it.
+    fn observe(&mut self, index: usize, update: &impl Update) -> Option<ReplacedQuality> {
         if !update.has_value() {
             return self.note_quality(index);
         }
         let Some(time) = update.buffered_time() else {
             *self = Self { live: Some((index, update.source_nanos())), ..Self::default() };
-            return;
+            return None;
         };
         let live_time = self.live.and_then(|(_, time)| time);
-        let newest = self.buffered.map(|(_, time)| time).max(live_time);
+        let newest = self.buffered.map(|buffered| buffered.time).max(live_time);
         if newest.is_none_or(|newest| time >= newest) {
-            let quality_before = self.quality_after.or(self.quality_before);
+            // One that is not good says so of the quality even where it is too old to count.
+            let said = self.buffered.filter(|buffered| !buffered.is_good).map(|held| held.index);
+            let last = self.quality_after.or(said);
+            let qualities = self.quality_before.zip(last);
+            let replaced = qualities.map(|(earlier, later)| ReplacedQuality { earlier, later });
+            let quality_before = last.or(self.quality_before);
             *self = Self {
                 quality_before,
-                buffered: Some((index, time)),
+                buffered: Some(BufferedUpdate { index, time, is_good: update.is_good() }),
                 quality_after: None,
                 ..*self
             };
+            replaced
         } else if !update.is_good() {
-            self.note_quality(index);
+            self.note_quality(index)
+        } else {
+            None
         }
     }
 
-    fn note_quality(&mut self, index: usize) {
+    fn note_quality(&mut self, index: usize) -> Option<ReplacedQuality> {
         let last = match self.buffered {
             Some(_) => &mut self.quality_after,
             None => &mut self.quality_before,
         };
-        *last = Some(index);
+        last.replace(index).map(|earlier| ReplacedQuality { earlier, later: index })
     }
 
     fn indices(&self) -> impl Iterator<Item = usize> {
-        let (live, buffered) = (self.live.map(|(i, _)| i), self.buffered.map(|(i, _)| i));
+        let (live, buffered) = (self.live.map(|(i, _)| i), self.buffered.map(|held| held.index));
         [live, self.quality_before, buffered, self.quality_after].into_iter().flatten()
     }
 }
@@ -218,12 +269,14 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::Reason;
 
     #[derive(Clone, Copy, Debug, PartialEq)]
     struct TestUpdate {
         tag: u32,
         value: Option<u32>,
         is_good: bool,
+        is_doubted: bool,
         time: Option<i64>,
         is_buffered: bool,
         number: usize,
@@ -249,6 +302,23 @@ mod tests {
         fn buffered_time(&self) -> Option<i64> {
             self.time.filter(|_| self.is_buffered)
         }
+
+        fn doubt(&self) -> Quality {
+            let doubt = Quality::Uncertain(Reason::SourceTime);
+            if self.is_doubted { doubt } else { Quality::Good }
+        }
+
+        fn add_doubt(&mut self, doubt: Quality) {
+            let is_doubted = self.value.is_none() && self.is_doubted;
+            (self.value, self.is_doubted) = (None, is_doubted || !doubt.is_good());
+        }
+    }
+
+    impl TestUpdate {
+        /// A doubt makes the quality no better, as the intake has it.
+        fn with_consistent_quality(self) -> Self {
+            Self { is_good: self.is_good && !self.is_doubted, ..self }
+        }
     }
 
     fn live(tag: u32, value: u32, number: usize) -> TestUpdate {
@@ -256,6 +326,7 @@ mod tests {
             tag,
             value: Some(value),
             is_good: true,
+            is_doubted: false,
             time: None,
             is_buffered: false,
             number,
@@ -268,6 +339,7 @@ mod tests {
         time: Option<i64>,
         /// Number of the last update of quality.
         said: usize,
+        is_doubted: bool,
     }
 
     /// Returns the final state of the tags, by the rules of a table.
@@ -282,9 +354,17 @@ mod tests {
             match update.value {
                 Some(_) if is_old && update.is_good => {}
                 Some(value) if !is_old => {
-                    *state = State { value: Some(value), time: update.time, said: update.number };
+                    *state = State {
+                        value: Some(value),
+                        time: update.time,
+                        said: update.number,
+                        is_doubted: update.is_doubted,
+                    };
                 }
-                _ => state.said = update.number,
+                value => {
+                    state.said = update.number;
+                    state.is_doubted |= value.is_none() && update.is_doubted;
+                }
             }
         }
         table
@@ -315,21 +395,23 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(ProptestConfig::with_cases(4000))]
         #[test]
         fn thinning_out_changes_no_outcome_and_no_order(
             updates in prop::collection::vec(
                 (0..3_u32, prop::option::of(0..9_u32), any::<bool>(), prop::option::of(0..6_i64),
-                 any::<bool>()),
+                 any::<bool>(), any::<bool>()),
                 0..60,
             ),
             known in prop::option::of((0..9_u32, prop::option::of(0..6_i64))),
         ) {
-            let plain = |((tag, value, is_good, time, is_buffered), number)| {
-                TestUpdate { tag, value, is_good, time, is_buffered, number }
+            let plain = |(update, number)| {
+                let (tag, value, is_good, time, is_buffered, is_doubted) = update;
+                TestUpdate { tag, value, is_good, is_doubted, time, is_buffered, number }.with_consistent_quality()
             };
             let updates: Vec<TestUpdate> = updates.into_iter().zip(1..).map(plain).collect();
             let start = known.map_or(State::default(), |(value, time)| {
-                State { value: Some(value), time, said: 0 }
+                State { value: Some(value), time, said: 0, is_doubted: false }
             });
             let mut backlog = Backlog::default();
             updates.iter().for_each(|&update| backlog.push(update));

@@ -19,6 +19,10 @@ pub struct Sample {
     pub value: Option<Value>,
     /// Quality at the source.
     pub quality: Quality,
+    /// Doubt of the host about the value, by its time or its way here; good where there is none.
+    /// The doubt stays until the next value counts. Without a value the doubt concerns the last
+    /// value.
+    pub doubt: Quality,
     /// Time at the source, if it gave a usable one.
     pub source_time: Option<SourceTime>,
     /// Time of reception by the host.
@@ -56,12 +60,18 @@ impl Sample {
             tag,
             value,
             quality,
+            doubt: Quality::Good,
             source_time: None,
             received,
             valid_from: received,
             origin: Origin::LIVE,
             is_buffered: false,
         }
+    }
+
+    /// Adds a doubt about the value, which no later quality alone takes back.
+    pub fn with_doubt(self, doubt: Quality) -> Self {
+        Self { quality: self.quality.worst(doubt), doubt: self.doubt.worst(doubt), ..self }
     }
 }
 

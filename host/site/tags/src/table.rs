@@ -67,6 +67,7 @@ impl TagTable {
         }
         hot.take_over(was);
         cold.source_quality = said.source_quality;
+        cold.doubt = said.doubt;
         if let Some(value) = hot.value().unpack() {
             let spec = &self.tags.specs()[tag.0 as usize];
             let fresh = trust(hot.valid_from, trusted_from(self.trusted_from, cold));
@@ -188,10 +189,11 @@ impl TagTable {
                 ApplyOutcome::Changed(hot.change(sample, Quality::Good))
             }
             _ => {
-                let &Sample { tag, value, quality, source_time, received, valid_from, .. } = sample;
+                let &Sample { tag, value, source_time, received, valid_from, .. } = sample;
                 let delivery = (sample.origin, sample.is_buffered);
                 let times = [received, valid_from];
-                self.apply_slow_path(tag, value, quality, source_time, times, delivery)
+                let worth = [sample.quality, sample.doubt];
+                self.apply_slow_path(tag, value, worth, source_time, times, delivery)
             }
         }
     }
@@ -204,7 +206,7 @@ impl TagTable {
         &mut self,
         tag: TagHandle,
         value: Option<Value>,
-        quality: Quality,
+        [quality, doubt]: [Quality; 2],
         source_time: Option<SourceTime>,
         [received, valid_from]: [Moment; 2],
         (origin, is_buffered): (Origin, bool),
@@ -216,6 +218,7 @@ impl TagTable {
             tag,
             value,
             quality,
+            doubt,
             source_time,
             received,
             valid_from,
@@ -232,7 +235,8 @@ impl TagTable {
         // Clocks are set back, so source time orders nothing but what a buffer held. What
         // is said of quality counts in any case.
         let is_outdated = sample.value.is_some() && sample.is_buffered && hot.is_newer_than(sample);
-        if is_outdated && sample.quality.is_good() {
+        let quality = sample.quality.worst(sample.doubt);
+        if is_outdated && quality.is_good() {
             return ApplyOutcome::Ignored;
         }
         if let (Some(value), false) = (sample.value, is_outdated) {
@@ -247,6 +251,7 @@ impl TagTable {
                 let fresh = trust(sample.valid_from, trusted_from(self.trusted_from, cold));
                 cold.verdict = cold.verdict.worst(fresh);
             }
+            cold.doubt = sample.doubt;
             hot.set_times(sample);
             let slot = self.wheel.slot_of(hot.deadline());
             if slot < cold.slot {
@@ -256,7 +261,10 @@ impl TagTable {
                 cold.slot = slot;
             }
         }
-        cold.source_quality = sample.quality;
+        if sample.value.is_none() {
+            cold.doubt = cold.doubt.worst(sample.doubt);
+        }
+        cold.source_quality = quality;
         if cold.is_input {
             self.touched.push(sample.tag);
         }

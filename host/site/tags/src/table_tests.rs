@@ -98,6 +98,48 @@ fn a_good_quality_without_a_value_does_not_launder_a_bad_value() {
 }
 
 #[test]
+fn a_doubt_of_the_host_stays_until_the_next_value_that_counts() {
+    let doubt = Quality::Uncertain(Reason::SourceTime);
+    let said = |quality| Sample { value: None, quality, ..sample(0.0, at(1.0)) };
+    let sensor = Quality::Bad(Reason::Sensor);
+    let old = Sample { is_buffered: true, ..timed(61.0, 90, at(1.0)) };
+    let mut table = table();
+    put(&mut table, timed(60.0, 100, START).with_doubt(doubt));
+    for (step, quality) in [
+        (said(Quality::Good), doubt),
+        (said(sensor), sensor),
+        (said(Quality::Good), doubt),
+        (old, doubt),
+        (said(Quality::Good), doubt),
+        (timed(62.0, 101, at(1.0)), Quality::Good),
+        // Of a value that does not count, the doubt does not stay.
+        (old.with_doubt(doubt), doubt),
+        (said(Quality::Good), Quality::Good),
+        // Without a value it concerns the last one.
+        (said(Quality::Good).with_doubt(doubt), doubt),
+        (said(Quality::Good), doubt),
+        (timed(62.0, 102, at(1.0)), Quality::Good),
+    ] {
+        table.apply(&step, |_| {});
+        assert_eq!(quality_at(&mut table, at(1.0)), quality, "{step:?}");
+    }
+}
+
+#[test]
+fn a_doubt_of_the_host_goes_on_in_the_next_table() {
+    let doubt = Quality::Uncertain(Reason::SourceTime);
+    let mut before = table();
+    put(&mut before, sample(60.0, START).with_doubt(doubt));
+    let mut after = TagTable::new(before.tags().clone(), START);
+    let numbers = HandleRemap::between_tag_sets(before.tags(), after.tags());
+    after.inherit(&before, &numbers);
+    put(&mut after, Sample { value: None, ..sample(0.0, at(1.0)) });
+    assert_eq!(quality_at(&mut after, at(1.0)), doubt);
+    put(&mut after, sample(60.0, at(1.0)));
+    assert_eq!(quality_at(&mut after, at(1.0)), Quality::Good, "the same value anew");
+}
+
+#[test]
 fn a_value_that_was_old_when_it_came_is_stale_at_once() {
     let mut table = table();
     put(&mut table, Sample { valid_from: START.before(seconds(4.0)), ..sample(60.0, START) });
@@ -386,6 +428,7 @@ enum Step {
         tag: u32,
         value: Option<u8>,
         bad: bool,
+        doubted: bool,
         lag_millis: u64,
         source_time: Option<i64>,
         is_buffered: bool,
@@ -402,15 +445,16 @@ fn steps() -> impl Strategy<Value = Vec<Step>> {
         any::<bool>(),
         0..3000_u64,
         prop::option::of(0..9_i64),
-        any::<bool>(),
+        [any::<bool>(), any::<bool>()],
     );
-    let put = put.prop_map(|(tag, value, bad, lag_millis, source_time, is_buffered)| Step::Put {
+    let put = put.prop_map(|(tag, value, bad, lag_millis, source_time, flags)| Step::Put {
         tag,
         value,
         bad,
+        doubted: flags[1],
         lag_millis,
         source_time,
-        is_buffered,
+        is_buffered: flags[0],
     });
     let advance = prop_oneof![0..40_u64, 0..4000_u64, 0..200_000_u64];
     let step = prop_oneof![3 => put, 2 => advance.prop_map(|millis| Step::Advance { millis })];
@@ -430,12 +474,14 @@ proptest! {
             table.snapshot().states().map(|state| (state.value, state.quality)).collect();
         for step in steps {
             match step {
-                Step::Put { tag, value, bad, lag_millis, source_time, is_buffered } => {
+                Step::Put { tag, value, bad, doubted, lag_millis, source_time, is_buffered } => {
                     let reason = Quality::Bad(Reason::Sensor);
+                    let doubt = Quality::Uncertain(Reason::SourceTime);
                     table.apply(&Sample {
                         tag: TagHandle(tag),
                         value: value.map(|value| Value::F64(f64::from(value))),
                         quality: if bad { reason } else { Quality::Good },
+                        doubt: if doubted { doubt } else { Quality::Good },
                         source_time: source_time.map(SourceTime),
                         received: now,
                         valid_from: now.before(Duration::from_millis(lag_millis)),

@@ -45,6 +45,8 @@ pub(crate) struct ColdState {
     pub(crate) source_quality: Quality,
     /// Quality by the host's rules for the value.
     pub(crate) verdict: Quality,
+    /// Doubt of the host about the value's time or its way here.
+    pub(crate) doubt: Quality,
     /// True where range, scale or dead band apply.
     pub(crate) has_rules: bool,
     pub(crate) is_derived: bool,
@@ -144,6 +146,7 @@ impl HotState {
     pub(crate) fn takes_fast_path(&self, value: Value, sample: &Sample, now: Moment) -> bool {
         self.state == PLAIN_GOOD
             && sample.quality == Quality::Good
+            && sample.doubt == Quality::Good
             && sample.origin == self.origin
             && value_quality(value, self.kind) == Quality::Good
             && !(sample.is_buffered && self.is_newer_than(sample))
@@ -210,6 +213,7 @@ impl ColdState {
             slot: NO_SLOT,
             source_quality: Quality::Bad(Reason::NotConnected),
             verdict: Quality::Good,
+            doubt: Quality::Good,
             has_rules: spec.range.is_some() || spec.scale.is_some() || spec.dead_band > 0.0,
             is_derived: spec.expression.is_some(),
             is_input,
@@ -220,7 +224,7 @@ impl ColdState {
     /// Returns the quality without freshness.
     #[inline(always)]
     pub(crate) fn own_quality(&self) -> Quality {
-        self.source_quality.worst(self.verdict)
+        self.source_quality.worst(self.verdict).worst(self.doubt)
     }
 }
 

@@ -93,10 +93,10 @@ fn configuration(plugins: &Path, until_burst: Duration) -> Value {
     let mut bindings = Vec::new();
     let device = |number: usize| format!("=Q{}-QA{}", number / 10, number % 10 + 1);
     let mut add = |id: String, plugin: &str, address: usize, node: String| {
-        let source = json!({ "plugin": plugin, "address": address });
+        let source = json!({ "instance": plugin, "address": address });
         let tag = json!({
             "type": "f64", "unit": "A", "limits": { "high": 120 },
-            "freshness_millis": 600_000, "source": source
+            "freshness_seconds": 600, "source": source
         });
         tags.insert(id.clone(), tag);
         bindings.push(json!({ "tag": id, "node": node }));
@@ -127,7 +127,7 @@ fn configuration(plugins: &Path, until_burst: Duration) -> Value {
         .collect();
     let burst = json!({
         "updates_per_second": 1e9, "updates": BURST,
-        "delay_millis": 1_000, "batch_millis": (until_burst.as_millis() as u64).min(10_000)
+        "delay_seconds": 1, "batch_seconds": until_burst.as_secs_f64().clamp(0.001, 10.0)
     });
     json!({
         "version": 1,
@@ -146,6 +146,8 @@ fn configuration(plugins: &Path, until_burst: Duration) -> Value {
         "alarms": alarms,
         "overlays": ["values"],
         "cameras": { "all": { "eye": [20, 120, -160], "target": [20, 0, 250] } },
-        "view": { "camera": "all", "size": SIZE, "samples": 1 }
+        "camera": { "start": "all" },
+        "window": { "size": SIZE },
+        "graphics": { "samples": 1 }
     })
 }

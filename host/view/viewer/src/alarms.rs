@@ -6,6 +6,7 @@ mod external_sources;
 mod host_api;
 mod reload;
 mod rows;
+mod statistics;
 mod text;
 
 use std::collections::{BTreeSet, HashMap, VecDeque};
@@ -248,7 +249,7 @@ impl AlarmService {
 
 /// The longest that an alarm is shelved.
 fn longest_shelf(handling: &AlarmHandlingConfig) -> std::time::Duration {
-    std::time::Duration::from_secs(u64::from(handling.max_shelving_minutes) * 60)
+    handling.max_shelving
 }
 
 /// Appends a record to the log and to the displayed tail.

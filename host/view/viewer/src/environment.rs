@@ -92,7 +92,7 @@ mod tests {
     #[test]
     fn the_environment_fits_the_scene_and_exists_only_if_configured() {
         let view = |text: &str| {
-            let text = format!(r#"{{"version": 1, "scene": [], "view": {text}}}"#);
+            let text = format!(r#"{{"version": 1, "scene": [], "graphics": {text}}}"#);
             busbar_config::parse(&text).unwrap().view
         };
         let bounds = |size: f32| Bounds { min: Vec3::Y * -3.0, max: Vec3::splat(size) };

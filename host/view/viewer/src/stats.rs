@@ -388,6 +388,9 @@ pub struct AlarmStats {
     pub certain: bool,
     /// Occurrences since the start.
     pub occurrences: u64,
+    /// Origins of the value on which the alarm rests, and of its tag now; empty where both
+    /// are live.
+    pub origin: Vec<&'static str>,
     /// The plugin whose source decides on it; none where that is done here.
     pub source: Option<String>,
     /// Reason why the alarm's state is uncertain: its source reports so or is lost.
@@ -418,24 +421,6 @@ pub(crate) fn gpu_millis(frame: &FrameStats) -> BTreeMap<&'static str, f64> {
     whole.into_iter().chain(frame.gpu_stages.iter()).collect()
 }
 
-/// The alarms that are not normal.
-pub(crate) fn alarms(alarm_service: &AlarmService) -> Vec<AlarmStats> {
-    let table = alarm_service.table();
-    let of = |alarm| {
-        let (spec, status) = (table.set().spec(alarm)?, table.status(alarm)?);
-        Some(AlarmStats {
-            id: spec.id.clone(),
-            state: status.state,
-            priority: spec.priority.name(),
-            certain: status.is_certain,
-            occurrences: status.occurrences,
-            source: None,
-            uncertainty: None,
-        })
-    };
-    table.open().filter_map(of).chain(alarm_service.external_stats()).collect()
-}
-
 /// Id of the alarm that was chosen.
 pub(crate) fn selected_alarm(alarm_service: &AlarmService) -> Option<String> {
     alarm_service.id_of(alarm_service.selected()?)
@@ -447,7 +432,7 @@ pub(crate) fn alarms_by_state(alarms: &AlarmService) -> Vec<(AlarmState, usize)>
     let count = |state| -> usize {
         Priority::ALL.into_iter().map(|priority| table.counts(priority).count(state)).sum()
     };
-    let sourced = |state| alarms.external_stats().filter(|alarm| alarm.state == state).count();
+    let sourced = |state| alarms.external_states().filter(|own| *own == state).count();
     AlarmState::ALL.into_iter().map(|state| (state, count(state) + sourced(state))).collect()
 }
 

@@ -54,7 +54,7 @@ fn a_trend_goes_on_after_a_restart() {
 #[test]
 fn a_trend_of_other_parameters_or_of_the_future_is_not_taken() {
     for (more, days) in [
-        (json!({ "trend_hours": 700 }), 31.0),
+        (json!({ "trend_days": 29.17 }), 31.0),
         (json!({ "filling": 7.1 }), 31.0),
         (json!({}), 30.0),
         (json!({}), -5.0),

@@ -32,7 +32,7 @@ impl KeptTrends {
         let file = StateFile::new(settings.state_file.as_ref()?, STATE_FILE, host.clone());
         let mixture = settings.mixture.as_ref().map(|mixture| format!("{mixture:?}"));
         let gas = mixture.map_or(0, |mixture| hash(mixture.as_bytes()));
-        let window = settings.trend_hours;
+        let window = settings.trend_days * 24.0;
         Some(Self {
             restored: file.read(),
             file,

@@ -12,7 +12,7 @@ pub(crate) const DAY: i64 = 86_400_000_000_000;
 
 #[test]
 fn a_leak_is_told_in_an_alarm() {
-    let mut overlay = overlay(&json!({ "trend_hours": 24 }));
+    let mut overlay = overlay(&json!({ "trend_days": 1 }));
     let mut last = Drawing::default();
     for hour in 0..25_i64 {
         // 0.0001 bar an hour are 13.5 % of the density at 7 bar a year.

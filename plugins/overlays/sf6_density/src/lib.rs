@@ -116,7 +116,7 @@ impl Overlay for Sf6Density {
         self.layout = layout(&self.settings, self.gas.assumption(), &bindings);
         let mut before: HashMap<TrendKey, Trend> =
             std::mem::take(&mut self.trends).into_iter().collect();
-        let new = || Trend::new(self.settings.trend_hours * 3600.0, COMPENSATION_ERROR);
+        let new = || Trend::new(self.settings.trend_days * 86_400.0, COMPENSATION_ERROR);
         let trend = |compartment: &Compartment| {
             let key = TrendKey::new(compartment);
             let trend = before.remove(&key).unwrap_or_else(new);

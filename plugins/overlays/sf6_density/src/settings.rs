@@ -53,10 +53,11 @@ pub struct Settings {
     /// Equation that pure SF6 is taken to obey; a `mixture` has isochores instead.
     #[serde(default)]
     pub equation: EquationOfState,
-    /// Hours over which the loss of gas is worked out, in whole days from 48 on.
-    #[serde(default = "default_trend_hours")]
-    #[schemars(range(min = 0.01, max = 87_660.0))]
-    pub trend_hours: f64,
+    /// Days over which the loss of gas is worked out, in whole days from 2 on.
+    #[serde(default = "default_trend_days")]
+    #[schemars(range(min = 0.0005, max = 3_652.5))]
+    #[schemars(extend("x-busbar-formerly" = ["trend_hours"]))]
+    pub trend_days: f64,
     /// Loss that is abnormal, % of the filling a year, of mass for SF6 and of pressure at
     /// 20 °C for mixtures. It is told once it is certain at 95 %.
     #[serde(default = "default_leak_limit")]
@@ -120,8 +121,8 @@ impl PressureUnit {
 }
 
 /// A month: losses below a percent a year drown in what the weather does in less.
-fn default_trend_hours() -> f64 {
-    730.5
+fn default_trend_days() -> f64 {
+    30.4375
 }
 
 fn default_leak_limit() -> f64 {
@@ -159,7 +160,7 @@ impl Settings {
             ));
         }
         let ranges = [
-            ("trend_hours", Some(self.trend_hours), 0.01..=87_660.0),
+            ("trend_days", Some(self.trend_days), 0.0005..=3_652.5),
             ("leak_limit", Some(self.leak_limit), 0.01..=100.0),
             ("altitude_metres", self.altitude_metres, -500.0..=9000.0),
             ("temperature_spread", Some(self.temperature_spread), 1.0..=200.0),

@@ -30,11 +30,12 @@ pub struct Settings {
     /// usual service conditions of IEC 60076-2 are -25 to 40.
     #[serde(default = "default_plausible_ambient")]
     pub plausible_ambient: [f64; 2],
-    /// Longest time between two frames in which the values of the second one count, minutes
+    /// Longest time between two frames in which the values of the second one count, seconds
     /// of the scene clock. Time beyond it was not seen.
-    #[serde(default = "default_longest_step_minutes")]
-    #[schemars(range(min = 0.01, max = 60.0))]
-    pub longest_step_minutes: f64,
+    #[serde(default = "default_longest_step_seconds")]
+    #[schemars(range(min = 0.6, max = 3_600.0))]
+    #[schemars(extend("x-busbar-formerly" = ["longest_step_minutes"]))]
+    pub longest_step_seconds: f64,
     /// File that keeps the temperatures and the loss of life across restarts: an absolute
     /// path, or one that `${folder}/` begins for the folder of the configuration.
     pub state_file: Option<String>,
@@ -213,8 +214,8 @@ fn default_plausible_ambient() -> [f64; 2] {
     [-25.0, 40.0]
 }
 
-fn default_longest_step_minutes() -> f64 {
-    5.0
+fn default_longest_step_seconds() -> f64 {
+    300.0
 }
 
 fn default_disagreement() -> f64 {

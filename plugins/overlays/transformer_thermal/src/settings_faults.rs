@@ -27,7 +27,7 @@ impl Settings {
         }
         let own = [
             ("ambient", self.ambient, PLAUSIBLE_AMBIENT),
-            ("longest_step_minutes", Some(self.longest_step_minutes), Interval::new(0.01, 60.0)),
+            ("longest_step_seconds", Some(self.longest_step_seconds), Interval::new(0.6, 3_600.0)),
         ];
         own.into_iter()
             .find_map(out_of_range)

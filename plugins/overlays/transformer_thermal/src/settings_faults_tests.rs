@@ -27,8 +27,8 @@ fn settings_that_make_no_sense_are_refused_by_name() {
             "plausible_load is [0.5, 9]",
         ),
         (
-            r#"{ "transformers": [{ "equipment": "=T1" }], "longest_step_minutes": 0 }"#,
-            "longest_step_minutes is 0",
+            r#"{ "transformers": [{ "equipment": "=T1" }], "longest_step_seconds": 0 }"#,
+            "longest_step_seconds is 0",
         ),
         (
             r#"{ "transformers": [{ "equipment": "=T1" }], "state_file": "states.json" }"#,

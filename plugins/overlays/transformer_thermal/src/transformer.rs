@@ -83,7 +83,7 @@ impl Transformer {
                 ambient: Interval::new(low, high),
                 fixed_ambient,
             },
-            longest_step: all.longest_step_minutes,
+            longest_step: all.longest_step_seconds / 60.0,
             state: None,
             before: None,
             is_resumed: true,

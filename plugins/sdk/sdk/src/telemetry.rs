@@ -103,7 +103,8 @@ impl TagSpec {
 pub struct Sample {
     /// Handle of the tag, from [`TagSpec`].
     pub tag: u32,
-    /// Value; `None` sets the quality only.
+    /// Value; `None` sets the quality only. The host's doubt about the time of the last value
+    /// stays until the next value.
     pub value: Option<Value>,
     /// Quality of the value at the source.
     pub quality: Quality,

@@ -12,22 +12,24 @@ pub const MIN_RETRY_MILLIS: u64 = 1000;
 /// Longest delay, in milliseconds: ten minutes.
 const MAX_RETRY_MILLIS: u64 = 600_000;
 
-/// Delay between attempts to connect. It doubles from `min_millis` to `max_millis`, with jitter, so
+/// Delay between attempts to connect. It doubles from `min_seconds` to `max_seconds`, with jitter, so
 /// that clients do not reconnect in step.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ReconnectSettings {
-    /// Shortest delay between attempts, milliseconds.
-    #[schemars(range(min = 1000, max = 600_000))]
-    min_millis: u64,
-    /// Longest delay between attempts, milliseconds.
-    #[schemars(range(min = 1000, max = 600_000))]
-    max_millis: u64,
+    /// Shortest delay between attempts, seconds.
+    #[schemars(range(min = 1.0, max = 600.0))]
+    #[schemars(extend("x-busbar-formerly" = ["min_millis"]))]
+    min_seconds: f64,
+    /// Longest delay between attempts, seconds.
+    #[schemars(range(min = 1.0, max = 600.0))]
+    #[schemars(extend("x-busbar-formerly" = ["max_millis"]))]
+    max_seconds: f64,
 }
 
 impl Default for ReconnectSettings {
     fn default() -> Self {
-        Self { min_millis: MIN_RETRY_MILLIS, max_millis: 30_000 }
+        Self { min_seconds: MIN_RETRY_MILLIS as f64 / 1_000.0, max_seconds: 30.0 }
     }
 }
 
@@ -35,10 +37,10 @@ impl ReconnectSettings {
     /// Checks the setting `reconnect`.
     pub fn parse(&self, faults: &mut SettingsFaults) -> ReconnectBounds {
         let allowed = MIN_RETRY_MILLIS..=MAX_RETRY_MILLIS;
-        let min = faults.millis("reconnect.min_millis", self.min_millis, allowed.clone());
-        let max = faults.millis("reconnect.max_millis", self.max_millis, allowed);
+        let min = faults.seconds("reconnect.min_seconds", self.min_seconds, allowed.clone());
+        let max = faults.seconds("reconnect.max_seconds", self.max_seconds, allowed);
         if min > max {
-            faults.add("reconnect: min_millis is larger than max_millis");
+            faults.add("reconnect: min_seconds is larger than max_seconds");
         }
         ReconnectBounds { min, max }
     }
@@ -113,10 +115,10 @@ mod tests {
     fn a_device_is_tried_once_a_second_at_most() {
         let mut backoff = Backoff::new(parse(json!({})).unwrap());
         assert!((0..1000).all(|_| backoff.next_delay() >= Duration::from_secs(1)));
-        let fault = parse(json!({"min_millis": 999})).unwrap_err();
-        assert_eq!(fault, "reconnect.min_millis: 999 is not within 1000 to 600000");
-        let fault = parse(json!({"min_millis": 3000, "max_millis": 2000})).unwrap_err();
-        assert_eq!(fault, "reconnect: min_millis is larger than max_millis");
+        let fault = parse(json!({"min_seconds": 0.999})).unwrap_err();
+        assert_eq!(fault, "reconnect.min_seconds: 0.999 is not within 1 to 600");
+        let fault = parse(json!({"min_seconds": 3, "max_seconds": 2})).unwrap_err();
+        assert_eq!(fault, "reconnect: min_seconds is larger than max_seconds");
     }
 
     #[test]

@@ -28,9 +28,24 @@ impl SettingsFaults {
         value
     }
 
-    /// Converts a number of milliseconds, recording a fault where it is out of range.
-    pub fn millis(&mut self, name: &str, value: u64, allowed: RangeInclusive<u64>) -> Duration {
-        Duration::from_millis(self.check(name, value, allowed))
+    /// Converts a number of seconds, recording a fault where it is out of the range, which is in
+    /// milliseconds.
+    pub fn seconds(
+        &mut self,
+        name: &str,
+        value: f64,
+        allowed_millis: RangeInclusive<u64>,
+    ) -> Duration {
+        let [min, max] = [allowed_millis.start(), allowed_millis.end()].map(|end| *end as f64);
+        let millis = (value * 1_000.0).round();
+        // No number at all is not within it either.
+        let is_within = millis >= min && millis <= max;
+        if !is_within {
+            let (min, max) = (min / 1_000.0, max / 1_000.0);
+            self.add(format!("{name}: {value} is not within {min} to {max}"));
+        }
+        // A fault ends the settings: the value is of no use then.
+        Duration::from_millis(if is_within { millis as u64 } else { max as u64 })
     }
 
     /// Returns all faults as one error, if there are any.

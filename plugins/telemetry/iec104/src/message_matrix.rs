@@ -4,7 +4,9 @@
 //!
 //! The oracle calls a good value wrong if it is not the present one of its object. Two
 //! bounds hold: a lost frame is noticed at the next information frame, and before the
-//! interrogated value of an object an event out of the buffer counts, with its own time.
+//! interrogated value of an object an event out of the buffer counts, with its own time,
+//! unless a live event with a later time came before. Once a buffer had its time to come, events
+//! count in order of arrival.
 //!
 //! `BUSBAR_MATRIX_STEPS` sets the count of steps.
 
@@ -16,7 +18,7 @@ use busbar_plugin_sdk::{Quality, Reason, Sample, SampleFlags, Value, ValueKind};
 use fastrand::Rng;
 use serde_json::json;
 
-use crate::codec::{Cp56, Frame, Function, Sequence, Zone, cause, split_frame};
+use crate::codec::{Asdu, Body, Cp56, Frame, Function, Sequence, Zone, cause, split_frame};
 use crate::points::Points;
 use crate::session::{Event, Session};
 use crate::settings::{Config, Settings};
@@ -35,6 +37,10 @@ const HEADER_BYTES: usize = 6;
 const RECOVERY: Duration = Duration::from_secs(120 + 30 + 15 + 5);
 /// Shown times further ahead than this are not believed, as in the host.
 const MAX_AHEAD: Duration = Duration::from_secs(10);
+
+/// Time from an interrogation for which a live event or a present value shuts out older events
+/// of the buffer: less than the client waits for two that are not answered.
+const CATCH_UP: Duration = Duration::from_secs(50);
 
 /// An object of the station.
 type Place = (u8, u8);
@@ -108,6 +114,7 @@ struct DisplayedTag {
 }
 
 struct Matrix {
+    seed: u64,
     random: Rng,
     config: Config,
     recorder: Recorder,
@@ -128,6 +135,11 @@ struct Matrix {
     is_frame_lost: bool,
     /// Last values out of the buffer of objects that were not interrogated since.
     buffered: BTreeMap<Place, f64>,
+    /// Source times of live events, and arrivals of present values, since the connection or the
+    /// last damage.
+    live_events: BTreeMap<Place, SystemTime>,
+    /// Time of the first interrogation of the connection, by common address.
+    interrogated: BTreeMap<u8, Duration>,
     shown: BTreeMap<Place, DisplayedTag>,
     answering: InterrogationBehavior,
     counts: BTreeMap<Damage, u32>,
@@ -163,6 +175,7 @@ impl Matrix {
             is_of_source: false,
         };
         Self {
+            seed,
             random: Rng::with_seed(seed),
             config,
             recorder,
@@ -179,6 +192,8 @@ impl Matrix {
             received: 0,
             is_frame_lost: false,
             buffered: BTreeMap::new(),
+            live_events: BTreeMap::new(),
+            interrogated: BTreeMap::new(),
             shown: places().map(|place| (place, shown)).collect(),
             answering: InterrogationBehavior::Whole,
             counts: BTreeMap::new(),
@@ -328,6 +343,8 @@ impl Matrix {
         session.start(self.now());
         (self.sent, self.received) = (0, 0);
         self.buffered.clear();
+        self.live_events.clear();
+        self.interrogated.clear();
         self.session = Some(session);
         let mut confirmed = Vec::new();
         Frame::Unnumbered(Function::StartCon).write(&mut confirmed);
@@ -402,6 +419,7 @@ impl Matrix {
     /// values.
     fn answer(&mut self, request: &[u8]) {
         let address = request[4];
+        self.interrogated.entry(address).or_insert(self.elapsed);
         let with_cause = |cause: u8| {
             let mut bytes = request.to_vec();
             bytes[2] = cause;
@@ -431,6 +449,13 @@ impl Matrix {
             place += 1;
         }
         self.queue.push_back(with_cause(7));
+        if self.random.u8(0..3) == 0 {
+            // A live event before the buffer.
+            let (place, value) = ((address, self.random.u8(1..=OBJECTS)), self.new_value());
+            self.truth.insert(place, value);
+            let time = self.stamp();
+            self.queue.push_back(Item::Unit(unit(place, cause::SPONTANEOUS, value, &time)));
+        }
         self.queue.extend(items);
         if self.answering == InterrogationBehavior::Whole {
             self.queue.push_back(with_cause(10));
@@ -447,11 +472,29 @@ impl Matrix {
 
     fn deliver(&mut self, asdu: &[u8], is_buffered: bool) {
         let place = (asdu[4], asdu[6]);
+        let time = time_of(asdu, self.wall());
         if is_buffered {
-            let [b0, b1, b2, b3] = [asdu[9], asdu[10], asdu[11], asdu[12]];
-            self.buffered.insert(place, f32::from_le_bytes([b0, b1, b2, b3]).into());
+            // Later, events count in order of arrival.
+            let interrogated = self.interrogated.get(&place.0);
+            let live = self.live_events.get(&place).filter(|_| {
+                interrogated.is_none_or(|interrogated| self.elapsed < *interrogated + CATCH_UP)
+            });
+            let is_overtaken = time.zip(live).is_some_and(|(time, live)| time < *live);
+            if !is_overtaken {
+                let [b0, b1, b2, b3] = [asdu[9], asdu[10], asdu[11], asdu[12]];
+                self.buffered.insert(place, f32::from_le_bytes([b0, b1, b2, b3]).into());
+            }
         } else if asdu[0] == 13 {
             self.buffered.remove(&place);
+            if matches!(asdu[2], cause::PERIODIC | cause::BACKGROUND | cause::INTERROGATED) {
+                self.live_events.insert(place, self.wall());
+            }
+        } else if asdu[0] == 36
+            && let Some(time) = time
+        {
+            self.live_events.insert(place, time);
+        } else if asdu[0] == 70 || (asdu[0] == 100 && asdu[2] != 7) {
+            self.live_events.clear();
         }
         let frame = self.frame(asdu);
         self.receive_information(&frame);
@@ -460,6 +503,7 @@ impl Matrix {
 
     fn deliver_damaged(&mut self, mut asdu: Vec<u8>, damage: Damage) {
         *self.counts.entry(damage).or_default() += 1;
+        self.live_events.clear();
         let is_value = matches!(asdu[0], 13 | 14 | 36);
         match damage {
             Damage::Lost => {
@@ -577,8 +621,10 @@ impl Matrix {
             let is_on_its_way = self.queue.iter().any(|item| is_about(item, *place));
             assert!(
                 is_right || self.is_frame_lost || is_on_its_way || is_of_buffer,
-                "{place:?} is {shown:?} and should be {}",
-                self.truth[place]
+                "seed {}: {place:?} is {shown:?} and should be {} after {:?}",
+                self.seed,
+                self.truth[place],
+                self.elapsed
             );
         }
     }
@@ -595,6 +641,12 @@ fn is_about(item: &Item, place: Place) -> bool {
             is_of_process && (bytes[4], bytes[6]) == place
         }
     }
+}
+
+/// Returns the time of a value as the client reads it.
+fn time_of(asdu: &[u8], wall: SystemTime) -> Option<SystemTime> {
+    let Ok(Asdu { body: Body::Objects(mut objects), .. }) = Asdu::parse(asdu) else { return None };
+    objects.next()?.time?.resolve(wall, Zone::Utc)
 }
 
 fn unit((address, object): Place, cause: u8, value: f64, time: &[u8]) -> Vec<u8> {

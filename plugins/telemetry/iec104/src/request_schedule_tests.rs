@@ -35,7 +35,7 @@ fn job(kind: RequestKind, common_address: u16) -> ScheduledRequest {
 fn one_request_at_a_time_the_clock_first() {
     use RequestKind::{ClockSync, Counters, Interrogation};
     let mut requests =
-        requests(json!({"counter_period_millis": 1000, "clock_sync_period_millis": 1000}));
+        requests(json!({"counter_period_seconds": 1, "clock_sync_period_seconds": 1}));
     let now = Instant::now();
     assert_eq!(requests.next(now), None, "nothing before data transfer starts");
     requests.begin(now);
@@ -83,8 +83,7 @@ fn an_interrogation_is_asked_for_at_the_start_or_in_its_period() {
     };
     assert_eq!(asked(json!({})), [0]);
     assert_eq!(asked(json!({"interrogate_on_start": false})), [] as [u32; 0]);
-    let period =
-        |start| json!({"interrogate_on_start": start, "interrogation_period_millis": 3000});
+    let period = |start| json!({"interrogate_on_start": start, "interrogation_period_seconds": 3});
     assert_eq!(asked(period(true)), [0, 3, 6, 9]);
     assert_eq!(asked(period(false)), [3, 6, 9]);
 }
@@ -172,7 +171,7 @@ fn a_demand_waits_its_time_and_once() {
 
 #[test]
 fn a_demand_while_the_same_is_asked_for_comes_after_it() {
-    let mut requests = requests(json!({"counter_period_millis": 3_600_000}));
+    let mut requests = requests(json!({"counter_period_seconds": 3600}));
     let now = Instant::now();
     requests.begin(now);
     assert_eq!(requests.next(now), Some(job(RequestKind::Interrogation, 3)));

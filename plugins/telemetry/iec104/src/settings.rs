@@ -58,39 +58,46 @@ pub struct Settings {
     #[serde(default = "default_w")]
     #[schemars(range(min = 1, max = 32767))]
     w: u16,
-    /// Deadline of connecting, milliseconds.
+    /// Deadline of connecting, seconds.
     #[serde(default = "default_t0")]
-    #[schemars(range(min = 100, max = 255_000))]
-    t0_millis: u64,
-    /// Deadline of an acknowledgement by the station, milliseconds.
+    #[schemars(range(min = 0.1, max = 255.0))]
+    #[schemars(extend("x-busbar-formerly" = ["t0_millis"]))]
+    t0_seconds: f64,
+    /// Deadline of an acknowledgement by the station, seconds.
     #[serde(default = "default_t1")]
-    #[schemars(range(min = 100, max = 255_000))]
-    t1_millis: u64,
-    /// Latest acknowledgement by us, milliseconds; shorter than t1.
+    #[schemars(range(min = 0.1, max = 255.0))]
+    #[schemars(extend("x-busbar-formerly" = ["t1_millis"]))]
+    t1_seconds: f64,
+    /// Latest acknowledgement by us, seconds; shorter than t1.
     #[serde(default = "default_t2")]
-    #[schemars(range(min = 100, max = 255_000))]
-    t2_millis: u64,
-    /// Idle time after which the connection is tested, milliseconds.
+    #[schemars(range(min = 0.1, max = 255.0))]
+    #[schemars(extend("x-busbar-formerly" = ["t2_millis"]))]
+    t2_seconds: f64,
+    /// Idle time after which the connection is tested, seconds.
     #[serde(default = "default_t3")]
-    #[schemars(range(min = 100, max = 172_800_000))]
-    t3_millis: u64,
+    #[schemars(range(min = 0.1, max = 172_800.0))]
+    #[schemars(extend("x-busbar-formerly" = ["t3_millis"]))]
+    t3_seconds: f64,
     /// Requests all values when data transfer starts.
     #[serde(default = "default_true")]
     interrogate_on_start: bool,
-    /// Period in which all values are asked for again, milliseconds.
+    /// Period in which all values are asked for again, seconds.
     #[serde(default)]
-    #[schemars(range(min = 1000, max = 86_400_000))]
-    interrogation_period_millis: Option<u64>,
+    #[schemars(range(min = 1.0, max = 86_400.0))]
+    #[schemars(extend("x-busbar-formerly" = ["interrogation_period_millis"]))]
+    interrogation_period_seconds: Option<f64>,
     /// Period in which counters are asked for, at the start for the first time,
-    /// milliseconds. Without it they are not asked for.
+    /// seconds. Without it they are not asked for.
     #[serde(default)]
-    #[schemars(range(min = 1000, max = 86_400_000))]
-    counter_period_millis: Option<u64>,
+    #[schemars(range(min = 1.0, max = 86_400.0))]
+    #[schemars(extend("x-busbar-formerly" = ["counter_period_millis"]))]
+    counter_period_seconds: Option<f64>,
     /// Period in which the station's clock is set, at the start for the first
-    /// time, milliseconds. Without it the clock is left alone.
+    /// time, seconds. Without it the clock is left alone.
     #[serde(default)]
-    #[schemars(range(min = 1000, max = 86_400_000))]
-    clock_sync_period_millis: Option<u64>,
+    #[schemars(range(min = 1.0, max = 86_400.0))]
+    #[schemars(extend("x-busbar-formerly" = ["clock_sync_period_millis"]))]
+    clock_sync_period_seconds: Option<f64>,
     /// For stations that count local time: minutes ahead of UTC in winter. Without
     /// it the station counts UTC.
     #[serde(default)]
@@ -139,20 +146,20 @@ fn default_w() -> u16 {
     8
 }
 
-fn default_t0() -> u64 {
-    30_000
+fn default_t0() -> f64 {
+    30.0
 }
 
-fn default_t1() -> u64 {
-    15_000
+fn default_t1() -> f64 {
+    15.0
 }
 
-fn default_t2() -> u64 {
-    10_000
+fn default_t2() -> f64 {
+    10.0
 }
 
-fn default_t3() -> u64 {
-    20_000
+fn default_t3() -> f64 {
+    20.0
 }
 
 fn default_true() -> bool {
@@ -190,21 +197,21 @@ impl Settings {
         let parameters = Parameters {
             k: faults.check("k", self.k, 1..=MAX_WINDOW),
             w: faults.check("w", self.w, 1..=MAX_WINDOW),
-            t1: faults.millis("t1_millis", self.t1_millis, timeouts.clone()),
-            t2: faults.millis("t2_millis", self.t2_millis, timeouts.clone()),
-            t3: faults.millis("t3_millis", self.t3_millis, MIN_TIMEOUT_MILLIS..=MAX_TEST_MILLIS),
+            t1: faults.seconds("t1_seconds", self.t1_seconds, timeouts.clone()),
+            t2: faults.seconds("t2_seconds", self.t2_seconds, timeouts.clone()),
+            t3: faults.seconds("t3_seconds", self.t3_seconds, MIN_TIMEOUT_MILLIS..=MAX_TEST_MILLIS),
         };
         if parameters.t2 >= parameters.t1 {
-            faults.add("t2_millis: must be less than t1_millis, or the station gives up first");
+            faults.add("t2_seconds: must be less than t1_seconds, or the station gives up first");
         }
         let periods = MIN_PERIOD_MILLIS..=MAX_PERIOD_MILLIS;
-        let mut period = |name: &str, period: Option<u64>| {
-            period.map(|period| faults.millis(name, period, periods.clone()))
+        let mut period = |name: &str, period: Option<f64>| {
+            period.map(|period| faults.seconds(name, period, periods.clone()))
         };
         let interrogation_period =
-            period("interrogation_period_millis", self.interrogation_period_millis);
-        let counter_period = period("counter_period_millis", self.counter_period_millis);
-        let clock_sync_period = period("clock_sync_period_millis", self.clock_sync_period_millis);
+            period("interrogation_period_seconds", self.interrogation_period_seconds);
+        let counter_period = period("counter_period_seconds", self.counter_period_seconds);
+        let clock_sync_period = period("clock_sync_period_seconds", self.clock_sync_period_seconds);
         let zone = self.utc_offset_minutes.map_or(Zone::Utc, |offset| Zone::Local {
             offset_minutes: faults.check(
                 "utc_offset_minutes",
@@ -216,7 +223,7 @@ impl Settings {
             endpoints: endpoints(&self.host, self.port, &self.redundancy, &mut faults),
             common_address: faults.check("common_address", self.common_address, 1..=65_534),
             originator: self.originator,
-            connect_timeout: faults.millis("t0_millis", self.t0_millis, timeouts),
+            connect_timeout: faults.seconds("t0_seconds", self.t0_seconds, timeouts),
             parameters,
             interrogate_on_start: self.interrogate_on_start,
             interrogation_period,

@@ -316,7 +316,7 @@ impl Station {
         };
         let common_address = job.common_address;
         if job.kind == RequestKind::Interrogation {
-            self.validity.end_round(common_address);
+            self.validity.end_round(common_address, outcome != Outcome::Unanswered);
         }
         match outcome {
             Outcome::Done if job.kind == RequestKind::Interrogation => {
@@ -509,8 +509,8 @@ pub(crate) fn freshness_warning(config: &Config, tags: &[TagSpec]) -> Option<Str
     };
     Some(format!(
         "all values are asked for {asked}: what the station does not send by itself in the \
-         meantime goes stale, as may {}; set interrogation_period_millis below their \
-         freshness_millis",
+         meantime goes stale, as may {}; set interrogation_period_seconds below their \
+         freshness_seconds",
         list(&short)
     ))
 }

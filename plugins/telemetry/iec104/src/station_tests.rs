@@ -291,7 +291,7 @@ fn the_end_of_initialisation_asks_anew() {
 
 #[test]
 fn what_an_interrogation_leaves_out_is_told_once() {
-    let mut bench = Bench::new(json!({"interrogation_period_millis": 1000}));
+    let mut bench = Bench::new(json!({"interrogation_period_seconds": 1}));
     for round in 0..3 {
         assert!(bench.station.next_request(bench.now, SystemTime::now).is_some(), "{round}");
         bench.handle_answer(&answer(100, 7));
@@ -319,8 +319,8 @@ fn tags_that_go_stale_between_interrogations_are_named() {
         freshness_warning(&config, &[tag_spec(1, "Oil", ValueKind::F64, json!({"ioa": 1}))])
     };
     assert!(warning(json!({})).unwrap().contains("when data transfer starts"));
-    assert!(warning(json!({"interrogation_period_millis": 6000})).unwrap().contains("'Oil'"));
-    assert_eq!(warning(json!({"interrogation_period_millis": 4000})), None);
+    assert!(warning(json!({"interrogation_period_seconds": 6})).unwrap().contains("'Oil'"));
+    assert_eq!(warning(json!({"interrogation_period_seconds": 4})), None);
 }
 
 /// Type 36 with a value and this many milliseconds since 2001-01-01.
@@ -401,6 +401,65 @@ fn a_buffer_overtakes_no_interrogated_value_and_no_clock_drops_a_live_one() {
         assert!(latest(&bench).1.is_good());
         assert!(!latest(&bench).3.contains(SampleFlags::BUFFERED));
     }
+}
+
+#[test]
+fn an_older_event_of_the_buffer_overtakes_no_live_one_before_the_interrogated_value() {
+    for (older, flags) in [
+        (timed(3, 10, 7.0, 30_000), SampleFlags::BUFFERED),
+        (timed(3, 10, 7.0, 64_000), SampleFlags::LIVE),
+        (stamped(3, 10, 7.0, &[0, 0, 0]), SampleFlags::LIVE),
+    ] {
+        for live in [65_000, 71_000] {
+            let mut bench = bench_of_minute();
+            // A buffer is in order, and its events count until there is better.
+            bench.handle_answer(&timed(3, 10, 5.0, 20_000));
+            assert_eq!(latest(&bench).1, Quality::Good);
+            bench.handle_answer(&timed(3, 10, 6.0, live));
+            assert_eq!(latest(&bench).1, Quality::Good);
+            bench.handle_answer(&older);
+            assert_eq!(latest(&bench).1, Quality::Uncertain(Reason::SourceTime), "{older:?}");
+            assert_eq!(latest(&bench).3, flags, "{older:?}");
+            // Nobody can say which is right until it is asked for.
+            bench.handle_answer(&float(20, 1, 10));
+            assert_eq!(latest(&bench).1, Quality::Good);
+        }
+    }
+}
+
+#[test]
+fn a_buffer_overtakes_no_value_of_an_interrogation_that_was_answered_late() {
+    let mut bench = bench_of_minute();
+    // The first one was given up, and its answer comes all the same.
+    bench.now += Duration::from_secs(121);
+    bench.station.next_request(bench.now, SystemTime::now);
+    bench.handle_answer(&float(20, 1, 10));
+    bench.handle_answer(&timed(3, 10, 7.0, 30_000));
+    assert_eq!(latest(&bench).1, Quality::Uncertain(Reason::SourceTime));
+    // Of a station that never answers, events count in order of arrival after the second.
+    for _ in 0..4 {
+        bench.now += Duration::from_secs(121);
+        bench.station.next_request(bench.now, SystemTime::now);
+    }
+    bench.handle_answer(&float(1, 1, 10));
+    bench.handle_answer(&timed(3, 10, 7.0, 30_000));
+    assert_eq!(latest(&bench).1, Quality::Good);
+}
+
+#[test]
+fn a_clock_that_is_set_back_in_an_interrogation_is_asked_about_and_then_counts() {
+    let mut bench = bench_of_minute();
+    bench.handle_answer(&timed(3, 10, 5.0, 90_000));
+    bench.handle_answer(&timed(3, 10, 6.0, 88_000));
+    assert_eq!(latest(&bench).1, Quality::Uncertain(Reason::SourceTime));
+    bench.handle_answer(&float(20, 1, 10));
+    bench.handle_answer(&answer(100, 10));
+    assert!(bench.station.next_request(bench.now, SystemTime::now).is_some(), "once more");
+    bench.handle_answer(&answer(100, 7));
+    bench.handle_answer(&float(20, 1, 10));
+    bench.handle_answer(&answer(100, 10));
+    bench.handle_answer(&timed(3, 10, 7.0, 86_000));
+    assert_eq!(latest(&bench).1, Quality::Good);
 }
 
 #[test]

@@ -5,7 +5,8 @@
 //! follows the start of data transfer (or the end of initialisation) is not at its end, a
 //! station may still send what it kept while nobody was connected. Until then an event
 //! for an object that already has an interrogated value is doubtful, where its time does
-//! not show that it is of this connection.
+//! not show that it is of this connection. The same holds for one that is older than another
+//! event of its object.
 
 use std::ops::Range;
 use std::time::{Duration, SystemTime};
@@ -18,7 +19,7 @@ pub(crate) const NO_STATION: u16 = 0;
 pub(crate) const ALL_STATIONS: u16 = 0xFFFF;
 /// Difference of the clocks that is no contradiction: the host's limit for times ahead.
 const CLOCK_TOLERANCE: Duration = Duration::from_secs(10);
-/// Interrogations that a station may take to empty its buffer. After these, events count
+/// Interrogations that a station may take to empty its buffer, unanswered ones included. After these, events count
 /// in order of arrival, so that a clock that is wrong holds nothing up for long.
 const CATCH_UP_ROUNDS: u8 = 2;
 /// Events of another type in a row, after which a tag's configuration is at fault and not
@@ -54,6 +55,8 @@ pub(crate) enum EventOrder {
 pub(crate) struct Validity {
     /// Evidence of each point.
     evidence: Vec<Evidence>,
+    /// By point: newest time of its events since it had no value, while a buffer may come.
+    newest_events: Vec<Option<SystemTime>>,
     /// By point: objects of another type in a row, also on former connections.
     misfits: Vec<u8>,
     /// In order of the common addresses.
@@ -88,12 +91,18 @@ impl Validity {
         };
         let count = points.all().len();
         let addresses = points.common_addresses().into_iter().map(state).collect();
-        Self { evidence: vec![Evidence::None; count], misfits: vec![0; count], addresses }
+        Self {
+            evidence: vec![Evidence::None; count],
+            newest_events: vec![None; count],
+            misfits: vec![0; count],
+            addresses,
+        }
     }
 
     /// Data transfer starts; an interrogation follows, or does not.
     pub(crate) fn begin(&mut self, started: SystemTime, is_interrogated: bool) {
         self.evidence.fill(Evidence::None);
+        self.newest_events.fill(None);
         for state in &mut self.addresses {
             state.valued = 0;
             state.catch_up = is_interrogated.then(|| CatchUp::new(started));
@@ -150,6 +159,7 @@ impl Validity {
         if std::mem::take(&mut state.valued) == 0 {
             return Vec::new();
         }
+        self.newest_events[state.points.clone()].fill(None);
         let evidence = &mut self.evidence;
         let take = |point: &usize| {
             evidence.get_mut(*point).map(std::mem::take).unwrap_or_default() != Evidence::None
@@ -166,10 +176,10 @@ impl Validity {
         points
     }
 
-    /// An interrogation has ended, however.
-    pub(crate) fn end_round(&mut self, common_address: u16) {
+    /// An interrogation has ended, however. Without an answer the buffer may still come.
+    pub(crate) fn end_round(&mut self, common_address: u16, is_answered: bool) {
         let Some(state) = self.state(common_address) else { return };
-        state.catch_up = state.catch_up.and_then(CatchUp::next_round);
+        state.catch_up = state.catch_up.and_then(|round| round.next_round(is_answered));
     }
 
     /// Judges the order of an event; `time` is what its tag resolves to.
@@ -181,16 +191,25 @@ impl Validity {
         time: Option<SystemTime>,
     ) -> EventOrder {
         let is_present = self.is_present(point);
-        let state = self.state(common_address).filter(|_| is_present);
+        let newest = self.newest_events.get(point).copied().flatten();
+        let state = self.state(common_address);
         let Some(catch_up) = state.and_then(|state| state.catch_up.as_mut()) else {
             return EventOrder::Arrival;
         };
+        let is_older = newest.zip(time).is_some_and(|(newest, time)| time < newest);
+        if !is_present && !is_older {
+            // A buffer is sent in order.
+            if let Some(own) = self.newest_events.get_mut(point) {
+                *own = time.or(newest);
+            }
+            return EventOrder::Arrival;
+        }
         let is_of_now = match tag {
             // The hour is not in it.
             TimeTag::Cp24(_) => false,
             TimeTag::Cp56(_) => time.is_some_and(|time| time >= catch_up.started + CLOCK_TOLERANCE),
         };
-        if is_of_now {
+        if is_of_now && !is_older {
             return EventOrder::Arrival;
         }
         catch_up.is_doubted = true;
@@ -202,6 +221,11 @@ impl Validity {
     fn set(&mut self, common_address: u16, point: usize, by: Evidence) {
         let Some(evidence) = self.evidence.get_mut(point) else { return };
         let before = std::mem::replace(evidence, by);
+        if by == Evidence::None
+            && let Some(newest) = self.newest_events.get_mut(point)
+        {
+            *newest = None;
+        }
         let Some(state) = self.state(common_address) else { return };
         match (before, by) {
             (Evidence::None, Evidence::None) => {}
@@ -223,12 +247,9 @@ impl CatchUp {
     }
 
     /// The next round, if the buffer may still come.
-    fn next_round(self) -> Option<Self> {
+    fn next_round(self, is_answered: bool) -> Option<Self> {
         let rounds_left = self.rounds_left.saturating_sub(1);
-        (self.is_doubted && rounds_left > 0).then_some(Self {
-            rounds_left,
-            is_doubted: false,
-            ..self
-        })
+        let may_come = self.is_doubted || !is_answered;
+        (may_come && rounds_left > 0).then_some(Self { rounds_left, is_doubted: false, ..self })
     }
 }

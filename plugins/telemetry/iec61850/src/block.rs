@@ -26,15 +26,17 @@ pub(crate) struct RawReport {
     /// Declares the block buffered or not; needed where `rcb` has no `BR` or `RP`.
     #[serde(default)]
     buffered: Option<bool>,
-    /// Period of integrity reports, milliseconds. Without it the block keeps its own.
+    /// Period of integrity reports, seconds. Without it the block keeps its own.
     #[serde(default)]
-    #[schemars(range(min = 100, max = 3_600_000))]
-    integrity_millis: Option<u64>,
-    /// Buffer time in which changes are gathered into one report, milliseconds. Without it the
+    #[schemars(range(min = 0.1, max = 3600.0))]
+    #[schemars(extend("x-busbar-formerly" = ["integrity_millis"]))]
+    integrity_seconds: Option<f64>,
+    /// Buffer time in which changes are gathered into one report, seconds. Without it the
     /// block keeps its own.
     #[serde(default)]
-    #[schemars(range(max = 3_600_000))]
-    buffer_millis: Option<u64>,
+    #[schemars(range(min = 0.0, max = 3600.0))]
+    #[schemars(extend("x-busbar-formerly" = ["buffer_millis"]))]
+    buffer_seconds: Option<f64>,
     /// Data set that the block shall report, such as `IED1LD0/LLN0.dsA`. Without it the
     /// block keeps its own.
     #[serde(default)]
@@ -80,12 +82,12 @@ fn parse_one(
     let (name, is_buffered) =
         block_name(&raw.rcb, raw.buffered).map_err(|what| format!("rcb: '{}' {what}", raw.rcb))?;
     let data_set = raw.data_set.as_deref().map(data_set_name).transpose()?;
-    let mut millis = |field: &str, value: Option<u64>, min: u64| {
+    let mut seconds = |field: &str, value: Option<f64>, min: u64| {
         let name = format!("{place}.{field}");
-        value.map(|value| faults.millis(&name, value, min..=MAX_PERIOD_MILLIS))
+        value.map(|value| faults.seconds(&name, value, min..=MAX_PERIOD_MILLIS))
     };
-    let integrity = millis("integrity_millis", raw.integrity_millis, MIN_INTEGRITY_MILLIS);
-    let buffer_time = millis("buffer_millis", raw.buffer_millis, 0);
+    let integrity = seconds("integrity_seconds", raw.integrity_seconds, MIN_INTEGRITY_MILLIS);
+    let buffer_time = seconds("buffer_seconds", raw.buffer_seconds, 0);
     Ok(ReportBlock { name, is_buffered, integrity, buffer_time, data_set })
 }
 

@@ -18,7 +18,7 @@ fn control(settings: serde_json::Value) -> Control {
 }
 
 fn buffered() -> Control {
-    control(json!({"rcb": "L/LLN0.BR.b01", "integrity_millis": 2000}))
+    control(json!({"rcb": "L/LLN0.BR.b01", "integrity_seconds": 2}))
 }
 
 /// Returns the attributes of a block, in the order of [`ATTRIBUTES`].

@@ -138,10 +138,10 @@ fn load_tls(config: &Config) -> Result<Option<TlsClient>, Error> {
 /// Warns of tags that only change reports serve: they go stale while nothing changes.
 fn freshness_warnings(config: &Config, tags: &[TagSpec]) -> Vec<String> {
     let shortest = tags.iter().map(|tag| tag.freshness).min();
-    let remedy = "set integrity_millis below the freshness_millis of its tags";
+    let remedy = "set integrity_seconds below the freshness_seconds of its tags";
     let warning = |block: &ReportBlock| match block.integrity {
         None => Some(format!(
-            "{}: without integrity_millis the block says how often it repeats what did not \
+            "{}: without integrity_seconds the block says how often it repeats what did not \
              change; else its tags go stale: {remedy}",
             block.reference()
         )),

@@ -40,26 +40,30 @@ pub struct Settings {
     #[serde(default)]
     #[schemars(length(max = 7))]
     redundancy: Vec<RawEndpoint>,
-    /// Period in which values are read that no report brings, milliseconds.
+    /// Period in which values are read that no report brings, seconds.
     #[serde(default = "default_poll")]
-    #[schemars(range(min = 100, max = 3_600_000))]
-    poll_millis: u64,
+    #[schemars(range(min = 0.1, max = 3600.0))]
+    #[schemars(extend("x-busbar-formerly" = ["poll_millis"]))]
+    poll_seconds: f64,
     /// Report control blocks that bring values as they change.
     #[serde(default)]
     #[schemars(length(max = 64))]
     reports: Vec<RawReport>,
-    /// Deadline of connecting, milliseconds.
+    /// Deadline of connecting, seconds.
     #[serde(default = "default_connect")]
-    #[schemars(range(min = 100, max = 120_000))]
-    connect_millis: u64,
-    /// Deadline of each answer, and of the association, milliseconds.
+    #[schemars(range(min = 0.1, max = 120.0))]
+    #[schemars(extend("x-busbar-formerly" = ["connect_millis"]))]
+    connect_seconds: f64,
+    /// Deadline of each answer, and of the association, seconds.
     #[serde(default = "default_timeout")]
-    #[schemars(range(min = 100, max = 120_000))]
-    timeout_millis: u64,
-    /// Idle time after which the connection is tested, milliseconds.
+    #[schemars(range(min = 0.1, max = 120.0))]
+    #[schemars(extend("x-busbar-formerly" = ["timeout_millis"]))]
+    timeout_seconds: f64,
+    /// Idle time after which the connection is tested, seconds.
     #[serde(default = "default_test")]
-    #[schemars(range(min = 100, max = 3_600_000))]
-    test_millis: u64,
+    #[schemars(range(min = 0.1, max = 3600.0))]
+    #[schemars(extend("x-busbar-formerly" = ["test_millis"]))]
+    test_seconds: f64,
     /// Names of the server's and our end below MMS.
     #[serde(default)]
     osi: addressing::RawOsi,
@@ -88,20 +92,20 @@ struct RawEndpoint {
     port: Option<u16>,
 }
 
-fn default_poll() -> u64 {
-    1000
+fn default_poll() -> f64 {
+    1.0
 }
 
-fn default_connect() -> u64 {
-    10_000
+fn default_connect() -> f64 {
+    10.0
 }
 
-fn default_timeout() -> u64 {
-    5000
+fn default_timeout() -> f64 {
+    5.0
 }
 
-fn default_test() -> u64 {
-    10_000
+fn default_test() -> f64 {
+    10.0
 }
 
 /// Settings that have been checked.
@@ -138,11 +142,15 @@ impl Settings {
         let first = RawEndpoint { host: self.host.unwrap_or_default(), port: self.port };
         let config = Config {
             endpoints: endpoints(&first, &self.redundancy, default_port, &mut faults),
-            poll: faults.millis("poll_millis", self.poll_millis, periods.clone()),
+            poll: faults.seconds("poll_seconds", self.poll_seconds, periods.clone()),
             reports: report_blocks(&self.reports, &mut faults),
-            connect_timeout: faults.millis("connect_millis", self.connect_millis, timeouts.clone()),
-            timeout: faults.millis("timeout_millis", self.timeout_millis, timeouts),
-            test: faults.millis("test_millis", self.test_millis, periods),
+            connect_timeout: faults.seconds(
+                "connect_seconds",
+                self.connect_seconds,
+                timeouts.clone(),
+            ),
+            timeout: faults.seconds("timeout_seconds", self.timeout_seconds, timeouts),
+            test: faults.seconds("test_seconds", self.test_seconds, periods),
             selectors: self.osi.parse(&mut faults),
             password: self.password,
             reconnect: self.reconnect.parse(&mut faults),

@@ -26,16 +26,16 @@ fn defaults_are_those_of_the_page() {
 #[test]
 fn every_fault_is_named() {
     let error = parse(json!({
-        "host": " ", "port": 0, "poll_millis": 99, "connect_millis": 1,
-        "timeout_millis": 200_000, "test_millis": 1,
+        "host": " ", "port": 0, "poll_seconds": 0.099, "connect_seconds": 0.001,
+        "timeout_seconds": 200, "test_seconds": 0.001,
         "osi": {
             "remote": {"t_selector": "00010", "s_selector": "xy", "ap_title": "1.40.1"},
             "local": {"p_selector": "000000000000000001", "ap_title": "one"}
         },
         "redundancy": [{"host": "b"}, {"host": "b", "port": 3782}, {"host": ""}],
         "reports": [
-            {"rcb": "L/LLN0.BR.b01", "integrity_millis": 1},
-            {"rcb": "L/LLN0$BR$b01", "buffer_millis": 4_000_000},
+            {"rcb": "L/LLN0.BR.b01", "integrity_seconds": 0.001},
+            {"rcb": "L/LLN0$BR$b01", "buffer_seconds": 4000},
             {"rcb": "L/LLN0.u01"},
             {"rcb": "L/LLN0.RP.u01", "data_set": "ds"}
         ],
@@ -45,10 +45,10 @@ fn every_fault_is_named() {
     for part in [
         "settings: host: give a name",
         "port: 0 is not within 1 to 65535",
-        "poll_millis: 99 is not within 100 to 3600000",
-        "connect_millis: 1 is not within 100 to 120000",
-        "timeout_millis: 200000",
-        "test_millis: 1 is not within",
+        "poll_seconds: 0.099 is not within 0.1 to 3600",
+        "connect_seconds: 0.001 is not within 0.1 to 120",
+        "timeout_seconds: 200",
+        "test_seconds: 0.001 is not within",
         "osi.remote.t_selector: '00010' is not hexadecimal of at most 4 bytes",
         "osi.remote.s_selector: 'xy'",
         "osi.local.p_selector: '000000000000000001'",
@@ -56,9 +56,9 @@ fn every_fault_is_named() {
         "osi.local.ap_title: 'one'",
         "redundancy: b:3782 is named twice",
         "redundancy[2].host: give a name",
-        "reports[0].integrity_millis: 1 is not within 100 to 3600000",
+        "reports[0].integrity_seconds: 0.001 is not within 0.1 to 3600",
         "reports[1].rcb: L/LLN0$BR$b01 is named twice",
-        "reports[1].buffer_millis: 4000000 is not within 0 to 3600000",
+        "reports[1].buffer_seconds: 4000 is not within 0 to 3600",
         "reports[2].rcb: 'L/LLN0.u01' says not whether it is buffered",
         "reports[3].data_set: 'ds' is no data set",
         "tls: 'ca.pem' is no absolute path",

@@ -7,7 +7,7 @@ use crate::settings::Settings;
 fn config() -> Config {
     let settings = json!({
         "host": "h", "unit": 3,
-        "poll_groups": {"fast": {"poll_millis": 100}, "slow": {"poll_millis": 60_000}}
+        "poll_groups": {"fast": {"poll_seconds": 0.1}, "slow": {"poll_seconds": 60}}
     });
     serde_json::from_value::<Settings>(settings).unwrap().parse().unwrap()
 }

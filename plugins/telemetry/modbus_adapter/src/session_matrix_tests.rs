@@ -281,7 +281,7 @@ fn run(path: Path, device: &Mutex<Device>, seed: u64, polls: u16) {
 }
 
 fn tcp_settings(port: u16) -> serde_json::Value {
-    json!({"host": "127.0.0.1", "port": port, "timeout_millis": 20})
+    json!({"host": "127.0.0.1", "port": port, "timeout_seconds": 0.02})
 }
 
 #[test]
@@ -322,7 +322,7 @@ fn no_answer_over_a_line_leaves_an_old_value_good() {
         }
     });
     let mut settings = line.settings();
-    settings["timeout_millis"] = json!(20);
+    settings["timeout_seconds"] = json!(0.02);
     settings["serial"]["baud_rate"] = json!(115_200);
     let dial = Arc::new(TcpDial { tls: None });
     run(Path { settings, dial, has_simulated_clock: false }, &device, 7, REAL_POLLS);
@@ -348,7 +348,7 @@ fn a_unit_that_its_gateway_does_not_reach_is_bad_in_all_poll_groups() {
         tag_spec(tag, &format!("tag{tag}"), ValueKind::F64, address)
     };
     let tags = vec![tag(1, 7, None), tag(2, 7, Some("slow")), tag(3, 8, Some("slow"))];
-    let slow = json!({"poll_groups": {"slow": {"poll_millis": 60_000}}});
+    let slow = json!({"poll_groups": {"slow": {"poll_seconds": 60}}});
     let running = crate::tests::start(server.port, slow, tags);
     let right = Value::F64(f64::from(0xDEAD));
     for exception in [10, 11] {

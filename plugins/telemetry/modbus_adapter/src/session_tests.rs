@@ -63,7 +63,7 @@ impl Bench {
         let device = Arc::new(Device::default());
         let served = Arc::clone(&device);
         let server = Server::start(move |request| at_once(served.answer(request)));
-        let settings = json!({"host": "127.0.0.1", "port": server.port, "timeout_millis": 10_000});
+        let settings = json!({"host": "127.0.0.1", "port": server.port, "timeout_seconds": 10});
         let config = serde_json::from_value::<Settings>(settings).unwrap().parse().unwrap();
         let tags: Vec<TagSpec> =
             registers.into_iter().map(|register| holding(register.into(), register)).collect();

@@ -39,16 +39,18 @@ pub struct Settings {
     /// others ignore it.
     #[serde(default = "default_unit")]
     unit: u8,
-    /// Period of tags that name no poll group, milliseconds.
-    #[serde(default = "default_poll_millis")]
-    #[schemars(range(min = 50, max = 86_400_000))]
-    poll_millis: u64,
-    /// Deadline of connecting and of every answer, milliseconds; on a serial line
+    /// Period of tags that name no poll group, seconds.
+    #[serde(default = "default_poll")]
+    #[schemars(range(min = 0.05, max = 86_400.0))]
+    #[schemars(extend("x-busbar-formerly" = ["poll_millis"]))]
+    poll_seconds: f64,
+    /// Deadline of connecting and of every answer, seconds; on a serial line
     /// without the time that the bytes take. When it passes, the connection is
     /// dropped, or the serial device left alone for a while.
-    #[serde(default = "default_timeout_millis")]
-    #[schemars(range(min = 10, max = 600_000))]
-    timeout_millis: u64,
+    #[serde(default = "default_timeout")]
+    #[schemars(range(min = 0.01, max = 600.0))]
+    #[schemars(extend("x-busbar-formerly" = ["timeout_millis"]))]
+    timeout_seconds: f64,
     /// Delay between tries to connect, or to reach a silent serial device.
     #[serde(default)]
     reconnect: ReconnectSettings,
@@ -62,21 +64,22 @@ pub struct Settings {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct PollGroup {
-    /// Polling period of the group, milliseconds.
-    #[schemars(range(min = 50, max = 86_400_000))]
-    poll_millis: u64,
+    /// Polling period of the group, seconds.
+    #[schemars(range(min = 0.05, max = 86_400.0))]
+    #[schemars(extend("x-busbar-formerly" = ["poll_millis"]))]
+    poll_seconds: f64,
 }
 
 fn default_unit() -> u8 {
     1
 }
 
-fn default_poll_millis() -> u64 {
-    1000
+fn default_poll() -> f64 {
+    1.0
 }
 
-fn default_timeout_millis() -> u64 {
-    1000
+fn default_timeout() -> f64 {
+    1.0
 }
 
 /// Settings that have been checked.
@@ -106,9 +109,9 @@ impl Settings {
             .as_ref()
             .map_or(self.unit, |transport| faults.check("unit", self.unit, transport.units()));
         let timeouts = MIN_TIMEOUT_MILLIS..=MAX_TIMEOUT_MILLIS;
-        let timeout = faults.millis("timeout_millis", self.timeout_millis, timeouts);
+        let timeout = faults.seconds("timeout_seconds", self.timeout_seconds, timeouts);
         let reconnect = self.reconnect.parse(&mut faults);
-        let (group_names, group_periods) = groups(self.poll_millis, self.poll_groups, &mut faults);
+        let (group_names, group_periods) = groups(self.poll_seconds, self.poll_groups, &mut faults);
         let result = faults.into_result();
         let invalid = |faults| Error::settings(format!("settings: {faults}"));
         result.map_err(invalid)?;
@@ -120,7 +123,7 @@ impl Settings {
 
 /// Names and periods of the poll groups, the default one first.
 fn groups(
-    poll_millis: u64,
+    poll_seconds: f64,
     others: BTreeMap<String, PollGroup>,
     faults: &mut SettingsFaults,
 ) -> (Vec<String>, Vec<Duration>) {
@@ -132,10 +135,10 @@ fn groups(
     if others.contains_key("") {
         faults.add("poll_groups: a group needs a name");
     }
-    let default = (String::new(), faults.millis("poll_millis", poll_millis, periods.clone()));
+    let default = (String::new(), faults.seconds("poll_seconds", poll_seconds, periods.clone()));
     let others = others.into_iter().take(MAX_POLL_GROUPS).map(|(name, group)| {
-        let place = format!("poll_groups.{name}.poll_millis");
-        let period = faults.millis(&place, group.poll_millis, periods.clone());
+        let place = format!("poll_groups.{name}.poll_seconds");
+        let period = faults.seconds(&place, group.poll_seconds, periods.clone());
         (name, period)
     });
     std::iter::once(default).chain(others).unzip()

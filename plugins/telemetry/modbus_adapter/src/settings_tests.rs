@@ -56,18 +56,18 @@ fn a_serial_line_begins_as_the_standard_says() {
 fn every_fault_is_named() {
     check_fault(
         json!({
-            "host": " ", "port": 0, "poll_millis": 49, "timeout_millis": 0,
-            "reconnect": {"min_millis": 3000, "max_millis": 2000},
-            "poll_groups": {"fast": {"poll_millis": 1}, "": {"poll_millis": 50}},
+            "host": " ", "port": 0, "poll_seconds": 0.049, "timeout_seconds": 0,
+            "reconnect": {"min_seconds": 3, "max_seconds": 2},
+            "poll_groups": {"fast": {"poll_seconds": 0.001}, "": {"poll_seconds": 0.05}},
             "tls": {"ca": "ca.pem", "key": "/key.pem"}
         }),
         &[
             "host: give a name",
             "port: 0",
-            "poll_millis: 49",
-            "timeout_millis: 0",
-            "min_millis is larger",
-            "poll_groups.fast.poll_millis: 1 is not within 50 to 86400000",
+            "poll_seconds: 0.049",
+            "timeout_seconds: 0",
+            "min_seconds is larger",
+            "poll_groups.fast.poll_seconds: 0.001 is not within 0.05 to 86400",
             "a group needs a name",
             "tls: certificate and key go together",
             "tls: 'ca.pem' is no absolute path",
@@ -107,6 +107,6 @@ fn the_schema_describes_each_setting() {
     for (name, property) in schema["properties"].as_object().unwrap() {
         assert!(property["description"].is_string(), "{name} has no description");
     }
-    assert_eq!(schema["properties"]["poll_millis"]["minimum"], 50);
+    assert_eq!(schema["properties"]["poll_seconds"]["minimum"], 0.05);
     assert_eq!(schema["additionalProperties"], false);
 }

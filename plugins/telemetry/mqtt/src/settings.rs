@@ -64,10 +64,11 @@ pub struct Settings {
     #[schemars(range(min = 2, max = 600))]
     keep_alive_seconds: u16,
     /// Deadline of connecting, and of the broker's answers to it and to subscriptions,
-    /// milliseconds.
+    /// seconds.
     #[serde(default = "default_timeout")]
-    #[schemars(range(min = 100, max = 60_000))]
-    timeout_millis: u64,
+    #[schemars(range(min = 0.1, max = 60.0))]
+    #[schemars(extend("x-busbar-formerly" = ["timeout_millis"]))]
+    timeout_seconds: f64,
     /// Quality of service that is asked for; a message comes with at most its publisher's.
     #[serde(default = "default_qos")]
     #[schemars(range(max = 2))]
@@ -171,8 +172,8 @@ fn default_keep_alive() -> u16 {
     10
 }
 
-fn default_timeout() -> u64 {
-    10_000
+fn default_timeout() -> f64 {
+    10.0
 }
 
 fn default_qos() -> u8 {
@@ -247,9 +248,9 @@ impl Settings {
             client_id: self.client_id,
             login: self.login.map(|login| (login.username, login.password)),
             keep_alive: Duration::from_secs(keep_alive.into()),
-            timeout: faults.millis(
-                "timeout_millis",
-                self.timeout_millis,
+            timeout: faults.seconds(
+                "timeout_seconds",
+                self.timeout_seconds,
                 MIN_TIMEOUT_MILLIS..=MAX_TIMEOUT_MILLIS,
             ),
             qos: faults.check("qos", self.qos, 0..=2),

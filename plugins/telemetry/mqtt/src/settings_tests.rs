@@ -22,7 +22,7 @@ fn the_plain_settings_say_nothing_to_anybody() {
 #[test]
 fn every_fault_is_named() {
     let error = parse(json!({
-        "host": " ", "port": 0, "keep_alive_seconds": 1, "timeout_millis": 1, "qos": 3,
+        "host": " ", "port": 0, "keep_alive_seconds": 1, "timeout_seconds": 0.001, "qos": 3,
         "max_payload_bytes": 1, "subscriptions": ["a/#/b", "a+"], "client_id": "",
         "cluster": [{"host": "b"}, {"host": "b", "port": 8883}],
         "availability": [
@@ -37,7 +37,7 @@ fn every_fault_is_named() {
         "host: give a name",
         "port: 0 is not within",
         "keep_alive_seconds: 1 is not within 2 to 600",
-        "timeout_millis: 1 is not within 100 to 60000",
+        "timeout_seconds: 0.001 is not within 0.1 to 60",
         "qos: 3 is not within 0 to 2",
         "max_payload_bytes: 1 is not within 1024 to 16777216",
         "subscriptions[0]: 'a/#/b' is no topic filter",

@@ -85,10 +85,19 @@ struct RawAddress {
     offset: Option<f64>,
     #[serde(default)]
     states: BTreeMap<String, Json>,
-    sampling_millis: Option<u64>,
+    sampling_seconds: Option<f64>,
+    /// Former name of `sampling_seconds`, in milliseconds.
+    sampling_millis: Option<f64>,
     deadband: Option<f64>,
     deadband_percent: Option<f64>,
     queue: Option<u32>,
+}
+
+impl RawAddress {
+    /// Returns the sampling interval, seconds.
+    fn sampling(&self) -> Option<f64> {
+        self.sampling_seconds.or_else(|| Some(self.sampling_millis? / 1_000.0))
+    }
 }
 
 /// Source of a tag: a monitored item or a condition.
@@ -205,7 +214,7 @@ fn parse_one(tag: &TagSpec, config: &Config) -> Result<(Point, Place), String> {
 fn item_of(node: NodeAddress, raw: &RawAddress, config: &Config) -> Item {
     Item {
         node,
-        sampling: raw.sampling_millis.map_or(config.sampling, Duration::from_millis),
+        sampling: raw.sampling().map_or(config.sampling, Duration::from_secs_f64),
         deadband: match (raw.deadband, raw.deadband_percent) {
             (Some(value), _) => Deadband::Absolute(value),
             (None, Some(percent)) => Deadband::Percent(percent),
@@ -225,7 +234,7 @@ fn check_condition(kind: ValueKind, raw: &RawAddress, field: Field) -> Result<()
         || raw.scale.is_some()
         || raw.offset.is_some()
         || !raw.states.is_empty()
-        || raw.sampling_millis.is_some()
+        || raw.sampling().is_some()
         || raw.deadband.is_some()
         || raw.deadband_percent.is_some()
         || raw.queue.is_some();
@@ -261,8 +270,12 @@ fn check_numbers(kind: ValueKind, raw: &RawAddress) -> Result<(), String> {
     if raw.deadband_percent.is_some_and(|band| !(band > 0.0 && band <= 100.0)) {
         return Err("deadband_percent: above 0, at most 100".into());
     }
-    if raw.sampling_millis.is_some_and(|sampling| sampling > MAX_SAMPLING_MILLIS) {
-        return Err(format!("sampling_millis: at most {MAX_SAMPLING_MILLIS}"));
+    let most = MAX_SAMPLING_MILLIS as f64 / 1_000.0;
+    if raw.sampling().is_some_and(|sampling| !(0.0..=most).contains(&sampling)) {
+        return Err(format!("sampling_seconds: 0 to {most}"));
+    }
+    if raw.sampling_seconds.is_some() && raw.sampling_millis.is_some() {
+        return Err("sampling_millis is a former name of sampling_seconds: remove it".into());
     }
     if raw.queue.is_some_and(|queue| !(1..=MAX_QUEUE).contains(&queue)) {
         return Err(format!("queue: 1 to {MAX_QUEUE}"));

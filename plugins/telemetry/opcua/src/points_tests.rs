@@ -62,7 +62,7 @@ fn every_fault_names_its_tag_and_remedy() {
         ),
         (ValueKind::F64, json!({"node": "i=1", "deadband_percent": 101.0}), "at most 100"),
         (ValueKind::F64, json!({"node": "i=1", "queue": 0}), "queue: 1 to 1000"),
-        (ValueKind::F64, json!({"node": "i=1", "sampling_millis": 3_600_001}), "at most 3600000"),
+        (ValueKind::F64, json!({"node": "i=1", "sampling_seconds": 3600.001}), "0 to 3600"),
         (ValueKind::Bool, json!({"node": "i=1", "states": {"a": "on"}}), "true and false"),
         (ValueKind::Bool, json!({"condition": "i=1"}), "give node, or condition and field"),
         (

@@ -45,28 +45,33 @@ pub struct Settings {
     /// User as whom the client reads; without it the user is anonymous.
     #[serde(default)]
     user: Option<UserSettings>,
-    /// Publishing interval, in which the server sends changes, milliseconds.
+    /// Publishing interval, in which the server sends changes, seconds.
     #[serde(default = "default_publishing")]
-    #[schemars(range(min = 50, max = 60_000))]
-    publishing_millis: u64,
-    /// Sampling interval, in which the server checks a value, milliseconds. It defaults to the
+    #[schemars(range(min = 0.05, max = 60.0))]
+    #[schemars(extend("x-busbar-formerly" = ["publishing_millis"]))]
+    publishing_seconds: f64,
+    /// Sampling interval, in which the server checks a value, seconds. It defaults to the
     /// publishing interval; 0 is the fastest that the server can.
     #[serde(default)]
-    #[schemars(range(max = 3_600_000))]
-    sampling_millis: Option<u64>,
+    #[schemars(range(min = 0.0, max = 3600.0))]
+    #[schemars(extend("x-busbar-formerly" = ["sampling_millis"]))]
+    sampling_seconds: Option<f64>,
     /// Silence of the server after which the connection is given up and all tags are bad,
-    /// milliseconds. The server is asked for a sign of life three times within it.
+    /// seconds. The server is asked for a sign of life three times within it.
     #[serde(default = "default_silence")]
-    #[schemars(range(min = 500, max = 600_000))]
-    silence_millis: u64,
-    /// Deadline of the connection attempt, milliseconds.
+    #[schemars(range(min = 0.5, max = 600.0))]
+    #[schemars(extend("x-busbar-formerly" = ["silence_millis"]))]
+    silence_seconds: f64,
+    /// Deadline of the connection attempt, seconds.
     #[serde(default = "default_connect")]
-    #[schemars(range(min = 500, max = 600_000))]
-    connect_timeout_millis: u64,
-    /// Session timeout: time for which the server keeps a session without requests, milliseconds.
+    #[schemars(range(min = 0.5, max = 600.0))]
+    #[schemars(extend("x-busbar-formerly" = ["connect_timeout_millis"]))]
+    connect_timeout_seconds: f64,
+    /// Session timeout: time for which the server keeps a session without requests, seconds.
     #[serde(default = "default_session")]
-    #[schemars(range(min = 10_000, max = 3_600_000))]
-    session_timeout_millis: u64,
+    #[schemars(range(min = 10.0, max = 3600.0))]
+    #[schemars(extend("x-busbar-formerly" = ["session_timeout_millis"]))]
+    session_timeout_seconds: f64,
     /// Most monitored items of one subscription; further ones get subscriptions of their own.
     #[serde(default = "default_items")]
     #[schemars(range(min = 1, max = 10_000))]
@@ -167,20 +172,20 @@ pub(crate) struct UserSettings {
     key: Option<PathBuf>,
 }
 
-fn default_publishing() -> u64 {
-    500
+fn default_publishing() -> f64 {
+    0.5
 }
 
-fn default_silence() -> u64 {
-    10_000
+fn default_silence() -> f64 {
+    10.0
 }
 
-fn default_connect() -> u64 {
-    10_000
+fn default_connect() -> f64 {
+    10.0
 }
 
-fn default_session() -> u64 {
-    60_000
+fn default_session() -> f64 {
+    60.0
 }
 
 fn default_items() -> u32 {
@@ -244,9 +249,9 @@ impl Settings {
     pub(crate) fn parse(self) -> Result<Config, Error> {
         let mut faults = SettingsFaults::default();
         let publishing =
-            faults.millis("publishing_millis", self.publishing_millis, PUBLISHING_MILLIS);
-        let sampling = self.sampling_millis.map_or(publishing, |sampling| {
-            faults.millis("sampling_millis", sampling, 0..=MAX_SAMPLING_MILLIS)
+            faults.seconds("publishing_seconds", self.publishing_seconds, PUBLISHING_MILLIS);
+        let sampling = self.sampling_seconds.map_or(publishing, |sampling| {
+            faults.seconds("sampling_seconds", sampling, 0..=MAX_SAMPLING_MILLIS)
         });
         let items =
             faults.check("items_per_subscription", self.items_per_subscription, 1..=MAX_ITEMS);
@@ -257,15 +262,15 @@ impl Settings {
             user: self.user.map_or(User::Anonymous, |user| user.parse(&mut faults)),
             publishing,
             sampling,
-            silence: faults.millis("silence_millis", self.silence_millis, TIMEOUT_MILLIS),
-            connect_timeout: faults.millis(
-                "connect_timeout_millis",
-                self.connect_timeout_millis,
+            silence: faults.seconds("silence_seconds", self.silence_seconds, TIMEOUT_MILLIS),
+            connect_timeout: faults.seconds(
+                "connect_timeout_seconds",
+                self.connect_timeout_seconds,
                 TIMEOUT_MILLIS,
             ),
-            session_timeout: faults.millis(
-                "session_timeout_millis",
-                self.session_timeout_millis,
+            session_timeout: faults.seconds(
+                "session_timeout_seconds",
+                self.session_timeout_seconds,
                 SESSION_MILLIS,
             ),
             channel_lifetime: CHANNEL_LIFETIME,

@@ -21,7 +21,7 @@ fn a_url_is_enough() {
 #[test]
 fn all_faults_are_told_at_once() {
     let fault = parse(json!({
-        "url": "tcp://x", "publishing_millis": 1, "silence_millis": 1, "application_uri": "",
+        "url": "tcp://x", "publishing_seconds": 0.001, "silence_seconds": 0.001, "application_uri": "",
         "redundancy": ["opc.tcp://a", "opc.tcp://a:4840"],
         "user": {"name": "viewer"},
         "security": {"policy": "Basic256Sha256", "certificate": "a.der", "key": "/k.pem", "trusted": "/t"}
@@ -29,8 +29,8 @@ fn all_faults_are_told_at_once() {
     .unwrap_err();
     for part in [
         "url: 'tcp://x' is no URL",
-        "publishing_millis: 1 is not within 50 to 60000",
-        "silence_millis: 1 is not within 500 to 600000",
+        "publishing_seconds: 0.001 is not within 0.05 to 60",
+        "silence_seconds: 0.001 is not within 0.5 to 600",
         "application_uri: give 1 to 256 bytes",
         "redundancy[1]: 'opc.tcp://a:4840' is named twice",
         "user: give name and password, or certificate and key",

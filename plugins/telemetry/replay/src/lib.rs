@@ -22,11 +22,8 @@ mod table;
 #[cfg(test)]
 mod tests;
 
-use std::sync::{Mutex, PoisonError};
-
 use busbar_plugin_sdk::{
-    Error, Host, LogLevel, Plugin, SampleFlags, SampleSink, TagSpec, Telemetry, Worker,
-    export_plugin,
+    Error, Host, Plugin, SampleFlags, SampleSink, TagSpec, Telemetry, Worker, export_plugin,
 };
 
 use crate::address::Points;
@@ -40,8 +37,6 @@ pub struct Replay {
     config: Config,
     host: Host,
     worker: Option<Worker>,
-    /// Fault of the file, as it was last reported.
-    told: Mutex<Option<String>>,
 }
 
 impl Plugin for Replay {
@@ -52,7 +47,7 @@ impl Plugin for Replay {
     type Settings = Settings;
 
     fn create(settings: Settings, host: Host) -> Result<Self, Error> {
-        Ok(Self { config: settings.parse()?, host, worker: None, told: Mutex::default() })
+        Ok(Self { config: settings.parse()?, host, worker: None })
     }
 }
 
@@ -71,15 +66,8 @@ impl Telemetry for Replay {
             return Err(Error::settings(fault.to_string()));
         }
         // A file, or a column of an export that is written again and again, is like a device that
-        // does not answer: its link is down, and the view goes on. Told once, though each tag is
-        // asked about.
-        let text = fault.to_string();
-        let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
-        if told.as_ref() != Some(&text) {
-            self.host.log(LogLevel::Warning, &text);
-            *told = Some(text);
-        }
-        Ok(())
+        // does not answer: its link is down, and the view goes on.
+        Err(Error::failed(fault.to_string()))
     }
 
     fn start(&mut self, tags: Vec<TagSpec>, sink: SampleSink) -> Result<(), Error> {

@@ -19,8 +19,10 @@ use crate::script::Script;
 
 /// Greatest number of updates published at once.
 const MAX_BATCH: u64 = 1 << 17;
-/// Longest time between two batches, milliseconds.
-const MAX_BATCH_MILLIS: u64 = 10_000;
+/// Longest time between two batches, seconds.
+const MAX_BATCH_SECONDS: f64 = 10.0;
+/// Shortest time between two batches, seconds.
+const MIN_BATCH_SECONDS: f64 = 0.001;
 
 /// Settings of the generator.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
@@ -29,12 +31,14 @@ pub struct Settings {
     /// Updates a second, of all tags together.
     #[schemars(range(min = 0.0, max = 1e9))]
     pub updates_per_second: f64,
-    /// Milliseconds between two batches.
-    #[schemars(range(min = 1, max = MAX_BATCH_MILLIS))]
-    pub batch_millis: u64,
-    /// Milliseconds before the first update.
-    #[schemars(range(max = MAX_BATCH_MILLIS))]
-    pub delay_millis: u64,
+    /// Seconds between two batches.
+    #[schemars(range(min = MIN_BATCH_SECONDS, max = MAX_BATCH_SECONDS))]
+    #[schemars(extend("x-busbar-formerly" = ["batch_millis"]))]
+    pub batch_seconds: f64,
+    /// Seconds before the first update.
+    #[schemars(range(min = 0.0, max = MAX_BATCH_SECONDS))]
+    #[schemars(extend("x-busbar-formerly" = ["delay_millis"]))]
+    pub delay_seconds: f64,
     /// Number of updates in all; none for no end.
     pub updates: Option<u64>,
     /// Path of a script with the samples, instead of all the other settings.
@@ -45,8 +49,8 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             updates_per_second: 1000.0,
-            batch_millis: 1,
-            delay_millis: 0,
+            batch_seconds: MIN_BATCH_SECONDS,
+            delay_seconds: 0.0,
             updates: None,
             script: None,
         }
@@ -69,11 +73,12 @@ impl Plugin for SampleGenerator {
 
     fn create(settings: Settings, host: Host) -> Result<Self, Error> {
         let is_rate = (0.0..=1e9).contains(&settings.updates_per_second);
-        let is_period = (1..=MAX_BATCH_MILLIS).contains(&settings.batch_millis);
-        if !is_rate || !is_period || settings.delay_millis > MAX_BATCH_MILLIS {
+        let is_period = (MIN_BATCH_SECONDS..=MAX_BATCH_SECONDS).contains(&settings.batch_seconds);
+        let is_delay = (0.0..=MAX_BATCH_SECONDS).contains(&settings.delay_seconds);
+        if !is_rate || !is_period || !is_delay {
             return Err(Error::settings(format!(
-                "updates_per_second is from 0 to 10^9, batch_millis from 1 to \
-                 {MAX_BATCH_MILLIS}, delay_millis at most that"
+                "updates_per_second is from 0 to 10^9, batch_seconds from {MIN_BATCH_SECONDS} \
+                 to {MAX_BATCH_SECONDS}, delay_seconds at most that"
             )));
         }
         Ok(Self { settings, host, worker: None })
@@ -91,7 +96,7 @@ impl Telemetry for SampleGenerator {
             if let Some(script) = script {
                 return script.play(&tags, &sink, running);
             }
-            if running.wait(Duration::from_millis(settings.delay_millis)) {
+            if running.wait(Duration::from_secs_f64(settings.delay_seconds)) {
                 publish(&settings, &tags, &sink, running);
             }
         })?;
@@ -108,7 +113,7 @@ fn publish(settings: &Settings, tags: &[TagSpec], sink: &SampleSink, running: &S
     let last = if tags.is_empty() { 0 } else { settings.updates.unwrap_or(u64::MAX) };
     let (start, mut sent) = (Instant::now(), 0);
     let mut batch = Vec::new();
-    while sent < last && running.wait(Duration::from_millis(settings.batch_millis)) {
+    while sent < last && running.wait(Duration::from_secs_f64(settings.batch_seconds)) {
         let due = (start.elapsed().as_secs_f64() * settings.updates_per_second) as u64;
         let due = due.min(last).min(sent + MAX_BATCH);
         let now = Some(SystemTime::now());
@@ -227,9 +232,9 @@ mod tests {
 
     #[test]
     fn impossible_rates_are_refused() {
-        for (rate, period) in [(-1.0, 1), (f64::NAN, 1), (1.0, 0)] {
+        for (rate, period) in [(-1.0, 1.0), (f64::NAN, 1.0), (1.0, 0.0)] {
             let settings =
-                Settings { updates_per_second: rate, batch_millis: period, ..Settings::default() };
+                Settings { updates_per_second: rate, batch_seconds: period, ..Settings::default() };
             assert!(SampleGenerator::create(settings, TestClock::new().host()).is_err());
         }
     }

@@ -20,7 +20,7 @@ impl Row for Cells {
 fn points(addresses: &[serde_json::Value]) -> Points {
     let config = serde_json::from_value::<Settings>(json!({
         "sqlite": {"path": "/a.db"},
-        "queries": [{"name": "q", "sql": "SELECT 1", "poll_millis": 1000}]
+        "queries": [{"name": "q", "sql": "SELECT 1", "poll_seconds": 1}]
     }));
     let tag = |(index, address): (usize, &serde_json::Value)| {
         let mut address = address.clone();

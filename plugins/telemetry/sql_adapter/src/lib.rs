@@ -137,7 +137,7 @@ impl SqlAdapter {
             .collect();
         (!short.is_empty()).then(|| {
             format!(
-                "{} will go stale between two polls: set poll_millis below freshness_millis",
+                "{} will go stale between two polls: set poll_seconds below freshness_seconds",
                 list(&short)
             )
         })

@@ -8,8 +8,8 @@ fn config() -> Config {
     let settings = json!({
         "sqlite": {"path": "/a.db"},
         "queries": [
-            {"name": "wide", "sql": "SELECT 1", "poll_millis": 1000},
-            {"name": "long", "sql": "SELECT 1", "poll_millis": 1000}
+            {"name": "wide", "sql": "SELECT 1", "poll_seconds": 1},
+            {"name": "long", "sql": "SELECT 1", "poll_seconds": 1}
         ]
     });
     serde_json::from_value::<Settings>(settings).unwrap().parse().unwrap()

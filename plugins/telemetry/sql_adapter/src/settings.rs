@@ -45,10 +45,11 @@ pub struct Settings {
     #[serde(default)]
     #[schemars(length(max = 64))]
     listen: Vec<RawListen>,
-    /// The longest that a query may take, milliseconds.
-    #[serde(default = "default_timeout_millis")]
-    #[schemars(range(min = 100, max = 600_000))]
-    timeout_millis: u64,
+    /// The longest that a query may take, seconds.
+    #[serde(default = "default_timeout")]
+    #[schemars(range(min = 0.1, max = 600.0))]
+    #[schemars(extend("x-busbar-formerly" = ["timeout_millis"]))]
+    timeout_seconds: f64,
     /// Delay between tries to connect.
     #[serde(default)]
     reconnect: ReconnectSettings,
@@ -95,14 +96,16 @@ struct RawPostgres {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "RawTls")]
     tls: Option<RawTls>,
-    /// Deadline of connecting, name lookup and authentication included, milliseconds.
-    #[serde(default = "default_timeout_millis")]
-    #[schemars(range(min = 100, max = 600_000))]
-    connect_millis: u64,
-    /// Silence after which the server is asked whether it lives, milliseconds.
-    #[serde(default = "default_keepalive_millis")]
-    #[schemars(range(min = 100, max = 86_400_000))]
-    keepalive_millis: u64,
+    /// Deadline of connecting, name lookup and authentication included, seconds.
+    #[serde(default = "default_timeout")]
+    #[schemars(range(min = 0.1, max = 600.0))]
+    #[schemars(extend("x-busbar-formerly" = ["connect_millis"]))]
+    connect_seconds: f64,
+    /// Silence after which the server is asked whether it lives, seconds.
+    #[serde(default = "default_keep_alive")]
+    #[schemars(range(min = 0.1, max = 86_400.0))]
+    #[schemars(extend("x-busbar-formerly" = ["keepalive_millis"]))]
+    keep_alive_seconds: f64,
 }
 
 /// Encryption of a connection.
@@ -149,11 +152,12 @@ struct RawQuery {
     /// columns key and value, and quality and time where there are any.
     #[schemars(length(min = 1, max = 65_536))]
     sql: String,
-    /// Period, milliseconds. Without one the query runs when the connection is made, and
+    /// Period, seconds. Without one the query runs when the connection is made, and
     /// a channel of `listen` brings what changes.
     #[serde(default)]
-    #[schemars(range(min = 100, max = 86_400_000))]
-    poll_millis: Option<u64>,
+    #[schemars(range(min = 0.1, max = 86_400.0))]
+    #[schemars(extend("x-busbar-formerly" = ["poll_millis"]))]
+    poll_seconds: Option<f64>,
 }
 
 /// A channel on which a server tells of new values (NOTIFY).
@@ -173,16 +177,16 @@ fn default_port() -> u16 {
     5432
 }
 
-fn default_timeout_millis() -> u64 {
-    5000
+fn default_timeout() -> f64 {
+    5.0
 }
 
-fn default_keepalive_millis() -> u64 {
-    5000
+fn default_keep_alive() -> f64 {
+    5.0
 }
 
 fn example_queries() -> serde_json::Value {
-    serde_json::json!([{ "name": "oil", "sql": "SELECT top_oil FROM t1", "poll_millis": 1000 }])
+    serde_json::json!([{ "name": "oil", "sql": "SELECT top_oil FROM t1", "poll_seconds": 1 }])
 }
 
 /// Settings that have been checked.
@@ -272,7 +276,7 @@ impl Settings {
                     faults.add(format!("sqlite.path: '{path}' is no absolute path"));
                 }
                 if !self.listen.is_empty() {
-                    faults.add("listen: SQLite tells of nothing; give the queries poll_millis");
+                    faults.add("listen: SQLite tells of nothing; give the queries poll_seconds");
                 }
                 Some(Database::Sqlite(sqlite.path))
             }
@@ -286,13 +290,13 @@ impl Settings {
         for (index, query) in queries.iter().enumerate() {
             if query.period.is_none() && channels.iter().all(|channel| channel.query != index) {
                 faults.add(format!(
-                    "queries: '{}' has no poll_millis, and no channel of `listen` brings what \
+                    "queries: '{}' has no poll_seconds, and no channel of `listen` brings what \
                      changes: give it one",
                     query.name
                 ));
             }
         }
-        let timeout = faults.millis("timeout_millis", self.timeout_millis, DEADLINES);
+        let timeout = faults.seconds("timeout_seconds", self.timeout_seconds, DEADLINES);
         let reconnect = self.reconnect.parse(&mut faults);
         let mut zone = self.zone.as_deref().map(Zone::parse).transpose().unwrap_or_else(|fault| {
             faults.add(format!("zone: {fault}"));
@@ -351,12 +355,16 @@ impl RawPostgres {
             user: check_name(faults, "postgres.user", self.user),
             password: self.password,
             tls,
-            connect_timeout: faults.millis(
-                "postgres.connect_millis",
-                self.connect_millis,
+            connect_timeout: faults.seconds(
+                "postgres.connect_seconds",
+                self.connect_seconds,
                 DEADLINES,
             ),
-            keepalive: faults.millis("postgres.keepalive_millis", self.keepalive_millis, PERIODS),
+            keepalive: faults.seconds(
+                "postgres.keep_alive_seconds",
+                self.keep_alive_seconds,
+                PERIODS,
+            ),
         }
     }
 }
@@ -385,7 +393,7 @@ fn parse_queries(raw: Vec<RawQuery>, faults: &mut SettingsFaults) -> Vec<QueryCo
         faults.add(format!("queries: {}; give 1 to {MAX_QUERIES}", raw.len()));
     }
     let mut queries: Vec<QueryConfig> = Vec::new();
-    for RawQuery { name, sql, poll_millis } in raw {
+    for RawQuery { name, sql, poll_seconds } in raw {
         let name = check_name(faults, "queries: name", name);
         if queries.iter().any(|query| query.name == name) {
             faults.add(format!("queries: there are two of the name '{name}'"));
@@ -395,8 +403,8 @@ fn parse_queries(raw: Vec<RawQuery>, faults: &mut SettingsFaults) -> Vec<QueryCo
                 "queries: the sql of '{name}' has to have 1 to {MAX_SQL_BYTES} bytes, none zero"
             ));
         }
-        let period = poll_millis
-            .map(|period| faults.millis(&format!("poll_millis of '{name}'"), period, PERIODS));
+        let period = poll_seconds
+            .map(|period| faults.seconds(&format!("poll_seconds of '{name}'"), period, PERIODS));
         queries.push(QueryConfig { name, sql, period });
     }
     queries

@@ -12,7 +12,7 @@ fn server() -> Value {
 fn settings() -> Value {
     json!({
         "postgres": server(),
-        "queries": [{"name": "q", "sql": "SELECT 1", "poll_millis": 1000}]
+        "queries": [{"name": "q", "sql": "SELECT 1", "poll_seconds": 1}]
     })
 }
 
@@ -85,21 +85,21 @@ fn faults_name_place_and_remedy() {
     let mut sqlite = with("/postgres", Value::Null);
     sqlite["sqlite"] = json!({"path": "a.db"});
     sqlite["listen"] = json!([{"channel": "c", "query": "q"}]);
-    let twice = json!({"name": "q", "sql": "SELECT 1", "poll_millis": 1000});
+    let twice = json!({"name": "q", "sql": "SELECT 1", "poll_seconds": 1});
     let cases = [
         (both, "one of them"),
         (with("/postgres", Value::Null), "one of them"),
         (with("/queries", json!([])), "give 1 to 256"),
         (with("/queries", json!([twice, twice])), "two of the name 'q'"),
-        (query(json!({"name": "q", "sql": " ", "poll_millis": 1000})), "1 to 65536 bytes"),
-        (query(json!({"name": "q", "sql": "SELECT 1", "poll_millis": 99})), "100 to 86400000"),
-        (query(json!({"name": "q", "sql": "SELECT 1"})), "has no poll_millis"),
-        (query(json!({"name": "", "sql": "SELECT 1", "poll_millis": 1000})), "1 to 253 bytes"),
+        (query(json!({"name": "q", "sql": " ", "poll_seconds": 1})), "1 to 65536 bytes"),
+        (query(json!({"name": "q", "sql": "SELECT 1", "poll_seconds": 0.099})), "0.1 to 86400"),
+        (query(json!({"name": "q", "sql": "SELECT 1"})), "has no poll_seconds"),
+        (query(json!({"name": "", "sql": "SELECT 1", "poll_seconds": 1})), "1 to 253 bytes"),
         (listen("c", "none"), "there is no query 'none'"),
         (listen(&"c".repeat(64), "q"), "1 to 63 bytes"),
-        (with("/timeout_millis", json!(0)), "100 to 600000"),
-        (with("/reconnect", json!({"min_millis": 500})), "1000 to 600000"),
-        (with("/reconnect", json!({"min_millis": 5000, "max_millis": 2000})), "larger"),
+        (with("/timeout_seconds", json!(0)), "0.1 to 600"),
+        (with("/reconnect", json!({"min_seconds": 0.5})), "1 to 600"),
+        (with("/reconnect", json!({"min_seconds": 5, "max_seconds": 2})), "larger"),
         (with("/postgres/tls", json!({"ca": "ca.pem"})), "'ca.pem' is no absolute path"),
         (with("/postgres/tls", json!({"ca": "/ca", "key": "/key"})), "go together"),
         (with("/postgres/port", json!(0)), "1 to 65535"),

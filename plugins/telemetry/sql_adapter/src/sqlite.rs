@@ -151,7 +151,7 @@ impl Session<'_> {
         let millis = self.timeout.as_millis();
         match code {
             ErrorCode::OperationInterrupted => Ok(QueryFault::Unavailable(format!(
-                "it took longer than {millis} ms (timeout_millis) and was stopped"
+                "it took longer than {millis} ms (timeout_seconds) and was stopped"
             ))),
             ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked => {
                 Ok(QueryFault::Unavailable(format!("{text}: another program writes, or holds it")))

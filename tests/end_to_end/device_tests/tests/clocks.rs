@@ -40,8 +40,8 @@ fn scene(plugin: Value, batches: &[(u64, Value)]) -> Scene {
     scene.config["plugins"]["source"] = source;
     let tag = json!({
         "type": "f64",
-        "freshness_millis": FRESHNESS_SECONDS * 1000,
-        "source": { "plugin": "source", "address": {} },
+        "freshness_seconds": FRESHNESS_SECONDS,
+        "source": { "instance": "source", "address": {} },
     });
     scene.config["tags"] = json!({ "a": tag, "b": tag, "c": tag, "d": tag });
     scene

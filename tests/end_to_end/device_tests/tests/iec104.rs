@@ -64,13 +64,13 @@ fn scene(port: u16) -> Scene {
         "plugin": "iec104",
         "settings": {
             "host": "127.0.0.1", "port": port,
-            "t1_millis": 600, "t2_millis": 300, "t3_millis": 400,
+            "t1_seconds": 0.6, "t2_seconds": 0.3, "t3_seconds": 0.4,
         }
     });
     for (point, kind, ..) in points() {
         scene.config["tags"][id(&point)] = json!({
-            "type": kind, "freshness_millis": 60_000,
-            "source": {"plugin": "station", "address": {"ioa": point["ioa"]}}
+            "type": kind, "freshness_seconds": 60,
+            "source": {"instance": "station", "address": {"ioa": point["ioa"]}}
         });
     }
     scene
@@ -84,7 +84,7 @@ fn values_are_those_of_the_station() {
         scene.config["isolation"] = json!(isolation);
         scene.config["tags"]["Lost"] = json!({
             "type": "f64",
-            "source": {"plugin": "station", "address": {"ioa": 1, "common_address": 9}}
+            "source": {"instance": "station", "address": {"ioa": 1, "common_address": 9}}
         });
         let output = finish(&mut scene.rendering(2.0)).expect_code(0);
         let said = output.stdout + &output.stderr;

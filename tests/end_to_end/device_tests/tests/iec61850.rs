@@ -53,7 +53,7 @@ fn scene(port: u16) -> Scene {
     scene.config["tags"] = example["tags"].clone();
     let settings = &mut scene.config["plugins"]["ied"]["settings"];
     settings["port"] = json!(port);
-    settings["timeout_millis"] = json!(600);
+    settings["timeout_seconds"] = json!(0.6);
     scene
 }
 
@@ -76,7 +76,7 @@ fn values_are_those_of_the_server() {
         scene.config["isolation"] = json!(isolation);
         scene.config["tags"]["Lost"] = json!({
             "type": "f64",
-            "source": {"plugin": "ied", "address": {"reference": "IED1LD0/MMXU7.TotW", "fc": "MX"}}
+            "source": {"instance": "ied", "address": {"reference": "IED1LD0/MMXU7.TotW", "fc": "MX"}}
         });
         let output = finish(&mut scene.rendering(2.0)).expect_code(0);
         let said = output.stdout + &output.stderr;
@@ -158,7 +158,7 @@ fn what_is_wrong_with_a_reference_is_told_with_what_there_is() {
         let mut scene = scene(server.port);
         let address = json!({"reference": reference, "fc": constraint});
         scene.config["tags"] =
-            json!({"A": {"type": "f64", "source": {"plugin": "ied", "address": address}}});
+            json!({"A": {"type": "f64", "source": {"instance": "ied", "address": address}}});
         let output = finish(&mut scene.rendering(1.5)).expect_code(0);
         let said = output.stdout + &output.stderr;
         assert!(said.contains(words), "{reference}: {said}");

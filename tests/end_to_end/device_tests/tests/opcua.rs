@@ -59,7 +59,7 @@ fn scene(port: u16) -> Scene {
     let url = settings["url"].as_str().expect("a text");
     assert!(url.contains(EXAMPLE_PORT), "{url}");
     settings["url"] = json!(url.replace(EXAMPLE_PORT, &format!(":{port}/")));
-    settings["silence_millis"] = json!(1000);
+    settings["silence_seconds"] = json!(1);
     for (id, tag) in example["tags"].as_object().expect("tags") {
         scene.config["tags"][id] = tag.clone();
     }

@@ -37,8 +37,8 @@ fn scene(port: u16) -> Scene {
         "network": true,
         "settings": {
             "url": format!("opc.tcp://127.0.0.1:{port}/test"),
-            "publishing_millis": 100,
-            "silence_millis": 2000,
+            "publishing_seconds": 0.1,
+            "silence_seconds": 2,
         },
     });
     scene
@@ -122,7 +122,7 @@ fn what_a_server_has_is_imported_and_is_live() {
         json!({
             "type": "f64", "name": "Voltage, \"L1-L2\"", "unit": "kV",
             "range": {"low": 0.0, "high": 400.0},
-            "source": {"plugin": "plc", "address": {"node": "nsu=urn:busbar:test;s=Station.Voltage"}},
+            "source": {"instance": "plc", "address": {"node": "nsu=urn:busbar:test;s=Station.Voltage"}},
         })
     );
     scene.config["tags"] = imported["tags"].clone();

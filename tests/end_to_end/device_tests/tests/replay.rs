@@ -22,8 +22,8 @@ fn scene(file: &str, text: &str, settings: Value, tags: &[(&str, &str, Value)]) 
     scene.config["plugins"]["recording"] = json!({ "plugin": "replay", "settings": all });
     for (id, kind, address) in tags {
         scene.config["tags"][*id] = json!({
-            "type": kind, "freshness_millis": 60_000,
-            "source": { "plugin": "recording", "address": address }
+            "type": kind, "freshness_seconds": 60,
+            "source": { "instance": "recording", "address": address }
         });
     }
     scene
@@ -153,7 +153,21 @@ fn what_is_wrong_is_said_where_it_is() {
     assert!(said.contains("/tags/I/source/address"), "{said}");
     assert!(said.contains("there is no analogue channel 'IB'; there are 'IA', 'N'"), "{said}");
 
+    // What a file lacks is an error of `check`, and no more than a link that is down to a view.
+    let mut column = table(json!({}));
+    column.config["tags"]["Oil"]["source"]["address"] = json!({ "column": "Öl" });
+    let output = finish(busbar().arg("check").arg(column.write())).expect_code(1);
+    let said = output.stdout + &output.stderr;
+    assert!(said.contains("/plugins/recording") && said.contains("'Öl'"), "{said}");
+    assert_eq!(said.matches("'Öl'").count(), 1, "once for all tags: {said}");
+    let (said, stats) = render(&column, 0.5);
+    assert!(said.contains("'Öl'"), "{said}");
+    assert_eq!(stats.tag("Oil").quality, "bad");
+
     let absent = table(json!({ "file": "/nowhere/log.csv" }));
+    let output = finish(busbar().arg("check").arg(absent.write())).expect_code(1);
+    let said = output.stdout + &output.stderr;
+    assert!(said.contains("'/nowhere/log.csv': there is no such file"), "{said}");
     let (said, stats) = render(&absent, 0.5);
     assert!(said.contains("'/nowhere/log.csv': there is no such file"), "{said}");
     assert_eq!(stats.tag("Oil").quality, "bad");

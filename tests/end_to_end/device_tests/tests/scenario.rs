@@ -17,14 +17,14 @@ fn scene() -> Scene {
     let [device, station] = ports.map(|port| port.local_addr().expect("it has an address").port());
     scene.config["plugins"]["device"] = json!({
         "plugin": "modbus_adapter",
-        "settings": { "host": "127.0.0.1", "port": device, "poll_millis": 100 },
+        "settings": { "host": "127.0.0.1", "port": device, "poll_seconds": 0.1 },
     });
     scene.config["plugins"]["station"] =
         json!({ "plugin": "iec104", "settings": { "host": "127.0.0.1", "port": station } });
     let mut tag = |id: &str, kind: &str, plugin: &str, address: Value, base: f64| {
         scene.config["tags"][id] = json!({
-            "type": kind, "freshness_millis": 3000,
-            "source": { "plugin": plugin, "address": address },
+            "type": kind, "freshness_seconds": 3,
+            "source": { "instance": plugin, "address": address },
             "simulate": { "shape": "constant", "base": base },
         });
     };
@@ -61,12 +61,12 @@ fn tags_do_what_the_scenario_says() {
     let stats = rendered(
         &scene(),
         &json!({ "version": 1, "events": [
-            { "at": 0, "tag": "load", "value": 120, "over": 0.5 },
-            { "at": 0, "tag": "switch", "value": 1 },
-            { "at": 0.2, "tag": "breaker", "value": 0 },
-            { "at": 0, "tag": "voltage", "value": 0 },
-            { "at": 0.5, "tag": "voltage", "release": true },
-            { "at": 3600, "tag": "calm", "value": 0 },
+            { "at_seconds": 0, "tag": "load", "value": 120, "over_seconds": 0.5 },
+            { "at_seconds": 0, "tag": "switch", "value": 1 },
+            { "at_seconds": 0.2, "tag": "breaker", "value": 0 },
+            { "at_seconds": 0, "tag": "voltage", "value": 0 },
+            { "at_seconds": 0.5, "tag": "voltage", "release": true },
+            { "at_seconds": 3600, "tag": "calm", "value": 0 },
         ] }),
     );
     let good = |id: &str| {
@@ -86,7 +86,7 @@ fn a_link_fails_alone() {
     let stats = rendered(
         &scene(),
         &json!({ "version": 1, "events": [
-            { "at": 0, "plugin": "station", "link": "link-loss", "for": 600 },
+            { "at_seconds": 0, "instance": "station", "link": "link-loss", "for_seconds": 600 },
         ] }),
     );
     assert_eq!(stats.tag("load").quality, "good");

@@ -60,12 +60,12 @@ fn scene(device: &Path) -> Scene {
     let mut scene = Scene::without_tags();
     scene.config["plugins"]["meters"] = json!({
         "plugin": "modbus_adapter",
-        "settings": {"serial": {"device": device}, "poll_millis": 100, "timeout_millis": 300}
+        "settings": {"serial": {"device": device}, "poll_seconds": 0.1, "timeout_seconds": 0.3}
     });
     for unit in [1, 2] {
         scene.config["tags"][format!("Unit{unit}")] = json!({
-            "type": "f64", "freshness_millis": 60_000,
-            "source": {"plugin": "meters", "address": {
+            "type": "f64", "freshness_seconds": 60,
+            "source": {"instance": "meters", "address": {
                 "table": "holding", "register": 0, "type": "u16", "unit": unit
             }}
         });

@@ -78,26 +78,26 @@ fn scene() -> Scene {
     let ports: [TcpListener; 2] =
         [(); 2].map(|()| TcpListener::bind("127.0.0.1:0").expect("a port is free"));
     let [device, station] = ports.map(|port| port.local_addr().expect("it has an address").port());
-    let reconnect = json!({"min_millis": 1000, "max_millis": 1000});
+    let reconnect = json!({"min_seconds": 1, "max_seconds": 1});
     scene.config["plugins"]["device"] = json!({
         "plugin": "modbus_adapter",
         "settings": {
-            "host": "127.0.0.1", "port": device, "poll_millis": 100, "timeout_millis": 600,
+            "host": "127.0.0.1", "port": device, "poll_seconds": 0.1, "timeout_seconds": 0.6,
             "reconnect": reconnect,
         },
     });
     scene.config["plugins"]["station"] = json!({
         "plugin": "iec104",
         "settings": {
-            "host": "127.0.0.1", "port": station, "interrogation_period_millis": 1000,
-            "counter_period_millis": 1000, "reconnect": reconnect,
-            "t1_millis": 1000, "t2_millis": 500, "t3_millis": 800,
+            "host": "127.0.0.1", "port": station, "interrogation_period_seconds": 1,
+            "counter_period_seconds": 1, "reconnect": reconnect,
+            "t1_seconds": 1, "t2_seconds": 0.5, "t3_seconds": 0.8,
         },
     });
     for (id, source, kind, address, simulate) in rows() {
         scene.config["tags"][id] = json!({
-            "type": kind, "freshness_millis": FRESHNESS.as_millis() as u64,
-            "source": {"plugin": source, "address": address}, "simulate": simulate,
+            "type": kind, "freshness_seconds": FRESHNESS.as_secs_f64(),
+            "source": {"instance": source, "address": address}, "simulate": simulate,
         });
     }
     scene
@@ -338,7 +338,8 @@ fn sources_without_a_simulator_are_remarked() {
     let mut scene = scene();
     e2e::faulty_plugins::compile(&scene.path("plugins"));
     scene.config["plugins"]["other"] = json!({"plugin": "trouble.steady"});
-    scene.config["tags"]["C"] = json!({"type": "f64", "source": {"plugin": "other", "address": 1}});
+    scene.config["tags"]["C"] =
+        json!({"type": "f64", "source": {"instance": "other", "address": 1}});
     let mut command = busbar();
     command.arg("simulate").arg(scene.write()).args(["--seconds", "0.3"]);
     let output = finish(&mut command).expect_code(0);

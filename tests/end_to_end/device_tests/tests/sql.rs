@@ -39,8 +39,8 @@ fn scene(settings: Value) -> Scene {
         ("Missing", "f64", address("missing")),
     ] {
         scene.config["tags"][id] = json!({
-            "type": kind, "freshness_millis": 60_000,
-            "source": {"plugin": "database", "address": address}
+            "type": kind, "freshness_seconds": 60,
+            "source": {"instance": "database", "address": address}
         });
     }
     scene
@@ -49,7 +49,7 @@ fn scene(settings: Value) -> Scene {
 /// Returns settings that name the password by a variable.
 fn settings(cluster: &Cluster) -> Value {
     let sql = "SELECT key, value, quality, at AS time FROM latest";
-    let query = json!({"name": "latest", "sql": sql, "poll_millis": 200});
+    let query = json!({"name": "latest", "sql": sql, "poll_seconds": 0.2});
     let mut settings = cluster.settings(&[query]);
     settings["postgres"]["password"] = json!({"env": NAMED});
     settings
@@ -95,8 +95,8 @@ fn a_server_that_is_killed_or_hangs_leaves_nothing_good() {
         let Some(cluster) = Cluster::start() else { return };
         cluster.sql(TABLE);
         let mut settings = settings(&cluster);
-        settings["timeout_millis"] = json!(500);
-        settings["postgres"]["connect_millis"] = json!(500);
+        settings["timeout_seconds"] = json!(0.5);
+        settings["postgres"]["connect_seconds"] = json!(0.5);
         let scene = scene(settings);
         let running = Process::start(&mut rendering(&scene, 12.0));
         wait_for("a session of the viewer's that has asked", PATIENCE, || {
@@ -160,7 +160,7 @@ fn a_password_in_the_settings_is_refused_and_not_shown() {
                 "host": "127.0.0.1", "database": "d", "user": "u", "password": secret,
                 "sslmode": "disable"
             },
-            "queries": [{"name": "latest", "sql": "SELECT 1", "poll_millis": 1000}]
+            "queries": [{"name": "latest", "sql": "SELECT 1", "poll_seconds": 1}]
         }));
         scene.config["isolation"] = json!(isolation);
         let output = finish(busbar().arg("check").arg(scene.write())).expect_code(1);
@@ -200,7 +200,7 @@ connection.executescript('''
     let sql = "SELECT key, value, quality, at AS time FROM latest";
     let scene = scene(json!({
         "sqlite": {"path": path},
-        "queries": [{"name": "latest", "sql": sql, "poll_millis": 200}]
+        "queries": [{"name": "latest", "sql": sql, "poll_seconds": 0.2}]
     }));
     finish(&mut rendering(&scene, 2.0)).expect_code(0);
     let stats = scene.stats();

@@ -128,7 +128,7 @@ fn assert_values_of_server(isolation: &str) {
     scene.config["isolation"] = json!(isolation);
     let mut add = |id: &str, kind: &str, address: Value| {
         scene.config["tags"][id] =
-            json!({"type": kind, "source": {"plugin": "bay", "address": address}});
+            json!({"type": kind, "source": {"instance": "bay", "address": address}});
     };
     add("X.F64", "f64", json!({"table": "input", "register": 10, "type": "f64"}));
     let little = json!({"table": "input", "register": 14, "type": "i32", "word_order": "little"});
@@ -239,11 +239,11 @@ fn a_stopped_server_makes_tags_stale_within_their_own_limits() {
     let relay = Relay::start(peer.port);
     let mut scene = one_label(relay.port);
     // The adapter waits on; the host does not.
-    scene.config["plugins"]["bay"]["settings"]["timeout_millis"] = json!(600_000);
+    scene.config["plugins"]["bay"]["settings"]["timeout_seconds"] = json!(600);
     for tag in scene.config["tags"].as_object_mut().expect("tags").values_mut() {
-        tag["freshness_millis"] = json!(1000);
+        tag["freshness_seconds"] = json!(1);
     }
-    scene.config["tags"]["T1.U12"]["freshness_millis"] = json!(86_400_000);
+    scene.config["tags"]["T1.U12"]["freshness_seconds"] = json!(86_400);
     let running = Process::start(&mut rendering(&scene, 4.0));
     relay.wait_for_answers(ANSWERS_TO_ALL);
     peer.process.signal(Signal::STOP);

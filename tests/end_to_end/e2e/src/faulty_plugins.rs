@@ -47,7 +47,8 @@ impl FaultyPluginScene {
             "plugin_directories": ["plugins"],
             "plugins": { "trouble": { "plugin": plugin } },
             "scene": [{ "id": "=N1" }],
-            "view": { "size": [64, 64], "samples": 1 }
+            "window": { "size": [64, 64] },
+            "graphics": { "samples": 1 }
         });
         let source = if is_overlay {
             config["overlays"] = json!(["trouble"]);
@@ -58,7 +59,7 @@ impl FaultyPluginScene {
         };
         for id in ["A", "B", "C"] {
             config["tags"][id] =
-                json!({ "type": "f64", "source": { "plugin": source, "address": {} } });
+                json!({ "type": "f64", "source": { "instance": source, "address": {} } });
         }
         config["bindings"] = json!([{ "tag": "A", "node": "=N1" }]);
         Self { folder, config }

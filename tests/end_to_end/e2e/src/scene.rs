@@ -47,7 +47,7 @@ impl Scene {
         let mut config: Value = serde_json::from_slice(&text).expect("the demo is JSON");
         let settings = &mut config["plugins"]["bay"]["settings"];
         settings["port"] = port.into();
-        settings["poll_millis"] = (POLL.as_millis() as u64).into();
+        settings["poll_seconds"] = POLL.as_secs_f64().into();
         let folder = tempfile::tempdir().expect("a temporary folder can be made");
         fs::create_dir(folder.path().join("plugins")).expect("it can be written");
         let scene = Self { folder, config };

@@ -157,7 +157,7 @@ fn wait_for_sample(telemetry: &RunningTelemetry, good: bool) -> Result<()> {
 /// over; returns the number of deaths too.
 fn storm_gaps() -> Result<(Series, u64)> {
     let mut trouble = FaultyPluginScene::with_plugin("trouble.segfault");
-    trouble.config["supervision"] = json!({ "restart_millis": 0, "max_deaths": 0 });
+    trouble.config["supervision"] = json!({ "restart_seconds": 0, "max_deaths": 0 });
     let scene = LoadedScene::load(&trouble.write(), &|_, _, _| ())?;
     let options = RendererOptions { samples: 1, ..Default::default() };
     let mut viewer = Viewer::new_headless(scene, options, STORM_PICTURE)?;

@@ -84,8 +84,8 @@ impl FaultScene {
         add(HEALTHY);
         let mut serve = |name: &str, freshness: u64| {
             for index in 0..TAGS {
-                let source = json!({ "plugin": name, "address": {} });
-                let tag = json!({ "type": "f64", "source": source, "freshness_millis": freshness });
+                let source = json!({ "instance": name, "address": {} });
+                let tag = json!({ "type": "f64", "source": source, "freshness_seconds": freshness as f64 / 1_000.0 });
                 tags.insert(tag_of(name, index), tag);
             }
         };
@@ -107,8 +107,8 @@ impl FaultScene {
             "plugin_directories": ["plugins"],
             "plugins": plugins,
             "supervision": {
-                "restart_millis": 0, "max_deaths": 0,
-                "call_millis": CALL_MILLIS, "optimize_millis": CALL_MILLIS
+                "restart_seconds": 0, "max_deaths": 0,
+                "call_seconds": CALL_MILLIS as f64 / 1_000.0, "optimize_seconds": CALL_MILLIS as f64 / 1_000.0
             },
             "cache": { "max_megabytes": 0 },
             "models": models,
@@ -116,7 +116,8 @@ impl FaultScene {
             "tags": tags,
             "bindings": [{ "tag": tag_of(HEALTHY, 0), "node": node }],
             "overlays": overlays,
-            "view": { "size": [64, 64], "samples": 1 }
+            "window": { "size": [64, 64] },
+            "graphics": { "samples": 1 }
         })
     }
 }

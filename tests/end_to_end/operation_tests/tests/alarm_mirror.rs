@@ -83,14 +83,15 @@ fn scene(port: u16, isolation: &str) -> Scene {
     let example = example();
     scene.config["isolation"] = json!(isolation);
     scene.config["plugins"]["plc"] = example["plugins"]["plc"].clone();
-    scene.config["alarm_handling"] = example["alarm_handling"].clone();
+    scene.config["alarm_sources"] = example["alarm_sources"].clone();
     let settings = &mut scene.config["plugins"]["plc"]["settings"];
     let url = settings["url"].as_str().expect("a text");
     assert!(url.contains(EXAMPLE_PORT), "{url}");
     settings["url"] = json!(url.replace(EXAMPLE_PORT, &format!(":{port}/")));
-    settings["silence_millis"] = json!(SILENCE.as_millis() as u64);
-    settings["reconnect"] = json!({ "min_millis": 1000, "max_millis": 1000 });
-    scene.config["view"] = json!({ "samples": 1, "size": SIZE });
+    settings["silence_seconds"] = json!(SILENCE.as_secs_f64());
+    settings["reconnect"] = json!({ "min_seconds": 1, "max_seconds": 1 });
+    scene.config["graphics"] = json!({ "samples": 1 });
+    scene.config["window"] = json!({ "size": SIZE });
     scene
 }
 
@@ -235,7 +236,7 @@ fn alarms_of_a_plugin_that_dies_are_stale_until_it_is_back() {
     let Some(server) = Server::start(0, &only_hot(true, false)) else { return };
     let mut scene = scene(server.port, "process");
     // Long enough to be seen.
-    scene.config["supervision"] = json!({ "restart_millis": 3000 });
+    scene.config["supervision"] = json!({ "restart_seconds": 3 });
     let mut view = View::open(&scene.write());
     view.until_current(AlarmState::Unacknowledged);
     let pid = view.plugin_pid().expect("it has a process");
@@ -262,13 +263,13 @@ fn alarms_of_a_plugin_that_dies_are_stale_until_it_is_back() {
 #[test]
 fn a_source_that_has_no_alarms_is_told_where_it_is_named() {
     let mut scene = scene(1, "process");
-    scene.config["alarm_handling"]["sources"][0]["plugin"] = json!("optimizer");
+    scene.config["alarm_sources"][0]["instance"] = json!("optimizer");
     let mut command = busbar();
     command.arg("check").arg(scene.write());
     let said = finish(&mut command).expect_code(1);
     let said = said.stdout + &said.stderr;
     assert!(said.contains("busbar.alarms/1-draft"), "{said}");
-    scene.config["alarm_handling"]["sources"][0]["plugin"] = json!("plk");
+    scene.config["alarm_sources"][0]["instance"] = json!("plk");
     let mut command = busbar();
     command.arg("check").arg(scene.write());
     let said = finish(&mut command).expect_code(1);
@@ -285,7 +286,7 @@ fn a_reload_drops_no_alarm_and_places_it_by_the_new_rules() {
     view.until_current(AlarmState::Unacknowledged);
     let before = view.plugin_pid();
     let mut reloader = Reloader::start(&path, || {}).expect("a file can be watched");
-    let source = &mut scene.config["alarm_handling"]["sources"][0];
+    let source = &mut scene.config["alarm_sources"][0];
     source["severities"] = json!({ "critical": 700, "high": 600, "medium": 500 });
     source["equipment"] = json!({ "S12D1T1.Oil": RELAY });
     scene.write();

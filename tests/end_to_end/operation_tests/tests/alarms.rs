@@ -41,8 +41,10 @@ fn scene(port: u16) -> Scene {
         },
         "Grid": { "mirrored": true, "message": "Load shedding is armed" }
     });
-    config["alarm_handling"] = json!({ "log_directory": "log", "max_shelving_minutes": 60 });
-    config["view"] = json!({ "samples": 1, "size": SIZE, "camera": "bay" });
+    config["alarm_handling"] = json!({ "log_directory": "log", "max_shelving_seconds": 3600 });
+    config["graphics"] = json!({ "samples": 1 });
+    config["window"] = json!({ "size": SIZE });
+    config["camera"] = json!({ "start": "bay" });
     scene
 }
 
@@ -198,7 +200,7 @@ fn keys_in_a_window_are_in_the_log_once_they_show() {
     let Some(mut peer) = Peer::start(&normal_values()) else { return };
     let Some(display) = Display::start(SCREEN) else { return };
     let mut scene = scene(peer.port);
-    scene.config["view"]["size"] = json!(SCREEN);
+    scene.config["window"]["size"] = json!(SCREEN);
     let log = scene.path("log");
     let mut command = busbar();
     command.arg("view").arg(scene.write()).args(["--validation", "--seconds", "60"]);

@@ -94,7 +94,9 @@ impl View {
 
 fn demo() -> Scene {
     let mut scene = Scene::without_tags();
-    scene.config["view"] = json!({"samples": 1, "size": SIZE, "camera": "bay"});
+    scene.config["graphics"] = json!({ "samples": 1 });
+    scene.config["window"] = json!({ "size": SIZE });
+    scene.config["camera"] = json!({ "start": "bay" });
     scene
 }
 
@@ -186,7 +188,7 @@ fn slabs(camera: serde_json::Value) -> Scene {
         {"id": "high", "model": "slab", "transform": at(112.0, 2.5)},
     ]);
     scene.config["cameras"] = json!({ "here": camera });
-    scene.config["view"]["camera"] = json!("here");
+    scene.config["camera"]["start"] = json!("here");
     scene
 }
 
@@ -295,7 +297,8 @@ fn keys_walk_store_and_go_back() {
 fn labels_know_what_stands_before_their_equipment() {
     // Nobody answers there: labels say so, and stand where they would.
     let mut scene = Scene::demo(1);
-    scene.config["view"] = json!({"samples": 1, "size": SIZE});
+    scene.config["graphics"] = json!({ "samples": 1 });
+    scene.config["window"] = json!({ "size": SIZE });
     let mut view = View::open(&scene.write());
     // As in a window: pictures without one show all labels alike.
     view.viewer.set_settles(false);

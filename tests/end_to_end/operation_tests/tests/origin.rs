@@ -35,9 +35,11 @@ fn scene() -> (Scene, u16) {
         if let Some(simulate) = tag.get_mut("simulate").and_then(Value::as_object_mut) {
             simulate.insert("shape".into(), json!("constant"));
         }
-        tag["freshness_millis"] = json!(20_000);
+        tag["freshness_seconds"] = json!(20);
     }
-    scene.config["view"] = json!({ "samples": 1, "size": SIZE, "camera": "bay", "quality": "low" });
+    scene.config["graphics"] = json!({ "samples": 1, "quality": "low" });
+    scene.config["window"] = json!({ "size": SIZE });
+    scene.config["camera"] = json!({ "start": "bay" });
     (scene, port)
 }
 
@@ -81,12 +83,14 @@ fn with_value(scene: &mut Scene, plugin: &str, address: Value) {
     config["plugins"]["values"] = json!({ "plugin": "power_overlay" });
     config["overlays"] = json!(["values"]);
     config["tags"]["T1.TopOil"] = json!({
-        "type": "f64", "unit": "°C", "freshness_millis": 20_000,
-        "source": { "plugin": plugin, "address": address }
+        "type": "f64", "unit": "°C", "freshness_seconds": 20,
+        "source": { "instance": plugin, "address": address }
     });
     config["bindings"] =
         json!([{ "tag": "T1.TopOil", "node": "=S12D1T1-TA1/tank", "role": "value" }]);
-    config["view"] = json!({ "samples": 1, "size": SIZE, "camera": "bay", "quality": "low" });
+    config["graphics"] = json!({ "samples": 1, "quality": "low" });
+    config["window"] = json!({ "size": SIZE });
+    config["camera"] = json!({ "start": "bay" });
 }
 
 /// Reports whether the band lies across the top of a picture.
@@ -144,7 +148,7 @@ fn a_simulated_device_is_marked_at_each_value_and_by_a_band() {
     assert!(has_band(&declared));
     let (small, _) = rendered(&scene, [320, 180]);
     assert!(has_band(&small));
-    scene.config["view"]["theme"] = json!("dark");
+    scene.config["theme"]["colors"] = json!("dark");
     let (dark, _) = rendered(&scene, SIZE);
     let inverted = RgbImage::from_fn(dark.width(), dark.height(), |x, y| {
         image::Rgb(dark.get_pixel(x, y).0.map(|level| 255 - level))
@@ -193,8 +197,16 @@ fn generated_samples_are_marked_as_simulated() {
     scene.add_plugin("sample_generator");
     scene.config["plugins"]["generator"] = json!({ "plugin": "sample_generator" });
     with_value(&mut scene, "generator", json!({}));
+    scene.config["alarms"] = json!({
+        "Oil": {
+            "tag": "T1.TopOil", "condition": { "high": -1e9 }, "priority": "high",
+            "message": "Oil is hot"
+        }
+    });
     let (picture, stats) = rendered(&scene, SIZE);
     assert_eq!(origin(&stats), ["simulated"]);
+    let alarm = &stats["alarms"][0];
+    assert_eq!([&alarm["id"], &alarm["origin"]], [&json!("Oil"), &json!(["simulated"])]);
     assert_eq!(origins_of_tags(&stats), [json!(["simulated"])]);
     assert!(has_band(&picture));
 }
@@ -321,8 +333,11 @@ fn a_chart_that_shows_the_past_says_so_with_its_panel_hidden() {
     let config = &mut scene.config;
     config["plugins"]["gases"] =
         json!({ "plugin": "gas_analysis", "settings": { "fleet": { "file": file } } });
-    config["chart"] = json!({ "plugin": "gases", "position": [0, 12.5, 0], "size": [66, 17, 26] });
-    config["view"] = json!({ "samples": 1, "size": SIZE, "camera": "bay", "quality": "low" });
+    config["chart"] =
+        json!({ "instance": "gases", "position": [0, 12.5, 0], "size": [66, 17, 26] });
+    config["graphics"] = json!({ "samples": 1, "quality": "low" });
+    config["window"] = json!({ "size": SIZE });
+    config["camera"] = json!({ "start": "bay" });
     let mut view = View::open(scene);
     view.wait_for("records", |stats| stats.chart.as_ref().is_some_and(|chart| chart.records > 0));
     assert!(!has_band(&view.picture()));

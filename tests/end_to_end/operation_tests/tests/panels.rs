@@ -39,8 +39,9 @@ fn scene(port: u16) -> Scene {
             "message": "Buchholz trip"
         }
     });
-    config["view"] =
-        json!({ "samples": 1, "size": SIZE, "camera": "bay", "transition_seconds": 0 });
+    config["graphics"] = json!({ "samples": 1 });
+    config["window"] = json!({ "size": SIZE });
+    config["camera"] = json!({ "start": "bay", "transition_seconds": 0 });
     scene
 }
 
@@ -171,19 +172,19 @@ fn id_aliases_and_name_lead_to_the_same_faceplate() {
 #[test]
 fn a_key_changes_the_theme_and_a_font_must_be_one() {
     let mut scene = scene(1);
-    scene.config["view"]["theme"] = json!("dark");
-    scene.config["view"]["scale"] = json!(1.5);
+    scene.config["theme"]["colors"] = json!("dark");
+    scene.config["theme"]["scale"] = json!(1.5);
     let mut view = View::open(&scene.write());
     view.frame(Vec::new());
     assert!(view.viewer.stats().dark);
     view.key(Key::N, Modifiers::NONE);
     assert!(!view.viewer.stats().dark);
 
-    scene.config["view"]["font"] = json!("no_font.ttf");
+    scene.config["theme"]["font"] = json!("no_font.ttf");
     std::fs::write(scene.path("no_font.ttf"), b"this is no font").expect("it can be written");
     let error = LoadedScene::load(&scene.write(), &|_, _, _| {}).err().expect("it is refused");
     let text = error.to_string();
-    assert!(text.contains("/view/font") && text.contains("name a TrueType"), "{text}");
+    assert!(text.contains("/theme/font") && text.contains("name a TrueType"), "{text}");
 }
 
 /// Returns the mean of all channels, of 255.

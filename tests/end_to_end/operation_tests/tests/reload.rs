@@ -41,7 +41,9 @@ fn scene(port: u16) -> Scene {
         }
     });
     scene.config["alarm_handling"] = json!({ "log_directory": "log" });
-    scene.config["view"] = json!({ "samples": 1, "size": SIZE, "camera": "bay", "quality": "low", "morph_seconds": 0 });
+    scene.config["graphics"] = json!({ "samples": 1, "quality": "low", "morph_seconds": 0 });
+    scene.config["window"] = json!({ "size": SIZE });
+    scene.config["camera"] = json!({ "start": "bay" });
     scene
 }
 
@@ -170,7 +172,7 @@ fn a_good_edit_shows_and_what_it_does_not_touch_goes_on() {
     goes_on(&view);
 
     // What it looks like.
-    view.edit(|config| config["view"]["background"] = json!("#303030"));
+    view.edit(|config| config["theme"]["background"] = json!("#303030"));
     goes_on(&view);
     assert_eq!(view.processes(), processes);
     assert!(!is_same(&view.picture(), &first), "another background");
@@ -244,23 +246,24 @@ fn no_value_of_another_device_goes_on() {
 #[test]
 fn a_live_view_that_leaves_its_quality_open_goes_by_the_device_and_a_picture_does_not() {
     let mut scene = Scene::without_tags();
-    scene.config["view"] =
-        json!({ "size": SIZE, "camera": "bay", "ground": true, "morph_seconds": 0 });
+    scene.config["window"] = json!({ "size": SIZE });
+    scene.config["camera"] = json!({ "start": "bay" });
+    scene.config["graphics"] = json!({ "ground": true, "morph_seconds": 0 });
     let mut view = View::open(scene);
     let shown = |view: &mut View| {
         view.wait_for("all meshes", |stats| stats.waiting == 0);
         view.viewer.read_picture().expect("a frame was drawn")
     };
     let left_open = shown(&mut view);
-    view.edit(|config| config["view"]["quality"] = json!("low"));
+    view.edit(|config| config["graphics"]["quality"] = json!("low"));
     let low = shown(&mut view);
-    view.edit(|config| config["view"]["quality"] = json!("medium"));
+    view.edit(|config| config["graphics"]["quality"] = json!("medium"));
     let medium = shown(&mut view);
     assert!(!is_same(&low, &medium));
     let by_device = if view.stats().gpu.contains("llvmpipe") { &low } else { &medium };
     assert!(is_same(&left_open, by_device), "it goes by the device");
     view.edit(|config| {
-        config["view"].as_object_mut().expect("an object").remove("quality");
+        config["graphics"].as_object_mut().expect("an object").remove("quality");
     });
     assert!(is_same(&shown(&mut view), by_device), "after an edit, too");
 
@@ -291,8 +294,8 @@ fn a_bad_edit_changes_nothing_and_says_what_helps() {
         (with(&|c| c["plugins"]["bay"]["settings"]["port"] = json!("x")), "settings"),
         (with(&|c| c["plugins"]["new"] = json!({ "plugin": "nobody.has.it" })), "nobody.has.it"),
         (with(&|c| c["tags"]["T1.TopOil"]["source"]["address"] = json!({})), "address"),
-        (with(&|c| c["view"]["samples"] = json!(3)), "samples"),
-        (with(&|c| c["view"]["device"] = json!("nobody's")), "nobody's"),
+        (with(&|c| c["graphics"]["samples"] = json!(3)), "samples"),
+        (with(&|c| c["graphics"]["device"] = json!("nobody's")), "nobody's"),
     ];
     for (bad, (text, cause)) in faulty.iter().enumerate() {
         view.scene.write_text(text);
@@ -363,7 +366,7 @@ fn an_edit_shows_within_a_moment() {
     let (mut from_writing, mut from_settling) = (Vec::new(), Vec::new());
     for number in 0..TIMED {
         let grey = format!("#{0:02x}{0:02x}{0:02x}", 60 + 8 * number);
-        view.scene.config["view"]["background"] = json!(grey);
+        view.scene.config["theme"]["background"] = json!(grey);
         view.scene.write();
         let written = Instant::now();
         assert_eq!(view.outcome(), ReloadOutcome::Shown);

@@ -23,7 +23,8 @@ fn scene() -> Scene {
     scene.config["scene"] = json!([{ "id": "=Q1", "model": "breaker" }]);
     let breaker = scene.config["models"]["breaker"].take();
     scene.config["models"] = json!({ "breaker": breaker });
-    scene.config["view"] = json!({ "samples": 1, "quality": "low", "size": [640, 400] });
+    scene.config["graphics"] = json!({ "samples": 1, "quality": "low" });
+    scene.config["window"] = json!({ "size": [640, 400] });
     scene
 }
 

@@ -29,7 +29,8 @@ fn scene() -> Scene {
     config["scene"] = json!([{"id": "=Q1", "model": "breaker"}]);
     let breaker = config["models"]["breaker"].take();
     config["models"] = json!({ "breaker": breaker });
-    config["view"] = json!({"samples": 1, "size": WINDOW});
+    config["graphics"] = json!({ "samples": 1 });
+    config["window"] = json!({ "size": WINDOW });
     scene
 }
 

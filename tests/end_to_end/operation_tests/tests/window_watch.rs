@@ -40,9 +40,9 @@ impl WatchedWindow {
     fn open(arguments: &[&str]) -> Option<Self> {
         let display = Display::start(SCREEN)?;
         let mut scene = Scene::without_tags();
-        scene.config["view"] = json!({
-            "samples": 1, "size": SCREEN, "background": "#3366b3"
-        });
+        scene.config["graphics"] = json!({ "samples": 1 });
+        scene.config["window"] = json!({ "size": SCREEN });
+        scene.config["theme"] = json!({ "background": "#3366b3" });
         let mut command = busbar();
         command.arg("view").arg(scene.write()).args(arguments);
         command.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY");

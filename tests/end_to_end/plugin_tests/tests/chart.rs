@@ -52,10 +52,12 @@ fn scene(rows: &[Row], follow: bool) -> Scene {
         "plugin": "gas_analysis", "settings": { "fleet": { "file": file } }
     });
     config["chart"] = json!({
-        "plugin": "gases", "position": [-33, 12.5, 52], "size": [66, 17, 26], "follow": follow
+        "instance": "gases", "position": [-33, 12.5, 52], "size": [66, 17, 26], "follow": follow
     });
     config["cameras"] = json!({ "chart": { "eye": [0, 15, 122], "target": [0, 14, 52] } });
-    config["view"] = json!({ "camera": "chart", "samples": 1, "size": SIZE, "quality": "low" });
+    config["camera"] = json!({ "start": "chart" });
+    config["graphics"] = json!({ "samples": 1, "quality": "low" });
+    config["window"] = json!({ "size": SIZE });
     scene
 }
 

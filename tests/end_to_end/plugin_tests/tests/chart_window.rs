@@ -39,11 +39,11 @@ fn scene(rows: &[Row]) -> Scene {
         "plugin": "gas_analysis", "settings": { "fleet": { "file": "${folder}/samples.csv" } }
     });
     config["chart"] =
-        json!({ "plugin": "gases", "position": [-33, 13.5, 52], "size": [66, 17, 26] });
+        json!({ "instance": "gases", "position": [-33, 13.5, 52], "size": [66, 17, 26] });
     config["cameras"] = json!({ "chart": { "eye": [14, 60, 132], "target": [14, 0, 58] } });
-    config["view"] = json!({
-        "camera": "chart", "samples": 1, "size": SIZE, "quality": "low", "transition_seconds": 0
-    });
+    config["camera"] = json!({ "start": "chart", "transition_seconds": 0 });
+    config["graphics"] = json!({ "samples": 1, "quality": "low" });
+    config["window"] = json!({ "size": SIZE });
     scene
 }
 

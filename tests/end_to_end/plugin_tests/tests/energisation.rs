@@ -29,9 +29,9 @@ fn scene(port: u16) -> Scene {
     let position = |register: u32| {
         json!({
             "type": "double_point",
-            "freshness_millis": 1500,
+            "freshness_seconds": 1.5,
             "source": {
-                "plugin": "bay",
+                "instance": "bay",
                 "address": { "table": "discrete", "register": register },
             },
         })
@@ -55,7 +55,9 @@ fn scene(port: u16) -> Scene {
     config["bindings"] = json!([bound("QA1", BREAKER), bound("QB9", DISCONNECTOR)]);
     config["overlays"] = json!(["energised"]);
     config["plugins"].as_object_mut().expect("an object").remove("values");
-    config["view"] = json!({ "samples": 1, "size": SIZE, "camera": "bay" });
+    config["graphics"] = json!({ "samples": 1 });
+    config["window"] = json!({ "size": SIZE });
+    config["camera"] = json!({ "start": "bay" });
     scene
 }
 

@@ -35,7 +35,7 @@ fn beside(fault: Value) -> FaultyPluginScene {
 fn with_tag(fault: Value) -> FaultyPluginScene {
     let mut trouble = beside(fault);
     trouble.config["tags"]["F"] =
-        json!({ "type": "f64", "source": { "plugin": "faulty", "address": {} } });
+        json!({ "type": "f64", "source": { "instance": "faulty", "address": {} } });
     trouble
 }
 
@@ -141,7 +141,7 @@ fn a_model_whose_optimizer_fails_is_shown_in_full_detail() {
         trouble.config["models"]["m"] = json!({ "file": model, "optimizer": "faulty" });
         trouble.config["scene"] = json!([{ "id": "=N1", "model": "m" }]);
         trouble.config["cache"] = json!({ "max_megabytes": 0 });
-        trouble.config["supervision"] = json!({ "optimize_millis": 500, "restart_millis": 10_000 });
+        trouble.config["supervision"] = json!({ "optimize_seconds": 0.5, "restart_seconds": 10 });
         let output = run("render", &trouble).expect_code(0);
         assert_says(&output, &["warning: ", "model 'm' is shown in full detail", words]);
         let stats = Stats::read(&trouble.path("stats.json"));
@@ -165,7 +165,7 @@ fn settings_that_are_wrong_are_errors_still() {
 #[allow(clippy::print_stderr, reason = "the figure that was measured")]
 fn frames_go_on_beside_a_storm_of_deaths() {
     let mut trouble = FaultyPluginScene::with_plugin("trouble.segfault");
-    trouble.config["supervision"] = json!({ "restart_millis": 0, "max_deaths": 0 });
+    trouble.config["supervision"] = json!({ "restart_seconds": 0, "max_deaths": 0 });
     let mut view = View::open(trouble);
     let (start, mut last, mut gaps) = (Instant::now(), Instant::now(), Vec::new());
     while start.elapsed() < STORM {
@@ -192,7 +192,7 @@ fn a_plugin_that_wants_all_memory_dies_of_its_limit_alone() {
     trouble.config["plugins"]["trouble"]["memory_megabytes"] = json!(MEMORY_MEGABYTES);
     trouble.config["plugins"]["other"] = json!({ "plugin": "trouble.steady" });
     trouble.config["tags"]["D"] =
-        json!({ "type": "f64", "source": { "plugin": "other", "address": {} } });
+        json!({ "type": "f64", "source": { "instance": "other", "address": {} } });
     trouble.config["supervision"] = json!({ "max_deaths": 1 });
     let mut view = View::open(trouble);
     let quality_of = |view: &View, id: &str| {

@@ -27,8 +27,8 @@ fn scene(port: u16) -> Scene {
     let tags = GASES.iter().enumerate().map(|(at, gas)| {
         let address = json!({ "table": "holding", "register": 2 * at, "type": "f32" });
         let tag = json!({
-            "name": gas, "type": "f64", "unit": "ppm", "freshness_millis": 2000,
-            "source": { "plugin": "bay", "address": address }
+            "name": gas, "type": "f64", "unit": "ppm", "freshness_seconds": 2,
+            "source": { "instance": "bay", "address": address }
         });
         (format!("DGA.{gas}"), tag)
     });
@@ -43,8 +43,9 @@ fn scene(port: u16) -> Scene {
         "settings": { "monitors": { "equipment": [ID], "record_minutes": 0.01 } }
     });
     config["overlays"] = json!(["gases"]);
-    config["chart"] = json!({ "plugin": "gases", "position": [0, 8, 0], "size": [20, 6, 8] });
-    config["view"] = json!({ "samples": 1, "size": SIZE });
+    config["chart"] = json!({ "instance": "gases", "position": [0, 8, 0], "size": [20, 6, 8] });
+    config["graphics"] = json!({ "samples": 1 });
+    config["window"] = json!({ "size": SIZE });
     scene
 }
 

@@ -206,7 +206,7 @@ fn one_plugin_may_run_together_with_the_viewer_and_another_apart() {
 #[test]
 fn the_log_has_a_plugins_last_words_and_what_becomes_of_it() {
     let mut trouble = FaultyPluginScene::with_plugin("trouble.segfault");
-    trouble.config["supervision"] = json!({ "restart_millis": 0, "max_deaths": 2 });
+    trouble.config["supervision"] = json!({ "restart_seconds": 0, "max_deaths": 2 });
     let stats = trouble.path("stats.json");
     let mut command = busbar();
     command.arg("render").arg(trouble.write()).args(["--seconds", "3"]);
@@ -234,8 +234,8 @@ fn a_storm_in_one_plugin_changes_nothing_else_on_the_picture() {
         faulty_plugins::compile(&scene.path("plugins"));
         scene.config["plugins"]["storm"] = json!({ "plugin": plugin });
         scene.config["tags"]["Z"] =
-            json!({ "type": "f64", "source": { "plugin": "storm", "address": {} } });
-        scene.config["supervision"] = json!({ "restart_millis": 0, "max_deaths": 0 });
+            json!({ "type": "f64", "source": { "instance": "storm", "address": {} } });
+        scene.config["supervision"] = json!({ "restart_seconds": 0, "max_deaths": 0 });
         let (picture, stats) = (scene.path("picture.png"), scene.path("stats.json"));
         let mut command = busbar();
         command.arg("render").arg(scene.write()).args(["--size", "480x270", "--seconds", "3"]);

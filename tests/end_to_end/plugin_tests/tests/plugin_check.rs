@@ -141,7 +141,7 @@ fn shipped_plugins_pass() {
     let free = std::net::TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr());
     let port = free.expect("a port is free").port();
     let modbus = json!({
-        "settings": { "host": "127.0.0.1", "port": port, "poll_millis": 100 },
+        "settings": { "host": "127.0.0.1", "port": port, "poll_seconds": 0.1 },
         "tags": [
             { "kind": "f64", "address": { "table": "input", "register": 100, "type": "i16" } },
             { "kind": "bool", "address": { "table": "discrete", "register": 4 } },
@@ -186,8 +186,8 @@ fn shipped_plugins_pass() {
                 "sslmode": "disable",
             },
             "queries": [
-                { "name": "rows", "sql": "SELECT key, value FROM latest", "poll_millis": 100 },
-                { "name": "row", "sql": "SELECT oil FROM t1", "poll_millis": 100 },
+                { "name": "rows", "sql": "SELECT key, value FROM latest", "poll_seconds": 0.1 },
+                { "name": "row", "sql": "SELECT oil FROM t1", "poll_seconds": 0.1 },
             ],
             "listen": [{ "channel": "values", "query": "rows" }],
         },
@@ -209,7 +209,7 @@ fn shipped_plugins_pass() {
     let file = json!({
         "settings": {
             "sqlite": { "path": "/no/such/values.db" },
-            "queries": [{ "name": "row", "sql": "SELECT oil FROM t1", "poll_millis": 100 }],
+            "queries": [{ "name": "row", "sql": "SELECT oil FROM t1", "poll_seconds": 0.1 }],
         },
         "tags": [{ "kind": "f64", "address": { "query": "row", "column": "oil" } }],
     });

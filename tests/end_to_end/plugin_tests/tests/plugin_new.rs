@@ -143,8 +143,8 @@ fn assert_runs_in_demo(project: &Project, mut command: Command) {
     let settings = json!({ "address": format!("127.0.0.1:{port}") });
     scene.config["plugins"]["added"] = json!({ "plugin": id, "settings": settings });
     scene.config["tags"]["Added"] = json!({
-        "name": "Added", "type": "f64", "unit": "°C", "freshness_millis": 3000,
-        "source": { "plugin": "added", "address": "temperature" },
+        "name": "Added", "type": "f64", "unit": "°C", "freshness_seconds": 3,
+        "source": { "instance": "added", "address": "temperature" },
     });
     let stats = scene.path("stats.json");
     let mut command = busbar();

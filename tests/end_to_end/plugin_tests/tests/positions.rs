@@ -89,13 +89,15 @@ fn scene(port: u16) -> Scene {
     config["plugins"].as_object_mut().expect("an object").remove("values");
     config["tags"] = json!({ "QB9": {
         "type": "double_point",
-        "freshness_millis": 1500,
-        "source": { "plugin": "bay", "address": { "table": "discrete", "register": 0 } },
+        "freshness_seconds": 1.5,
+        "source": { "instance": "bay", "address": { "table": "discrete", "register": 0 } },
     }});
     config["bindings"] = json!([{ "tag": "QB9", "node": SWITCH, "role": "position" }]);
     config["overlays"] = json!(["positions"]);
     config["cameras"] = json!({ "front": { "eye": [0.3, 1.6, 6.0], "target": [0.3, 1.6, 0.0], "fov_degrees": 45 } });
-    config["view"] = json!({ "samples": 1, "size": SIZE, "camera": "front" });
+    config["graphics"] = json!({ "samples": 1 });
+    config["window"] = json!({ "size": SIZE });
+    config["camera"] = json!({ "start": "front" });
     scene
 }
 

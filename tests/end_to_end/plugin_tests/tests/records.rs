@@ -71,8 +71,9 @@ fn scene(port: u16) -> Scene {
     for model in ["transformer", "breaker", "disconnector"] {
         scene.config["models"][model]["theta"] = json!(0.7);
     }
-    scene.config["view"] =
-        json!({ "samples": 1, "size": SIZE, "camera": "bay", "transition_seconds": 0 });
+    scene.config["graphics"] = json!({ "samples": 1 });
+    scene.config["window"] = json!({ "size": SIZE });
+    scene.config["camera"] = json!({ "start": "bay", "transition_seconds": 0 });
     ["csv_records", "sqlite_records"].iter().for_each(|plugin| scene.add_plugin(plugin));
     let folder = scene.path("");
     records().add_to(&mut scene.config, &folder);

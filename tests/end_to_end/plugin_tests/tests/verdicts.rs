@@ -50,12 +50,14 @@ fn scene() -> Scene {
     });
     config["tags"] = json!({ "Oil": {
         // Kelvins: the overlay converts them.
-        "type": "f64", "unit": "K", "freshness_millis": 60_000,
-        "source": { "plugin": "script", "address": {} },
+        "type": "f64", "unit": "K", "freshness_seconds": 60,
+        "source": { "instance": "script", "address": {} },
     }});
     config["bindings"] = json!([{ "tag": "Oil", "node": TRANSFORMER, "role": "oil" }]);
     config["overlays"] = json!(["monitored"]);
-    config["view"] = json!({ "samples": 1, "size": SIZE, "camera": "bay", "quality": "low" });
+    config["graphics"] = json!({ "samples": 1, "quality": "low" });
+    config["window"] = json!({ "size": SIZE });
+    config["camera"] = json!({ "start": "bay" });
     for key in ["alarms", "alarm_handling", "records"] {
         config.as_object_mut().expect("an object").remove(key);
     }

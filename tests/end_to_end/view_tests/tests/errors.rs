@@ -63,7 +63,7 @@ fn a_configuration_that_names_what_is_not_there() {
         ("/bindings/0/node", json!("=S12D1T1-TA1/tnak"), "no node '=S12D1T1-TA1/tnak'"),
         ("/bindings/0/node", json!("=S12D1T1-TA2"), "did you mean '=S12D1T1-TA1'?"),
         ("/plugins/values/plugin", json!("power_overlya"), "no plugin 'power_overlya' in "),
-        ("/view/camera", json!("bey"), "'bay'"),
+        ("/camera/start", json!("bey"), "'bay'"),
     ];
     for (pointer, value, words) in cases {
         let scene = with(pointer, value);
@@ -79,7 +79,7 @@ fn a_plugin_that_cannot_do_what_is_asked() {
     let cases = [
         ("/models/breaker/optimizer", json!("values"), "busbar.mesh-optimizer/1-draft"),
         ("/overlays/0", json!("optimizer"), "busbar.overlay/1-draft"),
-        ("/tags/T1.U12/source/plugin", json!("optimizer"), "busbar.telemetry/1-draft"),
+        ("/tags/T1.U12/source/instance", json!("optimizer"), "busbar.telemetry/1-draft"),
     ];
     for (pointer, value, capability) in cases {
         let mut scene = with(pointer, value);
@@ -92,8 +92,12 @@ fn a_plugin_that_cannot_do_what_is_asked() {
 #[test]
 fn settings_and_addresses_that_a_plugin_refuses() {
     let cases = [
-        ("/plugins/bay/settings/poll_millis", json!("fast"), "settings of plugin 'modbus_adapter'"),
-        ("/plugins/bay/settings/poll_millis", json!(1), "settings of plugin 'modbus_adapter'"),
+        (
+            "/plugins/bay/settings/poll_seconds",
+            json!("fast"),
+            "settings of plugin 'modbus_adapter'",
+        ),
+        ("/plugins/bay/settings/poll_seconds", json!(0.001), "settings of plugin 'modbus_adapter'"),
         ("/plugins/optimizer/settings", json!({"guard": 1}), "'guard' was unexpected"),
     ];
     for (pointer, value, words) in cases {
@@ -114,12 +118,12 @@ fn ten_errors_are_told_at_their_lines() {
         r#""plugins": {"optimizer": {"plugin": "weighted_collapse", "setings": {}}},"#,
         r#""models": {"breaker": {"file": "models/breaker.glb", "optimizer": "optimizer", "theta": 2}},"#,
         r#""scene": [{"id": "=Q1", "modle": "breaker"}],"#,
-        r#""tags": {"A": {"type": "f16", "source": {"plugin": "optimizer", "address": 1}},"#,
-        r#""B": {"type": "f64", "freshness_millis": 1, "source": {"plugin": "optimizer", "address": 1}}},"#,
+        r#""tags": {"A": {"type": "f16", "source": {"instance": "optimizer", "address": 1}},"#,
+        r#""B": {"type": "f64", "freshness_seconds": 0.001, "source": {"instance": "optimizer", "address": 1}}},"#,
         r#""bindings": [{"tag": "nobody's", "node": "=Q1"}],"#,
         r#""overlays": ["nothing"],"#,
         r#""cameras": {"bay": {"eye": [1, 2, 3], "target": [0, 0, 0], "fov_degrees": 500}},"#,
-        r#""view": {"samples": 3}"#,
+        r#""graphics": { "samples": 3 }"#,
     ];
     let scene = Scene::demo(1);
     let path = scene.write_text(&format!(

@@ -82,7 +82,8 @@ fn shown(ids: &[Option<String>]) -> usize {
 #[test]
 fn far_yards_are_one_mesh_each_and_look_and_pick_as_their_breakers() {
     let mut yards = Scene::yards();
-    yards.config["view"] = json!({ "samples": 1, "size": SIZE });
+    yards.config["graphics"] = json!({ "samples": 1 });
+    yards.config["window"] = json!({ "size": SIZE });
     let scene = LoadedScene::load(&yards.write(), &|_, _, _| {}).expect("the scene loads");
     let options = RendererOptions { samples: 1, validation: true, ..Default::default() };
     let viewer = Viewer::new_headless(scene, options, SIZE).expect("there is a device");

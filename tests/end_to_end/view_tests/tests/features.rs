@@ -199,7 +199,7 @@ fn the_papers_substation_keeps_every_id_at_every_theta() {
     let mut scene = scene_of(&Model::default(), size);
     fs::write(scene.path("model.glb"), &file).expect("the folder can be written");
     scene.config["cameras"] = station.configuration()["cameras"].clone();
-    scene.config["view"]["camera"] = json!("overview");
+    scene.config["camera"]["start"] = json!("overview");
     let known: BTreeSet<_> = names.iter().map(|name| format!("yard/{name}")).collect();
     let pixels = random_pixels(10_000, size);
     for plugin in ["weighted_collapse", "quadric_collapse"] {

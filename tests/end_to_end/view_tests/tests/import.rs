@@ -224,6 +224,22 @@ fn every_bad_row_is_told_and_can_be_left_out() {
 }
 
 #[test]
+fn a_list_is_read_in_the_encoding_that_is_named() {
+    let example = Example::new();
+    // A description in ISO 8859-5, which no spreadsheet writes.
+    let list = b"tag,type,description,address.table,address.register,address.type\n\
+        T1.TopOil,f64,\xc2\xde\xda,holding,100,i16\n";
+    std::fs::write(example.path("points.csv"), list).expect("it can be written");
+    let plugin = ["--plugin", "bay=modbus_adapter,host=127.0.0.1"];
+    let named = |name| example.import(&[&plugin[..], &["--encoding", name]].concat());
+    let output = named("utf-8").expect_code(1);
+    assert!(output.stderr.contains("points.csv:2: error: it is not UTF-8"), "{}", output.stderr);
+    named("utf-9").expect_code(2);
+    named("iso-8859-5").expect_code(0);
+    assert_eq!(example.json("scene.json")["tags"]["T1.TopOil"]["name"], "Ток");
+}
+
+#[test]
 fn requests_that_cannot_work_say_what_to_do() {
     let example = Example::new();
     let cases: [(&[&str], &str); 4] = [

@@ -37,7 +37,8 @@ fn breakers() -> Scene {
         json!({ "id": format!("=Q{number}"), "model": "breaker", "transform": transform })
     };
     scene.config["scene"] = (0..2).map(place).collect::<Value>();
-    scene.config["view"] = json!({ "samples": 4, "size": SIZE });
+    scene.config["graphics"] = json!({ "samples": 4 });
+    scene.config["window"] = json!({ "size": SIZE });
     scene
 }
 
@@ -140,7 +141,8 @@ fn in_a_slow_dolly_nothing_pops() {
 #[test]
 fn nor_does_a_group_that_is_drawn_as_one() {
     let mut scene = Scene::yards();
-    scene.config["view"] = json!({ "samples": 4, "size": SIZE });
+    scene.config["graphics"] = json!({ "samples": 4 });
+    scene.config["window"] = json!({ "size": SIZE });
     let config = scene.write();
     let target = vec3(60.0, 0.0, 10.0);
     let eye = |z: f32| vec3(60.0, z / 10.0, z);

@@ -98,12 +98,12 @@ fn pictures_are_the_golden_ones() {
 #[test]
 fn pictures_at_high_quality_are_the_golden_ones() {
     let mut scene = Scene::without_tags();
-    let view = &mut scene.config["view"];
-    view["quality"] = "high".into();
-    view["ground"] = true.into();
+    let graphics = &mut scene.config["graphics"];
+    graphics["quality"] = "high".into();
+    graphics["ground"] = true.into();
     render(&scene, &["--size", "640x360", "--validation"]);
     assert_golden("bay_high", &scene.path("picture.png"));
-    scene.config["view"]["section"] = json!({ "normal": [0, 0, 1], "distance": 0 });
+    scene.config["camera"]["section"] = json!({ "normal": [0, 0, 1], "distance": 0 });
     let cut = ["--camera", "transformer", "--pick", "336,110"];
     let (_, stats) = render(&scene, &[&["--size", "640x360", "--validation"], &cut[..]].concat());
     assert_eq!(stats.0["validation_messages"], json!([]));

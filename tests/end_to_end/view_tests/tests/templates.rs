@@ -32,7 +32,8 @@ fn scene_of(nodes: Value, templates: Value) -> Scene {
         json!({ "breaker": models["breaker"], "disconnector": models["disconnector"] });
     scene.config["templates"] = templates;
     scene.config["scene"] = nodes;
-    scene.config["view"] = json!({ "samples": 1, "size": SIZE });
+    scene.config["graphics"] = json!({ "samples": 1 });
+    scene.config["window"] = json!({ "size": SIZE });
     scene
 }
 

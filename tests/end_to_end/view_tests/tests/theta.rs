@@ -39,7 +39,8 @@ fn row() -> Scene {
     own["theta"] = OWN_THETA.into();
     node["instances"] = json!([copy(1), copy(2), own]);
     scene.config["scene"] = json!([node]);
-    scene.config["view"] = json!({ "samples": 1, "size": SIZE });
+    scene.config["graphics"] = json!({ "samples": 1 });
+    scene.config["window"] = json!({ "size": SIZE });
     scene
 }
 
@@ -199,7 +200,7 @@ fn a_scale_of_zero_shows_full_detail() {
     view.viewer.set_theta_scale(1.0);
     assert!(view.at(0.0) == scaled_by_one, "nothing is lost");
 
-    scene.config["view"]["theta_scale"] = 0.into();
+    scene.config["graphics"]["theta_scale"] = 0.into();
     let mut view = View::open(&scene.write());
     assert!(view.at(0.0) == full, "configured");
 }
@@ -235,7 +236,7 @@ fn a_frame_that_does_not_wait_ends_at_the_same_picture() {
 fn the_program_follows_the_configuration() {
     let mut scene = row();
     scene.config["cameras"] = json!({ "near": { "eye": [0, 6, 14], "target": [100, 2, 0] } });
-    scene.config["view"]["camera"] = "near".into();
+    scene.config["camera"]["start"] = "near".into();
     let render = |more: &[&str]| {
         let mut command = busbar();
         command.arg("render").arg(scene.write()).arg("--out").arg(scene.path("picture.png"));

@@ -71,7 +71,8 @@ fn every_failing_call_leaves_the_same_picture() {
 #[test]
 fn at_high_quality_too_with_an_outline_and_a_section() {
     let section = json!({ "normal": [1, 0, 0], "distance": 0.6 });
-    let view = json!({ "size": SIZE, "quality": "high", "ground": true, "section": section });
+    let view = json!({ "window": { "size": SIZE }, "camera": { "section": section },
+        "graphics": { "quality": "high", "ground": true } });
     strike_all(&Subject::with_view(view), HIGH_SAMPLE);
 }
 
@@ -79,7 +80,7 @@ fn at_high_quality_too_with_an_outline_and_a_section() {
 /// that it does not hide.
 #[test]
 fn between_the_parts_of_a_frame_too() {
-    let view = json!({ "size": SIZE, "quality": "low" });
+    let view = json!({ "window": { "size": SIZE }, "graphics": { "quality": "low" } });
     let subject = Subject::with_sheets(view, 60);
     let stats = subject.path("stats.json").to_string_lossy().into_owned();
     let out = subject.path("picture.png").to_string_lossy().into_owned();

@@ -44,12 +44,12 @@ fn without_indirect_draws_each_is_a_command_and_the_picture_the_same() {
 #[test]
 fn as_on_a_card_the_picture_is_the_same() {
     for view in [
-        json!({ "quality": "low" }),
-        json!({ "quality": "medium", "samples": 1 }),
-        json!({ "quality": "high", "ground": true, "fog": true }),
+        json!({ "graphics": { "quality": "low" } }),
+        json!({ "graphics": { "quality": "medium", "samples": 1 } }),
+        json!({ "graphics": { "quality": "high", "ground": true, "fog": true } }),
     ] {
         let with_size = |mut view: Value| {
-            view["size"] = json!([320, 240]);
+            view["window"] = json!({ "size": [320, 240] });
             view
         };
         let mut subject = Subject::with_sheets(with_size(view.clone()), 60);

@@ -39,7 +39,7 @@ pub fn configuration(station: &Station, follow: bool) -> Value {
         }));
     }
     config["chart"] = json!({
-        "plugin": "gases",
+        "instance": "gases",
         "position": [-33.0, 12.5, 52.0],
         "size": [66.0, 17.0, 26.0],
         "follow": follow
@@ -50,7 +50,7 @@ pub fn configuration(station: &Station, follow: bool) -> Value {
         json!({ "eye": [52, 34, 128], "target": [2, 15, 62], "fov_degrees": 44 });
     config["cameras"]["chart_above"] =
         json!({ "eye": [0, 62, 116], "target": [0, 19, 63], "fov_degrees": 40 });
-    config["view"]["camera"] = json!("chart");
+    config["camera"]["start"] = json!("chart");
     config
 }
 

@@ -52,7 +52,8 @@ impl Station {
                     "fov_degrees": 52
                 }
             },
-            "view": { "camera": "overview", "size": [1280, 720] }
+            "camera": { "start": "overview" },
+            "window": { "size": [1280, 720] }
         })
     }
 }

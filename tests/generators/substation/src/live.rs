@@ -42,8 +42,8 @@ impl Station {
                 "settings": {
                     "host": "127.0.0.1",
                     "port": port,
-                    "poll_millis": FAST_MILLIS / 2,
-                    "poll_groups": { SLOW_GROUP: { "poll_millis": FAST_MILLIS } },
+                    "poll_seconds": FAST_MILLIS as f64 / 2_000.0,
+                    "poll_groups": { SLOW_GROUP: { "poll_seconds": FAST_MILLIS as f64 / 1_000.0 } },
                 },
             });
         }
@@ -138,7 +138,7 @@ impl Registers {
         if space == SLOW_GROUP {
             address["poll_group"] = json!(SLOW_GROUP);
         }
-        json!({ "plugin": gateway.name(), "address": address })
+        json!({ "instance": gateway.name(), "address": address })
     }
 }
 
@@ -159,7 +159,7 @@ fn tag(point: &Point, source: Value, closed: Option<bool>) -> Value {
     };
     let mut tag = json!({
         "name": capitalised(&point.name),
-        "freshness_millis": MISSED_SCANS * point.scan_millis,
+        "freshness_seconds": (MISSED_SCANS * point.scan_millis) as f64 / 1_000.0,
         "source": source,
         "simulate": simulate,
     });

@@ -42,12 +42,13 @@ struct Timeline {
 
 impl Timeline {
     fn jump(&mut self, at: f64, tag: impl Into<String>, value: f64) {
-        self.events.push(json!({ "at": at, "tag": tag.into(), "value": value }));
+        self.events.push(json!({ "at_seconds": at, "tag": tag.into(), "value": value }));
     }
 
     fn ramp(&mut self, at: f64, tag: impl Into<String>, value: f64, over: f64) {
         let tag = tag.into();
-        self.events.push(json!({ "at": at, "tag": tag, "value": value, "over": over }));
+        self.events
+            .push(json!({ "at_seconds": at, "tag": tag, "value": value, "over_seconds": over }));
     }
 
     /// Sets the power out of a bay's busbar, and the currents that result from it.
@@ -170,7 +171,7 @@ fn isolation() -> Timeline {
 
 fn link_loss() -> Timeline {
     let events = vec![json!({
-        "at": BEGIN, "plugin": "yard_110", "link": "link-loss", "for": 60,
+        "at_seconds": BEGIN, "instance": "yard_110", "link": "link-loss", "for_seconds": 60,
     })];
     Timeline { events }
 }

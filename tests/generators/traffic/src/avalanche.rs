@@ -36,7 +36,7 @@ pub(crate) fn measure(site: &GeneratedScene) -> Result<Avalanche> {
     let made = AVALANCHES * switches;
     ensure!(made as usize <= MAX_EVENTS, "more events than are kept");
     let settings = json!({
-        "updates_per_second": switches, "updates": made, "batch_millis": 1, "delay_millis": 1500,
+        "updates_per_second": switches, "updates": made, "batch_seconds": 0.001, "delay_seconds": 1.5,
     });
     let (mut viewer, _) = site.view(&settings, switches, "double_point", 14)?;
     let (start, mut last, mut gaps) = (Instant::now(), None::<Instant>, Vec::new());

@@ -44,7 +44,7 @@ impl SampleSink for Updates<'_> {
 
 pub(crate) fn measure(site: &GeneratedScene) -> Result<DrainTimes> {
     let rate = f64::from(TAGS) / PERIOD.as_secs_f64();
-    let settings = json!({ "updates_per_second": rate, "batch_millis": PERIOD.as_millis() as u64 });
+    let settings = json!({ "updates_per_second": rate, "batch_seconds": PERIOD.as_secs_f64() });
     let telemetry = site.generator(&settings, TAGS)?;
     let spec = |tag| TagSpec {
         id: tag_id(tag),

@@ -29,7 +29,7 @@ pub(crate) struct Latency {
 pub(crate) fn measure(site: &GeneratedScene) -> Result<Latency> {
     let settings = json!({
         "updates_per_second": 1.0 / PERIOD.as_secs_f64(),
-        "batch_millis": 1,
+        "batch_seconds": 0.001,
     });
     let (mut viewer, _) = site.view(&settings, 1, "f64", 1)?;
     let (mut latencies, mut frames) = (Vec::new(), Vec::new());

@@ -105,13 +105,14 @@ fn configuration(settings: &Value, tags: u64, kind: &str, shown: usize) -> Strin
         "version": 1,
         "plugin_directories": ["plugins"],
         "plugins": {
-            "source": { "plugin": GENERATOR, "settings": settings },
+            "source": { "instance": GENERATOR, "settings": settings },
             "values": { "plugin": OVERLAY },
         },
         "models": { "transformer": { "file": "models/transformer.glb" } },
         "scene": [{ "id": "=T1", "model": "transformer" }],
         "overlays": ["values"],
-        "view": { "size": PICTURE, "samples": 1 },
+        "window": { "size": PICTURE },
+        "graphics": { "samples": 1 },
         "bindings": (0..shown)
             .map(|tag| json!({ "tag": tag_id(tag as u64), "node": "=T1" }))
             .collect::<Vec<_>>(),
@@ -120,14 +121,14 @@ fn configuration(settings: &Value, tags: u64, kind: &str, shown: usize) -> Strin
     text.truncate(text.len() - 1);
     text += ",\"tags\":{";
     let limits = if kind == "f64" { ",\"limits\":{\"high\":50}" } else { "" };
-    let freshness = FRESHNESS.as_millis();
+    let freshness = FRESHNESS.as_secs_f64();
     for tag in 0..tags {
         let (comma, id) = (if tag > 0 { "," } else { "" }, tag_id(tag));
         // Writing to a string does not fail.
         let _ = write!(
             text,
-            "{comma}\"{id}\":{{\"type\":\"{kind}\",\"freshness_millis\":{freshness}{limits},\
-             \"source\":{{\"plugin\":\"source\",\"address\":{tag}}}}}"
+            "{comma}\"{id}\":{{\"type\":\"{kind}\",\"freshness_seconds\":{freshness}{limits},\
+             \"source\":{{\"instance\":\"source\",\"address\":{tag}}}}}"
         );
     }
     text + "}}"

@@ -38,7 +38,7 @@ pub(crate) fn measure(site: &GeneratedScene) -> Result<Sustained> {
     let mut found = Sustained { tags, ..Sustained::default() };
     for _ in 0..ROUNDS {
         for rate in [0, UPDATES_PER_SECOND] {
-            let settings = json!({ "updates_per_second": rate, "batch_millis": 5 });
+            let settings = json!({ "updates_per_second": rate, "batch_seconds": 0.005 });
             let (mut viewer, seconds) = site.view(&settings, tags, "i64", 14)?;
             found.load_seconds.push(seconds);
             frames(&mut viewer, SETTLING)?;

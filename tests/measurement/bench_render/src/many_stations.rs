@@ -176,7 +176,7 @@ fn configuration(
     scene["scene"] = (0..stations).map(place).collect();
     scene["overlays"] = json!([]);
     scene["plugins"].as_object_mut().context("no plugins")?.remove("values");
-    scene["view"] = json!({ "samples": 1 });
+    scene["graphics"] = json!({ "samples": 1 });
     scene["cameras"] = json!({});
     for model in scene["models"].as_object_mut().context("no models")?.values_mut() {
         model["optimizer"] = json!("optimizer");

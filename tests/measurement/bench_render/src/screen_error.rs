@@ -62,7 +62,7 @@ pub(crate) fn measure(
                 "theta": { "max_error_px": MAX_ERROR_PX },
             } },
             "scene": [{ "id": "paper", "model": "paper" }],
-            "view": { "samples": 1 },
+            "graphics": { "samples": 1 },
         })
         .to_string(),
     )?;

@@ -55,7 +55,9 @@ pub(crate) fn measure(
         "models": { "paper": { "file": glb.file_name().map(|name| name.to_string_lossy()), "optimizer": "optimizer" } },
         "scene": [{ "id": "paper", "model": "paper" }],
         "cameras": { "start": camera },
-        "view": { "camera": "start", "samples": SAMPLES, "size": SIZE },
+        "camera": { "start": "start" },
+        "graphics": { "samples": SAMPLES },
+        "window": { "size": SIZE },
     }).to_string())?;
     let mut all: Vec<(Startup, Vec<f64>)> = Vec::new();
     let ours = |picture: &str| {

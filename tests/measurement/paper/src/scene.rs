@@ -114,7 +114,9 @@ fn configuration(plugins: &str, steps: usize) -> Value {
         "scene": [{ "id": "S", "model": "paper" }],
         "cache": { "directory": CACHE },
         "cameras": cameras,
-        "view": { "camera": OVERVIEW, "samples": 4, "size": [1280, 720] }
+        "camera": { "start": OVERVIEW },
+        "graphics": { "samples": 4 },
+        "window": { "size": [1280, 720] }
     })
 }
 

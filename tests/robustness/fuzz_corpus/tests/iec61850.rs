@@ -25,7 +25,7 @@ pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Some((&form, rest)) = bytes.split_first() else { return false };
     let recorder = Recorder::new();
     let settings = json!({
-        "host": "127.0.0.1", "reports": [{"rcb": BLOCK, "integrity_millis": 5000}]
+        "host": "127.0.0.1", "reports": [{"rcb": BLOCK, "integrity_seconds": 5}]
     });
     let settings = serde_json::from_value(settings).expect("these settings are good");
     let client = ClientProbe::new(settings, &tags(), recorder.sink());

@@ -182,7 +182,7 @@ fn tag((number, bytes): (u32, &[u8])) -> TagSpec {
 
 fn settings() -> Settings {
     let settings =
-        json!({ "host": "127.0.0.1", "poll_groups": { "slow": { "poll_millis": 10_000 } } });
+        json!({ "host": "127.0.0.1", "poll_groups": { "slow": { "poll_seconds": 10 } } });
     serde_json::from_value(settings).expect("these settings are good")
 }
 

@@ -22,8 +22,8 @@ pub fn fuzz_one(bytes: &[u8]) -> bool {
     let length = usize::from(u16::from_le_bytes(*length)).min(rest.len());
     let (first, second) = rest.split_at(length);
     let settings = json!({
-        "url": "opc.tcp://127.0.0.1:1/test", "publishing_millis": 50,
-        "connect_timeout_millis": 500, "silence_millis": 500,
+        "url": "opc.tcp://127.0.0.1:1/test", "publishing_seconds": 0.05,
+        "connect_timeout_seconds": 0.5, "silence_seconds": 0.5,
     });
     let settings = serde_json::from_value(settings).expect("these settings are good");
     let tags: Vec<_> = (0..)

@@ -10,8 +10,8 @@ use serde_json::json;
 
 fn settings() -> Settings {
     let settings = json!({
-        "url": "opc.tcp://127.0.0.1:1/test", "connect_timeout_millis": 500,
-        "silence_millis": 500,
+        "url": "opc.tcp://127.0.0.1:1/test", "connect_timeout_seconds": 0.5,
+        "silence_seconds": 0.5,
     });
     serde_json::from_value(settings).expect("these settings are good")
 }

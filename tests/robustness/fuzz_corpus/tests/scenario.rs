@@ -12,10 +12,10 @@ const CONFIG: &str = r#"{
     "scene": [],
     "tags": {
         "load": { "type": "f64", "range": { "low": 0, "high": 200 },
-            "source": { "plugin": "bay", "address": {} } },
+            "source": { "instance": "bay", "address": {} } },
         "twice": { "type": "f64", "expression": "2 * 3" },
-        "trip": { "type": "bool", "source": { "plugin": "bay", "address": {} } },
-        "Q1": { "type": "double_point", "source": { "plugin": "bay", "address": {} } }
+        "trip": { "type": "bool", "source": { "instance": "bay", "address": {} } },
+        "Q1": { "type": "double_point", "source": { "instance": "bay", "address": {} } }
     }
 }"#;
 /// Longest duration of a scenario, seconds: a year.

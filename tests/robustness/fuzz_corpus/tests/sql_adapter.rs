@@ -136,7 +136,7 @@ fn tags(is_keyed: bool) -> Vec<TagSpec> {
 
 fn settings(is_postgres: bool) -> Settings {
     let mut settings =
-        json!({ "queries": [{ "name": "q", "sql": "SELECT 1", "poll_millis": 1000 }] });
+        json!({ "queries": [{ "name": "q", "sql": "SELECT 1", "poll_seconds": 1 }] });
     if is_postgres {
         settings["postgres"] = json!({ "host": "/run", "database": "d", "user": "u" });
     } else {

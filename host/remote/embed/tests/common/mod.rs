@@ -51,7 +51,7 @@ pub(crate) fn scene() -> Scene {
             "message": "Top oil hot", "equipment": TRANSFORMER,
         }
     });
-    config["view"]["transition_seconds"] = json!(0);
+    config["camera"]["transition_seconds"] = json!(0);
     scene
 }
 

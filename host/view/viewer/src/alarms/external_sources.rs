@@ -1,7 +1,6 @@
 //! Alarms that other systems decide on, beside those decided here.
 
 use super::*;
-use crate::stats::AlarmStats;
 
 impl AlarmService {
     /// Takes the alarms that external systems have reported.
@@ -32,17 +31,9 @@ impl AlarmService {
         spec.or_else(|| self.sources.get(alarm).map(|(source, external)| external.id(source)))
     }
 
-    /// Alarms that other systems decide on, for statistics.
-    pub(crate) fn external_stats(&self) -> impl Iterator<Item = AlarmStats> {
-        self.sources.iter().map(|(source, external)| AlarmStats {
-            id: external.id(source),
-            state: external.alarm.standing().state(),
-            priority: external.priority.name(),
-            certain: external.is_certain(source),
-            occurrences: 0,
-            source: Some(source.name().to_owned()),
-            uncertainty: source.short_uncertainty(&external.alarm),
-        })
+    /// States of the alarms that other systems decide on.
+    pub(crate) fn external_states(&self) -> impl Iterator<Item = State> {
+        self.sources.iter().map(|(_, external)| external.alarm.standing().state())
     }
 
     /// Returns the state of an own or external alarm.

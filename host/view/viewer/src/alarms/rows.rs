@@ -92,13 +92,13 @@ impl AlarmListRows<'_> {
     }
 
     /// Origin of an alarm's tag as it is.
-    fn origin_of(&self, spec: &AlarmSpec) -> Origin {
+    pub(super) fn origin_of(&self, spec: &AlarmSpec) -> Origin {
         let AlarmSource::Tag { trigger, .. } = &spec.source else { return Origin::LIVE };
         self.snapshot.state(trigger.tag).map_or(Origin::LIVE, |state| state.origin)
     }
 
     /// Origin that the configuration declares of another system's alarms.
-    fn declared_origin(&self, source: &ExternalSource) -> Origin {
+    pub(super) fn declared_origin(&self, source: &ExternalSource) -> Origin {
         let plugin = self.scene.config.plugins.get(source.name());
         let is_simulated = plugin.is_some_and(|plugin| plugin.simulated);
         if is_simulated { Origin::SIMULATED } else { Origin::LIVE }
@@ -180,7 +180,7 @@ impl AlarmListRows<'_> {
             log: newest.map(|record| text::record(record, alarm_service.wall_clock)).collect(),
             sources: alarm_service.sources.statuses(),
             trouble: alarm_service.fault_text(),
-            max_shelving: Duration::from_secs(u64::from(handling.max_shelving_minutes) * 60),
+            max_shelving: handling.max_shelving,
             flashes,
         })
     }

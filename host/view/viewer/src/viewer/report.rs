@@ -59,7 +59,7 @@ impl Viewer {
                 .max()
                 .map(|time| time.0 as f64 / 1e9),
             events: self.events.count(),
-            alarms: self.alarms.as_ref().map_or_else(Vec::new, stats::alarms),
+            alarms: self.alarm_rows(self.tags.snapshot()).stats(),
             chart: self.chart.as_ref().map(SceneChart::stats),
             selected_alarm: self.alarms.as_ref().and_then(stats::selected_alarm),
             picked: match self.selection.len() {
@@ -177,6 +177,10 @@ impl Viewer {
         }
     }
 
+    fn alarm_rows<'a>(&'a self, snapshot: Snapshot<'a>) -> AlarmListRows<'a> {
+        AlarmListRows { alarm_service: self.alarms.as_ref(), scene: &self.scene, snapshot }
+    }
+
     fn faceplate_inputs<'a>(
         &'a self,
         snapshot: Snapshot<'a>,
@@ -188,7 +192,7 @@ impl Viewer {
             scene,
             snapshot,
             rows,
-            alarms: AlarmListRows { alarm_service: self.alarms.as_ref(), scene, snapshot },
+            alarms: self.alarm_rows(snapshot),
             overlays: &self.overlays,
             states,
             chart: self.chart.as_ref(),

@@ -32,11 +32,11 @@ impl TwoConnections {
         let settings = json!({
             "host": "a.example",
             "redundancy": [{"host": "b.example"}],
-            "t0_millis": 5000,
-            "t3_millis": 300_000,
-            "interrogation_period_millis": interrogation.as_millis() as u64,
-            "counter_period_millis": 3_600_000,
-            "clock_sync_period_millis": 3_600_000,
+            "t0_seconds": 5,
+            "t3_seconds": 300,
+            "interrogation_period_seconds": interrogation.as_secs_f64(),
+            "counter_period_seconds": 3600,
+            "clock_sync_period_seconds": 3600,
             "utc_offset_minutes": 60,
         });
         let config = serde_json::from_value::<Settings>(settings).unwrap().parse().unwrap();

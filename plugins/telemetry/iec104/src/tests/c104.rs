@@ -79,7 +79,7 @@ fn every_type_is_read_as_the_station_has_it() {
         .collect();
     let Some(mut peer) = peer(&points) else { return };
     let tags = addressed().map(|(ioa, (_, kind, _))| tag(ioa, *kind)).collect();
-    let settings = json!({"counter_period_millis": 60_000, "clock_sync_period_millis": 60_000});
+    let settings = json!({"counter_period_seconds": 60, "clock_sync_period_seconds": 60});
     let running = start(peer.port, settings, tags);
     for (ioa, (name, _, [(_, expected), _])) in addressed() {
         // c104 leaves this one out of interrogations.
@@ -164,7 +164,7 @@ fn a_killed_station_makes_tags_bad_and_a_restarted_one_good() {
 #[cfg(target_os = "linux")]
 fn a_frozen_station_makes_tags_bad_within_t3_and_t1() {
     let Some(peer) = peer(&[point(1, "M_ME_NC_1", json!(5.0))]) else { return };
-    let settings = json!({"t1_millis": 700, "t2_millis": 300, "t3_millis": 500});
+    let settings = json!({"t1_seconds": 0.7, "t2_seconds": 0.3, "t3_seconds": 0.5});
     let mut running = start(peer.port, settings, vec![tag(1, ValueKind::F64)]);
     running.wait_for(1, Value::F64(5.0));
     // Idle for longer than t3: the station answers the tests, and the tag stays.

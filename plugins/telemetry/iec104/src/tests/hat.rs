@@ -63,7 +63,7 @@ fn every_type_is_read_as_the_station_has_it() {
         let address = json!({"ioa": 18, "bit": bit});
         tags.push(tag_spec(100 + bit, &format!("bit{bit}"), ValueKind::Bool, address));
     }
-    let running = start(peer.port, json!({"counter_period_millis": 60_000}), tags);
+    let running = start(peer.port, json!({"counter_period_seconds": 60}), tags);
     let time = UNIX_EPOCH + Duration::from_millis(1_767_323_045_678);
     for (ioa, (name, _, _, expected)) in (1..).zip(cases) {
         running.wait_for(ioa, expected);
@@ -170,7 +170,7 @@ fn a_thousand_changes_pass_the_windows_in_order() {
         return;
     };
     // As late as it may: every acknowledgement is one by w, the station's k is 12.
-    let settings = json!({"w": 12, "t1_millis": 200_000, "t2_millis": 100_000});
+    let settings = json!({"w": 12, "t1_seconds": 200, "t2_seconds": 100});
     let running = start(peer.port, settings, vec![tag(1, ValueKind::I64)]);
     running.wait_for(1, Value::I64(0));
     running.recorder.clear();
@@ -189,7 +189,7 @@ fn a_redundancy_group_switches_over_and_keeps_the_others_ready() {
     let mut second = peer::start(peer::HAT, &station(2)).unwrap();
     let settings = json!({
         "redundancy": [{"host": "127.0.0.1", "port": second.port}],
-        "t1_millis": 2000, "t2_millis": 1000, "t3_millis": 100
+        "t1_seconds": 2, "t2_seconds": 1, "t3_seconds": 0.1
     });
     let mut running = start(first.port, settings, vec![tag(1, ValueKind::I64)]);
     // Whichever was quicker carries data.

@@ -10,7 +10,7 @@ use super::*;
 const VALUE: [u8; 12] = [11, 1, 3, 0, 1, 0, 1, 0, 0, 7, 0, 0];
 
 fn quick() -> serde_json::Value {
-    json!({"t0_millis": 300, "t1_millis": 300, "t2_millis": 200, "t3_millis": 200})
+    json!({"t0_seconds": 0.3, "t1_seconds": 0.3, "t2_seconds": 0.2, "t3_seconds": 0.2})
 }
 
 /// No value may come of it, tags are bad in time, and tries thin out.

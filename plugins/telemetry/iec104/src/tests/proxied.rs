@@ -29,7 +29,7 @@ fn tags() -> Vec<TagSpec> {
 }
 
 fn quick() -> serde_json::Value {
-    json!({"t0_millis": 1000, "t1_millis": 300, "t2_millis": 200, "t3_millis": 200})
+    json!({"t0_seconds": 1, "t1_seconds": 0.3, "t2_seconds": 0.2, "t3_seconds": 0.2})
 }
 
 fn proxy(peer: &Peer, script: &FaultScript) -> FaultProxy {

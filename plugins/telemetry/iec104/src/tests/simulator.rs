@@ -77,7 +77,7 @@ fn is_value_at(tag: &SimulatedTag, value: Value, time: SystemTime) -> bool {
 fn every_change_has_the_value_of_its_time() {
     let device = start_device(tags(), Duration::from_millis(50));
     let specs = device.tags.iter().map(|tag| tag.spec.clone()).collect();
-    let running = start(device.port, json!({"counter_period_millis": 1000}), specs);
+    let running = start(device.port, json!({"counter_period_seconds": 1}), specs);
     for tag in &device.tags {
         running.wait("a good value", tag.spec.tag, |sample| sample.quality.is_good());
     }

@@ -42,8 +42,11 @@ fn only_the_right_certificates_open_a_connection() {
         assert!(!running.has_good_samples());
     }
     // And without encryption there is no talking to it.
-    let plain =
-        start(peer.port, json!({"t1_millis": 500, "t2_millis": 200}), vec![tag(1, ValueKind::F64)]);
+    let plain = start(
+        peer.port,
+        json!({"t1_seconds": 0.5, "t2_seconds": 0.2}),
+        vec![tag(1, ValueKind::F64)],
+    );
     plain.wait_for_link(LinkState::Down, "");
     assert!(!plain.has_good_samples());
 }

@@ -84,7 +84,7 @@ fn lists_that_come_in_many_answers_are_whole() {
 fn a_server_that_does_not_answer_is_told_in_time() {
     let silent = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = silent.local_addr().unwrap().port();
-    let server = json!({"host": "127.0.0.1", "port": port, "timeout_millis": 600});
+    let server = json!({"host": "127.0.0.1", "port": port, "timeout_seconds": 0.6});
     let begun = Instant::now();
     check_refused(&points(&server, &[]), "no association within 600 ms");
     drop(silent);

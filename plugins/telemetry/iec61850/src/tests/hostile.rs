@@ -14,7 +14,7 @@ use iec61850_rs::proto::mms::{ConfirmedRequest, ConfirmedResponse, Mms};
 use super::*;
 
 fn quick() -> serde_json::Value {
-    json!({"connect_millis": 500, "timeout_millis": 300, "test_millis": 200})
+    json!({"connect_seconds": 0.5, "timeout_seconds": 0.3, "test_seconds": 0.2})
 }
 
 /// A server for one client after the other; `serve` is what it does with each.

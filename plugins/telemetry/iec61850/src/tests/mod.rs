@@ -47,7 +47,7 @@ fn start_with(
     delays: ReconnectBounds,
     tags: Vec<TagSpec>,
 ) -> Running {
-    let mut all = json!({"host": "127.0.0.1", "port": port, "poll_millis": 100});
+    let mut all = json!({"host": "127.0.0.1", "port": port, "poll_seconds": 0.1});
     let (Some(all_fields), Some(fields)) = (all.as_object_mut(), settings.as_object()) else {
         panic!("settings are an object");
     };

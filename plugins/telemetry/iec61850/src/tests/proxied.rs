@@ -25,7 +25,7 @@ fn tags() -> Vec<TagSpec> {
 }
 
 fn quick() -> serde_json::Value {
-    json!({"connect_millis": 1000, "timeout_millis": 300, "test_millis": 200})
+    json!({"connect_seconds": 1, "timeout_seconds": 0.3, "test_seconds": 0.2})
 }
 
 fn proxy(peer: &Peer, script: &FaultScript) -> FaultProxy {

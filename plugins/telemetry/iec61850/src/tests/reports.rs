@@ -17,7 +17,7 @@ fn whole() -> Vec<TagSpec> {
 /// So seldom polled that values cannot come by it.
 fn by(rcb: &str) -> serde_json::Value {
     json!({
-        "poll_millis": 3_600_000,
+        "poll_seconds": 3600,
         "reports": [{"rcb": format!("IED1LD0/LLN0.{rcb}")}]
     })
 }
@@ -74,7 +74,7 @@ fn parts_of_data_objects_are_put_together() {
         tag(2, ValueKind::I64, "MMXU1.TotVAr", "MX"),
     ];
     let mut settings = by("RP.urcbB01");
-    settings["poll_millis"] = json!(100);
+    settings["poll_seconds"] = json!(0.1);
     let running = start(peer.port, settings, tags);
     running.wait_for(1, Value::Bool(false));
     running.wait_for(2, Value::I64(0));
@@ -101,7 +101,7 @@ fn parts_of_data_objects_are_put_together() {
 fn integrity_reports_repeat_what_did_not_change() {
     let Some(peer) = peer::start(&json!({})) else { return };
     let mut settings = by("RP.urcbA01");
-    settings["reports"][0]["integrity_millis"] = json!(200);
+    settings["reports"][0]["integrity_seconds"] = json!(0.2);
     let running = start(peer.port, settings, whole());
     let repeated = running.recorder.wait_until(PATIENCE, |seen| {
         seen.samples.iter().filter(|sample| sample.tag == 4 && sample.quality.is_good()).count() > 4
@@ -187,7 +187,7 @@ fn a_block_that_another_client_has_is_made_up_for_by_polling() {
     first.wait_for(1, Value::F64(0.0));
     for block in ["RP.urcbA01", "RP.urcbN01", "RP.none"] {
         let mut settings = by(block);
-        settings["poll_millis"] = json!(100);
+        settings["poll_seconds"] = json!(0.1);
         let second = start(peer.port, settings, whole());
         let several = |seen: &Recording| {
             seen.samples.iter().filter(|s| s.tag == 1 && s.quality.is_good()).count() > 3
@@ -205,7 +205,7 @@ fn a_block_that_another_client_has_is_made_up_for_by_polling() {
 fn what_an_interrogation_does_not_bring_is_read() {
     let Some(peer) = peer::start(&json!({"extra": 900})) else { return };
     let mut settings = by("RP.urcbM01");
-    settings["timeout_millis"] = json!(1000);
+    settings["timeout_seconds"] = json!(1);
     let running = start(peer.port, settings, vec![tag(1, ValueKind::F64, "MMXU2.Val1.phsA", "MX")]);
     running.wait_for(1, Value::F64(0.0));
 }

@@ -10,9 +10,9 @@ fn tags() -> Vec<TagSpec> {
 
 /// By polling, and by reports with nothing to ask for meanwhile.
 fn ways() -> [serde_json::Value; 2] {
-    let quick = json!({"timeout_millis": 600, "test_millis": 300, "connect_millis": 1000});
+    let quick = json!({"timeout_seconds": 0.6, "test_seconds": 0.3, "connect_seconds": 1});
     let mut reported = quick.clone();
-    reported["poll_millis"] = json!(3_600_000);
+    reported["poll_seconds"] = json!(3600);
     reported["reports"] = json!([{"rcb": "IED1LD0/LLN0.BR.brcbA01"}]);
     [quick, reported]
 }
@@ -47,7 +47,7 @@ fn a_frozen_server_is_noticed_within_the_limit() {
         let stopped = Instant::now();
         running.wait_for_bad(1, Reason::Communication);
         running.wait_for_bad(2, Reason::Communication);
-        // test_millis, or a poll, and timeout_millis; the rest is the machine's.
+        // test_seconds, or a poll, and timeout_seconds; the rest is the machine's.
         assert!(stopped.elapsed() < Duration::from_millis(1900), "{:?}", stopped.elapsed());
         running.wait_for_link(LinkState::Down, "within 600 ms");
         peer.signal("CONT");

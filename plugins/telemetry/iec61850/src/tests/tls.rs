@@ -25,7 +25,7 @@ fn only_the_right_certificates_open_a_connection() {
                 tls["certificate"] = json!(certificate);
                 tls["key"] = json!(key);
             }
-            start(peer.port, json!({ "tls": tls, "timeout_millis": 1000 }), tags())
+            start(peer.port, json!({ "tls": tls, "timeout_seconds": 1 }), tags())
         };
     let (good, bad) = (ours.sign("client", "viewer"), theirs.sign("client", "viewer"));
     let reported = connect(&ours, Some(&good), "127.0.0.1");
@@ -46,7 +46,7 @@ fn only_the_right_certificates_open_a_connection() {
         assert!(!running.has_good_samples());
     }
     // And without encryption there is no talking to it.
-    let plain = start(peer.port, json!({"timeout_millis": 500}), tags());
+    let plain = start(peer.port, json!({"timeout_seconds": 0.5}), tags());
     plain.wait_for_link(LinkState::Down, "");
     assert!(!plain.has_good_samples());
 }

@@ -31,8 +31,8 @@ impl OneDevice {
     fn new(poll_millis: u64, other_poll_millis: u64) -> Self {
         let settings = json!({
             "host": "device.example",
-            "poll_millis": poll_millis,
-            "poll_groups": {"other": {"poll_millis": other_poll_millis}},
+            "poll_seconds": poll_millis as f64 / 1_000.0,
+            "poll_groups": {"other": {"poll_seconds": other_poll_millis as f64 / 1_000.0}},
         });
         let config = serde_json::from_value::<Settings>(settings).unwrap().parse().unwrap();
         Self { config, tags: tags() }

@@ -12,7 +12,7 @@ fn check(answer: fn(&[u8]) -> Option<Pieces>, message: &str) {
     let server = Server::start(answer);
     let started = Instant::now();
     let running =
-        start(server.port, json!({"timeout_millis": 100}), vec![holding(1, 0), holding(2, 1)]);
+        start(server.port, json!({"timeout_seconds": 0.1}), vec![holding(1, 0), holding(2, 1)]);
     running.wait_for_bad(1, Reason::Communication);
     running.wait_for_bad(2, Reason::Communication);
     assert!(
@@ -80,7 +80,7 @@ fn answers_what_another_connection_asked() {
         former.and_then(at_once)
     };
     let server = Server::start(swap);
-    let running = start(server.port, json!({"timeout_millis": 100}), vec![holding(1, 0)]);
+    let running = start(server.port, json!({"timeout_seconds": 0.1}), vec![holding(1, 0)]);
     running.wait_for_link(LinkState::Down, "another request or unit");
     assert!(!running.has_good_samples());
 }

@@ -42,7 +42,7 @@ fn serve(line: &Line, answer: impl Fn(&[u8]) -> Vec<u8> + Send + 'static) {
 fn check(answer: fn(&[u8]) -> Vec<u8>, message: &str) {
     let Some(line) = Line::lay() else { return };
     serve(&line, answer);
-    let running = line.start(json!({"timeout_millis": 100}), vec![holding(1, 0), holding(2, 1)]);
+    let running = line.start(json!({"timeout_seconds": 0.1}), vec![holding(1, 0), holding(2, 1)]);
     running.wait_for_bad(1, Reason::Communication);
     running.wait_for_bad(2, Reason::Communication);
     running.wait_for_link(LinkState::Down, message);

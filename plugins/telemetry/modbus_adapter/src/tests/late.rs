@@ -16,7 +16,7 @@ fn a_late_answer_lands_on_no_tag() {
     let mut peer = libmodbus.start(&Place::Serial(line.theirs()));
     peer.command("stamp");
     let mut settings = line.settings();
-    settings["timeout_millis"] = json!(100);
+    settings["timeout_seconds"] = json!(0.1);
     let running = start_with(settings, AT_ONCE, stamps::tags());
     let mut random = fastrand::Rng::with_seed(8);
     for round in 0..ROUNDS {

@@ -52,7 +52,7 @@ fn a_stopped_server_makes_tags_bad_within_the_deadline() {
     let Some(libmodbus) = Libmodbus::compile() else { return };
     let mut peer = libmodbus.start(&Place::Tcp(free_port()));
     peer.command("set holding 0 5");
-    let running = start(peer.port, json!({"timeout_millis": 200}), vec![holding(1, 0)]);
+    let running = start(peer.port, json!({"timeout_seconds": 0.2}), vec![holding(1, 0)]);
     running.wait_for(1, Value::F64(5.0));
     peer.signal("STOP");
     running.wait_for_bad(1, Reason::Communication);

@@ -58,7 +58,7 @@ impl Line {
     }
 
     pub(crate) fn settings(&self) -> serde_json::Value {
-        json!({"serial": {"device": self.ours()}, "timeout_millis": 400})
+        json!({"serial": {"device": self.ours()}, "timeout_seconds": 0.4})
     }
 }
 

@@ -44,7 +44,7 @@ pub(crate) fn start(port: u16, settings: serde_json::Value, tags: Vec<TagSpec>) 
 
 /// Starts an adapter that polls fast.
 fn start_with(settings: serde_json::Value, delays: ReconnectBounds, tags: Vec<TagSpec>) -> Running {
-    let mut all = json!({"poll_millis": 50});
+    let mut all = json!({"poll_seconds": 0.05});
     add(&mut all, settings);
     let settings: Settings = serde_json::from_value(all).unwrap();
     let mut adapter = ModbusAdapter::create(settings, host()).unwrap();

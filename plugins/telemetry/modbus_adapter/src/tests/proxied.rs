@@ -31,7 +31,7 @@ fn no_value_is_wrong_whatever_happens_to_connections() {
     // Some 70 bytes a poll.
     let script = FaultScript { seed: 20, faults: ALL_FAULTS.to_vec(), max_bytes: 400 };
     let proxy = proxy(&peer, &script);
-    let settings = json!({"host": "127.0.0.1", "port": proxy.port(), "timeout_millis": 150});
+    let settings = json!({"host": "127.0.0.1", "port": proxy.port(), "timeout_seconds": 0.15});
     let running = start_with(settings, AT_ONCE, stamps::tags());
     proxy.break_all(&script, CONNECTIONS, Duration::from_millis(150), &ENDLESS_FAULTS);
     let counts = stamps::check(&running.recorder.recording());

@@ -22,7 +22,7 @@ fn a_change_is_seen_and_groups_keep_their_own_beat() {
     });
     let running = start(
         peer.port,
-        json!({"poll_groups": {"slow": {"poll_millis": 60_000}}}),
+        json!({"poll_groups": {"slow": {"poll_seconds": 60}}}),
         vec![holding(1, 10), tag_spec(2, "slow", ValueKind::F64, slow)],
     );
     running.wait_for(1, Value::F64(1.0));
@@ -110,7 +110,7 @@ fn a_frozen_server_makes_tags_bad_within_the_deadline() {
     let Some(mut peer) = Peer::start(&json!({"holding": {"0": 1}})) else {
         return;
     };
-    let running = start(peer.port, json!({"timeout_millis": 200}), vec![holding(1, 0)]);
+    let running = start(peer.port, json!({"timeout_seconds": 0.2}), vec![holding(1, 0)]);
     running.wait_for(1, Value::F64(1.0));
     peer.command("freeze");
     let frozen = Instant::now();
@@ -137,7 +137,7 @@ fn stop_is_quick_while_a_request_hangs_and_leaves_no_thread() {
         return;
     };
     let port = peer.port;
-    let mut running = start(port, json!({"timeout_millis": 600_000}), vec![holding(1, 0)]);
+    let mut running = start(port, json!({"timeout_seconds": 600}), vec![holding(1, 0)]);
     running.wait_for(1, Value::F64(1.0));
     peer.command("freeze");
     // Longer than a poll period: a request is under way now, and hangs.

@@ -72,7 +72,7 @@ fn a_frozen_server_makes_all_tags_of_its_unit_bad_within_the_deadline() {
     peer.command("set holding 0 5 6");
     let slow = json!({"table": "holding", "register": 1, "type": "u16", "poll_group": "slow"});
     let slow = tag_spec(2, "slow", ValueKind::F64, slow);
-    let settings = json!({"poll_groups": {"slow": {"poll_millis": 60_000}}});
+    let settings = json!({"poll_groups": {"slow": {"poll_seconds": 60}}});
     let running = line.start(settings, vec![of_unit(1, 1, 0), slow]);
     running.wait_for(1, Value::F64(5.0));
     running.wait_for(2, Value::F64(6.0));

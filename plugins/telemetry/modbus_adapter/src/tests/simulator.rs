@@ -35,7 +35,7 @@ fn start_device(tags: Vec<SimulatedTag>, faults: FaultPlan, timeout_millis: u64)
     // Between the look and the start another may take it: then the next one is tried.
     for _ in 0..20 {
         let free = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-        let settings = json!({"host": "127.0.0.1", "port": free, "timeout_millis": timeout_millis});
+        let settings = json!({"host": "127.0.0.1", "port": free, "timeout_seconds": timeout_millis as f64 / 1_000.0});
         let settings: Settings = serde_json::from_value(settings).unwrap();
         let mut adapter = ModbusAdapter::create(settings, host()).unwrap();
         let update = Duration::from_secs(1);
@@ -253,7 +253,8 @@ fn survive(kind: FaultKind, is_lost: bool) {
     let plan = FaultPlan::new(5, &[kind], FAULT_PERIOD, Duration::from_secs(8)).unwrap();
     let device = start_device(tags(), plan, TIMEOUT_MILLIS);
     let specs: Vec<_> = device.tags.iter().map(|tag| tag.spec.clone()).collect();
-    let running = start(device.port, json!({ "timeout_millis": TIMEOUT_MILLIS }), specs);
+    let running =
+        start(device.port, json!({ "timeout_seconds": TIMEOUT_MILLIS as f64 / 1_000.0 }), specs);
     let mut watch =
         Watch { device: &device, running: &running, seen: 0, looked: SystemTime::now() };
     let fault = || device.adapter.simulation_status().fault;

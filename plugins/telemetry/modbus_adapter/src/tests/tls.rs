@@ -46,7 +46,7 @@ fn only_the_right_certificates_open_a_connection() {
         assert!(!running.has_good_samples());
     }
     // And without encryption there is no talking to it.
-    let plain = start(peer.port, json!({"timeout_millis": 500}), vec![holding(1, 60)]);
+    let plain = start(peer.port, json!({"timeout_seconds": 0.5}), vec![holding(1, 60)]);
     plain.wait_for_link(LinkState::Down, "");
     assert!(!plain.has_good_samples());
 }
@@ -65,7 +65,7 @@ fn a_killed_or_frozen_device_makes_tags_bad_and_a_new_one_good() {
     let Some(peer) = start_peer(0, 5) else { return };
     let port = peer.port;
     let tls = settings(&ours, Some(&ours.sign("client", "viewer")), "127.0.0.1");
-    let running = start(port, json!({"timeout_millis": 300, "tls": tls}), vec![holding(1, 0)]);
+    let running = start(port, json!({"timeout_seconds": 0.3, "tls": tls}), vec![holding(1, 0)]);
     running.wait_for(1, Value::F64(5.0));
     drop(peer);
     running.wait_for_bad(1, Reason::Communication);
@@ -87,7 +87,7 @@ fn a_device_that_does_not_encrypt_is_named() {
     let ours = CertificateAuthority::new(folder.path(), "ours");
     let tls = settings(&ours, None, "127.0.0.1");
     let running =
-        start(peer.port, json!({"timeout_millis": 300, "tls": tls}), vec![holding(1, 60)]);
+        start(peer.port, json!({"timeout_seconds": 0.3, "tls": tls}), vec![holding(1, 60)]);
     running.wait_for_link(LinkState::Down, "no secure connection");
     assert!(!running.has_good_samples());
 }

@@ -74,7 +74,7 @@ fn whoever_is_no_broker_is_told_so() {
     let listen = || TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
     let listener = listen();
     let port = listener.local_addr().unwrap().port();
-    let silent = start_only(port, &json!({"timeout_millis": 200}), one_tag());
+    let silent = start_only(port, &json!({"timeout_seconds": 0.2}), one_tag());
     silent.wait_for_link(LinkState::Down, "does it speak MQTT on this port?");
     drop(silent);
     // Another, where no connection waits any more.
@@ -86,7 +86,7 @@ fn whoever_is_no_broker_is_told_so() {
         let _ = stream.write_all("HTTP/1.1 400 Bad Request\r\n".repeat(10).as_bytes());
         std::thread::sleep(Duration::from_millis(500));
     });
-    let told = start_only(port, &json!({"timeout_millis": 2000}), one_tag());
+    let told = start_only(port, &json!({"timeout_seconds": 2}), one_tag());
     told.wait_for_link(LinkState::Down, "is the port right, and is it encrypted?");
     talker.join().unwrap();
     drop(told);

@@ -52,7 +52,7 @@ fn connect(proxy: &FaultProxy) -> Running {
 fn connect_with(proxy: &FaultProxy, settings: &Json) -> Running {
     let tags = TAGS.map(|tag_id| tag(tag_id, ValueKind::I64, json!({"topic": topic(tag_id)})));
     let mut all = json!({
-        "host": "127.0.0.1", "port": proxy.port(), "keep_alive_seconds": 2, "timeout_millis": 500
+        "host": "127.0.0.1", "port": proxy.port(), "keep_alive_seconds": 2, "timeout_seconds": 0.5
     });
     all.as_object_mut().unwrap().extend(settings.as_object().unwrap().clone());
     let settings: Settings = serde_json::from_value(all).unwrap();

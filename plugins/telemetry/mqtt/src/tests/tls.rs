@@ -57,7 +57,7 @@ fn only_the_right_certificates_open_a_connection() {
         running.wait_for_bad(1, Reason::Communication);
         assert!(!running.has_good_samples());
     }
-    let plain = start_only(broker.port, &json!({"timeout_millis": 500}), one_tag());
+    let plain = start_only(broker.port, &json!({"timeout_seconds": 0.5}), one_tag());
     plain.wait_for_link(LinkState::Down, "");
     assert!(!plain.has_good_samples());
 }

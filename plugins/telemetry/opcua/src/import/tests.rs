@@ -145,7 +145,7 @@ fn a_server_that_freezes_is_given_up_in_time() {
             return;
         };
         let begun = Instant::now();
-        let run = points(peer.port, &json!({"silence_millis": 700}), &[]);
+        let run = points(peer.port, &json!({"silence_seconds": 0.7}), &[]);
         check_refused(&run, abi::BUSBAR_EXIT_INPUT, "the server was silent for 700 ms");
         assert!(begun.elapsed() < PATIENCE, "{:?}", begun.elapsed());
     }

@@ -226,7 +226,7 @@ fn a_frozen_server_makes_tags_bad_within_the_silence() {
     let Some(peer) = peer::start(&json!({"nodes": [node("A", "Double", &json!(5.0))]})) else {
         return;
     };
-    let settings = json!({"silence_millis": 1500, "connect_timeout_millis": 1000});
+    let settings = json!({"silence_seconds": 1.5, "connect_timeout_seconds": 1});
     let running = start(peer.port, &settings, vec![tag(1, ValueKind::F64, "A")]);
     running.wait_for(1, Value::F64(5.0));
     // Idle for longer than the silence: the server answers, and the tag stays.

@@ -29,7 +29,7 @@ fn chunk(kind: &[u8], size: u32, rest: &[u8]) -> Vec<u8> {
 #[track_caller]
 fn check(bytes: Vec<u8>, message: &str) {
     let port = server(bytes);
-    let settings = json!({"connect_timeout_millis": 1000});
+    let settings = json!({"connect_timeout_seconds": 1});
     let running = start(port, &settings, vec![tag(1, ValueKind::F64, "A")]);
     running.wait_for_link(LinkState::Down, message);
     running.wait_for_bad(1, Reason::Communication);

@@ -38,7 +38,7 @@ fn start(port: u16, settings: &Json, tags: Vec<TagSpec>) -> Running {
 
 fn start_with(port: u16, settings: &Json, delays: ReconnectBounds, tags: Vec<TagSpec>) -> Running {
     let url = format!("opc.tcp://127.0.0.1:{port}/test");
-    let mut all = json!({"url": url, "publishing_millis": 50});
+    let mut all = json!({"url": url, "publishing_seconds": 0.05});
     all.as_object_mut().unwrap().extend(settings.as_object().unwrap().clone());
     let settings: Settings = serde_json::from_value(all).unwrap();
     let mut plugin = OpcUa::create(settings, host()).unwrap();

@@ -33,7 +33,7 @@ fn tags() -> Vec<TagSpec> {
 }
 
 fn quick() -> Json {
-    json!({"connect_timeout_millis": 500, "silence_millis": 500})
+    json!({"connect_timeout_seconds": 0.5, "silence_seconds": 0.5})
 }
 
 fn proxy(peer: &Peer, script: &FaultScript) -> FaultProxy {

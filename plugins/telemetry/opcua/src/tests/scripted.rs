@@ -57,7 +57,7 @@ fn a_notification_that_is_lost_for_good_has_the_values_read_anew() {
 
 #[test]
 fn nothing_is_good_or_confirmed_while_a_notification_is_missing() {
-    let (server, running) = begin(&json!({"silence_millis": 5000}));
+    let (server, running) = begin(&json!({"silence_seconds": 5}));
     server.script().holds_republish = true;
     server.keep_alive(2);
     server.data(3, &[(A, value(3_i64))]);
@@ -193,7 +193,7 @@ fn a_slow_keep_alive_is_no_silence_and_a_silent_subscription_is() {
     let server = ScriptedServer::start(&["urn:server", "urn:plant"]);
     // A sign of life every 2 s, where 0.5 s of silence are borne.
     server.script().keep_alive_count = 40;
-    let settings = json!({"silence_millis": 500});
+    let settings = json!({"silence_seconds": 0.5});
     let running = start(server.port, &settings, vec![tag(1, ValueKind::I64, "A")]);
     server.wait_monitored(&[A]);
     server.data(1, &[(A, value(1_i64))]);

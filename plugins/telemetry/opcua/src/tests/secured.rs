@@ -243,7 +243,7 @@ fn keys_are_renewed_before_they_are_too_old() {
     let Some(mut setting) = Setting::new("server", &POLICIES, &json!({})) else { return };
     setting.trust("server");
     let mut settings = setting.security("client", "Basic256Sha256", "SignAndEncrypt");
-    settings["silence_millis"] = json!(1500);
+    settings["silence_seconds"] = json!(1.5);
     let tags = || vec![tag(1, ValueKind::F64, "A")];
     let mut running = start(setting.peer.port, &settings, Vec::new());
     running.plugin.config.channel_lifetime = Duration::from_secs(2);

@@ -54,8 +54,10 @@ fn every_fault_names_its_file_and_place() {
         running.wait_for_link(LinkState::Down, part);
         // It may be whole when the scene is shown; a channel's own line is its tag's fault.
         let is_of_tag = name == "bad.cfg";
-        let checked = create(&path(name), json!({})).check(&tags);
-        assert_eq!(checked.is_err(), is_of_tag, "{name}: {checked:?}");
+        let fault = create(&path(name), json!({})).check(&tags).unwrap_err();
+        assert!(fault.message().contains(part), "{fault}");
+        assert_eq!(fault == Error::settings(fault.message()), is_of_tag, "{name}: {fault:?}");
+        assert_eq!(fault == Error::failed(fault.message()), !is_of_tag, "{name}: {fault:?}");
     }
 }
 

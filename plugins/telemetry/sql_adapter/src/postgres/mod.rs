@@ -64,7 +64,7 @@ pub(crate) enum LinkFault {
     #[error("{0}")]
     Connect(String),
     #[error(
-        "no connection within {} ms (connect_millis); is the address right, and the server on?",
+        "no connection within {} ms (connect_seconds); is the address right, and the server on?",
         .0.as_millis()
     )]
     ConnectTimeout(Duration),

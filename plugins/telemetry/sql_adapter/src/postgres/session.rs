@@ -342,7 +342,7 @@ fn query_fault(error: &Error, limit: Duration) -> QueryFault {
     let code = refusal.code();
     if *code == SqlState::QUERY_CANCELED {
         return QueryFault::Unavailable(format!(
-            "{text}: it took longer than {} ms (timeout_millis), or somebody stopped it",
+            "{text}: it took longer than {} ms (timeout_seconds), or somebody stopped it",
             limit.as_millis()
         ));
     }

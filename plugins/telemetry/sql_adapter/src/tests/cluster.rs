@@ -108,10 +108,10 @@ impl Cluster {
             "postgres": {
                 "host": "127.0.0.1", "port": self.port, "database": "postgres", "user": USER,
                 "password": {"file": self.secret("password", PASSWORD)}, "sslmode": "disable",
-                "keepalive_millis": 500,
+                "keep_alive_seconds": 0.5,
             },
             "queries": queries,
-            "timeout_millis": 2000,
+            "timeout_seconds": 2,
         })
     }
 

@@ -66,7 +66,7 @@ fn a_server_that_hangs_leaves_nothing_good_within_the_limit() {
     cluster.signal("STOP");
     polling.wait_for_bad(1, Reason::Communication);
     listening.wait_for_bad(1, Reason::Communication);
-    // The limit is keepalive_millis + timeout_millis + a second, 3.5 s; a loaded machine
+    // The limit is keep_alive_seconds + timeout_seconds + a second, 3.5 s; a loaded machine
     // may take longer.
     let took = stopped.elapsed();
     assert!(took < PATIENCE, "{took:?}");

@@ -38,7 +38,7 @@ fn a_million_rows_are_not_kept() {
         query("good", "SELECT 'a' AS key, 1 AS value"),
     ]);
     let mut settings = settings;
-    settings["timeout_millis"] = json!(30_000);
+    settings["timeout_seconds"] = json!(30);
     let before = peak_bytes();
     let running = start(
         settings,

@@ -147,7 +147,7 @@ impl Database {
 fn settings() -> crate::settings::Config {
     let settings = json!({
         "postgres": {"host": "/run", "database": "d", "user": "u"},
-        "queries": [{"name": "q", "sql": "SELECT 1", "poll_millis": 1000}],
+        "queries": [{"name": "q", "sql": "SELECT 1", "poll_seconds": 1}],
         "listen": [{"channel": "c", "query": "q"}]
     });
     serde_json::from_value::<Settings>(settings).unwrap().parse().unwrap()

@@ -33,7 +33,7 @@ fn start(settings: serde_json::Value, tags: Vec<TagSpec>) -> Running {
 }
 
 fn create(mut settings: serde_json::Value) -> SqlAdapter {
-    let quick = json!({"min_millis": 1000, "max_millis": 1000});
+    let quick = json!({"min_seconds": 1, "max_seconds": 1});
     settings.as_object_mut().unwrap().entry("reconnect").or_insert(quick);
     let settings: Settings = serde_json::from_value(settings).unwrap();
     SqlAdapter::create(settings, host()).unwrap()
@@ -51,7 +51,7 @@ fn column(tag: u32, query: &str, column: &str, kind: ValueKind) -> TagSpec {
 
 /// A query that is asked often.
 fn query(name: &str, sql: &str) -> serde_json::Value {
-    json!({"name": name, "sql": sql, "poll_millis": 100})
+    json!({"name": name, "sql": sql, "poll_seconds": 0.1})
 }
 
 /// Reports whether a peer is there. Where peers are required its absence is a failure.

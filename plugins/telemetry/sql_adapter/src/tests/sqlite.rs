@@ -28,7 +28,7 @@ impl Database {
     }
 
     pub(super) fn settings(&self, queries: &[serde_json::Value]) -> serde_json::Value {
-        json!({"sqlite": {"path": self.path}, "queries": queries, "timeout_millis": 2000})
+        json!({"sqlite": {"path": self.path}, "queries": queries, "timeout_seconds": 2})
     }
 }
 
@@ -124,7 +124,7 @@ fn a_query_that_fails_marks_only_its_tags() {
     let mut settings: Vec<_> = queries.iter().map(|(name, sql, _)| query(name, sql)).collect();
     settings.push(query("latest", ASK));
     let mut settings = database.settings(&settings);
-    settings["timeout_millis"] = json!(300);
+    settings["timeout_seconds"] = json!(0.3);
     let mut tags: Vec<_> = queries
         .iter()
         .enumerate()
@@ -157,7 +157,7 @@ fn stopping_ends_a_query() {
     let sql =
         "WITH RECURSIVE n(v) AS (SELECT 1 UNION ALL SELECT v + 1 FROM n) SELECT max(v) AS v FROM n";
     let mut settings = database.settings(&[query("endless", sql)]);
-    settings["timeout_millis"] = json!(600_000);
+    settings["timeout_seconds"] = json!(600);
     let mut running = start(settings, vec![column(1, "endless", "v", ValueKind::I64)]);
     running.wait_for_link(LinkState::Up, "connected");
     running.plugin.stop();

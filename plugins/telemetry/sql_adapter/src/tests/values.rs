@@ -169,7 +169,7 @@ fn a_query_that_fails_marks_only_its_tags() {
     queries.extend(names.iter().zip(writing).map(|(name, sql)| query(name, sql)));
     queries.push(query("good", "SELECT v FROM t"));
     let mut settings = cluster.settings(&queries);
-    settings["timeout_millis"] = json!(300);
+    settings["timeout_seconds"] = json!(0.3);
     let names = failing.iter().map(|(name, ..)| *name).chain(names.iter().map(String::as_str));
     let mut tags: Vec<_> = names
         .enumerate()
@@ -185,7 +185,7 @@ fn a_query_that_fails_marks_only_its_tags() {
         running.wait_for_bad(tag as u32, Reason::Configuration);
     }
     running.wait_for_link(LinkState::Up, "query 'missing': relation \"no_such_table\"");
-    running.wait_for_link(LinkState::Up, "timeout_millis");
+    running.wait_for_link(LinkState::Up, "timeout_seconds");
     // All of it was told on one connection, and nothing was written.
     let links = running.recorder.recording().links;
     assert!(links.iter().all(|(state, _)| *state != LinkState::Down), "{links:?}");

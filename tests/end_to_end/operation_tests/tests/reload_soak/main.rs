@@ -145,7 +145,9 @@ fn the_scene_outlives_whatever_is_written() {
         "Oil": { "tag": "T1.TopOil", "condition": { "high": 90 }, "message": "Top oil hot" }
     });
     scene.config["alarm_handling"] = json!({ "log_directory": "log" });
-    scene.config["view"] = json!({ "samples": 1, "size": SIZE, "camera": "bay", "quality": "low", "morph_seconds": 0 });
+    scene.config["graphics"] = json!({ "samples": 1, "quality": "low", "morph_seconds": 0 });
+    scene.config["window"] = json!({ "size": SIZE });
+    scene.config["camera"] = json!({ "start": "bay" });
     let path = scene.write();
     let good = fs::read_to_string(&path).expect("it was written");
     let mut view = View::open(&path);

@@ -54,10 +54,10 @@ fn edit(config: &mut Value, random: &mut Random) {
     let number = random.below(1000);
     let tag = name_in(config, "tags", random);
     match random.below(14) {
-        0 => config["view"]["background"] = json!(format!("#{:06x}", random.below(1 << 24))),
+        0 => config["theme"]["background"] = json!(format!("#{:06x}", random.below(1 << 24))),
         1 => config["tags"][&tag]["name"] = json!(format!("Name {number}")),
         2 => config["tags"][&tag]["limits"] = json!({ "high": number }),
-        3 => config["tags"][&tag]["freshness_millis"] = json!(3_000 + number),
+        3 => config["tags"][&tag]["freshness_seconds"] = json!(3 + number),
         4 => {
             let formula = json!({ "type": "f64", "expression": format!("{{{tag}}} + {number}") });
             config["tags"][format!("{number} derived")] = formula;
@@ -76,8 +76,11 @@ fn edit(config: &mut Value, random: &mut Random) {
             config["scene"].as_array_mut().expect("a list").insert(0, node);
         }
         10 => config["models"]["breaker"]["theta"] = json!(number as f64 / 1000.0),
-        11 => config["plugins"]["bay"]["settings"]["poll_millis"] = json!(100 + number),
-        12 => config["view"]["theme"] = json!(*random.among(&["light", "dark"])),
+        11 => {
+            config["plugins"]["bay"]["settings"]["poll_seconds"] =
+                json!((100 + number) as f64 / 1_000.0)
+        }
+        12 => config["theme"]["colors"] = json!(*random.among(&["light", "dark"])),
         _ => {
             let camera = json!({ "eye": [number % 30 + 5, 5, 12], "target": [0, 1, 0] });
             config["cameras"]["bay"] = camera;

@@ -111,6 +111,8 @@ impl ExpectedState {
             _ if !last.may_be_good() && is_told && !may_be_good => Claim::NotGood,
             _ if !self.is_taken(last, before) => Claim::Nothing,
             Said::NotANumber if !may_be_number => Claim::NotGood,
+            // A quality alone takes back no doubt about the value before it.
+            Said::Nothing if !may_be_number && self.is_value_doubted(before) => Claim::NotGood,
             Said::Value(value) if self.stays_good(last, before, times) && after.is_empty() => {
                 Claim::Good(value)
             }
@@ -160,6 +162,18 @@ impl ExpectedState {
         let time = |sent: &Sent, age: i64| self.due(sent) - age * MILLI;
         let is_older = |other: &Sent| time(other, other.age.unwrap_or(0)) <= time(sent, age);
         sent.said == Said::Nothing || before.iter().all(is_older)
+    }
+
+    /// Reports whether the last value of these samples surely counts and has a time that is not
+    /// believed, or is no number.
+    fn is_value_doubted(&self, samples: &[Sent]) -> bool {
+        let last = samples.iter().rposition(|sent| sent.said != Said::Nothing);
+        last.is_some_and(|last| {
+            let (before, last) = (&samples[..last], &samples[last]);
+            matches!(self.arrivals[last.batch], Arrival::Before(_))
+                && self.is_taken(last, before)
+                && (!last.is_time_believed() || last.said == Said::NotANumber)
+        })
     }
 
     fn stays_good(&self, sent: &Sent, before: &[Sent], times: Times) -> bool {

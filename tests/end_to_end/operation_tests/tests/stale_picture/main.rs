@@ -113,8 +113,8 @@ fn scene() -> (Scene, Vec<String>) {
     let branch = |id: &String| json!({ "equipment": format!("=SW{id}"), "between": ["bus", id], "switch": true });
     let branches: Vec<Value> = lamp_ids.iter().map(branch).collect();
     let tag = |kind: &str, freshness: u64| {
-        json!({ "type": kind, "freshness_millis": freshness,
-            "source": { "plugin": "source", "address": {} } })
+        json!({ "type": kind, "freshness_seconds": freshness as f64 / 1_000.0,
+            "source": { "instance": "source", "address": {} } })
     };
     let mut tags = json!({ "sent": tag("i64", 600_000), "first": tag("i64", 600_000) });
     let mut bindings = Vec::new();
@@ -133,7 +133,7 @@ fn scene() -> (Scene, Vec<String>) {
         "version": 1,
         "plugin_directories": ["plugins"],
         "plugins": {
-            "source": { "plugin": "sample_generator",
+            "source": { "instance": "sample_generator",
                 "settings": { "script": scene.path("script.json") } },
             "values": { "plugin": "power_overlay" },
             "energised": { "plugin": "energisation", "settings": {
@@ -150,7 +150,9 @@ fn scene() -> (Scene, Vec<String>) {
         "overlays": ["values", "energised"],
         "cameras": { "front": { "eye": [0, 0, EYE_METRES], "target": [0, 0, 0],
             "fov_degrees": fov.to_degrees() } },
-        "view": { "samples": 1, "size": SIZE, "camera": "front" },
+        "graphics": { "samples": 1 },
+        "window": { "size": SIZE },
+        "camera": { "start": "front" },
     });
     (scene, gauge_ids.into_iter().chain(lamp_ids).collect())
 }

@@ -116,10 +116,14 @@ impl Script {
 impl Sent {
     /// Reports whether its quality and its time let the host show it as good.
     pub(crate) fn may_be_good(&self) -> bool {
-        let is_possible = self.age.is_none_or(|age| age >= -MAX_AHEAD_MILLIS);
         // Without a value nothing is said of when it was so.
-        let is_believed = self.said == Said::Nothing || (is_possible && !self.is_time_unusable);
+        let is_believed = self.said == Said::Nothing || self.is_time_believed();
         self.worth == Worth::Good && is_believed
+    }
+
+    /// Reports whether the source time is present or past, or none where none was promised.
+    pub(crate) fn is_time_believed(&self) -> bool {
+        self.age.is_none_or(|age| age >= -MAX_AHEAD_MILLIS) && !self.is_time_unusable
     }
 
     fn to_json(self, id: &str) -> Value {
@@ -161,8 +165,8 @@ fn sequence(start: u64, random: &mut Random, into: &mut Vec<Sent>) {
         }
     }
     for _ in 0..random.below(5) {
-        let said = match random.below(6) {
-            0 => Said::Nothing,
+        let said = match random.below(7) {
+            0 | 6 => Said::Nothing,
             1 => Said::NotANumber,
             said => Said::Value(said % 2 == 0),
         };

@@ -194,7 +194,7 @@ pub(crate) fn wall_millis() -> u64 {
 
 pub(crate) fn scene() -> Scene {
     let mut scene = Scene::without_tags();
-    scene.config["view"]["transition_seconds"] = json!(0);
+    scene.config["camera"]["transition_seconds"] = json!(0);
     scene
 }
 

@@ -4,6 +4,7 @@
 
 mod circles;
 mod crate_size;
+mod dependencies;
 mod doc_comments;
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -124,7 +124,9 @@ pub(crate) fn scene_of(model: &Model, size: [u32; 2]) -> Scene {
     let target = EYE * Vec3::new(1.0, 1.0, 0.0);
     scene.config["cameras"] = json!({ "front": {
         "eye": EYE.to_array(), "target": target.to_array(), "fov_degrees": FOV_DEGREES } });
-    scene.config["view"] = json!({ "camera": "front", "size": size, "samples": 4 });
+    scene.config["camera"] = json!({ "start": "front" });
+    scene.config["window"] = json!({ "size": size });
+    scene.config["graphics"] = json!({ "samples": 4 });
     scene
 }
 

@@ -64,15 +64,17 @@ impl Subject {
             let transform = json!({ "translation": at, "scale": 0.3 });
             json!({ "id": format!("sheet {number}"), "model": "sheet", "transform": transform })
         }));
-        let config = json!({
+        let mut config = json!({
             "version": 1,
             "models": models,
             "scene": scene,
             "cameras": { "front": { "eye": [0.4, 0.7, 4.0], "target": [0.0, 0.0, 0.0],
                 "fov_degrees": 40.0 } },
-            "view": view,
             "cache": { "directory": "cache" },
         });
+        for (section, members) in view.as_object().expect("an object") {
+            config[section] = members.clone();
+        }
         write("scene.json", config.to_string().as_bytes());
         Self { folder, as_card: false }
     }

@@ -33,7 +33,7 @@ pub(super) fn overlays(points: &[Point]) -> [Overlay; 3] {
                 "filling": SF6_FILLING,
                 "alarm": SF6_ALARM,
                 "lock_out": SF6_LOCK_OUT,
-                "trend_hours": 0.02,
+                "trend_days": 0.02 / 24.0,
                 "state_file": "${folder}/gas_trends.json",
             }),
             vec!["sf6_pressure", "sf6_temperature"],

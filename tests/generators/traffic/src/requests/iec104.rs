@@ -120,7 +120,7 @@ fn peer_seconds(client: &mut Peer, addresses: u32) -> Result<f64> {
 }
 
 fn settings(port: u16) -> Value {
-    json!({ "host": "127.0.0.1", "port": port, "interrogation_period_millis": PERIOD_MILLIS })
+    json!({ "host": "127.0.0.1", "port": port, "interrogation_period_seconds": PERIOD_MILLIS as f64 / 1_000.0 })
 }
 
 fn tags(addresses: u32) -> Vec<TelemetryTag> {

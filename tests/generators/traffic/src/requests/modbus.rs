@@ -99,7 +99,8 @@ fn peer_rate(client: &mut Peer, round: Duration) -> Result<f64> {
 }
 
 fn settings(port: u16) -> Value {
-    let group = |group| (group_name(group), json!({ "poll_millis": POLL_MILLIS }));
+    let group =
+        |group| (group_name(group), json!({ "poll_seconds": POLL_MILLIS as f64 / 1_000.0 }));
     let groups: serde_json::Map<_, _> = (0..GROUPS).map(group).collect();
     json!({ "host": "127.0.0.1", "port": port, "poll_groups": groups })
 }

@@ -13,9 +13,9 @@ struct NavigatorFixture {
 }
 
 impl NavigatorFixture {
-    fn new(view: &str, in_window: bool) -> Self {
+    fn new(start: &str, in_window: bool) -> Self {
         let text = format!(
-            r#"{{"version": 1, "scene": [], "view": {view}, "cameras": {{
+            r#"{{"version": 1, "scene": [], "camera": {start}, "cameras": {{
                 "far": {{"eye": [0, 10, 100], "target": [0, 0, 0]}},
                 "plan": {{"eye": [0, 50, 0.001], "target": [0, 0, 0],
                     "projection": "orthographic", "height": 30}}

@@ -35,6 +35,8 @@ pub struct ShownTag {
     source_quality: Quality,
     /// Verdict of the host on the value itself.
     verdict: Quality,
+    /// Doubt about the value's time, which stays until the next value.
+    doubt: Quality,
     source_time: Option<SystemTime>,
     /// Time from which the age counts, by the host's clock.
     valid_from: SystemTime,
@@ -74,6 +76,7 @@ impl ShownTag {
             value: None,
             source_quality: Quality::Bad(Reason::NotConnected),
             verdict: Quality::Good,
+            doubt: Quality::Good,
             source_time: None,
             valid_from: UNIX_EPOCH,
             last_time: None,
@@ -96,7 +99,7 @@ impl ShownTag {
             Some(_) if age > self.freshness => Quality::Bad(Reason::Stale),
             Some(_) => Quality::Good,
         };
-        worst(worst(self.source_quality, self.verdict), fresh)
+        worst(worst(worst(self.source_quality, self.verdict), self.doubt), fresh)
     }
 
     /// Takes a sample that arrived at `now`, by the host's clock. Returns whether its value
@@ -106,7 +109,12 @@ impl ShownTag {
             Some(_) => self.judge_time(sample, now),
             None => JudgedTime { source_time: None, valid_from: now, is_believed: true },
         };
-        let doubt = match time.is_believed {
+        let is_doubted_by_plugin = sample.value.is_some()
+            && matches!(
+                sample.quality,
+                Quality::Uncertain(Reason::SourceTime) | Quality::Bad(Reason::SourceTime)
+            );
+        let doubt = match time.is_believed && !is_doubted_by_plugin {
             true => Quality::Good,
             false => Quality::Uncertain(Reason::SourceTime),
         };
@@ -119,7 +127,7 @@ impl ShownTag {
         }
         if let Some(value) = value {
             self.value = Some(value);
-            self.verdict = judge_value(value, self.kind);
+            (self.verdict, self.doubt) = (judge_value(value, self.kind), doubt);
             (self.source_time, self.valid_from) = (time.source_time, time.valid_from);
         }
         // Said of quality, it counts however old it is.

@@ -1,0 +1,36 @@
+//! Alarms as the statistics tell them.
+
+use super::AlarmListRows;
+use crate::stats::AlarmStats;
+
+impl AlarmListRows<'_> {
+    /// Returns the statistics of the alarms that are not normal.
+    pub(crate) fn stats(&self) -> Vec<AlarmStats> {
+        let Some(alarm_service) = self.alarm_service else { return Vec::new() };
+        let table = &alarm_service.table;
+        let own = table.open().filter_map(|alarm| {
+            let (spec, status) = (table.set().spec(alarm)?, table.status(alarm)?);
+            Some(AlarmStats {
+                id: spec.id.clone(),
+                state: status.state,
+                priority: spec.priority.name(),
+                certain: status.is_certain,
+                occurrences: status.occurrences,
+                origin: (status.origin | self.origin_of(spec)).names().collect(),
+                source: None,
+                uncertainty: None,
+            })
+        });
+        let external = alarm_service.sources.iter().map(|(source, external)| AlarmStats {
+            id: external.id(source),
+            state: external.alarm.standing().state(),
+            priority: external.priority.name(),
+            certain: external.is_certain(source),
+            occurrences: 0,
+            origin: self.declared_origin(source).names().collect(),
+            source: Some(source.name().to_owned()),
+            uncertainty: source.short_uncertainty(&external.alarm),
+        });
+        own.chain(external).collect()
+    }
+}
