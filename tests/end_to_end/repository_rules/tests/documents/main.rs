@@ -117,7 +117,10 @@ fn paths_that_are_named_exist() {
         let in_blocks = document.blocks.iter().filter(|block| block.is_shell());
         let in_blocks = in_blocks.flat_map(|block| block.text.split_whitespace());
         for word in document.code.iter().flat_map(|code| code.split_whitespace()).chain(in_blocks) {
-            let word = word.trim_matches(|c: char| !c.is_alphanumeric() && c != '_');
+            let is_mark = |c: char| !c.is_alphanumeric() && c != '_';
+            // A folder may be hidden, such as `.config`.
+            let word = word.trim_end_matches(is_mark);
+            let word = word.trim_start_matches(|c| is_mark(c) && c != '.');
             if let Some(exists) = repository.names(word, document.folder()) {
                 checked += 1;
                 if !exists {
