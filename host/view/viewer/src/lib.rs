@@ -17,6 +17,7 @@ mod error;
 mod faceplate;
 mod frame_budget;
 mod frame_statistics;
+mod freed_memory;
 mod graphics_device;
 mod hidden_labels;
 mod host_program;
@@ -44,8 +45,7 @@ mod viewer;
 /// The states of an alarm, by the letters of IEC 62682.
 pub use busbar_alarms::State as AlarmState;
 pub use busbar_renderer::{
-    HugePageAllocator, Picture, Quality, RenderError, RendererOptions, SectionPlane, WindowHandles,
-    configure_allocator,
+    Picture, Quality, RenderError, RendererOptions, SectionPlane, WindowHandles,
 };
 /// Highlights of equipment in alarm, of unknown state, or selected.
 pub use busbar_scene_overlays::highlight_styles;
@@ -54,6 +54,7 @@ pub use busbar_site::{HostTagValue, OverlayVerdicts, VerdictText};
 pub use busbar_ui::{AlarmAction, ChartCommand};
 pub use error::ViewError;
 pub use frame_statistics::FrameStageMillis;
+pub use freed_memory::set_memory_release;
 pub use graphics_device::graphics_device;
 pub use interaction::MAX_SELECTED;
 pub use renderer_options::renderer_options;

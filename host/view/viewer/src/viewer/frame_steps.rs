@@ -2,9 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use busbar_renderer::{
-    CameraView, EguiFrame, Frame, FrameStats, Picture, RenderError, release_freed_memory,
-};
+use busbar_renderer::{CameraView, EguiFrame, Frame, FrameStats, Picture, RenderError};
 use busbar_scene::NodeIndex;
 use busbar_site::CpuClock;
 use busbar_ui::{Command, ListModels, SceneOverlay};
@@ -14,6 +12,7 @@ use super::{FrameOutput, Viewer};
 use crate::ViewError;
 use crate::alarms::AlarmListRows;
 use crate::frame_statistics::FrameStageMillis;
+use crate::freed_memory::release_freed_memory;
 use crate::panel_frame::PanelFrame;
 use crate::panel_rows::TagListRows;
 use crate::scene_drawing::background;

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use busbar_renderer::release_freed_memory;
 use busbar_site::IndexRemap;
 
 use super::Viewer;
 use crate::ViewError;
+use crate::freed_memory::release_freed_memory;
 use crate::panel_frame::appearance_of;
 use crate::pick_queue::PickQueue;
 use crate::reload::PreparedReload;

@@ -28,6 +28,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_plugin_host",
             "busbar_plugin_process",
             "busbar_point_import",
+            "busbar_process_heap",
             "busbar_scene_loader",
             "busbar_viewer",
             "busbar_viewer_server",
@@ -88,11 +89,13 @@ const ALLOWED: &[(&str, &[&str])] = &[
         ],
     ),
     ("busbar_config", &[]),
+    ("busbar_culling", &["busbar_geometry"]),
+    ("busbar_density", &["busbar_gpu", "busbar_shaders"]),
     ("busbar_embed", &["busbar_client", "busbar_protocol"]),
     ("busbar_geometry", &[]),
     ("busbar_gltf_export", &["busbar_geometry", "busbar_scene"]),
     ("busbar_gltf_import", &["busbar_geometry", "busbar_scene"]),
-    ("busbar_gpu", &["busbar_huge_pages"]),
+    ("busbar_gpu", &[]),
     ("busbar_history", &["busbar_tags"]),
     ("busbar_lod", &["busbar_geometry", "busbar_scene"]),
     (
@@ -133,9 +136,20 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ),
     ("busbar_overlay_picture", &["busbar_tags"]),
     ("busbar_point_import", &[]),
+    ("busbar_process_heap", &["busbar_huge_pages"]),
     ("busbar_protocol", &[]),
     ("busbar_records", &[]),
-    ("busbar_renderer", &["busbar_geometry", "busbar_gpu", "busbar_scene", "busbar_shaders"]),
+    (
+        "busbar_renderer",
+        &[
+            "busbar_culling",
+            "busbar_density",
+            "busbar_geometry",
+            "busbar_gpu",
+            "busbar_scene",
+            "busbar_shaders",
+        ],
+    ),
     ("busbar_scene", &["busbar_geometry"]),
     (
         "busbar_scene_loader",
@@ -255,6 +269,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_commands",
             "busbar_geometry",
             "busbar_gltf_export",
+            "busbar_process_heap",
             "busbar_scene_loader",
             "busbar_viewer",
             "document",
@@ -346,7 +361,7 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
         &[
             "busbar_chart",
             "busbar_plugin_check",
-            "busbar_renderer",
+            "busbar_process_heap",
             "busbar_scene_loader",
             "busbar_viewer",
             "e2e",
@@ -458,7 +473,8 @@ const RESERVED_BUT_IN_TESTS: [(&str, &str); 2] =
     [("gltf", "busbar_gltf_export"), ("winit", "busbar_renderer")];
 /// Crates that may have unsafe code: they call Vulkan or the system, speak the C ABI or
 /// share memory with other processes.
-const UNSAFE: [&str; 11] = [
+const UNSAFE: [&str; 12] = [
+    "host/app/process_heap",
     "host/remote/embed",
     "host/graphics/gpu",
     "host/plugins/plugin_check",

@@ -10,34 +10,33 @@ use busbar_shaders::{
     DENSITY, DENSITY_COLUMNS, DENSITY_GROUP, DENSITY_RASTERIZE, DensityStep, RasterizeStep,
 };
 
-use super::WORD;
-use super::input::{DensityInput, SIDE};
-use crate::RenderError;
+use crate::DensityError;
+use crate::input::{DensityInput, SIDE, WORD};
 
 /// Compute pipelines and bind group layouts of density counting.
-pub(super) struct DensityPipelines {
+pub(crate) struct DensityPipelines {
     counter: ComputePipeline,
     rasterizer: ComputePipeline,
     /// Layout of values, and of gates.
-    pub(super) of_values: BindGroupLayout,
-    pub(super) of_counts: BindGroupLayout,
+    pub(crate) of_values: BindGroupLayout,
+    pub(crate) of_counts: BindGroupLayout,
     of_rasterizing: BindGroupLayout,
-    pub(super) of_picture: BindGroupLayout,
+    pub(crate) of_picture: BindGroupLayout,
 }
 
 /// Values of records that are counted together.
-pub(super) struct RecordChunk(BindGroup);
+pub(crate) struct RecordChunk(BindGroup);
 
 /// Target of a slice's counts, and the gates of its records.
-pub(super) struct CountTarget<'a> {
-    pub(super) group: &'a BindGroup,
-    pub(super) gates: &'a BindGroup,
-    pub(super) record_filter_words: u32,
-    pub(super) brush_filter_words: u32,
+pub(crate) struct CountTarget<'a> {
+    pub(crate) group: &'a BindGroup,
+    pub(crate) gates: &'a BindGroup,
+    pub(crate) record_filter_words: u32,
+    pub(crate) brush_filter_words: u32,
 }
 
 impl DensityPipelines {
-    pub(super) fn new(gpu: &Gpu) -> Result<Self, RenderError> {
+    pub(crate) fn new(gpu: &Gpu) -> Result<Self, DensityError> {
         use BindingKind::{Storage, StorageWrite};
         let of_values = BindGroupLayout::new(gpu, &[Storage])?;
         let of_counts = BindGroupLayout::new(
@@ -65,24 +64,24 @@ impl DensityPipelines {
         Ok(Self { counter, rasterizer, of_values, of_counts, of_rasterizing, of_picture })
     }
 
-    pub(super) fn upload(
+    pub(crate) fn upload(
         &self,
         recorder: &mut Recorder<'_>,
         values: &[f32],
-    ) -> Result<RecordChunk, RenderError> {
+    ) -> Result<RecordChunk, DensityError> {
         let bytes = bytemuck::cast_slice(values);
         let buffer = recorder.upload_buffer("density values", BufferUsage::Storage, bytes)?;
         Ok(RecordChunk(BindGroup::new(&self.of_values, &[Binding::Buffer(&buffer)])?))
     }
 
-    pub(super) fn count(
+    pub(crate) fn count(
         &self,
         recorder: &mut Recorder<'_>,
         chunk: &RecordChunk,
         counted: &CountTarget<'_>,
         input: &DensityInput<'_>,
         records: Range<usize>,
-    ) -> Result<(), RenderError> {
+    ) -> Result<(), DensityError> {
         let step = DensityStep {
             records: records.len() as u32,
             axes: input.axes as u32,
@@ -103,12 +102,12 @@ impl DensityPipelines {
         Ok(())
     }
 
-    pub(super) fn rasterize(
+    pub(crate) fn rasterize(
         &self,
         recorder: &mut Recorder<'_>,
         bindings: &[Binding<'_>],
         pairs: u32,
-    ) -> Result<(), RenderError> {
+    ) -> Result<(), DensityError> {
         let group = BindGroup::new(&self.of_rasterizing, bindings)?;
         let workgroups = (pairs * DENSITY_COLUMNS * SIDE as u32).div_ceil(DENSITY_GROUP).max(1);
         recorder.compute_pass("density rasterize").dispatch(&Dispatch {

@@ -5,32 +5,30 @@
 //! Counting goes by slices of [`SLICE_RECORDS`] records, one at a time beside the frames;
 //! what was counted before shows until the next is whole.
 
+mod error;
 mod input;
 mod pipelines;
-mod plane;
 
-use busbar_gpu::{BindGroup, Binding, Buffer, BufferUsage, Gpu, GpuError, Recorder, Submission};
+use busbar_gpu::{
+    BindGroup, BindGroupLayout, Binding, Buffer, BufferUsage, Gpu, GpuError, GpuQueue, Recorder,
+    Submission,
+};
 use busbar_shaders::{DENSITY_COLUMNS, DENSITY_ROWS};
 
-use crate::RenderError;
-use crate::layer::get_or_create;
+pub use error::DensityError;
 pub use input::{
     BrushedAxis, DensityCounts, DensityInput, DensityProgress, DensitySummary, MAX_DENSITY_AXES,
     MAX_DENSITY_BYTES,
 };
-use input::{SIDE, check, flips, gates, plan};
+use input::{SIDE, WORD, check, flips, gates, plan};
 use pipelines::{CountTarget, DensityPipelines, RecordChunk};
-pub use plane::DensityPlane;
-pub(crate) use plane::DensityPlaneResources;
 
 /// Records that are uploaded and counted at once: with 32 values each 8 MiB, and some 25 ms of
 /// a software rasteriser on two busy cores.
 pub const SLICE_RECORDS: usize = 1 << 16;
-/// Records of a mask word.
-const WORD: usize = 32;
 
 /// GPU state of density counting: pipelines, uploaded records, the running and the last count.
-pub(crate) struct DensityResources {
+pub struct DensityResources {
     pipelines: DensityPipelines,
     /// Revision of the values on the device.
     revision: Option<u64>,
@@ -54,7 +52,7 @@ struct RunningCount {
 }
 
 /// Finished count with its density picture.
-pub(crate) struct DensityPicture {
+struct DensityPicture {
     summary: DensitySummary,
     counts: [Buffer; 3],
     picture: Buffer,
@@ -62,12 +60,27 @@ pub(crate) struct DensityPicture {
 }
 
 impl DensityResources {
+    fn new(gpu: &Gpu) -> Result<Self, DensityError> {
+        let pipelines = DensityPipelines::new(gpu)?;
+        Ok(Self { pipelines, revision: None, chunks: Vec::new(), running: None, shown: None })
+    }
+
+    /// Returns the layout of the group that binds a density picture.
+    pub fn picture_layout(&self) -> &BindGroupLayout {
+        &self.pipelines.of_picture
+    }
+
+    /// Returns the last finished density picture, bound, and its summary.
+    pub fn picture(&self) -> Option<(&BindGroup, &DensitySummary)> {
+        self.shown.as_ref().map(|shown| (&shown.group, &shown.summary))
+    }
+
     /// Hands the next slice to the device, if it is done with the one before; does not wait.
     fn step(
         &mut self,
-        gpu: &mut Gpu,
+        queue: &mut GpuQueue,
         input: &DensityInput<'_>,
-    ) -> Result<DensityProgress, RenderError> {
+    ) -> Result<DensityProgress, DensityError> {
         if self.revision != Some(input.revision) {
             (self.running, self.shown) = (None, None);
             self.chunks.clear();
@@ -88,9 +101,9 @@ impl DensityResources {
         self.running.take_if(|running| running.arrangement != input.arrangement);
         let running = match &mut self.running {
             Some(running) => running,
-            none => none.insert(begin(gpu, &self.pipelines, input, of)?),
+            none => none.insert(begin(queue, &self.pipelines, input, of)?),
         };
-        if !gpu.has_finished(running.submission)? {
+        if !queue.has_finished(running.submission)? {
             return Ok(progress(running.handed, &self.shown));
         }
         if let Some((picture, summary)) = &running.last {
@@ -106,7 +119,7 @@ impl DensityResources {
             self.running = None;
             return Ok(progress(of, &self.shown));
         }
-        let mut recorder = gpu.begin_transfer()?;
+        let mut recorder = queue.begin_transfer()?;
         hand_slice(&mut recorder, &self.pipelines, &mut self.chunks, running, input)?;
         if running.handed == of {
             running.last = Some(rasterize(&mut recorder, &self.pipelines, running, input)?);
@@ -117,12 +130,12 @@ impl DensityResources {
 }
 
 fn begin(
-    gpu: &mut Gpu,
+    queue: &mut GpuQueue,
     pipelines: &DensityPipelines,
     input: &DensityInput<'_>,
     records: usize,
-) -> Result<RunningCount, RenderError> {
-    let mut recorder = gpu.begin_transfer()?;
+) -> Result<RunningCount, DensityError> {
+    let mut recorder = queue.begin_transfer()?;
     let edges: Vec<f32> = input.binned_axes.iter().flat_map(|(_, edges)| *edges).collect();
     let zeros = vec![0u32; (input.pairs.len() * SIDE * SIDE).max(1)];
     let no_mask = vec![0u32; records.div_ceil(WORD).max(1)];
@@ -153,7 +166,7 @@ fn hand_slice(
     chunks: &mut Vec<RecordChunk>,
     running: &mut RunningCount,
     input: &DensityInput<'_>,
-) -> Result<(), RenderError> {
+) -> Result<(), DensityError> {
     let first = running.handed;
     let end = (first + SLICE_RECORDS).min(input.values.len() / input.axes);
     if end == first {
@@ -185,7 +198,7 @@ fn rasterize(
     pipelines: &DensityPipelines,
     running: &RunningCount,
     input: &DensityInput<'_>,
-) -> Result<(Buffer, Buffer), RenderError> {
+) -> Result<(Buffer, Buffer), DensityError> {
     let cells = 2 * input.pairs.len() * (DENSITY_COLUMNS * DENSITY_ROWS) as usize;
     let mut upload = |name, usage, words: &[u32]| {
         recorder.upload_buffer(name, usage, bytemuck::cast_slice(words))
@@ -205,48 +218,47 @@ fn words(download: &Buffer) -> Result<Vec<u32>, GpuError> {
 }
 
 /// Advances the count that is under way; with `waits`, to its end.
-pub(crate) fn advance(
-    gpu: &mut Gpu,
+///
+/// # Errors
+/// When values, axes and pairs do not fit each other, memory runs out, or the device is lost.
+pub fn advance(
+    queue: &mut GpuQueue,
     density: &mut Option<DensityResources>,
     input: &DensityInput<'_>,
     waits: bool,
-) -> Result<DensityProgress, RenderError> {
+) -> Result<DensityProgress, DensityError> {
     check(input)?;
-    let made = || -> Result<_, RenderError> {
-        let pipelines = DensityPipelines::new(gpu)?;
-        Ok(DensityResources {
-            pipelines,
-            revision: None,
-            chunks: Vec::new(),
-            running: None,
-            shown: None,
-        })
+    let density = match density {
+        Some(density) => density,
+        none => none.insert(DensityResources::new(queue.gpu())?),
     };
-    let density = get_or_create(density, made)?;
     loop {
-        let progress = density.step(gpu, input)?;
+        let progress = density.step(queue, input)?;
         let is_done = density.running.is_none();
         if is_done || !waits {
             return Ok(progress);
         }
-        gpu.wait()?;
+        queue.wait()?;
     }
 }
 
 /// Counts anew, and waits for it.
-pub(crate) fn count(
-    gpu: &mut Gpu,
+///
+/// # Errors
+/// Returns the errors of [`advance`].
+pub fn count(
+    queue: &mut GpuQueue,
     density: &mut Option<DensityResources>,
     input: &DensityInput<'_>,
-) -> Result<DensityCounts, RenderError> {
+) -> Result<DensityCounts, DensityError> {
     if let Some(density) = density {
         (density.running, density.shown) = (None, None);
     }
-    advance(gpu, density, input, true)?;
+    advance(queue, density, input, true)?;
     let picture_shown = density.as_ref().and_then(|density| density.shown.as_ref());
     let picture_shown =
         picture_shown.ok_or(GpuError::Misuse("a count that ended without a result"))?;
-    let mut recorder = gpu.begin_transfer()?;
+    let mut recorder = queue.begin_transfer()?;
     let downloads = picture_shown.counts.each_ref().map(|buffer| recorder.download_buffer(buffer));
     let picture = recorder.download_buffer(&picture_shown.picture)?;
     recorder.submit_and_wait()?;

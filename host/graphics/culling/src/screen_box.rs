@@ -3,11 +3,10 @@
 use std::ops::Range;
 
 use busbar_geometry::Bounds;
-use busbar_gpu::ImageArea;
 use glam::{Mat4, Vec2, Vec4};
 
 /// A box in clip space.
-pub(crate) struct ScreenBox {
+pub struct ScreenBox {
     center: Vec4,
     /// From its middle to its sides.
     halves: [Vec4; 3],
@@ -15,8 +14,9 @@ pub(crate) struct ScreenBox {
 }
 
 impl ScreenBox {
+    /// Projects a box by the transform from its space to clip space.
     #[inline]
-    pub(crate) fn project(clip_from_box: &Mat4, bounds: &Bounds) -> Self {
+    pub fn project(clip_from_box: &Mat4, bounds: &Bounds) -> Self {
         let half = (bounds.max - bounds.min) * 0.5;
         let halves = [
             clip_from_box.x_axis * half.x,
@@ -28,14 +28,15 @@ impl ScreenBox {
         Self { center, halves, reach: x + y + z }
     }
 
-    pub(crate) fn center(&self) -> Vec4 {
+    /// Returns the middle of the box in clip space.
+    pub fn center(&self) -> Vec4 {
         self.center
     }
 
     /// Returns the least distance along the line of sight. `None` where that is NaN or the box
     /// crosses the near plane, where clip space has no screen positions.
     #[inline]
-    pub(crate) fn nearest(&self) -> Option<f32> {
+    pub fn nearest(&self) -> Option<f32> {
         let Self { center, reach, .. } = *self;
         let nearest = center.w - reach.w;
         let has_places =
@@ -45,12 +46,12 @@ impl ScreenBox {
 
     /// Returns the near plane's distance; a point's depth is this over its own distance. It is the
     /// same for all points without a far limit.
-    pub(crate) fn near(&self) -> f32 {
+    pub fn near(&self) -> f32 {
         self.center.z + self.reach.z
     }
 
     /// Reports, for a box without a nearest distance, whether it is not wholly behind the eye.
-    pub(crate) fn may_surround(&self) -> bool {
+    pub fn may_surround(&self) -> bool {
         let Self { center, reach, .. } = *self;
         let is_behind = center.w + reach.w < 0.0;
         !((center.abs() + reach).is_finite() && is_behind)
@@ -59,7 +60,7 @@ impl ScreenBox {
     /// Returns the least and greatest screen positions of a box with a nearest distance: -1 to 1,
     /// from left to right and from the top down.
     #[inline]
-    pub(crate) fn extent(&self) -> [Vec2; 2] {
+    pub fn extent(&self) -> [Vec2; 2] {
         let Self { center, halves: [x, y, z], .. } = self;
         // Four of the eight corners at a time, side by side: by x, y and w.
         let sides = [*x + *y, *x - *y, *y - *x, -*x - *y];
@@ -76,10 +77,11 @@ impl ScreenBox {
         let [[left, right], [top, bottom]] = [along(|corner| corner.x), along(|corner| corner.y)];
         [Vec2::new(left, top), Vec2::new(right, bottom)]
     }
+
     /// Returns the columns and rows of tiles that a box and a margin of pixels cover. The box must
     /// have a nearest distance; `None` beside the picture.
     #[inline]
-    pub(crate) fn tiles(&self, size: [u32; 2], tile: u32, around: f32) -> Option<[Range<u32>; 2]> {
+    pub fn tiles(&self, size: [u32; 2], tile: u32, around: f32) -> Option<[Range<u32>; 2]> {
         let half = Vec2::new(size[0] as f32, size[1] as f32) * 0.5;
         let [least, most] = self.extent().map(|place| place * half + half);
         let along = |least: f32, most: f32, pixels: u32| {
@@ -93,20 +95,6 @@ impl ScreenBox {
 }
 
 /// Returns the range that spans two ranges.
-pub(crate) fn hull(one: &Range<u32>, other: &Range<u32>) -> Range<u32> {
+pub fn hull(one: &Range<u32>, other: &Range<u32>) -> Range<u32> {
     one.start.min(other.start)..one.end.max(other.end)
-}
-
-/// Returns the pixels of columns and rows of tiles, clipped to the picture.
-pub(crate) fn tile_pixels(
-    [columns, rows]: [&Range<u32>; 2],
-    tile: u32,
-    picture: [u32; 2],
-) -> ImageArea {
-    let along = |tiles: &Range<u32>, most: u32| {
-        let start = tiles.start * tile;
-        [start, (tiles.end * tile).min(most).saturating_sub(start)]
-    };
-    let [[left, width], [top, height]] = [along(columns, picture[0]), along(rows, picture[1])];
-    ImageArea { origin: [left, top], size: [width, height] }
 }

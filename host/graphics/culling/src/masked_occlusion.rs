@@ -39,7 +39,7 @@ const SLENDER: f32 = 0.5;
 /// Masked depth buffer of large faces. Depths are one over the distance along the line of sight,
 /// which is linear on the screen.
 #[derive(Default)]
-pub(crate) struct MaskedDepthBuffer {
+pub struct MaskedDepthBuffer {
     size: [u32; 2],
     columns: usize,
     /// Pixels by which a face's edges are drawn in.
@@ -55,7 +55,7 @@ pub(crate) struct MaskedDepthBuffer {
 
 impl MaskedDepthBuffer {
     /// Begins a picture of a non-zero size and a number of samples a pixel.
-    pub(crate) fn begin(&mut self, camera: &CameraView, size: [u32; 2], samples: u32) {
+    pub fn begin(&mut self, camera: &CameraView, size: [u32; 2], samples: u32) {
         let [columns, rows] = size.map(|pixels| pixels.div_ceil(CELL) as usize);
         let pixels_per_unit = camera.pixels_per_unit(size[1]);
         self.size = size;
@@ -86,7 +86,7 @@ impl MaskedDepthBuffer {
     }
 
     /// Adds a convex flat face by its corners in clip space, either way around.
-    pub(crate) fn add(&mut self, corners: impl Iterator<Item = Vec4>) {
+    pub fn add(&mut self, corners: impl Iterator<Item = Vec4>) {
         let mut clipped = ClippedPolygon::default();
         corners.for_each(|corner| clipped.push(corner));
         let clipped = clipped.beyond_near();
@@ -130,7 +130,7 @@ impl MaskedDepthBuffer {
 
     /// Reports whether a box may be visible: within the picture, and not behind added faces. A box
     /// with NaN coordinates may be.
-    pub(crate) fn is_visible(&self, clip_from_box: &Mat4, bounds: &Bounds) -> bool {
+    pub fn is_visible(&self, clip_from_box: &Mat4, bounds: &Bounds) -> bool {
         let found = ScreenBox::project(clip_from_box, bounds);
         let Some(nearest) = found.nearest() else { return found.may_surround() };
         let depth = (1.0 + self.tolerance) / nearest;

@@ -5,15 +5,16 @@ use std::ops::Range;
 use busbar_gpu::GpuError;
 use busbar_shaders::DENSITY_BINS;
 
-use super::WORD;
-use crate::RenderError;
+use crate::DensityError;
 
 /// Values that one record may have.
 pub const MAX_DENSITY_AXES: usize = 32;
 /// Bytes of values that stay on the device: ten million records of twelve values.
 pub const MAX_DENSITY_BYTES: usize = 480_000_000;
+/// Records of a mask word.
+pub(crate) const WORD: usize = 32;
 /// Bins of an axis with that of records without a value.
-pub(super) const SIDE: usize = DENSITY_BINS as usize + 1;
+pub(crate) const SIDE: usize = DENSITY_BINS as usize + 1;
 
 /// Says of a record, by its number, whether something holds.
 type RecordPredicate<'a> = Option<&'a dyn Fn(usize) -> bool>;
@@ -102,10 +103,10 @@ pub struct DensityProgress {
     pub shown: Option<DensitySummary>,
 }
 
-pub(super) fn check(input: &DensityInput<'_>) -> Result<(), RenderError> {
+pub(crate) fn check(input: &DensityInput<'_>) -> Result<(), DensityError> {
     let DensityInput { axes, values, binned_axes, flipped, pairs, brushes, .. } = *input;
     let too_many = |what, asked: usize, limit: usize| {
-        Err(RenderError::TooMany { what, asked: asked as u64, limit: limit as u64 })
+        Err(DensityError::TooMany { what, asked: asked as u64, limit: limit as u64 })
     };
     let most = axes.max(binned_axes.len());
     if most > MAX_DENSITY_AXES {
@@ -125,7 +126,7 @@ pub(super) fn check(input: &DensityInput<'_>) -> Result<(), RenderError> {
 }
 
 /// Packs the shader's plan: axes, pairs and brushes.
-pub(super) fn plan(input: &DensityInput<'_>) -> Vec<u32> {
+pub(crate) fn plan(input: &DensityInput<'_>) -> Vec<u32> {
     let binned_axes = input.binned_axes.iter().map(|(axis, _)| *axis as u32);
     let pairs = input.pairs.iter().flatten().map(|place| *place as u32);
     let brushes = input.brushes.iter().flat_map(|brush| {
@@ -140,7 +141,7 @@ pub(super) fn plan(input: &DensityInput<'_>) -> Vec<u32> {
 }
 
 /// Packs the axes' directions, two a pair: 1 where the axis is upside down.
-pub(super) fn flips(input: &DensityInput<'_>) -> Vec<u32> {
+pub(crate) fn flips(input: &DensityInput<'_>) -> Vec<u32> {
     let flips = input.pairs.iter().flatten().map(|place| u32::from(input.flipped[*place]));
     let mut flips: Vec<u32> = flips.collect();
     if flips.is_empty() {
@@ -151,7 +152,7 @@ pub(super) fn flips(input: &DensityInput<'_>) -> Vec<u32> {
 
 /// Packs the gate bits of some records: whether each is counted, then whether it matches `brush_filter`.
 /// Returns the words with the length of each of the two.
-pub(super) fn gates(input: &DensityInput<'_>, records: Range<usize>) -> (Vec<u32>, u32, u32) {
+pub(crate) fn gates(input: &DensityInput<'_>, records: Range<usize>) -> (Vec<u32>, u32, u32) {
     let words = records.len().div_ceil(WORD);
     let mut gates = Vec::new();
     let mut add = |of: RecordPredicate<'_>| {

@@ -1,20 +1,15 @@
-//! Occlusion test against the depth of the first pass: depth read back in tiles of the farthest
-//! depth.
+//! Occlusion test against depth that was drawn, in tiles of the farthest depth.
 
 use std::ops::Range;
 
 use busbar_geometry::Bounds;
-use busbar_gpu::{DepthCopy, Gpu, GpuError, Image, Recorder};
-use busbar_shaders::Instance;
 use glam::Mat4;
 
 use crate::CameraView;
-use crate::layer::get_or_create;
-use crate::screen_box::{ScreenBox, hull, tile_pixels};
-use crate::visibility::world_from_mesh;
+use crate::screen_box::{ScreenBox, hull};
 
 /// Pixels along a side of a tile, of which the farthest depth is kept.
-const TILE: u32 = 4;
+pub const TILE_PIXELS: u32 = 4;
 /// Margin in pixels around a box. Slender things are drawn a pixel wide, and a rasterizer snaps to
 /// 1/256 of a pixel.
 const MARGIN_PIXELS: f32 = 0.6;
@@ -34,7 +29,7 @@ enum ScreenPlace {
 
 /// Depth of a part of a picture whose pixels have one sample, tile by tile.
 #[derive(Default)]
-pub(crate) struct FirstPassDepth {
+pub struct DepthTiles {
     clip_from_world: Mat4,
     /// Size of the picture in pixels.
     size: [u32; 2],
@@ -46,13 +41,11 @@ pub(crate) struct FirstPassDepth {
     /// The least depth in each, row by row.
     tiles: Vec<f32>,
     queries: Vec<ScreenPlace>,
-    /// Room for the depth of a picture, and of which size.
-    copy: Option<(DepthCopy, [u32; 2])>,
 }
 
-impl FirstPassDepth {
+impl DepthTiles {
     /// Begins a frame of a camera without any depth.
-    pub(crate) fn begin(&mut self, camera: &CameraView, size: [u32; 2]) {
+    pub fn begin(&mut self, camera: &CameraView, size: [u32; 2]) {
         self.clip_from_world = camera.clip_from_world();
         self.size = size;
         self.tolerance = DEPTH_TOLERANCE + MARGIN_PIXELS / camera.pixels_per_unit(size[1]);
@@ -61,9 +54,9 @@ impl FirstPassDepth {
         self.queries.clear();
     }
 
-    /// Queues a query for an instance's box; [`FirstPassDepth::query_results`] answers it.
-    pub(crate) fn add_query(&mut self, instance: &Instance, bounds: &Bounds) {
-        let place = self.place_of(&self.clip_from_mesh(instance), bounds);
+    /// Queues a query for a box; [`DepthTiles::query_results`] answers it.
+    pub fn add_query(&mut self, clip_from_box: &Mat4, bounds: &Bounds) {
+        let place = self.place_of(clip_from_box, bounds);
         if let ScreenPlace::Tiles([columns, rows], _) = &place {
             let with = |all: &Range<u32>, more: &Range<u32>| match all.is_empty() {
                 true => more.clone(),
@@ -75,45 +68,24 @@ impl FirstPassDepth {
     }
 
     /// Returns for each queued box whether it may be visible, once depth was read back.
-    pub(crate) fn query_results(&self) -> impl Iterator<Item = bool> {
+    pub fn query_results(&self) -> impl Iterator<Item = bool> {
         self.queries.iter().map(|place| self.is_place_visible(place))
     }
 
-    /// Has the depth copied where it will be asked about, if anywhere.
-    pub(crate) fn record(
-        &mut self,
-        recorder: &mut Recorder<'_>,
-        depth: &Image,
-    ) -> Result<(), GpuError> {
-        let area = tile_pixels([&self.columns, &self.rows], TILE, self.size);
-        if area.size.contains(&0) {
-            return Ok(());
-        }
-        let copy = self.copy_of(recorder.gpu())?;
-        recorder.copy_depth(depth, area, copy)
+    /// Returns the columns and rows of tiles that queries ask about.
+    pub fn queried(&self) -> [&Range<u32>; 2] {
+        [&self.columns, &self.rows]
     }
 
-    /// Returns the read-back buffer for a picture's depth, made anew for another size.
-    fn copy_of(&mut self, gpu: &Gpu) -> Result<&mut DepthCopy, GpuError> {
-        let Self { copy, size, .. } = self;
-        drop(copy.take_if(|(_, made_for)| made_for != size));
-        Ok(&mut get_or_create(copy, || Ok::<_, GpuError>((DepthCopy::new(gpu, *size)?, *size)))?.0)
-    }
-
-    /// Reads the copied depth back, once the device has written it.
-    pub(crate) fn read_back(&mut self) -> Result<(), GpuError> {
-        if self.columns.is_empty() {
-            return Ok(());
-        }
-        let Self { copy: Some((copy, _)), tiles, .. } = self else { return Ok(()) };
-        let width = copy.size()[0] as usize;
-        copy.read_with(|depths| add_tiles(tiles, depths, width))
+    /// Takes over the depth drawn in the queried tiles: pixel lines of a width.
+    pub fn read(&mut self, depths: &[f32], width: usize) {
+        add_tiles(&mut self.tiles, depths, width);
     }
 
     /// Reports whether a box may be visible: within the picture, and not behind the depth drawn. A
     /// box with NaN coordinates may be.
     #[inline]
-    pub(crate) fn is_visible(&self, clip_from_box: &Mat4, bounds: &Bounds) -> bool {
+    pub fn is_visible(&self, clip_from_box: &Mat4, bounds: &Bounds) -> bool {
         self.is_place_visible(&self.place_of(clip_from_box, bounds))
     }
 
@@ -128,7 +100,7 @@ impl FirstPassDepth {
         };
         // Depth is the near plane's distance over its own.
         let depth = found.near() / nearest * (1.0 + self.tolerance);
-        let tiles = found.tiles(self.size, TILE, MARGIN_PIXELS);
+        let tiles = found.tiles(self.size, TILE_PIXELS, MARGIN_PIXELS);
         tiles.map_or(ScreenPlace::Outside, |tiles| ScreenPlace::Tiles(tiles, depth))
     }
 
@@ -152,16 +124,16 @@ impl FirstPassDepth {
         })
     }
 
-    /// Returns the transform from an instance's mesh to clip space.
-    pub(crate) fn clip_from_mesh(&self, instance: &Instance) -> Mat4 {
-        self.clip_from_world * world_from_mesh(instance)
+    /// Returns the transform from world to clip space.
+    pub fn clip_from_world(&self) -> &Mat4 {
+        &self.clip_from_world
     }
 }
 
 /// Adds the tiles of pixel lines of a width.
 fn add_tiles(tiles: &mut Vec<f32>, depths: &[f32], width: usize) {
     let mut least = Vec::with_capacity(width);
-    for lines in depths.chunks(width * TILE as usize) {
+    for lines in depths.chunks(width * TILE_PIXELS as usize) {
         add_least(tiles, lines, width, &mut least);
     }
 }
@@ -175,7 +147,7 @@ fn add_least(tiles: &mut Vec<f32>, lines: &[f32], width: usize, least: &mut Vec<
     for line in others.chunks(width) {
         least.iter_mut().zip(line).for_each(|(least, &depth)| *least = lesser(depth, *least));
     }
-    let (whole, rest) = least.as_chunks::<{ TILE as usize }>();
+    let (whole, rest) = least.as_chunks::<{ TILE_PIXELS as usize }>();
     tiles.extend(whole.iter().map(|[a, b, c, d]| lesser(lesser(*a, *b), lesser(*c, *d))));
     if !rest.is_empty() {
         tiles.push(rest.iter().copied().fold(f32::INFINITY, lesser));
@@ -183,5 +155,5 @@ fn add_least(tiles: &mut Vec<f32>, lines: &[f32], width: usize, least: &mut Vec<
 }
 
 #[cfg(test)]
-#[path = "first_pass_depth_tests.rs"]
+#[path = "depth_tiles_tests.rs"]
 mod tests;

@@ -1,7 +1,15 @@
 //! Process allocator: huge pages, a single glibc arena, and memory kept for software rasterizers.
+//!
+//! Blocks of 4 MiB and more ask for huge pages. A program that shows a scene loads within one heap,
+//! in which each stage takes what the stage before it freed. What is free is given back once the
+//! first frame is drawn. One huge page in eight is timed. Where two in a row take 2 ms and more, no
+//! more are asked for.
+//!
+//! Invariant: a program chooses it. Libraries know nothing of it but a function that gives free
+//! memory back, where a program hands them one.
 
 use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use busbar_huge_pages::{self as huge_pages, PageSize, Pages};
 
@@ -11,25 +19,6 @@ const KEPT_BYTES: libc::c_int = 512 << 20;
 /// Blocks up to this size come from the heap; the most that glibc takes.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 const HEAP_BLOCK_BYTES: libc::c_int = 32 << 20;
-
-/// Makes the heap keep what a frame frees. A software rasterizer takes a frame's triangles from the
-/// heap. By default glibc may return that memory after each frame and fault it in again in the
-/// next, up to two fifths of a frame. Memory freed earlier, by loading on other threads, is
-/// released first.
-pub(crate) fn retain_freed_memory() {
-    if !IS_ONE_HEAP.load(Ordering::Relaxed) {
-        release_freed_memory();
-    }
-    #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    // SAFETY: they set two numbers that malloc reads, under its own lock.
-    unsafe {
-        libc::mallopt(libc::M_TRIM_THRESHOLD, KEPT_BYTES);
-        libc::mallopt(libc::M_MMAP_THRESHOLD, HEAP_BLOCK_BYTES);
-    }
-}
-
-/// Single-arena mode: all threads allocate from one heap.
-static IS_ONE_HEAP: AtomicBool = AtomicBool::new(false);
 
 /// Bytes of a scene of a million triangles with its first frame.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
@@ -43,9 +32,11 @@ const TOP_PAD_BYTES: libc::c_int = 128 << 10;
 
 /// Configures a single heap for all threads, under huge pages, that keeps freed memory: for a
 /// program that loads one scene and shows it. Each stage of loading reuses what the one before it
-/// freed. To be called first of all; call [`release_freed_memory`] once the first frame is drawn.
+/// freed. A software rasterizer takes a frame's triangles from the heap, in its own library: by
+/// default glibc may return that memory after each frame and fault it in again in the next, up to
+/// two fifths of a frame. To be called first of all; call [`release_freed_memory`] once the first
+/// frame is drawn.
 pub fn configure_allocator() {
-    IS_ONE_HEAP.store(true, Ordering::Relaxed);
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     // SAFETY: mallopt sets numbers that malloc reads, under its own lock; sbrk says where the
     // heap ends, and moves nothing; the block is freed once.

@@ -1,5 +1,6 @@
 //! Density planes: density pictures drawn between the axes in the world.
 
+use busbar_density::{DensityResources, MAX_DENSITY_AXES};
 use busbar_gpu::{
     BindGroup, BindGroupLayout, Buffer, BufferUsage, DrawCount, Format, GpuError,
     MAX_FRAMES_IN_FLIGHT, Pipeline, Recorder, RenderPass,
@@ -7,12 +8,11 @@ use busbar_gpu::{
 use busbar_shaders::{DENSITY_PLANE, PlaneInstance};
 use glam::Vec3;
 
-use super::DensityResources;
 use crate::RenderError;
-use crate::polylines::{QuadMesh, QuadShader, quad_pipeline, target_color};
+use crate::quads::{QuadMesh, QuadShader, quad_pipeline, target_color};
 
 /// Planes that a picture may have: one for each axis but one.
-const MAX_PLANES: usize = super::MAX_DENSITY_AXES;
+const MAX_PLANES: usize = MAX_DENSITY_AXES;
 const PLANE: QuadShader = QuadShader {
     name: "density plane",
     words: DENSITY_PLANE,
@@ -54,7 +54,7 @@ impl DensityPlaneResources {
         samples: u32,
     ) -> Result<Self, RenderError> {
         let gpu = recorder.gpu();
-        let groups = [frame, &density.pipelines.of_picture];
+        let groups = [frame, density.picture_layout()];
         let pipeline = quad_pipeline(gpu, &groups, (color, samples), &PLANE)?;
         let bytes = (MAX_PLANES * size_of::<PlaneInstance>()) as u64;
         let slot = |_| Buffer::new(gpu, "planes", BufferUsage::HostVertex, bytes);
@@ -69,8 +69,7 @@ impl DensityPlaneResources {
         density: &DensityResources,
         planes: &[DensityPlane],
     ) -> Result<(), RenderError> {
-        let Some(picture_shown) = &density.shown else { return Ok(()) };
-        let summary = picture_shown.summary;
+        let Some((_, summary)) = density.picture() else { return Ok(()) };
         let count = planes.len().min(MAX_PLANES);
         let instance = |(pair, plane): (usize, &DensityPlane)| {
             let [[r, g, b], [meant_r, meant_g, meant_b]] =
@@ -98,12 +97,11 @@ impl DensityPlaneResources {
         (density, planes): (&DensityResources, &[DensityPlane]),
     ) -> Result<DrawCount, GpuError> {
         let fits = |pairs: u32| pairs as usize == planes.len() && planes.len() <= MAX_PLANES;
-        let Some(picture_shown) =
-            density.shown.as_ref().filter(|picture_shown| fits(picture_shown.summary.pairs))
+        let Some((picture, _)) = density.picture().filter(|(_, summary)| fits(summary.pairs))
         else {
             return Ok(DrawCount::default());
         };
-        let groups = [frame_group, &picture_shown.group];
+        let groups = [frame_group, picture];
         let instances = (&self.slots[slot], planes.len() as u32);
         pass.draw(&quads.draw(&self.pipeline, &groups, instances))?;
         Ok(DrawCount::ONE)

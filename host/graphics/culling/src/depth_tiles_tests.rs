@@ -1,4 +1,4 @@
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 use proptest::prelude::*;
 
 use super::*;
@@ -12,11 +12,12 @@ fn camera() -> CameraView {
     CameraView::look_at(Vec3::Z * 10.0, Vec3::ZERO, Vec3::Y, 1.0, aspect, NEAR)
 }
 
-/// Makes first-pass depth from a function of the pixel, over the whole picture.
-fn drawn(depth_at: impl Fn([u32; 2]) -> f32) -> FirstPassDepth {
-    let mut drawn = FirstPassDepth::default();
+/// Makes depth tiles from a function of the pixel, over the whole picture.
+fn drawn(depth_at: impl Fn([u32; 2]) -> f32) -> DepthTiles {
+    let mut drawn = DepthTiles::default();
     drawn.begin(&camera(), SIZE);
-    (drawn.columns, drawn.rows) = (0..SIZE[0].div_ceil(TILE), 0..SIZE[1].div_ceil(TILE));
+    (drawn.columns, drawn.rows) =
+        (0..SIZE[0].div_ceil(TILE_PIXELS), 0..SIZE[1].div_ceil(TILE_PIXELS));
     let rows = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| [x, y]));
     let depths: Vec<f32> = rows.map(depth_at).collect();
     add_tiles(&mut drawn.tiles, &depths, SIZE[0] as usize);
@@ -68,7 +69,7 @@ proptest! {
 #[test]
 fn a_box_behind_what_was_drawn_is_hidden_and_one_before_it_or_beside_a_gap_is_not() {
     let clip = camera().clip_from_world();
-    let sees = |drawn: &FirstPassDepth, center: [f32; 3]| {
+    let sees = |drawn: &DepthTiles, center: [f32; 3]| {
         let [min, max] = [-0.5, 0.5].map(|half| Vec3::from(center) + half);
         drawn.is_visible(&clip, &Bounds { min, max })
     };
@@ -93,11 +94,10 @@ fn a_box_behind_what_was_drawn_is_hidden_and_one_before_it_or_beside_a_gap_is_no
 #[test]
 fn what_is_asked_about_is_answered_in_order() {
     let mut drawn = drawn(|_| NEAR / 4.0);
-    let rows = [Vec4::X, Vec4::Y, Vec4::Z].map(|row| row.to_array());
-    let instance = Instance { world_from_mesh: rows, ..bytemuck::Zeroable::zeroed() };
+    let clip = camera().clip_from_world();
     for z in [5.0, 7.0, 12.0, 4.0] {
         let min = Vec3::new(-0.5, -0.5, z - 0.5);
-        drawn.add_query(&instance, &Bounds { min, max: min + 1.0 });
+        drawn.add_query(&clip, &Bounds { min, max: min + 1.0 });
     }
     assert_eq!(drawn.query_results().collect::<Vec<_>>(), [false, true, false, false]);
 }

@@ -1,23 +1,23 @@
-//! Visibility: frustum culling, and occlusion culling behind large faces.
+//! Occlusion culling behind large faces near the eye.
 
-use std::f32::consts::PI;
 use std::ops::Range;
 
+use busbar_culling::{
+    BoundingSphere, FaceFilter, Frustum, MAX_CORNERS, MaskedDepthBuffer, Occluder,
+    is_outside_frustum,
+};
 use busbar_geometry::Bounds;
 use busbar_shaders::Instance;
-use glam::{Mat4, Vec2, Vec3, Vec4};
+use glam::{Mat4, Vec4};
 
+use super::mesh_data::SoftwareMesh;
 use crate::CameraView;
-use crate::first_pass_depth::FirstPassDepth;
-use crate::frustum::{BoundingSphere, Frustum};
+use crate::draw_reduction::DrawnScene;
 use crate::index_cache::IndexCache;
-use crate::instance_buckets::{Bucket, BucketKey, InstanceBuckets};
-use crate::masked_occlusion::MaskedDepthBuffer;
+use crate::instance_buckets::{Bucket, BucketKey};
+use crate::instance_transform::world_from_mesh;
 use crate::model::{GpuMesh, GpuModel};
-use crate::occluders::{MAX_CORNERS, Occluder};
 
-/// Least share of a picture that an occluding face must cover.
-const MIN_SCREEN_SHARE: f32 = 1.0 / 128.0;
 /// Faces of a frame, those that cover most.
 const MAX_FACES: usize = 1024;
 /// Faces that are kept in mind until only those are.
@@ -25,50 +25,9 @@ const MAX_FOUND: usize = 4 * MAX_FACES;
 /// Tolerance of the back-face test, as a share of the eye's distance from the mesh's origin.
 const BACK_FACE_TOLERANCE: f32 = 1e-5;
 
-/// Frustum and occluders that instances are culled against.
-pub(crate) struct CullView<'a> {
-    pub(crate) frustum: Frustum,
-    /// Occluding faces; `None` where nothing is occluded.
-    pub(crate) occluders: Option<&'a OcclusionBuffer>,
-}
-
-impl CullView<'_> {
-    /// Makes a view that culls by the frustum alone.
-    pub(crate) fn new(clip_from_world: &Mat4) -> Self {
-        Self { frustum: Frustum::from_matrix(clip_from_world), occluders: None }
-    }
-}
-
-/// Occlusion test against large faces or against the depth of the first pass.
-#[derive(Clone, Copy)]
-pub(crate) enum OcclusionTest<'a> {
-    LargeFaces(&'a OcclusionBuffer),
-    FirstPassDepth(&'a FirstPassDepth),
-}
-
-impl OcclusionTest<'_> {
-    /// Returns the transform from an instance's mesh to clip space, for
-    /// [`OcclusionTest::is_box_visible`].
-    pub(crate) fn clip_from_mesh(self, instance: &Instance) -> Mat4 {
-        match self {
-            Self::LargeFaces(buffer) => buffer.clip_from_mesh(instance),
-            Self::FirstPassDepth(drawn) => drawn.clip_from_mesh(instance),
-        }
-    }
-
-    /// Reports whether any part of a box is in the picture and not occluded.
-    #[inline]
-    pub(crate) fn is_box_visible(self, clip_from_mesh: &Mat4, bounds: &Bounds) -> bool {
-        match self {
-            Self::LargeFaces(buffer) => buffer.is_box_visible(clip_from_mesh, bounds),
-            Self::FirstPassDepth(drawn) => drawn.is_visible(clip_from_mesh, bounds),
-        }
-    }
-}
-
 /// Occlusion buffer: large faces near the eye, rasterized into masked depth.
 #[derive(Default)]
-pub(crate) struct OcclusionBuffer {
+pub(super) struct OcclusionBuffer {
     clip_from_world: Mat4,
     depth: MaskedDepthBuffer,
     found: Vec<ProjectedFace>,
@@ -87,9 +46,9 @@ struct ProjectedFace {
 
 impl OcclusionBuffer {
     /// Rasterizes the large faces of resolved meshes as occluders; without a camera there are none.
-    pub(crate) fn rasterize_faces(
+    pub(super) fn rasterize_faces(
         &mut self,
-        (models, cache, buckets): (&[Option<GpuModel>], &IndexCache, &InstanceBuckets),
+        DrawnScene { models, cache, buckets }: DrawnScene<'_>,
         camera: Option<&CameraView>,
         (size, samples): ([u32; 2], u32),
     ) {
@@ -98,15 +57,7 @@ impl OcclusionBuffer {
         let Some(camera) = camera else { return };
         self.clip_from_world = camera.clip_from_world();
         let frustum = Frustum::from_matrix(&self.clip_from_world);
-        let square = camera.pixels_per_unit(size[1]).powi(2);
-        let least = size[0] as f32 * size[1] as f32 * MIN_SCREEN_SHARE;
-        let filter = FaceFilter {
-            eye: camera.eye,
-            square,
-            least,
-            near: (1.0 + (PI * square / least).sqrt()).powi(2),
-            half: Vec2::new(size[0] as f32, size[1] as f32) * 0.5,
-        };
+        let filter = FaceFilter::new(camera, size);
         for Bucket { key, entries, spheres, .. } in buckets.buckets() {
             // Of most kinds nothing is near enough, and nothing more is looked up.
             let mut of_bucket = None;
@@ -149,7 +100,7 @@ impl OcclusionBuffer {
     }
 
     /// Returns the buffer if it holds any face.
-    pub(crate) fn non_empty(&self) -> Option<&Self> {
+    pub(super) fn non_empty(&self) -> Option<&Self> {
         (!self.found.is_empty()).then_some(self)
     }
 
@@ -170,7 +121,7 @@ impl OcclusionBuffer {
         }
         let world_from_mesh = world_from_mesh(instance);
         let clip_from_mesh = self.clip_from_world * world_from_mesh;
-        let eye = world_from_mesh.inverse().transform_point3(filter.eye).extend(1.0);
+        let eye = world_from_mesh.inverse().transform_point3(filter.eye()).extend(1.0);
         let tolerance =
             BACK_FACE_TOLERANCE * (eye.truncate().length() + mesh.sphere.center.length());
         for Occluder { plane, corners, section, .. } in occluders.iter().take_while(is_large) {
@@ -184,7 +135,7 @@ impl OcclusionBuffer {
             self.corners.extend(corners.iter().map(|corner| clip_from_mesh * corner.extend(1.0)));
             let added = &self.corners[first..];
             let (pixels, nearest) = filter.screen_size(added);
-            if pixels >= filter.least && !is_outside_frustum(added) {
+            if filter.is_large(pixels) && !is_outside_frustum(added) {
                 self.found.push(ProjectedFace {
                     pixels,
                     nearest,
@@ -198,16 +149,16 @@ impl OcclusionBuffer {
 
     /// Reports whether a box of an instance's mesh is wholly occluded.
     #[inline]
-    pub(crate) fn is_occluded(&self, instance: &Instance, bounds: &Bounds) -> bool {
+    pub(super) fn is_occluded(&self, instance: &Instance, bounds: &Bounds) -> bool {
         !self.is_box_visible(&self.clip_from_mesh(instance), bounds)
     }
 
-    fn clip_from_mesh(&self, instance: &Instance) -> Mat4 {
+    pub(super) fn clip_from_mesh(&self, instance: &Instance) -> Mat4 {
         self.clip_from_world * world_from_mesh(instance)
     }
 
     #[inline]
-    fn is_box_visible(&self, clip_from_mesh: &Mat4, bounds: &Bounds) -> bool {
+    pub(super) fn is_box_visible(&self, clip_from_mesh: &Mat4, bounds: &Bounds) -> bool {
         self.depth.is_visible(clip_from_mesh, bounds)
     }
 }
@@ -219,68 +170,8 @@ fn occluders_of_bucket<'a>(
     cache: &'a IndexCache,
     key: &BucketKey,
 ) -> Option<((&'a GpuModel, &'a GpuMesh), &'a [Occluder])> {
-    let occluders = cache.get(key.mesh).filter(|_| key.morph.is_none())?.occluders();
+    let resolved = cache.get(key.mesh).filter(|_| key.morph.is_none())?;
+    let occluders = &*resolved.data::<SoftwareMesh>()?.occluders;
     let model = models[key.mesh.model as usize].as_ref().filter(|_| !occluders.is_empty())?;
     Some(((model, &model.meshes[key.mesh.mesh as usize]), occluders))
-}
-
-/// From where one looks.
-struct FaceFilter {
-    eye: Vec3,
-    /// Pixels that a square unit covers a unit away.
-    square: f32,
-    /// Pixels that a face must cover.
-    least: f32,
-    /// Greatest squared distance, in squared radii, at which a disc as large as a sphere covers
-    /// enough pixels.
-    near: f32,
-    /// Pixels from the middle of the picture to its edges.
-    half: Vec2,
-}
-
-impl FaceFilter {
-    /// Reports whether any face within a sphere may be large enough to occlude.
-    #[inline]
-    fn is_near(&self, sphere: &BoundingSphere) -> bool {
-        sphere.center.distance_squared(self.eye) <= self.near * sphere.radius * sphere.radius
-    }
-
-    /// Returns the least area of a face within a sphere that may cover enough pixels.
-    #[inline]
-    fn least_area(&self, sphere: &BoundingSphere) -> f32 {
-        let distance = (sphere.center.distance(self.eye) - sphere.radius).max(0.0);
-        self.least * distance * distance / self.square
-    }
-
-    /// Returns the pixels that a face covers by its corners in clip space, also beside the picture,
-    /// and one over its least distance. Both are infinite where it reaches behind the eye.
-    fn screen_size(&self, corners: &[Vec4]) -> (f32, f32) {
-        let least = corners.iter().fold(f32::INFINITY, |least, corner| least.min(corner.w));
-        if least <= 0.0 {
-            return (f32::INFINITY, f32::INFINITY);
-        }
-        let place = |corner: &Vec4| Vec2::new(corner.x, corner.y) / corner.w * self.half;
-        let mut last = corners.last().map(place).unwrap_or_default();
-        let twice = corners
-            .iter()
-            .map(place)
-            .fold(0.0, |twice, place| twice + std::mem::replace(&mut last, place).perp_dot(place));
-        (0.5 * twice.abs(), least.recip())
-    }
-}
-
-/// Reports whether a face is wholly outside the frustum.
-fn is_outside_frustum(corners: &[Vec4]) -> bool {
-    let all = |is_out: fn(&Vec4) -> bool| corners.iter().all(is_out);
-    all(|corner| corner.x > corner.w)
-        || all(|corner| corner.x < -corner.w)
-        || all(|corner| corner.y > corner.w)
-        || all(|corner| corner.y < -corner.w)
-        || all(|corner| corner.z > corner.w)
-}
-
-/// Returns the instance's transform as a matrix.
-pub(crate) fn world_from_mesh(instance: &Instance) -> Mat4 {
-    let [x, y, z] = instance.world_from_mesh.map(Vec4::from_array);
-    Mat4::from_cols(x, y, z, Vec4::W).transpose()
 }

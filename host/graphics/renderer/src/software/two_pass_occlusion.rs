@@ -4,13 +4,14 @@
 //! Most of a frame is hidden by many nearer things rather than by large ones: rows of equipment,
 //! one behind the other.
 
+use busbar_culling::DepthTiles;
 use glam::Vec3;
 
-use crate::draw_plan::{DrawPhase, DrawPlan, mesh_at};
-use crate::first_pass_depth::FirstPassDepth;
+use crate::batch::DrawPhase;
+use crate::draw_plan::{DrawPlan, mesh_at};
 use crate::index_cache::IndexCache;
+use crate::instance_transform::world_from_mesh;
 use crate::model::GpuModel;
-use crate::visibility::world_from_mesh;
 
 /// Share of a frame's triangles that the first pass draws.
 const NEAR_SHARE: f32 = 0.2;
@@ -40,7 +41,7 @@ const fn step_of(metres: f32) -> u32 {
 impl DrawPlan {
     /// Puts those instances first in each batch that are near an eye, if it pays to draw them
     /// before the rest.
-    pub(crate) fn sort_near_first(
+    pub(super) fn sort_near_first(
         &mut self,
         (models, cache): (&[Option<GpuModel>], &IndexCache),
         eye: Vec3,
@@ -94,21 +95,24 @@ impl DrawPlan {
     }
 
     /// Queues an occlusion query for each instance of the second phase.
-    pub(crate) fn add_occlusion_queries(
+    pub(super) fn add_occlusion_queries(
         &self,
         models: &[Option<GpuModel>],
-        drawn: &mut FirstPassDepth,
+        drawn: &mut DepthTiles,
     ) {
         for batch in self.visible_in(DrawPhase::Second) {
             if let Some(mesh) = mesh_at(models, batch.key) {
                 let rest = &self.instances[batch.range()];
-                rest.iter().for_each(|instance| drawn.add_query(instance, &mesh.bounds));
+                for instance in rest {
+                    let clip_from_mesh = *drawn.clip_from_world() * world_from_mesh(instance);
+                    drawn.add_query(&clip_from_mesh, &mesh.bounds);
+                }
             }
         }
     }
 
     /// Removes occluded instances, once the depth was read back.
-    pub(crate) fn remove_occluded(&mut self, models: &[Option<GpuModel>], drawn: &FirstPassDepth) {
+    pub(super) fn remove_occluded(&mut self, models: &[Option<GpuModel>], drawn: &DepthTiles) {
         let Self { instances, batches, .. } = self;
         let mut answers = drawn.query_results();
         for batch in batches.iter_mut().filter(|batch| mesh_at(models, batch.key).is_some()) {

@@ -1,17 +1,16 @@
 //! Occluder extraction: large convex flat faces of meshes.
 
 use std::collections::HashMap;
+use std::ops::Range;
 
 use busbar_geometry::Mesh;
 use glam::{Vec3, Vec4};
-
-use crate::slender::SectionRange;
 
 /// Live triangles of a mesh in which faces are looked for: those of more take as long as
 /// they would spare.
 const MAX_MESH_TRIANGLES: usize = 65_536;
 /// Corners that a face has at most.
-pub(crate) const MAX_CORNERS: usize = 12;
+pub const MAX_CORNERS: usize = 12;
 /// Faces of a mesh, the largest ones.
 const MAX_FACES: usize = 16;
 /// Triangles that they are made of.
@@ -25,22 +24,23 @@ const LEAST_SHARE: f32 = 1.0 / 16.0;
 const FLAT: f32 = 1e-5;
 
 /// A convex flat face, mesh space.
-pub(crate) struct Occluder {
+pub struct Occluder {
     /// Plane of the face: a point in front of it has a positive product.
-    pub(crate) plane: Vec4,
+    pub plane: Vec4,
     /// Counter-clockwise where it shows its front.
-    pub(crate) corners: Box<[Vec3]>,
+    pub corners: Box<[Vec3]>,
     /// Square units of the mesh.
-    pub(crate) area: f32,
+    pub area: f32,
     /// The section that it is of.
-    pub(crate) section: u32,
+    pub section: u32,
 }
 
-/// Finds the large flat faces among a mesh's triangles at a cursor, the largest first.
-pub(crate) fn occluders_of(
+/// Finds the large flat faces among a mesh's live triangles, the largest first. `sections` are
+/// ranges of `triangles`, one for each section of the mesh; those in none are left out.
+pub fn occluders_of(
     mesh: &Mesh,
     triangles: &[[u32; 3]],
-    sections: &[SectionRange],
+    sections: impl Iterator<Item = Range<u32>>,
 ) -> Box<[Occluder]> {
     if triangles.len() > MAX_MESH_TRIANGLES {
         return Box::default();
@@ -69,7 +69,7 @@ pub(crate) fn occluders_of(
 }
 
 /// Returns the memory of occluders, bytes.
-pub(crate) fn occluder_bytes(faces: &[Occluder]) -> u64 {
+pub fn occluder_bytes(faces: &[Occluder]) -> u64 {
     let corners: usize = faces.iter().map(|face| face.corners.len()).sum();
     (size_of_val(faces) + corners * size_of::<Vec3>()) as u64
 }
@@ -89,13 +89,16 @@ impl Candidate {
     }
 }
 
-/// Returns the triangles of the largest areas, the largest first. Slender ones are left out: they
-/// are drawn wider than they are, and not in full.
-fn largest(mesh: &Mesh, triangles: &[[u32; 3]], sections: &[SectionRange]) -> Vec<Candidate> {
+/// Returns the triangles of the largest areas, the largest first.
+fn largest(
+    mesh: &Mesh,
+    triangles: &[[u32; 3]],
+    sections: impl Iterator<Item = Range<u32>>,
+) -> Vec<Candidate> {
     let mut candidates: Vec<Candidate> = Vec::new();
     let mut most = 0.0_f32;
     for (section, range) in (0..).zip(sections) {
-        for &wedges in &triangles[range.all.start as usize..range.slender_from as usize] {
+        for &wedges in &triangles[range.start as usize..range.end as usize] {
             let corners = mesh.corner_positions(wedges);
             let [a, b, c] = corners.map(|position| mesh.positions[position as usize]);
             let area = 0.5 * (b - a).cross(c - a).length();
@@ -220,8 +223,8 @@ mod tests {
     }
 
     fn faces_of(mesh: &Mesh) -> Box<[Occluder]> {
-        let all = SectionRange::without_slender(0..mesh.triangles.len() as u32);
-        occluders_of(mesh, &mesh.triangles, &[all])
+        let all = 0..mesh.triangles.len() as u32;
+        occluders_of(mesh, &mesh.triangles, std::iter::once(all))
     }
 
     /// Makes a grid of squares in the plane z = 2, two triangles each.
@@ -291,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn there_are_no_more_than_so_many_and_what_is_slender_is_none() {
+    fn there_are_no_more_than_so_many_and_what_is_in_no_section_is_none() {
         // Apart from each other.
         let corners = (0..60).flat_map(|number| {
             let x = 3.0 * number as f32;
@@ -305,10 +308,9 @@ mod tests {
         assert!((faces[0].area - 0.5 * (1.0 + 3.0 * 59.0)).abs() < 1e-3, "the largest");
         assert!(faces_of(&wall(200, 200)).is_empty(), "too many to look at");
         let mesh = wall(40, 40);
-        let slender = SectionRange { all: 0..mesh.triangles.len() as u32, slender_from: 2 };
-        let faces = occluders_of(&mesh, &mesh.triangles, &[slender]);
+        let faces = occluders_of(&mesh, &mesh.triangles, std::iter::once(0..2));
         assert!((faces.iter().map(|face| face.area).sum::<f32>() - 1.0).abs() < 1e-6);
-        assert!(occluders_of(&mesh, &[], &[]).is_empty());
+        assert!(occluders_of(&mesh, &[], std::iter::empty()).is_empty());
     }
 
     #[test]

@@ -4,14 +4,17 @@ use glam::{Mat4, Vec3, Vec4};
 
 /// A ball around a mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct BoundingSphere {
-    pub(crate) center: Vec3,
-    pub(crate) radius: f32,
+pub struct BoundingSphere {
+    /// Middle of the sphere.
+    pub center: Vec3,
+    /// Radius of the sphere, in the units of its space.
+    pub radius: f32,
 }
 
 impl BoundingSphere {
     /// Returns a sphere around this one under a transform.
-    pub(crate) fn transformed(self, transform: &Mat4) -> Self {
+    #[inline]
+    pub fn transformed(self, transform: &Mat4) -> Self {
         let [x, y, z] = [transform.x_axis, transform.y_axis, transform.z_axis].map(Vec4::truncate);
         // Of a matrix the Frobenius norm is at least what it stretches by.
         let squares = x * x + y * y + z * z;
@@ -23,7 +26,7 @@ impl BoundingSphere {
 
 /// The planes that bound the picture, pointing inwards; there is no far one.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Frustum {
+pub struct Frustum {
     /// Side planes, a row each, so that one product gives the distances to all.
     sides: Mat4,
     near: Vec4,
@@ -32,7 +35,7 @@ pub(crate) struct Frustum {
 impl Frustum {
     /// Extracts the planes of a transform to Vulkan clip space with reverse-Z (G. Gribb and K.
     /// Hartmann, "Fast Extraction of Viewing Frustum Planes", 2001).
-    pub(crate) fn from_matrix(clip_from_world: &Mat4) -> Self {
+    pub fn from_matrix(clip_from_world: &Mat4) -> Self {
         let [x, y, z, w] = [0, 1, 2, 3].map(|row| clip_from_world.row(row));
         // Planes of unit length measure distances.
         let unit = |plane: Vec4| plane / plane.truncate().length().max(f32::MIN_POSITIVE);
@@ -41,7 +44,8 @@ impl Frustum {
     }
 
     /// Reports whether a sphere may be in the picture; one with NaN coordinates may be.
-    pub(crate) fn is_visible(&self, sphere: &BoundingSphere) -> bool {
+    #[inline]
+    pub fn is_visible(&self, sphere: &BoundingSphere) -> bool {
         let center = sphere.center.extend(1.0);
         let is_outside = (self.sides * center).cmplt(Vec4::splat(-sphere.radius)).any();
         !(is_outside | (self.near.dot(center) < -sphere.radius))

@@ -76,7 +76,7 @@ impl CameraView {
 
     /// Computes the rays of a picture of `size` pixels: through the upper left corner, and their
     /// change per pixel to the right and down. World space, of any length.
-    pub(crate) fn pixel_rays(&self, [width, height]: [f32; 2]) -> [Vec3; 3] {
+    pub fn pixel_rays(&self, [width, height]: [f32; 2]) -> [Vec3; 3] {
         let camera_from_clip = self.projection.inverse();
         // By its rotation alone: far from the origin positions are coarse.
         let world_from_camera = Mat3::from_mat4(self.camera_from_world).transpose();
@@ -93,7 +93,7 @@ impl CameraView {
 
     /// Returns the pixels that a metre covers at a metre's distance, or anywhere without
     /// perspective, in a picture of a height in pixels.
-    pub(crate) fn pixels_per_unit(&self, height: u32) -> f32 {
+    pub fn pixels_per_unit(&self, height: u32) -> f32 {
         self.projection.y_axis.y.abs() * height as f32 * 0.5
     }
 
