@@ -15,9 +15,9 @@ use busbar_site::{ActionOutcome, AlarmService, EquipmentInAlarm, EquipmentNumber
 use busbar_tags::Moment;
 use busbar_ui::{AlarmAction, AlarmList};
 
-pub(crate) use self::rows::{AlarmListRows, alarm_markers, nodes_in_alarm};
-use crate::site_definition::node_of;
+pub(crate) use self::rows::AlarmListRows;
 use busbar_scene_loader::LoadedScene;
+use busbar_scene_overlays::node_of;
 
 /// Display time of the reason why an action was refused.
 const REFUSAL_SHOWN_FOR: Duration = Duration::from_secs(10);

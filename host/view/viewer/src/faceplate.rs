@@ -19,13 +19,13 @@ use jiff::Timestamp;
 use jiff::tz::TimeZone;
 
 use crate::alarms;
-use crate::chart::SceneChart;
 use crate::equipment_tree::EquipmentTree;
-use crate::labels::mark;
-use crate::overlay_layers::{NodeState, OverlayLayers, StateBasis};
 use crate::panel_rows::TagListRows;
 use crate::records::EquipmentRecords;
 use busbar_scene_loader::LoadedScene;
+use busbar_scene_overlays::SceneChart;
+use busbar_scene_overlays::mark;
+use busbar_scene_overlays::{NodeState, OverlayLayers, StateBasis};
 
 /// Nodes at or below a device that are looked at; a bay has some hundred.
 const MAX_NODES: usize = 20_000;

@@ -7,10 +7,7 @@
 #![doc = include_str!("../DESIGN.md")]
 
 mod alarms;
-mod camera;
-mod chart;
 mod clock;
-mod contour;
 mod detail_control;
 mod device_recovery;
 mod environment;
@@ -18,22 +15,15 @@ mod equipment_panels;
 mod equipment_tree;
 mod error;
 mod faceplate;
-mod flow_arrows;
 mod frame_budget;
 mod frame_statistics;
 mod freed_memory;
 mod graphics_device;
-mod highlight;
-pub mod highlight_styles;
+mod hidden_labels;
 mod host_program;
 mod interaction;
-mod labels;
 mod measurement_chain;
-mod moving_parts;
 mod object_numbers;
-mod outlines;
-mod overlay_geometry;
-mod overlay_layers;
 mod panel_frame;
 mod panel_rows;
 mod pick_queue;
@@ -43,11 +33,9 @@ pub mod reload;
 mod renderer_options;
 mod scene_draw_list;
 mod scene_drawing;
-mod scene_overlays;
 mod search_index;
 mod site_definition;
 mod stats;
-mod switch_symbols;
 mod tag_filter;
 mod uploaded_models;
 mod view_renderer;
@@ -59,6 +47,9 @@ pub use busbar_alarms::State as AlarmState;
 pub use busbar_renderer::{
     Picture, Quality, RenderError, RendererOptions, SectionPlane, WindowHandles,
 };
+/// Highlights of equipment in alarm, of unknown state, or selected.
+pub use busbar_scene_overlays::highlight_styles;
+pub use busbar_scene_overlays::{ChartAxisStats, ChartEvidence, ChartStats};
 pub use busbar_site::{HostTagValue, OverlayVerdicts, VerdictText};
 pub use busbar_ui::{AlarmAction, ChartCommand};
 pub use error::ViewError;
@@ -68,7 +59,7 @@ pub use graphics_device::graphics_device;
 pub use interaction::MAX_SELECTED;
 pub use renderer_options::renderer_options;
 pub use stats::{
-    AlarmStats, CameraStats, ChartAxisStats, ChartEvidence, ChartStats, FaceplateStats, LinkStats,
-    PluginStats, RecordStats, ReloadStats, Stats, TagStats, ViewHealth,
+    AlarmStats, CameraStats, FaceplateStats, LinkStats, PluginStats, RecordStats, ReloadStats,
+    Stats, TagStats, ViewHealth,
 };
 pub use viewer::{CameraPose, ChangedAlarm, FrameOutput, Viewer};

@@ -3,7 +3,7 @@
 use busbar_ui::{MeasuredPoint, Measurement};
 use glam::DVec3;
 
-use crate::camera::Projection;
+use busbar_camera::Projection;
 
 /// Points of a chain; the oldest goes.
 const MAX_MEASURED_POINTS: usize = 64;

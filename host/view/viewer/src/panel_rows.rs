@@ -1,21 +1,15 @@
 //! The state of the view as the panels show it.
 
-use std::sync::Arc;
-
-use busbar_overlay_picture::{
-    LegendEntry, OverlayLine, OverlayQuantity, Pattern, Quantity, Severity,
-};
+use busbar_overlay_picture::{OverlayLine, Severity};
 use busbar_plugin_host::{LinkReport, LinkState};
 use busbar_plugin_process::{PluginState, PluginStatus};
-use busbar_site::{OverlayInstance, PluginHealth};
+use busbar_site::PluginHealth;
 use busbar_tags::{Origin, Snapshot, TagHandle, Value};
-use busbar_ui::{LayerRow, LegendRow, LinkIndicator, PluginRow, TagRow, TagRows};
+use busbar_ui::{LinkIndicator, PluginRow, TagRow, TagRows};
 
-use crate::contour;
-use crate::labels::mark;
-use crate::overlay_layers::OverlayLayer;
 use crate::tag_filter::TagFilter;
 use busbar_scene_loader::LoadedScene;
+use busbar_scene_overlays::mark;
 
 /// Tags as rows, made one by one as they are looked at.
 pub(crate) struct TagListRows<'a> {
@@ -83,35 +77,6 @@ impl TagRows for TagListRows<'_> {
     fn row(&self, index: usize) -> TagRow {
         self.of_tag(TagHandle(self.list.tag(index)))
     }
-}
-
-/// Returns the row of a layer and its overlay.
-pub(crate) fn layer(layer: &OverlayLayer, overlay: &OverlayInstance) -> LayerRow {
-    let is_flow = |quantity: &OverlayQuantity| matches!(quantity.what, Quantity::Flow { .. });
-    LayerRow {
-        name: layer.name().to_owned(),
-        shown: layer.is_shown(),
-        is_late: overlay.fault().is_some(),
-        legend: Arc::clone(layer.legend()),
-        has_switch_symbols: !layer.description().mechanisms.is_empty(),
-        has_arrows: overlay.picture().quantities.iter().any(is_flow),
-        contour: layer.description().contour.as_ref().map(contour::legend),
-    }
-}
-
-/// A legend as panels show it.
-pub(crate) fn legend(entries: &[LegendEntry]) -> Arc<[LegendRow]> {
-    let entry = |entry: &LegendEntry| LegendRow {
-        name: entry.name.clone(),
-        color: entry.color,
-        pattern: match entry.pattern {
-            Pattern::Solid => busbar_ui::Pattern::Solid,
-            Pattern::Striped => busbar_ui::Pattern::Striped,
-            Pattern::Crossed => busbar_ui::Pattern::Crossed,
-            Pattern::Dotted => busbar_ui::Pattern::Dotted,
-        },
-    };
-    entries.iter().map(entry).collect()
 }
 
 /// Returns the row of a plugin instance.

@@ -3,12 +3,12 @@
 use busbar_renderer::{DrawInstance, DrawList};
 use busbar_scene::NodeIndex;
 
-use crate::highlight::Highlights;
-use crate::highlight_styles;
 use crate::object_numbers::object_of;
 use crate::uploaded_models::UploadedModel;
 use busbar_lod::{DrawItem, LodCursors, MeshCursor, Morph};
 use busbar_scene_loader::LoadedScene;
+use busbar_scene_overlays::Highlights;
+use busbar_scene_overlays::highlight_styles;
 
 /// The instances of the graph, in their order, then its groups.
 #[derive(Default)]

@@ -7,16 +7,16 @@ use busbar_renderer::{
 };
 use egui::ClippedPrimitive;
 
-use crate::camera::Camera;
 use crate::detail_control::DetailControl;
 use crate::environment::{self, Environment};
-use crate::highlight::Highlights;
-use crate::highlight_styles::Highlight;
-use crate::moving_parts::MovingParts;
 use crate::scene_draw_list::SceneDrawList;
 use crate::view_target::ViewTarget;
+use busbar_camera::Camera;
 use busbar_scene::linear_from_srgb;
 use busbar_scene_loader::LoadedScene;
+use busbar_scene_overlays::Highlights;
+use busbar_scene_overlays::MovingParts;
+use busbar_scene_overlays::highlight_styles::Highlight;
 
 /// Share of the configured background light that the dark theme keeps.
 const DARK_BACKGROUND: f32 = 0.045;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use busbar_plugin_host::PluginError;
 use busbar_plugin_process::{RunningOverlay, RunningTelemetry};
 use busbar_scene::{NodeIndex, SceneGraph};
+use busbar_scene_overlays::{node_of, number_of};
 use busbar_site::{
     EquipmentDirectory, EquipmentNumber, IndexRemap, SiteDefinition, StartedPlugins,
 };
@@ -30,16 +31,6 @@ impl EquipmentDirectory for SceneDirectory<'_> {
     fn find(&self, id: &str) -> Option<EquipmentNumber> {
         self.names.find(self.graph, id).map(number_of)
     }
-}
-
-/// Returns the equipment number of a node.
-pub(crate) fn number_of(NodeIndex(index): NodeIndex) -> EquipmentNumber {
-    EquipmentNumber(index)
-}
-
-/// Returns the node of an equipment number.
-pub(crate) fn node_of(EquipmentNumber(index): EquipmentNumber) -> NodeIndex {
-    NodeIndex(index)
 }
 
 /// Returns the definition of a scene's site.

@@ -6,6 +6,7 @@ use busbar_alarms::Priority;
 use busbar_plugin_host::LinkReport;
 use busbar_renderer::FrameStats;
 use busbar_scene_loader::LoadMillis;
+use busbar_scene_overlays::ChartStats;
 use busbar_site::{AlarmService, PluginHealth};
 use busbar_tags::{QualityCounts, Snapshot, TagSet, TagSpec, TagState, Value};
 use busbar_ui::{CameraMode, Faceplate, RecordRow, RecordSection};
@@ -193,58 +194,6 @@ pub struct RecordStats {
     pub open: usize,
     /// Displayed texts of each row: part, severity, `open` or `closed`, date, and the cells.
     pub rows: Vec<Vec<String>>,
-}
-
-/// A chart that stands in the scene.
-#[derive(Clone, Debug, Default, Serialize)]
-pub struct ChartStats {
-    /// Number of all records.
-    pub records: usize,
-    /// Records that are known at the instant shown and that brushes mean.
-    pub meant: usize,
-    /// True while the brushed records are being counted.
-    pub is_counting: bool,
-    /// Equipment whose last known record they mean.
-    pub brushed: Vec<String>,
-    /// The state of each piece of equipment by its last known record; null where that is
-    /// too old to speak for it.
-    pub states: BTreeMap<String, Option<String>>,
-    /// The axes shown that are before the camera, from the left to the right.
-    pub axes: Vec<ChartAxisStats>,
-    /// Equipment id that the explanation is about.
-    pub explained: Option<String>,
-    /// Verdict on that equipment.
-    pub verdict: Option<String>,
-    /// Evidence of each method.
-    pub evidence: Vec<ChartEvidence>,
-    /// Reason why the records may be outdated.
-    pub fault: Option<String>,
-}
-
-/// An axis as the last frame had it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ChartAxisStats {
-    /// Name of the axis.
-    pub name: String,
-    /// Screen position of the lower end, points.
-    pub foot: [f32; 2],
-    /// Screen position of the upper end, points.
-    pub head: [f32; 2],
-    /// Values at both ends.
-    pub ends: [f32; 2],
-    /// True for a logarithmic axis.
-    pub log: bool,
-}
-
-/// Evidence of a method on a piece of equipment.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct ChartEvidence {
-    /// Name of the method.
-    pub method: String,
-    /// Result of the method.
-    pub result: String,
-    /// True if the result agrees with the verdict; null without a result.
-    pub agrees: Option<bool>,
 }
 
 /// Statistics of the camera.

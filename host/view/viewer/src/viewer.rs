@@ -21,18 +21,18 @@ use egui::RawInput;
 
 use crate::ViewError;
 use crate::alarms::AlarmPresentation;
-use crate::camera::navigator::Navigator;
 use crate::detail_control::DetailControl;
 use crate::equipment_panels::EquipmentPanels;
 use crate::frame_statistics::{FrameStageMillis, FrameStatistics};
 use crate::host_program::HostProgram;
 use crate::interaction::Interaction;
 use crate::scene_drawing::SceneDrawing;
-use crate::scene_overlays::SceneOverlays;
 use crate::site_definition::SceneDirectory;
 use crate::view_renderer::ViewRenderer;
 use crate::view_target::ViewTarget;
+use busbar_camera::Navigator;
 use busbar_scene_loader::LoadedScene;
+use busbar_scene_overlays::SceneOverlays;
 
 /// A scene on a device, with its plugins running.
 pub struct Viewer {

@@ -1,22 +1,19 @@
 //! Alarms as the panels show them.
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::HashSet;
 use std::time::Duration;
 
 use busbar_alarms::{AlarmHandle, AlarmSource, AlarmSpec, AlarmStatus, Priority, State};
-use busbar_scene::{NodeIndex, SceneGraph};
-use busbar_site::{AlarmService, EquipmentAlarms, ExternalAlarm, ExternalSource};
+use busbar_scene::NodeIndex;
+use busbar_site::{AlarmService, ExternalAlarm, ExternalSource};
 use busbar_tags::{Origin, Snapshot, SourceTime, TagSet};
-use busbar_ui::{
-    AlarmDetail, AlarmList, AlarmMarker, AlarmModel, AlarmPriority, AlarmRow, AlarmRows,
-};
+use busbar_ui::{AlarmDetail, AlarmList, AlarmModel, AlarmPriority, AlarmRow, AlarmRows};
 
 use super::external_text::{long_uncertainty, short_uncertainty, statuses};
 use super::{AlarmPresentation, text};
-use crate::labels::{OverlayCamera, top_of};
 use crate::panel_rows::value_text;
-use crate::site_definition::node_of;
 use busbar_scene_loader::LoadedScene;
+use busbar_scene_overlays::node_of;
 
 /// Alarms as rows, made one by one as they are looked at. Without alarms there are none.
 #[derive(Clone, Copy)]
@@ -245,30 +242,6 @@ impl AlarmRows for AlarmListRows<'_> {
         let next = *after.iter().chain(before).find(waits)?;
         Some((next.0, self.equipment(alarm_service, next)))
     }
-}
-
-/// Marks at the equipment in alarm that is before the camera.
-pub(crate) fn alarm_markers(
-    alarm_service: &AlarmService,
-    graph: &SceneGraph,
-    camera: OverlayCamera,
-) -> Vec<AlarmMarker> {
-    let of_place = |(equipment, place): &(_, EquipmentAlarms)| {
-        Some(AlarmMarker {
-            anchor: camera.projection.to_screen(top_of(graph.node(node_of(*equipment))))?,
-            priority: priority(place.priority),
-            is_unacknowledged: place.is_unacknowledged,
-            is_uncertain: place.is_uncertain,
-            count: place.count,
-            origin: place.origin,
-        })
-    };
-    alarm_service.listing().equipment().iter().filter_map(of_place).collect()
-}
-
-/// The equipment that beacons stand at.
-pub(crate) fn nodes_in_alarm(alarm_service: &AlarmService) -> BTreeSet<NodeIndex> {
-    alarm_service.listing().equipment().iter().map(|(number, _)| node_of(*number)).collect()
 }
 
 fn priority(priority: Priority) -> AlarmPriority {

@@ -10,8 +10,6 @@ use busbar_ui::Panels;
 use super::Viewer;
 use crate::ViewError;
 use crate::alarms::AlarmPresentation;
-use crate::camera::Camera;
-use crate::camera::navigator::Navigator;
 use crate::detail_control::DetailControl;
 use crate::equipment_panels::EquipmentPanels;
 use crate::frame_statistics::FrameStatistics;
@@ -19,12 +17,14 @@ use crate::host_program::HostProgram;
 use crate::interaction::Interaction;
 use crate::panel_frame::appearance_of;
 use crate::scene_drawing::SceneDrawing;
-use crate::scene_overlays::SceneOverlays;
 use crate::site_definition::{site_definition, start_plugins};
 use crate::view_renderer::ViewRenderer;
 use crate::view_target::ViewTarget;
+use busbar_camera::Camera;
+use busbar_camera::Navigator;
 use busbar_scene_loader::LoadedScene;
 use busbar_scene_loader::millis_since;
+use busbar_scene_overlays::SceneOverlays;
 
 /// Place where a view is shown.
 enum ViewPlace {

@@ -11,17 +11,17 @@ use egui::{ClippedPrimitive, FullOutput, RawInput};
 use super::{FrameOutput, Viewer};
 use crate::ViewError;
 use crate::alarms::AlarmListRows;
-use crate::camera::Projection;
-use crate::camera::navigator::NavigationContext;
 use crate::frame_statistics::FrameStageMillis;
 use crate::freed_memory::release_freed_memory;
-use crate::labels::{LinesByNode, OverlayCamera};
-use crate::overlay_layers::OverlayFrame;
 use crate::panel_frame::PanelFrame;
 use crate::panel_rows::TagListRows;
 use crate::scene_drawing::background;
+use busbar_camera::NavigationContext;
+use busbar_camera::Projection;
 use busbar_lod::LodCamera;
 use busbar_scene_loader::millis_since;
+use busbar_scene_overlays::OverlayFrame;
+use busbar_scene_overlays::{LinesByNode, OverlayCamera};
 
 /// Frame that was drawn, with the camera view that it shows.
 pub(super) struct DrawnFrame {

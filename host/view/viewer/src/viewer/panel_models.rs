@@ -8,11 +8,11 @@ use busbar_ui::{Navigation, StatusBarModel, ViewModel};
 
 use super::Viewer;
 use crate::alarms::AlarmListRows;
-use crate::chart::SceneChart;
 use crate::measurement_chain::MeasurementChain;
-use crate::overlay_layers::NodeState;
 use crate::panel_rows::{self, TagListRows};
 use crate::{clock, environment, faceplate, stats};
+use busbar_scene_overlays::NodeState;
+use busbar_scene_overlays::SceneChart;
 
 impl Viewer {
     /// Returns the view model of the panels for a frame with these rows and states.

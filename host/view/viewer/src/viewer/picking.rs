@@ -8,12 +8,12 @@ use egui::{Pos2, Rect};
 
 use super::Viewer;
 use crate::ViewError;
-use crate::camera::Projection;
+use crate::hidden_labels;
 use crate::interaction::PickedPicture;
-use crate::labels::hidden_labels;
 use crate::object_numbers::node_of;
 use crate::pick_queue::{PickPurpose, PickRequest};
 use crate::ray_casting;
+use busbar_camera::Projection;
 use busbar_scene_loader::LoadedScene;
 
 impl Viewer {

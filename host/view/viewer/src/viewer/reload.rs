@@ -7,16 +7,16 @@ use busbar_site::IndexRemap;
 
 use super::Viewer;
 use crate::ViewError;
-use crate::camera::Camera;
 use crate::freed_memory::release_freed_memory;
 use crate::panel_frame::appearance_of;
 use crate::pick_queue::PickQueue;
 use crate::reload::PreparedReload;
 use crate::reload::ReloadCounters;
-use crate::scene_overlays::chart_of;
 use crate::site_definition::{SceneDirectory, index_remap, site_definition};
+use busbar_camera::Camera;
 use busbar_scene_loader::FileVersion;
 use busbar_scene_loader::{LoadedScene, ReloadedScene};
+use busbar_scene_overlays::chart_of;
 
 impl Viewer {
     /// Applies a prepared reload from the next frame on. Unchanged parts are kept: plugins, values

@@ -6,8 +6,8 @@ use egui::RawInput;
 
 use super::Viewer;
 use crate::ViewError;
-use crate::camera::Camera;
 use crate::frame_statistics::FrameStageMillis;
+use busbar_camera::Camera;
 
 impl Viewer {
     /// Returns the egui context that platform glue feeds.

@@ -6,8 +6,8 @@ use busbar_ui::{
 };
 
 use super::SceneChart;
-use crate::camera::Projection;
-use crate::stats::{ChartAxisStats, ChartEvidence, ChartStats};
+use crate::chart_stats::{ChartAxisStats, ChartEvidence, ChartStats};
+use busbar_camera::Projection;
 
 const NANOS_PER_DAY: i64 = 86_400_000_000_000;
 /// Values that a tooltip lists.

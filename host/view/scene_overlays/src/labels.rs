@@ -1,7 +1,5 @@
 //! Lines of overlays to labels on the screen.
 
-pub(crate) mod hidden_labels;
-
 use std::collections::{BTreeSet, HashSet};
 
 use busbar_overlay_picture::{OverlayLine, Severity};
@@ -10,15 +8,16 @@ use busbar_tags::{Origin, Quality, Reason, Snapshot};
 use busbar_ui::{Label, LabelLine, ValueMark};
 use glam::{Vec3, vec3};
 
-use crate::camera::Projection;
 use crate::overlay_layers::UnknownVerdict;
+use busbar_camera::Projection;
 
 /// Projection and eye position for content over the scene.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct OverlayCamera {
-    pub(crate) projection: Projection,
+pub struct OverlayCamera {
+    /// Projection from the world to the screen.
+    pub projection: Projection,
     /// Eye position in world space, metres.
-    pub(crate) eye: Vec3,
+    pub eye: Vec3,
 }
 
 /// Node sets that decide on a label's presentation.
@@ -41,7 +40,7 @@ enum NodeLine<'a> {
 }
 
 /// Lines by the nodes that they name.
-pub(crate) struct LinesByNode<'a> {
+pub struct LinesByNode<'a> {
     /// Node of each line, and its number, in order.
     order: Vec<(NodeIndex, u32, NodeLine<'a>)>,
 }
@@ -50,7 +49,7 @@ impl<'a> LinesByNode<'a> {
     /// Sorts values, each with whether its overlay is late, and unknown verdicts by node.
     /// Verdicts stand at nodes that have a label for their values, or are selected: labels
     /// of all others would hide the scene, which hatches them.
-    pub(crate) fn new(
+    pub fn new(
         values: impl Iterator<Item = (&'a OverlayLine, bool)>,
         unknown: &'a [UnknownVerdict],
         selection: &BTreeSet<NodeIndex>,
@@ -70,8 +69,8 @@ impl<'a> LinesByNode<'a> {
         Self { order }
     }
 
-    /// The nodes that lines name, in order.
-    pub(crate) fn nodes(&self) -> Vec<NodeIndex> {
+    /// Returns the nodes that lines name, in order.
+    pub fn nodes(&self) -> Vec<NodeIndex> {
         self.groups().map(|group| group[0].0).collect()
     }
 
@@ -143,7 +142,7 @@ fn late_mark(quality: Quality) -> ValueMark {
 }
 
 /// Returns the mark of a value: by quality first, then by severity.
-pub(crate) fn mark(quality: Quality, severity: Severity) -> ValueMark {
+pub fn mark(quality: Quality, severity: Severity) -> ValueMark {
     match (quality, severity) {
         (Quality::Uncertain(reason), _) => ValueMark::Uncertain { reason: reason.to_string() },
         (Quality::Bad(reason), _) => ValueMark::Bad { reason: reason.to_string() },
@@ -154,7 +153,7 @@ pub(crate) fn mark(quality: Quality, severity: Severity) -> ValueMark {
 }
 
 /// The middle of the top of what hangs under a node; its origin if nothing does.
-pub(crate) fn top_of(node: SceneNode<'_>) -> Vec3 {
+pub fn top_of(node: SceneNode<'_>) -> Vec3 {
     node.bounds().map_or_else(
         || node.world_from_node().w_axis.truncate(),
         |bounds| vec3(bounds.center().x, bounds.max.y, bounds.center().z),

@@ -30,7 +30,7 @@ const INERTIA_SECONDS: f32 = 0.25;
 const MIN_INERTIA_SPEED: f32 = 8.0;
 
 /// A camera, and how it is moved.
-pub(crate) struct Navigator {
+pub struct Navigator {
     camera: Camera,
     mode: CameraMode,
     /// Flying speed, metres a second.
@@ -49,20 +49,21 @@ pub(crate) struct Navigator {
 }
 
 /// Scene and viewport that camera commands refer to.
-pub(crate) struct NavigationContext<'a> {
-    pub(crate) graph: &'a SceneGraph,
+pub struct NavigationContext<'a> {
+    /// Scene that is shown.
+    pub graph: &'a SceneGraph,
     /// Cameras of the configuration.
-    pub(crate) cameras: &'a BTreeMap<String, CameraConfig>,
+    pub cameras: &'a BTreeMap<String, CameraConfig>,
     /// Area that panels leave free, points.
-    pub(crate) viewport: Rect,
+    pub viewport: Rect,
     /// Bounds of the selection.
-    pub(crate) selection: Option<Bounds>,
+    pub selection: Option<Bounds>,
 }
 
 impl Navigator {
     /// Creates a navigator. Without a window every movement is instant, so that pictures do not
     /// depend on time.
-    pub(crate) fn new(camera: Camera, view: &ViewConfig, in_window: bool) -> Self {
+    pub fn new(camera: Camera, view: &ViewConfig, in_window: bool) -> Self {
         Self {
             camera,
             mode: CameraMode::Orbit,
@@ -78,47 +79,50 @@ impl Navigator {
     }
 
     /// Moves as another configuration says.
-    pub(crate) fn configure(&mut self, view: &ViewConfig, in_window: bool) {
+    pub fn configure(&mut self, view: &ViewConfig, in_window: bool) {
         self.transition_seconds = if in_window { view.transition_seconds } else { 0.0 };
         self.has_inertia = in_window && view.inertia;
     }
 
-    pub(crate) fn camera(&self) -> &Camera {
+    /// Returns the camera as it is now.
+    pub fn camera(&self) -> &Camera {
         &self.camera
     }
 
-    pub(crate) fn mode(&self) -> CameraMode {
+    /// Returns the mode of navigation.
+    pub fn mode(&self) -> CameraMode {
         self.mode
     }
 
-    pub(crate) fn is_orthographic(&self) -> bool {
+    /// Reports whether the projection is orthographic.
+    pub fn is_orthographic(&self) -> bool {
         self.destination().projection_mode == ProjectionMode::Orthographic
     }
 
     /// Metres a second, in the modes that have a speed.
-    pub(crate) fn speed(&self) -> f32 {
+    pub fn speed(&self) -> f32 {
         self.speed
     }
 
     /// Reports whether the camera moves by itself.
-    pub(crate) fn is_moving(&self) -> bool {
+    pub fn is_moving(&self) -> bool {
         self.transition.is_some() || self.inertia_velocity != Vec2::ZERO
     }
 
     /// Takes the flag that the camera has arrived at another position.
-    pub(crate) fn take_arrival(&mut self) -> bool {
+    pub fn take_arrival(&mut self) -> bool {
         std::mem::take(&mut self.has_arrived)
     }
 
     /// Stands at a camera at once.
-    pub(crate) fn jump_to(&mut self, camera: Camera) {
+    pub fn jump_to(&mut self, camera: Camera) {
         self.stop();
         self.camera = camera;
         self.has_arrived = true;
     }
 
     /// The cameras that numbers go to: those stored, else those of the configuration.
-    pub(crate) fn bookmarks(&self, cameras: &BTreeMap<String, CameraConfig>) -> Vec<Bookmark> {
+    pub fn bookmarks(&self, cameras: &BTreeMap<String, CameraConfig>) -> Vec<Bookmark> {
         let name = |index: usize| cameras.keys().nth(index).cloned();
         let bookmark = |index: usize| {
             let is_stored = self.stored[index].is_some();
@@ -129,7 +133,7 @@ impl Navigator {
     }
 
     /// Advances transitions and inertia to a time in seconds.
-    pub(crate) fn advance(&mut self, time: f64) {
+    pub fn advance(&mut self, time: f64) {
         let last = self.time.replace(time).unwrap_or(time);
         let seconds = ((time - last) as f32).clamp(0.0, MAX_STEP_SECONDS);
         if let Some(transition) = &mut self.transition {
@@ -149,7 +153,7 @@ impl Navigator {
     }
 
     /// Moves the camera as the commands say.
-    pub(crate) fn steer(&mut self, commands: &[Command], context: &NavigationContext<'_>) {
+    pub fn steer(&mut self, commands: &[Command], context: &NavigationContext<'_>) {
         for command in commands {
             self.apply(command, context);
         }

@@ -19,7 +19,7 @@ const MIDDLE: f64 = 0.5;
 
 /// All moving parts of a scene with their positions. Clones share the table of parts.
 #[derive(Clone, Default)]
-pub(crate) struct MovingParts {
+pub struct MovingParts {
     parts: Arc<MovingPartTable>,
     /// Parts whose position was reported at least once, by index.
     shown: BTreeMap<u32, MovedPart>,
@@ -132,12 +132,12 @@ impl MovingParts {
     }
 
     /// Instances that the last update moved.
-    pub(crate) fn just_moved(&self) -> &[usize] {
+    pub fn just_moved(&self) -> &[usize] {
         &self.just_moved
     }
 
     /// Instances that stand elsewhere than their models show them.
-    pub(crate) fn moved(&self) -> &BTreeSet<usize> {
+    pub fn moved(&self) -> &BTreeSet<usize> {
         &self.moved
     }
 }

@@ -1,7 +1,14 @@
-//! Camera of the view: target, distance, angles and projection.
+//! Camera of a view: pose and projection, navigation by the operator's commands, and paths between
+//! poses that keep clear of the equipment.
+//!
+//! [`Navigator`] owns the camera of a view. [`Camera::view`] gives the renderer its matrices, and
+//! [`Projection`] leads from the world to the screen.
+//!
+//! Invariant: a camera knows bounds of equipment, and nothing of tags, plugins or panels' contents.
+#![doc = include_str!("../DESIGN.md")]
 
 mod collision_free_path;
-pub(crate) mod navigator;
+mod navigator;
 mod transition;
 mod unoccluded_view;
 
@@ -11,6 +18,8 @@ use busbar_lod::PixelSize;
 use busbar_renderer::CameraView;
 use egui::{Pos2, Rect, Vec2, pos2};
 use glam::{Mat4, Vec3, Vec4, vec3};
+
+pub use navigator::{NavigationContext, Navigator};
 
 /// Radians a point of drag.
 const ORBIT_SPEED: f32 = 0.006;
@@ -27,7 +36,8 @@ const FRAME_MARGIN: f32 = 1.12;
 
 /// Projection of the camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum ProjectionMode {
+pub enum ProjectionMode {
+    /// Perspective projection by the angle of view.
     #[default]
     Perspective,
     /// Orthographic projection at the scale that a perspective view has at the target.
@@ -36,7 +46,7 @@ pub(crate) enum ProjectionMode {
 
 /// A camera that looks at a target from a distance and direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Camera {
+pub struct Camera {
     target: Vec3,
     distance: f32,
     /// About y, radians; 0 looks along -z.
@@ -49,7 +59,7 @@ pub(crate) struct Camera {
 
 /// World to screen, for labels.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Projection {
+pub struct Projection {
     clip_from_world: Mat4,
     screen: Rect,
 }
@@ -57,7 +67,7 @@ pub(crate) struct Projection {
 impl Camera {
     /// A camera as configured. Where an orthographic one has a height, it stands
     /// as far from the target as a perspective one that sees so much there.
-    pub(crate) fn from_config(config: &CameraConfig) -> Self {
+    pub fn from_config(config: &CameraConfig) -> Self {
         let fov_y = config.fov_degrees.to_radians();
         let mut camera = Self::look_at(config.eye.into(), config.target.into(), fov_y);
         if let ProjectionConfig::Orthographic { height } = config.projection {
@@ -70,12 +80,12 @@ impl Camera {
     }
 
     /// A camera at `eye` that looks at `target`, with the angle of this one.
-    pub(crate) fn moved_to(&self, eye: Vec3, target: Vec3) -> Self {
+    pub fn moved_to(&self, eye: Vec3, target: Vec3) -> Self {
         Self::look_at(eye, target, self.fov_y)
     }
 
     /// Returns the camera with orthographic or perspective projection.
-    pub(crate) fn with_projection(self, is_orthographic: bool) -> Self {
+    pub fn with_projection(self, is_orthographic: bool) -> Self {
         let projection_mode = if is_orthographic {
             ProjectionMode::Orthographic
         } else {
@@ -85,7 +95,7 @@ impl Camera {
     }
 
     /// Returns the target position, metres.
-    pub(crate) fn target(&self) -> Vec3 {
+    pub fn target(&self) -> Vec3 {
         self.target
     }
 
@@ -103,17 +113,17 @@ impl Camera {
     }
 
     /// Returns the eye position, metres.
-    pub(crate) fn eye(&self) -> Vec3 {
+    pub fn eye(&self) -> Vec3 {
         self.target + self.direction() * self.distance
     }
 
     /// Returns the viewing direction, a unit vector.
-    pub(crate) fn forward(&self) -> Vec3 {
+    pub fn forward(&self) -> Vec3 {
         -self.direction()
     }
 
     /// A camera that has all of a box in view, from above a corner.
-    pub(crate) fn framing(bounds: Option<Bounds>) -> Self {
+    pub fn framing(bounds: Option<Bounds>) -> Self {
         let mut camera = Self {
             target: Vec3::ZERO,
             distance: 10.0,
@@ -182,7 +192,7 @@ impl Camera {
 
     /// The view whose middle is that of `viewport`, in a picture as large as
     /// `screen`; both in points. `around` holds what an orthographic view must show.
-    pub(crate) fn view(&self, viewport: Rect, screen: Rect, around: Option<Bounds>) -> CameraView {
+    pub fn view(&self, viewport: Rect, screen: Rect, around: Option<Bounds>) -> CameraView {
         let eye = self.eye();
         let viewport = if viewport.is_positive() { viewport } else { screen };
         let aspect = viewport.width() / viewport.height().max(1.0);
@@ -208,7 +218,7 @@ impl Camera {
     }
 
     /// Returns the size of a pixel in a viewport of this size in pixels.
-    pub(crate) fn pixel_size(&self, viewport: Vec2) -> PixelSize {
+    pub fn pixel_size(&self, viewport: Vec2) -> PixelSize {
         let aspect = viewport.x / viewport.y.max(1.0);
         let tan_y = (self.fov_y(aspect) * 0.5).tan();
         let in_the_middle = 2.0 * tan_y / viewport.y.max(1.0);
@@ -253,12 +263,13 @@ fn into_viewport(viewport: Rect, screen: Rect) -> Mat4 {
 }
 
 impl Projection {
-    pub(crate) fn new(view: &CameraView, screen: Rect) -> Self {
+    /// Creates the projection of a camera view on a screen, points.
+    pub fn new(view: &CameraView, screen: Rect) -> Self {
         Self { clip_from_world: view.clip_from_world(), screen }
     }
 
     /// Projects a world position to the screen, points; `None` behind the camera.
-    pub(crate) fn to_screen(self, world: Vec3) -> Option<Pos2> {
+    pub fn to_screen(self, world: Vec3) -> Option<Pos2> {
         let clip = self.clip_from_world * world.extend(1.0);
         if clip.w <= 1e-6 {
             return None;

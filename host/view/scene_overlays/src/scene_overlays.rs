@@ -10,7 +10,7 @@ use busbar_ui::{AlarmMarker, ChartOverlay, Label, SwitchSymbol};
 use egui::Pos2;
 use glam::Vec3;
 
-use crate::alarms::{alarm_markers, nodes_in_alarm};
+use crate::alarm_markers::{alarm_markers, nodes_in_alarm};
 use crate::chart::SceneChart;
 use crate::highlight::Highlights;
 use crate::labels::{LabelContext, LinesByNode, OverlayCamera};
@@ -22,9 +22,9 @@ use crate::switch_symbols;
 use busbar_scene_loader::LoadedScene;
 
 /// Overlays of the scene, with what they drew in the last frame.
-pub(crate) struct SceneOverlays {
+pub struct SceneOverlays {
     /// Layers that show the overlays of the site.
-    pub(crate) layers: OverlayLayers,
+    pub layers: OverlayLayers,
     /// Parts that move with switches.
     moving_parts: MovingParts,
     /// Chart in the scene; none without a configured one.
@@ -41,19 +41,23 @@ pub(crate) struct SceneOverlays {
 }
 
 /// Content over the scene in one frame.
-pub(crate) struct OverSceneContent<'a> {
-    pub(crate) labels: Vec<Label<'a>>,
-    pub(crate) alarm_markers: Vec<AlarmMarker>,
-    pub(crate) switch_symbols: Vec<SwitchSymbol>,
-    pub(crate) chart: Option<ChartOverlay>,
+pub struct OverSceneContent<'a> {
+    /// Labels at the equipment.
+    pub labels: Vec<Label<'a>>,
+    /// Markers at equipment in alarm.
+    pub alarm_markers: Vec<AlarmMarker>,
+    /// Symbols of switch positions.
+    pub switch_symbols: Vec<SwitchSymbol>,
+    /// Texts and axes of the chart.
+    pub chart: Option<ChartOverlay>,
     /// CPU time of the labels and of the alarm markers, milliseconds.
-    pub(crate) millis: [f64; 2],
+    pub millis: [f64; 2],
 }
 
 impl SceneOverlays {
     /// Creates the overlays of a scene and its site. A chart that `settles` has its first records at
     /// once.
-    pub(crate) fn new(scene: &LoadedScene, site: &Site, settles: bool) -> Self {
+    pub fn new(scene: &LoadedScene, site: &Site, settles: bool) -> Self {
         Self {
             layers: OverlayLayers::new(site),
             moving_parts: MovingParts::new(Arc::clone(&scene.moving_parts)),
@@ -68,12 +72,12 @@ impl SceneOverlays {
     }
 
     /// Replaces the chart at a reload.
-    pub(crate) fn replace_chart(&mut self, chart: Option<SceneChart>) {
+    pub fn replace_chart(&mut self, chart: Option<SceneChart>) {
         self.chart = chart;
     }
 
     /// Adapts to a reloaded scene with other nodes.
-    pub(crate) fn reset(&mut self, scene: &LoadedScene) {
+    pub fn reset(&mut self, scene: &LoadedScene) {
         self.moving_parts = MovingParts::new(Arc::clone(&scene.moving_parts));
         (self.labelled, self.hidden_labels) = (Vec::new(), BTreeSet::new());
         (self.highlights, self.outlines) = (Highlights::default(), Outlines::default());
@@ -84,7 +88,7 @@ impl SceneOverlays {
     }
 
     /// Assembles what overlays and alarms show in a frame, and moves the parts of switches.
-    pub(crate) fn assemble(&mut self, site: &Site, graph: &mut Arc<SceneGraph>) -> OverlayFrame {
+    pub fn assemble(&mut self, site: &Site, graph: &mut Arc<SceneGraph>) -> OverlayFrame {
         let mut frame = self.layers.frame(site, graph);
         if let Some(alarms) = site.alarms() {
             let listing = alarms.listing();
@@ -98,18 +102,13 @@ impl SceneOverlays {
 
     /// Steps the chart to the time of a frame. Returns the equipment to visit if one of its records
     /// has become abnormal.
-    pub(crate) fn step_chart(
-        &mut self,
-        site: &Site,
-        graph: &SceneGraph,
-        seconds: f64,
-    ) -> Option<String> {
+    pub fn step_chart(&mut self, site: &Site, graph: &SceneGraph, seconds: f64) -> Option<String> {
         let (chart, reader) = self.chart.as_mut().zip(site.chart())?;
         chart.step(reader, graph, seconds)
     }
 
     /// Adds the chart's states to a frame, and lets the chart follow the selection.
-    pub(crate) fn add_chart(
+    pub fn add_chart(
         &mut self,
         site: &Site,
         graph: &SceneGraph,
@@ -124,7 +123,7 @@ impl SceneOverlays {
     }
 
     /// Returns the content over the scene, as a camera sees it.
-    pub(crate) fn content_over_scene<'a>(
+    pub fn content_over_scene<'a>(
         &mut self,
         site: &Site,
         graph: &SceneGraph,
@@ -156,7 +155,7 @@ impl SceneOverlays {
     }
 
     /// Updates highlights and geometry to a frame, as seen from `eye`, world space in metres.
-    pub(crate) fn update_graphics(
+    pub fn update_graphics(
         &mut self,
         site: &Site,
         graph: &SceneGraph,
@@ -171,7 +170,7 @@ impl SceneOverlays {
     }
 
     /// Updates the outlines of selected, hovered and brushed equipment.
-    pub(crate) fn update_outlines(
+    pub fn update_outlines(
         &mut self,
         graph: &SceneGraph,
         selection: &BTreeSet<NodeIndex>,
@@ -185,28 +184,28 @@ impl SceneOverlays {
     ///
     /// # Errors
     /// Errors of the graphics device.
-    pub(crate) fn count_chart(&mut self, renderer: &mut Renderer) -> Result<(), RenderError> {
+    pub fn count_chart(&mut self, renderer: &mut Renderer) -> Result<(), RenderError> {
         self.chart.as_mut().map_or(Ok(()), |chart| chart.count(renderer))
     }
 
     /// Returns the lines and faces of overlays and chart.
-    pub(crate) fn polylines(&self) -> Option<Polylines<'_>> {
+    pub fn polylines(&self) -> Option<Polylines<'_>> {
         self.geometry.polylines(self.chart.as_ref().and_then(SceneChart::polylines))
     }
 
     /// Returns the outlined objects.
-    pub(crate) fn outlined(&self) -> &[OutlinedObject] {
+    pub fn outlined(&self) -> &[OutlinedObject] {
         self.outlines.list()
     }
 
     /// Returns the highlights of the nodes.
-    pub(crate) fn highlights(&self) -> &Highlights {
+    pub fn highlights(&self) -> &Highlights {
         &self.highlights
     }
 
     /// Notes what a frame showed that was drawn; reports whether labels stand at other nodes than
     /// before.
-    pub(crate) fn note_frame(&mut self, frame: OverlayFrame, labelled: Vec<NodeIndex>) -> bool {
+    pub fn note_frame(&mut self, frame: OverlayFrame, labelled: Vec<NodeIndex>) -> bool {
         self.states = frame.states;
         let is_new = self.labelled != labelled;
         self.labelled = labelled;
@@ -214,49 +213,49 @@ impl SceneOverlays {
     }
 
     /// Returns the states of the last frame.
-    pub(crate) fn states(&self) -> &[NodeState] {
+    pub fn states(&self) -> &[NodeState] {
         &self.states
     }
 
     /// Returns the nodes that labels of the last frame stand at.
-    pub(crate) fn labelled(&self) -> &[NodeIndex] {
+    pub fn labelled(&self) -> &[NodeIndex] {
         &self.labelled
     }
 
     /// Returns the nodes whose labels are behind other equipment.
-    pub(crate) fn hidden_labels(&self) -> &BTreeSet<NodeIndex> {
+    pub fn hidden_labels(&self) -> &BTreeSet<NodeIndex> {
         &self.hidden_labels
     }
 
     /// Sets the nodes whose labels are behind other equipment.
-    pub(crate) fn set_hidden_labels(&mut self, hidden: BTreeSet<NodeIndex>) {
+    pub fn set_hidden_labels(&mut self, hidden: BTreeSet<NodeIndex>) {
         self.hidden_labels = hidden;
     }
 
     /// Returns the parts that move with switches.
-    pub(crate) fn moving_parts(&self) -> &MovingParts {
+    pub fn moving_parts(&self) -> &MovingParts {
         &self.moving_parts
     }
 
     /// Returns the chart in the scene.
-    pub(crate) fn chart(&self) -> Option<&SceneChart> {
+    pub fn chart(&self) -> Option<&SceneChart> {
         self.chart.as_ref()
     }
 
     /// Returns the chart in the scene, to arrange it.
-    pub(crate) fn chart_mut(&mut self) -> Option<&mut SceneChart> {
+    pub fn chart_mut(&mut self) -> Option<&mut SceneChart> {
         self.chart.as_mut()
     }
 
     /// Reports whether a part moves or the chart changes by itself.
-    pub(crate) fn needs_frames(&self) -> bool {
+    pub fn needs_frames(&self) -> bool {
         !self.moving_parts.just_moved().is_empty()
             || self.chart.as_ref().is_some_and(SceneChart::needs_frames)
     }
 }
 
 /// Creates the configured chart on the reader of its records.
-pub(crate) fn chart_of(
+pub fn chart_of(
     scene: &LoadedScene,
     reader: Option<&ChartReader>,
     settles: bool,

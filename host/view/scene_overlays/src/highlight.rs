@@ -21,7 +21,7 @@ enum Condition {
 
 /// The highlight of every node, as it was last worked out.
 #[derive(Default)]
-pub(crate) struct Highlights {
+pub struct Highlights {
     /// Empty where none has any.
     of_nodes: Vec<Highlight>,
     /// Number of changes so far.
@@ -74,12 +74,13 @@ impl Highlights {
         self.of_nodes = inherited.into_iter().map(color).collect();
     }
 
-    pub(crate) fn revision(&self) -> u64 {
+    /// Returns the revision, which grows with each change.
+    pub fn revision(&self) -> u64 {
         self.revision
     }
 
     /// Returns the highlights of all nodes in their order; empty if no node has one.
-    pub(crate) fn of_nodes(&self) -> &[Highlight] {
+    pub fn of_nodes(&self) -> &[Highlight] {
         &self.of_nodes
     }
 }

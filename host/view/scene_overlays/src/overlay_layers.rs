@@ -4,21 +4,21 @@
 use std::sync::Arc;
 
 use busbar_overlay_picture::{
-    OverlayDescription, OverlayLine, OverlayPicture, OverlayQuantity, OverlayTint, Pattern,
-    Quantity,
+    LegendEntry, OverlayDescription, OverlayLine, OverlayPicture, OverlayQuantity, OverlayTint,
+    Pattern, Quantity,
 };
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_site::{ExternalAlarmTint, LATE_DISPLAY, OverlayInstance, Site};
 use busbar_tags::TagHandle;
 use busbar_ui::{LayerRow, LegendRow};
 
-use crate::panel_rows;
+use crate::contour;
 
 /// Unknown verdicts that labels name in a frame; the equipment of all others is hatched too.
 const MAX_UNKNOWN_LABELS: usize = 1000;
 
 /// Layer of the view that shows one overlay of the site.
-pub(crate) struct OverlayLayer {
+pub struct OverlayLayer {
     /// Name of the overlay's plugin instance.
     name: String,
     /// True if the operator shows the layer.
@@ -35,11 +35,12 @@ pub(crate) struct OverlayLayer {
 
 /// Layers of all overlays, in the order of the site.
 #[derive(Default)]
-pub(crate) struct OverlayLayers(Vec<OverlayLayer>);
+pub struct OverlayLayers(Vec<OverlayLayer>);
 
 /// An unknown verdict at a node, for its label.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct UnknownVerdict {
+pub struct UnknownVerdict {
+    /// Node of the equipment.
     pub(crate) node: NodeIndex,
     /// Name of the overlay.
     pub(crate) layer: String,
@@ -48,17 +49,18 @@ pub(crate) struct UnknownVerdict {
 
 /// Output of all overlays in one frame.
 #[derive(Default)]
-pub(crate) struct OverlayFrame {
+pub struct OverlayFrame {
     /// Last picture of each shown overlay, and whether the overlay is late.
     pub(crate) pictures: Vec<(Arc<OverlayPicture>, bool)>,
     /// Nodes that an overlay which is drawn cannot judge.
     pub(crate) unknown: Vec<NodeIndex>,
     /// The same with layer and reason, for labels.
-    pub(crate) unknown_labels: Vec<UnknownVerdict>,
+    pub unknown_labels: Vec<UnknownVerdict>,
     pub(crate) tints: Vec<OverlayTint>,
     /// Tints of alarms that external systems decide on.
     pub(crate) external_tints: Vec<ExternalAlarmTint>,
-    pub(crate) states: Vec<NodeState>,
+    /// States of the equipment, those that matter most last.
+    pub states: Vec<NodeState>,
     pub(crate) positions: Vec<SwitchPosition>,
     pub(crate) flows: Vec<PowerFlow>,
     /// Contour levels, grouped by layer.
@@ -102,32 +104,34 @@ pub(crate) struct SwitchPosition {
 
 /// A node in a state of a legend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct NodeState {
-    pub(crate) node: NodeIndex,
+pub struct NodeState {
+    /// Node that is in the state.
+    pub node: NodeIndex,
     /// Basis of the state; a state with several tags is listed once for each, consecutively.
-    pub(crate) basis: StateBasis,
+    pub basis: StateBasis,
     /// Color of the state, sRGB.
-    pub(crate) color: [u8; 3],
-    pub(crate) pattern: Pattern,
+    pub color: [u8; 3],
+    /// Pattern of the state, besides its colour.
+    pub pattern: Pattern,
     /// The overlay, and the entry of its legend; none of a chart's.
-    pub(crate) legend: Option<(u32, u32)>,
+    pub legend: Option<(u32, u32)>,
 }
 
 impl NodeState {
     /// Reports whether another entry is the same state with another basis.
-    pub(crate) fn is_same(&self, other: &Self) -> bool {
+    pub fn is_same(&self, other: &Self) -> bool {
         (self.node, self.legend) == (other.node, other.legend)
     }
 
     /// Reports whether the overlay that shows it is late.
-    pub(crate) fn is_late(&self) -> bool {
+    pub fn is_late(&self) -> bool {
         self.basis == StateBasis::Tag(LATE_DISPLAY)
     }
 }
 
 impl OverlayFrame {
-    /// The lines of all overlays, and whether the overlay of each is late.
-    pub(crate) fn lines(&self) -> impl Iterator<Item = (&OverlayLine, bool)> {
+    /// Returns the lines of all overlays, and whether the overlay of each is late.
+    pub fn lines(&self) -> impl Iterator<Item = (&OverlayLine, bool)> {
         self.pictures
             .iter()
             .flat_map(|(picture, is_late)| picture.lines.iter().map(|line| (line, *is_late)))
@@ -136,27 +140,25 @@ impl OverlayFrame {
 
 /// Basis of a state: a live tag or a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum StateBasis {
+pub enum StateBasis {
     /// The value of a tag.
     Tag(TagHandle),
     /// A record that still speaks for the equipment, or does not any more.
-    Record { is_valid: bool },
+    Record {
+        /// True while the record is not outdated.
+        is_valid: bool,
+    },
 }
 
 impl OverlayLayers {
     /// Creates a layer for each overlay of a site.
-    pub(crate) fn new(site: &Site) -> Self {
+    pub fn new(site: &Site) -> Self {
         Self(site.overlays().iter().map(|overlay| OverlayLayer::new(overlay.name())).collect())
     }
 
     /// Adapts to the overlays of a reloaded site. Layers of overlays that `is_kept` keeps go on; of
     /// all others the operator's choice alone is kept.
-    pub(crate) fn reload(
-        &mut self,
-        site: &Site,
-        graph: &SceneGraph,
-        is_kept: &dyn Fn(&str) -> bool,
-    ) {
+    pub fn reload(&mut self, site: &Site, graph: &SceneGraph, is_kept: &dyn Fn(&str) -> bool) {
         let mut before = std::mem::take(&mut self.0);
         self.0.extend(site.overlays().iter().map(|overlay| {
             let name = overlay.name();
@@ -175,7 +177,7 @@ impl OverlayLayers {
     }
 
     /// Assembles the output of all shown overlays for one frame.
-    pub(crate) fn frame(&mut self, site: &Site, graph: &SceneGraph) -> OverlayFrame {
+    pub fn frame(&mut self, site: &Site, graph: &SceneGraph) -> OverlayFrame {
         let mut all = OverlayFrame::default();
         for ((layer, overlay), index) in self.0.iter_mut().zip(site.overlays()).zip(0..) {
             layer.take_description(overlay, graph);
@@ -188,25 +190,25 @@ impl OverlayLayers {
     }
 
     /// Shows a layer or hides it, by its index.
-    pub(crate) fn set_shown(&mut self, layer: usize, shown: bool) {
+    pub fn set_shown(&mut self, layer: usize, shown: bool) {
         if let Some(layer) = self.0.get_mut(layer) {
             layer.is_shown = shown;
         }
     }
 
     /// Shows a layer or hides it, by the overlay's plugin instance; reports whether there is one.
-    pub(crate) fn set_shown_by_name(&mut self, name: &str, shown: bool) -> bool {
+    pub fn set_shown_by_name(&mut self, name: &str, shown: bool) -> bool {
         let found = self.0.iter_mut().find(|layer| layer.name == name);
         found.map(|layer| layer.is_shown = shown).is_some()
     }
 
     /// Returns a layer by its index.
-    pub(crate) fn get(&self, layer: u32) -> Option<&OverlayLayer> {
+    pub fn get(&self, layer: u32) -> Option<&OverlayLayer> {
         self.0.get(layer as usize)
     }
 
     /// Returns each layer with its overlay.
-    pub(crate) fn with_overlays<'a>(
+    pub fn with_overlays<'a>(
         &'a self,
         site: &'a Site,
     ) -> impl Iterator<Item = (&'a OverlayLayer, &'a OverlayInstance)> {
@@ -214,8 +216,8 @@ impl OverlayLayers {
     }
 
     /// Returns the panel rows of all layers.
-    pub(crate) fn rows(&self, site: &Site) -> Vec<LayerRow> {
-        self.with_overlays(site).map(|(layer, overlay)| panel_rows::layer(layer, overlay)).collect()
+    pub fn rows(&self, site: &Site) -> Vec<LayerRow> {
+        self.with_overlays(site).map(|(layer, overlay)| layer_row(layer, overlay)).collect()
     }
 }
 
@@ -232,27 +234,27 @@ impl OverlayLayer {
     }
 
     /// Returns the name of the overlay's plugin instance.
-    pub(crate) fn name(&self) -> &str {
+    pub fn name(&self) -> &str {
         &self.name
     }
 
     /// Reports whether the operator shows the layer.
-    pub(crate) fn is_shown(&self) -> bool {
+    pub fn is_shown(&self) -> bool {
         self.is_shown
     }
 
     /// Returns the description that the layer shows.
-    pub(crate) fn description(&self) -> &OverlayDescription {
+    pub fn description(&self) -> &OverlayDescription {
         &self.description
     }
 
     /// Returns the legend as panels show it.
-    pub(crate) fn legend(&self) -> &Arc<[LegendRow]> {
+    pub fn legend(&self) -> &Arc<[LegendRow]> {
         &self.legend
     }
 
     /// Returns the node of a piece of the equipment described.
-    pub(crate) fn node_of(&self, equipment: usize) -> Option<NodeIndex> {
+    pub fn node_of(&self, equipment: usize) -> Option<NodeIndex> {
         self.nodes.get(equipment).copied().flatten()
     }
 
@@ -275,7 +277,7 @@ impl OverlayLayer {
             self.is_shown &= !description.starts_hidden;
         }
         self.mechanisms = description.mechanisms.iter().map(|name| name.as_str().into()).collect();
-        self.legend = panel_rows::legend(&description.legend);
+        self.legend = legend_rows(&description.legend);
         self.find_nodes(graph);
         let mut absent = description.equipment.iter().zip(&self.nodes);
         if let Some((first, _)) = absent.find(|(_, node)| node.is_none()) {
@@ -335,4 +337,33 @@ impl OverlayLayer {
             Quantity::Level(value) => all.levels.push(ContourLevel { layer, node, tag, value }),
         }
     }
+}
+
+/// Returns the row of a layer and its overlay.
+fn layer_row(layer: &OverlayLayer, overlay: &OverlayInstance) -> LayerRow {
+    let is_flow = |quantity: &OverlayQuantity| matches!(quantity.what, Quantity::Flow { .. });
+    LayerRow {
+        name: layer.name().to_owned(),
+        shown: layer.is_shown(),
+        is_late: overlay.fault().is_some(),
+        legend: Arc::clone(layer.legend()),
+        has_switch_symbols: !layer.description().mechanisms.is_empty(),
+        has_arrows: overlay.picture().quantities.iter().any(is_flow),
+        contour: layer.description().contour.as_ref().map(contour::legend),
+    }
+}
+
+/// Returns a legend as panels show it.
+fn legend_rows(entries: &[LegendEntry]) -> Arc<[LegendRow]> {
+    let entry = |entry: &LegendEntry| LegendRow {
+        name: entry.name.clone(),
+        color: entry.color,
+        pattern: match entry.pattern {
+            Pattern::Solid => busbar_ui::Pattern::Solid,
+            Pattern::Striped => busbar_ui::Pattern::Striped,
+            Pattern::Crossed => busbar_ui::Pattern::Crossed,
+            Pattern::Dotted => busbar_ui::Pattern::Dotted,
+        },
+    };
+    entries.iter().map(entry).collect()
 }

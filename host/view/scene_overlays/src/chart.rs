@@ -22,8 +22,8 @@ use busbar_ui::{ChartCommand, ChartOverlay, ProjectedChartAxis};
 use egui::Pos2;
 use glam::{Affine3A, Quat, Vec3};
 
-use crate::camera::Projection;
 use crate::overlay_layers::{NodeState, StateBasis};
+use busbar_camera::Projection;
 use density::Density;
 
 /// Greatest distance at which the pointer picks a polyline, points.
@@ -32,7 +32,7 @@ const PICK_DISTANCE: f32 = 6.0;
 const EXPLANATION_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// A chart in the scene.
-pub(crate) struct SceneChart {
+pub struct SceneChart {
     board: ParallelCoordinates,
     /// [`ChartData::number`](busbar_site::ChartData::number) of the records shown.
     last_read: u64,
@@ -216,8 +216,8 @@ impl SceneChart {
         self.known.iter().flatten().filter(|one| self.board.is_brushed(one.record))
     }
 
-    /// Does what the operator asks.
-    pub(crate) fn apply(&mut self, command: &ChartCommand) -> Option<String> {
+    /// Performs a command of the operator; returns a text for the clipboard.
+    pub fn apply(&mut self, command: &ChartCommand) -> Option<String> {
         match command {
             ChartCommand::Apply(action) => self.board.apply(action),
             ChartCommand::BrushAt { shown, positions, alone } => {
@@ -276,7 +276,7 @@ impl SceneChart {
     }
 
     /// Reports whether it shows an instant of the past, and not the present.
-    pub(crate) fn shows_past(&self) -> bool {
+    pub fn shows_past(&self) -> bool {
         self.board.playhead().is_some()
     }
 
@@ -302,8 +302,8 @@ impl SceneChart {
         nearest(&self.geometry.shape, project, [pointer.x, pointer.y], PICK_DISTANCE)
     }
 
-    /// The node of the equipment whose line is at a place on the screen.
-    pub(crate) fn node_at(&self, pointer: Pos2, projection: Projection) -> Option<NodeIndex> {
+    /// Returns the node of the equipment whose line is at a place on the screen.
+    pub fn node_at(&self, pointer: Pos2, projection: Projection) -> Option<NodeIndex> {
         let record = self.record_at(pointer, projection)?;
         self.nodes[self.board.records().all()[record].equipment as usize]
     }
@@ -320,17 +320,17 @@ impl SceneChart {
     }
 
     /// Returns the view model of the chart panel.
-    pub(crate) fn model(&self, reader: &ChartReader) -> busbar_ui::ChartModel {
+    pub fn model(&self, reader: &ChartReader) -> busbar_ui::ChartModel {
         text::model(self, reader.fault())
     }
 
     /// Returns the explanation of the selected equipment.
-    pub(crate) fn verdict(&self) -> Option<busbar_ui::EquipmentExplanation> {
+    pub fn verdict(&self) -> Option<busbar_ui::EquipmentExplanation> {
         text::explained(self)
     }
 
     /// Returns the chart's part of the statistics.
-    pub(crate) fn stats(&self, reader: &ChartReader) -> crate::stats::ChartStats {
+    pub fn stats(&self, reader: &ChartReader) -> crate::chart_stats::ChartStats {
         text::stats(self, reader.fault())
     }
 }
