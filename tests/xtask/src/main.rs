@@ -11,6 +11,7 @@ mod bench;
 mod bench_render;
 mod book;
 mod demo;
+mod deny;
 mod faults;
 mod install;
 mod packages;
@@ -77,6 +78,8 @@ enum Command {
     Pictures,
     /// Generate, build and link-check the book.
     Book(book::Arguments),
+    /// Check licences, sources and duplicates of dependencies.
+    Deny,
 }
 
 fn main() -> ExitCode {
@@ -95,6 +98,7 @@ fn run(command: Command) -> Result<()> {
     match command {
         Command::Book(arguments) => book::run(&workspace, &arguments),
         Command::BenchRender(arguments) => bench_render::run(&workspace, &arguments),
+        Command::Deny => deny::run(&workspace),
         Command::Demo(arguments) => demo::run(&workspace, &arguments),
         Command::Stage(arguments) => stage::run(&workspace, &arguments),
         Command::Install(arguments) => install::run(&workspace, &arguments),

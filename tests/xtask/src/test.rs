@@ -8,6 +8,7 @@ use std::process::Command;
 use anyhow::{Context, Result, bail};
 
 use crate::book;
+use crate::deny;
 use crate::packages::{self, Purpose};
 use crate::process;
 use crate::python;
@@ -47,6 +48,7 @@ fn run_steps(
     let filter = arguments.filter.as_deref();
     steps.run("packages", || packages::ensure(Purpose::Tests))?;
     if filter.is_none() {
+        steps.run("dependencies", || deny::check_or_skip(workspace))?;
         steps.run("format", || {
             ensure_component("fmt", "rustfmt")?;
             process::run(process::cargo().args(["fmt", "--all", "--check"]))
@@ -64,6 +66,11 @@ fn run_steps(
     let python = steps.run("python", || python::ensure_environment(workspace, python::TESTS))?;
     if filter.is_none() {
         steps.run("book", || book::build_or_skip(workspace))?;
+        steps.run("documentation", || {
+            let mut doc = process::cargo();
+            doc.args(["doc", "--workspace", "--no-deps"]);
+            process::run(doc.env("RUSTDOCFLAGS", "-D warnings"))
+        })?;
         steps.run("doc tests", || {
             let mut doc_tests = process::cargo();
             process::run(doc_tests.args(["test", "--quiet", "--workspace", "--doc"]))

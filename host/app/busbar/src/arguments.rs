@@ -61,7 +61,7 @@ pub(crate) enum Command {
         #[command(subcommand)]
         command: LogCommand,
     },
-    /// Rewrite a configuration
+    /// Rewrite a configuration with the present names
     Config {
         #[command(subcommand)]
         command: ConfigCommand,
@@ -329,6 +329,7 @@ pub(crate) struct ServeOptions {
     /// Origin of a page that may embed the view and speak to it, such as
     /// https://hmi.example; may be given again
     #[arg(long, value_name = "ORIGIN")]
+    #[allow(rustdoc::bare_urls, reason = "the help shows this text as it is")]
     pub(crate) allow_origin: Vec<Origin>,
     /// Let other machines reach the server, though nothing is encrypted
     #[arg(long)]

@@ -33,7 +33,7 @@ use log::Log;
 
 /// Allocator with huge pages: models are many megabytes.
 #[global_allocator]
-static HEAP: busbar_viewer::HugePageAllocator = busbar_viewer::HugePageAllocator;
+static HEAP: busbar_process_heap::HugePageAllocator = busbar_process_heap::HugePageAllocator;
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
@@ -54,7 +54,8 @@ fn main() -> ExitCode {
 
 fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
     if matches!(arguments.command, Command::View(_) | Command::Render(_) | Command::Embedded) {
-        busbar_viewer::configure_allocator();
+        busbar_process_heap::configure_allocator();
+        busbar_viewer::set_memory_release(busbar_process_heap::release_freed_memory);
     }
     let log = match arguments.command {
         Command::PluginHost => {

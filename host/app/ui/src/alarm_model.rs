@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+/// Operator action on an alarm (IEC 62682).
+pub use busbar_alarms::Action as AlarmAction;
 use busbar_tags::Origin;
 use egui::Pos2;
 
@@ -29,23 +31,6 @@ pub enum AlarmList {
     Held,
     /// Newest records of the audit log.
     Log,
-}
-
-/// Operator action on an alarm (IEC 62682).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum AlarmAction {
-    /// Say that it was seen.
-    Acknowledge,
-    /// Reset the latch of the alarm.
-    Reset,
-    /// Put it on the shelf for so long.
-    Shelve(Duration),
-    /// Take it off the shelf.
-    Unshelve,
-    /// Take it out of service.
-    RemoveFromService,
-    /// Return it to service.
-    ReturnToService,
 }
 
 /// View model of the alarm panel without the rows of its list.

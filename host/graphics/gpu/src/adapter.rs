@@ -1,13 +1,11 @@
 //! Physical device selection by abilities, type and name.
 
 use std::ffi::CStr;
-use std::num::NonZeroU32;
 
 use ash::{khr, vk};
 
 use crate::error::vulkan_error;
 use crate::instance::Instance;
-use crate::pass_splitting::max_triangles_per_pass;
 use crate::surface::Surface;
 use crate::{Format, GpuError};
 
@@ -31,8 +29,6 @@ pub(crate) struct Adapter {
     pub(crate) filters_depth: bool,
     /// Software rasterizer: the processor draws.
     pub(crate) is_software: bool,
-    /// Triangles that it draws at a time, there.
-    pub(crate) max_triangles_per_pass: Option<NonZeroU32>,
     rank: u32,
 }
 
@@ -101,7 +97,6 @@ impl Adapter {
             has_timestamps: has_timestamps && properties.limits.timestamp_period > 0.0,
             filters_depth: filters_depth(instance, device),
             is_software,
-            max_triangles_per_pass: is_software.then(max_triangles_per_pass),
             rank: rank(properties.device_type),
         }))
     }

@@ -1,12 +1,11 @@
 //! Buffer arena: slices of a few large buffers, so that neighbouring draws bind once.
 
 use std::ops::Range;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
-
-use range_alloc::RangeAllocator;
+use std::sync::{Arc, Weak};
 
 use crate::deferred_destruction::DiscardedObject;
 use crate::device::Device;
+use crate::free_ranges::FreeRanges;
 use crate::{Buffer, BufferUsage, GpuError};
 
 /// Bytes of one block; a larger slice gets a block of its own. Software rasterizers take blocks
@@ -27,10 +26,10 @@ pub struct BufferArena {
 }
 
 /// A buffer that slices share.
-pub(crate) struct Block {
+struct Block {
     number: u32,
     buffer: Buffer,
-    free: Mutex<RangeAllocator<u64>>,
+    free: Arc<FreeRanges>,
 }
 
 impl BufferArena {
@@ -56,7 +55,7 @@ impl BufferArena {
         let block = Arc::new(Block {
             number: self.made,
             buffer: Buffer::on(device, self.name, self.usage, size)?,
-            free: Mutex::new(RangeAllocator::new(0..size)),
+            free: Arc::new(FreeRanges::new(size)),
         });
         let slice = BufferSlice::allocate(device, &block, needed, bytes);
         self.blocks.push(block);
@@ -76,17 +75,8 @@ impl BufferArena {
 }
 
 impl Block {
-    fn free(&self) -> MutexGuard<'_, RangeAllocator<u64>> {
-        self.free.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     fn is_empty(&self) -> bool {
-        self.free().is_empty()
-    }
-
-    /// Returns the bytes of a slice to the block.
-    pub(crate) fn release(&self, range: Range<u64>) {
-        self.free().free_range(range);
+        self.free.is_whole()
     }
 }
 
@@ -105,16 +95,16 @@ pub struct BufferSlice {
 /// Reservation of bytes in a block, released on drop.
 struct SliceRange {
     device: Arc<Device>,
-    block: Arc<Block>,
+    free: Weak<FreeRanges>,
     /// Reserved bytes, rounded up to the alignment.
     range: Range<u64>,
 }
 
 impl BufferSlice {
     fn allocate(device: &Arc<Device>, block: &Arc<Block>, needed: u64, size: u64) -> Option<Self> {
-        let range = block.free().allocate_range(needed).ok()?;
-        let (device, of, offset) = (Arc::clone(device), Arc::clone(block), range.start);
-        let part = Arc::new(SliceRange { device, block: of, range });
+        let range = block.free.take(needed)?;
+        let (device, free, offset) = (Arc::clone(device), Arc::downgrade(&block.free), range.start);
+        let part = Arc::new(SliceRange { device, free, range });
         Some(Self { block: Arc::clone(block), offset, size, part })
     }
 
@@ -156,23 +146,21 @@ impl BufferSlice {
 
 impl Drop for SliceRange {
     fn drop(&mut self) {
-        // Not the block itself: it would keep the device, which keeps the garbage.
-        let block: Weak<Block> = Arc::downgrade(&self.block);
-        self.device.discard(DiscardedObject::Range(block, self.range.clone()));
+        self.device.discard(DiscardedObject::Range(self.free.clone(), self.range.clone()));
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Gpu, GpuOptions};
+    use crate::{GpuOptions, GpuQueue};
 
-    fn open() -> Gpu {
-        Gpu::headless(&GpuOptions { validation: true, ..GpuOptions::default() }).unwrap()
+    fn open() -> GpuQueue {
+        GpuQueue::headless(&GpuOptions { validation: true, ..GpuOptions::default() }).unwrap()
     }
 
-    fn upload(gpu: &mut Gpu, arena: &mut BufferArena, bytes: usize) -> BufferSlice {
-        let mut recorder = gpu.begin_transfer().unwrap();
+    fn upload(queue: &mut GpuQueue, arena: &mut BufferArena, bytes: usize) -> BufferSlice {
+        let mut recorder = queue.begin_transfer().unwrap();
         let slice = recorder.upload_slice(arena, &vec![7; bytes]).unwrap();
         recorder.submit_and_wait().unwrap();
         slice
@@ -185,15 +173,15 @@ mod tests {
 
     #[test]
     fn slices_share_blocks_never_overlap_and_are_used_again() {
-        let mut gpu = open();
-        let log = gpu.validation_log();
+        let mut queue = open();
+        let log = queue.gpu().validation_log();
         let mut arena = BufferArena::new("vertices", BufferUsage::Vertex);
         let mut slices: Vec<BufferSlice> = Vec::new();
         let mut sizes = (1..).map(|i: usize| i * 7919 % 300_000);
         for round in 0..6 {
             for _ in 0..20 {
                 let bytes = sizes.next().unwrap();
-                let slice = upload(&mut gpu, &mut arena, bytes);
+                let slice = upload(&mut queue, &mut arena, bytes);
                 assert_eq!((slice.size(), slice.offset() % ALIGNMENT), (bytes as u64, 0));
                 assert!(!slices.iter().any(|other| overlaps(other, &slice)), "round {round}");
                 slices.push(slice);
@@ -206,9 +194,9 @@ mod tests {
         }
         assert_eq!(arena.made, 1, "what was dropped is used again");
         drop(slices);
-        gpu.free_memory().unwrap();
+        queue.free_memory().unwrap();
         assert!(arena.blocks[0].is_empty());
-        drop((arena, gpu));
+        drop((arena, queue));
         assert_eq!(log.messages(), Vec::<String>::new());
     }
 
@@ -216,10 +204,10 @@ mod tests {
     #[test]
     fn bytes_arrive_whether_device_memory_is_in_sight_or_not() {
         let options = GpuOptions { validation: true, ..GpuOptions::default() };
-        let mut gpu = Gpu::headless(&options).unwrap();
-        let log = gpu.validation_log();
+        let mut queue = GpuQueue::headless(&options).unwrap();
+        let log = queue.gpu().validation_log();
         let mut arena = BufferArena::new("counts", BufferUsage::ComputeReadback);
-        let mut recorder = gpu.begin_transfer().unwrap();
+        let mut recorder = queue.begin_transfer().unwrap();
         let bytes = |slice: u8| vec![slice; 1000 * usize::from(slice)];
         let slices: Vec<BufferSlice> =
             (1..4).map(|slice| recorder.upload_slice(&mut arena, &bytes(slice)).unwrap()).collect();
@@ -243,32 +231,32 @@ mod tests {
             assert_eq!(all[start..start + slice.size() as usize], bytes(number));
         }
         assert_eq!(one.contents().unwrap(), bytes(9));
-        drop((slices, single, arena, gpu));
+        drop((slices, single, arena, queue));
         assert_eq!(log.messages(), Vec::<String>::new());
     }
 
     #[test]
     fn large_slices_have_blocks_of_their_own_which_go_with_them() {
-        let mut gpu = open();
+        let mut queue = open();
         let mut arena = BufferArena::new("vertices", BufferUsage::Vertex);
-        let small = upload(&mut gpu, &mut arena, 100);
-        let large = upload(&mut gpu, &mut arena, BLOCK_BYTES as usize + 1);
+        let small = upload(&mut queue, &mut arena, 100);
+        let large = upload(&mut queue, &mut arena, BLOCK_BYTES as usize + 1);
         assert_ne!(small.block(), large.block());
         arena.trim();
         assert_eq!(arena.blocks.len(), 2);
         drop(large);
-        gpu.free_memory().unwrap();
+        queue.free_memory().unwrap();
         arena.trim();
         assert_eq!(arena.blocks.len(), 1);
         drop(small);
-        gpu.free_memory().unwrap();
+        queue.free_memory().unwrap();
         arena.trim();
         assert_eq!(arena.blocks.len(), 1, "one of the ordinary size is kept");
         // What outlives its arena holds its block.
-        let last = upload(&mut gpu, &mut arena, 5);
+        let last = upload(&mut queue, &mut arena, 5);
         drop(arena);
         assert_eq!(last.buffer().size(), BLOCK_BYTES);
         drop(last);
-        gpu.free_memory().unwrap();
+        queue.free_memory().unwrap();
     }
 }

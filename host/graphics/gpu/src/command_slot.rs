@@ -10,6 +10,10 @@ use crate::device::Device;
 use crate::error::vulkan_error;
 use crate::indirect_draws::IndirectCommands;
 
+/// Frames that may be in the making at once: one drawn by the GPU, one
+/// recorded by the CPU.
+pub const MAX_FRAMES_IN_FLIGHT: usize = 2;
+
 /// Stages of a submission whose time is taken; those after have none of their own.
 pub const MAX_STAGES: usize = 7;
 

@@ -6,7 +6,7 @@ use std::sync::Weak;
 use ash::vk;
 use gpu_allocator::vulkan::{Allocation, Allocator};
 
-use crate::arena::Block;
+use crate::free_ranges::FreeRanges;
 
 /// Vulkan object that waits for destruction.
 pub(crate) enum DiscardedObject {
@@ -21,7 +21,7 @@ pub(crate) enum DiscardedObject {
     DescriptorSetLayout(vk::DescriptorSetLayout),
     Pipeline(vk::Pipeline, vk::PipelineLayout),
     /// Bytes of a block, which may be gone.
-    Range(Weak<Block>, Range<u64>),
+    Range(Weak<FreeRanges>, Range<u64>),
 }
 
 impl DiscardedObject {
@@ -63,9 +63,9 @@ impl DiscardedObject {
                     device.destroy_pipeline_layout(layout, None);
                     None
                 }
-                Self::Range(block, range) => {
-                    if let Some(block) = block.upgrade() {
-                        block.release(range);
+                Self::Range(free, range) => {
+                    if let Some(free) = free.upgrade() {
+                        free.release(range);
                     }
                     None
                 }

@@ -14,12 +14,11 @@ use gpu_allocator::{AllocationSizes, MemoryLocation};
 
 use crate::GpuError;
 use crate::adapter::Adapter;
-use crate::bind_group::DescriptorPools;
 use crate::deferred_destruction::DiscardedObject;
+use crate::descriptor_pools::DescriptorPools;
 use crate::error::{allocation_error, vulkan_error};
 use crate::instance::Instance;
 use crate::pipeline_cache::PipelineCache;
-use crate::process_heap::retain_freed_memory;
 
 /// Time that submitted work may take before it counts as hung, milliseconds. A software rasterizer
 /// on a busy machine is slow, not hung.
@@ -136,6 +135,23 @@ impl Device {
         let _ = unsafe { names.set_debug_utils_object_name(&info) };
     }
 
+    /// Records barriers for images and for memory.
+    ///
+    /// # Safety
+    /// The commands belong to this device, are being recorded, outside any pass, and keep the
+    /// images alive.
+    pub(crate) unsafe fn record_barriers(
+        &self,
+        commands: vk::CommandBuffer,
+        images: &[vk::ImageMemoryBarrier2<'_>],
+        memory: &[vk::MemoryBarrier2<'_>],
+    ) {
+        let info =
+            vk::DependencyInfo::default().image_memory_barriers(images).memory_barriers(memory);
+        // SAFETY: the caller's promise.
+        unsafe { self.raw.cmd_pipeline_barrier2(commands, &info) };
+    }
+
     /// Begins a stretch of commands that debuggers show under this name.
     pub(crate) fn begin_label(&self, commands: vk::CommandBuffer, name: &str) {
         if let (Some(names), Ok(name)) = (&self.names, CString::new(name)) {
@@ -220,7 +236,7 @@ impl Device {
 
     /// Waits until the queue is idle, presents included.
     pub(crate) fn wait_for_queue(&self, what: &'static str) -> Result<(), GpuError> {
-        // SAFETY: `&mut Gpu` stands behind every use of the queue.
+        // SAFETY: `&mut GpuQueue` stands behind every use of the queue.
         retry_on_out_of_memory(|| unsafe { self.raw.queue_wait_idle(self.queue) })
             .map_err(vulkan_error(what))
     }
@@ -340,9 +356,6 @@ impl DeviceParts {
 }
 
 fn create(instance: &Instance, adapter: &Adapter, presents: bool) -> Result<ash::Device, GpuError> {
-    if adapter.is_software {
-        retain_freed_memory();
-    }
     let priorities = [1.0];
     let queues = [vk::DeviceQueueCreateInfo::default()
         .queue_family_index(adapter.queue_family)

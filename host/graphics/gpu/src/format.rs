@@ -60,5 +60,10 @@ impl Format {
     }
 }
 
+/// Returns the Vulkan flag of a sample count.
+pub(crate) fn sample_flag(samples: u32) -> vk::SampleCountFlags {
+    vk::SampleCountFlags::from_raw(samples)
+}
+
 /// Bytes of one pixel: all formats have four.
 pub(crate) const PIXEL_BYTES: u64 = 4;

@@ -1,91 +1,21 @@
-//! GPU device interface: opening, frames, abilities and timing.
+//! Open device: its abilities, shared by all resources made from it.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::adapter::Adapter;
-use crate::command_slot::{CommandSlot, StageMillis};
 use crate::device::Device;
-use crate::image::sample_flag;
-use crate::instance::Instance;
-use crate::presenter::Presenter;
-use crate::recorder::Submission;
-use crate::surface::Surface;
-use crate::{Format, GpuError, Recorder, ValidationLog, WindowHandles};
+use crate::format::sample_flag;
+use crate::{Format, GpuError, ValidationLog};
 
-/// Frames that may be in the making at once: one drawn by the GPU, one
-/// recorded by the CPU.
-pub const MAX_FRAMES_IN_FLIGHT: usize = 2;
-
-/// The slot of work outside frames, after those of the frames.
-const TRANSFER_SLOT: usize = MAX_FRAMES_IN_FLIGHT;
-
-/// Options of opening a device.
-#[derive(Clone, Debug, Default)]
-pub struct GpuOptions {
-    /// Turns the validation layer on, synchronization validation included.
-    pub validation: bool,
-    /// The device to use: its number among those there are, or a part of its
-    /// name. `BUSBAR_DEVICE` in the environment goes before. `None` takes the
-    /// best.
-    pub device: Option<String>,
-    /// A folder for compiled pipelines; `None` keeps none.
-    pub pipeline_cache: Option<PathBuf>,
-    /// Log that receives the messages of the validation layer.
-    pub log: ValidationLog,
-}
-
-/// An open device, with a window or without.
+/// An open device; clones share it.
+#[derive(Clone)]
 pub struct Gpu {
-    pub(crate) presenter: Option<Presenter>,
-    pub(crate) slots: Vec<CommandSlot>,
-    next_frame: usize,
-    frame_millis: Option<f64>,
-    stage_millis: StageMillis,
     device: Arc<Device>,
+    picture_format: Format,
 }
 
 impl Gpu {
-    /// Opens the best device for drawing without a window.
-    ///
-    /// # Errors
-    /// When there is no loader, driver or fitting device, or, if validation is
-    /// asked for, no layer.
-    pub fn headless(options: &GpuOptions) -> Result<Self, GpuError> {
-        let instance = Instance::open(options.validation, options.log.clone(), None)?;
-        let adapter = Adapter::choose(&instance, None, options.device.as_deref())?;
-        let device = Device::open(instance, adapter, false, options.pipeline_cache.as_deref())?;
-        Self::on(device, None)
-    }
-
-    /// Opens the best device that can draw into the window.
-    ///
-    /// # Errors
-    /// Returns the errors of [`Gpu::headless`], or when the window gives no surface.
-    pub fn for_window(
-        options: &GpuOptions,
-        window: Arc<dyn WindowHandles>,
-    ) -> Result<Self, GpuError> {
-        let instance = Instance::open(options.validation, options.log.clone(), Some(&*window))?;
-        let surface = Surface::new(Arc::clone(&instance), window)?;
-        let adapter = Adapter::choose(&instance, Some(&surface), options.device.as_deref())?;
-        let device = Device::open(instance, adapter, true, options.pipeline_cache.as_deref())?;
-        let presenter = Presenter::new(Arc::clone(&device), surface)?;
-        Self::on(device, Some(presenter))
-    }
-
-    fn on(device: Arc<Device>, presenter: Option<Presenter>) -> Result<Self, GpuError> {
-        let slots = (0..=TRANSFER_SLOT)
-            .map(|_| CommandSlot::new(Arc::clone(&device)))
-            .collect::<Result<_, _>>()?;
-        Ok(Self {
-            presenter,
-            slots,
-            next_frame: 0,
-            frame_millis: None,
-            stage_millis: StageMillis::default(),
-            device,
-        })
+    pub(crate) fn new(device: Arc<Device>, picture_format: Format) -> Self {
+        Self { device, picture_format }
     }
 
     pub(crate) fn device(&self) -> &Arc<Device> {
@@ -122,25 +52,7 @@ impl Gpu {
 
     /// Returns the format that pictures for the window must have.
     pub fn picture_format(&self) -> Format {
-        self.presenter.as_ref().map_or(Format::Rgba8Srgb, Presenter::format)
-    }
-
-    /// Returns the GPU time of the last frame that finished, milliseconds, if the device measures
-    /// it.
-    pub fn frame_millis(&self) -> Option<f64> {
-        self.frame_millis
-    }
-
-    /// Returns the GPU times of the stages of that frame, in order.
-    pub fn stage_millis(&self) -> StageMillis {
-        self.stage_millis
-    }
-
-    /// Sets the size that the window now has, in pixels.
-    pub fn resize_window(&mut self, size: [u32; 2]) {
-        if let Some(presenter) = &mut self.presenter {
-            presenter.resize(size);
-        }
+        self.picture_format
     }
 
     /// Writes compiled pipelines to disk, where a folder was named. Call it once
@@ -150,145 +62,5 @@ impl Gpu {
     /// When memory runs out.
     pub fn save_pipelines(&self) -> Result<(), GpuError> {
         self.device.save_pipeline_cache()
-    }
-
-    /// Gives the window up, so that another device can draw into it.
-    pub fn release_window(&mut self) {
-        self.presenter = None;
-    }
-
-    /// Frees all unused objects. Recorded work that was abandoned may have used them.
-    ///
-    /// # Errors
-    /// When the device is lost or hangs.
-    pub fn free_memory(&mut self) -> Result<(), GpuError> {
-        self.device.destroy_discarded()
-    }
-
-    /// Makes the swapchain fit the window; gives its size, or `None` while
-    /// there is nothing to draw into (no window, or a minimised one).
-    ///
-    /// # Errors
-    /// When the window or the device is lost, or memory runs out.
-    pub fn prepare_window(&mut self) -> Result<Option<[u32; 2]>, GpuError> {
-        match &mut self.presenter {
-            Some(presenter) => presenter.prepare(),
-            None => Ok(None),
-        }
-    }
-
-    /// Begins the next frame, once its slot's last frame is finished.
-    ///
-    /// # Errors
-    /// When the device is lost or hangs.
-    pub fn begin_frame(&mut self) -> Result<Recorder<'_>, GpuError> {
-        let slot = self.next_frame;
-        self.next_frame = (slot + 1) % MAX_FRAMES_IN_FLIGHT;
-        self.begin(slot)
-    }
-
-    /// Begins work outside frames: uploads, read-backs, picking.
-    ///
-    /// # Errors
-    /// Returns the errors of [`Gpu::begin_frame`].
-    pub fn begin_transfer(&mut self) -> Result<Recorder<'_>, GpuError> {
-        self.begin(TRANSFER_SLOT)
-    }
-
-    fn begin(&mut self, slot: usize) -> Result<Recorder<'_>, GpuError> {
-        self.device.wait(self.slots[slot].value, "an earlier frame")?;
-        self.device.destroy_finished()?;
-        if slot != TRANSFER_SLOT
-            && let Some((millis, stages)) = self.slots[slot].elapsed_millis()?
-        {
-            (self.frame_millis, self.stage_millis) = (Some(millis), stages);
-        }
-        self.slots[slot].begin()?;
-        Ok(Recorder::new(self, slot))
-    }
-
-    /// Reports whether submitted work is done; does not wait.
-    ///
-    /// # Errors
-    /// When the device is lost.
-    pub fn has_finished(&self, submission: Submission) -> Result<bool, GpuError> {
-        Ok(self.device.finished()? >= submission.0)
-    }
-
-    /// Waits until everything submitted is finished.
-    ///
-    /// # Errors
-    /// When the device is lost or hangs.
-    pub fn wait(&self) -> Result<(), GpuError> {
-        self.device.wait_for_all("all frames")
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use ash::vk;
-
-    use super::*;
-
-    fn open_validated() -> Gpu {
-        Gpu::headless(&GpuOptions { validation: true, ..GpuOptions::default() }).unwrap()
-    }
-
-    /// Proof that silence elsewhere means something.
-    #[test]
-    fn what_the_validation_layer_says_is_collected() {
-        let gpu = open_validated();
-        let log = gpu.validation_log();
-        assert_eq!(log.messages(), Vec::<String>::new());
-        let raw = &gpu.device.raw;
-        let wrong = vk::SamplerCreateInfo::default().min_lod(2.0).max_lod(1.0);
-        // SAFETY: the limits contradict each other, on purpose; the layer says
-        // so and drivers make a useless sampler, which nothing uses.
-        unsafe {
-            let sampler = raw.create_sampler(&wrong, None).unwrap();
-            raw.destroy_sampler(sampler, None);
-        }
-        drop(gpu);
-        let messages = log.messages();
-        assert!(messages.iter().any(|message| message.contains("maxLod")), "{messages:?}");
-    }
-
-    #[test]
-    fn abandoned_work_leaves_nothing_behind() {
-        let mut gpu = open_validated();
-        let log = gpu.validation_log();
-        for abandon in [true, false, true, false] {
-            let mut recorder = gpu.begin_transfer().unwrap();
-            let image =
-                recorder.upload_texture("texture", Format::Rgba8Srgb, [4, 2], &[9; 32]).unwrap();
-            assert_eq!(image.size(), [4, 2]);
-            if !abandon {
-                recorder.submit_and_wait().unwrap();
-            }
-        }
-        let mut recorder = gpu.begin_frame().unwrap();
-        let error = recorder.upload_texture("texture", Format::Rgba8Srgb, [4, 2], &[9; 31]);
-        assert!(matches!(error, Err(GpuError::Misuse(_))));
-        drop(error);
-        drop(recorder);
-        drop(gpu);
-        assert_eq!(log.messages(), Vec::<String>::new());
-    }
-
-    #[test]
-    fn uploads_larger_than_the_staging_limit_arrive() {
-        let mut gpu = open_validated();
-        let log = gpu.validation_log();
-        let bytes = vec![7; 40 << 20];
-        let mut recorder = gpu.begin_transfer().unwrap();
-        for _ in 0..3 {
-            let buffer =
-                recorder.upload_buffer("vertices", crate::BufferUsage::Vertex, &bytes).unwrap();
-            assert_eq!(buffer.size(), 40 << 20);
-            assert!(recorder.staged_bytes <= 40 << 20, "flushed in between");
-        }
-        recorder.submit_and_wait().unwrap();
-        drop(gpu);
-        assert_eq!(log.messages(), Vec::<String>::new());
     }
 }

@@ -9,6 +9,7 @@ use gpu_allocator::vulkan::Allocation;
 use crate::deferred_destruction::DiscardedObject;
 use crate::device::Device;
 use crate::error::vulkan_error;
+use crate::format::sample_flag;
 use crate::{Format, Gpu, GpuError};
 
 /// Kind of an image, which decides its usage flags.
@@ -148,11 +149,6 @@ impl ImageKind {
             Self::Target { samples } => samples,
         }
     }
-}
-
-/// Returns the Vulkan flag of a sample count.
-pub(crate) fn sample_flag(samples: u32) -> vk::SampleCountFlags {
-    vk::SampleCountFlags::from_raw(samples)
 }
 
 /// Levels down to one pixel.

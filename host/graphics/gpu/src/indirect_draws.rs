@@ -5,6 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use crate::device::Device;
+use crate::draw_command::{COMMAND_BYTES, IndirectCommand};
 use crate::{Buffer, BufferUsage, GpuError};
 
 /// Draw calls that one buffer holds.
@@ -12,13 +13,6 @@ const CALLS_PER_BUFFER: usize = 4096;
 
 /// Buffers of one submission; further calls are drawn one by one.
 const MAX_BUFFERS: usize = 64;
-
-/// Indirect draw command (VkDrawIndexedIndirectCommand): indices, instances, first index, first
-/// vertex, first instance.
-pub(crate) type IndirectCommand = [u32; 5];
-
-/// Bytes from one call to the next.
-pub(crate) const COMMAND_BYTES: u32 = size_of::<IndirectCommand>() as u32;
 
 /// The calls of one submission.
 #[derive(Default)]

@@ -16,9 +16,12 @@ mod buffer;
 mod command_slot;
 mod compute;
 mod deferred_destruction;
+mod descriptor_pools;
 mod device;
+mod draw_command;
 mod error;
 mod format;
+mod free_ranges;
 mod fullscreen_pass;
 mod gpu;
 mod image;
@@ -30,7 +33,7 @@ mod pass_splitting;
 mod pipeline;
 mod pipeline_cache;
 mod presenter;
-mod process_heap;
+mod queue;
 mod recorder;
 mod sampler;
 mod surface;
@@ -40,13 +43,14 @@ mod validation;
 
 pub use area::ImageArea;
 pub use arena::{BufferArena, BufferSlice};
-pub use bind_group::{BindGroup, BindGroupLayout, Binding, BindingKind};
+pub use bind_group::{BindGroup, BindGroupLayout, Binding};
 pub use buffer::{Buffer, BufferUsage};
-pub use command_slot::{MAX_STAGES, StageMillis};
+pub use command_slot::{MAX_FRAMES_IN_FLIGHT, MAX_STAGES, StageMillis};
 pub use compute::{ComputeDescription, ComputePass, ComputePipeline, Dispatch};
+pub use descriptor_pools::BindingKind;
 pub use error::{GpuError, RecoveryAction};
 pub use format::Format;
-pub use gpu::{Gpu, GpuOptions, MAX_FRAMES_IN_FLIGHT};
+pub use gpu::Gpu;
 pub use image::{Image, ImageDescription, ImageKind};
 pub use overlay_pass::{OverlayDraw, OverlayPass};
 pub use pass::{
@@ -55,7 +59,7 @@ pub use pass::{
 pub use pipeline::{
     AttributeKind, Blend, Pipeline, PipelineDescription, ShaderStage, VertexAttribute, VertexBuffer,
 };
-pub use process_heap::{HugePageAllocator, configure_allocator, release_freed_memory};
+pub use queue::{GpuOptions, GpuQueue};
 pub use recorder::{Recorder, Submission};
 pub use sampler::{AddressMode, Sampler};
 pub use surface::WindowHandles;

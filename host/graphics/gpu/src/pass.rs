@@ -4,8 +4,8 @@ use std::ops::AddAssign;
 
 use ash::vk;
 
+use crate::draw_command::{COMMAND_BYTES, IndirectCommand};
 use crate::image::ImageUse;
-use crate::indirect_draws::{COMMAND_BYTES, IndirectCommand};
 use crate::pass_splitting::PassSplitter;
 use crate::{
     BindGroup, Buffer, BufferUsage, Format, GpuError, Image, ImageArea, Pipeline, Recorder,
@@ -102,7 +102,7 @@ pub struct RenderPass<'r> {
     samples: u32,
     bound: BoundState,
     attachments: Attachments,
-    /// Splitter of the pass, on software rasterizers.
+    /// Splitter of the pass, where the triangles of its parts are limited.
     splitter: Option<PassSplitter>,
 }
 
@@ -282,7 +282,7 @@ impl Recorder<'_> {
         let area = area.to_rect();
         let format = color.map(|(_, format)| format);
         let attachments = Attachments { area, color: color.map(|(info, _)| info), depth };
-        let splitter = self.device().adapter.max_triangles_per_pass.map(PassSplitter::new);
+        let splitter = self.queue.max_triangles_per_pass.map(PassSplitter::new);
         let begun = if splitter.is_some() { attachments.with_store() } else { attachments };
         let samples = target.samples();
         self.begin_label(target.name());

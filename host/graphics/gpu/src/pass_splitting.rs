@@ -1,23 +1,8 @@
-//! Pass splitting: on software rasterizers, a render pass ends and resumes once it holds as many
-//! triangles as fit the cache.
-//!
-//! Until a pass ends, a software rasterizer bins what it will draw of each triangle. Where these
-//! bins outgrow the processor's cache, writing and reading them waits for memory.
+//! Pass splitting: a render pass ends and resumes once it holds a given number of triangles.
 
 use std::num::NonZeroU32;
 
-use crate::indirect_draws::IndirectCommand;
-
-/// Triangles of a round for each core that draws. Llvmpipe notes some 200 bytes of each that
-/// faces the eye: less than a megabyte, where half of them do.
-const TRIANGLES_PER_CORE: u32 = 8192;
-
-/// Returns the triangles of one part of a pass on a software rasterizer.
-pub(crate) fn max_triangles_per_pass() -> NonZeroU32 {
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let triangles = TRIANGLES_PER_CORE.saturating_mul(u32::try_from(cores).unwrap_or(u32::MAX));
-    NonZeroU32::new(triangles).unwrap_or(NonZeroU32::MAX)
-}
+use crate::draw_command::IndirectCommand;
 
 /// Counter of the triangles that the current part of a pass still takes.
 #[derive(Clone, Copy, Debug)]

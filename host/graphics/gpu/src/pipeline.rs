@@ -8,7 +8,7 @@ use ash::vk;
 use crate::deferred_destruction::DiscardedObject;
 use crate::device::Device;
 use crate::error::vulkan_error;
-use crate::image::sample_flag;
+use crate::format::sample_flag;
 use crate::{BindGroup, BindGroupLayout, Format, Gpu, GpuError};
 
 /// One shader entry point.

@@ -10,7 +10,7 @@ use crate::format::Format;
 use crate::image::ImageUse;
 use crate::surface::Surface;
 use crate::swapchain::{PresentTarget, Swapchain, SwapchainShape};
-use crate::{GpuError, Image, Recorder};
+use crate::{GpuError, Image};
 
 /// Attempts at a swapchain while the window changes under it; after that, the
 /// frame is not shown.
@@ -157,9 +157,13 @@ impl Presenter {
     }
 
     /// Records the copy of the picture, whose bytes the window takes unchanged.
-    pub(crate) fn record_copy(
+    ///
+    /// # Safety
+    /// The commands belong to the presenter's device and are being recorded, outside any pass; the
+    /// picture is a copy source there, and they keep it alive.
+    pub(crate) unsafe fn record_copy(
         &self,
-        recorder: &Recorder<'_>,
+        commands: vk::CommandBuffer,
         picture: &Image,
         target: &PresentTarget,
     ) {
@@ -205,20 +209,20 @@ impl Presenter {
         let show = change(copied.layout(), vk::ImageLayout::PRESENT_SRC_KHR)
             .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
             .dst_stage_mask(vk::PipelineStageFlags2::NONE);
-        recorder.barriers(&[fill], &[]);
-        // SAFETY: the commands are being recorded; both images are in these
-        // layouts, hold the region, and have formats of the same size.
+        // SAFETY: the commands are being recorded, by the caller's promise; both images are in
+        // these layouts at the copy, hold the region, and have formats of the same size.
         unsafe {
+            self.device.record_barriers(commands, &[fill], &[]);
             self.device.raw.cmd_copy_image(
-                recorder.commands(),
+                commands,
                 picture.raw(),
                 ImageUse::CopySource.layout(),
                 target.image,
                 copied.layout(),
                 &region,
             );
+            self.device.record_barriers(commands, &[show], &[]);
         }
-        recorder.barriers(&[show], &[]);
     }
 
     pub(crate) fn present(&mut self, target: &PresentTarget) -> Result<(), GpuError> {

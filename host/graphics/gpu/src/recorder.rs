@@ -6,14 +6,14 @@ use ash::vk;
 
 use crate::command_slot::CommandSlot;
 use crate::device::Device;
+use crate::draw_command::IndirectCommand;
 use crate::image::ImageUse;
-use crate::indirect_draws::IndirectCommand;
 use crate::presenter::Presenter;
-use crate::{Gpu, GpuError, Image, ImageArea};
+use crate::{Gpu, GpuError, GpuQueue, Image, ImageArea};
 
 /// Commands being recorded. Dropping it unsubmitted abandons them.
 pub struct Recorder<'g> {
-    pub(crate) gpu: &'g mut Gpu,
+    pub(crate) queue: &'g mut GpuQueue,
     slot: usize,
     /// Images whose tracked use would be wrong if this is abandoned.
     touched: Vec<Image>,
@@ -26,13 +26,18 @@ pub struct Recorder<'g> {
 pub struct Submission(pub(crate) u64);
 
 impl<'g> Recorder<'g> {
-    pub(crate) fn new(gpu: &'g mut Gpu, slot: usize) -> Self {
-        Self { gpu, slot, touched: Vec::new(), staged_bytes: 0 }
+    pub(crate) fn new(queue: &'g mut GpuQueue, slot: usize) -> Self {
+        Self { queue, slot, touched: Vec::new(), staged_bytes: 0 }
     }
 
     /// Returns the device, for making resources meanwhile.
     pub fn gpu(&self) -> &Gpu {
-        self.gpu
+        self.queue.gpu()
+    }
+
+    /// Returns the queue that the commands are for, with the times of frames that finished.
+    pub fn queue(&self) -> &GpuQueue {
+        self.queue
     }
 
     /// Returns the number of this frame in flight. Resources of its slot are free to be written.
@@ -43,15 +48,15 @@ impl<'g> Recorder<'g> {
     /// Ends a timed stage: the commands since the last one. Does nothing beyond
     /// [`MAX_STAGES`](crate::MAX_STAGES).
     pub fn end_stage(&mut self, name: &'static str) {
-        self.gpu.slots[self.slot].end_stage(name);
+        self.queue.slots[self.slot].end_stage(name);
     }
 
     pub(crate) fn device(&self) -> &Arc<Device> {
-        self.gpu.device()
+        self.gpu().device()
     }
 
     fn command_slot(&self) -> &CommandSlot {
-        &self.gpu.slots[self.slot]
+        &self.queue.slots[self.slot]
     }
 
     pub(crate) fn commands(&self) -> vk::CommandBuffer {
@@ -106,11 +111,8 @@ impl<'g> Recorder<'g> {
         images: &[vk::ImageMemoryBarrier2<'_>],
         memory: &[vk::MemoryBarrier2<'_>],
     ) {
-        let info =
-            vk::DependencyInfo::default().image_memory_barriers(images).memory_barriers(memory);
-        // SAFETY: the commands are being recorded, outside any pass, and keep
-        // the images alive.
-        unsafe { self.device().raw.cmd_pipeline_barrier2(self.commands(), &info) };
+        // SAFETY: the commands are being recorded, outside any pass, and keep the images alive.
+        unsafe { self.device().record_barriers(self.commands(), images, memory) };
     }
 
     /// Begins a stretch that debuggers show under this name.
@@ -130,7 +132,7 @@ impl<'g> Recorder<'g> {
         self.finish(None, None)
     }
 
-    /// Submits the recorded commands; [`Gpu::has_finished`] tells when they are done.
+    /// Submits the recorded commands; [`GpuQueue::has_finished`] tells when they are done.
     ///
     /// # Errors
     /// Returns the errors of [`Recorder::submit`].
@@ -158,7 +160,7 @@ impl<'g> Recorder<'g> {
         self.device().wait(self.command_slot().value, "the first part of a submission")?;
         self.device().destroy_finished()?;
         self.staged_bytes = 0;
-        self.gpu.slots[self.slot].resume()
+        self.queue.slots[self.slot].resume()
     }
 
     /// Submits the recorded commands and shows the picture in the window. If the window changed
@@ -168,13 +170,13 @@ impl<'g> Recorder<'g> {
     /// When there is no window, the device is lost or memory runs out.
     pub fn present(mut self, picture: &Image) -> Result<(), GpuError> {
         let mut presenter =
-            self.gpu.presenter.take().ok_or(GpuError::Misuse("presenting without a window"))?;
+            self.queue.presenter.take().ok_or(GpuError::Misuse("presenting without a window"))?;
         let presented = self.present_to(&mut presenter, picture);
         if presented.is_err() {
             // Its semaphores may be left signalled: make all of it anew.
             presenter.reset_swapchain();
         }
-        self.gpu.presenter = Some(presenter);
+        self.queue.presenter = Some(presenter);
         presented
     }
 
@@ -183,7 +185,9 @@ impl<'g> Recorder<'g> {
         let Some(target) = presenter.acquire(self.slot)? else {
             return self.finish(None, None);
         };
-        presenter.record_copy(self, picture, &target);
+        // SAFETY: the commands are being recorded, outside any pass; the picture is a copy source
+        // by the transition above and is kept alive.
+        unsafe { presenter.record_copy(self.commands(), picture, &target) };
         self.finish(Some(target.acquired), Some(target.presentable))?;
         presenter.present(&target)
     }
@@ -196,9 +200,9 @@ impl<'g> Recorder<'g> {
         self.command_slot().end()?;
         // SAFETY: the commands were just ended; the semaphores come from the
         // presenter, in the states a presented frame asks for; `&mut` of the
-        // Gpu makes this the only submission.
+        // queue makes this the only submission.
         let value = unsafe { self.device().submit(self.commands(), wait, signal) }?;
-        self.gpu.slots[self.slot].value = value;
+        self.queue.slots[self.slot].value = value;
         self.touched.clear();
         Ok(())
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::{khr, vk};
 
 use crate::GpuError;
-use crate::MAX_FRAMES_IN_FLIGHT;
+use crate::command_slot::MAX_FRAMES_IN_FLIGHT;
 use crate::device::Device;
 use crate::surface::Surface;
 

@@ -3,64 +3,31 @@
 use std::cell::LazyCell;
 use std::ops::Range;
 
+use busbar_culling::Frustum;
+use busbar_geometry::Bounds;
 use busbar_shaders::{Instance, NONE};
+use glam::Mat4;
 
 use crate::RenderError;
-use crate::index_cache::IndexKey;
+use crate::batch::{Batch, DrawPhase, Highlights, IndexKey};
 use crate::instance_buckets::{Bucket, InstanceBuckets, clamped};
 use crate::model::{GpuMesh, GpuModel};
-use crate::morph::MorphKey;
-use crate::pipelines::Highlights;
-use crate::visibility::CullView;
 
-/// Instances that one draw call a section draws.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Batch {
-    pub(crate) key: IndexKey,
-    /// Morph target and weight, if the mesh morphs.
-    pub(crate) morph: Option<MorphKey>,
-    /// Handedness: the transforms mirror.
-    pub(crate) mirrored: bool,
-    pub(crate) highlights: Highlights,
-    /// Range in [`DrawPlan::instances`]: those that may be in the picture. Where there are
-    /// none, it is ready for the camera to turn, but not drawn.
-    pub(crate) instances: Range<u32>,
-    /// Number of instances, from the first on, that are drawn in the first phase.
-    pub(crate) first_count: u32,
-    /// Number of instances, visible or not.
-    pub(crate) count: u32,
+/// Test of an instance, with the bounds of its mesh: reports whether all of it is occluded.
+pub(crate) type OcclusionQuery<'a> = &'a dyn Fn(&Instance, &Bounds) -> bool;
+
+/// Frustum and occlusion query that instances are culled by.
+pub(crate) struct CullView<'a> {
+    frustum: Frustum,
+    /// Occlusion query; `None` where nothing is occluded.
+    is_occluded: Option<OcclusionQuery<'a>>,
 }
 
-impl Batch {
-    /// Returns a batch of one of its instances.
-    pub(crate) fn single(&self, index: u32) -> Self {
-        Self { instances: index..index + 1, count: 1, ..self.clone() }
+impl<'a> CullView<'a> {
+    /// Makes a view that culls by the frustum and, if there is one, by an occlusion query.
+    pub(crate) fn new(clip_from_world: &Mat4, is_occluded: Option<OcclusionQuery<'a>>) -> Self {
+        Self { frustum: Frustum::from_matrix(clip_from_world), is_occluded }
     }
-
-    /// Returns the range of its instances as list indices.
-    pub(crate) fn range(&self) -> Range<usize> {
-        self.instances.start as usize..self.instances.end as usize
-    }
-
-    /// Returns the batch with only the instances of a drawing phase.
-    pub(crate) fn in_phase(&self, phase: DrawPhase) -> Self {
-        let Range { start, end } = self.instances;
-        let middle = start + self.first_count;
-        let instances = match phase {
-            DrawPhase::First => start..middle,
-            DrawPhase::Second => middle..end,
-        };
-        Self { instances, ..self.clone() }
-    }
-}
-
-/// Drawing phase of two-pass occlusion culling.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum DrawPhase {
-    /// Nearest instances, drawn first as occluders.
-    First,
-    /// Remaining instances, tested against the first.
-    Second,
 }
 
 /// One frame's instances in drawing order. Filled anew each frame; its room serves the
@@ -98,8 +65,8 @@ impl DrawPlan {
             // Of most kinds it is of no account.
             let mesh = LazyCell::new(|| mesh_at(models, key.mesh));
             let is_hidden = |instance: &Instance| {
-                view.occluders.is_some_and(|occluders| {
-                    mesh.is_some_and(|mesh| occluders.is_occluded(instance, &mesh.bounds))
+                view.is_occluded.is_some_and(|is_occluded| {
+                    mesh.is_some_and(|mesh| is_occluded(instance, &mesh.bounds))
                 })
             };
             let seen =

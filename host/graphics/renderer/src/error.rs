@@ -1,5 +1,6 @@
 //! Errors of uploading, drawing, picking and reading back.
 
+use busbar_density::DensityError;
 use busbar_gpu::{GpuError, RecoveryAction};
 use thiserror::Error;
 
@@ -82,6 +83,15 @@ impl RenderError {
         match self {
             Self::Gpu(error) => error.recovery_action(),
             _ => RecoveryAction::None,
+        }
+    }
+}
+
+impl From<DensityError> for RenderError {
+    fn from(error: DensityError) -> Self {
+        match error {
+            DensityError::Gpu(error) => Self::Gpu(error),
+            DensityError::TooMany { what, asked, limit } => Self::TooMany { what, asked, limit },
         }
     }
 }

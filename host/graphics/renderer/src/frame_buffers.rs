@@ -30,8 +30,6 @@ pub(crate) struct FrameBuffers {
     pub(crate) instances: Buffer,
     highlights: Buffer,
     pub(crate) group: BindGroup,
-    /// Index buffer of CPU triangle culling, made on first use.
-    pub(crate) culled_indices: Option<Buffer>,
     capacities: Capacities,
 }
 
@@ -60,7 +58,7 @@ impl FrameBuffers {
         let own = [&uniform, &highlights].map(Binding::Buffer);
         let bindings: Vec<_> = own.into_iter().chain(more.iter().copied()).collect();
         let group = BindGroup::new(layout, &bindings)?;
-        Ok(Self { uniform, instances, highlights, group, culled_indices: None, capacities })
+        Ok(Self { uniform, instances, highlights, group, capacities })
     }
 
     /// Writes a frame; the last one in this stream must be finished.
@@ -82,8 +80,7 @@ impl FrameBuffers {
                 instances: grown(instances.len().max(instance_capacity), MAX_INSTANCES),
                 highlights: grown(highlights.len().max(highlight_capacity), MAX_FEATURE_HIGHLIGHTS),
             };
-            let culled_indices = self.culled_indices.take();
-            *self = Self { culled_indices, ..Self::with_capacities(gpu, layout, capacities)? };
+            *self = Self::with_capacities(gpu, layout, capacities)?;
         }
         self.uniform.write(bytemuck::bytes_of(uniform))?;
         self.write_instances(plan)?;

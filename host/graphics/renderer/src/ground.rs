@@ -1,6 +1,8 @@
 //! Ground plane with a metre grid below the equipment.
 
-use busbar_gpu::{BindGroup, Buffer, BufferUsage, DrawCall, Gpu, GpuError, Pipeline, RenderPass};
+use busbar_gpu::{
+    BindGroup, Buffer, BufferUsage, DrawCall, GpuError, GpuQueue, Pipeline, RenderPass,
+};
 use busbar_shaders::Vertex;
 use glam::Vec3;
 
@@ -29,13 +31,13 @@ pub(crate) struct GroundResources {
 }
 
 impl GroundResources {
-    pub(crate) fn new(gpu: &mut Gpu) -> Result<Self, RenderError> {
+    pub(crate) fn new(queue: &mut GpuQueue) -> Result<Self, RenderError> {
         let corner = |[x, z]: [f32; 2]| Vertex {
             position_u: [x, 0.0, z, 0.0],
             normal_v: [0.0, 1.0, 0.0, 0.0],
         };
         let corners = CORNERS.map(corner);
-        let mut recorder = gpu.begin_transfer()?;
+        let mut recorder = queue.begin_transfer()?;
         let vertices = recorder.upload_buffer(
             "ground",
             BufferUsage::Vertex,

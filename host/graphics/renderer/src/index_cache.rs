@@ -1,17 +1,16 @@
 //! Index buffer cache: resolved meshes at cursors, evicted least recently used first.
 
+use std::any::Any;
 use std::collections::HashMap;
 
 use busbar_gpu::{BufferArena, BufferSlice, BufferUsage, Recorder};
 use smallvec::SmallVec;
 
 use crate::RenderError;
-use crate::cpu_triangle_culling::CullableTriangles;
-use crate::draw_plan::Batch;
-use crate::occluders::{Occluder, occluder_bytes};
+use crate::batch::IndexKey;
+use crate::mesh_preparation::MeshData;
 use crate::resolver::ResolvedTriangles;
 use crate::slender::SectionRange;
-use crate::visibility::OcclusionTest;
 
 /// Bytes of index buffers kept beyond the needs of the current frame.
 pub const MAX_CACHED_INDEX_BYTES: u64 = 256 << 20;
@@ -25,14 +24,6 @@ const ENTRY_BYTES: u64 = 256;
 /// Sections that most meshes have at most.
 const USUAL_SECTIONS: usize = 2;
 
-/// A mesh at a cursor.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub(crate) struct IndexKey {
-    pub(crate) model: u32,
-    pub(crate) mesh: u32,
-    pub(crate) cursor: u32,
-}
-
 /// Live triangles of a mesh at a cursor.
 pub(crate) struct ResolvedIndices {
     /// `None` when no triangle lives.
@@ -40,9 +31,8 @@ pub(crate) struct ResolvedIndices {
     /// For each section, its range among them; of most meshes beside the rest.
     pub(crate) sections: SmallVec<[SectionRange; USUAL_SECTIONS]>,
     pub(crate) triangles: u32,
-    /// Data of CPU triangle culling, where the mesh takes part.
-    faces: Option<CullableTriangles>,
-    occluders: Box<[Occluder]>,
+    /// Data of the draw reduction, where the mesh takes part.
+    data: Option<Box<dyn MeshData>>,
     bytes: u64,
     made_at: u64,
     /// Clock when the entry was made or drawn last; decides eviction.
@@ -51,19 +41,10 @@ pub(crate) struct ResolvedIndices {
 }
 
 impl ResolvedIndices {
-    /// Returns the triangles of a batch for CPU culling, if they take part. A batch of several
-    /// instances takes part only with an occlusion test.
-    pub(crate) fn cullable(
-        &self,
-        batch: &Batch,
-        occlusion_test: Option<OcclusionTest<'_>>,
-    ) -> Option<&CullableTriangles> {
-        self.faces.as_ref().filter(|faces| faces.is_culled_for(batch, occlusion_test))
-    }
-
-    /// Returns the large faces, the largest first.
-    pub(crate) fn occluders(&self) -> &[Occluder] {
-        &self.occluders
+    /// Returns the data that the draw reduction prepared, if it is of this type.
+    pub(crate) fn data<T: MeshData>(&self) -> Option<&T> {
+        let data: &dyn Any = self.data.as_deref()?;
+        data.downcast_ref()
     }
 }
 
@@ -233,17 +214,17 @@ fn upload(
         _ => Some(recorder.upload_slice(arena, indices)?),
     };
     let (indices_bytes, triangles) = (indices.len() as u64, resolved.triangles.len() as u32);
-    let faces = slice.as_ref().zip(resolved.blocks);
-    let faces = faces.and_then(|(slice, blocks)| CullableTriangles::new(slice, blocks));
-    let more =
-        faces.as_ref().map_or(0, CullableTriangles::bytes) + occluder_bytes(&resolved.occluders);
+    let mut data = resolved.data;
+    if let Some(data) = &mut data {
+        data.attach(slice.as_ref());
+    }
+    let data_bytes = data.as_ref().map_or(0, |data| data.bytes());
     Ok(ResolvedIndices {
         indices: slice,
         sections: resolved.sections.iter().map(SectionRange::indices).collect(),
         triangles,
-        bytes: indices_bytes + more + ENTRY_BYTES,
-        faces,
-        occluders: resolved.occluders,
+        bytes: indices_bytes + data_bytes + ENTRY_BYTES,
+        data,
         made_at: clock,
         used_at: clock,
         drawn_at: 0,

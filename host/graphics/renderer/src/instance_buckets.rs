@@ -6,13 +6,12 @@
 
 use std::collections::HashMap;
 
+use busbar_culling::BoundingSphere;
 use busbar_shaders::{Instance, NONE};
 use glam::Mat4;
 
-use crate::frustum::BoundingSphere;
-use crate::index_cache::IndexKey;
+use crate::batch::{IndexKey, MorphKey};
 use crate::model::{GpuMesh, GpuModel};
-use crate::morph::MorphKey;
 use crate::{DrawInstance, DrawList, InstanceSource, Morph, PATTERNS, RenderError};
 
 /// Sort key of instances that are drawn together, the most important field first.

@@ -12,70 +12,74 @@
 #![doc = include_str!("../DESIGN.md")]
 
 mod ambient_occlusion;
-mod camera;
-mod cpu_triangle_culling;
-mod density;
+mod batch;
+mod density_planes;
+mod draw_instance;
 mod draw_list;
 mod draw_plan;
+mod draw_reduction;
 mod error;
 mod features;
-mod first_pass_depth;
 mod frame;
 mod frame_buffers;
-mod frustum;
 mod ground;
 mod index_cache;
 mod instance_buckets;
+mod instance_transform;
 mod layer;
-mod masked_occlusion;
 mod material;
+mod mesh_preparation;
 mod model;
 mod morph;
-mod occluders;
 mod outline;
 mod panels;
 mod pick;
 mod pipeline_description;
 mod pipelines;
 mod polylines;
+mod quads;
+mod quality;
 mod renderer;
 mod resolver;
 mod scene_pass;
 mod scene_resources;
-mod screen_box;
 mod section;
+mod section_draw;
 mod shader_set;
 mod shadows;
 mod slender;
+mod software;
+mod sun_view;
 mod targets;
-mod two_pass_occlusion;
+mod tile_pixels;
 mod uniform;
-mod visibility;
 
-pub use busbar_gpu::{
-    GpuError, HugePageAllocator, MAX_STAGES, RecoveryAction, StageMillis, ValidationLog,
-    WindowHandles, configure_allocator, release_freed_memory,
+pub use busbar_culling::CameraView;
+pub use busbar_density::{
+    BrushedAxis, DensityCounts, DensityInput, DensityProgress, DensitySummary, MAX_DENSITY_AXES,
+    MAX_DENSITY_BYTES, SLICE_RECORDS,
 };
-pub use camera::CameraView;
-pub use density::{
-    BrushedAxis, DensityCounts, DensityInput, DensityPlane, DensityProgress, DensitySummary,
-    MAX_DENSITY_AXES, MAX_DENSITY_BYTES, SLICE_RECORDS,
+pub use busbar_gpu::{
+    GpuError, MAX_STAGES, RecoveryAction, StageMillis, ValidationLog, WindowHandles,
+};
+pub use density_planes::DensityPlane;
+pub use draw_instance::{
+    DrawInstance, MeshAtCursor, ModelHandle, Morph, PATTERNS, ResolveRequest,
+    highlight_with_pattern,
 };
 pub use draw_list::{DrawList, InstanceSource, MAX_DRAW_CHANGES};
 pub use error::RenderError;
-pub use frame::{
-    DrawInstance, EguiFrame, Frame, FrameStats, MeshAtCursor, Morph, OutlineKind, OutlinedObject,
-    PATTERNS, Picture, ResolveRequest, highlight_with_pattern,
-};
+pub use frame::{EguiFrame, Frame, FrameStats, OutlineKind, OutlinedObject, Picture};
 pub use frame_buffers::{MAX_FEATURE_HIGHLIGHTS, MAX_INSTANCES};
 pub use ground::Ground;
 pub use index_cache::{MAX_CACHED_INDEX_BYTES, MAX_FRAME_INDEX_BYTES};
-pub use model::{ModelHandle, ModelUpload};
+pub use model::ModelUpload;
 pub use morph::{MAX_MORPHED_BYTES, VERTEX_BYTES};
 pub use panels::MAX_PANEL_VERTICES;
 pub use pick::{PickState, PixelArea};
 pub use polylines::{MAX_POLYLINE_PARTS, Polylines, WorldFace, WorldStroke};
-pub use renderer::{DeviceChoice, Quality, Renderer, RendererOptions};
+pub use quality::Quality;
+pub use renderer::{DeviceChoice, Renderer, RendererOptions};
 pub use resolver::{MAX_PENDING_RESOLVE_BYTES, MAX_PENDING_RESOLVES};
 pub use scene_resources::MAX_UPLOAD_BYTES_PER_FRAME;
 pub use section::SectionPlane;

@@ -4,8 +4,8 @@ use std::collections::HashMap;
 use std::sync::{Arc, Weak};
 
 use busbar_gpu::{
-    AddressMode, BindGroup, BindGroupLayout, Binding, BufferUsage, Format, Gpu, Image, Recorder,
-    Sampler,
+    AddressMode, BindGroup, BindGroupLayout, Binding, BufferUsage, Format, GpuQueue, Image,
+    Recorder, Sampler,
 };
 use busbar_scene::{AlphaMode, Material, Texture, TextureRef, Wrap};
 use busbar_shaders::{MaterialUniform, vertex_color};
@@ -59,7 +59,7 @@ pub(crate) struct MaterialResources {
 
 impl MaterialResources {
     pub(crate) fn new(
-        gpu: &mut Gpu,
+        queue: &mut GpuQueue,
         layout: BindGroupLayout,
         colors_vertices: bool,
     ) -> Result<Self, RenderError> {
@@ -67,10 +67,10 @@ impl MaterialResources {
         let mut samplers = HashMap::new();
         for u in wraps {
             for v in wraps {
-                samplers.insert([u, v], Sampler::new(gpu, [u, v].map(address_mode))?);
+                samplers.insert([u, v], Sampler::new(queue.gpu(), [u, v].map(address_mode))?);
             }
         }
-        let mut recorder = gpu.begin_transfer()?;
+        let mut recorder = queue.begin_transfer()?;
         let white = recorder.upload_texture("white", Format::Rgba8Linear, [1, 1], &[255; 4])?;
         recorder.submit_and_wait()?;
         Ok(Self { layout, samplers, untextured: HashMap::new(), made: 0, white, colors_vertices })

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use busbar_culling::BoundingSphere;
 use busbar_geometry::{Bounds, CollapseStacks, Mesh, Section};
 use busbar_gpu::{BufferArena, BufferSlice, Recorder};
 use busbar_scene::{Material, Texture};
@@ -9,25 +10,11 @@ use busbar_shaders::{SLENDER, Vertex};
 use glam::Vec3;
 
 use crate::RenderError;
-use crate::cpu_triangle_culling::{NEVER_CULLED, min_culled_triangles};
 use crate::features::{FeatureResources, MeshFeatures};
-use crate::frustum::BoundingSphere;
 use crate::material::{GpuMaterial, MaterialResources};
+use crate::mesh_preparation::MeshPreparation;
 use crate::resolver::ResolveSource;
 use crate::slender::SlenderWedges;
-
-/// Names an uploaded model.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct ModelHandle(pub(crate) u32);
-
-impl ModelHandle {
-    /// Makes the handle of an index, which [`Renderer::upload_model_at`] gives a model.
-    ///
-    /// [`Renderer::upload_model_at`]: crate::Renderer::upload_model_at
-    pub fn from_index(index: u32) -> Self {
-        Self(index)
-    }
-}
 
 /// A model to upload.
 #[derive(Clone, Copy)]
@@ -62,21 +49,15 @@ pub(crate) struct GpuMesh {
     pub(crate) blends: bool,
     /// Conductors, wires and rods; `None` where it holds none.
     pub(crate) slender: Option<Arc<SlenderWedges>>,
-    /// Least number of live triangles for CPU triangle culling.
-    min_culled_triangles: usize,
-    /// Occluder search: whether its large faces hide geometry behind them.
-    occludes: bool,
+    /// Part of a model: other meshes stand in the same place.
+    is_part: bool,
 }
 
 impl GpuMesh {
     /// Returns the data that its triangles are resolved from.
-    pub(crate) fn source(&self) -> ResolveSource<'_> {
-        ResolveSource {
-            stacks: &self.stacks,
-            slender: self.slender.as_ref(),
-            min_culled_triangles: self.min_culled_triangles,
-            occludes: self.occludes,
-        }
+    pub(crate) fn source(&self, preparation: MeshPreparation) -> ResolveSource<'_> {
+        let (slender, is_part) = (self.slender.as_ref(), self.is_part);
+        ResolveSource { stacks: &self.stacks, slender, is_part, preparation }
     }
 }
 
@@ -110,7 +91,6 @@ impl GpuModel {
     ) -> Result<GpuMesh, RenderError> {
         let mesh = stacks.mesh();
         let bounds = mesh.bounds().unwrap_or_default();
-        let is_software = recorder.gpu().is_software();
         let outward = slender_normals(stacks);
         let bytes = mesh.wedges.len() * size_of::<Vertex>();
         let color_of = |section: &Section| self.material(section.material).vertex_color;
@@ -132,12 +112,7 @@ impl GpuModel {
             bounds,
             blends: mesh.sections.iter().any(|section| self.material(section.material).blends),
             slender: slender.map(Arc::new),
-            min_culled_triangles: if is_software {
-                min_culled_triangles(mesh, is_part)
-            } else {
-                NEVER_CULLED
-            },
-            occludes: is_software,
+            is_part,
         })
     }
 

@@ -13,8 +13,8 @@ use busbar_gpu::{
 use busbar_shaders::{MORPH, MORPH_GROUP, MorphStep, Vertex};
 
 use crate::RenderError;
-use crate::draw_plan::{Batch, DrawPlan};
-use crate::index_cache::IndexKey;
+use crate::batch::{Batch, IndexKey, MorphKey};
+use crate::draw_plan::DrawPlan;
 use crate::layer::get_or_create;
 use crate::model::{GpuMesh, GpuModel};
 
@@ -27,15 +27,6 @@ pub const VERTEX_BYTES: u64 = size_of::<Vertex>() as u64;
 
 /// Bytes of morph targets kept beyond the needs of the current frame.
 const MAX_REPRESENTATIVE_BYTES: u64 = 64 << 20;
-
-/// The way that instances are on, and how far.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub(crate) struct MorphKey {
-    /// Coarser cursor that vertices move to.
-    pub(crate) coarser: u32,
-    /// The weight's bits: those that are equally far are drawn together.
-    pub(crate) weight: u32,
-}
 
 /// The vertices that stand for others at a cursor, on the device.
 struct MorphTarget {

@@ -2,25 +2,28 @@
 
 use std::ops::Range;
 
+use busbar_culling::{ScreenBox, hull};
 use busbar_gpu::{
     BindGroupLayout, Binding, Blend, ClearColor, DepthStore, Format, Gpu, Image, ImageArea,
     ImageDescription, ImageKind, LoadOp, MAX_FRAMES_IN_FLIGHT, Pipeline, Recorder, RenderTargets,
 };
 use busbar_shaders::{FrameUniform, OUTLINE};
 
-use crate::draw_plan::{DrawPhase, DrawPlan, mesh_at};
+use crate::batch::DrawPhase;
+use crate::draw_plan::{CullView, DrawPlan, mesh_at};
+use crate::draw_reduction::NoReduction;
 use crate::frame_buffers::{FrameBuffers, MAX_FEATURE_HIGHLIGHTS};
 use crate::instance_buckets::InstanceBuckets;
+use crate::instance_transform::world_from_mesh;
 use crate::layer::{Layer, get_or_create};
 use crate::model::GpuModel;
 use crate::pick::ID_FORMAT;
 use crate::pipeline_description::screen_pipeline;
 use crate::pipelines::{Layouts, OutlineMaskPipelines};
 use crate::scene_pass::{SceneDrawer, Sections};
-use crate::screen_box::{ScreenBox, hull, tile_pixels};
 use crate::shadows::MeshPassInputs;
 use crate::targets::{OutlineMask, SceneTargets, full_viewport};
-use crate::visibility::{CullView, world_from_mesh};
+use crate::tile_pixels::tile_pixels;
 use crate::{CameraView, DrawInstance, Frame, InstanceSource, OutlinedObject, RenderError};
 
 /// Side of a tile in pixels, as `TILE` of the shader.
@@ -85,7 +88,7 @@ impl Outlines {
         (frame, uniform): (&Frame<'_>, &FrameUniform),
     ) -> Result<(), RenderError> {
         self.collect_outlined(inputs.models, frame)?;
-        let view = CullView::new(&frame.camera.clip_from_world());
+        let view = CullView::new(&frame.camera.clip_from_world(), None);
         self.buckets.update(inputs.models, InstanceSource::Listed(&self.instances))?;
         self.plan.fill(inputs.models, &self.buckets, &self.kinds, &view)?;
         let size = targets.size();
@@ -116,7 +119,7 @@ impl Outlines {
             morpher: Some(inputs.morpher),
             phase: DrawPhase::Second,
             more: Some(&scene_depth.group),
-            culler: None,
+            reduction: &NoReduction,
             shows_backs: true,
         };
         let cleared = RenderTargets {

@@ -4,7 +4,7 @@ use busbar_gpu::{BindGroupLayout, BindingKind, Blend, Format, Gpu, GpuError, Pip
 use busbar_shaders::{GROUND, GROUND_SHADOWED, MASK, MASK_SECTION};
 
 use crate::Quality;
-use crate::draw_plan::Batch;
+use crate::batch::{Batch, Highlights};
 use crate::layer::get_or_create;
 use crate::material::GpuMaterial;
 use crate::pick::ID_FORMAT;
@@ -79,16 +79,6 @@ pub(crate) struct Wireframe {
     pub(crate) fill: PipelineVariants,
     /// `None` on a device that cannot draw lines.
     pub(crate) lines: Option<PipelineVariants>,
-}
-
-/// Highlights among the instances that are drawn together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Highlights {
-    None,
-    /// Highlights of whole instances only.
-    OfInstances,
-    /// Some feature of some instance.
-    OfFeatures,
 }
 
 /// Variants of one pipeline, each the fastest for some meshes.

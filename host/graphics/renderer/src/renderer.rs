@@ -4,41 +4,22 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use busbar_gpu::{Gpu, GpuOptions, ValidationLog, WindowHandles};
+use busbar_gpu::{Gpu, GpuOptions, GpuQueue, ValidationLog, WindowHandles};
 
-use crate::density;
+use crate::draw_reduction::{DrawReduction, NoReduction};
 use crate::model::GpuModel;
 use crate::panels::Panels;
 use crate::pick::{self, PendingPick, PickState, PickTargets, PixelArea};
 use crate::scene_resources::{self as scene, FirstPass, SceneResources, millis_since};
+use crate::software::SoftwareReduction;
 use crate::targets::SceneTargets;
 use crate::{
     DensityCounts, DensityInput, DensityProgress, EguiFrame, Frame, FrameStats, MeshAtCursor,
-    ModelHandle, ModelUpload, Picture, RenderError, ResolveRequest,
+    ModelHandle, ModelUpload, Picture, Quality, RenderError, ResolveRequest,
 };
 
 /// Models that one renderer ever takes, removed ones included.
 const MAX_MODELS: usize = 1 << 20;
-
-/// Quality of a picture, and thereby its cost.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Quality {
-    /// Per-vertex lighting by one sun and a hemisphere: for remote desktops and software
-    /// rasterizers.
-    Low,
-    /// Materials as they reflect light, ground and fog.
-    #[default]
-    Medium,
-    /// Shadows of the sun and ambient occlusion besides.
-    High,
-}
-
-impl Quality {
-    /// Samples a pixel that go with it.
-    pub fn samples(self) -> u32 {
-        if self == Self::Low { 1 } else { 4 }
-    }
-}
 
 /// Options of drawing: quality, samples and validation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,9 +79,9 @@ impl PictureSettings {
         Self { quality, samples, on_software_rasterizer }
     }
 
-    /// Returns quality and samples for a device.
-    fn for_device(self, gpu: &Gpu) -> (Quality, u32) {
-        let other = self.on_software_rasterizer.filter(|_| gpu.is_software());
+    /// Returns quality and samples for hardware, or for a software rasterizer.
+    fn for_device(self, is_software: bool) -> (Quality, u32) {
+        let other = self.on_software_rasterizer.filter(|_| is_software);
         other.unwrap_or((self.quality, self.samples))
     }
 }
@@ -116,7 +97,9 @@ pub struct Renderer {
     setup: RendererSetup,
     /// The picture's size; in a window, the window's.
     size: [u32; 2],
-    gpu: Gpu,
+    /// Software rasterizer: the processor draws.
+    is_software: bool,
+    queue: GpuQueue,
 }
 
 impl Renderer {
@@ -165,27 +148,32 @@ impl Renderer {
     }
 
     fn open_with(setup: RendererSetup, size: [u32; 2]) -> Result<Self, RenderError> {
-        let mut gpu = match &setup.window {
-            Some(window) => Gpu::for_window(&setup.gpu, Arc::clone(window))?,
-            None => Gpu::headless(&setup.gpu)?,
+        let mut queue = match &setup.window {
+            Some(window) => GpuQueue::for_window(&setup.gpu, Arc::clone(window))?,
+            None => GpuQueue::headless(&setup.gpu)?,
         };
-        gpu.resize_window(size);
-        let (quality, samples) = setup.picture.for_device(&gpu);
+        queue.resize_window(size);
+        let gpu = &queue.gpu().clone();
+        let is_software = gpu.is_software();
+        let reduction: Box<dyn DrawReduction> =
+            if is_software { Box::<SoftwareReduction>::default() } else { Box::new(NoReduction) };
+        queue.set_max_triangles_per_pass(reduction.max_triangles_per_pass());
+        let (quality, samples) = setup.picture.for_device(is_software);
         if !matches!(samples, 1 | 4) || !gpu.supports_samples(samples) {
             return Err(RenderError::BadSamples(samples));
         }
-        let scene = SceneResources::new(&mut gpu, quality, samples)?;
-        let one_pixel = PickTargets::new(&gpu, [1, 1])?;
-        let panels = Panels::new(&gpu, gpu.picture_format())?;
-        save_pipelines_to_disk(&gpu);
-        if setup.picture.on_software_rasterizer.is_some() && gpu.is_software() {
+        let scene = SceneResources::new(&mut queue, (quality, samples), reduction)?;
+        let one_pixel = PickTargets::new(gpu, [1, 1])?;
+        let panels = Panels::new(gpu, gpu.picture_format())?;
+        save_pipelines_to_disk(gpu);
+        if setup.picture.on_software_rasterizer.is_some() && is_software {
             tracing::info!("the processor draws, at quality {quality:?} with {samples} samples");
         }
         if !gpu.can_draw_lines() {
             tracing::warn!("this device draws no lines: wireframes show the fill alone");
         }
         let (targets, pending) = (None, None);
-        Ok(Self { scene, targets, one_pixel, pending, panels, setup, size, gpu })
+        Ok(Self { scene, targets, one_pixel, pending, panels, setup, size, is_software, queue })
     }
 
     /// Changes how it draws, on which device, from the next [`Renderer::renew`] on; whether
@@ -205,7 +193,7 @@ impl Renderer {
     /// succeeds.
     pub fn renew(&mut self) -> Result<(), RenderError> {
         // A window has one surface at a time; models need not be there twice.
-        self.gpu.release_window();
+        self.queue.release_window();
         self.targets = None;
         self.scene.clear();
         let mut next = Self::open_with(self.setup.clone(), self.size)?;
@@ -223,9 +211,9 @@ impl Renderer {
         self.scene.cache.drop_all();
         self.scene.morpher.drop_all();
         self.scene.density = None;
-        self.gpu.free_memory()?;
+        self.queue.free_memory()?;
         self.scene.trim();
-        Ok(self.gpu.free_memory()?)
+        Ok(self.queue.free_memory()?)
     }
 
     /// Uploads a model: vertices, materials and textures, once.
@@ -253,7 +241,7 @@ impl Renderer {
             return Err(RenderError::TooMany { what: "models", asked, limit });
         }
         self.remove_model(handle);
-        let mut recorder = self.gpu.begin_transfer()?;
+        let mut recorder = self.queue.begin_transfer()?;
         let SceneResources { material_resources, feature_resources, vertices, .. } =
             &mut self.scene;
         let model = GpuModel::upload(
@@ -329,12 +317,12 @@ impl Renderer {
         &mut self,
         input: &DensityInput<'_>,
     ) -> Result<DensityCounts, RenderError> {
-        let counted = density::count(&mut self.gpu, &mut self.scene.density, input);
+        let counted = busbar_density::count(&mut self.queue, &mut self.scene.density, input);
         if counted.is_err() {
             // Among it may be what was never filled.
             self.scene.density = None;
         }
-        counted
+        Ok(counted?)
     }
 
     /// Advances counting and the density picture for
@@ -350,11 +338,11 @@ impl Renderer {
         waits: bool,
     ) -> Result<DensityProgress, RenderError> {
         let density = &mut self.scene.density;
-        let advanced = density::advance(&mut self.gpu, density, input, waits);
+        let advanced = busbar_density::advance(&mut self.queue, density, input, waits);
         if advanced.is_err() {
             self.scene.density = None;
         }
-        advanced
+        Ok(advanced?)
     }
 
     /// Changes the size of the picture from the next frame on. In a window,
@@ -362,7 +350,7 @@ impl Renderer {
     /// minimised window, frames are skipped.
     pub fn resize(&mut self, size: [u32; 2]) {
         self.size = size;
-        self.gpu.resize_window(size);
+        self.queue.resize_window(size);
     }
 
     /// Draws a frame; in a window, shows it.
@@ -394,7 +382,7 @@ impl Renderer {
     /// Returns the size of the next picture; `None` if there is nothing to draw into.
     fn size_to_draw(&mut self) -> Result<Option<[u32; 2]>, RenderError> {
         if self.setup.window.is_some() {
-            return Ok(self.gpu.prepare_window()?);
+            return Ok(self.queue.prepare_window()?);
         }
         Ok(Some(self.size).filter(|size| !size.contains(&0)))
     }
@@ -402,10 +390,13 @@ impl Renderer {
     fn draw_sized(&mut self, frame: &Frame<'_>, size: [u32; 2]) -> Result<FrameStats, RenderError> {
         let targets = match self.targets.take() {
             Some(targets) if targets.size() == size => targets,
-            _ => SceneTargets::new(&self.gpu, self.gpu.picture_format(), self.scene.samples, size)?,
+            _ => {
+                let gpu = self.queue.gpu();
+                SceneTargets::new(gpu, gpu.picture_format(), self.scene.samples, size)?
+            }
         };
         let targets = self.targets.insert(targets);
-        let mut recorder = self.gpu.begin_frame()?;
+        let mut recorder = self.queue.begin_frame()?;
         let started = Instant::now();
         let (mut stats, first_pass) = self.scene.record(&mut recorder, targets, frame)?;
         if let Some(EguiFrame { primitives, pixels_per_point, .. }) = frame.overlay {
@@ -421,8 +412,8 @@ impl Renderer {
             stats.depth_wait_millis = millis(handed, there);
             stats.occlusion_millis = millis_since(there);
         }
-        stats.gpu_millis = recorder.gpu().frame_millis();
-        stats.gpu_stages = recorder.gpu().stage_millis();
+        stats.gpu_millis = recorder.queue().frame_millis();
+        stats.gpu_stages = recorder.queue().stage_millis();
         if self.setup.window.is_some() {
             recorder.present(&targets.picture)?;
         } else {
@@ -438,7 +429,7 @@ impl Renderer {
     /// # Errors
     /// When the device hangs or is lost.
     pub fn finish(&mut self) -> Result<(), RenderError> {
-        Ok(self.gpu.wait()?)
+        Ok(self.queue.wait()?)
     }
 
     /// Reads the last frame drawn, once it is finished.
@@ -447,7 +438,7 @@ impl Renderer {
     /// When nothing was drawn yet, memory runs out, or the device is lost.
     pub fn read_picture(&mut self) -> Result<Picture, RenderError> {
         let picture = &self.targets.as_ref().ok_or(RenderError::NoPicture)?.picture;
-        let mut recorder = self.gpu.begin_transfer()?;
+        let mut recorder = self.queue.begin_transfer()?;
         let download = recorder.download(picture)?;
         recorder.submit_and_wait()?;
         let [width, height] = picture.size();
@@ -478,7 +469,7 @@ impl Renderer {
         if size.contains(&0) {
             return Ok(Vec::new());
         }
-        let targets = PickTargets::new(&self.gpu, size)?;
+        let targets = PickTargets::new(self.queue.gpu(), size)?;
         self.pick_into(Some(&targets), &PixelArea::whole(size), frame)
     }
 
@@ -493,7 +484,7 @@ impl Renderer {
             return Err(RenderError::OutsidePicture { pixel: area.origin, size: area.picture });
         }
         self.scene.cache.begin_frame();
-        let begun = begin_pick(&mut self.gpu, &mut self.scene, area, frame);
+        let begun = begin_pick(&mut self.queue, &mut self.scene, area, frame);
         match begun {
             Ok(_) => self.scene.cache.evict(),
             Err(_) => self.scene.cache.abandon_frame(),
@@ -508,7 +499,7 @@ impl Renderer {
     /// When the device is lost.
     pub fn take_pick(&mut self) -> Result<PickState, RenderError> {
         let Some(pick) = self.pending.take() else { return Ok(PickState::None) };
-        if !self.gpu.has_finished(pick.submission)? {
+        if !self.queue.has_finished(pick.submission)? {
             self.pending = Some(pick);
             return Ok(PickState::Pending);
         }
@@ -529,7 +520,7 @@ impl Renderer {
     ) -> Result<Vec<Option<u32>>, RenderError> {
         self.scene.cache.begin_frame();
         let targets = targets.unwrap_or(&self.one_pixel);
-        let picked = pick_with(&mut self.gpu, &mut self.scene, targets, area, frame);
+        let picked = pick_with(&mut self.queue, &mut self.scene, targets, area, frame);
         match picked {
             Ok(_) => self.scene.cache.evict(),
             Err(_) => self.scene.cache.abandon_frame(),
@@ -550,7 +541,7 @@ impl Renderer {
 
     /// Reports whether wireframes show lines; if not, they show the fill alone.
     pub fn can_draw_wireframe(&self) -> bool {
-        self.gpu.can_draw_lines()
+        self.queue.gpu().can_draw_lines()
     }
 
     /// Returns all messages of the validation layer so far, warnings and errors.
@@ -560,25 +551,25 @@ impl Renderer {
 
     /// Returns the validation log, readable also after the renderer is gone.
     pub fn validation_log(&self) -> ValidationLog {
-        self.gpu.validation_log()
+        self.queue.gpu().validation_log()
     }
 
     /// Reports whether a software rasterizer draws: CPU triangle culling and occlusion culling are
     /// on then.
     pub fn uses_software_rasterizer(&self) -> bool {
-        self.gpu.is_software()
+        self.is_software
     }
 
     /// Returns the name of the device.
     pub fn device_name(&self) -> &str {
-        self.gpu.device_name()
+        self.queue.gpu().device_name()
     }
 }
 
 impl Drop for Renderer {
     fn drop(&mut self) {
         // Some are compiled when first asked for.
-        save_pipelines_to_disk(&self.gpu);
+        save_pipelines_to_disk(self.queue.gpu());
     }
 }
 
@@ -590,13 +581,13 @@ fn save_pipelines_to_disk(gpu: &Gpu) {
 }
 
 fn pick_with(
-    gpu: &mut Gpu,
+    queue: &mut GpuQueue,
     scene: &mut SceneResources,
     targets: &PickTargets,
     area: &PixelArea,
     frame: &Frame<'_>,
 ) -> Result<Vec<Option<u32>>, RenderError> {
-    let mut recorder = gpu.begin_transfer()?;
+    let mut recorder = queue.begin_transfer()?;
     scene.record_pick(&mut recorder, targets, area, frame)?;
     let download = recorder.download(&targets.id)?;
     recorder.submit_and_wait()?;
@@ -604,13 +595,13 @@ fn pick_with(
 }
 
 fn begin_pick(
-    gpu: &mut Gpu,
+    queue: &mut GpuQueue,
     scene: &mut SceneResources,
     area: &PixelArea,
     frame: &Frame<'_>,
 ) -> Result<PendingPick, RenderError> {
-    let targets = PickTargets::new(gpu, area.size)?;
-    let mut recorder = gpu.begin_transfer()?;
+    let targets = PickTargets::new(queue.gpu(), area.size)?;
+    let mut recorder = queue.begin_transfer()?;
     scene.record_pick(&mut recorder, &targets, area, frame)?;
     let download = recorder.download(&targets.id)?;
     Ok(PendingPick { submission: recorder.submit_tracked()?, download })

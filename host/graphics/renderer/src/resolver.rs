@@ -13,9 +13,8 @@ use busbar_geometry::{CollapseStacks, ResolvedMesh};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::RenderError;
-use crate::cpu_triangle_culling::TriangleBlocks;
-use crate::index_cache::IndexKey;
-use crate::occluders::{Occluder, occluders_of};
+use crate::batch::IndexKey;
+use crate::mesh_preparation::{LiveTriangles, MeshData, MeshPreparation};
 use crate::slender::{SectionRange, SlenderWedges};
 
 /// Requests that are in work or wait for their upload. Further ones are to be repeated in a later
@@ -34,10 +33,10 @@ pub(crate) struct ResolveSource<'a> {
     pub(crate) stacks: &'a Arc<CollapseStacks>,
     /// `None` for a mesh without slender parts.
     pub(crate) slender: Option<&'a Arc<SlenderWedges>>,
-    /// Least number of live triangles for CPU triangle culling.
-    pub(crate) min_culled_triangles: usize,
-    /// Occluder search: whether large faces are looked for.
-    pub(crate) occludes: bool,
+    /// Part of a model: other meshes stand in the same place.
+    pub(crate) is_part: bool,
+    /// Preparation of data for the draw reduction.
+    pub(crate) preparation: MeshPreparation,
 }
 
 /// The live triangles of a mesh at a cursor, as the index buffer will hold them.
@@ -46,27 +45,23 @@ pub(crate) struct ResolvedTriangles {
     pub(crate) triangles: Vec<[u32; 3]>,
     /// For each section, its range in `triangles`.
     pub(crate) sections: Vec<SectionRange>,
-    /// Data of CPU triangle culling, where the mesh takes part.
-    pub(crate) blocks: Option<TriangleBlocks>,
-    /// Large faces, the largest first; none where they are not looked for.
-    pub(crate) occluders: Box<[Occluder]>,
+    /// Data of the draw reduction, where the mesh takes part.
+    pub(crate) data: Option<Box<dyn MeshData>>,
 }
 
 impl ResolvedTriangles {
     pub(crate) fn new(source: ResolveSource<'_>, cursor: u32) -> Self {
-        let ResolveSource { stacks, slender, min_culled_triangles, occludes } = source;
+        let ResolveSource { stacks, slender, is_part, preparation } = source;
         let ResolvedMesh { mut triangles, sections, .. } = stacks.resolve(cursor);
         let sections = sections.into_iter().map(|section| match slender {
             Some(slender) => slender.partition(&mut triangles, section),
             None => SectionRange::without_slender(section),
         });
         let sections: Vec<SectionRange> = sections.collect();
-        let mesh = stacks.mesh();
-        let is_gathered = triangles.len() >= min_culled_triangles;
-        let blocks = is_gathered.then(|| TriangleBlocks::new(mesh, &triangles));
-        let occluders =
-            if occludes { occluders_of(mesh, &triangles, &sections) } else { Box::default() };
-        Self { triangles, sections, blocks, occluders }
+        let (mesh, live) = (stacks.mesh(), triangles.as_slice());
+        let live = LiveTriangles { mesh, is_part, triangles: live, sections: &sections };
+        let data = (preparation.prepare)(live);
+        Self { triangles, sections, data }
     }
 
     pub(crate) fn bytes(&self) -> u64 {
@@ -94,10 +89,8 @@ impl Request {
         let mesh = source.stacks.mesh();
         match self {
             Self::Triangles(_) => {
-                let culled = mesh.triangles.len() >= source.min_culled_triangles;
-                let blocks =
-                    if culled { TriangleBlocks::bytes_of(mesh.triangles.len()) } else { 0 };
-                size_of_val(mesh.triangles.as_slice()) as u64 + blocks
+                let data_bytes = (source.preparation.max_bytes)(mesh, source.is_part);
+                size_of_val(mesh.triangles.as_slice()) as u64 + data_bytes
             }
             Self::MorphTarget(_) => size_of_val(mesh.wedges.position.as_slice()) as u64,
         }
@@ -202,13 +195,12 @@ impl Resolver {
         self.pending.insert(request, Pending { ticket, bytes, dropped: Arc::clone(&dropped) });
         self.pending_bytes += bytes;
         let (stacks, slender) = (Arc::clone(source.stacks), source.slender.map(Arc::clone));
-        let ResolveSource { min_culled_triangles, occludes, .. } = source;
+        let ResolveSource { is_part, preparation, .. } = source;
         let sender = self.sender.clone();
         self.pool.spawn_fifo(move || {
             if !dropped.load(Ordering::Relaxed) {
                 let slender = slender.as_ref();
-                let source =
-                    ResolveSource { stacks: &stacks, slender, min_culled_triangles, occludes };
+                let source = ResolveSource { stacks: &stacks, slender, is_part, preparation };
                 let resolved = request.resolve(source);
                 // Nobody listens any more when the renderer has gone.
                 let _ = sender.send((ticket, (request, resolved)));
@@ -268,7 +260,6 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
-    use crate::cpu_triangle_culling::NEVER_CULLED;
 
     /// Makes a fan of triangles about one corner.
     fn stacks(triangles: u32) -> Arc<CollapseStacks> {
@@ -287,7 +278,7 @@ mod tests {
     }
 
     fn whole(stacks: &Arc<CollapseStacks>) -> ResolveSource<'_> {
-        ResolveSource { stacks, slender: None, min_culled_triangles: NEVER_CULLED, occludes: false }
+        ResolveSource { stacks, slender: None, is_part: false, preparation: MeshPreparation::NONE }
     }
 
     fn mesh(cursor: u32) -> Request {

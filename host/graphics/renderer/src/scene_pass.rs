@@ -7,15 +7,17 @@ use glam::Vec3;
 use smallvec::SmallVec;
 
 use crate::RenderError;
-use crate::cpu_triangle_culling::{CulledRange, InstanceView, TriangleCuller};
-use crate::draw_plan::{Batch, DrawPhase, DrawPlan};
+use crate::batch::{Batch, DrawPhase};
+use crate::draw_plan::DrawPlan;
+use crate::draw_reduction::DrawReduction;
 use crate::features::FeatureResources;
 use crate::index_cache::IndexCache;
+use crate::instance_transform::world_from_mesh;
 use crate::material::GpuMaterial;
 use crate::model::{GpuMesh, GpuModel};
 use crate::morph::{Morpher, VERTEX_BYTES};
 use crate::pipelines::{PipelineVariants, SelectedPipeline};
-use crate::visibility::world_from_mesh;
+use crate::section_draw::{SectionDraw, TriangleSource};
 
 /// Runs that most meshes have at most.
 const USUAL_RUNS: usize = 2;
@@ -43,29 +45,10 @@ pub(crate) struct SceneDrawer<'a> {
     pub(crate) more: Option<&'a BindGroup>,
     /// Drawing phase of the plan; blended sections ignore it.
     pub(crate) phase: DrawPhase,
-    /// CPU triangle culler, on software rasterizers.
-    pub(crate) culler: Option<TriangleCuller<'a>>,
+    /// Reduction of the draws that do not blend.
+    pub(crate) reduction: &'a dyn DrawReduction,
     /// Faces are shown from behind, too.
     pub(crate) shows_backs: bool,
-}
-
-/// Draws to be made.
-#[derive(Default)]
-struct SectionDraws<'a> {
-    sections: Vec<SectionDraw<'a>>,
-    /// Views of the instances that are culled.
-    views: Vec<InstanceView>,
-}
-
-/// A draw of one section.
-#[derive(Clone)]
-struct SectionDraw<'a> {
-    order: StateKey,
-    groups: [&'a BindGroup; 4],
-    /// All but the groups.
-    draw: DrawCall<'a>,
-    /// Triangles for CPU culling, where the draw takes part.
-    culled: Option<CulledRange<'a>>,
 }
 
 /// Triangles of a mesh that are drawn alike.
@@ -85,10 +68,6 @@ impl SectionRun<'_> {
     }
 }
 
-/// Render state shared by merged draws: pipeline, raster state, material, and the blocks of
-/// vertices and indices.
-type StateKey = (u8, [bool; 3], u32, [u32; 2]);
-
 /// Block number of vertices outside all arenas.
 const NO_BLOCK: u32 = u32::MAX;
 
@@ -100,17 +79,13 @@ impl<'a> SceneDrawer<'a> {
         shading: &PipelineVariants,
         wanted: Sections,
     ) -> Result<DrawCount, RenderError> {
-        let mut draws_of_sections = SectionDraws::default();
-        draws_of_sections.sections.reserve(self.plan.batches.len());
-        for batch in self.plan.visible_in(self.phase) {
-            self.list(&mut draws_of_sections, shading, &batch, wanted);
+        let mut sections = Vec::with_capacity(self.plan.batches.len());
+        for (number, batch) in (0..).zip(self.plan.visible_in(self.phase)) {
+            self.list(&mut sections, shading, (number, &batch), wanted);
         }
-        let mut in_order: Vec<&SectionDraw<'_>> = draws_of_sections.sections.iter().collect();
+        let mut in_order: Vec<&SectionDraw<'_>> = sections.iter().collect();
         in_order.sort_by_key(|section| section.order);
-        let draws = match &self.culler {
-            Some(culler) => batch_culled(culler, &in_order, &draws_of_sections.views)?,
-            None => in_order.into_iter().map(SectionDraw::draw).collect(),
-        };
+        let draws = self.reduction.reduce(&self.plan.instances, &in_order)?;
         Ok(pass.draw_all(&draws)?)
     }
 
@@ -138,20 +113,20 @@ impl<'a> SceneDrawer<'a> {
             }
         }
         singles.sort_by(|(a, _), (b, _)| b.total_cmp(a));
-        let mut draws_of_sections = SectionDraws::default();
-        for (_, single) in &singles {
-            self.list(&mut draws_of_sections, shading, single, Sections::Blended);
+        let mut sections = Vec::new();
+        for (number, (_, single)) in (0..).zip(&singles) {
+            self.list(&mut sections, shading, (number, single), Sections::Blended);
         }
-        let draws: Vec<_> = draws_of_sections.sections.iter().map(SectionDraw::draw).collect();
+        let draws: Vec<_> = sections.iter().map(SectionDraw::call).collect();
         Ok(pass.draw_all(&draws)?)
     }
 
     /// Lists the draws of a batch.
     fn list<'s>(
         &self,
-        SectionDraws { sections, views }: &mut SectionDraws<'s>,
+        sections: &mut Vec<SectionDraw<'s>>,
         shading: &'s PipelineVariants,
-        batch: &Batch,
+        (number, batch): (u32, &Batch),
         wanted: Sections,
     ) where
         'a: 's,
@@ -162,15 +137,6 @@ impl<'a> SceneDrawer<'a> {
         let Some(vertices) = self.vertices_of(mesh, batch) else { return };
         let Some(indices) = &resolved.indices else { return };
         let first_index = (indices.offset() / size_of::<u32>() as u64) as u32;
-        // What blends is drawn in an order of its own.
-        let culler = self.culler.as_ref().filter(|_| wanted != Sections::Blended);
-        let culled = culler.and_then(|culler| {
-            let faces = resolved.cullable(batch, culler.occlusion_test())?;
-            let first_view = views.len() as u32;
-            let seen = &self.plan.instances[batch.range()];
-            views.extend(seen.iter().map(|instance| culler.view_of(instance)));
-            Some((faces, first_view))
-        });
         let mut runs: SmallVec<[SectionRun<'_>; USUAL_RUNS]> = SmallVec::new();
         for (section, range) in mesh.stacks.mesh().sections.iter().zip(&resolved.sections) {
             let material = model.material(section.material);
@@ -202,7 +168,7 @@ impl<'a> SceneDrawer<'a> {
             };
             let raster_state = [cull_back, batch.mirrored, features.is_some()];
             let material_number = if reads_material { material.number } else { 0 };
-            let section = SectionDraw {
+            sections.push(SectionDraw {
                 order: (place, raster_state, material_number, [vertices.block, indices.block()]),
                 groups: [
                     self.frame_group,
@@ -223,20 +189,14 @@ impl<'a> SceneDrawer<'a> {
                     cull_back,
                     mirrored: batch.mirrored,
                 },
-                culled: None,
-            };
-            let Some((faces, first_view)) = culled.filter(|_| features.is_none()) else {
-                sections.push(section);
-                continue;
-            };
-            // Each instance by itself: of each something else is seen.
-            sections.extend(batch.instances.clone().zip(first_view..).map(|(index, view)| {
-                let range = part.start / 3..part.end / 3;
-                let culls_back_faces = cull_back && !is_slender;
-                let draw = DrawCall { instance_range: index..index + 1, ..section.draw.clone() };
-                let culled = CulledRange { faces, range, first_vertex, view, culls_back_faces };
-                SectionDraw { draw, culled: Some(culled), ..section.clone() }
-            }));
+                source: features.is_none().then(|| TriangleSource {
+                    resolved,
+                    batch: number,
+                    morphs: batch.morph.is_some(),
+                    is_slender,
+                    range: part.start / 3..part.end / 3,
+                }),
+            });
         }
     }
 
@@ -271,43 +231,4 @@ struct VertexSource<'a> {
     buffer: &'a Buffer,
     /// Bytes before the first.
     offset: u64,
-}
-
-/// Merges neighbouring draws that differ only in their triangles.
-fn batch_culled<'s>(
-    culler: &TriangleCuller<'s>,
-    sections: &[&'s SectionDraw<'s>],
-    views: &[InstanceView],
-) -> Result<Vec<DrawCall<'s>>, RenderError> {
-    let mut draws = Vec::with_capacity(sections.len());
-    for alike in sections.chunk_by(|one, next| one.can_merge_with(next)) {
-        let parts = alike.iter().filter_map(|section| section.culled.as_ref());
-        let indices = match &alike[0].culled {
-            Some(_) => culler.cull(parts, views)?,
-            None => None,
-        };
-        match indices {
-            Some(index_range) if index_range.is_empty() => {}
-            Some(index_range) => {
-                let indices = culler.buffer();
-                draws.push(DrawCall { indices, index_range, first_vertex: 0, ..alike[0].draw() });
-            }
-            None => draws.extend(alike.iter().map(|section| section.draw())),
-        }
-    }
-    Ok(draws)
-}
-
-impl SectionDraw<'_> {
-    fn draw(&self) -> DrawCall<'_> {
-        let groups = &self.groups[..self.draw.pipeline.group_count()];
-        DrawCall { groups, ..self.draw.clone() }
-    }
-
-    fn can_merge_with(&self, next: &Self) -> bool {
-        self.culled.is_some()
-            && next.culled.is_some()
-            && self.order == next.order
-            && self.draw.instance_range == next.draw.instance_range
-    }
 }

@@ -1,25 +1,25 @@
 //! Scene resources: models, caches and pipelines, and the recording of frames and picks.
 
-mod first_pass;
-
 use std::time::Instant;
 
+use busbar_density::DensityResources;
+use busbar_geometry::Bounds;
 use busbar_gpu::{
-    Binding, BufferArena, BufferUsage, DrawCount, Gpu, LoadOp, MAX_FRAMES_IN_FLIGHT, Recorder,
-    RenderTargets,
+    Binding, BufferArena, BufferUsage, DepthStore, DrawCount, Gpu, GpuQueue, LoadOp,
+    MAX_FRAMES_IN_FLIGHT, Recorder, RenderTargets,
 };
+use busbar_shaders::Instance;
 use rayon::prelude::*;
 
-pub(crate) use self::first_pass::FirstPass;
 use crate::ambient_occlusion::AmbientOcclusion;
-use crate::cpu_triangle_culling::{self, TriangleCuller};
-use crate::density::{DensityPlaneResources, DensityResources};
-use crate::draw_plan::{DrawPhase, DrawPlan};
+use crate::batch::{DrawPhase, IndexKey};
+use crate::density_planes::DensityPlaneResources;
+use crate::draw_plan::{CullView, DrawPlan, OcclusionQuery};
+use crate::draw_reduction::{DrawReduction, DrawnScene, NoReduction, ReducedView};
 use crate::features::FeatureResources;
-use crate::first_pass_depth::FirstPassDepth;
 use crate::frame_buffers::FrameBuffers;
 use crate::ground::GroundResources;
-use crate::index_cache::{IndexCache, IndexKey, MAX_CACHED_INDEX_BYTES};
+use crate::index_cache::{IndexCache, MAX_CACHED_INDEX_BYTES};
 use crate::instance_buckets::InstanceBuckets;
 use crate::layer::get_or_create;
 use crate::material::MaterialResources;
@@ -31,10 +31,10 @@ use crate::pipelines::{Layouts, Pipelines, RequiredPipelines, Wireframe};
 use crate::polylines::PolylineResources;
 use crate::resolver::{Request, Resolved, ResolvedTriangles, Resolver};
 use crate::scene_pass::{SceneDrawer, Sections};
-use crate::shadows::{MeshPassInputs, Shadows, SunView};
+use crate::shadows::{MeshPassInputs, Shadows};
+use crate::sun_view::SunView;
 use crate::targets::{SceneTargets, full_viewport};
 use crate::uniform::frame_uniform;
-use crate::visibility::{CullView, OcclusionBuffer, OcclusionTest};
 use crate::{Frame, FrameStats, MeshAtCursor, Quality, RenderError, ResolveRequest};
 
 /// Bytes of index buffers, resolved beside the frames, that one frame uploads;
@@ -77,22 +77,31 @@ pub(crate) struct SceneResources {
     streams: Vec<FrameBuffers>,
     /// Views of frames and of picks.
     views: [ViewState; 2],
-    first_pass_depth: FirstPassDepth,
+    /// Reduction of the draws of frames.
+    reduction: Box<dyn DrawReduction>,
+}
+
+/// First pass of two-pass occlusion culling.
+#[derive(Clone, Copy)]
+pub(crate) struct FirstPass {
+    calls: DrawCount,
+    /// Times when the device got the pass, and when it was finished.
+    pub(crate) handed: Instant,
+    pub(crate) there: Instant,
 }
 
 /// Kind of view that is drawn.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 enum ViewKind {
     Frame,
     Pick,
 }
 
-/// Sorted instances, draw plan and occluders of a view.
+/// Sorted instances and draw plan of a view.
 #[derive(Default)]
 struct ViewState {
     buckets: InstanceBuckets,
     plan: DrawPlan,
-    occluders: OcclusionBuffer,
 }
 
 /// Resources that high quality adds.
@@ -114,7 +123,12 @@ fn high_quality_bindings(high: Option<&HighQualityResources>) -> Vec<Binding<'_>
 }
 
 impl SceneResources {
-    pub(crate) fn new(gpu: &mut Gpu, quality: Quality, samples: u32) -> Result<Self, RenderError> {
+    pub(crate) fn new(
+        queue: &mut GpuQueue,
+        (quality, samples): (Quality, u32),
+        reduction: Box<dyn DrawReduction>,
+    ) -> Result<Self, RenderError> {
+        let gpu = &queue.gpu().clone();
         let layouts = Layouts::new(gpu, quality)?;
         let pipelines = Pipelines::new(gpu, &layouts, quality, samples)?;
         let high = (quality == Quality::High)
@@ -132,18 +146,18 @@ impl SceneResources {
             resolver: Resolver::new()?,
             morpher: Morpher::default(),
             material_resources: MaterialResources::new(
-                gpu,
+                queue,
                 layouts.material.clone(),
                 pipelines.undecoded,
             )?,
             feature_resources: FeatureResources::new(gpu, layouts.features.clone())?,
-            ground: GroundResources::new(gpu)?,
+            ground: GroundResources::new(queue)?,
             layouts,
             pipelines,
             high,
             outlines: None,
             views: <[ViewState; 2]>::default(),
-            first_pass_depth: FirstPassDepth::default(),
+            reduction,
             polylines: None,
             density: None,
             planes: None,
@@ -190,7 +204,8 @@ impl SceneResources {
 
     /// Requests geometry of later frames from the resolver.
     pub(crate) fn request(&mut self, wanted: impl Iterator<Item = ResolveRequest>) {
-        let Self { models, cache, morpher, resolver, .. } = self;
+        let Self { models, cache, morpher, resolver, reduction, .. } = self;
+        let preparation = reduction.mesh_preparation();
         let missing = wanted.filter_map(|wanted| {
             let (ResolveRequest::Mesh(at) | ResolveRequest::MorphTarget(at)) = wanted;
             let (key, mesh) = find(models, &at)?;
@@ -200,7 +215,7 @@ impl SceneResources {
                     (Request::MorphTarget(key), morpher.is_ready(key))
                 }
             };
-            (!is_there).then_some((request, mesh.source()))
+            (!is_there).then_some((request, mesh.source(preparation)))
         });
         resolver.request(missing);
     }
@@ -242,9 +257,10 @@ impl SceneResources {
                 missing.push((batch.key, &model.meshes[batch.key.mesh as usize]));
             }
         }
+        let preparation = self.reduction.mesh_preparation();
         for some in missing.chunks(MAX_RESOLVED_AT_ONCE) {
             let resolve = |&(key, mesh): &(IndexKey, &GpuMesh)| {
-                (key, ResolvedTriangles::new(mesh.source(), key.cursor))
+                (key, ResolvedTriangles::new(mesh.source(preparation), key.cursor))
             };
             let resolved: Vec<_> = some.par_iter().map(resolve).collect();
             for (key, resolved) in resolved {
@@ -264,19 +280,27 @@ impl SceneResources {
         area: &PixelArea,
     ) -> Result<DrawPlan, RenderError> {
         let _span = tracing::debug_span!("prepare").entered();
-        let culls_occluded = self.culls_occluded(recorder, kind, frame);
-        let ViewState { buckets, plan, occluders } = &mut self.views[kind as usize];
+        let ViewState { buckets, plan } = &mut self.views[kind as usize];
         let mut plan = std::mem::take(plan);
         let seen = area.clip_from_picture() * frame.camera.clip_from_world();
         buckets.update(&self.models, frame.instances)?;
-        let mut view = CullView::new(&seen);
-        let drawn = (&*self.models, &self.cache, &*buckets);
-        let picture = (area.size, self.samples);
-        occluders.rasterize_faces(drawn, culls_occluded.then_some(&frame.camera), picture);
-        view.occluders = occluders.non_empty();
+        let drawn = DrawnScene { models: &self.models, cache: &self.cache, buckets };
+        // A pick draws next to nothing.
+        let is_reduced = kind == ViewKind::Frame;
+        if is_reduced {
+            let (camera, size, samples) = (&frame.camera, area.size, self.samples);
+            let is_seen_through = frame.wireframe || frame.section.is_some();
+            let view = ReducedView { camera, size, samples, is_seen_through };
+            self.reduction.begin_frame(drawn, view);
+        }
+        let reduction = &*self.reduction;
+        let is_occluded =
+            |instance: &Instance, bounds: &Bounds| reduction.is_occluded(instance, bounds);
+        let query: OcclusionQuery<'_> = &is_occluded;
+        let view = CullView::new(&seen, (is_reduced && reduction.has_occluders()).then_some(query));
         plan.fill(&self.models, buckets, frame.object_highlights, &view)?;
-        if culls_occluded && self.samples == 1 {
-            plan.sort_near_first((&self.models, &self.cache), frame.camera.eye);
+        if is_reduced {
+            reduction.assign_phases(drawn, &mut plan);
         }
         let needed = RequiredPipelines {
             section: frame.section.is_some(),
@@ -296,63 +320,20 @@ impl SceneResources {
         Ok(plan)
     }
 
-    /// Reports whether occlusion culling against large faces is on. Only software rasterizers gain
-    /// by it. Sections and wireframes are see-through; without perspective distances do not decide;
-    /// a pick draws next to nothing.
-    fn culls_occluded(&self, recorder: &Recorder<'_>, kind: ViewKind, frame: &Frame<'_>) -> bool {
-        let is_seen_through = frame.wireframe || frame.section.is_some();
-        recorder.gpu().is_software()
-            && matches!(kind, ViewKind::Frame)
-            && !frame.camera.is_orthographic()
-            && !is_seen_through
-    }
-
-    /// Makes room for the culled indices of a drawing phase.
-    fn reserve_culled_indices(
-        &mut self,
-        recorder: &Recorder<'_>,
-        (plan, phase): (&DrawPlan, DrawPhase),
-    ) -> Result<(), RenderError> {
-        if !recorder.gpu().is_software() {
-            return Ok(());
-        }
-        let occlusion_test = self.occlusion_test((plan, phase));
-        let culled = plan.visible_in(phase).filter_map(|batch| {
-            Some(self.cache.get(batch.key)?.cullable(&batch, occlusion_test)?.count_of(&batch))
-        });
-        let triangles = culled.sum();
-        let stream = &mut self.streams[recorder.slot()];
-        cpu_triangle_culling::reserve(&mut stream.culled_indices, recorder.gpu(), triangles)
-    }
-
-    /// Returns the occlusion test of a drawing phase: the first phase's depth, or large faces.
-    fn occlusion_test(&self, (plan, phase): (&DrawPlan, DrawPhase)) -> Option<OcclusionTest<'_>> {
-        match phase {
-            DrawPhase::Second if plan.has_first_phase => {
-                Some(OcclusionTest::FirstPassDepth(&self.first_pass_depth))
-            }
-            _ => self.views[ViewKind::Frame as usize]
-                .occluders
-                .non_empty()
-                .map(OcclusionTest::LargeFaces),
-        }
-    }
-
     /// Returns the sun, where it casts shadows.
     fn sun_of(&self, frame: &Frame<'_>) -> Option<SunView> {
         self.high.as_ref()?;
         frame.shadow_bounds.filter(|_| !frame.wireframe).map(SunView::fit)
     }
 
-    /// Makes the drawer of a phase; frames use CPU triangle culling.
+    /// Makes the drawer of a phase.
     fn drawer<'a>(
         &'a self,
         (plan, phase): (&'a DrawPlan, DrawPhase),
         stream: usize,
         frame: &Frame<'_>,
+        reduction: &'a dyn DrawReduction,
     ) -> SceneDrawer<'a> {
-        let culled = self.streams[stream].culled_indices.as_ref();
-        let occlusion_test = self.occlusion_test((plan, phase));
         SceneDrawer {
             models: &self.models,
             cache: &self.cache,
@@ -363,10 +344,36 @@ impl SceneResources {
             morpher: Some(&self.morpher),
             more: None,
             phase,
-            culler: culled.map(|buffer| TriangleCuller::new(buffer, &frame.camera, occlusion_test)),
+            reduction,
             // Insides come to be seen.
             shows_backs: frame.section.is_some(),
         }
+    }
+
+    /// Draws the first phase, if the plan has one, and removes what it occludes of the second.
+    fn record_first_pass(
+        &mut self,
+        recorder: &mut Recorder<'_>,
+        targets: &SceneTargets,
+        frame: &Frame<'_>,
+        plan: &mut DrawPlan,
+    ) -> Result<Option<FirstPass>, RenderError> {
+        let Some(depth) = targets.single_sample_depth().filter(|_| plan.has_first_phase) else {
+            return Ok(None);
+        };
+        self.reduction.begin_phase(recorder, &self.cache, (plan, DrawPhase::First))?;
+        let drawer =
+            self.drawer((plan, DrawPhase::First), recorder.slot(), frame, &*self.reduction);
+        let cleared = targets.cleared(frame.background, self.pipelines.undecoded, false);
+        let kept = RenderTargets { depth_store: DepthStore::Store, ..cleared };
+        let mut pass = recorder.pass(&kept, full_viewport(targets.size()))?;
+        let mesh_pipelines = self.pipelines.mesh_pipelines(false);
+        let calls = drawer.draw(&mut pass, &mesh_pipelines.opaque, Sections::Opaque)?;
+        drop(pass);
+        let models = &self.models;
+        let [handed, there] = self.reduction.end_first_phase(recorder, depth, models, plan)?;
+        self.streams[recorder.slot()].write_instances(plan)?;
+        Ok(Some(FirstPass { calls, handed, there }))
     }
 
     pub(crate) fn record(
@@ -385,14 +392,14 @@ impl SceneResources {
         let _span = tracing::debug_span!("scene").entered();
         let shadows_drawn = self.record_shadows(recorder, frame)?;
         let first_pass = self.record_first_pass(recorder, targets, frame, &mut plan)?;
-        self.reserve_culled_indices(recorder, (&plan, DrawPhase::Second))?;
+        self.reduction.begin_phase(recorder, &self.cache, (&plan, DrawPhase::Second))?;
         let has_ambient_occlusion = self.high.is_some() && !frame.wireframe;
         let keeps_depth = has_ambient_occlusion || !frame.outlined.is_empty();
         if keeps_depth {
             targets.ensure_depth(recorder.gpu(), &self.layouts.texture)?;
         }
         self.prepare_polylines(recorder, frame)?;
-        let drawer = self.drawer((&plan, DrawPhase::Second), stream, frame);
+        let drawer = self.drawer((&plan, DrawPhase::Second), stream, frame, &*self.reduction);
         let mut calls = self.record_scene(recorder, targets, frame, &drawer, keeps_depth)?;
         calls += first_pass.map_or_else(DrawCount::default, |first_pass| first_pass.calls);
         let (triangles, visible_instances) = (drawer.triangles(), plan.seen_count());
@@ -545,7 +552,7 @@ impl SceneResources {
         frame: &Frame<'_>,
     ) -> Result<(), RenderError> {
         let plan = self.prepare(recorder, (ViewKind::Pick, PICK_STREAM), frame, area)?;
-        let drawer = self.drawer((&plan, DrawPhase::Second), PICK_STREAM, frame);
+        let drawer = self.drawer((&plan, DrawPhase::Second), PICK_STREAM, frame, &NoReduction);
         let mut pass = recorder.pass(&targets.cleared(), area.viewport())?;
         if let Some(pick) = &self.pipelines.mesh_pipelines(frame.section.is_some()).pick {
             drawer.draw(&mut pass, pick, Sections::All)?;

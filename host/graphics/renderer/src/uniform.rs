@@ -4,7 +4,7 @@ use busbar_gpu::Viewport;
 use busbar_shaders::FrameUniform;
 use glam::{DMat4, DVec3, DVec4, Mat4};
 
-use crate::shadows::SunView;
+use crate::sun_view::{MAP_TEXELS, SunView};
 use crate::{Frame, ground};
 
 /// Computes the uniform for a picture with a viewport. Without a sun everything is lit.
@@ -48,7 +48,7 @@ pub(crate) fn frame_uniform(
         shadow_from_texels: sun
             .map_or(Mat4::ZERO, |sun| sun.shadow_from_texels())
             .to_cols_array_2d(),
-        sizes: [crate::shadows::MAP_TEXELS as f32, pixels_per_point, size[0], size[1]],
+        sizes: [MAP_TEXELS as f32, pixels_per_point, size[0], size[1]],
     }
 }
 

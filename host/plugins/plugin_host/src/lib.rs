@@ -18,8 +18,6 @@ mod library;
 mod log;
 mod mesh_optimizer;
 mod overlay;
-mod overlay_binding;
-mod overlay_picture;
 mod overlay_quantity;
 mod overlay_verdict;
 mod program_value;
@@ -32,6 +30,13 @@ mod source_clock;
 mod telemetry;
 mod text;
 mod trust;
+
+/// Pictures of overlays, as data.
+pub use busbar_overlay_picture::{
+    Contour, LegendEntry, MAX_PART_BYTES, OverlayBinding, OverlayDescription, OverlayLine,
+    OverlayPicture, OverlayQuantity, OverlayState, OverlayTint, OverlayVerdict, Pattern,
+    PictureRules, Quantity, Severity, Verdict, Verdicts,
+};
 
 pub use alarms::Alarms;
 pub use catalog::Catalog;
@@ -48,13 +53,6 @@ pub use mesh_optimizer::{
     MeshOptimizer, MeshView, OptimizedMesh, Stage, WedgesView, WrittenCollapses, check_stages,
 };
 pub use overlay::Overlay;
-pub use overlay_binding::{MAX_PART_BYTES, OverlayBinding};
-pub use overlay_picture::{
-    LegendEntry, OverlayDescription, OverlayLine, OverlayPicture, OverlayState, OverlayTint,
-    Pattern, PictureRules, Severity,
-};
-pub use overlay_quantity::{Contour, OverlayQuantity, Quantity};
-pub use overlay_verdict::{OverlayVerdict, Verdict, Verdicts};
 pub use program_value::ProgramValue;
 pub use records::{MAX_PAGE_ROWS, RecordPage, Records};
 pub use sample_intake::{SampleIntake, SampleSink, SourcePolicy, origin_of_flags};

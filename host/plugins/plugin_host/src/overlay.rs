@@ -4,20 +4,17 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use busbar_overlay_picture::{
+    LegendEntry, MAX_BASIS, MAX_FINDINGS, MAX_LEGEND_ENTRIES, MAX_MECHANISMS,
+    MAX_OVERLAY_EQUIPMENT, MAX_PART_BYTES, OverlayBinding, OverlayDescription, OverlayLine,
+    OverlayPicture, OverlayState, OverlayTint, Pattern, PictureRules, Severity, max_primitives,
+    max_quantities, max_verdicts,
+};
 use busbar_plugin_abi as abi;
 use busbar_tags::{Quality, Reason, TagState, Value};
 
-use crate::overlay_binding::MAX_PART_BYTES;
-use crate::overlay_picture::{
-    MAX_FINDINGS, MAX_LEGEND_ENTRIES, MAX_OVERLAY_EQUIPMENT, max_primitives, max_quantities,
-};
-use crate::overlay_quantity::{self, MAX_MECHANISMS};
-use crate::overlay_verdict::{MAX_BASIS, Verdicts, max_verdicts};
 use crate::telemetry::{kind_to_abi, reason_to_abi};
-use crate::{
-    Contour, Instance, LegendEntry, OverlayBinding, OverlayDescription, OverlayLine,
-    OverlayPicture, OverlayState, OverlayTint, Pattern, PictureRules, PluginError, Severity, text,
-};
+use crate::{Instance, PluginError, overlay_quantity, overlay_verdict, text};
 
 /// Bytes of text that one overlay may draw in a frame, a primitive.
 const MAX_TEXT_A_PRIMITIVE: usize = 256;
@@ -222,7 +219,7 @@ impl Overlay {
             [output.verdict_count, output.basis_count].map(|count| count as usize);
         let verdicts = self.verdicts.get(..verdicts).ok_or("it claims too many verdicts")?;
         let basis = self.basis.get(..basis).ok_or("it claims too many bindings of verdicts")?;
-        picture.verdicts = Verdicts::read(verdicts, basis, text, &self.bindings)?;
+        picture.verdicts = overlay_verdict::read(verdicts, basis, text, &self.bindings)?;
         self.rules.check(&picture)?;
         Ok(picture)
     }
@@ -306,7 +303,7 @@ fn read_description(raw: &abi::BusbarOverlayDescription) -> Result<OverlayDescri
     }
     let contour = (!raw.contour.is_null()).then(|| {
         // SAFETY: not null; the plugin vouches for it and its texts.
-        unsafe { Contour::read(&raw.contour.read_unaligned()) }
+        unsafe { overlay_quantity::read_contour(&raw.contour.read_unaligned()) }
     });
     let mut findings = Vec::with_capacity(raw.finding_count as usize);
     for at in 0..raw.finding_count as usize {

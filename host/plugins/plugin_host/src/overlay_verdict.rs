@@ -1,240 +1,41 @@
-//! Verdicts of overlays on equipment: normal, abnormal, or unknown with a reason.
+//! Verdicts of overlay plugins, read from the C ABI.
 
-use std::ops::Range;
-
+use busbar_overlay_picture::{MAX_PART_BYTES, OverlayBinding, Verdict, Verdicts};
 use busbar_plugin_abi as abi;
 use busbar_tags::TagHandle;
-use serde::{Deserialize, Serialize};
 
-use crate::OverlayBinding;
-use crate::overlay_binding::MAX_PART_BYTES;
-
-/// Verdicts that one overlay may give in a frame, for each piece of equipment described.
-const MAX_VERDICTS_A_PIECE: usize = 2;
-/// Bindings that all verdicts of a frame may rest on together.
-pub(crate) const MAX_BASIS: usize = 1 << 22;
-
-/// Judgment on a piece of equipment.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum Verdict {
-    /// Equipment is within its limits.
-    Normal,
-    /// Outside its limits, or in a state that needs attention.
-    Abnormal,
-    /// Verdict is not possible.
-    Unknown,
-}
-
-impl Verdict {
-    /// The word for statistics and other programs.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Normal => "normal",
-            Self::Abnormal => "abnormal",
-            Self::Unknown => "unknown",
+/// Reads verdicts from the buffers of a plugin.
+///
+/// # Errors
+/// The rule that a verdict breaks, in words.
+pub(crate) fn read(
+    raw: &[abi::BusbarOverlayVerdict],
+    basis: &[u32],
+    text: &str,
+    bindings: &[OverlayBinding],
+) -> Result<Verdicts, String> {
+    let tag_of = |index: &u32| bindings.get(*index as usize).map(|binding| binding.tag);
+    let basis: Option<Vec<TagHandle>> = basis.iter().map(tag_of).collect();
+    let basis = basis.ok_or("a verdict rests on a binding that does not exist")?;
+    let mut read = Verdicts::with_basis(basis, raw.len());
+    for raw in raw {
+        let verdict = match raw.verdict {
+            abi::BUSBAR_VERDICT_NORMAL => Verdict::Normal,
+            abi::BUSBAR_VERDICT_ABNORMAL => Verdict::Abnormal,
+            abi::BUSBAR_VERDICT_UNKNOWN => Verdict::Unknown,
+            other => return Err(format!("a verdict is the unknown one {other}")),
+        };
+        if raw.reason_len as usize > MAX_PART_BYTES {
+            return Err("the reason of a verdict is too long".into());
         }
+        let start = raw.reason_offset as usize;
+        let reason = text.get(start..start + raw.reason_len as usize);
+        let reason = reason.ok_or("a verdict names text that is not there")?;
+        let basis_end = raw.basis_offset.checked_add(raw.basis_count);
+        let basis_end = basis_end.ok_or("a verdict names a basis that is not there")?;
+        let is_assumed = raw.flags & abi::BUSBAR_VERDICT_ASSUMED != 0;
+        let basis = raw.basis_offset..basis_end;
+        read.push_on_basis(raw.equipment, verdict, is_assumed, reason, basis);
     }
-}
-
-/// A verdict by indices.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct OverlayVerdict {
-    /// Index of the equipment described.
-    pub equipment: u32,
-    /// Verdict on the equipment.
-    pub verdict: Verdict,
-    /// Reports whether it rests on a default of the plugin, which the reason names.
-    pub is_assumed: bool,
-    reason: Range<u32>,
-    basis: Range<u32>,
-}
-
-/// The verdicts of one frame, with reasons and bases in shared buffers.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Verdicts {
-    list: Vec<OverlayVerdict>,
-    reasons: String,
-    basis: Vec<TagHandle>,
-}
-
-impl Verdicts {
-    /// The verdicts in the plugin's order.
-    pub fn iter(&self) -> impl ExactSizeIterator<Item = &OverlayVerdict> {
-        self.list.iter()
-    }
-
-    /// The reason of a verdict; empty for none.
-    pub fn reason(&self, verdict: &OverlayVerdict) -> &str {
-        let Range { start, end } = verdict.reason;
-        self.reasons.get(start as usize..end as usize).unwrap_or_default()
-    }
-
-    /// The tags that a verdict rests on.
-    pub fn basis(&self, verdict: &OverlayVerdict) -> &[TagHandle] {
-        let Range { start, end } = verdict.basis;
-        self.basis.get(start as usize..end as usize).unwrap_or_default()
-    }
-
-    /// Replaces every tag under the verdicts.
-    pub fn map_tags(&mut self, tag: impl Fn(TagHandle) -> TagHandle) {
-        self.basis.iter_mut().for_each(|of| *of = tag(*of));
-    }
-
-    /// Adds a verdict that the host itself gives.
-    pub fn push(
-        &mut self,
-        equipment: u32,
-        verdict: Verdict,
-        is_assumed: bool,
-        reason: &str,
-        basis: &[TagHandle],
-    ) {
-        let from = self.reasons.len() as u32;
-        self.reasons.push_str(reason);
-        let basis_from = self.basis.len() as u32;
-        self.basis.extend_from_slice(basis);
-        self.list.push(OverlayVerdict {
-            equipment,
-            verdict,
-            is_assumed,
-            reason: from..self.reasons.len() as u32,
-            basis: basis_from..self.basis.len() as u32,
-        });
-    }
-
-    /// Reads verdicts from the buffers of a plugin.
-    ///
-    /// # Errors
-    /// The rule that it breaks, in words.
-    pub(crate) fn read(
-        raw: &[abi::BusbarOverlayVerdict],
-        basis: &[u32],
-        text: &str,
-        bindings: &[OverlayBinding],
-    ) -> Result<Self, String> {
-        let tag_of = |index: &u32| bindings.get(*index as usize).map(|binding| binding.tag);
-        let basis: Option<Vec<TagHandle>> = basis.iter().map(tag_of).collect();
-        let basis = basis.ok_or("a verdict rests on a binding that does not exist")?;
-        let mut read = Self { list: Vec::with_capacity(raw.len()), reasons: String::new(), basis };
-        for raw in raw {
-            let verdict = match raw.verdict {
-                abi::BUSBAR_VERDICT_NORMAL => Verdict::Normal,
-                abi::BUSBAR_VERDICT_ABNORMAL => Verdict::Abnormal,
-                abi::BUSBAR_VERDICT_UNKNOWN => Verdict::Unknown,
-                other => return Err(format!("a verdict is the unknown one {other}")),
-            };
-            if raw.reason_len as usize > MAX_PART_BYTES {
-                return Err("the reason of a verdict is too long".into());
-            }
-            let start = raw.reason_offset as usize;
-            let reason = text.get(start..start + raw.reason_len as usize);
-            let reason = reason.ok_or("a verdict names text that is not there")?;
-            let from = read.reasons.len() as u32;
-            read.reasons.push_str(reason);
-            let basis_end = raw.basis_offset.checked_add(raw.basis_count);
-            let basis_end = basis_end.ok_or("a verdict names a basis that is not there")?;
-            read.list.push(OverlayVerdict {
-                equipment: raw.equipment,
-                verdict,
-                is_assumed: raw.flags & abi::BUSBAR_VERDICT_ASSUMED != 0,
-                reason: from..read.reasons.len() as u32,
-                basis: raw.basis_offset..basis_end,
-            });
-        }
-        Ok(read)
-    }
-
-    /// Checks the rules for verdicts on so many pieces of equipment, resting on tags that
-    /// `is_bound` knows.
-    ///
-    /// # Errors
-    /// The rule that they break, in words.
-    pub(crate) fn check(
-        &self,
-        equipment: usize,
-        is_bound: impl Fn(TagHandle) -> bool,
-    ) -> Result<(), &'static str> {
-        if self.list.len() > max_verdicts(equipment) || self.basis.len() > MAX_BASIS {
-            return Err("it claims too many verdicts");
-        }
-        if !self.basis.iter().all(|tag| is_bound(*tag)) {
-            return Err("a verdict rests on a tag that is not bound");
-        }
-        for verdict in &self.list {
-            if verdict.equipment as usize >= equipment {
-                return Err("a verdict names equipment that was not described");
-            }
-            let reason = verdict.reason.start as usize..verdict.reason.end as usize;
-            if reason.len() > MAX_PART_BYTES {
-                return Err("the reason of a verdict is too long");
-            }
-            let Some(reason) = self.reasons.get(reason) else {
-                return Err("a verdict names text that is not there");
-            };
-            let basis = verdict.basis.start as usize..verdict.basis.end as usize;
-            if self.basis.get(basis).is_none() {
-                return Err("a verdict names a basis that is not there");
-            }
-            let needs_reason = verdict.verdict == Verdict::Unknown || verdict.is_assumed;
-            if needs_reason && reason.trim().is_empty() {
-                return Err("a verdict is unknown or assumed without a reason");
-            }
-        }
-        Ok(())
-    }
-}
-
-/// Verdicts that an overlay may give in a frame.
-pub(crate) fn max_verdicts(equipment: usize) -> usize {
-    equipment * MAX_VERDICTS_A_PIECE
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const TAG: TagHandle = TagHandle(3);
-
-    fn verdicts(equipment: u32, verdict: Verdict, is_assumed: bool, reason: &str) -> Verdicts {
-        let mut verdicts = Verdicts::default();
-        verdicts.push(equipment, verdict, is_assumed, reason, &[TAG]);
-        verdicts
-    }
-
-    #[test]
-    fn a_verdict_names_what_is_there_and_says_why_it_is_none() {
-        let is_bound = |tag| tag == TAG;
-        let check = |verdicts: &Verdicts| verdicts.check(2, is_bound);
-        let right = verdicts(1, Verdict::Unknown, false, "no temperature");
-        assert_eq!(check(&right), Ok(()));
-        let only = right.iter().next().expect("one");
-        assert_eq!((right.reason(only), right.basis(only)), ("no temperature", &[TAG][..]));
-        assert_eq!(check(&verdicts(1, Verdict::Normal, false, "")), Ok(()));
-        for wrong in [
-            verdicts(2, Verdict::Normal, false, ""),
-            verdicts(1, Verdict::Unknown, false, " "),
-            verdicts(1, Verdict::Normal, true, ""),
-            verdicts(1, Verdict::Normal, false, &"x".repeat(MAX_PART_BYTES + 1)),
-        ] {
-            assert!(check(&wrong).is_err(), "{wrong:?}");
-        }
-        assert!(right.check(2, |_| false).is_err(), "a tag that is not bound");
-        let mut many = right.clone();
-        (0..4).for_each(|_| many.push(0, Verdict::Normal, false, "", &[]));
-        assert!(check(&many).is_err());
-    }
-
-    #[test]
-    fn ranges_of_a_hostile_process_lead_nowhere() {
-        let mut hostile = verdicts(0, Verdict::Normal, false, "");
-        hostile.list[0].basis = 0..9;
-        assert!(hostile.check(1, |_| true).is_err());
-        assert_eq!(hostile.basis(&hostile.list[0]), &[]);
-        hostile.list[0].basis = Range { start: 1, end: 0 };
-        assert!(hostile.check(1, |_| true).is_err());
-        hostile.list[0].basis = 0..1;
-        hostile.list[0].reason = 5..7;
-        assert!(hostile.check(1, |_| true).is_err());
-        assert_eq!(hostile.reason(&hostile.list[0]), "");
-    }
+    Ok(read)
 }

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 
 use serde_json::Value;
 
+use crate::item_names::{check_name_key, check_reference, item_pointer, named};
 use crate::placement_rules::Equipment;
 use crate::report::Report;
-use crate::rules::{check_name_key, check_reference, item_pointer, named};
 use crate::{join_pointer, suggestions};
 
 /// The kinds of a condition.

@@ -2,17 +2,19 @@
 
 use std::collections::BTreeMap;
 
-use schemars::JsonSchema;
-use serde::Deserialize;
 use serde_json::Value;
 
 use crate::alarms::{AlarmConfig, AlarmHandlingConfig};
 use crate::changes::Fingerprints;
 use crate::equipment::EquipmentConfig;
+use crate::moving_parts::MovingPartConfig;
 use crate::plugins::{PluginConfig, SignatureConfig, SupervisionConfig};
 use crate::scene::SceneConfig;
 use crate::service::{LogConfig, MetricsConfig};
 use crate::simulate::SimulateConfig;
+use crate::tag_type::{Band, TagType};
+use crate::theta::ThetaConfig;
+use crate::view::{CameraConfig, ViewConfig};
 use crate::{Diagnostic, Positions};
 
 /// Validated configuration of a view.
@@ -107,101 +109,6 @@ pub struct ModelConfig {
     pub pointer: String,
 }
 
-/// A part of a model that moves with a switch, in the part's own space.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MovingPartConfig {
-    /// Name of the model's node.
-    pub part: String,
-    /// Name of the mechanism that moves it.
-    pub mechanism: String,
-    /// The position that the file shows.
-    pub modelled: EndConfig,
-    /// A point of the hinge's axis, metres.
-    pub pivot: [f32; 3],
-    /// Direction of the axis; not all zero.
-    pub axis: [f32; 3],
-    /// Angle of the rotation, degrees, right-handed.
-    pub degrees: f32,
-    /// Translation of the part, metres.
-    pub travel: [f32; 3],
-    /// Factors by which it folds.
-    pub scale: [f32; 3],
-    /// JSON pointer of the part.
-    pub pointer: String,
-}
-
-/// An end of a switch's way.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-#[schemars(rename = "End")]
-pub enum EndConfig {
-    /// The contact is closed and conducts.
-    #[default]
-    Closed,
-    /// The contact is open.
-    Open,
-}
-
-/// Choice of theta, the share of vertices collapsed, 0 to 1.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ThetaConfig {
-    /// The same from everywhere.
-    Fixed(f64),
-    /// Levels by the distance from the eye to an instance's bounds.
-    Distance {
-        /// The first begins at 0, the others in ascending order; theta does
-        /// not fall. At least one, at most [`MAX_THETA_LEVELS`](crate::MAX_THETA_LEVELS).
-        levels: Vec<ThetaLevelConfig>,
-        /// Share of a distance by which the eye must come back before detail
-        /// returns.
-        hysteresis: f64,
-    },
-    /// Limit of the screen-space error.
-    ScreenError {
-        /// Largest screen-space error, pixels.
-        max_pixels: f64,
-        /// Share of it that must be to spare before detail goes.
-        hysteresis: f64,
-    },
-}
-
-/// One level of detail.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ThetaLevelConfig {
-    /// Metres beyond which it holds.
-    pub beyond: f64,
-    /// Share of vertices collapsed, 0 to 1.
-    pub theta: f64,
-}
-
-/// A piece of equipment in the scene.
-#[derive(Clone, Debug, PartialEq)]
-pub struct NodeConfig {
-    /// Equipment id, used once in the scene.
-    pub id: String,
-    /// Index of the node it hangs under, an earlier one.
-    pub parent: Option<usize>,
-    /// Transform to the parent's space.
-    pub transform: TransformConfig,
-    /// Name of the model shown here.
-    pub model: Option<String>,
-    /// Theta of the node; none where the model's applies.
-    pub theta: Option<ThetaConfig>,
-    /// JSON pointer of the node.
-    pub pointer: String,
-}
-
-/// Scale, then rotate about x, y and z in turn, then translate.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TransformConfig {
-    /// Translation of the node, metres.
-    pub translation: [f32; 3],
-    /// Degrees about x, y and z.
-    pub rotation_degrees: [f32; 3],
-    /// Factors along x, y and z; none is zero.
-    pub scale: [f32; 3],
-}
-
 /// A tag: one live value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TagConfig {
@@ -261,29 +168,6 @@ impl TagConfig {
             OriginConfig::Expression(expression) => Some(expression),
         }
     }
-}
-
-/// Type of a tag's value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum TagType {
-    /// A number with fraction.
-    F64,
-    /// Type of whole numbers.
-    I64,
-    /// Type of on and off.
-    Bool,
-    /// A switch position: intermediate, off, on, or faulty.
-    DoublePoint,
-}
-
-/// An interval, open where a bound is missing. `low` is less than `high`.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Band {
-    /// Least value within the band.
-    pub low: Option<f64>,
-    /// Greatest value within the band.
-    pub high: Option<f64>,
 }
 
 /// Source of a tag at a plugin.
@@ -346,106 +230,6 @@ pub struct ChartConfig {
     pub pointer: String,
 }
 
-/// A place to look from.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CameraConfig {
-    /// Position of the camera, metres.
-    pub eye: [f32; 3],
-    /// Point that the camera looks at, metres; never the eye itself.
-    pub target: [f32; 3],
-    /// Vertical field of view in degrees.
-    pub fov_degrees: f32,
-    /// Projection of the camera.
-    pub projection: ProjectionConfig,
-    /// JSON pointer of the camera.
-    pub pointer: String,
-}
-
-/// Projection of a camera.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ProjectionConfig {
-    /// Perspective projection: distant objects are smaller.
-    Perspective,
-    /// Orthographic projection: no perspective.
-    Orthographic {
-        /// Visible height of a picture 16:9 or wider, metres; none for as much as a perspective
-        /// view shows at the target.
-        height: Option<f32>,
-    },
-}
-
-/// Settings of the first picture.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ViewConfig {
-    /// Name of the camera; none to frame the whole scene.
-    pub camera: Option<String>,
-    /// Background as sRGB red, green and blue.
-    pub background: [u8; 3],
-    /// Rendering quality; none where it follows the device.
-    pub quality: Option<QualityConfig>,
-    /// Samples a pixel, 1 or 4; none where they follow the quality.
-    pub samples: Option<u32>,
-    /// Shows a ground with a grid below the lowest point.
-    pub ground: bool,
-    /// Fades distant objects into the background.
-    pub fog: bool,
-    /// Section plane that cuts the scene open.
-    pub section: Option<SectionConfig>,
-    /// Width and height in pixels.
-    pub size: [u32; 2],
-    /// Factor on the thetas of models and nodes.
-    pub theta_scale: f64,
-    /// Target time of a frame in a window, milliseconds; none for no target.
-    pub target_frame_millis: Option<f64>,
-    /// Duration of a change of detail in a window, seconds; 0 is at once.
-    pub morph_seconds: f64,
-    /// Duration of a camera transition in a window, seconds; 0 is at once.
-    pub transition_seconds: f32,
-    /// True where a window's camera turns on for a moment after a drag.
-    pub inertia: bool,
-    /// Colours of panels and labels.
-    pub theme: ThemeConfig,
-    /// Factor on the size of panels and labels.
-    pub scale: f32,
-    /// Path of a font as written, relative to the configuration file; none for the one
-    /// built in.
-    pub font: Option<String>,
-    /// Graphics device, by number or part of its name; none for the best.
-    pub device: Option<String>,
-}
-
-/// Colours of panels and labels.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-#[schemars(rename = "Theme")]
-pub enum ThemeConfig {
-    /// Theme of light grey.
-    #[default]
-    Light,
-    /// Dark grey, for night shifts.
-    Dark,
-}
-
-/// Rendering quality of pictures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum QualityConfig {
-    /// Lowest cost, for remote desktops and software rasterizers: shapes alone.
-    Low,
-    /// Materials as they reflect light.
-    Medium,
-    /// The same with shadows and contact shades.
-    High,
-}
-
-/// A plane that cuts equipment open.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SectionConfig {
-    /// Normal towards the part that is cut away, a unit vector; y is up.
-    pub normal: [f32; 3],
-    /// Distance of the plane from the origin along the normal, metres.
-    pub distance: f32,
-}
-
 /// Cache of optimizer results.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CacheConfig {
@@ -456,17 +240,4 @@ pub struct CacheConfig {
     pub max_megabytes: u32,
     /// JSON pointer; of a cache that may be absent.
     pub pointer: String,
-}
-
-impl Default for TransformConfig {
-    fn default() -> Self {
-        Self { translation: [0.0; 3], rotation_degrees: [0.0; 3], scale: [1.0; 3] }
-    }
-}
-
-impl Band {
-    /// Reports whether a value lies within the band.
-    pub fn contains(&self, value: f64) -> bool {
-        self.low.is_none_or(|low| value >= low) && self.high.is_none_or(|high| value <= high)
-    }
 }

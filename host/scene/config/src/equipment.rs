@@ -7,9 +7,9 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use crate::alarm_rules::check_equipment;
+use crate::item_names::{item_pointer, name_fault, named};
 use crate::placement_rules::Equipment;
 use crate::report::Report;
-use crate::rules::{item_pointer, name_fault, named};
 use crate::{MAX_ALIASES, MAX_NAME_BYTES, join_pointer, suggestions};
 
 /// Names of a piece of equipment besides its id.

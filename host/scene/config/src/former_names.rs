@@ -10,10 +10,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde_json::{Map, Number, Value};
 
 use crate::pointer::push_token;
-use crate::{Diagnostic, Positions, Severity, UPGRADE_HINT, join_pointer, pointer};
+use crate::{Diagnostic, Positions, Severity, join_pointer, pointer};
 
 /// Keyword of a property in a schema: the list of its former names.
 pub const FORMER_NAMES: &str = "x-busbar-formerly";
+/// Remedy of former names.
+pub const UPGRADE_HINT: &str = "`busbar config upgrade FILE` writes the present names";
 /// Greatest number of passes over a document: settings that moved may have renamed ones in them.
 const MAX_PASSES: usize = 4;
 /// Greatest depth of absent objects below a present one whose former names are looked for.
@@ -124,7 +126,7 @@ struct Shape {
     properties: BTreeMap<String, usize>,
     /// Schema of further members.
     others: Option<usize>,
-    /// Schema of elements.
+    /// Schema of a list's elements.
     elements: Option<usize>,
 }
 

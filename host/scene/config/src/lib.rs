@@ -15,8 +15,10 @@ mod alarms;
 mod changes;
 mod config;
 mod diagnostic;
+mod durations;
 mod equipment;
 mod former_names;
+mod item_names;
 mod json_index;
 mod limits;
 mod moving_parts;
@@ -37,8 +39,10 @@ mod simulate;
 mod structure;
 mod suggestions;
 mod syntax;
+mod tag_type;
 mod theta;
 mod upgrade;
+mod view;
 mod world_transform;
 
 pub use alarm_sources::AlarmSourceConfig;
@@ -48,26 +52,30 @@ pub use alarms::{
 };
 pub use changes::{Change, ChangeKind, Changes, Fingerprints, Section};
 pub use config::{
-    Band, BindingConfig, CacheConfig, CameraConfig, ChartConfig, Config, DirectoryConfig,
-    EndConfig, ModelConfig, MovingPartConfig, NodeConfig, OriginConfig, OverlayConfig,
-    ProjectionConfig, QualityConfig, RecordsConfig, SectionConfig, SourceConfig, TagConfig,
-    TagType, ThemeConfig, ThetaConfig, ThetaLevelConfig, TransformConfig, ViewConfig,
+    BindingConfig, CacheConfig, ChartConfig, Config, DirectoryConfig, ModelConfig, OriginConfig,
+    OverlayConfig, RecordsConfig, SourceConfig, TagConfig,
 };
 pub use diagnostic::{Diagnostic, Severity};
 pub use equipment::EquipmentConfig;
-pub use former_names::{FORMER_NAMES, FormerNames, RenamedSetting, RenamedSettings};
+pub use former_names::{FORMER_NAMES, FormerNames, RenamedSetting, RenamedSettings, UPGRADE_HINT};
 pub use limits::*;
+pub use moving_parts::{EndConfig, MovingPartConfig};
 pub use plugins::{FreshnessBasis, Isolation, PluginConfig, SignatureConfig, SupervisionConfig};
 pub use pointer::join_pointer;
 pub use positions::Positions;
 pub use scenario::{
     LinkFaultConfig, LinkFaultKind, ScenarioConfig, ScenarioEventConfig, parse_scenario,
 };
-pub use scene::{SceneConfig, SceneNodes};
+pub use scene::{NodeConfig, SceneConfig, SceneNodes, TransformConfig};
 pub use schema::schema;
 pub use service::{LogConfig, LogFormatConfig, MetricsConfig};
 pub use simulate::{SimulateConfig, SimulatedShape};
-pub use upgrade::{TextKind, UPGRADE_HINT, UpgradedText, upgrade};
+pub use tag_type::{Band, TagType};
+pub use theta::{ThetaConfig, ThetaLevelConfig};
+pub use upgrade::{TextKind, UpgradedText, upgrade};
+pub use view::{
+    CameraConfig, ProjectionConfig, QualityConfig, SectionConfig, ThemeConfig, ViewConfig,
+};
 
 use report::Report;
 

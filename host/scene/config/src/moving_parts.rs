@@ -4,9 +4,9 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::Value;
 
+use crate::join_pointer;
 use crate::limits::*;
 use crate::report::Report;
-use crate::{EndConfig, MovingPartConfig, join_pointer};
 
 /// A part of a model that moves with a switch: it turns about a hinge, shifts, or folds,
 /// from where the file shows it to its other end. All in the part's own space.
@@ -89,4 +89,39 @@ pub(crate) fn check(model: &Value, model_pointer: &str, report: &mut Report<'_>)
             );
         }
     }
+}
+
+/// A part of a model that moves with a switch, in the part's own space.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MovingPartConfig {
+    /// Name of the model's node.
+    pub part: String,
+    /// Name of the mechanism that moves it.
+    pub mechanism: String,
+    /// The position that the file shows.
+    pub modelled: EndConfig,
+    /// A point of the hinge's axis, metres.
+    pub pivot: [f32; 3],
+    /// Direction of the axis; not all zero.
+    pub axis: [f32; 3],
+    /// Angle of the rotation, degrees, right-handed.
+    pub degrees: f32,
+    /// Translation of the part, metres.
+    pub travel: [f32; 3],
+    /// Factors by which it folds.
+    pub scale: [f32; 3],
+    /// JSON pointer of the part.
+    pub pointer: String,
+}
+
+/// An end of a switch's way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(rename = "End")]
+pub enum EndConfig {
+    /// The contact is closed and conducts.
+    #[default]
+    Closed,
+    /// The contact is open.
+    Open,
 }

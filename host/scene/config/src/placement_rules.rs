@@ -8,8 +8,8 @@ use std::collections::{BTreeMap, HashMap};
 
 use serde_json::Value;
 
+use crate::item_names::item_pointer;
 use crate::report::Report;
-use crate::rules::item_pointer;
 use crate::world_transform::WorldTransform;
 use crate::{MAX_NAME_BYTES, MAX_NODES, MAX_TEMPLATE_DEPTH, join_pointer, suggestions};
 

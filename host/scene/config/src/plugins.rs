@@ -6,9 +6,9 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::Value;
 
+use crate::durations::whole_millis;
 use crate::limits::*;
 use crate::report::Report;
-use crate::resolve::whole_millis;
 use crate::{join_pointer, suggestions};
 
 /// Isolation of plugins from the viewer.

@@ -9,14 +9,15 @@ use serde_json::Value;
 
 use crate::alarm_sources::RawAlarmSource;
 use crate::alarms::{RawAlarm, RawAlarmHandling};
-use crate::config::{TagType, ThemeConfig};
 use crate::equipment::RawEquipment;
 use crate::limits::*;
 use crate::moving_parts::RawMovingPart;
 use crate::plugins::{Isolation, RawPlugin, RawSignature, RawSupervision};
 use crate::service::{RawLog, RawMetrics};
 use crate::simulate::RawSimulate;
+use crate::tag_type::TagType;
 use crate::theta::RawTheta;
+use crate::view::ThemeConfig;
 
 /// Configuration of a Busbar viewer: plugins, models, scene, tags and view.
 #[derive(Debug, Deserialize, JsonSchema)]

@@ -8,11 +8,14 @@ use serde_path_to_error::Segment;
 
 use crate::changes::Fingerprints;
 use crate::config::*;
+use crate::durations::whole_millis;
 use crate::moving_parts::RawMovingPart;
 use crate::plugins::SignatureConfig;
 use crate::raw::*;
 use crate::scene::SceneConfig;
 use crate::service::RawMetrics;
+use crate::tag_type::Band;
+use crate::view::{CameraConfig, ProjectionConfig, QualityConfig, SectionConfig, ViewConfig};
 use crate::{Diagnostic, Positions, join_pointer};
 
 /// A value that the schema accepts and the raw types refuse, such as `720.0`
@@ -150,11 +153,6 @@ fn origin(source: Option<RawSource>, expression: Option<String>, pointer: &str) 
         }
         None => OriginConfig::Expression(expression.unwrap_or_default()),
     }
-}
-
-/// Returns a time in whole milliseconds.
-pub(crate) fn whole_millis(seconds: f64) -> u64 {
-    (seconds * 1_000.0).round() as u64
 }
 
 fn view(

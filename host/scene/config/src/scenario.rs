@@ -7,10 +7,11 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::Value;
 
-use crate::config::{Config, TagType};
+use crate::config::Config;
 use crate::limits::*;
 use crate::report::Report;
 use crate::schema::CompiledSchema;
+use crate::tag_type::TagType;
 use crate::{Diagnostic, TagConfig, join_pointer, resolve, structure, suggestions, syntax};
 
 pub(crate) static FORM: LazyLock<CompiledSchema> =

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use crate::config::{NodeConfig, TransformConfig};
+use crate::item_names::item_pointer;
 use crate::join_pointer;
 use crate::raw::{RawNode, RawScale, RawTransform};
-use crate::rules::item_pointer;
+use crate::theta::ThetaConfig;
 
 /// Equipment shown. Its nodes are generated on demand, since templates may stand for very many.
 #[derive(Clone, Debug, Default)]
@@ -197,5 +197,39 @@ fn transform(raw: &RawTransform) -> TransformConfig {
             RawScale::Uniform(factor) => [factor; 3],
             RawScale::PerAxis(factors) => factors,
         },
+    }
+}
+
+/// A piece of equipment in the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NodeConfig {
+    /// Equipment id, used once in the scene.
+    pub id: String,
+    /// Index of the node it hangs under, an earlier one.
+    pub parent: Option<usize>,
+    /// Transform to the parent's space.
+    pub transform: TransformConfig,
+    /// Name of the model shown here.
+    pub model: Option<String>,
+    /// Theta of the node; none where the model's applies.
+    pub theta: Option<ThetaConfig>,
+    /// JSON pointer of the node.
+    pub pointer: String,
+}
+
+/// Scale, then rotate about x, y and z in turn, then translate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TransformConfig {
+    /// Translation of the node, metres.
+    pub translation: [f32; 3],
+    /// Degrees about x, y and z.
+    pub rotation_degrees: [f32; 3],
+    /// Factors along x, y and z; none is zero.
+    pub scale: [f32; 3],
+}
+
+impl Default for TransformConfig {
+    fn default() -> Self {
+        Self { translation: [0.0; 3], rotation_degrees: [0.0; 3], scale: [1.0; 3] }
     }
 }

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 
 use serde_json::Value;
 
+use crate::item_names::{check_name_key, check_reference, item_pointer, name_fault, named};
 use crate::report::Report;
-use crate::rules::{check_name_key, check_reference, item_pointer, name_fault, named};
 use crate::{MIN_SCALE, join_pointer, suggestions, theta};
 
 /// Reports the faults of nodes.

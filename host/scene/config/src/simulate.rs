@@ -4,10 +4,10 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::Value;
 
-use crate::config::{Band, TagType};
 use crate::join_pointer;
 use crate::limits::*;
 use crate::report::Report;
+use crate::tag_type::{Band, TagType};
 
 /// Bounds of a tag that has none.
 const USUAL: [f64; 2] = [0.0, 100.0];

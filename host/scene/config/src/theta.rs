@@ -6,7 +6,6 @@ use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use crate::config::{ThetaConfig, ThetaLevelConfig};
 use crate::join_pointer;
 use crate::limits::*;
 use crate::report::Report;
@@ -163,4 +162,36 @@ pub(crate) fn collapses(theta: &Value) -> bool {
     let mut thetas = levels.map(|level| &level["theta"]).chain([theta]);
     theta.get("max_error_px").is_some()
         || thetas.any(|theta| theta.as_f64().is_some_and(|theta| theta > 0.0))
+}
+
+/// Choice of theta, the share of vertices collapsed, 0 to 1.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ThetaConfig {
+    /// The same from everywhere.
+    Fixed(f64),
+    /// Levels by the distance from the eye to an instance's bounds.
+    Distance {
+        /// The first begins at 0, the others in ascending order; theta does
+        /// not fall. At least one, at most [`MAX_THETA_LEVELS`](crate::MAX_THETA_LEVELS).
+        levels: Vec<ThetaLevelConfig>,
+        /// Share of a distance by which the eye must come back before detail
+        /// returns.
+        hysteresis: f64,
+    },
+    /// Limit of the screen-space error.
+    ScreenError {
+        /// Largest screen-space error, pixels.
+        max_pixels: f64,
+        /// Share of it that must be to spare before detail goes.
+        hysteresis: f64,
+    },
+}
+
+/// One level of detail.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ThetaLevelConfig {
+    /// Metres beyond which it holds.
+    pub beyond: f64,
+    /// Share of vertices collapsed, 0 to 1.
+    pub theta: f64,
 }

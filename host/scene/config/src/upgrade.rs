@@ -12,9 +12,6 @@ use crate::former_names::{FormerPlaces, converted};
 use crate::schema::CompiledSchema;
 use crate::{Diagnostic, RenamedSetting, RenamedSettings, pointer, scenario, schema, syntax};
 
-/// Remedy of former names.
-pub const UPGRADE_HINT: &str = "`busbar config upgrade FILE` writes the present names";
-
 /// Kinds of a text that settings have names in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TextKind {

@@ -1,7 +1,9 @@
-//! Hierarchical level of detail: groups of equipment that are drawn as one mesh where
-//! they are far away. A hundred substations then cost a hundred draws, not a hundred
-//! thousand. A group has proxies for several errors, each of few islands for many
-//! ([`busbar_geometry::Mesh::thinned`]): to the cursors they are groups within each other.
+//! Proxy meshes (HLOD): simplified meshes that stand for distant groups of equipment.
+//!
+//! A hundred substations then cost a hundred draws, not a hundred thousand. A group has proxies for
+//! several errors, in which stochastic simplification
+//! ([`CollapseStacks::simplified_stochastically`]) keeps few of many small islands. To the cursors,
+//! the proxies of a group are groups within each other.
 
 mod mean_materials;
 mod mesh_proxies;

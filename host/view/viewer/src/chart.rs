@@ -2,7 +2,6 @@
 //! states they give to equipment.
 
 mod density;
-mod poller;
 mod text;
 
 use std::collections::{BTreeSet, HashMap};
@@ -12,33 +11,30 @@ use busbar_chart::{
     Action, Brush, ChartSelection, Explanation, ParallelCoordinates, Shape, Size, nearest,
 };
 use busbar_config::ChartConfig;
-use busbar_plugin_host::{Pattern, PluginError, wall_clock};
-use busbar_plugin_process::Plugin;
+use busbar_overlay_picture::Pattern;
+use busbar_plugin_host::wall_clock;
 use busbar_renderer::{
     MAX_POLYLINE_PARTS, Polylines, RenderError, Renderer, WorldFace, WorldStroke,
 };
 use busbar_scene::{NodeIndex, SceneGraph};
+use busbar_site::{ChartReader, ExplanationRequest};
 use busbar_ui::{ChartCommand, ChartOverlay, ProjectedChartAxis};
 use egui::Pos2;
 use glam::{Affine3A, Quat, Vec3};
 
 use crate::camera::Projection;
-use crate::overlay_instances::{NodeState, StateBasis};
+use crate::overlay_layers::{NodeState, StateBasis};
 use density::Density;
-use poller::{ChartPoller, ExplanationRequest};
 
 /// Greatest distance at which the pointer picks a polyline, points.
 const PICK_DISTANCE: f32 = 6.0;
-/// The longest that opening a view without a window waits for the first records.
-const FIRST_READ_TIMEOUT: Duration = Duration::from_secs(20);
 /// The longest that a frame without a window waits for an explanation.
 const EXPLANATION_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// A chart in the scene.
 pub(crate) struct SceneChart {
-    poller: ChartPoller,
     board: ParallelCoordinates,
-    /// [`ChartData::number`](poller::ChartData::number) of the records shown.
+    /// [`ChartData::number`](busbar_site::ChartData::number) of the records shown.
     last_read: u64,
     world_from_chart: Affine3A,
     follows: bool,
@@ -69,19 +65,17 @@ struct ChartGeometry {
 }
 
 impl SceneChart {
-    /// The chart of a plugin, as it is configured.
-    pub(crate) fn start(
+    /// Creates a chart as it is configured. One that `settles` has the first records at once.
+    pub(crate) fn new(
         config: &ChartConfig,
-        plugin: &Plugin,
+        reader: &ChartReader,
         graph: &SceneGraph,
         settles: bool,
-    ) -> Result<Self, PluginError> {
-        let poller = ChartPoller::start(plugin)?;
+    ) -> Self {
         let [width, height, depth] = config.size.map(|metres| metres as f32);
         let turn = Quat::from_rotation_y((config.yaw_degrees as f32).to_radians());
         let position = Vec3::from(config.position.map(|metres| metres as f32));
         let mut shown = Self {
-            poller,
             board: ParallelCoordinates::new(Size { width, height, depth }),
             last_read: 0,
             world_from_chart: Affine3A::from_rotation_translation(turn, position),
@@ -98,15 +92,14 @@ impl SceneChart {
             seconds: 0.0,
         };
         if settles {
-            shown.poller.wait_for_first(FIRST_READ_TIMEOUT);
-            shown.take(graph);
+            shown.take(reader, graph);
         }
-        Ok(shown)
+        shown
     }
 
-    /// Takes the data that the poller has read.
-    fn take(&mut self, graph: &SceneGraph) {
-        let Some(read) = self.poller.take() else { return };
+    /// Takes the data that the site has read.
+    fn take(&mut self, reader: &ChartReader, graph: &SceneGraph) {
+        let Some(read) = reader.take() else { return };
         self.last_read = read.number;
         self.board.set_data(read.description, read.records);
         self.find_equipment(graph);
@@ -127,8 +120,13 @@ impl SceneChart {
 
     /// Steps the chart to a frame: takes new data and advances playback. Returns the equipment to
     /// visit if one of its records has become abnormal.
-    pub(crate) fn step(&mut self, graph: &SceneGraph, seconds: f64) -> Option<String> {
-        self.take(graph);
+    pub(crate) fn step(
+        &mut self,
+        reader: &ChartReader,
+        graph: &SceneGraph,
+        seconds: f64,
+    ) -> Option<String> {
+        self.take(reader, graph);
         self.board.advance(seconds - self.seconds);
         self.seconds = seconds;
         let known: Vec<ChartSelection> = self.board.known(wall_clock().0).collect();
@@ -147,7 +145,12 @@ impl SceneChart {
     }
 
     /// Selects the records of the selected equipment, and requests its explanation.
-    pub(crate) fn follow_selection(&mut self, graph: &SceneGraph, nodes: &BTreeSet<NodeIndex>) {
+    pub(crate) fn follow_selection(
+        &mut self,
+        reader: &ChartReader,
+        graph: &SceneGraph,
+        nodes: &BTreeSet<NodeIndex>,
+    ) {
         let equipment: BTreeSet<usize> =
             nodes.iter().filter_map(|node| self.equipment_at(graph, *node)).collect();
         let only = equipment.first().copied().filter(|_| nodes.len() == 1);
@@ -163,7 +166,7 @@ impl SceneChart {
             read: self.last_read,
         };
         let timeout = if self.settles { EXPLANATION_TIMEOUT } else { Duration::ZERO };
-        match self.poller.explain(&question, timeout) {
+        match reader.explain(&question, timeout) {
             Some(Ok(explanation)) => {
                 let states = self.board.description().legend.len();
                 let fits = (explanation.state as usize) < states;
@@ -317,8 +320,8 @@ impl SceneChart {
     }
 
     /// Returns the view model of the chart panel.
-    pub(crate) fn model(&self) -> busbar_ui::ChartModel {
-        text::model(self)
+    pub(crate) fn model(&self, reader: &ChartReader) -> busbar_ui::ChartModel {
+        text::model(self, reader.fault())
     }
 
     /// Returns the explanation of the selected equipment.
@@ -327,7 +330,7 @@ impl SceneChart {
     }
 
     /// Returns the chart's part of the statistics.
-    pub(crate) fn stats(&self) -> crate::stats::ChartStats {
-        text::stats(self)
+    pub(crate) fn stats(&self, reader: &ChartReader) -> crate::stats::ChartStats {
+        text::stats(self, reader.fault())
     }
 }

@@ -5,7 +5,7 @@
 //! position without any level within reach shows nothing. Only values outside the normal band are
 //! colored.
 
-use busbar_plugin_host::Contour;
+use busbar_overlay_picture::Contour;
 use busbar_renderer::{WorldFace, WorldStroke};
 use busbar_ui::ContourRow;
 use glam::{Vec2, Vec3, vec2, vec3};

@@ -5,13 +5,15 @@ use std::time::Duration;
 
 use busbar_alarms::AlarmHandle;
 use busbar_history::{History, Point, PointState};
-use busbar_plugin_host::{Severity, Verdict};
+use busbar_overlay_picture::{Severity, Verdict};
 use busbar_scene::{NodeIndex, SceneGraph};
+use busbar_site::{OriginInterval, Site, VerdictText};
 use busbar_tags::{
     HandleRemap, Moment, Origin, Quality, Reason, Snapshot, SourceTime, TagHandle, TagState,
 };
 use busbar_ui::{
-    Faceplate, FaceplateState, FaceplateValue, LegendRow, Trend, TrendPoint, TrendState, ValueMark,
+    Faceplate, FaceplateState, FaceplateValue, LegendRow, Trend, TrendOrigin, TrendPoint,
+    TrendState, ValueMark,
 };
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
@@ -20,11 +22,9 @@ use crate::alarms;
 use crate::chart::SceneChart;
 use crate::equipment_tree::EquipmentTree;
 use crate::labels::mark;
-use crate::origin_tracker::OriginTracker;
-use crate::overlay_instances::{NodeState, OverlayInstance, StateBasis};
+use crate::overlay_layers::{NodeState, OverlayLayers, StateBasis};
 use crate::panel_rows::TagListRows;
 use crate::records::EquipmentRecords;
-use crate::verdicts::VerdictText;
 use busbar_scene_loader::LoadedScene;
 
 /// Nodes at or below a device that are looked at; a bay has some hundred.
@@ -105,11 +105,10 @@ pub(crate) struct FaceplateInputs<'a> {
     pub(crate) snapshot: Snapshot<'a>,
     pub(crate) rows: &'a TagListRows<'a>,
     pub(crate) alarms: alarms::AlarmListRows<'a>,
-    pub(crate) overlays: &'a [OverlayInstance],
+    pub(crate) site: &'a Site,
+    pub(crate) layers: &'a OverlayLayers,
     pub(crate) states: &'a [NodeState],
     pub(crate) chart: Option<&'a SceneChart>,
-    pub(crate) history: &'a History,
-    pub(crate) origins: &'a OriginTracker,
     pub(crate) span: Duration,
     pub(crate) now: Moment,
     pub(crate) wall_clock: SourceTime,
@@ -221,7 +220,7 @@ impl OpenFaceplate {
             tag: tag.0,
             row: inputs.rows.of_tag(*tag),
             place: place.clone(),
-            is_trended: inputs.history.has(*tag).then_some(is_trended),
+            is_trended: inputs.site.history().has(*tag).then_some(is_trended),
         }
     }
 
@@ -235,7 +234,7 @@ impl OpenFaceplate {
         let of_run = |run: &[NodeState]| {
             let shown = run.last()?;
             let (overlay, entry) = shown.legend?;
-            let overlay = inputs.overlays.get(overlay as usize)?;
+            let layer = inputs.layers.get(overlay)?;
             // It is worth what the worst is that it rests on.
             let worst = run.iter().map(tag_of).find(|tag| !is_good(tag));
             let tag = worst.unwrap_or_else(|| tag_of(shown));
@@ -243,8 +242,8 @@ impl OpenFaceplate {
             let origins = run.iter().filter_map(tag_of).map(|tag| tag.origin);
             let is_late = run.iter().any(NodeState::is_late);
             Some(FaceplateState {
-                layer: overlay.overlay.name().to_owned(),
-                state: overlay.legend.get(entry as usize)?.clone(),
+                layer: layer.name().to_owned(),
+                state: layer.legend().get(entry as usize)?.clone(),
                 place: place(graph, self.device, shown.node),
                 mark: if is_late {
                     ValueMark::LateDisplay
@@ -266,13 +265,14 @@ impl OpenFaceplate {
         inputs: &FaceplateInputs<'_>,
     ) -> impl Iterator<Item = FaceplateState> + use<> {
         let mut states = Vec::new();
-        for shown in inputs.overlays {
-            for equipment in 0..shown.verdicts.len() {
-                let node = shown.node_of(equipment).filter(|node| self.nodes.contains(node));
+        for (layer, overlay) in inputs.layers.with_overlays(inputs.site) {
+            let verdicts = overlay.verdicts();
+            for equipment in 0..verdicts.len() {
+                let node = layer.node_of(equipment).filter(|node| self.nodes.contains(node));
                 let Some(node) = node else { continue };
-                let verdict = shown.verdicts.verdict(equipment, inputs.scene, inputs.snapshot);
+                let verdict = verdicts.verdict(equipment, inputs.site.tags(), inputs.snapshot);
                 let place = place(&inputs.scene.graph, self.device, node);
-                let state = verdict_state(shown.overlay.name(), place, &verdict);
+                let state = verdict_state(layer.name(), place, &verdict);
                 states.push((verdict.verdict != Verdict::Unknown, state));
             }
         }
@@ -286,8 +286,9 @@ impl OpenFaceplate {
         let of_tag = |(tag, place): &(TagHandle, Option<String>)| {
             let spec = inputs.scene.tags.spec(*tag)?;
             let limits = inputs.scene.config.tags.get(&spec.id).map(|tag| tag.limits);
-            let points = inputs.history.between(*tag, from, inputs.now, TREND_COLUMNS);
+            let points = inputs.site.history().between(*tag, from, inputs.now, TREND_COLUMNS);
             let points = points.iter().map(|point| trend_point(point, inputs.now)).collect();
+            let origins = inputs.site.origins().between(*tag, from, inputs.now);
             let title = place.iter().map(String::as_str).chain([spec.name.as_str()]);
             Some(Trend {
                 tag: tag.0,
@@ -296,7 +297,7 @@ impl OpenFaceplate {
                 local_seconds,
                 points,
                 limits: limits.map_or([None; 2], |limits| [limits.low, limits.high]),
-                origins: inputs.origins.between(*tag, from, inputs.now),
+                origins: origins.iter().map(|origin| trend_origin(origin, inputs.now)).collect(),
             })
         };
         let shown = self.values.iter().filter(|(tag, _)| self.trended.contains(tag));
@@ -335,6 +336,11 @@ fn trend_point(point: &Point, now: Moment) -> TrendPoint {
         PointState::Bad => TrendState::Bad,
     };
     TrendPoint { at: -now.since(point.at).as_secs_f64(), state }
+}
+
+fn trend_origin(interval: &OriginInterval, now: Moment) -> TrendOrigin {
+    let OriginInterval { start, end, origin } = *interval;
+    TrendOrigin { span: [start, end].map(|at| -now.since(at).as_secs_f64()), origin }
 }
 
 /// Returns the local time as seconds since 1970-01-01 00:00 local time.

@@ -11,7 +11,7 @@ use busbar_tags::Snapshot;
 use glam::Vec3;
 
 use crate::labels::top_of;
-use crate::overlay_instances::PowerFlow;
+use crate::overlay_layers::PowerFlow;
 
 /// Arrows in a frame.
 const MAX_ARROWS: usize = 5_000;

@@ -2,12 +2,12 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use busbar_plugin_host::Severity;
+use busbar_overlay_picture::Severity;
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::Snapshot;
 
 use crate::highlight_styles::{self, ALARM, Highlight, NONE, SELECTION, UNKNOWN, WARNING};
-use crate::overlay_instances::{NodeState, OverlayFrame, StateBasis};
+use crate::overlay_layers::{NodeState, OverlayFrame, StateBasis};
 
 /// Condition of a node, the least urgent first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -95,7 +95,7 @@ fn conditions_of(overlay_frame: &OverlayFrame, snapshot: Snapshot<'_>) -> HashMa
         own.insert(node.0, Condition::Unknown);
     }
     let sourced = overlay_frame.external_tints.iter();
-    let sourced = sourced.map(|tint| (tint.node.0, tint.severity, tint.is_certain));
+    let sourced = sourced.map(|tint| (tint.equipment.0, tint.severity, tint.is_certain));
     for (node, severity, good) in tints.chain(sourced) {
         let condition = match severity {
             _ if !good => Condition::Unknown,
@@ -150,7 +150,7 @@ mod tests {
     use std::sync::Arc;
     use std::time::Duration;
 
-    use busbar_plugin_host::{OverlayTint, Pattern};
+    use busbar_overlay_picture::{OverlayTint, Pattern};
     use busbar_scene::{Placement, Transform};
     use busbar_tags::{
         Moment, Quality, Sample, TagHandle, TagSet, TagSpec, TagTable, Value, ValueKind,

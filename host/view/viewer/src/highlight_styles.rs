@@ -2,7 +2,7 @@
 //! (`tests/end_to_end/view_tests/tests/greyscale.rs`): abnormal states have patterns, normal ones
 //! are plain.
 
-use busbar_plugin_host::Pattern;
+use busbar_overlay_picture::Pattern;
 use busbar_renderer::highlight_with_pattern;
 use busbar_scene::linear_from_srgb;
 

@@ -4,14 +4,14 @@ pub(crate) mod hidden_labels;
 
 use std::collections::{BTreeSet, HashSet};
 
-use busbar_plugin_host::{OverlayLine, Severity};
+use busbar_overlay_picture::{OverlayLine, Severity};
 use busbar_scene::{NodeIndex, SceneGraph, SceneNode};
 use busbar_tags::{Origin, Quality, Reason, Snapshot};
 use busbar_ui::{Label, LabelLine, ValueMark};
 use glam::{Vec3, vec3};
 
 use crate::camera::Projection;
-use crate::verdicts::UnknownVerdict;
+use crate::overlay_layers::UnknownVerdict;
 
 /// Projection and eye position for content over the scene.
 #[derive(Clone, Copy, Debug)]
@@ -166,7 +166,7 @@ mod tests {
     use std::sync::Arc;
     use std::time::Duration;
 
-    use busbar_plugin_host::OverlayPicture;
+    use busbar_overlay_picture::OverlayPicture;
     use busbar_tags::{Moment, Sample, TagHandle, TagSet, TagSpec, TagTable, Value, ValueKind};
 
     use super::*;

@@ -11,57 +11,64 @@ mod camera;
 mod chart;
 mod clock;
 mod contour;
-mod cpu_clock;
+mod detail_control;
 mod device_recovery;
 mod environment;
+mod equipment_panels;
 mod equipment_tree;
 mod error;
 mod faceplate;
 mod flow_arrows;
 mod frame_budget;
+mod frame_statistics;
+mod freed_memory;
 mod graphics_device;
 mod highlight;
 pub mod highlight_styles;
-mod index_remap;
+mod host_program;
+mod interaction;
 mod labels;
 mod measurement_chain;
 mod moving_parts;
-mod origin_tracker;
+mod object_numbers;
 mod outlines;
 mod overlay_geometry;
-mod overlay_instances;
+mod overlay_layers;
+mod panel_frame;
 mod panel_rows;
-mod pause_monitor;
 mod pick_queue;
 mod ray_casting;
 mod records;
 pub mod reload;
 mod renderer_options;
 mod scene_draw_list;
+mod scene_drawing;
+mod scene_overlays;
 mod search_index;
+mod site_definition;
 mod stats;
 mod switch_symbols;
 mod tag_filter;
-mod telemetry_instance;
 mod uploaded_models;
-mod verdicts;
+mod view_renderer;
+mod view_target;
 mod viewer;
 
 /// The states of an alarm, by the letters of IEC 62682.
 pub use busbar_alarms::State as AlarmState;
 pub use busbar_renderer::{
-    HugePageAllocator, Picture, Quality, RenderError, RendererOptions, SectionPlane, WindowHandles,
-    configure_allocator,
+    Picture, Quality, RenderError, RendererOptions, SectionPlane, WindowHandles,
 };
+pub use busbar_site::{HostTagValue, OverlayVerdicts, VerdictText};
 pub use busbar_ui::{AlarmAction, ChartCommand};
 pub use error::ViewError;
+pub use frame_statistics::FrameStageMillis;
+pub use freed_memory::set_memory_release;
 pub use graphics_device::graphics_device;
+pub use interaction::MAX_SELECTED;
 pub use renderer_options::renderer_options;
 pub use stats::{
     AlarmStats, CameraStats, ChartAxisStats, ChartEvidence, ChartStats, FaceplateStats, LinkStats,
     PluginStats, RecordStats, ReloadStats, Stats, TagStats, ViewHealth,
 };
-pub use verdicts::{OverlayVerdicts, VerdictText};
-pub use viewer::{
-    CameraPose, ChangedAlarm, FrameOutput, FrameStageMillis, HostTagValue, MAX_SELECTED, Viewer,
-};
+pub use viewer::{CameraPose, ChangedAlarm, FrameOutput, Viewer};

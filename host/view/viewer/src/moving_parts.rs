@@ -7,12 +7,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use busbar_config::EndConfig;
-use busbar_plugin_host::Pattern;
+use busbar_overlay_picture::Pattern;
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_scene_loader::{MovingPartKind, MovingPartTable};
 use busbar_tags::Snapshot;
 
-use crate::overlay_instances::{NodeState, StateBasis, SwitchPosition};
+use crate::overlay_layers::{NodeState, StateBasis, SwitchPosition};
 
 /// Travel of a part whose position is unknown.
 const MIDDLE: f64 = 0.5;

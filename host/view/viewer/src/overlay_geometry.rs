@@ -1,13 +1,13 @@
 //! World geometry of overlays: flow arrows and contours, merged with the chart's lines and faces.
 //! It is rebuilt when its inputs change, such as the eye position.
 
-use busbar_plugin_host::Contour;
+use busbar_overlay_picture::Contour;
 use busbar_renderer::{MAX_POLYLINE_PARTS, Polylines, WorldFace, WorldStroke};
 use busbar_scene::SceneGraph;
 use busbar_tags::Snapshot;
 use glam::{Vec3, vec2};
 
-use crate::overlay_instances::{ContourLevel, OverlayFrame, OverlayInstance, PowerFlow};
+use crate::overlay_layers::{ContourLevel, OverlayFrame, OverlayLayers, PowerFlow};
 use crate::{contour, flow_arrows};
 
 /// Bit that distinguishes merged revisions from the chart's own.
@@ -45,7 +45,7 @@ impl OverlayGeometry {
     pub(crate) fn update(
         &mut self,
         graph: &SceneGraph,
-        overlays: &[OverlayInstance],
+        layers: &OverlayLayers,
         overlay_frame: &OverlayFrame,
         snapshot: Snapshot<'_>,
         eye: Vec3,
@@ -61,7 +61,7 @@ impl OverlayGeometry {
             return;
         }
         if inputs.levels != self.inputs.levels {
-            self.contours = contours(graph, overlays, &inputs.levels);
+            self.contours = contours(graph, layers, &inputs.levels);
         }
         if (&inputs.flows, inputs.eye) != (&self.inputs.flows, self.inputs.eye) {
             self.arrows = Geometry::default();
@@ -115,20 +115,20 @@ impl OverlayGeometry {
 /// Builds one contour for each overlay with levels.
 fn contours(
     graph: &SceneGraph,
-    overlays: &[OverlayInstance],
+    layers: &OverlayLayers,
     levels: &[(ContourLevel, bool)],
 ) -> Geometry {
     let mut geometry = Geometry::default();
-    for of_overlay in levels.chunk_by(|(a, _), (b, _)| a.overlay == b.overlay) {
-        let overlay = overlays.get(of_overlay[0].0.overlay as usize);
-        let described: Option<&Contour> = overlay.and_then(|o| o.description.contour.as_ref());
+    for of_layer in levels.chunk_by(|(a, _), (b, _)| a.layer == b.layer) {
+        let layer = layers.get(of_layer[0].0.layer);
+        let described: Option<&Contour> = layer.and_then(|l| l.description().contour.as_ref());
         let Some(described) = described else { continue };
         let level = |(level, is_good): &(ContourLevel, bool)| {
             let place = graph.node(level.node).bounds()?.center();
             let value = is_good.then_some(level.value);
             Some(contour::MeasuredLevel { place: vec2(place.x, place.z), value })
         };
-        let levels: Vec<contour::MeasuredLevel> = of_overlay.iter().filter_map(level).collect();
+        let levels: Vec<contour::MeasuredLevel> = of_layer.iter().filter_map(level).collect();
         contour::draw(described, &levels, &mut geometry.faces, &mut geometry.strokes);
     }
     geometry

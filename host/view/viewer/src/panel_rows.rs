@@ -2,14 +2,18 @@
 
 use std::sync::Arc;
 
-use busbar_plugin_host::{LegendEntry, LinkReport, LinkState, OverlayLine, Pattern, Severity};
-use busbar_plugin_process::{Plugin, PluginState, PluginStatus};
+use busbar_overlay_picture::{
+    LegendEntry, OverlayLine, OverlayQuantity, Pattern, Quantity, Severity,
+};
+use busbar_plugin_host::{LinkReport, LinkState};
+use busbar_plugin_process::{PluginState, PluginStatus};
+use busbar_site::{OverlayInstance, PluginHealth};
 use busbar_tags::{Origin, Snapshot, TagHandle, Value};
 use busbar_ui::{LayerRow, LegendRow, LinkIndicator, PluginRow, TagRow, TagRows};
 
 use crate::contour;
 use crate::labels::mark;
-use crate::overlay_instances::OverlayInstance;
+use crate::overlay_layers::OverlayLayer;
 use crate::tag_filter::TagFilter;
 use busbar_scene_loader::LoadedScene;
 
@@ -81,16 +85,17 @@ impl TagRows for TagListRows<'_> {
     }
 }
 
-/// An overlay as a layer.
-pub(crate) fn layer(overlay: &OverlayInstance) -> LayerRow {
+/// Returns the row of a layer and its overlay.
+pub(crate) fn layer(layer: &OverlayLayer, overlay: &OverlayInstance) -> LayerRow {
+    let is_flow = |quantity: &OverlayQuantity| matches!(quantity.what, Quantity::Flow { .. });
     LayerRow {
-        name: overlay.overlay.name().to_owned(),
-        shown: overlay.is_shown,
-        is_late: overlay.fault.is_some(),
-        legend: Arc::clone(&overlay.legend),
-        has_switch_symbols: !overlay.description.mechanisms.is_empty(),
-        has_arrows: overlay.has_flows(),
-        contour: overlay.description.contour.as_ref().map(contour::legend),
+        name: layer.name().to_owned(),
+        shown: layer.is_shown(),
+        is_late: overlay.fault().is_some(),
+        legend: Arc::clone(layer.legend()),
+        has_switch_symbols: !layer.description().mechanisms.is_empty(),
+        has_arrows: overlay.picture().quantities.iter().any(is_flow),
+        contour: layer.description().contour.as_ref().map(contour::legend),
     }
 }
 
@@ -109,8 +114,9 @@ pub(crate) fn legend(entries: &[LegendEntry]) -> Arc<[LegendRow]> {
     entries.iter().map(entry).collect()
 }
 
-/// A plugin with its link, and what went wrong with it last.
-pub(crate) fn plugin(plugin: &Plugin, link: Option<LinkReport>, fault: Option<&str>) -> PluginRow {
+/// Returns the row of a plugin instance.
+pub(crate) fn plugin(health: PluginHealth<'_>) -> PluginRow {
+    let PluginHealth { plugin, link, fault } = health;
     let (info, status) = (plugin.info(), plugin.status());
     let origin = link.as_ref().map_or(Origin::LIVE, |link| link.origin);
     let (link_indicator, message) = match (fault, link) {

@@ -1,103 +1,30 @@
 //! Records of business and management systems, joined to the equipment of the scene by its ids
 //! and aliases.
 
-mod poller;
-
 use std::sync::Arc;
-use std::time::Duration;
 
 use busbar_records::{ColumnType, Kind, List, Record};
+use busbar_site::RecordStore;
 use busbar_tags::SourceTime;
 use busbar_ui::{RecordRow, RecordSection};
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 
-use crate::ViewError;
-use busbar_scene_loader::LoadedScene;
-use poller::RecordPoller;
-
-/// The longest that opening a view without a window waits for the first records.
-const FIRST_READ_TIMEOUT: Duration = Duration::from_secs(20);
 /// Rows of a list that a faceplate shows.
 const MAX_ROWS: usize = 20;
-/// Different ids of a list that are looked for in the scene, to say which it has not.
-const MAX_CHECKED_IDS: usize = 2_000;
 /// Bytes of a date, `2026-11-23`.
 const DATE_BYTES: usize = 10;
 const NANOS_PER_SECOND: i64 = 1_000_000_000;
 const SECONDS_PER_DAY: i64 = 86_400;
 
-/// The records of the plugins that are configured for that.
-#[derive(Default)]
-pub(crate) struct RecordStore {
-    sources: Vec<RecordSource>,
-    revision: u64,
-}
-
-/// Records of one plugin.
-struct RecordSource {
-    poller: RecordPoller,
-    lists: Vec<List>,
-    /// Fault that keeps the records from being read.
-    fault: Option<String>,
-}
-
-impl RecordStore {
-    /// Starts reading the records of all configured plugins.
-    pub(crate) fn start(scene: &LoadedScene, settles: bool) -> Result<Self, ViewError> {
-        let mut store = Self::default();
-        let plugins = scene.config.records.iter();
-        for plugin in plugins.filter_map(|records| scene.instances.get(&records.plugin)) {
-            let poller = RecordPoller::start(plugin)?;
-            store.sources.push(RecordSource { poller, lists: Vec::new(), fault: None });
-        }
-        if settles {
-            store
-                .sources
-                .iter()
-                .for_each(|source| source.poller.wait_for_first(FIRST_READ_TIMEOUT));
-        }
-        Ok(store)
-    }
-
-    /// Takes the lists that the pollers have read.
-    pub(crate) fn step(&mut self, scene: &LoadedScene) {
-        for source in &mut self.sources {
-            let (is_new, fault) = (source.poller.take(&mut source.lists), source.poller.fault());
-            self.revision += u64::from(is_new || fault != source.fault);
-            source.fault = fault;
-            if is_new {
-                source.lists.iter().for_each(|list| warn_unknown_equipment(scene, list));
-            }
-        }
-    }
-
-    /// Returns the records of the equipment with these ids. `places` names the pole or part of each
-    /// id.
-    fn sections(
-        &self,
-        ids: &[String],
-        places: &[Option<String>],
-        now: SourceTime,
-    ) -> Vec<RecordSection> {
-        let lists = self.sources.iter().flat_map(|source| {
-            source.lists.iter().map(move |list| (list, source.fault.as_deref()))
-        });
-        lists.map(|(list, fault)| section(list, fault, (ids, places), now)).collect()
-    }
-}
-
-/// Warns of rows whose equipment is not in the scene.
-fn warn_unknown_equipment(scene: &LoadedScene, list: &List) {
-    let is_absent = |id: &&str| scene.equipment.find(&scene.graph, id).is_none();
-    let mut absent = list.equipment().take(MAX_CHECKED_IDS).filter(is_absent);
-    if let Some(first) = absent.next() {
-        let (count, title) = (1 + absent.count(), &list.info().title);
-        tracing::warn!(
-            "'{title}' names {count} pieces of equipment that are not in the scene, such as \
-             '{first}': mend the ids there, or add aliases to \"equipment\""
-        );
-    }
+/// Returns the records of the equipment with these ids. `places` names the pole or part of each id.
+fn sections(
+    store: &RecordStore,
+    ids: &[String],
+    places: &[Option<String>],
+    now: SourceTime,
+) -> Vec<RecordSection> {
+    store.lists().map(|(list, fault)| section(list, fault, (ids, places), now)).collect()
 }
 
 fn section(
@@ -192,10 +119,10 @@ impl EquipmentRecords {
 
     /// Looks them up again where anything may be new.
     pub(crate) fn look_up(&mut self, store: &RecordStore, now: SourceTime) {
-        let state = Some((store.revision, now.0 / (60 * NANOS_PER_SECOND)));
+        let state = Some((store.revision(), now.0 / (60 * NANOS_PER_SECOND)));
         if self.looked_up != state {
             self.looked_up = state;
-            self.sections = store.sections(&self.ids, &self.places, now).into();
+            self.sections = sections(store, &self.ids, &self.places, now).into();
         }
     }
 

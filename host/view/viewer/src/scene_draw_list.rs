@@ -1,13 +1,13 @@
 //! Draw list of the scene, updated incrementally from one frame to the next.
 
-use busbar_lod::{DrawItem, LodCursors, MeshCursor, Morph};
 use busbar_renderer::{DrawInstance, DrawList};
 use busbar_scene::NodeIndex;
 
 use crate::highlight::Highlights;
 use crate::highlight_styles;
+use crate::object_numbers::object_of;
 use crate::uploaded_models::UploadedModel;
-use crate::viewer::object_of;
+use busbar_lod::{DrawItem, LodCursors, MeshCursor, Morph};
 use busbar_scene_loader::LoadedScene;
 
 /// The instances of the graph, in their order, then its groups.

@@ -4,15 +4,14 @@ use std::collections::BTreeMap;
 
 use busbar_alarms::Priority;
 use busbar_plugin_host::LinkReport;
-use busbar_plugin_process::Plugin;
 use busbar_renderer::FrameStats;
 use busbar_scene_loader::LoadMillis;
+use busbar_site::{AlarmService, PluginHealth};
 use busbar_tags::{QualityCounts, Snapshot, TagSet, TagSpec, TagState, Value};
 use busbar_ui::{CameraMode, Faceplate, RecordRow, RecordSection};
 use serde::Serialize;
 
 use crate::AlarmState;
-use crate::alarms::AlarmService;
 use crate::reload::ReloadCounters;
 
 /// Numbers about the view.
@@ -421,19 +420,17 @@ pub(crate) fn gpu_millis(frame: &FrameStats) -> BTreeMap<&'static str, f64> {
     whole.into_iter().chain(frame.gpu_stages.iter()).collect()
 }
 
-/// Id of the alarm that was chosen.
-pub(crate) fn selected_alarm(alarm_service: &AlarmService) -> Option<String> {
-    alarm_service.id_of(alarm_service.selected()?)
-}
-
 /// Counts the alarms in each state.
 pub(crate) fn alarms_by_state(alarms: &AlarmService) -> Vec<(AlarmState, usize)> {
     let table = alarms.table();
     let count = |state| -> usize {
         Priority::ALL.into_iter().map(|priority| table.counts(priority).count(state)).sum()
     };
-    let sourced = |state| alarms.external_states().filter(|own| *own == state).count();
-    AlarmState::ALL.into_iter().map(|state| (state, count(state) + sourced(state))).collect()
+    let external = |state| {
+        let states = alarms.sources().iter().map(|(_, alarm)| alarm.alarm.standing().state());
+        states.filter(|of_alarm| *of_alarm == state).count()
+    };
+    AlarmState::ALL.into_iter().map(|state| (state, count(state) + external(state))).collect()
 }
 
 pub(crate) fn reloads(reloads: &ReloadCounters) -> ReloadStats {
@@ -442,11 +439,8 @@ pub(crate) fn reloads(reloads: &ReloadCounters) -> ReloadStats {
     ReloadStats { good, bad, last_ms, fault: fault.clone() }
 }
 
-pub(crate) fn plugin(
-    plugin: &Plugin,
-    link: Option<LinkReport>,
-    fault: Option<&str>,
-) -> PluginStats {
+pub(crate) fn plugin(health: PluginHealth<'_>) -> PluginStats {
+    let PluginHealth { plugin, link, fault } = health;
     let status = plugin.status();
     let lost = link.as_ref().map_or((0, 0), |link| (link.dropped, link.rejected));
     PluginStats {

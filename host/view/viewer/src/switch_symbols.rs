@@ -6,7 +6,7 @@ use busbar_ui::{SwitchState, SwitchSymbol};
 
 use crate::labels::OverlayCamera;
 use crate::moving_parts::MovingParts;
-use crate::overlay_instances::SwitchPosition;
+use crate::overlay_layers::SwitchPosition;
 
 /// Flags of the switches before the camera: of those without a part that moves, and of all
 /// that are neither open nor closed, or whose position is not live.

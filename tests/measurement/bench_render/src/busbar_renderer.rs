@@ -15,6 +15,8 @@ use crate::render_protocol::{RenderReply, RenderRequest};
 
 /// Serves requests until the input ends.
 pub(crate) fn serve() -> Result<()> {
+    // As the program does.
+    busbar_process_heap::configure_allocator();
     let mut ours = BusbarRenderer { viewer: None, seconds: 0.0 };
     for line in stdin().lock().lines() {
         let answer = ours.answer(serde_json::from_str(&line?)?)?;

@@ -1,28 +1,9 @@
 //! Drawn items, and their changes since the last report.
 
-use super::{DrawItem, LodCursors, MeshCursor, Morph};
-
-/// Last reported drawing, and the changes since.
-pub(super) struct ReportedDrawing {
-    /// True if groups were merged or split.
-    pub(super) has_regrouped: bool,
-    /// Cursors that moved or bent, with repetitions, drawn or not.
-    pub(super) changed: Vec<usize>,
-    /// Cursors that are drawn, by index.
-    drawn: Vec<usize>,
-    /// State of each cursor: [`WAS_DRAWN`] and, during the search, [`IS_DRAWN`].
-    states: Vec<u8>,
-}
-
-const WAS_DRAWN: u8 = 1;
-const IS_DRAWN: u8 = 2;
-
-impl ReportedDrawing {
-    /// Creates the state before the first report.
-    pub(super) fn nothing() -> Self {
-        Self { has_regrouped: true, changed: Vec::new(), drawn: Vec::new(), states: Vec::new() }
-    }
-}
+use super::active_morphs::Morph;
+use super::cursor_state::{DrawItem, MeshCursor};
+use super::lod_cursors::LodCursors;
+use super::reported_drawing::{IS_DRAWN, ReportedDrawing, WAS_DRAWN};
 
 impl LodCursors {
     /// Visits each drawn item with its cursor and its morph.

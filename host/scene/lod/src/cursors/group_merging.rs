@@ -4,72 +4,14 @@
 //! or split only when all required meshes are ready, so that nothing is ever missing from the
 //! picture.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 use std::ops::Range;
-use std::sync::Arc;
 
-use busbar_scene::SceneGraph;
-
-use super::{DrawItem, InstanceCursor, LodCamera, LodCursors, NO_LEVEL, NOT_SHOWN};
-use crate::proxies::HlodGroup;
+use super::cursor_state::{DrawItem, InstanceCursor, NO_LEVEL};
+use super::group_state::HlodState;
+use super::lod_cursors::LodCursors;
+use crate::lod_camera::LodCamera;
 use crate::theta_policy::Detail;
-
-/// A group, and how it is drawn.
-pub(super) struct HlodState {
-    /// Range of the group's instances.
-    pub(super) instances: Range<usize>,
-    /// Index of the first group after those within this one.
-    pub(super) after: usize,
-    base_error: f64,
-    /// Models of its instances, shared by groups that look the same.
-    models: Arc<[u32]>,
-    wants_merge: bool,
-    pub(super) is_merged: bool,
-}
-
-impl HlodState {
-    pub(super) fn all(groups: &[HlodGroup], graph: &SceneGraph) -> Vec<Self> {
-        let mut models: HashMap<u32, Arc<[u32]>> = HashMap::new();
-        let state = |HlodGroup { group, after, base_error, .. }: &HlodGroup| {
-            let instances = group.instances.start as usize..group.instances.end as usize;
-            let models = models.entry(group.kind).or_insert_with(|| {
-                let of = instances.clone().map(|index| graph.instance(index).model.0);
-                of.collect::<BTreeSet<u32>>().into_iter().collect()
-            });
-            Self {
-                instances,
-                after: *after as usize,
-                base_error: *base_error,
-                models: Arc::clone(models),
-                wants_merge: false,
-                is_merged: false,
-            }
-        };
-        groups.iter().map(state).collect()
-    }
-
-    /// Reports whether the group is merged and stays merged.
-    pub(super) fn stays_merged(&self) -> bool {
-        self.is_merged && self.wants_merge
-    }
-}
-
-impl InstanceCursor {
-    /// Creates the cursor of a group that is not merged.
-    pub(super) fn for_proxy(kind: u32, hlod: &HlodGroup) -> Self {
-        let mut proxy = Self::new(kind, Some(hlod.group.bounds), 0);
-        proxy.hide();
-        proxy
-    }
-
-    fn hide(&mut self) {
-        (self.wanted, self.shown, self.level) = (NOT_SHOWN, NOT_SHOWN, NO_LEVEL);
-    }
-
-    fn is_ready(&self) -> bool {
-        self.shown == self.wanted && self.shown != NOT_SHOWN
-    }
-}
 
 impl LodCursors {
     /// Chooses whether a group wants to be drawn as one, and at which cursor. `at_once`

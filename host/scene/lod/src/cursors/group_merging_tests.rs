@@ -1,13 +1,16 @@
 //! Groups of a row of strips, drawn as one or not.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::cursor_state::NOT_SHOWN;
 use super::tests::{cursors_of, eye_at, loaded, row_of, strip};
 use super::*;
 use crate::instance_groups::Group;
-use crate::proxies::HlodGroup;
+use crate::proxies::{HlodGroup, Proxies};
 use crate::screen_error::ScreenError;
+use crate::theta_policy::ThetaPolicy;
 
 /// Errors that the proxies have: seen as half a pixel from 20 m and from 100 m.
 const INNER_ERROR: f64 = 0.01;

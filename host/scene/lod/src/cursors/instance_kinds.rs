@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use busbar_geometry::CollapseStacks;
 
-use super::MeshCursor;
+use super::cursor_state::MeshCursor;
 use crate::proxies::MeshProxy;
 use crate::theta_policy::{Detail, ThetaPolicy};
 

@@ -1,17 +1,23 @@
 //! Cursors of a row of strips along x, without a device.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use busbar_geometry::{Collapse, CollapseSequence, CollapseStacks, Mesh, RawPrimitive, weld};
-use busbar_scene::{Model, ModelIndex, ModelNode, Placement, PolicyIndex, Transform};
-use glam::Mat4;
+use busbar_geometry::{
+    Bounds, Collapse, CollapseSequence, CollapseStacks, Mesh, RawPrimitive, weld,
+};
+use busbar_scene::{Model, ModelIndex, ModelNode, Placement, PolicyIndex, SceneGraph, Transform};
+use glam::{Mat4, Vec3};
 
+use super::active_morphs::MAX_MORPHS;
 use super::*;
-use crate::lod_camera::PixelSize;
-use crate::proxies::MeshProxy;
+use crate::lod_camera::{LodCamera, PixelSize};
+use crate::proxies::{MeshProxy, Proxies};
 use crate::screen_error::ScreenError;
-use crate::theta_policy::{DistanceLevel, DistanceTable};
+use crate::theta_policy::{
+    DistanceLevel, DistanceTable, InstancePolicies, ThetaPolicy, distance_to_bounds,
+};
 
 /// A strip of ten quads, one metre long, whose positions collapse one by one.
 pub(super) fn strip() -> Mesh {
@@ -285,7 +291,7 @@ fn a_morph_waits_for_its_meshes_and_settling_skips_morphs() {
 
 #[test]
 fn changes_beyond_the_morph_limit_are_immediate() {
-    let count = geomorphing::MAX_MORPHS + 10;
+    let count = MAX_MORPHS + 10;
     let (mut cursors, models) = row(&vec![0.0; count], None);
     cursors.set_morph_seconds(1.0);
     step(&mut cursors, &models, 0.0, true);

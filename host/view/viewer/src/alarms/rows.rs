@@ -5,43 +5,46 @@ use std::time::Duration;
 
 use busbar_alarms::{AlarmHandle, AlarmSource, AlarmSpec, AlarmStatus, Priority, State};
 use busbar_scene::{NodeIndex, SceneGraph};
+use busbar_site::{AlarmService, EquipmentAlarms, ExternalAlarm, ExternalSource};
 use busbar_tags::{Origin, Snapshot, SourceTime, TagSet};
 use busbar_ui::{
     AlarmDetail, AlarmList, AlarmMarker, AlarmModel, AlarmPriority, AlarmRow, AlarmRows,
 };
 
-use super::external_alarms::{ExternalAlarm, ExternalSource};
-use super::{AlarmService, text};
+use super::external_text::{long_uncertainty, short_uncertainty, statuses};
+use super::{AlarmPresentation, text};
 use crate::labels::{OverlayCamera, top_of};
 use crate::panel_rows::value_text;
+use crate::site_definition::node_of;
 use busbar_scene_loader::LoadedScene;
 
 /// Alarms as rows, made one by one as they are looked at. Without alarms there are none.
 #[derive(Clone, Copy)]
 pub(crate) struct AlarmListRows<'a> {
     pub(crate) alarm_service: Option<&'a AlarmService>,
+    pub(crate) presentation: &'a AlarmPresentation,
     pub(crate) scene: &'a LoadedScene,
     pub(crate) snapshot: Snapshot<'a>,
 }
 
 impl AlarmListRows<'_> {
     fn shown(&self) -> &[AlarmHandle] {
-        self.alarm_service.map_or(&[], |alarm_service| match alarm_service.list {
-            AlarmList::Alarms => &alarm_service.listing.alarms,
-            AlarmList::Held => &alarm_service.listing.held,
+        self.alarm_service.map_or(&[], |alarm_service| match self.presentation.list {
+            AlarmList::Alarms => alarm_service.listing().alarms(),
+            AlarmList::Held => alarm_service.listing().held(),
             AlarmList::Log => &[],
         })
     }
 
     fn row_of(&self, alarm_service: &AlarmService, alarm: AlarmHandle) -> Option<AlarmRow> {
-        if let Some((source, external)) = alarm_service.sources.get(alarm) {
+        if let Some((source, external)) = alarm_service.sources().get(alarm) {
             return Some(self.external_row(alarm_service, source, external));
         }
         let (spec, status) =
-            (alarm_service.table.set().spec(alarm)?, alarm_service.table.status(alarm)?);
+            (alarm_service.table().set().spec(alarm)?, alarm_service.table().status(alarm)?);
         let (state, is_saving) = alarm_service.shown_state(alarm, status.state);
         let (value, uncertainty) = self.value_of(spec, &status);
-        let wall_clock = alarm_service.wall_clock;
+        let wall_clock = alarm_service.wall_clock();
         Some(AlarmRow {
             number: alarm.0,
             id: spec.id.clone(),
@@ -71,7 +74,7 @@ impl AlarmListRows<'_> {
         source: &ExternalSource,
         external: &ExternalAlarm,
     ) -> AlarmRow {
-        let (alarm, wall_clock) = (&external.alarm, alarm_service.wall_clock);
+        let (alarm, wall_clock) = (&external.alarm, alarm_service.wall_clock());
         let standing = alarm.standing();
         AlarmRow {
             number: external.number.0,
@@ -81,7 +84,7 @@ impl AlarmListRows<'_> {
             state: alarm.state_name(),
             is_unacknowledged: standing.state().is_unacknowledged(),
             is_active: standing.is_active,
-            uncertainty: source.short_uncertainty(alarm),
+            uncertainty: short_uncertainty(source, alarm),
             time: alarm.since().map_or_else(String::new, |at| text::time(at, wall_clock)),
             age: alarm.since().map(|since| elapsed(since, wall_clock)),
             equipment: self.equipment(alarm_service, external.number),
@@ -121,13 +124,14 @@ impl AlarmListRows<'_> {
     }
 
     fn equipment(&self, alarm_service: &AlarmService, alarm: AlarmHandle) -> Option<String> {
-        let id = |node| self.scene.graph.node(node).id();
-        if let Some((_, external)) = alarm_service.sources.get(alarm) {
-            let named = || Some(external.alarm.source.clone()).filter(|text| !text.is_empty());
-            return external.node.map(id).or_else(named);
+        let equipment = alarm_service.equipment_of(alarm);
+        if let Some(equipment) = equipment {
+            return Some(self.scene.graph.node(node_of(equipment)).id());
         }
-        let node = alarm_service.nodes.get(alarm.0 as usize).copied().flatten();
-        node.map(id).or_else(|| alarm_service.table.set().spec(alarm)?.equipment.clone())
+        if let Some((_, external)) = alarm_service.sources().get(alarm) {
+            return Some(external.alarm.source.clone()).filter(|text| !text.is_empty());
+        }
+        alarm_service.table().set().spec(alarm)?.equipment.clone()
     }
 
     /// Returns rows of the abnormal alarms among `alarms` and of external alarms at `nodes`, the
@@ -139,15 +143,16 @@ impl AlarmListRows<'_> {
         most: usize,
     ) -> (Vec<AlarmRow>, usize) {
         let Some(alarm_service) = self.alarm_service else { return (Vec::new(), 0) };
-        let state = |alarm| alarm_service.table.status(alarm).map(|status| status.state);
+        let state = |alarm| alarm_service.table().status(alarm).map(|status| status.state);
         let is_open = |alarm: &&AlarmHandle| state(**alarm).is_some_and(|s| s != State::Normal);
         let open = alarms.iter().filter(is_open);
         let mut rows: Vec<AlarmRow> =
             open.filter_map(|alarm| self.row_of(alarm_service, *alarm)).collect();
         let calm = alarms.len() - rows.len();
-        let is_here =
-            |external: &ExternalAlarm| external.node.is_some_and(|node| nodes.contains(&node));
-        let external = alarm_service.sources.iter().filter(|(_, external)| is_here(external));
+        let is_here = |external: &ExternalAlarm| {
+            external.equipment.is_some_and(|equipment| nodes.contains(&node_of(equipment)))
+        };
+        let external = alarm_service.sources().iter().filter(|(_, external)| is_here(external));
         rows.extend(
             external.map(|(source, external)| self.external_row(alarm_service, source, external)),
         );
@@ -159,49 +164,46 @@ impl AlarmListRows<'_> {
     /// Returns the view model of the alarm panel.
     pub(crate) fn model(&self, flashes: bool) -> Option<AlarmModel> {
         let alarm_service = self.alarm_service?;
-        let table = &alarm_service.table;
-        let handling = &self.scene.config.alarm_handling;
+        let (table, listing) = (alarm_service.table(), alarm_service.listing());
+        let (presentation, handling) = (self.presentation, &self.scene.config.alarm_handling);
         let of_priority = |priority| {
             let counts = table.counts(priority);
-            let [unacknowledged, all] = alarm_service.listing.external_counts[priority as usize];
+            let [unacknowledged, all] = listing.external_counts()[priority as usize];
             [counts.unacknowledged() + unacknowledged, counts.annunciated() + all]
         };
         let newest =
-            alarm_service.tail.iter().rev().filter(|_| alarm_service.list == AlarmList::Log);
+            alarm_service.log_tail().iter().rev().filter(|_| presentation.list == AlarmList::Log);
         Some(AlarmModel {
             counts: Priority::ALL.map(of_priority),
-            held: alarm_service.listing.held.len(),
-            list: alarm_service.list,
-            selected: alarm_service.selected.and_then(|alarm| self.detail(alarm_service, alarm)),
-            banner: alarm_service
-                .listing
-                .most_urgent
-                .and_then(|alarm| self.row_of(alarm_service, alarm)),
-            log: newest.map(|record| text::record(record, alarm_service.wall_clock)).collect(),
-            sources: alarm_service.sources.statuses(),
-            trouble: alarm_service.fault_text(),
+            held: listing.held().len(),
+            list: presentation.list,
+            selected: presentation.selected.and_then(|alarm| self.detail(alarm_service, alarm)),
+            banner: listing.most_urgent().and_then(|alarm| self.row_of(alarm_service, alarm)),
+            log: newest.map(|record| text::record(record, alarm_service.wall_clock())).collect(),
+            sources: statuses(alarm_service.sources()),
+            trouble: presentation.fault_text(alarm_service),
             max_shelving: handling.max_shelving,
             flashes,
         })
     }
 
     fn detail(&self, alarm_service: &AlarmService, alarm: AlarmHandle) -> Option<AlarmDetail> {
-        if let Some((source, external)) = alarm_service.sources.get(alarm) {
+        if let Some((source, external)) = alarm_service.sources().get(alarm) {
             return Some(AlarmDetail {
                 row: AlarmRow {
-                    uncertainty: source.long_uncertainty(&external.alarm),
+                    uncertainty: long_uncertainty(source, &external.alarm),
                     ..self.external_row(alarm_service, source, external)
                 },
                 condition: external.alarm.name.clone(),
                 decided_by: Some(format!("'{}'", source.name())),
-                can_ask: alarm_service.has_host,
+                can_ask: alarm_service.has_host(),
                 is_shelved: external.alarm.is_shelved,
                 is_out_of_service: external.alarm.is_out_of_service,
                 ..AlarmDetail::default()
             });
         }
         let (spec, status) =
-            (alarm_service.table.set().spec(alarm)?, alarm_service.table.status(alarm)?);
+            (alarm_service.table().set().spec(alarm)?, alarm_service.table().status(alarm)?);
         let is_mirrored = spec.source == AlarmSource::Mirrored;
         Some(AlarmDetail {
             row: self.row_of(alarm_service, alarm)?,
@@ -209,7 +211,7 @@ impl AlarmListRows<'_> {
             consequence: spec.consequence.clone(),
             response: spec.response.clone(),
             decided_by: is_mirrored.then(|| "The host's alarm system".to_owned()),
-            can_ask: alarm_service.has_host,
+            can_ask: alarm_service.has_host(),
             can_reset: status.state == State::LatchedAcknowledged,
             can_shelve: !matches!(status.state, State::SuppressedByDesign | State::OutOfService)
                 && !is_mirrored,
@@ -233,9 +235,9 @@ impl AlarmRows for AlarmListRows<'_> {
 
     fn next_unacknowledged(&self) -> Option<(u32, Option<String>)> {
         let alarm_service = self.alarm_service?;
-        let alarms = &alarm_service.listing.alarms;
-        let chosen =
-            alarm_service.selected.and_then(|chosen| alarms.iter().position(|a| *a == chosen));
+        let alarms = alarm_service.listing().alarms();
+        let selected = self.presentation.selected;
+        let chosen = selected.and_then(|chosen| alarms.iter().position(|a| *a == chosen));
         let (before, after) = alarms.split_at(chosen.map_or(0, |chosen| chosen + 1));
         let waits = |alarm: &&AlarmHandle| {
             alarm_service.state_of(**alarm).is_some_and(State::is_unacknowledged)
@@ -251,9 +253,9 @@ pub(crate) fn alarm_markers(
     graph: &SceneGraph,
     camera: OverlayCamera,
 ) -> Vec<AlarmMarker> {
-    let of_place = |(node, place): &(_, super::alarm_listing::EquipmentAlarms)| {
+    let of_place = |(equipment, place): &(_, EquipmentAlarms)| {
         Some(AlarmMarker {
-            anchor: camera.projection.to_screen(top_of(graph.node(*node)))?,
+            anchor: camera.projection.to_screen(top_of(graph.node(node_of(*equipment))))?,
             priority: priority(place.priority),
             is_unacknowledged: place.is_unacknowledged,
             is_uncertain: place.is_uncertain,
@@ -261,12 +263,12 @@ pub(crate) fn alarm_markers(
             origin: place.origin,
         })
     };
-    alarm_service.listing.places.iter().filter_map(of_place).collect()
+    alarm_service.listing().equipment().iter().filter_map(of_place).collect()
 }
 
 /// The equipment that beacons stand at.
 pub(crate) fn nodes_in_alarm(alarm_service: &AlarmService) -> BTreeSet<NodeIndex> {
-    alarm_service.listing.places.iter().map(|(node, _)| *node).collect()
+    alarm_service.listing().equipment().iter().map(|(number, _)| node_of(*number)).collect()
 }
 
 fn priority(priority: Priority) -> AlarmPriority {

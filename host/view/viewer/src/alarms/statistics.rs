@@ -1,13 +1,14 @@
 //! Alarms as the statistics tell them.
 
 use super::AlarmListRows;
+use super::external_text::short_uncertainty;
 use crate::stats::AlarmStats;
 
 impl AlarmListRows<'_> {
     /// Returns the statistics of the alarms that are not normal.
     pub(crate) fn stats(&self) -> Vec<AlarmStats> {
         let Some(alarm_service) = self.alarm_service else { return Vec::new() };
-        let table = &alarm_service.table;
+        let table = alarm_service.table();
         let own = table.open().filter_map(|alarm| {
             let (spec, status) = (table.set().spec(alarm)?, table.status(alarm)?);
             Some(AlarmStats {
@@ -21,7 +22,7 @@ impl AlarmListRows<'_> {
                 uncertainty: None,
             })
         });
-        let external = alarm_service.sources.iter().map(|(source, external)| AlarmStats {
+        let external = alarm_service.sources().iter().map(|(source, external)| AlarmStats {
             id: external.id(source),
             state: external.alarm.standing().state(),
             priority: external.priority.name(),
@@ -29,7 +30,7 @@ impl AlarmListRows<'_> {
             occurrences: 0,
             origin: self.declared_origin(source).names().collect(),
             source: Some(source.name().to_owned()),
-            uncertainty: source.short_uncertainty(&external.alarm),
+            uncertainty: short_uncertainty(source, &external.alarm),
         });
         own.chain(external).collect()
     }

@@ -74,7 +74,7 @@ fn name(chart: &SceneChart) -> String {
     }
 }
 
-pub(super) fn model(chart: &SceneChart) -> ChartModel {
+pub(super) fn model(chart: &SceneChart, fault: Option<String>) -> ChartModel {
     let board = &chart.board;
     let description = board.description();
     let [known, meant] = counts(chart);
@@ -86,7 +86,7 @@ pub(super) fn model(chart: &SceneChart) -> ChartModel {
     };
     ChartModel {
         name: name(chart),
-        fault: chart.poller.fault(),
+        fault,
         layout: board.layout(),
         axes: board.order().iter().map(axis).collect(),
         join: board.brushes().operator,
@@ -118,7 +118,7 @@ fn counts(chart: &SceneChart) -> [usize; 2] {
     [known().count(), known().filter(|&record| board.is_brushed(record)).count()]
 }
 
-pub(super) fn stats(chart: &SceneChart) -> ChartStats {
+pub(super) fn stats(chart: &SceneChart, fault: Option<String>) -> ChartStats {
     let description = chart.board.description();
     let state = |one: &ChartSelection| {
         let name = one.state.map(|state| description.legend[state as usize].name.clone());
@@ -143,7 +143,7 @@ pub(super) fn stats(chart: &SceneChart) -> ChartStats {
                 agrees: one.agrees,
             })
             .collect(),
-        fault: chart.poller.fault(),
+        fault,
     }
 }
 

@@ -6,9 +6,9 @@ use busbar_scene::{NodeIndex, SceneGraph};
 use glam::Vec3;
 
 use crate::labels::top_of;
+use crate::object_numbers::node_of;
 use crate::pick_queue::PickRequest;
 use crate::ray_casting::{Ray, SceneSurfaces, distance_to_node};
-use crate::viewer::node_of;
 
 /// Pixels beside an anchor that must be covered too: the edge of a wire hides nothing.
 const BESIDE: [i64; 3] = [-3, 0, 3];

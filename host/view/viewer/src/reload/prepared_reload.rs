@@ -1,20 +1,20 @@
 //! Prepared reload: a changed configuration whose new plugins run already.
 
-use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
 
 use busbar_config::Changes;
 use busbar_plugin_host::PluginError;
-use busbar_plugin_process::{RunningOverlay, RunningTelemetry};
-use busbar_scene_loader::{LoadError, LoadedScene, ReloadedScene, source_policy};
+use busbar_scene_loader::{LoadError, LoadedScene, ReloadedScene};
+use busbar_site::StartedPlugins;
+
+use crate::site_definition::start_plugins;
 
 /// A changed configuration with everything it names, ready to be shown: its new plugins run.
 pub struct PreparedReload {
     pub(crate) loaded: ReloadedScene,
-    /// Telemetry plugins that were started for it.
-    pub(crate) telemetry: Vec<RunningTelemetry>,
-    pub(crate) overlays: BTreeMap<String, RunningOverlay>,
+    /// Plugins that were started for it.
+    pub(crate) started: StartedPlugins,
 }
 
 /// Error that keeps a changed configuration from being shown.
@@ -59,21 +59,8 @@ impl PreparedReload {
     pub fn load(shown: &LoadedScene, path: &Path) -> Result<Option<Self>, ReloadError> {
         let Some(loaded) = shown.reload(path)? else { return Ok(None) };
         let ReloadedScene { scene, kept, .. } = &loaded;
-        let (mut telemetry, mut overlays) = (Vec::new(), BTreeMap::new());
-        for (name, plugin) in scene.instances.iter().filter(|(name, _)| !kept.contains(*name)) {
-            if scene.config.overlays.iter().any(|overlay| overlay.plugin == *name) {
-                let bindings = scene.overlay_bindings(name);
-                overlays.insert(name.clone(), RunningOverlay::configure(plugin, bindings)?);
-            }
-            if let Some(tags) = scene.served_tags(name, plugin) {
-                telemetry.push(RunningTelemetry::start(
-                    plugin,
-                    &tags,
-                    source_policy(&scene.config, name),
-                )?);
-            }
-        }
-        Ok(Some(Self { loaded, telemetry, overlays }))
+        let started = start_plugins(scene, &|name| !kept.contains(name))?;
+        Ok(Some(Self { loaded, started }))
     }
 
     /// Returns the changes against the previous configuration.

@@ -1,12 +1,33 @@
 //! Construction of a viewer from a loaded scene.
 
-use busbar_config::{OriginConfig, ThemeConfig};
-use busbar_tags::{TagHandle, TagSpec};
+use std::sync::Arc;
+use std::time::Instant;
 
-use super::*;
+use busbar_renderer::{RendererOptions, WindowHandles};
+use busbar_site::Site;
+use busbar_ui::Panels;
 
-/// Target of a view: a picture, another program's window, or an own window.
-enum ViewTarget {
+use super::Viewer;
+use crate::ViewError;
+use crate::alarms::AlarmPresentation;
+use crate::camera::Camera;
+use crate::camera::navigator::Navigator;
+use crate::detail_control::DetailControl;
+use crate::equipment_panels::EquipmentPanels;
+use crate::frame_statistics::FrameStatistics;
+use crate::host_program::HostProgram;
+use crate::interaction::Interaction;
+use crate::panel_frame::appearance_of;
+use crate::scene_drawing::SceneDrawing;
+use crate::scene_overlays::SceneOverlays;
+use crate::site_definition::{site_definition, start_plugins};
+use crate::view_renderer::ViewRenderer;
+use crate::view_target::ViewTarget;
+use busbar_scene_loader::LoadedScene;
+use busbar_scene_loader::millis_since;
+
+/// Place where a view is shown.
+enum ViewPlace {
     /// Still picture without a spectator, the same each time.
     Headless,
     /// An operator, in another program's window.
@@ -25,7 +46,7 @@ impl Viewer {
         options: RendererOptions,
         size: [u32; 2],
     ) -> Result<Self, ViewError> {
-        Self::start(scene, options, ViewTarget::Headless, size)
+        Self::start(scene, options, ViewPlace::Headless, size)
     }
 
     /// Opens a live view without a window, `size` in pixels, whose pictures are shown elsewhere. It
@@ -38,7 +59,7 @@ impl Viewer {
         options: RendererOptions,
         size: [u32; 2],
     ) -> Result<Self, ViewError> {
-        Self::start(scene, options, ViewTarget::Offscreen, size)
+        Self::start(scene, options, ViewPlace::Offscreen, size)
     }
 
     /// A view in a window, `size` in pixels, with panels.
@@ -51,174 +72,50 @@ impl Viewer {
         window: Arc<dyn WindowHandles>,
         size: [u32; 2],
     ) -> Result<Self, ViewError> {
-        Self::start(scene, options, ViewTarget::Window(window), size)
+        Self::start(scene, options, ViewPlace::Window(window), size)
     }
 
     fn start(
         mut scene: LoadedScene,
         options: RendererOptions,
-        watched: ViewTarget,
+        place: ViewPlace,
         size: [u32; 2],
     ) -> Result<Self, ViewError> {
-        let is_live = !matches!(watched, ViewTarget::Headless);
-        let window = match watched {
-            ViewTarget::Window(window) => Some(window),
-            ViewTarget::Headless | ViewTarget::Offscreen => None,
+        let is_live = !matches!(place, ViewPlace::Headless);
+        let window = match place {
+            ViewPlace::Window(window) => Some(window),
+            ViewPlace::Headless | ViewPlace::Offscreen => None,
         };
-        let start = Instant::now();
         let in_window = window.is_some();
-        let choice = device_choice(&scene);
-        let options = options_of(options, is_live);
-        let open = || Renderer::open(options, choice.clone(), window.clone(), size);
-        let (recovery, renderer) = DeviceRecovery::start(&scene, !is_live, open)?;
-        let models = uploaded_models::without_details(&scene);
+        let start = Instant::now();
+        let renderer = ViewRenderer::start(&scene, options, window, size, !is_live)?;
         scene.millis.insert("upload".into(), millis_since(start));
-        let theta_scale = scene.config.view.theta_scale;
-        let tags = table_of(&scene);
-        let overlays = overlay_instances::start_overlays(&scene)?;
-        let telemetry = telemetry_instance::start_telemetry(&scene)?;
-        let chart = start_chart(&scene, !is_live)?;
-        let records = RecordStore::start(&scene, !is_live)?;
-        let camera =
-            scene.config.view.camera.as_ref().and_then(|name| scene.config.cameras.get(name));
-        let camera =
-            camera.map_or_else(|| Camera::framing(scene.graph.bounds()), Camera::from_config);
-        let mut lod_cursors = LodCursors::new(
-            &scene.graph,
-            &scene.meshes(),
-            &scene.policies,
-            &scene.proxies,
-            theta_scale,
-            uploaded_models::MORPH_BUDGET,
-        );
-        lod_cursors.set_morph_seconds(scene.config.view.morph_seconds);
+        let plugins = start_plugins(&scene, &|_| true)?;
+        let site = Site::start(site_definition(&scene), plugins, !is_live)?;
         // In a window, its own glue says how large a point is.
         let scale = if in_window { 1.0 } else { scene.config.view.scale };
-        let points = size.map(|pixels| pixels as f32 / scale);
-        let screen = Rect::from_min_size(Pos2::ZERO, points.into());
-        let appearance = appearance_of(&mut scene);
-        let node_attachments = NodeAttachments::new(&scene);
-        let tree = EquipmentTree::new(&scene.graph, &scene.equipment, &node_attachments.nodes());
-        let alarms = AlarmService::new(&scene, is_live, wall_clock());
         Ok(Self {
-            telemetry,
-            overlays,
-            history: selection::history_of(&scene),
-            origins: OriginTracker::default(),
-            tags,
-            pauses: PauseMonitor::start(),
-            events: EventLog::default(),
-            alarms,
-            operator: String::new(),
-            has_host: false,
-            host_intake: HostIntake::for_scene(&scene),
-            chart,
-            records,
-            triangles_full: full_triangles(&scene),
-            lod_cursors,
-            settles: !is_live,
-            // A picture does not depend on how fast it came.
-            frame_budget: FrameBudget::new(
-                scene.config.view.target_frame_millis.filter(|_| is_live),
-            ),
-            section: scene.config.view.section.map(environment::section_of),
-            environment: Environment::new(&scene.config.view, scene.graph.bounds()),
-            moving_parts: MovingParts::new(Arc::clone(&scene.moving_parts)),
-            navigator: Navigator::new(camera, &scene.config.view, is_live),
-            scene,
+            alarms: AlarmPresentation::new(&scene),
+            overlays: SceneOverlays::new(&scene, &site, !is_live),
+            navigator: Navigator::new(first_camera(&scene), &scene.config.view, is_live),
+            interaction: Interaction::default(),
+            equipment: EquipmentPanels::new(&scene),
+            detail: DetailControl::new(&scene, is_live),
             renderer,
-            recovery,
-            models,
-            panels: Panels::new(in_window, appearance),
-            selection: BTreeSet::new(),
-            equipment_tree: tree,
-            tag_filter: TagFilter::default(),
-            node_attachments,
-            faceplate: None,
-            trend_span: faceplate::FIRST_SPAN,
-            pick_queue: PickQueue::default(),
-            pointer: None,
-            hovered: None,
-            measuring: None,
-            labelled: Vec::new(),
-            hidden_labels: BTreeSet::new(),
-            last_view: None,
-            camera_rests: false,
-            wireframe: false,
-            viewport: screen,
-            screen,
-            in_window,
-            pixels_per_point: scale,
-            highlights: Highlights::default(),
-            states: Vec::new(),
-            outlines: Outlines::default(),
-            overlay_geometry: OverlayGeometry::default(),
-            scene_draw_list: SceneDrawList::default(),
-            last_primitives: Vec::new(),
-            host_camera_commands: Vec::new(),
-            host_picks: VecDeque::new(),
-            last_frame: FrameStats::default(),
-            cpu_millis: 0.0,
-            stage_millis: FrameStageMillis::default(),
-            frame_millis: VecDeque::new(),
-            frames: 0,
-            resolved: 0,
-            reloads: ReloadCounters::default(),
+            drawing: SceneDrawing::new(&scene),
+            target: ViewTarget::new(size, scale, in_window, !is_live),
+            panels: Panels::new(in_window, appearance_of(&mut scene)),
+            host: HostProgram::default(),
+            statistics: FrameStatistics::default(),
+            site,
+            scene,
         })
     }
 }
 
-/// Returns the appearance of the panels; the font is moved out of the scene.
-pub(super) fn appearance_of(scene: &mut LoadedScene) -> Appearance {
-    Appearance {
-        is_dark: scene.config.view.theme == ThemeConfig::Dark,
-        scale: scene.config.view.scale,
-        font: scene.font.take().map(|font| font.to_vec()),
-    }
-}
-
-/// Returns the renderer options; headless pictures ignore those for software rasterizers.
-pub(super) fn options_of(options: RendererOptions, is_live: bool) -> RendererOptions {
-    RendererOptions {
-        on_software_rasterizer: options.on_software_rasterizer.filter(|_| is_live),
-        ..options
-    }
-}
-
-/// The device that the configuration wants.
-pub(super) fn device_choice(scene: &LoadedScene) -> DeviceChoice {
-    DeviceChoice {
-        device: scene.config.view.device.clone(),
-        pipeline_cache: scene.pipeline_cache.clone(),
-    }
-}
-
-pub(super) fn start_chart(
-    scene: &LoadedScene,
-    settles: bool,
-) -> Result<Option<SceneChart>, ViewError> {
-    let Some(config) = &scene.config.chart else { return Ok(None) };
-    let Some(plugin) = scene.instances.get(&config.plugin) else { return Ok(None) };
-    Ok(Some(SceneChart::start(config, plugin, &scene.graph, settles)?))
-}
-
-pub(super) fn full_triangles(scene: &LoadedScene) -> u64 {
-    let triangles = |instance: busbar_scene::MeshInstance| {
-        let stacks = &scene.models[instance.model.0 as usize].stacks;
-        stacks[instance.mesh as usize].mesh().triangles.len() as u64
-    };
-    scene.graph.instances().map(triangles).sum()
-}
-
-/// Creates an empty tag table. Host values survive a stop of this process, since their queue does.
-pub(super) fn table_of(scene: &LoadedScene) -> TagTable {
-    let mut table = TagTable::new(scene.tags.clone(), Moment::now());
-    let is_by_host = |spec: &TagSpec| {
-        let tag = scene.config.tags.get(&spec.id);
-        tag.is_some_and(|tag| matches!(tag.origin, OriginConfig::Host))
-    };
-    let specs = scene.tags.specs().iter().zip(0..);
-    let by_host = specs.filter(|(spec, _)| is_by_host(spec)).map(|(_, tag)| TagHandle(tag));
-    table.keep_current_across_stops(by_host);
-    table
+/// Returns the camera of the configuration, or else one that shows the whole scene.
+fn first_camera(scene: &LoadedScene) -> Camera {
+    let view = &scene.config.view;
+    let camera = view.camera.as_ref().and_then(|name| scene.config.cameras.get(name));
+    camera.map_or_else(|| Camera::framing(scene.graph.bounds()), Camera::from_config)
 }

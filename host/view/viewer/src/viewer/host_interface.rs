@@ -4,15 +4,13 @@ use std::collections::HashMap;
 
 use busbar_alarms::{AlarmFlags, AlarmHandle, State};
 use busbar_chart::Action;
+use busbar_scene::NodeIndex;
+use busbar_site::{HostTagValue, PluginHealth};
 use busbar_tags::{SourceTime, TagHandle};
-use busbar_ui::{AlarmAction, ChartCommand};
+use busbar_ui::{AlarmAction, ChartCommand, Command};
 
-use super::host_intake::{ArrivalTimes, HostTagValue};
-use super::sample_intake::SampleUpdates;
-use super::*;
-
-/// Picks that a host program has yet to hear; of more the oldest goes.
-const MAX_HOST_PICKS: usize = 256;
+use super::Viewer;
+use crate::{ViewError, panel_rows};
 
 /// Pose of the camera, in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,30 +39,27 @@ pub struct ChangedAlarm {
 impl Viewer {
     /// Marks the view as embedded in a host program.
     pub fn attach_host_program(&mut self) {
-        self.has_host = true;
-        if let Some(alarms) = &mut self.alarms {
-            alarms.set_host();
-        }
+        self.host.is_attached = true;
+        self.site.attach_host_program();
     }
 
     /// Sets the size of a view without a window, pixels.
     pub fn resize_offscreen(&mut self, size: [u32; 2]) {
-        self.renderer.resize(size);
-        let points = size.map(|pixels| pixels as f32 / self.scene.config.view.scale);
-        self.screen = Rect::from_min_size(Pos2::ZERO, points.into());
+        self.renderer.get_mut().resize(size);
+        self.target.resize(size, self.scene.config.view.scale);
     }
 
     /// Waits until the device has drawn the last frame; reports success. The next frame reports a
     /// lost device.
     pub fn finish_frame(&mut self) -> bool {
-        self.renderer.finish().is_ok()
+        self.renderer.get_mut().finish().is_ok()
     }
 
     /// Selects and frames a piece of equipment, by its id or an alias; whether there is one.
     pub fn focus(&mut self, id: &str) -> bool {
         let Some(node) = self.scene.equipment.find(&self.scene.graph, id) else { return false };
         self.select([node]);
-        self.host_camera_commands.push(Command::Focus(self.scene.graph.node(node).id()));
+        self.host.camera_commands.push(Command::Focus(self.scene.graph.node(node).id()));
         true
     }
 
@@ -86,9 +81,7 @@ impl Viewer {
 
     /// Draws an overlay or leaves it out, by its plugin instance; whether there is one.
     pub fn set_layer_shown(&mut self, name: &str, shown: bool) -> bool {
-        let mut overlays = self.overlays.iter_mut();
-        let found = overlays.find(|overlay| overlay.overlay.name() == name);
-        found.map(|overlay| overlay.is_shown = shown).is_some()
+        self.overlays.layers.set_shown_by_name(name, shown)
     }
 
     /// Sets the instant that the chart shows.
@@ -101,37 +94,33 @@ impl Viewer {
     /// # Errors
     /// A text: the tag does not exist or is not set by the host.
     pub fn set_tag(&mut self, id: &str, value: &HostTagValue) -> Result<(), String> {
-        let specs = self.scene.tags.specs();
-        let found = specs.binary_search_by(|spec| spec.id.as_str().cmp(id));
-        let by_host = self.scene.config.tags.get(id).map(|tag| tag.is_host_written());
-        let (Ok(index), Some(by_host)) = (found, by_host) else {
-            return Err(format!("there is no tag '{id}'"));
-        };
-        if !by_host {
-            return Err(format!(
-                "tag '{id}' comes from elsewhere; say \"set_by_host\": true in the configuration \
-                 instead of its source"
-            ));
-        }
-        let at = ArrivalTimes { now: Moment::now(), wall: wall_clock() };
-        let Self { tags, events, history, alarms, host_intake, .. } = self;
-        let mut updates = SampleUpdates { tags, events, history, alarms: alarms.as_mut() };
-        host_intake.take(TagHandle(index as u32), value, at, &mut updates);
-        Ok(())
-    }
-
-    /// Notes what an operator picked.
-    pub(super) fn note_host_pick(&mut self, node: Option<NodeIndex>) {
-        if self.host_picks.len() == MAX_HOST_PICKS {
-            self.host_picks.pop_front();
-        }
-        self.host_picks.push_back(node);
+        self.site.set_tag(id, value)
     }
 
     /// Takes the ids of the equipment picked since the last call.
     pub fn take_host_picks(&mut self) -> Vec<Option<String>> {
         let id = |node: NodeIndex| self.scene.graph.node(node).id();
-        self.host_picks.drain(..).map(|node| node.map(id)).collect()
+        self.host.take_picks().into_iter().map(|node| node.map(id)).collect()
+    }
+
+    /// Sets the operator for later alarm actions, as the audit log names them.
+    pub fn set_operator(&mut self, name: &str) {
+        name.clone_into(&mut self.host.operator);
+    }
+
+    /// Sets a mirrored alarm to the state that the host's alarm system has it in, by the
+    /// letter of IEC 62682: `A` to `I`. `until` is the end of its time on the shelf.
+    ///
+    /// # Errors
+    /// An alarm that does not exist or is not mirrored.
+    pub fn mirror_alarm(
+        &mut self,
+        id: &str,
+        state: State,
+        until: Option<SourceTime>,
+        operator: Option<&str>,
+    ) -> Result<(), ViewError> {
+        self.site.mirror_alarm(id, state, until, operator).map_err(ViewError::Alarm)
     }
 
     /// Does what the host program's operator does to an alarm.
@@ -144,8 +133,8 @@ impl Viewer {
         action: AlarmAction,
         operator: &str,
     ) -> Result<(), String> {
-        let alarms = self.alarms.as_mut().ok_or_else(|| format!("there is no alarm '{id}'"))?;
-        alarms.act_as(id, action, operator)
+        let operator = if operator.is_empty() { &self.host.operator } else { operator };
+        self.site.act_on_alarm_by_id(id, action, operator)
     }
 
     /// Returns the alarms whose standing differs from `known`, and updates `known`.
@@ -153,7 +142,7 @@ impl Viewer {
         &self,
         known: &mut HashMap<AlarmHandle, AlarmFlags>,
     ) -> Vec<ChangedAlarm> {
-        let changed = self.alarms.as_ref().map(|alarms| alarms.changed_since(known));
+        let changed = self.site.alarms().map(|alarms| alarms.changed_since(known));
         let changed = changed.unwrap_or_default().into_iter();
         let alarm =
             |(alarm, state, standing, since)| ChangedAlarm { alarm, state, standing, since };
@@ -162,33 +151,31 @@ impl Viewer {
 
     /// Takes the operator's requests on external alarms since the last call, by alarm id.
     pub fn take_alarm_requests(&mut self) -> Vec<(String, AlarmAction)> {
-        self.alarms.as_mut().map(AlarmService::take_host_requests).unwrap_or_default()
+        self.site.take_alarm_requests()
     }
 
     /// Restores the alarm states of a previous viewer process.
     pub fn restore_alarms(&mut self, standings: &[(String, AlarmFlags, SourceTime)]) {
-        if let Some(alarms) = &mut self.alarms {
-            alarms.restore(standings);
-        }
+        self.site.restore_alarms(standings);
     }
 
     /// Returns the name and the state text of each plugin instance.
     pub fn plugin_states(&self) -> Vec<(String, String)> {
-        let state = |(plugin, link, fault): (&Plugin, Option<LinkReport>, Option<&str>)| {
-            let row = panel_rows::plugin(plugin, link, fault);
-            let process = plugin.status().state.name();
+        let state = |health: PluginHealth<'_>| {
+            let process = health.plugin.status().state.name();
+            let row = panel_rows::plugin(health);
             let words = [process, row.message.as_str()].join(": ");
             (row.name, words.trim_end_matches(": ").to_owned())
         };
-        self.plugin_instances().map(state).collect()
+        self.site.plugins().map(state).collect()
     }
 
     /// Returns the name of the graphics device.
     pub fn device_name(&self) -> &str {
-        self.renderer.device_name()
+        self.renderer.get().device_name()
     }
 
-    /// Returns the id of a tag; none for a handle of another scene.
+    /// Id of a tag.
     pub fn tag_id(&self, tag: TagHandle) -> Option<&str> {
         self.scene.tags.spec(tag).map(|spec| spec.id.as_str())
     }

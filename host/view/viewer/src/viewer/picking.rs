@@ -1,6 +1,20 @@
 //! Picking: selection, hovering and measuring through the renderer's id picture.
 
-use super::*;
+use std::collections::BTreeSet;
+
+use busbar_renderer::{DrawList, PickState, PixelArea, RenderError, Renderer};
+use busbar_scene::NodeIndex;
+use egui::{Pos2, Rect};
+
+use super::Viewer;
+use crate::ViewError;
+use crate::camera::Projection;
+use crate::interaction::PickedPicture;
+use crate::labels::hidden_labels;
+use crate::object_numbers::node_of;
+use crate::pick_queue::{PickPurpose, PickRequest};
+use crate::ray_casting;
+use busbar_scene_loader::LoadedScene;
 
 impl Viewer {
     /// Selects the equipment at a pixel and returns its id. Waits for the device.
@@ -8,14 +22,13 @@ impl Viewer {
     /// # Errors
     /// Errors of the graphics device.
     pub fn pick(&mut self, pixel: [u32; 2]) -> Result<Option<String>, ViewError> {
-        self.update_draw_list();
-        let frame = self.frame_of(self.view(), self.scene_draw_list.list(), &[], None);
-        let pick = |renderer: &mut Renderer| renderer.pick(&frame, pixel);
-        if let Some(object) = self.recovery.run(&mut self.renderer, &self.scene, pick)? {
+        if let Some(object) =
+            self.pick_with_present_frame(|renderer, frame| renderer.pick(frame, pixel))?
+        {
             self.select(node_of(object));
-            self.note_host_pick(node_of(object));
+            self.host.note_pick(node_of(object));
         }
-        let selected = self.selection.first();
+        let selected = self.interaction.selection().first();
         Ok(selected.map(|node| self.scene.graph.node(*node).id()))
     }
 
@@ -25,10 +38,8 @@ impl Viewer {
     /// # Errors
     /// Errors of the graphics device, or a pixel outside the picture.
     pub fn pick_many(&mut self, pixels: &[[u32; 2]]) -> Result<Vec<Option<String>>, ViewError> {
-        let size = self.renderer.picked_size();
-        self.update_draw_list();
-        let frame = self.frame_of(self.view(), self.scene_draw_list.list(), &[], None);
-        let objects = self.recovery.run(&mut self.renderer, &self.scene, |r| r.pick_all(&frame))?;
+        let size = self.renderer.get().picked_size();
+        let objects = self.pick_with_present_frame(|renderer, frame| renderer.pick_all(frame))?;
         let objects = objects.ok_or(ViewError::Render(RenderError::NoPicture))?;
         let id_at = |&pixel: &[u32; 2]| {
             if pixel[0] >= size[0] || pixel[1] >= size[1] {
@@ -40,26 +51,32 @@ impl Viewer {
         pixels.iter().map(id_at).collect()
     }
 
-    /// Returns the equipment id under the pointer, as last picked.
-    pub fn hovered(&self) -> Option<String> {
-        self.hovered.map(|node| self.scene.graph.node(node).id())
+    /// Picks in a picture of the present camera, with all changes since the last frame.
+    fn pick_with_present_frame<T>(
+        &mut self,
+        mut pick: impl FnMut(&mut Renderer, &busbar_renderer::Frame<'_>) -> Result<T, RenderError>,
+    ) -> Result<Option<T>, ViewError> {
+        let (view, background) = (self.view(), self.background());
+        let Self { scene, overlays, detail, drawing, renderer, .. } = self;
+        drawing.update_draw_list(scene, detail, overlays.highlights());
+        let frame = drawing.pick_frame(view, background, drawing.draw_list());
+        renderer.run(scene, |renderer| pick(renderer, &frame))
     }
 
-    /// Reports whether frames must continue without input: a pick is pending, or something moves.
-    pub(super) fn needs_frames(&self) -> bool {
-        self.pick_queue.is_busy()
-            || self.navigator.is_moving()
-            || !self.moving_parts.just_moved().is_empty()
+    /// Returns the equipment id under the pointer, as last picked.
+    pub fn hovered(&self) -> Option<String> {
+        self.interaction.hovered.map(|node| self.scene.graph.node(node).id())
     }
 
     /// Selects the equipment of the chart line at a position, or else picks in the scene.
     pub(super) fn pick_line_or_scene(&mut self, at: Pos2) {
-        let projection = self.last_view.map(|view| Projection::new(&view, self.screen));
-        let node = projection.and_then(|by| self.chart.as_ref()?.node_at(at, by));
+        let screen = self.target.screen;
+        let projection = self.drawing.last_view().map(|view| Projection::new(&view, screen));
+        let node = projection.and_then(|by| self.overlays.chart()?.node_at(at, by));
         match node {
             Some(node) => {
                 self.select([node]);
-                self.note_host_pick(Some(node));
+                self.host.note_pick(Some(node));
             }
             None => self.pick_at(PickPurpose::Select, at),
         }
@@ -67,60 +84,45 @@ impl Viewer {
 
     /// Requests a pick at a position of the displayed picture.
     pub(super) fn pick_at(&mut self, purpose: PickPurpose, at: Pos2) {
-        let picture = self.renderer.picked_size();
-        self.enqueue(purpose, PixelArea::pixel(self.pixel(at), picture));
+        let Self { interaction, drawing, renderer, target, .. } = self;
+        let shown = PickedPicture {
+            size: renderer.get().picked_size(),
+            view: drawing.last_view(),
+            instances: drawing.draw_list(),
+        };
+        interaction.pick_at(purpose, at, target, shown);
     }
 
-    /// Asks what shows in a part of it.
+    /// Requests a pick in a part of the displayed picture.
     pub(super) fn pick_in(&mut self, purpose: PickPurpose, area: Rect) {
-        let picture = self.renderer.picked_size();
-        let origin = self.pixel(area.min);
-        let end = [area.max.x, area.max.y].map(|points| (points * self.pixels_per_point).ceil());
-        let size =
-            [0, 1].map(|axis| (end[axis] as u32).min(picture[axis]).saturating_sub(origin[axis]));
-        self.enqueue(purpose, PixelArea { origin, size, picture });
+        let Self { interaction, drawing, renderer, target, .. } = self;
+        let shown = PickedPicture {
+            size: renderer.get().picked_size(),
+            view: drawing.last_view(),
+            instances: drawing.draw_list(),
+        };
+        interaction.pick_in(purpose, area, target, shown);
     }
 
-    fn enqueue(&mut self, purpose: PickPurpose, area: PixelArea) {
-        if let Some(view) = self.last_view {
-            self.pick_queue
-                .enqueue(PickRequest { purpose, area, view }, self.scene_draw_list.list());
-        }
-    }
-
-    fn pixel(&self, at: Pos2) -> [u32; 2] {
-        [at.x, at.y].map(|points| (points * self.pixels_per_point) as u32)
-    }
-
-    /// Notes where the pointer is.
-    pub(super) fn point_at(&mut self, position: Option<Pos2>) {
-        self.pointer = position;
-        if position.is_none() {
-            self.hovered = None;
-            self.pick_queue.forget_hover();
-        }
-    }
-
-    /// Takes an answer, and asks the next question; waits for neither.
-    pub(super) fn step_pick_queue(&mut self) -> Result<(), ViewError> {
+    /// Takes the result of a pick, and begins the next; waits for neither.
+    pub(super) fn step_picks(&mut self) -> Result<(), ViewError> {
         if self.navigator.is_moving() {
             // What was under the pointer is somewhere else.
-            self.hovered = None;
-            self.pick_queue.forget_hover();
+            self.interaction.forget_hover();
         }
-        if let Some(request) = self.pick_queue.in_progress() {
+        if let Some(request) = self.interaction.picks.in_progress() {
             let take = |renderer: &mut Renderer| renderer.take_pick();
-            match self.recovery.run(&mut self.renderer, &self.scene, take)? {
+            match self.renderer.run(&self.scene, take)? {
                 Some(PickState::Pending) => return Ok(()),
                 Some(PickState::Done(objects)) => {
-                    self.pick_queue.end();
+                    self.interaction.picks.end();
                     self.apply_result(request, &objects);
                 }
                 // The device was lost meanwhile: the operator clicks again.
-                Some(PickState::None) | None => self.pick_queue.end(),
+                Some(PickState::None) | None => self.interaction.picks.end(),
             }
         }
-        if let Some((request, shown)) = self.pick_queue.next() {
+        if let Some((request, shown)) = self.interaction.picks.next() {
             return self.begin_pick(request, Some(&shown));
         }
         match self.idle_request().filter(|_| !self.navigator.is_moving()) {
@@ -131,30 +133,34 @@ impl Viewer {
 
     /// Returns the hover or label request that is due while the operator requests nothing.
     fn idle_request(&self) -> Option<PickRequest> {
-        let (view, picture) = (self.last_view?, self.renderer.picked_size());
-        let hover = self.pointer.map(|pointer| {
-            let area = PixelArea::pixel(self.pixel(pointer), picture);
+        let (view, picture) = (self.drawing.last_view()?, self.renderer.get().picked_size());
+        let hover = self.interaction.pointer().map(|pointer| {
+            let area = PixelArea::pixel(self.target.pixel(pointer), picture);
             PickRequest { purpose: PickPurpose::Hover, area, view }
         });
         // Labels fade once the camera rests: they are calm while it moves. A picture
         // without a window must not depend on when the answer comes.
-        let fades = self.camera_rests && !self.settles && !self.labelled.is_empty();
+        let is_calm = self.drawing.camera_rests() && !self.target.settles;
+        let fades = is_calm && !self.overlays.labelled().is_empty();
         let area = PixelArea::whole(picture);
         let labels = fades.then_some(PickRequest { purpose: PickPurpose::Labels, area, view });
-        [hover, labels].into_iter().flatten().find(|request| self.pick_queue.is_new(request))
+        let picks = &self.interaction.picks;
+        [hover, labels].into_iter().flatten().find(|request| picks.is_new(request))
     }
 
-    /// Asks about a picture that showed this, or the last one.
+    /// Begins a pick in a picture that showed these instances, or else in the last one.
     fn begin_pick(
         &mut self,
         request: PickRequest,
         shown: Option<&DrawList>,
     ) -> Result<(), ViewError> {
-        let shown = shown.unwrap_or(self.scene_draw_list.list());
-        let frame = self.frame_of(request.view, shown, &[], None);
+        let background = self.background();
+        let Self { scene, drawing, renderer, interaction, .. } = self;
+        let instances = shown.unwrap_or(drawing.draw_list());
+        let frame = drawing.pick_frame(request.view, background, instances);
         let begin = |renderer: &mut Renderer| renderer.begin_pick(&frame, &request.area);
-        match self.recovery.run(&mut self.renderer, &self.scene, begin) {
-            Ok(Some(())) => self.pick_queue.begin(request),
+        match renderer.run(scene, begin) {
+            Ok(Some(())) => interaction.picks.begin(request),
             Ok(None) => {}
             // The window shrank since.
             Err(ViewError::Render(RenderError::OutsidePicture { .. })) => {
@@ -170,20 +176,24 @@ impl Viewer {
         match request.purpose {
             PickPurpose::Select => {
                 self.select(first);
-                self.note_host_pick(first);
+                self.host.note_pick(first);
             }
             PickPurpose::SelectAll => {
                 let nodes: BTreeSet<NodeIndex> =
                     objects.iter().filter_map(|object| node_of(*object)).collect();
                 self.select(nodes);
             }
-            PickPurpose::Hover => self.hovered = first.filter(|_| self.pointer.is_some()),
+            PickPurpose::Hover => {
+                let is_over_scene = self.interaction.pointer().is_some();
+                self.interaction.hovered = first.filter(|_| is_over_scene);
+            }
             PickPurpose::Measure => self.measure_to(first, &request),
             PickPurpose::Labels => {
                 let picture = hidden_labels::IdPicture { objects, request: &request };
+                let labelled = self.overlays.labelled();
                 let hidden =
-                    hidden_labels::find_hidden_labels(&self.surfaces(), &self.labelled, &picture);
-                self.hidden_labels = hidden;
+                    hidden_labels::find_hidden_labels(&self.surfaces(), labelled, &picture);
+                self.overlays.set_hidden_labels(hidden);
             }
         }
     }
@@ -195,7 +205,7 @@ impl Viewer {
         let middle = origin.map(|pixel| f64::from(pixel) + 0.5);
         let ray = ray_casting::Ray::through_pixel(&request.view, middle, picture);
         let point = ray_casting::surface_point(&self.surfaces(), node, &ray);
-        if let (Some(measuring), Some(point)) = (&mut self.measuring, point) {
+        if let (Some(measuring), Some(point)) = (&mut self.interaction.measuring, point) {
             measuring.add(point);
         }
     }
@@ -203,6 +213,6 @@ impl Viewer {
     /// Returns the surfaces for ray casts.
     fn surfaces(&self) -> ray_casting::SceneSurfaces<'_> {
         let LoadedScene { graph, models, .. } = &self.scene;
-        ray_casting::SceneSurfaces { graph, models, section: self.section }
+        ray_casting::SceneSurfaces { graph, models, section: self.drawing.section }
     }
 }

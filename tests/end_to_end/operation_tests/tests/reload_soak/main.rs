@@ -9,7 +9,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use busbar_plugin_check::heap_bytes;
-use busbar_renderer::release_freed_memory;
+use busbar_process_heap::release_freed_memory;
 use busbar_scene_loader::LoadedScene;
 use busbar_viewer::reload::{ReloadOutcome, Reloader};
 use busbar_viewer::{AlarmAction, Picture, Viewer, renderer_options};

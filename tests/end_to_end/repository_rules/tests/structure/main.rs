@@ -28,6 +28,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_plugin_host",
             "busbar_plugin_process",
             "busbar_point_import",
+            "busbar_process_heap",
             "busbar_scene_loader",
             "busbar_viewer",
             "busbar_viewer_server",
@@ -38,18 +39,19 @@ const ALLOWED: &[(&str, &[&str])] = &[
         "busbar_viewer",
         &[
             "busbar_alarms",
-            "busbar_audit_log",
             "busbar_chart",
             "busbar_config",
             "busbar_geometry",
             "busbar_history",
             "busbar_lod",
+            "busbar_overlay_picture",
             "busbar_plugin_host",
             "busbar_plugin_process",
             "busbar_records",
             "busbar_renderer",
             "busbar_scene",
             "busbar_scene_loader",
+            "busbar_site",
             "busbar_tags",
             "busbar_ui",
         ],
@@ -74,11 +76,13 @@ const ALLOWED: &[(&str, &[&str])] = &[
         ],
     ),
     ("busbar_config", &[]),
+    ("busbar_culling", &["busbar_geometry"]),
+    ("busbar_density", &["busbar_gpu", "busbar_shaders"]),
     ("busbar_embed", &["busbar_client", "busbar_protocol"]),
     ("busbar_geometry", &[]),
     ("busbar_gltf_export", &["busbar_geometry", "busbar_scene"]),
     ("busbar_gltf_import", &["busbar_geometry", "busbar_scene"]),
-    ("busbar_gpu", &["busbar_huge_pages"]),
+    ("busbar_gpu", &[]),
     ("busbar_history", &["busbar_tags"]),
     ("busbar_lod", &["busbar_geometry", "busbar_scene"]),
     (
@@ -97,6 +101,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_alarms",
             "busbar_chart",
             "busbar_geometry",
+            "busbar_overlay_picture",
             "busbar_plugin_abi",
             "busbar_records",
             "busbar_scene",
@@ -116,10 +121,22 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_tags",
         ],
     ),
+    ("busbar_overlay_picture", &["busbar_tags"]),
     ("busbar_point_import", &[]),
+    ("busbar_process_heap", &["busbar_huge_pages"]),
     ("busbar_protocol", &[]),
     ("busbar_records", &[]),
-    ("busbar_renderer", &["busbar_geometry", "busbar_gpu", "busbar_scene", "busbar_shaders"]),
+    (
+        "busbar_renderer",
+        &[
+            "busbar_culling",
+            "busbar_density",
+            "busbar_geometry",
+            "busbar_gpu",
+            "busbar_scene",
+            "busbar_shaders",
+        ],
+    ),
     ("busbar_scene", &["busbar_geometry"]),
     (
         "busbar_scene_loader",
@@ -138,9 +155,24 @@ const ALLOWED: &[(&str, &[&str])] = &[
         ],
     ),
     ("busbar_shaders", &[]),
+    (
+        "busbar_site",
+        &[
+            "busbar_alarms",
+            "busbar_audit_log",
+            "busbar_chart",
+            "busbar_config",
+            "busbar_history",
+            "busbar_overlay_picture",
+            "busbar_plugin_host",
+            "busbar_plugin_process",
+            "busbar_records",
+            "busbar_tags",
+        ],
+    ),
     ("busbar_stack_cache", &["busbar_geometry"]),
     ("busbar_tags", &[]),
-    ("busbar_ui", &["busbar_chart", "busbar_records", "busbar_tags"]),
+    ("busbar_ui", &["busbar_alarms", "busbar_chart", "busbar_records", "busbar_tags"]),
     (
         "busbar_viewer_server",
         &[
@@ -208,6 +240,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_commands",
             "busbar_geometry",
             "busbar_gltf_export",
+            "busbar_process_heap",
             "busbar_scene_loader",
             "busbar_viewer",
             "document",
@@ -299,7 +332,7 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
         &[
             "busbar_chart",
             "busbar_plugin_check",
-            "busbar_renderer",
+            "busbar_process_heap",
             "busbar_scene_loader",
             "busbar_viewer",
             "e2e",
@@ -410,7 +443,8 @@ const RESERVED_BUT_IN_TESTS: [(&str, &str); 2] =
     [("gltf", "busbar_gltf_export"), ("winit", "busbar_renderer")];
 /// Crates that may have unsafe code: they call Vulkan or the system, speak the C ABI or
 /// share memory with other processes.
-const UNSAFE: [&str; 11] = [
+const UNSAFE: [&str; 12] = [
+    "host/app/process_heap",
     "host/remote/embed",
     "host/graphics/gpu",
     "host/plugins/plugin_check",
@@ -423,6 +457,15 @@ const UNSAFE: [&str; 11] = [
     "plugins/sdk/sdk",
     "tests/end_to_end/vulkan_faults",
 ];
+/// Folders that no crate of the site imports from: it has no camera and draws nothing.
+const VIEW_FOLDERS: [&str; 5] =
+    ["host/app", "host/graphics", "host/models", "host/scene", "host/view"];
+/// Crates of those folders that the site imports all the same: the checked configuration names tags,
+/// alarms and plugins, and nothing of it is drawn.
+const SHARED_WITH_SITE: [&str; 1] = ["busbar_config"];
+/// Crates from elsewhere that draw, open windows or compute with a camera.
+const DRAWING_CRATES: [&str; 5] = ["ash", "egui", "glam", "skrifa", "winit"];
+
 /// Documents whose links are followed.
 const DOCUMENTS: [&str; 3] = ["README.md", "ARCHITECTURE.md", "CHANGELOG.md"];
 
@@ -528,6 +571,35 @@ fn reserved_crates_are_imported_by_their_owners_alone() {
     let abi = &packages["busbar_plugin_abi"];
     let imports: Vec<_> = abi.imports.iter().filter(|(_, for_tests)| !for_tests).collect();
     assert!(imports.is_empty(), "the ABI has no dependencies, but {imports:?}");
+}
+
+#[test]
+fn the_site_knows_no_view() {
+    let packages = packages();
+    let folder_of = |name: &str| {
+        let root = workspace_path("").canonicalize().expect("it is there");
+        let folder = packages.get(name)?.folder.canonicalize().expect("it is there");
+        Some(folder.strip_prefix(&root).expect("it is in the workspace").to_owned())
+    };
+    let mut seen = 0;
+    for (name, package) in &packages {
+        if !folder_of(name).is_some_and(|folder| folder.starts_with("host/site")) {
+            continue;
+        }
+        seen += 1;
+        for (import, _) in &package.imports {
+            let is_drawing = DRAWING_CRATES.iter().any(|crate_name| {
+                import == crate_name || import.starts_with(&format!("{crate_name}-"))
+            });
+            assert!(!is_drawing, "{name} may not import {import}");
+            let of_view = folder_of(import).is_some_and(|folder| {
+                VIEW_FOLDERS.iter().any(|of_view| folder.starts_with(of_view))
+            });
+            let is_shared = SHARED_WITH_SITE.contains(&import.as_str());
+            assert!(!of_view || is_shared, "{name} may not import {import} of the view");
+        }
+    }
+    assert!(seen >= 8, "{seen} crates of the site are found");
 }
 
 #[test]

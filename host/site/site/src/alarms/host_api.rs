@@ -1,0 +1,92 @@
+//! Interface of the alarm service to a host program: actions, standings, operator requests.
+
+use std::collections::HashMap;
+
+use busbar_alarms::{Action, AlarmFlags, AlarmHandle, AlarmSource, State};
+use busbar_tags::SourceTime;
+
+use super::AlarmService;
+
+/// Largest number of requests for the host program; beyond it the oldest is dropped, and the
+/// operator must press again.
+const MAX_HOST_REQUESTS: usize = 256;
+
+impl AlarmService {
+    /// Routes operator requests on external alarms to the host program from now on.
+    pub(crate) fn set_host(&mut self) {
+        self.has_host = true;
+    }
+
+    pub(super) fn is_mirrored(&self, alarm: AlarmHandle) -> bool {
+        let spec = self.table.set().spec(alarm);
+        spec.map_or_else(
+            || self.sources.get(alarm).is_some(),
+            |spec| spec.source == AlarmSource::Mirrored,
+        )
+    }
+
+    pub(super) fn request_from_host(&mut self, alarm: AlarmHandle, action: Action) {
+        if self.host_requests.len() == MAX_HOST_REQUESTS {
+            self.host_requests.pop_front();
+        }
+        self.host_requests.push_back((alarm, action));
+    }
+
+    /// Takes the operator requests since the last call, by alarm id.
+    pub(crate) fn take_host_requests(&mut self) -> Vec<(String, Action)> {
+        let host_requests = std::mem::take(&mut self.host_requests).into_iter();
+        host_requests.filter_map(|(alarm, action)| Some((self.id_of(alarm)?, action))).collect()
+    }
+
+    /// Performs an action of the host program's operator.
+    ///
+    /// # Errors
+    /// A text with the reason.
+    pub(crate) fn act_by_id(
+        &mut self,
+        id: &str,
+        action: Action,
+        operator: &str,
+    ) -> Result<(), String> {
+        let alarm = self.table.set().find(id).ok_or_else(|| format!("there is no alarm '{id}'"))?;
+        let done = self.perform(alarm, action, operator);
+        done.map_err(|error| format!("alarm '{id}': {error}"))
+    }
+
+    /// Returns the alarms whose standing differs from `known`, and updates `known`. Each comes with
+    /// its state, its standing, and the time of its last change.
+    pub fn changed_since(
+        &self,
+        known: &mut HashMap<AlarmHandle, AlarmFlags>,
+    ) -> Vec<(String, State, AlarmFlags, SourceTime)> {
+        let mut changed = Vec::new();
+        let closed = known.keys().copied().filter(|&alarm| {
+            self.table.status(alarm).is_none_or(|status| status.state == State::Normal)
+        });
+        let closed: Vec<_> = closed.collect();
+        for alarm in self.table.open().chain(closed) {
+            let Some(status) = self.table.status(alarm) else { continue };
+            let before = match status.state {
+                State::Normal => known.remove(&alarm),
+                _ => known.insert(alarm, status.standing),
+            };
+            let Some(spec) = self.table.set().spec(alarm) else { continue };
+            if before != Some(status.standing) {
+                let since = status.since.unwrap_or(self.wall_clock);
+                changed.push((spec.id.clone(), status.state, status.standing, since));
+            }
+        }
+        changed
+    }
+
+    /// Restores the standings of a previous process before the first step, unless an audit log
+    /// exists.
+    pub(crate) fn restore(&mut self, standings: &[(String, AlarmFlags, SourceTime)]) {
+        if self.log.is_none() {
+            let standings =
+                standings.iter().map(|(id, standing, at)| (id.as_str(), *standing, *at));
+            self.table.restore(standings, 0, self.wall_clock);
+            self.refresh();
+        }
+    }
+}

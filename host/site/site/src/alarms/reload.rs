@@ -1,0 +1,56 @@
+//! Alarm service across a configuration reload.
+
+use busbar_alarms::{AlarmHandle, AlarmTable};
+use busbar_plugin_host::wall_clock;
+use busbar_tags::Moment;
+
+use super::{AlarmService, PendingAction, longest_shelf};
+use crate::definition::SiteDefinition;
+use crate::equipment::EquipmentDirectory;
+
+impl AlarmService {
+    /// Continues with the alarms of a reloaded site. Standings, pending actions and, if its
+    /// settings are the same, the audit log are carried over.
+    pub(crate) fn into_reloaded(
+        mut self,
+        before: &SiteDefinition,
+        after: &SiteDefinition,
+        logs: bool,
+        directory: &dyn EquipmentDirectory,
+    ) -> Option<Self> {
+        let same_log = before.audit_log == after.audit_log;
+        let mut next = if same_log {
+            let log = self.log.take();
+            let mut next = Self::new(after, false, wall_clock())?;
+            (next.log, next.log_remark) = (log, self.log_remark.take());
+            next
+        } else {
+            // One may be within the other: the old one ends first.
+            self.log = None;
+            Self::new(after, logs, wall_clock())?
+        };
+        let is_same = |id: &str| {
+            let origin = |site: &SiteDefinition| Some(site.config.alarms.get(id)?.origin.clone());
+            origin(before) == origin(after)
+        };
+        let old = self.table.set().clone();
+        let longest = longest_shelf(&after.config.alarm_handling);
+        next.table = AlarmTable::new(after.alarms.clone(), longest, Moment::now());
+        next.table.inherit(self.table, is_same);
+        next.sources.inherit(self.sources, directory);
+        let now_of = |alarm: AlarmHandle| match old.spec(alarm) {
+            Some(spec) => next.table.set().find(&spec.id),
+            // Those of other systems keep their numbers.
+            None => next.sources.get(alarm).map(|_| alarm),
+        };
+        let pending = self.pending.into_iter();
+        next.pending = pending
+            .filter_map(|pending| Some(PendingAction { alarm: now_of(pending.alarm)?, ..pending }))
+            .collect();
+        let host_requests = self.host_requests.into_iter();
+        next.host_requests =
+            host_requests.filter_map(|(alarm, action)| Some((now_of(alarm)?, action))).collect();
+        (next.tail, next.has_host) = (self.tail, self.has_host);
+        Some(next)
+    }
+}

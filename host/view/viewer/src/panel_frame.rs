@@ -1,0 +1,42 @@
+//! Panels of one frame, from egui's output to the shapes that the renderer draws.
+
+use busbar_config::ThemeConfig;
+use busbar_renderer::EguiFrame;
+use busbar_ui::Appearance;
+use egui::{ClippedPrimitive, Context, FullOutput};
+
+use busbar_scene_loader::LoadedScene;
+
+/// Panels of one frame, laid out and tessellated.
+pub(crate) struct PanelFrame {
+    /// Output of egui without its shapes.
+    pub(crate) egui: FullOutput,
+    pub(crate) primitives: Vec<ClippedPrimitive>,
+}
+
+impl PanelFrame {
+    /// Tessellates the shapes of egui's output.
+    pub(crate) fn new(context: &Context, mut egui: FullOutput) -> Self {
+        let shapes = std::mem::take(&mut egui.shapes);
+        let primitives = context.tessellate(shapes, egui.pixels_per_point);
+        Self { egui, primitives }
+    }
+
+    /// Returns the panels as the renderer takes them.
+    pub(crate) fn as_overlay(&self) -> EguiFrame<'_> {
+        EguiFrame {
+            textures_delta: &self.egui.textures_delta,
+            primitives: &self.primitives,
+            pixels_per_point: self.egui.pixels_per_point,
+        }
+    }
+}
+
+/// Returns the appearance of the panels; the font is moved out of the scene.
+pub(crate) fn appearance_of(scene: &mut LoadedScene) -> Appearance {
+    Appearance {
+        is_dark: scene.config.view.theme == ThemeConfig::Dark,
+        scale: scene.config.view.scale,
+        font: scene.font.take().map(|font| font.to_vec()),
+    }
+}

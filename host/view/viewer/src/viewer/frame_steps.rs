@@ -1,0 +1,273 @@
+//! Steps of a frame: overlays, panels, graphics, level of detail, drawing.
+
+use std::time::{Duration, Instant};
+
+use busbar_renderer::{CameraView, EguiFrame, Frame, FrameStats, Picture, RenderError};
+use busbar_scene::NodeIndex;
+use busbar_site::CpuClock;
+use busbar_ui::{Command, ListModels, SceneOverlay};
+use egui::{ClippedPrimitive, FullOutput, RawInput};
+
+use super::{FrameOutput, Viewer};
+use crate::ViewError;
+use crate::alarms::AlarmListRows;
+use crate::camera::Projection;
+use crate::camera::navigator::NavigationContext;
+use crate::frame_statistics::FrameStageMillis;
+use crate::freed_memory::release_freed_memory;
+use crate::labels::{LinesByNode, OverlayCamera};
+use crate::overlay_layers::OverlayFrame;
+use crate::panel_frame::PanelFrame;
+use crate::panel_rows::TagListRows;
+use crate::scene_drawing::background;
+use busbar_lod::LodCamera;
+use busbar_scene_loader::millis_since;
+
+/// Frame that was drawn, with the camera view that it shows.
+pub(super) struct DrawnFrame {
+    view: CameraView,
+    stats: FrameStats,
+    /// CPU time before the renderer's part, milliseconds.
+    prepared_millis: f64,
+}
+
+impl Viewer {
+    /// Assembles what overlays, alarms and chart show. The chart may select equipment and visit it.
+    pub(super) fn assemble_overlays(
+        &mut self,
+        seconds: f64,
+        stages: &mut FrameStageMillis,
+    ) -> OverlayFrame {
+        let began = CpuClock::start();
+        let Self { site, scene, overlays, interaction, host, .. } = self;
+        let mut shown = overlays.assemble(site, &mut scene.graph);
+        if let Some(id) = overlays.step_chart(site, &scene.graph, seconds) {
+            interaction.select(scene.graph.find(&id));
+            host.camera_commands.push(Command::Reveal(id));
+        }
+        overlays.add_chart(site, &scene.graph, interaction.selection(), &mut shown);
+        stages.overlays += began.millis();
+        shown
+    }
+
+    /// Runs the panels, steers the camera, and performs the operator's commands. Returns the panels
+    /// and the nodes that labels stand at.
+    pub(super) fn run_panels(
+        &mut self,
+        input: RawInput,
+        shown: &OverlayFrame,
+        stages: &mut FrameStageMillis,
+    ) -> (PanelFrame, Vec<NodeIndex>) {
+        let began = CpuClock::start();
+        let lines =
+            LinesByNode::new(shown.lines(), &shown.unknown_labels, self.interaction.selection());
+        stages.overlays += began.millis();
+        let began = CpuClock::start();
+        let (snapshot, scene) = (self.site.snapshot(), &self.scene);
+        let tag_rows =
+            TagListRows::new(scene, snapshot, self.equipment.tag_filter(), shown.lines());
+        let model = self.view_model(&tag_rows, &shown.states);
+        let alarm_rows = AlarmListRows {
+            alarm_service: self.site.alarms(),
+            presentation: &self.alarms,
+            scene,
+            snapshot,
+        };
+        let tree_rows = self.equipment.tree_rows(scene);
+        let lists = ListModels { tags: &tag_rows, alarms: &alarm_rows, equipment: &tree_rows };
+        let host_commands = std::mem::take(&mut self.host.camera_commands);
+        let (site, interaction, graph) = (&self.site, &self.interaction, &scene.graph);
+        let (overlays, navigator) = (&mut self.overlays, &mut self.navigator);
+        let (screen, selection) = (self.target.screen, interaction.selection());
+        let selected_bounds = interaction.selected_bounds(graph);
+        let mut over_scene_millis = [0.0; 2];
+        let output = self.panels.run(input, &model, &lists, |viewport, commands| {
+            let cameras = &scene.config.cameras;
+            let context =
+                NavigationContext { graph, cameras, viewport, selection: selected_bounds };
+            navigator.steer(&host_commands, &context);
+            navigator.steer(commands, &context);
+            let view = navigator.camera().view(viewport, screen, graph.bounds());
+            let projection = Projection::new(&view, screen);
+            let camera = OverlayCamera { projection, eye: view.eye };
+            let pointed = (selection, interaction.pointer());
+            let content =
+                overlays.content_over_scene(site, graph, (shown, &lines), camera, pointed);
+            over_scene_millis = content.millis;
+            let measuring = interaction.measuring.as_ref();
+            SceneOverlay {
+                labels: content.labels,
+                alarm_markers: content.alarm_markers,
+                switch_symbols: content.switch_symbols,
+                arrived: navigator.take_arrival(),
+                measurement: measuring.map(|measuring| measuring.projected(projection)),
+                hovered: interaction.hovered.map(|node| graph.node(node).id()),
+                chart: content.chart,
+            }
+        });
+        self.target.viewport = output.viewport;
+        self.apply_commands(&output.commands);
+        let panels = PanelFrame::new(self.panels.context(), output.egui);
+        let [labels_millis, markers_millis] = over_scene_millis;
+        stages.panels = began.millis() - labels_millis - markers_millis;
+        stages.overlays += labels_millis;
+        stages.alarms += markers_millis;
+        (panels, lines.nodes())
+    }
+
+    /// Updates colours, lines and faces of the overlays, and outlines.
+    pub(super) fn update_graphics(&mut self, shown: &OverlayFrame, stages: &mut FrameStageMillis) {
+        let began = CpuClock::start();
+        let Self { site, scene, overlays, interaction, navigator, .. } = self;
+        let selection = interaction.selection();
+        let eye = navigator.camera().eye();
+        overlays.update_graphics(site, &scene.graph, shown, selection, eye);
+        stages.overlays += began.millis();
+        overlays.update_outlines(&scene.graph, selection, interaction.hovered);
+    }
+
+    /// Chooses the level of detail of all instances, and updates the draw list.
+    pub(super) fn update_detail(&mut self, seconds: f64) {
+        let Self { site, scene, alarms, overlays, detail, drawing, renderer, target, .. } = self;
+        if let Some([unacknowledged, all]) = alarms.changed_detail(site, &scene.graph) {
+            detail.set_emphasized(unacknowledged, all);
+        }
+        let moving = overlays.moving_parts();
+        if !moving.just_moved().is_empty() {
+            detail.move_instances(scene, moving.just_moved(), moving.moved());
+            drawing.move_instances(scene, moving);
+        }
+        let camera = self.navigator.camera();
+        let eye = LodCamera {
+            position: camera.eye(),
+            ahead: camera.forward(),
+            pixel: camera.pixel_size(target.viewport.size() * target.pixels_per_point),
+        };
+        detail.update(renderer.get_mut(), eye, target.settles, seconds);
+        drawing.update_draw_list(scene, detail, overlays.highlights());
+    }
+
+    /// Draws scene and panels; returns `None` while there is no device.
+    pub(super) fn draw(
+        &mut self,
+        panels: &mut PanelFrame,
+        started: Instant,
+    ) -> Result<Option<DrawnFrame>, ViewError> {
+        let prepared_millis = millis_since(started);
+        let (view, background) = (self.view(), self.background());
+        let Self { scene, overlays, drawing, renderer, target, .. } = self;
+        let drawn = renderer.run(scene, |renderer| {
+            overlays.count_chart(renderer)?;
+            let highlights = overlays.highlights().of_nodes();
+            let frame = drawing.frame(view, background, highlights, Some(panels.as_overlay()));
+            let (outlined, polylines) = (overlays.outlined(), overlays.polylines());
+            let stats = renderer.draw(&Frame { outlined, polylines, ..frame })?;
+            if !target.in_window {
+                // Nobody watches: a frame counts from its beginning to its end.
+                renderer.finish()?;
+            }
+            Ok(DrawnFrame { view, stats, prepared_millis })
+        });
+        if !matches!(drawn, Ok(Some(_))) {
+            // egui tells of these once, and the next frame needs them.
+            renderer.get_mut().update_textures(&panels.egui.textures_delta)?;
+        }
+        // Cleared in any case: egui panics when a delta is dropped full.
+        panels.egui.textures_delta.clear();
+        drawn
+    }
+
+    /// Notes what a frame showed that was drawn, for the next frame and for picks.
+    pub(super) fn note_drawn(
+        &mut self,
+        DrawnFrame { view, stats, prepared_millis }: DrawnFrame,
+        primitives: Vec<ClippedPrimitive>,
+        (shown, labelled): (OverlayFrame, Vec<NodeIndex>),
+    ) {
+        self.statistics.cpu_millis = prepared_millis + stats.cpu_millis;
+        self.detail.note_frame(self.renderer.get(), &stats);
+        self.drawing.note_frame(view, stats, primitives);
+        if self.overlays.note_frame(shown, labelled) {
+            self.interaction.picks.forget_labels();
+        }
+    }
+
+    /// Returns the memory of loading, which nobody needs again, after the first frame of a live
+    /// view.
+    pub(super) fn release_loading_memory(&self) {
+        if self.statistics.frames() == 1 && !self.target.settles {
+            release_freed_memory();
+        }
+    }
+
+    /// Returns the output of a frame that was not drawn.
+    pub(super) fn skipped_frame(&self, egui: FullOutput) -> FrameOutput {
+        let recovery = self.renderer.recovery();
+        FrameOutput {
+            platform: egui.platform_output,
+            repaint_after: recovery.next_try().unwrap_or(Duration::ZERO),
+            trouble: recovery.frozen_message(),
+        }
+    }
+
+    /// Returns the output of a frame that was drawn.
+    pub(super) fn frame_output(&self, egui: FullOutput) -> FrameOutput {
+        let root = egui.viewport_output.get(&egui::ViewportId::ROOT);
+        let needs_frames = self.detail.needs_frames(self.drawing.last_frame())
+            || self.overlays.needs_frames()
+            || self.interaction.picks.is_busy()
+            || self.navigator.is_moving();
+        let repaint_after = match root {
+            _ if needs_frames => Duration::ZERO,
+            root => root.map_or(Duration::MAX, |viewport| viewport.repaint_delay),
+        };
+        let trouble = self.renderer.recovery().frozen_message();
+        FrameOutput { platform: egui.platform_output, repaint_after, trouble }
+    }
+
+    /// Returns the last frame of a view without a window as a picture.
+    ///
+    /// # Errors
+    /// Errors of the graphics device.
+    pub fn read_picture(&mut self) -> Result<Picture, ViewError> {
+        let no_textures = egui::TexturesDelta::default();
+        let (view, background) = (self.view(), self.background());
+        let Self { scene, overlays, drawing, renderer, target, .. } = self;
+        let panels = EguiFrame {
+            textures_delta: &no_textures,
+            primitives: drawing.primitives(),
+            pixels_per_point: target.pixels_per_point,
+        };
+        let frame = drawing.frame(view, background, overlays.highlights().of_nodes(), Some(panels));
+        let (outlined, polylines) = (overlays.outlined(), overlays.polylines());
+        let frame = Frame { outlined, polylines, ..frame };
+        let has_drawn = self.statistics.frames() > 0;
+        let read = renderer.run(scene, |renderer| {
+            match renderer.read_picture() {
+                // On a device that was made since.
+                Err(RenderError::NoPicture) if has_drawn => {
+                    renderer.draw(&frame)?;
+                    renderer.read_picture()
+                }
+                read => read,
+            }
+        });
+        read?.ok_or(ViewError::Render(RenderError::NoPicture))
+    }
+
+    /// Reports whether the last frame had panels, labels or other content over the scene. Such
+    /// content takes a few frames to settle.
+    pub fn has_content_over_scene(&self) -> bool {
+        !self.drawing.primitives().is_empty()
+    }
+
+    /// Returns the camera view of the present frame.
+    pub(super) fn view(&self) -> CameraView {
+        self.drawing.view(self.navigator.camera(), &self.target, self.scene.graph.bounds())
+    }
+
+    /// Returns the background of the present frame, linear light.
+    pub(super) fn background(&self) -> [f32; 3] {
+        background(&self.scene.config.view, self.panels.is_dark())
+    }
+}
