@@ -145,6 +145,9 @@ fn bench_a_change_in_a_network_of_100_000_branches() {
             }
             assert_eq!(judgments.pieces.len(), topology.equipment.len());
         }
+        let pieces = judgments.pieces.iter().flatten();
+        let lists = pieces.map(|piece| judgments.basis(piece.basis).len().max(1));
+        println!("{what}: {} bindings under the states of a frame", lists.sum::<usize>());
         let names = [
             "states of all nodes",
             "borders of what is dead",
