@@ -268,6 +268,6 @@ mod tests {
         assert_eq!(relative(&model, here), "src/lib.rs");
         assert_eq!(relative(&model, &here.join("src")), "lib.rs");
         assert_eq!(relative(here, here), ".");
-        assert_eq!(relative(&here.join("../scene"), &here.join("src")), "../../scene");
+        assert_eq!(relative(&here.join("../ui"), &here.join("src")), "../../ui");
     }
 }
