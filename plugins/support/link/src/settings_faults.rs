@@ -39,13 +39,12 @@ impl SettingsFaults {
         let [min, max] = [allowed_millis.start(), allowed_millis.end()].map(|end| *end as f64);
         let millis = (value * 1_000.0).round();
         // No number at all is not within it either.
-        let is_within = millis >= min && millis <= max;
-        if !is_within {
+        if !(min..=max).contains(&millis) {
             let (min, max) = (min / 1_000.0, max / 1_000.0);
             self.add(format!("{name}: {value} is not within {min} to {max}"));
         }
-        // A fault ends the settings: the value is of no use then.
-        Duration::from_millis(if is_within { millis as u64 } else { max as u64 })
+        // The nearest one within brings no further fault.
+        Duration::from_millis(millis.clamp(min, max) as u64)
     }
 
     /// Returns all faults as one error, if there are any.
