@@ -18,7 +18,7 @@ const EYE_SCALE: f32 = 255.0;
 /// the distance: half a step along each axis of either, and rounding.
 const BACK_FACE_TOLERANCE: f32 = 0.0107;
 
-/// Quantised normals and bounds of triangles, in blocks of [`BLOCK`].
+/// Quantised normals and bounds of triangles, in blocks of a fixed number of triangles.
 pub struct TriangleBlocks {
     blocks: Vec<Block>,
     /// Number of triangles in all blocks.

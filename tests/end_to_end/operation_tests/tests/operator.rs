@@ -297,6 +297,7 @@ fn keys_walk_store_and_go_back() {
 fn labels_know_what_stands_before_their_equipment() {
     // Nobody answers there: labels say so, and stand where they would.
     let mut scene = Scene::demo(1);
+    scene.config["camera"] = json!({});
     scene.config["graphics"] = json!({ "samples": 1 });
     scene.config["window"] = json!({ "size": SIZE });
     let mut view = View::open(&scene.write());

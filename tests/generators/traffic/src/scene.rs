@@ -105,7 +105,7 @@ fn configuration(settings: &Value, tags: u64, kind: &str, shown: usize) -> Strin
         "version": 1,
         "plugin_directories": ["plugins"],
         "plugins": {
-            "source": { "instance": GENERATOR, "settings": settings },
+            "source": { "plugin": GENERATOR, "settings": settings },
             "values": { "plugin": OVERLAY },
         },
         "models": { "transformer": { "file": "models/transformer.glb" } },

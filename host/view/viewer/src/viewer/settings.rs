@@ -80,7 +80,7 @@ impl Viewer {
     }
 
     /// Sets the factor on every theta that a policy chooses: 0 shows all in
-    /// full detail; at most [`MAX_THETA_SCALE`](crate::MAX_THETA_SCALE).
+    /// full detail; at most [`MAX_THETA_SCALE`](busbar_config::MAX_THETA_SCALE).
     pub fn set_theta_scale(&mut self, scale: f64) {
         self.detail.set_scale(scale);
     }

@@ -133,7 +133,7 @@ fn scene() -> (Scene, Vec<String>) {
         "version": 1,
         "plugin_directories": ["plugins"],
         "plugins": {
-            "source": { "instance": "sample_generator",
+            "source": { "plugin": "sample_generator",
                 "settings": { "script": scene.path("script.json") } },
             "values": { "plugin": "power_overlay" },
             "energised": { "plugin": "energisation", "settings": {
