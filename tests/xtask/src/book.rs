@@ -157,7 +157,7 @@ mod tests {
         let workspace = Workspace::find().unwrap();
         let schema = serde_json::from_str(&read(&workspace.path(SCHEMA)).unwrap()).unwrap();
         let page = configuration_reference::page(&schema).unwrap();
-        for part in ["## The file", "## View", "`plugin_directories`"] {
+        for part in ["## The file", "## Graphics", "`plugin_directories`"] {
             assert!(page.contains(part), "{part}");
         }
         let mut chapters = 0;

@@ -354,7 +354,7 @@ mod tests {
     fn every_message_matrix_is_a_test() {
         let workspace = Workspace::find().unwrap();
         for (package, test) in MESSAGE_MATRICES {
-            let folder = workspace.path("plugins").join(package).join("src");
+            let folder = workspace.path("plugins/telemetry").join(package).join("src");
             let head = format!("fn {test}()");
             assert!(has_text(&folder, &head), "{package} has no {test}");
         }

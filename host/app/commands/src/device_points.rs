@@ -70,7 +70,7 @@ impl DevicePointSource {
         };
         let faulty = |found| LoadError { file: path.to_owned(), diagnostics: found };
         match source {
-            Some(source) if faults.found.is_empty() => Ok(source),
+            Some(source) if !faults.has_errors() => Ok(source),
             _ => Err(faulty(faults.found)),
         }
     }

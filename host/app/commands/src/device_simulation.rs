@@ -76,16 +76,18 @@ impl SimulatedDevices {
         let mut started = Self { devices, instances, remarks, registration: None };
         // Before they listen: no value of theirs is shown unmarked.
         started.register();
-        if faults.found.is_empty() {
+        if !faults.has_errors() {
             started.start_all(&config, simulation, &scenario, &mut faults);
         }
-        if faults.found.is_empty() && started.devices.is_empty() {
+        if !faults.has_errors() && started.devices.is_empty() {
             faults.add("/plugins", started.nothing(only), NOTHING_REMEDY);
         }
-        match faults.found {
-            found if found.is_empty() => Ok(started),
-            found => Err(faulty(found)),
+        if faults.has_errors() {
+            return Err(faulty(faults.found));
         }
+        let file = path.display().to_string();
+        started.remarks.extend(faults.found.iter().map(|warning| warning.render(&file)));
+        Ok(started)
     }
 
     fn register(&mut self) {

@@ -52,7 +52,7 @@ pub fn check_links(path: &Path, duration: Duration) -> Result<Vec<CheckedLink>, 
     }
     let faulty = |diagnostics| LoadError { file: path.to_owned(), diagnostics };
     let tags = busbar_tags::TagSet::new(specs);
-    let (Ok(tags), true) = (tags, faults.found.is_empty()) else {
+    let (Ok(tags), true) = (tags, !faults.has_errors()) else {
         return Err(faulty(faults.found));
     };
     let mut table = TagTable::new(tags.into(), Moment::now());

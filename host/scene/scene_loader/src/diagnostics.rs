@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use busbar_config::{Config, Diagnostic, RenamedSettings};
+use busbar_config::{Config, Diagnostic, RenamedSettings, Severity};
 use busbar_plugin_host::PluginError;
 
 /// A configuration that cannot be loaded: every fault found.
@@ -28,6 +28,11 @@ impl<'a> DiagnosticsCollector<'a> {
     /// Creates a collector of faults at places of a configuration.
     pub fn new(config: &'a Config) -> Self {
         Self { config, found: Vec::new(), plugin_failures: Vec::new() }
+    }
+
+    /// Reports whether anything was found that is more than a warning.
+    pub fn has_errors(&self) -> bool {
+        self.found.iter().any(|one| one.severity == Severity::Error)
     }
 
     /// Adds a plugin's error. An error that the plugin alone caused does not prevent the scene from

@@ -263,7 +263,7 @@ pub(crate) fn check_capabilities(
     }
     for source in &config.alarm_handling.sources {
         if let Some(Err(error)) = instances.get(&source.plugin).map(RunningAlarms::from_plugin) {
-            add(join_pointer(&source.pointer, "plugin"), &error);
+            add(join_pointer(&source.pointer, "instance"), &error);
         }
     }
     for (name, instance) in instances.iter().filter(|(name, _)| is_new(name)) {
@@ -289,7 +289,7 @@ fn check_addresses(
         return;
     }
     if let PluginError::WrongCapability { .. } = error {
-        let pointer = source(first).map_or_else(String::new, |p| join_pointer(p, "plugin"));
+        let pointer = source(first).map_or_else(String::new, |p| join_pointer(p, "instance"));
         return add(pointer, &error);
     }
     if error.is_reported_by_plugin() {

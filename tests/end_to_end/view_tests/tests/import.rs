@@ -75,7 +75,7 @@ impl Example {
 fn device() -> String {
     let taken = TcpListener::bind("127.0.0.1:0").expect("a port is free");
     let port = taken.local_addr().expect("it has an address").port();
-    format!("bay=modbus_adapter,host=127.0.0.1,port={port},poll_millis=200")
+    format!("bay=modbus_adapter,host=127.0.0.1,port={port},poll_seconds=0.2")
 }
 
 /// Simulates the device of a scene.

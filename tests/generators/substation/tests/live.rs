@@ -35,7 +35,7 @@ fn no_two_points_lie_in_the_same_cells() {
         let cells = if table == "holding" || tag["type"] == "double_point" { 2 } else { 1 };
         let first = address["register"].as_u64().expect("a register");
         for cell in first..first + cells {
-            let plugin = source["plugin"].as_str().expect("a plugin").to_owned();
+            let plugin = source["instance"].as_str().expect("an instance").to_owned();
             let unit = address["unit"].as_u64().expect("a unit");
             let place = (plugin, unit, table.to_owned(), cell);
             let other = taken.insert(place, id.clone());
