@@ -23,7 +23,7 @@ use mutator::{Random, mutated};
 const LABELS: &str = "values";
 const SIZE: [u32; 2] = [320, 180];
 /// Number of reloads in a test; `cargo xtask soak --reload` has 10,000.
-const RELOADS: usize = 60;
+const RELOADS: usize = 120;
 const RELOADS_VARIABLE: &str = "BUSBAR_RELOADS";
 const SEED_VARIABLE: &str = "BUSBAR_RELOAD_SEED";
 /// Number of reloads after which the good configuration is restored, and the picture must be the
@@ -32,7 +32,7 @@ const BETWEEN_LOOKS: usize = 20;
 /// Number of reloads after which the resources are printed.
 const BETWEEN_REPORTS: usize = 500;
 /// Number of checks after which nothing may grow any more.
-const WARM: usize = 2;
+const WARM: usize = 4;
 const MAX_WAIT: Duration = Duration::from_secs(120);
 /// Allowed growth of descriptors between checks: a thread of the last plugin may still be ending.
 const MAX_MORE_DESCRIPTORS: usize = 16;
