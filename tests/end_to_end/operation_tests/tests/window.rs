@@ -30,6 +30,7 @@ fn scene() -> Scene {
     let breaker = config["models"]["breaker"].take();
     config["models"] = json!({ "breaker": breaker });
     config["graphics"] = json!({ "samples": 1 });
+    config["camera"] = json!({});
     config["window"] = json!({ "size": WINDOW });
     scene
 }
