@@ -10,8 +10,8 @@ use busbar_renderer::{DrawInstance, Picture, Renderer};
 use common::*;
 use glam::{Mat4, Quat, Vec3};
 
-/// Quads a side of some 16,000 triangles: twice what a round takes for each core
-/// (`host/graphics/renderer/src/software.rs`).
+/// Quads a side of some 16,000 triangles, twice what a round takes for each core: see
+/// `host/graphics/renderer/src/software.rs`.
 const FINE: u32 = 90;
 
 /// Columns beside each other and a pane before them, as grids of so many quads a side; the

@@ -38,7 +38,8 @@ pub struct UpgradedText {
 /// the document with present names.
 ///
 /// # Errors
-/// Faults of a text that is no JSON, and settings given under both names.
+/// Faults of a text that is no JSON, settings given under both names, and a text that cannot be
+/// rewritten: nothing is told to be renamed that is not.
 pub fn upgrade(
     text: &str,
     more: impl FnOnce(&mut Value) -> RenamedSettings,
@@ -55,7 +56,11 @@ pub fn upgrade(
     if !names.conflicts.is_empty() {
         return Err(names.conflict_errors(&document.positions));
     }
-    let text = rewritten(text, &names.renamed).unwrap_or_else(|| text.to_owned());
+    let Some(text) = rewritten(text, &names.renamed) else {
+        let cause = "its settings cannot be renamed in place";
+        let remedy = "write the present names by hand: `busbar check` tells them";
+        return Err(vec![document.positions.diagnostic("", cause, remedy)]);
+    };
     Ok(UpgradedText { text, kind, renamed: names.renamed })
 }
 
@@ -68,7 +73,7 @@ fn kind_of(document: &Value) -> TextKind {
     }
 }
 
-/// Returns the text with all settings renamed; none for a text that the parser refuses.
+/// Returns the text with all settings renamed; none where one of them cannot be.
 fn rewritten(text: &str, renamed: &[RenamedSetting]) -> Option<String> {
     let root = CstRootNode::parse(text, &ParseOptions::default()).ok()?;
     let places: FormerPlaces = renamed.iter().cloned().collect();
@@ -76,7 +81,7 @@ fn rewritten(text: &str, renamed: &[RenamedSetting]) -> Option<String> {
     let mut order: Vec<&RenamedSetting> = renamed.iter().collect();
     order.sort_by_key(|one| Reverse(pointer::tokens(&one.former).count()));
     for one in order {
-        let Some(property) = find(&root, &one.former) else { continue };
+        let property = find(&root, &one.former)?;
         let (former_parent, _) = one.former.rsplit_once('/')?;
         let (present_parent, _) = one.present.rsplit_once('/')?;
         let key = pointer::last_token(&one.present);

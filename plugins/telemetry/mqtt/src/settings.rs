@@ -63,8 +63,8 @@ pub struct Settings {
     #[serde(default = "default_keep_alive")]
     #[schemars(range(min = 2, max = 600))]
     keep_alive_seconds: u16,
-    /// Deadline of connecting, and of the broker's answers to it and to subscriptions,
-    /// seconds.
+    /// Deadline in seconds of connecting, and of the broker's answers to it and to
+    /// subscriptions.
     #[serde(default = "default_timeout")]
     #[schemars(range(min = 0.1, max = 60.0))]
     #[schemars(extend("x-busbar-formerly" = ["timeout_millis"]))]
