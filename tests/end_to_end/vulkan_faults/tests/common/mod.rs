@@ -33,17 +33,17 @@ pub(crate) struct Subject {
 
 impl Subject {
     pub(crate) fn new(size: [u32; 2]) -> Self {
-        Self::with_view(json!({ "size": size, "samples": 4 }))
+        Self::with_view(json!({ "window": { "size": size }, "graphics": { "samples": 4 } }))
     }
 
-    /// Creates a scene with these settings of `view`, without a camera.
+    /// Creates a scene with these sections of its configuration; the camera is its own.
     pub(crate) fn with_view(view: Value) -> Self {
         Self::with_sheets(view, 0)
     }
 
     /// Creates a scene with additional sheets in front, of some thousand triangles each.
     pub(crate) fn with_sheets(mut view: Value, sheets: usize) -> Self {
-        view["camera"] = "front".into();
+        view["camera"]["start"] = "front".into();
         let folder = tempfile::tempdir().expect("a temporary folder can be made");
         let file = write_glb(&model()).expect("it can be written");
         let write = |name: &str, bytes: &[u8]| {
