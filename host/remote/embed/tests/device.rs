@@ -30,7 +30,7 @@ fn a_lost_device_is_not_seen_but_as_a_pause() {
     let library = built(built_folder().join("libvulkan_faults.so"));
     let mut times = Vec::new();
     for number in 0..losses {
-        let scene = scene();
+        let scene = scene_of_one_label();
         let struck = scene.path("struck");
         let mut environment = Command::new("busbar");
         install(&mut environment, &library, &scene.path("")).expect("it can be written");

@@ -123,7 +123,7 @@ fn shelve(host: &mut Host) {
 
 #[test]
 fn a_viewer_that_goes_on_in_time_is_not_started_again() {
-    let scene = scene();
+    let scene = scene_of_one_label();
     let mut host = Host::open_with(&scene, |options| options.hung_millis = 20_000);
     let before = host.look_around();
     let viewer = host.viewer();

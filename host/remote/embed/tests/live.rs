@@ -113,7 +113,7 @@ fn check_busy(name: &str, host: &mut Host, surface: &mut impl Surface) {
 
 #[test]
 fn memory_under_signals() {
-    let scene = scene();
+    let scene = scene_of_one_label();
     let mut host = Host::open_with(&scene, |options| options.max_restart_millis = 1);
     host.wait_for(BusbarViewEventKind::Ready);
     host.arrive();
@@ -122,7 +122,7 @@ fn memory_under_signals() {
 
 #[test]
 fn memory_beside_busy_processes() {
-    let scene = scene();
+    let scene = scene_of_one_label();
     let mut host = Host::open(&scene);
     host.wait_for(BusbarViewEventKind::Ready);
     host.arrive();
@@ -132,7 +132,7 @@ fn memory_beside_busy_processes() {
 #[test]
 fn window_under_signals() {
     let Some(mut window) = X11Window::open() else { return };
-    let scene = scene();
+    let scene = scene_of_one_label();
     let mut host = window.host(&scene);
     host.wait_for(BusbarViewEventKind::Ready);
     check_signals("window", &mut host, &mut window);
@@ -141,7 +141,7 @@ fn window_under_signals() {
 #[test]
 fn window_beside_busy_processes() {
     let Some(mut window) = X11Window::open() else { return };
-    let scene = scene();
+    let scene = scene_of_one_label();
     let mut host = window.host(&scene);
     host.wait_for(BusbarViewEventKind::Ready);
     check_busy("window", &mut host, &mut window);

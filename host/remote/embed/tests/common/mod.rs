@@ -55,6 +55,17 @@ pub(crate) fn scene() -> Scene {
     scene
 }
 
+/// The demo with one label. Labels keep the places to which others drove them: this one stands
+/// where it stood, whatever was written on it meanwhile.
+pub(crate) fn scene_of_one_label() -> Scene {
+    let mut scene = scene();
+    let bindings = scene.config["bindings"].as_array_mut().expect("an array");
+    let node = bindings.iter().find(|binding| binding["tag"] == TOP_OIL).expect("it is bound");
+    let node = node["node"].clone();
+    bindings.retain(|binding| binding["node"] == node);
+    scene
+}
+
 /// A view, whose every call is timed.
 pub(crate) struct Host {
     pub(crate) view: *mut BusbarView,
