@@ -137,6 +137,10 @@ pub(crate) enum PluginCommand {
     Check(PluginCheckOptions),
     /// Make the project of a new plugin
     New(PluginNewOptions),
+    /// Run a command of a configured plugin instance, with the instance's settings
+    ///
+    /// `busbar plugin run site.json mail test-message` sends a test message, for example.
+    Run(PluginRunOptions),
     /// Sign a plugin's library: writes LIBRARY.sig and prints the public key
     Sign {
         /// Plugin library to be signed
@@ -169,6 +173,19 @@ pub(crate) struct PluginCheckOptions {
     /// The longest that one case may take, seconds
     #[arg(long, value_name = "S", value_parser = parse_limit, default_value = "30")]
     pub(crate) limit: Duration,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct PluginRunOptions {
+    /// Configuration file with the instance
+    pub(crate) config: PathBuf,
+    /// Name of the plugin instance
+    pub(crate) instance: String,
+    /// Name of the command
+    pub(crate) command: String,
+    /// Arguments of the command
+    #[arg(last = true)]
+    pub(crate) arguments: Vec<String>,
 }
 
 #[derive(Debug, Args)]

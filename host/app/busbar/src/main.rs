@@ -86,6 +86,7 @@ fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
             PluginCommand::List { config, schema } => plugin::list(config.as_deref(), schema),
             PluginCommand::Check(options) => plugin::check::run(&options),
             PluginCommand::New(options) => plugin::new::run(&options),
+            PluginCommand::Run(options) => plugin::run::run(&options),
             PluginCommand::Sign { library, key } => plugin::sign(&library, &key),
             PluginCommand::RunCase { request } => Ok(plugin::check::case(&request)),
         },

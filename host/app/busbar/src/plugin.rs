@@ -2,6 +2,7 @@
 
 pub(crate) mod check;
 pub(crate) mod new;
+pub(crate) mod run;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;

@@ -9,10 +9,10 @@ use busbar_plugin_process::{CommandError, Plugin};
 use busbar_point_import::{
     ListFault, MAX_LIST_BYTES, PluginInstance, PointList, assign_plugins, tags,
 };
-use busbar_scene_loader::{
-    DiagnosticsCollector, LoadError, config_folder, create_instances, may_use_network, read_config,
-};
+use busbar_scene_loader::LoadError;
 use serde_json::{Map, Value};
+
+use crate::instance_commands::{ConfiguredInstance, offers, open_instance};
 
 /// The command of plugins that can list what their device has. Users reach it by
 /// `busbar import` alone, for it needs the settings of an instance.
@@ -43,36 +43,13 @@ impl DevicePointSource {
     /// Every fault of the configuration and of the instance; also where there is none of
     /// this name, or where its plugin cannot list points.
     pub fn open(path: &Path, name: &str) -> Result<Self, LoadError> {
-        let config = read_config(path)?;
-        let mut faults = DiagnosticsCollector::new(&config);
-        let mut created =
-            create_instances(&config, &config_folder(path), &mut faults, &|wanted| wanted == name);
-        let source = match (config.plugins.get(name), created.remove(name)) {
-            (None, _) => {
-                let names: Vec<_> = config.plugins.keys().map(String::as_str).collect();
-                let remedy = format!("name one of its plugin instances: {}", names.join(", "));
-                faults.add("/plugins", format!("there is no plugin instance '{name}'"), remedy);
-                None
-            }
-            // Why it was not made is told.
-            (Some(_), None) => None,
-            (Some(configured), Some(plugin)) => {
-                if !lists_points(&plugin) {
-                    let id = &configured.plugin;
-                    let cause = format!("plugin '{id}' cannot list what its device has");
-                    let remedy = "make a point list of what the device's tool exports, and give \
-                                  that to `busbar import`";
-                    faults.add(&configured.pointer, cause, remedy);
-                }
-                let has_network = may_use_network(&config, name, configured);
-                Some(Self { name: name.to_owned(), plugin, has_network })
-            }
-        };
-        let faulty = |found| LoadError { file: path.to_owned(), diagnostics: found };
-        match source {
-            Some(source) if !faults.has_errors() => Ok(source),
-            _ => Err(faulty(faults.found)),
-        }
+        let ConfiguredInstance { plugin, has_network } = open_instance(path, name, &|plugin| {
+            let cause = || format!("plugin '{}' cannot list what its device has", plugin.info().id);
+            let remedy = "make a point list of what the device's tool exports, and give that to \
+                          `busbar import`";
+            (!offers(plugin, POINTS_COMMAND)).then(|| (cause(), remedy.to_owned()))
+        })?;
+        Ok(Self { name: name.to_owned(), plugin, has_network })
     }
 
     /// Asks the device. `arguments` are the plugin's own.
@@ -119,11 +96,4 @@ impl Drop for DevicePointSource {
     fn drop(&mut self) {
         self.plugin.quit();
     }
-}
-
-fn lists_points(plugin: &Plugin) -> bool {
-    Plugin::offer_commands(plugin.info())
-        && plugin
-            .commands()
-            .is_ok_and(|commands| commands.iter().any(|command| command.name == POINTS_COMMAND))
 }

@@ -25,42 +25,12 @@ type Start = unsafe extern "C" fn(
     *const abi::BusbarSampleSink,
     *mut abi::BusbarError,
 ) -> Status;
-type Check = unsafe extern "C" fn(
-    *const abi::BusbarPlugin,
-    *const abi::BusbarTagSpec,
-    usize,
-    *mut abi::BusbarError,
-) -> Status;
-type Optimize = unsafe extern "C" fn(
-    *const abi::BusbarPlugin,
-    *const abi::BusbarMesh,
-    *const abi::BusbarProgress,
-    *mut abi::BusbarCollapseOutput,
-    *mut abi::BusbarError,
-) -> Status;
-type Configure = unsafe extern "C" fn(
-    *const abi::BusbarPlugin,
-    *const abi::BusbarBinding,
-    usize,
-    *mut abi::BusbarError,
-) -> Status;
-type Draw = unsafe extern "C" fn(
-    *const abi::BusbarPlugin,
-    *const abi::BusbarOverlayFrame,
-    *mut abi::BusbarOverlayOutput,
-    *mut abi::BusbarError,
-) -> Status;
 
 type Simulate = unsafe extern "C" fn(
     *const abi::BusbarPlugin,
     *const abi::BusbarSimulatedTag,
     usize,
     *const abi::BusbarSimulation,
-    *mut abi::BusbarError,
-) -> Status;
-type SimulatorStatus = unsafe extern "C" fn(
-    *const abi::BusbarPlugin,
-    *mut abi::BusbarSimulatorStatus,
     *mut abi::BusbarError,
 ) -> Status;
 
@@ -72,16 +42,6 @@ type RunCommand = unsafe extern "C" fn(
     *mut abi::BusbarError,
 ) -> Status;
 
-type DescribeInText = unsafe extern "C" fn(
-    *const abi::BusbarPlugin,
-    *mut abi::BusbarTextOutput,
-    *mut abi::BusbarError,
-) -> Status;
-type ReadChart = unsafe extern "C" fn(
-    *const abi::BusbarPlugin,
-    *mut abi::BusbarChartPage,
-    *mut abi::BusbarError,
-) -> Status;
 type Explain = unsafe extern "C" fn(
     *const abi::BusbarPlugin,
     abi::BusbarStr,
@@ -89,27 +49,58 @@ type Explain = unsafe extern "C" fn(
     *mut abi::BusbarTextOutput,
     *mut abi::BusbarError,
 ) -> Status;
-type ReadAlarms = unsafe extern "C" fn(
-    *const abi::BusbarPlugin,
-    u64,
-    *mut abi::BusbarTextOutput,
-    *mut abi::BusbarError,
-) -> Status;
-type ReadRecords = unsafe extern "C" fn(
-    *const abi::BusbarPlugin,
-    *mut abi::BusbarRecordPage,
-    *mut abi::BusbarError,
-) -> Status;
 
 /// Notes the name in the journal and makes the call.
 macro_rules! call {
-    ($probe:expr, $name:literal, $function:ident($($argument:expr),*)) => {{
+    ($probe:expr, $name:literal, $function:ident($($argument:expr),* $(,)?)) => {{
         $probe.journal.note(Entry::Calling($name.into()));
         // SAFETY: see the module; the process of a case may be lost.
         let result = unsafe { $function($($argument),*) };
         $probe.journal.note(Entry::Calling(concat!("nothing, after `", $name, "` returned").into()));
         result
     }};
+}
+
+/// Defines functions of capability tables that take a plugin, some arguments and an error: the type
+/// of each, and the method that notes it in the journal and calls it.
+macro_rules! plugin_calls {
+    ($($name:literal $method:ident: $function:ident($($argument:ident: $type:ty),*);)+) => {
+        $(type $function = unsafe extern "C" fn(
+            *const abi::BusbarPlugin,
+            $($type,)*
+            *mut abi::BusbarError,
+        ) -> Status;)+
+
+        impl Probe {
+            $(pub(crate) fn $method(
+                &self,
+                function: $function,
+                plugin: *const abi::BusbarPlugin,
+                $($argument: $type,)*
+                error: *mut abi::BusbarError,
+            ) -> Status {
+                call!(self, $name, function(plugin, $($argument,)* error))
+            })+
+        }
+    };
+}
+
+plugin_calls! {
+    "check" check: Check(tags: *const abi::BusbarTagSpec, count: usize);
+    "optimize" optimize: Optimize(
+        mesh: *const abi::BusbarMesh,
+        progress: *const abi::BusbarProgress,
+        output: *mut abi::BusbarCollapseOutput
+    );
+    "configure" configure: Configure(bindings: *const abi::BusbarBinding, count: usize);
+    "draw" draw: Draw(frame: *const abi::BusbarOverlayFrame, output: *mut abi::BusbarOverlayOutput);
+    "simulation_status" simulation_status: SimulatorStatus(into: *mut abi::BusbarSimulatorStatus);
+    "describe_chart" describe_chart: DescribeChart(output: *mut abi::BusbarTextOutput);
+    "read_chart" read_chart: ReadChart(page: *mut abi::BusbarChartPage);
+    "describe_records" describe_records: DescribeRecords(output: *mut abi::BusbarTextOutput);
+    "read_records" read_records: ReadRecords(page: *mut abi::BusbarRecordPage);
+    "read_alarms" read_alarms: ReadAlarms(known: u64, output: *mut abi::BusbarTextOutput);
+    "notify" notify: Notify(batch: abi::BusbarStr, output: *mut abi::BusbarTextOutput);
 }
 
 impl Probe {
@@ -173,17 +164,6 @@ impl Probe {
         call!(self, "get_capability", get(plugin, id))
     }
 
-    pub(crate) fn check(
-        &self,
-        check: Check,
-        plugin: *const abi::BusbarPlugin,
-        tags: *const abi::BusbarTagSpec,
-        count: usize,
-        error: *mut abi::BusbarError,
-    ) -> Status {
-        call!(self, "check", check(plugin, tags, count, error))
-    }
-
     pub(crate) fn start(
         &self,
         start: Start,
@@ -222,16 +202,6 @@ impl Probe {
         call!(self, "stop_simulation", stop(plugin));
     }
 
-    pub(crate) fn simulation_status(
-        &self,
-        status: SimulatorStatus,
-        plugin: *const abi::BusbarPlugin,
-        into: *mut abi::BusbarSimulatorStatus,
-        error: *mut abi::BusbarError,
-    ) -> Status {
-        call!(self, "simulation_status", status(plugin, into, error))
-    }
-
     pub(crate) fn count_commands(
         &self,
         count: unsafe extern "C" fn(*const abi::BusbarPlugin) -> u32,
@@ -264,26 +234,6 @@ impl Probe {
         call!(self, "run_command", run(plugin, call, streams, result, error))
     }
 
-    pub(crate) fn describe_chart(
-        &self,
-        describe: DescribeInText,
-        plugin: *const abi::BusbarPlugin,
-        output: *mut abi::BusbarTextOutput,
-        error: *mut abi::BusbarError,
-    ) -> Status {
-        call!(self, "describe_chart", describe(plugin, output, error))
-    }
-
-    pub(crate) fn read_chart(
-        &self,
-        read: ReadChart,
-        plugin: *const abi::BusbarPlugin,
-        page: *mut abi::BusbarChartPage,
-        error: *mut abi::BusbarError,
-    ) -> Status {
-        call!(self, "read_chart", read(plugin, page, error))
-    }
-
     pub(crate) fn explain(
         &self,
         explain: Explain,
@@ -293,70 +243,5 @@ impl Probe {
         error: *mut abi::BusbarError,
     ) -> Status {
         call!(self, "explain", explain(plugin, equipment, time, output, error))
-    }
-
-    pub(crate) fn describe_records(
-        &self,
-        describe: DescribeInText,
-        plugin: *const abi::BusbarPlugin,
-        output: *mut abi::BusbarTextOutput,
-        error: *mut abi::BusbarError,
-    ) -> Status {
-        call!(self, "describe_records", describe(plugin, output, error))
-    }
-
-    pub(crate) fn read_records(
-        &self,
-        read: ReadRecords,
-        plugin: *const abi::BusbarPlugin,
-        page: *mut abi::BusbarRecordPage,
-        error: *mut abi::BusbarError,
-    ) -> Status {
-        call!(self, "read_records", read(plugin, page, error))
-    }
-
-    pub(crate) fn read_alarms(
-        &self,
-        read: ReadAlarms,
-        plugin: *const abi::BusbarPlugin,
-        known: u64,
-        output: *mut abi::BusbarTextOutput,
-        error: *mut abi::BusbarError,
-    ) -> Status {
-        call!(self, "read_alarms", read(plugin, known, output, error))
-    }
-
-    pub(crate) fn optimize(
-        &self,
-        optimize: Optimize,
-        plugin: *const abi::BusbarPlugin,
-        mesh: *const abi::BusbarMesh,
-        progress: *const abi::BusbarProgress,
-        output: *mut abi::BusbarCollapseOutput,
-        error: *mut abi::BusbarError,
-    ) -> Status {
-        call!(self, "optimize", optimize(plugin, mesh, progress, output, error))
-    }
-
-    pub(crate) fn configure(
-        &self,
-        configure: Configure,
-        plugin: *const abi::BusbarPlugin,
-        bindings: *const abi::BusbarBinding,
-        count: usize,
-        error: *mut abi::BusbarError,
-    ) -> Status {
-        call!(self, "configure", configure(plugin, bindings, count, error))
-    }
-
-    pub(crate) fn draw(
-        &self,
-        draw: Draw,
-        plugin: *const abi::BusbarPlugin,
-        frame: *const abi::BusbarOverlayFrame,
-        output: *mut abi::BusbarOverlayOutput,
-        error: *mut abi::BusbarError,
-    ) -> Status {
-        call!(self, "draw", draw(plugin, frame, output, error))
     }
 }

@@ -9,6 +9,7 @@ mod factory;
 mod instance;
 mod leaks;
 mod library;
+mod notify;
 mod optimizer;
 mod overlay;
 mod plugin_instance;
@@ -59,6 +60,7 @@ const COMMAND: Scope = Scope::Capability(abi::COMMAND_ID);
 const CHART: Scope = Scope::Capability(abi::CHART_ID);
 const RECORDS: Scope = Scope::Capability(abi::RECORDS_ID);
 const ALARMS: Scope = Scope::Capability(abi::ALARMS_ID);
+const NOTIFY: Scope = Scope::Capability(abi::NOTIFY_ID);
 
 macro_rules! cases {
     ($($name:literal $scope:expr, $needs:expr, $run:path: $what:literal;)*) => {
@@ -157,6 +159,10 @@ pub(crate) const CASES: &[Case] = cases! {
         "null, misaligned and short arguments are refused";
     "alarms-read" ALARMS, ["create"], alarms::reads:
         "alarms keep their rules, their revision grows, and they say what room they take";
+    "notify-arguments" NOTIFY, ["create"], notify::refused:
+        "null, misaligned, short and malformed arguments are refused";
+    "notify-takes" NOTIFY, ["create"], notify::takes:
+        "what is handed over is taken, reports keep their rules, and they say what room they take";
 };
 
 #[cfg(test)]

@@ -129,9 +129,13 @@ impl Chart {
     ///
     /// # Errors
     /// What the plugin says, such as that there is none, or the rule that its answer breaks.
-    pub fn explain(&self, equipment: &str, unix_nanos: i64) -> Result<Explanation, PluginError> {
+    pub fn explain(
+        &self,
+        equipment: impl AsRef<str>,
+        unix_nanos: i64,
+    ) -> Result<Explanation, PluginError> {
         let explain = self.table.explain.ok_or_else(|| self.null_function_error())?;
-        let id = abi::BusbarStr::from_borrowed(equipment);
+        let id = abi::BusbarStr::from_borrowed(equipment.as_ref());
         let explanation: Explanation = ask_json(&self.instance, LIMIT, |output, error| {
             // SAFETY: id, output and error live for the call.
             unsafe { explain(self.instance.as_ptr(), id, unix_nanos, output, error) }

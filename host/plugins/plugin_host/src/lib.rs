@@ -17,6 +17,7 @@ mod json_output;
 mod library;
 mod log;
 mod mesh_optimizer;
+mod notify;
 mod overlay;
 mod overlay_quantity;
 mod overlay_verdict;
@@ -52,6 +53,7 @@ pub use library::PluginInfo;
 pub use mesh_optimizer::{
     MeshOptimizer, MeshView, OptimizedMesh, Stage, WedgesView, WrittenCollapses, check_stages,
 };
+pub use notify::Notifier;
 pub use overlay::Overlay;
 pub use program_value::ProgramValue;
 pub use records::{MAX_PAGE_ROWS, RecordPage, Records};

@@ -20,9 +20,8 @@
 //! anybody else sees it.
 #![doc = include_str!("../DESIGN.md")]
 
-mod alarms;
+mod capability_calls;
 mod catalog;
-mod chart;
 mod command;
 mod environment;
 mod framing;
@@ -38,7 +37,6 @@ mod process;
 mod process_monitor;
 mod process_spawn;
 mod process_state;
-mod records;
 mod resident_memory;
 mod restart_policy;
 mod ring;
@@ -51,15 +49,13 @@ mod socket_table;
 mod status;
 mod supervisor;
 
-pub use alarms::RunningAlarms;
+pub use capability_calls::{RunningAlarms, RunningChart, RunningNotifier, RunningRecords};
 pub use catalog::{DEFAULT_CONFINEMENT, Isolation, PluginCatalog, PluginOptions};
-pub use chart::RunningChart;
 pub use command::CommandError;
 pub use message::Confinement;
 pub use plugin::{InProcessTelemetry, Optimizer, Plugin, RunningOverlay, RunningTelemetry};
 pub use plugin_server::serve;
 pub use process::PluginProcess;
-pub use records::RunningRecords;
 pub use restart_policy::{Deadlines, RestartPolicy};
 pub use simulator::RunningSimulator;
 pub use simulator_registry::SimulatorRegistration;

@@ -3,20 +3,20 @@
 use std::path::PathBuf;
 use std::time::SystemTime;
 
-use busbar_alarms::SourceReport;
 use busbar_plugin_abi as abi;
 use busbar_plugin_host::{
-    ChartPage, CommandInfo, CommandReport, DeviceScenario, LinkState, OverlayBinding,
-    OverlayDescription, OverlayPicture, PluginError, PluginInfo, RecordPage, SettingsError,
-    SimulatedTag, Simulation, SimulationStatus, Stage, TelemetryTag, shown,
+    CommandInfo, CommandReport, DeviceScenario, LinkState, OverlayBinding, OverlayDescription,
+    OverlayPicture, PluginError, PluginInfo, SettingsError, SimulatedTag, Simulation,
+    SimulationStatus, Stage, TelemetryTag, shown,
 };
 use busbar_tags::TagState;
 use serde::{Deserialize, Serialize};
 
+use crate::capability_calls::{CapabilityAnswer, CapabilityRequest};
 use crate::memory::MeshSizes;
 
 /// Version of these messages: both processes are mostly the same program.
-pub(crate) const PROTOCOL_VERSION: u32 = 8;
+pub(crate) const PROTOCOL_VERSION: u32 = 9;
 /// Bytes of an error in a plugin's words that are kept.
 const MAX_WORDS_BYTES: usize = 4096;
 /// Settings faults, and capabilities in an error, that are kept.
@@ -56,22 +56,12 @@ pub(crate) enum Request {
     Draw { states: Vec<Option<TagState>>, scene_time: SystemTime },
     /// Order collapses; the descriptors of mesh and room for results come along.
     Optimize { sizes: MeshSizes },
-    /// Asks for the description of the chart.
-    DescribeChart,
-    /// Records of its chart, of so many axes, from one on.
-    ReadChart { axes: u32, first: u64, count: u32 },
-    /// Explains the last record of equipment at or before an instant.
-    Explain { equipment: String, unix_nanos: i64 },
-    /// Asks for the description of the record lists.
-    DescribeRecords,
-    /// Rows of a list, which has so many columns, from one on; none asks for the revision.
-    ReadRecords { list: u32, columns: u32, first: u64, count: u32 },
+    /// Calls a capability whose calls are a question and an answer.
+    Capability(CapabilityRequest),
     /// Asks for the list of commands.
     Commands,
     /// Run a command; the descriptors of its input and of a pipe for its output come along.
     Run { name: String, arguments: Vec<String> },
-    /// Asks for alarms newer than a known revision; 0 for none.
-    ReadAlarms { known: u64 },
     /// Asks for the properties of the optimizer.
     DescribeOptimizer,
 }
@@ -113,22 +103,12 @@ pub(crate) enum Answer {
     Simulating(SimulationStatus),
     /// Number of collapses in the shared buffer, with the durations of stages.
     Optimized { collapses: u32, stages: Vec<Stage> },
-    /// Description of the chart.
-    ChartDescribed(busbar_chart::Description),
-    /// Page of chart records.
-    ChartRead(ChartPage),
-    /// Explanation of a record.
-    Explained(busbar_chart::Explanation),
-    /// Description of the record lists.
-    RecordsDescribed(busbar_records::Description),
-    /// Page of a list's rows.
-    RecordsRead(RecordPage),
+    /// Answer to a call of a capability.
+    Capability(CapabilityAnswer),
     /// List of the commands.
     Commands(Vec<CommandInfo>),
     /// Report of a command.
     Ran(CommandReport),
-    /// State of the alarms.
-    AlarmsRead(SourceReport),
     /// Properties of the optimizer: true where it reads wedges.
     OptimizerDescribed { reads_wedges: bool },
 }
@@ -172,18 +152,9 @@ impl CallError {
                 PluginError::Violation { id, what: words(what) }
             }
             Self::WrongCapability { wanted, has } => {
-                let known = [
-                    abi::TELEMETRY_ID,
-                    abi::OVERLAY_ID,
-                    abi::MESH_OPTIMIZER_ID,
-                    abi::SIMULATOR_ID,
-                    abi::COMMAND_ID,
-                    abi::CHART_ID,
-                    abi::RECORDS_ID,
-                    abi::ALARMS_ID,
-                ];
                 let has = has.into_iter().take(MAX_FAULTS).map(words).collect();
-                match known.into_iter().find(|known| *known == wanted) {
+                let mut known = abi::CAPABILITIES.iter().map(|capability| capability.id);
+                match known.find(|known| *known == wanted) {
                     Some(wanted) => PluginError::WrongCapability { id, wanted, has },
                     None => {
                         let what = format!("it has no capability {}", words(wanted));
@@ -231,12 +202,7 @@ impl Request {
             Self::Draw { .. } => "draw",
             Self::Optimize { .. } => "optimize",
             Self::DescribeOptimizer => "describe optimiser",
-            Self::DescribeChart => "describe chart",
-            Self::ReadChart { .. } => "read chart",
-            Self::Explain { .. } => "explain",
-            Self::DescribeRecords => "describe records",
-            Self::ReadRecords { .. } => "read records",
-            Self::ReadAlarms { .. } => "read alarms",
+            Self::Capability(request) => request.name(),
             Self::Commands => "commands",
             Self::Run { .. } => "run",
         }

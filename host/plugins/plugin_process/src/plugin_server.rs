@@ -16,8 +16,8 @@ use std::time::{Duration, Instant};
 
 use busbar_plugin_abi::BusbarSample;
 use busbar_plugin_host::{
-    Alarms, Catalog, Chart, Commands, Instance, LibraryFile, LinkState, MeshOptimizer, Overlay,
-    PluginError, Records, SampleReceiver, Simulator, TelemetryStream,
+    Catalog, Commands, Instance, LibraryFile, LinkState, MeshOptimizer, Overlay, PluginError,
+    SampleReceiver, Simulator, TelemetryStream,
 };
 use busbar_tags::{ClockReadings, Moment, PauseDetector, SourceTime};
 use rustix::process::{Signal, getpid, kill_process};
@@ -232,28 +232,9 @@ impl PluginServer {
                 let optimizer = MeshOptimizer::from_instance(self.instance()?.clone())?;
                 Ok(Answer::OptimizerDescribed { reads_wedges: optimizer.reads_wedges() })
             }
-            Request::DescribeChart => Ok(Answer::ChartDescribed(
-                Chart::from_instance(self.instance()?.clone())?.describe()?,
-            )),
-            Request::ReadChart { axes, first, count } => {
-                let chart = Chart::from_instance(self.instance()?.clone())?;
-                Ok(Answer::ChartRead(chart.read(axes, first, count)?))
+            Request::Capability(request) => {
+                Ok(Answer::Capability(request.answer(self.instance()?)?))
             }
-            Request::Explain { equipment, unix_nanos } => {
-                let chart = Chart::from_instance(self.instance()?.clone())?;
-                Ok(Answer::Explained(chart.explain(&equipment, unix_nanos)?))
-            }
-            Request::DescribeRecords => {
-                let records = Records::from_instance(self.instance()?.clone())?;
-                Ok(Answer::RecordsDescribed(records.describe()?))
-            }
-            Request::ReadRecords { list, columns, first, count } => {
-                let records = Records::from_instance(self.instance()?.clone())?;
-                Ok(Answer::RecordsRead(records.read(list, columns, first, count)?))
-            }
-            Request::ReadAlarms { known } => Ok(Answer::AlarmsRead(
-                Alarms::from_instance(self.instance()?.clone())?.read(known)?,
-            )),
             Request::Commands => {
                 Ok(Answer::Commands(Commands::from_instance(self.instance()?.clone())?.list()?))
             }

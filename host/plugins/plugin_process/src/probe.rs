@@ -5,9 +5,8 @@ use std::os::unix::fs::FileExt;
 
 use busbar_geometry::{CollapseSequence, Mesh};
 use busbar_plugin_host::{
-    LinkReport, MAX_DIAGNOSTICS, MAX_PAGE_RECORDS, MAX_PAGE_ROWS, OverlayBinding,
-    OverlayDescription, OverlayPicture, PictureRules, PluginError, SampleSink, SourcePolicy,
-    TelemetryTag, check_commands, check_stages,
+    LinkReport, MAX_DIAGNOSTICS, OverlayBinding, OverlayDescription, OverlayPicture, PictureRules,
+    PluginError, SampleSink, SourcePolicy, TelemetryTag, check_commands, check_stages,
 };
 
 use crate::framing::{self, Decoder};
@@ -94,30 +93,8 @@ impl HostSide {
             Ok(Answer::Done | Answer::Simulating(_) | Answer::OptimizerDescribed { .. }) => {
                 return DecodedMessage::Other;
             }
-            Ok(Answer::ChartDescribed(description)) => description
-                .check()
-                .map(|()| DecodedMessage::Other)
-                .map_err(|fault| fault.to_string()),
-            Ok(Answer::ChartRead(page)) => {
-                let checked = page.check(busbar_chart::MAX_AXES as u32, MAX_PAGE_RECORDS);
-                checked.map(|()| DecodedMessage::Other).map_err(str::to_owned)
-            }
-            Ok(Answer::Explained(explanation)) => {
-                let checked = explanation.check(usize::MAX);
-                checked.map(|()| DecodedMessage::Other).map_err(|fault| fault.to_string())
-            }
-            Ok(Answer::RecordsDescribed(description)) => description
-                .check()
-                .map(|()| DecodedMessage::Other)
-                .map_err(|fault| fault.to_string()),
-            Ok(Answer::RecordsRead(page)) => {
-                let columns = page.rows.first().map_or(0, |row| row.cells.len()) as u32;
-                let checked = page.check(columns, MAX_PAGE_ROWS);
-                checked.map(|()| DecodedMessage::Other).map_err(|fault| fault.to_string())
-            }
-            Ok(Answer::AlarmsRead(report)) => {
-                let checked = report.check(report.revision);
-                checked.map(|()| DecodedMessage::Other).map_err(|fault| fault.to_string())
+            Ok(Answer::Capability(answer)) => {
+                answer.check_for_any_request().map(|()| DecodedMessage::Other)
             }
             Ok(Answer::Commands(commands)) => {
                 check_commands(&commands).map(|()| DecodedMessage::Other)

@@ -310,6 +310,6 @@ mod tests {
         for request in [run, Request::DescribeOptimizer] {
             assert_eq!(allowance(&request, deadlines), deadlines.optimize, "{}", request.name());
         }
-        assert_eq!(allowance(&Request::DescribeChart, deadlines), deadlines.lifecycle);
+        assert_eq!(allowance(&Request::Commands, deadlines), deadlines.lifecycle);
     }
 }

@@ -6,7 +6,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 
 use serde_json::Value;
 
-use crate::{BindingConfig, Config, OverlayConfig, RecordsConfig};
+use crate::{BindingConfig, Config, NotificationConfig, OverlayConfig, RecordsConfig};
 
 /// Limit of names that are listed for one section; further ones are counted.
 const MAX_NAMED: usize = 6;
@@ -56,6 +56,8 @@ pub enum Section {
     Alarms,
     /// Section of alarm handling.
     AlarmHandling,
+    /// Section of plugins that tell of alarms.
+    Notifications,
     /// Section of the overlays.
     Overlays,
     /// Section of plugins with records.
@@ -87,6 +89,7 @@ impl Section {
             Self::Bindings => "bindings",
             Self::Alarms => "alarms",
             Self::AlarmHandling => "alarm_handling",
+            Self::Notifications => "notifications",
             Self::Overlays => "overlays",
             Self::Records => "records",
             Self::Chart => "chart",
@@ -147,6 +150,9 @@ impl Changes {
         changes.compare(Section::Bindings, bindings);
         changes.compare_named(Section::Alarms, &before.alarms, &after.alarms);
         changes.compare(Section::AlarmHandling, before.alarm_handling == after.alarm_handling);
+        let name = |entry: &NotificationConfig| entry.plugin.clone();
+        let told = before.notifications.iter().map(name).eq(after.notifications.iter().map(name));
+        changes.compare(Section::Notifications, told);
         let name = |overlay: &OverlayConfig| overlay.plugin.clone();
         let overlays = before.overlays.iter().map(name).eq(after.overlays.iter().map(name));
         changes.compare(Section::Overlays, overlays);

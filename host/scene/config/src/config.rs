@@ -49,6 +49,8 @@ pub struct Config {
     pub alarms: BTreeMap<String, AlarmConfig>,
     /// Settings of all alarms.
     pub alarm_handling: AlarmHandlingConfig,
+    /// Plugins that tell people of alarms.
+    pub notifications: Vec<NotificationConfig>,
     /// Overlay plugins, drawn in this order.
     pub overlays: Vec<OverlayConfig>,
     /// Plugins whose records faceplates show, in this order.
@@ -207,6 +209,15 @@ pub struct OverlayConfig {
 /// Records that faceplates show.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RecordsConfig {
+    /// Name of the plugin instance.
+    pub plugin: String,
+    /// JSON pointer of the entry.
+    pub pointer: String,
+}
+
+/// Plugin that tells people of alarms.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NotificationConfig {
     /// Name of the plugin instance.
     pub plugin: String,
     /// JSON pointer of the entry.

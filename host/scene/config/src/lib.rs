@@ -52,8 +52,8 @@ pub use alarms::{
 };
 pub use changes::{Change, ChangeKind, Changes, Fingerprints, Section};
 pub use config::{
-    BindingConfig, CacheConfig, ChartConfig, Config, DirectoryConfig, ModelConfig, OriginConfig,
-    OverlayConfig, RecordsConfig, SourceConfig, TagConfig,
+    BindingConfig, CacheConfig, ChartConfig, Config, DirectoryConfig, ModelConfig,
+    NotificationConfig, OriginConfig, OverlayConfig, RecordsConfig, SourceConfig, TagConfig,
 };
 pub use diagnostic::{Diagnostic, Severity};
 pub use equipment::EquipmentConfig;

@@ -56,7 +56,7 @@ pub(crate) struct RawPlugin {
     #[schemars(extend("examples" = [4000]))]
     memory_megabytes: u32,
     /// Allows the instance's process to use the network; where missing, a plugin that is the
-    /// source of a tag may.
+    /// source of a tag or of alarms, or tells people of alarms, may.
     #[serde(default)]
     #[schemars(extend("examples" = [false]))]
     network: Option<bool>,

@@ -89,6 +89,11 @@ pub(crate) struct RawConfig {
     #[schemars(length(max = MAX_PLUGINS))]
     #[schemars(extend("x-busbar-formerly" = ["alarm_handling/sources"]))]
     pub(crate) alarm_sources: Vec<RawAlarmSource>,
+    /// Plugin instances that tell people of alarms who are not in the room.
+    #[serde(default)]
+    #[schemars(length(max = MAX_PLUGINS))]
+    #[schemars(extend("examples" = [[{"instance": "mail"}]]))]
+    pub(crate) notifications: Vec<RawNotifications>,
     /// Names of the plugin instances whose overlays are drawn, in this order.
     #[serde(default)]
     #[schemars(length(max = MAX_PLUGINS), extend("uniqueItems" = true))]
@@ -129,6 +134,16 @@ pub(crate) struct RawConfig {
     #[serde(default)]
     #[schemars(with = "RawMetrics")]
     pub(crate) metrics: Option<RawMetrics>,
+}
+
+/// Plugin instance that tells people of alarms.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Notifications")]
+pub(crate) struct RawNotifications {
+    /// Name of the plugin instance that sends messages.
+    #[schemars(length(min = 1, max = MAX_NAME_BYTES), extend("examples" = ["mail"]))]
+    pub(crate) instance: String,
 }
 
 /// A model file and how it is simplified.

@@ -81,6 +81,9 @@ pub(crate) fn resolve(raw: RawConfig, positions: Positions, warnings: Vec<Diagno
         }),
         alarms: named(raw.alarms, "/alarms", |_, raw, pointer| raw.resolve(pointer)),
         alarm_handling: raw.alarm_handling.resolve(raw.alarm_sources),
+        notifications: indexed(raw.notifications, "/notifications", |raw, pointer| {
+            NotificationConfig { plugin: raw.instance, pointer }
+        }),
         overlays: indexed(raw.overlays, "/overlays", |plugin, pointer| OverlayConfig {
             plugin,
             pointer,

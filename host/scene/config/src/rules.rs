@@ -26,6 +26,7 @@ pub(crate) fn check(document: &Value, report: &mut Report<'_>) {
     rules.check_tags();
     rules.check_lists_of_plugins();
     rules.check_alarm_sources();
+    rules.check_notifications();
     rules.check_chart();
     rules.check_plugins();
     rules.check_cameras();
@@ -153,6 +154,35 @@ impl<'d> Rules<'d, '_, '_> {
         }
     }
 
+    fn check_notifications(&mut self) {
+        let entries = self.document["notifications"].as_array().into_iter().flatten();
+        let mut named: Vec<&str> = Vec::new();
+        for (index, entry) in entries.enumerate() {
+            let pointer = join_pointer("/notifications", index);
+            let Some(instance) = entry.get("instance") else { continue };
+            self.check_plugin_reference(instance, &pointer, "instance");
+            let Some(name) = instance.as_str() else { continue };
+            if named.contains(&name) {
+                let pointer = join_pointer(&pointer, "instance");
+                self.report.error(&pointer, "it tells of alarms already", "remove one of them");
+            }
+            named.push(name);
+        }
+        let is_empty = |key: &str| {
+            let items = &self.document[key];
+            items
+                .as_object()
+                .map_or_else(|| items.as_array().is_none_or(Vec::is_empty), Map::is_empty)
+        };
+        if !named.is_empty() && is_empty("alarms") && is_empty("alarm_sources") {
+            self.report.key_warning(
+                "/notifications",
+                "there is no alarm that anybody could be told of",
+                "add \"alarms\" or \"alarm_sources\", or remove it",
+            );
+        }
+    }
+
     fn check_chart(&mut self) {
         if let Some(chart) = self.document["chart"].as_object()
             && let Some(instance) = chart.get("instance")
@@ -185,8 +215,8 @@ impl<'d> Rules<'d, '_, '_> {
                 self.report.key_warning(
                     &pointer,
                     format!("the plugin '{}' is used nowhere", suggestions::shown(name)),
-                    "name it in a model, a tag's source, the overlays, the records, the chart \
-                     or the alarm sources, or remove it",
+                    "name it in a model, a tag's source, the overlays, the records, the chart, \
+                     the alarm sources or the notifications, or remove it",
                 );
             }
         }

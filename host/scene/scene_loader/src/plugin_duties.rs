@@ -36,6 +36,11 @@ pub(crate) fn has_alarms(config: &Config, name: &str) -> bool {
     config.alarm_handling.sources.iter().any(|source| source.plugin == name)
 }
 
+/// Reports whether a plugin tells people of alarms.
+pub(crate) fn tells_of_alarms(config: &Config, name: &str) -> bool {
+    config.notifications.iter().any(|entry| entry.plugin == name)
+}
+
 /// Returns the bindings in these roles, or all where there are none, as overlays get them.
 fn bindings_in_roles(scene: &LoadedScene, roles: &[String]) -> Vec<OverlayBinding> {
     scene

@@ -8,7 +8,7 @@ use busbar_config::{Config, FormerNames, Isolation, PluginConfig, RenamedSetting
 use busbar_plugin_host::{Digest, LoadRules, PluginError, PublicKey, TelemetryTag};
 use busbar_plugin_process::{
     Confinement, Deadlines, Optimizer, Plugin, PluginCatalog, PluginOptions, RestartPolicy,
-    RunningAlarms, RunningOverlay, RunningRecords, RunningTelemetry,
+    RunningAlarms, RunningNotifier, RunningOverlay, RunningRecords, RunningTelemetry,
 };
 use busbar_tags::TagSpec;
 use rayon::prelude::*;
@@ -16,7 +16,7 @@ use serde_json::Value;
 
 use crate::config_file::{config_folder, read_config};
 use crate::diagnostics::{DiagnosticsCollector, LoadError};
-use crate::plugin_duties::{serves, telemetry_tags};
+use crate::plugin_duties::{serves, telemetry_tags, tells_of_alarms};
 use crate::reuse::ReusePlan;
 
 /// Makes the catalogue of plugins that a configuration's directories hold.
@@ -155,9 +155,10 @@ fn in_folder(settings: &Value, folder: &Path) -> Value {
     }
 }
 
-/// Reports whether an instance may use the network. By default only sources of tags or alarms may.
+/// Reports whether an instance may use the network. By default sources of tags or alarms
+/// may, and those that tell of alarms.
 pub fn may_use_network(config: &Config, name: &str, plugin: &PluginConfig) -> bool {
-    plugin.network.unwrap_or_else(|| serves(config, name))
+    plugin.network.unwrap_or_else(|| serves(config, name) || tells_of_alarms(config, name))
 }
 
 /// Returns isolation, limits and restart policy of a plugin.
@@ -264,6 +265,11 @@ pub(crate) fn check_capabilities(
     for source in &config.alarm_handling.sources {
         if let Some(Err(error)) = instances.get(&source.plugin).map(RunningAlarms::from_plugin) {
             add(join_pointer(&source.pointer, "instance"), &error);
+        }
+    }
+    for entry in &config.notifications {
+        if let Some(Err(error)) = instances.get(&entry.plugin).map(RunningNotifier::from_plugin) {
+            add(join_pointer(&entry.pointer, "instance"), &error);
         }
     }
     for (name, instance) in instances.iter().filter(|(name, _)| is_new(name)) {

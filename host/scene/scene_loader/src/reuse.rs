@@ -130,14 +130,16 @@ fn served_tag_properties<'a>(
     })
 }
 
-/// Returns the duties of a plugin: overlay, records, chart, model optimizer, alarms.
-fn plugin_duties(config: &Config, name: &str) -> [bool; 5] {
+/// Returns the duties of a plugin: overlay, records, chart, model optimizer, alarms,
+/// notifications.
+fn plugin_duties(config: &Config, name: &str) -> [bool; 6] {
     [
         config.overlays.iter().any(|overlay| overlay.plugin == name),
         config.records.iter().any(|records| records.plugin == name),
         config.chart.as_ref().is_some_and(|chart| chart.plugin == name),
         config.models.values().any(|model| model.optimizer.as_deref() == Some(name)),
         plugin_duties::has_alarms(config, name),
+        plugin_duties::tells_of_alarms(config, name),
     ]
 }
 

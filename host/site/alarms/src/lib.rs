@@ -18,6 +18,7 @@ mod action;
 mod chatter;
 mod condition;
 mod first_out;
+mod notification;
 mod record;
 mod set;
 mod source;
@@ -30,6 +31,11 @@ mod timers;
 pub use action::{Action, ActionError, MAX_OPERATOR_BYTES};
 pub use chatter::{CHATTER_OCCURRENCES, CHATTER_WINDOW};
 pub use condition::{Condition, Limit};
+pub use notification::{
+    AlarmChange, AlarmNotification, DeliveryState, MAX_BATCH_CHANGES, MAX_DELIVERY_MESSAGE_BYTES,
+    MAX_STANDING_ALARMS, NotificationBatch, NotificationReport, NotificationReportError,
+    StandingAlarms,
+};
 pub use record::{AlarmEvent, AlarmRecord};
 pub use set::{AlarmSet, AlarmSpecError};
 pub use source::{

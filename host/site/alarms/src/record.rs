@@ -75,7 +75,7 @@ fn is_live(origin: &Origin) -> bool {
 }
 
 /// An origin as a list of names.
-mod origin_names {
+pub(crate) mod origin_names {
     use busbar_tags::Origin;
     use serde::de::Error;
     use serde::{Deserialize, Deserializer, Serializer};
@@ -88,14 +88,15 @@ mod origin_names {
         Origin::HISTORICAL,
     ];
 
-    pub(super) fn serialize<S: Serializer>(
+    pub(crate) fn serialize<S: Serializer>(
         origin: &Origin,
         serializer: S,
     ) -> Result<S::Ok, S::Error> {
-        serializer.collect_seq(origin.names())
+        // Of known length, which messages between processes need.
+        serializer.collect_seq(origin.names().collect::<Vec<_>>())
     }
 
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
         deserializer: D,
     ) -> Result<Origin, D::Error> {
         let names = Vec::<String>::deserialize(deserializer)?;

@@ -3,6 +3,7 @@
 mod alarm_listing;
 mod external_alarms;
 mod host_api;
+mod notifications;
 mod reload;
 
 use std::collections::VecDeque;
@@ -12,10 +13,12 @@ use std::time::Duration;
 use busbar_alarms::{Action, AlarmHandle, AlarmRecord, AlarmTable, State};
 use busbar_audit_log::{AuditLog, RecoveredLog};
 use busbar_config::AlarmHandlingConfig;
-use busbar_tags::{Change, Moment, Snapshot, SourceTime};
+use busbar_tags::{Change, Moment, Snapshot, SourceTime, TagSet};
 
 pub use self::alarm_listing::{AlarmListing, EquipmentAlarms, EquipmentInAlarm, ExternalAlarmTint};
 pub use self::external_alarms::{ExternalAlarm, ExternalSource, ExternalSources};
+pub(crate) use self::notifications::NotifierHealth;
+use self::notifications::{AlarmView, Notifications};
 use crate::definition::SiteDefinition;
 use crate::equipment::{EquipmentDirectory, EquipmentNumber};
 
@@ -29,6 +32,8 @@ pub struct AlarmService {
     table: AlarmTable,
     /// Alarms that other systems decide on.
     sources: ExternalSources,
+    /// Changes for plugins that tell people of alarms.
+    notifications: Notifications,
     log: Option<AuditLog>,
     /// Reason why there is no log, or remarks from opening it.
     log_remark: Option<String>,
@@ -97,6 +102,7 @@ impl AlarmService {
         Some(Self {
             equipment: Arc::clone(alarm_equipment),
             sources: ExternalSources::start(site),
+            notifications: Notifications::default(),
             table,
             log,
             log_remark,
@@ -159,9 +165,30 @@ impl AlarmService {
     /// Steps the alarm table by the tags, appends records to the log, and updates the listing.
     pub(crate) fn step(&mut self, tags: Snapshot<'_>, now: Moment, wall_clock: SourceTime) {
         (self.now, self.wall_clock) = (now, wall_clock);
-        let Self { table, log, tail, .. } = self;
-        table.step(tags, now, wall_clock, |record| append_record(log.as_mut(), tail, record));
+        let Self { table, log, tail, notifications, .. } = self;
+        table.step(tags, now, wall_clock, |record| {
+            notifications.note(&record);
+            append_record(log.as_mut(), tail, record);
+        });
         self.refresh();
+    }
+
+    /// Starts to hand over changes to the plugins that tell people of alarms.
+    pub(crate) fn start_notifications(&mut self, site: &SiteDefinition) {
+        self.notifications = Notifications::start(site, self.now, self.wall_clock);
+    }
+
+    /// Hands over the changes since the last call.
+    pub(crate) fn hand_over(&mut self, tags: &TagSet, directory: &dyn EquipmentDirectory) {
+        let Self { table, sources, equipment, notifications, now, wall_clock, .. } = self;
+        let (now, wall_clock) = (*now, *wall_clock);
+        let view = AlarmView { table, sources, equipment, directory, tags, now, wall_clock };
+        notifications.hand_over(view);
+    }
+
+    /// Returns the health of a plugin that tells of alarms.
+    pub(crate) fn notifier_health(&self, name: &str) -> Option<&NotifierHealth> {
+        self.notifications.health(name)
     }
 
     /// Flushes the log, drops actions that are on the disk, and updates the listing.
@@ -210,6 +237,7 @@ impl AlarmService {
         if let Some(before) = before.filter(|_| self.log.is_some()) {
             self.pending.push_back(PendingAction { alarm, number: record.number, before });
         }
+        self.notifications.note(&record);
         append_record(self.log.as_mut(), &mut self.tail, record);
         self.refresh();
         Ok(())
@@ -226,6 +254,7 @@ impl AlarmService {
         let alarm = self.table.set().find(id).ok_or_else(|| format!("there is no alarm '{id}'"))?;
         let record = self.table.mirror(alarm, state, until, operator);
         if let Some(record) = record.map_err(|error| format!("'{id}': {error}"))? {
+            self.notifications.note(&record);
             append_record(self.log.as_mut(), &mut self.tail, record);
         }
         self.refresh();

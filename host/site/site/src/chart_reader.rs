@@ -160,7 +160,7 @@ fn run(plugin: &Plugin, chart: &RunningChart, shared: &Shared) {
             state.wanted.take()
         };
         if let Some(question) = wanted {
-            let answer = chart.explain(&question.equipment, question.unix_nanos);
+            let answer = chart.explain(question.equipment.clone(), question.unix_nanos);
             let answer = answer.map_err(|error| error.to_string());
             shared.state().explained = Some((question, answer));
         } else {

@@ -10,4 +10,8 @@ pub struct EquipmentNumber(pub u32);
 pub trait EquipmentDirectory {
     /// Returns the number of the equipment with an id or an alias.
     fn find(&self, id: &str) -> Option<EquipmentNumber>;
+
+    /// Returns the ids of the equipment and of all that is above it, the outermost first; empty for
+    /// a number that is not there.
+    fn path(&self, equipment: EquipmentNumber) -> Vec<String>;
 }

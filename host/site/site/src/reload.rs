@@ -6,11 +6,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use busbar_config::{PluginConfig, TagConfig};
-use busbar_plugin_host::{PluginError, wall_clock};
+use busbar_plugin_host::PluginError;
 use busbar_plugin_process::{Plugin, RunningOverlay, RunningTelemetry};
 use busbar_tags::HandleRemap;
 
-use crate::alarms::AlarmService;
 use crate::chart_reader::ChartReader;
 use crate::definition::{SiteDefinition, StartedPlugins};
 use crate::equipment::EquipmentDirectory;
@@ -18,7 +17,7 @@ use crate::host_values::{HostIntake, empty_table};
 use crate::index_remap::IndexRemap;
 use crate::overlay_instance::OverlayInstance;
 use crate::records::RecordStore;
-use crate::site::{Site, empty_history, start_chart};
+use crate::site::{Site, empty_history, start_alarms, start_chart};
 use crate::telemetry_instance::TelemetryInstance;
 
 /// Changed definition of a site, ready to be applied: its new plugins run.
@@ -149,7 +148,7 @@ impl Site {
         let (after, logs) = (&self.definition, !self.settles);
         self.alarms = match self.alarms.take() {
             Some(alarms) => alarms.into_reloaded(before, after, logs, directory),
-            None => AlarmService::new(after, logs, wall_clock()),
+            None => start_alarms(after, logs),
         };
         if let Some(alarms) = self.alarms.as_mut().filter(|_| self.has_host) {
             alarms.set_host();

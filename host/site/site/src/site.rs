@@ -71,9 +71,9 @@ pub struct SiteStepMillis {
 pub struct PluginHealth<'a> {
     /// Plugin instance of the configuration.
     pub plugin: &'a Plugin,
-    /// Link to the data source; none without telemetry.
+    /// Link to the data source, or of messages to people; none for other plugins.
     pub link: Option<LinkReport>,
-    /// Reason why its overlay is late; none while it draws.
+    /// Reason why its overlay is late, or why it cannot tell of alarms; none while all is well.
     pub fault: Option<&'a str>,
 }
 
@@ -96,7 +96,7 @@ impl Site {
             shown.filter_map(|overlay| overlays.remove(&overlay.plugin)).collect();
         let chart = start_chart(&definition, settles)?;
         let records = RecordStore::start(&definition, settles)?;
-        let alarms = AlarmService::new(&definition, !settles, wall_clock());
+        let alarms = start_alarms(&definition, !settles);
         Ok(Self {
             telemetry: telemetry.into_iter().map(TelemetryInstance::new).collect(),
             overlays: overlays.into_iter().map(OverlayInstance::new).collect(),
@@ -156,6 +156,7 @@ impl Site {
         if let Some(alarms) = &mut self.alarms {
             alarms.take_sources(directory);
             alarms.step(self.table.snapshot(), now, wall_clock());
+            alarms.hand_over(&self.definition.tags, directory);
         }
     }
 
@@ -317,10 +318,15 @@ impl Site {
         self.definition.plugins.iter().map(|(name, plugin)| {
             let link = self.telemetry.iter().find(|telemetry| telemetry.name() == name);
             let overlay = self.overlays.iter().find(|overlay| overlay.name() == name);
+            let alarms = self.alarms.as_ref();
+            let notifier = alarms.and_then(|alarms| alarms.notifier_health(name));
+            let notifier_fault = notifier.and_then(|notifier| notifier.fault.as_deref());
             PluginHealth {
                 plugin,
-                link: link.map(TelemetryInstance::link),
-                fault: overlay.and_then(OverlayInstance::fault),
+                link: link
+                    .map(TelemetryInstance::link)
+                    .or_else(|| notifier.map(|notifier| notifier.link.clone())),
+                fault: overlay.and_then(OverlayInstance::fault).or(notifier_fault),
             }
         })
     }
@@ -349,6 +355,16 @@ impl Drop for Site {
     fn drop(&mut self) {
         self.definition.plugins.values().for_each(Plugin::quit);
     }
+}
+
+/// Starts the alarms of a site; none without configured alarms. Only if `acts` is set, the audit log
+/// is written and people are told.
+pub(crate) fn start_alarms(site: &SiteDefinition, acts: bool) -> Option<AlarmService> {
+    let mut alarms = AlarmService::new(site, acts, wall_clock())?;
+    if acts {
+        alarms.start_notifications(site);
+    }
+    Some(alarms)
 }
 
 /// Starts reading the chart's records; none without a configured chart.

@@ -31,6 +31,19 @@ impl EquipmentDirectory for SceneDirectory<'_> {
     fn find(&self, id: &str) -> Option<EquipmentNumber> {
         self.names.find(self.graph, id).map(number_of)
     }
+
+    fn path(&self, equipment: EquipmentNumber) -> Vec<String> {
+        let node = node_of(equipment);
+        if node.0 as usize >= self.graph.node_count() {
+            return Vec::new();
+        }
+        let above = |node: &NodeIndex| self.graph.node(*node).parent();
+        let nodes = std::iter::successors(Some(node), above);
+        let mut ids: Vec<String> =
+            nodes.map(|node| self.graph.node(node).id().to_string()).collect();
+        ids.reverse();
+        ids
+    }
 }
 
 /// Returns the definition of a scene's site.

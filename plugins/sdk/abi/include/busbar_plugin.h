@@ -46,6 +46,7 @@
 #define BUSBAR_CHART_ID "busbar.chart/1-draft"
 #define BUSBAR_RECORDS_ID "busbar.records/1-draft"
 #define BUSBAR_ALARMS_ID "busbar.alarms/1-draft"
+#define BUSBAR_NOTIFY_ID "busbar.notify/1-draft"
 
 // Marks the one symbol that a library exports:
 //   BUSBAR_EXPORT const BusbarPluginEntry busbar_plugin_entry = { ... };
@@ -115,6 +116,18 @@
 // Flag of a plugin whose `optimize` reads positions and triangles alone, so that the host need not
 // pass wedges.
 #define BUSBAR_OPTIMIZER_NO_WEDGES 1
+
+// Changes of one batch, at most.
+#define BUSBAR_MAX_NOTIFY_CHANGES 256
+
+// Alarms of one list of standing alarms, at most.
+#define BUSBAR_MAX_NOTIFY_STANDING 2000
+
+// Bytes of the sentence in a report, at most.
+#define BUSBAR_MAX_NOTIFY_MESSAGE 1024
+
+// Bytes of a report, at most.
+#define BUSBAR_MAX_NOTIFY_REPORT (64 << 10)
 
 // Primitive: a line of the label at a node: caption and value.
 #define BUSBAR_OVERLAY_LINE 1
@@ -1229,6 +1242,22 @@ typedef struct BusbarAlarms {
                        struct BusbarTextOutput *output,
                        struct BusbarError *error);
 } BusbarAlarms;
+
+// Function table of `busbar.notify/1-draft`.
+typedef struct BusbarNotify {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // Reserved; must be zero.
+  uint32_t reserved;
+  // `[main-thread]` Takes a batch of changes as JSON, writes a report as JSON, and returns
+  // without waiting for any receiver. Changes that were taken before may come again and count
+  // once. Fails with `BUSBAR_BUFFER_TOO_SMALL` when the report does not fit, with the bytes
+  // needed in `len`; the batch comes again then.
+  BusbarStatus (*notify)(const struct BusbarPlugin *plugin,
+                         struct BusbarStr batch,
+                         struct BusbarTextOutput *output,
+                         struct BusbarError *error);
+} BusbarNotify;
 
 // Status of a call that succeeded.
 #define BUSBAR_OK 0

@@ -46,6 +46,7 @@ mod chart;
 mod command;
 mod entry;
 mod mesh_optimizer;
+mod notify;
 mod overlay;
 mod records;
 mod simulator;
@@ -56,7 +57,43 @@ pub use chart::*;
 pub use command::*;
 pub use entry::*;
 pub use mesh_optimizer::*;
+pub use notify::*;
 pub use overlay::*;
 pub use records::*;
 pub use simulator::*;
 pub use telemetry::*;
+
+/// Ids of all capabilities, with the names that the header has for ids and function tables. The
+/// header, and what the host knows of capabilities, come from this list.
+///
+/// cbindgen:ignore
+pub const CAPABILITIES: &[CapabilityDefinition] = &[
+    CapabilityDefinition::new("MESH_OPTIMIZER", MESH_OPTIMIZER_ID, "BusbarMeshOptimizer"),
+    CapabilityDefinition::new("TELEMETRY", TELEMETRY_ID, "BusbarTelemetry"),
+    CapabilityDefinition::new("OVERLAY", OVERLAY_ID, "BusbarOverlay"),
+    CapabilityDefinition::new("SIMULATOR", SIMULATOR_ID, "BusbarSimulator"),
+    CapabilityDefinition::new("COMMAND", COMMAND_ID, "BusbarCommand"),
+    CapabilityDefinition::new("CHART", CHART_ID, "BusbarChart"),
+    CapabilityDefinition::new("RECORDS", RECORDS_ID, "BusbarRecords"),
+    CapabilityDefinition::new("ALARMS", ALARMS_ID, "BusbarAlarms"),
+    CapabilityDefinition::new("NOTIFY", NOTIFY_ID, "BusbarNotify"),
+];
+
+/// Names of a capability.
+///
+/// cbindgen:ignore
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CapabilityDefinition {
+    /// Word in the header's name of the id, `BUSBAR_NOTIFY_ID`.
+    pub name: &'static str,
+    /// Id of the capability.
+    pub id: &'static str,
+    /// Name of the function table in the header.
+    pub table: &'static str,
+}
+
+impl CapabilityDefinition {
+    const fn new(name: &'static str, id: &'static str, table: &'static str) -> Self {
+        Self { name, id, table }
+    }
+}

@@ -18,7 +18,13 @@ fn header_path() -> PathBuf {
 /// `BUSBAR_BLESS=1` writes the header anew.
 #[test]
 fn header_is_up_to_date() {
-    let config = cbindgen::Config::from_file(crate_dir().join("cbindgen.toml")).unwrap();
+    let mut config = cbindgen::Config::from_file(crate_dir().join("cbindgen.toml")).unwrap();
+    let define =
+        |one: &CapabilityDefinition| format!("#define BUSBAR_{}_ID \"{}\"", one.name, one.id);
+    let ids: Vec<String> = CAPABILITIES.iter().map(define).collect();
+    config.after_includes =
+        config.after_includes.map(|text| text.replace("@CAPABILITY_IDS@", &ids.join("\n")));
+    config.export.include.extend(CAPABILITIES.iter().map(|one| one.table.to_owned()));
     let mut generated = Vec::new();
     cbindgen::Builder::new()
         .with_crate(crate_dir())
@@ -37,17 +43,8 @@ fn header_is_up_to_date() {
 #[test]
 fn header_names_the_ids() {
     let header = std::fs::read_to_string(header_path()).unwrap();
-    for id in [
-        PLUGIN_FACTORY_ID,
-        MESH_OPTIMIZER_ID,
-        TELEMETRY_ID,
-        OVERLAY_ID,
-        SIMULATOR_ID,
-        COMMAND_ID,
-        CHART_ID,
-        RECORDS_ID,
-        ALARMS_ID,
-    ] {
+    let ids = CAPABILITIES.iter().map(|capability| capability.id);
+    for id in ids.chain([PLUGIN_FACTORY_ID]) {
         assert!(header.contains(&format!("_ID \"{id}\"")), "{id}");
     }
     assert!(header.contains(ENTRY_SYMBOL.to_str().unwrap()));
@@ -151,6 +148,7 @@ fn layout_is_the_same_in_c_and_cpp() {
         BusbarRecordPage { struct_size, list, column_count, row_capacity, first, text_capacity,
             row_count, total, revision, rows, ends, text }
         BusbarRecords { struct_size, describe, read }
+        BusbarNotify { struct_size, notify }
     }
     assert_eq!(size_of::<BusbarSample>(), 24);
     // What a plugin built before wedges came knows of a mesh: it never moves.

@@ -17,10 +17,12 @@ use crate::{Error, Host, Plugin, SampleSink};
 
 mod tables;
 
-pub use tables::{alarms, chart, command, mesh_optimizer, overlay, records, simulator, telemetry};
+pub use tables::{
+    alarms, chart, command, mesh_optimizer, notify, overlay, records, simulator, telemetry,
+};
 
 /// Exports one plugin type with its capabilities:
-/// `export_plugin!(Type: mesh_optimizer, telemetry, overlay, simulator, command, chart, records, alarms);`
+/// `export_plugin!(Type: telemetry, command);`, with the names of modules and traits of the SDK.
 #[macro_export]
 macro_rules! export_plugin {
     ($plugin:ty: $($capability:ident),+ $(,)?) => {
@@ -55,32 +57,13 @@ pub trait Exported: Plugin {
 /// Capability id with its function table.
 pub struct Capability {
     id: &'static str,
-    table: Table,
+    /// Table of functions, static and of the type that the ABI has for the id.
+    table: *const c_void,
 }
 
-enum Table {
-    MeshOptimizer(abi::BusbarMeshOptimizer),
-    Telemetry(abi::BusbarTelemetry),
-    Overlay(abi::BusbarOverlay),
-    Simulator(abi::BusbarSimulator),
-    Command(abi::BusbarCommand),
-    Chart(abi::BusbarChart),
-    Records(abi::BusbarRecords),
-    Alarms(abi::BusbarAlarms),
-}
-
-impl Table {
-    fn as_ptr(&'static self) -> *const c_void {
-        match self {
-            Self::MeshOptimizer(table) => std::ptr::from_ref(table).cast(),
-            Self::Telemetry(table) => std::ptr::from_ref(table).cast(),
-            Self::Overlay(table) => std::ptr::from_ref(table).cast(),
-            Self::Simulator(table) => std::ptr::from_ref(table).cast(),
-            Self::Command(table) => std::ptr::from_ref(table).cast(),
-            Self::Chart(table) => std::ptr::from_ref(table).cast(),
-            Self::Records(table) => std::ptr::from_ref(table).cast(),
-            Self::Alarms(table) => std::ptr::from_ref(table).cast(),
-        }
+impl Capability {
+    const fn new<T>(id: &'static str, table: &'static T) -> Self {
+        Self { id, table: std::ptr::from_ref(table).cast() }
     }
 }
 
@@ -253,7 +236,7 @@ unsafe extern "C" fn get_capability<P: Exported>(
         return std::ptr::null();
     };
     let found = P::CAPABILITIES.iter().find(|capability| capability.id == id);
-    found.map_or(std::ptr::null(), |capability| capability.table.as_ptr())
+    found.map_or(std::ptr::null(), |capability| capability.table)
 }
 
 /// # Safety

@@ -2,7 +2,7 @@
 //!
 //! A plugin is a type with settings that implements [`Plugin`] and one or more
 //! capabilities: [`MeshOptimizer`], [`Telemetry`], [`Overlay`], [`Simulator`], [`Command`],
-//! [`Chart`], [`Records`], [`Alarms`].
+//! [`Chart`], [`Records`], [`Alarms`], [`Notify`].
 //! [`export_plugin!`] makes the library's entry from it. Build it as a
 //! `cdylib` and put the library into a plugin directory of the configuration.
 //! `busbar plugin new` makes a project to start from; the [`book`] tells the rest.
@@ -61,6 +61,7 @@ mod host;
 mod huge_pages;
 mod judgment;
 mod mesh_optimizer;
+mod notify;
 mod overlay;
 mod overlay_description;
 mod records;
@@ -89,6 +90,11 @@ pub use host::{Host, LogLevel};
 pub use huge_pages::on_huge_pages;
 pub use judgment::{Basis, Judgment, Verdict};
 pub use mesh_optimizer::{Collapse, CollapseList, Mesh, MeshOptimizer, Progress, Wedges};
+pub use notify::{
+    AlarmChange, AlarmNotification, AlarmOrigin, AlarmPriority, AlarmState, MAX_NOTIFY_CHANGES,
+    MAX_NOTIFY_MESSAGE, MAX_NOTIFY_STANDING, NotificationBatch, NotificationReport, Notify,
+    StandingAlarms,
+};
 pub use overlay::{Binding, Canvas, MAX_LINE_TEXT, Overlay, OverlayFrame, Severity, TagValue};
 pub use overlay_description::{Contour, Description, LegendEntry, MAX_FINDINGS, Pattern};
 pub use records::{

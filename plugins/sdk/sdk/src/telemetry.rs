@@ -167,7 +167,8 @@ fn unix_nanos(time: SystemTime) -> Option<i64> {
 }
 
 /// State of the link to a device, for operators.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum LinkState {
     /// Connecting, or waiting to try again.
     Connecting,

@@ -67,6 +67,23 @@ impl TlsSettings {
     }
 }
 
+impl TlsFiles {
+    /// Returns the path of the trusted authorities.
+    pub fn ca(&self) -> &Path {
+        &self.ca
+    }
+
+    /// Returns the paths of the client certificate and its key.
+    pub fn own(&self) -> Option<(&Path, &Path)> {
+        self.own.as_ref().map(|(certificate, key)| (certificate.as_path(), key.as_path()))
+    }
+
+    /// Returns the name in the device's certificate, where it is not the host.
+    pub fn server_name(&self) -> Option<&str> {
+        self.server_name.as_deref()
+    }
+}
+
 /// TLS configuration that all connections share.
 #[derive(Clone)]
 pub struct TlsClient {
@@ -92,7 +109,10 @@ impl TlsClient {
     }
 
     /// Encrypts a connection that was just made.
-    pub(crate) async fn handshake(
+    ///
+    /// # Errors
+    /// A certificate or name that is refused.
+    pub async fn handshake(
         &self,
         endpoint: &Endpoint,
         stream: TcpStream,

@@ -59,6 +59,9 @@ const SAMPLE: &[(Misbehavior, CallSite)] = &[
     (Misbehavior::OutOfRange, CallSite::ReadAlarms),
     (Misbehavior::Flood, CallSite::ReadAlarms),
     (Misbehavior::Overrun, CallSite::ReadAlarms),
+    (Misbehavior::NotUtf8, CallSite::Notify),
+    (Misbehavior::OutOfRange, CallSite::Notify),
+    (Misbehavior::Overrun, CallSite::Notify),
 ];
 
 fn transformer() -> Value {
@@ -74,6 +77,14 @@ fn quantities() -> Value {
         "quantities": [{ "name": "Core current", "role": "core", "attention": 100, "alarm": 300 }],
         "equipment": ["=T1-TA1"],
     })
+}
+
+/// Returns the settings of a recipient whom nothing reaches.
+fn nobody() -> Value {
+    json!({ "settings": {
+        "recipients": [{ "name": "nobody", "webhooks": ["gone"] }],
+        "webhooks": { "gone": { "url": "http://127.0.0.1:1/" } },
+    } })
 }
 
 /// Returns the settings of an asset register from a source.
@@ -246,6 +257,7 @@ fn shipped_plugins_pass() {
         ("gas_analysis", json!({}), 0),
         ("csv_records", json!({ "settings": lists(json!({ "file": register })) }), 0),
         ("sqlite_records", json!({ "settings": lists(nowhere) }), 0),
+        ("notifier", nobody(), 0),
         ("fault_injector", good_sample(), 0),
     ] {
         let (mut command, folder) = check(&library(plugin), &sample);

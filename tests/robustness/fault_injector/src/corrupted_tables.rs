@@ -3,6 +3,7 @@
 mod alarms;
 mod chart;
 mod command;
+mod notify;
 mod overlay;
 mod records;
 
@@ -60,6 +61,7 @@ pub(crate) fn table(id: abi::BusbarStr, short: bool) -> *const c_void {
         Ok(abi::CHART_ID) => std::ptr::from_ref(&chart::TABLE[index]).cast(),
         Ok(abi::RECORDS_ID) => std::ptr::from_ref(&records::TABLE[index]).cast(),
         Ok(abi::ALARMS_ID) => std::ptr::from_ref(&alarms::TABLE[index]).cast(),
+        Ok(abi::NOTIFY_ID) => std::ptr::from_ref(&notify::TABLE[index]).cast(),
         _ => std::ptr::null(),
     }
 }

@@ -2,8 +2,9 @@
 
 use busbar_plugin_sdk::{
     AlarmReport, Alarms, Chart, ChartAxis, ChartDescription, ChartRecord, ChartRecords, ChartState,
-    Error, Explanation, MAX_SOURCE_ALARMS, Pattern, Record, RecordColumn, RecordKind, RecordList,
-    RecordSet, RecordSeverity, Records, SourceAlarm,
+    Error, Explanation, LinkState, MAX_SOURCE_ALARMS, NotificationBatch, NotificationReport,
+    Notify, Pattern, Record, RecordColumn, RecordKind, RecordList, RecordSet, RecordSeverity,
+    Records, SourceAlarm,
 };
 
 use crate::fault::{CallSite, Misbehavior};
@@ -107,6 +108,20 @@ impl Alarms for FaultInjector {
             heard_millis: Some(0),
             alarms: Some((0..count).map(|number| alarm(&number.to_string())).collect()),
             ..AlarmReport::default()
+        })
+    }
+}
+
+impl Notify for FaultInjector {
+    fn notify(&mut self, batch: NotificationBatch) -> Result<NotificationReport, Error> {
+        let kind = inject(CallSite::Notify);
+        let taken = if kind == Some(Misbehavior::OutOfRange) { u64::MAX } else { batch.handed };
+        Ok(NotificationReport {
+            taken,
+            delivery: LinkState::Up,
+            message: "Nothing waits".into(),
+            waiting: 0,
+            undelivered: 0,
         })
     }
 }

@@ -136,6 +136,8 @@ named! {
         ReadRecords,
         /// Function `BusbarAlarms.read` of the ABI.
         ReadAlarms,
+        /// Function `BusbarNotify.notify` of the ABI.
+        Notify,
     }
 }
 
@@ -164,6 +166,7 @@ impl Misbehavior {
                     | DescribeRecords
                     | ReadRecords
                     | ReadAlarms
+                    | Notify
             ),
             Self::NotFinite => matches!(at, Publish | Optimize | ReadChart),
             Self::OutOfRange => {
@@ -178,6 +181,7 @@ impl Misbehavior {
                         | ReadChart
                         | ReadRecords
                         | ReadAlarms
+                        | Notify
                 )
             }
             Self::NullResult => matches!(at, GetFactory | Descriptor | Create | GetCapability),
@@ -190,6 +194,7 @@ impl Misbehavior {
                     | DescribeRecords
                     | ReadRecords
                     | ReadAlarms
+                    | Notify
             ),
             Self::Flood => matches!(at, Publish | ReadAlarms),
             Self::AfterStop => at == Publish,
@@ -217,6 +222,7 @@ impl CallSite {
                 | Self::DescribeRecords
                 | Self::ReadRecords
                 | Self::ReadAlarms
+                | Self::Notify
         )
     }
 

@@ -255,6 +255,7 @@ impl Exported for FaultInjector {
         export::chart::<Self>(),
         export::records::<Self>(),
         export::alarms::<Self>(),
+        export::notify::<Self>(),
     ];
 
     fn descriptor() -> &'static Descriptor {

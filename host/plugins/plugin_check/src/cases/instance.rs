@@ -3,7 +3,9 @@
 use busbar_plugin_abi as abi;
 
 use super::plugin_instance::{Instance, required};
-use super::{alarms, chart, command, leaks, optimizer, overlay, records, simulator, telemetry};
+use super::{
+    alarms, chart, command, leaks, notify, optimizer, overlay, records, simulator, telemetry,
+};
 use crate::finding::{Outcome, Stop};
 use crate::probe::{Probe, Subject};
 use crate::text;
@@ -121,6 +123,7 @@ fn use_briefly(probe: &Probe, subject: &Subject, instance: &Instance<'_>) -> Out
             abi::CHART_ID => chart::use_briefly(probe, instance)?,
             abi::RECORDS_ID => records::use_briefly(probe, instance)?,
             abi::ALARMS_ID => alarms::use_briefly(probe, instance)?,
+            abi::NOTIFY_ID => notify::use_briefly(probe, instance)?,
             _ => {}
         }
     }

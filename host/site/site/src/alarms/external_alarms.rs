@@ -155,6 +155,11 @@ impl ExternalSource {
         &self.alarms
     }
 
+    /// Reports whether the source was ever heard of.
+    pub(super) fn was_heard(&self) -> bool {
+        self.health.last_heard.is_some()
+    }
+
     /// Returns the number of alarms that the source has beyond those reported.
     pub fn left_out(&self) -> u64 {
         self.health.left_out

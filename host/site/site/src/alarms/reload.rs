@@ -29,6 +29,10 @@ impl AlarmService {
             self.log = None;
             Self::new(after, logs, wall_clock())?
         };
+        if logs {
+            next.start_notifications(after);
+            next.notifications.inherit(std::mem::take(&mut self.notifications));
+        }
         let is_same = |id: &str| {
             let origin = |site: &SiteDefinition| Some(site.config.alarms.get(id)?.origin.clone());
             origin(before) == origin(after)

@@ -6,11 +6,11 @@ use std::sync::atomic::Ordering;
 
 use busbar_plugin_abi as abi;
 
-use super::{Capability, Instance, Table, instance};
+use super::{Capability, Instance, instance};
 use crate::boundary::{checked_mut, checked_ref, guard};
 use crate::overlay_description::RawDescription;
 use crate::{
-    Alarms, Chart, Command, Error, MeshOptimizer, Overlay, Records, SampleSink, Simulator,
+    Alarms, Chart, Command, Error, MeshOptimizer, Notify, Overlay, Records, SampleSink, Simulator,
     Telemetry,
 };
 
@@ -32,14 +32,16 @@ pub const fn mesh_optimizer<P: MeshOptimizer>() -> Capability {
             })
         }
     }
-    Capability {
-        id: abi::MESH_OPTIMIZER_ID,
-        table: Table::MeshOptimizer(abi::BusbarMeshOptimizer {
-            struct_size: size_of::<abi::BusbarMeshOptimizer>() as u32,
-            flags: if P::READS_WEDGES { 0 } else { abi::BUSBAR_OPTIMIZER_NO_WEDGES },
-            optimize: Some(optimize::<P>),
-        }),
-    }
+    Capability::new(
+        abi::MESH_OPTIMIZER_ID,
+        const {
+            &abi::BusbarMeshOptimizer {
+                struct_size: size_of::<abi::BusbarMeshOptimizer>() as u32,
+                flags: if P::READS_WEDGES { 0 } else { abi::BUSBAR_OPTIMIZER_NO_WEDGES },
+                optimize: Some(optimize::<P>),
+            }
+        },
+    )
 }
 
 /// Creates the table of `busbar.telemetry/1-draft` for a type.
@@ -108,16 +110,18 @@ pub const fn telemetry<P: Telemetry>() -> Capability {
             instance.plugin.write().unwrap_or_else(PoisonError::into_inner).stop();
         }));
     }
-    Capability {
-        id: abi::TELEMETRY_ID,
-        table: Table::Telemetry(abi::BusbarTelemetry {
-            struct_size: size_of::<abi::BusbarTelemetry>() as u32,
-            origin: P::ORIGIN.bits() as u32,
-            check: Some(check::<P>),
-            start: Some(start::<P>),
-            stop: Some(stop::<P>),
-        }),
-    }
+    Capability::new(
+        abi::TELEMETRY_ID,
+        const {
+            &abi::BusbarTelemetry {
+                struct_size: size_of::<abi::BusbarTelemetry>() as u32,
+                origin: P::ORIGIN.bits() as u32,
+                check: Some(check::<P>),
+                start: Some(start::<P>),
+                stop: Some(stop::<P>),
+            }
+        },
+    )
 }
 
 /// Creates the table of `busbar.overlay/1-draft` for a type.
@@ -174,16 +178,18 @@ pub const fn overlay<P: Overlay>() -> Capability {
             })
         }
     }
-    Capability {
-        id: abi::OVERLAY_ID,
-        table: Table::Overlay(abi::BusbarOverlay {
-            struct_size: size_of::<abi::BusbarOverlay>() as u32,
-            reserved: 0,
-            configure: Some(configure::<P>),
-            draw: Some(draw::<P>),
-            describe: Some(describe::<P>),
-        }),
-    }
+    Capability::new(
+        abi::OVERLAY_ID,
+        const {
+            &abi::BusbarOverlay {
+                struct_size: size_of::<abi::BusbarOverlay>() as u32,
+                reserved: 0,
+                configure: Some(configure::<P>),
+                draw: Some(draw::<P>),
+                describe: Some(describe::<P>),
+            }
+        },
+    )
 }
 
 /// Creates the table of `busbar.simulator/1-draft` for a type.
@@ -250,16 +256,18 @@ pub const fn simulator<P: Simulator>() -> Capability {
             instance.plugin.write().unwrap_or_else(PoisonError::into_inner).stop_simulation();
         }));
     }
-    Capability {
-        id: abi::SIMULATOR_ID,
-        table: Table::Simulator(abi::BusbarSimulator {
-            struct_size: size_of::<abi::BusbarSimulator>() as u32,
-            reserved: 0,
-            start: Some(start::<P>),
-            stop: Some(stop::<P>),
-            status: Some(status::<P>),
-        }),
-    }
+    Capability::new(
+        abi::SIMULATOR_ID,
+        const {
+            &abi::BusbarSimulator {
+                struct_size: size_of::<abi::BusbarSimulator>() as u32,
+                reserved: 0,
+                start: Some(start::<P>),
+                stop: Some(stop::<P>),
+                status: Some(status::<P>),
+            }
+        },
+    )
 }
 
 /// Creates the table of `busbar.command/1-draft` for a type.
@@ -301,140 +309,78 @@ pub const fn command<P: Command>() -> Capability {
             })
         }
     }
-    Capability {
-        id: abi::COMMAND_ID,
-        table: Table::Command(abi::BusbarCommand {
-            struct_size: size_of::<abi::BusbarCommand>() as u32,
-            reserved: 0,
-            count: Some(count::<P>),
-            describe: Some(describe::<P>),
-            run: Some(run::<P>),
-        }),
-    }
+    Capability::new(
+        abi::COMMAND_ID,
+        const {
+            &abi::BusbarCommand {
+                struct_size: size_of::<abi::BusbarCommand>() as u32,
+                reserved: 0,
+                count: Some(count::<P>),
+                describe: Some(describe::<P>),
+                run: Some(run::<P>),
+            }
+        },
+    )
 }
 
-/// Creates the table of `busbar.chart/1-draft` for a type.
-pub const fn chart<P: Chart>() -> Capability {
-    unsafe extern "C" fn describe<P: Chart>(
-        plugin: *const abi::BusbarPlugin,
-        output: *mut abi::BusbarTextOutput,
-        error: *mut abi::BusbarError,
-    ) -> abi::BusbarStatus {
-        // SAFETY: the host passes what `create` made, and valid pointers.
-        unsafe {
-            guard(error, || {
-                let plugin = instance::<P>(plugin)?.plugin.write();
-                let mut plugin = plugin.unwrap_or_else(PoisonError::into_inner);
-                crate::chart::describe(&mut *plugin, output)
-            })
+/// Creates the tables of capabilities from one line a function. Each function locks the plugin and
+/// hands its arguments on to the function of the same name in the capability's module.
+macro_rules! capability_tables {
+    ($($(#[$doc:meta])* $module:ident: $trait:ident = $id:ident, $table:ident {
+        $($function:ident($($argument:ident: $type:ty),*);)+
+    })+) => {$(
+        $(#[$doc])*
+        pub const fn $module<P: $trait>() -> Capability {
+            $(unsafe extern "C" fn $function<P: $trait>(
+                plugin: *const abi::BusbarPlugin,
+                $($argument: $type,)*
+                error: *mut abi::BusbarError,
+            ) -> abi::BusbarStatus {
+                // SAFETY: the host passes what `create` made, and valid pointers.
+                unsafe {
+                    guard(error, || {
+                        let plugin = instance::<P>(plugin)?.plugin.write();
+                        let mut plugin = plugin.unwrap_or_else(PoisonError::into_inner);
+                        crate::$module::$function(&mut *plugin, $($argument),*)
+                    })
+                }
+            })+
+            Capability::new(
+                abi::$id,
+                const {
+                    &abi::$table {
+                        struct_size: size_of::<abi::$table>() as u32,
+                        reserved: 0,
+                        $($function: Some($function::<P>),)+
+                    }
+                },
+            )
         }
-    }
-    unsafe extern "C" fn read<P: Chart>(
-        plugin: *const abi::BusbarPlugin,
-        page: *mut abi::BusbarChartPage,
-        error: *mut abi::BusbarError,
-    ) -> abi::BusbarStatus {
-        // SAFETY: the host passes what `create` made, and valid pointers.
-        unsafe {
-            guard(error, || {
-                let plugin = instance::<P>(plugin)?.plugin.write();
-                let mut plugin = plugin.unwrap_or_else(PoisonError::into_inner);
-                crate::chart::read(&mut *plugin, page)
-            })
-        }
-    }
-    unsafe extern "C" fn explain<P: Chart>(
-        plugin: *const abi::BusbarPlugin,
-        equipment: abi::BusbarStr,
-        time_unix_nanos: i64,
-        output: *mut abi::BusbarTextOutput,
-        error: *mut abi::BusbarError,
-    ) -> abi::BusbarStatus {
-        // SAFETY: the host passes what `create` made, and valid pointers.
-        unsafe {
-            guard(error, || {
-                let plugin = instance::<P>(plugin)?.plugin.write();
-                let mut plugin = plugin.unwrap_or_else(PoisonError::into_inner);
-                crate::chart::explain(&mut *plugin, equipment, time_unix_nanos, output)
-            })
-        }
-    }
-    Capability {
-        id: abi::CHART_ID,
-        table: Table::Chart(abi::BusbarChart {
-            struct_size: size_of::<abi::BusbarChart>() as u32,
-            reserved: 0,
-            describe: Some(describe::<P>),
-            read: Some(read::<P>),
-            explain: Some(explain::<P>),
-        }),
-    }
+    )+};
 }
 
-/// Creates the table of `busbar.records/1-draft` for a type.
-pub const fn records<P: Records>() -> Capability {
-    unsafe extern "C" fn describe<P: Records>(
-        plugin: *const abi::BusbarPlugin,
-        output: *mut abi::BusbarTextOutput,
-        error: *mut abi::BusbarError,
-    ) -> abi::BusbarStatus {
-        // SAFETY: the host passes what `create` made, and valid pointers.
-        unsafe {
-            guard(error, || {
-                let plugin = instance::<P>(plugin)?.plugin.write();
-                let mut plugin = plugin.unwrap_or_else(PoisonError::into_inner);
-                crate::records::describe(&mut *plugin, output)
-            })
-        }
+capability_tables! {
+    /// Creates the table of `busbar.chart/1-draft` for a type.
+    chart: Chart = CHART_ID, BusbarChart {
+        describe(output: *mut abi::BusbarTextOutput);
+        read(page: *mut abi::BusbarChartPage);
+        explain(
+            equipment: abi::BusbarStr,
+            time_unix_nanos: i64,
+            output: *mut abi::BusbarTextOutput
+        );
     }
-    unsafe extern "C" fn read<P: Records>(
-        plugin: *const abi::BusbarPlugin,
-        page: *mut abi::BusbarRecordPage,
-        error: *mut abi::BusbarError,
-    ) -> abi::BusbarStatus {
-        // SAFETY: the host passes what `create` made, and valid pointers.
-        unsafe {
-            guard(error, || {
-                let plugin = instance::<P>(plugin)?.plugin.write();
-                let mut plugin = plugin.unwrap_or_else(PoisonError::into_inner);
-                crate::records::read(&mut *plugin, page)
-            })
-        }
+    /// Creates the table of `busbar.records/1-draft` for a type.
+    records: Records = RECORDS_ID, BusbarRecords {
+        describe(output: *mut abi::BusbarTextOutput);
+        read(page: *mut abi::BusbarRecordPage);
     }
-    Capability {
-        id: abi::RECORDS_ID,
-        table: Table::Records(abi::BusbarRecords {
-            struct_size: size_of::<abi::BusbarRecords>() as u32,
-            reserved: 0,
-            describe: Some(describe::<P>),
-            read: Some(read::<P>),
-        }),
+    /// Creates the table of `busbar.alarms/1-draft` for a type.
+    alarms: Alarms = ALARMS_ID, BusbarAlarms {
+        read(known_revision: u64, output: *mut abi::BusbarTextOutput);
     }
-}
-
-/// Creates the table of `busbar.alarms/1-draft` for a type.
-pub const fn alarms<P: Alarms>() -> Capability {
-    unsafe extern "C" fn read<P: Alarms>(
-        plugin: *const abi::BusbarPlugin,
-        known_revision: u64,
-        output: *mut abi::BusbarTextOutput,
-        error: *mut abi::BusbarError,
-    ) -> abi::BusbarStatus {
-        // SAFETY: the host passes what `create` made, and valid pointers.
-        unsafe {
-            guard(error, || {
-                let plugin = instance::<P>(plugin)?.plugin.write();
-                let mut plugin = plugin.unwrap_or_else(PoisonError::into_inner);
-                crate::alarms::read(&mut *plugin, known_revision, output)
-            })
-        }
-    }
-    Capability {
-        id: abi::ALARMS_ID,
-        table: Table::Alarms(abi::BusbarAlarms {
-            struct_size: size_of::<abi::BusbarAlarms>() as u32,
-            reserved: 0,
-            read: Some(read::<P>),
-        }),
+    /// Creates the table of `busbar.notify/1-draft` for a type.
+    notify: Notify = NOTIFY_ID, BusbarNotify {
+        notify(batch: abi::BusbarStr, output: *mut abi::BusbarTextOutput);
     }
 }
