@@ -63,7 +63,9 @@ pub const BUSBAR_VIEW_PICKED: u32 = 3;
 pub const BUSBAR_VIEW_HOVERED: u32 = 4;
 /// Event of a camera at `eye` that looks at `target`. Merged.
 pub const BUSBAR_VIEW_CAMERA: u32 = 5;
-/// Event of the alarm `id` in `state`: 'A' to 'I' by IEC 62682, since `unix_nanos`. Each change is
+/// Event of the alarm `id` in `state`: 'A' to 'I' by IEC 62682, since `unix_nanos`. `origins` names the
+/// sources besides the live process of the value or verdict by which it came or went last. `text`:
+/// reason of an overlay's verdict, with what is assumed; empty of an alarm on a tag. Each change is
 /// delivered while there is room, and the last one of each alarm always.
 pub const BUSBAR_VIEW_ALARM: u32 = 6;
 /// Event of an operator's request for the alarm `id`, which your program decides on. `state`:

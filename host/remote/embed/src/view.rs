@@ -125,7 +125,9 @@ fn to_event(event: Event, dropped: u32, held: &mut EventTexts) -> BusbarViewEven
         Event::Alarm(snapshot) => {
             told.state = u32::from(b'A' + snapshot.state.min(8));
             told.unix_nanos = snapshot.since;
-            (BUSBAR_VIEW_ALARM, snapshot.alarm, none)
+            let origins = snapshot.origins.into_iter();
+            told.origins = origins.fold(0, |all, origin| all | origin_bit(origin));
+            (BUSBAR_VIEW_ALARM, snapshot.alarm, snapshot.reason)
         }
         Event::AlarmRequested { alarm, action } => {
             (told.state, told.number) = action_number(action);
