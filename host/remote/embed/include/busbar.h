@@ -116,9 +116,7 @@
 // Event of a camera at `eye` that looks at `target`. Merged.
 #define BUSBAR_VIEW_CAMERA 5
 
-// Event of the alarm `id` in `state`: 'A' to 'I' by IEC 62682, since `unix_nanos`. `origins` names the
-// sources besides the live process of the value or verdict by which it came or went last. `text`:
-// reason of an overlay's verdict, with what is assumed; empty of an alarm on a tag. Each change is
+// Event of the alarm `id` in `state`: 'A' to 'I' by IEC 62682, since `unix_nanos`. Each change is
 // delivered while there is room, and the last one of each alarm always.
 #define BUSBAR_VIEW_ALARM 6
 

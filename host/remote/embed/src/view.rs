@@ -35,6 +35,7 @@ unsafe impl Send for Callback {}
 #[derive(Default)]
 struct EventTexts {
     id: CString,
+    overlay: CString,
     text: CString,
 }
 
@@ -43,8 +44,8 @@ impl BusbarView {
     ///
     /// # Errors
     /// No descriptors or no thread left.
-    pub(crate) fn open(options: Options) -> Result<Self, i32> {
-        let view = View::open(options).map_err(|_| BUSBAR_VIEW_SYSTEM)?;
+    pub(crate) fn open(options: Options) -> Result<Self, BusbarStatus> {
+        let view = View::open(options).map_err(|_| BusbarStatus::System)?;
         let callback = Callback { function: None, context: std::ptr::null_mut() };
         Ok(Self { view, callback: Mutex::new(callback), held: Mutex::default() })
     }
@@ -98,103 +99,119 @@ fn call_back(callback: Callback, events: &mut dyn Iterator<Item = (Event, u32)>)
 
 /// Converts an event to its C struct.
 fn to_event(event: Event, dropped: u32, held: &mut EventTexts) -> BusbarViewEvent {
+    use BusbarViewEventKind as Kind;
     let mut told = BusbarViewEvent {
         struct_size: size_of::<BusbarViewEvent>() as u32,
-        kind: 0,
-        state: 0,
+        kind: Kind::Ready,
         dropped,
-        unix_nanos: 0,
-        number: 0.0,
+        liveness: BusbarViewLiveness::Live,
+        alarm_state: BusbarViewAlarmState::None,
+        alarm_action: BusbarViewAlarmAction::None,
+        shelve_seconds: 0,
+        quality: BusbarViewQuality::Good,
         origins: 0,
+        verdict: BusbarViewVerdict::Normal,
+        is_assumed: 0,
         reserved: 0,
+        unix_nanos: 0,
         eye: [0.0; 3],
         target: [0.0; 3],
         id: std::ptr::null(),
+        overlay: std::ptr::null(),
         text: std::ptr::null(),
     };
     let none = String::new();
+    let mut overlay = String::new();
     let (kind, id, text) = match event {
-        Event::Ready { device } => (BUSBAR_VIEW_READY, none, device),
-        Event::Frame => (BUSBAR_VIEW_FRAME, none.clone(), none),
-        Event::Picked(id) => (BUSBAR_VIEW_PICKED, id, none),
-        Event::Hovered(id) => (BUSBAR_VIEW_HOVERED, id, none),
+        Event::Ready { device } => (Kind::Ready, none, device),
+        Event::Frame => (Kind::Frame, none.clone(), none),
+        Event::Picked(id) => (Kind::Picked, id, none),
+        Event::Hovered(id) => (Kind::Hovered, id, none),
         Event::Camera(pose) => {
             (told.eye, told.target) = (pose.eye, pose.target);
-            (BUSBAR_VIEW_CAMERA, none.clone(), none)
+            (Kind::Camera, none.clone(), none)
         }
         Event::Alarm(snapshot) => {
-            told.state = u32::from(b'A' + snapshot.state.min(8));
+            told.alarm_state = alarm_state(snapshot.state);
             told.unix_nanos = snapshot.since;
             let origins = snapshot.origins.into_iter();
             told.origins = origins.fold(0, |all, origin| all | origin_bit(origin));
-            (BUSBAR_VIEW_ALARM, snapshot.alarm, snapshot.reason)
+            (Kind::Alarm, snapshot.alarm, snapshot.reason)
         }
         Event::AlarmRequested { alarm, action } => {
-            (told.state, told.number) = action_number(action);
-            (BUSBAR_VIEW_ASKED, alarm, none)
+            (told.alarm_action, told.shelve_seconds) = alarm_action(action);
+            (Kind::ActionRequested, alarm, none)
         }
         Event::Quality(TagSnapshot { tag, quality, origins, reason }) => {
-            told.state = quality_number(quality);
+            told.quality = self::quality(quality);
             told.origins = origins.into_iter().fold(0, |all, origin| all | origin_bit(origin));
-            (BUSBAR_VIEW_QUALITY, tag, reason)
+            (Kind::Quality, tag, reason)
         }
         Event::Verdict(snapshot) => {
-            told.state = verdict_number(snapshot.verdict);
-            told.number = f64::from(u8::from(snapshot.is_assumed));
-            let text = format!("{}\n{}", snapshot.overlay, snapshot.reason);
-            (BUSBAR_VIEW_VERDICT, snapshot.equipment, text)
+            told.verdict = verdict(snapshot.verdict);
+            told.is_assumed = snapshot.is_assumed.into();
+            overlay = snapshot.overlay;
+            (Kind::Verdict, snapshot.equipment, snapshot.reason)
         }
-        Event::Plugin { plugin, state } => (BUSBAR_VIEW_PLUGIN, plugin, state),
-        Event::Error(words) | Event::Failed(words) => (BUSBAR_VIEW_ERROR, none, words),
+        Event::Plugin { plugin, state } => (Kind::Plugin, plugin, state),
+        Event::Error(words) | Event::Failed(words) => (Kind::Error, none, words),
         Event::Lost(how) => {
-            told.state = BUSBAR_VIEW_DEAD;
-            (BUSBAR_VIEW_LOST, none, how)
+            told.liveness = BusbarViewLiveness::Dead;
+            (Kind::Lost, none, how)
         }
         Event::Late(how) => {
-            told.state = BUSBAR_VIEW_LATE;
-            (BUSBAR_VIEW_LOST, none, how)
+            told.liveness = BusbarViewLiveness::Late;
+            (Kind::Lost, none, how)
         }
-        Event::Recovered { how, .. } => (BUSBAR_VIEW_RECOVERED, none, how),
-        Event::Reloaded(config) => (BUSBAR_VIEW_RELOADED, config, none),
+        Event::Recovered { how, .. } => (Kind::Recovered, none, how),
+        Event::Reloaded(config) => (Kind::Reloaded, config, none),
     };
-    *held = EventTexts { id: to_c(&id), text: to_c(&text) };
-    (told.kind, told.id, told.text) = (kind, held.id.as_ptr(), held.text.as_ptr());
+    *held = EventTexts { id: to_c(&id), overlay: to_c(&overlay), text: to_c(&text) };
+    told.kind = kind;
+    (told.id, told.overlay, told.text) =
+        (held.id.as_ptr(), held.overlay.as_ptr(), held.text.as_ptr());
     told
 }
 
-fn quality_number(quality: TagQuality) -> u32 {
+/// Converts a state of the protocol, which counts from 0 for A; one that is not known is `None`.
+fn alarm_state(state: u8) -> BusbarViewAlarmState {
+    BusbarViewAlarmState::from_number(u32::from(b'A') + u32::from(state))
+        .unwrap_or(BusbarViewAlarmState::None)
+}
+
+fn quality(quality: TagQuality) -> BusbarViewQuality {
     match quality {
-        TagQuality::Good => BUSBAR_VIEW_GOOD,
-        TagQuality::Uncertain => BUSBAR_VIEW_UNCERTAIN,
-        TagQuality::Bad => BUSBAR_VIEW_BAD,
+        TagQuality::Good => BusbarViewQuality::Good,
+        TagQuality::Uncertain => BusbarViewQuality::Uncertain,
+        TagQuality::Bad => BusbarViewQuality::Bad,
     }
 }
 
 fn origin_bit(origin: TagOrigin) -> u32 {
     match origin {
-        TagOrigin::Substituted => BUSBAR_VIEW_SUBSTITUTED,
-        TagOrigin::Test => BUSBAR_VIEW_TEST,
-        TagOrigin::Simulated => BUSBAR_VIEW_SIMULATED,
-        TagOrigin::Recorded => BUSBAR_VIEW_RECORDED,
-        TagOrigin::Historical => BUSBAR_VIEW_HISTORICAL,
+        TagOrigin::Substituted => BUSBAR_VIEW_ORIGIN_SUBSTITUTED,
+        TagOrigin::Test => BUSBAR_VIEW_ORIGIN_TEST,
+        TagOrigin::Simulated => BUSBAR_VIEW_ORIGIN_SIMULATED,
+        TagOrigin::Recorded => BUSBAR_VIEW_ORIGIN_RECORDED,
+        TagOrigin::Historical => BUSBAR_VIEW_ORIGIN_HISTORICAL,
     }
 }
 
-fn verdict_number(verdict: EquipmentVerdict) -> u32 {
+fn verdict(verdict: EquipmentVerdict) -> BusbarViewVerdict {
     match verdict {
-        EquipmentVerdict::Normal => BUSBAR_VIEW_NORMAL,
-        EquipmentVerdict::Abnormal => BUSBAR_VIEW_ABNORMAL,
-        EquipmentVerdict::Unknown => BUSBAR_VIEW_UNKNOWN,
-        EquipmentVerdict::UnknownAfterAbnormal => BUSBAR_VIEW_UNKNOWN_AFTER_ABNORMAL,
+        EquipmentVerdict::Normal => BusbarViewVerdict::Normal,
+        EquipmentVerdict::Abnormal => BusbarViewVerdict::Abnormal,
+        EquipmentVerdict::Unknown => BusbarViewVerdict::Unknown,
+        EquipmentVerdict::UnknownAfterAbnormal => BusbarViewVerdict::UnknownAfterAbnormal,
     }
 }
 
-/// Returns the number of an action in the C ABI, with the shelving time in seconds.
-fn action_number(action: AlarmAction) -> (u32, f64) {
+/// Converts an action, with the shelving time in seconds.
+fn alarm_action(action: AlarmAction) -> (BusbarViewAlarmAction, u32) {
     match action {
-        AlarmAction::Acknowledge => (BUSBAR_VIEW_ACKNOWLEDGE, 0.0),
-        AlarmAction::Shelve(seconds) => (BUSBAR_VIEW_SHELVE, f64::from(seconds)),
-        AlarmAction::Unshelve => (BUSBAR_VIEW_UNSHELVE, 0.0),
-        AlarmAction::Reset => (BUSBAR_VIEW_RESET, 0.0),
+        AlarmAction::Acknowledge => (BusbarViewAlarmAction::Acknowledge, 0),
+        AlarmAction::Shelve(seconds) => (BusbarViewAlarmAction::Shelve, seconds),
+        AlarmAction::Unshelve => (BusbarViewAlarmAction::Unshelve, 0),
+        AlarmAction::Reset => (BusbarViewAlarmAction::Reset, 0),
     }
 }
