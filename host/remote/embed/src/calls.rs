@@ -60,7 +60,10 @@ pub extern "C" fn busbar_view_abi() -> u32 {
 pub extern "C" fn busbar_status_text(status: BusbarStatusNumber) -> *const c_char {
     const TEXTS: [(BusbarStatus, &CStr); 5] = [
         (BusbarStatus::Ok, c"success"),
-        (BusbarStatus::Invalid, c"an argument is null, too small, too large, not UTF-8 or not finite"),
+        (
+            BusbarStatus::Invalid,
+            c"an argument is null, too small, too large, not UTF-8 or not finite",
+        ),
         (BusbarStatus::Full, c"the command queue is full: try again later"),
         (BusbarStatus::System, c"the system has no descriptor, memory or thread left"),
         (BusbarStatus::Fault, c"internal fault of the library: close the view"),

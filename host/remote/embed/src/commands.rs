@@ -58,7 +58,10 @@ pub unsafe extern "C" fn busbar_view_resize(
 /// # Safety
 /// `view` is null or open.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn busbar_view_set_visible(view: *const BusbarView, visible: i32) -> BusbarStatus {
+pub unsafe extern "C" fn busbar_view_set_visible(
+    view: *const BusbarView,
+    visible: i32,
+) -> BusbarStatus {
     // SAFETY: the caller's.
     unsafe { ask(view, Some(Command::SetVisible(visible != 0))) }
 }
@@ -102,7 +105,10 @@ pub unsafe extern "C" fn busbar_view_look(
 /// # Safety
 /// `view` is null or open; `id` null or a text.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn busbar_view_focus(view: *const BusbarView, id: *const c_char) -> BusbarStatus {
+pub unsafe extern "C" fn busbar_view_focus(
+    view: *const BusbarView,
+    id: *const c_char,
+) -> BusbarStatus {
     // SAFETY: the caller's.
     unsafe { ask(view, named(id, Command::Focus)) }
 }
@@ -112,7 +118,10 @@ pub unsafe extern "C" fn busbar_view_focus(view: *const BusbarView, id: *const c
 /// # Safety
 /// `view` is null or open.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn busbar_view_set_theta(view: *const BusbarView, theta: f64) -> BusbarStatus {
+pub unsafe extern "C" fn busbar_view_set_theta(
+    view: *const BusbarView,
+    theta: f64,
+) -> BusbarStatus {
     let theta = (theta >= 0.0 || theta.is_nan()).then_some(theta);
     // SAFETY: the caller's.
     unsafe { ask(view, Some(Command::SetTheta(theta))) }
@@ -242,7 +251,10 @@ pub unsafe extern "C" fn busbar_view_mirror_alarm(
 /// # Safety
 /// `view` is null or open.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn busbar_view_set_time(view: *const BusbarView, unix_nanos: i64) -> BusbarStatus {
+pub unsafe extern "C" fn busbar_view_set_time(
+    view: *const BusbarView,
+    unix_nanos: i64,
+) -> BusbarStatus {
     let time = (unix_nanos != BUSBAR_VIEW_NO_TIME).then_some(unix_nanos);
     // SAFETY: the caller's.
     unsafe { ask(view, Some(Command::SetTime(time))) }
@@ -255,7 +267,10 @@ pub unsafe extern "C" fn busbar_view_set_time(view: *const BusbarView, unix_nano
 /// # Safety
 /// `view` is null or open; `config` null or a text.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn busbar_view_reload(view: *const BusbarView, config: *const c_char) -> BusbarStatus {
+pub unsafe extern "C" fn busbar_view_reload(
+    view: *const BusbarView,
+    config: *const c_char,
+) -> BusbarStatus {
     let reload = |view: &BusbarView| {
         let config = match config.is_null() {
             true => Some(view.view.config()),

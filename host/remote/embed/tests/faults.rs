@@ -87,7 +87,8 @@ fn fault(host: &mut Host, signal: Signal, correct: &Shown, times: &mut Times) {
     host.events.clear();
     strike(viewer, signal);
     let struck = Instant::now();
-    let dead = host.wait_for_frame("that is dead", |frame| frame.liveness == BusbarViewLiveness::Dead);
+    let dead =
+        host.wait_for_frame("that is dead", |frame| frame.liveness == BusbarViewLiveness::Dead);
     let until_dead = struck.elapsed();
     assert!(looks_dead(&dead), "{signal:?}: a dead picture looks live");
     assert_eq!(dead.damage, [0, 0, 640, 360], "all of it is drawn anew");
@@ -129,7 +130,8 @@ fn a_viewer_that_goes_on_in_time_is_not_started_again() {
     let viewer = host.viewer();
     strike(viewer, Signal::STOP);
     host.wait_for(BusbarViewEventKind::Lost);
-    let dead = host.wait_for_frame("that is dead", |frame| frame.liveness == BusbarViewLiveness::Dead);
+    let dead =
+        host.wait_for_frame("that is dead", |frame| frame.liveness == BusbarViewLiveness::Dead);
     assert!(looks_dead(&dead));
     strike(viewer, Signal::CONT);
     host.wait_for(BusbarViewEventKind::Recovered);

@@ -28,7 +28,10 @@ fn header_is_up_to_date() {
     let builder = cbindgen::Builder::new().with_crate(crate_dir()).with_config(config);
     let mut generated = Vec::new();
     builder.generate().unwrap().write(&mut generated);
-    check_kept("include/busbar.h", &without_safety_sections(&String::from_utf8(generated).unwrap()));
+    check_kept(
+        "include/busbar.h",
+        &without_safety_sections(&String::from_utf8(generated).unwrap()),
+    );
 }
 
 /// Removes the sections that tell Rust what the header's first comment tells all callers.

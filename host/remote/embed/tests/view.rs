@@ -23,7 +23,9 @@ fn a_program_gets_pictures_events_and_what_it_asks() {
     let ready = host.wait_for(BusbarViewEventKind::Ready);
     assert!(!ready.text.is_empty(), "the device has a name");
     host.wait("good tag", |e| {
-        e.kind == BusbarViewEventKind::Quality && e.id == TOP_OIL && e.quality == BusbarViewQuality::Good
+        e.kind == BusbarViewEventKind::Quality
+            && e.id == TOP_OIL
+            && e.quality == BusbarViewQuality::Good
     });
     let calm = host.wait_for_calm();
     assert_eq!((calm.size, calm.liveness), ([640, 360], BusbarViewLiveness::Live));
@@ -74,7 +76,10 @@ fn a_program_gets_pictures_events_and_what_it_asks() {
     assert_eq!(resized.damage, [0, 0, 500, 300]);
 
     // What cannot be done is told.
-    assert_eq!(host.call(|view| unsafe { busbar_view_focus(view, c"=NOT".as_ptr()) }), BusbarStatus::Ok);
+    assert_eq!(
+        host.call(|view| unsafe { busbar_view_focus(view, c"=NOT".as_ptr()) }),
+        BusbarStatus::Ok
+    );
     let error = host.wait_for(BusbarViewEventKind::Error);
     assert!(error.text.contains("'=NOT'"), "{error:?}");
 }
@@ -100,13 +105,18 @@ fn a_value_that_nobody_repeats_goes_stale_and_an_alarm_is_told() {
     let act = |view, action| unsafe {
         busbar_view_act_on_alarm(view, alarm.as_ptr(), action, 600, std::ptr::null())
     };
-    assert_eq!(host.call(|view| act(view, BusbarViewAlarmAction::Acknowledge as u32)), BusbarStatus::Ok);
+    assert_eq!(
+        host.call(|view| act(view, BusbarViewAlarmAction::Acknowledge as u32)),
+        BusbarStatus::Ok
+    );
     host.wait("acknowledged alarm", of_alarm(BusbarViewAlarmState::Acknowledged));
     assert_eq!(host.call(|view| act(view, BusbarViewAlarmAction::Shelve as u32)), BusbarStatus::Ok);
     host.wait("shelved alarm", of_alarm(BusbarViewAlarmState::Shelved));
     host.fall_silent();
     let stale = host.wait("stale tag", |e| {
-        e.kind == BusbarViewEventKind::Quality && e.id == TOP_OIL && e.quality == BusbarViewQuality::Bad
+        e.kind == BusbarViewEventKind::Quality
+            && e.id == TOP_OIL
+            && e.quality == BusbarViewQuality::Bad
     });
     assert_eq!(stale.text, "stale");
     let after = host.wait_for_frame("that shows it", |f| f.pixels != live.pixels);
@@ -124,14 +134,18 @@ fn the_origin_of_a_value_is_told_with_its_quality() {
     let mut host = Host::open(&scene);
     let is_good = |id: &'static str| {
         move |e: &Happened| {
-            e.kind == BusbarViewEventKind::Quality && e.id == id && e.quality == BusbarViewQuality::Good
+            e.kind == BusbarViewEventKind::Quality
+                && e.id == id
+                && e.quality == BusbarViewQuality::Good
         }
     };
     let made = host.wait("good tag of a simulator", is_good("made"));
     assert_eq!(made.origins, BUSBAR_VIEW_ORIGIN_SIMULATED);
     host.set_tag(TOP_OIL, f64::NAN);
     let own = host.wait("tag of the program", |e| {
-        e.kind == BusbarViewEventKind::Quality && e.id == TOP_OIL && e.quality != BusbarViewQuality::Good
+        e.kind == BusbarViewEventKind::Quality
+            && e.id == TOP_OIL
+            && e.quality != BusbarViewQuality::Good
     });
     assert_eq!(own.origins, 0);
 }
@@ -155,7 +169,11 @@ fn theta_and_layers_are_the_programs_too() {
     assert!(bare.damage[2] > 0, "what changed is told");
     assert_eq!(host.call(|view| unsafe { busbar_view_set_visible(view, 0) }), BusbarStatus::Ok);
     std::thread::sleep(Duration::from_secs(1));
-    assert_eq!(host.frame().expect("there is one").liveness, BusbarViewLiveness::Live, "hidden is not dead");
+    assert_eq!(
+        host.frame().expect("there is one").liveness,
+        BusbarViewLiveness::Live,
+        "hidden is not dead"
+    );
 }
 
 #[test]
@@ -236,7 +254,10 @@ fn wrong_use_is_refused_and_touches_nothing() {
         );
         assert_eq!(busbar_view_use_camera(view, null.cast()), BusbarStatus::Invalid);
         assert_eq!(busbar_view_resize(view, 9000, 10), BusbarStatus::Invalid);
-        assert_eq!(busbar_view_mirror_alarm(view, c"a".as_ptr(), b'Z'.into()), BusbarStatus::Invalid);
+        assert_eq!(
+            busbar_view_mirror_alarm(view, c"a".as_ptr(), b'Z'.into()),
+            BusbarStatus::Invalid
+        );
         assert_eq!(busbar_view_next_event(view, std::ptr::null_mut()), BusbarStatus::Invalid);
         let wrong = BusbarViewTag { kind: 99, ..tag() };
         assert_eq!(busbar_view_set_tags(view, &wrong, 1), BusbarStatus::Invalid);
@@ -287,7 +308,9 @@ fn every_status_has_a_text() {
 
 extern "C" fn note(context: *mut std::ffi::c_void, event: *const BusbarViewEvent) {
     // SAFETY: the test's list, which outlives the view.
-    let list = unsafe { &*context.cast::<std::sync::Mutex<Vec<(BusbarViewEventKind, std::thread::ThreadId)>>>() };
+    let list = unsafe {
+        &*context.cast::<std::sync::Mutex<Vec<(BusbarViewEventKind, std::thread::ThreadId)>>>()
+    };
     // SAFETY: as the header says.
     let kind = unsafe { (*event).kind };
     list.lock().expect("nobody panicked").push((kind, std::thread::current().id()));

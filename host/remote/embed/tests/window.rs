@@ -53,7 +53,9 @@ fn a_key_that_acknowledges_asks_the_program_whose_alarm_it_is() {
     assert!(host.frame().is_none(), "the picture is in the window");
     let alarm = CString::new(MIRRORED).expect("no zero byte in it");
     // SAFETY: an open view and a text.
-    let mirror = |view| unsafe { busbar_view_mirror_alarm(view, alarm.as_ptr(), BusbarViewAlarmState::Unacknowledged as u32) };
+    let mirror = |view| unsafe {
+        busbar_view_mirror_alarm(view, alarm.as_ptr(), BusbarViewAlarmState::Unacknowledged as u32)
+    };
     assert_eq!(host.call(mirror), BusbarStatus::Ok);
     let of_alarm = |e: &Happened| e.kind == BusbarViewEventKind::Alarm && e.id == MIRRORED;
     assert_eq!(host.wait("alarm", of_alarm).alarm_state, BusbarViewAlarmState::Unacknowledged);
@@ -64,12 +66,17 @@ fn a_key_that_acknowledges_asks_the_program_whose_alarm_it_is() {
     let loops = format!("while xdotool {keys}; do sleep 0.5; done");
     let hand = Process::start(hand.args(["-c", &loops]).env("DISPLAY", &display.name));
     let asked = host.wait_for(BusbarViewEventKind::ActionRequested);
-    assert_eq!((asked.id.as_str(), asked.alarm_action), (MIRRORED, BusbarViewAlarmAction::Acknowledge));
+    assert_eq!(
+        (asked.id.as_str(), asked.alarm_action),
+        (MIRRORED, BusbarViewAlarmAction::Acknowledge)
+    );
     drop(hand);
     // It is the program's: nothing has changed before that says so.
     assert!(!host.events.iter().any(of_alarm), "{:?}", host.events);
     // SAFETY: an open view and a text.
-    let mirror = |view| unsafe { busbar_view_mirror_alarm(view, alarm.as_ptr(), BusbarViewAlarmState::Acknowledged as u32) };
+    let mirror = |view| unsafe {
+        busbar_view_mirror_alarm(view, alarm.as_ptr(), BusbarViewAlarmState::Acknowledged as u32)
+    };
     assert_eq!(host.call(mirror), BusbarStatus::Ok);
     assert_eq!(host.wait("alarm", of_alarm).alarm_state, BusbarViewAlarmState::Acknowledged);
 }

@@ -51,7 +51,7 @@ fn scene() -> Scene {
                     "priority": "critical", "message": "Oil far too hot" },
         },
         "alarm_handling": { "log_directory": "log" },
-        "supervision": { "restart_millis": 50 },
+        "supervision": { "restart_seconds": 0.05 },
         "graphics": { "samples": 1, "quality": "low" },
         "window": { "size": SIZE },
     });
@@ -255,6 +255,6 @@ fn check_refuses_what_no_overlay_judges() {
             config["overlays"] = json!(["monitored", "thin"]);
             config["alarms"]["T1"]["verdict"] = json!({ "instance": "thin" });
         },
-        ["thin", "overlay"],
+        ["has no capability busbar.overlay", "name a plugin that has this capability"],
     );
 }

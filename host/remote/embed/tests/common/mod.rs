@@ -204,7 +204,11 @@ impl Host {
             quality: BusbarViewQuality::Good as u32,
             source_unix_nanos: BUSBAR_VIEW_NO_TIME,
             number: *value,
-            integer: if *kind == BusbarViewValueKind::DoublePoint as u32 { 2 } else { *value as i64 },
+            integer: if *kind == BusbarViewValueKind::DoublePoint as u32 {
+                2
+            } else {
+                *value as i64
+            },
         };
         let tags: Vec<_> = self.tags.iter().map(tag).collect();
         // SAFETY: as the header says.
@@ -332,7 +336,9 @@ impl Host {
     #[track_caller]
     pub(crate) fn look_around(&mut self) -> Shown {
         self.wait("good tag", |e| {
-            e.kind == BusbarViewEventKind::Quality && e.id == TOP_OIL && e.quality == BusbarViewQuality::Good
+            e.kind == BusbarViewEventKind::Quality
+                && e.id == TOP_OIL
+                && e.quality == BusbarViewQuality::Good
         });
         self.arrive()
     }

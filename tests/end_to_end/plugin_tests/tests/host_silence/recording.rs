@@ -87,7 +87,7 @@ pub(crate) fn replay() {
     assert!(seen.len() >= ROWS.len(), "rows were missed: {seen:#?}");
     assert!(recorded_alarms > 0, "no alarm came");
     let travels =
-        seen.iter().any(|state| state.ends_with("abnormal") && state.contains("ntermediate"));
+        seen.iter().any(|state| state.ends_with("abnormal") && state.contains("travelling"));
     assert!(travels, "a switch travels too long by the recording's clock: {seen:#?}");
 }
 
@@ -161,7 +161,7 @@ fn check_oil(input: &Input, verdict: &str) {
 fn check_position(input: &Input, verdict: &str) {
     let expected = match is_good(input) {
         false => "unknown",
-        true if input.0.contains("off") || input.0.contains("on") => "normal",
+        true if input.0.contains("open") || input.0.contains("closed") => "normal",
         true => "abnormal",
     };
     assert_eq!(verdict, expected, "at {input:?}");

@@ -239,7 +239,7 @@ pub(crate) fn configure(scene: &mut Scene, variant: Variant) {
         "overlays": OVERLAYS,
         "alarms": alarms,
         "supervision": {
-            "restart_millis": 50, "max_restart_millis": 100, "max_deaths": 1000,
+            "restart_seconds": 0.05, "max_restart_seconds": 0.1, "max_deaths": 60,
             "window_seconds": 10,
         },
         "graphics": { "samples": 1, "quality": "low" },
