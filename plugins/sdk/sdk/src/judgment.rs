@@ -98,3 +98,24 @@ impl Basis {
     /// No binding: a verdict that rests on settings alone.
     pub const NONE: Self = Self { offset: 0, count: 0 };
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_severity_is_no_more_certain_than_its_bounds() {
+        for (bounds, expected, flag) in [
+            ((true, true), VerdictSeverity::Alarm, 0),
+            ((false, true), VerdictSeverity::PerhapsAlarm, abi::BUSBAR_VERDICT_PERHAPS_ALARM),
+            ((false, false), VerdictSeverity::Warning, abi::BUSBAR_VERDICT_WARNING),
+        ] {
+            let severity = VerdictSeverity::from_bounds(bounds.0, bounds.1);
+            assert_eq!((severity, severity.flag()), (expected, flag), "{bounds:?}");
+        }
+        let judgment = Judgment::abnormal("hot");
+        assert_eq!(judgment.severity, VerdictSeverity::Alarm, "unless it says otherwise");
+        let warning = judgment.of_severity(VerdictSeverity::Warning);
+        assert_eq!((warning.verdict, warning.reason), (judgment.verdict, "hot"));
+    }
+}

@@ -19,7 +19,7 @@ use crate::station::{
 const SIZE: [u32; 2] = [64, 48];
 /// Longest wait for the verdicts that a step asks for: processes start anew meanwhile.
 const PATIENCE: Duration = Duration::from_secs(30);
-/// Pause between frames.
+/// Pause between two frames.
 const FRAME: Duration = Duration::from_millis(10);
 
 /// Fault of an input.
@@ -41,7 +41,7 @@ enum Fault {
 /// Input as it is sent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Sent {
-    /// Nothing yet.
+    /// No value was sent yet.
     Nothing,
     Good(f64),
     Faulty(f64, Fault),
