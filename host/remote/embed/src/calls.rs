@@ -72,10 +72,10 @@ pub extern "C" fn busbar_status_text(status: BusbarStatusNumber) -> *const c_cha
     text.map_or(c"not a status of this library", |(_, text)| text).as_ptr()
 }
 
-/// Opens a view and starts its viewer, a process of its own. `*view` is yours: close it. A fault of
-/// the configuration arrives as BUSBAR_VIEW_EVENT_KIND_ERROR; the viewer is then started again with growing
-/// delays. The library has one thread a view, two for one in a window, and must not be unloaded.
-/// After a failure `*view` is null.
+/// Opens a view and starts its viewer, a process of its own. `*view` is yours: close it; after a
+/// failure it is null. A fault of the configuration arrives as BUSBAR_VIEW_EVENT_KIND_ERROR; the
+/// viewer is then started again with growing delays. The library has one thread a view, two for one
+/// in a window, and must not be unloaded.
 ///
 /// # Safety
 /// `options` points to a struct as its `struct_size` says, with texts that end with a zero
@@ -232,7 +232,8 @@ unsafe fn fits(to: *const u32, is_aligned: bool, size: usize) -> bool {
 /// Sets the callback for events; null for none. With `on_own_thread` 0 the callback runs within
 /// busbar_view_dispatch alone. Otherwise the view's own thread calls it at once. It must not take
 /// long there: the viewer is not supervised meanwhile. `context` must be valid until another
-/// callback is set or the view is closed. Not to be called from a callback on the view's own thread.
+/// callback is set or the view is closed. Not to be called from a callback on the view's own
+/// thread.
 ///
 /// # Safety
 /// `view` is null or open; `callback` can be called with `context` until another is set or

@@ -191,7 +191,8 @@ unsafe fn update(tag: &BusbarViewTag, sent_at: u64) -> Option<TagUpdate> {
     Some(TagUpdate { tag: id.to_owned(), value, quality, source_time, sent_at })
 }
 
-/// Applies an operator's action to an alarm. `shelve_seconds` is the shelving time. A null `operator_name` stands for that of the options.
+/// Applies an operator's action to an alarm. `shelve_seconds` is the shelving time. A null
+/// `operator_name` stands for that of the options.
 ///
 /// # Safety
 /// `view` is null or open; texts are null or texts.
@@ -261,8 +262,8 @@ pub unsafe extern "C" fn busbar_view_set_time(
 }
 
 /// Loads a configuration, or null for the present one, anew. The present scene stays until the new
-/// one is loaded without a fault (BUSBAR_VIEW_EVENT_KIND_RELOADED). It stays for good where the new one has a
-/// fault (BUSBAR_VIEW_EVENT_KIND_ERROR).
+/// one is loaded without a fault (BUSBAR_VIEW_EVENT_KIND_RELOADED). It stays for good where the new
+/// one has a fault (BUSBAR_VIEW_EVENT_KIND_ERROR).
 ///
 /// # Safety
 /// `view` is null or open; `config` null or a text.

@@ -258,7 +258,10 @@ fn wrong_use_is_refused_and_touches_nothing() {
             busbar_view_mirror_alarm(view, c"a".as_ptr(), b'Z'.into()),
             BusbarStatus::Invalid
         );
-        assert_eq!(busbar_view_next_event(view, std::ptr::null_mut()), BusbarStatus::Invalid);
+        assert_eq!(
+            busbar_view_next_event(view, std::ptr::null_mut()),
+            BusbarStatus::Invalid as i32
+        );
         let wrong = BusbarViewTag { kind: 99, ..tag() };
         assert_eq!(busbar_view_set_tags(view, &wrong, 1), BusbarStatus::Invalid);
         let wrong = BusbarViewTag { quality: 3, ..tag() };
@@ -320,7 +323,10 @@ extern "C" fn note(context: *mut std::ffi::c_void, event: *const BusbarViewEvent
 fn callbacks_run_where_the_program_says() {
     let scene = scene();
     for on_own_thread in [0, 1] {
-        let list = Box::new(std::sync::Mutex::new(Vec::<(u32, std::thread::ThreadId)>::new()));
+        let list = Box::new(std::sync::Mutex::new(Vec::<(
+            BusbarViewEventKind,
+            std::thread::ThreadId,
+        )>::new()));
         let mut host = Host::open(&scene);
         let context = (&raw const *list).cast_mut().cast();
         let set =
